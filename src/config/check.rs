@@ -1,0 +1,147 @@
+//! Physical ranges: a value outside cannot be meant.
+
+use super::schema::{Config, Kind};
+use crate::bias::Discrete;
+use crate::error::{Error, ErrorKind, Result};
+
+/// Where a value must lie.
+#[derive(Clone, Copy)]
+enum Range {
+    /// finite
+    Finite,
+    /// > 0 and finite
+    Positive,
+    /// >= 0 and finite
+    NotNegative,
+    /// |x| below the bound and finite
+    Within(f64),
+}
+
+/// No gyro of a mobile robot is off by more at rest: 100 rad/s is 5700 °/s.
+const RATE_BOUND_RAD_S: f64 = 100.0;
+
+impl Range {
+    fn holds(self, x: f64) -> bool {
+        x.is_finite()
+            && match self {
+                Self::Finite => true,
+                Self::Positive => x > 0.0,
+                Self::NotNegative => x >= 0.0,
+                Self::Within(bound) => x.abs() < bound,
+            }
+    }
+
+    fn words(self) -> String {
+        match self {
+            Self::Finite => "a finite number".into(),
+            Self::Positive => "a positive number".into(),
+            Self::NotNegative => "zero or a positive number".into(),
+            Self::Within(bound) => format!("a number between -{bound} and {bound}"),
+        }
+    }
+}
+
+/// Refuses what is not physical, and discretisations that do not belong to their model.
+pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
+    let one = |key: &str, value: f64, range: Range| {
+        if range.holds(value) {
+            return Ok(());
+        }
+        Err(Error::new(ErrorKind::Config, name, format!("{value} is not physical"))
+            .at(format!("`{key}`"))
+            .mend(format!("expected {}", range.words())))
+    };
+    let maybe = |key: &str, value: Option<f64>, range| value.map_or(Ok(()), |v| one(key, v, range));
+    use Range::{Finite, NotNegative, Positive, Within};
+
+    maybe("sample_time_s", config.sample_time_s, Positive)?;
+    if let Some(g) = &config.gyro {
+        one("gyro.c1_rad_s", g.c1_rad_s, Within(RATE_BOUND_RAD_S))?;
+        one("gyro.c2_rad_s", g.c2_rad_s, Within(RATE_BOUND_RAD_S))?;
+        one("gyro.time_constant_s", g.time_constant_s, Positive)?;
+        one("gyro.angle_random_walk_rad_sqrt_s", g.angle_random_walk_rad_sqrt_s, NotNegative)?;
+        maybe("gyro.turn_on_bias_std_rad_s", g.turn_on_bias_std_rad_s, NotNegative)?;
+        maybe("gyro.warm_up_relative_std", g.warm_up_relative_std, NotNegative)?;
+        if let Some(noise) = &g.noise {
+            maybe("gyro.noise.rate_random_walk_rad_s_sqrt_s", noise.rate_random_walk_rad_s_sqrt_s, NotNegative)?;
+            maybe("gyro.noise.quantization_lsb_rad_s", noise.quantization_lsb_rad_s, NotNegative)?;
+        }
+        if let Some(c) = &g.covariance {
+            covariance(&c.to_matrix(), name)?;
+        }
+        if let Some(d) = &g.discrete {
+            discrete(d, config, name)?;
+        }
+    }
+    if let Some(v) = &config.vehicle {
+        one("vehicle.mass_kg", v.mass_kg, Positive)?;
+        one("vehicle.yaw_inertia_kg_m2", v.yaw_inertia_kg_m2, Positive)?;
+        one("vehicle.half_track_m", v.half_track_m, Positive)?;
+        one("vehicle.wheel_radius_m", v.wheel_radius_m, Positive)?;
+        one("vehicle.wheel_inertia_kg_m2", v.wheel_inertia_kg_m2, NotNegative)?;
+        one("vehicle.viscous_friction_n_m_s", v.viscous_friction_n_m_s, NotNegative)?;
+        one("vehicle.torque_noise_n_m_sqrt_s", v.torque_noise_n_m_sqrt_s, NotNegative)?;
+    }
+    if let Some(e) = &config.encoder {
+        one("encoder.speed_noise_std_rad_s", e.speed_noise_std_rad_s, NotNegative)?;
+    }
+    if let Some(p) = &config.pose {
+        one("pose.rate_hz", p.rate_hz, Positive)?;
+        one("pose.position_std_m", p.position_std_m, NotNegative)?;
+        one("pose.heading_std_rad", p.heading_std_rad, NotNegative)?;
+    }
+    for effect in &config.effects {
+        for (key, value) in &effect.parameters {
+            one(&format!("effect.{}.{key}", effect.id), *value, Finite)?;
+        }
+    }
+    let needs_robot = config.kind == Kind::Driving && config.gyro.is_some();
+    if needs_robot && (config.vehicle.is_none() || config.encoder.is_none()) {
+        return Err(Error::new(ErrorKind::Config, name, "kind is \"driving\", and [vehicle] or [encoder] is missing")
+            .at("`kind`")
+            .mend("add the table, or set kind = \"stationary\""));
+    }
+    Ok(())
+}
+
+/// A covariance has no negative variance and no correlation beyond one.
+fn covariance(m: &[[f64; 3]; 3], name: &str) -> Result<()> {
+    const KEYS: [&str; 3] = ["c1", "c2", "time_constant"];
+    for i in 0..3 {
+        for j in 0..=i {
+            let bound = (m[i][i] * m[j][j]).sqrt() * (1.0 + 1e-9);
+            if !(m[i][j].is_finite() && m[i][i] >= 0.0 && m[i][j].abs() <= bound) {
+                let found = format!("{} for {} and {} is no covariance", m[i][j], KEYS[j], KEYS[i]);
+                return Err(Error::new(ErrorKind::Config, name, found)
+                    .at("`gyro.covariance`")
+                    .mend("variances are not negative, and correlations lie between -1 and 1"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// decay, drive and initial must be those of the model, else filter and simulator would disagree.
+fn discrete(d: &Discrete, config: &Config, name: &str) -> Result<()> {
+    let Some(gyro) = &config.gyro else { return Ok(()) };
+    let model = gyro.warm_up();
+    let expected = Discrete::new(&model, d.sample_time_s, d.scheme).map_err(|e| e.named(name))?;
+    let scale = model.c1_rad_s.abs() + model.c2_rad_s.abs();
+    for (key, found, wanted, unit) in [
+        ("decay", d.decay, expected.decay, 1.0),
+        ("drive", d.drive, expected.drive, scale),
+        ("initial", d.initial, expected.initial, scale),
+    ] {
+        let close = (found - wanted).abs() <= 1e-9 * unit.max(f64::MIN_POSITIVE);
+        if !close {
+            return Err(Error::new(
+                ErrorKind::Config,
+                name,
+                format!("{found} does not belong to this model: {wanted}"),
+            )
+            .at(format!("`gyro.discrete.{key}`"))
+            .mend("write the file anew with gyroid fit, or delete [gyro.discrete]"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,126 @@
+//! Floor 2: the configuration file, schema 1: what the fit writes, and filter, simulator and gap read.
+//!
+//! TOML, SI, the unit in the key. Unknown keys, missing keys, unphysical values, another schema and a changed file
+//! are refused by name. The checksum in `[provenance]` covers every byte but itself (line ends aside); a file
+//! without `[provenance]` was written by hand and is *unsigned*: accepted, and said so.
+
+mod check;
+mod schema;
+mod seal;
+
+pub use schema::{Config, Covariance, EffectTable, Encoder, Gyro, Kind, Noise, Pose, Provenance, Validation, Vehicle};
+
+use crate::error::{Error, ErrorKind, Result};
+use std::path::Path;
+
+/// The schema that this version reads and writes.
+pub const SCHEMA: i64 = 1;
+
+impl Config {
+    /// Reads and checks a configuration with `[gyro]`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`], [`ErrorKind::Config`] or [`ErrorKind::Checksum`], with file, line and key.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let (config, name) = read_text(path.as_ref())?;
+        let config = Self::parse(&config, &name)?;
+        if config.gyro.is_none() {
+            return Err(Error::new(ErrorKind::Config, name, "the table [gyro] is missing")
+                .mend("make one with: gyroid fit LOG --base THIS_FILE -o CONFIG"));
+        }
+        Ok(config)
+    }
+
+    /// Reads a base for `fit`: the same file, where `[gyro]` may be missing.
+    ///
+    /// # Errors
+    /// As [`Config::read`].
+    pub fn read_base(path: impl AsRef<Path>) -> Result<Self> {
+        let (text, name) = read_text(path.as_ref())?;
+        Self::parse(&text, &name)
+    }
+
+    /// Reads a configuration from `text`; `name` is the file's name in messages.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] or [`ErrorKind::Checksum`].
+    pub fn parse(text: &str, name: &str) -> Result<Self> {
+        // schema first: the keys of another schema would only confuse
+        let table: toml::Table = text.parse().map_err(|e| schema::toml_error(&e, text, name))?;
+        match table.get("schema") {
+            Some(toml::Value::Integer(SCHEMA)) => {}
+            Some(other) => {
+                let found = format!("schema {other}, and this version reads schema {SCHEMA}");
+                return Err(Error::new(ErrorKind::Config, name, found)
+                    .at("schema")
+                    .mend("use the gyroid that wrote it"));
+            }
+            None => {
+                return Err(Error::new(ErrorKind::Config, name, "the key is missing")
+                    .at("schema")
+                    .mend(format!("add: schema = {SCHEMA}")));
+            }
+        }
+        let config: Self = toml::from_str(text).map_err(|e| schema::toml_error(&e, text, name))?;
+        seal::verify(text, &config, name)?;
+        check::physical(&config, name)?;
+        Ok(config)
+    }
+
+    /// Whether the file carries a checksum (files written by hand do not).
+    #[must_use]
+    pub fn is_signed(&self) -> bool {
+        self.provenance.is_some()
+    }
+
+    /// The file's text; with `[provenance]` present, its checksum is made anew.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] if a value is unphysical or cannot be written.
+    pub fn to_toml(&self) -> Result<String> {
+        check::physical(self, "configuration")?;
+        seal::write(self)
+    }
+
+    /// `[gyro]`, which [`Config::read`] guarantees.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] if it is missing.
+    pub fn require_gyro(&self) -> Result<&Gyro> {
+        self.gyro.as_ref().ok_or_else(|| missing_table("gyro"))
+    }
+
+    /// `[vehicle]`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] if it is missing.
+    pub fn require_vehicle(&self) -> Result<&Vehicle> {
+        self.vehicle.as_ref().ok_or_else(|| missing_table("vehicle"))
+    }
+
+    /// `[encoder]`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] if it is missing.
+    pub fn require_encoder(&self) -> Result<&Encoder> {
+        self.encoder.as_ref().ok_or_else(|| missing_table("encoder"))
+    }
+}
+
+fn missing_table(table: &str) -> Error {
+    Error::new(ErrorKind::Config, "configuration", format!("the table [{table}] is missing"))
+        .mend("fit with --base ROBOT.toml, which brings it, or add it by hand")
+}
+
+fn read_text(path: &Path) -> Result<(String, String)> {
+    let name = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, &e))?;
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let at = e.utf8_error().valid_up_to();
+        Error::new(ErrorKind::Config, &name, "is not UTF-8 text").at(format!("byte {at}"))
+    })?;
+    Ok((text, name))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,258 @@
+//! The tables of schema 1. Every key carries its unit.
+
+use crate::bias::{Discrete, WarmUp};
+use crate::error::{Error, ErrorKind};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What the simulator of this configuration simulates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// A gyro at rest: `[gyro]` alone.
+    #[default]
+    Stationary,
+    /// A two-wheel robot: also `[vehicle]` and `[encoder]`.
+    Driving,
+}
+
+/// One configuration file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Schema number, 1.
+    pub schema: i64,
+    /// At rest or driving.
+    #[serde(default)]
+    pub kind: Kind,
+    /// Sample time of simulator and filter, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sample_time_s: Option<f64>,
+    /// The gyro's error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gyro: Option<Gyro>,
+    /// The robot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vehicle: Option<Vehicle>,
+    /// The wheel encoders.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub encoder: Option<Encoder>,
+    /// The external reference.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose: Option<Pose>,
+    /// What reality adds to the nominal simulator; kept as id and parameters.
+    #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<EffectTable>,
+    /// What was tested of the model, and with which result.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub validation: Option<Validation>,
+    /// Where the file comes from, and its checksum.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<Provenance>,
+}
+
+/// `[gyro]`: e(t) = c1 (1 - exp(-t/time_constant)) + c2, plus white noise.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gyro {
+    /// C1, rad/s.
+    pub c1_rad_s: f64,
+    /// C2, rad/s.
+    pub c2_rad_s: f64,
+    /// T, s.
+    pub time_constant_s: f64,
+    /// White noise: standard deviation of a sample is this / sqrt(sample time), rad/√s.
+    pub angle_random_walk_rad_sqrt_s: f64,
+    /// How much c2 varies from one power-on to the next, rad/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_on_bias_std_rad_s: Option<f64>,
+    /// How much c1 and the time constant vary from one power-on to the next, relatively.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warm_up_relative_std: Option<f64>,
+    /// Covariance of the estimates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Covariance>,
+    /// The recursion that the filter runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub discrete: Option<Discrete>,
+    /// Stochastic terms beside the white noise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<Noise>,
+}
+
+impl Gyro {
+    /// The warm-up model.
+    #[must_use]
+    pub fn warm_up(&self) -> WarmUp {
+        WarmUp { c1_rad_s: self.c1_rad_s, c2_rad_s: self.c2_rad_s, time_constant_s: self.time_constant_s }
+    }
+}
+
+/// `[gyro.covariance]`: of the estimates of C1, C2 and T, allowing for autocorrelated residuals.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Covariance {
+    /// var(C1), rad²/s²
+    pub c1_c1_rad2_s2: f64,
+    /// cov(C1, C2), rad²/s²
+    pub c1_c2_rad2_s2: f64,
+    /// var(C2), rad²/s²
+    pub c2_c2_rad2_s2: f64,
+    /// cov(C1, T), rad
+    pub c1_time_constant_rad: f64,
+    /// cov(C2, T), rad
+    pub c2_time_constant_rad: f64,
+    /// var(T), s²
+    pub time_constant_time_constant_s2: f64,
+}
+
+impl Covariance {
+    /// From the matrix in the order C1, C2, T.
+    #[must_use]
+    pub fn from_matrix(m: &[[f64; 3]; 3]) -> Self {
+        Self {
+            c1_c1_rad2_s2: m[0][0],
+            c1_c2_rad2_s2: m[0][1],
+            c2_c2_rad2_s2: m[1][1],
+            c1_time_constant_rad: m[0][2],
+            c2_time_constant_rad: m[1][2],
+            time_constant_time_constant_s2: m[2][2],
+        }
+    }
+
+    /// The symmetric matrix in the order C1, C2, T.
+    #[must_use]
+    pub fn to_matrix(&self) -> [[f64; 3]; 3] {
+        let (ab, at, bt) = (self.c1_c2_rad2_s2, self.c1_time_constant_rad, self.c2_time_constant_rad);
+        [[self.c1_c1_rad2_s2, ab, at], [ab, self.c2_c2_rad2_s2, bt], [at, bt, self.time_constant_time_constant_s2]]
+    }
+}
+
+/// `[gyro.noise]`: terms identified beside the angle random walk.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Noise {
+    /// K: the bias performs a random walk, rad/s/√s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_random_walk_rad_s_sqrt_s: Option<f64>,
+    /// Step of the lattice on which the output lies, rad/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quantization_lsb_rad_s: Option<f64>,
+}
+
+/// `[vehicle]`: two driven wheels on one axle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Vehicle {
+    /// M, kg.
+    pub mass_kg: f64,
+    /// Jc, about the vertical axis through the centre of mass, kg·m².
+    pub yaw_inertia_kg_m2: f64,
+    /// b, half the distance between the wheels, m.
+    pub half_track_m: f64,
+    /// r, m.
+    pub wheel_radius_m: f64,
+    /// Jw, of one wheel with its motor, kg·m².
+    pub wheel_inertia_kg_m2: f64,
+    /// Torque per wheel speed, N·m·s.
+    pub viscous_friction_n_m_s: f64,
+    /// White torque noise of each wheel: standard deviation over a step dt is this / sqrt(dt), N·m·√s.
+    pub torque_noise_n_m_sqrt_s: f64,
+}
+
+/// `[encoder]`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Encoder {
+    /// White noise of a wheel speed sample, rad/s.
+    pub speed_noise_std_rad_s: f64,
+}
+
+/// `[pose]`: an external reference.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pose {
+    /// Samples a second.
+    pub rate_hz: f64,
+    /// White noise of x and of y, m.
+    pub position_std_m: f64,
+    /// White noise of the heading, rad.
+    pub heading_std_rad: f64,
+}
+
+/// `[[effect]]`: an effect of reality by id, with its parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EffectTable {
+    /// Identifier, such as `gyro.scale_factor`.
+    pub id: String,
+    /// Parameters by name; the unit stands in the name.
+    #[serde(flatten)]
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// `[validation]`: what was tested on the log of the fit, with which result, and where the model is valid.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Validation {
+    /// Whether the residuals are white at every averaging time, by the joint test.
+    pub white: bool,
+    /// Whether the 95 % profile interval of T is finite on both sides.
+    pub identifiable: bool,
+    /// Whether a model that failed was exported because the user said so.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub accepted_by_user: bool,
+    /// p value of the joint whiteness test.
+    pub joint_p_value: f64,
+    /// Level at which it was judged.
+    pub level: f64,
+    /// Averaging times that were tested, s.
+    pub averaging_times_s: Vec<f64>,
+    /// Samples used.
+    pub samples: u64,
+    /// Sample rate of the log, Hz.
+    pub sample_rate_hz: f64,
+    /// First time since power-on that the log covers, s.
+    pub valid_from_s: f64,
+    /// Last time since power-on that the log covers, s.
+    pub valid_to_s: f64,
+    /// Lowest temperature in the log, °C.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub valid_from_temperature_c: Option<f64>,
+    /// Highest temperature in the log, °C.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub valid_to_temperature_c: Option<f64>,
+    /// 95 % profile interval of T, s; a side without bound is `inf`.
+    pub time_constant_ci95_s: [f64; 2],
+}
+
+/// `[provenance]`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Name of the log, without its folder.
+    pub log: String,
+    /// SHA-256 of the log's bytes.
+    pub log_sha256: String,
+    /// Column that was fitted, as the file calls it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub column: String,
+    /// Version of gyroid.
+    pub gyroid_version: String,
+    /// The command that wrote the file.
+    pub command: String,
+    /// SHA-256 of this file with this value empty and line ends as \n; made when the file is written.
+    #[serde(default)]
+    pub checksum: String,
+}
+
+/// Turns the parser's error into ours, with line and key.
+pub(super) fn toml_error(error: &toml::de::Error, text: &str, name: &str) -> Error {
+    let mut out = Error::new(ErrorKind::Config, name, error.message().replace('\n', "; "));
+    if let Some(span) = error.span() {
+        let start = span.start.min(text.len());
+        let line = text.as_bytes()[..start].iter().filter(|b| **b == b'\n').count() + 1;
+        let shown = text.lines().nth(line - 1).unwrap_or("").trim();
+        out = out.at(if shown.is_empty() { format!("line {line}") } else { format!("line {line}, `{shown}`") });
+    }
+    out.mend("correct the key, or write the file anew with gyroid fit")
+}

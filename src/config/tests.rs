@@ -1,0 +1,141 @@
+use super::*;
+use crate::bias::{Discrete, Scheme, WarmUp};
+use proptest::prelude::*;
+
+fn sample() -> Config {
+    let model = WarmUp { c1_rad_s: 2.9e-3, c2_rad_s: -4.7e-3, time_constant_s: 181.7 };
+    Config {
+        schema: SCHEMA,
+        kind: Kind::Driving,
+        sample_time_s: Some(0.01),
+        gyro: Some(Gyro {
+            c1_rad_s: model.c1_rad_s,
+            c2_rad_s: model.c2_rad_s,
+            time_constant_s: model.time_constant_s,
+            angle_random_walk_rad_sqrt_s: 1.7e-4,
+            turn_on_bias_std_rad_s: Some(2e-4),
+            warm_up_relative_std: Some(0.03),
+            covariance: Some(Covariance::from_matrix(&[
+                [4e-10, -1e-10, 2e-6],
+                [-1e-10, 3e-10, 1e-7],
+                [2e-6, 1e-7, 9.0],
+            ])),
+            discrete: Some(Discrete::new(&model, 0.01, Scheme::Exact).unwrap()),
+            noise: Some(Noise { rate_random_walk_rad_s_sqrt_s: Some(1e-6), quantization_lsb_rad_s: None }),
+        }),
+        vehicle: Some(Vehicle {
+            mass_kg: 17.1,
+            yaw_inertia_kg_m2: 0.61,
+            half_track_m: 0.24,
+            wheel_radius_m: 0.066,
+            wheel_inertia_kg_m2: 0.0011,
+            viscous_friction_n_m_s: 0.0005,
+            torque_noise_n_m_sqrt_s: 0.0002,
+        }),
+        encoder: Some(Encoder { speed_noise_std_rad_s: 0.0185 }),
+        pose: None,
+        effects: vec![EffectTable {
+            id: "gyro.scale_factor".into(),
+            parameters: [("relative".to_string(), 0.006)].into(),
+        }],
+        validation: None,
+        provenance: Some(Provenance {
+            log: "log.csv".into(),
+            log_sha256: "ab".into(),
+            column: "gz".into(),
+            gyroid_version: "0.1.0".into(),
+            command: "gyroid fit log.csv".into(),
+            checksum: String::new(),
+        }),
+    }
+}
+
+#[test]
+fn round_trip_loses_nothing() {
+    let config = sample();
+    let text = config.to_toml().unwrap();
+    let mut back = Config::parse(&text, "x.toml").unwrap();
+    assert_eq!(back.to_toml().unwrap(), text);
+    back.provenance.as_mut().unwrap().checksum = String::new();
+    assert_eq!(back, config);
+}
+
+#[test]
+fn every_changed_byte_is_refused() {
+    let text = sample().to_toml().unwrap();
+    for at in 0..text.len() {
+        let mut bytes = text.clone().into_bytes();
+        bytes[at] = if bytes[at] == b'7' { b'8' } else { b'7' };
+        let changed = String::from_utf8(bytes).unwrap();
+        let error = Config::parse(&changed, "x.toml").expect_err(&changed[at.saturating_sub(20)..]);
+        assert!(error.to_string().starts_with("x.toml: "), "{error}");
+    }
+}
+
+#[test]
+fn every_truncation_that_loses_a_key_is_refused() {
+    let text = sample().to_toml().unwrap();
+    let last = text.trim_end().len();
+    for end in (0..last).step_by(7) {
+        // a cut that removes [provenance] whole leaves a valid unsigned file only if all required keys are there
+        match Config::parse(&text[..end], "x.toml") {
+            Err(_) => {}
+            Ok(config) => assert!(!config.is_signed(), "cut at {end} passes as signed"),
+        }
+    }
+}
+
+#[test]
+fn windows_line_ends_are_the_same_file() {
+    let text = sample().to_toml().unwrap().replace('\n', "\r\n");
+    assert!(Config::parse(&text, "x.toml").is_ok());
+}
+
+fn refused(change: impl Fn(&mut String), part: &str) {
+    let mut config = sample();
+    config.provenance = None;
+    let mut text = config.to_toml().unwrap();
+    change(&mut text);
+    let error = Config::parse(&text, "x.toml").unwrap_err().to_string();
+    assert!(error.contains(part), "{error} lacks {part}");
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    refused(|t| *t = t.replace("schema = 1", "schema = 2"), "schema 2");
+    refused(|t| *t = t.replace("schema = 1\n", ""), "schema");
+    refused(|t| *t = t.replace("mass_kg = 17.1\n", ""), "mass_kg");
+    refused(|t| *t = t.replace("mass_kg = 17.1", "mass_lb = 17.1"), "mass_lb");
+    refused(|t| *t = t.replace("mass_kg = 17.1", "mass_kg = -17.1"), "vehicle.mass_kg");
+    refused(|t| *t = t.replace("time_constant_s = 181.7", "time_constant_s = 0.0"), "gyro.time_constant_s");
+    refused(|t| *t = t.replace("c1_rad_s = 0.0029", "c1_rad_s = nan"), "gyro.c1_rad_s");
+    refused(|t| *t = t.replace("c1_rad_s = 0.0029", "c1_rad_s = 1e300"), "gyro.c1_rad_s");
+    refused(|t| *t = t.replace("initial = -0.0047", "initial = -0.0048"), "gyro.discrete.initial");
+    refused(
+        |t| *t = t.replace("c1_c1_rad2_s2 = 0.0000000004", "c1_c1_rad2_s2 = -1.0").replace("4e-10", "-1.0"),
+        "gyro.covariance",
+    );
+    refused(|t| t.push_str("= broken"), "x.toml");
+}
+
+#[test]
+fn a_hand_written_file_is_unsigned() {
+    let text = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.2\n[gyro]\nc1_rad_s = 1e-3\nc2_rad_s = 2e-3\n\
+                time_constant_s = 300\nangle_random_walk_rad_sqrt_s = 1e-4\n";
+    let config = Config::parse(text, "x.toml").unwrap();
+    assert!(!config.is_signed());
+    assert_eq!(config.require_gyro().unwrap().time_constant_s, 300.0);
+}
+
+proptest! {
+    #[test]
+    fn any_numbers_survive(c1 in -1.0..1.0f64, c2 in -1.0..1.0f64, t in 1e-3..1e7f64, ts in 1e-4..10.0f64) {
+        let mut config = sample();
+        let model = WarmUp { c1_rad_s: c1, c2_rad_s: c2, time_constant_s: t };
+        let gyro = config.gyro.as_mut().unwrap();
+        (gyro.c1_rad_s, gyro.c2_rad_s, gyro.time_constant_s) = (c1, c2, t);
+        gyro.discrete = Some(Discrete::new(&model, ts, Scheme::BackwardEuler).unwrap());
+        let back = Config::parse(&config.to_toml().unwrap(), "x").unwrap();
+        prop_assert_eq!(back.gyro, config.gyro);
+    }
+}

@@ -1,0 +1,135 @@
+//! Output files that are written whole or not at all: temporary file beside the target, fsync, rename.
+
+use crate::error::{Error, ErrorKind, Result};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// A place to write to, claimed before the work begins, so that hours of work are not lost to a bad path.
+///
+/// The target is untouched until [`OutputFile::commit`]; a drop without it leaves nothing behind.
+#[derive(Debug)]
+pub struct OutputFile {
+    target: PathBuf,
+    temporary: tempfile::NamedTempFile,
+}
+
+impl OutputFile {
+    /// Claims `target`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`] if its directory is missing or cannot be written, or if `target` is a directory.
+    pub fn claim(target: impl AsRef<Path>) -> Result<Self> {
+        let target = target.as_ref().to_path_buf();
+        if target.is_dir() {
+            return Err(Error::new(ErrorKind::Io, target.display(), "is a directory, not a file to write")
+                .mend("name a file in it"));
+        }
+        let directory = match target.parent() {
+            Some(p) if !p.as_os_str().is_empty() => p.to_path_buf(),
+            _ => PathBuf::from("."),
+        };
+        let cannot = |e: &std::io::Error| {
+            Error::new(ErrorKind::Io, target.display(), format!("cannot be written: {e}"))
+                .mend("create the directory, check its permissions, or choose another place")
+        };
+        if !directory.is_dir() {
+            let why =
+                std::io::Error::new(std::io::ErrorKind::NotFound, format!("no directory {}", directory.display()));
+            return Err(cannot(&why));
+        }
+        if let Ok(meta) = std::fs::metadata(&target)
+            && meta.permissions().readonly()
+        {
+            return Err(cannot(&std::io::Error::from(std::io::ErrorKind::PermissionDenied)));
+        }
+        let temporary = tempfile::Builder::new()
+            .prefix(".gyroid-")
+            .suffix(".tmp")
+            .tempfile_in(&directory)
+            .map_err(|e| cannot(&e))?;
+        Ok(Self { target, temporary })
+    }
+
+    /// Where the content will be.
+    #[must_use]
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Path of the temporary file, for writers that want a path of their own.
+    #[must_use]
+    pub fn temporary_path(&self) -> &Path {
+        self.temporary.path()
+    }
+
+    /// The temporary file, for writers that stream.
+    pub fn file(&mut self) -> &mut std::fs::File {
+        self.temporary.as_file_mut()
+    }
+
+    /// Appends `bytes` to the content.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`] if the disk refuses.
+    pub fn write_all(&mut self, bytes: &[u8]) -> Result<()> {
+        self.temporary.write_all(bytes).map_err(|e| Error::io(&self.target, &e))
+    }
+
+    /// Flushes to disk and puts the file in its place.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`] if the disk refuses; the target is then as it was before.
+    pub fn commit(self) -> Result<()> {
+        let Self { target, temporary } = self;
+        temporary.as_file().sync_all().map_err(|e| Error::io(&target, &e))?;
+        set_default_permissions(temporary.as_file()).map_err(|e| Error::io(&target, &e))?;
+        temporary.persist(&target).map_err(|e| Error::io(&target, &e.error))?;
+        Ok(())
+    }
+}
+
+/// Temporary files are private (0600); what the user asked for is an ordinary file.
+#[cfg(unix)]
+fn set_default_permissions(file: &std::fs::File) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn set_default_permissions(_file: &std::fs::File) -> std::io::Result<()> {
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_left_behind_without_commit() {
+        let dir = tempfile::tempdir().unwrap();
+        let target = dir.path().join("a.txt");
+        let mut out = OutputFile::claim(&target).unwrap();
+        out.write_all(b"half").unwrap();
+        drop(out);
+        assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn commit_replaces_the_target_whole() {
+        let dir = tempfile::tempdir().unwrap();
+        let target = dir.path().join("a.txt");
+        std::fs::write(&target, "old and longer").unwrap();
+        let mut out = OutputFile::claim(&target).unwrap();
+        out.write_all(b"new").unwrap();
+        out.commit().unwrap();
+        assert_eq!(std::fs::read_to_string(&target).unwrap(), "new");
+    }
+
+    #[test]
+    fn a_bad_path_is_found_at_once() {
+        let dir = tempfile::tempdir().unwrap();
+        assert_eq!(OutputFile::claim(dir.path()).unwrap_err().kind, ErrorKind::Io);
+        let error = OutputFile::claim(dir.path().join("no/such/x.toml")).unwrap_err();
+        assert!(error.to_string().contains("no directory"), "{error}");
+    }
+}

@@ -1,0 +1,3 @@
+//! Floor 0: numerics that know nothing of gyros.
+
+pub mod random;
