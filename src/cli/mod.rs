@@ -1,0 +1,42 @@
+//! Floor 7: one file a subcommand. Exit codes: 0 done, 1 bad input, 2 usage, 3 done but not fit for use.
+
+mod output;
+
+use clap::{Parser, Subcommand};
+use gyroid::Result;
+use std::process::ExitCode;
+
+/// What a command that ran to its end leaves behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// The result is fit for use.
+    Done,
+    /// The work is done, and the result is not fit for use.
+    Unfit,
+}
+
+/// Gyro warm-up bias from recorded logs, the navigation filter that uses it, and the sim-to-real gap.
+#[derive(Debug, Parser)]
+#[command(name = "gyroid", version, max_term_width = 100, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {}
+
+/// Parses the arguments, runs the command, reports its error, and says how it ended.
+pub(crate) fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let outcome: Result<Outcome> = match cli.command {};
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Unfit) => ExitCode::from(3),
+        Err(error) => {
+            output::report(&error);
+            let usage = error.kind == gyroid::ErrorKind::Usage;
+            ExitCode::from(if usage { 2 } else { 1 })
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! What every command shares: text on standard output, JSON to a file or standard output, errors on standard error.
+
+use clap::Args;
+use gyroid::files::OutputFile;
+use gyroid::{Error, Result};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Options that every command takes.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct Common {
+    /// Write the result as JSON to FILE, or to standard output with `-`
+    #[arg(long, value_name = "FILE|-")]
+    pub json: Option<PathBuf>,
+    /// Print nothing but errors (and JSON, where asked for)
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// Where a command's words go; outputs are claimed before the work begins.
+pub(crate) struct Output {
+    json: Json,
+    silent: bool,
+}
+
+enum Json {
+    No,
+    Stdout,
+    File(OutputFile),
+}
+
+impl Output {
+    /// Claims the JSON file, if there is to be one.
+    pub fn open(common: &Common) -> Result<Self> {
+        let json = match &common.json {
+            None => Json::No,
+            Some(path) if path.as_os_str() == "-" => Json::Stdout,
+            Some(path) => Json::File(OutputFile::claim(path)?),
+        };
+        // JSON on standard output must stay parseable: the text then gives way
+        let silent = common.quiet || matches!(json, Json::Stdout);
+        Ok(Self { json, silent })
+    }
+
+    /// Whether text is wanted.
+    pub fn talks(&self) -> bool {
+        !self.silent
+    }
+
+    /// Prints a text for people, unless silent. A closed pipe (`| head`) is not an error.
+    pub fn say(&self, text: impl AsRef<str>) {
+        if !self.silent {
+            let mut out = std::io::stdout().lock();
+            let _ = writeln!(out, "{}", text.as_ref());
+        }
+    }
+
+    /// Writes the JSON where it was asked for.
+    pub fn finish(self, value: &serde_json::Value) -> Result<()> {
+        let text = format!("{value:#}\n");
+        match self.json {
+            Json::No => Ok(()),
+            Json::Stdout => {
+                let _ = std::io::stdout().lock().write_all(text.as_bytes());
+                Ok(())
+            }
+            Json::File(mut file) => {
+                file.write_all(text.as_bytes())?;
+                file.commit()
+            }
+        }
+    }
+}
+
+/// Prints an error: what and where on the first line, the mend on the second.
+pub(crate) fn report(error: &Error) {
+    let place = error.place.as_ref().map(|p| format!("{p}: ")).unwrap_or_default();
+    let mut err = std::io::stderr().lock();
+    let _ = writeln!(err, "error: {}: {place}{}", error.input, error.found);
+    if let Some(mend) = &error.mend {
+        let _ = writeln!(err, "  mend: {mend}");
+    }
+}
