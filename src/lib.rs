@@ -7,6 +7,7 @@ pub mod config;
 pub mod error;
 pub mod files;
 pub mod math;
+pub mod report;
 pub mod signal;
 pub mod units;
 

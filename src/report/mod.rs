@@ -1,0 +1,3 @@
+//! Floor 6: what people look at.
+
+pub mod plot;
