@@ -60,7 +60,7 @@ impl Axis {
             return Err(bad(place(), "has no finite value to show"));
         }
         for end in [low, high] {
-            if !(end.abs() <= LARGEST) {
+            if end.is_nan() || end.abs() > LARGEST {
                 return Err(bad(place(), format!("{end:e} cannot be shown")));
             }
             if self.logarithmic && end <= 1.0 / LARGEST {

@@ -3,6 +3,7 @@
 use super::{LARGEST, bad};
 use crate::error::Result;
 use crate::signal::TimeAxis;
+use std::cmp::Ordering;
 
 /// Samples that fall into one slice of time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,7 +67,7 @@ pub(super) fn check_time(time: &TimeAxis) -> Result<()> {
             return Err(bad("time", format!("start {start_s} s and step {step_s} s make no time axis")));
         }
         TimeAxis::Explicit(t) => {
-            if let Some(i) = t.windows(2).position(|w| !(w[0] < w[1])) {
+            if let Some(i) = t.windows(2).position(|w| w[0].partial_cmp(&w[1]) != Some(Ordering::Less)) {
                 return Err(bad(format!("time, sample {}", i + 1), format!("{} s after {} s", t[i + 1], t[i])));
             }
             [t.first(), t.last()].into_iter().flatten().copied().collect()
@@ -74,7 +75,7 @@ pub(super) fn check_time(time: &TimeAxis) -> Result<()> {
         TimeAxis::Uniform { .. } if time.is_empty() => Vec::new(),
         TimeAxis::Uniform { .. } => vec![time.at(time.len() - 1)],
     };
-    match ends.into_iter().find(|t| !(t.abs() <= LARGEST)) {
+    match ends.into_iter().find(|t| t.is_nan() || t.abs() > LARGEST) {
         Some(end) => Err(bad("time", format!("{end:e} s cannot be shown"))),
         None => Ok(()),
     }

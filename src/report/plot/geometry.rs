@@ -143,8 +143,7 @@ pub(super) fn dashes(path: &[Point], [dash, gap]: [f64; 2]) -> Vec<Vec<Point>> {
         let (mut a, b) = (pair[0], pair[1]);
         loop {
             let length = (b.0 - a.0).hypot(b.1 - a.1);
-            // so written, a length that is not a number ends the loop too
-            if !(length > left) {
+            if length.is_nan() || length <= left {
                 left -= length;
                 if drawing {
                     piece.push(b);
