@@ -1,3 +1,5 @@
 //! Floor 0: numerics that know nothing of gyros.
 
+pub mod brent;
+pub mod legendre;
 pub mod random;

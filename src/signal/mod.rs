@@ -1,5 +1,7 @@
 //! Floor 1: a log in memory, its blocks and their moments.
 
 pub mod log;
+pub mod moments;
 
 pub use log::{Channel, Log, TimeAxis, names};
+pub use moments::Moments;
