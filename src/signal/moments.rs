@@ -5,7 +5,7 @@
 //! moments m and the Gram matrix G: any number of fits cost no second look at the samples.
 //!
 //! Blocks grow with the time from the first sample (half width at most 1/16 of it) and start with single samples,
-//! so that exp(-t/T) is exact to 3e-13 of its size at t = 0 for *every* T: (s/16)⁸ exp(-s)/(2⁷·8!) at its worst s = 8.
+//! so that exp(-t/T) is exact to 7e-13 of its size at t = 0 for *every* T: (s/16)⁸ exp(-s)/15!! at its worst s = 8.
 
 use super::log::TimeAxis;
 use crate::error::{Error, ErrorKind, Result};
