@@ -3,3 +3,5 @@
 pub mod brent;
 pub mod legendre;
 pub mod random;
+pub mod spectra;
+pub mod whiteness;
