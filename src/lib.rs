@@ -10,5 +10,6 @@ pub mod identify;
 pub mod math;
 pub mod signal;
 pub mod units;
+pub mod validate;
 
 pub use error::{Error, ErrorKind, Result};

@@ -10,8 +10,16 @@ use std::sync::Arc;
 /// Longest transform for an autocorrelation; longer series go through it in overlapping pieces.
 const PIECE: usize = 1 << 16;
 
+/// Up to here summing directly beats planning a transform.
+const DIRECT_LAGS: usize = 64;
+const DIRECT_SAMPLES: usize = 1 << 17;
+
 /// Autocovariance sums Σ x[i] x[i+k], k = 0..=max_lag, of `x` with its missing samples as zero.
 fn lagged_products(x: &[f64], max_lag: usize) -> Vec<f64> {
+    if max_lag <= DIRECT_LAGS && x.len() <= DIRECT_SAMPLES {
+        let product = |k: usize| x.iter().zip(x.get(k..).unwrap_or(&[])).map(|(a, b)| a * b).sum();
+        return (0..=max_lag).map(product).collect();
+    }
     let block = PIECE.max(2 * (max_lag + 1)).min(x.len().next_power_of_two());
     let size = (block + max_lag + 1).next_power_of_two();
     let mut planner = RealFftPlanner::<f64>::new();

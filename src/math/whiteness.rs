@@ -2,6 +2,7 @@
 //!
 //! Missing samples are NaN. Each test gives a p value; [`Whiteness`] holds all of one series.
 
+use super::random::Stream;
 use super::spectra::{Autocorrelation, Periodogram, autocorrelation};
 use serde::Serialize;
 use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF, Normal};
@@ -142,27 +143,36 @@ fn kolmogorov(x: f64) -> f64 {
     (2.0 * sum).clamp(0.0, 1.0)
 }
 
+/// Standard deviations of dither that the runs test adds.
+const DITHER: f64 = 0.5;
+
+/// Runs about the median. Where many samples share a value (a lattice, or a sharp peak), the side on which they fall
+/// would be decided by the last digits of whatever smooth curve was subtracted, in long runs; independent dither
+/// decides it instead, and leaves white noise white. Its seed is fixed.
 fn runs(x: &[f64]) -> Option<TestResult> {
-    let mut sorted: Vec<f64> = x.iter().copied().filter(|v| v.is_finite()).collect();
-    let mid = sorted.len() / 2;
-    let median = *sorted.select_nth_unstable_by(mid, f64::total_cmp).1;
-    // samples at the median belong to neither side (quantised data have many)
+    let n = x.iter().filter(|v| v.is_finite()).count();
+    let square: f64 = x.iter().filter(|v| v.is_finite()).map(|v| v * v).sum();
+    let dither = DITHER * (square / n as f64).sqrt();
+    let mut draw = Stream::new(0, n as u64);
+    let there: Vec<f64> = x.iter().filter(|v| v.is_finite()).map(|v| v + dither * draw.normal()).collect();
+    let mut sorted = there.clone();
+    let median = *sorted.select_nth_unstable_by(n / 2, f64::total_cmp).1;
     let (mut above, mut below, mut runs, mut last) = (0.0, 0.0, 0.0, None);
-    for v in x.iter().filter(|v| v.is_finite() && **v != median) {
+    for v in there.iter().filter(|v| **v != median) {
         let side = *v > median;
         if side {
-            above += 1.0
+            above += 1.0;
         } else {
-            below += 1.0
+            below += 1.0;
         }
         if last != Some(side) {
             runs += 1.0;
         }
         last = Some(side);
     }
-    let n: f64 = above + below;
-    let mean = 2.0 * above * below / n + 1.0;
-    let variance = (mean - 1.0) * (mean - 2.0) / (n - 1.0);
+    let total: f64 = above + below;
+    let mean = 2.0 * above * below / total + 1.0;
+    let variance = (mean - 1.0) * (mean - 2.0) / (total - 1.0);
     if !(variance > 0.0) {
         return Some(TestResult { statistic: 0.0, p_value: 1.0 });
     }
@@ -173,7 +183,6 @@ fn runs(x: &[f64]) -> Option<TestResult> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::random::Stream;
 
     /// Share of rejections at 5 % in `draws` series of `n` by each test.
     fn rejections(n: usize, draws: u64, series: impl Fn(&mut Stream) -> Vec<f64>) -> [f64; 4] {

@@ -2,6 +2,7 @@
 
 pub mod log;
 pub mod moments;
+pub mod slots;
 
 pub use log::{Channel, Log, TimeAxis, names};
 pub use moments::Moments;
