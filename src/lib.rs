@@ -8,6 +8,7 @@ pub mod error;
 pub mod files;
 pub mod identify;
 pub mod math;
+pub mod report;
 pub mod signal;
 pub mod units;
 pub mod validate;

@@ -81,3 +81,10 @@ pub(crate) fn report(error: &Error) {
         let _ = writeln!(err, "  mend: {mend}");
     }
 }
+
+/// The command as it was typed, for provenance.
+pub(crate) fn command_line() -> String {
+    let quote = |arg: String| if arg.contains(char::is_whitespace) { format!("'{arg}'") } else { arg };
+    let arguments = std::env::args_os().skip(1).map(|a| quote(a.to_string_lossy().into_owned()));
+    std::iter::once("gyroid".to_string()).chain(arguments).collect::<Vec<_>>().join(" ")
+}
