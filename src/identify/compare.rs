@@ -89,7 +89,8 @@ pub(super) fn compare(p: &Projection, free_time_constant: bool) -> Option<Compar
     }
     let count: f64 = first.iter().map(|g| g.n).sum();
     let mut best: [Option<Best>; 3] = [None, None, None];
-    for (ratio, _) in ratios(count, m.span_s, n) {
+    // every second ratio: the likelihood is flat over half a decade
+    for (ratio, _) in ratios(count, m.span_s, n).into_iter().step_by(2) {
         let white = whiten(&first, &series, ratio);
         let space = Space::new(&white, constants, constants + 1);
         let gains = [0.0, space.gain(&white.columns[constants]), space.largest_gain(&white.columns[constants + 1..])];
@@ -161,8 +162,12 @@ impl Space {
         (left > 1e-9 * norm).then(|| v.iter().map(|x| x / left).collect())
     }
 
+    /// How much of what is left the column explains.
     fn gain(&self, column: &[f64]) -> f64 {
-        self.unit(column).map_or(0.0, |u| dot(&u, &self.residual).powi(2))
+        let norm = dot(column, column);
+        let outside = norm - self.basis.iter().map(|b| dot(b, column).powi(2)).sum::<f64>();
+        // below this only rounding is left of it
+        if outside > 1e-13 * norm { dot(column, &self.residual).powi(2) / outside } else { 0.0 }
     }
 
     fn largest_gain(&self, columns: &[Vec<f64>]) -> f64 {

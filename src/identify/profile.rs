@@ -6,22 +6,24 @@
 //! Given T all is linear, so C1's and C2's profiles need a search in T alone.
 
 use super::projection::Projection;
-use super::search::{Minimum, grid};
+use super::search::Minimum;
 use crate::math::brent;
 
 /// Points in T at which the profiles of C1 and C2 are looked at first.
-const POINTS: usize = 24;
+const POINTS: usize = 12;
+/// Ends of an interval are known to this part of ln T: more digits than anyone reads.
+const PRECISION: f64 = 1e-6;
 
 /// The set of ln T with S - S_min ≤ κ, as an interval; an end without a crossing is infinite.
 fn feasible(p: &Projection, min: &Minimum, kappa: f64) -> [f64; 2] {
     let excess = |x: f64| p.rss(x) - min.linear.rss - kappa;
-    let grid = grid(p);
+    let grid: Vec<f64> = min.scan.iter().map(|s| s.0).collect();
     let best = min.time_constant.ln();
-    let inside: Vec<bool> = grid.iter().map(|&x| excess(x) <= 0.0).collect();
+    let inside: Vec<bool> = min.scan.iter().map(|s| s.1 - min.linear.rss <= kappa).collect();
     // outermost crossings: a second valley that is as deep belongs to the interval
     let crossing = |inner: f64, outer: f64| {
         let (a, b) = (inner.min(outer), inner.max(outer));
-        brent::root(excess, a, b).map_or(inner, |f| f.x)
+        brent::root(excess, a, b, PRECISION).map_or(inner, |f| f.x)
     };
     let low = match inside.iter().position(|&i| i) {
         Some(0) => f64::NEG_INFINITY,
@@ -56,10 +58,10 @@ pub(super) enum Target {
 
 /// Interval of C1 or C2 at power-on, rad/s.
 pub(super) fn linear(p: &Projection, min: &Minimum, target: Target, kappa: f64) -> [f64; 2] {
-    let grid = grid(p);
+    let grid = &min.scan;
     let [low, high] = feasible(p, min, kappa);
     let open = high == f64::INFINITY;
-    let (a, b) = (low.max(grid[0]), high.min(grid[grid.len() - 1]));
+    let (a, b) = (low.max(grid[0].0), high.min(grid[grid.len() - 1].0));
     let bound = |ln_t: f64, sign: f64| -> f64 {
         let (center, room) = conditional(p, min, target, kappa, ln_t);
         center + sign * room.max(0.0).sqrt()
@@ -75,7 +77,7 @@ pub(super) fn linear(p: &Projection, min: &Minimum, target: Target, kappa: f64) 
             return sign * f64::INFINITY;
         }
         let (from, to) = (if top == 0 { a } else { points[top - 1] }, points.get(top + 1).copied().unwrap_or(b));
-        let refined = brent::minimum(|x| -sign * bound(x, sign), from, to).map(|f| sign * bound(f.x, sign));
+        let refined = brent::minimum(|x| -sign * bound(x, sign), from, to, PRECISION).map(|f| sign * bound(f.x, sign));
         sign * refined.unwrap_or(f64::NEG_INFINITY).max(values[top])
     };
     [end(-1.0), end(1.0)]

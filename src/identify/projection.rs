@@ -75,6 +75,12 @@ pub(super) struct Projection<'a> {
     pub c2: Option<f64>,
 }
 
+/// 1 - exp(-alpha), `e` being exp(-alpha); the slower function only where digits would cancel.
+#[inline]
+fn one_less(alpha: f64, e: f64) -> f64 {
+    if alpha > 0.5 { 1.0 - e } else { -(-alpha).exp_m1() }
+}
+
 impl<'a> Projection<'a> {
     /// With C1 and C2 both free, g may count from the first sample: exp(-t0/T) only scales it, and so it keeps
     /// its digits however late the log begins. A known C1 or C2 is one at power-on, and g must count from there.
@@ -88,7 +94,7 @@ impl<'a> Projection<'a> {
         self.moments.first_s - self.offset_s
     }
 
-    fn classes_at(&self, time_constant: f64) -> Vec<ClassAt> {
+    fn classes_at(&self, time_constant: f64, derivative: bool) -> Vec<ClassAt> {
         let quadratic = |g: &[[f64; COUNT]; COUNT], a: &[f64; COUNT], b: &[f64; COUNT]| -> f64 {
             g.iter().zip(a).map(|(row, a)| a * legendre::dot(row, b)).sum()
         };
@@ -103,18 +109,23 @@ impl<'a> Projection<'a> {
                 let mut tail = q;
                 tail[0] = 0.0;
                 let x = e.times_x.map(|v| h * v);
+                // a block of one sample has no width: q is 1 and all else vanishes
+                let wide = class.count > 1;
+                let form = |wanted: bool, a: &[f64; COUNT], b: &[f64; COUNT]| {
+                    if wanted && wide { quadratic(gram, a, b) } else { 0.0 }
+                };
                 ClassAt {
                     n: class.count as f64,
                     first_less_one: e.first_less_one,
                     one_q: legendre::dot(&gram[0], &q),
                     one_tail: legendre::dot(&gram[0], &tail),
                     one_x: legendre::dot(&gram[0], &x),
-                    tail_tail: quadratic(gram, &tail, &tail),
-                    qq: quadratic(gram, &q, &q),
-                    qx: quadratic(gram, &q, &x),
-                    xx: quadratic(gram, &x, &x),
-                    tail_q: quadratic(gram, &tail, &q),
-                    tail_x: quadratic(gram, &tail, &x),
+                    tail_tail: form(true, &tail, &tail),
+                    qq: if wide { form(derivative, &q, &q) } else { 1.0 },
+                    qx: form(derivative, &q, &x),
+                    xx: form(derivative, &x, &x),
+                    tail_q: form(derivative, &tail, &q),
+                    tail_x: form(derivative, &tail, &x),
                     q,
                     tail,
                     x,
@@ -125,7 +136,7 @@ impl<'a> Projection<'a> {
 
     /// The sums at `time_constant`; those with d only where `derivative` asks for them.
     pub fn sums(&self, time_constant: f64, derivative: bool) -> Sums {
-        let classes = self.classes_at(time_constant);
+        let classes = self.classes_at(time_constant, derivative);
         let mut s = Sums::default();
         for block in &self.moments.blocks {
             let c = &classes[block.class];
@@ -143,7 +154,7 @@ impl<'a> Projection<'a> {
             let alpha = mid / time_constant;
             let e = (-alpha).exp();
             // g = a - e·tail, a = 1 - e·q0 without its cancellation
-            let a = -(-alpha).exp_m1() - e * c.first_less_one;
+            let a = one_less(alpha, e) - e * c.first_less_one;
             s.g += a * c.n - e * c.one_tail;
             s.gg += a * a * c.n - 2.0 * a * e * c.one_tail + e * e * c.tail_tail;
             s.gy += a * m[0] - e * legendre::dot(&c.tail, m);
@@ -160,7 +171,7 @@ impl<'a> Projection<'a> {
 
     /// Block sums at `time_constant`, neighbours merged to at most about `most` groups.
     pub fn groups(&self, time_constant: f64, most: usize) -> Vec<BlockSum> {
-        let classes = self.classes_at(time_constant);
+        let classes = self.classes_at(time_constant, false);
         let per_group = self.moments.count as f64 / most as f64;
         let mut groups: Vec<BlockSum> = Vec::with_capacity(most + 1);
         let mut open = BlockSum::default();
@@ -172,7 +183,7 @@ impl<'a> Projection<'a> {
             if (mid - half) / time_constant <= GONE {
                 let alpha = mid / time_constant;
                 let e = (-alpha).exp();
-                let a = -(-alpha).exp_m1() - e * c.first_less_one;
+                let a = one_less(alpha, e) - e * c.first_less_one;
                 g = a * c.n - e * c.one_tail;
                 d = e * (alpha * c.one_q + c.one_x);
             }

@@ -40,11 +40,13 @@ impl Termination {
 }
 
 /// Result of the search, in the clock of the projection.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Minimum {
     pub time_constant: f64,
     pub linear: Linear,
     pub termination: Termination,
+    /// The scan: ln T and the residual sum of squares there; empty where T was given.
+    pub scan: Vec<(f64, f64)>,
 }
 
 /// T is searched from a fraction of the sample time to far beyond the log.
@@ -57,52 +59,52 @@ pub(super) fn range(p: &Projection) -> (f64, f64) {
 /// Points of the scan for each factor e of T: the sum of squares has no structure finer than that.
 const PER_E_FOLD: f64 = 4.0;
 
-/// The logarithmic grid in T, as ln T.
-pub(super) fn grid(p: &Projection) -> Vec<f64> {
+/// Residual sum of squares on the logarithmic grid in T.
+fn scan(p: &Projection) -> Vec<(f64, f64)> {
     let (low, high) = range(p);
     let n = ((high / low).ln() * PER_E_FOLD).ceil().max(8.0);
-    (0..=n as usize).map(|i| low.ln() + (high / low).ln() * i as f64 / n).collect()
+    let ln_t = |i: usize| low.ln() + (high / low).ln() * i as f64 / n;
+    (0..=n as usize).map(|i| (ln_t(i), p.rss(ln_t(i)))).collect()
 }
 
 /// Finds the least-squares T and the parameters that go with it.
 pub(super) fn minimum(p: &Projection, fixed_time_constant: Option<f64>) -> Minimum {
-    if let Some(time_constant) = fixed_time_constant {
+    let at = |time_constant: f64, termination, scan| {
         let linear = p.linear(&p.sums(time_constant, false));
-        return Minimum { time_constant, linear, termination: Termination::Linear };
-    }
-    let grid = grid(p);
-    let rss: Vec<f64> = grid.iter().map(|&x| p.rss(x)).collect();
-    let best = (0..grid.len()).min_by(|&a, &b| rss[a].total_cmp(&rss[b])).unwrap_or(0);
-    let at = |ln_t: f64, termination| {
-        let time_constant: f64 = ln_t.exp();
-        Minimum { time_constant, linear: p.linear(&p.sums(time_constant, false)), termination }
+        Minimum { time_constant, linear, termination, scan }
     };
+    if let Some(time_constant) = fixed_time_constant {
+        return at(time_constant, Termination::Linear, Vec::new());
+    }
+    let scan = scan(p);
+    let best = (0..scan.len()).min_by(|&a, &b| scan[a].1.total_cmp(&scan[b].1)).unwrap_or(0);
     if best == 0 {
-        return at(grid[0], Termination::TooFast);
+        return at(scan[0].0.exp(), Termination::TooFast, scan);
     }
-    if best == grid.len() - 1 {
-        return at(grid[best], Termination::StraightLine);
+    if best == scan.len() - 1 {
+        return at(scan[best].0.exp(), Termination::StraightLine, scan);
     }
-    let (low, high) = (grid[best - 1], grid[best + 1]);
-    let coarse = brent::minimum(|x| p.rss(x), low, high);
-    let mut ln_t = coarse.map_or(grid[best], |f| f.x);
+    let (low, high) = (scan[best - 1].0, scan[best + 1].0);
+    let coarse = brent::minimum(|x| p.rss(x), low, high, 1e-8);
+    let mut ln_t = coarse.map_or(scan[best].0, |f| f.x);
     let mut iterations = coarse.map_or(0, |f| f.iterations);
     // values alone know the minimum to half the digits; the root of the derivative knows it to all
     for width in [1e-6, 1e-3, high - low] {
         let (a, b) = ((ln_t - width).max(low), (ln_t + width).min(high));
-        if let Some(found) = brent::root(|x| p.slope(x), a, b) {
+        if let Some(found) = brent::root(|x| p.slope(x), a, b, 0.0) {
             ln_t = found.x;
             iterations += found.iterations;
             break;
         }
     }
-    polish(p, ln_t, iterations)
+    let (ln_t, termination) = polish(p, ln_t, iterations);
+    at(ln_t.exp(), termination, scan)
 }
 
 const POLISH_STEPS: u32 = 8;
 
-/// Gauss-Newton in ln T with the linear parameters projected out (Kaufman's step).
-fn polish(p: &Projection, start: f64, iterations: u64) -> Minimum {
+/// Gauss-Newton in ln T with the linear parameters projected out (Kaufman's step): ln T, and how it ended.
+fn polish(p: &Projection, start: f64, iterations: u64) -> (f64, Termination) {
     let mut ln_t = start;
     let mut last_step = f64::INFINITY;
     for step in 1..=POLISH_STEPS {
@@ -121,16 +123,14 @@ fn polish(p: &Projection, start: f64, iterations: u64) -> Minimum {
         last_step = delta.abs();
         // at the rounding of the sums steps stop shrinking: there is nothing left to gain
         if last_step < 1e-14 || (!shrinks && last_step < 1e-9) {
-            let termination = Termination::Converged { iterations, polish_steps: step, last_step };
-            return Minimum { time_constant: ln_t.exp(), linear: p.linear(&p.sums(ln_t.exp(), false)), termination };
+            return (ln_t, Termination::Converged { iterations, polish_steps: step, last_step });
         }
     }
-    let termination = if last_step < 1e-9 {
-        Termination::Converged { iterations, polish_steps: POLISH_STEPS, last_step }
+    if last_step < 1e-9 {
+        (ln_t, Termination::Converged { iterations, polish_steps: POLISH_STEPS, last_step })
     } else {
-        Termination::StepLimit { last_step }
-    };
-    Minimum { time_constant: ln_t.exp(), linear: p.linear(&p.sums(ln_t.exp(), false)), termination }
+        (ln_t, Termination::StepLimit { last_step })
+    }
 }
 
 /// vᵀ (XᵀX)⁻¹ v over the free columns g, 1 with v = (gᵀd, 1ᵀd).

@@ -22,22 +22,22 @@ pub struct Found {
     pub iterations: u64,
 }
 
-/// Local minimum of `f` in `[low, high]`, to half the digits of `f64` (no minimiser of values alone does better).
-/// `None` if the bracket is not one or `f` is not finite there.
+/// Local minimum of `f` in `[low, high]` to a relative `tolerance` (half the digits of `f64` are the most that a
+/// minimiser of values alone can have). `None` if the bracket is not one or `f` is not finite there.
 #[must_use]
-pub fn minimum(f: impl Fn(f64) -> f64, low: f64, high: f64) -> Option<Found> {
+pub fn minimum(f: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> Option<Found> {
     if !(low < high && low.is_finite() && high.is_finite()) {
         return None;
     }
-    let solver = BrentOpt::new(low, high).set_tolerance(1e-9, 1e-10);
+    let solver = BrentOpt::new(low, high).set_tolerance(tolerance, 0.1 * tolerance);
     let result = Executor::new(Scalar(f), solver).configure(|s| s.max_iters(200)).run().ok()?;
     let x = *result.state().get_best_param()?;
     x.is_finite().then(|| Found { x, iterations: result.state().get_iter() })
 }
 
-/// Root of `f` in `[low, high]` to the last digits. `None` unless `f` has opposite signs at the ends.
+/// Root of `f` in `[low, high]` to `tolerance`, or to the last digits where that is finer. `None` unless `f` has opposite signs at the ends.
 #[must_use]
-pub fn root(f: impl Fn(f64) -> f64, low: f64, high: f64) -> Option<Found> {
+pub fn root(f: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> Option<Found> {
     let (a, b) = (f(low), f(high));
     if !(low < high && a.is_finite() && b.is_finite() && a * b <= 0.0) {
         return None;
@@ -45,7 +45,7 @@ pub fn root(f: impl Fn(f64) -> f64, low: f64, high: f64) -> Option<Found> {
     if a == 0.0 || b == 0.0 {
         return Some(Found { x: if a == 0.0 { low } else { high }, iterations: 0 });
     }
-    let tolerance = 4.0 * f64::EPSILON * low.abs().max(high.abs());
+    let tolerance = tolerance.max(4.0 * f64::EPSILON * low.abs().max(high.abs()));
     let solver = BrentRoot::new(low, high, tolerance);
     let result = Executor::new(Scalar(f), solver).configure(|s| s.max_iters(200)).run().ok()?;
     let x = *result.state().get_best_param().or(result.state().get_param())?;
@@ -58,16 +58,16 @@ mod tests {
 
     #[test]
     fn minimum_and_root_of_known_functions() {
-        let m = minimum(|x| (x - 2.0).powi(2) + 1.0, 0.0, 5.0).unwrap();
+        let m = minimum(|x| (x - 2.0).powi(2) + 1.0, 0.0, 5.0, 1e-9).unwrap();
         assert!((m.x - 2.0).abs() < 1e-7);
-        let r = root(|x| x * x * x - 2.0, 0.0, 3.0).unwrap();
+        let r = root(|x| x * x * x - 2.0, 0.0, 3.0, 0.0).unwrap();
         assert!((r.x - 2f64.cbrt()).abs() < 4.0 * f64::EPSILON, "{}", r.x);
     }
 
     #[test]
     fn no_bracket_no_answer() {
-        assert!(root(|x| x * x + 1.0, -1.0, 1.0).is_none());
-        assert!(root(|_| f64::NAN, -1.0, 1.0).is_none());
-        assert!(minimum(|x| x, 1.0, 0.0).is_none());
+        assert!(root(|x| x * x + 1.0, -1.0, 1.0, 0.0).is_none());
+        assert!(root(|_| f64::NAN, -1.0, 1.0, 0.0).is_none());
+        assert!(minimum(|x| x, 1.0, 0.0, 1e-9).is_none());
     }
 }

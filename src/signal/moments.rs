@@ -55,7 +55,7 @@ pub struct Moments {
 }
 
 /// Number of blocks aimed at: enough to see noise colour, few enough that a fit costs microseconds.
-const BLOCKS: usize = 1024;
+const BLOCKS: usize = 512;
 
 impl Moments {
     /// Moments of `values` on `time`.
