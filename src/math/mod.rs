@@ -2,6 +2,7 @@
 
 pub mod brent;
 pub mod legendre;
+pub mod lsq;
 pub mod random;
 pub mod spectra;
 pub mod whiteness;
