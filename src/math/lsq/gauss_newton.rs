@@ -69,6 +69,9 @@ const ROUGH: f64 = 1e4;
 /// So is a step shorter than this part of |r|: it moves a parameter by √n millionths of its standard error at most.
 const NEGLIGIBLE: f64 = 1e-6;
 
+/// Pushes the residuals r(p) and, for each parameter, the derivatives ∂r/∂p_j, into buffers handed over empty.
+pub type ResidualAndJacobian<'a> = dyn FnMut(&[f64], &mut Vec<f64>, &mut Vec<Vec<f64>>) + 'a;
+
 /// Residuals and Jacobian at one point.
 #[derive(Default)]
 struct Point {
@@ -79,11 +82,7 @@ struct Point {
 }
 
 impl Point {
-    fn move_to(
-        &mut self,
-        parameters: Vec<f64>,
-        model: &mut dyn FnMut(&[f64], &mut Vec<f64>, &mut Vec<Vec<f64>>),
-    ) -> bool {
+    fn move_to(&mut self, parameters: Vec<f64>, model: &mut ResidualAndJacobian<'_>) -> bool {
         self.residual.clear();
         self.jacobian.clear();
         model(&parameters, &mut self.residual, &mut self.jacobian);
@@ -101,8 +100,7 @@ impl Point {
 
 /// Minimises |r(p)|² from `start` by at most `max_steps` Gauss-Newton steps, each halved until it descends.
 ///
-/// `residual_and_jacobian(p, r, columns)` gets empty buffers and pushes the n residuals to `r` and, for each parameter,
-/// the n derivatives ∂r/∂p_j to `columns`. The sign of r is free. Weights belong into both.
+/// The sign of r is free. Weights belong into both, residuals and derivatives.
 ///
 /// The iteration ends where the step, measured in the model's values, has come down to rounding: nothing is left to set.
 /// Source: Björck, Numerical Methods for Least Squares Problems (1996), section 9.2.
@@ -113,7 +111,7 @@ impl Point {
 /// no influence of its own (the Jacobian is rank deficient); the message names it by its place, from 1.
 pub fn polish(
     start: &[f64],
-    residual_and_jacobian: &mut dyn FnMut(&[f64], &mut Vec<f64>, &mut Vec<Vec<f64>>),
+    residual_and_jacobian: &mut ResidualAndJacobian<'_>,
     max_steps: usize,
 ) -> Result<Polished> {
     let mut here = Point::default();

@@ -25,7 +25,7 @@ mod factor;
 mod gauss_newton;
 
 pub use factor::QrFactor;
-pub use gauss_newton::{Polished, Termination, polish};
+pub use gauss_newton::{Polished, ResidualAndJacobian, Termination, polish};
 
 use crate::error::Result;
 
