@@ -102,13 +102,13 @@ impl Point {
 ///
 /// The sign of r is free. Weights belong into both, residuals and derivatives.
 ///
-/// The iteration ends where the step, measured in the model's values, has come down to rounding: nothing is left to set.
+/// The iteration ends where the step, measured in the model's values, has come down to rounding.
 /// Source: Björck, Numerical Methods for Least Squares Problems (1996), section 9.2.
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] if the shapes do not fit, [`ErrorKind::TooShort`] if there are fewer residuals than parameters,
-/// [`ErrorKind::Value`] if the start is not finite or has no finite residuals, [`ErrorKind::Numeric`] if a parameter has
-/// no influence of its own (the Jacobian is rank deficient); the message names it by its place, from 1.
+/// [`ErrorKind::Value`] if the start is not finite or has no finite residuals, [`ErrorKind::Numeric`] if a parameter
+/// has no influence of its own (the Jacobian is rank deficient); the message names it by its place, from 1.
 pub fn polish(
     start: &[f64],
     residual_and_jacobian: &mut ResidualAndJacobian<'_>,

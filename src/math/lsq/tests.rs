@@ -168,7 +168,10 @@ fn polish_refuses_what_it_cannot_start_from() {
 
 proptest! {
     #[test]
-    fn units_of_columns_and_data_only_scale_the_answer(shifts in prop::array::uniform3(-60i32..60), data in -60i32..60) {
+    fn units_of_columns_and_data_only_scale_the_answer(
+        shifts in prop::array::uniform3(-60i32..60),
+        data in -60i32..60,
+    ) {
         let columns = powers(15, 2);
         let y: Vec<f64> = (0..15).map(|i| (0.3 * f64::from(i)).cos()).collect();
         let plain = solve_qr(&columns, &y).unwrap();
