@@ -131,7 +131,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let named = |e: Error| if e.input == "log" { e.named(args.log.path().display()) } else { e };
     let fit = identify::fit(&time, rate, &options).map_err(named)?;
     let residuals = fit.residuals(&time, rate);
-    let fitted = jacobian(&fit, &time);
+    let fitted = fit.jacobian(&time);
     let validation = validate::whiteness(&time, &residuals, &fitted, &whiteness);
     let report = FitReport { log: args.log.facts(&recording), fit, validation };
 
@@ -189,19 +189,6 @@ fn claim_plots(args: &FitArgs) -> Result<Vec<PlotFile>> {
         _ => Vec::new(),
     };
     paths.iter().map(PlotFile::claim).collect()
-}
-
-/// The directions that the fit took out of the residuals: the gradient's columns.
-fn jacobian(fit: &identify::Fit, time: &TimeAxis) -> Vec<Vec<f64>> {
-    let model = fit.model();
-    let mut columns = vec![Vec::with_capacity(time.len()); 3];
-    for i in 0..time.len() {
-        for (column, g) in columns.iter_mut().zip(model.gradient(time.at(i))) {
-            column.push(g);
-        }
-    }
-    let free = [&fit.c1_rad_s, &fit.c2_rad_s, &fit.time_constant_s].map(|e| e.std > 0.0);
-    columns.into_iter().zip(free).filter(|(_, free)| *free).map(|(c, _)| c).collect()
 }
 
 fn write_configuration(

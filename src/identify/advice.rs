@@ -3,8 +3,7 @@
 //! The covariance of least squares on e(t) under white noise plus random walk, for a log of length L from power-on;
 //! with white noise alone std(T)/T = c(L/T) σ / (C1 √n).
 
-use super::noise::inverse;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
 /// What a planned log would know of T.
@@ -43,17 +42,21 @@ pub(super) fn relative_std(plan: &Plan, length_s: f64) -> f64 {
     let step = length_s / POINTS as f64;
     let column = |i: usize| {
         let u = (plan.start_s + step * (i as f64 + 0.5)) / plan.time_constant_s;
-        DVector::from_vec(vec![-(-u).exp_m1(), 1.0, u * (-u).exp()])
+        let e = (-u).exp();
+        Vector3::new(1.0 - e, 1.0, u * e)
     };
-    let (mut normal, mut walk, mut tail) = (DMatrix::zeros(3, 3), DMatrix::zeros(3, 3), DVector::zeros(3));
+    let (mut normal, mut walk, mut tail) = (Matrix3::zeros(), Matrix3::zeros(), Vector3::zeros());
     for i in (0..POINTS).rev() {
         let x = column(i);
-        normal += n * (&x * x.transpose());
+        normal += n * (x * x.transpose());
         tail += n * x;
-        walk += step * (&tail * tail.transpose());
+        walk += step * (tail * tail.transpose());
     }
-    let Some(inv) = inverse(&normal) else { return f64::INFINITY };
-    let spread = &inv * walk * &inv;
+    // unit diagonal first: in a short log the columns are nearly parallel
+    let scale = normal.diagonal().map(|d: f64| d.sqrt().recip());
+    let unit = Matrix3::from_diagonal(&scale);
+    let Some(inv) = (unit * normal * unit).cholesky().map(|c| unit * c.inverse() * unit) else { return f64::INFINITY };
+    let spread = inv * walk * inv;
     let variance = plan.white_variance * inv[(2, 2)] + plan.walk_variance_rate * spread[(2, 2)];
     variance.sqrt() / plan.c1_rad_s.abs()
 }

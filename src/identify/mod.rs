@@ -166,6 +166,16 @@ impl Fit {
         variance.max(0.0).sqrt()
     }
 
+    /// Derivatives of e(t) by the free ones of C1, C2 and T, one column each, one value a sample: the directions that
+    /// the fit has taken out of its residuals.
+    #[must_use]
+    pub fn jacobian(&self, time: &TimeAxis) -> Vec<Vec<f64>> {
+        let model = self.model();
+        let free = [&self.c1_rad_s, &self.c2_rad_s, &self.time_constant_s].map(|e| e.std > 0.0);
+        let column = |j: usize| (0..time.len()).map(|i| model.gradient(time.at(i))[j]).collect();
+        (0..3).filter(|&j| free[j]).map(column).collect()
+    }
+
     /// Residuals `values - e(t)`, rad/s.
     #[must_use]
     pub fn residuals(&self, time: &TimeAxis, values: &[f64]) -> Vec<f64> {

@@ -215,6 +215,8 @@ impl NoiseFit {
     pub fn half_width(&self, variances: &[f64], level: f64) -> f64 {
         let parts: Vec<(f64, f64)> =
             self.members.iter().zip(variances).map(|(m, v)| (m.weight, v.max(0.0).sqrt())).collect();
+        // what is this improbable moves no digit of a 95 % interval
+        let parts: Vec<(f64, f64)> = parts.into_iter().filter(|p| p.0 > 1e-6).collect();
         let widest = parts.iter().map(|p| p.1).fold(0.0, f64::max);
         if !(widest.is_finite() && widest > 0.0) {
             return widest;
@@ -233,7 +235,7 @@ impl NoiseFit {
             } else {
                 high = mid;
             }
-            if high - low < 1e-9 * high {
+            if high - low < 1e-6 * high {
                 break;
             }
         }

@@ -75,10 +75,10 @@ pub(super) struct Projection<'a> {
     pub c2: Option<f64>,
 }
 
-/// 1 - exp(-alpha), `e` being exp(-alpha); the slower function only where digits would cancel.
+/// 1 - exp(-alpha), `e` being exp(-alpha); the slower function only where more than three digits would cancel.
 #[inline]
 fn one_less(alpha: f64, e: f64) -> f64 {
-    if alpha > 0.5 { 1.0 - e } else { -(-alpha).exp_m1() }
+    if alpha > 1e-3 { 1.0 - e } else { -(-alpha).exp_m1() }
 }
 
 impl<'a> Projection<'a> {
