@@ -1,14 +1,14 @@
 //! `gyroid fit`: the warm-up model of a log at rest.
 
+use super::Outcome;
+use super::log_args::LogArgs;
 use super::output::{Common, Output, command_line};
-use super::{LogArgs, Outcome};
 use clap::Args;
 use gyroid::bias::Scheme;
 use gyroid::config::Config;
 use gyroid::export::{ConfigurationOptions, configuration};
 use gyroid::files::OutputFile;
 use gyroid::identify::{self, FitOptions, Fixed, Loss};
-use gyroid::ingest::GyroRecording;
 use gyroid::report::plot::PlotFile;
 use gyroid::report::{FitReport, Verdict};
 use gyroid::signal::{TimeAxis, names};
@@ -128,8 +128,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let recording = args.log.read()?;
     let rate = recording.log.require(names::GYRO_Z)?;
     let time = args.log.time_since_power_on(&recording);
-    let named = |e: Error| if e.input == "log" { e.named(args.log.path().display()) } else { e };
-    let fit = identify::fit(&time, rate, &options).map_err(named)?;
+    let fit = identify::fit(&time, rate, &options).map_err(|e| args.log.named(e))?;
     let residuals = fit.residuals(&time, rate);
     let fitted = fit.jacobian(&time);
     let validation = validate::whiteness(&time, &residuals, &fitted, &whiteness);
@@ -209,19 +208,4 @@ fn write_configuration(
         config.sample_time_s.unwrap_or(f64::NAN)
     ));
     Ok(())
-}
-
-/// Where the recording's clock and facts come from, for the commands that read a log at rest.
-impl LogArgs {
-    /// The time axis since power-on: the log's own, or begun `--start-offset` after it.
-    pub(crate) fn time_since_power_on(&self, recording: &GyroRecording) -> TimeAxis {
-        let time = recording.log.time.clone();
-        match self.start_offset {
-            Some(offset) if !time.is_empty() => {
-                let first = time.at(0);
-                time.shifted(offset - first)
-            }
-            _ => time,
-        }
-    }
 }

@@ -134,7 +134,7 @@ impl FitReport {
         let _ = writeln!(out, "  {}", termination(&fit.termination));
         self.noise_text(&mut out);
         self.identifiability_text(&mut out);
-        self.validation_text(&mut out);
+        whiteness_text(&self.validation, &mut out);
         out
     }
 
@@ -207,57 +207,10 @@ impl FitReport {
         }
     }
 
-    fn validation_text(&self, out: &mut String) {
-        let v = &self.validation;
-        if v.levels.is_empty() {
-            return;
-        }
-        let _ = writeln!(
-            out,
-            "\nwhiteness, p values calibrated by {} permutations; joint p {}",
-            v.draws,
-            equals(&probability(v.joint_p_value))
-        );
-        let _ = writeln!(
-            out,
-            "  {:>10}{:>9}{:>9}{:>14}{:>11}{:>15}{:>8}",
-            "averaged", "blocks", "lag 1", "lags outside", "Ljung-Box", "cum. periodog.", "runs"
-        );
-        for l in &v.levels {
-            let p = l.calibrated_p_values.map(probability);
-            let _ = writeln!(
-                out,
-                "  {:>10}{:>9}{:>9.3}{:>14}{:>11}{:>15}{:>8}",
-                duration_text(l.averaging_time_s),
-                l.whiteness.samples,
-                l.whiteness.autocorrelation.get(1).copied().unwrap_or(f64::NAN),
-                p[0],
-                p[1],
-                p[2],
-                p[3]
-            );
-        }
-    }
-
     /// The documented JSON of `gyroid fit --json`. A bound that does not exist is null.
     #[must_use]
     pub fn json(&self) -> Value {
         let fit = &self.fit;
-        let levels: Vec<Value> = self
-            .validation
-            .levels
-            .iter()
-            .map(|l| {
-                let mut value = json!(l);
-                value["calibrated_p_values"] = Whiteness::TESTS
-                    .iter()
-                    .zip(l.calibrated_p_values)
-                    .map(|(name, p)| (name.replace([' ', '-'], "_").to_lowercase(), json!(p)))
-                    .collect::<serde_json::Map<_, _>>()
-                    .into();
-                value
-            })
-            .collect();
         json!({
             "verdict": match self.verdict() {
                 Verdict::FitForUse => "fit_for_use",
@@ -289,21 +242,78 @@ impl FitReport {
             "comparison": fit.comparison,
             "straight_line": fit.line,
             "advice": fit.advice,
-            "validation": {
-                "joint_p_value": self.validation.joint_p_value,
-                "level": self.validation.level,
-                "draws": self.validation.draws,
-                "seed": self.validation.seed,
-                "levels": levels,
-            },
-            "log": {
-                "name": self.log.name,
-                "column": self.log.column,
-                "unit": self.log.unit.to_string(),
-                "sha256": self.log.sha256,
-                "temperature_c": self.log.temperature_c,
-                "notes": self.log.notes,
-            },
+            "validation": whiteness_json(&self.validation),
+            "log": self.log.json(),
+        })
+    }
+}
+
+/// The table of whiteness tests.
+pub(super) fn whiteness_text(v: &Validation, out: &mut String) {
+    if v.levels.is_empty() {
+        return;
+    }
+    let _ = writeln!(
+        out,
+        "\nwhiteness, p values calibrated by {} permutations; joint p {}",
+        v.draws,
+        equals(&probability(v.joint_p_value))
+    );
+    let _ = writeln!(
+        out,
+        "  {:>10}{:>9}{:>9}{:>14}{:>11}{:>15}{:>8}",
+        "averaged", "blocks", "lag 1", "lags outside", "Ljung-Box", "cum. periodog.", "runs"
+    );
+    for l in &v.levels {
+        let p = l.calibrated_p_values.map(probability);
+        let _ = writeln!(
+            out,
+            "  {:>10}{:>9}{:>9.3}{:>14}{:>11}{:>15}{:>8}",
+            duration_text(l.averaging_time_s),
+            l.whiteness.samples,
+            l.whiteness.autocorrelation.get(1).copied().unwrap_or(f64::NAN),
+            p[0],
+            p[1],
+            p[2],
+            p[3]
+        );
+    }
+}
+
+/// The whiteness tests as JSON.
+pub(super) fn whiteness_json(v: &Validation) -> Value {
+    let by_name = |p: [f64; 4]| -> Value {
+        let name = |n: &str| n.replace([' ', '-'], "_").to_lowercase();
+        Whiteness::TESTS.iter().zip(p).map(|(n, p)| (name(n), json!(p))).collect::<serde_json::Map<_, _>>().into()
+    };
+    let levels: Vec<Value> = v
+        .levels
+        .iter()
+        .map(|l| {
+            let mut value = json!(l);
+            value["calibrated_p_values"] = by_name(l.calibrated_p_values);
+            value
+        })
+        .collect();
+    json!({
+        "joint_p_value": v.joint_p_value,
+        "level": v.level,
+        "draws": v.draws,
+        "seed": v.seed,
+        "levels": levels,
+    })
+}
+
+impl LogFacts {
+    /// The log as JSON.
+    pub(super) fn json(&self) -> Value {
+        json!({
+            "name": self.name,
+            "column": self.column,
+            "unit": self.unit.to_string(),
+            "sha256": self.sha256,
+            "temperature_c": self.temperature_c,
+            "notes": self.notes,
         })
     }
 }
