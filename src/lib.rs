@@ -9,6 +9,8 @@ pub mod files;
 pub mod ingest;
 pub mod math;
 pub mod signal;
+pub mod simulate;
 pub mod units;
+pub mod vehicle;
 
 pub use error::{Error, ErrorKind, Result};
