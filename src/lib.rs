@@ -8,6 +8,7 @@ pub mod error;
 pub mod files;
 pub mod ingest;
 pub mod math;
+pub mod navigate;
 pub mod signal;
 pub mod simulate;
 pub mod units;

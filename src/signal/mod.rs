@@ -1,5 +1,7 @@
 //! Floor 1: a log in memory, its blocks and their moments.
 
+pub mod clock;
 pub mod log;
 
+pub use clock::{increasing_times, since_power_on};
 pub use log::{Channel, Log, TimeAxis, names};

@@ -6,7 +6,7 @@ use crate::bias::WarmUp;
 use crate::config::{Config, Pose};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
-use crate::signal::{Log, TimeAxis, names};
+use crate::signal::{Log, TimeAxis, increasing_times, names, since_power_on};
 use crate::vehicle::{Forcing, Motion, Rolling, advance};
 
 /// Channels of [`Drive::truth`] beside x, y and heading.
@@ -87,7 +87,7 @@ pub fn replay(config: &Config, inputs: &Log, options: &Options) -> Result<Drive>
         return Err(Error::new(ErrorKind::TooShort, &inputs.source, found));
     }
     let since_power_on = since_power_on(inputs, start(options)?)?;
-    let times = checked_times(inputs)?;
+    let times = increasing_times(inputs)?;
     let robot = Rolling::new(config.require_vehicle()?);
     let mut recorder = Recorder::new(config, options, inputs.len())?;
     let torques = pair(inputs, names::TORQUE_LEFT, names::TORQUE_RIGHT);
@@ -134,34 +134,6 @@ fn pair(log: &Log, left: &str, right: &str) -> Option<[Vec<f64>; 2]> {
         values.iter().scan(0.0, hold).collect()
     };
     Some([held(log.get(left)?), held(log.get(right)?)])
-}
-
-fn checked_times(log: &Log) -> Result<Vec<f64>> {
-    let times = log.time.to_vec();
-    match times.windows(2).position(|w| !(w[1] - w[0] > 0.0 && (w[1] - w[0]).is_finite())) {
-        None => Ok(times),
-        Some(k) => Err(Error::new(
-            ErrorKind::Time,
-            &log.source,
-            format!("time goes from {} s to {} s, and must increase", times[k], times[k + 1]),
-        )
-        .at(format!("row {}", k + 2))),
-    }
-}
-
-/// Time since power-on of each row, s.
-fn since_power_on(log: &Log, start_s: f64) -> Result<Vec<f64>> {
-    let Some(values) = log.get(names::SINCE_POWER_ON) else {
-        return Ok((0..log.len()).map(|k| start_s + log.time.at(k) - log.time.at(0)).collect());
-    };
-    match values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
-        None => Ok(values.to_vec()),
-        Some(k) => {
-            let found = format!("{} is not a time after power-on", values[k]);
-            let place = format!("row {}, column {:?}", k + 1, names::SINCE_POWER_ON);
-            Err(Error::new(ErrorKind::Time, &log.source, found).at(place))
-        }
-    }
 }
 
 /// White torque noise of each wheel, held over a step: standard deviation q/√dt.
