@@ -103,10 +103,14 @@ pub mod error;
 pub mod export;
 pub mod files;
 pub mod identify;
+pub mod ingest;
 pub mod math;
+pub mod navigate;
 pub mod report;
 pub mod signal;
+pub mod simulate;
 pub mod units;
 pub mod validate;
+pub mod vehicle;
 
 pub use error::{Error, ErrorKind, Result};
