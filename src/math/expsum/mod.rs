@@ -118,15 +118,20 @@ pub fn fit(x: &[f64], y: &[f64], shape: Shape) -> Result<ExpSum> {
     let Some(least) = refined.first().map(|(_, rss)| *rss) else {
         return Err(unsupported(shape));
     };
-    // starts that came to the same minimum differ in rounding only; the one that polishes best speaks for it
     let rounding = (1e-10 * lsq::norm(&samples.y)).powi(2);
-    let same = refined.iter().take_while(|(_, rss)| *rss <= least * (1.0 + 1e-6) + rounding);
-    let polished = same.filter_map(|(log_rates, _)| samples.polish(shape, log_rates).ok());
-    let best = polished.min_by(|a, b| {
+    let mut polished: Vec<(&[f64], Polished)> = Vec::new();
+    for (log_rates, _) in refined.iter().take_while(|(_, rss)| *rss <= least * (1.0 + 1e-6) + rounding) {
+        // starts that came to the same minimum need polishing once
+        let near = |(other, _): &(&[f64], Polished)| other.iter().zip(log_rates).all(|(a, b)| (a - b).abs() < 1e-4);
+        if !polished.iter().filter(|(_, p)| p.termination.converged()).any(near) {
+            polished.extend(samples.polish(shape, log_rates).ok().map(|p| (log_rates.as_slice(), p)));
+        }
+    }
+    let best = polished.iter().map(|(_, p)| p).min_by(|a, b| {
         let failed = |p: &Polished| !p.termination.converged();
         failed(a).cmp(&failed(b)).then(a.rss.total_cmp(&b.rss))
     });
-    samples.unscale(&best.ok_or_else(|| unsupported(shape))?, shape, scan)
+    samples.unscale(best.ok_or_else(|| unsupported(shape))?, shape, scan)
 }
 
 fn unsupported(shape: Shape) -> Error {

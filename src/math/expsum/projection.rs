@@ -8,12 +8,18 @@ use crate::math::lsq::{QrFactor, dot};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, storage::Owned};
 
-/// Logarithms of rates beyond this are decays of one sample, or none at all.
+/// Logarithms of rates beyond this are decays of one sample, or none at all; exponents beyond it are none.
 const LOG_LIMIT: f64 = 700.0;
+
+/// exp(-r x) of one rate. What would be below 1e-304 is 0: subnormal numbers take ten times as long.
+pub(super) fn decay(rate: f64, x: f64) -> f64 {
+    let exponent = rate * x;
+    if exponent < LOG_LIMIT { (-exponent).exp() } else { 0.0 }
+}
 
 /// exp(-r x), one column a rate.
 pub(super) fn decays(samples: &Samples, rates: &[f64]) -> Vec<Vec<f64>> {
-    rates.iter().map(|r| samples.x.iter().map(|x| (-r * x).exp()).collect()).collect()
+    rates.iter().map(|r| samples.x.iter().map(|x| decay(*r, *x)).collect()).collect()
 }
 
 fn columns(samples: &Samples, shape: Shape, log_rates: &[f64]) -> Vec<Vec<f64>> {
@@ -28,13 +34,14 @@ pub(super) fn linear(samples: &Samples, shape: Shape, log_rates: &[f64]) -> Resu
     QrFactor::new(&columns(samples, shape, log_rates))?.solve(&samples.y)
 }
 
-/// Levenberg-Marquardt from `start`: logarithms of the rates, and the sum of squares there. None where it left the
-/// finite numbers.
+/// Levenberg-Marquardt from `start`: logarithms of the rates, ascending, and the sum of squares there. None where it left
+/// the finite numbers.
 pub(super) fn refine(samples: &Samples, shape: Shape, start: &[f64]) -> Option<(Vec<f64>, f64)> {
     let problem = Projection::new(samples, shape, DVector::from_column_slice(start));
-    let (problem, report) = LevenbergMarquardt::new().with_tol(1e-12).with_patience(60).minimize(problem);
+    let (problem, report) = LevenbergMarquardt::new().with_tol(1e-10).with_patience(30).minimize(problem);
     let rss = 2.0 * report.objective_function;
-    let log_rates: Vec<f64> = problem.log_rates.iter().copied().collect();
+    let mut log_rates: Vec<f64> = problem.log_rates.iter().copied().collect();
+    log_rates.sort_by(f64::total_cmp);
     (rss.is_finite() && log_rates.iter().all(|t| t.abs() < LOG_LIMIT)).then_some((log_rates, rss))
 }
 

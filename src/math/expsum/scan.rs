@@ -1,6 +1,6 @@
 //! Starting values: every combination of rates on a logarithmic grid, each with its best amplitudes.
 
-use super::{Samples, Shape};
+use super::{Samples, Shape, projection};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::lsq::{dot, norm};
 use faer::Mat;
@@ -24,8 +24,6 @@ pub struct Scan {
 const SLOWEST: f64 = 0.05;
 /// Decay of the fastest rate tried from the first to the fourth place, as an exponent.
 const FASTEST: f64 = 6.0;
-/// Starts refined.
-const STARTS: usize = 8;
 
 /// Grid points by number of terms: some thousand combinations at most.
 fn grid_points(terms: usize) -> usize {
@@ -47,11 +45,13 @@ pub(super) fn starts(samples: &Samples, shape: Shape) -> Result<(Scan, Vec<Vec<f
     let (slow, fast) = (SLOWEST.ln(), (FASTEST / fourth).clamp(10.0, 1e15).ln());
     let log_rates: Vec<f64> = (0..points).map(|k| slow + (fast - slow) * k as f64 / (points - 1) as f64).collect();
 
+    let rates: Vec<f64> = log_rates.iter().map(|log| log.exp()).collect();
+
     // One QR turns the n samples into as many rows as there are columns: a combination then costs the same for any n.
     let lead = usize::from(shape.offset);
     let table = Mat::from_fn(samples.x.len(), lead + points + 1, |i, j| match j {
         0 if shape.offset => 1.0,
-        j if j < lead + points => (-log_rates[j - lead].exp() * samples.x[i]).exp(),
+        j if j < lead + points => projection::decay(rates[j - lead], samples.x[i]),
         _ => samples.y[i],
     });
     let qr = table.qr();
@@ -72,13 +72,15 @@ pub(super) fn starts(samples: &Samples, shape: Shape) -> Result<(Scan, Vec<Vec<f
     }
     let combinations = found.len();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // local minima grow with the number of terms
+    let most = 2 + 2 * shape.terms;
     let mut kept: Vec<&[usize]> = Vec::new();
     for (_, indices) in &found {
         let near = |other: &&[usize]| indices.iter().zip(*other).all(|(a, b)| a.abs_diff(*b) <= 1);
         if !kept.iter().any(near) {
             kept.push(indices);
         }
-        if kept.len() == STARTS {
+        if kept.len() == most {
             break;
         }
     }
