@@ -9,8 +9,8 @@ use gyroid::config::Config;
 use gyroid::export::{ConfigurationOptions, configuration};
 use gyroid::files::OutputFile;
 use gyroid::identify::{self, FitOptions, Fixed, Loss};
-use gyroid::report::plot::PlotFile;
-use gyroid::report::{FitReport, Verdict};
+use gyroid::report::plot::Format;
+use gyroid::report::{FitReport, Verdict, fit_picture};
 use gyroid::signal::{TimeAxis, names};
 use gyroid::{Error, ErrorKind, Result, validate};
 use std::path::{Path, PathBuf};
@@ -154,7 +154,12 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
             output.say(format!("{} not written; --accept writes it all the same", file.target().display()));
         }
     }
-    draw(plots, &report, &time, rate, &residuals, &output)?;
+    if !plots.is_empty() {
+        let picture = fit_picture(&report, &time, rate, &residuals)?;
+        let names: Vec<String> = plots.iter().map(|p| p.target().display().to_string()).collect();
+        plots.into_iter().try_for_each(|file| picture.write(file))?;
+        output.say(format!("drew {}", names.join(", ")));
+    }
     output.finish(&report.json())?;
     Ok(if export { Outcome::Done } else { Outcome::Unfit })
 }
@@ -179,7 +184,7 @@ fn fit_options(args: &FitArgs) -> Result<FitOptions> {
 }
 
 /// The plots that were asked for, or both kinds beside the configuration.
-fn claim_plots(args: &FitArgs) -> Result<Vec<PlotFile>> {
+fn claim_plots(args: &FitArgs) -> Result<Vec<OutputFile>> {
     let beside = |out: &Path| ["png", "svg"].map(|e| out.with_extension(e)).to_vec();
     let paths = match (&args.out, args.no_plot, args.plot.is_empty()) {
         (_, true, _) => Vec::new(),
@@ -187,7 +192,7 @@ fn claim_plots(args: &FitArgs) -> Result<Vec<PlotFile>> {
         (Some(out), _, _) => beside(out),
         _ => Vec::new(),
     };
-    paths.iter().map(PlotFile::claim).collect()
+    paths.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path))).collect()
 }
 
 fn write_configuration(

@@ -1,8 +1,11 @@
 //! Floor 7: one file a subcommand. Exit codes: 0 done, 1 bad input, 2 usage, 3 done but not fit for use.
 
+mod fit;
+mod log_args;
 mod navigate;
 mod output;
 mod simulate;
+mod validate;
 
 use clap::{Parser, Subcommand};
 use gyroid::Result;
@@ -27,6 +30,8 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Fit(fit::FitArgs),
+    Validate(validate::ValidateArgs),
     Simulate(simulate::SimulateArgs),
     Navigate(navigate::NavigateArgs),
 }
@@ -35,6 +40,8 @@ enum Command {
 pub(crate) fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome: Result<Outcome> = match &cli.command {
+        Command::Fit(args) => fit::run(args),
+        Command::Validate(args) => validate::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Navigate(args) => navigate::run(args),
     };

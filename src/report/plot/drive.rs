@@ -1,0 +1,180 @@
+//! Drives: paths on a map, and errors against time with what the filter thinks of them.
+
+use super::envelope::outline;
+use super::geometry::{Point, thin};
+use super::quantity::{Quantity, angle, length, time};
+use super::{Axis, Chart, LARGEST, Page, Panel, Picture, bad, palette};
+use crate::error::Result;
+
+/// One path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Track<'a> {
+    /// Name in the legend.
+    pub name: &'a str,
+    /// Positions, m; NaN breaks the path.
+    pub x_m: &'a [f64],
+    /// Positions, m; as many as `x_m`.
+    pub y_m: &'a [f64],
+}
+
+/// Paths of one drive: the reference first, it is drawn broad underneath the others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackFigure<'a> {
+    /// Title.
+    pub title: &'a str,
+    /// A sentence under it.
+    pub subtitle: &'a str,
+    /// The paths.
+    pub tracks: &'a [Track<'a>],
+}
+
+/// Points of a line across the page, before extremes stand for the rest.
+const COLUMNS: usize = 1000;
+
+impl TrackFigure<'_> {
+    /// Draws the map: both axes have the same scale.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Value`] if there is no position, lengths differ, or a number is infinite; it names the track.
+    pub fn draw(&self) -> Result<Picture> {
+        let mut extent = 0.0_f64;
+        for track in self.tracks {
+            check(track.name, track.x_m, track.y_m.len())?;
+            check(track.name, track.y_m, track.x_m.len())?;
+            let positions = track.x_m.iter().chain(track.y_m).filter(|v| !v.is_nan());
+            extent = positions.fold(extent, |m, v| m.max(v.abs()));
+        }
+        let unit = length(extent);
+        let mut chart = Chart::new(Axis::linear("x", unit.unit), Axis::linear("y", unit.unit)).equal_axes();
+        let mut begin = None;
+        for (i, track) in self.tracks.iter().enumerate() {
+            let stroke = match i {
+                0 => palette::GREY.tint(0.6).stroke(6.0),
+                1 => palette::series(0).stroke(2.0),
+                _ => palette::series(i - 1).stroke(2.0).dashed(),
+            };
+            let path = path(track, unit, extent);
+            begin = begin.or(path.iter().copied().find(|p| !p[0].is_nan()));
+            chart = chart.line(track.name, path, stroke);
+        }
+        let chart = chart.dots("start", begin, palette::BLACK, 6.0);
+        Page::new(self.title).subtitle(self.subtitle).size(1200, 1000).row([chart.into()]).draw()
+    }
+}
+
+/// The path, without points that no page is large enough to tell apart.
+fn path(track: &Track, unit: Quantity, extent: f64) -> Vec<[f64; 2]> {
+    const PIXELS: f64 = 2000.0;
+    let scale = if extent > 0.0 { PIXELS / extent } else { 1.0 };
+    let points: Vec<Point> = track.x_m.iter().zip(track.y_m).map(|(x, y)| (x * scale, y * scale)).collect();
+    let mut out = Vec::new();
+    for run in points.split(|p| p.0.is_nan() || p.1.is_nan()) {
+        if !out.is_empty() {
+            out.push([f64::NAN; 2]);
+        }
+        out.extend(thin(run).into_iter().map(|(x, y)| [unit.of(x / scale), unit.of(y / scale)]));
+    }
+    out
+}
+
+/// What an error is an error of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// Metres.
+    Length,
+    /// Radians.
+    Angle,
+}
+
+/// One filter's error in one quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ErrorSeries<'a> {
+    /// Name in the legend.
+    pub name: &'a str,
+    /// Estimate less truth, SI; NaN where there is no truth.
+    pub error: &'a [f64],
+    /// The filter's own standard deviation, SI: ±2 of it are drawn as a band.
+    pub std: Option<&'a [f64]>,
+}
+
+/// Errors in one quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ErrorRow<'a> {
+    /// Name of the quantity, for the axis: "Heading error".
+    pub label: &'a str,
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// One or more filters.
+    pub series: &'a [ErrorSeries<'a>],
+}
+
+/// Errors of one drive against time, a row for each quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ErrorFigure<'a> {
+    /// Title.
+    pub title: &'a str,
+    /// A sentence under it.
+    pub subtitle: &'a str,
+    /// Times, s.
+    pub time_s: &'a [f64],
+    /// Quantities from the top.
+    pub rows: &'a [ErrorRow<'a>],
+}
+
+impl ErrorFigure<'_> {
+    /// Draws the page.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Value`] if there is nothing to draw, lengths differ, or a number is infinite; it names the
+    /// series.
+    pub fn draw(&self) -> Result<Picture> {
+        check("time", self.time_s, self.time_s.len())?;
+        let clock = time(self.time_s.iter().fold(0.0, |m, t| m.max(t.abs())));
+        let charts: Vec<Chart> = self.rows.iter().map(|row| self.row(row, clock)).collect::<Result<_>>()?;
+        let height = 160 + 270 * charts.len().clamp(1, 12) as u32;
+        let stack = Panel::Stack { title: String::new(), label: String::new(), charts };
+        Page::new(self.title).subtitle(self.subtitle).size(1200, height).row([stack]).draw()
+    }
+
+    fn row(&self, row: &ErrorRow, clock: Quantity) -> Result<Chart> {
+        let mut largest = 0.0_f64;
+        for series in row.series {
+            for values in [Some(series.error), series.std].into_iter().flatten() {
+                check(&format!("{}, {}", row.label, series.name), values, self.time_s.len())?;
+                largest = values.iter().filter(|v| !v.is_nan()).fold(largest, |m, v| m.max(v.abs()));
+            }
+        }
+        let unit = match row.dimension {
+            Dimension::Length => length(largest),
+            Dimension::Angle => angle(largest),
+        };
+        let mut chart = Chart::new(Axis::linear("Time", clock.unit), Axis::linear(row.label, unit.unit)).at_y(
+            "",
+            0.0,
+            palette::GREY.stroke(1.0),
+        );
+        for (i, series) in row.series.iter().enumerate() {
+            if let Some(std) = series.std {
+                let edge = outline(std.len(), |i| [self.time_s[i], std[i]], COLUMNS);
+                let band = edge.iter().map(|p| [clock.of(p[0]), -2.0 * unit.of(p[1]), 2.0 * unit.of(p[1])]);
+                chart = chart.band(format!("±2σ, {}", series.name), band, palette::series(i), 0.18);
+            }
+        }
+        for (i, series) in row.series.iter().enumerate() {
+            let line = outline(series.error.len(), |i| [self.time_s[i], series.error[i]], COLUMNS);
+            let points = line.iter().map(|p| [clock.of(p[0]), unit.of(p[1])]);
+            chart = chart.line(series.name, points, palette::series(i).stroke(1.8));
+        }
+        Ok(chart)
+    }
+}
+
+fn check(name: &str, values: &[f64], rows: usize) -> Result<()> {
+    if values.len() != rows {
+        return Err(bad(name, format!("{} values on {rows} rows", values.len())));
+    }
+    match values.iter().position(|v| v.abs() > LARGEST) {
+        Some(i) => Err(bad(format!("{name}, row {i}"), format!("{:e} cannot be shown", values[i]))),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,55 @@
+//! Pictures of results, as SVG or PNG, the same on every machine (the font is built in).
+//!
+//! Every figure is a pure function from plain numbers to a [`Picture`]: [`fit::FitFigure`], [`drive::TrackFigure`],
+//! [`drive::ErrorFigure`]. Other figures are made of [`Chart`]s, [`HeatMap`]s and [`Page`]s:
+//!
+//! ```
+//! use gyroid::report::plot::{Axis, Chart, Page, Panel, palette};
+//!
+//! # fn main() -> gyroid::Result<()> {
+//! let deviation = [[0.1, 3e-4], [1.0, 1e-4], [10.0, 4e-5], [100.0, 3e-5]];
+//! let chart = Chart::new(Axis::log("Averaging time τ", "s"), Axis::log("Allan deviation", "rad/s"))
+//!     .line("gyro z", deviation, palette::BLUE.stroke(2.0));
+//! let picture = Page::new("Allan deviation").size(800, 600).row([Panel::from(chart)]).draw()?;
+//! assert!(picture.svg()?.contains("Averaging time τ (s)"));
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! A chart's data may hold NaN (a missing value: lines break there), but nothing infinite; figures of long logs are
+//! drawn from envelopes and block means, so that files stay small whatever the length.
+
+mod axis;
+mod chart;
+pub mod drive;
+mod envelope;
+pub mod fit;
+mod font;
+mod geometry;
+mod heat;
+mod layout;
+mod page;
+pub mod palette;
+mod picture;
+mod quantity;
+mod scene;
+
+pub use axis::Axis;
+pub use chart::Chart;
+pub use heat::HeatMap;
+pub use page::{Page, Panel};
+pub use palette::{Color, Stroke};
+pub use picture::{Format, Picture};
+
+use crate::error::{Error, ErrorKind};
+
+/// Larger numbers are no measurements, and their differences would overflow on the way to the page.
+const LARGEST: f64 = 1e100;
+
+/// An error in the numbers that a figure was given.
+fn bad(place: impl std::fmt::Display, found: impl std::fmt::Display) -> Error {
+    Error::new(ErrorKind::Value, "figure", found).at(place)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,264 @@
+//! What is on a page, before it becomes SVG or PNG: shapes in the order in which they are painted.
+
+use super::font;
+use super::geometry::{Point, Rect, dashes, thin};
+use super::palette::{Color, Stroke};
+use crate::error::{Error, ErrorKind, Result};
+use plotters::prelude::{BitMapBackend, DrawingBackend, SVGBackend};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color as _, FontDesc, FontFamily, FontStyle, FontTransform, RGBAColor, ShapeStyle, TextStyle};
+
+/// Where a text lies about its anchor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Align {
+    Start,
+    Middle,
+    End,
+}
+
+/// A text: its anchor is on the base line.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Text {
+    pub at: Point,
+    pub text: String,
+    /// Pixels an em.
+    pub size: f64,
+    pub color: Color,
+    pub align: Align,
+    /// Read from the bottom to the top.
+    pub upright: bool,
+}
+
+/// One thing to paint.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Shape {
+    Path { points: Vec<Point>, color: Color, width: f64 },
+    Polygon { points: Vec<Point>, color: Color, alpha: f64 },
+    Disc { at: Point, radius: f64, color: Color },
+    Text(Text),
+}
+
+/// A page of shapes.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Scene {
+    pub width: u32,
+    pub height: u32,
+    pub shapes: Vec<Shape>,
+}
+
+impl Scene {
+    pub fn new(width: u32, height: u32) -> Self {
+        Self { width, height, shapes: Vec::new() }
+    }
+
+    /// A line, dashed where the stroke is.
+    pub fn path(&mut self, points: &[Point], stroke: Stroke) {
+        let points = thin(points);
+        let pieces = match stroke.dash {
+            Some(dash) => dashes(&points, dash),
+            None => vec![points],
+        };
+        let Stroke { color, width, .. } = stroke;
+        let visible = pieces.into_iter().filter(|p| p.len() > 1);
+        self.shapes.extend(visible.map(|points| Shape::Path { points, color, width }));
+    }
+
+    pub fn polygon(&mut self, points: Vec<Point>, color: Color, alpha: f64) {
+        if points.len() > 2 {
+            self.shapes.push(Shape::Polygon { points, color, alpha });
+        }
+    }
+
+    pub fn rect(&mut self, rect: Rect, color: Color, alpha: f64) {
+        self.polygon(rect.corners(), color, alpha);
+    }
+
+    pub fn disc(&mut self, at: Point, radius: f64, color: Color) {
+        self.shapes.push(Shape::Disc { at, radius, color });
+    }
+
+    /// Text on the base line at `at`; control characters, which XML forbids, become spaces.
+    pub fn text(&mut self, at: Point, text: &str, size: f64, color: Color, align: Align) {
+        self.push_text(Text { at, text: text.into(), size, color, align, upright: false });
+    }
+
+    /// Text that reads from the bottom to the top, centred on `at`.
+    pub fn upright_text(&mut self, at: Point, text: &str, size: f64, color: Color) {
+        self.push_text(Text { at, text: text.into(), size, color, align: Align::Middle, upright: true });
+    }
+
+    fn push_text(&mut self, mut text: Text) {
+        text.text = text.text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        if !text.text.trim().is_empty() {
+            self.shapes.push(Shape::Text(text));
+        }
+    }
+
+    /// As SVG whose text is text; `title` is what screen readers and tooltips say.
+    pub fn svg(&self, title: &str) -> Result<String> {
+        // plotters writes whole pixels: a finer grid under the same picture keeps curves smooth
+        const GRID: u32 = 4;
+        let mut svg = String::new();
+        let (width, height) = (self.width * GRID, self.height * GRID);
+        {
+            let mut backend = SVGBackend::with_string(&mut svg, (width, height));
+            Painter { scene: self, scale: f64::from(GRID), pixels: false }.paint(&mut backend)?;
+        }
+        let body = svg.find('>').map_or("", |end| &svg[end + 1..]);
+        Ok(format!(
+            "<svg width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
+             xmlns=\"http://www.w3.org/2000/svg\">\n<title>{}</title>{body}",
+            self.width,
+            self.height,
+            escape(title)
+        ))
+    }
+
+    /// As rows of RGB bytes, from the top.
+    pub fn rgb(&self) -> Result<Vec<u8>> {
+        // plotters smooths neither areas nor thick lines: painted larger and averaged down, all edges are smooth
+        const OVERSAMPLING: u32 = 3;
+        let (width, height) = (self.width as usize, self.height as usize);
+        let (fine_width, factor) = (width * OVERSAMPLING as usize, OVERSAMPLING as usize);
+        let mut fine = vec![0xFF; fine_width * height * factor * 3];
+        {
+            let size = (self.width * OVERSAMPLING, self.height * OVERSAMPLING);
+            let mut backend = BitMapBackend::with_buffer(&mut fine, size);
+            let scale = f64::from(OVERSAMPLING);
+            Painter { scene: self, scale, pixels: true }.paint(&mut backend)?;
+        }
+        let mut rgb = Vec::with_capacity(width * height * 3);
+        let mut sums = vec![0u16; width * 3];
+        for rows in fine.chunks_exact(fine_width * factor * 3) {
+            sums.fill(0);
+            for row in rows.chunks_exact(fine_width * 3) {
+                for (sum, block) in sums.chunks_exact_mut(3).zip(row.chunks_exact(3 * factor)) {
+                    for pixel in block.chunks_exact(3) {
+                        sum.iter_mut().zip(pixel).for_each(|(s, v)| *s += u16::from(*v));
+                    }
+                }
+            }
+            rgb.extend(sums.iter().map(|s| (s / (factor * factor) as u16) as u8));
+        }
+        Ok(rgb)
+    }
+}
+
+fn escape(text: &str) -> String {
+    let clean = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>();
+    clean.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// Paints a scene by a backend of plotters.
+struct Painter<'a> {
+    scene: &'a Scene,
+    scale: f64,
+    /// Whether the backend has nothing but pixels: then letters are painted here, and paths as single segments with
+    /// round joints, because plotters fills the outline of a path by the even-odd rule, which leaves holes where a
+    /// noisy line crosses itself.
+    pixels: bool,
+}
+
+impl Painter<'_> {
+    fn paint<B: DrawingBackend>(&self, backend: &mut B) -> Result<()> {
+        let scene = self.scene;
+        let (width, height) = (self.grid(f64::from(scene.width)), self.grid(f64::from(scene.height)));
+        backend.draw_rect((0, 0), (width, height), &style(Color(0xFF, 0xFF, 0xFF), 1.0, 1), true).map_err(refused)?;
+        for shape in &scene.shapes {
+            match shape {
+                Shape::Path { points, color, width } => self.path(backend, points, *color, *width)?,
+                Shape::Polygon { points, color, alpha } => {
+                    let ring: Vec<_> = points.iter().map(|p| self.at(*p)).collect();
+                    backend.fill_polygon(ring, &style(*color, *alpha, 1)).map_err(refused)?;
+                }
+                Shape::Disc { at, radius, color } => {
+                    let radius = self.grid(*radius).max(1) as u32;
+                    backend.draw_circle(self.at(*at), radius, &style(*color, 1.0, 1), true).map_err(refused)?;
+                }
+                Shape::Text(text) => self.text(backend, text)?,
+            }
+        }
+        backend.present().map_err(refused)
+    }
+
+    fn path<B: DrawingBackend>(&self, backend: &mut B, points: &[Point], color: Color, width: f64) -> Result<()> {
+        let width = self.grid(width).max(1) as u32;
+        let style = style(color, 1.0, width);
+        let mut path: Vec<_> = points.iter().map(|p| self.at(*p)).collect();
+        path.dedup();
+        if path.len() < 2 {
+            return Ok(());
+        }
+        if !self.pixels {
+            return backend.draw_path(path, &style).map_err(refused);
+        }
+        for segment in path.windows(2) {
+            backend.draw_path([segment[0], segment[1]], &style).map_err(refused)?;
+        }
+        if width > 2 {
+            for joint in &path[1..path.len() - 1] {
+                backend.draw_circle(*joint, (width - 1) / 2, &style, true).map_err(refused)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn text<B: DrawingBackend>(&self, backend: &mut B, text: &Text) -> Result<()> {
+        let size = text.size * self.scale;
+        if self.pixels {
+            return self.letters(backend, text, size);
+        }
+        // in the SVG of plotters `font-size` is size/1.24, and the top anchor lies 0.76 em above the base line
+        let above = 0.76 * text.size;
+        let (x, y) = text.at;
+        let (anchor, transform) = if text.upright {
+            ((x - above, y), FontTransform::Rotate270)
+        } else {
+            ((x, y - above), FontTransform::None)
+        };
+        let horizontal = match text.align {
+            Align::Start => HPos::Left,
+            Align::Middle => HPos::Center,
+            Align::End => HPos::Right,
+        };
+        let font = FontDesc::new(FontFamily::Name(font::FAMILY), 1.24 * size, FontStyle::Normal).transform(transform);
+        let ink = paint_of(text.color, 1.0);
+        let style = TextStyle::from(font).color(&ink).pos(Pos::new(horizontal, VPos::Top));
+        backend.draw_text(&text.text, &style, self.at(anchor)).map_err(refused)
+    }
+
+    fn letters<B: DrawingBackend>(&self, backend: &mut B, text: &Text, size: f64) -> Result<()> {
+        let width = font::width_em(&text.text)? * size;
+        let shift = match text.align {
+            Align::Start => 0,
+            Align::Middle => (-0.5 * width).round() as i32,
+            Align::End => -width.round() as i32,
+        };
+        let (x0, y0) = self.at(text.at);
+        font::rasterise(&text.text, size, |x, y, share| {
+            let along = x + shift;
+            let (x, y) = if text.upright { (x0 + y, y0 - along) } else { (x0 + along, y0 + y) };
+            backend.draw_pixel((x, y), paint_of(text.color, share).to_backend_color()).map_err(refused)
+        })
+    }
+
+    fn grid(&self, length: f64) -> i32 {
+        (length * self.scale).round() as i32
+    }
+
+    fn at(&self, (x, y): Point) -> (i32, i32) {
+        (self.grid(x), self.grid(y))
+    }
+}
+
+fn paint_of(color: Color, alpha: f64) -> RGBAColor {
+    RGBAColor(color.0, color.1, color.2, alpha)
+}
+
+fn style(color: Color, alpha: f64, width: u32) -> ShapeStyle {
+    ShapeStyle { color: paint_of(color, alpha), filled: true, stroke_width: width }
+}
+
+fn refused(error: impl std::fmt::Display) -> Error {
+    Error::new(ErrorKind::Numeric, "figure", error)
+}
