@@ -14,9 +14,12 @@ use std::path::PathBuf;
 
 /// Run the navigation filter over a drive, and compare it with the filter without error model and with encoders alone
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:\n  \
     gyroid navigate gyroid.toml drive.parquet -o pose.parquet\n  \
-    gyroid navigate gyroid.toml drive.parquet --json -")]
+    gyroid navigate gyroid.toml drive.parquet --json -"
+)]
 pub(crate) struct NavigateArgs {
     /// Configuration (schema 1) with [gyro], [vehicle] and [encoder]
     config: PathBuf,
@@ -92,7 +95,7 @@ fn text(args: &NavigateArgs, config: &Config, with: &Summary, without: &Summary,
     );
     let _ = writeln!(
         t,
-        "{:<22}{:>13}{:>13}{:>13}{:>13}   NIS (95 % bounds)",
+        "{:<22}{:>13}{:>13}{:>13}{:>13}   NIS (95 % bounds), innovations",
         "", "heading rms", "at the end", "position rms", "at the end"
     );
     for (name, reference, summary) in [
@@ -107,7 +110,7 @@ fn text(args: &NavigateArgs, config: &Config, with: &Summary, without: &Summary,
     let _ = write!(
         t,
         "\nat the end, with error model: x {:.3} ± {:.3} m, y {:.3} ± {:.3} m, heading {:.2} ± {:.2}°, gyro error \
-         {:.4} ± {:.4} °/s",
+         {:.5} ± {:.5} °/s",
         pose.x_m.estimate,
         pose.x_m.std,
         pose.y_m.estimate,
@@ -143,6 +146,11 @@ fn errors(reference: Option<&ReferenceErrors>) -> String {
 fn nis(summary: &Summary) -> String {
     let c = &summary.consistency;
     let [low, high] = c.nis_mean_bounds95;
-    let verdict = if c.holds() { "consistent" } else { "not consistent" };
+    let failed: Vec<_> = [(c.nis_holds, "NIS outside"), (c.unbiased, "biased"), (c.white, "not white")]
+        .iter()
+        .filter(|(holds, _)| !holds)
+        .map(|(_, word)| *word)
+        .collect();
+    let verdict = if failed.is_empty() { "consistent".into() } else { failed.join(", ") };
     format!("{:.3} ({low:.3} .. {high:.3}) {verdict}", c.nis_mean)
 }

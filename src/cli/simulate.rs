@@ -16,10 +16,13 @@ use std::path::PathBuf;
 ///
 /// Without --course and --inputs the gyro stands at rest. The same seed gives the same bytes.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:\n  \
     gyroid simulate gyroid.toml --duration 1800 --seed 1 -o power_on.csv\n  \
     gyroid simulate gyroid.toml --course square --start-offset 20 -o drive.parquet\n  \
-    gyroid simulate gyroid.toml --inputs recorded.parquet -o predicted.parquet")]
+    gyroid simulate gyroid.toml --inputs recorded.parquet -o predicted.parquet"
+)]
 pub(crate) struct SimulateArgs {
     /// Configuration (schema 1)
     config: PathBuf,

@@ -6,7 +6,7 @@
 
 use super::{Innovation, Sensor};
 use serde::Serialize;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 /// NIS over a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -19,19 +19,17 @@ pub struct Consistency {
     pub nis_mean: f64,
     /// Between these `nis_mean` lies in 95 % of runs if the model holds.
     pub nis_mean_bounds95: [f64; 2],
+    /// Whether `nis_mean` lies inside its bounds.
+    pub nis_holds: bool,
+    /// Whether the means of all sensors' innovations are zero, by a joint test at 95 %. A small bias of a noisy sensor
+    /// shows here long before it shows in NIS.
+    pub unbiased: bool,
+    /// Whether all sensors' innovations are white at lag one, by a joint test at 95 %.
+    pub white: bool,
     /// Part of the rows whose NIS lies inside its own two-sided 95 % interval; expected: 0.95.
     pub rows_inside95: f64,
     /// Each sensor that was read.
     pub sensors: Vec<SensorConsistency>,
-}
-
-impl Consistency {
-    /// Whether `nis_mean` lies inside its bounds.
-    #[must_use]
-    pub fn holds(&self) -> bool {
-        let [low, high] = self.nis_mean_bounds95;
-        (low..=high).contains(&self.nis_mean)
-    }
 }
 
 /// NIS and whiteness of one sensor's innovations.
@@ -47,6 +45,10 @@ pub struct SensorConsistency {
     pub nis_mean_bounds95: [f64; 2],
     /// Part of the readings inside ±1.96 standard deviations; expected: 0.95.
     pub inside95: f64,
+    /// Mean of the standardised innovations; expected: 0.
+    pub mean: f64,
+    /// Its 95 % bound for white innovations, 1.96/√n.
+    pub mean_bound95: f64,
     /// Autocorrelation of the standardised innovations at lag one; expected: 0.
     pub lag1_autocorrelation: f64,
     /// Its 95 % bound for white innovations, 1.96/√n.
@@ -72,6 +74,7 @@ pub(super) struct Gatherer {
 struct Sums {
     readings: u64,
     inside: u64,
+    sum: f64,
     nis: f64,
     products: f64,
     last: Option<f64>,
@@ -104,6 +107,7 @@ impl Gatherer {
         self.row_readings += 1;
         let sums = &mut self.sensors[sensor as usize];
         sums.readings += 1;
+        sums.sum += z;
         sums.nis += z * z;
         sums.inside += u64::from(z.abs() <= NORMAL_975);
         sums.products += sums.last.map_or(0.0, |last| last * z);
@@ -126,28 +130,49 @@ impl Gatherer {
     pub fn finish(&self) -> Consistency {
         let readings: u64 = self.sensors.iter().map(|s| s.readings).sum();
         let nis: f64 = self.sensors.iter().map(|s| s.nis).sum();
+        let read = Sensor::ALL.iter().zip(&self.sensors).filter(|(_, sums)| sums.readings > 0);
+        let sensors: Vec<_> = read.map(|(sensor, sums)| sums.finish(name(*sensor))).collect();
+        // Šidák: k independent tests hold together at 95 % if each holds at 0.95^(1/k)
+        let each = 0.95f64.powf(1.0 / sensors.len().max(1) as f64);
+        let joint = normal_quantile(0.5 + 0.5 * each);
+        let all = |deviate: fn(&SensorConsistency) -> f64| {
+            sensors.iter().all(|s| deviate(s).abs() * (s.readings as f64).sqrt() <= joint)
+        };
+        let nis_mean = nis / readings as f64;
+        let nis_mean_bounds95 = mean_bounds95(readings);
         Consistency {
             readings,
             gated: self.gated,
-            nis_mean: nis / readings as f64,
-            nis_mean_bounds95: mean_bounds95(readings),
+            nis_mean,
+            nis_mean_bounds95,
+            nis_holds: (nis_mean_bounds95[0]..=nis_mean_bounds95[1]).contains(&nis_mean),
+            unbiased: all(|s| s.mean),
+            white: all(|s| s.lag1_autocorrelation),
             rows_inside95: self.rows_inside as f64 / self.rows as f64,
-            sensors: Sensor::ALL
-                .iter()
-                .zip(&self.sensors)
-                .filter(|(_, sums)| sums.readings > 0)
-                .map(|(sensor, sums)| SensorConsistency {
-                    sensor: name(*sensor),
-                    readings: sums.readings,
-                    nis_mean: sums.nis / sums.readings as f64,
-                    nis_mean_bounds95: mean_bounds95(sums.readings),
-                    inside95: sums.inside as f64 / sums.readings as f64,
-                    lag1_autocorrelation: sums.products / sums.nis,
-                    lag1_bound95: NORMAL_975 / (sums.readings as f64).sqrt(),
-                })
-                .collect(),
+            sensors,
         }
     }
+}
+
+impl Sums {
+    fn finish(&self, sensor: &'static str) -> SensorConsistency {
+        let n = self.readings as f64;
+        SensorConsistency {
+            sensor,
+            readings: self.readings,
+            nis_mean: self.nis / n,
+            nis_mean_bounds95: mean_bounds95(self.readings),
+            inside95: self.inside as f64 / n,
+            mean: self.sum / n,
+            mean_bound95: NORMAL_975 / n.sqrt(),
+            lag1_autocorrelation: self.products / self.nis,
+            lag1_bound95: NORMAL_975 / n.sqrt(),
+        }
+    }
+}
+
+fn normal_quantile(probability: f64) -> f64 {
+    Normal::standard().inverse_cdf(probability)
 }
 
 fn name(sensor: Sensor) -> &'static str {
@@ -222,30 +247,42 @@ mod tests {
     fn white_innovations_of_the_stated_variance_are_consistent() {
         let mut stream = Stream::new(1, 0);
         let runs = 400;
-        let (mut inside, mut white) = (0, 0);
+        let (mut inside, mut white, mut unbiased) = (0, 0, 0);
         for _ in 0..runs {
             let c = gather((0..500).map(|_| [2.0 * stream.normal(), 2.0 * stream.normal()]));
-            inside += i32::from(c.holds());
-            white += i32::from(c.sensors[0].lag1_autocorrelation.abs() < c.sensors[0].lag1_bound95);
+            inside += i32::from(c.nis_holds);
+            white += i32::from(c.white);
+            unbiased += i32::from(c.unbiased);
             // 500 rows at 95 %: five binomial standard deviations are 0.049
             assert!((c.rows_inside95 - 0.95).abs() < 0.049, "{}", c.rows_inside95);
         }
         // five binomial standard deviations about 0.95 of 400 runs: 22
-        assert!((inside - 380).abs() < 22 && (white - 380).abs() < 22, "{inside} {white}");
+        for held in [inside, white, unbiased] {
+            assert!((held - 380).abs() < 22, "{inside} {white} {unbiased}");
+        }
     }
 
     #[test]
     fn too_large_and_coloured_innovations_are_not() {
         let mut stream = Stream::new(2, 0);
         let large = gather((0..500).map(|_| [2.4 * stream.normal(), 2.4 * stream.normal()]));
-        assert!(!large.holds() && large.nis_mean > 1.0);
+        assert!(!large.nis_holds && large.nis_mean > 1.0);
         let mut state = 0.0;
         let coloured = gather((0..500).map(|_| {
             state = 0.8 * state + 1.2 * stream.normal();
             [state, 2.0 * stream.normal()]
         }));
-        assert!(coloured.sensors[0].lag1_autocorrelation > coloured.sensors[0].lag1_bound95);
+        assert!(!coloured.white && coloured.nis_holds);
         assert!((coloured.sensors[0].lag1_autocorrelation - 0.8).abs() < 0.1);
+    }
+
+    #[test]
+    fn a_bias_too_small_for_nis_is_seen_in_the_mean() {
+        let mut stream = Stream::new(3, 0);
+        let c = gather((0..2000).map(|_| [2.0 * stream.normal() + 0.3, 2.0 * stream.normal()]));
+        assert!(c.nis_holds && !c.unbiased);
+        // 0.15 standard deviations, within five standard errors
+        assert!((c.sensors[0].mean - 0.15).abs() < 5.0 / 2000f64.sqrt());
     }
 
     #[test]

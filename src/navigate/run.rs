@@ -120,6 +120,7 @@ pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
         let channel = channels::SINCE_POWER_ON;
         notes.push(format!("the log has no {channel}: taken to begin {start_s} s after power-on (--start-offset)"));
     }
+    notes.extend(outside_validity(config, start_s, start_s + log.time.span_s()));
     let readings = readings(log, config, settings)?;
     let inputs = Inputs::new(config, log, &times, settings)?;
     let reference = Reference::new(log, config.pose.as_ref());
@@ -180,6 +181,18 @@ pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
         notes,
     };
     Ok(Run { summary, pose: table.finish(&log.source, log.time.clone())? })
+}
+
+/// What to know where the drive leaves the span of time that the model was fitted on.
+fn outside_validity(config: &Config, from_s: f64, to_s: f64) -> Option<String> {
+    let valid = config.validation.as_ref()?;
+    let (start, end) = (valid.valid_from_s, valid.valid_to_s);
+    (from_s < start || to_s > end).then(|| {
+        format!(
+            "the drive lasts from {from_s:.0} s to {to_s:.0} s after power-on, and the model was fitted on \
+             {start:.0} s to {end:.0} s: beyond, it extrapolates"
+        )
+    })
 }
 
 fn refuse_effects(config: &Config) -> Result<()> {

@@ -65,10 +65,10 @@ pub struct MotionJacobian {
 }
 
 /// A step that turns further is split, so that the quadrature keeps its digits: (0.5)⁶/2016000 = 8e-9 of the way.
-pub const TURN_LIMIT_RAD: f64 = 0.5;
+const TURN_LIMIT_RAD: f64 = 0.5;
 
-/// A bound on the parts of a step, so that an absurd yaw rate costs time, not the program.
-const PARTS_LIMIT: f64 = 1e4;
+/// A bound on the parts of a step: a position after eight turns in one step means nothing, and must not cost much.
+const PARTS_LIMIT: f64 = 100.0;
 
 /// Nodes and weights of Gauss and Legendre on [0, 1].
 const NODES: [(f64, f64); 3] =

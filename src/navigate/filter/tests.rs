@@ -141,20 +141,31 @@ fn without_error_model_the_gyro_error_stays_zero() {
     assert_eq!(f.std()[GYRO_ERROR], 0.0);
 }
 
-/// Runs `steps` steps of noise through a filter, and checks that its covariance is symmetric and positive definite.
+/// Runs `steps` steps of a simulated drive through a filter, and checks that its covariance is symmetric and positive
+/// definite.
 fn assert_definite(config: &Config, steps: u32, check_every: u32) {
     let mut f = filter(config, &Settings::default());
+    let robot = Rolling::new(config.vehicle.as_ref().unwrap());
+    let gyro = config.gyro.as_ref().unwrap();
+    let wheel_std = config.encoder.unwrap().speed_noise_std_rad_s;
+    let gyro_std = gyro.angle_random_walk_rad_sqrt_s / 0.01f64.sqrt();
     let mut stream = Stream::new(5, 0);
+    let mut motion = Motion::default();
     for k in 0..steps {
         let t = 0.01 * f64::from(k);
-        f.update(Sensor::Gyro, 0.5 * (0.1 * t).sin() + 7e-3);
+        let error = gyro.warm_up().error_rad_s(20.0 + t);
+        f.update(Sensor::Gyro, motion.yaw_rate_rad_s + error + gyro_std * stream.normal());
         // encoders at a rate of their own
         if k % 3 == 0 {
-            f.update(Sensor::WheelLeft, 8.0 + 0.02 * stream.normal());
-            f.update(Sensor::WheelRight, 8.0 + 0.02 * stream.normal());
+            let wheels = robot.wheel_speeds(&motion);
+            f.update(Sensor::WheelLeft, wheels[0] + wheel_std * stream.normal());
+            f.update(Sensor::WheelRight, wheels[1] + wheel_std * stream.normal());
         }
-        f.predict(Input::Torques([0.01, 0.01]), 0.01);
+        let torques = [0.01 + 0.02 * (0.2 * t).sin(), 0.01 - 0.02 * (0.2 * t).sin()];
+        f.predict(Input::Torques(torques), 0.01);
+        motion = robot.step(&motion, torques, 0.01);
         if k % check_every == 0 {
+            eprintln!("{k} {:?} {:?}", f.mean().as_slice(), f.factors().diagonal());
             assert!(f.factors().diagonal().iter().all(|d| *d > 0.0 && d.is_finite()), "step {k}");
             let p = f.covariance();
             assert_eq!(p, p.transpose());
@@ -166,7 +177,8 @@ fn assert_definite(config: &Config, steps: u32, check_every: u32) {
             }
         }
     }
-    assert!(f.mean().iter().all(|v| v.is_finite()));
+    let heading = f.mean()[HEADING] - motion.heading_rad;
+    assert!(heading.abs() < 5.0 * f.std()[HEADING], "{heading} {}", f.std()[HEADING]);
 }
 
 #[test]
@@ -182,7 +194,7 @@ fn the_covariance_stays_definite_at_tiny_noise() {
     gyro.noise = None;
     config.vehicle.as_mut().unwrap().torque_noise_n_m_sqrt_s = 1e-9;
     config.encoder.as_mut().unwrap().speed_noise_std_rad_s = 0.0;
-    assert_definite(&config, 150_000, 997);
+    assert_definite(&config, 3_000_000, 99_991);
 }
 
 #[test]
