@@ -11,7 +11,7 @@ use gyroid::files::OutputFile;
 use gyroid::identify::{self, FitOptions, Fixed, Loss};
 use gyroid::report::plot::Format;
 use gyroid::report::{FitReport, Verdict, fit_picture};
-use gyroid::signal::{TimeAxis, names};
+use gyroid::signal::names;
 use gyroid::{Error, ErrorKind, Result, validate};
 use std::path::{Path, PathBuf};
 

@@ -28,6 +28,9 @@ pub(crate) struct LogArgs {
     /// Unit of the time: s, ms, us, ns
     #[arg(long, value_parser = parse_time_unit)]
     time_unit: Option<TimeUnit>,
+    /// Sample rate in Hz, for a log without a time column
+    #[arg(long, value_name = "HZ", conflicts_with = "time")]
+    rate: Option<f64>,
     /// Sort rows whose time goes backwards instead of refusing them
     #[arg(long)]
     sort_time: bool,
@@ -78,6 +81,7 @@ impl LogArgs {
             unit: self.unit,
             time: self.time.clone(),
             time_unit: self.time_unit,
+            rate_hz: self.rate,
             sort_time: self.sort_time,
         };
         let recording = ingest::read_gyro(&self.log, &query)?;

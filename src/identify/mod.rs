@@ -462,6 +462,8 @@ fn advise(p: &Projection, noise: &NoiseFit, fit: &Fit, free_t: bool) -> Vec<Advi
     if !free_t || !fit.warm_up_found() {
         return Vec::new();
     }
+    // a walk that this log does not support is not held against a longer one
+    let walk = fit.noise.rate_random_walk_probability > 0.5;
     let plan = |time_constant_s: f64| {
         let c1 = p.linear(&p.sums(time_constant_s, false)).c1 * (p.clock_s() / time_constant_s).exp();
         advice::Plan {
@@ -470,7 +472,7 @@ fn advise(p: &Projection, noise: &NoiseFit, fit: &Fit, free_t: bool) -> Vec<Advi
             start_s: fit.first_s,
             rate_hz: fit.sample_rate_hz,
             white_variance: noise.mean(|m| m.white_variance),
-            walk_variance_rate: noise.mean(|m| m.walk_variance_rate),
+            walk_variance_rate: if walk { noise.mean(|m| m.walk_variance_rate) } else { 0.0 },
         }
     };
     let recorded = fit.first_s + fit.span_s;

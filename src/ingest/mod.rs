@@ -1,84 +1,69 @@
-//! Floor 2: logs from and to files (stand-in with canonical names only).
+//! Floor 2: logs from files and into files, and what is wrong with them.
+//!
+//! A file's format is found in its content ([text tables](read_gyro), gzipped or not, and Parquet); its columns are found by
+//! their names and unit suffixes. [`read_gyro`] reads one axis of a gyro at rest for the fit and audits it; [`read_log`] reads
+//! every channel of a drive; [`inspect`] tells what is in a file; [`write_log`] writes a log.
+//!
+//! Nothing is dropped or guessed in silence: what was done about a finding stands in the [`Audit`], what was decided in the
+//! recording's notes, and what cannot be decided is an error that says which option decides it.
+//!
+//! ```no_run
+//! use gyroid::ingest::{GyroQuery, read_gyro};
+//!
+//! let recording = read_gyro("rest.csv.gz", &GyroQuery::default())?;
+//! println!("{} samples at {} Hz", recording.audit.samples, recording.audit.sampling.rate_hz);
+//! # Ok::<(), gyroid::Error>(())
+//! ```
+
+mod audit;
+mod cell;
+mod clock;
+mod dialect;
+mod drive;
+mod format;
+mod input;
+mod inspect;
+mod lattice;
+mod motion;
+mod names;
+mod parquet;
+mod rate_unit;
+mod recording;
+mod table;
+mod text;
+mod write;
+
+pub use audit::{Audit, Duplicates, Gaps, Handling, Missing, OutOfOrder, Rest, Sampling, Saturation, Stuck};
+pub use clock::Clock;
+pub use drive::read_log;
+pub use inspect::{AxisReport, ColumnReport, Inspection, TimeReport, inspect};
+pub use motion::{Interval, Motion};
+pub use names::Axis;
+pub use recording::{GyroQuery, GyroRecording};
+pub use write::{LogWriter, write_log};
 
 use crate::error::{Error, ErrorKind, Result};
-use crate::files::OutputFile;
-use crate::signal::{Log, TimeAxis};
-use polars::prelude::{
-    Column, DataFrame, DataType, NamedFrom, ParquetCompression, ParquetReader, ParquetWriter, SerReader, Series,
-};
-use std::fs::File;
 use std::path::Path;
 
-/// Reads a CSV or Parquet log with canonical channel names and `t_s`.
+/// Reads one axis of a gyro that was at rest.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] or [`ErrorKind::Format`].
-pub fn read_log(path: &Path) -> Result<Log> {
-    let name = path.display().to_string();
-    let bad = |e: &dyn std::fmt::Display| Error::new(ErrorKind::Format, &name, e);
-    let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
-    if is_parquet(path) {
-        let file = File::open(path).map_err(|e| Error::io(path, &e))?;
-        let frame = ParquetReader::new(file).finish().map_err(|e| bad(&e))?;
-        for column in frame.columns() {
-            let cast = column.cast(&DataType::Float64).map_err(|e| bad(&e))?;
-            let values = cast.f64().map_err(|e| bad(&e))?.iter().map(|v| v.unwrap_or(f64::NAN)).collect();
-            columns.push((column.name().to_string(), values));
-        }
-    } else {
-        let mut reader = csv::Reader::from_path(path).map_err(|e| bad(&e))?;
-        for name in reader.headers().map_err(|e| bad(&e))? {
-            columns.push((name.to_string(), Vec::new()));
-        }
-        for record in reader.records() {
-            for (field, column) in record.map_err(|e| bad(&e))?.iter().zip(&mut columns) {
-                column.1.push(if field.is_empty() { f64::NAN } else { field.parse().map_err(|e| bad(&e))? });
-            }
-        }
+/// - [`ErrorKind::Io`], [`ErrorKind::Format`]: the file cannot be read, is truncated, or its rows differ in length.
+/// - [`ErrorKind::Column`]: the rate or the time is not there, or several columns could be it.
+/// - [`ErrorKind::Unit`]: the unit cannot be told, or the numbers contradict the name.
+/// - [`ErrorKind::Time`]: time goes back (see [`GyroQuery::sort_time`]) or stands still.
+/// - [`ErrorKind::Value`]: words in a column of numbers, infinity, rates beyond 100 rad/s, nothing but missing values, a constant.
+/// - [`ErrorKind::TooShort`]: fewer than three samples.
+pub fn read_gyro(path: impl AsRef<Path>, query: &GyroQuery) -> Result<GyroRecording> {
+    let path = path.as_ref();
+    if let Some(rate_hz) = query.rate_hz
+        && !(rate_hz.is_finite() && rate_hz > 0.0)
+    {
+        let found = format!("a sample rate of {rate_hz} Hz");
+        return Err(Error::new(ErrorKind::Usage, "--rate", found).mend("state a positive rate in Hz"));
     }
-    let at = columns.iter().position(|c| c.0 == "t_s").ok_or_else(|| bad(&"no column t_s"))?;
-    let mut log = Log::new(name.clone(), TimeAxis::Explicit(columns.remove(at).1).compact(1e-6));
-    for (name, values) in columns {
-        log.push(name, values)?;
-    }
-    Ok(log)
-}
-
-/// Writes a log as CSV or Parquet, by extension.
-///
-/// # Errors
-/// [`ErrorKind::Io`] or [`ErrorKind::Format`].
-pub fn write_log(path: &Path, log: &Log) -> Result<()> {
-    let mut out = OutputFile::claim(path)?;
-    let name = path.display().to_string();
-    let bad = |e: &dyn std::fmt::Display| Error::new(ErrorKind::Format, &name, e);
-    if is_parquet(path) {
-        let mut series: Vec<Column> = vec![Series::new("t_s".into(), log.time.to_vec()).into()];
-        for c in &log.channels {
-            let values: Vec<Option<f64>> = c.values.iter().map(|v| (!v.is_nan()).then_some(*v)).collect();
-            series.push(Series::new(c.name.as_str().into(), values).into());
-        }
-        let mut frame = DataFrame::new(log.len(), series).map_err(|e| bad(&e))?;
-        ParquetWriter::new(out.file())
-            .with_compression(ParquetCompression::Uncompressed)
-            .finish(&mut frame)
-            .map_err(|e| bad(&e))?;
-    } else {
-        let header: Vec<_> = std::iter::once("t_s").chain(log.channels.iter().map(|c| c.name.as_str())).collect();
-        let mut text = header.join(",") + "\n";
-        for i in 0..log.len() {
-            let values = log.channels.iter().map(|c| c.values[i]);
-            let row: Vec<_> = std::iter::once(log.time.at(i))
-                .chain(values)
-                .map(|v| if v.is_nan() { String::new() } else { v.to_string() })
-                .collect();
-            text += &(row.join(",") + "\n");
-        }
-        out.write_all(text.as_bytes())?;
-    }
-    out.commit()
-}
-
-fn is_parquet(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"))
+    let source = format::open(path)?;
+    let plan = recording::Plan::of(&path.display().to_string(), source.heads(), query)?;
+    let wanted = plan.wanted(source.heads().len());
+    recording::assemble(&source.read(&wanted)?, &plan, query)
 }

@@ -5,5 +5,6 @@ pub mod expsum;
 pub mod legendre;
 pub mod lsq;
 pub mod random;
+pub mod robust;
 pub mod spectra;
 pub mod whiteness;

@@ -16,12 +16,7 @@ const NORMAL95: f64 = 1.959_963_984_540_054;
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if lengths differ or nothing is finite.
-pub fn fit_picture(
-    report: &FitReport,
-    time: &TimeAxis,
-    rate_rad_s: &[f64],
-    residual_rad_s: &[f64],
-) -> Result<Picture> {
+pub fn fit_picture(report: &FitReport, time: &TimeAxis, rate_rad_s: &[f64], residual_rad_s: &[f64]) -> Result<Picture> {
     let fit = &report.fit;
     let model = fit.model();
     let curve: Vec<CurvePoint> = (0..=CURVE)
