@@ -122,6 +122,28 @@ fn a_drive_is_simulated_replayed_and_navigated() {
     assert_eq!(error("off.parquet"), 0.0);
 }
 
+/// `data/README.md` gives the commands that made the example data.
+#[test]
+fn the_example_data_are_what_their_commands_make() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+    let truth = gyroid::config::Config::read(data.join("truth.toml")).unwrap();
+    let mut robot = gyroid::config::Config::read_base(data.join("robot.toml")).unwrap();
+    assert!(robot.gyro.is_none());
+    robot.gyro = truth.gyro.clone();
+    assert_eq!(robot, truth);
+
+    let p = Place::new();
+    std::fs::copy(data.join("truth.toml"), p.path("truth.toml")).unwrap();
+    p.ok("simulate truth.toml --duration 1800 --sample-time 0.1 --seed 1 -o again.csv");
+    let [kept, again] = [data.join("power_on.csv"), p.path("again.csv")].map(|f| gyroid::ingest::read_log(&f).unwrap());
+    assert_eq!(kept.len(), again.len());
+    let gyro = |log: &gyroid::signal::Log| log.get("gyro_z_rad_s").unwrap().to_vec();
+    for (a, b) in gyro(&kept).iter().zip(gyro(&again)) {
+        // exp and ln of another platform may differ in the last digits
+        assert!((a - b).abs() < 1e-14, "{a} {b}");
+    }
+}
+
 #[test]
 fn quiet_is_quiet() {
     let p = Place::new();
@@ -143,6 +165,7 @@ fn mistakes_are_named_with_their_exit_code() {
     p.refused("navigate robot.toml rest.csv", 1, &["rest.csv", "wheel_left_rad_s"]);
     p.refused("navigate rest.toml rest.csv", 1, &["rest.toml", "[vehicle]"]);
     p.refused("navigate robot.toml none.csv", 1, &["none.csv"]);
+    p.refused("simulate robot.toml --start-offset -3 -o d.csv", 1, &["start offset"]);
     p.refused("navigate robot.toml rest.csv -o no/such/p.csv", 1, &["no directory"]);
     assert!(!p.path("d.csv").exists(), "nothing is left behind");
 }

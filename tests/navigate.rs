@@ -2,7 +2,7 @@
 //! good it is. Bounds come from chi-squared and binomial distributions, at five standard deviations or one in a million.
 
 use gyroid::ErrorKind;
-use gyroid::config::{Config, Covariance, Noise};
+use gyroid::config::{Config, Covariance, Noise, Validation};
 use gyroid::math::random::Stream;
 use gyroid::navigate::{ErrorModel, ReferenceErrors, Settings, Summary, dead_reckoning, run};
 use gyroid::signal::{Log, TimeAxis, names};
@@ -304,6 +304,31 @@ fn time_since_power_on_is_assumed_where_it_is_missing_and_said() {
     let told = run(&config, &bare, &Settings { since_power_on_s: 20.0, ..PLAIN }).unwrap();
     assert!(told.summary.notes.iter().any(|n| n.contains("20 s after power-on")), "{:?}", told.summary.notes);
     assert_eq!(told.summary.final_pose, known.summary.final_pose);
+}
+
+#[test]
+fn a_drive_beyond_the_span_of_the_fit_is_noted() {
+    let mut config = config();
+    let log = recorded(&config, Course::Square, 10.0, 3).log;
+    for (valid_to_s, noted) in [(30.0, false), (29.0, true)] {
+        config.validation = Some(Validation {
+            white: true,
+            identifiable: true,
+            accepted_by_user: false,
+            joint_p_value: 0.5,
+            level: 0.05,
+            averaging_times_s: vec![1.0],
+            samples: 1000,
+            sample_rate_hz: 10.0,
+            valid_from_s: 0.0,
+            valid_to_s,
+            valid_from_temperature_c: None,
+            valid_to_temperature_c: None,
+            time_constant_ci95_s: [200.0, 300.0],
+        });
+        let notes = run(&config, &log, &PLAIN).unwrap().summary.notes;
+        assert_eq!(notes.iter().any(|n| n.contains("extrapolates")), noted, "{valid_to_s}: {notes:?}");
+    }
 }
 
 #[test]

@@ -23,9 +23,15 @@ pub fn increasing_times(log: &Log) -> Result<Vec<f64>> {
 /// Time since power-on of each row, s: the log's own channel, else counted from `start_s` at the first row.
 ///
 /// # Errors
-/// [`ErrorKind::Time`] with the row where the channel holds no time after power-on.
+/// [`ErrorKind::Time`] with the row where the channel holds no time after power-on, or if there is no channel and
+/// `start_s` is none.
 pub fn since_power_on(log: &Log, start_s: f64) -> Result<Vec<f64>> {
     let Some(values) = log.get(names::SINCE_POWER_ON) else {
+        if !(start_s.is_finite() && start_s >= 0.0) {
+            return Err(Error::new(ErrorKind::Time, &log.source, format!("{start_s} s is not a time after power-on"))
+                .at("start offset")
+                .mend("give zero or a positive number of seconds"));
+        }
         return Ok((0..log.len()).map(|k| start_s + (log.time.at(k) - log.time.at(0))).collect());
     };
     match values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
@@ -57,6 +63,8 @@ mod tests {
     fn power_on_is_the_channel_or_counts_from_the_start() {
         let mut log = Log::new("x.csv", TimeAxis::Explicit(vec![5.0, 5.5]));
         assert_eq!(since_power_on(&log, 20.0).unwrap(), [20.0, 20.5]);
+        assert!(since_power_on(&log, -1.0).unwrap_err().to_string().contains("start offset"));
+        assert!(since_power_on(&log, f64::NAN).is_err());
         log.push(names::SINCE_POWER_ON, vec![7.0, 7.5]).unwrap();
         assert_eq!(since_power_on(&log, 20.0).unwrap(), [7.0, 7.5]);
         log.channels[0].values[1] = -1.0;
