@@ -128,7 +128,12 @@ impl FitReport {
         let _ = writeln!(out, "  {:<6}{:>14}{:>12}{:>12}   95 % interval", "", "estimate", "std", "std white");
         row(&mut out, "C1", "rad/s", &fit.c1_rad_s, 1.0 / RAD_S_PER_DEG_S, "deg/s");
         row(&mut out, "C2", "rad/s", &fit.c2_rad_s, 1.0 / RAD_S_PER_DEG_S, "deg/s");
-        row(&mut out, "T", "s", &fit.time_constant_s, 1.0 / 60.0, "min");
+        let t = fit.time_constant_s;
+        if matches!(fit.termination, Termination::StraightLine | Termination::TooFast) {
+            let _ = writeln!(out, "  {:<6}{:>14}", "T", "unknown");
+        } else {
+            row(&mut out, "T", "s", &t, 1.0 / 60.0, "min");
+        }
         let c = &fit.correlation;
         let _ = writeln!(out, "  correlations: C1,C2 {:.3}   C1,T {:.3}   C2,T {:.3}", c[0][1], c[0][2], c[1][2]);
         let _ = writeln!(out, "  {}", termination(&fit.termination));
