@@ -11,11 +11,15 @@ use serde::Serialize;
 pub struct Advice {
     /// The time constant that is assumed, s: the estimate, or where T is not known one that the log allows.
     pub if_time_constant_s: f64,
-    /// Length from power-on at which the 95 % interval of T is within ±10 %, s; `None` where the random walk
-    /// of the bias keeps it wider however long one records.
+    /// Length from power-on at which the 95 % interval of T is within ±10 %, s; `None` where no log reaches that:
+    /// once the warm-up is over nothing more is learnt of T, and a random walk of the bias hides it ever more.
     pub length_s: Option<f64>,
     /// How much longer than this log that is, s.
     pub longer_by_s: Option<f64>,
+    /// Logs from power-on that together know T to ±10 %: 1, or where one log never does, as many as it takes.
+    pub power_ons: u32,
+    /// Length of each of them, s.
+    pub length_each_s: f64,
 }
 
 /// A log that could be recorded.
@@ -61,19 +65,28 @@ pub(super) fn relative_std(plan: &Plan, length_s: f64) -> f64 {
     variance.sqrt() / plan.c1_rad_s.abs()
 }
 
-/// The shortest length that knows T to ±10 %.
+/// The shortest length that knows T to ±10 %, or how many logs of the best length do.
 pub(super) fn advise(plan: &Plan, recorded_s: f64) -> Advice {
-    let known = |length: f64| 1.96 * relative_std(plan, length) <= WANTED;
-    let (first, last) = (0.05 * plan.time_constant_s, 1e4 * plan.time_constant_s);
+    let half_width = |length: f64| 1.96 * relative_std(plan, length);
+    let (first, last) = (0.05 * plan.time_constant_s, 1e3 * plan.time_constant_s);
     let mut high = first;
-    while high < last && !known(high) {
+    let mut best = (first, f64::INFINITY);
+    while high < last {
+        let width = half_width(high);
+        if width <= WANTED {
+            break;
+        }
+        // the last hundredth of precision is not worth hours of recording
+        if width < 0.99 * best.1 {
+            best = (high, width);
+        }
         high *= 1.25;
     }
     let length_s = (high < last).then(|| {
         let mut low = high / 1.25;
         for _ in 0..20 {
             let mid = 0.5 * (low + high);
-            if known(mid) {
+            if half_width(mid) <= WANTED {
                 high = mid;
             } else {
                 low = mid;
@@ -81,8 +94,14 @@ pub(super) fn advise(plan: &Plan, recorded_s: f64) -> Advice {
         }
         high
     });
-    let longer_by_s = length_s.map(|l| (l - recorded_s).max(0.0));
-    Advice { if_time_constant_s: plan.time_constant_s, length_s, longer_by_s }
+    let several = (best.1 / WANTED).powi(2).ceil().clamp(1.0, f64::from(u32::MAX)) as u32;
+    Advice {
+        if_time_constant_s: plan.time_constant_s,
+        length_s,
+        longer_by_s: length_s.map(|l| (l - recorded_s).max(0.0)),
+        power_ons: if length_s.is_some() { 1 } else { several },
+        length_each_s: length_s.unwrap_or(best.0),
+    }
 }
 
 #[cfg(test)]
@@ -110,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_random_walk_can_make_it_unreachable() {
+    fn a_random_walk_can_make_it_unreachable_in_one_log() {
         let mut plan = Plan {
             c1_rad_s: 2e-3,
             time_constant_s: 500.0,
@@ -123,6 +142,25 @@ mod tests {
         let length = white.length_s.unwrap();
         assert!((1.96 * relative_std(&plan, length) - 0.1).abs() < 1e-3);
         plan.walk_variance_rate = 1e-8;
-        assert_eq!(advise(&plan, 100.0).length_s, None);
+        let walk = advise(&plan, 100.0);
+        assert_eq!(walk.length_s, None);
+        // independent logs: the variance falls with their number
+        let together = 1.96 * relative_std(&plan, walk.length_each_s) / f64::from(walk.power_ons).sqrt();
+        assert!(together <= 0.1 && walk.power_ons > 1, "{together}");
+    }
+
+    #[test]
+    fn white_noise_too_has_a_limit_once_the_warm_up_is_over() {
+        let plan = Plan {
+            c1_rad_s: 1.75e-3,
+            time_constant_s: 611.0,
+            start_s: 0.0,
+            rate_hz: 1.0,
+            white_variance: 2.35e-3f64.powi(2),
+            walk_variance_rate: 0.0,
+        };
+        let a = advise(&plan, 5600.0);
+        assert_eq!(a.length_s, None);
+        assert!(a.power_ons > 5 && a.length_each_s < 20.0 * 611.0, "{a:?}");
     }
 }

@@ -207,7 +207,12 @@ impl FitReport {
                 (Some(length), _) => {
                     writeln!(out, "  T to ±10 %, {condition}: {} are enough", duration_text(length))
                 }
-                (None, _) => writeln!(out, "  T to ±10 %, {condition}: not reachable, the bias's random walk hides it"),
+                (None, _) => writeln!(
+                    out,
+                    "  T to ±10 %, {condition}: not in one log, however long; {} power-ons of {} each",
+                    a.power_ons,
+                    duration_text(a.length_each_s)
+                ),
             };
         }
     }
