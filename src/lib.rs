@@ -6,6 +6,7 @@ pub mod bias;
 pub mod config;
 pub mod error;
 pub mod files;
+pub mod ingest;
 pub mod math;
 pub mod signal;
 pub mod units;

@@ -47,14 +47,17 @@ impl RateUnit {
         let key: String = text
             .trim()
             .to_lowercase()
-            .replace('°', "deg")
+            .replace(['°', 'º'], "deg")
             .chars()
+            .filter(|&c| c != '^')
             .map(|c| if c == '/' || c == ' ' || c == '-' || c == '.' { '_' } else { c })
             .collect();
         Some(match key.trim_matches('_') {
-            "rad_s" | "rads" | "radps" | "rps" | "rad_per_s" | "rad_sec" | "rad_s_1" => Self::RadPerS,
-            "mrad_s" | "mradps" => Self::MilliradPerS,
-            "deg_s" | "degs" | "dps" | "degps" | "deg_per_s" | "deg_sec" | "degrees_s" => Self::DegPerS,
+            "rad_s" | "rads" | "radps" | "rps" | "rad_per_s" | "rad_per_sec" | "rad_sec" | "rad_s_1" | "radians_s"
+            | "radian_s" | "radians_per_second" | "rad_second" => Self::RadPerS,
+            "mrad_s" | "mradps" | "mrad_s_1" => Self::MilliradPerS,
+            "deg_s" | "degs" | "dps" | "degps" | "deg_per_s" | "deg_per_sec" | "deg_sec" | "deg_s_1" | "degree_s"
+            | "degrees_s" | "degrees_per_second" | "deg_second" => Self::DegPerS,
             "mdps" | "mdeg_s" => Self::MillidegPerS,
             "deg_h" | "dph" | "deg_hr" | "deg_per_h" | "deg_hour" => Self::DegPerH,
             _ => return None,
@@ -163,6 +166,7 @@ mod tests {
         assert!((180.0 * RateUnit::DegPerS.to_rad_s() - PI).abs() < 1e-15);
         assert!((RateUnit::DegPerH.to_rad_s() * 3600.0 - RateUnit::DegPerS.to_rad_s()).abs() < 1e-18);
         assert_eq!(RateUnit::parse("°/s"), Some(RateUnit::DegPerS));
+        assert_eq!(RateUnit::parse("rad s^-1"), Some(RateUnit::RadPerS));
         assert_eq!(RateUnit::parse("furlong"), None);
     }
 }

@@ -1,3 +1,4 @@
 //! Floor 0: numerics that know nothing of gyros.
 
 pub mod random;
+pub mod robust;

@@ -1,0 +1,9 @@
+//! ingest
+mod cell;
+mod dialect;
+mod format;
+mod input;
+mod names;
+mod parquet;
+mod table;
+mod text;
