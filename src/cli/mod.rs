@@ -1,5 +1,6 @@
 //! Floor 7: one file a subcommand. Exit codes: 0 done, 1 bad input, 2 usage, 3 done but not fit for use.
 
+mod inspect;
 mod output;
 
 use clap::{Parser, Subcommand};
@@ -24,12 +25,16 @@ struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {}
+enum Command {
+    Inspect(inspect::Inspect),
+}
 
 /// Parses the arguments, runs the command, reports its error, and says how it ended.
 pub(crate) fn main() -> ExitCode {
     let cli = Cli::parse();
-    let outcome: Result<Outcome> = match cli.command {};
+    let outcome: Result<Outcome> = match cli.command {
+        Command::Inspect(command) => command.run(),
+    };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Unfit) => ExitCode::from(3),

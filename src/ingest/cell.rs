@@ -72,9 +72,7 @@ pub(super) fn instant_ns(field: &[u8]) -> Option<i64> {
     }
     let stamp = match text.parse::<jiff::Timestamp>() {
         Ok(stamp) => stamp,
-        Err(_) => {
-            text.parse::<jiff::civil::DateTime>().ok()?.to_zoned(jiff::tz::TimeZone::UTC).ok()?.timestamp()
-        }
+        Err(_) => text.parse::<jiff::civil::DateTime>().ok()?.to_zoned(jiff::tz::TimeZone::UTC).ok()?.timestamp(),
     };
     i64::try_from(stamp.as_nanosecond()).ok()
 }

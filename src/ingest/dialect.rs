@@ -28,8 +28,7 @@ impl Delimiter {
         match self {
             Self::Blanks => line.split_whitespace().map(str::to_string).collect(),
             Self::Byte(b) => {
-                let mut reader =
-                    csv::ReaderBuilder::new().has_headers(false).delimiter(b).from_reader(line.as_bytes());
+                let mut reader = csv::ReaderBuilder::new().has_headers(false).delimiter(b).from_reader(line.as_bytes());
                 let mut record = csv::StringRecord::new();
                 // a line of a `str` is one valid record; anything else counts as no fields
                 if reader.read_record(&mut record).unwrap_or(false) {
@@ -120,9 +119,7 @@ fn delimiter_of(lines: &[Line]) -> (Delimiter, bool) {
     // the header is one line among many: with data there, data decides
     let sample = if lines.len() > 1 { &lines[1..] } else { lines };
     let mut best = (Delimiter::Byte(b','), false, 0.0);
-    for delimiter in
-        [Delimiter::Byte(b','), Delimiter::Byte(b'\t'), Delimiter::Byte(b';'), Delimiter::Blanks]
-    {
+    for delimiter in [Delimiter::Byte(b','), Delimiter::Byte(b'\t'), Delimiter::Byte(b';'), Delimiter::Blanks] {
         let rows: Vec<Vec<String>> = sample.iter().map(|l| delimiter.split(l.text)).collect();
         let width = modal_width(&rows);
         if width < 2 {

@@ -61,7 +61,9 @@ impl Input {
         let fail = |e: &io::Error| Error::io(path, e);
         let mut file = File::open(path).map_err(|e| fail(&e))?;
         if file.metadata().map_err(|e| fail(&e))?.is_dir() {
-            return Err(Error::new(ErrorKind::Io, path.display(), "is a directory, not a log").mend("name a file in it"));
+            return Err(
+                Error::new(ErrorKind::Io, path.display(), "is a directory, not a log").mend("name a file in it")
+            );
         }
         let mut raw_head = Vec::new();
         (&mut file).take(HEAD_BYTES).read_to_end(&mut raw_head).map_err(|e| fail(&e))?;

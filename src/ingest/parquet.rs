@@ -11,8 +11,11 @@ use std::fs::File;
 use std::path::PathBuf;
 
 /// Files that begin with Parquet's magic number.
-pub(super) const FORMAT: Format =
-    Format { name: "Parquet", accepts: |head| head.starts_with(b"PAR1"), open: |input| Ok(Box::new(Parquet::open(input)?)) };
+pub(super) const FORMAT: Format = Format {
+    name: "Parquet",
+    accepts: |head| head.starts_with(b"PAR1"),
+    open: |input| Ok(Box::new(Parquet::open(input)?)),
+};
 
 struct Parquet {
     path: PathBuf,
