@@ -102,7 +102,6 @@ pub mod config;
 pub mod error;
 pub mod export;
 pub mod files;
-pub mod identify;
 pub mod ingest;
 pub mod math;
 pub mod navigate;

@@ -52,7 +52,6 @@ pub(super) struct Times {
     /// What the times are rounded to in the file, s.
     pub resolution_s: f64,
     pub clock: Clock,
-    pub unit: TimeUnit,
     pub notes: Vec<String>,
 }
 
@@ -134,7 +133,6 @@ pub(super) fn by_rows(rows: usize, rate_hz: f64) -> Times {
         seconds: (0..rows).map(|i| i as f64 / rate_hz).collect(),
         resolution_s: 0.0,
         clock: Clock::PowerOn { first_s: 0.0, stated: false },
-        unit: TimeUnit::S,
         notes: vec![format!("time is counted by rows at {rate_hz} Hz, from power-on with the first row")],
     }
 }
@@ -202,7 +200,7 @@ pub(super) fn read(table: &Table, column: TimeColumn, stated: Option<TimeUnit>) 
     };
     let seconds = cells.values.iter().map(|v| (v + shift) * factor).collect();
     notes.extend(clock_note(clock, &head.name));
-    Ok(Times { seconds, resolution_s: cells.resolution * factor, clock, unit, notes })
+    Ok(Times { seconds, resolution_s: cells.resolution * factor, clock, notes })
 }
 
 /// Seconds and nanoseconds in two columns.
@@ -220,7 +218,7 @@ fn parts(table: &Table, seconds: usize, nanoseconds: usize) -> Result<Times> {
     };
     values.iter_mut().for_each(|v| *v += shift);
     let notes = clock_note(clock, &table.heads[seconds].name).into_iter().collect();
-    Ok(Times { seconds: values, resolution_s: 1e-9, clock, unit: TimeUnit::S, notes })
+    Ok(Times { seconds: values, resolution_s: 1e-9, clock, notes })
 }
 
 fn clock_of(first_s: f64, date: bool, role: &Role) -> Clock {

@@ -60,8 +60,6 @@ const STEP_TOLERANCE: f64 = 2e-3;
 pub(super) struct Evidence {
     pub samples: usize,
     pub median: f64,
-    /// Noise of one sample, by differences, in the quieter parts of the log.
-    pub noise_std: f64,
     pub density_low: f64,
     pub density_high: f64,
     pub lattice: Option<f64>,
@@ -76,7 +74,6 @@ impl Evidence {
         Self {
             samples: values.len(),
             median: median(&mut values.to_vec()),
-            noise_std,
             density_low: (noise_std * step_s.min(SLOWEST_BANDWIDTH_S).sqrt()).min(allan),
             density_high: (noise_std * step_s.sqrt()).max(allan),
             lattice,

@@ -47,11 +47,6 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Value of row `i` with its origin, as far as a float holds it.
-    pub fn absolute(&self, i: usize) -> f64 {
-        self.origin as f64 + self.values[i]
-    }
-
     /// Number of missing cells and the first row that lacks one.
     pub fn missing(&self) -> (usize, Option<usize>) {
         let count = self.values.iter().filter(|v| v.is_nan()).count();
