@@ -102,6 +102,7 @@ pub mod config;
 pub mod error;
 pub mod export;
 pub mod files;
+pub mod identify;
 pub mod ingest;
 pub mod math;
 pub mod navigate;

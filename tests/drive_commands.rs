@@ -98,7 +98,7 @@ fn a_drive_is_simulated_replayed_and_navigated() {
     assert_eq!(consistency["sensors"].as_array().unwrap().len(), 3);
     assert!(consistency["nis_mean"].as_f64().unwrap() > 0.9);
 
-    let pose = gyroid::ingest::read_log(&p.path("pose.parquet")).unwrap();
+    let pose = gyroid::ingest::read_log(p.path("pose.parquet")).unwrap();
     let names: Vec<_> = pose.channels.iter().map(|c| c.name.as_str()).collect();
     let expected = [
         "x_m",
@@ -116,7 +116,7 @@ fn a_drive_is_simulated_replayed_and_navigated() {
         "nis",
     ];
     assert_eq!(names, expected);
-    let error = |log: &str| gyroid::ingest::read_log(&p.path(log)).unwrap().get("gyro_error_rad_s").unwrap()[3000];
+    let error = |log: &str| gyroid::ingest::read_log(p.path(log)).unwrap().get("gyro_error_rad_s").unwrap()[3000];
     assert!((error("pose.parquet") - error("true.parquet")).abs() < 1e-3);
     p.ok("navigate robot.toml drive.parquet --no-error-model -q -o off.parquet");
     assert_eq!(error("off.parquet"), 0.0);

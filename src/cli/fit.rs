@@ -125,13 +125,17 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let whiteness = args.whiteness.options()?;
     let base = args.base.as_ref().map(Config::read_base).transpose()?;
 
+    let working = output.working("reading the log");
     let recording = args.log.read()?;
+    drop(working);
     let rate = recording.log.require(names::GYRO_Z)?;
     let time = args.log.time_since_power_on(&recording);
+    let working = output.working("fitting, and testing the residuals");
     let fit = identify::fit(&time, rate, &options).map_err(|e| args.log.named(e))?;
     let residuals = fit.residuals(&time, rate);
     let fitted = fit.jacobian(&time);
     let validation = validate::whiteness(&time, &residuals, &fitted, &whiteness);
+    drop(working);
     let report = FitReport { log: args.log.facts(&recording), fit, validation };
 
     output.say(report.text());

@@ -19,7 +19,7 @@ pub(crate) struct Inspect {
 }
 
 impl Inspect {
-    pub fn run(self) -> Result<Outcome> {
+    pub fn run(&self) -> Result<Outcome> {
         let output = Output::open(&self.common)?;
         let report = ingest::inspect(&self.log)?;
         if output.talks() {

@@ -6,7 +6,7 @@ use gyroid::report::LogFacts;
 use gyroid::signal::{TimeAxis, names};
 use gyroid::units::{RateUnit, TimeUnit};
 use gyroid::{Error, ErrorKind, Result};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A log at rest and how to read it.
 #[derive(Debug, Clone, Args)]
@@ -61,11 +61,6 @@ fn parse_time_unit(text: &str) -> std::result::Result<TimeUnit, String> {
 }
 
 impl LogArgs {
-    /// The file.
-    pub fn path(&self) -> &Path {
-        &self.log
-    }
-
     /// Reads the log, and leaves out motion where that was asked for.
     pub fn read(&self) -> Result<GyroRecording> {
         if self.start_offset.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {

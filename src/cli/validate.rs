@@ -32,6 +32,7 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
     let options = args.whiteness.options()?;
     let config = Config::read(&args.config)?;
     let gyro = config.require_gyro()?;
+    let working = output.working("testing the residuals");
     let recording = args.log.read()?;
     let rate = recording.log.require(names::GYRO_Z)?;
     let time = args.log.time_since_power_on(&recording);
@@ -40,6 +41,7 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
     // nothing was fitted to this log; its mean is the turn-on bias, which is judged by itself
     let validation = validate::whiteness(&time, &residuals, &[vec![1.0; residuals.len()]], &options);
     let check = ModelCheck::new(args.log.facts(&recording), &config, &time, &residuals, validation)?;
+    drop(working);
     output.say(check.text());
     let passed = check.passed();
     output.finish(&check.json())?;

@@ -152,7 +152,7 @@ impl Filling {
     fn rebased(&mut self, x: f64, field: &[u8], comma: bool) -> f64 {
         // only a column that starts large is rebased: the origin has to hold for all of its rows
         let first = !std::mem::replace(&mut self.started, true);
-        if !self.exact && !(first && x.abs() >= LARGE) {
+        if !(self.exact || first && x.abs() >= LARGE) {
             return x;
         }
         match cell::split(field, comma) {

@@ -6,3 +6,5 @@ pub mod legendre;
 pub mod lsq;
 pub mod random;
 pub mod robust;
+pub mod spectra;
+pub mod whiteness;
