@@ -105,7 +105,8 @@ fn a_drive_is_simulated_replayed_and_navigated() {
         "y_m",
         "heading_rad",
         "speed_m_s",
-        "yaw_rate_rad_s",
+        // a reader takes the only yaw rate of a file for the gyro's
+        "gyro_z_rad_s",
         "gyro_error_rad_s",
         "x_std_m",
         "y_std_m",

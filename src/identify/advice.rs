@@ -70,15 +70,17 @@ pub(super) fn advise(plan: &Plan, recorded_s: f64) -> Advice {
     let half_width = |length: f64| 1.96 * relative_std(plan, length);
     let (first, last) = (0.05 * plan.time_constant_s, 1e3 * plan.time_constant_s);
     let mut high = first;
-    let mut best = (first, f64::INFINITY);
+    // independent logs: the variance falls with their number
+    let logs = |width: f64| (width / WANTED).powi(2).ceil().clamp(1.0, f64::from(u32::MAX));
+    let (mut each, mut number) = (first, f64::from(u32::MAX));
     while high < last {
         let width = half_width(high);
         if width <= WANTED {
             break;
         }
-        // the last hundredth of precision is not worth hours of recording
-        if width < 0.99 * best.1 {
-            best = (high, width);
+        // the least time of recording in all
+        if logs(width) * high < number * each {
+            (each, number) = (high, logs(width));
         }
         high *= 1.25;
     }
@@ -94,13 +96,12 @@ pub(super) fn advise(plan: &Plan, recorded_s: f64) -> Advice {
         }
         high
     });
-    let several = (best.1 / WANTED).powi(2).ceil().clamp(1.0, f64::from(u32::MAX)) as u32;
     Advice {
         if_time_constant_s: plan.time_constant_s,
         length_s,
         longer_by_s: length_s.map(|l| (l - recorded_s).max(0.0)),
-        power_ons: if length_s.is_some() { 1 } else { several },
-        length_each_s: length_s.unwrap_or(best.0),
+        power_ons: if length_s.is_some() { 1 } else { number as u32 },
+        length_each_s: length_s.unwrap_or(each),
     }
 }
 
@@ -161,6 +162,6 @@ mod tests {
         };
         let a = advise(&plan, 5600.0);
         assert_eq!(a.length_s, None);
-        assert!(a.power_ons > 5 && a.length_each_s < 20.0 * 611.0, "{a:?}");
+        assert!(a.power_ons > 1 && a.length_each_s < 20.0 * 611.0, "{a:?}");
     }
 }

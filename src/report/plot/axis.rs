@@ -45,6 +45,10 @@ impl Axis {
         self.limits.is_some()
     }
 
+    pub(super) fn is_logarithmic(&self) -> bool {
+        self.logarithmic
+    }
+
     /// The scale for `data` (finite values and NaN), with `margin` (share of the range) on both sides.
     pub(super) fn scale(&self, data: impl Iterator<Item = f64>, margin: f64) -> Result<Scale> {
         let place = || format!("axis {:?}", self.label);

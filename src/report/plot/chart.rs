@@ -98,7 +98,7 @@ impl Chart {
         self.push(name, Mark::Bars { points: points.into_iter().collect(), stroke })
     }
 
-    /// A vertical line across the chart, with `label` above the frame.
+    /// A vertical line across the chart, with `label` above the frame. NaN draws none, here and below.
     #[must_use]
     pub fn at_x(self, name: impl Into<String>, x: f64, stroke: Stroke, label: impl Into<String>) -> Self {
         self.push(name, Mark::AtX { x, stroke, label: label.into() })
@@ -121,8 +121,11 @@ impl Chart {
         self
     }
 
-    /// Refuses infinite and absurdly large numbers by the name of their series.
+    /// Refuses infinite and absurdly large numbers by the name of their series, and maps in decades.
     pub(super) fn check(&self) -> Result<()> {
+        if self.equal && (self.x.is_logarithmic() || self.y.is_logarithmic()) {
+            return Err(bad(format!("chart {:?}", self.title), "equal axes must both be linear"));
+        }
         for Series { name, mark } in &self.series {
             let flat: Box<dyn Iterator<Item = f64>> = match mark {
                 Mark::Line { points, .. } | Mark::Dots { points, .. } => Box::new(points.iter().flatten().copied()),

@@ -51,6 +51,11 @@ impl Rect {
         Err(bad(format!("chart {title:?}"), "the page leaves no room for it").mend("make the page larger"))
     }
 
+    /// The point of the rectangle next to `p`: where a line of 10⁹⁹ pixels is cut, rounding alone leads off the page.
+    pub fn nearest(self, (x, y): Point) -> Point {
+        (x.max(self.left).min(self.right), y.max(self.top).min(self.bottom))
+    }
+
     pub fn contains(self, (x, y): Point) -> bool {
         (self.left..=self.right).contains(&x) && (self.top..=self.bottom).contains(&y)
     }
@@ -85,7 +90,7 @@ fn clip_segment(a: Point, b: Point, frame: Rect) -> Option<(Point, Point)> {
             leave = leave.min(room / outwards);
         }
     }
-    let at = |s: f64| (a.0 + s * dx, a.1 + s * dy);
+    let at = |s: f64| frame.nearest((a.0 + s * dx, a.1 + s * dy));
     // the ends themselves stay exact, so that neighbouring segments join
     let first = if enter == 0.0 { a } else { at(enter) };
     let last = if leave == 1.0 { b } else { at(leave) };
@@ -113,7 +118,7 @@ pub(super) fn clip_polygon(points: &[Point], frame: Rect) -> Vec<Point> {
         }
         ring = kept;
     }
-    ring
+    ring.into_iter().map(|p| frame.nearest(p)).collect()
 }
 
 /// A path without the points that do not move by a third of a pixel: nobody sees them, and files stay small.
@@ -129,7 +134,7 @@ pub(super) fn thin(points: &[Point]) -> Vec<Point> {
     kept
 }
 
-/// Cuts a path into dashes of length `dash` with gaps of length `gap`.
+/// Cuts a path of finite points into dashes of length `dash` with gaps of length `gap`.
 pub(super) fn dashes(path: &[Point], [dash, gap]: [f64; 2]) -> Vec<Vec<Point>> {
     let mut pieces = Vec::new();
     let (mut drawing, mut left) = (true, dash);
@@ -138,7 +143,8 @@ pub(super) fn dashes(path: &[Point], [dash, gap]: [f64; 2]) -> Vec<Vec<Point>> {
         let (mut a, b) = (pair[0], pair[1]);
         loop {
             let length = (b.0 - a.0).hypot(b.1 - a.1);
-            if length <= left {
+            // so written, a length that is not a number ends the loop too
+            if !(length > left) {
                 left -= length;
                 if drawing {
                     piece.push(b);
@@ -174,6 +180,8 @@ mod tests {
         let pieces = clip_path(&[(1.0, 5.0), (5.0, 5.0), (5.0, 15.0), (7.0, 15.0), (7.0, 5.0)], FRAME);
         assert_eq!(pieces, [vec![(1.0, 5.0), (5.0, 5.0), (5.0, 10.0)], vec![(7.0, 10.0), (7.0, 5.0)]]);
         assert!(clip_path(&[(-5.0, 20.0), (20.0, 11.0)], FRAME).is_empty());
+        let far = clip_path(&[(-3e99, 5.0), (7e99, 6.0), (1e99, -8e98)], FRAME);
+        assert!(!far.is_empty() && far.iter().flatten().all(|p| FRAME.contains(*p)), "{far:?}");
     }
 
     #[test]

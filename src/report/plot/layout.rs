@@ -53,8 +53,8 @@ impl<'a> Placed<'a> {
     /// Settles `chart` within `outer`.
     pub fn new(chart: &'a Chart, outer: Rect, shared: Shared) -> Result<Self> {
         chart.check()?;
-        let mut x = chart.x.scale(chart.xs(), 0.01)?;
-        let mut y = chart.y.scale(chart.ys(), 0.05)?;
+        let data_x = chart.x.scale(chart.xs(), 0.01)?;
+        let data_y = chart.y.scale(chart.ys(), 0.05)?;
         let legend = legend_rows(chart, outer.width())?;
         let mut frame = outer;
         frame.top += legend.len() as f64 * LEGEND * LINE_HEIGHT + 0.5 * TICK;
@@ -70,19 +70,27 @@ impl<'a> Placed<'a> {
         } else {
             frame.bottom -= 1.4 * TICK + LABEL * LINE_HEIGHT;
         }
-        let y_ticks = y_ticks(y, frame.height());
-        let y_label = chart.y.text(y_ticks.left_out.clone());
-        frame.left += match shared.left {
-            Some(left) => left,
-            None => widest(&y_ticks)? + GAP + if y_label.is_empty() { 4.0 } else { LABEL * LINE_HEIGHT },
-        };
         frame.right -= 1.2 * TICK;
-        frame.check(&chart.title)?;
-        if chart.equal {
-            equalise(chart, &mut x, &mut y, &mut frame);
-        }
+        // the labels of y need room, which changes the scales of a map, which changes the labels
+        let mut left = shared.left.unwrap_or(0.0);
+        let (x, y, y_ticks, y_label) = loop {
+            frame.left = outer.left + left;
+            frame.check(&chart.title)?;
+            let (mut x, mut y, mut shrunk) = (data_x, data_y, frame);
+            if chart.equal {
+                equalise(chart, &mut x, &mut y, &mut shrunk);
+            }
+            let ticks = y_ticks(y, shrunk.height());
+            let label = chart.y.text(ticks.left_out.clone());
+            let needed = widest(&ticks)? + GAP + if label.is_empty() { 4.0 } else { LABEL * LINE_HEIGHT };
+            if shared.left.is_some() || needed <= left {
+                shrunk.check(&chart.title)?;
+                frame = shrunk;
+                break (x, y, ticks, label);
+            }
+            left = needed;
+        };
         let x_ticks = x_ticks(x, frame.width())?;
-        let y_ticks = if chart.equal { self::y_ticks(y, frame.height()) } else { y_ticks };
         Ok(Self { chart, outer, frame, x, y, x_ticks, y_ticks, y_label, legend, hide_x: shared.hide_x, title_size })
     }
 
@@ -160,6 +168,7 @@ impl<'a> Placed<'a> {
                     scene.text((at, top - 0.3 * TICK), label, TICK, stroke.color, Align::Middle);
                 }
             }
+            Mark::AtY { y, .. } if y.is_nan() => {}
             Mark::AtY { y, stroke } => {
                 let at = bottom - self.y.share(*y) * self.frame.height();
                 clip_path(&[(left, at), (right, at)], self.frame).iter().for_each(|p| scene.path(p, *stroke));
@@ -185,12 +194,8 @@ impl<'a> Placed<'a> {
         }
         if !self.y_label.is_empty() {
             let x = self.outer.left + LABEL;
-            let room = self.outer.height();
-            let text = font::fit(&self.y_label, LABEL, room)?;
-            // centred on the frame, but never beyond the chart's place
-            let half = 0.5 * font::width_em(&text)? * LABEL;
-            let middle = self.frame.center().1.clamp(self.outer.top + half, self.outer.bottom - half + 1.0);
-            scene.upright_text((x, middle), &text, LABEL, BLACK);
+            let text = font::fit(&self.y_label, LABEL, self.frame.height())?;
+            scene.upright_text((x, self.frame.center().1), &text, LABEL, BLACK);
         }
         if self.hide_x {
             return Ok(());
@@ -201,7 +206,9 @@ impl<'a> Placed<'a> {
         }
         let text = self.chart.x.text(self.x_ticks.left_out.clone());
         let text = font::fit(&text, LABEL, self.outer.width())?;
-        scene.text((self.frame.center().0, self.outer.bottom - 0.25 * LABEL), &text, LABEL, BLACK, Align::Middle);
+        let half = 0.5 * font::width_em(&text)? * LABEL;
+        let middle = within(self.frame.center().0, half, [self.outer.left, self.outer.right]);
+        scene.text((middle, self.outer.bottom - 0.25 * LABEL), &text, LABEL, BLACK, Align::Middle);
         Ok(())
     }
 
@@ -230,6 +237,11 @@ impl<'a> Placed<'a> {
     }
 }
 
+/// The middle of a text of twice `half` that is centred on `middle`, but does not leave its place.
+fn within(middle: f64, half: f64, [low, high]: [f64; 2]) -> f64 {
+    middle.min(high - half).max(low + half)
+}
+
 /// Widest label of an axis, pixels.
 fn widest(ticks: &Ticks) -> Result<f64> {
     let widths = ticks.major.iter().map(|(_, label)| font::width_em(label));
@@ -240,19 +252,36 @@ fn widest(ticks: &Ticks) -> Result<f64> {
 fn y_ticks(scale: Scale, height: f64) -> Ticks {
     let (good, most) = ((height / 48.0) as usize, (height / 20.0) as usize);
     let enough = (good.max(1)..=most).map(|count| scale.ticks(count)).find(|t| t.major.len() >= 3);
-    enough.unwrap_or_else(|| scale.ticks(good.max(2)))
+    let mut ticks = enough.unwrap_or_else(|| scale.ticks(good.max(2)));
+    let heights = vec![1.1 * TICK; ticks.major.len()];
+    keep_apart(&mut ticks, &heights, scale, height);
+    ticks
 }
 
 /// As many ticks along x as there is room for their labels.
 fn x_ticks(scale: Scale, width: f64) -> Result<Ticks> {
     let mut count = ((width / 60.0) as usize).clamp(2, 10);
-    loop {
-        let ticks = scale.ticks(count);
-        let room = width / ticks.major.len().max(1) as f64;
-        if count == 2 || widest(&ticks)? + 1.2 * TICK <= room {
-            return Ok(ticks);
-        }
+    let mut ticks = scale.ticks(count);
+    while count > 2 && widest(&ticks)? + 1.2 * TICK > width / ticks.major.len().max(1) as f64 {
         count -= 1;
+        ticks = scale.ticks(count);
+    }
+    let widths = ticks.major.iter().map(|(_, label)| Ok(font::width_em(label)? * TICK + 0.5 * TICK));
+    let widths = widths.collect::<Result<Vec<f64>>>()?;
+    keep_apart(&mut ticks, &widths, scale, width);
+    Ok(ticks)
+}
+
+/// Drops labels that would run into the one before; `sizes` are their lengths along the axis, pixels.
+fn keep_apart(ticks: &mut Ticks, sizes: &[f64], scale: Scale, length: f64) {
+    let mut taken = f64::NEG_INFINITY;
+    for ((value, label), size) in ticks.major.iter_mut().zip(sizes) {
+        let at = scale.share(*value) * length;
+        if at - 0.5 * size < taken {
+            label.clear();
+        } else {
+            taken = at + 0.5 * size;
+        }
     }
 }
 

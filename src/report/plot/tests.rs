@@ -161,7 +161,7 @@ fn a_png_has_the_size_of_its_page_and_ink_in_every_panel() {
 }
 
 #[test]
-fn ten_million_pixels_of_noise_make_a_small_file() {
+fn a_million_samples_of_noise_make_a_small_file() {
     let picture = fit_picture(1_000_000, 100.0, warm_up(), 4e-3).unwrap();
     for (name, size) in [("SVG", picture.svg().unwrap().len()), ("PNG", picture.png().unwrap().len())] {
         assert!(size < 300_000, "{name}: {size} bytes");
@@ -309,20 +309,14 @@ fn text_in_pixels_lies_where_the_layout_expects_it() {
     }
 }
 
-/// Numbers as they come out of broken logs.
+/// Numbers as they come out of broken logs: mostly drawable, or no figure would ever be drawn.
 fn any_number() -> impl Strategy<Value = f64> {
+    let odd = prop::sample::select(vec![f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN_POSITIVE, 1e-310]);
     prop_oneof![
-        6 => -1.0..1.0_f64,
-        2 => any::<f64>(),
-        1 => prop_oneof![
-            Just(f64::NAN),
-            Just(f64::INFINITY),
-            Just(f64::NEG_INFINITY),
-            Just(0.0),
-            Just(1e-310),
-            Just(1e99),
-            Just(-1e99),
-        ],
+        60 => -1.0..1.0_f64,
+        20 => -1e12..1e12_f64,
+        8 => prop::sample::select(vec![f64::NAN, 0.0, -0.0, 1.0, 1e99, -1e99]),
+        1 => odd,
     ]
 }
 
@@ -444,10 +438,12 @@ proptest! {
             .band("band", points.iter().copied(), palette::BLUE, 0.5)
             .bars("bars", points.iter().copied(), stroke)
             .dots("dots", flat(), palette::BLUE, 2.0);
+        // a mark that is not a number must not hang the drawing of dashes
+        chart = chart.at_y("", f64::NAN, stroke).at_x("", f64::NAN, stroke, "");
         if let Some(p) = points.first() {
             chart = chart.at_x("", p[0], stroke, "x").at_y("", p[1], stroke).span_x("", [p[1], p[2]], palette::GREY, 0.2);
         }
-        let chart = if equal { chart.equal_axes() } else { chart };
+        let chart = if equal && log == [false; 2] { chart.equal_axes() } else { chart };
         let stack = Panel::Stack { title: "Stack".into(), label: "y".into(), charts: vec![chart.clone(), chart.clone()] };
         drawn_or_refused(Page::new("Page").size(size[0], size[1]).row([chart.into()]).draw())?;
         drawn_or_refused(Page::new("Page").size(size[0], 800).row([stack]).draw())?;
