@@ -296,3 +296,6 @@ fn stuck(time_s: &[f64], rate: &[f64], q: f64, noise_std: f64) -> Stuck {
     }
     found
 }
+
+#[cfg(test)]
+mod tests;
