@@ -33,6 +33,9 @@ impl Inspect {
     }
 }
 
+/// A log that moves more than this is said to move once more in the last line.
+const MOSTLY_AT_REST: f64 = 0.02;
+
 /// The text; every line is a finding.
 fn table(report: &Inspection) -> String {
     let mut out = String::new();
@@ -61,24 +64,31 @@ fn table(report: &Inspection) -> String {
 fn verdict(report: &Inspection) -> String {
     let (can, cannot): (Vec<_>, Vec<_>) = report.gyro.iter().partition(|a| a.audit.is_some());
     let names = |axes: &[&AxisReport]| axes.iter().map(|a| a.axis.to_string()).collect::<Vec<_>>().join(", ");
+    let moving = can.iter().filter_map(|a| a.audit.as_ref()).map(|a| a.motion.samples as f64 / a.samples as f64);
+    let most = moving.fold(0.0, f64::max);
+    let rest = if most > MOSTLY_AT_REST {
+        format!("; it moves for {:.0} % of its samples", 100.0 * most)
+    } else {
+        String::new()
+    };
     match (can.is_empty(), cannot.is_empty()) {
         (true, _) => "cannot use this file as it is".to_string(),
-        (false, true) => format!("can use {}", names(&can)),
-        (false, false) => format!("can use {}; not {}", names(&can), names(&cannot)),
+        (false, true) => format!("can use {}{rest}", names(&can)),
+        (false, false) => format!("can use {}; not {}{rest}", names(&can), names(&cannot)),
     }
 }
 
 fn columns(report: &Inspection, line: &mut dyn FnMut(String)) {
     let width = report.columns.iter().map(|c| c.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
     line(format!(
-        "{:<width$}  {:<11}  {:<8}  {:>7}  {:>12}  {:>12}  {:>12}",
-        "column", "role", "unit", "missing", "min", "median", "max"
+        "{:<width$}  {:<12}  {:<8}  {:>7}  {:>12}  {:>12}  {:>12}",
+        "column", "role or type", "unit", "missing", "min", "median", "max"
     ));
     let number = |x: Option<f64>| x.map_or("-".to_string(), compact);
     for c in &report.columns {
         let unit = c.unit.as_deref().unwrap_or("-");
         line(format!(
-            "{:<width$}  {:<11}  {unit:<8}  {:>7}  {:>12}  {:>12}  {:>12}",
+            "{:<width$}  {:<12}  {unit:<8}  {:>7}  {:>12}  {:>12}  {:>12}",
             c.name,
             if c.role == "-" { c.type_name.as_str() } else { &c.role },
             c.missing,

@@ -4,6 +4,7 @@ use super::lattice;
 use super::motion::{self, Motion};
 use super::rate_unit;
 use crate::math::robust::{median, quantile};
+use crate::signal::TimeAxis;
 use serde::Serialize;
 
 /// What was done about a finding.
@@ -200,9 +201,10 @@ pub(super) struct Before {
     pub missing: Missing,
 }
 
-/// Judges samples that are in order.
-pub(super) fn judge(before: Before, time_s: &[f64], rate: &[f64], uniform: bool) -> Audit {
-    let (sampling, gaps) = steps(time_s, uniform);
+/// Judges samples that are in order: `stamps_s` as in the file, `axis` as in the recording.
+pub(super) fn judge(before: Before, stamps_s: &[f64], axis: &TimeAxis, rate: &[f64]) -> Audit {
+    let (sampling, gaps) = steps(stamps_s, matches!(axis, TimeAxis::Uniform { .. }));
+    let time_s = &axis.to_vec()[..];
     let step_s = sampling.median_step_s;
     let lattice_step_rad_s = lattice::step(rate);
     let q = lattice_step_rad_s.unwrap_or(0.0);
@@ -296,3 +298,6 @@ fn stuck(time_s: &[f64], rate: &[f64], q: f64, noise_std: f64) -> Stuck {
     }
     found
 }
+
+#[cfg(test)]
+mod tests;

@@ -60,7 +60,7 @@ pub(super) fn digits(field: &[u8]) -> (i32, i32) {
             _ => {}
         }
     }
-    (decimals - exponent, significant)
+    (i32::saturating_sub(decimals, exponent), significant)
 }
 
 /// Nanoseconds since 1970-01-01 UTC of an ISO 8601 date with time; without a zone it is taken as UTC.

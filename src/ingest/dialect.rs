@@ -147,6 +147,10 @@ fn modal_width(rows: &[Vec<String>]) -> usize {
     widths.chunk_by(|a, b| a == b).max_by_key(|c| c.len()).map_or(0, |c| c[0])
 }
 
+fn is_number(field: &str, comma: bool) -> bool {
+    matches!(cell::read(field.as_bytes(), comma), Cell::Number(_))
+}
+
 fn is_value(field: &str, comma: bool) -> bool {
     cell::read(field.as_bytes(), comma) != Cell::Words || cell::instant_ns(field.as_bytes()).is_some()
 }
@@ -160,7 +164,11 @@ fn layout(delimiter: Delimiter, comma: bool, comments: &[&str], lines: &[Line], 
     let mut notes = Vec::new();
     let mut data = 0; // index of the first row of data among the lines
     let first = split.first().map(Vec::as_slice).unwrap_or_default();
-    let mut names: Vec<String> = if values(first) {
+    let second = split.get(1).map(Vec::as_slice).unwrap_or_default();
+    let numbers = |row: &[String]| row.iter().filter(|f| is_number(f, comma)).count();
+    // a first row with as many numbers as the second is no header, even where a column of words stands beside them
+    let bare = values(first) || (numbers(second) > 0 && 2 * numbers(first) > numbers(second));
+    let mut names: Vec<String> = if bare {
         // EuRoC and `rostopic echo -p` write the header as a comment
         let commented = comments.last().map(|c| delimiter.split(c)).unwrap_or_default();
         if commented.len() == first.len() && !values(&commented) {
@@ -174,7 +182,7 @@ fn layout(delimiter: Delimiter, comma: bool, comments: &[&str], lines: &[Line], 
         first.to_vec()
     };
     let mut units: Vec<Option<String>> = vec![None; names.len()];
-    if data == 1 && split.len() > 2 && is_units_row(&split[1], comma) && values(&split[2]) {
+    if data == 1 && split.len() > 2 && is_units_row(&split[1], comma) && numbers(&split[2]) > 0 {
         units = split[1].iter().map(|u| (!u.is_empty()).then(|| u.clone())).collect();
         units.resize(names.len(), None);
         data = 2;

@@ -6,15 +6,19 @@
 //! - its spread is larger than the log's own rest spread by more than its scatter explains, or
 //! - its level leaves the rest level before it, and also the rest level after it.
 //!
-//! The rest level is followed, forward and backward, as a random walk: a window belongs to it if it lies within
-//! z s √g + 2 |r| g + f of the last window that did, g windows before; s is the scatter of the level from window to window,
-//! r the drift of the last windows, f two standard deviations of a sample (or two lattice steps). So drift and random walk
-//! of the bias are followed, and a bias step, which is left in one direction only, is no motion. z makes the chance of
-//! one false alarm in a log of normal noise less than 1e-3.
+//! The rest level is followed, forward and backward, as a random walk under white noise: a window belongs to it if it lies
+//! within z √(a² + w² g) + 2 |r| g + f of the last window that did, g windows before. a and w are the white and the walking
+//! part of the level's scatter, told apart by its differences over one and over several windows; r is the drift of the last
+//! windows, f two standard deviations of a sample (or two lattice steps). So drift and random walk of the bias are followed,
+//! and a bias step, which is left in one direction only, is no motion. z makes the chance of one false alarm in a log of
+//! normal noise less than 1e-3.
 //!
-//! Not seen: a rotation at constant rate and without more noise than at rest, for longer than a minute, in its middle part.
+//! Limits: a turn at constant rate, without more noise than at rest, for longer than two minutes is taken for two bias steps;
+//! so is a turn of less than a degree per second that the log begins or ends in;
+//! two bias steps within two minutes, there and back and of more than f, are taken for a turn.
 
 use crate::math::robust::{mad_std, median, quantile};
+use crate::units::RAD_S_PER_DEG_S;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Stretch of time, s, on the log's clock.
@@ -47,7 +51,9 @@ const WINDOW_S: f64 = 0.5;
 const FEWEST_SAMPLES: usize = 10;
 const FEWEST_WINDOWS: usize = 10;
 /// Windows after which a level that stays where it is counts as the rest level.
-const RELOCK: usize = 120;
+const RELOCK: usize = 240;
+/// No bias of a working gyro jumps by more, rad/s: one degree per second.
+const LARGEST_STEP_RAD_S: f64 = RAD_S_PER_DEG_S;
 /// Windows over which the drift of the rest level is taken.
 const DRIFT: usize = 20;
 
@@ -74,9 +80,7 @@ pub(super) fn detect(time_s: &[f64], rate: &[f64], step_s: f64, noise_std: f64, 
     let z = Normal::standard().inverse_cdf(1.0 - FALSE_ALARM / (4.0 * m)) * (1.0 + 3.0 / m.sqrt());
     let calm = calm(&windows, per_window, z);
     let levels: Vec<f64> = windows.iter().map(|w| w.level).collect();
-    let mut steps: Vec<f64> = levels.windows(2).map(|w| w[1] - w[0]).collect();
-    let centre = median(&mut steps);
-    let walk = Walk { z, scale: mad_std(&mut steps, centre), floor: (2.0 * noise_std).max(2.0 * q) };
+    let walk = Walk::of(&levels, z, (2.0 * noise_std).max(2.0 * q));
     // a gap in the log counts as the windows that it could have held
     let start: Vec<f64> = windows.iter().map(|w| time_s[w.first] / window_s).collect();
     let forward = walk.leaves(&levels, &start, &calm);
@@ -84,7 +88,16 @@ pub(super) fn detect(time_s: &[f64], rate: &[f64], step_s: f64, noise_std: f64, 
     let calm_back: Vec<bool> = calm.iter().rev().copied().collect();
     let mut backward = walk.leaves(&reversed(&levels, 1.0), &reversed(&start, -1.0), &calm_back);
     backward.reverse();
-    let moves: Vec<bool> = (0..windows.len()).map(|k| !calm[k] || (forward[k] && backward[k])).collect();
+    let mut moves: Vec<bool> =
+        (0..windows.len()).map(|k| !calm[k] || (forward[k] > 0.0 && backward[k] > 0.0)).collect();
+    // at its ends a log is left by motion in one direction only; beyond a degree per second no bias steps
+    let large = LARGEST_STEP_RAD_S.max(20.0 * noise_std);
+    let end = forward.iter().rev().zip(calm.iter().rev()).take_while(|(f, calm)| **f > large || !**calm).count();
+    let start = backward.iter().zip(&calm).take_while(|(b, calm)| **b > large || !**calm).count();
+    if start.max(end) < windows.len() / 2 {
+        moves[..start].fill(true);
+        moves[windows.len() - end..].fill(true);
+    }
     for k in (0..windows.len()).filter(|&k| moves[k]) {
         let start_s = time_s[windows[k.saturating_sub(1)].first];
         let end_s = time_s[windows[(k + 1).min(windows.len() - 1)].last];
@@ -132,18 +145,41 @@ fn calm(windows: &[Window], per_window: usize, z: f64) -> Vec<bool> {
     logs.iter().map(|&l| l <= most).collect()
 }
 
-/// A rest level that walks.
+/// A rest level that walks under white noise.
 struct Walk {
     z: f64,
-    scale: f64,
+    /// Variance of the difference of two neighbouring windows that comes from white noise.
+    white: f64,
+    /// Variance that the walk adds a window.
+    walking: f64,
     floor: f64,
 }
 
 impl Walk {
-    /// Which calm windows lie off the rest level that was followed up to them.
-    fn leaves(&self, levels: &[f64], at: &[f64], calm: &[bool]) -> Vec<bool> {
+    /// Differences over `lag` windows have the variance white + lag · walking.
+    fn of(levels: &[f64], z: f64, floor: f64) -> Self {
+        const LAG: usize = 16;
+        let variance = |lag: usize| {
+            let mut differences: Vec<f64> = levels.iter().zip(&levels[lag..]).map(|(a, b)| b - a).collect();
+            let centre = median(&mut differences);
+            mad_std(&mut differences, centre).powi(2)
+        };
+        let near = variance(1);
+        let lag = LAG.min(levels.len() / 8);
+        if lag < 2 {
+            // too short to tell the two apart: all of it walks
+            return Self { z, white: 0.0, walking: near, floor };
+        }
+        // few independent differences over a long lag: three standard errors on the safe side
+        let far = variance(lag) * (1.0 + 3.0 * (lag as f64 / levels.len() as f64).sqrt());
+        let walking = ((far - near) / (lag - 1) as f64).max(0.0);
+        Self { z, white: (near - walking).max(0.0), walking, floor }
+    }
+
+    /// How far the calm windows lie off the rest level that was followed up to them; 0 for those that belong to it.
+    fn leaves(&self, levels: &[f64], at: &[f64], calm: &[bool]) -> Vec<f64> {
         let n = levels.len();
-        let mut off = vec![false; n];
+        let mut off = vec![0.0; n];
         let mut first: Vec<f64> = (0..n).filter(|&k| calm[k]).map(|k| levels[k]).take(9).collect();
         if first.is_empty() {
             return off;
@@ -159,14 +195,15 @@ impl Walk {
                 (Some(a), Some(b)) if rest.len() == DRIFT => ((b.1 - a.1) / (b.0 - a.0)).abs(),
                 _ => 0.0,
             };
-            let bound = self.z * self.scale * g.sqrt() + 2.0 * drift * g + self.floor;
-            alike = if (levels[k] - before).abs() <= self.z * self.scale + self.floor { alike + 1 } else { 0 };
+            let bound = self.z * (self.white + self.walking * g).sqrt() + 2.0 * drift * g + self.floor;
+            let near = self.z * (self.white + self.walking).sqrt() + self.floor;
+            alike = if (levels[k] - before).abs() <= near { alike + 1 } else { 0 };
             before = levels[k];
             let relock = alike >= RELOCK && (levels[k] - anchor.1).abs() > bound;
             if relock {
                 rest.clear();
             } else if (levels[k] - anchor.1).abs() > bound {
-                off[k] = true;
+                off[k] = (levels[k] - anchor.1).abs();
                 continue;
             }
             anchor = (at[k], levels[k]);
@@ -178,3 +215,6 @@ impl Walk {
         off
     }
 }
+
+#[cfg(test)]
+mod tests;

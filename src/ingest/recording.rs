@@ -212,9 +212,8 @@ pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<
     notes.extend(times.notes);
     let tolerance = (times.resolution_s / step_s).clamp(FLOAT_TOLERANCE, MOST_TOLERANCE);
     let axis = TimeAxis::Explicit(time_s.clone()).compact(tolerance);
-    let uniform = matches!(axis, TimeAxis::Uniform { .. });
     let before = Before { rows: table.rows, duplicates, out_of_order, missing };
-    let audit = audit::judge(before, &time_s, &rate, uniform);
+    let audit = audit::judge(before, &time_s, &axis, &rate);
     let mut log = Log::new(&table.source, axis);
     log.push(channel::GYRO_Z, rate)?;
     for (column, name) in [(plan.temperature, channel::TEMPERATURE), (plan.supply, channel::SUPPLY)] {

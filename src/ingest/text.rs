@@ -128,7 +128,7 @@ impl Filling {
         }
         self.cells.values.push(match value {
             Cell::Number(x) => {
-                self.largest = self.largest.max(x.abs());
+                self.largest = if x.is_finite() { self.largest.max(x.abs()) } else { self.largest };
                 x
             }
             Cell::Missing => f64::NAN,
