@@ -92,8 +92,8 @@ fn clip_segment(a: Point, b: Point, frame: Rect) -> Option<(Point, Point)> {
     }
     let at = |s: f64| frame.nearest((a.0 + s * dx, a.1 + s * dy));
     // the ends themselves stay exact, so that neighbouring segments join
-    let first = if enter == 0.0 { a } else { at(enter) };
-    let last = if leave == 1.0 { b } else { at(leave) };
+    let first = if enter == 0.0 { frame.nearest(a) } else { at(enter) };
+    let last = if leave == 1.0 { frame.nearest(b) } else { at(leave) };
     (enter <= leave).then_some((first, last))
 }
 
@@ -180,7 +180,7 @@ mod tests {
         let pieces = clip_path(&[(1.0, 5.0), (5.0, 5.0), (5.0, 15.0), (7.0, 15.0), (7.0, 5.0)], FRAME);
         assert_eq!(pieces, [vec![(1.0, 5.0), (5.0, 5.0), (5.0, 10.0)], vec![(7.0, 10.0), (7.0, 5.0)]]);
         assert!(clip_path(&[(-5.0, 20.0), (20.0, 11.0)], FRAME).is_empty());
-        let far = clip_path(&[(-3e99, 5.0), (7e99, 6.0), (1e99, -8e98)], FRAME);
+        let far = clip_path(&[(-3e99, 5.0), (7e99, 6.0), (1e99, -8e98), (-1e201, 5.0), (1e10, 5.0)], FRAME);
         assert!(!far.is_empty() && far.iter().flatten().all(|p| FRAME.contains(*p)), "{far:?}");
     }
 
