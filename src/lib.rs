@@ -105,6 +105,7 @@ pub mod files;
 pub mod identify;
 pub mod ingest;
 pub mod math;
+pub mod navigate;
 pub mod report;
 pub mod signal;
 pub mod simulate;
