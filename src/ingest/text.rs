@@ -17,6 +17,14 @@ pub(super) const FORMAT: Format = Format {
     accepts: |head| !head.contains(&0),
     open: |input| {
         let dialect = dialect::sniff(&input.head, input.head_is_all);
+        if dialect.heads.is_empty() {
+            return Err(Error::new(
+                ErrorKind::TooShort,
+                input.path.display(),
+                "holds no table, only blank lines or comments",
+            )
+            .mend("record the log again"));
+        }
         Ok(Box::new(Text { path: input.path.clone(), input, dialect }))
     },
 };
@@ -152,7 +160,7 @@ impl Filling {
     fn rebased(&mut self, x: f64, field: &[u8], comma: bool) -> f64 {
         // only a column that starts large is rebased: the origin has to hold for all of its rows
         let first = !std::mem::replace(&mut self.started, true);
-        if !self.exact && !(first && x.abs() >= LARGE) {
+        if !(self.exact || first && x.abs() >= LARGE) {
             return x;
         }
         match cell::split(field, comma) {
