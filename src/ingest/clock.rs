@@ -19,7 +19,7 @@ pub enum Clock {
     },
     /// From the first sample: when the power came on is not known.
     FirstSample {
-        /// Time of the first sample in the file, s (since 1970-01-01 UTC for dates and Unix times).
+        /// Time of the first sample by the file's clock, s (since 1970-01-01 UTC for dates and Unix times).
         file_s: f64,
     },
 }

@@ -2,7 +2,7 @@
 //!
 //! A file's format is found in its content ([text tables](read_gyro), gzipped or not, and Parquet); its columns are found by
 //! their names and unit suffixes. [`read_gyro`] reads one axis of a gyro at rest for the fit and audits it; [`read_log`] reads
-//! every channel of a drive; [`inspect`] tells what is in a file; [`write_log`] writes a log.
+//! every channel of a drive; [`inspect()`] tells what is in a file; [`write_log`] writes a log.
 //!
 //! Nothing is dropped or guessed in silence: what was done about a finding stands in the [`Audit`], what was decided in the
 //! recording's notes, and what cannot be decided is an error that says which option decides it.

@@ -66,6 +66,11 @@ impl Source for Parquet {
             Ok((rows, filled))
         })
         .map_err(|why| damaged(&path, &why))?;
+        if rows == 0 {
+            return Err(
+                Error::new(ErrorKind::TooShort, path.display(), "has columns and no rows").mend("record the log again")
+            );
+        }
         let mut cells = vec![Cells::default(); heads.len()];
         for (index, column) in columns.into_iter().zip(filled) {
             cells[index] = column;

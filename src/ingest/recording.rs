@@ -186,11 +186,20 @@ pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<
             .mend("name another column with --column"));
     }
     let out_of_order = order(table, plan, &times, &mut rows, query.sort_time)?;
-    let (time_s, duplicates) = separate(table, plan, &times, &values, &mut rows)?;
+    let (mut time_s, duplicates) = separate(table, plan, &times, &values, &mut rows)?;
     if rows.len() < FEWEST {
         let found = format!("{} usable samples of {} rows; a fit needs {FEWEST}", rows.len(), table.rows);
         return Err(Error::new(ErrorKind::TooShort, &table.source, found).mend("record longer"));
     }
+    // rows that were sorted or left out may have moved the first sample
+    let clock = match times.clock {
+        Clock::PowerOn { stated, .. } => Clock::PowerOn { first_s: time_s[0], stated },
+        Clock::FirstSample { file_s } => {
+            let first_s = time_s[0];
+            time_s.iter_mut().for_each(|t| *t -= first_s);
+            Clock::FirstSample { file_s: file_s + first_s }
+        }
+    };
     let mut rate: Vec<f64> = rows.iter().map(|&i| values[i]).collect();
     if rate.iter().all(|v| *v == rate[0]) {
         let found = format!("the rate is {} in all {} samples", rate[0], rate.len());
@@ -228,7 +237,7 @@ pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<
         column: table.heads[gyro].name.clone(),
         unit: decision.unit,
         unit_guessed: decision.guessed,
-        clock: times.clock,
+        clock,
         audit,
         notes,
         sha256: table.sha256.clone(),

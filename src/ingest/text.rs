@@ -17,6 +17,14 @@ pub(super) const FORMAT: Format = Format {
     accepts: |head| !head.contains(&0),
     open: |input| {
         let dialect = dialect::sniff(&input.head, input.head_is_all);
+        if dialect.heads.is_empty() {
+            return Err(Error::new(
+                ErrorKind::TooShort,
+                input.path.display(),
+                "holds no table, only blank lines or comments",
+            )
+            .mend("record the log again"));
+        }
         Ok(Box::new(Text { path: input.path.clone(), input, dialect }))
     },
 };

@@ -16,7 +16,7 @@ fn files_that_are_none() {
     refused(one(""), K::TooShort, &["is empty"]);
     refused(one(gzip(b"")), K::TooShort, &["is empty"]);
     refused(one("t_s,gz_rad_s\n"), K::TooShort, &["header and no rows"]);
-    refused(one("# only a comment\n"), K::Column, &[]);
+    refused(one("# only a comment\n"), K::TooShort, &["no table"]);
     refused(one(b"\x00\x01\x02binary"), K::Format, &["unknown format", "Parquet"]);
     refused(one(b"#ROSBAG V2.0\n..."), K::Format, &["ROS 1 bag", "rostopic echo"]);
     refused(one(b"\xff\xfet\x00"), K::Format, &["UTF-16"]);
@@ -119,6 +119,10 @@ fn times_that_are_none() {
         read_gyro(files.put("x.csv", swapped), &GyroQuery { sort_time: true, ..GyroQuery::default() }).unwrap();
     assert_eq!(gyro(&sorted), [0.1, 0.15, 0.2, 0.1]);
     assert_eq!(sorted.audit.out_of_order.count, 1);
+    let unix = "time,gz_rad_s\n1700000002,0.1\n1700000000,0.2\n1700000001,0.15\n1700000003,0.1\n";
+    let sorted = read_gyro(files.put("u.csv", unix), &GyroQuery { sort_time: true, ..GyroQuery::default() }).unwrap();
+    assert_eq!((sorted.log.time.at(0), gyro(&sorted)[0]), (0.0, 0.2));
+    assert_eq!(sorted.clock, gyroid::ingest::Clock::FirstSample { file_s: 1.7e9 });
     refused(one("t_s,gz_rad_s\n5,0.1\n5,0.2\n5,0.15\n"), K::Time, &["stands still at 5"]);
     refused(one("t_s,gz_rad_s\nx,0.1\n1,0.2\n2,0.15\n"), K::Value, &["\"x\" is not a number", "row 1"]);
     refused(one("t_s,gz_rad_s\n,0.1\n,0.2\n,0.15\n"), K::Time, &["missing"]);
