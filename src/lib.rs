@@ -1,14 +1,116 @@
-//! gyroid
+//! gyroid identifies how a cheap gyro drifts while it warms up, and hands the result to a navigation filter.
+//!
+//! # The pipeline
+//!
+//! ```text
+//! recorded log ──► ingest ──► identify ──► validate ──► gyroid.toml ──► navigate ──► pose
+//!                                                            │
+//!                                                            └──► simulate ──► what should have been recorded
+//! ```
+//!
+//! # The equation
+//!
+//! At rest, `t` counted from power-on, the gyro's error is
+//!
+//! ```text
+//! e(t) = C1 (1 - exp(-t/T)) + C2                       (2)
+//! de/dt = (C1 + C2 - e)/T,  e(0) = C2                  (3)
+//! e[k+1] = decay e[k] + (1 - decay)(C1 + C2)           (5j) with decay = T/(T+Ts); exactly: exp(-Ts/T)
+//! ```
+//!
+//! (Alessandri, Bartolini, Pavanati, Punta, Vinci, *An application of the extended Kalman filter for integrated navigation
+//! in mobile robotics*; after Barshan and Durrant-Whyte, IEEE Trans. Robotics and Automation 11 (1995) 328.
+//! Their discrete equation (4) is misprinted: its second coefficient must be Ts/(T+Ts), as (5j) has it.)
+//!
+//! [`identify`] fits C1, C2 and T by nonlinear least squares, from no starting values and on unevenly sampled time. Its
+//! covariance and its intervals allow for a random walk of the bias under the white noise. [`validate`] asks whether
+//! the residuals are white at every averaging time at once, at a joint level that is right by permutation.
+//! [`config`] is the file that everything downstream reads; [`navigate`] is an extended Kalman filter that consumes it,
+//! [`simulate`] the simulator that makes logs from it.
+//!
+//! # Units
+//!
+//! All inside is SI and `f64`: rad/s, s, m, N·m, °C, V. A name carries its unit (`rate_rad_s`). Conversions happen where logs
+//! come in ([`ingest`]) and reports go out ([`report`]). Time counts from power-on wherever that is known.
+//!
+//! # Floors
+//!
+//! A module uses the floors below it and its own; a test keeps that.
+//!
+//! | floor | modules |
+//! |---|---|
+//! | 0 | [`error`], [`files`], [`units`], [`math`] |
+//! | 1 | [`signal`] |
+//! | 2 | [`ingest`], [`bias`], [`vehicle`], [`config`] |
+//! | 3 | [`identify`], [`validate`], [`navigate`], [`simulate`] |
+//! | 6 | [`export`], [`report`] |
+//! | 7 | the command line |
+//!
+//! The library never prints, never exits, and does not panic on input: every [`Error`] names the input, the place in
+//! it, what was found and the mend.
+//!
+//! # From samples to a configuration
+//!
+//! ```
+//! use gyroid::export::{ConfigurationOptions, configuration};
+//! use gyroid::identify::{FitOptions, fit};
+//! use gyroid::math::random::Stream;
+//! use gyroid::report::{FitReport, LogFacts, Verdict};
+//! use gyroid::signal::TimeAxis;
+//! use gyroid::units::RateUnit;
+//! use gyroid::validate::{Options, whiteness};
+//!
+//! // twenty minutes of a gyro at 2 Hz, C1 = 2e-3 rad/s, C2 = -5e-3 rad/s, T = 240 s, noise 2e-4 rad/s
+//! let mut draw = Stream::new(1, 0);
+//! let rate_rad_s: Vec<f64> = (0..2400)
+//!     .map(|i| 2e-3 * (1.0 - (-0.5 * f64::from(i) / 240.0).exp()) - 5e-3 + 2e-4 * draw.normal())
+//!     .collect();
+//! let time = TimeAxis::Uniform { start_s: 0.0, step_s: 0.5, len: 2400 };
+//!
+//! let fit = fit(&time, &rate_rad_s, &FitOptions::default())?;
+//! assert!(fit.identifiable);
+//! let [low, high] = fit.time_constant_s.ci95;
+//! assert!(low < 240.0 && 240.0 < high);
+//!
+//! let residuals = fit.residuals(&time, &rate_rad_s);
+//! let validation = whiteness(&time, &residuals, &fit.jacobian(&time), &Options::default());
+//! assert!(validation.white);
+//!
+//! let log = LogFacts {
+//!     name: "simulation".into(),
+//!     column: "rate_rad_s".into(),
+//!     unit: RateUnit::RadPerS,
+//!     sha256: String::new(),
+//!     temperature_c: None,
+//!     notes: Vec::new(),
+//! };
+//! let report = FitReport { log, fit, validation };
+//! assert_eq!(report.verdict(), Verdict::FitForUse);
+//! let config = configuration(&report, None, &ConfigurationOptions::default())?;
+//! let text = config.to_toml()?;
+//! let discrete = gyroid::config::Config::parse(&text, "gyroid.toml")?.require_gyro()?.discrete.unwrap();
+//! // the filter's recursion ends in the warm state, C1 + C2
+//! let warm = (0..100_000).fold(discrete.initial, |e, _| discrete.step(e));
+//! assert!((warm - -3e-3).abs() < 1e-4);
+//! # Ok::<(), gyroid::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
 pub mod bias;
 pub mod config;
 pub mod error;
+pub mod export;
 pub mod files;
+pub mod identify;
+pub mod ingest;
 pub mod math;
+pub mod navigate;
 pub mod report;
 pub mod signal;
+pub mod simulate;
 pub mod units;
+pub mod validate;
+pub mod vehicle;
 
 pub use error::{Error, ErrorKind, Result};

@@ -47,14 +47,17 @@ impl RateUnit {
         let key: String = text
             .trim()
             .to_lowercase()
-            .replace('°', "deg")
+            .replace(['°', 'º'], "deg")
             .chars()
+            .filter(|&c| c != '^')
             .map(|c| if c == '/' || c == ' ' || c == '-' || c == '.' { '_' } else { c })
             .collect();
         Some(match key.trim_matches('_') {
-            "rad_s" | "rads" | "radps" | "rps" | "rad_per_s" | "rad_sec" | "rad_s_1" => Self::RadPerS,
-            "mrad_s" | "mradps" => Self::MilliradPerS,
-            "deg_s" | "degs" | "dps" | "degps" | "deg_per_s" | "deg_sec" | "degrees_s" => Self::DegPerS,
+            "rad_s" | "rads" | "radps" | "rps" | "rad_per_s" | "rad_per_sec" | "rad_sec" | "rad_s_1" | "radians_s"
+            | "radian_s" | "radians_per_second" | "rad_second" => Self::RadPerS,
+            "mrad_s" | "mradps" | "mrad_s_1" => Self::MilliradPerS,
+            "deg_s" | "degs" | "dps" | "degps" | "deg_per_s" | "deg_per_sec" | "deg_sec" | "deg_s_1" | "degree_s"
+            | "degrees_s" | "degrees_per_second" | "deg_second" => Self::DegPerS,
             "mdps" | "mdeg_s" => Self::MillidegPerS,
             "deg_h" | "dph" | "deg_hr" | "deg_per_h" | "deg_hour" => Self::DegPerH,
             _ => return None,
@@ -123,25 +126,24 @@ impl fmt::Display for TimeUnit {
     }
 }
 
-/// A duration for people: `12.3 s`, `4.2 min`, `1.5 h`, `2.3 d`.
+/// A duration for people: `0 s`, `100 ms`, `12.3 s`, `4.2 min`, `1.5 h`, `2.3 d`.
 #[must_use]
 pub fn duration_text(seconds: f64) -> String {
     let s = seconds.abs();
     if !seconds.is_finite() {
-        "unbounded".into()
-    } else if s < 1e-3 {
-        format!("{:.3} us", seconds * 1e6)
-    } else if s < 1.0 {
-        format!("{:.3} ms", seconds * 1e3)
-    } else if s < 120.0 {
-        format!("{seconds:.1} s")
-    } else if s < 7200.0 {
-        format!("{:.1} min", seconds / 60.0)
-    } else if s < 172_800.0 {
-        format!("{:.1} h", seconds / 3600.0)
-    } else {
-        format!("{:.1} d", seconds / 86_400.0)
+        return "unbounded".into();
     }
+    let (value, unit) = match s {
+        0.0 => (0.0, "s"),
+        _ if s < 1e-3 => (seconds * 1e6, "us"),
+        _ if s < 1.0 => (seconds * 1e3, "ms"),
+        _ if s < 120.0 => (seconds, "s"),
+        _ if s < 7200.0 => (seconds / 60.0, "min"),
+        _ if s < 172_800.0 => (seconds / 3600.0, "h"),
+        _ => (seconds / 86_400.0, "d"),
+    };
+    let text = format!("{value:.1}");
+    format!("{} {unit}", text.strip_suffix(".0").unwrap_or(&text))
 }
 
 #[cfg(test)]
@@ -159,10 +161,20 @@ mod tests {
     }
 
     #[test]
+    fn durations_read_well() {
+        let cases =
+            [(0.0, "0 s"), (0.1, "100 ms"), (1.0, "1 s"), (93.25, "93.2 s"), (5599.0, "93.3 min"), (1e5, "27.8 h")];
+        for (seconds, text) in cases {
+            assert_eq!(duration_text(seconds), text);
+        }
+    }
+
+    #[test]
     fn factors_agree_with_their_definitions() {
         assert!((180.0 * RateUnit::DegPerS.to_rad_s() - PI).abs() < 1e-15);
         assert!((RateUnit::DegPerH.to_rad_s() * 3600.0 - RateUnit::DegPerS.to_rad_s()).abs() < 1e-18);
         assert_eq!(RateUnit::parse("°/s"), Some(RateUnit::DegPerS));
+        assert_eq!(RateUnit::parse("rad s^-1"), Some(RateUnit::RadPerS));
         assert_eq!(RateUnit::parse("furlong"), None);
     }
 }

@@ -1,6 +1,12 @@
 //! Floor 7: one file a subcommand. Exit codes: 0 done, 1 bad input, 2 usage, 3 done but not fit for use.
 
+mod fit;
+mod inspect;
+mod log_args;
+mod navigate;
 mod output;
+mod simulate;
+mod validate;
 
 use clap::{Parser, Subcommand};
 use gyroid::Result;
@@ -24,12 +30,24 @@ struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {}
+enum Command {
+    Inspect(inspect::Inspect),
+    Fit(fit::FitArgs),
+    Validate(validate::ValidateArgs),
+    Simulate(simulate::SimulateArgs),
+    Navigate(navigate::NavigateArgs),
+}
 
 /// Parses the arguments, runs the command, reports its error, and says how it ended.
 pub(crate) fn main() -> ExitCode {
     let cli = Cli::parse();
-    let outcome: Result<Outcome> = match cli.command {};
+    let outcome: Result<Outcome> = match &cli.command {
+        Command::Inspect(args) => args.run(),
+        Command::Fit(args) => fit::run(args),
+        Command::Validate(args) => validate::run(args),
+        Command::Simulate(args) => simulate::run(args),
+        Command::Navigate(args) => navigate::run(args),
+    };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Unfit) => ExitCode::from(3),

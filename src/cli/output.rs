@@ -3,8 +3,10 @@
 use clap::Args;
 use gyroid::files::OutputFile;
 use gyroid::{Error, Result};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::Write;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Options that every command takes.
 #[derive(Debug, Clone, Args)]
@@ -21,6 +23,15 @@ pub(crate) struct Common {
 pub(crate) struct Output {
     json: Json,
     silent: bool,
+}
+
+/// Clears its line when the work is done.
+pub(crate) struct Working(ProgressBar);
+
+impl Drop for Working {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
 }
 
 enum Json {
@@ -45,6 +56,21 @@ impl Output {
     /// Whether text is wanted.
     pub fn talks(&self) -> bool {
         !self.silent
+    }
+
+    /// Shows on a terminal what is being done, from the second second on, until the guard is dropped.
+    pub fn working(&self, what: &'static str) -> Working {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+        if self.silent {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        }
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} {elapsed}") {
+            bar.set_style(style);
+        }
+        bar.set_message(what);
+        // the first tick comes after this pause: what is done by then never shows
+        bar.enable_steady_tick(Duration::from_secs(1));
+        Working(bar)
     }
 
     /// Prints a text for people, unless silent. A closed pipe (`| head`) is not an error.
@@ -80,4 +106,11 @@ pub(crate) fn report(error: &Error) {
     if let Some(mend) = &error.mend {
         let _ = writeln!(err, "  mend: {mend}");
     }
+}
+
+/// The command as it was typed, for provenance.
+pub(crate) fn command_line() -> String {
+    let quote = |arg: String| if arg.contains(char::is_whitespace) { format!("'{arg}'") } else { arg };
+    let arguments = std::env::args_os().skip(1).map(|a| quote(a.to_string_lossy().into_owned()));
+    std::iter::once("gyroid".to_string()).chain(arguments).collect::<Vec<_>>().join(" ")
 }

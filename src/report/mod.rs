@@ -1,3 +1,11 @@
-//! Floor 6: what people look at.
+//! Floor 6: what people and programs read: text, JSON, pictures.
 
+mod check;
+mod figure;
+pub mod fit;
+mod numbers;
 pub mod plot;
+
+pub use check::ModelCheck;
+pub use figure::fit_picture;
+pub use fit::{FitReport, LogFacts, Verdict};

@@ -1,0 +1,220 @@
+//! `gyroid fit`: the warm-up model of a log at rest.
+
+use super::Outcome;
+use super::log_args::LogArgs;
+use super::output::{Common, Output, command_line};
+use clap::Args;
+use gyroid::bias::Scheme;
+use gyroid::config::Config;
+use gyroid::export::{ConfigurationOptions, configuration};
+use gyroid::files::OutputFile;
+use gyroid::identify::{self, FitOptions, Fixed, Loss};
+use gyroid::report::plot::Format;
+use gyroid::report::{FitReport, Verdict, fit_picture};
+use gyroid::signal::names;
+use gyroid::{Error, ErrorKind, Result, validate};
+use std::path::{Path, PathBuf};
+
+/// Fits e(t) = C1 (1 - exp(-t/T)) + C2 to a log at rest, validates it, and writes the configuration.
+///
+/// Exit code 3: the fit is done, and not fit for use (no warm-up, T not identifiable, or residuals not white);
+/// nothing is then exported unless --accept says so.
+#[derive(Debug, Args)]
+pub(crate) struct FitArgs {
+    #[command(flatten)]
+    log: LogArgs,
+    /// Keep a parameter at a value: c1=, c2= (rad/s) or t= (s); may be given more than once
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parse_fixed)]
+    fix: Vec<(Parameter, f64)>,
+    /// Loss function; huber shrugs at outliers
+    #[arg(long, value_enum, default_value_t = LossName::Squares)]
+    loss: LossName,
+    /// Configuration to copy: brings [vehicle], [encoder], the filter's sample time
+    #[arg(long, value_name = "FILE")]
+    base: Option<PathBuf>,
+    /// Write the configuration here
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Export also what is not fit for use
+    #[arg(long)]
+    accept: bool,
+    /// How the model is carried from sample to sample (backward-euler is the paper's equation 5j)
+    #[arg(long, value_enum, default_value_t = SchemeName::Exact)]
+    scheme: SchemeName,
+    /// The filter's sample time in s [default: the base's, else the log's]
+    #[arg(long, value_name = "S")]
+    sample_time: Option<f64>,
+    /// Draw log, fit and residuals here (.png or .svg) [default: beside the configuration, as both]
+    #[arg(long, value_name = "FILE", conflicts_with = "no_plot")]
+    plot: Vec<PathBuf>,
+    /// Draw nothing
+    #[arg(long)]
+    no_plot: bool,
+    #[command(flatten)]
+    whiteness: WhitenessArgs,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// Options of the whiteness test.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct WhitenessArgs {
+    /// Probability at which white residuals fail
+    #[arg(long, value_name = "P", default_value_t = 0.05)]
+    level: f64,
+    /// Permutations that calibrate the whiteness tests
+    #[arg(long, value_name = "N", default_value_t = 999)]
+    draws: usize,
+    /// Seed of the permutations
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+impl WhitenessArgs {
+    /// The library's options; a level or a count that decides nothing is a usage error.
+    pub fn options(&self) -> Result<validate::Options> {
+        if !(self.level > 0.0 && self.level < 1.0) || (self.draws as f64) < 1.0 / self.level - 1.0 {
+            let found = format!("level {} with {} draws cannot be decided", self.level, self.draws);
+            return Err(Error::new(ErrorKind::Usage, "--level, --draws", found)
+                .mend("give a level between 0 and 1, and at least 1/level draws"));
+        }
+        Ok(validate::Options { level: self.level, draws: self.draws, seed: self.seed })
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Parameter {
+    C1,
+    C2,
+    TimeConstant,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum LossName {
+    Squares,
+    Huber,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum SchemeName {
+    Exact,
+    #[value(alias = "backward_euler", alias = "5j")]
+    BackwardEuler,
+    #[value(alias = "forward_euler")]
+    ForwardEuler,
+}
+
+fn parse_fixed(text: &str) -> std::result::Result<(Parameter, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("write NAME=VALUE, such as c2=0")?;
+    let parameter = match name.trim().to_lowercase().as_str() {
+        "c1" | "c1_rad_s" => Parameter::C1,
+        "c2" | "c2_rad_s" => Parameter::C2,
+        "t" | "time_constant" | "time_constant_s" => Parameter::TimeConstant,
+        other => return Err(format!("no parameter {other:?}; there are c1, c2, t")),
+    };
+    let value: f64 = value.trim().parse().map_err(|_| format!("{value:?} is not a number"))?;
+    Ok((parameter, value))
+}
+
+pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
+    // every output is claimed before the work begins
+    let output = Output::open(&args.common)?;
+    let out = args.out.as_ref().map(OutputFile::claim).transpose()?;
+    let plots = claim_plots(args)?;
+    let options = fit_options(args)?;
+    let whiteness = args.whiteness.options()?;
+    let base = args.base.as_ref().map(Config::read_base).transpose()?;
+
+    let working = output.working("reading the log");
+    let recording = args.log.read()?;
+    drop(working);
+    let rate = recording.log.require(names::GYRO_Z)?;
+    let time = args.log.time_since_power_on(&recording);
+    let working = output.working("fitting, and testing the residuals");
+    let fit = identify::fit(&time, rate, &options).map_err(|e| args.log.named(e))?;
+    let residuals = fit.residuals(&time, rate);
+    let fitted = fit.jacobian(&time);
+    let validation = validate::whiteness(&time, &residuals, &fitted, &whiteness);
+    drop(working);
+    let report = FitReport { log: args.log.facts(&recording), fit, validation };
+
+    output.say(report.text());
+    let fit_for_use = report.verdict() == Verdict::FitForUse;
+    let export = fit_for_use || args.accept;
+    if let Some(file) = out {
+        if export {
+            let options = ConfigurationOptions {
+                scheme: match args.scheme {
+                    SchemeName::Exact => Scheme::Exact,
+                    SchemeName::BackwardEuler => Scheme::BackwardEuler,
+                    SchemeName::ForwardEuler => Scheme::ForwardEuler,
+                },
+                sample_time_s: args.sample_time,
+                command: command_line(),
+                version: env!("CARGO_PKG_VERSION").into(),
+            };
+            write_configuration(file, &report, base.as_ref(), &options, &output)?;
+        } else {
+            output.say(format!("{} not written; --accept writes it all the same", file.target().display()));
+        }
+    }
+    if !plots.is_empty() {
+        let picture = fit_picture(&report, &time, rate, &residuals)?;
+        let names: Vec<String> = plots.iter().map(|p| p.target().display().to_string()).collect();
+        plots.into_iter().try_for_each(|file| picture.write(file))?;
+        output.say(format!("drew {}", names.join(", ")));
+    }
+    output.finish(&report.json())?;
+    Ok(if export { Outcome::Done } else { Outcome::Unfit })
+}
+
+fn fit_options(args: &FitArgs) -> Result<FitOptions> {
+    let mut fixed = Fixed::default();
+    for (parameter, value) in &args.fix {
+        let slot = match parameter {
+            Parameter::C1 => &mut fixed.c1_rad_s,
+            Parameter::C2 => &mut fixed.c2_rad_s,
+            Parameter::TimeConstant => &mut fixed.time_constant_s,
+        };
+        if slot.replace(*value).is_some() {
+            return Err(Error::new(ErrorKind::Usage, "--fix", format!("{parameter:?} is given twice")));
+        }
+    }
+    let loss = match args.loss {
+        LossName::Squares => Loss::Squares,
+        LossName::Huber => Loss::Huber,
+    };
+    Ok(FitOptions { fixed, loss })
+}
+
+/// The plots that were asked for, or both kinds beside the configuration.
+fn claim_plots(args: &FitArgs) -> Result<Vec<OutputFile>> {
+    let beside = |out: &Path| ["png", "svg"].map(|e| out.with_extension(e)).to_vec();
+    let paths = match (&args.out, args.no_plot, args.plot.is_empty()) {
+        (_, true, _) => Vec::new(),
+        (_, _, false) => args.plot.clone(),
+        (Some(out), _, _) => beside(out),
+        _ => Vec::new(),
+    };
+    paths.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path))).collect()
+}
+
+fn write_configuration(
+    mut file: OutputFile,
+    report: &FitReport,
+    base: Option<&Config>,
+    options: &ConfigurationOptions,
+    output: &Output,
+) -> Result<()> {
+    let target = file.target().display().to_string();
+    let config = configuration(report, base, options)?;
+    file.write_all(config.to_toml().map_err(|e| e.named(&target))?.as_bytes())?;
+    file.commit()?;
+    let accepted = if report.verdict() == Verdict::FitForUse { "" } else { " although it is not fit for use" };
+    output.say(format!(
+        "wrote {target}{accepted}: {} discretisation at {} s",
+        options.scheme,
+        config.sample_time_s.unwrap_or(f64::NAN)
+    ));
+    Ok(())
+}

@@ -1,0 +1,239 @@
+//! `gyroid inspect`: a file at a glance.
+
+use super::Outcome;
+use super::output::{Common, Output};
+use clap::Args;
+use gyroid::ingest::{self, AxisReport, Clock, Gaps, Handling, Inspection, Sampling, TimeReport};
+use gyroid::units::{RAD_S_PER_DEG_S, duration_text};
+use gyroid::{Error, ErrorKind, Result};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Show what is in a log: columns, rates, gaps, units, rest and motion
+#[derive(Debug, Args)]
+pub(crate) struct Inspect {
+    /// CSV, TSV (also gzipped) or Parquet
+    log: PathBuf,
+    #[command(flatten)]
+    common: Common,
+}
+
+impl Inspect {
+    pub fn run(&self) -> Result<Outcome> {
+        let output = Output::open(&self.common)?;
+        let report = ingest::inspect(&self.log)?;
+        if output.talks() {
+            output.say(table(&report).trim_end());
+        }
+        let mut value = serde_json::to_value(&report)
+            .map_err(|e| Error::new(ErrorKind::Numeric, self.log.display(), format!("no JSON of the report: {e}")))?;
+        value["fits"] = report.fits().into();
+        output.finish(&value)?;
+        Ok(Outcome::Done)
+    }
+}
+
+/// A log that moves more than this is said to move once more in the last line.
+const MOSTLY_AT_REST: f64 = 0.02;
+
+/// The text; every line is a finding.
+fn table(report: &Inspection) -> String {
+    let mut out = String::new();
+    let mut line = |text: String| {
+        let _ = writeln!(out, "{text}");
+    };
+    line(format!("{}: {}, {} rows, {} columns", report.file, report.format, report.rows, report.columns.len()));
+    line(String::new());
+    columns(report, &mut line);
+    line(String::new());
+    if let Some(time) = &report.time {
+        clock(time, &mut line);
+    }
+    for axis in &report.gyro {
+        gyro(axis, &mut line);
+    }
+    for (title, items) in [("problem", &report.problems), ("note", &report.notes)] {
+        for item in items {
+            line(format!("{title:<9} {item}"));
+        }
+    }
+    line(format!("{:<9} {}", "fit", verdict(report)));
+    out
+}
+
+fn verdict(report: &Inspection) -> String {
+    let (can, cannot): (Vec<_>, Vec<_>) = report.gyro.iter().partition(|a| a.audit.is_some());
+    let names = |axes: &[&AxisReport]| axes.iter().map(|a| a.axis.to_string()).collect::<Vec<_>>().join(", ");
+    let moving = can.iter().filter_map(|a| a.audit.as_ref()).map(|a| a.motion.samples as f64 / a.samples as f64);
+    let most = moving.fold(0.0, f64::max);
+    let rest = if most > MOSTLY_AT_REST {
+        format!("; it moves for {:.0} % of its samples", 100.0 * most)
+    } else {
+        String::new()
+    };
+    match (can.is_empty(), cannot.is_empty()) {
+        (true, _) => "cannot use this file as it is".to_string(),
+        (false, true) => format!("can use {}{rest}", names(&can)),
+        (false, false) => format!("can use {}; not {}{rest}", names(&can), names(&cannot)),
+    }
+}
+
+fn columns(report: &Inspection, line: &mut dyn FnMut(String)) {
+    let width = report.columns.iter().map(|c| c.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
+    line(format!(
+        "{:<width$}  {:<12}  {:<8}  {:>7}  {:>12}  {:>12}  {:>12}",
+        "column", "role or type", "unit", "missing", "min", "median", "max"
+    ));
+    let number = |x: Option<f64>| x.map_or("-".to_string(), compact);
+    for c in &report.columns {
+        let unit = c.unit.as_deref().unwrap_or("-");
+        line(format!(
+            "{:<width$}  {:<12}  {unit:<8}  {:>7}  {:>12}  {:>12}  {:>12}",
+            c.name,
+            if c.role == "-" { c.type_name.as_str() } else { &c.role },
+            c.missing,
+            number(c.min),
+            number(c.median),
+            number(c.max)
+        ));
+        if let Some(bad) = &c.not_a_number {
+            line(format!("{:<width$}  not a number: {bad}", ""));
+        }
+    }
+}
+
+fn clock(time: &TimeReport, line: &mut dyn FnMut(String)) {
+    let from = match time.clock {
+        Clock::PowerOn { first_s, stated } => {
+            let how = if stated { "since power-on" } else { "taken as since power-on" };
+            format!("{how}, from {first_s} s")
+        }
+        Clock::FirstSample { .. } => "counted from the first sample".to_string(),
+    };
+    line(format!("{:<9} {:?} {from}, {} long", "time", time.column, duration_text(time.span_s)));
+    if let (Some(sampling), Some(gaps)) = (&time.sampling, &time.gaps) {
+        line(format!("{:<9} {}", "rate", rate(sampling)));
+        line(format!("{:<9} {}", "gaps", gap(gaps)));
+    }
+    if time.not_increasing > 0 {
+        line(format!("{:<9} {} rows do not lie after the one before", "order", time.not_increasing));
+    }
+}
+
+fn rate(s: &Sampling) -> String {
+    let even = if s.uniform { "even" } else { "uneven" };
+    format!(
+        "{} Hz, {even}: steps {} ± {} (1 % to 99 %: {} to {})",
+        compact(s.rate_hz),
+        duration_text(s.median_step_s),
+        duration_text(s.step_std_s),
+        duration_text(s.step_p01_s),
+        duration_text(s.step_p99_s)
+    )
+}
+
+fn gap(g: &Gaps) -> String {
+    match g.longest_at_s {
+        None => "none".to_string(),
+        Some(at) => format!(
+            "{} with {} missing; the longest {} at {} s; kept",
+            g.count,
+            duration_text(g.missing_s),
+            duration_text(g.longest_s),
+            compact(at)
+        ),
+    }
+}
+
+fn gyro(axis: &AxisReport, line: &mut dyn FnMut(String)) {
+    let title = format!("gyro {}", axis.axis);
+    let column = axis.column.as_deref().unwrap_or("-");
+    let Some(audit) = &axis.audit else {
+        let problem = axis.problem.as_deref().unwrap_or("cannot be used");
+        line(format!("{title:<9} {problem}"));
+        return;
+    };
+    let unit = axis.unit.as_deref().unwrap_or("-");
+    let guessed = if axis.unit_guessed { " (guessed)" } else { "" };
+    line(format!("{title:<9} {column:?} in {unit}{guessed}, {} of {} rows usable", audit.samples, audit.rows));
+    let rest = &audit.rest;
+    let lattice = rest.lattice_step_rad_s.map_or(String::new(), |q| format!(", lattice step {}", both(q)));
+    line(format!(
+        "{:<9} median {}, noise {}, drift {}{lattice}",
+        "  rest",
+        both(rest.median_rad_s),
+        both(rest.noise_std_rad_s),
+        both(rest.drift_rad_s)
+    ));
+    let motion = &audit.motion;
+    line(format!("{:<9} {}", "  motion", motion_text(axis)));
+    let mut finding = |found: bool, what: String| {
+        if found {
+            line(format!("{:<9} {what}", "  found"));
+        }
+    };
+    let row = |r: Option<usize>| r.map_or(String::new(), |r| format!(", first in row {r}"));
+    let m = &audit.missing;
+    finding(m.count > 0, format!("{} rows without rate or time{}: {}", m.count, row(m.first_row), done(m.handling)));
+    let d = &audit.duplicates;
+    finding(d.count > 0, format!("{} repeated time stamps{}: {}", d.count, row(d.first_row), done(d.handling)));
+    let o = &audit.out_of_order;
+    finding(o.count > 0, format!("{} rows that go back in time: {}", o.count, done(o.handling)));
+    let s = &audit.saturation;
+    let limit = s.limit_rad_s.map(both).unwrap_or_default();
+    finding(s.samples > 0, format!("{} samples saturated at {limit}: {}", s.samples, done(s.handling)));
+    let k = &audit.stuck;
+    let longest = duration_text(k.longest_s);
+    let at = k.longest_at_s.map(compact).unwrap_or_default();
+    finding(
+        k.runs > 0,
+        format!("{} runs stuck at a value, the longest {longest} at {at} s: {}", k.runs, done(k.handling)),
+    );
+    finding(!motion.assessed, "too short to tell motion from rest".to_string());
+}
+
+fn motion_text(axis: &AxisReport) -> String {
+    const SHOWN: usize = 4;
+    let Some(motion) = axis.audit.as_ref().map(|a| &a.motion) else { return String::new() };
+    if motion.intervals.is_empty() {
+        return if motion.assessed { "none found".to_string() } else { "not assessed".to_string() };
+    }
+    let mut shown: Vec<String> = motion
+        .intervals
+        .iter()
+        .take(SHOWN)
+        .map(|i| format!("{} to {} s", compact(i.start_s), compact(i.end_s)))
+        .collect();
+    if motion.intervals.len() > SHOWN {
+        shown.push(format!("{} more", motion.intervals.len() - SHOWN));
+    }
+    format!("{} in {} samples: {}", duration_text(motion.total_s), motion.samples, shown.join(", "))
+}
+
+fn done(handling: Handling) -> &'static str {
+    match handling {
+        Handling::Kept => "kept",
+        Handling::Dropped => "left out",
+        Handling::Spread => "spread evenly up to the next stamp",
+        Handling::Sorted => "sorted",
+    }
+}
+
+/// A rate in SI and in the unit of datasheets.
+fn both(rate_rad_s: f64) -> String {
+    format!("{rate_rad_s:.3e} rad/s ({} deg/s)", compact(rate_rad_s / RAD_S_PER_DEG_S))
+}
+
+/// A number with six digits at most.
+fn compact(x: f64) -> String {
+    if x == 0.0 {
+        return "0".to_string();
+    }
+    let size = x.abs();
+    if !(1e-4..1e7).contains(&size) {
+        return format!("{x:.4e}");
+    }
+    let decimals = (5 - size.log10().floor() as i32).clamp(0, 8) as usize;
+    let text = format!("{x:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+}

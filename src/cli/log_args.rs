@@ -1,0 +1,119 @@
+//! Options of the commands that read a log at rest, and what they make of it.
+
+use clap::Args;
+use gyroid::ingest::{self, Axis, GyroQuery, GyroRecording};
+use gyroid::report::LogFacts;
+use gyroid::signal::{TimeAxis, names};
+use gyroid::units::{RateUnit, TimeUnit};
+use gyroid::{Error, ErrorKind, Result};
+use std::path::PathBuf;
+
+/// A log at rest and how to read it.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct LogArgs {
+    /// Log of a gyro at rest: CSV, TSV (also gzipped) or Parquet
+    log: PathBuf,
+    /// Axis of the gyro
+    #[arg(long, value_enum, default_value_t = AxisName::Z)]
+    axis: AxisName,
+    /// Column that holds the rate, where the name does not say
+    #[arg(long, value_name = "NAME")]
+    column: Option<String>,
+    /// Unit of the rate: rad/s, deg/s, mrad/s, mdeg/s, deg/h
+    #[arg(long, value_parser = parse_rate_unit)]
+    unit: Option<RateUnit>,
+    /// Column that holds the time
+    #[arg(long, value_name = "NAME")]
+    time: Option<String>,
+    /// Unit of the time: s, ms, us, ns
+    #[arg(long, value_parser = parse_time_unit)]
+    time_unit: Option<TimeUnit>,
+    /// Sample rate in Hz, for a log without a time column
+    #[arg(long, value_name = "HZ", conflicts_with = "time")]
+    rate: Option<f64>,
+    /// Sort rows whose time goes backwards instead of refusing them
+    #[arg(long)]
+    sort_time: bool,
+    /// Leave out the seconds in which the sensor moved
+    #[arg(long)]
+    trim_motion: bool,
+    /// The log's first sample is this long after power-on, s
+    #[arg(long, value_name = "S")]
+    start_offset: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum AxisName {
+    X,
+    Y,
+    Z,
+}
+
+fn parse_rate_unit(text: &str) -> std::result::Result<RateUnit, String> {
+    RateUnit::parse(text).ok_or_else(|| {
+        let all: Vec<String> = RateUnit::ALL.iter().map(ToString::to_string).collect();
+        format!("no unit of rate; there are {}", all.join(", "))
+    })
+}
+
+fn parse_time_unit(text: &str) -> std::result::Result<TimeUnit, String> {
+    TimeUnit::parse(text).ok_or_else(|| "no unit of time; there are s, ms, us, ns".to_string())
+}
+
+impl LogArgs {
+    /// Reads the log, and leaves out motion where that was asked for.
+    pub fn read(&self) -> Result<GyroRecording> {
+        if self.start_offset.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {
+            return Err(Error::new(ErrorKind::Usage, "--start-offset", "must be zero or a positive number of seconds"));
+        }
+        let query = GyroQuery {
+            column: self.column.clone(),
+            axis: match self.axis {
+                AxisName::X => Axis::X,
+                AxisName::Y => Axis::Y,
+                AxisName::Z => Axis::Z,
+            },
+            unit: self.unit,
+            time: self.time.clone(),
+            time_unit: self.time_unit,
+            rate_hz: self.rate,
+            sort_time: self.sort_time,
+        };
+        let recording = ingest::read_gyro(&self.log, &query)?;
+        if self.trim_motion { recording.without_motion() } else { Ok(recording) }
+    }
+
+    /// The time axis since power-on: the log's own, or begun `--start-offset` after it.
+    pub fn time_since_power_on(&self, recording: &GyroRecording) -> TimeAxis {
+        let time = recording.log.time.clone();
+        match self.start_offset {
+            Some(offset) if !time.is_empty() => {
+                let first = time.at(0);
+                time.shifted(offset - first)
+            }
+            _ => time,
+        }
+    }
+
+    /// What the report says of the log.
+    pub fn facts(&self, recording: &GyroRecording) -> LogFacts {
+        let range = |values: &[f64]| {
+            let there = values.iter().copied().filter(|v| v.is_finite());
+            let (low, high) = there.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            (low <= high).then_some([low, high])
+        };
+        LogFacts {
+            name: self.log.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+            column: recording.column.clone(),
+            unit: recording.unit,
+            sha256: recording.sha256.clone(),
+            temperature_c: recording.log.get(names::TEMPERATURE).and_then(range),
+            notes: recording.notes.clone(),
+        }
+    }
+
+    /// Names the file in an error of a layer that saw only numbers.
+    pub fn named(&self, error: Error) -> Error {
+        if error.input == "log" { error.named(self.log.display()) } else { error }
+    }
+}

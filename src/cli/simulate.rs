@@ -1,0 +1,166 @@
+//! `gyroid simulate`: a log as the configuration would have it.
+
+use super::Outcome;
+use super::output::{Common, Output};
+use clap::Args;
+use gyroid::config::{Config, Kind};
+use gyroid::files::OutputFile;
+use gyroid::ingest::{read_log, write_log};
+use gyroid::signal::Log;
+use gyroid::simulate::{Course, Drive, Options, drive, replay, stationary};
+use gyroid::units::duration_text;
+use gyroid::{Error, ErrorKind, Result};
+use std::path::PathBuf;
+
+/// Simulate a log: a gyro at rest, a drive along a course, or recorded torques replayed
+///
+/// Without --course and --inputs the gyro stands at rest. The same seed gives the same bytes.
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:\n  \
+    gyroid simulate gyroid.toml --duration 1800 --seed 1 -o power_on.csv\n  \
+    gyroid simulate gyroid.toml --course square --start-offset 20 -o drive.parquet\n  \
+    gyroid simulate gyroid.toml --inputs recorded.parquet -o predicted.parquet"
+)]
+pub(crate) struct SimulateArgs {
+    /// Configuration (schema 1)
+    config: PathBuf,
+    /// Course to drive
+    #[arg(long, value_name = "NAME", value_parser = course, help = course_help())]
+    course: Option<Course>,
+    /// Replay this log's torques; where it has none, its wheel speeds
+    #[arg(long, value_name = "LOG", conflicts_with_all = ["course", "duration"])]
+    inputs: Option<PathBuf>,
+    /// Length of the log, s [default: 180 on a course, 1800 at rest]
+    #[arg(long, value_name = "S")]
+    duration: Option<f64>,
+    /// Seed of all random numbers
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Seed of the sensors' noise, to record the same motion anew [default: --seed]
+    #[arg(long, value_name = "N")]
+    sensor_seed: Option<u64>,
+    /// Time since power-on at the first row, s (with --inputs, where that log does not say)
+    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    start_offset: f64,
+    /// Sample time, s [default: the configuration's]
+    #[arg(long, value_name = "S", conflicts_with = "inputs")]
+    sample_time: Option<f64>,
+    /// Draw C1, C2 and T inside the configuration's repeatability from power-on to power-on
+    #[arg(long)]
+    vary_turn_on: bool,
+    /// Write the true pose, velocities and gyro error of a drive to this log
+    #[arg(long, value_name = "LOG")]
+    truth: Option<PathBuf>,
+    /// Log to write (.csv or .parquet)
+    #[arg(short, long, value_name = "LOG")]
+    out: PathBuf,
+    #[command(flatten)]
+    common: Common,
+}
+
+fn course(name: &str) -> std::result::Result<Course, String> {
+    Course::parse(name).ok_or_else(|| format!("there are {}", course_names()))
+}
+
+fn course_names() -> String {
+    Course::ALL.map(Course::name).join(", ")
+}
+
+fn course_help() -> String {
+    format!("Course to drive: {}", course_names())
+}
+
+/// Default lengths, s.
+const COURSE_S: f64 = 180.0;
+const REST_S: f64 = 1800.0;
+
+pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
+    let output = Output::open(&args.common)?;
+    // claimed and released: a bad path is found before the work begins
+    for path in std::iter::once(&args.out).chain(&args.truth) {
+        OutputFile::claim(path)?;
+    }
+    let name = args.config.display().to_string();
+    let mut config = Config::read(&args.config)?;
+    if let Some(step_s) = args.sample_time {
+        if !(step_s.is_finite() && step_s > 0.0) {
+            return Err(usage("--sample-time", format!("{step_s} s is not a positive time")));
+        }
+        config.sample_time_s = Some(step_s);
+    }
+    let driven = args.course.is_some() || args.inputs.is_some();
+    if config.kind == Kind::Stationary && driven {
+        return Err(Error::new(ErrorKind::Usage, &name, "is stationary: its gyro drives no course and no inputs")
+            .at("`kind`")
+            .mend("set kind = \"driving\" and add [vehicle] and [encoder], or leave out --course and --inputs"));
+    }
+    if args.truth.is_some() && !driven {
+        return Err(usage("--truth", "a log at rest has no motion to tell".into()));
+    }
+    let mut options =
+        Options { since_power_on_s: args.start_offset, vary_turn_on: args.vary_turn_on, ..Options::from(args.seed) };
+    options.seeds.sensors = args.sensor_seed.unwrap_or(args.seed);
+
+    let named = |error: Error| if error.input == "configuration" { error.named(&name) } else { error };
+    let simulated = match (&args.inputs, args.course) {
+        (Some(path), _) => Some(replay(&config, &read_log(path)?, &options).map_err(named)?),
+        (None, Some(course)) => {
+            Some(drive(&config, course, args.duration.unwrap_or(COURSE_S), &options).map_err(named)?)
+        }
+        (None, None) => None,
+    };
+    let log = match &simulated {
+        Some(Drive { log, .. }) => log,
+        None => &stationary(&config, args.duration.unwrap_or(REST_S), &options).map_err(named)?,
+    };
+    write_log(&args.out, log)?;
+    if let (Some(path), Some(Drive { truth, .. })) = (&args.truth, &simulated) {
+        write_log(path, truth)?;
+    }
+    output.say(format!(
+        "{}: {} rows, {} at {:.4} s, {}",
+        args.out.display(),
+        log.len(),
+        duration_text(log.time.span_s()),
+        log.time.median_step_s(),
+        what(args)
+    ));
+    output.finish(&json(args, log, simulated.as_ref()))?;
+    Ok(Outcome::Done)
+}
+
+fn usage(option: &str, found: String) -> Error {
+    Error::new(ErrorKind::Usage, "simulate", found).at(option)
+}
+
+fn what(args: &SimulateArgs) -> String {
+    match (&args.inputs, args.course) {
+        (Some(path), _) => format!("inputs of {}", path.display()),
+        (None, Some(course)) => format!("course {}", course.name()),
+        (None, None) => "at rest".into(),
+    }
+}
+
+fn json(args: &SimulateArgs, log: &Log, simulated: Option<&Drive>) -> serde_json::Value {
+    let channels: Vec<_> = log.channels.iter().map(|c| c.name.as_str()).collect();
+    let mut value = serde_json::json!({
+        "log": args.out.display().to_string(),
+        "motion": what(args),
+        "rows": log.len(),
+        "span_s": log.time.span_s(),
+        "sample_time_s": log.time.median_step_s(),
+        "seed": args.seed,
+        "sensor_seed": args.sensor_seed.unwrap_or(args.seed),
+        "channels": channels,
+    });
+    if let Some(Drive { warm_up, .. }) = simulated {
+        value["gyro"] = serde_json::json!({
+            "c1_rad_s": warm_up.c1_rad_s,
+            "c2_rad_s": warm_up.c2_rad_s,
+            "time_constant_s": warm_up.time_constant_s,
+        });
+    }
+    value
+}

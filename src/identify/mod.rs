@@ -1,0 +1,333 @@
+//! Floor 3: the fit of e(t) = C1 (1 - exp(-t/T)) + C2 to a log at rest.
+//!
+//! Least squares by variable projection: for given T the model is linear, so T alone is searched, over all scales
+//! and from no starting value. Noise colour does not change the estimate; it changes the covariance, which allows for
+//! a random walk of the bias ([`NoiseEstimate`]). Intervals are profile-likelihood intervals.
+
+mod advice;
+mod compare;
+mod noise;
+mod profile;
+mod projection;
+mod robust;
+mod search;
+mod types;
+
+pub use advice::Advice;
+pub use compare::{Comparison, GainTest, Score};
+pub use search::Termination;
+pub use types::{Estimate, Fit, FitOptions, Fixed, Loss, NoiseEstimate, StraightLine};
+
+use crate::bias::WarmUp;
+use crate::error::{Error, ErrorKind, Result};
+use crate::signal::{Moments, TimeAxis};
+use nalgebra::{DMatrix, Matrix3};
+use noise::NoiseFit;
+use projection::Projection;
+use search::Minimum;
+
+const LEVEL: f64 = 0.95;
+
+/// Fits the warm-up model to `values` (rad/s) at `time` (s since power-on).
+///
+/// # Errors
+/// [`ErrorKind::TooShort`] with no more samples than free parameters, [`ErrorKind::Value`] on a value that is not
+/// finite or a constant signal, [`ErrorKind::Time`] if times do not increase, [`ErrorKind::Usage`] if nothing is free
+/// or a fixed value is not physical.
+pub fn fit(time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit> {
+    let free = check_options(&options.fixed)?;
+    if values.len() < free + 1 || values.len() < 3 {
+        let found = format!("{} samples for {free} free parameters", values.len());
+        return Err(Error::new(ErrorKind::TooShort, "log", found).mend("record a longer log, or fix a parameter"));
+    }
+    let moments = Moments::new(time, values)?;
+    let spread =
+        moments.square_sum - moments.blocks.iter().map(|b| b.moments[0]).sum::<f64>().powi(2) / moments.count as f64;
+    if !(spread > f64::EPSILON.powi(2) * moments.reference.powi(2) * moments.count as f64) {
+        return Err(Error::new(ErrorKind::Value, "log", format!("all samples are {}", values[0]))
+            .mend("a gyro at rest is never constant: check that the sensor is on, and the column"));
+    }
+    let (fit, _) = solve(&moments, time, values, options)?;
+    match options.loss {
+        Loss::Squares => Ok(fit),
+        Loss::Huber => huber(fit, time, values, options),
+    }
+}
+
+fn check_options(fixed: &Fixed) -> Result<usize> {
+    let given = [fixed.c1_rad_s, fixed.c2_rad_s, fixed.time_constant_s];
+    for (name, value) in ["c1", "c2", "time constant"].iter().zip(given) {
+        let bad = value.is_some_and(|v| !v.is_finite() || (*name == "time constant" && v <= 0.0));
+        if bad {
+            let found = format!("{} is not a physical value for the {name}", value.unwrap_or(f64::NAN));
+            return Err(Error::new(ErrorKind::Usage, "fixed parameter", found));
+        }
+    }
+    match given.iter().filter(|v| v.is_none()).count() {
+        0 => Err(Error::new(ErrorKind::Usage, "fixed parameters", "all are given, and nothing is left to fit")
+            .mend("free one, or validate the model with gyroid validate")),
+        free => Ok(free),
+    }
+}
+
+/// Iterations of Huber's method at most; it converges linearly with the share of samples that are bent.
+const HUBER_STEPS: usize = 60;
+
+fn huber(first: Fit, time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit> {
+    let mut model = first.model();
+    let mut previous = f64::INFINITY;
+    for _ in 0..HUBER_STEPS {
+        let (r, scale) = robust::residuals(time, values, &model);
+        if !(scale > 0.0) {
+            return Err(Error::new(ErrorKind::Numeric, "log", "more than half of the samples are the same")
+                .at("--loss huber")
+                .mend("use the default loss"));
+        }
+        let replaced = robust::replaced(time, &model, &r, scale);
+        let moments = Moments::new(time, &replaced)?;
+        let projection = Projection::new(&moments, &options.fixed);
+        let min = search::minimum(&projection, options.fixed.time_constant_s);
+        let next = power_on(&projection, &min);
+        let moved = (0..8)
+            .map(|i| moments.first_s + moments.span_s * f64::from(i) / 7.0)
+            .map(|t| (next.error_rad_s(t) - model.error_rad_s(t)).abs())
+            .fold(0.0, f64::max);
+        model = next;
+        // below a millionth of the noise nothing changes that anyone could see
+        if moved < 1e-6 * scale / (values.len() as f64).sqrt() || moved >= previous {
+            break;
+        }
+        previous = moved;
+    }
+    let (r, scale) = robust::residuals(time, values, &model);
+    let replaced = robust::replaced(time, &model, &r, scale);
+    let moments = Moments::new(time, &replaced)?;
+    let (mut fit, _) = solve(&moments, time, &replaced, options)?;
+    fit.loss = Loss::Huber;
+    let rss: f64 = fit.residuals(time, values).iter().map(|r| r * r).sum();
+    fit.residual_sum_of_squares_rad2_s2 = rss;
+    Ok(fit)
+}
+
+/// The minimum as a model that counts from power-on.
+fn power_on(p: &Projection, min: &Minimum) -> WarmUp {
+    let e = (p.clock_s() / min.time_constant).exp();
+    let c2 = min.linear.c2 + p.moments.reference;
+    WarmUp { c1_rad_s: e * min.linear.c1, c2_rad_s: c2 + (1.0 - e) * min.linear.c1, time_constant_s: min.time_constant }
+}
+
+/// d(C1, C2, T at power-on) / d(c1, c2, T in the projection's clock).
+fn to_power_on(p: &Projection, c1: f64, time_constant: f64) -> Matrix3<f64> {
+    let x = p.clock_s() / time_constant;
+    let e = x.exp();
+    let by_t = -c1 * e * x / time_constant;
+    #[rustfmt::skip]
+    let a = Matrix3::new(
+        e,       0.0, by_t,
+        1.0 - e, 1.0, -by_t,
+        0.0,     0.0, 1.0,
+    );
+    a
+}
+
+/// Fit by least squares, everything included.
+fn solve(moments: &Moments, time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<(Fit, NoiseFit)> {
+    let p = Projection::new(moments, &options.fixed);
+    let free_t = options.fixed.time_constant_s.is_none();
+    let min = search::minimum(&p, options.fixed.time_constant_s);
+    let [free_c1, free_c2] = p.free();
+    let free = [free_c1, free_c2, free_t];
+    let freedom = moments.count as f64 - free.iter().filter(|f| **f).count() as f64;
+
+    // at the end of the searched range C1 and T are one parameter: linearise where they are still two
+    let longest = 10.0 * (moments.span_s + p.offset_s);
+    let pivot = if free_t { min.time_constant.min(longest) } else { min.time_constant };
+    let s = p.sums(pivot, true);
+    let l = p.linear(&s);
+    let groups = p.groups(pivot, noise::GROUPS);
+    let columns = noise::columns(&p, &s, &groups, l.c1, free_t.then_some(pivot));
+    let residual_sums: Vec<f64> = groups.iter().map(|b| b.y - l.c1 * b.g - l.c2 * b.n).collect();
+    let singular = || {
+        Error::new(ErrorKind::Numeric, "log", "the parameters cannot be told apart on these samples")
+            .mend("record a longer log, or fix a parameter with --fix")
+    };
+    let noise = noise::fit(&groups, &columns, &residual_sums, moments.span_s).ok_or_else(singular)?;
+
+    let places = placed(&free);
+    let spread = to_power_on(&p, l.c1, pivot);
+    let full = |m: &DMatrix<f64>| -> Matrix3<f64> {
+        let at = |i: usize, j: usize| match (places[i], places[j]) {
+            (Some(a), Some(b)) => m[(a, b)],
+            _ => 0.0,
+        };
+        let local = Matrix3::from_fn(at);
+        spread * local * spread.transpose()
+    };
+    let unit = full(&noise.inverse_normal);
+    let covariances: Vec<Matrix3<f64>> = noise.members.iter().map(|m| full(&m.covariance)).collect();
+    let covariance: Matrix3<f64> = noise.members.iter().zip(&covariances).map(|(m, c)| *c * m.weight).sum();
+    let white_variance = min.linear.rss.max(0.0) / freedom;
+
+    let model = power_on(&p, &min);
+    let values_at = [model.c1_rad_s, model.c2_rad_s, model.time_constant_s];
+    let mut estimates = [Estimate { estimate: 0.0, std: 0.0, std_white: 0.0, ci95: [0.0; 2] }; 3];
+    for j in 0..3 {
+        let x = values_at[j];
+        if !free[j] {
+            estimates[j] = Estimate { estimate: x, std: 0.0, std_white: 0.0, ci95: [x; 2] };
+            continue;
+        }
+        let variances: Vec<f64> = covariances.iter().map(|c| c[(j, j)]).collect();
+        let half = noise.half_width(&variances, LEVEL);
+        let kappa = half * half / unit[(j, j)];
+        let ci95 = match j {
+            _ if !free_t => [x - half, x + half],
+            0 => profile::linear(&p, &min, profile::Target::C1, kappa),
+            1 => profile::linear(&p, &min, profile::Target::C2, kappa),
+            _ => profile::time_constant(&p, &min, kappa),
+        };
+        let std_white = (unit[(j, j)] * white_variance).sqrt();
+        estimates[j] = Estimate { estimate: x, std: covariance[(j, j)].sqrt(), std_white, ci95 };
+    }
+    let [c1_rad_s, c2_rad_s, time_constant_s] = estimates;
+    let bounded = time_constant_s.ci95[0] > 0.0 && time_constant_s.ci95[1].is_finite();
+    let identifiable = !free_t || (min.termination.converged() && bounded);
+    let noise_estimate = estimate_noise(&noise, moments, min.linear.rss / freedom, values);
+    let comparison = compare::compare(&p, free_t);
+    let line = straight_line(moments, options);
+    let mut out = Fit {
+        c1_rad_s,
+        c2_rad_s,
+        time_constant_s,
+        covariance: to_array(&covariance),
+        correlation: correlation(&covariance),
+        identifiable,
+        termination: min.termination,
+        loss: Loss::Squares,
+        residual_sum_of_squares_rad2_s2: min.linear.rss,
+        residual_std_rad_s: white_variance.sqrt(),
+        degrees_of_freedom: freedom,
+        samples: moments.count,
+        sample_rate_hz: 1.0 / moments.step_s,
+        first_s: time.at(0),
+        span_s: moments.span_s,
+        noise: noise_estimate,
+        comparison,
+        line,
+        advice: Vec::new(),
+    };
+    out.advice = advise(&p, &noise, &out, free_t);
+    Ok((out, noise))
+}
+
+/// Position of each of C1, C2, T among the free ones.
+fn placed(free: &[bool; 3]) -> [Option<usize>; 3] {
+    let mut next = 0;
+    free.map(|f| {
+        f.then(|| {
+            next += 1;
+            next - 1
+        })
+    })
+}
+
+fn to_array(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
+}
+
+fn correlation(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let scale = (m[(i, i)] * m[(j, j)]).sqrt();
+            match scale > 0.0 {
+                true => m[(i, j)] / scale,
+                false => f64::from(u8::from(i == j)),
+            }
+        })
+    })
+}
+
+fn estimate_noise(noise: &NoiseFit, moments: &Moments, residual_variance: f64, values: &[f64]) -> NoiseEstimate {
+    let probability = noise.mean(|m| f64::from(u8::from(m.walk_variance_rate > 0.0)));
+    // with a random walk in the residuals their variance is not the white noise's; successive differences still see it
+    let white = if probability > 0.5 {
+        let squares: f64 = values.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum();
+        0.5 * squares / (values.len() - 1) as f64
+    } else {
+        residual_variance
+    };
+    let mut upper = 0.0;
+    let mut below = 0.0;
+    for member in &noise.members {
+        below += member.weight;
+        upper = member.walk_variance_rate.sqrt();
+        if below >= 0.95 {
+            break;
+        }
+    }
+    NoiseEstimate {
+        angle_random_walk_rad_sqrt_s: (white.max(0.0) * moments.step_s).sqrt(),
+        rate_random_walk_probability: probability,
+        rate_random_walk_rad_s_sqrt_s: noise.mean(|m| m.walk_variance_rate).sqrt(),
+        rate_random_walk_upper95_rad_s_sqrt_s: upper,
+    }
+}
+
+/// Straight line through the log: the model at T so long that exp is linear. `None` where it cannot be fitted.
+fn straight_line(moments: &Moments, options: &FitOptions) -> Option<StraightLine> {
+    let given = options.fixed;
+    if given.c1_rad_s.is_some() || given.c2_rad_s.is_some() || given.time_constant_s.is_some() {
+        return None;
+    }
+    let p = Projection::new(moments, &Fixed::default());
+    // at T of a million logs g = t/T to six digits of its curvature, and all its own digits are there
+    let far = 1e6 * moments.span_s;
+    let s = p.sums(far, true);
+    let l = p.linear(&s);
+    let groups = p.groups(far, noise::GROUPS);
+    let columns = noise::columns(&p, &s, &groups, l.c1, None);
+    let residuals: Vec<f64> = groups.iter().map(|b| b.y - l.c1 * b.g - l.c2 * b.n).collect();
+    let noise = noise::fit(&groups, &columns, &residuals, moments.span_s)?;
+    let white = l.rss.max(0.0) / (moments.count as f64 - 2.0);
+    let of = |i: usize, value: f64, scale: f64| {
+        let variances: Vec<f64> = noise.members.iter().map(|m| m.covariance[(i, i)] * scale * scale).collect();
+        let half = noise.half_width(&variances, LEVEL);
+        let std = noise.members.iter().zip(&variances).map(|(m, v)| m.weight * v).sum::<f64>().sqrt();
+        let std_white = (white * noise.inverse_normal[(i, i)]).sqrt() * scale;
+        Estimate { estimate: value, std, std_white, ci95: [value - half, value + half] }
+    };
+    Some(StraightLine { start_rad_s: of(1, l.c2 + moments.reference, 1.0), slope_rad_s2: of(0, l.c1 / far, 1.0 / far) })
+}
+
+/// How long to record. Where T is not known, for the shortest T that the log allows and for longer ones.
+fn advise(p: &Projection, noise: &NoiseFit, fit: &Fit, free_t: bool) -> Vec<Advice> {
+    if !free_t || !fit.warm_up_found() {
+        return Vec::new();
+    }
+    // a walk that this log does not support is not held against a longer one
+    let walk = fit.noise.rate_random_walk_probability > 0.5;
+    let plan = |time_constant_s: f64| {
+        let c1 = p.linear(&p.sums(time_constant_s, false)).c1 * (p.clock_s() / time_constant_s).exp();
+        advice::Plan {
+            c1_rad_s: c1,
+            time_constant_s,
+            start_s: fit.first_s,
+            rate_hz: fit.sample_rate_hz,
+            white_variance: noise.mean(|m| m.white_variance),
+            walk_variance_rate: if walk { noise.mean(|m| m.walk_variance_rate) } else { 0.0 },
+        }
+    };
+    let recorded = fit.first_s + fit.span_s;
+    if fit.identifiable {
+        return vec![advice::advise(&plan(fit.time_constant_s.estimate), recorded)];
+    }
+    let [low, high] = fit.time_constant_s.ci95;
+    let mut assumed = vec![low, fit.span_s, 3.0 * fit.span_s];
+    assumed.retain(|t| *t > 0.0 && t.is_finite() && *t >= low && *t <= high);
+    assumed.sort_by(f64::total_cmp);
+    assumed.dedup();
+    assumed.into_iter().map(|t| advice::advise(&plan(t), recorded)).collect()
+}
+
+#[cfg(test)]
+mod tests;

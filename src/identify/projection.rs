@@ -1,0 +1,256 @@
+//! e(t) = C1 g(t; T) + C2 with g = 1 - exp(-t/T): for given T the rest is linear (variable projection;
+//! Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413). All inner products come from block moments.
+
+use super::Fixed;
+use crate::math::legendre::{self, COUNT};
+use crate::signal::Moments;
+
+/// Beyond this many time constants exp(-t/T) is below the rounding of 1.
+const GONE: f64 = 45.0;
+
+/// Sums over the samples, with g = 1 - exp(-u), d = u exp(-u) = -∂g/∂ln T, u = t/T.
+/// y counts from the moments' reference.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sums {
+    pub n: f64,
+    pub g: f64,
+    pub gg: f64,
+    pub y: f64,
+    pub gy: f64,
+    pub d: f64,
+    pub gd: f64,
+    pub dd: f64,
+    pub dy: f64,
+}
+
+/// Sums of one block, for the noise model: count, middle (s from the first sample), Σy, Σg, Σd.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct BlockSum {
+    pub n: f64,
+    pub mid_s: f64,
+    pub y: f64,
+    pub g: f64,
+    pub d: f64,
+}
+
+/// Best linear parameters at one T.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Linear {
+    pub c1: f64,
+    /// Counts from the moments' reference.
+    pub c2: f64,
+    pub rss: f64,
+}
+
+/// What a class of blocks contributes at one T, its blocks' positions aside.
+#[derive(Clone, Copy)]
+struct ClassAt {
+    n: f64,
+    /// q0 - 1
+    first_less_one: f64,
+    /// q, and q without its constant term
+    q: [f64; COUNT],
+    tail: [f64; COUNT],
+    /// (half/T) x exp(-half x / T)
+    x: [f64; COUNT],
+    one_q: f64,
+    one_tail: f64,
+    one_x: f64,
+    tail_tail: f64,
+    qq: f64,
+    qx: f64,
+    xx: f64,
+    tail_q: f64,
+    tail_x: f64,
+}
+
+/// The least-squares problem with T as its only nonlinear parameter.
+#[derive(Debug, Clone)]
+pub(super) struct Projection<'a> {
+    pub moments: &'a Moments,
+    /// Time of the log's first sample in the clock of g, s.
+    pub offset_s: f64,
+    /// Known C1 and C2 (absolute, in the clock of g).
+    pub c1: Option<f64>,
+    pub c2: Option<f64>,
+}
+
+/// 1 - exp(-alpha), `e` being exp(-alpha); the slower function only where more than three digits would cancel.
+#[inline]
+fn one_less(alpha: f64, e: f64) -> f64 {
+    if alpha > 1e-3 { 1.0 - e } else { -(-alpha).exp_m1() }
+}
+
+impl<'a> Projection<'a> {
+    /// With C1 and C2 both free, g may count from the first sample: exp(-t0/T) only scales it, and so it keeps
+    /// its digits however late the log begins. A known C1 or C2 is one at power-on, and g must count from there.
+    pub fn new(moments: &'a Moments, fixed: &Fixed) -> Self {
+        let local = fixed.c1_rad_s.is_none() && fixed.c2_rad_s.is_none();
+        Self { moments, offset_s: if local { 0.0 } else { moments.first_s }, c1: fixed.c1_rad_s, c2: fixed.c2_rad_s }
+    }
+
+    /// Time since power-on of the zero of g's clock, s.
+    pub fn clock_s(&self) -> f64 {
+        self.moments.first_s - self.offset_s
+    }
+
+    fn classes_at(&self, time_constant: f64, derivative: bool) -> Vec<ClassAt> {
+        let quadratic = |g: &[[f64; COUNT]; COUNT], a: &[f64; COUNT], b: &[f64; COUNT]| -> f64 {
+            g.iter().zip(a).map(|(row, a)| a * legendre::dot(row, b)).sum()
+        };
+        self.moments
+            .classes
+            .iter()
+            .map(|class| {
+                let h = class.half_s / time_constant;
+                // so wide a block lies where exp(-t/T) is gone, and is never asked for q
+                let e = legendre::exponential(h.min(GONE));
+                let (q, gram) = (e.plain, &class.gram);
+                let mut tail = q;
+                tail[0] = 0.0;
+                let x = e.times_x.map(|v| h * v);
+                // a block of one sample has no width: q is 1 and all else vanishes
+                let wide = class.count > 1;
+                let form = |wanted: bool, a: &[f64; COUNT], b: &[f64; COUNT]| {
+                    if wanted && wide { quadratic(gram, a, b) } else { 0.0 }
+                };
+                ClassAt {
+                    n: class.count as f64,
+                    first_less_one: e.first_less_one,
+                    one_q: legendre::dot(&gram[0], &q),
+                    one_tail: legendre::dot(&gram[0], &tail),
+                    one_x: legendre::dot(&gram[0], &x),
+                    tail_tail: form(true, &tail, &tail),
+                    qq: if wide { form(derivative, &q, &q) } else { 1.0 },
+                    qx: form(derivative, &q, &x),
+                    xx: form(derivative, &x, &x),
+                    tail_q: form(derivative, &tail, &q),
+                    tail_x: form(derivative, &tail, &x),
+                    q,
+                    tail,
+                    x,
+                }
+            })
+            .collect()
+    }
+
+    /// The sums at `time_constant`; those with d only where `derivative` asks for them.
+    pub fn sums(&self, time_constant: f64, derivative: bool) -> Sums {
+        let classes = self.classes_at(time_constant, derivative);
+        let mut s = Sums::default();
+        for block in &self.moments.blocks {
+            let c = &classes[block.class];
+            let m = &block.moments;
+            s.n += c.n;
+            s.y += m[0];
+            let mid = block.mid_s + self.offset_s;
+            let half = self.moments.classes[block.class].half_s;
+            if (mid - half) / time_constant > GONE {
+                s.g += c.n;
+                s.gg += c.n;
+                s.gy += m[0];
+                continue;
+            }
+            let alpha = mid / time_constant;
+            let e = (-alpha).exp();
+            // g = a - e·tail, a = 1 - e·q0 without its cancellation
+            let a = one_less(alpha, e) - e * c.first_less_one;
+            s.g += a * c.n - e * c.one_tail;
+            s.gg += a * a * c.n - 2.0 * a * e * c.one_tail + e * e * c.tail_tail;
+            s.gy += a * m[0] - e * legendre::dot(&c.tail, m);
+            if derivative {
+                let d = e * (alpha * c.one_q + c.one_x);
+                s.d += d;
+                s.gd += a * d - e * e * (alpha * c.tail_q + c.tail_x);
+                s.dd += e * e * (alpha * alpha * c.qq + 2.0 * alpha * c.qx + c.xx);
+                s.dy += e * (alpha * legendre::dot(&c.q, m) + legendre::dot(&c.x, m));
+            }
+        }
+        s
+    }
+
+    /// Block sums at `time_constant`, neighbours merged to at most about `most` groups.
+    pub fn groups(&self, time_constant: f64, most: usize) -> Vec<BlockSum> {
+        let classes = self.classes_at(time_constant, false);
+        let per_group = self.moments.count as f64 / most as f64;
+        let mut groups: Vec<BlockSum> = Vec::with_capacity(most + 1);
+        let mut open = BlockSum::default();
+        for block in &self.moments.blocks {
+            let c = &classes[block.class];
+            let mid = block.mid_s + self.offset_s;
+            let half = self.moments.classes[block.class].half_s;
+            let (mut g, mut d) = (c.n, 0.0);
+            if (mid - half) / time_constant <= GONE {
+                let alpha = mid / time_constant;
+                let e = (-alpha).exp();
+                let a = one_less(alpha, e) - e * c.first_less_one;
+                g = a * c.n - e * c.one_tail;
+                d = e * (alpha * c.one_q + c.one_x);
+            }
+            open.n += c.n;
+            open.mid_s += c.n * block.mid_s;
+            open.y += block.moments[0];
+            open.g += g;
+            open.d += d;
+            if open.n >= per_group {
+                groups.push(open);
+                open = BlockSum::default();
+            }
+        }
+        if open.n > 0.0 {
+            groups.push(open);
+        }
+        for group in &mut groups {
+            group.mid_s /= group.n;
+        }
+        groups
+    }
+
+    /// Best C1 and C2 (those that are free) for the sums of one T.
+    pub fn linear(&self, s: &Sums) -> Linear {
+        let reference = self.moments.reference;
+        let yy = self.moments.square_sum;
+        match (self.c1, self.c2) {
+            (None, None) => {
+                let gg = s.gg - s.g * s.g / s.n;
+                let gy = s.gy - s.g * s.y / s.n;
+                let c1 = if gg > 0.0 { gy / gg } else { 0.0 };
+                let c2 = (s.y - c1 * s.g) / s.n;
+                Linear { c1, c2, rss: yy - s.y * s.y / s.n - c1 * gy }
+            }
+            (None, Some(c2)) => {
+                let c2 = c2 - reference;
+                let gy = s.gy - c2 * s.g;
+                let c1 = if s.gg > 0.0 { gy / s.gg } else { 0.0 };
+                Linear { c1, c2, rss: yy - 2.0 * c2 * s.y + c2 * c2 * s.n - c1 * gy }
+            }
+            (Some(c1), None) => {
+                let c2 = (s.y - c1 * s.g) / s.n;
+                let yy = yy - 2.0 * c1 * s.gy + c1 * c1 * s.gg;
+                Linear { c1, c2, rss: yy - c2 * c2 * s.n }
+            }
+            (Some(c1), Some(c2)) => {
+                let c2 = c2 - reference;
+                let rss = yy + c1 * c1 * s.gg + c2 * c2 * s.n - 2.0 * (c1 * s.gy + c2 * s.y - c1 * c2 * s.g);
+                Linear { c1, c2, rss }
+            }
+        }
+    }
+
+    /// Residual sum of squares at ln T, the rest at its best.
+    pub fn rss(&self, ln_t: f64) -> f64 {
+        self.linear(&self.sums(ln_t.exp(), false)).rss
+    }
+
+    /// Half the derivative of [`Self::rss`] by ln T: by the envelope theorem the linear parameters stand still.
+    pub fn slope(&self, ln_t: f64) -> f64 {
+        let s = self.sums(ln_t.exp(), true);
+        let l = self.linear(&s);
+        l.c1 * (s.dy - l.c1 * s.gd - l.c2 * s.d)
+    }
+
+    /// Which of C1, C2 are free.
+    pub fn free(&self) -> [bool; 2] {
+        [self.c1.is_none(), self.c2.is_none()]
+    }
+}

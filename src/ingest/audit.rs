@@ -1,0 +1,303 @@
+//! What is wrong with a stationary log, with the place, the amount, and what was done about it.
+
+use super::lattice;
+use super::motion::{self, Motion};
+use super::rate_unit;
+use crate::math::robust::{median, quantile};
+use crate::signal::TimeAxis;
+use serde::Serialize;
+
+/// What was done about a finding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Handling {
+    /// The samples are used as they are.
+    Kept,
+    /// The samples are left out.
+    Dropped,
+    /// Samples of one time stamp are spread evenly up to the next one.
+    Spread,
+    /// Rows were put in the order of their times.
+    Sorted,
+}
+
+/// The log's clockwork.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sampling {
+    /// Reciprocal of the median step, Hz.
+    pub rate_hz: f64,
+    /// Median time between samples, s.
+    pub median_step_s: f64,
+    /// Standard deviation of the steps that are no gaps, s.
+    pub step_std_s: f64,
+    /// First percentile of the steps, s.
+    pub step_p01_s: f64,
+    /// 99th percentile of the steps, s.
+    pub step_p99_s: f64,
+    /// Whether the samples lie on an even lattice of time within rounding.
+    pub uniform: bool,
+}
+
+/// Steps longer than 1.5 median steps.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gaps {
+    /// How many.
+    pub count: usize,
+    /// Time in them beyond one step each, s.
+    pub missing_s: f64,
+    /// The longest, s.
+    pub longest_s: f64,
+    /// Where the longest begins, s.
+    pub longest_at_s: Option<f64>,
+    /// Nothing is filled in: the fit works on uneven time.
+    pub handling: Handling,
+}
+
+/// Samples at the same time as the one before.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Duplicates {
+    /// How many.
+    pub count: usize,
+    /// Row of the first, counted from 1.
+    pub first_row: Option<usize>,
+    /// Dropped where they are rare or repeat the value; spread where the clock is coarser than the sampling.
+    pub handling: Handling,
+}
+
+/// Times that go backwards.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OutOfOrder {
+    /// How many rows were earlier than the one before.
+    pub count: usize,
+    /// Without leave to sort, they are an error.
+    pub handling: Handling,
+}
+
+/// Rows without a rate or a time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Missing {
+    /// How many.
+    pub count: usize,
+    /// Row of the first, counted from 1.
+    pub first_row: Option<usize>,
+    /// They carry nothing for the fit.
+    pub handling: Handling,
+}
+
+/// Runs of samples at the largest or smallest value, far from rest: the sensor's range has ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Saturation {
+    /// Samples in such runs.
+    pub samples: usize,
+    /// Value at which they stand, rad/s; the larger one if there are two.
+    pub limit_rad_s: Option<f64>,
+    /// When the first begins, s.
+    pub first_at_s: Option<f64>,
+    /// They move the level; they lie in a stretch that moves and go with it.
+    pub handling: Handling,
+}
+
+/// Runs of the same value longer than noise and lattice explain.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stuck {
+    /// How many runs.
+    pub runs: usize,
+    /// Samples in them.
+    pub samples: usize,
+    /// The longest, s.
+    pub longest_s: f64,
+    /// Where the longest begins, s.
+    pub longest_at_s: Option<f64>,
+    /// Length from which a run counts, samples.
+    pub threshold_samples: usize,
+    /// Share of all samples that repeat the one before.
+    pub repeated_fraction: f64,
+    /// They are told, and used.
+    pub handling: Handling,
+}
+
+/// The signal at rest.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rest {
+    /// Median rate, rad/s.
+    pub median_rad_s: f64,
+    /// Standard deviation of one sample's noise, by differences, rad/s.
+    pub noise_std_rad_s: f64,
+    /// Largest less smallest of the medians of twenty stretches, rad/s: how far the bias moved.
+    pub drift_rad_s: f64,
+    /// Step of the lattice of values, rad/s; none if there is none that matters.
+    pub lattice_step_rad_s: Option<f64>,
+}
+
+/// All findings of a stationary log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Audit {
+    /// Rows in the file.
+    pub rows: usize,
+    /// Samples that remain for the fit.
+    pub samples: usize,
+    /// Time of the first sample, s.
+    pub start_s: f64,
+    /// Time from first to last sample, s.
+    pub span_s: f64,
+    /// Sample rate and jitter.
+    pub sampling: Sampling,
+    /// Gaps.
+    pub gaps: Gaps,
+    /// Duplicated time stamps.
+    pub duplicates: Duplicates,
+    /// Times that go backwards.
+    pub out_of_order: OutOfOrder,
+    /// Missing values.
+    pub missing: Missing,
+    /// Saturation.
+    pub saturation: Saturation,
+    /// Stuck values.
+    pub stuck: Stuck,
+    /// Level, noise and lattice at rest.
+    pub rest: Rest,
+    /// Motion; kept until the caller asks for the log without it.
+    pub motion: Motion,
+}
+
+/// A step longer than this many median steps is a gap.
+const GAP_STEPS: f64 = 1.5;
+
+/// Median step and all that hangs on the steps. `time_s` increases and has at least two entries.
+pub(super) fn steps(time_s: &[f64], uniform: bool) -> (Sampling, Gaps) {
+    let mut all: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let (mut count, mut missing_s, mut longest_s, mut longest_at_s) = (0, 0.0, 0.0, None);
+    let median_step_s = median(&mut all.clone());
+    let mut inside = (0usize, 0.0, 0.0);
+    for (k, &d) in all.iter().enumerate() {
+        if d > GAP_STEPS * median_step_s {
+            count += 1;
+            missing_s += d - median_step_s;
+            if d > longest_s {
+                (longest_s, longest_at_s) = (d, Some(time_s[k]));
+            }
+        } else {
+            let e = d - median_step_s;
+            inside = (inside.0 + 1, inside.1 + e, inside.2 + e * e);
+        }
+    }
+    let (n, sum, squares) = (inside.0.max(1) as f64, inside.1, inside.2);
+    let sampling = Sampling {
+        rate_hz: 1.0 / median_step_s,
+        median_step_s,
+        step_std_s: (squares / n - (sum / n).powi(2)).max(0.0).sqrt(),
+        step_p01_s: quantile(&mut all, 0.01),
+        step_p99_s: quantile(&mut all, 0.99),
+        uniform,
+    };
+    (sampling, Gaps { count, missing_s, longest_s, longest_at_s, handling: Handling::Kept })
+}
+
+/// What was met before the samples were in order.
+pub(super) struct Before {
+    pub rows: usize,
+    pub duplicates: Duplicates,
+    pub out_of_order: OutOfOrder,
+    pub missing: Missing,
+}
+
+/// Judges samples that are in order: `stamps_s` as in the file, `axis` as in the recording.
+pub(super) fn judge(before: Before, stamps_s: &[f64], axis: &TimeAxis, rate: &[f64]) -> Audit {
+    let (sampling, gaps) = steps(stamps_s, matches!(axis, TimeAxis::Uniform { .. }));
+    let time_s = &axis.to_vec()[..];
+    let step_s = sampling.median_step_s;
+    let lattice_step_rad_s = lattice::step(rate);
+    let q = lattice_step_rad_s.unwrap_or(0.0);
+    let noise_std_rad_s = rate_unit::noise_std(rate).max(q / 12f64.sqrt());
+    let median_rad_s = median(&mut rate.to_vec());
+    Audit {
+        rows: before.rows,
+        samples: rate.len(),
+        start_s: time_s[0],
+        span_s: time_s[time_s.len() - 1] - time_s[0],
+        sampling,
+        gaps,
+        duplicates: before.duplicates,
+        out_of_order: before.out_of_order,
+        missing: before.missing,
+        saturation: saturation(time_s, rate, median_rad_s, (10.0 * noise_std_rad_s).max(5.0 * q)),
+        stuck: stuck(time_s, rate, q, noise_std_rad_s),
+        rest: Rest { median_rad_s, noise_std_rad_s, drift_rad_s: drift(rate), lattice_step_rad_s },
+        motion: motion::detect(time_s, rate, step_s, noise_std_rad_s, lattice_step_rad_s),
+    }
+}
+
+fn drift(rate: &[f64]) -> f64 {
+    let size = rate.len().div_ceil(20).max(1);
+    let medians: Vec<f64> = rate.chunks(size).map(|c| median(&mut c.to_vec())).collect();
+    medians.iter().copied().fold(f64::MIN, f64::max) - medians.iter().copied().fold(f64::MAX, f64::min)
+}
+
+/// Runs of equal values as (first, length).
+fn runs(rate: &[f64]) -> impl Iterator<Item = (usize, usize)> {
+    rate.chunk_by(|a, b| a == b).scan(0, |first, run| {
+        let at = *first;
+        *first += run.len();
+        Some((at, run.len()))
+    })
+}
+
+fn saturation(time_s: &[f64], rate: &[f64], rest: f64, far: f64) -> Saturation {
+    const RUN: usize = 3;
+    let largest = rate.iter().copied().fold(f64::MIN, f64::max);
+    let smallest = rate.iter().copied().fold(f64::MAX, f64::min);
+    let mut found = Saturation { samples: 0, limit_rad_s: None, first_at_s: None, handling: Handling::Kept };
+    for (first, length) in runs(rate).filter(|r| r.1 >= RUN) {
+        let value = rate[first];
+        if (value == largest || value == smallest) && (value - rest).abs() > far {
+            found.samples += length;
+            found.first_at_s.get_or_insert(time_s[first]);
+            if found.limit_rad_s.is_none_or(|l| value.abs() > l.abs()) {
+                found.limit_rad_s = Some(value);
+            }
+        }
+    }
+    found
+}
+
+/// A run goes on with a chance of p at most, so one of L samples or more turns up in n runs with a chance below n p^(L-1).
+/// p is the larger of what the lattice explains (the fullest level holds erf(q/(2√2σ))) and of what the runs themselves
+/// show; a run counts once there, however long it is.
+fn stuck(time_s: &[f64], rate: &[f64], q: f64, noise_std: f64) -> Stuck {
+    const FALSE_ALARM: f64 = 1e-4;
+    const SHORTEST: usize = 6;
+    let mut at_least = [0usize; 4];
+    for (_, length) in runs(rate) {
+        for (k, count) in at_least.iter_mut().enumerate() {
+            *count += usize::from(length > k);
+        }
+    }
+    let goes_on = |k: usize| (at_least[k + 1] + 1) as f64 / (at_least[k] + 2) as f64;
+    // the later ratios rest on fewer runs: only where there are enough of them
+    let shown = (0..3).filter(|&k| k == 0 || at_least[k] >= 50).map(goes_on).fold(0.0, f64::max);
+    let lattice = if q > 0.0 { statrs::function::erf::erf(q / (8f64.sqrt() * noise_std)) } else { 0.0 };
+    let p: f64 = shown.max(lattice).min(0.999);
+    let threshold = (1.0 + (at_least[0] as f64 / FALSE_ALARM).ln() / -p.ln()).ceil().max(SHORTEST as f64) as usize;
+    let repeated = rate.len() - at_least[0];
+    let mut found = Stuck {
+        runs: 0,
+        samples: 0,
+        longest_s: 0.0,
+        longest_at_s: None,
+        threshold_samples: threshold,
+        repeated_fraction: repeated as f64 / rate.len() as f64,
+        handling: Handling::Kept,
+    };
+    for (first, length) in runs(rate).filter(|r| r.1 >= threshold) {
+        found.runs += 1;
+        found.samples += length;
+        let lasts = time_s[first + length - 1] - time_s[first];
+        if lasts > found.longest_s {
+            (found.longest_s, found.longest_at_s) = (lasts, Some(time_s[first]));
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests;

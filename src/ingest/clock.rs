@@ -1,0 +1,314 @@
+//! The time column: which one, in which unit, and what it counts from.
+
+use super::names::{self, Role, TimeKind};
+use super::table::{Head, Kind, Table, list};
+use crate::error::{Error, ErrorKind, Result};
+use crate::math::robust::median;
+use crate::units::TimeUnit;
+
+/// What the times of a recording count from.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(tag = "counts_from", rename_all = "snake_case")]
+pub enum Clock {
+    /// From power-on: the column says so, or it is a plain time that starts small.
+    PowerOn {
+        /// Time of the first sample, s since power-on.
+        first_s: f64,
+        /// Whether the column's name says so.
+        stated: bool,
+    },
+    /// From the first sample: when the power came on is not known.
+    FirstSample {
+        /// Time of the first sample by the file's clock, s (since 1970-01-01 UTC for dates and Unix times).
+        file_s: f64,
+    },
+}
+
+/// Which columns hold the time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum TimeColumn {
+    /// One column.
+    One(usize),
+    /// Whole seconds and nanoseconds.
+    Parts(usize, usize),
+    /// None: rows are evenly spaced by what the user says.
+    Rows,
+}
+
+impl TimeColumn {
+    /// Column to name in messages.
+    pub fn index(self) -> Option<usize> {
+        match self {
+            Self::One(i) | Self::Parts(i, _) => Some(i),
+            Self::Rows => None,
+        }
+    }
+}
+
+/// Times of all rows in seconds.
+pub(super) struct Times {
+    /// Seconds, NaN where missing.
+    pub seconds: Vec<f64>,
+    /// What the times are rounded to in the file, s.
+    pub resolution_s: f64,
+    pub clock: Clock,
+    pub notes: Vec<String>,
+}
+
+/// Plain times that start below this count from power-on, s: 11 days.
+const POWER_ON_BELOW_S: f64 = 1e6;
+/// Sample rates that a gyro log can have, Hz.
+const SLOWEST_HZ: f64 = 0.01;
+const FASTEST_HZ: f64 = 1e5;
+/// Sample rates between which a guess is made, Hz.
+const USUAL_HZ: std::ops::RangeInclusive<f64> = 0.5..=1e4;
+/// Steps looked at for the median.
+const SAMPLE: usize = 10_000;
+
+/// Chooses the time column. `wanted` is the user's choice; a drive (`from_log_start`) prefers `t_s` to the time since power-on,
+/// which is then a channel of its own.
+pub(super) fn choose(source: &str, heads: &[Head], wanted: Option<&str>, from_log_start: bool) -> Result<TimeColumn> {
+    if let Some(name) = wanted {
+        let index = find(source, heads, name, "--time")?;
+        if heads[index].kind == Kind::Other {
+            let found = format!("the time column {name:?} holds {}", heads[index].type_name);
+            return Err(
+                Error::new(ErrorKind::Column, source, found).mend("name a column of numbers or dates with --time")
+            );
+        }
+        return Ok(TimeColumn::One(index));
+    }
+    let mut candidates: Vec<(TimeKind, TimeColumn)> = Vec::new();
+    for (i, head) in heads.iter().enumerate().filter(|(_, h)| h.kind != Kind::Other) {
+        match names::parse(&head.name).role {
+            Role::Time(kind) => candidates.push((kind, TimeColumn::One(i))),
+            Role::TimePart { kind, nanoseconds: false } => {
+                let nanoseconds = heads.iter().position(|h| {
+                    names::parse(&h.name).role == Role::TimePart { kind, nanoseconds: true }
+                        && stem(&h.name) == stem(&head.name)
+                });
+                let column = nanoseconds.map_or(TimeColumn::One(i), |n| TimeColumn::Parts(i, n));
+                candidates.push((kind, column));
+            }
+            _ => {}
+        }
+    }
+    let rank = |kind: TimeKind| match kind {
+        TimeKind::SincePowerOn if from_log_start => TimeKind::Sensor,
+        TimeKind::Sensor if from_log_start => TimeKind::SincePowerOn,
+        other => other,
+    };
+    let Some(best) = candidates.iter().map(|c| rank(c.0)).min() else {
+        let found = format!("no time column; there are {}", list(heads));
+        return Err(Error::new(ErrorKind::Column, source, found)
+            .mend("name it with --time, or state the sample rate with --rate if the rows are evenly spaced"));
+    };
+    let best: Vec<_> = candidates.into_iter().filter(|c| rank(c.0) == best).map(|c| c.1).collect();
+    match best[..] {
+        [one] => Ok(one),
+        _ => {
+            let names: Vec<_> = best.iter().filter_map(|c| c.index()).map(|i| heads[i].name.as_str()).collect();
+            let found = format!("several columns could be the time: {}", names.join(", "));
+            Err(Error::new(ErrorKind::Column, source, found).mend("name one with --time"))
+        }
+    }
+}
+
+/// A column by the name that the user gave: as written, or else without regard to case.
+pub(super) fn find(source: &str, heads: &[Head], name: &str, option: &str) -> Result<usize> {
+    let exact = heads.iter().position(|h| h.name == name);
+    exact.or_else(|| heads.iter().position(|h| h.name.trim().eq_ignore_ascii_case(name.trim()))).ok_or_else(|| {
+        let found = format!("no column {name:?}; there are {}", list(heads));
+        Error::new(ErrorKind::Column, source, found).mend(format!("name one of them with {option}"))
+    })
+}
+
+fn stem(name: &str) -> String {
+    name.rsplit_once(['.', '_', '/']).map_or(String::new(), |(stem, _)| stem.to_lowercase())
+}
+
+/// Times of evenly spaced rows.
+pub(super) fn by_rows(rows: usize, rate_hz: f64) -> Times {
+    Times {
+        seconds: (0..rows).map(|i| i as f64 / rate_hz).collect(),
+        resolution_s: 0.0,
+        clock: Clock::PowerOn { first_s: 0.0, stated: false },
+        notes: vec![format!("time is counted by rows at {rate_hz} Hz, from power-on with the first row")],
+    }
+}
+
+/// Reads the time column as seconds on the recording's clock.
+pub(super) fn read(table: &Table, column: TimeColumn, stated: Option<TimeUnit>) -> Result<Times> {
+    let index = match column {
+        TimeColumn::One(i) => i,
+        TimeColumn::Parts(seconds, nanoseconds) => return parts(table, seconds, nanoseconds),
+        TimeColumn::Rows => return Ok(by_rows(table.rows, 1.0)),
+    };
+    let cells = table.numbers(index)?;
+    let head = &table.heads[index];
+    let named = names::parse(&head.name);
+    let mut notes = Vec::new();
+    if let Some(row) = cells.values.iter().position(|v| v.is_infinite()) {
+        return Err(table.error_at(ErrorKind::Time, row, index, "an infinite time").mend("correct or delete the row"));
+    }
+    let valid: Vec<f64> = cells.values.iter().copied().filter(|v| !v.is_nan()).collect();
+    let Some(&first) = valid.first() else {
+        let found = format!("all {} times are missing", table.rows);
+        return Err(Error::new(ErrorKind::Time, &table.source, found)
+            .at(format!("column {:?}", head.name))
+            .mend("name another time column with --time"));
+    };
+    let first = cells.origin as f64 + first;
+    let step = typical_step(&valid);
+    let written = head
+        .unit
+        .as_deref()
+        .or(named.unit.as_deref())
+        .and_then(|u| TimeUnit::parse(u.trim_matches(['(', ')', '[', ']'])));
+    let date = head.kind == Kind::Instant;
+    let unit = match (date, stated, written) {
+        (true, _, _) => TimeUnit::Ns,
+        (_, Some(unit), _) | (_, None, Some(unit)) => unit,
+        (_, None, None) => {
+            let (unit, why) = guess_unit(step, first).map_err(|why| {
+                Error::new(ErrorKind::Unit, &table.source, why)
+                    .at(format!("column {:?}", head.name))
+                    .mend("state the unit: --time-unit s, ms, us or ns")
+            })?;
+            notes.push(format!("time unit of {:?} guessed: {unit}, because {why}", head.name));
+            unit
+        }
+    };
+    let factor = unit.to_s();
+    let rate_hz = 1.0 / (step * factor);
+    if step > 0.0 && !(SLOWEST_HZ..=FASTEST_HZ).contains(&rate_hz) {
+        let found = format!("read in {unit}, its steps of {step} make a sample rate of {rate_hz:.3e} Hz");
+        return Err(Error::new(ErrorKind::Unit, &table.source, found)
+            .at(format!("column {:?}", head.name))
+            .mend("state the unit with --time-unit s, ms, us or ns, or name another column with --time"));
+    }
+    let clock = clock_of(first * factor, date, &named.role);
+    if let (Role::Time(TimeKind::Host), None) = (named.role, stated) {
+        notes.push(format!(
+            "{:?} is the time of a computer, not of the sensor: its jitter is that of the transport",
+            head.name
+        ));
+    }
+    let shift = match clock {
+        Clock::PowerOn { .. } => cells.origin as f64,
+        Clock::FirstSample { .. } => -valid[0],
+    };
+    let seconds = cells.values.iter().map(|v| (v + shift) * factor).collect();
+    notes.extend(clock_note(clock, &head.name));
+    Ok(Times { seconds, resolution_s: cells.resolution * factor, clock, notes })
+}
+
+/// Seconds and nanoseconds in two columns.
+fn parts(table: &Table, seconds: usize, nanoseconds: usize) -> Result<Times> {
+    let (whole, part) = (table.numbers(seconds)?, table.numbers(nanoseconds)?);
+    let both = whole.values.iter().zip(&part.values);
+    let mut values: Vec<f64> = both.map(|(s, ns)| s + (ns + part.origin as f64) * 1e-9).collect();
+    let Some(&first) = values.iter().find(|v| !v.is_nan()) else {
+        return Err(Error::new(ErrorKind::Time, &table.source, "all times are missing"));
+    };
+    let clock = clock_of(whole.origin as f64 + first, false, &names::parse(&table.heads[seconds].name).role);
+    let shift = match clock {
+        Clock::PowerOn { .. } => whole.origin as f64,
+        Clock::FirstSample { .. } => -first,
+    };
+    values.iter_mut().for_each(|v| *v += shift);
+    let notes = clock_note(clock, &table.heads[seconds].name).into_iter().collect();
+    Ok(Times { seconds: values, resolution_s: 1e-9, clock, notes })
+}
+
+fn clock_of(first_s: f64, date: bool, role: &Role) -> Clock {
+    let stated =
+        matches!(role, Role::Time(TimeKind::SincePowerOn) | Role::TimePart { kind: TimeKind::SincePowerOn, .. });
+    if !date && (stated || (0.0..POWER_ON_BELOW_S).contains(&first_s)) {
+        Clock::PowerOn { first_s, stated }
+    } else {
+        Clock::FirstSample { file_s: first_s }
+    }
+}
+
+fn clock_note(clock: Clock, name: &str) -> Option<String> {
+    match clock {
+        Clock::PowerOn { stated: true, .. } => None,
+        Clock::PowerOn { first_s, .. } => {
+            Some(format!("{name:?} starts at {first_s} s: taken as counted from power-on"))
+        }
+        Clock::FirstSample { .. } => Some(format!(
+            "{name:?} does not count from power-on: time is counted from the first sample, so C1 and C2 hold for that moment"
+        )),
+    }
+}
+
+/// Median of the positive steps: duplicates and a few jumps do not move it.
+fn typical_step(values: &[f64]) -> f64 {
+    // evenly spread pairs of neighbours
+    let stride = values.len().div_ceil(SAMPLE).max(1);
+    let pairs = values.windows(2).step_by(stride);
+    let mut steps: Vec<f64> = pairs.map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
+    median(&mut steps)
+}
+
+/// The unit of a time column that does not name it, by the size of its first value and of its steps.
+fn guess_unit(step: f64, first: f64) -> std::result::Result<(TimeUnit, String), String> {
+    const UNITS: [TimeUnit; 4] = [TimeUnit::S, TimeUnit::Ms, TimeUnit::Us, TimeUnit::Ns];
+    if step.is_nan() {
+        return Ok((TimeUnit::S, "time stands still".to_string()));
+    }
+    // Unix times between 2001 and 2100 tell their unit by their size alone
+    if let Some(unit) = UNITS.into_iter().find(|u| (1e9..4.2e9).contains(&(first * u.to_s()))) {
+        return Ok((unit, "its values are then dates of this century".to_string()));
+    }
+    let rate = |u: TimeUnit| 1.0 / (step * u.to_s());
+    let usual: Vec<_> = UNITS.into_iter().filter(|&u| USUAL_HZ.contains(&rate(u))).collect();
+    match usual[..] {
+        [unit] => Ok((unit, format!("its steps of {step:.4} are then a sample rate of {:.4} Hz", rate(unit)))),
+        [] => Err(format!("names no unit, and steps of {step:.4} are no usual sample rate in any")),
+        _ => {
+            let rates: Vec<_> = usual.iter().map(|&u| format!("{:.4} Hz in {u}", rate(u))).collect();
+            Err(format!("names no unit, and steps of {step:.4} could be {}", rates.join(" or ")))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heads(names: &[&str]) -> Vec<Head> {
+        let head = |n: &&str| Head { name: n.to_string(), kind: Kind::Number, type_name: "number".into(), unit: None };
+        names.iter().map(head).collect()
+    }
+
+    #[test]
+    fn the_sensors_clock_comes_before_the_hosts() {
+        let pick = |names: &[&str], drive| choose("log", &heads(names), None, drive).map_err(|e| e.to_string());
+        assert_eq!(pick(&["t_host_s", "t_s"], false), Ok(TimeColumn::One(1)));
+        assert_eq!(pick(&["t_recv_s", "gz"], false), Ok(TimeColumn::One(0)));
+        assert_eq!(pick(&["t_s", "time_since_power_on_s"], false), Ok(TimeColumn::One(1)));
+        assert_eq!(pick(&["t_s", "time_since_power_on_s"], true), Ok(TimeColumn::One(0)));
+        assert_eq!(pick(&["header.stamp.nanosec", "header.stamp.sec", "gz"], false), Ok(TimeColumn::Parts(1, 0)));
+        assert!(pick(&["t", "time"], false).unwrap_err().contains("several columns could be the time: t, time"));
+        assert!(pick(&["gz", "ax"], false).unwrap_err().contains("no time column; there are gz, ax"));
+    }
+
+    #[test]
+    fn units_are_guessed_only_where_one_fits() {
+        for (step, first, unit) in [
+            (0.01, 0.0, Some(TimeUnit::S)),
+            (10.0, 5.0, Some(TimeUnit::Ms)),
+            (10_000.0, 5.0, Some(TimeUnit::Us)),
+            (1e7, 0.0, Some(TimeUnit::Ns)),
+            (1.0, 1.7e9, Some(TimeUnit::S)),
+            (10.0, 1.7e12, Some(TimeUnit::Ms)),
+            (1e6, 1.7e18, Some(TimeUnit::Ns)),
+            (1.0, 0.0, None),
+            (1000.0, 0.0, None),
+        ] {
+            assert_eq!(guess_unit(step, first).ok().map(|g| g.0), unit, "{step} {first}");
+        }
+    }
+}

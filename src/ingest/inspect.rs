@@ -1,0 +1,235 @@
+//! What is in a file, also when no fit can use it.
+
+use super::audit::{self, Audit, Gaps, Sampling};
+use super::clock::{self, Clock, TimeColumn, Times};
+use super::format;
+use super::names::{self, Axis, Role, TimeKind};
+use super::recording::{self, GyroQuery, Plan};
+use super::table::{Kind, Table};
+use crate::error::Result;
+use crate::math::robust::median;
+use serde::Serialize;
+use std::path::Path;
+
+/// One column of the file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ColumnReport {
+    /// Name as in the file.
+    pub name: String,
+    /// The format's word for the type.
+    pub type_name: String,
+    /// What it is taken for: `time`, `host time`, `gyro x`, `temperature`, ...; `-` where nothing needs it.
+    pub role: String,
+    /// Unit in the name or the units row, as written.
+    pub unit: Option<String>,
+    /// Empty cells, and cells that are no number.
+    pub missing: usize,
+    /// First cell that is no number, with its place.
+    pub not_a_number: Option<String>,
+    /// Smallest value, in the file's unit.
+    pub min: Option<f64>,
+    /// Median, in the file's unit.
+    pub median: Option<f64>,
+    /// Largest value, in the file's unit.
+    pub max: Option<f64>,
+}
+
+/// The file's clock.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TimeReport {
+    /// Name of the column.
+    pub column: String,
+    /// What the times count from.
+    pub clock: Clock,
+    /// First time, s.
+    pub start_s: f64,
+    /// Time from first to last row, s.
+    pub span_s: f64,
+    /// Rows that do not lie after the one before.
+    pub not_increasing: usize,
+    /// Sample rate and jitter of the rows that increase.
+    pub sampling: Option<Sampling>,
+    /// Gaps between the rows that increase.
+    pub gaps: Option<Gaps>,
+}
+
+/// One axis of the gyro, as the fit would see it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AxisReport {
+    /// The axis.
+    pub axis: Axis,
+    /// Name of the column; none if the file has no such axis, or several columns could be it.
+    pub column: Option<String>,
+    /// Unit of the column.
+    pub unit: Option<String>,
+    /// Whether the unit was guessed.
+    pub unit_guessed: bool,
+    /// Findings; none if the fit cannot use the axis.
+    pub audit: Option<Audit>,
+    /// Why the fit cannot use the axis, with the mend.
+    pub problem: Option<String>,
+}
+
+/// What is in a file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Inspection {
+    /// Path.
+    pub file: String,
+    /// Format, as found in the content.
+    pub format: String,
+    /// SHA-256 of the file's bytes, hexadecimal.
+    pub sha256: String,
+    /// Rows.
+    pub rows: usize,
+    /// Columns in the file's order.
+    pub columns: Vec<ColumnReport>,
+    /// Clock; none if there is no time to be read.
+    pub time: Option<TimeReport>,
+    /// Axes of the gyro that are there.
+    pub gyro: Vec<AxisReport>,
+    /// What stands in the way of a fit, with the mends.
+    pub problems: Vec<String>,
+    /// Decisions that the reader took.
+    pub notes: Vec<String>,
+}
+
+impl Inspection {
+    /// Whether the fit can use one axis at least.
+    #[must_use]
+    pub fn fits(&self) -> bool {
+        self.gyro.iter().any(|g| g.audit.is_some())
+    }
+}
+
+/// Looks at a file. Whatever keeps a fit from using it is told in the result.
+///
+/// # Errors
+/// Only if the file cannot be read at all: [`crate::ErrorKind::Io`], [`crate::ErrorKind::Format`], [`crate::ErrorKind::TooShort`] without rows.
+pub fn inspect(path: impl AsRef<Path>) -> Result<Inspection> {
+    let source = format::open(path.as_ref())?;
+    let wanted: Vec<bool> = source.heads().iter().map(|h| h.kind != Kind::Other).collect();
+    let table = source.read(&wanted)?;
+    let mut report = Inspection {
+        file: table.source.clone(),
+        format: table.format.clone(),
+        sha256: table.sha256.clone(),
+        rows: table.rows,
+        columns: (0..table.heads.len()).map(|i| column(&table, i)).collect(),
+        time: None,
+        gyro: Vec::new(),
+        problems: Vec::new(),
+        notes: table.notes.clone(),
+    };
+    match clock::choose(&table.source, &table.heads, None, false).and_then(|c| Ok((c, clock::read(&table, c, None)?))) {
+        Ok((column, times)) => report.time = Some(time(&table, column, &times)),
+        Err(error) => report.problems.push(told(&error)),
+    }
+    for axis in Axis::ALL {
+        gyro(&table, axis, &mut report);
+    }
+    if report.gyro.is_empty() {
+        let reason = recording::find_gyro(&table.source, &table.heads, Axis::Z).err();
+        report.problems.extend(reason.as_ref().map(told));
+    }
+    Ok(report)
+}
+
+/// An error without the file's name, which stands above.
+fn told(error: &crate::Error) -> String {
+    let place = error.place.as_ref().map(|p| format!("{p}: ")).unwrap_or_default();
+    let mend = error.mend.as_ref().map(|m| format!(" ({m})")).unwrap_or_default();
+    format!("{place}{}{mend}", error.found)
+}
+
+fn column(table: &Table, i: usize) -> ColumnReport {
+    let (head, cells) = (&table.heads[i], &table.cells[i]);
+    let named = names::parse(&head.name);
+    let role = match named.role {
+        _ if head.kind == Kind::Other => "-".to_string(),
+        Role::Gyro(Some(axis)) => format!("gyro {axis}"),
+        Role::Gyro(None) => "gyro".to_string(),
+        Role::Time(TimeKind::Host) | Role::TimePart { kind: TimeKind::Host, .. } => "host time".to_string(),
+        Role::Time(_) | Role::TimePart { .. } => "time".to_string(),
+        Role::Temperature => "temperature".to_string(),
+        Role::Supply => "supply".to_string(),
+        Role::Other => "-".to_string(),
+    };
+    let mut there: Vec<f64> = cells.values.iter().filter(|v| !v.is_nan()).map(|v| v + cells.origin as f64).collect();
+    let (min, max) = there.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
+    let some = !there.is_empty();
+    ColumnReport {
+        name: head.name.clone(),
+        type_name: head.type_name.clone(),
+        role,
+        unit: head.unit.clone().or(named.unit),
+        missing: cells.missing().0,
+        not_a_number: cells
+            .bad
+            .as_ref()
+            .map(|(b, n)| format!("{:?} at {} ({n} in all)", b.text, table.place(b.row, &head.name))),
+        min: some.then_some(min),
+        median: some.then(|| median(&mut there)),
+        max: some.then_some(max),
+    }
+}
+
+fn time(table: &Table, column: TimeColumn, times: &Times) -> TimeReport {
+    let all: Vec<f64> = times.seconds.iter().copied().filter(|t| !t.is_nan()).collect();
+    let mut rising: Vec<f64> = Vec::with_capacity(all.len());
+    for &t in &all {
+        if rising.last().is_none_or(|&last| t > last) {
+            rising.push(t);
+        }
+    }
+    let steps = (rising.len() >= 2).then(|| {
+        let axis = crate::signal::TimeAxis::Explicit(rising.clone());
+        let tolerance = (times.resolution_s / axis.median_step_s()).clamp(1e-6, 0.5);
+        audit::steps(&rising, matches!(axis.compact(tolerance), crate::signal::TimeAxis::Uniform { .. }))
+    });
+    let (sampling, gaps) = steps.unzip();
+    TimeReport {
+        column: column.index().map_or("rows".to_string(), |i| table.heads[i].name.clone()),
+        clock: times.clock,
+        start_s: rising.first().copied().unwrap_or(f64::NAN),
+        span_s: rising.last().zip(rising.first()).map_or(0.0, |(b, a)| b - a),
+        not_increasing: all.len() - rising.len(),
+        sampling,
+        gaps,
+    }
+}
+
+fn gyro(table: &Table, axis: Axis, report: &mut Inspection) {
+    let there = table.heads.iter().any(|h| match names::parse(&h.name).role {
+        Role::Gyro(Some(a)) => a == axis,
+        // a gyro of one axis is shown once
+        Role::Gyro(None) => axis == Axis::Z && recording::find_gyro("", &table.heads, axis).is_ok(),
+        _ => false,
+    });
+    if !there {
+        return;
+    }
+    let query = GyroQuery { axis, ..GyroQuery::default() };
+    let found = recording::find_gyro(&table.source, &table.heads, axis).ok();
+    let column = found.map(|i| table.heads[i].name.clone());
+    let read = Plan::of(&table.source, &table.heads, &query).and_then(|p| recording::assemble(table, &p, &query));
+    report.gyro.push(match read {
+        Ok(r) => {
+            for note in r.notes {
+                if !report.notes.contains(&note) {
+                    report.notes.push(note);
+                }
+            }
+            AxisReport {
+                axis,
+                column,
+                unit: Some(r.unit.to_string()),
+                unit_guessed: r.unit_guessed,
+                audit: Some(r.audit),
+                problem: None,
+            }
+        }
+        Err(error) => {
+            AxisReport { axis, column, unit: None, unit_guessed: false, audit: None, problem: Some(told(&error)) }
+        }
+    });
+}

@@ -1,0 +1,69 @@
+//! Floor 2: logs from files and into files, and what is wrong with them.
+//!
+//! A file's format is found in its content ([text tables](read_gyro), gzipped or not, and Parquet); its columns are found by
+//! their names and unit suffixes. [`read_gyro`] reads one axis of a gyro at rest for the fit and audits it; [`read_log`] reads
+//! every channel of a drive; [`inspect()`] tells what is in a file; [`write_log`] writes a log.
+//!
+//! Nothing is dropped or guessed in silence: what was done about a finding stands in the [`Audit`], what was decided in the
+//! recording's notes, and what cannot be decided is an error that says which option decides it.
+//!
+//! ```no_run
+//! use gyroid::ingest::{GyroQuery, read_gyro};
+//!
+//! let recording = read_gyro("rest.csv.gz", &GyroQuery::default())?;
+//! println!("{} samples at {} Hz", recording.audit.samples, recording.audit.sampling.rate_hz);
+//! # Ok::<(), gyroid::Error>(())
+//! ```
+
+mod audit;
+mod cell;
+mod clock;
+mod dialect;
+mod drive;
+mod format;
+mod input;
+mod inspect;
+mod lattice;
+mod motion;
+mod names;
+mod parquet;
+mod rate_unit;
+mod recording;
+mod table;
+mod text;
+mod write;
+
+pub use audit::{Audit, Duplicates, Gaps, Handling, Missing, OutOfOrder, Rest, Sampling, Saturation, Stuck};
+pub use clock::Clock;
+pub use drive::read_log;
+pub use inspect::{AxisReport, ColumnReport, Inspection, TimeReport, inspect};
+pub use motion::{Interval, Motion};
+pub use names::Axis;
+pub use recording::{GyroQuery, GyroRecording};
+pub use write::{LogWriter, write_log};
+
+use crate::error::{Error, ErrorKind, Result};
+use std::path::Path;
+
+/// Reads one axis of a gyro that was at rest.
+///
+/// # Errors
+/// - [`ErrorKind::Io`], [`ErrorKind::Format`]: the file cannot be read, is truncated, or its rows differ in length.
+/// - [`ErrorKind::Column`]: the rate or the time is not there, or several columns could be it.
+/// - [`ErrorKind::Unit`]: the unit cannot be told, or the numbers contradict the name.
+/// - [`ErrorKind::Time`]: time goes back (see [`GyroQuery::sort_time`]) or stands still.
+/// - [`ErrorKind::Value`]: words in a column of numbers, infinity, rates beyond 100 rad/s, nothing but missing values, a constant.
+/// - [`ErrorKind::TooShort`]: fewer than three samples.
+pub fn read_gyro(path: impl AsRef<Path>, query: &GyroQuery) -> Result<GyroRecording> {
+    let path = path.as_ref();
+    if let Some(rate_hz) = query.rate_hz
+        && !(rate_hz.is_finite() && rate_hz > 0.0)
+    {
+        let found = format!("a sample rate of {rate_hz} Hz");
+        return Err(Error::new(ErrorKind::Usage, "--rate", found).mend("state a positive rate in Hz"));
+    }
+    let source = format::open(path)?;
+    let plan = recording::Plan::of(&path.display().to_string(), source.heads(), query)?;
+    let wanted = plan.wanted(source.heads().len());
+    recording::assemble(&source.read(&wanted)?, &plan, query)
+}

@@ -1,0 +1,428 @@
+//! One axis of a gyro, read for the fit.
+
+use super::audit::{self, Audit, Before, Duplicates, Handling, Missing, OutOfOrder};
+use super::clock::{self, Clock, TimeColumn, Times};
+use super::names::{self, Axis, Named, Role};
+use super::rate_unit::{self, Evidence};
+use super::table::{Head, Kind, Table, list};
+use crate::error::{Error, ErrorKind, Result};
+use crate::math::robust::median;
+use crate::signal::{Log, TimeAxis, names as channel};
+use crate::units::{RateUnit, TimeUnit};
+
+/// What to read, where the file leaves a choice.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct GyroQuery {
+    /// Name of the rate column; otherwise it is found by its name and `axis`.
+    pub column: Option<String>,
+    /// Axis of the gyro.
+    pub axis: Axis,
+    /// Unit of the rate column; it is then neither guessed nor doubted.
+    pub unit: Option<RateUnit>,
+    /// Name of the time column.
+    pub time: Option<String>,
+    /// Unit of the time column.
+    pub time_unit: Option<TimeUnit>,
+    /// Sample rate, Hz, of a file without times; the first row is then at power-on.
+    pub rate_hz: Option<f64>,
+    /// Whether rows that go back in time are sorted instead of refused.
+    pub sort_time: bool,
+}
+
+/// One axis of a gyro at rest, and all that there is to say about it.
+#[derive(Debug, Clone)]
+pub struct GyroRecording {
+    /// The rate as channel `gyro_z_rad_s`, whatever axis was read; `temperature_c` and `supply_v` where they are there. Time strictly
+    /// increases; the rate has no missing values, the other channels may.
+    pub log: Log,
+    /// Name of the rate column in the file.
+    pub column: String,
+    /// Unit of the rate in the file.
+    pub unit: RateUnit,
+    /// Whether the unit was guessed.
+    pub unit_guessed: bool,
+    /// What the times count from.
+    pub clock: Clock,
+    /// What is wrong with the log.
+    pub audit: Audit,
+    /// Decisions that the reader took, in words.
+    pub notes: Vec<String>,
+    /// SHA-256 of the file's bytes, hexadecimal.
+    pub sha256: String,
+}
+
+/// Rates beyond this are no gyro's, rad/s (5730 °/s).
+const LARGEST_RATE: f64 = 100.0;
+/// Fewer samples fit no model.
+const FEWEST: usize = 3;
+/// An axis is even if its times lie on a lattice within this, in steps ...
+const FLOAT_TOLERANCE: f64 = 1e-6;
+/// ... or within the rounding of the file, which counts up to half a step.
+const MOST_TOLERANCE: f64 = 0.5;
+/// From this share of repeated stamps on the clock is coarser than the sampling.
+const COARSE_CLOCK: f64 = 0.01;
+
+/// Columns of a file that a recording needs.
+pub(super) struct Plan {
+    pub gyro: usize,
+    pub time: TimeColumn,
+    pub temperature: Option<usize>,
+    pub supply: Option<usize>,
+    pub notes: Vec<String>,
+}
+
+impl Plan {
+    /// Finds the columns by their names.
+    pub fn of(source: &str, heads: &[Head], query: &GyroQuery) -> Result<Self> {
+        let mut notes = Vec::new();
+        let gyro = match &query.column {
+            Some(name) => clock::find(source, heads, name, "--column")?,
+            None => find_gyro(source, heads, query.axis)?,
+        };
+        if heads[gyro].kind != Kind::Number {
+            let found = format!("column {:?} holds {}, not numbers", heads[gyro].name, heads[gyro].type_name);
+            return Err(Error::new(ErrorKind::Column, source, found).mend("name a column of numbers with --column"));
+        }
+        let time = match query.rate_hz {
+            Some(_) => TimeColumn::Rows,
+            None => clock::choose(source, heads, query.time.as_deref(), false)?,
+        };
+        if time.index() == Some(gyro) {
+            let found = format!("column {:?} cannot be both the time and the rate", heads[gyro].name);
+            return Err(Error::new(ErrorKind::Column, source, found).mend("name them with --time and --column"));
+        }
+        let mut beside = |role: Role, canonical: &str| one_of(heads, role, canonical, &mut notes);
+        let temperature = beside(Role::Temperature, channel::TEMPERATURE);
+        let supply = beside(Role::Supply, channel::SUPPLY);
+        Ok(Self { gyro, time, temperature, supply, notes })
+    }
+
+    /// One flag a column.
+    pub fn wanted(&self, columns: usize) -> Vec<bool> {
+        let mut wanted = vec![false; columns];
+        let time = match self.time {
+            TimeColumn::One(i) => [Some(i), None],
+            TimeColumn::Parts(a, b) => [Some(a), Some(b)],
+            TimeColumn::Rows => [None, None],
+        };
+        for i in time.into_iter().chain([Some(self.gyro), self.temperature, self.supply]).flatten() {
+            wanted[i] = true;
+        }
+        wanted
+    }
+}
+
+/// The rate column of `axis`.
+pub(super) fn find_gyro(source: &str, heads: &[Head], axis: Axis) -> Result<usize> {
+    let roles: Vec<(usize, Option<Axis>)> = (0..heads.len())
+        .filter(|&i| heads[i].kind == Kind::Number)
+        .filter_map(|i| match names::parse(&heads[i].name).role {
+            Role::Gyro(axis) => Some((i, axis)),
+            _ => None,
+        })
+        .collect();
+    let mut candidates: Vec<usize> = roles.iter().filter(|r| r.1 == Some(axis)).map(|r| r.0).collect();
+    // a gyro of one axis, whose name says no axis
+    if roles.iter().all(|r| r.1.is_none()) {
+        candidates = roles.iter().map(|r| r.0).collect();
+    }
+    match candidates[..] {
+        [one] => Ok(one),
+        [] => {
+            let found = format!("no column of the gyro's {axis} axis; there are {}", list(heads));
+            Err(Error::new(ErrorKind::Column, source, found)
+                .mend("name the column with --column, or the axis with --axis"))
+        }
+        _ => {
+            let names: Vec<_> = candidates.iter().map(|&i| heads[i].name.as_str()).collect();
+            let found = format!("several columns could be the gyro's {axis} axis: {}", names.join(", "));
+            Err(Error::new(ErrorKind::Column, source, found).mend(format!("name one: --column {:?}", names[0])))
+        }
+    }
+}
+
+/// The column of a side channel: the only one of its role, or the one with the canonical name.
+fn one_of(heads: &[Head], role: Role, canonical: &str, notes: &mut Vec<String>) -> Option<usize> {
+    let numbers = (0..heads.len()).filter(|&i| heads[i].kind == Kind::Number);
+    let found: Vec<usize> = numbers.filter(|&i| names::parse(&heads[i].name).role == role).collect();
+    match found[..] {
+        [] => None,
+        [one] => Some(one),
+        _ => {
+            let named = found.iter().copied().find(|&i| heads[i].name == canonical);
+            if named.is_none() {
+                let names: Vec<_> = found.iter().map(|&i| heads[i].name.as_str()).collect();
+                notes.push(format!("none of {} is used: rename the right one to {canonical}", names.join(", ")));
+            }
+            named
+        }
+    }
+}
+
+/// Makes a recording of a file's columns.
+pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<GyroRecording> {
+    let gyro = plan.gyro;
+    let raw = &table.numbers(gyro)?;
+    let mut notes = table.notes.clone();
+    notes.extend(plan.notes.iter().cloned());
+    let times = match query.rate_hz {
+        Some(rate_hz) => clock::by_rows(table.rows, rate_hz),
+        None => clock::read(table, plan.time, query.time_unit)?,
+    };
+    let values: Vec<f64> = raw.values.iter().map(|v| v + raw.origin as f64).collect();
+    if let Some(row) = values.iter().position(|v| v.is_infinite()) {
+        return Err(table.error_at(ErrorKind::Value, row, gyro, "an infinite rate").mend("correct or delete the row"));
+    }
+    let mut rows: Vec<usize> = (0..table.rows).filter(|&i| !values[i].is_nan() && !times.seconds[i].is_nan()).collect();
+    let missing = Missing {
+        count: table.rows - rows.len(),
+        first_row: (0..table.rows).find(|&i| values[i].is_nan() || times.seconds[i].is_nan()).map(|i| i + 1),
+        handling: Handling::Dropped,
+    };
+    if rows.is_empty() {
+        let found = format!("all {} values are missing", table.rows);
+        return Err(Error::new(ErrorKind::Value, &table.source, found)
+            .at(format!("column {:?}", table.heads[gyro].name))
+            .mend("name another column with --column"));
+    }
+    let out_of_order = order(table, plan, &times, &mut rows, query.sort_time)?;
+    let (mut time_s, duplicates) = separate(table, plan, &times, &values, &mut rows)?;
+    if rows.len() < FEWEST {
+        let found = format!("{} usable samples of {} rows; a fit needs {FEWEST}", rows.len(), table.rows);
+        return Err(Error::new(ErrorKind::TooShort, &table.source, found).mend("record longer"));
+    }
+    // rows that were sorted or left out may have moved the first sample
+    let clock = match times.clock {
+        Clock::PowerOn { stated, .. } => Clock::PowerOn { first_s: time_s[0], stated },
+        Clock::FirstSample { file_s } => {
+            let first_s = time_s[0];
+            time_s.iter_mut().for_each(|t| *t -= first_s);
+            Clock::FirstSample { file_s: file_s + first_s }
+        }
+    };
+    let mut rate: Vec<f64> = rows.iter().map(|&i| values[i]).collect();
+    if rate.iter().all(|v| *v == rate[0]) {
+        let found = format!("the rate is {} in all {} samples", rate[0], rate.len());
+        return Err(Error::new(ErrorKind::Value, &table.source, found)
+            .at(format!("column {:?}", table.heads[gyro].name))
+            .mend("check that the sensor was read, or name another column with --column"));
+    }
+    let step_s = median(&mut time_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>());
+    let decision = unit_of(table, gyro, query, &rate, step_s)?;
+    let factor = decision.unit.to_rad_s();
+    rate.iter_mut().for_each(|v| *v *= factor);
+    if let Some(k) = rate.iter().position(|v| v.abs() > LARGEST_RATE) {
+        let found = format!("a rate of {:e} {}, beyond any gyro", values[rows[k]], decision.unit);
+        return Err(table
+            .error_at(ErrorKind::Value, rows[k], gyro, found)
+            .mend("correct or delete the row, or state the right unit with --unit"));
+    }
+    notes.extend(decision.note.iter().map(|n| format!("{:?}: {n}", table.heads[gyro].name)));
+    notes.extend(times.notes);
+    let tolerance = (times.resolution_s / step_s).clamp(FLOAT_TOLERANCE, MOST_TOLERANCE);
+    let axis = TimeAxis::Explicit(time_s.clone()).compact(tolerance);
+    let before = Before { rows: table.rows, duplicates, out_of_order, missing };
+    let audit = audit::judge(before, &time_s, &axis, &rate);
+    let mut log = Log::new(&table.source, axis);
+    log.push(channel::GYRO_Z, rate)?;
+    for (column, name) in [(plan.temperature, channel::TEMPERATURE), (plan.supply, channel::SUPPLY)] {
+        let Some(column) = column else { continue };
+        match beside(table, column, &rows, &mut notes) {
+            Some(values) => log.push(name, values)?,
+            None => continue,
+        }
+    }
+    Ok(GyroRecording {
+        log,
+        column: table.heads[gyro].name.clone(),
+        unit: decision.unit,
+        unit_guessed: decision.guessed,
+        clock,
+        audit,
+        notes,
+        sha256: table.sha256.clone(),
+    })
+}
+
+/// Unit that stands beside or in a column's name; an error if it is one that is not known.
+pub(super) fn named_unit(table: &Table, column: usize) -> Result<Option<RateUnit>> {
+    let head = &table.heads[column];
+    let named = names::parse(&head.name).unit;
+    let Some(text) = named.as_deref().or(head.unit.as_deref()).map(|t| t.trim_matches(['(', ')', '[', ']'])) else {
+        return Ok(None);
+    };
+    RateUnit::parse(text).map(Some).ok_or_else(|| {
+        Error::new(ErrorKind::Unit, &table.source, format!("the unit {text:?} is not known"))
+            .at(format!("column {:?}", head.name))
+            .mend("state it: --unit rad/s, mrad/s, deg/s, mdeg/s or deg/h")
+    })
+}
+
+fn unit_of(table: &Table, gyro: usize, query: &GyroQuery, rate: &[f64], step_s: f64) -> Result<rate_unit::Decision> {
+    let named = match query.unit {
+        Some(_) => named_unit(table, gyro).unwrap_or(None),
+        None => named_unit(table, gyro)?,
+    };
+    rate_unit::decide(query.unit, named, &Evidence::of(rate, step_s)).map_err(|question| {
+        Error::new(ErrorKind::Unit, &table.source, question)
+            .at(format!("column {:?}", table.heads[gyro].name))
+            .mend("state the unit: --unit rad/s or --unit deg/s; the log must be one at rest")
+    })
+}
+
+/// Refuses or sorts times that go backwards.
+fn order(table: &Table, plan: &Plan, times: &Times, rows: &mut [usize], sort: bool) -> Result<OutOfOrder> {
+    let t = |i: usize| times.seconds[i];
+    let mut count = 0;
+    for pair in rows.windows(2).filter(|p| t(p[1]) < t(p[0])) {
+        if !sort && let Some(column) = plan.time.index() {
+            let found = format!("time goes back by {} s", short(t(pair[0]) - t(pair[1])));
+            return Err(table
+                .error_at(ErrorKind::Time, pair[1], column, found)
+                .mend("cut the log there if it was started anew, or put its rows in order with --sort-time"));
+        }
+        count += 1;
+    }
+    if count > 0 {
+        rows.sort_by(|&a, &b| t(a).total_cmp(&t(b)));
+    }
+    Ok(OutOfOrder { count, handling: Handling::Sorted })
+}
+
+/// Times that strictly increase: repeated stamps are dropped, or spread if the clock is coarser than the sampling.
+fn separate(
+    table: &Table,
+    plan: &Plan,
+    times: &Times,
+    values: &[f64],
+    rows: &mut Vec<usize>,
+) -> Result<(Vec<f64>, Duplicates)> {
+    let mut time_s: Vec<f64> = rows.iter().map(|&i| times.seconds[i]).collect();
+    let repeats = |k: &usize| time_s[*k] == time_s[*k - 1];
+    let again: Vec<usize> = (1..rows.len()).filter(repeats).collect();
+    let first_row = again.first().map(|&k| rows[k] + 1);
+    let count = again.len();
+    if count + 1 == rows.len() && rows.len() > 1 {
+        let found = format!("time stands still at {} in all {} rows", time_s[0], rows.len());
+        let mut error = Error::new(ErrorKind::Time, &table.source, found);
+        if let Some(column) = plan.time.index() {
+            error = error.at(format!("column {:?}", table.heads[column].name));
+        }
+        return Err(error.mend("name another time column with --time, or state the sample rate with --rate"));
+    }
+    let same_value = again.iter().filter(|&&k| values[rows[k]] == values[rows[k - 1]]).count();
+    // rows that were written twice repeat the value too
+    let coarse = count as f64 > COARSE_CLOCK * rows.len() as f64 && same_value * 10 < count * 9;
+    if coarse {
+        spread(&mut time_s);
+        return Ok((time_s, Duplicates { count, first_row, handling: Handling::Spread }));
+    }
+    if count > 0 {
+        let mut keep = vec![true; rows.len()];
+        again.iter().for_each(|&k| keep[k] = false);
+        let mut flags = keep.iter();
+        rows.retain(|_| *flags.next().unwrap_or(&true));
+        let mut flags = keep.iter();
+        time_s.retain(|_| *flags.next().unwrap_or(&true));
+    }
+    Ok((time_s, Duplicates { count, first_row, handling: Handling::Dropped }))
+}
+
+/// Samples of one stamp are spread evenly up to the next stamp; the last ones by the step of those before.
+fn spread(time_s: &mut [f64]) {
+    let n = time_s.len();
+    let mut first = 0;
+    let mut step = f64::NAN;
+    // a gap after a stamp is no time to spread into
+    let mut stamps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
+    let usual = median(&mut stamps);
+    while first < n {
+        let stamp = time_s[first];
+        let next = (first..n).find(|&k| time_s[k] > stamp).unwrap_or(n);
+        let count = (next - first) as f64;
+        if next < n || step.is_nan() {
+            let room = if next < n { time_s[next] - stamp } else { usual };
+            step = if room > 1.5 * usual { usual / count } else { room / count };
+        } else {
+            step = step.min(usual / count);
+        }
+        for (j, t) in time_s[first..next].iter_mut().enumerate() {
+            *t = stamp + j as f64 * step;
+        }
+        first = next;
+    }
+}
+
+/// Temperature in °C or supply in V; `None`, with a note, if its unit cannot be told.
+fn beside(table: &Table, column: usize, rows: &[usize], notes: &mut Vec<String>) -> Option<Vec<f64>> {
+    let head = &table.heads[column];
+    let (values, note) = side_channel(table, column, names::parse(&head.name));
+    notes.extend(note);
+    values.map(|all| rows.iter().map(|&i| all[i]).collect())
+}
+
+/// All rows of a temperature or supply column in °C or V, and what there is to say about it.
+pub(super) fn side_channel(table: &Table, column: usize, named: Named) -> (Option<Vec<f64>>, Option<String>) {
+    let head = &table.heads[column];
+    let Ok(cells) = table.numbers(column) else {
+        return (None, Some(format!("{:?} is not used: it is not all numbers", head.name)));
+    };
+    let mut there: Vec<f64> = cells.values.iter().copied().filter(|v| v.is_finite()).collect();
+    if there.is_empty() {
+        return (None, Some(format!("{:?} is not used: it is empty", head.name)));
+    }
+    let centre = median(&mut there) + cells.origin as f64;
+    let written = named.unit.as_deref().or(head.unit.as_deref());
+    let known = written.and_then(|u| names::environment_factor(named.role, u.trim_matches(['(', ')', '[', ']'])));
+    let (factor, offset, note) = match (known, named.role) {
+        (Some((factor, offset)), _) => (factor, offset, None),
+        (None, Role::Temperature) if (-60.0..=150.0).contains(&centre) => (1.0, 0.0, Some("°C")),
+        (None, Role::Temperature) if (200.0..=425.0).contains(&centre) => (1.0, -273.15, Some("K")),
+        (None, Role::Supply) if (0.5..=60.0).contains(&centre) => (1.0, 0.0, Some("V")),
+        (None, Role::Supply) if (500.0..=60_000.0).contains(&centre) => (1e-3, 0.0, Some("mV")),
+        _ => {
+            return (
+                None,
+                Some(format!("{:?} is not used: its unit cannot be told, its median is {centre}", head.name)),
+            );
+        }
+    };
+    let values = cells.values.iter().map(|v| factor * (v + cells.origin as f64) + offset).collect();
+    (Some(values), note.map(|unit| format!("{:?}: unit guessed: {unit}, from a median of {centre:.4}", head.name)))
+}
+
+/// A number with few digits.
+fn short(x: f64) -> String {
+    if x.abs() >= 1e-3 && x.abs() < 1e6 { format!("{x:.4}") } else { format!("{x:.3e}") }
+}
+
+impl GyroRecording {
+    /// The same recording without the samples that move ([`Audit::motion`]); the audit stays that of the whole log.
+    ///
+    /// # Errors
+    /// [`ErrorKind::TooShort`] if fewer than three samples remain.
+    pub fn without_motion(mut self) -> Result<Self> {
+        let intervals = &self.audit.motion.intervals;
+        if intervals.is_empty() {
+            return Ok(self);
+        }
+        let time_s = self.log.time.to_vec();
+        let rests = |t: f64| !intervals.iter().any(|i| (i.start_s..=i.end_s).contains(&t));
+        let keep: Vec<bool> = time_s.iter().map(|&t| rests(t)).collect();
+        let kept = |x: &[f64]| x.iter().zip(&keep).filter(|p| *p.1).map(|p| *p.0).collect::<Vec<f64>>();
+        let time_s = kept(&time_s);
+        if time_s.len() < FEWEST {
+            let found = format!("only {} samples are at rest; a fit needs {FEWEST}", time_s.len());
+            return Err(Error::new(ErrorKind::TooShort, &self.log.source, found)
+                .mend("record the gyro at rest, or fit the whole log without --trim-motion"));
+        }
+        let mut log = Log::new(&self.log.source, TimeAxis::Explicit(time_s));
+        for c in &self.log.channels {
+            log.push(&c.name, kept(&c.values))?;
+        }
+        let removed = self.log.len() - log.len();
+        self.notes.push(format!("{removed} samples in {} moving stretches are left out", intervals.len()));
+        self.log = log;
+        Ok(self)
+    }
+}

@@ -1,0 +1,114 @@
+//! What a file's format hands over: columns by name, as numbers, before anyone knows what they mean.
+
+use crate::error::{Error, ErrorKind, Result};
+
+/// What the cells of a column hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Numbers.
+    Number,
+    /// Dates with time of day; read as nanoseconds since 1970-01-01 UTC.
+    Instant,
+    /// Anything else: listed, never read.
+    Other,
+}
+
+/// A column before its cells are read.
+#[derive(Debug, Clone)]
+pub(super) struct Head {
+    /// Name as in the file.
+    pub name: String,
+    /// What its cells hold.
+    pub kind: Kind,
+    /// The format's own word for the type.
+    pub type_name: String,
+    /// Unit that the file states beside the name (a units row).
+    pub unit: Option<String>,
+}
+
+/// A cell that should be a number and is not.
+#[derive(Debug, Clone)]
+pub(super) struct BadCell {
+    pub row: usize,
+    pub text: String,
+}
+
+/// A column's cells.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Cells {
+    /// Whole number taken off every value before it became a float: nanoseconds since 1970 need more than 53 bits.
+    pub origin: i64,
+    /// Value less `origin`; NaN where missing. Empty if the column was not asked for.
+    pub values: Vec<f64>,
+    /// What one unit in the last written digit is worth: values are rounded to this, 0 if unknown.
+    pub resolution: f64,
+    /// The first cell that is not a number (NaN in `values`), and how many there are.
+    pub bad: Option<(BadCell, usize)>,
+}
+
+impl Cells {
+    /// Number of missing cells and the first row that lacks one.
+    pub fn missing(&self) -> (usize, Option<usize>) {
+        let count = self.values.iter().filter(|v| v.is_nan()).count();
+        (count, self.values.iter().position(|v| v.is_nan()))
+    }
+}
+
+/// A file's content.
+#[derive(Debug, Clone)]
+pub(super) struct Table {
+    /// Path, for messages.
+    pub source: String,
+    /// Name of the format.
+    pub format: String,
+    /// SHA-256 of the file's bytes, hexadecimal.
+    pub sha256: String,
+    /// All columns of the file.
+    pub heads: Vec<Head>,
+    /// Cells, one entry a head.
+    pub cells: Vec<Cells>,
+    /// Rows in the file.
+    pub rows: usize,
+    /// Line of the first row, where the rows are lines without a break.
+    pub first_line: Option<u64>,
+    /// What the reader had to decide.
+    pub notes: Vec<String>,
+}
+
+impl Table {
+    /// Where row `row` (counted from 0) lies: rows are told counted from 1, and the line where it is known.
+    pub fn place(&self, row: usize, column: &str) -> String {
+        let line = self.first_line.map(|first| format!(" (line {})", first + row as u64)).unwrap_or_default();
+        format!("row {}{line}, column {column:?}", row + 1)
+    }
+
+    /// An error at a row of a column.
+    pub fn error_at(&self, kind: ErrorKind, row: usize, column: usize, found: impl std::fmt::Display) -> Error {
+        Error::new(kind, &self.source, found).at(self.place(row, &self.heads[column].name))
+    }
+
+    /// The cells of a column that has to be all numbers.
+    pub fn numbers(&self, column: usize) -> Result<&Cells> {
+        let cells = &self.cells[column];
+        match &cells.bad {
+            None => Ok(cells),
+            Some((bad, count)) => {
+                let more = if *count > 1 { format!(", and {} more such cells", count - 1) } else { String::new() };
+                let found = format!("{:?} is not a number{more}", bad.text);
+                Err(self
+                    .error_at(ErrorKind::Value, bad.row, column, found)
+                    .mend("correct or delete the row; missing values are written as nan, null or an empty field"))
+            }
+        }
+    }
+}
+
+/// Column names for a message: all of them, or the first of very many.
+pub(super) fn list(heads: &[Head]) -> String {
+    const MOST: usize = 40;
+    let mut names: Vec<_> = heads.iter().take(MOST).map(|h| h.name.clone()).collect();
+    if heads.len() > MOST {
+        names.push(format!("and {} more", heads.len() - MOST));
+    }
+    names.join(", ")
+}

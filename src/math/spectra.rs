@@ -1,0 +1,205 @@
+//! Autocorrelation and periodogram of a series with possibly missing samples (NaN).
+//!
+//! Missing samples are treated as in amplitude-modulated series (Parzen, Sankhya A 25 (1963) 383): the sum of the
+//! products that exist, scaled by how many there could have been.
+
+use realfft::num_complex::Complex;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use std::sync::Arc;
+
+/// Longest transform for an autocorrelation; longer series go through it in overlapping pieces.
+const PIECE: usize = 1 << 16;
+
+/// Up to here summing directly beats planning a transform.
+const DIRECT_LAGS: usize = 64;
+const DIRECT_SAMPLES: usize = 1 << 17;
+
+/// Autocovariance sums Σ x[i] x[i+k], k = 0..=max_lag, of `x` with its missing samples as zero.
+fn lagged_products(x: &[f64], max_lag: usize) -> Vec<f64> {
+    if max_lag <= DIRECT_LAGS && x.len() <= DIRECT_SAMPLES {
+        let product = |k: usize| x.iter().zip(x.get(k..).unwrap_or(&[])).map(|(a, b)| a * b).sum();
+        return (0..=max_lag).map(product).collect();
+    }
+    let block = PIECE.max(2 * (max_lag + 1)).min(x.len().next_power_of_two());
+    let size = (block + max_lag + 1).next_power_of_two();
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, back) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
+    let mut sum = vec![Complex::default(); size / 2 + 1];
+    let (mut a, mut b) = (forward.make_input_vec(), forward.make_input_vec());
+    let (mut fa, mut fb) = (forward.make_output_vec(), forward.make_output_vec());
+    let mut start = 0;
+    while start < x.len() {
+        // each piece meets itself and the max_lag samples after it
+        let end = (start + block).min(x.len());
+        let reach = (end + max_lag).min(x.len());
+        fill(&mut a, &x[start..end]);
+        fill(&mut b, &x[start..reach]);
+        if run(forward.as_ref(), &mut a, &mut fa) && run(forward.as_ref(), &mut b, &mut fb) {
+            sum.iter_mut().zip(fa.iter().zip(&fb)).for_each(|(s, (a, b))| *s += a.conj() * b);
+        }
+        start = end;
+    }
+    let mut out = back.make_output_vec();
+    if let Some(first) = sum.first_mut() {
+        first.im = 0.0;
+    }
+    if let Some(last) = sum.last_mut() {
+        last.im = 0.0;
+    }
+    inverse(back.as_ref(), &mut sum, &mut out);
+    out.iter().take(max_lag + 1).map(|v| v / size as f64).collect()
+}
+
+fn fill(buffer: &mut [f64], values: &[f64]) {
+    buffer[..values.len()].copy_from_slice(values);
+    buffer[values.len()..].fill(0.0);
+}
+
+/// Buffers come from the plan itself, so their lengths always fit.
+fn run(plan: &dyn RealToComplex<f64>, input: &mut [f64], output: &mut [Complex<f64>]) -> bool {
+    plan.process(input, output).is_ok()
+}
+
+fn inverse(plan: &dyn ComplexToReal<f64>, input: &mut [Complex<f64>], output: &mut [f64]) -> bool {
+    plan.process(input, output).is_ok()
+}
+
+/// The series about its mean, missing samples as zero, and how many samples are there.
+fn centred(x: &[f64]) -> (Vec<f64>, usize) {
+    let there = x.iter().filter(|v| v.is_finite()).count();
+    let mean = x.iter().filter(|v| v.is_finite()).sum::<f64>() / there.max(1) as f64;
+    (x.iter().map(|v| if v.is_finite() { v - mean } else { 0.0 }).collect(), there)
+}
+
+/// Sample autocorrelation with what it rests on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Autocorrelation {
+    /// r_0 … r_m.
+    pub r: Vec<f64>,
+    /// Number of samples of a complete series in which r_k would be known as well; its standard error in white noise
+    /// is one over the root of it.
+    pub effective: Vec<f64>,
+}
+
+/// Sample autocorrelation, lags 0 to `max_lag` (fewer if the series is shorter), the mean removed.
+///
+/// r_k = c_k / c_0, c_k = Σ x\[i\] x\[i+k\] (n-k)/(n n_k) over the n_k pairs that exist of the n - k that could.
+/// `None` for a series that is constant or has fewer than two samples.
+#[must_use]
+pub fn autocorrelation(x: &[f64], max_lag: usize) -> Option<Autocorrelation> {
+    let (values, there) = centred(x);
+    let max_lag = max_lag.min(x.len().saturating_sub(1));
+    if there < 2 {
+        return None;
+    }
+    let products = lagged_products(&values, max_lag);
+    if !(products[0] > 0.0) {
+        return None;
+    }
+    let n = x.len() as f64;
+    let could = |k: usize| (x.len() - k) as f64;
+    let pairs: Vec<f64> = if there == x.len() {
+        (0..=max_lag).map(could).collect()
+    } else {
+        let mask: Vec<f64> = x.iter().map(|v| f64::from(u8::from(v.is_finite()))).collect();
+        lagged_products(&mask, max_lag).iter().map(|p| p.round()).collect()
+    };
+    let variance = products[0] / there as f64;
+    let mean = |k: usize| if pairs[k] > 0.0 { products[k] / pairs[k] } else { 0.0 };
+    // without missing samples this is the usual Σ x[i] x[i+k] / Σ x²
+    let r = (0..=max_lag).map(|k| mean(k) * could(k) / (n * variance)).collect();
+    let effective = (0..=max_lag).map(|k| pairs[k] * n / could(k)).collect();
+    Some(Autocorrelation { r, effective })
+}
+
+/// Reusable transform for the periodogram of series of one length.
+#[derive(Clone)]
+pub struct Periodogram {
+    plan: Arc<dyn RealToComplex<f64>>,
+    input: Vec<f64>,
+    output: Vec<Complex<f64>>,
+}
+
+impl std::fmt::Debug for Periodogram {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Periodogram").field("len", &self.input.len()).finish_non_exhaustive()
+    }
+}
+
+impl Periodogram {
+    /// For series of `len` samples.
+    #[must_use]
+    pub fn new(len: usize) -> Self {
+        let plan = RealFftPlanner::<f64>::new().plan_fft_forward(len.max(1));
+        Self { input: plan.make_input_vec(), output: plan.make_output_vec(), plan }
+    }
+
+    /// |X_j|² at the Fourier frequencies j = 1 ..= (n-1)/2: neither zero nor Nyquist. Missing samples count as the
+    /// mean. Empty if `x` has another length than the plan.
+    pub fn ordinates(&mut self, x: &[f64]) -> Vec<f64> {
+        if x.len() != self.input.len() || x.len() < 3 {
+            return Vec::new();
+        }
+        self.input.copy_from_slice(&centred(x).0);
+        if !run(self.plan.as_ref(), &mut self.input, &mut self.output) {
+            return Vec::new();
+        }
+        self.output[1..=(x.len() - 1) / 2].iter().map(Complex::norm_sqr).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Stream;
+
+    fn plain(x: &[f64], k: usize) -> f64 {
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        let c = |k: usize| (0..x.len() - k).map(|i| (x[i] - mean) * (x[i + k] - mean)).sum::<f64>();
+        c(k) / c(0)
+    }
+
+    #[test]
+    fn autocorrelation_is_its_definition_also_in_pieces() {
+        for n in [2usize, 3, 57, 1000, 150_000] {
+            let mut draw = Stream::new(5, n as u64);
+            let x: Vec<f64> = (0..n).map(|_| 3.0 + draw.normal()).collect();
+            let r = autocorrelation(&x, 40).unwrap().r;
+            assert_eq!(r.len(), n.min(41));
+            for k in [0, 1, 7, 40].into_iter().filter(|k| *k < n) {
+                assert!((r[k] - plain(&x, k)).abs() < 1e-11, "{n} {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn missing_samples_bias_nothing() {
+        // AR(1) with a tenth of the samples gone: r_k = phi^k, standard error of r_1 about 1/sqrt(n)
+        let n = 200_000;
+        let mut draw = Stream::new(9, 0);
+        let mut level = 0.0;
+        let mut x: Vec<f64> = Vec::with_capacity(n);
+        for _ in 0..n {
+            level = 0.6 * level + draw.normal();
+            x.push(if draw.uniform() < 0.1 { f64::NAN } else { level });
+        }
+        let r = autocorrelation(&x, 3).unwrap().r;
+        for (k, r) in r.iter().enumerate() {
+            let truth = 0.6f64.powi(k as i32);
+            assert!((r - truth).abs() < 6.0 / (0.81 * n as f64).sqrt(), "{k}: {r} {truth}");
+        }
+    }
+
+    #[test]
+    fn periodogram_finds_a_line_and_keeps_the_power() {
+        let n = 1001;
+        let x: Vec<f64> = (0..n).map(|i| (std::f64::consts::TAU * 25.0 * i as f64 / n as f64).cos()).collect();
+        let p = Periodogram::new(n).ordinates(&x);
+        assert_eq!(p.len(), 500);
+        let top = (0..p.len()).max_by(|&a, &b| p[a].total_cmp(&p[b])).unwrap();
+        assert_eq!(top + 1, 25);
+        // Parseval: 2 Σ |X|² / n = Σ x²
+        assert!((2.0 * p.iter().sum::<f64>() / n as f64 - n as f64 / 2.0).abs() < 1e-6);
+        assert!(Periodogram::new(10).ordinates(&x).is_empty());
+    }
+}

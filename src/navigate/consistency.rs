@@ -1,0 +1,297 @@
+//! NIS = ν²/S: chi-squared with one degree of freedom, and white, where model and noise are as stated
+//!
+//! A row's readings are taken in one after the other, each given those before it: the sum of their NIS is the NIS of
+//! the row's innovation vector, chi-squared with as many degrees of freedom (Bar-Shalom, Li, Kirubarajan, *Estimation
+//! with Applications to Tracking and Navigation*, Wiley 2001, section 5.4).
+
+use super::{Innovation, Sensor};
+use serde::Serialize;
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+
+/// NIS over a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Consistency {
+    /// Readings used.
+    pub readings: u64,
+    /// Readings that the gate left out.
+    pub gated: u64,
+    /// Sum of NIS over the number of readings; expected: 1.
+    pub nis_mean: f64,
+    /// Between these `nis_mean` lies in 95 % of runs if the model holds.
+    pub nis_mean_bounds95: [f64; 2],
+    /// Whether `nis_mean` lies inside its bounds.
+    pub nis_holds: bool,
+    /// Whether the means of all sensors' innovations are zero, by a joint test at 95 %. A small bias of a noisy sensor
+    /// shows here long before it shows in NIS.
+    pub unbiased: bool,
+    /// Whether all sensors' innovations are white at lag one, by a joint test at 95 %.
+    pub white: bool,
+    /// Part of the rows whose NIS lies inside its own two-sided 95 % interval; expected: 0.95.
+    pub rows_inside95: f64,
+    /// Each sensor that was read.
+    pub sensors: Vec<SensorConsistency>,
+}
+
+/// NIS and whiteness of one sensor's innovations.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SensorConsistency {
+    /// `gyro`, `wheel_left`, `wheel_right`, `x`, `y` or `heading`.
+    pub sensor: &'static str,
+    /// Readings used.
+    pub readings: u64,
+    /// Mean NIS; expected: 1.
+    pub nis_mean: f64,
+    /// Between these `nis_mean` lies in 95 % of runs if the model holds.
+    pub nis_mean_bounds95: [f64; 2],
+    /// Part of the readings inside ±1.96 standard deviations; expected: 0.95.
+    pub inside95: f64,
+    /// Mean of the standardised innovations; expected: 0.
+    pub mean: f64,
+    /// Its 95 % bound for white innovations, 1.96/√n.
+    pub mean_bound95: f64,
+    /// Autocorrelation of the standardised innovations at lag one; expected: 0.
+    pub lag1_autocorrelation: f64,
+    /// Its 95 % bound for white innovations, 1.96/√n.
+    pub lag1_bound95: f64,
+}
+
+/// Degrees of freedom that a row can have.
+const ROW_READINGS: usize = Sensor::ALL.len();
+
+/// Gathers innovations; nothing is kept of a reading but sums.
+#[derive(Debug, Clone)]
+pub(super) struct Gatherer {
+    sensors: [Sums; ROW_READINGS],
+    row_intervals: [[f64; 2]; ROW_READINGS + 1],
+    row_nis: f64,
+    row_readings: usize,
+    rows: u64,
+    rows_inside: u64,
+    gated: u64,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    readings: u64,
+    inside: u64,
+    sum: f64,
+    nis: f64,
+    products: f64,
+    last: Option<f64>,
+}
+
+/// 97.5 % quantile of the standard normal distribution.
+const NORMAL_975: f64 = 1.959_963_984_540_054;
+
+impl Gatherer {
+    pub fn new() -> Self {
+        let interval = |readings: usize| if readings == 0 { [0.0; 2] } else { chi_squared_interval95(readings as f64) };
+        Self {
+            sensors: Default::default(),
+            row_intervals: std::array::from_fn(interval),
+            row_nis: 0.0,
+            row_readings: 0,
+            rows: 0,
+            rows_inside: 0,
+            gated: 0,
+        }
+    }
+
+    pub fn add(&mut self, sensor: Sensor, innovation: &Innovation) {
+        if !innovation.used {
+            self.gated += 1;
+            return;
+        }
+        let z = innovation.standardised();
+        self.row_nis += z * z;
+        self.row_readings += 1;
+        let sums = &mut self.sensors[sensor as usize];
+        sums.readings += 1;
+        sums.sum += z;
+        sums.nis += z * z;
+        sums.inside += u64::from(z.abs() <= NORMAL_975);
+        sums.products += sums.last.map_or(0.0, |last| last * z);
+        sums.last = Some(z);
+    }
+
+    /// Ends a row; its NIS, NaN without readings.
+    pub fn end_row(&mut self) -> f64 {
+        let (nis, readings) = (self.row_nis, self.row_readings);
+        (self.row_nis, self.row_readings) = (0.0, 0);
+        if readings == 0 {
+            return f64::NAN;
+        }
+        let [low, high] = self.row_intervals[readings];
+        self.rows += 1;
+        self.rows_inside += u64::from((low..=high).contains(&nis));
+        nis
+    }
+
+    pub fn finish(&self) -> Consistency {
+        let readings: u64 = self.sensors.iter().map(|s| s.readings).sum();
+        let nis: f64 = self.sensors.iter().map(|s| s.nis).sum();
+        let read = Sensor::ALL.iter().zip(&self.sensors).filter(|(_, sums)| sums.readings > 0);
+        let sensors: Vec<_> = read.map(|(sensor, sums)| sums.finish(name(*sensor))).collect();
+        // Šidák: k independent tests hold together at 95 % if each holds at 0.95^(1/k)
+        let each = 0.95f64.powf(1.0 / sensors.len().max(1) as f64);
+        let joint = normal_quantile(0.5 + 0.5 * each);
+        let all = |deviate: fn(&SensorConsistency) -> f64| {
+            sensors.iter().all(|s| deviate(s).abs() * (s.readings as f64).sqrt() <= joint)
+        };
+        let nis_mean = nis / readings as f64;
+        let nis_mean_bounds95 = mean_bounds95(readings);
+        Consistency {
+            readings,
+            gated: self.gated,
+            nis_mean,
+            nis_mean_bounds95,
+            nis_holds: (nis_mean_bounds95[0]..=nis_mean_bounds95[1]).contains(&nis_mean),
+            unbiased: all(|s| s.mean),
+            white: all(|s| s.lag1_autocorrelation),
+            rows_inside95: self.rows_inside as f64 / self.rows as f64,
+            sensors,
+        }
+    }
+}
+
+impl Sums {
+    fn finish(&self, sensor: &'static str) -> SensorConsistency {
+        let n = self.readings as f64;
+        SensorConsistency {
+            sensor,
+            readings: self.readings,
+            nis_mean: self.nis / n,
+            nis_mean_bounds95: mean_bounds95(self.readings),
+            inside95: self.inside as f64 / n,
+            mean: self.sum / n,
+            mean_bound95: NORMAL_975 / n.sqrt(),
+            lag1_autocorrelation: self.products / self.nis,
+            lag1_bound95: NORMAL_975 / n.sqrt(),
+        }
+    }
+}
+
+fn normal_quantile(probability: f64) -> f64 {
+    Normal::standard().inverse_cdf(probability)
+}
+
+fn name(sensor: Sensor) -> &'static str {
+    match sensor {
+        Sensor::Gyro => "gyro",
+        Sensor::WheelLeft => "wheel_left",
+        Sensor::WheelRight => "wheel_right",
+        Sensor::PoseX => "x",
+        Sensor::PoseY => "y",
+        Sensor::PoseHeading => "heading",
+    }
+}
+
+/// 95 % interval of a chi-squared variable over its degrees of freedom; the whole axis without any.
+fn mean_bounds95(degrees: u64) -> [f64; 2] {
+    if degrees == 0 {
+        return [0.0, f64::INFINITY];
+    }
+    chi_squared_interval95(degrees as f64).map(|x| x / degrees as f64)
+}
+
+/// Beyond this many degrees of freedom Wilson and Hilferty's cube root (PNAS 17 (1931) 684) is closer to the quantile
+/// than an incomplete gamma function can be inverted: its relative error is below 1e-7.
+const EXACT_DEGREES: f64 = 10_000.0;
+
+/// Two-sided 95 % interval of chi-squared.
+pub(super) fn chi_squared_interval95(degrees: f64) -> [f64; 2] {
+    match ChiSquared::new(degrees) {
+        Ok(chi) if degrees <= EXACT_DEGREES => [chi.inverse_cdf(0.025), chi.inverse_cdf(0.975)],
+        _ => [-NORMAL_975, NORMAL_975].map(|z| {
+            let spread = 2.0 / (9.0 * degrees);
+            degrees * (1.0 - spread + z * spread.sqrt()).powi(3)
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Stream;
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        // Abramowitz and Stegun, table 26.8
+        for (degrees, low, high) in [(1.0, 0.000_982, 5.024), (3.0, 0.216, 9.348), (100.0, 74.222, 129.561)] {
+            let [a, b] = chi_squared_interval95(degrees);
+            assert!((a - low).abs() < 5e-4 && (b - high).abs() < 5e-4, "{degrees}: {a} {b}");
+        }
+    }
+
+    #[test]
+    fn both_formulas_meet() {
+        let exact = chi_squared_interval95(EXACT_DEGREES);
+        let above = chi_squared_interval95(EXACT_DEGREES + 1e-6);
+        for (a, b) in exact.iter().zip(above) {
+            assert!((a / b - 1.0).abs() < 1e-7, "{a} {b}");
+        }
+    }
+
+    fn gather(innovations: impl Iterator<Item = [f64; 2]>) -> Consistency {
+        let mut g = Gatherer::new();
+        for row in innovations {
+            for (sensor, residual) in [Sensor::Gyro, Sensor::WheelLeft].into_iter().zip(row) {
+                g.add(sensor, &Innovation { residual, variance: 4.0, used: true });
+            }
+            g.end_row();
+        }
+        g.finish()
+    }
+
+    #[test]
+    fn white_innovations_of_the_stated_variance_are_consistent() {
+        let mut stream = Stream::new(1, 0);
+        let runs = 400;
+        let (mut inside, mut white, mut unbiased) = (0, 0, 0);
+        for _ in 0..runs {
+            let c = gather((0..500).map(|_| [2.0 * stream.normal(), 2.0 * stream.normal()]));
+            inside += i32::from(c.nis_holds);
+            white += i32::from(c.white);
+            unbiased += i32::from(c.unbiased);
+            // 500 rows at 95 %: five binomial standard deviations are 0.049
+            assert!((c.rows_inside95 - 0.95).abs() < 0.049, "{}", c.rows_inside95);
+        }
+        // five binomial standard deviations about 0.95 of 400 runs: 22
+        for held in [inside, white, unbiased] {
+            assert!((held - 380).abs() < 22, "{inside} {white} {unbiased}");
+        }
+    }
+
+    #[test]
+    fn too_large_and_coloured_innovations_are_not() {
+        let mut stream = Stream::new(2, 0);
+        let large = gather((0..500).map(|_| [2.4 * stream.normal(), 2.4 * stream.normal()]));
+        assert!(!large.nis_holds && large.nis_mean > 1.0);
+        let mut state = 0.0;
+        let coloured = gather((0..500).map(|_| {
+            state = 0.8 * state + 1.2 * stream.normal();
+            [state, 2.0 * stream.normal()]
+        }));
+        assert!(!coloured.white && coloured.nis_holds);
+        assert!((coloured.sensors[0].lag1_autocorrelation - 0.8).abs() < 0.1);
+    }
+
+    #[test]
+    fn a_bias_too_small_for_nis_is_seen_in_the_mean() {
+        let mut stream = Stream::new(3, 0);
+        let c = gather((0..2000).map(|_| [2.0 * stream.normal() + 0.3, 2.0 * stream.normal()]));
+        assert!(c.nis_holds && !c.unbiased);
+        // 0.15 standard deviations, within five standard errors
+        assert!((c.sensors[0].mean - 0.15).abs() < 5.0 / 2000f64.sqrt());
+    }
+
+    #[test]
+    fn rows_without_readings_count_nothing() {
+        let mut g = Gatherer::new();
+        assert!(g.end_row().is_nan());
+        g.add(Sensor::Gyro, &Innovation { residual: 9.0, variance: 1.0, used: false });
+        assert!(g.end_row().is_nan());
+        let c = g.finish();
+        assert_eq!((c.readings, c.gated, c.sensors.len()), (0, 1, 0));
+    }
+}

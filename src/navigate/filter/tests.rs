@@ -1,0 +1,228 @@
+use super::*;
+use crate::bias::{Discrete, Scheme};
+use crate::math::random::Stream;
+
+const TEXT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
+    [gyro]\nc1_rad_s = -2.4e-3\nc2_rad_s = 8e-3\ntime_constant_s = 240.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\
+    turn_on_bias_std_rad_s = 2e-4\nwarm_up_relative_std = 0.03\n\
+    [gyro.noise]\nrate_random_walk_rad_s_sqrt_s = 2e-6\n\
+    [vehicle]\nmass_kg = 9.5\nyaw_inertia_kg_m2 = 0.21\nhalf_track_m = 0.17\nwheel_radius_m = 0.05\n\
+    wheel_inertia_kg_m2 = 0.0008\nviscous_friction_n_m_s = 0.0006\ntorque_noise_n_m_sqrt_s = 0.0004\n\
+    [encoder]\nspeed_noise_std_rad_s = 0.02\n[pose]\nrate_hz = 5.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
+
+fn config() -> Config {
+    Config::parse(TEXT, "truth.toml").unwrap()
+}
+
+fn filter(config: &Config, settings: &Settings) -> RollingFilter {
+    RollingFilter::new(config, settings, 20.0).unwrap().0
+}
+
+#[test]
+fn the_transition_matrix_agrees_with_differences() {
+    let mut config = config();
+    for scheme in Scheme::ALL {
+        let model = config.gyro.as_ref().unwrap().warm_up();
+        config.gyro.as_mut().unwrap().discrete = Some(Discrete::new(&model, 2.0, scheme).unwrap());
+        let f = filter(&config, &Settings::default());
+        let mean = SVector::from([0.4, -1.0, 0.9, 0.5, -0.8, 7e-3, 5e-3, 240f64.ln()]);
+        for input in [Input::Torques([0.2, -0.1]), Input::Accelerations([0.1, 0.2])] {
+            for dt in [0.01, 0.37] {
+                let phi = f.transition(&mean, input, dt).phi;
+                for column in 0..STATES {
+                    let eps = 1e-6;
+                    let at = |sign: f64| {
+                        let mut m = mean;
+                        m[column] += sign * eps;
+                        f.transition(&m, input, dt).mean
+                    };
+                    let difference = (at(1.0) - at(-1.0)) / (2.0 * eps);
+                    // rounding of values near 5 over 2 eps, truncation eps²
+                    let error = (difference - phi.column(column)).amax();
+                    assert!(error < 2e-9, "{scheme}, dt {dt}, column {column}: {error}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_noise_gains_agree_with_differences() {
+    let f = filter(&config(), &Settings::default());
+    let torques = [0.2, -0.1];
+    let dt = 0.05;
+    let input = Input::Torques(torques);
+    let (gamma, q) = f.process_noise(input, &f.transition(&f.mean, input, dt).motion, dt);
+    for (k, _) in torques.iter().enumerate() {
+        let eps = 1e-5;
+        let at = |sign: f64| {
+            let mut u = torques;
+            u[k] += sign * eps;
+            f.transition(&f.mean, Input::Torques(u), dt).mean
+        };
+        let difference = (at(1.0) - at(-1.0)) / (2.0 * eps);
+        assert!((difference - gamma.column(k)).amax() < 1e-9, "torque {k}");
+        assert!((q[k] - 0.0004f64.powi(2) / dt).abs() < 1e-18);
+    }
+    // the walk moves error and asymptote alike
+    assert_eq!(gamma.column(2).iter().filter(|g| **g != 0.0).count(), 2);
+    assert!((q[2] - 2e-6f64.powi(2) * dt).abs() < 1e-24);
+}
+
+#[test]
+fn unknown_accelerations_are_a_wiener_process_of_the_velocity() {
+    // q dt for the variance of the speed, whatever the steps
+    let mut f = filter(&config(), &Settings::default());
+    let start = f.covariance()[(SPEED, SPEED)];
+    let steps = [0.01, 0.3, 0.05, 0.14];
+    steps.iter().for_each(|dt| f.predict(Input::Accelerations([0.2, 0.5]), *dt));
+    let p = f.covariance();
+    assert!((p[(SPEED, SPEED)] - start - 0.2 * 0.5).abs() < 1e-12);
+    assert!((p[(YAW_RATE, YAW_RATE)] - start - 0.5 * 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn two_half_steps_carry_the_gyro_error_like_a_whole_one() {
+    for scheme in Scheme::ALL {
+        let mut config = config();
+        let model = config.gyro.as_ref().unwrap().warm_up();
+        config.gyro.as_mut().unwrap().discrete = Some(Discrete::new(&model, 0.5, scheme).unwrap());
+        let (mut one, mut two) = (filter(&config, &Settings::default()), filter(&config, &Settings::default()));
+        let input = Input::Torques([0.0; 2]);
+        one.predict(input, 3.0);
+        (0..2).for_each(|_| two.predict(input, 1.5));
+        let block = |f: &RollingFilter| f.covariance().fixed_view::<3, 3>(GYRO_ERROR, GYRO_ERROR).into_owned();
+        let (a, b) = (block(&one), block(&two));
+        for i in 0..3 {
+            assert!((one.mean[GYRO_ERROR + i] - two.mean[GYRO_ERROR + i]).abs() < 1e-15, "{scheme}");
+            for j in 0..3 {
+                // the chain of two derivatives is the derivative of the whole: only rounding differs
+                let scale = (a[(i, i)] * a[(j, j)]).sqrt();
+                assert!((a[(i, j)] - b[(i, j)]).abs() < 1e-12 * scale, "{scheme} {i} {j}");
+            }
+        }
+    }
+}
+
+#[test]
+fn missing_readings_change_nothing() {
+    let mut f = filter(&config(), &Settings::default());
+    let before = f.clone();
+    for reading in [f64::NAN, f64::INFINITY] {
+        assert!(f.update(Sensor::Gyro, reading).is_none());
+    }
+    assert_eq!(f.mean, before.mean);
+    assert_eq!(f.covariance, before.covariance);
+}
+
+#[test]
+fn the_gate_leaves_out_what_is_beyond_it() {
+    let settings = Settings { gate_probability: Some(0.999), ..Settings::default() };
+    let mut f = filter(&config(), &settings);
+    // the yaw rate is known to 1 rad/s at first
+    let far = f.update(Sensor::Gyro, 5.0).unwrap();
+    assert!(!far.used && far.nis() > 10.8);
+    let near = f.update(Sensor::Gyro, 1.0).unwrap();
+    assert!(near.used);
+    assert!(filter(&config(), &Settings::default()).update(Sensor::Gyro, 5.0).unwrap().used);
+    let bad = Settings { gate_probability: Some(1.0), ..Settings::default() };
+    assert!(RollingFilter::new(&config(), &bad, 0.0).unwrap_err().to_string().contains("probability"));
+}
+
+#[test]
+fn without_error_model_the_gyro_error_stays_zero() {
+    let settings = Settings { error_model: ErrorModel::Off, ..Settings::default() };
+    let mut f = filter(&config(), &settings);
+    for _ in 0..100 {
+        f.update(Sensor::Gyro, 0.01);
+        f.predict(Input::Torques([0.0; 2]), 0.01);
+    }
+    assert_eq!((f.mean[GYRO_ERROR], f.mean[WARM_ERROR]), (0.0, 0.0));
+    assert_eq!(f.std()[GYRO_ERROR], 0.0);
+}
+
+/// Runs `steps` steps of a simulated drive through a filter, and checks that its covariance is symmetric and positive
+/// definite.
+fn assert_definite(config: &Config, steps: u32, check_every: u32) {
+    let mut f = filter(config, &Settings::default());
+    let robot = Rolling::new(config.vehicle.as_ref().unwrap());
+    let gyro = config.gyro.as_ref().unwrap();
+    let wheel_std = config.encoder.unwrap().speed_noise_std_rad_s;
+    let gyro_std = gyro.angle_random_walk_rad_sqrt_s / 0.01f64.sqrt();
+    let mut stream = Stream::new(5, 0);
+    let mut motion = Motion::default();
+    for k in 0..steps {
+        let t = 0.01 * f64::from(k);
+        let error = gyro.warm_up().error_rad_s(20.0 + t);
+        f.update(Sensor::Gyro, motion.yaw_rate_rad_s + error + gyro_std * stream.normal());
+        // encoders at a rate of their own
+        if k % 3 == 0 {
+            let wheels = robot.wheel_speeds(&motion);
+            f.update(Sensor::WheelLeft, wheels[0] + wheel_std * stream.normal());
+            f.update(Sensor::WheelRight, wheels[1] + wheel_std * stream.normal());
+        }
+        let torques = [0.01 + 0.02 * (0.2 * t).sin(), 0.01 - 0.02 * (0.2 * t).sin()];
+        f.predict(Input::Torques(torques), 0.01);
+        motion = robot.step(&motion, torques, 0.01);
+        if k % check_every == 0 {
+            eprintln!("{k} {:?} {:?}", f.mean().as_slice(), f.factors().diagonal());
+            assert!(f.factors().diagonal().iter().all(|d| *d > 0.0 && d.is_finite()), "step {k}");
+            let p = f.covariance();
+            assert_eq!(p, p.transpose());
+            for i in 0..STATES {
+                for j in 0..i {
+                    let correlation = p[(i, j)] / (p[(i, i)] * p[(j, j)]).sqrt();
+                    assert!(correlation.abs() <= 1.0 + 1e-12, "step {k}: correlation {i} {j} is {correlation}");
+                }
+            }
+        }
+    }
+    let heading = f.mean()[HEADING] - motion.heading_rad;
+    assert!(heading.abs() < 5.0 * f.std()[HEADING], "{heading} {}", f.std()[HEADING]);
+}
+
+#[test]
+fn the_covariance_stays_definite_over_many_steps() {
+    assert_definite(&config(), 300_000, 997);
+}
+
+#[test]
+fn the_covariance_stays_definite_at_tiny_noise() {
+    let mut config = config();
+    let gyro = config.gyro.as_mut().unwrap();
+    gyro.angle_random_walk_rad_sqrt_s = 1e-12;
+    gyro.noise = None;
+    config.vehicle.as_mut().unwrap().torque_noise_n_m_sqrt_s = 1e-9;
+    config.encoder.as_mut().unwrap().speed_noise_std_rad_s = 0.0;
+    assert_definite(&config, 3_000_000, 99_991);
+}
+
+#[test]
+fn a_covariance_that_is_none_is_refused() {
+    // pairwise correlations of -0.9 are each possible, all three together are not
+    let mut config = config();
+    let (s1, s2, st) = (1e-5, 1e-5, 1.0);
+    let gyro = config.gyro.as_mut().unwrap();
+    (gyro.turn_on_bias_std_rad_s, gyro.warm_up_relative_std) = (None, None);
+    gyro.covariance = Some(crate::config::Covariance::from_matrix(&[
+        [s1 * s1, -0.9 * s1 * s2, -0.9 * s1 * st],
+        [-0.9 * s1 * s2, s2 * s2, -0.9 * s2 * st],
+        [-0.9 * s1 * st, -0.9 * s2 * st, st * st],
+    ]));
+    let error = RollingFilter::new(&config, &Settings::default(), 20.0).unwrap_err();
+    assert!(error.to_string().contains("gyro.covariance"), "{error}");
+}
+
+#[test]
+fn what_is_missing_is_named() {
+    let refused = |change: &dyn Fn(&mut Config), part: &str| {
+        let mut config = config();
+        change(&mut config);
+        let error = RollingFilter::new(&config, &Settings::default(), 0.0).unwrap_err().to_string();
+        assert!(error.contains(part), "{error} lacks {part}");
+    };
+    refused(&|c| c.gyro = None, "[gyro]");
+    refused(&|c| c.vehicle = None, "[vehicle]");
+    refused(&|c| c.encoder = None, "[encoder]");
+    refused(&|c| c.sample_time_s = None, "sample_time_s");
+}

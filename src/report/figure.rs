@@ -1,0 +1,58 @@
+//! The page of a fit, as a picture.
+
+use super::fit::FitReport;
+use super::plot::Picture;
+use super::plot::fit::{CurvePoint, FitFigure, WhitenessLevel};
+use crate::error::Result;
+use crate::math::whiteness::kolmogorov_band95;
+use crate::signal::TimeAxis;
+
+/// Points of the fitted curve.
+const CURVE: usize = 400;
+/// Half width of a 95 % interval in standard deviations.
+const NORMAL95: f64 = 1.959_963_984_540_054;
+
+/// Draws log and model with its band, residuals, their autocorrelation and cumulative periodogram.
+///
+/// # Errors
+/// [`crate::ErrorKind::Value`] if lengths differ or nothing is finite.
+pub fn fit_picture(report: &FitReport, time: &TimeAxis, rate_rad_s: &[f64], residual_rad_s: &[f64]) -> Result<Picture> {
+    let fit = &report.fit;
+    let model = fit.model();
+    let curve: Vec<CurvePoint> = (0..=CURVE)
+        .map(|i| {
+            let t_s = fit.first_s + fit.span_s * i as f64 / CURVE as f64;
+            let fit_rad_s = model.error_rad_s(t_s);
+            let half = NORMAL95 * fit.model_std_rad_s(t_s);
+            CurvePoint { t_s, fit_rad_s, low_rad_s: fit_rad_s - half, high_rad_s: fit_rad_s + half }
+        })
+        .collect();
+    let levels: Vec<WhitenessLevel> = report
+        .validation
+        .levels
+        .iter()
+        .map(|l| WhitenessLevel {
+            averaging_time_s: l.averaging_time_s,
+            blocks: l.whiteness.samples,
+            autocorrelation: &l.whiteness.autocorrelation,
+            bound: l.whiteness.autocorrelation_bound,
+            cumulative_periodogram: &l.cumulative_periodogram,
+            ks_band: kolmogorov_band95(l.cumulative_periodogram.len()),
+            p_value: l.calibrated_p_values[2],
+        })
+        .collect();
+    let title = format!("{}, {}", report.log.name, report.log.column);
+    FitFigure {
+        title: &title,
+        verdict: &report.verdict_line(),
+        time,
+        rate_rad_s,
+        residual_rad_s,
+        curve: &curve,
+        time_constant_s: fit.time_constant_s.estimate,
+        time_constant_ci95_s: fit.time_constant_s.ci95,
+        levels: &levels,
+        unit: None,
+    }
+    .draw()
+}

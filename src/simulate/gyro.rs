@@ -1,0 +1,77 @@
+//! gyro = true rate + e(t) + white noise;  e(t) = C1 (1 - exp(-t/T)) + C2 + K W(t), t from power-on
+//!
+//! W is a Wiener process that starts at power-on: the rate random walk, a walk of C2. A sample's white noise has the
+//! standard deviation N/√Ts. Where the output lies on a lattice, it is rounded to it.
+
+use super::{Options, Purpose};
+use crate::bias::WarmUp;
+use crate::config::Gyro;
+use crate::error::{Error, ErrorKind, Result};
+use crate::math::random::Stream;
+
+/// A gyro with its state.
+pub(super) struct GyroSensor {
+    model: WarmUp,
+    white_std_rad_s: f64,
+    walk_rad_s_sqrt_s: f64,
+    lsb_rad_s: Option<f64>,
+    walk_rad_s: f64,
+    walked_until_s: f64,
+    white: Stream,
+    steps: Stream,
+}
+
+/// One sample.
+pub(super) struct GyroSample {
+    pub reading_rad_s: f64,
+    /// e(t) without white noise.
+    pub error_rad_s: f64,
+}
+
+impl GyroSensor {
+    pub fn new(gyro: &Gyro, sample_time_s: f64, options: &Options) -> Result<Self> {
+        let noise = gyro.noise.unwrap_or_default();
+        Ok(Self {
+            model: if options.vary_turn_on { turn_on(gyro, options.seeds.turn_on)? } else { gyro.warm_up() },
+            white_std_rad_s: gyro.angle_random_walk_rad_sqrt_s / sample_time_s.sqrt(),
+            walk_rad_s_sqrt_s: noise.rate_random_walk_rad_s_sqrt_s.unwrap_or(0.0),
+            lsb_rad_s: noise.quantization_lsb_rad_s.filter(|lsb| *lsb > 0.0),
+            walk_rad_s: 0.0,
+            walked_until_s: 0.0,
+            white: Purpose::GyroWhite.stream(options.seeds.sensors),
+            steps: Purpose::GyroWalk.stream(options.seeds.sensors),
+        })
+    }
+
+    /// The warm-up that this power-on has.
+    pub fn model(&self) -> WarmUp {
+        self.model
+    }
+
+    /// Reads the gyro at `since_power_on_s`, which must not go backwards.
+    pub fn read(&mut self, rate_rad_s: f64, since_power_on_s: f64) -> GyroSample {
+        let dt = (since_power_on_s - self.walked_until_s).max(0.0);
+        self.walked_until_s = since_power_on_s;
+        if self.walk_rad_s_sqrt_s > 0.0 {
+            self.walk_rad_s += self.walk_rad_s_sqrt_s * dt.sqrt() * self.steps.normal();
+        }
+        let error_rad_s = self.model.error_rad_s(since_power_on_s) + self.walk_rad_s;
+        let raw = rate_rad_s + error_rad_s + self.white_std_rad_s * self.white.normal();
+        let reading_rad_s = self.lsb_rad_s.map_or(raw, |lsb| (raw / lsb).round() * lsb);
+        GyroSample { reading_rad_s, error_rad_s }
+    }
+}
+
+/// Parameters of one power-on, drawn inside the stated repeatability.
+fn turn_on(gyro: &Gyro, seed: u64) -> Result<WarmUp> {
+    if gyro.turn_on_bias_std_rad_s.is_none() && gyro.warm_up_relative_std.is_none() {
+        return Err(Error::new(ErrorKind::Config, "configuration", "states no variation from power-on to power-on")
+            .at("`gyro`")
+            .mend("add turn_on_bias_std_rad_s or warm_up_relative_std, or simulate the nominal gyro"));
+    }
+    let mut stream = Purpose::TurnOn.stream(seed);
+    let relative = gyro.warm_up_relative_std.unwrap_or(0.0);
+    let c2 = gyro.c2_rad_s + gyro.turn_on_bias_std_rad_s.unwrap_or(0.0) * stream.normal();
+    let c1 = gyro.c1_rad_s * (1.0 + relative * stream.normal());
+    WarmUp::new(c1, c2, gyro.time_constant_s * (relative * stream.normal()).exp())
+}

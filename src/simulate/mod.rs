@@ -1,0 +1,154 @@
+//! Floor 3: the nominal simulator: what a configuration says should be recorded.
+//!
+//! - [`stationary`]: a gyro at rest
+//! - [`drive`]: a robot that follows a [`Course`]
+//! - [`replay`]: a robot that is given the torques of another log
+//!
+//! gyro = true rate + e(t) + white noise, t from power-on; wheels roll without slip ([`crate::vehicle::Rolling`]).
+//! Row k's torques act from its time to the next row's; row k's sensors are read at its time.
+//!
+//! Random numbers come from named streams of explicit [`Seeds`]: the same seeds give the same bytes, and the same motion
+//! can be recorded again with other sensor noise.
+
+mod course;
+mod drive;
+mod gyro;
+
+pub use course::Course;
+pub use drive::{Drive, drive, replay, truth_names};
+
+use crate::config::Config;
+use crate::error::{Error, ErrorKind, Result};
+use crate::math::random::Stream;
+use crate::signal::{Log, TimeAxis, names};
+use gyro::GyroSensor;
+
+/// Seeds of what is drawn at random.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Seeds {
+    /// Of the course and the torque noise: how the robot moves.
+    pub motion: u64,
+    /// Of gyro, encoder and pose noise: how the motion is recorded.
+    pub sensors: u64,
+    /// Of what differs from one power-on to the next.
+    pub turn_on: u64,
+}
+
+impl From<u64> for Seeds {
+    fn from(seed: u64) -> Self {
+        Self { motion: seed, sensors: seed, turn_on: seed }
+    }
+}
+
+/// What a simulation needs to know beside configuration and motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Seeds of the random streams.
+    pub seeds: Seeds,
+    /// Time since power-on at the first row, s.
+    pub since_power_on_s: f64,
+    /// Draw C1, C2 and T anew inside their stated repeatability (`turn_on_bias_std_rad_s`, `warm_up_relative_std`):
+    /// C2 + σ n, C1 (1 + ρ n), T exp(ρ n). Without it the parameters are the nominal ones.
+    pub vary_turn_on: bool,
+}
+
+impl From<u64> for Options {
+    fn from(seed: u64) -> Self {
+        Self { seeds: seed.into(), since_power_on_s: 0.0, vary_turn_on: false }
+    }
+}
+
+/// One random stream for each purpose. The numbers are part of "same seed, same bytes": never reuse or change one.
+#[derive(Debug, Clone, Copy)]
+enum Purpose {
+    GyroWhite = 101,
+    GyroWalk = 102,
+    TurnOn = 103,
+    TorqueLeft = 111,
+    TorqueRight = 112,
+    EncoderLeft = 121,
+    EncoderRight = 122,
+    PoseX = 131,
+    PoseY = 132,
+    PoseHeading = 133,
+    Course = 141,
+}
+
+impl Purpose {
+    fn stream(self, seed: u64) -> Stream {
+        Stream::new(seed, self as u64)
+    }
+}
+
+/// What logs made here are called in messages.
+const SOURCE: &str = "simulation";
+
+/// More rows than this are a slip of the pen (200 million: 55 h at 1 kHz), and would only exhaust the memory.
+const ROWS_LIMIT: f64 = 2e8;
+
+/// A gyro at rest: `t_s` since power-on, `gyro_z_rad_s`, from `options.since_power_on_s` for `duration_s`.
+///
+/// # Errors
+/// [`ErrorKind::Config`] if a table or the sample time is missing, or the configuration holds effects;
+/// [`ErrorKind::Value`] if the duration is no positive time.
+pub fn stationary(config: &Config, duration_s: f64, options: &Options) -> Result<Log> {
+    refuse_effects(config)?;
+    let step_s = sample_time(config)?;
+    let len = rows(duration_s, step_s)?;
+    let time = TimeAxis::Uniform { start_s: start(options)?, step_s, len };
+    let mut gyro = GyroSensor::new(config.require_gyro()?, step_s, options)?;
+    let rates = (0..len).map(|i| gyro.read(0.0, time.at(i)).reading_rad_s).collect();
+    let mut log = Log::new(SOURCE, time);
+    log.push(names::GYRO_Z, rates)?;
+    Ok(log)
+}
+
+/// Sample time of simulator and sensors, s.
+fn sample_time(config: &Config) -> Result<f64> {
+    config.sample_time_s.ok_or_else(|| {
+        Error::new(ErrorKind::Config, "configuration", "the key is missing")
+            .at("`sample_time_s`")
+            .mend("add it at the top of the file: white noise depends on it")
+    })
+}
+
+fn refuse_effects(config: &Config) -> Result<()> {
+    if config.effects.is_empty() {
+        return Ok(());
+    }
+    let ids: Vec<_> = config.effects.iter().map(|e| e.id.as_str()).collect();
+    let found = format!("this version's simulator knows no effects, and the file has {}", ids.join(", "));
+    Err(Error::new(ErrorKind::Config, "configuration", found)
+        .at("`[[effect]]`")
+        .mend("delete the tables [[effect]] to simulate the nominal robot"))
+}
+
+fn start(options: &Options) -> Result<f64> {
+    let start_s = options.since_power_on_s;
+    if start_s.is_finite() && start_s >= 0.0 {
+        return Ok(start_s);
+    }
+    Err(Error::new(ErrorKind::Value, "simulation", format!("{start_s} s is not a time after power-on"))
+        .at("start offset")
+        .mend("give zero or a positive number of seconds"))
+}
+
+/// Rows from 0 to `duration_s`, both included.
+fn rows(duration_s: f64, step_s: f64) -> Result<usize> {
+    // a duration of a whole number of steps must not lose its last row to rounding
+    let steps = (duration_s / step_s * (1.0 + 1e-12)).floor();
+    let error = |found: String, mend: &str| Err(Error::new(ErrorKind::Value, SOURCE, found).at("duration").mend(mend));
+    if !(duration_s.is_finite() && steps >= 1.0) {
+        return error(
+            format!("{duration_s} s is less than one sample time of {step_s} s"),
+            "give a longer duration, in seconds",
+        );
+    }
+    if steps >= ROWS_LIMIT {
+        return error(format!("{steps:.0} rows are more than {ROWS_LIMIT:.0}"), "shorten it, or sample more slowly");
+    }
+    Ok(steps as usize + 1)
+}
+
+#[cfg(test)]
+mod tests;
