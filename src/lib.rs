@@ -83,6 +83,7 @@
 //!     sha256: String::new(),
 //!     temperature_c: None,
 //!     notes: Vec::new(),
+//!     audit: serde_json::Value::Null,
 //! };
 //! let report = FitReport { log, fit, validation };
 //! assert_eq!(report.verdict(), Verdict::FitForUse);

@@ -224,6 +224,30 @@ fn bad_input_is_named() {
 }
 
 #[test]
+fn nothing_is_dropped_in_silence() {
+    let dir = tempfile::tempdir().unwrap();
+    let log = dir.path().join("messy.csv");
+    let text = warm_up_csv(5, 4000);
+    let mut lines: Vec<String> = text.lines().map(String::from).collect();
+    lines[100] = "49.5,nan".into();
+    let twice = lines[200].clone();
+    lines.insert(201, twice);
+    for (i, line) in lines.iter_mut().enumerate().filter(|(i, _)| (1500..1560).contains(i)) {
+        *line = format!("{},{}", 0.5 * (i - 2) as f64, 0.3 * (0.4 * i as f64).sin());
+    }
+    lines.drain(3000..3100);
+    fs::write(&log, lines.join("\n")).unwrap();
+    let (code, text, _) = run(gyroid().arg("fit").arg(&log));
+    for part in ["without rate or time, first in row 100", "1 repeated time stamps", "2 gaps", "the log moves"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert_eq!(code, 3, "the motion spoils the fit: {text}");
+    let (code, json) = fit_json(&[log.to_str().unwrap(), "--trim-motion"]);
+    assert_eq!(code, 0, "{}", json["verdict_text"]);
+    assert_eq!(json["log"]["audit"]["missing"]["count"], 1);
+}
+
+#[test]
 fn a_directory_a_missing_file_and_a_cut_parquet_are_named() {
     let dir = tempfile::tempdir().unwrap();
     let (code, _, err) = run(gyroid().arg("fit").arg(dir.path()));

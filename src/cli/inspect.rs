@@ -3,7 +3,7 @@
 use super::Outcome;
 use super::output::{Common, Output};
 use clap::Args;
-use gyroid::ingest::{self, AxisReport, Clock, Gaps, Handling, Inspection, Sampling, TimeReport};
+use gyroid::ingest::{self, AxisReport, Clock, Inspection, Motion, Sampling, TimeReport};
 use gyroid::units::{RAD_S_PER_DEG_S, duration_text};
 use gyroid::{Error, ErrorKind, Result};
 use std::fmt::Write;
@@ -113,7 +113,7 @@ fn clock(time: &TimeReport, line: &mut dyn FnMut(String)) {
     line(format!("{:<9} {:?} {from}, {} long", "time", time.column, duration_text(time.span_s)));
     if let (Some(sampling), Some(gaps)) = (&time.sampling, &time.gaps) {
         line(format!("{:<9} {}", "rate", rate(sampling)));
-        line(format!("{:<9} {}", "gaps", gap(gaps)));
+        line(format!("{:<9} {}", "gaps", gaps.text().unwrap_or_else(|| "none".to_string())));
     }
     if time.not_increasing > 0 {
         line(format!("{:<9} {} rows do not lie after the one before", "order", time.not_increasing));
@@ -130,19 +130,6 @@ fn rate(s: &Sampling) -> String {
         duration_text(s.step_p01_s),
         duration_text(s.step_p99_s)
     )
-}
-
-fn gap(g: &Gaps) -> String {
-    match g.longest_at_s {
-        None => "none".to_string(),
-        Some(at) => format!(
-            "{} with {} missing; the longest {} at {} s; kept",
-            g.count,
-            duration_text(g.missing_s),
-            duration_text(g.longest_s),
-            compact(at)
-        ),
-    }
 }
 
 fn gyro(axis: &AxisReport, line: &mut dyn FnMut(String)) {
@@ -165,58 +152,15 @@ fn gyro(axis: &AxisReport, line: &mut dyn FnMut(String)) {
         both(rest.noise_std_rad_s),
         both(rest.drift_rad_s)
     ));
-    let motion = &audit.motion;
-    line(format!("{:<9} {}", "  motion", motion_text(axis)));
-    let mut finding = |found: bool, what: String| {
-        if found {
-            line(format!("{:<9} {what}", "  found"));
-        }
-    };
-    let row = |r: Option<usize>| r.map_or(String::new(), |r| format!(", first in row {r}"));
-    let m = &audit.missing;
-    finding(m.count > 0, format!("{} rows without rate or time{}: {}", m.count, row(m.first_row), done(m.handling)));
-    let d = &audit.duplicates;
-    finding(d.count > 0, format!("{} repeated time stamps{}: {}", d.count, row(d.first_row), done(d.handling)));
-    let o = &audit.out_of_order;
-    finding(o.count > 0, format!("{} rows that go back in time: {}", o.count, done(o.handling)));
-    let s = &audit.saturation;
-    let limit = s.limit_rad_s.map(both).unwrap_or_default();
-    finding(s.samples > 0, format!("{} samples saturated at {limit}: {}", s.samples, done(s.handling)));
-    let k = &audit.stuck;
-    let longest = duration_text(k.longest_s);
-    let at = k.longest_at_s.map(compact).unwrap_or_default();
-    finding(
-        k.runs > 0,
-        format!("{} runs stuck at a value, the longest {longest} at {at} s: {}", k.runs, done(k.handling)),
-    );
-    finding(!motion.assessed, "too short to tell motion from rest".to_string());
+    line(format!("{:<9} {}", "  motion", motion_text(&audit.motion)));
+    for what in audit.findings() {
+        line(format!("{:<9} {what}", "  found"));
+    }
 }
 
-fn motion_text(axis: &AxisReport) -> String {
-    const SHOWN: usize = 4;
-    let Some(motion) = axis.audit.as_ref().map(|a| &a.motion) else { return String::new() };
-    if motion.intervals.is_empty() {
-        return if motion.assessed { "none found".to_string() } else { "not assessed".to_string() };
-    }
-    let mut shown: Vec<String> = motion
-        .intervals
-        .iter()
-        .take(SHOWN)
-        .map(|i| format!("{} to {} s", compact(i.start_s), compact(i.end_s)))
-        .collect();
-    if motion.intervals.len() > SHOWN {
-        shown.push(format!("{} more", motion.intervals.len() - SHOWN));
-    }
-    format!("{} in {} samples: {}", duration_text(motion.total_s), motion.samples, shown.join(", "))
-}
-
-fn done(handling: Handling) -> &'static str {
-    match handling {
-        Handling::Kept => "kept",
-        Handling::Dropped => "left out",
-        Handling::Spread => "spread evenly up to the next stamp",
-        Handling::Sorted => "sorted",
-    }
+fn motion_text(motion: &Motion) -> String {
+    let none = if motion.assessed { "none found" } else { "not assessed" };
+    motion.text().unwrap_or_else(|| none.to_string())
 }
 
 /// A rate in SI and in the unit of datasheets.

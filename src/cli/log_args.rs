@@ -108,8 +108,21 @@ impl LogArgs {
             unit: recording.unit,
             sha256: recording.sha256.clone(),
             temperature_c: recording.log.get(names::TEMPERATURE).and_then(range),
-            notes: recording.notes.clone(),
+            notes: self.notes(recording),
+            audit: serde_json::json!(recording.audit),
         }
+    }
+
+    /// What was decided about the log, and what is wrong with it.
+    fn notes(&self, recording: &GyroRecording) -> Vec<String> {
+        let audit = &recording.audit;
+        let mut notes = recording.notes.clone();
+        notes.extend(audit.gaps.text());
+        notes.extend(audit.findings());
+        if let (false, Some(motion)) = (self.trim_motion, audit.motion.text()) {
+            notes.push(format!("the log moves, {motion}; --trim-motion leaves that out"));
+        }
+        notes
     }
 
     /// Names the file in an error of a layer that saw only numbers.

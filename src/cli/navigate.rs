@@ -56,6 +56,9 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     let name = args.config.display().to_string();
     let named = |error: Error| if error.input == "configuration" { error.named(&name) } else { error };
     let config = Config::read(&args.config)?;
+    if !config.is_signed() {
+        output.say(format!("note: {name} is unsigned: written by hand, without [provenance]"));
+    }
     let log = read_log(&args.log)?;
     let settings = |error_model| Settings {
         error_model,

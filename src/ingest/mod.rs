@@ -20,6 +20,7 @@ mod cell;
 mod clock;
 mod dialect;
 mod drive;
+mod findings;
 mod format;
 mod input;
 mod inspect;

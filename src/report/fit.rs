@@ -23,6 +23,8 @@ pub struct LogFacts {
     pub temperature_c: Option<[f64; 2]>,
     /// What was guessed, dropped or is odd, one sentence each.
     pub notes: Vec<String>,
+    /// The audit of the log as JSON; null where there is none.
+    pub audit: Value,
 }
 
 /// Whether the model is fit for a filter's use.
@@ -324,6 +326,7 @@ impl LogFacts {
             "sha256": self.sha256,
             "temperature_c": self.temperature_c,
             "notes": self.notes,
+            "audit": self.audit,
         })
     }
 }

@@ -160,15 +160,17 @@ fn joint(time: &TimeAxis, series: &[f64], fitted: &[Vec<f64>], levels: &mut [Lev
             column
         })
         .collect();
-    let calibrate = |p: f64, i: usize| (1 + sorted[i].partition_point(|q| *q <= p)) as f64 / total;
-    let calibrated: Vec<f64> = observed.iter().enumerate().map(|(i, p)| calibrate(*p, i)).collect();
+    // ranks among all permutations and the log itself, for each of them alike: else the smallest would not compare
+    let rank =
+        |p: f64, i: usize| (sorted[i].partition_point(|q| *q <= p) + usize::from(observed[i] <= p)) as f64 / total;
+    let calibrated: Vec<f64> = observed.iter().enumerate().map(|(i, p)| rank(*p, i)).collect();
     for (level, p) in levels[first..].iter_mut().zip(calibrated.chunks_exact(4)) {
         level.calibrated_p_values.copy_from_slice(p);
     }
     let smallest = calibrated.iter().copied().fold(f64::INFINITY, f64::min);
     let as_small = drawn
         .iter()
-        .filter(|d| d.iter().enumerate().map(|(i, p)| calibrate(*p, i)).fold(f64::INFINITY, f64::min) <= smallest)
+        .filter(|d| d.iter().enumerate().map(|(i, p)| rank(*p, i)).fold(f64::INFINITY, f64::min) <= smallest)
         .count();
     let permuted = (1 + as_small) as f64 / total;
     // finer levels look at other frequencies: independent of the blocks, their own tests dependent at most
