@@ -68,7 +68,7 @@ pub struct FitFigure<'a> {
 /// Up to here samples are drawn one by one, beyond as envelopes.
 const MOST_DOTS: usize = 500;
 /// Slices of an envelope across a panel.
-const COLUMNS: usize = 700;
+const COLUMNS: usize = 500;
 /// Means that show the course of the log.
 const COURSE: f64 = 60.0;
 /// In the place of charts about whiteness that there is nothing to draw for.
@@ -187,27 +187,25 @@ impl Drawing<'_> {
         let margin = 0.04 * unit.of(high - low);
         let axis = Axis::linear("Rate", unit.unit).limits(unit.of(low) - margin, unit.of(high) + margin);
 
-        let chart = Chart::new(self.time_axis(), axis).title("Log and fitted model");
+        let mut chart = Chart::new(self.time_axis(), axis).title("Log and fitted model");
+        if !fine.is_empty() {
+            let name = if cut { "samples (range, cut at the frame)" } else { "samples (range)" };
+            chart = chart.band(name, scaled(&extremes(&fine), self.clock, unit), palette::SKY.tint(0.45), 1.0);
+        }
         let [from, to] = self.figure.time_constant_ci95_s;
-        let mut chart = if from.is_nan() || to.is_nan() {
-            chart
-        } else {
-            chart.span_x("", [self.clock.of(from), self.clock.of(to)], palette::GREY, 0.15)
-        };
+        if !from.is_nan() && !to.is_nan() {
+            chart = chart.span_x("", [self.clock.of(from), self.clock.of(to)], palette::BLACK, 0.1);
+        }
         let band =
             self.figure.curve.iter().map(|c| [self.clock.of(c.t_s), unit.of(c.low_rad_s), unit.of(c.high_rad_s)]);
+        chart = chart.band("95 % band", band, palette::VERMILION, 0.3);
         if fine.is_empty() {
             let dots = self.dots(self.figure.rate_rad_s, unit);
             let radius = if dots.len() > 100 { 2.0 } else { 3.5 };
-            chart = chart.band("95 % band", band, palette::VERMILION, 0.3).dots("samples", dots, palette::BLUE, radius);
+            chart = chart.dots("samples", dots, palette::BLUE, radius);
         } else {
-            let name = if cut { "samples (range, cut at the frame)" } else { "samples (range)" };
-            let range = scaled(&extremes(&fine), self.clock, unit);
             let course = means(&course).into_iter().map(|p| [self.clock.of(p[0]), unit.of(p[1])]);
-            chart = chart
-                .band(name, range, palette::SKY.tint(0.45), 1.0)
-                .band("95 % band", band, palette::VERMILION, 0.3)
-                .dots(format!("means over {}", duration(width_s, 2)), course, palette::BLUE, 3.0);
+            chart = chart.dots(format!("means over {}", duration(width_s, 2)), course, palette::BLUE, 3.0);
         }
         let fit = self.figure.curve.iter().map(|c| [self.clock.of(c.t_s), unit.of(c.fit_rad_s)]);
         Ok(chart.line("fitted e(t)", fit, palette::VERMILION.stroke(2.5)).at_x(
