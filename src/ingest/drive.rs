@@ -1,7 +1,7 @@
 //! A whole log: every numeric column, under its canonical name where it has one.
 
 use super::clock::{self, TimeColumn};
-use super::format;
+use super::formats;
 use super::names::{self, Role, TimeKind};
 use super::recording::{find_gyro, named_unit, side_channel};
 use super::table::{Kind, Table};
@@ -21,7 +21,7 @@ use std::path::Path;
 /// numbers; [`ErrorKind::TooShort`] for a file without rows.
 pub fn read_log(path: impl AsRef<Path>) -> Result<Log> {
     let path = path.as_ref();
-    let source = format::open(path)?;
+    let source = formats::open(path)?;
     let wanted: Vec<bool> = source.heads().iter().map(|h| h.kind != Kind::Other).collect();
     let time = clock::choose(&path.display().to_string(), source.heads(), None, true)?;
     to_log(&source.read(&wanted)?, time)

@@ -2,7 +2,7 @@
 
 use super::audit::{self, Audit, Gaps, Sampling};
 use super::clock::{self, Clock, TimeColumn, Times};
-use super::format;
+use super::formats;
 use super::names::{self, Axis, Role, TimeKind};
 use super::recording::{self, GyroQuery, Plan};
 use super::table::{Kind, Table};
@@ -106,7 +106,7 @@ impl Inspection {
 /// # Errors
 /// Only if the file cannot be read at all: [`crate::ErrorKind::Io`], [`crate::ErrorKind::Format`], [`crate::ErrorKind::TooShort`] without rows.
 pub fn inspect(path: impl AsRef<Path>) -> Result<Inspection> {
-    let source = format::open(path.as_ref())?;
+    let source = formats::open(path.as_ref())?;
     let wanted: Vec<bool> = source.heads().iter().map(|h| h.kind != Kind::Other).collect();
     let table = source.read(&wanted)?;
     let mut report = Inspection {

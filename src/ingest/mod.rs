@@ -22,6 +22,7 @@ mod dialect;
 mod drive;
 mod findings;
 mod format;
+mod formats;
 mod input;
 mod inspect;
 mod lattice;
@@ -63,7 +64,7 @@ pub fn read_gyro(path: impl AsRef<Path>, query: &GyroQuery) -> Result<GyroRecord
         let found = format!("a sample rate of {rate_hz} Hz");
         return Err(Error::new(ErrorKind::Usage, "--rate", found).mend("state a positive rate in Hz"));
     }
-    let source = format::open(path)?;
+    let source = formats::open(path)?;
     let plan = recording::Plan::of(&path.display().to_string(), source.heads(), query)?;
     let wanted = plan.wanted(source.heads().len());
     recording::assemble(&source.read(&wanted)?, &plan, query)
