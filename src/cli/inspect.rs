@@ -4,7 +4,7 @@ use super::Outcome;
 use super::output::{Common, Output};
 use clap::Args;
 use gyroid::ingest::{self, AxisReport, Clock, Inspection, Motion, Sampling, TimeReport};
-use gyroid::units::{RAD_S_PER_DEG_S, duration_text};
+use gyroid::units::{RAD_S_PER_DEG_S, RateUnit, duration_text};
 use gyroid::{Error, ErrorKind, Result};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -86,7 +86,7 @@ fn columns(report: &Inspection, line: &mut dyn FnMut(String)) {
     ));
     let number = |x: Option<f64>| x.map_or("-".to_string(), compact);
     for c in &report.columns {
-        let unit = c.unit.as_deref().unwrap_or("-");
+        let unit = c.unit.as_deref().map_or_else(|| "-".to_string(), spelled);
         line(format!(
             "{:<width$}  {:<12}  {unit:<8}  {:>7}  {:>12}  {:>12}  {:>12}",
             c.name,
@@ -99,6 +99,15 @@ fn columns(report: &Inspection, line: &mut dyn FnMut(String)) {
         if let Some(bad) = &c.not_a_number {
             line(format!("{:<width$}  not a number: {bad}", ""));
         }
+    }
+}
+
+/// A unit as people write it.
+fn spelled(unit: &str) -> String {
+    match RateUnit::parse(unit) {
+        Some(rate) => rate.to_string(),
+        None if unit == "c" => "°C".to_string(),
+        None => unit.to_string(),
     }
 }
 

@@ -103,8 +103,7 @@ pub fn replay(config: &Config, inputs: &Log, options: &Options) -> Result<Drive>
     } else {
         let [left, right] = pair(inputs, names::WHEEL_LEFT, names::WHEEL_RIGHT).ok_or_else(|| {
             let found = "neither torques nor wheel speeds to replay";
-            Error::new(ErrorKind::Column, &inputs.source, found)
-                .mend("name the columns that hold them with --column or --map")
+            Error::new(ErrorKind::Column, &inputs.source, found).mend("call the columns that hold them by these names")
         })?;
         let velocity = |k: usize| robot.speed_and_yaw_rate([left[k], right[k]]);
         [motion.speed_m_s, motion.yaw_rate_rad_s] = velocity(0);
