@@ -59,6 +59,17 @@ fn intervals_cover_under_a_random_walk_where_least_squares_does_not() {
 }
 
 #[test]
+fn a_walk_too_weak_to_see_costs_coverage_but_less_than_least_squares() {
+    // K L / N of 6, 12 and 30: what the README states of the intervals' limit is printed here
+    for walk in [1e-6, 2e-6, 5e-6] {
+        let (ours, plain) = coverage(1000, 1800, 3e-4, walk);
+        println!("K L / N = {:.0}: profile {ours:?}, least squares {plain:?}", walk * 1800.0 / 3e-4);
+        assert!(ours.iter().zip(&plain).all(|(o, p)| o > p), "{ours:?} {plain:?}");
+        assert!(ours.iter().all(|c| *c > 0.7), "{ours:?}");
+    }
+}
+
+#[test]
 fn estimates_are_the_least_squares_ones() {
     // gradient of the sum of squares by direct summation over the samples
     for (seed, step, n) in [(1, 1.0, 1500), (2, 0.01, 200_000)] {
