@@ -4,7 +4,6 @@
 use gyroid::bias::WarmUp;
 use gyroid::files::OutputFile;
 use gyroid::math::random::Stream;
-use gyroid::math::whiteness::kolmogorov_band95;
 use gyroid::report::plot::drive::{Dimension, ErrorFigure, ErrorRow, ErrorSeries, Track, TrackFigure};
 use gyroid::report::plot::fit::{CurvePoint, FitFigure, WhitenessLevel};
 use gyroid::report::plot::{Axis, Chart, HeatMap, Page, Picture, palette};
@@ -101,19 +100,7 @@ impl Demo {
             .collect();
         let options = validate::Options { draws: 99, ..validate::Options::default() };
         let validation = validate::whiteness(&time, &residual, &[], &options);
-        let levels: Vec<WhitenessLevel> = validation
-            .levels
-            .iter()
-            .map(|l| WhitenessLevel {
-                averaging_time_s: l.averaging_time_s,
-                blocks: l.whiteness.samples,
-                autocorrelation: &l.whiteness.autocorrelation,
-                bound: l.whiteness.autocorrelation_bound,
-                cumulative_periodogram: &l.cumulative_periodogram,
-                ks_band: kolmogorov_band95(l.cumulative_periodogram.len()),
-                p_value: l.calibrated_p_values[2],
-            })
-            .collect();
+        let levels: Vec<WhitenessLevel> = validation.levels.iter().map(WhitenessLevel::from).collect();
         let white = if validation.white { "white" } else { "not white" };
         let verdict = format!("Simulated. The residuals are {white} (p = {:.2}).", validation.joint_p_value);
         let begin = Instant::now();

@@ -4,8 +4,7 @@ use super::Outcome;
 use super::output::{Common, Output};
 use clap::Args;
 use gyroid::config::Config;
-use gyroid::files::OutputFile;
-use gyroid::ingest::{read_log, write_log};
+use gyroid::ingest::{LogWriter, read_log};
 use gyroid::navigate::{ErrorModel, Reckoning, ReferenceErrors, Settings, Summary, dead_reckoning, run as filter};
 use gyroid::units::{RAD_S_PER_DEG_S, duration_text};
 use gyroid::{Error, Result};
@@ -49,16 +48,10 @@ pub(crate) struct NavigateArgs {
 
 pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     let output = Output::open(&args.common)?;
-    if let Some(path) = &args.out {
-        // claimed and released: a bad path is found before the work begins
-        OutputFile::claim(path)?;
-    }
+    let out = args.out.as_ref().map(LogWriter::claim).transpose()?;
     let name = args.config.display().to_string();
     let named = |error: Error| if error.input == "configuration" { error.named(&name) } else { error };
     let config = Config::read(&args.config)?;
-    if !config.is_signed() {
-        output.say(format!("note: {name} is unsigned: written by hand, without [provenance]"));
-    }
     let log = read_log(&args.log)?;
     let settings = |error_model| Settings {
         error_model,
@@ -71,8 +64,8 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     let with = filter(&config, &log, &settings(ErrorModel::WarmUp)).map_err(named)?;
     let without = filter(&config, &log, &settings(ErrorModel::Off)).map_err(named)?;
     let encoders = dead_reckoning(&config, &log, &settings(ErrorModel::Off)).map_err(named)?;
-    if let Some(path) = &args.out {
-        write_log(path, if args.no_error_model { &without.pose } else { &with.pose })?;
+    if let Some(out) = out {
+        out.write(if args.no_error_model { &without.pose } else { &with.pose })?;
     }
     if output.talks() {
         output.say(text(args, &config, &with.summary, &without.summary, &encoders));

@@ -4,8 +4,7 @@ use super::Outcome;
 use super::output::{Common, Output};
 use clap::Args;
 use gyroid::config::{Config, Kind};
-use gyroid::files::OutputFile;
-use gyroid::ingest::{read_log, write_log};
+use gyroid::ingest::{LogWriter, read_log};
 use gyroid::signal::Log;
 use gyroid::simulate::{Course, Drive, Options, drive, replay, stationary};
 use gyroid::units::duration_text;
@@ -78,10 +77,8 @@ const REST_S: f64 = 1800.0;
 
 pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     let output = Output::open(&args.common)?;
-    // claimed and released: a bad path is found before the work begins
-    for path in std::iter::once(&args.out).chain(&args.truth) {
-        OutputFile::claim(path)?;
-    }
+    let out = LogWriter::claim(&args.out)?;
+    let truth_out = args.truth.as_ref().map(LogWriter::claim).transpose()?;
     let name = args.config.display().to_string();
     let mut config = Config::read(&args.config)?;
     if let Some(step_s) = args.sample_time {
@@ -115,9 +112,9 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
         Some(Drive { log, .. }) => log,
         None => &stationary(&config, args.duration.unwrap_or(REST_S), &options).map_err(named)?,
     };
-    write_log(&args.out, log)?;
-    if let (Some(path), Some(Drive { truth, .. })) = (&args.truth, &simulated) {
-        write_log(path, truth)?;
+    out.write(log)?;
+    if let (Some(out), Some(Drive { truth, .. })) = (truth_out, &simulated) {
+        out.write(truth)?;
     }
     output.say(format!(
         "{}: {} rows, {} at {:.4} s, {}",

@@ -109,19 +109,21 @@ pub(super) fn advise(plan: &Plan, recorded_s: f64) -> Advice {
 mod tests {
     use super::*;
 
+    const PLAN: Plan = Plan {
+        c1_rad_s: 2e-3,
+        time_constant_s: 500.0,
+        start_s: 0.0,
+        rate_hz: 100.0,
+        white_variance: 1e-6,
+        walk_variance_rate: 0.0,
+    };
+
     #[test]
     fn agrees_with_the_published_table() {
         // std(T)/T = c σ / (C1 √n), c by length / T
         for (ratio, c) in [(0.1, 2820.0), (0.5, 137.0), (1.0, 44.0), (2.0, 17.5), (3.0, 12.0), (5.0, 9.7), (10.0, 10.3)]
         {
-            let plan = Plan {
-                c1_rad_s: 2e-3,
-                time_constant_s: 500.0,
-                start_s: 0.0,
-                rate_hz: 100.0,
-                white_variance: 1e-6,
-                walk_variance_rate: 0.0,
-            };
+            let plan = PLAN;
             let length = ratio * 500.0;
             let found = relative_std(&plan, length) * 2e-3 / 1e-3 * (length * 100.0f64).sqrt();
             // the table has two to three digits
@@ -131,14 +133,7 @@ mod tests {
 
     #[test]
     fn a_random_walk_can_make_it_unreachable_in_one_log() {
-        let mut plan = Plan {
-            c1_rad_s: 2e-3,
-            time_constant_s: 500.0,
-            start_s: 0.0,
-            rate_hz: 100.0,
-            white_variance: 1e-6,
-            walk_variance_rate: 0.0,
-        };
+        let mut plan = PLAN;
         let white = advise(&plan, 100.0);
         let length = white.length_s.unwrap();
         assert!((1.96 * relative_std(&plan, length) - 0.1).abs() < 1e-3);

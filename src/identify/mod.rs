@@ -47,10 +47,9 @@ pub fn fit(time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit>
         return Err(Error::new(ErrorKind::Value, "log", format!("all samples are {}", values[0]))
             .mend("a gyro at rest is never constant: check that the sensor is on, and the column"));
     }
-    let (fit, _) = solve(&moments, time, values, options)?;
     match options.loss {
-        Loss::Squares => Ok(fit),
-        Loss::Huber => huber(fit, time, values, options),
+        Loss::Squares => solve(&moments, time, values, options),
+        Loss::Huber => huber(&moments, time, values, options),
     }
 }
 
@@ -73,8 +72,12 @@ fn check_options(fixed: &Fixed) -> Result<usize> {
 /// Iterations of Huber's method at most; it converges linearly with the share of samples that are bent.
 const HUBER_STEPS: usize = 60;
 
-fn huber(first: Fit, time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit> {
-    let mut model = first.model();
+fn huber(first: &Moments, time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit> {
+    let least_squares = |moments: &Moments| {
+        let projection = Projection::new(moments, &options.fixed);
+        power_on(&projection, &search::minimum(&projection, options.fixed.time_constant_s))
+    };
+    let mut model = least_squares(first);
     let mut previous = f64::INFINITY;
     for _ in 0..HUBER_STEPS {
         let (r, scale) = robust::residuals(time, values, &model);
@@ -85,9 +88,7 @@ fn huber(first: Fit, time: &TimeAxis, values: &[f64], options: &FitOptions) -> R
         }
         let replaced = robust::replaced(time, &model, &r, scale);
         let moments = Moments::new(time, &replaced)?;
-        let projection = Projection::new(&moments, &options.fixed);
-        let min = search::minimum(&projection, options.fixed.time_constant_s);
-        let next = power_on(&projection, &min);
+        let next = least_squares(&moments);
         let moved = (0..8)
             .map(|i| moments.first_s + moments.span_s * f64::from(i) / 7.0)
             .map(|t| (next.error_rad_s(t) - model.error_rad_s(t)).abs())
@@ -102,7 +103,7 @@ fn huber(first: Fit, time: &TimeAxis, values: &[f64], options: &FitOptions) -> R
     let (r, scale) = robust::residuals(time, values, &model);
     let replaced = robust::replaced(time, &model, &r, scale);
     let moments = Moments::new(time, &replaced)?;
-    let (mut fit, _) = solve(&moments, time, &replaced, options)?;
+    let mut fit = solve(&moments, time, &replaced, options)?;
     fit.loss = Loss::Huber;
     let rss: f64 = fit.residuals(time, values).iter().map(|r| r * r).sum();
     fit.residual_sum_of_squares_rad2_s2 = rss;
@@ -131,7 +132,7 @@ fn to_power_on(p: &Projection, c1: f64, time_constant: f64) -> Matrix3<f64> {
 }
 
 /// Fit by least squares, everything included.
-fn solve(moments: &Moments, time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<(Fit, NoiseFit)> {
+fn solve(moments: &Moments, time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit> {
     let p = Projection::new(moments, &options.fixed);
     let free_t = options.fixed.time_constant_s.is_none();
     let min = search::minimum(&p, options.fixed.time_constant_s);
@@ -217,7 +218,7 @@ fn solve(moments: &Moments, time: &TimeAxis, values: &[f64], options: &FitOption
         advice: Vec::new(),
     };
     out.advice = advise(&p, &noise, &out, free_t);
-    Ok((out, noise))
+    Ok(out)
 }
 
 /// Position of each of C1, C2, T among the free ones.
@@ -282,7 +283,7 @@ fn straight_line(moments: &Moments, options: &FitOptions) -> Option<StraightLine
     let p = Projection::new(moments, &Fixed::default());
     // at T of a million logs g = t/T to six digits of its curvature, and all its own digits are there
     let far = 1e6 * moments.span_s;
-    let s = p.sums(far, true);
+    let s = p.sums(far, false);
     let l = p.linear(&s);
     let groups = p.groups(far, noise::GROUPS);
     let columns = noise::columns(&p, &s, &groups, l.c1, None);

@@ -4,20 +4,17 @@
 //! robust estimate as its solution and (7.7) its covariance, so intervals and tests need nothing new.
 
 use crate::bias::WarmUp;
+use crate::math::robust::mad_std;
 use crate::signal::TimeAxis;
 
 /// ψ is linear up to this many standard deviations: 95 % efficient on normal noise.
 pub(super) const TUNING: f64 = 1.345;
-/// Standard deviations of a normal distribution in one median absolute deviation.
-const NORMAL_MAD: f64 = 1.482_602_218_505_602;
 
 /// Residuals of `model`, and their scale by the median absolute deviation.
 pub(super) fn residuals(time: &TimeAxis, values: &[f64], model: &WarmUp) -> (Vec<f64>, f64) {
     let r: Vec<f64> = values.iter().enumerate().map(|(i, y)| y - model.error_rad_s(time.at(i))).collect();
-    let mut sorted: Vec<f64> = r.iter().map(|x| x.abs()).collect();
-    let mid = sorted.len() / 2;
-    let mad = *sorted.select_nth_unstable_by(mid, f64::total_cmp).1;
-    (r, NORMAL_MAD * mad)
+    let scale = mad_std(&mut r.clone(), 0.0);
+    (r, scale)
 }
 
 /// The replaced samples for residuals `r` of scale `scale`.

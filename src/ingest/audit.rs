@@ -5,6 +5,7 @@ use super::motion::{self, Motion};
 use super::rate_unit;
 use crate::math::robust::{median, quantile};
 use crate::signal::TimeAxis;
+use crate::signal::slots::GAP_STEPS;
 use serde::Serialize;
 
 /// What was done about a finding.
@@ -159,9 +160,6 @@ pub struct Audit {
     /// Motion; kept until the caller asks for the log without it.
     pub motion: Motion,
 }
-
-/// A step longer than this many median steps is a gap.
-const GAP_STEPS: f64 = 1.5;
 
 /// Median step and all that hangs on the steps. `time_s` increases and has at least two entries.
 pub(super) fn steps(time_s: &[f64], uniform: bool) -> (Sampling, Gaps) {

@@ -1,5 +1,6 @@
 //! Floor 0: numerics that know nothing of gyros.
 
+pub mod basis;
 pub mod brent;
 pub mod expsum;
 pub mod legendre;
@@ -8,3 +9,6 @@ pub mod random;
 pub mod robust;
 pub mod spectra;
 pub mod whiteness;
+
+/// Quantile 0.975 of the normal distribution: half width of a 95 % interval, in standard deviations.
+pub const NORMAL_975: f64 = 1.959_963_984_540_054;

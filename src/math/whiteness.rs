@@ -2,6 +2,7 @@
 //!
 //! Missing samples are NaN. Each test gives a p value; [`Whiteness`] holds all of one series.
 
+use super::NORMAL_975;
 use super::random::Stream;
 use super::spectra::{Autocorrelation, Periodogram, autocorrelation};
 use serde::Serialize;
@@ -66,7 +67,7 @@ pub fn evaluate(x: &[f64], periodogram: &mut Periodogram) -> Option<Whiteness> {
     let ordinates = periodogram.ordinates(x);
     Some(Whiteness {
         samples: n,
-        autocorrelation_bound: QUANTILE95 / correlation.effective.get(1)?.sqrt(),
+        autocorrelation_bound: NORMAL_975 / correlation.effective.get(1)?.sqrt(),
         lags_outside: lags_outside(&correlation)?,
         ljung_box: ljung_box(&correlation, x.len())?,
         cumulative_periodogram: cumulative_periodogram(&ordinates)?,
@@ -75,12 +76,10 @@ pub fn evaluate(x: &[f64], periodogram: &mut Periodogram) -> Option<Whiteness> {
     })
 }
 
-const QUANTILE95: f64 = 1.959_963_984_540_054;
-
 fn lags_outside(c: &Autocorrelation) -> Option<TestResult> {
     let m = (c.r.len() - 1) as u64;
     let both = c.r.iter().zip(&c.effective).skip(1);
-    let outside = both.filter(|(r, n)| r.abs() > QUANTILE95 / n.sqrt()).count() as u64;
+    let outside = both.filter(|(r, n)| r.abs() > NORMAL_975 / n.sqrt()).count() as u64;
     let p_value = if outside == 0 { 1.0 } else { Binomial::new(0.05, m).ok()?.sf(outside - 1) };
     Some(TestResult { statistic: outside as f64 / m as f64, p_value })
 }

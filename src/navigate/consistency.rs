@@ -5,6 +5,7 @@
 //! with Applications to Tracking and Navigation*, Wiley 2001, section 5.4).
 
 use super::{Innovation, Sensor};
+use crate::math::NORMAL_975;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
@@ -79,9 +80,6 @@ struct Sums {
     products: f64,
     last: Option<f64>,
 }
-
-/// 97.5 % quantile of the standard normal distribution.
-const NORMAL_975: f64 = 1.959_963_984_540_054;
 
 impl Gatherer {
     pub fn new() -> Self {

@@ -4,13 +4,11 @@ use super::fit::FitReport;
 use super::plot::Picture;
 use super::plot::fit::{CurvePoint, FitFigure, WhitenessLevel};
 use crate::error::Result;
-use crate::math::whiteness::kolmogorov_band95;
+use crate::math::NORMAL_975;
 use crate::signal::TimeAxis;
 
 /// Points of the fitted curve.
 const CURVE: usize = 400;
-/// Half width of a 95 % interval in standard deviations.
-const NORMAL95: f64 = 1.959_963_984_540_054;
 
 /// Draws log and model with its band, residuals, their autocorrelation and cumulative periodogram.
 ///
@@ -23,24 +21,11 @@ pub fn fit_picture(report: &FitReport, time: &TimeAxis, rate_rad_s: &[f64], resi
         .map(|i| {
             let t_s = fit.first_s + fit.span_s * i as f64 / CURVE as f64;
             let fit_rad_s = model.error_rad_s(t_s);
-            let half = NORMAL95 * fit.model_std_rad_s(t_s);
+            let half = NORMAL_975 * fit.model_std_rad_s(t_s);
             CurvePoint { t_s, fit_rad_s, low_rad_s: fit_rad_s - half, high_rad_s: fit_rad_s + half }
         })
         .collect();
-    let levels: Vec<WhitenessLevel> = report
-        .validation
-        .levels
-        .iter()
-        .map(|l| WhitenessLevel {
-            averaging_time_s: l.averaging_time_s,
-            blocks: l.whiteness.samples,
-            autocorrelation: &l.whiteness.autocorrelation,
-            bound: l.whiteness.autocorrelation_bound,
-            cumulative_periodogram: &l.cumulative_periodogram,
-            ks_band: kolmogorov_band95(l.cumulative_periodogram.len()),
-            p_value: l.calibrated_p_values[2],
-        })
-        .collect();
+    let levels: Vec<WhitenessLevel> = report.validation.levels.iter().map(WhitenessLevel::from).collect();
     let title = format!("{}, {}", report.log.name, report.log.column);
     FitFigure {
         title: &title,

@@ -6,6 +6,7 @@
 //! fitted directions projected out), as the smallest p value of all (Westfall and Young 1993): its size is right
 //! however few the blocks, however the tests depend on each other, and whatever the distribution of the noise.
 
+use crate::math::basis::Basis;
 use crate::math::random::Stream;
 use crate::math::spectra::Periodogram;
 use crate::math::whiteness::{self, Whiteness};
@@ -186,7 +187,7 @@ fn sidak(smallest: f64, n: usize) -> f64 {
 /// p values of all levels for one permutation of the base level.
 fn permuted_p_values(
     base: &[f64],
-    directions: &[Vec<f64>],
+    directions: &Basis,
     ratios: &[usize],
     plans: &mut [Periodogram],
     seed: u64,
@@ -197,7 +198,7 @@ fn permuted_p_values(
     let mut next = there.into_iter();
     let mut series: Vec<f64> =
         base.iter().map(|v| if v.is_finite() { next.next().unwrap_or(f64::NAN) } else { f64::NAN }).collect();
-    for d in directions {
+    for d in &directions.columns {
         let along: f64 = series.iter().zip(d).filter(|(v, _)| v.is_finite()).map(|(v, d)| v * d).sum();
         series.iter_mut().zip(d).for_each(|(v, d)| *v -= along * d);
     }
@@ -211,24 +212,12 @@ fn permuted_p_values(
 }
 
 /// Orthonormal basis of the columns over the slots that are there.
-fn orthonormal(columns: &[Vec<f64>], base: &[f64]) -> Vec<Vec<f64>> {
-    let mut basis: Vec<Vec<f64>> = Vec::new();
+fn orthonormal(columns: &[Vec<f64>], base: &[f64]) -> Basis {
+    let mut basis = Basis::default();
     for column in columns {
-        let masked = column.iter().zip(base);
-        let mut v: Vec<f64> = masked.map(|(c, b)| if b.is_finite() && c.is_finite() { *c } else { 0.0 }).collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let norm = dot(&v, &v).sqrt();
-        for _ in 0..2 {
-            for b in &basis {
-                let along = dot(b, &v);
-                v.iter_mut().zip(b).for_each(|(v, b)| *v -= along * b);
-            }
-        }
-        let left = dot(&v, &v).sqrt();
-        if left > 1e-9 * norm {
-            v.iter_mut().for_each(|x| *x /= left);
-            basis.push(v);
-        }
+        let both = column.iter().zip(base);
+        let masked: Vec<f64> = both.map(|(c, b)| if b.is_finite() && c.is_finite() { *c } else { 0.0 }).collect();
+        basis.push(&masked);
     }
     basis
 }

@@ -10,10 +10,7 @@ fn axis(len: usize, step_s: f64) -> TimeAxis {
 fn detrended(mut x: Vec<f64>) -> (Vec<f64>, Vec<Vec<f64>>) {
     let n = x.len() as f64;
     let fitted = vec![vec![1.0; x.len()], (0..x.len()).map(|i| i as f64).collect::<Vec<_>>()];
-    for d in orthonormal(&fitted, &x.clone()) {
-        let along: f64 = x.iter().zip(&d).map(|(a, b)| a * b).sum();
-        x.iter_mut().zip(&d).for_each(|(a, b)| *a -= along * b);
-    }
+    orthonormal(&fitted, &x).remove_from(&mut x);
     assert!(x.iter().sum::<f64>().abs() < 1e-6 * n);
     (x, fitted)
 }

@@ -165,7 +165,6 @@ fn assert_definite(config: &Config, steps: u32, check_every: u32) {
         f.predict(Input::Torques(torques), 0.01);
         motion = robot.step(&motion, torques, 0.01);
         if k % check_every == 0 {
-            eprintln!("{k} {:?} {:?}", f.mean().as_slice(), f.factors().diagonal());
             assert!(f.factors().diagonal().iter().all(|d| *d > 0.0 && d.is_finite()), "step {k}");
             let p = f.covariance();
             assert_eq!(p, p.transpose());

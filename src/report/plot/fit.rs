@@ -5,8 +5,11 @@ use super::envelope::{Slice, check_time, extremes, means, outline, slices};
 use super::quantity::{Quantity, duration, rate, significant, time};
 use super::{Axis, Chart, Page, Panel, Picture, bad, palette};
 use crate::error::Result;
+use crate::math::NORMAL_975;
+use crate::math::whiteness::kolmogorov_band95;
 use crate::signal::TimeAxis;
 use crate::units::RateUnit;
+use crate::validate::Level;
 
 /// The fitted error at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +41,20 @@ pub struct WhitenessLevel<'a> {
     pub ks_band: f64,
     /// p value of the periodogram's distance; NaN if there is none.
     pub p_value: f64,
+}
+
+impl<'a> From<&'a Level> for WhitenessLevel<'a> {
+    fn from(l: &'a Level) -> Self {
+        Self {
+            averaging_time_s: l.averaging_time_s,
+            blocks: l.whiteness.samples,
+            autocorrelation: &l.whiteness.autocorrelation,
+            bound: l.whiteness.autocorrelation_bound,
+            cumulative_periodogram: &l.cumulative_periodogram,
+            ks_band: kolmogorov_band95(l.cumulative_periodogram.len()),
+            p_value: l.calibrated_p_values[2],
+        }
+    }
 }
 
 /// What the page of a fit shows.
@@ -73,7 +90,6 @@ const COLUMNS: usize = 500;
 const COURSE: f64 = 60.0;
 /// In the place of charts about whiteness that there is nothing to draw for.
 const NOTHING: &str = "Too few samples, or residuals that do not vary.";
-const QUANTILE95: f64 = 1.959_963_984_540_054;
 
 impl FitFigure<'_> {
     /// Draws the page.
@@ -238,7 +254,7 @@ impl Drawing<'_> {
             let line = means(&self.blocks("residual", self.figure.residual_rad_s, width_s)?);
             let line = outline(line.len(), |i| line[i], COLUMNS);
             let name = format!("means over {}", duration(width_s, 2));
-            let bound = QUANTILE95 * (variance * self.step_s / width_s).sqrt();
+            let bound = NORMAL_975 * (variance * self.step_s / width_s).sqrt();
             charts.push(strip(
                 &name,
                 bound,
@@ -258,7 +274,7 @@ impl Drawing<'_> {
     fn residual_strip(&self, std: f64) -> Result<Chart> {
         let fine = self.fine("residual", self.figure.residual_rad_s)?;
         let values = self.figure.residual_rad_s.iter().copied();
-        Ok(strip("samples", QUANTILE95 * std, self.time_axis(), self.figure.unit, values, |chart, unit| {
+        Ok(strip("samples", NORMAL_975 * std, self.time_axis(), self.figure.unit, values, |chart, unit| {
             if fine.is_empty() {
                 chart.dots("", self.dots(self.figure.residual_rad_s, unit), palette::BLUE, 2.5)
             } else {
