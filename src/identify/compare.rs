@@ -1,7 +1,7 @@
 //! Is there a warm-up at all, and is it more than a straight line?
 //!
 //! Constant, straight line and warm-up are each fitted by maximum likelihood under noise of their own (white plus
-//! random walk, see `noise`): a random walk must not pass for a warm-up. Corrected AIC (Hurvich and Tsai,
+//! random walk, see `noise`): a random walk must not pass for a warm-up. The tests take the straight line's. Corrected AIC (Hurvich and Tsai,
 //! Biometrika 76 (1989) 297) compares all three. The F-type test looks at the largest gain over all T; T does not
 //! exist under the null hypothesis, so F tables do not apply (Davies, Biometrika 74 (1987) 33). Its p value is the
 //! volume of the tube around the curve that the unit regressor draws on the sphere as T varies (Hotelling,
@@ -10,6 +10,8 @@
 
 use super::noise::{Whitened, ratios, whiten};
 use super::projection::{BlockSum, Projection};
+use crate::math::basis::Basis;
+use crate::math::lsq::dot;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -92,7 +94,7 @@ pub(super) fn compare(p: &Projection, free_time_constant: bool) -> Option<Compar
     // every second ratio: the likelihood is flat over half a decade
     for (ratio, _) in ratios(count, m.span_s, n).into_iter().step_by(2) {
         let white = whiten(&first, &series, ratio);
-        let space = Space::new(&white, constants, constants + 1);
+        let space = Space::new(&white, constants);
         let gains = [0.0, space.gain(&white.columns[constants]), space.largest_gain(&white.columns[constants + 1..])];
         for (slot, gain) in best.iter_mut().zip(gains) {
             let rss = (space.rss - gain).max(f64::MIN_POSITIVE);
@@ -103,13 +105,15 @@ pub(super) fn compare(p: &Projection, free_time_constant: bool) -> Option<Compar
         }
     }
     let [Some(constant), Some(line), Some(warm_up)] = best else { return None };
-    let test = |null: &Best, null_columns: usize, extra: f64| -> Option<GainTest> {
-        let white = whiten(&first, &series, null.ratio);
-        let space = Space::new(&white, constants, null_columns);
-        tube(&space, &white.columns[constants + 1..], n as f64 - (null_columns - 1) as f64, extra)
+    // both tests take the noise of the straight line's fit: under the constant alone a warm-up would be taken for
+    // the random walk that it is to be told from
+    let white = whiten(&first, &series, line.ratio);
+    let test = |null_end: usize, extra: f64| -> Option<GainTest> {
+        let space = Space::new(&white, null_end);
+        tube(&space, &white.columns[constants + 1..], n as f64 - (null_end - 1) as f64, extra)
     };
-    let against_constant = test(&constant, constants, 2.0)?;
-    let against_line = test(&line, constants + 1, 1.0)?;
+    let against_constant = test(constants, 2.0)?;
+    let against_line = test(constants + 1, 1.0)?;
     let linear = (constants - 1) as u32;
     let scores = [(linear + 2, &constant), (linear + 3, &line), (linear + 4, &warm_up)].map(|(k, b)| {
         let kf = f64::from(k);
@@ -121,51 +125,28 @@ pub(super) fn compare(p: &Projection, free_time_constant: bool) -> Option<Compar
     Some(Comparison { constant: score(0), line: score(1), warm_up: score(2), against_constant, against_line })
 }
 
-/// What is left of y after the null columns, and their orthonormal basis.
+/// What is left of y after the null columns, and their basis.
 struct Space {
-    basis: Vec<Vec<f64>>,
+    null: Basis,
     residual: Vec<f64>,
     rss: f64,
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
 impl Space {
-    /// y is column 0; the null columns are 1..`null_end`, of which at least those up to `constants` are there.
-    fn new(white: &Whitened, constants: usize, null_end: usize) -> Self {
-        let mut space = Self { basis: Vec::new(), residual: white.columns[0].clone(), rss: 0.0 };
-        for column in &white.columns[1..null_end.min(constants + 1)] {
-            if let Some(unit) = space.unit(column) {
-                let along = dot(&unit, &space.residual);
-                space.residual.iter_mut().zip(&unit).for_each(|(r, u)| *r -= along * u);
-                space.basis.push(unit);
-            }
-        }
-        space.rss = dot(&space.residual, &space.residual);
-        space
-    }
-
-    /// The column's direction outside the null columns; `None` where it has none.
-    fn unit(&self, column: &[f64]) -> Option<Vec<f64>> {
-        let mut v = column.to_vec();
-        let norm = dot(&v, &v).sqrt();
-        // twice is enough (Kahan; Parlett 1980)
-        for _ in 0..2 {
-            for b in &self.basis {
-                let along = dot(b, &v);
-                v.iter_mut().zip(b).for_each(|(v, b)| *v -= along * b);
-            }
-        }
-        let left = dot(&v, &v).sqrt();
-        (left > 1e-9 * norm).then(|| v.iter().map(|x| x / left).collect())
+    /// y is column 0, the null columns are 1..`null_end`.
+    fn new(white: &Whitened, null_end: usize) -> Self {
+        let mut null = Basis::default();
+        white.columns[1..null_end].iter().for_each(|c| null.push(c));
+        let mut residual = white.columns[0].clone();
+        null.remove_from(&mut residual);
+        let rss = dot(&residual, &residual);
+        Self { null, residual, rss }
     }
 
     /// How much of what is left the column explains.
     fn gain(&self, column: &[f64]) -> f64 {
         let norm = dot(column, column);
-        let outside = norm - self.basis.iter().map(|b| dot(b, column).powi(2)).sum::<f64>();
+        let outside = norm - self.null.columns.iter().map(|b| dot(b, column).powi(2)).sum::<f64>();
         // below this only rounding is left of it
         if outside > 1e-13 * norm { dot(column, &self.residual).powi(2) / outside } else { 0.0 }
     }
@@ -177,7 +158,7 @@ impl Space {
 
 /// The largest gain over the curve of regressors, and how often chance alone does as well.
 fn tube(space: &Space, curve: &[Vec<f64>], dimension: f64, extra: f64) -> Option<GainTest> {
-    let units: Vec<Vec<f64>> = curve.iter().filter_map(|c| space.unit(c)).collect();
+    let units: Vec<Vec<f64>> = curve.iter().filter_map(|c| space.null.direction(c)).collect();
     let length: f64 = units.windows(2).map(|w| dot(&w[0], &w[1]).abs().min(1.0).acos()).sum();
     let gain = units.iter().map(|u| dot(u, &space.residual).powi(2)).fold(0.0, f64::max);
     let share = if space.rss > 0.0 { (gain / space.rss).min(1.0) } else { 0.0 };

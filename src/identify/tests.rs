@@ -182,6 +182,24 @@ fn advice_is_kept_by_a_log_of_that_length() {
 }
 
 #[test]
+fn the_information_criterion_prefers_the_model_that_made_the_log() {
+    let scores = |course: &dyn Fn(f64) -> f64| {
+        let mut draw = Stream::new(21, 0);
+        let values: Vec<f64> = (0..1800).map(|i| course(f64::from(i)) + 3e-4 * draw.normal()).collect();
+        let time = TimeAxis::Uniform { start_s: 0.0, step_s: 1.0, len: 1800 };
+        let c = fit(&time, &values, &FitOptions::default()).unwrap().comparison.unwrap();
+        [c.constant, c.line, c.warm_up].map(|s| s.aicc_above_best)
+    };
+    // ten is decisive by the usual reading of AIC differences (Burnham and Anderson 2002)
+    let [constant, line, _] = scores(&|t| 2e-6 * t);
+    assert!(constant > 10.0 && line < 10.0, "ramp: {constant} {line}");
+    let [constant, line, warm_up] = scores(&|t| TRUTH.error_rad_s(t));
+    assert!(constant > 10.0 && line > 10.0 && warm_up == 0.0, "warm-up: {constant} {line} {warm_up}");
+    let [constant, line, warm_up] = scores(&|_| 0.0);
+    assert!(constant < 10.0 && line < 10.0 && warm_up < 10.0, "constant: {constant} {line} {warm_up}");
+}
+
+#[test]
 fn white_noise_alone_has_no_warm_up() {
     // the size of the F-type test at 5 % is an upper bound of the tube's volume
     let (runs, flat) = (400, WarmUp { c1_rad_s: 0.0, ..TRUTH });
