@@ -9,6 +9,8 @@ pub const RAD_S_PER_DEG_S: f64 = PI / 180.0;
 pub const RAD_S_PER_DEG_H: f64 = PI / 180.0 / 3600.0;
 /// rad/√s of one °/√h (angle random walk).
 pub const RAD_SQRT_S_PER_DEG_SQRT_H: f64 = PI / 180.0 / 60.0;
+/// Standard gravity, m/s² (ISO 80000-3).
+pub const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
 /// Unit of an angular rate column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

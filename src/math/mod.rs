@@ -2,9 +2,11 @@
 
 pub mod basis;
 pub mod brent;
+pub mod distributions;
 pub mod expsum;
 pub mod legendre;
 pub mod lsq;
+pub mod phi;
 pub mod random;
 pub mod robust;
 pub mod spectra;

@@ -1,12 +1,21 @@
 //! Floor 2: the robot on two driven wheels: how it moves, and how torques move it.
 //!
-//! - [`Motion`], [`Forcing`], [`advance`]: planar motion under constant forcing, with its derivatives
+//! - [`Motion`], [`Forcing`], [`advance`], [`travel`]: planar motion under constant forcing, with its derivatives
 //! - [`Rolling`]: wheels that roll without slip
+//! - [`AsPrinted`]: the equations of Alessandri et al. as they are printed, for comparison
+//! - [`Slipping`]: wheels that slip, by a law of [`crate::traction`]
+//! - [`Odometry`]: what a log says of the wheels
 //!
 //! One file a model of the contact between wheel and ground.
 
+mod as_printed;
+mod odometry;
 mod planar;
 mod rolling;
+mod slipping;
 
-pub use planar::{Forcing, Motion, MotionJacobian, advance, advance_with_jacobian};
+pub use as_printed::{AsPrinted, PrintedState};
+pub use odometry::Odometry;
+pub use planar::{Forcing, Motion, MotionJacobian, advance, advance_with_jacobian, travel};
 pub use rolling::Rolling;
+pub use slipping::{Slipping, SlippingJacobian, SlippingState};

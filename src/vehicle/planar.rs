@@ -9,6 +9,8 @@
 //! h⁷/2016000 times the sixth derivative of v cos θ, that is below v h (ω h)⁶/2016000 at steady speed (h ω = 0.1:
 //! 5e-13 of the way). Longer turns in one step than [`TURN_LIMIT_RAD`] are split.
 
+use crate::math::phi::exponentials;
+
 /// Pose and velocity of the robot's axle centre.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
@@ -74,20 +76,24 @@ const PARTS_LIMIT: f64 = 100.0;
 const NODES: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
-/// exp(-z), φ1(z), φ2(z) for z >= 0, to rounding also where z is small or zero.
-pub(super) fn phi(z: f64) -> [f64; 3] {
-    if z < 0.1 {
-        // φ2 = Σ (-z)^k / (k+2)!; the ninth term is below 0.1⁹/11! = 3e-17
-        let mut phi2 = 0.0;
-        for k in (2..=10).rev() {
-            phi2 = (1.0 - z * phi2) / f64::from(k);
-        }
-        let phi1 = 1.0 - z * phi2;
-        [1.0 - z * phi1, phi1, phi2]
-    } else {
-        let phi1 = -(-z).exp_m1() / z;
-        [(-z).exp(), phi1, (1.0 - phi1) / z]
+/// Angles up to this are turned by Σ (-a²)^k / (2k+1)! and Σ (-a²)^k / (2k)!, of which is left out what is below
+/// 0.3¹³/13! = 3e-17 and 0.3¹⁴/14! = 5e-19.
+const SERIES_LIMIT_RAD: f64 = 0.3;
+
+/// Each term's factorial over the next one's.
+const SINE: [f64; 5] = [1.0 / 6.0, 1.0 / 20.0, 1.0 / 42.0, 1.0 / 72.0, 1.0 / 110.0];
+const COSINE: [f64; 6] = [1.0 / 2.0, 1.0 / 12.0, 1.0 / 30.0, 1.0 / 56.0, 1.0 / 90.0, 1.0 / 132.0];
+
+/// Sine and cosine of two angles; without a call, and side by side, where both are small, as in a step.
+#[inline]
+fn sin_cos(angles: [f64; 2]) -> [(f64, f64); 2] {
+    if !angles.iter().all(|a| a.abs() < SERIES_LIMIT_RAD) {
+        return angles.map(f64::sin_cos);
     }
+    angles.map(|a| {
+        let series = |ratios: &[f64]| ratios.iter().rev().fold(1.0, |rest, ratio| 1.0 - a * a * ratio * rest);
+        (a * series(&SINE), series(&COSINE))
+    })
 }
 
 /// The motion `dt_s` later.
@@ -100,8 +106,19 @@ pub fn advance(motion: &Motion, forcing: &Forcing, dt_s: f64) -> Motion {
 
 /// The motion `dt_s` later, and its derivatives by the motion before and by the accelerations.
 #[must_use]
+#[inline]
 pub fn advance_with_jacobian(motion: &Motion, forcing: &Forcing, dt_s: f64) -> (Motion, MotionJacobian) {
     let parts = parts(motion, forcing, dt_s);
+    if parts > 1 {
+        return advance_in_parts(motion, forcing, dt_s, parts);
+    }
+    step::<true>(motion, forcing, dt_s)
+}
+
+/// Kept apart, so that the usual step, which is one part, is compiled for itself.
+#[cold]
+#[inline(never)]
+fn advance_in_parts(motion: &Motion, forcing: &Forcing, dt_s: f64, parts: u32) -> (Motion, MotionJacobian) {
     let h = dt_s / f64::from(parts);
     let (mut m, mut j) = step::<true>(motion, forcing, h);
     for _ in 1..parts {
@@ -112,51 +129,88 @@ pub fn advance_with_jacobian(motion: &Motion, forcing: &Forcing, dt_s: f64) -> (
     (m, j)
 }
 
+/// Way (m) and turn (rad) within `dt_s`, backwards and clockwise negative; exact: ∫v dt = v τ φ1(λτ) + a τ² φ2(λτ).
+#[must_use]
+pub fn travel(motion: &Motion, forcing: &Forcing, dt_s: f64) -> [f64; 2] {
+    let over = |rate: f64, by: f64, damping: f64| {
+        let [[_, first, second]] = exponentials([damping * dt_s]);
+        rate * dt_s * first + by * dt_s * dt_s * second
+    };
+    [
+        over(motion.speed_m_s, forcing.acceleration_m_s2, forcing.speed_damping_per_s),
+        over(motion.yaw_rate_rad_s, forcing.yaw_acceleration_rad_s2, forcing.yaw_damping_per_s),
+    ]
+}
+
 /// In how many parts a step is taken.
 fn parts(motion: &Motion, forcing: &Forcing, dt_s: f64) -> u32 {
     let turn = (motion.yaw_rate_rad_s.abs() + 0.5 * forcing.yaw_acceleration_rad_s2.abs() * dt_s) * dt_s;
+    if turn <= TURN_LIMIT_RAD {
+        return 1;
+    }
     // the cast saturates, and takes NaN to 0
     ((turn / TURN_LIMIT_RAD).ceil().min(PARTS_LIMIT) as u32).max(1)
 }
 
+#[inline]
 fn step<const JACOBIAN: bool>(m: &Motion, f: &Forcing, h: f64) -> (Motion, MotionJacobian) {
     let (v, w) = (m.speed_m_s, m.yaw_rate_rad_s);
     let (a, alpha) = (f.acceleration_m_s2, f.yaw_acceleration_rad_s2);
-    let mut j = MotionJacobian::default();
-    let (mut dx, mut dy) = (0.0, 0.0);
-    for (node, weight) in NODES {
-        let t = node * h;
-        let [ev, pv, _] = phi(f.speed_damping_per_s * t);
-        let [_, pw, qw] = phi(f.yaw_damping_per_s * t);
-        let speed = v * ev + a * t * pv;
-        let (sin, cos) = (m.heading_rad + w * t * pw + alpha * t * t * qw).sin_cos();
-        let (vx, vy, by) = (speed * cos, speed * sin, weight * h);
-        dx += by * vx;
-        dy += by * vy;
+    let times = [NODES[0].0 * h, NODES[1].0 * h, NODES[2].0 * h, h];
+    let (damping, yaw_damping) = (f.speed_damping_per_s, f.yaw_damping_per_s);
+    let decays = exponentials::<8>(std::array::from_fn(|i| times[i % 4] * if i < 4 { damping } else { yaw_damping }));
+    let [along, turning] = [&decays[..4], &decays[4..]];
+    let turn = |i: usize| {
+        let (t, [_, pw, qw]) = (times[i], turning[i]);
+        w * t * pw + alpha * t * t * qw
+    };
+    let turns = [turn(0), turn(1), turn(2)];
+    // in the frame of the heading at the middle node the other two headings lie close
+    let (sin, cos) = (m.heading_rad + turns[1]).sin_cos();
+    let [(sin0, cos0), (sin2, cos2)] = sin_cos([turns[0] - turns[1], turns[2] - turns[1]]);
+    let units = [(cos0, sin0), (1.0, 0.0), (cos2, sin2)];
+
+    let mut way = [0.0; 2];
+    let (mut by_speed, mut by_a, mut by_yaw, mut by_alpha) = ([0.0; 2], [0.0; 2], [0.0; 2], [0.0; 2]);
+    for (i, (_, weight)) in NODES.into_iter().enumerate() {
+        let (t, [ev, pv, _], [_, pw, qw]) = (times[i], along[i], turning[i]);
+        let (ahead, aside) = units[i];
+        let by = weight * h;
+        let part = by * (v * ev + a * t * pv);
+        way[0] += part * ahead;
+        way[1] += part * aside;
         if JACOBIAN {
-            for (axis, (unit, turned)) in [(cos, -vy), (sin, vx)].into_iter().enumerate() {
-                j.position_by_heading[axis] += by * turned;
-                j.position_by_speed[axis] += by * ev * unit;
-                j.position_by_acceleration[axis] += by * t * pv * unit;
-                j.position_by_yaw_rate[axis] += by * t * pw * turned;
-                j.position_by_yaw_acceleration[axis] += by * t * t * qw * turned;
+            for (axis, (unit, turned)) in [(ahead, -part * aside), (aside, part * ahead)].into_iter().enumerate() {
+                by_speed[axis] += by * ev * unit;
+                by_a[axis] += by * t * pv * unit;
+                by_yaw[axis] += t * pw * turned;
+                by_alpha[axis] += t * t * qw * turned;
             }
         }
     }
-    let [ev, pv, _] = phi(f.speed_damping_per_s * h);
-    let [ew, pw, qw] = phi(f.yaw_damping_per_s * h);
+    let turned = |[x, y]: [f64; 2]| [x * cos - y * sin, x * sin + y * cos];
+    let [dx, dy] = turned(way);
+    let ([ev, pv, _], [ew, pw, qw]) = (along[3], turning[3]);
+    let mut j = MotionJacobian::default();
     if JACOBIAN {
-        j.heading_by_yaw_rate = h * pw;
-        j.heading_by_yaw_acceleration = h * h * qw;
-        j.speed_by_speed = ev;
-        j.speed_by_acceleration = h * pv;
-        j.yaw_rate_by_yaw_rate = ew;
-        j.yaw_rate_by_yaw_acceleration = h * pw;
+        j = MotionJacobian {
+            position_by_heading: [-dy, dx],
+            position_by_speed: turned(by_speed),
+            position_by_yaw_rate: turned(by_yaw),
+            position_by_acceleration: turned(by_a),
+            position_by_yaw_acceleration: turned(by_alpha),
+            heading_by_yaw_rate: h * pw,
+            heading_by_yaw_acceleration: h * h * qw,
+            speed_by_speed: ev,
+            speed_by_acceleration: h * pv,
+            yaw_rate_by_yaw_rate: ew,
+            yaw_rate_by_yaw_acceleration: h * pw,
+        };
     }
     let after = Motion {
         x_m: m.x_m + dx,
         y_m: m.y_m + dy,
-        heading_rad: m.heading_rad + w * h * pw + alpha * h * h * qw,
+        heading_rad: m.heading_rad + turn(3),
         speed_m_s: v * ev + a * h * pv,
         yaw_rate_rad_s: w * ew + alpha * h * pw,
     };
@@ -209,17 +263,16 @@ mod tests {
     }
 
     #[test]
-    fn phi_functions_meet_where_the_formula_changes_and_keep_digits_at_zero() {
-        assert_eq!(phi(0.0), [1.0, 1.0, 0.5]);
-        for z in [1e-12, 1e-6, 1e-3, 0.05, 0.099_999_999, 0.1, 0.3, 2.0, 50.0] {
-            let [e, p1, p2] = phi(z);
-            assert!((e - (-z).exp()).abs() < 4.0 * f64::EPSILON, "{z}");
-            // the recurrences 1 - z φ1 = E and 1 - z φ2 = φ1 hold for both branches
-            assert!((1.0 - z * p1 - e).abs() < 4.0 * f64::EPSILON, "{z}");
-            assert!((1.0 - z * p2 - p1).abs() < 4.0 * f64::EPSILON, "{z}");
+    fn series_and_calls_give_the_same_sine_and_cosine() {
+        for a in [0.0, 1e-9, -1e-3, 0.05, -0.17, 0.299_999] {
+            // beside an angle that asks for the calls, and one that does not
+            for turned in [sin_cos([a, 0.1])[0], sin_cos([2.0, a])[1]] {
+                let (sin, cos): (f64, f64) = turned;
+                assert!((sin - a.sin()).abs() <= 2.0 * f64::EPSILON * a.abs(), "{a}");
+                assert!((cos - a.cos()).abs() <= 2.0 * f64::EPSILON, "{a}");
+            }
         }
-        // series 1/2 - z/6 + z²/24 - z³/120 at z = 0.01, truncated at 1e-8/720
-        assert!((phi(0.01)[2] - (0.5 - 0.01 / 6.0 + 1e-4 / 24.0 - 1e-6 / 120.0)).abs() < 2e-11);
+        assert!(sin_cos([f64::NAN, 0.0])[0].0.is_nan());
     }
 
     #[test]
@@ -234,6 +287,19 @@ mod tests {
         assert!((after.x_m - radius * sin).abs() < bound, "{}", after.x_m - radius * sin);
         assert!((after.y_m - radius * (1.0 - cos)).abs() < bound);
         assert!((after.heading_rad - 1.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn way_and_turn_are_the_integrals_of_speed_and_yaw_rate() {
+        let dt = 0.7;
+        let [way, turn] = travel(&START, &FORCING, dt);
+        assert!((turn - (advance(&START, &FORCING, dt).heading_rad - START.heading_rad)).abs() < 4.0 * f64::EPSILON);
+        // Simpson's rule over 1000 parts: below 1e-15 of the way
+        let n = 1000;
+        let h = dt / f64::from(n);
+        let speed = |k: i32| advance(&START, &FORCING, 0.5 * h * f64::from(k)).speed_m_s;
+        let simpson: f64 = (0..n).map(|k| h / 6.0 * (speed(2 * k) + 4.0 * speed(2 * k + 1) + speed(2 * k + 2))).sum();
+        assert!((way - simpson).abs() < 1e-13, "{way} {simpson}");
     }
 
     #[test]

@@ -18,6 +18,11 @@ pub struct Rolling {
     effective_mass_kg: f64,
     /// Jc + 2 Jw b²/r², kg·m²
     effective_inertia_kg_m2: f64,
+    // what follows from them, kept for the filter, which asks at every step
+    acceleration_by_torque: f64,
+    yaw_acceleration_by_torque: f64,
+    speed_damping_per_s: f64,
+    yaw_damping_per_s: f64,
 }
 
 impl Rolling {
@@ -26,41 +31,45 @@ impl Rolling {
     pub fn new(vehicle: &Vehicle) -> Self {
         let (r, b) = (vehicle.wheel_radius_m, vehicle.half_track_m);
         let wheels_kg = 2.0 * vehicle.wheel_inertia_kg_m2 / (r * r);
+        let effective_mass_kg = vehicle.mass_kg + wheels_kg;
+        let effective_inertia_kg_m2 = vehicle.yaw_inertia_kg_m2 + wheels_kg * b * b;
+        let friction = 2.0 * vehicle.viscous_friction_n_m_s / (r * r);
         Self {
             radius_m: r,
             half_track_m: b,
             friction_n_m_s: vehicle.viscous_friction_n_m_s,
-            effective_mass_kg: vehicle.mass_kg + wheels_kg,
-            effective_inertia_kg_m2: vehicle.yaw_inertia_kg_m2 + wheels_kg * b * b,
+            effective_mass_kg,
+            effective_inertia_kg_m2,
+            acceleration_by_torque: 1.0 / (r * effective_mass_kg),
+            yaw_acceleration_by_torque: b / (r * effective_inertia_kg_m2),
+            speed_damping_per_s: friction / effective_mass_kg,
+            yaw_damping_per_s: friction * b * b / effective_inertia_kg_m2,
         }
     }
 
     /// What wheel torques `[left, right]` (N·m) do to the motion.
     #[must_use]
+    #[inline]
     pub fn forcing(&self, torques_n_m: [f64; 2]) -> Forcing {
         let [left, right] = torques_n_m;
-        let by_speed = self.acceleration_by_torque();
-        let by_yaw = self.yaw_acceleration_by_torque();
-        let r2 = self.radius_m * self.radius_m;
         Forcing {
-            acceleration_m_s2: by_speed * (left + right),
-            yaw_acceleration_rad_s2: by_yaw * (right - left),
-            speed_damping_per_s: 2.0 * self.friction_n_m_s / (r2 * self.effective_mass_kg),
-            yaw_damping_per_s: 2.0 * self.friction_n_m_s * self.half_track_m * self.half_track_m
-                / (r2 * self.effective_inertia_kg_m2),
+            acceleration_m_s2: self.acceleration_by_torque * (left + right),
+            yaw_acceleration_rad_s2: self.yaw_acceleration_by_torque * (right - left),
+            speed_damping_per_s: self.speed_damping_per_s,
+            yaw_damping_per_s: self.yaw_damping_per_s,
         }
     }
 
     /// ∂a/∂uL = ∂a/∂uR, 1/(kg·m).
     #[must_use]
     pub fn acceleration_by_torque(&self) -> f64 {
-        1.0 / (self.radius_m * self.effective_mass_kg)
+        self.acceleration_by_torque
     }
 
     /// ∂α/∂uR = -∂α/∂uL, 1/(kg·m²).
     #[must_use]
     pub fn yaw_acceleration_by_torque(&self) -> f64 {
-        self.half_track_m / (self.radius_m * self.effective_inertia_kg_m2)
+        self.yaw_acceleration_by_torque
     }
 
     /// The motion `dt_s` later, `torques_n_m` (left, right) held; exact in speed, yaw rate and heading, the position
@@ -88,6 +97,12 @@ impl Rolling {
     pub fn wheel_speeds(&self, motion: &Motion) -> [f64; 2] {
         let lead = self.half_track_m * motion.yaw_rate_rad_s;
         [(motion.speed_m_s - lead) / self.radius_m, (motion.speed_m_s + lead) / self.radius_m]
+    }
+
+    /// How far the wheels turn (left, right; rad) on this way and turn (see [`super::travel`]).
+    #[must_use]
+    pub fn wheel_turns(&self, way_m: f64, turn_rad: f64) -> [f64; 2] {
+        self.wheel_speeds(&Motion { speed_m_s: way_m, yaw_rate_rad_s: turn_rad, ..Motion::default() })
     }
 
     /// Speed (m/s) and yaw rate (rad/s) at which the wheels turn like this (left, right; rad/s).

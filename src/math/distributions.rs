@@ -1,0 +1,43 @@
+//! Quantiles that several parts need.
+
+use super::NORMAL_975;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Beyond this many degrees of freedom Wilson and Hilferty's cube root (PNAS 17 (1931) 684) is closer to the quantile
+/// than an incomplete gamma function can be inverted: its relative error is below 1e-7.
+const EXACT_DEGREES: f64 = 10_000.0;
+
+/// Two-sided 95 % interval of chi-squared with `degrees` > 0 degrees of freedom.
+#[must_use]
+pub fn chi_squared_interval95(degrees: f64) -> [f64; 2] {
+    match ChiSquared::new(degrees) {
+        Ok(chi) if degrees <= EXACT_DEGREES => [chi.inverse_cdf(0.025), chi.inverse_cdf(0.975)],
+        _ => [-NORMAL_975, NORMAL_975].map(|z| {
+            let spread = 2.0 / (9.0 * degrees);
+            degrees * (1.0 - spread + z * spread.sqrt()).powi(3)
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        // Abramowitz and Stegun, table 26.8
+        for (degrees, low, high) in [(1.0, 0.000_982, 5.024), (3.0, 0.216, 9.348), (100.0, 74.222, 129.561)] {
+            let [a, b] = chi_squared_interval95(degrees);
+            assert!((a - low).abs() < 5e-4 && (b - high).abs() < 5e-4, "{degrees}: {a} {b}");
+        }
+    }
+
+    #[test]
+    fn both_formulas_meet() {
+        let exact = chi_squared_interval95(EXACT_DEGREES);
+        let above = chi_squared_interval95(EXACT_DEGREES + 1e-6);
+        for (a, b) in exact.iter().zip(above) {
+            assert!((a / b - 1.0).abs() < 1e-7, "{a} {b}");
+        }
+    }
+}
