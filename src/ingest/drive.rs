@@ -1,34 +1,143 @@
-//! A whole log: every numeric column, under its canonical name where it has one.
+//! Drives: every numeric column of one file or several, under its canonical name where it has one.
 
-use super::clock::{self, TimeColumn};
+use super::channel_map::{ChannelMap, Mapped};
+use super::channels::{self, Found};
+use super::clock::{self, Clock, TimeColumn};
+use super::format::Source;
 use super::formats;
-use super::names::{self, Role, TimeKind};
+use super::merge::{self, Part};
+use super::names::{self, Axis, Role, TimeKind};
 use super::recording::{find_gyro, named_unit, side_channel};
-use super::table::{Kind, Table};
+use super::table::{Head, Kind, Table};
 use crate::error::{Error, ErrorKind, Result};
 use crate::signal::{Log, TimeAxis, names as channel};
 use crate::units::TimeUnit;
 use std::path::Path;
 
-/// Reads all numeric columns of a log, such as a drive, on its time `t_s`.
-///
-/// Gyro, temperature and supply are converted to SI and named as in [`crate::signal::names`] where name and unit leave no doubt;
-/// every other column keeps its name and its numbers. Missing values are NaN.
-///
-/// # Errors
-/// [`ErrorKind::Io`], [`ErrorKind::Format`] if the file cannot be read; [`ErrorKind::Column`] without a time column;
-/// [`ErrorKind::Time`] where time is missing or does not increase; [`ErrorKind::Value`] for words or infinity in a column of
-/// numbers; [`ErrorKind::TooShort`] for a file without rows.
-pub fn read_log(path: impl AsRef<Path>) -> Result<Log> {
-    let path = path.as_ref();
-    let source = formats::open(path)?;
-    let wanted: Vec<bool> = source.heads().iter().map(|h| h.kind != Kind::Other).collect();
-    let time = clock::choose(&path.display().to_string(), source.heads(), None, true)?;
-    to_log(&source.read(&wanted)?, time)
+/// How to read a drive, where its files leave a choice.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct DriveQuery {
+    /// Columns that are certain channels, whatever they are called.
+    pub maps: Vec<ChannelMap>,
+    /// Name of the time column, in the files that have it.
+    pub time: Option<String>,
+    /// Unit of the time columns.
+    pub time_unit: Option<TimeUnit>,
 }
 
-fn to_log(table: &Table, time: TimeColumn) -> Result<Log> {
-    let times = clock::read(table, time, None)?;
+/// A drive, and what was decided about its columns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DriveRecording {
+    /// The log; several files stand on the union of their times, with NaN where a file has no row.
+    pub log: Log,
+    /// Decisions that the reader took, in words.
+    pub notes: Vec<String>,
+}
+
+/// Reads all numeric columns of a drive that one file holds, as [`read_drive`] without a query.
+///
+/// # Errors
+/// As [`read_drive`].
+pub fn read_log(path: impl AsRef<Path>) -> Result<Log> {
+    Ok(read_drive(&[path], &DriveQuery::default())?.log)
+}
+
+/// Reads all numeric columns of a drive from its files.
+///
+/// Columns whose name and unit leave no doubt, and those that `query` maps, are converted to SI and named as in
+/// [`crate::signal::names`]; every other column keeps its name and its numbers. Missing values are NaN. Files must be
+/// on one clock: plain times are taken as they are, dates and Unix times count from the earliest of all files. Where
+/// two files have the same channel, that of the first is used.
+///
+/// # Errors
+/// [`ErrorKind::Io`], [`ErrorKind::Format`] if a file cannot be read; [`ErrorKind::Column`] without a time column, or
+/// for a mapped column that is in no file; [`ErrorKind::Unit`] for a mapped column of another quantity;
+/// [`ErrorKind::Time`] where time is missing or does not increase, or the files do not overlap; [`ErrorKind::Value`]
+/// for words or infinity in a column of numbers; [`ErrorKind::TooShort`] for a file without rows;
+/// [`ErrorKind::Usage`] without files, or with a channel mapped twice.
+pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<DriveRecording> {
+    let name = |p: &P| p.as_ref().display().to_string();
+    let sources = paths.iter().map(|p| Ok((name(p), formats::open(p.as_ref())?))).collect::<Result<Vec<_>>>()?;
+    let heads: Vec<(String, &[Head])> = sources.iter().map(|(name, s)| (name.clone(), s.heads())).collect();
+    let Some((first, _)) = heads.first() else {
+        return Err(Error::new(ErrorKind::Usage, "drive", "no file is given").mend("name one log at least"));
+    };
+    if let Some(time) = &query.time
+        && heads.iter().all(|(source, heads)| clock::find(source, heads, time, "--time").is_err())
+    {
+        clock::find(first, heads[0].1, time, "--time")?;
+    }
+    let mut notes = Vec::new();
+    let mapped = mapped(&heads, query, &mut notes)?;
+    let mut parts = Vec::with_capacity(sources.len());
+    for ((source, file), mapped) in sources.into_iter().zip(mapped) {
+        let part = read_part(&source, file, query, mapped).map_err(|e| one_of_many(e, query))?;
+        let tell = |note: String| if paths.len() > 1 { format!("{source}: {note}") } else { note };
+        notes.extend(part.1.into_iter().map(tell));
+        parts.push(part.0);
+    }
+    let (log, merged) = merge::merge(parts)?;
+    notes.extend(merged);
+    Ok(DriveRecording { log, notes })
+}
+
+/// The columns of each file that the user maps, with their channels.
+fn mapped(
+    heads: &[(String, &[Head])],
+    query: &DriveQuery,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Vec<(&'static str, Mapped)>>> {
+    let mut out: Vec<Vec<(&'static str, Mapped)>> = heads.iter().map(|_| Vec::new()).collect();
+    for (k, map) in query.maps.iter().enumerate() {
+        if query.maps[..k].iter().any(|m| m.channel() == map.channel()) {
+            let found = format!("{} is mapped twice", map.channel());
+            return Err(Error::new(ErrorKind::Usage, "--map", found).mend("map a channel once"));
+        }
+        let mut files = Vec::new();
+        for (i, (source, heads)) in heads.iter().enumerate() {
+            files.extend(map.find(source, heads)?.map(|m| (i, m)));
+        }
+        if files.len() > 1 {
+            let names: Vec<_> = files.iter().map(|(i, _)| heads[*i].0.as_str()).collect();
+            notes.push(format!("{} is in {}: that of {} is used", map.column(), names.join(", "), names[0]));
+        }
+        let (i, one) = files.into_iter().next().ok_or_else(|| map.missing(heads))?;
+        if one.unit_assumed {
+            notes.push(format!("{:?} states no unit: taken as {}", heads[i].1[one.column].name, map.quantity().si()));
+        }
+        out[i].push((map.channel(), one));
+    }
+    Ok(out)
+}
+
+/// Without the option that drives do not have.
+fn one_of_many(mut error: Error, query: &DriveQuery) -> Error {
+    if error.kind == ErrorKind::Column && query.time.is_none() && error.found.starts_with("no time column") {
+        error.mend = Some("name it with --time".into());
+    }
+    error
+}
+
+fn read_part(
+    source: &str,
+    file: Box<dyn Source>,
+    query: &DriveQuery,
+    mapped: Vec<(&'static str, Mapped)>,
+) -> Result<(Part, Vec<String>)> {
+    let heads = file.heads();
+    let wanted: Vec<bool> = heads.iter().map(|h| h.kind != Kind::Other).collect();
+    let time = query.time.as_deref().filter(|name| clock::find(source, heads, name, "--time").is_ok());
+    let time = clock::choose(source, heads, time, true)?;
+    to_part(&file.read(&wanted)?, time, query, &mapped)
+}
+
+fn to_part(
+    table: &Table,
+    time: TimeColumn,
+    query: &DriveQuery,
+    mapped: &[(&'static str, Mapped)],
+) -> Result<(Part, Vec<String>)> {
+    let times = clock::read(table, time, query.time_unit)?;
     let t = times.seconds;
     let column = time.index().unwrap_or_default();
     if let Some(row) = t.iter().position(|v| v.is_nan()) {
@@ -42,58 +151,108 @@ fn to_log(table: &Table, time: TimeColumn) -> Result<Log> {
     let step_s = t.last().zip(t.first()).map_or(0.0, |(b, a)| (b - a) / (t.len().max(2) - 1) as f64);
     let tolerance = if step_s > 0.0 { (times.resolution_s / step_s).clamp(1e-6, 0.5) } else { 0.0 };
     let mut log = Log::new(&table.source, TimeAxis::Explicit(t).compact(tolerance));
-    let taken = |i: usize| match time {
+    let is_time = |i: usize| match time {
         TimeColumn::One(a) => a == i,
         TimeColumn::Parts(a, b) => a == i || b == i,
         TimeColumn::Rows => false,
     };
-    for i in (0..table.heads.len()).filter(|&i| table.heads[i].kind == Kind::Number && !taken(i)) {
-        let (name, values) = channel_of(table, i)?;
-        let name = if log.get(&name).is_some() { table.heads[i].name.clone() } else { name };
+    let mut notes = Vec::new();
+    let mapped_anywhere = |name: &str| query.maps.iter().any(|m| m.channel() == name);
+    let found = channels::recognise(&table.heads, &mapped_anywhere, &mut notes);
+    let gyro = gyro_column(table);
+    for i in (0..table.heads.len()).filter(|&i| table.heads[i].kind == Kind::Number && !is_time(i)) {
+        let head = &table.heads[i].name;
+        let values = numbers(table, i)?;
+        let mut named = false;
+        for (name, Mapped { conversion, .. }) in mapped.iter().filter(|m| m.1.column == i) {
+            let values = values.iter().map(|v| conversion.factor * v + conversion.offset).collect();
+            log.push(*name, values)?;
+            named = true;
+        }
+        if named {
+            continue;
+        }
+        let (name, values) = match found.iter().find(|f| f.column == i) {
+            Some(Found { channel, conversion, .. }) => {
+                (channel.to_string(), values.iter().map(|v| conversion.factor * v + conversion.offset).collect())
+            }
+            None => match by_role(table, i, gyro).filter(|(name, _)| !mapped_anywhere(name)) {
+                Some(known) => known,
+                None => (head.clone(), values),
+            },
+        };
+        if &name != head && channels::of(&name).is_some() {
+            notes.push(format!("{head:?} is read as {name}"));
+        }
+        let taken = |name: &str| log.get(name).is_some() || mapped_anywhere(name);
+        let name = merge::free_name(&name, &table.source, &taken);
         log.push(name, values)?;
     }
-    Ok(log)
+    let zero_s = match times.clock {
+        Clock::PowerOn { .. } => None,
+        Clock::FirstSample { file_s } => Some(file_s),
+    };
+    Ok((Part { log, zero_s }, notes))
 }
 
-/// A column as a channel: canonical where it leaves no doubt, else as it is.
-fn channel_of(table: &Table, i: usize) -> Result<(String, Vec<f64>)> {
+/// The numbers of a column, in the file's unit.
+fn numbers(table: &Table, i: usize) -> Result<Vec<f64>> {
     let cells = table.numbers(i)?;
     if let Some(row) = cells.values.iter().position(|v| v.is_infinite()) {
         return Err(table.error_at(ErrorKind::Value, row, i, "an infinite value").mend("correct or delete the row"));
     }
+    Ok(cells.values.iter().map(|v| v + cells.origin as f64).collect())
+}
+
+/// The gyro's yaw column: one that is called after the sensor before one that tells the motion (`yaw_rate`), which in
+/// a filter's output is an estimate.
+fn gyro_column(table: &Table) -> Option<usize> {
+    let sensor = |i: &usize| {
+        let head = &table.heads[*i];
+        head.kind == Kind::Number
+            && matches!(names::parse(&head.name).role, Role::Gyro(Some(Axis::Z)))
+            && !names::tells_motion(&head.name)
+    };
+    let sensors: Vec<usize> = (0..table.heads.len()).filter(sensor).collect();
+    match sensors[..] {
+        [one] => Some(one),
+        [] => find_gyro(&table.source, &table.heads, Axis::Z)
+            .ok()
+            .filter(|i| !(names::tells_motion(&table.heads[*i].name) && channels::is_result(&table.heads))),
+        _ => sensors.into_iter().find(|i| table.heads[*i].name == channel::GYRO_Z),
+    }
+}
+
+/// A column of the gyro, of temperature, supply or time since power-on, where name and unit leave no doubt.
+fn by_role(table: &Table, i: usize, gyro: Option<usize>) -> Option<(String, Vec<f64>)> {
     let head = &table.heads[i];
-    let origin = cells.origin as f64;
-    let scaled = |factor: f64| cells.values.iter().map(|v| factor * (v + origin)).collect::<Vec<f64>>();
     let named = names::parse(&head.name);
+    let scaled = |factor: f64| numbers(table, i).map(|x| x.iter().map(|v| factor * v).collect::<Vec<f64>>()).ok();
     let alone = |canonical: &str| {
-        let same = |h: &&super::table::Head| h.kind == Kind::Number && names::parse(&h.name).role == named.role;
+        let same = |h: &&Head| h.kind == Kind::Number && names::parse(&h.name).role == named.role;
         head.name == canonical
             || (table.heads.iter().filter(same).count() == 1 && table.heads.iter().all(|h| h.name != canonical))
     };
     match named.role {
-        Role::Gyro(Some(axis)) if find_gyro(&table.source, &table.heads, axis) == Ok(i) => {
-            if let Ok(Some(unit)) = named_unit(table, i) {
-                return Ok((format!("gyro_{axis}_rad_s"), scaled(unit.to_rad_s())));
-            }
+        Role::Gyro(axis) => {
+            let axis = axis.unwrap_or_default();
+            let own = match axis {
+                Axis::Z => gyro == Some(i),
+                _ => find_gyro(&table.source, &table.heads, axis) == Ok(i),
+            };
+            let unit = if own { named_unit(table, i).ok().flatten() } else { None };
+            Some((format!("gyro_{axis}_rad_s"), scaled(unit?.to_rad_s())?))
         }
         Role::Temperature if alone(channel::TEMPERATURE) => {
-            if let (Some(values), _) = side_channel(table, i, named) {
-                return Ok((channel::TEMPERATURE.to_string(), values));
-            }
+            Some((channel::TEMPERATURE.to_string(), side_channel(table, i, named).0?))
         }
-        Role::Supply if alone(channel::SUPPLY) => {
-            if let (Some(values), _) = side_channel(table, i, named) {
-                return Ok((channel::SUPPLY.to_string(), values));
-            }
-        }
+        Role::Supply if alone(channel::SUPPLY) => Some((channel::SUPPLY.to_string(), side_channel(table, i, named).0?)),
         Role::Time(TimeKind::SincePowerOn) if alone(channel::SINCE_POWER_ON) => {
-            if let Some(unit) = named.unit.as_deref().and_then(TimeUnit::parse) {
-                return Ok((channel::SINCE_POWER_ON.to_string(), scaled(unit.to_s())));
-            }
+            let unit = named.unit.as_deref().and_then(TimeUnit::parse)?;
+            Some((channel::SINCE_POWER_ON.to_string(), scaled(unit.to_s())?))
         }
-        _ => {}
+        _ => None,
     }
-    Ok((head.name.clone(), scaled(1.0)))
 }
 
 /// `t_s` is the name of a log's time in every file that is written.

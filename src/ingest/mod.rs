@@ -1,8 +1,8 @@
 //! Floor 2: logs from files and into files, and what is wrong with them.
 //!
 //! A file's format is found in its content ([text tables](read_gyro), gzipped or not, and Parquet); its columns are found by
-//! their names and unit suffixes. [`read_gyro`] reads one axis of a gyro at rest for the fit and audits it; [`read_log`] reads
-//! every channel of a drive; [`inspect()`] tells what is in a file; [`write_log`] writes a log.
+//! their names and unit suffixes. [`read_gyro`] reads one axis of a gyro at rest for the fit and audits it; [`read_drive`]
+//! reads every channel of a drive, from one file or several; [`read_log`] one file without more ado; [`inspect()`] tells what is in a file; [`write_log`] writes a log.
 //!
 //! Nothing is dropped or guessed in silence: what was done about a finding stands in the [`Audit`], what was decided in the
 //! recording's notes, and what cannot be decided is an error that says which option decides it.
@@ -17,6 +17,8 @@
 
 mod audit;
 mod cell;
+mod channel_map;
+mod channels;
 mod clock;
 mod dialect;
 mod drive;
@@ -26,9 +28,11 @@ mod formats;
 mod input;
 mod inspect;
 mod lattice;
+mod merge;
 mod motion;
 mod names;
 mod parquet;
+mod quantity;
 mod rate_unit;
 mod recording;
 mod table;
@@ -36,8 +40,9 @@ mod text;
 mod write;
 
 pub use audit::{Audit, Duplicates, Gaps, Handling, Missing, OutOfOrder, Rest, Sampling, Saturation, Stuck};
+pub use channel_map::ChannelMap;
 pub use clock::Clock;
-pub use drive::read_log;
+pub use drive::{DriveQuery, DriveRecording, read_drive, read_log};
 pub use inspect::{AxisReport, ColumnReport, Inspection, TimeReport, inspect};
 pub use motion::{Interval, Motion};
 pub use names::Axis;

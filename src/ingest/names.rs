@@ -206,7 +206,7 @@ pub(super) fn parse(name: &str) -> Named {
 }
 
 /// `name [unit]`, `name (unit)`, `name[2]` into the name and what stands in the brackets.
-fn split_brackets(name: &str) -> (String, Option<String>) {
+pub(super) fn split_brackets(name: &str) -> (String, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
         if let Some(inner) = name.strip_suffix(close)
             && let Some((stem, content)) = inner.rsplit_once(open)
@@ -218,7 +218,7 @@ fn split_brackets(name: &str) -> (String, Option<String>) {
 }
 
 /// Words in lower case; borders are whatever is no letter or digit, and `aB`.
-fn words_of(stem: &str) -> Vec<String> {
+pub(super) fn words_of(stem: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut before = ' ';
     for c in stem.chars() {
@@ -367,6 +367,14 @@ fn environment_role(words: &[String], bracketed: Option<&str>) -> Option<Named> 
     }
     let unit = bracketed.map(str::to_string).or_else(|| environment_factor(role, &last).map(|_| last));
     Some(Named { role, unit })
+}
+
+/// Whether a name of a rate tells the motion (`yaw_rate`) rather than the sensor (`gyro_z`): a state estimate has one too.
+pub(super) fn tells_motion(name: &str) -> bool {
+    let mut words = words_of(&split_brackets(name).0);
+    take_rate_unit(&mut words);
+    let joined = words.concat();
+    ["yawrate", "yawvelocity", "zrate"].contains(&joined.as_str())
 }
 
 /// Factor and offset to °C or V of a unit of temperature or supply.

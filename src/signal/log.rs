@@ -20,6 +20,14 @@ pub mod names {
     pub const WHEEL_LEFT: &str = "wheel_left_rad_s";
     /// Right encoder speed, rad/s.
     pub const WHEEL_RIGHT: &str = "wheel_right_rad_s";
+    /// Forward speed by odometry, m/s.
+    pub const ODO_SPEED: &str = "odo_speed_m_s";
+    /// Yaw rate by odometry, that is by the difference of the wheels, rad/s.
+    pub const ODO_YAW_RATE: &str = "odo_yaw_rate_rad_s";
+    /// Ticks that the left encoder has counted.
+    pub const WHEEL_LEFT_TICKS: &str = "wheel_left_ticks";
+    /// Ticks that the right encoder has counted.
+    pub const WHEEL_RIGHT_TICKS: &str = "wheel_right_ticks";
     /// External reference: position, m.
     pub const X: &str = "x_m";
     /// External reference: position, m.

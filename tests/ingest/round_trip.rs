@@ -99,7 +99,7 @@ fn drives_get_canonical_names() {
     );
     let log = read_log(&path).unwrap();
     let names: Vec<_> = log.channels.iter().map(|c| c.name.as_str()).collect();
-    assert_eq!(names, ["gyro_z_rad_s", "temperature_c", "odo_v_m_s"]);
+    assert_eq!(names, ["gyro_z_rad_s", "temperature_c", "odo_speed_m_s"]);
     assert!((log.require("gyro_z_rad_s").unwrap()[1] - std::f64::consts::PI).abs() < 1e-12);
     assert!(log.get("temperature_c").unwrap()[1].is_nan());
     assert!((log.time.at(2) - 0.02).abs() < 1e-12);

@@ -1,0 +1,169 @@
+//! `CHANNEL=[-]COLUMN[:UNIT]`: which column of a drive is which channel, as the user says it.
+
+use super::channels::{self, TABLE};
+use super::quantity::{Conversion, Quantity, other_unit, stem};
+use super::table::{Head, Kind, list};
+use crate::error::{Error, ErrorKind, Result};
+
+/// A column that is to be read as a channel, whatever it is called.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChannelMap {
+    channel: &'static str,
+    column: String,
+}
+
+/// A column of a file that a map names.
+pub(super) struct Mapped {
+    pub column: usize,
+    /// To SI, with the sign.
+    pub conversion: Conversion,
+    /// Whether the unit stands neither in the map nor in the file.
+    pub unit_assumed: bool,
+}
+
+impl ChannelMap {
+    /// Reads `gyro_z_rad_s=gy_rad_s`, `gyro_z_rad_s=-wz:deg/s`. The unit may be left out where the column's name has
+    /// it; a minus turns the sign.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Usage`] without `=`, without a column, or for a channel that no command reads.
+    pub fn parse(text: &str) -> Result<Self> {
+        let usage = |found: String| Error::new(ErrorKind::Usage, "--map", found);
+        let (channel, column) = text.split_once('=').ok_or_else(|| {
+            usage(format!("{text:?} has no \"=\"")).mend("write CHANNEL=COLUMN, such as gyro_z_rad_s=-wz:deg/s")
+        })?;
+        let entry = channels::of(channel.trim()).ok_or_else(|| {
+            let all: Vec<_> = TABLE.iter().map(|e| e.channel).collect();
+            usage(format!("no channel {:?}", channel.trim())).mend(format!("there are {}", all.join(", ")))
+        })?;
+        let column = column.trim().to_string();
+        if column.trim_start_matches('-').is_empty() {
+            return Err(usage(format!("{text:?} names no column")).mend("write CHANNEL=COLUMN"));
+        }
+        Ok(Self { channel: entry.channel, column })
+    }
+
+    /// The channel, as in [`crate::signal::names`].
+    #[must_use]
+    pub fn channel(&self) -> &'static str {
+        self.channel
+    }
+
+    /// What stands right of the `=`: sign, column and unit.
+    #[must_use]
+    pub fn column(&self) -> &str {
+        &self.column
+    }
+
+    /// The column in a file, if it is there; signs and colons may be part of its name.
+    pub(super) fn find(&self, source: &str, heads: &[Head]) -> Result<Option<Mapped>> {
+        let whole = self.column.as_str();
+        let bare = whole.strip_prefix('-').map(|rest| (-1.0, rest.trim_start()));
+        for (sign, text) in [Some((1.0, whole)), bare].into_iter().flatten() {
+            let parted = text.rsplit_once(':').map(|(name, unit)| (name.trim_end(), Some(unit)));
+            for (name, unit) in [Some((text, None)), parted].into_iter().flatten() {
+                if let Some(column) = position(heads, name) {
+                    return self.settle(source, heads, column, sign, unit).map(Some);
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn settle(&self, source: &str, heads: &[Head], column: usize, sign: f64, unit: Option<&str>) -> Result<Mapped> {
+        let head = &heads[column];
+        let at = |kind: ErrorKind, found: String| Error::new(kind, source, found).at(format!("column {:?}", head.name));
+        if head.kind != Kind::Number {
+            return Err(at(ErrorKind::Column, format!("holds {}, not numbers", head.type_name))
+                .mend(format!("map a column of numbers to {}", self.channel)));
+        }
+        let quantity = self.quantity();
+        let named = stem(&head.name, quantity).unit;
+        let written = unit.or(named.as_deref()).or(head.unit.as_deref()).map(|u| u.trim_matches(['(', ')', '[', ']']));
+        let mend = || format!("state the unit: --map {}={}:UNIT with {}", self.channel, head.name, quantity.units());
+        let conversion = match written {
+            Some(text) => quantity
+                .parse(text)
+                .ok_or_else(|| at(ErrorKind::Unit, format!("{text:?} is no unit of {}", self.channel)).mend(mend()))?,
+            None => match other_unit(&head.name, quantity) {
+                Some(other) => {
+                    let found = format!("its name ends in {other:?}, which is no unit of {}", self.channel);
+                    return Err(at(ErrorKind::Unit, found).mend(mend()));
+                }
+                None => Conversion { factor: 1.0, offset: 0.0 },
+            },
+        };
+        let conversion = Conversion { factor: sign * conversion.factor, offset: sign * conversion.offset };
+        Ok(Mapped { column, conversion, unit_assumed: written.is_none() })
+    }
+
+    pub(super) fn quantity(&self) -> Quantity {
+        channels::of(self.channel).map_or(Quantity::Rate, |e| e.quantity)
+    }
+
+    /// The error for a map whose column is in none of the files.
+    pub(super) fn missing(&self, files: &[(String, &[Head])]) -> Error {
+        let sources: Vec<_> = files.iter().map(|f| f.0.as_str()).collect();
+        let there: Vec<_> = match files {
+            [(_, heads)] => vec![list(heads)],
+            _ => files.iter().map(|(source, heads)| format!("{} in {source}", list(heads))).collect(),
+        };
+        let found = format!("no column {:?} for {}; there are {}", self.column, self.channel, there.join("; "));
+        Error::new(ErrorKind::Column, sources.join(", "), found)
+            .mend(format!("name one of them: --map {}=COLUMN[:UNIT]", self.channel))
+    }
+}
+
+/// A column as written, or else without regard to case.
+fn position(heads: &[Head], name: &str) -> Option<usize> {
+    let exact = heads.iter().position(|h| h.name == name);
+    exact.or_else(|| heads.iter().position(|h| h.name.trim().eq_ignore_ascii_case(name.trim())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heads(names: &[&str]) -> Vec<Head> {
+        let head = |n: &&str| Head { name: n.to_string(), kind: Kind::Number, type_name: "number".into(), unit: None };
+        names.iter().map(head).collect()
+    }
+
+    fn found(map: &str, columns: &[&str]) -> Result<Option<(usize, f64, bool)>> {
+        let found = ChannelMap::parse(map)?.find("d.csv", &heads(columns))?;
+        Ok(found.map(|m| (m.column, m.conversion.factor, m.unit_assumed)))
+    }
+
+    #[test]
+    fn sign_and_unit_are_read() {
+        let deg = std::f64::consts::PI / 180.0;
+        assert_eq!(found("gyro_z_rad_s=gy_rad_s", &["gx_rad_s", "gy_rad_s"]), Ok(Some((1, 1.0, false))));
+        assert_eq!(found("gyro_z_rad_s=-wz:deg/s", &["wz"]), Ok(Some((0, -deg, false))));
+        assert_eq!(found("gyro_z_rad_s=wz_dps", &["wz_dps"]), Ok(Some((0, deg, false))));
+        assert_eq!(found("gyro_z_rad_s=-WZ", &["wz"]), Ok(Some((0, -1.0, true))));
+        assert_eq!(found("odo_speed_m_s=v:km/h", &["v"]), Ok(Some((0, 1.0 / 3.6, false))));
+        assert_eq!(found("x_m=east_m", &["north_m"]), Ok(None));
+    }
+
+    #[test]
+    fn signs_and_colons_may_belong_to_the_name() {
+        assert_eq!(found("x_m=-a", &["a", "-a"]), Ok(Some((1, 1.0, true))));
+        assert_eq!(found("x_m=imu:x", &["imu:x"]), Ok(Some((0, 1.0, true))));
+        assert_eq!(found("x_m=-imu:x:mm", &["imu:x"]), Ok(Some((0, -1e-3, false))));
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_refused() {
+        for (map, columns, part) in [
+            ("gyro_z_rad_s", &["wz"][..], "\"=\""),
+            ("gyro=wz", &["wz"], "there are gyro_z_rad_s"),
+            ("x_m=", &["a"], "no column"),
+            ("x_m=-", &["a"], "no column"),
+            ("gyro_z_rad_s=wz:m/s", &["wz"], "rad/s, mrad/s"),
+            ("gyro_z_rad_s=yaw_deg", &["yaw_deg"], "\"deg\""),
+        ] {
+            let text = found(map, columns).unwrap_err().to_string();
+            assert!(text.contains(part), "{map}: {text}");
+        }
+    }
+}
