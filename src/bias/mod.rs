@@ -4,7 +4,9 @@
 //! Durrant-Whyte, IEEE Trans. Robotics and Automation 11 (1995) 328).
 
 mod discrete;
+mod restart;
 mod warm_up;
 
 pub use discrete::{Discrete, Scheme};
+pub use restart::{Lack, Restart};
 pub use warm_up::WarmUp;

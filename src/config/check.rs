@@ -15,6 +15,10 @@ enum Range {
     NotNegative,
     /// |x| below the bound and finite
     Within(f64),
+    /// > 0 and <= 1
+    Share,
+    /// <= 1 and finite
+    AtMostOne,
 }
 
 /// No gyro of a mobile robot is off by more at rest: 100 rad/s is 5700 °/s.
@@ -28,6 +32,8 @@ impl Range {
                 Self::Positive => x > 0.0,
                 Self::NotNegative => x >= 0.0,
                 Self::Within(bound) => x.abs() < bound,
+                Self::Share => x > 0.0 && x <= 1.0,
+                Self::AtMostOne => x <= 1.0,
             }
     }
 
@@ -37,6 +43,8 @@ impl Range {
             Self::Positive => "a positive number".into(),
             Self::NotNegative => "zero or a positive number".into(),
             Self::Within(bound) => format!("a number between -{bound} and {bound}"),
+            Self::Share => "a part above 0 and at most 1".into(),
+            Self::AtMostOne => "a number of at most 1".into(),
         }
     }
 }
@@ -52,7 +60,7 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
             .mend(format!("expected {}", range.words())))
     };
     let maybe = |key: &str, value: Option<f64>, range| value.map_or(Ok(()), |v| one(key, v, range));
-    use Range::{Finite, NotNegative, Positive, Within};
+    use Range::{AtMostOne, Finite, NotNegative, Positive, Share, Within};
 
     maybe("sample_time_s", config.sample_time_s, Positive)?;
     if let Some(g) = &config.gyro {
@@ -62,6 +70,8 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
         one("gyro.angle_random_walk_rad_sqrt_s", g.angle_random_walk_rad_sqrt_s, NotNegative)?;
         maybe("gyro.turn_on_bias_std_rad_s", g.turn_on_bias_std_rad_s, NotNegative)?;
         maybe("gyro.warm_up_relative_std", g.warm_up_relative_std, NotNegative)?;
+        maybe("gyro.cooling_time_constant_s", g.cooling_time_constant_s, Positive)?;
+        maybe("gyro.last_run.warm_up_age_s", g.last_run.map(|l| l.warm_up_age_s), NotNegative)?;
         if let Some(noise) = &g.noise {
             maybe("gyro.noise.rate_random_walk_rad_s_sqrt_s", noise.rate_random_walk_rad_s_sqrt_s, NotNegative)?;
             maybe("gyro.noise.quantization_lsb_rad_s", noise.quantization_lsb_rad_s, NotNegative)?;
@@ -82,8 +92,23 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
         one("vehicle.viscous_friction_n_m_s", v.viscous_friction_n_m_s, NotNegative)?;
         one("vehicle.torque_noise_n_m_sqrt_s", v.torque_noise_n_m_sqrt_s, NotNegative)?;
     }
+    if let Some(t) = &config.traction {
+        one("traction.low_speed_m_s", t.low_speed_m_s, Positive)?;
+        one("traction.driven_load_share", t.driven_load_share, Share)?;
+        one("traction.left_load_share", t.left_load_share, Share)?;
+        one("traction.rolling_resistance", t.rolling_resistance, NotNegative)?;
+        for (key, value) in t.law.parameters() {
+            let range = match key {
+                "c3" => NotNegative,
+                "e" => AtMostOne,
+                _ => Positive,
+            };
+            one(&format!("traction.law.{}.{key}", t.law.name()), value, range)?;
+        }
+    }
     if let Some(e) = &config.encoder {
         one("encoder.speed_noise_std_rad_s", e.speed_noise_std_rad_s, NotNegative)?;
+        maybe("encoder.ticks_per_revolution", e.ticks_per_revolution, Positive)?;
     }
     if let Some(p) = &config.pose {
         one("pose.rate_hz", p.rate_hz, Positive)?;

@@ -8,7 +8,10 @@ mod check;
 mod schema;
 mod seal;
 
-pub use schema::{Config, Covariance, EffectTable, Encoder, Gyro, Kind, Noise, Pose, Provenance, Validation, Vehicle};
+pub use schema::{
+    Config, Covariance, EffectTable, Encoder, Gyro, Kind, LastRun, Noise, Pose, Provenance, Traction, Validation,
+    Vehicle,
+};
 
 use crate::error::{Error, ErrorKind, Result};
 use std::path::Path;
@@ -82,6 +85,16 @@ impl Config {
         seal::write(self)
     }
 
+    /// The configuration after a run that left the gyro's warm-up at the age `warm_up_age_s` (see [`LastRun`]).
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] without `[gyro]`.
+    pub fn after_run(mut self, warm_up_age_s: f64) -> Result<Self> {
+        let gyro = self.gyro.as_mut().ok_or_else(|| missing_table("gyro"))?;
+        gyro.last_run = Some(LastRun { warm_up_age_s });
+        Ok(self)
+    }
+
     /// `[gyro]`, which [`Config::read`] guarantees.
     ///
     /// # Errors
@@ -96,6 +109,14 @@ impl Config {
     /// [`ErrorKind::Config`] if it is missing.
     pub fn require_vehicle(&self) -> Result<&Vehicle> {
         self.vehicle.as_ref().ok_or_else(|| missing_table("vehicle"))
+    }
+
+    /// `[traction]`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] if it is missing.
+    pub fn require_traction(&self) -> Result<&Traction> {
+        self.traction.as_ref().ok_or_else(|| missing_table("traction"))
     }
 
     /// `[encoder]`.

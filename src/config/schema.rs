@@ -1,7 +1,8 @@
 //! The tables of schema 1. Every key carries its unit.
 
-use crate::bias::{Discrete, WarmUp};
-use crate::error::{Error, ErrorKind};
+use crate::bias::{Discrete, Restart, WarmUp};
+use crate::error::{Error, ErrorKind, Result};
+use crate::traction::TractionLaw;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -34,6 +35,9 @@ pub struct Config {
     /// The robot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vehicle: Option<Vehicle>,
+    /// How the wheels slip; without it they roll.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub traction: Option<Traction>,
     /// The wheel encoders.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub encoder: Option<Encoder>,
@@ -69,6 +73,9 @@ pub struct Gyro {
     /// How much c1 and the time constant vary from one power-on to the next, relatively.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warm_up_relative_std: Option<f64>,
+    /// Tc: how fast the gyro cools when it is off, s; without it as T.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cooling_time_constant_s: Option<f64>,
     /// Covariance of the estimates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Covariance>,
@@ -78,6 +85,18 @@ pub struct Gyro {
     /// Stochastic terms beside the white noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
+    /// How warm the gyro was when it was last switched off.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last_run: Option<LastRun>,
+}
+
+/// `[gyro.last_run]`: what a warm restart needs to know.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LastRun {
+    /// Age of the warm-up when the gyro was switched off, s: the time on since a cold power-on, or the time that would
+    /// have warmed it as far at this file's time constant.
+    pub warm_up_age_s: f64,
 }
 
 impl Gyro {
@@ -85,6 +104,21 @@ impl Gyro {
     #[must_use]
     pub fn warm_up(&self) -> WarmUp {
         WarmUp { c1_rad_s: self.c1_rad_s, c2_rad_s: self.c2_rad_s, time_constant_s: self.time_constant_s }
+    }
+
+    /// The restart after the gyro was off for `off_s` since its last run.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] without `[gyro.last_run]`; [`ErrorKind::Value`] if `off_s` is no duration.
+    pub fn restart(&self, off_s: f64) -> Result<Restart> {
+        let last = self.last_run.ok_or_else(|| {
+            let found = "the table is missing: how warm the gyro was when it was switched off is not known";
+            Error::new(ErrorKind::Config, "configuration", found).at("[gyro.last_run]").mend(
+                "write it after a drive with gyroid navigate --save-config FILE, or add warm_up_age_s = the seconds \
+                 that the gyro had been on",
+            )
+        })?;
+        Restart::new(last.warm_up_age_s, off_s, self.cooling_time_constant_s)
     }
 }
 
@@ -160,12 +194,82 @@ pub struct Vehicle {
     pub torque_noise_n_m_sqrt_s: f64,
 }
 
+/// `[traction]`: the contact between wheels and ground, where wheels slip.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Traction {
+    /// Under this speed slip is taken over this speed: the regularisation at standstill, m/s.
+    #[serde(default = "Traction::default_low_speed_m_s")]
+    pub low_speed_m_s: f64,
+    /// Part of the weight that the driven wheels carry; castors carry the rest.
+    #[serde(default = "one")]
+    pub driven_load_share: f64,
+    /// Part of the driven wheels' load that lies on the left one.
+    #[serde(default = "half")]
+    pub left_load_share: f64,
+    /// Resistance against rolling over load, at the driven wheels.
+    #[serde(default)]
+    pub rolling_resistance: f64,
+    /// The law: a table `[traction.law.burckhardt]`, `pacejka`, `dugoff` or `linear` with its parameters.
+    pub law: TractionLaw,
+}
+
+impl Traction {
+    /// Half the weight on each wheel, no rolling resistance, slip regularised below 0.02 m/s.
+    #[must_use]
+    pub fn new(law: TractionLaw) -> Self {
+        Self {
+            low_speed_m_s: Self::default_low_speed_m_s(),
+            driven_load_share: 1.0,
+            left_load_share: 0.5,
+            rolling_resistance: 0.0,
+            law,
+        }
+    }
+
+    /// 2 cm/s: a wheel's slip is well defined above it, and the contact creeps by less than a millimetre a second below.
+    fn default_low_speed_m_s() -> f64 {
+        0.02
+    }
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn half() -> f64 {
+    0.5
+}
+
 /// `[encoder]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Encoder {
     /// White noise of a wheel speed sample, rad/s.
     pub speed_noise_std_rad_s: f64,
+    /// Ticks of a turn of the wheel, gear included; where it is stated, speeds are differences of counted ticks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ticks_per_revolution: Option<f64>,
+}
+
+impl Encoder {
+    /// The wheel's angle from tick to tick, rad, where ticks are counted.
+    #[must_use]
+    pub fn tick_rad(&self) -> Option<f64> {
+        self.ticks_per_revolution.map(|n| std::f64::consts::TAU / n)
+    }
+
+    /// Variance of a speed reading over `interval_s`, rad²/s²: σ² + tick²/(6 interval²).
+    ///
+    /// A count is the angle rounded down; of a wheel that turns over many ticks the rounding error is uniform over a
+    /// tick, of variance tick²/12, and a speed is the difference of two such errors over the interval. Neighbouring
+    /// speeds share a count with opposite signs: their errors have the correlation -1/2 (without white noise), so that
+    /// they do not add up in the angle. A filter that takes them for white is the more cautious there.
+    #[must_use]
+    pub fn speed_variance_rad2_s2(&self, interval_s: f64) -> f64 {
+        let by_ticks = self.tick_rad().map_or(0.0, |tick| tick * tick / (6.0 * interval_s * interval_s));
+        self.speed_noise_std_rad_s * self.speed_noise_std_rad_s + by_ticks
+    }
 }
 
 /// `[pose]`: an external reference.

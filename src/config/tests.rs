@@ -1,5 +1,6 @@
 use super::*;
 use crate::bias::{Discrete, Scheme, WarmUp};
+use crate::traction::{Surface, TractionLaw};
 use proptest::prelude::*;
 
 fn sample() -> Config {
@@ -15,6 +16,7 @@ fn sample() -> Config {
             angle_random_walk_rad_sqrt_s: 1.7e-4,
             turn_on_bias_std_rad_s: Some(2e-4),
             warm_up_relative_std: Some(0.03),
+            cooling_time_constant_s: Some(260.0),
             covariance: Some(Covariance::from_matrix(&[
                 [4e-10, -1e-10, 2e-6],
                 [-1e-10, 3e-10, 1e-7],
@@ -22,6 +24,7 @@ fn sample() -> Config {
             ])),
             discrete: Some(Discrete::new(&model, 0.01, Scheme::Exact).unwrap()),
             noise: Some(Noise { rate_random_walk_rad_s_sqrt_s: Some(1e-6), quantization_lsb_rad_s: None }),
+            last_run: Some(LastRun { warm_up_age_s: 640.5 }),
         }),
         vehicle: Some(Vehicle {
             mass_kg: 17.1,
@@ -32,7 +35,8 @@ fn sample() -> Config {
             viscous_friction_n_m_s: 0.0005,
             torque_noise_n_m_sqrt_s: 0.0002,
         }),
-        encoder: Some(Encoder { speed_noise_std_rad_s: 0.0185 }),
+        traction: Some(Traction::new(TractionLaw::Burckhardt(Surface::Snow.law()))),
+        encoder: Some(Encoder { speed_noise_std_rad_s: 0.0185, ticks_per_revolution: Some(4096.0) }),
         pose: None,
         effects: vec![EffectTable {
             id: "gyro.scale_factor".into(),
@@ -58,6 +62,17 @@ fn round_trip_loses_nothing() {
     assert_eq!(back.to_toml().unwrap(), text);
     back.provenance.as_mut().unwrap().checksum = String::new();
     assert_eq!(back, config);
+}
+
+#[test]
+fn a_run_is_remembered_under_a_new_seal() {
+    let before = Config::parse(&sample().to_toml().unwrap(), "x.toml").unwrap();
+    let text = before.clone().after_run(912.25).unwrap().to_toml().unwrap();
+    let after = Config::parse(&text, "x.toml").unwrap();
+    assert!(after.is_signed());
+    assert_eq!(after.gyro.unwrap().last_run, Some(LastRun { warm_up_age_s: 912.25 }));
+    assert_ne!(after.provenance.unwrap().checksum, before.provenance.unwrap().checksum);
+    assert!(Config::parse(&text.replace("912.25", "112.25"), "x.toml").is_err());
 }
 
 #[test]
@@ -115,6 +130,11 @@ fn what_is_wrong_is_named() {
         |t| *t = t.replace("c1_c1_rad2_s2 = 0.0000000004", "c1_c1_rad2_s2 = -1.0").replace("4e-10", "-1.0"),
         "gyro.covariance",
     );
+    refused(|t| *t = t.replace("warm_up_age_s = 640.5", "warm_up_age_s = -1.0"), "gyro.last_run.warm_up_age_s");
+    refused(|t| *t = t.replace("warm_up_age_s = 640.5", "warm_up_age_s = inf"), "gyro.last_run.warm_up_age_s");
+    refused(|t| *t = t.replace("warm_up_age_s", "warm_up_age_min"), "warm_up_age_min");
+    refused(|t| *t = t.replace("constant_s = 260.0", "constant_s = 0.0"), "gyro.cooling_time_constant_s");
+    refused(|t| *t = t.replace("revolution = 4096.0", "revolution = 0"), "encoder.ticks_per_revolution");
     refused(|t| t.push_str("= broken"), "x.toml");
 }
 
@@ -138,4 +158,25 @@ proptest! {
         let back = Config::parse(&config.to_toml().unwrap(), "x").unwrap();
         prop_assert_eq!(back.gyro, config.gyro);
     }
+}
+
+#[test]
+fn a_traction_table_is_read_with_its_defaults_and_checked_by_name() {
+    let text = |law: &str| format!("schema = 1\n[traction.law.{law}\n");
+    let config = Config::parse(&text("burckhardt]\nc1 = 0.1946\nc2 = 94.129\nc3 = 0.0646"), "x").unwrap();
+    assert_eq!(config.traction, Some(Traction::new(TractionLaw::Burckhardt(Surface::Snow.law()))));
+    for (law, part) in [
+        ("burckhardt]\nc1 = -0.2\nc2 = 94.0\nc3 = 0.0", "traction.law.burckhardt.c1"),
+        ("pacejka]\nb = 10.0\nc = 1.9\nd = 0.9\ne = 1.2", "traction.law.pacejka.e"),
+        ("dugoff]\nfriction = 0.5", "stiffness"),
+        ("lugre]\nfriction = 0.5", "lugre"),
+    ] {
+        let error = Config::parse(&text(law), "x").unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    }
+    let error = Config::parse(
+        "schema = 1\n[traction]\nleft_load_share = 1.5\n[traction.law.linear]\nstiffness = 20.0\nfriction = 0.5\n",
+        "x",
+    );
+    assert!(error.unwrap_err().to_string().contains("left_load_share"));
 }

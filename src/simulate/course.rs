@@ -19,11 +19,14 @@ pub enum Course {
     Umbmark,
     /// Speeds and yaw rates drawn at random (stream of `Seeds::motion`).
     Random,
+    /// The same driven hard: 2 m/s² and 5 rad/s², up to 1.2 m/s and 1.5 rad/s, a stop now and then. Slips on snow.
+    Brisk,
 }
 
 impl Course {
     /// All courses.
-    pub const ALL: [Self; 5] = [Self::Square, Self::SquareClockwise, Self::FigureEight, Self::Umbmark, Self::Random];
+    pub const ALL: [Self; 6] =
+        [Self::Square, Self::SquareClockwise, Self::FigureEight, Self::Umbmark, Self::Random, Self::Brisk];
 
     /// Its name on the command line.
     #[must_use]
@@ -34,6 +37,7 @@ impl Course {
             Self::FigureEight => "figure_eight",
             Self::Umbmark => "umbmark",
             Self::Random => "random",
+            Self::Brisk => "brisk",
         }
     }
 
@@ -72,6 +76,19 @@ impl Course {
                     p.hold(0.5 + 3.5 * draw.uniform());
                 });
             }
+            Self::Brisk => {
+                let mut draw = Purpose::Course.stream(seed);
+                p.repeat(duration_s, |p| {
+                    let stop = draw.uniform() < 0.25;
+                    let speed = if stop { 0.0 } else { draw.uniform() * BRISK_SPEED_M_S };
+                    let yaw_rate = if stop { 0.0 } else { (2.0 * draw.uniform() - 1.0) * BRISK_YAW_RATE_RAD_S };
+                    let now = p.last();
+                    let by_speed = (speed - now.speed_m_s).abs() / BRISK_ACCELERATION_M_S2;
+                    let by_yaw_rate = (yaw_rate - now.yaw_rate_rad_s).abs() / BRISK_YAW_ACCELERATION_RAD_S2;
+                    p.ramp(by_speed.max(by_yaw_rate).max(0.1), speed, yaw_rate);
+                    p.hold(0.2 + 1.3 * draw.uniform());
+                });
+            }
         }
         p
     }
@@ -84,6 +101,10 @@ const ACCELERATION_M_S2: f64 = 0.5;
 const YAW_RATE_RAD_S: f64 = 1.0;
 const YAW_ACCELERATION_RAD_S2: f64 = 2.0;
 const LOOP_RADIUS_M: f64 = 1.0;
+const BRISK_SPEED_M_S: f64 = 1.2;
+const BRISK_ACCELERATION_M_S2: f64 = 2.0;
+const BRISK_YAW_RATE_RAD_S: f64 = 1.5;
+const BRISK_YAW_ACCELERATION_RAD_S2: f64 = 5.0;
 
 /// Speed and yaw rate, linear between corners.
 #[derive(Debug, Clone, Default)]

@@ -1,13 +1,14 @@
 //! Drives: motion from a course or from recorded inputs, and what gyro, encoders and pose reference record of it.
 
 use super::gyro::GyroSensor;
+use super::plant::Plant;
 use super::{Course, Options, Purpose, SOURCE, refuse_effects, rows, sample_time, start};
 use crate::bias::WarmUp;
 use crate::config::{Config, Pose};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
 use crate::signal::{Log, TimeAxis, increasing_times, names, since_power_on};
-use crate::vehicle::{Forcing, Motion, Rolling, advance};
+use crate::vehicle::{Forcing, Motion, Odometry, Rolling, advance};
 
 /// Channels of [`Drive::truth`] beside x, y and heading.
 pub mod truth_names {
@@ -17,16 +18,21 @@ pub mod truth_names {
     pub const YAW_RATE: &str = "yaw_rate_rad_s";
     /// e(t) with its random walk, without white noise, rad/s.
     pub const GYRO_ERROR: &str = "gyro_error_rad_s";
+    /// Slip of the left wheel, where wheels slip.
+    pub const SLIP_LEFT: &str = "slip_left";
+    /// Slip of the right wheel.
+    pub const SLIP_RIGHT: &str = "slip_right";
 }
 
 /// A simulated drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
-    /// What was recorded: `time_since_power_on_s`, torques where there are any, gyro, wheels, pose.
+    /// What was recorded: `time_since_power_on_s`, torques where there are any, gyro, wheels, their ticks where they are
+    /// counted, pose.
     pub log: Log,
     /// What was true at each row: `x_m`, `y_m`, `heading_rad` and the channels of [`truth_names`].
     pub truth: Log,
-    /// The gyro's warm-up in this run.
+    /// The gyro's warm-up in this run, as it is after a cold power-on.
     pub warm_up: WarmUp,
 }
 
@@ -34,7 +40,8 @@ pub struct Drive {
 ///
 /// Torques are the inverse dynamics of the course plus feedback of the true pose and velocity (Kanayama et al., "A
 /// stable tracking control method for an autonomous mobile robot", ICRA 1990), so that torque noise does not lead
-/// the robot astray. The torques are commanded per row and logged.
+/// the robot astray; where wheels slip, the velocity that is fed back is the wheels', as in a robot's speed control.
+/// The torques are commanded per row and logged.
 ///
 /// # Errors
 /// [`ErrorKind::Config`] if a table or the sample time is missing, or the configuration holds effects;
@@ -45,27 +52,27 @@ pub fn drive(config: &Config, course: Course, duration_s: f64, options: &Options
     let len = rows(duration_s, step_s)?;
     let start_s = start(options)?;
     let time = TimeAxis::Uniform { start_s: 0.0, step_s, len };
-    let robot = Rolling::new(config.require_vehicle()?);
+    let mut plant = Plant::new(config)?;
     let mut noise = TorqueNoise::new(config, options)?;
     let mut recorder = Recorder::new(config, options, len)?;
     let profile = course.profile(time.at(len - 1) + step_s, options.seeds.motion);
     let tracker = Tracker::new(step_s);
     let mut torques = [Vec::with_capacity(len), Vec::with_capacity(len)];
 
-    let (mut motion, mut reference) = (Motion::default(), Motion::default());
+    let mut reference = Motion::default();
     for k in 0..len {
         let t = time.at(k);
-        recorder.record(t, start_s + t, &motion, &robot);
+        recorder.record(t, start_s + t, &plant);
         let [speed, yaw_rate] = profile.at(t + step_s);
         let planned = Forcing {
             acceleration_m_s2: (speed - reference.speed_m_s) / step_s,
             yaw_acceleration_rad_s2: (yaw_rate - reference.yaw_rate_rad_s) / step_s,
             ..Forcing::default()
         };
-        let command = tracker.torques(&robot, &motion, &reference, &planned);
+        let command = tracker.torques(plant.rolling(), &plant.indicated(), &reference, &planned);
         torques[0].push(command[0]);
         torques[1].push(command[1]);
-        motion = robot.step(&motion, noise.on(command, step_s), step_s);
+        plant.drive(noise.on(command, step_s), step_s);
         reference = advance(&reference, &planned, step_s);
     }
     recorder.finish(time, Some(torques))
@@ -73,8 +80,8 @@ pub fn drive(config: &Config, course: Course, duration_s: f64, options: &Options
 
 /// The drive that the recorded inputs of `inputs` lead to, on its time axis, from rest at x = y = θ = 0.
 ///
-/// Inputs are the torques; where the log has none, the robot moves as the recorded wheel speeds say (their noise then
-/// moves it), linear between the rows. A missing value (NaN) holds the last one; before the first one, zero.
+/// Inputs are the torques; where the log has none, the robot moves as the recorded wheel speeds, ticks or odometry say
+/// (their noise then moves it), linear between the rows. A missing value (NaN) holds the last one; before the first one, zero.
 /// Time since power-on is the log's own, else counts from `options.since_power_on_s` at the first row.
 ///
 /// # Errors
@@ -88,35 +95,41 @@ pub fn replay(config: &Config, inputs: &Log, options: &Options) -> Result<Drive>
     }
     let since_power_on = since_power_on(inputs, start(options)?)?;
     let times = increasing_times(inputs)?;
-    let robot = Rolling::new(config.require_vehicle()?);
+    let mut plant = Plant::new(config)?;
     let mut recorder = Recorder::new(config, options, inputs.len())?;
     let torques = pair(inputs, names::TORQUE_LEFT, names::TORQUE_RIGHT);
-    let mut motion = Motion::default();
     if let Some([left, right]) = &torques {
         let mut noise = TorqueNoise::new(config, options)?;
         for (k, (&t, &since)) in times.iter().zip(&since_power_on).enumerate() {
-            recorder.record(t, since, &motion, &robot);
+            recorder.record(t, since, &plant);
             if let Some(next) = times.get(k + 1) {
-                motion = robot.step(&motion, noise.on([left[k], right[k]], next - t), next - t);
+                plant.drive(noise.on([left[k], right[k]], next - t), next - t);
             }
         }
     } else {
-        let [left, right] = pair(inputs, names::WHEEL_LEFT, names::WHEEL_RIGHT).ok_or_else(|| {
+        let robot = *plant.rolling();
+        let tick_rad = config.require_encoder()?.tick_rad();
+        let odometry = Odometry::of(inputs, &robot, tick_rad);
+        let Some(wheels) = odometry.as_ref().and_then(Odometry::wheels) else {
             let found = "neither torques nor wheel speeds to replay";
-            Error::new(ErrorKind::Column, &inputs.source, found).mend("call the columns that hold them by these names")
-        })?;
+            return Err(Error::new(ErrorKind::Column, &inputs.source, found)
+                .mend(format!("name the columns that hold them: --map {}=COLUMN[:UNIT]", names::WHEEL_LEFT)));
+        };
+        let [left, right] = wheels.map(held);
         let velocity = |k: usize| robot.speed_and_yaw_rate([left[k], right[k]]);
-        [motion.speed_m_s, motion.yaw_rate_rad_s] = velocity(0);
+        let [speed_m_s, yaw_rate_rad_s] = velocity(0);
+        plant.put(Motion { speed_m_s, yaw_rate_rad_s, ..Motion::default() });
         for (k, (&t, &since)) in times.iter().zip(&since_power_on).enumerate() {
-            recorder.record(t, since, &motion, &robot);
+            recorder.record(t, since, &plant);
             if let Some(next) = times.get(k + 1) {
+                let motion = *plant.motion();
                 let [speed, yaw_rate] = velocity(k + 1);
                 let forcing = Forcing {
                     acceleration_m_s2: (speed - motion.speed_m_s) / (next - t),
                     yaw_acceleration_rad_s2: (yaw_rate - motion.yaw_rate_rad_s) / (next - t),
                     ..Forcing::default()
                 };
-                motion = advance(&motion, &forcing, next - t);
+                plant.roll(&forcing, next - t);
             }
         }
     }
@@ -125,14 +138,15 @@ pub fn replay(config: &Config, inputs: &Log, options: &Options) -> Result<Drive>
 
 /// Both channels with gaps held, if both are there.
 fn pair(log: &Log, left: &str, right: &str) -> Option<[Vec<f64>; 2]> {
-    let held = |values: &[f64]| {
-        let hold = |last: &mut f64, &v: &f64| {
-            *last = if v.is_finite() { v } else { *last };
-            Some(*last)
-        };
-        values.iter().scan(0.0, hold).collect()
-    };
     Some([held(log.get(left)?), held(log.get(right)?)])
+}
+
+fn held(values: &[f64]) -> Vec<f64> {
+    let hold = |last: &mut f64, &v: &f64| {
+        *last = if v.is_finite() { v } else { *last };
+        Some(*last)
+    };
+    values.iter().scan(0.0, hold).collect()
 }
 
 /// White torque noise of each wheel, held over a step: standard deviation q/√dt.
@@ -193,9 +207,34 @@ struct Recorder {
     gyro: GyroSensor,
     encoder_std_rad_s: f64,
     encoders: [Stream; 2],
+    counters: Option<Counters>,
     pose: Option<PoseSensor>,
     recorded: Vec<(&'static str, Vec<f64>)>,
     truth: Vec<(&'static str, Vec<f64>)>,
+}
+
+/// Encoders that count whole ticks; where the wheel stands between two ticks at first is drawn at random.
+struct Counters {
+    tick_rad: f64,
+    phases: [f64; 2],
+    last: Option<(f64, [f64; 2])>,
+}
+
+impl Counters {
+    fn new(tick_rad: f64, seed: u64) -> Self {
+        let phases = [Purpose::TickLeft, Purpose::TickRight].map(|p| p.stream(seed).uniform());
+        Self { tick_rad, phases, last: None }
+    }
+
+    /// Speeds since the last row (rad/s, NaN in the first) and counts, of wheels at these angles.
+    fn read(&mut self, t_s: f64, angles_rad: [f64; 2]) -> ([f64; 2], [f64; 2]) {
+        let counts: [f64; 2] = std::array::from_fn(|i| (angles_rad[i] / self.tick_rad + self.phases[i]).floor());
+        let before = self.last.replace((t_s, counts));
+        let speeds = before.map_or([f64::NAN; 2], |(t0, last)| {
+            std::array::from_fn(|i| (counts[i] - last[i]) * self.tick_rad / (t_s - t0))
+        });
+        (speeds, counts)
+    }
 }
 
 struct PoseSensor {
@@ -210,13 +249,29 @@ impl Recorder {
         let seed = options.seeds.sensors;
         let columns = |names: &[&'static str]| names.iter().map(|n| (*n, Vec::with_capacity(len))).collect();
         let mut recorded = vec![names::SINCE_POWER_ON, names::GYRO_Z, names::WHEEL_LEFT, names::WHEEL_RIGHT];
+        let counters = config.require_encoder()?.tick_rad().map(|tick_rad| Counters::new(tick_rad, seed));
+        if counters.is_some() {
+            recorded.extend([names::WHEEL_LEFT_TICKS, names::WHEEL_RIGHT_TICKS]);
+        }
         if config.pose.is_some() {
             recorded.extend([names::X, names::Y, names::HEADING]);
+        }
+        let mut truth = vec![
+            names::X,
+            names::Y,
+            names::HEADING,
+            truth_names::SPEED,
+            truth_names::YAW_RATE,
+            truth_names::GYRO_ERROR,
+        ];
+        if config.traction.is_some() {
+            truth.extend([truth_names::SLIP_LEFT, truth_names::SLIP_RIGHT]);
         }
         Ok(Self {
             gyro: GyroSensor::new(config.require_gyro()?, sample_time(config)?, options)?,
             encoder_std_rad_s: config.require_encoder()?.speed_noise_std_rad_s,
             encoders: [Purpose::EncoderLeft.stream(seed), Purpose::EncoderRight.stream(seed)],
+            counters,
             pose: config.pose.map(|table| PoseSensor {
                 table,
                 streams: [Purpose::PoseX, Purpose::PoseY, Purpose::PoseHeading].map(|p| p.stream(seed)),
@@ -224,35 +279,35 @@ impl Recorder {
                 first_s: None,
             }),
             recorded: columns(&recorded),
-            truth: columns(&[
-                names::X,
-                names::Y,
-                names::HEADING,
-                truth_names::SPEED,
-                truth_names::YAW_RATE,
-                truth_names::GYRO_ERROR,
-            ]),
+            truth: columns(&truth),
         })
     }
 
-    fn record(&mut self, t_s: f64, since_power_on_s: f64, motion: &Motion, robot: &Rolling) {
+    fn record(&mut self, t_s: f64, since_power_on_s: f64, plant: &Plant) {
+        let motion = plant.motion();
         let gyro = self.gyro.read(motion.yaw_rate_rad_s, since_power_on_s);
-        let [left, right] = robot.wheel_speeds(motion);
-        let mut row = vec![
-            since_power_on_s,
-            gyro.reading_rad_s,
-            left + self.encoder_std_rad_s * self.encoders[0].normal(),
-            right + self.encoder_std_rad_s * self.encoders[1].normal(),
-        ];
-        if let Some(pose) = &mut self.pose {
-            row.extend(pose.read(t_s, motion));
+        let (speeds, counts) = match &mut self.counters {
+            Some(counters) => {
+                let (speeds, counts) = counters.read(t_s, plant.wheel_angles_rad());
+                (speeds, Some(counts))
+            }
+            None => (plant.wheels_rad_s(), None),
+        };
+        let mut columns = self.recorded.iter_mut();
+        let mut put = |value| columns.next().into_iter().for_each(|column| column.1.push(value));
+        put(since_power_on_s);
+        put(gyro.reading_rad_s);
+        for (speed, stream) in speeds.into_iter().zip(&mut self.encoders) {
+            put(speed + self.encoder_std_rad_s * stream.normal());
         }
-        for (column, value) in self.recorded.iter_mut().zip(row) {
-            column.1.push(value);
+        counts.into_iter().flatten().for_each(&mut put);
+        if let Some(pose) = &mut self.pose {
+            pose.read(t_s, motion).into_iter().for_each(&mut put);
         }
         let Motion { x_m, y_m, heading_rad, speed_m_s, yaw_rate_rad_s } = *motion;
         let row = [x_m, y_m, heading_rad, speed_m_s, yaw_rate_rad_s, gyro.error_rad_s];
-        for (column, value) in self.truth.iter_mut().zip(row) {
+        let slips = plant.slips().into_iter().flatten();
+        for (column, value) in self.truth.iter_mut().zip(row.into_iter().chain(slips)) {
             column.1.push(value);
         }
     }

@@ -1,5 +1,6 @@
-//! gyro = true rate + e(t) + white noise;  e(t) = C1 (1 - exp(-t/T)) + C2 + K W(t), t from power-on
+//! gyro = true rate + e(t) + white noise;  e(t) = C1 (1 - exp(-(t + A)/T)) + C2 + K W(t), t from power-on
 //!
+//! A is zero after a cold power-on; after a warm restart it is the age that the gyro had kept ([`crate::bias::Restart`]).
 //! W is a Wiener process that starts at power-on: the rate random walk, a walk of C2. A sample's white noise has the
 //! standard deviation N/√Ts. Where the output lies on a lattice, it is rounded to it.
 
@@ -12,6 +13,8 @@ use crate::math::random::Stream;
 /// A gyro with its state.
 pub(super) struct GyroSensor {
     model: WarmUp,
+    /// A, s
+    age_at_power_on_s: f64,
     white_std_rad_s: f64,
     walk_rad_s_sqrt_s: f64,
     lsb_rad_s: Option<f64>,
@@ -31,8 +34,11 @@ pub(super) struct GyroSample {
 impl GyroSensor {
     pub fn new(gyro: &Gyro, sample_time_s: f64, options: &Options) -> Result<Self> {
         let noise = gyro.noise.unwrap_or_default();
+        let model = if options.vary_turn_on { turn_on(gyro, options.seeds.turn_on)? } else { gyro.warm_up() };
+        let restart = options.off_time_s.map(|off_s| gyro.restart(off_s)).transpose()?;
         Ok(Self {
-            model: if options.vary_turn_on { turn_on(gyro, options.seeds.turn_on)? } else { gyro.warm_up() },
+            model,
+            age_at_power_on_s: restart.map_or(0.0, |r| r.age_s(model.time_constant_s)),
             white_std_rad_s: gyro.angle_random_walk_rad_sqrt_s / sample_time_s.sqrt(),
             walk_rad_s_sqrt_s: noise.rate_random_walk_rad_s_sqrt_s.unwrap_or(0.0),
             lsb_rad_s: noise.quantization_lsb_rad_s.filter(|lsb| *lsb > 0.0),
@@ -55,7 +61,7 @@ impl GyroSensor {
         if self.walk_rad_s_sqrt_s > 0.0 {
             self.walk_rad_s += self.walk_rad_s_sqrt_s * dt.sqrt() * self.steps.normal();
         }
-        let error_rad_s = self.model.error_rad_s(since_power_on_s) + self.walk_rad_s;
+        let error_rad_s = self.model.error_rad_s(since_power_on_s + self.age_at_power_on_s) + self.walk_rad_s;
         let raw = rate_rad_s + error_rad_s + self.white_std_rad_s * self.white.normal();
         let reading_rad_s = self.lsb_rad_s.map_or(raw, |lsb| (raw / lsb).round() * lsb);
         GyroSample { reading_rad_s, error_rad_s }

@@ -4,8 +4,11 @@
 //! - [`drive`]: a robot that follows a [`Course`]
 //! - [`replay`]: a robot that is given the torques of another log
 //!
-//! gyro = true rate + e(t) + white noise, t from power-on; wheels roll without slip ([`crate::vehicle::Rolling`]).
-//! Row k's torques act from its time to the next row's; row k's sensors are read at its time.
+//! gyro = true rate + e(t) + white noise, t from power-on; wheels roll without slip ([`crate::vehicle::Rolling`]), or slip
+//! where the configuration has `[traction]` ([`crate::vehicle::Slipping`]).
+//! Row k's torques act from its time to the next row's; row k's sensors are read at its time. Encoders read the wheels'
+//! speeds or, with `ticks_per_revolution`, count whole ticks of their true angles, speeds being differences of counts.
+//! A gyro that was switched on again before it was cold goes on where it had cooled to ([`crate::bias::Restart`]).
 //!
 //! Random numbers come from named streams of explicit [`Seeds`]: the same seeds give the same bytes, and the same motion
 //! can be recorded again with other sensor noise.
@@ -13,6 +16,7 @@
 mod course;
 mod drive;
 mod gyro;
+mod plant;
 
 pub use course::Course;
 pub use drive::{Drive, drive, replay, truth_names};
@@ -50,11 +54,14 @@ pub struct Options {
     /// Draw C1, C2 and T anew inside their stated repeatability (`turn_on_bias_std_rad_s`, `warm_up_relative_std`):
     /// C2 + σ n, C1 (1 + ρ n), T exp(ρ n). Without it the parameters are the nominal ones.
     pub vary_turn_on: bool,
+    /// A warm restart: how long the gyro was off since the run that `[gyro.last_run]` tells of, s; else it was cold at
+    /// power-on. The drawn T holds for that run and, where no cooling time constant is stated, for the pause.
+    pub off_time_s: Option<f64>,
 }
 
 impl From<u64> for Options {
     fn from(seed: u64) -> Self {
-        Self { seeds: seed.into(), since_power_on_s: 0.0, vary_turn_on: false }
+        Self { seeds: seed.into(), since_power_on_s: 0.0, vary_turn_on: false, off_time_s: None }
     }
 }
 
@@ -68,6 +75,8 @@ enum Purpose {
     TorqueRight = 112,
     EncoderLeft = 121,
     EncoderRight = 122,
+    TickLeft = 123,
+    TickRight = 124,
     PoseX = 131,
     PoseY = 132,
     PoseHeading = 133,
