@@ -105,8 +105,7 @@ fn a_drive_is_simulated_replayed_and_navigated() {
         "y_m",
         "heading_rad",
         "speed_m_s",
-        // a reader takes the only yaw rate of a file for the gyro's
-        "gyro_z_rad_s",
+        "yaw_rate_rad_s",
         "gyro_error_rad_s",
         "x_std_m",
         "y_std_m",
@@ -145,11 +144,263 @@ fn the_example_data_are_what_their_commands_make() {
     }
 }
 
+/// A robot that drives a circle of 1 m at 0.5 m/s: yaw rate 0.5 rad/s.
+mod circle {
+    pub const YAW_RATE: f64 = 0.5;
+    pub const SPEED: f64 = 0.5;
+
+    /// A file with `columns` of (name, value at a time), `rate_hz` rows a second from `start_s`, for 20 s.
+    pub fn file(rate_hz: f64, start_s: f64, columns: &[(&str, &dyn Fn(f64) -> f64)]) -> String {
+        let names: Vec<_> = columns.iter().map(|c| c.0).collect();
+        let mut text = format!("t_s,{}\n", names.join(","));
+        for k in 0..=(20.0 * rate_hz) as u32 {
+            let t = start_s + f64::from(k) / rate_hz;
+            let values: Vec<_> = columns.iter().map(|c| c.1(t).to_string()).collect();
+            text += &format!("{t},{}\n", values.join(","));
+        }
+        text
+    }
+}
+
+#[test]
+fn files_of_several_rates_are_one_drive_and_columns_are_mapped() {
+    let p = Place::new();
+    let put = |name: &str, text: String| std::fs::write(p.path(name), text).unwrap();
+    let degrees = |_: f64| -circle::YAW_RATE.to_degrees();
+    put("imu.csv", circle::file(50.0, 0.0, &[("wz", &degrees), ("gz_dps", &|_| 7.0)]));
+    let (speed, yaw_rate) = (|_: f64| circle::SPEED, |_: f64| circle::YAW_RATE);
+    put("wheels.csv", circle::file(10.0, 0.0, &[("odo_v_m_s", &speed), ("odo_yaw_rate_rad_s", &yaw_rate)]));
+    // seen from a frame that is turned by a quarter and shifted
+    let (east, north) = (|t: f64| 4.0 + (0.5 * t).cos(), |t: f64| 3.0 + (0.5 * t).sin());
+    put("gps.csv", circle::file(4.0, 0.05, &[("east_m", &east), ("north_m", &north)]));
+
+    let line = "navigate robot.toml imu.csv wheels.csv gps.csv --map gyro_z_rad_s=-wz:deg/s --align=0.5 --json -";
+    let json: serde_json::Value = serde_json::from_str(&p.ok(line)).unwrap();
+    let without = &json["without_error_model"];
+    // 50 Hz, 10 Hz on the same stamps, 4 Hz beside them: 0.05 s + k/4 meets k/50 every second time
+    let gps = (0..=80).filter(|k| (5 + 25 * k) % 2 == 1).count();
+    assert_eq!(without["rows"], 1001 + gps);
+    // gyro and wheels agree, so that the filters differ from the circle by the numbers' rounding and the start's prior
+    for run in ["without_error_model", "dead_reckoning", "gyro_reckoning"] {
+        let reference = &json[run]["reference"];
+        assert!(reference["position_rms_m"].as_f64().unwrap() < 0.02, "{run}: {reference}");
+        assert!(reference.get("heading_rms_rad").is_none());
+        let turn = reference["alignment"]["rotation_rad"].as_f64().unwrap();
+        // the robot starts along x, the reference along north at t = 0
+        assert!((turn - std::f64::consts::FRAC_PI_2).abs() < 0.02, "{run}: {turn}");
+    }
+    let with = json["log_notes"].to_string();
+    assert!(with.contains("odo_v_m_s") && with.contains("east_m"), "{with}");
+
+    // the sign matters: turned round, the gyro goes the other way about
+    let line = "navigate robot.toml imu.csv wheels.csv gps.csv --map gyro_z_rad_s=wz:deg/s --align=0.5 --json -";
+    let wrong: serde_json::Value = serde_json::from_str(&p.ok(line)).unwrap();
+    assert!(wrong["gyro_reckoning"]["reference"]["position_rms_m"].as_f64().unwrap() > 0.5);
+
+    let text = p.ok("navigate robot.toml imu.csv wheels.csv gps.csv --map gyro_z_rad_s=-wz:deg/s --plot drive");
+    assert!(text.contains("drew drive.png, drive.svg") && text.contains("laid on the reference"), "{text}");
+    assert!(bytes(&p.path("drive.png")).starts_with(b"\x89PNG"));
+    assert!(String::from_utf8(bytes(&p.path("drive.svg"))).unwrap().contains("gyro as it is"));
+
+    p.refused(
+        "navigate robot.toml imu.csv wheels.csv --map gyro_z_rad_s=wy",
+        1,
+        &["\"wy\"", "wz, gz_dps", "odo_v_m_s"],
+    );
+    p.refused("navigate robot.toml imu.csv wheels.csv --map gyro_z_rad_s=wz:m", 1, &["imu.csv", "\"m\"", "deg/s"]);
+    p.refused("navigate robot.toml imu.csv wheels.csv --map gyro=wz", 2, &["gyro_z_rad_s"]);
+    p.refused("navigate robot.toml imu.csv", 1, &["no row tells the speed", "--map odo_speed_m_s"]);
+    p.refused("navigate robot.toml wheels.csv --map odo_yaw_rate_rad_s=odo_v_m_s:rad/s --plot a.gif", 2, &["a.gif"]);
+    p.refused("navigate robot.toml imu.csv wheels.csv gps.csv --start-at-reference", 1, &["no reference heading"]);
+    p.refused("navigate robot.toml imu.csv wheels.csv gps.csv --align=2", 2, &["share"]);
+}
+
+#[test]
+fn odometry_without_a_gyro_is_navigated_and_replayed() {
+    let p = Place::new();
+    let (speed, yaw_rate) = (|_: f64| circle::SPEED, |_: f64| circle::YAW_RATE);
+    let text = circle::file(10.0, 0.0, &[("v", &speed), ("odo_yaw_rate_rad_s", &yaw_rate)]);
+    std::fs::write(p.path("wheels.csv"), text).unwrap();
+    let text = std::fs::read_to_string(p.path("robot.toml")).unwrap();
+    let (head, tail) = (text.split("[gyro]").next().unwrap(), text.split("[vehicle]").nth(1).unwrap());
+    std::fs::write(p.path("bare.toml"), format!("{head}[vehicle]{tail}")).unwrap();
+
+    let json = p.ok("navigate bare.toml wheels.csv --map odo_speed_m_s=v:m/s --json -");
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(json["with_error_model"].is_null() && json["gyro_reckoning"].is_null());
+    let heading = &json["without_error_model"]["final_pose"]["heading_rad"];
+    let [found, std] = ["estimate", "std"].map(|k| heading[k].as_f64().unwrap());
+    assert!((found - 20.0 * circle::YAW_RATE).abs() < 5.0 * std, "{heading}");
+
+    let text = p.ok("simulate robot.toml --inputs wheels.csv --map odo_speed_m_s=v:m/s --truth true.csv -o again.csv");
+    assert!(text.contains("201 rows"), "{text}");
+    let truth = gyroid::ingest::read_log(p.path("true.csv")).unwrap();
+    let end = |name: &str| *truth.get(name).unwrap().last().unwrap();
+    // a circle of radius 1 m about (0, 1), by quadrature of order 6
+    assert!((end("heading_rad") - 10.0).abs() < 1e-9 && (end("x_m") - 10f64.sin()).abs() < 1e-9);
+}
+
+#[test]
+fn a_written_pose_is_no_gyro_when_it_is_read_back() {
+    let p = Place::new();
+    p.ok("simulate robot.toml --course square --duration 10 -o drive.parquet");
+    p.ok("navigate robot.toml drive.parquet -q -o pose.csv");
+    p.refused("navigate robot.toml pose.csv", 1, &["no row tells the speed", "yaw_rate_rad_s"]);
+}
+
 #[test]
 fn quiet_is_quiet() {
     let p = Place::new();
     assert_eq!(p.ok("simulate robot.toml --course random --duration 5 -q -o d.parquet"), "");
     assert_eq!(p.ok("navigate robot.toml d.parquet -q"), "");
+}
+
+#[test]
+fn a_gyro_is_switched_off_and_on_again() {
+    let p = Place::new();
+    p.ok("simulate robot.toml --course square --duration 30 --start-offset 570 -o first.parquet");
+    p.refused(
+        "navigate robot.toml first.parquet --off-time 300",
+        1,
+        &["robot.toml", "[gyro.last_run]", "--save-config"],
+    );
+    p.refused("simulate robot.toml --course square --off-time 300 -o d.csv", 1, &["robot.toml", "[gyro.last_run]"]);
+    let text = p.ok("navigate robot.toml first.parquet --save-config after.toml");
+    assert!(text.contains("wrote after.toml: warm-up age 600 s"), "{text}");
+    let saved = gyroid::config::Config::read(p.path("after.toml")).unwrap();
+    let age_s = saved.require_gyro().unwrap().last_run.unwrap().warm_up_age_s;
+    assert!((age_s - 600.0).abs() < 1e-9, "{age_s}");
+    // nothing else has changed
+    let before = gyroid::config::Config::read(p.path("robot.toml")).unwrap().after_run(age_s).unwrap();
+    assert_eq!(before, saved);
+
+    p.ok("simulate after.toml --course square --duration 30 --off-time 300 --truth true.parquet -o second.parquet");
+    let json = |line: &str| -> serde_json::Value { serde_json::from_str(&p.ok(line)).unwrap() };
+    let warm = &json("navigate after.toml second.parquet --off-time 300 --json - -o pose.parquet")["with_error_model"];
+    let cold = &json("navigate after.toml second.parquet --json -")["with_error_model"];
+    let h0 = (1.0 - (-600f64 / 240.0).exp()) * (-300f64 / 240.0).exp();
+    let age = |run: &serde_json::Value| run["warm_up_age_end_s"].as_f64().unwrap();
+    assert!((age(warm) - (30.0 - 240.0 * (1.0 - h0).ln())).abs() < 1e-6 && (age(cold) - 30.0).abs() < 1e-6);
+    assert!(cold["notes"].to_string().contains("--off-time") && !warm["notes"].to_string().contains("--off-time"));
+    // a cold start would begin C1 h0 = -0.64 mrad/s off; the first row's readings know the yaw rate to 4 mrad/s, which moves
+    // an error that is known to 0.2 by 0.01 mrad/s
+    let first = |log: &str| gyroid::ingest::read_log(p.path(log)).unwrap().get("gyro_error_rad_s").unwrap()[0];
+    assert!((first("pose.parquet") - first("true.parquet")).abs() < 5e-5);
+
+    p.refused(
+        "navigate after.toml second.parquet --off-time 300 --start-offset 600",
+        2,
+        &["--start-offset", "second.parquet", "new power-on"],
+    );
+    p.refused(
+        "simulate after.toml --inputs second.parquet --off-time 300 --start-offset 600 -o d.csv",
+        2,
+        &["--start-offset"],
+    );
+    p.refused("navigate after.toml second.parquet --off-time -3", 1, &["off time"]);
+    p.refused("navigate after.toml second.parquet --save-config no/such/x.toml", 1, &["no directory"]);
+    // the file may be saved over itself
+    p.ok("navigate after.toml second.parquet --off-time 300 --save-config after.toml -q");
+    assert!(
+        gyroid::config::Config::read(p.path("after.toml"))
+            .unwrap()
+            .require_gyro()
+            .unwrap()
+            .last_run
+            .unwrap()
+            .warm_up_age_s
+            < 200.0
+    );
+}
+
+#[test]
+fn how_the_wheels_move_is_the_users_choice() {
+    let p = Place::new();
+    let snow = "[traction.law.burckhardt]\nc1 = 0.1946\nc2 = 94.129\nc3 = 0.0646\n[encoder]";
+    std::fs::write(p.path("snow.toml"), ROBOT.replace("[encoder]", snow)).unwrap();
+    p.ok("simulate snow.toml --course square --duration 20 --truth true.parquet -o drive.parquet");
+    let json = |wheels: &str| -> serde_json::Value {
+        let line = format!("navigate snow.toml drive.parquet --wheels {wheels} --json - -o {wheels}.parquet");
+        serde_json::from_str(&p.ok(&line)).unwrap()
+    };
+    for (wheels, slips) in [("auto", true), ("slip", true), ("rolling", false)] {
+        let with = &json(wheels)["with_error_model"];
+        assert_eq!((with["slip_modelled"].as_bool(), with["slip"].is_array()), (Some(slips), slips), "{wheels}");
+        let pose = gyroid::ingest::read_log(p.path(&format!("{wheels}.parquet"))).unwrap();
+        let columns = ["slip_left", "slip_left_std", "slip_right", "slip_right_std"];
+        assert!(columns.iter().all(|name| pose.get(name).is_some() == slips), "{wheels}");
+    }
+    assert_eq!(bytes(&p.path("auto.parquet")), bytes(&p.path("slip.parquet")));
+    // slips as the simulator had them, by the filter's own standard deviation: 95 % within two, and the filter starts
+    // without knowing
+    let [pose, truth] = ["slip", "true"].map(|f| gyroid::ingest::read_log(p.path(&format!("{f}.parquet"))).unwrap());
+    let [slip, std] = ["slip_left", "slip_left_std"].map(|name| pose.get(name).unwrap());
+    let within = |(k, truth): &(usize, &f64)| (slip[*k] - *truth).abs() < 5.0 * std[*k];
+    let rows = truth.get("slip_left").unwrap().iter().enumerate().skip(100);
+    assert!(rows.clone().filter(within).count() as f64 > 0.99 * rows.count() as f64);
+
+    assert!(p.ok("navigate snow.toml drive.parquet").contains("slip: left "));
+    assert!(!p.ok("navigate snow.toml drive.parquet --wheels rolling").contains("slip: left "));
+    p.refused("navigate robot.toml drive.parquet --wheels slip", 1, &["robot.toml", "[traction]"]);
+    p.refused("navigate snow.toml drive.parquet --wheels skid", 2, &["auto", "rolling", "slip"]);
+}
+
+#[test]
+fn ticks_and_a_restart_go_with_several_files() {
+    let p = Place::new();
+    let put = |name: &str, text: String| std::fs::write(p.path(name), text).unwrap();
+    put("ticks.toml", ROBOT.replace("std_rad_s = 0.02", "std_rad_s = 0.0\nticks_per_revolution = 4096"));
+    let rate = |_: f64| circle::YAW_RATE;
+    put("imu.csv", circle::file(50.0, 0.0, &[("gyro_z_rad_s", &rate)]));
+    // angles of wheels of 5 cm, half a track of 17 cm apart
+    let ticks = |side: f64| {
+        move |t: f64| {
+            (t * (circle::SPEED + side * 0.17 * circle::YAW_RATE) / 0.05 * 4096.0 / std::f64::consts::TAU).floor()
+        }
+    };
+    put("wheels.csv", circle::file(10.0, 0.0, &[("enc_l", &ticks(-1.0)), ("wheel_right_ticks", &ticks(1.0))]));
+    let files = "imu.csv wheels.csv --map wheel_left_ticks=enc_l:ticks --start-offset 40";
+    let json: serde_json::Value =
+        serde_json::from_str(&p.ok(&format!("navigate ticks.toml {files} --json -"))).unwrap();
+    let run = &json["without_error_model"];
+    let sensors = run["consistency"]["sensors"].as_array().unwrap();
+    // every count but the first ends an interval
+    let readings: Vec<_> = sensors.iter().map(|s| s["readings"].as_u64().unwrap()).collect();
+    assert_eq!(readings, [1001, 200, 200]);
+    let heading = &run["final_pose"]["heading_rad"];
+    let [found, std] = ["estimate", "std"].map(|key| heading[key].as_f64().unwrap());
+    assert!((found - 20.0 * circle::YAW_RATE).abs() < 5.0 * std, "{heading}");
+
+    let text = p.ok(&format!("navigate ticks.toml {files} --save-config after.toml"));
+    assert!(text.contains("warm-up age 60 s") && text.contains("encoders alone"), "{text}");
+    p.ok("navigate after.toml imu.csv wheels.csv --map wheel_left_ticks=enc_l:ticks --off-time 30 -q");
+
+    // without ticks per revolution, a gyro, or [gyro]
+    p.refused(&format!("navigate robot.toml {files}"), 1, &["robot.toml", "encoder.ticks_per_revolution"]);
+    let wheels = "wheels.csv --map wheel_left_ticks=enc_l:ticks";
+    p.refused(&format!("navigate after.toml {wheels} --off-time 30"), 2, &["--off-time", "no gyro"]);
+    p.refused(&format!("navigate ticks.toml {wheels} --save-config x.toml"), 2, &["--save-config", "no gyro"]);
+    let text = std::fs::read_to_string(p.path("ticks.toml")).unwrap();
+    let (head, tail) = (text.split("[gyro]").next().unwrap(), text.split("[vehicle]").nth(1).unwrap());
+    put("bare.toml", format!("{head}[vehicle]{tail}"));
+    p.refused(&format!("navigate bare.toml {files} --off-time 30"), 1, &["bare.toml", "[gyro]"]);
+    p.ok(&format!("navigate bare.toml {wheels} -q"));
+}
+
+#[test]
+fn standing_still_is_told() {
+    let p = Place::new();
+    let held =
+        ROBOT.replace("speed_noise_std_rad_s = 0.02", "speed_noise_std_rad_s = 0.0\nticks_per_revolution = 2048");
+    std::fs::write(p.path("held.toml"), held).unwrap();
+    let rest: String = (0..500).map(|k| format!("{},0.0,0.0\n", 0.01 * f64::from(k))).collect();
+    std::fs::write(p.path("rest.csv"), format!("t_s,wheel_left_rad_s,wheel_right_rad_s\n{rest}")).unwrap();
+    p.ok("simulate held.toml --inputs rest.csv -o held.parquet");
+    let log = gyroid::ingest::read_log(p.path("held.parquet")).unwrap();
+    assert_eq!(log.get("wheel_left_ticks").unwrap()[499], 0.0);
+    assert!(p.ok("navigate held.toml held.parquet").contains("stood still in 450 rows"));
+    assert!(!p.ok("navigate held.toml held.parquet --no-zero-updates").contains("stood still"));
+    p.refused("navigate held.toml held.parquet --no-zero-updates --zero-updates", 2, &["--zero-updates"]);
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use gyroid::ErrorKind;
 use gyroid::config::{Config, Covariance, Noise, Validation};
 use gyroid::math::random::Stream;
-use gyroid::navigate::{ErrorModel, ReferenceErrors, Settings, Summary, dead_reckoning, run};
+use gyroid::navigate::{ErrorModel, ReferenceErrors, Settings, Standstill, Summary, dead_reckoning, run};
 use gyroid::signal::{Log, TimeAxis, names};
 use gyroid::simulate::{Course, Drive, Options, drive, replay};
 use rayon::prelude::*;
@@ -20,12 +20,16 @@ const TEXT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
     [pose]\nrate_hz = 5.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
 
 const PLAIN: Settings = Settings {
+    wheels: gyroid::navigate::WheelModel::Auto,
     error_model: ErrorModel::WarmUp,
     use_pose: false,
     start_at_reference: false,
+    align_share: None,
     gate_probability: None,
     since_power_on_s: 0.0,
     acceleration_densities: None,
+    off_time_s: None,
+    standstill: Some(Standstill::EXACT),
 };
 const OFF: Settings = Settings { error_model: ErrorModel::Off, ..PLAIN };
 const RUNS: u64 = 60;
@@ -63,8 +67,8 @@ fn heading_rms_rad(config: &Config, vary_turn_on: bool) -> [f64; 3] {
     let errors = over_runs(|seed| {
         let options = Options { since_power_on_s: 20.0, vary_turn_on, ..Options::from(seed) };
         let log = drive(config, Course::Square, 180.0, &options).unwrap().log;
-        let end = |settings| run(config, &log, settings).unwrap().summary.reference.unwrap().heading_end_rad;
-        let encoders = dead_reckoning(config, &log, &PLAIN).unwrap().reference.unwrap().heading_end_rad;
+        let end = |settings| run(config, &log, settings).unwrap().summary.reference.unwrap().heading_end_rad.unwrap();
+        let encoders = dead_reckoning(config, &log, &PLAIN).unwrap().reference.unwrap().heading_end_rad.unwrap();
         [end(&PLAIN), end(&OFF), encoders]
     });
     std::array::from_fn(|i| (errors.iter().map(|e| e[i] * e[i]).sum::<f64>() / RUNS as f64).sqrt())
@@ -245,7 +249,7 @@ fn on_a_course_without_torques_the_model_still_helps() {
     for [with, without] in over_runs(|seed| {
         let mut log = recorded(&config, Course::Square, 120.0, seed).log;
         log.channels.retain(|c| !c.name.starts_with("torque"));
-        [&PLAIN, &OFF].map(|s| run(&config, &log, s).unwrap().summary.reference.unwrap().heading_rms_rad)
+        [&PLAIN, &OFF].map(|s| run(&config, &log, s).unwrap().summary.reference.unwrap().heading_rms_rad.unwrap())
     }) {
         assert!(with < 0.2 * without, "{with} {without}");
     }
@@ -278,7 +282,7 @@ fn the_gate_keeps_outliers_out() {
     let [open, gated] = [&PLAIN, &gate].map(|s| run(&config, &log, s).unwrap().summary);
     assert_eq!(gated.consistency.gated, hits.len() as u64);
     assert!(!open.consistency.nis_holds);
-    let heading = |s: &Summary| s.reference.as_ref().unwrap().heading_rms_rad;
+    let heading = |s: &Summary| s.reference.as_ref().unwrap().heading_rms_rad.unwrap();
     assert!(heading(&gated) < heading(&open));
 }
 
@@ -360,7 +364,11 @@ fn bad_inputs_are_named() {
         assert!(error.to_string().contains(part), "{error} lacks {part}");
     };
     let lose = |l: &mut Log, name: &str| l.channels.retain(|c| c.name != name);
-    refused(&|_, l| lose(l, names::GYRO_Z), ErrorKind::Column, "gyro_z_rad_s");
+    let speed_alone = |l: &mut Log| {
+        [names::WHEEL_LEFT, names::WHEEL_RIGHT, names::GYRO_Z].iter().for_each(|n| lose(l, n));
+        l.push(names::ODO_SPEED, vec![1.0; l.len()]).unwrap();
+    };
+    refused(&|_, l| speed_alone(l), ErrorKind::Column, "gyro_z_rad_s");
     refused(&|_, l| lose(l, names::WHEEL_RIGHT), ErrorKind::Column, "wheel_right_rad_s");
     refused(&|_, l| lose(l, names::HEADING), ErrorKind::Column, "heading_rad");
     refused(&|c, _| c.vehicle = None, ErrorKind::Config, "[vehicle]");

@@ -6,8 +6,9 @@
 
 use super::{Innovation, Sensor};
 use crate::math::NORMAL_975;
+use crate::math::distributions::chi_squared_interval95;
 use serde::Serialize;
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 /// NIS over a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -36,7 +37,7 @@ pub struct Consistency {
 /// NIS and whiteness of one sensor's innovations.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SensorConsistency {
-    /// `gyro`, `wheel_left`, `wheel_right`, `x`, `y` or `heading`.
+    /// `gyro`, `wheel_left`, `wheel_right`, `speed`, `x`, `y` or `heading`.
     pub sensor: &'static str,
     /// Readings used.
     pub readings: u64,
@@ -178,6 +179,7 @@ fn name(sensor: Sensor) -> &'static str {
         Sensor::Gyro => "gyro",
         Sensor::WheelLeft => "wheel_left",
         Sensor::WheelRight => "wheel_right",
+        Sensor::Speed => "speed",
         Sensor::PoseX => "x",
         Sensor::PoseY => "y",
         Sensor::PoseHeading => "heading",
@@ -192,43 +194,10 @@ fn mean_bounds95(degrees: u64) -> [f64; 2] {
     chi_squared_interval95(degrees as f64).map(|x| x / degrees as f64)
 }
 
-/// Beyond this many degrees of freedom Wilson and Hilferty's cube root (PNAS 17 (1931) 684) is closer to the quantile
-/// than an incomplete gamma function can be inverted: its relative error is below 1e-7.
-const EXACT_DEGREES: f64 = 10_000.0;
-
-/// Two-sided 95 % interval of chi-squared.
-pub(super) fn chi_squared_interval95(degrees: f64) -> [f64; 2] {
-    match ChiSquared::new(degrees) {
-        Ok(chi) if degrees <= EXACT_DEGREES => [chi.inverse_cdf(0.025), chi.inverse_cdf(0.975)],
-        _ => [-NORMAL_975, NORMAL_975].map(|z| {
-            let spread = 2.0 / (9.0 * degrees);
-            degrees * (1.0 - spread + z * spread.sqrt()).powi(3)
-        }),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::random::Stream;
-
-    #[test]
-    fn quantiles_are_those_of_the_tables() {
-        // Abramowitz and Stegun, table 26.8
-        for (degrees, low, high) in [(1.0, 0.000_982, 5.024), (3.0, 0.216, 9.348), (100.0, 74.222, 129.561)] {
-            let [a, b] = chi_squared_interval95(degrees);
-            assert!((a - low).abs() < 5e-4 && (b - high).abs() < 5e-4, "{degrees}: {a} {b}");
-        }
-    }
-
-    #[test]
-    fn both_formulas_meet() {
-        let exact = chi_squared_interval95(EXACT_DEGREES);
-        let above = chi_squared_interval95(EXACT_DEGREES + 1e-6);
-        for (a, b) in exact.iter().zip(above) {
-            assert!((a / b - 1.0).abs() < 1e-7, "{a} {b}");
-        }
-    }
 
     fn gather(innovations: impl Iterator<Item = [f64; 2]>) -> Consistency {
         let mut g = Gatherer::new();

@@ -1,53 +1,44 @@
-//! Extended Kalman filter of the rolling robot with the gyro's warm-up
+//! Extended Kalman filter of the robot with the gyro's warm-up
 //!
 //! ```text
-//!     states         x, y, θ, v, ω, e, s, ln T
-//!     dv/dt, dω/dt   rolling dynamics under the commanded torques, or white accelerations where none are known
+//!     states         x, y, θ, v, ω, e, s, ln T;    with slip also φ̇L, φ̇R
+//!     dv/dt, dω/dt   the motion model's, under the commanded torques, or white accelerations where none are known
 //!     de/dt = λ(T) (s - e)                         s = C1 + C2
 //!     gyro           ω + e + white noise           N/√Ts, with lsb²/12 where the output lies on a lattice
-//!     wheels         (v ∓ b ω)/r + white noise
+//!     wheels         (v ∓ b ω)/r, with slip φ̇      + white noise σ
+//!     speed          r (φ̇L + φ̇R)/2                 + white noise r σ/√2, where it is all that the wheels tell
 //! ```
 //!
-//! Noise: each wheel's torque has white noise of density q, held over a step (variance q²/dt, as simulated); unknown
-//! accelerations are white with given densities; the rate random walk moves e and s alike (variance K² dt). The state
-//! is carried by the same exact step as the simulator's, the covariance by its analytic derivative, in UD factors.
-//! Speed, yaw rate and gyro error are linear but for ln T; only x and y bend.
+//! Speeds that are differences of ticks are means over an interval: the speed in its middle, where [`super::run`] takes them
+//! in. Their variance is that of [`crate::config::Encoder`], and T/12 of the wheel's random walk, the variance of a
+//! Wiener process' mean over T about its middle. That neighbours are anticorrelated is left out: with K the gain of such
+//! readings on the speed, their mean NIS is then 1 + K (1 - K)/(2 - K), between 1 and 4 - 2√2 = 1.17, and the heading is
+//! known better than the filter claims.
+//!
+//! The rate random walk moves e and s alike (variance K² dt). The state is carried by the same step as the simulator's,
+//! the covariance by its analytic derivative, in UD factors. Without slip speed, yaw rate and gyro error are linear but
+//! for ln T; only x and y bend.
 
 use super::gyro_error::{Decay, LN_TIME_CONSTANT_REACH, Prior};
-use super::ud::UdCovariance;
+use super::model::{BENDS, Input, MotionModel, Transition, bits, state};
+use super::reading::{Innovation, Sensor, WHEELS, wheel_variance};
+use super::rolling_model::{ROLLING_STATES, RollingModel, motion_of};
+use super::slip_model::{SLIP_STATES, SlipModel};
+use super::ud::{Projection, Row, Structure, UdCovariance};
 use super::{ErrorModel, Settings};
-use crate::config::Config;
+use crate::config::{Config, Encoder};
 use crate::error::{Error, ErrorKind, Result};
-use crate::vehicle::{Forcing, Motion, MotionJacobian, Rolling, advance_with_jacobian};
+use crate::math::phi::exponentials;
+use crate::vehicle::Motion;
 use nalgebra::{SMatrix, SVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-/// Number of states.
-pub const STATES: usize = 8;
-
-/// Index of each state.
-pub mod state {
-    /// x, m
-    pub const X: usize = 0;
-    /// y, m
-    pub const Y: usize = 1;
-    /// θ, rad
-    pub const HEADING: usize = 2;
-    /// v, m/s
-    pub const SPEED: usize = 3;
-    /// ω, rad/s
-    pub const YAW_RATE: usize = 4;
-    /// e, rad/s
-    pub const GYRO_ERROR: usize = 5;
-    /// s = C1 + C2, rad/s
-    pub const WARM_ERROR: usize = 6;
-    /// ln(T / 1 s)
-    pub const LN_TIME_CONSTANT: usize = 7;
-}
 use state::{GYRO_ERROR, HEADING, LN_TIME_CONSTANT, SPEED, WARM_ERROR, X, Y, YAW_RATE};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::marker::PhantomData;
 
 /// Noise sources of a prediction: two torques or accelerations, and the rate random walk.
-const NOISES: usize = 3;
+pub(super) const NOISES: usize = 3;
+/// With those of a step that bends.
+const ALL_NOISES: usize = NOISES + BENDS;
 
 /// A zero noise in the configuration would mean infinite trust: standard deviations of a measurement are at least this
 /// (rad/s, m or rad).
@@ -59,74 +50,26 @@ const VELOCITY_STD: f64 = 1.0;
 /// The start defines the origin; known to 1 µm and 1 µrad, so that the covariance is positive definite.
 const ORIGIN_STD: f64 = 1e-6;
 
-/// What drives the robot until the next row.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Input {
-    /// Commanded torques, left and right, N·m.
-    Torques([f64; 2]),
-    /// Unknown accelerations, white with these densities: (m/s²)²/Hz and (rad/s²)²/Hz, two-sided.
-    Accelerations([f64; 2]),
-}
+/// The filter without slip.
+pub type RollingFilter = Filter<ROLLING_STATES, RollingModel>;
+/// The filter with slip.
+pub type SlipFilter = Filter<SLIP_STATES, SlipModel>;
 
-/// A sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Sensor {
-    /// Yaw rate, rad/s.
-    Gyro,
-    /// Left encoder, rad/s.
-    WheelLeft,
-    /// Right encoder, rad/s.
-    WheelRight,
-    /// Reference position, m.
-    PoseX,
-    /// Reference position, m.
-    PoseY,
-    /// Reference heading, rad.
-    PoseHeading,
-}
-
-impl Sensor {
-    /// All sensors, in the order in which a row's readings are taken in.
-    pub const ALL: [Self; 6] =
-        [Self::Gyro, Self::WheelLeft, Self::WheelRight, Self::PoseX, Self::PoseY, Self::PoseHeading];
-}
-
-/// What a reading said against what was expected.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Innovation {
-    /// Reading minus expectation, in the sensor's unit.
-    pub residual: f64,
-    /// Its variance.
-    pub variance: f64,
-    /// Whether it passed the gate and was used.
-    pub used: bool,
-}
-
-impl Innovation {
-    /// Normalised innovation squared: chi-squared with one degree of freedom if the model holds.
-    #[must_use]
-    pub fn nis(&self) -> f64 {
-        self.residual * self.residual / self.variance
-    }
-
-    /// The residual in standard deviations.
-    #[must_use]
-    pub fn standardised(&self) -> f64 {
-        self.residual / self.variance.sqrt()
-    }
-}
-
-/// The filter. A step allocates nothing; readings are taken one by one, as they come, at any rate.
+/// The filter of a motion model. A step allocates nothing; readings are taken one by one, as they come, at any rate.
 #[derive(Debug, Clone)]
-pub struct RollingFilter {
-    robot: Rolling,
+pub struct Filter<const N: usize, M> {
+    model: M,
     decay: Decay,
-    mean: SVector<f64, STATES>,
-    covariance: UdCovariance<STATES>,
-    torque_noise_density: f64,
+    mean: SVector<f64, N>,
+    covariance: UdCovariance<N>,
     walk_rad_s_sqrt_s: f64,
+    rows: [Row<N>; Sensor::ALL.len()],
     /// Variance of each sensor, in the order of [`Sensor::ALL`].
-    noise_variances: [f64; 6],
+    noise_variances: [f64; Sensor::ALL.len()],
+    encoder: Encoder,
+    wheel_radius_m: f64,
+    /// Growth of the variance of what each sensor of the wheels reads in the last step, in its unit squared a second.
+    wheel_walks: [f64; WHEELS.len()],
     ln_time_constant_bounds: [f64; 2],
     gate_nis: f64,
 }
@@ -136,16 +79,43 @@ impl RollingFilter {
     ///
     /// # Errors
     /// [`ErrorKind::Config`] if `[gyro]`, `[vehicle]`, `[encoder]` or the sample time is missing, or the covariance is
-    /// none; [`ErrorKind::Value`] if the gate's level is no probability.
+    /// none, or `[gyro.last_run]` is missing for a restart; [`ErrorKind::Value`] if the gate's level is no probability,
+    /// or the off time no duration.
     pub fn new(config: &Config, settings: &Settings, since_power_on_s: f64) -> Result<(Self, Vec<String>)> {
+        Self::with_model(RollingModel::new(config.require_vehicle()?), config, settings, since_power_on_s)
+    }
+}
+
+impl SlipFilter {
+    /// As [`RollingFilter::new`], with `[traction]`.
+    ///
+    /// # Errors
+    /// As [`RollingFilter::new`], and [`ErrorKind::Config`] without `[traction]`.
+    pub fn new(config: &Config, settings: &Settings, since_power_on_s: f64) -> Result<(Self, Vec<String>)> {
+        let model = SlipModel::new(config.require_vehicle()?, config.require_traction()?);
+        Self::with_model(model, config, settings, since_power_on_s)
+    }
+}
+
+impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
+    /// A filter with this motion model.
+    ///
+    /// # Errors
+    /// As [`RollingFilter::new`].
+    pub fn with_model(
+        model: M,
+        config: &Config,
+        settings: &Settings,
+        since_power_on_s: f64,
+    ) -> Result<(Self, Vec<String>)> {
         let gyro = config.require_gyro()?;
-        let vehicle = config.require_vehicle()?;
         let sample_time_s = sample_time(config)?;
         let decay = Decay::new(config)?;
-        let prior = Prior::new(gyro, &decay, since_power_on_s);
+        let restart = settings.off_time_s.map(|off_s| gyro.restart(off_s)).transpose()?;
+        let prior = Prior::new(gyro, &decay, restart.as_ref(), since_power_on_s);
 
-        let mut mean = SVector::<f64, STATES>::zeros();
-        let mut p = SMatrix::<f64, STATES, STATES>::zeros();
+        let mut mean = SVector::<f64, N>::zeros();
+        let mut p = SMatrix::<f64, N, N>::zeros();
         for i in [X, Y, HEADING] {
             p[(i, i)] = ORIGIN_STD * ORIGIN_STD;
         }
@@ -161,6 +131,7 @@ impl RollingFilter {
             walk_rad_s_sqrt_s = gyro.noise.and_then(|n| n.rate_random_walk_rad_s_sqrt_s).unwrap_or(0.0);
             notes = prior.notes;
         }
+        model.start(&mut mean, &mut p);
         let covariance = UdCovariance::factor(&p).ok_or_else(|| {
             Error::new(ErrorKind::Config, "configuration", "is no covariance: a combination has a negative variance")
                 .at("`gyro.covariance`")
@@ -169,24 +140,28 @@ impl RollingFilter {
 
         let lattice = gyro.noise.and_then(|n| n.quantization_lsb_rad_s).unwrap_or(0.0);
         let white = gyro.angle_random_walk_rad_sqrt_s;
-        let wheel_std = config.require_encoder()?.speed_noise_std_rad_s;
+        let encoder = *config.require_encoder()?;
+        let wheel_radius_m = config.require_vehicle()?.wheel_radius_m;
         let pose = config.pose.map_or([0.0; 2], |p| [p.position_std_m, p.heading_std_rad]);
-        let variances = [
-            white * white / sample_time_s + lattice * lattice / 12.0,
-            wheel_std * wheel_std,
-            wheel_std * wheel_std,
-            pose[0] * pose[0],
-            pose[0] * pose[0],
-            pose[1] * pose[1],
-        ];
+        let variances = Sensor::ALL.map(|sensor| match sensor {
+            Sensor::Gyro => white * white / sample_time_s + lattice * lattice / 12.0,
+            Sensor::WheelLeft | Sensor::WheelRight | Sensor::Speed => {
+                wheel_variance(&encoder, wheel_radius_m, sensor, sample_time_s)
+            }
+            Sensor::PoseX | Sensor::PoseY => pose[0] * pose[0],
+            Sensor::PoseHeading => pose[1] * pose[1],
+        });
         let filter = Self {
-            robot: Rolling::new(vehicle),
+            rows: rows(&model, wheel_radius_m),
+            model,
             decay,
             mean,
             covariance,
-            torque_noise_density: vehicle.torque_noise_n_m_sqrt_s,
             walk_rad_s_sqrt_s,
             noise_variances: variances.map(|v| v.max(MEASUREMENT_STD_FLOOR * MEASUREMENT_STD_FLOOR)),
+            encoder,
+            wheel_radius_m,
+            wheel_walks: [0.0; WHEELS.len()],
             ln_time_constant_bounds: [prior.mean[2] - LN_TIME_CONSTANT_REACH, prior.mean[2] + LN_TIME_CONSTANT_REACH],
             gate_nis: gate(settings.gate_probability)?,
         };
@@ -211,25 +186,25 @@ impl RollingFilter {
 
     /// Mean of the states, in the order of [`state`].
     #[must_use]
-    pub fn mean(&self) -> &SVector<f64, STATES> {
+    pub fn mean(&self) -> &SVector<f64, N> {
         &self.mean
     }
 
     /// Covariance of the states.
     #[must_use]
-    pub fn covariance(&self) -> SMatrix<f64, STATES, STATES> {
+    pub fn covariance(&self) -> SMatrix<f64, N, N> {
         self.covariance.covariance()
     }
 
     /// Standard deviations of the states.
     #[must_use]
-    pub fn std(&self) -> SVector<f64, STATES> {
+    pub fn std(&self) -> SVector<f64, N> {
         self.covariance.variances().map(f64::sqrt)
     }
 
     /// The covariance's factors.
     #[must_use]
-    pub fn factors(&self) -> &UdCovariance<STATES> {
+    pub fn factors(&self) -> &UdCovariance<N> {
         &self.covariance
     }
 
@@ -241,10 +216,58 @@ impl RollingFilter {
 
     /// Carries the state `dt_s` > 0 on, `input` held.
     pub fn predict(&mut self, input: Input, dt_s: f64) {
-        let Transition { mean, phi, motion } = self.transition(&self.mean, input, dt_s);
-        let (gamma, q) = self.process_noise(input, &motion, dt_s);
-        self.covariance.predict(&phi, &gamma, &q);
-        self.mean = mean;
+        let next = self.transition(&self.mean, Some(&self.covariance), input, dt_s);
+        match &next.bend {
+            None => self.covariance.predict_sparse::<NOISES, Moves<M>>(&next.phi, &next.gamma, &next.variances),
+            Some(bend) => {
+                let mut columns = SMatrix::<f64, N, ALL_NOISES>::zeros();
+                columns.fixed_columns_mut::<NOISES>(0).copy_from(&next.gamma);
+                columns.fixed_columns_mut::<BENDS>(NOISES).copy_from(bend);
+                let mut all = SVector::<f64, ALL_NOISES>::repeat(1.0);
+                all.fixed_rows_mut::<NOISES>(0).copy_from(&next.variances);
+                self.covariance.predict_sparse::<ALL_NOISES, Moves<M>>(&next.phi, &columns, &all);
+            }
+        }
+        if self.encoder.tick_rad().is_some() {
+            self.wheel_walks = self.wheel_walks_in(next.gamma, next.variances, dt_s);
+        }
+        self.mean = next.mean;
+    }
+
+    /// Growth of the variance of what each sensor of the wheels reads. Takes Γ by value and is not inlined: looked up by
+    /// indices that the compiler does not know, it would have to lie in memory at every step, ticks or not.
+    #[inline(never)]
+    fn wheel_walks_in(
+        &self,
+        gamma: SMatrix<f64, N, NOISES>,
+        variances: SVector<f64, NOISES>,
+        dt_s: f64,
+    ) -> [f64; WHEELS.len()] {
+        WHEELS.map(|sensor| {
+            let row = self.rows[sensor as usize].entries();
+            let by_noise = |k: usize| row.iter().map(|(i, h)| h * gamma[(*i, k)]).sum::<f64>();
+            (0..NOISES).map(|k| by_noise(k).powi(2) * variances[k]).sum::<f64>() / dt_s
+        })
+    }
+
+    /// Takes in the mean of what a sensor of the wheels reads over `interval_s`, made of ticks, in the middle of that
+    /// interval; `None` if it is missing.
+    pub fn update_mean(&mut self, sensor: Sensor, mean: f64, interval_s: f64) -> Option<Innovation> {
+        let row = &self.rows[sensor as usize];
+        let walk = WHEELS.iter().position(|s| *s == sensor).map_or(0.0, |at| self.wheel_walks[at]);
+        let residual = row.entries().iter().fold(mean, |rest, (i, h)| rest - h * self.mean[*i]);
+        let seen = self.covariance.project(row, self.variance_over(sensor, interval_s) + walk * interval_s / 12.0);
+        mean.is_finite().then(|| self.take(&seen, residual))
+    }
+
+    /// Takes in that the robot stands: v = 0 and ω = 0 with these variances (m²/s², rad²/s²).
+    pub fn update_still(&mut self, variances: [f64; 2]) {
+        for (state, r) in [SPEED, YAW_RATE].into_iter().zip(variances) {
+            let mut h = SVector::<f64, N>::zeros();
+            h[state] = 1.0;
+            let seen = self.covariance.project(&Row::new(&h), r);
+            self.take(&seen, -self.mean[state]);
+        }
     }
 
     /// Takes in a reading; `None` if it is missing (not a finite number).
@@ -252,133 +275,157 @@ impl RollingFilter {
         if !reading.is_finite() {
             return None;
         }
-        let (expected, h) = self.expectation(sensor);
-        let r = self.noise_variances[sensor as usize];
-        let mut residual = reading - expected;
+        let (row, r) = (&self.rows[sensor as usize], self.noise_variances[sensor as usize]);
+        let mut residual = row.entries().iter().fold(reading, |rest, (i, h)| rest - h * self.mean[*i]);
         if sensor == Sensor::PoseHeading {
             residual = super::wrap_angle(residual);
         }
-        let mut innovation = Innovation { residual, variance: self.covariance.innovation_variance(&h, r), used: true };
-        if innovation.nis() > self.gate_nis {
+        let seen = self.covariance.project(row, r);
+        Some(self.take(&seen, residual))
+    }
+
+    /// Takes in a residual, unless the gate keeps it out.
+    #[inline(always)]
+    fn take(&mut self, seen: &Projection<N>, residual: f64) -> Innovation {
+        let mut innovation = Innovation { residual, variance: seen.variance, used: true };
+        if residual * residual > self.gate_nis * seen.variance {
             innovation.used = false;
-            return Some(innovation);
+            return innovation;
         }
-        let gain = self.covariance.update(&h, r);
+        let gain = self.covariance.take_in(seen);
         self.mean += gain * residual;
         let [low, high] = self.ln_time_constant_bounds;
         self.mean[LN_TIME_CONSTANT] = self.mean[LN_TIME_CONSTANT].clamp(low, high);
-        Some(innovation)
+        innovation
     }
 
-    /// The state `dt_s` after `mean`, and its derivative by `mean`.
-    fn transition(&self, mean: &SVector<f64, STATES>, input: Input, dt_s: f64) -> Transition {
-        let motion = motion_of(mean);
-        let (after, j) = advance_with_jacobian(&motion, &self.forcing(input), dt_s);
-        let (rate, rate_by_ln_t) = self.decay.rate(mean[LN_TIME_CONSTANT].exp());
-        let left = (-rate * dt_s).exp();
-        let gone = -(-rate * dt_s).exp_m1();
-        let (e, s) = (mean[GYRO_ERROR], mean[WARM_ERROR]);
+    /// Variance of a reading of `sensor`, in the square of its unit.
+    #[must_use]
+    pub fn noise_variance(&self, sensor: Sensor) -> f64 {
+        self.noise_variances[sensor as usize]
+    }
 
-        let mut next = *mean;
-        next[X] = after.x_m;
-        next[Y] = after.y_m;
-        next[HEADING] = after.heading_rad;
-        next[SPEED] = after.speed_m_s;
-        next[YAW_RATE] = after.yaw_rate_rad_s;
-        next[GYRO_ERROR] = e + gone * (s - e);
-
-        let mut phi = SMatrix::<f64, STATES, STATES>::identity();
-        for i in [X, Y] {
-            phi[(i, HEADING)] = j.position_by_heading[i];
-            phi[(i, SPEED)] = j.position_by_speed[i];
-            phi[(i, YAW_RATE)] = j.position_by_yaw_rate[i];
+    /// Variance of a reading of `sensor` that is a mean over `interval_s`, in the square of its unit: only of ticks does
+    /// it depend on the interval.
+    #[must_use]
+    pub fn variance_over(&self, sensor: Sensor, interval_s: f64) -> f64 {
+        if !WHEELS.contains(&sensor) {
+            return self.noise_variance(sensor);
         }
-        phi[(HEADING, YAW_RATE)] = j.heading_by_yaw_rate;
-        phi[(SPEED, SPEED)] = j.speed_by_speed;
-        phi[(YAW_RATE, YAW_RATE)] = j.yaw_rate_by_yaw_rate;
-        phi[(GYRO_ERROR, GYRO_ERROR)] = left;
-        phi[(GYRO_ERROR, WARM_ERROR)] = gone;
-        phi[(GYRO_ERROR, LN_TIME_CONSTANT)] = (s - e) * dt_s * rate_by_ln_t * left;
-        Transition { mean: next, phi, motion: j }
+        let variance = wheel_variance(&self.encoder, self.wheel_radius_m, sensor, interval_s);
+        variance.max(MEASUREMENT_STD_FLOOR * MEASUREMENT_STD_FLOOR)
     }
 
-    /// How the noise of a step enters the states, and its variances.
-    fn process_noise(
+    /// The motion model.
+    #[must_use]
+    pub fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// Slip of the left and the right wheel, each with its standard deviation; `None` without a slip model.
+    #[must_use]
+    pub fn slips(&self) -> Option<[[f64; 2]; 2]> {
+        let slips = self.model.slips(&self.mean)?;
+        Some(slips.map(|(slip, row)| [slip, self.covariance.innovation_variance(&row, 0.0).sqrt()]))
+    }
+
+    /// The state `dt_s` after `mean`, the motion being disturbed by this much.
+    pub(super) fn carried(
         &self,
+        mean: &SVector<f64, N>,
         input: Input,
-        j: &MotionJacobian,
+        disturbances: [f64; 2],
         dt_s: f64,
-    ) -> (SMatrix<f64, STATES, NOISES>, SVector<f64, NOISES>) {
-        let by_acceleration =
-            [(X, j.position_by_acceleration[0]), (Y, j.position_by_acceleration[1]), (SPEED, j.speed_by_acceleration)];
-        let by_yaw_acceleration = [
-            (X, j.position_by_yaw_acceleration[0]),
-            (Y, j.position_by_yaw_acceleration[1]),
-            (HEADING, j.heading_by_yaw_acceleration),
-            (YAW_RATE, j.yaw_rate_by_yaw_acceleration),
-        ];
-        // columns: (a, α) of each of two noises
-        let (columns, densities) = match input {
-            Input::Torques(_) => {
-                let (a, alpha) = (self.robot.acceleration_by_torque(), self.robot.yaw_acceleration_by_torque());
-                let density = self.torque_noise_density * self.torque_noise_density;
-                ([[a, -alpha], [a, alpha]], [density; 2])
-            }
-            Input::Accelerations(densities) => ([[1.0, 0.0], [0.0, 1.0]], densities),
-        };
-        let mut gamma = SMatrix::<f64, STATES, NOISES>::zeros();
-        for (k, [a, alpha]) in columns.into_iter().enumerate() {
-            for (i, by) in by_acceleration {
-                gamma[(i, k)] += by * a;
-            }
-            for (i, by) in by_yaw_acceleration {
-                gamma[(i, k)] += by * alpha;
-            }
-        }
-        gamma[(GYRO_ERROR, 2)] = 1.0;
-        gamma[(WARM_ERROR, 2)] = 1.0;
-        let walk = self.walk_rad_s_sqrt_s * self.walk_rad_s_sqrt_s * dt_s;
-        (gamma, SVector::from([densities[0] / dt_s, densities[1] / dt_s, walk]))
+    ) -> SVector<f64, N> {
+        let mut after = self.model.disturbed(mean, input, disturbances, dt_s);
+        let (rate, _) = self.decay.rate(mean[LN_TIME_CONSTANT].exp());
+        after[GYRO_ERROR] -= (-rate * dt_s).exp_m1() * (mean[WARM_ERROR] - mean[GYRO_ERROR]);
+        after
     }
 
-    fn forcing(&self, input: Input) -> Forcing {
-        match input {
-            Input::Torques(torques) => self.robot.forcing(torques),
-            Input::Accelerations(_) => Forcing::default(),
-        }
+    /// How the rate random walk moves the states.
+    pub(super) fn walk_direction(&self) -> SVector<f64, N> {
+        let mut direction = SVector::zeros();
+        (direction[GYRO_ERROR], direction[WARM_ERROR]) = (1.0, 1.0);
+        direction
     }
 
-    /// What `sensor` should read, and its derivative by the states.
-    fn expectation(&self, sensor: Sensor) -> (f64, SVector<f64, STATES>) {
-        let mut h = SVector::<f64, STATES>::zeros();
+    /// Its variance over `dt_s`.
+    pub(super) fn walk_variance(&self, dt_s: f64) -> f64 {
+        self.walk_rad_s_sqrt_s * self.walk_rad_s_sqrt_s * dt_s
+    }
+
+    /// Puts another state of knowledge in the place of this one.
+    pub(super) fn set(&mut self, mean: SVector<f64, N>, covariance: UdCovariance<N>) {
+        (self.mean, self.covariance) = (mean, covariance);
+    }
+
+    /// The state `dt_s` after `mean`, its derivative by `mean`, and the noise that enters.
+    #[inline(always)]
+    fn transition(
+        &self,
+        mean: &SVector<f64, N>,
+        covariance: Option<&UdCovariance<N>>,
+        input: Input,
+        dt_s: f64,
+    ) -> Transition<N> {
+        let mut out = Transition::rest(mean);
+        self.model.carry(mean, covariance, input, dt_s, &mut out);
+        let (rate, rate_by_ln_t) = self.decay.rate(mean[LN_TIME_CONSTANT].exp());
+        let [[left, mean_left, _]] = exponentials([rate * dt_s]);
+        let gone = rate * dt_s * mean_left;
+        let (e, s) = (mean[GYRO_ERROR], mean[WARM_ERROR]);
+        out.mean[GYRO_ERROR] = e + gone * (s - e);
+        out.phi[(GYRO_ERROR, GYRO_ERROR)] = left;
+        out.phi[(GYRO_ERROR, WARM_ERROR)] = gone;
+        out.phi[(GYRO_ERROR, LN_TIME_CONSTANT)] = (s - e) * dt_s * rate_by_ln_t * left;
+        out.gamma[(GYRO_ERROR, 2)] = 1.0;
+        out.gamma[(WARM_ERROR, 2)] = 1.0;
+        out.variances[2] = self.walk_variance(dt_s);
+        out
+    }
+}
+
+/// What each sensor reads of the states, in the order of [`Sensor::ALL`]: every one is linear in them.
+fn rows<const N: usize, M: MotionModel<N>>(model: &M, wheel_radius_m: f64) -> [Row<N>; Sensor::ALL.len()] {
+    Sensor::ALL.map(|sensor| {
+        let mut h = SVector::<f64, N>::zeros();
         match sensor {
-            Sensor::Gyro => {
-                h[YAW_RATE] = 1.0;
-                h[GYRO_ERROR] = 1.0;
-            }
-            Sensor::WheelLeft | Sensor::WheelRight => {
-                let [by_speed, by_yaw] = self.robot.wheel_by_motion()[usize::from(sensor == Sensor::WheelRight)];
-                h[SPEED] = by_speed;
-                h[YAW_RATE] = by_yaw;
-            }
+            Sensor::Gyro => (h[YAW_RATE], h[GYRO_ERROR]) = (1.0, 1.0),
+            Sensor::WheelLeft => h = model.wheel_row(0),
+            Sensor::WheelRight => h = model.wheel_row(1),
+            Sensor::Speed => h = (model.wheel_row(0) + model.wheel_row(1)) * (0.5 * wheel_radius_m),
             Sensor::PoseX => h[X] = 1.0,
             Sensor::PoseY => h[Y] = 1.0,
             Sensor::PoseHeading => h[HEADING] = 1.0,
         }
-        // every sensor is linear in the states
-        (h.dot(&self.mean), h)
-    }
+        Row::new(&h)
+    })
 }
 
-/// A step's state, its derivative by the state before, and that of the motion, which also carries the noise.
-struct Transition {
-    mean: SVector<f64, STATES>,
-    phi: SMatrix<f64, STATES, STATES>,
-    motion: MotionJacobian,
-}
+/// Where a step's matrices can differ from zero: the motion model's, and the gyro's error.
+struct Moves<M>(PhantomData<M>);
 
-fn motion_of(m: &SVector<f64, STATES>) -> Motion {
-    Motion { x_m: m[X], y_m: m[Y], heading_rad: m[HEADING], speed_m_s: m[SPEED], yaw_rate_rad_s: m[YAW_RATE] }
+impl<const N: usize, const Q: usize, M: MotionModel<N>> Structure<N, Q> for Moves<M> {
+    const PHI: [u32; N] = {
+        let mut rows = M::DEPENDS;
+        rows[GYRO_ERROR] = bits(&[GYRO_ERROR, WARM_ERROR, LN_TIME_CONSTANT]);
+        (rows[WARM_ERROR], rows[LN_TIME_CONSTANT]) = (bits(&[WARM_ERROR]), bits(&[LN_TIME_CONSTANT]));
+        rows
+    };
+    const GAMMA: [u32; N] = {
+        let mut rows = M::DISTURBED;
+        let mut i = 0;
+        while i < N {
+            // what bends in a step is what disturbances move
+            if rows[i] != 0 {
+                rows[i] |= ((1 << Q) - 1) & !((1 << NOISES) - 1);
+            }
+            i += 1;
+        }
+        (rows[GYRO_ERROR], rows[WARM_ERROR]) = (bits(&[2]), bits(&[2]));
+        rows
+    };
 }
 
 /// Sample time of the gyro as the configuration states it, s: its white noise per sample depends on it.

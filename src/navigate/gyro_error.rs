@@ -17,10 +17,20 @@
 //!     ln T     0       0     1/T
 //! ```
 //!
+//! Switched on again before it was cold, the gyro lacks the share m = 1 - h0 of its warm-up ([`crate::bias::Restart`]),
+//! so that e = s - C1 m E with m' = ∂m/∂ln T. Only the row of e changes; with m = 1 it is the one above:
+//!
+//! ```text
+//!     e        1 - m E     1     C1 E (m t0 λ' - m')/T
+//! ```
+//!
+//! The same T holds in both runs and, where no cooling time constant is stated, in between; a discretised model's is
+//! 1/λ. t0 counts from the new power-on, and so does what is new with it: random walk, spread from power-on to power-on.
+//!
 //! A rate random walk is a walk of C2: it moves e and s alike and leaves e - s alone, so that e and s share the
 //! process noise K² dt exactly, and K² t0 at the start.
 
-use crate::bias::Scheme;
+use crate::bias::{Lack, Restart, Scheme};
 use crate::config::{Config, Gyro};
 use crate::error::{Error, ErrorKind, Result};
 use nalgebra::Matrix3;
@@ -64,6 +74,7 @@ impl Decay {
     }
 
     /// λ (1/s) and ∂λ/∂ln T (1/s) at time constant `t_s`.
+    #[inline]
     pub fn rate(&self, t_s: f64) -> (f64, f64) {
         let h = self.sample_time_s / t_s;
         match self.scheme {
@@ -84,13 +95,17 @@ pub(super) struct Prior {
 }
 
 impl Prior {
-    /// The state of knowledge `since_power_on_s` after power-on.
-    pub fn new(gyro: &Gyro, decay: &Decay, since_power_on_s: f64) -> Self {
+    /// The state of knowledge `since_power_on_s` after power-on, cold or as `restart` says.
+    pub fn new(gyro: &Gyro, decay: &Decay, restart: Option<&Restart>, since_power_on_s: f64) -> Self {
         let model = gyro.warm_up();
         let (c1, t) = (model.c1_rad_s, model.time_constant_s);
         let (rate, rate_by_ln_t) = decay.rate(t);
         let left = (-rate * since_power_on_s).exp();
-        let by_t = c1 * since_power_on_s * left * rate_by_ln_t / t;
+        // by ln(1/λ), of which the scheme makes a little less or more than ln T
+        let lack = restart.map_or(Lack::COLD, |r| r.lack(1.0 / rate));
+        let lack_by_ln_t = -lack.by_ln_time_constant * rate_by_ln_t / rate;
+        let by_t = c1 * left * (lack.share * since_power_on_s * rate_by_ln_t - lack_by_ln_t) / t;
+        let left = lack.share * left;
         let jacobian = Matrix3::new(1.0 - left, 1.0, by_t, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0 / t);
 
         let mut notes = Vec::new();
@@ -101,6 +116,23 @@ impl Prior {
                  turn_on_bias_std_rad_s, or fit it anew)"
                     .to_string(),
             );
+        }
+        match (restart, gyro.last_run) {
+            (Some(r), _) => notes.push(format!(
+                "warm restart: at power-on the gyro was as warm as {:.0} s after a cold one{}",
+                r.age_s(t),
+                if gyro.cooling_time_constant_s.is_some() {
+                    ""
+                } else {
+                    " (cooling_time_constant_s is not stated: taken as time_constant_s)"
+                }
+            )),
+            (None, Some(last)) => notes.push(format!(
+                "taken as a cold power-on, although the last run ended {:.0} s warm: say with --off-time how long the \
+                 gyro was off",
+                last.warm_up_age_s
+            )),
+            (None, None) => {}
         }
         let mut covariance = jacobian * sigma * jacobian.transpose();
         let walk = gyro.noise.and_then(|n| n.rate_random_walk_rad_s_sqrt_s).unwrap_or(0.0);
@@ -168,9 +200,11 @@ mod tests {
             angle_random_walk_rad_sqrt_s: 1.5e-4,
             turn_on_bias_std_rad_s: None,
             warm_up_relative_std: None,
+            cooling_time_constant_s: None,
             covariance: None,
             discrete: None,
             noise: None,
+            last_run: None,
         }
     }
 
@@ -192,7 +226,7 @@ mod tests {
             let decay = Decay::new(&config(g.clone())).unwrap();
             let e = (0..100).fold(discrete.initial, |e, _| discrete.step(e));
             // the prior's mean 200 s after power-on is the recursion's hundredth value
-            let prior = Prior::new(&g, &decay, 200.0);
+            let prior = Prior::new(&g, &decay, None, 200.0);
             assert!((prior.mean[0] - e).abs() < 1e-15, "{scheme}: {} {e}", prior.mean[0]);
             let (rate, by_ln_t) = decay.rate(240.0);
             let eps = 1e-5f64;
@@ -222,7 +256,7 @@ mod tests {
             [r * s1 * st, 0.0, st * st],
         ]));
         let t0 = 150.0;
-        let prior = Prior::new(&g, &exact(), t0);
+        let prior = Prior::new(&g, &exact(), None, t0);
         assert!(prior.notes.is_empty());
         let mut stream = Stream::new(3, 0);
         let mut sum = Matrix3::<f64>::zeros();
@@ -250,6 +284,84 @@ mod tests {
     }
 
     #[test]
+    fn a_restart_agrees_with_differences_in_every_parameter() {
+        // the prior's covariance with one uncertain parameter at a time is that column of J, squared
+        let steps = [1e-9, 1e-9, 1e-4];
+        for scheme in Scheme::ALL {
+            for cooling in [None, Some(900.0)] {
+                let with = |change: [f64; 3]| {
+                    let mut g = gyro();
+                    g.c1_rad_s += change[0];
+                    g.c2_rad_s += change[1];
+                    g.time_constant_s += change[2];
+                    g.cooling_time_constant_s = cooling;
+                    g.last_run = Some(crate::config::LastRun { warm_up_age_s: 600.0 });
+                    g.discrete = Some(Discrete::new(&g.warm_up(), 2.0, scheme).unwrap());
+                    g
+                };
+                let prior = |g: &Gyro| {
+                    let decay = Decay::new(&config(g.clone())).unwrap();
+                    Prior::new(g, &decay, Some(&g.restart(300.0).unwrap()), 40.0)
+                };
+                for (k, step) in steps.into_iter().enumerate() {
+                    let moved =
+                        |sign: f64| prior(&with(std::array::from_fn(|i| if i == k { sign * step } else { 0.0 }))).mean;
+                    let (up, down) = (moved(1.0), moved(-1.0));
+                    let differences: [f64; 3] = std::array::from_fn(|i| (up[i] - down[i]) / (2.0 * step));
+                    // large against the floors under the variances
+                    let std = 1e3 * step;
+                    let mut g = with([0.0; 3]);
+                    let mut sigma = [[0.0; 3]; 3];
+                    sigma[k][k] = std * std;
+                    g.covariance = Some(Covariance::from_matrix(&sigma));
+                    let p = prior(&g).covariance;
+                    for i in 0..3 {
+                        for j in 0..=i {
+                            let floor = if i < 2 { ERROR_STD_FLOOR_RAD_S } else { LN_TIME_CONSTANT_STD_FLOOR };
+                            let found = p[(i, j)] - if i == j { floor * floor } else { 0.0 };
+                            let expected = differences[i] * differences[j] * std * std;
+                            let scale = std * std * (differences[i].abs().max(1e-9) * differences[j].abs().max(1e-9));
+                            // rounding of the means over 2 steps, and of the floors taken off again
+                            assert!(
+                                (found - expected).abs() < 1e-3 * scale,
+                                "{scheme} {k} {i} {j}: {found} {expected}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_restart_without_a_pause_is_the_same_run_going_on() {
+        for scheme in Scheme::ALL {
+            let mut g = gyro();
+            g.discrete = Some(Discrete::new(&g.warm_up(), 2.0, scheme).unwrap());
+            g.warm_up_relative_std = Some(0.03);
+            g.last_run = Some(crate::config::LastRun { warm_up_age_s: 150.0 });
+            let decay = Decay::new(&config(g.clone())).unwrap();
+            let on = Prior::new(&g, &decay, Some(&g.restart(0.0).unwrap()), 50.0);
+            let through = Prior::new(&g, &decay, None, 200.0);
+            assert!((on.mean[0] - through.mean[0]).abs() < 1e-17, "{scheme}");
+            assert!((on.covariance - through.covariance).abs().max() < 1e-12 * through.covariance.max(), "{scheme}");
+            // and after a long one it is cold
+            let cold = Prior::new(&g, &decay, Some(&g.restart(1e5).unwrap()), 50.0);
+            assert!((cold.mean[0] - Prior::new(&g, &decay, None, 50.0).mean[0]).abs() < 1e-17, "{scheme}");
+        }
+    }
+
+    #[test]
+    fn the_random_walk_counts_from_the_new_power_on() {
+        let mut g = gyro();
+        let k = 1e-5;
+        g.noise = Some(crate::config::Noise { rate_random_walk_rad_s_sqrt_s: Some(k), quantization_lsb_rad_s: None });
+        g.last_run = Some(crate::config::LastRun { warm_up_age_s: 600.0 });
+        let p = Prior::new(&g, &exact(), Some(&g.restart(300.0).unwrap()), 40.0).covariance;
+        assert!((p[(0, 0)] / (k * k * 40.0) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
     fn a_poor_time_constant_is_narrowed_and_keeps_what_is_known_of_the_slope() {
         // a short log: C1 and T only known as C1/T, here to 1e-3 relatively, T to a factor e²
         let mut g = gyro();
@@ -260,7 +372,7 @@ mod tests {
             [0.0, 1e-12, 0.0],
             [c1 * t * spread * spread, 0.0, t * t * spread * spread],
         ]));
-        let prior = Prior::new(&g, &exact(), 0.0);
+        let prior = Prior::new(&g, &exact(), None, 0.0);
         assert_eq!(prior.notes.len(), 1);
         let p = prior.covariance;
         assert!((p[(2, 2)].sqrt() - LN_TIME_CONSTANT_STD_LIMIT).abs() < 1e-12);
@@ -272,7 +384,7 @@ mod tests {
 
     #[test]
     fn without_any_uncertainty_the_covariance_is_still_definite_and_said_to_be_assumed() {
-        let prior = Prior::new(&gyro(), &exact(), 1e6);
+        let prior = Prior::new(&gyro(), &exact(), None, 1e6);
         assert!(prior.notes[0].contains("no uncertainty"));
         assert!(prior.covariance.cholesky().is_some());
     }

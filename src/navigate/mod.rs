@@ -1,8 +1,9 @@
 //! Floor 3: the navigation filter that consumes the configuration, and whether it is consistent.
 //!
-//! - [`RollingFilter`]: extended Kalman filter, step by step
+//! - [`RollingFilter`], [`SlipFilter`]: extended Kalman filters, step by step, of wheels that roll or slip
 //! - [`run`]: the filter over a log, with NIS, whiteness of the innovations, and errors against a reference
-//! - [`dead_reckoning`]: encoders alone, the baseline
+//! - [`dead_reckoning`], [`gyro_reckoning`]: encoders alone, and with the gyro as it is: the baselines
+//! - [`compare`]: a track beside the reference, row by row
 //!
 //! ```
 //! use gyroid::config::Config;
@@ -26,24 +27,42 @@
 //! # Ok::<(), gyroid::Error>(())
 //! ```
 //!
-//! There is no zero-rate update at standstill: the model's torque noise moves a robot whose motors are commanded to
-//! rest, so that still wheels say no more than the encoders' noise allows, and that the filter knows already.
+//! While the robot stands, the filter learns the gyro's error from v = 0 and ω = 0 ([`Standstill`]); by default only where
+//! both wheels read exactly zero, because a robot whose motors are commanded to rest may still creep.
 
+mod align;
+mod compare;
 mod consistency;
 mod filter;
 mod gyro_error;
+mod model;
+mod reading;
 mod reckoning;
 mod reference;
+mod rolling_model;
 mod run;
+mod sensors;
+mod slip_model;
+mod standstill;
+mod ticks;
 mod ud;
+mod unscented;
 
+pub use align::Alignment;
+pub use compare::{Comparison, Track, compare};
 pub use consistency::{Consistency, SensorConsistency};
-pub use filter::{Innovation, Input, RollingFilter, STATES, Sensor, state};
+pub use filter::{Filter, RollingFilter, SlipFilter};
 pub use gyro_error::LN_TIME_CONSTANT_STD_LIMIT;
-pub use reckoning::{Reckoning, dead_reckoning};
+pub use model::{BENDS, Input, MotionModel, Transition, bits, state};
+pub use reading::{Innovation, Sensor};
+pub use reckoning::{Reckoning, dead_reckoning, gyro_reckoning};
 pub use reference::ReferenceErrors;
-pub use run::{Estimate, FinalPose, Run, Summary, names, run};
+pub use rolling_model::{ROLLING_STATES, RollingModel};
+pub use run::{Estimate, FinalPose, Run, Summary, WheelSlip, names, run};
+pub use slip_model::{SLIP_STATES, SlipModel, WHEELS};
+pub use standstill::{Standstill, StandstillSummary};
 pub use ud::UdCovariance;
+pub use unscented::UnscentedFilter;
 
 /// What the filter holds the gyro's error to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -55,23 +74,62 @@ pub enum ErrorModel {
     Off,
 }
 
+/// How the filter holds the wheels to move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum WheelModel {
+    /// With slip where the configuration has `[traction]` and the log has torques, else without.
+    #[default]
+    Auto,
+    /// Without slip.
+    Rolling,
+    /// With slip, by the configuration's `[traction]`.
+    Slip,
+}
+
 /// How the filter is run.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Whether the gyro's error is modelled.
     pub error_model: ErrorModel,
+    /// Whether wheels slip.
+    pub wheels: WheelModel,
     /// Whether the reference pose is taken in as a measurement; else it is only compared with.
     pub use_pose: bool,
     /// Whether to start at the reference's first pose instead of x = y = θ = 0.
     pub start_at_reference: bool,
+    /// Share of the reference's path, from its beginning, over which the track is laid on the reference before they are compared
+    /// ([`Alignment`]); 0: not at all. Without: [`Alignment::DEFAULT_SHARE`] where the reference has no heading, else 0.
+    pub align_share: Option<f64>,
     /// Leave out readings whose NIS is beyond this quantile of chi-squared. Off by default: a gate hides from NIS what
     /// is wrong with a model, and a filter that begins wrong can shut out the readings that would mend it.
     pub gate_probability: Option<f64>,
     /// Time since power-on at the first row, s, for logs that do not say.
     pub since_power_on_s: f64,
     /// Densities of unknown accelerations, (m/s²)²/Hz and (rad/s²)²/Hz, for rows without torques; without them they
-    /// are measured on the log's own encoders (see [`run`]).
+    /// are measured on the log's own motion (see [`run`]).
     pub acceleration_densities: Option<[f64; 2]>,
+    /// A warm restart: how long the gyro was off since the run that `[gyro.last_run]` tells of, s. Without it, or
+    /// after a long pause, the gyro was cold at power-on.
+    pub off_time_s: Option<f64>,
+    /// What counts as standing still; `None`: nothing does.
+    pub standstill: Option<Standstill>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            error_model: ErrorModel::default(),
+            wheels: WheelModel::default(),
+            use_pose: false,
+            start_at_reference: false,
+            align_share: None,
+            gate_probability: None,
+            since_power_on_s: 0.0,
+            acceleration_densities: None,
+            off_time_s: None,
+            standstill: Some(Standstill::EXACT),
+        }
+    }
 }
 
 /// The angle in (-π, π].

@@ -3,10 +3,14 @@
 //! Row k's readings are taken in at its time; row k's torques then act until the next row's. Missing readings (NaN) are
 //! left out, so that sensors may have rates of their own. Steps may be uneven.
 
+use super::compare::{NOT_ALIGNED, Track, aligned_errors};
 use super::consistency::{Consistency, Gatherer};
-use super::filter::{Input, RollingFilter, STATES, Sensor, state};
-use super::reference::{ErrorSums, Reference, ReferenceErrors};
-use super::{ErrorModel, Settings};
+use super::filter::{Filter, RollingFilter, SlipFilter};
+use super::model::{Input, MotionModel, state};
+use super::reference::{self, ErrorSums, Reference, ReferenceErrors};
+use super::sensors::{self, Sensors};
+use super::standstill::{Detector, StandstillSummary};
+use super::{ErrorModel, Settings, WheelModel};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::signal::{Log, TimeAxis, increasing_times, names as channels, since_power_on};
@@ -33,6 +37,14 @@ pub mod names {
     pub const YAW_RATE_STD: &str = "yaw_rate_std_rad_s";
     /// Standard deviation of the gyro error, rad/s.
     pub const GYRO_ERROR_STD: &str = "gyro_error_std_rad_s";
+    /// Slip of the left wheel, where the filter models it.
+    pub const SLIP_LEFT: &str = "slip_left";
+    /// Slip of the right wheel.
+    pub const SLIP_RIGHT: &str = "slip_right";
+    /// Standard deviation of the left wheel's slip.
+    pub const SLIP_LEFT_STD: &str = "slip_left_std";
+    /// Standard deviation of the right wheel's slip.
+    pub const SLIP_RIGHT_STD: &str = "slip_right_std";
     /// Normalised innovation squared of the row's readings together.
     pub const NIS: &str = "nis";
 }
@@ -57,11 +69,22 @@ pub struct Summary {
     pub since_power_on_s: f64,
     /// Whether the log lacks the time since power-on, so that it was taken from the settings.
     pub since_power_on_assumed: bool,
+    /// Age of the gyro's warm-up at the last row, s: the time on since a cold power-on, or the time that would have
+    /// warmed it as far at the configuration's time constant. What `[gyro.last_run]` takes for a later restart.
+    pub warm_up_age_end_s: f64,
+    /// Whether the filter let the wheels slip.
+    pub slip_modelled: bool,
+    /// Slip of the left and the right wheel, where it is modelled.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slip: Option<[WheelSlip; 2]>,
     /// Whether the log's torques drove the prediction; else accelerations were taken as unknown and white.
     pub torques_used: bool,
     /// Densities of unknown accelerations, (m/s²)²/Hz and (rad/s²)²/Hz, where rows had no torques.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acceleration_densities: Option<[f64; 2]>,
+    /// What was learnt while the robot stood still, where it did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standstill: Option<StandstillSummary>,
     /// NIS and whiteness of the innovations.
     pub consistency: Consistency,
     /// The pose at the last row.
@@ -71,6 +94,17 @@ pub struct Summary {
     pub reference: Option<ReferenceErrors>,
     /// What the user should know.
     pub notes: Vec<String>,
+}
+
+/// A wheel's slip over a run, as shares of the wheel's speed (see [`crate::traction`]).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct WheelSlip {
+    /// Root mean square of the estimates.
+    pub rms: f64,
+    /// Size of the largest estimate.
+    pub largest: f64,
+    /// Root mean square of their standard deviations.
+    pub std_rms: f64,
 }
 
 /// An estimate with its standard deviation.
@@ -97,53 +131,110 @@ pub struct FinalPose {
 
 /// Runs the filter over `log`.
 ///
+/// It takes in what the log has: the gyro, wheel speeds (or the speed and yaw rate that an odometry made of them), or the
+/// speed alone. Something must tell the speed, and gyro or wheels the yaw rate; without a gyro `[gyro]` is not needed.
+///
 /// Torques drive the prediction where the log has them. Rows without get unknown accelerations, white with the
 /// densities of `settings`, or else those of the log's own motion: with D(δ) the mean square change of the speed that
 /// the encoders show over a lag δ of about 0.2 s, a white acceleration of density q gives D = q δ + 2 σ², σ² being the
-/// encoders' noise in that speed; so q = (D - 2 σ²)/δ, and likewise for the yaw rate.
+/// encoders' noise in that speed; so q = (D - 2 σ²)/δ, and likewise for the yaw rate, of wheels or gyro, whichever has
+/// the smaller noise.
 ///
 /// # Errors
-/// [`ErrorKind::Config`] if a table is missing, or the configuration holds effects; [`ErrorKind::Column`] if gyro or
-/// wheel speeds are missing, or the pose with `use_pose`; [`ErrorKind::Time`] if time does not run forward;
-/// [`ErrorKind::TooShort`] with fewer than two rows; [`ErrorKind::Numeric`] with the row where the state overflows.
+/// [`ErrorKind::Config`] if a table is missing, or the configuration holds effects; [`ErrorKind::Column`] if nothing
+/// tells speed or yaw rate, or the pose is missing that is to be used or started at; [`ErrorKind::Time`] if time does
+/// not run forward; [`ErrorKind::TooShort`] with fewer than two rows; [`ErrorKind::Numeric`] with the row where the
+/// state overflows.
 pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
     refuse_effects(config)?;
+    if sensors::gyro(log).is_none() {
+        if settings.off_time_s.is_some() {
+            let found = format!("{} has no gyro that was off", log.source);
+            return Err(Error::new(ErrorKind::Usage, "--off-time", found).mend("leave out --off-time"));
+        }
+        let settings = Settings { error_model: ErrorModel::Off, ..*settings };
+        return run_with(&sensors::without_gyro(config), log, &settings);
+    }
+    run_with(config, log, settings)
+}
+
+fn run_with(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
+    let start_s = since_power_on(log, settings.since_power_on_s)?.first().copied().unwrap_or_default();
+    let torques = torques(log).is_some();
+    let slips = match settings.wheels {
+        WheelModel::Auto => config.traction.is_some() && torques,
+        WheelModel::Rolling => false,
+        WheelModel::Slip => true,
+    };
+    if slips {
+        let (filter, notes) = SlipFilter::new(config, settings, start_s)?;
+        return over_log(filter, notes, config, log, settings, start_s);
+    }
+    let (filter, mut notes) = RollingFilter::new(config, settings, start_s)?;
+    if settings.wheels == WheelModel::Auto && config.traction.is_some() {
+        notes.push("the log has no torques to tell slip by: [traction] is not used".to_string());
+    }
+    over_log(filter, notes, config, log, settings, start_s)
+}
+
+fn over_log<const N: usize, M: MotionModel<N>>(
+    mut filter: Filter<N, M>,
+    mut notes: Vec<String>,
+    config: &Config,
+    log: &Log,
+    settings: &Settings,
+    start_s: f64,
+) -> Result<Run> {
     if log.len() < 2 {
         let found = format!("{} rows, and a drive needs two", log.len());
         return Err(Error::new(ErrorKind::TooShort, &log.source, found).mend("give a longer log"));
     }
     let times = increasing_times(log)?;
-    let start_s = since_power_on(log, settings.since_power_on_s)?[0];
     let assumed = log.get(channels::SINCE_POWER_ON).is_none();
-    let (mut filter, mut notes) = RollingFilter::new(config, settings, start_s)?;
     if assumed && settings.error_model == ErrorModel::WarmUp {
         let channel = channels::SINCE_POWER_ON;
         notes.push(format!("the log has no {channel}: taken to begin {start_s} s after power-on (--start-offset)"));
     }
-    notes.extend(outside_validity(config, start_s, start_s + log.time.span_s()));
-    let readings = readings(log, config, settings)?;
-    let inputs = Inputs::new(config, log, &times, settings)?;
+    let age_s = age_at_start_s(config, settings)? + start_s;
+    notes.extend(outside_validity(config, age_s, age_s + log.time.span_s()));
+    let odometry = sensors::odometry(config, log)?;
+    let sensors = Sensors::of(&odometry, log, &times, config, settings)?;
+    notes.extend(sensors.notes.iter().cloned());
+    let robot = Rolling::new(config.require_vehicle()?);
+    let noise = |sensor, interval_s| filter.variance_over(sensor, interval_s);
+    let inputs = Inputs::new(log, settings, || sensors.acceleration_densities(&robot, log, &times, &noise))?;
+    let mut next_mean = sensors.means.iter().peekable();
     let reference = Reference::new(log, config.pose.as_ref());
-    if let Some((row, pose)) = reference.as_ref().and_then(Reference::first) {
+    let laid_on = reference.as_ref().and_then(|r| r.share(settings));
+    if let Some(pose) = reference::start(log, reference.as_ref(), settings)? {
         let std = config.pose.map_or([0.0; 2], |p| [p.position_std_m, p.heading_std_rad]);
-        if settings.start_at_reference {
-            filter = filter.starting_at(pose, std);
-        } else if row == 0 && pose[0].hypot(pose[1]) > 0.01 + 5.0 * std[0] {
+        filter = filter.starting_at(pose, std);
+    } else if let (None, Some((0, first))) = (laid_on, reference.as_ref().and_then(Reference::first)) {
+        let distance_m = first.position[0].hypot(first.position[1]);
+        if distance_m > 0.01 + 5.0 * config.pose.map_or(0.0, |p| p.position_std_m) {
             notes.push(format!(
-                "the reference begins {:.2} m from the origin: compare with --start-at-reference",
-                pose[0].hypot(pose[1])
+                "the reference begins {distance_m:.2} m from the origin: compare with --start-at-reference"
             ));
         }
     }
 
+    let mut detector =
+        settings.standstill.map(|rule| Detector::new(rule, config, log, &odometry, &times)).transpose()?;
+    let mut standstill = None;
     let mut gatherer = Gatherer::new();
     let mut errors = ErrorSums::default();
-    let mut table = Table::new(log.len());
+    let slip_modelled = filter.slips().is_some();
+    let mut table = Table::new(log.len(), slip_modelled);
     for k in 0..times.len() {
-        for (sensor, values) in &readings {
+        for (sensor, values) in &sensors.readings {
             if let Some(innovation) = filter.update(*sensor, values[k]) {
                 gatherer.add(*sensor, &innovation);
             }
+        }
+        if let Some(variances) = detector.as_mut().and_then(|d| d.variances(k)) {
+            let before = filter.std()[state::GYRO_ERROR];
+            filter.update_still(variances);
+            standstill = Some(StandstillSummary::add(standstill, before, filter.std()[state::GYRO_ERROR]));
         }
         table.push(&filter, gatherer.end_row());
         if !filter.mean().iter().all(|v| v.is_finite()) {
@@ -151,7 +242,7 @@ pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
                 .at(format!("row {}", k + 1))
                 .mend("look for absurd readings in this row and those before"));
         }
-        if let Some(reference) = &reference {
+        if let (Some(reference), None) = (&reference, laid_on) {
             let m = filter.mean();
             let pose = [m[state::X], m[state::Y], m[state::HEADING]];
             if reference.at(k).is_some() {
@@ -160,7 +251,17 @@ pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
             }
         }
         if let Some(next) = times.get(k + 1) {
-            filter.predict(inputs.at(k), next - times[k]);
+            let mut at_s = times[k];
+            while let Some(mean) = next_mean.next_if(|mean| mean.row == k) {
+                if mean.middle_s > at_s {
+                    filter.predict(inputs.at(k), mean.middle_s - at_s);
+                    at_s = mean.middle_s;
+                }
+                if let Some(innovation) = filter.update_mean(mean.sensor, mean.mean, mean.interval_s) {
+                    gatherer.add(mean.sensor, &innovation);
+                }
+            }
+            filter.predict(inputs.at(k), next - at_s);
         }
     }
     let consistency = gatherer.finish();
@@ -168,19 +269,39 @@ pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
         return Err(Error::new(ErrorKind::Value, &log.source, "no reading of gyro or wheels is a finite number")
             .mend("check the columns: gyroid inspect LOG"));
     }
+    let errors = match (&reference, laid_on) {
+        (Some(reference), Some(share)) => {
+            let [x_m, y_m, heading_rad] = [state::X, state::Y, state::HEADING].map(|i| table.column(i));
+            let errors = aligned_errors(reference, &times, &Track { x_m, y_m, heading_rad }, share);
+            notes.extend(errors.is_none().then(|| NOT_ALIGNED.to_string()));
+            errors
+        }
+        _ => errors.finish(),
+    };
     let summary = Summary {
         rows: log.len() as u64,
         span_s: log.time.span_s(),
         since_power_on_s: start_s,
         since_power_on_assumed: assumed,
+        warm_up_age_end_s: age_s + log.time.span_s(),
+        slip_modelled,
+        slip: table.slip(),
         torques_used: inputs.torques.is_some(),
         acceleration_densities: inputs.densities,
+        standstill,
         consistency,
         final_pose: final_pose(&filter),
-        reference: errors.finish(),
+        reference: errors,
         notes,
     };
     Ok(Run { summary, pose: table.finish(&log.source, log.time.clone())? })
+}
+
+/// How warm the gyro was at power-on, as the time on since a cold one, s; 0 where it was cold.
+fn age_at_start_s(config: &Config, settings: &Settings) -> Result<f64> {
+    let gyro = config.require_gyro()?;
+    let restart = settings.off_time_s.map(|off_s| gyro.restart(off_s)).transpose()?;
+    Ok(restart.map_or(0.0, |r| r.age_s(gyro.time_constant_s)))
 }
 
 /// What to know where the drive leaves the span of time that the model was fitted on.
@@ -189,7 +310,7 @@ fn outside_validity(config: &Config, from_s: f64, to_s: f64) -> Option<String> {
     let (start, end) = (valid.valid_from_s, valid.valid_to_s);
     (from_s < start || to_s > end).then(|| {
         format!(
-            "the drive lasts from {from_s:.0} s to {to_s:.0} s after power-on, and the model was fitted on \
+            "the drive lasts from {from_s:.0} s to {to_s:.0} s after a cold power-on, and the model was fitted on \
              {start:.0} s to {end:.0} s: beyond, it extrapolates"
         )
     })
@@ -206,25 +327,10 @@ fn refuse_effects(config: &Config) -> Result<()> {
         .mend("delete the tables [[effect]] to navigate with the nominal robot"))
 }
 
-/// The sensors to be read, with their columns.
-fn readings<'a>(log: &'a Log, config: &Config, settings: &Settings) -> Result<Vec<(Sensor, &'a [f64])>> {
-    let mut wanted = vec![
-        (Sensor::Gyro, channels::GYRO_Z),
-        (Sensor::WheelLeft, channels::WHEEL_LEFT),
-        (Sensor::WheelRight, channels::WHEEL_RIGHT),
-    ];
-    if settings.use_pose {
-        if config.pose.is_none() {
-            return Err(Error::new(ErrorKind::Config, "configuration", "the table [pose] is missing")
-                .mend("add it with the reference's standard deviations, or do not use the pose"));
-        }
-        wanted.extend([
-            (Sensor::PoseX, channels::X),
-            (Sensor::PoseY, channels::Y),
-            (Sensor::PoseHeading, channels::HEADING),
-        ]);
-    }
-    wanted.into_iter().map(|(sensor, name)| Ok((sensor, log.require(name)?))).collect()
+/// The torques, if any row has both.
+fn torques(log: &Log) -> Option<[&[f64]; 2]> {
+    let both = [log.get(channels::TORQUE_LEFT)?, log.get(channels::TORQUE_RIGHT)?];
+    both[0].iter().zip(both[1]).any(|(l, r)| l.is_finite() && r.is_finite()).then_some(both)
 }
 
 /// What drives each row's prediction.
@@ -234,9 +340,8 @@ struct Inputs<'a> {
 }
 
 impl<'a> Inputs<'a> {
-    fn new(config: &Config, log: &'a Log, times: &[f64], settings: &Settings) -> Result<Self> {
-        let torques = log.get(channels::TORQUE_LEFT).zip(log.get(channels::TORQUE_RIGHT)).map(|(l, r)| [l, r]);
-        let torques = torques.filter(|[l, r]| l.iter().zip(*r).any(|(l, r)| l.is_finite() && r.is_finite()));
+    fn new(log: &'a Log, settings: &Settings, measured: impl FnOnce() -> Result<[f64; 2]>) -> Result<Self> {
+        let torques = torques(log);
         let whole = torques.is_some_and(|t| t.iter().all(|side| side.iter().all(|v| v.is_finite())));
         let densities = match (whole, settings.acceleration_densities) {
             (true, _) => None,
@@ -245,7 +350,7 @@ impl<'a> Inputs<'a> {
                 let found = format!("{given:?} are no densities");
                 return Err(Error::new(ErrorKind::Value, "navigation", found).at("acceleration densities"));
             }
-            (false, None) => Some(acceleration_densities(config, log, times)?),
+            (false, None) => Some(measured()?),
         };
         Ok(Self { torques, densities })
     }
@@ -259,40 +364,7 @@ impl<'a> Inputs<'a> {
     }
 }
 
-/// Lag over which the encoders' speeds are compared, s.
-const LAG_S: f64 = 0.2;
-
-/// Densities under which unknown accelerations are never taken: 1 mm/s², 1 mrad/s² in 1 Hz.
-const DENSITY_FLOOR: f64 = 1e-6;
-
-/// Densities of white accelerations that would change the encoders' speeds as much as they do (see [`run`]).
-fn acceleration_densities(config: &Config, log: &Log, times: &[f64]) -> Result<[f64; 2]> {
-    let robot = Rolling::new(config.require_vehicle()?);
-    let [left, right] = [log.require(channels::WHEEL_LEFT)?, log.require(channels::WHEEL_RIGHT)?];
-    let noise = config.require_encoder()?.speed_noise_std_rad_s;
-    // half the sum and half the difference of two wheels: half the variance of one, times gains squared
-    let by_wheel = robot.speed_and_yaw_rate([0.0, 1.0]);
-    let variance = by_wheel.map(|gain| 2.0 * gain * gain * noise * noise);
-    let lag = ((LAG_S / log.time.median_step_s()).round() as usize).clamp(1, times.len() - 1);
-    let velocity = |k: usize| robot.speed_and_yaw_rate([left[k], right[k]]);
-    let (mut sums, mut span, mut pairs) = ([0.0; 2], 0.0, 0.0);
-    for k in lag..times.len() {
-        let (before, after) = (velocity(k - lag), velocity(k));
-        let change = [after[0] - before[0], after[1] - before[1]];
-        if change.iter().all(|c| c.is_finite()) {
-            (0..2).for_each(|i| sums[i] += change[i] * change[i]);
-            span += times[k] - times[k - lag];
-            pairs += 1.0;
-        }
-    }
-    if pairs == 0.0 {
-        return Err(Error::new(ErrorKind::Value, &log.source, "neither torques nor pairs of wheel speeds to go by")
-            .mend("give a log with torques or with both wheel speeds in the same rows"));
-    }
-    Ok(std::array::from_fn(|i| ((sums[i] - 2.0 * variance[i] * pairs) / span).max(DENSITY_FLOOR)))
-}
-
-fn final_pose(filter: &RollingFilter) -> FinalPose {
+fn final_pose<const N: usize, M: MotionModel<N>>(filter: &Filter<N, M>) -> FinalPose {
     let (mean, std) = (filter.mean(), filter.std());
     let of = |i: usize| Estimate { estimate: mean[i], std: std[i] };
     FinalPose {
@@ -317,22 +389,44 @@ const COLUMNS: [(usize, &str, &str); 6] = [
 struct Table {
     values: [Vec<f64>; COLUMNS.len()],
     std: [Vec<f64>; COLUMNS.len()],
+    /// Left, its std, right, its std; where slip is modelled.
+    slips: Option<[Vec<f64>; 4]>,
     nis: Vec<f64>,
 }
 
 impl Table {
-    fn new(len: usize) -> Self {
+    fn new(len: usize, slips: bool) -> Self {
         let columns = || std::array::from_fn(|_| Vec::with_capacity(len));
-        Self { values: columns(), std: columns(), nis: Vec::with_capacity(len) }
+        let slips = slips.then(|| std::array::from_fn(|_| Vec::with_capacity(len)));
+        Self { values: columns(), std: columns(), slips, nis: Vec::with_capacity(len) }
     }
 
-    fn push(&mut self, filter: &RollingFilter, nis: f64) {
-        let (mean, std): (_, nalgebra::SVector<f64, STATES>) = (filter.mean(), filter.std());
+    fn push<const N: usize, M: MotionModel<N>>(&mut self, filter: &Filter<N, M>, nis: f64) {
+        let (mean, std) = (filter.mean(), filter.std());
+        if let (Some(columns), Some(slips)) = (&mut self.slips, filter.slips()) {
+            columns.iter_mut().zip(slips.iter().flatten()).for_each(|(column, value)| column.push(*value));
+        }
         for (at, (i, ..)) in COLUMNS.iter().enumerate() {
             self.values[at].push(mean[*i]);
             self.std[at].push(std[*i]);
         }
         self.nis.push(nis);
+    }
+
+    fn slip(&self) -> Option<[WheelSlip; 2]> {
+        let columns = self.slips.as_ref()?;
+        let rms = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
+        let wheel = |slip: &[f64], std: &[f64]| WheelSlip {
+            rms: rms(slip),
+            largest: slip.iter().fold(0.0, |most, s| s.abs().max(most)),
+            std_rms: rms(std),
+        };
+        Some([wheel(&columns[0], &columns[1]), wheel(&columns[2], &columns[3])])
+    }
+
+    /// The column of a state that is written.
+    fn column(&self, state: usize) -> &[f64] {
+        COLUMNS.iter().position(|c| c.0 == state).map_or(&[], |at| &self.values[at])
     }
 
     fn finish(self, source: &str, time: TimeAxis) -> Result<Log> {
@@ -341,6 +435,10 @@ impl Table {
             log.push(name, values)?;
         }
         for (values, (_, _, name)) in self.std.into_iter().zip(COLUMNS) {
+            log.push(name, values)?;
+        }
+        let slip_names = [names::SLIP_LEFT, names::SLIP_LEFT_STD, names::SLIP_RIGHT, names::SLIP_RIGHT_STD];
+        for (values, name) in self.slips.into_iter().flatten().zip(slip_names) {
             log.push(name, values)?;
         }
         log.push(names::NIS, self.nis)?;

@@ -1,6 +1,5 @@
 use super::*;
 use crate::bias::{Discrete, Scheme};
-use crate::math::random::Stream;
 
 const TEXT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
     [gyro]\nc1_rad_s = -2.4e-3\nc2_rad_s = 8e-3\ntime_constant_s = 240.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\
@@ -28,13 +27,13 @@ fn the_transition_matrix_agrees_with_differences() {
         let mean = SVector::from([0.4, -1.0, 0.9, 0.5, -0.8, 7e-3, 5e-3, 240f64.ln()]);
         for input in [Input::Torques([0.2, -0.1]), Input::Accelerations([0.1, 0.2])] {
             for dt in [0.01, 0.37] {
-                let phi = f.transition(&mean, input, dt).phi;
-                for column in 0..STATES {
+                let phi = f.transition(&mean, None, input, dt).phi;
+                for column in 0..ROLLING_STATES {
                     let eps = 1e-6;
                     let at = |sign: f64| {
                         let mut m = mean;
                         m[column] += sign * eps;
-                        f.transition(&m, input, dt).mean
+                        f.transition(&m, None, input, dt).mean
                     };
                     let difference = (at(1.0) - at(-1.0)) / (2.0 * eps);
                     // rounding of values near 5 over 2 eps, truncation eps²
@@ -52,13 +51,13 @@ fn the_noise_gains_agree_with_differences() {
     let torques = [0.2, -0.1];
     let dt = 0.05;
     let input = Input::Torques(torques);
-    let (gamma, q) = f.process_noise(input, &f.transition(&f.mean, input, dt).motion, dt);
+    let Transition { gamma, variances: q, .. } = f.transition(&f.mean, None, input, dt);
     for (k, _) in torques.iter().enumerate() {
         let eps = 1e-5;
         let at = |sign: f64| {
             let mut u = torques;
             u[k] += sign * eps;
-            f.transition(&f.mean, Input::Torques(u), dt).mean
+            f.transition(&f.mean, None, Input::Torques(u), dt).mean
         };
         let difference = (at(1.0) - at(-1.0)) / (2.0 * eps);
         assert!((difference - gamma.column(k)).amax() < 1e-9, "torque {k}");
@@ -141,61 +140,6 @@ fn without_error_model_the_gyro_error_stays_zero() {
     assert_eq!(f.std()[GYRO_ERROR], 0.0);
 }
 
-/// Runs `steps` steps of a simulated drive through a filter, and checks that its covariance is symmetric and positive
-/// definite.
-fn assert_definite(config: &Config, steps: u32, check_every: u32) {
-    let mut f = filter(config, &Settings::default());
-    let robot = Rolling::new(config.vehicle.as_ref().unwrap());
-    let gyro = config.gyro.as_ref().unwrap();
-    let wheel_std = config.encoder.unwrap().speed_noise_std_rad_s;
-    let gyro_std = gyro.angle_random_walk_rad_sqrt_s / 0.01f64.sqrt();
-    let mut stream = Stream::new(5, 0);
-    let mut motion = Motion::default();
-    for k in 0..steps {
-        let t = 0.01 * f64::from(k);
-        let error = gyro.warm_up().error_rad_s(20.0 + t);
-        f.update(Sensor::Gyro, motion.yaw_rate_rad_s + error + gyro_std * stream.normal());
-        // encoders at a rate of their own
-        if k % 3 == 0 {
-            let wheels = robot.wheel_speeds(&motion);
-            f.update(Sensor::WheelLeft, wheels[0] + wheel_std * stream.normal());
-            f.update(Sensor::WheelRight, wheels[1] + wheel_std * stream.normal());
-        }
-        let torques = [0.01 + 0.02 * (0.2 * t).sin(), 0.01 - 0.02 * (0.2 * t).sin()];
-        f.predict(Input::Torques(torques), 0.01);
-        motion = robot.step(&motion, torques, 0.01);
-        if k % check_every == 0 {
-            assert!(f.factors().diagonal().iter().all(|d| *d > 0.0 && d.is_finite()), "step {k}");
-            let p = f.covariance();
-            assert_eq!(p, p.transpose());
-            for i in 0..STATES {
-                for j in 0..i {
-                    let correlation = p[(i, j)] / (p[(i, i)] * p[(j, j)]).sqrt();
-                    assert!(correlation.abs() <= 1.0 + 1e-12, "step {k}: correlation {i} {j} is {correlation}");
-                }
-            }
-        }
-    }
-    let heading = f.mean()[HEADING] - motion.heading_rad;
-    assert!(heading.abs() < 5.0 * f.std()[HEADING], "{heading} {}", f.std()[HEADING]);
-}
-
-#[test]
-fn the_covariance_stays_definite_over_many_steps() {
-    assert_definite(&config(), 300_000, 997);
-}
-
-#[test]
-fn the_covariance_stays_definite_at_tiny_noise() {
-    let mut config = config();
-    let gyro = config.gyro.as_mut().unwrap();
-    gyro.angle_random_walk_rad_sqrt_s = 1e-12;
-    gyro.noise = None;
-    config.vehicle.as_mut().unwrap().torque_noise_n_m_sqrt_s = 1e-9;
-    config.encoder.as_mut().unwrap().speed_noise_std_rad_s = 0.0;
-    assert_definite(&config, 3_000_000, 99_991);
-}
-
 #[test]
 fn a_covariance_that_is_none_is_refused() {
     // pairwise correlations of -0.9 are each possible, all three together are not
@@ -224,4 +168,41 @@ fn what_is_missing_is_named() {
     refused(&|c| c.vehicle = None, "[vehicle]");
     refused(&|c| c.encoder = None, "[encoder]");
     refused(&|c| c.sample_time_s = None, "sample_time_s");
+}
+
+#[test]
+fn a_mean_speed_of_ticks_has_the_variance_of_its_ticks_and_of_the_walk_about_its_middle() {
+    let mut config = config();
+    config.encoder.as_mut().unwrap().ticks_per_revolution = Some(1000.0);
+    let mut f = filter(&config, &Settings::default());
+    f.predict(Input::Accelerations([0.2, 0.5]), 0.01);
+    for (side, sensor) in [Sensor::WheelLeft, Sensor::WheelRight].into_iter().enumerate() {
+        let row = f.model().wheel_row(side);
+        let known = f.covariance.innovation_variance(&row, 0.0);
+        let innovation = f.clone().update_mean(sensor, 3.0, 0.02).unwrap();
+        let tick = std::f64::consts::TAU / 1000.0;
+        // a wheel's speed walks by (q_a + b² q_α)/r² a second
+        let walk = (0.2 + 0.17f64.powi(2) * 0.5) / 0.05f64.powi(2);
+        let expected = 0.02f64.powi(2) + tick * tick / 6.0 / 0.02f64.powi(2) + walk * 0.02 / 12.0;
+        assert!(
+            ((innovation.variance - known) / expected - 1.0).abs() < 1e-9,
+            "{} {expected}",
+            innovation.variance - known
+        );
+        assert!((innovation.residual - (3.0 - row.dot(&f.mean))).abs() < 1e-15);
+        assert!(f.update_mean(sensor, f64::NAN, 0.02).is_none());
+    }
+}
+
+#[test]
+fn a_robot_that_stands_tells_the_gyro_error() {
+    // one gyro reading at a known yaw rate of zero is a reading of the error with the gyro's noise
+    let mut f = filter(&config(), &Settings::default());
+    f.update_still([1e-14, 1e-14]);
+    let before = f.covariance()[(GYRO_ERROR, GYRO_ERROR)];
+    f.update(Sensor::Gyro, 6e-3);
+    let after = f.covariance()[(GYRO_ERROR, GYRO_ERROR)];
+    let noise = 1.5e-4f64.powi(2) / 0.01;
+    assert!((1.0 / after - 1.0 / before - 1.0 / noise).abs() < 1e-6 / noise, "{before} {after}");
+    assert!(f.mean()[SPEED].abs() < 1e-12 && f.std()[SPEED] < 1.1e-7);
 }
