@@ -41,8 +41,9 @@
 //! |---|---|
 //! | 0 | [`error`], [`files`], [`units`], [`math`] |
 //! | 1 | [`signal`] |
-//! | 2 | [`ingest`], [`bias`], [`vehicle`], [`config`] |
+//! | 2 | [`ingest`], [`bias`], [`traction`], [`vehicle`], [`config`] |
 //! | 3 | [`identify`], [`validate`], [`navigate`], [`simulate`] |
+//! | 4 | [`study`] |
 //! | 6 | [`export`], [`report`] |
 //! | 7 | the command line |
 //!
@@ -110,6 +111,8 @@ pub mod navigate;
 pub mod report;
 pub mod signal;
 pub mod simulate;
+pub mod study;
+pub mod traction;
 pub mod units;
 pub mod validate;
 pub mod vehicle;

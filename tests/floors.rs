@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floor of each module. A new module needs its line here.
-const FLOORS: [(&str, u8); 18] = [
+const FLOORS: [(&str, u8); 20] = [
     ("error", 0),
     ("files", 0),
     ("units", 0),
@@ -14,6 +14,7 @@ const FLOORS: [(&str, u8); 18] = [
     ("ingest", 2),
     ("bias", 2),
     ("noise", 2),
+    ("traction", 2),
     ("vehicle", 2),
     ("config", 2),
     ("model", 2),
@@ -21,6 +22,7 @@ const FLOORS: [(&str, u8); 18] = [
     ("validate", 3),
     ("navigate", 3),
     ("simulate", 3),
+    ("study", 4),
     ("effects", 4),
     ("gap", 5),
     ("export", 6),

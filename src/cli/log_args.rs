@@ -1,7 +1,7 @@
-//! Options of the commands that read a log at rest, and what they make of it.
+//! Options of the commands that read a log at rest or a drive, and what they make of it.
 
 use clap::Args;
-use gyroid::ingest::{self, Axis, GyroQuery, GyroRecording};
+use gyroid::ingest::{self, Axis, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording};
 use gyroid::report::LogFacts;
 use gyroid::signal::{TimeAxis, names};
 use gyroid::units::{RateUnit, TimeUnit};
@@ -40,6 +40,28 @@ pub(crate) struct LogArgs {
     /// The log's first sample is this long after power-on, s
     #[arg(long, value_name = "S")]
     start_offset: Option<f64>,
+}
+
+/// How to read the columns of a drive.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct DriveArgs {
+    /// Read a column as a channel, whatever it is called: gyro_z_rad_s=-wz:deg/s, x_m=east_m; may be given more than once
+    #[arg(long, value_name = "CHANNEL=[-]COLUMN[:UNIT]")]
+    map: Vec<String>,
+    /// Column that holds the time
+    #[arg(long, value_name = "NAME")]
+    time: Option<String>,
+    /// Unit of the time: s, ms, us, ns
+    #[arg(long, value_name = "UNIT", value_parser = parse_time_unit)]
+    time_unit: Option<TimeUnit>,
+}
+
+impl DriveArgs {
+    /// Reads the files as one drive.
+    pub fn read(&self, logs: &[PathBuf]) -> Result<DriveRecording> {
+        let maps = self.map.iter().map(|text| ChannelMap::parse(text)).collect::<Result<_>>()?;
+        ingest::read_drive(logs, &DriveQuery { maps, time: self.time.clone(), time_unit: self.time_unit })
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]

@@ -1,11 +1,14 @@
 //! Floor 7: one file a subcommand. Exit codes: 0 done, 1 bad input, 2 usage, 3 done but not fit for use.
 
+mod drive_plot;
 mod fit;
 mod inspect;
 mod log_args;
 mod navigate;
 mod output;
+mod restart;
 mod simulate;
+mod study;
 mod validate;
 
 use clap::{Parser, Subcommand};
@@ -36,6 +39,7 @@ enum Command {
     Validate(validate::ValidateArgs),
     Simulate(simulate::SimulateArgs),
     Navigate(navigate::NavigateArgs),
+    Study(study::StudyArgs),
 }
 
 /// Parses the arguments, runs the command, reports its error, and says how it ended.
@@ -47,6 +51,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Validate(args) => validate::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Navigate(args) => navigate::run(args),
+        Command::Study(args) => study::run(args),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -1,32 +1,52 @@
 //! `gyroid navigate`: the bundled filter over a recorded drive.
 
 use super::Outcome;
+use super::drive_plot::{self, Estimated};
+use super::log_args::DriveArgs;
 use super::output::{Common, Output};
+use super::restart::PowerArgs;
 use clap::Args;
 use gyroid::config::Config;
-use gyroid::ingest::{LogWriter, read_log};
-use gyroid::navigate::{ErrorModel, Reckoning, ReferenceErrors, Settings, Summary, dead_reckoning, run as filter};
+use gyroid::files::OutputFile;
+use gyroid::ingest::LogWriter;
+use gyroid::navigate::{
+    Alignment, ErrorModel, Reckoning, ReferenceErrors, Run, Settings, Standstill, Summary, WheelModel, WheelSlip,
+    dead_reckoning, gyro_reckoning, run as filter,
+};
+use gyroid::signal::{Log, names};
 use gyroid::units::{RAD_S_PER_DEG_S, duration_text};
-use gyroid::{Error, Result};
+use gyroid::vehicle::{Odometry, Rolling};
+use gyroid::{Error, ErrorKind, Result};
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Run the navigation filter over a drive, and compare it with the filter without error model and with encoders alone
+/// Run the navigation filter over a drive, beside the filter without error model, encoders alone and the gyro as it is
+///
+/// The filter takes what the drive has: gyro, wheel speeds or the speed and yaw rate of an odometry, or a speed alone.
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "Examples:\n  \
-    gyroid navigate gyroid.toml drive.parquet -o pose.parquet\n  \
-    gyroid navigate gyroid.toml drive.parquet --json -"
+    gyroid navigate gyroid.toml drive.parquet -o pose.parquet --plot drive.png\n  \
+    gyroid navigate gyroid.toml drive.parquet --json -\n  \
+    gyroid navigate husky.toml imu.csv wheels.csv gps.csv --map gyro_z_rad_s=gy_rad_s\n  \
+    gyroid navigate gyroid.toml drive.parquet --save-config gyroid.toml\n  \
+    gyroid navigate gyroid.toml next.parquet --off-time 300"
 )]
 pub(crate) struct NavigateArgs {
-    /// Configuration (schema 1) with [gyro], [vehicle] and [encoder]
+    /// Configuration (schema 1) with [gyro], [vehicle] and [encoder]; [gyro] may be missing where the drive has no gyro
     config: PathBuf,
-    /// Recorded drive
-    log: PathBuf,
-    /// Write the estimated pose to this log (.csv or .parquet)
+    /// Recorded drive: one file, or several on one clock
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    #[command(flatten)]
+    columns: DriveArgs,
+    /// Write the estimated pose to this log (.csv or .parquet), in the filter's own frame
     #[arg(short, long, value_name = "LOG")]
     out: Option<PathBuf>,
+    /// Draw paths and errors here (.png or .svg; without an ending both)
+    #[arg(long, value_name = "FILE")]
+    plot: Vec<PathBuf>,
     /// Write the pose of the filter that takes the gyro for free of error
     #[arg(long)]
     no_error_model: bool,
@@ -36,9 +56,24 @@ pub(crate) struct NavigateArgs {
     /// Start at the reference's first pose instead of x = y = heading = 0
     #[arg(long)]
     start_at_reference: bool,
-    /// Time since power-on at the first row, s, where the log does not say
-    #[arg(long, value_name = "S", default_value_t = 0.0)]
-    start_offset: f64,
+    /// Lay the first part of each track on the reference (share of the way; 0: not at all) before they are compared
+    /// [default: 0.2 where the reference has no heading, else 0]
+    #[arg(long, value_name = "SHARE", num_args = 0..=1, require_equals = true, default_missing_value = "0.2")]
+    align: Option<f64>,
+    /// How the wheels move: with slip, without, or with where the configuration has [traction] and the drive torques
+    #[arg(long, value_enum, default_value_t = WheelsName::Auto)]
+    wheels: WheelsName,
+    #[command(flatten)]
+    power: PowerArgs,
+    /// Write the configuration with [gyro.last_run], how warm the drive left the gyro, for a restart with --off-time
+    #[arg(long, value_name = "FILE")]
+    save_config: Option<PathBuf>,
+    /// Take wheels that read zero within their noise for standing still too; only where something holds the robot
+    #[arg(long)]
+    zero_updates: bool,
+    /// Never take the robot for standing still, not even where both wheels read exactly zero
+    #[arg(long, conflicts_with = "zero_updates")]
+    no_zero_updates: bool,
     /// Leave out readings beyond this quantile of chi-squared (such as 0.9999) [default: use all]
     #[arg(long, value_name = "P")]
     gate: Option<f64>,
@@ -46,97 +81,253 @@ pub(crate) struct NavigateArgs {
     common: Common,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum WheelsName {
+    Auto,
+    Rolling,
+    Slip,
+}
+
+/// What came out of one drive.
+struct Results {
+    /// `None` where the drive has no gyro whose error could be modelled.
+    with: Option<Run>,
+    without: Run,
+    /// `None` where the wheels tell no yaw rate.
+    encoders: Option<Reckoning>,
+    /// `None` without a gyro.
+    gyro: Option<Reckoning>,
+}
+
+impl Results {
+    fn of(args: &NavigateArgs, config: &Config, log: &Log) -> Result<Self> {
+        let settings = |error_model| Settings { error_model, ..args.settings() };
+        let plain = settings(ErrorModel::Off);
+        let without = filter(config, log, &plain)?;
+        let has_gyro = has_gyro(log);
+        let tick_rad = config.encoder.and_then(|e| e.tick_rad());
+        let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);
+        let with = if has_gyro { Some(filter(config, log, &settings(ErrorModel::WarmUp))?) } else { None };
+        let encoders = match odometry.as_ref().and_then(Odometry::wheels) {
+            Some(_) => Some(dead_reckoning(config, log, &plain)?),
+            None => None,
+        };
+        let gyro = if has_gyro { Some(gyro_reckoning(config, log, &plain)?) } else { None };
+        Ok(Self { with, without, encoders, gyro })
+    }
+
+    /// The filter that knows most.
+    fn best(&self) -> &Run {
+        self.with.as_ref().unwrap_or(&self.without)
+    }
+
+    /// All that ran, by name: errors, and for filters the summary.
+    fn rows(&self) -> Vec<(&'static str, Option<&ReferenceErrors>, Option<&Summary>)> {
+        let filters = match &self.with {
+            Some(with) => vec![("with error model", with), ("without error model", &self.without)],
+            None => vec![("filter, no gyro", &self.without)],
+        };
+        let reckoned = [("encoders alone", &self.encoders), ("gyro as it is", &self.gyro)];
+        let filters = filters.into_iter().map(|(name, r)| (name, r.summary.reference.as_ref(), Some(&r.summary)));
+        let reckoned = reckoned.into_iter().filter_map(|(name, r)| Some((name, r.as_ref()?.reference.as_ref(), None)));
+        filters.chain(reckoned).collect()
+    }
+
+    fn json(&self, notes: &[String]) -> serde_json::Value {
+        let reckoned = |r: &Option<Reckoning>| r.as_ref().map(|r| serde_json::json!({ "reference": r.reference }));
+        serde_json::json!({
+            "with_error_model": self.with.as_ref().map(|r| &r.summary),
+            "without_error_model": self.without.summary,
+            "dead_reckoning": reckoned(&self.encoders),
+            "gyro_reckoning": reckoned(&self.gyro),
+            "log_notes": notes,
+        })
+    }
+}
+
+impl NavigateArgs {
+    fn settings(&self) -> Settings {
+        Settings {
+            use_pose: self.use_pose,
+            start_at_reference: self.start_at_reference,
+            align_share: self.align,
+            gate_probability: self.gate,
+            since_power_on_s: self.power.since_power_on_s(),
+            off_time_s: self.power.off_time,
+            wheels: match self.wheels {
+                WheelsName::Auto => WheelModel::Auto,
+                WheelsName::Rolling => WheelModel::Rolling,
+                WheelsName::Slip => WheelModel::Slip,
+            },
+            standstill: (!self.no_zero_updates)
+                .then_some(Standstill { within_noise: self.zero_updates, ..Standstill::default() }),
+            ..Settings::default()
+        }
+    }
+}
+
+fn has_gyro(log: &Log) -> bool {
+    log.get(names::GYRO_Z).is_some_and(|rates| rates.iter().any(|w| w.is_finite()))
+}
+
 pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     let output = Output::open(&args.common)?;
     let out = args.out.as_ref().map(LogWriter::claim).transpose()?;
+    let save = args.save_config.as_ref().map(OutputFile::claim).transpose()?;
+    let plots: Vec<OutputFile> = drive_plot::claim(&args.plot)?;
     let name = args.config.display().to_string();
     let named = |error: Error| if error.input == "configuration" { error.named(&name) } else { error };
-    let config = Config::read(&args.config)?;
-    let log = read_log(&args.log)?;
-    let settings = |error_model| Settings {
-        error_model,
-        use_pose: args.use_pose,
-        start_at_reference: args.start_at_reference,
-        gate_probability: args.gate,
-        since_power_on_s: args.start_offset,
-        acceleration_densities: None,
-    };
-    let with = filter(&config, &log, &settings(ErrorModel::WarmUp)).map_err(named)?;
-    let without = filter(&config, &log, &settings(ErrorModel::Off)).map_err(named)?;
-    let encoders = dead_reckoning(&config, &log, &settings(ErrorModel::Off)).map_err(named)?;
+    // without a gyro in the drive [gyro] may be missing
+    let config = Config::read_base(&args.config)?;
+    let working = output.working("reading the drive, and running the filters");
+    let recording = args.columns.read(&args.logs)?;
+    let log = &recording.log;
+    args.power.check(log)?;
+    if save.is_some() && !has_gyro(log) {
+        let found = format!("{} has no gyro that could be left warm", log.source);
+        return Err(Error::new(ErrorKind::Usage, "--save-config", found).mend("leave out --save-config"));
+    }
+    let results = Results::of(args, &config, log).map_err(named)?;
+    drop(working);
     if let Some(out) = out {
-        out.write(if args.no_error_model { &without.pose } else { &with.pose })?;
+        out.write(if args.no_error_model { &results.without.pose } else { &results.best().pose })?;
+    }
+    if let Some(mut file) = save {
+        let after = config.clone().after_run(results.best().summary.warm_up_age_end_s).map_err(named)?;
+        file.write_all(after.to_toml().map_err(named)?.as_bytes())?;
+        file.commit()?;
     }
     if output.talks() {
-        output.say(text(args, &config, &with.summary, &without.summary, &encoders));
+        output.say(text(args, &config, &results, &recording.notes));
     }
-    output.finish(&serde_json::json!({
-        "with_error_model": with.summary,
-        "without_error_model": without.summary,
-        "dead_reckoning": { "reference": encoders.reference },
-    }))?;
+    if !plots.is_empty() {
+        let mut estimated: Vec<Estimated> = match &results.with {
+            Some(with) => vec![
+                Estimated::of_run("with error model", with),
+                Estimated::of_run("without error model", &results.without),
+            ],
+            None => vec![Estimated::of_run("filter, no gyro", &results.without)],
+        };
+        let reckoned = [("encoders alone", &results.encoders), ("gyro as it is", &results.gyro)];
+        estimated.extend(reckoned.into_iter().filter_map(|(n, r)| Some(Estimated::of_reckoning(n, r.as_ref()?))));
+        let picture = drive_plot::draw(&config, log, &args.settings(), &estimated)?;
+        let names: Vec<String> = plots.iter().map(|p| p.target().display().to_string()).collect();
+        plots.into_iter().try_for_each(|file| picture.write(file))?;
+        output.say(format!("drew {}", names.join(", ")));
+    }
+    output.finish(&results.json(&recording.notes))?;
     Ok(Outcome::Done)
 }
 
-fn text(args: &NavigateArgs, config: &Config, with: &Summary, without: &Summary, encoders: &Reckoning) -> String {
+fn text(args: &NavigateArgs, config: &Config, results: &Results, reading: &[String]) -> String {
     let mut t = String::new();
-    let from = if with.torques_used { "torques, gyro and encoders" } else { "gyro and encoders (no torques)" };
+    let best = &results.best().summary;
+    let logs: Vec<_> = args.logs.iter().map(|l| l.display().to_string()).collect();
     let _ = writeln!(
         t,
-        "{}: {} rows, {}, from {:.1} s after power-on; {from}\n",
-        args.log.display(),
-        with.rows,
-        duration_text(with.span_s),
-        with.since_power_on_s,
+        "{}: {} rows, {}, from {:.1} s after power-on; {}\n",
+        logs.join(" + "),
+        best.rows,
+        duration_text(best.span_s),
+        best.since_power_on_s,
+        sensors(results, best),
     );
     let _ = writeln!(
         t,
         "{:<22}{:>13}{:>13}{:>13}{:>13}   NIS (95 % bounds), innovations",
         "", "heading rms", "at the end", "position rms", "at the end"
     );
-    for (name, reference, summary) in [
-        ("with error model", &with.reference, Some(with)),
-        ("without error model", &without.reference, Some(without)),
-        ("encoders alone", &encoders.reference, None),
-    ] {
-        let _ = writeln!(t, "{name:<22}{}   {}", errors(reference.as_ref()), summary.map_or(String::new(), nis));
+    for (name, reference, summary) in results.rows() {
+        let _ = writeln!(t, "{name:<22}{}   {}", errors(reference), summary.map_or(String::new(), nis));
     }
-    let pose = &with.final_pose;
+    let pose = &best.final_pose;
     let deg = RAD_S_PER_DEG_S;
     let _ = write!(
         t,
-        "\nat the end, with error model: x {:.3} ± {:.3} m, y {:.3} ± {:.3} m, heading {:.2} ± {:.2}°, gyro error \
-         {:.5} ± {:.5} °/s",
+        "\nat the end, {}: x {:.3} ± {:.3} m, y {:.3} ± {:.3} m, heading {:.2} ± {:.2}°",
+        results.rows().first().map_or("", |r| r.0),
         pose.x_m.estimate,
         pose.x_m.std,
         pose.y_m.estimate,
         pose.y_m.std,
         pose.heading_rad.estimate / deg,
         pose.heading_rad.std / deg,
-        pose.gyro_error_rad_s.estimate / deg,
-        pose.gyro_error_rad_s.std / deg,
     );
-    if with.reference.is_none() {
-        let _ = write!(t, "\nno reference pose in the log: errors are not known");
+    if results.with.is_some() {
+        let error = &pose.gyro_error_rad_s;
+        let _ = write!(t, ", gyro error {:.5} ± {:.5} °/s", error.estimate / deg, error.std / deg);
+    }
+    if let Some([left, right]) = &best.slip {
+        let _ = write!(t, "\nslip: {}", slips(left, right));
+    }
+    if let Some(still) = &best.standstill {
+        let _ = write!(t, "\nstood still in {} rows", still.rows);
+        if results.with.is_some() {
+            let [before, after] = [still.gyro_error_std_before_rad_s, still.gyro_error_std_after_rad_s];
+            let _ = write!(t, ": gyro error known to {:.5} °/s before, {:.5} °/s after", before / deg, after / deg);
+        }
+    }
+    if let Some(path) = &args.save_config {
+        let _ = write!(t, "\nwrote {}: warm-up age {:.0} s", path.display(), best.warm_up_age_end_s);
+    }
+    match &best.reference {
+        None => t.push_str("\nno reference pose in the log: errors are not known"),
+        Some(reference) => t.extend(reference.alignment.iter().map(aligned)),
     }
     if !config.is_signed() {
         let _ = write!(t, "\nnote: {} is unsigned (written by hand)", args.config.display());
     }
-    for note in &with.notes {
+    for note in reading.iter().chain(&best.notes) {
         let _ = write!(t, "\nnote: {note}");
     }
     t
 }
 
-fn errors(reference: Option<&ReferenceErrors>) -> String {
-    let Some(r) = reference else { return format!("{:>13}{:>13}{:>13}{:>13}", "-", "-", "-", "-") };
+/// What the filters went by.
+fn sensors(results: &Results, summary: &Summary) -> String {
+    let encoders = if results.encoders.is_some() { "encoders" } else { "speed" };
+    match (summary.torques_used, results.gyro.is_some()) {
+        (true, true) => format!("torques, gyro and {encoders}"),
+        (true, false) => format!("torques and {encoders}"),
+        (false, true) => format!("gyro and {encoders} (no torques)"),
+        (false, false) => format!("{encoders} alone"),
+    }
+}
+
+fn slips(left: &WheelSlip, right: &WheelSlip) -> String {
+    let wheel = |s: &WheelSlip| {
+        let share = |x: f64| 100.0 * x;
+        format!("{:.2} % rms, {:.1} % at most, known to {:.2} %", share(s.rms), share(s.largest), share(s.std_rms))
+    };
+    format!("left {}; right {}", wheel(left), wheel(right))
+}
+
+fn aligned(a: &Alignment) -> String {
     format!(
-        "{:>11.2} °{:>11.2} °{:>11.3} m{:>11.3} m",
-        r.heading_rms_rad / RAD_S_PER_DEG_S,
-        r.heading_end_rad.abs() / RAD_S_PER_DEG_S,
-        r.position_rms_m,
-        r.position_end_m
+        "\neach track is laid on the reference over the first {:.0} % of the way ({:.1} m, up to {:.1} s); the first one is \
+         turned by {:.1}° for it and keeps {:.2} m rms there",
+        100.0 * a.path_share,
+        a.path_m,
+        a.until_s,
+        a.rotation_rad / RAD_S_PER_DEG_S,
+        a.rms_m
     )
+}
+
+fn errors(reference: Option<&ReferenceErrors>) -> String {
+    let angle = |x: Option<f64>| match x {
+        Some(rad) => format!("{:>11.2} °", rad.abs() / RAD_S_PER_DEG_S),
+        None => format!("{:>13}", "-"),
+    };
+    let length = |x: Option<f64>| x.map_or(format!("{:>13}", "-"), |m| format!("{m:>11.3} m"));
+    let of = |value: fn(&ReferenceErrors) -> Option<f64>| reference.and_then(value);
+    [
+        angle(of(|r| r.heading_rms_rad)),
+        angle(of(|r| r.heading_end_rad)),
+        length(of(|r| Some(r.position_rms_m))),
+        length(of(|r| Some(r.position_end_m))),
+    ]
+    .concat()
 }
 
 fn nis(summary: &Summary) -> String {

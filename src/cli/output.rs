@@ -4,6 +4,7 @@ use clap::Args;
 use gyroid::files::OutputFile;
 use gyroid::{Error, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -27,6 +28,13 @@ pub(crate) struct Output {
 
 /// Clears its line when the work is done.
 pub(crate) struct Working(ProgressBar);
+
+impl Working {
+    /// Says what is being done now.
+    pub fn show(&self, what: impl Into<Cow<'static, str>>) {
+        self.0.set_message(what);
+    }
+}
 
 impl Drop for Working {
     fn drop(&mut self) {

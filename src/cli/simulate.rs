@@ -1,10 +1,13 @@
 //! `gyroid simulate`: a log as the configuration would have it.
 
 use super::Outcome;
+use super::log_args::DriveArgs;
 use super::output::{Common, Output};
+use super::restart::PowerArgs;
 use clap::Args;
+use gyroid::bias::Restart;
 use gyroid::config::{Config, Kind};
-use gyroid::ingest::{LogWriter, read_log};
+use gyroid::ingest::LogWriter;
 use gyroid::signal::Log;
 use gyroid::simulate::{Course, Drive, Options, drive, replay, stationary};
 use gyroid::units::duration_text;
@@ -31,6 +34,8 @@ pub(crate) struct SimulateArgs {
     /// Replay this log's torques; where it has none, its wheel speeds
     #[arg(long, value_name = "LOG", conflicts_with_all = ["course", "duration"])]
     inputs: Option<PathBuf>,
+    #[command(flatten)]
+    columns: DriveArgs,
     /// Length of the log, s [default: 180 on a course, 1800 at rest]
     #[arg(long, value_name = "S")]
     duration: Option<f64>,
@@ -40,9 +45,8 @@ pub(crate) struct SimulateArgs {
     /// Seed of the sensors' noise, to record the same motion anew [default: --seed]
     #[arg(long, value_name = "N")]
     sensor_seed: Option<u64>,
-    /// Time since power-on at the first row, s (with --inputs, where that log does not say)
-    #[arg(long, value_name = "S", default_value_t = 0.0)]
-    start_offset: f64,
+    #[command(flatten)]
+    power: PowerArgs,
     /// Sample time, s [default: the configuration's]
     #[arg(long, value_name = "S", conflicts_with = "inputs")]
     sample_time: Option<f64>,
@@ -96,13 +100,19 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     if args.truth.is_some() && !driven {
         return Err(usage("--truth", "a log at rest has no motion to tell".into()));
     }
-    let mut options =
-        Options { since_power_on_s: args.start_offset, vary_turn_on: args.vary_turn_on, ..Options::from(args.seed) };
+    let mut options = Options {
+        since_power_on_s: args.power.since_power_on_s(),
+        vary_turn_on: args.vary_turn_on,
+        off_time_s: args.power.off_time,
+        ..Options::from(args.seed)
+    };
     options.seeds.sensors = args.sensor_seed.unwrap_or(args.seed);
 
     let named = |error: Error| if error.input == "configuration" { error.named(&name) } else { error };
-    let simulated = match (&args.inputs, args.course) {
-        (Some(path), _) => Some(replay(&config, &read_log(path)?, &options).map_err(named)?),
+    let inputs = args.inputs.as_ref().map(|path| args.columns.read(std::slice::from_ref(path))).transpose()?;
+    inputs.iter().try_for_each(|recorded| args.power.check(&recorded.log))?;
+    let simulated = match (&inputs, args.course) {
+        (Some(recorded), _) => Some(replay(&config, &recorded.log, &options).map_err(named)?),
         (None, Some(course)) => {
             Some(drive(&config, course, args.duration.unwrap_or(COURSE_S), &options).map_err(named)?)
         }
@@ -124,7 +134,11 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
         log.time.median_step_s(),
         what(args)
     ));
-    output.finish(&json(args, log, simulated.as_ref()))?;
+    for note in inputs.iter().flat_map(|recorded| &recorded.notes) {
+        output.say(format!("note: {note}"));
+    }
+    let restart = args.power.off_time.map(|off_s| config.require_gyro()?.restart(off_s)).transpose()?;
+    output.finish(&json(args, log, simulated.as_ref(), restart))?;
     Ok(Outcome::Done)
 }
 
@@ -140,7 +154,7 @@ fn what(args: &SimulateArgs) -> String {
     }
 }
 
-fn json(args: &SimulateArgs, log: &Log, simulated: Option<&Drive>) -> serde_json::Value {
+fn json(args: &SimulateArgs, log: &Log, simulated: Option<&Drive>, restart: Option<Restart>) -> serde_json::Value {
     let channels: Vec<_> = log.channels.iter().map(|c| c.name.as_str()).collect();
     let mut value = serde_json::json!({
         "log": args.out.display().to_string(),
@@ -157,6 +171,7 @@ fn json(args: &SimulateArgs, log: &Log, simulated: Option<&Drive>) -> serde_json
             "c1_rad_s": warm_up.c1_rad_s,
             "c2_rad_s": warm_up.c2_rad_s,
             "time_constant_s": warm_up.time_constant_s,
+            "warm_up_age_at_power_on_s": restart.map_or(0.0, |r| r.age_s(warm_up.time_constant_s)),
         });
     }
     value

@@ -20,7 +20,7 @@ pub struct ConfigurationOptions {
 
 /// The configuration of a fit, in a copy of `base` where there is one: `[gyro]`, `[validation]` and `[provenance]`
 /// are new, everything else is the base's. What the base says of the spread from one power-on to the next
-/// (`turn_on_bias_std_rad_s`, `warm_up_relative_std`) stays, because one log cannot know it.
+/// (`turn_on_bias_std_rad_s`, `warm_up_relative_std`) and of its cooling (`cooling_time_constant_s`) stays, because one log cannot know it.
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if the sample time does not suit the scheme.
@@ -38,9 +38,12 @@ pub fn configuration(report: &FitReport, base: Option<&Config>, options: &Config
         angle_random_walk_rad_sqrt_s: fit.noise.angle_random_walk_rad_sqrt_s,
         turn_on_bias_std_rad_s: old.and_then(|g| g.turn_on_bias_std_rad_s),
         warm_up_relative_std: old.and_then(|g| g.warm_up_relative_std),
+        cooling_time_constant_s: old.and_then(|g| g.cooling_time_constant_s),
         covariance: Some(Covariance::from_matrix(&fit.covariance)),
         discrete: Some(Discrete::new(&model, sample_time_s, options.scheme)?),
         noise: walk.map(|k| Noise { rate_random_walk_rad_s_sqrt_s: Some(k), quantization_lsb_rad_s: None }),
+        // the log that was fitted was a run of its own: what the base says of the last one is past
+        last_run: None,
     };
     let validation = Validation {
         white: report.validation.white,
@@ -71,6 +74,7 @@ pub fn configuration(report: &FitReport, base: Option<&Config>, options: &Config
         sample_time_s: Some(sample_time_s),
         gyro: Some(gyro),
         vehicle: base.and_then(|b| b.vehicle),
+        traction: base.and_then(|b| b.traction),
         encoder: base.and_then(|b| b.encoder),
         pose: base.and_then(|b| b.pose),
         effects: base.map(|b| b.effects.clone()).unwrap_or_default(),

@@ -5,7 +5,9 @@ mod figure;
 pub mod fit;
 mod numbers;
 pub mod plot;
+mod study;
 
 pub use check::ModelCheck;
 pub use figure::fit_picture;
 pub use fit::{FitReport, LogFacts, Verdict};
+pub use study::{Claim, Status, StudyReport};

@@ -17,14 +17,16 @@ pub struct Track<'a> {
     pub y_m: &'a [f64],
 }
 
-/// Paths of one drive: the reference first, it is drawn broad underneath the others.
+/// Paths of one drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackFigure<'a> {
     /// Title.
     pub title: &'a str,
     /// A sentence under it.
     pub subtitle: &'a str,
-    /// The paths.
+    /// Where the robot was, drawn broad underneath the others.
+    pub reference: Option<Track<'a>>,
+    /// Where it was held to be.
     pub tracks: &'a [Track<'a>],
 }
 
@@ -37,8 +39,13 @@ impl TrackFigure<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if there is no position, lengths differ, or a number is infinite; it names the track.
     pub fn draw(&self) -> Result<Picture> {
+        Page::new(self.title).subtitle(self.subtitle).size(1200, 1000).row([self.chart()?.into()]).draw()
+    }
+
+    fn chart(&self) -> Result<Chart> {
+        let all = || self.reference.iter().chain(self.tracks);
         let mut extent = 0.0_f64;
-        for track in self.tracks {
+        for track in all() {
             check(track.name, track.x_m, track.y_m.len())?;
             check(track.name, track.y_m, track.x_m.len())?;
             let positions = track.x_m.iter().chain(track.y_m).filter(|v| !v.is_nan());
@@ -46,20 +53,25 @@ impl TrackFigure<'_> {
         }
         let unit = length(extent);
         let mut chart = Chart::new(Axis::linear("x", unit.unit), Axis::linear("y", unit.unit)).equal_axes();
+        let broad = palette::GREY.tint(0.6).stroke(6.0);
+        let strokes = (0..).map(|i| {
+            let stroke = palette::series(i).stroke(width(i));
+            if i == 0 { stroke } else { stroke.dashed() }
+        });
+        let under = self.reference.iter().map(|track| (track, broad));
         let mut begin = None;
-        for (i, track) in self.tracks.iter().enumerate() {
-            let stroke = match i {
-                0 => palette::GREY.tint(0.6).stroke(6.0),
-                1 => palette::series(0).stroke(2.0),
-                _ => palette::series(i - 1).stroke(2.0).dashed(),
-            };
+        for (track, stroke) in under.chain(self.tracks.iter().zip(strokes)) {
             let path = path(track, unit, extent);
             begin = begin.or(path.iter().copied().find(|p| !p[0].is_nan()));
             chart = chart.line(track.name, path, stroke);
         }
-        let chart = chart.dots("start", begin, palette::BLACK, 6.0);
-        Page::new(self.title).subtitle(self.subtitle).size(1200, 1000).row([chart.into()]).draw()
+        Ok(chart.dots("start", begin, palette::BLACK, 6.0))
     }
+}
+
+/// Later lines are thinner, so that one that they cover still shows at their sides.
+fn width(i: usize) -> f64 {
+    (2.6 - 0.5 * i as f64).max(1.0)
 }
 
 /// The path, without points that no page is large enough to tell apart.
@@ -128,12 +140,16 @@ impl ErrorFigure<'_> {
     /// [`crate::ErrorKind::Value`] if there is nothing to draw, lengths differ, or a number is infinite; it names the
     /// series.
     pub fn draw(&self) -> Result<Picture> {
+        let stack = self.stack()?;
+        let height = 160 + 270 * self.rows.len().clamp(1, 12) as u32;
+        Page::new(self.title).subtitle(self.subtitle).size(1200, height).row([stack]).draw()
+    }
+
+    fn stack(&self) -> Result<Panel> {
         check("time", self.time_s, self.time_s.len())?;
         let clock = time(self.time_s.iter().fold(0.0, |m, t| m.max(t.abs())));
         let charts: Vec<Chart> = self.rows.iter().map(|row| self.row(row, clock)).collect::<Result<_>>()?;
-        let height = 160 + 270 * charts.len().clamp(1, 12) as u32;
-        let stack = Panel::Stack { title: String::new(), label: String::new(), charts };
-        Page::new(self.title).subtitle(self.subtitle).size(1200, height).row([stack]).draw()
+        Ok(Panel::Stack { title: String::new(), label: String::new(), charts })
     }
 
     fn row(&self, row: &ErrorRow, clock: Quantity) -> Result<Chart> {
@@ -163,13 +179,37 @@ impl ErrorFigure<'_> {
         for (i, series) in row.series.iter().enumerate() {
             let line = outline(series.error.len(), |i| [self.time_s[i], series.error[i]], COLUMNS);
             let points = line.iter().map(|p| [clock.of(p[0]), unit.of(p[1])]);
-            chart = chart.line(series.name, points, palette::series(i).stroke(1.8));
+            chart = chart.line(series.name, points, palette::series(i).stroke(width(i)));
         }
         Ok(chart)
     }
 }
 
-fn check(name: &str, values: &[f64], rows: usize) -> Result<()> {
+/// A drive on one page: its paths, and beside them the errors against time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveFigure<'a> {
+    /// The paths; title and subtitle are the page's.
+    pub tracks: TrackFigure<'a>,
+    /// The errors, where there is something to compare with.
+    pub errors: Option<ErrorFigure<'a>>,
+}
+
+impl DriveFigure<'_> {
+    /// Draws the page.
+    ///
+    /// # Errors
+    /// As [`TrackFigure::draw`] and [`ErrorFigure::draw`].
+    pub fn draw(&self) -> Result<Picture> {
+        let Some(errors) = &self.errors else { return self.tracks.draw() };
+        Page::new(self.tracks.title)
+            .subtitle(self.tracks.subtitle)
+            .size(2000, 1000)
+            .row([self.tracks.chart()?.into(), errors.stack()?])
+            .draw()
+    }
+}
+
+pub(super) fn check(name: &str, values: &[f64], rows: usize) -> Result<()> {
     if values.len() != rows {
         return Err(bad(name, format!("{} values on {rows} rows", values.len())));
     }

@@ -1,7 +1,8 @@
 //! Pictures of results, as SVG or PNG, the same on every machine (the font is built in).
 //!
 //! Every figure is a pure function from plain numbers to a [`Picture`]: [`fit::FitFigure`], [`drive::TrackFigure`],
-//! [`drive::ErrorFigure`]. Other figures are made of [`Chart`]s, [`HeatMap`]s and [`Page`]s:
+//! [`drive::ErrorFigure`], [`drive::DriveFigure`], those of [`study`]. Other figures are made of [`Chart`]s, [`HeatMap`]s and
+//! [`Page`]s:
 //!
 //! ```
 //! use gyroid::report::plot::{Axis, Chart, Page, Panel, palette};
@@ -33,6 +34,7 @@ pub mod palette;
 mod picture;
 mod quantity;
 mod scene;
+pub mod study;
 
 pub use axis::Axis;
 pub use chart::Chart;

@@ -1,4 +1,4 @@
-use super::drive::{Dimension, ErrorFigure, ErrorRow, ErrorSeries, Track, TrackFigure};
+use super::drive::{Dimension, DriveFigure, ErrorFigure, ErrorRow, ErrorSeries, Track, TrackFigure};
 use super::fit::{CurvePoint, FitFigure, WhitenessLevel};
 use super::geometry::Rect;
 use super::scene::{Align, Scene, Shape, Text};
@@ -75,7 +75,7 @@ fn extent(text: &Text) -> Rect {
 }
 
 /// Every text is on the page, and none covers another.
-fn check_texts(picture: &Picture) -> std::result::Result<(), String> {
+pub(super) fn check_texts(picture: &Picture) -> std::result::Result<(), String> {
     let (width, height) = picture.size();
     let all: Vec<(&Text, Rect)> = texts(picture).map(|t| (t, extent(t))).collect();
     for (i, (text, place)) in all.iter().enumerate() {
@@ -100,7 +100,7 @@ fn check_texts(picture: &Picture) -> std::result::Result<(), String> {
 }
 
 /// Tags are balanced, attributes quoted, entities known. Returns all text.
-fn check_xml(xml: &str) -> String {
+pub(super) fn check_xml(xml: &str) -> String {
     let (mut open, mut said, mut rest) = (Vec::new(), String::new(), xml);
     while let Some(begin) = rest.find('<') {
         let text = &rest[..begin];
@@ -258,7 +258,7 @@ fn what_cannot_be_drawn_is_refused_by_name() {
     let nothing = FitFigure { time: &empty, rate_rad_s: &[], residual_rad_s: &[], ..figure };
     assert!(said(nothing).contains("none of 0 samples"));
     let track = Track { name: "filter", x_m: &[0.0, 1.0], y_m: &[0.0] };
-    let figure = TrackFigure { title: "", subtitle: "", tracks: &[track] };
+    let figure = TrackFigure { title: "", subtitle: "", reference: None, tracks: &[track] };
     assert!(figure.draw().unwrap_err().to_string().contains("filter"));
     assert!(HeatMap::new(["a"], ["b", "c"], vec![1.0]).unwrap_err().to_string().contains("1 values for 1 rows"));
     assert!(HeatMap::new(["a"], ["b"], vec![f64::INFINITY]).unwrap_err().to_string().contains("row \"a\""));
@@ -271,7 +271,7 @@ fn a_unit_is_as_long_along_x_as_along_y_on_a_map() {
     let (x, y): (Vec<f64>, Vec<f64>) =
         (0..400).map(|i| f64::from(i) * std::f64::consts::TAU / 399.0).map(|a| (3.0 * a.cos(), 3.0 * a.sin())).unzip();
     let track = Track { name: "circle", x_m: &x, y_m: &y };
-    let picture = TrackFigure { title: "map", subtitle: "", tracks: &[track] }.draw().unwrap();
+    let picture = TrackFigure { title: "map", subtitle: "", reference: Some(track), tracks: &[] }.draw().unwrap();
     let circle = picture.scene.shapes.iter().find_map(|s| match s {
         Shape::Path { points, width, .. } if *width > 5.0 && points.len() > 100 => Some(points),
         _ => None,
@@ -411,10 +411,13 @@ proptest! {
         b in proptest::collection::vec(any_number(), 0..20),
     ) {
         let tracks = [Track { name: "a", x_m: &a, y_m: &b }, Track { name: "b", x_m: &b, y_m: &b }];
-        drawn_or_refused(TrackFigure { title: "drive", subtitle: "", tracks: &tracks }.draw())?;
+        let map = TrackFigure { title: "drive", subtitle: "", reference: Some(tracks[0]), tracks: &tracks[1..] };
+        drawn_or_refused(map.draw())?;
         let series = [ErrorSeries { name: "filter", error: &b, std: Some(&a) }];
         let rows = [ErrorRow { label: "Heading error", dimension: Dimension::Angle, series: &series }; 2];
-        drawn_or_refused(ErrorFigure { title: "drive", subtitle: "", time_s: &a, rows: &rows }.draw())?;
+        let errors = ErrorFigure { title: "drive", subtitle: "", time_s: &a, rows: &rows };
+        drawn_or_refused(errors.draw())?;
+        drawn_or_refused(DriveFigure { tracks: map, errors: Some(errors) }.draw())?;
     }
 
     #[test]
