@@ -143,7 +143,8 @@ fn track() -> Result<Picture> {
     TrackFigure {
         title: "drive.csv: path",
         subtitle: "End of the path: filter 0.4 m from the reference, dead reckoning 4.9 m",
-        tracks: &[track("reference", &truth), track("filter", &filter), track("dead reckoning", &reckoned)],
+        reference: Some(track("reference", &truth)),
+        tracks: &[track("filter", &filter), track("dead reckoning", &reckoned)],
     }
     .draw()
 }
