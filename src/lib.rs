@@ -41,9 +41,10 @@
 //! |---|---|
 //! | 0 | [`error`], [`files`], [`units`], [`math`] |
 //! | 1 | [`signal`] |
-//! | 2 | [`ingest`], [`bias`], [`traction`], [`vehicle`], [`config`] |
+//! | 2 | [`ingest`], [`bias`], [`traction`], [`vehicle`], [`config`], [`model`] |
 //! | 3 | [`identify`], [`validate`], [`navigate`], [`simulate`] |
-//! | 4 | [`study`] |
+//! | 4 | [`study`], [`effects`] |
+//! | 5 | [`gap`] |
 //! | 6 | [`export`], [`report`] |
 //! | 7 | the command line |
 //!
@@ -101,12 +102,15 @@
 
 pub mod bias;
 pub mod config;
+pub mod effects;
 pub mod error;
 pub mod export;
 pub mod files;
+pub mod gap;
 pub mod identify;
 pub mod ingest;
 pub mod math;
+pub mod model;
 pub mod navigate;
 pub mod report;
 pub mod signal;

@@ -1,0 +1,143 @@
+//! Floor 4: what reality adds to the nominal simulator. One file an effect, one line in [`registry`].
+//!
+//! An effect is defined once: the same definition changes the simulator ([`Effect::simulated`]) and explains a recording
+//! ([`Effect::explanation`]). The engine that compares effects ([`crate::gap`]) knows the five ways of explaining, and no effect.
+
+use crate::error::Result;
+use crate::model::{GyroEffect, Scene};
+use std::collections::BTreeMap;
+
+/// Parameters by name, the unit in the name.
+pub type Parameters = BTreeMap<String, f64>;
+
+/// What an effect is.
+#[derive(Debug, Clone, Copy)]
+pub struct About {
+    /// Identifier of the contract, such as `gyro.rate_ramp`.
+    pub id: &'static str,
+    /// For people: "rate random walk".
+    pub title: &'static str,
+    /// The equation, in words and symbols.
+    pub equation: &'static str,
+    /// Where it is known from.
+    pub source: &'static str,
+    /// Channel of the answer: `gyro`.
+    pub channel: &'static str,
+    /// Which equation of the nominal model it adds to, in words.
+    pub deficient: &'static str,
+    /// `condition` of the answer, where it follows one.
+    pub condition: Option<&'static str>,
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+    /// What to do about it: one sentence.
+    pub remedy: &'static str,
+}
+
+/// One parameter of an effect.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Name with unit.
+    pub name: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+    /// Smallest and largest value that is physically possible.
+    pub bounds: [f64; 2],
+    /// Value at which the effect changes nothing; none where only another parameter switches it off.
+    pub null: Option<f64>,
+    /// Whether the answer must hold it (else it describes the form).
+    pub required: bool,
+}
+
+/// An effect of the library.
+pub trait Effect: Sync + Send {
+    /// What it is.
+    fn about(&self) -> &'static About;
+
+    /// The effect at work in one recording. What is drawn anew in each run (the phase of a tone, the time of a step, a
+    /// random path) comes from `seed`, unless `parameters` hold it.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Config`] if a parameter is missing, unknown or out of bounds, or the scene lacks the covariate.
+    fn simulated(&self, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>>;
+
+    /// How it enters the likelihood of a recording; none where this recording cannot show it (no such covariate).
+    fn explanation(&self, scene: &Scene) -> Option<Explanation>;
+}
+
+/// The ways in which an effect can explain a recording at rest.
+pub enum Explanation {
+    /// y(t) += Σ_j β_j x_j(t; shape)
+    Signal(Box<dyn Signal>),
+    /// y(t) += stationary (or integrated) Gaussian noise with a spectrum
+    Noise(Box<dyn Noise>),
+    /// the white noise passes a filter: its spectrum is multiplied by |H|²
+    Filter(Box<dyn Noise>),
+    /// log variance of the white noise += β x(t)
+    Variance(Box<dyn Signal>),
+    /// C2 lies anywhere
+    TurnOn,
+    /// two levels between which the bias jumps as a Markov chain
+    TwoLevels,
+    /// rare samples of another distribution
+    Outliers,
+    /// values on a lattice
+    Lattice,
+}
+
+/// One column of a signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// One value a row, in the unit that makes β the parameter (rad/s per unit of β).
+    pub values: Vec<f64>,
+    /// Prior standard deviation of its coefficient, relative to that of the first column, for columns scaled to the same
+    /// root mean square: 1 for the first, less for a bend of it.
+    pub relative_scale: f64,
+}
+
+/// A deterministic signal with linear coefficients and nonlinear shape parameters.
+pub trait Signal: Sync + Send {
+    /// Shapes to try: nodes of the prior of the nonlinear parameters, equally probable. At least one (which may be empty).
+    fn shapes(&self, scene: &Scene) -> Vec<Vec<f64>>;
+
+    /// Columns at one shape (also between the nodes).
+    fn columns(&self, scene: &Scene, shape: &[f64]) -> Vec<Column>;
+
+    /// Parameters from shape and coefficients.
+    fn parameters(&self, scene: &Scene, shape: &[f64], coefficients: &[f64]) -> Parameters;
+
+    /// Shape from parameters where they hold it (a time constant, a frequency, a lag); none where it is drawn anew in
+    /// each run (the time of a step).
+    fn shape(&self, scene: &Scene, parameters: &Parameters) -> Option<Vec<f64>>;
+
+    /// Coefficients from parameters; none where they are drawn anew in each run (the phase of a tone), with
+    /// [`Signal::prior_std`] then telling how far they scatter.
+    fn coefficients(&self, scene: &Scene, shape: &[f64], parameters: &Parameters) -> Option<Vec<f64>>;
+
+    /// Standard deviation of the coefficients over runs where they are drawn anew.
+    fn prior_std(&self, parameters: &Parameters) -> Option<Vec<f64>> {
+        let _ = parameters;
+        None
+    }
+
+    /// Range of the nonlinear shape parameters for refinement between nodes; none where the nodes are all there is.
+    fn refine(&self, scene: &Scene) -> Option<Vec<[f64; 2]>> {
+        let _ = scene;
+        None
+    }
+}
+
+/// Gaussian noise by its spectrum. Its parameters are used by their logarithms, so all are positive.
+pub trait Noise: Sync + Send {
+    /// Names of the parameters, in the order of θ.
+    fn names(&self) -> Vec<&'static str>;
+
+    /// Range of each parameter in this scene: the prior is uniform in its logarithm.
+    fn range(&self, scene: &Scene) -> Vec<[f64; 2]>;
+
+    /// Starting points of the search, parameters in the unit of their names.
+    fn starts(&self, scene: &Scene) -> Vec<Vec<f64>>;
+
+    /// Variance of one coefficient of the orthonormal cosine transform at angular frequency `omega` rad/sample, 0 < ω ≤ π,
+    /// rad²/s²: the two-sided PSD over the sample time. For a filter: |H|², dimensionless.
+    fn spectrum(&self, scene: &Scene, theta: &[f64], omega: f64) -> f64;
+}

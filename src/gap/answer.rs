@@ -1,0 +1,124 @@
+//! The answer of a diagnosis: what `--json` writes.
+
+use crate::effects::Parameters;
+use serde::{Deserialize, Serialize};
+
+/// What the diagnosis comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The nominal simulator explains the recording.
+    None,
+    /// An effect of the library explains most of the gap.
+    Identified,
+    /// There is a gap, and no effect of the library explains most of it.
+    Unknown,
+}
+
+/// Answers to: where does the gap lie, which effect causes it, how far does it shrink.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Answer {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The effect that closes most of the gap in held-out log score; none unless identified.
+    pub main: Option<String>,
+    /// Probability that `main` is right.
+    pub main_probability: f64,
+    /// Probability that the nominal simulator lacks nothing.
+    pub none_probability: f64,
+    /// Probability that what it lacks most is not in the library.
+    pub unknown_probability: f64,
+    /// Effects that were considered, most probable first.
+    pub effects: Vec<EffectAnswer>,
+    /// Effects judged present.
+    pub together: Vec<String>,
+    /// Classes of effects that this log cannot separate.
+    pub cannot_tell_apart: Vec<Vec<String>>,
+    /// For each class, in the same order: how alike, and what would separate them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub alike: Vec<Alike>,
+    /// Where the main effect, or the unknown, shows; none where the verdict is none.
+    #[serde(rename = "where")]
+    pub place: Option<Place>,
+    /// The free forms that competed as 'unknown', most probable first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub free_forms: Vec<FreeFormAnswer>,
+    /// The gap on the recording kept back.
+    pub gap: Vec<Metric>,
+    /// How the gap was measured, and what could not be told, in sentences.
+    #[serde(default)]
+    pub notes: Vec<String>,
+}
+
+/// One effect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EffectAnswer {
+    /// Identifier.
+    pub id: String,
+    /// Posterior probability that it is present.
+    pub probability: f64,
+    /// Parameters (posterior mode).
+    pub parameters: Parameters,
+    /// Their standard deviations.
+    pub std: Parameters,
+    /// (before - after) / (before - floor) in log score, of this effect alone.
+    pub gap_closed: Option<f64>,
+    /// Its interval, by blocks of time.
+    pub gap_closed_ci95: Option<[f64; 2]>,
+    /// Its share of what all that were found close together (mean of first in and last in).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+}
+
+/// A class of effects that look alike on this log.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Alike {
+    /// Their ids.
+    pub ids: Vec<String>,
+    /// Overlap of what they do to this log, 0 to 1.
+    pub overlap: f64,
+    /// What would separate them.
+    pub separate_by: String,
+}
+
+/// Where the gap lies.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Place {
+    /// Channel.
+    pub channel: String,
+    /// The deficient equation, in words.
+    pub equation: String,
+    /// From when to when, s, as in the fit log.
+    pub time_s: Option<[f64; 2]>,
+    /// From which to which frequency, Hz.
+    pub frequency_hz: Option<[f64; 2]>,
+    /// What it follows.
+    pub condition: Option<String>,
+    /// For an unknown: what it looks like, in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
+}
+
+/// A free form that competed as 'unknown'.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FreeFormAnswer {
+    /// What is free: `time`, `temperature`, `temperature_rate`, `supply`, `phase`, `spectrum`, ...
+    pub id: String,
+    /// Probability that it is what the model lacks most.
+    pub probability: f64,
+    /// What it looks like, in words.
+    pub description: String,
+}
+
+/// One measure of the gap on the recording kept back.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Metric {
+    /// `log_score`, `heading_drift_rms_rad_60s`, ...
+    pub metric: String,
+    /// Under the nominal simulator.
+    pub before: f64,
+    /// Under the augmented one.
+    pub after: f64,
+    /// Of the augmented simulator on its own logs.
+    pub floor: f64,
+}

@@ -1,0 +1,91 @@
+//! reading = output( filter( rate + e(t) + Σ bias_i + scale · white ) ), each of the four changed by any set of effects
+//!
+//! Floor 2: what an effect may change in the simulator of a gyro. The simulator runs whatever implements [`GyroEffect`];
+//! it knows no effect by name.
+
+use crate::bias::WarmUp;
+use crate::signal::TimeAxis;
+
+/// The circumstances of one recording: its rows, what was measured beside the rate, and what the nominal simulator believes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Rows, s since power-on.
+    pub time: TimeAxis,
+    /// Sample time, s.
+    pub step_s: f64,
+    /// Temperature, °C, one value a row, without gaps; none where it was not logged.
+    pub temperature_c: Option<Vec<f64>>,
+    /// Supply, V, one value a row, without gaps; none where it was not logged.
+    pub supply_v: Option<Vec<f64>>,
+    /// Nominal warm-up.
+    pub warm_up: WarmUp,
+    /// Nominal standard deviation of a sample's white noise, rad/s.
+    pub white_std_rad_s: f64,
+    /// How much C2 varies from one power-on to the next, rad/s.
+    pub turn_on_bias_std_rad_s: f64,
+    /// How much C1 and T do, relatively.
+    pub warm_up_relative_std: f64,
+}
+
+impl Scene {
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Whether there are no rows.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Length of the recording, s.
+    #[must_use]
+    pub fn span_s(&self) -> f64 {
+        self.step_s * self.len() as f64
+    }
+}
+
+/// An effect at work in one simulated recording. The simulator calls the four in this order for every row, rows ascending.
+pub trait GyroEffect: Send {
+    /// Added to the bias at row `row`, rad/s.
+    fn bias_rad_s(&mut self, row: usize, scene: &Scene) -> f64 {
+        let _ = (row, scene);
+        0.0
+    }
+
+    /// Factor on the standard deviation of the white noise at row `row`.
+    fn white_scale(&mut self, row: usize, scene: &Scene) -> f64 {
+        let _ = (row, scene);
+        1.0
+    }
+
+    /// What a filter inside the sensor makes of its input, rad/s.
+    fn filtered(&mut self, rate_rad_s: f64) -> f64 {
+        rate_rad_s
+    }
+
+    /// What the sensor puts out instead of `reading_rad_s`.
+    fn output(&mut self, row: usize, reading_rad_s: f64) -> f64 {
+        let _ = row;
+        reading_rad_s
+    }
+}
+
+/// Makes effects from the tables `[[effect]]` of a configuration. Whoever simulates gets one handed down, so that the
+/// simulator need not know the library of effects.
+pub trait EffectSource: Sync {
+    /// The effect `id` with `parameters` in a recording of `scene`, its random numbers from `seed`.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Config`] if the id or a parameter is unknown, missing or out of bounds, or the scene lacks the
+    /// covariate that it needs.
+    fn gyro_effect(
+        &self,
+        id: &str,
+        parameters: &std::collections::BTreeMap<String, f64>,
+        scene: &Scene,
+        seed: u64,
+    ) -> crate::Result<Box<dyn GyroEffect>>;
+}
