@@ -2,6 +2,7 @@
 
 pub mod basis;
 pub mod brent;
+pub mod dct;
 pub mod distributions;
 pub mod expsum;
 pub mod legendre;
