@@ -1,5 +1,16 @@
 //! Floor 5: the gap between the nominal simulator and a recording: where it lies, which effect causes it, how far it shrinks.
 
 pub mod answer;
+pub mod clean;
+pub mod evidence;
+pub mod frame;
+pub mod free;
+pub mod gaussian;
+pub mod hypothesis;
+pub mod judge;
+pub mod layers;
+pub mod lines;
+pub mod popcorn;
+pub mod search;
 
 pub use answer::Answer;

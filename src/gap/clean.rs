@@ -1,0 +1,37 @@
+//! Rare large samples are taken out before anything Gaussian is judged: |y - median of the neighbours| over its scale
+
+use crate::math::robust::{mad_std, median};
+
+/// Samples beyond this many robust standard deviations are put aside. A normal series of 10⁵ samples has 10⁻⁴ of them.
+const LIMIT: f64 = 6.0;
+/// Neighbours on each side.
+const SIDE: usize = 4;
+
+/// The series with its rare large samples replaced by the median of their neighbours, and which they were.
+#[must_use]
+pub fn clean(y: &[f64]) -> (Vec<f64>, Vec<usize>) {
+    let n = y.len();
+    let mut around = Vec::with_capacity(2 * SIDE + 1);
+    let centre: Vec<f64> = (0..n)
+        .map(|i| {
+            around.clear();
+            around.extend_from_slice(&y[i.saturating_sub(SIDE)..(i + SIDE + 1).min(n)]);
+            median(&mut around)
+        })
+        .collect();
+    let mut off: Vec<f64> = y.iter().zip(&centre).map(|(a, b)| a - b).collect();
+    let scale = mad_std(&mut off.clone(), 0.0).max(1e-300);
+    // on a coarse lattice most deviations are zero, and the scale of the rest is what counts
+    let spread = (off.iter().map(|v| v * v).sum::<f64>() / n.max(1) as f64).sqrt();
+    let scale = if scale < 0.2 * spread { spread } else { scale };
+    let mut cleaned = y.to_vec();
+    let mut rows = Vec::new();
+    for i in 0..n {
+        if off[i].abs() > LIMIT * scale {
+            cleaned[i] = centre[i];
+            rows.push(i);
+        }
+    }
+    off.clear();
+    (cleaned, rows)
+}

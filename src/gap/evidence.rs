@@ -1,0 +1,551 @@
+//! ln p(z | hypothesis): coefficients integrated exactly, scales and spectra by Laplace's method, shapes by a sum over nodes
+//!
+//! Priors: the white noise's level is the nominal one to [`WHITE_STD`]; parameters of spectra are uniform in their
+//! logarithm over the range that their effect states; coefficients are normal with a scale that is uniform in its
+//! logarithm from what changes nothing to what nobody could overlook ([`SCALE_RANGE`]).
+
+use super::frame::{ColumnId, Data, Frame};
+use super::gaussian::{DataProducts, Picked, Posterior, columns, spectral};
+use super::hypothesis::{Candidate, Hypothesis, Kind, NoisePart, SignalPart, VARIANCE_STDS, variance_profile};
+use crate::effects::Signal;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::f64::consts::{PI, TAU};
+
+/// Relative standard deviation of the white noise's level beside its nominal value: about what a log of 10⁵ samples tells
+/// of it. A wider one would let a level that grew by a few per cent pass for the nominal one.
+pub const WHITE_STD: f64 = 0.003;
+/// Range of a signal's prior scale in multiples of the smallest that the white noise would show at one standard
+/// deviation, as logarithms.
+pub const SCALE_RANGE: [f64; 2] = [0.0, 7.0];
+/// Step of the finite differences in the logarithms.
+const STEP: f64 = 0.03;
+
+/// A hypothesis at its best parameters.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// With the parameters at their posterior mode.
+    pub hypothesis: Hypothesis,
+    /// ln p(z | hypothesis), everything integrated out.
+    pub ln_evidence: f64,
+    /// ln p(z, parameters) at the mode, coefficients integrated out.
+    pub ln_mode: f64,
+    /// Standard deviations of [ln white, ln θ…] at the mode.
+    pub std: Vec<f64>,
+}
+
+/// The likelihood of one recording.
+pub struct Likelihood<'a> {
+    /// Its frame.
+    pub frame: &'a Frame,
+    /// The recording.
+    pub data: &'a Data,
+    /// What may be at work.
+    pub candidates: &'a [Candidate],
+    products: DataProducts,
+    nuisance: Vec<(ColumnId, f64)>,
+    block_power: (Vec<f64>, f64),
+    stored: RefCell<HashMap<(usize, Vec<u64>), (Vec<ColumnId>, Vec<f64>)>>,
+}
+
+/// ln of the mean of exp(v).
+pub fn ln_mean_exp(values: &[f64], count: f64) -> f64 {
+    let top = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if !top.is_finite() {
+        return top;
+    }
+    top + (values.iter().map(|v| (v - top).exp()).sum::<f64>() / count).ln()
+}
+
+/// Columns of the nuisances of the warm-up (C2, C1, T) with the standard deviations of their deviations.
+pub fn nuisances(frame: &Frame) -> Vec<(ColumnId, f64)> {
+    let scene = &frame.coarse;
+    let warm = scene.warm_up;
+    let gradient: Vec<[f64; 3]> = (0..scene.len()).map(|i| warm.gradient(scene.time.at(i))).collect();
+    let column = |j: usize| gradient.iter().map(|g| g[j]).collect::<Vec<_>>();
+    let relative = scene.warm_up_relative_std;
+    let std = [relative * warm.c1_rad_s.abs(), scene.turn_on_bias_std_rad_s, relative * warm.time_constant_s];
+    (0..3).filter(|j| std[*j] > 0.0).map(|j| (frame.store(&column(j)), std[j])).collect()
+}
+
+impl<'a> Likelihood<'a> {
+    /// The likelihood of `data`; `nuisance` from [`nuisances`] of the same frame.
+    pub fn new(frame: &'a Frame, data: &'a Data, candidates: &'a [Candidate], nuisance: &[(ColumnId, f64)]) -> Self {
+        Self {
+            frame,
+            data,
+            candidates,
+            products: DataProducts::default(),
+            nuisance: nuisance.to_vec(),
+            block_power: if frame.block > 1 { frame.block_power(data) } else { (Vec::new(), 0.0) },
+            stored: RefCell::default(),
+        }
+    }
+
+    /// Columns and units of a signal at a shape.
+    pub fn signal_columns(&self, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (Vec<ColumnId>, Vec<f64>) {
+        let key = (candidate, shape.iter().map(|v| v.to_bits()).collect::<Vec<_>>());
+        if let Some(found) = self.stored.borrow().get(&key) {
+            return found.clone();
+        }
+        let made = signal.columns(&self.frame.coarse, shape);
+        let ids: Vec<_> = made.iter().map(|c| self.frame.store(&c.values)).collect();
+        // one standard deviation of what the white noise leaves uncertain of a column of this size
+        let noise = self.frame.scene.white_std_rad_s / (self.frame.len() as f64).sqrt();
+        let unit = |id: &ColumnId, relative: f64| {
+            let rms = self.frame.rms(*id);
+            if rms > 0.0 { relative * noise / rms } else { 0.0 }
+        };
+        let units = ids.iter().zip(&made).map(|(id, c)| unit(id, c.relative_scale)).collect();
+        self.stored.borrow_mut().insert(key, (ids, units));
+        self.stored.borrow()[&(candidate, shape.iter().map(|v| v.to_bits()).collect::<Vec<_>>())].clone()
+    }
+
+    /// `base` with C2 set free.
+    pub fn add_turn_on(&self, base: &Hypothesis, candidate: usize) -> Hypothesis {
+        let scene = &self.frame.coarse;
+        let columns = vec![self.frame.store(&vec![1.0; scene.len()])];
+        let unit = vec![scene.turn_on_bias_std_rad_s.max(1e-12)];
+        let mut h = base.clone();
+        h.signals.push(SignalPart { candidate, shape: Vec::new(), columns, unit, ln_scale: 1.0, ln_shapes: 0.0 });
+        h
+    }
+
+    /// `base` with a line or comb at `frequency_hz` added.
+    pub fn add_line(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal, shape: &[f64], ln_shapes: f64) -> Hypothesis {
+        let made = signal.columns(&self.frame.scene, shape);
+        let columns: Vec<_> = made.iter().map(|c| self.frame.store_whole(&c.values)).collect();
+        let noise = self.frame.scene.white_std_rad_s / (self.frame.len() as f64).sqrt();
+        let unit = columns.iter().zip(&made).map(|(id, c)| c.relative_scale * noise / self.frame.rms(*id).max(1e-300));
+        let unit = unit.collect();
+        let mut h = base.clone();
+        h.signals.push(SignalPart { candidate, shape: shape.to_vec(), columns, unit, ln_scale: 2.0, ln_shapes });
+        h
+    }
+
+    fn pick(&self, h: &Hypothesis) -> Picked {
+        let ids = self.nuisance.iter().map(|n| n.0).chain(h.signals.iter().flat_map(|s| s.columns.iter().copied()));
+        Picked::new(self.frame, self.data, &self.products, ids)
+    }
+
+    fn stds(&self, h: &Hypothesis) -> Vec<f64> {
+        let signal = h.signals.iter().flat_map(|s| s.unit.iter().map(|u| u * s.ln_scale.exp()));
+        self.nuisance.iter().map(|n| n.1).chain(signal).collect()
+    }
+
+    /// ln p(z, parameters), coefficients integrated out; with their posterior if `full`.
+    fn value(&self, h: &Hypothesis, picked: &Picked, full: bool) -> (f64, Option<Posterior>) {
+        let s = h.spectrum(self.frame, self.candidates);
+        let inverse: Vec<f64> = s.iter().map(|v| 1.0 / v).collect();
+        let Some(posterior) = columns(picked, &self.stds(h), &inverse, full) else { return (f64::NEG_INFINITY, None) };
+        let white = -0.5 * (h.ln_white / WHITE_STD).powi(2) - (WHITE_STD * TAU.sqrt()).ln();
+        let value = spectral(&self.frame.bins.count, &self.data.power, &s) + posterior.log_marginal + white;
+        let value = value + self.ln_prior(h);
+        (if value.is_nan() { f64::NEG_INFINITY } else { value }, full.then_some(posterior))
+    }
+
+    /// What the course of the noise's level over the blocks gains over a constant level.
+    fn variance_gain(&self, part: &NoisePart) -> f64 {
+        let profile = variance_profile(self.frame, part);
+        let mean = profile.iter().sum::<f64>() / profile.len().max(1) as f64;
+        let term = |(s, v): (&f64, &f64)| (s / mean).ln() + v * (mean / s - 1.0);
+        -0.5 * self.block_power.1 * profile.iter().zip(&self.block_power.0).map(term).sum::<f64>()
+    }
+
+    /// `base` with the noise's level following `signal`.
+    pub fn add_variance(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal) -> Option<(Hypothesis, f64)> {
+        if self.frame.variance_columns(candidate).is_empty() {
+            let shape = signal.shapes(&self.frame.coarse).into_iter().nth(1).unwrap_or_default();
+            self.frame.store_variance(candidate, &signal.columns(&self.frame.coarse, &shape));
+        }
+        let size = self.frame.variance_columns(candidate).len();
+        if size == 0 || self.block_power.0.is_empty() {
+            return None;
+        }
+        let before = Self::parameters(base).len();
+        let mut h = base.clone();
+        h.noises.push(NoisePart { candidate, ln_theta: vec![0.0; size] });
+        let mut free = vec![false; before];
+        free[0] = true;
+        free.extend((0..size).map(|_| true));
+        let picked = self.pick(base);
+        let (value, hessian) = self.newton(&mut h, &picked, &free, 8);
+        let value = value + self.occam(&h, &free, hessian);
+        Some((h, value))
+    }
+
+    fn ln_prior(&self, h: &Hypothesis) -> f64 {
+        let one = |n: &NoisePart| match &self.candidates[n.candidate].kind {
+            Kind::Noise(k) | Kind::Filter(k) => {
+                k.range(&self.frame.scene).iter().map(|r| -(r[1] / r[0]).ln().ln()).sum::<f64>()
+            }
+            // standard deviations are the upper ends
+            Kind::Shape(k) => {
+                let ranges = k.range(&self.frame.scene);
+                let term = |(v, r): (&f64, &[f64; 2])| -0.5 * (v / r[1].ln()).powi(2) - (r[1].ln() * TAU.sqrt()).ln();
+                n.ln_theta.iter().zip(&ranges).map(term).sum()
+            }
+            Kind::Variance(_) => {
+                let at = |std: f64| {
+                    let term = |v: &f64| -0.5 * (v / std).powi(2) - (std * TAU.sqrt()).ln();
+                    n.ln_theta.iter().map(term).sum::<f64>()
+                };
+                ln_mean_exp(&VARIANCE_STDS.map(at), VARIANCE_STDS.len() as f64) + self.variance_gain(n)
+            }
+            Kind::Signal(_) | Kind::Line(_) | Kind::TurnOn => 0.0,
+        };
+        h.noises.iter().map(one).sum()
+    }
+
+    /// ln p(z) with the parts for which `keep` holds, at their parameters and with the posterior means of their
+    /// coefficients; nuisances integrated out: what a simulator with these effects scores.
+    pub fn plug_in(&self, h: &Hypothesis, posterior: &Posterior, keep: &dyn Fn(usize) -> bool) -> f64 {
+        let mut z = self.data.z.clone();
+        let mut at = self.nuisance.len();
+        for s in &h.signals {
+            for id in &s.columns {
+                if keep(s.candidate) {
+                    self.frame.add_column(&mut z, *id, -posterior.mean[at]);
+                }
+                at += 1;
+            }
+        }
+        let mut kept = h.clone();
+        kept.signals.clear();
+        kept.noises.retain(|n| keep(n.candidate));
+        let power: Vec<f64> =
+            self.frame.bins.edges.windows(2).map(|e| z[e[0]..e[1]].iter().map(|v| v * v).sum()).collect();
+        let spectrum = kept.spectrum(self.frame, self.candidates);
+        let inverse: Vec<f64> = spectrum.iter().map(|v| 1.0 / v).collect();
+        let data = Data { values_rad_s: Vec::new(), z, power };
+        let ids = self.nuisance.iter().map(|n| n.0);
+        let picked = Picked::new(self.frame, &data, &DataProducts::default(), ids);
+        let stds: Vec<f64> = self.nuisance.iter().map(|n| n.1).collect();
+        let columns = columns(&picked, &stds, &inverse, false).map_or(0.0, |p| p.log_marginal);
+        let is_variance = |n: &&NoisePart| matches!(self.candidates[n.candidate].kind, Kind::Variance(_));
+        let profile: f64 = kept.noises.iter().filter(is_variance).map(|n| self.variance_gain(n)).sum();
+        spectral(&self.frame.bins.count, &data.power, &spectrum) + columns + profile
+    }
+
+    /// Posterior of the coefficients, nuisances first.
+    pub fn coefficients(&self, h: &Hypothesis) -> Option<Posterior> {
+        self.value(h, &self.pick(h), true).1
+    }
+
+    /// What is left when posterior means of nuisances and signals are taken out, in the cosine basis.
+    pub fn remainder(&self, h: &Hypothesis) -> Vec<f64> {
+        let mut z = self.data.z.clone();
+        if let Some(p) = self.coefficients(h) {
+            let ids = self.nuisance.iter().map(|n| n.0).chain(h.signals.iter().flat_map(|s| s.columns.iter().copied()));
+            ids.zip(&p.mean).for_each(|(id, b)| self.frame.add_column(&mut z, id, -b));
+        }
+        z
+    }
+
+    fn bounds(&self, h: &Hypothesis) -> Vec<[f64; 2]> {
+        let one = |n: &NoisePart| match &self.candidates[n.candidate].kind {
+            Kind::Noise(k) | Kind::Filter(k) => {
+                k.range(&self.frame.scene).iter().map(|r| [r[0].ln(), r[1].ln()]).collect::<Vec<_>>()
+            }
+            Kind::Shape(k) => k.range(&self.frame.scene).iter().map(|r| [-8.0 * r[1].ln(), 8.0 * r[1].ln()]).collect(),
+            Kind::Variance(_) => vec![[-5.0, 5.0]; n.ln_theta.len()],
+            Kind::Signal(_) | Kind::Line(_) | Kind::TurnOn => Vec::new(),
+        };
+        let white = [-8.0 * WHITE_STD, 8.0 * WHITE_STD];
+        std::iter::once(white).chain(h.noises.iter().flat_map(one)).collect()
+    }
+
+    fn parameters(h: &Hypothesis) -> Vec<f64> {
+        std::iter::once(h.ln_white).chain(h.noises.iter().flat_map(|n| n.ln_theta.iter().copied())).collect()
+    }
+
+    fn set(h: &mut Hypothesis, x: &[f64]) {
+        h.ln_white = x[0];
+        let mut at = 1;
+        for n in &mut h.noises {
+            let len = n.ln_theta.len();
+            n.ln_theta.copy_from_slice(&x[at..at + len]);
+            at += len;
+        }
+    }
+
+    /// Newton's method on the spectra's parameters; returns the mode's value and the Hessian of -ln p there.
+    fn newton(&self, h: &mut Hypothesis, picked: &Picked, free: &[bool], rounds: usize) -> (f64, Vec<f64>) {
+        let bounds = self.bounds(h);
+        let mut x = Self::parameters(h);
+        let which: Vec<usize> = (0..x.len()).filter(|i| free[*i]).collect();
+        let d = which.len();
+        let mut trial = h.clone();
+        let mut f = |x: &[f64]| {
+            Self::set(&mut trial, x);
+            self.value(&trial, picked, false).0
+        };
+        let step = |i: usize| if i == 0 { 0.2 * WHITE_STD } else { STEP };
+        let mut best = f(&x);
+        let mut damping = 1e-3;
+        let mut hessian = vec![0.0; d * d];
+        for round in 0..rounds {
+            let mut gradient = vec![0.0; d];
+            let mut plus = vec![0.0; d];
+            for (a, &i) in which.iter().enumerate() {
+                let (x0, e) = (x[i], step(i));
+                x[i] = x0 + e;
+                plus[a] = f(&x);
+                x[i] = x0 - e;
+                let minus = f(&x);
+                x[i] = x0;
+                gradient[a] = (plus[a] - minus) / (2.0 * e);
+                hessian[a * d + a] = -(plus[a] - 2.0 * best + minus) / (e * e);
+            }
+            for a in 0..d {
+                for b in 0..a {
+                    let (i, j) = (which[a], which[b]);
+                    let (x0, y0) = (x[i], x[j]);
+                    x[i] += step(i);
+                    x[j] += step(j);
+                    let both = f(&x);
+                    x[i] = x0;
+                    x[j] = y0;
+                    let mixed = -(both - plus[a] - plus[b] + best) / (step(i) * step(j));
+                    hessian[a * d + b] = mixed;
+                    hessian[b * d + a] = mixed;
+                }
+            }
+            if round + 1 == rounds {
+                break;
+            }
+            let mut gained = 0.0;
+            for _ in 0..8 {
+                let Some(delta) = damped(&hessian, &gradient, damping) else {
+                    damping = (damping * 10.0_f64).max(1e-2);
+                    continue;
+                };
+                let mut next = x.clone();
+                for (a, &i) in which.iter().enumerate() {
+                    next[i] = (x[i] + delta[a].clamp(-1.5, 1.5)).clamp(bounds[i][0], bounds[i][1]);
+                }
+                let value = f(&next);
+                if value > best {
+                    gained = value - best;
+                    best = value;
+                    x = next;
+                    damping *= 0.2;
+                    break;
+                }
+                damping = (damping * 8.0).max(1e-3);
+            }
+            if gained < 1e-3 {
+                break;
+            }
+        }
+        Self::set(h, &x);
+        (best, hessian)
+    }
+
+    /// Scales of the signals' priors at their mode, by MacKay's fixed point.
+    fn rescale(&self, h: &mut Hypothesis, picked: &Picked) {
+        for _ in 0..4 {
+            let (_, Some(p)) = self.value(h, picked, true) else { return };
+            let size = p.mean.len();
+            let mut at = self.nuisance.len();
+            let mut moved: f64 = 0.0;
+            for s in &mut h.signals {
+                let mut sum = 0.0;
+                for (j, u) in s.unit.iter().enumerate() {
+                    if *u > 0.0 {
+                        sum += (p.mean[at + j].powi(2) + p.covariance[(at + j) * size + at + j]) / (u * u);
+                    }
+                }
+                let used = s.unit.iter().filter(|u| **u > 0.0).count().max(1);
+                let next = (0.5 * (sum / used as f64).max(1e-12).ln()).clamp(SCALE_RANGE[0], SCALE_RANGE[1]);
+                moved = moved.max((next - s.ln_scale).abs());
+                s.ln_scale = next;
+                at += s.columns.len();
+            }
+            if moved < 0.05 {
+                return;
+            }
+        }
+    }
+
+    /// ln of the volume that the data leave of the free parameters but the first (the white noise's level, which every
+    /// hypothesis has).
+    fn occam(&self, h: &Hypothesis, free: &[bool], mut curvature: Vec<f64>) -> f64 {
+        let bounds = self.bounds(h);
+        let which: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
+        let d = which.len();
+        for (a, i) in which.iter().enumerate() {
+            let width = bounds[*i][1] - bounds[*i][0];
+            curvature[a * d + a] = curvature[a * d + a].max(0.0) + 12.0 / (width * width);
+        }
+        let level = curvature.first().copied().unwrap_or(1.0);
+        0.5 * ((d as f64 - 1.0) * TAU.ln() - ln_det_and_std(&curvature, d).0 + level.ln())
+    }
+
+    /// The hypothesis at its mode, with its evidence.
+    pub fn fit(&self, start: &Hypothesis) -> Fitted {
+        let mut h = start.clone();
+        let picked = self.pick(&h);
+        let free = vec![true; Self::parameters(&h).len()];
+        let (mut value, mut hessian) = (f64::NEG_INFINITY, Vec::new());
+        for _ in 0..3 {
+            if !h.signals.is_empty() {
+                self.rescale(&mut h, &picked);
+            }
+            let before = value;
+            (value, hessian) = self.newton(&mut h, &picked, &free, 12);
+            if h.signals.is_empty() || h.noises.is_empty() || (value - before).abs() < 0.02 {
+                break;
+            }
+        }
+        let bounds = self.bounds(&h);
+        let d = bounds.len();
+        // a direction in which the data say nothing is as wide as its range: a uniform density of range r has variance r²/12
+        let mut curvature = hessian;
+        for i in 0..d {
+            let width = bounds[i][1] - bounds[i][0];
+            curvature[i * d + i] = curvature[i * d + i].max(0.0) + 12.0 / (width * width);
+        }
+        let (ln_det, std) = ln_det_and_std(&curvature, d);
+        let mut ln_evidence = value + 0.5 * (d as f64 * TAU.ln() - ln_det);
+        for s in &h.signals {
+            // curvature of the marginal likelihood in ln scale is two a column where coefficients stand out
+            let width = (TAU / (2.0 * s.columns.len() as f64)).sqrt();
+            ln_evidence += (width / (SCALE_RANGE[1] - SCALE_RANGE[0])).ln() + s.ln_shapes;
+        }
+        Fitted { hypothesis: h, ln_evidence, ln_mode: value, std }
+    }
+
+    /// `base` with a signal added at its best shape, everything else kept.
+    pub fn add_signal(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal) -> Option<(Hypothesis, f64)> {
+        let nodes = signal.shapes(&self.frame.coarse);
+        let at = |shape: &[f64]| self.try_shape(base, candidate, signal, shape);
+        let values: Vec<(f64, f64)> = nodes.iter().map(|n| at(n)).collect();
+        let best = (0..nodes.len()).max_by(|a, b| values[*a].0.total_cmp(&values[*b].0))?;
+        let (mut shape, mut top) = (nodes[best].clone(), values[best]);
+        let mut all: Vec<f64> = values.iter().map(|v| v.0).collect();
+        if let (Some(range), 1) = (signal.refine(&self.frame.coarse), shape.len()) {
+            // the peak may be narrower than the distance of the nodes
+            let around = |k: usize| nodes.get(k).map(|n| n[0]);
+            let low = best.checked_sub(1).and_then(around).unwrap_or(range[0][0]);
+            let high = around(best + 1).unwrap_or(range[0][1]);
+            const FINE: usize = 16;
+            let mut fine = Vec::with_capacity(FINE + 1);
+            let mid = nodes[best][0];
+            for k in 0..=FINE {
+                let u = k as f64 / FINE as f64;
+                let x = if u < 0.5 { low + (mid - low) * 2.0 * u } else { mid + (high - mid) * (2.0 * u - 1.0) };
+                let v = at(&[x]);
+                fine.push((x, v));
+                if v.0 > top.0 {
+                    (shape, top) = (vec![x], v);
+                }
+            }
+            let mut width = (high - low) / FINE as f64;
+            for _ in 0..5 {
+                for x in [shape[0] - 0.5 * width, shape[0] + 0.5 * width] {
+                    if x > range[0][0] && x < range[0][1] {
+                        let v = at(&[x]);
+                        if v.0 > top.0 {
+                            (shape, top) = (vec![x], v);
+                        }
+                    }
+                }
+                width *= 0.5;
+            }
+            // two node distances in sixteen pieces stand for the node and its halves
+            let piece = (2.0 / FINE as f64).ln();
+            all[best] = f64::NEG_INFINITY;
+            all.extend(fine.iter().map(|(_, v)| v.0 + piece));
+            if best > 0 {
+                all[best - 1] -= std::f64::consts::LN_2;
+            }
+            if best + 1 < nodes.len() {
+                all[best + 1] -= std::f64::consts::LN_2;
+            }
+        }
+        let ln_shapes = (ln_mean_exp(&all, nodes.len() as f64) - top.0).min(0.0);
+        let (columns, unit) = self.signal_columns(candidate, signal, &shape);
+        let mut h = base.clone();
+        h.signals.push(SignalPart { candidate, shape, columns, unit, ln_scale: top.1, ln_shapes });
+        Some((h, top.0))
+    }
+
+    /// ln p with the signal at `shape`, at the best of a few scales, and that scale's logarithm.
+    fn try_shape(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (f64, f64) {
+        let (columns, unit) = self.signal_columns(candidate, signal, shape);
+        let mut h = base.clone();
+        h.signals.push(SignalPart { candidate, shape: shape.to_vec(), columns, unit, ln_scale: 0.0, ln_shapes: 0.0 });
+        let picked = self.pick(&h);
+        let mut best = (f64::NEG_INFINITY, 0.0);
+        let last = h.signals.len() - 1;
+        for ln_scale in [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5] {
+            h.signals[last].ln_scale = ln_scale;
+            let v = self.value(&h, &picked, false).0;
+            if v > best.0 {
+                best = (v, ln_scale);
+            } else {
+                break;
+            }
+        }
+        best
+    }
+
+    /// `base` with a noise or filter added at the best of its starts, everything else kept.
+    pub fn add_noise(&self, base: &Hypothesis, candidate: usize) -> Option<(Hypothesis, f64)> {
+        let (Kind::Noise(kind) | Kind::Filter(kind) | Kind::Shape(kind)) = &self.candidates[candidate].kind else {
+            return None;
+        };
+        let before = Self::parameters(base).len();
+        let picked = self.pick(base);
+        let mut best: Option<(Hypothesis, f64)> = None;
+        let mut starts: Vec<(f64, Hypothesis, usize)> = kind
+            .starts(&self.frame.scene)
+            .iter()
+            .map(|start| {
+                let mut h = base.clone();
+                h.noises.push(NoisePart { candidate, ln_theta: start.iter().map(|v| v.ln()).collect() });
+                (self.value(&h, &picked, false).0, h, start.len())
+            })
+            .collect();
+        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        starts.truncate(3);
+        for (_, mut h, size) in starts {
+            let mut free = vec![false; before];
+            free[0] = true;
+            free.extend((0..size).map(|_| true));
+            let (value, hessian) = self.newton(&mut h, &picked, &free, 10);
+            let value = value + self.occam(&h, &free, hessian);
+            if best.as_ref().is_none_or(|b| value > b.1) {
+                best = Some((h, value));
+            }
+        }
+        best
+    }
+}
+
+/// Solution of (H + λ diag|H|) x = g; none where it is not definite.
+fn damped(hessian: &[f64], gradient: &[f64], damping: f64) -> Option<Vec<f64>> {
+    let d = gradient.len();
+    let diagonal = |i: usize| hessian[i * d + i].abs().max(1e-6);
+    let matrix = nalgebra::DMatrix::from_fn(d, d, |i, j| {
+        hessian[i * d + j] + if i == j { damping * diagonal(i) } else { 0.0 }
+    });
+    let solved = matrix.cholesky()?.solve(&nalgebra::DVector::from_column_slice(gradient));
+    solved.iter().all(|v| v.is_finite()).then(|| solved.as_slice().to_vec())
+}
+
+/// ln det and the square roots of the inverse's diagonal; directions that curve the wrong way count by their size.
+fn ln_det_and_std(curvature: &[f64], d: usize) -> (f64, Vec<f64>) {
+    let matrix = nalgebra::DMatrix::from_fn(d, d, |i, j| 0.5 * (curvature[i * d + j] + curvature[j * d + i]));
+    let eigen = matrix.symmetric_eigen();
+    let least = 1e-3;
+    let values: Vec<f64> = eigen.eigenvalues.iter().map(|v| v.abs().max(least)).collect();
+    let variance = |i: usize| (0..d).map(|k| eigen.eigenvectors[(i, k)].powi(2) / values[k]).sum::<f64>();
+    (values.iter().map(|v| v.ln()).sum(), (0..d).map(|i| variance(i).sqrt()).collect())
+}
+
+/// Half power angular frequency of one cycle in the whole recording, rad/sample.
+pub fn lowest_omega(frame: &Frame) -> f64 {
+    PI / frame.len().max(1) as f64
+}

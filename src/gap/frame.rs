@@ -1,0 +1,291 @@
+//! z = C y: the recording in the orthonormal cosine basis C, in bins of frequency
+//!
+//! Random walks and white noise are independent there ([`crate::math::dct`]), other spectra nearly so. Columns of signals
+//! are kept as their lowest coefficients, computed from block means; what two columns, or a column and the recording, have
+//! in common is kept by bins, so that a likelihood under any smooth spectrum costs a few hundred products whatever the
+//! length of the recording.
+
+use crate::math::dct::Cosine;
+use crate::math::random::Stream;
+use crate::model::Scene;
+use crate::signal::TimeAxis;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::f64::consts::PI;
+use std::rc::Rc;
+
+/// Blocks that stand for the slow part of a recording.
+const BLOCKS: usize = 2048;
+/// Coefficients that have a bin of their own.
+const SINGLE: usize = 64;
+/// Standard deviation of the white noise that is added to every recording, relative to the nominal white noise: where a
+/// low-pass leaves next to nothing, what the ends of the recording leak into is not taken for a signal. It costs 0.2 % of
+/// the information where nothing was filtered.
+const DITHER: f64 = 0.045;
+/// Blocks over which the level of the noise is followed.
+const LEVEL_BLOCKS: usize = 128;
+/// Width of a bin, relative to its frequency.
+const WIDTH: f64 = 0.04;
+
+/// Bins of cosine coefficients.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bins {
+    /// Bin b holds the coefficients edges[b]..edges[b+1].
+    pub edges: Vec<usize>,
+    /// Angular frequency of each bin, rad/sample.
+    pub omega: Vec<f64>,
+    /// Coefficients in each bin.
+    pub count: Vec<f64>,
+    /// Bins that hold the slow part.
+    pub low: usize,
+}
+
+impl Bins {
+    fn new(len: usize, low_len: usize) -> Self {
+        let mut edges: Vec<usize> = (0..=SINGLE.min(low_len)).collect();
+        let mut low = edges.len() - 1;
+        while edges[edges.len() - 1] < len {
+            let from = edges[edges.len() - 1];
+            let to = from + ((from as f64 * WIDTH) as usize).max(1);
+            // the slow part ends with a bin
+            let to = if from < low_len { to.min(low_len) } else { to };
+            edges.push(to.min(len));
+            if to <= low_len {
+                low = edges.len() - 1;
+            }
+        }
+        // the mean coefficient is where a random walk's would be: half a step above zero
+        let omega = |k0: usize, k1: usize| if k0 == 0 { 0.5 * PI } else { 0.5 * (k0 + k1 - 1) as f64 * PI };
+        Self {
+            omega: edges.windows(2).map(|e| omega(e[0], e[1]) / len as f64).collect(),
+            count: edges.windows(2).map(|e| (e[1] - e[0]) as f64).collect(),
+            low,
+            edges,
+        }
+    }
+
+    /// Number of bins.
+    pub fn len(&self) -> usize {
+        self.count.len()
+    }
+
+    /// Σ a b over each bin, as far as both reach.
+    fn products(&self, a: &[f64], b: &[f64]) -> Vec<f64> {
+        let reach = a.len().min(b.len());
+        (0..self.len())
+            .take_while(|i| self.edges[i + 1] <= reach)
+            .map(|i| {
+                let range = self.edges[i]..self.edges[i + 1];
+                a[range.clone()].iter().zip(&b[range]).map(|(x, y)| x * y).sum()
+            })
+            .collect()
+    }
+}
+
+/// A column of a signal in the cosine basis: its slow part, or all of it.
+struct Stored {
+    low: Vec<f64>,
+    /// Root mean square over the recording.
+    rms: f64,
+}
+
+/// Number of a stored column.
+pub type ColumnId = u32;
+
+#[derive(Default)]
+struct Store {
+    columns: Vec<Stored>,
+    gram: HashMap<(ColumnId, ColumnId), Rc<Vec<f64>>>,
+    variance: HashMap<usize, Rc<Vec<Vec<f64>>>>,
+}
+
+/// What does not change while hypotheses about one recording are compared.
+pub struct Frame {
+    /// The recording's circumstances, a whole number of blocks.
+    pub scene: Scene,
+    /// The same by block means.
+    pub coarse: Scene,
+    /// Samples in a block.
+    pub block: usize,
+    /// Bins of the coefficients.
+    pub bins: Bins,
+    cosine: Cosine,
+    coarse_cosine: Cosine,
+    /// Factor from a block mean's coefficient to the recording's.
+    block_gain: Vec<f64>,
+    store: RefCell<Store>,
+}
+
+/// The recording, or what is left of it when something was taken out.
+#[derive(Clone)]
+pub struct Data {
+    /// Deviation from the nominal warm-up, rad/s.
+    pub values_rad_s: Vec<f64>,
+    /// Its cosine coefficients, rad/s.
+    pub z: Vec<f64>,
+    /// Σ z² in each bin, rad²/s².
+    pub power: Vec<f64>,
+}
+
+fn means(values: &[f64], block: usize) -> Vec<f64> {
+    values.chunks_exact(block).map(|c| c.iter().sum::<f64>() / block as f64).collect()
+}
+
+impl Frame {
+    /// The frame of a recording; rows after the last whole block are left out.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let block = scene.len().div_ceil(BLOCKS).max(1);
+        let blocks = scene.len() / block;
+        let len = blocks * block;
+        let start_s = if scene.is_empty() { 0.0 } else { scene.time.at(0) };
+        let axis = |start_s, step_s, len| TimeAxis::Uniform { start_s, step_s, len };
+        let cut = |v: &Option<Vec<f64>>| v.as_ref().map(|v| v[..len].to_vec());
+        let scene = Scene {
+            time: axis(start_s, scene.step_s, len),
+            temperature_c: cut(&scene.temperature_c),
+            supply_v: cut(&scene.supply_v),
+            ..scene.clone()
+        };
+        let coarse_step = scene.step_s * block as f64;
+        let coarse = Scene {
+            time: axis(start_s + 0.5 * (coarse_step - scene.step_s), coarse_step, blocks),
+            step_s: coarse_step,
+            temperature_c: scene.temperature_c.as_ref().map(|v| means(v, block)),
+            supply_v: scene.supply_v.as_ref().map(|v| means(v, block)),
+            white_std_rad_s: scene.white_std_rad_s / (block as f64).sqrt(),
+            ..scene.clone()
+        };
+        let half = |k: usize| PI * k as f64 / (2.0 * len as f64);
+        let gain = |k: usize| if k == 0 { block as f64 } else { (half(k) * block as f64).sin() / half(k).sin() };
+        Self {
+            bins: Bins::new(len, blocks),
+            cosine: Cosine::new(len),
+            coarse_cosine: Cosine::new(blocks),
+            // orthonormal on both sides: √(blocks/len) = 1/√block
+            block_gain: (0..blocks).map(|k| gain(k) / (block as f64).sqrt()).collect(),
+            store: RefCell::default(),
+            scene,
+            coarse,
+            block,
+        }
+    }
+
+    /// Variance of the dither, rad²/s².
+    pub fn dither_variance(&self) -> f64 {
+        (DITHER * self.scene.white_std_rad_s).powi(2)
+    }
+
+    /// Samples used.
+    pub fn len(&self) -> usize {
+        self.cosine.len()
+    }
+
+    /// The recording in this frame.
+    pub fn data(&self, mut values_rad_s: Vec<f64>) -> Data {
+        values_rad_s.truncate(self.len());
+        let dither = DITHER * self.scene.white_std_rad_s;
+        let mut draw = Stream::new(self.len() as u64, 1);
+        values_rad_s.iter_mut().for_each(|v| *v += dither * draw.normal());
+        self.data_undithered(values_rad_s)
+    }
+
+    /// The same of values that have the dither in them already.
+    pub fn data_undithered(&self, values_rad_s: Vec<f64>) -> Data {
+        let z = self.cosine.forward(&values_rad_s);
+        let power = self.bins.edges.windows(2).map(|e| z[e[0]..e[1]].iter().map(|v| v * v).sum()).collect();
+        Data { values_rad_s, z, power }
+    }
+
+    /// The series that has the coefficients `z`.
+    pub fn series(&self, z: &[f64]) -> Vec<f64> {
+        self.cosine.inverse(z)
+    }
+
+    /// Stores a column given by block means.
+    pub fn store(&self, block_means: &[f64]) -> ColumnId {
+        let mut low = self.coarse_cosine.forward(block_means);
+        low.iter_mut().zip(&self.block_gain).for_each(|(c, g)| *c *= g);
+        let n = block_means.len().max(1) as f64;
+        let rms = (block_means.iter().map(|v| v * v).sum::<f64>() / n).sqrt();
+        let mut store = self.store.borrow_mut();
+        store.columns.push(Stored { low, rms });
+        (store.columns.len() - 1) as ColumnId
+    }
+
+    /// Stores a column given by all its samples: for what is not slow.
+    pub fn store_whole(&self, values: &[f64]) -> ColumnId {
+        let low = self.cosine.forward(values);
+        let rms = (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt();
+        let mut store = self.store.borrow_mut();
+        store.columns.push(Stored { low, rms });
+        (store.columns.len() - 1) as ColumnId
+    }
+
+    /// Keeps the columns by which `candidate` changes the noise's variance, a value a block, scaled so that a coefficient
+    /// of one is a root mean square change of ln variance of the column's relative scale.
+    pub fn store_variance(&self, candidate: usize, columns: &[crate::effects::Column]) {
+        let per = self.coarse.len().div_ceil(LEVEL_BLOCKS).max(1);
+        let columns: Vec<crate::effects::Column> = columns
+            .iter()
+            .map(|c| crate::effects::Column { values: means(&c.values, per), relative_scale: c.relative_scale })
+            .collect();
+        let scaled = |c: &crate::effects::Column| {
+            let mean = c.values.iter().sum::<f64>() / c.values.len().max(1) as f64;
+            let rms = (c.values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / c.values.len().max(1) as f64).sqrt();
+            let factor = if rms > 0.0 { c.relative_scale / rms } else { 0.0 };
+            c.values.iter().map(|v| v * factor).collect::<Vec<_>>()
+        };
+        self.store.borrow_mut().variance.insert(candidate, Rc::new(columns.iter().map(scaled).collect()));
+    }
+
+    /// Columns kept by [`Frame::store_variance`].
+    pub fn variance_columns(&self, candidate: usize) -> Rc<Vec<Vec<f64>>> {
+        self.store.borrow().variance.get(&candidate).map(Rc::clone).unwrap_or_default()
+    }
+
+    /// Mean square in each block of what lies above the blocks' own frequencies, the spectrum made flat: one on average,
+    /// of a chi-squared distribution over the returned degrees of freedom where the noise's level is constant.
+    pub fn block_power(&self, data: &Data) -> (Vec<f64>, f64) {
+        let mut z = vec![0.0; self.len()];
+        for b in self.bins.low..self.bins.len() {
+            let range = self.bins.edges[b]..self.bins.edges[b + 1];
+            let scale = (self.bins.count[b] / data.power[b].max(1e-300)).sqrt();
+            z[range.clone()].iter_mut().zip(&data.z[range]).for_each(|(o, v)| *o = v * scale);
+        }
+        let kept = 1.0 - 1.0 / self.block as f64;
+        let flat = self.series(&z);
+        let long = self.block * self.coarse.len().div_ceil(LEVEL_BLOCKS).max(1);
+        let power = flat.chunks_exact(long).map(|c| c.iter().map(|v| v * v).sum::<f64>() / long as f64 / kept);
+        (power.collect(), long as f64 * kept)
+    }
+
+    /// Root mean square of a column.
+    pub fn rms(&self, column: ColumnId) -> f64 {
+        self.store.borrow().columns[column as usize].rms
+    }
+
+    /// What two columns have in common, by bins.
+    pub fn gram(&self, a: ColumnId, b: ColumnId) -> Rc<Vec<f64>> {
+        let key = (a.min(b), a.max(b));
+        if let Some(found) = self.store.borrow().gram.get(&key) {
+            return Rc::clone(found);
+        }
+        let mut store = self.store.borrow_mut();
+        let (low, high) = (&store.columns[key.0 as usize].low, &store.columns[key.1 as usize].low);
+        let products = Rc::new(self.bins.products(low, high));
+        store.gram.insert(key, Rc::clone(&products));
+        products
+    }
+
+    /// What a column and the recording have in common, by bins.
+    pub fn with_data(&self, column: ColumnId, data: &Data) -> Vec<f64> {
+        self.bins.products(&self.store.borrow().columns[column as usize].low, &data.z)
+    }
+
+    /// z += factor · column.
+    pub fn add_column(&self, z: &mut [f64], column: ColumnId, factor: f64) {
+        let store = self.store.borrow();
+        z.iter_mut().zip(&store.columns[column as usize].low).for_each(|(z, c)| *z += factor * c);
+    }
+}

@@ -1,0 +1,16 @@
+//! Free forms: what competes as 'unknown'. Each is flexible in one respect (time, a covariate, its rate, the spectrum, the
+//! phase of something periodic) and pays for its freedom in evidence, so that it wins only where no named effect fits.
+
+mod covariate;
+mod level;
+mod periodic;
+mod resonance;
+mod spectrum;
+mod time;
+
+pub use covariate::{CovariateForm, Follows, RateForm};
+pub use level::WhiteLevel;
+pub use periodic::{Chirp, Comb};
+pub use resonance::Resonance;
+pub use spectrum::FreeSpectrum;
+pub use time::SmoothTime;

@@ -1,0 +1,145 @@
+//! A hypothesis: which candidates are at work in the slow and coloured part of a recording, with their parameters.
+
+use super::frame::{ColumnId, Frame};
+use crate::effects::{Noise, Signal};
+
+/// What may be at work.
+pub struct Candidate {
+    /// Identifier of the effect or the free form.
+    pub id: String,
+    /// Whether it is an effect of the library (else a free form, which stands for 'unknown').
+    pub named: bool,
+    /// How it enters.
+    pub kind: Kind,
+}
+
+/// How a candidate enters the Gaussian likelihood.
+pub enum Kind {
+    /// Columns with coefficients.
+    Signal(Box<dyn Signal>),
+    /// ln variance of the white noise by columns, with a normal prior of the coefficients.
+    Variance(Box<dyn Signal>),
+    /// Columns of something periodic, at full rate; its frequency is searched in the periodogram.
+    Line(Box<dyn Signal>),
+    /// C2 anywhere.
+    TurnOn,
+    /// A spectrum added.
+    Noise(Box<dyn Noise>),
+    /// A factor on the white noise's spectrum.
+    Filter(Box<dyn Noise>),
+    /// A factor on the whole spectrum, with a normal prior of the parameters around null instead of a range.
+    Shape(Box<dyn Noise>),
+}
+
+/// A signal at one shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignalPart {
+    /// Number of the candidate.
+    pub candidate: usize,
+    /// Nonlinear parameters.
+    pub shape: Vec<f64>,
+    /// Columns.
+    pub columns: Vec<ColumnId>,
+    /// Prior standard deviation of each coefficient at scale one.
+    pub unit: Vec<f64>,
+    /// Logarithm of the prior's scale.
+    pub ln_scale: f64,
+    /// ln of the mean over shapes of the likelihood, relative to this shape's.
+    pub ln_shapes: f64,
+}
+
+/// A noise or filter with its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoisePart {
+    /// Number of the candidate.
+    pub candidate: usize,
+    /// Logarithms of the parameters.
+    pub ln_theta: Vec<f64>,
+}
+
+/// Candidates at work together.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Hypothesis {
+    /// Signals.
+    pub signals: Vec<SignalPart>,
+    /// Noises and filters.
+    pub noises: Vec<NoisePart>,
+    /// Logarithm of the white noise's standard deviation over the nominal one.
+    pub ln_white: f64,
+}
+
+/// Standard deviations of ln variance, root mean square, that the prior holds equally probable.
+pub const VARIANCE_STDS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
+
+/// Factor on the variance of the white noise in each block.
+pub fn variance_profile(frame: &Frame, part: &NoisePart) -> Vec<f64> {
+    let columns = frame.variance_columns(part.candidate);
+    let blocks = columns.first().map_or(0, Vec::len);
+    let ln = |j: usize| columns.iter().zip(&part.ln_theta).map(|(c, a)| a * c[j]).sum::<f64>();
+    (0..blocks).map(|j| ln(j).clamp(-20.0, 20.0).exp()).collect()
+}
+
+fn variance_mean(frame: &Frame, part: &NoisePart) -> f64 {
+    let profile = variance_profile(frame, part);
+    profile.iter().sum::<f64>() / profile.len().max(1) as f64
+}
+
+impl Hypothesis {
+    /// Numbers of the candidates at work.
+    pub fn candidates(&self) -> impl Iterator<Item = usize> + '_ {
+        self.signals.iter().map(|s| s.candidate).chain(self.noises.iter().map(|n| n.candidate))
+    }
+
+    /// Whether `candidate` is at work.
+    pub fn holds(&self, candidate: usize) -> bool {
+        self.candidates().any(|c| c == candidate)
+    }
+
+    /// The same without `candidate`.
+    pub fn without(&self, candidate: usize) -> Self {
+        let mut rest = self.clone();
+        rest.signals.retain(|s| s.candidate != candidate);
+        rest.noises.retain(|n| n.candidate != candidate);
+        rest
+    }
+
+    /// Number of parts.
+    pub fn size(&self) -> usize {
+        self.signals.len() + self.noises.len()
+    }
+
+    /// Spectrum in each bin, rad²/s².
+    pub fn spectrum(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<f64> {
+        let scene = &frame.scene;
+        let white = scene.white_std_rad_s.powi(2) * (2.0 * self.ln_white).exp();
+        let dither = frame.dither_variance();
+        let theta: Vec<Vec<f64>> =
+            self.noises.iter().map(|n| n.ln_theta.iter().map(|v| v.exp()).collect()).collect();
+        let mean: Vec<f64> = self
+            .noises
+            .iter()
+            .map(|n| match candidates[n.candidate].kind {
+                Kind::Variance(_) => variance_mean(frame, n),
+                _ => 1.0,
+            })
+            .collect();
+        frame
+            .bins
+            .omega
+            .iter()
+            .map(|omega| {
+                let (mut total, mut filtered, mut factor) = (0.0, white, 1.0);
+                for ((part, theta), mean) in self.noises.iter().zip(&theta).zip(&mean) {
+                    match &candidates[part.candidate].kind {
+                        Kind::Noise(n) => total += n.spectrum(scene, theta, *omega),
+                        Kind::Filter(n) => filtered *= n.spectrum(scene, theta, *omega),
+                        Kind::Shape(n) => factor *= n.spectrum(scene, theta, *omega),
+                        Kind::Variance(_) => filtered *= mean,
+                        Kind::Signal(_) | Kind::Line(_) | Kind::TurnOn => {}
+                    }
+                }
+                factor * (total + filtered) + dither
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,110 @@
+//! y = b(t) + path(t) + noise: two levels beside everything Gaussian, by alternating (mean-field) improvement
+//!
+//! ln evidence ≈ ln p(y - E path | Gaussian part) + [ln p(x | chain) - ln p(x | E path)], x = y - E b: the bound of the
+//! factorised posterior, in which each half sees the other by its mean (Jordan et al., Machine Learning 37 (1999) 183).
+
+use super::evidence::{Fitted, Likelihood};
+use super::frame::{ColumnId, Data, Frame};
+use super::hypothesis::{Candidate, Hypothesis};
+use super::layers::two_levels::{TwoLevels, fit};
+use std::f64::consts::TAU;
+
+/// Two levels and what the Gaussian part is beside them.
+#[derive(Debug, Clone)]
+pub struct Popcorn {
+    /// The Gaussian part, fitted to the recording without the path.
+    pub fitted: Fitted,
+    /// ln evidence of both.
+    pub ln_evidence: f64,
+    /// The chain; times in samples of the recording.
+    pub chain: TwoLevels,
+    /// E path - its mean, at each sample.
+    pub path: Vec<f64>,
+}
+
+/// What the Gaussian part predicts of the recording beside its white noise, given the recording.
+fn baseline(l: &Likelihood, h: &Hypothesis) -> Vec<f64> {
+    let remainder = l.remainder(h);
+    let mut z: Vec<f64> = l.data.z.iter().zip(&remainder).map(|(a, b)| a - b).collect();
+    if !h.noises.is_empty() {
+        let spectrum = h.spectrum(l.frame, l.candidates);
+        let white = (l.frame.scene.white_std_rad_s * h.ln_white.exp()).powi(2);
+        for (b, e) in l.frame.bins.edges.windows(2).enumerate() {
+            let share = (1.0 - white / spectrum[b]).max(0.0);
+            (e[0]..e[1]).for_each(|k| z[k] += share * remainder[k]);
+        }
+    }
+    l.frame.series(&z)
+}
+
+/// Two levels beside `base`, starting from the bias that `whole` (which has a noise in their place) leaves, at a spacing in
+/// rad/s and a dwell time in s.
+pub fn beside(
+    frame: &Frame,
+    data: &Data,
+    candidates: &[Candidate],
+    nuisance: &[(ColumnId, f64)],
+    base: &Hypothesis,
+    whole: &Hypothesis,
+    start: [f64; 2],
+) -> Option<Popcorn> {
+    let n = frame.len();
+    let dwell = start[1] / frame.scene.step_s;
+    let per = ((dwell / 20.0) as usize).clamp(1, 64);
+    let std = frame.scene.white_std_rad_s * base.ln_white.exp() / (per as f64).sqrt();
+    let decimated = |b: &[f64]| -> Vec<f64> {
+        let chunks = data.values_rad_s.chunks_exact(per).zip(b.chunks_exact(per));
+        chunks.map(|(y, b)| y.iter().zip(b).map(|(y, b)| y - b).sum::<f64>() / per as f64).collect()
+    };
+    let first = Likelihood::new(frame, data, candidates, nuisance);
+    // the start sees only nuisances and signals: what the noise follows may be the path
+    let mut only_signals = whole.clone();
+    let remainder = first.remainder(&only_signals);
+    only_signals.noises.clear();
+    let z: Vec<f64> = data.z.iter().zip(&remainder).map(|(a, b)| a - b).collect();
+    let mut x = decimated(&frame.series(&z));
+    let mut chain = fit(&x, std, start[0], dwell / per as f64, 30);
+    let mut fitted = None;
+    let mut path = Vec::new();
+    for _ in 0..3 {
+        let mean = chain.high.iter().sum::<f64>() / chain.high.len().max(1) as f64;
+        path = (0..n)
+            .map(|i| chain.spacing * (chain.high.get(i / per).copied().unwrap_or(mean) - mean))
+            .collect::<Vec<f64>>();
+        let left: Vec<f64> = data.values_rad_s.iter().zip(&path).map(|(y, p)| y - p).collect();
+        let rest = frame.data_undithered(left);
+        let likelihood = Likelihood::new(frame, &rest, candidates, nuisance);
+        let found = likelihood.fit(base);
+        x = decimated(&baseline(&likelihood, &found.hypothesis));
+        let rounds = 12;
+        let spacing = chain.spacing;
+        let dwell = 0.5 * (chain.dwell_low + chain.dwell_high);
+        let again = refit(&x, std, &chain, rounds).unwrap_or_else(|| fit(&x, std, spacing, dwell, rounds));
+        fitted = Some(found);
+        chain = again;
+    }
+    let fitted = fitted?;
+    let white = |residual: f64| -0.5 * ((residual / std).powi(2) + (TAU * std * std).ln());
+    let mean_path: f64 = x.iter().zip(&chain.high).map(|(x, h)| white(x - chain.low - chain.spacing * h)).sum();
+    // parameters: spacing and the two dwell times, uniform in their logarithms
+    let shared = x.len() as f64 * 0.25;
+    let widths = [std / (chain.spacing.max(1e-300) * shared.sqrt()), 1.0, 1.0];
+    let jumps = (0.5 * chain.jumps).max(1.0).sqrt();
+    let ranges = [7.0, (x.len() as f64).ln(), (x.len() as f64).ln()];
+    let occam: f64 = (0..3)
+        .map(|i| {
+            let width = if i == 0 { widths[0] } else { 1.0 / jumps };
+            (TAU.sqrt() * width / ranges[i]).ln().min(0.0)
+        })
+        .sum();
+    let ln_evidence = fitted.ln_evidence + chain.ln_likelihood - mean_path + occam;
+    chain.dwell_low *= per as f64;
+    chain.dwell_high *= per as f64;
+    Some(Popcorn { fitted, ln_evidence, chain, path })
+}
+
+/// Goes on from a chain.
+fn refit(x: &[f64], std: f64, chain: &TwoLevels, rounds: usize) -> Option<TwoLevels> {
+    let dwell = 0.5 * (chain.dwell_low + chain.dwell_high);
+    (chain.spacing > 0.0 && dwell.is_finite()).then(|| fit(x, std, chain.spacing, dwell, rounds))
+}

@@ -1,0 +1,236 @@
+//! Which sets of candidates explain the slow and coloured part, and how probable each set is
+//!
+//! Grown one by one by evidence, pruned, and each part exchanged against every other candidate; every set that was met
+//! keeps its evidence and takes part in the posterior probabilities.
+
+use super::evidence::{Fitted, Likelihood};
+use super::hypothesis::{Hypothesis, Kind};
+use super::lines::Lines;
+use std::collections::BTreeMap;
+
+/// Prior odds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// ln of the odds of one more named effect.
+    pub ln_named: f64,
+    /// ln of the odds of one more free form.
+    pub ln_free: f64,
+}
+
+impl Default for Prior {
+    fn default() -> Self {
+        Self { ln_named: (0.08_f64).ln(), ln_free: (0.012_f64).ln() }
+    }
+}
+
+/// A set that was met.
+#[derive(Debug, Clone)]
+pub struct Met {
+    /// At its best parameters.
+    pub fitted: Fitted,
+    /// ln evidence + ln prior.
+    pub ln_weight: f64,
+}
+
+/// The search over sets.
+pub struct Search<'a> {
+    likelihood: &'a Likelihood<'a>,
+    prior: Prior,
+    /// Least number of cycles in the recording of anything periodic.
+    cycles: f64,
+    met: BTreeMap<Vec<usize>, Met>,
+}
+
+/// Sets this much less probable than the best are not pursued, nats.
+const WINDOW: f64 = 12.0;
+/// Most parts of a set.
+const MOST: usize = 9;
+/// Most free forms in a set: what two of them leave unexplained no third one tells apart.
+const MOST_FREE: usize = 2;
+
+impl<'a> Search<'a> {
+    /// A search that has met nothing.
+    pub fn new(likelihood: &'a Likelihood<'a>, prior: Prior) -> Self {
+        Self { likelihood, prior, cycles: 3.0, met: BTreeMap::new() }
+    }
+
+    fn ln_prior(&self, set: &[usize]) -> f64 {
+        let one = |c: &usize| {
+            if self.likelihood.candidates[*c].named { self.prior.ln_named } else { self.prior.ln_free }
+        };
+        set.iter().map(one).sum()
+    }
+
+    fn key(h: &Hypothesis) -> Vec<usize> {
+        let mut key: Vec<usize> = h.candidates().collect();
+        key.sort_unstable();
+        key
+    }
+
+    /// Fits a set once.
+    fn meet(&mut self, h: &Hypothesis) -> Met {
+        let key = Self::key(h);
+        if let Some(met) = self.met.get(&key) {
+            return met.clone();
+        }
+        let fitted = self.likelihood.fit(h);
+        let met = Met { ln_weight: fitted.ln_evidence + self.ln_prior(&key), fitted };
+        self.met.insert(key, met.clone());
+        met
+    }
+
+    /// `base` with `candidate` added at a good start, and the gain in ln p there; none where it cannot be.
+    fn extended(&self, base: &Met, candidate: usize, lines: &mut Option<(Vec<f64>, f64)>) -> Option<(Hypothesis, f64)> {
+        let l = self.likelihood;
+        let h = &base.fitted.hypothesis;
+        let gain = |(h, value): (Hypothesis, f64)| (h, value - base.fitted.ln_mode);
+        match &l.candidates[candidate].kind {
+            Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(gain),
+            Kind::Noise(_) | Kind::Filter(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(gain),
+            Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(gain),
+            Kind::TurnOn => Some((l.add_turn_on(h, candidate), 3.0)),
+            Kind::Line(s) => {
+                let (w, step_s) = lines.get_or_insert_with(|| (self.whitened(h), l.frame.scene.step_s));
+                let lines = Lines::new(w, *step_s);
+                let comb = !l.candidates[candidate].named;
+                let line = if comb { lines.comb(self.cycles, 6) } else { lines.tone(self.cycles) }?;
+                let ln_shapes = lines.ln_shape(&line, self.cycles);
+                if line.gain + ln_shapes < -2.0 {
+                    return None;
+                }
+                let added = l.add_line(h, candidate, s.as_ref(), &[line.frequency_hz], ln_shapes);
+                Some((added, line.gain + ln_shapes))
+            }
+        }
+    }
+
+    /// The recording whitened under a hypothesis: independent, of variance one, where it holds.
+    pub fn whitened(&self, h: &Hypothesis) -> Vec<f64> {
+        let l = self.likelihood;
+        let mut z = l.remainder(h);
+        let s = h.spectrum(l.frame, l.candidates);
+        for (b, e) in l.frame.bins.edges.windows(2).enumerate() {
+            let scale = 1.0 / s[b].sqrt();
+            z[e[0]..e[1]].iter_mut().for_each(|v| *v *= scale);
+        }
+        l.frame.series(&z)
+    }
+
+    /// What the noises of a hypothesis follow of the recording, in the cosine basis.
+    pub fn slow(&self, h: &Hypothesis) -> Vec<f64> {
+        let l = self.likelihood;
+        let mut z = l.remainder(h);
+        let s = h.spectrum(l.frame, l.candidates);
+        let white = (l.frame.scene.white_std_rad_s * h.ln_white.exp()).powi(2);
+        for (b, e) in l.frame.bins.edges.windows(2).enumerate() {
+            let share = (1.0 - white / s[b]).max(0.0);
+            z[e[0]..e[1]].iter_mut().for_each(|v| *v *= share);
+        }
+        z
+    }
+
+    /// The best extension of `base` by one candidate of `among`.
+    fn grown(&mut self, base: &Met, among: &[usize]) -> Option<Met> {
+        let mut lines = None;
+        let candidates = self.likelihood.candidates;
+        let free = base.fitted.hypothesis.candidates().filter(|c| !candidates[*c].named).count();
+        let mut screened: Vec<(f64, Hypothesis)> = among
+            .iter()
+            .filter(|c| candidates[**c].named || free < MOST_FREE)
+            .filter(|c| !base.fitted.hypothesis.holds(**c))
+            .filter_map(|c| {
+                let (h, gain) = self.extended(base, *c, &mut lines)?;
+                Some((gain + self.ln_prior(&[*c]), h))
+            })
+            .collect();
+        screened.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let top = screened.first()?.0;
+        screened.retain(|s| s.0 > top - 6.0 && s.0 > -4.0);
+        screened.truncate(5);
+        let met: Vec<Met> = screened.iter().map(|(_, h)| self.meet(h)).collect();
+        met.into_iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight))
+    }
+
+    /// Drops parts while that makes the set more probable.
+    fn pruned(&mut self, mut best: Met) -> Met {
+        loop {
+            let parts: Vec<usize> = best.fitted.hypothesis.candidates().collect();
+            if parts.len() < 2 {
+                return best;
+            }
+            let mut better = None;
+            for c in parts {
+                let met = self.meet(&best.fitted.hypothesis.without(c));
+                if met.ln_weight > best.ln_weight {
+                    better = Some(met);
+                    break;
+                }
+            }
+            match better {
+                Some(b) => best = b,
+                None => return best,
+            }
+        }
+    }
+
+    fn climb(&mut self, mut best: Met, among: &[usize]) -> Met {
+        while best.fitted.hypothesis.size() < MOST {
+            match self.grown(&best, among) {
+                Some(next) if next.ln_weight > best.ln_weight => best = self.pruned(next),
+                _ => break,
+            }
+        }
+        best
+    }
+
+    /// Searches; every set that was met is in [`Search::posterior`] afterwards.
+    pub fn run(&mut self) -> Met {
+        let all: Vec<usize> = (0..self.likelihood.candidates.len()).collect();
+        let nothing = self.meet(&Hypothesis::default());
+        let mut best = self.climb(nothing, &all);
+        for _ in 0..3 {
+            let start = best.ln_weight;
+            let parts: Vec<usize> = best.fitted.hypothesis.candidates().collect();
+            for part in parts {
+                let base = self.meet(&best.fitted.hypothesis.without(part));
+                let mut lines = None;
+                let mut screened: Vec<(f64, Hypothesis)> = all
+                    .iter()
+                    .filter(|c| **c != part && !base.fitted.hypothesis.holds(**c))
+                    .filter_map(|c| {
+                        let (h, gain) = self.extended(&base, *c, &mut lines)?;
+                        Some((base.ln_weight + gain + self.ln_prior(&[*c]), h))
+                    })
+                    .filter(|(w, _)| *w > best.ln_weight - WINDOW)
+                    .collect();
+                screened.sort_by(|a, b| b.0.total_cmp(&a.0));
+                screened.truncate(5);
+                for (_, h) in screened {
+                    let met = self.meet(&h);
+                    if met.ln_weight > best.ln_weight - 0.5 * WINDOW {
+                        // what this part left over may need another one
+                        self.climb(met, &all);
+                    }
+                }
+            }
+            if let Some(top) = self.top() {
+                best = top;
+            }
+            if best.ln_weight < start + 0.1 {
+                break;
+            }
+        }
+        best
+    }
+
+    fn top(&self) -> Option<Met> {
+        self.met.values().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight)).cloned()
+    }
+
+    /// All sets met, most probable first.
+    pub fn posterior(&self) -> Vec<Met> {
+        let mut all: Vec<Met> = self.met.values().cloned().collect();
+        all.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
+        all
+    }
+}
