@@ -83,7 +83,7 @@ static ABOUT: About = About {
 const COS_FLOOR: f64 = 0.01;
 /// Smallest |H|² of the spectrum.
 const POWER_FLOOR: f64 = 1e-5;
-/// L² ω_c² of the moving average that lets half the power pass, L large; and what L² is above that for every L.
+/// L ω_c of a moving average, L large; and how far L² is above the square of it over ω_c for every L.
 const SINC_HALF: f64 = 2.783_114_756_502_9;
 const SINC_REST: f64 = 0.863;
 /// A filter is computed with this many times its memory 1/ω_c, at least and at most so many samples.
@@ -225,7 +225,7 @@ impl Noise for Bandwidth {
     }
 
     /// Cutoff: from a hundred periods in the log, below which the bias itself would be filtered, to three sample rates,
-    /// where a pole takes 1e-7 off the power. Form: from nothing of a zero or an average to all of it.
+    /// where a pole takes a millionth off the power. Form: from nothing of a zero or an average to all of it.
     fn range(&self, scene: &Scene) -> Vec<[f64; 2]> {
         let rate_hz = 1.0 / scene.step_s;
         let low = (100.0 / scene.span_s()).min(0.01 * rate_hz);

@@ -1,4 +1,5 @@
 use super::*;
+use crate::signal::{Log, TimeAxis, names};
 use crate::config::Kind;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
