@@ -149,7 +149,11 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
         output.say(format!("with {}", ids.join(", ")));
     }
     let restart = args.power.off_time.map(|off_s| config.require_gyro()?.restart(off_s)).transpose()?;
-    output.finish(&json(args, log, simulated.as_ref(), restart))?;
+    let mut value = json(args, log, simulated.as_ref(), restart);
+    if !config.effects.is_empty() {
+        value["effects"] = config.effects.iter().map(|e| e.id.as_str()).collect();
+    }
+    output.finish(&value)?;
     Ok(Outcome::Done)
 }
 

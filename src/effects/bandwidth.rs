@@ -233,8 +233,7 @@ impl Noise for Bandwidth {
     }
 
     fn starts(&self, scene: &Scene) -> Vec<Vec<f64>> {
-        let forms =
-            [[1.0, 1.0, 0.02, 1e-3], [1.0, 2.0, 0.02, 1e-3], [2.0, 1.0, 1.0, 1e-3], [1.0, 2.0, 0.05, 0.99]];
+        let forms = [[1.0, 1.0, 0.02, 1e-3], [1.0, 2.0, 0.02, 1e-3], [2.0, 1.0, 1.0, 1e-3], [1.0, 2.0, 0.05, 0.99]];
         let with = |cutoff: f64| forms.map(|form| [&[cutoff], &form[..]].concat());
         log_spaced(0.02 / scene.step_s, 0.3 / scene.step_s, 3).into_iter().flat_map(with).collect()
     }
@@ -283,10 +282,23 @@ mod tests {
         }
         // two samples: cos²(ω/2), half power at π/2, as the average and as the smooth form
         let quarter = 0.25 / DT_S;
-        let (smooth, mean) = (Form::new(quarter, [1.0, 1.0, 1.0, 0.0], DT_S), Form::new(quarter, [1.0, 1.0, 0.0, 1.0], DT_S));
+        let (smooth, mean) =
+            (Form::new(quarter, [1.0, 1.0, 1.0, 0.0], DT_S), Form::new(quarter, [1.0, 1.0, 0.0, 1.0], DT_S));
         for w in omegas() {
             let exact = (0.5 * w).cos().powi(2);
             assert!((smooth.power(w) - exact).abs() < 1e-9 && (mean.power(w) - exact).abs() < 2e-3, "ω = {w}");
+        }
+    }
+
+    #[test]
+    fn a_moving_average_has_equal_weights() {
+        let omega_c = SINC_HALF / (25.0 - SINC_REST).sqrt();
+        let form = Form::new(omega_c / TAU / DT_S, [1.0, 1.0, 0.0, 1.0], DT_S);
+        // zeros on the unit circle: the cepstrum falls as 1/k only
+        let taps = minimum_phase(|w| form.power(w), 1 << 16);
+        for (k, h) in taps.iter().enumerate() {
+            let expected = if k < 5 { 0.2 } else { 0.0 };
+            assert!((h - expected).abs() < 2e-3, "{k}: {h}");
         }
     }
 

@@ -177,7 +177,14 @@ fn what_is_drawn_anew_differs_from_run_to_run_and_from_table_to_table() {
 }
 
 /// Mean power of `logs` simulated series in bands of coefficients, over what `spectrum` says.
-fn agrees(label: &str, n: usize, spectrum: impl Fn(f64) -> f64, lowest: usize, ends: f64, log: impl Fn(u64) -> Vec<f64>) {
+fn agrees(
+    label: &str,
+    n: usize,
+    spectrum: impl Fn(f64) -> f64,
+    lowest: usize,
+    ends: f64,
+    log: impl Fn(u64) -> Vec<f64>,
+) {
     const LOGS: usize = 200;
     let transform = Cosine::new(n);
     let mut power = vec![0.0; n];
@@ -203,7 +210,7 @@ fn spectra_are_those_of_the_simulated_noise() {
     let n = 2000;
     let scene = scene(n, 0.05);
     // a walk is diagonal exactly; the ends of a stationary log leak into coefficients where there is little power, and
-    // 1/f noise is fitted within three percent
+    // 1/f noise is fitted within four percent
     for (id, theta, lowest, ends) in [
         ("gyro.rate_random_walk", vec![3e-4], 1, 0.0),
         ("gyro.bias_instability", vec![2e-4], 4, 0.06),
@@ -233,11 +240,18 @@ fn gains_are_those_of_the_simulated_filters() {
         [1.5, 1.3, 1.2, 0.2, 0.1],
     ] {
         let parameters: Parameters = filter.names().into_iter().map(str::to_string).zip(theta).collect();
-        agrees(&format!("{theta:?}"), n, |w| filter.spectrum(&scene, &theta, w), 4, 0.03, |seed| {
-            let mut work = effect.simulated(&parameters, &scene, seed).unwrap();
-            let mut white = Stream::new(seed, 9);
-            (0..n).map(|_| work.filtered(white.normal())).collect()
-        });
+        agrees(
+            &format!("{theta:?}"),
+            n,
+            |w| filter.spectrum(&scene, &theta, w),
+            4,
+            0.03,
+            |seed| {
+                let mut work = effect.simulated(&parameters, &scene, seed).unwrap();
+                let mut white = Stream::new(seed, 9);
+                (0..n).map(|_| work.filtered(white.normal())).collect()
+            },
+        );
     }
 }
 
@@ -354,9 +368,10 @@ fn noises_start_inside_their_range_and_reach_from_nothing_to_far_above_the_white
                 let omega = |k: usize| std::f64::consts::PI * k as f64 / len as f64;
                 let white = scene.white_std_rad_s * scene.white_std_rad_s;
                 // gain in log-likelihood of a spectrum 1 + s against 1: s²/4 a coefficient
-                let least: f64 = (1..len).map(|k| (noise.spectrum(&scene, &ends[0], omega(k)) / white).powi(2) / 4.0).sum();
+                let least: f64 =
+                    (1..len).map(|k| (noise.spectrum(&scene, &ends[0], omega(k)) / white).powi(2) / 4.0).sum();
                 assert!(least < 0.1, "{} at its least: {least}", effect.about().id);
-                assert!(noise.spectrum(&scene, &ends[1], omega(len / 2)) > 10.0 * white, "{}", effect.about().id);
+                assert!(noise.spectrum(&scene, &ends[1], omega(2)) > 10.0 * white, "{}", effect.about().id);
             }
         }
     }
@@ -366,8 +381,7 @@ fn noises_start_inside_their_range_and_reach_from_nothing_to_far_above_the_white
 fn outliers_come_with_their_probability_and_readings_lie_on_the_lattice() {
     let scene = scene(10, 0.05);
     let (n, p) = (200_000, 0.003);
-    let mut work =
-        by_id("gyro.outliers").unwrap().simulated(&of([("probability_per_sample", p)]), &scene, 1).unwrap();
+    let mut work = by_id("gyro.outliers").unwrap().simulated(&of([("probability_per_sample", p)]), &scene, 1).unwrap();
     let shifts: Vec<f64> = (0..n).map(|i| work.output(i, 0.5) - 0.5).filter(|d| *d != 0.0).collect();
     let (count, expected) = (shifts.len() as f64, n as f64 * p);
     assert!((count - expected).abs() < 5.0 * expected.sqrt(), "{count}");

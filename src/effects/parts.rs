@@ -24,8 +24,11 @@ impl<'a> Checked<'a> {
         for (name, value) in parameters {
             let Some(known) = about.parameters.iter().find(|p| p.name == name) else {
                 let names: Vec<_> = about.parameters.iter().map(|p| p.name).collect();
-                return Err(error(about, name, "the parameter is unknown")
-                    .mend(format!("{} has {}", about.id, names.join(", "))));
+                return Err(error(about, name, "the parameter is unknown").mend(format!(
+                    "{} has {}",
+                    about.id,
+                    names.join(", ")
+                )));
             };
             let [low, high] = known.bounds;
             if !(*value >= low && *value <= high) {

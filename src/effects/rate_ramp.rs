@@ -16,11 +16,7 @@ static ABOUT: About = About {
     deficient: "gyro bias: a term that grows with time",
     condition: Some("elapsed_time"),
     parameters: &[Parameter {
-        name: RAMP,
-        meaning: "a, rad/s²",
-        bounds: [-0.1, 0.1],
-        null: Some(0.0),
-        required: true,
+        name: RAMP, meaning: "a, rad/s²", bounds: [-0.1, 0.1], null: Some(0.0), required: true
     }],
     remedy: "Add the slope of the bias as a state of the filter, or record longer: a ramp is often the start of a slower \
              warm-up.",

@@ -29,7 +29,9 @@ static ABOUT: About = About {
             null: Some(0.0),
             required: true,
         },
-        Parameter { name: BEND, meaning: "m, rad/s per °C²", bounds: [-0.01, 0.01], null: Some(0.0), required: false },
+        Parameter {
+            name: BEND, meaning: "m, rad/s per °C²", bounds: [-0.01, 0.01], null: Some(0.0), required: false
+        },
         Parameter {
             name: LAG,
             meaning: "thermal lag behind the temperature sensor, s",

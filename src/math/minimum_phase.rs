@@ -21,7 +21,11 @@ pub fn minimum_phase(power: impl Fn(f64) -> f64, len: usize) -> Vec<f64> {
     let half = size / 2;
     let mut planner = RealFftPlanner::<f64>::new();
     let (forward, back) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
-    let gain = |k: usize| Complex::new(0.5 * power(PI * k as f64 / half as f64).max(FLOOR).ln(), 0.0);
+    let gain = |k: usize| {
+        let power = power(PI * k as f64 / half as f64);
+        // not f64::max, which would hide what is not a number
+        Complex::new(0.5 * if power < FLOOR { FLOOR } else { power }.ln(), 0.0)
+    };
     let mut spectrum: Vec<Complex<f64>> = (0..=half).map(gain).collect();
     if spectrum.iter().any(|z| !z.re.is_finite()) {
         return Vec::new();

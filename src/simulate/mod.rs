@@ -110,7 +110,8 @@ fn refuse_effects(config: &Config) -> Result<()> {
         return Ok(());
     }
     let ids: Vec<_> = config.effects.iter().map(|e| e.id.as_str()).collect();
-    let found = format!("only effects of a gyro at rest can be simulated so far, and this is a drive with {}", ids.join(", "));
+    let found =
+        format!("only effects of a gyro at rest can be simulated so far, and this is a drive with {}", ids.join(", "));
     Err(Error::new(ErrorKind::Config, "configuration", found)
         .at("`[[effect]]`")
         .mend("delete the tables [[effect]] to simulate the nominal robot, or set kind = \"stationary\""))

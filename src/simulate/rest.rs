@@ -27,12 +27,7 @@ pub fn stationary(config: &Config, duration_s: f64, options: &Options) -> Result
 /// # Errors
 /// As [`stationary`], and [`ErrorKind::Config`] if `effects` does not know one or one needs a temperature or a supply,
 /// which only a log can give: [`stationary_like`].
-pub fn stationary_with(
-    config: &Config,
-    duration_s: f64,
-    options: &Options,
-    effects: &dyn EffectSource,
-) -> Result<Log> {
+pub fn stationary_with(config: &Config, duration_s: f64, options: &Options, effects: &dyn EffectSource) -> Result<Log> {
     lasting(config, duration_s, options, Some(effects))
 }
 
@@ -70,12 +65,7 @@ pub fn stationary_like(config: &Config, inputs: &Log, options: &Options, effects
     Ok(log)
 }
 
-fn lasting(
-    config: &Config,
-    duration_s: f64,
-    options: &Options,
-    effects: Option<&dyn EffectSource>,
-) -> Result<Log> {
+fn lasting(config: &Config, duration_s: f64, options: &Options, effects: Option<&dyn EffectSource>) -> Result<Log> {
     let step_s = sample_time(config)?;
     let len = rows(duration_s, step_s)?;
     let time = TimeAxis::Uniform { start_s: start(options)?, step_s, len };
@@ -138,12 +128,7 @@ fn bare(config: &Config, time: TimeAxis, step_s: f64, options: &Options) -> Resu
     })
 }
 
-fn rates(
-    config: &Config,
-    scene: &Scene,
-    options: &Options,
-    effects: Option<&dyn EffectSource>,
-) -> Result<Vec<f64>> {
+fn rates(config: &Config, scene: &Scene, options: &Options, effects: Option<&dyn EffectSource>) -> Result<Vec<f64>> {
     let made = made(config, scene, options, effects)?;
     let gyro = GyroSensor::new(config.require_gyro()?, scene.step_s, options)?;
     let mut gyro = if made.is_empty() { gyro } else { gyro.changed_by(made, scene.clone()) };
