@@ -235,7 +235,7 @@ impl Noise for Bandwidth {
     fn starts(&self, scene: &Scene) -> Vec<Vec<f64>> {
         let forms = [[1.0, 1.0, 0.02, 1e-3], [1.0, 2.0, 0.02, 1e-3], [2.0, 1.0, 1.0, 1e-3], [1.0, 2.0, 0.05, 0.99]];
         let with = |cutoff: f64| forms.map(|form| [&[cutoff], &form[..]].concat());
-        log_spaced(0.02 / scene.step_s, 0.3 / scene.step_s, 3).into_iter().flat_map(with).collect()
+        log_spaced(0.02 / scene.step_s, 1.5 / scene.step_s, 14).into_iter().flat_map(with).collect()
     }
 
     fn spectrum(&self, scene: &Scene, theta: &[f64], omega: f64) -> f64 {

@@ -66,10 +66,11 @@ impl Noise for RateRandomWalk {
     }
 
     fn starts(&self, scene: &Scene) -> Vec<Vec<f64>> {
-        // meets the white noise at the whole span, at a tenth, a hundredth ... of it
+        // meets the white noise at the whole span ... at a thousandth of it, or at four rows
         let density = white_std_rad_s(scene) * scene.step_s.sqrt();
         let meets = |part: f64| vec![3f64.sqrt() * density / (part * scene.span_s())];
-        log_spaced(1.0, 1e-3, 4).into_iter().map(meets).collect()
+        let shortest = (4.0 / scene.len().max(4) as f64).max(1e-3);
+        log_spaced(1.0, shortest, 4).into_iter().map(meets).collect()
     }
 
     fn spectrum(&self, scene: &Scene, theta: &[f64], omega: f64) -> f64 {
