@@ -71,7 +71,7 @@ fn bits(effect: &dyn Effect, parameters: Parameters, seed: u64) -> Vec<u64> {
 fn draw(parameter: &Parameter, stream: &mut Stream) -> f64 {
     let [low, high] = parameter.bounds;
     let size = |reach: f64, stream: &mut Stream| reach * (-20.0 * stream.uniform()).exp();
-    let side = if low < 0.0 && stream.uniform() < 0.5 { size(-low, stream) * -1.0 } else { size(high, stream) };
+    let side = if low < 0.0 && stream.uniform() < 0.5 { -size(-low, stream) } else { size(high, stream) };
     side.clamp(low, high)
 }
 

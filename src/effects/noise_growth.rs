@@ -90,7 +90,7 @@ impl Signal for NoiseGrowth {
     }
 
     fn parameters(&self, scene: &Scene, _: &[f64], coefficients: &[f64]) -> Parameters {
-        let [slope, bend] = bent(scene).to_polynomial(coefficients);
+        let [slope, bend] = bent(scene).polynomial(coefficients);
         Parameters::from([(SLOPE.to_string(), slope), (BEND.to_string(), bend)])
     }
 
@@ -100,6 +100,6 @@ impl Signal for NoiseGrowth {
 
     fn coefficients(&self, scene: &Scene, _: &[f64], parameters: &Parameters) -> Option<Vec<f64>> {
         let bend = parameters.get(BEND).copied().unwrap_or(0.0);
-        Some(bent(scene).from_polynomial(*parameters.get(SLOPE)?, bend))
+        Some(bent(scene).column_coefficients(*parameters.get(SLOPE)?, bend))
     }
 }

@@ -201,13 +201,13 @@ impl Bent {
 
     /// [coefficient, bend] of coefficient · x + bend · x² from those of the columns: the same function, but for a
     /// constant where the bend was freed of one.
-    pub fn to_polynomial(&self, coefficients: &[f64]) -> [f64; 2] {
+    pub fn polynomial(&self, coefficients: &[f64]) -> [f64; 2] {
         let at = |i: usize| coefficients.get(i).copied().unwrap_or(0.0);
         [at(0) - self.slope * at(1), at(1)]
     }
 
     /// The way back.
-    pub fn from_polynomial(&self, coefficient: f64, bend: f64) -> Vec<f64> {
+    pub fn column_coefficients(&self, coefficient: f64, bend: f64) -> Vec<f64> {
         vec![coefficient + self.slope * bend, bend]
     }
 }

@@ -76,7 +76,7 @@ impl Signal for SupplySensitivity {
     }
 
     fn parameters(&self, scene: &Scene, _: &[f64], coefficients: &[f64]) -> Parameters {
-        let [slope, bend] = bent(scene).to_polynomial(coefficients);
+        let [slope, bend] = bent(scene).polynomial(coefficients);
         Parameters::from([(SLOPE.to_string(), slope), (BEND.to_string(), bend)])
     }
 
@@ -86,6 +86,6 @@ impl Signal for SupplySensitivity {
 
     fn coefficients(&self, scene: &Scene, _: &[f64], parameters: &Parameters) -> Option<Vec<f64>> {
         let bend = parameters.get(BEND).copied().unwrap_or(0.0);
-        Some(bent(scene).from_polynomial(*parameters.get(SLOPE)?, bend))
+        Some(bent(scene).column_coefficients(*parameters.get(SLOPE)?, bend))
     }
 }

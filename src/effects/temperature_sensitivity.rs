@@ -87,7 +87,7 @@ impl Signal for TemperatureSensitivity {
     }
 
     fn parameters(&self, scene: &Scene, shape: &[f64], coefficients: &[f64]) -> Parameters {
-        let [slope, bend] = bent(scene, shape).to_polynomial(coefficients);
+        let [slope, bend] = bent(scene, shape).polynomial(coefficients);
         let lag_s = shape.first().copied().unwrap_or(0.0);
         Parameters::from([(SLOPE.to_string(), slope), (BEND.to_string(), bend), (LAG.to_string(), lag_s)])
     }
@@ -98,7 +98,7 @@ impl Signal for TemperatureSensitivity {
 
     fn coefficients(&self, scene: &Scene, shape: &[f64], parameters: &Parameters) -> Option<Vec<f64>> {
         let bend = parameters.get(BEND).copied().unwrap_or(0.0);
-        Some(bent(scene, shape).from_polynomial(*parameters.get(SLOPE)?, bend))
+        Some(bent(scene, shape).column_coefficients(*parameters.get(SLOPE)?, bend))
     }
 
     fn refine(&self, _: &Scene) -> Option<Vec<[f64; 2]>> {
