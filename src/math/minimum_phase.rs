@@ -1,6 +1,6 @@
 //! h = exp-transform of the folded cepstrum of ½ ln |H|²: the causal filter of a given gain whose delay is least
 //!
-//! The real cepstrum c of ln |H| is even; the minimum-phase one is c[0], 2c[1], 2c[2], ... (Oppenheim and Schafer,
+//! The real cepstrum `c` of ln |H| is even; the minimum-phase one is `c[0]`, `2c[1]`, `2c[2]`, ... (Oppenheim and Schafer,
 //! Discrete-Time Signal Processing, chapter on the cepstrum).
 
 use realfft::RealFftPlanner;
