@@ -7,16 +7,18 @@ use super::restart::PowerArgs;
 use clap::Args;
 use gyroid::bias::Restart;
 use gyroid::config::{Config, Kind};
+use gyroid::effects::Library;
 use gyroid::ingest::LogWriter;
 use gyroid::signal::Log;
-use gyroid::simulate::{Course, Drive, Options, drive, replay, stationary};
+use gyroid::simulate::{Course, Drive, Options, drive, replay, stationary_like, stationary_with};
 use gyroid::units::duration_text;
 use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
 
 /// Simulate a log: a gyro at rest, a drive along a course, or recorded torques replayed
 ///
-/// Without --course and --inputs the gyro stands at rest. The same seed gives the same bytes.
+/// Without --course and --inputs, and where the configuration is stationary, the gyro stands at rest; it may then have
+/// effects of reality, as tables [[effect]]. The same seed gives the same bytes.
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
@@ -31,7 +33,7 @@ pub(crate) struct SimulateArgs {
     /// Course to drive
     #[arg(long, value_name = "NAME", value_parser = course, help = course_help())]
     course: Option<Course>,
-    /// Replay this log's torques; where it has none, its wheel speeds
+    /// Replay this log's torques; where it has none, its wheel speeds. At rest: its rows, temperature and supply
     #[arg(long, value_name = "LOG", conflicts_with_all = ["course", "duration"])]
     inputs: Option<PathBuf>,
     #[command(flatten)]
@@ -91,12 +93,13 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
         }
         config.sample_time_s = Some(step_s);
     }
-    let driven = args.course.is_some() || args.inputs.is_some();
-    if config.kind == Kind::Stationary && driven {
-        return Err(Error::new(ErrorKind::Usage, &name, "is stationary: its gyro drives no course and no inputs")
+    let at_rest = config.kind == Kind::Stationary;
+    if at_rest && args.course.is_some() {
+        return Err(Error::new(ErrorKind::Usage, &name, "is stationary: its gyro drives no course")
             .at("`kind`")
-            .mend("set kind = \"driving\" and add [vehicle] and [encoder], or leave out --course and --inputs"));
+            .mend("set kind = \"driving\" and add [vehicle] and [encoder], or leave out --course"));
     }
+    let driven = args.course.is_some() || (args.inputs.is_some() && !at_rest);
     if args.truth.is_some() && !driven {
         return Err(usage("--truth", "a log at rest has no motion to tell".into()));
     }
@@ -112,15 +115,19 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     let inputs = args.inputs.as_ref().map(|path| args.columns.read(std::slice::from_ref(path))).transpose()?;
     inputs.iter().try_for_each(|recorded| args.power.check(&recorded.log))?;
     let simulated = match (&inputs, args.course) {
-        (Some(recorded), _) => Some(replay(&config, &recorded.log, &options).map_err(named)?),
+        (Some(recorded), _) if driven => Some(replay(&config, &recorded.log, &options).map_err(named)?),
         (None, Some(course)) => {
             Some(drive(&config, course, args.duration.unwrap_or(COURSE_S), &options).map_err(named)?)
         }
-        (None, None) => None,
+        _ => None,
     };
-    let log = match &simulated {
-        Some(Drive { log, .. }) => log,
-        None => &stationary(&config, args.duration.unwrap_or(REST_S), &options).map_err(named)?,
+    let effects = Library::new();
+    let log = match (&simulated, &inputs) {
+        (Some(Drive { log, .. }), _) => log,
+        (None, Some(recorded)) => &stationary_like(&config, &recorded.log, &options, &effects).map_err(named)?,
+        (None, None) => {
+            &stationary_with(&config, args.duration.unwrap_or(REST_S), &options, &effects).map_err(named)?
+        }
     };
     out.write(log)?;
     if let (Some(out), Some(Drive { truth, .. })) = (truth_out, &simulated) {
@@ -137,8 +144,16 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     for note in inputs.iter().flat_map(|recorded| &recorded.notes) {
         output.say(format!("note: {note}"));
     }
+    if !config.effects.is_empty() {
+        let ids: Vec<_> = config.effects.iter().map(|e| e.id.as_str()).collect();
+        output.say(format!("with {}", ids.join(", ")));
+    }
     let restart = args.power.off_time.map(|off_s| config.require_gyro()?.restart(off_s)).transpose()?;
-    output.finish(&json(args, log, simulated.as_ref(), restart))?;
+    let mut value = json(args, log, simulated.as_ref(), restart);
+    if !config.effects.is_empty() {
+        value["effects"] = config.effects.iter().map(|e| e.id.as_str()).collect();
+    }
+    output.finish(&value)?;
     Ok(Outcome::Done)
 }
 

@@ -3,12 +3,63 @@
 //! An effect is defined once: the same definition changes the simulator ([`Effect::simulated`]) and explains a recording
 //! ([`Effect::explanation`]). The engine that compares effects ([`crate::gap`]) knows the five ways of explaining, and no effect.
 
+mod bandwidth;
+mod bias_instability;
+mod bias_step;
+mod gauss_markov;
+mod library;
+mod noise_growth;
+mod outliers;
+mod parts;
+mod quantization;
+mod rate_ramp;
+mod rate_random_walk;
+mod second_time_constant;
+mod supply_sensitivity;
+mod telegraph_noise;
+mod temperature_sensitivity;
+mod tone;
+mod turn_on_shift;
+
+pub use library::Library;
+
 use crate::error::Result;
 use crate::model::{GyroEffect, Scene};
 use std::collections::BTreeMap;
 
 /// Parameters by name, the unit in the name.
 pub type Parameters = BTreeMap<String, f64>;
+
+/// Every effect of the library, one line each.
+static REGISTRY: [&dyn Effect; 15] = [
+    &rate_random_walk::RateRandomWalk,
+    &bias_instability::BiasInstability,
+    &gauss_markov::GaussMarkov,
+    &quantization::Quantization,
+    &rate_ramp::RateRamp,
+    &second_time_constant::SecondTimeConstant,
+    &temperature_sensitivity::TemperatureSensitivity,
+    &supply_sensitivity::SupplySensitivity,
+    &tone::Tone,
+    &bias_step::BiasStep,
+    &outliers::Outliers,
+    &telegraph_noise::TelegraphNoise,
+    &bandwidth::Bandwidth,
+    &noise_growth::NoiseGrowth,
+    &turn_on_shift::TurnOnShift,
+];
+
+/// Every effect of the library.
+#[must_use]
+pub fn registry() -> &'static [&'static dyn Effect] {
+    &REGISTRY
+}
+
+/// The effect `id`.
+#[must_use]
+pub fn by_id(id: &str) -> Option<&'static dyn Effect> {
+    registry().iter().copied().find(|e| e.about().id == id)
+}
 
 /// What an effect is.
 #[derive(Debug, Clone, Copy)]
@@ -141,3 +192,6 @@ pub trait Noise: Sync + Send {
     /// rad²/s²: the two-sided PSD over the sample time. For a filter: |H|², dimensionless.
     fn spectrum(&self, scene: &Scene, theta: &[f64], omega: f64) -> f64;
 }
+
+#[cfg(test)]
+mod battery;

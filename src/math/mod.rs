@@ -7,6 +7,7 @@ pub mod distributions;
 pub mod expsum;
 pub mod legendre;
 pub mod lsq;
+pub mod minimum_phase;
 pub mod phi;
 pub mod random;
 pub mod robust;

@@ -2,13 +2,15 @@
 //!
 //! A is zero after a cold power-on; after a warm restart it is the age that the gyro had kept ([`crate::bias::Restart`]).
 //! W is a Wiener process that starts at power-on: the rate random walk, a walk of C2. A sample's white noise has the
-//! standard deviation N/√Ts. Where the output lies on a lattice, it is rounded to it.
+//! standard deviation N/√Ts. Where the output lies on a lattice, it is rounded to it. Effects change bias, white noise,
+//! filter and output in the order of [`crate::model`]; those of one kind, in the order in which they are given.
 
 use super::{Options, Purpose};
 use crate::bias::WarmUp;
 use crate::config::Gyro;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
+use crate::model::{GyroEffect, Scene};
 
 /// A gyro with its state.
 pub(super) struct GyroSensor {
@@ -22,6 +24,14 @@ pub(super) struct GyroSensor {
     walked_until_s: f64,
     white: Stream,
     steps: Stream,
+    changed: Option<Changed>,
+}
+
+/// Effects at work, and where in the recording they are.
+struct Changed {
+    scene: Scene,
+    effects: Vec<Box<dyn GyroEffect>>,
+    row: usize,
 }
 
 /// One sample.
@@ -46,7 +56,16 @@ impl GyroSensor {
             walked_until_s: 0.0,
             white: Purpose::GyroWhite.stream(options.seeds.sensors),
             steps: Purpose::GyroWalk.stream(options.seeds.sensors),
+            changed: None,
         })
+    }
+
+    /// The same gyro with effects; it is then to be read once for each row of `scene`.
+    pub fn changed_by(mut self, effects: Vec<Box<dyn GyroEffect>>, scene: Scene) -> Self {
+        if !effects.is_empty() {
+            self.changed = Some(Changed { scene, effects, row: 0 });
+        }
+        self
     }
 
     /// The warm-up that this power-on has.
@@ -61,8 +80,18 @@ impl GyroSensor {
         if self.walk_rad_s_sqrt_s > 0.0 {
             self.walk_rad_s += self.walk_rad_s_sqrt_s * dt.sqrt() * self.steps.normal();
         }
-        let error_rad_s = self.model.error_rad_s(since_power_on_s + self.age_at_power_on_s) + self.walk_rad_s;
-        let raw = rate_rad_s + error_rad_s + self.white_std_rad_s * self.white.normal();
+        let mut error_rad_s = self.model.error_rad_s(since_power_on_s + self.age_at_power_on_s) + self.walk_rad_s;
+        let mut white_std_rad_s = self.white_std_rad_s;
+        if let Some(Changed { scene, effects, row }) = &mut self.changed {
+            error_rad_s += effects.iter_mut().map(|e| e.bias_rad_s(*row, scene)).sum::<f64>();
+            white_std_rad_s *= effects.iter_mut().map(|e| e.white_scale(*row, scene)).product::<f64>();
+        }
+        let mut raw = rate_rad_s + error_rad_s + white_std_rad_s * self.white.normal();
+        if let Some(Changed { effects, row, .. }) = &mut self.changed {
+            raw = effects.iter_mut().fold(raw, |rate, e| e.filtered(rate));
+            raw = effects.iter_mut().fold(raw, |reading, e| e.output(*row, reading));
+            *row += 1;
+        }
         let reading_rad_s = self.lsb_rad_s.map_or(raw, |lsb| (raw / lsb).round() * lsb);
         GyroSample { reading_rad_s, error_rad_s }
     }

@@ -1,6 +1,6 @@
 //! Floor 3: the nominal simulator: what a configuration says should be recorded.
 //!
-//! - [`stationary`]: a gyro at rest
+//! - [`stationary`]: a gyro at rest; [`stationary_with`] and [`stationary_like`]: with effects of reality
 //! - [`drive`]: a robot that follows a [`Course`]
 //! - [`replay`]: a robot that is given the torques of another log
 //!
@@ -17,15 +17,15 @@ mod course;
 mod drive;
 mod gyro;
 mod plant;
+mod rest;
 
 pub use course::Course;
 pub use drive::{Drive, drive, replay, truth_names};
+pub use rest::{scene, stationary, stationary_like, stationary_with};
 
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
-use crate::signal::{Log, TimeAxis, names};
-use gyro::GyroSensor;
 
 /// Seeds of what is drawn at random.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -95,23 +95,6 @@ const SOURCE: &str = "simulation";
 /// More rows than this are a slip of the pen (200 million: 55 h at 1 kHz), and would only exhaust the memory.
 const ROWS_LIMIT: f64 = 2e8;
 
-/// A gyro at rest: `t_s` since power-on, `gyro_z_rad_s`, from `options.since_power_on_s` for `duration_s`.
-///
-/// # Errors
-/// [`ErrorKind::Config`] if a table or the sample time is missing, or the configuration holds effects;
-/// [`ErrorKind::Value`] if the duration is no positive time.
-pub fn stationary(config: &Config, duration_s: f64, options: &Options) -> Result<Log> {
-    refuse_effects(config)?;
-    let step_s = sample_time(config)?;
-    let len = rows(duration_s, step_s)?;
-    let time = TimeAxis::Uniform { start_s: start(options)?, step_s, len };
-    let mut gyro = GyroSensor::new(config.require_gyro()?, step_s, options)?;
-    let rates = (0..len).map(|i| gyro.read(0.0, time.at(i)).reading_rad_s).collect();
-    let mut log = Log::new(SOURCE, time);
-    log.push(names::GYRO_Z, rates)?;
-    Ok(log)
-}
-
 /// Sample time of simulator and sensors, s.
 fn sample_time(config: &Config) -> Result<f64> {
     config.sample_time_s.ok_or_else(|| {
@@ -121,15 +104,17 @@ fn sample_time(config: &Config) -> Result<f64> {
     })
 }
 
+/// Drives know no effects yet.
 fn refuse_effects(config: &Config) -> Result<()> {
     if config.effects.is_empty() {
         return Ok(());
     }
     let ids: Vec<_> = config.effects.iter().map(|e| e.id.as_str()).collect();
-    let found = format!("this version's simulator knows no effects, and the file has {}", ids.join(", "));
+    let found =
+        format!("only effects of a gyro at rest can be simulated so far, and this is a drive with {}", ids.join(", "));
     Err(Error::new(ErrorKind::Config, "configuration", found)
         .at("`[[effect]]`")
-        .mend("delete the tables [[effect]] to simulate the nominal robot"))
+        .mend("delete the tables [[effect]] to simulate the nominal robot, or set kind = \"stationary\""))
 }
 
 fn start(options: &Options) -> Result<f64> {

@@ -1,5 +1,6 @@
 use super::*;
 use crate::config::Kind;
+use crate::signal::{Log, TimeAxis, names};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 const TEXT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\

@@ -1,0 +1,48 @@
+//! The effects by id, for the simulator; some may be withheld.
+
+use super::{Effect, Parameters, registry};
+use crate::error::{Error, ErrorKind, Result};
+use crate::model::{EffectSource, GyroEffect, Scene};
+
+/// All effects of [`registry`], but for those that are withheld.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Library {
+    withheld: Vec<String>,
+}
+
+impl Library {
+    /// Every effect.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Every effect but those with these `ids`: as if they had never been written.
+    #[must_use]
+    pub fn without<I: Into<String>>(ids: impl IntoIterator<Item = I>) -> Self {
+        Self { withheld: ids.into_iter().map(Into::into).collect() }
+    }
+
+    /// The effects, in the order of [`registry`].
+    pub fn effects(&self) -> impl Iterator<Item = &'static dyn Effect> + '_ {
+        registry().iter().copied().filter(|e| !self.withheld.iter().any(|w| w == e.about().id))
+    }
+
+    /// The effect `id`, unless it is unknown or withheld.
+    #[must_use]
+    pub fn by_id(&self, id: &str) -> Option<&'static dyn Effect> {
+        self.effects().find(|e| e.about().id == id)
+    }
+}
+
+impl EffectSource for Library {
+    fn gyro_effect(&self, id: &str, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {
+        let effect = self.by_id(id).ok_or_else(|| {
+            let ids: Vec<_> = self.effects().map(|e| e.about().id).collect();
+            Error::new(ErrorKind::Config, "configuration", format!("no effect at rest is called {id:?}"))
+                .at("`[[effect]]`")
+                .mend(format!("there are {}", ids.join(", ")))
+        })?;
+        effect.simulated(parameters, scene, seed)
+    }
+}

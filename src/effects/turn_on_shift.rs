@@ -1,0 +1,44 @@
+//! C2 := C2 + s, s far beyond the stated repeatability
+
+use super::parts::{Bias, Checked, RATE_BOUND_RAD_S};
+use super::{About, Effect, Explanation, Parameter, Parameters};
+use crate::error::Result;
+use crate::model::{GyroEffect, Scene};
+
+const SHIFT: &str = "shift_rad_s";
+
+static ABOUT: About = About {
+    id: "gyro.turn_on_shift",
+    title: "turn-on shift",
+    equation: "e(t) + s: C2 lies outside its stated repeatability",
+    source: "IEEE Std 1554-2005, turn-on to turn-on bias repeatability",
+    channel: "gyro",
+    deficient: "gyro bias: C2 is another",
+    condition: None,
+    parameters: &[Parameter {
+        name: SHIFT,
+        meaning: "s, mean of C2 above the nominal one, rad/s",
+        bounds: [-RATE_BOUND_RAD_S, RATE_BOUND_RAD_S],
+        null: Some(0.0),
+        required: true,
+    }],
+    remedy: "Fit C2 anew and state a wider turn_on_bias_std_rad_s, or measure the bias at rest before each drive.",
+};
+
+/// C2 is another.
+pub(super) struct TurnOnShift;
+
+impl Effect for TurnOnShift {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn simulated(&self, parameters: &Parameters, _: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {
+        let shift = Checked::of(&ABOUT, parameters)?.value(SHIFT)?;
+        Ok(Box::new(Bias(move |_, _: &Scene| shift)))
+    }
+
+    fn explanation(&self, _: &Scene) -> Option<Explanation> {
+        Some(Explanation::TurnOn)
+    }
+}

@@ -1,0 +1,129 @@
+//! `gyroid simulate` with the effects of `[[effect]]`, as a user runs it.
+
+use assert_cmd::Command;
+use gyroid::effects::registry;
+use gyroid::ingest::read_log;
+use gyroid::signal::names;
+use std::process::Output;
+
+const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.05\n\
+    [gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\ntime_constant_s = 120.0\nangle_random_walk_rad_sqrt_s = 1e-4\n";
+
+struct Place {
+    dir: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        Self { dir: tempfile::tempdir().unwrap() }
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.dir.path().join(name), text).unwrap();
+    }
+
+    fn run(&self, line: &str) -> Output {
+        let mut command = Command::cargo_bin("gyroid").unwrap();
+        command.current_dir(self.dir.path()).args(line.split(' ')).output().unwrap()
+    }
+
+    #[track_caller]
+    fn ok(&self, line: &str) -> String {
+        let output = self.run(line);
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    #[track_caller]
+    fn refused(&self, line: &str, parts: &[&str]) {
+        let output = self.run(line);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{line}: {text}");
+        for part in parts {
+            assert!(text.contains(part), "{line}: {text} lacks {part}");
+        }
+    }
+
+    fn rates(&self, name: &str) -> Vec<f64> {
+        read_log(self.dir.path().join(name)).unwrap().get(names::GYRO_Z).unwrap().to_vec()
+    }
+}
+
+fn hold() -> String {
+    let row = |i: i32| {
+        let t = 0.05 * f64::from(i);
+        format!("{t},{},{},{}\n", 1e-3 * t.sin(), 25.0 + 0.02 * t, 5.0 + 0.1 * (0.3 * t).sin())
+    };
+    let rows: String = (0..2000).map(row).collect();
+    format!("t_s,gyro_z_rad_s,temperature_c,supply_v\n{rows}")
+}
+
+#[test]
+fn an_augmented_simulator_predicts_a_recording_row_by_row() {
+    let place = Place::new();
+    place.write("hold.csv", &hold());
+    place.write("nominal.toml", REST);
+    let effects = "[[effect]]\nid = \"gyro.temperature_sensitivity\"\ncoefficient_rad_s_per_c = 1e-3\n\
+        [[effect]]\nid = \"gyro.supply_sensitivity\"\ncoefficient_rad_s_per_v = 2e-2\n";
+    place.write("augmented.toml", &format!("{REST}{effects}"));
+    let text = place.ok("simulate augmented.toml --inputs hold.csv --seed 1 -o predicted.parquet");
+    assert!(text.contains("gyro.temperature_sensitivity, gyro.supply_sensitivity"), "{text}");
+    place.ok("simulate augmented.toml --inputs hold.csv --seed 1 -o again.parquet");
+    place.ok("simulate nominal.toml --inputs hold.csv --seed 1 -o nominal.parquet");
+
+    let file = |name: &str| std::fs::read(place.dir.path().join(name)).unwrap();
+    assert_eq!(file("predicted.parquet"), file("again.parquet"));
+    let recorded = read_log(place.dir.path().join("hold.csv")).unwrap();
+    let predicted = read_log(place.dir.path().join("predicted.parquet")).unwrap();
+    assert_eq!(predicted.time, recorded.time);
+    for name in [names::TEMPERATURE, names::SUPPLY] {
+        assert_eq!(predicted.get(name), recorded.get(name), "{name}");
+    }
+    // the same white noise: what is left is the two effects, up to the constant of the first second and of the mean
+    let (with, without) = (place.rates("predicted.parquet"), place.rates("nominal.parquet"));
+    let (temperature, supply) = (recorded.get(names::TEMPERATURE).unwrap(), recorded.get(names::SUPPLY).unwrap());
+    let told = |i: usize| 1e-3 * temperature[i] + 2e-2 * supply[i];
+    for i in 0..with.len() {
+        let (gap, expected) = (with[i] - without[i], told(i) - told(0));
+        assert!((gap - expected - (with[0] - without[0])).abs() < 1e-12, "row {i}: {gap} {expected}");
+    }
+}
+
+#[test]
+fn every_effect_runs_from_the_command_line() {
+    let place = Place::new();
+    place.write("hold.csv", &hold());
+    place.write("nominal.toml", REST);
+    place.ok("simulate nominal.toml --inputs hold.csv --seed 2 -o nominal.parquet");
+    let nominal = place.rates("nominal.parquet");
+    for effect in registry() {
+        let about = effect.about();
+        let mut text = format!("{REST}[[effect]]\nid = \"{}\"\n", about.id);
+        for p in about.parameters.iter().filter(|p| p.required || about.id == "gyro.noise_growth") {
+            // well inside the bounds
+            let value = p.bounds[1].min(0.1);
+            text += &format!("{} = {value:?}\n", p.name);
+        }
+        place.write("one.toml", &text);
+        place.ok("simulate one.toml --inputs hold.csv --seed 2 -o one.parquet");
+        let changed = place.rates("one.parquet");
+        assert_eq!(changed.len(), nominal.len());
+        assert!(changed.iter().zip(&nominal).any(|(a, b)| (a - b).abs() > 1e-6), "{} changes nothing", about.id);
+    }
+}
+
+#[test]
+fn what_cannot_be_simulated_is_named() {
+    let place = Place::new();
+    place.write("hold.csv", &hold());
+    let with = |table: &str| place.write("one.toml", &format!("{REST}[[effect]]\n{table}\n"));
+    with("id = \"gyro.temperature_sensitivity\"\ncoefficient_rad_s_per_c = 1e-3");
+    place.refused("simulate one.toml --duration 60 -o x.csv", &["one.toml", "temperature_c", "--inputs LOG"]);
+    with("id = \"gyro.tone\"\nfrequency_hz = 3.0");
+    place.refused("simulate one.toml --duration 60 -o x.csv", &["gyro.tone.amplitude_rad_s", "missing"]);
+    with("id = \"gyro.tone\"\nfrequency_hz = 3.0\nloudness = 1.0");
+    place.refused("simulate one.toml --inputs hold.csv -o x.csv", &["loudness", "amplitude_rad_s, phase_rad"]);
+    with("id = \"gyro.tune\"");
+    place.refused("simulate one.toml --duration 60 -o x.csv", &["gyro.tune", "gyro.tone"]);
+    assert!(!place.dir.path().join("x.csv").exists());
+}
