@@ -1,4 +1,4 @@
-//! X[k] = c[k] Σ x[n] cos(πk(2n+1)/2N), c[0] = √(1/N), else √(2/N): the orthonormal cosine transform (DCT-II), and back
+//! X_k = c_k Σ x_n cos(πk(2n+1)/2N), c_0 = √(1/N), else √(2/N): the orthonormal cosine transform (DCT-II), and back
 //!
 //! A random walk plus white noise has independent coefficients in it, of variance σ² + q/(2-2cos(πk/N)) for k > 0: the
 //! cosines are the eigenvectors of the differences' normal matrix with free ends (Strang, SIAM Review 41 (1999) 135).
@@ -91,7 +91,7 @@ impl Cosine {
             })
             .collect();
         spectrum[0].im = 0.0;
-        if n % 2 == 0 {
+        if n.is_multiple_of(2) {
             spectrum[n / 2].im = 0.0;
         }
         let mut even = self.back.make_output_vec();
