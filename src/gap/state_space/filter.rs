@@ -56,11 +56,6 @@ impl Run {
     }
 }
 
-/// Number of readings that are there.
-pub(crate) fn present(reading_rad_s: &[f64]) -> usize {
-    reading_rad_s.iter().filter(|y| y.is_finite()).count()
-}
-
 impl Believed {
     /// Log density of `reading_rad_s`, row by row. Missing readings are NaN.
     ///

@@ -78,7 +78,11 @@ impl Cell {
         if a > 50.0 {
             // 1 + a λ - λ² cancels; the tail is all but exponential, and exp(-2ch) of it is cut off, c h > 12
             let r = (a * a).recip();
-            return Self { log_probability, mean: a + (1.0 - 2.0 * r) / a, variance: r * (1.0 - 6.0 * r) };
+            return Self {
+                log_probability,
+                mean: a + (1.0 - r * (2.0 - 10.0 * r)) / a,
+                variance: r * (1.0 - r * (6.0 - 50.0 * r)),
+            };
         }
         let mean = at_a - at_b;
         let ends = a * at_a - if at_b > 0.0 { b * at_b } else { 0.0 };

@@ -3,6 +3,7 @@
 mod gaussian;
 mod jumps;
 mod readings;
+mod speed_tmp;
 
 use super::*;
 use crate::math::random::Stream;

@@ -4,45 +4,63 @@ use super::super::lattice::Cell;
 use super::super::*;
 use super::log_sum_exp;
 
-fn constant(rows: usize) -> Believed {
+/// White noise of one and a constant of `std`: well inside the noise where a unit's repeatability is stated.
+fn constant(rows: usize, std: f64) -> Believed {
     let mut believed = Believed::white(rows, 0.1, 1.0);
-    believed.coefficients.push(Coefficient { column: vec![1.0; rows], mean: 0.4, std: 2.0 });
+    believed.coefficients.push(Coefficient { column: vec![1.0; rows], mean: 0.4, std });
     believed
 }
 
-/// ln ∫ N(β; mean, std²) Π_k p(y_k | β) dβ by the trapezoidal rule, which is all but exact for smooth densities.
-fn integral(believed: &Believed, y: &[f64], log_density: impl Fn(f64) -> f64) -> f64 {
+/// ln ∫ N(β; mean, std²) p(y | β) dβ by the trapezoidal rule, which is all but exact for smooth densities.
+fn integral(believed: &Believed, log_likelihood: impl Fn(f64) -> f64) -> f64 {
     let Coefficient { mean, std, .. } = believed.coefficients[0];
-    let (n, reach) = (8000, 8.0);
+    let (n, reach) = (600, 6.0);
     let logs: Vec<f64> = (0..=n)
         .map(|i| reach * (2.0 * f64::from(i) / f64::from(n) - 1.0))
-        .map(|z| {
-            let beta = mean + std * z;
-            -0.5 * z * z + y.iter().map(|y| log_density(y - beta)).sum::<f64>()
-        })
+        .map(|z| -0.5 * z * z + log_likelihood(mean + std * z))
         .collect();
     log_sum_exp(&logs) + (2.0 * reach / f64::from(n)).ln() - 0.5 * std::f64::consts::TAU.ln()
 }
 
+/// Total scores minus exact ones, for several simulated recordings.
+fn errors(believed: &Believed, exact: impl Fn(&[f64]) -> f64) -> Vec<f64> {
+    (0..8)
+        .map(|stream| {
+            let y = believed.simulate(5, stream).unwrap();
+            believed.score(&y).unwrap().total() - exact(&y)
+        })
+        .collect()
+}
+
+/// A Bayes factor is worth talking about from about 3 nats on: what collapsing costs must stay well below, however long
+/// the recording.
+const NATS: f64 = 1.0;
+
+fn small(errors: &[f64]) -> bool {
+    errors.iter().all(|e| e.abs() < NATS)
+}
+
 #[test]
 fn a_lattice_is_scored_as_the_integral_over_cells() {
-    // collapsing costs nothing on a fine lattice and at most this many nats in all on a coarse one
-    for (lsb, bound) in [(0.01, 1e-6), (0.5, 1e-5), (2.0, 5e-3), (4.0, 0.15)] {
-        let mut believed = constant(40);
-        believed.lattice_lsb_rad_s = Some(lsb);
-        for stream in 0..10 {
-            let y = believed.simulate(5, stream).unwrap();
+    for rows in [40, 1000] {
+        for lsb in [0.01, 0.5, 2.0, 4.0] {
+            let mut believed = constant(rows, 0.4);
+            believed.lattice_lsb_rad_s = Some(lsb);
+            let y = believed.simulate(5, 0).unwrap();
             assert!(y.iter().all(|y| (y / lsb - (y / lsb).round()).abs() < 1e-9));
-            let exact = integral(&believed, &y, |r| Cell::new(r, 0.5 * lsb).log_probability - lsb.ln());
-            let found = believed.score(&y).unwrap().total();
-            assert!((found - exact).abs() < bound, "{lsb}: {found} {exact}");
+            let found = errors(&believed, |y| {
+                integral(&believed, |beta| {
+                    y.iter().map(|y| Cell::new(y - beta, 0.5 * lsb).log_probability - lsb.ln()).sum()
+                })
+            });
+            assert!(small(&found), "{rows} {lsb}: {found:?}");
         }
     }
 }
 
 #[test]
 fn a_fine_lattice_is_no_lattice() {
-    let plain = constant(100);
+    let plain = constant(100, 2.0);
     let mut fine = plain.clone();
     fine.lattice_lsb_rad_s = Some(1e-5);
     let y = fine.simulate(1, 0).unwrap();
@@ -50,28 +68,97 @@ fn a_fine_lattice_is_no_lattice() {
     assert!((a - b).abs() < 1e-6, "{a} {b}");
 }
 
+fn log_normal(r: f64, s: f64) -> f64 {
+    -0.5 * ((std::f64::consts::TAU * s * s).ln() + r * r / (s * s))
+}
+
 #[test]
 fn outliers_are_scored_as_the_integral_over_the_mixture() {
-    let normal = |r: f64, s: f64| -0.5 * ((std::f64::consts::TAU * s * s).ln() + r * r / (s * s));
-    for (probability, std, bound) in [(0.02, 10.0, 0.02), (0.1, 4.0, 0.1), (0.3, 20.0, 0.3)] {
-        let mut believed = constant(60);
-        believed.outliers = Some(Outliers { probability, std_rad_s: std });
-        let mut worst = 0.0f64;
-        for stream in 0..20 {
-            let y = believed.simulate(9, stream).unwrap();
+    for rows in [60, 1000] {
+        for (probability, std) in [(0.002, 10.0), (0.02, 10.0), (0.1, 4.0), (0.2, 20.0)] {
+            let mut believed = constant(rows, 0.4);
+            believed.outliers = Some(Outliers { probability, std_rad_s: std });
             let wide = f64::hypot(1.0, std);
-            let exact = integral(&believed, &y, |r| {
-                log_sum_exp(&[(1.0 - probability).ln() + normal(r, 1.0), probability.ln() + normal(r, wide)])
+            let found = errors(&believed, |y| {
+                integral(&believed, |beta| {
+                    let mixture = |r: f64| {
+                        (1.0 - probability) * log_normal(r, 1.0).exp() + probability * log_normal(r, wide).exp()
+                    };
+                    y.iter().map(|y| mixture(y - beta).ln()).sum()
+                })
             });
-            worst = worst.max((believed.score(&y).unwrap().total() - exact).abs());
+            assert!(small(&found), "{rows} {probability} {std}: {found:?}");
         }
-        assert!(worst < bound, "{probability} {std}: {worst}");
+    }
+}
+
+#[test]
+fn a_telegraph_is_scored_as_the_integral_over_hidden_chains() {
+    for rows in [60, 1000] {
+        for (spacing, dwell_s) in [(0.5, 10.0), (1.0, 20.0), (2.0, 5.0), (2.0, 1.0), (6.0, 5.0)] {
+            let mut believed = constant(rows, 0.4);
+            let telegraph = Telegraph::centred(spacing, [dwell_s, 1.5 * dwell_s]);
+            believed.telegraph = Some(telegraph);
+            let [up, down] = telegraph.leave(believed.step_s);
+            let high = telegraph.high_probability();
+            let found = errors(&believed, |y| {
+                integral(&believed, |beta| {
+                    // forward algorithm of the hidden chain, scaled in each row
+                    let (mut p, mut log) = ([1.0 - high, high], 0.0);
+                    for (k, y) in y.iter().enumerate() {
+                        if k > 0 {
+                            p = [p[0] * (1.0 - up) + p[1] * down, p[0] * up + p[1] * (1.0 - down)];
+                        }
+                        for (p, level) in p.iter_mut().zip(telegraph.levels_rad_s) {
+                            *p *= log_normal(y - beta - level, 1.0).exp().max(1e-300);
+                        }
+                        let sum = p[0] + p[1];
+                        log += sum.ln();
+                        p = p.map(|p| p / sum);
+                    }
+                    log
+                })
+            });
+            assert!(small(&found), "{rows} {spacing} {dwell_s}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_step_is_scored_as_the_integral_over_its_rows() {
+    for rows in [60, 1000] {
+        for size in [0.2, 0.5, 1.0, 2.0, 6.0] {
+            let mut believed = constant(rows, 0.4);
+            believed.step = Some(Step { size_rad_s: size, at: rows / 10..rows - rows / 10 });
+            let found = errors(&believed, |y| {
+                integral(&believed, |beta| {
+                    // all rows before the step, then one after the other behind it
+                    let mut log: f64 = y.iter().map(|y| log_normal(y - beta, 1.0)).sum();
+                    let mut logs = Vec::new();
+                    for row in (0..rows - rows / 10).rev() {
+                        let r = y[row] - beta;
+                        if row + 1 == rows - rows / 10 {
+                            log += y[row + 1..]
+                                .iter()
+                                .map(|y| log_normal(y - beta - size, 1.0) - log_normal(y - beta, 1.0))
+                                .sum::<f64>();
+                        }
+                        log += log_normal(r - size, 1.0) - log_normal(r, 1.0);
+                        if row >= rows / 10 {
+                            logs.push(log);
+                        }
+                    }
+                    log_sum_exp(&logs) - (logs.len() as f64).ln()
+                })
+            });
+            assert!(small(&found), "{rows} {size}: {found:?}");
+        }
     }
 }
 
 #[test]
 fn a_wild_reading_counts_as_unlikely_not_as_impossible() {
-    let mut believed = constant(50);
+    let mut believed = constant(50, 2.0);
     believed.lattice_lsb_rad_s = Some(0.1);
     let mut y = believed.simulate(2, 0).unwrap();
     y[20] = 500.0;
