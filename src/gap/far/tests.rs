@@ -27,6 +27,7 @@ fn quick() -> Options {
 fn a_true_model_reaches_the_floor_and_closes_the_gap() {
     let (before, after) = (nominal(), truth());
     let mut log_scores = Vec::new();
+    let (mut inside_bands, mut bands) = (0, 0);
     for stream in 0..6 {
         let hold = after.simulate(100, stream).unwrap();
         let claims = [Claim { id: "truth", believed: &after }, Claim { id: "nominal", believed: &before }];
@@ -50,8 +51,11 @@ fn a_true_model_reaches_the_floor_and_closes_the_gap() {
         let allan = far.metrics.iter().find(|m| m.metric == "allan_deviation_ln_rms").unwrap();
         assert!(allan.after < 0.3 * allan.before && allan.after < 3.0 * allan.floor, "{allan:?}");
         let inside = |b: &&Band| b.augmented[0] < b.hold && b.hold < b.augmented[1];
-        assert!(far.allan_deviation.iter().filter(inside).count() * 10 >= 7 * far.allan_deviation.len());
+        inside_bands += far.allan_deviation.iter().filter(inside).count();
+        bands += far.allan_deviation.len();
     }
+    // bands of two standard deviations; the long averaging times of one recording go up and down together
+    assert!(inside_bands * 10 >= 8 * bands, "{inside_bands} of {bands}");
     // after minus floor: mean zero, one recording's standard deviation sqrt(1/(2 rows)), the floor's a little more
     let mean = log_scores.iter().sum::<f64>() / 6.0;
     let std = (0.5 / ROWS as f64 * (1.0 + 1.0 / 12.0) / 6.0).sqrt();

@@ -106,7 +106,7 @@ fn nonnegative(columns: &[Vec<f64>], target: &[f64]) -> Vec<f64> {
     v.iter().zip(&lengths).map(|(v, l)| v / l).collect()
 }
 
-/// 1/f noise of two-sided PSD B²/(2πf) from 1/(2 span) to Nyquist as eight states: within 6 % up to five decades, 20 % above it at Nyquist.
+/// 1/f noise of two-sided PSD B²/(2πf) from 1/(2 span) to Nyquist as eight states: within 6 % up to five decades, 20 to 30 % above it at Nyquist.
 ///
 /// # Errors
 /// [`ErrorKind::Value`] if `bias_instability_rad_s` is not positive or there are fewer than two rows.
@@ -181,7 +181,7 @@ mod tests {
             assert!(sum.worst_relative_error < 0.06, "{rows}: {}", sum.worst_relative_error);
             assert!(sum.states.len() <= 8);
             let at_nyquist = sum.states.iter().map(|m| m.spectrum(PI)).sum::<f64>() * PI / 4e-10;
-            assert!((1.0..1.2).contains(&at_nyquist), "{rows}: {at_nyquist}");
+            assert!((1.0..1.35).contains(&at_nyquist), "{rows}: {at_nyquist}");
             // the band as a whole: ∫ S dω/π against B² ln(π/ω_low)/π
             let n = 200_000;
             let low = (PI / rows as f64).ln();

@@ -3,12 +3,11 @@
 mod gaussian;
 mod jumps;
 mod readings;
-mod speed_tmp;
 
 use super::*;
 use crate::math::random::Stream;
 
-/// Neumaier's sum is not needed here: ln Σ exp.
+/// ln Σ exp.
 fn log_sum_exp(logs: &[f64]) -> f64 {
     let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     top + logs.iter().map(|l| (l - top).exp()).sum::<f64>().ln()
@@ -24,4 +23,10 @@ fn small(rows: usize) -> Believed {
     believed.markov.push(Markov { decay: 0.9, variance: 0.05, initial_variance: 0.3 });
     believed.markov.push(Markov { decay: 1.0, variance: 0.01, initial_variance: 0.0 });
     believed
+}
+
+/// Whether collapsing costs less than a nat, root mean square over recordings, however long they are: a Bayes factor is worth
+/// talking about from about 3 nats on.
+fn negligible(errors_nats: &[f64]) -> bool {
+    (errors_nats.iter().map(|e| e * e).sum::<f64>() / errors_nats.len() as f64).sqrt() < 1.0
 }

@@ -2,7 +2,7 @@
 
 use super::super::lattice::Cell;
 use super::super::*;
-use super::log_sum_exp;
+use super::{log_sum_exp, negligible};
 
 /// White noise of one and a constant of `std`: well inside the noise where a unit's repeatability is stated.
 fn constant(rows: usize, std: f64) -> Believed {
@@ -32,14 +32,6 @@ fn errors(believed: &Believed, exact: impl Fn(&[f64]) -> f64) -> Vec<f64> {
         .collect()
 }
 
-/// A Bayes factor is worth talking about from about 3 nats on: what collapsing costs must stay well below, however long
-/// the recording.
-const NATS: f64 = 1.0;
-
-fn small(errors: &[f64]) -> bool {
-    errors.iter().all(|e| e.abs() < NATS)
-}
-
 #[test]
 fn a_lattice_is_scored_as_the_integral_over_cells() {
     for rows in [40, 1000] {
@@ -53,7 +45,7 @@ fn a_lattice_is_scored_as_the_integral_over_cells() {
                     y.iter().map(|y| Cell::new(y - beta, 0.5 * lsb).log_probability - lsb.ln()).sum()
                 })
             });
-            assert!(small(&found), "{rows} {lsb}: {found:?}");
+            assert!(negligible(&found), "{rows} {lsb}: {found:?}");
         }
     }
 }
@@ -87,7 +79,7 @@ fn outliers_are_scored_as_the_integral_over_the_mixture() {
                     y.iter().map(|y| mixture(y - beta).ln()).sum()
                 })
             });
-            assert!(small(&found), "{rows} {probability} {std}: {found:?}");
+            assert!(negligible(&found), "{rows} {probability} {std}: {found:?}");
         }
     }
 }
@@ -119,7 +111,7 @@ fn a_telegraph_is_scored_as_the_integral_over_hidden_chains() {
                     log
                 })
             });
-            assert!(small(&found), "{rows} {spacing} {dwell_s}: {found:?}");
+            assert!(negligible(&found), "{rows} {spacing} {dwell_s}: {found:?}");
         }
     }
 }
@@ -151,7 +143,7 @@ fn a_step_is_scored_as_the_integral_over_its_rows() {
                     log_sum_exp(&logs) - (logs.len() as f64).ln()
                 })
             });
-            assert!(small(&found), "{rows} {size}: {found:?}");
+            assert!(negligible(&found), "{rows} {size}: {found:?}");
         }
     }
 }
