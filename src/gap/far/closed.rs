@@ -46,8 +46,10 @@ pub struct Scores {
 
 /// Sums of blocks of `rows` rows; a rest shorter than half a block joins the last one.
 fn block_sums(values: &[f64], rows: usize) -> Vec<f64> {
-    let mut sums: Vec<f64> = values.chunks(rows.max(1)).map(|b| b.iter().sum()).collect();
-    if sums.len() > 1 && 2 * (values.len() % rows.max(1)) < rows && values.len() % rows.max(1) > 0 {
+    let rows = rows.max(1);
+    let mut sums: Vec<f64> = values.chunks(rows).map(|b| b.iter().sum()).collect();
+    let rest = values.len() % rows;
+    if sums.len() > 1 && rest > 0 && 2 * rest < rows {
         let rest = sums.pop().unwrap_or(0.0);
         if let Some(last) = sums.last_mut() {
             *last += rest;

@@ -2,6 +2,7 @@
 
 use super::forecast::Forecaster;
 use super::hypothesis::{Dynamics, Hypothesis, mix};
+use super::pieces::{self, Pieces};
 use super::readout::{Readout, Told};
 use super::{Believed, Step};
 use crate::error::{Error, ErrorKind, Result};
@@ -9,6 +10,9 @@ use std::ops::Range;
 
 /// Rounding is taken out of P once in so many rows.
 const CLEAN_EVERY: usize = 64;
+
+/// Pieces are dropped and joined once in so many rows.
+const REDUCE_EVERY: usize = 16;
 
 /// A share below this changes nothing that the collapsing does not change more.
 const NO_SHARE: f64 = 1e-14;
@@ -80,22 +84,20 @@ impl Believed {
     }
 }
 
-/// One hypothesis for each mode: telegraph low and high, each before and after the step.
+/// One hypothesis for each mode (telegraph low and high, each before and after the step) of each piece of the prior.
 struct Bank<'a> {
     believed: &'a Believed,
     dynamics: Dynamics,
     readout: Readout,
+    /// Number of modes; `modes` and `weights` hold them piece after piece.
+    kinds: usize,
+    pieces: Option<Pieces>,
     modes: Vec<Hypothesis>,
     weights: Vec<f64>,
+    /// Level of each of the `kinds` modes.
     levels_rad_s: Vec<f64>,
-    /// Pairs of modes between which the telegraph, or the step, moves.
-    telegraph_pairs: Vec<(usize, usize)>,
-    step_pairs: Vec<(usize, usize)>,
-}
-
-/// Modes (first, second) of each pair when the states of one chain are `apart` in the list.
-fn pairs(modes: usize, apart: usize) -> Vec<(usize, usize)> {
-    (0..modes).filter(|m| (m / apart) % 2 == 0).map(|m| (m, m + apart)).collect()
+    /// How far apart in the list the two states of the step are.
+    step_apart: usize,
 }
 
 impl<'a> Bank<'a> {
@@ -103,46 +105,56 @@ impl<'a> Bank<'a> {
         let dynamics = Dynamics::new(believed);
         let prior = dynamics.prior(believed)?;
         let (mut weights, mut levels_rad_s) = (vec![1.0], vec![0.0]);
-        let (mut telegraph_pairs, mut step_pairs) = (Vec::new(), Vec::new());
         if let Some(telegraph) = &believed.telegraph {
             let high = telegraph.high_probability();
             weights = vec![1.0 - high, high];
             levels_rad_s = telegraph.levels_rad_s.to_vec();
-            telegraph_pairs = pairs(2, 1);
         }
+        let step_apart = weights.len();
         if let Some(Step { size_rad_s, .. }) = &believed.step {
-            let n = weights.len();
-            weights.resize(2 * n, 0.0);
+            weights.resize(2 * step_apart, 0.0);
             levels_rad_s = levels_rad_s.iter().copied().chain(levels_rad_s.iter().map(|l| l + size_rad_s)).collect();
-            step_pairs = pairs(2 * n, n);
-            telegraph_pairs = if n == 2 { pairs(4, 1) } else { Vec::new() };
         }
-        let modes = vec![prior; weights.len()];
+        let kinds = weights.len();
+        let mut modes = vec![prior; kinds];
+        let pieces = pieces::cut(believed);
+        if let Some(pieces) = &pieces {
+            let at = pieces.coefficient;
+            let piece = |mean: &f64| {
+                let mut piece = modes[0].clone();
+                piece.mean[at] = *mean;
+                piece.covariance[at * (dynamics.stride + 1)] = pieces.std * pieces.std;
+                vec![piece; kinds]
+            };
+            let all: Vec<Hypothesis> = pieces.means.iter().flat_map(piece).collect();
+            weights = pieces.weights.iter().flat_map(|p| weights.iter().map(move |w| p * w)).collect();
+            modes = all;
+        }
         let readout = Readout::new(believed);
-        Ok(Self { believed, dynamics, readout, modes, weights, levels_rad_s, telegraph_pairs, step_pairs })
+        Ok(Self { believed, dynamics, readout, kinds, pieces, modes, weights, levels_rad_s, step_apart })
     }
 
     /// Lets the modes change on the way into `row`.
     fn change_modes(&mut self, row: usize) {
         if let Some(telegraph) = self.believed.telegraph.as_ref().filter(|_| row > 0) {
-            let leave = telegraph.leave(self.believed.step_s);
-            for at in 0..self.telegraph_pairs.len() {
-                self.change(self.telegraph_pairs[at], leave);
-            }
+            self.change(1, telegraph.leave(self.believed.step_s));
         }
         if let Some(step) = &self.believed.step {
             let was = if row == 0 { 1.0 } else { step.before(row - 1) };
             if was > 0.0 && row >= step.at.start {
-                let hazard = 1.0 - step.before(row) / was;
-                for at in 0..self.step_pairs.len() {
-                    self.change(self.step_pairs[at], [hazard, 0.0]);
-                }
+                self.change(self.step_apart, [1.0 - step.before(row) / was, 0.0]);
             }
         }
     }
 
-    /// One chain of two states moves from each with the probabilities `leave`.
-    fn change(&mut self, (a, b): (usize, usize), leave: [f64; 2]) {
+    /// A chain whose two states are `apart` in the list moves from each with the probabilities `leave`.
+    fn change(&mut self, apart: usize, leave: [f64; 2]) {
+        for at in (0..self.modes.len()).filter(|at| (at / apart).is_multiple_of(2)) {
+            self.change_pair((at, at + apart), leave);
+        }
+    }
+
+    fn change_pair(&mut self, (a, b): (usize, usize), leave: [f64; 2]) {
         let (wa, wb) = (self.weights[a], self.weights[b]);
         let (stay, come) = (wa * (1.0 - leave[0]), wb * leave[1]);
         let (go, rest) = (wa * leave[0], wb * (1.0 - leave[1]));
@@ -180,7 +192,7 @@ impl<'a> Bank<'a> {
                         && row + horizon.rows <= rows
                     {
                         self.mean(&mut mean);
-                        let increment_rad = forecaster.increment_rad(at, row, &mean, &self.weights);
+                        let increment_rad = forecaster.increment_rad(at, row, &mean, &self.kind_weights());
                         run.forecasts[at].push(Forecast { row, increment_rad });
                     }
                 }
@@ -196,8 +208,22 @@ impl<'a> Bank<'a> {
                     mode.clean(self.dynamics.len, self.dynamics.stride);
                 }
             }
+            if row % REDUCE_EVERY == REDUCE_EVERY - 1
+                && let Some(pieces) = self.pieces.as_ref().filter(|_| self.modes.len() > self.kinds)
+            {
+                pieces.reduce(&mut self.modes, &mut self.weights, self.kinds, self.dynamics.stride);
+            }
         }
         Ok(run)
+    }
+
+    /// Probability of each mode, whatever the piece.
+    fn kind_weights(&self) -> Vec<f64> {
+        let mut sums = vec![0.0; self.kinds];
+        for piece in self.weights.chunks(self.kinds) {
+            sums.iter_mut().zip(piece).for_each(|(s, w)| *s += w);
+        }
+        sums
     }
 
     /// Mean of the state over the modes.
@@ -216,7 +242,7 @@ impl<'a> Bank<'a> {
         let (mut first, mut second, mut largest) = (0.0, 0.0, f64::NEG_INFINITY);
         for (at, mode) in self.modes.iter_mut().enumerate() {
             let (mean, variance) = mode.predict_reading(self.dynamics.stride, h);
-            let (mean, variance) = (fixed + self.levels_rad_s[at] + mean, variance + white);
+            let (mean, variance) = (fixed + self.levels_rad_s[at % self.kinds] + mean, variance + white);
             if !(variance > 0.0 && variance.is_finite()) {
                 let found = format!("the predicted variance is {variance}");
                 return Err(Error::new(ErrorKind::Numeric, "state-space model", found).at(format!("row {row}")));

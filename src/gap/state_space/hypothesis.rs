@@ -167,6 +167,27 @@ impl Hypothesis {
         }
     }
 
+    /// Becomes the Gaussian with mean and covariance of the mixture of itself, weight `share`, and `other`.
+    pub(super) fn join(&mut self, other: &Self, stride: usize, share: f64) {
+        if stride == 0 {
+            return;
+        }
+        let spread = share * (1.0 - share);
+        for ((d, x), y) in self.gain.iter_mut().zip(&self.mean).zip(&other.mean) {
+            *d = x - y;
+        }
+        let rows = self.covariance.chunks_exact_mut(stride).zip(other.covariance.chunks_exact(stride));
+        for (i, (row, theirs)) in rows.enumerate() {
+            let di = self.gain[i];
+            for ((p, q), d) in row.iter_mut().zip(theirs).zip(&self.gain) {
+                *p = q + share * (*p - q) + spread * di * d;
+            }
+        }
+        for (x, y) in self.mean.iter_mut().zip(&other.mean) {
+            *x = y + share * (*x - y);
+        }
+    }
+
     /// Removes what rounding adds: P becomes symmetric again, its variances not negative.
     pub(super) fn clean(&mut self, len: usize, stride: usize) {
         for i in 0..len {

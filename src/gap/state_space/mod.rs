@@ -14,9 +14,8 @@
 //! Where neither lattice, outliers, telegraph nor step are believed in, the Kalman filter is exact. Otherwise the belief is
 //! replaced after every row by the Gaussian with the same mean and covariance, one for each mode (interacting multiple
 //! models: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780). The tests hold the error of that against
-//! sums over all histories: below 1 nat (root mean square) for a whole recording as long as the turn-on bias is known to within the white noise of a
-//! sample, as repeatability usually is. A prior much wider than that can cost some nats in the first rows, where an outlier
-//! or a level and the bias cannot be told apart.
+//! sums over all histories: below 1 nat (root mean square) for a whole recording. A wide prior of the turn-on bias is cut
+//! into pieces first, or it would be mistaken for a level.
 //!
 //! ```
 //! use gyroid::gap::state_space::{Believed, Coefficient, Markov};
@@ -38,6 +37,7 @@ mod forecast;
 mod hypothesis;
 mod lattice;
 mod nominal;
+mod pieces;
 mod readout;
 mod simulate;
 mod spectra;

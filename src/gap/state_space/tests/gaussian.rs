@@ -123,7 +123,7 @@ fn a_block_given_the_rest_is_a_conditional_normal() {
             + residual.dot(&factor.solve(&residual)));
     let found = blocked_log_score(believed, &y, &[block]).unwrap()[0];
     assert!((found - expected).abs() < 1e-8, "{found} {expected}");
-    assert_eq!(blocked_log_score(believed, &y, &[80..200]).unwrap_err().kind, ErrorKind::Value);
+    assert_eq!(blocked_log_score(believed, &y, std::slice::from_ref(&(80..200))).unwrap_err().kind, ErrorKind::Value);
 }
 
 #[test]
@@ -197,7 +197,8 @@ fn forecasts_are_the_predictions_without_readings() {
                 let blind = believed.score(&known).unwrap();
                 let sum: f64 = blind.predicted_rad_s[f.row..f.row + horizon.rows].iter().sum();
                 let error = f.increment_rad - sum * believed.step_s;
-                assert!(error.abs() < 1e-10, "variant {at}, row {}: {error}", f.row);
+                // a refuted piece of the prior is dropped at 1e-8
+                assert!(error.abs() < 1e-6, "variant {at}, row {}: {error}", f.row);
             }
         }
     }
@@ -235,7 +236,8 @@ fn senseless_models_are_refused_by_name() {
         change(&mut b);
         b.score(&y).unwrap_err()
     };
-    let cases: [(&str, &dyn Fn(&mut Believed)); 9] = [
+    type Change<'a> = &'a dyn Fn(&mut Believed);
+    let cases: [(&str, Change<'_>); 9] = [
         ("white_std_rad_s", &|b| b.white_std_rad_s = 0.0),
         ("step_s", &|b| b.step_s = f64::NAN),
         ("coefficients[1].column", &|b| b.coefficients[1].column[3] = f64::NAN),
