@@ -491,6 +491,17 @@ impl<'a> Likelihood<'a> {
         best
     }
 
+    /// Standard deviation of a signal's single shape parameter, from the curvature of the likelihood of it alone; none where
+    /// the shape is no continuous parameter, or the data leave it open.
+    pub fn shape_std(&self, part: &SignalPart, signal: &dyn Signal) -> Option<f64> {
+        let ([x], Some(range)) = (part.shape.as_slice(), signal.refine(&self.frame.coarse)) else { return None };
+        let step = (0.02 * x.abs()).max(1e-3 * (range[0][1] - range[0][0]).min(x.abs().max(1.0)));
+        let base = Hypothesis::default();
+        let at = |x: f64| self.try_shape(&base, part.candidate, signal, &[x]).0;
+        let curvature = (2.0 * at(*x) - at(x - step) - at(x + step)) / (step * step);
+        (curvature > 0.0).then(|| curvature.sqrt().recip())
+    }
+
     /// `base` with a noise or filter added at the best of its starts, everything else kept.
     pub fn add_noise(&self, base: &Hypothesis, candidate: usize) -> Option<(Hypothesis, f64)> {
         let (Kind::Noise(kind) | Kind::Filter(kind) | Kind::Shape(kind)) = &self.candidates[candidate].kind else {

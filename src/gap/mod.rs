@@ -1,8 +1,11 @@
 //! Floor 5: the gap between the nominal simulator and a recording: where it lies, which effect causes it, how far it shrinks.
 
 pub mod answer;
+pub mod believe;
 pub mod clean;
+pub mod diagnose;
 pub mod evidence;
+pub mod findings;
 pub mod frame;
 pub mod free;
 pub mod gaussian;
@@ -10,9 +13,12 @@ pub mod hypothesis;
 pub mod judge;
 pub mod layers;
 pub mod lines;
+pub mod parts;
 pub mod popcorn;
+pub mod prepare;
 pub mod search;
 pub mod far;
 pub mod state_space;
 
 pub use answer::Answer;
+pub use diagnose::{Diagnosis, Options, diagnose};

@@ -227,6 +227,11 @@ impl<'a> Search<'a> {
         self.met.values().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight)).cloned()
     }
 
+    /// ln weight of the set with just these parts, if it was met.
+    pub fn weight_without(&self, h: &Hypothesis) -> Option<f64> {
+        self.met.get(&Self::key(h)).map(|m| m.ln_weight)
+    }
+
     /// All sets met, most probable first.
     pub fn posterior(&self) -> Vec<Met> {
         let mut all: Vec<Met> = self.met.values().cloned().collect();
