@@ -53,6 +53,18 @@ const RIVAL: f64 = 0.05;
 /// Most effects whose share of the gap is measured one by one.
 const MEASURED: usize = 5;
 
+/// As [`diagnose`], without measuring how far the gap shrinks: for calibration, where only probabilities count.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn without_hold(config: &Config, fit: &Log, library: &Library, options: &Options) -> Result<Diagnosis> {
+    let prepared = prepare(config, fit, options.since_power_on_s)?;
+    let effects: Vec<&'static dyn Effect> = library.effects().collect();
+    let findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
+    let answer = answer(&findings, library, &prepared);
+    Ok(Diagnosis { answer, augmented: config.clone(), findings, far: None })
+}
+
 /// Diagnoses `fit` against the nominal simulator `config`, and measures on `hold` how far the gap shrinks.
 ///
 /// # Errors
