@@ -79,6 +79,7 @@ fn outliers_are_scored_as_the_integral_over_the_mixture() {
                     y.iter().map(|y| mixture(y - beta).ln()).sum()
                 })
             });
+            assert!(negligible(&found), "{rows} {prior} {probability} {std}: {found:?}");
         }
     }
 }
@@ -110,6 +111,7 @@ fn a_telegraph_is_scored_as_the_integral_over_hidden_chains() {
                     log
                 })
             });
+            assert!(negligible(&found), "{rows} {prior} {spacing} {dwell_s}: {found:?}");
         }
     }
 }
@@ -141,6 +143,7 @@ fn a_step_is_scored_as_the_integral_over_its_rows() {
                     log_sum_exp(&logs) - (logs.len() as f64).ln()
                 })
             });
+            assert!(negligible(&found), "{rows} {prior} {size}: {found:?}");
         }
     }
 }
