@@ -192,7 +192,7 @@ impl<'a> Likelihood<'a> {
                 };
                 ln_mean_exp(&VARIANCE_STDS.map(at), VARIANCE_STDS.len() as f64) + self.variance_gain(n)
             }
-            Kind::Signal(_) | Kind::Line(_) | Kind::TurnOn => 0.0,
+            Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn => 0.0,
         };
         h.noises.iter().map(one).sum()
     }
@@ -249,7 +249,7 @@ impl<'a> Likelihood<'a> {
             }
             Kind::Shape(k) => k.range(&self.frame.scene).iter().map(|r| [-8.0 * r[1].ln(), 8.0 * r[1].ln()]).collect(),
             Kind::Variance(_) => vec![[-5.0, 5.0]; n.ln_theta.len()],
-            Kind::Signal(_) | Kind::Line(_) | Kind::TurnOn => Vec::new(),
+            Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn => Vec::new(),
         };
         let white = [-8.0 * WHITE_STD, 8.0 * WHITE_STD];
         std::iter::once(white).chain(h.noises.iter().flat_map(one)).collect()

@@ -4,9 +4,9 @@ use super::clean::clean;
 use super::evidence::{Fitted, Likelihood, nuisances};
 use super::findings::{Findings, Part, WeightedSet};
 use super::frame::{Data, Frame};
-use super::free::{Chirp, Comb, CovariateForm, Follows, FreeSpectrum, RateForm, Resonance, SmoothTime, WhiteLevel};
+use super::free::{Comb, CovariateForm, Follows, FreeSpectrum, RateForm, Resonance, SmoothTime, WhiteLevel};
 use super::hypothesis::{Candidate, Hypothesis, Kind};
-use super::layers::{amplitude, bursts, events, lattice, track};
+use super::layers::{amplitude, bursts, events, lattice, repeats, track};
 use super::parts::parts;
 use super::popcorn::{Popcorn, beside};
 use super::search::{Met, Prior, Search};
@@ -19,7 +19,7 @@ pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candida
     for effect in effects {
         let id = effect.about().id.to_owned();
         let kind = match effect.explanation(scene) {
-            Some(Explanation::Signal(s)) if id == "gyro.tone" => Kind::Line(s),
+            Some(Explanation::Signal(s)) if id == "gyro.tone" => Kind::Line(s, 1),
             Some(Explanation::Signal(s)) => Kind::Signal(s),
             Some(Explanation::Noise(n)) => Kind::Noise(n),
             Some(Explanation::Filter(n)) => Kind::Filter(n),
@@ -43,8 +43,8 @@ pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candida
     free("free.white_level", Kind::Filter(Box::new(WhiteLevel)));
     free("free.spectrum", Kind::Shape(Box::new(FreeSpectrum)));
     free("free.resonance", Kind::Noise(Box::new(Resonance)));
-    free("free.periodic", Kind::Line(Box::new(Comb)));
-    let _ = Chirp;
+    free("free.periodic", Kind::Line(Box::new(Comb(6)), 6));
+    free("free.pulses", Kind::Line(Box::new(Comb(16)), 16));
     all
 }
 
@@ -127,12 +127,15 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
         let gain = lattice::gain(&residual, lsb, nominal, nominal);
         super::parts::lattice(lsb, recorded, gain, knows("gyro.quantization"))
     });
+    // on a lattice, equal values are the rule
+    let repeats = if lsb.is_none() { repeats::judge(recorded, nominal) } else { Default::default() };
+    let repeats = (repeats.ln_evidence + prior.ln_free > 0.0).then(|| super::parts::repeats(&repeats));
     let mut combined = Vec::new();
     for set in &sets {
         for (extra, ln_weight) in layers.combinations() {
             let mut parts = set.parts.clone();
             parts.extend(extra.iter().cloned());
-            parts.extend(lattice.iter().cloned());
+            parts.extend(lattice.iter().chain(&repeats).cloned());
             combined.push(WeightedSet { parts, ln_weight: set.ln_weight + ln_weight, probability: 0.0 });
         }
     }

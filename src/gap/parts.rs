@@ -5,6 +5,7 @@ use super::findings::Part;
 use super::hypothesis::{Kind, SignalPart};
 use super::judge::shares;
 use super::layers::amplitude::Amplitude;
+use super::layers::repeats::Repeats;
 use super::popcorn::Popcorn;
 use crate::effects::{Parameters, Signal};
 use crate::model::Scene;
@@ -40,7 +41,7 @@ pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
         let covariance = |i: usize, j: usize| posterior.covariance[(at + i) * size + at + j];
         match &c.kind {
             Kind::Signal(k) if c.named => signal(&mut part, l, k.as_ref(), s, mean, &covariance, &l.frame.coarse),
-            Kind::Line(k) if c.named => {
+            Kind::Line(k, _) if c.named => {
                 signal(&mut part, l, k.as_ref(), s, mean, &covariance, &l.frame.scene);
                 let f = s.shape.first().copied().unwrap_or(0.0);
                 part.frequency_hz = Some([f, f]);
@@ -52,7 +53,7 @@ pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
                 part.parameters.insert("shift_rad_s".into(), mean[0]);
                 part.std.insert("shift_rad_s".into(), covariance(0, 0).max(0.0).sqrt());
             }
-            Kind::Line(_) => {
+            Kind::Line(..) => {
                 let f = s.shape.first().copied().unwrap_or(0.0);
                 part.frequency_hz = Some([f, f]);
                 part.description = format!("something periodic of no sinusoidal shape: period {:.4} s", 1.0 / f.max(1e-300));
@@ -146,12 +147,19 @@ fn signal(
     covariance: &dyn Fn(usize, usize) -> f64,
     scene: &Scene,
 ) {
-    part.parameters = k.parameters(scene, &s.shape, mean);
     let p = mean.len();
+    // a bend that does not stand out would only blur the slope
+    let bent = |j: usize| mean[j].abs() > 2.5 * covariance(j, j).max(0.0).sqrt();
+    let phases = part.id == "gyro.tone";
+    let kept: Vec<f64> = (0..p).map(|j| if j == 0 || phases || bent(j) { mean[j] } else { 0.0 }).collect();
+    let mean = kept.as_slice();
+    part.parameters = k.parameters(scene, &s.shape, mean);
     let matrix = nalgebra::DMatrix::from_fn(p, p, |i, j| covariance(i, j));
     if let Some(factor) = matrix.cholesky() {
         for j in 0..p {
-            let moved: Vec<f64> = (0..p).map(|i| mean[i] + factor.l()[(i, j)]).collect();
+            let moved: Vec<f64> = (0..p)
+                .map(|i| if i == 0 || phases || bent(i) { mean[i] + factor.l()[(i, j)] } else { 0.0 })
+                .collect();
             spread(part, &k.parameters(scene, &s.shape, &moved));
         }
     }
@@ -197,5 +205,17 @@ pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: bool) -> Part {
     let largest = recorded.iter().copied().fold(0.0, |a: f64, v| a.max(v.abs()));
     part.std.insert("lsb_rad_s".into(), f64::EPSILON * largest);
     part.description = format!("all values are multiples of {lsb:.6e} rad/s apart");
+    part
+}
+
+/// Exactly equal readings.
+pub fn repeats(r: &Repeats) -> Part {
+    let mut part = empty("free.repeats", false, r.ln_evidence);
+    part.description = if r.most > r.held + 2 {
+        let what = if r.extreme { "clipped at" } else { "stuck at" };
+        format!("{} readings are exactly {:.6e} rad/s: {what} that value", r.most, r.value_rad_s)
+    } else {
+        format!("{} readings equal the one before exactly: samples are held", r.held)
+    };
     part
 }

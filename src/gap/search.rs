@@ -89,11 +89,11 @@ impl<'a> Search<'a> {
             Kind::Noise(_) | Kind::Filter(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(gain),
             Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(gain),
             Kind::TurnOn => Some((l.add_turn_on(h, candidate), 3.0)),
-            Kind::Line(s) => {
+            Kind::Line(s, harmonics) => {
                 let (w, step_s) = lines.get_or_insert_with(|| (self.whitened(h), l.frame.scene.step_s));
                 let lines = Lines::new(w, *step_s);
-                let comb = !l.candidates[candidate].named;
-                let line = if comb { lines.comb(self.cycles, 6) } else { lines.tone(self.cycles) }?;
+                let tone = *harmonics == 1;
+                let line = if tone { lines.tone(self.cycles) } else { lines.comb(self.cycles, *harmonics) }?;
                 let ln_shapes = lines.ln_shape(&line, self.cycles);
                 if line.gain + ln_shapes < -2.0 {
                     return None;
