@@ -14,7 +14,7 @@ fn named(pairs: &[(&str, f64)]) -> Parameters {
     pairs.iter().map(|(name, value)| ((*name).to_string(), *value)).collect()
 }
 
-/// a t (1 + b (t/span - 1/2))
+/// a t (1 + b (t/span - 1)): the straight line through it has the slope a
 pub(super) struct Ramp {
     bend: f64,
     sign: f64,
@@ -33,7 +33,7 @@ impl Effect for Ramp {
 
     fn path(&self, run: &Run, _: &mut Stream) -> Vec<f64> {
         let span_s = run.span_s();
-        run.times_s().map(|t| self.sign * t * (1.0 + self.bend * (t / span_s - 0.5))).collect()
+        run.times_s().map(|t| self.sign * t * (1.0 + self.bend * (t / span_s - 1.0))).collect()
     }
 
     fn strengths(&self, _: &Run) -> [f64; 2] {
@@ -325,7 +325,7 @@ impl Telegraph {
         self.dwell_s[level] * relative.max(1e-3)
     }
 
-    fn once(&self, run: &Run, s: &mut Stream) -> (Vec<f64>, usize) {
+    pub fn once(&self, run: &Run, s: &mut Stream) -> (Vec<f64>, usize) {
         let dt = run.step_s();
         let mut level = usize::from(chance(s, self.upper_share()));
         let mut value = level as f64 + self.jitter * s.normal();

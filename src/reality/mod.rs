@@ -28,3 +28,6 @@ pub use case::{Case, make};
 pub use catalogue::{COMMON, LISTED, UNLISTED};
 pub use label::{Label, Parameters, Place, Strength};
 pub use plan::{Mix, Spec, plan};
+
+#[cfg(test)]
+mod tests;

@@ -74,19 +74,47 @@ impl Bandwidth {
         }
     }
 
+    /// |H|² at `theta` rad/substep.
+    fn power((b, a): &(Vec<f64>, Vec<f64>), theta: f64) -> f64 {
+        let turn = Complex::from_polar(1.0, -theta);
+        let poly = |c: &[f64]| c.iter().rev().fold(Complex::new(0.0, 0.0), |sum, x| sum * turn + x);
+        (poly(b) / (Complex::new(1.0, 0.0) + poly(a) * turn)).norm_sqr()
+    }
+
     /// Spectrum of a sample over that of white noise, at the angular frequency `omega`, rad/sample.
-    fn spectrum((b, a): &(Vec<f64>, Vec<f64>), omega: f64) -> f64 {
+    fn spectrum(taps: &(Vec<f64>, Vec<f64>), omega: f64) -> f64 {
         let m = SUBSTEPS as f64;
         (0..SUBSTEPS)
             .map(|alias| {
                 let theta = (omega + 2.0 * PI * alias as f64) / m;
-                let turn = Complex::from_polar(1.0, -theta);
-                let poly = |c: &[f64]| c.iter().rev().fold(Complex::new(0.0, 0.0), |sum, x| sum * turn + x);
-                let gain = (poly(b) / (Complex::new(1.0, 0.0) + poly(a) * turn)).norm_sqr();
+                let gain = Self::power(taps, theta);
                 let mean = (0.5 * m * theta).sin() / (m * (0.5 * theta).sin());
                 gain * if mean.is_finite() { mean * mean } else { 1.0 }
             })
             .sum()
+    }
+}
+
+#[cfg(test)]
+impl Bandwidth {
+    /// Which filter it is.
+    pub fn form(&self) -> &'static str {
+        match self.filter {
+            Filter::Poles(_) => "poles",
+            Filter::Pair(_) => "pair",
+            Filter::Window => "window",
+        }
+    }
+
+    /// |H|² at `f_hz` before the averaging.
+    pub fn gain(&self, f_hz: f64, cutoff_hz: f64, step_s: f64) -> f64 {
+        let h = step_s / SUBSTEPS as f64;
+        Self::power(&self.taps(cutoff_hz, h), 2.0 * PI * f_hz * h)
+    }
+
+    /// Spectrum of the samples over that of white noise.
+    pub fn sampled(&self, f_hz: f64, cutoff_hz: f64, step_s: f64) -> f64 {
+        Self::spectrum(&self.taps(cutoff_hz, step_s / SUBSTEPS as f64), 2.0 * PI * f_hz * step_s)
     }
 }
 
@@ -104,9 +132,9 @@ impl Effect for Bandwidth {
     }
 
     fn strengths(&self, run: &Run) -> [f64; 2] {
-        // from half the substeps' Nyquist frequency down to a fiftieth of the samples'
+        // from the Nyquist frequency of the substeps down to a fiftieth of the samples'
         let nyquist_hz = 0.5 / run.step_s();
-        [1.0 / (0.5 * SUBSTEPS as f64 * nyquist_hz), 50.0 / nyquist_hz]
+        [1.0 / (SUBSTEPS as f64 * nyquist_hz), 50.0 / nyquist_hz]
     }
 
     fn turn(&self) -> Turn {
