@@ -19,6 +19,7 @@ pub mod prepare;
 pub mod search;
 pub mod far;
 pub mod state_space;
+pub mod bench;
 
 pub use answer::Answer;
 pub use diagnose::{Diagnosis, Options, diagnose};
