@@ -2,9 +2,11 @@
 
 pub mod answer;
 pub mod believe;
+pub mod bench;
 pub mod clean;
 pub mod diagnose;
 pub mod evidence;
+pub mod far;
 pub mod findings;
 pub mod frame;
 pub mod free;
@@ -17,9 +19,7 @@ pub mod parts;
 pub mod popcorn;
 pub mod prepare;
 pub mod search;
-pub mod far;
 pub mod state_space;
-pub mod bench;
 
 pub use answer::Answer;
 pub use diagnose::{Diagnosis, Options, diagnose};
