@@ -12,5 +12,7 @@ pub mod layers;
 pub mod lines;
 pub mod popcorn;
 pub mod search;
+pub mod far;
+pub mod state_space;
 
 pub use answer::Answer;

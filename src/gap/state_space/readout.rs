@@ -1,0 +1,74 @@
+//! p(y | past) = (1-p) p_cell(y; m, S) + p p_cell(y; m, S + A²): one reading, given mean m and variance S of what is read
+//!
+//! Whatever the readout does, the belief's mean moves by `shift` · P h and its covariance shrinks by `shrink` · P h hᵀ P:
+//! with z = h'x + noise jointly Gaussian, E[x|y] = x̂ + P h (E[z|y] - m)/S and
+//! Cov[x|y] = P - P h hᵀ P (S - Var[z|y])/S².
+
+use super::lattice::Cell;
+use super::{Believed, Outliers};
+use std::f64::consts::TAU;
+
+/// What a reading tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Told {
+    /// ln p(y | past); on a lattice of probability over spacing.
+    pub log_density: f64,
+    /// Factor of P h in the change of the mean.
+    pub shift: f64,
+    /// Factor of P h hᵀ P in what the covariance loses.
+    pub shrink: f64,
+}
+
+/// How the sensor puts out what it measures.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Readout {
+    lsb_rad_s: Option<f64>,
+    outliers: Option<Outliers>,
+}
+
+impl Readout {
+    pub(super) fn new(believed: &Believed) -> Self {
+        let outliers = believed.outliers.filter(|o| o.probability > 0.0);
+        Self { lsb_rad_s: believed.lattice_lsb_rad_s, outliers }
+    }
+
+    /// A reading `innovation` above its predicted mean, the variance of what is read being `variance`.
+    #[inline]
+    pub(super) fn read(&self, innovation: f64, variance: f64) -> Told {
+        let usual = self.cell(innovation, variance);
+        let Some(Outliers { probability, std_rad_s }) = self.outliers else {
+            return usual;
+        };
+        let outlying = self.cell(innovation, variance + std_rad_s * std_rad_s);
+        let (a, b) = ((-probability).ln_1p() + usual.log_density, probability.ln() + outlying.log_density);
+        let log_density = a.max(b) + (-(a - b).abs()).exp().ln_1p();
+        let (wa, wb) = ((a - log_density).exp(), (b - log_density).exp());
+        // the mixture's moments: the spread of the two means adds variance along P h
+        let apart = usual.shift - outlying.shift;
+        Told {
+            log_density,
+            shift: wa * usual.shift + wb * outlying.shift,
+            shrink: wa * usual.shrink + wb * outlying.shrink - wa * wb * apart * apart,
+        }
+    }
+
+    #[inline]
+    fn cell(&self, innovation: f64, variance: f64) -> Told {
+        match self.lsb_rad_s {
+            None => Told {
+                log_density: -0.5 * ((TAU * variance).ln() + innovation * innovation / variance),
+                shift: innovation / variance,
+                shrink: variance.recip(),
+            },
+            Some(lsb) => {
+                let std = variance.sqrt();
+                let cell = Cell::new(innovation / std, 0.5 * lsb / std);
+                Told {
+                    log_density: cell.log_probability - lsb.ln(),
+                    shift: cell.mean / std,
+                    shrink: (1.0 - cell.variance) / variance,
+                }
+            }
+        }
+    }
+}
