@@ -43,7 +43,7 @@
 //! | 1 | [`signal`] |
 //! | 2 | [`ingest`], [`bias`], [`traction`], [`vehicle`], [`config`], [`model`] |
 //! | 3 | [`identify`], [`validate`], [`navigate`], [`simulate`] |
-//! | 4 | [`study`], [`effects`] |
+//! | 4 | [`study`], [`effects`], [`reality`] |
 //! | 5 | [`gap`] |
 //! | 6 | [`export`], [`report`] |
 //! | 7 | the command line |
@@ -112,6 +112,7 @@ pub mod ingest;
 pub mod math;
 pub mod model;
 pub mod navigate;
+pub mod reality;
 pub mod report;
 pub mod signal;
 pub mod simulate;

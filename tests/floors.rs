@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floor of each module. A new module needs its line here.
-const FLOORS: [(&str, u8); 20] = [
+const FLOORS: [(&str, u8); 21] = [
     ("error", 0),
     ("files", 0),
     ("units", 0),
@@ -24,6 +24,7 @@ const FLOORS: [(&str, u8); 20] = [
     ("simulate", 3),
     ("study", 4),
     ("effects", 4),
+    ("reality", 4),
     ("gap", 5),
     ("export", 6),
 ];

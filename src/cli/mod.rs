@@ -2,6 +2,7 @@
 
 mod drive_plot;
 mod fit;
+mod gap;
 mod inspect;
 mod log_args;
 mod navigate;
@@ -40,6 +41,7 @@ enum Command {
     Simulate(simulate::SimulateArgs),
     Navigate(navigate::NavigateArgs),
     Study(study::StudyArgs),
+    Gap(gap::GapArgs),
 }
 
 /// Parses the arguments, runs the command, reports its error, and says how it ended.
@@ -52,6 +54,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(args),
         Command::Navigate(args) => navigate::run(args),
         Command::Study(args) => study::run(args),
+        Command::Gap(args) => gap::run(args),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -1,6 +1,7 @@
 //! Floor 5: the gap between the nominal simulator and a recording: where it lies, which effect causes it, how far it shrinks.
 
 pub mod answer;
+pub mod bench;
 pub mod clean;
 pub mod evidence;
 pub mod frame;
@@ -10,6 +11,7 @@ pub mod hypothesis;
 pub mod judge;
 pub mod layers;
 pub mod lines;
+pub mod place;
 pub mod popcorn;
 pub mod search;
 pub mod far;

@@ -21,6 +21,7 @@
 //! drawn from envelopes and block means, so that files stay small whatever the length.
 
 mod axis;
+pub mod bench;
 mod chart;
 pub mod drive;
 mod envelope;

@@ -1,0 +1,26 @@
+//! `gyroid gap`: the gap between the nominal simulator and recordings.
+
+mod bench;
+
+use super::Outcome;
+use clap::{Args, Subcommand};
+use gyroid::Result;
+
+/// The gap between a simulator and the real world: where it lies, which effect causes it, how far it shrinks
+#[derive(Debug, Args)]
+#[command(arg_required_else_help = true)]
+pub(crate) struct GapArgs {
+    #[command(subcommand)]
+    command: GapCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum GapCommand {
+    Bench(bench::BenchArgs),
+}
+
+pub(crate) fn run(args: &GapArgs) -> Result<Outcome> {
+    match &args.command {
+        GapCommand::Bench(args) => bench::run(args),
+    }
+}

@@ -1,0 +1,128 @@
+//! A bench on disk: one folder a case (`sim.toml`, `fit.parquet`, `hold.parquet`), sealed labels, what was asked for.
+
+use super::seal::{SealKey, random_bytes, seal};
+use crate::error::{Error, ErrorKind, Result};
+use crate::files::OutputFile;
+use crate::ingest::write_log;
+use crate::reality::{self, Case, Label, Mix};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// File with the sealed labels.
+pub const SEALED: &str = "labels.sealed";
+/// File with the commitment to them.
+pub const COMMITMENT: &str = "commitment.txt";
+/// File that says what was asked for.
+pub const BENCH: &str = "bench.json";
+
+/// What is to be made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Order {
+    /// How many cases of what.
+    pub mix: Mix,
+    /// Seed; drawn at random and sealed with the labels where there is none, so that nobody can make the labels again.
+    pub seed: Option<u64>,
+}
+
+/// What a bench says of itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Bench {
+    /// Version that made it.
+    pub gyroid_version: String,
+    /// Seed, where it was given; whoever knows it can make the labels again.
+    pub seed: Option<u64>,
+    /// What was asked for.
+    pub mix: Mix,
+    /// SHA-256 of the plain labels.
+    pub commitment: String,
+}
+
+/// A bench that was made.
+#[derive(Debug, Clone)]
+pub struct Made {
+    /// What stands in `bench.json`.
+    pub bench: Bench,
+    /// The key to the labels: to be kept away from the folder.
+    pub key: SealKey,
+    /// The labels, in the open: for development only.
+    pub labels: BTreeMap<String, Label>,
+}
+
+/// Makes the cases of `order` in `folder`, which must be new or empty; `progress` hears how many are done.
+///
+/// # Errors
+/// [`ErrorKind::Usage`] for a folder that holds something, or shares that do not add up; [`ErrorKind::Io`].
+pub fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Result<Made> {
+    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, &e))?;
+    let holds = std::fs::read_dir(folder).map_err(|e| Error::io(folder, &e))?.next().is_some();
+    if holds {
+        return Err(Error::new(ErrorKind::Usage, folder.display(), "is not empty").mend("name a new folder"));
+    }
+    let seed = match order.seed {
+        Some(seed) => seed,
+        None => random_bytes()?.iter().take(8).fold(0, |sum, b| sum << 8 | u64::from(*b)),
+    };
+    let plan = reality::plan(&order.mix, seed)?;
+    let done = AtomicUsize::new(0);
+    let labels: BTreeMap<String, Label> = plan
+        .par_iter()
+        .enumerate()
+        .map(|(index, spec)| {
+            let case = reality::make(seed, index, spec)?;
+            write(folder, &case)?;
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+            Ok((case.name, case.label))
+        })
+        .collect::<Result<_>>()?;
+    let key = SealKey::random()?;
+    let sealed = seal(labels.clone(), seed, &key)?;
+    put(&folder.join(SEALED), &sealed.bytes)?;
+    put(&folder.join(COMMITMENT), format!("{}\n", sealed.commitment).as_bytes())?;
+    let bench = Bench {
+        gyroid_version: env!("CARGO_PKG_VERSION").into(),
+        seed: order.seed,
+        mix: order.mix,
+        commitment: sealed.commitment,
+    };
+    put(&folder.join(BENCH), format!("{:#}\n", serde_json::json!(bench)).as_bytes())?;
+    Ok(Made { bench, key, labels })
+}
+
+/// Writes one case.
+fn write(folder: &Path, case: &Case) -> Result<()> {
+    let place = folder.join(&case.name);
+    std::fs::create_dir(&place).map_err(|e| Error::io(&place, &e))?;
+    put(&place.join("sim.toml"), case.config.to_toml()?.as_bytes())?;
+    write_log(place.join("fit.parquet"), &case.fit)?;
+    write_log(place.join("hold.parquet"), &case.hold)
+}
+
+/// Writes a file whole or not at all.
+pub(super) fn put(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut file = OutputFile::claim(path)?;
+    file.write_all(bytes)?;
+    file.commit()
+}
+
+/// Names of the cases in `folder`, in order.
+///
+/// # Errors
+/// [`ErrorKind::Io`]; [`ErrorKind::Usage`] for a folder without cases.
+pub fn names(folder: &Path) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(|e| Error::io(folder, &e))? {
+        let path = entry.map_err(|e| Error::io(folder, &e))?.path();
+        if path.join("sim.toml").is_file() && path.join("fit.parquet").is_file() {
+            names.extend(path.file_name().map(|n| n.to_string_lossy().into_owned()));
+        }
+    }
+    if names.is_empty() {
+        return Err(Error::new(ErrorKind::Usage, folder.display(), "holds no case")
+            .mend("a case is a folder with sim.toml and fit.parquet; make some with gyroid gap bench make"));
+    }
+    names.sort();
+    Ok(names)
+}

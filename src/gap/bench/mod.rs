@@ -1,0 +1,25 @@
+//! accuracy = right / asked, over recordings whose truth was sealed before the diagnosis saw them
+//!
+//! - [`make`]: cases of [`crate::reality`] in a folder, their labels sealed, a commitment to them in the open
+//! - [`run`]: a diagnosis over every case that has no answer yet
+//! - [`score()`]: labels unsealed, the commitment checked, answers judged by the contract's rules
+//!
+//! The labels are encrypted with a key that is not in the folder. The commitment is the SHA-256 of the labels with a random
+//! salt: who has the commitment from before can tell afterwards that the labels are the same.
+
+mod folder;
+mod intervals;
+mod judge;
+mod runner;
+mod score;
+mod seal;
+mod table;
+
+pub use folder::{BENCH, Bench, COMMITMENT, Made, Order, SEALED, make, names};
+pub use intervals::{Rate, Roc, expected_calibration_error, perfect_calibration_p95, roc};
+pub use judge::{Judged, Wanted, judge};
+pub use runner::{Diagnosis, Ran, Timing, run};
+pub use score::{
+    Bin, ByEffect, Calibration, Confusion, Middle, Miss, Score, answers, labels, left_out, score, seconds,
+};
+pub use seal::{Labels, SealKey, Sealed, commitment, seal, unseal};

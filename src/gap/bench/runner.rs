@@ -1,0 +1,119 @@
+//! answers[case] = diagnosis(sim.toml, fit, hold), for every case that has no answer yet
+//!
+//! Answers are written whole or not at all, so that a run that was broken off goes on where it stopped. Beside each answer
+//! lies `CASE.seconds`, and `timings.json` gathers them.
+
+use super::folder::{names, put};
+use crate::config::Config;
+use crate::error::{Error, ErrorKind, Result};
+use crate::gap::Answer;
+use crate::ingest::read_log;
+use crate::signal::Log;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// A diagnosis: nominal simulator, recording to diagnose from, recording kept back.
+pub trait Diagnosis: Sync {
+    /// Diagnoses one case.
+    ///
+    /// # Errors
+    /// What the diagnosis refuses; the case then stays without an answer.
+    fn diagnose(&self, config: &Config, fit: &Log, hold: Option<&Log>) -> Result<Answer>;
+}
+
+impl<F: Fn(&Config, &Log, Option<&Log>) -> Result<Answer> + Sync> Diagnosis for F {
+    fn diagnose(&self, config: &Config, fit: &Log, hold: Option<&Log>) -> Result<Answer> {
+        self(config, fit, hold)
+    }
+}
+
+/// How long one case took.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Wall time of the diagnosis without reading and writing, s.
+    pub seconds: f64,
+}
+
+/// What a run came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ran {
+    /// Cases that were answered now.
+    pub answered: usize,
+    /// Cases that had an answer before.
+    pub there: usize,
+    /// Cases that the diagnosis refused, and why.
+    pub refused: Vec<(String, Error)>,
+}
+
+/// Runs `diagnosis` over the cases of `folder`, `jobs` at a time (0: one a core); `progress` hears (done, all).
+///
+/// # Errors
+/// [`ErrorKind::Io`], [`ErrorKind::Usage`] for a folder without cases. What the diagnosis refuses is in the result.
+pub fn run(
+    folder: &Path,
+    answers: &Path,
+    jobs: usize,
+    diagnosis: &impl Diagnosis,
+    progress: impl Fn(usize, usize) + Sync,
+) -> Result<Ran> {
+    let all = names(folder)?;
+    std::fs::create_dir_all(answers).map_err(|e| Error::io(answers, &e))?;
+    let open: Vec<&String> = all.iter().filter(|n| !answers.join(format!("{n}.json")).is_file()).collect();
+    let there = all.len() - open.len();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(jobs)
+        .build()
+        .map_err(|e| Error::new(ErrorKind::Usage, "bench", format!("{jobs} threads cannot be had: {e}")).at("jobs"))?;
+    let refused = Mutex::new(Vec::new());
+    let done = Mutex::new(0);
+    pool.install(|| {
+        open.par_iter().try_for_each(|name| {
+            match answer(&folder.join(name), diagnosis) {
+                Ok((answer, seconds)) => {
+                    let text = serde_json::to_string_pretty(&answer)
+                        .map_err(|e| Error::new(ErrorKind::Numeric, name, format!("the answer is no JSON: {e}")))?;
+                    // the time first: an answer that is there has its time beside it
+                    put(&answers.join(format!("{name}.seconds")), format!("{seconds:.4}\n").as_bytes())?;
+                    put(&answers.join(format!("{name}.json")), format!("{text}\n").as_bytes())?;
+                }
+                // one case that cannot be diagnosed must not cost the answers to the others
+                Err(error) => refused.lock().unwrap_or_else(|e| e.into_inner()).push(((*name).clone(), error)),
+            }
+            let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
+            *done += 1;
+            progress(*done, open.len());
+            Ok(())
+        })
+    })?;
+    let mut refused = refused.into_inner().unwrap_or_else(|e| e.into_inner());
+    refused.sort_by(|a, b| a.0.cmp(&b.0));
+    timings(answers, &all)?;
+    Ok(Ran { answered: open.len() - refused.len(), there, refused })
+}
+
+fn answer(case: &Path, diagnosis: &impl Diagnosis) -> Result<(Answer, f64)> {
+    let config = Config::read(case.join("sim.toml"))?;
+    let fit = read_log(case.join("fit.parquet"))?;
+    let hold = case.join("hold.parquet");
+    let hold = hold.is_file().then(|| read_log(&hold)).transpose()?;
+    let begin = Instant::now();
+    let answer = diagnosis.diagnose(&config, &fit, hold.as_ref())?;
+    Ok((answer, begin.elapsed().as_secs_f64()))
+}
+
+/// Gathers the times of all answers.
+fn timings(answers: &Path, names: &[String]) -> Result<()> {
+    let mut all = BTreeMap::new();
+    for name in names {
+        if let Ok(text) = std::fs::read_to_string(answers.join(format!("{name}.seconds")))
+            && let Ok(seconds) = text.trim().parse()
+        {
+            all.insert(name, Timing { seconds });
+        }
+    }
+    put(&answers.join("timings.json"), format!("{:#}\n", serde_json::json!(all)).as_bytes())
+}
