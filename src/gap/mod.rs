@@ -4,6 +4,7 @@ pub mod answer;
 pub mod bench;
 pub mod clean;
 pub mod evidence;
+pub mod far;
 pub mod frame;
 pub mod free;
 pub mod gaussian;
@@ -14,7 +15,6 @@ pub mod lines;
 pub mod place;
 pub mod popcorn;
 pub mod search;
-pub mod far;
 pub mod state_space;
 
 pub use answer::Answer;
