@@ -1,7 +1,7 @@
-//! Floor 4: what reality adds to the nominal simulator. One file an effect, one line in [`registry`].
+//! Floor 4: what reality adds to the nominal simulator. One file an effect, one line in [`registry()`].
 //!
 //! An effect is defined once: the same definition changes the simulator ([`Effect::simulated`]) and explains a recording
-//! ([`Effect::explanation`]). The engine that compares effects ([`crate::gap`]) knows the five ways of explaining, and no effect.
+//! ([`Effect::explanation`]). The engine that compares effects ([`crate::gap`]) knows the ways of explaining, and no effect.
 
 mod bandwidth;
 mod bias_instability;

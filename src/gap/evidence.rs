@@ -5,7 +5,7 @@
 //! logarithm from what changes nothing to what nobody could overlook ([`SCALE_RANGE`]).
 
 use super::frame::{ColumnId, Data, Frame};
-use super::gaussian::{DataProducts, Picked, Posterior, columns, spectral};
+use super::gaussian::{DataProducts, Picked, Posterior, columns, solve, spectral};
 use super::hypothesis::{Candidate, Hypothesis, Kind, NoisePart, SignalPart, VARIANCE_STDS, variance_profile};
 use crate::effects::Signal;
 use std::cell::RefCell;
@@ -32,6 +32,14 @@ pub struct Fitted {
     pub ln_mode: f64,
     /// Standard deviations of [ln white, ln θ…] at the mode.
     pub std: Vec<f64>,
+}
+
+/// A hypothesis to which a signal is added, everything of it held.
+struct Base {
+    inverse: Vec<f64>,
+    value: f64,
+    columns: Vec<ColumnId>,
+    stds: Vec<f64>,
 }
 
 /// The likelihood of one recording.
@@ -192,7 +200,7 @@ impl<'a> Likelihood<'a> {
                 };
                 ln_mean_exp(&VARIANCE_STDS.map(at), VARIANCE_STDS.len() as f64) + self.variance_gain(n)
             }
-            Kind::Signal(_) | Kind::Line(_) | Kind::TurnOn => 0.0,
+            Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn => 0.0,
         };
         h.noises.iter().map(one).sum()
     }
@@ -249,7 +257,7 @@ impl<'a> Likelihood<'a> {
             }
             Kind::Shape(k) => k.range(&self.frame.scene).iter().map(|r| [-8.0 * r[1].ln(), 8.0 * r[1].ln()]).collect(),
             Kind::Variance(_) => vec![[-5.0, 5.0]; n.ln_theta.len()],
-            Kind::Signal(_) | Kind::Line(_) | Kind::TurnOn => Vec::new(),
+            Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn => Vec::new(),
         };
         let white = [-8.0 * WHITE_STD, 8.0 * WHITE_STD];
         std::iter::once(white).chain(h.noises.iter().flat_map(one)).collect()
@@ -419,7 +427,8 @@ impl<'a> Likelihood<'a> {
     /// `base` with a signal added at its best shape, everything else kept.
     pub fn add_signal(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal) -> Option<(Hypothesis, f64)> {
         let nodes = signal.shapes(&self.frame.coarse);
-        let at = |shape: &[f64]| self.try_shape(base, candidate, signal, shape);
+        let fixed = self.base(base);
+        let at = |shape: &[f64]| self.try_shape(&fixed, candidate, signal, shape);
         let values: Vec<(f64, f64)> = nodes.iter().map(|n| at(n)).collect();
         let best = (0..nodes.len()).max_by(|a, b| values[*a].0.total_cmp(&values[*b].0))?;
         let (mut shape, mut top) = (nodes[best].clone(), values[best]);
@@ -472,16 +481,17 @@ impl<'a> Likelihood<'a> {
     }
 
     /// ln p with the signal at `shape`, at the best of a few scales, and that scale's logarithm.
-    fn try_shape(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (f64, f64) {
-        let (columns, unit) = self.signal_columns(candidate, signal, shape);
-        let mut h = base.clone();
-        h.signals.push(SignalPart { candidate, shape: shape.to_vec(), columns, unit, ln_scale: 0.0, ln_shapes: 0.0 });
-        let picked = self.pick(&h);
+    fn try_shape(&self, base: &Base, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (f64, f64) {
+        let (ids, unit) = self.signal_columns(candidate, signal, shape);
+        let picked =
+            Picked::new(self.frame, self.data, &self.products, base.columns.iter().chain(&ids).copied());
+        let normal = picked.normal(&base.inverse);
+        let mut stds = base.stds.clone();
         let mut best = (f64::NEG_INFINITY, 0.0);
-        let last = h.signals.len() - 1;
         for ln_scale in [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5] {
-            h.signals[last].ln_scale = ln_scale;
-            let v = self.value(&h, &picked, false).0;
+            stds.truncate(base.stds.len());
+            stds.extend(unit.iter().map(|u| u * f64::exp(ln_scale)));
+            let v = solve(&normal, &stds, false).map_or(f64::NEG_INFINITY, |p| base.value + p.log_marginal);
             if v > best.0 {
                 best = (v, ln_scale);
             } else {
@@ -489,6 +499,31 @@ impl<'a> Likelihood<'a> {
             }
         }
         best
+    }
+
+    /// What stays the same while one more signal is tried.
+    fn base(&self, h: &Hypothesis) -> Base {
+        let s = h.spectrum(self.frame, self.candidates);
+        let white = -0.5 * (h.ln_white / WHITE_STD).powi(2) - (WHITE_STD * TAU.sqrt()).ln();
+        let value = spectral(&self.frame.bins.count, &self.data.power, &s) + white + self.ln_prior(h);
+        let ids = self.nuisance.iter().map(|n| n.0).chain(h.signals.iter().flat_map(|s| s.columns.iter().copied()));
+        Base {
+            inverse: s.iter().map(|v| 1.0 / v).collect(),
+            value,
+            columns: ids.collect(),
+            stds: self.stds(h),
+        }
+    }
+
+    /// Standard deviation of a signal's single shape parameter, from the curvature of the likelihood of it alone; none where
+    /// the shape is no continuous parameter, or the data leave it open.
+    pub fn shape_std(&self, part: &SignalPart, signal: &dyn Signal) -> Option<f64> {
+        let ([x], Some(range)) = (part.shape.as_slice(), signal.refine(&self.frame.coarse)) else { return None };
+        let step = (0.02 * x.abs()).max(1e-3 * (range[0][1] - range[0][0]).min(x.abs().max(1.0)));
+        let base = self.base(&Hypothesis::default());
+        let at = |x: f64| self.try_shape(&base, part.candidate, signal, &[x]).0;
+        let curvature = (2.0 * at(*x) - at(x - step) - at(x + step)) / (step * step);
+        (curvature > 0.0).then(|| curvature.sqrt().recip())
     }
 
     /// `base` with a noise or filter added at the best of its starts, everything else kept.

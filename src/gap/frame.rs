@@ -97,6 +97,7 @@ struct Store {
     columns: Vec<Stored>,
     gram: HashMap<(ColumnId, ColumnId), Rc<Vec<f64>>>,
     variance: HashMap<usize, Rc<Vec<Vec<f64>>>>,
+    variance_scales: HashMap<usize, Rc<Vec<f64>>>,
 }
 
 /// What does not change while hypotheses about one recording are compared.
@@ -230,13 +231,21 @@ impl Frame {
             .iter()
             .map(|c| crate::effects::Column { values: means(&c.values, per), relative_scale: c.relative_scale })
             .collect();
-        let scaled = |c: &crate::effects::Column| {
+        let factor = |c: &crate::effects::Column| {
             let mean = c.values.iter().sum::<f64>() / c.values.len().max(1) as f64;
             let rms = (c.values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / c.values.len().max(1) as f64).sqrt();
-            let factor = if rms > 0.0 { c.relative_scale / rms } else { 0.0 };
-            c.values.iter().map(|v| v * factor).collect::<Vec<_>>()
+            if rms > 0.0 { c.relative_scale / rms } else { 0.0 }
         };
-        self.store.borrow_mut().variance.insert(candidate, Rc::new(columns.iter().map(scaled).collect()));
+        let scales: Vec<f64> = columns.iter().map(factor).collect();
+        let scaled = columns.iter().zip(&scales).map(|(c, f)| c.values.iter().map(|v| v * f).collect()).collect();
+        let mut store = self.store.borrow_mut();
+        store.variance.insert(candidate, Rc::new(scaled));
+        store.variance_scales.insert(candidate, Rc::new(scales));
+    }
+
+    /// Factors from the kept coefficients to those of the columns as they were given.
+    pub fn variance_scales(&self, candidate: usize) -> Rc<Vec<f64>> {
+        self.store.borrow().variance_scales.get(&candidate).map(Rc::clone).unwrap_or_default()
     }
 
     /// Columns kept by [`Frame::store_variance`].

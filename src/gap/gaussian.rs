@@ -31,7 +31,6 @@ pub struct Posterior {
 pub struct Picked {
     gram: Vec<Rc<Vec<f64>>>,
     data: Vec<Rc<Vec<f64>>>,
-    size: usize,
 }
 
 /// Products of columns with the recording, kept.
@@ -53,12 +52,7 @@ impl Picked {
             gram.extend(ids[..=i].iter().map(|b| frame.gram(*a, *b)));
         }
         let data = ids.iter().map(|c| products.get(frame, data, *c)).collect();
-        Self { gram, data, size: ids.len() }
-    }
-
-    /// Number of columns.
-    pub fn size(&self) -> usize {
-        self.size
+        Self { gram, data }
     }
 
     /// XᵀS⁻¹X, lower triangle row by row, and XᵀS⁻¹z.
@@ -76,8 +70,12 @@ pub fn spectral(count: &[f64], power: &[f64], spectrum: &[f64]) -> f64 {
 
 /// What the columns add to [`spectral`], coefficients integrated out; none where the matrix is not definite.
 pub fn columns(picked: &Picked, std: &[f64], inverse_spectrum: &[f64], full: bool) -> Option<Posterior> {
-    let p = picked.size();
-    let (gram, b) = picked.normal(inverse_spectrum);
+    solve(&picked.normal(inverse_spectrum), std, full)
+}
+
+/// The same from the normal matrix (lower triangle row by row) and right-hand side.
+pub fn solve((gram, b): &(Vec<f64>, Vec<f64>), std: &[f64], full: bool) -> Option<Posterior> {
+    let p = b.len();
     // scaled by the prior: B = I + P½ XᵀS⁻¹X P½ is well conditioned
     let mut factor = vec![0.0; p * p];
     let mut at = 0;

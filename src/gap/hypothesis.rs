@@ -19,8 +19,8 @@ pub enum Kind {
     Signal(Box<dyn Signal>),
     /// ln variance of the white noise by columns, with a normal prior of the coefficients.
     Variance(Box<dyn Signal>),
-    /// Columns of something periodic, at full rate; its frequency is searched in the periodogram.
-    Line(Box<dyn Signal>),
+    /// Columns of something periodic of so many harmonics, at full rate; its frequency is searched in the periodogram.
+    Line(Box<dyn Signal>, usize),
     /// C2 anywhere.
     TurnOn,
     /// A spectrum added.
@@ -135,7 +135,7 @@ impl Hypothesis {
                         Kind::Filter(n) => filtered *= n.spectrum(scene, theta, *omega),
                         Kind::Shape(n) => factor *= n.spectrum(scene, theta, *omega),
                         Kind::Variance(_) => filtered *= mean,
-                        Kind::Signal(_) | Kind::Line(_) | Kind::TurnOn => {}
+                        Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn => {}
                     }
                 }
                 factor * (total + filtered) + dither

@@ -2,10 +2,12 @@
 
 use super::clean::clean;
 use super::evidence::{Fitted, Likelihood, nuisances};
+use super::findings::{Findings, Part, WeightedSet};
 use super::frame::{Data, Frame};
-use super::free::{Chirp, Comb, CovariateForm, Follows, FreeSpectrum, RateForm, Resonance, SmoothTime, WhiteLevel};
+use super::free::{Comb, CovariateForm, Follows, FreeSpectrum, RateForm, Resonance, SmoothTime, WhiteLevel};
 use super::hypothesis::{Candidate, Hypothesis, Kind};
-use super::layers::{amplitude, bursts, events, lattice, track};
+use super::layers::{amplitude, bursts, events, lattice, repeats, track};
+use super::parts::parts;
 use super::popcorn::{Popcorn, beside};
 use super::search::{Met, Prior, Search};
 use crate::effects::{Effect, Explanation};
@@ -17,7 +19,7 @@ pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candida
     for effect in effects {
         let id = effect.about().id.to_owned();
         let kind = match effect.explanation(scene) {
-            Some(Explanation::Signal(s)) if id == "gyro.tone" => Kind::Line(s),
+            Some(Explanation::Signal(s)) if id == "gyro.tone" => Kind::Line(s, 1),
             Some(Explanation::Signal(s)) => Kind::Signal(s),
             Some(Explanation::Noise(n)) => Kind::Noise(n),
             Some(Explanation::Filter(n)) => Kind::Filter(n),
@@ -41,31 +43,9 @@ pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candida
     free("free.white_level", Kind::Filter(Box::new(WhiteLevel)));
     free("free.spectrum", Kind::Shape(Box::new(FreeSpectrum)));
     free("free.resonance", Kind::Noise(Box::new(Resonance)));
-    free("free.periodic", Kind::Line(Box::new(Comb)));
-    let _ = Chirp;
+    free("free.periodic", Kind::Line(Box::new(Comb(6)), 6));
+    free("free.pulses", Kind::Line(Box::new(Comb(16)), 16));
     all
-}
-
-/// What was found.
-pub struct Judged {
-    /// Sets of Gaussian candidates, most probable first.
-    pub sets: Vec<Met>,
-    /// Share of each candidate of the best set: nats.
-    pub shares: Vec<(usize, f64)>,
-    /// Amplitudes.
-    pub amplitude: amplitude::Amplitude,
-    /// Events.
-    pub events: events::Events,
-    /// Bursts.
-    pub bursts: bursts::Bursts,
-    /// Two levels beside a set, with the ln weight.
-    pub popcorn: Option<(Popcorn, f64)>,
-    /// Track.
-    pub track: track::Track,
-    /// Step of the lattice.
-    pub lsb: Option<f64>,
-    /// Rows put aside.
-    pub aside: Vec<usize>,
 }
 
 /// What each part of a fitted set closes: the mean of what it closes first and last, nats.
@@ -83,8 +63,24 @@ pub fn shares(likelihood: &Likelihood, fitted: &Fitted) -> Vec<(usize, f64)> {
         .collect()
 }
 
+/// Sets this much less probable than the best take no part in the answer, nats.
+const DEPTH: f64 = 9.0;
+/// Most sets of the Gaussian part that do.
+const SETS: usize = 60;
+
+/// How hypotheses are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Options {
+    /// Prior odds.
+    pub prior: Prior,
+    /// Spread of the probabilities: see [`Findings::new`].
+    pub temperature: f64,
+}
+
 /// Judges one recording: `recorded` as it is, in `scene`.
-pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], prior: Prior) -> Judged {
+pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], options: &Options) -> Findings {
+    let prior = options.prior;
+    let knows = |id: &str| effects.iter().any(|e| e.about().id == id);
     let mut scene = scene.clone();
     let nominal = scene.white_std_rad_s;
     // a lattice this fine is how the file keeps its numbers
@@ -98,34 +94,139 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], p
     let (cleaned, aside) = clean(&deviation);
     let data: Data = frame.data(cleaned);
     let candidates = candidates(effects, &frame.scene);
-    let likelihood = Likelihood::new(&frame, &data, &candidates, &nuisances(&frame));
+    let nuisance = nuisances(&frame);
+    let likelihood = Likelihood::new(&frame, &data, &candidates, &nuisance);
     let mut search = Search::new(&likelihood, prior);
     let best = search.run();
     let mut w = search.whitened(&best.fitted.hypothesis);
-    let events = events::judge(&w);
-    let track = track::judge(&w, frame.scene.step_s);
-    for i in &aside {
-        w[*i] += (deviation[*i] - data.values_rad_s[*i]) / frame.scene.white_std_rad_s;
+    let layers = Layers::new(&mut w, &aside, &deviation, &data, &frame, prior, knows("gyro.outliers"));
+
+    let all = search.posterior();
+    let top = all.first().map_or(0.0, |m| m.ln_weight);
+    let mut sets: Vec<WeightedSet> = Vec::new();
+    for met in all.iter().filter(|m| m.ln_weight > top - DEPTH || m.fitted.hypothesis.size() == 0).take(SETS) {
+        sets.push(WeightedSet { parts: parts(&likelihood, &met.fitted), ln_weight: met.ln_weight, probability: 0.0 });
     }
-    // what the ends leak into is no sample of the noise
-    let edge = (w.len() / 400).min(100);
-    let bursts = bursts::judge(&w, frame.scene.step_s);
-    let popcorn = effects
-        .iter()
-        .any(|e| e.about().id == "gyro.telegraph_noise")
-        .then(|| popcorn(&frame, &data, &candidates, &nuisances(&frame), &search, prior))
-        .flatten();
-    let amplitude = amplitude::judge(&w[edge..w.len() - edge]);
-    Judged {
-        shares: shares(&likelihood, &best.fitted),
-        sets: search.posterior(),
-        amplitude,
-        events,
-        bursts,
-        popcorn,
-        track,
-        lsb,
-        aside,
+    if knows("gyro.telegraph_noise") {
+        if let Some((found, ln_weight)) = popcorn(&frame, &data, &candidates, &nuisance, &search, prior) {
+            let without = search.weight_without(&found.fitted.hypothesis).unwrap_or(top);
+            let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
+            let rest = frame.data_undithered(left);
+            let likelihood = Likelihood::new(&frame, &rest, &candidates, &nuisance);
+            let mut parts = parts(&likelihood, &found.fitted);
+            parts.push(super::parts::telegraph(&found, &frame.scene, (ln_weight - without).max(0.1)));
+            sets.push(WeightedSet { parts, ln_weight, probability: 0.0 });
+        }
+    }
+    let mut notes = Vec::new();
+    if !aside.is_empty() {
+        notes.push(format!("{} samples stand out and were put aside before anything else was judged.", aside.len()));
+    }
+    let lattice = lsb.map(|lsb| {
+        let residual: Vec<f64> = layers.white.clone();
+        let gain = lattice::gain(&residual, lsb, nominal, nominal);
+        super::parts::lattice(lsb, recorded, gain, knows("gyro.quantization"))
+    });
+    // on a lattice, equal values are the rule
+    let repeats = if lsb.is_none() { repeats::judge(recorded, nominal) } else { Default::default() };
+    let repeats = (repeats.ln_evidence + prior.ln_free > 0.0).then(|| super::parts::repeats(&repeats));
+    let mut combined = Vec::new();
+    for set in &sets {
+        for (extra, ln_weight) in layers.combinations() {
+            let mut parts = set.parts.clone();
+            parts.extend(extra.iter().cloned());
+            parts.extend(lattice.iter().chain(&repeats).cloned());
+            combined.push(WeightedSet { parts, ln_weight: set.ln_weight + ln_weight, probability: 0.0 });
+        }
+    }
+    Findings::new(combined, options.temperature.max(1.0), notes)
+}
+
+/// What the whitened series shows beside its spectrum, each with ln weight over nothing of the kind.
+struct Layers {
+    amplitudes: Vec<(Option<Part>, f64)>,
+    free: Vec<(Option<Part>, f64)>,
+    /// Whitened residual in rad/s.
+    white: Vec<f64>,
+}
+
+impl Layers {
+    fn new(
+        w: &mut [f64],
+        aside: &[usize],
+        deviation: &[f64],
+        data: &Data,
+        frame: &Frame,
+        prior: Prior,
+        outliers: bool,
+    ) -> Self {
+        let step_s = frame.scene.step_s;
+        let start_s = frame.scene.time.at(0);
+        let (events, track) = (events::judge(w), track::judge(w, step_s));
+        let bursts = bursts::judge(w, step_s);
+        for i in aside {
+            w[*i] += (deviation[*i] - data.values_rad_s[*i]) / frame.scene.white_std_rad_s;
+        }
+        // what the ends leak into is no sample of the noise
+        let edge = (w.len() / 400).min(100);
+        let inner = &w[edge..w.len() - edge];
+        let amplitude = amplitude::judge(inner);
+        let free = |id: &str, share: f64, description: String| Part {
+            id: format!("free.{id}"),
+            named: false,
+            share,
+            parameters: Default::default(),
+            std: Default::default(),
+            time_s: None,
+            frequency_hz: None,
+            description,
+        };
+        let mut amplitudes = vec![(None, 0.0)];
+        if outliers {
+            amplitudes.push((
+                Some(super::parts::outliers(&amplitude, frame.scene.white_std_rad_s)),
+                amplitude.outliers + prior.ln_named,
+            ));
+        }
+        let tails = if amplitude.shape > 0.0 { "heavier" } else { "of another shape" };
+        let text = format!("the samples' distribution is not normal: tails {tails}");
+        amplitudes.push((Some(free("amplitude", amplitude.free, text)), amplitude.free + prior.ln_free));
+        let mut forms = vec![(None, 0.0)];
+        let length_s = events.samples as f64 * step_s;
+        let text = format!("rare events of about {length_s:.3} s, in {:.1} % of the time", 100.0 * events.share);
+        forms.push((Some(free("events", events.ln_evidence, text)), events.ln_evidence + prior.ln_free));
+        let [low, high] = track.band_hz;
+        let mut part = free(
+            "track",
+            track.ln_evidence,
+            format!("energy that moves between {low:.4} and {high:.4} Hz"),
+        );
+        part.frequency_hz = Some(track.band_hz);
+        part.time_s = Some(track.time_s.map(|t| t + start_s));
+        forms.push((Some(part), track.ln_evidence + prior.ln_free));
+        let text = format!(
+            "noise in bursts of about {:.2} s, in {:.1} % of the time",
+            bursts.samples as f64 * step_s,
+            100.0 * bursts.share
+        );
+        forms.push((Some(free("bursts", bursts.ln_bursts, text)), bursts.ln_bursts + prior.ln_free));
+        let text = format!("the noise's level is periodic: {:.3} s", 1.0 / bursts.frequency_hz.max(1e-300));
+        forms.push((Some(free("periodic_level", bursts.ln_periodic, text)), bursts.ln_periodic + prior.ln_free));
+        let white = inner.iter().map(|v| v * frame.scene.white_std_rad_s).collect();
+        Self { amplitudes, free: forms, white }
+    }
+
+    fn combinations(&self) -> Vec<(Vec<Part>, f64)> {
+        let mut all = Vec::new();
+        for (a, wa) in &self.amplitudes {
+            for (f, wf) in &self.free {
+                let ln_weight = wa + wf;
+                if ln_weight > -12.0 {
+                    all.push((a.iter().chain(f).cloned().collect(), ln_weight));
+                }
+            }
+        }
+        all
     }
 }
 

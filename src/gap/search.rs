@@ -39,6 +39,8 @@ pub struct Search<'a> {
     /// Least number of cycles in the recording of anything periodic.
     cycles: f64,
     met: BTreeMap<Vec<usize>, Met>,
+    /// Extensions of sets by each candidate, with their gains, as far as they were asked for.
+    extensions: BTreeMap<(Vec<usize>, usize), Option<(Hypothesis, f64)>>,
 }
 
 /// Sets this much less probable than the best are not pursued, nats.
@@ -51,7 +53,7 @@ const MOST_FREE: usize = 2;
 impl<'a> Search<'a> {
     /// A search that has met nothing.
     pub fn new(likelihood: &'a Likelihood<'a>, prior: Prior) -> Self {
-        Self { likelihood, prior, cycles: 3.0, met: BTreeMap::new() }
+        Self { likelihood, prior, cycles: 3.0, met: BTreeMap::new(), extensions: BTreeMap::new() }
     }
 
     fn ln_prior(&self, set: &[usize]) -> f64 {
@@ -80,7 +82,17 @@ impl<'a> Search<'a> {
     }
 
     /// `base` with `candidate` added at a good start, and the gain in ln p there; none where it cannot be.
-    fn extended(&self, base: &Met, candidate: usize, lines: &mut Option<(Vec<f64>, f64)>) -> Option<(Hypothesis, f64)> {
+    fn extended(&mut self, base: &Met, candidate: usize, lines: &mut Option<(Vec<f64>, f64)>) -> Option<(Hypothesis, f64)> {
+        let key = (Self::key(&base.fitted.hypothesis), candidate);
+        if let Some(known) = self.extensions.get(&key) {
+            return known.clone();
+        }
+        let made = self.extend(base, candidate, lines);
+        self.extensions.insert(key, made.clone());
+        made
+    }
+
+    fn extend(&self, base: &Met, candidate: usize, lines: &mut Option<(Vec<f64>, f64)>) -> Option<(Hypothesis, f64)> {
         let l = self.likelihood;
         let h = &base.fitted.hypothesis;
         let gain = |(h, value): (Hypothesis, f64)| (h, value - base.fitted.ln_mode);
@@ -89,11 +101,11 @@ impl<'a> Search<'a> {
             Kind::Noise(_) | Kind::Filter(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(gain),
             Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(gain),
             Kind::TurnOn => Some((l.add_turn_on(h, candidate), 3.0)),
-            Kind::Line(s) => {
+            Kind::Line(s, harmonics) => {
                 let (w, step_s) = lines.get_or_insert_with(|| (self.whitened(h), l.frame.scene.step_s));
                 let lines = Lines::new(w, *step_s);
-                let comb = !l.candidates[candidate].named;
-                let line = if comb { lines.comb(self.cycles, 6) } else { lines.tone(self.cycles) }?;
+                let tone = *harmonics == 1;
+                let line = if tone { lines.tone(self.cycles) } else { lines.comb(self.cycles, *harmonics) }?;
                 let ln_shapes = lines.ln_shape(&line, self.cycles);
                 if line.gain + ln_shapes < -2.0 {
                     return None;
@@ -134,15 +146,15 @@ impl<'a> Search<'a> {
         let mut lines = None;
         let candidates = self.likelihood.candidates;
         let free = base.fitted.hypothesis.candidates().filter(|c| !candidates[*c].named).count();
-        let mut screened: Vec<(f64, Hypothesis)> = among
-            .iter()
-            .filter(|c| candidates[**c].named || free < MOST_FREE)
-            .filter(|c| !base.fitted.hypothesis.holds(**c))
-            .filter_map(|c| {
-                let (h, gain) = self.extended(base, *c, &mut lines)?;
-                Some((gain + self.ln_prior(&[*c]), h))
-            })
-            .collect();
+        let mut screened: Vec<(f64, Hypothesis)> = Vec::new();
+        for c in among {
+            if base.fitted.hypothesis.holds(*c) || !(candidates[*c].named || free < MOST_FREE) {
+                continue;
+            }
+            if let Some((h, gain)) = self.extended(base, *c, &mut lines) {
+                screened.push((gain + self.ln_prior(&[*c]), h));
+            }
+        }
         screened.sort_by(|a, b| b.0.total_cmp(&a.0));
         let top = screened.first()?.0;
         screened.retain(|s| s.0 > top - 6.0 && s.0 > -4.0);
@@ -194,15 +206,17 @@ impl<'a> Search<'a> {
             for part in parts {
                 let base = self.meet(&best.fitted.hypothesis.without(part));
                 let mut lines = None;
-                let mut screened: Vec<(f64, Hypothesis)> = all
-                    .iter()
-                    .filter(|c| **c != part && !base.fitted.hypothesis.holds(**c))
-                    .filter_map(|c| {
-                        let (h, gain) = self.extended(&base, *c, &mut lines)?;
-                        Some((base.ln_weight + gain + self.ln_prior(&[*c]), h))
-                    })
-                    .filter(|(w, _)| *w > best.ln_weight - WINDOW)
-                    .collect();
+                let mut screened: Vec<(f64, Hypothesis)> = Vec::new();
+                for c in &all {
+                    if *c == part || base.fitted.hypothesis.holds(*c) {
+                        continue;
+                    }
+                    let Some((h, gain)) = self.extended(&base, *c, &mut lines) else { continue };
+                    let weight = base.ln_weight + gain + self.ln_prior(&[*c]);
+                    if weight > best.ln_weight - WINDOW {
+                        screened.push((weight, h));
+                    }
+                }
                 screened.sort_by(|a, b| b.0.total_cmp(&a.0));
                 screened.truncate(5);
                 for (_, h) in screened {
@@ -225,6 +239,11 @@ impl<'a> Search<'a> {
 
     fn top(&self) -> Option<Met> {
         self.met.values().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight)).cloned()
+    }
+
+    /// ln weight of the set with just these parts, if it was met.
+    pub fn weight_without(&self, h: &Hypothesis) -> Option<f64> {
+        self.met.get(&Self::key(h)).map(|m| m.ln_weight)
     }
 
     /// All sets met, most probable first.

@@ -25,7 +25,7 @@ pub(super) struct Unit {
     thermometer_lattice_c: f64,
     pub supply_v: f64,
     pub supply_sag_v: f64,
-    load_step_v: f64,
+    pub load_step_v: f64,
     load_dwell_s: f64,
     voltmeter_std_v: f64,
 }

@@ -239,7 +239,7 @@ impl Effect for Response {
             }
             Law::Threshold => {
                 // of the unit, not of the run: a voltage under which the supply comes as the battery empties
-                let threshold = run.unit.supply_v - self.share * run.unit.supply_sag_v;
+                let threshold = run.unit.supply_v - self.share * (run.unit.supply_sag_v + run.unit.load_step_v);
                 run.supply_v.iter().map(|v| self.sign * (threshold - v).max(0.0)).collect()
             }
         }

@@ -56,16 +56,16 @@ pub struct Made {
 /// # Errors
 /// [`ErrorKind::Usage`] for a folder that holds something, or shares that do not add up; [`ErrorKind::Io`].
 pub fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Result<Made> {
-    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, &e))?;
-    let holds = std::fs::read_dir(folder).map_err(|e| Error::io(folder, &e))?.next().is_some();
-    if holds {
-        return Err(Error::new(ErrorKind::Usage, folder.display(), "is not empty").mend("name a new folder"));
-    }
     let seed = match order.seed {
         Some(seed) => seed,
         None => random_bytes()?.iter().take(8).fold(0, |sum, b| sum << 8 | u64::from(*b)),
     };
     let plan = reality::plan(&order.mix, seed)?;
+    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, &e))?;
+    let holds = std::fs::read_dir(folder).map_err(|e| Error::io(folder, &e))?.next().is_some();
+    if holds {
+        return Err(Error::new(ErrorKind::Usage, folder.display(), "is not empty").mend("name a new folder"));
+    }
     let done = AtomicUsize::new(0);
     let labels: BTreeMap<String, Label> = plan
         .par_iter()

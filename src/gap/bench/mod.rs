@@ -23,3 +23,6 @@ pub use score::{
     Bin, ByEffect, Calibration, Confusion, Middle, Miss, Score, answers, labels, left_out, score, seconds,
 };
 pub use seal::{Labels, SealKey, Sealed, commitment, seal, unseal};
+
+#[cfg(test)]
+mod tests;

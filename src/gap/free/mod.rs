@@ -10,7 +10,7 @@ mod time;
 
 pub use covariate::{CovariateForm, Follows, RateForm};
 pub use level::WhiteLevel;
-pub use periodic::{Chirp, Comb};
+pub use periodic::Comb;
 pub use resonance::Resonance;
 pub use spectrum::FreeSpectrum;
 pub use time::SmoothTime;

@@ -1,17 +1,11 @@
-//! y(t) += Σ_h a_h cos(2πh f t) + b_h sin(2πh f t): something periodic of any shape; y += a cos φ + b sin φ, φ = 2π(f t + ½ c t²): a chirp
+//! y(t) += Σ_h a_h cos(2πh f t) + b_h sin(2πh f t): something periodic of any shape
 
 use crate::effects::{Column, Parameters, Signal};
 use crate::model::Scene;
 use std::f64::consts::TAU;
 
-/// Harmonics of a comb.
-const HARMONICS: usize = 6;
-
-/// Something periodic: shape = [frequency, Hz].
-pub struct Comb;
-
-/// A tone whose frequency moves: shape = [frequency in the middle, Hz; its rate, Hz/s].
-pub struct Chirp;
+/// Something periodic of so many harmonics: shape = [frequency, Hz].
+pub struct Comb(pub usize);
 
 fn pair(scene: &Scene, phase: impl Fn(f64) -> f64, relative_scale: f64) -> [Column; 2] {
     let (mut cos, mut sin) = (Vec::with_capacity(scene.len()), Vec::with_capacity(scene.len()));
@@ -31,34 +25,10 @@ impl Signal for Comb {
     fn columns(&self, scene: &Scene, shape: &[f64]) -> Vec<Column> {
         let Some(f) = shape.first() else { return Vec::new() };
         let nyquist = 0.5 / scene.step_s;
-        (1..=HARMONICS)
+        (1..=self.0)
             .filter(|h| *h as f64 * f < nyquist)
             .flat_map(|h| pair(scene, |t| TAU * h as f64 * f * t, 1.0 / (h as f64).sqrt()))
             .collect()
-    }
-
-    fn parameters(&self, _: &Scene, _: &[f64], _: &[f64]) -> Parameters {
-        Parameters::new()
-    }
-
-    fn shape(&self, _: &Scene, _: &Parameters) -> Option<Vec<f64>> {
-        None
-    }
-
-    fn coefficients(&self, _: &Scene, _: &[f64], _: &Parameters) -> Option<Vec<f64>> {
-        None
-    }
-}
-
-impl Signal for Chirp {
-    fn shapes(&self, _: &Scene) -> Vec<Vec<f64>> {
-        Vec::new()
-    }
-
-    fn columns(&self, scene: &Scene, shape: &[f64]) -> Vec<Column> {
-        let [f, rate] = shape else { return Vec::new() };
-        let middle = if scene.is_empty() { 0.0 } else { scene.time.at(0) + 0.5 * scene.span_s() };
-        pair(scene, |t| TAU * (f * (t - middle) + 0.5 * rate * (t - middle).powi(2)), 1.0).to_vec()
     }
 
     fn parameters(&self, _: &Scene, _: &[f64], _: &[f64]) -> Parameters {

@@ -87,8 +87,10 @@ pub fn judge(w: &[f64]) -> Amplitude {
     let p_std = (mean(&|g| g.0 * g.0) - p * p).max(0.0).sqrt();
     let mut free = Vec::new();
     let mut shapes = Vec::new();
-    let levels: Vec<f64> = (0..24).map(|i| 0.4 * (1.1_f64 / 0.4).powf(f64::from(i) / 23.0)).collect();
-    for nu in [2.2, 2.6, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 25.0] {
+    // dense around one, where a distribution close to the normal one lies
+    let mut levels: Vec<f64> = (0..20).map(|i| 0.4 * (0.92_f64 / 0.4).powf(f64::from(i) / 19.0)).collect();
+    levels.extend((0..18).map(|i| 0.925 + 0.007 * f64::from(i)));
+    for nu in [2.2, 2.6, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 25.0, 50.0, 120.0] {
         let constant = ln_gamma(0.5 * (nu + 1.0)) - ln_gamma(0.5 * nu) - 0.5 * (nu * PI).ln();
         for s in &levels {
             let density = |x: f64| constant - s.ln() - 0.5 * (nu + 1.0) * (1.0 + (x / s).powi(2) / nu).ln();
@@ -96,10 +98,10 @@ pub fn judge(w: &[f64]) -> Amplitude {
             shapes.push(nu);
         }
     }
-    for beta in [0.8, 1.0, 1.3, 1.6, 1.8, 2.3, 2.8, 4.0, 8.0] {
+    for beta in [0.8, 1.0, 1.3, 1.6, 1.8, 1.92, 2.08, 2.3, 2.8, 4.0, 8.0] {
         for s in &levels {
             // levels are standard deviations; this law's scale is smaller by a factor of gamma functions
-            let alpha = s * 1.1 * (0.5 * (ln_gamma(1.0 / beta) - ln_gamma(3.0 / beta))).exp();
+            let alpha = s * (0.5 * (ln_gamma(1.0 / beta) - ln_gamma(3.0 / beta))).exp();
             let constant = f64::ln(beta) - LN_2 - alpha.ln() - ln_gamma(1.0 / beta);
             free.push(h.ln_likelihood(|x| constant - (x / alpha).powf(beta)));
             shapes.push(-beta);

@@ -5,5 +5,6 @@ pub mod amplitude;
 pub mod bursts;
 pub mod events;
 pub mod lattice;
+pub mod repeats;
 pub mod track;
 pub mod two_levels;

@@ -9,9 +9,9 @@ use super::Believed;
 use super::hypothesis::Hypothesis;
 
 /// Pieces at most.
-const MOST_PIECES: f64 = 32.0;
+const MOST_PIECES: f64 = 128.0;
 /// Standard deviation of a piece, in jumps.
-const NARROW: f64 = 0.125;
+const NARROW: f64 = 0.25;
 /// Distance of neighbouring pieces, in their standard deviations: the sum ripples by 1e-5.
 const SPACING: f64 = 1.25;
 /// A piece less probable than this is refuted.
@@ -115,13 +115,13 @@ mod tests {
         let mut believed = Believed::white(10, 0.1, 1.0);
         believed.telegraph = Some(Telegraph::centred(2.0, [1.0, 1.0]));
         assert_eq!(cut(&believed), None);
-        for std in [0.1, 0.26, 0.5, 1.5, 30.0] {
+        for std in [0.1, 0.51, 0.7, 1.5, 30.0] {
             believed.coefficients = vec![Coefficient { column: vec![0.5; 10], mean: 3.0, std: 2.0 * std }];
             let Some(pieces) = cut(&believed) else {
                 assert_eq!(std, 0.1);
                 continue;
             };
-            assert!(pieces.means.len() <= 35, "{}", pieces.means.len());
+            assert!(pieces.means.len() <= 131, "{}", pieces.means.len());
             let normal = |z: f64, s: f64| (-0.5 * (z / s).powi(2)).exp() / s;
             for z in [-2.5, -1.0, 0.0, 0.3, 2.0] {
                 let beta = 3.0 + 2.0 * std * z;

@@ -42,10 +42,7 @@ pub fn confusion(score: &Score, title: &str) -> Result<Picture> {
     let number = |name: &String| c.answers.iter().position(|a| a == name).map_or(0, |i| i + 1);
     let rows = c.truths.iter().zip(&totals).map(|(t, n)| format!("{} {} ({n})", number(t), short(t)));
     let extra: Vec<String> = c.answers.iter().filter(|a| !c.truths.contains(a)).cloned().collect();
-    let columns = c.answers.iter().map(|a| match a.as_str() {
-        "none" | "unknown" | "missing" => a.clone(),
-        _ => number(a).to_string(),
-    });
+    let columns = (1..=width).map(|i| i.to_string());
     let shares = c.counts.iter().enumerate().map(|(i, n)| match (*n, totals[i / width]) {
         // an empty cell is easier to read than a zero
         (0, _) | (_, 0) => f64::NAN,
@@ -118,4 +115,29 @@ pub fn roc(score: &Score, title: &str) -> Result<Picture> {
         .size(900, 900)
         .row([chart.into()])
         .draw()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::bench;
+
+    #[test]
+    fn pictures_show_every_truth_and_the_numbers_of_the_score() {
+        let labels = serde_json::from_str(include_str!("../../gap/bench/fixture/labels.json")).unwrap();
+        let answers = serde_json::from_str(include_str!("../../gap/bench/fixture/answers.json")).unwrap();
+        let score = bench::score(&labels, &answers, &[]);
+        let pictures = pictures(&score, "fixture").unwrap();
+        let svg = |i: usize| pictures[i].1.svg().unwrap();
+        assert_eq!(pictures.iter().map(|p| p.0).collect::<Vec<_>>(), ["confusion", "reliability", "roc"]);
+        for truth in ["quantization (1)", "missed ticks", "none (2)", "unknown (2)"] {
+            assert!(svg(0).contains(truth), "{truth}");
+        }
+        assert!(svg(1).contains("0.268"));
+        assert!(svg(2).contains(&format!("{:.3}", score.unknown_roc.unwrap().area)));
+
+        let empty = bench::score(&Default::default(), &Default::default(), &[]);
+        assert!(super::pictures(&empty, "nothing").unwrap().is_empty());
+        assert!(confusion(&empty, "nothing").is_err() && roc(&empty, "nothing").is_err());
+    }
 }

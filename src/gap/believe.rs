@@ -1,0 +1,109 @@
+//! What a simulator with effects believes about a recording: effects and parameters → [`Believed`]
+
+use super::state_space::{Believed, Coefficient, LowPass, Markov, Outliers, Step, Telegraph, flicker};
+use crate::effects::{Explanation, Library, Parameters};
+use crate::error::{Error, ErrorKind, Result};
+use crate::model::Scene;
+
+/// States of the filter that colours the white noise.
+const LOW_PASS_ORDER: usize = 12;
+
+/// What the nominal simulator with `effects` believes about a recording in `scene`. What is drawn anew in each run (the
+/// phase of a tone, the time of a step, a random path) is left open.
+///
+/// # Errors
+/// [`ErrorKind::Config`] if the library does not know an effect or a parameter is missing; [`ErrorKind::Column`] if the
+/// recording lacks what an effect follows.
+pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters)]) -> Result<Believed> {
+    let mut b = Believed::nominal(scene);
+    for (id, parameters) in effects {
+        let effect = library.by_id(id).ok_or_else(|| {
+            Error::new(ErrorKind::Config, "configuration", format!("no effect at rest is called {id:?}"))
+        })?;
+        let value = |name: &str| {
+            parameters.get(name).copied().ok_or_else(|| {
+                Error::new(ErrorKind::Config, "configuration", "the parameter is missing")
+                    .at(format!("`effect.{id}.{name}`"))
+            })
+        };
+        let missing = || {
+            let found = format!("nothing that {id} could follow: temperature or supply is not logged, or constant");
+            Error::new(ErrorKind::Column, "recording", found).mend("log it, or leave the effect out")
+        };
+        match effect.explanation(scene).ok_or_else(missing)? {
+            Explanation::Signal(s) => match (s.shape(scene, parameters), id.as_str()) {
+                (None, _) | (_, "gyro.bias_step") => b.step = Some(any_time(scene, value("step_rad_s")?)),
+                (Some(shape), _) => {
+                    let columns = s.columns(scene, &shape);
+                    match s.coefficients(scene, &shape, parameters) {
+                        Some(known) => {
+                            let fixed = b.fixed_rad_s.get_or_insert_with(|| vec![0.0; scene.len()]);
+                            for (column, c) in columns.iter().zip(known) {
+                                fixed.iter_mut().zip(&column.values).for_each(|(f, v)| *f += c * v);
+                            }
+                        }
+                        None => {
+                            let stds = s.prior_std(parameters).unwrap_or_default();
+                            let open = columns.into_iter().zip(stds);
+                            b.coefficients
+                                .extend(open.map(|(c, std)| Coefficient { column: c.values, mean: 0.0, std }));
+                        }
+                    }
+                }
+            },
+            Explanation::Noise(n) => {
+                let theta = n.names().into_iter().map(value).collect::<Result<Vec<f64>>>()?;
+                match (id.as_str(), theta.as_slice()) {
+                    ("gyro.rate_random_walk", [walk]) => b.markov.push(Markov::random_walk(*walk, scene.step_s)),
+                    ("gyro.gauss_markov", [time, std]) => {
+                        b.markov.push(Markov::gauss_markov(*time, *std, scene.step_s));
+                    }
+                    (_, [instability, ..]) => {
+                        let sum = flicker(*instability, scene.len())?;
+                        b.markov.extend(sum.states);
+                    }
+                    _ => return Err(missing()),
+                }
+            }
+            Explanation::Filter(n) => {
+                let or = |name: &str| match name {
+                    "cutoff_hz" => value(name),
+                    "order" | "sections" => Ok(parameters.get(name).copied().unwrap_or(1.0)),
+                    _ => Ok(parameters.get(name).copied().unwrap_or(0.0)),
+                };
+                let theta = n.names().into_iter().map(or).collect::<Result<Vec<f64>>>()?;
+                b.low_pass = Some(LowPass::from_power(|omega| n.spectrum(scene, &theta, omega), LOW_PASS_ORDER)?);
+            }
+            Explanation::Variance(s) => {
+                let columns = s.columns(scene, &[]);
+                let known = s.coefficients(scene, &[], parameters).ok_or_else(missing)?;
+                let ln = |row: usize| columns.iter().zip(&known).map(|(c, a)| a * c.values[row]).sum::<f64>();
+                b.white_scale = Some((0..scene.len()).map(|row| (0.5 * ln(row)).clamp(-10.0, 10.0).exp()).collect());
+            }
+            Explanation::TurnOn => {
+                if let Some(c2) = b.coefficients.first_mut() {
+                    c2.mean += value("shift_rad_s")?;
+                }
+            }
+            Explanation::TwoLevels => {
+                let (spacing, dwell) = (value("level_spacing_rad_s")?, value("mean_dwell_s")?);
+                let ratio = parameters.get("dwell_ratio").copied().unwrap_or(1.0);
+                // the ratio is of the upper level's dwell time over the lower one's, their mean is given
+                let low = 2.0 * dwell / (1.0 + ratio);
+                let least = scene.step_s;
+                b.telegraph = Some(Telegraph::centred(spacing, [low.max(least), (ratio * low).max(least)]));
+            }
+            Explanation::Outliers => {
+                let std_rad_s = parameters.get("amplitude_rad_s").copied().unwrap_or(20.0 * scene.white_std_rad_s);
+                b.outliers = Some(Outliers { probability: value("probability_per_sample")?, std_rad_s });
+            }
+            Explanation::Lattice => b.lattice_lsb_rad_s = Some(value("lsb_rad_s")?),
+        }
+    }
+    Ok(b)
+}
+
+fn any_time(scene: &Scene, size_rad_s: f64) -> Step {
+    let margin = scene.len() / 200;
+    Step { size_rad_s, at: margin..scene.len() - margin }
+}

@@ -1,0 +1,257 @@
+//! The rules are the contract's: `fixture/` was scored by its own script, whose numbers stand here.
+
+use super::*;
+use crate::error::{Error, ErrorKind};
+use crate::gap::Answer;
+use crate::gap::answer::Verdict;
+use crate::reality::{Label, Mix};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+fn fixture() -> (BTreeMap<String, Label>, BTreeMap<String, Value>) {
+    let labels = serde_json::from_str(include_str!("fixture/labels.json")).unwrap();
+    (labels, serde_json::from_str(include_str!("fixture/answers.json")).unwrap())
+}
+
+fn order(seed: u64, cases: usize) -> Order {
+    Order { mix: Mix { cases, none: 0.25, pairs: 0.25, unlisted: 0.25, messy: 0.5 }, seed: Some(seed) }
+}
+
+/// Every file below `folder` with its bytes, but those that hold random salt and nonce.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut out = BTreeMap::new();
+    for name in names(folder).unwrap() {
+        for file in ["sim.toml", "fit.parquet", "hold.parquet"] {
+            out.insert(format!("{name}/{file}"), std::fs::read(folder.join(&name).join(file)).unwrap());
+        }
+    }
+    out
+}
+
+#[test]
+fn the_score_is_that_of_the_contracts_script() {
+    let (labels, answers) = fixture();
+    let score = score(&labels, &answers, &[3.0, 1.0, 2.0]);
+    let rate = |what: &str| {
+        let (_, rate) = score.rates.iter().find(|(w, _)| *w == what).unwrap();
+        (rate.right, rate.of)
+    };
+    assert_eq!((score.cases, score.missing), (13, 1));
+    assert_eq!(rate("one effect, weak: named"), (0, 2));
+    assert_eq!(rate("one effect, weak: named, or said none, or in a class of three"), (2, 2));
+    // its table by kind, summed: medium 1/1 + 1/1, strong 1/2 + 1/1
+    assert_eq!(rate("one effect, medium: named"), (2, 2));
+    assert_eq!(rate("one effect, strong: named"), (2, 3));
+    assert_eq!(rate("one effect, alone: named"), (3, 5));
+    assert_eq!(rate("one effect, a little of others beside it: named"), (1, 2));
+    assert_eq!(rate("one effect, alone: nothing else named"), (3, 5));
+    assert_eq!(rate("two effects: both named, nothing else"), (1, 2));
+    assert_eq!(rate("two effects: main one is one of them"), (2, 2));
+    assert_eq!(rate("no effect: said none"), (1, 2));
+    assert_eq!(rate("no effect: an effect or unknown (false alarm)"), (1, 2));
+    assert_eq!(rate("unlisted effect: said unknown"), (1, 2));
+    assert_eq!(rate("channel right, where the effect is"), (5, 6));
+    assert_eq!(rate("frequency or condition right, where the effect is"), (3, 4));
+    let misses: Vec<_> = score.misses.iter().map(|m| (m.judged.name.as_str(), m.judged.answered.as_str())).collect();
+    let expected = [
+        ("b-class", "gyro.gauss_markov"),
+        ("c-none", "none"),
+        ("g-nothing", "gyro.bias_step"),
+        ("i-tails", "gyro.outliers"),
+        ("j-missing", "missing"),
+    ];
+    assert_eq!(misses, expected);
+    assert!((score.calibration.ece.unwrap() - 0.268).abs() < 5e-4 && score.calibration.of == 12);
+    let closed = score.gap_closed_right.unwrap();
+    assert!((closed.median - 0.9).abs() < 1e-12 && closed.of == 5);
+    assert_eq!(score.gap_closed_wrong.unwrap().of, 3);
+    assert_eq!(score.parameter_error.unwrap().of, 8);
+    assert_eq!(score.seconds.unwrap()[0], 2.0);
+    // by hand: confidences of 0.9 and more are a, e, f, i, l, of which i is wrong
+    assert_eq!((score.calibration.confident.right, score.calibration.confident.of), (4, 5));
+}
+
+#[test]
+fn judged_one_by_one_as_by_hand() {
+    let (labels, answers) = fixture();
+    let judged = |name: &str| judge(name, &labels[name], answers.get(name));
+    let tone = judged("a-tone");
+    assert!((tone.errors["amplitude_rad_s"] - 0.1).abs() < 1e-9 && (tone.errors["frequency_hz"] - 4e-4).abs() < 1e-9);
+    assert_eq!((tone.place, tone.channel, tone.exact), (Some(true), Some(true), true));
+    // the one parameter that the label has is missing in the answer: counts as 1
+    assert_eq!(judged("e-pair").errors["coefficient_rad_s_per_v"], 1.0);
+    assert_eq!(judged("e-pair").channel, Some(false));
+    assert_eq!((judged("d-pair").place, judged("d-pair").exact), (Some(false), true));
+    // no main, no main_probability: the most probable effect and its probability
+    assert_eq!((judged("k-bare").answered.as_str(), judged("k-bare").confidence), ("gyro.bandwidth", Some(0.7)));
+    // either wheel is "wheels"; an error beyond 1 counts as 1
+    assert_eq!((judged("l-ticks").channel, judged("l-ticks").errors["loss_fraction"]), (Some(true), 1.0));
+    // headings are on the circle: 3.1 and -3.1 are 0.083 apart
+    assert!((judged("m-slope").errors["uphill_heading_rad"] - 0.083_185).abs() < 1e-5);
+    assert_eq!(judged("c-none").confidence, Some(0.62));
+    assert!(judged("b-class").fair && !judged("b-class").right);
+    assert_eq!((judged("j-missing").confidence, judged("j-missing").fair), (None, false));
+}
+
+#[test]
+fn an_effect_that_was_left_out_is_unlisted() {
+    let (labels, answers) = fixture();
+    let labels = left_out(labels, &["gyro.tone".to_string(), "gyro.outliers".into()]);
+    // the pair with outliers is left aside
+    assert_eq!(labels.len(), 12);
+    let tone = judge("a-tone", &labels["a-tone"], answers.get("a-tone"));
+    assert_eq!((tone.wanted, tone.right), (Wanted::Unknown, false));
+}
+
+#[test]
+fn intervals_and_roc_are_those_of_the_textbooks() {
+    // Newcombe, Statistics in Medicine 17 (1998) 857, table I: 81/263 and 0/20 by Wilson's score
+    let ci = Rate::new(81, 263).ci95.unwrap();
+    assert!((ci[0] - 0.2553).abs() < 1e-4 && (ci[1] - 0.3662).abs() < 1e-4, "{ci:?}");
+    let ci = Rate::new(0, 20).ci95.unwrap();
+    assert!(ci[0] == 0.0 && (ci[1] - 0.1611).abs() < 1e-4, "{ci:?}");
+    assert_eq!(Rate::new(0, 0).rate, None);
+    // two positives, three negatives: 0.9 is above all three, 0.4 above one and tied with one
+    let r = roc(&[(0.9, true), (0.4, true), (0.4, false), (0.5, false), (0.1, false)]).unwrap();
+    assert!((r.area - 4.5 / 6.0).abs() < 1e-12, "{}", r.area);
+    assert_eq!(r.points.first(), Some(&[0.0, 0.0]));
+    assert_eq!(r.points.last(), Some(&[1.0, 1.0]));
+    assert!(roc(&[(0.5, true)]).is_none());
+    // 4 answers in two bins: |0.55 + 0.55 - 1|/4 + |0.95 + 0.95 - 2|/4
+    let ece = expected_calibration_error(&[(0.55, true), (0.55, false), (0.95, true), (0.95, true)]);
+    assert!((ece - (0.1 + 0.1) / 4.0).abs() < 1e-12);
+}
+
+#[test]
+fn perfect_methods_score_the_calibration_error_that_is_known() {
+    // all confidences p in one bin: ECE = |mean - p|, half normal of std √(p(1-p)/n); its 95th percentile is 1.96 std
+    let p95 = perfect_calibration_p95(&[0.75; 400], 3);
+    let expected = 1.96 * (0.75 * 0.25 / 400.0_f64).sqrt();
+    assert!((p95 / expected - 1.0).abs() < 0.1, "{p95} against {expected}");
+    assert_eq!(p95, perfect_calibration_p95(&[0.75; 400], 3));
+}
+
+#[test]
+fn labels_open_only_with_their_key_and_unchanged() {
+    let (labels, _) = fixture();
+    let key = SealKey::random().unwrap();
+    let sealed = seal(labels.clone(), 17, &key).unwrap();
+    let open = unseal(&sealed.bytes, &key, &sealed.commitment, "x").unwrap();
+    assert_eq!((&open.labels, open.seed), (&labels, 17));
+    assert_eq!(SealKey::from_hex(&format!(" {}\n", key.to_hex()), "k").unwrap(), key);
+    assert!(SealKey::from_hex("12", "k").is_err() && SealKey::from_hex(&"zz".repeat(32), "k").is_err());
+
+    let kind = |r: crate::Result<Labels>| r.unwrap_err().kind;
+    let other = SealKey::random().unwrap();
+    assert_eq!(kind(unseal(&sealed.bytes, &other, &sealed.commitment, "x")), ErrorKind::Checksum);
+    for at in [0, 23, 24, sealed.bytes.len() / 2, sealed.bytes.len() - 1] {
+        let mut changed = sealed.bytes.clone();
+        changed[at] ^= 1;
+        assert_eq!(kind(unseal(&changed, &key, &sealed.commitment, "x")), ErrorKind::Checksum, "byte {at}");
+    }
+    assert_eq!(kind(unseal(&sealed.bytes[..20], &key, &sealed.commitment, "x")), ErrorKind::Checksum);
+    // other labels under the right key are found out by the commitment
+    let swapped = seal(BTreeMap::new(), 17, &key).unwrap();
+    let error = unseal(&swapped.bytes, &key, &sealed.commitment, "x").unwrap_err();
+    assert!(error.to_string().contains(&swapped.commitment), "{error}");
+    // the salt hides the labels from who guesses them
+    assert_ne!(seal(labels, 17, &key).unwrap().commitment, sealed.commitment);
+    assert!(!sealed.bytes.windows(6).any(|w| w == b"effect"));
+    assert!(!format!("{key:?}").contains(&key.to_hex()[..8]));
+}
+
+#[test]
+fn the_same_seed_makes_the_same_bytes_on_one_thread_and_on_two() {
+    let root = tempfile::tempdir().unwrap();
+    let made = |name: &str, threads: usize, seed: u64| {
+        let folder = root.path().join(name);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let made = pool.install(|| make(&folder, &order(seed, 8), |_| ())).unwrap();
+        (files(&folder), made)
+    };
+    let (one, first) = made("one", 1, 5);
+    let (two, second) = made("two", 2, 5);
+    assert_eq!(one.len(), 24);
+    assert!(one == two, "bytes differ");
+    assert_eq!(first.labels, second.labels);
+    assert_ne!(first.bench.commitment, second.bench.commitment);
+    let (three, _) = made("three", 2, 6);
+    assert!(one != three);
+    // a folder is not made twice
+    assert_eq!(make(&root.path().join("one"), &order(5, 8), |_| ()).unwrap_err().kind, ErrorKind::Usage);
+    // nothing but the sealed file speaks of the labels
+    let text = std::fs::read_to_string(root.path().join("one").join(BENCH)).unwrap();
+    assert!(!text.contains("gyro.") && !text.contains("x."), "{text}");
+}
+
+/// An answer that says nothing but its verdict.
+fn plain(verdict: Verdict) -> Answer {
+    Answer {
+        verdict,
+        main: None,
+        main_probability: 0.1,
+        none_probability: 0.8,
+        unknown_probability: 0.1,
+        effects: Vec::new(),
+        together: Vec::new(),
+        cannot_tell_apart: Vec::new(),
+        alike: Vec::new(),
+        place: None,
+        free_forms: Vec::new(),
+        gap: Vec::new(),
+        notes: Vec::new(),
+    }
+}
+
+#[test]
+fn a_run_goes_on_where_it_stopped_and_its_answers_are_scored() {
+    let root = tempfile::tempdir().unwrap();
+    let (folder, out) = (root.path().join("cases"), root.path().join("answers"));
+    let made = make(&folder, &order(2, 6), |_| ()).unwrap();
+    // the first time every second case is refused
+    let count = std::sync::atomic::AtomicUsize::new(0);
+    let moody = |_: &crate::config::Config, fit: &crate::signal::Log, hold: Option<&crate::signal::Log>| {
+        assert!(fit.get("temperature_c").is_some() && hold.is_some());
+        match count.fetch_add(1, std::sync::atomic::Ordering::Relaxed) % 2 {
+            0 => Ok(plain(Verdict::None)),
+            _ => Err(Error::new(ErrorKind::Numeric, "diagnosis", "was not in the mood")),
+        }
+    };
+    let first = run(&folder, &out, 1, &moody, |_, _| ()).unwrap();
+    assert_eq!((first.answered, first.there, first.refused.len()), (3, 0, 3));
+    let willing =
+        |_: &crate::config::Config, _: &crate::signal::Log, _: Option<&crate::signal::Log>| Ok(plain(Verdict::None));
+    let second = run(&folder, &out, 2, &willing, |_, _| ()).unwrap();
+    assert_eq!((second.answered, second.there, second.refused.len()), (3, 3, 0));
+    assert_eq!(seconds(&out).len(), 6);
+
+    let unsealed = labels(&folder, &made.key, Some(&made.bench.commitment)).unwrap();
+    assert_eq!(unsealed.labels, made.labels);
+    let answers = answers(&out, &unsealed.labels).unwrap();
+    let score = score(&unsealed.labels, &answers, &seconds(&out));
+    let none = made.labels.values().filter(|l| l.effects.is_empty()).count();
+    assert_eq!(score.misses.len(), 6 - none);
+    assert_eq!(score.missing, 0);
+    let text = score.text();
+    assert!(text.contains("no effect: said none") && text.contains(&format!("{none}/{none}")), "{text}");
+    assert!(labels(&folder, &SealKey::random().unwrap(), None).is_err());
+    assert!(labels(&folder, &made.key, Some("00")).is_err());
+    // a case that was slipped in is found
+    std::fs::create_dir(folder.join("stationary-999999")).unwrap();
+    for file in ["sim.toml", "fit.parquet"] {
+        std::fs::write(folder.join("stationary-999999").join(file), b"").unwrap();
+    }
+    assert_eq!(labels(&folder, &made.key, None).unwrap_err().kind, ErrorKind::Checksum);
+}
+
+#[test]
+fn the_json_holds_what_pictures_need() {
+    let (labels, answers) = fixture();
+    let score = score(&labels, &answers, &[]);
+    let c = &score.confusion;
+    assert_eq!(c.counts.iter().sum::<usize>(), 11, "all but the pairs");
+    let json = score.json();
+    assert_eq!(json["rates"][0]["rate"]["of"], 5);
+    assert_eq!(json["confusion"]["counts"].as_array().unwrap().len(), c.truths.len() * c.answers.len());
+}

@@ -1,0 +1,221 @@
+//! Parts of an answer: parameters with their standard deviations from what was fitted.
+
+use super::evidence::{Fitted, Likelihood};
+use super::findings::Part;
+use super::hypothesis::{Kind, SignalPart};
+use super::judge::shares;
+use super::layers::amplitude::Amplitude;
+use super::layers::repeats::Repeats;
+use super::popcorn::Popcorn;
+use crate::effects::{Parameters, Signal};
+use crate::model::Scene;
+use std::f64::consts::TAU;
+
+fn empty(id: &str, named: bool, share: f64) -> Part {
+    Part {
+        id: id.to_owned(),
+        named,
+        share,
+        parameters: Parameters::new(),
+        std: Parameters::new(),
+        time_s: None,
+        frequency_hz: None,
+        description: String::new(),
+    }
+}
+
+/// The parts of a fitted set.
+pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
+    let h = &fitted.hypothesis;
+    let Some(posterior) = l.coefficients(h) else { return Vec::new() };
+    let size = posterior.mean.len();
+    let shares = shares(l, fitted);
+    let share = |c: usize| shares.iter().find(|s| s.0 == c).map_or(0.0, |s| s.1);
+    let mut parts = Vec::new();
+    let mut at = size - h.signals.iter().map(|s| s.columns.len()).sum::<usize>();
+    for s in &h.signals {
+        let c = &l.candidates[s.candidate];
+        let mut part = empty(&c.id, c.named, share(s.candidate));
+        let range = at..at + s.columns.len();
+        let mean = &posterior.mean[range.clone()];
+        let covariance = |i: usize, j: usize| posterior.covariance[(at + i) * size + at + j];
+        match &c.kind {
+            Kind::Signal(k) if c.named => signal(&mut part, l, k.as_ref(), s, mean, &covariance, &l.frame.coarse),
+            Kind::Line(k, _) if c.named => {
+                signal(&mut part, l, k.as_ref(), s, mean, &covariance, &l.frame.scene);
+                let f = s.shape.first().copied().unwrap_or(0.0);
+                part.frequency_hz = Some([f, f]);
+                // Cramér-Rao bound of the frequency (Rife and Boorstyn 1974)
+                let gain = part.share.max(1.0);
+                part.std.insert("frequency_hz".into(), (6.0 / gain).sqrt() / (TAU * l.frame.scene.span_s()));
+            }
+            Kind::TurnOn => {
+                part.parameters.insert("shift_rad_s".into(), mean[0]);
+                part.std.insert("shift_rad_s".into(), covariance(0, 0).max(0.0).sqrt());
+            }
+            Kind::Line(..) => {
+                let f = s.shape.first().copied().unwrap_or(0.0);
+                part.frequency_hz = Some([f, f]);
+                part.description = format!("something periodic of no sinusoidal shape: period {:.4} s", 1.0 / f.max(1e-300));
+            }
+            _ => part.description = describe(&c.id),
+        }
+        if c.id == "gyro.bias_step" {
+            let t = s.shape.first().copied().unwrap_or(0.0);
+            let blurred = l.frame.coarse.step_s;
+            part.time_s = Some([t - blurred, t + blurred]);
+        }
+        parts.push(part);
+        at = range.end;
+    }
+    let mut at = 1;
+    for n in &h.noises {
+        let c = &l.candidates[n.candidate];
+        let mut part = empty(&c.id, c.named, share(n.candidate));
+        let std = &fitted.std[at..at + n.ln_theta.len()];
+        match &c.kind {
+            Kind::Noise(k) | Kind::Filter(k) if c.named => {
+                for ((name, v), s) in k.names().iter().zip(&n.ln_theta).zip(std) {
+                    part.parameters.insert((*name).into(), v.exp());
+                    part.std.insert((*name).into(), v.exp() * s);
+                }
+            }
+            Kind::Variance(k) if c.named => {
+                let scale = l.frame.variance_scales(n.candidate);
+                let coefficients: Vec<f64> = n.ln_theta.iter().zip(scale.iter()).map(|(a, s)| a * s).collect();
+                part.parameters = k.parameters(&l.frame.coarse, &[], &coefficients);
+                for (j, s) in std.iter().enumerate() {
+                    let mut moved = coefficients.clone();
+                    moved[j] += s * scale[j];
+                    spread(&mut part, &k.parameters(&l.frame.coarse, &[], &moved));
+                }
+                root(&mut part);
+            }
+            Kind::Noise(k) => {
+                let theta: Vec<f64> = n.ln_theta.iter().map(|v| v.exp()).collect();
+                if k.names().get(1) == Some(&"frequency_hz") {
+                    part.frequency_hz = Some([(theta[1] - theta[2]).max(0.0), theta[1] + theta[2]]);
+                }
+                part.description = describe(&c.id);
+            }
+            _ => part.description = describe(&c.id),
+        }
+        parts.push(part);
+        at += n.ln_theta.len();
+    }
+    parts
+}
+
+fn describe(id: &str) -> String {
+    match id {
+        "free.time" => "a smooth function of time that no named effect has",
+        "free.temperature" => "a function of temperature that is not close to linear",
+        "free.temperature_rate" => "follows the temperature's rate, or its sign",
+        "free.supply" => "a function of the supply that is not close to linear",
+        "free.supply_rate" => "follows the supply's rate, or its sign",
+        "free.variance_time" => "the noise's level changes slowly with time",
+        "free.variance_temperature" => "the noise's level follows temperature otherwise than by growth",
+        "free.variance_temperature_rate" => "the noise's level follows the temperature's rate",
+        "free.variance_supply" => "the noise's level follows the supply",
+        "free.variance_supply_rate" => "the noise's level follows the supply's rate",
+        "free.white_level" => "the white noise is not as large as the nominal simulator states",
+        "free.spectrum" => "the spectrum has another shape than any named noise gives it",
+        "free.resonance" => "narrow-band noise",
+        _ => "a free form",
+    }
+    .to_owned()
+}
+
+fn spread(part: &mut Part, moved: &Parameters) {
+    for (name, v) in moved {
+        let d = v - part.parameters.get(name).copied().unwrap_or(*v);
+        *part.std.entry(name.clone()).or_default() += d * d;
+    }
+}
+
+fn root(part: &mut Part) {
+    part.std.values_mut().for_each(|v| *v = v.sqrt());
+}
+
+/// Parameters of a signal, their standard deviations by differences along the covariance's factor.
+fn signal(
+    part: &mut Part,
+    l: &Likelihood,
+    k: &dyn Signal,
+    s: &SignalPart,
+    mean: &[f64],
+    covariance: &dyn Fn(usize, usize) -> f64,
+    scene: &Scene,
+) {
+    let p = mean.len();
+    // a bend that does not stand out would only blur the slope
+    let bent = |j: usize| mean[j].abs() > 2.5 * covariance(j, j).max(0.0).sqrt();
+    let phases = part.id == "gyro.tone";
+    let kept: Vec<f64> = (0..p).map(|j| if j == 0 || phases || bent(j) { mean[j] } else { 0.0 }).collect();
+    let mean = kept.as_slice();
+    part.parameters = k.parameters(scene, &s.shape, mean);
+    let matrix = nalgebra::DMatrix::from_fn(p, p, |i, j| covariance(i, j));
+    if let Some(factor) = matrix.cholesky() {
+        for j in 0..p {
+            let moved: Vec<f64> = (0..p)
+                .map(|i| if i == 0 || phases || bent(i) { mean[i] + factor.l()[(i, j)] } else { 0.0 })
+                .collect();
+            spread(part, &k.parameters(scene, &s.shape, &moved));
+        }
+    }
+    if let (Some(std), [x]) = (l.shape_std(s, k), s.shape.as_slice()) {
+        spread(part, &k.parameters(scene, &[x + std], mean));
+    }
+    root(part);
+}
+
+/// Two levels.
+pub fn telegraph(found: &Popcorn, scene: &Scene, share: f64) -> Part {
+    let mut part = empty("gyro.telegraph_noise", true, share);
+    let chain = &found.chain;
+    let mean = 0.5 * (chain.dwell_low + chain.dwell_high) * scene.step_s;
+    let sojourns = (0.5 * chain.jumps).max(1.0);
+    let set = |part: &mut Part, name: &str, value: f64, std: f64| {
+        part.parameters.insert(name.into(), value);
+        part.std.insert(name.into(), std);
+    };
+    let share_high = chain.dwell_high / (chain.dwell_low + chain.dwell_high);
+    let spread = scene.white_std_rad_s / (scene.len() as f64 * share_high * (1.0 - share_high)).max(1.0).sqrt();
+    set(&mut part, "level_spacing_rad_s", chain.spacing, spread);
+    set(&mut part, "mean_dwell_s", mean, mean / (2.0 * sojourns).sqrt());
+    let ratio = chain.dwell_high / chain.dwell_low;
+    set(&mut part, "dwell_ratio", ratio, ratio * (2.0 / sojourns).sqrt());
+    part
+}
+
+/// Rare large samples.
+pub fn outliers(a: &Amplitude, white_std_rad_s: f64) -> Part {
+    let mut part = empty("gyro.outliers", true, a.outliers.max(0.0));
+    part.parameters.insert("probability_per_sample".into(), a.probability[0]);
+    part.std.insert("probability_per_sample".into(), a.probability[1]);
+    part.parameters.insert("amplitude_rad_s".into(), a.outlier_std * white_std_rad_s);
+    part
+}
+
+/// Values on a lattice.
+pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: bool) -> Part {
+    let id = if named { "gyro.quantization" } else { "free.lattice" };
+    let mut part = empty(id, named, gain.max(1e-3));
+    part.parameters.insert("lsb_rad_s".into(), lsb);
+    let largest = recorded.iter().copied().fold(0.0, |a: f64, v| a.max(v.abs()));
+    part.std.insert("lsb_rad_s".into(), f64::EPSILON * largest);
+    part.description = format!("all values are multiples of {lsb:.6e} rad/s apart");
+    part
+}
+
+/// Exactly equal readings.
+pub fn repeats(r: &Repeats) -> Part {
+    let mut part = empty("free.repeats", false, r.ln_evidence);
+    part.description = if r.most > r.held + 2 {
+        let what = if r.extreme { "clipped at" } else { "stuck at" };
+        format!("{} readings are exactly {:.6e} rad/s: {what} that value", r.most, r.value_rad_s)
+    } else {
+        format!("{} readings equal the one before exactly: samples are held", r.held)
+    };
+    part
+}

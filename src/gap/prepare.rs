@@ -1,0 +1,164 @@
+//! A log as the diagnosis needs it: even rows, no gaps, covariates beside, and what the configuration believes about it.
+
+use crate::config::{Config, Kind};
+use crate::error::{Error, ErrorKind, Result};
+use crate::math::random::Stream;
+use crate::model::Scene;
+use crate::signal::{Log, TimeAxis, names};
+use crate::simulate::{self, scene};
+
+/// A log made ready.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prepared {
+    /// Its circumstances.
+    pub scene: Scene,
+    /// Gyro readings, rad/s; rows that were missing are filled.
+    pub rate_rad_s: Vec<f64>,
+    /// What was done, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// Where the configuration does not state how much C2 varies: a cheap gyro's data sheet says 0.1 to 1 °/s.
+const TURN_ON_STD_RAD_S: f64 = 5e-3;
+/// The same of C1 and T, relatively.
+const WARM_UP_STD: f64 = 0.1;
+/// Fewest rows that can be judged.
+const FEWEST_ROWS: usize = 512;
+/// Largest share of the rows that may be missing.
+const MISSING: f64 = 0.2;
+
+/// Makes a log ready.
+///
+/// # Errors
+/// [`ErrorKind::Config`] if the configuration is not of a gyro at rest; [`ErrorKind::Column`] without a gyro channel;
+/// [`ErrorKind::TooShort`] below 512 rows; [`ErrorKind::Time`] if more than a fifth of the rows is missing.
+pub fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prepared> {
+    if config.kind != Kind::Stationary {
+        return Err(Error::new(ErrorKind::Config, "configuration", "kind is \"driving\"")
+            .at("`kind`")
+            .mend("only recordings at rest can be diagnosed so far: give the configuration of the gyro, kind = \"stationary\""));
+    }
+    if !config.effects.is_empty() {
+        return Err(Error::new(ErrorKind::Config, "configuration", "the nominal simulator holds effects already")
+            .at("`[[effect]]`")
+            .mend("delete these tables: the diagnosis finds what they hold"));
+    }
+    let rate = log.get(names::GYRO_Z).ok_or_else(|| {
+        Error::new(ErrorKind::Column, &log.source, format!("no channel {}", names::GYRO_Z))
+            .mend("name the gyro's column with --column, or its axis with --axis")
+    })?;
+    if log.len() < FEWEST_ROWS {
+        let found = format!("{} rows", log.len());
+        return Err(Error::new(ErrorKind::TooShort, &log.source, found)
+            .mend(format!("a recording needs at least {FEWEST_ROWS} rows to be judged")));
+    }
+    let options = simulate::Options { since_power_on_s, ..simulate::Options::from(0) };
+    let mut scene = scene(config, log, &options)?;
+    let mut notes = Vec::new();
+    let gyro = config.require_gyro()?;
+    if gyro.turn_on_bias_std_rad_s.is_none() {
+        scene.turn_on_bias_std_rad_s = TURN_ON_STD_RAD_S;
+        notes.push(format!(
+            "The configuration does not state turn_on_bias_std_rad_s: {TURN_ON_STD_RAD_S} rad/s is assumed, so that a shift \
+             inside it does not count as a gap."
+        ));
+    }
+    if gyro.warm_up_relative_std.is_none() {
+        scene.warm_up_relative_std = WARM_UP_STD;
+        notes.push(format!("The configuration does not state warm_up_relative_std: {WARM_UP_STD} is assumed."));
+    }
+    let (mut rate_rad_s, rows) = even(log, rate, &mut scene, &mut notes)?;
+    fill(&mut rate_rad_s, &rows, scene.white_std_rad_s);
+    if scene.span_s() < scene.warm_up.time_constant_s {
+        notes.push(format!(
+            "The recording lasts {:.0} s, less than one time constant ({:.0} s): slow effects and the warm-up cannot be \
+             told apart, and little is learned of either.",
+            scene.span_s(),
+            scene.warm_up.time_constant_s
+        ));
+    }
+    for (name, there) in [("temperature", scene.temperature_c.is_some()), ("supply", scene.supply_v.is_some())] {
+        if !there {
+            notes.push(format!("No {name} was logged: what follows it cannot be told from what follows time."));
+        }
+    }
+    Ok(Prepared { scene, rate_rad_s, notes })
+}
+
+/// Puts the rows on an even grid; returns the rates (NaN where there is none) and which rows are missing.
+fn even(log: &Log, rate: &[f64], scene: &mut Scene, notes: &mut Vec<String>) -> Result<(Vec<f64>, Vec<usize>)> {
+    let missing = |v: &[f64]| (0..v.len()).filter(|i| !v[*i].is_finite()).collect::<Vec<_>>();
+    if let TimeAxis::Uniform { .. } = scene.time {
+        let rows = missing(rate);
+        refuse_gaps(log, rows.len(), rate.len())?;
+        return Ok((rate.to_vec(), rows));
+    }
+    let times = scene.time.to_vec();
+    let (start_s, step_s) = (times[0], scene.step_s);
+    let len = ((times[times.len() - 1] - start_s) / step_s).round() as usize + 1;
+    refuse_gaps(log, len.saturating_sub(times.len()), len)?;
+    let place = |values: &[f64]| {
+        let mut out = vec![f64::NAN; len];
+        for (t, v) in times.iter().zip(values) {
+            let row = ((t - start_s) / step_s).round() as usize;
+            if row < len {
+                out[row] = *v;
+            }
+        }
+        out
+    };
+    let rates = place(rate);
+    let rows = missing(&rates);
+    refuse_gaps(log, rows.len(), len)?;
+    if !rows.is_empty() {
+        notes.push(format!("{} of {len} rows are missing and were filled by noise about their neighbours.", rows.len()));
+    }
+    let covariate = |values: &Option<Vec<f64>>| {
+        values.as_ref().map(|v| {
+            let mut out = place(v);
+            fill(&mut out, &missing(&place(v)), 0.0);
+            out
+        })
+    };
+    scene.temperature_c = covariate(&scene.temperature_c);
+    scene.supply_v = covariate(&scene.supply_v);
+    scene.time = TimeAxis::Uniform { start_s, step_s, len };
+    Ok((rates, rows))
+}
+
+fn refuse_gaps(log: &Log, missing: usize, len: usize) -> Result<()> {
+    if missing as f64 > MISSING * len as f64 {
+        let found = format!("{missing} of {len} rows are missing");
+        return Err(Error::new(ErrorKind::Time, &log.source, found)
+            .mend("cut the log to a part without long gaps; at most a fifth may be missing"));
+    }
+    Ok(())
+}
+
+/// Fills missing rows by a straight line between the means of their neighbours, plus noise.
+fn fill(values: &mut [f64], rows: &[usize], noise_std: f64) {
+    const NEIGHBOURS: usize = 16;
+    let mut draw = Stream::new(values.len() as u64, 2);
+    let known = values.to_vec();
+    let mean = |range: std::ops::Range<usize>| {
+        let near: Vec<f64> = known[range].iter().copied().filter(|v| v.is_finite()).collect();
+        (!near.is_empty()).then(|| near.iter().sum::<f64>() / near.len() as f64)
+    };
+    let mut at = 0;
+    while at < rows.len() {
+        let first = rows[at];
+        let mut last = first;
+        while at + 1 < rows.len() && rows[at + 1] == last + 1 {
+            at += 1;
+            last = rows[at];
+        }
+        at += 1;
+        let before = mean(first.saturating_sub(NEIGHBOURS)..first);
+        let after = mean(last + 1..(last + 1 + NEIGHBOURS).min(known.len()));
+        let (a, b) = (before.or(after).unwrap_or(0.0), after.or(before).unwrap_or(0.0));
+        for row in first..=last {
+            let u = (row - first + 1) as f64 / (last - first + 2) as f64;
+            values[row] = a + (b - a) * u + noise_std * draw.normal();
+        }
+    }
+}
