@@ -23,3 +23,4 @@ pub mod search;
 pub mod state_space;
 
 pub use answer::Answer;
+pub use diagnose::{Diagnosis, Options, diagnose};

@@ -89,7 +89,7 @@ fn name_and_unit(parameter: &str) -> (String, &'static str) {
 
 /// A share as percent: `97 %`, `99.6 %`.
 fn percent(share: f64) -> String {
-    let digits = if (0.95..1.0).contains(&share) { 1 } else { 0 };
+    let digits = usize::from((0.985..1.0).contains(&share));
     format!("{:.digits$} %", 100.0 * share)
 }
 
@@ -163,6 +163,13 @@ impl GapReport<'_> {
 
     fn effect(&self, id: &str) -> Option<&EffectAnswer> {
         self.answer.effects.iter().find(|e| e.id == id)
+    }
+
+    /// The main effect, then what else was judged present.
+    fn judged_present(&self) -> impl Iterator<Item = &EffectAnswer> {
+        let main = self.answer.main.as_ref();
+        let others = self.answer.together.iter().filter(move |id| Some(*id) != main);
+        main.into_iter().chain(others).filter_map(|id| self.effect(id))
     }
 
     fn place(&self, out: &mut String) {
@@ -251,10 +258,9 @@ impl GapReport<'_> {
                 }
             }
         }
-        let with_it: Vec<&EffectAnswer> =
-            a.together.iter().filter(|id| Some(*id) != a.main.as_ref()).filter_map(|id| self.effect(id)).collect();
-        for effect in with_it {
-            let _ = writeln!(out, "\n  also {} ({}), probability {:.2}", title(&effect.id), effect.id, effect.probability);
+        for effect in self.judged_present().filter(|e| Some(&e.id) != a.main.as_ref()) {
+            let _ =
+                writeln!(out, "\n  also {} ({}), probability {:.2}", title(&effect.id), effect.id, effect.probability);
             parameters(out, effect);
         }
         self.runners_up(out);
@@ -263,7 +269,8 @@ impl GapReport<'_> {
             let _ = writeln!(out, "\n  This recording cannot tell apart: {}.", names.join(", "));
             let alike = a.alike.get(i).filter(|alike| !alike.separate_by.is_empty());
             if let Some(alike) = alike {
-                let _ = writeln!(out, "    overlap {:.2}; what would separate them: {}", alike.overlap, alike.separate_by);
+                let _ =
+                    writeln!(out, "    overlap {:.2}; what would separate them: {}", alike.overlap, alike.separate_by);
             }
         }
     }
@@ -304,7 +311,9 @@ impl GapReport<'_> {
         let _ = writeln!(out, "  {:<34}{:>12}{:>12}{:>12}", "on the recording kept back", "before", "after", "floor");
         for metric in &a.gap {
             let (name, factor) = match (heading_horizon_s(metric), metric.metric.as_str()) {
-                (Some(horizon_s), _) => (format!("heading drift in {}, rms, deg", duration_text(horizon_s)), degrees(1.0)),
+                (Some(horizon_s), _) => {
+                    (format!("heading drift in {}, rms, deg", duration_text(horizon_s)), degrees(1.0))
+                }
                 (None, "log_score") => ("log score, nats".into(), 1.0),
                 (None, "allan_deviation_ln_rms") => ("Allan deviation off by, ln, rms".into(), 1.0),
                 (None, "spectrum_ln_rms") => ("spectrum off by, ln, rms".into(), 1.0),
@@ -319,10 +328,10 @@ impl GapReport<'_> {
                 shown(metric.floor)
             );
         }
-        let closed_by = |id: &String| self.effect(id).and_then(closed).map(|c| (id, c));
-        let main = a.main.as_ref();
-        for (id, closed) in main.into_iter().chain(a.together.iter().filter(|t| Some(*t) != main)).filter_map(closed_by) {
-            let _ = writeln!(out, "  {} alone closes {closed} of the gap in log score", title(id));
+        for effect in self.judged_present() {
+            if let Some(closed) = closed(effect) {
+                let _ = writeln!(out, "  {} alone closes {closed} of the gap in log score", title(&effect.id));
+            }
         }
         let _ = writeln!(out, "  floor: what the augmented simulator scores on its own recordings");
     }
@@ -331,12 +340,13 @@ impl GapReport<'_> {
         let a = self.answer;
         match a.verdict {
             Verdict::None => {
-                let _ = writeln!(out, "  Nothing: the simulator may be used as it is, under the conditions of this recording.");
+                let _ = writeln!(
+                    out,
+                    "  Nothing: the simulator may be used as it is, under the conditions of this recording."
+                );
             }
             Verdict::Identified => {
-                let main = a.main.iter();
-                let ids = main.chain(a.together.iter().filter(|id| Some(*id) != a.main.as_ref()));
-                for about in ids.filter_map(|id| by_id(id)).map(|e| e.about()) {
+                for about in self.judged_present().filter_map(|effect| by_id(&effect.id)).map(|e| e.about()) {
                     let _ = writeln!(out, "  {}: {}", about.title, about.remedy);
                 }
                 self.gain(out);

@@ -68,9 +68,10 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let curves = place::of_log(&config, found, &library, &fit, options.since_power_on_s, args.seed).map_err(named)?;
     drop(working);
 
+    let kept_back = args.hold.as_deref().map(name);
     let report = GapReport {
         recording: &name(&args.fit),
-        kept_back: args.hold.as_deref().map(name).as_deref(),
+        kept_back: kept_back.as_deref(),
         answer: &diagnosis.answer,
         curves: &curves,
     };
@@ -120,8 +121,10 @@ fn at_rest(path: &Path) -> Result<Config> {
 fn library(without: &[String]) -> Result<Library> {
     let ids: Vec<&str> = registry().iter().map(|e| e.about().id).collect();
     match without.iter().find(|w| !ids.contains(&w.as_str())) {
-        Some(unknown) => Err(Error::new(ErrorKind::Usage, "--without", format!("no effect at rest is called {unknown:?}"))
-            .mend(format!("there are {}", ids.join(", ")))),
+        Some(unknown) => {
+            Err(Error::new(ErrorKind::Usage, "--without", format!("no effect at rest is called {unknown:?}"))
+                .mend(format!("there are {}", ids.join(", "))))
+        }
         None => Ok(Library::without(without.iter().cloned())),
     }
 }

@@ -5,7 +5,7 @@
 //! simulated values is an exact 95 % prediction interval for the recorded one, whatever its distribution: 2 in 40.
 //!
 //! What the warm-up may do from one power-on to the next is taken out of all of them first (C2, C1 and T, linear, at most
-//! 2.5 stated standard deviations each), or the bands of slow curves would be as wide as the turn-on bias varies.
+//! three stated standard deviations each), or the bands of slow curves would be as wide as the turn-on bias varies.
 //!
 //! Rare large samples count in the curve of the amplitudes alone, and are taken out of the others ([`super::clean`]).
 //!

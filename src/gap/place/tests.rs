@@ -102,7 +102,8 @@ fn what_follows_the_temperature_shows_over_temperature() {
     let nominal = Believed::nominal(&scene);
     let curves = with(|i, _| 3e-5 * (temperature[i] - 25.0), &nominal, 4);
     let c = of(&curves, Over::TemperatureC, Shown::Deviation);
-    assert!(c.outside_before > 0.5 && c.share > 0.1, "{}", told(&curves));
+    // six times what chance leaves outside
+    assert!(c.outside_before > 0.3 && c.share > 0.1, "{}", told(&curves));
     // as much of it as over time, in half as many bins
     assert!(c.excess_before > 0.7 * of(&curves, Over::Time, Shown::Deviation).excess_before);
     assert!(c.share > 2.0 * of(&curves, Over::SupplyV, Shown::Deviation).share);

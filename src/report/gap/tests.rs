@@ -127,7 +127,7 @@ fn the_three_questions_are_answered_in_their_order() {
         &text,
         &[
             "IDENTIFIED: temperature sensitivity (gyro.temperature_sensitivity), probability 0.93",
-            "96.0 % (95 %: 93 % to 98.0 %)",
+            "96 % (95 %: 93 % to 98 %)",
             "1. Where",
             "a term that follows the temperature",
             "it follows temperature_c",
@@ -147,12 +147,12 @@ fn the_three_questions_are_answered_in_their_order() {
             "4.310",
             "5.872",
             "5.874",
-            "heading drift in 10.0 min, rms, deg",
+            "heading drift in 10 min, rms, deg",
             "12.03",
             "0.7047",
             "4. What to do",
             by_id("gyro.temperature_sensitivity").unwrap().about().remedy,
-            "0.705° rms in 10.0 min at rest, where it is 12.0° without",
+            "0.705° rms in 10 min at rest, where it is 12.0° without",
             "note: the configuration states no repeatability",
         ],
     );
@@ -201,9 +201,23 @@ fn the_figure_holds_the_numbers_of_the_answer() {
         GapReport { recording: "fit.parquet", kept_back: None, answer, curves }.picture().unwrap().svg().unwrap()
     };
     let svg = draw(&identified(), &curves);
-    for part in ["Deviation over temperature", "temperature sensitivity", "0.95", "12°", "0.705°", "Allan deviation (rad/s)"] {
+    for part in
+        ["Deviation over temperature", "temperature sensitivity", "0.95", "12 °", "0.705 °", "Allan deviation (rad/s)"]
+    {
         assert!(svg.contains(part), "{part} is missing");
     }
     assert!(svg.contains("with effects, 95 %") && !draw(&none(), &curves).contains("with effects, 95 %"));
     assert!(draw(&none(), &[]).contains("not compared with simulated recordings"));
+}
+
+#[test]
+#[ignore = "draws into a folder to look at"]
+fn draw_to_look_at() {
+    let folder = std::env::var("FIGURES").unwrap();
+    for (name, answer, curves) in
+        [("identified", identified(), seen(3e-5)), ("unknown", unknown(), seen(3e-5)), ("none", none(), seen(0.0))]
+    {
+        let report = GapReport { recording: "fit.parquet", kept_back: None, answer: &answer, curves: &curves };
+        std::fs::write(format!("{folder}/{name}.png"), report.picture().unwrap().png().unwrap()).unwrap();
+    }
 }

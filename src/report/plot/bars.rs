@@ -62,7 +62,8 @@ impl BarChart {
             behind = texts(bars)?.into_iter().fold(behind, f64::max);
         }
         let most = 0.42 * outer.width();
-        let names: Vec<String> = self.rows.iter().map(|(name, _)| font::fit(name, TICK, most)).collect::<Result<_>>()?;
+        let names: Vec<String> =
+            self.rows.iter().map(|(name, _)| font::fit(name, TICK, most)).collect::<Result<_>>()?;
         let widths: Vec<f64> = names.iter().map(|n| font::width_em(n)).collect::<Result<_>>()?;
         let left = outer.left + TICK * widths.iter().copied().fold(0.0, f64::max) + 12.0;
         let mut frame = Rect {

@@ -39,13 +39,15 @@ impl GapFigure<'_> {
             Some(curve) => chart(curve, with_effects).into(),
             None => Panel::Notice { title: name.into(), text: "not compared with simulated recordings".into() },
         };
-        let fourth = self
-            .curves
-            .iter()
-            .filter(|c| !matches!(c.shown, Shown::Power | Shown::AllanDeviation) && c.over != Over::Time)
-            .max_by(|a, b| a.share.total_cmp(&b.share))
-            .filter(|c| c.share > 0.0)
-            .or_else(|| find(Over::Amplitude, Shown::ShareOfSamples));
+        // what the first three panels do not show; elapsed time shows what time does
+        let largest = |elapsed: bool| {
+            let others = self.curves.iter().filter(|c| !matches!(c.shown, Shown::Power | Shown::AllanDeviation));
+            let others = others.filter(|c| c.over != Over::Time && c.share > 0.0);
+            others
+                .filter(|c| elapsed || c.over != Over::ElapsedTime || c.shown != Shown::Deviation)
+                .max_by(|a, b| a.share.total_cmp(&b.share))
+        };
+        let fourth = largest(false).or_else(|| largest(true)).or_else(|| find(Over::Amplitude, Shown::ShareOfSamples));
         Page::new(self.title)
             .subtitle(self.verdict)
             .size(1800, 1150)
@@ -82,8 +84,7 @@ impl GapFigure<'_> {
         if rows.is_empty() {
             return Panel::Notice { title: name.into(), text: "no recording was kept back to measure it on".into() };
         }
-        let mut chart =
-            BarChart::new(name).legend("before", BEFORE).legend("after", AFTER).legend("floor", FLOOR);
+        let mut chart = BarChart::new(name).legend("before", BEFORE).legend("after", AFTER).legend("floor", FLOOR);
         for (name, bars) in rows {
             let longest = bars.iter().map(|b| b.0).fold(f64::MIN_POSITIVE, f64::max);
             let bars = bars.into_iter().zip([BEFORE, AFTER, FLOOR]).map(|((value, text), color)| Bar {
@@ -129,7 +130,8 @@ fn row(metric: &Metric) -> Option<(String, [(f64, String); 3])> {
 /// The recording over the bands of the simulators.
 fn chart(curve: &Curve, with_effects: bool) -> Chart {
     let log_x = !matches!(curve.over, Over::Time | Over::TemperatureC | Over::TemperatureRate | Over::SupplyV);
-    let log_y = matches!(curve.shown, Shown::Power | Shown::LargestPower | Shown::AllanDeviation | Shown::ShareOfSamples);
+    let log_y =
+        matches!(curve.shown, Shown::Power | Shown::LargestPower | Shown::AllanDeviation | Shown::ShareOfSamples);
     let all = || curve.recorded.iter().chain(curve.before.iter().chain(&curve.after).flatten()).copied();
     let largest = all().filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
     // empty bins lie at the foot of a logarithmic axis
@@ -190,7 +192,5 @@ fn chart(curve: &Curve, with_effects: bool) -> Chart {
     if with_effects {
         chart = chart.band("with effects, 95 %", band(&curve.after), AFTER, 0.30);
     }
-    chart
-        .line("recording", recorded.iter().copied(), palette::BLUE.stroke(1.5))
-        .dots("", recorded, palette::BLUE, 2.5)
+    chart.line("recording", recorded.iter().copied(), palette::BLUE.stroke(1.5)).dots("", recorded, palette::BLUE, 2.5)
 }
