@@ -12,6 +12,8 @@ use std::fmt::Write;
 
 /// Curves and effects that the page lists.
 const LISTED: usize = 6;
+/// From this part of the drift before on, the heading hardly gains.
+const HARDLY: f64 = 0.95;
 /// Less probable effects are not listed.
 const LEAST_PROBABILITY: f64 = 0.005;
 
@@ -37,7 +39,7 @@ pub(super) fn title(id: &str) -> &str {
 pub(super) fn curve_name(curve: &Curve) -> String {
     let shown = match curve.shown {
         Shown::Deviation => "deviation",
-        Shown::Power => "power spectral density",
+        Shown::Power => "spectrum",
         Shown::LargestPower => "largest spectral line",
         Shown::AllanDeviation => "Allan deviation",
         Shown::ShareOfSamples => "share of samples",
@@ -90,7 +92,8 @@ fn name_and_unit(parameter: &str) -> (String, &'static str) {
 /// A share as percent: `97 %`, `99.6 %`.
 fn percent(share: f64) -> String {
     let digits = usize::from((0.985..1.0).contains(&share));
-    format!("{:.digits$} %", 100.0 * share)
+    let text = format!("{:.digits$} %", 100.0 * share);
+    if text == "-0 %" { "0 %".into() } else { text }
 }
 
 /// Horizon of a heading drift, s.
@@ -201,24 +204,26 @@ impl GapReport<'_> {
                     "  No curve leaves the 95 % band of simulated recordings further than chance would: {} were compared.",
                     self.curves.len()
                 );
+                if self.answer.verdict != Verdict::None {
+                    let _ = writeln!(out, "  It is too weak for that: only the whole recording together tells.");
+                }
             }
             _ => {
-                let _ = writeln!(
-                    out,
-                    "  {:<40}{:>7}{:>18}{:>15}   most of it",
-                    "", "share", "outside nominal", "with effects"
-                );
+                let changed = self.judged_present().next().is_some();
+                let with_effects = |text: String| if changed { format!("{text:>15}") } else { String::new() };
+                let head = with_effects("with effects".into());
+                let _ = writeln!(out, "  {:<36}{:>7}{:>18}{head}   most of it", "", "share", "outside nominal");
                 for c in there.iter().take(LISTED) {
                     let most = c.most_in.map_or_else(String::new, |[from, to]| {
                         format!("{} to {} {}", significant(from, 3), significant(to, 3), c.x_unit)
                     });
                     let _ = writeln!(
                         out,
-                        "  {:<40}{:>7.2}{:>18}{:>15}   {most}",
+                        "  {:<36}{:>7.2}{:>18}{}   {most}",
                         curve_name(c),
                         c.share,
                         percent(c.outside_before),
-                        percent(c.outside_after),
+                        with_effects(percent(c.outside_after)),
                     );
                 }
                 let _ = writeln!(
@@ -319,7 +324,9 @@ impl GapReport<'_> {
                 (None, "spectrum_ln_rms") => ("spectrum off by, ln, rms".into(), 1.0),
                 (None, other) => (other.to_string(), 1.0),
             };
-            let shown = |v: f64| significant(factor * v, 4);
+            // scores differ in the third decimal place
+            let score = metric.metric == "log_score";
+            let shown = |v: f64| if score { format!("{v:.4}") } else { significant(factor * v, 4) };
             let _ = writeln!(
                 out,
                 "  {name:<34}{:>12}{:>12}{:>12}",
@@ -359,7 +366,8 @@ impl GapReport<'_> {
                 };
                 let _ = writeln!(
                     out,
-                    "  Until it is found, widen the noise that the filter believes in: what the simulator predicts is too sure."
+                    "  Until it is found, do not rely on the simulator where curves leave its bands; take a filter's noise from \
+                     recordings."
                 );
             }
         }
@@ -375,12 +383,19 @@ impl GapReport<'_> {
             .max_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((horizon_s, m)) = longest {
             let [before, after, floor] = [m.before, m.after, m.floor].map(|v| significant(degrees(v), 3));
-            let _ = writeln!(
-                out,
-                "  A filter that models it would let the heading drift {after}° rms in {} at rest, where it is {before}° \
-                 without; {floor}° is the least that this noise allows.",
-                duration_text(horizon_s)
-            );
+            let horizon = duration_text(horizon_s);
+            let _ = if m.after < HARDLY * m.before {
+                writeln!(
+                    out,
+                    "  A filter that models it would let the heading drift {after}° rms in {horizon} at rest, where it is \
+                     {before}° without;\n  on simulated recordings it is {floor}°."
+                )
+            } else {
+                writeln!(
+                    out,
+                    "  The heading at rest gains little by it: it drifts {before}° rms in {horizon} without, {after}° with it."
+                )
+            };
         }
     }
 }
@@ -395,6 +410,10 @@ fn closed(effect: &EffectAnswer) -> Option<String> {
 fn parameters(out: &mut String, effect: &EffectAnswer) {
     let about: Option<&About> = by_id(&effect.id).map(|e| e.about());
     for (parameter, value) in &effect.parameters {
+        // a part of the form that was not found
+        if *value == 0.0 && effect.std.get(parameter).is_none_or(|std| *std == 0.0) {
+            continue;
+        }
         let (name, unit) = name_and_unit(parameter);
         let std = effect.std.get(parameter).copied();
         let meaning = about.and_then(|a| a.parameters.iter().find(|p| p.name == parameter)).map_or("", |p| p.meaning);

@@ -49,7 +49,7 @@ impl Recipe {
         };
         let unit = match shown {
             Shown::Power | Shown::LargestPower => POWER,
-            Shown::ShareOfSamples => "1",
+            Shown::ShareOfSamples | Shown::NoiseLevel => "1",
             _ => RATE,
         };
         Self { over, shown, x_unit, unit, x: bins.iter().map(middle).collect(), bins, scatter }
@@ -151,9 +151,12 @@ impl Instrument {
             shares,
         ];
         for c in &self.conditions {
-            out.push(by_bin(c, &deviation, |v| v));
-            let squares = by_bin(c, &differences, |v| 0.5 * v * v);
-            out.push(squares.into_iter().map(f64::sqrt).collect());
+            // what is alike everywhere follows no condition: offsets show over time, levels over frequency
+            let mean = mean_there(&deviation);
+            out.push(by_bin(c, &deviation, |v| v - mean));
+            let squares = differences.iter().map(|v| v * v);
+            let level = mean_there(&squares.collect::<Vec<_>>()).max(f64::MIN_POSITIVE);
+            out.push(by_bin(c, &differences, |v| v * v / level).into_iter().map(f64::sqrt).collect());
         }
         out
     }

@@ -65,7 +65,8 @@ pub enum Over {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shown {
-    /// Mean deviation from the nominal warm-up, its repeatability taken out, rad/s.
+    /// Mean deviation from the nominal warm-up, its repeatability taken out, rad/s; over a condition, less the mean of the
+    /// whole recording.
     Deviation,
     /// Two-sided power spectral density, mean over the band, rad²/s²/Hz.
     Power,
@@ -75,7 +76,7 @@ pub enum Shown {
     AllanDeviation,
     /// Share of the samples in the bin.
     ShareOfSamples,
-    /// Root mean square difference of neighbouring samples over √2: the standard deviation of white noise, rad/s.
+    /// Root mean square difference of neighbouring samples, relative to that of the whole recording.
     NoiseLevel,
 }
 

@@ -114,7 +114,7 @@ fn row(metric: &Metric) -> Option<(String, [(f64, String); 3])> {
         ("log_score", None) => {
             // a score has no zero: what it falls short of the floor has
             let shown = |v: f64| ((metric.floor - v).max(0.0), significant(v, 4));
-            ("log score below floor, nats".into(), values.map(shown))
+            ("log score (bar: short of floor)".into(), values.map(shown))
         }
         (other, None) => {
             let name = match other {
@@ -137,10 +137,10 @@ fn chart(curve: &Curve, with_effects: bool) -> Chart {
     // empty bins lie at the foot of a logarithmic axis
     let foot = all().filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min) / 2.0;
     let y_unit = match curve.shown {
-        Shown::Deviation | Shown::NoiseLevel => quantity::rate(largest, None),
+        Shown::Deviation => quantity::rate(largest, None),
         Shown::AllanDeviation => Quantity { unit: "rad/s", per_si: 1.0 },
         Shown::Power | Shown::LargestPower => Quantity { unit: "rad²/s²/Hz", per_si: 1.0 },
-        Shown::ShareOfSamples => Quantity { unit: "", per_si: 1.0 },
+        Shown::ShareOfSamples | Shown::NoiseLevel => Quantity { unit: "", per_si: 1.0 },
     };
     let span = curve.x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let x_unit = match curve.over {
@@ -168,7 +168,7 @@ fn chart(curve: &Curve, with_effects: bool) -> Chart {
         Shown::LargestPower => "Largest line",
         Shown::AllanDeviation => "Allan deviation",
         Shown::ShareOfSamples => "Share of samples",
-        Shown::NoiseLevel => "Noise, standard deviation",
+        Shown::NoiseLevel => "Noise, relative to all",
     };
     let x_axis = if log_x { Axis::log(x_label, x_unit.unit) } else { Axis::linear(x_label, x_unit.unit) };
     let y_axis = if log_y { Axis::log(y_label, y_unit.unit) } else { Axis::linear(y_label, y_unit.unit) };
@@ -177,12 +177,13 @@ fn chart(curve: &Curve, with_effects: bool) -> Chart {
     let rows: Vec<usize> = (0..curve.x.len()).filter(|i| !log_x || curve.x[*i] > 0.0).collect();
     let x = |i: &usize| x_unit.of(curve.x[*i]);
     let band = |of: &[[f64; 2]]| rows.iter().map(|i| [x(i), y(of[*i][0]), y(of[*i][1])]).collect::<Vec<_>>();
-    let recorded: Vec<[f64; 2]> = rows.iter().map(|i| [x(i), y(curve.recorded[*i])]).collect();
+    let there = |v: f64| if log_y && v <= 0.0 { f64::NAN } else { y(v) };
+    let recorded: Vec<[f64; 2]> = rows.iter().map(|i| [x(i), there(curve.recorded[*i])]).collect();
     let mut name = curve_name(curve);
     if let Some(first) = name.get(..1) {
         name = first.to_uppercase() + &name[1..];
     }
-    let share = if curve.share > 0.0 { format!(", share {:.2}", curve.share) } else { String::new() };
+    let share = if curve.share >= 0.005 { format!(", share {:.2}", curve.share) } else { String::new() };
     let mut chart = Chart::new(x_axis, y_axis).title(format!("{name}{share}"));
     if let Some([from, to]) = curve.most_in {
         let from = if log_x && from <= 0.0 { f64::NEG_INFINITY } else { x_unit.of(from) };
