@@ -6,13 +6,20 @@ use gyroid::report::LogFacts;
 use gyroid::signal::{TimeAxis, names};
 use gyroid::units::{RateUnit, TimeUnit};
 use gyroid::{Error, ErrorKind, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A log at rest and how to read it.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct LogArgs {
     /// Log of a gyro at rest: CSV, TSV (also gzipped) or Parquet
     log: PathBuf,
+    #[command(flatten)]
+    columns: ColumnArgs,
+}
+
+/// How to read the columns of a log at rest.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ColumnArgs {
     /// Axis of the gyro
     #[arg(long, value_enum, default_value_t = AxisName::Z)]
     axis: AxisName,
@@ -82,9 +89,9 @@ fn parse_time_unit(text: &str) -> std::result::Result<TimeUnit, String> {
     TimeUnit::parse(text).ok_or_else(|| "no unit of time; there are s, ms, us, ns".to_string())
 }
 
-impl LogArgs {
+impl ColumnArgs {
     /// Reads the log, and leaves out motion where that was asked for.
-    pub fn read(&self) -> Result<GyroRecording> {
+    pub fn read(&self, log: &Path) -> Result<GyroRecording> {
         if self.start_offset.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {
             return Err(Error::new(ErrorKind::Usage, "--start-offset", "must be zero or a positive number of seconds"));
         }
@@ -101,7 +108,7 @@ impl LogArgs {
             rate_hz: self.rate,
             sort_time: self.sort_time,
         };
-        let recording = ingest::read_gyro(&self.log, &query)?;
+        let recording = ingest::read_gyro(log, &query)?;
         if self.trim_motion { recording.without_motion() } else { Ok(recording) }
     }
 
@@ -115,6 +122,18 @@ impl LogArgs {
             }
             _ => time,
         }
+    }
+}
+
+impl LogArgs {
+    /// Reads the log, and leaves out motion where that was asked for.
+    pub fn read(&self) -> Result<GyroRecording> {
+        self.columns.read(&self.log)
+    }
+
+    /// The time axis since power-on: the log's own, or begun `--start-offset` after it.
+    pub fn time_since_power_on(&self, recording: &GyroRecording) -> TimeAxis {
+        self.columns.time_since_power_on(recording)
     }
 
     /// What the report says of the log.
@@ -141,7 +160,7 @@ impl LogArgs {
         let mut notes = recording.notes.clone();
         notes.extend(audit.gaps.text());
         notes.extend(audit.findings());
-        if let (false, Some(motion)) = (self.trim_motion, audit.motion.text()) {
+        if let (false, Some(motion)) = (self.columns.trim_motion, audit.motion.text()) {
             notes.push(format!("the log moves, {motion}; --trim-motion leaves that out"));
         }
         notes

@@ -16,6 +16,7 @@ pub mod judge;
 pub mod layers;
 pub mod lines;
 pub mod parts;
+pub mod place;
 pub mod popcorn;
 pub mod prepare;
 pub mod search;

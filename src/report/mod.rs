@@ -3,6 +3,7 @@
 mod check;
 mod figure;
 pub mod fit;
+mod gap;
 mod numbers;
 pub mod plot;
 mod study;
@@ -10,4 +11,5 @@ mod study;
 pub use check::ModelCheck;
 pub use figure::fit_picture;
 pub use fit::{FitReport, LogFacts, Verdict};
+pub use gap::GapReport;
 pub use study::{Claim, Status, StudyReport};

@@ -1,6 +1,7 @@
 //! `gyroid gap`: the gap between the nominal simulator and recordings.
 
 mod bench;
+mod diagnose;
 
 use super::Outcome;
 use clap::{Args, Subcommand};
@@ -16,11 +17,13 @@ pub(crate) struct GapArgs {
 
 #[derive(Debug, Subcommand)]
 enum GapCommand {
+    Diagnose(diagnose::DiagnoseArgs),
     Bench(bench::BenchArgs),
 }
 
 pub(crate) fn run(args: &GapArgs) -> Result<Outcome> {
     match &args.command {
+        GapCommand::Diagnose(args) => diagnose::run(args),
         GapCommand::Bench(args) => bench::run(args),
     }
 }

@@ -21,12 +21,14 @@
 //! drawn from envelopes and block means, so that files stay small whatever the length.
 
 mod axis;
+mod bars;
 pub mod bench;
 mod chart;
 pub mod drive;
 mod envelope;
 pub mod fit;
 mod font;
+pub mod gap;
 mod geometry;
 mod heat;
 mod layout;
@@ -38,6 +40,7 @@ mod scene;
 pub mod study;
 
 pub use axis::Axis;
+pub use bars::{Bar, BarChart};
 pub use chart::Chart;
 pub use heat::HeatMap;
 pub use page::{Page, Panel};

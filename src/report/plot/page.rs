@@ -1,6 +1,7 @@
 //! A page: a title, a few words under it, and panels in rows.
 
 use super::bad;
+use super::bars::BarChart;
 use super::chart::Chart;
 use super::font;
 use super::geometry::Rect;
@@ -34,6 +35,8 @@ pub enum Panel {
     },
     /// A matrix.
     HeatMap(HeatMap),
+    /// Bars with names.
+    Bars(BarChart),
     /// Words in the place of a chart that could not be made, and why.
     Notice {
         /// What would have been here.
@@ -52,6 +55,12 @@ impl From<Chart> for Panel {
 impl From<HeatMap> for Panel {
     fn from(map: HeatMap) -> Self {
         Self::HeatMap(map)
+    }
+}
+
+impl From<BarChart> for Panel {
+    fn from(bars: BarChart) -> Self {
+        Self::Bars(bars)
     }
 }
 
@@ -142,6 +151,7 @@ impl Panel {
         match self {
             Self::Chart(chart) => Placed::new(chart, place, Shared::default())?.draw(scene),
             Self::HeatMap(map) => map.draw(place, scene),
+            Self::Bars(bars) => bars.draw(place, scene),
             Self::Stack { title, label, charts } => stack(title, label, charts, place, scene),
             Self::Notice { title, text } => {
                 scene.text((place.left, place.top + TITLE), title, TITLE, BLACK, Align::Start);

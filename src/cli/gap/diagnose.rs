@@ -1,0 +1,140 @@
+//! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
+
+use crate::cli::Outcome;
+use crate::cli::log_args::ColumnArgs;
+use crate::cli::output::{Common, Output};
+use clap::Args;
+use gyroid::config::{Config, Kind};
+use gyroid::effects::{Library, registry};
+use gyroid::files::OutputFile;
+use gyroid::gap::diagnose::{Options, diagnose};
+use gyroid::gap::place;
+use gyroid::report::GapReport;
+use gyroid::report::plot::Format;
+use gyroid::signal::Log;
+use gyroid::{Error, ErrorKind, Result};
+use std::path::{Path, PathBuf};
+
+/// Compare a recording with the simulator of CONFIG: where the gap lies, which effect causes it, how far it shrinks
+///
+/// Exit code 0 whatever the verdict: an effect of the library, none, or one that the library does not know.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    gyroid gap diagnose sim.toml --fit fit.parquet --hold hold.parquet --plot gap.png\n  \
+    gyroid gap diagnose sim.toml --fit fit.csv --json answer.json --write-sim augmented.toml")]
+pub(crate) struct DiagnoseArgs {
+    /// The nominal simulator: a configuration with [gyro]
+    config: PathBuf,
+    /// Recording to diagnose from, at rest: CSV, TSV (also gzipped) or Parquet
+    #[arg(long, value_name = "LOG")]
+    fit: PathBuf,
+    /// Another recording of the same unit, only to measure how far the gap shrinks
+    #[arg(long, value_name = "LOG")]
+    hold: Option<PathBuf>,
+    /// Write the configuration with the effects that were found as tables [[effect]]
+    #[arg(long, value_name = "FILE")]
+    write_sim: Option<PathBuf>,
+    /// Draw the page; the format follows the ending, .svg or .png; may be given more than once
+    #[arg(long, value_name = "FILE")]
+    plot: Vec<PathBuf>,
+    /// Seed of the simulated recordings
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Effects to leave out of the library, by id
+    #[arg(long, value_name = "ID", num_args = 1..)]
+    without: Vec<String>,
+    #[command(flatten)]
+    columns: ColumnArgs,
+    #[command(flatten)]
+    common: Common,
+}
+
+pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
+    let output = Output::open(&args.common)?;
+    let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
+    let plots = plots.collect::<Result<Vec<_>>>()?;
+    let write_sim = args.write_sim.as_ref().map(OutputFile::claim).transpose()?;
+    let library = library(&args.without)?;
+    let config = at_rest(&args.config)?;
+    let working = output.working("reading");
+    let fit = read(&args.columns, &args.fit)?;
+    let hold = args.hold.as_ref().map(|path| read(&args.columns, path)).transpose()?;
+    working.show("comparing effects");
+    let options = Options { seed: args.seed, ..Options::default() };
+    let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
+    let diagnosis = diagnose(&config, &fit, hold.as_ref(), &library, &options).map_err(named)?;
+    working.show("simulating recordings");
+    let found = &diagnosis.augmented.effects[config.effects.len()..];
+    let curves = place::of_log(&config, found, &library, &fit, options.since_power_on_s, args.seed).map_err(named)?;
+    drop(working);
+
+    let kept_back = args.hold.as_deref().map(name);
+    let report = GapReport {
+        recording: &name(&args.fit),
+        kept_back: kept_back.as_deref(),
+        answer: &diagnosis.answer,
+        curves: &curves,
+    };
+    output.say(report.text());
+    if !plots.is_empty() {
+        let picture = report.picture()?;
+        let names: Vec<String> = plots.iter().map(|p| p.target().display().to_string()).collect();
+        plots.into_iter().try_for_each(|file| picture.write(file))?;
+        output.say(format!("\ndrew {}", names.join(", ")));
+    }
+    if let Some(mut file) = write_sim {
+        let target = file.target().display().to_string();
+        file.write_all(diagnosis.augmented.to_toml().map_err(|e| e.named(&target))?.as_bytes())?;
+        file.commit()?;
+        output.say(format!("wrote {target}: {}", effects_text(found.len())));
+    }
+    let mut json = serde_json::json!(diagnosis.answer);
+    json["curves"] = serde_json::json!(curves);
+    output.finish(&json)?;
+    Ok(Outcome::Done)
+}
+
+fn effects_text(count: usize) -> String {
+    match count {
+        0 => "the nominal simulator, no effect added".into(),
+        1 => "one effect added".into(),
+        n => format!("{n} effects added"),
+    }
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+}
+
+/// The configuration of a gyro at rest.
+fn at_rest(path: &Path) -> Result<Config> {
+    let config = Config::read(path)?;
+    if config.kind == Kind::Driving {
+        let found = "is of a drive, and only logs of a gyro at rest can be diagnosed yet";
+        return Err(Error::new(ErrorKind::Config, path.display(), found).at("kind = \"driving\"").mend(
+            "record the robot at rest from power-on, and write kind = \"stationary\" into a copy with [gyro] alone",
+        ));
+    }
+    Ok(config)
+}
+
+fn library(without: &[String]) -> Result<Library> {
+    let ids: Vec<&str> = registry().iter().map(|e| e.about().id).collect();
+    match without.iter().find(|w| !ids.contains(&w.as_str())) {
+        Some(unknown) => {
+            Err(Error::new(ErrorKind::Usage, "--without", format!("no effect at rest is called {unknown:?}"))
+                .mend(format!("there are {}", ids.join(", "))))
+        }
+        None => Ok(Library::without(without.iter().cloned())),
+    }
+}
+
+/// A recording on time since power-on, named by its path.
+fn read(columns: &ColumnArgs, path: &Path) -> Result<Log> {
+    let recording = columns.read(path)?;
+    let time = columns.time_since_power_on(&recording);
+    let mut log = recording.log;
+    log.time = time;
+    log.source = path.display().to_string();
+    Ok(log)
+}

@@ -1,0 +1,430 @@
+//! The page of a diagnosis: where does the gap lie, which effect causes it, how far does it shrink, what to do about it.
+
+use super::numbers::{known_digits, significant};
+use super::plot::Picture;
+use super::plot::gap::GapFigure;
+use crate::effects::{About, by_id};
+use crate::error::Result;
+use crate::gap::answer::{Answer, EffectAnswer, Metric, Verdict};
+use crate::gap::place::{Curve, Over, Shown};
+use crate::units::{RAD_S_PER_DEG_S, duration_text};
+use std::fmt::Write;
+
+/// Curves and effects that the page lists.
+const LISTED: usize = 6;
+/// From this part of the drift before on, the heading hardly gains.
+const HARDLY: f64 = 0.95;
+/// Less probable effects are not listed.
+const LEAST_PROBABILITY: f64 = 0.005;
+
+/// A diagnosis for people.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GapReport<'a> {
+    /// Name of the recording that was diagnosed.
+    pub recording: &'a str,
+    /// Name of the recording that was kept back, where there is one.
+    pub kept_back: Option<&'a str>,
+    /// The answer.
+    pub answer: &'a Answer,
+    /// Where the recording leaves what the simulators would have recorded.
+    pub curves: &'a [Curve],
+}
+
+/// Title of an effect, or its id where the library does not know it.
+pub(super) fn title(id: &str) -> &str {
+    by_id(id).map_or(id, |e| e.about().title)
+}
+
+/// What a curve shows over what, in words.
+pub(super) fn curve_name(curve: &Curve) -> String {
+    let shown = match curve.shown {
+        Shown::Deviation => "deviation",
+        Shown::Power => "spectrum",
+        Shown::LargestPower => "largest spectral line",
+        Shown::AllanDeviation => "Allan deviation",
+        Shown::ShareOfSamples => "share of samples",
+        Shown::NoiseLevel => "noise",
+    };
+    format!("{shown} over {}", over_name(curve.over))
+}
+
+/// What a curve runs over, in words.
+pub(super) fn over_name(over: Over) -> &'static str {
+    match over {
+        Over::Time => "time",
+        Over::Frequency => "frequency",
+        Over::AveragingTime => "averaging time",
+        Over::Amplitude => "amplitude",
+        Over::TemperatureC => "temperature",
+        Over::TemperatureRate => "temperature rate",
+        Over::SupplyV => "supply",
+        Over::ElapsedTime => "elapsed time",
+    }
+}
+
+/// Units by the ends of parameter names, longer ones before those that they end in.
+const UNITS: [(&str, &str); 16] = [
+    ("_rad_s_sqrt_s", "rad/s/√s"),
+    ("_rad_s_per_c2", "rad/s/°C²"),
+    ("_rad_s_per_v2", "rad/s/V²"),
+    ("_rad_s_per_c", "rad/s/°C"),
+    ("_rad_s_per_v", "rad/s/V"),
+    ("_rad_s2", "rad/s²"),
+    ("_rad_s", "rad/s"),
+    ("_rad", "rad"),
+    ("_hz", "Hz"),
+    ("_per_sample", "per sample"),
+    ("_per_c2", "1/°C²"),
+    ("_per_c", "1/°C"),
+    ("_per_v", "1/V"),
+    ("_c", "°C"),
+    ("_v", "V"),
+    ("_s", "s"),
+];
+
+/// `level_spacing_rad_s` is (`level spacing`, `rad/s`).
+fn name_and_unit(parameter: &str) -> (String, &'static str) {
+    let found = UNITS.iter().find_map(|(end, unit)| parameter.strip_suffix(end).map(|name| (name, *unit)));
+    let (name, unit) = found.unwrap_or((parameter, ""));
+    (name.replace('_', " "), unit)
+}
+
+/// A share as percent: `97 %`, `99.6 %`.
+fn percent(share: f64) -> String {
+    let digits = usize::from((0.985..1.0).contains(&share));
+    let text = format!("{:.digits$} %", 100.0 * share);
+    if text == "-0 %" { "0 %".into() } else { text }
+}
+
+/// Horizon of a heading drift, s.
+pub(super) fn heading_horizon_s(metric: &Metric) -> Option<f64> {
+    metric.metric.strip_prefix("heading_drift_rms_rad_")?.strip_suffix('s')?.parse().ok()
+}
+
+fn degrees(rad: f64) -> f64 {
+    rad / RAD_S_PER_DEG_S
+}
+
+impl GapReport<'_> {
+    /// The verdict in one line.
+    #[must_use]
+    pub fn verdict_line(&self) -> String {
+        let a = self.answer;
+        match (a.verdict, a.main.as_deref()) {
+            (Verdict::Identified, Some(main)) => {
+                let closed = self.effect(main).and_then(closed).map(|c| format!("; it closes {c} of the gap"));
+                format!(
+                    "IDENTIFIED: {} ({main}), probability {:.2}{}",
+                    title(main),
+                    a.main_probability,
+                    closed.unwrap_or_default()
+                )
+            }
+            (Verdict::None, _) => {
+                format!("NO GAP: the nominal simulator explains the recording, probability {:.2}", a.none_probability)
+            }
+            _ => format!(
+                "UNKNOWN: there is a gap, and no effect of the library explains most of it, probability {:.2}",
+                a.unknown_probability
+            ),
+        }
+    }
+
+    /// The page for a terminal.
+    #[must_use]
+    pub fn text(&self) -> String {
+        // writing to a String cannot fail
+        let mut out = String::new();
+        let kept_back = self.kept_back.map(|name| format!(", kept back: {name}")).unwrap_or_default();
+        let _ = writeln!(out, "{}\n\nrecording: {}{kept_back}", self.verdict_line(), self.recording);
+        let _ = writeln!(out, "\n1. Where does the gap lie?\n");
+        self.place(&mut out);
+        let _ = writeln!(out, "\n2. Which effect causes it?\n");
+        self.which(&mut out);
+        let _ = writeln!(out, "\n3. How far does it shrink?\n");
+        self.how_far(&mut out);
+        let _ = writeln!(out, "\n4. What to do about it\n");
+        self.remedy(&mut out);
+        if !self.answer.notes.is_empty() {
+            out.push('\n');
+        }
+        for note in &self.answer.notes {
+            let _ = writeln!(out, "  note: {note}");
+        }
+        out.truncate(out.trim_end().len());
+        out
+    }
+
+    /// The figure.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Value`] if a number cannot be shown.
+    pub fn picture(&self) -> Result<Picture> {
+        GapFigure { title: self.recording, verdict: &self.verdict_line(), answer: self.answer, curves: self.curves }
+            .draw()
+    }
+
+    fn effect(&self, id: &str) -> Option<&EffectAnswer> {
+        self.answer.effects.iter().find(|e| e.id == id)
+    }
+
+    /// The main effect, then what else was judged present.
+    fn judged_present(&self) -> impl Iterator<Item = &EffectAnswer> {
+        let main = self.answer.main.as_ref();
+        let others = self.answer.together.iter().filter(move |id| Some(*id) != main);
+        main.into_iter().chain(others).filter_map(|id| self.effect(id))
+    }
+
+    fn place(&self, out: &mut String) {
+        if let Some(place) = &self.answer.place {
+            let _ = writeln!(out, "  channel {}; {}", place.channel, place.equation);
+            if let Some([from, to]) = place.time_s {
+                let _ = writeln!(out, "  time {} to {} s", significant(from, 4), significant(to, 4));
+            }
+            if let Some([from, to]) = place.frequency_hz {
+                let _ = writeln!(out, "  frequency {} to {} Hz", significant(from, 3), significant(to, 3));
+            }
+            if let Some(condition) = &place.condition {
+                let _ = writeln!(out, "  it follows {condition}");
+            }
+            if let Some(description) = &place.description {
+                let _ = writeln!(out, "  it looks like: {description}");
+            }
+            out.push('\n');
+        }
+        let mut there: Vec<&Curve> = self.curves.iter().filter(|c| c.excess_before > 0.0).collect();
+        there.sort_by(|a, b| b.share.total_cmp(&a.share));
+        match (there.is_empty(), self.curves.is_empty()) {
+            (_, true) => {
+                let _ = writeln!(out, "  Not compared with simulated recordings.");
+            }
+            (true, _) => {
+                let _ = writeln!(
+                    out,
+                    "  No curve leaves the 95 % band of simulated recordings further than chance would: {} were compared.",
+                    self.curves.len()
+                );
+                if self.answer.verdict != Verdict::None {
+                    let _ = writeln!(out, "  It is too weak for that: only the whole recording together tells.");
+                }
+            }
+            _ => {
+                let changed = self.judged_present().next().is_some();
+                let with_effects = |text: String| if changed { format!("{text:>15}") } else { String::new() };
+                let head = with_effects("with effects".into());
+                let _ = writeln!(out, "  {:<36}{:>7}{:>18}{head}   most of it", "", "share", "outside nominal");
+                for c in there.iter().take(LISTED) {
+                    let most = c.most_in.map_or_else(String::new, |[from, to]| {
+                        format!("{} to {} {}", significant(from, 3), significant(to, 3), c.x_unit)
+                    });
+                    let _ = writeln!(
+                        out,
+                        "  {:<36}{:>7.2}{:>18}{}   {most}",
+                        curve_name(c),
+                        c.share,
+                        percent(c.outside_before),
+                        with_effects(percent(c.outside_after)),
+                    );
+                }
+                let _ = writeln!(
+                    out,
+                    "\n  share: of the excess over all curves, which overlap; outside: points of the recording beyond the 95 % \
+                     band of simulated ones"
+                );
+            }
+        }
+    }
+
+    fn which(&self, out: &mut String) {
+        let a = self.answer;
+        match (a.verdict, a.main.as_deref()) {
+            (Verdict::Identified, Some(main)) => {
+                let _ = writeln!(out, "  {} ({main}), probability {:.2}", title(main), a.main_probability);
+                if let Some(about) = by_id(main).map(|e| e.about()) {
+                    let _ = writeln!(out, "    {}", about.equation);
+                }
+                if let Some(effect) = self.effect(main) {
+                    parameters(out, effect);
+                }
+            }
+            (Verdict::None, _) => {
+                let _ = writeln!(out, "  None: the nominal simulator suffices, probability {:.2}", a.none_probability);
+            }
+            _ => {
+                let _ = writeln!(out, "  None of the library, probability {:.2}", a.unknown_probability);
+                for form in a.free_forms.iter().take(3) {
+                    let _ = writeln!(
+                        out,
+                        "    {:.2} {}: {}",
+                        form.probability,
+                        form.id.replace('_', " "),
+                        form.description
+                    );
+                }
+            }
+        }
+        for effect in self.judged_present().filter(|e| Some(&e.id) != a.main.as_ref()) {
+            let _ =
+                writeln!(out, "\n  also {} ({}), probability {:.2}", title(&effect.id), effect.id, effect.probability);
+            parameters(out, effect);
+        }
+        self.runners_up(out);
+        for (i, class) in a.cannot_tell_apart.iter().enumerate() {
+            let names: Vec<&str> = class.iter().map(|id| title(id)).collect();
+            let _ = writeln!(out, "\n  This recording cannot tell apart: {}.", names.join(", "));
+            let alike = a.alike.get(i).filter(|alike| !alike.separate_by.is_empty());
+            if let Some(alike) = alike {
+                let _ =
+                    writeln!(out, "    overlap {:.2}; what would separate them: {}", alike.overlap, alike.separate_by);
+            }
+        }
+    }
+
+    fn runners_up(&self, out: &mut String) {
+        let a = self.answer;
+        let others: Vec<&EffectAnswer> = a
+            .effects
+            .iter()
+            .filter(|e| !a.together.contains(&e.id) && Some(&e.id) != a.main.as_ref())
+            .filter(|e| e.probability >= LEAST_PROBABILITY)
+            .take(LISTED)
+            .collect();
+        let _ = writeln!(out, "\n  otherwise:");
+        for effect in others {
+            let closed = closed(effect).map(|c| format!(", closes {c} alone")).unwrap_or_default();
+            let _ = writeln!(out, "    {:.2} {}{closed}", effect.probability, title(&effect.id));
+        }
+        if a.verdict != Verdict::None {
+            let _ = writeln!(out, "    {:.2} nothing is lacking", a.none_probability);
+        }
+        if a.verdict != Verdict::Unknown {
+            let _ = writeln!(out, "    {:.2} something that is not in the library", a.unknown_probability);
+        }
+    }
+
+    fn how_far(&self, out: &mut String) {
+        let a = self.answer;
+        if a.gap.is_empty() {
+            let why = if self.kept_back.is_some() {
+                "Not measured."
+            } else {
+                "Not measured: that takes another recording of the same unit, kept back from the fit (--hold)."
+            };
+            let _ = writeln!(out, "  {why}");
+            return;
+        }
+        let _ = writeln!(out, "  {:<34}{:>12}{:>12}{:>12}", "on the recording kept back", "before", "after", "floor");
+        for metric in &a.gap {
+            let (name, factor) = match (heading_horizon_s(metric), metric.metric.as_str()) {
+                (Some(horizon_s), _) => {
+                    (format!("heading drift in {}, rms, deg", duration_text(horizon_s)), degrees(1.0))
+                }
+                (None, "log_score") => ("log score, nats".into(), 1.0),
+                (None, "allan_deviation_ln_rms") => ("Allan deviation off by, ln, rms".into(), 1.0),
+                (None, "spectrum_ln_rms") => ("spectrum off by, ln, rms".into(), 1.0),
+                (None, other) => (other.to_string(), 1.0),
+            };
+            // scores differ in the third decimal place
+            let score = metric.metric == "log_score";
+            let shown = |v: f64| if score { format!("{v:.4}") } else { significant(factor * v, 4) };
+            let _ = writeln!(
+                out,
+                "  {name:<34}{:>12}{:>12}{:>12}",
+                shown(metric.before),
+                shown(metric.after),
+                shown(metric.floor)
+            );
+        }
+        for effect in self.judged_present() {
+            if let Some(closed) = closed(effect) {
+                let _ = writeln!(out, "  {} alone closes {closed} of the gap in log score", title(&effect.id));
+            }
+        }
+        let _ = writeln!(out, "  floor: what the augmented simulator scores on its own recordings");
+    }
+
+    fn remedy(&self, out: &mut String) {
+        let a = self.answer;
+        match a.verdict {
+            Verdict::None => {
+                let _ = writeln!(
+                    out,
+                    "  Nothing: the simulator may be used as it is, under the conditions of this recording."
+                );
+            }
+            Verdict::Identified => {
+                for about in self.judged_present().filter_map(|effect| by_id(&effect.id)).map(|e| e.about()) {
+                    let _ = writeln!(out, "  {}: {}", about.title, about.remedy);
+                }
+                self.gain(out);
+            }
+            Verdict::Unknown => {
+                let place = a.place.as_ref().and_then(|p| p.description.as_deref());
+                let _ = match place {
+                    Some(description) => writeln!(out, "  Look for a cause of this: {description}."),
+                    None => writeln!(out, "  Look for a cause where the curves above leave their bands."),
+                };
+                let _ = writeln!(
+                    out,
+                    "  Until it is found, do not rely on the simulator where curves leave its bands; take a filter's noise from \
+                     recordings."
+                );
+            }
+        }
+    }
+
+    /// What the heading gains over the longest horizon.
+    fn gain(&self, out: &mut String) {
+        let longest = self
+            .answer
+            .gap
+            .iter()
+            .filter_map(|m| heading_horizon_s(m).map(|horizon_s| (horizon_s, m)))
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((horizon_s, m)) = longest {
+            let [before, after, floor] = [m.before, m.after, m.floor].map(|v| significant(degrees(v), 3));
+            let horizon = duration_text(horizon_s);
+            let _ = if m.after < HARDLY * m.before {
+                writeln!(
+                    out,
+                    "  A filter that models it would let the heading drift {after}° rms in {horizon} at rest, where it is \
+                     {before}° without;\n  on simulated recordings it is {floor}°."
+                )
+            } else {
+                writeln!(
+                    out,
+                    "  The heading at rest gains little by it: it drifts {before}° rms in {horizon} without, {after}° with it."
+                )
+            };
+        }
+    }
+}
+
+/// `97 % (95 %: 95 to 99 %)`.
+fn closed(effect: &EffectAnswer) -> Option<String> {
+    let share = effect.gap_closed?;
+    let interval = effect.gap_closed_ci95.map(|[low, high]| format!(" (95 %: {} to {})", percent(low), percent(high)));
+    Some(percent(share) + &interval.unwrap_or_default())
+}
+
+fn parameters(out: &mut String, effect: &EffectAnswer) {
+    let about: Option<&About> = by_id(&effect.id).map(|e| e.about());
+    for (parameter, value) in &effect.parameters {
+        // a part of the form that was not found
+        if *value == 0.0 && effect.std.get(parameter).is_none_or(|std| *std == 0.0) {
+            continue;
+        }
+        let (name, unit) = name_and_unit(parameter);
+        let std = effect.std.get(parameter).copied();
+        let meaning = about.and_then(|a| a.parameters.iter().find(|p| p.name == parameter)).map_or("", |p| p.meaning);
+        let shown = match std {
+            Some(std) => format!("{} ± {}", known_digits(*value, std), significant(std, 2)),
+            None => significant(*value, 4),
+        };
+        let _ = writeln!(out, "    {name:<22}{:<30}{meaning}", format!("{shown} {unit}"));
+    }
+}
+
+#[cfg(test)]
+#[path = "gap/tests.rs"]
+mod tests;
