@@ -180,7 +180,7 @@ struct Looks<'a> {
 
 /// Whether a candidate changes the level of the noise.
 fn is_level(c: &Candidate) -> bool {
-    matches!(c.kind, Kind::Variance(_)) || c.id == "free.white_level"
+    matches!(c.kind, Kind::Variance(_) | Kind::Shape(_)) || c.id == "free.white_level"
 }
 
 impl Looks<'_> {

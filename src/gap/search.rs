@@ -4,7 +4,7 @@
 //! keeps its evidence and takes part in the posterior probabilities.
 
 use super::evidence::{Fitted, Likelihood};
-use super::hypothesis::{Hypothesis, Kind};
+use super::hypothesis::{Hypothesis, Kind, variance_profile};
 use super::lines::Lines;
 use std::collections::BTreeMap;
 
@@ -133,7 +133,16 @@ impl<'a> Search<'a> {
             let scale = 1.0 / s[b].sqrt();
             z[e[0]..e[1]].iter_mut().for_each(|v| *v *= scale);
         }
-        l.frame.series(&z)
+        let mut w = l.frame.series(&z);
+        for part in h.noises.iter().filter(|n| matches!(l.candidates[n.candidate].kind, Kind::Variance(_))) {
+            let profile = variance_profile(l.frame, part);
+            let mean = profile.iter().sum::<f64>() / profile.len().max(1) as f64;
+            let long = w.len().div_ceil(profile.len().max(1)).max(1);
+            for (block, s) in w.chunks_mut(long).zip(&profile) {
+                block.iter_mut().for_each(|v| *v *= (mean / s).sqrt());
+            }
+        }
+        w
     }
 
     /// What the noises of a hypothesis follow of the recording, in the cosine basis.
