@@ -56,13 +56,14 @@ impl Noise for GaussMarkov {
     /// drowns it at every τ.
     fn range(&self, scene: &Scene) -> Vec<[f64; 2]> {
         let white = white_std_rad_s(scene);
-        let time_s = [scene.step_s, scene.span_s().max(10.0 * scene.step_s)];
+        // what is correlated over more than a fifth of the recording cannot be told from a random walk, and is called one
+        let time_s = [scene.step_s, (0.2 * scene.span_s()).max(10.0 * scene.step_s)];
         vec![time_s, [0.05 * white / (scene.len().max(1) as f64).sqrt(), 10.0 * white]]
     }
 
     fn starts(&self, scene: &Scene) -> Vec<Vec<f64>> {
         let (white, dt_s) = (white_std_rad_s(scene), scene.step_s);
-        let longest_s = (0.3 * scene.span_s()).max(4.0 * dt_s);
+        let longest_s = (0.15 * scene.span_s()).max(4.0 * dt_s);
         let times_s = log_spaced(3.0 * dt_s, longest_s, 4);
         let [low, high] = self.range(scene)[1];
         // low frequencies: 2 σ² τ/Δt beside the variance of the white noise

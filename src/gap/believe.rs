@@ -45,8 +45,11 @@ pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters
                         None => {
                             let stds = s.prior_std(parameters).unwrap_or_default();
                             let open = columns.into_iter().zip(stds);
-                            b.coefficients
-                                .extend(open.map(|(c, std)| Coefficient { column: c.values, mean: 0.0, std }));
+                            b.coefficients.extend(open.map(|(c, std)| Coefficient {
+                                column: c.values,
+                                mean: 0.0,
+                                std,
+                            }));
                         }
                     }
                 }

@@ -69,7 +69,13 @@ pub fn without_hold(config: &Config, fit: &Log, library: &Library, options: &Opt
 ///
 /// # Errors
 /// What [`prepare`] refuses of either log; [`crate::ErrorKind::Config`] if the configuration is of a drive or incomplete.
-pub fn diagnose(config: &Config, fit: &Log, hold: Option<&Log>, library: &Library, options: &Options) -> Result<Diagnosis> {
+pub fn diagnose(
+    config: &Config,
+    fit: &Log,
+    hold: Option<&Log>,
+    library: &Library,
+    options: &Options,
+) -> Result<Diagnosis> {
     let prepared = prepare(config, fit, options.since_power_on_s)?;
     let effects: Vec<&'static dyn Effect> = library.effects().collect();
     let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
@@ -157,8 +163,7 @@ fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer
         let first = effects.remove(at);
         effects.insert(0, first);
     }
-    let mut together: Vec<String> =
-        effects.iter().filter(|e| e.probability > PRESENT).map(|e| e.id.clone()).collect();
+    let mut together: Vec<String> = effects.iter().filter(|e| e.probability > PRESENT).map(|e| e.id.clone()).collect();
     match verdict {
         Verdict::None => together.clear(),
         _ => {
@@ -234,7 +239,9 @@ fn separate(class: &[String]) -> String {
         what.push("a recording four times as long, which shows whether the bias keeps wandering");
     }
     if has("gyro.rate_ramp") || has("gyro.second_time_constant") || has("gyro.bias_step") {
-        what.push("a second power-on of the same length: what belongs to the unit repeats, what is drawn anew does not");
+        what.push(
+            "a second power-on of the same length: what belongs to the unit repeats, what is drawn anew does not",
+        );
     }
     if has("gyro.turn_on_shift") {
         what.push("five or more power-ons: their scatter tells a shifted mean from an unlucky draw");
@@ -264,11 +271,10 @@ fn place(findings: &Findings, library: &Library, top: &Main, prepared: &Prepared
                 "gyro.rate_random_walk" => {
                     value("rate_random_walk_rad_s_sqrt_s").map(|k| [0.0, k / (std::f64::consts::TAU * density)])
                 }
-                "gyro.bias_instability" => value("bias_instability_rad_s")
-                    .map(|b| [0.0, b * b / (std::f64::consts::TAU * density * density)]),
-                "gyro.gauss_markov" => {
-                    value("correlation_time_s").map(|t| [0.0, 1.0 / (std::f64::consts::TAU * t)])
+                "gyro.bias_instability" => {
+                    value("bias_instability_rad_s").map(|b| [0.0, b * b / (std::f64::consts::TAU * density * density)])
                 }
+                "gyro.gauss_markov" => value("correlation_time_s").map(|t| [0.0, 1.0 / (std::f64::consts::TAU * t)]),
                 _ => part.frequency_hz,
             };
             Some(Place {
@@ -343,8 +349,7 @@ fn cross_validate(
 ) -> Result<()> {
     const BLOCKS: usize = 8;
     let rows = prepared.scene.len();
-    let blocks: Vec<std::ops::Range<usize>> =
-        (0..BLOCKS).map(|b| b * rows / BLOCKS..(b + 1) * rows / BLOCKS).collect();
+    let blocks: Vec<std::ops::Range<usize>> = (0..BLOCKS).map(|b| b * rows / BLOCKS..(b + 1) * rows / BLOCKS).collect();
     let score = |b: &Believed| -> Result<f64> {
         Ok(blocked_log_score(b, &prepared.rate_rad_s, &blocks)?.iter().sum::<f64>() / rows as f64)
     };
@@ -370,7 +375,12 @@ fn blocked_own(b: &Believed, blocks: &[std::ops::Range<usize>], seed: u64) -> Re
 /// Says so if the recording kept back cannot be of the unit that was diagnosed.
 fn other_unit(fit: &Prepared, kept: &Prepared, notes: &mut Vec<String>) {
     let level = |p: &Prepared| {
-        let d: f64 = p.rate_rad_s.windows(2).filter(|w| w[0].is_finite() && w[1].is_finite()).map(|w| (w[1] - w[0]).powi(2)).sum();
+        let d: f64 = p
+            .rate_rad_s
+            .windows(2)
+            .filter(|w| w[0].is_finite() && w[1].is_finite())
+            .map(|w| (w[1] - w[0]).powi(2))
+            .sum();
         (d / p.rate_rad_s.len() as f64 * p.scene.step_s).sqrt()
     };
     let (a, b) = (level(fit), level(kept));

@@ -120,7 +120,14 @@ impl<'a> Likelihood<'a> {
     }
 
     /// `base` with a line or comb at `frequency_hz` added.
-    pub fn add_line(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal, shape: &[f64], ln_shapes: f64) -> Hypothesis {
+    pub fn add_line(
+        &self,
+        base: &Hypothesis,
+        candidate: usize,
+        signal: &dyn Signal,
+        shape: &[f64],
+        ln_shapes: f64,
+    ) -> Hypothesis {
         let made = signal.columns(&self.frame.scene, shape);
         let columns: Vec<_> = made.iter().map(|c| self.frame.store_whole(&c.values)).collect();
         let noise = self.frame.scene.white_std_rad_s / (self.frame.len() as f64).sqrt();
@@ -483,8 +490,7 @@ impl<'a> Likelihood<'a> {
     /// ln p with the signal at `shape`, at the best of a few scales, and that scale's logarithm.
     fn try_shape(&self, base: &Base, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (f64, f64) {
         let (ids, unit) = self.signal_columns(candidate, signal, shape);
-        let picked =
-            Picked::new(self.frame, self.data, &self.products, base.columns.iter().chain(&ids).copied());
+        let picked = Picked::new(self.frame, self.data, &self.products, base.columns.iter().chain(&ids).copied());
         let normal = picked.normal(&base.inverse);
         let mut stds = base.stds.clone();
         let mut best = (f64::NEG_INFINITY, 0.0);
@@ -507,12 +513,7 @@ impl<'a> Likelihood<'a> {
         let white = -0.5 * (h.ln_white / WHITE_STD).powi(2) - (WHITE_STD * TAU.sqrt()).ln();
         let value = spectral(&self.frame.bins.count, &self.data.power, &s) + white + self.ln_prior(h);
         let ids = self.nuisance.iter().map(|n| n.0).chain(h.signals.iter().flat_map(|s| s.columns.iter().copied()));
-        Base {
-            inverse: s.iter().map(|v| 1.0 / v).collect(),
-            value,
-            columns: ids.collect(),
-            stds: self.stds(h),
-        }
+        Base { inverse: s.iter().map(|v| 1.0 / v).collect(), value, columns: ids.collect(), stds: self.stds(h) }
     }
 
     /// Standard deviation of a signal's single shape parameter, from the curvature of the likelihood of it alone; none where
@@ -563,9 +564,8 @@ impl<'a> Likelihood<'a> {
 fn damped(hessian: &[f64], gradient: &[f64], damping: f64) -> Option<Vec<f64>> {
     let d = gradient.len();
     let diagonal = |i: usize| hessian[i * d + i].abs().max(1e-6);
-    let matrix = nalgebra::DMatrix::from_fn(d, d, |i, j| {
-        hessian[i * d + j] + if i == j { damping * diagonal(i) } else { 0.0 }
-    });
+    let matrix =
+        nalgebra::DMatrix::from_fn(d, d, |i, j| hessian[i * d + j] + if i == j { damping * diagonal(i) } else { 0.0 });
     let solved = matrix.cholesky()?.solve(&nalgebra::DVector::from_column_slice(gradient));
     solved.iter().all(|v| v.is_finite()).then(|| solved.as_slice().to_vec())
 }

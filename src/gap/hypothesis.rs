@@ -113,8 +113,7 @@ impl Hypothesis {
         let scene = &frame.scene;
         let white = scene.white_std_rad_s.powi(2) * (2.0 * self.ln_white).exp();
         let dither = frame.dither_variance();
-        let theta: Vec<Vec<f64>> =
-            self.noises.iter().map(|n| n.ln_theta.iter().map(|v| v.exp()).collect()).collect();
+        let theta: Vec<Vec<f64>> = self.noises.iter().map(|n| n.ln_theta.iter().map(|v| v.exp()).collect()).collect();
         let mean: Vec<f64> = self
             .noises
             .iter()

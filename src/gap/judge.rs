@@ -98,13 +98,30 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     let likelihood = Likelihood::new(&frame, &data, &candidates, &nuisance);
     let mut search = Search::new(&likelihood, prior);
     let best = search.run();
-    let mut w = search.whitened(&best.fitted.hypothesis);
-    let layers = Layers::new(&mut w, &aside, &deviation, &data, &frame, prior, knows("gyro.outliers"));
+    let looks = Looks { aside: &aside, deviation: &deviation, data: &data, frame: &frame, prior };
+    let layers = looks.at(search.whitened(&best.fitted.hypothesis), knows("gyro.outliers"));
+    // a level that was fitted hides what makes it: bursts are judged beside the nominal level too
+    let levels: Vec<usize> = best.fitted.hypothesis.candidates().filter(|c| is_level(&candidates[*c])).collect();
+    let unlevelled = (!levels.is_empty()).then(|| {
+        let rest = search.meet_without(&best, &levels);
+        looks.at(search.whitened(&rest.fitted.hypothesis), knows("gyro.outliers"))
+    });
+    if let Some(noise) = candidates.iter().position(|c| c.id == "gyro.gauss_markov") {
+        // two levels are looked for where a correlated noise may be
+        search.meet_with(&best, noise);
+    }
 
     let all = search.posterior();
     let top = all.first().map_or(0.0, |m| m.ln_weight);
     let mut sets: Vec<WeightedSet> = Vec::new();
-    for met in all.iter().filter(|m| m.ln_weight > top - DEPTH || m.fitted.hypothesis.size() == 0).take(SETS) {
+    let mut levelled = Vec::new();
+    let unlevelled_key = |h: &Hypothesis| unlevelled.is_some() && !h.candidates().any(|c| is_level(&candidates[c]));
+    let deep = |m: &&Met| {
+        let h = &m.fitted.hypothesis;
+        m.ln_weight > top - DEPTH || h.size() == 0 || unlevelled_key(h)
+    };
+    for met in all.iter().filter(deep).take(SETS) {
+        levelled.push(!unlevelled_key(&met.fitted.hypothesis));
         sets.push(WeightedSet { parts: parts(&likelihood, &met.fitted), ln_weight: met.ln_weight, probability: 0.0 });
     }
     if knows("gyro.telegraph_noise") {
@@ -115,6 +132,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
             let likelihood = Likelihood::new(&frame, &rest, &candidates, &nuisance);
             let mut parts = parts(&likelihood, &found.fitted);
             parts.push(super::parts::telegraph(&found, &frame.scene, (ln_weight - without).max(0.1)));
+            levelled.push(!unlevelled_key(&found.fitted.hypothesis));
             sets.push(WeightedSet { parts, ln_weight, probability: 0.0 });
         }
     }
@@ -131,7 +149,8 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     let repeats = if lsb.is_none() { repeats::judge(recorded, nominal) } else { Default::default() };
     let repeats = (repeats.ln_evidence + prior.ln_free > 0.0).then(|| super::parts::repeats(&repeats));
     let mut combined = Vec::new();
-    for set in &sets {
+    for (set, levelled) in sets.iter().zip(levelled) {
+        let layers = if levelled { &layers } else { unlevelled.as_ref().unwrap_or(&layers) };
         for (extra, ln_weight) in layers.combinations() {
             let mut parts = set.parts.clone();
             parts.extend(extra.iter().cloned());
@@ -150,27 +169,40 @@ struct Layers {
     white: Vec<f64>,
 }
 
-impl Layers {
-    fn new(
-        w: &mut [f64],
-        aside: &[usize],
-        deviation: &[f64],
-        data: &Data,
-        frame: &Frame,
-        prior: Prior,
-        outliers: bool,
-    ) -> Self {
+/// What is needed to look at a whitened series.
+struct Looks<'a> {
+    aside: &'a [usize],
+    deviation: &'a [f64],
+    data: &'a Data,
+    frame: &'a Frame,
+    prior: Prior,
+}
+
+/// Whether a candidate changes the level of the noise.
+fn is_level(c: &Candidate) -> bool {
+    matches!(c.kind, Kind::Variance(_) | Kind::Shape(_)) || c.id == "free.white_level"
+}
+
+impl Looks<'_> {
+    fn at(&self, mut w: Vec<f64>, outliers: bool) -> Layers {
+        let Self { aside, deviation, data, frame, prior } = *self;
         let step_s = frame.scene.step_s;
         let start_s = frame.scene.time.at(0);
-        let (events, track) = (events::judge(w), track::judge(w, step_s));
-        let bursts = bursts::judge(w, step_s);
+        // what the ends leak into is no sample of the noise
+        let edge = (w.len() / 400).min(100);
+        let range = edge..w.len() - edge;
+        let quiet = w.clone();
         for i in aside {
             w[*i] += (deviation[*i] - data.values_rad_s[*i]) / frame.scene.white_std_rad_s;
         }
-        // what the ends leak into is no sample of the noise
-        let edge = (w.len() / 400).min(100);
-        let inner = &w[edge..w.len() - edge];
-        let amplitude = amplitude::judge(inner);
+        let amplitude = amplitude::judge(&w[range.clone()]);
+        let inner = w[range].to_vec();
+        let mut w = quiet;
+        if amplitude.outliers > 3.0 {
+            amplitude::limit(&mut w, &amplitude);
+        }
+        let (events, track) = (events::judge(&w), track::judge(&w, step_s));
+        let bursts = bursts::judge(&w, step_s);
         let free = |id: &str, share: f64, description: String| Part {
             id: format!("free.{id}"),
             named: false,
@@ -196,11 +228,7 @@ impl Layers {
         let text = format!("rare events of about {length_s:.3} s, in {:.1} % of the time", 100.0 * events.share);
         forms.push((Some(free("events", events.ln_evidence, text)), events.ln_evidence + prior.ln_free));
         let [low, high] = track.band_hz;
-        let mut part = free(
-            "track",
-            track.ln_evidence,
-            format!("energy that moves between {low:.4} and {high:.4} Hz"),
-        );
+        let mut part = free("track", track.ln_evidence, format!("energy that moves between {low:.4} and {high:.4} Hz"));
         part.frequency_hz = Some(track.band_hz);
         part.time_s = Some(track.time_s.map(|t| t + start_s));
         forms.push((Some(part), track.ln_evidence + prior.ln_free));
@@ -213,9 +241,11 @@ impl Layers {
         let text = format!("the noise's level is periodic: {:.3} s", 1.0 / bursts.frequency_hz.max(1e-300));
         forms.push((Some(free("periodic_level", bursts.ln_periodic, text)), bursts.ln_periodic + prior.ln_free));
         let white = inner.iter().map(|v| v * frame.scene.white_std_rad_s).collect();
-        Self { amplitudes, free: forms, white }
+        Layers { amplitudes, free: forms, white }
     }
+}
 
+impl Layers {
     fn combinations(&self) -> Vec<(Vec<Part>, f64)> {
         let mut all = Vec::new();
         for (a, wa) in &self.amplitudes {
@@ -243,7 +273,7 @@ fn popcorn(
     let top = sets.first()?.ln_weight;
     let mut best: Option<(Popcorn, f64)> = None;
     let mut tried: Vec<Vec<usize>> = Vec::new();
-    for met in sets.iter().filter(|m| m.ln_weight > top - 4.0).take(4) {
+    for met in sets.iter().filter(|m| m.ln_weight > top - 9.0 && !m.fitted.hypothesis.noises.is_empty()).take(5) {
         let whole = &met.fitted.hypothesis;
         for part in &whole.noises {
             if !matches!(candidates[part.candidate].kind, Kind::Noise(_)) {

@@ -56,7 +56,8 @@ pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
             Kind::Line(..) => {
                 let f = s.shape.first().copied().unwrap_or(0.0);
                 part.frequency_hz = Some([f, f]);
-                part.description = format!("something periodic of no sinusoidal shape: period {:.4} s", 1.0 / f.max(1e-300));
+                part.description =
+                    format!("something periodic of no sinusoidal shape: period {:.4} s", 1.0 / f.max(1e-300));
             }
             _ => part.description = describe(&c.id),
         }
@@ -157,9 +158,8 @@ fn signal(
     let matrix = nalgebra::DMatrix::from_fn(p, p, |i, j| covariance(i, j));
     if let Some(factor) = matrix.cholesky() {
         for j in 0..p {
-            let moved: Vec<f64> = (0..p)
-                .map(|i| if i == 0 || phases || bent(i) { mean[i] + factor.l()[(i, j)] } else { 0.0 })
-                .collect();
+            let moved: Vec<f64> =
+                (0..p).map(|i| if i == 0 || phases || bent(i) { mean[i] + factor.l()[(i, j)] } else { 0.0 }).collect();
             spread(part, &k.parameters(scene, &s.shape, &moved));
         }
     }

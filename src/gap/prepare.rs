@@ -111,7 +111,8 @@ fn even(log: &Log, rate: &[f64], scene: &mut Scene, notes: &mut Vec<String>) -> 
     let rows = missing(&rates);
     refuse_gaps(log, rows.len(), len)?;
     if !rows.is_empty() {
-        notes.push(format!("{} of {len} rows are missing and were filled by noise about their neighbours.", rows.len()));
+        notes
+            .push(format!("{} of {len} rows are missing and were filled by noise about their neighbours.", rows.len()));
     }
     let covariate = |values: &Option<Vec<f64>>| {
         values.as_ref().map(|v| {

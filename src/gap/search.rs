@@ -4,7 +4,7 @@
 //! keeps its evidence and takes part in the posterior probabilities.
 
 use super::evidence::{Fitted, Likelihood};
-use super::hypothesis::{Hypothesis, Kind};
+use super::hypothesis::{Hypothesis, Kind, variance_profile};
 use super::lines::Lines;
 use std::collections::BTreeMap;
 
@@ -45,6 +45,8 @@ pub struct Search<'a> {
 
 /// Sets this much less probable than the best are not pursued, nats.
 const WINDOW: f64 = 12.0;
+/// Least number of cycles of a tone: what swings fewer times in a recording is a slow change, not a vibration.
+const TONE_CYCLES: f64 = 10.0;
 /// Most parts of a set.
 const MOST: usize = 9;
 /// Most free forms in a set: what two of them leave unexplained no third one tells apart.
@@ -82,7 +84,12 @@ impl<'a> Search<'a> {
     }
 
     /// `base` with `candidate` added at a good start, and the gain in ln p there; none where it cannot be.
-    fn extended(&mut self, base: &Met, candidate: usize, lines: &mut Option<(Vec<f64>, f64)>) -> Option<(Hypothesis, f64)> {
+    fn extended(
+        &mut self,
+        base: &Met,
+        candidate: usize,
+        lines: &mut Option<(Vec<f64>, f64)>,
+    ) -> Option<(Hypothesis, f64)> {
         let key = (Self::key(&base.fitted.hypothesis), candidate);
         if let Some(known) = self.extensions.get(&key) {
             return known.clone();
@@ -105,8 +112,9 @@ impl<'a> Search<'a> {
                 let (w, step_s) = lines.get_or_insert_with(|| (self.whitened(h), l.frame.scene.step_s));
                 let lines = Lines::new(w, *step_s);
                 let tone = *harmonics == 1;
-                let line = if tone { lines.tone(self.cycles) } else { lines.comb(self.cycles, *harmonics) }?;
-                let ln_shapes = lines.ln_shape(&line, self.cycles);
+                let cycles = if tone { TONE_CYCLES } else { self.cycles };
+                let line = if tone { lines.tone(cycles) } else { lines.comb(cycles, *harmonics) }?;
+                let ln_shapes = lines.ln_shape(&line, cycles);
                 if line.gain + ln_shapes < -2.0 {
                     return None;
                 }
@@ -125,7 +133,16 @@ impl<'a> Search<'a> {
             let scale = 1.0 / s[b].sqrt();
             z[e[0]..e[1]].iter_mut().for_each(|v| *v *= scale);
         }
-        l.frame.series(&z)
+        let mut w = l.frame.series(&z);
+        for part in h.noises.iter().filter(|n| matches!(l.candidates[n.candidate].kind, Kind::Variance(_))) {
+            let profile = variance_profile(l.frame, part);
+            let mean = profile.iter().sum::<f64>() / profile.len().max(1) as f64;
+            let long = w.len().div_ceil(profile.len().max(1)).max(1);
+            for (block, s) in w.chunks_mut(long).zip(&profile) {
+                block.iter_mut().for_each(|v| *v *= (mean / s).sqrt());
+            }
+        }
+        w
     }
 
     /// What the noises of a hypothesis follow of the recording, in the cosine basis.
@@ -239,6 +256,21 @@ impl<'a> Search<'a> {
 
     fn top(&self) -> Option<Met> {
         self.met.values().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight)).cloned()
+    }
+
+    /// Adds the set of `base` with `candidate`, however improbable, to what was met.
+    pub fn meet_with(&mut self, base: &Met, candidate: usize) {
+        if !base.fitted.hypothesis.holds(candidate) {
+            if let Some((h, _)) = self.extended(base, candidate, &mut None) {
+                self.meet(&h);
+            }
+        }
+    }
+
+    /// The set of `base` without `parts`.
+    pub fn meet_without(&mut self, base: &Met, parts: &[usize]) -> Met {
+        let rest = parts.iter().fold(base.fitted.hypothesis.clone(), |h, c| h.without(*c));
+        self.meet(&rest)
     }
 
     /// ln weight of the set with just these parts, if it was met.

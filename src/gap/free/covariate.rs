@@ -106,11 +106,7 @@ impl Signal for RateForm {
             values: rate.iter().map(|r| f(*r)).collect(),
             relative_scale,
         };
-        vec![
-            make(&|r| r, 1.0),
-            make(&|r| (r / (0.3 * typical)).tanh(), 1.0),
-            make(&|r| r.abs(), 0.7),
-        ]
+        vec![make(&|r| r, 1.0), make(&|r| (r / (0.3 * typical)).tanh(), 1.0), make(&|r| r.abs(), 0.7)]
     }
 
     fn parameters(&self, _: &Scene, _: &[f64], _: &[f64]) -> Parameters {

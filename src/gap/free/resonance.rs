@@ -26,7 +26,9 @@ impl Noise for Resonance {
         (0..count as usize)
             .flat_map(|i| {
                 let f = frequency(i);
-                widths.map(|w| vec![0.2 * scene.white_std_rad_s * (w * f / high).sqrt(), f, (w * f).max(2.5 / scene.span_s())])
+                widths.map(|w| {
+                    vec![0.2 * scene.white_std_rad_s * (w * f / high).sqrt(), f, (w * f).max(2.5 / scene.span_s())]
+                })
             })
             .collect()
     }

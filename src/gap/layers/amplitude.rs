@@ -57,6 +57,17 @@ fn ln_add(a: f64, b: f64) -> f64 {
     top + ((a - top).exp() + (b - top).exp()).ln()
 }
 
+/// Holds the samples that are rather outliers than noise at three standard deviations, for what looks at energy.
+pub fn limit(w: &mut [f64], a: &Amplitude) {
+    let [p, _] = a.probability;
+    let variance = 1.0 + a.outlier_std * a.outlier_std;
+    for v in w {
+        if p.ln() + ln_normal(*v, variance) > (1.0 - p).ln() + ln_normal(*v, 1.0) {
+            *v = v.clamp(-3.0, 3.0);
+        }
+    }
+}
+
 /// Judges the amplitudes of a whitened series.
 #[must_use]
 pub fn judge(w: &[f64]) -> Amplitude {

@@ -1,6 +1,6 @@
 //! V_j = Σ_{block j} w² ~ v χ²_m, v = 1, or 1 + g in a share p of the blocks: noise that comes in bursts; and ln v periodic
 //!
-//! Free forms of the noise's level where it follows neither time slowly nor a covariate.
+//! The level between bursts is the one that the series was whitened by. Free forms of the noise's level where it follows neither time slowly nor a covariate.
 
 use crate::gap::evidence::ln_mean_exp;
 use crate::gap::lines::Lines;
@@ -30,16 +30,14 @@ pub fn judge(w: &[f64], step_s: f64) -> Bursts {
             continue;
         }
         let m = samples as f64;
-        let level = sums.iter().sum::<f64>() / (m * sums.len() as f64);
         // ln density of the sum up to what does not depend on v
         let ln_density = |s: f64, v: f64| -0.5 * (m * v.ln() + s / v);
-        let constant: f64 = sums.iter().map(|s| ln_density(*s, level)).sum();
+        let constant: f64 = sums.iter().map(|s| ln_density(*s, 1.0)).sum();
         let mut grid = Vec::new();
         for p in [0.003_f64, 0.01, 0.03, 0.1, 0.3] {
             for g in [0.15, 0.4, 1.0, 3.0, 10.0] {
-                let core = level / (1.0 + p * g);
                 let one = |s: &f64| {
-                    let (a, b) = ((1.0 - p).ln() + ln_density(*s, core), p.ln() + ln_density(*s, core * (1.0 + g)));
+                    let (a, b) = ((1.0 - p).ln() + ln_density(*s, 1.0), p.ln() + ln_density(*s, 1.0 + g));
                     let top = a.max(b);
                     top + ((a - top).exp() + (b - top).exp()).ln()
                 };

@@ -24,8 +24,7 @@ pub fn judge(w: &[f64]) -> Events {
     let mut sums = w.to_vec();
     let mut samples = 1;
     while sums.len() >= 128 {
-        let next: Vec<f64> =
-            sums.chunks_exact(2).map(|c| (c[0] + c[1]) * std::f64::consts::FRAC_1_SQRT_2).collect();
+        let next: Vec<f64> = sums.chunks_exact(2).map(|c| (c[0] + c[1]) * std::f64::consts::FRAC_1_SQRT_2).collect();
         sums = next;
         samples *= 2;
         if samples < 4 {

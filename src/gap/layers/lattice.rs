@@ -29,7 +29,8 @@ pub fn step(values: &[f64]) -> Option<f64> {
             })
     };
     // neighbouring levels: what lies between them is rounding
-    let least = differences.iter().copied().filter(|d| *d > 1.5 * least.min(rounding * 2.0)).fold(f64::INFINITY, f64::min);
+    let least =
+        differences.iter().copied().filter(|d| *d > 1.5 * least.min(rounding * 2.0)).fold(f64::INFINITY, f64::min);
     let mut lsb = (1..=4).map(|q| least / f64::from(q)).find(|lsb| on_lattice(*lsb))?;
     // sharpened by the whole range
     let span = sorted.last()? - sorted.first()?;

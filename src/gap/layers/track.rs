@@ -60,9 +60,7 @@ fn at_resolution(w: &[f64], size: usize, step_s: f64) -> Option<(f64, [f64; 2], 
     }
     let df = 1.0 / (size as f64 * step_s);
     let on: Vec<(usize, usize)> = best.1.iter().enumerate().filter_map(|(s, k)| k.map(|k| (s, k))).collect();
-    let ends = |v: &mut dyn Iterator<Item = usize>| {
-        v.fold((usize::MAX, 0), |(a, b), k| (a.min(k), b.max(k)))
-    };
+    let ends = |v: &mut dyn Iterator<Item = usize>| v.fold((usize::MAX, 0), |(a, b), k| (a.min(k), b.max(k)));
     let (k0, k1) = ends(&mut on.iter().map(|o| o.1));
     let (s0, s1) = ends(&mut on.iter().map(|o| o.0));
     let duration = size as f64 * step_s;
