@@ -1,10 +1,10 @@
 //! d(x) of one recording, for every curve: block means, spectrum, Allan deviation, amplitudes, means and noise by conditions
 
 use super::axes::{amplitudes, bands, blocks, has_lines, octaves};
+use super::calm::without_outliers;
 use super::condition::{Condition, conditions};
 use super::repeatability::Repeatability;
 use super::{Over, Shown};
-use crate::gap::clean::clean;
 use crate::math::robust::{MAD_TO_STD, median};
 use crate::math::spectra::Periodogram;
 use crate::model::Scene;
@@ -133,6 +133,7 @@ impl Instrument {
     pub fn read(&self, y_rad_s: &[f64]) -> Vec<Vec<f64>> {
         let differences = |y: &[f64]| -> Vec<f64> { y.windows(2).map(|w| w[1] - w[0]).collect() };
         let shares = self.shares(&differences(y_rad_s));
+        // rare large samples are the amplitudes' affair
         let y_rad_s = without_outliers(y_rad_s);
         let mut deviation: Vec<f64> = y_rad_s.iter().zip(&self.warm_up_rad_s).map(|(y, e)| y - e).collect();
         self.repeatability.remove(&mut deviation);
@@ -171,10 +172,11 @@ impl Instrument {
             angle.push(sum);
         }
         let at = |m: &usize| {
-            let count = angle.len() - 2 * m;
-            let second = |k: usize| angle[k + 2 * m] - 2.0 * angle[k + m] + angle[k];
-            let squares: f64 = (0..count).map(|k| second(k).powi(2)).sum();
-            (squares / (2.0 * count as f64)).sqrt() / *m as f64
+            // starts a thirty-second of τ apart know what all starts know
+            let starts = (0..angle.len() - 2 * m).step_by((m / 32).max(1));
+            let count = starts.len() as f64;
+            let squares: f64 = starts.map(|k| (angle[k + 2 * m] - 2.0 * angle[k + m] + angle[k]).powi(2)).sum();
+            (squares / (2.0 * count)).sqrt() / *m as f64
         };
         self.octaves.iter().map(at).collect()
     }
@@ -192,14 +194,6 @@ impl Instrument {
         }
         counts.iter().map(|n| *n as f64 / sizes.len().max(1) as f64).collect()
     }
-}
-
-/// Rare large samples are the amplitudes' affair: every other curve is of the recording without them.
-fn without_outliers(y_rad_s: &[f64]) -> Vec<f64> {
-    let there: Vec<f64> = y_rad_s.iter().copied().filter(|v| v.is_finite()).collect();
-    let mut cleaned = clean(&there).0.into_iter();
-    // one cleaned sample for each that is there
-    y_rad_s.iter().map(|y| if y.is_finite() { cleaned.next().unwrap_or(*y) } else { *y }).collect()
 }
 
 fn mean_there(values: &[f64]) -> f64 {

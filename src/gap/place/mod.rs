@@ -7,12 +7,14 @@
 //! What the warm-up may do from one power-on to the next is taken out of all of them first (C2, C1 and T, linear, at most
 //! three stated standard deviations each), or the bands of slow curves would be as wide as the turn-on bias varies.
 //!
-//! Rare large samples count in the curve of the amplitudes alone, and are taken out of the others ([`super::clean`]).
+//! Rare large samples count in the curve of the amplitudes alone, and are taken out of the others: beyond six robust
+//! standard deviations from the median of their neighbours.
 //!
 //! An effect shows in several curves: a tone in the spectrum and in the Allan deviation. The shares are weights, largest
 //! where the effect stands out most, and no partition.
 
 mod axes;
+mod calm;
 mod compare;
 mod condition;
 mod measure;

@@ -21,11 +21,11 @@ impl Repeatability {
         let relative = scene.warm_up_relative_std;
         let stds =
             [relative * warm_up.c1_rad_s.abs(), scene.turn_on_bias_std_rad_s, relative * warm_up.time_constant_s];
-        let mut columns = vec![Vec::with_capacity(scene.len()); 3];
-        for row in 0..scene.len() {
+        let mut columns = vec![Vec::new(); 3];
+        for (row, there) in there.iter().enumerate() {
             let gradient = warm_up.gradient(scene.time.at(row));
             for ((column, by), std) in columns.iter_mut().zip(gradient).zip(stds) {
-                column.push(if there[row] { by * std } else { 0.0 });
+                column.push(if *there { by * std } else { 0.0 });
             }
         }
         columns.retain(|c| c.iter().any(|v| *v != 0.0));

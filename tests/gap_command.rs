@@ -1,0 +1,150 @@
+//! `gyroid gap diagnose`, as a user runs it.
+
+use assert_cmd::Command;
+use gyroid::config::Config;
+use gyroid::gap::Answer;
+use gyroid::gap::answer::Verdict;
+use gyroid::gap::place::{Curve, Over, Shown};
+use std::path::Path;
+use std::process::Output;
+
+const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.2\n\
+    [gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\ntime_constant_s = 120.0\nangle_random_walk_rad_sqrt_s = 1e-4\n\
+    turn_on_bias_std_rad_s = 2e-4\nwarm_up_relative_std = 0.03\n";
+/// A tone of 0.31 Hz with the amplitude of the white noise: n a²/4σ² is over a thousand nats.
+const TONE: &str = "[[effect]]\nid = \"gyro.tone\"\nfrequency_hz = 0.31\namplitude_rad_s = 2.2e-4\n";
+const LASTING: &str = "--duration 900";
+
+struct Place {
+    dir: tempfile::TempDir,
+}
+
+impl Place {
+    /// With a nominal simulator, and recordings of one with `effects`.
+    fn new(effects: &str) -> Self {
+        let place = Self { dir: tempfile::tempdir().unwrap() };
+        place.write("sim.toml", REST);
+        place.write("real.toml", &format!("{REST}{effects}"));
+        for (name, seed) in [("fit", 11), ("hold", 12)] {
+            place.ok(&format!("simulate real.toml {LASTING} --seed {seed} -o {name}.csv"));
+        }
+        place
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.dir.path().join(name), text).unwrap();
+    }
+
+    fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.dir.path().join(name)).unwrap()
+    }
+
+    fn has(&self, name: &str) -> bool {
+        Path::new(&self.dir.path().join(name)).exists()
+    }
+
+    fn run(&self, line: &str) -> Output {
+        let mut command = Command::cargo_bin("gyroid").unwrap();
+        command.current_dir(self.dir.path()).args(line.split(' ')).output().unwrap()
+    }
+
+    #[track_caller]
+    fn ok(&self, line: &str) -> String {
+        let output = self.run(line);
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    #[track_caller]
+    fn refused(&self, line: &str, code: i32, parts: &[&str]) {
+        let output = self.run(line);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{line}: {text}");
+        for part in parts {
+            assert!(text.contains(part), "{line}: {text} lacks {part}");
+        }
+    }
+
+    fn answer(&self, name: &str) -> (Answer, Vec<Curve>) {
+        let value: serde_json::Value = serde_json::from_str(&self.read(name)).unwrap();
+        let curves = serde_json::from_value(value["curves"].clone()).unwrap();
+        (serde_json::from_value(value).unwrap(), curves)
+    }
+}
+
+#[track_caller]
+fn in_order(text: &str, parts: &[&str]) {
+    let mut from = 0;
+    for part in parts {
+        match text[from..].find(part) {
+            Some(at) => from += at + part.len(),
+            None => panic!("{part:?} is missing, or too early, in\n{text}"),
+        }
+    }
+}
+
+#[test]
+fn a_tone_is_found_drawn_written_and_can_be_simulated() {
+    let place = Place::new(TONE);
+    let line = "gap diagnose sim.toml --fit fit.csv --hold hold.csv --json a.json --write-sim augmented.toml \
+                --plot a.png --plot a.svg";
+    let text = place.ok(line);
+    in_order(&text, &["IDENTIFIED: tone", "1. Where", "2. Which", "0.31", "3. How far", "log score", "4. What to do"]);
+    let (answer, curves) = place.answer("a.json");
+    assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Identified, Some("gyro.tone")));
+    assert!(text.contains(&format!("probability {:.2}", answer.main_probability)));
+    let spectrum = curves.iter().find(|c| c.over == Over::Frequency && c.shown == Shown::Power).unwrap();
+    let [low, high] = spectrum.most_in.unwrap();
+    assert!(low < 0.31 && 0.31 < high, "{low} {high}");
+    assert!(spectrum.excess_after < 0.1 * spectrum.excess_before);
+    let augmented = Config::parse(&place.read("augmented.toml"), "augmented.toml").unwrap();
+    let effect = &augmented.effects[0];
+    assert_eq!((augmented.effects.len(), effect.id.as_str()), (1, "gyro.tone"));
+    // Cramér-Rao: √24 σ / (2π a step n^1.5), five of them
+    assert!((effect.parameters["frequency_hz"] - 0.31).abs() < 5.0 * 1.3e-5, "{effect:?}");
+    place.ok("simulate augmented.toml --inputs hold.csv --seed 1 -o predicted.csv");
+    assert!(place.read("a.svg").contains("tone"));
+    assert!(std::fs::read(place.dir.path().join("a.png")).unwrap().starts_with(b"\x89PNG"));
+
+    // without the effect in the library the recording has a gap that no effect explains
+    let json = place.ok("gap diagnose sim.toml --fit fit.csv --without gyro.tone --json -");
+    let answer: Answer = serde_json::from_str(&json).unwrap();
+    assert_eq!(answer.verdict, Verdict::Unknown);
+    assert!(answer.effects.iter().all(|e| e.id != "gyro.tone"));
+}
+
+#[test]
+fn a_simulator_that_lacks_nothing_is_left_as_it_is() {
+    let place = Place::new("");
+    let text = place.ok("gap diagnose sim.toml --fit fit.csv --json a.json --write-sim augmented.toml");
+    in_order(&text, &["NO GAP", "1. Where", "2. Which", "None", "3. How far", "4. What to do", "Nothing"]);
+    let (answer, curves) = place.answer("a.json");
+    assert_eq!((answer.verdict, answer.main), (Verdict::None, None));
+    assert!(answer.place.is_none() && answer.together.is_empty() && !curves.is_empty());
+    let augmented = Config::parse(&place.read("augmented.toml"), "augmented.toml").unwrap();
+    assert_eq!(augmented, Config::parse(REST, "sim.toml").unwrap());
+    assert_eq!(place.ok("gap diagnose sim.toml --fit fit.csv --quiet"), "");
+}
+
+#[test]
+fn what_cannot_be_diagnosed_is_refused_by_name() {
+    let place = Place::new("");
+    let robot = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/data/robot.toml")).unwrap();
+    let tables = &robot[robot.find("[vehicle]").unwrap()..];
+    place.write("drive.toml", &format!("{}{tables}", REST.replace("stationary", "driving")));
+    place.refused("gap diagnose drive.toml --fit fit.csv", 1, &["drive.toml", "driving", "mend:", "at rest"]);
+    place.write("real.toml", &format!("{REST}{TONE}"));
+    place.refused("gap diagnose real.toml --fit fit.csv", 1, &["real.toml", "[[effect]]", "mend:"]);
+    place.refused("gap diagnose no.toml --fit fit.csv", 1, &["no.toml", "mend:"]);
+    place.refused("gap diagnose sim.toml --fit no.csv", 1, &["no.csv", "mend:"]);
+    place.refused("gap diagnose sim.toml --fit fit.csv --hold no.csv", 1, &["no.csv"]);
+    place.refused("gap diagnose sim.toml --fit fit.csv --column wz", 1, &["fit.csv", "wz", "mend:"]);
+    place.write("short.csv", "t_s,gyro_z_rad_s\n0,1e-3\n0.2,1e-3\n0.4,1.1e-3\n");
+    place.refused("gap diagnose sim.toml --fit short.csv", 1, &["short.csv", "3 rows"]);
+    place.refused("gap diagnose sim.toml --fit fit.csv --without gyro.tune", 2, &["gyro.tune", "gyro.tone"]);
+    place.refused("gap diagnose sim.toml --fit fit.csv --plot a.gif", 2, &["a.gif", ".png"]);
+    place.refused("gap diagnose sim.toml --fit no.csv --write-sim no/where.toml", 1, &["no directory"]);
+    place.refused("gap diagnose sim.toml --fit no.csv --json a.json --write-sim a.toml --plot a.png", 1, &["no.csv"]);
+    assert!(!place.has("a.json") && !place.has("a.toml") && !place.has("a.png"));
+    place.refused("gap diagnose sim.toml", 2, &["--fit"]);
+}
