@@ -126,8 +126,9 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
         levelled.push(!unlevelled_key(&met.fitted.hypothesis));
         sets.push(WeightedSet { parts: parts(&likelihood, &met.fitted), ln_weight: met.ln_weight, probability: 0.0 });
     }
-    if knows("gyro.telegraph_noise") {
-        if let Some((found, ln_weight)) = popcorn(&frame, &data, &candidates, &nuisance, &search, prior) {
+    {
+        let found = || popcorn(&frame, &data, &candidates, &nuisance, &search, prior);
+        if let Some((found, ln_weight)) = knows("gyro.telegraph_noise").then(found).flatten() {
             let without = search.weight_without(&found.fitted.hypothesis).unwrap_or(top);
             let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
             let rest = frame.data_undithered(left);
