@@ -119,10 +119,10 @@ pub struct Curve {
 }
 
 /// [`curves`] of a log under the simulator `config`, without and with `effects`; nothing but the names of the channels is
-/// asked of the log (see [`prepare`](super::prepare::prepare)).
+/// asked of the log (see [`prepare`]).
 ///
 /// # Errors
-/// As [`curves`], [`prepare`](super::prepare::prepare) and [`believed`](super::believe::believed).
+/// As [`curves`], [`prepare`] and [`believed`].
 pub fn of_log(
     config: &Config,
     effects: &[EffectTable],
