@@ -5,12 +5,11 @@
 //! logarithm from what changes nothing to what nobody could overlook ([`SCALE_RANGE`]).
 
 use super::frame::{ColumnId, Data, Frame};
-use super::gaussian::{DataProducts, Picked, Posterior, columns, solve, spectral};
-use super::hypothesis::{Candidate, Hypothesis, Kind, NoisePart, SignalPart, VARIANCE_STDS, variance_profile};
-use crate::effects::Signal;
+use super::gaussian::{DataProducts, Picked, Posterior, columns, spectral};
+use super::hypothesis::{Candidate, Hypothesis, Kind, NoisePart, VARIANCE_STDS, variance_profile};
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Relative standard deviation of the white noise's level beside its nominal value: about what a log of 10⁵ samples tells
 /// of it. A wider one would let a level that grew by a few per cent pass for the nominal one.
@@ -34,13 +33,10 @@ pub struct Fitted {
     pub std: Vec<f64>,
 }
 
-/// A hypothesis to which a signal is added, everything of it held.
-struct Base {
-    inverse: Vec<f64>,
-    value: f64,
-    columns: Vec<ColumnId>,
-    stds: Vec<f64>,
-}
+/// A candidate at a shape, bit by bit.
+type ShapeKey = (usize, Vec<u64>);
+/// Columns of a signal, and their prior standard deviations at scale one.
+type Columns = (Vec<ColumnId>, Vec<f64>);
 
 /// The likelihood of one recording.
 pub struct Likelihood<'a> {
@@ -50,10 +46,10 @@ pub struct Likelihood<'a> {
     pub data: &'a Data,
     /// What may be at work.
     pub candidates: &'a [Candidate],
-    products: DataProducts,
-    nuisance: Vec<(ColumnId, f64)>,
-    block_power: (Vec<f64>, f64),
-    stored: RefCell<HashMap<(usize, Vec<u64>), (Vec<ColumnId>, Vec<f64>)>>,
+    pub(super) products: DataProducts,
+    pub(super) nuisance: Vec<(ColumnId, f64)>,
+    pub(super) block_power: (Vec<f64>, f64),
+    pub(super) stored: RefCell<HashMap<ShapeKey, Columns>>,
 }
 
 /// ln of the mean of exp(v).
@@ -90,66 +86,18 @@ impl<'a> Likelihood<'a> {
         }
     }
 
-    /// Columns and units of a signal at a shape.
-    pub fn signal_columns(&self, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (Vec<ColumnId>, Vec<f64>) {
-        let key = (candidate, shape.iter().map(|v| v.to_bits()).collect::<Vec<_>>());
-        if let Some(found) = self.stored.borrow().get(&key) {
-            return found.clone();
-        }
-        let made = signal.columns(&self.frame.coarse, shape);
-        let ids: Vec<_> = made.iter().map(|c| self.frame.store(&c.values)).collect();
-        // one standard deviation of what the white noise leaves uncertain of a column of this size
-        let noise = self.frame.scene.white_std_rad_s / (self.frame.len() as f64).sqrt();
-        let unit = |id: &ColumnId, relative: f64| {
-            let rms = self.frame.rms(*id);
-            if rms > 0.0 { relative * noise / rms } else { 0.0 }
-        };
-        let units = ids.iter().zip(&made).map(|(id, c)| unit(id, c.relative_scale)).collect();
-        self.stored.borrow_mut().insert(key, (ids, units));
-        self.stored.borrow()[&(candidate, shape.iter().map(|v| v.to_bits()).collect::<Vec<_>>())].clone()
-    }
-
-    /// `base` with C2 set free.
-    pub fn add_turn_on(&self, base: &Hypothesis, candidate: usize) -> Hypothesis {
-        let scene = &self.frame.coarse;
-        let columns = vec![self.frame.store(&vec![1.0; scene.len()])];
-        let unit = vec![scene.turn_on_bias_std_rad_s.max(1e-12)];
-        let mut h = base.clone();
-        h.signals.push(SignalPart { candidate, shape: Vec::new(), columns, unit, ln_scale: 1.0, ln_shapes: 0.0 });
-        h
-    }
-
-    /// `base` with a line or comb at `frequency_hz` added.
-    pub fn add_line(
-        &self,
-        base: &Hypothesis,
-        candidate: usize,
-        signal: &dyn Signal,
-        shape: &[f64],
-        ln_shapes: f64,
-    ) -> Hypothesis {
-        let made = signal.columns(&self.frame.scene, shape);
-        let columns: Vec<_> = made.iter().map(|c| self.frame.store_whole(&c.values)).collect();
-        let noise = self.frame.scene.white_std_rad_s / (self.frame.len() as f64).sqrt();
-        let unit = columns.iter().zip(&made).map(|(id, c)| c.relative_scale * noise / self.frame.rms(*id).max(1e-300));
-        let unit = unit.collect();
-        let mut h = base.clone();
-        h.signals.push(SignalPart { candidate, shape: shape.to_vec(), columns, unit, ln_scale: 2.0, ln_shapes });
-        h
-    }
-
-    fn pick(&self, h: &Hypothesis) -> Picked {
+    pub(super) fn pick(&self, h: &Hypothesis) -> Picked {
         let ids = self.nuisance.iter().map(|n| n.0).chain(h.signals.iter().flat_map(|s| s.columns.iter().copied()));
         Picked::new(self.frame, self.data, &self.products, ids)
     }
 
-    fn stds(&self, h: &Hypothesis) -> Vec<f64> {
+    pub(super) fn stds(&self, h: &Hypothesis) -> Vec<f64> {
         let signal = h.signals.iter().flat_map(|s| s.unit.iter().map(|u| u * s.ln_scale.exp()));
         self.nuisance.iter().map(|n| n.1).chain(signal).collect()
     }
 
     /// ln p(z, parameters), coefficients integrated out; with their posterior if `full`.
-    fn value(&self, h: &Hypothesis, picked: &Picked, full: bool) -> (f64, Option<Posterior>) {
+    pub(super) fn value(&self, h: &Hypothesis, picked: &Picked, full: bool) -> (f64, Option<Posterior>) {
         let s = h.spectrum(self.frame, self.candidates);
         let inverse: Vec<f64> = s.iter().map(|v| 1.0 / v).collect();
         let Some(posterior) = columns(picked, &self.stds(h), &inverse, full) else { return (f64::NEG_INFINITY, None) };
@@ -167,29 +115,7 @@ impl<'a> Likelihood<'a> {
         -0.5 * self.block_power.1 * profile.iter().zip(&self.block_power.0).map(term).sum::<f64>()
     }
 
-    /// `base` with the noise's level following `signal`.
-    pub fn add_variance(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal) -> Option<(Hypothesis, f64)> {
-        if self.frame.variance_columns(candidate).is_empty() {
-            let shape = signal.shapes(&self.frame.coarse).into_iter().nth(1).unwrap_or_default();
-            self.frame.store_variance(candidate, &signal.columns(&self.frame.coarse, &shape));
-        }
-        let size = self.frame.variance_columns(candidate).len();
-        if size == 0 || self.block_power.0.is_empty() {
-            return None;
-        }
-        let before = Self::parameters(base).len();
-        let mut h = base.clone();
-        h.noises.push(NoisePart { candidate, ln_theta: vec![0.0; size] });
-        let mut free = vec![false; before];
-        free[0] = true;
-        free.extend((0..size).map(|_| true));
-        let picked = self.pick(base);
-        let (value, hessian) = self.newton(&mut h, &picked, &free, 8);
-        let value = value + self.occam(&h, &free, hessian);
-        Some((h, value))
-    }
-
-    fn ln_prior(&self, h: &Hypothesis) -> f64 {
+    pub(super) fn ln_prior(&self, h: &Hypothesis) -> f64 {
         let one = |n: &NoisePart| match &self.candidates[n.candidate].kind {
             Kind::Noise(k) | Kind::Filter(k) => {
                 k.range(&self.frame.scene).iter().map(|r| -(r[1] / r[0]).ln().ln()).sum::<f64>()
@@ -257,7 +183,7 @@ impl<'a> Likelihood<'a> {
         z
     }
 
-    fn bounds(&self, h: &Hypothesis) -> Vec<[f64; 2]> {
+    pub(super) fn bounds(&self, h: &Hypothesis) -> Vec<[f64; 2]> {
         let one = |n: &NoisePart| match &self.candidates[n.candidate].kind {
             Kind::Noise(k) | Kind::Filter(k) => {
                 k.range(&self.frame.scene).iter().map(|r| [r[0].ln(), r[1].ln()]).collect::<Vec<_>>()
@@ -270,7 +196,7 @@ impl<'a> Likelihood<'a> {
         std::iter::once(white).chain(h.noises.iter().flat_map(one)).collect()
     }
 
-    fn parameters(h: &Hypothesis) -> Vec<f64> {
+    pub(super) fn parameters(h: &Hypothesis) -> Vec<f64> {
         std::iter::once(h.ln_white).chain(h.noises.iter().flat_map(|n| n.ln_theta.iter().copied())).collect()
     }
 
@@ -285,7 +211,7 @@ impl<'a> Likelihood<'a> {
     }
 
     /// Newton's method on the spectra's parameters; returns the mode's value and the Hessian of -ln p there.
-    fn newton(&self, h: &mut Hypothesis, picked: &Picked, free: &[bool], rounds: usize) -> (f64, Vec<f64>) {
+    pub(super) fn newton(&self, h: &mut Hypothesis, picked: &Picked, free: &[bool], rounds: usize) -> (f64, Vec<f64>) {
         let bounds = self.bounds(h);
         let mut x = Self::parameters(h);
         let which: Vec<usize> = (0..x.len()).filter(|i| free[*i]).collect();
@@ -385,7 +311,7 @@ impl<'a> Likelihood<'a> {
 
     /// ln of the volume that the data leave of the free parameters but the first (the white noise's level, which every
     /// hypothesis has).
-    fn occam(&self, h: &Hypothesis, free: &[bool], mut curvature: Vec<f64>) -> f64 {
+    pub(super) fn occam(&self, h: &Hypothesis, free: &[bool], mut curvature: Vec<f64>) -> f64 {
         let bounds = self.bounds(h);
         let which: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
         let d = which.len();
@@ -430,134 +356,6 @@ impl<'a> Likelihood<'a> {
         }
         Fitted { hypothesis: h, ln_evidence, ln_mode: value, std }
     }
-
-    /// `base` with a signal added at its best shape, everything else kept.
-    pub fn add_signal(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal) -> Option<(Hypothesis, f64)> {
-        let nodes = signal.shapes(&self.frame.coarse);
-        let fixed = self.base(base);
-        let at = |shape: &[f64]| self.try_shape(&fixed, candidate, signal, shape);
-        let values: Vec<(f64, f64)> = nodes.iter().map(|n| at(n)).collect();
-        let best = (0..nodes.len()).max_by(|a, b| values[*a].0.total_cmp(&values[*b].0))?;
-        let (mut shape, mut top) = (nodes[best].clone(), values[best]);
-        let mut all: Vec<f64> = values.iter().map(|v| v.0).collect();
-        if let (Some(range), 1) = (signal.refine(&self.frame.coarse), shape.len()) {
-            // the peak may be narrower than the distance of the nodes
-            let around = |k: usize| nodes.get(k).map(|n| n[0]);
-            let low = best.checked_sub(1).and_then(around).unwrap_or(range[0][0]);
-            let high = around(best + 1).unwrap_or(range[0][1]);
-            const FINE: usize = 16;
-            let mut fine = Vec::with_capacity(FINE + 1);
-            let mid = nodes[best][0];
-            for k in 0..=FINE {
-                let u = k as f64 / FINE as f64;
-                let x = if u < 0.5 { low + (mid - low) * 2.0 * u } else { mid + (high - mid) * (2.0 * u - 1.0) };
-                let v = at(&[x]);
-                fine.push((x, v));
-                if v.0 > top.0 {
-                    (shape, top) = (vec![x], v);
-                }
-            }
-            let mut width = (high - low) / FINE as f64;
-            for _ in 0..5 {
-                for x in [shape[0] - 0.5 * width, shape[0] + 0.5 * width] {
-                    if x > range[0][0] && x < range[0][1] {
-                        let v = at(&[x]);
-                        if v.0 > top.0 {
-                            (shape, top) = (vec![x], v);
-                        }
-                    }
-                }
-                width *= 0.5;
-            }
-            // two node distances in sixteen pieces stand for the node and its halves
-            let piece = (2.0 / FINE as f64).ln();
-            all[best] = f64::NEG_INFINITY;
-            all.extend(fine.iter().map(|(_, v)| v.0 + piece));
-            if best > 0 {
-                all[best - 1] -= std::f64::consts::LN_2;
-            }
-            if best + 1 < nodes.len() {
-                all[best + 1] -= std::f64::consts::LN_2;
-            }
-        }
-        let ln_shapes = (ln_mean_exp(&all, nodes.len() as f64) - top.0).min(0.0);
-        let (columns, unit) = self.signal_columns(candidate, signal, &shape);
-        let mut h = base.clone();
-        h.signals.push(SignalPart { candidate, shape, columns, unit, ln_scale: top.1, ln_shapes });
-        Some((h, top.0))
-    }
-
-    /// ln p with the signal at `shape`, at the best of a few scales, and that scale's logarithm.
-    fn try_shape(&self, base: &Base, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (f64, f64) {
-        let (ids, unit) = self.signal_columns(candidate, signal, shape);
-        let picked = Picked::new(self.frame, self.data, &self.products, base.columns.iter().chain(&ids).copied());
-        let normal = picked.normal(&base.inverse);
-        let mut stds = base.stds.clone();
-        let mut best = (f64::NEG_INFINITY, 0.0);
-        for ln_scale in [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5] {
-            stds.truncate(base.stds.len());
-            stds.extend(unit.iter().map(|u| u * f64::exp(ln_scale)));
-            let v = solve(&normal, &stds, false).map_or(f64::NEG_INFINITY, |p| base.value + p.log_marginal);
-            if v > best.0 {
-                best = (v, ln_scale);
-            } else {
-                break;
-            }
-        }
-        best
-    }
-
-    /// What stays the same while one more signal is tried.
-    fn base(&self, h: &Hypothesis) -> Base {
-        let s = h.spectrum(self.frame, self.candidates);
-        let white = -0.5 * (h.ln_white / WHITE_STD).powi(2) - (WHITE_STD * TAU.sqrt()).ln();
-        let value = spectral(&self.frame.bins.count, &self.data.power, &s) + white + self.ln_prior(h);
-        let ids = self.nuisance.iter().map(|n| n.0).chain(h.signals.iter().flat_map(|s| s.columns.iter().copied()));
-        Base { inverse: s.iter().map(|v| 1.0 / v).collect(), value, columns: ids.collect(), stds: self.stds(h) }
-    }
-
-    /// Standard deviation of a signal's single shape parameter, from the curvature of the likelihood of it alone; none where
-    /// the shape is no continuous parameter, or the data leave it open.
-    pub fn shape_std(&self, part: &SignalPart, signal: &dyn Signal) -> Option<f64> {
-        let ([x], Some(range)) = (part.shape.as_slice(), signal.refine(&self.frame.coarse)) else { return None };
-        let step = (0.02 * x.abs()).max(1e-3 * (range[0][1] - range[0][0]).min(x.abs().max(1.0)));
-        let base = self.base(&Hypothesis::default());
-        let at = |x: f64| self.try_shape(&base, part.candidate, signal, &[x]).0;
-        let curvature = (2.0 * at(*x) - at(x - step) - at(x + step)) / (step * step);
-        (curvature > 0.0).then(|| curvature.sqrt().recip())
-    }
-
-    /// `base` with a noise or filter added at the best of its starts, everything else kept.
-    pub fn add_noise(&self, base: &Hypothesis, candidate: usize) -> Option<(Hypothesis, f64)> {
-        let (Kind::Noise(kind) | Kind::Filter(kind) | Kind::Shape(kind)) = &self.candidates[candidate].kind else {
-            return None;
-        };
-        let before = Self::parameters(base).len();
-        let picked = self.pick(base);
-        let mut best: Option<(Hypothesis, f64)> = None;
-        let mut starts: Vec<(f64, Hypothesis, usize)> = kind
-            .starts(&self.frame.scene)
-            .iter()
-            .map(|start| {
-                let mut h = base.clone();
-                h.noises.push(NoisePart { candidate, ln_theta: start.iter().map(|v| v.ln()).collect() });
-                (self.value(&h, &picked, false).0, h, start.len())
-            })
-            .collect();
-        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
-        starts.truncate(3);
-        for (_, mut h, size) in starts {
-            let mut free = vec![false; before];
-            free[0] = true;
-            free.extend((0..size).map(|_| true));
-            let (value, hessian) = self.newton(&mut h, &picked, &free, 10);
-            let value = value + self.occam(&h, &free, hessian);
-            if best.as_ref().is_none_or(|b| value > b.1) {
-                best = Some((h, value));
-            }
-        }
-        best
-    }
 }
 
 /// Solution of (H + λ diag|H|) x = g; none where it is not definite.
@@ -578,9 +376,4 @@ fn ln_det_and_std(curvature: &[f64], d: usize) -> (f64, Vec<f64>) {
     let values: Vec<f64> = eigen.eigenvalues.iter().map(|v| v.abs().max(least)).collect();
     let variance = |i: usize| (0..d).map(|k| eigen.eigenvectors[(i, k)].powi(2) / values[k]).sum::<f64>();
     (values.iter().map(|v| v.ln()).sum(), (0..d).map(|i| variance(i).sqrt()).collect())
-}
-
-/// Half power angular frequency of one cycle in the whole recording, rad/sample.
-pub fn lowest_omega(frame: &Frame) -> f64 {
-    PI / frame.len().max(1) as f64
 }

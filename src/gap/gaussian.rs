@@ -7,15 +7,6 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::rc::Rc;
 
-/// A column with the prior standard deviation of its coefficient.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Weighted {
-    /// The column.
-    pub column: ColumnId,
-    /// Prior standard deviation of its coefficient.
-    pub std: f64,
-}
-
 /// The likelihood at one set of columns and spectrum.
 #[derive(Debug, Clone)]
 pub struct Posterior {

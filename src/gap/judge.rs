@@ -98,7 +98,9 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     let likelihood = Likelihood::new(&frame, &data, &candidates, &nuisance);
     let mut search = Search::new(&likelihood, prior);
     let best = search.run();
-    let looks = Looks { aside: &aside, deviation: &deviation, data: &data, frame: &frame, prior };
+    // on a coarse lattice no distribution of samples is normal
+    let coarse = lsb.is_some_and(|lsb| lsb > 0.3 * nominal);
+    let looks = Looks { coarse, aside: &aside, deviation: &deviation, data: &data, frame: &frame, prior };
     let layers = looks.at(search.whitened(&best.fitted.hypothesis), knows("gyro.outliers"));
     // a level that was fitted hides what makes it: bursts are judged beside the nominal level too
     let levels: Vec<usize> = best.fitted.hypothesis.candidates().filter(|c| is_level(&candidates[*c])).collect();
@@ -124,8 +126,9 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
         levelled.push(!unlevelled_key(&met.fitted.hypothesis));
         sets.push(WeightedSet { parts: parts(&likelihood, &met.fitted), ln_weight: met.ln_weight, probability: 0.0 });
     }
-    if knows("gyro.telegraph_noise") {
-        if let Some((found, ln_weight)) = popcorn(&frame, &data, &candidates, &nuisance, &search, prior) {
+    {
+        let found = || popcorn(&frame, &data, &candidates, &nuisance, &search, prior);
+        if let Some((found, ln_weight)) = knows("gyro.telegraph_noise").then(found).flatten() {
             let without = search.weight_without(&found.fitted.hypothesis).unwrap_or(top);
             let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
             let rest = frame.data_undithered(left);
@@ -151,7 +154,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     let mut combined = Vec::new();
     for (set, levelled) in sets.iter().zip(levelled) {
         let layers = if levelled { &layers } else { unlevelled.as_ref().unwrap_or(&layers) };
-        for (extra, ln_weight) in layers.combinations() {
+        for (extra, ln_weight) in layers.combinations(!levelled) {
             let mut parts = set.parts.clone();
             parts.extend(extra.iter().cloned());
             parts.extend(lattice.iter().chain(&repeats).cloned());
@@ -176,6 +179,7 @@ struct Looks<'a> {
     data: &'a Data,
     frame: &'a Frame,
     prior: Prior,
+    coarse: bool,
 }
 
 /// Whether a candidate changes the level of the noise.
@@ -185,7 +189,7 @@ fn is_level(c: &Candidate) -> bool {
 
 impl Looks<'_> {
     fn at(&self, mut w: Vec<f64>, outliers: bool) -> Layers {
-        let Self { aside, deviation, data, frame, prior } = *self;
+        let Self { aside, deviation, data, frame, prior, coarse } = *self;
         let step_s = frame.scene.step_s;
         let start_s = frame.scene.time.at(0);
         // what the ends leak into is no sample of the noise
@@ -222,7 +226,9 @@ impl Looks<'_> {
         }
         let tails = if amplitude.shape > 0.0 { "heavier" } else { "of another shape" };
         let text = format!("the samples' distribution is not normal: tails {tails}");
-        amplitudes.push((Some(free("amplitude", amplitude.free, text)), amplitude.free + prior.ln_free));
+        if !coarse {
+            amplitudes.push((Some(free("amplitude", amplitude.free, text)), amplitude.free + prior.ln_free));
+        }
         let mut forms = vec![(None, 0.0)];
         let length_s = events.samples as f64 * step_s;
         let text = format!("rare events of about {length_s:.3} s, in {:.1} % of the time", 100.0 * events.share);
@@ -246,12 +252,15 @@ impl Looks<'_> {
 }
 
 impl Layers {
-    fn combinations(&self) -> Vec<(Vec<Part>, f64)> {
+    /// What can be seen together. Heavy tails, bursts and events are all seen in the same excess: of free forms there is
+    /// one at a time, and beside the nominal level (`alone`) nothing else.
+    fn combinations(&self, alone: bool) -> Vec<(Vec<Part>, f64)> {
         let mut all = Vec::new();
         for (a, wa) in &self.amplitudes {
             for (f, wf) in &self.free {
                 let ln_weight = wa + wf;
-                if ln_weight > -12.0 {
+                let double = a.as_ref().is_some_and(|a| alone || !a.named) && f.is_some();
+                if ln_weight > -12.0 && !double {
                     all.push((a.iter().chain(f).cloned().collect(), ln_weight));
                 }
             }

@@ -155,7 +155,7 @@ fn signal(
     let kept: Vec<f64> = (0..p).map(|j| if j == 0 || phases || bent(j) { mean[j] } else { 0.0 }).collect();
     let mean = kept.as_slice();
     part.parameters = k.parameters(scene, &s.shape, mean);
-    let matrix = nalgebra::DMatrix::from_fn(p, p, |i, j| covariance(i, j));
+    let matrix = nalgebra::DMatrix::from_fn(p, p, covariance);
     if let Some(factor) = matrix.cholesky() {
         for j in 0..p {
             let moved: Vec<f64> =

@@ -157,9 +157,9 @@ fn fill(values: &mut [f64], rows: &[usize], noise_std: f64) {
         let before = mean(first.saturating_sub(NEIGHBOURS)..first);
         let after = mean(last + 1..(last + 1 + NEIGHBOURS).min(known.len()));
         let (a, b) = (before.or(after).unwrap_or(0.0), after.or(before).unwrap_or(0.0));
-        for row in first..=last {
-            let u = (row - first + 1) as f64 / (last - first + 2) as f64;
-            values[row] = a + (b - a) * u + noise_std * draw.normal();
+        for (i, value) in values[first..=last].iter_mut().enumerate() {
+            let u = (i + 1) as f64 / (last - first + 2) as f64;
+            *value = a + (b - a) * u + noise_std * draw.normal();
         }
     }
 }

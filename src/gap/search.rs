@@ -32,6 +32,9 @@ pub struct Met {
     pub ln_weight: f64,
 }
 
+/// A set extended by a candidate, and the gain in ln p; none where it cannot be.
+type Extension = Option<(Hypothesis, f64)>;
+
 /// The search over sets.
 pub struct Search<'a> {
     likelihood: &'a Likelihood<'a>,
@@ -40,7 +43,7 @@ pub struct Search<'a> {
     cycles: f64,
     met: BTreeMap<Vec<usize>, Met>,
     /// Extensions of sets by each candidate, with their gains, as far as they were asked for.
-    extensions: BTreeMap<(Vec<usize>, usize), Option<(Hypothesis, f64)>>,
+    extensions: BTreeMap<(Vec<usize>, usize), Extension>,
 }
 
 /// Sets this much less probable than the best are not pursued, nats.
@@ -260,10 +263,10 @@ impl<'a> Search<'a> {
 
     /// Adds the set of `base` with `candidate`, however improbable, to what was met.
     pub fn meet_with(&mut self, base: &Met, candidate: usize) {
-        if !base.fitted.hypothesis.holds(candidate) {
-            if let Some((h, _)) = self.extended(base, candidate, &mut None) {
-                self.meet(&h);
-            }
+        if !base.fitted.hypothesis.holds(candidate)
+            && let Some((h, _)) = self.extended(base, candidate, &mut None)
+        {
+            self.meet(&h);
         }
     }
 

@@ -1,0 +1,216 @@
+//! A hypothesis with one more candidate: at its best shape, or from its best start.
+
+use super::evidence::{Likelihood, WHITE_STD, ln_mean_exp};
+use super::frame::ColumnId;
+use super::gaussian::{Picked, solve, spectral};
+use super::hypothesis::{Hypothesis, Kind, NoisePart, SignalPart};
+use crate::effects::Signal;
+use std::f64::consts::TAU;
+
+/// A hypothesis to which a signal is added, everything of it held.
+struct Base {
+    inverse: Vec<f64>,
+    value: f64,
+    columns: Vec<ColumnId>,
+    stds: Vec<f64>,
+}
+
+impl Likelihood<'_> {
+    /// Columns and units of a signal at a shape.
+    pub fn signal_columns(&self, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (Vec<ColumnId>, Vec<f64>) {
+        let key = (candidate, shape.iter().map(|v| v.to_bits()).collect::<Vec<_>>());
+        if let Some(found) = self.stored.borrow().get(&key) {
+            return found.clone();
+        }
+        let made = signal.columns(&self.frame.coarse, shape);
+        let ids: Vec<_> = made.iter().map(|c| self.frame.store(&c.values)).collect();
+        // one standard deviation of what the white noise leaves uncertain of a column of this size
+        let noise = self.frame.scene.white_std_rad_s / (self.frame.len() as f64).sqrt();
+        let unit = |id: &ColumnId, relative: f64| {
+            let rms = self.frame.rms(*id);
+            if rms > 0.0 { relative * noise / rms } else { 0.0 }
+        };
+        let units = ids.iter().zip(&made).map(|(id, c)| unit(id, c.relative_scale)).collect();
+        self.stored.borrow_mut().insert(key, (ids, units));
+        self.stored.borrow()[&(candidate, shape.iter().map(|v| v.to_bits()).collect::<Vec<_>>())].clone()
+    }
+
+    /// `base` with C2 set free.
+    pub fn add_turn_on(&self, base: &Hypothesis, candidate: usize) -> Hypothesis {
+        let scene = &self.frame.coarse;
+        let columns = vec![self.frame.store(&vec![1.0; scene.len()])];
+        let unit = vec![scene.turn_on_bias_std_rad_s.max(1e-12)];
+        let mut h = base.clone();
+        h.signals.push(SignalPart { candidate, shape: Vec::new(), columns, unit, ln_scale: 1.0, ln_shapes: 0.0 });
+        h
+    }
+
+    /// `base` with a line or comb at `frequency_hz` added.
+    pub fn add_line(
+        &self,
+        base: &Hypothesis,
+        candidate: usize,
+        signal: &dyn Signal,
+        shape: &[f64],
+        ln_shapes: f64,
+    ) -> Hypothesis {
+        let made = signal.columns(&self.frame.scene, shape);
+        let columns: Vec<_> = made.iter().map(|c| self.frame.store_whole(&c.values)).collect();
+        let noise = self.frame.scene.white_std_rad_s / (self.frame.len() as f64).sqrt();
+        let unit = columns.iter().zip(&made).map(|(id, c)| c.relative_scale * noise / self.frame.rms(*id).max(1e-300));
+        let unit = unit.collect();
+        let mut h = base.clone();
+        h.signals.push(SignalPart { candidate, shape: shape.to_vec(), columns, unit, ln_scale: 2.0, ln_shapes });
+        h
+    }
+
+    /// `base` with the noise's level following `signal`.
+    pub fn add_variance(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal) -> Option<(Hypothesis, f64)> {
+        if self.frame.variance_columns(candidate).is_empty() {
+            let shape = signal.shapes(&self.frame.coarse).into_iter().nth(1).unwrap_or_default();
+            self.frame.store_variance(candidate, &signal.columns(&self.frame.coarse, &shape));
+        }
+        let size = self.frame.variance_columns(candidate).len();
+        if size == 0 || self.block_power.0.is_empty() {
+            return None;
+        }
+        let before = Self::parameters(base).len();
+        let mut h = base.clone();
+        h.noises.push(NoisePart { candidate, ln_theta: vec![0.0; size] });
+        let mut free = vec![false; before];
+        free[0] = true;
+        free.extend((0..size).map(|_| true));
+        let picked = self.pick(base);
+        let (value, hessian) = self.newton(&mut h, &picked, &free, 8);
+        let value = value + self.occam(&h, &free, hessian);
+        Some((h, value))
+    }
+
+    /// `base` with a signal added at its best shape, everything else kept.
+    pub fn add_signal(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal) -> Option<(Hypothesis, f64)> {
+        let nodes = signal.shapes(&self.frame.coarse);
+        let fixed = self.base(base);
+        let at = |shape: &[f64]| self.try_shape(&fixed, candidate, signal, shape);
+        let values: Vec<(f64, f64)> = nodes.iter().map(|n| at(n)).collect();
+        let best = (0..nodes.len()).max_by(|a, b| values[*a].0.total_cmp(&values[*b].0))?;
+        let (mut shape, mut top) = (nodes[best].clone(), values[best]);
+        let mut all: Vec<f64> = values.iter().map(|v| v.0).collect();
+        if let (Some(range), 1) = (signal.refine(&self.frame.coarse), shape.len()) {
+            // the peak may be narrower than the distance of the nodes
+            let around = |k: usize| nodes.get(k).map(|n| n[0]);
+            let low = best.checked_sub(1).and_then(around).unwrap_or(range[0][0]);
+            let high = around(best + 1).unwrap_or(range[0][1]);
+            const FINE: usize = 16;
+            let mut fine = Vec::with_capacity(FINE + 1);
+            let mid = nodes[best][0];
+            for k in 0..=FINE {
+                let u = k as f64 / FINE as f64;
+                let x = if u < 0.5 { low + (mid - low) * 2.0 * u } else { mid + (high - mid) * (2.0 * u - 1.0) };
+                let v = at(&[x]);
+                fine.push((x, v));
+                if v.0 > top.0 {
+                    (shape, top) = (vec![x], v);
+                }
+            }
+            let mut width = (high - low) / FINE as f64;
+            for _ in 0..5 {
+                for x in [shape[0] - 0.5 * width, shape[0] + 0.5 * width] {
+                    if x > range[0][0] && x < range[0][1] {
+                        let v = at(&[x]);
+                        if v.0 > top.0 {
+                            (shape, top) = (vec![x], v);
+                        }
+                    }
+                }
+                width *= 0.5;
+            }
+            // two node distances in sixteen pieces stand for the node and its halves
+            let piece = (2.0 / FINE as f64).ln();
+            all[best] = f64::NEG_INFINITY;
+            all.extend(fine.iter().map(|(_, v)| v.0 + piece));
+            if best > 0 {
+                all[best - 1] -= std::f64::consts::LN_2;
+            }
+            if best + 1 < nodes.len() {
+                all[best + 1] -= std::f64::consts::LN_2;
+            }
+        }
+        let ln_shapes = (ln_mean_exp(&all, nodes.len() as f64) - top.0).min(0.0);
+        let (columns, unit) = self.signal_columns(candidate, signal, &shape);
+        let mut h = base.clone();
+        h.signals.push(SignalPart { candidate, shape, columns, unit, ln_scale: top.1, ln_shapes });
+        Some((h, top.0))
+    }
+
+    /// ln p with the signal at `shape`, at the best of a few scales, and that scale's logarithm.
+    fn try_shape(&self, base: &Base, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (f64, f64) {
+        let (ids, unit) = self.signal_columns(candidate, signal, shape);
+        let picked = Picked::new(self.frame, self.data, &self.products, base.columns.iter().chain(&ids).copied());
+        let normal = picked.normal(&base.inverse);
+        let mut stds = base.stds.clone();
+        let mut best = (f64::NEG_INFINITY, 0.0);
+        for ln_scale in [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5] {
+            stds.truncate(base.stds.len());
+            stds.extend(unit.iter().map(|u| u * f64::exp(ln_scale)));
+            let v = solve(&normal, &stds, false).map_or(f64::NEG_INFINITY, |p| base.value + p.log_marginal);
+            if v > best.0 {
+                best = (v, ln_scale);
+            } else {
+                break;
+            }
+        }
+        best
+    }
+
+    /// What stays the same while one more signal is tried.
+    fn base(&self, h: &Hypothesis) -> Base {
+        let s = h.spectrum(self.frame, self.candidates);
+        let white = -0.5 * (h.ln_white / WHITE_STD).powi(2) - (WHITE_STD * TAU.sqrt()).ln();
+        let value = spectral(&self.frame.bins.count, &self.data.power, &s) + white + self.ln_prior(h);
+        let ids = self.nuisance.iter().map(|n| n.0).chain(h.signals.iter().flat_map(|s| s.columns.iter().copied()));
+        Base { inverse: s.iter().map(|v| 1.0 / v).collect(), value, columns: ids.collect(), stds: self.stds(h) }
+    }
+
+    /// Standard deviation of a signal's single shape parameter, from the curvature of the likelihood of it alone; none where
+    /// the shape is no continuous parameter, or the data leave it open.
+    pub fn shape_std(&self, part: &SignalPart, signal: &dyn Signal) -> Option<f64> {
+        let ([x], Some(range)) = (part.shape.as_slice(), signal.refine(&self.frame.coarse)) else { return None };
+        let step = (0.02 * x.abs()).max(1e-3 * (range[0][1] - range[0][0]).min(x.abs().max(1.0)));
+        let base = self.base(&Hypothesis::default());
+        let at = |x: f64| self.try_shape(&base, part.candidate, signal, &[x]).0;
+        let curvature = (2.0 * at(*x) - at(x - step) - at(x + step)) / (step * step);
+        (curvature > 0.0).then(|| curvature.sqrt().recip())
+    }
+
+    /// `base` with a noise or filter added at the best of its starts, everything else kept.
+    pub fn add_noise(&self, base: &Hypothesis, candidate: usize) -> Option<(Hypothesis, f64)> {
+        let (Kind::Noise(kind) | Kind::Filter(kind) | Kind::Shape(kind)) = &self.candidates[candidate].kind else {
+            return None;
+        };
+        let before = Self::parameters(base).len();
+        let picked = self.pick(base);
+        let mut best: Option<(Hypothesis, f64)> = None;
+        let mut starts: Vec<(f64, Hypothesis, usize)> = kind
+            .starts(&self.frame.scene)
+            .iter()
+            .map(|start| {
+                let mut h = base.clone();
+                h.noises.push(NoisePart { candidate, ln_theta: start.iter().map(|v| v.ln()).collect() });
+                (self.value(&h, &picked, false).0, h, start.len())
+            })
+            .collect();
+        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        starts.truncate(3);
+        for (_, mut h, size) in starts {
+            let mut free = vec![false; before];
+            free[0] = true;
+            free.extend((0..size).map(|_| true));
+            let (value, hessian) = self.newton(&mut h, &picked, &free, 10);
+            let value = value + self.occam(&h, &free, hessian);
+            if best.as_ref().is_none_or(|b| value > b.1) {
+                best = Some((h, value));
+            }
+        }
+        best
+    }
+}
