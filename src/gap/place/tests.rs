@@ -123,7 +123,8 @@ fn noise_that_grows_shows_in_the_level_over_temperature() {
     let curves = curves(&scene, &y, &nominal, &grown, 5).unwrap();
     let level = of(&curves, Over::TemperatureC, Shown::NoiseLevel);
     assert!(level.outside_before > 0.4 && level.outside_after < 0.3, "{}", told(&curves));
-    assert!(level.share > 0.3 && level.share >= largest(&curves).share, "{}", told(&curves));
+    // the temperature rises with time: so does the noise
+    assert!(level.share > 0.3 && largest(&curves).shown == Shown::NoiseLevel, "{}", told(&curves));
 }
 
 #[test]

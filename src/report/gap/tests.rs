@@ -209,15 +209,3 @@ fn the_figure_holds_the_numbers_of_the_answer() {
     assert!(svg.contains("with effects, 95 %") && !draw(&none(), &curves).contains("with effects, 95 %"));
     assert!(draw(&none(), &[]).contains("not compared with simulated recordings"));
 }
-
-#[test]
-#[ignore = "draws into a folder to look at"]
-fn draw_to_look_at() {
-    let folder = std::env::var("FIGURES").unwrap();
-    for (name, answer, curves) in
-        [("identified", identified(), seen(3e-5)), ("unknown", unknown(), seen(3e-5)), ("none", none(), seen(0.0))]
-    {
-        let report = GapReport { recording: "fit.parquet", kept_back: None, answer: &answer, curves: &curves };
-        std::fs::write(format!("{folder}/{name}.png"), report.picture().unwrap().png().unwrap()).unwrap();
-    }
-}
