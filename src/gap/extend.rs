@@ -35,14 +35,24 @@ impl Likelihood<'_> {
         self.stored.borrow()[&(candidate, shape.iter().map(|v| v.to_bits()).collect::<Vec<_>>())].clone()
     }
 
-    /// `base` with C2 set free.
-    pub fn add_turn_on(&self, base: &Hypothesis, candidate: usize) -> Hypothesis {
+    /// `base` with C2 set free, at the best of a few scales.
+    pub fn add_turn_on(&self, base: &Hypothesis, candidate: usize) -> (Hypothesis, f64) {
         let scene = &self.frame.coarse;
         let columns = vec![self.frame.store(&vec![1.0; scene.len()])];
         let unit = vec![scene.turn_on_bias_std_rad_s.max(1e-12)];
         let mut h = base.clone();
-        h.signals.push(SignalPart { candidate, shape: Vec::new(), columns, unit, ln_scale: 1.0, ln_shapes: 0.0 });
-        h
+        h.signals.push(SignalPart { candidate, shape: Vec::new(), columns, unit, ln_scale: 0.0, ln_shapes: 0.0 });
+        let picked = self.pick(&h);
+        let last = h.signals.len() - 1;
+        let mut best = (h.clone(), f64::NEG_INFINITY);
+        for half in 1..14 {
+            h.signals[last].ln_scale = 0.5 * f64::from(half);
+            let value = self.value(&h, &picked, false).0;
+            if value > best.1 {
+                best = (h.clone(), value);
+            }
+        }
+        best
     }
 
     /// `base` with a line or comb at `frequency_hz` added.

@@ -110,7 +110,7 @@ impl<'a> Search<'a> {
             Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(gain),
             Kind::Noise(_) | Kind::Filter(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(gain),
             Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(gain),
-            Kind::TurnOn => Some((l.add_turn_on(h, candidate), 3.0)),
+            Kind::TurnOn => Some(gain(l.add_turn_on(h, candidate))),
             Kind::Line(s, harmonics) => {
                 let (w, step_s) = lines.get_or_insert_with(|| (self.whitened(h), l.frame.scene.step_s));
                 let lines = Lines::new(w, *step_s);

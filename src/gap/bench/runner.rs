@@ -9,11 +9,11 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::gap::Answer;
 use crate::ingest::read_log;
 use crate::signal::Log;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// A diagnosis: nominal simulator, recording to diagnose from, recording kept back.
@@ -64,31 +64,48 @@ pub fn run(
     std::fs::create_dir_all(answers).map_err(|e| Error::io(answers, &e))?;
     let open: Vec<&String> = all.iter().filter(|n| !answers.join(format!("{n}.json")).is_file()).collect();
     let there = all.len() - open.len();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(jobs)
-        .build()
-        .map_err(|e| Error::new(ErrorKind::Usage, "bench", format!("{jobs} threads cannot be had: {e}")).at("jobs"))?;
     let refused = Mutex::new(Vec::new());
+    let failed: Mutex<Option<Error>> = Mutex::new(None);
     let done = Mutex::new(0);
-    pool.install(|| {
-        open.par_iter().try_for_each(|name| {
-            match answer(&folder.join(name), diagnosis) {
-                Ok((answer, seconds)) => {
-                    let text = serde_json::to_string_pretty(&answer)
-                        .map_err(|e| Error::new(ErrorKind::Numeric, name, format!("the answer is no JSON: {e}")))?;
-                    // the time first: an answer that is there has its time beside it
-                    put(&answers.join(format!("{name}.seconds")), format!("{seconds:.4}\n").as_bytes())?;
-                    put(&answers.join(format!("{name}.json")), format!("{text}\n").as_bytes())?;
-                }
-                // one case that cannot be diagnosed must not cost the answers to the others
-                Err(error) => refused.lock().unwrap_or_else(|e| e.into_inner()).push(((*name).clone(), error)),
+    let next = AtomicUsize::new(0);
+    let locked = |e: std::sync::PoisonError<_>| e.into_inner();
+    let one = |name: &str| -> Result<()> {
+        match answer(&folder.join(name), diagnosis) {
+            Ok((answer, seconds)) => {
+                let text = serde_json::to_string_pretty(&answer)
+                    .map_err(|e| Error::new(ErrorKind::Numeric, name, format!("the answer is no JSON: {e}")))?;
+                // the time first: an answer that is there has its time beside it
+                put(&answers.join(format!("{name}.seconds")), format!("{seconds:.4}\n").as_bytes())?;
+                put(&answers.join(format!("{name}.json")), format!("{text}\n").as_bytes())?;
             }
-            let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
-            *done += 1;
-            progress(*done, open.len());
-            Ok(())
-        })
-    })?;
+            // one case that cannot be diagnosed must not cost the answers to the others
+            Err(error) => refused.lock().unwrap_or_else(|e| e.into_inner()).push((name.to_owned(), error)),
+        }
+        let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
+        *done += 1;
+        progress(*done, open.len());
+        Ok(())
+    };
+    let work = || {
+        while failed.lock().unwrap_or_else(locked).is_none() {
+            let Some(name) = open.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
+            if let Err(error) = one(name) {
+                *failed.lock().unwrap_or_else(locked) = Some(error);
+            }
+        }
+    };
+    // threads of their own: a diagnosis uses the pool itself, and a worker that waits for it would take up the next case
+    // inside the first, deeper and deeper
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    let jobs = if jobs == 0 { cores() } else { jobs };
+    std::thread::scope(|scope| {
+        (0..jobs).for_each(|_| {
+            scope.spawn(work);
+        });
+    });
+    if let Some(error) = failed.into_inner().unwrap_or_else(|e| e.into_inner()) {
+        return Err(error);
+    }
     let mut refused = refused.into_inner().unwrap_or_else(|e| e.into_inner());
     refused.sort_by(|a, b| a.0.cmp(&b.0));
     timings(answers, &all)?;
