@@ -31,7 +31,8 @@ pub fn step(values: &[f64]) -> Option<f64> {
     // neighbouring levels: what lies between them is rounding
     let least =
         differences.iter().copied().filter(|d| *d > 1.5 * least.min(rounding * 2.0)).fold(f64::INFINITY, f64::min);
-    let mut lsb = (1..=4).map(|q| least / f64::from(q)).find(|lsb| on_lattice(*lsb))?;
+    let exact = (1..=4).map(|q| least / f64::from(q)).find(|lsb| on_lattice(*lsb));
+    let mut lsb = exact.or_else(|| rounded(&differences, sorted.len()))?;
     // sharpened by the whole range
     let span = sorted.last()? - sorted.first()?;
     let count = (span / lsb).round();
@@ -39,6 +40,21 @@ pub fn step(values: &[f64]) -> Option<f64> {
         lsb = span / count;
     }
     Some(lsb)
+}
+
+/// The step where a text file has rounded the values: few different ones, whose distances are multiples to a hundredth.
+fn rounded(differences: &[f64], count: usize) -> Option<f64> {
+    if 4 * differences.len() > count {
+        return None;
+    }
+    let typical = crate::math::robust::quantile(&mut differences.to_vec(), 0.2);
+    let near: Vec<f64> = differences.iter().copied().filter(|d| (d / typical - 1.0).abs() < 0.02).collect();
+    let lsb = crate::math::robust::median(&mut near.clone());
+    let fits = differences.iter().filter(|d| {
+        let k = *d / lsb;
+        k.round() >= 1.0 && (k - k.round()).abs() <= 0.01 + 1e-4 * k
+    });
+    (near.len() > 2 && fits.count() * 200 >= differences.len() * 199).then_some(lsb)
 }
 
 /// ln of the normal probability of [a, b].
@@ -76,5 +92,10 @@ mod tests {
             let found = step(&on).unwrap();
             assert!((found / lsb - 1.0).abs() < 1e-6, "{lsb}: {found}");
         }
+        // as a text file with seven digits has it
+        let lsb = 1.330_281e-4;
+        let text = |v: f64| format!("{:.6e}", (v / lsb).round() * lsb).parse::<f64>().unwrap();
+        let written: Vec<f64> = noise.iter().map(|v| text(v + 0.02)).collect();
+        assert!((step(&written).unwrap() / lsb - 1.0).abs() < 1e-3);
     }
 }
