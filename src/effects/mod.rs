@@ -153,16 +153,25 @@ pub trait Signal: Sync + Send {
     /// Columns at one shape (also between the nodes).
     fn columns(&self, scene: &Scene, shape: &[f64]) -> Vec<Column>;
 
-    /// Parameters from shape and coefficients.
-    fn parameters(&self, scene: &Scene, shape: &[f64], coefficients: &[f64]) -> Parameters;
+    /// Parameters from shape and coefficients; none of a free form, which has no named ones.
+    fn parameters(&self, scene: &Scene, shape: &[f64], coefficients: &[f64]) -> Parameters {
+        let _ = (scene, shape, coefficients);
+        Parameters::new()
+    }
 
     /// Shape from parameters where they hold it (a time constant, a frequency, a lag); none where it is drawn anew in
     /// each run (the time of a step).
-    fn shape(&self, scene: &Scene, parameters: &Parameters) -> Option<Vec<f64>>;
+    fn shape(&self, scene: &Scene, parameters: &Parameters) -> Option<Vec<f64>> {
+        let _ = (scene, parameters);
+        None
+    }
 
     /// Coefficients from parameters; none where they are drawn anew in each run (the phase of a tone), with
     /// [`Signal::prior_std`] then telling how far they scatter.
-    fn coefficients(&self, scene: &Scene, shape: &[f64], parameters: &Parameters) -> Option<Vec<f64>>;
+    fn coefficients(&self, scene: &Scene, shape: &[f64], parameters: &Parameters) -> Option<Vec<f64>> {
+        let _ = (scene, shape, parameters);
+        None
+    }
 
     /// Standard deviation of the coefficients over runs where they are drawn anew.
     fn prior_std(&self, parameters: &Parameters) -> Option<Vec<f64>> {

@@ -19,7 +19,7 @@ pub fn clean(y: &[f64]) -> (Vec<f64>, Vec<usize>) {
             median(&mut around)
         })
         .collect();
-    let mut off: Vec<f64> = y.iter().zip(&centre).map(|(a, b)| a - b).collect();
+    let off: Vec<f64> = y.iter().zip(&centre).map(|(a, b)| a - b).collect();
     let scale = mad_std(&mut off.clone(), 0.0).max(1e-300);
     // on a coarse lattice most deviations are zero, and the scale of the rest is what counts
     let spread = (off.iter().map(|v| v * v).sum::<f64>() / n.max(1) as f64).sqrt();
@@ -32,6 +32,5 @@ pub fn clean(y: &[f64]) -> (Vec<f64>, Vec<usize>) {
             rows.push(i);
         }
     }
-    off.clear();
     (cleaned, rows)
 }

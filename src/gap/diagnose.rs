@@ -3,7 +3,7 @@
 use super::answer::{Alike, Answer, EffectAnswer, FreeFormAnswer, Metric, Place, Verdict};
 use super::believe::believed;
 use super::far::{self, Claim, Far};
-use super::findings::{Findings, Main, Part};
+use super::findings::{Findings, Main};
 use super::judge::{Options as JudgeOptions, judge};
 use super::prepare::{Prepared, prepare};
 use super::state_space::{Believed, blocked_log_score};
@@ -53,18 +53,6 @@ const RIVAL: f64 = 0.05;
 /// Most effects whose share of the gap is measured one by one.
 const MEASURED: usize = 5;
 
-/// As [`diagnose`], without measuring how far the gap shrinks: for calibration, where only probabilities count.
-///
-/// # Errors
-/// As [`diagnose`].
-pub fn without_hold(config: &Config, fit: &Log, library: &Library, options: &Options) -> Result<Diagnosis> {
-    let prepared = prepare(config, fit, options.since_power_on_s)?;
-    let effects: Vec<&'static dyn Effect> = library.effects().collect();
-    let findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
-    let answer = answer(&findings, library, &prepared);
-    Ok(Diagnosis { answer, augmented: config.clone(), findings, far: None })
-}
-
 /// Diagnoses `fit` against the nominal simulator `config`, and measures on `hold` how far the gap shrinks.
 ///
 /// # Errors
@@ -81,10 +69,8 @@ pub fn diagnose(
     let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
     findings.notes.splice(0..0, prepared.notes.iter().cloned());
     let mut answer = answer(&findings, library, &prepared);
-    let found = |ids: &mut dyn Iterator<Item = &String>| -> Vec<(String, Parameters)> {
-        ids.filter_map(|id| Some((id.clone(), part(&findings, id)?.parameters.clone()))).collect()
-    };
-    let together = found(&mut answer.together.iter());
+    let found = |id: &String| Some((id.clone(), findings.best_with(id, false)?.part(id)?.parameters.clone()));
+    let together: Vec<(String, Parameters)> = answer.together.iter().filter_map(found).collect();
     let listed: Vec<(String, Parameters)> =
         answer.effects.iter().take(MEASURED).map(|e| (e.id.clone(), e.parameters.clone())).collect();
     let far = match hold {
@@ -116,19 +102,17 @@ pub fn diagnose(
     Ok(Diagnosis { answer, augmented, findings, far })
 }
 
-/// The part of an effect in the most probable set that holds it, preferably as the main one.
-fn part<'a>(findings: &'a Findings, id: &str) -> Option<&'a Part> {
-    findings.best_with(id, false)?.part(id)
-}
-
 fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer {
     let mains = findings.mains();
     let probability = |m: &Main| mains.iter().find(|x| x.0 == *m).map_or(0.0, |x| x.1);
     let (none, unknown) = (probability(&Main::None), probability(&Main::Unknown));
-    let best_effect = mains.iter().find_map(|(m, p)| match m {
-        Main::Effect(id) => Some((id.clone(), *p)),
-        _ => None,
-    });
+    let rivals: Vec<(String, f64)> = mains
+        .iter()
+        .filter_map(|(m, p)| match m {
+            Main::Effect(id) => Some((id.clone(), *p)),
+            _ => None,
+        })
+        .collect();
     let top = mains.first().map_or(Main::None, |m| m.0.clone());
     let verdict = match &top {
         Main::None => Verdict::None,
@@ -172,17 +156,10 @@ fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer
             }
         }
     }
-    let rivals: Vec<(String, f64)> = mains
-        .iter()
-        .filter_map(|(m, p)| match m {
-            Main::Effect(id) => Some((id.clone(), *p)),
-            _ => None,
-        })
-        .collect();
     let (cannot_tell_apart, alike) = classes(findings, &rivals);
     Answer {
         verdict,
-        main_probability: best_effect.map_or(0.0, |b| b.1),
+        main_probability: rivals.first().map_or(0.0, |r| r.1),
         none_probability: none,
         unknown_probability: unknown,
         place: place(findings, library, &top, prepared),

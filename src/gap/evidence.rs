@@ -61,6 +61,12 @@ pub fn ln_mean_exp(values: &[f64], count: f64) -> f64 {
     top + (values.iter().map(|v| (v - top).exp()).sum::<f64>() / count).ln()
 }
 
+/// ln(exp(a) + exp(b)).
+pub fn ln_add(a: f64, b: f64) -> f64 {
+    let top = a.max(b);
+    top + ((a - top).exp() + (b - top).exp()).ln()
+}
+
 /// Columns of the nuisances of the warm-up (C2, C1, T) with the standard deviations of their deviations.
 pub fn nuisances(frame: &Frame) -> Vec<(ColumnId, f64)> {
     let scene = &frame.coarse;
@@ -86,9 +92,19 @@ impl<'a> Likelihood<'a> {
         }
     }
 
+    /// Columns of a hypothesis, nuisances first.
+    pub(super) fn column_ids<'h>(&'h self, h: &'h Hypothesis) -> impl Iterator<Item = ColumnId> + 'h {
+        self.nuisance.iter().map(|n| n.0).chain(h.signals.iter().flat_map(|s| s.columns.iter().copied()))
+    }
+
     pub(super) fn pick(&self, h: &Hypothesis) -> Picked {
-        let ids = self.nuisance.iter().map(|n| n.0).chain(h.signals.iter().flat_map(|s| s.columns.iter().copied()));
-        Picked::new(self.frame, self.data, &self.products, ids)
+        Picked::new(self.frame, self.data, &self.products, self.column_ids(h))
+    }
+
+    /// ln p(z, parameters) of the spectrum alone: all but what the columns add and the prior of the noises.
+    pub(super) fn spectral_value(&self, h: &Hypothesis, spectrum: &[f64]) -> f64 {
+        let white = -0.5 * (h.ln_white / WHITE_STD).powi(2) - (WHITE_STD * TAU.sqrt()).ln();
+        spectral(&self.frame.bins.count, &self.data.power, spectrum) + white
     }
 
     pub(super) fn stds(&self, h: &Hypothesis) -> Vec<f64> {
@@ -101,9 +117,7 @@ impl<'a> Likelihood<'a> {
         let s = h.spectrum(self.frame, self.candidates);
         let inverse: Vec<f64> = s.iter().map(|v| 1.0 / v).collect();
         let Some(posterior) = columns(picked, &self.stds(h), &inverse, full) else { return (f64::NEG_INFINITY, None) };
-        let white = -0.5 * (h.ln_white / WHITE_STD).powi(2) - (WHITE_STD * TAU.sqrt()).ln();
-        let value = spectral(&self.frame.bins.count, &self.data.power, &s) + posterior.log_marginal + white;
-        let value = value + self.ln_prior(h);
+        let value = self.spectral_value(h, &s) + self.ln_prior(h) + posterior.log_marginal;
         (if value.is_nan() { f64::NEG_INFINITY } else { value }, full.then_some(posterior))
     }
 
@@ -154,8 +168,7 @@ impl<'a> Likelihood<'a> {
         let mut kept = h.clone();
         kept.signals.clear();
         kept.noises.retain(|n| keep(n.candidate));
-        let power: Vec<f64> =
-            self.frame.bins.edges.windows(2).map(|e| z[e[0]..e[1]].iter().map(|v| v * v).sum()).collect();
+        let power = self.frame.bins.power(&z);
         let spectrum = kept.spectrum(self.frame, self.candidates);
         let inverse: Vec<f64> = spectrum.iter().map(|v| 1.0 / v).collect();
         let data = Data { values_rad_s: Vec::new(), z, power };
@@ -177,8 +190,19 @@ impl<'a> Likelihood<'a> {
     pub fn remainder(&self, h: &Hypothesis) -> Vec<f64> {
         let mut z = self.data.z.clone();
         if let Some(p) = self.coefficients(h) {
-            let ids = self.nuisance.iter().map(|n| n.0).chain(h.signals.iter().flat_map(|s| s.columns.iter().copied()));
-            ids.zip(&p.mean).for_each(|(id, b)| self.frame.add_column(&mut z, id, -b));
+            self.column_ids(h).zip(&p.mean).for_each(|(id, b)| self.frame.add_column(&mut z, id, -b));
+        }
+        z
+    }
+
+    /// What the noises of a hypothesis follow of `remainder` (what [`Likelihood::remainder`] leaves), in the cosine basis.
+    pub fn followed(&self, h: &Hypothesis, remainder: &[f64]) -> Vec<f64> {
+        let mut z = remainder.to_vec();
+        let spectrum = h.spectrum(self.frame, self.candidates);
+        let white = (self.frame.scene.white_std_rad_s * h.ln_white.exp()).powi(2);
+        for (b, e) in self.frame.bins.edges.windows(2).enumerate() {
+            let share = (1.0 - white / spectrum[b]).max(0.0);
+            z[e[0]..e[1]].iter_mut().for_each(|v| *v *= share);
         }
         z
     }

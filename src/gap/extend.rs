@@ -1,11 +1,10 @@
 //! A hypothesis with one more candidate: at its best shape, or from its best start.
 
-use super::evidence::{Likelihood, WHITE_STD, ln_mean_exp};
+use super::evidence::{Likelihood, ln_mean_exp};
 use super::frame::ColumnId;
-use super::gaussian::{Picked, solve, spectral};
+use super::gaussian::{Picked, solve};
 use super::hypothesis::{Hypothesis, Kind, NoisePart, SignalPart};
 use crate::effects::Signal;
-use std::f64::consts::TAU;
 
 /// A hypothesis to which a signal is added, everything of it held.
 struct Base {
@@ -31,8 +30,7 @@ impl Likelihood<'_> {
             if rms > 0.0 { relative * noise / rms } else { 0.0 }
         };
         let units = ids.iter().zip(&made).map(|(id, c)| unit(id, c.relative_scale)).collect();
-        self.stored.borrow_mut().insert(key, (ids, units));
-        self.stored.borrow()[&(candidate, shape.iter().map(|v| v.to_bits()).collect::<Vec<_>>())].clone()
+        self.stored.borrow_mut().entry(key).insert_entry((ids, units)).get().clone()
     }
 
     /// `base` with C2 set free, at the best of a few scales.
@@ -175,10 +173,12 @@ impl Likelihood<'_> {
     /// What stays the same while one more signal is tried.
     fn base(&self, h: &Hypothesis) -> Base {
         let s = h.spectrum(self.frame, self.candidates);
-        let white = -0.5 * (h.ln_white / WHITE_STD).powi(2) - (WHITE_STD * TAU.sqrt()).ln();
-        let value = spectral(&self.frame.bins.count, &self.data.power, &s) + white + self.ln_prior(h);
-        let ids = self.nuisance.iter().map(|n| n.0).chain(h.signals.iter().flat_map(|s| s.columns.iter().copied()));
-        Base { inverse: s.iter().map(|v| 1.0 / v).collect(), value, columns: ids.collect(), stds: self.stds(h) }
+        Base {
+            inverse: s.iter().map(|v| 1.0 / v).collect(),
+            value: self.spectral_value(h, &s) + self.ln_prior(h),
+            columns: self.column_ids(h).collect(),
+            stds: self.stds(h),
+        }
     }
 
     /// Standard deviation of a signal's single shape parameter, from the curvature of the likelihood of it alone; none where

@@ -69,6 +69,11 @@ impl Bins {
         self.count.len()
     }
 
+    /// Σ z² over each bin.
+    pub fn power(&self, z: &[f64]) -> Vec<f64> {
+        self.edges.windows(2).map(|e| z[e[0]..e[1]].iter().map(|v| v * v).sum()).collect()
+    }
+
     /// Σ a b over each bin, as far as both reach.
     fn products(&self, a: &[f64], b: &[f64]) -> Vec<f64> {
         let reach = a.len().min(b.len());
@@ -194,7 +199,7 @@ impl Frame {
     /// The same of values that have the dither in them already.
     pub fn data_undithered(&self, values_rad_s: Vec<f64>) -> Data {
         let z = self.cosine.forward(&values_rad_s);
-        let power = self.bins.edges.windows(2).map(|e| z[e[0]..e[1]].iter().map(|v| v * v).sum()).collect();
+        let power = self.bins.power(&z);
         Data { values_rad_s, z, power }
     }
 
@@ -207,16 +212,15 @@ impl Frame {
     pub fn store(&self, block_means: &[f64]) -> ColumnId {
         let mut low = self.coarse_cosine.forward(block_means);
         low.iter_mut().zip(&self.block_gain).for_each(|(c, g)| *c *= g);
-        let n = block_means.len().max(1) as f64;
-        let rms = (block_means.iter().map(|v| v * v).sum::<f64>() / n).sqrt();
-        let mut store = self.store.borrow_mut();
-        store.columns.push(Stored { low, rms });
-        (store.columns.len() - 1) as ColumnId
+        self.keep(low, block_means)
     }
 
     /// Stores a column given by all its samples: for what is not slow.
     pub fn store_whole(&self, values: &[f64]) -> ColumnId {
-        let low = self.cosine.forward(values);
+        self.keep(self.cosine.forward(values), values)
+    }
+
+    fn keep(&self, low: Vec<f64>, values: &[f64]) -> ColumnId {
         let rms = (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt();
         let mut store = self.store.borrow_mut();
         store.columns.push(Stored { low, rms });

@@ -127,7 +127,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
         sets.push(WeightedSet { parts: parts(&likelihood, &met.fitted), ln_weight: met.ln_weight, probability: 0.0 });
     }
     {
-        let found = || popcorn(&frame, &data, &candidates, &nuisance, &search, prior);
+        let found = || popcorn(&likelihood, &nuisance, &search, prior);
         if let Some((found, ln_weight)) = knows("gyro.telegraph_noise").then(found).flatten() {
             let without = search.weight_without(&found.fitted.hypothesis).unwrap_or(top);
             let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
@@ -271,13 +271,12 @@ impl Layers {
 
 /// The best of the sets with two levels in the place of a noise, with its ln weight.
 fn popcorn(
-    frame: &Frame,
-    data: &Data,
-    candidates: &[Candidate],
+    likelihood: &Likelihood,
     nuisance: &[(super::frame::ColumnId, f64)],
     search: &Search,
     prior: Prior,
 ) -> Option<(Popcorn, f64)> {
+    let Likelihood { frame, data, candidates, .. } = *likelihood;
     let sets = search.posterior();
     let top = sets.first()?.ln_weight;
     let mut best: Option<(Popcorn, f64)> = None;
@@ -300,7 +299,11 @@ fn popcorn(
             let start = match candidates[part.candidate].id.as_str() {
                 "gyro.gauss_markov" => [2.0 * theta[1], 2.0 * theta[0]],
                 _ => {
-                    let slow: f64 = frame.series(&search.slow(whole)).iter().map(|v| v * v).sum();
+                    let slow: f64 = frame
+                        .series(&likelihood.followed(whole, &likelihood.remainder(whole)))
+                        .iter()
+                        .map(|v| v * v)
+                        .sum();
                     [2.0 * (slow / frame.len() as f64).sqrt(), 0.02 * frame.scene.span_s()]
                 }
             };

@@ -27,12 +27,7 @@ fn baseline(l: &Likelihood, h: &Hypothesis) -> Vec<f64> {
     let remainder = l.remainder(h);
     let mut z: Vec<f64> = l.data.z.iter().zip(&remainder).map(|(a, b)| a - b).collect();
     if !h.noises.is_empty() {
-        let spectrum = h.spectrum(l.frame, l.candidates);
-        let white = (l.frame.scene.white_std_rad_s * h.ln_white.exp()).powi(2);
-        for (b, e) in l.frame.bins.edges.windows(2).enumerate() {
-            let share = (1.0 - white / spectrum[b]).max(0.0);
-            (e[0]..e[1]).for_each(|k| z[k] += share * remainder[k]);
-        }
+        z.iter_mut().zip(l.followed(h, &remainder)).for_each(|(z, f)| *z += f);
     }
     l.frame.series(&z)
 }
@@ -58,9 +53,7 @@ pub fn beside(
     };
     let first = Likelihood::new(frame, data, candidates, nuisance);
     // the start sees only nuisances and signals: what the noise follows may be the path
-    let mut only_signals = whole.clone();
-    let remainder = first.remainder(&only_signals);
-    only_signals.noises.clear();
+    let remainder = first.remainder(whole);
     let z: Vec<f64> = data.z.iter().zip(&remainder).map(|(a, b)| a - b).collect();
     let mut x = decimated(&frame.series(&z));
     let mut chain = fit(&x, std, start[0], dwell / per as f64, 30);
@@ -76,35 +69,20 @@ pub fn beside(
         let likelihood = Likelihood::new(frame, &rest, candidates, nuisance);
         let found = likelihood.fit(base);
         x = decimated(&baseline(&likelihood, &found.hypothesis));
-        let rounds = 12;
-        let spacing = chain.spacing;
-        let dwell = 0.5 * (chain.dwell_low + chain.dwell_high);
-        let again = refit(&x, std, &chain, rounds).unwrap_or_else(|| fit(&x, std, spacing, dwell, rounds));
+        chain = fit(&x, std, chain.spacing, 0.5 * (chain.dwell_low + chain.dwell_high), 12);
         fitted = Some(found);
-        chain = again;
     }
     let fitted = fitted?;
     let white = |residual: f64| -0.5 * ((residual / std).powi(2) + (TAU * std * std).ln());
     let mean_path: f64 = x.iter().zip(&chain.high).map(|(x, h)| white(x - chain.low - chain.spacing * h)).sum();
     // parameters: spacing and the two dwell times, uniform in their logarithms
-    let shared = x.len() as f64 * 0.25;
-    let widths = [std / (chain.spacing.max(1e-300) * shared.sqrt()), 1.0, 1.0];
-    let jumps = (0.5 * chain.jumps).max(1.0).sqrt();
-    let ranges = [7.0, (x.len() as f64).ln(), (x.len() as f64).ln()];
-    let occam: f64 = (0..3)
-        .map(|i| {
-            let width = if i == 0 { widths[0] } else { 1.0 / jumps };
-            (TAU.sqrt() * width / ranges[i]).ln().min(0.0)
-        })
-        .sum();
+    let spacing = std / (chain.spacing.max(1e-300) * (0.25 * x.len() as f64).sqrt());
+    let dwell = 1.0 / (0.5 * chain.jumps).max(1.0).sqrt();
+    let longest = (x.len() as f64).ln();
+    let one = |width: f64, range: f64| (TAU.sqrt() * width / range).ln().min(0.0);
+    let occam = one(spacing, 7.0) + 2.0 * one(dwell, longest);
     let ln_evidence = fitted.ln_evidence + chain.ln_likelihood - mean_path + occam;
     chain.dwell_low *= per as f64;
     chain.dwell_high *= per as f64;
     Some(Popcorn { fitted, ln_evidence, chain, path })
-}
-
-/// Goes on from a chain.
-fn refit(x: &[f64], std: f64, chain: &TwoLevels, rounds: usize) -> Option<TwoLevels> {
-    let dwell = 0.5 * (chain.dwell_low + chain.dwell_high);
-    (chain.spacing > 0.0 && dwell.is_finite()).then(|| fit(x, std, chain.spacing, dwell, rounds))
 }

@@ -117,7 +117,8 @@ fn even(log: &Log, rate: &[f64], scene: &mut Scene, notes: &mut Vec<String>) -> 
     let covariate = |values: &Option<Vec<f64>>| {
         values.as_ref().map(|v| {
             let mut out = place(v);
-            fill(&mut out, &missing(&place(v)), 0.0);
+            let gaps = missing(&out);
+            fill(&mut out, &gaps, 0.0);
             out
         })
     };

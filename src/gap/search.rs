@@ -148,19 +148,6 @@ impl<'a> Search<'a> {
         w
     }
 
-    /// What the noises of a hypothesis follow of the recording, in the cosine basis.
-    pub fn slow(&self, h: &Hypothesis) -> Vec<f64> {
-        let l = self.likelihood;
-        let mut z = l.remainder(h);
-        let s = h.spectrum(l.frame, l.candidates);
-        let white = (l.frame.scene.white_std_rad_s * h.ln_white.exp()).powi(2);
-        for (b, e) in l.frame.bins.edges.windows(2).enumerate() {
-            let share = (1.0 - white / s[b]).max(0.0);
-            z[e[0]..e[1]].iter_mut().for_each(|v| *v *= share);
-        }
-        z
-    }
-
     /// The best extension of `base` by one candidate of `among`.
     fn grown(&mut self, base: &Met, among: &[usize]) -> Option<Met> {
         let mut lines = None;

@@ -2,7 +2,7 @@
 //!
 //! A covariate that only grew (a sensor that warms itself) is a clock: what follows it then follows time as well.
 
-use crate::effects::{Column, Parameters, Signal};
+use crate::effects::{Column, Signal};
 use crate::model::Scene;
 
 /// The covariate that a form follows.
@@ -72,18 +72,6 @@ impl Signal for CovariateForm {
         };
         (1..=6).map(column).collect()
     }
-
-    fn parameters(&self, _: &Scene, _: &[f64], _: &[f64]) -> Parameters {
-        Parameters::new()
-    }
-
-    fn shape(&self, _: &Scene, _: &Parameters) -> Option<Vec<f64>> {
-        Some(vec![])
-    }
-
-    fn coefficients(&self, _: &Scene, _: &[f64], _: &Parameters) -> Option<Vec<f64>> {
-        None
-    }
 }
 
 impl Signal for RateForm {
@@ -107,17 +95,5 @@ impl Signal for RateForm {
             relative_scale,
         };
         vec![make(&|r| r, 1.0), make(&|r| (r / (0.3 * typical)).tanh(), 1.0), make(&|r| r.abs(), 0.7)]
-    }
-
-    fn parameters(&self, _: &Scene, _: &[f64], _: &[f64]) -> Parameters {
-        Parameters::new()
-    }
-
-    fn shape(&self, _: &Scene, _: &Parameters) -> Option<Vec<f64>> {
-        None
-    }
-
-    fn coefficients(&self, _: &Scene, _: &[f64], _: &Parameters) -> Option<Vec<f64>> {
-        None
     }
 }

@@ -1,6 +1,6 @@
 //! y(t) += Σ_h a_h cos(2πh f t) + b_h sin(2πh f t): something periodic of any shape
 
-use crate::effects::{Column, Parameters, Signal};
+use crate::effects::{Column, Signal};
 use crate::model::Scene;
 use std::f64::consts::TAU;
 
@@ -29,17 +29,5 @@ impl Signal for Comb {
             .filter(|h| *h as f64 * f < nyquist)
             .flat_map(|h| pair(scene, |t| TAU * h as f64 * f * t, 1.0 / (h as f64).sqrt()))
             .collect()
-    }
-
-    fn parameters(&self, _: &Scene, _: &[f64], _: &[f64]) -> Parameters {
-        Parameters::new()
-    }
-
-    fn shape(&self, _: &Scene, _: &Parameters) -> Option<Vec<f64>> {
-        None
-    }
-
-    fn coefficients(&self, _: &Scene, _: &[f64], _: &Parameters) -> Option<Vec<f64>> {
-        None
     }
 }

@@ -1,6 +1,6 @@
 //! y(t) += Σ_k β_k cos(πkt/span), β_k ~ N(0, s²/k²), k = 1, 2, …: a smooth function of time
 
-use crate::effects::{Column, Parameters, Signal};
+use crate::effects::{Column, Signal};
 use crate::model::Scene;
 use std::f64::consts::PI;
 
@@ -19,17 +19,5 @@ impl Signal for SmoothTime {
             relative_scale: 1.0 / k as f64,
         };
         (1..=self.0).map(column).collect()
-    }
-
-    fn parameters(&self, _: &Scene, _: &[f64], _: &[f64]) -> Parameters {
-        Parameters::new()
-    }
-
-    fn shape(&self, _: &Scene, _: &Parameters) -> Option<Vec<f64>> {
-        Some(vec![])
-    }
-
-    fn coefficients(&self, _: &Scene, _: &[f64], _: &Parameters) -> Option<Vec<f64>> {
-        None
     }
 }

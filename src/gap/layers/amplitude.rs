@@ -2,7 +2,7 @@
 //!
 //! Evidence by a sum over the parameters' grid against w ~ N(0, s²), s near one.
 
-use crate::gap::evidence::ln_mean_exp;
+use crate::gap::evidence::{ln_add, ln_mean_exp};
 use statrs::function::gamma::ln_gamma;
 use std::f64::consts::{LN_2, PI, TAU};
 
@@ -50,11 +50,6 @@ impl Histogram {
 
 fn ln_normal(x: f64, variance: f64) -> f64 {
     -0.5 * (x * x / variance + (TAU * variance).ln())
-}
-
-fn ln_add(a: f64, b: f64) -> f64 {
-    let top = a.max(b);
-    top + ((a - top).exp() + (b - top).exp()).ln()
 }
 
 /// Holds the samples that are rather outliers than noise at three standard deviations, for what looks at energy.

@@ -2,7 +2,7 @@
 //!
 //! The level between bursts is the one that the series was whitened by. Free forms of the noise's level where it follows neither time slowly nor a covariate.
 
-use crate::gap::evidence::ln_mean_exp;
+use crate::gap::evidence::{ln_add, ln_mean_exp};
 use crate::gap::lines::Lines;
 
 /// Bursts and periodic changes of the noise's level.
@@ -36,11 +36,7 @@ pub fn judge(w: &[f64], step_s: f64) -> Bursts {
         let mut grid = Vec::new();
         for p in [0.003_f64, 0.01, 0.03, 0.1, 0.3] {
             for g in [0.15, 0.4, 1.0, 3.0, 10.0] {
-                let one = |s: &f64| {
-                    let (a, b) = ((1.0 - p).ln() + ln_density(*s, 1.0), p.ln() + ln_density(*s, 1.0 + g));
-                    let top = a.max(b);
-                    top + ((a - top).exp() + (b - top).exp()).ln()
-                };
+                let one = |s: &f64| ln_add((1.0 - p).ln() + ln_density(*s, 1.0), p.ln() + ln_density(*s, 1.0 + g));
                 grid.push((sums.iter().map(one).sum::<f64>() - constant, p));
             }
         }

@@ -3,7 +3,7 @@
 //! Free form: events at a scale, u ~ (1 - p) N(0, 1) + p N(0, 1 + A²). A Gaussian process of any spectrum has been whitened
 //! away and shows none; pulses, bumps and relaxations do.
 
-use crate::gap::evidence::ln_mean_exp;
+use crate::gap::evidence::{ln_add, ln_mean_exp};
 use std::f64::consts::TAU;
 
 /// Rare events of some length.
@@ -40,11 +40,8 @@ pub fn judge(w: &[f64]) -> Events {
                 // the core keeps what is left of the level, within reason
                 let core = (level / (1.0 + p * a * a)).clamp(0.3 * level, level);
                 let wide = core * (1.0 + a * a);
-                let one = |v: &f64| {
-                    let (x, y) = (f64::ln(1.0 - p) + ln_normal(v * v, core), f64::ln(p) + ln_normal(v * v, wide));
-                    let top = x.max(y);
-                    top + ((x - top).exp() + (y - top).exp()).ln()
-                };
+                let one =
+                    |v: &f64| ln_add(f64::ln(1.0 - p) + ln_normal(v * v, core), f64::ln(p) + ln_normal(v * v, wide));
                 grid.push((sums.iter().map(one).sum::<f64>(), p));
             }
         }
