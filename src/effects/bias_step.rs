@@ -5,10 +5,10 @@ use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, Scene};
 
-const STEP: &str = "step_rad_s";
-const TIME: &str = "time_s";
+pub(super) const STEP: &str = "step_rad_s";
+pub(super) const TIME: &str = "time_s";
 
-static ABOUT: About = About {
+pub(super) static ABOUT: About = About {
     id: "gyro.bias_step",
     title: "bias step",
     equation: "b(t) = s for t ≥ t₁: the bias jumps once, at another time in each run",

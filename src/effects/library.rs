@@ -1,7 +1,9 @@
 //! The effects by id, for the simulator; some may be withheld.
 
+use super::drive::{self, Driving};
 use super::{Effect, Parameters, registry};
 use crate::error::{Error, ErrorKind, Result};
+use crate::model::drive::DriveEffect;
 use crate::model::{EffectSource, GyroEffect, Scene};
 
 /// All effects of [`registry`], but for those that are withheld.
@@ -35,7 +37,30 @@ impl Library {
     }
 }
 
+impl Library {
+    /// The effects of drives, in the order of [`drive::registry`].
+    pub fn driving(&self) -> impl Iterator<Item = &'static dyn Driving> + '_ {
+        drive::registry().iter().copied().filter(|e| !self.withheld.iter().any(|w| w == e.about().id))
+    }
+
+    /// The effect of drives `id`, unless it is unknown or withheld.
+    #[must_use]
+    pub fn driving_by_id(&self, id: &str) -> Option<&'static dyn Driving> {
+        self.driving().find(|e| e.about().id == id)
+    }
+}
+
 impl EffectSource for Library {
+    fn drive_effect(&self, id: &str, parameters: &Parameters, span_s: f64, seed: u64) -> Result<Box<dyn DriveEffect>> {
+        let effect = self.driving_by_id(id).ok_or_else(|| {
+            let ids: Vec<_> = self.driving().map(|e| e.about().id).collect();
+            Error::new(ErrorKind::Config, "configuration", format!("no effect of drives is called {id:?}"))
+                .at("`[[effect]]`")
+                .mend(format!("there are {}", ids.join(", ")))
+        })?;
+        effect.simulated(parameters, span_s, seed)
+    }
+
     fn gyro_effect(&self, id: &str, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {
         let effect = self.by_id(id).ok_or_else(|| {
             let ids: Vec<_> = self.effects().map(|e| e.about().id).collect();

@@ -6,6 +6,7 @@
 mod bandwidth;
 mod bias_instability;
 mod bias_step;
+pub mod drive;
 mod gauss_markov;
 mod library;
 mod noise_growth;

@@ -5,6 +5,7 @@ pub mod believe;
 pub mod bench;
 mod clean;
 pub mod diagnose;
+pub mod drive;
 mod evidence;
 mod extend;
 pub mod far;

@@ -1,7 +1,9 @@
 //! reading = output( filter( rate + e(t) + Σ bias_i + scale · white ) ), each of the four changed by any set of effects
 //!
 //! Floor 2: what an effect may change in the simulator of a gyro. The simulator runs whatever implements [`GyroEffect`];
-//! it knows no effect by name.
+//! it knows no effect by name. What an effect may change of a robot that drives is in [`drive`].
+
+pub mod drive;
 
 use crate::bias::WarmUp;
 use crate::signal::TimeAxis;
@@ -88,4 +90,16 @@ pub trait EffectSource: Sync {
         scene: &Scene,
         seed: u64,
     ) -> crate::Result<Box<dyn GyroEffect>>;
+
+    /// The effect `id` with `parameters` in a drive of `span_s` seconds, its random numbers from `seed`.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Config`] if the id or a parameter is unknown, missing or out of bounds.
+    fn drive_effect(
+        &self,
+        id: &str,
+        parameters: &std::collections::BTreeMap<String, f64>,
+        span_s: f64,
+        seed: u64,
+    ) -> crate::Result<Box<dyn drive::DriveEffect>>;
 }

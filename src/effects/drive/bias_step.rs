@@ -1,0 +1,45 @@
+//! b(t) = s for t ≥ t₁, else 0: the step of [`crate::effects`] at rest, in a drive
+
+use super::{DriveExplanation, Driving};
+use crate::effects::parts::{Checked, stream};
+use crate::effects::{About, Parameters, bias_step};
+use crate::error::Result;
+use crate::model::drive::{DriveEffect, Moving};
+
+/// The bias jumps once.
+pub(super) struct BiasStep;
+
+impl Driving for BiasStep {
+    fn about(&self) -> &'static About {
+        &bias_step::ABOUT
+    }
+
+    fn explanation(&self) -> DriveExplanation {
+        DriveExplanation::GyroStep
+    }
+
+    fn simulated(&self, parameters: &Parameters, span_s: f64, seed: u64) -> Result<Box<dyn DriveEffect>> {
+        let checked = Checked::of(self.about(), parameters)?;
+        let step_rad_s = checked.value(bias_step::STEP)?;
+        Ok(match checked.optional(bias_step::TIME) {
+            Some(at_s) => Box::new(Step { step_rad_s, since_power_on_s: at_s, t_s: f64::NEG_INFINITY }),
+            None => {
+                let t_s = span_s * stream(self.about(), seed).uniform();
+                Box::new(Step { step_rad_s, since_power_on_s: f64::NEG_INFINITY, t_s })
+            }
+        })
+    }
+}
+
+struct Step {
+    step_rad_s: f64,
+    since_power_on_s: f64,
+    t_s: f64,
+}
+
+impl DriveEffect for Step {
+    fn gyro_rad_s(&self, at: &Moving, rate_rad_s: f64) -> f64 {
+        let after = at.since_power_on_s >= self.since_power_on_s && at.t_s >= self.t_s;
+        if after { rate_rad_s + self.step_rad_s } else { rate_rad_s }
+    }
+}

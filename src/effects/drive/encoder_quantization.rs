@@ -1,0 +1,48 @@
+//! reading = q · round(reading/q) of both wheels
+
+use super::{DriveExplanation, Driving};
+use crate::effects::parts::Checked;
+use crate::effects::{About, Parameter, Parameters};
+use crate::error::Result;
+use crate::model::drive::{DriveEffect, Reading};
+
+const LSB: &str = "lsb_rad_s";
+
+static ABOUT: About = About {
+    id: "encoder.quantization",
+    title: "wheel speeds on a lattice",
+    equation: "reading = q · round(reading/q) of both wheels",
+    source: "Widrow and Kollár, Quantization Noise (2008), chapter 3",
+    channel: "wheels",
+    deficient: "wheel measurement: it comes on a lattice",
+    condition: None,
+    parameters: &[Parameter { name: LSB, meaning: "q, rad/s", bounds: [0.0, 100.0], null: Some(0.0), required: true }],
+    remedy: "Count ticks over a longer time, or time the edges: give ticks_per_revolution and log the counts.",
+};
+
+/// Wheel speeds on a lattice.
+pub(super) struct EncoderQuantization;
+
+impl Driving for EncoderQuantization {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn explanation(&self) -> DriveExplanation {
+        DriveExplanation::WheelLattice
+    }
+
+    fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {
+        Ok(Box::new(Work(Checked::of(&ABOUT, parameters)?.value(LSB)?)))
+    }
+}
+
+struct Work(f64);
+
+impl DriveEffect for Work {
+    fn recorded(&mut self, reading: &mut Reading) {
+        if self.0 > 0.0 {
+            reading.wheels_rad_s = reading.wheels_rad_s.map(|w| self.0 * (w / self.0).round());
+        }
+    }
+}

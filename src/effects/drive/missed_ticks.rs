@@ -1,0 +1,95 @@
+//! reading_i = (1 - λ) reading_i inside bursts, which begin and end as a Markov chain of two states
+
+use super::{DriveExplanation, Driving};
+use crate::effects::parts::{Checked, stream};
+use crate::effects::{About, Parameter, Parameters};
+use crate::error::Result;
+use crate::math::random::Stream;
+use crate::model::drive::{DriveEffect, Reading};
+
+pub(crate) const LOSS: &str = "loss_fraction";
+pub(crate) const SIDE: &str = "right";
+pub(crate) const BURST: &str = "burst_s";
+pub(crate) const SHARE: &str = "share_of_time";
+
+static ABOUT: About = About {
+    id: "encoder.missed_ticks",
+    title: "missed encoder ticks",
+    equation: "reading = (1 - λ) reading of one wheel inside bursts",
+    source: "Borenstein, Everett and Feng, Where am I? (1996), section 1.1: encoders lose counts",
+    channel: "wheel_left",
+    deficient: "wheel measurement: one wheel reads low in bursts",
+    condition: None,
+    parameters: &[
+        Parameter { name: LOSS, meaning: "λ inside a burst", bounds: [0.0, 1.0], null: Some(0.0), required: true },
+        Parameter {
+            name: SIDE,
+            meaning: "1 for the right wheel, 0 for the left one; left where it is missing",
+            bounds: [0.0, 1.0],
+            null: None,
+            required: false,
+        },
+        Parameter {
+            name: BURST,
+            meaning: "mean length of a burst, s",
+            bounds: [1e-4, 1e5],
+            null: None,
+            required: false,
+        },
+        Parameter {
+            name: SHARE,
+            meaning: "share of the time that lies in bursts",
+            bounds: [0.0, 1.0],
+            null: Some(0.0),
+            required: false,
+        },
+    ],
+    remedy: "Look at that encoder's cable, disc and interrupt load; compare its index pulse with the counts.",
+};
+
+/// One wheel reads low in bursts.
+pub(super) struct MissedTicks;
+
+impl Driving for MissedTicks {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn explanation(&self) -> DriveExplanation {
+        DriveExplanation::MissedTicks
+    }
+
+    fn simulated(&self, parameters: &Parameters, _: f64, seed: u64) -> Result<Box<dyn DriveEffect>> {
+        let checked = Checked::of(&ABOUT, parameters)?;
+        let right = checked.optional(SIDE).unwrap_or(0.0) >= 0.5;
+        Ok(Box::new(Work {
+            loss: checked.value(LOSS)?,
+            side: usize::from(right),
+            burst_s: checked.optional(BURST).unwrap_or(0.3),
+            share: checked.optional(SHARE).unwrap_or(0.05).clamp(1e-6, 1.0 - 1e-6),
+            lost: false,
+            draw: stream(&ABOUT, seed),
+        }))
+    }
+}
+
+struct Work {
+    loss: f64,
+    side: usize,
+    burst_s: f64,
+    share: f64,
+    lost: bool,
+    draw: Stream,
+}
+
+impl DriveEffect for Work {
+    fn recorded(&mut self, reading: &mut Reading) {
+        let leave = 1.0 - (-reading.step_s / self.burst_s).exp();
+        let enter = (leave * self.share / (1.0 - self.share)).min(1.0);
+        let flip = self.draw.uniform() < if self.lost { leave } else { enter };
+        self.lost ^= flip;
+        if self.lost {
+            reading.wheels_rad_s[self.side] *= 1.0 - self.loss;
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! What reality adds to a drive. One file an effect, one line in [`registry()`].
+//!
+//! An effect is defined once, as a change of the robot's equations ([`DriveEffect`]): the simulator integrates it, the
+//! filter predicts with it, and its derivatives with respect to its coordinates are what the likelihood is fitted by.
+
+mod bias_step;
+mod com_offset;
+mod encoder_quantization;
+mod gyro_delay;
+mod lateral_skid;
+mod missed_ticks;
+mod payload;
+mod radius_mismatch;
+mod radius_scale;
+mod rolling_resistance;
+mod scale_asymmetry;
+mod scale_factor;
+mod slip;
+mod slope;
+mod torque_gain;
+mod track_width;
+mod vibration_rectification;
+
+use super::{About, Parameters};
+use crate::error::Result;
+use crate::model::drive::DriveEffect;
+
+/// Every effect of drives, one line each.
+static REGISTRY: [&dyn Driving; 17] = [
+    &slip::Slip,
+    &radius_mismatch::RadiusMismatch,
+    &radius_scale::RadiusScale,
+    &rolling_resistance::RollingResistance,
+    &lateral_skid::LateralSkid,
+    &track_width::TrackWidth,
+    &payload::Payload,
+    &com_offset::ComOffset,
+    &torque_gain::TorqueGain,
+    &encoder_quantization::EncoderQuantization,
+    &missed_ticks::MissedTicks,
+    &scale_factor::ScaleFactor,
+    &scale_asymmetry::ScaleAsymmetry,
+    &vibration_rectification::VibrationRectification,
+    &bias_step::BiasStep,
+    &gyro_delay::GyroDelay,
+    &slope::Slope,
+];
+
+/// Every effect of drives.
+#[must_use]
+pub fn registry() -> &'static [&'static dyn Driving] {
+    &REGISTRY
+}
+
+/// The effect `id`.
+#[must_use]
+pub fn by_id(id: &str) -> Option<&'static dyn Driving> {
+    registry().iter().copied().find(|e| e.about().id == id)
+}
+
+/// An effect of drives.
+pub trait Driving: Sync + Send {
+    /// What it is.
+    fn about(&self) -> &'static About;
+
+    /// How it enters the likelihood of a drive.
+    fn explanation(&self) -> DriveExplanation;
+
+    /// The effect at work in one drive of `span_s` seconds. What is drawn anew in each run comes from `seed`, unless
+    /// `parameters` hold it.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Config`] if a parameter is missing, unknown or out of bounds.
+    fn simulated(&self, parameters: &Parameters, span_s: f64, seed: u64) -> Result<Box<dyn DriveEffect>>;
+}
+
+/// The ways in which an effect can explain a drive.
+#[derive(Clone, Copy)]
+pub enum DriveExplanation {
+    /// The robot's equations change with coordinates that are fitted
+    Model(&'static dyn ModelChange),
+    /// The gyro's bias jumps once
+    GyroStep,
+    /// One wheel reads low in bursts
+    MissedTicks,
+    /// Wheel speeds on a lattice
+    WheelLattice,
+}
+
+/// A change of the robot's equations, smooth in its coordinates θ; θ = 0 changes nothing.
+pub trait ModelChange: Sync + Send {
+    /// The coordinates.
+    fn coordinates(&self) -> &'static [Coordinate];
+
+    /// The effect at θ.
+    fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect>;
+
+    /// Parameters from θ.
+    fn parameters(&self, theta: &[f64]) -> Parameters;
+
+    /// θ from parameters that were checked.
+    fn theta(&self, parameters: &Parameters) -> Vec<f64>;
+
+    /// What a log must hold for θ to be knowable at all.
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+}
+
+/// Channels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Needs {
+    /// Commanded torques.
+    pub torques: bool,
+    /// Gyro.
+    pub gyro: bool,
+    /// Position and heading.
+    pub pose: bool,
+}
+
+/// One coordinate of a change.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coordinate {
+    /// Standard deviation of its prior: from and to, evenly in the logarithm.
+    pub scale: [f64; 2],
+    /// Smallest and largest value.
+    pub bounds: [f64; 2],
+}
+
+#[cfg(test)]
+mod battery;

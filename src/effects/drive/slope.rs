@@ -1,0 +1,77 @@
+//! F = -M g sin(α) cos(θ - ψ) = -M g (p cos θ + q sin θ)
+
+use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
+use crate::effects::parts::Checked;
+use crate::effects::{About, Parameter, Parameters};
+use crate::error::Result;
+use crate::model::drive::{DriveEffect, GRAVITY_M_S2, Moving, Robot};
+
+static ABOUT: About = About {
+    id: "ground.slope",
+    title: "tilted floor",
+    equation: "F = -M g sin(α) cos(θ - ψ), α the slope, ψ the heading that points uphill",
+    source: "Gillespie (1992), chapter 4, grade",
+    channel: "torque",
+    deficient: "equations of motion: the floor is tilted",
+    condition: Some("heading"),
+    parameters: &[
+        Parameter { name: "slope_rad", meaning: "α, rad", bounds: [0.0, 1.0], null: Some(0.0), required: true },
+        Parameter { name: "uphill_heading_rad", meaning: "ψ, rad", bounds: [-7.0, 7.0], null: None, required: true },
+    ],
+    remedy: "Level the floor, or give the controller the pitch of an accelerometer.",
+};
+
+/// Tilted floor.
+pub(super) struct Slope;
+
+impl Driving for Slope {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn explanation(&self) -> DriveExplanation {
+        DriveExplanation::Model(&Slope)
+    }
+
+    fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {
+        Checked::of(&ABOUT, parameters)?;
+        Ok(self.at(&self.theta(parameters)))
+    }
+}
+
+impl ModelChange for Slope {
+    fn coordinates(&self) -> &'static [Coordinate] {
+        &[
+            Coordinate { scale: [2e-3, 0.1], bounds: [-0.8, 0.8] },
+            Coordinate { scale: [2e-3, 0.1], bounds: [-0.8, 0.8] },
+        ]
+    }
+
+    fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
+        Box::new(Work([theta[0], theta[1]]))
+    }
+
+    fn parameters(&self, theta: &[f64]) -> Parameters {
+        let sine = theta[0].hypot(theta[1]).min(1.0);
+        Parameters::from([("slope_rad".into(), sine.asin()), ("uphill_heading_rad".into(), theta[1].atan2(theta[0]))])
+    }
+
+    fn theta(&self, parameters: &Parameters) -> Vec<f64> {
+        let value = |name: &str| parameters.get(name).copied().unwrap_or(0.0);
+        let (sine, (sin, cos)) = (value("slope_rad").sin(), value("uphill_heading_rad").sin_cos());
+        vec![sine * cos, sine * sin]
+    }
+
+    fn needs(&self) -> Needs {
+        Needs { torques: true, ..Needs::default() }
+    }
+}
+
+struct Work([f64; 2]);
+
+impl DriveEffect for Work {
+    fn force(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
+        let (sin, cos) = at.heading_rad.sin_cos();
+        [-robot.mass_kg * GRAVITY_M_S2 * (self.0[0] * cos + self.0[1] * sin), 0.0]
+    }
+}

@@ -1,0 +1,246 @@
+//! What may be missing from the model of a drive: effects of the library and free forms, as groups of columns.
+
+use super::column::{Column, Equation, Follows};
+use super::evidence::Group;
+use super::record::Record;
+use crate::effects::drive::{DriveExplanation, Driving, ModelChange, Needs};
+
+/// Prior odds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// ln odds of each effect of the library.
+    pub ln_named: f64,
+    /// ln odds of an effect that is known from recordings at rest.
+    pub ln_rest: f64,
+    /// ln odds of each free form.
+    pub ln_free: f64,
+}
+
+impl Default for Prior {
+    /// Half the mass on none of some twenty effects; a tenth on any of the free forms.
+    fn default() -> Self {
+        Self { ln_named: 0.05f64.ln(), ln_rest: 0.01f64.ln(), ln_free: 0.0015f64.ln() }
+    }
+}
+
+/// Nodes of the prior scales of a coordinate.
+const NODES: usize = 6;
+/// Scales of free forms: whitened size over the whole drive.
+const FREE_SIZES: [f64; 5] = [3.0, 10.0, 30.0, 100.0, 300.0];
+/// Times at which the gyro's bias may jump.
+const STEPS: usize = 48;
+/// Cosines that a random walk is made of.
+const COSINES: usize = 24;
+
+/// What a group is.
+#[derive(Clone, Copy)]
+pub enum Kind {
+    /// A change of the model, in this place among the changes.
+    Change(usize),
+    /// The bias jumps at this time, s since the log began.
+    Step(f64),
+    /// The bias walks.
+    Walk,
+    /// A function of a covariate in an equation.
+    Free(Equation, Follows),
+}
+
+/// All candidates in one drive.
+pub struct Candidates {
+    /// Model changes.
+    pub changes: Vec<(&'static dyn Driving, &'static dyn ModelChange)>,
+    /// Columns of the pass.
+    pub columns: Vec<Column>,
+    /// Columns that are always in, and their prior standard deviations.
+    pub nuisance: Vec<(usize, f64)>,
+    /// What each group is.
+    pub kinds: Vec<Kind>,
+    /// The groups; those of free forms have no nodes until the Gram matrix is known.
+    pub groups: Vec<Group>,
+}
+
+fn can(needs: Needs, record: &Record) -> bool {
+    (!needs.torques || record.torques_n_m.is_some())
+        && (!needs.gyro || record.gyro_rad_s.is_some())
+        && (!needs.pose || record.pose.is_some())
+}
+
+/// Whether the log holds anything that the effect could be known by.
+#[must_use]
+pub fn knowable(effect: &dyn Driving, record: &Record) -> bool {
+    match effect.explanation() {
+        DriveExplanation::Model(change) => {
+            let reference = record.pose.is_some() || record.torques_n_m.is_some();
+            can(change.needs(), record)
+                // only the pose or the forces know a length
+                && (effect.about().id != "wheel.radius_scale" || reference || record.gyro_rad_s.is_some())
+        }
+        DriveExplanation::GyroStep => record.gyro_rad_s.is_some(),
+        DriveExplanation::MissedTicks | DriveExplanation::WheelLattice => true,
+    }
+}
+
+impl Candidates {
+    /// Those of `effects` that this drive can show, and the free forms.
+    #[must_use]
+    pub fn new(
+        record: &Record,
+        effects: &[&'static dyn Driving],
+        prior: &Prior,
+        free: bool,
+        near_s: Option<f64>,
+    ) -> Self {
+        let mut all = Self {
+            changes: Vec::new(),
+            columns: Vec::new(),
+            nuisance: Vec::new(),
+            kinds: Vec::new(),
+            groups: Vec::new(),
+        };
+        if record.gyro_rad_s.is_some() {
+            let b = &record.belief;
+            for (column, std) in [
+                (Column::TurnOn, b.turn_on_bias_std_rad_s),
+                (Column::WarmUpSize, b.warm_up_relative_std),
+                (Column::WarmUpTime, b.warm_up_relative_std),
+            ] {
+                if std > 0.0 {
+                    all.nuisance.push((all.columns.len(), std));
+                    all.columns.push(column);
+                }
+            }
+        }
+        for effect in effects.iter().filter(|e| knowable(**e, record)) {
+            match effect.explanation() {
+                DriveExplanation::Model(change) => all.change(*effect, change, prior),
+                DriveExplanation::GyroStep => all.steps(record, effect.about().id, prior, near_s),
+                DriveExplanation::MissedTicks | DriveExplanation::WheelLattice => {}
+            }
+        }
+        if record.gyro_rad_s.is_some() {
+            all.walk(record, prior);
+        }
+        if free {
+            all.free(record, prior);
+        }
+        all
+    }
+
+    fn push(&mut self, kind: Kind, id: &str, named: bool, columns: Vec<Column>, nodes: Vec<Vec<f64>>, ln_prior: f64) {
+        let first = self.columns.len();
+        let places = (first..first + columns.len()).collect();
+        self.columns.extend(columns);
+        let positive = id == "wheel.rolling_resistance" || id == "wheel.slip";
+        self.kinds.push(kind);
+        self.groups.push(Group { id: id.to_owned(), named, columns: places, nodes, ln_prior, positive });
+    }
+
+    fn change(&mut self, effect: &'static dyn Driving, change: &'static dyn ModelChange, prior: &Prior) {
+        let place = self.changes.len();
+        self.changes.push((effect, change));
+        let coordinates = change.coordinates();
+        let node = |i: usize| {
+            let u = i as f64 / (NODES - 1) as f64;
+            coordinates.iter().map(|c| c.scale[0] * (c.scale[1] / c.scale[0]).powf(u)).collect()
+        };
+        let columns = (0..coordinates.len()).map(|j| Column::Coordinate(place, j)).collect();
+        self.push(
+            Kind::Change(place),
+            effect.about().id,
+            true,
+            columns,
+            (0..NODES).map(node).collect(),
+            prior.ln_named,
+        );
+    }
+
+    fn steps(&mut self, record: &Record, id: &str, prior: &Prior, near_s: Option<f64>) {
+        let span = record.span_s();
+        let mut times: Vec<f64> = (1..STEPS).map(|i| span * i as f64 / STEPS as f64).collect();
+        if let Some(near) = near_s {
+            // finer where the last look found it
+            let width = span / STEPS as f64;
+            let fine = 24;
+            times.retain(|t| (t - near).abs() > width);
+            times.extend((0..=fine).map(|i| near + width * (2.0 * i as f64 / f64::from(fine) - 1.0)));
+            times.retain(|t| *t > 0.01 * span && *t < 0.99 * span);
+        }
+        let sigma = record.belief.gyro_std_rad_s;
+        let nodes: Vec<Vec<f64>> = [0.03, 0.1, 0.3, 1.0, 3.0].iter().map(|s| vec![s * sigma]).collect();
+        let ln_prior = prior.ln_named - (times.len() as f64).ln();
+        for t in times {
+            self.push(Kind::Step(t), id, true, vec![Column::GyroStep(t)], nodes.clone(), ln_prior);
+        }
+    }
+
+    /// A random walk of size K√T over the drive: coefficient of cos(nπu) K√(2T)/(nπ).
+    fn walk(&mut self, record: &Record, prior: &Prior) {
+        let sigma = record.belief.gyro_std_rad_s;
+        let node = |size: &f64| {
+            (1..=COSINES).map(|n| size * sigma * std::f64::consts::SQRT_2 / (n as f64 * std::f64::consts::PI)).collect()
+        };
+        let nodes = [0.03, 0.1, 0.3, 1.0, 3.0].iter().map(node).collect();
+        let columns = (1..=COSINES).map(Column::GyroCosine).collect();
+        self.push(Kind::Walk, "gyro.rate_random_walk", true, columns, nodes, prior.ln_rest);
+    }
+
+    fn free(&mut self, record: &Record, prior: &Prior) {
+        use Equation::{Force, Gyro, Moment, PoseAcross, PoseAlong, PoseHeading, Sideways, WheelLeft, WheelRight};
+        let mut equations = vec![WheelLeft, WheelRight];
+        if record.torques_n_m.is_some() {
+            equations.extend([Force, Moment]);
+        }
+        if record.gyro_rad_s.is_some() {
+            equations.push(Gyro);
+        }
+        if record.pose.is_some() {
+            equations.extend([Sideways, PoseAlong, PoseAcross, PoseHeading]);
+        }
+        for equation in equations {
+            for follows in Follows::ALL {
+                let torque = matches!(follows, Follows::Torque | Follows::TorqueRate);
+                let known = !torque || record.torques_n_m.is_some();
+                let sensible = match equation {
+                    Force | Moment => !matches!(follows, Follows::Acceleration | Follows::YawAcceleration),
+                    WheelLeft | WheelRight => true,
+                    Gyro => !torque,
+                    _ => !torque && follows != Follows::WheelAngle,
+                };
+                if !known || !sensible {
+                    continue;
+                }
+                // a constant offset of a pose is where it begins: no effect
+                let skip = usize::from(follows == Follows::Time && equation == Sideways);
+                let columns = (skip..follows.count()).map(|i| Column::Free(equation, follows.first() + i)).collect();
+                let id = format!("free.{}.{}", short(equation), follows.id());
+                self.push(Kind::Free(equation, follows), &id, false, columns, Vec::new(), prior.ln_free);
+            }
+        }
+    }
+
+    /// Gives free forms their scales: sizes of the whitened column over the whole drive. Columns without any are dropped.
+    #[must_use]
+    pub fn scaled(&self, square: impl Fn(usize) -> f64) -> Vec<Group> {
+        let mut groups = self.groups.clone();
+        for group in groups.iter_mut().filter(|g| !g.named) {
+            group.columns.retain(|c| square(*c) > 1e-18);
+            let unit: Vec<f64> = group.columns.iter().map(|c| 1.0 / square(*c).sqrt()).collect();
+            group.nodes = FREE_SIZES.iter().map(|s| unit.iter().map(|u| s * u).collect()).collect();
+        }
+        groups
+    }
+}
+
+fn short(equation: Equation) -> &'static str {
+    match equation {
+        Equation::Force => "force",
+        Equation::Moment => "moment",
+        Equation::Sideways => "sideways",
+        Equation::WheelLeft => "wheel_left",
+        Equation::WheelRight => "wheel_right",
+        Equation::Gyro => "gyro",
+        Equation::PoseAlong => "pose_along",
+        Equation::PoseAcross => "pose_across",
+        Equation::PoseHeading => "pose_heading",
+    }
+}

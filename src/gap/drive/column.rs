@@ -1,0 +1,251 @@
+//! ∂(equations)/∂β of everything that may be missing from the model, row by row.
+
+use super::record::Record;
+use std::f64::consts::PI;
+
+/// One equation of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Equation {
+    /// dv/dt, m/s²
+    Force,
+    /// dω/dt, rad/s²
+    Moment,
+    /// Sideways speed, m/s
+    Sideways,
+    /// Reading of the left wheel, rad/s
+    WheelLeft,
+    /// Reading of the right wheel, rad/s
+    WheelRight,
+    /// Reading of the gyro, rad/s
+    Gyro,
+    /// Reading of the position along the heading, m
+    PoseAlong,
+    /// Reading of the position to the left of the heading, m
+    PoseAcross,
+    /// Reading of the heading, rad
+    PoseHeading,
+}
+
+impl Equation {
+    /// Channel of the answer.
+    #[must_use]
+    pub fn channel(self) -> &'static str {
+        match self {
+            Self::Force | Self::Moment => "torque",
+            Self::WheelLeft => "wheel_left",
+            Self::WheelRight => "wheel_right",
+            Self::Gyro => "gyro",
+            _ => "pose",
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Force => "equations of motion: the force along the robot",
+            Self::Moment => "equations of motion: the moment about the vertical axis",
+            Self::Sideways => "kinematics: the sideways speed",
+            Self::WheelLeft => "wheel measurement: the left wheel",
+            Self::WheelRight => "wheel measurement: the right wheel",
+            Self::Gyro => "gyro measurement",
+            Self::PoseAlong => "pose measurement: the position along the heading",
+            Self::PoseAcross => "pose measurement: the position across the heading",
+            Self::PoseHeading => "pose measurement: the heading",
+        }
+    }
+}
+
+/// What a free form may follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Follows {
+    /// Forward speed
+    Speed,
+    /// Yaw rate
+    YawRate,
+    /// Products of both
+    Turning,
+    /// dv/dt
+    Acceleration,
+    /// dω/dt
+    YawAcceleration,
+    /// Heading
+    Heading,
+    /// Commanded torques
+    Torque,
+    /// How torques changed just before
+    TorqueRate,
+    /// Angle of the wheels
+    WheelAngle,
+    /// Time
+    Time,
+}
+
+/// Functions of time among the covariates.
+const TIMES: usize = 8;
+
+impl Follows {
+    /// All, in the order of the table.
+    pub const ALL: [Self; 10] = [
+        Self::Speed,
+        Self::YawRate,
+        Self::Turning,
+        Self::Acceleration,
+        Self::YawAcceleration,
+        Self::Heading,
+        Self::Torque,
+        Self::TorqueRate,
+        Self::WheelAngle,
+        Self::Time,
+    ];
+
+    /// How many functions of it there are.
+    #[must_use]
+    pub fn count(self) -> usize {
+        match self {
+            Self::Speed | Self::YawRate => 5,
+            Self::Turning | Self::Acceleration | Self::YawAcceleration => 3,
+            Self::Heading | Self::WheelAngle | Self::TorqueRate | Self::Torque => 4,
+            Self::Time => TIMES,
+        }
+    }
+
+    /// Place of its first function in the table.
+    #[must_use]
+    pub fn first(self) -> usize {
+        Self::ALL.iter().take_while(|f| **f != self).map(|f| f.count()).sum()
+    }
+
+    /// `condition` of the answer.
+    #[must_use]
+    pub fn condition(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::YawRate | Self::Turning => "yaw_rate",
+            Self::Acceleration => "acceleration",
+            Self::YawAcceleration => "yaw_acceleration",
+            Self::Heading => "heading",
+            Self::Torque | Self::TorqueRate => "torque",
+            Self::WheelAngle => "wheel_angle",
+            Self::Time => "elapsed_time",
+        }
+    }
+
+    /// In an id.
+    #[must_use]
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Turning => "turning",
+            Self::TorqueRate => "torque_rate",
+            other => other.condition(),
+        }
+    }
+}
+
+/// Number of functions in the table.
+pub const FUNCTIONS: usize = 5 + 5 + 3 + 3 + 3 + 4 + 4 + 4 + 4 + TIMES;
+
+/// What the functions of one row are made of.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Row {
+    /// m/s
+    pub speed: f64,
+    /// rad/s
+    pub yaw_rate: f64,
+    /// m/s²
+    pub acceleration: f64,
+    /// rad/s²
+    pub yaw_acceleration: f64,
+    /// rad
+    pub heading: f64,
+    /// N·m
+    pub torques: [f64; 2],
+    /// Torques after a short and a long lag, N·m
+    pub lagged: [[f64; 2]; 2],
+    /// rad
+    pub wheel_angles: [f64; 2],
+    /// 0 to 1
+    pub progress: f64,
+}
+
+/// Scales at which a function bends: typical values in this drive.
+#[derive(Debug, Clone, Copy)]
+pub struct Scales {
+    /// m/s
+    pub speed: f64,
+    /// rad/s
+    pub yaw_rate: f64,
+    /// N·m
+    pub torque: f64,
+}
+
+impl Scales {
+    /// Root mean squares of the recorded wheels and torques.
+    #[must_use]
+    pub fn of(record: &Record) -> Self {
+        let rms = |values: &mut dyn Iterator<Item = f64>| {
+            let (sum, n) = values.filter(|v| v.is_finite()).fold((0.0, 0), |(s, n), v| (s + v * v, n + 1));
+            (sum / f64::from(n.max(1))).sqrt()
+        };
+        let robot = &record.belief.robot;
+        let [l, r] = &record.wheels_rad_s;
+        let [rl, rr] = robot.radius_m;
+        let pairs = || l.iter().zip(r);
+        let torque = record.torques_n_m.as_ref().map_or(0.0, |[l, r]| rms(&mut l.iter().chain(r).copied()));
+        Self {
+            speed: rms(&mut pairs().map(|(l, r)| 0.5 * (rl * l + rr * r))).max(1e-3),
+            yaw_rate: rms(&mut pairs().map(|(l, r)| 0.5 * (rr * r - rl * l) / robot.half_track_m)).max(1e-3),
+            torque: torque.max(1e-6),
+        }
+    }
+}
+
+impl Row {
+    /// The functions, in the order of [`Follows::ALL`].
+    pub fn functions(&self, scales: &Scales, out: &mut [f64; FUNCTIONS]) {
+        let v = self.speed / scales.speed;
+        let w = self.yaw_rate / scales.yaw_rate;
+        let (a, alpha) = (self.acceleration, self.yaw_acceleration);
+        let (sin, cos) = self.heading.sin_cos();
+        let [ul, ur] = self.torques.map(|u| u / scales.torque);
+        let small = |x: f64| (20.0 * x).tanh();
+        let angles = self.wheel_angles.map(f64::sin_cos);
+        let mut at = 0;
+        let mut put = |values: &[f64]| {
+            out[at..at + values.len()].copy_from_slice(values);
+            at += values.len();
+        };
+        put(&[v, v.abs(), v * v, v * v.abs(), small(v)]);
+        put(&[w, w.abs(), w * w, w * w.abs(), small(w)]);
+        put(&[v * w, v.abs() * w, v * w.abs()]);
+        put(&[a, a.abs(), a * small(v)]);
+        put(&[alpha, alpha.abs(), alpha * small(w)]);
+        put(&[cos, sin, cos * cos - sin * sin, 2.0 * sin * cos]);
+        // nothing that bends near zero: a speed control puts what it knows of the state into small torques
+        put(&[ul, ur, ul * ul.abs(), ur * ur.abs()]);
+        let lag = |i: usize, j: usize| (self.lagged[i][j] - self.torques[j]) / scales.torque;
+        put(&[lag(0, 0), lag(0, 1), lag(1, 0), lag(1, 1)]);
+        put(&[angles[0].1, angles[0].0, angles[1].1, angles[1].0]);
+        let times: [f64; TIMES] = std::array::from_fn(|n| (n as f64 * PI * self.progress).cos());
+        put(&times);
+    }
+}
+
+/// One column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Column {
+    /// Coordinate `.1` of the model change in place `.0`
+    Coordinate(usize, usize),
+    /// Function `.1` of the table added to an equation
+    Free(Equation, usize),
+    /// C2 of this run
+    TurnOn,
+    /// ln C1 of this run
+    WarmUpSize,
+    /// ln T of this run
+    WarmUpTime,
+    /// cos(nπu) on the gyro, u from 0 to 1 over the drive
+    GyroCosine(usize),
+    /// The gyro's bias, from this time on, s since the log began
+    GyroStep(f64),
+}

@@ -1,0 +1,248 @@
+//! ln p(z | set) = -½ yy - ½ ln det(I + U G U) + ½ b'(G + U⁻²)⁻¹ b,   U = diag of prior standard deviations
+//!
+//! Gaussian comparison of sets of groups of columns from their Gram matrix alone: G = Σ slopes slopes', b = Σ slopes ν.
+//! Each group has a prior N(0, s² diag(unit²)) whose scale s lies on a grid, every node equally probable.
+
+use faer::linalg::solvers::{Llt, SelfAdjointEigen, Solve};
+use faer::{Mat, Side};
+
+/// Columns that come and go together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// Identifier of the effect, or of a free form.
+    pub id: String,
+    /// Whether it is an effect of the library.
+    pub named: bool,
+    /// Its columns.
+    pub columns: Vec<usize>,
+    /// Prior standard deviation of each column's coefficient at each node.
+    pub nodes: Vec<Vec<f64>>,
+    /// ln of its prior odds.
+    pub ln_prior: f64,
+    /// Whether its first coefficient cannot be negative.
+    pub positive: bool,
+}
+
+/// Normal equations of one linearisation, in total coefficients.
+pub struct Problem {
+    gram: Mat<f64>,
+    moment: Vec<f64>,
+    /// Σ z² + Σ ln 2πS
+    null: f64,
+    groups: Vec<Group>,
+    /// Columns that are always in, with their prior standard deviations.
+    nuisance: Vec<(usize, f64)>,
+}
+
+/// A group in a set, with the node of its prior.
+pub type Member = (usize, usize);
+
+/// A set with its weight: ln evidence + ln prior.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weighed {
+    /// Members, ascending.
+    pub members: Vec<Member>,
+    /// ln weight.
+    pub ln_weight: f64,
+}
+
+/// Coefficients of a set: column, estimate, standard deviation.
+pub type Coefficients = Vec<(usize, f64, f64)>;
+
+/// Cholesky factor of the members' normal equations, and what is conditioned on it.
+struct Conditioned {
+    columns: Vec<usize>,
+    factor: Llt<f64>,
+    mean: Vec<f64>,
+    ln_evidence: f64,
+}
+
+/// Smallest eigenvalue and so on that counts as nothing.
+const TINY: f64 = 1e-12;
+
+impl Problem {
+    /// From the Gram matrix with the innovations as its last column, linearised at `here` (by column; zero where linear).
+    #[must_use]
+    pub fn new(
+        summed: &Mat<f64>,
+        ln_volume: f64,
+        here: &[f64],
+        groups: Vec<Group>,
+        nuisance: Vec<(usize, f64)>,
+    ) -> Self {
+        let p = summed.ncols() - 1;
+        let gram = Mat::from_fn(p, p, |i, j| summed[(i, j)]);
+        let product: Vec<f64> = (0..p).map(|i| (0..p).map(|j| gram[(i, j)] * here[j]).sum()).collect();
+        let b: Vec<f64> = (0..p).map(|i| summed[(i, p)]).collect();
+        let cross: f64 = here.iter().zip(&b).map(|(h, b)| h * b).sum();
+        let square: f64 = here.iter().zip(&product).map(|(h, g)| h * g).sum();
+        let moment = b.iter().zip(&product).map(|(b, g)| b + g).collect();
+        Self { gram, moment, null: summed[(p, p)] + 2.0 * cross + square + ln_volume, groups, nuisance }
+    }
+
+    /// The groups.
+    #[must_use]
+    pub fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn prior(&self, members: &[Member]) -> (Vec<usize>, Vec<f64>) {
+        let mut columns: Vec<usize> = self.nuisance.iter().map(|n| n.0).collect();
+        let mut stds: Vec<f64> = self.nuisance.iter().map(|n| n.1).collect();
+        for &(g, node) in members {
+            columns.extend(&self.groups[g].columns);
+            stds.extend(&self.groups[g].nodes[node]);
+        }
+        (columns, stds)
+    }
+
+    fn condition(&self, members: &[Member]) -> Option<Conditioned> {
+        let (columns, stds) = self.prior(members);
+        let n = columns.len();
+        // in units of the prior: I + U G U
+        let scaled = Mat::from_fn(n, n, |i, j| {
+            stds[i] * self.gram[(columns[i], columns[j])] * stds[j] + f64::from(u8::from(i == j))
+        });
+        let factor = scaled.llt(Side::Lower).ok()?;
+        let l = factor.L();
+        let ln_det: f64 = (0..n).map(|i| 2.0 * l[(i, i)].ln()).sum();
+        let b = Mat::from_fn(n, 1, |i, _| stds[i] * self.moment[columns[i]]);
+        let x = factor.solve(&b);
+        let gain: f64 = (0..n).map(|i| b[(i, 0)] * x[(i, 0)]).sum();
+        let mean = (0..n).map(|i| stds[i] * x[(i, 0)]).collect();
+        Some(Conditioned { columns, factor, mean, ln_evidence: -0.5 * (self.null + ln_det - gain) })
+    }
+
+    /// ln p of the drive under the set, without its prior.
+    #[must_use]
+    pub fn ln_evidence(&self, members: &[Member]) -> f64 {
+        self.condition(members).map_or(f64::NEG_INFINITY, |c| c.ln_evidence)
+    }
+
+    /// ln weight of the set: evidence, prior odds, and what not knowing the scales costs.
+    #[must_use]
+    pub fn ln_weight(&self, members: &[Member]) -> f64 {
+        let priors: f64 =
+            members.iter().map(|&(g, _)| self.groups[g].ln_prior - (self.groups[g].nodes.len() as f64).ln()).sum();
+        let half = members.iter().any(|&(g, _)| self.groups[g].positive);
+        let possible = if half {
+            let coefficients = self.coefficients(members);
+            let of =
+                |c: usize| coefficients.iter().find(|x| x.0 == c).map_or(0.0, |x| ln_possible(x.1 / x.2.max(TINY)));
+            let positive = members.iter().filter(|&&(g, _)| self.groups[g].positive);
+            positive.map(|&(g, _)| of(self.groups[g].columns[0])).sum()
+        } else {
+            0.0
+        };
+        self.ln_evidence(members) + priors + possible
+    }
+
+    /// What every other group would add to `members`: group, its best node, gain in ln weight.
+    #[must_use]
+    pub fn additions(&self, members: &[Member]) -> Vec<(Member, f64)> {
+        let Some(inside) = self.condition(members) else { return Vec::new() };
+        let (_, stds) = self.prior(members);
+        let n = inside.columns.len();
+        let taken = |g: &Group| members.iter().any(|&(m, _)| self.groups[m].id == g.id);
+        let open: Vec<usize> = (0..self.groups.len()).filter(|g| !taken(&self.groups[*g])).collect();
+        let columns: Vec<usize> = open.iter().flat_map(|g| self.groups[*g].columns.clone()).collect();
+        // U G_in,out and its solution
+        let cross = Mat::from_fn(n, columns.len(), |i, j| stds[i] * self.gram[(inside.columns[i], columns[j])]);
+        let solved = inside.factor.solve(&cross);
+        let mut at = 0;
+        let mut out = Vec::with_capacity(open.len());
+        for g in open {
+            let group = &self.groups[g];
+            let k = group.columns.len();
+            let conditional = |i: usize, j: usize| {
+                let taken: f64 = (0..n).map(|r| cross[(r, at + i)] * solved[(r, at + j)]).sum();
+                self.gram[(group.columns[i], group.columns[j])] - taken
+            };
+            let gram = Mat::from_fn(k, k, conditional);
+            let moment: Vec<f64> = (0..k)
+                .map(|i| {
+                    let explained: f64 =
+                        (0..n).map(|r| self.gram[(inside.columns[r], group.columns[i])] * inside.mean[r]).sum();
+                    self.moment[group.columns[i]] - explained
+                })
+                .collect();
+            at += k;
+            if let Some((node, gain)) = best_node(group, &gram, &moment) {
+                out.push(((g, node), gain + group.ln_prior));
+            }
+        }
+        out
+    }
+
+    /// Posterior mean and standard deviation of every coefficient of the set.
+    #[must_use]
+    pub fn coefficients(&self, members: &[Member]) -> Coefficients {
+        let Some(inside) = self.condition(members) else { return Vec::new() };
+        let (_, stds) = self.prior(members);
+        let n = inside.columns.len();
+        let inverse = inside.factor.solve(&Mat::<f64>::identity(n, n));
+        (0..n).map(|i| (inside.columns[i], inside.mean[i], stds[i] * inverse[(i, i)].max(0.0).sqrt())).collect()
+    }
+
+    /// What each member closes, nats: mean of what it closes first and last, at the coefficients of the whole set.
+    #[must_use]
+    pub fn shares(&self, members: &[Member]) -> Vec<f64> {
+        let coefficients = self.coefficients(members);
+        let q = |keep: &dyn Fn(usize) -> bool| {
+            let kept: Vec<(usize, f64)> = coefficients.iter().filter(|c| keep(c.0)).map(|c| (c.0, c.1)).collect();
+            let linear: f64 = kept.iter().map(|(c, v)| self.moment[*c] * v).sum();
+            let square: f64 =
+                kept.iter().map(|(c, v)| kept.iter().map(|(d, w)| self.gram[(*c, *d)] * v * w).sum::<f64>()).sum();
+            linear - 0.5 * square
+        };
+        let nuisance = |c: usize| self.nuisance.iter().any(|n| n.0 == c);
+        let (all, none) = (q(&|_| true), q(&nuisance));
+        members
+            .iter()
+            .map(|&(g, _)| {
+                let own = |c: usize| self.groups[g].columns.contains(&c);
+                let last = all - q(&|c| !own(c));
+                let first = q(&|c| own(c) || nuisance(c)) - none;
+                0.5 * (first + last)
+            })
+            .collect()
+    }
+}
+
+/// The node with the most evidence, and the ln of the mean evidence of all.
+fn best_node(group: &Group, gram: &Mat<f64>, moment: &[f64]) -> Option<(usize, f64)> {
+    let k = moment.len();
+    let mut gains = Vec::with_capacity(group.nodes.len());
+    for stds in &group.nodes {
+        let scaled = Mat::from_fn(k, k, |i, j| stds[i] * gram[(i, j)] * stds[j]);
+        let moment: Vec<f64> = (0..k).map(|i| stds[i] * moment[i]).collect();
+        let (values, along) = if k == 1 {
+            (vec![scaled[(0, 0)]], moment.clone())
+        } else {
+            let eigen: SelfAdjointEigen<f64> = scaled.self_adjoint_eigen(Side::Lower).ok()?;
+            let (u, s) = (eigen.U(), eigen.S().column_vector());
+            let along = (0..k).map(|i| (0..k).map(|j| u[(j, i)] * moment[j]).sum()).collect();
+            ((0..k).map(|i| s[i]).collect(), along)
+        };
+        let mut gain = 0.0;
+        for (value, m) in values.iter().zip(&along) {
+            let spread = 1.0 + value.max(TINY);
+            gain += 0.5 * (m * m / spread - spread.ln());
+        }
+        if group.positive {
+            // half of the prior is impossible: what the other half holds of the posterior
+            let (mean, std) = (moment[0], (1.0 + scaled[(0, 0)]).sqrt());
+            gain += ln_possible(mean / std);
+        }
+        gains.push(gain);
+    }
+    let node = (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
+    let top = gains[node];
+    let mean = gains.iter().map(|g| (g - top).exp()).sum::<f64>() / gains.len() as f64;
+    (top.is_finite()).then(|| (node, top + mean.ln()))
+}
+
+/// ln 2Φ(z): a prior of which the negative half is impossible holds this much more, or less, of the posterior.
+fn ln_possible(z: f64) -> f64 {
+    statrs::function::erf::erfc(-z / std::f64::consts::SQRT_2).max(1e-300).ln()
+}

@@ -1,0 +1,9 @@
+//! The gap of a drive: which equation, which effect, how far.
+
+pub mod candidates;
+pub mod column;
+pub mod evidence;
+pub mod fit;
+pub mod pass;
+pub mod record;
+pub mod search;

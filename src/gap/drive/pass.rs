@@ -1,0 +1,541 @@
+//! ν_k = z_k - h(ξ_k), S_k = H P H' + R;  ln p = -½ Σ (ν²/S + ln 2πS);  ∂ν/∂β = -(H D + ∂h/∂β),  D⁺ = D + K ∂ν/∂β,  D⁻ = F D⁺ + ∂f/∂β
+//!
+//! One pass of the extended Kalman filter over a drive, with the derivatives of every innovation by every coordinate β of
+//! what may be missing. State ξ: x, y, θ, v, ω. Where torques were not logged, v and ω diffuse as fast as this robot
+//! accelerates. The whitened derivatives are summed up in one Gram matrix: all that the comparison of effects needs.
+
+use super::column::{Column, Equation, FUNCTIONS, Row, Scales};
+use super::record::Record;
+use crate::model::drive::{DriveModel, Moving, Past};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
+
+const N: usize = 5;
+const X: usize = 0;
+const Y: usize = 1;
+const TH: usize = 2;
+const V: usize = 3;
+const W: usize = 4;
+type Vector = [f64; N];
+type Matrix = [[f64; N]; N];
+
+/// What a reading is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Channel {
+    /// rad/s
+    WheelLeft,
+    /// rad/s
+    WheelRight,
+    /// rad/s
+    Gyro,
+    /// m
+    X,
+    /// m
+    Y,
+    /// rad
+    Heading,
+}
+
+impl Channel {
+    /// All.
+    pub const ALL: [Self; 6] = [Self::WheelLeft, Self::WheelRight, Self::Gyro, Self::X, Self::Y, Self::Heading];
+}
+
+/// Variances that the filter assumes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Torque noise of each wheel, squared: N²·m²·s
+    pub torque: f64,
+    /// Extra diffusion of v (m²/s³) and ω (rad²/s³)
+    pub diffusion: [f64; 2],
+    /// Of one reading of each channel, in its unit squared
+    pub reading: [f64; 6],
+}
+
+impl Noise {
+    /// As believed; lattice steps of the wheels add their twelfth.
+    #[must_use]
+    pub fn believed(record: &Record, wheel_lsb_rad_s: Option<f64>) -> Self {
+        let b = &record.belief;
+        let wheel = b.wheel_std_rad_s.powi(2) + wheel_lsb_rad_s.map_or(0.0, |q| q * q / 12.0);
+        let torque = if record.torques_n_m.is_some() { b.torque_noise_n_m_sqrt_s.powi(2) } else { 0.0 };
+        let (position, heading) = (b.position_std_m.powi(2), b.heading_std_rad.powi(2));
+        Self {
+            torque,
+            diffusion: [0.0; 2],
+            reading: [wheel, wheel, b.gyro_std_rad_s.powi(2), position, position, heading],
+        }
+    }
+}
+
+/// The model of one pass: the robot, and the same at β ± step for each coordinate.
+pub struct Models {
+    /// At β.
+    pub here: DriveModel,
+    /// For each change, for each coordinate: above, below, and the distance between them.
+    pub beside: Vec<Vec<(DriveModel, DriveModel, f64)>>,
+}
+
+/// One innovation.
+#[derive(Debug, Clone, Copy)]
+pub struct Innovation<'a> {
+    /// Row of the log.
+    pub row: usize,
+    /// Channel.
+    pub channel: Channel,
+    /// ν/√S
+    pub white: f64,
+    /// √S
+    pub std: f64,
+    /// Whitened derivatives: ν/√S = Σ_j slopes_j β_j + white noise.
+    pub slopes: &'a [f64],
+    /// State before this reading: speed and yaw rate.
+    pub motion: [f64; 2],
+}
+
+/// What a pass sums up: [A b; b' yy] of the whitened innovations, and ln p at β.
+#[derive(Debug, Clone)]
+pub struct Summed {
+    /// Gram matrix of the slopes, the innovations in the last row and column.
+    pub gram: Mat<f64>,
+    /// Σ ln(2πS), over innovations.
+    pub ln_volume: f64,
+    /// Innovations and their squares, by channel.
+    pub by_channel: [(usize, f64); 6],
+}
+
+impl Summed {
+    /// ln p of the drive at β.
+    #[must_use]
+    pub fn ln_likelihood(&self) -> f64 {
+        let last = self.gram.ncols() - 1;
+        -0.5 * (self.ln_volume + self.gram[(last, last)])
+    }
+}
+
+/// Rows that are summed up at once.
+const BLOCK: usize = 192;
+
+/// Runs the filter over `record`.
+pub fn run(
+    record: &Record,
+    models: &Models,
+    noise: &Noise,
+    columns: &[Column],
+    mut each: impl FnMut(&Innovation),
+) -> Summed {
+    let p = columns.len();
+    let scales = Scales::of(record);
+    let mut filter = Filter::new(record, noise, models.here.by_torque());
+    let mut tangents: Vec<Vector> = vec![[0.0; N]; p];
+    let mut summed = Summed { gram: Mat::zeros(p + 1, p + 1), ln_volume: 0.0, by_channel: [(0, 0.0); 6] };
+    let mut block = vec![0.0; BLOCK * (p + 1)];
+    let mut filled = 0;
+    let mut functions = [0.0; FUNCTIONS];
+    let mut row = Row::default();
+    let mut past = Past::default();
+    // accelerations and forces under the torques before this row: sensors are read before the new ones act
+    let mut before = ([0.0; 2], [0.0; 2]);
+    let mut slopes = Slopes::default();
+    let free = columns.iter().any(|c| matches!(c, Column::Free(..)));
+    let span = record.span_s().max(1e-9);
+    for k in 0..record.len() {
+        let t_s = record.times_s[k];
+        let moving = |s: &Vector, before: &([f64; 2], [f64; 2])| Moving {
+            t_s: t_s - record.times_s[0],
+            since_power_on_s: record.since_power_on_s[k],
+            heading_rad: s[TH],
+            speed_m_s: s[V],
+            yaw_rate_rad_s: s[W],
+            acceleration_m_s2: before.0[0],
+            yaw_acceleration_rad_s2: before.0[1],
+            wheel_force_n: before.1,
+            past: None,
+        };
+        // readings
+        let at = Moving { past: Some(&past), ..moving(&filter.state, &before) };
+        let expected = |model: &DriveModel, at: &Moving| {
+            let [l, r] = model.wheels_rad_s(at);
+            [l, r, model.gyro_rad_s(at)]
+        };
+        let here = expected(&models.here, &at);
+        let error = record.belief.warm_up.error_rad_s(record.since_power_on_s[k]);
+        row.speed = at.speed_m_s;
+        row.yaw_rate = at.yaw_rate_rad_s;
+        row.heading = at.heading_rad;
+        row.acceleration = at.acceleration_m_s2;
+        row.yaw_acceleration = at.yaw_acceleration_rad_s2;
+        row.torques = record.torques(k.saturating_sub(1));
+        row.progress = (t_s - record.times_s[0]) / span;
+        if free {
+            row.functions(&scales, &mut functions);
+        }
+        let readings = Readings::of(record, k);
+        if readings.any {
+            // derivatives of the expected readings by the state, then by the columns
+            let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate];
+            let by_speed = expected(&models.here, &Moving { speed_m_s: at.speed_m_s + step[0], ..at });
+            let by_rate = expected(&models.here, &Moving { yaw_rate_rad_s: at.yaw_rate_rad_s + step[1], ..at });
+            let mut measured: Vec<(Channel, f64, Vector)> = Vec::with_capacity(6);
+            for (i, channel) in [Channel::WheelLeft, Channel::WheelRight, Channel::Gyro].into_iter().enumerate() {
+                let value = readings.values[i];
+                if value.is_finite() {
+                    let mut h = [0.0; N];
+                    h[V] = (by_speed[i] - here[i]) / step[0];
+                    h[W] = (by_rate[i] - here[i]) / step[1];
+                    let e = if channel == Channel::Gyro { error } else { 0.0 };
+                    measured.push((channel, value - here[i] - e, h));
+                }
+            }
+            for (i, channel) in [Channel::X, Channel::Y, Channel::Heading].into_iter().enumerate() {
+                let value = readings.values[3 + i];
+                if value.is_finite() {
+                    let mut h = [0.0; N];
+                    h[i] = 1.0;
+                    let mut nu = value - filter.state[i];
+                    if channel == Channel::Heading {
+                        nu -= (nu / std::f64::consts::TAU).round() * std::f64::consts::TAU;
+                    }
+                    measured.push((channel, nu, h));
+                }
+            }
+            let (sin, cos) = at.heading_rad.sin_cos();
+            let direct: Vec<[f64; 6]> = columns
+                .iter()
+                .map(|column| {
+                    let mut d = [0.0; 6];
+                    match *column {
+                        Column::Coordinate(i, j) => {
+                            let (above, below, width) = &models.beside[i][j];
+                            let (a, b) = (expected(above, &at), expected(below, &at));
+                            for m in 0..3 {
+                                d[m] = (a[m] - b[m]) / width;
+                            }
+                        }
+                        Column::Free(equation, f) => {
+                            let value = functions[f];
+                            match equation {
+                                Equation::WheelLeft => d[0] = value,
+                                Equation::WheelRight => d[1] = value,
+                                Equation::Gyro => d[2] = value,
+                                Equation::PoseAlong => (d[3], d[4]) = (value * cos, value * sin),
+                                Equation::PoseAcross => (d[3], d[4]) = (-value * sin, value * cos),
+                                Equation::PoseHeading => d[5] = value,
+                                Equation::Force | Equation::Moment | Equation::Sideways => {}
+                            }
+                        }
+                        Column::TurnOn => d[2] = 1.0,
+                        Column::WarmUpSize => {
+                            let w = &record.belief.warm_up;
+                            d[2] = error - w.c2_rad_s;
+                        }
+                        Column::WarmUpTime => {
+                            let w = &record.belief.warm_up;
+                            let u = record.since_power_on_s[k] / w.time_constant_s;
+                            d[2] = -w.c1_rad_s * u * (-u).exp();
+                        }
+                        Column::GyroCosine(n) => d[2] = (n as f64 * std::f64::consts::PI * row.progress).cos(),
+                        Column::GyroStep(from_s) => d[2] = f64::from(u8::from(at.t_s >= from_s)),
+                    }
+                    d
+                })
+                .collect();
+            let prior = filter.state;
+            for (channel, nu, h) in measured {
+                // what earlier readings of this row have moved already
+                let moved: f64 = (0..N).map(|i| h[i] * (filter.state[i] - prior[i])).sum();
+                let (nu, variance, gain) = filter.correct(nu - moved, &h, noise.reading[channel as usize]);
+                let std = variance.sqrt();
+                let out = &mut block[filled * (p + 1)..(filled + 1) * (p + 1)];
+                for ((slope, d), tangent) in out.iter_mut().zip(&direct).zip(&mut tangents) {
+                    let dnu = d[channel as usize] + (0..N).map(|i| h[i] * tangent[i]).sum::<f64>();
+                    *slope = dnu / std;
+                    for i in 0..N {
+                        tangent[i] -= gain[i] * dnu;
+                    }
+                }
+                out[p] = nu / std;
+                let motion = [at.speed_m_s, at.yaw_rate_rad_s];
+                each(&Innovation { row: k, channel, white: nu / std, std, slopes: &out[..p], motion });
+                summed.ln_volume += (std::f64::consts::TAU * variance).ln();
+                let channel = &mut summed.by_channel[channel as usize];
+                *channel = (channel.0 + 1, channel.1 + nu * nu / variance);
+                filled += 1;
+                if filled == BLOCK {
+                    add(&mut summed.gram, &block, filled);
+                    filled = 0;
+                }
+            }
+        }
+        past.push(t_s - record.times_s[0], filter.state[W]);
+        let Some(&next) = record.times_s.get(k + 1) else { break };
+        // motion to the next row
+        let dt = next - t_s;
+        let torques = record.torques(k);
+        let mut at = moving(&filter.state, &before);
+        models.here.accelerate(&mut at, torques);
+        let sideways = models.here.sideways_m_s(&at);
+        if free {
+            row.speed = at.speed_m_s;
+            row.yaw_rate = at.yaw_rate_rad_s;
+            row.heading = at.heading_rad;
+            row.acceleration = at.acceleration_m_s2;
+            row.yaw_acceleration = at.yaw_acceleration_rad_s2;
+            row.torques = torques;
+            for (lagged, lag_s) in row.lagged.iter_mut().zip([0.05, 0.5]) {
+                let keep = (-dt / lag_s).exp();
+                for (l, u) in lagged.iter_mut().zip(torques) {
+                    *l = u + keep * (*l - u);
+                }
+            }
+            let turning = models.here.robot.wheels_rad_s(at.speed_m_s, at.yaw_rate_rad_s);
+            for (angle, w) in row.wheel_angles.iter_mut().zip(turning) {
+                *angle += w * dt;
+            }
+            row.functions(&scales, &mut functions);
+        }
+        let f = filter.jacobian(&models.here, &at, torques, sideways, dt, &scales);
+        let (sin, cos) = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
+        for (column, tangent) in columns.iter().zip(&mut tangents) {
+            // dv/dt, dω/dt, sideways
+            let d = match *column {
+                Column::Coordinate(i, j) => {
+                    let (above, below, width) = &models.beside[i][j];
+                    let (mut a, mut b) = (at, at);
+                    above.accelerate(&mut a, torques);
+                    below.accelerate(&mut b, torques);
+                    [
+                        (a.acceleration_m_s2 - b.acceleration_m_s2) / width,
+                        (a.yaw_acceleration_rad_s2 - b.yaw_acceleration_rad_s2) / width,
+                        (above.sideways_m_s(&at) - below.sideways_m_s(&at)) / width,
+                    ]
+                }
+                Column::Free(Equation::Force, i) => [functions[i], 0.0, 0.0],
+                Column::Free(Equation::Moment, i) => [0.0, functions[i], 0.0],
+                Column::Free(Equation::Sideways, i) => [0.0, 0.0, functions[i]],
+                _ => [0.0; 3],
+            };
+            *tangent = ahead(&f, tangent);
+            tangent[V] += dt * d[0];
+            tangent[W] += dt * d[1];
+            let (half_way, half_turn) = (0.5 * dt * dt * d[0], 0.5 * dt * dt * d[1]);
+            tangent[X] += half_way * cos - dt * d[2] * sin;
+            tangent[Y] += half_way * sin + dt * d[2] * cos;
+            tangent[TH] += half_turn;
+        }
+        before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);
+        filter.predict(&models.here, &at, torques, sideways, dt, &f);
+        if record.torques_n_m.is_none() {
+            // without torques the accelerations are what speeds have done, and the forces what that takes
+            before = slopes.push(dt, [filter.state[V], filter.state[W]], &models.here);
+        }
+    }
+    add(&mut summed.gram, &block, filled);
+    summed
+}
+
+/// G += B'B over the first `rows` rows of the block.
+fn add(gram: &mut Mat<f64>, block: &[f64], rows: usize) {
+    if rows > 0 {
+        let width = gram.ncols();
+        let b = MatRef::from_row_major_slice(&block[..rows * width], rows, width);
+        matmul(gram.as_mut(), Accum::Add, b.transpose(), b, 1.0, Par::Seq);
+    }
+}
+
+struct Readings {
+    values: [f64; 6],
+    any: bool,
+}
+
+impl Readings {
+    fn of(record: &Record, k: usize) -> Self {
+        let [l, r] = &record.wheels_rad_s;
+        let gyro = record.gyro_rad_s.as_ref().map_or(f64::NAN, |g| g[k]);
+        let pose = record.pose.as_ref().map_or([f64::NAN; 3], |[x, y, h]| [x[k], y[k], h[k]]);
+        let values = [l[k], r[k], gyro, pose[0], pose[1], pose[2]];
+        Self { values, any: values.iter().any(|v| v.is_finite()) }
+    }
+}
+
+fn ahead(f: &Matrix, d: &Vector) -> Vector {
+    let mut out = *d;
+    out[X] += f[X][TH] * d[TH] + f[X][V] * d[V] + f[X][W] * d[W];
+    out[Y] += f[Y][TH] * d[TH] + f[Y][V] * d[V] + f[Y][W] * d[W];
+    out[TH] += f[TH][V] * d[V] + f[TH][W] * d[W];
+    out[V] = f[V][TH] * d[TH] + f[V][V] * d[V] + f[V][W] * d[W];
+    out[W] = f[W][TH] * d[TH] + f[W][V] * d[V] + f[W][W] * d[W];
+    out
+}
+
+struct Filter<'a> {
+    state: Vector,
+    covariance: Matrix,
+    noise: &'a Noise,
+    by_torque: [[f64; 2]; 2],
+}
+
+impl<'a> Filter<'a> {
+    /// At the first pose, else at zero; at rest as far as the first wheel speeds tell.
+    fn new(record: &Record, noise: &'a Noise, by_torque: [[f64; 2]; 2]) -> Self {
+        let mut state = [0.0; N];
+        let mut covariance = [[0.0; N]; N];
+        let b = &record.belief;
+        if let Some(pose) = &record.pose
+            && let Some(first) = (0..record.len()).find(|k| pose.iter().all(|p| p[*k].is_finite()))
+        {
+            for (i, p) in pose.iter().enumerate() {
+                state[i] = p[first];
+                covariance[i][i] = 4.0 * if i < 2 { b.position_std_m.powi(2) } else { b.heading_std_rad.powi(2) };
+            }
+        }
+        let first = |values: &[f64]| values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
+        let [l, r] = [first(&record.wheels_rad_s[0]), first(&record.wheels_rad_s[1])];
+        let [rl, rr] = b.robot.radius_m;
+        state[V] = 0.5 * (rl * l + rr * r);
+        state[W] = 0.5 * (rr * r - rl * l) / b.robot.half_track_m;
+        let speed = 2.0 * rl * noise.reading[0].sqrt();
+        covariance[V][V] = speed * speed;
+        covariance[W][W] = (speed / b.robot.half_track_m).powi(2);
+        Self { state, covariance, noise, by_torque }
+    }
+
+    /// One scalar reading; returns innovation, its variance and the gain.
+    fn correct(&mut self, nu: f64, h: &Vector, variance: f64) -> (f64, f64, Vector) {
+        let ph: Vector = std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * h[j]).sum());
+        let s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>();
+        let gain = ph.map(|v| v / s);
+        for i in 0..N {
+            self.state[i] += gain[i] * nu;
+            for j in 0..N {
+                self.covariance[i][j] -= gain[i] * ph[j];
+            }
+        }
+        (nu, s, gain)
+    }
+
+    fn jacobian(
+        &self,
+        model: &DriveModel,
+        at: &Moving,
+        torques: [f64; 2],
+        sideways: f64,
+        dt: f64,
+        scales: &Scales,
+    ) -> Matrix {
+        let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate, 1e-4];
+        let by = |which: usize| {
+            let mut moved = *at;
+            match which {
+                0 => moved.speed_m_s += step[0],
+                1 => moved.yaw_rate_rad_s += step[1],
+                _ => moved.heading_rad += step[2],
+            }
+            model.accelerate(&mut moved, torques);
+            [
+                (moved.acceleration_m_s2 - at.acceleration_m_s2) / step[which],
+                (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / step[which],
+            ]
+        };
+        let slopes = [by(0), by(1), by(2)];
+        let (sin, cos) = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
+        let v = at.speed_m_s;
+        let mut f = [[0.0; N]; N];
+        for (i, row) in f.iter_mut().enumerate() {
+            row[i] = 1.0;
+        }
+        f[X][TH] = dt * (-v * sin - sideways * cos);
+        f[Y][TH] = dt * (v * cos - sideways * sin);
+        f[X][V] = dt * cos;
+        f[Y][V] = dt * sin;
+        f[X][W] = 0.5 * dt * f[X][TH];
+        f[Y][W] = 0.5 * dt * f[Y][TH];
+        f[TH][W] = dt;
+        for (i, which) in [V, W, TH].into_iter().enumerate() {
+            f[V][which] += dt * slopes[i][0];
+            f[W][which] += dt * slopes[i][1];
+        }
+        f
+    }
+
+    fn predict(&mut self, model: &DriveModel, at: &Moving, torques: [f64; 2], sideways: f64, dt: f64, f: &Matrix) {
+        let s = self.state;
+        // the midpoint rule for speed and yaw rate, an arc for the position
+        let mut middle = *at;
+        middle.speed_m_s += 0.5 * dt * at.acceleration_m_s2;
+        middle.yaw_rate_rad_s += 0.5 * dt * at.yaw_acceleration_rad_s2;
+        middle.heading_rad += 0.5 * dt * s[W];
+        model.accelerate(&mut middle, torques);
+        let (dv, dw) = (dt * middle.acceleration_m_s2, dt * middle.yaw_acceleration_rad_s2);
+        let (v, w) = (s[V] + 0.5 * dv, s[W] + 0.5 * dw);
+        let turn = dt * w;
+        let (sin, cos) = (s[TH] + 0.5 * turn).sin_cos();
+        // chord over arc
+        let chord = 1.0 - turn * turn / 24.0;
+        let way = dt * v * chord;
+        self.state[X] += way * cos - dt * sideways * sin;
+        self.state[Y] += way * sin + dt * sideways * cos;
+        self.state[TH] += turn;
+        self.state[V] += dv;
+        self.state[W] += dw;
+        // P = F P F' + Q
+        let mut fp = [[0.0; N]; N];
+        for j in 0..N {
+            let column: Vector = std::array::from_fn(|i| self.covariance[i][j]);
+            let moved = ahead(f, &column);
+            for i in 0..N {
+                fp[i][j] = moved[i];
+            }
+        }
+        for i in 0..N {
+            self.covariance[i] = ahead(f, &fp[i]);
+        }
+        let [[a, b], [c, d]] = self.by_torque;
+        let q = self.noise.torque * dt;
+        self.covariance[V][V] += q * (a * a + b * b);
+        self.covariance[W][W] += q * (c * c + d * d);
+        let cross = q * (a * c + b * d);
+        self.covariance[V][W] += cross;
+        self.covariance[W][V] += cross;
+        // what diffuses within a step has moved the pose by half of it
+        let [qv, qw] = self.noise.diffusion;
+        if qv > 0.0 || qw > 0.0 {
+            let half = 0.5 * dt;
+            let along: Vector = [half * cos, half * sin, 0.0, 1.0, 0.0];
+            let about: Vector = [0.5 * half * dt * -v * sin, 0.5 * half * dt * v * cos, half, 0.0, 1.0];
+            for i in 0..N {
+                for j in 0..N {
+                    self.covariance[i][j] += dt * (qv * along[i] * along[j] + qw * about[i] * about[j]);
+                }
+            }
+        }
+    }
+}
+
+/// Accelerations from the speeds of the last rows, where no torques tell them.
+#[derive(Default)]
+struct Slopes {
+    speeds: std::collections::VecDeque<(f64, [f64; 2])>,
+    t_s: f64,
+}
+
+impl Slopes {
+    /// Time over which speeds are compared, s.
+    const OVER_S: f64 = 0.06;
+
+    fn push(&mut self, dt_s: f64, speeds: [f64; 2], model: &DriveModel) -> ([f64; 2], [f64; 2]) {
+        self.t_s += dt_s;
+        self.speeds.push_back((self.t_s, speeds));
+        while self.speeds.len() > 2 && self.speeds[1].0 <= self.t_s - Self::OVER_S {
+            self.speeds.pop_front();
+        }
+        let (t0, from) = self.speeds[0];
+        if self.t_s <= t0 {
+            return Default::default();
+        }
+        let [a, alpha]: [f64; 2] = std::array::from_fn(|i| (speeds[i] - from[i]) / (self.t_s - t0));
+        let robot = &model.robot;
+        let (sum, difference) = (robot.mass_kg * a, robot.yaw_inertia_kg_m2 * alpha / robot.half_track_m);
+        ([a, alpha], [0.5 * (sum - difference), 0.5 * (sum + difference)])
+    }
+}

@@ -1,0 +1,192 @@
+//! A drive as the diagnosis needs it: the rows, which channels there are, and what the configuration believes.
+
+use crate::bias::WarmUp;
+use crate::config::{Config, Kind};
+use crate::error::{Error, ErrorKind, Result};
+use crate::model::drive::Robot;
+use crate::signal::{Log, increasing_times, names, since_power_on};
+
+/// Where the configuration does not state how much C2 varies: a cheap gyro's data sheet says 0.1 to 1 °/s.
+const TURN_ON_STD_RAD_S: f64 = 5e-3;
+/// The same of C1 and T, relatively.
+const WARM_UP_STD: f64 = 0.1;
+/// Fewest rows that can be judged.
+const FEWEST_ROWS: usize = 512;
+/// Noise of a pose reference that the configuration does not describe.
+const POSE_STD: [f64; 2] = [0.02, 0.02];
+
+/// One drive made ready.
+#[derive(Debug, Clone)]
+pub struct Record {
+    /// Of the rows, s, ascending.
+    pub times_s: Vec<f64>,
+    /// Of the rows, s.
+    pub since_power_on_s: Vec<f64>,
+    /// Typical time between rows, s.
+    pub step_s: f64,
+    /// Left and right, N·m; none where they were not logged.
+    pub torques_n_m: Option<[Vec<f64>; 2]>,
+    /// NaN where a row has none.
+    pub gyro_rad_s: Option<Vec<f64>>,
+    /// Left and right; NaN where a row has none.
+    pub wheels_rad_s: [Vec<f64>; 2],
+    /// x, y in m, heading in rad; NaN between its samples.
+    pub pose: Option<[Vec<f64>; 3]>,
+    /// What is believed.
+    pub belief: Belief,
+    /// What was assumed, and what cannot be told, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// What the configuration believes about a drive.
+#[derive(Debug, Clone, Copy)]
+pub struct Belief {
+    /// The robot.
+    pub robot: Robot,
+    /// Torque noise of each wheel, N·m·√s.
+    pub torque_noise_n_m_sqrt_s: f64,
+    /// White noise of a gyro sample, rad/s.
+    pub gyro_std_rad_s: f64,
+    /// White noise of a wheel speed, rad/s.
+    pub wheel_std_rad_s: f64,
+    /// White noise of a position, m.
+    pub position_std_m: f64,
+    /// White noise of a heading, rad.
+    pub heading_std_rad: f64,
+    /// Nominal warm-up.
+    pub warm_up: WarmUp,
+    /// How much C2 varies, rad/s.
+    pub turn_on_bias_std_rad_s: f64,
+    /// How much C1 and T vary, relatively.
+    pub warm_up_relative_std: f64,
+}
+
+impl Record {
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.times_s.len()
+    }
+
+    /// Whether there are no rows.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.times_s.is_empty()
+    }
+
+    /// Length, s.
+    #[must_use]
+    pub fn span_s(&self) -> f64 {
+        self.times_s.last().zip(self.times_s.first()).map_or(0.0, |(b, a)| b - a)
+    }
+
+    /// Torques of row `k`, held over missing ones.
+    #[must_use]
+    #[inline]
+    pub fn torques(&self, k: usize) -> [f64; 2] {
+        self.torques_n_m.as_ref().map_or([0.0; 2], |[l, r]| [l[k], r[k]])
+    }
+
+    /// A log made ready.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] if the configuration is not of a drive, or lacks a table; [`ErrorKind::Column`] without wheel
+    /// speeds; [`ErrorKind::TooShort`] below 512 rows; [`ErrorKind::Time`] if time does not run forward.
+    pub fn new(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Self> {
+        if config.kind != Kind::Driving {
+            return Err(Error::new(ErrorKind::Config, "configuration", "kind is \"stationary\"")
+                .at("`kind`")
+                .mend("give the configuration of the robot, kind = \"driving\""));
+        }
+        if !config.effects.is_empty() {
+            return Err(Error::new(ErrorKind::Config, "configuration", "the nominal simulator holds effects already")
+                .at("`[[effect]]`")
+                .mend("delete these tables: the diagnosis finds what they hold"));
+        }
+        if log.len() < FEWEST_ROWS {
+            return Err(Error::new(ErrorKind::TooShort, &log.source, format!("{} rows", log.len()))
+                .mend(format!("a drive needs at least {FEWEST_ROWS} rows to be judged")));
+        }
+        let mut notes = Vec::new();
+        let belief = belief(config, &mut notes)?;
+        let column = |name: &str| log.get(name).map(<[f64]>::to_vec);
+        let both = |left: &str, right: &str| Some([column(left)?, column(right)?]);
+        let wheels_rad_s = both(names::WHEEL_LEFT, names::WHEEL_RIGHT).ok_or_else(|| {
+            Error::new(ErrorKind::Column, &log.source, "no wheel speeds")
+                .mend(format!("name the columns that hold them: --map {}=COLUMN[:UNIT]", names::WHEEL_LEFT))
+        })?;
+        let mut torques_n_m = both(names::TORQUE_LEFT, names::TORQUE_RIGHT);
+        torques_n_m.iter_mut().flatten().for_each(|u| hold(u));
+        let pose = match (column(names::X), column(names::Y), column(names::HEADING)) {
+            (Some(x), Some(y), Some(h)) if x.iter().any(|v| v.is_finite()) => Some([x, y, h]),
+            _ => None,
+        };
+        let gyro_rad_s = column(names::GYRO_Z).filter(|g| g.iter().any(|v| v.is_finite()));
+        for (there, what, lost) in [
+            (torques_n_m.is_some(), "torques", "forces, masses and motors cannot be judged"),
+            (gyro_rad_s.is_some(), "gyro", "nothing of the gyro can be judged"),
+            (
+                pose.is_some(),
+                "pose",
+                "what only moves the robot over ground (sideways skid) cannot be judged, and a common error of wheel radii, \
+                 track width and gyro gain shows less",
+            ),
+        ] {
+            if !there {
+                notes.push(format!("No {what} in the log: {lost}."));
+            }
+        }
+        let times_s = increasing_times(log)?;
+        let mut steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        Ok(Self {
+            since_power_on_s: since_power_on(log, since_power_on_s)?,
+            step_s: steps[steps.len() / 2],
+            times_s,
+            torques_n_m,
+            gyro_rad_s,
+            wheels_rad_s,
+            pose,
+            belief,
+            notes,
+        })
+    }
+}
+
+fn belief(config: &Config, notes: &mut Vec<String>) -> Result<Belief> {
+    let (gyro, vehicle, encoder) = (config.require_gyro()?, config.require_vehicle()?, config.require_encoder()?);
+    let step_s = config.sample_time_s.ok_or_else(|| {
+        Error::new(ErrorKind::Config, "configuration", "the key is missing")
+            .at("`sample_time_s`")
+            .mend("add it at the top of the file: white noise depends on it")
+    })?;
+    let mut assumed = |value: Option<f64>, default: f64, key: &str| {
+        value.unwrap_or_else(|| {
+            notes.push(format!("The configuration does not state {key}: {default} is assumed."));
+            default
+        })
+    };
+    Ok(Belief {
+        robot: Robot::from(vehicle),
+        torque_noise_n_m_sqrt_s: vehicle.torque_noise_n_m_sqrt_s,
+        gyro_std_rad_s: gyro.angle_random_walk_rad_sqrt_s / step_s.sqrt(),
+        wheel_std_rad_s: encoder.speed_variance_rad2_s2(step_s).sqrt(),
+        position_std_m: config.pose.map_or(POSE_STD[0], |p| p.position_std_m),
+        heading_std_rad: config.pose.map_or(POSE_STD[1], |p| p.heading_std_rad),
+        warm_up: gyro.warm_up(),
+        turn_on_bias_std_rad_s: assumed(gyro.turn_on_bias_std_rad_s, TURN_ON_STD_RAD_S, "turn_on_bias_std_rad_s"),
+        warm_up_relative_std: assumed(gyro.warm_up_relative_std, WARM_UP_STD, "warm_up_relative_std"),
+    })
+}
+
+/// Missing values hold the last one; zero before the first.
+fn hold(values: &mut [f64]) {
+    let mut last = 0.0;
+    for v in values {
+        if v.is_finite() {
+            last = *v;
+        } else {
+            *v = last;
+        }
+    }
+}

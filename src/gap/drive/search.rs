@@ -1,0 +1,151 @@
+//! The sets worth comparing: greedy growth, exchange, and everything one step beside.
+
+use super::evidence::{Member, Problem, Weighed};
+use std::collections::BTreeMap;
+
+/// Most members of a set.
+const LARGEST: usize = 14;
+/// Rounds of growth and exchange.
+const ROUNDS: usize = 8;
+/// Sets within this of the best are compared, nats.
+const DEPTH: f64 = 14.0;
+/// Most sets whose neighbours are looked at.
+const CENTRES: usize = 6;
+
+/// All sets that were met, the most probable first.
+#[must_use]
+pub fn search(problem: &Problem, start: &[Member]) -> Vec<Weighed> {
+    let mut met = Met { problem, weights: BTreeMap::new() };
+    met.weigh(&[]);
+    let mut best: Vec<Member> = start.to_vec();
+    best.sort_unstable();
+    met.weigh(&best);
+    for _ in 0..ROUNDS {
+        let before = best.clone();
+        best = grow(&mut met, best);
+        best = exchange(&mut met, best);
+        if best == before {
+            break;
+        }
+    }
+    // everything beside the best sets
+    let mut looked = Vec::new();
+    for _ in 0..CENTRES {
+        let Some(centre) = met.sorted().into_iter().find(|w| !looked.contains(&w.members)) else { break };
+        if centre.ln_weight < met.top() - DEPTH {
+            break;
+        }
+        looked.push(centre.members.clone());
+        beside(&mut met, &centre.members);
+    }
+    let top = met.top();
+    let mut all = met.sorted();
+    all.retain(|w| w.ln_weight > top - DEPTH || w.members.is_empty());
+    all
+}
+
+struct Met<'a> {
+    problem: &'a Problem,
+    weights: BTreeMap<Vec<Member>, f64>,
+}
+
+impl Met<'_> {
+    fn weigh(&mut self, members: &[Member]) -> f64 {
+        if let Some(w) = self.weights.get(members) {
+            return *w;
+        }
+        let w = self.problem.ln_weight(members);
+        self.weights.insert(members.to_vec(), w);
+        w
+    }
+
+    fn top(&self) -> f64 {
+        self.weights.values().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Most probable first; of sets that differ in their scales alone, only the best.
+    fn sorted(&self) -> Vec<Weighed> {
+        let mut all: Vec<Weighed> =
+            self.weights.iter().map(|(m, w)| Weighed { members: m.clone(), ln_weight: *w }).collect();
+        all.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
+        let mut seen = std::collections::BTreeSet::new();
+        all.retain(|w| seen.insert(w.members.iter().map(|m| m.0).collect::<Vec<_>>()));
+        all
+    }
+}
+
+fn with(members: &[Member], new: Member) -> Vec<Member> {
+    let mut out = members.to_vec();
+    out.push(new);
+    out.sort_unstable();
+    out
+}
+
+fn without(members: &[Member], i: usize) -> Vec<Member> {
+    let mut out = members.to_vec();
+    out.remove(i);
+    out
+}
+
+fn grow(met: &mut Met, mut set: Vec<Member>) -> Vec<Member> {
+    while set.len() < LARGEST {
+        let here = met.weigh(&set);
+        let additions = met.problem.additions(&set);
+        let Some(best) = additions.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        if best.1 <= 0.0 {
+            break;
+        }
+        let next = with(&set, best.0);
+        if met.weigh(&next) <= here - 3.0 {
+            break;
+        }
+        set = next;
+    }
+    set
+}
+
+/// Drops what is not worth its prior, and replaces a member by whatever explains more in its place.
+fn exchange(met: &mut Met, mut set: Vec<Member>) -> Vec<Member> {
+    loop {
+        let here = met.weigh(&set);
+        let mut best = (here + 1e-6, None);
+        for i in 0..set.len() {
+            let rest = without(&set, i);
+            let w = met.weigh(&rest);
+            if w > best.0 {
+                best = (w, Some(rest.clone()));
+            }
+            let Some((new, _)) = met.problem.additions(&rest).into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
+                continue;
+            };
+            let next = with(&rest, new);
+            let w = met.weigh(&next);
+            if w > best.0 {
+                best = (w, Some(next));
+            }
+        }
+        match best.1 {
+            Some(next) => set = next,
+            None => return set,
+        }
+    }
+}
+
+fn beside(met: &mut Met, set: &[Member]) {
+    let here = met.weigh(set);
+    let floor = met.top() - DEPTH;
+    for (new, gain) in met.problem.additions(set) {
+        if here + gain > floor {
+            met.weigh(&with(set, new));
+        }
+    }
+    for i in 0..set.len() {
+        let rest = without(set, i);
+        let w = met.weigh(&rest);
+        for (new, gain) in met.problem.additions(&rest) {
+            if w + gain > floor {
+                met.weigh(&with(&rest, new));
+            }
+        }
+    }
+}

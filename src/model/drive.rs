@@ -1,0 +1,268 @@
+//! A [dv/dt, dω/dt]' = [Tl/rl + Tr/rr + M d ω² + F, b (Tr/rr - Tl/rl) - M d v ω + N]',  Ti = gi ui - c wheel_i
+//! A = [[M + Jw (1/rl² + 1/rr²), Jw b (1/rr² - 1/rl²)], [Jw b (1/rr² - 1/rl²), Jc + M d² + Jw b² (1/rl² + 1/rr²)]]
+//! wheel_l = (v - b ω)/rl,  wheel_r = (v + b ω)/rr,  dx/dt = v cos θ - s sin θ,  dy/dt = v sin θ + s cos θ,  dθ/dt = ω
+//!
+//! The robot on two wheels as effects may change it: radii rl, rr and motor gains gl, gr of their own, the centre of mass d
+//! ahead of the axle, extra force F and moment N, sideways speed s, and whatever sensors make of wheel speeds and yaw rate.
+//! With rl = rr, gl = gr = 1, d = F = N = s = 0 it is the nominal robot ([`crate::vehicle::Rolling`]).
+
+use crate::config::Vehicle;
+use std::collections::VecDeque;
+
+/// Standard gravity, m/s².
+pub const GRAVITY_M_S2: f64 = 9.806_65;
+
+/// What the equations of motion hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Robot {
+    /// M, kg
+    pub mass_kg: f64,
+    /// Jc about the vertical axis through the centre of mass, kg·m²
+    pub yaw_inertia_kg_m2: f64,
+    /// b, m
+    pub half_track_m: f64,
+    /// Left and right, m
+    pub radius_m: [f64; 2],
+    /// Jw, kg·m²
+    pub wheel_inertia_kg_m2: f64,
+    /// c, N·m·s
+    pub viscous_friction_n_m_s: f64,
+    /// What each motor makes of its command, left and right
+    pub torque_gain: [f64; 2],
+    /// d, m
+    pub com_offset_m: f64,
+}
+
+impl From<&Vehicle> for Robot {
+    fn from(vehicle: &Vehicle) -> Self {
+        Self {
+            mass_kg: vehicle.mass_kg,
+            yaw_inertia_kg_m2: vehicle.yaw_inertia_kg_m2,
+            half_track_m: vehicle.half_track_m,
+            radius_m: [vehicle.wheel_radius_m; 2],
+            wheel_inertia_kg_m2: vehicle.wheel_inertia_kg_m2,
+            viscous_friction_n_m_s: vehicle.viscous_friction_n_m_s,
+            torque_gain: [1.0; 2],
+            com_offset_m: 0.0,
+        }
+    }
+}
+
+impl Robot {
+    /// What the wheels turn with where they roll, left and right, rad/s.
+    #[must_use]
+    #[inline]
+    pub fn wheels_rad_s(&self, speed_m_s: f64, yaw_rate_rad_s: f64) -> [f64; 2] {
+        let turn = self.half_track_m * yaw_rate_rad_s;
+        [(speed_m_s - turn) / self.radius_m[0], (speed_m_s + turn) / self.radius_m[1]]
+    }
+
+    /// Speed of the ground under each wheel, left and right, m/s.
+    #[must_use]
+    #[inline]
+    pub fn ground_speeds_m_s(&self, speed_m_s: f64, yaw_rate_rad_s: f64) -> [f64; 2] {
+        let turn = self.half_track_m * yaw_rate_rad_s;
+        [speed_m_s - turn, speed_m_s + turn]
+    }
+
+    /// Load of one wheel: half the weight, N.
+    #[must_use]
+    pub fn wheel_load_n(&self) -> f64 {
+        0.5 * self.mass_kg * GRAVITY_M_S2
+    }
+
+    fn inverse_inertia(&self) -> [f64; 3] {
+        let (b, jw) = (self.half_track_m, self.wheel_inertia_kg_m2);
+        let [l, r] = self.radius_m.map(|r| jw / (r * r));
+        let mass = self.mass_kg + l + r;
+        let cross = b * (r - l);
+        let inertia = self.yaw_inertia_kg_m2 + self.mass_kg * self.com_offset_m * self.com_offset_m + b * b * (l + r);
+        let determinant = mass * inertia - cross * cross;
+        [inertia / determinant, -cross / determinant, mass / determinant]
+    }
+}
+
+/// Past yaw rates, for sensors that lag.
+#[derive(Debug, Clone, Default)]
+pub struct Past {
+    rates: VecDeque<(f64, f64)>,
+}
+
+impl Past {
+    /// Longest lag that can be looked up, s.
+    pub const SPAN_S: f64 = 0.5;
+
+    /// Appends the rate at `t_s`; times ascend.
+    pub fn push(&mut self, t_s: f64, yaw_rate_rad_s: f64) {
+        self.rates.push_back((t_s, yaw_rate_rad_s));
+        while self.rates.len() > 2 && self.rates[1].0 < t_s - Self::SPAN_S {
+            self.rates.pop_front();
+        }
+    }
+
+    /// The rate at `t_s`, straight lines between the rows up to (`now_s`, `now_rad_s`); the oldest known before them.
+    #[must_use]
+    pub fn yaw_rate_rad_s(&self, t_s: f64, now_s: f64, now_rad_s: f64) -> f64 {
+        let mut later = (now_s, now_rad_s);
+        for &earlier in self.rates.iter().rev() {
+            if earlier.0 <= t_s {
+                let span = later.0 - earlier.0;
+                let u = if span > 0.0 { (t_s - earlier.0) / span } else { 1.0 };
+                return earlier.1 + u.clamp(0.0, 1.0) * (later.1 - earlier.1);
+            }
+            later = earlier;
+        }
+        later.1
+    }
+}
+
+/// The robot at one instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Moving<'a> {
+    /// s since the log began
+    pub t_s: f64,
+    /// s since power-on
+    pub since_power_on_s: f64,
+    /// rad
+    pub heading_rad: f64,
+    /// m/s
+    pub speed_m_s: f64,
+    /// rad/s
+    pub yaw_rate_rad_s: f64,
+    /// dv/dt, m/s²
+    pub acceleration_m_s2: f64,
+    /// dω/dt, rad/s²
+    pub yaw_acceleration_rad_s2: f64,
+    /// What each wheel's rim pushes with against the ground, left and right, N
+    pub wheel_force_n: [f64; 2],
+    /// Yaw rates so far
+    pub past: Option<&'a Past>,
+}
+
+/// An effect at work in one drive. What its parameters are, is fixed when it is made.
+pub trait DriveEffect: Send + Sync {
+    /// Changes the robot's constants.
+    fn robot(&self, robot: &mut Robot) {
+        let _ = robot;
+    }
+
+    /// Extra force (N, forwards) and moment (N·m, to the left). The accelerations in `at` are those of the last instant.
+    fn force(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
+        let _ = (robot, at);
+        [0.0; 2]
+    }
+
+    /// Sideways speed, to the left, m/s.
+    fn sideways_m_s(&self, at: &Moving) -> f64 {
+        let _ = at;
+        0.0
+    }
+
+    /// What the wheels turn with instead of `wheels_rad_s`, left and right.
+    fn wheels_rad_s(&self, robot: &Robot, at: &Moving, wheels_rad_s: [f64; 2]) -> [f64; 2] {
+        let _ = (robot, at);
+        wheels_rad_s
+    }
+
+    /// What the gyro reads instead of `rate_rad_s`, before its own error and noise.
+    fn gyro_rad_s(&self, at: &Moving, rate_rad_s: f64) -> f64 {
+        let _ = at;
+        rate_rad_s
+    }
+
+    /// What the recorder makes of one row's readings, noise included: lost ticks, lattices. Rows ascend.
+    fn recorded(&mut self, reading: &mut Reading) {
+        let _ = reading;
+    }
+}
+
+/// One row of readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// s since the log began
+    pub t_s: f64,
+    /// Sample time, s
+    pub step_s: f64,
+    /// Left and right, rad/s
+    pub wheels_rad_s: [f64; 2],
+    /// rad/s
+    pub gyro_rad_s: f64,
+}
+
+/// The robot with a set of effects.
+pub struct DriveModel {
+    /// Its constants, effects included.
+    pub robot: Robot,
+    effects: Vec<Box<dyn DriveEffect>>,
+    inverse: [f64; 3],
+}
+
+impl DriveModel {
+    /// `nominal` changed by `effects`, in their order.
+    #[must_use]
+    pub fn new(nominal: Robot, effects: Vec<Box<dyn DriveEffect>>) -> Self {
+        let mut robot = nominal;
+        effects.iter().for_each(|e| e.robot(&mut robot));
+        Self { robot, effects, inverse: robot.inverse_inertia() }
+    }
+
+    /// ∂[dv/dt, dω/dt]/∂[uL, uR], rows then columns.
+    #[must_use]
+    pub fn by_torque(&self) -> [[f64; 2]; 2] {
+        let [l, r] = [0, 1].map(|i| self.robot.torque_gain[i] / self.robot.radius_m[i]);
+        let b = self.robot.half_track_m;
+        let [p, q, s] = self.inverse;
+        [[p * l - q * b * l, p * r + q * b * r], [q * l - s * b * l, q * r + s * b * r]]
+    }
+
+    /// Puts accelerations and wheel forces under `torques_n_m` (left, right; commanded) into `at`.
+    #[inline]
+    pub fn accelerate(&self, at: &mut Moving, torques_n_m: [f64; 2]) {
+        let robot = &self.robot;
+        let (v, w) = (at.speed_m_s, at.yaw_rate_rad_s);
+        let wheels = robot.wheels_rad_s(v, w);
+        let rim: [f64; 2] = std::array::from_fn(|i| {
+            (robot.torque_gain[i] * torques_n_m[i] - robot.viscous_friction_n_m_s * wheels[i]) / robot.radius_m[i]
+        });
+        let com = robot.mass_kg * robot.com_offset_m;
+        let mut force = rim[0] + rim[1] + com * w * w;
+        let mut moment = robot.half_track_m * (rim[1] - rim[0]) - com * v * w;
+        for effect in &self.effects {
+            let [f, n] = effect.force(robot, at);
+            force += f;
+            moment += n;
+        }
+        let [p, q, s] = self.inverse;
+        at.acceleration_m_s2 = p * force + q * moment;
+        at.yaw_acceleration_rad_s2 = q * force + s * moment;
+        let spin = robot.wheels_rad_s(at.acceleration_m_s2, at.yaw_acceleration_rad_s2);
+        at.wheel_force_n = std::array::from_fn(|i| rim[i] - robot.wheel_inertia_kg_m2 * spin[i] / robot.radius_m[i]);
+    }
+
+    /// Sideways speed, m/s.
+    #[must_use]
+    #[inline]
+    pub fn sideways_m_s(&self, at: &Moving) -> f64 {
+        self.effects.iter().map(|e| e.sideways_m_s(at)).sum()
+    }
+
+    /// What the wheels turn with, left and right, rad/s.
+    #[must_use]
+    #[inline]
+    pub fn wheels_rad_s(&self, at: &Moving) -> [f64; 2] {
+        let rolling = self.robot.wheels_rad_s(at.speed_m_s, at.yaw_rate_rad_s);
+        self.effects.iter().fold(rolling, |wheels, e| e.wheels_rad_s(&self.robot, at, wheels))
+    }
+
+    /// What the gyro reads, without its own error and noise, rad/s.
+    #[must_use]
+    #[inline]
+    pub fn gyro_rad_s(&self, at: &Moving) -> f64 {
+        self.effects.iter().fold(at.yaw_rate_rad_s, |rate, e| e.gyro_rad_s(at, rate))
+    }
+
+    /// What the recorder makes of a row.
+    pub fn record(&mut self, reading: &mut Reading) {
+        self.effects.iter_mut().for_each(|e| e.recorded(reading));
+    }
+}
