@@ -164,6 +164,19 @@ pub trait DriveEffect: Send + Sync {
         wheels_rad_s
     }
 
+    /// How uncertain the effect makes what the wheels turn with, left and right: standard deviation, rad/s. A filter adds
+    /// it to the encoders' noise.
+    fn wheel_std_rad_s(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
+        let _ = (robot, at);
+        [0.0; 2]
+    }
+
+    /// How uncertain the effect makes the force of each wheel, left and right: standard deviation, N.
+    fn force_std_n(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
+        let _ = (robot, at);
+        [0.0; 2]
+    }
+
     /// What the gyro reads instead of `rate_rad_s`, before its own error and noise.
     fn gyro_rad_s(&self, at: &Moving, rate_rad_s: f64) -> f64 {
         let _ = at;
@@ -252,6 +265,36 @@ impl DriveModel {
     pub fn wheels_rad_s(&self, at: &Moving) -> [f64; 2] {
         let rolling = self.robot.wheels_rad_s(at.speed_m_s, at.yaw_rate_rad_s);
         self.effects.iter().fold(rolling, |wheels, e| e.wheels_rad_s(&self.robot, at, wheels))
+    }
+
+    /// Covariance [v v, v ω, ω ω] of what uncertain wheel forces do to dv/dt and dω/dt.
+    #[must_use]
+    pub fn force_covariance(&self, at: &Moving) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for effect in &self.effects {
+            let [l, r] = effect.force_std_n(&self.robot, at);
+            if l == 0.0 && r == 0.0 {
+                continue;
+            }
+            let ([p, q, s], b) = (self.inverse, self.robot.half_track_m);
+            for (std, side) in [(l, -b), (r, b)] {
+                let (v, w) = (std * (p + q * side), std * (q + s * side));
+                sum[0] += v * v;
+                sum[1] += v * w;
+                sum[2] += w * w;
+            }
+        }
+        sum
+    }
+
+    /// Variance that the effects add to each wheel's reading, rad²/s².
+    #[must_use]
+    #[inline]
+    pub fn wheel_variance_rad2_s2(&self, at: &Moving) -> [f64; 2] {
+        self.effects.iter().fold([0.0; 2], |sum, e| {
+            let std = e.wheel_std_rad_s(&self.robot, at);
+            [sum[0] + std[0] * std[0], sum[1] + std[1] * std[1]]
+        })
     }
 
     /// What the gyro reads, without its own error and noise, rad/s.

@@ -51,6 +51,10 @@ impl ModelChange for GyroDelay {
         Box::new(Work(theta[0]))
     }
 
+    fn starts(&self) -> Vec<Vec<f64>> {
+        [0.01, 0.03, 0.06, 0.12].map(|delay_s| vec![delay_s]).to_vec()
+    }
+
     fn parameters(&self, theta: &[f64]) -> Parameters {
         Parameters::from([("delay_s".into(), theta[0])])
     }

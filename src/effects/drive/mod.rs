@@ -8,7 +8,7 @@ mod com_offset;
 mod encoder_quantization;
 mod gyro_delay;
 mod lateral_skid;
-mod missed_ticks;
+pub(crate) mod missed_ticks;
 mod payload;
 mod radius_mismatch;
 mod radius_scale;
@@ -100,6 +100,11 @@ pub trait ModelChange: Sync + Send {
 
     /// θ from parameters that were checked.
     fn theta(&self, parameters: &Parameters) -> Vec<f64>;
+
+    /// Where to begin beside θ = 0, for a change so bent that its slope at zero misleads.
+    fn starts(&self) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
 
     /// What a log must hold for θ to be knowable at all.
     fn needs(&self) -> Needs {

@@ -1,4 +1,4 @@
-//! rim = g + λ max(|rim|, |g|, v_low),  λ = κ f + κ₃ f³,  f = F_i/(M g/2)
+//! rim = g + λ max(|rim|, |g|, v_low),  λ = κ f artanh(u)/u ≈ κ f + κ₃ f³,  u² = 3 κ₃ f²/κ,  f = F_i/(M g/2)
 
 use super::{Coordinate, DriveExplanation, Driving, ModelChange};
 use crate::effects::parts::Checked;
@@ -63,6 +63,15 @@ impl ModelChange for Slip {
         Box::new(Work([theta[0], theta[1]]))
     }
 
+    /// Stiff to soft, adhesion of 0.1 to 0.6.
+    fn starts(&self) -> Vec<Vec<f64>> {
+        let mut all = Vec::new();
+        for kappa in [0.1, 0.3, 0.8, 2.0] {
+            all.extend([0.1, 0.2, 0.6].map(|friction: f64| vec![kappa, kappa / (3.0 * friction * friction)]));
+        }
+        all
+    }
+
     fn parameters(&self, theta: &[f64]) -> Parameters {
         Parameters::from([("compliance".into(), theta[0]), ("cubic_compliance".into(), theta[1])])
     }
@@ -77,19 +86,68 @@ struct Work([f64; 2]);
 
 /// Below this speed slip is taken over this speed, m/s: as in the configuration's `[traction]`.
 const LOW_M_S: f64 = 0.05;
-/// Beyond it the wheel spins freely and the relation says nothing.
-const LARGEST: f64 = 0.8;
+/// A wheel that drives spins freely beyond this, and the relation says nothing.
+const SPINNING: f64 = 0.9;
+/// Opposite directions of rim and ground, equally fast.
+const OPPOSITE: f64 = 2.0;
+
+/// λ of a wheel that pushes with `f` times its load: κ f artanh(u)/u, u² = 3 κ₃ f²/κ. It is μ₀ tanh(λ/(κ μ₀)) turned round,
+/// with μ₀² = κ/(3 κ₃), and κ f + κ₃ f³ near zero; artan where the curve steepens.
+fn slip([kappa, cubic]: [f64; 2], f: f64) -> f64 {
+    let x = if kappa > 1e-9 { 3.0 * cubic * f * f / kappa } else { 0.0 };
+    let bend = if x > 1e-6 {
+        let u = x.min(LIMIT).sqrt();
+        u.atanh() / u
+    } else if x < -1e-6 {
+        let u = (-x).sqrt();
+        u.atan() / u
+    } else {
+        1.0 + x / 3.0
+    };
+    let plain = if kappa > 1e-9 { 0.0 } else { cubic * f * f * f };
+    kappa * f * bend + plain
+}
+
+/// Of u²: so near the limit of adhesion that it makes no difference.
+const LIMIT: f64 = 0.9999;
+
+/// The deeper the slip, the less the relation says: share of the rim's lead, and of the force, that is uncertain at λ = 1.
+const UNCERTAIN: f64 = 0.5;
+
+impl Work {
+    /// λ of a wheel, and the speed by which its rim leads the ground, m/s.
+    fn lead(&self, robot: &Robot, at: &Moving, i: usize, ground_m_s: f64) -> [f64; 2] {
+        let slip = slip(self.0, at.wheel_force_n[i] / robot.wheel_load_n());
+        let (size, ground) = (slip.abs(), ground_m_s.abs());
+        // λ is taken over the faster of rim and ground: where the wheel drives, that is the rim
+        let ahead = if slip * ground_m_s > 0.0 {
+            let size = size.min(SPINNING);
+            size / (1.0 - size) * ground
+        } else {
+            size.min(OPPOSITE) * ground
+        };
+        [slip, ahead.max(size.min(OPPOSITE) * LOW_M_S).copysign(slip)]
+    }
+}
 
 impl DriveEffect for Work {
     fn wheels_rad_s(&self, robot: &Robot, at: &Moving, wheels_rad_s: [f64; 2]) -> [f64; 2] {
-        let load = robot.wheel_load_n();
         std::array::from_fn(|i| {
-            let f = at.wheel_force_n[i] / load;
-            let slip = (f * (self.0[0] + self.0[1] * f * f)).clamp(-LARGEST, LARGEST);
             let ground = wheels_rad_s[i] * robot.radius_m[i];
-            // λ is taken over the faster of rim and ground: where the wheel drives, that is the rim
-            let over = if slip * ground > 0.0 { ground.abs() / (1.0 - slip.abs()) } else { ground.abs() };
-            (ground + slip * over.max(LOW_M_S)) / robot.radius_m[i]
+            (ground + self.lead(robot, at, i, ground)[1]) / robot.radius_m[i]
         })
+    }
+
+    fn wheel_std_rad_s(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
+        let ground = robot.ground_speeds_m_s(at.speed_m_s, at.yaw_rate_rad_s);
+        std::array::from_fn(|i| {
+            let [slip, lead] = self.lead(robot, at, i, ground[i]);
+            UNCERTAIN * slip.abs().min(1.0) * (lead.abs() + ground[i].abs() * slip.abs().min(1.0)) / robot.radius_m[i]
+        })
+    }
+
+    fn force_std_n(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
+        let load = robot.wheel_load_n();
+        at.wheel_force_n.map(|force| UNCERTAIN * slip(self.0, force / load).abs().min(1.0) * force.abs())
     }
 }

@@ -218,6 +218,29 @@ impl Candidates {
         }
     }
 
+    /// Only the groups for which `keep` holds, with their columns and the nuisances.
+    #[must_use]
+    pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let mut out = Self {
+            changes: self.changes.clone(),
+            columns: Vec::new(),
+            nuisance: Vec::new(),
+            kinds: Vec::new(),
+            groups: Vec::new(),
+        };
+        for &(column, std) in &self.nuisance {
+            out.nuisance.push((out.columns.len(), std));
+            out.columns.push(self.columns[column]);
+        }
+        for (g, group) in self.groups.iter().enumerate().filter(|(g, _)| keep(*g)) {
+            let first = out.columns.len();
+            out.columns.extend(group.columns.iter().map(|c| self.columns[*c]));
+            out.kinds.push(self.kinds[g]);
+            out.groups.push(Group { columns: (first..out.columns.len()).collect(), ..group.clone() });
+        }
+        out
+    }
+
     /// Gives free forms their scales: sizes of the whitened column over the whole drive. Columns without any are dropped.
     #[must_use]
     pub fn scaled(&self, square: impl Fn(usize) -> f64) -> Vec<Group> {

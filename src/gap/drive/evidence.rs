@@ -212,27 +212,40 @@ impl Problem {
 /// The node with the most evidence, and the ln of the mean evidence of all.
 fn best_node(group: &Group, gram: &Mat<f64>, moment: &[f64]) -> Option<(usize, f64)> {
     let k = moment.len();
-    let mut gains = Vec::with_capacity(group.nodes.len());
-    for stds in &group.nodes {
+    // nodes mostly differ by a factor alone: one decomposition then serves them all
+    let first = group.nodes.first()?;
+    let decompose = |stds: &[f64]| -> Option<(Vec<f64>, Vec<f64>)> {
         let scaled = Mat::from_fn(k, k, |i, j| stds[i] * gram[(i, j)] * stds[j]);
         let moment: Vec<f64> = (0..k).map(|i| stds[i] * moment[i]).collect();
-        let (values, along) = if k == 1 {
-            (vec![scaled[(0, 0)]], moment.clone())
+        if k == 1 {
+            return Some((vec![scaled[(0, 0)]], moment));
+        }
+        let eigen: SelfAdjointEigen<f64> = scaled.self_adjoint_eigen(Side::Lower).ok()?;
+        let (u, s) = (eigen.U(), eigen.S().column_vector());
+        let along = (0..k).map(|i| (0..k).map(|j| u[(j, i)] * moment[j]).sum()).collect();
+        Some(((0..k).map(|i| s[i]).collect(), along))
+    };
+    let base = decompose(first)?;
+    let mut gains = Vec::with_capacity(group.nodes.len());
+    for stds in &group.nodes {
+        let factor = stds[0] / first[0];
+        let proportional = stds.iter().zip(first).all(|(a, b)| (a - factor * b).abs() <= 1e-9 * a.abs());
+        let other;
+        let ((values, along), factor) = if proportional {
+            (&base, factor)
         } else {
-            let eigen: SelfAdjointEigen<f64> = scaled.self_adjoint_eigen(Side::Lower).ok()?;
-            let (u, s) = (eigen.U(), eigen.S().column_vector());
-            let along = (0..k).map(|i| (0..k).map(|j| u[(j, i)] * moment[j]).sum()).collect();
-            ((0..k).map(|i| s[i]).collect(), along)
+            other = decompose(stds)?;
+            (&other, 1.0)
         };
         let mut gain = 0.0;
-        for (value, m) in values.iter().zip(&along) {
-            let spread = 1.0 + value.max(TINY);
-            gain += 0.5 * (m * m / spread - spread.ln());
+        for (value, m) in values.iter().zip(along) {
+            let spread = 1.0 + factor * factor * value.max(TINY);
+            gain += 0.5 * (factor * factor * m * m / spread - spread.ln());
         }
         if group.positive {
             // half of the prior is impossible: what the other half holds of the posterior
-            let (mean, std) = (moment[0], (1.0 + scaled[(0, 0)]).sqrt());
-            gain += ln_possible(mean / std);
+            let scaled = stds[0] * stds[0] * gram[(0, 0)];
+            gain += ln_possible(stds[0] * moment[0] / (1.0 + scaled).sqrt());
         }
         gains.push(gain);
     }

@@ -1,4 +1,7 @@
-//! Gauss-Newton over the coordinates of model changes, the comparison of sets inside each step.
+//! θ ← θ + posterior mean of the linearised difference, until it settles; sets are compared at every step
+//!
+//! Gauss-Newton over the coordinates of model changes. Two kinds of step: a wide one, with every candidate's columns, to
+//! choose the set; narrow ones, with the named effects and what is in the set, to settle its coordinates.
 
 use super::candidates::{Candidates, Kind};
 use super::column::Column;
@@ -12,10 +15,14 @@ use crate::model::drive::{DriveEffect, DriveModel};
 /// Coordinates of every change, by its place.
 pub type Theta = Vec<Vec<f64>>;
 
-/// Steps at most.
-const STEPS: usize = 7;
+/// Wide steps at most.
+const WIDE: usize = 4;
+/// Narrow steps after each at most.
+const NARROW: usize = 8;
 /// Settled when no coordinate moves by more than this of its standard deviation.
 const SETTLED: f64 = 0.15;
+/// Evidence that a step may lose before it is halved, nats.
+const LOSS: f64 = 3.0;
 
 /// A linearisation and the sets that were compared there.
 pub struct Compared {
@@ -80,7 +87,8 @@ impl Candidates {
 
     /// θ of a set: its coefficients, inside their bounds; zero for changes that are not in it. Also whether it is close to
     /// where it was.
-    fn theta_of(&self, members: &[Member], coefficients: &Coefficients, before: &Theta) -> (Theta, bool) {
+    #[must_use]
+    pub fn theta_of(&self, members: &[Member], coefficients: &Coefficients, before: &Theta) -> (Theta, bool) {
         let mut theta = self.zero();
         let mut settled = true;
         for &(g, _) in members {
@@ -100,6 +108,7 @@ impl Candidates {
     }
 
     /// One pass at θ, and its normal equations.
+    #[must_use]
     pub fn linearise(&self, record: &Record, noise: &Noise, theta: &Theta) -> (Problem, Summed) {
         let models = models(record, &self.change_list(), theta, true);
         let summed = run(record, &models, noise, &self.columns, |_| {});
@@ -107,46 +116,72 @@ impl Candidates {
         let problem = Problem::new(&summed.gram, summed.ln_volume, &self.here(theta), groups, self.nuisance.clone());
         (problem, summed)
     }
-}
 
-/// Compares sets, moving to the best one's coordinates until they settle.
-pub fn compare(record: &Record, noise: &Noise, make: &dyn Fn(Option<f64>) -> Candidates) -> Compared {
-    let mut near = None;
-    let mut candidates = make(near);
-    let mut theta = candidates.zero();
-    let mut best: Option<Compared> = None;
-    for step in 0..STEPS {
-        let (problem, summed) = candidates.linearise(record, noise, &theta);
-        let sets = search(&problem, &[]);
-        let top = sets[0].clone();
-        let coefficients = problem.coefficients(&top.members);
-        let (next, settled) = candidates.theta_of(&top.members, &coefficients, &theta);
-        let stepped = top.members.iter().find_map(|&(g, _)| match candidates.kinds[g] {
+    /// When the bias steps in this set, s since the log began.
+    #[must_use]
+    pub fn step_of(&self, members: &[Member]) -> Option<f64> {
+        members.iter().find_map(|&(g, _)| match self.kinds[g] {
             Kind::Step(t) => Some(t),
             _ => None,
-        });
-        let settled = settled && (stepped.is_none() || stepped.is_some() && near.is_some());
-        let better = best.as_ref().is_none_or(|b| top.ln_weight >= b.sets[0].ln_weight);
-        let here = Compared { theta: theta.clone(), candidates, problem, sets, summed };
-        // far from the optimum a linearisation promises more than there is: the last one counts
-        if better || !settled || step > 0 {
-            best = Some(here);
+        })
+    }
+}
+
+/// Settles θ for the groups of `candidates`, all of which may come and go. Returns where it ended, and the weight there.
+fn settle(record: &Record, noise: &Noise, candidates: &Candidates, from: &Theta) -> Theta {
+    let mut best: Option<(f64, Theta)> = None;
+    let mut theta = from.clone();
+    for _ in 0..NARROW {
+        let (problem, _) = candidates.linearise(record, noise, &theta);
+        let top = search(&problem, &[]).swap_remove(0);
+        if let Some((weight, there)) = &best
+            && top.ln_weight < weight - LOSS
+        {
+            // beyond what the linearisation holds for
+            for (new, old) in theta.iter_mut().flatten().zip(there.iter().flatten()) {
+                *new = 0.5 * (*new + old);
+            }
+            continue;
         }
+        let (next, settled) = candidates.theta_of(&top.members, &problem.coefficients(&top.members), &theta);
+        best = Some((top.ln_weight, theta));
+        theta = next;
         if settled {
             break;
         }
-        near = stepped;
-        candidates = make(near);
-        theta = next;
     }
-    best.unwrap_or_else(|| unreachable_comparison(record, noise, make))
+    theta
 }
 
-/// At least one step is always taken; this keeps the types honest without a panic.
-fn unreachable_comparison(record: &Record, noise: &Noise, make: &dyn Fn(Option<f64>) -> Candidates) -> Compared {
-    let candidates = make(None);
-    let theta = candidates.zero();
-    let (problem, summed) = candidates.linearise(record, noise, &theta);
-    let sets = search(&problem, &[]);
-    Compared { theta, candidates, problem, sets, summed }
+/// Compares sets, moving to the best one's coordinates until they settle.
+#[must_use]
+pub fn compare(
+    record: &Record,
+    noise: &Noise,
+    make: &dyn Fn(Option<f64>) -> Candidates,
+    from: Option<&Theta>,
+) -> Compared {
+    let mut near = None;
+    let mut candidates = make(near);
+    let mut theta = from.cloned().unwrap_or_else(|| candidates.zero());
+    let mut step = 0;
+    loop {
+        let (problem, summed) = candidates.linearise(record, noise, &theta);
+        let sets = search(&problem, &[]);
+        let top = &sets[0];
+        let (next, settled) = candidates.theta_of(&top.members, &problem.coefficients(&top.members), &theta);
+        let stepped = candidates.step_of(&top.members);
+        step += 1;
+        if step == WIDE || settled && (stepped.is_none() || near.is_some()) {
+            return Compared { theta, candidates, problem, sets, summed };
+        }
+        let inside: Vec<usize> = top.members.iter().map(|m| m.0).collect();
+        let narrow = |g: usize| {
+            inside.contains(&g)
+                || candidates.groups[g].named && (stepped.is_none() || !matches!(candidates.kinds[g], Kind::Step(_)))
+        };
+        theta = settle(record, noise, &candidates.only(narrow), &next);
+        near = stepped;
+        candidates = make(near);
+    }
 }

@@ -113,6 +113,9 @@ impl Summed {
     }
 }
 
+/// How long an uncertain force keeps its sign, s.
+const LASTING_S: f64 = 0.05;
+
 /// Rows that are summed up at once.
 const BLOCK: usize = 192;
 
@@ -241,10 +244,15 @@ pub fn run(
                 })
                 .collect();
             let prior = filter.state;
+            let uncertain = models.here.wheel_variance_rad2_s2(&at);
             for (channel, nu, h) in measured {
                 // what earlier readings of this row have moved already
                 let moved: f64 = (0..N).map(|i| h[i] * (filter.state[i] - prior[i])).sum();
-                let (nu, variance, gain) = filter.correct(nu - moved, &h, noise.reading[channel as usize]);
+                let (nu, variance, gain) = filter.correct(
+                    nu - moved,
+                    &h,
+                    noise.reading[channel as usize] + uncertain.get(channel as usize).unwrap_or(&0.0),
+                );
                 let std = variance.sqrt();
                 let out = &mut block[filled * (p + 1)..(filled + 1) * (p + 1)];
                 for ((slope, d), tangent) in out.iter_mut().zip(&direct).zip(&mut tangents) {
@@ -497,6 +505,12 @@ impl<'a> Filter<'a> {
         let cross = q * (a * c + b * d);
         self.covariance[V][W] += cross;
         self.covariance[W][V] += cross;
+        // an uncertain force lasts for some steps, not for one
+        let [vv, vw, ww] = model.force_covariance(at).map(|c| c * dt * LASTING_S);
+        self.covariance[V][V] += vv;
+        self.covariance[W][W] += ww;
+        self.covariance[V][W] += vw;
+        self.covariance[W][V] += vw;
         // what diffuses within a step has moved the pose by half of it
         let [qv, qw] = self.noise.diffusion;
         if qv > 0.0 || qw > 0.0 {

@@ -4,13 +4,15 @@ use super::evidence::{Member, Problem, Weighed};
 use std::collections::BTreeMap;
 
 /// Most members of a set.
-const LARGEST: usize = 14;
+const LARGEST: usize = 12;
 /// Rounds of growth and exchange.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 3;
+/// Exchanges in a round at most.
+const EXCHANGES: usize = 6;
 /// Sets within this of the best are compared, nats.
 const DEPTH: f64 = 14.0;
 /// Most sets whose neighbours are looked at.
-const CENTRES: usize = 6;
+const CENTRES: usize = 3;
 
 /// All sets that were met, the most probable first.
 #[must_use]
@@ -106,7 +108,7 @@ fn grow(met: &mut Met, mut set: Vec<Member>) -> Vec<Member> {
 
 /// Drops what is not worth its prior, and replaces a member by whatever explains more in its place.
 fn exchange(met: &mut Met, mut set: Vec<Member>) -> Vec<Member> {
-    loop {
+    for _ in 0..EXCHANGES {
         let here = met.weigh(&set);
         let mut best = (here + 1e-6, None);
         for i in 0..set.len() {
@@ -129,6 +131,7 @@ fn exchange(met: &mut Met, mut set: Vec<Member>) -> Vec<Member> {
             None => return set,
         }
     }
+    set
 }
 
 fn beside(met: &mut Met, set: &[Member]) {

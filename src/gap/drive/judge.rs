@@ -1,0 +1,447 @@
+//! Judges one drive: which sets of effects and free forms explain it, how probable each is, and what each closes.
+//!
+//! Order: lattice of the wheels, diffusion where there are no torques, a start for what bends too much, the comparison of
+//! sets, single outliers, noise levels; then the same with the lost ticks of one wheel put back, if that looks worth it.
+
+use super::bursts::{self, Bursts};
+use super::candidates::{Candidates, Kind, Prior, knowable};
+use super::column::Equation;
+use super::fit::{Compared, Theta, compare, models};
+use super::pass::{Channel, Innovation, Models, Noise, run};
+use super::record::Record;
+use crate::effects::Parameters;
+use crate::effects::drive::{DriveExplanation, Driving};
+use crate::gap::findings::{Findings, Part, WeightedSet};
+use crate::gap::layers::lattice;
+use crate::model::drive::DriveModel;
+
+/// How drives are judged.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Options {
+    /// Prior odds.
+    pub prior: Prior,
+    /// Spread of the probabilities: see [`Findings::new`].
+    pub temperature: f64,
+}
+
+/// What was found in one drive, and what its simulator needs to know.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// Sets with their probabilities.
+    pub findings: Findings,
+    /// Noise that the filter assumed in the end.
+    pub noise: Noise,
+    /// Step of the wheels' lattice, rad/s.
+    pub wheel_lsb_rad_s: Option<f64>,
+}
+
+/// A wheel lattice finer than this share of the noise is how the file keeps its numbers.
+const FINE: f64 = 0.01;
+/// Innovations beyond this many standard deviations may be outliers.
+const OUTLYING: f64 = 6.0;
+/// More of them than this share is no matter of single readings.
+const MANY: f64 = 0.02;
+/// ln odds that one reading is an outlier, and of its size.
+const LN_OUTLIER: f64 = -9.0;
+/// Evidence from which lost ticks are looked into, nats.
+const WORTH: f64 = 8.0;
+/// Sets that take part in the answer.
+const SETS: usize = 60;
+
+/// Judges `record` with `effects`.
+#[must_use]
+pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Judged {
+    let lsb = [0, 1]
+        .into_iter()
+        .filter_map(|i| lattice::step(&record.wheels_rad_s[i]))
+        .reduce(f64::min)
+        .filter(|lsb| *lsb > FINE * record.belief.wheel_std_rad_s);
+    let mut noise = Noise::believed(record, lsb);
+    if record.torques_n_m.is_none() {
+        noise.diffusion = diffusion(record, &noise);
+    }
+    let mut branch = Branch::new(record.clone(), noise, effects, options);
+    // what the lattice closes: the same model with the nominal noise of the wheels beside it
+    let lattice = lsb.map(|lsb| {
+        let mut nominal = branch.noise;
+        nominal.reading[0] = record.belief.wheel_std_rad_s.powi(2);
+        nominal.reading[1] = nominal.reading[0];
+        let here = branch.ln_likelihood(&branch.noise) - branch.ln_likelihood(&nominal);
+        lattice_part(lsb, here.max(1.0), knows(effects, "encoder.quantization"))
+    });
+    let mut lost = None;
+    if knows(effects, "encoder.missed_ticks") {
+        let start = Branch::models_at(record, &branch.compared.candidates, &branch.started);
+        let here = Branch::models_at(record, &branch.compared.candidates, &branch.compared.theta);
+        let found = |models: &Models, side| bursts::find(record, models, &branch.noise, side);
+        let all = [0, 1].into_iter().flat_map(|side| [found(&start, side), found(&here, side)]).flatten();
+        let mut all: Vec<Bursts> = all.filter(|b| b.ln_evidence > WORTH).collect();
+        all.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
+        for bursts in all.into_iter().take(2) {
+            let mut noise = noise;
+            noise.diffusion = branch.noise.diffusion;
+            let mut other = Branch::new(bursts.restored(record), noise, effects, options);
+            other.extra_weight = bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
+            let gain = other.top() - branch.top();
+            if gain > 0.0 {
+                lost = Some(missed_part(&bursts, gain));
+                branch = other;
+                break;
+            }
+        }
+    }
+    let mut sets = branch.sets();
+    for set in &mut sets {
+        set.parts.extend(lattice.iter().chain(&lost).chain(&branch.extra_parts).cloned());
+    }
+    let findings = Findings::new(sets, options.temperature.max(1.0), record.notes.clone());
+    Judged { findings, noise: branch.noise, wheel_lsb_rad_s: lsb }
+}
+
+fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
+    effects.iter().any(|e| e.about().id == id)
+}
+
+/// How fast v and ω diffuse, where no torque says how they move: the most likely.
+fn diffusion(record: &Record, noise: &Noise) -> [f64; 2] {
+    let models = Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() };
+    let weigh = |diffusion: [f64; 2]| run(record, &models, &Noise { diffusion, ..*noise }, &[], |_| {}).ln_likelihood();
+    let mut here = [0.01, 0.05];
+    let mut best = weigh(here);
+    let mut factor = 8.0;
+    while factor > 1.3 {
+        let mut moved = false;
+        for (v, w) in [(factor, 1.0), (1.0 / factor, 1.0), (1.0, factor), (1.0, 1.0 / factor)] {
+            let next = [here[0] * v, here[1] * w];
+            let weight = weigh(next);
+            if weight > best && next.iter().all(|q| (1e-9..1e4).contains(q)) {
+                (best, here, moved) = (weight, next, true);
+            }
+        }
+        if !moved {
+            factor = f64::sqrt(factor);
+        }
+    }
+    here
+}
+
+/// One way of reading the drive: as it is, or with lost ticks put back.
+struct Branch {
+    record: Record,
+    noise: Noise,
+    compared: Compared,
+    started: Theta,
+    extra_weight: f64,
+    extra_parts: Vec<Part>,
+}
+
+impl Branch {
+    fn new(record: Record, noise: Noise, effects: &[&'static dyn Driving], options: &Options) -> Self {
+        let make = |record: &Record, near| Candidates::new(record, effects, &options.prior, true, near);
+        let first = make(&record, None);
+        let started = start(&record, &noise, &first);
+        let compared = compare(&record, &noise, &|near| make(&record, near), Some(&started));
+        let mut branch = Self { record, noise, compared, started, extra_weight: 0.0, extra_parts: Vec::new() };
+        if branch.put_outliers_aside(options) | branch.level(options) {
+            let from = branch.compared.theta.clone();
+            branch.compared = compare(&branch.record, &branch.noise, &|near| make(&branch.record, near), Some(&from));
+        }
+        branch
+    }
+
+    fn models_at(record: &Record, candidates: &Candidates, theta: &Theta) -> Models {
+        models(record, &candidates.change_list(), theta, false)
+    }
+
+    fn ln_likelihood(&self, noise: &Noise) -> f64 {
+        let models = Self::models_at(&self.record, &self.compared.candidates, &self.compared.theta);
+        run(&self.record, &models, noise, &[], |_| {}).ln_likelihood()
+    }
+
+    fn top(&self) -> f64 {
+        self.compared.sets[0].ln_weight + self.extra_weight
+    }
+
+    /// Innovations whitened under the best set, coefficients included.
+    fn residuals(&self, mut each: impl FnMut(&Innovation, f64)) {
+        let c = &self.compared;
+        let members = &c.sets[0].members;
+        let inside: Vec<usize> = members.iter().map(|m| m.0).collect();
+        let few = c.candidates.only(|g| inside.contains(&g));
+        let coefficients = c.problem.coefficients(members);
+        // columns keep their order: nuisances first, then the members'
+        let mut wide: Vec<usize> = c.candidates.nuisance.iter().map(|n| n.0).collect();
+        wide.extend(
+            c.candidates
+                .groups
+                .iter()
+                .enumerate()
+                .filter(|(g, _)| inside.contains(g))
+                .flat_map(|(_, g)| g.columns.clone()),
+        );
+        let here: Vec<f64> = wide
+            .iter()
+            .zip(&few.columns)
+            .map(|(column, kind)| {
+                let total = coefficients.iter().find(|x| x.0 == *column).map_or(0.0, |x| x.1);
+                match *kind {
+                    super::column::Column::Coordinate(i, j) => total - c.theta[i][j],
+                    _ => total,
+                }
+            })
+            .collect();
+        let models = models(&self.record, &few.change_list(), &c.theta, true);
+        let _ = run(&self.record, &models, &self.noise, &few.columns, |i| {
+            let explained: f64 = i.slopes.iter().zip(&here).map(|(s, b)| s * b).sum();
+            each(i, i.white - explained);
+        });
+    }
+
+    /// Single readings far off are put aside; returns whether there were any.
+    fn put_outliers_aside(&mut self, options: &Options) -> bool {
+        let mut found: Vec<(Channel, usize, f64)> = Vec::new();
+        let mut counts = [0usize; 6];
+        self.residuals(|i, white| {
+            counts[i.channel as usize] += 1;
+            if white.abs() > OUTLYING {
+                found.push((i.channel, i.row, white));
+            }
+        });
+        let mut any = false;
+        for (id, named, channels) in [
+            ("gyro.outliers", true, &Channel::ALL[2..3]),
+            ("free.outliers.pose", false, &Channel::ALL[3..6]),
+            ("free.outliers.wheels", false, &Channel::ALL[0..2]),
+        ] {
+            let here: Vec<&(Channel, usize, f64)> = found.iter().filter(|f| channels.contains(&f.0)).collect();
+            let all: usize = channels.iter().map(|c| counts[*c as usize]).sum();
+            let gain: f64 = here.iter().map(|f| 0.5 * f.2 * f.2 + LN_OUTLIER).sum();
+            let prior = if named { options.prior.ln_rest } else { options.prior.ln_free };
+            // neighbours that are off together are no single readings
+            let rows: std::collections::BTreeSet<usize> = here.iter().map(|f| f.1).collect();
+            let alone = rows.iter().filter(|r| !rows.contains(&(**r + 1))).count();
+            if here.is_empty()
+                || here.len() as f64 > MANY * all as f64
+                || 3 * alone < 2 * rows.len()
+                || gain + prior < 3.0
+            {
+                continue;
+            }
+            for (channel, row, _) in here {
+                let column = match channel {
+                    Channel::Gyro => self.record.gyro_rad_s.as_mut().map(|g| &mut g[*row]),
+                    Channel::WheelLeft => Some(&mut self.record.wheels_rad_s[0][*row]),
+                    Channel::WheelRight => Some(&mut self.record.wheels_rad_s[1][*row]),
+                    Channel::X | Channel::Y | Channel::Heading => {
+                        self.record.pose.as_mut().map(|p| &mut p[*channel as usize - 3][*row])
+                    }
+                };
+                if let Some(value) = column {
+                    *value = f64::NAN;
+                }
+            }
+            let share = rows.len() as f64 / all.max(1) as f64;
+            let mut part = plain(id, named, gain, format!("{} single readings are far off", rows.len()));
+            if named {
+                part.parameters = Parameters::from([("probability_per_sample".into(), share)]);
+                part.std = Parameters::from([("probability_per_sample".into(), share / (rows.len() as f64).sqrt())]);
+            }
+            self.extra_weight += gain + prior;
+            self.extra_parts.push(part);
+            any = true;
+        }
+        any
+    }
+
+    /// Noise that is not as large as believed; returns whether there is any.
+    fn level(&mut self, options: &Options) -> bool {
+        let mut sums = [(0usize, 0.0); 6];
+        self.residuals(|i, white| {
+            let sum = &mut sums[i.channel as usize];
+            *sum = (sum.0 + 1, sum.1 + white * white);
+        });
+        let mut any = false;
+        for (name, channels) in
+            [("wheel_left", 0..1), ("wheel_right", 1..2), ("gyro", 2..3), ("position", 3..5), ("heading", 5..6)]
+        {
+            let (n, square) = channels.clone().fold((0, 0.0), |s, c| (s.0 + sums[c].0, s.1 + sums[c].1));
+            if n < 16 {
+                continue;
+            }
+            let ratio = square / n as f64;
+            let gain = 0.5 * n as f64 * (ratio - 1.0 - ratio.ln());
+            if gain - 0.5 * (n as f64).ln() + options.prior.ln_free < 3.0 {
+                continue;
+            }
+            for c in channels {
+                self.noise.reading[c] *= ratio;
+            }
+            let text = format!("the noise of {name} is {:.2} times as large as believed", ratio.sqrt());
+            self.extra_parts.push(plain(&format!("free.level.{name}"), false, gain, text));
+            // the better noise is in the evidence itself; what it costs is said here
+            self.extra_weight += options.prior.ln_free - 0.5 * (n as f64).ln();
+            any = true;
+        }
+        any
+    }
+
+    fn sets(&self) -> Vec<WeightedSet> {
+        let c = &self.compared;
+        let part = |members: &[super::evidence::Member]| -> Vec<Part> {
+            let shares = c.problem.shares(members);
+            let coefficients = c.problem.coefficients(members);
+            members.iter().zip(shares).map(|(&(g, _), share)| self.part(g, share, &coefficients)).collect()
+        };
+        c.sets
+            .iter()
+            .take(SETS)
+            .map(|w| WeightedSet {
+                parts: part(&w.members),
+                ln_weight: w.ln_weight + self.extra_weight,
+                probability: 0.0,
+            })
+            .collect()
+    }
+
+    fn part(&self, group: usize, share: f64, coefficients: &super::evidence::Coefficients) -> Part {
+        let candidates = &self.compared.candidates;
+        let g = &candidates.groups[group];
+        let value = |column: usize| coefficients.iter().find(|c| c.0 == column).map_or((0.0, 0.0), |c| (c.1, c.2));
+        let mut part = plain(&g.id, g.named, share, String::new());
+        match candidates.kinds[group] {
+            Kind::Change(i) => {
+                let change = candidates.changes[i].1;
+                let theta: Vec<f64> = g.columns.iter().map(|c| value(*c).0).collect();
+                part.parameters = change.parameters(&theta);
+                // by the delta method, coordinates taken one by one
+                for (j, column) in g.columns.iter().enumerate() {
+                    let std = value(*column).1;
+                    let mut beside = theta.clone();
+                    beside[j] += 0.1 * std;
+                    for (name, moved) in change.parameters(&beside) {
+                        let slope = 10.0 * (moved - part.parameters.get(&name).copied().unwrap_or(0.0));
+                        let total: &mut f64 = part.std.entry(name).or_insert(0.0);
+                        *total = total.hypot(slope);
+                    }
+                }
+            }
+            Kind::Step(t) => {
+                let (step, std) = value(g.columns[0]);
+                part.parameters = Parameters::from([("step_rad_s".into(), step)]);
+                part.std = Parameters::from([("step_rad_s".into(), std)]);
+                let at = self.record.times_s[0] + t;
+                part.time_s = Some([at, at]);
+            }
+            Kind::Walk => {
+                // K from the sum of squares of its cosines: coefficient n is K √(2T)/(nπ)
+                let span = self.record.span_s();
+                let squares = g.columns.iter().enumerate().map(|(n, c)| {
+                    let (mean, std) = value(*c);
+                    let unit = std::f64::consts::SQRT_2 / ((n + 1) as f64 * std::f64::consts::PI);
+                    (mean * mean + std * std) / (unit * unit * span)
+                });
+                let k = (squares.sum::<f64>() / g.columns.len() as f64).sqrt();
+                let relative = (0.5 / g.columns.len() as f64).sqrt();
+                part.parameters = Parameters::from([("rate_random_walk_rad_s_sqrt_s".into(), k)]);
+                part.std = Parameters::from([("rate_random_walk_rad_s_sqrt_s".into(), k * relative)]);
+            }
+            Kind::Free(equation, follows) => {
+                part.description =
+                    format!("{}: something that follows {}", equation.words(), follows.id().replace('_', " "));
+            }
+        }
+        part
+    }
+}
+
+/// Where to begin: at zero, or where a change that bends much explains far more.
+fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> Theta {
+    let zero = candidates.zero();
+    let weigh = |theta: &Theta| {
+        let models = Branch::models_at(record, candidates, theta);
+        run(record, &models, noise, &[], |_| {}).ln_likelihood()
+    };
+    let mut best = (weigh(&zero) + 50.0, zero.clone());
+    for (i, (_, change)) in candidates.changes.iter().enumerate() {
+        for start in change.starts() {
+            let mut theta = zero.clone();
+            theta[i] = start;
+            let weight = weigh(&theta);
+            if weight > best.0 {
+                best = (weight, theta);
+            }
+        }
+    }
+    best.1
+}
+
+fn plain(id: &str, named: bool, share: f64, description: String) -> Part {
+    Part {
+        id: id.to_owned(),
+        named,
+        share,
+        parameters: Parameters::new(),
+        std: Parameters::new(),
+        time_s: None,
+        frequency_hz: None,
+        description,
+    }
+}
+
+fn lattice_part(lsb: f64, share: f64, named: bool) -> Part {
+    let id = if named { "encoder.quantization" } else { "free.lattice.wheels" };
+    let mut part = plain(id, named, share, format!("wheel speeds lie on a lattice of {lsb:.5} rad/s"));
+    if named {
+        part.parameters = Parameters::from([("lsb_rad_s".into(), lsb)]);
+        part.std = Parameters::from([("lsb_rad_s".into(), 1e-6 * lsb)]);
+    }
+    part
+}
+
+fn missed_part(bursts: &Bursts, share: f64) -> Part {
+    use crate::effects::drive::missed_ticks::{BURST, LOSS, SHARE, SIDE};
+    let side = if bursts.side == 0 { "left" } else { "right" };
+    let mut part = plain("encoder.missed_ticks", true, share, format!("the {side} wheel reads low in bursts"));
+    part.parameters = Parameters::from([
+        (LOSS.into(), bursts.loss),
+        (SIDE.into(), bursts.side as f64),
+        (BURST.into(), bursts.length_s),
+        (SHARE.into(), bursts.share),
+    ]);
+    part.std = Parameters::from([(LOSS.into(), bursts.loss_std)]);
+    part
+}
+
+/// The equation that a free form of this id lies in.
+#[must_use]
+pub fn equation_of(id: &str) -> Option<Equation> {
+    use Equation::{Force, Gyro, Moment, PoseAcross, PoseAlong, PoseHeading, Sideways, WheelLeft, WheelRight};
+    let mut words = id.split('.').skip(1);
+    let first = words.next()?;
+    let what = if matches!(first, "outliers" | "level" | "lattice") { words.next()? } else { first };
+    Some(match what {
+        "force" => Force,
+        "moment" => Moment,
+        "sideways" => Sideways,
+        "wheel_left" | "wheels" => WheelLeft,
+        "wheel_right" => WheelRight,
+        "gyro" => Gyro,
+        "pose_along" | "pose" | "position" => PoseAlong,
+        "pose_across" => PoseAcross,
+        "pose_heading" | "heading" => PoseHeading,
+        _ => return None,
+    })
+}
+
+/// Effects of the library that this drive cannot tell anything of, with their ids.
+pub fn unknowable<'a>(
+    record: &'a Record,
+    effects: &'a [&'static dyn Driving],
+) -> impl Iterator<Item = &'static str> + 'a {
+    effects
+        .iter()
+        .filter(|e| {
+            !knowable(**e, record) && matches!(e.explanation(), DriveExplanation::Model(_) | DriveExplanation::GyroStep)
+        })
+        .map(|e| e.about().id)
+}
