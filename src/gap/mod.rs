@@ -6,6 +6,7 @@ pub mod bench;
 mod clean;
 pub mod diagnose;
 mod evidence;
+pub mod explain;
 mod extend;
 pub mod far;
 pub mod findings;
@@ -25,5 +26,6 @@ pub mod state_space;
 
 pub use answer::Answer;
 pub use diagnose::{Diagnosis, Options, diagnose};
+pub use explain::explain;
 pub use judge::Options as JudgeOptions;
 pub use search::Prior;
