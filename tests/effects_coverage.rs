@@ -1,8 +1,8 @@
 //! Every effect at rest: known parameters injected by the simulator lie in the 95 % intervals of `gap::explain` as often as
 //! they should.
 //!
-//! `cargo test --test effects_coverage -- --ignored --nocapture` takes 200 recordings an effect and prints the table of
-//! `data/gap_effects.md`.
+//! `cargo test --test effects_coverage -- --ignored --nocapture --test-threads 1` takes 200 recordings an effect, and prints
+//! the tables of `data/gap_effects.md`.
 
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::{Library, Parameters};
@@ -94,6 +94,15 @@ fn drawn(id: &str, s: &mut Stream) -> (Vec<(&'static str, f64)>, usize) {
     }
 }
 
+/// A recording of the nominal simulator with one effect.
+fn recording(id: &str, parameters: &[(&str, f64)], seed: u64) -> Log {
+    let mut real = Config::parse(REST, "sim.toml").unwrap();
+    let table: Parameters = parameters.iter().map(|(k, v)| ((*k).to_string(), *v)).collect();
+    real.effects.push(EffectTable { id: id.into(), parameters: table });
+    let options = simulate::Options { vary_turn_on: true, ..seed.into() };
+    stationary_like(&real, &surroundings(seed), &options, &Library::new()).unwrap()
+}
+
 /// What became of one parameter over all draws.
 #[derive(Default)]
 struct Record {
@@ -111,11 +120,7 @@ fn battery(id: &'static str, draws: usize) -> Vec<Record> {
     for draw in 0..draws as u64 {
         let seed = 1000 * id.len() as u64 + 7919 * draw + id.bytes().map(u64::from).sum::<u64>();
         let (parameters, tested) = drawn(id, &mut Stream::new(seed, 3));
-        let mut real = config.clone();
-        let table: Parameters = parameters.iter().map(|(k, v)| ((*k).to_string(), *v)).collect();
-        real.effects.push(EffectTable { id: id.into(), parameters: table });
-        let options = simulate::Options { vary_turn_on: true, ..seed.into() };
-        let log = stationary_like(&real, &surroundings(seed), &options, &Library::new()).unwrap();
+        let log = recording(id, &parameters, seed);
         let found = explain(&config, &log, &Library::new(), &[id], 0.0).unwrap();
         for (i, (name, truth)) in parameters.into_iter().take(tested).enumerate() {
             if records.len() <= i {
@@ -211,4 +216,65 @@ fn intervals_cover_in_200_draws() {
         }
     }
     assert!(bad.is_empty(), "too few in their intervals: {bad:?}");
+}
+
+/// One effect a recording, plain to see.
+const STANDARD: &[(&str, &[(&str, f64)])] = &[
+    ("gyro.rate_random_walk", &[("rate_random_walk_rad_s_sqrt_s", 6e-6)]),
+    ("gyro.bias_instability", &[("bias_instability_rad_s", 1e-4)]),
+    ("gyro.gauss_markov", &[("correlation_time_s", 20.0), ("std_rad_s", 1e-4)]),
+    ("gyro.quantization", &[("lsb_rad_s", 3e-4)]),
+    ("gyro.rate_ramp", &[("ramp_rad_s2", 2e-7)]),
+    ("gyro.second_time_constant", &[("c3_rad_s", 6e-4), ("time_constant_s", 40.0)]),
+    ("gyro.temperature_sensitivity", &[("coefficient_rad_s_per_c", 5e-5), ("lag_s", 60.0)]),
+    ("gyro.supply_sensitivity", &[("coefficient_rad_s_per_v", 5e-3)]),
+    ("gyro.tone", &[("frequency_hz", 0.31), ("amplitude_rad_s", 6e-5)]),
+    ("gyro.bias_step", &[("step_rad_s", 1e-4), ("time_s", 700.0)]),
+    ("gyro.outliers", &[("probability_per_sample", 3e-3), ("amplitude_rad_s", 3e-3)]),
+    ("gyro.telegraph_noise", &[("level_spacing_rad_s", 3e-4), ("mean_dwell_s", 20.0)]),
+    ("gyro.bandwidth", &[("cutoff_hz", 1.5)]),
+    ("gyro.noise_growth", &[("relative_per_c", 0.03)]),
+    ("gyro.turn_on_shift", &[("shift_rad_s", 3e-3)]),
+];
+/// Recordings that an overlap is the mean of.
+const STANDARD_LOGS: u64 = 4;
+
+/// What `other` gains on a recording with `made`, nats.
+fn gain(log: &Log, other: &str) -> f64 {
+    let config = Config::parse(REST, "sim.toml").unwrap();
+    let found = explain(&config, log, &Library::new(), &[other], 0.0).unwrap();
+    found.effects.first().map_or(0.0, |e| e.gain_nats.max(0.0))
+}
+
+/// The part of what the right effect gains on its recordings that `other` gains there.
+fn overlap(made: (&str, &[(&str, f64)]), other: &str) -> f64 {
+    let sums = (0..STANDARD_LOGS).map(|k| {
+        let log = recording(made.0, made.1, 500 + k);
+        [gain(&log, other), gain(&log, made.0)]
+    });
+    let [wrong, right] = sums.fold([0.0; 2], |a, g| [a[0] + g[0], a[1] + g[1]]);
+    (wrong / right).clamp(0.0, 1.0)
+}
+
+#[test]
+#[ignore = "sixty recordings, fifteen fits each"]
+fn resemblance_of_all_pairs() {
+    let short = |id: &str| id.trim_start_matches("gyro.").replace('_', " ");
+    println!("| made by | {} |", IDS.iter().map(|id| short(id)).collect::<Vec<_>>().join(" | "));
+    println!("|---|{}", "---|".repeat(IDS.len()));
+    for made in STANDARD {
+        let row: Vec<String> = IDS.iter().map(|other| format!("{:.2}", overlap(*made, other))).collect();
+        println!("| {} | {} |", short(made.0), row.join(" | "));
+    }
+}
+
+#[test]
+fn what_physics_brings_close_is_close_and_the_rest_is_not() {
+    let made = |id: &str| *STANDARD.iter().find(|m| m.0 == id).unwrap();
+    // a telegraph signal has the spectrum of a Gauss-Markov process, and a short walk is one with a long correlation time
+    assert!(overlap(made("gyro.rate_random_walk"), "gyro.gauss_markov") > 0.8);
+    assert!(overlap(made("gyro.telegraph_noise"), "gyro.gauss_markov") > 0.5);
+    // a vibration is neither a filter nor a rare sample
+    assert!(overlap(made("gyro.tone"), "gyro.outliers") < 0.1);
+    assert!(overlap(made("gyro.outliers"), "gyro.tone") < 0.1);
 }

@@ -25,7 +25,7 @@ mod search;
 pub mod state_space;
 
 pub use answer::Answer;
-pub use diagnose::{Diagnosis, Options, diagnose};
+pub use diagnose::{Diagnosis, Options, Stage, diagnose, diagnose_observed};
 pub use explain::explain;
 pub use judge::Options as JudgeOptions;
 pub use search::Prior;

@@ -2,7 +2,7 @@
 
 use super::evidence::{Fitted, Likelihood};
 use super::findings::Part;
-use super::hypothesis::{Kind, SignalPart};
+use super::hypothesis::{Hypothesis, Kind, SignalPart};
 use super::judge::shares;
 use super::layers::amplitude::Amplitude;
 use super::layers::repeats::Repeats;
@@ -40,9 +40,9 @@ pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
         let mean = &posterior.mean[range.clone()];
         let covariance = |i: usize, j: usize| posterior.covariance[(at + i) * size + at + j];
         match &c.kind {
-            Kind::Signal(k) if c.named => signal(&mut part, l, k.as_ref(), s, mean, &covariance, &l.frame.coarse),
+            Kind::Signal(k) if c.named => signal(&mut part, (l, h), k.as_ref(), s, mean, &covariance, &l.frame.coarse),
             Kind::Line(k, _) if c.named => {
-                signal(&mut part, l, k.as_ref(), s, mean, &covariance, &l.frame.scene);
+                signal(&mut part, (l, h), k.as_ref(), s, mean, &covariance, &l.frame.scene);
                 let f = s.shape.first().copied().unwrap_or(0.0);
                 part.frequency_hz = Some([f, f]);
                 // Cramér-Rao bound of the frequency (Rife and Boorstyn 1974)
@@ -128,9 +128,13 @@ fn describe(id: &str) -> String {
 }
 
 fn spread(part: &mut Part, moved: &Parameters) {
+    spread_by(part, moved, 1.0);
+}
+
+fn spread_by(part: &mut Part, moved: &Parameters, weight: f64) {
     for (name, v) in moved {
         let d = v - part.parameters.get(name).copied().unwrap_or(*v);
-        *part.std.entry(name.clone()).or_default() += d * d;
+        *part.std.entry(name.clone()).or_default() += weight * d * d;
     }
 }
 
@@ -141,7 +145,7 @@ fn root(part: &mut Part) {
 /// Parameters of a signal, their standard deviations by differences along the covariance's factor.
 fn signal(
     part: &mut Part,
-    l: &Likelihood,
+    (l, h): (&Likelihood, &Hypothesis),
     k: &dyn Signal,
     s: &SignalPart,
     mean: &[f64],
@@ -163,8 +167,12 @@ fn signal(
             spread(part, &k.parameters(scene, &s.shape, &moved));
         }
     }
-    if let (Some(std), [x]) = (l.shape_std(s, k), s.shape.as_slice()) {
-        spread(part, &k.parameters(scene, &[x + std], mean));
+    // coefficients go with the shape: a longer time constant has a larger amplitude; a tone's does not depend on its frequency
+    let shapes = if phases { Vec::new() } else { l.over_shape(h, s, k) };
+    for at in shapes {
+        let moved: Vec<f64> = (0..p).map(|j| if mean[j] == 0.0 { 0.0 } else { at.mean[j] }).collect();
+        let told = k.parameters(scene, &[at.shape], &moved);
+        spread_by(part, &told, at.weight);
     }
     root(part);
 }

@@ -4,13 +4,19 @@
 //! work asks how large it is. Parameters that are positive by nature have intervals that are symmetric in their logarithm,
 //! where the likelihood is close to normal; the others are symmetric about the estimate.
 
+mod chain;
+mod interval;
+mod rare;
+
+pub use interval::Estimate;
+
 use super::clean::clean;
 use super::evidence::{Fitted, Likelihood, nuisances};
 use super::findings::Part;
 use super::frame::{ColumnId, Frame};
 use super::hypothesis::{Candidate, Hypothesis, Kind};
 use super::judge::candidates;
-use super::layers::{amplitude, lattice};
+use super::layers::lattice;
 use super::lines::Lines;
 use super::parts;
 use super::popcorn::{Popcorn, beside};
@@ -22,17 +28,6 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::signal::Log;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-
-/// A parameter and how well the recording knows it, in the unit of its name.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    /// Posterior mode.
-    pub estimate: f64,
-    /// Standard deviation.
-    pub std: f64,
-    /// 95 % interval.
-    pub ci95: [f64; 2],
-}
 
 /// One effect, fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -57,8 +52,6 @@ pub struct Explanations {
     pub notes: Vec<String>,
 }
 
-/// Two-sided 95 % quantile of the normal distribution.
-const NORMAL95: f64 = 1.959_963_984_540_054;
 /// Least number of cycles of a tone in the recording.
 const CYCLES: f64 = 3.0;
 /// Rounds in which every signal is sought anew beside all the others.
@@ -151,21 +144,23 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
     let gaussian = together(&likelihood, 0..asked);
     let found = two_levels.then(|| levels(&likelihood, &nuisance, &gaussian, asked)).flatten();
 
+    let mut explained: Vec<Explained> = Vec::new();
+    let tell = |l: &Likelihood, fitted: &Fitted| {
+        let told = parts::parts(l, fitted).into_iter().filter_map(|p| Some(told(library_effect(effects, &p.id)?, &p)));
+        (told.collect::<Vec<_>>(), Search::new(l, Prior::default()).whitened(&fitted.hypothesis))
+    };
     // what is left, whitened: by the set beside two levels where there are two
-    let (mut found_parts, white) = match &found {
+    let (gaussian_parts, white) = match &found {
         Some((popcorn, gain)) => {
             let left: Vec<f64> = data.values_rad_s.iter().zip(&popcorn.path).map(|(y, p)| y - p).collect();
             let rest = frame.data_undithered(left);
             let beside = Likelihood::new(&frame, &rest, &all, &nuisance);
-            let mut found = parts::parts(&beside, &popcorn.fitted);
-            found.push(parts::telegraph(popcorn, &frame.scene, *gain));
-            (found, Search::new(&beside, Prior::default()).whitened(&popcorn.fitted.hypothesis))
+            explained.extend(two_levels_told(&beside, popcorn, &data.values_rad_s, *gain));
+            tell(&beside, &popcorn.fitted)
         }
-        None => {
-            let white = Search::new(&likelihood, Prior::default()).whitened(&gaussian.hypothesis);
-            (parts::parts(&likelihood, &gaussian), white)
-        }
+        None => tell(&likelihood, &gaussian),
     };
+    explained.extend(gaussian_parts);
     if asks(|e| matches!(e, Explanation::Outliers)) {
         let mut w = white.clone();
         for i in &aside {
@@ -173,26 +168,86 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
         }
         // what the ends leak into is no sample of the noise
         let edge = (w.len() / 400).min(100);
-        let amplitude = amplitude::judge(&w[edge..w.len() - edge]);
-        found_parts.push(parts::outliers(&amplitude, frame.scene.white_std_rad_s));
+        explained.extend(rare::judge(&w[edge..w.len() - edge]).map(|r| outliers_told(&r, frame.scene.white_std_rad_s)));
     } else if !aside.is_empty() {
         notes.push(format!("{} samples stand out and were put aside before anything else was fitted.", aside.len()));
     }
     if let Some(lsb) = lsb.filter(|_| asks(|e| matches!(e, Explanation::Lattice))) {
         let residual: Vec<f64> = white.iter().map(|v| v * frame.scene.white_std_rad_s).collect();
-        let gain = lattice::gain(&residual, lsb, nominal, nominal);
-        found_parts.push(parts::lattice(lsb, recorded, gain, true));
+        let part = parts::lattice(lsb, recorded, lattice::gain(&residual, lsb, nominal, nominal), true);
+        explained.extend(library_effect(effects, &part.id).map(|e| told(e, &part)));
     }
-
-    let mut explained = Vec::new();
-    for effect in effects {
-        let id = effect.about().id;
-        match found_parts.iter().find(|p| p.id == id) {
-            Some(part) => explained.push(told(*effect, part)),
-            None => notes.push(format!("{id}: the recording has no trace of it.")),
-        }
+    let place = |id: &str| effects.iter().position(|e| e.about().id == id);
+    explained.retain(|e| place(&e.id).is_some());
+    explained.sort_by_key(|e| place(&e.id));
+    for effect in effects.iter().filter(|e| explained.iter().all(|x| x.id != e.about().id)) {
+        notes.push(format!("{}: the recording has no trace of it.", effect.about().id));
     }
     Explanations { effects: explained, notes }
+}
+
+fn library_effect(effects: &[&'static dyn Effect], id: &str) -> Option<&'static dyn Effect> {
+    effects.iter().copied().find(|e| e.about().id == id)
+}
+
+/// Two levels by the recursion over all samples, from what the alternation of chain and Gaussian part found.
+fn two_levels_told(beside: &Likelihood, popcorn: &Popcorn, values_rad_s: &[f64], gain: f64) -> Option<Explained> {
+    let (frame, h) = (beside.frame, &popcorn.fitted.hypothesis);
+    let scene = &frame.scene;
+    let white = scene.white_std_rad_s * h.ln_white.exp();
+    // the Gaussian part without its nuisances: signals at their means, and what the noises follow
+    let posterior = beside.coefficients(h)?;
+    let mut z = vec![0.0; frame.len()];
+    let ids = h.signals.iter().flat_map(|s| s.columns.iter());
+    ids.zip(&posterior.mean[beside.nuisance.len()..]).for_each(|(id, b)| frame.add_column(&mut z, *id, *b));
+    if !h.noises.is_empty() {
+        let followed = beside.followed(h, &beside.remainder(h));
+        z.iter_mut().zip(followed).for_each(|(z, f)| *z += f);
+    }
+    let known = frame.series(&z);
+    let y: Vec<f64> = values_rad_s.iter().zip(&known).map(|(y, k)| (y - k) / white).collect();
+    let relative = scene.warm_up_relative_std;
+    let stds = [
+        relative * scene.warm_up.c1_rad_s.abs(),
+        scene.turn_on_bias_std_rad_s,
+        relative * scene.warm_up.time_constant_s,
+    ];
+    let gradient: Vec<[f64; 3]> = (0..frame.len()).map(|i| scene.warm_up.gradient(scene.time.at(i))).collect();
+    let column = |j: usize| gradient.iter().map(|g| g[j] * stds[j] / white).collect::<Vec<f64>>();
+    let columns: Vec<Vec<f64>> = (0..3).filter(|j| stds[*j] > 0.0).map(column).collect();
+    let start = &popcorn.chain;
+    let dwell_s = [start.dwell_low, start.dwell_high].map(|d| d * scene.step_s);
+    let samples = chain::Beside { y: &y, columns: &columns, white_std_rad_s: white, step_s: scene.step_s };
+    let found = samples.fit(start.spacing, dwell_s)?;
+    Some(Explained {
+        id: "gyro.telegraph_noise".into(),
+        gain_nats: gain,
+        parameters: [
+            ("level_spacing_rad_s".into(), found.spacing_rad_s),
+            ("mean_dwell_s".into(), found.mean_dwell_s),
+            ("dwell_ratio".into(), found.dwell_ratio),
+        ]
+        .into(),
+        time_s: None,
+    })
+}
+
+fn outliers_told(rare: &rare::Rare, white_std_rad_s: f64) -> Explained {
+    let scaled = |e: Estimate| Estimate {
+        estimate: e.estimate * white_std_rad_s,
+        std: e.std * white_std_rad_s,
+        ci95: e.ci95.map(|v| v * white_std_rad_s),
+    };
+    Explained {
+        id: "gyro.outliers".into(),
+        gain_nats: rare.gain_nats,
+        parameters: [
+            ("probability_per_sample".into(), rare.probability),
+            ("amplitude_rad_s".into(), scaled(rare.size)),
+        ]
+        .into(),
+        time_s: None,
+    }
 }
 
 /// A part as it is told.
@@ -200,7 +255,7 @@ fn told(effect: &dyn Effect, part: &Part) -> Explained {
     let one = |(name, value): (&String, &f64)| {
         let std = *part.std.get(name)?;
         let positive = effect.about().parameters.iter().any(|p| p.name == name && p.bounds[0] >= 0.0);
-        Some((name.clone(), interval(*value, std, positive)))
+        Some((name.clone(), Estimate::normal(*value, std, positive)))
     };
     Explained {
         id: part.id.clone(),
@@ -208,16 +263,6 @@ fn told(effect: &dyn Effect, part: &Part) -> Explained {
         parameters: part.parameters.iter().filter_map(one).collect(),
         time_s: part.time_s,
     }
-}
-
-fn interval(estimate: f64, std: f64, positive: bool) -> Estimate {
-    let ci95 = if positive && estimate > 0.0 {
-        let factor = (NORMAL95 * std / estimate).exp();
-        [estimate / factor, estimate * factor]
-    } else {
-        [estimate - NORMAL95 * std, estimate + NORMAL95 * std]
-    };
-    Estimate { estimate, std, ci95 }
 }
 
 /// The candidates `which` at work together, at their mode.
