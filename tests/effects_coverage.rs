@@ -18,7 +18,7 @@ const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.2\n[gyr
 const WHITE_STD_RAD_S: f64 = 2.236e-4;
 const ROWS: usize = 8000;
 /// In continuous integration; the full battery takes 200.
-const FEW: usize = 24;
+const FEW: usize = 60;
 const MANY: usize = 200;
 /// Probability that an honest set of intervals fails the test, over all effects and parameters.
 const FALSE_ALARM: f64 = 0.01;

@@ -387,6 +387,11 @@ fn blocked_own(b: &Believed, blocks: &[std::ops::Range<usize>], seed: u64) -> Re
     Ok(blocked_log_score(b, &own, blocks)?.iter().sum::<f64>() / own.len() as f64)
 }
 
+/// Six digits: the rest is rounding of the times.
+fn short(v: f64) -> f64 {
+    format!("{v:.5e}").parse().unwrap_or(v)
+}
+
 /// Mean deviation from the nominal warm-up, rad/s, and the standard deviation of that of eighths of the recording.
 fn offset(p: &Prepared) -> [f64; 2] {
     const PARTS: usize = 8;
@@ -435,7 +440,8 @@ fn other_unit(fit: &Prepared, kept: &Prepared, notes: &mut Vec<String>) {
     if (fit.scene.step_s / kept.scene.step_s).ln().abs() > 0.01 {
         notes.push(format!(
             "The recordings differ in their sample time: {} s and {} s. White noise is scaled from one to the other.",
-            fit.scene.step_s, kept.scene.step_s
+            short(fit.scene.step_s),
+            short(kept.scene.step_s)
         ));
     }
 }
