@@ -162,6 +162,13 @@ fn missing_values_are_filled_and_said() {
     place.write("nan.csv", &format!("t_s,gyro_z_rad_s\n{text}"));
     let answer = place.noted("sim.toml --fit nan.csv", &["40 of 2000 rows are missing"]);
     assert_eq!(answer.verdict, Verdict::None, "{:?}", answer.effects);
+    // filled rows do not hide a lattice
+    let line = |(i, (t, w)): (usize, &(f64, f64))| {
+        if i % 50 == 7 { format!("{t:.4},\n") } else { format!("{t:.4},{:.9e}\n", 4e-4 * (w / 4e-4).round()) }
+    };
+    let text: String = rows(ROWS, 0.2, 1).iter().enumerate().map(line).collect();
+    place.write("lattice.csv", &format!("t_s,gyro_z_rad_s\n{text}"));
+    assert_eq!(place.answer("sim.toml --fit lattice.csv").main.as_deref(), Some("gyro.quantization"));
     let none: String = rows(ROWS, 0.2, 1).iter().map(|(t, _)| format!("{t:.4},NaN\n")).collect();
     place.write("none.csv", &format!("t_s,gyro_z_rad_s\n{none}"));
     place.refused("sim.toml --fit none.csv", &["none.csv", "mend:"]);
@@ -235,7 +242,8 @@ fn explain_fits_what_it_is_asked_and_refuses_the_rest() {
     for (name, truth) in [("frequency_hz", 0.31), ("amplitude_rad_s", 2e-4)] {
         let ends: [f64; 2] = serde_json::from_value(effect["parameters"][name]["ci95"].clone()).unwrap();
         // Cramér-Rao: √24 σ / (2π a step n^1.5), σ √(2/n)
-        let std = if name == "frequency_hz" { 4.9 * 2.2e-4 / (6.28 * 2e-4 * 0.2 * 8.9e4) } else { 7e-6 };
+        let std =
+            if name == "frequency_hz" { 4.9 * 2.2e-4 / (std::f64::consts::TAU * 2e-4 * 0.2 * 8.9e4) } else { 7e-6 };
         assert!(ends[0] < truth + 2.0 * std && ends[1] > truth - 2.0 * std, "{name}: {ends:?}");
         assert!(ends[1] - ends[0] < 5.0 * std, "{name}: {ends:?}, {std}");
     }

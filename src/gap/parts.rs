@@ -9,7 +9,7 @@ use super::layers::repeats::Repeats;
 use super::popcorn::Popcorn;
 use crate::effects::{Parameters, Signal};
 use crate::model::Scene;
-use std::f64::consts::TAU;
+use std::f64::consts::{SQRT_2, TAU};
 
 fn empty(id: &str, named: bool, share: f64) -> Part {
     Part {
@@ -210,8 +210,12 @@ pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: bool) -> Part {
     let id = if named { "gyro.quantization" } else { "free.lattice" };
     let mut part = empty(id, named, gain.max(1e-3));
     part.parameters.insert("lsb_rad_s".into(), lsb);
-    let largest = recorded.iter().copied().fold(0.0, |a: f64, v| a.max(v.abs()));
-    part.std.insert("lsb_rad_s".into(), f64::EPSILON * largest);
+    // the step is the span over its count: both ends are off the lattice by what the file rounds
+    let [low, high] = recorded.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
+    let off = |v: &f64| ((v - low) / lsb - ((v - low) / lsb).round()) * lsb;
+    let rounding = (recorded.iter().map(|v| off(v).powi(2)).sum::<f64>() / recorded.len().max(1) as f64).sqrt();
+    let least = f64::EPSILON * low.abs().max(high.abs());
+    part.std.insert("lsb_rad_s".into(), SQRT_2 * rounding.max(least) / ((high - low) / lsb).round().max(1.0));
     part.description = format!("all values are multiples of {lsb:.6e} rad/s apart");
     part
 }

@@ -1,5 +1,6 @@
 //! A log as the diagnosis needs it: even rows, no gaps, covariates beside, and what the configuration believes about it.
 
+use super::layers::lattice;
 use crate::config::{Config, Kind};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
@@ -86,6 +87,7 @@ pub fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prep
         notes.push(format!("{filled} of {all} rows are missing and were filled by noise about their neighbours."));
     }
     fill(&mut rate_rad_s, &rows, scene.white_std_rad_s);
+    on_lattice(&mut rate_rad_s, rate, &rows);
     if let Some(note) = in_degrees(&rate_rad_s, scene.white_std_rad_s) {
         notes.push(note);
     }
@@ -142,6 +144,14 @@ fn even(log: &Log, rate: &[f64], scene: &mut Scene) -> Result<(Vec<f64>, Vec<usi
     scene.supply_v = covariate(&scene.supply_v);
     scene.time = TimeAxis::Uniform { start_s, step_s, len };
     Ok((rates, rows))
+}
+
+/// Puts filled rows on the lattice of the recorded ones: a single value beside it would hide it.
+fn on_lattice(values: &mut [f64], recorded: &[f64], rows: &[usize]) {
+    let Some(origin) = recorded.iter().copied().find(|v| v.is_finite()).filter(|_| !rows.is_empty()) else { return };
+    if let Some(lsb) = lattice::step(recorded) {
+        rows.iter().for_each(|row| values[*row] = origin + ((values[*row] - origin) / lsb).round() * lsb);
+    }
 }
 
 /// Says so if the samples scatter by 180/π times what the configuration believes, to a fifth.

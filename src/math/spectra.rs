@@ -210,7 +210,7 @@ mod tests {
     fn quick_lengths_lose_little() {
         for n in [4097, 37_579, 100_001, 999_983] {
             let m = quick_len(n);
-            assert!(m <= n && m as f64 > 0.98 * n as f64 && m % 2 == 0, "{n}: {m}");
+            assert!(m <= n && m as f64 > 0.98 * n as f64 && m.is_multiple_of(2), "{n}: {m}");
         }
         assert_eq!(quick_len(1 << 16), 1 << 16);
         assert_eq!(quick_len(31), 31);

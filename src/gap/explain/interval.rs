@@ -91,7 +91,8 @@ mod tests {
         let f = |x: &[f64]| -0.5 * ((x[0] - 1.0).powi(2) / 4.0 + (x[1] - 0.5 * x[0]).powi(2));
         let mut x = [0.0, 0.0];
         let covariance = maximum(f, &mut x, &[0.1, 0.1]).unwrap();
-        assert!((x[0] - 1.0).abs() < 1e-6 && (x[1] - 0.5).abs() < 1e-6, "{x:?}");
+        // a ten-thousandth of a nat: a hundredth of the standard deviations
+        assert!((x[0] - 1.0).abs() < 0.02 && (x[1] - 0.5).abs() < 0.02, "{x:?}");
         // x0 ~ N(1, 4), x1 = x0/2 + N(0, 1)
         for (at, v) in [((0, 0), 4.0), ((1, 1), 2.0), ((0, 1), 2.0)] {
             assert!((covariance[at] - v).abs() < 1e-6, "{covariance}");

@@ -10,7 +10,7 @@ use crate::math::NORMAL_975;
 use std::f64::consts::TAU;
 
 /// Smallest size of a false sample, in standard deviations of the noise: below it they are not told from the noise.
-pub(super) const LEAST: f64 = 3.0;
+pub(super) const LEAST: f64 = 4.0;
 /// Ratio of neighbouring sizes.
 const NEXT: f64 = 1.2;
 /// The noise's level may differ from one by this.
