@@ -23,7 +23,7 @@ const MANY: usize = 200;
 /// Probability that an honest set of intervals fails the test, over all effects and parameters.
 const FALSE_ALARM: f64 = 0.01;
 /// Parameters under test.
-const TESTED: f64 = 22.0;
+const TESTED: f64 = 19.0;
 
 /// Twenty-seven minutes: a room that drifts, self-heating, a supply with a load that comes and goes.
 fn surroundings(seed: u64) -> Log {
