@@ -220,7 +220,8 @@ fn share(findings: &Findings, id: &str) -> Option<f64> {
 
 /// Main effects between which this recording does not decide, and why.
 fn classes(findings: &Findings, rivals: &[(String, f64)]) -> (Vec<Vec<String>>, Vec<Alike>) {
-    let Some((first, p)) = rivals.first() else { return Default::default() };
+    // between effects that are not even listed nothing needs to be told apart
+    let Some((first, p)) = rivals.first().filter(|r| r.1 >= LISTED) else { return Default::default() };
     let class: Vec<String> = rivals.iter().filter(|r| r.1 >= RIVAL * p).take(3).map(|r| r.0.clone()).collect();
     if class.len() < 2 {
         return Default::default();
