@@ -42,6 +42,21 @@ pub struct Diagnosis {
     pub findings: Findings,
     /// The measures on the recording kept back; none without one.
     pub far: Option<Far>,
+    /// The recording that was diagnosed, as it was made ready.
+    pub prepared: Prepared,
+}
+
+/// What a diagnosis is about to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Put the rows of a recording on an even grid.
+    Prepare,
+    /// Compare sets of effects.
+    Compare,
+    /// Measure on the recording kept back, or across blocks of the only one.
+    Measure,
+    /// Nothing more.
+    Done,
 }
 
 /// An effect is judged present from this probability.
@@ -64,7 +79,26 @@ pub fn diagnose(
     library: &Library,
     options: &Options,
 ) -> Result<Diagnosis> {
+    diagnose_observed(config, fit, hold, library, options, &mut |_| {})
+}
+
+/// As [`diagnose`]; `observe` is told each stage as it begins.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_observed(
+    config: &Config,
+    fit: &Log,
+    hold: Option<&Log>,
+    library: &Library,
+    options: &Options,
+    observe: &mut dyn FnMut(Stage),
+) -> Result<Diagnosis> {
+    observe(Stage::Prepare);
     let prepared = prepare(config, fit, options.since_power_on_s)?;
+    // a recording kept back that cannot be used is refused before the work begins
+    let kept = hold.map(|hold| prepare(config, hold, options.since_power_on_s)).transpose()?;
+    observe(Stage::Compare);
     let effects: Vec<&'static dyn Effect> = library.effects().collect();
     let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
     findings.notes.splice(0..0, prepared.notes.iter().cloned());
@@ -73,9 +107,11 @@ pub fn diagnose(
     let together: Vec<(String, Parameters)> = answer.together.iter().filter_map(found).collect();
     let listed: Vec<(String, Parameters)> =
         answer.effects.iter().take(MEASURED).map(|e| (e.id.clone(), e.parameters.clone())).collect();
-    let far = match hold {
-        Some(hold) => {
-            let kept = prepare(config, hold, options.since_power_on_s)?;
+    observe(Stage::Measure);
+    let far = match kept {
+        Some(kept) => {
+            let new = kept.notes.iter().filter(|n| !prepared.notes.contains(n));
+            answer.notes.extend(new.map(|n| format!("Of the recording kept back: {n}")));
             other_unit(&prepared, &kept, &mut answer.notes);
             Some(measure(&kept, library, &together, &listed, &answer, options)?)
         }
@@ -99,7 +135,8 @@ pub fn diagnose(
     if !augmented.effects.is_empty() {
         augmented.provenance = None;
     }
-    Ok(Diagnosis { answer, augmented, findings, far })
+    observe(Stage::Done);
+    Ok(Diagnosis { answer, augmented, findings, far, prepared })
 }
 
 fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer {
@@ -183,7 +220,8 @@ fn share(findings: &Findings, id: &str) -> Option<f64> {
 
 /// Main effects between which this recording does not decide, and why.
 fn classes(findings: &Findings, rivals: &[(String, f64)]) -> (Vec<Vec<String>>, Vec<Alike>) {
-    let Some((first, p)) = rivals.first() else { return Default::default() };
+    // between effects that are not even listed nothing needs to be told apart
+    let Some((first, p)) = rivals.first().filter(|r| r.1 >= LISTED) else { return Default::default() };
     let class: Vec<String> = rivals.iter().filter(|r| r.1 >= RIVAL * p).take(3).map(|r| r.0.clone()).collect();
     if class.len() < 2 {
         return Default::default();
@@ -314,7 +352,7 @@ fn measure(
         whole_log: answer.main.as_deref() == Some("gyro.turn_on_shift"),
         ..far::Options::default()
     };
-    far::measure(&kept.rate_rad_s, &nominal, &augmented, &claims, &far_options)
+    far::measure(&kept.recorded_rad_s(), &nominal, &augmented, &claims, &far_options)
 }
 
 /// Without a recording kept back: each block's density given all the others.
@@ -327,8 +365,9 @@ fn cross_validate(
     const BLOCKS: usize = 8;
     let rows = prepared.scene.len();
     let blocks: Vec<std::ops::Range<usize>> = (0..BLOCKS).map(|b| b * rows / BLOCKS..(b + 1) * rows / BLOCKS).collect();
+    let recorded = prepared.recorded_rad_s();
     let score = |b: &Believed| -> Result<f64> {
-        Ok(blocked_log_score(b, &prepared.rate_rad_s, &blocks)?.iter().sum::<f64>() / rows as f64)
+        Ok(blocked_log_score(b, &recorded, &blocks)?.iter().sum::<f64>() / rows as f64)
     };
     let nominal = Believed::nominal(&prepared.scene);
     let augmented = believed(&prepared.scene, library, together)?;
@@ -347,6 +386,25 @@ fn cross_validate(
 fn blocked_own(b: &Believed, blocks: &[std::ops::Range<usize>], seed: u64) -> Result<f64> {
     let own = b.simulate(seed, 0)?;
     Ok(blocked_log_score(b, &own, blocks)?.iter().sum::<f64>() / own.len() as f64)
+}
+
+/// Six digits: the rest is rounding of the times.
+fn short(v: f64) -> f64 {
+    format!("{v:.5e}").parse().unwrap_or(v)
+}
+
+/// Mean deviation from the nominal warm-up, rad/s, and the standard deviation of that of eighths of the recording.
+fn offset(p: &Prepared) -> [f64; 2] {
+    const PARTS: usize = 8;
+    let rows = p.rate_rad_s.len();
+    let off = |row: usize| p.rate_rad_s[row] - p.scene.warm_up.error_rad_s(p.scene.time.at(row));
+    let mean = |part: std::ops::Range<usize>| {
+        let rows = part.len().max(1) as f64;
+        part.map(off).sum::<f64>() / rows
+    };
+    let parts: Vec<f64> = (0..PARTS).map(|k| mean(k * rows / PARTS..(k + 1) * rows / PARTS)).collect();
+    let all = parts.iter().sum::<f64>() / PARTS as f64;
+    [all, (parts.iter().map(|m| (m - all).powi(2)).sum::<f64>() / (PARTS - 1) as f64).sqrt()]
 }
 
 /// Says so if the recording kept back cannot be of the unit that was diagnosed.
@@ -368,10 +426,23 @@ fn other_unit(fit: &Prepared, kept: &Prepared, notes: &mut Vec<String>) {
             b / a
         ));
     }
+    let ([mean_a, own_a], [mean_b, own_b]) = (offset(fit), offset(kept));
+    let stated = std::f64::consts::SQRT_2 * fit.scene.turn_on_bias_std_rad_s;
+    let scatter = stated.hypot(own_a).hypot(own_b);
+    if (mean_b - mean_a).abs() > 6.0 * scatter {
+        notes.push(format!(
+            "The recording kept back does not seem to be of the same unit: its turn-on bias differs by {:.1e} rad/s from that \
+             of the one that was diagnosed, {:.0} standard deviations of what is stated and of what the bias does within a \
+             recording.",
+            mean_b - mean_a,
+            (mean_b - mean_a).abs() / scatter
+        ));
+    }
     if (fit.scene.step_s / kept.scene.step_s).ln().abs() > 0.01 {
         notes.push(format!(
             "The recordings differ in their sample time: {} s and {} s. White noise is scaled from one to the other.",
-            fit.scene.step_s, kept.scene.step_s
+            short(fit.scene.step_s),
+            short(kept.scene.step_s)
         ));
     }
 }

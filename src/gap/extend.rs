@@ -14,6 +14,22 @@ struct Base {
     stds: Vec<f64>,
 }
 
+/// A signal at one shape of a grid.
+pub struct AtShape {
+    /// Posterior probability of the shape.
+    pub weight: f64,
+    /// The shape.
+    pub shape: f64,
+    /// Posterior means of the signal's coefficients there.
+    pub mean: Vec<f64>,
+}
+
+/// Shapes of a grid over what the data leave open.
+const SHAPES: usize = 9;
+/// Where the grid ends, nats below the top.
+const FALLEN: f64 = 4.0;
+const MOST_DOUBLINGS: usize = 5;
+
 impl Likelihood<'_> {
     /// Columns and units of a signal at a shape.
     pub fn signal_columns(&self, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (Vec<ColumnId>, Vec<f64>) {
@@ -181,15 +197,47 @@ impl Likelihood<'_> {
         }
     }
 
-    /// Standard deviation of a signal's single shape parameter, from the curvature of the likelihood of it alone; none where
-    /// the shape is no continuous parameter, or the data leave it open.
-    pub fn shape_std(&self, part: &SignalPart, signal: &dyn Signal) -> Option<f64> {
-        let ([x], Some(range)) = (part.shape.as_slice(), signal.refine(&self.frame.coarse)) else { return None };
-        let step = (0.02 * x.abs()).max(1e-3 * (range[0][1] - range[0][0]).min(x.abs().max(1.0)));
-        let base = self.base(&Hypothesis::default());
-        let at = |x: f64| self.try_shape(&base, part.candidate, signal, &[x]).0;
-        let curvature = (2.0 * at(*x) - at(x - step) - at(x + step)) / (step * step);
-        (curvature > 0.0).then(|| curvature.sqrt().recip())
+    /// A signal's single shape parameter given the recording, everything but the coefficients of `h` held; empty where
+    /// the shape is no continuous parameter.
+    pub fn over_shape(&self, h: &Hypothesis, part: &SignalPart, signal: &dyn Signal) -> Vec<AtShape> {
+        let ([x], Some(range)) = (part.shape.as_slice(), signal.refine(&self.frame.coarse)) else { return Vec::new() };
+        let [low, high] = range[0];
+        let base = self.base(&h.without(part.candidate));
+        let at = |x: f64| {
+            let x = x.clamp(low, high);
+            let (ids, unit) = self.signal_columns(part.candidate, signal, &[x]);
+            let picked = Picked::new(self.frame, self.data, &self.products, base.columns.iter().chain(&ids).copied());
+            let scaled = unit.iter().map(|u| u * part.ln_scale.exp());
+            let stds: Vec<f64> = base.stds.iter().copied().chain(scaled).collect();
+            let found = solve(&picked.normal(&base.inverse), &stds, true);
+            found.map(|p| (p.log_marginal, AtShape { weight: 0.0, shape: x, mean: p.mean[base.stds.len()..].to_vec() }))
+        };
+        let value = |x: f64| at(x).map_or(f64::NEG_INFINITY, |a| a.0);
+        let top = value(*x);
+        let first = (0.02 * x.abs()).max(1e-3 * (high - low).min(x.abs().max(1.0)));
+        let reach = |sign: f64| {
+            // to where the density has fallen to a hundredth
+            let mut by = first;
+            let curved = 2.0 * (top - value(x + sign * first)) / (first * first);
+            if curved > 0.0 {
+                by = 3.0 / curved.sqrt();
+            }
+            for _ in 0..MOST_DOUBLINGS {
+                let end = x + sign * by;
+                if end <= low || end >= high || top - value(end) > FALLEN {
+                    break;
+                }
+                by *= 2.0;
+            }
+            (x + sign * by).clamp(low, high)
+        };
+        let (from, to) = (reach(-1.0), reach(1.0));
+        let grid = (0..SHAPES).map(|k| from + (to - from) * k as f64 / (SHAPES - 1) as f64);
+        let mut all: Vec<(f64, AtShape)> = grid.filter_map(at).collect();
+        let top = all.iter().map(|a| a.0).fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = all.iter().map(|a| (a.0 - top).exp()).sum();
+        all.iter_mut().for_each(|(v, a)| a.weight = (*v - top).exp() / total);
+        all.into_iter().map(|a| a.1).collect()
     }
 
     /// `base` with a noise or filter added at the best of its starts, everything else kept.

@@ -7,6 +7,7 @@ mod clean;
 pub mod diagnose;
 pub mod drive;
 mod evidence;
+pub mod explain;
 mod extend;
 pub mod far;
 pub mod findings;
@@ -25,6 +26,7 @@ mod search;
 pub mod state_space;
 
 pub use answer::Answer;
-pub use diagnose::{Diagnosis, Options, diagnose};
+pub use diagnose::{Diagnosis, Options, Stage, diagnose, diagnose_observed};
+pub use explain::explain;
 pub use judge::Options as JudgeOptions;
 pub use search::Prior;

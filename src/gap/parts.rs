@@ -2,14 +2,14 @@
 
 use super::evidence::{Fitted, Likelihood};
 use super::findings::Part;
-use super::hypothesis::{Kind, SignalPart};
+use super::hypothesis::{Hypothesis, Kind, SignalPart};
 use super::judge::shares;
 use super::layers::amplitude::Amplitude;
 use super::layers::repeats::Repeats;
 use super::popcorn::Popcorn;
 use crate::effects::{Parameters, Signal};
 use crate::model::Scene;
-use std::f64::consts::TAU;
+use std::f64::consts::{SQRT_2, TAU};
 
 fn empty(id: &str, named: bool, share: f64) -> Part {
     Part {
@@ -40,9 +40,9 @@ pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
         let mean = &posterior.mean[range.clone()];
         let covariance = |i: usize, j: usize| posterior.covariance[(at + i) * size + at + j];
         match &c.kind {
-            Kind::Signal(k) if c.named => signal(&mut part, l, k.as_ref(), s, mean, &covariance, &l.frame.coarse),
+            Kind::Signal(k) if c.named => signal(&mut part, (l, h), k.as_ref(), s, mean, &covariance, &l.frame.coarse),
             Kind::Line(k, _) if c.named => {
-                signal(&mut part, l, k.as_ref(), s, mean, &covariance, &l.frame.scene);
+                signal(&mut part, (l, h), k.as_ref(), s, mean, &covariance, &l.frame.scene);
                 let f = s.shape.first().copied().unwrap_or(0.0);
                 part.frequency_hz = Some([f, f]);
                 // Cramér-Rao bound of the frequency (Rife and Boorstyn 1974)
@@ -128,9 +128,13 @@ fn describe(id: &str) -> String {
 }
 
 fn spread(part: &mut Part, moved: &Parameters) {
+    spread_by(part, moved, 1.0);
+}
+
+fn spread_by(part: &mut Part, moved: &Parameters, weight: f64) {
     for (name, v) in moved {
         let d = v - part.parameters.get(name).copied().unwrap_or(*v);
-        *part.std.entry(name.clone()).or_default() += d * d;
+        *part.std.entry(name.clone()).or_default() += weight * d * d;
     }
 }
 
@@ -141,7 +145,7 @@ fn root(part: &mut Part) {
 /// Parameters of a signal, their standard deviations by differences along the covariance's factor.
 fn signal(
     part: &mut Part,
-    l: &Likelihood,
+    (l, h): (&Likelihood, &Hypothesis),
     k: &dyn Signal,
     s: &SignalPart,
     mean: &[f64],
@@ -163,8 +167,12 @@ fn signal(
             spread(part, &k.parameters(scene, &s.shape, &moved));
         }
     }
-    if let (Some(std), [x]) = (l.shape_std(s, k), s.shape.as_slice()) {
-        spread(part, &k.parameters(scene, &[x + std], mean));
+    // coefficients go with the shape: a longer time constant has a larger amplitude; a tone's does not depend on its frequency
+    let shapes = if phases { Vec::new() } else { l.over_shape(h, s, k) };
+    for at in shapes {
+        let moved: Vec<f64> = (0..p).map(|j| if mean[j] == 0.0 { 0.0 } else { at.mean[j] }).collect();
+        let told = k.parameters(scene, &[at.shape], &moved);
+        spread_by(part, &told, at.weight);
     }
     root(part);
 }
@@ -202,8 +210,12 @@ pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: bool) -> Part {
     let id = if named { "gyro.quantization" } else { "free.lattice" };
     let mut part = empty(id, named, gain.max(1e-3));
     part.parameters.insert("lsb_rad_s".into(), lsb);
-    let largest = recorded.iter().copied().fold(0.0, |a: f64, v| a.max(v.abs()));
-    part.std.insert("lsb_rad_s".into(), f64::EPSILON * largest);
+    // the step is the span over its count: both ends are off the lattice by what the file rounds
+    let [low, high] = recorded.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
+    let off = |v: &f64| ((v - low) / lsb - ((v - low) / lsb).round()) * lsb;
+    let rounding = (recorded.iter().map(|v| off(v).powi(2)).sum::<f64>() / recorded.len().max(1) as f64).sqrt();
+    let least = f64::EPSILON * low.abs().max(high.abs());
+    part.std.insert("lsb_rad_s".into(), SQRT_2 * rounding.max(least) / ((high - low) / lsb).round().max(1.0));
     part.description = format!("all values are multiples of {lsb:.6e} rad/s apart");
     part
 }

@@ -1,8 +1,10 @@
 //! A log as the diagnosis needs it: even rows, no gaps, covariates beside, and what the configuration believes about it.
 
+use super::layers::lattice;
 use crate::config::{Config, Kind};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
+use crate::math::robust::mad_std;
 use crate::model::Scene;
 use crate::signal::{Log, TimeAxis, names};
 use crate::simulate::{self, scene};
@@ -14,8 +16,20 @@ pub struct Prepared {
     pub scene: Scene,
     /// Gyro readings, rad/s; rows that were missing are filled.
     pub rate_rad_s: Vec<f64>,
+    /// Which rows were filled.
+    pub filled: Vec<usize>,
     /// What was done, in sentences.
     pub notes: Vec<String>,
+}
+
+impl Prepared {
+    /// The readings with NaN where there was none: for what can do without.
+    #[must_use]
+    pub fn recorded_rad_s(&self) -> Vec<f64> {
+        let mut rate = self.rate_rad_s.clone();
+        self.filled.iter().for_each(|row| rate[*row] = f64::NAN);
+        rate
+    }
 }
 
 /// Where the configuration does not state how much C2 varies: a cheap gyro's data sheet says 0.1 to 1 °/s.
@@ -67,8 +81,16 @@ pub fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prep
         scene.warm_up_relative_std = WARM_UP_STD;
         notes.push(format!("The configuration does not state warm_up_relative_std: {WARM_UP_STD} is assumed."));
     }
-    let (mut rate_rad_s, rows) = even(log, rate, &mut scene, &mut notes)?;
+    let (mut rate_rad_s, rows) = even(log, rate, &mut scene)?;
+    if !rows.is_empty() {
+        let (filled, all) = (rows.len(), rate_rad_s.len());
+        notes.push(format!("{filled} of {all} rows are missing and were filled by noise about their neighbours."));
+    }
     fill(&mut rate_rad_s, &rows, scene.white_std_rad_s);
+    on_lattice(&mut rate_rad_s, rate, &rows);
+    if let Some(note) = in_degrees(&rate_rad_s, scene.white_std_rad_s) {
+        notes.push(note);
+    }
     if scene.span_s() < scene.warm_up.time_constant_s {
         notes.push(format!(
             "The recording lasts {:.0} s, less than one time constant ({:.0} s): slow effects and the warm-up cannot be \
@@ -82,11 +104,11 @@ pub fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prep
             notes.push(format!("No {name} was logged: what follows it cannot be told from what follows time."));
         }
     }
-    Ok(Prepared { scene, rate_rad_s, notes })
+    Ok(Prepared { scene, rate_rad_s, filled: rows, notes })
 }
 
 /// Puts the rows on an even grid; returns the rates (NaN where there is none) and which rows are missing.
-fn even(log: &Log, rate: &[f64], scene: &mut Scene, notes: &mut Vec<String>) -> Result<(Vec<f64>, Vec<usize>)> {
+fn even(log: &Log, rate: &[f64], scene: &mut Scene) -> Result<(Vec<f64>, Vec<usize>)> {
     let missing = |v: &[f64]| (0..v.len()).filter(|i| !v[*i].is_finite()).collect::<Vec<_>>();
     if let TimeAxis::Uniform { .. } = scene.time {
         let rows = missing(rate);
@@ -110,10 +132,6 @@ fn even(log: &Log, rate: &[f64], scene: &mut Scene, notes: &mut Vec<String>) -> 
     let rates = place(rate);
     let rows = missing(&rates);
     refuse_gaps(log, rows.len(), len)?;
-    if !rows.is_empty() {
-        notes
-            .push(format!("{} of {len} rows are missing and were filled by noise about their neighbours.", rows.len()));
-    }
     let covariate = |values: &Option<Vec<f64>>| {
         values.as_ref().map(|v| {
             let mut out = place(v);
@@ -126,6 +144,26 @@ fn even(log: &Log, rate: &[f64], scene: &mut Scene, notes: &mut Vec<String>) -> 
     scene.supply_v = covariate(&scene.supply_v);
     scene.time = TimeAxis::Uniform { start_s, step_s, len };
     Ok((rates, rows))
+}
+
+/// Puts filled rows on the lattice of the recorded ones: a single value beside it would hide it.
+fn on_lattice(values: &mut [f64], recorded: &[f64], rows: &[usize]) {
+    let Some(origin) = recorded.iter().copied().find(|v| v.is_finite()).filter(|_| !rows.is_empty()) else { return };
+    if let Some(lsb) = lattice::step(recorded) {
+        rows.iter().for_each(|row| values[*row] = origin + ((values[*row] - origin) / lsb).round() * lsb);
+    }
+}
+
+/// Says so if the samples scatter by 180/π times what the configuration believes, to a fifth.
+fn in_degrees(rate_rad_s: &[f64], white_std_rad_s: f64) -> Option<String> {
+    let mut differences: Vec<f64> = rate_rad_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let ratio = mad_std(&mut differences, 0.0) / (std::f64::consts::SQRT_2 * white_std_rad_s);
+    (ratio / 1.0_f64.to_degrees()).ln().abs().lt(&0.2).then(|| {
+        format!(
+            "The samples scatter {ratio:.0} times as much as the configuration says: are these degrees per second? Then state \
+             the unit (--unit deg/s)."
+        )
+    })
 }
 
 fn refuse_gaps(log: &Log, missing: usize, len: usize) -> Result<()> {

@@ -112,6 +112,22 @@ pub fn autocorrelation(x: &[f64], max_lag: usize) -> Option<Autocorrelation> {
     Some(Autocorrelation { r, effective })
 }
 
+/// The largest even length up to `len` without prime factors above seven, within about a hundredth: a transform of it
+/// takes a quarter of the time that one of a length with large factors does. Short lengths stay as they are.
+#[must_use]
+pub fn quick_len(len: usize) -> usize {
+    const SHORT: usize = 4096;
+    let smooth = |n: &usize| {
+        [2, 3, 5, 7].iter().fold(*n, |mut n, p| {
+            while n % p == 0 {
+                n /= p;
+            }
+            n
+        }) == 1
+    };
+    if len <= SHORT { len } else { (SHORT..=len).rev().filter(|n| n % 2 == 0).find(smooth).unwrap_or(len) }
+}
+
 /// Reusable transform for the periodogram of series of one length.
 #[derive(Clone)]
 pub struct Periodogram {
@@ -188,6 +204,16 @@ mod tests {
             let truth = 0.6f64.powi(k as i32);
             assert!((r - truth).abs() < 6.0 / (0.81 * n as f64).sqrt(), "{k}: {r} {truth}");
         }
+    }
+
+    #[test]
+    fn quick_lengths_lose_little() {
+        for n in [4097, 37_579, 100_001, 999_983] {
+            let m = quick_len(n);
+            assert!(m <= n && m as f64 > 0.98 * n as f64 && m.is_multiple_of(2), "{n}: {m}");
+        }
+        assert_eq!(quick_len(1 << 16), 1 << 16);
+        assert_eq!(quick_len(31), 31);
     }
 
     #[test]

@@ -407,6 +407,9 @@ fn closed(effect: &EffectAnswer) -> Option<String> {
     Some(percent(share) + &interval.unwrap_or_default())
 }
 
+/// A relative standard deviation that nobody needs to be told.
+const KNOWN: f64 = 1e-8;
+
 fn parameters(out: &mut String, effect: &EffectAnswer) {
     let about: Option<&About> = by_id(&effect.id).map(|e| e.about());
     for (parameter, value) in &effect.parameters {
@@ -418,10 +421,12 @@ fn parameters(out: &mut String, effect: &EffectAnswer) {
         let std = effect.std.get(parameter).copied();
         let meaning = about.and_then(|a| a.parameters.iter().find(|p| p.name == parameter)).map_or("", |p| p.meaning);
         let shown = match std {
+            // known to the last digit, as a lattice is
+            Some(std) if std < KNOWN * value.abs() => significant(*value, 7),
             Some(std) => format!("{} ± {}", known_digits(*value, std), significant(std, 2)),
             None => significant(*value, 4),
         };
-        let _ = writeln!(out, "    {name:<22}{:<30}{meaning}", format!("{shown} {unit}"));
+        let _ = writeln!(out, "    {name:<22}{:<29} {meaning}", format!("{shown} {unit}"));
     }
 }
 

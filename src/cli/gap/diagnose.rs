@@ -7,8 +7,7 @@ use clap::Args;
 use gyroid::config::{Config, Kind};
 use gyroid::effects::{Library, registry};
 use gyroid::files::OutputFile;
-use gyroid::gap::diagnose::{Options, diagnose};
-use gyroid::gap::place;
+use gyroid::gap::{Options, Stage, diagnose_observed, place};
 use gyroid::report::GapReport;
 use gyroid::report::plot::Format;
 use gyroid::signal::Log;
@@ -59,13 +58,17 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let working = output.working("reading");
     let fit = read(&args.columns, &args.fit)?;
     let hold = args.hold.as_ref().map(|path| read(&args.columns, path)).transpose()?;
-    working.show("comparing effects");
     let options = Options { seed: args.seed, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
-    let diagnosis = diagnose(&config, &fit, hold.as_ref(), &library, &options).map_err(named)?;
+    let mut show = |stage| match stage {
+        Stage::Compare => working.show("comparing effects"),
+        Stage::Measure => working.show("measuring how far the gap shrinks"),
+        Stage::Prepare | Stage::Done => {}
+    };
+    let diagnosis = diagnose_observed(&config, &fit, hold.as_ref(), &library, &options, &mut show).map_err(named)?;
     working.show("simulating recordings");
     let found = &diagnosis.augmented.effects[config.effects.len()..];
-    let curves = place::of_log(&config, found, &library, &fit, options.since_power_on_s, args.seed).map_err(named)?;
+    let curves = place::of_prepared(&diagnosis.prepared, found, &library, args.seed).map_err(named)?;
     drop(working);
 
     let kept_back = args.hold.as_deref().map(name);
@@ -102,12 +105,12 @@ fn effects_text(count: usize) -> String {
     }
 }
 
-fn name(path: &Path) -> String {
+pub(super) fn name(path: &Path) -> String {
     path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
 }
 
 /// The configuration of a gyro at rest.
-fn at_rest(path: &Path) -> Result<Config> {
+pub(super) fn at_rest(path: &Path) -> Result<Config> {
     let config = Config::read(path)?;
     if config.kind == Kind::Driving {
         let found = "is of a drive, and only logs of a gyro at rest can be diagnosed yet";
@@ -130,7 +133,7 @@ fn library(without: &[String]) -> Result<Library> {
 }
 
 /// A recording on time since power-on, named by its path.
-fn read(columns: &ColumnArgs, path: &Path) -> Result<Log> {
+pub(super) fn read(columns: &ColumnArgs, path: &Path) -> Result<Log> {
     let recording = columns.read(path)?;
     let time = columns.time_since_power_on(&recording);
     let mut log = recording.log;

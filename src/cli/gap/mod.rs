@@ -2,6 +2,7 @@
 
 mod bench;
 mod diagnose;
+mod explain;
 
 use super::Outcome;
 use clap::{Args, Subcommand};
@@ -18,12 +19,14 @@ pub(crate) struct GapArgs {
 #[derive(Debug, Subcommand)]
 enum GapCommand {
     Diagnose(diagnose::DiagnoseArgs),
+    Explain(explain::ExplainArgs),
     Bench(bench::BenchArgs),
 }
 
 pub(crate) fn run(args: &GapArgs) -> Result<Outcome> {
     match &args.command {
         GapCommand::Diagnose(args) => diagnose::run(args),
+        GapCommand::Explain(args) => explain::run(args),
         GapCommand::Bench(args) => bench::run(args),
     }
 }

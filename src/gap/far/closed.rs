@@ -33,13 +33,13 @@ pub struct Closed {
 
 /// Log densities by rows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scores {
+pub struct Scores<'a> {
     /// Under the nominal simulator.
-    pub before: Vec<f64>,
+    pub before: &'a [f64],
     /// Under the model in question.
-    pub after: Vec<f64>,
+    pub after: &'a [f64],
     /// Of the augmented simulator on its own recordings.
-    pub floor: Vec<Vec<f64>>,
+    pub floor: Vec<&'a [f64]>,
     /// Total of the nominal simulator on these recordings.
     pub own_before: Vec<f64>,
 }
@@ -90,9 +90,9 @@ fn std(values: &[f64]) -> f64 {
 /// simulator scores on the recording plus the gain to be expected, so that this chance cancels; the interval is then that
 /// of the gain over simulated recordings. None where not even a gain of 2 nats is expected.
 #[must_use]
-pub fn gap_closed(scores: &Scores, block_rows: usize, options: &Options) -> Closed {
+pub fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Options) -> Closed {
     let total = |v: &[f64]| v.iter().sum::<f64>();
-    let (before, after) = (total(&scores.before), total(&scores.after));
+    let (before, after) = (total(scores.before), total(scores.after));
     let floors: Vec<f64> = scores.floor.iter().map(|f| total(f)).collect();
     let gains: Vec<f64> = floors.iter().zip(&scores.own_before).map(|(f, b)| f - b).collect();
     let logs = floors.len().max(1) as f64;
@@ -114,8 +114,8 @@ pub fn gap_closed(scores: &Scores, block_rows: usize, options: &Options) -> Clos
 }
 
 /// Middle 95 % of the ratio over resampled blocks and recordings; none where the resampled gap may vanish.
-fn resampled(scores: &Scores, block_rows: usize, options: &Options) -> Option<[f64; 2]> {
-    let (before, after) = (block_sums(&scores.before, block_rows), block_sums(&scores.after, block_rows));
+fn resampled(scores: &Scores<'_>, block_rows: usize, options: &Options) -> Option<[f64; 2]> {
+    let (before, after) = (block_sums(scores.before, block_rows), block_sums(scores.after, block_rows));
     let floors: Vec<Vec<f64>> = scores.floor.iter().map(|f| block_sums(f, block_rows)).collect();
     let (blocks, logs) = (before.len(), floors.len());
     let mut draw = Stream::new(options.seed, u64::MAX);

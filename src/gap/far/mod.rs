@@ -25,11 +25,11 @@ pub use heading::{HeadingError, heading_horizons};
 pub use shape::Band;
 
 use super::answer::Metric;
-use super::state_space::{Believed, Run};
+use super::state_space::Believed;
 use crate::error::{Error, ErrorKind, Result};
 use heading::heading_errors;
 use rayon::prelude::*;
-use shape::Shape;
+use shape::{Residuals, Shape};
 
 /// How the gap is measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,7 +86,7 @@ pub struct Far {
 
 /// What one simulated recording is scored as.
 struct OwnLog {
-    augmented: Run,
+    log_density: Vec<f64>,
     nominal_total: f64,
     heading: Vec<HeadingError>,
     augmented_shape: Shape,
@@ -123,27 +123,31 @@ pub fn measure(
     let (horizons_s, horizons) = heading_horizons(hold_rad_s.len(), nominal.step_s, &options.horizons_s);
     let before = nominal.run(hold_rad_s, &horizons)?;
     let after = augmented.run(hold_rad_s, &horizons)?;
-    let singles: Vec<Run> = alone.par_iter().map(|claim| claim.believed.score(hold_rad_s)).collect::<Result<_>>()?;
+    let score = |claim: &Claim<'_>| Ok(claim.believed.score(hold_rad_s)?.log_density);
+    let singles: Vec<Vec<f64>> = alone.par_iter().map(score).collect::<Result<_>>()?;
+    let residuals = Residuals::new(hold_rad_s, nominal);
 
     let own: Vec<OwnLog> = (0..options.simulated_logs as u64)
         .into_par_iter()
-        .map(|log| own_log(hold_rad_s, nominal, augmented, &horizons, (options.seed, log)))
+        .map(|log| own_log(hold_rad_s, (nominal, augmented), &residuals, &horizons, (options.seed, log)))
         .collect::<Result<_>>()?;
 
     let block_rows = block_rows(&before.log_density, &after.log_density);
-    let scores = |run: &Run| Scores {
-        before: before.log_density.clone(),
-        after: run.log_density.clone(),
-        floor: own.iter().map(|o| o.augmented.log_density.clone()).collect(),
-        own_before: own.iter().map(|o| o.nominal_total).collect(),
+    let close = |log_density: &[f64]| {
+        let scores = Scores {
+            before: &before.log_density,
+            after: log_density,
+            floor: own.iter().map(|o| o.log_density.as_slice()).collect(),
+            own_before: own.iter().map(|o| o.nominal_total).collect(),
+        };
+        gap_closed(&scores, block_rows, options)
     };
-    let close = |run: &Run| gap_closed(&scores(run), block_rows, options);
-    let closed = close(&after);
+    let closed = close(&after.log_density);
     let alone: Vec<(String, Closed)> =
         alone.iter().zip(&singles).map(|(claim, run)| (claim.id.to_string(), close(run))).collect();
 
     let unit = if options.whole_log { 1.0 } else { present as f64 };
-    let totals: Vec<f64> = own.iter().map(|o| o.augmented.total() / unit).collect();
+    let totals: Vec<f64> = own.iter().map(|o| o.log_density.iter().sum::<f64>() / unit).collect();
     let floor = mean(totals.iter().copied());
     let scatter = totals.iter().map(|t| (t - floor).powi(2)).sum::<f64>() / (totals.len() - 1) as f64;
     let floor_std_error = (scatter / totals.len() as f64).sqrt();
@@ -160,7 +164,7 @@ pub fn measure(
             floor: mean(own.iter().map(|o| o.heading[at].rms_rad.powi(2))).sqrt(),
         });
     }
-    let hold = Shape::new(hold_rad_s, nominal)?;
+    let hold = Shape::new(hold_rad_s, &residuals);
     let nominal_shapes: Vec<&Shape> = own.iter().map(|o| &o.nominal_shape).collect();
     let augmented_shapes: Vec<&Shape> = own.iter().map(|o| &o.augmented_shape).collect();
     metrics.extend(shape::metrics(&hold, &nominal_shapes, &augmented_shapes));
@@ -191,8 +195,8 @@ pub fn measure(
 /// A recording of each simulator with the gaps of the real one.
 fn own_log(
     hold_rad_s: &[f64],
-    nominal: &Believed,
-    augmented: &Believed,
+    (nominal, augmented): (&Believed, &Believed),
+    residuals: &Residuals,
     horizons: &[super::state_space::Horizon],
     (seed, log): (u64, u64),
 ) -> Result<OwnLog> {
@@ -205,9 +209,9 @@ fn own_log(
     let run = augmented.run(&y, horizons)?;
     Ok(OwnLog {
         heading: heading_errors(&y, &run, horizons, augmented.step_s),
-        augmented: run,
+        log_density: run.log_density,
         nominal_total: nominal.score(&y)?.total(),
-        augmented_shape: Shape::new(&y, nominal)?,
-        nominal_shape: Shape::new(&simulate(nominal, 2 * log + 1)?, nominal)?,
+        augmented_shape: Shape::new(&y, residuals),
+        nominal_shape: Shape::new(&simulate(nominal, 2 * log + 1)?, residuals),
     })
 }

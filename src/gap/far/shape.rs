@@ -4,10 +4,8 @@
 //! coefficients leaves, the same for real and simulated recordings: their difference is the simulator's.
 
 use super::super::answer::Metric;
-use crate::error::Result;
 use crate::gap::state_space::Believed;
-use crate::math::lsq::solve_qr;
-use crate::math::spectra::Periodogram;
+use crate::math::spectra::{Periodogram, quick_len};
 use std::f64::consts::{SQRT_2, TAU};
 
 /// A curve of the recording kept back at one averaging time or frequency, with what simulated ones range over.
@@ -32,28 +30,66 @@ pub(super) struct Shape {
     ln_power: Vec<f64>,
 }
 
-/// What the coefficients of `nominal`, fitted freely, leave of a recording; 0 where a reading is missing.
-fn residuals(reading_rad_s: &[f64], nominal: &Believed) -> Result<Vec<f64>> {
-    let there: Vec<usize> = (0..reading_rad_s.len()).filter(|k| reading_rad_s[*k].is_finite()).collect();
-    let fixed = |k: usize| nominal.fixed_rad_s.as_ref().map_or(0.0, |f| f[k]);
-    let y: Vec<f64> = there.iter().map(|k| reading_rad_s[*k] - fixed(*k)).collect();
-    let mut columns: Vec<Vec<f64>> = vec![vec![1.0; there.len()]];
-    let varying = nominal.coefficients.iter().filter(|c| c.std > 0.0 && c.column.iter().any(|x| *x != c.column[0]));
-    columns.extend(varying.map(|c| there.iter().map(|k| c.column[*k]).collect()));
-    let mut out = vec![0.0; reading_rad_s.len()];
-    for (k, r) in there.iter().zip(solve_qr(&columns, &y)?.residuals) {
-        out[*k] = r;
+/// What takes the coefficients of the nominal simulator, fitted freely, out of recordings with the same readings missing.
+pub(super) struct Residuals {
+    step_s: f64,
+    there: Vec<bool>,
+    fixed: Option<Vec<f64>>,
+    /// Orthonormal over the rows that are there, zero in the others.
+    columns: Vec<Vec<f64>>,
+    periodogram: Periodogram,
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn project(values: &mut [f64], columns: &[Vec<f64>]) {
+    for q in columns {
+        let along = dot(q, values);
+        values.iter_mut().zip(q).for_each(|(v, q)| *v -= along * q);
     }
-    Ok(out)
+}
+
+impl Residuals {
+    pub(super) fn new(reading_rad_s: &[f64], nominal: &Believed) -> Self {
+        const DEPENDENT: f64 = 1e-9;
+        let there: Vec<bool> = reading_rad_s.iter().map(|v| v.is_finite()).collect();
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        let constant = vec![1.0; there.len()];
+        let varying = nominal.coefficients.iter().filter(|c| c.std > 0.0).map(|c| &c.column);
+        for column in std::iter::once(&constant).chain(varying) {
+            let mut q: Vec<f64> = column.iter().zip(&there).map(|(x, t)| if *t { *x } else { 0.0 }).collect();
+            let whole = dot(&q, &q).sqrt();
+            // twice is enough (Parlett, The Symmetric Eigenvalue Problem, §6.9)
+            (0..2).for_each(|_| project(&mut q, &columns));
+            let left = dot(&q, &q).sqrt();
+            if left > DEPENDENT * whole {
+                q.iter_mut().for_each(|v| *v /= left);
+                columns.push(q);
+            }
+        }
+        let periodogram = Periodogram::new(quick_len(there.len()));
+        Self { step_s: nominal.step_s, there, fixed: nominal.fixed_rad_s.clone(), columns, periodogram }
+    }
+
+    /// What is left of a recording; 0 where a reading is missing.
+    fn of(&self, reading_rad_s: &[f64]) -> Vec<f64> {
+        let fixed = |k: usize| self.fixed.as_ref().map_or(0.0, |f| f[k]);
+        let there = self.there.iter().zip(reading_rad_s).enumerate();
+        let mut y: Vec<f64> = there.map(|(k, (there, y))| if *there { y - fixed(k) } else { 0.0 }).collect();
+        project(&mut y, &self.columns);
+        y
+    }
 }
 
 impl Shape {
-    pub(super) fn new(reading_rad_s: &[f64], nominal: &Believed) -> Result<Self> {
-        let r = residuals(reading_rad_s, nominal)?;
-        let (averaging_time_s, deviation) = allan_deviation(&r, nominal.step_s).into_iter().unzip();
-        let (frequency_hz, power) = spectrum(&r, nominal.step_s).into_iter().unzip();
+    pub(super) fn new(reading_rad_s: &[f64], residuals: &Residuals) -> Self {
+        let r = residuals.of(reading_rad_s);
+        let (averaging_time_s, deviation) = allan_deviation(&r, residuals.step_s).into_iter().unzip();
+        let (frequency_hz, power) = spectrum(&r, residuals.step_s, residuals.periodogram.clone()).into_iter().unzip();
         let ln = |v: Vec<f64>| v.into_iter().map(|v| v.max(f64::MIN_POSITIVE).ln()).collect();
-        Ok(Self { averaging_time_s, ln_allan_deviation: ln(deviation), frequency_hz, ln_power: ln(power) })
+        Self { averaging_time_s, ln_allan_deviation: ln(deviation), frequency_hz, ln_power: ln(power) }
     }
 }
 
@@ -69,21 +105,23 @@ fn allan_deviation(rate_rad_s: &[f64], step_s: f64) -> Vec<(f64, f64)> {
         .take_while(|m| 8 * m <= rate_rad_s.len())
         .map(|m| {
             // second differences of the angle
-            let n = angle.len() - 2 * m;
-            let square: f64 = (0..n).map(|i| (angle[i + 2 * m] - 2.0 * angle[i + m] + angle[i]).powi(2)).sum();
+            // starts a thirty-second of τ apart know what all starts know
+            let starts = (0..angle.len() - 2 * m).step_by((m / 32).max(1));
+            let n = starts.len();
+            let square: f64 = starts.map(|i| (angle[i + 2 * m] - 2.0 * angle[i + m] + angle[i]).powi(2)).sum();
             (m as f64 * step_s, (square / (2 * n) as f64).sqrt() / m as f64)
         })
         .collect()
 }
 
 /// (frequency, two-sided PSD) in half octaves, at least four ordinates each.
-fn spectrum(rate_rad_s: &[f64], step_s: f64) -> Vec<(f64, f64)> {
-    let n = rate_rad_s.len();
+fn spectrum(rate_rad_s: &[f64], step_s: f64, mut periodogram: Periodogram) -> Vec<(f64, f64)> {
+    let n = quick_len(rate_rad_s.len());
     let window = |k: usize| 1.0 - (TAU * (k as f64 + 0.5) / n as f64).cos();
-    let tapered: Vec<f64> = rate_rad_s.iter().enumerate().map(|(k, r)| window(k) * r).collect();
+    let tapered: Vec<f64> = rate_rad_s[..n].iter().enumerate().map(|(k, r)| window(k) * r).collect();
     // the window's mean square is 3/2
     let scale = step_s / (1.5 * n as f64);
-    let ordinates = Periodogram::new(n).ordinates(&tapered);
+    let ordinates = periodogram.ordinates(&tapered);
     let mut out = Vec::new();
     let mut from = 0;
     while from + 4 <= ordinates.len() {
@@ -167,7 +205,7 @@ mod tests {
             let error = (tau / (n as f64 * step_s)).sqrt().max(0.004);
             assert!((deviation / truth - 1.0).abs() < 4.0 * error, "{tau}: {deviation} {truth}");
         }
-        let bands = spectrum(&y, step_s);
+        let bands = spectrum(&y, step_s, Periodogram::new(n));
         let truth = std * std * step_s;
         let mean = bands.iter().rev().take(6).map(|(_, p)| p / truth).sum::<f64>() / 6.0;
         assert!((mean - 1.0).abs() < 0.05, "{mean}");

@@ -1,6 +1,6 @@
 //! The measures of the gap on simulated recordings whose truth is known.
 
-use super::super::state_space::{Believed, Coefficient, Markov, Telegraph};
+use super::super::state_space::{Believed, Coefficient, Markov, Run, Telegraph};
 use super::*;
 
 const ROWS: usize = 6000;
@@ -132,12 +132,12 @@ fn intervals_cover_the_share_of_long_recordings() {
         .iter()
         .filter(|[b, w, _]| {
             let scores = Scores {
-                before: b.log_density.clone(),
-                after: w.log_density.clone(),
-                floor: floor.clone(),
+                before: &b.log_density,
+                after: &w.log_density,
+                floor: floor.iter().map(Vec::as_slice).collect(),
                 own_before: vec![0.0; 12],
             };
-            let rows = block_rows(&scores.before, &scores.after);
+            let rows = block_rows(scores.before, scores.after);
             let [low, high] = gap_closed(&scores, rows, &quick()).ci95.unwrap();
             low < share && share < high
         })

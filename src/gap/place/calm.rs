@@ -3,7 +3,8 @@
 //! The rule of [`crate::gap::clean`]; here it runs over some eighty recordings, so that the scale comes from every 16th row
 //! and medians are taken only next to large differences.
 
-use crate::math::robust::{mad_std, median};
+use crate::math::NORMAL_975;
+use crate::math::robust::{mad_std, median, quantile};
 
 /// Robust standard deviations beyond which a sample is taken out.
 const LIMIT: f64 = 6.0;
@@ -26,7 +27,10 @@ pub(super) fn without_outliers(y: &[f64]) -> Vec<f64> {
     let mut off: Vec<f64> = (0..y.len()).step_by(STRIDE).map(|i| y[i] - centre(i)).filter(|v| v.is_finite()).collect();
     let squares: f64 = off.iter().map(|v| v * v).sum();
     let spread = (squares / off.len().max(1) as f64).sqrt();
-    let robust = mad_std(&mut off, 0.0);
+    let mut sizes: Vec<f64> = off.iter().map(|v| v.abs()).collect();
+    let upper = if sizes.is_empty() { 0.0 } else { quantile(&mut sizes, 0.95) / NORMAL_975 };
+    // NaN where there is nothing: the maximum takes the other
+    let robust = mad_std(&mut off, 0.0).max(upper);
     // on a coarse lattice most deviations are zero, and the scale of the rest is what counts
     let scale = if robust < 0.2 * spread { spread } else { robust };
     let mut out = y.to_vec();

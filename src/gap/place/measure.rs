@@ -6,7 +6,7 @@ use super::condition::{Condition, conditions};
 use super::repeatability::Repeatability;
 use super::{Over, Shown};
 use crate::math::robust::{MAD_TO_STD, median};
-use crate::math::spectra::Periodogram;
+use crate::math::spectra::{Periodogram, quick_len};
 use crate::model::Scene;
 use std::f64::consts::SQRT_2;
 
@@ -61,6 +61,7 @@ pub(super) struct Instrument {
     pub recipes: Vec<Recipe>,
     step_s: f64,
     samples: f64,
+    transformed: usize,
     warm_up_rad_s: Vec<f64>,
     repeatability: Repeatability,
     blocks: Vec<[usize; 2]>,
@@ -80,14 +81,16 @@ impl Instrument {
         let step_s = scene.step_s;
         let blocks: Vec<[usize; 2]> =
             blocks(rows).into_iter().filter(|[a, b]| there[*a..*b].iter().any(|t| *t)).collect();
-        let bands = bands((rows - 1) / 2);
+        // the spectrum is that of the rows that transform quickly
+        let transformed = quick_len(rows);
+        let bands = bands((transformed - 1) / 2);
         let octaves = octaves(rows);
         let amplitudes = amplitudes();
         let differences = there.windows(2).filter(|w| w[0] && w[1]).count();
         let conditions = conditions(scene, &there);
 
         let time = |[a, b]: &[usize; 2]| [scene.time.at(*a), scene.time.at(b - 1) + step_s];
-        let hertz = 1.0 / (rows as f64 * step_s);
+        let hertz = 1.0 / (transformed as f64 * step_s);
         let band = |[a, b]: &[usize; 2]| [(*a as f64 - 0.5) * hertz, (*b as f64 - 0.5) * hertz];
         let lines = bands.iter().filter(|b| has_lines(b));
         let averaging = |m: &usize| [*m as f64 * step_s / SQRT_2, *m as f64 * step_s * SQRT_2];
@@ -116,12 +119,13 @@ impl Instrument {
         Self {
             recipes,
             step_s,
-            samples: there.iter().filter(|t| **t).count() as f64,
+            samples: there[..transformed].iter().filter(|t| **t).count() as f64,
+            transformed,
             warm_up_rad_s: (0..rows).map(|row| scene.warm_up.error_rad_s(scene.time.at(row))).collect(),
             repeatability: Repeatability::new(scene, &there),
             blocks,
             bands,
-            periodogram: Periodogram::new(rows),
+            periodogram: Periodogram::new(transformed),
             octaves,
             amplitudes,
             white_std_rad_s: scene.white_std_rad_s,
@@ -138,8 +142,8 @@ impl Instrument {
         let mut deviation: Vec<f64> = y_rad_s.iter().zip(&self.warm_up_rad_s).map(|(y, e)| y - e).collect();
         self.repeatability.remove(&mut deviation);
         let differences = differences(&y_rad_s);
-        let ordinates = self.periodogram.clone().ordinates(&deviation);
-        // two-sided: Σ PSD / (rows · step) over all frequencies is the variance
+        let ordinates = self.periodogram.clone().ordinates(&deviation[..self.transformed]);
+        // two-sided: Σ PSD / (transformed rows · step) over all frequencies is the variance
         let to_density = self.step_s / self.samples;
         let of_band = |[a, b]: &[usize; 2]| &ordinates[a - 1..b - 1];
         let mean = |band: &[usize; 2]| of_band(band).iter().sum::<f64>() / (band[1] - band[0]) as f64 * to_density;

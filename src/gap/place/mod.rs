@@ -23,7 +23,7 @@ mod repeatability;
 mod tests;
 
 use super::believe::believed;
-use super::prepare::prepare;
+use super::prepare::{Prepared, prepare};
 use super::state_space::Believed;
 use crate::config::{Config, EffectTable};
 use crate::effects::Library;
@@ -131,11 +131,18 @@ pub fn of_log(
     since_power_on_s: f64,
     seed: u64,
 ) -> Result<Vec<Curve>> {
-    let prepared = prepare(config, log, since_power_on_s)?;
+    of_prepared(&prepare(config, log, since_power_on_s)?, effects, library, seed)
+}
+
+/// The same of a log that was made ready already.
+///
+/// # Errors
+/// As [`curves`] and [`believed`].
+pub fn of_prepared(prepared: &Prepared, effects: &[EffectTable], library: &Library, seed: u64) -> Result<Vec<Curve>> {
     let before = believed(&prepared.scene, library, &[])?;
     let effects: Vec<_> = effects.iter().map(|e| (e.id.clone(), e.parameters.clone())).collect();
     let after = believed(&prepared.scene, library, &effects)?;
-    curves(&prepared.scene, &prepared.rate_rad_s, &before, &after, seed)
+    curves(&prepared.scene, &prepared.recorded_rad_s(), &before, &after, seed)
 }
 
 /// Where the recording leaves what `before` (the nominal simulator) and `after` (the augmented one) would have recorded.

@@ -1,0 +1,335 @@
+//! Just these effects: argmax p(log, θ | effects), with an interval for each parameter
+//!
+//! The likelihood is the diagnosis's ([`crate::gap::diagnose()`]), the search over sets is left out: whoever knows what is at
+//! work asks how large it is. Parameters that are positive by nature have intervals that are symmetric in their logarithm,
+//! where the likelihood is close to normal; the others are symmetric about the estimate.
+
+mod chain;
+mod interval;
+mod rare;
+
+pub use interval::Estimate;
+
+use super::clean::clean;
+use super::evidence::{Fitted, Likelihood, nuisances};
+use super::findings::Part;
+use super::frame::{ColumnId, Frame};
+use super::hypothesis::{Candidate, Hypothesis, Kind};
+use super::judge::candidates;
+use super::layers::lattice;
+use super::lines::Lines;
+use super::parts;
+use super::popcorn::{Popcorn, beside};
+use super::prepare::{Prepared, prepare};
+use super::search::{Prior, Search};
+use crate::config::Config;
+use crate::effects::{Effect, Explanation, Library};
+use crate::error::{Error, ErrorKind, Result};
+use crate::signal::Log;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// One effect, fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Explained {
+    /// Its identifier.
+    pub id: String,
+    /// What it adds to the log-likelihood of the recording, nats; small numbers mean that the recording hardly shows it.
+    pub gain_nats: f64,
+    /// Parameters that the recording tells. Without those that describe the form and are not known better than by default.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// When it shows, s, where it does not all the time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<[f64; 2]>,
+}
+
+/// Effects fitted together to one recording.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Explanations {
+    /// The effects, in the order asked for; those of which the recording has no trace are missing, and a note says so.
+    pub effects: Vec<Explained>,
+    /// What was assumed, and what could not be fitted, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// Least number of cycles of a tone in the recording.
+const CYCLES: f64 = 3.0;
+/// Rounds in which every signal is sought anew beside all the others.
+const ROUNDS: usize = 2;
+/// Steps finer than this of the white noise are how the file keeps its numbers.
+const FINEST: f64 = 0.01;
+
+/// Fits the effects `ids` of `library`, and no others, to `log`, beside the warm-up and white noise of `config`. The time
+/// of the first row since power-on is `since_power_on_s` where the log's time counts from something else.
+///
+/// ```no_run
+/// use gyroid::{config::Config, effects::Library, gap};
+/// # fn main() -> gyroid::Result<()> {
+/// # let log = gyroid::signal::Log::new("fit.csv", gyroid::signal::TimeAxis::Uniform { start_s: 0.0, step_s: 0.1, len: 0 });
+/// let config = Config::read("sim.toml".as_ref())?;
+/// let fitted = gap::explain(&config, &log, &Library::new(), &["gyro.tone"], 0.0)?;
+/// let [low_hz, high_hz] = fitted.effects[0].parameters["frequency_hz"].ci95;
+/// # Ok(())
+/// # }
+/// ```
+///
+/// # Errors
+/// As [`prepare`]; [`ErrorKind::Usage`] if an id is unknown or stands twice, or there is none; [`ErrorKind::Column`] if the
+/// log lacks what an effect follows.
+pub fn explain(
+    config: &Config,
+    log: &Log,
+    library: &Library,
+    ids: &[&str],
+    since_power_on_s: f64,
+) -> Result<Explanations> {
+    let effects = chosen(library, ids)?;
+    let prepared = prepare(config, log, since_power_on_s)?;
+    for effect in &effects {
+        if effect.explanation(&prepared.scene).is_none() {
+            let found = format!("nothing that {} could follow: it is not logged, or constant", effect.about().id);
+            return Err(Error::new(ErrorKind::Column, &log.source, found)
+                .mend("log it (temperature_c, supply_v), or leave the effect out"));
+        }
+    }
+    Ok(fit(&prepared, &effects))
+}
+
+fn chosen(library: &Library, ids: &[&str]) -> Result<Vec<&'static dyn Effect>> {
+    let refused = |found: String| {
+        let known: Vec<_> = library.effects().map(|e| e.about().id).collect();
+        Error::new(ErrorKind::Usage, "effects", found).mend(format!("name some of {}", known.join(", ")))
+    };
+    if ids.is_empty() {
+        return Err(refused("no effect is named".into()));
+    }
+    let mut effects = Vec::new();
+    for (i, id) in ids.iter().enumerate() {
+        if ids[..i].contains(id) {
+            return Err(refused(format!("{id} is named twice")));
+        }
+        effects.push(library.by_id(id).ok_or_else(|| refused(format!("no effect at rest is called {id:?}")))?);
+    }
+    Ok(effects)
+}
+
+/// Fits `effects` to a recording that was made ready.
+pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Explanations {
+    let mut notes = prepared.notes.clone();
+    let recorded = &prepared.rate_rad_s;
+    let mut scene = prepared.scene.clone();
+    let nominal = scene.white_std_rad_s;
+    let lsb = lattice::step(recorded).filter(|lsb| *lsb > FINEST * nominal);
+    if let Some(lsb) = lsb {
+        scene.white_std_rad_s = (nominal * nominal + lsb * lsb / 12.0).sqrt();
+    }
+    let frame = Frame::new(&scene);
+    let deviation: Vec<f64> =
+        (0..frame.len()).map(|i| recorded[i] - scene.warm_up.error_rad_s(scene.time.at(i))).collect();
+    let (cleaned, aside) = clean(&deviation);
+    let data = frame.data(cleaned);
+    let nuisance = nuisances(&frame);
+
+    let asks = |wanted: fn(&Explanation) -> bool| {
+        effects.iter().any(|e| e.explanation(&frame.scene).as_ref().is_some_and(wanted))
+    };
+    let two_levels = asks(|e| matches!(e, Explanation::TwoLevels));
+    let mut all: Vec<Candidate> = candidates(effects, &frame.scene).into_iter().filter(|c| c.named).collect();
+    let asked = all.len();
+    if let Some(noise) = crate::effects::by_id("gyro.gauss_markov").filter(|_| two_levels) {
+        // stands where the two levels will be
+        all.extend(candidates(&[noise], &frame.scene).into_iter().filter(|c| c.named));
+    }
+    let likelihood = Likelihood::new(&frame, &data, &all, &nuisance);
+    let gaussian = together(&likelihood, 0..asked);
+    let found = two_levels.then(|| levels(&likelihood, &nuisance, &gaussian, asked)).flatten();
+
+    let mut explained: Vec<Explained> = Vec::new();
+    let tell = |l: &Likelihood, fitted: &Fitted| {
+        let told = parts::parts(l, fitted).into_iter().filter_map(|p| Some(told(library_effect(effects, &p.id)?, &p)));
+        (told.collect::<Vec<_>>(), Search::new(l, Prior::default()).whitened(&fitted.hypothesis))
+    };
+    // what is left, whitened: by the set beside two levels where there are two
+    let (gaussian_parts, white) = match &found {
+        Some((popcorn, gain)) => {
+            let left: Vec<f64> = data.values_rad_s.iter().zip(&popcorn.path).map(|(y, p)| y - p).collect();
+            let rest = frame.data_undithered(left);
+            let beside = Likelihood::new(&frame, &rest, &all, &nuisance);
+            explained.extend(two_levels_told(&beside, popcorn, &data.values_rad_s, *gain));
+            tell(&beside, &popcorn.fitted)
+        }
+        None => tell(&likelihood, &gaussian),
+    };
+    explained.extend(gaussian_parts);
+    if asks(|e| matches!(e, Explanation::Outliers)) {
+        let mut w = white.clone();
+        for i in &aside {
+            w[*i] += (deviation[*i] - data.values_rad_s[*i]) / frame.scene.white_std_rad_s;
+        }
+        // what the ends leak into is no sample of the noise
+        let edge = (w.len() / 400).min(100);
+        explained.extend(rare::judge(&w[edge..w.len() - edge]).map(|r| outliers_told(&r, frame.scene.white_std_rad_s)));
+    } else if !aside.is_empty() {
+        notes.push(format!("{} samples stand out and were put aside before anything else was fitted.", aside.len()));
+    }
+    if let Some(lsb) = lsb.filter(|_| asks(|e| matches!(e, Explanation::Lattice))) {
+        let residual: Vec<f64> = white.iter().map(|v| v * frame.scene.white_std_rad_s).collect();
+        let part = parts::lattice(lsb, recorded, lattice::gain(&residual, lsb, nominal, nominal), true);
+        explained.extend(library_effect(effects, &part.id).map(|e| told(e, &part)));
+    }
+    let place = |id: &str| effects.iter().position(|e| e.about().id == id);
+    explained.retain(|e| place(&e.id).is_some());
+    explained.sort_by_key(|e| place(&e.id));
+    for effect in effects.iter().filter(|e| explained.iter().all(|x| x.id != e.about().id)) {
+        notes.push(format!("{}: the recording has no trace of it.", effect.about().id));
+    }
+    Explanations { effects: explained, notes }
+}
+
+fn library_effect(effects: &[&'static dyn Effect], id: &str) -> Option<&'static dyn Effect> {
+    effects.iter().copied().find(|e| e.about().id == id)
+}
+
+/// Two levels by the recursion over all samples, from what the alternation of chain and Gaussian part found.
+fn two_levels_told(beside: &Likelihood, popcorn: &Popcorn, values_rad_s: &[f64], gain: f64) -> Option<Explained> {
+    let (frame, h) = (beside.frame, &popcorn.fitted.hypothesis);
+    let scene = &frame.scene;
+    let white = scene.white_std_rad_s * h.ln_white.exp();
+    // the Gaussian part without its nuisances: signals at their means, and what the noises follow
+    let posterior = beside.coefficients(h)?;
+    let mut z = vec![0.0; frame.len()];
+    let ids = h.signals.iter().flat_map(|s| s.columns.iter());
+    ids.zip(&posterior.mean[beside.nuisance.len()..]).for_each(|(id, b)| frame.add_column(&mut z, *id, *b));
+    if !h.noises.is_empty() {
+        let followed = beside.followed(h, &beside.remainder(h));
+        z.iter_mut().zip(followed).for_each(|(z, f)| *z += f);
+    }
+    let known = frame.series(&z);
+    let y: Vec<f64> = values_rad_s.iter().zip(&known).map(|(y, k)| (y - k) / white).collect();
+    let relative = scene.warm_up_relative_std;
+    let stds = [
+        relative * scene.warm_up.c1_rad_s.abs(),
+        scene.turn_on_bias_std_rad_s,
+        relative * scene.warm_up.time_constant_s,
+    ];
+    let gradient: Vec<[f64; 3]> = (0..frame.len()).map(|i| scene.warm_up.gradient(scene.time.at(i))).collect();
+    let column = |j: usize| gradient.iter().map(|g| g[j] * stds[j] / white).collect::<Vec<f64>>();
+    let columns: Vec<Vec<f64>> = (0..3).filter(|j| stds[*j] > 0.0).map(column).collect();
+    let start = &popcorn.chain;
+    let dwell_s = [start.dwell_low, start.dwell_high].map(|d| d * scene.step_s);
+    let samples = chain::Beside { y: &y, columns: &columns, white_std_rad_s: white, step_s: scene.step_s };
+    let found = samples.fit(start.spacing, dwell_s)?;
+    Some(Explained {
+        id: "gyro.telegraph_noise".into(),
+        gain_nats: gain,
+        parameters: [
+            ("level_spacing_rad_s".into(), found.spacing_rad_s),
+            ("mean_dwell_s".into(), found.mean_dwell_s),
+            ("dwell_ratio".into(), found.dwell_ratio),
+        ]
+        .into(),
+        time_s: None,
+    })
+}
+
+fn outliers_told(rare: &rare::Rare, white_std_rad_s: f64) -> Explained {
+    let scaled = |e: Estimate| Estimate {
+        estimate: e.estimate * white_std_rad_s,
+        std: e.std * white_std_rad_s,
+        ci95: e.ci95.map(|v| v * white_std_rad_s),
+    };
+    Explained {
+        id: "gyro.outliers".into(),
+        gain_nats: rare.gain_nats,
+        parameters: [
+            ("probability_per_sample".into(), rare.probability),
+            ("amplitude_rad_s".into(), scaled(rare.size)),
+        ]
+        .into(),
+        time_s: None,
+    }
+}
+
+/// A part as it is told.
+fn told(effect: &dyn Effect, part: &Part) -> Explained {
+    let one = |(name, value): (&String, &f64)| {
+        let std = *part.std.get(name)?;
+        let positive = effect.about().parameters.iter().any(|p| p.name == name && p.bounds[0] >= 0.0);
+        Some((name.clone(), Estimate::normal(*value, std, positive)))
+    };
+    Explained {
+        id: part.id.clone(),
+        gain_nats: part.share,
+        parameters: part.parameters.iter().filter_map(one).collect(),
+        time_s: part.time_s,
+    }
+}
+
+/// The candidates `which` at work together, at their mode.
+///
+/// A walk can take a ramp for itself and the other way round: which comes first may decide where the climb ends, so both
+/// orders are gone and the more probable end is taken.
+fn together(l: &Likelihood, which: std::ops::Range<usize>) -> Fitted {
+    let is_signal = |c: &usize| matches!(l.candidates[*c].kind, Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn);
+    let (signals, noises): (Vec<usize>, Vec<usize>) = which.partition(is_signal);
+    let climb = |order: &[usize]| {
+        let mut h = Hypothesis::default();
+        for c in order {
+            h = with(l, &h, *c);
+        }
+        let mut fitted = l.fit(&h);
+        if order.len() == 1 && noises.len() == 1 {
+            return fitted;
+        }
+        for _ in 0..ROUNDS {
+            let mut h = fitted.hypothesis.clone();
+            for c in &signals {
+                h = with(l, &h.without(*c), *c);
+            }
+            let again = l.fit(&h);
+            let gained = again.ln_evidence - fitted.ln_evidence;
+            if gained > 0.0 {
+                fitted = again;
+            }
+            if gained < 0.05 {
+                break;
+            }
+        }
+        fitted
+    };
+    let first = climb(&[&noises[..], &signals[..]].concat());
+    if noises.is_empty() || signals.is_empty() {
+        return first;
+    }
+    let second = climb(&[&signals[..], &noises[..]].concat());
+    if second.ln_evidence > first.ln_evidence { second } else { first }
+}
+
+/// `h` with `candidate` at its best start; as it is where the recording cannot show it.
+fn with(l: &Likelihood, h: &Hypothesis, candidate: usize) -> Hypothesis {
+    let added = match &l.candidates[candidate].kind {
+        Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(|a| a.0),
+        Kind::Noise(_) | Kind::Filter(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(|a| a.0),
+        Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(|a| a.0),
+        Kind::TurnOn => Some(l.add_turn_on(h, candidate).0),
+        Kind::Line(s, _) => {
+            let w = Search::new(l, Prior::default()).whitened(h);
+            let lines = Lines::new(&w, l.frame.scene.step_s);
+            lines
+                .tone(CYCLES)
+                .map(|line| l.add_line(h, candidate, s.as_ref(), &[line.frequency_hz], lines.ln_shape(&line, CYCLES)))
+        }
+    };
+    added.unwrap_or_else(|| h.clone())
+}
+
+/// Two levels beside `gaussian`, and what they gain; `noise` is the candidate that holds their place at the start.
+fn levels(l: &Likelihood, nuisance: &[(ColumnId, f64)], gaussian: &Fitted, noise: usize) -> Option<(Popcorn, f64)> {
+    let base = &gaussian.hypothesis;
+    let whole = l.fit(&l.add_noise(base, noise)?.0).hypothesis;
+    let theta = whole.noises.iter().find(|n| n.candidate == noise)?.ln_theta.clone();
+    let start = [2.0 * theta[1].exp(), 2.0 * theta[0].exp()];
+    let found = beside(l.frame, l.data, l.candidates, nuisance, base, &whole, start)?;
+    let gain = found.ln_evidence - gaussian.ln_evidence;
+    Some((found, gain))
+}
