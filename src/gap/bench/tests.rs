@@ -1,6 +1,7 @@
 //! The rules are the contract's: `fixture/` was scored by its own script, whose numbers stand here.
 
 use super::*;
+use crate::config::Kind;
 use crate::error::{Error, ErrorKind};
 use crate::gap::Answer;
 use crate::gap::answer::Verdict;
@@ -15,7 +16,11 @@ fn fixture() -> (BTreeMap<String, Label>, BTreeMap<String, Value>) {
 }
 
 fn order(seed: u64, cases: usize) -> Order {
-    Order { mix: Mix { cases, none: 0.25, pairs: 0.25, unlisted: 0.25, messy: 0.5 }, seed: Some(seed) }
+    Order {
+        kind: Kind::Stationary,
+        mix: Mix { cases, none: 0.25, pairs: 0.25, unlisted: 0.25, messy: 0.5 },
+        seed: Some(seed),
+    }
 }
 
 /// Every file below `folder` with its bytes, but those that hold random salt and nonce.
