@@ -190,6 +190,35 @@ fn the_same_seed_makes_the_same_bytes_on_one_thread_and_on_two() {
     assert!(!text.contains("gyro.") && !text.contains("x."), "{text}");
 }
 
+#[test]
+fn driving_cases_are_made_run_and_scored_like_those_at_rest() {
+    let root = tempfile::tempdir().unwrap();
+    let order = Order { kind: Kind::Driving, ..order(4, 4) };
+    let made = |name: &str, threads: usize| {
+        let folder = root.path().join(name);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let made = pool.install(|| make(&folder, &order, |_| ())).unwrap();
+        (folder, made)
+    };
+    let ((one, first), (two, second)) = (made("one", 1), made("two", 2));
+    assert!(files(&one) == files(&two), "bytes differ");
+    assert_eq!((&first.labels, first.bench.kind), (&second.labels, Kind::Driving));
+    assert!(first.labels.values().all(|l| l.kind == "driving"));
+
+    let out = root.path().join("answers");
+    let seen = |config: &crate::config::Config, fit: &crate::signal::Log, _: Option<&crate::signal::Log>| {
+        assert_eq!(config.kind, Kind::Driving);
+        assert!(config.vehicle.is_some() && config.encoder.is_some() && fit.get("wheel_left_rad_s").is_some());
+        Ok(plain(Verdict::None))
+    };
+    let ran = run(&one, &out, 1, &seen, |_, _| ()).unwrap();
+    assert_eq!((ran.answered, ran.refused.len()), (4, 0));
+    let labels = labels(&one, &first.key, None).unwrap().labels;
+    let score = score(&labels, &answers(&out, &labels).unwrap(), &seconds(&out));
+    assert_eq!((score.cases, score.missing), (4, 0));
+    assert!(score.text().contains("no effect: said none"));
+}
+
 /// An answer that says nothing but its verdict.
 fn plain(verdict: Verdict) -> Answer {
     Answer {

@@ -10,16 +10,16 @@
 //! Slipping wheels have their own equation, stiff where they grip:
 //!
 //! ```text
-//! F_i = load μ(s_i),  Jw dwheel_i/dt = u_i - r_i F_i                             second-order Rosenbrock, L-stable
+//! F_i = load μ(s_i),  Jw dwheel_i/dt = u_i - r_i F_i                             diagonally implicit Runge-Kutta, two stages
 //! ```
 //!
-//! with γ = 1 - 1/√2 (Verwer, Spee, Blom and Hundsdorfer, SIAM J. Sci. Comput. 20 (1999) 1456); it keeps its order with an
-//! inexact Jacobian, which here holds the contact's part alone.
+//! with γ = 1 - 1/√2: L-stable and stiffly accurate (Alexander, SIAM J. Numer. Anal. 14 (1977) 1006), so that the stiffer the
+//! contact, the nearer it comes to rolling. The contact's equation is solved, not linearised: a step that is linear in μ
+//! overshoots its bend.
 
 use super::grip::Grip;
 use super::world::World;
 use crate::config::Vehicle;
-use nalgebra::{Matrix4, Vector4};
 
 const GRAVITY_M_S2: f64 = 9.806_65;
 
@@ -42,8 +42,10 @@ pub(super) struct Motion {
     pub acceleration: f64,
     /// What is left of the casters' turning round: 1 just after a reversal to forwards, -1 to backwards.
     pub caster: f64,
+    /// Forces of the wheels on the ground where they slip, N.
+    pub grip_n: [f64; 2],
     /// Direction in which it went last.
-    direction: f64,
+    pub direction: f64,
 }
 
 /// What does not change within a substep.
@@ -109,42 +111,76 @@ impl Now<'_> {
         ((a22 * f - a12 * n) / det, (a11 * n - a12 * f) / det)
     }
 
-    /// d/dt of v, ω and both wheels that slip.
-    fn slipping(&self, grip: &Grip, z: &Vector4<f64>, at: &Motion) -> Vector4<f64> {
+    /// One stage of wheels that slip: z = base + q f(z), and f(z). `forces` of the wheels are a guess and become the solution.
+    ///
+    /// What changes slowly (friction, floor, the offset's terms) is taken at `base`. The wheels' forces couple weakly through
+    /// the body: each is solved for in its turn, and both once more.
+    fn stage(&self, grip: &Grip, base: [f64; 4], q: f64, at: &Motion, forces: &mut [f64; 2]) -> ([f64; 4], [f64; 4]) {
         let (m, d, b) = (self.mass, self.offset, self.half_track);
+        let yaw = self.inertia + m * d * d;
+        let [v, w, left, right] = base;
+        let (force, moment) = self.outside(v, w, at.x, at.y, at.heading);
+        let slow = [
+            force / m + d * w * w,
+            (moment - m * d * v * w) / yaw,
+            self.drive(0, left) / self.wheel_inertia,
+            self.drive(1, right) / self.wheel_inertia,
+        ];
+        let free: [f64; 4] = std::array::from_fn(|i| base[i] + q * slow[i]);
+        let (own, other) = (q * (1.0 / m + b * b / yaw), q * (1.0 / m - b * b / yaw));
         let load = 0.5 * m * GRAVITY_M_S2;
-        let ground = [z[0] - b * z[1], z[0] + b * z[1]];
-        let [left, right] = [0, 1].map(|i| load * grip.share(self.radius[i] * z[2 + i], ground[i]));
-        let (force, moment) = self.outside(z[0], z[1], at.x, at.y, at.heading);
-        Vector4::new(
-            (left + right + force) / m + d * z[1] * z[1],
-            (b * (right - left) - m * d * z[0] * z[1] + moment) / (self.inertia + m * d * d),
-            (self.drive(0, z[2]) - self.radius[0] * left) / self.wheel_inertia,
-            (self.drive(1, z[3]) - self.radius[1] * right) / self.wheel_inertia,
-        )
-    }
-
-    /// The contact's part of the Jacobian of [`Now::slipping`].
-    fn jacobian(&self, grip: &Grip, z: &Vector4<f64>) -> Matrix4<f64> {
-        const SMALL_M_S: f64 = 1e-7;
-        let (m, b) = (self.mass, self.half_track);
-        let yaw = self.inertia + m * self.offset * self.offset;
-        let load = 0.5 * m * GRAVITY_M_S2;
-        let mut j = Matrix4::zeros();
-        for (i, side) in [(0, -1.0), (1, 1.0)] {
-            let (rim, ground) = (self.radius[i] * z[2 + i], z[0] + side * b * z[1]);
-            let here = grip.share(rim, ground);
-            let by_rim = load * (grip.share(rim + SMALL_M_S, ground) - here) / SMALL_M_S;
-            let by_ground = load * (grip.share(rim, ground + SMALL_M_S) - here) / SMALL_M_S;
-            let slopes = [by_ground, side * b * by_ground, self.radius[i] * by_rim];
-            for (column, slope) in [0, 1, 2 + i].into_iter().zip(slopes) {
-                j[(0, column)] += slope / m;
-                j[(1, column)] += side * b * slope / yaw;
-                j[(2 + i, column)] -= self.radius[i] * slope / self.wheel_inertia;
+        for _ in 0..2 {
+            for (i, side) in [(0, -1.0), (1, 1.0)] {
+                let r = self.radius[i];
+                let rim = [r * free[2 + i], q * r * r / self.wheel_inertia];
+                let ground = [free[0] + side * b * free[1] + other * forces[1 - i], own];
+                forces[i] = contact(grip, load, rim, ground, forces[i]);
             }
         }
-        j
+        let [fl, fr] = *forces;
+        let rate = [
+            slow[0] + (fl + fr) / m,
+            slow[1] + b * (fr - fl) / yaw,
+            slow[2] - self.radius[0] * fl / self.wheel_inertia,
+            slow[3] - self.radius[1] * fr / self.wheel_inertia,
+        ];
+        (std::array::from_fn(|i| base[i] + q * rate[i]), rate)
     }
+}
+
+/// The force F = load μ of a wheel whose rim moves at rim₀ - rim₁ F over ground at ground₀ + ground₁ F: by false position between
+/// both limits of the friction (Illinois variant), halving now and then.
+fn contact(grip: &Grip, load: f64, rim: [f64; 2], ground: [f64; 2], guess: f64) -> f64 {
+    let off = |f: f64| f - load * grip.share(rim[0] - rim[1] * f, ground[0] + ground[1] * f);
+    let most = 1.000_1 * load * grip.limit;
+    let (mut low, mut high) = (-most, most);
+    let (mut off_low, mut off_high) = (off(low), off(high));
+    let mut at = guess.clamp(low, high);
+    let mut kept = 0;
+    for turn in 1..60 {
+        let here = off(at);
+        if here.abs() < 1e-10 * load || high - low < 1e-13 * load {
+            break;
+        }
+        if here < 0.0 {
+            (low, off_low) = (at, here);
+            if kept == -1 {
+                off_high *= 0.5;
+            }
+            kept = -1;
+        } else {
+            (high, off_high) = (at, here);
+            if kept == 1 {
+                off_low *= 0.5;
+            }
+            kept = 1;
+        }
+        at = match turn % 4 {
+            3 => 0.5 * (low + high),
+            _ => high - off_high * (high - low) / (off_high - off_low),
+        };
+    }
+    at
 }
 
 impl Motion {
@@ -227,13 +263,12 @@ impl Motion {
 
     fn slip(&mut self, now: &Now<'_>, grip: &Grip, h: f64) {
         const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-        let z = Vector4::new(self.v, self.w, self.wheels[0], self.wheels[1]);
-        let matrix = Matrix4::identity() - now.jacobian(grip, &z) * (GAMMA * h);
-        let lu = matrix.lu();
-        let Some(k1) = lu.solve(&now.slipping(grip, &z, self)) else { return };
-        let second = now.slipping(grip, &(z + h * k1), self) - 2.0 * k1;
-        let Some(k2) = lu.solve(&second) else { return };
-        let next = z + h * (1.5 * k1 + 0.5 * k2);
+        let base = [self.v, self.w, self.wheels[0], self.wheels[1]];
+        let mut forces = self.grip_n;
+        let (_, first) = now.stage(grip, base, GAMMA * h, self, &mut forces);
+        let base = std::array::from_fn(|i| base[i] + (1.0 - GAMMA) * h * first[i]);
+        let (next, _) = now.stage(grip, base, GAMMA * h, self, &mut forces);
+        self.grip_n = forces;
         let (v, w) = (0.5 * (self.v + next[0]), 0.5 * (self.w + next[1]));
         let (sin, cos) = (self.heading + 0.5 * h * w).sin_cos();
         self.x += h * v * cos;

@@ -32,8 +32,10 @@ const BACKGROUND: f64 = 0.4;
 /// A background effect's nats over the weakest main effect's, and the least that counts.
 const BACKGROUND_SHARE: [f64; 2] = [0.003, 0.1];
 const BACKGROUND_NATS: f64 = 0.3;
-/// Forms that are tried for an effect until one can be as strong as asked for.
+/// Forms that are tried for an effect, and robots for a case, until the effects show.
 const TRIES: u64 = 8;
+/// Keeps the seeds of drives apart from those of rest, and of a case's robots from each other.
+const DRIVING: u64 = 0x5DEE_CE66_0D12_141F;
 
 /// Nats of a main effect of this strength. Weak and medium ones are as at rest; strong ones reach further: on the move every
 /// wheel turn counts, and what a workshop would call small has thousands of nats.
@@ -114,15 +116,15 @@ fn world_of(present: &[&Present], scene: Scene<'_>, r: u64, seed: u64) -> World 
 }
 
 /// Says how clearly an effect shows in the fit's run.
-struct Judge<'a> {
+pub(super) struct Judge<'a> {
     scene: Scene<'a>,
     reader: Reader<'a>,
-    nominal: Innovations,
+    pub nominal: Innovations,
     seed: u64,
 }
 
 impl<'a> Judge<'a> {
-    fn new(scene: Scene<'a>, sensors: Sensors, seed: u64) -> Self {
+    pub fn new(scene: Scene<'a>, sensors: Sensors, seed: u64) -> Self {
         let world = World::nominal();
         let trace = drive(scene.machine, scene.run, &world, 1.0);
         let reader = Reader::new(scene.machine, scene.run, sensors, &trace);
@@ -130,7 +132,7 @@ impl<'a> Judge<'a> {
         Self { scene, reader, nominal, seed }
     }
 
-    fn nats(&self, present: &Present) -> f64 {
+    pub fn nats(&self, present: &Present) -> f64 {
         let world = world_of(&[present], self.scene, 0, self.seed);
         let trace = drive(self.scene.machine, self.scene.run, &world, 1.0);
         let gyro = gyro_channel(self.scene.run, 0, &world, &trace, &[present], self.seed);
@@ -141,10 +143,11 @@ impl<'a> Judge<'a> {
     }
 
     /// Gives `present` the strength with `target` nats, to `precision` (relative), in so many tries; returns its nats.
-    fn fit(&self, present: &mut Present, target: f64, precision: f64, tries: usize) -> f64 {
+    pub fn fit(&self, present: &mut Present, target: f64, precision: f64, tries: usize) -> f64 {
         let most = present.effect.most;
         let mut at = present.effect.start.min(most);
         let mut before: Option<(f64, f64)> = None;
+        let (mut low, mut high) = (0.0_f64, f64::INFINITY);
         let mut found = 0.0;
         for _ in 0..tries {
             present.strength = at;
@@ -152,12 +155,22 @@ impl<'a> Judge<'a> {
             if (found / target - 1.0).abs() < precision || (at >= most && found < target) {
                 break;
             }
+            if found < target {
+                low = low.max(at)
+            } else {
+                high = high.min(at)
+            }
             let slope = match before {
                 Some((a, n)) if (at / a).ln().abs() > 1e-3 => ((found / n).ln() / (at / a).ln()).clamp(0.7, 5.0),
                 _ => 2.0,
             };
             before = Some((at, found.max(1e-9)));
-            at = (at * (target / found.max(1e-9)).powf(1.0 / slope).clamp(1e-3, 1e3)).min(most);
+            at *= (target / found.max(1e-9)).powf(1.0 / slope).clamp(1e-3, 1e3);
+            // laws with a threshold leap: between what was too weak and what was too strong
+            if low > 0.0 && high.is_finite() && !(low..high).contains(&at) {
+                at = (low * high).sqrt();
+            }
+            at = at.min(most);
         }
         found
     }
@@ -198,7 +211,20 @@ fn sensors(mains: &[Need], s: &mut Stream) -> Sensors {
 /// # Errors
 /// [`ErrorKind::Usage`] if `spec` names an effect that the generator does not know; [`ErrorKind::Numeric`] if one cannot show.
 pub fn make(seed: u64, index: usize, spec: &Spec) -> Result<Case> {
-    let seed = case_seed(seed, index) ^ 0x0D12_141E;
+    let first = case_seed(seed, index) ^ DRIVING;
+    for turn in 0..TRIES {
+        if let Some(case) = attempt(first.wrapping_add(turn.wrapping_mul(DRIVING)), index, spec)? {
+            return Ok(case);
+        }
+    }
+    let ids: Vec<&str> = spec.effects.iter().map(|(id, _)| *id).collect();
+    Err(Error::new(ErrorKind::Numeric, "bench", format!("{} cannot show in any drive", ids.join(" and ")))
+        .at(format!("case {index}"))
+        .mend("take another seed"))
+}
+
+/// The case of one robot; none where an effect cannot show: who never reverses never turns a caster.
+fn attempt(seed: u64, index: usize, spec: &Spec) -> Result<Option<Case>> {
     let s = &mut Stream::new(seed, UNIT);
     let machine = Machine::draw(s);
     let span_s = log_between(s, 60.0, 600.0);
@@ -217,11 +243,8 @@ pub fn make(seed: u64, index: usize, spec: &Spec) -> Result<Case> {
     let mut weakest = f64::INFINITY;
     for (slot, (id, strength)) in spec.effects.iter().enumerate() {
         let target = draw_nats(*strength, s);
-        let (one, nats) =
-            present(id, slot as u64, target, 0.8 * Strength::Weak.nats()[0], &judge)?.ok_or_else(|| {
-                Error::new(ErrorKind::Numeric, "bench", format!("{id} cannot show in this drive"))
-                    .at(format!("case {index}"))
-            })?;
+        let found = present(id, slot as u64, target, 0.8 * Strength::Weak.nats()[0], &judge)?;
+        let Some((one, nats)) = found else { return Ok(None) };
         weakest = weakest.min(nats);
         inside.push(one);
     }
@@ -266,7 +289,8 @@ pub fn make(seed: u64, index: usize, spec: &Spec) -> Result<Case> {
         places: inside[..mains].iter().map(place).collect::<BTreeMap<_, _>>(),
         without: without(has),
     };
-    Ok(Case { name: format!("driving-{index:06}"), config: machine.config(), fit: fit_log?, hold: hold_log?, label })
+    let name = format!("driving-{index:06}");
+    Ok(Some(Case { name, config: machine.config(), fit: fit_log?, hold: hold_log?, label }))
 }
 
 fn without(has: Sensors) -> Vec<String> {

@@ -70,14 +70,10 @@ impl Effect {
             "gyro.outliers" => [5.0, 300.0],
             "gyro.rate_random_walk" => [0.02 * white, 10.0 * white],
             "gyro.rate_ramp" => [1e-3 * white, 0.1 * white],
-            _ => [0.1 * white, 200.0 * white],
+            _ => [0.1 * white, 10.0 * white],
         };
-        Self { noise: noise || outliers, rest: Some(rest), ..Self::new("", "gyro", Need::Gyro, range) }.named()
-    }
-
-    fn named(self) -> Self {
-        let id = self.rest.as_ref().map_or(self.id, |r| r.id());
-        Self { id, ..self }
+        let id = rest.id();
+        Self { noise: noise || outliers, rest: Some(rest), ..Self::new(id, "gyro", Need::Gyro, range) }
     }
 
     pub fn sets(self, set: impl Fn(f64, &mut World, Scene<'_>, &mut Stream) + Send + Sync + 'static) -> Self {

@@ -140,19 +140,28 @@ impl<'a> Reader<'a> {
         x[HEADING] += dt * w_mean;
         x[X] += dt * v_mean * cos;
         x[Y] += dt * v_mean * sin;
-        // F P F': F is the identity but for these rows
+        // F P F', where F is the identity but for these rows: each takes shares of others, which still are as before
         let half = [0.5 * dt * (1.0 + keep[0]), 0.5 * dt * (1.0 + keep[1])];
-        let mut f = Matrix::identity();
-        f[(V, V)] = keep[0];
-        f[(W, W)] = keep[1];
-        f[(HEADING, W)] = half[1];
-        for (row, d_v, d_heading) in [(X, cos, -v_mean * sin), (Y, sin, v_mean * cos)] {
-            f[(row, V)] = half[0] * d_v;
-            f[(row, HEADING)] = dt * d_heading;
-            f[(row, W)] = 0.5 * dt * half[1] * d_heading;
+        let along = |row: usize, d_v: f64, d_heading: f64| {
+            (row, 1.0, [(V, half[0] * d_v), (HEADING, dt * d_heading), (W, 0.5 * dt * half[1] * d_heading)])
+        };
+        let rows = [
+            along(X, cos, -v_mean * sin),
+            along(Y, sin, v_mean * cos),
+            (HEADING, 1.0, [(W, half[1]), (V, 0.0), (V, 0.0)]),
+            (V, keep[0], [(W, 0.0); 3]),
+            (W, keep[1], [(V, 0.0); 3]),
+        ];
+        for (row, own, shares) in &rows {
+            for j in 0..N {
+                p[(*row, j)] = own * p[(*row, j)] + shares.iter().map(|(i, share)| share * p[(*i, j)]).sum::<f64>();
+            }
         }
-        let fp = f * *p;
-        *p = fp * f.transpose();
+        for (row, own, shares) in &rows {
+            for j in 0..N {
+                p[(j, *row)] = own * p[(j, *row)] + shares.iter().map(|(i, share)| share * p[(j, *i)]).sum::<f64>();
+            }
+        }
         // noise over the row: what it adds to a speed goes with half of it into the way
         let [qv, qw] = self.steps;
         p[(V, V)] += qv;

@@ -41,7 +41,7 @@ pub(super) fn dead_band(machine: &Machine, _: &mut Stream) -> Effect {
 /// Large torques do not arrive whole: strength is the share of the commanded limit that is cut.
 pub(super) fn torque_saturation(machine: &Machine, _: &mut Stream) -> Effect {
     let most = machine.driver.limit_n_m;
-    Effect::new("x.torque_saturation", "torque", Need::Torque, [0.1, 0.85])
+    Effect::new("x.torque_saturation", "torque", Need::Torque, [0.2, 0.9])
         .following("torque")
         .sets(move |a, world, _, _| world.motors.limit_n_m = most * (1.0 - a))
 }
