@@ -1,10 +1,10 @@
 //! log = sensors( ∫ robot(commanded torques, floor, effects) dt ): drives of real robots, for trying a diagnosis on
 //!
 //! The robot moves by equations of its own, integrated in steps of 1 ms at most, under a controller of its wheel speeds; each
-//! of its effects is modelled otherwise than the textbook. What is different in it is one [`world::World`]; where nothing is,
+//! of its effects is modelled otherwise than the textbook. What is different in it is one `World`; where nothing is,
 //! its logs are those of the contract's nominal simulator.
 //!
-//! How strong an effect is, is said in nats as at rest, by a Kalman filter of the generator's own ([`nats`]).
+//! How strong an effect is, is said in nats as at rest, by a Kalman filter of the generator's own (`nats`).
 
 mod body;
 mod case;

@@ -95,7 +95,7 @@ impl<'a> Reader<'a> {
         p[(C1, C1)] = unit.relative_std.powi(2);
         p[(WARM, WARM)] = unit.relative_std.powi(2);
         let mut out: Innovations = Default::default();
-        for k in 0..gyro.len() {
+        for (k, rate) in gyro.iter().enumerate() {
             for (i, side) in [(0, -1.0), (1, 1.0)] {
                 let h = [(V, 1.0 / r), (W, side * b / r)];
                 out[i].push(update(&mut x, &mut p, &h, trace.wheel_rad_s[i][k], m.wheel_std_rad_s.powi(2)));
@@ -104,7 +104,7 @@ impl<'a> Reader<'a> {
                 let part = (self.run.since_power_on_s + k as f64 * dt) / unit.time_constant_s;
                 let (left, risen) = ((-part).exp(), -(-part).exp_m1());
                 let h = [(W, 1.0), (BIAS, 1.0), (C1, unit.c1_rad_s * risen), (WARM, -unit.c1_rad_s * part * left)];
-                let y = gyro[k] - unit.c1_rad_s * risen - unit.c2_rad_s;
+                let y = rate - unit.c1_rad_s * risen - unit.c2_rad_s;
                 out[2].push(update(&mut x, &mut p, &h, y, unit.white_std_rad_s().powi(2)));
             }
             if self.sensors.pose && !trace.pose[0][k].is_nan() {
