@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 /// A nominal simulator, two recordings of the same unit, and the truth about them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
-    /// `stationary-000001`.
+    /// `stationary-000001` or `driving-000001`.
     pub name: String,
     /// What the team believes.
     pub config: Config,
@@ -78,18 +78,20 @@ fn change_stream(seed: u64, slot: u64, run: u64) -> Stream {
     Stream::new(seed, PATH + 10 * slot + 2 + run)
 }
 
+/// A seed for each case, nothing in common between neighbours.
+pub(super) fn case_seed(seed: u64, index: usize) -> u64 {
+    let mut z = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (index as u64).wrapping_mul(0xD1B5_4A32_D192_ED03);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
 /// Makes case `index` of the bench with this `seed`.
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] if `spec` names an effect that the generator does not know.
 pub fn make(seed: u64, index: usize, spec: &Spec) -> Result<Case> {
-    // a seed for each case, nothing in common between neighbours
-    let seed = {
-        let mut z = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (index as u64).wrapping_mul(0xD1B5_4A32_D192_ED03);
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    };
+    let seed = case_seed(seed, index);
     let unit = Unit::draw(&mut Stream::new(seed, UNIT));
     let [fit, hold] = [0, 1].map(|r| Run::draw(&unit, &mut Stream::new(seed, ENVIRONMENT + r)));
 

@@ -14,6 +14,7 @@ mod bias;
 mod case;
 mod catalogue;
 mod draw;
+pub mod drive;
 mod effect;
 mod label;
 mod nats;
@@ -24,10 +25,24 @@ mod unlisted;
 mod unlisted_noise;
 mod wandering;
 
-pub use case::{Case, make};
+pub use case::Case;
 pub use catalogue::{COMMON, LISTED, UNLISTED};
 pub use label::{Label, Parameters, Place, Strength};
 pub use plan::{Mix, Spec, plan};
+
+use crate::config::Kind;
+use crate::error::Result;
+
+/// Makes case `index` of this `kind` of the bench with this `seed`.
+///
+/// # Errors
+/// [`crate::ErrorKind::Usage`] if `spec` names an effect that the generator does not know.
+pub fn make(kind: Kind, seed: u64, index: usize, spec: &Spec) -> Result<Case> {
+    match kind {
+        Kind::Stationary => case::make(seed, index, spec),
+        Kind::Driving => drive::make(seed, index, spec),
+    }
+}
 
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,9 @@
 //! Which effects the cases of a bench hold.
 
-use super::catalogue::{LISTED, UNLISTED};
 use super::draw::{chance, index};
 use super::label::Strength;
+use super::{catalogue, drive};
+use crate::config::Kind;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
 use serde::{Deserialize, Serialize};
@@ -32,11 +33,11 @@ pub struct Spec {
     pub messy: bool,
 }
 
-/// The cases of `mix`, effects and strengths evenly spread, in an order that `seed` shuffles.
+/// The cases of `mix` of this `kind`, effects and strengths evenly spread, in an order that `seed` shuffles.
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] for shares that are none, or add up to more than 1.
-pub fn plan(mix: &Mix, seed: u64) -> Result<Vec<Spec>> {
+pub fn plan(mix: &Mix, kind: Kind, seed: u64) -> Result<Vec<Spec>> {
     let shares = [("none", mix.none), ("pairs", mix.pairs), ("unlisted", mix.unlisted), ("messy", mix.messy)];
     for (name, share) in shares {
         if !(0.0..=1.0).contains(&share) {
@@ -51,6 +52,10 @@ pub fn plan(mix: &Mix, seed: u64) -> Result<Vec<Spec>> {
             .at("none, pairs, unlisted")
             .mend("let them add up to 1 at most; the rest holds one listed effect"));
     }
+    let (listed, unlisted_ids, strengths): (&[_], &[_], &[_]) = match kind {
+        Kind::Stationary => (&catalogue::LISTED, &catalogue::UNLISTED, &ALL_STRENGTHS),
+        Kind::Driving => (&drive::LISTED, &drive::UNLISTED, &DRIVING_STRENGTHS),
+    };
     let s = &mut Stream::new(seed, PLAN);
     let count = |share: f64| (share * mix.cases as f64).round() as usize;
     let none = count(mix.none).min(mix.cases);
@@ -59,11 +64,11 @@ pub fn plan(mix: &Mix, seed: u64) -> Result<Vec<Spec>> {
     let single = mix.cases - none - pairs - unlisted;
 
     let mut out = vec![Spec { effects: Vec::new(), messy: false }; none];
-    out.extend(evenly(&LISTED, &ALL_STRENGTHS, single, mix.messy, s));
-    out.extend(evenly(&UNLISTED, &CLEAR, unlisted, 0.5 * mix.messy, s));
-    out.extend(evenly(&LISTED, &CLEAR, pairs, 0.5 * mix.messy, s).into_iter().map(|mut spec| {
+    out.extend(evenly(listed, strengths, single, mix.messy, s));
+    out.extend(evenly(unlisted_ids, &CLEAR, unlisted, 0.5 * mix.messy, s));
+    out.extend(evenly(listed, &CLEAR, pairs, 0.5 * mix.messy, s).into_iter().map(|mut spec| {
         let other = loop {
-            let id = LISTED[index(s, LISTED.len())];
+            let id = listed[index(s, listed.len())];
             if spec.effects.iter().all(|(there, _)| *there != id) {
                 break id;
             }
@@ -77,6 +82,8 @@ pub fn plan(mix: &Mix, seed: u64) -> Result<Vec<Spec>> {
 
 const PLAN: u64 = 1;
 const ALL_STRENGTHS: [Strength; 3] = [Strength::Weak, Strength::Medium, Strength::Strong];
+/// Effects of drives are strong more often than not.
+const DRIVING_STRENGTHS: [Strength; 4] = [Strength::Weak, Strength::Medium, Strength::Strong, Strength::Strong];
 const CLEAR: [Strength; 2] = [Strength::Medium, Strength::Strong];
 
 /// `count` cases over all of `ids` and `strengths`: no combination comes twice before each came once.

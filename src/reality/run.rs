@@ -62,6 +62,11 @@ impl Unit {
         }
     }
 
+    /// The same unit, sampled otherwise.
+    pub fn sampled(self, step_s: f64) -> Self {
+        Self { step_s, ..self }
+    }
+
     /// Standard deviation of a sample's white noise, rad/s.
     pub fn white_std_rad_s(&self) -> f64 {
         self.angle_random_walk_rad_sqrt_s / self.step_s.sqrt()

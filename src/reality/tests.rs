@@ -1,6 +1,7 @@
 //! Each effect of the generator does to a log what it should; bounds are from the theory of the statistic.
 
 use super::bias::Telegraph;
+use super::case::make;
 use super::catalogue::draw;
 use super::effect::Effect;
 use super::run::{Run, Unit};
@@ -59,16 +60,24 @@ fn output(id: &str, run: &Run, seed: u64, strength: f64) -> (Vec<f64>, Vec<f64>)
 #[test]
 fn the_generator_knows_nothing_of_the_diagnosis() {
     let allowed = ["math", "signal", "config", "units", "error", "ingest", "reality"];
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/reality");
-    let mut found = BTreeSet::new();
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let text = std::fs::read_to_string(entry.unwrap().path()).unwrap();
-        for line in text.lines().filter(|l| !l.trim_start().starts_with("//")) {
-            for rest in line.split("crate::").skip(1) {
-                found.insert(rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>());
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/reality");
+    let (mut found, mut folders, mut files) = (BTreeSet::new(), vec![root], 0);
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
             }
-            for rest in line.split("gyroid::").skip(1) {
-                assert!(line.contains('"'), "the crate under its own name: {rest}");
+            files += 1;
+            let text = std::fs::read_to_string(path).unwrap();
+            for line in text.lines().filter(|l| !l.trim_start().starts_with("//")) {
+                for rest in line.split("crate::").skip(1) {
+                    found.insert(rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>());
+                }
+                for rest in line.split("gyroid::").skip(1) {
+                    assert!(line.contains('"'), "the crate under its own name: {rest}");
+                }
             }
         }
     }
@@ -76,6 +85,7 @@ fn the_generator_knows_nothing_of_the_diagnosis() {
     let strangers: Vec<_> = found.iter().filter(|m| !allowed.contains(&m.as_str())).collect();
     assert!(strangers.is_empty(), "{strangers:?}");
     assert!(found.contains("signal") && found.contains("config"), "the scan sees nothing: {found:?}");
+    assert!(files >= 28, "the scan sees {files} files: folders below are part of the generator");
 }
 
 #[test]
@@ -144,7 +154,7 @@ fn cases_repeat_and_differ_by_seed_and_index() {
 #[test]
 fn a_plan_holds_the_shares_that_were_asked_for_evenly() {
     let mix = Mix { cases: 400, none: 0.15, pairs: 0.2, unlisted: 0.1, messy: 0.5 };
-    let plan = plan(&mix, 9).unwrap();
+    let plan = plan(&mix, Kind::Stationary, 9).unwrap();
     let count = |f: &dyn Fn(&Spec) -> bool| plan.iter().filter(|s| f(s)).count();
     assert_eq!(plan.len(), 400);
     assert_eq!(count(&|s| s.effects.is_empty()), 60);
@@ -161,8 +171,8 @@ fn a_plan_holds_the_shares_that_were_asked_for_evenly() {
     let messy = count(&|s| s.effects.len() == 1 && s.messy && s.effects[0].0.starts_with("gyro."));
     // binomial, 220 at 1/2: standard deviation 7.4
     assert!((77..=143).contains(&messy), "{messy}");
-    assert!(super::plan(&Mix { pairs: 0.9, ..mix }, 9).is_err());
-    assert!(super::plan(&Mix { messy: f64::NAN, ..mix }, 9).is_err());
+    assert!(super::plan(&Mix { pairs: 0.9, ..mix }, Kind::Stationary, 9).is_err());
+    assert!(super::plan(&Mix { messy: f64::NAN, ..mix }, Kind::Stationary, 9).is_err());
 }
 
 #[test]

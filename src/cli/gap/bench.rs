@@ -2,8 +2,8 @@
 
 use crate::cli::Outcome;
 use crate::cli::output::{Common, Output};
-use clap::{Args, Subcommand};
-use gyroid::config::Config;
+use clap::{Args, Subcommand, ValueEnum};
+use gyroid::config::{Config, Kind};
 use gyroid::effects::Library;
 use gyroid::files::OutputFile;
 use gyroid::gap::bench::{self, Order, SealKey};
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Try the diagnosis on recordings whose truth is sealed: make cases, run the diagnosis, score its answers
 ///
-/// Cases are stationary logs of real-looking units with no effect, one, two, or one that is in no list; the labels are
+/// Cases are logs of real-looking units, at rest or driving, with no effect, one, two, or one that is in no list; the labels are
 /// encrypted with a key that lies elsewhere, and a commitment to them is published before the diagnosis runs.
 #[derive(Debug, Args)]
 #[command(arg_required_else_help = true)]
@@ -47,11 +47,15 @@ pub(crate) fn run(args: &BenchArgs) -> Result<Outcome> {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     gyroid gap bench make bench/ --cases 500\n  \
+    gyroid gap bench make bench/ --kind driving --cases 200\n  \
     gyroid gap bench make bench/ --cases 300 --seed 7 --unlisted 0.3 --key bench.key")]
 struct MakeArgs {
     /// Folder to make; must be new or empty
     #[arg(value_name = "DIR")]
     folder: PathBuf,
+    /// A gyro at rest, or a driving robot
+    #[arg(long, value_name = "KIND", default_value = "stationary")]
+    kind: BenchKind,
     /// Number of cases
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..1_000_000))]
     cases: u32,
@@ -83,6 +87,24 @@ struct MakeArgs {
     common: Common,
 }
 
+/// Which recordings are made.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum BenchKind {
+    /// A gyro at rest
+    Stationary,
+    /// A robot that drives
+    Driving,
+}
+
+impl From<BenchKind> for Kind {
+    fn from(kind: BenchKind) -> Self {
+        match kind {
+            BenchKind::Stationary => Self::Stationary,
+            BenchKind::Driving => Self::Driving,
+        }
+    }
+}
+
 fn make(args: &MakeArgs) -> Result<Outcome> {
     let output = Output::open(&args.common)?;
     let key_path = args.key.clone().unwrap_or_else(|| beside(&args.folder));
@@ -100,7 +122,7 @@ fn make(args: &MakeArgs) -> Result<Outcome> {
         .build()
         .map_err(|e| Error::new(ErrorKind::Usage, "gap bench make", e).at("--threads"))?;
     let working = output.working("making cases");
-    let order = Order { mix, seed: args.seed };
+    let order = Order { kind: args.kind.into(), mix, seed: args.seed };
     let made = pool
         .install(|| bench::make(&args.folder, &order, |done| working.show(format!("case {done} of {}", args.cases))))?;
     drop(working);

@@ -1,6 +1,7 @@
 //! A bench on disk: one folder a case (`sim.toml`, `fit.parquet`, `hold.parquet`), sealed labels, what was asked for.
 
 use super::seal::{SealKey, random_bytes, seal};
+use crate::config::Kind;
 use crate::error::{Error, ErrorKind, Result};
 use crate::files::OutputFile;
 use crate::ingest::write_log;
@@ -21,6 +22,8 @@ pub const BENCH: &str = "bench.json";
 /// What is to be made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Order {
+    /// At rest or driving.
+    pub kind: Kind,
     /// How many cases of what.
     pub mix: Mix,
     /// Seed; drawn at random and sealed with the labels where there is none, so that nobody can make the labels again.
@@ -34,6 +37,9 @@ pub struct Bench {
     pub gyroid_version: String,
     /// Seed, where it was given; whoever knows it can make the labels again.
     pub seed: Option<u64>,
+    /// At rest or driving.
+    #[serde(default)]
+    pub kind: Kind,
     /// What was asked for.
     pub mix: Mix,
     /// SHA-256 of the plain labels.
@@ -60,7 +66,7 @@ pub fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Re
         Some(seed) => seed,
         None => random_bytes()?.iter().take(8).fold(0, |sum, b| sum << 8 | u64::from(*b)),
     };
-    let plan = reality::plan(&order.mix, seed)?;
+    let plan = reality::plan(&order.mix, order.kind, seed)?;
     std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, &e))?;
     let holds = std::fs::read_dir(folder).map_err(|e| Error::io(folder, &e))?.next().is_some();
     if holds {
@@ -71,7 +77,7 @@ pub fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Re
         .par_iter()
         .enumerate()
         .map(|(index, spec)| {
-            let case = reality::make(seed, index, spec)?;
+            let case = reality::make(order.kind, seed, index, spec)?;
             write(folder, &case)?;
             progress(done.fetch_add(1, Ordering::Relaxed) + 1);
             Ok((case.name, case.label))
@@ -84,6 +90,7 @@ pub fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Re
     let bench = Bench {
         gyroid_version: env!("CARGO_PKG_VERSION").into(),
         seed: order.seed,
+        kind: order.kind,
         mix: order.mix,
         commitment: sealed.commitment,
     };

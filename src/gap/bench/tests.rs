@@ -1,6 +1,7 @@
 //! The rules are the contract's: `fixture/` was scored by its own script, whose numbers stand here.
 
 use super::*;
+use crate::config::Kind;
 use crate::error::{Error, ErrorKind};
 use crate::gap::Answer;
 use crate::gap::answer::Verdict;
@@ -15,7 +16,11 @@ fn fixture() -> (BTreeMap<String, Label>, BTreeMap<String, Value>) {
 }
 
 fn order(seed: u64, cases: usize) -> Order {
-    Order { mix: Mix { cases, none: 0.25, pairs: 0.25, unlisted: 0.25, messy: 0.5 }, seed: Some(seed) }
+    Order {
+        kind: Kind::Stationary,
+        mix: Mix { cases, none: 0.25, pairs: 0.25, unlisted: 0.25, messy: 0.5 },
+        seed: Some(seed),
+    }
 }
 
 /// Every file below `folder` with its bytes, but those that hold random salt and nonce.
@@ -183,6 +188,35 @@ fn the_same_seed_makes_the_same_bytes_on_one_thread_and_on_two() {
     // nothing but the sealed file speaks of the labels
     let text = std::fs::read_to_string(root.path().join("one").join(BENCH)).unwrap();
     assert!(!text.contains("gyro.") && !text.contains("x."), "{text}");
+}
+
+#[test]
+fn driving_cases_are_made_run_and_scored_like_those_at_rest() {
+    let root = tempfile::tempdir().unwrap();
+    let order = Order { kind: Kind::Driving, ..order(4, 4) };
+    let made = |name: &str, threads: usize| {
+        let folder = root.path().join(name);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let made = pool.install(|| make(&folder, &order, |_| ())).unwrap();
+        (folder, made)
+    };
+    let ((one, first), (two, second)) = (made("one", 1), made("two", 2));
+    assert!(files(&one) == files(&two), "bytes differ");
+    assert_eq!((&first.labels, first.bench.kind), (&second.labels, Kind::Driving));
+    assert!(first.labels.values().all(|l| l.kind == "driving"));
+
+    let out = root.path().join("answers");
+    let seen = |config: &crate::config::Config, fit: &crate::signal::Log, _: Option<&crate::signal::Log>| {
+        assert_eq!(config.kind, Kind::Driving);
+        assert!(config.vehicle.is_some() && config.encoder.is_some() && fit.get("wheel_left_rad_s").is_some());
+        Ok(plain(Verdict::None))
+    };
+    let ran = run(&one, &out, 1, &seen, |_, _| ()).unwrap();
+    assert_eq!((ran.answered, ran.refused.len()), (4, 0));
+    let labels = labels(&one, &first.key, None).unwrap().labels;
+    let score = score(&labels, &answers(&out, &labels).unwrap(), &seconds(&out));
+    assert_eq!((score.cases, score.missing), (4, 0));
+    assert!(score.text().contains("no effect: said none"));
 }
 
 /// An answer that says nothing but its verdict.

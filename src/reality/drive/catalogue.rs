@@ -1,0 +1,126 @@
+//! The driving effects by id.
+
+use super::super::bias::Step;
+use super::super::catalogue::draw as draw_at_rest;
+use super::effect::Effect;
+use super::machine::Machine;
+use super::{listed, unlisted};
+use crate::math::random::Stream;
+
+/// Effects of a driving robot that have a name in the contract.
+pub const LISTED: [&str; 17] = [
+    "wheel.slip",
+    "wheel.radius_mismatch",
+    "wheel.radius_scale",
+    "wheel.rolling_resistance",
+    "wheel.lateral_skid",
+    "vehicle.track_width",
+    "vehicle.payload",
+    "vehicle.com_offset",
+    "motor.torque_gain",
+    "encoder.quantization",
+    "encoder.missed_ticks",
+    "gyro.scale_factor",
+    "gyro.scale_asymmetry",
+    "gyro.vibration_rectification",
+    "gyro.bias_step",
+    "sensor.gyro_delay",
+    "ground.slope",
+];
+
+/// Effects that are in no list.
+pub const UNLISTED: [&str; 22] = [
+    "x.gyro_g_sensitivity",
+    "x.gyro_heading_error",
+    "x.gyro_noise_with_speed",
+    "x.torque_dead_band",
+    "x.torque_saturation",
+    "x.motor_lag",
+    "x.battery_sag",
+    "x.eccentric_wheel",
+    "x.radius_with_speed",
+    "x.tyre_heating",
+    "x.encoder_low_pass",
+    "x.encoder_delay",
+    "x.encoder_noise_with_speed",
+    "x.quadratic_drag",
+    "x.rubbing_wheel",
+    "x.load_falls_off",
+    "x.caster_kick",
+    "x.pose_delay",
+    "x.pose_clock_drift",
+    "x.pose_scale",
+    "x.pose_lever_arm",
+    "x.pose_outliers",
+];
+
+/// Those of which real robots carry a little; the last are a gyro's own.
+pub const COMMON: [&str; 18] = [
+    "wheel.radius_mismatch",
+    "wheel.radius_scale",
+    "wheel.rolling_resistance",
+    "wheel.lateral_skid",
+    "vehicle.track_width",
+    "vehicle.payload",
+    "vehicle.com_offset",
+    "motor.torque_gain",
+    "gyro.scale_factor",
+    "gyro.scale_asymmetry",
+    "gyro.vibration_rectification",
+    "gyro.bias_step",
+    "sensor.gyro_delay",
+    "ground.slope",
+    "gyro.rate_random_walk",
+    "gyro.gauss_markov",
+    "gyro.tone",
+    "gyro.outliers",
+];
+
+/// One effect `id` of `machine`, its form drawn from `s`; none for an id that is in no list.
+pub(super) fn draw(id: &str, machine: &Machine, s: &mut Stream) -> Option<Effect> {
+    Some(match id {
+        "wheel.slip" => listed::slip(s),
+        "wheel.radius_mismatch" => listed::radius_mismatch(s),
+        "wheel.radius_scale" => listed::radius_scale(s),
+        "wheel.rolling_resistance" => listed::rolling_resistance(s),
+        "wheel.lateral_skid" => listed::lateral_skid(s),
+        "vehicle.track_width" => listed::track_width(s),
+        "vehicle.payload" => listed::payload(s),
+        "vehicle.com_offset" => listed::com_offset(s),
+        "motor.torque_gain" => listed::torque_gain(s),
+        "encoder.quantization" => listed::encoder_quantization(s),
+        "encoder.missed_ticks" => listed::missed_ticks(s),
+        "gyro.scale_factor" => listed::scale_factor(s),
+        "gyro.scale_asymmetry" => listed::scale_asymmetry(s),
+        "gyro.vibration_rectification" => listed::vibration_rectification(s),
+        "gyro.bias_step" => Effect::at_rest(Box::new(Step::draw(s)), machine),
+        "sensor.gyro_delay" => listed::gyro_delay(s),
+        "ground.slope" => listed::ground_slope(s),
+        "gyro.rate_random_walk" | "gyro.gauss_markov" | "gyro.tone" | "gyro.outliers" => {
+            Effect::at_rest(draw_at_rest(id, &machine.gyro, s)?, machine)
+        }
+        "x.gyro_g_sensitivity" => unlisted::g_sensitivity(s),
+        "x.gyro_heading_error" => unlisted::heading_error(s),
+        "x.gyro_noise_with_speed" => unlisted::gyro_rattle(s),
+        "x.torque_dead_band" => unlisted::dead_band(machine, s),
+        "x.torque_saturation" => unlisted::torque_saturation(machine, s),
+        "x.motor_lag" => unlisted::motor_lag(s),
+        "x.battery_sag" => unlisted::battery_sag(s),
+        "x.eccentric_wheel" => unlisted::eccentric_wheel(s),
+        "x.radius_with_speed" => unlisted::radius_growth(s),
+        "x.tyre_heating" => unlisted::tyre_heating(s),
+        "x.encoder_low_pass" => unlisted::encoder_low_pass(s),
+        "x.encoder_delay" => unlisted::encoder_delay(s),
+        "x.encoder_noise_with_speed" => unlisted::encoder_rattle(s),
+        "x.quadratic_drag" => unlisted::drag(machine, s),
+        "x.rubbing_wheel" => unlisted::rubbing_wheel(machine, s),
+        "x.load_falls_off" => unlisted::falling_load(s),
+        "x.caster_kick" => unlisted::caster_kick(machine, s),
+        "x.pose_delay" => unlisted::pose_delay(s),
+        "x.pose_clock_drift" => unlisted::clock_drift(s),
+        "x.pose_scale" => unlisted::pose_scale(s),
+        "x.pose_lever_arm" => unlisted::lever_arm(s),
+        "x.pose_outliers" => unlisted::pose_outliers(s),
+        _ => return None,
+    })
+}

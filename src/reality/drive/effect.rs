@@ -1,0 +1,133 @@
+//! world' = effect(world, strength): one effect of one robot, its form drawn once
+
+use super::super::effect::Effect as AtRest;
+use super::super::label::{Parameters, Place};
+use super::machine::Machine;
+use super::nats::Sensors;
+use super::record::{DriveRun, Trace};
+use super::world::World;
+use crate::math::random::Stream;
+
+/// A robot in a run: what an effect may know when it is set.
+#[derive(Clone, Copy)]
+pub(super) struct Scene<'a> {
+    pub machine: &'a Machine,
+    pub run: &'a DriveRun,
+}
+
+/// What a log must have for the effect to show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Need {
+    /// Whatever is there.
+    Anything,
+    Torque,
+    Pose,
+    Gyro,
+}
+
+impl Need {
+    pub fn met(self, sensors: Sensors) -> bool {
+        match self {
+            Self::Anything => true,
+            Self::Torque => sensors.torque,
+            Self::Pose => sensors.pose,
+            Self::Gyro => sensors.gyro,
+        }
+    }
+}
+
+type Set = dyn Fn(f64, &mut World, Scene<'_>, &mut Stream) + Send + Sync;
+type Tell = dyn Fn(f64, &Trace) -> f64 + Send + Sync;
+
+/// One effect of one robot.
+pub(super) struct Effect {
+    pub id: &'static str,
+    pub channel: &'static str,
+    pub need: Need,
+    /// A strength from which the right one is sought, and the largest that is possible.
+    pub start: f64,
+    pub most: f64,
+    /// Whether its traces are drawn, so that its nats are those of a noise.
+    pub noise: bool,
+    /// Condition that it follows, as the contract has them; for effects that are in no list.
+    pub condition: Option<&'static str>,
+    set: Option<Box<Set>>,
+    tell: Vec<(&'static str, Box<Tell>)>,
+    rest: Option<Box<dyn AtRest>>,
+}
+
+impl Effect {
+    pub fn new(id: &'static str, channel: &'static str, need: Need, [start, most]: [f64; 2]) -> Self {
+        let (set, tell, rest, condition) = (None, Vec::new(), None, None);
+        Self { id, channel, need, start, most, noise: false, condition, set, tell, rest }
+    }
+
+    /// One of a gyro's own effects, which it has at rest too.
+    pub fn at_rest(rest: Box<dyn AtRest>, machine: &Machine) -> Self {
+        let white = machine.gyro.white_std_rad_s();
+        let (outliers, noise) = (rest.id() == "gyro.outliers", rest.psd(1.0).is_some());
+        let range = match rest.id() {
+            "gyro.outliers" => [5.0, 300.0],
+            "gyro.rate_random_walk" => [0.02 * white, 10.0 * white],
+            "gyro.rate_ramp" => [1e-3 * white, 0.1 * white],
+            _ => [0.1 * white, 10.0 * white],
+        };
+        let id = rest.id();
+        Self { noise: noise || outliers, rest: Some(rest), ..Self::new(id, "gyro", Need::Gyro, range) }
+    }
+
+    pub fn sets(self, set: impl Fn(f64, &mut World, Scene<'_>, &mut Stream) + Send + Sync + 'static) -> Self {
+        Self { set: Some(Box::new(set)), ..self }
+    }
+
+    /// One of its parameters as the contract names it, from the strength and what the robot did in the fit's run.
+    pub fn tells(mut self, name: &'static str, value: impl Fn(f64, &Trace) -> f64 + Send + Sync + 'static) -> Self {
+        self.tell.push((name, Box::new(value)));
+        self
+    }
+
+    pub fn noisy(self) -> Self {
+        Self { noise: true, ..self }
+    }
+
+    pub fn following(self, condition: &'static str) -> Self {
+        Self { condition: Some(condition), ..self }
+    }
+
+    /// Puts it into `world` with this strength.
+    pub fn set(&self, strength: f64, world: &mut World, scene: Scene<'_>, s: &mut Stream) {
+        if let Some(set) = &self.set {
+            set(strength, world, scene, s);
+        }
+        if let Some(rest) = &self.rest {
+            let path = rest.path(&scene.run.gyro, s);
+            world.gyro.path_rad_s.resize(scene.run.course.len(), 0.0);
+            for (sum, x) in world.gyro.path_rad_s.iter_mut().zip(&path) {
+                *sum += strength * x;
+            }
+        }
+    }
+
+    /// Changes the gyro's readings, noise and all.
+    pub fn output(&self, strength: f64, reading_rad_s: &mut [f64], run: &DriveRun, s: &mut Stream) {
+        if let Some(rest) = &self.rest {
+            rest.output(strength, reading_rad_s, &run.gyro, s);
+        }
+    }
+
+    pub fn parameters(&self, strength: f64, run: &DriveRun, trace: &Trace, s: &mut Stream) -> Parameters {
+        match &self.rest {
+            Some(rest) => rest.parameters(&run.gyro, &rest.path(&run.gyro, s), strength),
+            None => self.tell.iter().map(|(name, value)| ((*name).to_string(), value(strength, trace))).collect(),
+        }
+    }
+
+    pub fn place(&self, run: &DriveRun, s: &mut Stream) -> Place {
+        match &self.rest {
+            Some(rest) => rest.place(&run.gyro, &rest.path(&run.gyro, s)),
+            None => {
+                Place { channel: self.channel.into(), condition: self.condition.map(String::from), ..Place::default() }
+            }
+        }
+    }
+}
