@@ -44,8 +44,6 @@ pub struct Diagnosis {
     pub far: Option<Far>,
 }
 
-/// An effect is judged present from this probability.
-const PRESENT: f64 = 0.5;
 /// Effects less probable than this are not listed.
 const LISTED: f64 = 0.01;
 /// A rival main effect at least this probable, relative to the main one, cannot be told apart.
@@ -64,11 +62,7 @@ pub fn diagnose(
     library: &Library,
     options: &Options,
 ) -> Result<Diagnosis> {
-    let prepared = prepare(config, fit, options.since_power_on_s)?;
-    let effects: Vec<&'static dyn Effect> = library.effects().collect();
-    let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
-    findings.notes.splice(0..0, prepared.notes.iter().cloned());
-    let mut answer = answer(&findings, library, &prepared);
+    let (prepared, findings, mut answer) = compared(config, fit, library, options)?;
     let found = |id: &String| Some((id.clone(), findings.best_with(id, false)?.part(id)?.parameters.clone()));
     let together: Vec<(String, Parameters)> = answer.together.iter().filter_map(found).collect();
     let listed: Vec<(String, Parameters)> =
@@ -100,6 +94,23 @@ pub fn diagnose(
         augmented.provenance = None;
     }
     Ok(Diagnosis { answer, augmented, findings, far })
+}
+
+fn compared(config: &Config, fit: &Log, library: &Library, options: &Options) -> Result<(Prepared, Findings, Answer)> {
+    let prepared = prepare(config, fit, options.since_power_on_s)?;
+    let effects: Vec<&'static dyn Effect> = library.effects().collect();
+    let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
+    findings.notes.splice(0..0, prepared.notes.iter().cloned());
+    let answer = answer(&findings, library, &prepared);
+    Ok((prepared, findings, answer))
+}
+
+/// What the diagnosis of `fit` compares and answers, without measuring how far the gap shrinks: a part of its time.
+///
+/// # Errors
+/// What [`prepare`] refuses; [`crate::ErrorKind::Config`] if the configuration is of a drive or incomplete.
+pub fn compare(config: &Config, fit: &Log, library: &Library, options: &Options) -> Result<(Findings, Answer)> {
+    compared(config, fit, library, options).map(|(_, findings, answer)| (findings, answer))
 }
 
 fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer {
@@ -147,14 +158,12 @@ fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer
         let first = effects.remove(at);
         effects.insert(0, first);
     }
-    let mut together: Vec<String> = effects.iter().filter(|e| e.probability > PRESENT).map(|e| e.id.clone()).collect();
-    match verdict {
-        Verdict::None => together.clear(),
-        _ => {
-            if let Some(m) = main.as_ref().filter(|m| !together.contains(m)) {
-                together.insert(0, m.clone());
-            }
-        }
+    let mut together = if verdict == Verdict::None { Vec::new() } else { findings.together(main.as_deref()) };
+    together.retain(|id| effects.iter().any(|e| e.id == *id));
+    if let Some(m) = &main {
+        // it comes first, and is one of them
+        together.retain(|id| id != m);
+        together.insert(0, m.clone());
     }
     let (cannot_tell_apart, alike) = classes(findings, &rivals);
     Answer {

@@ -3,6 +3,7 @@
 pub mod answer;
 pub mod believe;
 pub mod bench;
+pub mod calibration;
 mod clean;
 pub mod diagnose;
 mod evidence;
@@ -24,6 +25,7 @@ mod search;
 pub mod state_space;
 
 pub use answer::Answer;
-pub use diagnose::{Diagnosis, Options, diagnose};
+pub use calibration::Calibration;
+pub use diagnose::{Diagnosis, Options, compare, diagnose};
 pub use judge::Options as JudgeOptions;
 pub use search::Prior;
