@@ -3,7 +3,8 @@
 //! What the comparison's evidences are worth, learned from recordings whose truth is known: Laplace's method and the
 //! searched part of the hypotheses make an evidence too sure by a factor T, and how often real recordings lack nothing,
 //! one thing, or more is no matter of a recording's evidence. The numbers that ship were fitted by `gyroid gap bench
-//! calibrate`; their provenance stands in the file.
+//! calibrate`; their provenance stands in the file. They hold for a world like that of the bench, in which one recording
+//! in eight lacks nothing: where gaps are rarer, 'none' deserves more than it is given.
 
 use super::findings::WeightedSet;
 use super::search::Prior;
@@ -108,7 +109,7 @@ mod tests {
     #[test]
     fn the_shipped_calibration_is_sound_and_prefers_less_to_more() {
         let c = Calibration::from_toml(SHIPPED, "calibration.toml").unwrap();
-        assert!((0.8..4.0).contains(&c.temperature), "{c:?}");
+        assert!((0.8..6.0).contains(&c.temperature), "{c:?}");
         // nothing is likelier than any one thing, and a free form is dearer than a named effect
         assert!(c.ln_effect[0] < 0.0 && c.ln_free[0] < c.ln_effect[0], "{c:?}");
         assert!(c.ln_effect[1] < 0.0 && c.ln_free[1] < 0.0, "{c:?}");

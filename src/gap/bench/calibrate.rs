@@ -299,10 +299,10 @@ mod tests {
             });
             let truth = truth.unwrap_or(0);
             let mut all = vec![set(None, 0.0)];
-            for k in 1..4 {
+            for (k, id) in sets.iter().enumerate().skip(1) {
                 let shown = draw.normal() + if k == truth { 2.0 } else { 0.0 };
                 let ln_prior = if k == 3 { prior.ln_free } else { prior.ln_named };
-                all.push(set(sets[k], temperature * (2.0 * shown - 2.0) + ln_prior));
+                all.push(set(*id, temperature * (2.0 * shown - 2.0) + ln_prior));
             }
             let findings = Findings::new(all, prior, &Calibration::none(prior), Vec::new());
             Example::new(&findings, &label(truths[truth]), prior)
