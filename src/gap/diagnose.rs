@@ -1,7 +1,8 @@
 //! The whole diagnosis: which effect, where it shows, how far the gap shrinks.
 
-use super::answer::{Alike, Answer, EffectAnswer, FreeFormAnswer, Metric, Place, Verdict};
+use super::answer::{Answer, Metric, Place};
 use super::believe::believed;
+use super::compose;
 use super::far::{self, Claim, Far};
 use super::findings::{Findings, Main};
 use super::judge::{Options as JudgeOptions, judge};
@@ -59,12 +60,6 @@ pub enum Stage {
     Done,
 }
 
-/// An effect is judged present from this probability.
-const PRESENT: f64 = 0.5;
-/// Effects less probable than this are not listed.
-const LISTED: f64 = 0.01;
-/// A rival main effect at least this probable, relative to the main one, cannot be told apart.
-const RIVAL: f64 = 0.05;
 /// Most effects whose share of the gap is measured one by one.
 const MEASURED: usize = 5;
 
@@ -99,10 +94,7 @@ pub fn diagnose_observed(
     // a recording kept back that cannot be used is refused before the work begins
     let kept = hold.map(|hold| prepare(config, hold, options.since_power_on_s)).transpose()?;
     observe(Stage::Compare);
-    let effects: Vec<&'static dyn Effect> = library.effects().collect();
-    let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
-    findings.notes.splice(0..0, prepared.notes.iter().cloned());
-    let mut answer = answer(&findings, library, &prepared);
+    let (findings, mut answer) = compared(&prepared, library, options);
     let found = |id: &String| Some((id.clone(), findings.best_with(id, false)?.part(id)?.parameters.clone()));
     let together: Vec<(String, Parameters)> = answer.together.iter().filter_map(found).collect();
     let listed: Vec<(String, Parameters)> =
@@ -139,135 +131,20 @@ pub fn diagnose_observed(
     Ok(Diagnosis { answer, augmented, findings, far, prepared })
 }
 
-fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer {
-    let mains = findings.mains();
-    let probability = |m: &Main| mains.iter().find(|x| x.0 == *m).map_or(0.0, |x| x.1);
-    let (none, unknown) = (probability(&Main::None), probability(&Main::Unknown));
-    let rivals: Vec<(String, f64)> = mains
-        .iter()
-        .filter_map(|(m, p)| match m {
-            Main::Effect(id) => Some((id.clone(), *p)),
-            _ => None,
-        })
-        .collect();
-    let top = mains.first().map_or(Main::None, |m| m.0.clone());
-    let verdict = match &top {
-        Main::None => Verdict::None,
-        Main::Unknown => Verdict::Unknown,
-        Main::Effect(_) => Verdict::Identified,
-    };
-    let main = match &top {
-        Main::Effect(id) => Some(id.clone()),
-        _ => None,
-    };
-    let mut effects = Vec::new();
-    let mut free_forms = Vec::new();
-    for (id, named, presence) in findings.ids() {
-        let as_main = findings.best_with(&id, true).is_some();
-        let Some(part) = findings.best_with(&id, as_main).and_then(|s| s.part(&id)) else { continue };
-        if named && presence >= LISTED {
-            effects.push(EffectAnswer {
-                id: id.clone(),
-                probability: presence,
-                parameters: part.parameters.clone(),
-                std: part.std.clone(),
-                gap_closed: None,
-                gap_closed_ci95: None,
-                share: share(findings, &id),
-            });
-        } else if !named && presence >= LISTED {
-            free_forms.push(FreeFormAnswer { id, probability: presence, description: part.description.clone() });
-        }
-    }
-    // the main effect first, whatever its rank by presence
-    if let Some(at) = main.as_ref().and_then(|m| effects.iter().position(|e| e.id == *m)) {
-        let first = effects.remove(at);
-        effects.insert(0, first);
-    }
-    let mut together: Vec<String> = effects.iter().filter(|e| e.probability > PRESENT).map(|e| e.id.clone()).collect();
-    match verdict {
-        Verdict::None => together.clear(),
-        _ => {
-            if let Some(m) = main.as_ref().filter(|m| !together.contains(m)) {
-                together.insert(0, m.clone());
-            }
-        }
-    }
-    let (cannot_tell_apart, alike) = classes(findings, &rivals);
-    Answer {
-        verdict,
-        main_probability: rivals.first().map_or(0.0, |r| r.1),
-        none_probability: none,
-        unknown_probability: unknown,
-        place: place(findings, library, &top, prepared),
-        main,
-        effects,
-        together,
-        cannot_tell_apart,
-        alike,
-        free_forms,
-        gap: Vec::new(),
-        notes: findings.notes.clone(),
-    }
+fn compared(prepared: &Prepared, library: &Library, options: &Options) -> (Findings, Answer) {
+    let effects: Vec<&'static dyn Effect> = library.effects().collect();
+    let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
+    findings.notes.splice(0..0, prepared.notes.iter().cloned());
+    let answer = compose::answer(&findings, |top| place(&findings, library, top, prepared));
+    (findings, answer)
 }
 
-/// Share of what the most probable set with the effect closes.
-fn share(findings: &Findings, id: &str) -> Option<f64> {
-    let set = findings.best_with(id, false)?;
-    let total: f64 = set.parts.iter().map(|p| p.share.max(0.0)).sum();
-    (total > 0.0).then(|| set.part(id).map_or(0.0, |p| p.share.max(0.0)) / total)
-}
-
-/// Main effects between which this recording does not decide, and why.
-fn classes(findings: &Findings, rivals: &[(String, f64)]) -> (Vec<Vec<String>>, Vec<Alike>) {
-    // between effects that are not even listed nothing needs to be told apart
-    let Some((first, p)) = rivals.first().filter(|r| r.1 >= LISTED) else { return Default::default() };
-    let class: Vec<String> = rivals.iter().filter(|r| r.1 >= RIVAL * p).take(3).map(|r| r.0.clone()).collect();
-    if class.len() < 2 {
-        return Default::default();
-    }
-    let none = findings.sets.iter().find(|s| s.parts.is_empty()).map(|s| s.ln_weight);
-    let weight = |id: &String| findings.best_with(id, true).map(|s| s.ln_weight);
-    let overlap = class[1..]
-        .iter()
-        .filter_map(|id| {
-            let (a, b) = (weight(first)?, weight(id)?);
-            // the share of the evidence that the rival reaches too; evidence is counted from no effect at all
-            let base = none.unwrap_or(a.min(b) - 10.0);
-            Some(((b - base).max(0.0) / (a - base).max(1e-9)).clamp(0.0, 1.0))
-        })
-        .fold(1.0, f64::min);
-    let separate_by = separate(&class);
-    (vec![class.clone()], vec![Alike { ids: class, overlap, separate_by }])
-}
-
-fn separate(class: &[String]) -> String {
-    let has = |id: &str| class.iter().any(|c| c == id);
-    let mut what = Vec::new();
-    if has("gyro.temperature_sensitivity") || has("gyro.noise_growth") {
-        what.push("a recording in which temperature moves otherwise than with time since power-on: reheated when warm");
-    }
-    if has("gyro.supply_sensitivity") {
-        what.push("a recording in which the supply is stepped by 50 mV or more");
-    }
-    if has("gyro.rate_random_walk") || has("gyro.gauss_markov") || has("gyro.bias_instability") {
-        what.push("a recording four times as long, which shows whether the bias keeps wandering");
-    }
-    if has("gyro.rate_ramp") || has("gyro.second_time_constant") || has("gyro.bias_step") {
-        what.push(
-            "a second power-on of the same length: what belongs to the unit repeats, what is drawn anew does not",
-        );
-    }
-    if has("gyro.turn_on_shift") {
-        what.push("five or more power-ons: their scatter tells a shifted mean from an unlucky draw");
-    }
-    if has("gyro.telegraph_noise") {
-        what.push("a recording with ten times as many jumps, or a histogram of the smoothed rate");
-    }
-    if what.is_empty() {
-        what.push("a longer recording");
-    }
-    what.join("; ")
+/// What the diagnosis of `fit` compares and answers, without measuring how far the gap shrinks: a part of its time.
+///
+/// # Errors
+/// What [`prepare`] refuses; [`crate::ErrorKind::Config`] if the configuration is of a drive or incomplete.
+pub fn compare(config: &Config, fit: &Log, library: &Library, options: &Options) -> Result<(Findings, Answer)> {
+    Ok(compared(&prepare(config, fit, options.since_power_on_s)?, library, options))
 }
 
 fn place(findings: &Findings, library: &Library, top: &Main, prepared: &Prepared) -> Option<Place> {

@@ -152,22 +152,17 @@ impl<'a> Likelihood<'a> {
         h.noises.iter().map(one).sum()
     }
 
-    /// ln p(z) with the parts for which `keep` holds, at their parameters and with the posterior means of their
-    /// coefficients; nuisances integrated out: what a simulator with these effects scores.
-    pub fn plug_in(&self, h: &Hypothesis, posterior: &Posterior, keep: &dyn Fn(usize) -> bool) -> f64 {
-        let mut z = self.data.z.clone();
-        let mut at = self.nuisance.len();
-        for s in &h.signals {
-            for id in &s.columns {
-                if keep(s.candidate) {
-                    self.frame.add_column(&mut z, *id, -posterior.mean[at]);
-                }
-                at += 1;
-            }
-        }
+    /// ln p(z) with the parts for which `keep` holds, spectra at their parameters, coefficients at the posterior means that
+    /// they have without the others; nuisances integrated out: what a simulator with these effects alone scores.
+    pub fn plug_in(&self, h: &Hypothesis, keep: &dyn Fn(usize) -> bool) -> Option<f64> {
         let mut kept = h.clone();
-        kept.signals.clear();
+        kept.signals.retain(|s| keep(s.candidate));
         kept.noises.retain(|n| keep(n.candidate));
+        let posterior = self.coefficients(&kept)?;
+        let mut z = self.data.z.clone();
+        let signals = kept.signals.iter().flat_map(|s| s.columns.iter());
+        signals.zip(&posterior.mean[self.nuisance.len()..]).for_each(|(id, b)| self.frame.add_column(&mut z, *id, -b));
+        kept.signals.clear();
         let power = self.frame.bins.power(&z);
         let spectrum = kept.spectrum(self.frame, self.candidates);
         let inverse: Vec<f64> = spectrum.iter().map(|v| 1.0 / v).collect();
@@ -175,10 +170,10 @@ impl<'a> Likelihood<'a> {
         let ids = self.nuisance.iter().map(|n| n.0);
         let picked = Picked::new(self.frame, &data, &DataProducts::default(), ids);
         let stds: Vec<f64> = self.nuisance.iter().map(|n| n.1).collect();
-        let columns = columns(&picked, &stds, &inverse, false).map_or(0.0, |p| p.log_marginal);
+        let columns = columns(&picked, &stds, &inverse, false)?.log_marginal;
         let is_variance = |n: &&NoisePart| matches!(self.candidates[n.candidate].kind, Kind::Variance(_));
         let profile: f64 = kept.noises.iter().filter(is_variance).map(|n| self.variance_gain(n)).sum();
-        spectral(&self.frame.bins.count, &data.power, &spectrum) + columns + profile
+        Some(spectral(&self.frame.bins.count, &data.power, &spectrum) + columns + profile)
     }
 
     /// Posterior of the coefficients, nuisances first.
@@ -383,7 +378,7 @@ impl<'a> Likelihood<'a> {
 }
 
 /// Solution of (H + λ diag|H|) x = g; none where it is not definite.
-fn damped(hessian: &[f64], gradient: &[f64], damping: f64) -> Option<Vec<f64>> {
+pub(super) fn damped(hessian: &[f64], gradient: &[f64], damping: f64) -> Option<Vec<f64>> {
     let d = gradient.len();
     let diagonal = |i: usize| hessian[i * d + i].abs().max(1e-6);
     let matrix =
@@ -393,7 +388,7 @@ fn damped(hessian: &[f64], gradient: &[f64], damping: f64) -> Option<Vec<f64>> {
 }
 
 /// ln det and the square roots of the inverse's diagonal; directions that curve the wrong way count by their size.
-fn ln_det_and_std(curvature: &[f64], d: usize) -> (f64, Vec<f64>) {
+pub(super) fn ln_det_and_std(curvature: &[f64], d: usize) -> (f64, Vec<f64>) {
     let matrix = nalgebra::DMatrix::from_fn(d, d, |i, j| 0.5 * (curvature[i * d + j] + curvature[j * d + i]));
     let eigen = matrix.symmetric_eigen();
     let least = 1e-3;

@@ -1,6 +1,9 @@
 //! What the comparison of hypotheses comes to: probabilities, shares and parameters, whatever the kind of effect.
 
+use super::calibration::Calibration;
+use super::search::Prior;
 use crate::effects::Parameters;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// An effect or free form with what it does in one set.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,16 +31,23 @@ pub struct Part {
 pub struct WeightedSet {
     /// Its parts.
     pub parts: Vec<Part>,
-    /// ln evidence + ln prior, up to a constant.
+    /// ln evidence + ln prior of the search, up to a constant.
     pub ln_weight: f64,
     /// Posterior probability.
     pub probability: f64,
 }
 
 impl WeightedSet {
-    /// The part with the largest share.
+    /// The effect with the largest share; where free forms together close more than it does, the largest of them.
     pub fn main(&self) -> Option<&Part> {
-        self.parts.iter().max_by(|a, b| a.share.total_cmp(&b.share))
+        let largest = |named: bool| {
+            self.parts.iter().filter(move |p| p.named == named).max_by(|a, b| a.share.total_cmp(&b.share))
+        };
+        let unnamed: f64 = self.parts.iter().filter(|p| !p.named).map(|p| p.share.max(0.0)).sum();
+        match (largest(true), largest(false)) {
+            (Some(named), Some(free)) => Some(if unnamed > named.share { free } else { named }),
+            (named, free) => named.or(free),
+        }
     }
 
     /// The part `id`.
@@ -55,6 +65,9 @@ pub struct Findings {
     pub notes: Vec<String>,
 }
 
+/// What closes fewer nats than this is a side effect: it may be named, and need not be.
+const MATTERS: f64 = 6.0;
+
 /// What can be the main thing.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Main {
@@ -66,29 +79,33 @@ pub enum Main {
     Effect(String),
 }
 
-impl Findings {
-    /// Sets with normalised probabilities; `temperature` above one spreads them (calibration).
-    pub fn new(mut sets: Vec<WeightedSet>, temperature: f64, notes: Vec<String>) -> Self {
-        sets.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
-        let top = sets.first().map_or(0.0, |s| s.ln_weight);
-        let weight = |s: &WeightedSet| ((s.ln_weight - top) / temperature).exp();
-        let total: f64 = sets.iter().map(weight).sum();
-        for s in &mut sets {
-            s.probability = weight(s) / total;
+impl Main {
+    /// The main thing of a set.
+    pub fn of(set: &WeightedSet) -> Self {
+        match set.main() {
+            None => Self::None,
+            Some(p) if p.named => Self::Effect(p.id.clone()),
+            Some(_) => Self::Unknown,
         }
+    }
+}
+
+impl Findings {
+    /// Sets with normalised probabilities under `calibration`, where their weights stand under `prior`.
+    pub fn new(mut sets: Vec<WeightedSet>, prior: &Prior, calibration: &Calibration, notes: Vec<String>) -> Self {
+        let ln: Vec<f64> = sets.iter().map(|s| calibration.ln_weight(s, prior)).collect();
+        let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = ln.iter().map(|v| (v - top).exp()).sum();
+        sets.iter_mut().zip(&ln).for_each(|(s, v)| s.probability = (v - top).exp() / total);
+        sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         Self { sets, notes }
     }
 
     /// Probability of each main thing, most probable first.
     pub fn mains(&self) -> Vec<(Main, f64)> {
-        let mut sums: std::collections::BTreeMap<Main, f64> = std::collections::BTreeMap::new();
+        let mut sums: BTreeMap<Main, f64> = BTreeMap::new();
         for s in &self.sets {
-            let main = match s.main() {
-                None => Main::None,
-                Some(p) if p.named => Main::Effect(p.id.clone()),
-                Some(_) => Main::Unknown,
-            };
-            *sums.entry(main).or_default() += s.probability;
+            *sums.entry(Main::of(s)).or_default() += s.probability;
         }
         let mut all: Vec<(Main, f64)> = sums.into_iter().collect();
         all.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -98,6 +115,29 @@ impl Findings {
     /// Probability that `id` is present.
     pub fn presence(&self, id: &str) -> f64 {
         self.sets.iter().filter(|s| s.part(id).is_some()).map(|s| s.probability).sum()
+    }
+
+    /// The effects to be named together: the set T with the largest probability that all that matters is in T, and all of T
+    /// is there; it holds `main`. Of several effects that explain the same (each with less than one half) T has the most
+    /// probable one.
+    pub fn together(&self, main: Option<&str>) -> Vec<String> {
+        type Ids<'a> = BTreeSet<&'a str>;
+        let mut known: BTreeMap<(Ids, Ids), f64> = BTreeMap::new();
+        for s in &self.sets {
+            let named = || s.parts.iter().filter(|p| p.named);
+            let there: Ids = named().map(|p| p.id.as_str()).collect();
+            let matters: Ids = named().filter(|p| p.share >= MATTERS).map(|p| p.id.as_str()).collect();
+            *known.entry((matters, there)).or_default() += s.probability;
+        }
+        let score = |t: &Ids| -> f64 {
+            let fits = |k: &&(Ids, Ids)| k.0.is_subset(t) && t.is_subset(&k.1);
+            known.keys().filter(fits).filter_map(|k| known.get(k)).sum()
+        };
+        let wanted = |t: &&Ids| main.is_none_or(|m| t.contains(m));
+        let best = known.keys().flat_map(|k| [&k.0, &k.1]).filter(wanted).map(|t| (score(t), t.len(), t));
+        // of equals the larger set: what is there and small is welcome
+        let best = best.max_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        best.map(|b| b.2.iter().map(|id| (*id).to_owned()).collect()).unwrap_or_default()
     }
 
     /// Ids of everything that is in a set, most probable first.
@@ -118,5 +158,70 @@ impl Findings {
     /// The most probable set that holds `id` (and, if asked, in which it is the main thing).
     pub fn best_with(&self, id: &str, as_main: bool) -> Option<&WeightedSet> {
         self.sets.iter().find(|s| s.part(id).is_some() && (!as_main || s.main().is_some_and(|m| m.id == id)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(parts: &[(&str, f64)], probability: f64) -> WeightedSet {
+        let part = |(id, share): &(&str, f64)| Part {
+            id: (*id).into(),
+            named: id.starts_with("gyro."),
+            share: *share,
+            parameters: Parameters::new(),
+            std: Parameters::new(),
+            time_s: None,
+            frequency_hz: None,
+            description: String::new(),
+        };
+        WeightedSet { parts: parts.iter().map(part).collect(), ln_weight: 0.0, probability }
+    }
+
+    fn findings(sets: Vec<WeightedSet>) -> Findings {
+        Findings { sets, notes: Vec::new() }
+    }
+
+    #[test]
+    fn of_effects_that_stand_in_for_each_other_the_most_probable_is_named() {
+        // each noise is present with less than one half, one of them surely
+        let f = findings(vec![
+            set(&[("gyro.tone", 90.0), ("gyro.gauss_markov", 30.0)], 0.45),
+            set(&[("gyro.tone", 90.0), ("gyro.rate_random_walk", 29.0)], 0.40),
+            set(&[("gyro.tone", 90.0)], 0.15),
+        ]);
+        assert!(f.presence("gyro.gauss_markov") < 0.5);
+        assert_eq!(f.together(Some("gyro.tone")), ["gyro.gauss_markov", "gyro.tone"]);
+        assert_eq!(f.together(Some("gyro.rate_random_walk")), ["gyro.rate_random_walk", "gyro.tone"]);
+    }
+
+    #[test]
+    fn a_side_effect_is_named_only_where_that_is_no_risk() {
+        let side = |p: f64| {
+            findings(vec![
+                set(&[("gyro.tone", 90.0), ("gyro.rate_ramp", 3.0)], p),
+                set(&[("gyro.tone", 90.0)], 1.0 - p),
+            ])
+        };
+        // leaving it out costs nothing, naming it where it is not would
+        assert_eq!(side(0.9).together(None), ["gyro.tone"]);
+        assert_eq!(side(1.0).together(None), ["gyro.rate_ramp", "gyro.tone"]);
+        // what closes more has to be named
+        let f = findings(vec![
+            set(&[("gyro.tone", 90.0), ("gyro.rate_ramp", 15.0)], 0.6),
+            set(&[("gyro.tone", 90.0)], 0.4),
+        ]);
+        assert_eq!(f.together(None), ["gyro.rate_ramp", "gyro.tone"]);
+    }
+
+    #[test]
+    fn what_no_effect_explains_is_counted_together() {
+        let split = set(&[("gyro.tone", 50.0), ("free.time", 30.0), ("free.supply", 31.0)], 1.0);
+        assert_eq!(Main::of(&split), Main::Unknown);
+        assert_eq!(split.main().map(|p| p.id.as_str()), Some("free.supply"));
+        let named = set(&[("gyro.tone", 50.0), ("free.time", 30.0), ("free.supply", -900.0)], 1.0);
+        assert_eq!(Main::of(&named), Main::Effect("gyro.tone".into()));
+        assert_eq!(Main::of(&set(&[], 1.0)), Main::None);
     }
 }

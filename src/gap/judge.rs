@@ -1,15 +1,16 @@
 //! The comparison of one recording's hypotheses, Gaussian part and the rest together.
 
+use super::calibration::Calibration;
 use super::clean::clean;
 use super::evidence::{Fitted, Likelihood, nuisances};
 use super::findings::{Findings, Part, WeightedSet};
 use super::frame::{Data, Frame};
 use super::free::{Comb, CovariateForm, Follows, FreeSpectrum, RateForm, Resonance, SmoothTime, WhiteLevel};
 use super::hypothesis::{Candidate, Hypothesis, Kind};
-use super::layers::{amplitude, bursts, events, lattice, repeats, track};
+use super::layers::{amplitude, bursts, events, lattice, repeats, shots, track};
 use super::parts::parts;
 use super::popcorn::{Popcorn, beside};
-use super::search::{Met, Prior, Search};
+use super::search::{Met, Prior, Search, whitened};
 use crate::effects::{Effect, Explanation};
 use crate::model::Scene;
 
@@ -30,7 +31,7 @@ pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candida
         all.push(Candidate { id, named: true, kind });
     }
     let mut free = |id: &str, kind: Kind| all.push(Candidate { id: id.to_owned(), named: false, kind });
-    free("free.time", Kind::Signal(Box::new(SmoothTime(14))));
+    free("free.time", Kind::Signal(Box::new(SmoothTime(12))));
     for (name, follows) in [("temperature", Follows::Temperature), ("supply", Follows::Supply)] {
         if follows.of(scene).is_some() {
             free(&format!("free.{name}"), Kind::Signal(Box::new(CovariateForm(follows))));
@@ -48,19 +49,20 @@ pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candida
     all
 }
 
-/// What each part of a fitted set closes: the mean of what it closes first and last, nats.
+/// What each part of a fitted set closes: the mean of what it closes first and last, nats. The others have the
+/// coefficients that they take without it, so that of two that can stand in for each other neither is taken for
+/// indispensable.
 pub fn shares(likelihood: &Likelihood, fitted: &Fitted) -> Vec<(usize, f64)> {
     let h = &fitted.hypothesis;
-    let Some(posterior) = likelihood.coefficients(h) else { return Vec::new() };
-    let all = likelihood.plug_in(h, &posterior, &|_| true);
-    let none = likelihood.plug_in(h, &posterior, &|_| false);
-    h.candidates()
-        .map(|c| {
-            let last = all - likelihood.plug_in(h, &posterior, &|k| k != c);
-            let first = likelihood.plug_in(h, &posterior, &|k| k == c) - none;
-            (c, 0.5 * (first + last))
-        })
-        .collect()
+    let score = |keep: &dyn Fn(usize) -> bool| likelihood.plug_in(h, keep);
+    let (Some(all), Some(none)) = (score(&|_| true), score(&|_| false)) else { return Vec::new() };
+    let single = h.size() == 1;
+    let share = |c: usize| {
+        let last = all - if single { none } else { score(&|k| k != c)? };
+        let first = if single { all } else { score(&|k| k == c)? } - none;
+        Some((c, 0.5 * (first + last)))
+    };
+    h.candidates().filter_map(share).collect()
 }
 
 /// Sets this much less probable than the best take no part in the answer, nats.
@@ -71,10 +73,10 @@ const SETS: usize = 60;
 /// How hypotheses are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Options {
-    /// Prior odds.
+    /// Prior odds under which sets are searched.
     pub prior: Prior,
-    /// Spread of the probabilities: see [`Findings::new`].
-    pub temperature: f64,
+    /// How their evidences become probabilities.
+    pub calibration: Calibration,
 }
 
 /// Judges one recording: `recorded` as it is, in `scene`.
@@ -101,7 +103,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     // on a coarse lattice no distribution of samples is normal
     let coarse = lsb.is_some_and(|lsb| lsb > 0.3 * nominal);
     let looks = Looks { coarse, aside: &aside, deviation: &deviation, data: &data, frame: &frame, prior };
-    let layers = looks.at(search.whitened(&best.fitted.hypothesis), knows("gyro.outliers"));
+    let layers_of_best = looks.at(search.whitened(&best.fitted.hypothesis), knows("gyro.outliers"));
     // a level that was fitted hides what makes it: bursts are judged beside the nominal level too
     let levels: Vec<usize> = best.fitted.hypothesis.candidates().filter(|c| is_level(&candidates[*c])).collect();
     let unlevelled = (!levels.is_empty()).then(|| {
@@ -115,53 +117,70 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
 
     let all = search.posterior();
     let top = all.first().map_or(0.0, |m| m.ln_weight);
-    let mut sets: Vec<WeightedSet> = Vec::new();
-    let mut levelled = Vec::new();
-    let unlevelled_key = |h: &Hypothesis| unlevelled.is_some() && !h.candidates().any(|c| is_level(&candidates[c]));
+    let mut sets: Vec<(WeightedSet, Seen)> = Vec::new();
+    let seen = |h: &Hypothesis| {
+        let levelled = h.candidates().any(|c| is_level(&candidates[c]));
+        if unlevelled.is_some() && !levelled { Seen::Unlevelled } else { Seen::Best }
+    };
     let deep = |m: &&Met| {
         let h = &m.fitted.hypothesis;
-        m.ln_weight > top - DEPTH || h.size() == 0 || unlevelled_key(h)
+        m.ln_weight > top - DEPTH || h.size() == 0 || seen(h) == Seen::Unlevelled
     };
+    let weighted = |parts, ln_weight| WeightedSet { parts, ln_weight, probability: 0.0 };
     for met in all.iter().filter(deep).take(SETS) {
-        levelled.push(!unlevelled_key(&met.fitted.hypothesis));
-        sets.push(WeightedSet { parts: parts(&likelihood, &met.fitted), ln_weight: met.ln_weight, probability: 0.0 });
+        let set = weighted(parts(&likelihood, &met.fitted), met.ln_weight);
+        sets.push((set, seen(&met.fitted.hypothesis)));
     }
-    {
-        let found = || popcorn(&likelihood, &nuisance, &search, prior);
-        if let Some((found, ln_weight)) = knows("gyro.telegraph_noise").then(found).flatten() {
-            let without = search.weight_without(&found.fitted.hypothesis).unwrap_or(top);
-            let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
-            let rest = frame.data_undithered(left);
-            let likelihood = Likelihood::new(&frame, &rest, &candidates, &nuisance);
-            let mut parts = parts(&likelihood, &found.fitted);
-            parts.push(super::parts::telegraph(&found, &frame.scene, (ln_weight - without).max(0.1)));
-            levelled.push(!unlevelled_key(&found.fitted.hypothesis));
-            sets.push(WeightedSet { parts, ln_weight, probability: 0.0 });
+    let mut beside_path = None;
+    if let Some((found, ln_weight)) = popcorn(&likelihood, &nuisance, &search, prior) {
+        let h = &found.fitted.hypothesis;
+        let without = search.weight_without(h).unwrap_or(top);
+        let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
+        let rest = frame.data_undithered(left);
+        let likelihood = Likelihood::new(&frame, &rest, &candidates, &nuisance);
+        let shots = shots::judge(&found.series, found.std, found.step_s);
+        let ln_shots = ln_weight - found.ln_chain - prior.ln_named + shots.ln_evidence + prior.ln_free;
+        if ln_weight.max(ln_shots) > top - DEPTH {
+            // what is left of a path of jumps shows no events where there are none
+            beside_path = Some(looks.at(whitened(&likelihood, h), knows("gyro.outliers")));
         }
+        let view = if beside_path.is_some() { Seen::BesidePath } else { seen(h) };
+        let others = parts(&likelihood, &found.fitted);
+        let mut push = |part: Part, ln_weight: f64| {
+            let parts = others.iter().cloned().chain([part]).collect();
+            sets.push((weighted(parts, ln_weight), view));
+        };
+        if knows("gyro.telegraph_noise") {
+            push(super::parts::telegraph(&found, &frame.scene, (ln_weight - without).max(0.1)), ln_weight);
+        }
+        push(super::parts::shots(&shots, (ln_shots - without).max(0.1)), ln_shots);
     }
     let mut notes = Vec::new();
     if !aside.is_empty() {
         notes.push(format!("{} samples stand out and were put aside before anything else was judged.", aside.len()));
     }
     let lattice = lsb.map(|lsb| {
-        let residual: Vec<f64> = layers.white.clone();
-        let gain = lattice::gain(&residual, lsb, nominal, nominal);
+        let gain = lattice::gain(&layers_of_best.white, lsb, nominal, nominal);
         super::parts::lattice(lsb, recorded, gain, knows("gyro.quantization"))
     });
     // on a lattice, equal values are the rule
     let repeats = if lsb.is_none() { repeats::judge(recorded, nominal) } else { Default::default() };
     let repeats = (repeats.ln_evidence + prior.ln_free > 0.0).then(|| super::parts::repeats(&repeats));
     let mut combined = Vec::new();
-    for (set, levelled) in sets.iter().zip(levelled) {
-        let layers = if levelled { &layers } else { unlevelled.as_ref().unwrap_or(&layers) };
-        for (extra, ln_weight) in layers.combinations(!levelled) {
+    for (set, view) in &sets {
+        let layers = match view {
+            Seen::Best => None,
+            Seen::Unlevelled => unlevelled.as_ref(),
+            Seen::BesidePath => beside_path.as_ref(),
+        };
+        for (extra, ln_weight) in layers.unwrap_or(&layers_of_best).combinations(*view == Seen::Unlevelled) {
             let mut parts = set.parts.clone();
             parts.extend(extra.iter().cloned());
             parts.extend(lattice.iter().chain(&repeats).cloned());
             combined.push(WeightedSet { parts, ln_weight: set.ln_weight + ln_weight, probability: 0.0 });
         }
     }
-    Findings::new(combined, options.temperature.max(1.0), notes)
+    Findings::new(combined, &prior, &options.calibration, notes)
 }
 
 /// What the whitened series shows beside its spectrum, each with ln weight over nothing of the kind.
@@ -170,6 +189,17 @@ struct Layers {
     free: Vec<(Option<Part>, f64)>,
     /// Whitened residual in rad/s.
     white: Vec<f64>,
+}
+
+/// Under which hypothesis a set's whitened series was looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Seen {
+    /// The best one.
+    Best,
+    /// The best one without what changes the level of the noise.
+    Unlevelled,
+    /// That of the path of two levels.
+    BesidePath,
 }
 
 /// What is needed to look at a whitened series.

@@ -3,7 +3,9 @@
 pub mod answer;
 pub mod believe;
 pub mod bench;
+pub mod calibration;
 mod clean;
+mod compose;
 pub mod diagnose;
 pub mod drive;
 mod evidence;
@@ -26,7 +28,8 @@ mod search;
 pub mod state_space;
 
 pub use answer::Answer;
-pub use diagnose::{Diagnosis, Options, Stage, diagnose, diagnose_observed};
+pub use calibration::Calibration;
+pub use diagnose::{Diagnosis, Options, Stage, compare, diagnose, diagnose_observed};
 pub use explain::explain;
 pub use judge::Options as JudgeOptions;
 pub use search::Prior;

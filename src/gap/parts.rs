@@ -6,6 +6,7 @@ use super::hypothesis::{Hypothesis, Kind, SignalPart};
 use super::judge::shares;
 use super::layers::amplitude::Amplitude;
 use super::layers::repeats::Repeats;
+use super::layers::shots::Shots;
 use super::popcorn::Popcorn;
 use crate::effects::{Parameters, Signal};
 use crate::model::Scene;
@@ -181,18 +182,24 @@ fn signal(
 pub fn telegraph(found: &Popcorn, scene: &Scene, share: f64) -> Part {
     let mut part = empty("gyro.telegraph_noise", true, share);
     let chain = &found.chain;
-    let mean = 0.5 * (chain.dwell_low + chain.dwell_high) * scene.step_s;
-    let sojourns = (0.5 * chain.jumps).max(1.0);
-    let set = |part: &mut Part, name: &str, value: f64, std: f64| {
+    let [low_s, high_s] = [chain.dwell_low, chain.dwell_high].map(|d| d * scene.step_s);
+    let [spacing, low, high] = chain.relative_std;
+    let mut set = |name: &str, value: f64, std: f64| {
         part.parameters.insert(name.into(), value);
         part.std.insert(name.into(), std);
     };
-    let share_high = chain.dwell_high / (chain.dwell_low + chain.dwell_high);
-    let spread = scene.white_std_rad_s / (scene.len() as f64 * share_high * (1.0 - share_high)).max(1.0).sqrt();
-    set(&mut part, "level_spacing_rad_s", chain.spacing, spread);
-    set(&mut part, "mean_dwell_s", mean, mean / (2.0 * sojourns).sqrt());
-    let ratio = chain.dwell_high / chain.dwell_low;
-    set(&mut part, "dwell_ratio", ratio, ratio * (2.0 / sojourns).sqrt());
+    set("level_spacing_rad_s", chain.spacing, chain.spacing * spacing);
+    set("mean_dwell_s", 0.5 * (low_s + high_s), 0.5 * (low_s * low).hypot(high_s * high));
+    set("dwell_ratio", high_s / low_s, high_s / low_s * low.hypot(high));
+    part
+}
+
+/// Shots that relax.
+pub fn shots(found: &Shots, share: f64) -> Part {
+    let mut part = empty("free.shots", false, share);
+    let Shots { relax_s, every_s, .. } = found;
+    part.description =
+        format!("leaps at random times, about {every_s:.0} s apart, that relax within about {relax_s:.1} s");
     part
 }
 

@@ -6,7 +6,7 @@
 use super::evidence::{Fitted, Likelihood};
 use super::frame::{ColumnId, Data, Frame};
 use super::hypothesis::{Candidate, Hypothesis};
-use super::layers::two_levels::{TwoLevels, fit};
+use super::layers::two_levels::{self, TwoLevels, fit};
 use std::f64::consts::TAU;
 
 /// Two levels and what the Gaussian part is beside them.
@@ -20,6 +20,14 @@ pub struct Popcorn {
     pub chain: TwoLevels,
     /// E path - its mean, at each sample.
     pub path: Vec<f64>,
+    /// ln evidence of the chain alone, in `series`.
+    pub ln_chain: f64,
+    /// The recording without what the Gaussian part predicts, by means over `step_s`.
+    pub series: Vec<f64>,
+    /// Standard deviation of the white noise in it.
+    pub std: f64,
+    /// Time between its values, s.
+    pub step_s: f64,
 }
 
 /// What the Gaussian part predicts of the recording beside its white noise, given the recording.
@@ -74,15 +82,13 @@ pub fn beside(
     }
     let fitted = fitted?;
     let white = |residual: f64| -0.5 * ((residual / std).powi(2) + (TAU * std * std).ln());
+    // what the alternation ends with is improved by itself, the other half held
+    let (improved, ln_chain) = two_levels::evidence(&x, std, &chain);
     let mean_path: f64 = x.iter().zip(&chain.high).map(|(x, h)| white(x - chain.low - chain.spacing * h)).sum();
-    // parameters: spacing and the two dwell times, uniform in their logarithms
-    let spacing = std / (chain.spacing.max(1e-300) * (0.25 * x.len() as f64).sqrt());
-    let dwell = 1.0 / (0.5 * chain.jumps).max(1.0).sqrt();
-    let longest = (x.len() as f64).ln();
-    let one = |width: f64, range: f64| (TAU.sqrt() * width / range).ln().min(0.0);
-    let occam = one(spacing, 7.0) + 2.0 * one(dwell, longest);
-    let ln_evidence = fitted.ln_evidence + chain.ln_likelihood - mean_path + occam;
+    chain = improved;
+    let ln_evidence = fitted.ln_evidence + ln_chain - mean_path;
+    let step_s = per as f64 * frame.scene.step_s;
     chain.dwell_low *= per as f64;
     chain.dwell_high *= per as f64;
-    Some(Popcorn { fitted, ln_evidence, chain, path })
+    Some(Popcorn { fitted, ln_evidence, chain, path, ln_chain, series: x, std, step_s })
 }

@@ -35,6 +35,26 @@ pub struct Met {
 /// A set extended by a candidate, and the gain in ln p; none where it cannot be.
 type Extension = Option<(Hypothesis, f64)>;
 
+/// The recording whitened under a hypothesis: independent, of variance one, where it holds.
+pub fn whitened(l: &Likelihood, h: &Hypothesis) -> Vec<f64> {
+    let mut z = l.remainder(h);
+    let s = h.spectrum(l.frame, l.candidates);
+    for (b, e) in l.frame.bins.edges.windows(2).enumerate() {
+        let scale = 1.0 / s[b].sqrt();
+        z[e[0]..e[1]].iter_mut().for_each(|v| *v *= scale);
+    }
+    let mut w = l.frame.series(&z);
+    for part in h.noises.iter().filter(|n| matches!(l.candidates[n.candidate].kind, Kind::Variance(_))) {
+        let profile = variance_profile(l.frame, part);
+        let mean = profile.iter().sum::<f64>() / profile.len().max(1) as f64;
+        let long = w.len().div_ceil(profile.len().max(1)).max(1);
+        for (block, s) in w.chunks_mut(long).zip(&profile) {
+            block.iter_mut().for_each(|v| *v *= (mean / s).sqrt());
+        }
+    }
+    w
+}
+
 /// The search over sets.
 pub struct Search<'a> {
     likelihood: &'a Likelihood<'a>,
@@ -127,25 +147,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The recording whitened under a hypothesis: independent, of variance one, where it holds.
+    /// The recording whitened under a hypothesis.
     pub fn whitened(&self, h: &Hypothesis) -> Vec<f64> {
-        let l = self.likelihood;
-        let mut z = l.remainder(h);
-        let s = h.spectrum(l.frame, l.candidates);
-        for (b, e) in l.frame.bins.edges.windows(2).enumerate() {
-            let scale = 1.0 / s[b].sqrt();
-            z[e[0]..e[1]].iter_mut().for_each(|v| *v *= scale);
-        }
-        let mut w = l.frame.series(&z);
-        for part in h.noises.iter().filter(|n| matches!(l.candidates[n.candidate].kind, Kind::Variance(_))) {
-            let profile = variance_profile(l.frame, part);
-            let mean = profile.iter().sum::<f64>() / profile.len().max(1) as f64;
-            let long = w.len().div_ceil(profile.len().max(1)).max(1);
-            for (block, s) in w.chunks_mut(long).zip(&profile) {
-                block.iter_mut().for_each(|v| *v *= (mean / s).sqrt());
-            }
-        }
-        w
+        whitened(self.likelihood, h)
     }
 
     /// The best extension of `base` by one candidate of `among`.

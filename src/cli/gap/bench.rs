@@ -1,5 +1,6 @@
 //! `gyroid gap bench`: cases with sealed labels, answers to them, their score.
 
+use super::calibrate;
 use crate::cli::Outcome;
 use crate::cli::output::{Common, Output};
 use clap::{Args, Subcommand, ValueEnum};
@@ -30,6 +31,7 @@ enum BenchCommand {
     Make(MakeArgs),
     Run(RunArgs),
     Score(ScoreArgs),
+    Calibrate(calibrate::CalibrateArgs),
 }
 
 pub(crate) fn run(args: &BenchArgs) -> Result<Outcome> {
@@ -37,6 +39,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<Outcome> {
         BenchCommand::Make(args) => make(args),
         BenchCommand::Run(args) => answer(args),
         BenchCommand::Score(args) => score(args),
+        BenchCommand::Calibrate(args) => calibrate::run(args),
     }
 }
 
@@ -145,7 +148,7 @@ fn make(args: &MakeArgs) -> Result<Outcome> {
 }
 
 /// DIR.key beside DIR.
-fn beside(folder: &Path) -> PathBuf {
+pub(super) fn beside(folder: &Path) -> PathBuf {
     let name = folder.file_name().map_or_else(|| "bench".into(), |n| n.to_string_lossy().into_owned());
     folder.with_file_name(format!("{name}.key"))
 }

@@ -1,6 +1,7 @@
 //! `gyroid gap`: the gap between the nominal simulator and recordings.
 
 mod bench;
+mod calibrate;
 mod diagnose;
 mod explain;
 

@@ -3,10 +3,12 @@
 //! - [`make`]: cases of [`crate::reality`] in a folder, their labels sealed, a commitment to them in the open
 //! - [`run`]: a diagnosis over every case that has no answer yet
 //! - [`score()`]: labels unsealed, the commitment checked, answers judged by the contract's rules
+//! - [`calibrate()`]: temperature and prior odds under which the truth is most probable
 //!
 //! The labels are encrypted with a key that is not in the folder. The commitment is the SHA-256 of the labels with a random
 //! salt: who has the commitment from before can tell afterwards that the labels are the same.
 
+mod calibrate;
 mod folder;
 mod intervals;
 mod judge;
@@ -15,6 +17,7 @@ mod score;
 mod seal;
 mod table;
 
+pub use calibrate::{Calibrated, Example, Fit, calibrate, examples};
 pub use folder::{BENCH, Bench, COMMITMENT, Made, Order, SEALED, make, names};
 pub use intervals::{Rate, Roc, expected_calibration_error, perfect_calibration_p95, roc};
 pub use judge::{Judged, Wanted, judge};

@@ -3,7 +3,7 @@
 //! Gaussian comparison of sets of groups of columns from their Gram matrix alone: G = Σ slopes slopes', b = Σ slopes ν.
 //! Each group has a prior N(0, s² diag(unit²)) whose scale s lies on a grid, every node equally probable.
 
-use faer::linalg::solvers::{Llt, SelfAdjointEigen, Solve};
+use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
 
 /// Columns that come and go together.
@@ -57,7 +57,11 @@ struct Conditioned {
     ln_evidence: f64,
 }
 
-/// Smallest eigenvalue and so on that counts as nothing.
+/// Widest prior standard deviations beyond which an effect is not plausible.
+const FAR: f64 = 4.0;
+/// What it costs to be twice as far, nats.
+const IMPLAUSIBLE: f64 = 1e4;
+/// What counts as nothing.
 const TINY: f64 = 1e-12;
 
 impl Problem {
@@ -134,7 +138,25 @@ impl Problem {
         } else {
             0.0
         };
-        self.ln_evidence(members) + priors + possible
+        let Some(inside) = self.condition(members) else { return f64::NEG_INFINITY };
+        inside.ln_evidence + priors + possible - self.implausible(members, &inside)
+    }
+
+    /// What coefficients of effects cost that lie far beyond the widest prior: along directions that a drive hardly knows
+    /// they would run away.
+    fn implausible(&self, members: &[Member], inside: &Conditioned) -> f64 {
+        let mut at = self.nuisance.len();
+        let mut cost = 0.0;
+        for &(g, _) in members {
+            let group = &self.groups[g];
+            for (i, mean) in inside.mean[at..at + group.columns.len()].iter().enumerate() {
+                let widest = group.nodes.last().map_or(f64::INFINITY, |n| n[i]);
+                let excess = mean.abs() / (FAR * widest) - 1.0;
+                cost += if group.named && excess > 0.0 { IMPLAUSIBLE * excess } else { 0.0 };
+            }
+            at += group.columns.len();
+        }
+        cost
     }
 
     /// What every other group would add to `members`: group, its best node, gain in ln weight.
@@ -158,7 +180,7 @@ impl Problem {
                 let taken: f64 = (0..n).map(|r| cross[(r, at + i)] * solved[(r, at + j)]).sum();
                 self.gram[(group.columns[i], group.columns[j])] - taken
             };
-            let gram = Mat::from_fn(k, k, conditional);
+            let gram: Vec<f64> = (0..k * k).map(|m| conditional(m / k, m % k)).collect();
             let moment: Vec<f64> = (0..k)
                 .map(|i| {
                     let explained: f64 =
@@ -210,41 +232,32 @@ impl Problem {
 }
 
 /// The node with the most evidence, and the ln of the mean evidence of all.
-fn best_node(group: &Group, gram: &Mat<f64>, moment: &[f64]) -> Option<(usize, f64)> {
+fn best_node(group: &Group, gram: &[f64], moment: &[f64]) -> Option<(usize, f64)> {
     let k = moment.len();
-    // nodes mostly differ by a factor alone: one decomposition then serves them all
-    let first = group.nodes.first()?;
-    let decompose = |stds: &[f64]| -> Option<(Vec<f64>, Vec<f64>)> {
-        let scaled = Mat::from_fn(k, k, |i, j| stds[i] * gram[(i, j)] * stds[j]);
-        let moment: Vec<f64> = (0..k).map(|i| stds[i] * moment[i]).collect();
-        if k == 1 {
-            return Some((vec![scaled[(0, 0)]], moment));
-        }
-        let eigen: SelfAdjointEigen<f64> = scaled.self_adjoint_eigen(Side::Lower).ok()?;
-        let (u, s) = (eigen.U(), eigen.S().column_vector());
-        let along = (0..k).map(|i| (0..k).map(|j| u[(j, i)] * moment[j]).sum()).collect();
-        Some(((0..k).map(|i| s[i]).collect(), along))
-    };
-    let base = decompose(first)?;
+    let mut factor = vec![0.0; k * k];
+    let mut solved = vec![0.0; k];
     let mut gains = Vec::with_capacity(group.nodes.len());
     for stds in &group.nodes {
-        let factor = stds[0] / first[0];
-        let proportional = stds.iter().zip(first).all(|(a, b)| (a - factor * b).abs() <= 1e-9 * a.abs());
-        let other;
-        let ((values, along), factor) = if proportional {
-            (&base, factor)
-        } else {
-            other = decompose(stds)?;
-            (&other, 1.0)
-        };
+        // I + U G U = L L', and L⁻¹ U b
         let mut gain = 0.0;
-        for (value, m) in values.iter().zip(along) {
-            let spread = 1.0 + factor * factor * value.max(TINY);
-            gain += 0.5 * (factor * factor * m * m / spread - spread.ln());
+        for i in 0..k {
+            for j in 0..=i {
+                let mut sum = stds[i] * gram[i * k + j] * stds[j] + f64::from(u8::from(i == j));
+                for m in 0..j {
+                    sum -= factor[i * k + m] * factor[j * k + m];
+                }
+                factor[i * k + j] = if i == j { sum.max(TINY).sqrt() } else { sum / factor[j * k + j] };
+            }
+            let mut sum = stds[i] * moment[i];
+            for m in 0..i {
+                sum -= factor[i * k + m] * solved[m];
+            }
+            solved[i] = sum / factor[i * k + i];
+            gain += 0.5 * solved[i] * solved[i] - factor[i * k + i].ln();
         }
         if group.positive {
             // half of the prior is impossible: what the other half holds of the posterior
-            let scaled = stds[0] * stds[0] * gram[(0, 0)];
+            let scaled = stds[0] * stds[0] * gram[0];
             gain += ln_possible(stds[0] * moment[0] / (1.0 + scaled).sqrt());
         }
         gains.push(gain);

@@ -8,7 +8,7 @@ use super::column::Column;
 use super::evidence::{Coefficients, Member, Problem, Weighed};
 use super::pass::{Models, Noise, Summed, run};
 use super::record::Record;
-use super::search::search;
+use super::search::{best as best_set, search};
 use crate::effects::drive::ModelChange;
 use crate::model::drive::{DriveEffect, DriveModel};
 
@@ -16,9 +16,9 @@ use crate::model::drive::{DriveEffect, DriveModel};
 pub type Theta = Vec<Vec<f64>>;
 
 /// Wide steps at most.
-const WIDE: usize = 4;
+const WIDE: usize = 3;
 /// Narrow steps after each at most.
-const NARROW: usize = 8;
+const NARROW: usize = 6;
 /// Settled when no coordinate moves by more than this of its standard deviation.
 const SETTLED: f64 = 0.15;
 /// Evidence that a step may lose before it is halved, nats.
@@ -133,7 +133,7 @@ fn settle(record: &Record, noise: &Noise, candidates: &Candidates, from: &Theta)
     let mut theta = from.clone();
     for _ in 0..NARROW {
         let (problem, _) = candidates.linearise(record, noise, &theta);
-        let top = search(&problem, &[]).swap_remove(0);
+        let top = best_set(&problem);
         if let Some((weight, there)) = &best
             && top.ln_weight < weight - LOSS
         {
@@ -177,8 +177,7 @@ pub fn compare(
         }
         let inside: Vec<usize> = top.members.iter().map(|m| m.0).collect();
         let narrow = |g: usize| {
-            inside.contains(&g)
-                || candidates.groups[g].named && (stepped.is_none() || !matches!(candidates.kinds[g], Kind::Step(_)))
+            inside.contains(&g) || candidates.groups[g].named && !matches!(candidates.kinds[g], Kind::Step(_))
         };
         theta = settle(record, noise, &candidates.only(narrow), &next);
         near = stepped;

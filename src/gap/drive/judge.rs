@@ -11,17 +11,24 @@ use super::pass::{Channel, Innovation, Models, Noise, run};
 use super::record::Record;
 use crate::effects::Parameters;
 use crate::effects::drive::{DriveExplanation, Driving};
+use crate::gap::Calibration;
 use crate::gap::findings::{Findings, Part, WeightedSet};
 use crate::gap::layers::lattice;
 use crate::model::drive::DriveModel;
 
 /// How drives are judged.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Prior odds.
     pub prior: Prior,
-    /// Spread of the probabilities: see [`Findings::new`].
+    /// Evidence counts for this many times less: see [`Calibration`].
     pub temperature: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { prior: Prior::default(), temperature: 1.0 }
+    }
 }
 
 /// What was found in one drive, and what its simulator needs to know.
@@ -94,7 +101,9 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     for set in &mut sets {
         set.parts.extend(lattice.iter().chain(&lost).chain(&branch.extra_parts).cloned());
     }
-    let findings = Findings::new(sets, options.temperature.max(1.0), record.notes.clone());
+    let prior = crate::gap::Prior { ln_named: options.prior.ln_named, ln_free: options.prior.ln_free };
+    let spread = Calibration { temperature: options.temperature, ..Calibration::none(&prior) };
+    let findings = Findings::new(sets, &prior, &spread, record.notes.clone());
     Judged { findings, noise: branch.noise, wheel_lsb_rad_s: lsb }
 }
 

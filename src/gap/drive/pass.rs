@@ -7,7 +7,7 @@
 use super::column::{Column, Equation, FUNCTIONS, Row, Scales};
 use super::record::Record;
 use crate::model::drive::{DriveModel, Moving, Past};
-use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
 
 const N: usize = 5;
@@ -339,6 +339,11 @@ pub fn run(
         }
     }
     add(&mut summed.gram, &block, filled);
+    for j in 0..=p {
+        for i in 0..j {
+            summed.gram[(i, j)] = summed.gram[(j, i)];
+        }
+    }
     summed
 }
 
@@ -347,7 +352,9 @@ fn add(gram: &mut Mat<f64>, block: &[f64], rows: usize) {
     if rows > 0 {
         let width = gram.ncols();
         let b = MatRef::from_row_major_slice(&block[..rows * width], rows, width);
-        matmul(gram.as_mut(), Accum::Add, b.transpose(), b, 1.0, Par::Seq);
+        // one triangle is enough until the end
+        let (whole, lower) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
+        matmul(gram.as_mut(), lower, Accum::Add, b.transpose(), whole, b, whole, 1.0, Par::Seq);
     }
 }
 

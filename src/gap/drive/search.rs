@@ -14,6 +14,16 @@ const DEPTH: f64 = 14.0;
 /// Most sets whose neighbours are looked at.
 const CENTRES: usize = 3;
 
+/// The best set alone: growth and exchange without a look at what is beside it.
+#[must_use]
+pub fn best(problem: &Problem) -> Weighed {
+    let mut met = Met { problem, weights: BTreeMap::new() };
+    met.weigh(&[]);
+    let grown = grow(&mut met, Vec::new());
+    exchange(&mut met, grown);
+    met.sorted().swap_remove(0)
+}
+
 /// All sets that were met, the most probable first.
 #[must_use]
 pub fn search(problem: &Problem, start: &[Member]) -> Vec<Weighed> {

@@ -1,18 +1,49 @@
-//! V_j = Σ_{block j} w² ~ v χ²_m, v = 1, or 1 + g in a share p of the blocks: noise that comes in bursts; and ln v periodic
+//! w = N(0, v), v = 1 or 1 + g by a hidden Markov chain: noise that comes in bursts; and ln v periodic
 //!
-//! The level between bursts is the one that the series was whitened by. Free forms of the noise's level where it follows neither time slowly nor a covariate.
+//! The level between bursts is the one that the series was whitened by, or what bursts leave of it. Free forms of the noise's
+//! level where it follows neither time slowly nor a covariate. Forward recursion over sums of squares (Rabiner, Proc. IEEE
+//! 77 (1989) 257).
 
-use crate::gap::evidence::{ln_add, ln_mean_exp};
+use crate::gap::evidence::ln_mean_exp;
 use crate::gap::lines::Lines;
+
+/// Samples whose squares are summed before the recursion.
+const PER: usize = 8;
+
+/// ln p(sums | bursts) - ln p(sums | none), both levels relative to the series'.
+fn ln_ratio(sums: &[f64], [quiet, loud]: [f64; 2], dwell: [f64; 2]) -> f64 {
+    let leave = dwell.map(|d| 1.0 - (-1.0 / d).exp());
+    let term = |v: f64| (-0.5 * PER as f64 * v.ln(), 0.5 * (1.0 - 1.0 / v));
+    let ((a0, b0), (a1, b1)) = (term(quiet), term(loud));
+    let mut p = dwell[1] / (dwell[0] + dwell[1]);
+    let mut ln = 0.0;
+    let mut product = 1.0;
+    for (i, s) in sums.iter().enumerate() {
+        if i > 0 {
+            p = p * (1.0 - leave[1]) + (1.0 - p) * leave[0];
+        }
+        let common = a0 + b0 * s;
+        let ratio = (a1 + b1 * s - common).min(600.0).exp();
+        let c = (1.0 - p) + p * ratio;
+        p = p * ratio / c;
+        ln += common;
+        product *= c;
+        if !(1e-100..1e100).contains(&product) {
+            ln += product.ln();
+            product = 1.0;
+        }
+    }
+    ln + product.ln()
+}
 
 /// Bursts and periodic changes of the noise's level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bursts {
     /// Evidence of bursts in nats over a constant level.
     pub ln_bursts: f64,
-    /// Samples in the blocks that show them best.
+    /// Mean length of a burst, samples.
     pub samples: usize,
-    /// Share of the blocks with more noise.
+    /// Share of the time with more noise.
     pub share: f64,
     /// Evidence of a periodic level.
     pub ln_periodic: f64,
@@ -23,30 +54,25 @@ pub struct Bursts {
 /// Judges a whitened series, sampled every `step_s`.
 #[must_use]
 pub fn judge(w: &[f64], step_s: f64) -> Bursts {
-    let mut found = Vec::new();
-    for samples in [8usize, 32, 128, 512, 2048] {
-        let sums: Vec<f64> = w.chunks_exact(samples).map(|c| c.iter().map(|v| v * v).sum()).collect();
-        if sums.len() < 24 {
-            continue;
-        }
-        let m = samples as f64;
-        // ln density of the sum up to what does not depend on v
-        let ln_density = |s: f64, v: f64| -0.5 * (m * v.ln() + s / v);
-        let constant: f64 = sums.iter().map(|s| ln_density(*s, 1.0)).sum();
-        let mut grid = Vec::new();
-        for p in [0.003_f64, 0.01, 0.03, 0.1, 0.3] {
-            for g in [0.15, 0.4, 1.0, 3.0, 10.0] {
-                let one = |s: &f64| ln_add((1.0 - p).ln() + ln_density(*s, 1.0), p.ln() + ln_density(*s, 1.0 + g));
-                grid.push((sums.iter().map(one).sum::<f64>() - constant, p));
+    let sums: Vec<f64> = w.chunks_exact(PER).map(|c| c.iter().map(|v| v * v).sum()).collect();
+    let mut found: Vec<(f64, usize, f64)> = Vec::new();
+    for burst in [1.0, 4.0, 16.0, 64.0, 256.0] {
+        for pause in [3.0, 10.0, 30.0].map(|r| r * burst) {
+            // at least a few bursts, else it is a slow course of the level
+            if pause + burst > sums.len() as f64 / 3.0 {
+                continue;
+            }
+            let share = burst / (pause + burst);
+            for g in [0.06, 0.15, 0.4, 1.0, 3.0, 10.0] {
+                for quiet in [1.0, 1.0 / (1.0 + share * g)] {
+                    let v = ln_ratio(&sums, [quiet, quiet * (1.0 + g)], [pause, burst]);
+                    found.push((v, burst as usize * PER, share));
+                }
             }
         }
-        let values: Vec<f64> = grid.iter().map(|g| g.0).collect();
-        let share = grid.iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |g| g.1);
-        found.push((ln_mean_exp(&values, values.len() as f64), samples, share));
     }
     let values: Vec<f64> = found.iter().map(|f| f.0).collect();
     let best = found.iter().max_by(|a, b| a.0.total_cmp(&b.0)).copied().unwrap_or((0.0, 0, 0.0));
-    const PER: usize = 8;
     let level: Vec<f64> = w
         .chunks_exact(PER)
         .map(|c| (c.iter().map(|v| v * v).sum::<f64>() / PER as f64 - 1.0) * (PER as f64 / 2.0).sqrt())
@@ -64,5 +90,32 @@ pub fn judge(w: &[f64], step_s: f64) -> Bursts {
         share: best.2,
         ln_periodic,
         frequency_hz: line.map_or(0.0, |l| l.frequency_hz),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Stream;
+
+    #[test]
+    fn bursts_that_no_single_block_shows_are_found_and_white_noise_has_none() {
+        let mut draw = Stream::new(6, 0);
+        let white: Vec<f64> = (0..40_000).map(|_| draw.normal()).collect();
+        assert!(judge(&white, 0.1).ln_bursts < 2.0, "{:?}", judge(&white, 0.1));
+        let mut on = false;
+        let loud: Vec<f64> = white
+            .iter()
+            .map(|w| {
+                if draw.uniform() < if on { 1.0 / 300.0 } else { 1.0 / 2000.0 } {
+                    on = !on;
+                }
+                if on { 1.2 * w } else { *w }
+            })
+            .collect();
+        // a burst of 300 samples gains about 300 · (1.44 - 1 - ln 1.44)/2 = 11 nats where its place is known, and there are 17
+        let found = judge(&loud, 0.1);
+        assert!(found.ln_bursts > 20.0, "{found:?}");
+        assert!((60..1200).contains(&found.samples) && (0.02..0.4).contains(&found.share), "{found:?}");
     }
 }

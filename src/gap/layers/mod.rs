@@ -6,5 +6,6 @@ pub mod bursts;
 pub mod events;
 pub mod lattice;
 pub mod repeats;
+pub mod shots;
 pub mod track;
 pub mod two_levels;

@@ -17,13 +17,16 @@ pub struct Track {
     pub time_s: [f64; 2],
 }
 
+/// Probabilities of going silent and of coming back in a segment: a track that lasts, and bursts of a few segments.
+const LEAVE: [[f64; 2]; 2] = [[0.03, 0.03], [0.3, 0.06]];
+
 /// Judges a whitened series, sampled every `step_s`.
 #[must_use]
 pub fn judge(w: &[f64], step_s: f64) -> Track {
     let mut results: Vec<(f64, [f64; 2], [f64; 2])> = Vec::new();
-    for segments in [16, 48, 144] {
+    for segments in [16, 48, 144, 432, 1296] {
         let size = w.len() / segments;
-        if size < 64 {
+        if size < 48 {
             continue;
         }
         if let Some(r) = at_resolution(w, size, step_s) {
@@ -51,10 +54,12 @@ fn at_resolution(w: &[f64], size: usize, step_s: f64) -> Option<(f64, [f64; 2], 
     let mut best = (f64::NEG_INFINITY, Vec::new());
     for gain in [3.0, 8.0, 20.0, 60.0] {
         for reach in [1usize, 4] {
-            let (value, path) = forward(&power, bins, gain, reach);
-            evidences.push(value);
-            if value > best.0 {
-                best = (value, path);
+            for leave in LEAVE {
+                let (value, path) = forward(&power, bins, gain, reach, leave);
+                evidences.push(value);
+                if value > best.0 {
+                    best = (value, path);
+                }
             }
         }
     }
@@ -73,12 +78,16 @@ fn at_resolution(w: &[f64], size: usize, step_s: f64) -> Option<(f64, [f64; 2], 
 }
 
 /// Forward recursion; also the state that is most probable at each segment given the past.
-fn forward(power: &[Vec<f64>], bins: usize, gain: f64, reach: usize) -> (f64, Vec<Option<usize>>) {
-    const TO_SILENCE: f64 = 0.03;
-    const FROM_SILENCE: f64 = 0.03;
+fn forward(
+    power: &[Vec<f64>],
+    bins: usize,
+    gain: f64,
+    reach: usize,
+    [to_silence, from_silence]: [f64; 2],
+) -> (f64, Vec<Option<usize>>) {
     let ratio = |p: f64| (p * gain / (1.0 + gain)).exp() / (1.0 + gain);
-    let mut state = vec![0.5 / bins as f64; bins];
-    let mut silent = 0.5;
+    let mut state = vec![from_silence / (to_silence + from_silence) / bins as f64; bins];
+    let mut silent = to_silence / (to_silence + from_silence);
     let mut total = 0.0;
     let mut path = Vec::with_capacity(power.len());
     let mut next = vec![0.0; bins];
@@ -93,9 +102,9 @@ fn forward(power: &[Vec<f64>], bins: usize, gain: f64, reach: usize) -> (f64, Ve
             let on: f64 = sums[bins];
             for (k, n) in next.iter_mut().enumerate() {
                 let (a, b) = (k.saturating_sub(reach), (k + reach + 1).min(bins));
-                *n = (1.0 - TO_SILENCE) * (sums[b] - sums[a]) / width + FROM_SILENCE * silent / bins as f64;
+                *n = (1.0 - to_silence) * (sums[b] - sums[a]) / width + from_silence * silent / bins as f64;
             }
-            silent = (1.0 - FROM_SILENCE) * silent + TO_SILENCE * on;
+            silent = (1.0 - from_silence) * silent + to_silence * on;
             std::mem::swap(&mut state, &mut next);
         }
         state.iter_mut().zip(p).for_each(|(s, p)| *s *= ratio(*p));

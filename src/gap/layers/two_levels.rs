@@ -4,6 +4,9 @@
 //! maximisation. It has the spectrum of a Gauss-Markov process with 1/τ = 1/d0 + 1/d1; what tells them apart is that the
 //! levels are two.
 
+use crate::gap::evidence::{damped, ln_det_and_std};
+use std::f64::consts::TAU;
+
 /// The chain at its best parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TwoLevels {
@@ -21,6 +24,8 @@ pub struct TwoLevels {
     pub high: Vec<f64>,
     /// Expected number of jumps.
     pub jumps: f64,
+    /// Standard deviations of ln spacing and of the logarithms of both dwell times; known after [`evidence`].
+    pub relative_std: [f64; 3],
 }
 
 /// One pass forwards and backwards with noise of standard deviation `std`.
@@ -66,6 +71,7 @@ fn pass(x: &[f64], std: f64, low: f64, spacing: f64, dwell: [f64; 2]) -> TwoLeve
         ln_likelihood,
         high,
         jumps: jumps[0] + jumps[1],
+        relative_std: [f64::INFINITY; 3],
     }
 }
 
@@ -100,6 +106,96 @@ pub fn fit(x: &[f64], std: f64, spacing: f64, dwell: f64, rounds: usize) -> TwoL
     now
 }
 
+/// ln p(x | parameters) alone: [ln Δ, ln d0, ln d1] with the series' mean where the occupancy `on` puts it.
+fn ln_likelihood(x: &[f64], std: f64, mean: f64, on: f64, u: &[f64; 3]) -> f64 {
+    let [spacing, d0, d1] = u.map(f64::exp);
+    let low = mean - spacing * on;
+    let leave = [d0, d1].map(|d| 1.0 - (-1.0 / d.max(1e-3)).exp());
+    let (slope, half) = (spacing / (std * std), 0.5 * (spacing / std).powi(2));
+    let (mut p, mut squares, mut ln, mut product) = (d1 / (d0 + d1), 0.0, 0.0, 1.0);
+    for (i, v) in x.iter().enumerate() {
+        if i > 0 {
+            p = p * (1.0 - leave[1]) + (1.0 - p) * leave[0];
+        }
+        let b = p * ((v - low) * slope - half).clamp(-600.0, 600.0).exp();
+        let c = (1.0 - p) + b;
+        p = b / c;
+        product *= c;
+        if !(1e-100..1e100).contains(&product) {
+            ln += product.ln();
+            product = 1.0;
+        }
+        squares += ((v - low) / std).powi(2);
+    }
+    ln + product.ln() - 0.5 * squares - x.len() as f64 * (std * TAU.sqrt()).ln()
+}
+
+/// Widths of the priors of ln Δ and of each ln d, uniform, for a series of so many samples.
+fn widths(samples: usize) -> [f64; 3] {
+    let dwell = (samples.max(3) as f64).ln();
+    [7.0, dwell, dwell]
+}
+
+/// The chain at the mode of its likelihood, and ln ∫ p(x | parameters) p(parameters) by Laplace's method there: where the
+/// noise hides the jumps its parameters are known far worse than the number of jumps alone would have it.
+#[must_use]
+pub fn evidence(x: &[f64], std: f64, start: &TwoLevels) -> (TwoLevels, f64) {
+    const STEP: f64 = 0.04;
+    let n = x.len().max(1) as f64;
+    let (mean, on) = (x.iter().sum::<f64>() / n, start.high.iter().sum::<f64>() / n);
+    let f = |u: &[f64; 3]| ln_likelihood(x, std, mean, on, u);
+    let longest = n.ln();
+    let mut u = [start.spacing.max(1e-300).ln(), start.dwell_low.max(0.3).ln(), start.dwell_high.max(0.3).ln()];
+    let mut best = f(&u);
+    let (mut damping, mut hessian) = (1e-2, vec![0.0; 9]);
+    for round in 0..6 {
+        let moved = |moves: &[(usize, f64)]| {
+            let mut v = u;
+            moves.iter().for_each(|(i, e)| v[*i] += e);
+            f(&v)
+        };
+        let plus = [0, 1, 2].map(|i| moved(&[(i, STEP)]));
+        let minus = [0, 1, 2].map(|i| moved(&[(i, -STEP)]));
+        let gradient: Vec<f64> = (0..3).map(|i| (plus[i] - minus[i]) / (2.0 * STEP)).collect();
+        for i in 0..3 {
+            hessian[4 * i] = (2.0 * best - plus[i] - minus[i]) / (STEP * STEP);
+            for j in 0..i {
+                let mixed = -(moved(&[(i, STEP), (j, STEP)]) - plus[i] - plus[j] + best) / (STEP * STEP);
+                (hessian[3 * i + j], hessian[3 * j + i]) = (mixed, mixed);
+            }
+        }
+        let mut gained = 0.0;
+        for _ in 0..if round == 5 { 0 } else { 6 } {
+            let delta = damped(&hessian, &gradient, damping);
+            let next = delta.map(|d| {
+                let mut v = u;
+                v.iter_mut().zip(&d).for_each(|(v, d)| *v += d.clamp(-1.0, 1.0));
+                v[1..].iter_mut().for_each(|v| *v = v.clamp(-1.0, longest));
+                v
+            });
+            let value = next.as_ref().map_or(f64::NEG_INFINITY, &f);
+            if let Some(next) = next.filter(|_| value > best) {
+                (gained, best, u) = (value - best, value, next);
+                damping *= 0.2;
+                break;
+            }
+            damping = (damping * 8.0).max(1e-2);
+        }
+        if gained < 0.02 {
+            break;
+        }
+    }
+    let widths = widths(x.len());
+    (0..3).for_each(|i| hessian[4 * i] = hessian[4 * i].max(0.0) + 12.0 / (widths[i] * widths[i]));
+    let (ln_det, relative_std) = ln_det_and_std(&hessian, 3);
+    let ln_volume = 0.5 * (3.0 * TAU.ln() - ln_det) - widths.iter().map(|w| w.ln()).sum::<f64>();
+    let [spacing, d0, d1] = u.map(f64::exp);
+    let mut chain = pass(x, std, mean - spacing * on, spacing, [d0, d1]);
+    chain.relative_std = [relative_std[0], relative_std[1], relative_std[2]];
+    let evidence = chain.ln_likelihood + ln_volume.min(0.0);
+    (chain, evidence)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -122,5 +218,13 @@ mod tests {
         assert!((found.spacing - 0.3).abs() < 0.03, "{}", found.spacing);
         assert!((found.dwell_low / dwell[0]).ln().abs() < 0.45, "{}", found.dwell_low);
         assert!((found.dwell_high / dwell[1]).ln().abs() < 0.45, "{}", found.dwell_high);
+        let (refined, ln_evidence) = evidence(&x, 1.0, &found);
+        assert!(refined.ln_likelihood >= found.ln_likelihood - 0.5);
+        // each parameter is known to a share of its prior's width: it costs between one nat and the width over its spread
+        let cost = refined.ln_likelihood - ln_evidence;
+        assert!((3.0..25.0).contains(&cost), "{cost}");
+        let [spacing, low, high] = refined.relative_std;
+        // 46 sojourns: at least one in seven, and no more than twice that while the noise hides no jump
+        assert!(spacing < 0.05 && [low, high].iter().all(|s| (0.12..0.4).contains(s)), "{:?}", refined.relative_std);
     }
 }

@@ -1,0 +1,104 @@
+//! `gyroid gap bench calibrate`: temperature and prior odds under which the truth is most probable.
+
+use super::bench::beside;
+use crate::cli::Outcome;
+use crate::cli::output::{Common, Output};
+use clap::Args;
+use gyroid::files::OutputFile;
+use gyroid::gap::Prior;
+use gyroid::gap::bench::{self, Calibrated, Fit, SealKey};
+use gyroid::{Error, ErrorKind, Result};
+use std::path::{Path, PathBuf};
+
+/// Fit the calibration of the diagnosis to cases whose truth is known
+///
+/// Diagnoses every case without calibration, unseals the labels, and finds the temperature and the prior odds under which
+/// the true verdicts are most probable. What it reports is cross-validated: each tenth of the cases is judged by the
+/// calibration of the others. Cases that were calibrated on prove nothing afterwards: score on others.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  \
+    gyroid gap bench make learn/ --cases 500 --seed 11\n  \
+    gyroid gap bench calibrate learn/ -o calibration.toml")]
+pub(super) struct CalibrateArgs {
+    /// Folders with cases
+    #[arg(value_name = "DIR", required = true)]
+    folders: Vec<PathBuf>,
+    /// Key to the labels of each folder, in their order [default: DIR.key beside each]
+    #[arg(long, value_name = "FILE")]
+    key: Vec<PathBuf>,
+    /// File to write
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Cases at a time [default: one a core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    #[command(flatten)]
+    common: Common,
+}
+
+fn made_by(folder: &Path) -> Result<bench::Bench> {
+    let path = folder.join(bench::BENCH);
+    let text = std::fs::read_to_string(&path).map_err(|e| Error::io(&path, &e))?;
+    serde_json::from_str(&text).map_err(|e| Error::new(ErrorKind::Config, path.display(), e))
+}
+
+pub(super) fn run(args: &CalibrateArgs) -> Result<Outcome> {
+    let output = Output::open(&args.common)?;
+    if !args.key.is_empty() && args.key.len() != args.folders.len() {
+        let found = format!("{} keys for {} folders", args.key.len(), args.folders.len());
+        return Err(Error::new(ErrorKind::Usage, "gap bench calibrate", found).at("--key").mend("give one for each"));
+    }
+    let mut file = OutputFile::claim(&args.output)?;
+    let working = output.working("diagnosing");
+    let (mut examples, mut provenance) = (Vec::new(), Vec::new());
+    for (i, folder) in args.folders.iter().enumerate() {
+        let key = args.key.get(i).cloned().unwrap_or_else(|| beside(folder));
+        let labels = bench::labels(folder, &SealKey::read(&key)?, None)?.labels;
+        let show = |done: usize, all: usize| working.show(format!("{}: case {done} of {all}", folder.display()));
+        examples.extend(bench::examples(folder, &labels, args.jobs.unwrap_or(0).into(), show)?);
+        provenance.push(made_by(folder)?);
+    }
+    drop(working);
+    let found = bench::calibrate(&examples, &Prior::default())?;
+    file.write_all(text(&found, &provenance).as_bytes())?;
+    file.commit()?;
+    output.say(format!("{} cases, calibration in {}", found.cases, args.output.display()));
+    for (name, fit) in [("before", &found.before), ("cross-validated", &found.cross_validated)] {
+        output.say(format!("{name:16} {}", words(fit)));
+    }
+    output.finish(&serde_json::json!(found))?;
+    Ok(Outcome::Done)
+}
+
+fn words(fit: &Fit) -> String {
+    format!(
+        "right {:.3}, calibration error {:.3} (a perfect method's 95th percentile: {:.3}), -ln p(truth) {:.3} nats a case",
+        fit.accuracy, fit.ece, fit.ece_perfect_p95, fit.ln_loss
+    )
+}
+
+fn text(found: &Calibrated, made: &[bench::Bench]) -> String {
+    let c = &found.calibration;
+    let mut text = format!(
+        "# Calibration of the diagnosis at rest, fitted by gyroid {} to {} cases:\n",
+        env!("CARGO_PKG_VERSION"),
+        found.cases
+    );
+    for bench in made {
+        let seed = bench.seed.map_or_else(String::new, |s| format!(" --seed {s}"));
+        let m = &bench.mix;
+        text += &format!(
+            "#   gyroid gap bench make learn/ --cases {}{seed} --none {} --pairs {} --unlisted {} --messy {}\n",
+            m.cases, m.none, m.pairs, m.unlisted, m.messy
+        );
+    }
+    text += "#   gyroid gap bench calibrate learn/ -o calibration.toml\n";
+    for (name, fit) in [("before", &found.before), ("cross-validated", &found.cross_validated)] {
+        text += &format!("# {name}: {}\n", words(fit));
+    }
+    text += &format!(
+        "[calibration]\ntemperature = {:.4}\nln_effect = [{:.4}, {:.4}]\nln_free = [{:.4}, {:.4}]\n",
+        c.temperature, c.ln_effect[0], c.ln_effect[1], c.ln_free[0], c.ln_free[1]
+    );
+    text
+}

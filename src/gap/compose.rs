@@ -1,0 +1,138 @@
+//! From the sets that were compared to the answer: verdict, effects, what belongs together, what cannot be told apart.
+
+use super::answer::{Alike, Answer, EffectAnswer, FreeFormAnswer, Place, Verdict};
+use super::findings::{Findings, Main};
+
+/// Effects less probable than this are not listed.
+const LISTED: f64 = 0.01;
+/// A rival main effect at least this probable, relative to the main one, cannot be told apart.
+const RIVAL: f64 = 0.05;
+/// The answer that `findings` come to; `place` says where its main thing shows.
+pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> Answer {
+    let mains = findings.mains();
+    let probability = |m: &Main| mains.iter().find(|x| x.0 == *m).map_or(0.0, |x| x.1);
+    let (none, unknown) = (probability(&Main::None), probability(&Main::Unknown));
+    let rivals: Vec<(String, f64)> = mains
+        .iter()
+        .filter_map(|(m, p)| match m {
+            Main::Effect(id) => Some((id.clone(), *p)),
+            _ => None,
+        })
+        .collect();
+    let top = mains.first().map_or(Main::None, |m| m.0.clone());
+    let verdict = match &top {
+        Main::None => Verdict::None,
+        Main::Unknown => Verdict::Unknown,
+        Main::Effect(_) => Verdict::Identified,
+    };
+    let main = match &top {
+        Main::Effect(id) => Some(id.clone()),
+        _ => None,
+    };
+    let mut effects = Vec::new();
+    let mut free_forms = Vec::new();
+    for (id, named, presence) in findings.ids() {
+        let as_main = findings.best_with(&id, true).is_some();
+        let Some(part) = findings.best_with(&id, as_main).and_then(|s| s.part(&id)) else { continue };
+        if named && presence >= LISTED {
+            effects.push(EffectAnswer {
+                id: id.clone(),
+                probability: presence,
+                parameters: part.parameters.clone(),
+                std: part.std.clone(),
+                gap_closed: None,
+                gap_closed_ci95: None,
+                share: share(findings, &id),
+            });
+        } else if !named && presence >= LISTED {
+            free_forms.push(FreeFormAnswer { id, probability: presence, description: part.description.clone() });
+        }
+    }
+    // the main effect first, whatever its rank by presence
+    if let Some(at) = main.as_ref().and_then(|m| effects.iter().position(|e| e.id == *m)) {
+        let first = effects.remove(at);
+        effects.insert(0, first);
+    }
+    let mut together = if verdict == Verdict::None { Vec::new() } else { findings.together(main.as_deref()) };
+    together.retain(|id| effects.iter().any(|e| e.id == *id));
+    if let Some(m) = &main {
+        // it comes first, and is one of them
+        together.retain(|id| id != m);
+        together.insert(0, m.clone());
+    }
+    let (cannot_tell_apart, alike) = classes(findings, &rivals);
+    Answer {
+        verdict,
+        main_probability: rivals.first().map_or(0.0, |r| r.1),
+        none_probability: none,
+        unknown_probability: unknown,
+        place: place(&top),
+        main,
+        effects,
+        together,
+        cannot_tell_apart,
+        alike,
+        free_forms,
+        gap: Vec::new(),
+        notes: findings.notes.clone(),
+    }
+}
+
+/// Share of what the most probable set with the effect closes.
+fn share(findings: &Findings, id: &str) -> Option<f64> {
+    let set = findings.best_with(id, false)?;
+    let total: f64 = set.parts.iter().map(|p| p.share.max(0.0)).sum();
+    (total > 0.0).then(|| set.part(id).map_or(0.0, |p| p.share.max(0.0)) / total)
+}
+
+/// Main effects between which this recording does not decide, and why.
+fn classes(findings: &Findings, rivals: &[(String, f64)]) -> (Vec<Vec<String>>, Vec<Alike>) {
+    // between effects that are not even listed nothing needs to be told apart
+    let Some((first, p)) = rivals.first().filter(|r| r.1 >= LISTED) else { return Default::default() };
+    let class: Vec<String> = rivals.iter().filter(|r| r.1 >= RIVAL * p).take(3).map(|r| r.0.clone()).collect();
+    if class.len() < 2 {
+        return Default::default();
+    }
+    let none = findings.sets.iter().find(|s| s.parts.is_empty()).map(|s| s.ln_weight);
+    let weight = |id: &String| findings.best_with(id, true).map(|s| s.ln_weight);
+    let overlap = class[1..]
+        .iter()
+        .filter_map(|id| {
+            let (a, b) = (weight(first)?, weight(id)?);
+            // the share of the evidence that the rival reaches too; evidence is counted from no effect at all
+            let base = none.unwrap_or(a.min(b) - 10.0);
+            Some(((b - base).max(0.0) / (a - base).max(1e-9)).clamp(0.0, 1.0))
+        })
+        .fold(1.0, f64::min);
+    let separate_by = separate(&class);
+    (vec![class.clone()], vec![Alike { ids: class, overlap, separate_by }])
+}
+
+fn separate(class: &[String]) -> String {
+    let has = |id: &str| class.iter().any(|c| c == id);
+    let mut what = Vec::new();
+    if has("gyro.temperature_sensitivity") || has("gyro.noise_growth") {
+        what.push("a recording in which temperature moves otherwise than with time since power-on: reheated when warm");
+    }
+    if has("gyro.supply_sensitivity") {
+        what.push("a recording in which the supply is stepped by 50 mV or more");
+    }
+    if has("gyro.rate_random_walk") || has("gyro.gauss_markov") || has("gyro.bias_instability") {
+        what.push("a recording four times as long, which shows whether the bias keeps wandering");
+    }
+    if has("gyro.rate_ramp") || has("gyro.second_time_constant") || has("gyro.bias_step") {
+        what.push(
+            "a second power-on of the same length: what belongs to the unit repeats, what is drawn anew does not",
+        );
+    }
+    if has("gyro.turn_on_shift") {
+        what.push("five or more power-ons: their scatter tells a shifted mean from an unlucky draw");
+    }
+    if has("gyro.telegraph_noise") {
+        what.push("a recording with ten times as many jumps, or a histogram of the smoothed rate");
+    }
+    if what.is_empty() {
+        what.push("a longer recording");
+    }
+    what.join("; ")
+}
