@@ -1,6 +1,6 @@
 //! reading(t) = ω(t - τ)
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
+use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
@@ -51,8 +51,8 @@ impl ModelChange for GyroDelay {
         Box::new(Work(theta[0]))
     }
 
-    fn starts(&self) -> Vec<Vec<f64>> {
-        [0.01, 0.03, 0.06, 0.12].map(|delay_s| vec![delay_s]).to_vec()
+    fn touches(&self) -> Touches {
+        Touches::GYRO
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {

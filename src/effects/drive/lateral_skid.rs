@@ -1,6 +1,6 @@
 //! s = -k v ω
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
+use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
@@ -49,6 +49,10 @@ impl ModelChange for LateralSkid {
 
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
         Box::new(Work(theta[0]))
+    }
+
+    fn touches(&self) -> Touches {
+        Touches::MOTION
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {

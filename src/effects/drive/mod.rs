@@ -101,6 +101,11 @@ pub trait ModelChange: Sync + Send {
     /// θ from parameters that were checked.
     fn theta(&self, parameters: &Parameters) -> Vec<f64>;
 
+    /// Which equations it changes.
+    fn touches(&self) -> Touches {
+        Touches::default()
+    }
+
     /// Where to begin beside θ = 0, for a change so bent that its slope at zero misleads.
     fn starts(&self) -> Vec<Vec<f64>> {
         Vec::new()
@@ -110,6 +115,33 @@ pub trait ModelChange: Sync + Send {
     fn needs(&self) -> Needs {
         Needs::default()
     }
+}
+
+/// Equations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Touches {
+    /// Accelerations and sideways speed.
+    pub motion: bool,
+    /// Readings of the wheels.
+    pub wheels: bool,
+    /// Reading of the gyro.
+    pub gyro: bool,
+}
+
+impl Default for Touches {
+    /// Motion and wheels, as the robot's constants do.
+    fn default() -> Self {
+        Self { motion: true, wheels: true, gyro: false }
+    }
+}
+
+impl Touches {
+    /// The gyro alone.
+    pub const GYRO: Self = Self { motion: false, wheels: false, gyro: true };
+    /// The motion alone.
+    pub const MOTION: Self = Self { motion: true, wheels: false, gyro: false };
+    /// The wheels alone.
+    pub const WHEELS: Self = Self { motion: false, wheels: true, gyro: false };
 }
 
 /// Channels.

@@ -1,4 +1,6 @@
-//! F = -c (M g/2) Σ_i sgn(v_i),  N = -c (M g/2) b (sgn v_r - sgn v_l)
+//! F_i = -(M g/2) (c h(v_i/v₁) + q [h(v_i/v₂) - h(v_i/v₁)]), h = tanh: -c (M g/2) sgn(v_i), turned over sharply or softly
+//!
+//! In all: F = -c (M g/2) Σ_i sgn(v_i),  N = -c (M g/2) b (sgn v_r - sgn v_l)
 
 use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
 use crate::effects::parts::Checked;
@@ -14,13 +16,22 @@ static ABOUT: About = About {
     channel: "torque",
     deficient: "equations of motion: a constant force against rolling",
     condition: Some("speed"),
-    parameters: &[Parameter {
-        name: "coefficient",
-        meaning: "c, force over weight",
-        bounds: [-0.1, 0.5],
-        null: Some(0.0),
-        required: true,
-    }],
+    parameters: &[
+        Parameter {
+            name: "coefficient",
+            meaning: "c, force over weight",
+            bounds: [-0.1, 0.5],
+            null: Some(0.0),
+            required: true,
+        },
+        Parameter {
+            name: "soft_part",
+            meaning: "q, how much of c turns over softly near standstill",
+            bounds: [-0.5, 0.5],
+            null: Some(0.0),
+            required: false,
+        },
+    ],
     remedy: "Let the robot coast to a stop and enter the deceleration over g.",
 };
 
@@ -44,19 +55,22 @@ impl Driving for RollingResistance {
 
 impl ModelChange for RollingResistance {
     fn coordinates(&self) -> &'static [Coordinate] {
-        &[Coordinate { scale: [2e-3, 0.05], bounds: [-0.1, 0.5] }]
+        &[
+            Coordinate { scale: [2e-3, 0.05], bounds: [-0.1, 0.5] },
+            Coordinate { scale: [2e-3, 0.05], bounds: [-0.5, 0.5] },
+        ]
     }
 
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
-        Box::new(Work(theta[0]))
+        Box::new(Work([theta[0], theta[1]]))
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {
-        Parameters::from([("coefficient".into(), theta[0])])
+        Parameters::from([("coefficient".into(), theta[0]), ("soft_part".into(), theta[1])])
     }
 
     fn theta(&self, parameters: &Parameters) -> Vec<f64> {
-        vec![parameters.get("coefficient").copied().unwrap_or(0.0)]
+        ["coefficient", "soft_part"].map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
     }
 
     fn needs(&self) -> Needs {
@@ -64,15 +78,19 @@ impl ModelChange for RollingResistance {
     }
 }
 
-struct Work(f64);
+struct Work([f64; 2]);
 
-/// The sign turns over within this speed, m/s: a step would stop the derivatives.
-const SMOOTH_M_S: f64 = 0.005;
+/// Speeds within which the sign turns over, m/s: a hard contact and a soft one.
+const TURNS_M_S: [f64; 2] = [0.002, 0.02];
 
 impl DriveEffect for Work {
     fn force(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
-        let [l, r] = robot.ground_speeds_m_s(at.speed_m_s, at.yaw_rate_rad_s).map(|v| (v / SMOOTH_M_S).tanh());
-        let load = self.0 * robot.wheel_load_n();
+        let [hard, soft] = self.0;
+        let [l, r] = robot.ground_speeds_m_s(at.speed_m_s, at.yaw_rate_rad_s).map(|v| {
+            let [sharp, slow] = TURNS_M_S.map(|turn| (v / turn).tanh());
+            hard * sharp + soft * (slow - sharp)
+        });
+        let load = robot.wheel_load_n();
         [-load * (l + r), -load * robot.half_track_m * (r - l)]
     }
 }

@@ -1,6 +1,6 @@
 //! rim = g + λ max(|rim|, |g|, v_low),  λ = κ f artanh(u)/u ≈ κ f + κ₃ f³,  u² = 3 κ₃ f²/κ,  f = F_i/(M g/2)
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange};
+use super::{Coordinate, DriveExplanation, Driving, ModelChange, Touches};
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
@@ -72,6 +72,10 @@ impl ModelChange for Slip {
         all
     }
 
+    fn touches(&self) -> Touches {
+        Touches::WHEELS
+    }
+
     fn parameters(&self, theta: &[f64]) -> Parameters {
         Parameters::from([("compliance".into(), theta[0]), ("cubic_compliance".into(), theta[1])])
     }
@@ -95,14 +99,14 @@ const OPPOSITE: f64 = 2.0;
 /// with μ₀² = κ/(3 κ₃), and κ f + κ₃ f³ near zero; artan where the curve steepens.
 fn slip([kappa, cubic]: [f64; 2], f: f64) -> f64 {
     let x = if kappa > 1e-9 { 3.0 * cubic * f * f / kappa } else { 0.0 };
-    let bend = if x > 1e-6 {
+    let bend = if x.abs() < 0.03 {
+        1.0 + x / 3.0 + x * x / 5.0
+    } else if x > 0.0 {
         let u = x.min(LIMIT).sqrt();
         u.atanh() / u
-    } else if x < -1e-6 {
+    } else {
         let u = (-x).sqrt();
         u.atan() / u
-    } else {
-        1.0 + x / 3.0
     };
     let plain = if kappa > 1e-9 { 0.0 } else { cubic * f * f * f };
     kappa * f * bend + plain

@@ -1,6 +1,6 @@
 //! What may be missing from the model of a drive: effects of the library and free forms, as groups of columns.
 
-use super::column::{Column, Equation, Follows};
+use super::column::{COSINES, Column, Equation, Follows};
 use super::evidence::Group;
 use super::record::Record;
 use crate::effects::drive::{DriveExplanation, Driving, ModelChange, Needs};
@@ -29,8 +29,6 @@ const NODES: usize = 6;
 const FREE_SIZES: [f64; 5] = [3.0, 10.0, 30.0, 100.0, 300.0];
 /// Times at which the gyro's bias may jump.
 const STEPS: usize = 48;
-/// Cosines that a random walk is made of.
-const COSINES: usize = 24;
 
 /// What a group is.
 #[derive(Clone, Copy)]
@@ -177,10 +175,10 @@ impl Candidates {
     fn walk(&mut self, record: &Record, prior: &Prior) {
         let sigma = record.belief.gyro_std_rad_s;
         let node = |size: &f64| {
-            (1..=COSINES).map(|n| size * sigma * std::f64::consts::SQRT_2 / (n as f64 * std::f64::consts::PI)).collect()
+            (1..COSINES).map(|n| size * sigma * std::f64::consts::SQRT_2 / (n as f64 * std::f64::consts::PI)).collect()
         };
         let nodes = [0.03, 0.1, 0.3, 1.0, 3.0].iter().map(node).collect();
-        let columns = (1..=COSINES).map(Column::GyroCosine).collect();
+        let columns = (1..COSINES).map(Column::GyroCosine).collect();
         self.push(Kind::Walk, "gyro.rate_random_walk", true, columns, nodes, prior.ln_rest);
     }
 

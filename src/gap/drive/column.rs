@@ -226,8 +226,24 @@ impl Row {
         let lag = |i: usize, j: usize| (self.lagged[i][j] - self.torques[j]) / scales.torque;
         put(&[lag(0, 0), lag(0, 1), lag(1, 0), lag(1, 1)]);
         put(&[angles[0].1, angles[0].0, angles[1].1, angles[1].0]);
-        let times: [f64; TIMES] = std::array::from_fn(|n| (n as f64 * PI * self.progress).cos());
+        let mut times = [0.0; TIMES];
+        cosines_of(self.progress, &mut times);
         put(&times);
+    }
+}
+
+/// Cosines of time, one more than a random walk is made of.
+pub const COSINES: usize = 25;
+
+/// cos(nπu), n from zero: cos((n+1)x) = 2 cos x cos nx - cos((n-1)x).
+pub fn cosines_of(progress: f64, out: &mut [f64]) {
+    let first = (PI * progress).cos();
+    for n in 0..out.len() {
+        out[n] = match n {
+            0 => 1.0,
+            1 => first,
+            _ => 2.0 * first * out[n - 1] - out[n - 2],
+        };
     }
 }
 

@@ -50,13 +50,10 @@ pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &The
     if slopes {
         for (i, change) in changes.iter().enumerate() {
             let one = change.coordinates().iter().enumerate().map(|(j, c)| {
-                let step = 0.02 * c.scale[0].max(0.05 * theta[i][j].abs());
-                let moved = |by: f64| {
-                    let mut at = theta.clone();
-                    at[i][j] += by;
-                    build(&at)
-                };
-                (moved(step), moved(-step), 2.0 * step)
+                let step = 1e-3 * c.scale[0].max(0.05 * theta[i][j].abs());
+                let mut moved = theta.clone();
+                moved[i][j] += step;
+                (build(&moved), step, change.touches())
             });
             beside.push(one.collect());
         }

@@ -4,8 +4,9 @@
 //! what may be missing. State ξ: x, y, θ, v, ω. Where torques were not logged, v and ω diffuse as fast as this robot
 //! accelerates. The whitened derivatives are summed up in one Gram matrix: all that the comparison of effects needs.
 
-use super::column::{Column, Equation, FUNCTIONS, Row, Scales};
+use super::column::{COSINES, Column, Equation, FUNCTIONS, Row, Scales, cosines_of};
 use super::record::Record;
+use crate::effects::drive::Touches;
 use crate::model::drive::{DriveModel, Moving, Past};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
@@ -72,8 +73,8 @@ impl Noise {
 pub struct Models {
     /// At β.
     pub here: DriveModel,
-    /// For each change, for each coordinate: above, below, and the distance between them.
-    pub beside: Vec<Vec<(DriveModel, DriveModel, f64)>>,
+    /// For each change, for each coordinate: a step beside, how far, and which equations it changes.
+    pub beside: Vec<Vec<(DriveModel, f64, Touches)>>,
 }
 
 /// One innovation.
@@ -139,6 +140,7 @@ pub fn run(
     let mut past = Past::default();
     // accelerations and forces under the torques before this row: sensors are read before the new ones act
     let mut before = ([0.0; 2], [0.0; 2]);
+    let mut cosines = [0.0; COSINES];
     let mut slopes = Slopes::default();
     let free = columns.iter().any(|c| matches!(c, Column::Free(..)));
     let span = record.span_s().max(1e-9);
@@ -156,7 +158,9 @@ pub fn run(
             past: None,
         };
         // readings
-        let at = Moving { past: Some(&past), ..moving(&filter.state, &before) };
+        // without torques the past rates are the gyro's own
+        let known = record.torques_n_m.is_some().then_some(&past);
+        let at = Moving { past: known, ..moving(&filter.state, &before) };
         let expected = |model: &DriveModel, at: &Moving| {
             let [l, r] = model.wheels_rad_s(at);
             [l, r, model.gyro_rad_s(at)]
@@ -173,6 +177,7 @@ pub fn run(
         if free {
             row.functions(&scales, &mut functions);
         }
+        cosines_of(row.progress, &mut cosines);
         let readings = Readings::of(record, k);
         if readings.any {
             // derivatives of the expected readings by the state, then by the columns
@@ -209,10 +214,13 @@ pub fn run(
                     let mut d = [0.0; 6];
                     match *column {
                         Column::Coordinate(i, j) => {
-                            let (above, below, width) = &models.beside[i][j];
-                            let (a, b) = (expected(above, &at), expected(below, &at));
-                            for m in 0..3 {
-                                d[m] = (a[m] - b[m]) / width;
+                            let (beside, width, touches) = &models.beside[i][j];
+                            if touches.wheels {
+                                let [l, r] = beside.wheels_rad_s(&at);
+                                (d[0], d[1]) = ((l - here[0]) / width, (r - here[1]) / width);
+                            }
+                            if touches.gyro {
+                                d[2] = (beside.gyro_rad_s(&at) - here[2]) / width;
                             }
                         }
                         Column::Free(equation, f) => {
@@ -237,7 +245,7 @@ pub fn run(
                             let u = record.since_power_on_s[k] / w.time_constant_s;
                             d[2] = -w.c1_rad_s * u * (-u).exp();
                         }
-                        Column::GyroCosine(n) => d[2] = (n as f64 * std::f64::consts::PI * row.progress).cos(),
+                        Column::GyroCosine(n) => d[2] = cosines[n],
                         Column::GyroStep(from_s) => d[2] = f64::from(u8::from(at.t_s >= from_s)),
                     }
                     d
@@ -308,15 +316,18 @@ pub fn run(
             // dv/dt, dω/dt, sideways
             let d = match *column {
                 Column::Coordinate(i, j) => {
-                    let (above, below, width) = &models.beside[i][j];
-                    let (mut a, mut b) = (at, at);
-                    above.accelerate(&mut a, torques);
-                    below.accelerate(&mut b, torques);
-                    [
-                        (a.acceleration_m_s2 - b.acceleration_m_s2) / width,
-                        (a.yaw_acceleration_rad_s2 - b.yaw_acceleration_rad_s2) / width,
-                        (above.sideways_m_s(&at) - below.sideways_m_s(&at)) / width,
-                    ]
+                    let (beside, width, touches) = &models.beside[i][j];
+                    if touches.motion {
+                        let mut moved = at;
+                        beside.accelerate(&mut moved, torques);
+                        [
+                            (moved.acceleration_m_s2 - at.acceleration_m_s2) / width,
+                            (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / width,
+                            (beside.sideways_m_s(&at) - sideways) / width,
+                        ]
+                    } else {
+                        [0.0; 3]
+                    }
                 }
                 Column::Free(Equation::Force, i) => [functions[i], 0.0, 0.0],
                 Column::Free(Equation::Moment, i) => [0.0, functions[i], 0.0],
