@@ -56,7 +56,12 @@ fn child(which: &str) -> Outcome<()> {
         begun.push((name, Instant::now()));
     };
     let diagnosis = diagnose_observed(&config, &fit, Some(&hold), &library, &Options::default(), &mut observe)?;
-    place::of_prepared(&diagnosis.prepared, &diagnosis.augmented.effects, &library, 1)?;
+    place::of_prepared(
+        diagnosis.prepared.as_ref().expect("a recording at rest"),
+        &diagnosis.augmented.effects,
+        &library,
+        1,
+    )?;
     begun.push(("", Instant::now()));
     let total = begun[begun.len() - 1].1.duration_since(begun[0].1).as_secs_f64();
     println!("{which}: {} rows, found {:?}", fit.len(), diagnosis.answer.together);

@@ -112,6 +112,17 @@ impl ColumnArgs {
         if self.trim_motion { recording.without_motion() } else { Ok(recording) }
     }
 
+    /// Reads a drive whose columns `maps` names where their names do not.
+    pub fn read_drive(&self, maps: &[String], log: &Path) -> Result<DriveRecording> {
+        let maps = maps.iter().map(|text| ChannelMap::parse(text)).collect::<Result<_>>()?;
+        ingest::read_drive(&[log], &DriveQuery { maps, time: self.time.clone(), time_unit: self.time_unit })
+    }
+
+    /// How long after power-on the log begins, s, if that was said.
+    pub fn start_offset_s(&self) -> Option<f64> {
+        self.start_offset
+    }
+
     /// The time axis since power-on: the log's own, or begun `--start-offset` after it.
     pub fn time_since_power_on(&self, recording: &GyroRecording) -> TimeAxis {
         let time = recording.log.time.clone();

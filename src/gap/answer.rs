@@ -43,6 +43,9 @@ pub struct Answer {
     /// The free forms that competed as 'unknown', most probable first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub free_forms: Vec<FreeFormAnswer>,
+    /// Of drives: which equations of the nominal model are deficient, before any effect is named; the worst first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub equations: Vec<EquationAnswer>,
     /// The gap on the recording kept back.
     pub gap: Vec<Metric>,
     /// How the gap was measured, and what could not be told, in sentences.
@@ -108,6 +111,19 @@ pub struct FreeFormAnswer {
     pub probability: f64,
     /// What it looks like, in words.
     pub description: String,
+}
+
+/// An equation of the nominal model that a free correction would mend.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EquationAnswer {
+    /// In words.
+    pub equation: String,
+    /// Channel of the answer.
+    pub channel: String,
+    /// What the best correction gains in ln evidence.
+    pub gain_nats: f64,
+    /// What the best correction follows.
+    pub follows: String,
 }
 
 /// One measure of the gap on the recording kept back.

@@ -73,6 +73,7 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
         cannot_tell_apart,
         alike,
         free_forms,
+        equations: Vec::new(),
         gap: Vec::new(),
         notes: findings.notes.clone(),
     }

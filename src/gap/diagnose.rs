@@ -8,7 +8,7 @@ use super::findings::{Findings, Main};
 use super::judge::{Options as JudgeOptions, judge};
 use super::prepare::{Prepared, prepare};
 use super::state_space::{Believed, blocked_log_score};
-use crate::config::{Config, EffectTable};
+use crate::config::{Config, EffectTable, Kind};
 use crate::effects::{Effect, Library, Parameters};
 use crate::error::Result;
 use crate::signal::Log;
@@ -41,10 +41,10 @@ pub struct Diagnosis {
     pub augmented: Config,
     /// All sets that were compared.
     pub findings: Findings,
-    /// The measures on the recording kept back; none without one.
+    /// The measures on the recording kept back; none without one, and of a drive, whose measures are in the answer.
     pub far: Option<Far>,
-    /// The recording that was diagnosed, as it was made ready.
-    pub prepared: Prepared,
+    /// The recording that was diagnosed, as it was made ready; none of a drive.
+    pub prepared: Option<Prepared>,
 }
 
 /// What a diagnosis is about to do.
@@ -89,6 +89,9 @@ pub fn diagnose_observed(
     options: &Options,
     observe: &mut dyn FnMut(Stage),
 ) -> Result<Diagnosis> {
+    if config.kind == Kind::Driving {
+        return super::drive::diagnose(config, fit, hold, library, options, observe);
+    }
     observe(Stage::Prepare);
     let prepared = prepare(config, fit, options.since_power_on_s)?;
     // a recording kept back that cannot be used is refused before the work begins
@@ -128,7 +131,7 @@ pub fn diagnose_observed(
         augmented.provenance = None;
     }
     observe(Stage::Done);
-    Ok(Diagnosis { answer, augmented, findings, far, prepared })
+    Ok(Diagnosis { answer, augmented, findings, far, prepared: Some(prepared) })
 }
 
 fn compared(prepared: &Prepared, library: &Library, options: &Options) -> (Findings, Answer) {

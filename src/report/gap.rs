@@ -3,7 +3,7 @@
 use super::numbers::{known_digits, significant};
 use super::plot::Picture;
 use super::plot::gap::GapFigure;
-use crate::effects::{About, by_id};
+use crate::effects::{About, by_id, drive};
 use crate::error::Result;
 use crate::gap::answer::{Answer, EffectAnswer, Metric, Verdict};
 use crate::gap::place::{Curve, Over, Shown};
@@ -30,9 +30,14 @@ pub struct GapReport<'a> {
     pub curves: &'a [Curve],
 }
 
+/// What an effect is, at rest or in drives.
+fn about_of(id: &str) -> Option<&'static About> {
+    by_id(id).map(|e| e.about()).or_else(|| drive::by_id(id).map(|e| e.about()))
+}
+
 /// Title of an effect, or its id where the library does not know it.
 pub(super) fn title(id: &str) -> &str {
-    by_id(id).map_or(id, |e| e.about().title)
+    about_of(id).map_or(id, |about| about.title)
 }
 
 /// What a curve shows over what, in words.
@@ -175,6 +180,27 @@ impl GapReport<'_> {
         main.into_iter().chain(others).filter_map(|id| self.effect(id))
     }
 
+    /// Whether the answer is of a drive: its measures tell.
+    fn is_drive(&self) -> bool {
+        self.answer.gap.iter().any(|m| m.metric.starts_with("filter_")) || !self.answer.equations.is_empty()
+    }
+
+    /// Which equations a free correction would mend.
+    fn equations(&self, out: &mut String) {
+        if self.answer.equations.is_empty() {
+            let _ = writeln!(
+                out,
+                "  No equation of the nominal model asks for a correction beyond what chance would gain."
+            );
+            return;
+        }
+        let _ =
+            writeln!(out, "  {:<58}{:>12}   following", "a free correction of the nominal model, in", "gains, nats");
+        for e in &self.answer.equations {
+            let _ = writeln!(out, "  {:<58}{:>12.0}   {}", e.equation, e.gain_nats, e.follows.replace('_', " "));
+        }
+    }
+
     fn place(&self, out: &mut String) {
         if let Some(place) = &self.answer.place {
             let _ = writeln!(out, "  channel {}; {}", place.channel, place.equation);
@@ -191,6 +217,9 @@ impl GapReport<'_> {
                 let _ = writeln!(out, "  it looks like: {description}");
             }
             out.push('\n');
+        }
+        if !self.answer.equations.is_empty() || (self.curves.is_empty() && self.is_drive()) {
+            return self.equations(out);
         }
         let mut there: Vec<&Curve> = self.curves.iter().filter(|c| c.excess_before > 0.0).collect();
         there.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -240,7 +269,7 @@ impl GapReport<'_> {
         match (a.verdict, a.main.as_deref()) {
             (Verdict::Identified, Some(main)) => {
                 let _ = writeln!(out, "  {} ({main}), probability {:.2}", title(main), a.main_probability);
-                if let Some(about) = by_id(main).map(|e| e.about()) {
+                if let Some(about) = about_of(main) {
                     let _ = writeln!(out, "    {}", about.equation);
                 }
                 if let Some(effect) = self.effect(main) {
@@ -353,7 +382,7 @@ impl GapReport<'_> {
                 );
             }
             Verdict::Identified => {
-                for about in self.judged_present().filter_map(|effect| by_id(&effect.id)).map(|e| e.about()) {
+                for about in self.judged_present().filter_map(|effect| about_of(&effect.id)) {
                     let _ = writeln!(out, "  {}: {}", about.title, about.remedy);
                 }
                 self.gain(out);
@@ -411,7 +440,7 @@ fn closed(effect: &EffectAnswer) -> Option<String> {
 const KNOWN: f64 = 1e-8;
 
 fn parameters(out: &mut String, effect: &EffectAnswer) {
-    let about: Option<&About> = by_id(&effect.id).map(|e| e.about());
+    let about: Option<&About> = about_of(&effect.id);
     for (parameter, value) in &effect.parameters {
         // a part of the form that was not found
         if *value == 0.0 && effect.std.get(parameter).is_none_or(|std| *std == 0.0) {

@@ -16,15 +16,16 @@ use std::path::{Path, PathBuf};
 
 /// Compare a recording with the simulator of CONFIG: where the gap lies, which effect causes it, how far it shrinks
 ///
+/// A gyro at rest or a drive, as CONFIG's `kind` says. A drive needs wheel speeds; torques, gyro and pose tell more.
 /// Exit code 0 whatever the verdict: an effect of the library, none, or one that the library does not know.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     gyroid gap diagnose sim.toml --fit fit.parquet --hold hold.parquet --plot gap.png\n  \
     gyroid gap diagnose sim.toml --fit fit.csv --json answer.json --write-sim augmented.toml")]
 pub(crate) struct DiagnoseArgs {
-    /// The nominal simulator: a configuration with [gyro]
+    /// The nominal simulator: a configuration with [gyro]; of a drive also [vehicle] and [encoder]
     config: PathBuf,
-    /// Recording to diagnose from, at rest: CSV, TSV (also gzipped) or Parquet
+    /// Recording to diagnose from: CSV, TSV (also gzipped) or Parquet
     #[arg(long, value_name = "LOG")]
     fit: PathBuf,
     /// Another recording of the same unit, only to measure how far the gap shrinks
@@ -42,6 +43,9 @@ pub(crate) struct DiagnoseArgs {
     /// Effects to leave out of the library, by id
     #[arg(long, value_name = "ID", num_args = 1..)]
     without: Vec<String>,
+    /// Of a drive: read a column as a channel, whatever it is called: wheel_left_rad_s=wl:deg/s; may be given more than once
+    #[arg(long, value_name = "CHANNEL=[-]COLUMN[:UNIT]")]
+    map: Vec<String>,
     #[command(flatten)]
     columns: ColumnArgs,
     #[command(flatten)]
@@ -54,21 +58,49 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let write_sim = args.write_sim.as_ref().map(OutputFile::claim).transpose()?;
     let library = library(&args.without)?;
-    let config = at_rest(&args.config)?;
+    let config = Config::read(&args.config)?;
+    let drives = config.kind == Kind::Driving;
+    if !drives && !args.map.is_empty() {
+        return Err(Error::new(
+            ErrorKind::Usage,
+            "--map",
+            "names columns of a drive, and the configuration is of a gyro at rest",
+        )
+        .mend("name the gyro's column with --column"));
+    }
     let working = output.working("reading");
-    let fit = read(&args.columns, &args.fit)?;
-    let hold = args.hold.as_ref().map(|path| read(&args.columns, path)).transpose()?;
-    let options = Options { seed: args.seed, ..Options::default() };
+    let mut notes = Vec::new();
+    let mut read_one = |path: &Path| -> Result<Log> {
+        if !drives {
+            return read(&args.columns, path);
+        }
+        let recording = args.columns.read_drive(&args.map, path)?;
+        notes.extend(recording.notes);
+        let mut log = recording.log;
+        log.source = path.display().to_string();
+        Ok(log)
+    };
+    let fit = read_one(&args.fit)?;
+    let hold = args.hold.as_ref().map(|path| read_one(path)).transpose()?;
+    let since_power_on_s = if drives { args.columns.start_offset_s().unwrap_or(0.0) } else { 0.0 };
+    let options = Options { seed: args.seed, since_power_on_s, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
     let mut show = |stage| match stage {
         Stage::Compare => working.show("comparing effects"),
         Stage::Measure => working.show("measuring how far the gap shrinks"),
         Stage::Prepare | Stage::Done => {}
     };
-    let diagnosis = diagnose_observed(&config, &fit, hold.as_ref(), &library, &options, &mut show).map_err(named)?;
-    working.show("simulating recordings");
+    let mut diagnosis =
+        diagnose_observed(&config, &fit, hold.as_ref(), &library, &options, &mut show).map_err(named)?;
+    diagnosis.answer.notes.extend(notes);
     let found = &diagnosis.augmented.effects[config.effects.len()..];
-    let curves = place::of_prepared(&diagnosis.prepared, found, &library, args.seed).map_err(named)?;
+    let curves = match &diagnosis.prepared {
+        Some(prepared) => {
+            working.show("simulating recordings");
+            place::of_prepared(prepared, found, &library, args.seed).map_err(named)?
+        }
+        None => Vec::new(),
+    };
     drop(working);
 
     let kept_back = args.hold.as_deref().map(name);
@@ -122,12 +154,12 @@ pub(super) fn at_rest(path: &Path) -> Result<Config> {
 }
 
 fn library(without: &[String]) -> Result<Library> {
-    let ids: Vec<&str> = registry().iter().map(|e| e.about().id).collect();
+    let driving = gyroid::effects::drive::registry().iter().map(|e| e.about().id);
+    let mut ids: Vec<&str> = registry().iter().map(|e| e.about().id).chain(driving).collect();
+    ids.dedup();
     match without.iter().find(|w| !ids.contains(&w.as_str())) {
-        Some(unknown) => {
-            Err(Error::new(ErrorKind::Usage, "--without", format!("no effect at rest is called {unknown:?}"))
-                .mend(format!("there are {}", ids.join(", "))))
-        }
+        Some(unknown) => Err(Error::new(ErrorKind::Usage, "--without", format!("no effect is called {unknown:?}"))
+            .mend(format!("there are {}", ids.join(", ")))),
         None => Ok(Library::without(without.iter().cloned())),
     }
 }

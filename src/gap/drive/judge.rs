@@ -36,8 +36,8 @@ impl Default for Options {
 pub struct Judged {
     /// Sets with their probabilities.
     pub findings: Findings,
-    /// Noise that the filter assumed in the end.
-    pub noise: Noise,
+    /// Noise that the nominal filter assumes, with how fast speeds diffuse where there are no torques.
+    pub nominal_noise: Noise,
     /// Step of the wheels' lattice, rad/s.
     pub wheel_lsb_rad_s: Option<f64>,
 }
@@ -67,6 +67,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     if record.torques_n_m.is_none() {
         noise.diffusion = diffusion(record, &noise);
     }
+    let nominal_noise = Noise { diffusion: noise.diffusion, ..Noise::believed(record, None) };
     let mut branch = Branch::new(record.clone(), noise, effects, options);
     // what the lattice closes: the same model with the nominal noise of the wheels beside it
     let lattice = lsb.map(|lsb| {
@@ -104,7 +105,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let prior = crate::gap::Prior { ln_named: options.prior.ln_named, ln_free: options.prior.ln_free };
     let spread = Calibration { temperature: options.temperature, ..Calibration::none(&prior) };
     let findings = Findings::new(sets, &prior, &spread, record.notes.clone());
-    Judged { findings, noise: branch.noise, wheel_lsb_rad_s: lsb }
+    Judged { findings, nominal_noise, wheel_lsb_rad_s: lsb }
 }
 
 fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {

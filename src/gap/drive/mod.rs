@@ -3,9 +3,16 @@
 mod bursts;
 pub mod candidates;
 pub mod column;
+mod diagnose;
 pub mod evidence;
+pub mod far;
 pub mod fit;
 pub mod judge;
+mod model;
+mod own;
 pub mod pass;
+mod pinpoint;
 pub mod record;
 pub mod search;
+
+pub use diagnose::diagnose;

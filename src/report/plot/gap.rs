@@ -33,6 +33,13 @@ impl GapFigure<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if a number cannot be shown.
     pub fn draw(&self) -> Result<Picture> {
+        if self.curves.is_empty() && !self.answer.gap.is_empty() {
+            return Page::new(self.title)
+                .subtitle(self.verdict)
+                .size(1800, 700)
+                .row([self.equations(), self.probabilities(), self.how_far()])
+                .draw();
+        }
         let find = |over, shown| self.curves.iter().find(|c| c.over == over && c.shown == shown);
         let with_effects = self.answer.verdict == Verdict::Identified || !self.answer.together.is_empty();
         let panel = |name: &str, curve: Option<&Curve>| match curve {
@@ -58,6 +65,24 @@ impl GapFigure<'_> {
             ])
             .row([panel("Amplitude", fourth), self.probabilities(), self.how_far()])
             .draw()
+    }
+
+    /// What free corrections of the nominal equations gain.
+    fn equations(&self) -> Panel {
+        let name = "Which equation: what a free correction gains, nats";
+        let all = &self.answer.equations;
+        let Some(largest) = all.iter().map(|e| e.gain_nats).reduce(f64::max) else {
+            return Panel::Notice { title: name.into(), text: "no equation asks for a correction".into() };
+        };
+        let mut chart = BarChart::new(name);
+        for e in all {
+            // gains span decades: the bar is their logarithm
+            let length = (e.gain_nats.max(1.0).ln() / largest.max(std::f64::consts::E).ln()).clamp(0.0, 1.0);
+            let short = e.equation.split(": ").last().unwrap_or(&e.equation);
+            let text = format!("{:.0}, {}", e.gain_nats, e.follows.replace('_', " "));
+            chart = chart.row(short, [Bar { length, text, color: BEFORE }]);
+        }
+        chart.into()
     }
 
     fn probabilities(&self) -> Panel {

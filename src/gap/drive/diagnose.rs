@@ -1,0 +1,172 @@
+//! The whole diagnosis of a drive: which equation, which effect, how far.
+
+use super::far::{self, DriveFar};
+use super::judge::{Judged, Options as JudgeOptions, equation_of, judge, unknowable};
+use super::pinpoint::pinpoint;
+use super::record::Record;
+use crate::config::{Config, EffectTable};
+use crate::effects::drive::Driving;
+use crate::effects::{Library, Parameters};
+use crate::error::Result;
+use crate::gap::answer::Place;
+use crate::gap::compose;
+use crate::gap::diagnose::{Diagnosis, Options, Stage};
+use crate::gap::findings::{Findings, Main};
+use crate::signal::Log;
+
+/// Most effects whose share of the gap is measured one by one.
+const MEASURED: usize = 4;
+/// Recordings simulated for the floor.
+const SIMULATED: usize = 6;
+/// Standard deviations by which a gyro's bias may differ between two runs of one unit.
+const OTHER_UNIT: f64 = 4.0;
+
+/// Diagnoses a drive; see [`crate::gap::diagnose()`].
+///
+/// # Errors
+/// What [`Record::new`] refuses of either log.
+pub fn diagnose(
+    config: &Config,
+    fit: &Log,
+    hold: Option<&Log>,
+    library: &Library,
+    options: &Options,
+    observe: &mut dyn FnMut(Stage),
+) -> Result<Diagnosis> {
+    observe(Stage::Prepare);
+    let record = Record::new(config, fit, options.since_power_on_s)?;
+    let kept = hold.map(|hold| Record::new(config, hold, options.since_power_on_s)).transpose()?;
+    observe(Stage::Compare);
+    let effects: Vec<&'static dyn Driving> = library.driving().collect();
+    let judged = judge(&record, &effects, &JudgeOptions::default());
+    let findings = &judged.findings;
+    let mut answer = compose::answer(findings, |top| place(findings, library, top));
+    answer.equations = pinpoint(&record, &judged.nominal_noise);
+    let hidden: Vec<_> = unknowable(&record, &effects).collect();
+    if !hidden.is_empty() {
+        answer.notes.push(format!("This log cannot tell whether there is any of {}.", hidden.join(", ")));
+    }
+    let found = |id: &String| Some((id.clone(), findings.best_with(id, false)?.part(id)?.parameters.clone()));
+    let together: Vec<(String, Parameters)> = answer.together.iter().filter_map(found).collect();
+    let listed: Vec<(String, Parameters)> =
+        answer.effects.iter().take(MEASURED).map(|e| (e.id.clone(), e.parameters.clone())).collect();
+    observe(Stage::Measure);
+    let far = match &kept {
+        Some(kept) => {
+            let new = kept.notes.iter().filter(|n| !record.notes.contains(n));
+            answer.notes.extend(new.map(|n| format!("Of the recording kept back: {n}")));
+            other_robot(&record, kept, &mut answer.notes);
+            measure(kept, library, &together, &listed, &judged, options)
+        }
+        None => {
+            answer.notes.push(
+                "No recording was kept back: the gap is measured on the second half of this one, which took part in \
+                 choosing and fitting the effects, so that the shares are somewhat too large."
+                    .into(),
+            );
+            measure(&far::second_half(&record), library, &together, &listed, &judged, options)
+        }
+    };
+    answer.gap.clone_from(&far.metrics);
+    for (id, closed) in &far.alone {
+        if let Some(effect) = answer.effects.iter_mut().find(|e| e.id == *id) {
+            effect.gap_closed = closed.estimate;
+            effect.gap_closed_ci95 = closed.ci95;
+        }
+    }
+    if let (Some(share), true) = (far.together.estimate, together.len() > 1) {
+        answer.notes.push(format!("All that were found close {:.1} % of the gap together.", 100.0 * share));
+    }
+    let mut augmented = config.clone();
+    augmented.effects.extend(together.into_iter().map(|(id, parameters)| EffectTable { id, parameters }));
+    if !augmented.effects.is_empty() {
+        augmented.provenance = None;
+    }
+    observe(Stage::Done);
+    Ok(Diagnosis { answer, augmented, findings: judged.findings, far: None, prepared: None })
+}
+
+fn measure(
+    kept: &Record,
+    library: &Library,
+    together: &[(String, Parameters)],
+    listed: &[(String, Parameters)],
+    judged: &Judged,
+    options: &Options,
+) -> DriveFar {
+    let far_options = crate::gap::far::Options {
+        seed: options.seed,
+        simulated_logs: options.simulated_logs.min(SIMULATED),
+        ..crate::gap::far::Options::default()
+    };
+    far::measure(kept, library, together, listed, judged.nominal_noise.diffusion, &far_options)
+}
+
+fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
+    match top {
+        Main::None => None,
+        Main::Effect(id) => {
+            let part = findings.best_with(id, true)?.part(id)?;
+            let mut place = Place { time_s: part.time_s, ..Place::default() };
+            if let Some(effect) = library.driving_by_id(id) {
+                let about = effect.about();
+                place.channel = about.channel.into();
+                place.equation = about.deficient.into();
+                place.condition = about.condition.map(Into::into);
+                let right = part.parameters.get(crate::effects::drive::missed_ticks::SIDE);
+                if right.is_some_and(|side| *side >= 0.5) {
+                    place.channel = "wheel_right".into();
+                }
+            } else {
+                let about = library.by_id(id).map(crate::effects::Effect::about);
+                place.channel = "gyro".into();
+                place.equation = about.map_or("gyro measurement", |a| a.deficient).into();
+            }
+            Some(place)
+        }
+        Main::Unknown => {
+            let set = findings.sets.iter().find(|s| s.main().is_some_and(|m| !m.named))?;
+            let part = set.main()?;
+            let equation = equation_of(&part.id);
+            let follows = part.id.rsplit('.').next().unwrap_or_default();
+            let condition = match follows {
+                "turning" => Some("yaw_rate"),
+                "torque_rate" => Some("torque"),
+                other => super::column::Follows::ALL.iter().map(|f| f.condition()).find(|c| *c == other),
+            };
+            Some(Place {
+                channel: equation.map_or("wheels", super::column::Equation::channel).into(),
+                equation: equation.map_or("wheel measurement", super::column::Equation::words).into(),
+                time_s: part.time_s,
+                frequency_hz: part.frequency_hz,
+                condition: condition.map(Into::into),
+                description: Some(part.description.clone()),
+            })
+        }
+    }
+}
+
+/// Says so if the gyro at rest in the beginning reads as another unit's would.
+fn other_robot(record: &Record, kept: &Record, notes: &mut Vec<String>) {
+    let rest = |r: &Record| {
+        let gyro = r.gyro_rad_s.as_ref()?;
+        let still =
+            (0..r.len()).take_while(|k| r.wheels_rad_s.iter().all(|w| !(w[*k].abs() > 5.0 * r.belief.wheel_std_rad_s)));
+        let values: Vec<f64> = still
+            .map(|k| gyro[k] - r.belief.warm_up.error_rad_s(r.since_power_on_s[k]))
+            .filter(|v| v.is_finite())
+            .collect();
+        (values.len() >= 50).then(|| (values.iter().sum::<f64>() / values.len() as f64, values.len()))
+    };
+    if let (Some((a, n)), Some((b, m))) = (rest(record), rest(kept)) {
+        let belief = &record.belief;
+        let white = belief.gyro_std_rad_s.powi(2) * (1.0 / n as f64 + 1.0 / m as f64);
+        let std = (2.0 * belief.turn_on_bias_std_rad_s.powi(2) + white).sqrt();
+        if (a - b).abs() > OTHER_UNIT * std {
+            notes.push(format!(
+                "Before it moves the gyro reads {a:.2e} rad/s off its model in one recording and {b:.2e} in the other, more \
+                 than one unit's turn-on bias varies: are they of the same unit?"
+            ));
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! How far a set of effects closes the gap of a drive, on a recording that was kept back.
+//!
+//! Log score: Σ ln p(reading | readings before), C2, C1, T and what is drawn anew in each run integrated over their priors:
+//! ln p = -½ Σ (ν²/S + ln 2πS) - ½ ln det(I + U G U) + ½ b'(G + U⁻²)⁻¹ b. On a lattice the density is probability / lsb.
+//! Horizons: the model drives on alone, with the recorded torques (where there are none: with the wheels), from the pose
+//! at the beginning of each window; and the filter of the model does, with wheels and gyro.
+
+use super::column::{COSINES, Column};
+use super::evidence::{Group, Problem};
+use super::model::{Claimed, Effects};
+use super::own::own;
+use super::pass::{Channel, Noise, run};
+use super::record::Record;
+use crate::effects::Library;
+use crate::gap::answer::Metric;
+use crate::gap::far::{Closed, Options, Scores, block_rows, gap_closed};
+use statrs::function::erf::erfc;
+
+/// Times at which a step may lie.
+const STEPS: usize = 96;
+/// Horizons, s.
+const HORIZONS_S: [f64; 3] = [1.0, 5.0, 20.0];
+/// Variance of a channel that takes no part, relative.
+const ASIDE: f64 = 1e10;
+
+/// Measures of the gap on the recording kept back.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DriveFar {
+    /// Before, after and floor.
+    pub metrics: Vec<Metric>,
+    /// What each effect alone closes.
+    pub alone: Vec<(String, Closed)>,
+    /// What all together close.
+    pub together: Closed,
+}
+
+/// ln densities of the rows of a recording.
+fn score(record: &Record, claimed: &Claimed, diffusion: [f64; 2]) -> Vec<f64> {
+    let noise = claimed.noise(record, diffusion);
+    let bursts = claimed.bursts(record, &noise);
+    let restored;
+    let (record, extra) = match &bursts {
+        Some(b) => {
+            restored = b.restored(record);
+            (&restored, b.ln_path + b.ln_jacobian())
+        }
+        None => (record, 0.0),
+    };
+    let models = claimed.models(record);
+    // what is drawn anew in each run: columns with their priors
+    let mut columns = Vec::new();
+    let mut nuisance = Vec::new();
+    if record.gyro_rad_s.is_some() {
+        let b = &record.belief;
+        for (column, std) in [
+            (Column::TurnOn, b.turn_on_bias_std_rad_s),
+            (Column::WarmUpSize, b.warm_up_relative_std),
+            (Column::WarmUpTime, b.warm_up_relative_std),
+        ] {
+            if std > 0.0 {
+                nuisance.push((columns.len(), std));
+                columns.push(column);
+            }
+        }
+        if let Some(walk) = claimed.walk_rad_s_sqrt_s {
+            for n in 1..COSINES {
+                let std = walk * (2.0 * record.span_s()).sqrt() / (n as f64 * std::f64::consts::PI);
+                nuisance.push((columns.len(), std));
+                columns.push(Column::GyroCosine(n));
+            }
+        }
+    }
+    let first = columns.len();
+    let step = claimed.step_rad_s.filter(|_| record.gyro_rad_s.is_some());
+    let times: Vec<f64> = (1..STEPS).map(|i| record.span_s() * i as f64 / STEPS as f64).collect();
+    if step.is_some() {
+        columns.extend(times.iter().map(|t| Column::GyroStep(*t)));
+    }
+    let summed = run(record, &models, &noise, &columns, |_| {});
+    let here = vec![0.0; columns.len()];
+    let plain = Problem::new(&summed.gram, summed.ln_volume, &here, Vec::<Group>::new(), nuisance.clone());
+    // the step's time: the likeliest, and what not knowing it costs
+    let mut shift = vec![0.0; columns.len()];
+    let mut chosen = plain;
+    if let Some(step) = step {
+        let at = |i: usize| {
+            let mut shift = vec![0.0; columns.len()];
+            shift[first + i] = -step;
+            // data less the step: as if linearised the other way round
+            Problem::new(&summed.gram, summed.ln_volume, &shift, Vec::<Group>::new(), nuisance.clone())
+        };
+        let (best, problem) = (0..times.len())
+            .map(|i| (i, at(i)))
+            .max_by(|a, b| a.1.ln_evidence(&[]).total_cmp(&b.1.ln_evidence(&[])))
+            .unwrap_or_else(|| (0, at(0)));
+        shift[first + best] = step;
+        chosen = problem;
+    }
+    let total = chosen.ln_evidence(&[]) + extra - if step.is_some() { (times.len() as f64).ln() } else { 0.0 };
+    for (column, mean, _) in chosen.coefficients(&[]) {
+        shift[column] += mean;
+    }
+    let mut rows = vec![0.0; record.len()];
+    let mut lattice = 0.0;
+    let _ = run(record, &models, &noise, &columns, |i| {
+        let explained: f64 = i.slopes.iter().zip(&shift).map(|(s, b)| s * b).sum();
+        let white = i.white - explained;
+        let normal = -0.5 * (white * white + (std::f64::consts::TAU * i.std * i.std).ln());
+        let wheel = matches!(i.channel, Channel::WheelLeft | Channel::WheelRight);
+        rows[i.row] += match claimed.wheel_lsb_rad_s.filter(|_| wheel) {
+            Some(lsb) => {
+                let spread = (i.std * i.std - lsb * lsb / 12.0).max(1e-12 * lsb * lsb).sqrt();
+                let on = on_lattice(white * i.std, spread, lsb);
+                lattice += on - normal;
+                on
+            }
+            None => normal,
+        };
+    });
+    // what integrating costs, spread evenly
+    let rest = (total + lattice - rows.iter().sum::<f64>()) / rows.len() as f64;
+    rows.iter_mut().for_each(|r| *r += rest);
+    rows
+}
+
+/// ln [Φ((e + q/2)/s) - Φ((e - q/2)/s)] - ln q
+fn on_lattice(error: f64, std: f64, lsb: f64) -> f64 {
+    let z = |x: f64| x / (std * std::f64::consts::SQRT_2);
+    // the tail on the side where it is small
+    let e = error.abs();
+    let mass = 0.5 * (erfc(z(e - 0.5 * lsb)) - erfc(z(e + 0.5 * lsb)));
+    mass.max(1e-300).ln() - lsb.ln()
+}
+
+/// A part of a record.
+fn window(record: &Record, rows: std::ops::Range<usize>) -> Record {
+    let cut = |v: &Vec<f64>| v[rows.clone()].to_vec();
+    Record {
+        times_s: cut(&record.times_s),
+        since_power_on_s: cut(&record.since_power_on_s),
+        step_s: record.step_s,
+        torques_n_m: record.torques_n_m.as_ref().map(|t| [cut(&t[0]), cut(&t[1])]),
+        gyro_rad_s: record.gyro_rad_s.as_ref().map(cut),
+        wheels_rad_s: [cut(&record.wheels_rad_s[0]), cut(&record.wheels_rad_s[1])],
+        pose: record.pose.as_ref().map(|p| [cut(&p[0]), cut(&p[1]), cut(&p[2])]),
+        belief: record.belief,
+        notes: Vec::new(),
+    }
+}
+
+/// The second half of a record.
+#[must_use]
+pub fn second_half(record: &Record) -> Record {
+    window(record, record.len() / 2..record.len())
+}
+
+/// Root mean square of position (m) and heading (rad) at each horizon; `alone`: without readings on the way.
+fn horizons(record: &Record, claimed: &Claimed, diffusion: [f64; 2], alone: bool) -> Option<[[f64; 2]; 3]> {
+    let pose = record.pose.as_ref()?;
+    let longest = HORIZONS_S[2];
+    if record.span_s() < 1.5 * longest {
+        return None;
+    }
+    let mut noise: Noise = claimed.noise(record, diffusion);
+    for channel in 3..6 {
+        noise.reading[channel] *= ASIDE;
+    }
+    if alone {
+        noise.reading[2] *= ASIDE;
+        if record.torques_n_m.is_some() {
+            noise.reading[0] *= ASIDE;
+            noise.reading[1] *= ASIDE;
+        }
+    }
+    let restored = claimed.bursts(record, &claimed.noise(record, diffusion)).map(|b| b.restored(record));
+    let record = restored.as_ref().unwrap_or(record);
+    let models = claimed.models(record);
+    let mut sums = [[0.0; 2]; 3];
+    let mut counts = [0usize; 3];
+    let mut from = 0;
+    while let Some(begin) = (from..record.len()).find(|k| pose.iter().all(|p| p[*k].is_finite())) {
+        let start_s = record.times_s[begin];
+        let end = record.times_s.partition_point(|t| *t <= start_s + longest);
+        if end >= record.len() {
+            break;
+        }
+        let part = window(record, begin..end);
+        let mut last = [[None; 3]; 3];
+        let _ = run(&part, &models, &noise, &[], |i| {
+            let channel = match i.channel {
+                Channel::X => 0,
+                Channel::Y => 1,
+                Channel::Heading => 2,
+                _ => return,
+            };
+            let t = part.times_s[i.row] - start_s;
+            for (h, horizon) in HORIZONS_S.iter().enumerate() {
+                if t > 0.5 * horizon && t <= *horizon {
+                    last[h][channel] = Some(i.white * i.std);
+                }
+            }
+        });
+        for (h, errors) in last.iter().enumerate() {
+            if let [Some(x), Some(y), Some(turn)] = errors {
+                sums[h][0] += x * x + y * y;
+                sums[h][1] += turn * turn;
+                counts[h] += 1;
+            }
+        }
+        from = end;
+    }
+    counts.iter().all(|n| *n > 0).then(|| std::array::from_fn(|h| sums[h].map(|s: f64| (s / counts[h] as f64).sqrt())))
+}
+
+/// Measures `together` and each of `listed` alone on `kept`.
+#[must_use]
+pub fn measure(
+    kept: &Record,
+    library: &Library,
+    together: &Effects,
+    listed: &Effects,
+    diffusion: [f64; 2],
+    options: &Options,
+) -> DriveFar {
+    let nominal = Claimed::new(&[], library);
+    let all = Claimed::new(together, library);
+    let before = score(kept, &nominal, diffusion);
+    let after = score(kept, &all, diffusion);
+    let logs: Vec<Record> =
+        (0..options.simulated_logs as u64).map(|i| own(kept, &all, diffusion, options.seed.wrapping_add(i))).collect();
+    let floors: Vec<Vec<f64>> = logs.iter().map(|log| score(log, &all, diffusion)).collect();
+    let own_before: Vec<f64> = logs.iter().map(|log| score(log, &nominal, diffusion).iter().sum()).collect();
+    let closed = |after: &[f64]| {
+        let scores = Scores {
+            before: &before,
+            after,
+            floor: floors.iter().map(Vec::as_slice).collect(),
+            own_before: own_before.clone(),
+        };
+        gap_closed(&scores, block_rows(&before, after), options)
+    };
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
+    let floor = floors.iter().map(|f| mean(f)).sum::<f64>() / floors.len().max(1) as f64;
+    let mut metrics = vec![Metric { metric: "log_score".into(), before: mean(&before), after: mean(&after), floor }];
+    for (prefix, alone) in [("", true), ("filter_", false)] {
+        let own_horizons = logs.first().and_then(|log| horizons(log, &all, diffusion, alone));
+        let found =
+            horizons(kept, &nominal, diffusion, alone).zip(horizons(kept, &all, diffusion, alone)).zip(own_horizons);
+        if let Some(((before, after), floor)) = found {
+            for (quantity, i) in [("position_rms_m", 0), ("heading_rms_rad", 1)] {
+                for (h, horizon) in HORIZONS_S.iter().enumerate() {
+                    metrics.push(Metric {
+                        metric: format!("{prefix}{quantity}_{horizon}s"),
+                        before: before[h][i],
+                        after: after[h][i],
+                        floor: floor[h][i],
+                    });
+                }
+            }
+        }
+    }
+    let alone = listed
+        .iter()
+        .map(|one| {
+            let rows = if together.len() == 1 && together[0] == *one {
+                after.clone()
+            } else {
+                score(kept, &Claimed::new(std::slice::from_ref(one), library), diffusion)
+            };
+            (one.0.clone(), closed(&rows))
+        })
+        .collect();
+    let together = closed(&after);
+    DriveFar { metrics, alone, together }
+}

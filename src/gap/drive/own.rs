@@ -1,0 +1,118 @@
+//! What the model with its effects would have recorded: same torques, rows and channels, noise of its own.
+
+use super::model::Claimed;
+use super::record::Record;
+use crate::math::random::Stream;
+use crate::model::drive::{Moving, Past};
+
+/// Stream of the floor's recordings.
+const STREAM: u64 = 0xD12;
+
+/// A recording of the model's own.
+#[must_use]
+pub fn own(like: &Record, claimed: &Claimed, diffusion: [f64; 2], seed: u64) -> Record {
+    let draw = &mut Stream::new(seed, STREAM);
+    let mut out = like.clone();
+    let models = claimed.models(like);
+    let model = &models.here;
+    let b = &like.belief;
+    let [c2, c1, lag] = [
+        b.turn_on_bias_std_rad_s * draw.normal(),
+        1.0 + b.warm_up_relative_std * draw.normal(),
+        (b.warm_up_relative_std * draw.normal()).exp(),
+    ];
+    let mut warm_up = b.warm_up;
+    warm_up.c2_rad_s += c2;
+    warm_up.c1_rad_s *= c1;
+    warm_up.time_constant_s *= lag;
+    let step_at_s = like.span_s() * draw.uniform();
+    let mut walk = 0.0;
+    let mut past = Past::default();
+    // motion: x, y, θ, v, ω from the first reading on
+    let first = |values: &[f64]| values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
+    let [rl, rr] = b.robot.radius_m;
+    let [l, r] = [first(&like.wheels_rad_s[0]), first(&like.wheels_rad_s[1])];
+    let mut s = [0.0, 0.0, 0.0, 0.5 * (rl * l + rr * r), 0.5 * (rr * r - rl * l) / b.robot.half_track_m];
+    if let Some(pose) = &like.pose {
+        for (state, values) in s.iter_mut().zip(pose) {
+            *state = first(values);
+        }
+    }
+    let mut before = ([0.0; 2], [0.0; 2]);
+    let bursts = claimed.loss.map(|loss| (loss, 0.2, 0.03));
+    let mut lost = false;
+    let start_s = like.times_s.first().copied().unwrap_or(0.0);
+    for k in 0..like.len() {
+        let t_s = like.times_s[k] - start_s;
+        let at = Moving {
+            t_s,
+            since_power_on_s: like.since_power_on_s[k],
+            heading_rad: s[2],
+            speed_m_s: s[3],
+            yaw_rate_rad_s: s[4],
+            acceleration_m_s2: before.0[0],
+            yaw_acceleration_rad_s2: before.0[1],
+            wheel_force_n: before.1,
+            past: like.torques_n_m.is_some().then_some(&past),
+        };
+        let wheels = model.wheels_rad_s(&at);
+        let spread = model.wheel_variance_rad2_s2(&at);
+        for side in 0..2 {
+            if out.wheels_rad_s[side][k].is_finite() {
+                let std = (b.wheel_std_rad_s.powi(2) + spread[side]).sqrt();
+                let mut value = wheels[side] + std * draw.normal();
+                if let Some((loss, length_s, share)) = bursts.filter(|_| side == 0) {
+                    let leave = 1.0 - (-like.step_s / length_s).exp();
+                    lost ^= draw.uniform() < if lost { leave } else { leave * share / (1.0 - share) };
+                    value *= if lost { 1.0 - loss } else { 1.0 };
+                }
+                if let Some(lsb) = claimed.wheel_lsb_rad_s {
+                    value = lsb * (value / lsb).round();
+                }
+                out.wheels_rad_s[side][k] = value;
+            }
+        }
+        if let Some(gyro) = out.gyro_rad_s.as_mut().filter(|g| g[k].is_finite()) {
+            let step = claimed.step_rad_s.filter(|_| t_s >= step_at_s).unwrap_or(0.0);
+            let bias = warm_up.error_rad_s(like.since_power_on_s[k]) + walk + step;
+            gyro[k] = model.gyro_rad_s(&at) + bias + b.gyro_std_rad_s * draw.normal();
+        }
+        if let Some(pose) = out.pose.as_mut() {
+            let stds = [b.position_std_m, b.position_std_m, b.heading_std_rad];
+            for (i, std) in stds.into_iter().enumerate() {
+                if pose[i][k].is_finite() {
+                    pose[i][k] = s[i] + std * draw.normal();
+                }
+            }
+        }
+        let mut now = Moving { past: None, ..at };
+        past.push(t_s, s[4]);
+        let Some(next) = like.times_s.get(k + 1) else { break };
+        let dt = next - like.times_s[k];
+        if let Some(size) = claimed.walk_rad_s_sqrt_s {
+            walk += size * dt.sqrt() * draw.normal();
+        }
+        let torques = like.torques(k);
+        let noise = if like.torques_n_m.is_some() { b.torque_noise_n_m_sqrt_s / dt.sqrt() } else { 0.0 };
+        let torques = torques.map(|u| u + noise * draw.normal());
+        model.accelerate(&mut now, torques);
+        let sideways = model.sideways_m_s(&now);
+        let mut middle = now;
+        middle.speed_m_s += 0.5 * dt * now.acceleration_m_s2;
+        middle.yaw_rate_rad_s += 0.5 * dt * now.yaw_acceleration_rad_s2;
+        middle.heading_rad += 0.5 * dt * s[4];
+        model.accelerate(&mut middle, torques);
+        let dv = dt * middle.acceleration_m_s2 + (diffusion[0] * dt).sqrt() * draw.normal();
+        let dw = dt * middle.yaw_acceleration_rad_s2 + (diffusion[1] * dt).sqrt() * draw.normal();
+        let turn = dt * (s[4] + 0.5 * dw);
+        let (sin, cos) = (s[2] + 0.5 * turn).sin_cos();
+        let way = dt * (s[3] + 0.5 * dv);
+        s[0] += way * cos - dt * sideways * sin;
+        s[1] += way * sin + dt * sideways * cos;
+        s[2] += turn;
+        s[3] += dv;
+        s[4] += dw;
+        before = ([now.acceleration_m_s2, now.yaw_acceleration_rad_s2], now.wheel_force_n);
+    }
+    out
+}

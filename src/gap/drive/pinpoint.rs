@@ -1,0 +1,42 @@
+//! Which equation of the nominal model is deficient, before any effect is named: what a correction of each equation, free in
+//! what it follows, would gain.
+//!
+//! In the manner of Kristensen, Madsen and Jørgensen (Automatica 40, 2004, 225): there a diffusion is added to each equation
+//! and the smoothed state is regressed on candidates; here the regression goes straight into the likelihood.
+
+use super::candidates::{Candidates, Kind, Prior};
+use super::pass::Noise;
+use super::record::Record;
+use crate::gap::answer::EquationAnswer;
+
+/// A gain below this is chance: some fifty forms are tried, each with up to eight functions.
+const LEAST_NATS: f64 = 8.0;
+/// Most equations that are listed.
+const LISTED: usize = 9;
+
+/// Gains of free corrections to each equation of the nominal model, the largest first; for each its best form.
+#[must_use]
+pub fn pinpoint(record: &Record, noise: &Noise) -> Vec<EquationAnswer> {
+    let candidates = Candidates::new(record, &[], &Prior { ln_named: -1e9, ln_rest: -1e9, ln_free: 0.0 }, true, None);
+    let (problem, _) = candidates.linearise(record, noise, &candidates.zero());
+    let mut best: Vec<EquationAnswer> = Vec::new();
+    for ((group, _), gain) in problem.additions(&[]) {
+        let Kind::Free(equation, follows) = candidates.kinds[group] else { continue };
+        let words = equation.words();
+        let here = EquationAnswer {
+            equation: words.into(),
+            channel: equation.channel().into(),
+            gain_nats: gain,
+            follows: follows.condition().into(),
+        };
+        match best.iter_mut().find(|b| b.equation == words) {
+            Some(b) if b.gain_nats < gain => *b = here,
+            Some(_) => {}
+            None => best.push(here),
+        }
+    }
+    best.retain(|b| b.gain_nats > LEAST_NATS);
+    best.sort_by(|a, b| b.gain_nats.total_cmp(&a.gain_nats));
+    best.truncate(LISTED);
+    best
+}
