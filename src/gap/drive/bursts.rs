@@ -9,11 +9,11 @@ use super::record::Record;
 /// Losses that are tried.
 const LOSSES: [f64; 9] = [0.02, 0.035, 0.06, 0.1, 0.15, 0.22, 0.33, 0.5, 0.8];
 /// Mean lengths of a burst, s.
-const LENGTHS_S: [f64; 3] = [0.06, 0.2, 0.7];
+const LENGTHS_S: [f64; 4] = [0.06, 0.2, 0.7, 2.5];
 /// Shares of time in bursts.
 const SHARES: [f64; 3] = [0.004, 0.02, 0.1];
 /// Slow errors of the prediction are no bursts: medians over this time are taken out, s.
-const SLOW_S: f64 = 2.0;
+const SLOW_S: f64 = 10.0;
 /// Variance of the wheel while it takes no part, relative.
 const ASIDE: f64 = 1e6;
 

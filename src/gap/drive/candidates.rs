@@ -19,7 +19,7 @@ pub struct Prior {
 impl Default for Prior {
     /// Half the mass on none of some twenty effects; a tenth on any of the free forms.
     fn default() -> Self {
-        Self { ln_named: 0.05f64.ln(), ln_rest: 0.01f64.ln(), ln_free: 0.0015f64.ln() }
+        Self { ln_named: 0.05f64.ln(), ln_rest: 0.005f64.ln(), ln_free: 0.0008f64.ln() }
     }
 }
 
@@ -183,7 +183,9 @@ impl Candidates {
     }
 
     fn free(&mut self, record: &Record, prior: &Prior) {
-        use Equation::{Force, Gyro, Moment, PoseAcross, PoseAlong, PoseHeading, Sideways, WheelLeft, WheelRight};
+        use Equation::{
+            Along, Force, Gyro, Moment, PoseAcross, PoseAlong, PoseHeading, Sideways, Turn, WheelLeft, WheelRight,
+        };
         let mut equations = vec![WheelLeft, WheelRight];
         if record.torques_n_m.is_some() {
             equations.extend([Force, Moment]);
@@ -192,7 +194,7 @@ impl Candidates {
             equations.push(Gyro);
         }
         if record.pose.is_some() {
-            equations.extend([Sideways, PoseAlong, PoseAcross, PoseHeading]);
+            equations.extend([Sideways, Along, Turn, PoseAlong, PoseAcross, PoseHeading]);
         }
         for equation in equations {
             for follows in Follows::ALL {
@@ -257,6 +259,8 @@ fn short(equation: Equation) -> &'static str {
         Equation::Force => "force",
         Equation::Moment => "moment",
         Equation::Sideways => "sideways",
+        Equation::Along => "along",
+        Equation::Turn => "turn",
         Equation::WheelLeft => "wheel_left",
         Equation::WheelRight => "wheel_right",
         Equation::Gyro => "gyro",

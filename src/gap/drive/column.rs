@@ -12,6 +12,10 @@ pub enum Equation {
     Moment,
     /// Sideways speed, m/s
     Sideways,
+    /// Speed over ground along the heading beyond v, m/s
+    Along,
+    /// Turning of the heading beyond ω, rad/s
+    Turn,
     /// Reading of the left wheel, rad/s
     WheelLeft,
     /// Reading of the right wheel, rad/s
@@ -46,6 +50,8 @@ impl Equation {
             Self::Force => "equations of motion: the force along the robot",
             Self::Moment => "equations of motion: the moment about the vertical axis",
             Self::Sideways => "kinematics: the sideways speed",
+            Self::Along => "kinematics: the speed over ground",
+            Self::Turn => "kinematics: the turning of the heading",
             Self::WheelLeft => "wheel measurement: the left wheel",
             Self::WheelRight => "wheel measurement: the right wheel",
             Self::Gyro => "gyro measurement",

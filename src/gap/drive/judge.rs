@@ -425,7 +425,9 @@ fn missed_part(bursts: &Bursts, share: f64) -> Part {
 /// The equation that a free form of this id lies in.
 #[must_use]
 pub fn equation_of(id: &str) -> Option<Equation> {
-    use Equation::{Force, Gyro, Moment, PoseAcross, PoseAlong, PoseHeading, Sideways, WheelLeft, WheelRight};
+    use Equation::{
+        Along, Force, Gyro, Moment, PoseAcross, PoseAlong, PoseHeading, Sideways, Turn, WheelLeft, WheelRight,
+    };
     let mut words = id.split('.').skip(1);
     let first = words.next()?;
     let what = if matches!(first, "outliers" | "level" | "lattice") { words.next()? } else { first };
@@ -433,6 +435,8 @@ pub fn equation_of(id: &str) -> Option<Equation> {
         "force" => Force,
         "moment" => Moment,
         "sideways" => Sideways,
+        "along" => Along,
+        "turn" => Turn,
         "wheel_left" | "wheels" => WheelLeft,
         "wheel_right" => WheelRight,
         "gyro" => Gyro,

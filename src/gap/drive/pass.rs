@@ -5,20 +5,12 @@
 //! accelerates. The whitened derivatives are summed up in one Gram matrix: all that the comparison of effects needs.
 
 use super::column::{COSINES, Column, Equation, FUNCTIONS, Row, Scales, cosines_of};
+use super::filter::{Filter, N, Slopes, TH, V, Vector, W, X, Y, ahead};
 use super::record::Record;
 use crate::effects::drive::Touches;
 use crate::model::drive::{DriveModel, Moving, Past};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
-
-const N: usize = 5;
-const X: usize = 0;
-const Y: usize = 1;
-const TH: usize = 2;
-const V: usize = 3;
-const W: usize = 4;
-type Vector = [f64; N];
-type Matrix = [[f64; N]; N];
 
 /// What a reading is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -115,7 +107,7 @@ impl Summed {
 }
 
 /// How long an uncertain force keeps its sign, s.
-const LASTING_S: f64 = 0.05;
+pub(super) const LASTING_S: f64 = 0.05;
 
 /// Rows that are summed up at once.
 const BLOCK: usize = 192;
@@ -232,7 +224,11 @@ pub fn run(
                                 Equation::PoseAlong => (d[3], d[4]) = (value * cos, value * sin),
                                 Equation::PoseAcross => (d[3], d[4]) = (-value * sin, value * cos),
                                 Equation::PoseHeading => d[5] = value,
-                                Equation::Force | Equation::Moment | Equation::Sideways => {}
+                                Equation::Force
+                                | Equation::Moment
+                                | Equation::Sideways
+                                | Equation::Along
+                                | Equation::Turn => {}
                             }
                         }
                         Column::TurnOn => d[2] = 1.0,
@@ -341,6 +337,14 @@ pub fn run(
             tangent[X] += half_way * cos - dt * d[2] * sin;
             tangent[Y] += half_way * sin + dt * d[2] * cos;
             tangent[TH] += half_turn;
+            match *column {
+                Column::Free(Equation::Along, i) => {
+                    tangent[X] += dt * functions[i] * cos;
+                    tangent[Y] += dt * functions[i] * sin;
+                }
+                Column::Free(Equation::Turn, i) => tangent[TH] += dt * functions[i],
+                _ => {}
+            }
         }
         before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);
         filter.predict(&models.here, &at, torques, sideways, dt, &f);
@@ -381,193 +385,5 @@ impl Readings {
         let pose = record.pose.as_ref().map_or([f64::NAN; 3], |[x, y, h]| [x[k], y[k], h[k]]);
         let values = [l[k], r[k], gyro, pose[0], pose[1], pose[2]];
         Self { values, any: values.iter().any(|v| v.is_finite()) }
-    }
-}
-
-fn ahead(f: &Matrix, d: &Vector) -> Vector {
-    let mut out = *d;
-    out[X] += f[X][TH] * d[TH] + f[X][V] * d[V] + f[X][W] * d[W];
-    out[Y] += f[Y][TH] * d[TH] + f[Y][V] * d[V] + f[Y][W] * d[W];
-    out[TH] += f[TH][V] * d[V] + f[TH][W] * d[W];
-    out[V] = f[V][TH] * d[TH] + f[V][V] * d[V] + f[V][W] * d[W];
-    out[W] = f[W][TH] * d[TH] + f[W][V] * d[V] + f[W][W] * d[W];
-    out
-}
-
-struct Filter<'a> {
-    state: Vector,
-    covariance: Matrix,
-    noise: &'a Noise,
-    by_torque: [[f64; 2]; 2],
-}
-
-impl<'a> Filter<'a> {
-    /// At the first pose, else at zero; at rest as far as the first wheel speeds tell.
-    fn new(record: &Record, noise: &'a Noise, by_torque: [[f64; 2]; 2]) -> Self {
-        let mut state = [0.0; N];
-        let mut covariance = [[0.0; N]; N];
-        let b = &record.belief;
-        if let Some(pose) = &record.pose
-            && let Some(first) = (0..record.len()).find(|k| pose.iter().all(|p| p[*k].is_finite()))
-        {
-            for (i, p) in pose.iter().enumerate() {
-                state[i] = p[first];
-                covariance[i][i] = 4.0 * if i < 2 { b.position_std_m.powi(2) } else { b.heading_std_rad.powi(2) };
-            }
-        }
-        let first = |values: &[f64]| values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
-        let [l, r] = [first(&record.wheels_rad_s[0]), first(&record.wheels_rad_s[1])];
-        let [rl, rr] = b.robot.radius_m;
-        state[V] = 0.5 * (rl * l + rr * r);
-        state[W] = 0.5 * (rr * r - rl * l) / b.robot.half_track_m;
-        let speed = 2.0 * rl * noise.reading[0].sqrt();
-        covariance[V][V] = speed * speed;
-        covariance[W][W] = (speed / b.robot.half_track_m).powi(2);
-        Self { state, covariance, noise, by_torque }
-    }
-
-    /// One scalar reading; returns innovation, its variance and the gain.
-    fn correct(&mut self, nu: f64, h: &Vector, variance: f64) -> (f64, f64, Vector) {
-        let ph: Vector = std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * h[j]).sum());
-        let s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>();
-        let gain = ph.map(|v| v / s);
-        for i in 0..N {
-            self.state[i] += gain[i] * nu;
-            for j in 0..N {
-                self.covariance[i][j] -= gain[i] * ph[j];
-            }
-        }
-        (nu, s, gain)
-    }
-
-    fn jacobian(
-        &self,
-        model: &DriveModel,
-        at: &Moving,
-        torques: [f64; 2],
-        sideways: f64,
-        dt: f64,
-        scales: &Scales,
-    ) -> Matrix {
-        let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate, 1e-4];
-        let by = |which: usize| {
-            let mut moved = *at;
-            match which {
-                0 => moved.speed_m_s += step[0],
-                1 => moved.yaw_rate_rad_s += step[1],
-                _ => moved.heading_rad += step[2],
-            }
-            model.accelerate(&mut moved, torques);
-            [
-                (moved.acceleration_m_s2 - at.acceleration_m_s2) / step[which],
-                (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / step[which],
-            ]
-        };
-        let slopes = [by(0), by(1), by(2)];
-        let (sin, cos) = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
-        let v = at.speed_m_s;
-        let mut f = [[0.0; N]; N];
-        for (i, row) in f.iter_mut().enumerate() {
-            row[i] = 1.0;
-        }
-        f[X][TH] = dt * (-v * sin - sideways * cos);
-        f[Y][TH] = dt * (v * cos - sideways * sin);
-        f[X][V] = dt * cos;
-        f[Y][V] = dt * sin;
-        f[X][W] = 0.5 * dt * f[X][TH];
-        f[Y][W] = 0.5 * dt * f[Y][TH];
-        f[TH][W] = dt;
-        for (i, which) in [V, W, TH].into_iter().enumerate() {
-            f[V][which] += dt * slopes[i][0];
-            f[W][which] += dt * slopes[i][1];
-        }
-        f
-    }
-
-    fn predict(&mut self, model: &DriveModel, at: &Moving, torques: [f64; 2], sideways: f64, dt: f64, f: &Matrix) {
-        let s = self.state;
-        // the midpoint rule for speed and yaw rate, an arc for the position
-        let mut middle = *at;
-        middle.speed_m_s += 0.5 * dt * at.acceleration_m_s2;
-        middle.yaw_rate_rad_s += 0.5 * dt * at.yaw_acceleration_rad_s2;
-        middle.heading_rad += 0.5 * dt * s[W];
-        model.accelerate(&mut middle, torques);
-        let (dv, dw) = (dt * middle.acceleration_m_s2, dt * middle.yaw_acceleration_rad_s2);
-        let (v, w) = (s[V] + 0.5 * dv, s[W] + 0.5 * dw);
-        let turn = dt * w;
-        let (sin, cos) = (s[TH] + 0.5 * turn).sin_cos();
-        // chord over arc
-        let chord = 1.0 - turn * turn / 24.0;
-        let way = dt * v * chord;
-        self.state[X] += way * cos - dt * sideways * sin;
-        self.state[Y] += way * sin + dt * sideways * cos;
-        self.state[TH] += turn;
-        self.state[V] += dv;
-        self.state[W] += dw;
-        // P = F P F' + Q
-        let mut fp = [[0.0; N]; N];
-        for j in 0..N {
-            let column: Vector = std::array::from_fn(|i| self.covariance[i][j]);
-            let moved = ahead(f, &column);
-            for i in 0..N {
-                fp[i][j] = moved[i];
-            }
-        }
-        for i in 0..N {
-            self.covariance[i] = ahead(f, &fp[i]);
-        }
-        let [[a, b], [c, d]] = self.by_torque;
-        let q = self.noise.torque * dt;
-        self.covariance[V][V] += q * (a * a + b * b);
-        self.covariance[W][W] += q * (c * c + d * d);
-        let cross = q * (a * c + b * d);
-        self.covariance[V][W] += cross;
-        self.covariance[W][V] += cross;
-        // an uncertain force lasts for some steps, not for one
-        let [vv, vw, ww] = model.force_covariance(at).map(|c| c * dt * LASTING_S);
-        self.covariance[V][V] += vv;
-        self.covariance[W][W] += ww;
-        self.covariance[V][W] += vw;
-        self.covariance[W][V] += vw;
-        // what diffuses within a step has moved the pose by half of it
-        let [qv, qw] = self.noise.diffusion;
-        if qv > 0.0 || qw > 0.0 {
-            let half = 0.5 * dt;
-            let along: Vector = [half * cos, half * sin, 0.0, 1.0, 0.0];
-            let about: Vector = [0.5 * half * dt * -v * sin, 0.5 * half * dt * v * cos, half, 0.0, 1.0];
-            for i in 0..N {
-                for j in 0..N {
-                    self.covariance[i][j] += dt * (qv * along[i] * along[j] + qw * about[i] * about[j]);
-                }
-            }
-        }
-    }
-}
-
-/// Accelerations from the speeds of the last rows, where no torques tell them.
-#[derive(Default)]
-struct Slopes {
-    speeds: std::collections::VecDeque<(f64, [f64; 2])>,
-    t_s: f64,
-}
-
-impl Slopes {
-    /// Time over which speeds are compared, s.
-    const OVER_S: f64 = 0.06;
-
-    fn push(&mut self, dt_s: f64, speeds: [f64; 2], model: &DriveModel) -> ([f64; 2], [f64; 2]) {
-        self.t_s += dt_s;
-        self.speeds.push_back((self.t_s, speeds));
-        while self.speeds.len() > 2 && self.speeds[1].0 <= self.t_s - Self::OVER_S {
-            self.speeds.pop_front();
-        }
-        let (t0, from) = self.speeds[0];
-        if self.t_s <= t0 {
-            return Default::default();
-        }
-        let [a, alpha]: [f64; 2] = std::array::from_fn(|i| (speeds[i] - from[i]) / (self.t_s - t0));
-        let robot = &model.robot;
-        let (sum, difference) = (robot.mass_kg * a, robot.yaw_inertia_kg_m2 * alpha / robot.half_track_m);
-        ([a, alpha], [0.5 * (sum - difference), 0.5 * (sum + difference)])
     }
 }

@@ -1,0 +1,211 @@
+//! P⁻ = F P F' + Q,  S = H P⁻ H' + R,  K = P⁻ H'/S: the extended Kalman filter that [`super::pass`] runs, one scalar reading at
+//! a time.
+
+use super::column::Scales;
+use super::pass::{LASTING_S, Noise};
+use super::record::Record;
+use crate::model::drive::{DriveModel, Moving};
+
+/// Number of states: x, y, θ, v, ω.
+pub const N: usize = 5;
+/// Place of x.
+pub const X: usize = 0;
+/// Place of y.
+pub const Y: usize = 1;
+/// Place of θ.
+pub const TH: usize = 2;
+/// Place of v.
+pub const V: usize = 3;
+/// Place of ω.
+pub const W: usize = 4;
+/// A state.
+pub type Vector = [f64; N];
+/// A matrix of the state, rows then columns.
+pub type Matrix = [[f64; N]; N];
+
+/// F d
+pub fn ahead(f: &Matrix, d: &Vector) -> Vector {
+    let mut out = *d;
+    out[X] += f[X][TH] * d[TH] + f[X][V] * d[V] + f[X][W] * d[W];
+    out[Y] += f[Y][TH] * d[TH] + f[Y][V] * d[V] + f[Y][W] * d[W];
+    out[TH] += f[TH][V] * d[V] + f[TH][W] * d[W];
+    out[V] = f[V][TH] * d[TH] + f[V][V] * d[V] + f[V][W] * d[W];
+    out[W] = f[W][TH] * d[TH] + f[W][V] * d[V] + f[W][W] * d[W];
+    out
+}
+
+/// State and covariance.
+pub struct Filter<'a> {
+    /// x, y, θ, v, ω
+    pub state: Vector,
+    covariance: Matrix,
+    noise: &'a Noise,
+    by_torque: [[f64; 2]; 2],
+}
+
+impl<'a> Filter<'a> {
+    /// At the first pose, else at zero; at rest as far as the first wheel speeds tell.
+    pub fn new(record: &Record, noise: &'a Noise, by_torque: [[f64; 2]; 2]) -> Self {
+        let mut state = [0.0; N];
+        let mut covariance = [[0.0; N]; N];
+        let b = &record.belief;
+        if let Some(pose) = &record.pose
+            && let Some(first) = (0..record.len()).find(|k| pose.iter().all(|p| p[*k].is_finite()))
+        {
+            for (i, p) in pose.iter().enumerate() {
+                state[i] = p[first];
+                covariance[i][i] = 4.0 * if i < 2 { b.position_std_m.powi(2) } else { b.heading_std_rad.powi(2) };
+            }
+        }
+        let first = |values: &[f64]| values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
+        let [l, r] = [first(&record.wheels_rad_s[0]), first(&record.wheels_rad_s[1])];
+        let [rl, rr] = b.robot.radius_m;
+        state[V] = 0.5 * (rl * l + rr * r);
+        state[W] = 0.5 * (rr * r - rl * l) / b.robot.half_track_m;
+        let speed = 2.0 * rl * noise.reading[0].sqrt();
+        covariance[V][V] = speed * speed;
+        covariance[W][W] = (speed / b.robot.half_track_m).powi(2);
+        Self { state, covariance, noise, by_torque }
+    }
+
+    /// One scalar reading; returns innovation, its variance and the gain.
+    pub fn correct(&mut self, nu: f64, h: &Vector, variance: f64) -> (f64, f64, Vector) {
+        let ph: Vector = std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * h[j]).sum());
+        let s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>();
+        let gain = ph.map(|v| v / s);
+        for i in 0..N {
+            self.state[i] += gain[i] * nu;
+            for j in 0..N {
+                self.covariance[i][j] -= gain[i] * ph[j];
+            }
+        }
+        (nu, s, gain)
+    }
+
+    /// ∂(state ahead)/∂state
+    pub fn jacobian(
+        &self,
+        model: &DriveModel,
+        at: &Moving,
+        torques: [f64; 2],
+        sideways: f64,
+        dt: f64,
+        scales: &Scales,
+    ) -> Matrix {
+        let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate, 1e-4];
+        let by = |which: usize| {
+            let mut moved = *at;
+            match which {
+                0 => moved.speed_m_s += step[0],
+                1 => moved.yaw_rate_rad_s += step[1],
+                _ => moved.heading_rad += step[2],
+            }
+            model.accelerate(&mut moved, torques);
+            [
+                (moved.acceleration_m_s2 - at.acceleration_m_s2) / step[which],
+                (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / step[which],
+            ]
+        };
+        let slopes = [by(0), by(1), by(2)];
+        let (sin, cos) = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
+        let v = at.speed_m_s;
+        let mut f = [[0.0; N]; N];
+        for (i, row) in f.iter_mut().enumerate() {
+            row[i] = 1.0;
+        }
+        f[X][TH] = dt * (-v * sin - sideways * cos);
+        f[Y][TH] = dt * (v * cos - sideways * sin);
+        f[X][V] = dt * cos;
+        f[Y][V] = dt * sin;
+        f[X][W] = 0.5 * dt * f[X][TH];
+        f[Y][W] = 0.5 * dt * f[Y][TH];
+        f[TH][W] = dt;
+        for (i, which) in [V, W, TH].into_iter().enumerate() {
+            f[V][which] += dt * slopes[i][0];
+            f[W][which] += dt * slopes[i][1];
+        }
+        f
+    }
+
+    /// Moves on by `dt`.
+    pub fn predict(&mut self, model: &DriveModel, at: &Moving, torques: [f64; 2], sideways: f64, dt: f64, f: &Matrix) {
+        let s = self.state;
+        // the midpoint rule for speed and yaw rate, an arc for the position
+        let mut middle = *at;
+        middle.speed_m_s += 0.5 * dt * at.acceleration_m_s2;
+        middle.yaw_rate_rad_s += 0.5 * dt * at.yaw_acceleration_rad_s2;
+        middle.heading_rad += 0.5 * dt * s[W];
+        model.accelerate(&mut middle, torques);
+        let (dv, dw) = (dt * middle.acceleration_m_s2, dt * middle.yaw_acceleration_rad_s2);
+        let (v, w) = (s[V] + 0.5 * dv, s[W] + 0.5 * dw);
+        let turn = dt * w;
+        let (sin, cos) = (s[TH] + 0.5 * turn).sin_cos();
+        // chord over arc
+        let chord = 1.0 - turn * turn / 24.0;
+        let way = dt * v * chord;
+        self.state[X] += way * cos - dt * sideways * sin;
+        self.state[Y] += way * sin + dt * sideways * cos;
+        self.state[TH] += turn;
+        self.state[V] += dv;
+        self.state[W] += dw;
+        // P = F P F' + Q
+        let mut fp = [[0.0; N]; N];
+        for j in 0..N {
+            let column: Vector = std::array::from_fn(|i| self.covariance[i][j]);
+            let moved = ahead(f, &column);
+            for i in 0..N {
+                fp[i][j] = moved[i];
+            }
+        }
+        for i in 0..N {
+            self.covariance[i] = ahead(f, &fp[i]);
+        }
+        let [[a, b], [c, d]] = self.by_torque;
+        let q = self.noise.torque * dt;
+        // an uncertain force lasts for some steps, not for one
+        let [vv, vw, ww] = model.force_covariance(at).map(|c| c * dt * LASTING_S);
+        let [qv, qw] = self.noise.diffusion;
+        let vv = vv + q * (a * a + b * b) + qv * dt;
+        let ww = ww + q * (c * c + d * d) + qw * dt;
+        let vw = vw + q * (a * c + b * d);
+        // what changes speeds within a step has moved the pose by half of it
+        let half = 0.5 * dt;
+        let along: Vector = [half * cos, half * sin, 0.0, 1.0, 0.0];
+        let about: Vector = [-0.5 * half * dt * v * sin, 0.5 * half * dt * v * cos, half, 0.0, 1.0];
+        for i in 0..N {
+            for j in 0..N {
+                let own = vv * along[i] * along[j] + ww * about[i] * about[j];
+                self.covariance[i][j] += own + vw * (along[i] * about[j] + about[i] * along[j]);
+            }
+        }
+    }
+}
+
+/// Accelerations from the speeds of the last rows, where no torques tell them.
+#[derive(Default)]
+pub struct Slopes {
+    speeds: std::collections::VecDeque<(f64, [f64; 2])>,
+    t_s: f64,
+}
+
+impl Slopes {
+    /// Time over which speeds are compared, s.
+    const OVER_S: f64 = 0.06;
+
+    /// Accelerations, and the wheel forces that they take, after `dt_s` more.
+    pub fn push(&mut self, dt_s: f64, speeds: [f64; 2], model: &DriveModel) -> ([f64; 2], [f64; 2]) {
+        self.t_s += dt_s;
+        self.speeds.push_back((self.t_s, speeds));
+        while self.speeds.len() > 2 && self.speeds[1].0 <= self.t_s - Self::OVER_S {
+            self.speeds.pop_front();
+        }
+        let (t0, from) = self.speeds[0];
+        if self.t_s <= t0 {
+            return Default::default();
+        }
+        let [a, alpha]: [f64; 2] = std::array::from_fn(|i| (speeds[i] - from[i]) / (self.t_s - t0));
+        let robot = &model.robot;
+        let (sum, difference) = (robot.mass_kg * a, robot.yaw_inertia_kg_m2 * alpha / robot.half_track_m);
+        ([a, alpha], [0.5 * (sum - difference), 0.5 * (sum + difference)])
+    }
+}
