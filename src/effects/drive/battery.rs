@@ -4,7 +4,7 @@ use super::*;
 use crate::config::{Config, EffectTable, Vehicle};
 use crate::effects::{Library, Parameter};
 use crate::math::random::Stream;
-use crate::model::drive::{DriveModel, Moving, Past, Reading, Robot};
+use crate::model::drive::{DriveModel, Moving, Past, Robot};
 use crate::model::{EffectSource, GyroEffect, Scene};
 use crate::signal::{Log, names};
 use crate::simulate::{Course, Drive, Options, drive, drive_with, replay_with, truth_names};
