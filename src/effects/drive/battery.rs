@@ -341,7 +341,7 @@ fn drives_are_finite_inside_the_bounds_and_repeat_with_their_seed() {
         let config = config(&[(effect.about().id, &parameters)]);
         let made = || drive_with(&config, Course::Brisk, 3.0, &Options::from(3), &Library::new());
         let what = format!("{} {parameters:?}", effect.about().id);
-        let Drive { log, .. } = made().unwrap_or_else(|e| panic!("{what}: {e}"));
+        let Drive { log, .. } = made().map_err(|e| format!("{what}: {e}")).unwrap();
         for channel in &log.channels {
             let pose = [names::X, names::Y, names::HEADING].contains(&channel.name.as_str());
             assert!(channel.values.iter().all(|v| v.is_finite() || pose && v.is_nan()), "{what}: {}", channel.name);
