@@ -64,7 +64,7 @@ fn dry_friction_brings_the_robot_to_rest_and_keeps_it_there() {
     for c in [0.02, 0.5] {
         let config = quiet(&[("wheel.rolling_resistance", &of([("coefficient", c)]))]);
         let v = config.vehicle.unwrap();
-        let push = 0.5 * v.wheel_radius_m * v.mass_kg * GRAVITY_M_S2 * c + 0.1;
+        let push = 0.5 * v.wheel_radius_m * v.mass_kg * GRAVITY_M_S2 * c + 0.05 + 4.0 * c;
         let truth = replayed(&config, &pushed(push, push, 1200)).truth;
         let speed = truth.get(truth_names::SPEED).unwrap();
         let slowing = (speed[120] - speed[110]) / 0.1 * effective_mass_kg(&v) / (v.mass_kg * GRAVITY_M_S2);
