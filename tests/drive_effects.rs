@@ -1,12 +1,11 @@
 //! Every effect of drives: what the simulator puts in, the diagnosis finds again.
 //!
 //! `cargo test --test drive_effects -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
-//! coverage of the intervals, the false alarms and which effects resemble which.
+//! coverage of the intervals and the false alarms.
 
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::drive::{Driving, by_id, registry};
 use gyroid::effects::{Library, Parameters};
-use gyroid::gap::drive::candidates::Prior;
 use gyroid::gap::drive::judge::{Options, judge};
 use gyroid::gap::drive::record::Record;
 use gyroid::gap::findings::{Findings, Main, Part};
@@ -243,26 +242,4 @@ fn lost_ticks_are_found_whatever_the_loss() {
         }
     }
     assert!(missed.is_empty(), "not found: {missed:?}");
-}
-
-/// What `other` alone closes of this drive, nats; no free form takes part.
-fn gain_of(log: &Log, other: &str) -> f64 {
-    let options = Options { prior: Prior { ln_free: -1e9, ..Prior::default() }, ..Options::default() };
-    let findings = judged(log, &[by_id(other).unwrap()], &options);
-    part(&findings, other).map_or(0.0, |p| p.share.max(0.0))
-}
-
-#[test]
-#[ignore = "17 drives, 17 effects tried on each"]
-fn resemblance_of_all_pairs() {
-    let short = |id: &str| id.split('.').nth(1).unwrap_or(id).replace('_', " ");
-    println!("| made by | {} |", PLAIN.map(|p| short(p.0)).join(" | "));
-    println!("|---|{}", "---|".repeat(PLAIN.len()));
-    for (id, truth) in PLAIN {
-        let log = recording(&[(id, of(truth))], 500);
-        let right = gain_of(&log, id);
-        assert!(right > 0.0, "{id} is not seen on its own drive");
-        let row = PLAIN.map(|other| format!("{:.2}", (gain_of(&log, other.0) / right).clamp(0.0, 1.0)));
-        println!("| {} | {} |", short(id), row.join(" | "));
-    }
 }
