@@ -127,3 +127,48 @@ fn what_cannot_be_simulated_is_named() {
     place.refused("simulate one.toml --duration 60 -o x.csv", &["gyro.tune", "gyro.tone"]);
     assert!(!place.dir.path().join("x.csv").exists());
 }
+
+const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
+    [gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\ntime_constant_s = 120.0\nangle_random_walk_rad_sqrt_s = 1e-4\n\
+    [vehicle]\nmass_kg = 9.5\nyaw_inertia_kg_m2 = 0.21\nhalf_track_m = 0.17\nwheel_radius_m = 0.05\n\
+    wheel_inertia_kg_m2 = 0.0008\nviscous_friction_n_m_s = 0.0006\ntorque_noise_n_m_sqrt_s = 0.0004\n\
+    [encoder]\nspeed_noise_std_rad_s = 0.02\n[pose]\nrate_hz = 5.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
+
+#[test]
+fn drives_with_effects_follow_courses_and_replay_logs() {
+    let p = Place::new();
+    p.write("robot.toml", ROBOT);
+    let slow = "[[effect]]\nid = \"gyro.scale_factor\"\nrelative = 0.5\n[[effect]]\nid = \"gyro.rate_ramp\"\nramp_rad_s2 = 1e-7\n";
+    p.write("augmented.toml", &format!("{ROBOT}{slow}[[effect]]\nid = \"vehicle.payload\"\nmass_relative = 0.3\n"));
+    p.ok("simulate robot.toml --course square --duration 20 -o hold.parquet");
+    let text = p.ok("simulate augmented.toml --inputs hold.parquet --seed 1 -o predicted.parquet");
+    assert!(text.contains("gyro.scale_factor, gyro.rate_ramp, vehicle.payload"), "{text}");
+    p.ok("simulate augmented.toml --inputs hold.parquet --seed 1 -o again.parquet");
+    assert_eq!(p.rates("predicted.parquet"), p.rates("again.parquet"));
+    p.ok("simulate robot.toml --inputs hold.parquet --seed 1 -o nominal.parquet");
+    // what the gyro says it has turned over what the pose says
+    let ratio = |name: &str| {
+        let log = read_log(p.dir.path().join(name)).unwrap();
+        let gyro: f64 = log.get(names::GYRO_Z).unwrap().iter().map(|w| 0.01 * w).sum();
+        let heading: Vec<f64> = log.get(names::HEADING).unwrap().iter().copied().filter(|h| h.is_finite()).collect();
+        let turned = heading[heading.len() - 1] - heading[0];
+        assert!(turned > 1.0, "{name}: {turned}");
+        (gyro / turned, turned)
+    };
+    p.ok("simulate augmented.toml --course square --duration 20 -o course.parquet");
+    for (name, gain) in [("nominal.parquet", 1.0), ("predicted.parquet", 1.5), ("course.parquet", 1.5)] {
+        // the bias of 2e-3 rad/s makes 0.04 rad in 20 s
+        assert!((ratio(name).0 - gain).abs() < 0.04, "{name}: {:?}", ratio(name));
+    }
+    // the loaded robot turns less for the same torques, and keeps to its course where it is steered
+    assert!(ratio("predicted.parquet").1 < 0.9 * ratio("nominal.parquet").1);
+    assert!((ratio("course.parquet").1 - ratio("hold.parquet").1).abs() < 0.3);
+
+    p.write("slope.toml", &format!("{ROBOT}[[effect]]\nid = \"ground.slope\"\nslope_rad = 0.1\n"));
+    p.refused("simulate slope.toml --course square -o x.csv", &["slope.toml", "uphill_heading_rad", "missing"]);
+    p.write("unheard.toml", &format!("{ROBOT}[[effect]]\nid = \"wheel.unheard_of\"\n"));
+    p.refused("simulate unheard.toml --inputs hold.parquet -o x.csv", &["wheel.unheard_of", "gyro.tone", "wheel.slip"]);
+    p.refused("navigate augmented.toml hold.parquet -o x.csv", &["gyro.scale_factor", "[[effect]]", "[vehicle]"]);
+    p.write("rest.toml", &format!("{REST}[[effect]]\nid = \"wheel.lateral_skid\"\nlateral_slip_s = 0.1\n"));
+    p.refused("simulate rest.toml -o x.csv", &["wheel.lateral_skid", "effect of drives", "at rest"]);
+}

@@ -10,15 +10,15 @@ use gyroid::config::{Config, Kind};
 use gyroid::effects::Library;
 use gyroid::ingest::LogWriter;
 use gyroid::signal::Log;
-use gyroid::simulate::{Course, Drive, Options, drive, replay, stationary_like, stationary_with};
+use gyroid::simulate::{Course, Drive, Options, drive_with, replay_with, stationary_like, stationary_with};
 use gyroid::units::duration_text;
 use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
 
 /// Simulate a log: a gyro at rest, a drive along a course, or recorded torques replayed
 ///
-/// Without --course and --inputs, and where the configuration is stationary, the gyro stands at rest; it may then have
-/// effects of reality, as tables [[effect]]. The same seed gives the same bytes.
+/// Without --course and --inputs, and where the configuration is stationary, the gyro stands at rest. Effects of reality are
+/// simulated where the configuration holds them as tables [[effect]]. The same seed gives the same bytes.
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
@@ -114,14 +114,14 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     let named = |error: Error| if error.input == "configuration" { error.named(&name) } else { error };
     let inputs = args.inputs.as_ref().map(|path| args.columns.read(std::slice::from_ref(path))).transpose()?;
     inputs.iter().try_for_each(|recorded| args.power.check(&recorded.log))?;
+    let effects = Library::new();
     let simulated = match (&inputs, args.course) {
-        (Some(recorded), _) if driven => Some(replay(&config, &recorded.log, &options).map_err(named)?),
+        (Some(recorded), _) if driven => Some(replay_with(&config, &recorded.log, &options, &effects).map_err(named)?),
         (None, Some(course)) => {
-            Some(drive(&config, course, args.duration.unwrap_or(COURSE_S), &options).map_err(named)?)
+            Some(drive_with(&config, course, args.duration.unwrap_or(COURSE_S), &options, &effects).map_err(named)?)
         }
         _ => None,
     };
-    let effects = Library::new();
     let log = match (&simulated, &inputs) {
         (Some(Drive { log, .. }), _) => log,
         (None, Some(recorded)) => &stationary_like(&config, &recorded.log, &options, &effects).map_err(named)?,

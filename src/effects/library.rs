@@ -51,6 +51,10 @@ impl Library {
 }
 
 impl EffectSource for Library {
+    fn is_of_drives(&self, id: &str) -> bool {
+        self.driving_by_id(id).is_some()
+    }
+
     fn drive_effect(&self, id: &str, parameters: &Parameters, span_s: f64, seed: u64) -> Result<Box<dyn DriveEffect>> {
         let effect = self.driving_by_id(id).ok_or_else(|| {
             let ids: Vec<_> = self.driving().map(|e| e.about().id).collect();
@@ -63,10 +67,17 @@ impl EffectSource for Library {
 
     fn gyro_effect(&self, id: &str, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {
         let effect = self.by_id(id).ok_or_else(|| {
-            let ids: Vec<_> = self.effects().map(|e| e.about().id).collect();
-            Error::new(ErrorKind::Config, "configuration", format!("no effect at rest is called {id:?}"))
-                .at("`[[effect]]`")
-                .mend(format!("there are {}", ids.join(", ")))
+            let list = |ids: Vec<&str>| ids.join(", ");
+            let found = if self.is_of_drives(id) {
+                format!("{id} is an effect of drives, and here a gyro stands at rest")
+            } else {
+                format!("no effect at rest is called {id:?}, and none of drives")
+            };
+            Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`").mend(format!(
+                "there are {}; in drives also {}",
+                list(self.effects().map(|e| e.about().id).collect()),
+                list(self.driving().map(|e| e.about().id).collect()),
+            ))
         })?;
         effect.simulated(parameters, scene, seed)
     }

@@ -91,6 +91,10 @@ pub trait EffectSource: Sync {
         seed: u64,
     ) -> crate::Result<Box<dyn GyroEffect>>;
 
+    /// Whether [`EffectSource::drive_effect`] knows the effect `id`; in drives it is then made there, also where
+    /// [`EffectSource::gyro_effect`] knows it too.
+    fn is_of_drives(&self, id: &str) -> bool;
+
     /// The effect `id` with `parameters` in a drive of `span_s` seconds, its random numbers from `seed`.
     ///
     /// # Errors

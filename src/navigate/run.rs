@@ -322,9 +322,10 @@ fn refuse_effects(config: &Config) -> Result<()> {
     }
     let ids: Vec<_> = config.effects.iter().map(|e| e.id.as_str()).collect();
     let found = format!("this version's filter knows no effects, and the file has {}", ids.join(", "));
-    Err(Error::new(ErrorKind::Config, "configuration", found)
-        .at("`[[effect]]`")
-        .mend("delete the tables [[effect]] to navigate with the nominal robot"))
+    Err(Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`").mend(
+        "delete the tables [[effect]] to navigate with the nominal robot, and enter what they say into [vehicle], \
+             [gyro] or [encoder] where these have a key for it",
+    ))
 }
 
 /// The torques, if any row has both.

@@ -2,11 +2,13 @@
 
 use super::gyro::GyroSensor;
 use super::plant::Plant;
-use super::{Course, Options, Purpose, SOURCE, refuse_effects, rows, sample_time, start};
+use super::{Course, Options, Purpose, SOURCE, effects, rest, rows, sample_time, start};
 use crate::bias::WarmUp;
 use crate::config::{Config, Pose};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
+use crate::model::drive::Reading;
+use crate::model::{EffectSource, Scene};
 use crate::signal::{Log, TimeAxis, increasing_times, names, since_power_on};
 use crate::vehicle::{Forcing, Motion, Odometry, Rolling, advance};
 
@@ -44,17 +46,44 @@ pub struct Drive {
 /// The torques are commanded per row and logged.
 ///
 /// # Errors
-/// [`ErrorKind::Config`] if a table or the sample time is missing, or the configuration holds effects;
-/// [`ErrorKind::Value`] if the duration is no positive time.
+/// [`ErrorKind::Config`] if a table or the sample time is missing, or the configuration holds effects ([`drive_with`]
+/// simulates them); [`ErrorKind::Value`] if the duration is no positive time.
 pub fn drive(config: &Config, course: Course, duration_s: f64, options: &Options) -> Result<Drive> {
-    refuse_effects(config)?;
+    driven(config, course, duration_s, options, None)
+}
+
+/// As [`drive`], with the effects of the configuration, which `effects` makes.
+///
+/// The planned torques are those of the nominal robot; what it lacks is left to the feedback, which sees the true motion.
+/// Wheel slip by an effect moves the readings of the wheels, and its force is that of the wheel that rolls.
+///
+/// # Errors
+/// As [`drive`]; [`ErrorKind::Config`] if `effects` does not know one or its parameters, if one needs a temperature or a
+/// supply, or if one changes the robot beside `[traction]`; [`ErrorKind::Value`] if the robot runs away: no finite motion.
+pub fn drive_with(
+    config: &Config,
+    course: Course,
+    duration_s: f64,
+    options: &Options,
+    effects: &dyn EffectSource,
+) -> Result<Drive> {
+    driven(config, course, duration_s, options, Some(effects))
+}
+
+fn driven(
+    config: &Config,
+    course: Course,
+    duration_s: f64,
+    options: &Options,
+    source: Option<&dyn EffectSource>,
+) -> Result<Drive> {
     let step_s = sample_time(config)?;
     let len = rows(duration_s, step_s)?;
     let start_s = start(options)?;
     let time = TimeAxis::Uniform { start_s: 0.0, step_s, len };
-    let mut plant = Plant::new(config)?;
+    let scene = || rest::bare(config, time.clone().shifted(start_s), step_s, options);
+    let (mut plant, mut recorder) = robot(config, options, source, len, scene)?;
     let mut noise = TorqueNoise::new(config, options)?;
-    let mut recorder = Recorder::new(config, options, len)?;
     let profile = course.profile(time.at(len - 1) + step_s, options.seeds.motion);
     let tracker = Tracker::new(step_s);
     let mut torques = [Vec::with_capacity(len), Vec::with_capacity(len)];
@@ -62,7 +91,7 @@ pub fn drive(config: &Config, course: Course, duration_s: f64, options: &Options
     let mut reference = Motion::default();
     for k in 0..len {
         let t = time.at(k);
-        recorder.record(t, start_s + t, &plant);
+        recorder.record(t, start_s + t, &mut plant);
         let [speed, yaw_rate] = profile.at(t + step_s);
         let planned = Forcing {
             acceleration_m_s2: (speed - reference.speed_m_s) / step_s,
@@ -88,20 +117,34 @@ pub fn drive(config: &Config, course: Course, duration_s: f64, options: &Options
 /// [`ErrorKind::Column`] if there are neither torques nor wheel speeds; [`ErrorKind::Time`] if time does not run
 /// forward; [`ErrorKind::Config`] as [`drive`].
 pub fn replay(config: &Config, inputs: &Log, options: &Options) -> Result<Drive> {
-    refuse_effects(config)?;
+    replayed(config, inputs, options, None)
+}
+
+/// As [`replay`], with the effects of the configuration, which `effects` makes; temperature and supply are the log's own.
+///
+/// Where the log has no torques, the wheels turn as recorded and the robot moves as *its* radii and track make of that.
+/// Effects of forces then change nothing, and neither does slip, which follows them: no force is known.
+///
+/// # Errors
+/// As [`replay`] and [`drive_with`].
+pub fn replay_with(config: &Config, inputs: &Log, options: &Options, effects: &dyn EffectSource) -> Result<Drive> {
+    replayed(config, inputs, options, Some(effects))
+}
+
+fn replayed(config: &Config, inputs: &Log, options: &Options, source: Option<&dyn EffectSource>) -> Result<Drive> {
     if inputs.len() < 2 {
         let found = format!("{} rows, and a drive needs two", inputs.len());
         return Err(Error::new(ErrorKind::TooShort, &inputs.source, found));
     }
     let since_power_on = since_power_on(inputs, start(options)?)?;
     let times = increasing_times(inputs)?;
-    let mut plant = Plant::new(config)?;
-    let mut recorder = Recorder::new(config, options, inputs.len())?;
+    let scene = || rest::scene_of_drive(config, inputs, since_power_on[0], options);
+    let (mut plant, mut recorder) = robot(config, options, source, inputs.len(), scene)?;
     let torques = pair(inputs, names::TORQUE_LEFT, names::TORQUE_RIGHT);
     if let Some([left, right]) = &torques {
         let mut noise = TorqueNoise::new(config, options)?;
         for (k, (&t, &since)) in times.iter().zip(&since_power_on).enumerate() {
-            recorder.record(t, since, &plant);
+            recorder.record(t - times[0], since, &mut plant);
             if let Some(next) = times.get(k + 1) {
                 plant.drive(noise.on([left[k], right[k]], next - t), next - t);
             }
@@ -116,14 +159,14 @@ pub fn replay(config: &Config, inputs: &Log, options: &Options) -> Result<Drive>
                 .mend(format!("name the columns that hold them: --map {}=COLUMN[:UNIT]", names::WHEEL_LEFT)));
         };
         let [left, right] = wheels.map(held);
-        let velocity = |k: usize| robot.speed_and_yaw_rate([left[k], right[k]]);
-        let [speed_m_s, yaw_rate_rad_s] = velocity(0);
+        let velocity = |plant: &Plant, k: usize| plant.speed_and_yaw_rate([left[k], right[k]]);
+        let [speed_m_s, yaw_rate_rad_s] = velocity(&plant, 0);
         plant.put(Motion { speed_m_s, yaw_rate_rad_s, ..Motion::default() });
         for (k, (&t, &since)) in times.iter().zip(&since_power_on).enumerate() {
-            recorder.record(t, since, &plant);
+            recorder.record(t - times[0], since, &mut plant);
             if let Some(next) = times.get(k + 1) {
                 let motion = *plant.motion();
-                let [speed, yaw_rate] = velocity(k + 1);
+                let [speed, yaw_rate] = velocity(&plant, k + 1);
                 let forcing = Forcing {
                     acceleration_m_s2: (speed - motion.speed_m_s) / (next - t),
                     yaw_acceleration_rad_s2: (yaw_rate - motion.yaw_rate_rad_s) / (next - t),
@@ -134,6 +177,24 @@ pub fn replay(config: &Config, inputs: &Log, options: &Options) -> Result<Drive>
         }
     }
     recorder.finish(inputs.time.clone(), torques)
+}
+
+/// Robot and sensors, with the effects that `source` makes in `scene`.
+fn robot(
+    config: &Config,
+    options: &Options,
+    source: Option<&dyn EffectSource>,
+    len: usize,
+    scene: impl FnOnce() -> Result<Scene>,
+) -> Result<(Plant, Recorder)> {
+    let (mut plant, mut recorder) = (Plant::new(config)?, Recorder::new(config, options, len)?);
+    if !config.effects.is_empty() {
+        let scene = scene()?;
+        let made = effects::of_drive(config, &scene, options, source)?;
+        plant = plant.changed_by(made.robot, config)?;
+        recorder.gyro = recorder.gyro.changed_by(made.gyro, scene);
+    }
+    Ok((plant, recorder))
 }
 
 /// Both channels with gaps held, if both are there.
@@ -204,6 +265,8 @@ impl Tracker {
 
 /// Reads the sensors row by row and keeps the truth.
 struct Recorder {
+    step_s: f64,
+    last_s: Option<f64>,
     gyro: GyroSensor,
     encoder_std_rad_s: f64,
     encoders: [Stream; 2],
@@ -218,12 +281,13 @@ struct Counters {
     tick_rad: f64,
     phases: [f64; 2],
     last: Option<(f64, [f64; 2])>,
+    lost_rad: [f64; 2],
 }
 
 impl Counters {
     fn new(tick_rad: f64, seed: u64) -> Self {
         let phases = [Purpose::TickLeft, Purpose::TickRight].map(|p| p.stream(seed).uniform());
-        Self { tick_rad, phases, last: None }
+        Self { tick_rad, phases, last: None, lost_rad: [0.0; 2] }
     }
 
     /// Speeds since the last row (rad/s, NaN in the first) and counts, of wheels at these angles.
@@ -234,6 +298,16 @@ impl Counters {
             std::array::from_fn(|i| (counts[i] - last[i]) * self.tick_rad / (t_s - t0))
         });
         (speeds, counts)
+    }
+
+    /// The counts where the recorder lost this much of the speeds over the step, rad/s.
+    fn without(&mut self, counts: [f64; 2], lost_rad_s: [f64; 2], step_s: f64) -> [f64; 2] {
+        std::array::from_fn(|i| {
+            if lost_rad_s[i].is_finite() {
+                self.lost_rad[i] += lost_rad_s[i] * step_s;
+            }
+            counts[i] - (self.lost_rad[i] / self.tick_rad).round()
+        })
     }
 }
 
@@ -267,8 +341,11 @@ impl Recorder {
         if config.traction.is_some() {
             truth.extend([truth_names::SLIP_LEFT, truth_names::SLIP_RIGHT]);
         }
+        let step_s = sample_time(config)?;
         Ok(Self {
-            gyro: GyroSensor::new(config.require_gyro()?, sample_time(config)?, options)?,
+            step_s,
+            last_s: None,
+            gyro: GyroSensor::new(config.require_gyro()?, step_s, options)?,
             encoder_std_rad_s: config.require_encoder()?.speed_noise_std_rad_s,
             encoders: [Purpose::EncoderLeft.stream(seed), Purpose::EncoderRight.stream(seed)],
             counters,
@@ -283,9 +360,11 @@ impl Recorder {
         })
     }
 
-    fn record(&mut self, t_s: f64, since_power_on_s: f64, plant: &Plant) {
-        let motion = plant.motion();
-        let gyro = self.gyro.read(motion.yaw_rate_rad_s, since_power_on_s);
+    /// One row, `t_s` after the first.
+    fn record(&mut self, t_s: f64, since_power_on_s: f64, plant: &mut Plant) {
+        plant.clock(t_s, since_power_on_s);
+        let motion = *plant.motion();
+        let gyro = self.gyro.read(plant.gyro_rad_s(), since_power_on_s);
         let (speeds, counts) = match &mut self.counters {
             Some(counters) => {
                 let (speeds, counts) = counters.read(t_s, plant.wheel_angles_rad());
@@ -293,18 +372,23 @@ impl Recorder {
             }
             None => (plant.wheels_rad_s(), None),
         };
+        let wheels_rad_s = std::array::from_fn(|i| speeds[i] + self.encoder_std_rad_s * self.encoders[i].normal());
+        let step_s = self.last_s.replace(t_s).map_or(self.step_s, |last| t_s - last);
+        let mut reading = Reading { t_s, step_s, wheels_rad_s, gyro_rad_s: gyro.reading_rad_s };
+        plant.record(&mut reading);
+        let counts = self.counters.as_mut().zip(counts).map(|(counters, counts)| {
+            counters.without(counts, std::array::from_fn(|i| wheels_rad_s[i] - reading.wheels_rad_s[i]), step_s)
+        });
         let mut columns = self.recorded.iter_mut();
         let mut put = |value| columns.next().into_iter().for_each(|column| column.1.push(value));
         put(since_power_on_s);
-        put(gyro.reading_rad_s);
-        for (speed, stream) in speeds.into_iter().zip(&mut self.encoders) {
-            put(speed + self.encoder_std_rad_s * stream.normal());
-        }
+        put(reading.gyro_rad_s);
+        reading.wheels_rad_s.into_iter().for_each(&mut put);
         counts.into_iter().flatten().for_each(&mut put);
         if let Some(pose) = &mut self.pose {
-            pose.read(t_s, motion).into_iter().for_each(&mut put);
+            pose.read(t_s, &motion).into_iter().for_each(&mut put);
         }
-        let Motion { x_m, y_m, heading_rad, speed_m_s, yaw_rate_rad_s } = *motion;
+        let Motion { x_m, y_m, heading_rad, speed_m_s, yaw_rate_rad_s } = motion;
         let row = [x_m, y_m, heading_rad, speed_m_s, yaw_rate_rad_s, gyro.error_rad_s];
         let slips = plant.slips().into_iter().flatten();
         for (column, value) in self.truth.iter_mut().zip(row.into_iter().chain(slips)) {
@@ -324,6 +408,14 @@ impl Recorder {
         }
         for (name, values) in recorded {
             log.push(name, values)?;
+        }
+        // what is not finite once, stays so
+        if self.truth.iter().any(|(_, values)| values.last().is_some_and(|v| !v.is_finite())) {
+            let row = self.truth.iter().filter_map(|(_, values)| values.iter().position(|v| !v.is_finite())).min();
+            let found = format!("the robot runs away from t = {:.3} s on", time.at(row.unwrap_or(0)));
+            return Err(Error::new(ErrorKind::Value, "configuration", found)
+                .at("`[[effect]]`")
+                .mend("give parameters under which its speeds stay finite"));
         }
         let mut truth = Log::new(SOURCE, time);
         for (name, values) in self.truth {

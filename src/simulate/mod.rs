@@ -1,11 +1,12 @@
 //! Floor 3: the nominal simulator: what a configuration says should be recorded.
 //!
 //! - [`stationary`]: a gyro at rest; [`stationary_with`] and [`stationary_like`]: with effects of reality
-//! - [`drive`]: a robot that follows a [`Course`]
-//! - [`replay`]: a robot that is given the torques of another log
+//! - [`drive`]: a robot that follows a [`Course`]; [`drive_with`]: with effects
+//! - [`replay`]: a robot that is given the torques of another log; [`replay_with`]: with effects
 //!
 //! gyro = true rate + e(t) + white noise, t from power-on; wheels roll without slip ([`crate::vehicle::Rolling`]), or slip
-//! where the configuration has `[traction]` ([`crate::vehicle::Slipping`]).
+//! where the configuration has `[traction]` ([`crate::vehicle::Slipping`]). With effects of drives the robot is that of
+//! [`crate::model::drive`].
 //! Row k's torques act from its time to the next row's; row k's sensors are read at its time. Encoders read the wheels'
 //! speeds or, with `ticks_per_revolution`, count whole ticks of their true angles, speeds being differences of counts.
 //! A gyro that was switched on again before it was cold goes on where it had cooled to ([`crate::bias::Restart`]).
@@ -13,14 +14,16 @@
 //! Random numbers come from named streams of explicit [`Seeds`]: the same seeds give the same bytes, and the same motion
 //! can be recorded again with other sensor noise.
 
+mod changed;
 mod course;
 mod drive;
+mod effects;
 mod gyro;
 mod plant;
 mod rest;
 
 pub use course::Course;
-pub use drive::{Drive, drive, replay, truth_names};
+pub use drive::{Drive, drive, drive_with, replay, replay_with, truth_names};
 pub use rest::{scene, stationary, stationary_like, stationary_with};
 
 use crate::config::Config;
@@ -102,19 +105,6 @@ fn sample_time(config: &Config) -> Result<f64> {
             .at("`sample_time_s`")
             .mend("add it at the top of the file: white noise depends on it")
     })
-}
-
-/// Drives know no effects yet.
-fn refuse_effects(config: &Config) -> Result<()> {
-    if config.effects.is_empty() {
-        return Ok(());
-    }
-    let ids: Vec<_> = config.effects.iter().map(|e| e.id.as_str()).collect();
-    let found =
-        format!("only effects of a gyro at rest can be simulated so far, and this is a drive with {}", ids.join(", "));
-    Err(Error::new(ErrorKind::Config, "configuration", found)
-        .at("`[[effect]]`")
-        .mend("delete the tables [[effect]] to simulate the nominal robot, or set kind = \"stationary\""))
 }
 
 fn start(options: &Options) -> Result<f64> {

@@ -1,7 +1,9 @@
-//! The robot that is simulated: its wheels roll, or slip where the configuration has `[traction]`.
+//! The robot that is simulated: its wheels roll, or slip where the configuration has `[traction]`; effects may change it.
 
+use super::changed::{Changed, Push};
 use crate::config::Config;
 use crate::error::Result;
+use crate::model::drive::{DriveEffect, Reading, Robot};
 use crate::vehicle::{Forcing, Motion, Rolling, Slipping, SlippingState, advance, travel};
 
 /// Error of a speed that a slipping step may make, m/s: a sixth of the filter's.
@@ -12,13 +14,14 @@ const TOLERANCE_M_S: f64 = 5e-5;
 const PARTS: u32 = 4;
 
 /// A robot and its state, at rest in x = y = θ = 0 at first.
-#[derive(Debug, Clone, Copy)]
 pub(super) struct Plant {
     rolling: Rolling,
     slipping: Option<Slipping>,
     state: SlippingState,
     parts: u32,
     angles_rad: [f64; 2],
+    /// What moves instead of all this, where there are effects.
+    changed: Option<Changed>,
 }
 
 impl Plant {
@@ -30,25 +33,59 @@ impl Plant {
             state: SlippingState::default(),
             parts: if config.encoder.is_some_and(|e| e.ticks_per_revolution.is_some()) { PARTS } else { 1 },
             angles_rad: [0.0; 2],
+            changed: None,
         })
     }
 
-    /// The robot as if it rolled: its kinematics and inverse dynamics.
+    /// The same robot with effects; without any, it stays what it is.
+    pub fn changed_by(mut self, effects: Vec<Box<dyn DriveEffect>>, config: &Config) -> Result<Self> {
+        if !effects.is_empty() {
+            self.changed = Some(Changed::new(Robot::from(config.require_vehicle()?), effects));
+        }
+        Ok(self)
+    }
+
+    /// Says what time it is: s since the log began, and since power-on.
+    pub fn clock(&mut self, t_s: f64, since_power_on_s: f64) {
+        if let Some(changed) = &mut self.changed {
+            changed.clock(t_s, since_power_on_s);
+        }
+    }
+
+    /// The nominal robot as if it rolled: its kinematics and inverse dynamics.
     pub fn rolling(&self) -> &Rolling {
         &self.rolling
     }
 
     pub fn motion(&self) -> &Motion {
-        &self.state.motion
+        self.changed.as_ref().map_or(&self.state.motion, Changed::motion)
     }
 
     pub fn wheels_rad_s(&self) -> [f64; 2] {
-        self.state.wheels_rad_s
+        self.changed.as_ref().map_or(self.state.wheels_rad_s, Changed::wheels_rad_s)
+    }
+
+    /// What the gyro reads, without its own error and noise.
+    pub fn gyro_rad_s(&self) -> f64 {
+        self.changed.as_ref().map_or(self.state.motion.yaw_rate_rad_s, Changed::gyro_rad_s)
+    }
+
+    /// What the recorder makes of a row.
+    pub fn record(&mut self, reading: &mut Reading) {
+        if let Some(changed) = &mut self.changed {
+            changed.record(reading);
+        }
+    }
+
+    /// Speed (m/s) and yaw rate (rad/s) at which the wheels turn like this, left and right.
+    pub fn speed_and_yaw_rate(&self, wheels_rad_s: [f64; 2]) -> [f64; 2] {
+        let nominal = || self.rolling.speed_and_yaw_rate(wheels_rad_s);
+        self.changed.as_ref().map_or_else(nominal, |changed| changed.speed_and_yaw_rate(wheels_rad_s))
     }
 
     /// How far the wheels have turned, rad.
     pub fn wheel_angles_rad(&self) -> [f64; 2] {
-        self.angles_rad
+        self.changed.as_ref().map_or(self.angles_rad, Changed::wheel_angles_rad)
     }
 
     /// λ of both wheels, where they slip.
@@ -59,7 +96,7 @@ impl Plant {
     /// The pose, with the speed and yaw rate that the wheels show: what a robot's own speed control sees.
     pub fn indicated(&self) -> Motion {
         if self.slipping.is_none() {
-            return self.state.motion;
+            return *self.motion();
         }
         let [speed_m_s, yaw_rate_rad_s] = self.rolling.speed_and_yaw_rate(self.state.wheels_rad_s);
         Motion { speed_m_s, yaw_rate_rad_s, ..self.state.motion }
@@ -67,6 +104,9 @@ impl Plant {
 
     /// Lets the torques act for `dt_s`.
     pub fn drive(&mut self, torques_n_m: [f64; 2], dt_s: f64) {
+        if let Some(changed) = &mut self.changed {
+            return changed.advance(Push::Torques(torques_n_m), dt_s);
+        }
         match &self.slipping {
             Some(robot) => {
                 let part = dt_s / f64::from(self.parts);
@@ -85,8 +125,12 @@ impl Plant {
         }
     }
 
-    /// Rolls on for `dt_s`.
+    /// Rolls on for `dt_s` as it was recorded.
     pub fn roll(&mut self, forcing: &Forcing, dt_s: f64) {
+        if let Some(changed) = &mut self.changed {
+            let recorded = [forcing.acceleration_m_s2, forcing.yaw_acceleration_rad_s2];
+            return changed.advance(Push::Recorded(recorded), dt_s);
+        }
         let motion = self.state.motion;
         let [way_m, turn_rad] = travel(&motion, forcing, dt_s);
         let turns = self.rolling.wheel_turns(way_m, turn_rad);
@@ -96,6 +140,9 @@ impl Plant {
 
     /// Puts the robot there, its wheels rolling.
     pub fn put(&mut self, motion: Motion) {
+        if let Some(changed) = &mut self.changed {
+            changed.put(motion);
+        }
         self.state = SlippingState { motion, wheels_rad_s: self.rolling.wheel_speeds(&motion) };
     }
 }

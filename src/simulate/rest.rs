@@ -1,17 +1,14 @@
 //! A gyro at rest, nominal or with the effects of `[[effect]]`.
 
 use super::gyro::GyroSensor;
-use super::{Options, SOURCE, rows, sample_time, start};
+use super::{Options, SOURCE, effects, rows, sample_time, start};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
-use crate::model::{EffectSource, GyroEffect, Scene};
+use crate::model::{EffectSource, Scene};
 use crate::signal::{Log, TimeAxis, increasing_times, names, since_power_on};
-use std::collections::BTreeMap;
 
 /// A log's step may differ from the stated sample time by this part of it: jitter, or rounding of its times.
 const STEP_TOLERANCE: f64 = 0.01;
-/// Seeds of effects that stand in the file twice differ by this (2⁶⁴ over the golden ratio).
-const NEXT_SEED: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// A nominal gyro at rest: `t_s` since power-on, `gyro_z_rad_s`, from `options.since_power_on_s` for `duration_s`.
 ///
@@ -105,14 +102,24 @@ pub fn scene(config: &Config, log: &Log, options: &Options) -> Result<Scene> {
     let measured_s = time.median_step_s();
     let near = |s: &f64| (s / measured_s - 1.0).abs() <= STEP_TOLERANCE;
     let step_s = config.sample_time_s.filter(near).unwrap_or(measured_s);
-    let mut scene = bare(config, time, step_s, options)?;
+    Ok(covered(bare(config, time, step_s, options)?, log))
+}
+
+/// What the gyro's effects meet in a drive at the rows of `inputs`, the first at `since_power_on_s`: the covariates are the
+/// log's own.
+pub(super) fn scene_of_drive(config: &Config, inputs: &Log, since_power_on_s: f64, options: &Options) -> Result<Scene> {
+    let time = inputs.time.clone().shifted(since_power_on_s - inputs.time.at(0));
+    Ok(covered(bare(config, time, sample_time(config)?, options)?, inputs))
+}
+
+fn covered(mut scene: Scene, log: &Log) -> Scene {
     scene.temperature_c = log.get(names::TEMPERATURE).and_then(bridged);
     scene.supply_v = log.get(names::SUPPLY).and_then(bridged);
-    Ok(scene)
+    scene
 }
 
 /// A scene without covariates.
-fn bare(config: &Config, time: TimeAxis, step_s: f64, options: &Options) -> Result<Scene> {
+pub(super) fn bare(config: &Config, time: TimeAxis, step_s: f64, options: &Options) -> Result<Scene> {
     let gyro = config.require_gyro()?;
     let warm_up = gyro.warm_up();
     let age_s = options.off_time_s.map(|off_s| gyro.restart(off_s)).transpose()?;
@@ -129,40 +136,10 @@ fn bare(config: &Config, time: TimeAxis, step_s: f64, options: &Options) -> Resu
 }
 
 fn rates(config: &Config, scene: &Scene, options: &Options, effects: Option<&dyn EffectSource>) -> Result<Vec<f64>> {
-    let made = made(config, scene, options, effects)?;
+    let made = effects::of_gyro(config, scene, options, effects)?;
     let gyro = GyroSensor::new(config.require_gyro()?, scene.step_s, options)?;
     let mut gyro = if made.is_empty() { gyro } else { gyro.changed_by(made, scene.clone()) };
     Ok((0..scene.len()).map(|i| gyro.read(0.0, scene.time.at(i)).reading_rad_s).collect())
-}
-
-fn made(
-    config: &Config,
-    scene: &Scene,
-    options: &Options,
-    effects: Option<&dyn EffectSource>,
-) -> Result<Vec<Box<dyn GyroEffect>>> {
-    let Some(source) = effects else {
-        let ids: Vec<_> = config.effects.iter().map(|e| e.id.as_str()).collect();
-        return if ids.is_empty() {
-            Ok(Vec::new())
-        } else {
-            let found = format!("the nominal gyro has no effects, and the file has {}", ids.join(", "));
-            Err(Error::new(ErrorKind::Config, "configuration", found)
-                .at("`[[effect]]`")
-                .mend("delete the tables [[effect]] to simulate the nominal gyro"))
-        };
-    };
-    let mut seen: BTreeMap<&str, u64> = BTreeMap::new();
-    let make = |table: &crate::config::EffectTable, before: u64| {
-        let seed = options.seeds.sensors.wrapping_add(before.wrapping_mul(NEXT_SEED));
-        source.gyro_effect(&table.id, &table.parameters, scene, seed)
-    };
-    let with_count = config.effects.iter().map(|table| {
-        let count = seen.entry(table.id.as_str()).or_default();
-        *count += 1;
-        (table, *count - 1)
-    });
-    with_count.map(|(table, before)| make(table, before)).collect()
 }
 
 /// Gaps bridged linearly by row, the ends held; none if there is no value at all.

@@ -66,7 +66,7 @@ impl Driving for MissedTicks {
             loss: checked.value(LOSS)?,
             side: usize::from(right),
             burst_s: checked.optional(BURST).unwrap_or(0.3),
-            share: checked.optional(SHARE).unwrap_or(0.05).clamp(1e-6, 1.0 - 1e-6),
+            share: checked.optional(SHARE).unwrap_or(0.05).clamp(0.0, 1.0 - 1e-6),
             lost: false,
             draw: stream(&ABOUT, seed),
         }))

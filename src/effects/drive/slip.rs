@@ -26,7 +26,7 @@ static ABOUT: About = About {
             name: "cubic_compliance",
             meaning: "κ₃, more slip near the limit of adhesion",
             bounds: [-1000.0, 1000.0],
-            null: None,
+            null: Some(0.0),
             required: false,
         },
     ],

@@ -6,6 +6,8 @@ use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::drive::{DriveEffect, Moving};
 
+const COEFFICIENT: &str = "coefficient_rad_s_per_m2_s2";
+
 static ABOUT: About = About {
     id: "gyro.vibration_rectification",
     title: "vibration rectification",
@@ -15,7 +17,7 @@ static ABOUT: About = About {
     deficient: "gyro measurement: its bias grows with speed squared",
     condition: Some("speed"),
     parameters: &[Parameter {
-        name: "coefficient",
+        name: COEFFICIENT,
         meaning: "q, rad/s per m²/s²",
         bounds: [-1.0, 1.0],
         null: Some(0.0),
@@ -56,11 +58,11 @@ impl ModelChange for VibrationRectification {
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {
-        Parameters::from([("coefficient".into(), theta[0])])
+        Parameters::from([(COEFFICIENT.into(), theta[0])])
     }
 
     fn theta(&self, parameters: &Parameters) -> Vec<f64> {
-        vec![parameters.get("coefficient").copied().unwrap_or(0.0)]
+        vec![parameters.get(COEFFICIENT).copied().unwrap_or(0.0)]
     }
 
     fn needs(&self) -> Needs {
