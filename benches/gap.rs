@@ -3,7 +3,7 @@
 //! `cargo bench --bench gap`: one case of the generator (two effects, a little of others), and logs of 1e5 and 1e6 samples
 //! with one. Each runs in a process of its own, so that its peak is its own. `-- generator`, `-- 100000` runs only that.
 
-use gyroid::config::{Config, EffectTable};
+use gyroid::config::{Config, EffectTable, Kind};
 use gyroid::effects::Library;
 use gyroid::gap::{Options, Stage, diagnose_observed, place};
 use gyroid::reality::{Spec, Strength, make};
@@ -22,7 +22,7 @@ type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 fn recordings(which: &str) -> Outcome<(Config, Log, Log)> {
     if which == GENERATOR {
         let effects = vec![("gyro.temperature_sensitivity", Strength::Strong), ("gyro.tone", Strength::Medium)];
-        let case = make(5, 0, &Spec { effects, messy: true })?;
+        let case = make(Kind::Stationary, 5, 0, &Spec { effects, messy: true })?;
         return Ok((case.config, case.fit, case.hold));
     }
     let rows: f64 = which.parse()?;

@@ -233,6 +233,7 @@ fn plain(verdict: Verdict) -> Answer {
         alike: Vec::new(),
         place: None,
         free_forms: Vec::new(),
+        equations: Vec::new(),
         gap: Vec::new(),
         notes: Vec::new(),
     }

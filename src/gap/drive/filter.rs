@@ -73,11 +73,9 @@ impl<'a> Filter<'a> {
         let ph: Vector = std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * h[j]).sum());
         let s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>();
         let gain = ph.map(|v| v / s);
-        for i in 0..N {
-            self.state[i] += gain[i] * nu;
-            for j in 0..N {
-                self.covariance[i][j] -= gain[i] * ph[j];
-            }
+        for ((state, row), k) in self.state.iter_mut().zip(&mut self.covariance).zip(gain) {
+            *state += k * nu;
+            row.iter_mut().zip(ph).for_each(|(p, ph)| *p -= k * ph);
         }
         (nu, s, gain)
     }
@@ -149,17 +147,8 @@ impl<'a> Filter<'a> {
         self.state[V] += dv;
         self.state[W] += dw;
         // P = F P F' + Q
-        let mut fp = [[0.0; N]; N];
-        for j in 0..N {
-            let column: Vector = std::array::from_fn(|i| self.covariance[i][j]);
-            let moved = ahead(f, &column);
-            for i in 0..N {
-                fp[i][j] = moved[i];
-            }
-        }
-        for i in 0..N {
-            self.covariance[i] = ahead(f, &fp[i]);
-        }
+        let columns: Matrix = std::array::from_fn(|j| ahead(f, &self.covariance.map(|row| row[j])));
+        self.covariance = std::array::from_fn(|i| ahead(f, &columns.map(|column| column[i])));
         let [[a, b], [c, d]] = self.by_torque;
         let q = self.noise.torque * dt;
         // an uncertain force lasts for some steps, not for one

@@ -174,7 +174,7 @@ pub(super) fn vibration_rectification(s: &mut Stream) -> Effect {
             gyro.rectification_rad_s_per_m2_s2 = side * a;
             (gyro.rectification_bend, gyro.rectification_lag_s) = (bend, lag_s);
         })
-        .tells("coefficient", move |a, trace| {
+        .tells("coefficient_rad_s_per_m2_s2", move |a, trace| {
             let one = |v: &f64| (v * v, side * a * v * v * (1.0 + bend * (v.abs() - 0.5)));
             slope(&trace.v_m_s.iter().map(one).collect::<Vec<_>>())
         })

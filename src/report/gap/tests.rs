@@ -47,6 +47,7 @@ fn identified() -> Answer {
             description: None,
         }),
         free_forms: Vec::new(),
+        equations: Vec::new(),
         gap: vec![
             metric("log_score", 4.31, 5.872, 5.874),
             metric("heading_drift_rms_rad_10s", 2e-3, 1.9e-3, 1.9e-3),

@@ -183,7 +183,7 @@ fn of_sensors() {
 
         // the response lags by up to half a second
         let c = Case::new("gyro.vibration_rectification", seed, 0.005);
-        let name = "coefficient";
+        let name = "coefficient_rad_s_per_m2_s2";
         near(ratio(c.rows().map(|k| (c.v(k).powi(2), c.trace.gyro_rad_s[k] - c.w(k)))), c.label[name], 0.15);
 
         let c = Case::new("sensor.gyro_delay", seed, 0.004);
