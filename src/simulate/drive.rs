@@ -144,7 +144,7 @@ fn replayed(config: &Config, inputs: &Log, options: &Options, source: Option<&dy
     if let Some([left, right]) = &torques {
         let mut noise = TorqueNoise::new(config, options)?;
         for (k, (&t, &since)) in times.iter().zip(&since_power_on).enumerate() {
-            recorder.record(t - times[0], since, &mut plant);
+            recorder.record(t, since, &mut plant);
             if let Some(next) = times.get(k + 1) {
                 plant.drive(noise.on([left[k], right[k]], next - t), next - t);
             }
@@ -163,7 +163,7 @@ fn replayed(config: &Config, inputs: &Log, options: &Options, source: Option<&dy
         let [speed_m_s, yaw_rate_rad_s] = velocity(&plant, 0);
         plant.put(Motion { speed_m_s, yaw_rate_rad_s, ..Motion::default() });
         for (k, (&t, &since)) in times.iter().zip(&since_power_on).enumerate() {
-            recorder.record(t - times[0], since, &mut plant);
+            recorder.record(t, since, &mut plant);
             if let Some(next) = times.get(k + 1) {
                 let motion = *plant.motion();
                 let [speed, yaw_rate] = velocity(&plant, k + 1);
@@ -266,6 +266,7 @@ impl Tracker {
 /// Reads the sensors row by row and keeps the truth.
 struct Recorder {
     step_s: f64,
+    first_s: Option<f64>,
     last_s: Option<f64>,
     gyro: GyroSensor,
     encoder_std_rad_s: f64,
@@ -344,6 +345,7 @@ impl Recorder {
         let step_s = sample_time(config)?;
         Ok(Self {
             step_s,
+            first_s: None,
             last_s: None,
             gyro: GyroSensor::new(config.require_gyro()?, step_s, options)?,
             encoder_std_rad_s: config.require_encoder()?.speed_noise_std_rad_s,
@@ -360,9 +362,10 @@ impl Recorder {
         })
     }
 
-    /// One row, `t_s` after the first.
+    /// One row at `t_s` of the log's own clock.
     fn record(&mut self, t_s: f64, since_power_on_s: f64, plant: &mut Plant) {
-        plant.clock(t_s, since_power_on_s);
+        let begun_s = *self.first_s.get_or_insert(t_s);
+        plant.clock(t_s - begun_s, since_power_on_s);
         let motion = *plant.motion();
         let gyro = self.gyro.read(plant.gyro_rad_s(), since_power_on_s);
         let (speeds, counts) = match &mut self.counters {
@@ -374,7 +377,7 @@ impl Recorder {
         };
         let wheels_rad_s = std::array::from_fn(|i| speeds[i] + self.encoder_std_rad_s * self.encoders[i].normal());
         let step_s = self.last_s.replace(t_s).map_or(self.step_s, |last| t_s - last);
-        let mut reading = Reading { t_s, step_s, wheels_rad_s, gyro_rad_s: gyro.reading_rad_s };
+        let mut reading = Reading { t_s: t_s - begun_s, step_s, wheels_rad_s, gyro_rad_s: gyro.reading_rad_s };
         plant.record(&mut reading);
         let counts = self.counters.as_mut().zip(counts).map(|(counters, counts)| {
             counters.without(counts, std::array::from_fn(|i| wheels_rad_s[i] - reading.wheels_rad_s[i]), step_s)
