@@ -82,19 +82,23 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let start = Branch::models_at(record, &branch.compared.candidates, &branch.started);
         let here = Branch::models_at(record, &branch.compared.candidates, &branch.compared.theta);
         let found = |models: &Models, side| bursts::find(record, models, &branch.noise, side);
-        let all = [0, 1].into_iter().flat_map(|side| [found(&start, side), found(&here, side)]).flatten();
+        let nominal = Branch::models_at(record, &branch.compared.candidates, &branch.compared.candidates.zero());
+        let all = [0, 1]
+            .into_iter()
+            .flat_map(|side| [found(&nominal, side), found(&start, side), found(&here, side)])
+            .flatten();
         let mut all: Vec<Bursts> = all.filter(|b| b.ln_evidence > WORTH).collect();
         all.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
-        for bursts in all.into_iter().take(2) {
+        let as_was = branch.top();
+        for bursts in all.into_iter().take(4) {
             let mut noise = noise;
             noise.diffusion = branch.noise.diffusion;
             let mut other = Branch::new(bursts.restored(record), noise, effects, options);
-            other.extra_weight = bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
+            other.extra_weight += bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
             let gain = other.top() - branch.top();
             if gain > 0.0 {
-                lost = Some(missed_part(&bursts, gain));
+                lost = Some(missed_part(&bursts, other.top() - as_was));
                 branch = other;
-                break;
             }
         }
     }
