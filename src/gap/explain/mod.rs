@@ -66,7 +66,7 @@ const FINEST: f64 = 0.01;
 /// use gyroid::{config::Config, effects::Library, gap};
 /// # fn main() -> gyroid::Result<()> {
 /// # let log = gyroid::signal::Log::new("fit.csv", gyroid::signal::TimeAxis::Uniform { start_s: 0.0, step_s: 0.1, len: 0 });
-/// let config = Config::read("sim.toml".as_ref())?;
+/// let config = Config::read("sim.toml")?;
 /// let fitted = gap::explain(&config, &log, &Library::new(), &["gyro.tone"], 0.0)?;
 /// let [low_hz, high_hz] = fitted.effects[0].parameters["frequency_hz"].ci95;
 /// # Ok(())
