@@ -26,6 +26,23 @@ pub struct Part {
     pub description: String,
 }
 
+impl Part {
+    /// A part of which nothing else is known yet.
+    #[must_use]
+    pub fn new(id: &str, named: bool, share: f64) -> Self {
+        Self {
+            id: id.to_owned(),
+            named,
+            share,
+            parameters: Parameters::new(),
+            std: Parameters::new(),
+            time_s: None,
+            frequency_hz: None,
+            description: String::new(),
+        }
+    }
+}
+
 /// A set of parts with its probability.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WeightedSet {

@@ -12,19 +12,6 @@ use crate::effects::{Parameters, Signal};
 use crate::model::Scene;
 use std::f64::consts::{SQRT_2, TAU};
 
-fn empty(id: &str, named: bool, share: f64) -> Part {
-    Part {
-        id: id.to_owned(),
-        named,
-        share,
-        parameters: Parameters::new(),
-        std: Parameters::new(),
-        time_s: None,
-        frequency_hz: None,
-        description: String::new(),
-    }
-}
-
 /// The parts of a fitted set.
 pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
     let h = &fitted.hypothesis;
@@ -36,7 +23,7 @@ pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
     let mut at = size - h.signals.iter().map(|s| s.columns.len()).sum::<usize>();
     for s in &h.signals {
         let c = &l.candidates[s.candidate];
-        let mut part = empty(&c.id, c.named, share(s.candidate));
+        let mut part = Part::new(&c.id, c.named, share(s.candidate));
         let range = at..at + s.columns.len();
         let mean = &posterior.mean[range.clone()];
         let covariance = |i: usize, j: usize| posterior.covariance[(at + i) * size + at + j];
@@ -73,7 +60,7 @@ pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
     let mut at = 1;
     for n in &h.noises {
         let c = &l.candidates[n.candidate];
-        let mut part = empty(&c.id, c.named, share(n.candidate));
+        let mut part = Part::new(&c.id, c.named, share(n.candidate));
         let std = &fitted.std[at..at + n.ln_theta.len()];
         match &c.kind {
             Kind::Noise(k) | Kind::Filter(k) if c.named => {
@@ -180,7 +167,7 @@ fn signal(
 
 /// Two levels.
 pub fn telegraph(found: &Popcorn, scene: &Scene, share: f64) -> Part {
-    let mut part = empty("gyro.telegraph_noise", true, share);
+    let mut part = Part::new("gyro.telegraph_noise", true, share);
     let chain = &found.chain;
     let [low_s, high_s] = [chain.dwell_low, chain.dwell_high].map(|d| d * scene.step_s);
     let [spacing, low, high] = chain.relative_std;
@@ -196,7 +183,7 @@ pub fn telegraph(found: &Popcorn, scene: &Scene, share: f64) -> Part {
 
 /// Shots that relax.
 pub fn shots(found: &Shots, share: f64) -> Part {
-    let mut part = empty("free.shots", false, share);
+    let mut part = Part::new("free.shots", false, share);
     let Shots { relax_s, every_s, .. } = found;
     part.description =
         format!("leaps at random times, about {every_s:.0} s apart, that relax within about {relax_s:.1} s");
@@ -205,7 +192,7 @@ pub fn shots(found: &Shots, share: f64) -> Part {
 
 /// Rare large samples.
 pub fn outliers(a: &Amplitude, white_std_rad_s: f64) -> Part {
-    let mut part = empty("gyro.outliers", true, a.outliers.max(0.0));
+    let mut part = Part::new("gyro.outliers", true, a.outliers.max(0.0));
     part.parameters.insert("probability_per_sample".into(), a.probability[0]);
     part.std.insert("probability_per_sample".into(), a.probability[1]);
     part.parameters.insert("amplitude_rad_s".into(), a.outlier_std * white_std_rad_s);
@@ -215,7 +202,7 @@ pub fn outliers(a: &Amplitude, white_std_rad_s: f64) -> Part {
 /// Values on a lattice.
 pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: bool) -> Part {
     let id = if named { "gyro.quantization" } else { "free.lattice" };
-    let mut part = empty(id, named, gain.max(1e-3));
+    let mut part = Part::new(id, named, gain.max(1e-3));
     part.parameters.insert("lsb_rad_s".into(), lsb);
     // the step is the span over its count: both ends are off the lattice by what the file rounds
     let [low, high] = recorded.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
@@ -229,7 +216,7 @@ pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: bool) -> Part {
 
 /// Exactly equal readings.
 pub fn repeats(r: &Repeats) -> Part {
-    let mut part = empty("free.repeats", false, r.ln_evidence);
+    let mut part = Part::new("free.repeats", false, r.ln_evidence);
     part.description = if r.most > r.held + 2 {
         let what = if r.extreme { "clipped at" } else { "stuck at" };
         format!("{} readings are exactly {:.6e} rad/s: {what} that value", r.most, r.value_rad_s)

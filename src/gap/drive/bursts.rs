@@ -18,7 +18,7 @@ const SLOW_S: f64 = 10.0;
 const ASIDE: f64 = 1e6;
 
 /// Bursts in which one wheel read low.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Bursts {
     /// 0 left, 1 right.
     pub side: usize,
@@ -62,15 +62,19 @@ pub fn find(record: &Record, models: &Models, noise: &Noise, side: usize) -> Opt
     let scatter = (sizes[sizes.len() / 2] / 0.4549).max(1.0);
     let speeds: Vec<f64> = rows.iter().map(|r| record.wheels_rad_s[side][r.0] - r.1).collect();
     let variances: Vec<f64> = rows.iter().map(|r| r.2 * scatter).collect();
-    let mut best: Option<(f64, [f64; 3])> = None;
-    let mut total = Vec::new();
-    for loss in LOSSES {
-        let ratios: Vec<f64> = (0..errors.len())
+    // ln odds of each row to lie in a burst of this loss
+    let ratios = |loss: f64| -> Vec<f64> {
+        (0..errors.len())
             .map(|k| {
                 let shift = -loss * speeds[k];
                 (errors[k] * shift - 0.5 * shift * shift) / variances[k]
             })
-            .collect();
+            .collect()
+    };
+    let mut best: Option<(f64, [f64; 3])> = None;
+    let mut total = Vec::new();
+    for loss in LOSSES {
+        let ratios = ratios(loss);
         for length_s in LENGTHS_S {
             for share in SHARES {
                 let evidence = forward(&ratios, transitions(record.step_s, length_s, share), None);
@@ -87,15 +91,9 @@ pub fn find(record: &Record, models: &Models, noise: &Noise, side: usize) -> Opt
     if ln_evidence.is_nan() || ln_evidence <= 0.0 {
         return None;
     }
-    let ratios: Vec<f64> = (0..errors.len())
-        .map(|k| {
-            let shift = -loss * speeds[k];
-            (errors[k] * shift - 0.5 * shift * shift) / variances[k]
-        })
-        .collect();
     let rates = transitions(record.step_s, length_s, share);
     let mut posterior = vec![0.0; errors.len()];
-    forward(&ratios, rates, Some(&mut posterior));
+    forward(&ratios(loss), rates, Some(&mut posterior));
     let mut lost = vec![false; record.len()];
     let (mut against, mut square, mut path, mut before) = (0.0, 0.0, 0.0, false);
     for (k, p) in posterior.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! What may be missing from the model of a drive: effects of the library and free forms, as groups of columns.
 
-use super::column::{COSINES, Column, Equation, Follows};
+use super::column::{COSINES, Column, Equation, Follows, nuisances};
 use super::evidence::Group;
 use super::record::Record;
 use crate::effects::drive::{DriveExplanation, Driving, ModelChange, Needs};
@@ -95,18 +95,9 @@ impl Candidates {
             kinds: Vec::new(),
             groups: Vec::new(),
         };
-        if record.gyro_rad_s.is_some() {
-            let b = &record.belief;
-            for (column, std) in [
-                (Column::TurnOn, b.turn_on_bias_std_rad_s),
-                (Column::WarmUpSize, b.warm_up_relative_std),
-                (Column::WarmUpTime, b.warm_up_relative_std),
-            ] {
-                if std > 0.0 {
-                    all.nuisance.push((all.columns.len(), std));
-                    all.columns.push(column);
-                }
-            }
+        for (column, std) in nuisances(record) {
+            all.nuisance.push((all.columns.len(), std));
+            all.columns.push(column);
         }
         for effect in effects.iter().filter(|e| knowable(**e, record)) {
             match effect.explanation() {

@@ -253,6 +253,21 @@ pub fn cosines_of(progress: f64, out: &mut [f64]) {
     }
 }
 
+/// What varies from one power-on to the next, with the standard deviation of its prior: always in, where there is a gyro.
+#[must_use]
+pub fn nuisances(record: &Record) -> Vec<(Column, f64)> {
+    if record.gyro_rad_s.is_none() {
+        return Vec::new();
+    }
+    let b = &record.belief;
+    let all = [
+        (Column::TurnOn, b.turn_on_bias_std_rad_s),
+        (Column::WarmUpSize, b.warm_up_relative_std),
+        (Column::WarmUpTime, b.warm_up_relative_std),
+    ];
+    all.into_iter().filter(|(_, std)| *std > 0.0).collect()
+}
+
 /// One column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Column {

@@ -84,12 +84,6 @@ impl Problem {
         Self { gram, moment, null: summed[(p, p)] + 2.0 * cross + square + ln_volume, groups, nuisance }
     }
 
-    /// The groups.
-    #[must_use]
-    pub fn groups(&self) -> &[Group] {
-        &self.groups
-    }
-
     fn prior(&self, members: &[Member]) -> (Vec<usize>, Vec<f64>) {
         let mut columns: Vec<usize> = self.nuisance.iter().map(|n| n.0).collect();
         let mut stds: Vec<f64> = self.nuisance.iter().map(|n| n.1).collect();
@@ -126,11 +120,12 @@ impl Problem {
     /// ln weight of the set: evidence, prior odds, and what not knowing the scales costs.
     #[must_use]
     pub fn ln_weight(&self, members: &[Member]) -> f64 {
+        let Some(inside) = self.condition(members) else { return f64::NEG_INFINITY };
         let priors: f64 =
             members.iter().map(|&(g, _)| self.groups[g].ln_prior - (self.groups[g].nodes.len() as f64).ln()).sum();
         let half = members.iter().any(|&(g, _)| self.groups[g].positive);
         let possible = if half {
-            let coefficients = self.coefficients(members);
+            let coefficients = self.coefficients_in(members, &inside);
             let of =
                 |c: usize| coefficients.iter().find(|x| x.0 == c).map_or(0.0, |x| ln_possible(x.1 / x.2.max(TINY)));
             let positive = members.iter().filter(|&&(g, _)| self.groups[g].positive);
@@ -138,7 +133,6 @@ impl Problem {
         } else {
             0.0
         };
-        let Some(inside) = self.condition(members) else { return f64::NEG_INFINITY };
         inside.ln_evidence + priors + possible - self.implausible(members, &inside)
     }
 
@@ -199,7 +193,10 @@ impl Problem {
     /// Posterior mean and standard deviation of every coefficient of the set.
     #[must_use]
     pub fn coefficients(&self, members: &[Member]) -> Coefficients {
-        let Some(inside) = self.condition(members) else { return Vec::new() };
+        self.condition(members).map_or_else(Vec::new, |inside| self.coefficients_in(members, &inside))
+    }
+
+    fn coefficients_in(&self, members: &[Member], inside: &Conditioned) -> Coefficients {
         let (_, stds) = self.prior(members);
         let n = inside.columns.len();
         let inverse = inside.factor.solve(&Mat::<f64>::identity(n, n));

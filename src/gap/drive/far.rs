@@ -5,7 +5,7 @@
 //! Horizons: the model drives on alone, with the recorded torques (where there are none: with the wheels), from the pose
 //! at the beginning of each window; and the filter of the model does, with wheels and gyro.
 
-use super::column::{COSINES, Column};
+use super::column::{COSINES, Column, nuisances};
 use super::evidence::{Group, Problem};
 use super::model::{Claimed, Effects};
 use super::own::own;
@@ -50,25 +50,14 @@ fn score(record: &Record, claimed: &Claimed, diffusion: [f64; 2]) -> Vec<f64> {
     // what is drawn anew in each run: columns with their priors
     let mut columns = Vec::new();
     let mut nuisance = Vec::new();
-    if record.gyro_rad_s.is_some() {
-        let b = &record.belief;
-        for (column, std) in [
-            (Column::TurnOn, b.turn_on_bias_std_rad_s),
-            (Column::WarmUpSize, b.warm_up_relative_std),
-            (Column::WarmUpTime, b.warm_up_relative_std),
-        ] {
-            if std > 0.0 {
-                nuisance.push((columns.len(), std));
-                columns.push(column);
-            }
-        }
-        if let Some(walk) = claimed.walk_rad_s_sqrt_s {
-            for n in 1..COSINES {
-                let std = walk * (2.0 * record.span_s()).sqrt() / (n as f64 * std::f64::consts::PI);
-                nuisance.push((columns.len(), std));
-                columns.push(Column::GyroCosine(n));
-            }
-        }
+    let walk = claimed.walk_rad_s_sqrt_s.filter(|_| record.gyro_rad_s.is_some());
+    let walk = walk.into_iter().flat_map(|walk| {
+        let std = move |n: usize| walk * (2.0 * record.span_s()).sqrt() / (n as f64 * std::f64::consts::PI);
+        (1..COSINES).map(move |n| (Column::GyroCosine(n), std(n)))
+    });
+    for (column, std) in nuisances(record).into_iter().chain(walk) {
+        nuisance.push((columns.len(), std));
+        columns.push(column);
     }
     let first = columns.len();
     let step = claimed.step_rad_s.filter(|_| record.gyro_rad_s.is_some());

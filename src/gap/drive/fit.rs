@@ -6,7 +6,7 @@
 use super::candidates::{Candidates, Kind};
 use super::column::Column;
 use super::evidence::{Coefficients, Member, Problem, Weighed};
-use super::pass::{Models, Noise, Summed, run};
+use super::pass::{Models, Noise, run};
 use super::record::Record;
 use super::search::{best as best_set, search};
 use crate::effects::drive::ModelChange;
@@ -34,8 +34,6 @@ pub struct Compared {
     pub problem: Problem,
     /// Sets, the most probable first.
     pub sets: Vec<Weighed>,
-    /// Sums of the pass.
-    pub summed: Summed,
 }
 
 /// The model at θ, and beside it for every coordinate that has a column.
@@ -106,12 +104,11 @@ impl Candidates {
 
     /// One pass at θ, and its normal equations.
     #[must_use]
-    pub fn linearise(&self, record: &Record, noise: &Noise, theta: &Theta) -> (Problem, Summed) {
+    pub fn linearise(&self, record: &Record, noise: &Noise, theta: &Theta) -> Problem {
         let models = models(record, &self.change_list(), theta, true);
         let summed = run(record, &models, noise, &self.columns, |_| {});
         let groups = self.scaled(|c| summed.gram[(c, c)]);
-        let problem = Problem::new(&summed.gram, summed.ln_volume, &self.here(theta), groups, self.nuisance.clone());
-        (problem, summed)
+        Problem::new(&summed.gram, summed.ln_volume, &self.here(theta), groups, self.nuisance.clone())
     }
 
     /// When the bias steps in this set, s since the log began.
@@ -124,12 +121,12 @@ impl Candidates {
     }
 }
 
-/// Settles θ for the groups of `candidates`, all of which may come and go. Returns where it ended, and the weight there.
+/// Settles θ for the groups of `candidates`, all of which may come and go. Returns where it ended.
 fn settle(record: &Record, noise: &Noise, candidates: &Candidates, from: &Theta) -> Theta {
     let mut best: Option<(f64, Theta)> = None;
     let mut theta = from.clone();
     for _ in 0..NARROW {
-        let (problem, _) = candidates.linearise(record, noise, &theta);
+        let problem = candidates.linearise(record, noise, &theta);
         let top = best_set(&problem);
         if let Some((weight, there)) = &best
             && top.ln_weight < weight - LOSS
@@ -152,25 +149,20 @@ fn settle(record: &Record, noise: &Noise, candidates: &Candidates, from: &Theta)
 
 /// Compares sets, moving to the best one's coordinates until they settle.
 #[must_use]
-pub fn compare(
-    record: &Record,
-    noise: &Noise,
-    make: &dyn Fn(Option<f64>) -> Candidates,
-    from: Option<&Theta>,
-) -> Compared {
+pub fn compare(record: &Record, noise: &Noise, make: &dyn Fn(Option<f64>) -> Candidates, from: &Theta) -> Compared {
     let mut near = None;
     let mut candidates = make(near);
-    let mut theta = from.cloned().unwrap_or_else(|| candidates.zero());
+    let mut theta = from.clone();
     let mut step = 0;
     loop {
-        let (problem, summed) = candidates.linearise(record, noise, &theta);
-        let sets = search(&problem, &[]);
+        let problem = candidates.linearise(record, noise, &theta);
+        let sets = search(&problem);
         let top = &sets[0];
         let (next, settled) = candidates.theta_of(&top.members, &problem.coefficients(&top.members), &theta);
         let stepped = candidates.step_of(&top.members);
         step += 1;
         if step == WIDE || settled && (stepped.is_none() || near.is_some()) {
-            return Compared { theta, candidates, problem, sets, summed };
+            return Compared { theta, candidates, problem, sets };
         }
         let inside: Vec<usize> = top.members.iter().map(|m| m.0).collect();
         let narrow = |g: usize| {

@@ -38,8 +38,6 @@ pub struct Judged {
     pub findings: Findings,
     /// Noise that the nominal filter assumes, with how fast speeds diffuse where there are no torques.
     pub nominal_noise: Noise,
-    /// Step of the wheels' lattice, rad/s.
-    pub wheel_lsb_rad_s: Option<f64>,
 }
 
 /// A wheel lattice finer than this share of the noise is how the file keeps its numbers.
@@ -90,7 +88,12 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let mut all: Vec<Bursts> = all.filter(|b| b.ln_evidence > WORTH).collect();
         all.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
         let as_was = branch.top();
+        let mut tried: Vec<Bursts> = Vec::new();
         for bursts in all.into_iter().take(4) {
+            // the same account from another model leads to the same comparison
+            if tried.contains(&bursts) {
+                continue;
+            }
             let mut noise = noise;
             noise.diffusion = branch.noise.diffusion;
             let mut other = Branch::new(bursts.restored(record), noise, effects, options);
@@ -100,6 +103,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
                 lost = Some(missed_part(&bursts, other.top() - as_was));
                 branch = other;
             }
+            tried.push(bursts);
         }
     }
     let mut sets = branch.sets();
@@ -109,7 +113,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let prior = crate::gap::Prior { ln_named: options.prior.ln_named, ln_free: options.prior.ln_free };
     let spread = Calibration { temperature: options.temperature, ..Calibration::none(&prior) };
     let findings = Findings::new(sets, &prior, &spread, record.notes.clone());
-    Judged { findings, nominal_noise, wheel_lsb_rad_s: lsb }
+    Judged { findings, nominal_noise }
 }
 
 fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
@@ -154,11 +158,11 @@ impl Branch {
         let make = |record: &Record, near| Candidates::new(record, effects, &options.prior, true, near);
         let first = make(&record, None);
         let started = start(&record, &noise, &first);
-        let compared = compare(&record, &noise, &|near| make(&record, near), Some(&started));
+        let compared = compare(&record, &noise, &|near| make(&record, near), &started);
         let mut branch = Self { record, noise, compared, started, extra_weight: 0.0, extra_parts: Vec::new() };
         if branch.put_outliers_aside(options) | branch.level(options) {
             let from = branch.compared.theta.clone();
-            branch.compared = compare(&branch.record, &branch.noise, &|near| make(&branch.record, near), Some(&from));
+            branch.compared = compare(&branch.record, &branch.noise, &|near| make(&branch.record, near), &from);
         }
         branch
     }
@@ -255,7 +259,7 @@ impl Branch {
                 }
             }
             let share = rows.len() as f64 / all.max(1) as f64;
-            let mut part = plain(id, named, gain, format!("{} single readings are far off", rows.len()));
+            let mut part = described(id, named, gain, format!("{} single readings are far off", rows.len()));
             if named {
                 part.parameters = Parameters::from([("probability_per_sample".into(), share)]);
                 part.std = Parameters::from([("probability_per_sample".into(), share / (rows.len() as f64).sqrt())]);
@@ -291,7 +295,7 @@ impl Branch {
                 self.noise.reading[c] *= ratio;
             }
             let text = format!("the noise of {name} is {:.2} times as large as believed", ratio.sqrt());
-            self.extra_parts.push(plain(&format!("free.level.{name}"), false, gain, text));
+            self.extra_parts.push(described(&format!("free.level.{name}"), false, gain, text));
             // the better noise is in the evidence itself; what it costs is said here
             self.extra_weight += options.prior.ln_free - 0.5 * (n as f64).ln();
             any = true;
@@ -321,7 +325,7 @@ impl Branch {
         let candidates = &self.compared.candidates;
         let g = &candidates.groups[group];
         let value = |column: usize| coefficients.iter().find(|c| c.0 == column).map_or((0.0, 0.0), |c| (c.1, c.2));
-        let mut part = plain(&g.id, g.named, share, String::new());
+        let mut part = Part::new(&g.id, g.named, share);
         match candidates.kinds[group] {
             Kind::Change(i) => {
                 let change = candidates.changes[i].1;
@@ -389,22 +393,13 @@ fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> Theta {
     best.1
 }
 
-fn plain(id: &str, named: bool, share: f64, description: String) -> Part {
-    Part {
-        id: id.to_owned(),
-        named,
-        share,
-        parameters: Parameters::new(),
-        std: Parameters::new(),
-        time_s: None,
-        frequency_hz: None,
-        description,
-    }
+fn described(id: &str, named: bool, share: f64, description: String) -> Part {
+    Part { description, ..Part::new(id, named, share) }
 }
 
 fn lattice_part(lsb: f64, share: f64, named: bool) -> Part {
     let id = if named { "encoder.quantization" } else { "free.lattice.wheels" };
-    let mut part = plain(id, named, share, format!("wheel speeds lie on a lattice of {lsb:.5} rad/s"));
+    let mut part = described(id, named, share, format!("wheel speeds lie on a lattice of {lsb:.5} rad/s"));
     if named {
         part.parameters = Parameters::from([("lsb_rad_s".into(), lsb)]);
         part.std = Parameters::from([("lsb_rad_s".into(), 1e-6 * lsb)]);
@@ -415,7 +410,7 @@ fn lattice_part(lsb: f64, share: f64, named: bool) -> Part {
 fn missed_part(bursts: &Bursts, share: f64) -> Part {
     use crate::effects::drive::missed_ticks::{BURST, LOSS, SHARE, SIDE};
     let side = if bursts.side == 0 { "left" } else { "right" };
-    let mut part = plain("encoder.missed_ticks", true, share, format!("the {side} wheel reads low in bursts"));
+    let mut part = described("encoder.missed_ticks", true, share, format!("the {side} wheel reads low in bursts"));
     part.parameters = Parameters::from([
         (LOSS.into(), bursts.loss),
         (SIDE.into(), bursts.side as f64),

@@ -82,8 +82,6 @@ pub struct Innovation<'a> {
     pub std: f64,
     /// Whitened derivatives: ν/√S = Σ_j slopes_j β_j + white noise.
     pub slopes: &'a [f64],
-    /// State before this reading: speed and yaw rate.
-    pub motion: [f64; 2],
 }
 
 /// What a pass sums up: [A b; b' yy] of the whitened innovations, and ln p at β.
@@ -93,8 +91,6 @@ pub struct Summed {
     pub gram: Mat<f64>,
     /// Σ ln(2πS), over innovations.
     pub ln_volume: f64,
-    /// Innovations and their squares, by channel.
-    pub by_channel: [(usize, f64); 6],
 }
 
 impl Summed {
@@ -124,7 +120,7 @@ pub fn run(
     let scales = Scales::of(record);
     let mut filter = Filter::new(record, noise, models.here.by_torque());
     let mut tangents: Vec<Vector> = vec![[0.0; N]; p];
-    let mut summed = Summed { gram: Mat::zeros(p + 1, p + 1), ln_volume: 0.0, by_channel: [(0, 0.0); 6] };
+    let mut summed = Summed { gram: Mat::zeros(p + 1, p + 1), ln_volume: 0.0 };
     let mut block = vec![0.0; BLOCK * (p + 1)];
     let mut filled = 0;
     let mut functions = [0.0; FUNCTIONS];
@@ -267,11 +263,8 @@ pub fn run(
                     }
                 }
                 out[p] = nu / std;
-                let motion = [at.speed_m_s, at.yaw_rate_rad_s];
-                each(&Innovation { row: k, channel, white: nu / std, std, slopes: &out[..p], motion });
+                each(&Innovation { row: k, channel, white: nu / std, std, slopes: &out[..p] });
                 summed.ln_volume += (std::f64::consts::TAU * variance).ln();
-                let channel = &mut summed.by_channel[channel as usize];
-                *channel = (channel.0 + 1, channel.1 + nu * nu / variance);
                 filled += 1;
                 if filled == BLOCK {
                     add(&mut summed.gram, &block, filled);

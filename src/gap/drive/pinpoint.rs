@@ -18,7 +18,7 @@ const LISTED: usize = 9;
 #[must_use]
 pub fn pinpoint(record: &Record, noise: &Noise) -> Vec<EquationAnswer> {
     let candidates = Candidates::new(record, &[], &Prior { ln_named: -1e9, ln_rest: -1e9, ln_free: 0.0 }, true, None);
-    let (problem, _) = candidates.linearise(record, noise, &candidates.zero());
+    let problem = candidates.linearise(record, noise, &candidates.zero());
     let mut best: Vec<EquationAnswer> = Vec::new();
     for ((group, _), gain) in problem.additions(&[]) {
         let Kind::Free(equation, follows) = candidates.kinds[group] else { continue };

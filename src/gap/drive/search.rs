@@ -26,12 +26,10 @@ pub fn best(problem: &Problem) -> Weighed {
 
 /// All sets that were met, the most probable first.
 #[must_use]
-pub fn search(problem: &Problem, start: &[Member]) -> Vec<Weighed> {
+pub fn search(problem: &Problem) -> Vec<Weighed> {
     let mut met = Met { problem, weights: BTreeMap::new() };
     met.weigh(&[]);
-    let mut best: Vec<Member> = start.to_vec();
-    best.sort_unstable();
-    met.weigh(&best);
+    let mut best: Vec<Member> = Vec::new();
     for _ in 0..ROUNDS {
         let before = best.clone();
         best = grow(&mut met, best);
