@@ -11,8 +11,9 @@ use super::search::Prior;
 use crate::error::{Error, ErrorKind, Result};
 use serde::{Deserialize, Serialize};
 
-/// The file that ships.
+/// The files that ship.
 const SHIPPED: &str = include_str!("calibration.toml");
+const SHIPPED_DRIVES: &str = include_str!("drive/calibration.toml");
 
 /// How evidences become probabilities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -32,7 +33,8 @@ struct File {
 }
 
 /// Parts that are read off the numbers themselves: every set has them, whatever its evidence.
-const CERTAIN: [&str; 3] = ["gyro.quantization", "free.lattice", "free.repeats"];
+const CERTAIN: [&str; 5] =
+    ["gyro.quantization", "free.lattice", "free.repeats", "encoder.quantization", "free.lattice.wheels"];
 
 impl Calibration {
     /// Evidence as it is, under the prior of the search.
@@ -80,6 +82,14 @@ pub fn counts(set: &WeightedSet) -> (usize, usize) {
     (claimed().filter(|p| p.named).count(), claimed().filter(|p| !p.named).count())
 }
 
+impl Calibration {
+    /// The one of drives that ships. Its search stands under `prior`.
+    #[must_use]
+    pub fn of_drives(prior: &Prior) -> Self {
+        Self::from_toml(SHIPPED_DRIVES, "drive/calibration.toml").unwrap_or_else(|_| Self::none(prior))
+    }
+}
+
 impl Default for Calibration {
     /// The one that ships. A test reads it; were it damaged all the same, evidences stand as they are.
     fn default() -> Self {
@@ -107,12 +117,14 @@ mod tests {
     }
 
     #[test]
-    fn the_shipped_calibration_is_sound_and_prefers_less_to_more() {
-        let c = Calibration::from_toml(SHIPPED, "calibration.toml").unwrap();
-        assert!((0.8..6.0).contains(&c.temperature), "{c:?}");
-        // nothing is likelier than any one thing, and a free form is dearer than a named effect
-        assert!(c.ln_effect[0] < 0.0 && c.ln_free[0] < c.ln_effect[0], "{c:?}");
-        assert!(c.ln_effect[1] < 0.0 && c.ln_free[1] < 0.0, "{c:?}");
+    fn the_shipped_calibrations_are_sound_and_prefer_less_to_more() {
+        for text in [SHIPPED, SHIPPED_DRIVES] {
+            let c = Calibration::from_toml(text, "calibration.toml").unwrap();
+            assert!((0.8..6.0).contains(&c.temperature), "{c:?}");
+            // nothing is likelier than any one thing, and a free form is dearer than a named effect
+            assert!(c.ln_effect[0] < 0.0 && c.ln_free[0] < c.ln_effect[0], "{c:?}");
+            assert!(c.ln_effect[1] < 0.0 && c.ln_free[1] < 0.0, "{c:?}");
+        }
     }
 
     #[test]

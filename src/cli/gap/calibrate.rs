@@ -4,8 +4,8 @@ use super::bench::beside;
 use crate::cli::Outcome;
 use crate::cli::output::{Common, Output};
 use clap::Args;
+use gyroid::config::Kind;
 use gyroid::files::OutputFile;
-use gyroid::gap::Prior;
 use gyroid::gap::bench::{self, Calibrated, Fit, SealKey};
 use gyroid::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
@@ -59,7 +59,12 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<Outcome> {
         provenance.push(made_by(folder)?);
     }
     drop(working);
-    let found = bench::calibrate(&examples, &Prior::default())?;
+    let kind = provenance.first().map(|b| b.kind).unwrap_or_default();
+    if provenance.iter().any(|b| b.kind != kind) {
+        let found = "cases at rest and drives together";
+        return Err(Error::new(ErrorKind::Usage, "gap bench calibrate", found).mend("calibrate each kind for itself"));
+    }
+    let found = bench::calibrate(&examples, &bench::prior_of(kind))?;
     file.write_all(text(&found, &provenance).as_bytes())?;
     file.commit()?;
     output.say(format!("{} cases, calibration in {}", found.cases, args.output.display()));
@@ -79,8 +84,11 @@ fn words(fit: &Fit) -> String {
 
 fn text(found: &Calibrated, made: &[bench::Bench]) -> String {
     let c = &found.calibration;
+    let driving = made.iter().any(|b| b.kind == Kind::Driving);
+    let kind = if driving { " --kind driving" } else { "" };
     let mut text = format!(
-        "# Calibration of the diagnosis at rest, fitted by gyroid {} to {} cases:\n",
+        "# Calibration of the diagnosis {}, fitted by gyroid {} to {} cases:\n",
+        if driving { "of drives" } else { "at rest" },
         env!("CARGO_PKG_VERSION"),
         found.cases
     );
@@ -88,7 +96,7 @@ fn text(found: &Calibrated, made: &[bench::Bench]) -> String {
         let seed = bench.seed.map_or_else(String::new, |s| format!(" --seed {s}"));
         let m = &bench.mix;
         text += &format!(
-            "#   gyroid gap bench make learn/ --cases {}{seed} --none {} --pairs {} --unlisted {} --messy {}\n",
+            "#   gyroid gap bench make learn/{kind} --cases {}{seed} --none {} --pairs {} --unlisted {} --messy {}\n",
             m.cases, m.none, m.pairs, m.unlisted, m.messy
         );
     }

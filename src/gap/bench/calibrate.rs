@@ -6,12 +6,12 @@
 
 use super::folder::names;
 use super::intervals::{expected_calibration_error, perfect_calibration_p95};
-use crate::config::Config;
+use crate::config::{Config, Kind};
 use crate::effects::Library;
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::calibration::{Calibration, counts};
 use crate::gap::findings::{Findings, Main};
-use crate::gap::{JudgeOptions, Options, Prior, compare};
+use crate::gap::{JudgeOptions, Options, Prior, compare, drive};
 use crate::ingest::read_log;
 use crate::reality::Label;
 use serde::Serialize;
@@ -210,6 +210,15 @@ pub fn calibrate(examples: &[Example], prior: &Prior) -> Result<Calibrated> {
     })
 }
 
+/// The prior under which the search compares sets, which a calibration of that kind takes back.
+#[must_use]
+pub fn prior_of(kind: Kind) -> Prior {
+    match kind {
+        Kind::Stationary => Prior::default(),
+        Kind::Driving => drive::candidates::Prior::default().of_search(),
+    }
+}
+
 /// Diagnoses the cases of `folder`, `jobs` at a time (0: one a core), without calibration and without measuring the gap;
 /// `progress` hears (done, all).
 ///
@@ -226,11 +235,20 @@ pub fn examples(
     let options =
         Options { judge: JudgeOptions { prior, calibration: Calibration::none(&prior) }, ..Options::default() };
     let library = Library::new();
+    let of_drives = drive::candidates::Prior::default();
+    let driving = drive::judge::Options { prior: of_drives, calibration: Calibration::none(&of_drives.of_search()) };
+    let effects: Vec<_> = library.driving().collect();
     let one = |name: &String| -> Result<Option<Example>> {
         let Some(label) = labels.get(name) else { return Ok(None) };
         let case = folder.join(name);
         let config = Config::read(case.join("sim.toml"))?;
-        let (findings, _) = compare(&config, &read_log(case.join("fit.parquet"))?, &library, &options)?;
+        let log = read_log(case.join("fit.parquet"))?;
+        if config.kind == Kind::Driving {
+            let record = drive::record::Record::new(&config, &log, options.since_power_on_s)?;
+            let findings = drive::judge::judge(&record, &effects, &driving).findings;
+            return Ok(Some(Example::new(&findings, label, &of_drives.of_search())));
+        }
+        let (findings, _) = compare(&config, &log, &library, &options)?;
         Ok(Some(Example::new(&findings, label, &prior)))
     };
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));

@@ -17,7 +17,7 @@ mod score;
 mod seal;
 mod table;
 
-pub use calibrate::{Calibrated, Example, Fit, calibrate, examples};
+pub use calibrate::{Calibrated, Example, Fit, calibrate, examples, prior_of};
 pub use folder::{BENCH, Bench, COMMITMENT, Made, Order, SEALED, make, names};
 pub use intervals::{Rate, Roc, expected_calibration_error, perfect_calibration_p95, roc};
 pub use judge::{Judged, Wanted, judge};

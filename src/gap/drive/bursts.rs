@@ -1,19 +1,22 @@
 //! e_k = wheel_k - what the other sensors and the model expect;  e ~ N(0, s²) or, inside a burst, N(-λ wheel_k, s²)
 //!
 //! Missed ticks of one wheel: a hidden Markov chain of two states (Rabiner 1989) over the wheel's prediction error, the
-//! wheel itself taking no part in the prediction. Loss, length and share of the bursts lie on a grid.
+//! wheel itself taking no part in the prediction. Loss, length and share of the bursts lie on a grid; each burst then has a
+//! loss of its own, λ_i ~ N(λ, (λ/4)²).
 
 use super::pass::{Channel, Models, Noise, run};
 use super::record::Record;
 
 /// Losses that are tried.
-const LOSSES: [f64; 9] = [0.02, 0.035, 0.06, 0.1, 0.15, 0.22, 0.33, 0.5, 0.8];
+const LOSSES: [f64; 12] = [0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1, 0.15, 0.22, 0.33, 0.5, 0.8];
 /// Mean lengths of a burst, s.
-const LENGTHS_S: [f64; 4] = [0.06, 0.2, 0.7, 2.5];
+const LENGTHS_S: [f64; 5] = [0.06, 0.2, 0.7, 2.5, 8.0];
 /// Shares of time in bursts.
-const SHARES: [f64; 3] = [0.004, 0.02, 0.1];
-/// Slow errors of the prediction are no bursts: medians over this time are taken out, s.
-const SLOW_S: f64 = 10.0;
+const SHARES: [f64; 4] = [0.004, 0.02, 0.1, 0.3];
+/// Slow errors of the prediction are no bursts: medians over this time are taken out, s. Bursts fill less than half of it.
+const SLOW_S: f64 = 40.0;
+/// How much the loss of single bursts varies, relatively.
+const UNEVEN: f64 = 0.25;
 /// Variance of the wheel while it takes no part, relative.
 const ASIDE: f64 = 1e6;
 
@@ -22,8 +25,8 @@ const ASIDE: f64 = 1e6;
 pub struct Bursts {
     /// 0 left, 1 right.
     pub side: usize,
-    /// Rows inside bursts.
-    pub lost: Vec<bool>,
+    /// Share lost in each row, zero outside bursts.
+    pub lost: Vec<f64>,
     /// λ
     pub loss: f64,
     /// Its standard deviation.
@@ -34,13 +37,25 @@ pub struct Bursts {
     pub share: f64,
     /// ln evidence over no burst, every node of the grid equally probable.
     pub ln_evidence: f64,
-    /// ln probability of when the bursts lie.
+    /// ln probability of when the bursts lie, and what not knowing the loss of each costs.
     pub ln_path: f64,
 }
 
-/// Looks for bursts of wheel `side`.
+/// What is looked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Sought {
+    /// 0 left, 1 right.
+    pub side: usize,
+    /// λ, where it is known.
+    pub loss: Option<f64>,
+    /// Whether the model may be off slowly. What is then taken out takes a part of long bursts along.
+    pub slow: bool,
+}
+
+/// Looks for bursts of one wheel.
 #[must_use]
-pub fn find(record: &Record, models: &Models, noise: &Noise, side: usize) -> Option<Bursts> {
+pub fn find(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> Option<Bursts> {
+    let Sought { side, loss: known, slow } = sought;
     let channel = Channel::ALL[side];
     let mut aside = *noise;
     let variance = noise.reading[side];
@@ -55,29 +70,35 @@ pub fn find(record: &Record, models: &Models, noise: &Noise, side: usize) -> Opt
     if rows.len() < 64 {
         return None;
     }
-    let errors = without_slow(&rows, (SLOW_S / record.step_s) as usize);
+    let errors = if slow {
+        without_slow(&rows, &record.wheels_rad_s[side], record.step_s)
+    } else {
+        rows.iter().map(|r| r.1).collect()
+    };
     // the model may be off: what counts is how the errors really scatter
     let mut sizes: Vec<f64> = errors.iter().zip(&rows).map(|(e, r)| e * e / r.2).collect();
     sizes.sort_by(f64::total_cmp);
     let scatter = (sizes[sizes.len() / 2] / 0.4549).max(1.0);
     let speeds: Vec<f64> = rows.iter().map(|r| record.wheels_rad_s[side][r.0] - r.1).collect();
     let variances: Vec<f64> = rows.iter().map(|r| r.2 * scatter).collect();
-    // ln odds of each row to lie in a burst of this loss
-    let ratios = |loss: f64| -> Vec<f64> {
+    // odds of each row to lie in a burst of this loss
+    let odds = |loss: f64| -> Vec<f64> {
         (0..errors.len())
             .map(|k| {
                 let shift = -loss * speeds[k];
-                (errors[k] * shift - 0.5 * shift * shift) / variances[k]
+                let ratio = (errors[k] * shift - 0.5 * shift * shift) / variances[k];
+                ratio.clamp(-60.0, 60.0).exp()
             })
             .collect()
     };
     let mut best: Option<(f64, [f64; 3])> = None;
     let mut total = Vec::new();
-    for loss in LOSSES {
-        let ratios = ratios(loss);
+    let losses = known.map_or_else(|| LOSSES.to_vec(), |loss| vec![loss]);
+    for loss in losses {
+        let odds = odds(loss);
         for length_s in LENGTHS_S {
             for share in SHARES {
-                let evidence = forward(&ratios, transitions(record.step_s, length_s, share), None);
+                let evidence = forward(&odds, transitions(record.step_s, length_s, share), None);
                 total.push(evidence);
                 if best.is_none_or(|b| evidence > b.0) {
                     best = Some((evidence, [loss, length_s, share]));
@@ -93,32 +114,42 @@ pub fn find(record: &Record, models: &Models, noise: &Noise, side: usize) -> Opt
     }
     let rates = transitions(record.step_s, length_s, share);
     let mut posterior = vec![0.0; errors.len()];
-    forward(&ratios(loss), rates, Some(&mut posterior));
-    let mut lost = vec![false; record.len()];
-    let (mut against, mut square, mut path, mut before) = (0.0, 0.0, 0.0, false);
-    for (k, p) in posterior.iter().enumerate() {
-        let inside = *p > 0.5;
-        lost[rows[k].0] = inside;
-        let [enter, leave] = rates;
-        path += match (before, inside) {
-            (false, true) => enter.ln(),
-            (true, false) => leave.ln(),
-            (false, false) => (-enter).ln_1p(),
-            (true, true) => (-leave).ln_1p(),
-        };
+    forward(&odds(loss), rates, Some(&mut posterior));
+    let mut lost = vec![0.0; record.len()];
+    let (mut all, mut path, mut before) = ([0.0; 2], 0.0, false);
+    let mut burst: Option<(usize, [f64; 2])> = None;
+    let prior = (UNEVEN * loss).powi(-2);
+    for k in 0..=posterior.len() {
+        let inside = posterior.get(k).is_some_and(|p| *p > 0.5);
+        if k < posterior.len() {
+            let [enter, leave] = rates;
+            path += match (before, inside) {
+                (false, true) => enter.ln(),
+                (true, false) => leave.ln(),
+                (false, false) => (-enter).ln_1p(),
+                (true, true) => (-leave).ln_1p(),
+            };
+        }
         before = inside;
         if inside {
-            against -= errors[k] * speeds[k] / variances[k];
-            square += speeds[k] * speeds[k] / variances[k];
+            let (_, [against, square]) = burst.get_or_insert((k, [0.0; 2]));
+            *against -= errors[k] * speeds[k] / variances[k];
+            *square += speeds[k] * speeds[k] / variances[k];
+        } else if let Some((from, [against, square])) = burst.take() {
+            let own = ((against + prior * loss) / (square + prior)).clamp(0.0, 0.99);
+            rows[from..k].iter().for_each(|r| lost[r.0] = own);
+            path -= 0.5 * ((square + prior) / prior).ln() + 0.5 * prior * (own - loss).powi(2);
+            all = [all[0] + against, all[1] + square];
         }
     }
+    let [against, square] = all;
     if square <= 0.0 {
         return None;
     }
-    let count = lost.iter().filter(|l| **l).count();
+    let count = lost.iter().filter(|l| **l > 0.0).count();
     Some(Bursts {
         side,
-        loss: (against / square).clamp(0.0, 0.99),
+        loss: known.unwrap_or((against / square).clamp(0.0, 0.99)),
         loss_std: square.sqrt().recip(),
         length_s,
         share: count as f64 / rows.len() as f64,
@@ -135,21 +166,27 @@ fn transitions(step_s: f64, length_s: f64, share: f64) -> [f64; 2] {
 }
 
 /// ln likelihood ratio of the chain over no burst; with `posterior`, the probability of each row to lie in one.
-fn forward(ratios: &[f64], [enter, leave]: [f64; 2], posterior: Option<&mut Vec<f64>>) -> f64 {
+fn forward(odds: &[f64], [enter, leave]: [f64; 2], posterior: Option<&mut Vec<f64>>) -> f64 {
     let mut inside = enter / (enter + leave);
     let mut ln_total = 0.0;
+    // logarithms of products, taken before they leave the range of numbers: one factor lies within e^±61
+    let mut product = 1.0;
     let mut filtered = Vec::new();
     let keep = posterior.is_some();
-    for ratio in ratios {
+    for odds in odds {
         let predicted = inside * (1.0 - leave) + (1.0 - inside) * enter;
-        let odds = ratio.clamp(-60.0, 60.0).exp();
         let norm = 1.0 - predicted + predicted * odds;
-        ln_total += norm.ln();
+        product *= norm;
+        if !(1e-200..1e200).contains(&product) {
+            ln_total += f64::ln(product);
+            product = 1.0;
+        }
         inside = predicted * odds / norm;
         if keep {
             filtered.push(inside);
         }
     }
+    ln_total += f64::ln(product);
     if let Some(out) = posterior {
         let mut smoothed = filtered.last().copied().unwrap_or(0.0);
         for (k, p) in filtered.iter().enumerate().rev() {
@@ -164,31 +201,41 @@ fn forward(ratios: &[f64], [enter, leave]: [f64; 2], posterior: Option<&mut Vec<
     ln_total
 }
 
-/// Errors without their slow part: medians of blocks, straight lines between them.
-fn without_slow(rows: &[(usize, f64, f64)], window: usize) -> Vec<f64> {
-    let size = window.clamp(16, rows.len());
+/// Errors without their slow parts: relative ones (radius, track, gain) first, then offsets.
+fn without_slow(rows: &[(usize, f64, f64)], wheel: &[f64], step_s: f64) -> Vec<f64> {
+    let window = (SLOW_S / step_s) as usize;
+    let known = wheel.iter().filter(|w| w.is_finite());
+    let fast = known.clone().map(|w| w.abs()).sum::<f64>() / known.count().max(1) as f64;
+    let relative = rows.iter().map(|r| if wheel[r.0].abs() > fast { r.1 / wheel[r.0] } else { f64::NAN });
+    let slow = medians(&relative.collect::<Vec<_>>(), window);
+    let even: Vec<f64> = rows.iter().zip(slow).map(|(r, s)| r.1 - s * wheel[r.0]).collect();
+    let slow = medians(&even, window);
+    even.iter().zip(slow).map(|(e, s)| e - s).collect()
+}
+
+/// Medians of blocks, straight lines between them; values that are no number take no part.
+fn medians(values: &[f64], window: usize) -> Vec<f64> {
+    let size = window.clamp(16, values.len().max(16));
     let mut nodes: Vec<(f64, f64)> = Vec::new();
-    for block in rows.chunks(size) {
-        let mut values: Vec<f64> = block.iter().map(|r| r.1).collect();
-        values.sort_by(f64::total_cmp);
-        nodes.push((nodes.len() as f64 * size as f64 + 0.5 * block.len() as f64, values[values.len() / 2]));
+    for (block, part) in values.chunks(size).enumerate() {
+        let mut known: Vec<f64> = part.iter().copied().filter(|v| v.is_finite()).collect();
+        known.sort_by(f64::total_cmp);
+        if let Some(middle) = known.get(known.len() / 2) {
+            nodes.push(((block * size) as f64 + 0.5 * part.len() as f64, *middle));
+        }
     }
     let mut at = 0;
-    rows.iter()
-        .enumerate()
-        .map(|(k, row)| {
+    (0..values.len())
+        .map(|k| {
             let x = k as f64;
             while at + 2 < nodes.len() && nodes[at + 1].0 < x {
                 at += 1;
             }
-            let slow = match nodes.get(at + 1) {
-                Some(&(x1, y1)) => {
-                    let (x0, y0) = nodes[at];
-                    y0 + (y1 - y0) * ((x - x0) / (x1 - x0)).clamp(0.0, 1.0)
-                }
-                None => nodes[at].1,
-            };
-            row.1 - slow
+            match (nodes.get(at), nodes.get(at + 1)) {
+                (Some((x0, y0)), Some((x1, y1))) => y0 + (y1 - y0) * ((x - x0) / (x1 - x0)).clamp(0.0, 1.0),
+                (Some((_, y)), None) => *y,
+                _ => 0.0,
+            }
         })
         .collect()
 }
@@ -198,17 +245,13 @@ impl Bursts {
     #[must_use]
     pub fn restored(&self, record: &Record) -> Record {
         let mut out = record.clone();
-        for (value, lost) in out.wheels_rad_s[self.side].iter_mut().zip(&self.lost) {
-            if *lost {
-                *value /= 1.0 - self.loss;
-            }
-        }
+        out.wheels_rad_s[self.side].iter_mut().zip(&self.lost).for_each(|(value, lost)| *value /= 1.0 - lost);
         out
     }
 
-    /// What restoring does to densities: Σ ln 1/(1-λ) over the rows inside.
+    /// What restoring does to densities: Σ ln 1/(1-λ) over the rows.
     #[must_use]
     pub fn ln_jacobian(&self) -> f64 {
-        -(1.0 - self.loss).ln() * self.lost.iter().filter(|l| **l).count() as f64
+        -self.lost.iter().map(|l| (-l).ln_1p()).sum::<f64>()
     }
 }

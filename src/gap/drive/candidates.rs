@@ -23,6 +23,14 @@ impl Default for Prior {
     }
 }
 
+impl Prior {
+    /// What a calibration takes back.
+    #[must_use]
+    pub fn of_search(&self) -> crate::gap::Prior {
+        crate::gap::Prior { ln_named: self.ln_named, ln_free: self.ln_free }
+    }
+}
+
 /// Nodes of the prior scales of a coordinate.
 const NODES: usize = 6;
 /// Scales of free forms: whitened size over the whole drive.
@@ -44,6 +52,7 @@ pub enum Kind {
 }
 
 /// All candidates in one drive.
+#[derive(Clone)]
 pub struct Candidates {
     /// Model changes.
     pub changes: Vec<(&'static dyn Driving, &'static dyn ModelChange)>,

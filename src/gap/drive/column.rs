@@ -214,18 +214,20 @@ impl Row {
         let (a, alpha) = (self.acceleration, self.yaw_acceleration);
         let (sin, cos) = self.heading.sin_cos();
         let [ul, ur] = self.torques.map(|u| u / scales.torque);
-        let small = |x: f64| (20.0 * x).tanh();
+        // ±1 but near zero
+        let sign = |x: f64| 20.0 * x / (1.0 + 400.0 * x * x).sqrt();
+        let (forward, left) = (sign(v), sign(w));
         let angles = self.wheel_angles.map(f64::sin_cos);
         let mut at = 0;
         let mut put = |values: &[f64]| {
             out[at..at + values.len()].copy_from_slice(values);
             at += values.len();
         };
-        put(&[v, v.abs(), v * v, v * v.abs(), small(v)]);
-        put(&[w, w.abs(), w * w, w * w.abs(), small(w)]);
+        put(&[v, v.abs(), v * v, v * v.abs(), forward]);
+        put(&[w, w.abs(), w * w, w * w.abs(), left]);
         put(&[v * w, v.abs() * w, v * w.abs()]);
-        put(&[a, a.abs(), a * small(v)]);
-        put(&[alpha, alpha.abs(), alpha * small(w)]);
+        put(&[a, a.abs(), a * forward]);
+        put(&[alpha, alpha.abs(), alpha * left]);
         put(&[cos, sin, cos * cos - sin * sin, 2.0 * sin * cos]);
         // nothing that bends near zero: a speed control puts what it knows of the state into small torques
         put(&[ul, ur, ul * ul.abs(), ur * ur.abs()]);

@@ -14,6 +14,7 @@ use super::record::Record;
 use crate::effects::Library;
 use crate::gap::answer::Metric;
 use crate::gap::far::{Closed, Options, Scores, block_rows, gap_closed};
+use rayon::prelude::*;
 use statrs::function::erf::erfc;
 
 /// Times at which a step may lie.
@@ -215,10 +216,14 @@ pub fn measure(
     let all = Claimed::new(together, library);
     let before = score(kept, &nominal, diffusion);
     let after = score(kept, &all, diffusion);
-    let logs: Vec<Record> =
-        (0..options.simulated_logs as u64).map(|i| own(kept, &all, diffusion, options.seed.wrapping_add(i))).collect();
-    let floors: Vec<Vec<f64>> = logs.iter().map(|log| score(log, &all, diffusion)).collect();
-    let own_before: Vec<f64> = logs.iter().map(|log| score(log, &nominal, diffusion).iter().sum()).collect();
+    let logs: Vec<Record> = (0..options.simulated_logs as u64)
+        .into_par_iter()
+        .map(|i| own(kept, &all, diffusion, options.seed.wrapping_add(i)))
+        .collect();
+    let (floors, own_before): (Vec<Vec<f64>>, Vec<f64>) = logs
+        .par_iter()
+        .map(|log| (score(log, &all, diffusion), score(log, &nominal, diffusion).iter().sum::<f64>()))
+        .unzip();
     let closed = |after: &[f64]| {
         let scores = Scores {
             before: &before,

@@ -15,10 +15,10 @@ use crate::model::drive::{DriveEffect, DriveModel};
 /// Coordinates of every change, by its place.
 pub type Theta = Vec<Vec<f64>>;
 
-/// Wide steps at most.
-const WIDE: usize = 3;
 /// Narrow steps after each at most.
 const NARROW: usize = 6;
+/// Narrow steps before a model that explains far less than another is given up.
+const PATIENT: usize = 2;
 /// Settled when no coordinate moves by more than this of its standard deviation.
 const SETTLED: f64 = 0.15;
 /// Evidence that a step may lose before it is halved, nats.
@@ -121,55 +121,65 @@ impl Candidates {
     }
 }
 
-/// Settles θ for the groups of `candidates`, all of which may come and go. Returns where it ended.
-fn settle(record: &Record, noise: &Noise, candidates: &Candidates, from: &Theta) -> Theta {
-    let mut best: Option<(f64, Theta)> = None;
-    let mut theta = from.clone();
-    for _ in 0..NARROW {
-        let problem = candidates.linearise(record, noise, &theta);
-        let top = best_set(&problem);
-        if let Some((weight, there)) = &best
-            && top.ln_weight < weight - LOSS
-        {
-            // beyond what the linearisation holds for
-            for (new, old) in theta.iter_mut().flatten().zip(there.iter().flatten()) {
-                *new = 0.5 * (*new + old);
-            }
-            continue;
-        }
-        let (next, settled) = candidates.theta_of(&top.members, &problem.coefficients(&top.members), &theta);
-        best = Some((top.ln_weight, theta));
-        theta = next;
-        if settled {
-            break;
-        }
-    }
-    theta
-}
-
-/// Compares sets, moving to the best one's coordinates until they settle.
-#[must_use]
-pub fn compare(record: &Record, noise: &Noise, make: &dyn Fn(Option<f64>) -> Candidates, from: &Theta) -> Compared {
-    let mut near = None;
-    let mut candidates = make(near);
-    let mut theta = from.clone();
-    let mut step = 0;
-    loop {
+impl Compared {
+    /// Every set of `candidates` worth comparing, linearised at `theta`.
+    #[must_use]
+    pub fn wide(record: &Record, noise: &Noise, candidates: Candidates, theta: Theta) -> Self {
         let problem = candidates.linearise(record, noise, &theta);
         let sets = search(&problem);
-        let top = &sets[0];
-        let (next, settled) = candidates.theta_of(&top.members, &problem.coefficients(&top.members), &theta);
-        let stepped = candidates.step_of(&top.members);
-        step += 1;
-        if step == WIDE || settled && (stepped.is_none() || near.is_some()) {
-            return Compared { theta, candidates, problem, sets };
+        Self { theta, candidates, problem, sets }
+    }
+
+    /// Settles θ for the groups of `candidates`, all of which may come and go; the best set alone. Gives up after some steps
+    /// if its ln weight is still below `hopeless`.
+    #[must_use]
+    pub fn narrow(record: &Record, noise: &Noise, candidates: Candidates, from: Theta, hopeless: Option<f64>) -> Self {
+        let mut best: Option<Self> = None;
+        let mut theta = from;
+        for step in 0..NARROW {
+            let problem = candidates.linearise(record, noise, &theta);
+            let top = best_set(&problem);
+            if let Some(best) = &best
+                && top.ln_weight < best.sets[0].ln_weight - LOSS
+            {
+                // beyond what the linearisation holds for
+                for (new, old) in theta.iter_mut().flatten().zip(best.theta.iter().flatten()) {
+                    *new = 0.5 * (*new + old);
+                }
+                continue;
+            }
+            let here = Self { theta, candidates: candidates.clone(), problem, sets: vec![top] };
+            let (next, settled) = here.next();
+            let given_up = step >= PATIENT && hopeless.is_some_and(|h| here.sets[0].ln_weight < h);
+            theta = next;
+            best = Some(here);
+            if settled || given_up {
+                break;
+            }
         }
-        let inside: Vec<usize> = top.members.iter().map(|m| m.0).collect();
-        let narrow = |g: usize| {
+        best.unwrap_or_else(|| Self::wide(record, noise, candidates, theta))
+    }
+
+    /// Where the best set lies, and whether that is close to where it was linearised.
+    #[must_use]
+    pub fn next(&self) -> (Theta, bool) {
+        let members = &self.sets[0].members;
+        self.candidates.theta_of(members, &self.problem.coefficients(members), &self.theta)
+    }
+
+    /// When the bias steps in the best set, s since the log began.
+    #[must_use]
+    pub fn step_s(&self) -> Option<f64> {
+        self.candidates.step_of(&self.sets[0].members)
+    }
+
+    /// The named effects, and what is in the best set.
+    #[must_use]
+    pub fn plausible(&self) -> Candidates {
+        let inside: Vec<usize> = self.sets[0].members.iter().map(|m| m.0).collect();
+        let candidates = &self.candidates;
+        candidates.only(|g| {
             inside.contains(&g) || candidates.groups[g].named && !matches!(candidates.kinds[g], Kind::Step(_))
-        };
-        theta = settle(record, noise, &candidates.only(narrow), &next);
-        near = stepped;
-        candidates = make(near);
+        })
     }
 }

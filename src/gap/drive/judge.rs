@@ -3,10 +3,10 @@
 //! Order: lattice of the wheels, diffusion where there are no torques, a start for what bends too much, the comparison of
 //! sets, single outliers, noise levels; then the same with the lost ticks of one wheel put back, if that looks worth it.
 
-use super::bursts::{self, Bursts};
+use super::bursts::{self, Bursts, Sought};
 use super::candidates::{Candidates, Kind, Prior, knowable};
 use super::column::Equation;
-use super::fit::{Compared, Theta, compare, models};
+use super::fit::{Compared, Theta, models};
 use super::pass::{Channel, Innovation, Models, Noise, run};
 use super::record::Record;
 use crate::effects::Parameters;
@@ -21,13 +21,14 @@ use crate::model::drive::DriveModel;
 pub struct Options {
     /// Prior odds.
     pub prior: Prior,
-    /// Evidence counts for this many times less: see [`Calibration`].
-    pub temperature: f64,
+    /// How evidences become probabilities.
+    pub calibration: Calibration,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { prior: Prior::default(), temperature: 1.0 }
+        let prior = Prior::default();
+        Self { prior, calibration: Calibration::of_drives(&prior.of_search()) }
     }
 }
 
@@ -50,6 +51,13 @@ const MANY: f64 = 0.02;
 const LN_OUTLIER: f64 = -9.0;
 /// Evidence from which lost ticks are looked into, nats.
 const WORTH: f64 = 8.0;
+/// Accounts of lost ticks that are tried.
+const TRIED: usize = 4;
+/// Nats by which one may fall short before free forms have been tried beside it, and before its model has settled.
+const SHORT: f64 = 50.0;
+const HOPELESS: f64 = 500.0;
+/// Comparisons of all sets at most.
+const WIDE: usize = 3;
 /// Sets that take part in the answer.
 const SETS: usize = 60;
 
@@ -66,7 +74,11 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         noise.diffusion = diffusion(record, &noise);
     }
     let nominal_noise = Noise { diffusion: noise.diffusion, ..Noise::believed(record, None) };
-    let mut branch = Branch::new(record.clone(), noise, effects, options);
+    let all = Candidates::new(record, effects, &options.prior, true, None);
+    let begin = start(record, &noise, &all);
+    let compared = first(record, &noise, all, &begin);
+    let mut branch = Branch::new(record.clone(), noise, compared);
+    branch.settle(effects, options);
     // what the lattice closes: the same model with the nominal noise of the wheels beside it
     let lattice = lsb.map(|lsb| {
         let mut nominal = branch.noise;
@@ -75,49 +87,91 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let here = branch.ln_likelihood(&branch.noise) - branch.ln_likelihood(&nominal);
         lattice_part(lsb, here.max(1.0), knows(effects, "encoder.quantization"))
     });
-    let mut lost = None;
-    if knows(effects, "encoder.missed_ticks") {
-        let start = Branch::models_at(record, &branch.compared.candidates, &branch.started);
-        let here = Branch::models_at(record, &branch.compared.candidates, &branch.compared.theta);
-        let found = |models: &Models, side| bursts::find(record, models, &branch.noise, side);
-        let nominal = Branch::models_at(record, &branch.compared.candidates, &branch.compared.candidates.zero());
-        let all = [0, 1]
-            .into_iter()
-            .flat_map(|side| [found(&nominal, side), found(&start, side), found(&here, side)])
-            .flatten();
-        let mut all: Vec<Bursts> = all.filter(|b| b.ln_evidence > WORTH).collect();
-        all.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
-        let as_was = branch.top();
-        let mut tried: Vec<Bursts> = Vec::new();
-        for bursts in all.into_iter().take(4) {
+    let mut sets = branch.sets();
+    if knows(effects, "encoder.missed_ticks")
+        && let Some((other, bursts)) = restored(record, &branch, &begin, &noise, effects, options)
+    {
+        let lost = missed_part(&bursts, other.top() - branch.top());
+        let with = other.sets().into_iter();
+        sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([lost.clone()]).collect(), ..s }));
+    }
+    for set in &mut sets {
+        set.parts.extend(lattice.iter().cloned());
+    }
+    let findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
+    Judged { findings, nominal_noise }
+}
+
+/// The drive with the lost ticks of one wheel put back, in the account that explains it best; none where none comes near
+/// `as_is`.
+fn restored(
+    record: &Record,
+    as_is: &Branch,
+    begin: &Theta,
+    noise: &Noise,
+    effects: &[&'static dyn Driving],
+    options: &Options,
+) -> Option<(Branch, Bursts)> {
+    let zero = as_is.compared.candidates.zero();
+    let mut all: Vec<(Bursts, &Theta)> = Vec::new();
+    for theta in [&zero, begin, &as_is.compared.theta] {
+        let models = Branch::models_at(record, &as_is.compared.candidates, theta);
+        for side in [0, 1] {
+            let sought = Sought { side, loss: None, slow: true };
+            let found = bursts::find(record, &models, &as_is.noise, sought).filter(|b| b.ln_evidence > WORTH);
             // the same account from another model leads to the same comparison
-            if tried.contains(&bursts) {
-                continue;
-            }
-            let mut noise = noise;
-            noise.diffusion = branch.noise.diffusion;
-            let mut other = Branch::new(bursts.restored(record), noise, effects, options);
-            other.extra_weight += bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
-            let gain = other.top() - branch.top();
-            if gain > 0.0 {
-                lost = Some(missed_part(&bursts, other.top() - as_was));
-                branch = other;
-            }
-            tried.push(bursts);
+            all.extend(found.filter(|b| all.iter().all(|(other, _)| other != b)).map(|b| (b, theta)));
         }
     }
-    let mut sets = branch.sets();
-    for set in &mut sets {
-        set.parts.extend(lattice.iter().chain(&lost).chain(&branch.extra_parts).cloned());
-    }
-    let prior = crate::gap::Prior { ln_named: options.prior.ln_named, ln_free: options.prior.ln_free };
-    let spread = Calibration { temperature: options.temperature, ..Calibration::none(&prior) };
-    let findings = Findings::new(sets, &prior, &spread, record.notes.clone());
-    Judged { findings, nominal_noise }
+    all.sort_by(|a, b| b.0.ln_evidence.total_cmp(&a.0.ln_evidence));
+    all.truncate(TRIED);
+    let fresh = Noise { diffusion: as_is.noise.diffusion, ..*noise };
+    let plausible = as_is.compared.plausible();
+    let top = as_is.top();
+    let settled = |bursts: Bursts, theta: &Theta| {
+        let restored = bursts.restored(record);
+        let own = bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
+        let hopeless = top - own - HOPELESS;
+        let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
+        let mut other = Branch::new(restored, fresh, compared);
+        other.extra_weight += own;
+        if other.top() > top - HOPELESS {
+            other.clean(options);
+        }
+        (other, bursts)
+    };
+    let better = |a: &(Branch, Bursts), b: &(Branch, Bursts)| a.0.top().total_cmp(&b.0.top());
+    let best = all.into_iter().map(|(bursts, theta)| settled(bursts, theta)).max_by(better)?;
+    // once more with the model as it is then, from which nothing slow has to be taken out
+    let theta = best.0.compared.next().0;
+    let models = Branch::models_at(record, &best.0.compared.candidates, &theta);
+    let sought = Sought { side: best.1.side, loss: None, slow: false };
+    let again = bursts::find(record, &models, &best.0.noise, sought).map(|bursts| settled(bursts, &theta));
+    let best = again.into_iter().chain([best]).max_by(better);
+    // among the plausible sets alone it may fall short by what free forms have gained
+    let (mut other, bursts) = best.filter(|b| b.0.top() > top - SHORT)?;
+    other.widen(effects, options, other.compared.step_s());
+    other.settle(effects, options);
+    (other.top() > top - SHORT).then_some((other, bursts))
 }
 
 fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
     effects.iter().any(|e| e.about().id == id)
+}
+
+/// All sets compared at `begin`; and where a free form is in the best one, also where the named effects settle without any.
+///
+/// Free forms are linear in the innovations of one pass. An effect that is strong bends these, and a free form takes what the
+/// bend leaves: the effect has to be compared at its own coordinates.
+fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Compared {
+    let compared = Compared::wide(record, noise, all.clone(), begin.clone());
+    if compared.sets[0].members.iter().all(|m| all.groups[m.0].named) {
+        return compared;
+    }
+    let named = all.only(|g| all.groups[g].named && !matches!(all.kinds[g], Kind::Step(_)));
+    let (theta, _) = Compared::narrow(record, noise, named, begin.clone(), None).next();
+    let there = Compared::wide(record, noise, all, theta);
+    if there.sets[0].ln_weight > compared.sets[0].ln_weight { there } else { compared }
 }
 
 /// How fast v and ω diffuse, where no torque says how they move: the most likely.
@@ -146,25 +200,53 @@ fn diffusion(record: &Record, noise: &Noise) -> [f64; 2] {
 /// One way of reading the drive: as it is, or with lost ticks put back.
 struct Branch {
     record: Record,
+    believed: Noise,
     noise: Noise,
     compared: Compared,
-    started: Theta,
+    /// Readings of gyro, pose and wheels
+    put_aside: [usize; 3],
     extra_weight: f64,
     extra_parts: Vec<Part>,
 }
 
 impl Branch {
-    fn new(record: Record, noise: Noise, effects: &[&'static dyn Driving], options: &Options) -> Self {
-        let make = |record: &Record, near| Candidates::new(record, effects, &options.prior, true, near);
-        let first = make(&record, None);
-        let started = start(&record, &noise, &first);
-        let compared = compare(&record, &noise, &|near| make(&record, near), &started);
-        let mut branch = Self { record, noise, compared, started, extra_weight: 0.0, extra_parts: Vec::new() };
-        if branch.put_outliers_aside(options) | branch.level(options) {
-            let from = branch.compared.theta.clone();
-            branch.compared = compare(&branch.record, &branch.noise, &|near| make(&branch.record, near), &from);
+    fn new(record: Record, noise: Noise, compared: Compared) -> Self {
+        Self { record, believed: noise, noise, compared, put_aside: [0; 3], extra_weight: 0.0, extra_parts: Vec::new() }
+    }
+
+    /// Puts outliers aside and takes noise levels from what is left; if there are any, settles again.
+    fn clean(&mut self, options: &Options) -> bool {
+        let changed = self.put_outliers_aside(options) | self.level(options);
+        if changed {
+            let (candidates, from) = (self.compared.plausible(), self.compared.next().0);
+            self.compared = Compared::narrow(&self.record, &self.noise, candidates, from, None);
         }
-        branch
+        changed
+    }
+
+    /// Compares all sets where the best one lies.
+    fn widen(&mut self, effects: &[&'static dyn Driving], options: &Options, near_s: Option<f64>) {
+        let candidates = Candidates::new(&self.record, effects, &options.prior, true, near_s);
+        self.compared = Compared::wide(&self.record, &self.noise, candidates, self.compared.next().0);
+    }
+
+    /// After all sets were compared: moves to the best one's coordinates, cleans, compares again, until that settles.
+    fn settle(&mut self, effects: &[&'static dyn Driving], options: &Options) {
+        let (mut near, mut cleaned) = (None, false);
+        for _ in 1..WIDE {
+            let stepped = self.compared.step_s();
+            let (next, settled) = self.compared.next();
+            let done = settled && (stepped.is_none() || near.is_some());
+            if done && (cleaned || !self.clean(options)) {
+                return;
+            }
+            if !done {
+                self.compared = Compared::narrow(&self.record, &self.noise, self.compared.plausible(), next, None);
+                self.clean(options);
+            }
+            (near, cleaned) = (stepped, true);
+            self.widen(effects, options, near);
+        }
     }
 
     fn models_at(record: &Record, candidates: &Candidates, theta: &Theta) -> Models {
@@ -226,11 +308,14 @@ impl Branch {
             }
         });
         let mut any = false;
-        for (id, named, channels) in [
+        for (place, (id, named, channels)) in [
             ("gyro.outliers", true, &Channel::ALL[2..3]),
             ("free.outliers.pose", false, &Channel::ALL[3..6]),
             ("free.outliers.wheels", false, &Channel::ALL[0..2]),
-        ] {
+        ]
+        .into_iter()
+        .enumerate()
+        {
             let here: Vec<&(Channel, usize, f64)> = found.iter().filter(|f| channels.contains(&f.0)).collect();
             let all: usize = channels.iter().map(|c| counts[*c as usize]).sum();
             let gain: f64 = here.iter().map(|f| 0.5 * f.2 * f.2 + LN_OUTLIER).sum();
@@ -258,14 +343,17 @@ impl Branch {
                     *value = f64::NAN;
                 }
             }
-            let share = rows.len() as f64 / all.max(1) as f64;
-            let mut part = described(id, named, gain, format!("{} single readings are far off", rows.len()));
+            let again = self.put_aside[place] > 0;
+            self.put_aside[place] += rows.len();
+            let count = self.put_aside[place];
+            let share = count as f64 / all.max(1) as f64;
+            let mut part = described(id, named, gain, format!("{count} single readings are far off"));
             if named {
                 part.parameters = Parameters::from([("probability_per_sample".into(), share)]);
-                part.std = Parameters::from([("probability_per_sample".into(), share / (rows.len() as f64).sqrt())]);
+                part.std = Parameters::from([("probability_per_sample".into(), share / (count as f64).sqrt())]);
             }
-            self.extra_weight += gain + prior;
-            self.extra_parts.push(part);
+            self.extra_weight += if again { gain } else { gain + prior };
+            self.add(part);
             any = true;
         }
         any
@@ -291,16 +379,37 @@ impl Branch {
             if gain - 0.5 * (n as f64).ln() + options.prior.ln_free < 3.0 {
                 continue;
             }
+            if self.record.torques_n_m.is_none() && name.starts_with("wheel") {
+                // how the robot accelerates is no more than a diffusion here, and the wheels' noise takes what that lacks
+                for c in channels {
+                    self.noise.reading[c] *= ratio;
+                }
+                any = true;
+                continue;
+            }
+            let id = format!("free.level.{name}");
+            let again = self.extra_parts.iter().any(|p| p.id == id);
+            let total = ratio * self.noise.reading[channels.start] / self.believed.reading[channels.start];
             for c in channels {
                 self.noise.reading[c] *= ratio;
             }
-            let text = format!("the noise of {name} is {:.2} times as large as believed", ratio.sqrt());
-            self.extra_parts.push(described(&format!("free.level.{name}"), false, gain, text));
-            // the better noise is in the evidence itself; what it costs is said here
-            self.extra_weight += options.prior.ln_free - 0.5 * (n as f64).ln();
+            let text = format!("the noise of {name} is {:.2} times as large as believed", total.sqrt());
+            self.add(described(&id, false, gain, text));
+            if !again {
+                // the better noise is in the evidence itself; what it costs is said here
+                self.extra_weight += options.prior.ln_free - 0.5 * (n as f64).ln();
+            }
             any = true;
         }
         any
+    }
+
+    /// One part an id.
+    fn add(&mut self, mut part: Part) {
+        if let Some(at) = self.extra_parts.iter().position(|p| p.id == part.id) {
+            part.share += self.extra_parts.swap_remove(at).share;
+        }
+        self.extra_parts.push(part);
     }
 
     fn sets(&self) -> Vec<WeightedSet> {
@@ -314,7 +423,7 @@ impl Branch {
             .iter()
             .take(SETS)
             .map(|w| WeightedSet {
-                parts: part(&w.members),
+                parts: part(&w.members).into_iter().chain(self.extra_parts.iter().cloned()).collect(),
                 ln_weight: w.ln_weight + self.extra_weight,
                 probability: 0.0,
             })

@@ -15,5 +15,6 @@ pub mod pass;
 mod pinpoint;
 pub mod record;
 pub mod search;
+mod tangents;
 
 pub use diagnose::diagnose;

@@ -1,6 +1,6 @@
 //! A set of effects as the filter and the simulator of a drive take it.
 
-use super::bursts::{self, Bursts};
+use super::bursts::{self, Bursts, Sought};
 use super::pass::{Models, Noise};
 use super::record::Record;
 use crate::effects::Library;
@@ -66,9 +66,9 @@ impl Claimed {
     pub fn bursts(&self, record: &Record, noise: &Noise) -> Option<Bursts> {
         let loss = self.loss?;
         let models = self.models(record);
-        let both = [0, 1].map(|side| bursts::find(record, &models, noise, side));
-        let mut best = both.into_iter().flatten().max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
-        best.loss = loss;
-        Some(best)
+        let all = [(0, false), (0, true), (1, false), (1, true)];
+        all.into_iter()
+            .filter_map(|(side, slow)| bursts::find(record, &models, noise, Sought { side, loss: Some(loss), slow }))
+            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))
     }
 }

@@ -4,9 +4,10 @@
 //! what may be missing. State ξ: x, y, θ, v, ω. Where torques were not logged, v and ω diffuse as fast as this robot
 //! accelerates. The whitened derivatives are summed up in one Gram matrix: all that the comparison of effects needs.
 
-use super::column::{COSINES, Column, Equation, FUNCTIONS, Row, Scales, cosines_of};
-use super::filter::{Filter, N, Slopes, TH, V, Vector, W, X, Y, ahead};
+use super::column::{COSINES, Column, FUNCTIONS, Row, Scales, cosines_of};
+use super::filter::{Filter, N, Slopes, TH, V, Vector, W};
 use super::record::Record;
+use super::tangents::{Expecting, Going, Tangents};
 use crate::effects::drive::Touches;
 use crate::model::drive::{DriveModel, Moving, Past};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
@@ -119,7 +120,7 @@ pub fn run(
     let p = columns.len();
     let scales = Scales::of(record);
     let mut filter = Filter::new(record, noise, models.here.by_torque());
-    let mut tangents: Vec<Vector> = vec![[0.0; N]; p];
+    let mut tangents = Tangents::new(columns, models);
     let mut summed = Summed { gram: Mat::zeros(p + 1, p + 1), ln_volume: 0.0 };
     let mut block = vec![0.0; BLOCK * (p + 1)];
     let mut filled = 0;
@@ -195,54 +196,14 @@ pub fn run(
                     measured.push((channel, nu, h));
                 }
             }
-            let (sin, cos) = at.heading_rad.sin_cos();
-            let direct: Vec<[f64; 6]> = columns
-                .iter()
-                .map(|column| {
-                    let mut d = [0.0; 6];
-                    match *column {
-                        Column::Coordinate(i, j) => {
-                            let (beside, width, touches) = &models.beside[i][j];
-                            if touches.wheels {
-                                let [l, r] = beside.wheels_rad_s(&at);
-                                (d[0], d[1]) = ((l - here[0]) / width, (r - here[1]) / width);
-                            }
-                            if touches.gyro {
-                                d[2] = (beside.gyro_rad_s(&at) - here[2]) / width;
-                            }
-                        }
-                        Column::Free(equation, f) => {
-                            let value = functions[f];
-                            match equation {
-                                Equation::WheelLeft => d[0] = value,
-                                Equation::WheelRight => d[1] = value,
-                                Equation::Gyro => d[2] = value,
-                                Equation::PoseAlong => (d[3], d[4]) = (value * cos, value * sin),
-                                Equation::PoseAcross => (d[3], d[4]) = (-value * sin, value * cos),
-                                Equation::PoseHeading => d[5] = value,
-                                Equation::Force
-                                | Equation::Moment
-                                | Equation::Sideways
-                                | Equation::Along
-                                | Equation::Turn => {}
-                            }
-                        }
-                        Column::TurnOn => d[2] = 1.0,
-                        Column::WarmUpSize => {
-                            let w = &record.belief.warm_up;
-                            d[2] = error - w.c2_rad_s;
-                        }
-                        Column::WarmUpTime => {
-                            let w = &record.belief.warm_up;
-                            let u = record.since_power_on_s[k] / w.time_constant_s;
-                            d[2] = -w.c1_rad_s * u * (-u).exp();
-                        }
-                        Column::GyroCosine(n) => d[2] = cosines[n],
-                        Column::GyroStep(from_s) => d[2] = f64::from(u8::from(at.t_s >= from_s)),
-                    }
-                    d
-                })
-                .collect();
+            let u = record.since_power_on_s[k] / record.belief.warm_up.time_constant_s;
+            tangents.expect(&Expecting {
+                at: &at,
+                here,
+                functions: &functions,
+                cosines: &cosines,
+                warm_up: [error - record.belief.warm_up.c2_rad_s, -record.belief.warm_up.c1_rad_s * u * (-u).exp()],
+            });
             let prior = filter.state;
             let uncertain = models.here.wheel_variance_rad2_s2(&at);
             for (channel, nu, h) in measured {
@@ -255,13 +216,7 @@ pub fn run(
                 );
                 let std = variance.sqrt();
                 let out = &mut block[filled * (p + 1)..(filled + 1) * (p + 1)];
-                for ((slope, d), tangent) in out.iter_mut().zip(&direct).zip(&mut tangents) {
-                    let dnu = d[channel as usize] + (0..N).map(|i| h[i] * tangent[i]).sum::<f64>();
-                    *slope = dnu / std;
-                    for i in 0..N {
-                        tangent[i] -= gain[i] * dnu;
-                    }
-                }
+                tangents.correct(channel as usize, &h, &gain, std, &mut out[..p]);
                 out[p] = nu / std;
                 each(&Innovation { row: k, channel, white: nu / std, std, slopes: &out[..p] });
                 summed.ln_volume += (std::f64::consts::TAU * variance).ln();
@@ -300,45 +255,7 @@ pub fn run(
             row.functions(&scales, &mut functions);
         }
         let f = filter.jacobian(&models.here, &at, torques, sideways, dt, &scales);
-        let (sin, cos) = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
-        for (column, tangent) in columns.iter().zip(&mut tangents) {
-            // dv/dt, dω/dt, sideways
-            let d = match *column {
-                Column::Coordinate(i, j) => {
-                    let (beside, width, touches) = &models.beside[i][j];
-                    if touches.motion {
-                        let mut moved = at;
-                        beside.accelerate(&mut moved, torques);
-                        [
-                            (moved.acceleration_m_s2 - at.acceleration_m_s2) / width,
-                            (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / width,
-                            (beside.sideways_m_s(&at) - sideways) / width,
-                        ]
-                    } else {
-                        [0.0; 3]
-                    }
-                }
-                Column::Free(Equation::Force, i) => [functions[i], 0.0, 0.0],
-                Column::Free(Equation::Moment, i) => [0.0, functions[i], 0.0],
-                Column::Free(Equation::Sideways, i) => [0.0, 0.0, functions[i]],
-                _ => [0.0; 3],
-            };
-            *tangent = ahead(&f, tangent);
-            tangent[V] += dt * d[0];
-            tangent[W] += dt * d[1];
-            let (half_way, half_turn) = (0.5 * dt * dt * d[0], 0.5 * dt * dt * d[1]);
-            tangent[X] += half_way * cos - dt * d[2] * sin;
-            tangent[Y] += half_way * sin + dt * d[2] * cos;
-            tangent[TH] += half_turn;
-            match *column {
-                Column::Free(Equation::Along, i) => {
-                    tangent[X] += dt * functions[i] * cos;
-                    tangent[Y] += dt * functions[i] * sin;
-                }
-                Column::Free(Equation::Turn, i) => tangent[TH] += dt * functions[i],
-                _ => {}
-            }
-        }
+        tangents.predict(&f, &Going { at: &at, torques, sideways, dt, functions: &functions });
         before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);
         filter.predict(&models.here, &at, torques, sideways, dt, &f);
         if record.torques_n_m.is_none() {
