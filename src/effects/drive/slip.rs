@@ -1,6 +1,6 @@
 //! rim = g + λ max(|rim|, |g|, v_low),  λ = κ f artanh(u)/u ≈ κ f + κ₃ f³,  u² = 3 κ₃ f²/κ,  f = F_i/(M g/2)
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Touches};
+use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
@@ -74,6 +74,11 @@ impl ModelChange for Slip {
 
     fn touches(&self) -> Touches {
         Touches::WHEELS
+    }
+
+    /// The force must be known apart from the wheel that it moves: accelerations from the same wheel would follow its noise.
+    fn needs(&self) -> Needs {
+        Needs { torques: true, ..Needs::default() }
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {

@@ -1,4 +1,4 @@
-//! reading = ω + q v²
+//! reading = ω + q v² + q₃ v² (|v| - 0.7 m/s)
 
 use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
 use crate::effects::parts::Checked;
@@ -7,22 +7,34 @@ use crate::error::Result;
 use crate::model::drive::{DriveEffect, Moving};
 
 const COEFFICIENT: &str = "coefficient_rad_s_per_m2_s2";
+const BEND: &str = "bend_rad_s_per_m3_s3";
+/// Speed at which the bend changes nothing: q is what the robot sees where it mostly drives, m/s.
+const TYPICAL_M_S: f64 = 0.7;
 
 static ABOUT: About = About {
     id: "gyro.vibration_rectification",
     title: "vibration rectification",
-    equation: "reading = ω + q v²: vibration grows with speed and shifts the bias",
+    equation: "reading = ω + q v² + q₃ v² (|v| - 0.7 m/s): vibration grows with speed, not quite as its square, and shifts the bias",
     source: "IEEE Std 1431-2004, vibration rectification error",
     channel: "gyro",
     deficient: "gyro measurement: its bias grows with speed squared",
     condition: Some("speed"),
-    parameters: &[Parameter {
-        name: COEFFICIENT,
-        meaning: "q, rad/s per m²/s²",
-        bounds: [-1.0, 1.0],
-        null: Some(0.0),
-        required: true,
-    }],
+    parameters: &[
+        Parameter {
+            name: COEFFICIENT,
+            meaning: "q, rad/s per m²/s²",
+            bounds: [-1.0, 1.0],
+            null: Some(0.0),
+            required: true,
+        },
+        Parameter {
+            name: BEND,
+            meaning: "q₃, how growth departs from the square, rad/s per m³/s³",
+            bounds: [-1.0, 1.0],
+            null: Some(0.0),
+            required: false,
+        },
+    ],
     remedy: "Mount the gyro on damping foam, or sample it faster before it is filtered.",
 };
 
@@ -46,11 +58,14 @@ impl Driving for VibrationRectification {
 
 impl ModelChange for VibrationRectification {
     fn coordinates(&self) -> &'static [Coordinate] {
-        &[Coordinate { scale: [1e-4, 0.01], bounds: [-1.0, 1.0] }]
+        &[
+            Coordinate { scale: [1e-4, 0.05], bounds: [-1.0, 1.0] },
+            Coordinate { scale: [3e-5, 0.015], bounds: [-1.0, 1.0] },
+        ]
     }
 
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
-        Box::new(Work(theta[0]))
+        Box::new(Work([theta[0], theta[1]]))
     }
 
     fn touches(&self) -> Touches {
@@ -58,11 +73,11 @@ impl ModelChange for VibrationRectification {
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {
-        Parameters::from([(COEFFICIENT.into(), theta[0])])
+        Parameters::from([(COEFFICIENT.into(), theta[0]), (BEND.into(), theta[1])])
     }
 
     fn theta(&self, parameters: &Parameters) -> Vec<f64> {
-        vec![parameters.get(COEFFICIENT).copied().unwrap_or(0.0)]
+        [COEFFICIENT, BEND].map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
     }
 
     fn needs(&self) -> Needs {
@@ -70,10 +85,12 @@ impl ModelChange for VibrationRectification {
     }
 }
 
-struct Work(f64);
+struct Work([f64; 2]);
 
 impl DriveEffect for Work {
     fn gyro_rad_s(&self, at: &Moving, rate_rad_s: f64) -> f64 {
-        rate_rad_s + self.0 * at.speed_m_s * at.speed_m_s
+        let [square, bend] = self.0;
+        let speed = at.speed_m_s.abs();
+        rate_rad_s + speed * speed * (square + bend * (speed - TYPICAL_M_S))
     }
 }

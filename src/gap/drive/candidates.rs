@@ -128,7 +128,7 @@ impl Candidates {
         let first = self.columns.len();
         let places = (first..first + columns.len()).collect();
         self.columns.extend(columns);
-        let positive = id == "wheel.rolling_resistance" || id == "wheel.slip";
+        let positive = ["wheel.rolling_resistance", "wheel.slip", "sensor.gyro_delay"].contains(&id);
         self.kinds.push(kind);
         self.groups.push(Group { id: id.to_owned(), named, columns: places, nodes, ln_prior, positive });
     }
@@ -199,7 +199,9 @@ impl Candidates {
         for equation in equations {
             for follows in Follows::ALL {
                 let torque = matches!(follows, Follows::Torque | Follows::TorqueRate);
-                let known = !torque || record.torques_n_m.is_some();
+                // without torques accelerations come from the same speeds that they would correct
+                let forced = torque || matches!(follows, Follows::Acceleration | Follows::YawAcceleration);
+                let known = !forced || record.torques_n_m.is_some();
                 let sensible = match equation {
                     Force | Moment => !matches!(follows, Follows::Acceleration | Follows::YawAcceleration),
                     WheelLeft | WheelRight => true,

@@ -255,19 +255,28 @@ pub fn cosines_of(progress: f64, out: &mut [f64]) {
     }
 }
 
-/// What varies from one power-on to the next, with the standard deviation of its prior: always in, where there is a gyro.
+/// How much of an acceleration lasts to the next row is known to this, where no torques tell.
+const LASTING_STD: f64 = 0.3;
+
+/// Columns that are always in, with the standard deviations of their priors: what varies from one power-on to the next, where
+/// there is a gyro; how accelerations last, where there are no torques.
 #[must_use]
 pub fn nuisances(record: &Record) -> Vec<(Column, f64)> {
-    if record.gyro_rad_s.is_none() {
-        return Vec::new();
+    let mut all = Vec::new();
+    if record.gyro_rad_s.is_some() {
+        let b = &record.belief;
+        all.extend([
+            (Column::TurnOn, b.turn_on_bias_std_rad_s),
+            (Column::WarmUpSize, b.warm_up_relative_std),
+            (Column::WarmUpTime, b.warm_up_relative_std),
+        ]);
     }
-    let b = &record.belief;
-    let all = [
-        (Column::TurnOn, b.turn_on_bias_std_rad_s),
-        (Column::WarmUpSize, b.warm_up_relative_std),
-        (Column::WarmUpTime, b.warm_up_relative_std),
-    ];
-    all.into_iter().filter(|(_, std)| *std > 0.0).collect()
+    if record.torques_n_m.is_none() {
+        let lasting = [(Equation::Force, Follows::Acceleration), (Equation::Moment, Follows::YawAcceleration)];
+        all.extend(lasting.map(|(equation, follows)| (Column::Free(equation, follows.first()), LASTING_STD)));
+    }
+    all.retain(|(_, std)| *std > 0.0);
+    all
 }
 
 /// One column.

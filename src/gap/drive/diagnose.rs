@@ -99,7 +99,7 @@ fn measure(
         simulated_logs: options.simulated_logs.min(SIMULATED),
         ..crate::gap::far::Options::default()
     };
-    far::measure(kept, library, together, listed, judged.nominal_noise.diffusion, &far_options)
+    far::measure(kept, library, together, listed, judged.nominal_noise.unforced, &far_options)
 }
 
 fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {

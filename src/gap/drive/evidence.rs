@@ -203,28 +203,17 @@ impl Problem {
         (0..n).map(|i| (inside.columns[i], inside.mean[i], stds[i] * inverse[(i, i)].max(0.0).sqrt())).collect()
     }
 
-    /// What each member closes, nats: mean of what it closes first and last, at the coefficients of the whole set.
+    /// What each member closes, nats of evidence: mean of what it closes first, alone, and last, beside all others, with the
+    /// coefficients of what is there fitted anew each time. Two of the orders that Shapley's value is the mean of.
     #[must_use]
     pub fn shares(&self, members: &[Member]) -> Vec<f64> {
-        let coefficients = self.coefficients(members);
-        let q = |keep: &dyn Fn(usize) -> bool| {
-            let kept: Vec<(usize, f64)> = coefficients.iter().filter(|c| keep(c.0)).map(|c| (c.0, c.1)).collect();
-            let linear: f64 = kept.iter().map(|(c, v)| self.moment[*c] * v).sum();
-            let square: f64 =
-                kept.iter().map(|(c, v)| kept.iter().map(|(d, w)| self.gram[(*c, *d)] * v * w).sum::<f64>()).sum();
-            linear - 0.5 * square
+        let (none, all) = (self.ln_evidence(&[]), self.ln_evidence(members));
+        let share = |member: &Member| {
+            let others: Vec<Member> = members.iter().copied().filter(|m| m != member).collect();
+            let (first, last) = (self.ln_evidence(&[*member]) - none, all - self.ln_evidence(&others));
+            0.5 * (first + last)
         };
-        let nuisance = |c: usize| self.nuisance.iter().any(|n| n.0 == c);
-        let (all, none) = (q(&|_| true), q(&nuisance));
-        members
-            .iter()
-            .map(|&(g, _)| {
-                let own = |c: usize| self.groups[g].columns.contains(&c);
-                let last = all - q(&|c| !own(c));
-                let first = q(&|c| own(c) || nuisance(c)) - none;
-                0.5 * (first + last)
-            })
-            .collect()
+        members.iter().map(share).collect()
     }
 }
 

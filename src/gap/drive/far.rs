@@ -9,7 +9,7 @@ use super::column::{COSINES, Column, nuisances};
 use super::evidence::{Group, Problem};
 use super::model::{Claimed, Effects};
 use super::own::own;
-use super::pass::{Channel, Noise, run};
+use super::pass::{Channel, Noise, Unforced, run};
 use super::record::Record;
 use crate::effects::Library;
 use crate::gap::answer::Metric;
@@ -36,8 +36,8 @@ pub struct DriveFar {
 }
 
 /// ln densities of the rows of a recording.
-fn score(record: &Record, claimed: &Claimed, diffusion: [f64; 2]) -> Vec<f64> {
-    let noise = claimed.noise(record, diffusion);
+fn score(record: &Record, claimed: &Claimed, unforced: Unforced) -> Vec<f64> {
+    let noise = claimed.noise(record, unforced);
     let bursts = claimed.bursts(record, &noise);
     let restored;
     let (record, extra) = match &bursts {
@@ -145,13 +145,13 @@ pub fn second_half(record: &Record) -> Record {
 }
 
 /// Root mean square of position (m) and heading (rad) at each horizon; `alone`: without readings on the way.
-fn horizons(record: &Record, claimed: &Claimed, diffusion: [f64; 2], alone: bool) -> Option<[[f64; 2]; 3]> {
+fn horizons(record: &Record, claimed: &Claimed, unforced: Unforced, alone: bool) -> Option<[[f64; 2]; 3]> {
     let pose = record.pose.as_ref()?;
     let longest = HORIZONS_S[2];
     if record.span_s() < 1.5 * longest {
         return None;
     }
-    let mut noise: Noise = claimed.noise(record, diffusion);
+    let mut noise: Noise = claimed.noise(record, unforced);
     for channel in 3..6 {
         noise.reading[channel] *= ASIDE;
     }
@@ -162,7 +162,7 @@ fn horizons(record: &Record, claimed: &Claimed, diffusion: [f64; 2], alone: bool
             noise.reading[1] *= ASIDE;
         }
     }
-    let restored = claimed.bursts(record, &claimed.noise(record, diffusion)).map(|b| b.restored(record));
+    let restored = claimed.bursts(record, &claimed.noise(record, unforced)).map(|b| b.restored(record));
     let record = restored.as_ref().unwrap_or(record);
     let models = claimed.models(record);
     let mut sums = [[0.0; 2]; 3];
@@ -209,20 +209,20 @@ pub fn measure(
     library: &Library,
     together: &Effects,
     listed: &Effects,
-    diffusion: [f64; 2],
+    unforced: Unforced,
     options: &Options,
 ) -> DriveFar {
     let nominal = Claimed::new(&[], library);
     let all = Claimed::new(together, library);
-    let before = score(kept, &nominal, diffusion);
-    let after = score(kept, &all, diffusion);
+    let before = score(kept, &nominal, unforced);
+    let after = score(kept, &all, unforced);
     let logs: Vec<Record> = (0..options.simulated_logs as u64)
         .into_par_iter()
-        .map(|i| own(kept, &all, diffusion, options.seed.wrapping_add(i)))
+        .map(|i| own(kept, &all, unforced, options.seed.wrapping_add(i)))
         .collect();
     let (floors, own_before): (Vec<Vec<f64>>, Vec<f64>) = logs
         .par_iter()
-        .map(|log| (score(log, &all, diffusion), score(log, &nominal, diffusion).iter().sum::<f64>()))
+        .map(|log| (score(log, &all, unforced), score(log, &nominal, unforced).iter().sum::<f64>()))
         .unzip();
     let closed = |after: &[f64]| {
         let scores = Scores {
@@ -237,9 +237,9 @@ pub fn measure(
     let floor = floors.iter().map(|f| mean(f)).sum::<f64>() / floors.len().max(1) as f64;
     let mut metrics = vec![Metric { metric: "log_score".into(), before: mean(&before), after: mean(&after), floor }];
     for (prefix, alone) in [("", true), ("filter_", false)] {
-        let own_horizons = logs.first().and_then(|log| horizons(log, &all, diffusion, alone));
+        let own_horizons = logs.first().and_then(|log| horizons(log, &all, unforced, alone));
         let found =
-            horizons(kept, &nominal, diffusion, alone).zip(horizons(kept, &all, diffusion, alone)).zip(own_horizons);
+            horizons(kept, &nominal, unforced, alone).zip(horizons(kept, &all, unforced, alone)).zip(own_horizons);
         if let Some(((before, after), floor)) = found {
             for (quantity, i) in [("position_rms_m", 0), ("heading_rms_rad", 1)] {
                 for (h, horizon) in HORIZONS_S.iter().enumerate() {
@@ -259,7 +259,7 @@ pub fn measure(
             let rows = if together.len() == 1 && together[0] == *one {
                 after.clone()
             } else {
-                score(kept, &Claimed::new(std::slice::from_ref(one), library), diffusion)
+                score(kept, &Claimed::new(std::slice::from_ref(one), library), unforced)
             };
             (one.0.clone(), closed(&rows))
         })

@@ -34,6 +34,19 @@ pub fn ahead(f: &Matrix, d: &Vector) -> Vector {
     out
 }
 
+/// What moves the robot from one row to the next.
+#[derive(Debug, Clone, Copy)]
+pub struct Step {
+    /// N·m
+    pub torques: [f64; 2],
+    /// m/s
+    pub sideways: f64,
+    /// Accelerations beyond the model's, m/s² and rad/s²
+    pub drift: [f64; 2],
+    /// s
+    pub dt: f64,
+}
+
 /// State and covariance.
 pub struct Filter<'a> {
     /// x, y, θ, v, ω
@@ -125,8 +138,9 @@ impl<'a> Filter<'a> {
         f
     }
 
-    /// Moves on by `dt`.
-    pub fn predict(&mut self, model: &DriveModel, at: &Moving, torques: [f64; 2], sideways: f64, dt: f64, f: &Matrix) {
+    /// Moves on by one step.
+    pub fn predict(&mut self, model: &DriveModel, at: &Moving, step: &Step, f: &Matrix) {
+        let Step { torques, sideways, drift, dt } = *step;
         let s = self.state;
         // the midpoint rule for speed and yaw rate, an arc for the position
         let mut middle = *at;
@@ -134,7 +148,7 @@ impl<'a> Filter<'a> {
         middle.yaw_rate_rad_s += 0.5 * dt * at.yaw_acceleration_rad_s2;
         middle.heading_rad += 0.5 * dt * s[W];
         model.accelerate(&mut middle, torques);
-        let (dv, dw) = (dt * middle.acceleration_m_s2, dt * middle.yaw_acceleration_rad_s2);
+        let (dv, dw) = (dt * (middle.acceleration_m_s2 + drift[0]), dt * (middle.yaw_acceleration_rad_s2 + drift[1]));
         let (v, w) = (s[V] + 0.5 * dv, s[W] + 0.5 * dw);
         let turn = dt * w;
         let (sin, cos) = (s[TH] + 0.5 * turn).sin_cos();
@@ -153,7 +167,7 @@ impl<'a> Filter<'a> {
         let q = self.noise.torque * dt;
         // an uncertain force lasts for some steps, not for one
         let [vv, vw, ww] = model.force_covariance(at).map(|c| c * dt * LASTING_S);
-        let [qv, qw] = self.noise.diffusion;
+        let [qv, qw] = self.noise.unforced.diffusion;
         let vv = vv + q * (a * a + b * b) + qv * dt;
         let ww = ww + q * (c * c + d * d) + qw * dt;
         let vw = vw + q * (a * c + b * d);

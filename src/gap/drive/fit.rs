@@ -140,7 +140,7 @@ impl Compared {
             let problem = candidates.linearise(record, noise, &theta);
             let top = best_set(&problem);
             if let Some(best) = &best
-                && top.ln_weight < best.sets[0].ln_weight - LOSS
+                && !(top.ln_weight >= best.top() - LOSS)
             {
                 // beyond what the linearisation holds for
                 for (new, old) in theta.iter_mut().flatten().zip(best.theta.iter().flatten()) {
@@ -158,6 +158,13 @@ impl Compared {
             }
         }
         best.unwrap_or_else(|| Self::wide(record, noise, candidates, theta))
+    }
+
+    /// ln weight of the best set; where the filter has diverged, less than any.
+    #[must_use]
+    pub fn top(&self) -> f64 {
+        let weight = self.sets[0].ln_weight;
+        if weight.is_finite() { weight } else { f64::MIN }
     }
 
     /// Where the best set lies, and whether that is close to where it was linearised.

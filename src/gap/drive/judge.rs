@@ -1,13 +1,13 @@
 //! Judges one drive: which sets of effects and free forms explain it, how probable each is, and what each closes.
 //!
-//! Order: lattice of the wheels, diffusion where there are no torques, a start for what bends too much, the comparison of
+//! Order: lattice of the wheels, how speeds change where there are no torques, a start for what bends too much, the comparison of
 //! sets, single outliers, noise levels; then the same with the lost ticks of one wheel put back, if that looks worth it.
 
 use super::bursts::{self, Bursts, Sought};
 use super::candidates::{Candidates, Kind, Prior, knowable};
 use super::column::Equation;
 use super::fit::{Compared, Theta, models};
-use super::pass::{Channel, Innovation, Models, Noise, run};
+use super::pass::{Channel, Innovation, Models, Noise, Unforced, run};
 use super::record::Record;
 use crate::effects::Parameters;
 use crate::effects::drive::{DriveExplanation, Driving};
@@ -45,6 +45,8 @@ pub struct Judged {
 const FINE: f64 = 0.01;
 /// Innovations beyond this many standard deviations may be outliers.
 const OUTLYING: f64 = 6.0;
+/// Readings on either side that it is held against.
+const NEIGHBOURS: usize = 5;
 /// More of them than this share is no matter of single readings.
 const MANY: f64 = 0.02;
 /// ln odds that one reading is an outlier, and of its size.
@@ -71,9 +73,9 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         .filter(|lsb| *lsb > FINE * record.belief.wheel_std_rad_s);
     let mut noise = Noise::believed(record, lsb);
     if record.torques_n_m.is_none() {
-        noise.diffusion = diffusion(record, &noise);
+        noise.unforced = unforced(record, &noise);
     }
-    let nominal_noise = Noise { diffusion: noise.diffusion, ..Noise::believed(record, None) };
+    let nominal_noise = Noise { unforced: noise.unforced, ..Noise::believed(record, None) };
     let all = Candidates::new(record, effects, &options.prior, true, None);
     let begin = start(record, &noise, &all);
     let compared = first(record, &noise, all, &begin);
@@ -125,7 +127,7 @@ fn restored(
     }
     all.sort_by(|a, b| b.0.ln_evidence.total_cmp(&a.0.ln_evidence));
     all.truncate(TRIED);
-    let fresh = Noise { diffusion: as_is.noise.diffusion, ..*noise };
+    let fresh = Noise { unforced: as_is.noise.unforced, ..*noise };
     let plausible = as_is.compared.plausible();
     let top = as_is.top();
     let settled = |bursts: Bursts, theta: &Theta| {
@@ -171,27 +173,34 @@ fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Comp
     let named = all.only(|g| all.groups[g].named && !matches!(all.kinds[g], Kind::Step(_)));
     let (theta, _) = Compared::narrow(record, noise, named, begin.clone(), None).next();
     let there = Compared::wide(record, noise, all, theta);
-    if there.sets[0].ln_weight > compared.sets[0].ln_weight { there } else { compared }
+    if there.top() > compared.top() { there } else { compared }
 }
 
-/// How fast v and ω diffuse, where no torque says how they move: the most likely.
-fn diffusion(record: &Record, noise: &Noise) -> [f64; 2] {
+/// How speeds change, where no torque says how they move: the most likely.
+fn unforced(record: &Record, noise: &Noise) -> Unforced {
     let models = Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() };
-    let weigh = |diffusion: [f64; 2]| run(record, &models, &Noise { diffusion, ..*noise }, &[], |_| {}).ln_likelihood();
-    let mut here = [0.01, 0.05];
+    let weigh = |unforced: Unforced| run(record, &models, &Noise { unforced, ..*noise }, &[], |_| {}).ln_likelihood();
+    let mut here = Unforced { diffusion: [0.001, 0.002], lasting: 0.9 };
     let mut best = weigh(here);
     let mut factor = 8.0;
     while factor > 1.3 {
         let mut moved = false;
         for (v, w) in [(factor, 1.0), (1.0 / factor, 1.0), (1.0, factor), (1.0, 1.0 / factor)] {
-            let next = [here[0] * v, here[1] * w];
+            let next = Unforced { diffusion: [here.diffusion[0] * v, here.diffusion[1] * w], ..here };
             let weight = weigh(next);
-            if weight > best && next.iter().all(|q| (1e-9..1e4).contains(q)) {
+            if weight > best && next.diffusion.iter().all(|q| (1e-9..1e4).contains(q)) {
                 (best, here, moved) = (weight, next, true);
             }
         }
         if !moved {
             factor = f64::sqrt(factor);
+        }
+    }
+    for lasting in [0.0, 0.5, 0.75, 0.95, 1.0] {
+        let next = Unforced { lasting, ..here };
+        let weight = weigh(next);
+        if weight > best {
+            (best, here) = (weight, next);
         }
     }
     here
@@ -227,24 +236,34 @@ impl Branch {
     /// Compares all sets where the best one lies.
     fn widen(&mut self, effects: &[&'static dyn Driving], options: &Options, near_s: Option<f64>) {
         let candidates = Candidates::new(&self.record, effects, &options.prior, true, near_s);
-        self.compared = Compared::wide(&self.record, &self.noise, candidates, self.compared.next().0);
+        let there = Compared::wide(&self.record, &self.noise, candidates.clone(), self.compared.next().0);
+        // a step so long that the filter diverges is not taken
+        let diverged = !there.sets[0].ln_weight.is_finite();
+        let here = || Compared::wide(&self.record, &self.noise, candidates, self.compared.theta.clone());
+        self.compared = if diverged { here() } else { there };
     }
 
-    /// After all sets were compared: moves to the best one's coordinates, cleans, compares again, until that settles.
+    /// After all sets were compared: moves to the best one's coordinates and compares again, until that settles; then cleans,
+    /// and once more.
     fn settle(&mut self, effects: &[&'static dyn Driving], options: &Options) {
-        let (mut near, mut cleaned) = (None, false);
+        self.converge(effects, options);
+        // noise is judged by what a settled model leaves
+        if self.clean(options) {
+            self.widen(effects, options, self.compared.step_s());
+            self.converge(effects, options);
+        }
+    }
+
+    fn converge(&mut self, effects: &[&'static dyn Driving], options: &Options) {
+        let mut near = None;
         for _ in 1..WIDE {
             let stepped = self.compared.step_s();
             let (next, settled) = self.compared.next();
-            let done = settled && (stepped.is_none() || near.is_some());
-            if done && (cleaned || !self.clean(options)) {
+            if settled && (stepped.is_none() || near.is_some()) {
                 return;
             }
-            if !done {
-                self.compared = Compared::narrow(&self.record, &self.noise, self.compared.plausible(), next, None);
-                self.clean(options);
-            }
-            (near, cleaned) = (stepped, true);
+            self.compared = Compared::narrow(&self.record, &self.noise, self.compared.plausible(), next, None);
+            near = stepped;
             self.widen(effects, options, near);
         }
     }
@@ -259,7 +278,7 @@ impl Branch {
     }
 
     fn top(&self) -> f64 {
-        self.compared.sets[0].ln_weight + self.extra_weight
+        self.compared.top() + self.extra_weight
     }
 
     /// Innovations whitened under the best set, coefficients included.
@@ -316,7 +335,8 @@ impl Branch {
         .into_iter()
         .enumerate()
         {
-            let here: Vec<&(Channel, usize, f64)> = found.iter().filter(|f| channels.contains(&f.0)).collect();
+            let own = |f: &&(Channel, usize, f64)| channels.contains(&f.0) && self.stands_out(f.0, f.1);
+            let here: Vec<&(Channel, usize, f64)> = found.iter().filter(own).collect();
             let all: usize = channels.iter().map(|c| counts[*c as usize]).sum();
             let gain: f64 = here.iter().map(|f| 0.5 * f.2 * f.2 + LN_OUTLIER).sum();
             let prior = if named { options.prior.ln_rest } else { options.prior.ln_free };
@@ -359,6 +379,25 @@ impl Branch {
         any
     }
 
+    /// Without torques a robot that starts to move looks like a reading far off, but then gyro and wheels agree: whether this
+    /// reading departs from what the others make of the yaw rate, more than they do around it.
+    fn stands_out(&self, channel: Channel, row: usize) -> bool {
+        let r = &self.record;
+        let (None, Some(gyro), true) = (&r.torques_n_m, &r.gyro_rad_s, channel <= Channel::Gyro) else { return true };
+        let robot = &r.belief.robot;
+        let apart = |k: usize| {
+            let [left, right] = [0, 1].map(|i| robot.radius_m[i] * r.wheels_rad_s[i][k]);
+            gyro[k] - 0.5 * (right - left) / robot.half_track_m
+        };
+        let around = row.saturating_sub(NEIGHBOURS)..(row + NEIGHBOURS + 1).min(r.len());
+        let mut near: Vec<f64> = around.filter(|k| *k != row).map(apart).filter(|v| v.is_finite()).collect();
+        near.sort_by(f64::total_cmp);
+        let Some(middle) = near.get(near.len() / 2).copied() else { return true };
+        let wheel = robot.radius_m[0] * self.noise.reading[0].sqrt() / robot.half_track_m;
+        let std = (self.noise.reading[2] + 0.5 * wheel * wheel).sqrt();
+        (apart(row) - middle).abs() > OUTLYING * std
+    }
+
     /// Noise that is not as large as believed; returns whether there is any.
     fn level(&mut self, options: &Options) -> bool {
         let mut sums = [(0usize, 0.0); 6];
@@ -379,8 +418,8 @@ impl Branch {
             if gain - 0.5 * (n as f64).ln() + options.prior.ln_free < 3.0 {
                 continue;
             }
-            if self.record.torques_n_m.is_none() && name.starts_with("wheel") {
-                // how the robot accelerates is no more than a diffusion here, and the wheels' noise takes what that lacks
+            if self.record.torques_n_m.is_none() && channels.start < 3 {
+                // how the robot accelerates is no more than a diffusion here, and the sensors' noise takes what that lacks
                 for c in channels {
                     self.noise.reading[c] *= ratio;
                 }
@@ -394,7 +433,9 @@ impl Branch {
                 self.noise.reading[c] *= ratio;
             }
             let text = format!("the noise of {name} is {:.2} times as large as believed", total.sqrt());
-            self.add(described(&id, false, gain, text));
+            let share = 0.5 * n as f64 * (total - 1.0 - total.ln());
+            self.extra_parts.retain(|p| p.id != id);
+            self.extra_parts.push(described(&id, false, share, text));
             if !again {
                 // the better noise is in the evidence itself; what it costs is said here
                 self.extra_weight += options.prior.ln_free - 0.5 * (n as f64).ln();

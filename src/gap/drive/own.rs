@@ -1,6 +1,8 @@
 //! What the model with its effects would have recorded: same torques, rows and channels, noise of its own.
 
+use super::filter::Slopes;
 use super::model::Claimed;
+use super::pass::Unforced;
 use super::record::Record;
 use crate::math::random::Stream;
 use crate::model::drive::{Moving, Past};
@@ -10,7 +12,7 @@ const STREAM: u64 = 0xD12;
 
 /// A recording of the model's own.
 #[must_use]
-pub fn own(like: &Record, claimed: &Claimed, diffusion: [f64; 2], seed: u64) -> Record {
+pub fn own(like: &Record, claimed: &Claimed, unforced: Unforced, seed: u64) -> Record {
     let draw = &mut Stream::new(seed, STREAM);
     let mut out = like.clone();
     let models = claimed.models(like);
@@ -39,6 +41,7 @@ pub fn own(like: &Record, claimed: &Claimed, diffusion: [f64; 2], seed: u64) -> 
         }
     }
     let mut before = ([0.0; 2], [0.0; 2]);
+    let mut slopes = Slopes::default();
     let bursts = claimed.loss.map(|loss| (loss, 0.2, 0.03));
     let mut lost = false;
     let start_s = like.times_s.first().copied().unwrap_or(0.0);
@@ -102,8 +105,15 @@ pub fn own(like: &Record, claimed: &Claimed, diffusion: [f64; 2], seed: u64) -> 
         middle.yaw_rate_rad_s += 0.5 * dt * now.yaw_acceleration_rad_s2;
         middle.heading_rad += 0.5 * dt * s[4];
         model.accelerate(&mut middle, torques);
-        let dv = dt * middle.acceleration_m_s2 + (diffusion[0] * dt).sqrt() * draw.normal();
-        let dw = dt * middle.yaw_acceleration_rad_s2 + (diffusion[1] * dt).sqrt() * draw.normal();
+        // without torques accelerations last as the filter believes
+        let drift = match &like.torques_n_m {
+            Some(_) => [0.0; 2],
+            None => [before.0[0] - now.acceleration_m_s2, before.0[1] - now.yaw_acceleration_rad_s2],
+        };
+        let [a, alpha] = drift.map(|d| unforced.lasting * d);
+        let diffusion = unforced.diffusion;
+        let dv = dt * (middle.acceleration_m_s2 + a) + (diffusion[0] * dt).sqrt() * draw.normal();
+        let dw = dt * (middle.yaw_acceleration_rad_s2 + alpha) + (diffusion[1] * dt).sqrt() * draw.normal();
         let turn = dt * (s[4] + 0.5 * dw);
         let (sin, cos) = (s[2] + 0.5 * turn).sin_cos();
         let way = dt * (s[3] + 0.5 * dv);
@@ -112,7 +122,10 @@ pub fn own(like: &Record, claimed: &Claimed, diffusion: [f64; 2], seed: u64) -> 
         s[2] += turn;
         s[3] += dv;
         s[4] += dw;
-        before = ([now.acceleration_m_s2, now.yaw_acceleration_rad_s2], now.wheel_force_n);
+        before = match &like.torques_n_m {
+            Some(_) => ([now.acceleration_m_s2, now.yaw_acceleration_rad_s2], now.wheel_force_n),
+            None => slopes.push(dt, [s[3], s[4]], model),
+        };
     }
     out
 }

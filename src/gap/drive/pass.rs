@@ -5,7 +5,7 @@
 //! accelerates. The whitened derivatives are summed up in one Gram matrix: all that the comparison of effects needs.
 
 use super::column::{COSINES, Column, FUNCTIONS, Row, Scales, cosines_of};
-use super::filter::{Filter, N, Slopes, TH, V, Vector, W};
+use super::filter::{Filter, N, Slopes, Step, TH, V, Vector, W};
 use super::record::Record;
 use super::tangents::{Expecting, Going, Tangents};
 use crate::effects::drive::Touches;
@@ -35,13 +35,22 @@ impl Channel {
     pub const ALL: [Self; 6] = [Self::WheelLeft, Self::WheelRight, Self::Gyro, Self::X, Self::Y, Self::Heading];
 }
 
+/// How speeds change where no torques tell it: accelerations last, and diffuse.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Unforced {
+    /// Diffusion of v (m²/s³) and ω (rad²/s³)
+    pub diffusion: [f64; 2],
+    /// How much of an acceleration is there in the next row, 0 to 1
+    pub lasting: f64,
+}
+
 /// Variances that the filter assumes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
     /// Torque noise of each wheel, squared: N²·m²·s
     pub torque: f64,
-    /// Extra diffusion of v (m²/s³) and ω (rad²/s³)
-    pub diffusion: [f64; 2],
+    /// How the robot moves where no torques tell it
+    pub unforced: Unforced,
     /// Of one reading of each channel, in its unit squared
     pub reading: [f64; 6],
 }
@@ -56,7 +65,7 @@ impl Noise {
         let (position, heading) = (b.position_std_m.powi(2), b.heading_std_rad.powi(2));
         Self {
             torque,
-            diffusion: [0.0; 2],
+            unforced: Unforced::default(),
             reading: [wheel, wheel, b.gyro_std_rad_s.powi(2), position, position, heading],
         }
     }
@@ -239,8 +248,10 @@ pub fn run(
             row.speed = at.speed_m_s;
             row.yaw_rate = at.yaw_rate_rad_s;
             row.heading = at.heading_rad;
-            row.acceleration = at.acceleration_m_s2;
-            row.yaw_acceleration = at.yaw_acceleration_rad_s2;
+            [row.acceleration, row.yaw_acceleration] = match &record.torques_n_m {
+                Some(_) => [at.acceleration_m_s2, at.yaw_acceleration_rad_s2],
+                None => before.0,
+            };
             row.torques = torques;
             for (lagged, lag_s) in row.lagged.iter_mut().zip([0.05, 0.5]) {
                 let keep = (-dt / lag_s).exp();
@@ -256,8 +267,15 @@ pub fn run(
         }
         let f = filter.jacobian(&models.here, &at, torques, sideways, dt, &scales);
         tangents.predict(&f, &Going { at: &at, torques, sideways, dt, functions: &functions });
+        // without torques the robot goes on accelerating as it did
+        let drift = if record.torques_n_m.is_none() {
+            let [a, alpha] = before.0;
+            [a - at.acceleration_m_s2, alpha - at.yaw_acceleration_rad_s2].map(|d| noise.unforced.lasting * d)
+        } else {
+            [0.0; 2]
+        };
         before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);
-        filter.predict(&models.here, &at, torques, sideways, dt, &f);
+        filter.predict(&models.here, &at, &Step { torques, sideways, drift, dt }, &f);
         if record.torques_n_m.is_none() {
             // without torques the accelerations are what speeds have done, and the forces what that takes
             before = slopes.push(dt, [filter.state[V], filter.state[W]], &models.here);
