@@ -1,10 +1,13 @@
-//! ln p(set | recording) = ln evidence / T + prior(k, m) + constant: k effects of the library, m free forms
+//! ln p(set | recording) = ln evidence / T + prior(k, m) + constant: k effects of the library, m free forms;
+//! p(set) → (1 - ε) p(set) for every set but the empty one
 //!
 //! What the comparison's evidences are worth, learned from recordings whose truth is known: Laplace's method and the
 //! searched part of the hypotheses make an evidence too sure by a factor T, and how often real recordings lack nothing,
 //! one thing, or more is no matter of a recording's evidence. The numbers that ship were fitted by `gyroid gap bench
 //! calibrate`; their provenance stands in the file. They hold for a world like that of the bench, in which one recording
 //! in eight lacks nothing: where gaps are rarer, 'none' deserves more than it is given.
+//! ε is the share of the recordings with a gap in which the truth is none of what was compared, however large the evidence:
+//! thousands of nats between two wrong models prove neither, and no temperature heals that.
 
 use super::findings::WeightedSet;
 use super::search::Prior;
@@ -25,6 +28,9 @@ pub struct Calibration {
     pub ln_effect: [f64; 2],
     /// The same of free forms.
     pub ln_free: [f64; 2],
+    /// ε: where there is a gap, the probability that what causes it is none of what was compared.
+    #[serde(default)]
+    pub doubt: f64,
 }
 
 #[derive(Deserialize)]
@@ -40,7 +46,7 @@ impl Calibration {
     /// Evidence as it is, under the prior of the search.
     #[must_use]
     pub fn none(prior: &Prior) -> Self {
-        Self { temperature: 1.0, ln_effect: [prior.ln_named; 2], ln_free: [prior.ln_free; 2] }
+        Self { temperature: 1.0, ln_effect: [prior.ln_named; 2], ln_free: [prior.ln_free; 2], doubt: 0.0 }
     }
 
     /// Reads a calibration that `gyroid gap bench calibrate` wrote.
@@ -53,7 +59,7 @@ impl Calibration {
             toml::from_str(text).map_err(|e| Error::new(ErrorKind::Config, source, e.message()).mend(mend))?;
         let c = file.calibration;
         let finite = c.ln_effect.iter().chain(&c.ln_free).all(|v| v.is_finite());
-        if !(c.temperature > 0.0 && c.temperature.is_finite() && finite) {
+        if !(c.temperature > 0.0 && c.temperature.is_finite() && finite && (0.0..1.0).contains(&c.doubt)) {
             let found = format!("{c:?} is no calibration");
             return Err(Error::new(ErrorKind::Config, source, found).at("[calibration]").mend(mend));
         }
@@ -130,7 +136,7 @@ mod tests {
     #[test]
     fn the_search_s_prior_is_taken_back_and_what_is_certain_is_free() {
         let prior = Prior { ln_named: -2.0, ln_free: -4.0 };
-        let c = Calibration { temperature: 2.0, ln_effect: [-1.0, -3.0], ln_free: [-5.0, -6.0] };
+        let c = Calibration { temperature: 2.0, ln_effect: [-1.0, -3.0], ln_free: [-5.0, -6.0], doubt: 0.0 };
         let s = set(&[("a", true), ("b", true), ("free.c", false), ("gyro.quantization", true)], 10.0);
         // evidence 10 + 2 · 2 + 4 = 18
         assert!((c.ln_weight(&s, &prior) - (9.0 - 1.0 - 3.0 - 5.0)).abs() < 1e-12);

@@ -113,7 +113,10 @@ impl Findings {
         let ln: Vec<f64> = sets.iter().map(|s| calibration.ln_weight(s, prior)).collect();
         let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let total: f64 = ln.iter().map(|v| (v - top).exp()).sum();
-        sets.iter_mut().zip(&ln).for_each(|(s, v)| s.probability = (v - top).exp() / total);
+        for (set, v) in sets.iter_mut().zip(&ln) {
+            let believed = if set.parts.is_empty() { 1.0 } else { 1.0 - calibration.doubt };
+            set.probability = believed * (v - top).exp() / total;
+        }
         sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         Self { sets, notes }
     }

@@ -1,6 +1,6 @@
 //! max Σ_cases ln p(truth | recording) over temperature and prior odds: the calibration of the diagnosis
 //!
-//! p(truth) is what the diagnosis gives the true main effect (either of two), 'none' or 'unknown'. A weak normal prior of
+//! p(truth) is what the diagnosis gives the true main effect (either of two), 'none' or 'unknown', and a share of its doubt. A weak normal prior of
 //! standard deviation [`SPREAD`] about the uncalibrated values keeps what few cases decide from running away. What is
 //! reported is cross-validated: every case is judged by a calibration that has not seen it.
 
@@ -24,6 +24,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const SPREAD: f64 = 2.0;
 /// Parts of the cross-validation.
 const FOLDS: usize = 10;
+/// Among so many things that may be the truth doubt is divided.
+const ALTERNATIVES: f64 = 20.0;
+/// Doubt that the fit begins with, ln odds.
+const DOUBT: f64 = -3.0;
 /// Least probability that a truth is given: one case that no set explains does not decide alone.
 const FLOOR: f64 = 1e-4;
 const PERFECT_SEED: u64 = 1;
@@ -41,6 +45,8 @@ pub struct Example {
     sets: Vec<Set>,
     /// For each main thing, whether naming it is right.
     right: Vec<bool>,
+    /// For each main thing, whether it is nothing.
+    nothing: Vec<bool>,
 }
 
 /// How well probabilities fit what was true.
@@ -94,7 +100,11 @@ impl Example {
             Set { ln_evidence, effects, free, main: at }
         });
         let sets = sets.collect();
-        Self { sets, right: mains.iter().map(|m| is_right(m, label)).collect() }
+        Self {
+            sets,
+            right: mains.iter().map(|m| is_right(m, label)).collect(),
+            nothing: mains.iter().map(|m| *m == Main::None).collect(),
+        }
     }
 
     /// Probability of each main thing.
@@ -104,12 +114,14 @@ impl Example {
         let mut sums = vec![0.0; self.right.len()];
         self.sets.iter().for_each(|s| sums[s.main] += (ln(s) - top).exp());
         let total: f64 = sums.iter().sum();
-        sums.iter_mut().for_each(|s| *s /= total);
+        sums.iter_mut().zip(&self.nothing).for_each(|(s, none)| *s *= if *none { 1.0 } else { 1.0 - c.doubt } / total);
         sums
     }
 
     fn truth(&self, c: &Calibration) -> f64 {
-        self.mains(c).iter().zip(&self.right).filter(|(_, r)| **r).map(|(p, _)| p).sum::<f64>()
+        let mains = self.mains(c);
+        let doubted = (1.0 - mains.iter().sum::<f64>()).max(0.0);
+        mains.iter().zip(&self.right).filter(|(_, r)| **r).map(|(p, _)| p).sum::<f64>() + doubted / ALTERNATIVES
     }
 
     /// Probability of the verdict, and whether it is right.
@@ -120,19 +132,20 @@ impl Example {
     }
 }
 
-/// Temperature as its logarithm, then the prior odds.
-fn parameters(c: &Calibration) -> [f64; 5] {
-    [c.temperature.ln(), c.ln_effect[0], c.ln_effect[1], c.ln_free[0], c.ln_free[1]]
+/// Temperature as its logarithm, the prior odds, and the ln odds of doubt.
+fn parameters(c: &Calibration) -> [f64; 6] {
+    [c.temperature.ln(), c.ln_effect[0], c.ln_effect[1], c.ln_free[0], c.ln_free[1], DOUBT]
 }
 
-fn calibration(x: &[f64; 5]) -> Calibration {
-    Calibration { temperature: x[0].exp(), ln_effect: [x[1], x[2]], ln_free: [x[3], x[4]] }
+fn calibration(x: &[f64; 6]) -> Calibration {
+    let doubt = 1.0 / (1.0 + (-x[5]).exp());
+    Calibration { temperature: x[0].exp(), ln_effect: [x[1], x[2]], ln_free: [x[3], x[4]], doubt }
 }
 
 /// The calibration of largest posterior density for `examples`.
 fn fitted<'a>(examples: impl Iterator<Item = &'a Example> + Clone, prior: &Prior) -> Calibration {
     let start = parameters(&Calibration::none(prior));
-    let value = |x: &[f64; 5]| {
+    let value = |x: &[f64; 6]| {
         let c = calibration(x);
         let likelihood: f64 = examples.clone().map(|e| e.truth(&c).max(FLOOR).ln()).sum();
         likelihood - 0.5 * x.iter().zip(&start).map(|(a, b)| ((a - b) / SPREAD).powi(2)).sum::<f64>()
