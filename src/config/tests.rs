@@ -23,7 +23,7 @@ fn sample() -> Config {
                 [2e-6, 1e-7, 9.0],
             ])),
             discrete: Some(Discrete::new(&model, 0.01, Scheme::Exact).unwrap()),
-            noise: Some(Noise { rate_random_walk_rad_s_sqrt_s: Some(1e-6), quantization_lsb_rad_s: None }),
+            noise: Some(Noise { rate_random_walk_rad_s_sqrt_s: Some(1e-6), ..Noise::default() }),
             last_run: Some(LastRun { warm_up_age_s: 640.5 }),
         }),
         vehicle: Some(Vehicle {
