@@ -14,7 +14,7 @@ mod targets;
 pub use configuration::{ConfigurationOptions, configuration};
 pub use number::{Known, digits, written};
 pub use sheet::{Comment, LeftOut, Shape, Sheet, Written};
-pub use source::{Axis, GaussMarkov, Options, Origin, Source, Thermal};
+pub use source::{GaussMarkov, Options, Origin, Source, Thermal};
 pub use target::{About, Export, Key, Target, export};
 pub use targets::{by_id, registry};
 

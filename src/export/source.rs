@@ -3,50 +3,10 @@
 use super::number::Known;
 use crate::config::{Config, EffectTable, Gyro};
 use crate::error::{Error, ErrorKind, Result};
+use crate::ingest::Axis;
 
 /// Standard normal quantile of 0.975.
 const Z975: f64 = 1.959_963_984_540_054;
-
-/// A body axis of the target's IMU.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    /// x
-    X,
-    /// y
-    Y,
-    /// z
-    Z,
-}
-
-impl Axis {
-    /// 0, 1, 2.
-    #[must_use]
-    pub fn index(self) -> usize {
-        self as usize
-    }
-
-    /// `x`, `y`, `z`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        ["x", "y", "z"][self.index()]
-    }
-
-    /// The axis that the name of a column says: `gyro_z_rad_s`, `angular_velocity.x`, `gy_rad_s`, `wz`.
-    #[must_use]
-    pub fn of_column(column: &str) -> Option<Self> {
-        let lower = column.to_lowercase();
-        let axis = |letter: &str| match letter {
-            "x" => Some(Self::X),
-            "y" => Some(Self::Y),
-            "z" => Some(Self::Z),
-            _ => None,
-        };
-        lower.split(|c: char| !c.is_ascii_alphanumeric()).find_map(|word| {
-            let bare = ["gyroscope", "gyro", "gyr", "omega", "rate", "g", "w"];
-            axis(word).or_else(|| bare.iter().find_map(|stem| word.strip_prefix(stem).and_then(axis)))
-        })
-    }
-}
 
 /// What the configuration cannot know of the program that will read the file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -315,25 +275,4 @@ impl<'a> Source<'a> {
 fn normal(value: f64, variance: Option<f64>) -> Known {
     let half = variance.map(|v| Z975 * v.max(0.0).sqrt());
     Known { value, ci95: half.map(|h| [value - h, value + h]) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_name_their_axis() {
-        for (column, axis) in [
-            ("gyro_z_rad_s", Some(Axis::Z)),
-            ("gx_rad_s", Some(Axis::X)),
-            ("angular_velocity.y", Some(Axis::Y)),
-            ("/imu/angular_velocity/z", Some(Axis::Z)),
-            ("wz", Some(Axis::Z)),
-            ("GyroX", Some(Axis::X)),
-            ("rate", None),
-            ("", None),
-        ] {
-            assert_eq!(Axis::of_column(column), axis, "{column}");
-        }
-    }
 }

@@ -1,8 +1,9 @@
 //! What a target is: another program, the file that it reads, and the keys that a gyro's configuration can fill.
 
 use super::sheet::{Comment, LeftOut, Sheet, Written};
-use super::source::{Axis, Source};
+use super::source::Source;
 use crate::error::{Error, ErrorKind, Result};
+use crate::ingest::Axis;
 use serde_json::{Value, json};
 
 /// A key of a target's file.
@@ -123,10 +124,7 @@ fn head(about: &About, source: &Source<'_>, sheet: &mut Sheet) {
     }
     let (axis, assumed) = source.axis();
     let why = if assumed { "assumed, because no column says which (--axis)" } else { "the one that was fitted" };
-    sheet.note(format!(
-        "axis {}: {why}; where a number serves all axes, the others are assumed to be like it",
-        axis.name()
-    ));
+    sheet.note(format!("axis {axis}: {why}; where a number serves all axes, the others are assumed to be like it",));
     sheet.comment(&format!("convention: {}", about.convention));
     sheet.comment(&format!("source: {}", about.source));
     sheet.note(
@@ -157,7 +155,7 @@ impl Export {
     pub fn json(&self) -> Value {
         json!({
             "target": self.target,
-            "axis": self.axis.name(),
+            "axis": self.axis,
             "axis_assumed": self.axis_assumed,
             "keys": self.written.iter().map(Written::json).collect::<Vec<_>>(),
             "left_out": self.left_out.iter().map(LeftOut::json).collect::<Vec<_>>(),

@@ -90,7 +90,7 @@ fn thermal(source: &Source<'_>, sheet: &mut Sheet) {
     sheet.note("without INS_TCAL1_ACC* the accelerometer is not compensated: their defaults are 0");
     let shift_c = REFERENCE_C - polynomial.power_on_c;
     let slope = polynomial.slope_rad_s_c + 2.0 * polynomial.bend_rad_s_c2 * shift_c;
-    let letter = source.axis().0.name().to_uppercase();
+    let letter = source.axis().0.to_string().to_uppercase();
     sheet.put_integer("INS_TCAL1_ENABLE", 1, |v| format!("INS_TCAL1_ENABLE,{v}"));
     for (key, value) in [("INS_TCAL1_TMIN", low), ("INS_TCAL1_TMAX", high)] {
         sheet.put(key, Known::exact(value), Shape::Scalar, |v| format!("{key},{v}"));

@@ -14,9 +14,10 @@
 
 use super::super::number::{Known, digits};
 use super::super::sheet::{Comment, Shape, Sheet};
-use super::super::source::{Axis, Source};
+use super::super::source::Source;
 use super::super::target::{About, Key, Target};
 use crate::error::Result;
+use crate::ingest::Axis;
 
 /// Standard deviation of the bias beside |C1|, where it walks only so that it decays.
 const NEGLIGIBLE: f64 = 1e-3;
@@ -72,9 +73,9 @@ impl Target for Gazebo {
         sheet.line("<imu>");
         sheet.line("  <angular_velocity>");
         let (fitted, _) = source.axis();
-        for axis in [Axis::X, Axis::Y, Axis::Z] {
+        for axis in Axis::ALL {
             sheet.indent("            ");
-            sheet.line(&format!("<{}>", axis.name()));
+            sheet.line(&format!("<{axis}>"));
             sheet.indent("              ");
             if axis == fitted {
                 whole(source, white, sheet);
@@ -86,7 +87,7 @@ impl Target for Gazebo {
                 sheet.line("</noise>");
             }
             sheet.indent("            ");
-            sheet.line(&format!("</{}>", axis.name()));
+            sheet.line(&format!("</{axis}>"));
         }
         sheet.indent("");
         sheet.line("          </angular_velocity>");

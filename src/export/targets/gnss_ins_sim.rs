@@ -38,7 +38,7 @@ impl Target for GnssInsSim {
     }
 
     fn fill(&self, source: &Source<'_>, sheet: &mut Sheet) -> Result<()> {
-        let axis = source.axis().0.index();
+        let axis = source.axis().0 as usize;
         sheet.note(
             "the body axes are forward, right, down: turn the sign of gyro_b where the log's axis points the other way",
         );

@@ -37,7 +37,7 @@ impl Target for KfGins {
     }
 
     fn fill(&self, source: &Source<'_>, sheet: &mut Sheet) -> Result<()> {
-        let axis = source.axis().0.index();
+        let axis = source.axis().0 as usize;
         sheet.note(
             "KF-GINS counts forward, right, down: turn the sign of initgyrbias where the log's axis points the other way",
         );

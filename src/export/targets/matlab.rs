@@ -51,7 +51,7 @@ impl Target for Matlab {
     }
 
     fn fill(&self, source: &Source<'_>, sheet: &mut Sheet) -> Result<()> {
-        let axis = source.axis().0.index();
+        let axis = source.axis().0 as usize;
         let property = |name: &'static str| move |v: &str| format!("params.{name} = [{v}];");
         sheet.note(
             "releases whose gyroparams has no NoiseType behave as 'double-sided': there drop that option, multiply \

@@ -141,7 +141,7 @@ fn thermal(source: &Source<'_>, sheet: &mut Sheet) {
         ("TC_G0_X2", polynomial.bend_rad_s_c2),
         ("TC_G0_X3", 0.0),
     ] {
-        let name = format!("{key}_{}", axis.index());
+        let name = format!("{key}_{}", axis as usize);
         sheet.put_named(&name, key, Known::exact(value), Shape::Scalar, |v| row(&name, v, REAL));
     }
 }

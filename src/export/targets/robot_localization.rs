@@ -6,9 +6,10 @@
 
 use super::super::number::{Known, digits};
 use super::super::sheet::{Comment, Shape, Sheet};
-use super::super::source::{Axis, Source};
+use super::super::source::Source;
 use super::super::target::{About, Key, Target};
 use crate::error::{Error, ErrorKind, Result};
+use crate::ingest::Axis;
 
 static ABOUT: About = About {
     id: "robot-localization",
