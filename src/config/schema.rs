@@ -179,7 +179,7 @@ pub struct Noise {
 
 /// `[gyro.noise.terms]`: one table a term that was identified, by its id and unit (names of IEEE Std 952).
 ///
-/// Where simulator and filter have a key of their own (`angle_random_walk_rad_sqrt_s`,
+/// Exports read them; simulator and filter know the white noise and the walk. Where these have a key of their own (`angle_random_walk_rad_sqrt_s`,
 /// `rate_random_walk_rad_s_sqrt_s`), both must say the same.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

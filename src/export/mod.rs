@@ -17,6 +17,3 @@ pub use sheet::{Comment, LeftOut, Shape, Sheet, Written};
 pub use source::{GaussMarkov, Options, Origin, Source, Thermal};
 pub use target::{About, Export, Key, Target, export};
 pub use targets::{by_id, registry};
-
-#[cfg(test)]
-mod tests;

@@ -148,7 +148,7 @@ impl Sheet {
 
     /// A key that the configuration does not support.
     pub fn leave_out(&mut self, key: &str, why: &str, mend: &str) {
-        self.comment(&format!("{key} is left out: {why}. Mend: {mend}."));
+        self.comment(&format!("left out: {key}: {why}. Mend: {mend}."));
         self.left_out.push(LeftOut { key: key.to_string(), why: why.to_string(), mend: mend.to_string() });
     }
 

@@ -1,12 +1,13 @@
 //! What a configuration says, as the numbers that other programs ask for.
 
-use super::number::Known;
+use super::number::{Known, digits};
 use crate::config::{Config, EffectTable, Gyro};
 use crate::error::{Error, ErrorKind, Result};
 use crate::ingest::Axis;
 
 /// Standard normal quantile of 0.975.
 const Z975: f64 = 1.959_963_984_540_054;
+const ABSOLUTE_ZERO_C: f64 = -273.15;
 
 /// What the configuration cannot know of the program that will read the file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -88,9 +89,23 @@ impl<'a> Source<'a> {
                 return Err(Error::new(ErrorKind::Usage, option, format!("{value} is not a positive number")));
             }
         }
+        if let Some(t) = options.power_on_temperature_c
+            && !(t > ABSOLUTE_ZERO_C && t.is_finite())
+        {
+            return Err(Error::new(
+                ErrorKind::Usage,
+                "--power-on-temperature",
+                format!("{t} is no temperature in degC"),
+            ));
+        }
+        if let Some(id) = options.device_id
+            && (id == 0 || i32::try_from(id).is_err())
+        {
+            let found = format!("{id} is no device id: PX4 keeps them as positive 32 bit integers");
+            return Err(Error::new(ErrorKind::Usage, "--device-id", found).mend("read CAL_GYRO0_ID of the vehicle"));
+        }
         if let Some(topic) = &options.topic
-            && (topic.is_empty()
-                || topic.contains(|c: char| c.is_control() || c.is_whitespace() || "\"'#<>&".contains(c)))
+            && !topic_is_named_as_ros_names(topic)
         {
             let found = format!("{topic:?} is no topic");
             return Err(Error::new(ErrorKind::Usage, "--topic", found).mend("write it as ROS does: /imu/data"));
@@ -140,6 +155,19 @@ impl<'a> Source<'a> {
             .at("`sample_time_s`")
             .mend("add it, or give --rate HZ")
         })
+    }
+
+    /// f and where it is from, for the notes of a file.
+    ///
+    /// # Errors
+    /// As [`Source::rate_hz`].
+    pub fn rate_text(&self) -> Result<String> {
+        let origin = match (self.options.rate_hz, self.config.sample_time_s) {
+            (Some(_), _) => "given with --rate",
+            (None, Some(_)) => "sample_time_s of the configuration, unless --rate says otherwise",
+            (None, None) => "the rate of the log, unless --rate says otherwise",
+        };
+        Ok(format!("f = {} Hz ({origin})", digits(self.rate_hz()?)))
     }
 
     /// N, rad/√s (which is rad/s/√Hz).
@@ -219,6 +247,23 @@ impl<'a> Source<'a> {
         Known { value: self.gyro.time_constant_s, ci95 }
     }
 
+    /// The stochastic terms that are known, in SI, for the head of the file: no target takes all of them.
+    #[must_use]
+    pub fn terms_text(&self) -> String {
+        let own = Known::exact(self.gyro.angle_random_walk_rad_sqrt_s);
+        let markov = self.gauss_markov();
+        let named = [
+            ("angle random walk N", "rad/sqrt(s)", self.angle_random_walk().ok().or(Some(own))),
+            ("rate random walk K", "rad/s/sqrt(s)", self.rate_random_walk()),
+            ("bias instability B", "rad/s", self.bias_instability()),
+            ("Gauss-Markov sigma", "rad/s", markov.map(|m| m.std_rad_s)),
+            ("its correlation time", "s", markov.map(|m| m.correlation_time_s)),
+        ];
+        let words =
+            named.iter().filter_map(|(name, unit, known)| known.map(|k| format!("{name} = {:.4e} {unit}", k.value)));
+        words.collect::<Vec<_>>().join(", ")
+    }
+
     /// Spread of C2 from power-on to power-on, rad/s.
     #[must_use]
     pub fn turn_on(&self) -> Option<f64> {
@@ -270,6 +315,13 @@ impl<'a> Source<'a> {
         let find = |e: &&EffectTable| e.id == id;
         self.config.effects.iter().find(find).and_then(|e| e.parameters.get(key)).copied()
     }
+}
+
+/// Letters, digits, `_` and `/`, begun by `/`, `~` or a letter.
+fn topic_is_named_as_ros_names(topic: &str) -> bool {
+    let rest = topic.strip_prefix(['~', '/']).unwrap_or(topic);
+    let begins = topic.starts_with(|c: char| c == '~' || c == '/' || c.is_ascii_alphabetic());
+    begins && !rest.is_empty() && rest.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '/')
 }
 
 fn normal(value: f64, variance: Option<f64>) -> Known {

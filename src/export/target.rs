@@ -34,9 +34,15 @@ pub struct About {
     pub convention: &'static str,
     /// Where the convention stands.
     pub source: &'static str,
+    /// What becomes of the warm-up e(t), which only simulators of a moving bias can hold.
+    pub warm_up: &'static str,
     /// How a comment is marked.
     pub comment: Comment,
 }
+
+/// What becomes of the warm-up before a filter, be its bias a state or not.
+pub(super) const SUBTRACT: &str =
+    "subtract it before the filter (gyroid navigate does), or wait for three time constants";
 
 /// A program that reads what a fit says of a gyro.
 pub trait Target: Sync + Send {
@@ -125,32 +131,30 @@ fn head(about: &About, source: &Source<'_>, sheet: &mut Sheet) {
     let (axis, assumed) = source.axis();
     let why = if assumed { "assumed, because no column says which (--axis)" } else { "the one that was fitted" };
     sheet.note(format!("axis {axis}: {why}; where a number serves all axes, the others are assumed to be like it",));
+    sheet.comment(&format!("identified: {}", source.terms_text()));
     sheet.comment(&format!("convention: {}", about.convention));
     sheet.comment(&format!("source: {}", about.source));
+    if about.comment == Comment::Xml {
+        sheet.comment("XML allows no double hyphen in a comment: each is written with a space in between");
+    }
     sheet.note(
         "identified at rest: vibration, scale factor and timing errors of a moving robot are not in these numbers; \
-         a filter's noise is not smaller than this",
+         no filter should assume less",
     );
-    if let Some(at_power_on) = warm_up_note(source) {
-        sheet.note(at_power_on);
+    let g = source.gyro;
+    if g.c1_rad_s != 0.0 {
+        sheet.note(format!(
+            "the bias warms up: e(t) = {:.6e} (1 - exp(-t / {:.6e} s)) + {:.6e} rad/s, t from power-on; {}",
+            g.c1_rad_s, g.time_constant_s, g.c2_rad_s, about.warm_up
+        ));
     }
     sheet.line("");
 }
 
-/// A bias that no target but a simulator can hold, where it matters.
-fn warm_up_note(source: &Source<'_>) -> Option<String> {
-    let g = source.gyro;
-    (g.c1_rad_s != 0.0).then(|| {
-        format!(
-            "the bias warms up: e(t) = {:.6e} (1 - exp(-t / {:.6e} s)) + {:.6e} rad/s, t from power-on; subtract it \
-             before the filter (gyroid navigate does), or wait for three time constants",
-            g.c1_rad_s, g.time_constant_s, g.c2_rad_s
-        )
-    })
-}
-
 impl Export {
-    /// The stable form.
+    /// The stable form: `target`; `axis` and whether it is assumed; `keys`, each `{"key", "value", "unit", "meaning",
+    /// "ci95"}` with the value as the file holds it (an array where the key is one) and the interval in the same unit, null
+    /// where it is not known or not bounded; `left_out`, each `{"key", "why", "mend"}`; `notes`; `text`, the file itself.
     #[must_use]
     pub fn json(&self) -> Value {
         json!({

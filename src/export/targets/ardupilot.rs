@@ -11,7 +11,7 @@
 use super::super::number::Known;
 use super::super::sheet::{Comment, Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::{About, Key, SUBTRACT, Target};
 use crate::error::Result;
 
 /// EKF_TARGET_DT of AP_NavEKF3, s.
@@ -40,6 +40,7 @@ static ABOUT: About = About {
     needs: "N; K from a log of hours; for INS_TCAL1_*: [[effect]] gyro.temperature_sensitivity and 10 degC or more of range",
     convention: "discrete: a step of dt adds (dt EK3_GYRO_P_NSE)^2 to the rotation, (dt EK3_GBIAS_P_NSE)^2 to the bias",
     source: "github.com/ArduPilot/ardupilot: libraries/AP_NavEKF3, AP_InertialSensor/AP_InertialSensor_tempcal.cpp",
+    warm_up: SUBTRACT,
     comment: Comment::Hash,
 };
 

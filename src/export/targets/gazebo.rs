@@ -45,6 +45,7 @@ static ABOUT: About = About {
     needs: "C1, C2, T, N and the IMU's rate; K if it was identified; quantization_lsb_rad_s for precision",
     convention: "stddev is of a sample (N sqrt(f)); dynamic_bias_stddev is the driving density of an Ornstein-Uhlenbeck process",
     source: "sdformat.org/spec (noise); github.com/gazebosim/gz-sensors: src/GaussianNoiseModel.cc",
+    warm_up: "this file holds it",
     comment: Comment::Xml,
 };
 
@@ -62,6 +63,7 @@ impl Target for Gazebo {
     fn fill(&self, source: &Source<'_>, sheet: &mut Sheet) -> Result<()> {
         let rate = source.rate_hz()?;
         let white = source.angle_random_walk()?.times(rate.sqrt());
+        sheet.note(source.rate_text()?);
         limits(source, sheet);
         sheet.line("<sdf version=\"1.7\">");
         sheet.line("  <model name=\"imu\">");

@@ -27,6 +27,7 @@ static ABOUT: About = About {
     needs: "N, C1, C2; a Gauss-Markov term for the drift, without which IMU() asks for gyro_b_stability from you",
     convention: "continuous: white noise of gyro_arw / sqrt(dt) a sample; degrees and hours",
     source: "github.com/Aceinna/gnss-ins-sim: gnss_ins_sim/sim/imu_model.py, pathgen/pathgen.py",
+    warm_up: "gnss-ins-sim has no warm-up: gyro_b is its end, reached after some three time constants",
     comment: Comment::Hash,
 };
 

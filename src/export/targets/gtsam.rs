@@ -5,7 +5,7 @@
 
 use super::super::sheet::{Comment, Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::{About, Key, SUBTRACT, Target};
 use crate::error::Result;
 
 static ABOUT: About = About {
@@ -27,6 +27,7 @@ static ABOUT: About = About {
     needs: "N; K for biasOmegaCovariance (PreintegrationCombinedParams); the accelerometer's covariances from elsewhere",
     convention: "continuous and squared: the integrator divides the first by the step and multiplies the second by it itself",
     source: "github.com/borglab/gtsam: gtsam/navigation/PreintegrationParams.h, PreintegrationCombinedParams.h",
+    warm_up: SUBTRACT,
     comment: Comment::Hash,
 };
 

@@ -25,6 +25,7 @@ static ABOUT: About = About {
     needs: "N and the rate of the observations (--rate: simulation step times decimation); turn_on_bias_std_rad_s for the bias",
     convention: "discrete: the noise of one observation; the bias is drawn at each reset and stays",
     source: "isaac-sim.github.io/IsaacLab: isaaclab.utils.noise; source/isaaclab/isaaclab/utils/noise/noise_model.py",
+    warm_up: "the noise of Isaac Lab has no warm-up: what is simulated is the gyro after e(t) was subtracted",
     comment: Comment::Hash,
 };
 
@@ -39,8 +40,11 @@ impl Target for IsaacLab {
         let rate = source.rate_hz()?;
         let white = source.angle_random_walk()?.times(rate.sqrt());
         let turn_on = source.turn_on();
-        sheet.note(format!("f = {rate} Hz: the rate at which the environment observes, 1 / (sim.dt decimation)"));
-        sheet.note("Isaac Lab's noise has no walk and no warm-up: the bias of an episode is the error of the correction by e(t)");
+        sheet.note(format!(
+            "{}: the rate at which the environment observes, 1 / (sim.dt decimation)",
+            source.rate_text()?
+        ));
+        sheet.note("Isaac Lab's noise has no walk: K is not in this file");
         let model = if turn_on.is_some() { "NoiseModelWithAdditiveBiasCfg" } else { "NoiseModelCfg" };
         sheet.line(&format!("from isaaclab.utils.noise import GaussianNoiseCfg, {model}"));
         sheet.line("");

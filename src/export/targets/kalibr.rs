@@ -6,7 +6,7 @@
 use super::super::number::Known;
 use super::super::sheet::{Comment, Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::{About, Key, SUBTRACT, Target};
 use crate::error::Result;
 
 static ABOUT: About = About {
@@ -25,6 +25,7 @@ static ABOUT: About = About {
     needs: "N; K from a log of hours, which Kalibr does not do without; the accelerometer's four keys from elsewhere",
     convention: "continuous densities; Kalibr divides N by sqrt(1/update_rate) itself",
     source: "github.com/ethz-asl/kalibr/wiki/IMU-Noise-Model; kalibr_common/ConfigReader.py",
+    warm_up: SUBTRACT,
     comment: Comment::Hash,
 };
 
@@ -53,7 +54,8 @@ pub(super) fn densities(source: &Source<'_>, sheet: &mut Sheet) -> Result<()> {
     sheet.leave_out_accelerometer("accelerometer_noise_density, accelerometer_random_walk");
     let stated = if source.options.topic.is_some() { "" } else { " (assumed; --topic names yours)" };
     sheet.comment(&format!("rostopic: topic of the IMU{stated}"));
-    sheet.line(&format!("rostopic: {topic}"));
+    sheet.line(&format!("rostopic: \"{topic}\""));
+    sheet.note(source.rate_text()?);
     sheet.put("update_rate", Known::exact(source.rate_hz()?), Shape::Scalar, |v| format!("update_rate: {v}"));
     Ok(())
 }

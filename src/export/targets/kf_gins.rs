@@ -5,7 +5,7 @@
 
 use super::super::sheet::{Comment, Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::{About, Key, SUBTRACT, Target};
 use crate::error::Result;
 use crate::units::{RAD_S_PER_DEG_H, RAD_SQRT_S_PER_DEG_SQRT_H};
 
@@ -26,6 +26,7 @@ static ABOUT: About = About {
     needs: "N, C1, C2; a Gauss-Markov term for gbstd and corrtime; the lines go into your kf-gins.yaml",
     convention: "continuous: spectral densities arw^2 and 2 gbstd^2 / corrtime; degrees and hours",
     source: "github.com/i2Nav-WHU/KF-GINS: src/kf_gins.cpp (loadConfig), src/kf-gins/gi_engine.cpp",
+    warm_up: SUBTRACT,
     comment: Comment::Hash,
 };
 

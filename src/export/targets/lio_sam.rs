@@ -5,7 +5,7 @@
 
 use super::super::sheet::{Comment, Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::{About, Key, SUBTRACT, Target};
 use crate::error::Result;
 
 const KEYS: &[Key] = &[
@@ -30,6 +30,7 @@ const fn about(id: &'static str, program: &'static str) -> About {
         needs: NEEDS,
         convention: CONVENTION,
         source: SOURCE,
+        warm_up: SUBTRACT,
         comment: Comment::Hash,
     }
 }

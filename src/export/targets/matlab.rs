@@ -6,7 +6,8 @@
 //! default, N would come out as N/√2 and K as √2 K.
 //!
 //! BiasInstability scales unit noise through the filter BiasInstabilityCoefficients; B²/(2πf) needs those of
-//! `fractalcoef`, and is approximate even so. TemperatureBias counts from 25 °C.
+//! `fractalcoef`, with which MathWorks' example of the Allan variance simulates the B that it has identified. TemperatureBias
+//! counts from 25 °C.
 
 use super::super::number::Known;
 use super::super::sheet::{Comment, Shape, Sheet};
@@ -40,6 +41,7 @@ static ABOUT: About = About {
     needs: "N, C1, C2; K and B from a log of hours; [[effect]] gyro.temperature_sensitivity for TemperatureBias",
     convention: "NoiseType 'single-sided': a sample has N sqrt(f) and the bias steps by K / sqrt(f); the default has N / sqrt(2)",
     source: "mathworks.com/help/nav/ref/gyroparams.html, imusensor-system-object.html (Algorithms)",
+    warm_up: "imuSensor has no warm-up: ConstantBias is its end, reached after some three time constants",
     comment: Comment::Percent,
 };
 
@@ -53,21 +55,32 @@ impl Target for Matlab {
     fn fill(&self, source: &Source<'_>, sheet: &mut Sheet) -> Result<()> {
         let axis = source.axis().0 as usize;
         let property = |name: &'static str| move |v: &str| format!("params.{name} = [{v}];");
+        let double = |name: &'static str, operator: &'static str| {
+            move |v: &str| format!("params.{name} = [{v}] {operator} double_sided;")
+        };
         sheet.note(
-            "releases whose gyroparams has no NoiseType behave as 'double-sided': there drop that option, multiply \
-             NoiseDensity by sqrt(2) and divide RandomWalk by it",
+            "releases whose gyroparams has no NoiseType behave as 'double-sided': there NoiseDensity is multiplied by \
+             sqrt(2) and RandomWalk divided by it",
         );
-        sheet.line("params = gyroparams('NoiseType', 'single-sided');");
-        sheet.put("NoiseDensity", source.angle_random_walk()?, Shape::Alike, property("NoiseDensity"));
+        sheet.line("params = gyroparams;");
+        sheet.line("if isprop(params, 'NoiseType')");
+        sheet.line("    params.NoiseType = 'single-sided';");
+        sheet.line("    double_sided = 1;");
+        sheet.line("else");
+        sheet.line("    double_sided = sqrt(2);");
+        sheet.line("end");
+        sheet.put("NoiseDensity", source.angle_random_walk()?, Shape::Alike, double("NoiseDensity", "*"));
         let without = "gyroparams keeps 0";
-        sheet.put_walk("RandomWalk", source.rate_random_walk(), Shape::Alike, without, property("RandomWalk"));
+        sheet.put_walk("RandomWalk", source.rate_random_walk(), Shape::Alike, without, double("RandomWalk", "/"));
         match source.bias_instability() {
             Some(b) => {
                 sheet.note(
                     "BiasInstability means B only with the coefficients of 1/f noise, set below (R2023b and later)",
                 );
                 sheet.put("BiasInstability", b, Shape::Alike, property("BiasInstability"));
-                sheet.line("params.BiasInstabilityCoefficients = fractalcoef;");
+                sheet.line("if isprop(params, 'BiasInstabilityCoefficients')");
+                sheet.line("    params.BiasInstabilityCoefficients = fractalcoef(500);");
+                sheet.line("end");
             }
             None => sheet.leave_out(
                 "BiasInstability",

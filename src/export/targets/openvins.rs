@@ -1,11 +1,11 @@
 //! OpenVINS `kalibr_imu_chain.yaml`: under `imu0:` gyroscope_noise_density = N, gyroscope_random_walk = K
 //!
-//! Continuous, as in Kalibr: `Propagator::predict_and_compute` (ov_msckf/src/state/Propagator.cpp) has
-//! Qc = σ_w²/dt for the rate and σ_wb² dt for the bias. The file is read by OpenCV's FileStorage, hence its first line.
+//! Continuous, as in Kalibr: `Propagator::predict_and_compute` (ov_msckf/src/state/Propagator.cpp) turns them into the noise
+//! of a step itself, N² dt for the rotation and K² dt for the bias. The file is read by OpenCV's FileStorage, hence its first line.
 
 use super::super::sheet::{Comment, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::{About, Key, SUBTRACT, Target};
 use super::kalibr;
 use crate::error::Result;
 
@@ -23,8 +23,9 @@ static ABOUT: About = About {
         Key { name: "update_rate", unit: "Hz", meaning: "rate of the IMU" },
     ],
     needs: "N; K from a log of hours, which OpenVINS does not do without; the accelerometer's keys and T_i_b from elsewhere",
-    convention: "continuous densities; the propagator divides N^2 by the step and multiplies K^2 by it itself",
+    convention: "continuous densities; the propagator makes N^2 dt and K^2 dt of them, the noise of a step, itself",
     source: "docs.openvins.com/gs-calibration.html; ov_msckf/src/state/Propagator.cpp",
+    warm_up: SUBTRACT,
     comment: Comment::Hash,
 };
 

@@ -6,7 +6,7 @@
 use super::super::number::Known;
 use super::super::sheet::{Comment, Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::{About, Key, SUBTRACT, Target};
 use crate::error::Result;
 
 static ABOUT: About = About {
@@ -21,6 +21,7 @@ static ABOUT: About = About {
     needs: "N; K from a log of hours; IMU.NoiseAcc and IMU.AccWalk from elsewhere; the lines go into your settings file",
     convention: "continuous densities; Tracking.cc multiplies N by sqrt(f) and divides K by sqrt(f) itself",
     source: "github.com/UZ-SLAMLab/ORB_SLAM3: src/Tracking.cc, src/Settings.cc, Calibration_Tutorial.pdf",
+    warm_up: SUBTRACT,
     comment: Comment::Hash,
 };
 
@@ -37,6 +38,7 @@ impl Target for OrbSlam3 {
 
     fn fill(&self, source: &Source<'_>, sheet: &mut Sheet) -> Result<()> {
         let rate = Known::exact(source.rate_hz()?);
+        sheet.note(source.rate_text()?);
         sheet.put("IMU.NoiseGyro", source.angle_random_walk()?, Shape::Scalar, |v| format!("IMU.NoiseGyro: {v}"));
         let without = "ORB-SLAM3 stops without it";
         sheet.put_walk("IMU.GyroWalk", source.rate_random_walk(), Shape::Scalar, without, |v| {

@@ -13,7 +13,7 @@
 use super::super::number::{Known, digits};
 use super::super::sheet::{Comment, Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::{About, Key, SUBTRACT, Target};
 use crate::error::Result;
 
 /// EKF2_PREDICT_US, s.
@@ -49,6 +49,7 @@ static ABOUT: About = About {
     needs: "N; K from a log of hours; for TC_*: [[effect]] gyro.temperature_sensitivity, the log's temperatures, --device-id",
     convention: "discrete: a step of dt adds (dt EKF2_GYR_NOISE)^2 to the rotation, (dt EKF2_GYR_B_NOISE)^2 to the bias",
     source: "github.com/PX4/PX4-Autopilot: src/modules/ekf2/EKF/covariance.cpp; docs.px4.io, thermal calibration",
+    warm_up: SUBTRACT,
     comment: Comment::Hash,
 };
 

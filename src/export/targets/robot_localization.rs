@@ -4,10 +4,10 @@
 //! `sensor_msgs/Imu.angular_velocity_covariance`. What a fit can say is which component to fuse, and with which
 //! covariance and correction the messages are to be published.
 
-use super::super::number::{Known, digits};
+use super::super::number::digits;
 use super::super::sheet::{Comment, Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::{About, Key, SUBTRACT, Target};
 use crate::error::{Error, ErrorKind, Result};
 use crate::ingest::Axis;
 
@@ -23,6 +23,7 @@ static ABOUT: About = About {
     needs: "N and the rate of the messages; whoever publishes the rates must subtract e(t), as the node cannot",
     convention: "discrete: the covariance of one message, N^2 f; f is the rate of the messages",
     source: "docs.ros.org: robot_localization, state estimation nodes and preparing sensor data; sensor_msgs/Imu",
+    warm_up: SUBTRACT,
     comment: Comment::Hash,
 };
 
@@ -42,7 +43,7 @@ impl Target for RobotLocalization {
         }
         let rate = source.rate_hz()?;
         let variance = source.angle_random_walk()?.squared().times(rate);
-        sheet.note(format!("f = {rate} Hz, the rate of the messages"));
+        sheet.note(format!("{}, the rate of the messages", source.rate_text()?));
         sheet.note(
             "the node has no state for a gyro's bias: subtract e(t) before publishing, or the heading drifts by the bias \
              however small the covariance is",
@@ -61,11 +62,11 @@ impl Target for RobotLocalization {
         sheet.line("ekf_filter_node:");
         sheet.line("  ros__parameters:");
         sheet.indent("    ");
-        sheet.put("angular_velocity_covariance[8]", Known { ..variance }, Shape::Scalar, |v| {
+        sheet.put("angular_velocity_covariance[8]", variance, Shape::Scalar, |v| {
             format!("# in each message of imu0: angular_velocity_covariance[8] = {v}")
         });
         sheet.comment("topic of the corrected rates");
-        sheet.line(&format!("imu0: {topic}"));
+        sheet.line(&format!("imu0: \"{topic}\""));
         sheet.comment("x y z, roll pitch yaw, their rates (the last of three is fused), accelerations");
         sheet.line("imu0_config: [false, false, false,");
         sheet.line("              false, false, false,");

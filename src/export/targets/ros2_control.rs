@@ -7,7 +7,7 @@
 use super::super::number::Known;
 use super::super::sheet::{Comment, Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::{About, Key, SUBTRACT, Target};
 use crate::error::Result;
 
 static ABOUT: About = About {
@@ -26,6 +26,7 @@ static ABOUT: About = About {
     needs: "N and the rate at which messages are published; [vehicle] for the wheels; the other parameters from you",
     convention: "discrete: the covariance of one message, N^2 f; f is the rate of the messages",
     source: "control.ros.org: imu_sensor_broadcaster, diff_drive_controller; sensor_msgs/Imu",
+    warm_up: SUBTRACT,
     comment: Comment::Hash,
 };
 
@@ -40,8 +41,9 @@ impl Target for Ros2Control {
         let rate = source.rate_hz()?;
         let variance = source.angle_random_walk()?.squared().times(rate);
         sheet.note(format!(
-            "f = {rate} Hz, of messages that hold the mean since the last one; whoever thins out without averaging keeps \
-             the gyro's own rate here"
+            "{}, of messages that hold the mean since the last one; whoever thins out without averaging gives the gyro's \
+             own rate",
+            source.rate_text()?
         ));
         sheet.note("there is no state for a bias: publish rates from which e(t) is subtracted");
         sheet.line("imu_sensor_broadcaster:");

@@ -36,6 +36,7 @@ static ABOUT: About = About {
     needs: "N; a Gauss-Markov term or K; turn_on_bias_std_rad_s; robotNamespace, linkName and the accelerometer from you",
     convention: "continuous densities; the plugin divides N by sqrt(dt) and integrates the bias exactly itself",
     source: "github.com/ethz-asl/rotors_simulator: rotors_gazebo_plugins/src/gazebo_imu_plugin.cpp",
+    warm_up: "the plugin has no warm-up and no constant bias, so that C1, C2 and T are not in this file",
     comment: Comment::Xml,
 };
 
@@ -47,7 +48,6 @@ impl Target for Rotors {
     }
 
     fn fill(&self, source: &Source<'_>, sheet: &mut Sheet) -> Result<()> {
-        sheet.note("the plugin has no warm-up and no constant bias: C1, C2 and T are not in this file");
         sheet.line("<plugin filename=\"librotors_gazebo_imu_plugin.so\" name=\"rotors_gazebo_imu_plugin\">");
         sheet.indent("  ");
         element(sheet, "gyroscopeNoiseDensity", source.angle_random_walk()?);

@@ -10,7 +10,7 @@
 
 use super::super::sheet::{Comment, Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::{About, Key, SUBTRACT, Target};
 use crate::error::Result;
 
 static ABOUT: About = About {
@@ -32,6 +32,7 @@ static ABOUT: About = About {
     needs: "N and the IMU's rate; K from a log of hours; acc_n and acc_w from elsewhere; the lines go into your config.yaml",
     convention: "discrete: the midpoint rule adds 2 (dt/2)^2 gyr_n^2 to the rotation and dt^2 gyr_w^2 to the bias a step",
     source: "github.com/HKUST-Aerial-Robotics/VINS-Fusion: vins_estimator/src/factor/integration_base.h",
+    warm_up: SUBTRACT,
     comment: Comment::Hash,
 };
 
@@ -48,7 +49,7 @@ impl Target for VinsFusion {
 
     fn fill(&self, source: &Source<'_>, sheet: &mut Sheet) -> Result<()> {
         let rate = source.rate_hz()?;
-        sheet.note(format!("f = {rate} Hz: at another rate of the IMU these numbers are others"));
+        sheet.note(format!("{}: at another rate of the IMU these numbers are others", source.rate_text()?));
         let density = source.angle_random_walk()?.times((2.0 * rate).sqrt());
         sheet.put("gyr_n", density, Shape::Scalar, |v| format!("gyr_n: {v}"));
         let walk = source.rate_random_walk().map(|k| k.times(rate.sqrt()));
