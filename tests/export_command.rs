@@ -111,7 +111,7 @@ fn assignment(line: &str) -> Option<(String, Vec<f64>)> {
     let at = line.find([':', '=', ','])?;
     let key = line[..at].trim().trim_matches('"').trim_start_matches("params.").to_string();
     let value = &line[at + 1..];
-    let value = value.find('[').map_or(value, |open| &value[open + 1..value.rfind(']').unwrap()]);
+    let value = value.find('[').map_or(value, |open| &value[open + 1..value.rfind(']').unwrap_or(value.len())]);
     let value = value.split([';']).next()?;
     let numbers: Result<Vec<f64>, _> = value.split(',').map(|v| v.trim().parse::<f64>()).collect();
     Some((key, numbers.ok()?))
