@@ -128,10 +128,17 @@ fn head(about: &About, source: &Source<'_>, sheet: &mut Sheet) {
             ));
         }
     }
+    if let Some(v) = &config.validation {
+        sheet.comment(&format!(
+            "N is from samples at {:.4} Hz: it holds at any rate if a sample is the mean since the last one; a log \
+             thinned out without averaging overstates it by the root of the thinning",
+            v.sample_rate_hz
+        ));
+    }
     let (axis, assumed) = source.axis();
     let why = if assumed { "assumed, because no column says which (--axis)" } else { "the one that was fitted" };
     sheet.note(format!("axis {axis}: {why}; where a number serves all axes, the others are assumed to be like it",));
-    sheet.comment(&format!("identified: {}", source.terms_text()));
+    sheet.comment(&format!("known: {}", source.terms_text()));
     sheet.comment(&format!("convention: {}", about.convention));
     sheet.comment(&format!("source: {}", about.source));
     if about.comment == Comment::Xml {
