@@ -1,6 +1,7 @@
 //! Output files that are written whole or not at all: temporary file beside the target, fsync, rename.
 
 use crate::error::{Error, ErrorKind, Result};
+use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -86,6 +87,15 @@ impl OutputFile {
         temporary.persist(&target).map_err(|e| Error::io(&target, &e.error))?;
         Ok(())
     }
+}
+
+/// SHA-256 of a small file's bytes, as hexadecimal digits.
+///
+/// # Errors
+/// [`ErrorKind::Io`] if it cannot be read.
+pub fn sha256(path: impl AsRef<Path>) -> Result<String> {
+    let bytes = std::fs::read(path.as_ref()).map_err(|e| Error::io(path.as_ref(), &e))?;
+    Ok(Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect())
 }
 
 /// Temporary files are private (0600); what the user asked for is an ordinary file.

@@ -393,7 +393,7 @@ fn bad_inputs_are_named() {
 fn a_lattice_is_allowed_for() {
     // with a step of ten standard deviations of the white noise, lsb²/12 is nearly all of the noise
     let mut config = config();
-    let noise = Noise { rate_random_walk_rad_s_sqrt_s: None, quantization_lsb_rad_s: Some(0.015) };
+    let noise = Noise { quantization_lsb_rad_s: Some(0.015), ..Default::default() };
     config.gyro.as_mut().unwrap().noise = Some(noise);
     let means = over_runs(|seed| {
         let log = recorded(&config, Course::Random, 60.0, seed).log;

@@ -1,6 +1,7 @@
 //! Floor 7: one file a subcommand. Exit codes: 0 done, 1 bad input, 2 usage, 3 done but not fit for use.
 
 mod drive_plot;
+mod export;
 mod fit;
 mod gap;
 mod inspect;
@@ -41,6 +42,7 @@ enum Command {
     Simulate(simulate::SimulateArgs),
     Navigate(navigate::NavigateArgs),
     Study(study::StudyArgs),
+    Export(export::ExportArgs),
     Gap(gap::GapArgs),
 }
 
@@ -54,6 +56,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(args),
         Command::Navigate(args) => navigate::run(args),
         Command::Study(args) => study::run(args),
+        Command::Export(args) => export::run(args),
         Command::Gap(args) => gap::run(args),
     };
     match outcome {

@@ -1,6 +1,6 @@
 //! Physical ranges: a value outside cannot be meant.
 
-use super::schema::{Config, Kind};
+use super::schema::{Config, Gyro, Kind, NoiseTerm, NoiseTerms};
 use crate::bias::Discrete;
 use crate::error::{Error, ErrorKind, Result};
 
@@ -75,6 +75,9 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
         if let Some(noise) = &g.noise {
             maybe("gyro.noise.rate_random_walk_rad_s_sqrt_s", noise.rate_random_walk_rad_s_sqrt_s, NotNegative)?;
             maybe("gyro.noise.quantization_lsb_rad_s", noise.quantization_lsb_rad_s, NotNegative)?;
+            if let Some(terms) = &noise.terms {
+                noise_terms(g, terms, name)?;
+            }
         }
         if let Some(c) = &g.covariance {
             covariance(&c.to_matrix(), name)?;
@@ -125,6 +128,62 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
         return Err(Error::new(ErrorKind::Config, name, "kind is \"driving\", and [vehicle] or [encoder] is missing")
             .at("`kind`")
             .mend("add the table, or set kind = \"stationary\""));
+    }
+    Ok(())
+}
+
+/// A term is where its interval is, and says what the key that simulator and filter read says.
+fn noise_terms(gyro: &Gyro, terms: &NoiseTerms, name: &str) -> Result<()> {
+    let refuse = |key: &str, found: String, mend: &str| {
+        Err(Error::new(ErrorKind::Config, name, found).at(format!("`gyro.noise.terms.{key}`")).mend(mend))
+    };
+    let markov = terms.gauss_markov_rad_s;
+    let sigma = markov.map(|m| NoiseTerm { estimate: m.estimate, std: m.std, ci95: m.ci95 });
+    for (key, term) in [
+        ("quantization_rad", terms.quantization_rad),
+        ("angle_random_walk_rad_sqrt_s", terms.angle_random_walk_rad_sqrt_s),
+        ("bias_instability_rad_s", terms.bias_instability_rad_s),
+        ("rate_random_walk_rad_s_sqrt_s", terms.rate_random_walk_rad_s_sqrt_s),
+        ("rate_ramp_rad_s2", terms.rate_ramp_rad_s2),
+        ("gauss_markov_rad_s", sigma),
+    ] {
+        let Some(NoiseTerm { estimate, std, ci95: [low, high] }) = term else { continue };
+        // a ramp has a sign
+        let signed = key == "rate_ramp_rad_s2";
+        if !(estimate.is_finite() && (signed || estimate >= 0.0) && std >= 0.0) {
+            let found = format!("{estimate} with the standard deviation {std} is not physical");
+            return refuse(key, found, "neither is negative");
+        }
+        if !(low <= estimate && estimate <= high) {
+            let found = format!("the estimate {estimate} lies outside its interval {low} to {high}");
+            return refuse(key, found, "write the lower end first, and the estimate between the ends");
+        }
+    }
+    if let Some(m) = markov
+        && !(m.correlation_time_s > 0.0 && m.correlation_time_s.is_finite())
+    {
+        let found = format!("correlation_time_s = {} is not physical", m.correlation_time_s);
+        return refuse("gauss_markov_rad_s", found, "expected a positive number");
+    }
+    let walk = gyro.noise.and_then(|n| n.rate_random_walk_rad_s_sqrt_s);
+    for (key, term, own) in [
+        (
+            "angle_random_walk_rad_sqrt_s",
+            terms.angle_random_walk_rad_sqrt_s,
+            Some(("gyro.angle_random_walk_rad_sqrt_s", gyro.angle_random_walk_rad_sqrt_s)),
+        ),
+        (
+            "rate_random_walk_rad_s_sqrt_s",
+            terms.rate_random_walk_rad_s_sqrt_s,
+            walk.map(|k| ("gyro.noise.rate_random_walk_rad_s_sqrt_s", k)),
+        ),
+    ] {
+        if let (Some(term), Some((own_key, own))) = (term, own)
+            && (term.estimate - own).abs() > 1e-9 * own.abs()
+        {
+            let found = format!("{} here, and {own} in {own_key}, which simulator and filter read", term.estimate);
+            return refuse(key, found, "make them the same, or delete the term");
+        }
     }
     Ok(())
 }

@@ -23,7 +23,22 @@ fn sample() -> Config {
                 [2e-6, 1e-7, 9.0],
             ])),
             discrete: Some(Discrete::new(&model, 0.01, Scheme::Exact).unwrap()),
-            noise: Some(Noise { rate_random_walk_rad_s_sqrt_s: Some(1e-6), quantization_lsb_rad_s: None }),
+            noise: Some(Noise {
+                rate_random_walk_rad_s_sqrt_s: Some(1e-6),
+                quantization_lsb_rad_s: None,
+                terms: Some(NoiseTerms {
+                    rate_random_walk_rad_s_sqrt_s: Some(NoiseTerm { estimate: 1e-6, std: 2e-7, ci95: [7e-7, 1.5e-6] }),
+                    rate_ramp_rad_s2: Some(NoiseTerm { estimate: -1e-9, std: 2e-10, ci95: [-1.4e-9, -6e-10] }),
+                    gauss_markov_rad_s: Some(GaussMarkovTerm {
+                        estimate: 6e-5,
+                        std: 1e-5,
+                        ci95: [4.5e-5, 9e-5],
+                        correlation_time_s: 900.0,
+                        correlation_time_ci95_s: Some([300.0, f64::INFINITY]),
+                    }),
+                    ..NoiseTerms::default()
+                }),
+            }),
             last_run: Some(LastRun { warm_up_age_s: 640.5 }),
         }),
         vehicle: Some(Vehicle {

@@ -41,7 +41,7 @@ pub fn configuration(report: &FitReport, base: Option<&Config>, options: &Config
         cooling_time_constant_s: old.and_then(|g| g.cooling_time_constant_s),
         covariance: Some(Covariance::from_matrix(&fit.covariance)),
         discrete: Some(Discrete::new(&model, sample_time_s, options.scheme)?),
-        noise: walk.map(|k| Noise { rate_random_walk_rad_s_sqrt_s: Some(k), quantization_lsb_rad_s: None }),
+        noise: walk.map(|k| Noise { rate_random_walk_rad_s_sqrt_s: Some(k), ..Noise::default() }),
         // the log that was fitted was a run of its own: what the base says of the last one is past
         last_run: None,
     };

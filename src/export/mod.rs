@@ -1,5 +1,19 @@
-//! Floor 6: what a fit becomes for others to read. Today the project's own configuration.
+//! Floor 6: what a fit becomes for others to read: the project's own configuration, and the files of other programs.
+//!
+//! N: angle random walk, rad/√s (the same as rad/s/√Hz); K: rate random walk, rad/s/√s; f: rate of the gyro, Hz; dt: step of
+//! the target's filter, s; two-sided spectra throughout. A number goes out as the target's own code takes it; the derivation
+//! stands at the top of the target's file. One file a target, one line in [`registry()`].
 
 mod configuration;
+mod number;
+mod sheet;
+mod source;
+mod target;
+mod targets;
 
 pub use configuration::{ConfigurationOptions, configuration};
+pub use number::{Known, digits, written};
+pub use sheet::{Comment, LeftOut, Shape, Sheet, Written};
+pub use source::{GaussMarkov, Options, Origin, Source, Thermal};
+pub use target::{About, Export, Key, Target, export};
+pub use targets::{by_id, registry};

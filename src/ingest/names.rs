@@ -29,6 +29,15 @@ impl Axis {
             _ => None,
         }
     }
+
+    /// The axis that the name of a gyro's column says: `gyro_z_rad_s`, `angular_velocity.x`, `wy`.
+    #[must_use]
+    pub fn of_column(name: &str) -> Option<Self> {
+        match parse(name).role {
+            Role::Gyro(axis) => axis,
+            _ => None,
+        }
+    }
 }
 
 impl std::fmt::Display for Axis {

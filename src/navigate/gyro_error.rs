@@ -355,7 +355,7 @@ mod tests {
     fn the_random_walk_counts_from_the_new_power_on() {
         let mut g = gyro();
         let k = 1e-5;
-        g.noise = Some(crate::config::Noise { rate_random_walk_rad_s_sqrt_s: Some(k), quantization_lsb_rad_s: None });
+        g.noise = Some(crate::config::Noise { rate_random_walk_rad_s_sqrt_s: Some(k), ..Default::default() });
         g.last_run = Some(crate::config::LastRun { warm_up_age_s: 600.0 });
         let p = Prior::new(&g, &exact(), Some(&g.restart(300.0).unwrap()), 40.0).covariance;
         assert!((p[(0, 0)] / (k * k * 40.0) - 1.0).abs() < 1e-6);

@@ -47,7 +47,7 @@ fn the_rate_random_walk_starts_at_power_on() {
     let gyro = config.gyro.as_mut().unwrap();
     gyro.angle_random_walk_rad_sqrt_s = 0.0;
     let k = 3e-6;
-    gyro.noise = Some(crate::config::Noise { rate_random_walk_rad_s_sqrt_s: Some(k), quantization_lsb_rad_s: None });
+    gyro.noise = Some(crate::config::Noise { rate_random_walk_rad_s_sqrt_s: Some(k), ..Default::default() });
     let model = gyro.warm_up();
     let start = 50.0;
     let walks = (0..400).map(|seed| {
@@ -65,7 +65,7 @@ fn a_lattice_is_kept() {
     let mut config = config();
     let lsb = 1e-3;
     config.gyro.as_mut().unwrap().noise =
-        Some(crate::config::Noise { rate_random_walk_rad_s_sqrt_s: None, quantization_lsb_rad_s: Some(lsb) });
+        Some(crate::config::Noise { quantization_lsb_rad_s: Some(lsb), ..Default::default() });
     let log = stationary(&config, 1.0, &Options::from(1)).unwrap();
     for v in log.get(names::GYRO_Z).unwrap() {
         assert!((v / lsb - (v / lsb).round()).abs() < 1e-9, "{v}");

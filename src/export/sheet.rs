@@ -1,0 +1,261 @@
+//! The file of a target as it is filled: each number with its unit, meaning and interval above it in a comment, what is
+//! left out with the reason and the mend; the same once more as JSON.
+
+use super::number::{Known, digits, written};
+use super::target::{About, Key};
+use serde_json::{Value, json};
+
+/// Width of comments, characters.
+const WIDTH: usize = 110;
+
+/// How the target's language marks a comment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Comment {
+    /// `# `
+    Hash,
+    /// `% `
+    Percent,
+    /// `<!-- -->`
+    Xml,
+}
+
+/// How a number of one axis stands in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// Once.
+    Scalar,
+    /// Three times: all axes are taken to be alike.
+    Alike,
+    /// On the axis of this index, zero on the others.
+    OnAxis(usize),
+    /// On the diagonal of a matrix of three rows.
+    Diagonal,
+}
+
+impl Shape {
+    fn numbers(self, value: f64) -> Vec<f64> {
+        match self {
+            Self::Scalar => vec![value],
+            Self::Alike => vec![value; 3],
+            Self::OnAxis(axis) => (0..3).map(|i| if i == axis { value } else { 0.0 }).collect(),
+            Self::Diagonal => (0..9).map(|i| if i % 4 == 0 { value } else { 0.0 }).collect(),
+        }
+    }
+}
+
+/// A number that was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Written {
+    /// The target's name of it.
+    pub key: String,
+    /// The numbers as the file holds them.
+    pub values: Vec<f64>,
+    /// Unit of the target.
+    pub unit: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+    /// 95 % interval of the number that is not zero, in the target's unit.
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// A key that the configuration does not support.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LeftOut {
+    /// The target's name of it.
+    pub key: String,
+    /// Why.
+    pub why: String,
+    /// What to do about it.
+    pub mend: String,
+}
+
+/// A file being filled.
+#[derive(Debug, Clone)]
+pub struct Sheet {
+    about: &'static About,
+    text: String,
+    indent: &'static str,
+    written: Vec<Written>,
+    left_out: Vec<LeftOut>,
+    notes: Vec<String>,
+}
+
+impl Sheet {
+    pub(super) fn new(about: &'static About) -> Self {
+        Self { about, text: String::new(), indent: "", written: Vec::new(), left_out: Vec::new(), notes: Vec::new() }
+    }
+
+    /// Indents what follows.
+    pub fn indent(&mut self, by: &'static str) {
+        self.indent = by;
+    }
+
+    /// A line of the target's language.
+    pub fn line(&mut self, line: &str) {
+        if !line.is_empty() {
+            self.text.push_str(self.indent);
+            self.text.push_str(line);
+        }
+        self.text.push('\n');
+    }
+
+    /// A comment that is not worth repeating outside the file.
+    pub fn comment(&mut self, text: &str) {
+        let (open, close) = match self.about.comment {
+            Comment::Hash => ("# ", ""),
+            Comment::Percent => ("% ", ""),
+            Comment::Xml => ("<!-- ", " -->"),
+        };
+        let text = plain(text, self.about.comment);
+        for line in wrapped(&text, WIDTH.saturating_sub(self.indent.len() + open.len() + close.len())) {
+            self.line(&format!("{open}{line}{close}"));
+        }
+    }
+
+    /// What the user should know about the file as a whole.
+    pub fn note(&mut self, text: impl Into<String>) {
+        let text = text.into();
+        self.comment(&text);
+        self.notes.push(text);
+    }
+
+    /// A number of the key that `about` describes as `key`: `line` makes the line out of the digits.
+    pub fn put(&mut self, key: &'static str, number: Known, shape: Shape, line: impl Fn(&str) -> String) {
+        self.put_named(key, key, number, shape, line);
+    }
+
+    /// As [`Sheet::put`], under a name of its own (where `about` describes a family of keys).
+    pub fn put_named(&mut self, name: &str, key: &str, number: Known, shape: Shape, line: impl Fn(&str) -> String) {
+        let Key { unit, meaning, .. } = *self.key(key);
+        let interval = number.ci95.map_or_else(String::new, |ci| format!("; 95 %: {}", interval_text(ci)));
+        self.comment(&format!("{name}: {meaning}, {unit}{interval}"));
+        let numbers = shape.numbers(number.value);
+        let texts: Vec<String> = numbers.iter().map(|v| digits(*v)).collect();
+        self.line(&line(&texts.join(", ")));
+        let values = numbers.iter().map(|v| written(*v)).collect();
+        let ci95 = number.ci95;
+        self.written.push(Written { key: name.to_string(), values, unit, meaning, ci95 });
+    }
+
+    /// A whole number, which the target would not take with a decimal point.
+    pub fn put_integer(&mut self, key: &'static str, value: u32, line: impl Fn(&str) -> String) {
+        let Key { unit, meaning, .. } = *self.key(key);
+        self.comment(&format!("{key}: {meaning}{}{unit}", if unit.is_empty() { "" } else { ", " }));
+        self.line(&line(&value.to_string()));
+        let values = vec![f64::from(value)];
+        self.written.push(Written { key: key.to_string(), values, unit, meaning, ci95: None });
+    }
+
+    /// A key that the configuration does not support.
+    pub fn leave_out(&mut self, key: &str, why: &str, mend: &str) {
+        self.comment(&format!("left out: {key}: {why}. Mend: {mend}."));
+        self.left_out.push(LeftOut { key: key.to_string(), why: why.to_string(), mend: mend.to_string() });
+    }
+
+    /// The keys of the accelerometer, which no gyro log can give.
+    pub fn leave_out_accelerometer(&mut self, keys: &str) {
+        self.leave_out(
+            keys,
+            "a log of a gyro says nothing of the accelerometer",
+            "take them from the accelerometer's datasheet or its own log at rest",
+        );
+    }
+
+    /// K, or why it is not there.
+    pub fn put_walk(
+        &mut self,
+        key: &'static str,
+        walk: Option<Known>,
+        shape: Shape,
+        without: &str,
+        line: impl Fn(&str) -> String,
+    ) {
+        match walk {
+            Some(walk) => self.put(key, walk, shape, line),
+            None => self.leave_out(
+                key,
+                &format!("no rate random walk was identified{}{without}", if without.is_empty() { "" } else { "; " }),
+                "record some hours at a steady temperature and run gyroid noise, or state \
+                 rate_random_walk_rad_s_sqrt_s under [gyro.noise]; a number without evidence helps nobody",
+            ),
+        }
+    }
+
+    fn key(&self, name: &str) -> &'static Key {
+        const UNKNOWN: Key = Key { name: "", unit: "", meaning: "" };
+        self.about.keys.iter().find(|k| k.name == name).unwrap_or(&UNKNOWN)
+    }
+
+    pub(super) fn into_parts(self) -> (String, Vec<Written>, Vec<LeftOut>, Vec<String>) {
+        (self.text, self.written, self.left_out, self.notes)
+    }
+}
+
+impl Written {
+    /// The stable form of a number.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let value = if let [one] = self.values[..] { json!(one) } else { json!(self.values) };
+        json!({ "key": self.key, "value": value, "unit": self.unit, "meaning": self.meaning, "ci95": self.ci95 })
+    }
+}
+
+impl LeftOut {
+    /// The stable form of an omission.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json!({ "key": self.key, "why": self.why, "mend": self.mend })
+    }
+}
+
+fn interval_text([low, high]: [f64; 2]) -> String {
+    let end = |x: f64| if x.is_finite() { format!("{x:.3e}") } else { "unbounded".to_string() };
+    format!("{} to {}", end(low), end(high))
+}
+
+/// Without what would end a comment or begin a new line: names of logs and commands are anybody's text.
+fn plain(text: &str, comment: Comment) -> String {
+    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    match comment {
+        // two hyphens end an XML comment, and one must not stand before its end
+        Comment::Xml => text.replace("--", "- -").replace("--", "- -").replace("->", "- >"),
+        Comment::Hash | Comment::Percent => text,
+    }
+}
+
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut line = String::new();
+    for word in text.split(' ').filter(|w| !w.is_empty()) {
+        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
+            lines.push(std::mem::take(&mut line));
+        }
+        if !line.is_empty() {
+            line.push(' ');
+        }
+        line.push_str(word);
+    }
+    lines.push(line);
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nobody_s_text_leaves_its_comment() {
+        for text in ["a\nrm: -rf", "x --> <evil/> <!-- ---> ----", "tab\tand\u{7f}"] {
+            let xml = plain(text, Comment::Xml);
+            assert!(!xml.contains("--") && !xml.contains("->"), "{xml}");
+            assert!(!plain(text, Comment::Hash).contains(char::is_control));
+        }
+    }
+
+    #[test]
+    fn long_comments_are_wrapped_between_words() {
+        let lines = wrapped("one two three four", 9);
+        assert_eq!(lines, ["one two", "three", "four"]);
+        assert_eq!(wrapped("", 9), [""]);
+    }
+}
