@@ -70,7 +70,8 @@ pub(super) struct Chosen {
 pub(super) fn open(path: &Path, choice: Choice<'_>) -> Result<Chosen> {
     match open_any(path)? {
         Opened::Topics(container) => {
-            let (topic, note) = topics::choose(container.source(), container.topics(), choice.topic)?;
+            let (topic, note) = topics::choose(container.source(), container.topics(), choice.topic)
+                .map_err(|e| told_of_damage(e, container.notes()))?;
             let source = container.open(topic, choice.stamp)?;
             Ok(Chosen { source, note })
         }
@@ -80,6 +81,14 @@ pub(super) fn open(path: &Path, choice: Choice<'_>) -> Result<Chosen> {
                 .mend("leave out --topic; name its column with --column")),
         },
     }
+}
+
+/// What is missing may be what was lost.
+fn told_of_damage(mut error: Error, notes: &[String]) -> Error {
+    for note in notes {
+        error.found = format!("{}; {note}", error.found);
+    }
+    error
 }
 
 /// Opens the tables of a drive in `path`: those of `topics` that are there, or the only one with a gyro. Of several files,
