@@ -59,9 +59,9 @@ impl TopicArgs {
 pub(crate) struct ColumnArgs {
     #[command(flatten)]
     topics: TopicArgs,
-    /// Axis of the gyro
-    #[arg(long, value_enum, default_value_t = AxisName::Z)]
-    axis: AxisName,
+    /// Axis of the gyro: x, y, z, or -x, -y, -z for one that points the other way
+    #[arg(long, default_value = "z", allow_hyphen_values = true, value_parser = parse_axis)]
+    axis: SignedAxis,
     /// Column that holds the rate, where the name does not say
     #[arg(long, value_name = "NAME")]
     column: Option<String>,
@@ -121,11 +121,20 @@ fn drive_query(
     DriveQuery { maps, time: time.cloned(), time_unit, topics: topics.topic.clone(), stamp: topics.stamp() }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum AxisName {
-    X,
-    Y,
-    Z,
+/// An axis, and whether it points the other way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct SignedAxis {
+    axis: Axis,
+    reversed: bool,
+}
+
+fn parse_axis(text: &str) -> std::result::Result<SignedAxis, String> {
+    let (name, reversed) = match text.strip_prefix('-') {
+        Some(name) => (name, true),
+        None => (text.strip_prefix('+').unwrap_or(text), false),
+    };
+    let axis = Axis::parse(name).ok_or_else(|| "no axis; there are x, y, z, -x, -y, -z".to_string())?;
+    Ok(SignedAxis { axis, reversed })
 }
 
 fn parse_rate_unit(text: &str) -> std::result::Result<RateUnit, String> {
@@ -147,11 +156,8 @@ impl ColumnArgs {
         }
         let query = GyroQuery {
             column: self.column.clone(),
-            axis: match self.axis {
-                AxisName::X => Axis::X,
-                AxisName::Y => Axis::Y,
-                AxisName::Z => Axis::Z,
-            },
+            axis: self.axis.axis,
+            reversed: self.axis.reversed,
             unit: self.unit,
             time: self.time.clone(),
             time_unit: self.time_unit,

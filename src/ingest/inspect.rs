@@ -150,7 +150,9 @@ pub fn inspect_topic(path: impl AsRef<Path>, topic: Option<&str>, stamp: Stamp) 
     let wanted: Vec<bool> = source.heads().iter().map(|h| h.kind != Kind::Other).collect();
     let table = table::collect(source, &wanted)?;
     report.file.clone_from(&table.source);
-    report.format.clone_from(&table.format);
+    if report.topics.is_empty() {
+        report.format.clone_from(&table.format);
+    }
     report.sha256.clone_from(&table.sha256);
     report.rows = table.rows;
     report.columns = (0..table.heads.len()).map(|i| column(&table, i)).collect();

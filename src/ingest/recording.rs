@@ -18,6 +18,8 @@ pub struct GyroQuery {
     pub column: Option<String>,
     /// Axis of the gyro.
     pub axis: Axis,
+    /// Whether that axis points down instead of up, so that its rates change their sign.
+    pub reversed: bool,
     /// Unit of the rate column; it is then neither guessed nor doubted.
     pub unit: Option<RateUnit>,
     /// Name of the time column.
@@ -214,7 +216,10 @@ pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<
     }
     let step_s = median(&mut time_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>());
     let decision = unit_of(table, gyro, query, &rate, step_s)?;
-    let factor = decision.unit.to_rad_s();
+    let factor = if query.reversed { -decision.unit.to_rad_s() } else { decision.unit.to_rad_s() };
+    if query.reversed {
+        notes.push(format!("{:?} is read with the other sign, as --axis asks", table.heads[gyro].name));
+    }
     rate.iter_mut().for_each(|v| *v *= factor);
     if let Some(k) = rate.iter().position(|v| v.abs() > LARGEST_RATE) {
         let found = format!("a rate of {:e} {}, beyond any gyro", values[rows[k]], decision.unit);

@@ -6,7 +6,7 @@ mod topics;
 
 use gyroid::identify::{FitOptions, fit};
 use gyroid::ingest::{Clock, GyroQuery, GyroRecording, Stamp, read_gyro};
-use gyroid::units::RateUnit;
+use gyroid::units::{RateUnit, TimeUnit};
 use std::path::{Path, PathBuf};
 
 /// How a format holds a rate.
@@ -78,7 +78,8 @@ impl Case {
             topic: self.topic.map(str::to_string),
             column: self.columns.map(|c| c.1.to_string()),
             time: self.columns.map(|c| c.0.to_string()),
-            time_unit: self.columns.map(|_| gyroid::units::TimeUnit::S),
+            // seconds since the first sample could as well be milliseconds of a fast sensor
+            time_unit: (self.columns.is_some() || self.file.ends_with(".mat")).then_some(TimeUnit::S),
             unit: (!self.unit).then_some(RateUnit::RadPerS),
             ..GyroQuery::default()
         }
@@ -159,6 +160,15 @@ fn times_count_from_boot_where_the_format_says_so() {
             }
         }
     }
+}
+
+#[test]
+fn a_sensor_that_is_mounted_the_other_way_round_is_turned() {
+    let [first, .., last] = &CASES;
+    assert!(first.expected() == written() && last.topic == Some("sensor_gyro/1"));
+    let turned = read_gyro(file(last.file), &GyroQuery { reversed: true, ..last.query() }).unwrap();
+    assert_eq!(rates(&turned), CASES[10].expected());
+    assert!(turned.notes.iter().any(|n| n.contains("other sign")), "{:?}", turned.notes);
 }
 
 #[test]

@@ -92,6 +92,9 @@ fn the_commands_take_a_topic() {
     let wanted = fitted(&CASES[2].read().log.time, &CASES[2].expected())[2];
     let found = json["parameters"]["time_constant_s"]["estimate"].as_f64().unwrap();
     assert!((found / wanted - 1.0).abs() < 1e-6, "{found} {wanted}");
+    let (code, out, err) = gyroid(&["fit", &path("ros1.bag"), "--axis", "-x", "--no-plot"]);
+    assert!((code == 0 || code == 3) && out.contains("other sign"), "{out} {err}");
+    assert_eq!(gyroid(&["fit", &path("ros1.bag"), "--axis", "w"]).0, 2);
     let (code, _, err) = gyroid(&["fit", &path("px4.ulg"), "--no-plot"]);
     assert!(code == 1 && err.contains("sensor_gyro/1"), "{err}");
     let (code, _, err) = gyroid(&["fit", &path("px4.ulg"), "--topic", "a", "--topic", "b"]);
