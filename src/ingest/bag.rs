@@ -321,6 +321,9 @@ impl Walker {
         if !matches!(op, MESSAGE | CHUNK | CONNECTION) {
             return if bytes.skip(size)? { Ok(()) } else { Err(Flaw::Cut) };
         }
+        if size > u64::from(LARGEST_CHUNK) {
+            return Err(Flaw::Damaged(format!("a record of {size} bytes")));
+        }
         let whole = bytes.next(size, &mut self.data)?;
         if op != CHUNK {
             return if whole { record(op, &fields, &self.data, at, meet) } else { Err(Flaw::Cut) };

@@ -290,6 +290,9 @@ fn step(bytes: &mut Bytes, at: u64, body: &mut Vec<u8>, meet: Meet<'_>) -> std::
             Err(Flaw::Cut)
         };
     }
+    if length > LARGEST {
+        return Err(Flaw::Damaged(format!("a record of {length} bytes")));
+    }
     let whole = bytes.next(length, body)?;
     if opcode != CHUNK {
         return if whole { record(opcode, body, at, meet).map(|()| true) } else { Err(Flaw::Cut) };

@@ -78,6 +78,24 @@ fn distinct() -> impl Iterator<Item = &'static Case> {
     CASES.iter().enumerate().filter(|(i, c)| CASES[..*i].iter().all(|d| d.file != c.file)).map(|(_, c)| c)
 }
 
+/// Whether a flight log of `length` bytes ends with a message: then it is a log like any other.
+fn between_messages(name: &str, whole: &[u8], length: usize) -> bool {
+    let mut at = if name.ends_with("ulg") { 16 } else { 0 };
+    while at < length {
+        at += match (name, whole[at + 2]) {
+            ("px4.ulg", _) => 3 + usize::from(u16::from_le_bytes([whole[at], whole[at + 1]])),
+            ("ardupilot.bin", 128) => 89,
+            ("ardupilot.bin", 129) => 44,
+            ("ardupilot.bin", 130) => 54,
+            ("ardupilot.bin", 131) => 32,
+            ("ardupilot.bin", 132) => 75,
+            ("ardupilot.bin", 133) => 13,
+            _ => return false,
+        };
+    }
+    at == length
+}
+
 #[test]
 fn files_that_are_cut_off_anywhere() {
     const PLACES: usize = 48;
@@ -95,7 +113,13 @@ fn files_that_are_cut_off_anywhere() {
             let rates = rates(&recording);
             // what is read is what was written
             assert_eq!(rates, &expected[..rates.len()], "{} {what}", case.file);
-            assert!(rates.len() == SAMPLES || told(&recording), "{} {what}: {:?}", case.file, recording.notes);
+            let plain = rates.len() < SAMPLES && !told(&recording);
+            assert!(
+                !plain || between_messages(case.file, &whole, length),
+                "{} {what}: {:?}",
+                case.file,
+                recording.notes
+            );
             read_in_part += usize::from(rates.len() < SAMPLES);
         }
         // where the field's tools save what was recorded, so does this
@@ -135,7 +159,7 @@ fn flipped_bits_are_errors_or_other_numbers() {
     for case in distinct() {
         let whole = std::fs::read(file(case.file)).unwrap();
         // what a checksum covers cannot come back changed
-        let checked = ["mcap", "npz", "v5.mat", "v5_struct.mat"].iter().any(|e| case.file.ends_with(e));
+        let checked = ["mcap", "npz", "v5.mat"].iter().any(|e| case.file.ends_with(e));
         let expected = case.expected();
         let mut draw = Stream::new(7, 0);
         let mut errors = 0;
