@@ -1,19 +1,22 @@
 //! `gyroid inspect`: a file at a glance.
 
 use super::Outcome;
+use super::log_args::TopicArgs;
 use super::output::{Common, Output};
 use clap::Args;
-use gyroid::ingest::{self, AxisReport, Clock, Inspection, Motion, Sampling, TimeReport};
+use gyroid::ingest::{self, AxisReport, Clock, Inspection, Motion, Sampling, TimeReport, Topic};
 use gyroid::units::{RAD_S_PER_DEG_S, RateUnit, duration_text};
 use gyroid::{Error, ErrorKind, Result};
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Show what is in a log: columns, rates, gaps, units, rest and motion
+/// Show what is in a log: topics, columns, rates, gaps, units, rest and motion
 #[derive(Debug, Args)]
 pub(crate) struct Inspect {
-    /// CSV, TSV (also gzipped) or Parquet
+    /// CSV, TSV (also gzipped), Parquet, ROS bag, MCAP, db3, ULog, DataFlash, MATLAB, HDF5 or NumPy
     log: PathBuf,
+    #[command(flatten)]
+    topics: TopicArgs,
     #[command(flatten)]
     common: Common,
 }
@@ -21,7 +24,7 @@ pub(crate) struct Inspect {
 impl Inspect {
     pub fn run(&self) -> Result<Outcome> {
         let output = Output::open(&self.common)?;
-        let report = ingest::inspect(&self.log)?;
+        let report = ingest::inspect_topic(&self.log, self.topics.one()?, self.topics.stamp())?;
         if output.talks() {
             output.say(table(&report).trim_end());
         }
@@ -42,10 +45,21 @@ fn table(report: &Inspection) -> String {
     let mut line = |text: String| {
         let _ = writeln!(out, "{text}");
     };
-    line(format!("{}: {}, {} rows, {} columns", report.file, report.format, report.rows, report.columns.len()));
+    if report.topics.is_empty() {
+        line(format!("{}: {}, {} rows, {} columns", report.file, report.format, report.rows, report.columns.len()));
+    } else {
+        line(format!("{}: {}, {} topics", report.file, report.format, report.topics.len()));
+        line(String::new());
+        topics(&report.topics, &mut line);
+    }
     line(String::new());
-    columns(report, &mut line);
-    line(String::new());
+    if let Some(topic) = &report.topic {
+        line(format!("{topic}: {} messages", report.rows));
+    }
+    if !report.columns.is_empty() {
+        columns(report, &mut line);
+        line(String::new());
+    }
     if let Some(time) = &report.time {
         clock(time, &mut line);
     }
@@ -72,9 +86,24 @@ fn verdict(report: &Inspection) -> String {
         String::new()
     };
     match (can.is_empty(), cannot.is_empty()) {
+        (true, _) if report.topic.is_none() && report.topics.iter().any(|t| t.gyro) => {
+            "can use one of the topics with a gyro: name it with --topic".to_string()
+        }
         (true, _) => "cannot use this file as it is".to_string(),
         (false, true) => format!("can use {}{rest}", names(&can)),
         (false, false) => format!("can use {}; not {}{rest}", names(&can), names(&cannot)),
+    }
+}
+
+fn topics(topics: &[Topic], line: &mut dyn FnMut(String)) {
+    let width =
+        |of: &dyn Fn(&Topic) -> &str| topics.iter().map(|t| of(t).chars().count()).max().unwrap_or(0).clamp(5, 48);
+    let (name, kind) = (width(&|t| &t.name), width(&|t| &t.type_name));
+    line(format!("{:<name$}  {:<kind$}  {:>9}  {:>10}  gyro", "topic", "type", "messages", "rate"));
+    for t in topics {
+        let rate = t.rate_hz.map_or("-".to_string(), |hz| format!("{} Hz", compact(hz)));
+        let gyro = if t.gyro { "yes" } else { "-" };
+        line(format!("{:<name$}  {:<kind$}  {:>9}  {rate:>10}  {gyro}", t.name, t.type_name, t.messages));
     }
 }
 

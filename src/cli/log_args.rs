@@ -1,7 +1,7 @@
 //! Options of the commands that read a log at rest or a drive, and what they make of it.
 
 use clap::Args;
-use gyroid::ingest::{self, Axis, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording};
+use gyroid::ingest::{self, Axis, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Stamp};
 use gyroid::report::LogFacts;
 use gyroid::signal::{TimeAxis, names};
 use gyroid::units::{RateUnit, TimeUnit};
@@ -11,18 +11,57 @@ use std::path::{Path, PathBuf};
 /// A log at rest and how to read it.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct LogArgs {
-    /// Log of a gyro at rest: CSV, TSV (also gzipped) or Parquet
+    /// Log of a gyro at rest: CSV, Parquet, bag, MCAP, db3, ULog, DataFlash, MATLAB, HDF5 or NumPy
     log: PathBuf,
     #[command(flatten)]
     columns: ColumnArgs,
 }
 
+/// Which messages of a log count, and which of their times.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct TopicArgs {
+    /// Topic of a log that holds several, such as /imu/data, sensor_gyro/1, IMU/0; otherwise the only one with a gyro. Of a
+    /// drive it may be given more than once
+    #[arg(long, value_name = "NAME")]
+    topic: Vec<String>,
+    /// Which time of a message counts: that in it, or that of its receipt
+    #[arg(long, value_enum, default_value_t = ClockName::Header)]
+    clock: ClockName,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum ClockName {
+    Header,
+    Receipt,
+}
+
+impl TopicArgs {
+    /// The one topic of a log at rest.
+    pub fn one(&self) -> Result<Option<&str>> {
+        match &self.topic[..] {
+            [] => Ok(None),
+            [one] => Ok(Some(one)),
+            several => Err(Error::new(ErrorKind::Usage, "--topic", format!("{} topics are named", several.len()))
+                .mend("name one topic of a log at rest")),
+        }
+    }
+
+    pub fn stamp(&self) -> Stamp {
+        match self.clock {
+            ClockName::Header => Stamp::Header,
+            ClockName::Receipt => Stamp::Receipt,
+        }
+    }
+}
+
 /// How to read the columns of a log at rest.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ColumnArgs {
-    /// Axis of the gyro
-    #[arg(long, value_enum, default_value_t = AxisName::Z)]
-    axis: AxisName,
+    #[command(flatten)]
+    topics: TopicArgs,
+    /// Axis of the gyro: x, y, z, or -x, -y, -z for one that points the other way
+    #[arg(long, default_value = "z", allow_hyphen_values = true, value_parser = parse_axis)]
+    axis: SignedAxis,
     /// Column that holds the rate, where the name does not say
     #[arg(long, value_name = "NAME")]
     column: Option<String>,
@@ -52,6 +91,8 @@ pub(crate) struct ColumnArgs {
 /// How to read the columns of a drive.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct DriveArgs {
+    #[command(flatten)]
+    topics: TopicArgs,
     /// Read a column as a channel, whatever it is called: gyro_z_rad_s=-wz:deg/s, x_m=east_m; may be given more than once
     #[arg(long, value_name = "CHANNEL=[-]COLUMN[:UNIT]")]
     map: Vec<String>,
@@ -67,15 +108,33 @@ impl DriveArgs {
     /// Reads the files as one drive.
     pub fn read(&self, logs: &[PathBuf]) -> Result<DriveRecording> {
         let maps = self.map.iter().map(|text| ChannelMap::parse(text)).collect::<Result<_>>()?;
-        ingest::read_drive(logs, &DriveQuery { maps, time: self.time.clone(), time_unit: self.time_unit })
+        ingest::read_drive(logs, &drive_query(maps, self.time.as_ref(), self.time_unit, &self.topics))
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum AxisName {
-    X,
-    Y,
-    Z,
+fn drive_query(
+    maps: Vec<ChannelMap>,
+    time: Option<&String>,
+    time_unit: Option<TimeUnit>,
+    topics: &TopicArgs,
+) -> DriveQuery {
+    DriveQuery { maps, time: time.cloned(), time_unit, topics: topics.topic.clone(), stamp: topics.stamp() }
+}
+
+/// An axis, and whether it points the other way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct SignedAxis {
+    axis: Axis,
+    reversed: bool,
+}
+
+fn parse_axis(text: &str) -> std::result::Result<SignedAxis, String> {
+    let (name, reversed) = match text.strip_prefix('-') {
+        Some(name) => (name, true),
+        None => (text.strip_prefix('+').unwrap_or(text), false),
+    };
+    let axis = Axis::parse(name).ok_or_else(|| "no axis; there are x, y, z, -x, -y, -z".to_string())?;
+    Ok(SignedAxis { axis, reversed })
 }
 
 fn parse_rate_unit(text: &str) -> std::result::Result<RateUnit, String> {
@@ -97,16 +156,15 @@ impl ColumnArgs {
         }
         let query = GyroQuery {
             column: self.column.clone(),
-            axis: match self.axis {
-                AxisName::X => Axis::X,
-                AxisName::Y => Axis::Y,
-                AxisName::Z => Axis::Z,
-            },
+            axis: self.axis.axis,
+            reversed: self.axis.reversed,
             unit: self.unit,
             time: self.time.clone(),
             time_unit: self.time_unit,
             rate_hz: self.rate,
             sort_time: self.sort_time,
+            topic: self.topics.one()?.map(str::to_string),
+            stamp: self.topics.stamp(),
         };
         let recording = ingest::read_gyro(log, &query)?;
         if self.trim_motion { recording.without_motion() } else { Ok(recording) }
@@ -115,7 +173,7 @@ impl ColumnArgs {
     /// Reads a drive whose columns `maps` names where their names do not.
     pub fn read_drive(&self, maps: &[String], log: &Path) -> Result<DriveRecording> {
         let maps = maps.iter().map(|text| ChannelMap::parse(text)).collect::<Result<_>>()?;
-        ingest::read_drive(&[log], &DriveQuery { maps, time: self.time.clone(), time_unit: self.time_unit })
+        ingest::read_drive(&[log], &drive_query(maps, self.time.as_ref(), self.time_unit, &self.topics))
     }
 
     /// How long after power-on the log begins, s, if that was said.

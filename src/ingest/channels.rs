@@ -234,7 +234,7 @@ mod tests {
     use super::*;
 
     fn heads(names: &[&str]) -> Vec<Head> {
-        let head = |n: &&str| Head { name: n.to_string(), kind: Kind::Number, type_name: "number".into(), unit: None };
+        let head = |n: &&str| Head::number(*n, "number");
         names.iter().map(head).collect()
     }
 

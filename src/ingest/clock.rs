@@ -1,6 +1,6 @@
 //! The time column: which one, in which unit, and what it counts from.
 
-use super::names::{self, Role, TimeKind};
+use super::names::{Role, TimeKind};
 use super::table::{Head, Kind, Table, list};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::robust::median;
@@ -80,12 +80,11 @@ pub(super) fn choose(source: &str, heads: &[Head], wanted: Option<&str>, from_lo
     }
     let mut candidates: Vec<(TimeKind, TimeColumn)> = Vec::new();
     for (i, head) in heads.iter().enumerate().filter(|(_, h)| h.kind != Kind::Other) {
-        match names::parse(&head.name).role {
+        match head.named().role {
             Role::Time(kind) => candidates.push((kind, TimeColumn::One(i))),
             Role::TimePart { kind, nanoseconds: false } => {
                 let nanoseconds = heads.iter().position(|h| {
-                    names::parse(&h.name).role == Role::TimePart { kind, nanoseconds: true }
-                        && stem(&h.name) == stem(&head.name)
+                    h.named().role == Role::TimePart { kind, nanoseconds: true } && stem(&h.name) == stem(&head.name)
                 });
                 let column = nanoseconds.map_or(TimeColumn::One(i), |n| TimeColumn::Parts(i, n));
                 candidates.push((kind, column));
@@ -146,7 +145,7 @@ pub(super) fn read(table: &Table, column: TimeColumn, stated: Option<TimeUnit>) 
     };
     let cells = table.numbers(index)?;
     let head = &table.heads[index];
-    let named = names::parse(&head.name);
+    let named = head.named();
     let mut notes = Vec::new();
     if let Some(row) = cells.values.iter().position(|v| v.is_infinite()) {
         return Err(table.error_at(ErrorKind::Time, row, index, "an infinite time").mend("correct or delete the row"));
@@ -211,7 +210,7 @@ fn parts(table: &Table, seconds: usize, nanoseconds: usize) -> Result<Times> {
     let Some(&first) = values.iter().find(|v| !v.is_nan()) else {
         return Err(Error::new(ErrorKind::Time, &table.source, "all times are missing"));
     };
-    let clock = clock_of(whole.origin as f64 + first, false, &names::parse(&table.heads[seconds].name).role);
+    let clock = clock_of(whole.origin as f64 + first, false, &table.heads[seconds].named().role);
     let shift = match clock {
         Clock::PowerOn { .. } => whole.origin as f64,
         Clock::FirstSample { .. } => -first,
@@ -279,7 +278,7 @@ mod tests {
     use super::*;
 
     fn heads(names: &[&str]) -> Vec<Head> {
-        let head = |n: &&str| Head { name: n.to_string(), kind: Kind::Number, type_name: "number".into(), unit: None };
+        let head = |n: &&str| Head::number(*n, "number");
         names.iter().map(head).collect()
     }
 

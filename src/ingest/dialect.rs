@@ -211,7 +211,7 @@ fn layout(delimiter: Delimiter, comma: bool, comments: &[&str], lines: &[Line], 
                 Kind::Instant => "date",
                 Kind::Other => "text",
             };
-            Head { name, kind, type_name: type_name.to_string(), unit }
+            Head { name, kind, type_name: type_name.to_string(), unit, role: None }
         })
         .collect();
     Dialect {

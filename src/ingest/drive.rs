@@ -8,7 +8,8 @@ use super::formats;
 use super::merge::{self, Part};
 use super::names::{self, Axis, Role, TimeKind};
 use super::recording::{find_gyro, named_unit, side_channel};
-use super::table::{Head, Kind, Table};
+use super::table::{self, Head, Kind, Table};
+use super::topics::Stamp;
 use crate::error::{Error, ErrorKind, Result};
 use crate::signal::{Log, TimeAxis, names as channel};
 use crate::units::TimeUnit;
@@ -23,6 +24,10 @@ pub struct DriveQuery {
     pub time: Option<String>,
     /// Unit of the time columns.
     pub time_unit: Option<TimeUnit>,
+    /// Topics of the logs that hold several: each is read from the files that have it; otherwise the only one with a gyro.
+    pub topics: Vec<String>,
+    /// Which of the two times of a message counts.
+    pub stamp: Stamp,
 }
 
 /// A drive, and what was decided about its columns.
@@ -57,7 +62,23 @@ pub fn read_log(path: impl AsRef<Path>) -> Result<Log> {
 /// [`ErrorKind::Usage`] without files, or with a channel mapped twice.
 pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<DriveRecording> {
     let name = |p: &P| p.as_ref().display().to_string();
-    let sources = paths.iter().map(|p| Ok((name(p), formats::open(p.as_ref())?))).collect::<Result<Vec<_>>>()?;
+    let mut notes = Vec::new();
+    let mut sources = Vec::new();
+    for path in paths {
+        for chosen in formats::open_all(path.as_ref(), &query.topics, query.stamp, paths.len() > 1)? {
+            notes.extend(chosen.note);
+            sources.push((name(path), chosen.source));
+        }
+    }
+    if let (Some(first), true) = (paths.first(), sources.is_empty()) {
+        return Err(Error::new(
+            ErrorKind::Column,
+            name(first),
+            format!("no file has a topic {}", query.topics.join(", ")),
+        )
+        .mend("see what is there with `gyroid inspect`"));
+    }
+    let several = sources.len() > 1;
     let heads: Vec<(String, &[Head])> = sources.iter().map(|(name, s)| (name.clone(), s.heads())).collect();
     let Some((first, _)) = heads.first() else {
         return Err(Error::new(ErrorKind::Usage, "drive", "no file is given").mend("name one log at least"));
@@ -67,12 +88,11 @@ pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<Dri
     {
         clock::find(first, heads[0].1, time, "--time")?;
     }
-    let mut notes = Vec::new();
     let mapped = mapped(&heads, query, &mut notes)?;
     let mut parts = Vec::with_capacity(sources.len());
     for ((source, file), mapped) in sources.into_iter().zip(mapped) {
         let part = read_part(&source, file, query, mapped).map_err(|e| one_of_many(e, query))?;
-        let tell = |note: String| if paths.len() > 1 { format!("{source}: {note}") } else { note };
+        let tell = |note: String| if several { format!("{source}: {note}") } else { note };
         notes.extend(part.1.into_iter().map(tell));
         parts.push(part.0);
     }
@@ -128,7 +148,7 @@ fn read_part(
     let wanted: Vec<bool> = heads.iter().map(|h| h.kind != Kind::Other).collect();
     let time = query.time.as_deref().filter(|name| clock::find(source, heads, name, "--time").is_ok());
     let time = clock::choose(source, heads, time, true)?;
-    to_part(&file.read(&wanted)?, time, query, &mapped)
+    to_part(&table::collect(file, &wanted)?, time, query, &mapped)
 }
 
 fn to_part(
@@ -156,7 +176,7 @@ fn to_part(
         TimeColumn::Parts(a, b) => a == i || b == i,
         TimeColumn::Rows => false,
     };
-    let mut notes = Vec::new();
+    let mut notes = table.notes.clone();
     let mapped_anywhere = |name: &str| query.maps.iter().any(|m| m.channel() == name);
     let found = channels::recognise(&table.heads, &mapped_anywhere, &mut notes);
     let gyro = gyro_column(table);
@@ -210,7 +230,7 @@ fn gyro_column(table: &Table) -> Option<usize> {
     let sensor = |i: &usize| {
         let head = &table.heads[*i];
         head.kind == Kind::Number
-            && matches!(names::parse(&head.name).role, Role::Gyro(Some(Axis::Z)))
+            && matches!(head.named().role, Role::Gyro(Some(Axis::Z)))
             && !names::tells_motion(&head.name)
     };
     let sensors: Vec<usize> = (0..table.heads.len()).filter(sensor).collect();
@@ -226,10 +246,10 @@ fn gyro_column(table: &Table) -> Option<usize> {
 /// A column of the gyro, of temperature, supply or time since power-on, where name and unit leave no doubt.
 fn by_role(table: &Table, i: usize, gyro: Option<usize>) -> Option<(String, Vec<f64>)> {
     let head = &table.heads[i];
-    let named = names::parse(&head.name);
+    let named = head.named();
     let scaled = |factor: f64| numbers(table, i).map(|x| x.iter().map(|v| factor * v).collect::<Vec<f64>>()).ok();
     let alone = |canonical: &str| {
-        let same = |h: &&Head| h.kind == Kind::Number && names::parse(&h.name).role == named.role;
+        let same = |h: &&Head| h.kind == Kind::Number && h.named().role == named.role;
         head.name == canonical
             || (table.heads.iter().filter(same).count() == 1 && table.heads.iter().all(|h| h.name != canonical))
     };

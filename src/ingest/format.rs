@@ -1,15 +1,72 @@
-//! What a format is: how to know it, and how to open it.
+//! What a format is: how to know it, how to open it, and how its columns are handed over.
 
 use super::input::Input;
-use super::table::{Head, Table};
+use super::table::{BadCell, Head};
+use super::topics::Container;
 use crate::error::Result;
 
-/// An opened file whose columns are known and whose cells are not read yet.
+/// Rows that a reader gathers before it hands them over.
+pub(super) const BATCH_ROWS: usize = 65_536;
+
+/// The next cells of a column. The origin is the same in all batches that hold a value.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Column {
+    /// Whole number taken off every value.
+    pub origin: i64,
+    /// Value less `origin`; NaN where missing. Empty if the column was not asked for.
+    pub values: Vec<f64>,
+}
+
+/// The next rows of a table: one entry a head.
+#[derive(Debug, Clone)]
+pub(super) struct Batch {
+    pub rows: usize,
+    pub columns: Vec<Column>,
+}
+
+/// What is known of a column when all of it was read.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ColumnFacts {
+    /// What one unit in the last written digit is worth, 0 if unknown.
+    pub resolution: f64,
+    /// The first cell that is not a number, and how many there are.
+    pub bad: Option<(BadCell, usize)>,
+}
+
+/// What is known of a table when all of it was read.
+#[derive(Debug, Clone)]
+pub(super) struct Facts {
+    /// Path, for messages.
+    pub source: String,
+    /// Name of the format.
+    pub format: String,
+    /// SHA-256 of the file's bytes, hexadecimal.
+    pub sha256: String,
+    /// One entry a head.
+    pub columns: Vec<ColumnFacts>,
+    /// Line of the first row, where the rows are lines without a break.
+    pub first_line: Option<u64>,
+    /// What the reader had to decide.
+    pub notes: Vec<String>,
+}
+
+/// Takes the batches of a table in the file's order; its error ends the reading.
+pub(super) type Take<'a> = &'a mut dyn FnMut(Batch) -> Result<()>;
+
+/// An opened table whose columns are known and whose cells are not read yet.
 pub(super) trait Source {
     /// The columns.
     fn heads(&self) -> &[Head];
-    /// Reads the cells of the columns that are `wanted` (one flag a column).
-    fn read(self: Box<Self>, wanted: &[bool]) -> Result<Table>;
+    /// Reads the cells of the columns that are `wanted` (one flag a column), some rows at a time.
+    fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts>;
+}
+
+/// What an opened file holds.
+pub(super) enum Opened {
+    /// One table.
+    Table(Box<dyn Source>),
+    /// Messages of several topics, each of which is a table.
+    Topics(Box<dyn Container>),
 }
 
 /// A format that can be read.
@@ -19,5 +76,5 @@ pub(super) struct Format {
     /// Whether the first bytes (unpacked) are of this format.
     pub accepts: fn(&[u8]) -> bool,
     /// Opens a file that was accepted.
-    pub open: fn(Input) -> Result<Box<dyn Source>>,
+    pub open: fn(Input) -> Result<Opened>,
 }

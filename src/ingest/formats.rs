@@ -1,25 +1,48 @@
 //! The list of formats: one line each in [`FORMATS`].
 //!
-//! To add one: a file with a [`Format`], whose `open` returns a [`Source`], and its line below.
+//! To add one: a file with a [`Format`], whose `open` returns a [`Source`] or a container of topics, and its line below.
 
-use super::format::{Format, Source};
+#[cfg(feature = "db3")]
+use super::db3;
+use super::format::{Format, Opened, Source};
+#[cfg(feature = "hdf5")]
+use super::hdf5;
 use super::input::Input;
-use super::{parquet, text};
+use super::topics::{self, Stamp};
+use super::{bag, dataflash, matlab, mcap, numpy, parquet, text, ulog};
 use crate::error::{Error, ErrorKind, Result};
 use std::path::Path;
 
 /// In the order in which they are tried; text accepts whatever is not binary.
-const FORMATS: &[Format] = &[parquet::FORMAT, text::FORMAT];
+const FORMATS: &[Format] = &[
+    parquet::FORMAT,
+    bag::FORMAT,
+    mcap::FORMAT,
+    #[cfg(feature = "db3")]
+    db3::FORMAT,
+    ulog::FORMAT,
+    dataflash::FORMAT,
+    #[cfg(feature = "hdf5")]
+    hdf5::FORMAT,
+    matlab::FORMAT,
+    numpy::ARRAY,
+    numpy::ARCHIVE,
+    text::FORMAT,
+];
 
 /// Formats known by their first bytes that are not read, and what to do instead.
 const FOREIGN: &[(&[u8], &str, &str)] = &[
-    (b"#ROSBAG", "a ROS 1 bag", "export the topic: `rostopic echo -b FILE -p /imu/data > imu.csv`"),
-    (b"\x89MCAP0", "an MCAP file", "export the IMU topic as CSV or Parquet"),
-    (b"SQLite format 3", "an SQLite file (a ROS 2 bag?)", "export the IMU topic as CSV or Parquet"),
-    (b"ULog\x01\x12\x35", "a PX4 ULog", "export it: `ulog2csv -m sensor_combined FILE`"),
-    (b"\x89HDF", "an HDF5 file", "export the gyro's table as CSV or Parquet"),
+    #[cfg(not(feature = "db3"))]
+    (b"SQLite format 3", "an SQLite file", "install gyroid with its feature db3, or export the IMU's topic as CSV"),
+    #[cfg(not(feature = "hdf5"))]
+    (b"\x89HDF", "an HDF5 file", "install gyroid with its feature hdf5, or export the gyro's table as CSV"),
+    #[cfg(not(feature = "hdf5"))]
+    (
+        b"MATLAB 7.3",
+        "a MATLAB file of version 7.3",
+        "install gyroid with its feature hdf5, or write it with save('-v7')",
+    ),
     (b"CDF\x01", "a NetCDF file", "export the gyro's table as CSV or Parquet"),
-    (b"MATLAB 5.0", "a MATLAB file", "`writetable` the gyro's table as CSV or Parquet"),
     (b"PK\x03\x04", "a zip archive or a spreadsheet", "unpack it, or save the sheet as CSV"),
     (b"\x28\xb5\x2f\xfd", "a zstd archive", "unpack it first: `zstd -d FILE`"),
     (b"BZh", "a bzip2 archive", "unpack it first: `bunzip2 FILE`"),
@@ -28,13 +51,78 @@ const FOREIGN: &[(&[u8], &str, &str)] = &[
     (b"\xfe\xff", "text in UTF-16", "save it as UTF-8"),
 ];
 
+/// Which of several tables in a file is read.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Choice<'a> {
+    /// Name of the topic; otherwise the only one with a gyro.
+    pub topic: Option<&'a str>,
+    /// Which time of a message counts.
+    pub stamp: Stamp,
+}
+
+/// A table, and what there is to tell about its choice.
+pub(super) struct Chosen {
+    pub source: Box<dyn Source>,
+    pub note: Option<String>,
+}
+
+/// Opens the table of `path` that `choice` names, or the only one with a gyro.
+pub(super) fn open(path: &Path, choice: Choice<'_>) -> Result<Chosen> {
+    match open_any(path)? {
+        Opened::Topics(container) => {
+            let (topic, note) = topics::choose(container.source(), container.topics(), choice.topic)
+                .map_err(|e| told_of_damage(e, container.notes()))?;
+            let source = container.open(topic, choice.stamp)?;
+            Ok(Chosen { source, note })
+        }
+        Opened::Table(source) => match choice.topic {
+            None => Ok(Chosen { source, note: None }),
+            Some(name) => Err(Error::new(ErrorKind::Usage, path.display(), format!("has no topics, so no {name:?}"))
+                .mend("leave out --topic; name its column with --column")),
+        },
+    }
+}
+
+/// What is missing may be what was lost.
+fn told_of_damage(mut error: Error, notes: &[String]) -> Error {
+    for note in notes {
+        error.found = format!("{}; {note}", error.found);
+    }
+    error
+}
+
+/// Opens the tables of a drive in `path`: those of `topics` that are there, or the only one with a gyro. Of several files,
+/// each needs only some of the topics.
+pub(super) fn open_all(path: &Path, topics: &[String], stamp: Stamp, of_several: bool) -> Result<Vec<Chosen>> {
+    if topics.is_empty() {
+        return Ok(vec![open(path, Choice { topic: None, stamp })?]);
+    }
+    let mut chosen = Vec::new();
+    for topic in topics {
+        match open_any(path)? {
+            // a table beside a bag has no topics
+            Opened::Table(source) if of_several => {
+                chosen.push(Chosen { source, note: None });
+                break;
+            }
+            Opened::Table(_) => chosen.push(open(path, Choice { topic: Some(topic), stamp })?),
+            Opened::Topics(container) => match topics::choose(container.source(), container.topics(), Some(topic)) {
+                Ok((index, note)) => chosen.push(Chosen { source: container.open(index, stamp)?, note }),
+                Err(_) if of_several => {}
+                Err(error) => return Err(error),
+            },
+        }
+    }
+    Ok(chosen)
+}
+
 /// Opens `path` with the format that its content shows, whatever its extension says.
-pub(super) fn open(path: &Path) -> Result<Box<dyn Source>> {
+pub(super) fn open_any(path: &Path) -> Result<Opened> {
     let input = Input::open(path)?;
     if input.head.is_empty() {
         return Err(Error::new(ErrorKind::TooShort, path.display(), "is empty").mend("record the log again"));
     }
-    if let Some((_, what, mend)) = FOREIGN.iter().find(|(magic, _, _)| input.head.starts_with(magic)) {
+    if let Some((_, what, mend)) = FOREIGN.iter().find(|(magic, _, _)| foreign(&input.head, magic)) {
         return Err(Error::new(ErrorKind::Format, path.display(), format!("is {what}, which is not read")).mend(mend));
     }
     match FORMATS.iter().find(|f| (f.accepts)(&input.head)) {
@@ -45,4 +133,9 @@ pub(super) fn open(path: &Path) -> Result<Box<dyn Source>> {
                 .mend(format!("convert it to one of: {}", known.join(", "))))
         }
     }
+}
+
+/// Whether a file is of a foreign format; an archive of arrays is not.
+fn foreign(head: &[u8], magic: &[u8]) -> bool {
+    head.starts_with(magic) && !(numpy::ARCHIVE.accepts)(head)
 }

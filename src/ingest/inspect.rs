@@ -2,10 +2,12 @@
 
 use super::audit::{self, Audit, Gaps, Sampling};
 use super::clock::{self, Clock, TimeColumn, Times};
+use super::format::Opened;
 use super::formats;
-use super::names::{self, Axis, Role, TimeKind};
+use super::names::{Axis, Role, TimeKind};
 use super::recording::{self, GyroQuery, Plan};
-use super::table::{Kind, Table};
+use super::table::{self, Kind, Table};
+use super::topics::{self, Stamp, Topic};
 use crate::error::Result;
 use crate::math::robust::median;
 use serde::Serialize;
@@ -71,7 +73,7 @@ pub struct AxisReport {
 }
 
 /// What is in a file.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Inspection {
     /// Path.
     pub file: String,
@@ -79,6 +81,10 @@ pub struct Inspection {
     pub format: String,
     /// SHA-256 of the file's bytes, hexadecimal.
     pub sha256: String,
+    /// Topics, in a log that holds messages.
+    pub topics: Vec<Topic>,
+    /// The topic whose rows and columns follow; none in a file that is one table, or where none was chosen.
+    pub topic: Option<String>,
     /// Rows.
     pub rows: usize,
     /// Columns in the file's order.
@@ -106,20 +112,51 @@ impl Inspection {
 /// # Errors
 /// Only if the file cannot be read at all: [`crate::ErrorKind::Io`], [`crate::ErrorKind::Format`], [`crate::ErrorKind::TooShort`] without rows.
 pub fn inspect(path: impl AsRef<Path>) -> Result<Inspection> {
-    let source = formats::open(path.as_ref())?;
-    let wanted: Vec<bool> = source.heads().iter().map(|h| h.kind != Kind::Other).collect();
-    let table = source.read(&wanted)?;
-    let mut report = Inspection {
-        file: table.source.clone(),
-        format: table.format.clone(),
-        sha256: table.sha256.clone(),
-        rows: table.rows,
-        columns: (0..table.heads.len()).map(|i| column(&table, i)).collect(),
-        time: None,
-        gyro: Vec::new(),
-        problems: Vec::new(),
-        notes: table.notes.clone(),
+    inspect_topic(path, None, Stamp::Header)
+}
+
+/// Looks at a file, and of its topics at `topic`, or at the only one with a gyro; `stamp` says which time of its messages
+/// counts.
+///
+/// # Errors
+/// As [`inspect()`]; [`crate::ErrorKind::Column`] for a topic that is not there, with those that are.
+pub fn inspect_topic(path: impl AsRef<Path>, topic: Option<&str>, stamp: Stamp) -> Result<Inspection> {
+    let path = path.as_ref();
+    let mut report = Inspection::default();
+    let source = match formats::open_any(path)? {
+        // tells that there are no topics
+        Opened::Table(_) if topic.is_some() => formats::open(path, formats::Choice { topic, stamp })?.source,
+        Opened::Table(source) => source,
+        Opened::Topics(container) => {
+            report.file = container.source().to_string();
+            report.format = container.format().to_string();
+            report.sha256 = container.sha256().to_string();
+            report.topics = container.topics().to_vec();
+            match topics::choose(container.source(), container.topics(), topic) {
+                Ok((index, note)) => {
+                    report.topic = Some(report.topics[index].name.clone());
+                    report.notes.extend(note);
+                    container.open(index, stamp)?
+                }
+                Err(error) if topic.is_some() => return Err(error),
+                Err(error) => {
+                    report.problems.push(told(&error));
+                    report.notes.extend_from_slice(container.notes());
+                    return Ok(report);
+                }
+            }
+        }
     };
+    let wanted: Vec<bool> = source.heads().iter().map(|h| h.kind != Kind::Other).collect();
+    let table = table::collect(source, &wanted)?;
+    report.file.clone_from(&table.source);
+    if report.topics.is_empty() {
+        report.format.clone_from(&table.format);
+    }
+    report.sha256.clone_from(&table.sha256);
+    report.rows = table.rows;
+    report.columns = (0..table.heads.len()).map(|i| column(&table, i)).collect();
+    report.notes.extend_from_slice(&table.notes);
     match clock::choose(&table.source, &table.heads, None, false).and_then(|c| Ok((c, clock::read(&table, c, None)?))) {
         Ok((column, times)) => report.time = Some(time(&table, column, &times)),
         Err(error) => report.problems.push(told(&error)),
@@ -143,7 +180,7 @@ fn told(error: &crate::Error) -> String {
 
 fn column(table: &Table, i: usize) -> ColumnReport {
     let (head, cells) = (&table.heads[i], &table.cells[i]);
-    let named = names::parse(&head.name);
+    let named = head.named();
     let role = match named.role {
         _ if head.kind == Kind::Other => "-".to_string(),
         Role::Gyro(Some(axis)) => format!("gyro {axis}"),
@@ -199,7 +236,7 @@ fn time(table: &Table, column: TimeColumn, times: &Times) -> TimeReport {
 }
 
 fn gyro(table: &Table, axis: Axis, report: &mut Inspection) {
-    let there = table.heads.iter().any(|h| match names::parse(&h.name).role {
+    let there = table.heads.iter().any(|h| match h.named().role {
         Role::Gyro(Some(a)) => a == axis,
         // a gyro of one axis is shown once
         Role::Gyro(None) => axis == Axis::Z && recording::find_gyro("", &table.heads, axis).is_ok(),

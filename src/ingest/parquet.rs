@@ -1,8 +1,8 @@
 //! Parquet, by polars. Its types stay in this file.
 
-use super::format::{Format, Source};
+use super::format::{Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
 use super::input::Input;
-use super::table::{Cells, Head, Kind, Table};
+use super::table::{Cells, Head, Kind};
 use crate::error::{Error, ErrorKind, Result};
 use polars::prelude::{
     ArrowDataType, ArrowTimeUnit, DataType, ParquetReader, PolarsError, PolarsResult, SerReader, Series,
@@ -14,7 +14,7 @@ use std::path::PathBuf;
 pub(super) const FORMAT: Format = Format {
     name: "Parquet",
     accepts: |head| head.starts_with(b"PAR1"),
-    open: |input| Ok(Box::new(Parquet::open(input)?)),
+    open: |input| Ok(Opened::Table(Box::new(Parquet::open(input)?))),
 };
 
 struct Parquet {
@@ -36,7 +36,7 @@ impl Parquet {
         for field in schema.iter_values() {
             let kind = kind_of(&field.dtype);
             let type_name = format!("{:?}", field.dtype);
-            heads.push(Head { name: field.name.to_string(), kind, type_name, unit: None });
+            heads.push(Head { name: field.name.to_string(), kind, type_name, unit: None, role: None });
             types.push(field.dtype.clone());
         }
         Ok(Self { path, file, sha256, heads, types })
@@ -48,7 +48,7 @@ impl Source for Parquet {
         &self.heads
     }
 
-    fn read(self: Box<Self>, wanted: &[bool]) -> Result<Table> {
+    fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
         let Self { path, file, sha256, heads, types } = *self;
         let columns: Vec<usize> = (0..heads.len()).filter(|&i| wanted[i] && heads[i].kind != Kind::Other).collect();
         let projection = columns.clone();
@@ -71,17 +71,18 @@ impl Source for Parquet {
                 Error::new(ErrorKind::TooShort, path.display(), "has columns and no rows").mend("record the log again")
             );
         }
-        let mut cells = vec![Cells::default(); heads.len()];
-        for (index, column) in columns.into_iter().zip(filled) {
-            cells[index] = column;
+        let mut batch = Batch { rows, columns: vec![Column::default(); heads.len()] };
+        let mut facts = vec![ColumnFacts::default(); heads.len()];
+        for (index, cells) in columns.into_iter().zip(filled) {
+            facts[index].resolution = cells.resolution;
+            batch.columns[index] = Column { origin: cells.origin, values: cells.values };
         }
-        Ok(Table {
+        take(batch)?;
+        Ok(Facts {
             source: path.display().to_string(),
             format: "Parquet".to_string(),
             sha256,
-            heads,
-            cells,
-            rows,
+            columns: facts,
             first_line: None,
             notes: Vec::new(),
         })

@@ -5,6 +5,7 @@ use super::clock::{self, Clock, TimeColumn, Times};
 use super::names::{self, Axis, Named, Role};
 use super::rate_unit::{self, Evidence};
 use super::table::{Head, Kind, Table, list};
+use super::topics::Stamp;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::robust::median;
 use crate::signal::{Log, TimeAxis, names as channel};
@@ -17,6 +18,8 @@ pub struct GyroQuery {
     pub column: Option<String>,
     /// Axis of the gyro.
     pub axis: Axis,
+    /// Whether that axis points down instead of up, so that its rates change their sign.
+    pub reversed: bool,
     /// Unit of the rate column; it is then neither guessed nor doubted.
     pub unit: Option<RateUnit>,
     /// Name of the time column.
@@ -27,6 +30,10 @@ pub struct GyroQuery {
     pub rate_hz: Option<f64>,
     /// Whether rows that go back in time are sorted instead of refused.
     pub sort_time: bool,
+    /// Topic of a log that holds several; otherwise the only one with a gyro.
+    pub topic: Option<String>,
+    /// Which of the two times of a message counts.
+    pub stamp: Stamp,
 }
 
 /// One axis of a gyro at rest, and all that there is to say about it.
@@ -116,7 +123,7 @@ impl Plan {
 pub(super) fn find_gyro(source: &str, heads: &[Head], axis: Axis) -> Result<usize> {
     let roles: Vec<(usize, Option<Axis>)> = (0..heads.len())
         .filter(|&i| heads[i].kind == Kind::Number)
-        .filter_map(|i| match names::parse(&heads[i].name).role {
+        .filter_map(|i| match heads[i].named().role {
             Role::Gyro(axis) => Some((i, axis)),
             _ => None,
         })
@@ -144,7 +151,7 @@ pub(super) fn find_gyro(source: &str, heads: &[Head], axis: Axis) -> Result<usiz
 /// The column of a side channel: the only one of its role, or the one with the canonical name.
 fn one_of(heads: &[Head], role: Role, canonical: &str, notes: &mut Vec<String>) -> Option<usize> {
     let numbers = (0..heads.len()).filter(|&i| heads[i].kind == Kind::Number);
-    let found: Vec<usize> = numbers.filter(|&i| names::parse(&heads[i].name).role == role).collect();
+    let found: Vec<usize> = numbers.filter(|&i| heads[i].named().role == role).collect();
     match found[..] {
         [] => None,
         [one] => Some(one),
@@ -209,7 +216,10 @@ pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<
     }
     let step_s = median(&mut time_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>());
     let decision = unit_of(table, gyro, query, &rate, step_s)?;
-    let factor = decision.unit.to_rad_s();
+    let factor = if query.reversed { -decision.unit.to_rad_s() } else { decision.unit.to_rad_s() };
+    if query.reversed {
+        notes.push(format!("{:?} is read with the other sign, as --axis asks", table.heads[gyro].name));
+    }
     rate.iter_mut().for_each(|v| *v *= factor);
     if let Some(k) = rate.iter().position(|v| v.abs() > LARGEST_RATE) {
         let found = format!("a rate of {:e} {}, beyond any gyro", values[rows[k]], decision.unit);
@@ -247,7 +257,7 @@ pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<
 /// Unit that stands beside or in a column's name; an error if it is one that is not known.
 pub(super) fn named_unit(table: &Table, column: usize) -> Result<Option<RateUnit>> {
     let head = &table.heads[column];
-    let named = names::parse(&head.name).unit;
+    let named = head.named().unit;
     let Some(text) = named.as_deref().or(head.unit.as_deref()).map(|t| t.trim_matches(['(', ')', '[', ']'])) else {
         return Ok(None);
     };
@@ -356,7 +366,7 @@ fn spread(time_s: &mut [f64]) {
 /// Temperature in °C or supply in V; `None`, with a note, if its unit cannot be told.
 fn beside(table: &Table, column: usize, rows: &[usize], notes: &mut Vec<String>) -> Option<Vec<f64>> {
     let head = &table.heads[column];
-    let (values, note) = side_channel(table, column, names::parse(&head.name));
+    let (values, note) = side_channel(table, column, head.named());
     notes.extend(note);
     values.map(|all| rows.iter().map(|&i| all[i]).collect())
 }

@@ -1,5 +1,7 @@
 //! What a file's format hands over: columns by name, as numbers, before anyone knows what they mean.
 
+use super::format::Source;
+use super::names::{self, Named, Role};
 use crate::error::{Error, ErrorKind, Result};
 
 /// What the cells of a column hold.
@@ -22,8 +24,37 @@ pub(super) struct Head {
     pub kind: Kind,
     /// The format's own word for the type.
     pub type_name: String,
-    /// Unit that the file states beside the name (a units row).
+    /// Unit that the file states beside the name (a units row), or that the format lays down.
     pub unit: Option<String>,
+    /// What the column is, where the format says so; otherwise its name tells.
+    pub role: Option<Role>,
+}
+
+impl Head {
+    /// A column of numbers.
+    pub fn number(name: impl Into<String>, type_name: impl Into<String>) -> Self {
+        Self { name: name.into(), kind: Kind::Number, type_name: type_name.into(), unit: None, role: None }
+    }
+
+    /// The same column, in `unit`.
+    pub fn with_unit(mut self, unit: &str) -> Self {
+        self.unit = Some(unit.to_string());
+        self
+    }
+
+    /// The same column, which is `role` whatever its name says.
+    pub fn with_role(mut self, role: Role) -> Self {
+        self.role = Some(role);
+        self
+    }
+
+    /// What the column is, and its unit.
+    pub fn named(&self) -> Named {
+        match self.role {
+            Some(role) => Named { role, unit: self.unit.clone() },
+            None => names::parse(&self.name),
+        }
+    }
 }
 
 /// A cell that should be a number and is not.
@@ -101,6 +132,39 @@ impl Table {
             }
         }
     }
+}
+
+/// Reads the columns of `source` that are `wanted`, whole.
+pub(super) fn collect(source: Box<dyn Source>, wanted: &[bool]) -> Result<Table> {
+    let heads = source.heads().to_vec();
+    let mut cells = vec![Cells::default(); heads.len()];
+    let mut rows = 0;
+    let facts = source.read(wanted, &mut |batch| {
+        rows += batch.rows;
+        for (cells, column) in cells.iter_mut().zip(batch.columns) {
+            cells.origin = column.origin;
+            if cells.values.is_empty() {
+                cells.values = column.values;
+            } else {
+                cells.values.extend_from_slice(&column.values);
+            }
+        }
+        Ok(())
+    })?;
+    for (cells, column) in cells.iter_mut().zip(facts.columns) {
+        cells.resolution = column.resolution;
+        cells.bad = column.bad;
+    }
+    Ok(Table {
+        source: facts.source,
+        format: facts.format,
+        sha256: facts.sha256,
+        heads,
+        cells,
+        rows,
+        first_line: facts.first_line,
+        notes: facts.notes,
+    })
 }
 
 /// Column names for a message: all of them, or the first of very many.

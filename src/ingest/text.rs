@@ -2,9 +2,9 @@
 
 use super::cell::{self, Cell};
 use super::dialect::{self, Delimiter, Dialect};
-use super::format::{Format, Source};
+use super::format::{BATCH_ROWS, Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
 use super::input::{Input, broken_gzip};
-use super::table::{BadCell, Cells, Head, Kind, Table};
+use super::table::{BadCell, Head, Kind};
 use crate::error::{Error, ErrorKind, Result};
 use std::cell::Cell as Slot;
 use std::io::{self, Read};
@@ -25,7 +25,7 @@ pub(super) const FORMAT: Format = Format {
             )
             .mend("record the log again"));
         }
-        Ok(Box::new(Text { path: input.path.clone(), input, dialect }))
+        Ok(Opened::Table(Box::new(Text { path: input.path.clone(), input, dialect })))
     },
 };
 
@@ -43,7 +43,7 @@ impl Source for Text {
         &self.dialect.heads
     }
 
-    fn read(self: Box<Self>, wanted: &[bool]) -> Result<Table> {
+    fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
         let Self { path, input, dialect } = *self;
         if !dialect.has_rows {
             let found = "has a header and no rows";
@@ -62,25 +62,24 @@ impl Source for Text {
         let last = Rc::new(Slot::new(b'\n'));
         let stream = LastByte { inner: stream, last: last.clone() };
         let mut rows = match dialect.delimiter {
-            Delimiter::Byte(b) => read_rows(stream, b, &dialect, wanted, &last),
-            Delimiter::Blanks => read_rows(SingleBlanks::new(stream), b' ', &dialect, wanted, &last),
+            Delimiter::Byte(b) => read_rows(stream, b, &dialect, wanted, &last, take),
+            Delimiter::Blanks => read_rows(SingleBlanks::new(stream), b' ', &dialect, wanted, &last, take),
         }
         .map_err(|e| match e {
             RowError::Io(e) => fail(&e),
             RowError::Format(found, line) => Error::new(ErrorKind::Format, path.display(), found)
                 .at(format!("line {line}"))
                 .mend("correct or delete the line"),
+            RowError::Taken(e) => e,
         })?;
         let mut notes = dialect.notes;
         notes.append(&mut rows.notes);
         let packed = if gzipped { ", gzip" } else { "" };
-        Ok(Table {
+        Ok(Facts {
             source: path.display().to_string(),
             format: format!("text, fields between {}{packed}", dialect.delimiter.name()),
             sha256: hash.hex(),
-            heads: dialect.heads,
-            cells: rows.columns,
-            rows: rows.count,
+            columns: rows.columns,
             first_line: rows.unbroken.then_some(dialect.first_line),
             notes,
         })
@@ -90,11 +89,12 @@ impl Source for Text {
 enum RowError {
     Io(io::Error),
     Format(String, u64),
+    /// Whoever takes the rows does not want them.
+    Taken(Error),
 }
 
 struct Rows {
-    columns: Vec<Cells>,
-    count: usize,
+    columns: Vec<ColumnFacts>,
     unbroken: bool,
     notes: Vec<String>,
 }
@@ -108,7 +108,8 @@ struct Filling {
     decimals: i32,
     significant: i32,
     largest: f64,
-    cells: Cells,
+    column: Column,
+    bad: Option<(BadCell, usize)>,
 }
 
 impl Filling {
@@ -117,7 +118,7 @@ impl Filling {
             match cell::instant_ns(field) {
                 Some(ns) => {
                     self.start_at(ns);
-                    Cell::Number(ns.wrapping_sub(self.cells.origin) as f64)
+                    Cell::Number(ns.wrapping_sub(self.column.origin) as f64)
                 }
                 None if cell::read(field, comma) == Cell::Missing => Cell::Missing,
                 None => Cell::Words,
@@ -134,17 +135,16 @@ impl Filling {
             self.decimals = self.decimals.max(decimals);
             self.significant = self.significant.max(significant);
         }
-        self.cells.values.push(match value {
+        self.column.values.push(match value {
             Cell::Number(x) => {
                 self.largest = if x.is_finite() { self.largest.max(x.abs()) } else { self.largest };
                 x
             }
             Cell::Missing => f64::NAN,
             Cell::Words => {
-                let count = self.cells.bad.as_ref().map_or(0, |(_, n)| *n);
-                let bad = self.cells.bad.take().map(|(b, _)| b);
                 let text = || String::from_utf8_lossy(field).chars().take(40).collect();
-                self.cells.bad = Some((bad.unwrap_or_else(|| BadCell { row, text: text() }), count + 1));
+                let (first, count) = self.bad.take().unwrap_or_else(|| (BadCell { row, text: text() }, 0));
+                self.bad = Some((first, count + 1));
                 f64::NAN
             }
         });
@@ -153,7 +153,7 @@ impl Filling {
     fn start_at(&mut self, origin: i64) {
         if !self.exact {
             self.exact = true;
-            self.cells.origin = origin;
+            self.column.origin = origin;
         }
     }
 
@@ -166,21 +166,26 @@ impl Filling {
         match cell::split(field, comma) {
             Some((whole, fraction)) => {
                 self.start_at(whole);
-                whole.wrapping_sub(self.cells.origin) as f64 + fraction
+                whole.wrapping_sub(self.column.origin) as f64 + fraction
             }
-            None => x - self.cells.origin as f64,
+            None => x - self.column.origin as f64,
         }
     }
 
-    fn finish(mut self) -> (usize, Cells) {
-        self.cells.resolution = if self.instant {
+    /// Its rows since the last call.
+    fn batch(&mut self) -> Column {
+        Column { origin: self.column.origin, values: std::mem::take(&mut self.column.values) }
+    }
+
+    fn finish(self) -> (usize, ColumnFacts) {
+        let resolution = if self.instant {
             0.0
         } else {
-            let largest = self.largest + (self.cells.origin as f64).abs();
+            let largest = self.largest + (self.column.origin as f64).abs();
             let leading = if largest > 0.0 { largest.log10().floor() as i32 + 1 } else { 0 };
             10f64.powi(-self.decimals).max(10f64.powi(leading - self.significant))
         };
-        (self.index, self.cells)
+        (self.index, ColumnFacts { resolution, bad: self.bad })
     }
 }
 
@@ -190,6 +195,7 @@ fn read_rows(
     dialect: &Dialect,
     wanted: &[bool],
     last: &Slot<u8>,
+    take: Take<'_>,
 ) -> std::result::Result<Rows, RowError> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -208,11 +214,18 @@ fn read_rows(
             decimals: 0,
             significant: 0,
             largest: 0.0,
-            cells: Cells::default(),
+            column: Column::default(),
+            bad: None,
         })
         .collect();
     let mut record = csv::ByteRecord::new();
     let (mut count, mut line, mut unbroken) = (0, 0, true);
+    let mut hand_over = |columns: &mut [Filling], rows: usize| {
+        let mut batch = Batch { rows, columns: vec![Column::default(); dialect.width] };
+        columns.iter_mut().for_each(|c| batch.columns[c.index] = c.batch());
+        take(batch).map_err(RowError::Taken)
+    };
+    let mut handed = 0;
     let mut notes = Vec::new();
     let mut short: Option<(usize, u64)> = None;
     while reader.read_byte_record(&mut record).map_err(|e| match e.into_kind() {
@@ -239,6 +252,10 @@ fn read_rows(
             column.take(&record[column.index], count, dialect.comma);
         }
         count += 1;
+        if count - handed == BATCH_ROWS {
+            hand_over(&mut columns, BATCH_ROWS)?;
+            handed = count;
+        }
     }
     if let Some((fields, line)) = short {
         // no line end: the recorder was cut off in the middle of its last row
@@ -247,11 +264,12 @@ fn read_rows(
         }
         notes.push(format!("line {line}: the last row is cut off after {fields} fields and left out"));
     }
-    let mut cells = vec![Cells::default(); dialect.width];
-    for (index, filled) in columns.into_iter().map(Filling::finish) {
-        cells[index] = filled;
+    hand_over(&mut columns, count - handed)?;
+    let mut facts = vec![ColumnFacts::default(); dialect.width];
+    for (index, column) in columns.into_iter().map(Filling::finish) {
+        facts[index] = column;
     }
-    Ok(Rows { columns: cells, count, unbroken, notes })
+    Ok(Rows { columns: facts, unbroken, notes })
 }
 
 fn ragged(fields: usize, width: usize, line: u64) -> RowError {

@@ -18,7 +18,10 @@ fn files_that_are_none() {
     refused(one("t_s,gz_rad_s\n"), K::TooShort, &["header and no rows"]);
     refused(one("# only a comment\n"), K::TooShort, &["no table"]);
     refused(one(b"\x00\x01\x02binary"), K::Format, &["unknown format", "Parquet"]);
-    refused(one(b"#ROSBAG V2.0\n..."), K::Format, &["ROS 1 bag", "rostopic echo"]);
+    refused(one(b"#ROSBAG V1.2\n..."), K::Format, &["byte 0", "V1.2", "rosbag fix"]);
+    refused(one(b"#ROSBAG V2.0\n..."), K::Column, &["no topic holds a gyro", "cut off", "byte 13"]);
+    refused(one(b"PK\x03\x04\0\0\0"), K::Format, &["zip archive", "spreadsheet"]);
+    refused(one(b"MATLAB 5.0 MAT-file"), K::Format, &["byte 124"]);
     refused(one(b"\xff\xfet\x00"), K::Format, &["UTF-16"]);
 }
 

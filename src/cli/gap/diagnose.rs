@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 pub(crate) struct DiagnoseArgs {
     /// The nominal simulator: a configuration with [gyro]; of a drive also [vehicle] and [encoder]
     config: PathBuf,
-    /// Recording to diagnose from: CSV, TSV (also gzipped) or Parquet
+    /// Recording to diagnose from, in any format that `gyroid inspect` reads
     #[arg(long, value_name = "LOG")]
     fit: PathBuf,
     /// Another recording of the same unit, only to measure how far the gap shrinks

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 pub(crate) struct ExplainArgs {
     /// The nominal simulator: a configuration with [gyro]
     config: PathBuf,
-    /// Recording at rest: CSV, TSV (also gzipped) or Parquet
+    /// Recording at rest, in any format that `gyroid inspect` reads
     #[arg(long, value_name = "LOG")]
     fit: PathBuf,
     /// The effects, by id

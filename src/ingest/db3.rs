@@ -1,0 +1,217 @@
+//! ROS 2 bags in SQLite (`.db3`): a table of topics and one of messages in CDR.
+
+use super::format::{Facts, Format, Opened, Source, Take};
+use super::input::Input;
+use super::ros::decode::Encoding;
+use super::ros::definition::plain;
+use super::ros::{Message, RowError, Rows};
+use super::table::Head;
+use super::topics::{Container, Count, Stamp, Topic, has_gyro};
+use crate::error::{Error, ErrorKind, Result};
+use rusqlite::{Connection, OpenFlags};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Files that begin with SQLite's magic number.
+pub(super) const FORMAT: Format = Format {
+    name: "ROS 2 bag in SQLite",
+    accepts: |head| head.starts_with(b"SQLite format 3\0"),
+    open: |input| Ok(Opened::Topics(Box::new(Db3::open(input)?))),
+};
+
+struct Channel {
+    /// Rows of the table of topics: one a publisher's type, usually one.
+    ids: Vec<i64>,
+    message: std::result::Result<Message, String>,
+}
+
+struct Db3 {
+    name: String,
+    sha256: String,
+    database: Connection,
+    channels: Vec<Channel>,
+    topics: Vec<Topic>,
+}
+
+impl Db3 {
+    fn open(input: Input) -> Result<Self> {
+        let path = input.path.clone();
+        let name = path.display().to_string();
+        let (_, sha256) = input.into_file()?;
+        let database = connect(&path).map_err(|e| damaged(&name, "the header", &e))?;
+        let tables = names(&database, "SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY name")
+            .map_err(|e| damaged(&name, "the list of tables", &e))?;
+        if !["topics", "messages"].iter().all(|t| tables.iter().any(|n| n == t)) {
+            let there = if tables.is_empty() { "none".to_string() } else { tables.join(", ") };
+            let found = format!(
+                "is an SQLite file and no ROS 2 bag: it needs the tables topics and messages; there are {there}"
+            );
+            return Err(Error::new(ErrorKind::Format, &name, found).mend("export the gyro's table as CSV or Parquet"));
+        }
+        let definitions = match tables.iter().any(|t| t == "message_definitions") {
+            true => definitions(&database).map_err(|e| damaged(&name, "table message_definitions", &e))?,
+            false => BTreeMap::new(),
+        };
+        let counts = counts(&database).map_err(|e| damaged(&name, "table messages", &e))?;
+        let rows = listed(&database).map_err(|e| damaged(&name, "table topics", &e))?;
+        let mut found: BTreeMap<String, (Topic, Channel, Count)> = BTreeMap::new();
+        for (id, topic, type_name, format) in rows {
+            let count = counts.get(&id).copied().unwrap_or_default();
+            let entry = found.entry(topic.clone()).or_insert_with(|| {
+                let text = definitions.get(&plain(&type_name)).map(String::as_str);
+                let message = match format.as_str() {
+                    "cdr" => Message::new(&type_name, text, Encoding::Cdr),
+                    other => Err(format!("messages in {other:?}, not in CDR")),
+                };
+                let gyro = message.as_ref().is_ok_and(|m| has_gyro(&m.heads(Stamp::Header)));
+                let topic = Topic { name: topic, type_name, messages: 0, rate_hz: None, gyro };
+                (topic, Channel { ids: Vec::new(), message }, Count::default())
+            });
+            entry.1.ids.push(id);
+            entry.2.join(count);
+        }
+        let (mut topics, mut channels) = (Vec::new(), Vec::new());
+        for (mut topic, channel, count) in found.into_values() {
+            (topic.messages, topic.rate_hz) = (count.messages, count.rate_hz());
+            topics.push(topic);
+            channels.push(channel);
+        }
+        Ok(Self { name, sha256, database, channels, topics })
+    }
+}
+
+/// Opens for reading; a bag on a read-only disk, or whose recorder was killed, is taken as it stands.
+fn connect(path: &Path) -> rusqlite::Result<Connection> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let usable = |database: Connection| {
+        database.query_row("SELECT count(*) FROM sqlite_master", [], |_| Ok(()))?;
+        Ok(database)
+    };
+    Connection::open_with_flags(path, flags).and_then(usable).or_else(|error| {
+        let text = path.to_string_lossy();
+        // what has a meaning in a URI
+        let escaped = text.replace('%', "%25").replace('?', "%3f").replace('#', "%23");
+        let address = format!("file:{escaped}?immutable=1");
+        Connection::open_with_flags(address, flags | OpenFlags::SQLITE_OPEN_URI).and_then(usable).map_err(|_| error)
+    })
+}
+
+fn names(database: &Connection, query: &str) -> rusqlite::Result<Vec<String>> {
+    database.prepare(query)?.query_map([], |row| row.get(0))?.collect()
+}
+
+fn definitions(database: &Connection) -> rusqlite::Result<BTreeMap<String, String>> {
+    // the encoding of a definition is .msg or .idl; an empty one was not found when the bag was recorded
+    let query = "SELECT topic_type, encoded_message_definition FROM message_definitions \
+                 WHERE encoding = 'ros2msg' AND encoded_message_definition <> ''";
+    let mut statement = database.prepare(query)?;
+    let rows = statement.query_map([], |row| Ok((plain(&row.get::<_, String>(0)?), row.get(1)?)))?;
+    rows.collect()
+}
+
+fn counts(database: &Connection) -> rusqlite::Result<BTreeMap<i64, Count>> {
+    let query = "SELECT topic_id, count(*), min(timestamp), max(timestamp) FROM messages GROUP BY topic_id";
+    let mut statement = database.prepare(query)?;
+    let rows = statement.query_map([], |row| {
+        let messages: i64 = row.get(1)?;
+        Ok((row.get(0)?, Count::of(messages.unsigned_abs(), row.get(2)?, row.get(3)?)))
+    })?;
+    rows.collect()
+}
+
+type Listed = (i64, String, String, String);
+
+fn listed(database: &Connection) -> rusqlite::Result<Vec<Listed>> {
+    let mut statement = database.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id")?;
+    let rows = statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?)))?;
+    rows.collect()
+}
+
+fn damaged(name: &str, place: &str, error: &rusqlite::Error) -> Error {
+    Error::new(ErrorKind::Format, name, format!("the SQLite file is damaged or truncated: {error}"))
+        .at(place)
+        .mend("copy the file again; `sqlite3 FILE .recover` saves what can be read of it")
+}
+
+impl Container for Db3 {
+    fn format(&self) -> &str {
+        FORMAT.name
+    }
+
+    fn source(&self) -> &str {
+        &self.name
+    }
+
+    fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
+    fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+
+    fn notes(&self) -> &[String] {
+        &[]
+    }
+
+    fn open(self: Box<Self>, topic: usize, stamp: Stamp) -> Result<Box<dyn Source>> {
+        let Topic { name, type_name, .. } = &self.topics[topic];
+        let message = self.channels[topic].message.as_ref().map_err(|why| {
+            Error::new(ErrorKind::Format, &self.name, format!("{type_name}: {why}"))
+                .at(format!("topic {name}"))
+                .mend("convert the bag to MCAP where its types are known: `ros2 bag convert`")
+        })?;
+        let (message, name, ids) = (message.clone(), name.clone(), self.channels[topic].ids.clone());
+        let heads = message.heads(stamp);
+        Ok(Box::new(OneTopic { ids, message, heads, stamp, topic: name, file: *self }))
+    }
+}
+
+struct OneTopic {
+    ids: Vec<i64>,
+    message: Message,
+    heads: Vec<Head>,
+    stamp: Stamp,
+    topic: String,
+    file: Db3,
+}
+
+impl Source for OneTopic {
+    fn heads(&self) -> &[Head] {
+        &self.heads
+    }
+
+    fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
+        let Self { ids, message, stamp, topic, file, .. } = *self;
+        let mut rows = Rows::new(&message, wanted, stamp);
+        let list: Vec<String> = ids.iter().map(ToString::to_string).collect();
+        let query =
+            format!("SELECT id, timestamp, data FROM messages WHERE topic_id IN ({}) ORDER BY id", list.join(", "));
+        let sql = |read: u64, e: &rusqlite::Error| {
+            damaged(&file.name, &format!("table messages, after {read} messages of {topic}"), e)
+        };
+        let mut statement = file.database.prepare(&query).map_err(|e| sql(0, &e))?;
+        let mut cursor = statement.query([]).map_err(|e| sql(0, &e))?;
+        while let Some(row) = cursor.next().map_err(|e| sql(rows.count(), &e))? {
+            let id: i64 = row.get(0).map_err(|e| sql(rows.count(), &e))?;
+            let receipt_ns: i64 = row.get(1).map_err(|e| sql(rows.count(), &e))?;
+            let data = row.get_ref(2).map_err(|e| sql(rows.count(), &e))?;
+            let data = data.as_blob().map_err(|e| sql(rows.count(), &e.into()))?;
+            rows.add(data, receipt_ns, take).map_err(|e| match e {
+                RowError::Taken(e) => e,
+                RowError::Message(why) => Error::new(ErrorKind::Format, &file.name, why)
+                    .at(format!("table messages, id {id}"))
+                    .mend("copy the file again"),
+            })?;
+        }
+        let (columns, notes) = rows.finish(take)?;
+        Ok(Facts {
+            source: file.name.clone(),
+            format: format!("{}, {topic}", FORMAT.name),
+            sha256: file.sha256.clone(),
+            columns,
+            first_line: None,
+            notes,
+        })
+    }
+}

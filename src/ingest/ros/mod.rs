@@ -1,0 +1,281 @@
+//! Messages of ROS 1 and 2 as the rows of a table, whatever file holds them.
+
+pub(super) mod decode;
+pub(super) mod definition;
+
+use super::fill::{Fill, Number, Ratio};
+use super::format::{ColumnFacts, Take};
+use super::names::{Role, TimeKind};
+use super::px4;
+use super::table::Head;
+use super::topics::Stamp;
+use crate::error::Result;
+use decode::{Cursor, Encoding, Short};
+use definition::{Field, Generation, Primitive, plain};
+
+/// Name of the column with the time of receipt.
+const RECEIPT: &str = "receipt_time";
+
+/// A message type that can be read.
+#[derive(Debug, Clone)]
+pub(super) struct Message {
+    fields: Vec<Field>,
+    encoding: Encoding,
+    /// Columns: the time of receipt, and the message's numbers.
+    heads: Vec<Head>,
+    ratios: Vec<Ratio>,
+    /// Column of the stamp that counts, and what it counts in, ns.
+    stamp: Option<(usize, i64)>,
+    /// Whether the definition was not in the file: then the length has to agree.
+    assumed: bool,
+}
+
+impl Message {
+    /// Reads the definition; the error says why messages of this type cannot be read.
+    pub fn new(type_name: &str, text: Option<&str>, encoding: Encoding) -> std::result::Result<Self, String> {
+        let generation = if encoding == Encoding::Packed { Generation::One } else { Generation::Two };
+        let fields = definition::parse(type_name, text, generation)?;
+        let name = plain(type_name);
+        let mut heads: Vec<Head> = decode::leaves(&fields).into_iter().map(head).collect();
+        let (package, bare) = name.rsplit_once('/').unwrap_or(("", &name));
+        let mut ratios = Vec::new();
+        let stamped = |h: &Head| matches!(h.named().role, Role::Time(TimeKind::Sensor));
+        if package == "px4_msgs" {
+            ratios = px4::dress(&px4::topic_of(bare), &mut heads, false);
+        } else {
+            let own = heads.iter().position(|h| h.name == "header.stamp").or_else(|| heads.iter().position(stamped));
+            for (i, head) in heads.iter_mut().enumerate() {
+                // REP 103: what has no other unit is in SI
+                let by_name = head.named();
+                match by_name.role {
+                    Role::Gyro(_) if by_name.unit.is_none() && head.unit.is_none() => head.unit = Some("rad/s".into()),
+                    // times beside the stamp are something else's
+                    Role::Time(_) | Role::TimePart { .. } if Some(i) != own => head.role = Some(Role::Other),
+                    _ => {}
+                }
+            }
+        }
+        let stamp = heads.iter().position(stamped).map(|i| (i + 1, if package == "px4_msgs" { 1000 } else { 1 }));
+        for ratio in &mut ratios {
+            (ratio.column, ratio.by) = (ratio.column + 1, ratio.by + 1);
+        }
+        heads.insert(0, Head::number(RECEIPT, "time").with_unit("ns").with_role(Role::Time(TimeKind::Host)));
+        Ok(Self { fields, encoding, heads, ratios, stamp, assumed: text.is_none() })
+    }
+
+    /// The columns; by the time of receipt, a stamp in the message is no time.
+    pub fn heads(&self, stamp: Stamp) -> Vec<Head> {
+        let mut heads = self.heads.clone();
+        if stamp == Stamp::Receipt {
+            for head in heads.iter_mut().skip(1).filter(|h| matches!(h.named().role, Role::Time(_))) {
+                head.role = Some(Role::Other);
+            }
+        }
+        heads
+    }
+
+    /// Whether the message has a time of its own.
+    pub fn has_stamp(&self) -> bool {
+        self.stamp.is_some()
+    }
+
+    /// Reads a message, with the time of receipt.
+    fn numbers(
+        &self,
+        message: &[u8],
+        receipt_ns: i64,
+        put: &mut dyn FnMut(usize, Number),
+    ) -> std::result::Result<(), String> {
+        let mut cursor = Cursor::new(message, self.encoding)?;
+        put(0, Number::Whole(receipt_ns));
+        let mut column = 0;
+        let walked = cursor.walk(&self.fields, &mut |number| {
+            column += 1;
+            put(column, number);
+        });
+        // CDR may be padded to a multiple of four
+        let left = cursor.left();
+        match walked {
+            Err(Short) => Err(format!("{} bytes are fewer than its type has", message.len())),
+            Ok(()) if self.assumed && left > 3 => Err(format!("{left} bytes are left over: it is of another version")),
+            Ok(()) => Ok(()),
+        }
+    }
+}
+
+fn head((name, primitive): (String, Primitive)) -> Head {
+    let type_name = match primitive {
+        Primitive::Bool => "bool",
+        Primitive::I8 => "int8",
+        Primitive::U8 => "uint8",
+        Primitive::I16 => "int16",
+        Primitive::U16 => "uint16",
+        Primitive::I32 => "int32",
+        Primitive::U32 => "uint32",
+        Primitive::I64 => "int64",
+        Primitive::U64 => "uint64",
+        Primitive::F32 => "float32",
+        Primitive::F64 => "float64",
+        Primitive::Time => "time",
+        Primitive::Duration => "duration",
+    };
+    let head = Head::number(name, type_name);
+    if matches!(primitive, Primitive::Time | Primitive::Duration) { head.with_unit("ns") } else { head }
+}
+
+/// A table of messages in the making.
+pub(super) struct Rows<'a> {
+    message: &'a Message,
+    fill: Fill,
+    stamp: Stamp,
+    /// The first message waits for the second: one stamp may be zero, two are not set.
+    held: Option<(Vec<u8>, i64)>,
+    unset: bool,
+    rows: u64,
+    notes: Vec<String>,
+}
+
+/// Why a message did not become a row.
+pub(super) enum RowError {
+    /// The message is damaged.
+    Message(String),
+    /// Whoever takes the rows does not want them.
+    Taken(crate::Error),
+}
+
+impl<'a> Rows<'a> {
+    pub fn new(message: &'a Message, wanted: &[bool], stamp: Stamp) -> Self {
+        let fill = Fill::new(wanted).with_ratios(&message.ratios);
+        Self { message, fill, stamp, held: None, unset: false, rows: 0, notes: Vec::new() }
+    }
+
+    /// Messages so far.
+    pub fn count(&self) -> u64 {
+        self.rows
+    }
+
+    /// Adds a message.
+    pub fn add(&mut self, bytes: &[u8], receipt_ns: i64, take: Take<'_>) -> std::result::Result<(), RowError> {
+        self.rows += 1;
+        if self.rows == 1 && self.stamp == Stamp::Header && self.message.has_stamp() {
+            // a damaged first message is told with its own number
+            self.stamp_of(bytes)?;
+            self.held = Some((bytes.to_vec(), receipt_ns));
+            return Ok(());
+        }
+        if let Some((first, first_ns)) = self.held.take() {
+            if self.stamp_of(&first)? == 0 && self.stamp_of(bytes)? == 0 {
+                self.unset = true;
+                self.notes.push("the stamps in the messages are zero: their times of receipt are used".to_string());
+            }
+            self.row(&first, first_ns, take)?;
+        }
+        self.row(bytes, receipt_ns, take)
+    }
+
+    fn stamp_of(&self, bytes: &[u8]) -> std::result::Result<i64, RowError> {
+        let mut stamp = 0;
+        let column = self.message.stamp.map(|s| s.0);
+        self.message
+            .numbers(bytes, 0, &mut |at, number| {
+                if let (Number::Whole(x), true) = (number, Some(at) == column) {
+                    stamp = x;
+                }
+            })
+            .map_err(RowError::Message)?;
+        Ok(stamp)
+    }
+
+    fn row(&mut self, bytes: &[u8], receipt_ns: i64, take: Take<'_>) -> std::result::Result<(), RowError> {
+        let fill = &mut self.fill;
+        self.message.numbers(bytes, receipt_ns, &mut |at, number| fill.put(at, number)).map_err(RowError::Message)?;
+        if let (true, Some((column, unit_ns))) = (self.unset, self.message.stamp) {
+            fill.put(column, Number::Whole(receipt_ns / unit_ns));
+        }
+        fill.end_row(take).map_err(RowError::Taken)
+    }
+
+    /// Hands over the last rows; with the notes.
+    pub fn finish(mut self, take: Take<'_>) -> Result<(Vec<ColumnFacts>, Vec<String>)> {
+        if let Some((first, first_ns)) = self.held.take()
+            && let Err(RowError::Taken(e)) = self.row(&first, first_ns, take)
+        {
+            return Err(e);
+        }
+        Ok((self.fill.finish(take)?, self.notes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ingest::names::Axis;
+    use crate::ingest::topics::has_gyro;
+
+    fn imu(stamp_ns: i64, z: f64) -> Vec<u8> {
+        let mut out = Vec::new();
+        out.extend(0u32.to_le_bytes());
+        out.extend(((stamp_ns / 1_000_000_000) as u32).to_le_bytes());
+        out.extend(((stamp_ns % 1_000_000_000) as u32).to_le_bytes());
+        out.extend(1u32.to_le_bytes());
+        out.push(b'i');
+        for value in [[0.0; 13].as_slice(), &[0.1, 0.2, z], &[0.0; 21]].concat() {
+            out.extend(f64::to_le_bytes(value));
+        }
+        out
+    }
+
+    fn table(message: &Message, stamp: Stamp, stamps_ns: &[i64]) -> (Vec<f64>, Vec<f64>, Vec<String>) {
+        let heads = message.heads(stamp);
+        let at = |name: &str| heads.iter().position(|h| h.name == name).unwrap();
+        let (time, z) = (at("header.stamp"), at("angular_velocity.z"));
+        let mut rows = Rows::new(message, &vec![true; heads.len()], stamp);
+        let (mut times, mut rates) = (Vec::new(), Vec::new());
+        let mut take = |b: crate::ingest::format::Batch| {
+            times.extend(b.columns[time].values.iter().map(|v| v + b.columns[time].origin as f64));
+            rates.extend(b.columns[z].values.clone());
+            Ok(())
+        };
+        for (i, stamp_ns) in stamps_ns.iter().enumerate() {
+            assert!(rows.add(&imu(*stamp_ns, i as f64), 1000 + i as i64, &mut take).is_ok());
+        }
+        let (_, notes) = rows.finish(&mut take).unwrap();
+        (times, rates, notes)
+    }
+
+    #[test]
+    fn an_imu_is_a_gyro_in_rad_per_s() {
+        let message = Message::new("sensor_msgs/Imu", None, Encoding::Packed).unwrap();
+        let heads = message.heads(Stamp::Header);
+        assert!(has_gyro(&heads) && message.has_stamp());
+        let z = heads.iter().find(|h| h.name == "angular_velocity.z").unwrap();
+        assert_eq!((z.named().role, z.unit.as_deref()), (Role::Gyro(Some(Axis::Z)), Some("rad/s")));
+        let receipt = message.heads(Stamp::Receipt);
+        assert!(receipt.iter().all(|h| h.named().role != Role::Time(TimeKind::Sensor)));
+        let odometry = Message::new("p/T", Some("Header header\nfloat64 yaw_setpoint"), Encoding::Packed).unwrap();
+        assert!(!has_gyro(&odometry.heads(Stamp::Header)));
+    }
+
+    #[test]
+    fn stamps_that_are_not_set_are_replaced_and_it_is_told() {
+        let message = Message::new("sensor_msgs/Imu", None, Encoding::Packed).unwrap();
+        let (times, rates, notes) = table(&message, Stamp::Header, &[0, 0, 0]);
+        assert_eq!((times, rates), (vec![1000.0, 1001.0, 1002.0], vec![0.0, 1.0, 2.0]));
+        assert!(notes[0].contains("zero"));
+        // a simulation that begins at zero
+        let (times, _, notes) = table(&message, Stamp::Header, &[0, 10, 20]);
+        assert_eq!((times, notes.len()), (vec![0.0, 10.0, 20.0], 0));
+        let (times, rates, _) = table(&message, Stamp::Header, &[7]);
+        assert_eq!((times, rates), (vec![7.0], vec![0.0]));
+    }
+
+    #[test]
+    fn messages_of_another_version_are_refused() {
+        let message = Message::new("sensor_msgs/Imu", None, Encoding::Packed).unwrap();
+        let mut rows = Rows::new(&message, &[true; 20], Stamp::Header);
+        let mut long = imu(1, 1.0);
+        long.extend([0; 8]);
+        let Err(RowError::Message(why)) = rows.add(&long, 0, &mut |_| Ok(())) else { panic!("accepted") };
+        assert!(why.contains("another version"), "{why}");
+    }
+}

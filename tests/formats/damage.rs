@@ -1,0 +1,222 @@
+//! Files that are cut off or have flipped bits: an error that names the file, or what can be read with a note; never a
+//! panic, never more memory than the file can account for.
+
+use super::*;
+use gyroid::math::random::Stream;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+/// Counts what a thread holds, and the most that it held.
+struct Counting;
+
+thread_local! {
+    static HELD: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
+}
+
+fn count(more: usize, less: usize) {
+    let _ = HELD.try_with(|held| {
+        let now = (held.get().0 + more).saturating_sub(less);
+        held.set((now, held.get().1.max(now)));
+    });
+}
+
+// SAFETY: every call goes on to the system's allocator
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count(layout.size(), 0);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count(layout.size(), 0);
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count(size, layout.size());
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count(0, layout.size());
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// More than reading any of the files takes, much less than a length field can claim.
+const MOST_BYTES: usize = 48 << 20;
+
+/// Reads `bytes` as the case asks, and checks what must hold of any file.
+fn read(case: &Case, bytes: &[u8], what: &str) -> gyroid::Result<GyroRecording> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(case.file);
+    std::fs::write(&path, bytes).unwrap();
+    HELD.with(|held| held.set((0, 0)));
+    let done = std::panic::catch_unwind(|| read_gyro(&path, &case.query()));
+    let most = HELD.with(Cell::get).1;
+    let name = format!("{} {:?} {what}", case.file, case.topic);
+    assert!(most < MOST_BYTES, "{name}: {most} bytes were held");
+    let result = done.unwrap_or_else(|_| panic!("{name}: a panic"));
+    if let Err(error) = &result {
+        let text = error.to_string();
+        assert!(text.contains(case.file), "{name}: {text}");
+        assert!(error.mend.is_some(), "{name}: no mend: {text}");
+    }
+    result
+}
+
+/// Whether a note tells that something was lost.
+fn told(recording: &GyroRecording) -> bool {
+    let words = ["cut off", "killed", "no footer", "left out", "no index", "damaged"];
+    recording.notes.iter().any(|n| words.iter().any(|w| n.contains(w)))
+}
+
+fn distinct() -> impl Iterator<Item = &'static Case> {
+    CASES.iter().enumerate().filter(|(i, c)| CASES[..*i].iter().all(|d| d.file != c.file)).map(|(_, c)| c)
+}
+
+/// Whether a flight log of `length` bytes ends with a message: then it is a log like any other.
+fn between_messages(name: &str, whole: &[u8], length: usize) -> bool {
+    let mut at = if name.ends_with("ulg") { 16 } else { 0 };
+    while at < length {
+        at += match (name, whole[at + 2]) {
+            ("px4.ulg", _) => 3 + usize::from(u16::from_le_bytes([whole[at], whole[at + 1]])),
+            ("ardupilot.bin", 128) => 89,
+            ("ardupilot.bin", 129) => 44,
+            ("ardupilot.bin", 130) => 54,
+            ("ardupilot.bin", 131) => 32,
+            ("ardupilot.bin", 132) => 75,
+            ("ardupilot.bin", 133) => 13,
+            _ => return false,
+        };
+    }
+    at == length
+}
+
+#[test]
+fn files_that_are_cut_off_anywhere() {
+    const PLACES: usize = 48;
+    // a text that ends in the middle of a number cannot be told from one that is shorter
+    for case in distinct().filter(|c| c.file != "euroc.csv") {
+        let whole = std::fs::read(file(case.file)).unwrap();
+        let expected = case.expected();
+        let mut read_in_part = 0;
+        let near = [1, 2, 7, 9, 13, 17, 31, 64, 100, 127, 128, 129, 200, 512];
+        let spread = (1..PLACES).map(|i| i * whole.len() / PLACES);
+        let last = [1, 2, 5, 8, 9, 20, 40].map(|n| whole.len() - n);
+        for length in near.into_iter().chain(spread).chain(last) {
+            let what = format!("cut off after {length} bytes");
+            let Ok(recording) = read(case, &whole[..length], &what) else { continue };
+            let rates = rates(&recording);
+            // what is read is what was written
+            assert_eq!(rates, &expected[..rates.len()], "{} {what}", case.file);
+            let plain = rates.len() < SAMPLES && !told(&recording);
+            assert!(
+                !plain || between_messages(case.file, &whole, length),
+                "{} {what}: {:?}",
+                case.file,
+                recording.notes
+            );
+            read_in_part += usize::from(rates.len() < SAMPLES);
+        }
+        // where the field's tools save what was recorded, so does this
+        let saved = ["bag", "mcap", "ulg", "bin"].iter().any(|e| case.file.ends_with(e));
+        assert_eq!(read_in_part > PLACES / 3, saved, "{}: {read_in_part}", case.file);
+    }
+}
+
+#[test]
+fn most_of_a_log_that_is_cut_off_is_read() {
+    for (name, least) in [("ros1.bag", 0.85), ("ros2.mcap", 0.85), ("px4.ulg", 0.88), ("ardupilot.bin", 0.88)] {
+        let case = distinct().find(|c| c.file == name).unwrap();
+        let whole = std::fs::read(file(name)).unwrap();
+        let recording = read(case, &whole[..whole.len() * 9 / 10], "cut off at nine tenths").unwrap();
+        let share = rates(&recording).len() as f64 / SAMPLES as f64;
+        assert!(share > least && told(&recording), "{name}: {share} {:?}", recording.notes);
+    }
+}
+
+#[test]
+fn a_bag_whose_recorder_was_killed_is_read() {
+    // the header still says that there is no index
+    let mut bag = std::fs::read(file("ros1_lz4.bag")).unwrap();
+    let at = bag.windows(10).position(|w| w == b"index_pos=").unwrap() + 10;
+    let index = u64::from_le_bytes(bag[at..at + 8].try_into().unwrap()) as usize;
+    bag[at..at + 8].fill(0);
+    bag.truncate(index - 100);
+    let case = distinct().find(|c| c.file == "ros1_lz4.bag").unwrap();
+    let recording = read(case, &bag, "killed").unwrap();
+    assert_eq!(rates(&recording), case.expected());
+    assert!(told(&recording), "{:?}", recording.notes);
+}
+
+#[test]
+fn flipped_bits_are_errors_or_other_numbers() {
+    const TIMES: usize = 150;
+    for case in distinct() {
+        let whole = std::fs::read(file(case.file)).unwrap();
+        // what a checksum covers cannot come back changed
+        let checked = ["mcap", "npz", "v5.mat"].iter().any(|e| case.file.ends_with(e));
+        let expected = case.expected();
+        let mut draw = Stream::new(7, 0);
+        let mut errors = 0;
+        for _ in 0..TIMES {
+            let mut bytes = whole.clone();
+            let mut places = Vec::new();
+            for _ in 0..=(draw.uniform() * 3.0) as usize {
+                let at = (draw.uniform() * bytes.len() as f64) as usize;
+                bytes[at] ^= 1 << ((draw.uniform() * 8.0) as u32).min(7);
+                places.push(at);
+            }
+            let what = format!("flipped at {places:?}");
+            match read(case, &bytes, &what) {
+                Err(_) => errors += 1,
+                Ok(recording) if checked => {
+                    assert!(rates(&recording) == expected || told(&recording), "{} {what}", case.file);
+                }
+                Ok(_) => {}
+            }
+        }
+        if checked {
+            assert!(errors > TIMES / 3, "{}: {errors}", case.file);
+        }
+    }
+}
+
+#[test]
+fn damage_is_placed() {
+    for (name, at, parts) in [
+        ("ros1.bag", 40_000, &["byte", "damaged"][..]),
+        ("ros1_bz2.bag", 15_000, &["byte", "chunk cannot be unpacked"]),
+        ("ros2_zstd.mcap", 12_000, &["byte", "chunk cannot be unpacked"]),
+        ("ros2.mcap", 30_000, &["byte", "checksum"]),
+        ("v5.mat", 4000, &["byte", "unpacked"]),
+        ("log.npz", 4000, &["array"]),
+        ("log.h5", 15_500, &["dataset"]),
+    ] {
+        let case = distinct().find(|c| c.file == name).unwrap();
+        let mut bytes = std::fs::read(file(name)).unwrap();
+        bytes[at..at + 64].fill(0xa5);
+        match read(case, &bytes, "overwritten") {
+            Err(error) => {
+                let text = error.to_string();
+                assert!(parts.iter().all(|p| text.contains(p)), "{name}: {text}");
+            }
+            // numbers of an unpacked bag have no checksum
+            Ok(_) => assert_eq!(name, "ros1.bag"),
+        }
+    }
+    // flight logs go on behind the damage, and say where it is
+    for name in ["px4.ulg", "ardupilot.bin"] {
+        let case = distinct().find(|c| c.file == name).unwrap();
+        let mut bytes = std::fs::read(file(name)).unwrap();
+        let at = bytes.len() / 2;
+        bytes[at..at + 300].fill(0xa5);
+        let recording = read(case, &bytes, "overwritten").unwrap();
+        assert!(rates(&recording).len() > SAMPLES / 2 && told(&recording), "{name}: {:?}", recording.notes);
+        assert!(recording.notes.iter().any(|n| n.contains("byte")), "{:?}", recording.notes);
+    }
+}
