@@ -41,7 +41,7 @@
 //! |---|---|
 //! | 0 | [`error`], [`files`], [`units`], [`math`] |
 //! | 1 | [`signal`] |
-//! | 2 | [`ingest`], [`bias`], [`traction`], [`vehicle`], [`config`], [`model`] |
+//! | 2 | [`ingest`], [`bias`], [`noise`], [`traction`], [`vehicle`], [`config`], [`model`] |
 //! | 3 | [`identify`], [`validate`], [`navigate`], [`simulate`] |
 //! | 4 | [`study`], [`effects`], [`reality`] |
 //! | 5 | [`gap`] |
@@ -112,6 +112,7 @@ pub mod ingest;
 pub mod math;
 pub mod model;
 pub mod navigate;
+pub mod noise;
 pub mod reality;
 pub mod report;
 pub mod signal;
