@@ -16,6 +16,9 @@ use super::confidence::{NoiseExponent, degrees_of_freedom, interval95, noise_exp
 use rayon::prelude::*;
 use serde::Serialize;
 
+/// Up to here the total deviation has the degrees of freedom of the overlapping one.
+const FEW_AVERAGED: usize = 16;
+
 /// A member of the Allan family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -92,7 +95,9 @@ impl Deviation {
     #[must_use]
     pub fn degrees_of_freedom(self, alpha: NoiseExponent, m: usize, rates: usize) -> f64 {
         match self {
-            Self::Total => total_degrees_of_freedom(alpha, m, rates),
+            // the published coefficients are those of many samples averaged; with few it is all but the overlapping one
+            Self::Total if m > FEW_AVERAGED && alpha <= 0 => total_degrees_of_freedom(alpha, m, rates),
+            Self::Total => degrees_of_freedom(alpha, 2, m, rates + 1, false),
             _ => degrees_of_freedom(alpha, self.differences(), m, rates + 1, self == Self::Modified),
         }
     }
@@ -111,7 +116,8 @@ impl Deviation {
             }
             Self::Hadamard => {
                 let count = last(3 * m)?;
-                let (a, b, c, d) = (&theta[..count], &theta[m..m + count], &theta[2 * m..2 * m + count], &theta[3 * m..]);
+                let (a, b, c, d) =
+                    (&theta[..count], &theta[m..m + count], &theta[2 * m..2 * m + count], &theta[3 * m..]);
                 let sum = sum_of_squares(count, |i| d[i] - 3.0 * (c[i] - b[i]) - a[i]);
                 Some(sum / (6.0 * mm * count as f64))
             }
@@ -194,10 +200,8 @@ pub fn octaves(longest: usize) -> Vec<usize> {
 #[must_use]
 pub fn decades(longest: usize, per_decade: usize) -> Vec<usize> {
     let per = per_decade.max(1) as f64;
-    let mut all: Vec<usize> = (0..)
-        .map(|i| 10f64.powf(f64::from(i) / per).round() as usize)
-        .take_while(|m| *m <= longest)
-        .collect();
+    let mut all: Vec<usize> =
+        (0..).map(|i| 10f64.powf(f64::from(i) / per).round() as usize).take_while(|m| *m <= longest).collect();
     all.dedup();
     all
 }

@@ -49,7 +49,12 @@ const fn part(name: &'static str, white: White, stability_deg_h: Option<f64>, so
 
 /// The table, by name.
 pub const DATASHEETS: [Datasheet; 15] = [
-    part("ADIS16405", White::Density(0.05), Some(25.2), "Analog Devices ADIS16400/ADIS16405; in-run stability stated as 0.007 °/s"),
+    part(
+        "ADIS16405",
+        White::Density(0.05),
+        Some(25.2),
+        "Analog Devices ADIS16400/ADIS16405; in-run stability stated as 0.007 °/s",
+    ),
     part("ADXRS150", White::Density(0.05), None, "Analog Devices ADXRS150, rate noise density at 25 °C"),
     part("BMI055", White::Density(0.014), None, "Bosch BST-BMI055-DS000, gyroscope BMG160"),
     part("BMI088", White::Density(0.014), None, "Bosch BST-BMI088-DS001, output noise density"),
@@ -63,7 +68,12 @@ pub const DATASHEETS: [Datasheet; 15] = [
     part("MPU-6050", White::Density(0.005), None, "InvenSense PS-MPU-6000A-00 rev. 3.4, 6.1: at 10 Hz, ±250 °/s"),
     part("MTi-1", White::Density(0.007), Some(10.0), "Xsens MTi 1-series datasheet, gyroscope specifications"),
     part("MTi-300", White::Density(0.01), Some(10.0), "Movella MTi-300 leaflet, May 2023"),
-    part("STIM300", White::Walk(0.15), Some(0.5), "Sensonor TS1524, STIM300 datasheet; the walk is read at 1 s, the stability at the minimum"),
+    part(
+        "STIM300",
+        White::Walk(0.15),
+        Some(0.5),
+        "Sensonor TS1524, STIM300 datasheet; the walk is read at 1 s, the stability at the minimum",
+    ),
 ];
 
 fn key(name: &str) -> String {
@@ -87,9 +97,7 @@ impl Datasheet {
     #[must_use]
     pub fn stated(&self) -> Vec<Stated> {
         let white = match self.white {
-            White::Density(value) => {
-                ("rate noise density", value, "°/s/√Hz", value * RAD_S_PER_DEG_S)
-            }
+            White::Density(value) => ("rate noise density", value, "°/s/√Hz", value * RAD_S_PER_DEG_S),
             White::Walk(value) => ("angle random walk", value, "°/√h", value * RAD_SQRT_S_PER_DEG_SQRT_H),
         };
         let one = |id, (name, value, unit, size_si)| Stated { id, name, value, unit, size_si };

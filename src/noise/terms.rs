@@ -403,7 +403,8 @@ mod tests {
     }
 
     fn dense_few(n: usize, most: usize, r: impl Fn(usize, usize) -> f64) -> Vec<f64> {
-        let c = |k: usize, i: usize| (2.0 / n as f64).sqrt() * (PI * k as f64 * (2 * i + 1) as f64 / (2 * n) as f64).cos();
+        let c =
+            |k: usize, i: usize| (2.0 / n as f64).sqrt() * (PI * k as f64 * (2 * i + 1) as f64 / (2 * n) as f64).cos();
         let at = |k: usize| (0..n).map(|i| (0..n).map(|j| c(k, i) * c(k, j) * r(i, j)).sum::<f64>()).sum();
         (1..=most).map(at).collect()
     }

@@ -2,8 +2,8 @@
 
 use super::fit::LogFacts;
 use super::numbers::{known_digits, probability, significant};
-use super::plot::noise::NoiseFigure;
 use super::plot::Picture;
+use super::plot::noise::NoiseFigure;
 use crate::error::Result;
 use crate::identify::terms::{DriftCause, NoiseModel, RecordingAdvice, Refusal, TermEstimate};
 use crate::noise::datasheet::{Datasheet, Stated};
@@ -82,6 +82,12 @@ impl NoiseReport {
         if m.filled > 0 {
             let _ = writeln!(out, "  note: {} missing samples were filled with noise about their neighbours", m.filled);
         }
+        if !m.lines.is_empty() {
+            let all = m.lines.iter().take(5);
+            let all: Vec<String> = all.map(|l| significant(l.frequency_hz, 4)).collect();
+            let more = if m.lines.len() > 5 { format!(" and {} more", m.lines.len() - 5) } else { String::new() };
+            let _ = writeln!(out, "  note: lines at {} Hz{more} are left out of the fit", all.join(", "));
+        }
         let _ = writeln!(out, "terms, estimated together (two-sided densities)");
         let _ = writeln!(out, "  {:<24}{:>12}{:>11}   95 % interval", "", "estimate", "std");
         m.terms.iter().for_each(|t| term_text(t, &mut out));
@@ -146,13 +152,7 @@ impl NoiseReport {
                 .iter()
                 .map(|t| format!("{} {} ± {}", t.id.symbol(), known_digits(t.estimate, t.std), significant(t.std, 2)))
                 .collect();
-            let _ = writeln!(
-                out,
-                "by {} wavelet moments: {} (p {})",
-                w.moments,
-                terms.join(", "),
-                equals(w.p_value)
-            );
+            let _ = writeln!(out, "by {} wavelet moments: {} (p {})", w.moments, terms.join(", "), equals(w.p_value));
         }
     }
 
@@ -164,16 +164,15 @@ impl NoiseReport {
             return;
         };
         let Some(allan) = of(Deviation::Overlapping) else { return };
-        let _ = writeln!(out, "\ndeviations, °/h, of the log without its warm-up (terms: Allan deviation of the model)");
+        let _ =
+            writeln!(out, "\ndeviations, °/h, of the log without its warm-up (terms: Allan deviation of the model)");
         let _ = writeln!(
             out,
             "  {:>10}{:>12}  {:<24}{:>10}{:>10}{:>10}{:>10}",
             "averaged", "Allan", "95 % interval", "modified", "Hadamard", "total", "terms"
         );
         for t in total {
-            // the overlapping deviation has a grid of its own: the nearest point of it
-            let near = allan.iter().min_by_key(|p| p.m.abs_diff(t.m));
-            let Some(p) = near.filter(|p| (p.m as f64 / t.m as f64).ln().abs() < 0.2) else { continue };
+            let Some(p) = allan.iter().find(|p| p.m == t.m) else { continue };
             let beside = |points: &[AllanPoint]| {
                 points.iter().find(|q| q.m == t.m).map_or("-".to_string(), |q| deg_h(q.deviation_rad_s))
             };
@@ -309,6 +308,7 @@ impl NoiseReport {
             "temperature": m.drift.as_ref().map(drift_json),
             "ledger": m.ledger,
             "datasheet": datasheet,
+            "lines": m.lines,
             "samples": m.samples,
             "filled_samples": m.filled,
             "sample_rate_hz": 1.0 / m.step_s,
@@ -395,9 +395,10 @@ fn refusal_text(r: &Refusal, span_s: f64, out: &mut String) {
     });
     let _ = writeln!(out, "  {name:<24} {bound}probability {}", probability(r.probability));
     if let Some(a) = &r.advice {
-        let _ = writeln!(out, "  {:<24} if it is {} {}: {}", "", significant(a.if_size, 2), r.unit, advice_text(a, r.id));
+        let _ =
+            writeln!(out, "  {:<24} if it is {} {}: {}", "", significant(a.if_size, 2), r.unit, advice_text(a, r.id));
     } else if r.id == TermKind::RateRamp {
-        let _ = writeln!(out, "  {:<24} it grows with the power 3/2 of the length: twice {} divides the bound by 2.8", "", duration_text(span_s));
+        let _ = writeln!(out, "  {:<24} a log twice as long as {} divides the bound by 2.8", "", duration_text(span_s));
     }
 }
 
@@ -406,8 +407,10 @@ fn drift_text(d: &DriftCause, out: &mut String) {
         Some(e) => format!("{} explains what drifts", e.title()),
         None => "this log cannot tell what the drift follows".into(),
     };
-    let _ = writeln!(out, "\ntime or temperature ({} °C in this log): {verdict}", significant(d.temperature_range_c, 2));
-    let all: Vec<String> = d.explanations.iter().map(|(e, _, p)| format!("{} {}", e.title(), probability(*p))).collect();
+    let _ =
+        writeln!(out, "\ntime or temperature ({} °C in this log): {verdict}", significant(d.temperature_range_c, 2));
+    let all: Vec<String> =
+        d.explanations.iter().map(|(e, _, p)| format!("{} {}", e.title(), probability(*p))).collect();
     let _ = writeln!(
         out,
         "  probability: {}; temperature and warm-up are correlated by {:.3}",
@@ -436,9 +439,10 @@ fn drift_json(d: &DriftCause) -> Value {
 fn term_json(t: &TermEstimate) -> Value {
     let mut value = json!(t);
     value["symbol"] = json!(t.id.symbol());
-    let units = t.id.datasheet_units().iter().map(|u| {
-        json!({ "unit": u.name, "estimate": t.estimate * u.per_si, "ci95": t.ci95.map(|v| v * u.per_si) })
-    });
+    let units =
+        t.id.datasheet_units().iter().map(
+            |u| json!({ "unit": u.name, "estimate": t.estimate * u.per_si, "ci95": t.ci95.map(|v| v * u.per_si) }),
+        );
     value["datasheet_units"] = units.collect();
     if let Some(drive) = t.drive() {
         value["drive_rad_s_sqrt_s"] = json!(drive);

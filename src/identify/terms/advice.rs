@@ -60,7 +60,14 @@ fn relative_std(model: &Model, x: &[f64], kind: TermKind, len: usize, step_s: f6
 }
 
 /// How long to record for `kind` to ±20 %; the recorded log has `len` samples.
-pub(super) fn advise(model: &Model, x: &[f64], kind: TermKind, len: usize, step_s: f64, columns: usize) -> RecordingAdvice {
+pub(super) fn advise(
+    model: &Model,
+    x: &[f64],
+    kind: TermKind,
+    len: usize,
+    step_s: f64,
+    columns: usize,
+) -> RecordingAdvice {
     let if_size = model.place(kind).map_or(f64::NAN, |i| x[i].exp());
     let width = |samples: f64| 1.96 * relative_std(model, x, kind, samples.round() as usize, step_s, columns);
     let (mut low, mut high) = (0.0, len as f64);

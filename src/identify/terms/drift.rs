@@ -88,7 +88,8 @@ pub(super) fn drift_cause(
 ) -> Result<Option<DriftCause>> {
     // the slow part is all that both can explain: a log of block means is enough, and quick
     let block = (log.values.len() / 8192).max(1);
-    let means = |v: &[f64]| -> Vec<f64> { v.chunks_exact(block).map(|c| c.iter().sum::<f64>() / block as f64).collect() };
+    let means =
+        |v: &[f64]| -> Vec<f64> { v.chunks_exact(block).map(|c| c.iter().sum::<f64>() / block as f64).collect() };
     let coarse = EvenLog {
         first_s: log.first_s + 0.5 * (block as f64 - 1.0) * log.step_s,
         step_s: log.step_s * block as f64,
@@ -113,7 +114,8 @@ pub(super) fn drift_cause(
     let span = coarse.span_s();
     let warm = |time: f64| move |t: f64| -(-t / time).exp_m1();
     let by_temperature = || vec![column(theta, 0.0, std), column(move |t| theta(t).powi(2), 0.0, BEND * std)];
-    let time = |i: usize| 4.0 * coarse.step_s * (3.0 * span / (4.0 * coarse.step_s)).powf((i as f64 + 0.5) / TIMES as f64);
+    let time =
+        |i: usize| 4.0 * coarse.step_s * (3.0 * span / (4.0 * coarse.step_s)).powf((i as f64 + 0.5) / TIMES as f64);
     let over_times = |also: bool| {
         let mut values = Vec::new();
         for i in 0..TIMES {
@@ -146,7 +148,12 @@ pub(super) fn drift_cause(
     explanations.sort_by(|a, b| b.1.total_cmp(&a.1));
     let decided = (explanations[1].1 < -DECISIVE.ln()).then_some(explanations[0].0);
     let shape: Vec<f64> = axis.to_vec().into_iter().map(warm(best_time)).collect();
-    Ok(Some(DriftCause { explanations, decided, temperature_range_c: high - low, correlation: correlation(&shape, &temperature) }))
+    Ok(Some(DriftCause {
+        explanations,
+        decided,
+        temperature_range_c: high - low,
+        correlation: correlation(&shape, &temperature),
+    }))
 }
 
 fn correlation(a: &[f64], b: &[f64]) -> f64 {

@@ -43,7 +43,7 @@ pub use advice::RecordingAdvice;
 pub use drift::{DriftCause, Explanation};
 pub use goodness::{Band, Goodness};
 pub use ledger::{Ledger, LedgerEntry};
-pub use observed::EvenLog;
+pub use observed::{EvenLog, SpectralLine};
 pub use types::{
     NoiseModel, Refusal, SetScore, TermEstimate, TermOptions, TimeEstimate, WarmUpInfluence, WarmUpRemoval,
 };
@@ -128,7 +128,11 @@ pub fn noise_model(
         probability: *p,
         bic_above_best: c.bic - smallest_bic,
     });
-    let grid = allan::decades(Deviation::Overlapping.longest(log.values.len()), options.per_decade);
+    let longest = Deviation::Overlapping.longest(log.values.len());
+    let mut grid = allan::decades(longest, options.per_decade);
+    grid.extend(allan::octaves(longest));
+    grid.sort_unstable();
+    grid.dedup();
     let (deviations, with_warm_up) = family(&log, removed.map(|_| &raw), &grid);
     Ok(NoiseModel {
         correlation: correlation(&likelihood, peak),
@@ -140,6 +144,7 @@ pub fn noise_model(
         warm_up_influence,
         drift,
         ledger,
+        lines: views.plain.lines.clone(),
         samples: values.len(),
         filled: log.filled,
         step_s: log.step_s,
@@ -278,6 +283,3 @@ fn family(log: &EvenLog, raw: Option<&EvenLog>, grid: &[usize]) -> Family {
     let left_in = raw.map(|raw| allan::deviations(&raw.values, raw.step_s, grid, Deviation::Overlapping));
     (all, left_in.unwrap_or_default())
 }
-
-#[cfg(test)]
-mod tests;

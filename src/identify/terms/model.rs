@@ -108,10 +108,6 @@ impl<'a> Likelihood<'a> {
         (spectrum, slopes)
     }
 
-    pub fn spectrum(&self, x: &[f64]) -> Vec<f64> {
-        self.slopes(x).0
-    }
-
     /// The likelihood at `x` with its derivatives; `None` where it is not finite.
     pub fn at(&self, x: &[f64]) -> Option<Point> {
         let (spectrum, slopes) = self.slopes(x);
@@ -141,7 +137,8 @@ impl<'a> Likelihood<'a> {
             }
         }
         let d = x.len();
-        let weight: Vec<f64> = (0..left.len()).map(|b| 0.5 * (left[b] * inverse[b] - log.count[b]) * inverse[b]).collect();
+        let weight: Vec<f64> =
+            (0..left.len()).map(|b| 0.5 * (left[b] * inverse[b] - log.count[b]) * inverse[b]).collect();
         let gradient = slopes.iter().map(|s| s.iter().zip(&weight).map(|(s, w)| s * w).sum()).collect();
         let mut information = DMatrix::zeros(d, d);
         for i in 0..d {

@@ -9,6 +9,7 @@ use crate::math::robust::mad_std;
 use crate::noise::TermKind;
 use crate::signal::TimeAxis;
 use crate::signal::slots::{fill, slots};
+use serde::Serialize;
 
 /// Blocks that stand for the slow part of a log.
 const BLOCKS: usize = 2048;
@@ -18,6 +19,12 @@ const SHORT: usize = 1 << 16;
 const SMOOTH_BLOCKS: f64 = 20.0;
 /// Fewest samples of which noise can be told.
 pub(super) const FEWEST: usize = 128;
+/// Bins with so many coefficients are searched for lines.
+const LINE_BIN: usize = 32;
+/// Coefficients that are taken for a line by mistake, in a log of pure noise.
+const FALSE_LINES: f64 = 1e-3;
+/// Median of χ² with one degree of freedom.
+const MEDIAN_CHI_SQUARED: f64 = 0.454_936;
 /// Prior standard deviation of a column's coefficient over the root mean square of the log: no prior, but a finite one.
 const WIDE: f64 = 1e3;
 
@@ -100,6 +107,15 @@ pub(super) struct Column<'a> {
     pub std: Option<f64>,
 }
 
+/// A line of the spectrum: a vibration, a mains hum or its alias.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SpectralLine {
+    /// Its frequency, Hz.
+    pub frequency_hz: f64,
+    /// Amplitude of the tone, rad/s.
+    pub amplitude_rad_s: f64,
+}
+
 /// The log as the likelihood sees it.
 #[derive(Clone)]
 pub(super) struct Observed {
@@ -110,6 +126,8 @@ pub(super) struct Observed {
     pub k: Vec<f64>,
     pub count: Vec<f64>,
     pub power: Vec<f64>,
+    /// Lines whose coefficients do not count, the strongest first.
+    pub lines: Vec<SpectralLine>,
     /// Lowest coefficients of each column, scaled to unit root mean square.
     columns: Vec<Vec<f64>>,
     /// Root mean square by which a column was divided.
@@ -154,6 +172,7 @@ impl Observed {
             k: bins.omega[1..].iter().map(|w| w * len as f64 / std::f64::consts::PI).collect(),
             count: bins.count[1..].to_vec(),
             power: bins.power(&z)[1..].to_vec(),
+            lines: Vec::new(),
             bins,
             columns: Vec::new(),
             column_rms: Vec::new(),
@@ -161,6 +180,7 @@ impl Observed {
             gram: Vec::new(),
             with_data: Vec::new(),
         };
+        out.leave_lines_out(&z);
         let whole = Cosine::new(if block == 1 { len } else { 0 });
         let slow = BlockCosine::new(blocks, block);
         for column in columns {
@@ -177,6 +197,54 @@ impl Observed {
             out.push(low, &z, column.std, rms);
         }
         out
+    }
+
+    /// Takes coefficients that no noise explains out of their bins, with those that the line leaks into: a tone of amplitude
+    /// A has the power A² n/2 at its own coefficient, and 1/(πj)² of that j further on.
+    fn leave_lines_out(&mut self, z: &[f64]) {
+        let most = 2.0 * (self.len as f64 / FALSE_LINES).ln();
+        let mut left_out: Vec<(f64, usize, usize)> = Vec::new();
+        for bin in 0..self.k.len() {
+            let range = self.bins.edges[bin + 1]..self.bins.edges[bin + 2];
+            if range.len() < LINE_BIN {
+                continue;
+            }
+            let mut squares: Vec<f64> = z[range.clone()].iter().map(|v| v * v).collect();
+            let middle = squares.len() / 2;
+            let level = *squares.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN_CHI_SQUARED;
+            for k in range.filter(|k| z[*k] * z[*k] > most * level) {
+                let reach = 2 + ((z[k] * z[k] / level).sqrt() / std::f64::consts::PI).ceil() as usize;
+                left_out.push((z[k] * z[k], k, reach));
+            }
+        }
+        left_out.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut gone = vec![false; if left_out.is_empty() { 0 } else { self.len }];
+        for (square, k, reach) in left_out {
+            if !gone[k] {
+                let frequency_hz = k as f64 / (2.0 * self.span_s());
+                // the tone's power lies in two coefficients or so
+                let amplitude_rad_s = (2.0 * square / self.len as f64).sqrt();
+                self.lines.push(SpectralLine { frequency_hz, amplitude_rad_s });
+            }
+            let last = (k + reach).min(self.len - 1);
+            gone[k.saturating_sub(reach).max(self.bins.edges[1])..=last].fill(true);
+        }
+        if gone.is_empty() {
+            return;
+        }
+        for bin in 0..self.k.len() {
+            let range = self.bins.edges[bin + 1]..self.bins.edges[bin + 2];
+            if range.len() < LINE_BIN {
+                continue;
+            }
+            let out = range.clone().filter(|k| gone[*k]).count();
+            let kept = range.filter(|k| !gone[*k]);
+            (self.count[bin], self.power[bin]) = if 4 * out > 3 * (self.count[bin] as usize) {
+                (0.0, 0.0)
+            } else {
+                (self.count[bin] - out as f64, kept.map(|k| z[k] * z[k]).sum())
+            };
+        }
     }
 
     /// Adds a column that is there as coefficients. One that is all but constant is left at zero.
@@ -259,7 +327,9 @@ impl Observed {
             }
             if to <= reach {
                 z[from..to].iter_mut().for_each(|v| *v = s.sqrt() * draw.normal());
-                out.power[bin] = z[from..to].iter().map(|v| v * v).sum();
+                // what lines took out of the bin is no longer there
+                let share = self.count[bin] / (to - from) as f64;
+                out.power[bin] = share * z[from..to].iter().map(|v| v * v).sum::<f64>();
             } else {
                 out.power[bin] = s * chi_squared(self.count[bin], draw);
             }

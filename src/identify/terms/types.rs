@@ -4,6 +4,7 @@ use super::advice::RecordingAdvice;
 use super::drift::DriftCause;
 use super::goodness::Goodness;
 use super::ledger::Ledger;
+use super::observed::SpectralLine;
 use super::wavelet::WaveletFit;
 use crate::identify::Fit;
 use crate::noise::{AllanPoint, Deviation, TermKind};
@@ -32,7 +33,7 @@ pub struct TermOptions {
     pub warm_up: WarmUpRemoval,
     /// Frequencies above this are not fitted: where a filter in the sensor cuts the white noise off, Hz.
     pub max_frequency_hz: Option<f64>,
-    /// Averaging times of the overlapping deviation in a decade.
+    /// Averaging times of the overlapping deviation in a decade, beside the octaves.
     pub per_decade: usize,
     /// Logs drawn for the goodness of fit.
     pub draws: usize,
@@ -192,6 +193,8 @@ pub struct NoiseModel {
     pub drift: Option<DriftCause>,
     /// What adds how much to the heading error.
     pub ledger: Ledger,
+    /// Lines of the spectrum that were left out of the fit; the deviations hold them.
+    pub lines: Vec<SpectralLine>,
     /// Samples.
     pub samples: usize,
     /// Samples that were missing and filled in.

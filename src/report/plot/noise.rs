@@ -60,7 +60,8 @@ impl NoiseFigure<'_> {
         let allan = of(Deviation::Overlapping);
         let total = of(Deviation::Total);
         let seen = allan.iter().chain(&self.model.with_warm_up).map(|p| deg_h(p.deviation_rad_s));
-        let (low, high) = seen.filter(|v| *v > 0.0).fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), v| (l.min(v), h.max(v)));
+        let (low, high) =
+            seen.filter(|v| *v > 0.0).fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), v| (l.min(v), h.max(v)));
         let taus: Vec<f64> = allan.iter().map(|p| p.tau_s).collect();
         let (first, last) = (taus.first().copied().unwrap_or(1.0), taus.last().copied().unwrap_or(2.0));
         let (bottom, top) = (low / ROOM, high * ROOM);
