@@ -29,7 +29,7 @@ pub(crate) struct NoiseArgs {
     /// Fit all of --terms instead of choosing among them
     #[arg(long, requires = "terms")]
     no_selection: bool,
-    /// Take the warm-up out before: where the fit finds one, always, or never
+    /// Take the warm-up out before: where the fit finds one and knows its time constant, always, or never
     #[arg(long, value_enum, default_value_t = WarmUpName::Found)]
     warm_up: WarmUpName,
     /// Fit no frequencies above this, Hz: where a filter in the sensor cuts its white noise off

@@ -88,7 +88,7 @@ fn usage_errors_name_the_option_and_the_mend() {
         (&["--horizon", "soon"], "60s"),
         (&["--level", "2"], "between 0 and 1"),
         (&["--plot", "a.jpg"], ".svg or .png"),
-        (&["--max-frequency", "-1"], "--max-frequency"),
+        (&["--max-frequency", "0"], "--max-frequency"),
     ] {
         let (code, _, err) = gyroid(&[&[path][..], arguments].concat());
         assert_eq!(code, 2, "{arguments:?}: {err}");

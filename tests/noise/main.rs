@@ -115,7 +115,8 @@ fn a_warm_up_does_not_pass_for_a_random_walk() {
     assert!(model.warm_up_influence.removed);
     assert!(model.term(TermKind::RateRandomWalk).is_none(), "{:?}", model.terms);
     let w = &model.warm_up_influence;
-    assert!(w.removed_is_upper_bound && w.rate_random_walk_left_in > 10.0 * w.rate_random_walk_removed, "{w:?}");
+    // left in, it makes a walk that the log without it rules out
+    assert!(w.removed_is_upper_bound && w.rate_random_walk_left_in > 2.0 * w.rate_random_walk_removed, "{w:?}");
     let left = TermOptions { warm_up: WarmUpRemoval::Never, ..options() };
     let wrong = noise_model(&time(&truth), &rates, None, &left).unwrap();
     assert!(wrong.terms.len() > 1, "the warm-up must show as something");

@@ -26,8 +26,9 @@ struct Tally {
 }
 
 fn tally(truth: &Truth, logs: u64, draws: usize) -> Tally {
-    let options = TermOptions { draws, per_decade: 1, ..TermOptions::default() };
     let one = |seed: u64| {
+        // drawn logs of their own for each: else all p values would share the luck of one set
+        let options = TermOptions { draws, seed, per_decade: 1, ..TermOptions::default() };
         let model = noise_model(&time(truth), &simulated(truth, 1000 + seed), None, &options).unwrap();
         let mut rows = Vec::new();
         for t in model.terms.iter().filter(|t| truth.size(t.id) > 0.0) {

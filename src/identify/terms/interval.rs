@@ -5,7 +5,7 @@ use super::select::Views;
 use crate::noise::TermKind;
 
 /// Half the quantile of χ² with one degree of freedom at 0.95.
-const DROP: f64 = 0.5 * 3.841_458_820_694_124;
+pub(super) const DROP: f64 = 0.5 * 3.841_458_820_694_124;
 /// The same for one side alone: half the square of the normal quantile at 0.95.
 const DROP_ONE_SIDED: f64 = 0.5 * 2.705_543_454_095_404;
 /// Digits of an end: a hundredth of a standard deviation.

@@ -76,7 +76,8 @@ pub fn noise_model(
         WarmUpRemoval::Never => None,
         _ => Some(fit(time, values, &FitOptions::default())?),
     };
-    let found = warm_up.as_ref().is_some_and(Fit::warm_up_found);
+    // what a straight line explains as well is a ramp, and is left to R
+    let found = warm_up.as_ref().is_some_and(|fit| fit.warm_up_found() && fit.identifiable);
     let removed = warm_up.as_ref().filter(|_| found || options.warm_up == WarmUpRemoval::Always);
     let log = removed.map_or_else(|| raw.clone(), |fit| without_warm_up(&raw, fit));
     let views = views(&log, removed, options);

@@ -6,6 +6,7 @@
 //! then nothing but white noise has one half. `bic` is there for those who expect it: it takes every coefficient for an
 //! equal witness of every term, which a random walk, known from the lowest few alone, contradicts.
 
+use super::interval::DROP;
 use super::model::{Likelihood, Model, Peak};
 use super::observed::Observed;
 use crate::noise::TermKind;
@@ -93,7 +94,17 @@ pub(super) fn candidates(views: &Views, among: &[TermKind]) -> Vec<Candidate> {
         kinds.sort_unstable();
         kinds
     });
-    let mut all: Vec<Candidate> = sets.filter_map(|kinds| candidate(views, &kinds)).collect();
+    let all: Vec<Candidate> = sets.filter_map(|kinds| candidate(views, &kinds)).collect();
+    // a random walk is the limit of long correlation times: where it fits as well, the log knows no correlation time
+    let is_limit = |c: &Candidate| {
+        let walk = |k: &TermKind| if *k == TermKind::GaussMarkov { TermKind::RateRandomWalk } else { *k };
+        let mut other: Vec<TermKind> = c.kinds.iter().map(walk).collect();
+        other.sort_unstable();
+        c.kinds.contains(&TermKind::GaussMarkov)
+            && all.iter().any(|o| o.kinds == other && o.peak.point.value > c.peak.point.value - DROP)
+    };
+    let kept: Vec<bool> = all.iter().map(|c| !is_limit(c)).collect();
+    let mut all: Vec<Candidate> = all.into_iter().zip(kept).filter_map(|(c, kept)| kept.then_some(c)).collect();
     all.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
     all
 }

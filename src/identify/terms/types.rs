@@ -13,7 +13,7 @@ use serde::Serialize;
 /// Whether the warm-up is taken out first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WarmUpRemoval {
-    /// Where the fit finds one.
+    /// Where the fit finds one and knows its time constant.
     #[default]
     Found,
     /// Always: what the fit makes of the log is taken out.
@@ -156,7 +156,7 @@ pub struct SetScore {
 pub struct WarmUpInfluence {
     /// Whether it was taken out.
     pub removed: bool,
-    /// Whether the fit found one.
+    /// Whether the fit found one, and knows its time constant.
     pub found: bool,
     /// K with the warm-up taken out: its 95 % upper bound where it is not supported, rad/s/√s.
     pub rate_random_walk_removed: f64,
