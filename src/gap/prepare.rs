@@ -36,6 +36,8 @@ impl Prepared {
 const TURN_ON_STD_RAD_S: f64 = 5e-3;
 /// The same of C1 and T, relatively.
 const WARM_UP_STD: f64 = 0.1;
+/// Rows on each side of a gap from whose means it is filled.
+const NEIGHBOURS: usize = 16;
 /// Fewest rows that can be judged.
 const FEWEST_ROWS: usize = 512;
 /// Largest share of the rows that may be missing.
@@ -86,7 +88,7 @@ pub fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prep
         let (filled, all) = (rows.len(), rate_rad_s.len());
         notes.push(format!("{filled} of {all} rows are missing and were filled by noise about their neighbours."));
     }
-    fill(&mut rate_rad_s, &rows, scene.white_std_rad_s);
+    fill(&mut rate_rad_s, &rows, scene.white_std_rad_s, |_| NEIGHBOURS);
     on_lattice(&mut rate_rad_s, rate, &rows);
     if let Some(note) = in_degrees(&rate_rad_s, scene.white_std_rad_s) {
         notes.push(note);
@@ -136,7 +138,7 @@ fn even(log: &Log, rate: &[f64], scene: &mut Scene) -> Result<(Vec<f64>, Vec<usi
         values.as_ref().map(|v| {
             let mut out = place(v);
             let gaps = missing(&out);
-            fill(&mut out, &gaps, 0.0);
+            fill(&mut out, &gaps, 0.0, |_| NEIGHBOURS);
             out
         })
     };

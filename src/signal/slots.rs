@@ -43,9 +43,9 @@ pub fn block_means(slots: &[f64], size: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Fills missing `rows` (ascending) by a straight line between the means of their neighbours, plus white noise.
-pub fn fill(values: &mut [f64], rows: &[usize], noise_std: f64) {
-    const NEIGHBOURS: usize = 16;
+/// Fills missing `rows` (ascending) by a straight line between the means of their neighbours, plus white noise; `neighbours`
+/// says of how many on each side, from the length of the gap.
+pub fn fill(values: &mut [f64], rows: &[usize], noise_std: f64, neighbours: impl Fn(usize) -> usize) {
     let mut draw = Stream::new(values.len() as u64, 2);
     let known = values.to_vec();
     let mean = |range: std::ops::Range<usize>| {
@@ -61,8 +61,9 @@ pub fn fill(values: &mut [f64], rows: &[usize], noise_std: f64) {
             last = rows[at];
         }
         at += 1;
-        let before = mean(first.saturating_sub(NEIGHBOURS)..first);
-        let after = mean(last + 1..(last + 1 + NEIGHBOURS).min(known.len()));
+        let reach = neighbours(last + 1 - first);
+        let before = mean(first.saturating_sub(reach)..first);
+        let after = mean(last + 1..(last + 1 + reach).min(known.len()));
         let (a, b) = (before.or(after).unwrap_or(0.0), after.or(before).unwrap_or(0.0));
         for (i, value) in values[first..=last].iter_mut().enumerate() {
             let u = (i + 1) as f64 / (last - first + 2) as f64;

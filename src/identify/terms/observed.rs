@@ -28,6 +28,12 @@ const MEDIAN_CHI_SQUARED: f64 = 0.454_936;
 /// Prior standard deviation of a column's coefficient over the root mean square of the log: no prior, but a finite one.
 const WIDE: f64 = 1e3;
 
+/// Samples on each side from whose means a gap is filled: as many as it is long, so that the line across it brings no more
+/// noise than the log has over such a time.
+fn neighbours(gap: usize) -> usize {
+    gap.max(16)
+}
+
 /// A log on an even lattice of time, gaps filled.
 #[derive(Debug, Clone)]
 pub struct EvenLog {
@@ -70,7 +76,7 @@ impl EvenLog {
         let missing: Vec<usize> = (0..even.len()).filter(|i| !even[*i].is_finite()).collect();
         if !missing.is_empty() {
             let mut differences: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).collect();
-            fill(&mut even, &missing, mad_std(&mut differences, 0.0) / std::f64::consts::SQRT_2);
+            fill(&mut even, &missing, mad_std(&mut differences, 0.0) / std::f64::consts::SQRT_2, neighbours);
         }
         let (median, mean) = (time.median_step_s(), time.span_s() / (even.len() - 1) as f64);
         // the mean step is the better one, unless a long gap was cut short
@@ -92,7 +98,7 @@ impl EvenLog {
             return None;
         }
         let missing: Vec<usize> = (0..even.len()).filter(|i| !even[*i].is_finite()).collect();
-        fill(&mut even, &missing, 0.0);
+        fill(&mut even, &missing, 0.0, neighbours);
         Some(even)
     }
 }
