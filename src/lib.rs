@@ -25,6 +25,8 @@
 //! [`identify`] fits C1, C2 and T by nonlinear least squares, from no starting values and on unevenly sampled time. Its
 //! covariance and its intervals allow for a random walk of the bias under the white noise. [`validate`] asks whether
 //! the residuals are white at every averaging time at once, at a joint level that is right by permutation.
+//! [`identify::terms`] estimates the noise beside it: quantisation, angle random walk, bias instability, rate random walk, ramp
+//! and Gauss-Markov terms together, the Allan family ([`noise`]) beside them.
 //! [`config`] is the file that everything downstream reads; [`navigate`] is an extended Kalman filter that consumes it,
 //! [`simulate`] the simulator that makes logs from it.
 //!
@@ -41,7 +43,7 @@
 //! |---|---|
 //! | 0 | [`error`], [`files`], [`units`], [`math`] |
 //! | 1 | [`signal`] |
-//! | 2 | [`ingest`], [`bias`], [`traction`], [`vehicle`], [`config`], [`model`] |
+//! | 2 | [`ingest`], [`bias`], [`noise`], [`traction`], [`vehicle`], [`config`], [`model`] |
 //! | 3 | [`identify`], [`validate`], [`navigate`], [`simulate`] |
 //! | 4 | [`study`], [`effects`], [`reality`] |
 //! | 5 | [`gap`] |
@@ -112,6 +114,7 @@ pub mod ingest;
 pub mod math;
 pub mod model;
 pub mod navigate;
+pub mod noise;
 pub mod reality;
 pub mod report;
 pub mod signal;

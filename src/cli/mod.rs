@@ -7,6 +7,7 @@ mod gap;
 mod inspect;
 mod log_args;
 mod navigate;
+mod noise;
 mod output;
 mod restart;
 mod simulate;
@@ -39,6 +40,7 @@ enum Command {
     Inspect(inspect::Inspect),
     Fit(fit::FitArgs),
     Validate(validate::ValidateArgs),
+    Noise(noise::NoiseArgs),
     Simulate(simulate::SimulateArgs),
     Navigate(navigate::NavigateArgs),
     Study(study::StudyArgs),
@@ -53,6 +55,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Inspect(args) => args.run(),
         Command::Fit(args) => fit::run(args),
         Command::Validate(args) => validate::run(args),
+        Command::Noise(args) => noise::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Navigate(args) => navigate::run(args),
         Command::Study(args) => study::run(args),

@@ -5,87 +5,23 @@
 //! in common is kept by bins, so that a likelihood under any smooth spectrum costs a few hundred products whatever the
 //! length of the recording.
 
+use crate::math::binned::{Bins, BlockCosine};
 use crate::math::dct::Cosine;
 use crate::math::random::Stream;
 use crate::model::Scene;
 use crate::signal::TimeAxis;
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::f64::consts::PI;
 use std::rc::Rc;
 
 /// Blocks that stand for the slow part of a recording.
 const BLOCKS: usize = 2048;
-/// Coefficients that have a bin of their own.
-const SINGLE: usize = 64;
 /// Standard deviation of the white noise that is added to every recording, relative to the nominal white noise: where a
 /// low-pass leaves next to nothing, what the ends of the recording leak into is not taken for a signal. It costs 0.2 % of
 /// the information where nothing was filtered.
 const DITHER: f64 = 0.045;
 /// Blocks over which the level of the noise is followed.
 const LEVEL_BLOCKS: usize = 128;
-/// Width of a bin, relative to its frequency.
-const WIDTH: f64 = 0.04;
-
-/// Bins of cosine coefficients.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Bins {
-    /// Bin b holds the coefficients edges[b]..edges[b+1].
-    pub edges: Vec<usize>,
-    /// Angular frequency of each bin, rad/sample.
-    pub omega: Vec<f64>,
-    /// Coefficients in each bin.
-    pub count: Vec<f64>,
-    /// Bins that hold the slow part.
-    pub low: usize,
-}
-
-impl Bins {
-    fn new(len: usize, low_len: usize) -> Self {
-        let mut edges: Vec<usize> = (0..=SINGLE.min(low_len)).collect();
-        let mut low = edges.len() - 1;
-        while edges[edges.len() - 1] < len {
-            let from = edges[edges.len() - 1];
-            let to = from + ((from as f64 * WIDTH) as usize).max(1);
-            // the slow part ends with a bin
-            let to = if from < low_len { to.min(low_len) } else { to };
-            edges.push(to.min(len));
-            if to <= low_len {
-                low = edges.len() - 1;
-            }
-        }
-        // the mean coefficient is where a random walk's would be: half a step above zero
-        let omega = |k0: usize, k1: usize| if k0 == 0 { 0.5 * PI } else { 0.5 * (k0 + k1 - 1) as f64 * PI };
-        Self {
-            omega: edges.windows(2).map(|e| omega(e[0], e[1]) / len as f64).collect(),
-            count: edges.windows(2).map(|e| (e[1] - e[0]) as f64).collect(),
-            low,
-            edges,
-        }
-    }
-
-    /// Number of bins.
-    pub fn len(&self) -> usize {
-        self.count.len()
-    }
-
-    /// Σ z² over each bin.
-    pub fn power(&self, z: &[f64]) -> Vec<f64> {
-        self.edges.windows(2).map(|e| z[e[0]..e[1]].iter().map(|v| v * v).sum()).collect()
-    }
-
-    /// Σ a b over each bin, as far as both reach.
-    fn products(&self, a: &[f64], b: &[f64]) -> Vec<f64> {
-        let reach = a.len().min(b.len());
-        (0..self.len())
-            .take_while(|i| self.edges[i + 1] <= reach)
-            .map(|i| {
-                let range = self.edges[i]..self.edges[i + 1];
-                a[range.clone()].iter().zip(&b[range]).map(|(x, y)| x * y).sum()
-            })
-            .collect()
-    }
-}
 
 /// A column of a signal in the cosine basis: its slow part, or all of it.
 struct Stored {
@@ -116,9 +52,7 @@ pub struct Frame {
     /// Bins of the coefficients.
     pub bins: Bins,
     cosine: Cosine,
-    coarse_cosine: Cosine,
-    /// Factor from a block mean's coefficient to the recording's.
-    block_gain: Vec<f64>,
+    slow: BlockCosine,
     store: RefCell<Store>,
 }
 
@@ -162,14 +96,10 @@ impl Frame {
             white_std_rad_s: scene.white_std_rad_s / (block as f64).sqrt(),
             ..scene.clone()
         };
-        let half = |k: usize| PI * k as f64 / (2.0 * len as f64);
-        let gain = |k: usize| if k == 0 { block as f64 } else { (half(k) * block as f64).sin() / half(k).sin() };
         Self {
             bins: Bins::new(len, blocks),
             cosine: Cosine::new(len),
-            coarse_cosine: Cosine::new(blocks),
-            // orthonormal on both sides: √(blocks/len) = 1/√block
-            block_gain: (0..blocks).map(|k| gain(k) / (block as f64).sqrt()).collect(),
+            slow: BlockCosine::new(blocks, block),
             store: RefCell::default(),
             scene,
             coarse,
@@ -210,9 +140,7 @@ impl Frame {
 
     /// Stores a column given by block means.
     pub fn store(&self, block_means: &[f64]) -> ColumnId {
-        let mut low = self.coarse_cosine.forward(block_means);
-        low.iter_mut().zip(&self.block_gain).for_each(|(c, g)| *c *= g);
-        self.keep(low, block_means)
+        self.keep(self.slow.forward(block_means), block_means)
     }
 
     /// Stores a column given by all its samples: for what is not slow.

@@ -3,9 +3,9 @@
 use super::layers::lattice;
 use crate::config::{Config, Kind};
 use crate::error::{Error, ErrorKind, Result};
-use crate::math::random::Stream;
 use crate::math::robust::mad_std;
 use crate::model::Scene;
+use crate::signal::slots::fill;
 use crate::signal::{Log, TimeAxis, names};
 use crate::simulate::{self, scene};
 
@@ -36,6 +36,8 @@ impl Prepared {
 const TURN_ON_STD_RAD_S: f64 = 5e-3;
 /// The same of C1 and T, relatively.
 const WARM_UP_STD: f64 = 0.1;
+/// Rows on each side of a gap from whose means it is filled.
+const NEIGHBOURS: usize = 16;
 /// Fewest rows that can be judged.
 const FEWEST_ROWS: usize = 512;
 /// Largest share of the rows that may be missing.
@@ -86,7 +88,7 @@ pub fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prep
         let (filled, all) = (rows.len(), rate_rad_s.len());
         notes.push(format!("{filled} of {all} rows are missing and were filled by noise about their neighbours."));
     }
-    fill(&mut rate_rad_s, &rows, scene.white_std_rad_s);
+    fill(&mut rate_rad_s, &rows, scene.white_std_rad_s, |_| NEIGHBOURS);
     on_lattice(&mut rate_rad_s, rate, &rows);
     if let Some(note) = in_degrees(&rate_rad_s, scene.white_std_rad_s) {
         notes.push(note);
@@ -136,7 +138,7 @@ fn even(log: &Log, rate: &[f64], scene: &mut Scene) -> Result<(Vec<f64>, Vec<usi
         values.as_ref().map(|v| {
             let mut out = place(v);
             let gaps = missing(&out);
-            fill(&mut out, &gaps, 0.0);
+            fill(&mut out, &gaps, 0.0, |_| NEIGHBOURS);
             out
         })
     };
@@ -173,32 +175,4 @@ fn refuse_gaps(log: &Log, missing: usize, len: usize) -> Result<()> {
             .mend("cut the log to a part without long gaps; at most a fifth may be missing"));
     }
     Ok(())
-}
-
-/// Fills missing rows by a straight line between the means of their neighbours, plus noise.
-fn fill(values: &mut [f64], rows: &[usize], noise_std: f64) {
-    const NEIGHBOURS: usize = 16;
-    let mut draw = Stream::new(values.len() as u64, 2);
-    let known = values.to_vec();
-    let mean = |range: std::ops::Range<usize>| {
-        let near: Vec<f64> = known[range].iter().copied().filter(|v| v.is_finite()).collect();
-        (!near.is_empty()).then(|| near.iter().sum::<f64>() / near.len() as f64)
-    };
-    let mut at = 0;
-    while at < rows.len() {
-        let first = rows[at];
-        let mut last = first;
-        while at + 1 < rows.len() && rows[at + 1] == last + 1 {
-            at += 1;
-            last = rows[at];
-        }
-        at += 1;
-        let before = mean(first.saturating_sub(NEIGHBOURS)..first);
-        let after = mean(last + 1..(last + 1 + NEIGHBOURS).min(known.len()));
-        let (a, b) = (before.or(after).unwrap_or(0.0), after.or(before).unwrap_or(0.0));
-        for (i, value) in values[first..=last].iter_mut().enumerate() {
-            let u = (i + 1) as f64 / (last - first + 2) as f64;
-            *value = a + (b - a) * u + noise_std * draw.normal();
-        }
-    }
 }

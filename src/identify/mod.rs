@@ -11,6 +11,7 @@ mod profile;
 mod projection;
 mod robust;
 mod search;
+pub mod terms;
 mod types;
 
 pub use advice::Advice;

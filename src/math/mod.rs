@@ -1,6 +1,7 @@
 //! Floor 0: numerics that know nothing of gyros.
 
 pub mod basis;
+pub mod binned;
 pub mod brent;
 pub mod dct;
 pub mod distributions;

@@ -1,6 +1,7 @@
 //! A series on its lattice of sample times: gaps become missing slots (NaN), and block means over them.
 
 use super::log::TimeAxis;
+use crate::math::random::Stream;
 
 /// Intervals above this many median steps are gaps.
 pub const GAP_STEPS: f64 = 1.5;
@@ -40,6 +41,35 @@ pub fn block_means(slots: &[f64], size: usize) -> Vec<f64> {
             if 2 * n >= size { sum / n as f64 } else { f64::NAN }
         })
         .collect()
+}
+
+/// Fills missing `rows` (ascending) by a straight line between the means of their neighbours, plus white noise; `neighbours`
+/// says of how many on each side, from the length of the gap.
+pub fn fill(values: &mut [f64], rows: &[usize], noise_std: f64, neighbours: impl Fn(usize) -> usize) {
+    let mut draw = Stream::new(values.len() as u64, 2);
+    let known = values.to_vec();
+    let mean = |range: std::ops::Range<usize>| {
+        let near: Vec<f64> = known[range].iter().copied().filter(|v| v.is_finite()).collect();
+        (!near.is_empty()).then(|| near.iter().sum::<f64>() / near.len() as f64)
+    };
+    let mut at = 0;
+    while at < rows.len() {
+        let first = rows[at];
+        let mut last = first;
+        while at + 1 < rows.len() && rows[at + 1] == last + 1 {
+            at += 1;
+            last = rows[at];
+        }
+        at += 1;
+        let reach = neighbours(last + 1 - first);
+        let before = mean(first.saturating_sub(reach)..first);
+        let after = mean(last + 1..(last + 1 + reach).min(known.len()));
+        let (a, b) = (before.or(after).unwrap_or(0.0), after.or(before).unwrap_or(0.0));
+        for (i, value) in values[first..=last].iter_mut().enumerate() {
+            let u = (i + 1) as f64 / (last - first + 2) as f64;
+            *value = a + (b - a) * u + noise_std * draw.normal();
+        }
+    }
 }
 
 #[cfg(test)]

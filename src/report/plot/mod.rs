@@ -32,6 +32,7 @@ pub mod gap;
 mod geometry;
 mod heat;
 mod layout;
+pub mod noise;
 mod page;
 pub mod palette;
 mod picture;

@@ -1,0 +1,286 @@
+//! S(f) = Σ terms, all at once: joint estimation of Q, N, B, K, R and Gauss-Markov terms from a log at rest
+//!
+//! Maximum likelihood on the cosine coefficients of the log (`model`), where random walk and white noise are exactly independent
+//! and low frequencies need no differencing; the columns of the warm-up that was fitted are integrated out, so that they
+//! cost the random walk information, and no bias. Terms are chosen by evidence (`select`), intervals are profile
+//! likelihood (`interval`), the fit is judged on logs drawn from the model (`goodness`), and what the log does not support is
+//! refused with the length of a log that would (`advice`). Wavelet moments are a second opinion (`wavelet`).
+//!
+//! ```
+//! use gyroid::identify::terms::{TermOptions, noise_model};
+//! use gyroid::math::random::Stream;
+//! use gyroid::noise::TermKind;
+//! use gyroid::signal::TimeAxis;
+//!
+//! // half an hour at 20 Hz: N = 1e-4 rad/s/√Hz, K = 1e-5 rad/s/√s
+//! let (mut draw, mut bias) = (Stream::new(1, 0), 0.0);
+//! let rate: Vec<f64> = (0..36_000)
+//!     .map(|_| {
+//!         bias += 1e-5 * 0.05_f64.sqrt() * draw.normal();
+//!         bias + 1e-4 / 0.05_f64.sqrt() * draw.normal()
+//!     })
+//!     .collect();
+//! let time = TimeAxis::Uniform { start_s: 0.0, step_s: 0.05, len: rate.len() };
+//! let model = noise_model(&time, &rate, None, &TermOptions { draws: 19, ..TermOptions::default() })?;
+//! let n = model.term(TermKind::AngleRandomWalk).unwrap();
+//! assert!((n.estimate - 1e-4).abs() < 4.0 * n.std);
+//! assert!(model.term(TermKind::RateRandomWalk).is_some());
+//! # Ok::<(), gyroid::Error>(())
+//! ```
+
+mod advice;
+mod drift;
+mod goodness;
+mod interval;
+mod ledger;
+mod model;
+mod observed;
+mod select;
+mod types;
+mod wavelet;
+
+pub use advice::RecordingAdvice;
+pub use drift::{DriftCause, Explanation};
+pub use goodness::{Band, Goodness};
+pub use ledger::{Ledger, LedgerEntry};
+pub use observed::{EvenLog, SpectralLine};
+pub use types::{
+    NoiseModel, Refusal, SetScore, TermEstimate, TermOptions, TimeEstimate, WarmUpInfluence, WarmUpRemoval,
+};
+pub use wavelet::WaveletFit;
+
+use super::{Fit, FitOptions, fit};
+use crate::error::{Error, ErrorKind, Result};
+use crate::noise::{Deviation, TermKind, allan};
+use crate::signal::TimeAxis;
+use model::{Likelihood, Model, Peak};
+use observed::{Column, Observed};
+use select::{Candidate, Views};
+use types::time_constant_estimate;
+
+/// Estimates the noise terms of a log at rest: `values` (rad/s) at `time` (s since power-on), `temperature_c` beside them
+/// where it was logged.
+///
+/// # Errors
+/// As [`fit`]; [`ErrorKind::TooShort`] below 128 samples; [`ErrorKind::Usage`] if a limit of the options is not positive;
+/// [`ErrorKind::Numeric`] if no set of terms has a mode.
+pub fn noise_model(
+    time: &TimeAxis,
+    values: &[f64],
+    temperature_c: Option<&[f64]>,
+    options: &TermOptions,
+) -> Result<NoiseModel> {
+    check(options)?;
+    let raw = EvenLog::new(time, values)?;
+    let warm_up = match options.warm_up {
+        WarmUpRemoval::Never => None,
+        _ => Some(fit(time, values, &FitOptions::default())?),
+    };
+    // what a straight line explains as well is a ramp, and is left to R
+    let found = warm_up.as_ref().is_some_and(|fit| fit.warm_up_found() && fit.identifiable);
+    let removed = warm_up.as_ref().filter(|_| found || options.warm_up == WarmUpRemoval::Always);
+    let log = removed.map_or_else(|| raw.clone(), |fit| without_warm_up(&raw, fit));
+    let views = views(&log, removed, options);
+    let all = if options.all_of_them {
+        select::candidate(&views, &with_white(&options.among)).into_iter().collect()
+    } else {
+        select::candidates(&views, &options.among)
+    };
+    let Some(best) = all.first() else {
+        return Err(Error::new(ErrorKind::Numeric, "log", "no set of noise terms has a likelihood with a maximum")
+            .mend("look at the log with gyroid inspect; give fewer terms with --terms"));
+    };
+    let peak = &best.peak;
+    let seen = views.of(&best.kinds);
+    let likelihood = Likelihood::new(seen, Model::new(&best.kinds));
+    let terms = estimates(&views, &likelihood, best);
+    let probabilities = select::probabilities(&all);
+    let refused: Vec<Refusal> = options
+        .among
+        .iter()
+        .filter(|kind| !best.kinds.contains(kind))
+        .map(|kind| {
+            let share = all.iter().zip(&probabilities).filter(|(c, _)| c.kinds.contains(kind));
+            refusal(&views, best, *kind, share.map(|s| s.1).sum())
+        })
+        .collect();
+    let goodness = goodness::goodness(&likelihood, &peak.x, &peak.point, options.draws, options.seed);
+    let walk = terms.iter().find(|t| t.id == TermKind::RateRandomWalk).map(|t| t.estimate);
+    let bound = refused.iter().find(|r| r.id == TermKind::RateRandomWalk).and_then(|r| r.upper95);
+    let warm_up_influence = WarmUpInfluence {
+        removed: removed.is_some(),
+        found,
+        rate_random_walk_removed: walk.or(bound).unwrap_or(f64::NAN),
+        removed_is_upper_bound: walk.is_none(),
+        rate_random_walk_left_in: left_in(&raw, &best.kinds, options).unwrap_or(f64::NAN),
+    };
+    let start: Vec<_> = terms.iter().map(|t| (t.estimate.abs(), t.correlation_time_s.map(|c| c.estimate))).collect();
+    let wavelet = wavelet::wavelet_fit(&log, &best.kinds, &start);
+    let drift = match temperature_c.and_then(|t| raw.beside(time, t)) {
+        Some(temperature) => drift::drift_cause(&raw, &temperature, &likelihood.model.kinds, &peak.x)?,
+        None => None,
+    };
+    let ledger = ledger::ledger(&terms, removed, options.turn_on_std_rad_s, options.horizon_s);
+    let least = |value: fn(&Candidate) -> f64| all.iter().map(value).fold(f64::INFINITY, f64::min);
+    let smallest_bic = least(|c| c.bic);
+    let selection = all.iter().zip(&probabilities).map(|(c, p)| SetScore {
+        terms: c.kinds.clone(),
+        ln_evidence_below_best: best.ln_evidence - c.ln_evidence,
+        probability: *p,
+        bic_above_best: c.bic - smallest_bic,
+    });
+    let longest = Deviation::Overlapping.longest(log.values.len());
+    let mut grid = allan::decades(longest, options.per_decade);
+    grid.extend(allan::octaves(longest));
+    grid.sort_unstable();
+    grid.dedup();
+    let (deviations, with_warm_up) = family(&log, removed.map(|_| &raw), &grid);
+    Ok(NoiseModel {
+        correlation: correlation(&likelihood, peak),
+        selection: selection.collect(),
+        goodness,
+        wavelet,
+        deviations,
+        with_warm_up,
+        warm_up_influence,
+        drift,
+        ledger,
+        lines: views.plain.lines.clone(),
+        samples: values.len(),
+        filled: log.filled,
+        step_s: log.step_s,
+        span_s: log.span_s(),
+        terms,
+        refused,
+        warm_up: warm_up.filter(|_| found || options.warm_up == WarmUpRemoval::Always),
+    })
+}
+
+fn check(options: &TermOptions) -> Result<()> {
+    let positive = [
+        ("--max-frequency", options.max_frequency_hz.unwrap_or(1.0)),
+        ("--horizon", options.horizon_s),
+        ("--turn-on-std", options.turn_on_std_rad_s.map_or(1.0, |s| s + f64::MIN_POSITIVE)),
+    ];
+    match positive.iter().find(|(_, v)| !(*v > 0.0 && v.is_finite())) {
+        Some((name, value)) => Err(Error::new(ErrorKind::Usage, name, format!("{value} is not positive"))),
+        None => Ok(()),
+    }
+}
+
+fn with_white(kinds: &[TermKind]) -> Vec<TermKind> {
+    let mut kinds: Vec<TermKind> = kinds.iter().copied().chain([TermKind::AngleRandomWalk]).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    kinds
+}
+
+fn without_warm_up(raw: &EvenLog, fit: &Fit) -> EvenLog {
+    let model = fit.model();
+    let at = |i: usize| model.error_rad_s(raw.first_s + i as f64 * raw.step_s);
+    EvenLog { values: raw.values.iter().enumerate().map(|(i, v)| v - at(i)).collect(), ..*raw }
+}
+
+/// The log with the columns of the warm-up that was taken out, and a ramp's.
+fn views(log: &EvenLog, warm_up: Option<&Fit>, options: &TermOptions) -> Views {
+    let mut columns: Vec<Column> = Vec::new();
+    if let Some(fit) = warm_up {
+        let model = fit.model();
+        for j in [0, 2] {
+            let at = Box::new(move |t: f64| model.gradient(t)[j]);
+            columns.push(Column { at, changes_over_s: model.time_constant_s, std: None });
+        }
+    }
+    columns.push(Column { at: Box::new(|t| t), changes_over_s: f64::INFINITY, std: None });
+    let mut observed = Observed::new(log, &columns);
+    if let Some(limit) = options.max_frequency_hz {
+        observed.cut_above(limit);
+    }
+    Views::new(observed)
+}
+
+/// The terms at their mode, with intervals.
+fn estimates(views: &Views, likelihood: &Likelihood, best: &Candidate) -> Vec<TermEstimate> {
+    let peak = &best.peak;
+    let covariance = likelihood.covariance(&peak.point);
+    let std = |i: usize| covariance.as_ref().map_or(f64::NAN, |c| c[(i, i)].sqrt());
+    let one = |kind: TermKind| {
+        let Some(at) = likelihood.model.place(kind) else {
+            let (slope, std, ci95) = interval::ramp(views, &likelihood.model, peak);
+            return TermEstimate::new(kind, slope, std, ci95, None);
+        };
+        let ends = |i: usize| interval::interval(likelihood, peak, i, std(i));
+        let time = (kind == TermKind::GaussMarkov)
+            .then(|| time_constant_estimate(peak.x[at + 1].exp(), std(at + 1), ends(at + 1)));
+        let size = peak.x[at].exp();
+        let mut out = TermEstimate::new(kind, size, size * std(at), ends(at), time);
+        let advice = advise(likelihood, &peak.x, kind);
+        out.advice = Some(advice).filter(|a| a.longer_by_s.is_none_or(|s| s > 0.0));
+        out
+    };
+    best.kinds.iter().map(|kind| one(*kind)).collect()
+}
+
+fn advise(likelihood: &Likelihood, x: &[f64], kind: TermKind) -> RecordingAdvice {
+    let log = likelihood.log;
+    advice::advise(&likelihood.model, x, kind, log.len, log.step_s, log.columns())
+}
+
+/// What can be said of a term that was not chosen, beside those that were.
+fn refusal(views: &Views, best: &Candidate, kind: TermKind, probability: f64) -> Refusal {
+    let mut out = Refusal { id: kind, probability, upper95: None, unit: kind.unit(), advice: None };
+    if kind == TermKind::RateRamp {
+        let likelihood = Likelihood::new(&views.ramp, Model::new(&best.kinds));
+        if let Some(peak) = likelihood.climb(&best.peak.x, &vec![true; best.peak.x.len()]) {
+            let [slope, std] = views.slope(&peak);
+            out.upper95 = Some(slope.abs() + 1.645 * std);
+        }
+        return out;
+    }
+    if kind == TermKind::GaussMarkov {
+        return out;
+    }
+    let kinds = with_white(&best.kinds.iter().copied().chain([kind]).collect::<Vec<_>>());
+    let likelihood = Likelihood::new(views.of(&kinds), Model::new(&kinds));
+    let Some(mut peak) = likelihood.mode() else { return out };
+    let upper = interval::upper(&likelihood, &peak, kind);
+    out.upper95 = Some(upper).filter(|v| v.is_finite());
+    if let (Some(at), Some(upper)) = (likelihood.model.place(kind), out.upper95) {
+        // an estimate that is nothing but the floor of its range says nothing: the bound is then assumed
+        if peak.x[at] < likelihood.bounds[at][0] + 2.0 || peak.x[at].exp() < 0.2 * upper {
+            peak.x[at] = upper.ln();
+        }
+        out.advice = Some(advise(&likelihood, &peak.x, kind));
+    }
+    out
+}
+
+/// K of the log with its warm-up left in, beside the same terms.
+fn left_in(raw: &EvenLog, kinds: &[TermKind], options: &TermOptions) -> Option<f64> {
+    let views = views(raw, None, options);
+    let kinds = with_white(&kinds.iter().copied().chain([TermKind::RateRandomWalk]).collect::<Vec<_>>());
+    let likelihood = Likelihood::new(views.of(&kinds), Model::new(&kinds));
+    let peak = likelihood.mode()?;
+    likelihood.model.place(TermKind::RateRandomWalk).map(|at| peak.x[at].exp())
+}
+
+fn correlation(likelihood: &Likelihood, peak: &Peak) -> Vec<Vec<f64>> {
+    let Some(c) = likelihood.covariance(&peak.point) else { return Vec::new() };
+    let n = c.nrows();
+    (0..n).map(|i| (0..n).map(|j| c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt()).collect()).collect()
+}
+
+type Family = (Vec<(Deviation, Vec<crate::noise::AllanPoint>)>, Vec<crate::noise::AllanPoint>);
+
+/// The deviations of the log, the overlapping one on `grid`, the others at octaves; and the overlapping one of `raw`.
+fn family(log: &EvenLog, raw: Option<&EvenLog>, grid: &[usize]) -> Family {
+    let theta = allan::angles(&log.values);
+    let one = |deviation: Deviation| {
+        let octaves = allan::octaves(deviation.longest(log.values.len()));
+        let averaged = if deviation == Deviation::Overlapping { grid } else { &octaves };
+        (deviation, allan::of_angles(&log.values, &theta, log.step_s, averaged, deviation))
+    };
+    let all = Deviation::ALL.map(one).into_iter().collect();
+    let left_in = raw.map(|raw| allan::deviations(&raw.values, raw.step_s, grid, Deviation::Overlapping));
+    (all, left_in.unwrap_or_default())
+}
