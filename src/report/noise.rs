@@ -50,7 +50,8 @@ impl NoiseReport {
         let place = self.model.goodness.worst().map_or(String::new(), |b| {
             let more = if b.ratio > 1.0 { "more" } else { "less" };
             format!(
-                ": at {} to {} Hz there is {} times the power that they make, {more} than chance allows",
+                ": at {} to {} Hz there is {} times the power that they make, {more} than chance \
+                 allows; --max-frequency leaves out what a filter or a vibration shapes",
                 significant(b.from_hz, 2),
                 significant(b.to_hz, 2),
                 significant(b.ratio, 3)
@@ -109,7 +110,7 @@ impl NoiseReport {
     fn warm_up_text(&self, out: &mut String) {
         let w = &self.model.warm_up_influence;
         let Some(fit) = &self.model.warm_up else {
-            let why = if w.removed { "" } else { ": none was found, or it was to stay" };
+            let why = if w.removed { "" } else { ": none with a known time constant was found, or it was to stay" };
             let _ = writeln!(out, "\nwarm-up: not removed{why}");
             return;
         };

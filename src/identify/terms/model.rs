@@ -169,9 +169,9 @@ impl<'a> Likelihood<'a> {
             };
             // so that every term alone would make all the power, in the mean of the logarithm
             let (mut sum, mut bins) = (0.0, 0.0);
-            for b in 0..unit.len() {
+            for (b, u) in unit.iter().enumerate() {
                 if log.count[b] > 0.0 && log.power[b] > 0.0 {
-                    sum += (log.power[b] / log.count[b] / unit[b]).ln();
+                    sum += (log.power[b] / log.count[b] / u).ln();
                     bins += 1.0;
                 }
             }
@@ -182,9 +182,9 @@ impl<'a> Likelihood<'a> {
             let Some(point) = self.at(&x) else { break };
             for (at, unit) in &units {
                 let (mut top, mut bottom) = (0.0, 0.0);
-                for b in 0..unit.len() {
-                    top += unit[b] * point.left[b].max(0.0) / point.spectrum[b].powi(2);
-                    bottom += unit[b] * log.count[b] / point.spectrum[b];
+                for (b, u) in unit.iter().enumerate() {
+                    top += u * point.left[b].max(0.0) / point.spectrum[b].powi(2);
+                    bottom += u * log.count[b] / point.spectrum[b];
                 }
                 x[*at] += 0.5 * (top / bottom).max(1e-6).ln();
                 x[*at] = x[*at].clamp(self.bounds[*at][0], self.bounds[*at][1]);
