@@ -216,7 +216,7 @@ mod tests {
         // two values, one column: ln N(z; 0, S + p x xᵀ) by its determinant and inverse
         let (z, x, s, p) = ([0.3, -1.2], [1.0, 0.5], [0.7, 1.9], 4.0);
         let (a, b, c) = (s[0] + p * x[0] * x[0], p * x[0] * x[1], s[1] + p * x[1] * x[1]);
-        let det = a * c - b * b;
+        let det: f64 = a * c - b * b;
         let quadratic = (c * z[0] * z[0] - 2.0 * b * z[0] * z[1] + a * z[1] * z[1]) / det;
         let dense = -0.5 * (2.0 * TAU.ln() + det.ln() + quadratic);
         let gram = x[0] * x[0] / s[0] + x[1] * x[1] / s[1];

@@ -192,7 +192,7 @@ mod tests {
         let mut body: Vec<u8> = Vec::new();
         let mut put = |bytes: &[u8]| {
             if aligned {
-                while body.len() % bytes.len() != 0 {
+                while !body.len().is_multiple_of(bytes.len()) {
                     body.push(0);
                 }
             }
