@@ -225,9 +225,10 @@ fn gauss_markov(x: f64) -> f64 {
 
 /// The same of samples, h = Δt/T: [n (1-φ²) - 3φ + 4φⁿ⁺¹ - φ²ⁿ⁺¹]/[n²(1-φ)²].
 fn sampled_gauss_markov(n: f64, h: f64) -> f64 {
-    if n * h < 1e-2 {
-        // a random walk of increments 2h that is bent by its decay: relative error (nh)²
-        return 2.0 * h * (2.0 * n * n + 1.0) / (6.0 * n) * (1.0 - 0.75 * n * h);
+    if n * h < 1e-3 {
+        // a random walk of increments 2h that is bent by its decay, where the differences below cancel: relative error (nh)²
+        let walk = (2.0 * n * n + 1.0) / (3.0 * n);
+        return h * (walk - 0.5 * h * n * n);
     }
     let gap = -(-h).exp_m1();
     let phi = (-h).exp();

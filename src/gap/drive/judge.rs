@@ -3,11 +3,12 @@
 //! Order: lattice of the wheels, how speeds change where there are no torques, a start for what bends too much, the comparison of
 //! sets, single outliers, noise levels; then the same with the lost ticks of one wheel put back, if that looks worth it.
 
+use super::branch::{Branch, described};
 use super::bursts::{self, Bursts, Sought};
 use super::candidates::{Candidates, Kind, Prior, knowable};
 use super::column::Equation;
-use super::fit::{Compared, Theta, models};
-use super::pass::{Channel, Innovation, Models, Noise, Unforced, run};
+use super::fit::{Compared, Theta};
+use super::pass::{Models, Noise, Unforced, run};
 use super::record::Record;
 use crate::effects::Parameters;
 use crate::effects::drive::{DriveExplanation, Driving};
@@ -43,14 +44,6 @@ pub struct Judged {
 
 /// A wheel lattice finer than this share of the noise is how the file keeps its numbers.
 const FINE: f64 = 0.01;
-/// Innovations beyond this many standard deviations may be outliers.
-const OUTLYING: f64 = 6.0;
-/// Readings on either side that it is held against.
-const NEIGHBOURS: usize = 5;
-/// More of them than this share is no matter of single readings.
-const MANY: f64 = 0.02;
-/// ln odds that one reading is an outlier, and of its size.
-const LN_OUTLIER: f64 = -9.0;
 /// Evidence from which lost ticks are looked into, nats.
 const WORTH: f64 = 8.0;
 /// Accounts of lost ticks that are tried.
@@ -58,10 +51,6 @@ const TRIED: usize = 4;
 /// Nats by which one may fall short before free forms have been tried beside it, and before its model has settled.
 const SHORT: f64 = 50.0;
 const HOPELESS: f64 = 500.0;
-/// Comparisons of all sets at most.
-const WIDE: usize = 3;
-/// Sets that take part in the answer.
-const SETS: usize = 60;
 
 /// Judges `record` with `effects`.
 #[must_use]
@@ -206,322 +195,6 @@ fn unforced(record: &Record, noise: &Noise) -> Unforced {
     here
 }
 
-/// One way of reading the drive: as it is, or with lost ticks put back.
-struct Branch {
-    record: Record,
-    believed: Noise,
-    noise: Noise,
-    compared: Compared,
-    /// Readings of gyro, pose and wheels
-    put_aside: [usize; 3],
-    extra_weight: f64,
-    extra_parts: Vec<Part>,
-}
-
-impl Branch {
-    fn new(record: Record, noise: Noise, compared: Compared) -> Self {
-        Self { record, believed: noise, noise, compared, put_aside: [0; 3], extra_weight: 0.0, extra_parts: Vec::new() }
-    }
-
-    /// Puts outliers aside and takes noise levels from what is left; if there are any, settles again.
-    fn clean(&mut self, options: &Options) -> bool {
-        let changed = self.put_outliers_aside(options) | self.level(options);
-        if changed {
-            let (candidates, from) = (self.compared.plausible(), self.compared.next().0);
-            self.compared = Compared::narrow(&self.record, &self.noise, candidates, from, None);
-        }
-        changed
-    }
-
-    /// Compares all sets where the best one lies.
-    fn widen(&mut self, effects: &[&'static dyn Driving], options: &Options, near_s: Option<f64>) {
-        let candidates = Candidates::new(&self.record, effects, &options.prior, true, near_s);
-        let there = Compared::wide(&self.record, &self.noise, candidates.clone(), self.compared.next().0);
-        // a step so long that the filter diverges is not taken
-        let diverged = !there.sets[0].ln_weight.is_finite();
-        let here = || Compared::wide(&self.record, &self.noise, candidates, self.compared.theta.clone());
-        self.compared = if diverged { here() } else { there };
-    }
-
-    /// After all sets were compared: moves to the best one's coordinates and compares again, until that settles; then cleans,
-    /// and once more.
-    fn settle(&mut self, effects: &[&'static dyn Driving], options: &Options) {
-        self.converge(effects, options);
-        // noise is judged by what a settled model leaves
-        if self.clean(options) {
-            self.widen(effects, options, self.compared.step_s());
-            self.converge(effects, options);
-        }
-    }
-
-    fn converge(&mut self, effects: &[&'static dyn Driving], options: &Options) {
-        let mut near = None;
-        for _ in 1..WIDE {
-            let stepped = self.compared.step_s();
-            let (next, settled) = self.compared.next();
-            if settled && (stepped.is_none() || near.is_some()) {
-                return;
-            }
-            self.compared = Compared::narrow(&self.record, &self.noise, self.compared.plausible(), next, None);
-            near = stepped;
-            self.widen(effects, options, near);
-        }
-    }
-
-    fn models_at(record: &Record, candidates: &Candidates, theta: &Theta) -> Models {
-        models(record, &candidates.change_list(), theta, false)
-    }
-
-    fn ln_likelihood(&self, noise: &Noise) -> f64 {
-        let models = Self::models_at(&self.record, &self.compared.candidates, &self.compared.theta);
-        run(&self.record, &models, noise, &[], |_| {}).ln_likelihood()
-    }
-
-    fn top(&self) -> f64 {
-        self.compared.top() + self.extra_weight
-    }
-
-    /// Innovations whitened under the best set, coefficients included.
-    fn residuals(&self, mut each: impl FnMut(&Innovation, f64)) {
-        let c = &self.compared;
-        let members = &c.sets[0].members;
-        let inside: Vec<usize> = members.iter().map(|m| m.0).collect();
-        let few = c.candidates.only(|g| inside.contains(&g));
-        let coefficients = c.problem.coefficients(members);
-        // columns keep their order: nuisances first, then the members'
-        let mut wide: Vec<usize> = c.candidates.nuisance.iter().map(|n| n.0).collect();
-        wide.extend(
-            c.candidates
-                .groups
-                .iter()
-                .enumerate()
-                .filter(|(g, _)| inside.contains(g))
-                .flat_map(|(_, g)| g.columns.clone()),
-        );
-        let here: Vec<f64> = wide
-            .iter()
-            .zip(&few.columns)
-            .map(|(column, kind)| {
-                let total = coefficients.iter().find(|x| x.0 == *column).map_or(0.0, |x| x.1);
-                match *kind {
-                    super::column::Column::Coordinate(i, j) => total - c.theta[i][j],
-                    _ => total,
-                }
-            })
-            .collect();
-        let models = models(&self.record, &few.change_list(), &c.theta, true);
-        let _ = run(&self.record, &models, &self.noise, &few.columns, |i| {
-            let explained: f64 = i.slopes.iter().zip(&here).map(|(s, b)| s * b).sum();
-            each(i, i.white - explained);
-        });
-    }
-
-    /// Single readings far off are put aside; returns whether there were any.
-    fn put_outliers_aside(&mut self, options: &Options) -> bool {
-        let mut found: Vec<(Channel, usize, f64)> = Vec::new();
-        let mut counts = [0usize; 6];
-        self.residuals(|i, white| {
-            counts[i.channel as usize] += 1;
-            if white.abs() > OUTLYING {
-                found.push((i.channel, i.row, white));
-            }
-        });
-        let mut any = false;
-        for (place, (id, named, channels)) in [
-            ("gyro.outliers", true, &Channel::ALL[2..3]),
-            ("free.outliers.pose", false, &Channel::ALL[3..6]),
-            ("free.outliers.wheels", false, &Channel::ALL[0..2]),
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            let own = |f: &&(Channel, usize, f64)| channels.contains(&f.0) && self.stands_out(f.0, f.1);
-            let here: Vec<&(Channel, usize, f64)> = found.iter().filter(own).collect();
-            let all: usize = channels.iter().map(|c| counts[*c as usize]).sum();
-            let gain: f64 = here.iter().map(|f| 0.5 * f.2 * f.2 + LN_OUTLIER).sum();
-            let prior = if named { options.prior.ln_rest } else { options.prior.ln_free };
-            // neighbours that are off together are no single readings
-            let rows: std::collections::BTreeSet<usize> = here.iter().map(|f| f.1).collect();
-            let alone = rows.iter().filter(|r| !rows.contains(&(**r + 1))).count();
-            if here.is_empty()
-                || here.len() as f64 > MANY * all as f64
-                || 3 * alone < 2 * rows.len()
-                || gain + prior < 3.0
-            {
-                continue;
-            }
-            for (channel, row, _) in here {
-                let column = match channel {
-                    Channel::Gyro => self.record.gyro_rad_s.as_mut().map(|g| &mut g[*row]),
-                    Channel::WheelLeft => Some(&mut self.record.wheels_rad_s[0][*row]),
-                    Channel::WheelRight => Some(&mut self.record.wheels_rad_s[1][*row]),
-                    Channel::X | Channel::Y | Channel::Heading => {
-                        self.record.pose.as_mut().map(|p| &mut p[*channel as usize - 3][*row])
-                    }
-                };
-                if let Some(value) = column {
-                    *value = f64::NAN;
-                }
-            }
-            let again = self.put_aside[place] > 0;
-            self.put_aside[place] += rows.len();
-            let count = self.put_aside[place];
-            let share = count as f64 / all.max(1) as f64;
-            let mut part = described(id, named, gain, format!("{count} single readings are far off"));
-            if named {
-                part.parameters = Parameters::from([("probability_per_sample".into(), share)]);
-                part.std = Parameters::from([("probability_per_sample".into(), share / (count as f64).sqrt())]);
-            }
-            self.extra_weight += if again { gain } else { gain + prior };
-            self.add(part);
-            any = true;
-        }
-        any
-    }
-
-    /// Without torques a robot that starts to move looks like a reading far off, but then gyro and wheels agree: whether this
-    /// reading departs from what the others make of the yaw rate, more than they do around it.
-    fn stands_out(&self, channel: Channel, row: usize) -> bool {
-        let r = &self.record;
-        let (None, Some(gyro), true) = (&r.torques_n_m, &r.gyro_rad_s, channel <= Channel::Gyro) else { return true };
-        let robot = &r.belief.robot;
-        let apart = |k: usize| {
-            let [left, right] = [0, 1].map(|i| robot.radius_m[i] * r.wheels_rad_s[i][k]);
-            gyro[k] - 0.5 * (right - left) / robot.half_track_m
-        };
-        let around = row.saturating_sub(NEIGHBOURS)..(row + NEIGHBOURS + 1).min(r.len());
-        let mut near: Vec<f64> = around.filter(|k| *k != row).map(apart).filter(|v| v.is_finite()).collect();
-        near.sort_by(f64::total_cmp);
-        let Some(middle) = near.get(near.len() / 2).copied() else { return true };
-        let wheel = robot.radius_m[0] * self.noise.reading[0].sqrt() / robot.half_track_m;
-        let std = (self.noise.reading[2] + 0.5 * wheel * wheel).sqrt();
-        (apart(row) - middle).abs() > OUTLYING * std
-    }
-
-    /// Noise that is not as large as believed; returns whether there is any.
-    fn level(&mut self, options: &Options) -> bool {
-        let mut sums = [(0usize, 0.0); 6];
-        self.residuals(|i, white| {
-            let sum = &mut sums[i.channel as usize];
-            *sum = (sum.0 + 1, sum.1 + white * white);
-        });
-        let mut any = false;
-        for (name, channels) in
-            [("wheel_left", 0..1), ("wheel_right", 1..2), ("gyro", 2..3), ("position", 3..5), ("heading", 5..6)]
-        {
-            let (n, square) = channels.clone().fold((0, 0.0), |s, c| (s.0 + sums[c].0, s.1 + sums[c].1));
-            if n < 16 {
-                continue;
-            }
-            let ratio = square / n as f64;
-            let gain = 0.5 * n as f64 * (ratio - 1.0 - ratio.ln());
-            if gain - 0.5 * (n as f64).ln() + options.prior.ln_free < 3.0 {
-                continue;
-            }
-            if self.record.torques_n_m.is_none() && channels.start < 3 {
-                // how the robot accelerates is no more than a diffusion here, and the sensors' noise takes what that lacks
-                for c in channels {
-                    self.noise.reading[c] *= ratio;
-                }
-                any = true;
-                continue;
-            }
-            let id = format!("free.level.{name}");
-            let again = self.extra_parts.iter().any(|p| p.id == id);
-            let total = ratio * self.noise.reading[channels.start] / self.believed.reading[channels.start];
-            for c in channels {
-                self.noise.reading[c] *= ratio;
-            }
-            let text = format!("the noise of {name} is {:.2} times as large as believed", total.sqrt());
-            let share = 0.5 * n as f64 * (total - 1.0 - total.ln());
-            self.extra_parts.retain(|p| p.id != id);
-            self.extra_parts.push(described(&id, false, share, text));
-            if !again {
-                // the better noise is in the evidence itself; what it costs is said here
-                self.extra_weight += options.prior.ln_free - 0.5 * (n as f64).ln();
-            }
-            any = true;
-        }
-        any
-    }
-
-    /// One part an id.
-    fn add(&mut self, mut part: Part) {
-        if let Some(at) = self.extra_parts.iter().position(|p| p.id == part.id) {
-            part.share += self.extra_parts.swap_remove(at).share;
-        }
-        self.extra_parts.push(part);
-    }
-
-    fn sets(&self) -> Vec<WeightedSet> {
-        let c = &self.compared;
-        let part = |members: &[super::evidence::Member]| -> Vec<Part> {
-            let shares = c.problem.shares(members);
-            let coefficients = c.problem.coefficients(members);
-            members.iter().zip(shares).map(|(&(g, _), share)| self.part(g, share, &coefficients)).collect()
-        };
-        c.sets
-            .iter()
-            .take(SETS)
-            .map(|w| WeightedSet {
-                parts: part(&w.members).into_iter().chain(self.extra_parts.iter().cloned()).collect(),
-                ln_weight: w.ln_weight + self.extra_weight,
-                probability: 0.0,
-            })
-            .collect()
-    }
-
-    fn part(&self, group: usize, share: f64, coefficients: &super::evidence::Coefficients) -> Part {
-        let candidates = &self.compared.candidates;
-        let g = &candidates.groups[group];
-        let value = |column: usize| coefficients.iter().find(|c| c.0 == column).map_or((0.0, 0.0), |c| (c.1, c.2));
-        let mut part = Part::new(&g.id, g.named, share);
-        match candidates.kinds[group] {
-            Kind::Change(i) => {
-                let change = candidates.changes[i].1;
-                let theta: Vec<f64> = g.columns.iter().map(|c| value(*c).0).collect();
-                part.parameters = change.parameters(&theta);
-                // by the delta method, coordinates taken one by one
-                for (j, column) in g.columns.iter().enumerate() {
-                    let std = value(*column).1;
-                    let mut beside = theta.clone();
-                    beside[j] += 0.1 * std;
-                    for (name, moved) in change.parameters(&beside) {
-                        let slope = 10.0 * (moved - part.parameters.get(&name).copied().unwrap_or(0.0));
-                        let total: &mut f64 = part.std.entry(name).or_insert(0.0);
-                        *total = total.hypot(slope);
-                    }
-                }
-            }
-            Kind::Step(t) => {
-                let (step, std) = value(g.columns[0]);
-                part.parameters = Parameters::from([("step_rad_s".into(), step)]);
-                part.std = Parameters::from([("step_rad_s".into(), std)]);
-                let at = self.record.times_s[0] + t;
-                part.time_s = Some([at, at]);
-            }
-            Kind::Walk => {
-                // K from the sum of squares of its cosines: coefficient n is K √(2T)/(nπ)
-                let span = self.record.span_s();
-                let squares = g.columns.iter().enumerate().map(|(n, c)| {
-                    let (mean, std) = value(*c);
-                    let unit = std::f64::consts::SQRT_2 / ((n + 1) as f64 * std::f64::consts::PI);
-                    (mean * mean + std * std) / (unit * unit * span)
-                });
-                let k = (squares.sum::<f64>() / g.columns.len() as f64).sqrt();
-                let relative = (0.5 / g.columns.len() as f64).sqrt();
-                part.parameters = Parameters::from([("rate_random_walk_rad_s_sqrt_s".into(), k)]);
-                part.std = Parameters::from([("rate_random_walk_rad_s_sqrt_s".into(), k * relative)]);
-            }
-            Kind::Free(equation, follows) => {
-                part.description =
-                    format!("{}: something that follows {}", equation.words(), follows.id().replace('_', " "));
-            }
-        }
-        part
-    }
-}
-
 /// Where to begin: at zero, or where a change that bends much explains far more.
 fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> Theta {
     let zero = candidates.zero();
@@ -541,10 +214,6 @@ fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> Theta {
         }
     }
     best.1
-}
-
-fn described(id: &str, named: bool, share: f64, description: String) -> Part {
-    Part { description, ..Part::new(id, named, share) }
 }
 
 fn lattice_part(lsb: f64, share: f64, named: bool) -> Part {

@@ -1,5 +1,6 @@
 //! The gap of a drive: which equation, which effect, how far.
 
+mod branch;
 mod bursts;
 pub mod candidates;
 pub mod column;
