@@ -15,7 +15,7 @@ const WIDTH: f64 = 0.04;
 /// Bins of cosine coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bins {
-    /// Bin b holds the coefficients edges[b]..edges[b+1].
+    /// Bin b holds the coefficients `edges[b]..edges[b+1]`.
     pub edges: Vec<usize>,
     /// Angular frequency of each bin, rad/sample.
     pub omega: Vec<f64>,
