@@ -1,6 +1,8 @@
-//! F_i = -(M g/2) (c h(v_i/v₁) + q [h(v_i/v₂) - h(v_i/v₁)]), h = tanh: -c (M g/2) sgn(v_i), turned over sharply or softly
+//! F_i = -(M g/2) sgn(v_i) [c + q s(v_i) + a (|v_i| - 0.5 m/s) + d exp(-|v_i|/0.1 m/s)]
 //!
-//! In all: F = -c (M g/2) Σ_i sgn(v_i),  N = -c (M g/2) b (sgn v_r - sgn v_l)
+//! In all F = F_l + F_r, N = b (F_r - F_l) - t (M g/2) b (sgn v_r - sgn v_l). c is the resistance; the rest is how real tyres
+//! depart from a constant: sgn turns over within 2 mm/s or, for the share s(v) = tanh(|v|/20 mm/s) - tanh(|v|/2 mm/s), softly;
+//! resistance rises with speed, and is larger near standstill; and it holds against turning more or less than two wheels would.
 
 use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
 use crate::effects::parts::Checked;
@@ -11,7 +13,7 @@ use crate::model::drive::{DriveEffect, Moving, Robot};
 static ABOUT: About = About {
     id: "wheel.rolling_resistance",
     title: "rolling resistance",
-    equation: "F_i = -c (M g/2) sgn(v_i) at each wheel",
+    equation: "F_i = -(M g/2) sgn(v_i) [c + a (|v_i| - 0.5 m/s) + d exp(-|v_i|/0.1 m/s)] at each wheel",
     source: "Gillespie, Fundamentals of Vehicle Dynamics (1992), chapter 4",
     channel: "torque",
     deficient: "equations of motion: a constant force against rolling",
@@ -27,6 +29,27 @@ static ABOUT: About = About {
         Parameter {
             name: "soft_part",
             meaning: "q, how much of c turns over softly near standstill",
+            bounds: [-0.5, 0.5],
+            null: Some(0.0),
+            required: false,
+        },
+        Parameter {
+            name: "turning_part",
+            meaning: "t, how much more than c holds against turning",
+            bounds: [-0.5, 0.5],
+            null: Some(0.0),
+            required: false,
+        },
+        Parameter {
+            name: "rise_s_per_m",
+            meaning: "a, how it grows with speed, s/m",
+            bounds: [-0.1, 0.1],
+            null: Some(0.0),
+            required: false,
+        },
+        Parameter {
+            name: "standstill_part",
+            meaning: "d, what adds to it near standstill",
             bounds: [-0.5, 0.5],
             null: Some(0.0),
             required: false,
@@ -58,19 +81,22 @@ impl ModelChange for RollingResistance {
         &[
             Coordinate { scale: [2e-3, 0.05], bounds: [-0.1, 0.5] },
             Coordinate { scale: [2e-3, 0.05], bounds: [-0.5, 0.5] },
+            Coordinate { scale: [1e-3, 0.025], bounds: [-0.5, 0.5] },
+            Coordinate { scale: [2e-4, 5e-3], bounds: [-0.1, 0.1] },
+            Coordinate { scale: [6e-4, 0.015], bounds: [-0.5, 0.5] },
         ]
     }
 
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
-        Box::new(Work([theta[0], theta[1]]))
+        Box::new(Work(std::array::from_fn(|i| theta[i])))
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {
-        Parameters::from([("coefficient".into(), theta[0]), ("soft_part".into(), theta[1])])
+        NAMES.into_iter().map(String::from).zip(theta.iter().copied()).collect()
     }
 
     fn theta(&self, parameters: &Parameters) -> Vec<f64> {
-        ["coefficient", "soft_part"].map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
+        NAMES.map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
     }
 
     fn needs(&self) -> Needs {
@@ -78,10 +104,18 @@ impl ModelChange for RollingResistance {
     }
 }
 
-struct Work([f64; 2]);
+/// Parameters in the order of the coordinates.
+const NAMES: [&str; 5] = ["coefficient", "soft_part", "turning_part", "rise_s_per_m", "standstill_part"];
+
+struct Work([f64; 5]);
 
 /// Speeds within which the sign turns over, m/s: a hard contact and a soft one.
 const TURNS_M_S: [f64; 2] = [0.002, 0.02];
+
+/// Speed at which the rise changes nothing: c is what the robot feels where it mostly drives, m/s.
+const TYPICAL_M_S: f64 = 0.5;
+/// How far from standstill its part reaches, m/s.
+const REACH_M_S: f64 = 0.1;
 
 /// tanh x to 1e-16 absolutely, in a third of the time: the filter takes it at every step of every model.
 fn saturating(x: f64) -> f64 {
@@ -94,12 +128,15 @@ fn saturating(x: f64) -> f64 {
 
 impl DriveEffect for Work {
     fn force(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
-        let [hard, soft] = self.0;
+        let [hard, soft, turning, rise, standstill] = self.0;
+        // of each wheel over its load: what resists, and the sign it does it with
         let [l, r] = robot.ground_speeds_m_s(at.speed_m_s, at.yaw_rate_rad_s).map(|v| {
             let [sharp, slow] = TURNS_M_S.map(|turn| saturating(v / turn));
-            hard * sharp + soft * (slow - sharp)
+            let speed = v.abs();
+            let near = if standstill == 0.0 { 0.0 } else { standstill * (-speed / REACH_M_S).exp() };
+            [(hard + rise * (speed - TYPICAL_M_S) + near) * sharp + soft * (slow - sharp), sharp]
         });
         let load = robot.wheel_load_n();
-        [-load * (l + r), -load * robot.half_track_m * (r - l)]
+        [-load * (l[0] + r[0]), -load * robot.half_track_m * (r[0] - l[0] + turning * (r[1] - l[1]))]
     }
 }

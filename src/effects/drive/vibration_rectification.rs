@@ -1,4 +1,4 @@
-//! reading = ω + q v² + q₃ v² (|v| - 0.7 m/s)
+//! reading = ω + q v² + q₃ v² (|v| - 0.7 m/s) - p d(v²)/dt
 
 use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
 use crate::effects::parts::Checked;
@@ -8,13 +8,15 @@ use crate::model::drive::{DriveEffect, Moving};
 
 const COEFFICIENT: &str = "coefficient_rad_s_per_m2_s2";
 const BEND: &str = "bend_rad_s_per_m3_s3";
+const LATE: &str = "late_part_rad_per_m2_s2";
 /// Speed at which the bend changes nothing: q is what the robot sees where it mostly drives, m/s.
 const TYPICAL_M_S: f64 = 0.7;
 
 static ABOUT: About = About {
     id: "gyro.vibration_rectification",
     title: "vibration rectification",
-    equation: "reading = ω + q v² + q₃ v² (|v| - 0.7 m/s): vibration grows with speed, not quite as its square, and shifts the bias",
+    equation: "reading = ω + q v² + q₃ v² (|v| - 0.7 m/s) - p d(v²)/dt: vibration grows with speed, not quite as its square, \
+               and shifts the bias, a little late",
     source: "IEEE Std 1431-2004, vibration rectification error",
     channel: "gyro",
     deficient: "gyro measurement: its bias grows with speed squared",
@@ -30,6 +32,13 @@ static ABOUT: About = About {
         Parameter {
             name: BEND,
             meaning: "q₃, how growth departs from the square, rad/s per m³/s³",
+            bounds: [-1.0, 1.0],
+            null: Some(0.0),
+            required: false,
+        },
+        Parameter {
+            name: LATE,
+            meaning: "p, q times the time by which the bias is late, rad per m²/s²",
             bounds: [-1.0, 1.0],
             null: Some(0.0),
             required: false,
@@ -61,11 +70,12 @@ impl ModelChange for VibrationRectification {
         &[
             Coordinate { scale: [1e-4, 0.05], bounds: [-1.0, 1.0] },
             Coordinate { scale: [3e-5, 0.015], bounds: [-1.0, 1.0] },
+            Coordinate { scale: [3e-5, 0.015], bounds: [-1.0, 1.0] },
         ]
     }
 
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
-        Box::new(Work([theta[0], theta[1]]))
+        Box::new(Work([theta[0], theta[1], theta[2]]))
     }
 
     fn touches(&self) -> Touches {
@@ -73,11 +83,11 @@ impl ModelChange for VibrationRectification {
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {
-        Parameters::from([(COEFFICIENT.into(), theta[0]), (BEND.into(), theta[1])])
+        [COEFFICIENT, BEND, LATE].into_iter().map(String::from).zip(theta.iter().copied()).collect()
     }
 
     fn theta(&self, parameters: &Parameters) -> Vec<f64> {
-        [COEFFICIENT, BEND].map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
+        [COEFFICIENT, BEND, LATE].map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
     }
 
     fn needs(&self) -> Needs {
@@ -85,12 +95,13 @@ impl ModelChange for VibrationRectification {
     }
 }
 
-struct Work([f64; 2]);
+struct Work([f64; 3]);
 
 impl DriveEffect for Work {
     fn gyro_rad_s(&self, at: &Moving, rate_rad_s: f64) -> f64 {
-        let [square, bend] = self.0;
+        let [square, bend, late] = self.0;
         let speed = at.speed_m_s.abs();
-        rate_rad_s + speed * speed * (square + bend * (speed - TYPICAL_M_S))
+        let changes = 2.0 * at.speed_m_s * at.acceleration_m_s2;
+        rate_rad_s + speed * speed * (square + bend * (speed - TYPICAL_M_S)) - late * changes
     }
 }

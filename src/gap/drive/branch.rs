@@ -29,6 +29,8 @@ pub(super) struct Branch {
     pub(super) believed: Noise,
     pub(super) noise: Noise,
     pub(super) compared: Compared,
+    /// When the gyro's bias most likely jumps, if it does, s since the log began
+    onset_s: Option<f64>,
     /// Readings of gyro, pose and wheels
     pub(super) put_aside: [usize; 3],
     pub(super) extra_weight: f64,
@@ -36,8 +38,9 @@ pub(super) struct Branch {
 }
 
 impl Branch {
-    pub(super) fn new(record: Record, noise: Noise, compared: Compared) -> Self {
-        Self { record, believed: noise, noise, compared, put_aside: [0; 3], extra_weight: 0.0, extra_parts: Vec::new() }
+    pub(super) fn new(record: Record, noise: Noise, compared: Compared, onset_s: Option<f64>) -> Self {
+        let (put_aside, extra_weight, extra_parts) = ([0; 3], 0.0, Vec::new());
+        Self { record, believed: noise, noise, compared, onset_s, put_aside, extra_weight, extra_parts }
     }
 
     /// Puts outliers aside and takes noise levels from what is left; if there are any, settles again.
@@ -52,6 +55,7 @@ impl Branch {
 
     /// Compares all sets where the best one lies.
     pub(super) fn widen(&mut self, effects: &[&'static dyn Driving], options: &Options, near_s: Option<f64>) {
+        let near_s = near_s.or(self.onset_s);
         let candidates = Candidates::new(&self.record, effects, &options.prior, true, near_s);
         let there = Compared::wide(&self.record, &self.noise, candidates.clone(), self.compared.next().0);
         // a step so long that the filter diverges is not taken
@@ -102,7 +106,13 @@ impl Branch {
     pub(super) fn residuals(&self, mut each: impl FnMut(&Innovation, f64)) {
         let c = &self.compared;
         let members = &c.sets[0].members;
-        let inside: Vec<usize> = members.iter().map(|m| m.0).collect();
+        let groups = || members.iter().map(|m| m.0);
+        // what varies is computed from what it varies about
+        let constant = |g: usize| match c.candidates.kinds[g] {
+            Kind::Varying(i) => c.candidates.kinds.iter().position(|k| matches!(k, Kind::Change(j) if *j == i)),
+            _ => None,
+        };
+        let inside: Vec<usize> = groups().chain(groups().filter_map(constant)).collect();
         let few = c.candidates.only(|g| inside.contains(&g));
         let coefficients = c.problem.coefficients(members);
         // columns keep their order: nuisances first, then the members'
@@ -329,6 +339,10 @@ impl Branch {
                 let relative = (0.5 / g.columns.len() as f64).sqrt();
                 part.parameters = Parameters::from([("rate_random_walk_rad_s_sqrt_s".into(), k)]);
                 part.std = Parameters::from([("rate_random_walk_rad_s_sqrt_s".into(), k * relative)]);
+            }
+            Kind::Varying(i) => {
+                let title = candidates.changes[i].0.about().title;
+                part.description = format!("{title} that is not constant: it varies with time, speed or acceleration");
             }
             Kind::Free(equation, follows) => {
                 part.description =

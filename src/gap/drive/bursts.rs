@@ -8,7 +8,8 @@ use super::pass::{Channel, Models, Noise, run};
 use super::record::Record;
 
 /// Losses that are tried.
-const LOSSES: [f64; 12] = [0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1, 0.15, 0.22, 0.33, 0.5, 0.8];
+const LOSSES: [f64; 16] =
+    [4e-4, 7e-4, 1.2e-3, 2.2e-3, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1, 0.15, 0.22, 0.33, 0.5, 0.8];
 /// Mean lengths of a burst, s.
 const LENGTHS_S: [f64; 5] = [0.06, 0.2, 0.7, 2.5, 8.0];
 /// Shares of time in bursts.
@@ -37,7 +38,7 @@ pub struct Bursts {
     pub share: f64,
     /// ln evidence over no burst, every node of the grid equally probable.
     pub ln_evidence: f64,
-    /// ln probability of when the bursts lie, and what not knowing the loss of each costs.
+    /// ln of the evidence over the likelihood with these very bursts and losses: what it costs that nobody knows them.
     pub ln_path: f64,
 }
 
@@ -116,21 +117,11 @@ pub fn find(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> 
     let mut posterior = vec![0.0; errors.len()];
     forward(&odds(loss), rates, Some(&mut posterior));
     let mut lost = vec![0.0; record.len()];
-    let (mut all, mut path, mut before) = ([0.0; 2], 0.0, false);
+    let (mut all, mut likelihood) = ([0.0; 2], 0.0);
     let mut burst: Option<(usize, [f64; 2])> = None;
     let prior = (UNEVEN * loss).powi(-2);
     for k in 0..=posterior.len() {
         let inside = posterior.get(k).is_some_and(|p| *p > 0.5);
-        if k < posterior.len() {
-            let [enter, leave] = rates;
-            path += match (before, inside) {
-                (false, true) => enter.ln(),
-                (true, false) => leave.ln(),
-                (false, false) => (-enter).ln_1p(),
-                (true, true) => (-leave).ln_1p(),
-            };
-        }
-        before = inside;
         if inside {
             let (_, [against, square]) = burst.get_or_insert((k, [0.0; 2]));
             *against -= errors[k] * speeds[k] / variances[k];
@@ -138,7 +129,7 @@ pub fn find(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> 
         } else if let Some((from, [against, square])) = burst.take() {
             let own = ((against + prior * loss) / (square + prior)).clamp(0.0, 0.99);
             rows[from..k].iter().for_each(|r| lost[r.0] = own);
-            path -= 0.5 * ((square + prior) / prior).ln() + 0.5 * prior * (own - loss).powi(2);
+            likelihood += own * against - 0.5 * own * own * square;
             all = [all[0] + against, all[1] + square];
         }
     }
@@ -155,7 +146,7 @@ pub fn find(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> 
         share: count as f64 / rows.len() as f64,
         lost,
         ln_evidence,
-        ln_path: path,
+        ln_path: ln_evidence - likelihood,
     })
 }
 

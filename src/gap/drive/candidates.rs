@@ -1,6 +1,6 @@
 //! What may be missing from the model of a drive: effects of the library and free forms, as groups of columns.
 
-use super::column::{COSINES, Column, Equation, Follows, nuisances};
+use super::column::{COSINES, Column, Equation, Follows, nuisances, variations};
 use super::evidence::Group;
 use super::record::Record;
 use crate::effects::drive::{DriveExplanation, Driving, ModelChange, Needs};
@@ -17,9 +17,10 @@ pub struct Prior {
 }
 
 impl Default for Prior {
-    /// Half the mass on none of some twenty effects; a tenth on any of the free forms.
+    /// Half the mass on none of some twenty effects; a tenth on any of the free forms. What recordings at rest are known for is
+    /// seldom what a drive is about: a walk or a few outliers lie beside its effects.
     fn default() -> Self {
-        Self { ln_named: 0.05f64.ln(), ln_rest: 0.005f64.ln(), ln_free: 0.0008f64.ln() }
+        Self { ln_named: 0.05f64.ln(), ln_rest: 0.0005f64.ln(), ln_free: 0.0008f64.ln() }
     }
 }
 
@@ -37,6 +38,13 @@ const NODES: usize = 6;
 const FREE_SIZES: [f64; 5] = [3.0, 10.0, 30.0, 100.0, 300.0];
 /// Times at which the gyro's bias may jump.
 const STEPS: usize = 48;
+/// How much closer each next time is to where the last look found a jump.
+const CLOSER: f64 = 2.5;
+/// Times within which a bias that jumped may settle, s.
+const SETTLING_S: [f64; 3] = [0.4, 1.6, 6.4];
+
+/// How the id of a coordinate that varies begins; the id of its effect follows.
+pub const VARYING: &str = "free.varying.";
 
 /// What a group is.
 #[derive(Clone, Copy)]
@@ -47,6 +55,8 @@ pub enum Kind {
     Step(f64),
     /// The bias walks.
     Walk,
+    /// The first coordinate of the change in this place is not constant.
+    Varying(usize),
     /// A function of a covariate in an equation.
     Free(Equation, Follows),
 }
@@ -120,6 +130,7 @@ impl Candidates {
         }
         if free {
             all.free(record, prior);
+            all.varying(record, prior);
         }
         all
     }
@@ -128,9 +139,16 @@ impl Candidates {
         let first = self.columns.len();
         let places = (first..first + columns.len()).collect();
         self.columns.extend(columns);
-        let positive = ["wheel.rolling_resistance", "wheel.slip", "sensor.gyro_delay"].contains(&id);
+        let positive = match id {
+            "wheel.rolling_resistance" | "wheel.slip" | "sensor.gyro_delay" => 1,
+            // mass and yaw inertia
+            "vehicle.payload" => 2,
+            _ => 0,
+        };
+        let lawless = !named || matches!(kind, Kind::Walk);
         self.kinds.push(kind);
-        self.groups.push(Group { id: id.to_owned(), named, columns: places, nodes, ln_prior, positive });
+        let id = id.to_owned();
+        self.groups.push(Group { id, named, columns: places, nodes, ln_prior, lawless, positive, varies: None });
     }
 
     fn change(&mut self, effect: &'static dyn Driving, change: &'static dyn ModelChange, prior: &Prior) {
@@ -152,22 +170,37 @@ impl Candidates {
         );
     }
 
+    /// Steps at times spread over the drive, and closer and closer around `near_s`, down to one row: a step of many standard
+    /// deviations is worth knowing to the row, and there it may also take a while to settle. Each stands for the times that
+    /// are nearest to it, all equally probable.
     fn steps(&mut self, record: &Record, id: &str, prior: &Prior, near_s: Option<f64>) {
         let span = record.span_s();
-        let mut times: Vec<f64> = (1..STEPS).map(|i| span * i as f64 / STEPS as f64).collect();
+        let inside = |t: f64| t > record.step_s && t < span - record.step_s;
+        let mut times: Vec<(f64, bool)> = (1..STEPS).map(|i| (span * i as f64 / STEPS as f64, false)).collect();
         if let Some(near) = near_s {
-            // finer where the last look found it
-            let width = span / STEPS as f64;
-            let fine = 24;
-            times.retain(|t| (t - near).abs() > width);
-            times.extend((0..=fine).map(|i| near + width * (2.0 * i as f64 / f64::from(fine) - 1.0)));
-            times.retain(|t| *t > 0.01 * span && *t < 0.99 * span);
+            times.push((near, true));
+            let mut away = record.step_s.max(1e-9 * span);
+            while away < span / STEPS as f64 {
+                times.extend([(near - away, true), (near + away, true)]);
+                away *= CLOSER;
+            }
         }
+        times.retain(|t| inside(t.0));
+        times.sort_by(|a, b| a.0.total_cmp(&b.0));
         let sigma = record.belief.gyro_std_rad_s;
-        let nodes: Vec<Vec<f64>> = [0.03, 0.1, 0.3, 1.0, 3.0].iter().map(|s| vec![s * sigma]).collect();
-        let ln_prior = prior.ln_named - (times.len() as f64).ln();
-        for t in times {
-            self.push(Kind::Step(t), id, true, vec![Column::GyroStep(t)], nodes.clone(), ln_prior);
+        let nodes = |columns: usize| [0.03, 0.1, 0.3, 1.0, 3.0].iter().map(|s| vec![s * sigma; columns]).collect();
+        for (i, &(t, near)) in times.iter().enumerate() {
+            let from = if i == 0 { 0.0 } else { 0.5 * (times[i - 1].0 + t) };
+            let to = times.get(i + 1).map_or(span, |next| 0.5 * (t + next.0));
+            let sharp = if near { 0.5f64.ln() } else { 0.0 };
+            let ln_prior = prior.ln_named + ((to - from) / span).max(f64::MIN_POSITIVE).ln() + sharp;
+            self.push(Kind::Step(t), id, true, vec![Column::GyroStep(t)], nodes(1), ln_prior);
+            if near {
+                let mut columns = vec![Column::GyroStep(t)];
+                columns.extend(SETTLING_S.map(|s| Column::GyroSettling(t, s)));
+                let nodes = nodes(columns.len());
+                self.push(Kind::Step(t), id, true, columns, nodes, ln_prior);
+            }
         }
     }
 
@@ -220,6 +253,22 @@ impl Candidates {
         }
     }
 
+    /// What a change would be if its first coordinate were no constant: a load that falls off, a gain that sags, a radius
+    /// that grows. Constancy is what sets an effect of the library apart from what only resembles it (Nyblom 1989).
+    fn varying(&mut self, record: &Record, prior: &Prior) {
+        for g in 0..self.groups.len() {
+            let Kind::Change(i) = self.kinds[g] else { continue };
+            let of = self.groups[g].columns[0];
+            let steady = if record.torques_n_m.is_some() { 4 } else { 3 };
+            let columns = variations()[..steady].iter().map(|f| Column::Varying(i, 0, *f)).collect();
+            let id = format!("{VARYING}{}", self.groups[g].id);
+            self.push(Kind::Varying(i), &id, false, columns, Vec::new(), prior.ln_free);
+            if let Some(group) = self.groups.last_mut() {
+                group.varies = Some(of);
+            }
+        }
+    }
+
     /// Only the groups for which `keep` holds, with their columns and the nuisances.
     #[must_use]
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
@@ -239,6 +288,10 @@ impl Candidates {
             out.columns.extend(group.columns.iter().map(|c| self.columns[*c]));
             out.kinds.push(self.kinds[g]);
             out.groups.push(Group { columns: (first..out.columns.len()).collect(), ..group.clone() });
+        }
+        for group in &mut out.groups {
+            let Some(Column::Varying(i, j, _)) = group.columns.first().map(|c| out.columns[*c]) else { continue };
+            group.varies = out.columns.iter().position(|c| *c == Column::Coordinate(i, j));
         }
         out
     }

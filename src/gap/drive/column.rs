@@ -148,6 +148,13 @@ impl Follows {
     }
 }
 
+/// What a coefficient may vary with: two cosines of time, speed, acceleration.
+#[must_use]
+pub fn variations() -> [usize; 4] {
+    let time = Follows::Time.first();
+    [time + 1, time + 2, Follows::Speed.first() + 1, Follows::Acceleration.first() + 1]
+}
+
 /// Number of functions in the table.
 pub const FUNCTIONS: usize = 5 + 5 + 3 + 3 + 3 + 4 + 4 + 4 + 4 + TIMES;
 
@@ -284,6 +291,8 @@ pub fn nuisances(record: &Record) -> Vec<(Column, f64)> {
 pub enum Column {
     /// Coordinate `.1` of the model change in place `.0`
     Coordinate(usize, usize),
+    /// The same coordinate, times function `.2` of the table: it is not constant
+    Varying(usize, usize, usize),
     /// Function `.1` of the table added to an equation
     Free(Equation, usize),
     /// C2 of this run
@@ -296,4 +305,6 @@ pub enum Column {
     GyroCosine(usize),
     /// The gyro's bias, from this time on, s since the log began
     GyroStep(f64),
+    /// What it still lacks of its new value, from that time on, settling with this time constant, s
+    GyroSettling(f64, f64),
 }

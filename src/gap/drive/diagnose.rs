@@ -1,5 +1,6 @@
 //! The whole diagnosis of a drive: which equation, which effect, how far.
 
+use super::candidates::VARYING;
 use super::far::{self, DriveFar};
 use super::judge::{Judged, Options as JudgeOptions, equation_of, judge, unknowable};
 use super::pinpoint::pinpoint;
@@ -127,6 +128,19 @@ fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
         Main::Unknown => {
             let set = findings.sets.iter().find(|s| s.main().is_some_and(|m| !m.named))?;
             let part = set.main()?;
+            let description = Some(part.description.clone());
+            if let Some(about) =
+                part.id.strip_prefix(VARYING).and_then(|id| library.driving_by_id(id)).map(Driving::about)
+            {
+                let (channel, equation) = (about.channel.into(), about.deficient.into());
+                return Some(Place {
+                    channel,
+                    equation,
+                    condition: about.condition.map(Into::into),
+                    description,
+                    ..Place::default()
+                });
+            }
             let equation = equation_of(&part.id);
             let follows = part.id.rsplit('.').next().unwrap_or_default();
             let condition = match follows {
@@ -140,7 +154,7 @@ fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
                 time_s: part.time_s,
                 frequency_hz: part.frequency_hz,
                 condition: condition.map(Into::into),
-                description: Some(part.description.clone()),
+                description,
             })
         }
     }

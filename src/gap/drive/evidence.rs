@@ -19,8 +19,12 @@ pub struct Group {
     pub nodes: Vec<Vec<f64>>,
     /// ln of its prior odds.
     pub ln_prior: f64,
-    /// Whether its first coefficient cannot be negative.
-    pub positive: bool,
+    /// Whether it can be anything: a process, or a free form. What it closes is counted after what has a law.
+    pub lawless: bool,
+    /// How many of its first coefficients cannot be negative.
+    pub positive: usize,
+    /// The column that its own are multiples of, row by row: what varies here is that column's coefficient.
+    pub varies: Option<usize>,
 }
 
 /// Normal equations of one linearisation, in total coefficients.
@@ -61,6 +65,8 @@ struct Conditioned {
 const FAR: f64 = 4.0;
 /// What it costs to be twice as far, nats.
 const IMPLAUSIBLE: f64 = 1e4;
+/// Share of an effect's energy that may vary until it is as likely something else.
+const CONSTANT: f64 = 0.1;
 /// What counts as nothing.
 const TINY: f64 = 1e-12;
 
@@ -123,13 +129,13 @@ impl Problem {
         let Some(inside) = self.condition(members) else { return f64::NEG_INFINITY };
         let priors: f64 =
             members.iter().map(|&(g, _)| self.groups[g].ln_prior - (self.groups[g].nodes.len() as f64).ln()).sum();
-        let half = members.iter().any(|&(g, _)| self.groups[g].positive);
+        let half = members.iter().any(|&(g, _)| self.groups[g].positive > 0);
         let possible = if half {
             let coefficients = self.coefficients_in(members, &inside);
             let of =
                 |c: usize| coefficients.iter().find(|x| x.0 == c).map_or(0.0, |x| ln_possible(x.1 / x.2.max(TINY)));
-            let positive = members.iter().filter(|&&(g, _)| self.groups[g].positive);
-            positive.map(|&(g, _)| of(self.groups[g].columns[0])).sum()
+            let positive = |g: usize| self.groups[g].columns[..self.groups[g].positive].iter();
+            members.iter().flat_map(|&(g, _)| positive(g)).map(|c| of(*c)).sum()
         } else {
             0.0
         };
@@ -203,17 +209,66 @@ impl Problem {
         (0..n).map(|i| (inside.columns[i], inside.mean[i], stds[i] * inverse[(i, i)].max(0.0).sqrt())).collect()
     }
 
-    /// What each member closes, nats of evidence: mean of what it closes first, alone, and last, beside all others, with the
-    /// coefficients of what is there fitted anew each time. Two of the orders that Shapley's value is the mean of.
+    /// What each member closes, nats of evidence, with the coefficients of what is there fitted anew each time.
+    ///
+    /// What has a law comes first, then processes, then free forms, each beyond those before it: what can be anything can also
+    /// be what a law says, and what a law says needs no more. Within a rank it is the mean of what a member closes first,
+    /// alone, and last, beside all others of the rank; two of the orders that Shapley's value is the mean of.
     #[must_use]
     pub fn shares(&self, members: &[Member]) -> Vec<f64> {
-        let (none, all) = (self.ln_evidence(&[]), self.ln_evidence(members));
-        let share = |member: &Member| {
-            let others: Vec<Member> = members.iter().copied().filter(|m| m != member).collect();
-            let (first, last) = (self.ln_evidence(&[*member]) - none, all - self.ln_evidence(&others));
-            0.5 * (first + last)
+        let rank = |m: &Member| {
+            let group = &self.groups[m.0];
+            usize::from(!group.named) + usize::from(group.lawless)
         };
-        members.iter().map(share).collect()
+        let mut shares = vec![0.0; members.len()];
+        let mut before: Vec<Member> = Vec::new();
+        for level in 0..=2 {
+            let here: Vec<usize> = (0..members.len()).filter(|i| rank(&members[*i]) == level).collect();
+            let with = |keep: &dyn Fn(usize) -> bool| -> f64 {
+                let own = here.iter().filter(|i| keep(**i)).map(|i| members[*i]);
+                let mut set: Vec<Member> = before.iter().copied().chain(own).collect();
+                set.sort_unstable();
+                self.ln_evidence(&set)
+            };
+            let (none, all) = (with(&|_| false), with(&|_| true));
+            for &i in &here {
+                shares[i] = 0.5 * (with(&|j| j == i) - none + all - with(&|j| j != i));
+            }
+            before.extend(here.iter().map(|i| members[*i]));
+        }
+        for (from, to, moves) in self.inconstant(members) {
+            let moved = moves * shares[from].max(0.0);
+            shares[from] -= moved;
+            shares[to] += moved;
+        }
+        shares
+    }
+
+    /// Effects of the set whose coefficient is not constant, where in the set what it varies by stands, and how much of what
+    /// they close is that other thing's: it only looked like the effect. With the energies E of the constant part and V of
+    /// the rest of the whitened innovations' change, V/(V + E/10): who lacks a tenth is half refuted.
+    fn inconstant(&self, members: &[Member]) -> Vec<(usize, usize, f64)> {
+        let varying: Vec<usize> = (0..members.len()).filter(|i| self.groups[members[*i].0].varies.is_some()).collect();
+        if varying.is_empty() {
+            return Vec::new();
+        }
+        let coefficients = self.coefficients(members);
+        let energy = |g: usize| -> f64 {
+            let columns = &self.groups[g].columns;
+            let of = |c: usize| coefficients.iter().find(|x| x.0 == c).map_or(0.0, |x| x.1);
+            columns
+                .iter()
+                .flat_map(|a| columns.iter().map(move |b| (*a, *b)))
+                .map(|(a, b)| of(a) * self.gram[(a, b)] * of(b))
+                .sum()
+        };
+        let pair = |to: usize| {
+            let constant = self.groups[members[to].0].varies?;
+            let from = members.iter().position(|m| self.groups[m.0].columns.first() == Some(&constant))?;
+            let (rest, whole) = (energy(members[to].0), energy(members[from].0));
+            Some((from, to, rest / (rest + CONSTANT * whole).max(TINY)))
+        };
+        varying.into_iter().filter_map(pair).collect()
     }
 }
 
@@ -241,7 +296,7 @@ fn best_node(group: &Group, gram: &[f64], moment: &[f64]) -> Option<(usize, f64)
             solved[i] = sum / factor[i * k + i];
             gain += 0.5 * solved[i] * solved[i] - factor[i * k + i].ln();
         }
-        if group.positive {
+        if group.positive > 0 {
             // half of the prior is impossible: what the other half holds of the posterior
             let scaled = stds[0] * stds[0] * gram[0];
             gain += ln_possible(stds[0] * moment[0] / (1.0 + scaled).sqrt());

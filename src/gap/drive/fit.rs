@@ -4,7 +4,7 @@
 //! choose the set; narrow ones, with the named effects and what is in the set, to settle its coordinates.
 
 use super::candidates::{Candidates, Kind};
-use super::column::Column;
+use super::column::{Column, Equation, Follows};
 use super::evidence::{Coefficients, Member, Problem, Weighed};
 use super::pass::{Models, Noise, run};
 use super::record::Record;
@@ -174,10 +174,23 @@ impl Compared {
         self.candidates.theta_of(members, &self.problem.coefficients(members), &self.theta)
     }
 
-    /// When the bias steps in the best set, s since the log began.
+    /// When the bias steps in the best set, s since the log began; where a walk or a function of time stands there in its
+    /// place, when it would most likely step.
     #[must_use]
     pub fn step_s(&self) -> Option<f64> {
-        self.candidates.step_of(&self.sets[0].members)
+        let candidates = &self.candidates;
+        let members = &self.sets[0].members;
+        let slow = |m: &Member| matches!(candidates.kinds[m.0], Kind::Walk | Kind::Free(Equation::Gyro, Follows::Time));
+        if let (None, true) = (candidates.step_of(members), members.iter().any(slow)) {
+            let rest: Vec<Member> = members.iter().copied().filter(|m| !slow(m)).collect();
+            let steps = self
+                .problem
+                .additions(&rest)
+                .into_iter()
+                .filter(|(m, _)| matches!(candidates.kinds[m.0], Kind::Step(_)));
+            return steps.max_by(|a, b| a.1.total_cmp(&b.1)).and_then(|(m, _)| candidates.step_of(&[m]));
+        }
+        candidates.step_of(members)
     }
 
     /// The named effects, and what is in the best set.

@@ -7,7 +7,9 @@ use super::branch::{Branch, described};
 use super::bursts::{self, Bursts, Sought};
 use super::candidates::{Candidates, Kind, Prior, knowable};
 use super::column::Equation;
+use super::evidence::Member;
 use super::fit::{Compared, Theta};
+use super::onset;
 use super::pass::{Models, Noise, Unforced, run};
 use super::record::Record;
 use crate::effects::Parameters;
@@ -46,6 +48,10 @@ pub struct Judged {
 const FINE: f64 = 0.01;
 /// Evidence from which lost ticks are looked into, nats.
 const WORTH: f64 = 8.0;
+/// A gap so large that the slopes at zero need not say what causes it, nats.
+const LARGE: f64 = 300.0;
+/// Effects that are then fitted alone.
+const ALONE: usize = 6;
 /// Accounts of lost ticks that are tried.
 const TRIED: usize = 4;
 /// Nats by which one may fall short before free forms have been tried beside it, and before its model has settled.
@@ -65,10 +71,11 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         noise.unforced = unforced(record, &noise);
     }
     let nominal_noise = Noise { unforced: noise.unforced, ..Noise::believed(record, None) };
-    let all = Candidates::new(record, effects, &options.prior, true, None);
+    let onset_s = onset::of(record);
+    let all = Candidates::new(record, effects, &options.prior, true, onset_s);
     let begin = start(record, &noise, &all);
     let compared = first(record, &noise, all, &begin);
-    let mut branch = Branch::new(record.clone(), noise, compared);
+    let mut branch = Branch::new(record.clone(), noise, compared, onset_s);
     branch.settle(effects, options);
     // what the lattice closes: the same model with the nominal noise of the wheels beside it
     let lattice = lsb.map(|lsb| {
@@ -115,6 +122,12 @@ fn restored(
         }
     }
     all.sort_by(|a, b| b.0.ln_evidence.total_cmp(&a.0.ln_evidence));
+    for (b, _) in &all {
+        eprintln!(
+            "BURST side {} loss {:.5} len {} share {:.3} ev {:.1} path {:.1}",
+            b.side, b.loss, b.length_s, b.share, b.ln_evidence, b.ln_path
+        );
+    }
     all.truncate(TRIED);
     let fresh = Noise { unforced: as_is.noise.unforced, ..*noise };
     let plausible = as_is.compared.plausible();
@@ -124,8 +137,10 @@ fn restored(
         let own = bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
         let hopeless = top - own - HOPELESS;
         let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
-        let mut other = Branch::new(restored, fresh, compared);
+        let onset_s = onset::of(&restored);
+        let mut other = Branch::new(restored, fresh, compared, onset_s);
         other.extra_weight += own;
+        eprintln!("  settled top {:.1} vs as is {top:.1} own {own:.1}", other.top());
         if other.top() > top - HOPELESS {
             other.clean(options);
         }
@@ -156,13 +171,37 @@ fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
 /// bend leaves: the effect has to be compared at its own coordinates.
 fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Compared {
     let compared = Compared::wide(record, noise, all.clone(), begin.clone());
-    if compared.sets[0].members.iter().all(|m| all.groups[m.0].named) {
+    let gap = compared.top() - compared.problem.ln_weight(&[]);
+    let only_named = compared.sets[0].members.iter().all(|m| all.groups[m.0].named);
+    if only_named && gap < LARGE {
         return compared;
     }
-    let named = all.only(|g| all.groups[g].named && !matches!(all.kinds[g], Kind::Step(_)));
-    let (theta, _) = Compared::narrow(record, noise, named, begin.clone(), None).next();
+    let mut starts = vec![begin.clone()];
+    if gap >= LARGE {
+        starts.extend(alone(record, noise, &compared));
+    }
+    let named = all.only(|g| all.groups[g].named);
+    let settled = |from: Theta| Compared::narrow(record, noise, named.clone(), from, None);
+    let best = starts.into_iter().map(settled).max_by(|a, b| a.top().total_cmp(&b.top()));
+    let Some(theta) = best.map(|b| b.next().0) else { return compared };
     let there = Compared::wide(record, noise, all, theta);
     if there.top() > compared.top() { there } else { compared }
+}
+
+/// Where the effect that explains most alone settles alone: in a large gap the slopes at zero mislead, and whatever they make
+/// of an effect is then explained by others.
+fn alone(record: &Record, noise: &Noise, compared: &Compared) -> Option<Theta> {
+    let all = &compared.candidates;
+    let changes = |m: &Member| matches!(all.kinds[m.0], Kind::Change(_));
+    let mut worth: Vec<(Member, f64)> =
+        compared.problem.additions(&[]).into_iter().filter(|(m, _)| changes(m)).collect();
+    worth.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let fits = worth.into_iter().take(ALONE).map(|((group, _), _)| {
+        let one = all.only(|g| g == group);
+        Compared::narrow(record, noise, one, all.zero(), None)
+    });
+    let best = fits.max_by(|a, b| a.top().total_cmp(&b.top()))?;
+    Some(best.next().0)
 }
 
 /// How speeds change, where no torque says how they move: the most likely.

@@ -11,6 +11,7 @@ mod filter;
 pub mod fit;
 pub mod judge;
 pub mod model;
+pub mod onset;
 pub mod own;
 pub mod pass;
 mod pinpoint;

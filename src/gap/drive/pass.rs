@@ -140,7 +140,7 @@ pub fn run(
     let mut before = ([0.0; 2], [0.0; 2]);
     let mut cosines = [0.0; COSINES];
     let mut slopes = Slopes::default();
-    let free = columns.iter().any(|c| matches!(c, Column::Free(..)));
+    let free = columns.iter().any(|c| matches!(c, Column::Free(..) | Column::Varying(..)));
     let span = record.span_s().max(1e-9);
     for k in 0..record.len() {
         let t_s = record.times_s[k];

@@ -15,6 +15,10 @@ pub struct Tangents<'a> {
     /// ∂(expected reading)/∂β at a fixed state, by channel
     direct: [Vec<f64>; 6],
     moved: Vec<f64>,
+    /// For a coordinate that varies, the column of the coordinate
+    varies: Vec<usize>,
+    /// What each coordinate adds to dv/dt, dω/dt and the sideways speed
+    adds: Vec<[f64; 3]>,
 }
 
 /// What the readings of a row are expected to be under the model at β, and what their derivatives follow.
@@ -46,15 +50,22 @@ pub struct Going<'a> {
 }
 
 impl<'a> Tangents<'a> {
-    /// All zero.
+    /// All zero. A coordinate that varies comes after the column of the coordinate itself.
     pub fn new(columns: &'a [Column], models: &'a Models) -> Self {
         let zero = || vec![0.0; columns.len()];
+        let constant = |i, j| columns.iter().position(|c| *c == Column::Coordinate(i, j));
+        let of = |(c, column): (usize, &Column)| match *column {
+            Column::Varying(i, j, _) => constant(i, j).unwrap_or(c),
+            _ => c,
+        };
         Self {
             columns,
             models,
             state: std::array::from_fn(|_| zero()),
             direct: std::array::from_fn(|_| zero()),
             moved: zero(),
+            varies: columns.iter().enumerate().map(of).collect(),
+            adds: vec![[0.0; 3]; columns.len()],
         }
     }
 
@@ -74,6 +85,12 @@ impl<'a> Tangents<'a> {
                         d[2][c] = (beside.gyro_rad_s(row.at) - row.here[2]) / width;
                     }
                 }
+                Column::Varying(_, _, f) => {
+                    let (of, value) = (self.varies[c], row.functions[f]);
+                    for channel in &mut d[..3] {
+                        channel[c] = value * channel[of];
+                    }
+                }
                 Column::Free(equation, f) => {
                     let value = row.functions[f];
                     match equation {
@@ -91,6 +108,10 @@ impl<'a> Tangents<'a> {
                 Column::WarmUpTime => d[2][c] = row.warm_up[1],
                 Column::GyroCosine(n) => d[2][c] = row.cosines[n],
                 Column::GyroStep(from_s) => d[2][c] = f64::from(u8::from(row.at.t_s >= from_s)),
+                Column::GyroSettling(from_s, within_s) => {
+                    let since_s = row.at.t_s - from_s;
+                    d[2][c] = if since_s >= 0.0 { -(-since_s / within_s).exp() } else { 0.0 };
+                }
             }
         }
     }
@@ -134,12 +155,14 @@ impl<'a> Tangents<'a> {
                     }
                     let mut moved = *at;
                     beside.accelerate(&mut moved, going.torques);
-                    [
+                    self.adds[c] = [
                         (moved.acceleration_m_s2 - at.acceleration_m_s2) / width,
                         (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / width,
                         (beside.sideways_m_s(at) - going.sideways) / width,
-                    ]
+                    ];
+                    self.adds[c]
                 }
+                Column::Varying(_, _, f) => self.adds[self.varies[c]].map(|a| a * going.functions[f]),
                 Column::Free(Equation::Force, i) => [going.functions[i], 0.0, 0.0],
                 Column::Free(Equation::Moment, i) => [0.0, going.functions[i], 0.0],
                 Column::Free(Equation::Sideways, i) => [0.0, 0.0, going.functions[i]],
