@@ -51,6 +51,10 @@ impl ModelChange for ComOffset {
         Box::new(Work(theta[0]))
     }
 
+    fn is_rigid(&self) -> bool {
+        true
+    }
+
     fn parameters(&self, theta: &[f64]) -> Parameters {
         Parameters::from([("offset_m".into(), theta[0])])
     }

@@ -55,6 +55,10 @@ impl ModelChange for GyroDelay {
         Touches::GYRO
     }
 
+    fn is_rigid(&self) -> bool {
+        true
+    }
+
     fn parameters(&self, theta: &[f64]) -> Parameters {
         Parameters::from([("delay_s".into(), theta[0])])
     }

@@ -111,6 +111,11 @@ pub trait ModelChange: Sync + Send {
         Vec::new()
     }
 
+    /// Whether its coordinates are constants of the robot, and no law that may bend.
+    fn is_rigid(&self) -> bool {
+        false
+    }
+
     /// What a log must hold for θ to be knowable at all.
     fn needs(&self) -> Needs {
         Needs::default()

@@ -57,6 +57,10 @@ impl ModelChange for Payload {
         Box::new(Work([theta[0], theta[1]]))
     }
 
+    fn is_rigid(&self) -> bool {
+        true
+    }
+
     fn parameters(&self, theta: &[f64]) -> Parameters {
         Parameters::from([("mass_relative".into(), theta[0]), ("inertia_relative".into(), theta[1])])
     }

@@ -51,6 +51,10 @@ impl ModelChange for RadiusMismatch {
         Box::new(Work(theta[0]))
     }
 
+    fn is_rigid(&self) -> bool {
+        true
+    }
+
     fn parameters(&self, theta: &[f64]) -> Parameters {
         Parameters::from([("right_over_left_minus_one".into(), theta[0])])
     }

@@ -49,6 +49,10 @@ impl ModelChange for ScaleFactor {
         Touches::GYRO
     }
 
+    fn is_rigid(&self) -> bool {
+        true
+    }
+
     fn parameters(&self, theta: &[f64]) -> Parameters {
         Parameters::from([("relative".into(), theta[0])])
     }

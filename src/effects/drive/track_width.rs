@@ -45,6 +45,10 @@ impl ModelChange for TrackWidth {
         Box::new(Work(theta[0]))
     }
 
+    fn is_rigid(&self) -> bool {
+        true
+    }
+
     fn parameters(&self, theta: &[f64]) -> Parameters {
         Parameters::from([("relative".into(), theta[0])])
     }

@@ -3,12 +3,13 @@
 
 use super::candidates::{Candidates, Kind};
 use super::fit::{Compared, Theta, models};
-use super::judge::Options;
+use super::judge::{LARGE, Options};
 use super::pass::{Channel, Innovation, Models, Noise, run};
 use super::record::Record;
 use crate::effects::Parameters;
 use crate::effects::drive::Driving;
 use crate::gap::findings::{Part, WeightedSet};
+use std::collections::BTreeSet;
 
 /// Innovations beyond this many standard deviations may be outliers.
 const OUTLYING: f64 = 6.0;
@@ -20,6 +21,8 @@ const MANY: f64 = 0.02;
 const LN_OUTLIER: f64 = -9.0;
 /// Comparisons of all sets at most.
 const WIDE: usize = 3;
+/// Free forms that are looked at again in a large gap.
+const PROMISING: usize = 20;
 /// Sets that take part in the answer.
 const SETS: usize = 60;
 
@@ -31,6 +34,8 @@ pub(super) struct Branch {
     pub(super) compared: Compared,
     /// When the gyro's bias most likely jumps, if it does, s since the log began
     onset_s: Option<f64>,
+    /// Free forms that are worth a look, where the gap is so large that no other counts
+    pub(super) promising: Option<BTreeSet<String>>,
     /// Readings of gyro, pose and wheels
     pub(super) put_aside: [usize; 3],
     pub(super) extra_weight: f64,
@@ -39,8 +44,9 @@ pub(super) struct Branch {
 
 impl Branch {
     pub(super) fn new(record: Record, noise: Noise, compared: Compared, onset_s: Option<f64>) -> Self {
-        let (put_aside, extra_weight, extra_parts) = ([0; 3], 0.0, Vec::new());
-        Self { record, believed: noise, noise, compared, onset_s, put_aside, extra_weight, extra_parts }
+        let (promising, put_aside, extra_weight, extra_parts) = (None, [0; 3], 0.0, Vec::new());
+        let believed = noise;
+        Self { record, believed, noise, compared, onset_s, promising, put_aside, extra_weight, extra_parts }
     }
 
     /// Puts outliers aside and takes noise levels from what is left; if there are any, settles again.
@@ -53,15 +59,35 @@ impl Branch {
         changed
     }
 
-    /// Compares all sets where the best one lies.
+    /// Compares all sets where the best one lies; in a large gap, of free forms only those that were promising.
     pub(super) fn widen(&mut self, effects: &[&'static dyn Driving], options: &Options, near_s: Option<f64>) {
         let near_s = near_s.or(self.onset_s);
-        let candidates = Candidates::new(&self.record, effects, &options.prior, true, near_s);
+        let mut candidates = Candidates::new(&self.record, effects, &options.prior, true, near_s);
+        if let Some(promising) = &self.promising {
+            candidates = candidates.only(|g| {
+                let group = &candidates.groups[g];
+                group.named || promising.contains(&group.id)
+            });
+        }
         let there = Compared::wide(&self.record, &self.noise, candidates.clone(), self.compared.next().0);
         // a step so long that the filter diverges is not taken
         let diverged = !there.sets[0].ln_weight.is_finite();
         let here = || Compared::wide(&self.record, &self.noise, candidates, self.compared.theta.clone());
         self.compared = if diverged { here() } else { there };
+        self.look_at_promising();
+    }
+
+    /// After all sets were compared.
+    pub(super) fn look_at_promising(&mut self) {
+        if self.compared.gap() > LARGE {
+            let found = self.compared.promising(PROMISING);
+            // what was promising once stays so
+            self.promising = Some(match self.promising.take() {
+                Some(before) if before.len() < 2 * PROMISING => before.into_iter().chain(found).collect(),
+                Some(before) => before,
+                None => found,
+            });
+        }
     }
 
     /// After all sets were compared: moves to the best one's coordinates and compares again, until that settles; then cleans,

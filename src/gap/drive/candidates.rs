@@ -37,9 +37,9 @@ const NODES: usize = 6;
 /// Scales of free forms: whitened size over the whole drive.
 const FREE_SIZES: [f64; 5] = [3.0, 10.0, 30.0, 100.0, 300.0];
 /// Times at which the gyro's bias may jump.
-const STEPS: usize = 48;
+const STEPS: usize = 24;
 /// How much closer each next time is to where the last look found a jump.
-const CLOSER: f64 = 2.5;
+const CLOSER: f64 = 4.0;
 /// Times within which a bias that jumped may settle, s.
 const SETTLING_S: [f64; 3] = [0.4, 1.6, 6.4];
 
@@ -254,13 +254,22 @@ impl Candidates {
     }
 
     /// What a change would be if its first coordinate were no constant: a load that falls off, a gain that sags, a radius
-    /// that grows. Constancy is what sets an effect of the library apart from what only resembles it (Nyblom 1989).
+    /// that grows. Constancy is what sets an effect of the library apart from what only resembles it (Nyblom 1989). An effect
+    /// whose law has a form of its own may bend with speed and acceleration, and varies with time alone.
     fn varying(&mut self, record: &Record, prior: &Prior) {
         for g in 0..self.groups.len() {
             let Kind::Change(i) = self.kinds[g] else { continue };
+            // without torques a lag is told by the gyro's own past, and so would be whatever follows its changes
+            if record.torques_n_m.is_none() && self.groups[g].id == "sensor.gyro_delay" {
+                continue;
+            }
+            let with = match self.changes[i].1.is_rigid() {
+                true if record.torques_n_m.is_some() => 4,
+                true => 3,
+                false => 2,
+            };
             let of = self.groups[g].columns[0];
-            let steady = if record.torques_n_m.is_some() { 4 } else { 3 };
-            let columns = variations()[..steady].iter().map(|f| Column::Varying(i, 0, *f)).collect();
+            let columns = variations()[..with].iter().map(|f| Column::Varying(i, 0, *f)).collect();
             let id = format!("{VARYING}{}", self.groups[g].id);
             self.push(Kind::Varying(i), &id, false, columns, Vec::new(), prior.ln_free);
             if let Some(group) = self.groups.last_mut() {

@@ -11,6 +11,7 @@ use super::record::Record;
 use super::search::{best as best_set, search};
 use crate::effects::drive::ModelChange;
 use crate::model::drive::{DriveEffect, DriveModel};
+use std::collections::BTreeSet;
 
 /// Coordinates of every change, by its place.
 pub type Theta = Vec<Vec<f64>>;
@@ -178,19 +179,44 @@ impl Compared {
     /// place, when it would most likely step.
     #[must_use]
     pub fn step_s(&self) -> Option<f64> {
-        let candidates = &self.candidates;
         let members = &self.sets[0].members;
-        let slow = |m: &Member| matches!(candidates.kinds[m.0], Kind::Walk | Kind::Free(Equation::Gyro, Follows::Time));
-        if let (None, true) = (candidates.step_of(members), members.iter().any(slow)) {
-            let rest: Vec<Member> = members.iter().copied().filter(|m| !slow(m)).collect();
-            let steps = self
-                .problem
-                .additions(&rest)
-                .into_iter()
-                .filter(|(m, _)| matches!(candidates.kinds[m.0], Kind::Step(_)));
-            return steps.max_by(|a, b| a.1.total_cmp(&b.1)).and_then(|(m, _)| candidates.step_of(&[m]));
+        let there = self.candidates.step_of(members);
+        if there.is_none() && members.iter().any(|m| self.is_slow(m)) {
+            return self.likely_step().and_then(|g| self.candidates.step_of(&[(g, 0)]));
         }
-        candidates.step_of(members)
+        there
+    }
+
+    /// The step of the bias that explains most beside what else is in the best set.
+    #[must_use]
+    pub fn likely_step(&self) -> Option<usize> {
+        let is_step = |m: &Member| matches!(self.candidates.kinds[m.0], Kind::Step(_));
+        let members = self.sets[0].members.iter().copied();
+        let rest: Vec<Member> = members.filter(|m| !self.is_slow(m) && !is_step(m)).collect();
+        let steps = self.problem.additions(&rest).into_iter().filter(|(m, _)| is_step(m));
+        steps.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(m, _)| m.0)
+    }
+
+    /// Whether it can take the place of a step: a walk, or a function of time on the gyro.
+    fn is_slow(&self, member: &Member) -> bool {
+        matches!(self.candidates.kinds[member.0], Kind::Walk | Kind::Free(Equation::Gyro, Follows::Time))
+    }
+
+    /// How far the best set lies above none, nats.
+    #[must_use]
+    pub fn gap(&self) -> f64 {
+        self.top() - self.problem.ln_weight(&[])
+    }
+
+    /// Ids of the free forms and varying coefficients that add most to the best set, or are in it.
+    #[must_use]
+    pub fn promising(&self, most: usize) -> BTreeSet<String> {
+        let members = &self.sets[0].members;
+        let id = |m: &Member| self.candidates.groups[m.0].id.clone();
+        let mut added = self.problem.additions(members);
+        added.retain(|(m, _)| !self.candidates.groups[m.0].named);
+        added.sort_by(|a, b| b.1.total_cmp(&a.1));
+        members.iter().chain(added.iter().take(most).map(|a| &a.0)).map(id).collect()
     }
 
     /// The named effects, and what is in the best set.

@@ -49,9 +49,9 @@ const FINE: f64 = 0.01;
 /// Evidence from which lost ticks are looked into, nats.
 const WORTH: f64 = 8.0;
 /// A gap so large that the slopes at zero need not say what causes it, nats.
-const LARGE: f64 = 300.0;
+pub(super) const LARGE: f64 = 300.0;
 /// Effects that are then fitted alone.
-const ALONE: usize = 6;
+const ALONE: usize = 4;
 /// Accounts of lost ticks that are tried.
 const TRIED: usize = 4;
 /// Nats by which one may fall short before free forms have been tried beside it, and before its model has settled.
@@ -76,6 +76,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let begin = start(record, &noise, &all);
     let compared = first(record, &noise, all, &begin);
     let mut branch = Branch::new(record.clone(), noise, compared, onset_s);
+    branch.look_at_promising();
     branch.settle(effects, options);
     // what the lattice closes: the same model with the nominal noise of the wheels beside it
     let lattice = lsb.map(|lsb| {
@@ -122,12 +123,6 @@ fn restored(
         }
     }
     all.sort_by(|a, b| b.0.ln_evidence.total_cmp(&a.0.ln_evidence));
-    for (b, _) in &all {
-        eprintln!(
-            "BURST side {} loss {:.5} len {} share {:.3} ev {:.1} path {:.1}",
-            b.side, b.loss, b.length_s, b.share, b.ln_evidence, b.ln_path
-        );
-    }
     all.truncate(TRIED);
     let fresh = Noise { unforced: as_is.noise.unforced, ..*noise };
     let plausible = as_is.compared.plausible();
@@ -139,8 +134,8 @@ fn restored(
         let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
         let onset_s = onset::of(&restored);
         let mut other = Branch::new(restored, fresh, compared, onset_s);
+        other.promising.clone_from(&as_is.promising);
         other.extra_weight += own;
-        eprintln!("  settled top {:.1} vs as is {top:.1} own {own:.1}", other.top());
         if other.top() > top - HOPELESS {
             other.clean(options);
         }
@@ -171,7 +166,7 @@ fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
 /// bend leaves: the effect has to be compared at its own coordinates.
 fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Compared {
     let compared = Compared::wide(record, noise, all.clone(), begin.clone());
-    let gap = compared.top() - compared.problem.ln_weight(&[]);
+    let gap = compared.gap();
     let only_named = compared.sets[0].members.iter().all(|m| all.groups[m.0].named);
     if only_named && gap < LARGE {
         return compared;
@@ -180,7 +175,12 @@ fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Comp
     if gap >= LARGE {
         starts.extend(alone(record, noise, &compared));
     }
-    let named = all.only(|g| all.groups[g].named);
+    // of all times at which the bias may step, the most likely one will do
+    let step = compared.likely_step();
+    let named = all.only(|g| match all.kinds[g] {
+        Kind::Step(_) => Some(g) == step,
+        _ => all.groups[g].named,
+    });
     let settled = |from: Theta| Compared::narrow(record, noise, named.clone(), from, None);
     let best = starts.into_iter().map(settled).max_by(|a, b| a.top().total_cmp(&b.top()));
     let Some(theta) = best.map(|b| b.next().0) else { return compared };

@@ -8,7 +8,7 @@ use super::super::run::Run;
 use super::catalogue::{COMMON, draw};
 use super::effect::{Effect, Need, Scene};
 use super::machine::{Course, Machine};
-use super::nats::{Innovations, Reader, Sensors, of_noise, of_signal};
+use super::nats::{Innovations, Reader, Sensors, of_noise, of_rare, of_signal};
 use super::record::{DriveRun, GYRO, Trace, drive};
 use super::world::World;
 use crate::error::{Error, ErrorKind, Result};
@@ -137,7 +137,11 @@ impl<'a> Judge<'a> {
         let trace = drive(self.scene.machine, self.scene.run, &world, 1.0);
         let gyro = gyro_channel(self.scene.run, 0, &world, &trace, &[present], self.seed);
         let with = self.reader.innovations(&trace, &gyro);
-        let nats = if present.effect.noise { of_noise } else { of_signal };
+        let nats = match &present.effect {
+            effect if effect.rare => of_rare,
+            effect if effect.noise => of_noise,
+            _ => of_signal,
+        };
         let found = nats(&with, &self.nominal);
         if found.is_finite() { found } else { f64::MAX }
     }

@@ -49,6 +49,8 @@ pub(super) struct Effect {
     pub most: f64,
     /// Whether its traces are drawn, so that its nats are those of a noise.
     pub noise: bool,
+    /// Whether it is rare and large, so that its nats are those of single readings.
+    pub rare: bool,
     /// Condition that it follows, as the contract has them; for effects that are in no list.
     pub condition: Option<&'static str>,
     set: Option<Box<Set>>,
@@ -59,13 +61,13 @@ pub(super) struct Effect {
 impl Effect {
     pub fn new(id: &'static str, channel: &'static str, need: Need, [start, most]: [f64; 2]) -> Self {
         let (set, tell, rest, condition) = (None, Vec::new(), None, None);
-        Self { id, channel, need, start, most, noise: false, condition, set, tell, rest }
+        Self { id, channel, need, start, most, noise: false, rare: false, condition, set, tell, rest }
     }
 
     /// One of a gyro's own effects, which it has at rest too.
     pub fn at_rest(rest: Box<dyn AtRest>, machine: &Machine) -> Self {
         let white = machine.gyro.white_std_rad_s();
-        let (outliers, noise) = (rest.id() == "gyro.outliers", rest.psd(1.0).is_some());
+        let (rare, noise) = (rest.id() == "gyro.outliers", rest.psd(1.0).is_some());
         let range = match rest.id() {
             "gyro.outliers" => [5.0, 300.0],
             "gyro.rate_random_walk" => [0.02 * white, 10.0 * white],
@@ -73,7 +75,7 @@ impl Effect {
             _ => [0.1 * white, 10.0 * white],
         };
         let id = rest.id();
-        Self { noise: noise || outliers, rest: Some(rest), ..Self::new(id, "gyro", Need::Gyro, range) }
+        Self { noise, rare, rest: Some(rest), ..Self::new(id, "gyro", Need::Gyro, range) }
     }
 
     pub fn sets(self, set: impl Fn(f64, &mut World, Scene<'_>, &mut Stream) + Send + Sync + 'static) -> Self {
@@ -88,6 +90,10 @@ impl Effect {
 
     pub fn noisy(self) -> Self {
         Self { noise: true, ..self }
+    }
+
+    pub fn rarely(self) -> Self {
+        Self { rare: true, ..self }
     }
 
     pub fn following(self, condition: &'static str) -> Self {

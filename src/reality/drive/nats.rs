@@ -9,6 +9,9 @@
 //! Of an effect that is noise, d is drawn: its spectrum r over the innovations' is smoothed over bands of a third of an
 //! octave, and nats = ½ Σ_f [r - ln(1 + r)].
 //!
+//! Of an effect that is rare and large, readings are what tells: z of the share p that it moves by more than half a standard
+//! deviation, with mean square s² of these moves, and nats = Σ ln[(1 - p) + p N(z; 0, 1 + s²)/N(z; 0, 1)].
+//!
 //! A log without torques is read with a random walk of both speeds, whose steps are those of the run: an effect counts there as
 //! far as wheels, gyro and pose contradict each other.
 
@@ -230,4 +233,26 @@ pub(super) fn of_noise(with: &Innovations, without: &Innovations) -> f64 {
         sum
     };
     with.iter().zip(without).map(one).sum()
+}
+
+/// From this move on a reading counts as moved, standard deviations.
+const MOVED: f64 = 0.5;
+
+/// Of an effect that is rare and large: what knowing its law is worth, not when it comes.
+pub(super) fn of_rare(with: &Innovations, without: &Innovations) -> f64 {
+    let one = |(with, without): (&Vec<f64>, &Vec<f64>)| {
+        let moves = || with.iter().zip(without).map(|(a, b)| (a - b).powi(2));
+        let (count, sum) = moves().filter(|d| *d > MOVED * MOVED).fold((0.0, 0.0), |(n, s), d| (n + 1.0, s + d));
+        if count == 0.0 {
+            return 0.0;
+        }
+        let (share, wide) = (count / with.len() as f64, 1.0 + sum / count);
+        let gain = |z: &f64| {
+            // far out the other density is all there is
+            let ln_other = 0.5 * z * z * (1.0 - 1.0 / wide) - 0.5 * wide.ln() + share.ln();
+            if ln_other > 30.0 { ln_other } else { (1.0 - share + ln_other.exp()).ln() }
+        };
+        with.iter().map(gain).sum::<f64>()
+    };
+    with.iter().zip(without).map(one).sum::<f64>().max(0.0)
 }

@@ -183,6 +183,6 @@ pub(super) fn lever_arm(s: &mut Stream) -> Effect {
 pub(super) fn pose_outliers(s: &mut Stream) -> Effect {
     let share = log_between(s, 0.003, 0.05);
     Effect::new("x.pose_outliers", "pose", Need::Pose, [5.0, 400.0])
-        .noisy()
+        .rarely()
         .sets(move |a, world, _, _| (world.pose.outliers, world.pose.outlier_size) = (share, a))
 }
