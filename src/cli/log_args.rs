@@ -170,10 +170,10 @@ impl ColumnArgs {
         if self.trim_motion { recording.without_motion() } else { Ok(recording) }
     }
 
-    /// Reads a drive whose columns `maps` names where their names do not.
-    pub fn read_drive(&self, maps: &[String], log: &Path) -> Result<DriveRecording> {
+    /// Reads the files of a drive whose columns `maps` names where their names do not.
+    pub fn read_drive(&self, maps: &[String], logs: &[PathBuf]) -> Result<DriveRecording> {
         let maps = maps.iter().map(|text| ChannelMap::parse(text)).collect::<Result<_>>()?;
-        ingest::read_drive(&[log], &drive_query(maps, self.time.as_ref(), self.time_unit, &self.topics))
+        ingest::read_drive(logs, &drive_query(maps, self.time.as_ref(), self.time_unit, &self.topics))
     }
 
     /// How long after power-on the log begins, s, if that was said.

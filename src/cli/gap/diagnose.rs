@@ -21,16 +21,17 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     gyroid gap diagnose sim.toml --fit fit.parquet --hold hold.parquet --plot gap.png\n  \
-    gyroid gap diagnose sim.toml --fit fit.csv --json answer.json --write-sim augmented.toml")]
+    gyroid gap diagnose sim.toml --fit fit.csv --json answer.json --write-sim augmented.toml\n  \
+    gyroid gap diagnose husky.toml --fit imu.csv wheels.csv --map gyro_z_rad_s=gy_rad_s")]
 pub(crate) struct DiagnoseArgs {
     /// The nominal simulator: a configuration with [gyro]; of a drive also [vehicle] and [encoder]
     config: PathBuf,
-    /// Recording to diagnose from, in any format that `gyroid inspect` reads
-    #[arg(long, value_name = "LOG")]
-    fit: PathBuf,
+    /// Recording to diagnose from, in any format that `gyroid inspect` reads; of a drive, several files on one clock
+    #[arg(long, value_name = "LOG", required = true, num_args = 1..)]
+    fit: Vec<PathBuf>,
     /// Another recording of the same unit, only to measure how far the gap shrinks
-    #[arg(long, value_name = "LOG")]
-    hold: Option<PathBuf>,
+    #[arg(long, value_name = "LOG", num_args = 1..)]
+    hold: Vec<PathBuf>,
     /// Write the configuration with the effects that were found as tables [[effect]]
     #[arg(long, value_name = "FILE")]
     write_sim: Option<PathBuf>,
@@ -70,18 +71,26 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     }
     let working = output.working("reading");
     let mut notes = Vec::new();
-    let mut read_one = |path: &Path| -> Result<Log> {
+    let mut read_one = |paths: &[PathBuf]| -> Result<Log> {
         if !drives {
-            return read(&args.columns, path);
+            return match paths {
+                [path] => read(&args.columns, path),
+                _ => Err(Error::new(
+                    ErrorKind::Usage,
+                    "--fit, --hold",
+                    "several files, and the configuration is of a gyro at rest",
+                )
+                .mend("give one recording; several files on one clock can only be of a drive")),
+            };
         }
-        let recording = args.columns.read_drive(&args.map, path)?;
+        let recording = args.columns.read_drive(&args.map, paths)?;
         notes.extend(recording.notes);
         let mut log = recording.log;
-        log.source = path.display().to_string();
+        log.source = shown(paths);
         Ok(log)
     };
     let fit = read_one(&args.fit)?;
-    let hold = args.hold.as_ref().map(|path| read_one(path)).transpose()?;
+    let hold = (!args.hold.is_empty()).then(|| read_one(&args.hold)).transpose()?;
     let since_power_on_s = if drives { args.columns.start_offset_s().unwrap_or(0.0) } else { 0.0 };
     let options = Options { seed: args.seed, since_power_on_s, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
@@ -103,9 +112,9 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     };
     drop(working);
 
-    let kept_back = args.hold.as_deref().map(name);
+    let kept_back = (!args.hold.is_empty()).then(|| names(&args.hold));
     let report = GapReport {
-        recording: &name(&args.fit),
+        recording: &names(&args.fit),
         kept_back: kept_back.as_deref(),
         answer: &diagnosis.answer,
         curves: &curves,
@@ -135,6 +144,14 @@ fn effects_text(count: usize) -> String {
         1 => "one effect added".into(),
         n => format!("{n} effects added"),
     }
+}
+
+fn shown(paths: &[PathBuf]) -> String {
+    paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+fn names(paths: &[PathBuf]) -> String {
+    paths.iter().map(|p| name(p)).collect::<Vec<_>>().join(", ")
 }
 
 pub(super) fn name(path: &Path) -> String {

@@ -1,10 +1,11 @@
 //! A drive as the diagnosis needs it: the rows, which channels there are, and what the configuration believes.
 
 use crate::bias::WarmUp;
-use crate::config::{Config, Kind};
+use crate::config::{Config, Gyro, Kind};
 use crate::error::{Error, ErrorKind, Result};
 use crate::model::drive::Robot;
 use crate::signal::{Log, increasing_times, names, since_power_on};
+use crate::vehicle::{Odometry, Rolling};
 
 /// Where the configuration does not state how much C2 varies: a cheap gyro's data sheet says 0.1 to 1 °/s.
 const TURN_ON_STD_RAD_S: f64 = 5e-3;
@@ -108,20 +109,37 @@ impl Record {
                 .mend(format!("a drive needs at least {FEWEST_ROWS} rows to be judged")));
         }
         let mut notes = Vec::new();
-        let belief = belief(config, &mut notes)?;
         let column = |name: &str| log.get(name).map(<[f64]>::to_vec);
+        let gyro_rad_s = column(names::GYRO_Z).filter(|g| g.iter().any(|v| v.is_finite()));
+        let belief = belief(config, gyro_rad_s.is_some(), &mut notes)?;
         let both = |left: &str, right: &str| Some([column(left)?, column(right)?]);
-        let wheels_rad_s = both(names::WHEEL_LEFT, names::WHEEL_RIGHT).ok_or_else(|| {
-            Error::new(ErrorKind::Column, &log.source, "no wheel speeds")
+        let tick_rad = config.encoder.and_then(|e| e.tick_rad());
+        let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);
+        let wheels_rad_s = odometry.as_ref().and_then(Odometry::wheels).map(|both| both.map(<[f64]>::to_vec));
+        let wheels_rad_s = wheels_rad_s.ok_or_else(|| {
+            Error::new(ErrorKind::Column, &log.source, "no speeds of both wheels, and no odometry that stands for them")
                 .mend(format!("name the columns that hold them: --map {}=COLUMN[:UNIT]", names::WHEEL_LEFT))
         })?;
+        if odometry.as_ref().is_some_and(Odometry::is_converted) {
+            notes.push(
+                "The wheels are what the odometry's speed and yaw rate stand for, with the nominal radius and track."
+                    .into(),
+            );
+        }
         let mut torques_n_m = both(names::TORQUE_LEFT, names::TORQUE_RIGHT);
         torques_n_m.iter_mut().flatten().for_each(|u| hold(u));
         let pose = match (column(names::X), column(names::Y), column(names::HEADING)) {
-            (Some(x), Some(y), Some(h)) if x.iter().any(|v| v.is_finite()) => Some([x, y, h]),
+            (Some(x), Some(y), Some(h)) if (0..x.len()).any(|k| x[k].is_finite() && h[k].is_finite()) => {
+                Some([x, y, h])
+            }
+            (Some(_), Some(_), _) => {
+                notes.push(
+                    "Positions without a heading are left out: where the robot looked at first is not known.".into(),
+                );
+                None
+            }
             _ => None,
         };
-        let gyro_rad_s = column(names::GYRO_Z).filter(|g| g.iter().any(|v| v.is_finite()));
         for (there, what, lost) in [
             (torques_n_m.is_some(), "torques", "forces, masses and motors cannot be judged"),
             (gyro_rad_s.is_some(), "gyro", "nothing of the gyro can be judged"),
@@ -153,8 +171,8 @@ impl Record {
     }
 }
 
-fn belief(config: &Config, notes: &mut Vec<String>) -> Result<Belief> {
-    let (gyro, vehicle, encoder) = (config.require_gyro()?, config.require_vehicle()?, config.require_encoder()?);
+fn belief(config: &Config, has_gyro: bool, notes: &mut Vec<String>) -> Result<Belief> {
+    let (vehicle, encoder) = (config.require_vehicle()?, config.require_encoder()?);
     let step_s = config.sample_time_s.ok_or_else(|| {
         Error::new(ErrorKind::Config, "configuration", "the key is missing")
             .at("`sample_time_s`")
@@ -166,16 +184,26 @@ fn belief(config: &Config, notes: &mut Vec<String>) -> Result<Belief> {
             default
         })
     };
+    // a robot without a gyro needs none
+    let gyro = match &config.gyro {
+        None if !has_gyro => None,
+        _ => Some(config.require_gyro()?),
+    };
+    let (mut turn_on, mut relative) = (0.0, 0.0);
+    if let Some(gyro) = gyro {
+        turn_on = assumed(gyro.turn_on_bias_std_rad_s, TURN_ON_STD_RAD_S, "turn_on_bias_std_rad_s");
+        relative = assumed(gyro.warm_up_relative_std, WARM_UP_STD, "warm_up_relative_std");
+    }
     Ok(Belief {
         robot: Robot::from(vehicle),
         torque_noise_n_m_sqrt_s: vehicle.torque_noise_n_m_sqrt_s,
-        gyro_std_rad_s: gyro.angle_random_walk_rad_sqrt_s / step_s.sqrt(),
+        gyro_std_rad_s: gyro.map_or(1.0, |g| g.angle_random_walk_rad_sqrt_s / step_s.sqrt()),
         wheel_std_rad_s: encoder.speed_variance_rad2_s2(step_s).sqrt(),
         position_std_m: config.pose.map_or(POSE_STD[0], |p| p.position_std_m),
         heading_std_rad: config.pose.map_or(POSE_STD[1], |p| p.heading_std_rad),
-        warm_up: gyro.warm_up(),
-        turn_on_bias_std_rad_s: assumed(gyro.turn_on_bias_std_rad_s, TURN_ON_STD_RAD_S, "turn_on_bias_std_rad_s"),
-        warm_up_relative_std: assumed(gyro.warm_up_relative_std, WARM_UP_STD, "warm_up_relative_std"),
+        warm_up: gyro.map_or(WarmUp { c1_rad_s: 0.0, c2_rad_s: 0.0, time_constant_s: 1.0 }, Gyro::warm_up),
+        turn_on_bias_std_rad_s: turn_on,
+        warm_up_relative_std: relative,
     })
 }
 
