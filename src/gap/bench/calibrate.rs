@@ -6,6 +6,7 @@
 
 use super::folder::names;
 use super::intervals::{expected_calibration_error, perfect_calibration_p95};
+use super::workers::each;
 use crate::config::{Config, Kind};
 use crate::effects::Library;
 use crate::error::{Error, ErrorKind, Result};
@@ -17,7 +18,6 @@ use crate::reality::Label;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Standard deviation of the prior of each logarithm.
@@ -264,23 +264,14 @@ pub fn examples(
         let (findings, _) = compare(&config, &log, &library, &options)?;
         Ok(Some(Example::new(&findings, label, &prior)))
     };
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let done = AtomicUsize::new(0);
     // by name, so that folds do not depend on which thread was first
-    let made: Mutex<BTreeMap<&String, Result<Option<Example>>>> = Mutex::new(BTreeMap::new());
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    std::thread::scope(|scope| {
-        for _ in 0..if jobs == 0 { cores() } else { jobs } {
-            scope.spawn(|| {
-                while let Some(name) = all.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let example = one(name);
-                    made.lock().unwrap_or_else(|e| e.into_inner()).insert(name, example);
-                    progress(done.fetch_add(1, Ordering::Relaxed) + 1, all.len());
-                }
-            });
-        }
-    });
-    let made = made.into_inner().unwrap_or_else(|e| e.into_inner());
-    made.into_values().filter_map(Result::transpose).collect()
+    let made = each(&all, jobs, |_, name| {
+        let example = one(name);
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, all.len());
+        example
+    })?;
+    Ok(made.into_iter().flatten().collect())
 }
 
 #[cfg(test)]

@@ -1,12 +1,12 @@
 //! A bench on disk: one folder a case (`sim.toml`, `fit.parquet`, `hold.parquet`), sealed labels, what was asked for.
 
 use super::seal::{SealKey, random_bytes, seal};
+use super::workers::each;
 use crate::config::Kind;
 use crate::error::{Error, ErrorKind, Result};
 use crate::files::OutputFile;
 use crate::ingest::write_log;
 use crate::reality::{self, Case, Label, Mix};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -73,16 +73,14 @@ pub fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Re
         return Err(Error::new(ErrorKind::Usage, folder.display(), "is not empty").mend("name a new folder"));
     }
     let done = AtomicUsize::new(0);
-    let labels: BTreeMap<String, Label> = plan
-        .par_iter()
-        .enumerate()
-        .map(|(index, spec)| {
-            let case = reality::make(order.kind, seed, index, spec)?;
-            write(folder, &case)?;
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1);
-            Ok((case.name, case.label))
-        })
-        .collect::<Result<_>>()?;
+    // as many at a time as the caller's pool has threads
+    let made = each(&plan, rayon::current_num_threads(), |index, spec| {
+        let case = reality::make(order.kind, seed, index, spec)?;
+        write(folder, &case)?;
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+        Ok((case.name, case.label))
+    })?;
+    let labels: BTreeMap<String, Label> = made.into_iter().collect();
     let key = SealKey::random()?;
     let sealed = seal(labels.clone(), seed, &key)?;
     put(&folder.join(SEALED), &sealed.bytes)?;

@@ -16,6 +16,7 @@ mod runner;
 mod score;
 mod seal;
 mod table;
+mod workers;
 
 pub use calibrate::{Calibrated, Example, Fit, calibrate, examples, prior_of};
 pub use folder::{BENCH, Bench, COMMITMENT, Made, Order, SEALED, make, names};

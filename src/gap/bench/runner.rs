@@ -4,6 +4,7 @@
 //! lies `CASE.seconds`, and `timings.json` gathers them.
 
 use super::folder::{names, put};
+use super::workers::each;
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::Answer;
@@ -13,7 +14,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// A diagnosis: nominal simulator, recording to diagnose from, recording kept back.
@@ -65,10 +65,7 @@ pub fn run(
     let open: Vec<&String> = all.iter().filter(|n| !answers.join(format!("{n}.json")).is_file()).collect();
     let there = all.len() - open.len();
     let refused = Mutex::new(Vec::new());
-    let failed: Mutex<Option<Error>> = Mutex::new(None);
     let done = Mutex::new(0);
-    let next = AtomicUsize::new(0);
-    let locked = |e: std::sync::PoisonError<_>| e.into_inner();
     let one = |name: &str| -> Result<()> {
         match answer(&folder.join(name), diagnosis) {
             Ok((answer, seconds)) => {
@@ -86,26 +83,7 @@ pub fn run(
         progress(*done, open.len());
         Ok(())
     };
-    let work = || {
-        while failed.lock().unwrap_or_else(locked).is_none() {
-            let Some(name) = open.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
-            if let Err(error) = one(name) {
-                *failed.lock().unwrap_or_else(locked) = Some(error);
-            }
-        }
-    };
-    // threads of their own: a diagnosis uses the pool itself, and a worker that waits for it would take up the next case
-    // inside the first, deeper and deeper
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    let jobs = if jobs == 0 { cores() } else { jobs };
-    std::thread::scope(|scope| {
-        (0..jobs).for_each(|_| {
-            scope.spawn(work);
-        });
-    });
-    if let Some(error) = failed.into_inner().unwrap_or_else(|e| e.into_inner()) {
-        return Err(error);
-    }
+    each(&open, jobs, |_, name| one(name))?;
     let mut refused = refused.into_inner().unwrap_or_else(|e| e.into_inner());
     refused.sort_by(|a, b| a.0.cmp(&b.0));
     timings(answers, &all)?;

@@ -19,9 +19,11 @@ pub type Theta = Vec<Vec<f64>>;
 /// Narrow steps after each at most.
 const NARROW: usize = 6;
 /// Narrow steps before a model that explains far less than another is given up.
-const PATIENT: usize = 2;
+const PATIENT: usize = 1;
 /// Settled when no coordinate moves by more than this of its standard deviation.
 const SETTLED: f64 = 0.15;
+/// What an effect may take from the best set's weight and still be looked at in narrow steps, nats.
+const FUTILE: f64 = -6.0;
 /// Evidence that a step may lose before it is halved, nats.
 const LOSS: f64 = 3.0;
 
@@ -219,13 +221,16 @@ impl Compared {
         members.iter().chain(added.iter().take(most).map(|a| &a.0)).map(id).collect()
     }
 
-    /// The named effects, and what is in the best set.
+    /// What is in the best set, and the named effects that may yet come into it.
     #[must_use]
     pub fn plausible(&self) -> Candidates {
-        let inside: Vec<usize> = self.sets[0].members.iter().map(|m| m.0).collect();
+        let members = &self.sets[0].members;
         let candidates = &self.candidates;
-        candidates.only(|g| {
-            inside.contains(&g) || candidates.groups[g].named && !matches!(candidates.kinds[g], Kind::Step(_))
-        })
+        let mut keep: Vec<usize> = members.iter().map(|m| m.0).collect();
+        let may = |((g, _), gain): &(Member, f64)| {
+            *gain > FUTILE && candidates.groups[*g].named && !matches!(candidates.kinds[*g], Kind::Step(_))
+        };
+        keep.extend(self.problem.additions(members).into_iter().filter(may).map(|(m, _)| m.0));
+        candidates.only(|g| keep.contains(&g))
     }
 }

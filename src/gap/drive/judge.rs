@@ -18,6 +18,7 @@ use crate::gap::Calibration;
 use crate::gap::findings::{Findings, Part, WeightedSet};
 use crate::gap::layers::lattice;
 use crate::model::drive::DriveModel;
+use rayon::prelude::*;
 
 /// How drives are judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,7 +143,8 @@ fn restored(
         (other, bursts)
     };
     let better = |a: &(Branch, Bursts), b: &(Branch, Bursts)| a.0.top().total_cmp(&b.0.top());
-    let best = all.into_iter().map(|(bursts, theta)| settled(bursts, theta)).max_by(better)?;
+    let accounts: Vec<(Branch, Bursts)> = all.into_par_iter().map(|(bursts, theta)| settled(bursts, theta)).collect();
+    let best = accounts.into_iter().max_by(better)?;
     // once more with the model as it is then, from which nothing slow has to be taken out
     let theta = best.0.compared.next().0;
     let models = Branch::models_at(record, &best.0.compared.candidates, &theta);
@@ -196,12 +198,15 @@ fn alone(record: &Record, noise: &Noise, compared: &Compared) -> Option<Theta> {
     let mut worth: Vec<(Member, f64)> =
         compared.problem.additions(&[]).into_iter().filter(|(m, _)| changes(m)).collect();
     worth.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let fits = worth.into_iter().take(ALONE).map(|((group, _), _)| {
+    worth.truncate(ALONE);
+    let fit = |((group, _), _): (Member, f64)| {
         let one = all.only(|g| g == group);
-        Compared::narrow(record, noise, one, all.zero(), None)
-    });
-    let best = fits.max_by(|a, b| a.top().total_cmp(&b.top()))?;
-    Some(best.next().0)
+        let settled = Compared::narrow(record, noise, one, all.zero(), None);
+        (settled.top(), settled.next().0)
+    };
+    // in their order: of equals the same one wins on any number of cores
+    let fits: Vec<(f64, Theta)> = worth.into_par_iter().map(fit).collect();
+    fits.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, theta)| theta)
 }
 
 /// How speeds change, where no torque says how they move: the most likely.
