@@ -59,7 +59,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let write_sim = args.write_sim.as_ref().map(OutputFile::claim).transpose()?;
     let library = library(&args.without)?;
-    let config = Config::read(&args.config)?;
+    let config = Config::read_base(&args.config)?;
     let drives = config.kind == Kind::Driving;
     if !drives && !args.map.is_empty() {
         return Err(Error::new(

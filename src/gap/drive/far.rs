@@ -218,7 +218,7 @@ pub fn measure(
     let after = score(kept, &all, unforced);
     let logs: Vec<Record> = (0..options.simulated_logs as u64)
         .into_par_iter()
-        .map(|i| own(kept, &all, unforced, options.seed.wrapping_add(i)))
+        .map(|i| own(kept, &all, options.seed.wrapping_add(i)))
         .collect();
     let (floors, own_before): (Vec<Vec<f64>>, Vec<f64>) = logs
         .par_iter()

@@ -2,7 +2,6 @@
 
 use super::filter::Slopes;
 use super::model::Claimed;
-use super::pass::Unforced;
 use super::record::Record;
 use crate::math::random::Stream;
 use crate::model::drive::{Moving, Past};
@@ -10,9 +9,41 @@ use crate::model::drive::{Moving, Past};
 /// Stream of the floor's recordings.
 const STREAM: u64 = 0xD12;
 
+/// Readings of the wheels are averaged over this time on either side, s.
+const SMOOTH_S: f64 = 0.05;
+
+/// Speed and yaw rate in every row, as the nominal robot's wheels tell them.
+fn driven(like: &Record) -> Vec<[f64; 2]> {
+    let robot = &like.belief.robot;
+    let speeds: Vec<[f64; 2]> = (0..like.len())
+        .map(|k| {
+            let [l, r] = [0, 1].map(|i| robot.radius_m[i] * like.wheels_rad_s[i][k]);
+            [0.5 * (l + r), 0.5 * (r - l) / robot.half_track_m]
+        })
+        .collect();
+    let (mut from, mut to) = (0, 0);
+    let mut last = [0.0; 2];
+    let near = |k: usize| {
+        let t = like.times_s[k];
+        while like.times_s[from] < t - SMOOTH_S {
+            from += 1;
+        }
+        while to < like.len() && like.times_s[to] <= t + SMOOTH_S {
+            to += 1;
+        }
+        let known = speeds[from..to].iter().filter(|s| s.iter().all(|v| v.is_finite()));
+        let (n, sum) = known.fold((0.0, [0.0; 2]), |(n, a), s| (n + 1.0, [a[0] + s[0], a[1] + s[1]]));
+        if n > 0.0 {
+            last = sum.map(|v| v / n);
+        }
+        last
+    };
+    (0..like.len()).map(near).collect()
+}
+
 /// A recording of the model's own.
 #[must_use]
-pub fn own(like: &Record, claimed: &Claimed, unforced: Unforced, seed: u64) -> Record {
+pub fn own(like: &Record, claimed: &Claimed, seed: u64) -> Record {
     let draw = &mut Stream::new(seed, STREAM);
     let mut out = like.clone();
     let models = claimed.models(like);
@@ -39,6 +70,11 @@ pub fn own(like: &Record, claimed: &Claimed, unforced: Unforced, seed: u64) -> R
         for (state, values) in s.iter_mut().zip(pose) {
             *state = first(values);
         }
+    }
+    // without torques it drives as it was driven
+    let driven = like.torques_n_m.is_none().then(|| driven(like));
+    if let Some(first) = driven.as_ref().and_then(|d| d.first()) {
+        [s[3], s[4]] = *first;
     }
     let mut before = ([0.0; 2], [0.0; 2]);
     let mut slopes = Slopes::default();
@@ -105,15 +141,10 @@ pub fn own(like: &Record, claimed: &Claimed, unforced: Unforced, seed: u64) -> R
         middle.yaw_rate_rad_s += 0.5 * dt * now.yaw_acceleration_rad_s2;
         middle.heading_rad += 0.5 * dt * s[4];
         model.accelerate(&mut middle, torques);
-        // without torques accelerations last as the filter believes
-        let drift = match &like.torques_n_m {
-            Some(_) => [0.0; 2],
-            None => [before.0[0] - now.acceleration_m_s2, before.0[1] - now.yaw_acceleration_rad_s2],
+        let [dv, dw] = match &driven {
+            Some(driven) => [driven[k + 1][0] - s[3], driven[k + 1][1] - s[4]],
+            None => [dt * middle.acceleration_m_s2, dt * middle.yaw_acceleration_rad_s2],
         };
-        let [a, alpha] = drift.map(|d| unforced.lasting * d);
-        let diffusion = unforced.diffusion;
-        let dv = dt * (middle.acceleration_m_s2 + a) + (diffusion[0] * dt).sqrt() * draw.normal();
-        let dw = dt * (middle.yaw_acceleration_rad_s2 + alpha) + (diffusion[1] * dt).sqrt() * draw.normal();
         let turn = dt * (s[4] + 0.5 * dw);
         let (sin, cos) = (s[2] + 0.5 * turn).sin_cos();
         let way = dt * (s[3] + 0.5 * dv);
