@@ -234,6 +234,9 @@ struct ScoreArgs {
     /// Effects that the run left out: cases with them count as unlisted, pairs with them do not count
     #[arg(long, value_name = "ID")]
     leave_out: Vec<String>,
+    /// Score only the cases that have an answer, instead of counting the others as wrong; says how many there are
+    #[arg(long)]
+    answered: bool,
     /// Draw the confusion matrix, the reliability diagram and the ROC into this folder, as SVG and PNG
     #[arg(long, value_name = "FOLDER")]
     plots: Option<PathBuf>,
@@ -248,8 +251,12 @@ fn score(args: &ScoreArgs) -> Result<Outcome> {
     }
     let key = SealKey::read(&args.key)?;
     let unsealed = bench::labels(&args.folder, &key, args.commitment.as_deref())?;
-    let labels = bench::left_out(unsealed.labels, &args.leave_out);
+    let mut labels = bench::left_out(unsealed.labels, &args.leave_out);
     let answers = bench::answers(&args.answers, &labels)?;
+    let all = labels.len();
+    if args.answered {
+        labels.retain(|name, _| answers.contains_key(name));
+    }
     let score = bench::score(&labels, &answers, &bench::seconds(&args.answers));
     if let Some(folder) = &args.plots {
         let title = args.folder.file_name().map_or_else(|| "bench".into(), |n| n.to_string_lossy().into_owned());
@@ -258,6 +265,9 @@ fn score(args: &ScoreArgs) -> Result<Outcome> {
                 picture.write(OutputFile::claim(folder.join(format!("{name}.{ending}")))?)?;
             }
         }
+    }
+    if labels.len() < all {
+        output.say(format!("{} of {all} cases have no answer and are left out (--answered)", all - labels.len()));
     }
     output.say(score.text());
     output.finish(&score.json())?;

@@ -61,3 +61,47 @@ pub fn of(record: &Record) -> Option<f64> {
     }
     best.1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::math::random::Stream;
+    use crate::signal::{Log, TimeAxis, names};
+
+    const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n[gyro]\nc1_rad_s = 2.9e-3\nc2_rad_s = -4.7e-3\n\
+        time_constant_s = 181.0\nangle_random_walk_rad_sqrt_s = 1e-4\n[vehicle]\nmass_kg = 17.1\nyaw_inertia_kg_m2 = 0.61\n\
+        half_track_m = 0.25\nwheel_radius_m = 0.1\nwheel_inertia_kg_m2 = 0.0011\nviscous_friction_n_m_s = 0.0005\n\
+        torque_noise_n_m_sqrt_s = 0.0002\n[encoder]\nspeed_noise_std_rad_s = 1e-3\n";
+
+    /// A weaving drive whose gyro has a gain, a bias and a step of `step` standard deviations at row 1777 of 4000.
+    fn record(step: f64, with_gyro: bool) -> Record {
+        let s = &mut Stream::new(3, 1);
+        let (len, std) = (4000, 1e-3);
+        let mut log = Log::new("test", TimeAxis::Uniform { start_s: 0.0, step_s: 0.01, len });
+        let rate: Vec<f64> = (0..len).map(|k| 0.6 * (0.011 * k as f64).sin()).collect();
+        for (name, side) in [(names::WHEEL_LEFT, -1.0), (names::WHEEL_RIGHT, 1.0)] {
+            let wheel = rate.iter().map(|w| (0.5 + side * 0.25 * w) / 0.1 + 1e-3 * s.normal());
+            log.push(name, wheel.collect()).unwrap();
+        }
+        if with_gyro {
+            let biased = |k: usize| 1.02 * rate[k] + 0.004 + if k >= 1777 { step * std } else { 0.0 };
+            log.push(names::GYRO_Z, (0..len).map(|k| biased(k) + std * s.normal()).collect()).unwrap();
+        }
+        Record::new(&Config::parse(ROBOT, "robot.toml").unwrap(), &log, 0.0).unwrap()
+    }
+
+    #[test]
+    fn a_step_is_placed_to_within_what_its_size_allows() {
+        for (step, rows) in [(8.0, 1.0), (2.0, 6.0), (0.5, 90.0)] {
+            // the likelihood of a place n rows off is exp(-n step²/2): 12 nats for the noise of both sides
+            let found = of(&record(step, true)).unwrap();
+            assert!((found / 0.01 - 1777.0).abs() <= rows, "{step}: {found}");
+        }
+    }
+
+    #[test]
+    fn without_a_gyro_there_is_none() {
+        assert_eq!(of(&record(1.0, false)), None);
+    }
+}

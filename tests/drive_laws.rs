@@ -1,0 +1,48 @@
+//! Effects whose law is not the textbook's, and what only resembles an effect: drives of the generator that shares no code
+//! with the library.
+
+use gyroid::config::Kind;
+use gyroid::effects::drive::registry;
+use gyroid::gap::drive::judge::{Options, judge};
+use gyroid::gap::drive::record::Record;
+use gyroid::gap::findings::Main;
+use gyroid::reality::{Spec, Strength, make};
+
+/// What is said of a strong `id`, drive by drive.
+fn said(id: &'static str, drives: std::ops::Range<usize>) -> Vec<Main> {
+    let one = |index: usize| {
+        let spec = Spec { effects: vec![(id, Strength::Strong)], messy: false };
+        let case = make(Kind::Driving, 90_210, index, &spec).unwrap();
+        let record = Record::new(&case.config, &case.fit, 0.0).unwrap();
+        let found = judge(&record, registry(), &Options::default()).findings.mains().swap_remove(0);
+        println!("{id} {index} {:?}: {found:?}", case.label.without);
+        found.0
+    };
+    drives.map(one).collect()
+}
+
+/// How many of them say what is wanted.
+fn count(id: &'static str, drives: usize, wanted: &Main) -> usize {
+    said(id, 0..drives).iter().filter(|main| *main == wanted).count()
+}
+
+#[test]
+fn laws_that_bend_lag_and_settle_are_recognised() {
+    let ids = ["wheel.lateral_skid", "wheel.rolling_resistance", "gyro.vibration_rectification", "gyro.bias_step"];
+    let found: usize = ids.iter().map(|id| count(id, 3, &Main::Effect((*id).into()))).sum();
+    assert!(found >= 11, "{found} of 12");
+}
+
+#[test]
+fn a_constant_that_varies_is_no_effect_of_the_library() {
+    let ids = ["x.load_falls_off", "x.battery_sag", "x.tyre_heating"];
+    let found: usize = ids.iter().map(|id| count(id, 3, &Main::Unknown)).sum();
+    assert!(found >= 7, "{found} of 9");
+}
+
+#[test]
+fn a_constant_that_is_one_stays_an_effect() {
+    let ids = ["vehicle.payload", "motor.torque_gain", "wheel.radius_scale"];
+    let found: usize = ids.iter().map(|id| count(id, 3, &Main::Effect((*id).into()))).sum();
+    assert!(found >= 8, "{found} of 9");
+}
