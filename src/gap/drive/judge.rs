@@ -1,7 +1,8 @@
 //! Judges one drive: which sets of effects and free forms explain it, how probable each is, and what each closes.
 //!
-//! Order: lattice of the wheels, how speeds change where there are no torques, a start for what bends too much, the comparison of
-//! sets, single outliers, noise levels; then the same with the lost ticks of one wheel put back, if that looks worth it.
+//! Order: lattice of the wheels, how speeds change where there are no torques, a start for what bends too much, in a large gap
+//! the effects that explain most, each alone; the comparison of sets, single outliers, noise levels; then the same with the lost
+//! ticks of one wheel put back, if that looks worth it.
 
 use super::branch::{Branch, described};
 use super::bursts::{self, Bursts, Sought};
