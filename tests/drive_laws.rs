@@ -46,3 +46,18 @@ fn a_constant_that_is_one_stays_an_effect() {
     let found: usize = ids.iter().map(|id| count(id, 3, &Main::Effect((*id).into()))).sum();
     assert!(found >= 8, "{found} of 9");
 }
+
+#[test]
+fn where_none_explains_most_the_nearest_effect_is_told() {
+    let spec = Spec { effects: vec![("x.load_falls_off", Strength::Strong)], messy: false };
+    let case = make(Kind::Driving, 90_210, 0, &spec).unwrap();
+    let record = Record::new(&case.config, &case.fit, 0.0).unwrap();
+    let (closest, share) = judge(&record, registry(), &Options::default()).closest.unwrap();
+    // what falls off was a payload for a while
+    assert_eq!(closest.part.id, "vehicle.payload");
+    assert!(closest.gain > 0.0 && (0.0..1.0).contains(&share), "{share}");
+    let scale = Spec { effects: vec![("gyro.scale_factor", Strength::Strong)], messy: false };
+    let case = make(Kind::Driving, 90_210, 1, &scale).unwrap();
+    let record = Record::new(&case.config, &case.fit, 0.0).unwrap();
+    assert!(judge(&record, registry(), &Options::default()).closest.is_none());
+}

@@ -1,6 +1,7 @@
 //! The whole diagnosis of a drive: which equation, which effect, how far.
 
 use super::candidates::VARYING;
+use super::closest::Closest;
 use super::far::{self, DriveFar};
 use super::judge::{Judged, Options as JudgeOptions, equation_of, judge, unknowable};
 use super::pinpoint::pinpoint;
@@ -9,7 +10,7 @@ use crate::config::{Config, EffectTable};
 use crate::effects::drive::Driving;
 use crate::effects::{Library, Parameters};
 use crate::error::Result;
-use crate::gap::answer::Place;
+use crate::gap::answer::{Answer, EffectAnswer, Place};
 use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Options, Stage};
 use crate::gap::findings::{Findings, Main};
@@ -49,8 +50,14 @@ pub fn diagnose(
     }
     let found = |id: &String| Some((id.clone(), findings.best_with(id, false)?.part(id)?.parameters.clone()));
     let together: Vec<(String, Parameters)> = answer.together.iter().filter_map(found).collect();
-    let listed: Vec<(String, Parameters)> =
+    let mut listed: Vec<(String, Parameters)> =
         answer.effects.iter().take(MEASURED).map(|e| (e.id.clone(), e.parameters.clone())).collect();
+    if let Some((closest, share)) = &judged.closest {
+        say_closest(closest, *share, library, &mut answer);
+        if listed.iter().all(|(id, _)| *id != closest.part.id) {
+            listed.push((closest.part.id.clone(), closest.part.parameters.clone()));
+        }
+    }
     observe(Stage::Measure);
     let far = match &kept {
         Some(kept) => {
@@ -157,6 +164,28 @@ fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
                 description,
             })
         }
+    }
+}
+
+/// The effect that explains most alone: at the end of the list if it is not in it, and in a note.
+fn say_closest(closest: &Closest, share: f64, library: &Library, answer: &mut Answer) {
+    let part = &closest.part;
+    let title = library.driving_by_id(&part.id).map_or(part.id.as_str(), |e| e.about().title);
+    answer.notes.push(format!(
+        "Of the library {title} ({}) explains most alone: {:.0} % of what was explained in this recording.",
+        part.id,
+        100.0 * share
+    ));
+    if answer.effects.iter().all(|e| e.id != part.id) {
+        answer.effects.push(EffectAnswer {
+            id: part.id.clone(),
+            probability: 0.0,
+            parameters: part.parameters.clone(),
+            std: part.std.clone(),
+            gap_closed: None,
+            gap_closed_ci95: None,
+            share: None,
+        });
     }
 }
 

@@ -7,6 +7,7 @@
 use super::branch::{Branch, described};
 use super::bursts::{self, Bursts, Sought};
 use super::candidates::{Candidates, Kind, Prior, knowable};
+use super::closest::{Closest, closest};
 use super::column::Equation;
 use super::evidence::Member;
 use super::fit::{Compared, Theta};
@@ -16,7 +17,7 @@ use super::record::Record;
 use crate::effects::Parameters;
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::gap::Calibration;
-use crate::gap::findings::{Findings, Part, WeightedSet};
+use crate::gap::findings::{Findings, Main, Part, WeightedSet};
 use crate::gap::layers::lattice;
 use crate::model::drive::DriveModel;
 use rayon::prelude::*;
@@ -42,6 +43,8 @@ impl Default for Options {
 pub struct Judged {
     /// Sets with their probabilities.
     pub findings: Findings,
+    /// Where no effect explains most: the one that explains most alone, and its share of what was explained, 0 to 1.
+    pub closest: Option<(Closest, f64)>,
     /// Noise that the nominal filter assumes, with how fast speeds diffuse where there are no torques.
     pub nominal_noise: Noise,
 }
@@ -100,7 +103,15 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         set.parts.extend(lattice.iter().cloned());
     }
     let findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
-    Judged { findings, nominal_noise }
+    let unknown = matches!(findings.mains().first(), Some((Main::Unknown, _)));
+    let nearest = if unknown { closest(&branch.record, &branch.noise, effects, options) } else { None };
+    let closest = nearest.map(|(one, nothing)| {
+        let c = &branch.compared;
+        let explained = c.problem.ln_evidence(&c.sets[0].members) - nothing;
+        let share = if explained > 0.0 { (one.gain / explained).clamp(0.0, 1.0) } else { 0.0 };
+        (one, share)
+    });
+    Judged { findings, closest, nominal_noise }
 }
 
 /// The drive with the lost ticks of one wheel put back, in the account that explains it best; none where none comes near

@@ -3,6 +3,7 @@
 mod branch;
 mod bursts;
 pub mod candidates;
+pub mod closest;
 pub mod column;
 mod diagnose;
 pub mod evidence;
