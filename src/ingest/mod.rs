@@ -51,6 +51,7 @@ mod quantity;
 mod rate_unit;
 mod recording;
 mod ros;
+mod scalar;
 mod table;
 mod text;
 mod topics;

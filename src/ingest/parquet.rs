@@ -1,6 +1,6 @@
 //! Parquet, by polars. Its types stay in this file.
 
-use super::format::{Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
+use super::format::{About, Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
 use super::input::Input;
 use super::table::{Cells, Head, Kind};
 use crate::error::{Error, ErrorKind, Result};
@@ -78,14 +78,8 @@ impl Source for Parquet {
             batch.columns[index] = Column { origin: cells.origin, values: cells.values };
         }
         take(batch)?;
-        Ok(Facts {
-            source: path.display().to_string(),
-            format: "Parquet".to_string(),
-            sha256,
-            columns: facts,
-            first_line: None,
-            notes: Vec::new(),
-        })
+        let about = About { source: path.display().to_string(), format: FORMAT.name, sha256, notes: Vec::new() };
+        Ok(about.facts(None, facts, Vec::new()))
     }
 }
 
