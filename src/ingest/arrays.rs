@@ -214,6 +214,10 @@ impl Source for Group {
         &self.layout.heads
     }
 
+    fn rows(&self) -> Option<u64> {
+        Some(self.layout.rows as u64)
+    }
+
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
         let Self { mut arrays, about, layout, name } = *self;
         let mut batch = Batch { rows: layout.rows, columns: vec![Column::default(); layout.heads.len()] };

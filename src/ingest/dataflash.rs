@@ -244,6 +244,10 @@ impl Source for OneTopic {
         &self.heads
     }
 
+    fn rows(&self) -> Option<u64> {
+        self.file.listing.messages(&self.topic)
+    }
+
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
         let Self { described, topic, file, .. } = *self;
         let mut fill = Fill::new(wanted);

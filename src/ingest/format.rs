@@ -78,6 +78,10 @@ pub(super) type Take<'a> = &'a mut dyn FnMut(Batch) -> Result<()>;
 pub(super) trait Source {
     /// The columns.
     fn heads(&self) -> &[Head];
+    /// How many rows there are, or about how many; none if that is not known before they are read.
+    fn rows(&self) -> Option<u64> {
+        None
+    }
     /// Reads the cells of the columns that are `wanted` (one flag a column), some rows at a time.
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts>;
 }

@@ -83,6 +83,13 @@ pub(super) struct Listing {
     pub topics: Vec<Topic>,
 }
 
+impl Listing {
+    /// Messages of the topic called `name`.
+    pub fn messages(&self, name: &str) -> Option<u64> {
+        self.topics.iter().find(|t| t.name == name).map(|t| t.messages)
+    }
+}
+
 /// A file with topics.
 pub(super) trait Container {
     /// What is in it.

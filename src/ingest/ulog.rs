@@ -227,6 +227,10 @@ impl Source for OneTopic {
         &self.heads
     }
 
+    fn rows(&self) -> Option<u64> {
+        self.file.listing.messages(&self.topic)
+    }
+
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
         let Self { own, layout, ratios, topic, file, .. } = *self;
         let mut fill = Fill::new(wanted).with_ratios(&ratios);

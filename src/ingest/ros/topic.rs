@@ -52,6 +52,10 @@ impl<F: MessageFile> Source for OneTopic<F> {
         &self.heads
     }
 
+    fn rows(&self) -> Option<u64> {
+        self.file.listing().messages(&self.topic)
+    }
+
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
         let Self { file, own, message, stamp, topic, .. } = *self;
         let about = file.listing().about.clone();
