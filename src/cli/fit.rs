@@ -1,7 +1,7 @@
 //! `gyroid fit`: the warm-up model of a log at rest.
 
 use super::Outcome;
-use super::log_args::LogArgs;
+use super::log_args::{LogArgs, LogRead};
 use super::output::{Common, Output, command_line};
 use clap::Args;
 use gyroid::bias::Scheme;
@@ -9,9 +9,10 @@ use gyroid::config::Config;
 use gyroid::export::{ConfigurationOptions, configuration};
 use gyroid::files::OutputFile;
 use gyroid::identify::{self, FitOptions, Fixed, Loss};
-use gyroid::report::plot::Format;
+use gyroid::report::plot::{Format, Picture};
 use gyroid::report::{FitReport, Verdict, fit_picture};
-use gyroid::signal::names;
+use gyroid::signal::{TimeAxis, names};
+use gyroid::validate::Residuals;
 use gyroid::{Error, ErrorKind, Result, validate};
 use std::path::{Path, PathBuf};
 
@@ -126,17 +127,11 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let base = args.base.as_ref().map(Config::read_base).transpose()?;
 
     let working = output.working("reading the log");
-    let recording = args.log.read()?;
+    let log = args.log.read(&working)?;
     drop(working);
-    let rate = recording.log.require(names::GYRO_Z)?;
-    let time = args.log.time_since_power_on(&recording);
     let working = output.working("fitting, and testing the residuals");
-    let fit = identify::fit(&time, rate, &options).map_err(|e| args.log.named(e))?;
-    let residuals = fit.residuals(&time, rate);
-    let fitted = fit.jacobian(&time);
-    let validation = validate::whiteness(&time, &residuals, &fitted, &whiteness);
+    let (report, picture) = fitted(args, &log, &options, &whiteness, !plots.is_empty())?;
     drop(working);
-    let report = FitReport { log: args.log.facts(&recording), fit, validation };
 
     output.say(report.text());
     let fit_for_use = report.verdict() == Verdict::FitForUse;
@@ -158,14 +153,52 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
             output.say(format!("{} not written; --accept writes it all the same", file.target().display()));
         }
     }
-    if !plots.is_empty() {
-        let picture = fit_picture(&report, &time, rate, &residuals)?;
+    if let Some(picture) = picture {
         let names: Vec<String> = plots.iter().map(|p| p.target().display().to_string()).collect();
         plots.into_iter().try_for_each(|file| picture.write(file))?;
         output.say(format!("drew {}", names.join(", ")));
     }
     output.finish(&report.json())?;
     Ok(if export { Outcome::Done } else { Outcome::Unfit })
+}
+
+/// The fit with its validation, and its picture where it is `drawn`.
+fn fitted(
+    args: &FitArgs,
+    log: &LogRead,
+    options: &FitOptions,
+    whiteness: &validate::Options,
+    drawn: bool,
+) -> Result<(FitReport, Option<Picture>)> {
+    let named = |e| args.log.named(e);
+    match log {
+        LogRead::Whole(recording, time) => {
+            let rate = recording.log.require(names::GYRO_Z)?;
+            let fit = identify::fit(time, rate, options).map_err(named)?;
+            let residuals = fit.residuals(time, rate);
+            let fitted = fit.jacobian(time);
+            let validation = validate::whiteness(time, &residuals, &fitted, whiteness);
+            let report = FitReport { log: args.log.facts(recording), fit, validation };
+            let picture = drawn.then(|| fit_picture(&report, time, rate, &residuals)).transpose()?;
+            Ok((report, picture))
+        }
+        LogRead::Streamed(recording) => {
+            let fit = identify::fit_reduced(&recording.log, options).map_err(named)?;
+            let model = fit.model();
+            let residuals = Residuals::new(&recording.log, &model);
+            let directions = fit.directions();
+            let directions: Vec<&dyn Fn(f64) -> f64> = directions.iter().map(|f| f as &dyn Fn(f64) -> f64).collect();
+            let validation = validate::whiteness_reduced(&residuals, &directions, whiteness);
+            let report = FitReport { log: args.log.facts_streamed(recording), fit, validation };
+            let draw = || {
+                let (times, left) = residuals.coarse();
+                let rate: Vec<f64> = times.iter().zip(&left).map(|(t, r)| r + model.error_rad_s(*t)).collect();
+                fit_picture(&report, &TimeAxis::Explicit(times), &rate, &left)
+            };
+            let picture = drawn.then(draw).transpose()?;
+            Ok((report, picture))
+        }
+    }
 }
 
 fn fit_options(args: &FitArgs) -> Result<FitOptions> {

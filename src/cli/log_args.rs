@@ -1,20 +1,34 @@
 //! Options of the commands that read a log at rest or a drive, and what they make of it.
 
+use super::output::Working;
 use clap::Args;
-use gyroid::ingest::{self, Axis, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Stamp};
+use gyroid::ingest::{
+    self, Audit, Axis, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Progress, Reading, Stamp,
+    StreamedRecording,
+};
 use gyroid::report::LogFacts;
 use gyroid::signal::{TimeAxis, names};
-use gyroid::units::{RateUnit, TimeUnit};
+use gyroid::units::{RateUnit, TimeUnit, duration_text};
 use gyroid::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// A log at rest and how to read it.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct LogArgs {
     /// Log of a gyro at rest: CSV, Parquet, bag, MCAP, db3, ULog, DataFlash, MATLAB, HDF5 or NumPy
     log: PathBuf,
+    /// Hold a log whose times and rates take up to this, MB; a larger one is read once, in about 200 MB. 0: read every log so
+    #[arg(long, value_name = "MB", default_value_t = ingest::MEMORY_BYTES >> 20)]
+    memory: usize,
     #[command(flatten)]
     columns: ColumnArgs,
+}
+
+/// A log that was held, or one that was read once; its times count from power-on.
+pub(crate) enum LogRead {
+    Whole(Box<GyroRecording>, TimeAxis),
+    Streamed(Box<StreamedRecording>),
 }
 
 /// Which messages of a log count, and which of their times.
@@ -151,10 +165,15 @@ fn parse_time_unit(text: &str) -> std::result::Result<TimeUnit, String> {
 impl ColumnArgs {
     /// Reads the log, and leaves out motion where that was asked for.
     pub fn read(&self, log: &Path) -> Result<GyroRecording> {
+        let recording = ingest::read_gyro(log, &self.query()?)?;
+        if self.trim_motion { recording.without_motion() } else { Ok(recording) }
+    }
+
+    fn query(&self) -> Result<GyroQuery> {
         if self.start_offset.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {
             return Err(Error::new(ErrorKind::Usage, "--start-offset", "must be zero or a positive number of seconds"));
         }
-        let query = GyroQuery {
+        Ok(GyroQuery {
             column: self.column.clone(),
             axis: self.axis.axis,
             reversed: self.axis.reversed,
@@ -165,9 +184,7 @@ impl ColumnArgs {
             sort_time: self.sort_time,
             topic: self.topics.one()?.map(str::to_string),
             stamp: self.topics.stamp(),
-        };
-        let recording = ingest::read_gyro(log, &query)?;
-        if self.trim_motion { recording.without_motion() } else { Ok(recording) }
+        })
     }
 
     /// Reads the files of a drive whose columns `maps` names where their names do not.
@@ -195,14 +212,30 @@ impl ColumnArgs {
 }
 
 impl LogArgs {
-    /// Reads the log, and leaves out motion where that was asked for.
-    pub fn read(&self) -> Result<GyroRecording> {
-        self.columns.read(&self.log)
-    }
-
-    /// The time axis since power-on: the log's own, or begun `--start-offset` after it.
-    pub fn time_since_power_on(&self, recording: &GyroRecording) -> TimeAxis {
-        self.columns.time_since_power_on(recording)
+    /// Reads the log, and leaves out motion where that was asked for; a large log is read once and not held. `working` shows
+    /// how far it has come.
+    pub fn read(&self, working: &Working) -> Result<LogRead> {
+        let query = self.columns.query()?;
+        let mut show = show_progress(working);
+        match ingest::read_gyro_within(&self.log, &query, self.memory.saturating_mul(1 << 20), &mut show)? {
+            Reading::Whole(recording) => {
+                let recording = if self.columns.trim_motion { recording.without_motion()? } else { *recording };
+                let time = self.columns.time_since_power_on(&recording);
+                Ok(LogRead::Whole(Box::new(recording), time))
+            }
+            Reading::Streamed(_) if self.columns.trim_motion => {
+                Err(Error::new(ErrorKind::Usage, "--trim-motion", "needs all samples of the log at once")
+                    .mend("raise --memory so that the log is held, or cut the motion off"))
+            }
+            Reading::Streamed(recording) => {
+                let mut recording = *recording;
+                if let Some(offset) = self.columns.start_offset {
+                    let first = recording.log.moments.first_s;
+                    recording.log = recording.log.shifted(offset - first);
+                }
+                Ok(LogRead::Streamed(Box::new(recording)))
+            }
+        }
     }
 
     /// What the report says of the log.
@@ -213,24 +246,40 @@ impl LogArgs {
             (low <= high).then_some([low, high])
         };
         LogFacts {
-            name: self.log.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+            name: self.name(),
             column: recording.column.clone(),
             unit: recording.unit,
             sha256: recording.sha256.clone(),
             temperature_c: recording.log.get(names::TEMPERATURE).and_then(range),
-            notes: self.notes(recording),
+            notes: self.notes(&recording.notes, &recording.audit, "; --trim-motion leaves that out"),
             audit: serde_json::json!(recording.audit),
         }
     }
 
-    /// What was decided about the log, and what is wrong with it.
-    fn notes(&self, recording: &GyroRecording) -> Vec<String> {
-        let audit = &recording.audit;
-        let mut notes = recording.notes.clone();
+    /// The same of a log that was read once.
+    pub fn facts_streamed(&self, recording: &StreamedRecording) -> LogFacts {
+        LogFacts {
+            name: self.name(),
+            column: recording.column.clone(),
+            unit: recording.unit,
+            sha256: recording.sha256.clone(),
+            temperature_c: recording.temperature_c,
+            notes: self.notes(&recording.notes, &recording.audit, "; cut that off"),
+            audit: serde_json::json!(recording.audit),
+        }
+    }
+
+    fn name(&self) -> String {
+        self.log.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+    }
+
+    /// What was decided about the log, and what is wrong with it; `mend` says what to do about motion.
+    fn notes(&self, decided: &[String], audit: &Audit, mend: &str) -> Vec<String> {
+        let mut notes = decided.to_vec();
         notes.extend(audit.gaps.text());
         notes.extend(audit.findings());
         if let (false, Some(motion)) = (self.columns.trim_motion, audit.motion.text()) {
-            notes.push(format!("the log moves, {motion}; --trim-motion leaves that out"));
+            notes.push(format!("the log moves, {motion}{mend}"));
         }
         notes
     }
@@ -238,5 +287,27 @@ impl LogArgs {
     /// Names the file in an error of a layer that saw only numbers.
     pub fn named(&self, error: Error) -> Error {
         if error.input == "log" { error.named(self.log.display()) } else { error }
+    }
+}
+
+/// Shows rows, how many a second, and the time that is left.
+fn show_progress(working: &Working) -> impl FnMut(Progress) {
+    const MILLION: f64 = 1e6;
+    let began = Instant::now();
+    move |progress: Progress| {
+        let rows = progress.rows as f64;
+        let rate = rows / began.elapsed().as_secs_f64().max(1e-3);
+        let (of, left) = match progress.of {
+            Some(of) if of > progress.rows => (
+                format!(" of {:.1}", of as f64 / MILLION),
+                format!(", {} left", duration_text((of as f64 - rows) / rate)),
+            ),
+            _ => (String::new(), String::new()),
+        };
+        working.show(format!(
+            "reading the log: {:.1}{of} million rows, {:.2} million a second{left}",
+            rows / MILLION,
+            rate / MILLION
+        ));
     }
 }

@@ -1,12 +1,12 @@
 //! `gyroid noise`: Allan deviation and the joint noise model of a log at rest.
 
 use super::Outcome;
-use super::log_args::LogArgs;
+use super::log_args::{LogArgs, LogRead};
 use super::output::{Common, Output};
 use clap::Args;
 use gyroid::config::Config;
 use gyroid::files::OutputFile;
-use gyroid::identify::terms::{TermOptions, WarmUpRemoval, noise_model};
+use gyroid::identify::terms::{TermOptions, WarmUpRemoval, noise_model, noise_model_reduced};
 use gyroid::noise::TermKind;
 use gyroid::noise::datasheet::Datasheet;
 use gyroid::report::NoiseReport;
@@ -104,15 +104,23 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
     let options = options(args)?;
 
     let working = output.working("reading the log");
-    let recording = args.log.read()?;
+    let log = args.log.read(&working)?;
     drop(working);
-    let rate = recording.log.require(names::GYRO_Z)?;
-    let time = args.log.time_since_power_on(&recording);
     let working = output.working("estimating the noise terms");
-    let temperature = recording.log.get(names::TEMPERATURE);
-    let model = noise_model(&time, rate, temperature, &options).map_err(|e| args.log.named(e))?;
+    let named = |e| args.log.named(e);
+    let (log, model) = match &log {
+        LogRead::Whole(recording, time) => {
+            let rate = recording.log.require(names::GYRO_Z)?;
+            let temperature = recording.log.get(names::TEMPERATURE);
+            let model = noise_model(time, rate, temperature, &options).map_err(named)?;
+            (args.log.facts(recording), model)
+        }
+        LogRead::Streamed(recording) => {
+            let model = noise_model_reduced(&recording.log, &options).map_err(named)?;
+            (args.log.facts_streamed(recording), model)
+        }
+    };
     drop(working);
-    let log = args.log.facts(&recording);
     let report = NoiseReport { log, model, datasheet: args.datasheet, level: args.level };
     output.say(report.text());
     if !plots.is_empty() {

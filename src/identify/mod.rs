@@ -21,7 +21,7 @@ pub use types::{Estimate, Fit, FitOptions, Fixed, Loss, NoiseEstimate, StraightL
 
 use crate::bias::WarmUp;
 use crate::error::{Error, ErrorKind, Result};
-use crate::signal::{Moments, TimeAxis};
+use crate::signal::{Moments, Reduced, TimeAxis};
 use nalgebra::{DMatrix, Matrix3};
 use noise::NoiseFit;
 use projection::Projection;
@@ -42,16 +42,46 @@ pub fn fit(time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit>
         return Err(Error::new(ErrorKind::TooShort, "log", found).mend("record a longer log, or fix a parameter"));
     }
     let moments = Moments::new(time, values)?;
-    let spread =
-        moments.square_sum - moments.blocks.iter().map(|b| b.moments[0]).sum::<f64>().powi(2) / moments.count as f64;
-    if !(spread > f64::EPSILON.powi(2) * moments.reference.powi(2) * moments.count as f64) {
-        return Err(Error::new(ErrorKind::Value, "log", format!("all samples are {}", values[0]))
-            .mend("a gyro at rest is never constant: check that the sensor is on, and the column"));
-    }
+    check_spread(&moments, values[0])?;
     match options.loss {
-        Loss::Squares => solve(&moments, time, values, options),
+        Loss::Squares => solve(&moments, || difference_variance(values), options),
         Loss::Huber => huber(&moments, time, values, options),
     }
+}
+
+/// Fits the warm-up model to a log of which one pass kept the moments; its times count from power-on.
+///
+/// # Errors
+/// As [`fit`]; [`ErrorKind::Usage`] for a loss other than least squares, which looks at the samples again and again.
+pub fn fit_reduced(log: &Reduced, options: &FitOptions) -> Result<Fit> {
+    let free = check_options(&options.fixed)?;
+    if options.loss != Loss::Squares {
+        return Err(Error::new(ErrorKind::Usage, "--loss", "a robust loss needs all samples at once, several times")
+            .mend("use the default loss, or raise --memory so that the log is held"));
+    }
+    let moments = &log.moments;
+    if moments.count < (free + 1).max(3) {
+        let found = format!("{} samples for {free} free parameters", moments.count);
+        return Err(Error::new(ErrorKind::TooShort, "log", found).mend("record a longer log, or fix a parameter"));
+    }
+    check_spread(moments, moments.reference)?;
+    solve(moments, || log.difference_variance, options)
+}
+
+fn check_spread(moments: &Moments, value: f64) -> Result<()> {
+    let spread =
+        moments.square_sum - moments.blocks.iter().map(|b| b.moments[0]).sum::<f64>().powi(2) / moments.count as f64;
+    if spread > f64::EPSILON.powi(2) * moments.reference.powi(2) * moments.count as f64 {
+        return Ok(());
+    }
+    Err(Error::new(ErrorKind::Value, "log", format!("all samples are {value}"))
+        .mend("a gyro at rest is never constant: check that the sensor is on, and the column"))
+}
+
+/// Half the mean square of successive differences.
+fn difference_variance(values: &[f64]) -> f64 {
+    let squares: f64 = values.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum();
+    0.5 * squares / (values.len() - 1) as f64
 }
 
 fn check_options(fixed: &Fixed) -> Result<usize> {
@@ -104,7 +134,7 @@ fn huber(first: &Moments, time: &TimeAxis, values: &[f64], options: &FitOptions)
     let (r, scale) = robust::residuals(time, values, &model);
     let replaced = robust::replaced(time, &model, &r, scale);
     let moments = Moments::new(time, &replaced)?;
-    let mut fit = solve(&moments, time, &replaced, options)?;
+    let mut fit = solve(&moments, || difference_variance(&replaced), options)?;
     fit.loss = Loss::Huber;
     let rss: f64 = fit.residuals(time, values).iter().map(|r| r * r).sum();
     fit.residual_sum_of_squares_rad2_s2 = rss;
@@ -132,8 +162,8 @@ fn to_power_on(p: &Projection, c1: f64, time_constant: f64) -> Matrix3<f64> {
     a
 }
 
-/// Fit by least squares, everything included.
-fn solve(moments: &Moments, time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit> {
+/// Fit by least squares, everything included; `by_differences` is the variance that successive differences show.
+fn solve(moments: &Moments, by_differences: impl Fn() -> f64, options: &FitOptions) -> Result<Fit> {
     let p = Projection::new(moments, &options.fixed);
     let free_t = options.fixed.time_constant_s.is_none();
     let min = search::minimum(&p, options.fixed.time_constant_s);
@@ -194,7 +224,7 @@ fn solve(moments: &Moments, time: &TimeAxis, values: &[f64], options: &FitOption
     let [c1_rad_s, c2_rad_s, time_constant_s] = estimates;
     let bounded = time_constant_s.ci95[0] > 0.0 && time_constant_s.ci95[1].is_finite();
     let identifiable = !free_t || (min.termination.converged() && bounded);
-    let noise_estimate = estimate_noise(&noise, moments, min.linear.rss / freedom, values);
+    let noise_estimate = estimate_noise(&noise, moments, min.linear.rss / freedom, by_differences);
     let comparison = compare::compare(&p, free_t);
     let line = straight_line(moments, options);
     let mut out = Fit {
@@ -211,7 +241,7 @@ fn solve(moments: &Moments, time: &TimeAxis, values: &[f64], options: &FitOption
         degrees_of_freedom: freedom,
         samples: moments.count,
         sample_rate_hz: 1.0 / moments.step_s,
-        first_s: time.at(0),
+        first_s: moments.first_s,
         span_s: moments.span_s,
         noise: noise_estimate,
         comparison,
@@ -249,15 +279,15 @@ fn correlation(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
     })
 }
 
-fn estimate_noise(noise: &NoiseFit, moments: &Moments, residual_variance: f64, values: &[f64]) -> NoiseEstimate {
+fn estimate_noise(
+    noise: &NoiseFit,
+    moments: &Moments,
+    residual_variance: f64,
+    by_differences: impl Fn() -> f64,
+) -> NoiseEstimate {
     let probability = noise.mean(|m| f64::from(u8::from(m.walk_variance_rate > 0.0)));
     // with a random walk in the residuals their variance is not the white noise's; successive differences still see it
-    let white = if probability > 0.5 {
-        let squares: f64 = values.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum();
-        0.5 * squares / (values.len() - 1) as f64
-    } else {
-        residual_variance
-    };
+    let white = if probability > 0.5 { by_differences() } else { residual_variance };
     let mut upper = 0.0;
     let mut below = 0.0;
     for member in &noise.members {

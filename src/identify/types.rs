@@ -150,10 +150,16 @@ impl Fit {
     /// the fit has taken out of its residuals.
     #[must_use]
     pub fn jacobian(&self, time: &TimeAxis) -> Vec<Vec<f64>> {
+        let column = |f: &dyn Fn(f64) -> f64| (0..time.len()).map(|i| f(time.at(i))).collect();
+        self.directions().iter().map(|f| column(f)).collect()
+    }
+
+    /// The same derivatives as functions of the time since power-on, s.
+    #[must_use]
+    pub fn directions(&self) -> Vec<impl Fn(f64) -> f64 + use<>> {
         let model = self.model();
         let free = [&self.c1_rad_s, &self.c2_rad_s, &self.time_constant_s].map(|e| e.std > 0.0);
-        let column = |j: usize| (0..time.len()).map(|i| model.gradient(time.at(i))[j]).collect();
-        (0..3).filter(|&j| free[j]).map(column).collect()
+        (0..3).filter(|&j| free[j]).map(|j| move |t_s: f64| model.gradient(t_s)[j]).collect()
     }
 
     /// Residuals `values - e(t)`, rad/s.

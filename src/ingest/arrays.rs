@@ -3,10 +3,10 @@
 //! A column is a vector, or one column of a matrix: `gyro` of 400 × 3 (or 3 × 400) is `gyro[0]`, `gyro[1]`, `gyro[2]`.
 
 use super::fill::Number;
-use super::format::{Batch, Column, ColumnFacts, Facts, Opened, Source, Take};
+use super::format::{About, Batch, Column, ColumnFacts, Facts, Opened, Source, Take};
 use super::names::{self, Role};
 use super::table::{Head, Kind};
-use super::topics::{Container, Stamp, Topic, has_gyro};
+use super::topics::{Container, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use std::collections::BTreeMap;
 
@@ -63,15 +63,6 @@ pub(super) trait Arrays {
     fn load(&mut self, entry: usize) -> Result<Loaded>;
 }
 
-/// Which file, for messages.
-#[derive(Debug, Clone)]
-pub(super) struct About {
-    pub source: String,
-    pub format: &'static str,
-    pub sha256: String,
-    pub notes: Vec<String>,
-}
-
 /// Where the numbers of a column lie.
 #[derive(Debug, Clone, Copy)]
 struct Place {
@@ -116,8 +107,8 @@ pub(super) fn open(arrays: Box<dyn Arrays>, about: About) -> Result<Opened> {
                 rate_hz: None,
                 gyro: has_gyro(&layout.heads),
             });
-            let topics = topics.collect();
-            Ok(Opened::Topics(Box::new(Groups { arrays, about, tables, topics })))
+            let listing = Listing { about, topics: topics.collect() };
+            Ok(Opened::Topics(Box::new(Groups { arrays, listing, tables })))
         }
     }
 }
@@ -194,36 +185,20 @@ fn layout(entries: &[Entry], members: &[usize]) -> Layout {
 
 struct Groups {
     arrays: Box<dyn Arrays>,
-    about: About,
+    listing: Listing,
     tables: Vec<(String, Layout)>,
-    topics: Vec<Topic>,
 }
 
 impl Container for Groups {
-    fn format(&self) -> &str {
-        self.about.format
-    }
-
-    fn source(&self) -> &str {
-        &self.about.source
-    }
-
-    fn sha256(&self) -> &str {
-        &self.about.sha256
-    }
-
-    fn topics(&self) -> &[Topic] {
-        &self.topics
-    }
-
-    fn notes(&self) -> &[String] {
-        &self.about.notes
+    fn listing(&self) -> &Listing {
+        &self.listing
     }
 
     fn open(self: Box<Self>, topic: usize, _: Stamp) -> Result<Box<dyn Source>> {
-        let Self { arrays, about, mut tables, topics } = *self;
+        let Self { arrays, listing, mut tables } = *self;
         let (_, layout) = tables.swap_remove(topic);
-        Ok(Box::new(Group { arrays, about, layout, name: Some(topics[topic].name.clone()) }))
+        let name = Some(listing.topics[topic].name.clone());
+        Ok(Box::new(Group { arrays, about: listing.about, layout, name }))
     }
 }
 
@@ -237,6 +212,10 @@ struct Group {
 impl Source for Group {
     fn heads(&self) -> &[Head] {
         &self.layout.heads
+    }
+
+    fn rows(&self) -> Option<u64> {
+        Some(self.layout.rows as u64)
     }
 
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
@@ -261,16 +240,9 @@ impl Source for Group {
             last = Some((entry, loaded));
         }
         take(batch)?;
-        let mut notes = about.notes;
+        let mut notes = about.notes.clone();
         notes.extend(layout.notes);
-        Ok(Facts {
-            source: about.source,
-            format: name.map_or(about.format.to_string(), |n| format!("{}, {n}", about.format)),
-            sha256: about.sha256,
-            columns,
-            first_line: None,
-            notes,
-        })
+        Ok(about.facts(name.as_deref(), columns, notes))
     }
 }
 
@@ -369,7 +341,7 @@ mod tests {
     fn groups_are_topics() {
         let all = made(&[("imu", "t", &[5], true), ("imu", "wz", &[5], true), ("gps", "t", &[3], true)]);
         let Opened::Topics(groups) = open(all, about()).unwrap() else { panic!("one table") };
-        let seen: Vec<(&str, bool)> = groups.topics().iter().map(|t| (t.name.as_str(), t.gyro)).collect();
+        let seen: Vec<(&str, bool)> = groups.listing().topics.iter().map(|t| (t.name.as_str(), t.gyro)).collect();
         assert_eq!(seen, [("gps", false), ("imu", true)]);
         assert_eq!(groups.open(1, Stamp::Header).unwrap().heads().len(), 2);
     }

@@ -8,6 +8,11 @@ use crate::signal::TimeAxis;
 use crate::signal::slots::GAP_STEPS;
 use serde::Serialize;
 
+/// Shorter runs of a value are never called stuck.
+pub(super) const SHORTEST_STUCK: usize = 6;
+/// Runs of fewer samples at the end of the range are no saturation.
+pub(super) const SATURATED_RUN: usize = 3;
+
 /// What was done about a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -225,7 +230,7 @@ pub(super) fn judge(before: Before, stamps_s: &[f64], axis: &TimeAxis, rate: &[f
     }
 }
 
-fn drift(rate: &[f64]) -> f64 {
+pub(super) fn drift(rate: &[f64]) -> f64 {
     let size = rate.len().div_ceil(20).max(1);
     let medians: Vec<f64> = rate.chunks(size).map(|c| median(&mut c.to_vec())).collect();
     medians.iter().copied().fold(f64::MIN, f64::max) - medians.iter().copied().fold(f64::MAX, f64::min)
@@ -241,11 +246,10 @@ fn runs(rate: &[f64]) -> impl Iterator<Item = (usize, usize)> {
 }
 
 fn saturation(time_s: &[f64], rate: &[f64], rest: f64, far: f64) -> Saturation {
-    const RUN: usize = 3;
     let largest = rate.iter().copied().fold(f64::MIN, f64::max);
     let smallest = rate.iter().copied().fold(f64::MAX, f64::min);
     let mut found = Saturation { samples: 0, limit_rad_s: None, first_at_s: None, handling: Handling::Kept };
-    for (first, length) in runs(rate).filter(|r| r.1 >= RUN) {
+    for (first, length) in runs(rate).filter(|r| r.1 >= SATURATED_RUN) {
         let value = rate[first];
         if (value == largest || value == smallest) && (value - rest).abs() > far {
             found.samples += length;
@@ -262,20 +266,13 @@ fn saturation(time_s: &[f64], rate: &[f64], rest: f64, far: f64) -> Saturation {
 /// p is the larger of what the lattice explains (the fullest level holds erf(q/(2√2σ))) and of what the runs themselves
 /// show; a run counts once there, however long it is.
 fn stuck(time_s: &[f64], rate: &[f64], q: f64, noise_std: f64) -> Stuck {
-    const FALSE_ALARM: f64 = 1e-4;
-    const SHORTEST: usize = 6;
     let mut at_least = [0usize; 4];
     for (_, length) in runs(rate) {
         for (k, count) in at_least.iter_mut().enumerate() {
             *count += usize::from(length > k);
         }
     }
-    let goes_on = |k: usize| (at_least[k + 1] + 1) as f64 / (at_least[k] + 2) as f64;
-    // the later ratios rest on fewer runs: only where there are enough of them
-    let shown = (0..3).filter(|&k| k == 0 || at_least[k] >= 50).map(goes_on).fold(0.0, f64::max);
-    let lattice = if q > 0.0 { statrs::function::erf::erf(q / (8f64.sqrt() * noise_std)) } else { 0.0 };
-    let p: f64 = shown.max(lattice).min(0.999);
-    let threshold = (1.0 + (at_least[0] as f64 / FALSE_ALARM).ln() / -p.ln()).ceil().max(SHORTEST as f64) as usize;
+    let threshold = longest_by_chance(&at_least, q, noise_std);
     let repeated = rate.len() - at_least[0];
     let mut found = Stuck {
         runs: 0,
@@ -295,6 +292,17 @@ fn stuck(time_s: &[f64], rate: &[f64], q: f64, noise_std: f64) -> Stuck {
         }
     }
     found
+}
+
+/// Length from which a run is stuck, where so many runs have 1, 2, 3 and 4 samples at least.
+pub(super) fn longest_by_chance(at_least: &[usize; 4], q: f64, noise_std: f64) -> usize {
+    const FALSE_ALARM: f64 = 1e-4;
+    let goes_on = |k: usize| (at_least[k + 1] + 1) as f64 / (at_least[k] + 2) as f64;
+    // the later ratios rest on fewer runs: only where there are enough of them
+    let shown = (0..3).filter(|&k| k == 0 || at_least[k] >= 50).map(goes_on).fold(0.0, f64::max);
+    let lattice = if q > 0.0 { statrs::function::erf::erf(q / (8f64.sqrt() * noise_std)) } else { 0.0 };
+    let p: f64 = shown.max(lattice).min(0.999);
+    (1.0 + (at_least[0] as f64 / FALSE_ALARM).ln() / -p.ln()).ceil().max(SHORTEST_STUCK as f64) as usize
 }
 
 #[cfg(test)]

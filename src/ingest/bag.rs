@@ -3,12 +3,12 @@
 //! Read from front to back, so that a bag without its index (the recorder was killed) is read as far as it goes.
 
 use super::bytes::{Bytes, Little};
-use super::format::{Facts, Format, Opened, Source, Take};
+use super::format::{About, Format, Opened, Source};
 use super::input::Input;
+use super::ros::Message;
 use super::ros::decode::Encoding;
-use super::ros::{Message, RowError, Rows};
-use super::table::Head;
-use super::topics::{Container, Count, Stamp, Topic, has_gyro};
+use super::ros::topic::{MeetMessage, MessageFile, OneTopic, Place};
+use super::topics::{Container, Count, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -43,11 +43,8 @@ struct Connection {
 struct Bag {
     path: PathBuf,
     file: File,
-    name: String,
-    sha256: String,
     connections: BTreeMap<u32, Connection>,
-    topics: Vec<Topic>,
-    notes: Vec<String>,
+    listing: Listing,
 }
 
 /// What [`walk`] meets.
@@ -141,8 +138,9 @@ impl Bag {
             (topic.messages, topic.rate_hz) = (count.messages, count.rate_hz());
         }
         topics.sort_by(|a, b| a.name.cmp(&b.name));
-        let name = path.display().to_string();
-        Ok(Self { path, file, name, sha256, connections, topics, notes: lost.into_iter().collect() })
+        let source = path.display().to_string();
+        let about = About { source, format: FORMAT.name, sha256, notes: lost.into_iter().collect() };
+        Ok(Self { path, file, connections, listing: Listing { about, topics } })
     }
 }
 
@@ -155,31 +153,15 @@ fn connection(topic: &str, header: &[u8]) -> Connection {
 }
 
 impl Container for Bag {
-    fn format(&self) -> &str {
-        FORMAT.name
-    }
-
-    fn source(&self) -> &str {
-        &self.name
-    }
-
-    fn sha256(&self) -> &str {
-        &self.sha256
-    }
-
-    fn topics(&self) -> &[Topic] {
-        &self.topics
-    }
-
-    fn notes(&self) -> &[String] {
-        &self.notes
+    fn listing(&self) -> &Listing {
+        &self.listing
     }
 
     fn open(self: Box<Self>, topic: usize, stamp: Stamp) -> Result<Box<dyn Source>> {
-        let topic = &self.topics[topic];
+        let topic = &self.listing.topics[topic];
         let own: Vec<u32> = self.connections.iter().filter(|(_, c)| c.topic == topic.name).map(|(id, _)| *id).collect();
         let unreadable = |why: &str| {
-            Error::new(ErrorKind::Format, &self.name, format!("{}: {why}", topic.type_name))
+            Error::new(ErrorKind::Format, &self.listing.about.source, format!("{}: {why}", topic.type_name))
                 .at(format!("topic {}", topic.name))
                 .mend("name another topic with --topic")
         };
@@ -192,51 +174,22 @@ impl Container for Bag {
             message = Some(connection.message.as_ref().map_err(|why| unreadable(why))?);
         }
         let message = message.ok_or_else(|| unreadable("has no connection"))?.clone();
-        let heads = message.heads(stamp);
-        Ok(Box::new(OneTopic { own, message, heads, stamp, topic: topic.name.clone(), bag: *self }))
+        let name = topic.name.clone();
+        Ok(Box::new(OneTopic::new(*self, own, message, stamp, name)))
     }
 }
 
-struct OneTopic {
-    own: Vec<u32>,
-    message: Message,
-    heads: Vec<Head>,
-    stamp: Stamp,
-    topic: String,
-    bag: Bag,
-}
+impl MessageFile for Bag {
+    type Id = u32;
+    const MEND: &'static str = "copy the bag again";
 
-impl Source for OneTopic {
-    fn heads(&self) -> &[Head] {
-        &self.heads
-    }
-
-    fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
-        let Self { own, message, stamp, topic, bag, .. } = *self;
-        let mut rows = Rows::new(&message, wanted, stamp);
-        let mut bytes = Bytes::open(&bag.path, &bag.file, FIRST_LINE.len() as u64)?;
-        let lost = walk(&mut bytes, &mut |met| {
-            let Met::Message { connection, time_ns, data, at } = met else { return Ok(()) };
-            if !own.contains(&connection) {
-                return Ok(());
+    fn walk(&self, own: &[u32], _: &str, meet: MeetMessage<'_>) -> Result<Option<String>> {
+        let mut bytes = Bytes::open(&self.path, &self.file, FIRST_LINE.len() as u64)?;
+        walk(&mut bytes, &mut |met| match met {
+            Met::Message { connection, time_ns, data, at } if own.contains(&connection) => {
+                meet(data, time_ns, Place::Byte(at))
             }
-            rows.add(data, time_ns, take).map_err(|e| match e {
-                RowError::Taken(e) => e,
-                RowError::Message(why) => Error::new(ErrorKind::Format, &bag.name, why)
-                    .at(format!("message {} of {topic}, in the record at byte {at}", rows.count()))
-                    .mend("copy the bag again"),
-            })
-        })?;
-        let read = rows.count();
-        let (columns, mut notes) = rows.finish(take)?;
-        notes.extend(lost.map(|lost| format!("{lost}; {read} messages of {topic} are read")));
-        Ok(Facts {
-            source: bag.name,
-            format: format!("{}, {topic}", FORMAT.name),
-            sha256: bag.sha256,
-            columns,
-            first_line: None,
-            notes,
+            _ => Ok(()),
         })
     }
 }

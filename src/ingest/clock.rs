@@ -1,5 +1,6 @@
 //! The time column: which one, in which unit, and what it counts from.
 
+use super::format::Batch;
 use super::names::{Role, TimeKind};
 use super::table::{Head, Kind, Table, list};
 use crate::error::{Error, ErrorKind, Result};
@@ -53,6 +54,44 @@ pub(super) struct Times {
     pub resolution_s: f64,
     pub clock: Clock,
     pub notes: Vec<String>,
+    /// How the cells became seconds: the same holds for the rows that follow.
+    pub scale: Scale,
+}
+
+/// How the cells of a time column become seconds on the recording's clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Scale {
+    /// (cell + shift) · factor.
+    Affine { column: usize, shift: f64, factor: f64 },
+    /// Whole seconds, nanoseconds, and a shift.
+    Parts { seconds: usize, nanoseconds: usize, shift: f64 },
+    /// Rows at a rate.
+    Rows { rate_hz: f64 },
+}
+
+impl Scale {
+    /// Seconds of the rows of `batch`, the first of which is row `first`; NaN where a time is missing.
+    pub fn seconds(&self, batch: &Batch, first: usize) -> Vec<f64> {
+        match *self {
+            Self::Affine { column, shift, factor } => affine(&batch.columns[column].values, shift, factor),
+            Self::Parts { seconds, nanoseconds, shift } => {
+                let part = &batch.columns[nanoseconds];
+                let mut values = joined(&batch.columns[seconds].values, &part.values, part.origin);
+                values.iter_mut().for_each(|v| *v += shift);
+                values
+            }
+            Self::Rows { rate_hz } => (first..first + batch.rows).map(|i| i as f64 / rate_hz).collect(),
+        }
+    }
+}
+
+fn affine(cells: &[f64], shift: f64, factor: f64) -> Vec<f64> {
+    cells.iter().map(|v| (v + shift) * factor).collect()
+}
+
+/// Whole seconds and nanoseconds together.
+fn joined(seconds: &[f64], nanoseconds: &[f64], origin: i64) -> Vec<f64> {
+    seconds.iter().zip(nanoseconds).map(|(s, ns)| s + (ns + origin as f64) * 1e-9).collect()
 }
 
 /// Plain times that start below this count from power-on, s: 11 days.
@@ -133,6 +172,7 @@ pub(super) fn by_rows(rows: usize, rate_hz: f64) -> Times {
         resolution_s: 0.0,
         clock: Clock::PowerOn { first_s: 0.0, stated: false },
         notes: vec![format!("time is counted by rows at {rate_hz} Hz, from power-on with the first row")],
+        scale: Scale::Rows { rate_hz },
     }
 }
 
@@ -197,16 +237,16 @@ pub(super) fn read(table: &Table, column: TimeColumn, stated: Option<TimeUnit>) 
         Clock::PowerOn { .. } => cells.origin as f64,
         Clock::FirstSample { .. } => -valid[0],
     };
-    let seconds = cells.values.iter().map(|v| (v + shift) * factor).collect();
+    let seconds = affine(&cells.values, shift, factor);
     notes.extend(clock_note(clock, &head.name));
-    Ok(Times { seconds, resolution_s: cells.resolution * factor, clock, notes })
+    let scale = Scale::Affine { column: index, shift, factor };
+    Ok(Times { seconds, resolution_s: cells.resolution * factor, clock, notes, scale })
 }
 
 /// Seconds and nanoseconds in two columns.
 fn parts(table: &Table, seconds: usize, nanoseconds: usize) -> Result<Times> {
     let (whole, part) = (table.numbers(seconds)?, table.numbers(nanoseconds)?);
-    let both = whole.values.iter().zip(&part.values);
-    let mut values: Vec<f64> = both.map(|(s, ns)| s + (ns + part.origin as f64) * 1e-9).collect();
+    let mut values = joined(&whole.values, &part.values, part.origin);
     let Some(&first) = values.iter().find(|v| !v.is_nan()) else {
         return Err(Error::new(ErrorKind::Time, &table.source, "all times are missing"));
     };
@@ -217,7 +257,8 @@ fn parts(table: &Table, seconds: usize, nanoseconds: usize) -> Result<Times> {
     };
     values.iter_mut().for_each(|v| *v += shift);
     let notes = clock_note(clock, &table.heads[seconds].name).into_iter().collect();
-    Ok(Times { seconds: values, resolution_s: 1e-9, clock, notes })
+    let scale = Scale::Parts { seconds, nanoseconds, shift };
+    Ok(Times { seconds: values, resolution_s: 1e-9, clock, notes, scale })
 }
 
 fn clock_of(first_s: f64, date: bool, role: &Role) -> Clock {

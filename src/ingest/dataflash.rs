@@ -4,11 +4,11 @@
 
 use super::bytes::{Bytes, Little};
 use super::fill::{Fill, Number};
-use super::format::{Facts, Format, Opened, Source, Take};
+use super::format::{About, Facts, Format, Opened, Source, Take};
 use super::input::Input;
 use super::names::{self, Role, TimeKind};
 use super::table::{Head, Kind};
-use super::topics::{Container, Count, Stamp, Topic, has_gyro};
+use super::topics::{Container, Count, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -180,17 +180,14 @@ impl Described {
 struct DataFlash {
     path: PathBuf,
     file: File,
-    name: String,
-    sha256: String,
     described: BTreeMap<u8, Described>,
-    topics: Vec<Topic>,
-    notes: Vec<String>,
+    listing: Listing,
 }
 
 impl DataFlash {
     fn open(input: Input) -> Result<Self> {
         let path = input.path.clone();
-        let name = path.display().to_string();
+        let source = path.display().to_string();
         let (file, sha256) = input.into_file()?;
         let mut counts: BTreeMap<(u8, Option<u8>), Count> = BTreeMap::new();
         let mut bytes = Bytes::open(&path, &file, 0)?;
@@ -213,35 +210,20 @@ impl DataFlash {
         }
         topics.sort_by(|a, b| a.name.cmp(&b.name));
         topics.dedup_by(|a, b| a.name == b.name);
-        Ok(Self { path, file, name, sha256, described, topics, notes })
+        let about = About { source, format: FORMAT.name, sha256, notes };
+        Ok(Self { path, file, described, listing: Listing { about, topics } })
     }
 }
 
 impl Container for DataFlash {
-    fn format(&self) -> &str {
-        FORMAT.name
-    }
-
-    fn source(&self) -> &str {
-        &self.name
-    }
-
-    fn sha256(&self) -> &str {
-        &self.sha256
-    }
-
-    fn topics(&self) -> &[Topic] {
-        &self.topics
-    }
-
-    fn notes(&self) -> &[String] {
-        &self.notes
+    fn listing(&self) -> &Listing {
+        &self.listing
     }
 
     fn open(self: Box<Self>, topic: usize, stamp: Stamp) -> Result<Box<dyn Source>> {
-        let Topic { name: topic, type_name, .. } = self.topics[topic].clone();
+        let Topic { name: topic, type_name, .. } = self.listing.topics[topic].clone();
         let described = self.described.values().find(|d| d.name == type_name).cloned().ok_or_else(|| {
-            Error::new(ErrorKind::Format, &self.name, "is not described")
+            Error::new(ErrorKind::Format, &self.listing.about.source, "is not described")
                 .at(format!("topic {topic}"))
                 .mend("name another topic with --topic")
         })?;
@@ -262,6 +244,10 @@ impl Source for OneTopic {
         &self.heads
     }
 
+    fn rows(&self) -> Option<u64> {
+        self.file.listing.messages(&self.topic)
+    }
+
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
         let Self { described, topic, file, .. } = *self;
         let mut fill = Fill::new(wanted);
@@ -280,14 +266,7 @@ impl Source for OneTopic {
         if !notes.is_empty() {
             notes.push(format!("{rows} messages of {topic} are read"));
         }
-        Ok(Facts {
-            source: file.name,
-            format: format!("{}, {topic}", FORMAT.name),
-            sha256: file.sha256,
-            columns: fill.finish(take)?,
-            first_line: None,
-            notes,
-        })
+        Ok(file.listing.about.facts(Some(&topic), fill.finish(take)?, notes))
     }
 }
 

@@ -1,12 +1,12 @@
 //! ROS 2 bags in SQLite (`.db3`): a table of topics and one of messages in CDR.
 
-use super::format::{Facts, Format, Opened, Source, Take};
+use super::format::{About, Format, Opened, Source};
 use super::input::Input;
+use super::ros::Message;
 use super::ros::decode::Encoding;
 use super::ros::definition::plain;
-use super::ros::{Message, RowError, Rows};
-use super::table::Head;
-use super::topics::{Container, Count, Stamp, Topic, has_gyro};
+use super::ros::topic::{MeetMessage, MessageFile, OneTopic, Place};
+use super::topics::{Container, Count, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use rusqlite::{Connection, OpenFlags};
 use std::collections::BTreeMap;
@@ -26,11 +26,9 @@ struct Channel {
 }
 
 struct Db3 {
-    name: String,
-    sha256: String,
     database: Connection,
     channels: Vec<Channel>,
-    topics: Vec<Topic>,
+    listing: Listing,
 }
 
 impl Db3 {
@@ -76,7 +74,8 @@ impl Db3 {
             topics.push(topic);
             channels.push(channel);
         }
-        Ok(Self { name, sha256, database, channels, topics })
+        let about = About { source: name, format: FORMAT.name, sha256, notes: Vec::new() };
+        Ok(Self { database, channels, listing: Listing { about, topics } })
     }
 }
 
@@ -134,84 +133,44 @@ fn damaged(name: &str, place: &str, error: &rusqlite::Error) -> Error {
 }
 
 impl Container for Db3 {
-    fn format(&self) -> &str {
-        FORMAT.name
-    }
-
-    fn source(&self) -> &str {
-        &self.name
-    }
-
-    fn sha256(&self) -> &str {
-        &self.sha256
-    }
-
-    fn topics(&self) -> &[Topic] {
-        &self.topics
-    }
-
-    fn notes(&self) -> &[String] {
-        &[]
+    fn listing(&self) -> &Listing {
+        &self.listing
     }
 
     fn open(self: Box<Self>, topic: usize, stamp: Stamp) -> Result<Box<dyn Source>> {
-        let Topic { name, type_name, .. } = &self.topics[topic];
+        let Topic { name, type_name, .. } = &self.listing.topics[topic];
         let message = self.channels[topic].message.as_ref().map_err(|why| {
-            Error::new(ErrorKind::Format, &self.name, format!("{type_name}: {why}"))
+            Error::new(ErrorKind::Format, &self.listing.about.source, format!("{type_name}: {why}"))
                 .at(format!("topic {name}"))
                 .mend("convert the bag to MCAP where its types are known: `ros2 bag convert`")
         })?;
         let (message, name, ids) = (message.clone(), name.clone(), self.channels[topic].ids.clone());
-        let heads = message.heads(stamp);
-        Ok(Box::new(OneTopic { ids, message, heads, stamp, topic: name, file: *self }))
+        Ok(Box::new(OneTopic::new(*self, ids, message, stamp, name)))
     }
 }
 
-struct OneTopic {
-    ids: Vec<i64>,
-    message: Message,
-    heads: Vec<Head>,
-    stamp: Stamp,
-    topic: String,
-    file: Db3,
-}
+impl MessageFile for Db3 {
+    type Id = i64;
+    const MEND: &'static str = "copy the file again";
 
-impl Source for OneTopic {
-    fn heads(&self) -> &[Head] {
-        &self.heads
-    }
-
-    fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
-        let Self { ids, message, stamp, topic, file, .. } = *self;
-        let mut rows = Rows::new(&message, wanted, stamp);
-        let list: Vec<String> = ids.iter().map(ToString::to_string).collect();
+    fn walk(&self, own: &[i64], topic: &str, meet: MeetMessage<'_>) -> Result<Option<String>> {
+        let list: Vec<String> = own.iter().map(ToString::to_string).collect();
         let query =
             format!("SELECT id, timestamp, data FROM messages WHERE topic_id IN ({}) ORDER BY id", list.join(", "));
         let sql = |read: u64, e: &rusqlite::Error| {
-            damaged(&file.name, &format!("table messages, after {read} messages of {topic}"), e)
+            damaged(&self.listing.about.source, &format!("table messages, after {read} messages of {topic}"), e)
         };
-        let mut statement = file.database.prepare(&query).map_err(|e| sql(0, &e))?;
+        let mut statement = self.database.prepare(&query).map_err(|e| sql(0, &e))?;
         let mut cursor = statement.query([]).map_err(|e| sql(0, &e))?;
-        while let Some(row) = cursor.next().map_err(|e| sql(rows.count(), &e))? {
-            let id: i64 = row.get(0).map_err(|e| sql(rows.count(), &e))?;
-            let receipt_ns: i64 = row.get(1).map_err(|e| sql(rows.count(), &e))?;
-            let data = row.get_ref(2).map_err(|e| sql(rows.count(), &e))?;
-            let data = data.as_blob().map_err(|e| sql(rows.count(), &e.into()))?;
-            rows.add(data, receipt_ns, take).map_err(|e| match e {
-                RowError::Taken(e) => e,
-                RowError::Message(why) => Error::new(ErrorKind::Format, &file.name, why)
-                    .at(format!("table messages, id {id}"))
-                    .mend("copy the file again"),
-            })?;
+        let mut read = 0;
+        while let Some(row) = cursor.next().map_err(|e| sql(read, &e))? {
+            let id: i64 = row.get(0).map_err(|e| sql(read, &e))?;
+            let receipt_ns: i64 = row.get(1).map_err(|e| sql(read, &e))?;
+            let data = row.get_ref(2).map_err(|e| sql(read, &e))?;
+            let data = data.as_blob().map_err(|e| sql(read, &e.into()))?;
+            meet(data, receipt_ns, Place::Id(id))?;
+            read += 1;
         }
-        let (columns, notes) = rows.finish(take)?;
-        Ok(Facts {
-            source: file.name.clone(),
-            format: format!("{}, {topic}", FORMAT.name),
-            sha256: file.sha256.clone(),
-            columns,
-            first_line: None,
-            notes,
-        })
+        Ok(None)
     }
 }

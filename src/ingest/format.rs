@@ -50,6 +50,27 @@ pub(super) struct Facts {
     pub notes: Vec<String>,
 }
 
+/// Which file, for messages and reports.
+#[derive(Debug, Clone)]
+pub(super) struct About {
+    /// Path, for messages.
+    pub source: String,
+    /// Name of the format.
+    pub format: &'static str,
+    /// SHA-256 of the file's bytes, hexadecimal.
+    pub sha256: String,
+    /// What was found when the file was opened.
+    pub notes: Vec<String>,
+}
+
+impl About {
+    /// What is known of the file's table, or of the one called `part`, when all of it was read.
+    pub fn facts(self, part: Option<&str>, columns: Vec<ColumnFacts>, notes: Vec<String>) -> Facts {
+        let format = part.map_or(self.format.to_string(), |name| format!("{}, {name}", self.format));
+        Facts { source: self.source, format, sha256: self.sha256, columns, first_line: None, notes }
+    }
+}
+
 /// Takes the batches of a table in the file's order; its error ends the reading.
 pub(super) type Take<'a> = &'a mut dyn FnMut(Batch) -> Result<()>;
 
@@ -57,6 +78,10 @@ pub(super) type Take<'a> = &'a mut dyn FnMut(Batch) -> Result<()>;
 pub(super) trait Source {
     /// The columns.
     fn heads(&self) -> &[Head];
+    /// How many rows there are, or about how many; none if that is not known before they are read.
+    fn rows(&self) -> Option<u64> {
+        None
+    }
     /// Reads the cells of the columns that are `wanted` (one flag a column), some rows at a time.
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts>;
 }

@@ -70,8 +70,9 @@ pub(super) struct Chosen {
 pub(super) fn open(path: &Path, choice: Choice<'_>) -> Result<Chosen> {
     match open_any(path)? {
         Opened::Topics(container) => {
-            let (topic, note) = topics::choose(container.source(), container.topics(), choice.topic)
-                .map_err(|e| told_of_damage(e, container.notes()))?;
+            let listing = container.listing();
+            let (topic, note) = topics::choose(&listing.about.source, &listing.topics, choice.topic)
+                .map_err(|e| told_of_damage(e, &listing.about.notes))?;
             let source = container.open(topic, choice.stamp)?;
             Ok(Chosen { source, note })
         }
@@ -106,11 +107,14 @@ pub(super) fn open_all(path: &Path, topics: &[String], stamp: Stamp, of_several:
                 break;
             }
             Opened::Table(_) => chosen.push(open(path, Choice { topic: Some(topic), stamp })?),
-            Opened::Topics(container) => match topics::choose(container.source(), container.topics(), Some(topic)) {
-                Ok((index, note)) => chosen.push(Chosen { source: container.open(index, stamp)?, note }),
-                Err(_) if of_several => {}
-                Err(error) => return Err(error),
-            },
+            Opened::Topics(container) => {
+                let listing = container.listing();
+                match topics::choose(&listing.about.source, &listing.topics, Some(topic)) {
+                    Ok((index, note)) => chosen.push(Chosen { source: container.open(index, stamp)?, note }),
+                    Err(_) if of_several => {}
+                    Err(error) => return Err(error),
+                }
+            }
         }
     }
     Ok(chosen)

@@ -1,7 +1,7 @@
 //! HDF5, and MATLAB files of version 7.3, which are HDF5: datasets of numbers in groups.
 
-use super::arrays::{self, About, Arrays, Entry, Loaded};
-use super::format::{Format, Opened};
+use super::arrays::{self, Arrays, Entry, Loaded};
+use super::format::{About, Format, Opened};
 use super::input::Input;
 use super::table::Kind;
 use crate::error::{Error, ErrorKind, Result};

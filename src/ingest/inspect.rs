@@ -7,7 +7,7 @@ use super::formats;
 use super::names::{Axis, Role, TimeKind};
 use super::recording::{self, GyroQuery, Plan};
 use super::table::{self, Kind, Table};
-use super::topics::{self, Stamp, Topic};
+use super::topics::{self, Listing, Stamp, Topic};
 use crate::error::Result;
 use crate::math::robust::median;
 use serde::Serialize;
@@ -128,11 +128,12 @@ pub fn inspect_topic(path: impl AsRef<Path>, topic: Option<&str>, stamp: Stamp) 
         Opened::Table(_) if topic.is_some() => formats::open(path, formats::Choice { topic, stamp })?.source,
         Opened::Table(source) => source,
         Opened::Topics(container) => {
-            report.file = container.source().to_string();
-            report.format = container.format().to_string();
-            report.sha256 = container.sha256().to_string();
-            report.topics = container.topics().to_vec();
-            match topics::choose(container.source(), container.topics(), topic) {
+            let Listing { about, topics: listed } = container.listing();
+            report.file.clone_from(&about.source);
+            report.format = about.format.to_string();
+            report.sha256.clone_from(&about.sha256);
+            report.topics.clone_from(listed);
+            match topics::choose(&about.source, listed, topic) {
                 Ok((index, note)) => {
                     report.topic = Some(report.topics[index].name.clone());
                     report.notes.extend(note);
@@ -141,7 +142,7 @@ pub fn inspect_topic(path: impl AsRef<Path>, topic: Option<&str>, stamp: Stamp) 
                 Err(error) if topic.is_some() => return Err(error),
                 Err(error) => {
                     report.problems.push(told(&error));
-                    report.notes.extend_from_slice(container.notes());
+                    report.notes.extend_from_slice(&about.notes);
                     return Ok(report);
                 }
             }

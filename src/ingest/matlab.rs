@@ -3,9 +3,9 @@
 //! Vectors and matrices of numbers are read, also those in structs; tables, timetables and other objects are not in any
 //! documented form. (MathWorks, *MAT-File Format*.) The crate `matfile` is not used: it passes over structs.
 
-use super::arrays::{self, About, Arrays, Entry, Loaded};
+use super::arrays::{self, Arrays, Entry, Loaded};
 use super::bytes::Bytes;
-use super::format::{Format, Opened};
+use super::format::{About, Format, Opened};
 use super::input::Input;
 use super::table::Kind;
 use crate::error::{ErrorKind, Result};

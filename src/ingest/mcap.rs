@@ -5,12 +5,13 @@
 //! twenty others along and tells no place of an error.
 
 use super::bytes::{Bytes, Little};
-use super::format::{Facts, Format, Opened, Source, Take};
+use super::format::{About, Format, Opened, Source};
 use super::input::Input;
+use super::ros::Message;
 use super::ros::decode::Encoding;
-use super::ros::{Message, RowError, Rows};
+use super::ros::topic::{MeetMessage, MessageFile, OneTopic, Place};
 use super::table::Head;
-use super::topics::{Container, Count, Stamp, Topic, has_gyro};
+use super::topics::{Container, Count, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -54,12 +55,9 @@ struct Channel {
 struct Mcap {
     path: PathBuf,
     file: File,
-    name: String,
-    sha256: String,
     schemas: BTreeMap<u16, Schema>,
     channels: BTreeMap<u16, Channel>,
-    topics: Vec<Topic>,
-    notes: Vec<String>,
+    listing: Listing,
 }
 
 /// What [`walk`] meets.
@@ -90,9 +88,9 @@ impl Mcap {
             }
             Ok(())
         })?;
-        let name = path.display().to_string();
-        let notes = lost.into_iter().collect();
-        let mut file = Self { path, file, name, sha256, schemas, channels, topics: Vec::new(), notes };
+        let source = path.display().to_string();
+        let about = About { source, format: FORMAT.name, sha256, notes: lost.into_iter().collect() };
+        let mut file = Self { path, file, schemas, channels, listing: Listing { about, topics: Vec::new() } };
         let mut several: BTreeMap<&str, (&Channel, Count)> = BTreeMap::new();
         for (id, channel) in &file.channels {
             let count = counts.get(id).copied().unwrap_or_default();
@@ -105,7 +103,7 @@ impl Mcap {
             rate_hz: count.rate_hz(),
             gyro: file.message(channel).is_ok_and(|m| has_gyro(&m.heads(Stamp::Header))),
         };
-        file.topics = several.into_iter().map(topic).collect();
+        file.listing.topics = several.into_iter().map(topic).collect();
         Ok(file)
     }
 
@@ -128,30 +126,14 @@ impl Mcap {
 }
 
 impl Container for Mcap {
-    fn format(&self) -> &str {
-        FORMAT.name
-    }
-
-    fn source(&self) -> &str {
-        &self.name
-    }
-
-    fn sha256(&self) -> &str {
-        &self.sha256
-    }
-
-    fn topics(&self) -> &[Topic] {
-        &self.topics
-    }
-
-    fn notes(&self) -> &[String] {
-        &self.notes
+    fn listing(&self) -> &Listing {
+        &self.listing
     }
 
     fn open(self: Box<Self>, topic: usize, stamp: Stamp) -> Result<Box<dyn Source>> {
-        let topic = &self.topics[topic];
+        let topic = &self.listing.topics[topic];
         let unreadable = |why: &str| {
-            Error::new(ErrorKind::Format, &self.name, format!("{}: {why}", topic.type_name))
+            Error::new(ErrorKind::Format, &self.listing.about.source, format!("{}: {why}", topic.type_name))
                 .at(format!("topic {}", topic.name))
                 .mend("name another topic with --topic, or record it anew with `ros2 bag record`")
         };
@@ -167,51 +149,20 @@ impl Container for Mcap {
         if own.values().any(|m| names(&m.heads(stamp)) != names(&heads)) {
             return Err(unreadable("is published as several types"));
         }
-        let own = own.into_keys().collect();
-        Ok(Box::new(OneTopic { own, message, heads, stamp, topic: topic.name.clone(), file: *self }))
+        let (own, name) = (own.into_keys().collect(), topic.name.clone());
+        Ok(Box::new(OneTopic::new(*self, own, message, stamp, name)))
     }
 }
 
-struct OneTopic {
-    own: Vec<u16>,
-    message: Message,
-    heads: Vec<Head>,
-    stamp: Stamp,
-    topic: String,
-    file: Mcap,
-}
+impl MessageFile for Mcap {
+    type Id = u16;
+    const MEND: &'static str = "copy the file again";
 
-impl Source for OneTopic {
-    fn heads(&self) -> &[Head] {
-        &self.heads
-    }
-
-    fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
-        let Self { own, message, stamp, topic, file, .. } = *self;
-        let mut rows = Rows::new(&message, wanted, stamp);
-        let mut bytes = Bytes::open(&file.path, &file.file, MAGIC.len() as u64)?;
-        let lost = walk(&mut bytes, &mut |met| {
-            let Met::Message { channel, log_ns, data, at } = met else { return Ok(()) };
-            if !own.contains(&channel) {
-                return Ok(());
-            }
-            rows.add(data, log_ns, take).map_err(|e| match e {
-                RowError::Taken(e) => e,
-                RowError::Message(why) => Error::new(ErrorKind::Format, &file.name, why)
-                    .at(format!("message {} of {topic}, in the record at byte {at}", rows.count()))
-                    .mend("copy the file again"),
-            })
-        })?;
-        let read = rows.count();
-        let (columns, mut notes) = rows.finish(take)?;
-        notes.extend(lost.map(|lost| format!("{lost}; {read} messages of {topic} are read")));
-        Ok(Facts {
-            source: file.name,
-            format: format!("{}, {topic}", FORMAT.name),
-            sha256: file.sha256,
-            columns,
-            first_line: None,
-            notes,
+    fn walk(&self, own: &[u16], _: &str, meet: MeetMessage<'_>) -> Result<Option<String>> {
+        let mut bytes = Bytes::open(&self.path, &self.file, MAGIC.len() as u64)?;
+        walk(&mut bytes, &mut |met| match met {
+            Met::Message { channel, log_ns, data, at } if own.contains(&channel) => meet(data, log_ns, Place::Byte(at)),
+            _ => Ok(()),
         })
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! A file's format is found in its content: text tables, gzipped or not, Parquet, bags of ROS 1 and 2, flight logs of PX4 and
 //! ArduPilot, MATLAB, HDF5 and NumPy. Where it holds messages of several [topics](Topic), the only one with a gyro is read,
-//! or the one that is named; its columns are found by their names and unit suffixes. [`read_gyro`] reads one axis of a gyro at rest for the fit and audits it; [`read_drive`]
+//! or the one that is named; its columns are found by their names and unit suffixes. [`read_gyro`] reads one axis of a gyro at rest for the fit and audits it,
+//! [`read_gyro_within`] also of a log too large to be held, in one pass; [`read_drive`]
 //! reads every channel of a drive, from one file or several; [`read_log`] one file without more ado; [`inspect()`] tells what is in a file; [`write_log`] writes a log.
 //!
 //! Nothing is dropped or guessed in silence: what was done about a finding stands in the [`Audit`], what was decided in the
@@ -51,6 +52,9 @@ mod quantity;
 mod rate_unit;
 mod recording;
 mod ros;
+mod scalar;
+mod stream;
+mod stream_audit;
 mod table;
 mod text;
 mod topics;
@@ -65,6 +69,7 @@ pub use inspect::{AxisReport, ColumnReport, Inspection, TimeReport, inspect, ins
 pub use motion::{Interval, Motion};
 pub use names::Axis;
 pub use recording::{GyroQuery, GyroRecording};
+pub use stream::StreamedRecording;
 pub use topics::{Stamp, Topic};
 pub use write::{LogWriter, write_log};
 
@@ -81,7 +86,13 @@ use std::path::Path;
 /// - [`ErrorKind::Value`]: words in a column of numbers, infinity, rates beyond 100 rad/s, nothing but missing values, a constant.
 /// - [`ErrorKind::TooShort`]: fewer than three samples.
 pub fn read_gyro(path: impl AsRef<Path>, query: &GyroQuery) -> Result<GyroRecording> {
-    let path = path.as_ref();
+    let (source, plan) = opened(path.as_ref(), query)?;
+    let wanted = plan.wanted(source.heads().len());
+    recording::assemble(&table::collect(source, &wanted)?, &plan, query)
+}
+
+/// The table of `path` with the gyro, and its columns.
+fn opened(path: &Path, query: &GyroQuery) -> Result<(Box<dyn format::Source>, recording::Plan)> {
     if let Some(rate_hz) = query.rate_hz
         && !(rate_hz.is_finite() && rate_hz > 0.0)
     {
@@ -92,6 +103,72 @@ pub fn read_gyro(path: impl AsRef<Path>, query: &GyroQuery) -> Result<GyroRecord
     let formats::Chosen { source, note } = formats::open(path, choice)?;
     let mut plan = recording::Plan::of(&path.display().to_string(), source.heads(), query)?;
     plan.notes.extend(note);
+    Ok((source, plan))
+}
+
+/// Numbers of a log at rest that are held at once where nobody says otherwise, bytes: 3.3e7 samples with their times.
+pub const MEMORY_BYTES: usize = 512 << 20;
+
+/// A log that was held, or one that was read once because it is too large for that.
+#[derive(Debug, Clone)]
+pub enum Reading {
+    /// All samples.
+    Whole(Box<GyroRecording>),
+    /// What one pass kept of them.
+    Streamed(Box<StreamedRecording>),
+}
+
+/// How far the reading has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Rows read.
+    pub rows: u64,
+    /// About how many there are; none where that is not known.
+    pub of: Option<u64>,
+}
+
+/// Reads one axis of a gyro that was at rest, as [`read_gyro`]; a log whose columns take more than `memory_bytes` (8 for each
+/// number) is read in one pass, of which about 60 MB are kept. The size is known from the file's index or the length of its
+/// lines; where neither tells, it is found while reading. `progress` is told how far it has come.
+///
+/// # Errors
+/// As [`read_gyro`]. Of a log that is not held: [`ErrorKind::Usage`] for [`GyroQuery::sort_time`], [`ErrorKind::Time`] where the
+/// clock is coarser than the sampling, for its stamps cannot be spread.
+pub fn read_gyro_within(
+    path: impl AsRef<Path>,
+    query: &GyroQuery,
+    memory_bytes: usize,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Reading> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    let (source, plan) = opened(path, query)?;
     let wanted = plan.wanted(source.heads().len());
-    recording::assemble(&table::collect(source, &wanted)?, &plan, query)
+    let row_bytes = wanted.iter().filter(|w| **w).count() * size_of::<f64>();
+    let of = source.rows();
+    // lengths of lines are guessed: only what is clearly too large is not held to begin with
+    let large = of.is_some_and(|rows| rows.saturating_mul(row_bytes as u64) > memory_bytes as u64);
+    let heads = source.heads().to_vec();
+    let mut gathering = Some(table::Gathering::new(heads));
+    let mut pass: Option<stream::Pass> = None;
+    let facts = source.read(&wanted, &mut |batch| {
+        if let Some(pass) = &mut pass {
+            pass.add(&batch)?;
+            progress(Progress { rows: pass.rows() as u64, of });
+        } else if let Some(mut held) = gathering.take() {
+            held.add(batch);
+            progress(Progress { rows: held.rows() as u64, of });
+            if held.rows() > 0 && (large || held.bytes() > memory_bytes) {
+                pass = Some(stream::Pass::begin(held.beginning(&name), &plan, query)?);
+            } else {
+                gathering = Some(held);
+            }
+        }
+        Ok(())
+    })?;
+    match (pass, gathering) {
+        (Some(pass), _) => Ok(Reading::Streamed(Box::new(pass.finish(facts)?))),
+        (None, Some(held)) => Ok(Reading::Whole(Box::new(recording::assemble(&held.finish(facts), &plan, query)?))),
+        (None, None) => Err(Error::new(ErrorKind::TooShort, &name, "no rows").mend("record the log again")),
+    }
 }

@@ -57,6 +57,9 @@ const LARGEST_STEP_RAD_S: f64 = RAD_S_PER_DEG_S;
 /// Windows over which the drift of the rest level is taken.
 const DRIFT: usize = 20;
 
+/// Windows that means over blocks are gathered into.
+const MOST_WINDOWS: usize = 1 << 17;
+
 struct Window {
     first: usize,
     last: usize,
@@ -69,7 +72,44 @@ pub(super) fn detect(time_s: &[f64], rate: &[f64], step_s: f64, noise_std: f64, 
     let per_window = ((WINDOW_S / step_s).round() as usize).clamp(FEWEST_SAMPLES, rate.len().max(FEWEST_SAMPLES));
     let q = lattice.unwrap_or(0.0);
     let windows = cut(rate, per_window, q);
-    let window_s = per_window as f64 * step_s;
+    let mut motion = judge(&windows, time_s, per_window, per_window as f64 * step_s, noise_std, q);
+    let within = |i: &Interval| time_s.partition_point(|&t| t <= i.end_s) - time_s.partition_point(|&t| t < i.start_s);
+    motion.samples = motion.intervals.iter().map(within).sum();
+    motion
+}
+
+/// Finds the motion in means over blocks of `block` samples, whose first times are `time_s`, with the spread of the samples in
+/// each; a block without a mean is passed over. A spread that is a standard deviation sees a stray sample; a window as long
+/// as a block cannot tell it from motion.
+pub(super) fn detect_blocks(
+    time_s: &[f64],
+    means: &[f64],
+    spreads: &[f64],
+    block: usize,
+    block_s: f64,
+    noise_std: f64,
+) -> Motion {
+    let together = ((WINDOW_S / block_s).ceil() as usize).max(FEWEST_SAMPLES.div_ceil(block));
+    let together = together.max(means.len().div_ceil(MOST_WINDOWS)).max(1);
+    let window = |k: usize| -> Option<Window> {
+        let (first, last) = (k * together, (k * together + together).min(means.len()) - 1);
+        let there: Vec<usize> = (first..=last).filter(|&i| means[i].is_finite()).collect();
+        let n = there.len() as f64;
+        let level = there.iter().map(|&i| means[i]).sum::<f64>() / n;
+        // within the blocks and between them
+        let within = |i: &usize| spreads[*i].powi(2) + (means[*i] - level).powi(2);
+        let spread = (there.iter().map(within).sum::<f64>() / n).sqrt();
+        (2 * there.len() > last - first).then_some(Window { first, last, level, spread })
+    };
+    let windows: Vec<Window> = (0..means.len() / together).filter_map(window).collect();
+    let mut motion = judge(&windows, time_s, together * block, together as f64 * block_s, noise_std, 0.0);
+    let within = |i: &Interval| ((i.end_s - i.start_s) / block_s).round() as usize * block;
+    motion.samples = motion.intervals.iter().map(within).sum();
+    motion
+}
+
+/// Which windows move; the samples in them are not counted yet.
+fn judge(windows: &[Window], time_s: &[f64], per_window: usize, window_s: f64, noise_std: f64, q: f64) -> Motion {
     let mut motion = Motion { assessed: false, window_s, intervals: Vec::new(), total_s: 0.0, samples: 0 };
     if windows.len() < FEWEST_WINDOWS {
         return motion;
@@ -78,7 +118,7 @@ pub(super) fn detect(time_s: &[f64], rate: &[f64], step_s: f64, noise_std: f64, 
     let m = windows.len() as f64;
     // two tests a window, each two-sided; the scale is itself an estimate, the more uncertain the fewer windows there are
     let z = Normal::standard().inverse_cdf(1.0 - FALSE_ALARM / (4.0 * m)) * (1.0 + 3.0 / m.sqrt());
-    let calm = calm(&windows, per_window, z);
+    let calm = calm(windows, per_window, z);
     let levels: Vec<f64> = windows.iter().map(|w| w.level).collect();
     let walk = Walk::of(&levels, z, (2.0 * noise_std).max(2.0 * q));
     // a gap in the log counts as the windows that it could have held
@@ -107,11 +147,6 @@ pub(super) fn detect(time_s: &[f64], rate: &[f64], step_s: f64, noise_std: f64, 
         }
     }
     motion.total_s = motion.intervals.iter().map(|i| i.end_s - i.start_s).sum();
-    motion.samples = motion
-        .intervals
-        .iter()
-        .map(|i| time_s.partition_point(|&t| t <= i.end_s) - time_s.partition_point(|&t| t < i.start_s))
-        .sum();
     motion
 }
 

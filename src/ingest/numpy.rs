@@ -2,8 +2,8 @@
 //!
 //! (NEP 1.) The crates that read the header bring a parser generator and a big-integer library along for one line of text.
 
-use super::arrays::{self, About, Arrays, Entry, Loaded};
-use super::format::{Format, Opened};
+use super::arrays::{self, Arrays, Entry, Loaded};
+use super::format::{About, Format, Opened};
 use super::input::Input;
 use super::numpy_header::{Field, Header, Plain};
 use super::table::Kind;

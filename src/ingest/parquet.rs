@@ -1,8 +1,8 @@
 //! Parquet, by polars. Its types stay in this file.
 
-use super::format::{Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
+use super::format::{About, Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
 use super::input::Input;
-use super::table::{Cells, Head, Kind};
+use super::table::{Head, Kind};
 use crate::error::{Error, ErrorKind, Result};
 use polars::prelude::{
     ArrowDataType, ArrowTimeUnit, DataType, ParquetReader, PolarsError, PolarsResult, SerReader, Series,
@@ -23,14 +23,20 @@ struct Parquet {
     sha256: String,
     heads: Vec<Head>,
     types: Vec<ArrowDataType>,
+    rows: usize,
 }
+
+/// Rows that are decoded at once, as far as the file's row groups allow; no row group needs to be held whole.
+const ROWS_AT_ONCE: usize = 1 << 20;
 
 impl Parquet {
     fn open(input: Input) -> Result<Self> {
         let path = input.path.clone();
         let (file, sha256) = input.into_file()?;
         let handle = file.try_clone().map_err(|e| Error::io(&path, &e))?;
-        let schema = guarded(|| ParquetReader::new(handle).schema()).map_err(|why| damaged(&path, &why))?;
+        let mut reader = ParquetReader::new(handle);
+        let (schema, rows) =
+            guarded(|| Ok((reader.schema()?, reader.num_rows()?))).map_err(|why| damaged(&path, &why))?;
         let mut heads = Vec::new();
         let mut types = Vec::new();
         for field in schema.iter_values() {
@@ -39,7 +45,7 @@ impl Parquet {
             heads.push(Head { name: field.name.to_string(), kind, type_name, unit: None, role: None });
             types.push(field.dtype.clone());
         }
-        Ok(Self { path, file, sha256, heads, types })
+        Ok(Self { path, file, sha256, heads, types, rows })
     }
 }
 
@@ -48,45 +54,72 @@ impl Source for Parquet {
         &self.heads
     }
 
+    fn rows(&self) -> Option<u64> {
+        Some(self.rows as u64)
+    }
+
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
-        let Self { path, file, sha256, heads, types } = *self;
-        let columns: Vec<usize> = (0..heads.len()).filter(|&i| wanted[i] && heads[i].kind != Kind::Other).collect();
-        let projection = columns.clone();
-        let (rows, filled) = guarded(move || {
-            let mut reader = ParquetReader::new(file);
-            let rows = reader.num_rows()?;
-            if projection.is_empty() {
-                return Ok((rows, Vec::new()));
-            }
-            let frame = reader.with_projection(Some(projection.clone())).finish()?;
-            let mut filled = Vec::new();
-            for (column, &index) in frame.columns().iter().zip(&projection) {
-                filled.push(cells_of(column.as_materialized_series(), &types[index])?);
-            }
-            Ok((rows, filled))
-        })
-        .map_err(|why| damaged(&path, &why))?;
+        let Self { path, file, sha256, heads, types, rows } = *self;
         if rows == 0 {
             return Err(
                 Error::new(ErrorKind::TooShort, path.display(), "has columns and no rows").mend("record the log again")
             );
         }
-        let mut batch = Batch { rows, columns: vec![Column::default(); heads.len()] };
-        let mut facts = vec![ColumnFacts::default(); heads.len()];
-        for (index, cells) in columns.into_iter().zip(filled) {
-            facts[index].resolution = cells.resolution;
-            batch.columns[index] = Column { origin: cells.origin, values: cells.values };
+        let columns: Vec<usize> = (0..heads.len()).filter(|&i| wanted[i] && heads[i].kind != Kind::Other).collect();
+        let mut filling: Vec<Filling> =
+            columns.iter().map(|&i| Filling { data_type: &types[i], ..Filling::default() }).collect();
+        let fail = |why: String| damaged(&path, &why);
+        let handle = || file.try_clone().map_err(|e| Error::io(&path, &e));
+        let mut first = ParquetReader::new(handle()?);
+        let metadata = guarded(|| first.get_metadata().cloned()).map_err(fail)?;
+        let groups: Vec<usize> = metadata.row_groups.iter().map(|g| g.num_rows()).collect();
+        for (from, count) in slices(&groups) {
+            // a file is mapped into memory anew for each slice: what was read is given back
+            let file = handle()?;
+            let decoded = guarded(|| {
+                let mut reader = ParquetReader::new(file);
+                reader.set_metadata(metadata.clone());
+                if columns.is_empty() {
+                    return Ok(Vec::new());
+                }
+                let reader = reader.with_slice(Some((from, count))).with_projection(Some(columns.clone()));
+                let frame = reader.finish()?;
+                let pairs = frame.columns().iter().zip(&mut filling);
+                pairs.map(|(column, filling)| filling.cells(column.as_materialized_series())).collect()
+            })
+            .map_err(fail)?;
+            let mut batch = Batch { rows: count, columns: vec![Column::default(); heads.len()] };
+            for ((&index, filling), values) in columns.iter().zip(&filling).zip(decoded) {
+                batch.columns[index] =
+                    Column { origin: filling.origin.unwrap_or(0).saturating_mul(filling.factor()), values };
+            }
+            take(batch)?;
         }
-        take(batch)?;
-        Ok(Facts {
-            source: path.display().to_string(),
-            format: "Parquet".to_string(),
-            sha256,
-            columns: facts,
-            first_line: None,
-            notes: Vec::new(),
-        })
+        let mut facts = vec![ColumnFacts::default(); heads.len()];
+        for (&index, filling) in columns.iter().zip(&filling) {
+            facts[index].resolution = filling.resolution();
+        }
+        let about = About { source: path.display().to_string(), format: FORMAT.name, sha256, notes: Vec::new() };
+        Ok(about.facts(None, facts, Vec::new()))
     }
+}
+
+/// First row and number of rows of what is decoded at once: whole row groups, or parts of a large one.
+fn slices(groups: &[usize]) -> Vec<(usize, usize)> {
+    let mut out: Vec<(usize, usize)> = Vec::new();
+    let mut from = 0;
+    for &rows in groups {
+        match out.last_mut() {
+            Some((_, count)) if *count + rows <= ROWS_AT_ONCE => *count += rows,
+            _ => {
+                let parts = rows.div_ceil(4 * ROWS_AT_ONCE).max(1);
+                let part = rows.div_ceil(parts);
+                out.extend((0..parts).map(|i| (from + i * part, part.min(rows - i * part))).filter(|s| s.1 > 0));
+            }
+        }
+        from += rows;
+    }
+    out
 }
 
 fn kind_of(data_type: &ArrowDataType) -> Kind {
@@ -99,42 +132,67 @@ fn kind_of(data_type: &ArrowDataType) -> Kind {
     }
 }
 
-/// A column as floats; integers and dates less their first value, so that nanoseconds keep all their digits.
-fn cells_of(series: &Series, data_type: &ArrowDataType) -> PolarsResult<Cells> {
-    use ArrowDataType as A;
-    let mut cells = Cells::default();
-    match data_type {
-        A::Int64 | A::UInt64 | A::Timestamp(..) => {
+/// A column while it is read: integers and dates less their first value, so that nanoseconds keep all their digits.
+struct Filling<'a> {
+    data_type: &'a ArrowDataType,
+    /// First value, before it is in nanoseconds.
+    origin: Option<i64>,
+    largest: f64,
+}
+
+impl Default for Filling<'_> {
+    fn default() -> Self {
+        Self { data_type: &ArrowDataType::Null, origin: None, largest: 0.0 }
+    }
+}
+
+impl Filling<'_> {
+    /// Nanoseconds in a unit of a date; 1 for numbers.
+    fn factor(&self) -> i64 {
+        match self.data_type {
+            ArrowDataType::Timestamp(ArrowTimeUnit::Second, _) => 1_000_000_000,
+            ArrowDataType::Timestamp(ArrowTimeUnit::Millisecond, _) => 1_000_000,
+            ArrowDataType::Timestamp(ArrowTimeUnit::Microsecond, _) => 1_000,
+            _ => 1,
+        }
+    }
+
+    fn whole(&self) -> bool {
+        use ArrowDataType as A;
+        matches!(self.data_type, A::Int64 | A::UInt64 | A::Timestamp(..))
+    }
+
+    /// The next cells as floats.
+    fn cells(&mut self, series: &Series) -> PolarsResult<Vec<f64>> {
+        if self.whole() {
             let physical = series.to_physical_repr();
             let whole = physical.cast(&DataType::Int64)?;
             let whole = whole.i64()?;
-            let factor = match data_type {
-                A::Timestamp(ArrowTimeUnit::Second, _) => 1_000_000_000,
-                A::Timestamp(ArrowTimeUnit::Millisecond, _) => 1_000_000,
-                A::Timestamp(ArrowTimeUnit::Microsecond, _) => 1_000,
-                _ => 1,
-            };
-            let first = whole.iter().flatten().next().unwrap_or(0);
-            cells.origin = first.saturating_mul(factor);
-            let offset = |v: i64| (i128::from(v) - i128::from(first)) as f64 * factor as f64;
-            cells.values = whole.iter().map(|v| v.map_or(f64::NAN, offset)).collect();
-            cells.resolution = factor as f64;
+            if self.origin.is_none() {
+                self.origin = whole.iter().flatten().next();
+            }
+            let (first, factor) = (self.origin.unwrap_or(0), self.factor() as f64);
+            let offset = |v: i64| (i128::from(v) - i128::from(first)) as f64 * factor;
+            return Ok(whole.iter().map(|v| v.map_or(f64::NAN, offset)).collect());
         }
-        _ => {
-            let float = series.cast(&DataType::Float64)?;
-            cells.values = float.f64()?.iter().map(|v| v.unwrap_or(f64::NAN)).collect();
-            cells.resolution = match data_type {
-                A::Float64 | A::Null => 0.0,
-                // half a unit in the last place of the largest value
-                A::Float32 => {
-                    let largest = cells.values.iter().filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));
-                    largest * f64::from(f32::EPSILON)
-                }
-                _ => 1.0,
-            };
+        let float = series.cast(&DataType::Float64)?;
+        let values: Vec<f64> = float.f64()?.iter().map(|v| v.unwrap_or(f64::NAN)).collect();
+        if *self.data_type == ArrowDataType::Float32 {
+            self.largest = values.iter().filter(|v| v.is_finite()).fold(self.largest, |m, v| m.max(v.abs()));
+        }
+        Ok(values)
+    }
+
+    /// What the values are rounded to, when all were read.
+    fn resolution(&self) -> f64 {
+        match self.data_type {
+            _ if self.whole() => self.factor() as f64,
+            ArrowDataType::Float64 | ArrowDataType::Null => 0.0,
+            // half a unit in the last place of the largest value
+            ArrowDataType::Float32 => self.largest * f64::from(f32::EPSILON),
+            _ => 1.0,
         }
     }
-    Ok(cells)
 }
 
 /// Runs the decoder; one that gives up on a damaged file by a panic is an error like any other.
@@ -149,4 +207,25 @@ fn damaged(path: &std::path::Path, why: &str) -> Error {
     let why = why.lines().next().unwrap_or_default();
     Error::new(ErrorKind::Format, path.display(), format!("the Parquet file is damaged or truncated: {why}"))
         .mend("copy or write the file again; Parquet has its index at the end and cannot be read in part")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slices_hold_whole_row_groups_and_parts_of_large_ones() {
+        let m = ROWS_AT_ONCE;
+        assert_eq!(slices(&[5]), [(0, 5)]);
+        assert_eq!(slices(&[m / 2, m / 2, m / 2]), [(0, m), (m, m / 2)]);
+        for groups in [vec![100 * m + 7, 3], vec![4 * m, 1, 0, 2 * m]] {
+            let mut next = 0;
+            for (from, count) in slices(&groups) {
+                assert_eq!(from, next);
+                assert!(count > 0 && count <= 4 * m);
+                next += count;
+            }
+            assert_eq!(next, groups.iter().sum::<usize>());
+        }
+    }
 }

@@ -59,15 +59,15 @@ pub struct GyroRecording {
 }
 
 /// Rates beyond this are no gyro's, rad/s (5730 °/s).
-const LARGEST_RATE: f64 = 100.0;
+pub(super) const LARGEST_RATE: f64 = 100.0;
 /// Fewer samples fit no model.
-const FEWEST: usize = 3;
+pub(super) const FEWEST: usize = 3;
 /// An axis is even if its times lie on a lattice within this, in steps ...
 const FLOAT_TOLERANCE: f64 = 1e-6;
 /// ... or within the rounding of the file, which counts up to half a step.
 const MOST_TOLERANCE: f64 = 0.5;
 /// From this share of repeated stamps on the clock is coarser than the sampling.
-const COARSE_CLOCK: f64 = 0.01;
+pub(super) const COARSE_CLOCK: f64 = 0.01;
 
 /// Columns of a file that a recording needs.
 pub(super) struct Plan {
@@ -268,7 +268,13 @@ pub(super) fn named_unit(table: &Table, column: usize) -> Result<Option<RateUnit
     })
 }
 
-fn unit_of(table: &Table, gyro: usize, query: &GyroQuery, rate: &[f64], step_s: f64) -> Result<rate_unit::Decision> {
+pub(super) fn unit_of(
+    table: &Table,
+    gyro: usize,
+    query: &GyroQuery,
+    rate: &[f64],
+    step_s: f64,
+) -> Result<rate_unit::Decision> {
     let named = match query.unit {
         Some(_) => named_unit(table, gyro).unwrap_or(None),
         None => named_unit(table, gyro)?,
@@ -373,13 +379,27 @@ fn beside(table: &Table, column: usize, rows: &[usize], notes: &mut Vec<String>)
 
 /// All rows of a temperature or supply column in °C or V, and what there is to say about it.
 pub(super) fn side_channel(table: &Table, column: usize, named: Named) -> (Option<Vec<f64>>, Option<String>) {
+    let cells = &table.cells[column];
+    match side_scale(table, column, named) {
+        Ok(((factor, offset), note)) => {
+            let values = cells.values.iter().map(|v| factor * (v + cells.origin as f64) + offset).collect();
+            (Some(values), note)
+        }
+        Err(why) => (None, Some(why)),
+    }
+}
+
+type SideScale = ((f64, f64), Option<String>);
+
+/// Factor and offset that make °C or V of a column, and what there is to say about it; or why it is not used.
+pub(super) fn side_scale(table: &Table, column: usize, named: Named) -> std::result::Result<SideScale, String> {
     let head = &table.heads[column];
     let Ok(cells) = table.numbers(column) else {
-        return (None, Some(format!("{:?} is not used: it is not all numbers", head.name)));
+        return Err(format!("{:?} is not used: it is not all numbers", head.name));
     };
     let mut there: Vec<f64> = cells.values.iter().copied().filter(|v| v.is_finite()).collect();
     if there.is_empty() {
-        return (None, Some(format!("{:?} is not used: it is empty", head.name)));
+        return Err(format!("{:?} is not used: it is empty", head.name));
     }
     let centre = median(&mut there) + cells.origin as f64;
     let written = named.unit.as_deref().or(head.unit.as_deref());
@@ -391,18 +411,15 @@ pub(super) fn side_channel(table: &Table, column: usize, named: Named) -> (Optio
         (None, Role::Supply) if (0.5..=60.0).contains(&centre) => (1.0, 0.0, Some("V")),
         (None, Role::Supply) if (500.0..=60_000.0).contains(&centre) => (1e-3, 0.0, Some("mV")),
         _ => {
-            return (
-                None,
-                Some(format!("{:?} is not used: its unit cannot be told, its median is {centre}", head.name)),
-            );
+            return Err(format!("{:?} is not used: its unit cannot be told, its median is {centre}", head.name));
         }
     };
-    let values = cells.values.iter().map(|v| factor * (v + cells.origin as f64) + offset).collect();
-    (Some(values), note.map(|unit| format!("{:?}: unit guessed: {unit}, from a median of {centre:.4}", head.name)))
+    let note = note.map(|unit| format!("{:?}: unit guessed: {unit}, from a median of {centre:.4}", head.name));
+    Ok(((factor, offset), note))
 }
 
 /// A number with few digits.
-fn short(x: f64) -> String {
+pub(super) fn short(x: f64) -> String {
     if x.abs() >= 1e-3 && x.abs() < 1e6 { format!("{x:.4}") } else { format!("{x:.3e}") }
 }
 

@@ -1,6 +1,6 @@
 //! What a file's format hands over: columns by name, as numbers, before anyone knows what they mean.
 
-use super::format::Source;
+use super::format::{Batch, ColumnFacts, Facts, Source};
 use super::names::{self, Named, Role};
 use crate::error::{Error, ErrorKind, Result};
 
@@ -118,6 +118,24 @@ impl Table {
         Error::new(kind, &self.source, found).at(self.place(row, &self.heads[column].name))
     }
 
+    /// The same table with its first rows only.
+    pub fn first(&self, rows: usize) -> Self {
+        let few = |c: &Cells| {
+            let values = c.values[..rows.min(c.values.len())].to_vec();
+            Cells { values, origin: c.origin, resolution: c.resolution, bad: c.bad.clone() }
+        };
+        Self {
+            source: self.source.clone(),
+            format: self.format.clone(),
+            sha256: self.sha256.clone(),
+            heads: self.heads.clone(),
+            cells: self.cells.iter().map(few).collect(),
+            rows: rows.min(self.rows),
+            first_line: self.first_line,
+            notes: self.notes.clone(),
+        }
+    }
+
     /// The cells of a column that has to be all numbers.
     pub fn numbers(&self, column: usize) -> Result<&Cells> {
         let cells = &self.cells[column];
@@ -134,14 +152,23 @@ impl Table {
     }
 }
 
-/// Reads the columns of `source` that are `wanted`, whole.
-pub(super) fn collect(source: Box<dyn Source>, wanted: &[bool]) -> Result<Table> {
-    let heads = source.heads().to_vec();
-    let mut cells = vec![Cells::default(); heads.len()];
-    let mut rows = 0;
-    let facts = source.read(wanted, &mut |batch| {
-        rows += batch.rows;
-        for (cells, column) in cells.iter_mut().zip(batch.columns) {
+/// A table in the making.
+pub(super) struct Gathering {
+    heads: Vec<Head>,
+    cells: Vec<Cells>,
+    rows: usize,
+}
+
+impl Gathering {
+    pub fn new(heads: Vec<Head>) -> Self {
+        let cells = vec![Cells::default(); heads.len()];
+        Self { heads, cells, rows: 0 }
+    }
+
+    /// Adds the next rows.
+    pub fn add(&mut self, batch: Batch) {
+        self.rows += batch.rows;
+        for (cells, column) in self.cells.iter_mut().zip(batch.columns) {
             cells.origin = column.origin;
             if cells.values.is_empty() {
                 cells.values = column.values;
@@ -149,22 +176,52 @@ pub(super) fn collect(source: Box<dyn Source>, wanted: &[bool]) -> Result<Table>
                 cells.values.extend_from_slice(&column.values);
             }
         }
+    }
+
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Bytes of the cells.
+    pub fn bytes(&self) -> usize {
+        self.cells.iter().map(|c| c.values.len() * size_of::<f64>()).sum()
+    }
+
+    /// The table, when all of it was read.
+    pub fn finish(mut self, facts: Facts) -> Table {
+        for (cells, column) in self.cells.iter_mut().zip(facts.columns) {
+            cells.resolution = column.resolution;
+            cells.bad = column.bad;
+        }
+        Table {
+            source: facts.source,
+            format: facts.format,
+            sha256: facts.sha256,
+            heads: self.heads,
+            cells: self.cells,
+            rows: self.rows,
+            first_line: facts.first_line,
+            notes: facts.notes,
+        }
+    }
+
+    /// The rows so far as a table, of which nothing but `source` is known yet.
+    pub fn beginning(self, source: &str) -> Table {
+        let columns = vec![ColumnFacts::default(); self.heads.len()];
+        let (format, sha256) = (String::new(), String::new());
+        let notes = Vec::new();
+        self.finish(Facts { source: source.to_string(), format, sha256, columns, first_line: None, notes })
+    }
+}
+
+/// Reads the columns of `source` that are `wanted`, whole.
+pub(super) fn collect(source: Box<dyn Source>, wanted: &[bool]) -> Result<Table> {
+    let mut gathering = Gathering::new(source.heads().to_vec());
+    let facts = source.read(wanted, &mut |batch| {
+        gathering.add(batch);
         Ok(())
     })?;
-    for (cells, column) in cells.iter_mut().zip(facts.columns) {
-        cells.resolution = column.resolution;
-        cells.bad = column.bad;
-    }
-    Ok(Table {
-        source: facts.source,
-        format: facts.format,
-        sha256: facts.sha256,
-        heads,
-        cells,
-        rows,
-        first_line: facts.first_line,
-        notes: facts.notes,
-    })
+    Ok(gathering.finish(facts))
 }
 
 /// Column names for a message: all of them, or the first of very many.

@@ -1,6 +1,6 @@
 //! Logs that hold messages of several topics: which are there, and which one is read.
 
-use super::format::Source;
+use super::format::{About, Source};
 use super::names::Role;
 use super::table::Head;
 use crate::error::{Error, ErrorKind, Result};
@@ -74,19 +74,27 @@ impl Count {
     }
 }
 
+/// What every file with topics tells of itself.
+#[derive(Debug, Clone)]
+pub(super) struct Listing {
+    /// The file; its notes are what was found when the topics were listed.
+    pub about: About,
+    /// The topics in the order of their names.
+    pub topics: Vec<Topic>,
+}
+
+impl Listing {
+    /// Messages of the topic called `name`.
+    pub fn messages(&self, name: &str) -> Option<u64> {
+        self.topics.iter().find(|t| t.name == name).map(|t| t.messages)
+    }
+}
+
 /// A file with topics.
 pub(super) trait Container {
-    /// Name of the format.
-    fn format(&self) -> &str;
-    /// Path, for messages.
-    fn source(&self) -> &str;
-    /// SHA-256 of the file's bytes, hexadecimal.
-    fn sha256(&self) -> &str;
-    /// The topics in the order of their names.
-    fn topics(&self) -> &[Topic];
-    /// What was found when the topics were listed.
-    fn notes(&self) -> &[String];
-    /// The messages of one of [`Container::topics`] as a table.
+    /// What is in it.
+    fn listing(&self) -> &Listing;
+    /// The messages of one of [`Listing::topics`] as a table.
     fn open(self: Box<Self>, topic: usize, stamp: Stamp) -> Result<Box<dyn Source>>;
 }
 

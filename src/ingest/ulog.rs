@@ -5,12 +5,13 @@
 
 use super::bytes::{Bytes, Little};
 use super::fill::{Fill, Number, Ratio};
-use super::format::{Facts, Format, Opened, Source, Take};
+use super::format::{About, Facts, Format, Opened, Source, Take};
 use super::input::Input;
 use super::names::{Role, TimeKind};
 use super::px4;
+use super::scalar::Scalar;
 use super::table::Head;
-use super::topics::{Container, Count, Stamp, Topic, has_gyro};
+use super::topics::{Container, Count, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -34,68 +35,27 @@ const SYNC: &[u8] = &[8, 0, b'S', 0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12
 const DEEPEST: usize = 8;
 const MOST_FIELDS: usize = 1024;
 
-/// How a field is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Primitive {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
-}
-
-impl Primitive {
-    fn parse(name: &str) -> Option<Self> {
-        Some(match name {
-            "int8_t" => Self::I8,
-            "uint8_t" | "bool" | "char" => Self::U8,
-            "int16_t" => Self::I16,
-            "uint16_t" => Self::U16,
-            "int32_t" => Self::I32,
-            "uint32_t" => Self::U32,
-            "int64_t" => Self::I64,
-            "uint64_t" => Self::U64,
-            "float" => Self::F32,
-            "double" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
-        }
-    }
-
-    fn read(self, bytes: &[u8], at: usize) -> Number {
-        let number = match self {
-            Self::I8 => bytes.array(at).map(|b| Number::Whole(i64::from(i8::from_le_bytes(b)))),
-            Self::U8 => bytes.u8(at).map(|x| Number::Whole(i64::from(x))),
-            Self::I16 => bytes.array(at).map(|b| Number::Whole(i64::from(i16::from_le_bytes(b)))),
-            Self::U16 => bytes.u16(at).map(|x| Number::Whole(i64::from(x))),
-            Self::I32 => bytes.array(at).map(|b| Number::Whole(i64::from(i32::from_le_bytes(b)))),
-            Self::U32 => bytes.u32(at).map(|x| Number::Whole(i64::from(x))),
-            Self::I64 => bytes.array(at).map(|b| Number::Whole(i64::from_le_bytes(b))),
-            Self::U64 => bytes.u64(at).map(Number::unsigned),
-            Self::F32 => bytes.array(at).map(|b| Number::Single(f32::from_le_bytes(b))),
-            Self::F64 => bytes.array(at).map(|b| Number::Double(f64::from_le_bytes(b))),
-        };
-        number.unwrap_or(Number::Missing)
-    }
+/// ULog's names of the numbers.
+fn scalar(name: &str) -> Option<Scalar> {
+    Some(match name {
+        "int8_t" => Scalar::I8,
+        "uint8_t" | "bool" | "char" => Scalar::U8,
+        "int16_t" => Scalar::I16,
+        "uint16_t" => Scalar::U16,
+        "int32_t" => Scalar::I32,
+        "uint32_t" => Scalar::U32,
+        "int64_t" => Scalar::I64,
+        "uint64_t" => Scalar::U64,
+        "float" => Scalar::F32,
+        "double" => Scalar::F64,
+        _ => return None,
+    })
 }
 
 /// The fields of a message in their places.
 #[derive(Debug, Clone, Default)]
 struct Layout {
-    fields: Vec<(String, String, Primitive, usize)>,
+    fields: Vec<(String, String, Scalar, usize)>,
     size: usize,
     /// Fields met so far, also those that hold nothing.
     met: usize,
@@ -122,17 +82,14 @@ impl Logged {
 struct Ulog {
     path: PathBuf,
     file: File,
-    name: String,
-    sha256: String,
     logged: BTreeMap<u16, Logged>,
-    topics: Vec<Topic>,
-    notes: Vec<String>,
+    listing: Listing,
 }
 
 impl Ulog {
     fn open(input: Input) -> Result<Self> {
         let path = input.path.clone();
-        let name = path.display().to_string();
+        let source = path.display().to_string();
         let (file, sha256) = input.into_file()?;
         let mut formats: BTreeMap<String, String> = BTreeMap::new();
         let mut logged: BTreeMap<u16, Logged> = BTreeMap::new();
@@ -178,7 +135,8 @@ impl Ulog {
             }
         }
         topics.sort_by(|a, b| a.name.cmp(&b.name));
-        Ok(Self { path, file, name, sha256, logged, topics, notes })
+        let about = About { source, format: FORMAT.name, sha256, notes };
+        Ok(Self { path, file, logged, listing: Listing { about, topics } })
     }
 }
 
@@ -220,10 +178,10 @@ fn append(
             if out.met > MOST_FIELDS {
                 return Err(format!("more than {MOST_FIELDS} fields, at {name}"));
             }
-            match Primitive::parse(kind) {
-                Some(primitive) => {
-                    out.fields.push((full, kind.to_string(), primitive, out.size));
-                    out.size += primitive.size();
+            match scalar(kind) {
+                Some(scalar) => {
+                    out.fields.push((full, kind.to_string(), scalar, out.size));
+                    out.size += scalar.size();
                 }
                 None => append(&format!("{full}."), kind, formats, depth + 1, out)?,
             }
@@ -233,31 +191,15 @@ fn append(
 }
 
 impl Container for Ulog {
-    fn format(&self) -> &str {
-        FORMAT.name
-    }
-
-    fn source(&self) -> &str {
-        &self.name
-    }
-
-    fn sha256(&self) -> &str {
-        &self.sha256
-    }
-
-    fn topics(&self) -> &[Topic] {
-        &self.topics
-    }
-
-    fn notes(&self) -> &[String] {
-        &self.notes
+    fn listing(&self) -> &Listing {
+        &self.listing
     }
 
     fn open(self: Box<Self>, topic: usize, stamp: Stamp) -> Result<Box<dyn Source>> {
-        let topic = self.topics[topic].name.clone();
+        let topic = self.listing.topics[topic].name.clone();
         let own: Vec<u16> = self.logged.iter().filter(|(_, l)| l.topic == topic).map(|(id, _)| *id).collect();
         let unreadable = |why: &str| {
-            Error::new(ErrorKind::Format, &self.name, why)
+            Error::new(ErrorKind::Format, &self.listing.about.source, why)
                 .at(format!("topic {topic}"))
                 .mend("name another topic with --topic")
         };
@@ -285,6 +227,10 @@ impl Source for OneTopic {
         &self.heads
     }
 
+    fn rows(&self) -> Option<u64> {
+        self.file.listing.messages(&self.topic)
+    }
+
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
         let Self { own, layout, ratios, topic, file, .. } = *self;
         let mut fill = Fill::new(wanted).with_ratios(&ratios);
@@ -299,8 +245,8 @@ impl Source for OneTopic {
                 short.get_or_insert((at, fields.len()));
                 return Ok(false);
             }
-            for (column, (.., primitive, place)) in layout.fields.iter().enumerate() {
-                fill.put(column, primitive.read(fields, *place));
+            for (column, (.., scalar, place)) in layout.fields.iter().enumerate() {
+                fill.put(column, scalar.read(fields, *place, false).unwrap_or(Number::Missing));
             }
             rows += 1;
             fill.end_row(take)?;
@@ -308,21 +254,14 @@ impl Source for OneTopic {
         })?;
         if let (0, Some((at, length))) = (rows, short) {
             let found = format!("messages of {length} bytes, their format has {}", layout.size);
-            return Err(Error::new(ErrorKind::Format, &file.name, found)
+            return Err(Error::new(ErrorKind::Format, &file.listing.about.source, found)
                 .at(format!("byte {at}, topic {topic}"))
                 .mend("copy the log again"));
         }
         if !notes.is_empty() {
             notes.push(format!("{rows} messages of {topic} are read"));
         }
-        Ok(Facts {
-            source: file.name,
-            format: format!("{}, {topic}", FORMAT.name),
-            sha256: file.sha256,
-            columns: fill.finish(take)?,
-            first_line: None,
-            notes,
-        })
+        Ok(file.listing.about.facts(Some(&topic), fill.finish(take)?, notes))
     }
 }
 

@@ -4,8 +4,8 @@ use super::fit::{LogFacts, whiteness_json, whiteness_text};
 use super::numbers::{probability, significant};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
-use crate::signal::TimeAxis;
-use crate::validate::Validation;
+use crate::signal::{Reduced, TimeAxis};
+use crate::validate::{Residuals, Validation};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -34,6 +34,17 @@ pub struct ModelCheck {
     pub validation: Validation,
 }
 
+/// What the residuals say of themselves.
+struct Seen {
+    samples: usize,
+    offset_rad_s: f64,
+    variance: f64,
+    /// Mean gradient over the log: the offset that errors of C1, C2 and T together make.
+    gradient: [f64; 3],
+    span_s: [f64; 2],
+    step_s: f64,
+}
+
 impl ModelCheck {
     /// Holds the residuals of `log` at `time` (since power-on) against the configuration.
     ///
@@ -54,30 +65,76 @@ impl ModelCheck {
         let n = residual_rad_s.len() as f64;
         let offset = residual_rad_s.iter().sum::<f64>() / n;
         let variance = residual_rad_s.iter().map(|r| (r - offset).powi(2)).sum::<f64>() / (n - 1.0);
-        // mean gradient over the log: the offset that errors of C1, C2 and T together make
-        let mut g = [0.0; 3];
+        let mut gradient = [0.0; 3];
         for i in 0..time.len() {
             let here = gyro.warm_up().gradient(time.at(i));
-            g.iter_mut().zip(here).for_each(|(g, h)| *g += h / n);
+            gradient.iter_mut().zip(here).for_each(|(g, h)| *g += h / n);
         }
+        let seen = Seen {
+            samples: residual_rad_s.len(),
+            offset_rad_s: offset,
+            variance,
+            gradient,
+            span_s: [time.at(0), time.at(time.len() - 1)],
+            step_s: time.median_step_s(),
+        };
+        Self::of(log, config, &seen, validation)
+    }
+
+    /// The same of a log of which one pass kept block means: `reduced`, whose times count from power-on, has `residuals`
+    /// under the configuration's model.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_reduced(
+        log: LogFacts,
+        config: &Config,
+        reduced: &Reduced,
+        residuals: &Residuals,
+        validation: Validation,
+    ) -> Result<Self> {
+        let model = config.require_gyro()?.warm_up();
+        let (times, _) = residuals.coarse();
+        if reduced.samples() < 3 || times.is_empty() {
+            let found = format!("{} samples", reduced.samples());
+            return Err(Error::new(ErrorKind::TooShort, &log.name, found).mend("record a longer log"));
+        }
+        let mut gradient = [0.0; 3];
+        for t in &times {
+            gradient.iter_mut().zip(model.gradient(*t)).for_each(|(g, h)| *g += h / times.len() as f64);
+        }
+        let seen = Seen {
+            samples: reduced.samples(),
+            offset_rad_s: residuals.mean_rad_s,
+            variance: residuals.variance,
+            gradient,
+            span_s: [reduced.moments.first_s, reduced.last_s],
+            step_s: reduced.coarse.step_s,
+        };
+        Self::of(log, config, &seen, validation)
+    }
+
+    fn of(log: LogFacts, config: &Config, seen: &Seen, validation: Validation) -> Result<Self> {
+        let gyro = config.require_gyro()?;
+        let g = &seen.gradient;
         let fitted: f64 = gyro.covariance.map_or(0.0, |c| {
             let c = c.to_matrix();
             (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).map(|(i, j)| g[i] * c[i][j] * g[j]).sum()
         });
         let spread = gyro.turn_on_bias_std_rad_s.unwrap_or(0.0).powi(2);
-        let step_s = time.median_step_s();
+        let step_s = seen.step_s;
         let inside = config.validation.as_ref().map(|v| {
-            let (first, last) = (time.at(0), time.at(time.len() - 1));
+            let [first, last] = seen.span_s;
             v.valid_from_s <= first + step_s && last <= v.valid_to_s + step_s
         });
         Ok(Self {
             log,
             signed: config.is_signed(),
-            samples: residual_rad_s.len(),
-            offset_rad_s: offset,
-            offset_expected_std_rad_s: (fitted.max(0.0) + spread + variance / n).sqrt(),
+            samples: seen.samples,
+            offset_rad_s: seen.offset_rad_s,
+            offset_expected_std_rad_s: (fitted.max(0.0) + spread + seen.variance / seen.samples as f64).sqrt(),
             turn_on_stated: gyro.turn_on_bias_std_rad_s.is_some(),
-            residual_std_rad_s: variance.sqrt(),
+            residual_std_rad_s: seen.variance.sqrt(),
             expected_std_rad_s: gyro.angle_random_walk_rad_sqrt_s / step_s.sqrt(),
             inside_valid_time: inside,
             validation,

@@ -128,20 +128,32 @@ impl Moments {
                     .at(format!("sample {}", i + 1))
                     .mend("times must increase: sort the log, or cut it at the jump"));
             }
-            let (first, last) = (t[start], t[end - 1]);
-            let (mid, half) = (0.5 * (first + last), 0.5 * (last - first));
-            table.clear();
-            table.extend(t[start..end].iter().map(|x| {
-                let x = if half > 0.0 { (x - mid) / half } else { 0.0 };
-                legendre::polynomials(x)
-            }));
-            let (moments, squares) = project(&values[start..end], &table, self.reference);
-            self.square_sum += squares;
-            self.classes.push(Class { half_s: half, count: end - start, gram: gram(&table) });
-            self.blocks.push(Block { mid_s: mid - t[0], class: self.classes.len() - 1, moments });
+            self.uneven_block(&t[start..end], &values[start..end], t[0], &mut table);
             start = end;
         }
         Ok(())
+    }
+
+    /// Adds a block of any times, the log beginning at `first_s`; `table` is room to work in.
+    pub(super) fn uneven_block(&mut self, t: &[f64], values: &[f64], first_s: f64, table: &mut Vec<[f64; COUNT]>) {
+        let (first, last) = (t[0], t[t.len() - 1]);
+        let (mid, half) = (0.5 * (first + last), 0.5 * (last - first));
+        table.clear();
+        table.extend(t.iter().map(|x| {
+            let x = if half > 0.0 { (x - mid) / half } else { 0.0 };
+            legendre::polynomials(x)
+        }));
+        let (moments, squares) = project(values, table, self.reference);
+        self.square_sum += squares;
+        self.classes.push(Class { half_s: half, count: values.len(), gram: gram(table) });
+        self.blocks.push(Block { mid_s: mid - first_s, class: self.classes.len() - 1, moments });
+    }
+
+    /// The moments of the same log in another unit, `factor` times as large in numbers.
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.reference *= factor;
+        self.square_sum *= factor * factor;
+        self.blocks.iter_mut().flat_map(|b| &mut b.moments).for_each(|m| *m *= factor);
     }
 }
 

@@ -88,9 +88,24 @@ pub fn whiteness(time: &TimeAxis, residual: &[f64], fitted: &[Vec<f64>], options
     let series = slots(time, residual);
     let step_s = time.median_step_s();
     let sizes = block_sizes(series.len(), step_s);
+    let columns =
+        |size: usize| -> Vec<Vec<f64>> { fitted.iter().map(|c| block_means(&slots(time, c), size)).collect() };
+    judge(series.len(), step_s, &sizes, &|size| block_means(&series, size), &columns, options)
+}
+
+/// The tests at averages over `sizes` slots of `slots`: `means` and `columns` give the residuals and the fitted directions
+/// at a size.
+fn judge(
+    slots: usize,
+    step_s: f64,
+    sizes: &[usize],
+    means: &dyn Fn(usize) -> Vec<f64>,
+    columns: &dyn Fn(usize) -> Vec<Vec<f64>>,
+    options: &Options,
+) -> Validation {
     let mut levels: Vec<Level> = Vec::new();
-    for size in sizes {
-        let blocks = block_means(&series, size);
+    for &size in sizes {
+        let blocks = means(size);
         let mut plan = Periodogram::new(blocks.len());
         if let Some(whiteness) = whiteness::evaluate(&blocks, &mut plan) {
             levels.push(Level {
@@ -102,7 +117,7 @@ pub fn whiteness(time: &TimeAxis, residual: &[f64], fitted: &[Vec<f64>], options
             });
         }
     }
-    let joint_p_value = joint(time, &series, fitted, &mut levels, options);
+    let joint_p_value = joint(slots, means, columns, &mut levels, options);
     Validation {
         white: joint_p_value > options.level,
         joint_p_value,
@@ -131,14 +146,19 @@ fn block_sizes(slots: usize, step_s: f64) -> Vec<usize> {
 }
 
 /// Calibrates the p values of the levels and returns the joint one.
-fn joint(time: &TimeAxis, series: &[f64], fitted: &[Vec<f64>], levels: &mut [Level], options: &Options) -> f64 {
-    let Some(first) = levels.iter().position(|l| series.len() / l.block_samples <= MOST_PERMUTED) else {
+fn joint(
+    slots: usize,
+    means: &dyn Fn(usize) -> Vec<f64>,
+    columns: &dyn Fn(usize) -> Vec<Vec<f64>>,
+    levels: &mut [Level],
+    options: &Options,
+) -> f64 {
+    let Some(first) = levels.iter().position(|l| slots / l.block_samples <= MOST_PERMUTED) else {
         return sidak(levels.iter().flat_map(|l| l.calibrated_p_values).fold(f64::NAN, f64::min), 4 * levels.len());
     };
     let base_size = levels[first].block_samples;
-    let base = block_means(series, base_size);
-    let columns: Vec<Vec<f64>> = fitted.iter().map(|c| block_means(&slots(time, c), base_size)).collect();
-    let directions = orthonormal(&columns, &base);
+    let base = means(base_size);
+    let directions = orthonormal(&columns(base_size), &base);
     let ratios: Vec<usize> = levels[first..].iter().map(|l| l.block_samples / base_size).collect();
     let plans: Vec<Periodogram> = ratios.iter().map(|r| Periodogram::new(base.len() / r)).collect();
     let drawn: Vec<Vec<f64>> = (0..options.draws as u64)
@@ -221,6 +241,10 @@ fn orthonormal(columns: &[Vec<f64>], base: &[f64]) -> Basis {
     }
     basis
 }
+
+mod reduced;
+
+pub use reduced::{Residuals, whiteness_reduced};
 
 #[cfg(test)]
 mod tests;

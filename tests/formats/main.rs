@@ -4,8 +4,8 @@
 mod damage;
 mod topics;
 
-use gyroid::identify::{FitOptions, fit};
-use gyroid::ingest::{Clock, GyroQuery, GyroRecording, Stamp, read_gyro};
+use gyroid::identify::{FitOptions, fit, fit_reduced};
+use gyroid::ingest::{Clock, GyroQuery, GyroRecording, Reading, Stamp, read_gyro, read_gyro_within};
 use gyroid::units::{RateUnit, TimeUnit};
 use std::path::{Path, PathBuf};
 
@@ -110,6 +110,37 @@ fn rates(recording: &GyroRecording) -> &[f64] {
 fn fitted(time: &gyroid::signal::TimeAxis, rates: &[f64]) -> [f64; 3] {
     let found = fit(&time.clone().shifted(-time.at(0)), rates, &FitOptions::default()).unwrap();
     [found.c1_rad_s.estimate, found.c2_rad_s.estimate, found.time_constant_s.estimate]
+}
+
+#[test]
+fn every_format_is_read_in_one_pass_to_the_same_fit() {
+    for case in CASES {
+        let name = format!("{} {:?}", case.file, case.topic);
+        let whole = case.read();
+        let reading = read_gyro_within(file(case.file), &case.query(), 0, &mut |_| ());
+        let Reading::Streamed(streamed) = reading.unwrap_or_else(|e| panic!("{name}: {e}")) else {
+            panic!("{name} was held")
+        };
+        assert_eq!(streamed.log.stretches[0].values, rates(&whole), "{name}");
+        assert_eq!(
+            (&streamed.column, streamed.unit, streamed.clock),
+            (&whole.column, whole.unit, whole.clock),
+            "{name}"
+        );
+        assert_eq!(streamed.sha256, whole.sha256, "{name}");
+        let (ours, theirs) = (&streamed.audit, &whole.audit);
+        assert_eq!(
+            (ours.rows, ours.samples, ours.gaps.count),
+            (theirs.rows, theirs.samples, theirs.gaps.count),
+            "{name}"
+        );
+        let first = streamed.log.moments.first_s;
+        let found = fit_reduced(&streamed.log.clone().shifted(-first), &FitOptions::default()).unwrap();
+        let found = [&found.c1_rad_s, &found.c2_rad_s, &found.time_constant_s].map(|e| e.estimate);
+        for (a, b) in found.iter().zip(fitted(&whole.log.time, rates(&whole))) {
+            assert!((a / b - 1.0).abs() < 1e-6, "{name}: {a} {b}");
+        }
+    }
 }
 
 #[test]

@@ -32,6 +32,7 @@ mod advice;
 mod drift;
 mod goodness;
 mod interval;
+mod kept;
 mod ledger;
 mod model;
 mod observed;
@@ -49,12 +50,13 @@ pub use types::{
 };
 pub use wavelet::WaveletFit;
 
-use super::{Fit, FitOptions, fit};
+use super::{Fit, FitOptions, fit, fit_reduced};
 use crate::error::{Error, ErrorKind, Result};
-use crate::noise::{Deviation, TermKind, allan};
-use crate::signal::TimeAxis;
+use crate::noise::{Deviation, TermKind};
+use crate::signal::{Reduced, TimeAxis};
+use kept::Evidence;
 use model::{Likelihood, Model, Peak};
-use observed::{Column, Observed};
+use observed::Column;
 use select::{Candidate, Views};
 use types::time_constant_estimate;
 
@@ -76,10 +78,38 @@ pub fn noise_model(
         WarmUpRemoval::Never => None,
         _ => Some(fit(time, values, &FitOptions::default())?),
     };
+    let temperature = temperature_c.and_then(|t| raw.beside(time, t));
+    estimate(&Evidence::Whole(raw), warm_up, temperature.as_deref(), values.len(), options)
+}
+
+/// The same of a log of which one pass kept block means and raw stretches; its times count from power-on. What is slow rests
+/// on all of the log, what is fast on the stretches, as [`Reduced::coarse_from`] says.
+///
+/// # Errors
+/// As [`noise_model`].
+pub fn noise_model_reduced(log: &Reduced, options: &TermOptions) -> Result<NoiseModel> {
+    check(options)?;
+    let raw = Evidence::of(log)?;
+    let warm_up = match options.warm_up {
+        WarmUpRemoval::Never => None,
+        _ => Some(fit_reduced(log, &FitOptions::default())?),
+    };
+    let temperature = log.coarse.temperature_c.as_deref().and_then(kept::bridged);
+    estimate(&raw, warm_up, temperature.as_deref(), log.samples(), options)
+}
+
+/// The terms of `raw`; `temperature_c` is on the lattice of its slow part.
+fn estimate(
+    raw: &Evidence,
+    warm_up: Option<Fit>,
+    temperature_c: Option<&[f64]>,
+    samples: usize,
+    options: &TermOptions,
+) -> Result<NoiseModel> {
     // what a straight line explains as well is a ramp, and is left to R
     let found = warm_up.as_ref().is_some_and(|fit| fit.warm_up_found() && fit.identifiable);
     let removed = warm_up.as_ref().filter(|_| found || options.warm_up == WarmUpRemoval::Always);
-    let log = removed.map_or_else(|| raw.clone(), |fit| without_warm_up(&raw, fit));
+    let log = removed.map_or_else(|| raw.clone(), |fit| raw.without(fit));
     let views = views(&log, removed, options);
     let all = if options.all_of_them {
         select::candidate(&views, &with_white(&options.among)).into_iter().collect()
@@ -112,12 +142,12 @@ pub fn noise_model(
         found,
         rate_random_walk_removed: walk.or(bound).unwrap_or(f64::NAN),
         removed_is_upper_bound: walk.is_none(),
-        rate_random_walk_left_in: left_in(&raw, &best.kinds, options).unwrap_or(f64::NAN),
+        rate_random_walk_left_in: left_in(raw, &best.kinds, options).unwrap_or(f64::NAN),
     };
     let start: Vec<_> = terms.iter().map(|t| (t.estimate.abs(), t.correlation_time_s.map(|c| c.estimate))).collect();
-    let wavelet = wavelet::wavelet_fit(&log, &best.kinds, &start);
-    let drift = match temperature_c.and_then(|t| raw.beside(time, t)) {
-        Some(temperature) => drift::drift_cause(&raw, &temperature, &likelihood.model.kinds, &peak.x)?,
+    let wavelet = wavelet::wavelet_fit(log.slow(), &best.kinds, &start);
+    let drift = match temperature_c {
+        Some(temperature) => drift::drift_cause(raw.slow(), temperature, &likelihood.model.kinds, &peak.x)?,
         None => None,
     };
     let ledger = ledger::ledger(&terms, removed, options.turn_on_std_rad_s, options.horizon_s);
@@ -129,12 +159,7 @@ pub fn noise_model(
         probability: *p,
         bic_above_best: c.bic - smallest_bic,
     });
-    let longest = Deviation::Overlapping.longest(log.values.len());
-    let mut grid = allan::decades(longest, options.per_decade);
-    grid.extend(allan::octaves(longest));
-    grid.sort_unstable();
-    grid.dedup();
-    let (deviations, with_warm_up) = family(&log, removed.map(|_| &raw), &grid);
+    let (deviations, with_warm_up) = family(&log, removed.map(|_| raw), &log.grid(options.per_decade));
     Ok(NoiseModel {
         correlation: correlation(&likelihood, peak),
         selection: selection.collect(),
@@ -146,9 +171,9 @@ pub fn noise_model(
         drift,
         ledger,
         lines: views.plain.lines.clone(),
-        samples: values.len(),
-        filled: log.filled,
-        step_s: log.step_s,
+        samples,
+        filled: log.filled(),
+        step_s: log.step_s(),
         span_s: log.span_s(),
         terms,
         refused,
@@ -175,14 +200,8 @@ fn with_white(kinds: &[TermKind]) -> Vec<TermKind> {
     kinds
 }
 
-fn without_warm_up(raw: &EvenLog, fit: &Fit) -> EvenLog {
-    let model = fit.model();
-    let at = |i: usize| model.error_rad_s(raw.first_s + i as f64 * raw.step_s);
-    EvenLog { values: raw.values.iter().enumerate().map(|(i, v)| v - at(i)).collect(), ..*raw }
-}
-
 /// The log with the columns of the warm-up that was taken out, and a ramp's.
-fn views(log: &EvenLog, warm_up: Option<&Fit>, options: &TermOptions) -> Views {
+fn views(log: &Evidence, warm_up: Option<&Fit>, options: &TermOptions) -> Views {
     let mut columns: Vec<Column> = Vec::new();
     if let Some(fit) = warm_up {
         let model = fit.model();
@@ -192,7 +211,7 @@ fn views(log: &EvenLog, warm_up: Option<&Fit>, options: &TermOptions) -> Views {
         }
     }
     columns.push(Column { at: Box::new(|t| t), changes_over_s: f64::INFINITY, std: None });
-    let mut observed = Observed::new(log, &columns);
+    let mut observed = log.observed(&columns);
     if let Some(limit) = options.max_frequency_hz {
         observed.cut_above(limit);
     }
@@ -256,7 +275,7 @@ fn refusal(views: &Views, best: &Candidate, kind: TermKind, probability: f64) ->
 }
 
 /// K of the log with its warm-up left in, beside the same terms.
-fn left_in(raw: &EvenLog, kinds: &[TermKind], options: &TermOptions) -> Option<f64> {
+fn left_in(raw: &Evidence, kinds: &[TermKind], options: &TermOptions) -> Option<f64> {
     let views = views(raw, None, options);
     let kinds = with_white(&kinds.iter().copied().chain([TermKind::RateRandomWalk]).collect::<Vec<_>>());
     let likelihood = Likelihood::new(views.of(&kinds), Model::new(&kinds));
@@ -273,14 +292,7 @@ fn correlation(likelihood: &Likelihood, peak: &Peak) -> Vec<Vec<f64>> {
 type Family = (Vec<(Deviation, Vec<crate::noise::AllanPoint>)>, Vec<crate::noise::AllanPoint>);
 
 /// The deviations of the log, the overlapping one on `grid`, the others at octaves; and the overlapping one of `raw`.
-fn family(log: &EvenLog, raw: Option<&EvenLog>, grid: &[usize]) -> Family {
-    let theta = allan::angles(&log.values);
-    let one = |deviation: Deviation| {
-        let octaves = allan::octaves(deviation.longest(log.values.len()));
-        let averaged = if deviation == Deviation::Overlapping { grid } else { &octaves };
-        (deviation, allan::of_angles(&log.values, &theta, log.step_s, averaged, deviation))
-    };
-    let all = Deviation::ALL.map(one).into_iter().collect();
-    let left_in = raw.map(|raw| allan::deviations(&raw.values, raw.step_s, grid, Deviation::Overlapping));
-    (all, left_in.unwrap_or_default())
+fn family(log: &Evidence, raw: Option<&Evidence>, grid: &[usize]) -> Family {
+    let left_in = raw.map(|raw| raw.deviations(grid, &[Deviation::Overlapping]).swap_remove(0).1);
+    (log.deviations(grid, &Deviation::ALL), left_in.unwrap_or_default())
 }

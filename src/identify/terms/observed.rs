@@ -1,5 +1,7 @@
 //! z = C y: a log at rest in the cosine basis, its power by bins, and the columns that may be in it
 
+mod reduced;
+
 use super::model::Model;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::binned::{Bins, BlockCosine};
@@ -30,7 +32,7 @@ const WIDE: f64 = 1e3;
 
 /// Samples on each side from whose means a gap is filled: as many as it is long, so that the line across it brings no more
 /// noise than the log has over such a time.
-fn neighbours(gap: usize) -> usize {
+pub(super) fn neighbours(gap: usize) -> usize {
     gap.max(16)
 }
 
@@ -139,6 +141,8 @@ pub(super) struct Observed {
     /// Root mean square by which a column was divided.
     pub column_rms: Vec<f64>,
     pub prior_std: Vec<f64>,
+    /// Samples in a block, and bins that block means tell; no such bins where all samples are there.
+    means: (usize, usize),
     /// Products of columns i >= j, row by row, by bins.
     pub gram: Vec<Vec<f64>>,
     /// Products of columns with the log, by bins.
@@ -183,6 +187,7 @@ impl Observed {
             columns: Vec::new(),
             column_rms: Vec::new(),
             prior_std: Vec::new(),
+            means: (1, 0),
             gram: Vec::new(),
             with_data: Vec::new(),
         };
@@ -367,7 +372,16 @@ impl Observed {
 
     /// Expected power per squared size, by bins.
     pub fn unit(&self, kind: TermKind, time_s: f64) -> Vec<f64> {
-        kind.cosine_variances(&self.k, self.len, self.step_s, time_s)
+        let mut unit = kind.cosine_variances(&self.k, self.len, self.step_s, time_s);
+        let (block, bins) = self.means;
+        if kind == TermKind::Quantization && bins > 0 {
+            // a mean over a block is the angle's rounding at its two ends, as a sample of that length is: most of its power
+            // is folded down from above
+            let (step_s, factor) = (self.step_s * block as f64, block as f64);
+            let folded = kind.cosine_variances(&self.k[..bins], self.len / block, step_s, time_s);
+            unit.iter_mut().zip(folded).for_each(|(u, f)| *u = factor * f);
+        }
+        unit
     }
 
     /// Range of the size of a term in which it can be told: from what changes nothing that could be seen to what drowns

@@ -5,6 +5,7 @@
 
 use super::definition::{Field, Primitive, Shape};
 use crate::ingest::fill::Number;
+use crate::ingest::scalar::Scalar;
 
 /// Fixed arrays up to this length are columns; longer ones are covariances.
 pub(super) const LONGEST_ARRAY: usize = 8;
@@ -95,19 +96,18 @@ impl<'a> Cursor<'a> {
         Ok(())
     }
 
+    fn scalar(&mut self, scalar: Scalar) -> Result<Number, Short> {
+        self.align(scalar.size());
+        let number = scalar.read(self.bytes, self.at, self.big).ok_or(Short)?;
+        self.at += scalar.size();
+        Ok(number)
+    }
+
     fn number(&mut self, primitive: Primitive) -> Result<Number, Short> {
         use Primitive as P;
         Ok(match primitive {
-            P::Bool | P::U8 => Number::Whole(i64::from(self.array::<1>()?[0])),
-            P::I8 => Number::Whole(i64::from(i8::from_le_bytes(self.array()?))),
-            P::I16 => Number::Whole(i64::from(i16::from_le_bytes(self.array()?))),
-            P::U16 => Number::Whole(i64::from(u16::from_le_bytes(self.array()?))),
-            P::I32 => Number::Whole(i64::from(i32::from_le_bytes(self.array()?))),
-            P::U32 => Number::Whole(i64::from(self.u32()?)),
-            P::I64 => Number::Whole(i64::from_le_bytes(self.array()?)),
-            P::U64 => Number::unsigned(u64::from_le_bytes(self.array()?)),
-            P::F32 => Number::Single(f32::from_le_bytes(self.array()?)),
-            P::F64 => Number::Double(f64::from_le_bytes(self.array()?)),
+            P::Bool => self.scalar(Scalar::U8)?,
+            P::Scalar(scalar) => self.scalar(scalar)?,
             P::Time | P::Duration => {
                 let seconds = i64::from(i32::from_le_bytes(self.array()?));
                 // ROS 1 counts its seconds without a sign: past 2038

@@ -3,22 +3,14 @@
 //! A bag holds the definition of every message in it: the `.msg` text, and after it that of each type it is made of,
 //! parted by lines of `=` and headed `MSG: package/Type`.
 
+use crate::ingest::scalar::Scalar;
 use std::collections::HashMap;
 
 /// A number in a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::ingest) enum Primitive {
     Bool,
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
+    Scalar(Scalar),
     /// Seconds and nanoseconds.
     Time,
     /// Seconds and nanoseconds, signed.
@@ -168,21 +160,22 @@ fn shape_of(
         };
     }
     use Primitive as P;
+    let number = |scalar| Shape::Number(P::Scalar(scalar));
     let one = generation == Generation::One;
     Ok(match text.split("<=").next().unwrap_or_default() {
         "bool" | "boolean" => Shape::Number(P::Bool),
-        "int8" => Shape::Number(P::I8),
-        "uint8" => Shape::Number(P::U8),
-        "byte" => Shape::Number(if one { P::I8 } else { P::U8 }),
-        "char" => Shape::Number(P::U8),
-        "int16" => Shape::Number(P::I16),
-        "uint16" => Shape::Number(P::U16),
-        "int32" => Shape::Number(P::I32),
-        "uint32" => Shape::Number(P::U32),
-        "int64" => Shape::Number(P::I64),
-        "uint64" => Shape::Number(P::U64),
-        "float32" | "float" => Shape::Number(P::F32),
-        "float64" | "double" => Shape::Number(P::F64),
+        "int8" => number(Scalar::I8),
+        "uint8" => number(Scalar::U8),
+        "byte" => number(if one { Scalar::I8 } else { Scalar::U8 }),
+        "char" => number(Scalar::U8),
+        "int16" => number(Scalar::I16),
+        "uint16" => number(Scalar::U16),
+        "int32" => number(Scalar::I32),
+        "uint32" => number(Scalar::U32),
+        "int64" => number(Scalar::I64),
+        "uint64" => number(Scalar::U64),
+        "float32" | "float" => number(Scalar::F32),
+        "float64" | "double" => number(Scalar::F64),
         "time" | "builtin_interfaces/Time" | "builtin_interfaces/msg/Time" => Shape::Number(P::Time),
         "duration" | "builtin_interfaces/Duration" | "builtin_interfaces/msg/Duration" => Shape::Number(P::Duration),
         "string" => Shape::Text,
@@ -197,7 +190,7 @@ fn shape_of(
             let mut fields = fields_of(&full, types, generation, depth + 1, count)?;
             // what the stamp of ROS 1's header is preceded by
             if full == "std_msgs/Header" && one && !fields.iter().any(|f| f.name == "seq") {
-                fields.insert(0, Field { name: "seq".into(), shape: Shape::Number(P::U32) });
+                fields.insert(0, Field { name: "seq".into(), shape: number(Scalar::U32) });
             }
             Shape::Struct(fields)
         }

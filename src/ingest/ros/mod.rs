@@ -2,11 +2,13 @@
 
 pub(super) mod decode;
 pub(super) mod definition;
+pub(super) mod topic;
 
 use super::fill::{Fill, Number, Ratio};
 use super::format::{ColumnFacts, Take};
 use super::names::{Role, TimeKind};
 use super::px4;
+use super::scalar::Scalar;
 use super::table::Head;
 use super::topics::Stamp;
 use crate::error::Result;
@@ -106,16 +108,16 @@ impl Message {
 fn head((name, primitive): (String, Primitive)) -> Head {
     let type_name = match primitive {
         Primitive::Bool => "bool",
-        Primitive::I8 => "int8",
-        Primitive::U8 => "uint8",
-        Primitive::I16 => "int16",
-        Primitive::U16 => "uint16",
-        Primitive::I32 => "int32",
-        Primitive::U32 => "uint32",
-        Primitive::I64 => "int64",
-        Primitive::U64 => "uint64",
-        Primitive::F32 => "float32",
-        Primitive::F64 => "float64",
+        Primitive::Scalar(Scalar::I8) => "int8",
+        Primitive::Scalar(Scalar::U8) => "uint8",
+        Primitive::Scalar(Scalar::I16) => "int16",
+        Primitive::Scalar(Scalar::U16) => "uint16",
+        Primitive::Scalar(Scalar::I32) => "int32",
+        Primitive::Scalar(Scalar::U32) => "uint32",
+        Primitive::Scalar(Scalar::I64) => "int64",
+        Primitive::Scalar(Scalar::U64) => "uint64",
+        Primitive::Scalar(Scalar::F32) => "float32",
+        Primitive::Scalar(Scalar::F64) => "float64",
         Primitive::Time => "time",
         Primitive::Duration => "duration",
     };
@@ -124,7 +126,7 @@ fn head((name, primitive): (String, Primitive)) -> Head {
 }
 
 /// A table of messages in the making.
-pub(super) struct Rows<'a> {
+struct Rows<'a> {
     message: &'a Message,
     fill: Fill,
     stamp: Stamp,
@@ -136,7 +138,7 @@ pub(super) struct Rows<'a> {
 }
 
 /// Why a message did not become a row.
-pub(super) enum RowError {
+enum RowError {
     /// The message is damaged.
     Message(String),
     /// Whoever takes the rows does not want them.
