@@ -1,7 +1,9 @@
-//! `gyroid fit`: the warm-up model of a log at rest.
+//! `gyroid fit`: the warm-up model of a log at rest, or of many.
+
+mod many;
 
 use super::Outcome;
-use super::log_args::LogArgs;
+use super::log_args::{ColumnArgs, LogArgs};
 use super::output::{Common, Output, command_line};
 use clap::Args;
 use gyroid::bias::Scheme;
@@ -19,10 +21,18 @@ use std::path::{Path, PathBuf};
 ///
 /// Exit code 3: the fit is done, and not fit for use (no warm-up, T not identifiable, or residuals not white);
 /// nothing is then exported unless --accept says so.
+///
+/// Of several logs, or a folder, it makes a table with one row a log and axis, and says how much they differ. Exit code 3: there
+/// are logs that could not be fitted, or too few for the configuration of the population.
 #[derive(Debug, Args)]
 pub(crate) struct FitArgs {
+    /// Logs of a gyro at rest, or folders of them: CSV, Parquet, bag, MCAP, db3, ULog, DataFlash, MATLAB, HDF5 or NumPy
+    #[arg(value_name = "LOG", required = true)]
+    logs: Vec<PathBuf>,
     #[command(flatten)]
-    log: LogArgs,
+    columns: ColumnArgs,
+    #[command(flatten)]
+    many: many::ManyArgs,
     /// Keep a parameter at a value: c1=, c2= (rad/s) or t= (s); may be given more than once
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_fixed)]
     fix: Vec<(Parameter, f64)>,
@@ -117,6 +127,10 @@ fn parse_fixed(text: &str) -> std::result::Result<(Parameter, f64), String> {
 }
 
 pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
+    let log = match &args.logs[..] {
+        [one] if !one.is_dir() && !args.many.asked_for() => LogArgs::new(one.clone(), args.columns.clone()),
+        _ => return many::run(args),
+    };
     // every output is claimed before the work begins
     let output = Output::open(&args.common)?;
     let out = args.out.as_ref().map(OutputFile::claim).transpose()?;
@@ -126,34 +140,24 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let base = args.base.as_ref().map(Config::read_base).transpose()?;
 
     let working = output.working("reading the log");
-    let recording = args.log.read()?;
+    let recording = log.read()?;
     drop(working);
     let rate = recording.log.require(names::GYRO_Z)?;
-    let time = args.log.time_since_power_on(&recording);
+    let time = log.time_since_power_on(&recording);
     let working = output.working("fitting, and testing the residuals");
-    let fit = identify::fit(&time, rate, &options).map_err(|e| args.log.named(e))?;
+    let fit = identify::fit(&time, rate, &options).map_err(|e| log.named(e))?;
     let residuals = fit.residuals(&time, rate);
     let fitted = fit.jacobian(&time);
     let validation = validate::whiteness(&time, &residuals, &fitted, &whiteness);
     drop(working);
-    let report = FitReport { log: args.log.facts(&recording), fit, validation };
+    let report = FitReport { log: log.facts(&recording), fit, validation };
 
     output.say(report.text());
     let fit_for_use = report.verdict() == Verdict::FitForUse;
     let export = fit_for_use || args.accept;
     if let Some(file) = out {
         if export {
-            let options = ConfigurationOptions {
-                scheme: match args.scheme {
-                    SchemeName::Exact => Scheme::Exact,
-                    SchemeName::BackwardEuler => Scheme::BackwardEuler,
-                    SchemeName::ForwardEuler => Scheme::ForwardEuler,
-                },
-                sample_time_s: args.sample_time,
-                command: command_line(),
-                version: env!("CARGO_PKG_VERSION").into(),
-            };
-            write_configuration(file, &report, base.as_ref(), &options, &output)?;
+            write_configuration(file, &report, base.as_ref(), &configuration_options(args), &output)?;
         } else {
             output.say(format!("{} not written; --accept writes it all the same", file.target().display()));
         }
@@ -166,6 +170,19 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     }
     output.finish(&report.json())?;
     Ok(if export { Outcome::Done } else { Outcome::Unfit })
+}
+
+fn configuration_options(args: &FitArgs) -> ConfigurationOptions {
+    ConfigurationOptions {
+        scheme: match args.scheme {
+            SchemeName::Exact => Scheme::Exact,
+            SchemeName::BackwardEuler => Scheme::BackwardEuler,
+            SchemeName::ForwardEuler => Scheme::ForwardEuler,
+        },
+        sample_time_s: args.sample_time,
+        command: command_line(),
+        version: env!("CARGO_PKG_VERSION").into(),
+    }
 }
 
 fn fit_options(args: &FitArgs) -> Result<FitOptions> {

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use gyroid::ingest::{self, Axis, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Stamp};
+use gyroid::population::AxisChoice;
 use gyroid::report::LogFacts;
 use gyroid::signal::{TimeAxis, names};
 use gyroid::units::{RateUnit, TimeUnit};
@@ -61,7 +62,7 @@ pub(crate) struct ColumnArgs {
     topics: TopicArgs,
     /// Axis of the gyro: x, y, z, or -x, -y, -z for one that points the other way
     #[arg(long, default_value = "z", allow_hyphen_values = true, value_parser = parse_axis)]
-    axis: SignedAxis,
+    axis: AxisChoice,
     /// Column that holds the rate, where the name does not say
     #[arg(long, value_name = "NAME")]
     column: Option<String>,
@@ -122,19 +123,13 @@ fn drive_query(
 }
 
 /// An axis, and whether it points the other way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct SignedAxis {
-    axis: Axis,
-    reversed: bool,
-}
-
-fn parse_axis(text: &str) -> std::result::Result<SignedAxis, String> {
+pub(crate) fn parse_axis(text: &str) -> std::result::Result<AxisChoice, String> {
     let (name, reversed) = match text.strip_prefix('-') {
         Some(name) => (name, true),
         None => (text.strip_prefix('+').unwrap_or(text), false),
     };
     let axis = Axis::parse(name).ok_or_else(|| "no axis; there are x, y, z, -x, -y, -z".to_string())?;
-    Ok(SignedAxis { axis, reversed })
+    Ok(AxisChoice { axis, reversed })
 }
 
 fn parse_rate_unit(text: &str) -> std::result::Result<RateUnit, String> {
@@ -149,12 +144,12 @@ fn parse_time_unit(text: &str) -> std::result::Result<TimeUnit, String> {
 }
 
 impl ColumnArgs {
-    /// Reads the log, and leaves out motion where that was asked for.
-    pub fn read(&self, log: &Path) -> Result<GyroRecording> {
+    /// What the reader is asked for.
+    pub fn query(&self) -> Result<GyroQuery> {
         if self.start_offset.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {
             return Err(Error::new(ErrorKind::Usage, "--start-offset", "must be zero or a positive number of seconds"));
         }
-        let query = GyroQuery {
+        Ok(GyroQuery {
             column: self.column.clone(),
             axis: self.axis.axis,
             reversed: self.axis.reversed,
@@ -165,9 +160,23 @@ impl ColumnArgs {
             sort_time: self.sort_time,
             topic: self.topics.one()?.map(str::to_string),
             stamp: self.topics.stamp(),
-        };
-        let recording = ingest::read_gyro(log, &query)?;
+        })
+    }
+
+    /// Reads the log, and leaves out motion where that was asked for.
+    pub fn read(&self, log: &Path) -> Result<GyroRecording> {
+        let recording = ingest::read_gyro(log, &self.query()?)?;
         if self.trim_motion { recording.without_motion() } else { Ok(recording) }
+    }
+
+    /// The axis, and whether it points the other way.
+    pub fn axis(&self) -> AxisChoice {
+        self.axis
+    }
+
+    /// Whether motion is left out.
+    pub fn trims_motion(&self) -> bool {
+        self.trim_motion
     }
 
     /// Reads a drive whose columns `maps` names where their names do not.
@@ -195,6 +204,11 @@ impl ColumnArgs {
 }
 
 impl LogArgs {
+    /// One of several logs that are read alike.
+    pub fn new(log: PathBuf, columns: ColumnArgs) -> Self {
+        Self { log, columns }
+    }
+
     /// Reads the log, and leaves out motion where that was asked for.
     pub fn read(&self) -> Result<GyroRecording> {
         self.columns.read(&self.log)
