@@ -8,7 +8,8 @@
 //! Mandel, J. Res. NBS 87 (1982) 377), the 95 % interval where Q is at the quantiles (Viechtbauer, Statistics in Medicine 26
 //! (2007) 37): exact for normal y_i, however few. Where Q(0) is smaller already, τ is 0: the errors explain all differences.
 //! The mean has the interval of Hartung and Knapp (Statistics in Medicine 20 (2001) 3875), Student's with n-1 degrees of freedom;
-//! at this τ their variance is (Σ (S_i + τ² I)⁻¹)⁻¹.
+//! at this τ their variance is (Σ (S_i + τ² I)⁻¹)⁻¹. It is exact for equal S_i; where those of eight vectors differ sixteenfold it covers
+//! 92 %.
 
 use super::brent;
 use super::distributions::chi_squared_interval95;

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! [`find`] lists the logs of folders, [`fit_all`] fits them, some at a time, and takes over the [`Row`]s of an earlier run;
-//! [`results`] keeps the rows as Parquet, CSV or JSON. [`Population`] is what they have in common: τ of C2 is the turn-on
+//! [`results`] keeps the rows as Parquet or CSV. [`Population`] is what they have in common: τ of C2 is the turn-on
 //! repeatability, τ of C1 and ln T together that of the warm-up ([`crate::math::random_effects`]); logs that are not of one population
 //! with the others ([`crate::math::outlying`]) are named.
 //!

@@ -1,4 +1,4 @@
-//! Rows of results as Parquet, CSV or JSON; the polars types stay in this file. What is not known is null, or an empty cell.
+//! Rows of results as Parquet or CSV; the polars types stay in this file. What is not known is null, or an empty cell.
 
 use super::row::{Kind, Row};
 use crate::error::{Error, ErrorKind, Result};
@@ -19,8 +19,6 @@ pub enum Format {
     Parquet,
     /// `.csv`
     Csv,
-    /// `.json`: an array of objects.
-    Json,
 }
 
 impl Format {
@@ -33,9 +31,8 @@ impl Format {
         match ending.as_str() {
             "parquet" => Ok(Self::Parquet),
             "csv" => Ok(Self::Csv),
-            "json" => Ok(Self::Json),
             _ => Err(Error::new(ErrorKind::Usage, path.display(), "results cannot be written with this ending")
-                .mend("call the file .parquet, .csv or .json")),
+                .mend("call the file .parquet or .csv; --json FILE writes the rows as JSON")),
         }
     }
 }
@@ -55,9 +52,6 @@ pub fn write(path: &Path, rows: &[Row]) -> Result<()> {
             let text = csv_text(&names, &tables).map_err(|e| cannot(path, &e.to_string()))?;
             file.write_all(&text)?;
         }
-        Format::Json => file.write_all(
-            format!("{:#}\n", Value::from(tables.into_iter().map(Value::Object).collect::<Vec<_>>())).as_bytes(),
-        )?,
     }
     file.commit()
 }
@@ -81,7 +75,6 @@ pub fn read(path: &Path) -> Result<Vec<Row>> {
             Err(_) => return Err(other("it is damaged")),
         },
         Format::Csv => from_csv(BufReader::new(file)).map_err(|why| other(&why))?,
-        Format::Json => serde_json::from_reader(BufReader::new(file)).map_err(|e| other(&e.to_string()))?,
     };
     let row = |(at, table): (usize, Map<String, Value>)| {
         serde_json::from_value(Value::Object(table)).map_err(|e| other(&e.to_string()).at(format!("row {}", at + 1)))

@@ -352,7 +352,8 @@ fn every_target_passes_the_battery() {
             let place = format!("{} of {name}:\n{}", about.id, export.text);
             assert_eq!(export, of(&config, about.id), "the same bytes again: {place}");
             let commented = export.text.replace(['\n', '#', '%'], " ").replace("-->", " ").replace("<!--", " ");
-            let comment = commented.split_whitespace().collect::<Vec<_>>().join(" ");
+            // a comment of XML parts double hyphens, and says so
+            let comment = commented.split_whitespace().collect::<Vec<_>>().join(" ").replace("- -", "--");
             for part in ["sha256 0123abcd", "written by gyroid 9.9.9", "gyroid export gyroid.toml", "unsigned"] {
                 assert!(comment.contains(part), "{part}: {place}");
             }

@@ -204,7 +204,7 @@ fn terms_go_only_where_they_belong() {
     let other = log(dir.path(), &markov, 2);
     let none = dir.path().join("none.toml");
     let wrong =
-        [text(&other), "--terms", "N,Q", "--draws", "99", "--write", text(&config), "--other-log", "-o", text(&none)];
+        [text(&other), "--terms", "N,Q", "--draws", "199", "--write", text(&config), "--other-log", "-o", text(&none)];
     let (code, out, _) = gyroid(&wrong);
     assert!(code == 3 && out.contains("--accept") && !none.exists(), "{out}");
     // a file written by hand would lose its comments

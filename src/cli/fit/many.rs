@@ -26,7 +26,7 @@ pub(crate) struct ManyArgs {
     /// Axes of each log, a row each: x,y,z [default: that of --axis]
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = parse_axis)]
     axes: Vec<AxisChoice>,
-    /// Write all estimates and what they are from here (.parquet, .csv or .json)
+    /// Write all estimates and what they are from here (.parquet or .csv)
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
     /// Take over what --results holds of the same logs and options, and fit the rest
@@ -43,7 +43,7 @@ pub(crate) struct ManyArgs {
 impl ManyArgs {
     /// Whether there is anything that only many logs are asked for.
     pub fn asked_for(&self) -> bool {
-        self.results.is_some() || self.config.is_some() || self.axes.len() > 1
+        self.results.is_some() || self.config.is_some() || !self.axes.is_empty()
     }
 }
 
