@@ -42,11 +42,8 @@ impl PopulationReport {
         for row in &self.rows {
             row_text(row, width, &mut out);
         }
-        let of = match self.resumed {
-            0 => String::new(),
-            n => format!(", {n} taken from the results"),
-        };
-        let _ = writeln!(out, "\n{} fitted{of}, {} failed", self.fitted, self.failed());
+        let taken = if self.resumed > 0 { format!(", {} taken from the results", self.resumed) } else { String::new() };
+        let _ = writeln!(out, "\n{} read{taken}; {} failed", self.fitted, self.failed());
         for population in &self.populations {
             self.population_text(population, &mut out);
         }
@@ -85,12 +82,10 @@ impl PopulationReport {
             let _ = writeln!(out, "  outlying logs: not looked for, it takes five that are fit for use");
             return;
         }
-        let _ = writeln!(
-            out,
-            "  outlying logs (an ordinary population has one with probability {}): {}",
-            significant(p.level, 2),
-            if p.outlying.is_empty() { "none" } else { "" }
-        );
+        let none = if p.outlying.is_empty() { " none" } else { "" };
+        let level = significant(p.level, 2);
+        let _ =
+            writeln!(out, "  outlying logs (an ordinary population has any with probability {level} at most):{none}");
         for o in &p.outlying {
             let counted = p.counted.contains(&o.row);
             let _ = writeln!(
