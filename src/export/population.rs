@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 const FEWEST: usize = 3;
 
 /// The configuration of `population`, the means of `rows` as its model, in a copy of `base` where there is one (as
-/// [`super::configuration`]). `turn_on_bias_std_rad_s` is the spread of C2, `warm_up_relative_std` that of C1 and T together; one
+/// [`super::configuration()`]). `turn_on_bias_std_rad_s` is the spread of C2, `warm_up_relative_std` that of C1 and T together; one
 /// that the logs' own errors explain is left out. The covariance is that of the means. In `[provenance]` the log is the list of
 /// logs, its hash that of the lines of their hashes, sorted.
 ///

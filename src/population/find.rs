@@ -34,7 +34,7 @@ pub fn find<P: AsRef<Path>>(paths: &[P], except: &[PathBuf]) -> Result<Vec<PathB
             here.push(path.to_path_buf());
         }
         // one that cannot be found is a row with its error later
-        let first = |p: &PathBuf| p.canonicalize().map_or(true, |real| seen.insert(real));
+        let first = |p: &PathBuf| !p.canonicalize().is_ok_and(|real| !seen.insert(real));
         found.extend(here.into_iter().filter(first));
     }
     Ok(found)

@@ -4,7 +4,7 @@
 //! y_i ~ N(μ, s_i² + τ²)      y = C2, C1 or ln T of log i, s_i its own standard deviation, τ the population's
 //! ```
 //!
-//! [`find`] lists the logs of folders, [`fit_all`] fits them, some at a time, and takes over the [`Row`]s of an earlier run;
+//! [`find()`] lists the logs of folders, [`fit_all`] fits them, some at a time, and takes over the [`Row`]s of an earlier run;
 //! [`results`] keeps the rows as Parquet or CSV. [`Population`] is what they have in common: τ of C2 is the turn-on
 //! repeatability, τ of C1 and ln T together that of the warm-up ([`crate::math::random_effects`]); logs that are not of one population
 //! with the others ([`crate::math::outlying`]) are named.

@@ -56,7 +56,7 @@ pub fn write(path: &Path, rows: &[Row]) -> Result<()> {
     file.commit()
 }
 
-/// Reads the rows that [`write`] wrote.
+/// Reads the rows that [`write()`] wrote.
 ///
 /// # Errors
 /// [`ErrorKind::Io`], or [`ErrorKind::Format`] for a file that is damaged or holds something else.
