@@ -18,7 +18,8 @@ fn folder(dir: &Path, power_ons: u64) -> PathBuf {
     fs::write(&truth, TRUTH).unwrap();
     fs::create_dir_all(logs.join("second")).unwrap();
     for seed in 1..=power_ons {
-        let out = logs.join(if seed.is_multiple_of(2) { format!("second/{seed}.csv") } else { format!("{seed}.parquet") });
+        let out =
+            logs.join(if seed.is_multiple_of(2) { format!("second/{seed}.csv") } else { format!("{seed}.parquet") });
         let mut simulate = gyroid();
         simulate.arg("simulate").arg(&truth).args([
             "--duration",
