@@ -155,17 +155,15 @@ struct Sample {
 
 impl Sample {
     fn of(row: usize, rows: &[Row]) -> Option<Self> {
-        let (mut value, mut covariance) = rows[row].estimates()?;
+        let (mut value, covariance) = rows[row].estimates()?;
         let t = value[2];
         if !(t > 0.0) {
             return None;
         }
         value[2] = t.ln();
-        for k in 0..3 {
-            covariance[k][2] /= t;
-            covariance[2][k] /= t;
-        }
-        Some(Self { row, value, covariance })
+        let scale = [1.0, 1.0, t];
+        let of_logarithm = |a: usize| std::array::from_fn(|b| covariance[a][b] / (scale[a] * scale[b]));
+        Some(Self { row, value, covariance: std::array::from_fn(of_logarithm) })
     }
 
     fn std(&self, k: usize) -> f64 {
