@@ -2,7 +2,7 @@
 
 use crate::error::{Error, ErrorKind, Result};
 use sha2::{Digest, Sha256};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 /// A place to write to, claimed before the work begins, so that hours of work are not lost to a bad path.
@@ -89,13 +89,23 @@ impl OutputFile {
     }
 }
 
-/// SHA-256 of a small file's bytes, as hexadecimal digits.
+/// SHA-256 of a file's bytes, as hexadecimal digits.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] if it cannot be read.
 pub fn sha256(path: impl AsRef<Path>) -> Result<String> {
-    let bytes = std::fs::read(path.as_ref()).map_err(|e| Error::io(path.as_ref(), &e))?;
-    Ok(Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect())
+    let path = path.as_ref();
+    let mut file = std::fs::File::open(path).map_err(|e| Error::io(path, &e))?;
+    let (mut hash, mut buffer) = (Sha256::new(), vec![0; 1 << 16]);
+    loop {
+        match file.read(&mut buffer) {
+            Ok(0) => break,
+            Ok(n) => hash.update(&buffer[..n]),
+            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(Error::io(path, &e)),
+        }
+    }
+    Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
 }
 
 /// Temporary files are private (0600); what the user asked for is an ordinary file.

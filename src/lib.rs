@@ -45,7 +45,7 @@
 //! | 1 | [`signal`] |
 //! | 2 | [`ingest`], [`bias`], [`noise`], [`traction`], [`vehicle`], [`config`], [`model`] |
 //! | 3 | [`identify`], [`validate`], [`navigate`], [`simulate`] |
-//! | 4 | [`study`], [`effects`], [`reality`] |
+//! | 4 | [`population`], [`study`], [`effects`], [`reality`] |
 //! | 5 | [`gap`] |
 //! | 6 | [`export`], [`report`] |
 //! | 7 | the command line |
@@ -115,6 +115,7 @@ pub mod math;
 pub mod model;
 pub mod navigate;
 pub mod noise;
+pub mod population;
 pub mod reality;
 pub mod report;
 pub mod signal;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floor of each module. A new module needs its line here.
-const FLOORS: [(&str, u8); 21] = [
+const FLOORS: [(&str, u8); 22] = [
     ("error", 0),
     ("files", 0),
     ("units", 0),
@@ -22,6 +22,7 @@ const FLOORS: [(&str, u8); 21] = [
     ("validate", 3),
     ("navigate", 3),
     ("simulate", 3),
+    ("population", 4),
     ("study", 4),
     ("effects", 4),
     ("reality", 4),

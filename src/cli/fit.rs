@@ -1,7 +1,9 @@
-//! `gyroid fit`: the warm-up model of a log at rest.
+//! `gyroid fit`: the warm-up model of a log at rest, or of many.
+
+mod many;
 
 use super::Outcome;
-use super::log_args::{LogArgs, LogRead};
+use super::log_args::{ColumnArgs, LogArgs, LogRead, MemoryArgs};
 use super::output::{Common, Output, command_line};
 use clap::Args;
 use gyroid::bias::Scheme;
@@ -20,10 +22,20 @@ use std::path::{Path, PathBuf};
 ///
 /// Exit code 3: the fit is done, and not fit for use (no warm-up, T not identifiable, or residuals not white);
 /// nothing is then exported unless --accept says so.
+///
+/// Of several logs, or a folder, it makes a table with one row a log and axis, and says how much they differ. Exit code 3: there
+/// are logs that could not be fitted, or too few for the configuration of the population.
 #[derive(Debug, Args)]
 pub(crate) struct FitArgs {
+    /// Logs of a gyro at rest, or folders of them: CSV, Parquet, bag, MCAP, db3, ULog, DataFlash, MATLAB, HDF5 or NumPy
+    #[arg(value_name = "LOG", required = true)]
+    logs: Vec<PathBuf>,
     #[command(flatten)]
-    log: LogArgs,
+    memory: MemoryArgs,
+    #[command(flatten)]
+    columns: ColumnArgs,
+    #[command(flatten)]
+    many: many::ManyArgs,
     /// Keep a parameter at a value: c1=, c2= (rad/s) or t= (s); may be given more than once
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_fixed)]
     fix: Vec<(Parameter, f64)>,
@@ -118,6 +130,12 @@ fn parse_fixed(text: &str) -> std::result::Result<(Parameter, f64), String> {
 }
 
 pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
+    let log = match &args.logs[..] {
+        [one] if !one.is_dir() && !args.many.asked_for() => {
+            LogArgs::new(one.clone(), args.memory, args.columns.clone())
+        }
+        _ => return many::run(args),
+    };
     // every output is claimed before the work begins
     let output = Output::open(&args.common)?;
     let out = args.out.as_ref().map(OutputFile::claim).transpose()?;
@@ -127,10 +145,10 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let base = args.base.as_ref().map(Config::read_base).transpose()?;
 
     let working = output.working("reading the log");
-    let log = args.log.read(&working)?;
+    let read = log.read(&working)?;
     drop(working);
     let working = output.working("fitting, and testing the residuals");
-    let (report, picture) = fitted(args, &log, &options, &whiteness, !plots.is_empty())?;
+    let (report, picture) = fitted(&log, &read, &options, &whiteness, !plots.is_empty())?;
     drop(working);
 
     output.say(report.text());
@@ -138,17 +156,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let export = fit_for_use || args.accept;
     if let Some(file) = out {
         if export {
-            let options = ConfigurationOptions {
-                scheme: match args.scheme {
-                    SchemeName::Exact => Scheme::Exact,
-                    SchemeName::BackwardEuler => Scheme::BackwardEuler,
-                    SchemeName::ForwardEuler => Scheme::ForwardEuler,
-                },
-                sample_time_s: args.sample_time,
-                command: command_line(),
-                version: env!("CARGO_PKG_VERSION").into(),
-            };
-            write_configuration(file, &report, base.as_ref(), &options, &output)?;
+            write_configuration(file, &report, base.as_ref(), &configuration_options(args), &output)?;
         } else {
             output.say(format!("{} not written; --accept writes it all the same", file.target().display()));
         }
@@ -164,21 +172,21 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
 
 /// The fit with its validation, and its picture where it is `drawn`.
 fn fitted(
-    args: &FitArgs,
-    log: &LogRead,
+    log: &LogArgs,
+    read: &LogRead,
     options: &FitOptions,
     whiteness: &validate::Options,
     drawn: bool,
 ) -> Result<(FitReport, Option<Picture>)> {
-    let named = |e| args.log.named(e);
-    match log {
+    let named = |e| log.named(e);
+    match read {
         LogRead::Whole(recording, time) => {
             let rate = recording.log.require(names::GYRO_Z)?;
             let fit = identify::fit(time, rate, options).map_err(named)?;
             let residuals = fit.residuals(time, rate);
             let fitted = fit.jacobian(time);
             let validation = validate::whiteness(time, &residuals, &fitted, whiteness);
-            let report = FitReport { log: args.log.facts(recording), fit, validation };
+            let report = FitReport { log: log.facts(recording), fit, validation };
             let picture = drawn.then(|| fit_picture(&report, time, rate, &residuals)).transpose()?;
             Ok((report, picture))
         }
@@ -189,7 +197,7 @@ fn fitted(
             let directions = fit.directions();
             let directions: Vec<&dyn Fn(f64) -> f64> = directions.iter().map(|f| f as &dyn Fn(f64) -> f64).collect();
             let validation = validate::whiteness_reduced(&residuals, &directions, whiteness);
-            let report = FitReport { log: args.log.facts_streamed(recording), fit, validation };
+            let report = FitReport { log: log.facts_streamed(recording), fit, validation };
             let draw = || {
                 let (times, left) = residuals.coarse();
                 let rate: Vec<f64> = times.iter().zip(&left).map(|(t, r)| r + model.error_rad_s(*t)).collect();
@@ -198,6 +206,19 @@ fn fitted(
             let picture = drawn.then(draw).transpose()?;
             Ok((report, picture))
         }
+    }
+}
+
+fn configuration_options(args: &FitArgs) -> ConfigurationOptions {
+    ConfigurationOptions {
+        scheme: match args.scheme {
+            SchemeName::Exact => Scheme::Exact,
+            SchemeName::BackwardEuler => Scheme::BackwardEuler,
+            SchemeName::ForwardEuler => Scheme::ForwardEuler,
+        },
+        sample_time_s: args.sample_time,
+        command: command_line(),
+        version: env!("CARGO_PKG_VERSION").into(),
     }
 }
 

@@ -6,6 +6,7 @@ use gyroid::ingest::{
     self, Audit, Axis, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Progress, Reading, Stamp,
     StreamedRecording,
 };
+use gyroid::population::AxisChoice;
 use gyroid::report::LogFacts;
 use gyroid::signal::{TimeAxis, names};
 use gyroid::units::{RateUnit, TimeUnit, duration_text};
@@ -18,11 +19,18 @@ use std::time::Instant;
 pub(crate) struct LogArgs {
     /// Log of a gyro at rest: CSV, Parquet, bag, MCAP, db3, ULog, DataFlash, MATLAB, HDF5 or NumPy
     log: PathBuf,
+    #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
+    columns: ColumnArgs,
+}
+
+/// How much of a log is held.
+#[derive(Debug, Clone, Copy, Args)]
+pub(crate) struct MemoryArgs {
     /// Hold a log whose times and rates take up to this, MB; a larger one is read once, in about 200 MB. 0: read every log so
     #[arg(long, value_name = "MB", default_value_t = ingest::MEMORY_BYTES >> 20)]
     memory: usize,
-    #[command(flatten)]
-    columns: ColumnArgs,
 }
 
 /// A log that was held, or one that was read once; its times count from power-on.
@@ -75,7 +83,7 @@ pub(crate) struct ColumnArgs {
     topics: TopicArgs,
     /// Axis of the gyro: x, y, z, or -x, -y, -z for one that points the other way
     #[arg(long, default_value = "z", allow_hyphen_values = true, value_parser = parse_axis)]
-    axis: SignedAxis,
+    axis: AxisChoice,
     /// Column that holds the rate, where the name does not say
     #[arg(long, value_name = "NAME")]
     column: Option<String>,
@@ -136,19 +144,13 @@ fn drive_query(
 }
 
 /// An axis, and whether it points the other way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct SignedAxis {
-    axis: Axis,
-    reversed: bool,
-}
-
-fn parse_axis(text: &str) -> std::result::Result<SignedAxis, String> {
+pub(crate) fn parse_axis(text: &str) -> std::result::Result<AxisChoice, String> {
     let (name, reversed) = match text.strip_prefix('-') {
         Some(name) => (name, true),
         None => (text.strip_prefix('+').unwrap_or(text), false),
     };
     let axis = Axis::parse(name).ok_or_else(|| "no axis; there are x, y, z, -x, -y, -z".to_string())?;
-    Ok(SignedAxis { axis, reversed })
+    Ok(AxisChoice { axis, reversed })
 }
 
 fn parse_rate_unit(text: &str) -> std::result::Result<RateUnit, String> {
@@ -163,13 +165,8 @@ fn parse_time_unit(text: &str) -> std::result::Result<TimeUnit, String> {
 }
 
 impl ColumnArgs {
-    /// Reads the log, and leaves out motion where that was asked for.
-    pub fn read(&self, log: &Path) -> Result<GyroRecording> {
-        let recording = ingest::read_gyro(log, &self.query()?)?;
-        if self.trim_motion { recording.without_motion() } else { Ok(recording) }
-    }
-
-    fn query(&self) -> Result<GyroQuery> {
+    /// What the reader is asked for.
+    pub fn query(&self) -> Result<GyroQuery> {
         if self.start_offset.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {
             return Err(Error::new(ErrorKind::Usage, "--start-offset", "must be zero or a positive number of seconds"));
         }
@@ -185,6 +182,22 @@ impl ColumnArgs {
             topic: self.topics.one()?.map(str::to_string),
             stamp: self.topics.stamp(),
         })
+    }
+
+    /// Reads the log, and leaves out motion where that was asked for.
+    pub fn read(&self, log: &Path) -> Result<GyroRecording> {
+        let recording = ingest::read_gyro(log, &self.query()?)?;
+        if self.trim_motion { recording.without_motion() } else { Ok(recording) }
+    }
+
+    /// The axis, and whether it points the other way.
+    pub fn axis(&self) -> AxisChoice {
+        self.axis
+    }
+
+    /// Whether motion is left out.
+    pub fn trims_motion(&self) -> bool {
+        self.trim_motion
     }
 
     /// Reads the files of a drive whose columns `maps` names where their names do not.
@@ -212,12 +225,17 @@ impl ColumnArgs {
 }
 
 impl LogArgs {
+    /// One of several logs that are read alike.
+    pub fn new(log: PathBuf, memory: MemoryArgs, columns: ColumnArgs) -> Self {
+        Self { log, memory, columns }
+    }
+
     /// Reads the log, and leaves out motion where that was asked for; a large log is read once and not held. `working` shows
     /// how far it has come.
     pub fn read(&self, working: &Working) -> Result<LogRead> {
         let query = self.columns.query()?;
         let mut show = show_progress(working);
-        match ingest::read_gyro_within(&self.log, &query, self.memory.saturating_mul(1 << 20), &mut show)? {
+        match ingest::read_gyro_within(&self.log, &query, self.memory.memory.saturating_mul(1 << 20), &mut show)? {
             Reading::Whole(recording) => {
                 let recording = if self.columns.trim_motion { recording.without_motion()? } else { *recording };
                 let time = self.columns.time_since_power_on(&recording);

@@ -8,6 +8,7 @@ mod inspect;
 mod log_args;
 mod navigate;
 mod noise;
+mod noise_write;
 mod output;
 mod restart;
 mod simulate;

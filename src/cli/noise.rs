@@ -2,6 +2,7 @@
 
 use super::Outcome;
 use super::log_args::{LogArgs, LogRead};
+use super::noise_write::WriteArgs;
 use super::output::{Common, Output};
 use clap::Args;
 use gyroid::config::Config;
@@ -44,12 +45,14 @@ pub(crate) struct NoiseArgs {
     /// Standard deviation of the bias from one power-on to the next, rad/s [default: the configuration's]
     #[arg(long, value_name = "RAD_S")]
     turn_on_std: Option<f64>,
-    /// Configuration that says how much the bias varies from one power-on to the next
+    /// Configuration that says how much the bias varies from one power-on to the next [default: that of --write]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Draw the Allan deviation with the terms here (.png or .svg); may be given more than once
     #[arg(long, value_name = "FILE")]
     plot: Vec<PathBuf>,
+    #[command(flatten)]
+    write: WriteArgs,
     /// Probability at which a model that fits is called unfit
     #[arg(long, value_name = "P", default_value_t = 0.01)]
     level: f64,
@@ -102,26 +105,28 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let options = options(args)?;
+    let pending = args.write.claim()?;
 
     let working = output.working("reading the log");
     let log = args.log.read(&working)?;
     drop(working);
     let working = output.working("estimating the noise terms");
     let named = |e| args.log.named(e);
-    let (log, model) = match &log {
+    let facts = match &log {
+        LogRead::Whole(recording, _) => args.log.facts(recording),
+        LogRead::Streamed(recording) => args.log.facts_streamed(recording),
+    };
+    pending.iter().try_for_each(|p| p.check(&facts))?;
+    let model = match &log {
         LogRead::Whole(recording, time) => {
             let rate = recording.log.require(names::GYRO_Z)?;
             let temperature = recording.log.get(names::TEMPERATURE);
-            let model = noise_model(time, rate, temperature, &options).map_err(named)?;
-            (args.log.facts(recording), model)
+            noise_model(time, rate, temperature, &options).map_err(named)?
         }
-        LogRead::Streamed(recording) => {
-            let model = noise_model_reduced(&recording.log, &options).map_err(named)?;
-            (args.log.facts_streamed(recording), model)
-        }
+        LogRead::Streamed(recording) => noise_model_reduced(&recording.log, &options).map_err(named)?,
     };
     drop(working);
-    let report = NoiseReport { log, model, datasheet: args.datasheet, level: args.level };
+    let report = NoiseReport { log: facts, model, datasheet: args.datasheet, level: args.level };
     output.say(report.text());
     if !plots.is_empty() {
         let picture = report.picture()?;
@@ -129,8 +134,19 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
         plots.into_iter().try_for_each(|file| picture.write(file))?;
         output.say(format!("drew {}", names.join(", ")));
     }
-    output.finish(&report.json())?;
-    Ok(if report.fits() { Outcome::Done } else { Outcome::Unfit })
+    let usable = report.fits() || args.write.accept;
+    let written = match pending {
+        Some(pending) if usable => Some(pending.write(&report, &output)?),
+        Some(_) => {
+            output.say("terms not written; --accept writes them all the same");
+            None
+        }
+        None => None,
+    };
+    let mut json = report.json();
+    json["configuration"] = written.into();
+    output.finish(&json)?;
+    Ok(if usable { Outcome::Done } else { Outcome::Unfit })
 }
 
 fn options(args: &NoiseArgs) -> Result<TermOptions> {
@@ -139,7 +155,7 @@ fn options(args: &NoiseArgs) -> Result<TermOptions> {
         return Err(Error::new(ErrorKind::Usage, "--level, --draws", found)
             .mend("give a level between 0 and 1, and at least 1/level draws"));
     }
-    let config = args.config.as_ref().map(Config::read).transpose()?;
+    let config = args.config.as_ref().or(args.write.write.as_ref()).map(Config::read).transpose()?;
     let stated = config.and_then(|c| c.gyro).and_then(|g| g.turn_on_bias_std_rad_s);
     Ok(TermOptions {
         among: if args.terms.is_empty() { TermKind::ALL.to_vec() } else { args.terms.clone() },

@@ -9,8 +9,8 @@ mod schema;
 mod seal;
 
 pub use schema::{
-    Config, Covariance, EffectTable, Encoder, GaussMarkovTerm, Gyro, Kind, LastRun, Noise, NoiseTerm, NoiseTerms, Pose,
-    Provenance, Traction, Validation, Vehicle,
+    Config, Covariance, EffectTable, Encoder, GaussMarkovTerm, Gyro, Kind, LastRun, Noise, NoiseProvenance, NoiseTerm,
+    NoiseTerms, Pose, Provenance, Traction, Validation, Vehicle,
 };
 
 use crate::error::{Error, ErrorKind, Result};

@@ -406,6 +406,26 @@ pub struct Provenance {
     /// SHA-256 of this file with this value empty and line ends as \n; made when the file is written.
     #[serde(default)]
     pub checksum: String,
+    /// Where the noise terms come from, if they were identified.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<NoiseProvenance>,
+}
+
+/// `[provenance.noise]`: the log of `[gyro.noise.terms]`, which may be another than that of the fit.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoiseProvenance {
+    /// Name of the log, without its folder.
+    pub log: String,
+    /// SHA-256 of the log's bytes.
+    pub log_sha256: String,
+    /// Its column, as the file calls it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub column: String,
+    /// Version of gyroid.
+    pub gyroid_version: String,
+    /// The command that wrote the terms.
+    pub command: String,
 }
 
 /// Turns the parser's error into ours, with line and key.

@@ -65,6 +65,13 @@ fn sample() -> Config {
             gyroid_version: "0.1.0".into(),
             command: "gyroid fit log.csv".into(),
             checksum: String::new(),
+            noise: Some(NoiseProvenance {
+                log: "day.csv".into(),
+                log_sha256: "cd".into(),
+                column: "gz".into(),
+                gyroid_version: "0.1.0".into(),
+                command: "gyroid noise day.csv --write gyroid.toml".into(),
+            }),
         }),
     }
 }

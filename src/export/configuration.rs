@@ -67,6 +67,7 @@ pub fn configuration(report: &FitReport, base: Option<&Config>, options: &Config
         gyroid_version: options.version.clone(),
         command: options.command.clone(),
         checksum: String::new(),
+        noise: None,
     };
     Ok(Config {
         schema: SCHEMA,

@@ -5,14 +5,18 @@
 //! stands at the top of the target's file. One file a target, one line in [`registry()`].
 
 mod configuration;
+mod noise;
 mod number;
+mod population;
 mod sheet;
 mod source;
 mod target;
 mod targets;
 
 pub use configuration::{ConfigurationOptions, configuration};
+pub use noise::{NoiseOptions, check_origin, with_noise};
 pub use number::{Known, digits, written};
+pub use population::population_configuration;
 pub use sheet::{Comment, LeftOut, Shape, Sheet, Written};
 pub use source::{GaussMarkov, Options, Origin, Source, Thermal};
 pub use target::{About, Export, Key, Target, export};

@@ -175,7 +175,7 @@ impl Sheet {
             None => self.leave_out(
                 key,
                 &format!("no rate random walk was identified{}{without}", if without.is_empty() { "" } else { "; " }),
-                "record some hours at a steady temperature and run gyroid noise, or state \
+                "record some hours at a steady temperature and run gyroid noise LOG --write CONFIG, or state \
                  rate_random_walk_rad_s_sqrt_s under [gyro.noise]; a number without evidence helps nobody",
             ),
         }

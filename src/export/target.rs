@@ -112,6 +112,10 @@ fn head(about: &About, source: &Source<'_>, sheet: &mut Sheet) {
         let column = if p.column.is_empty() { String::new() } else { format!(", column {}", p.column) };
         sheet.comment(&format!("log: {}{column}, sha256 {}", p.log, p.log_sha256));
         sheet.comment(&format!("fitted by gyroid {}: {}", p.gyroid_version, p.command));
+        if let Some(n) = &p.noise {
+            sheet.comment(&format!("noise terms: {}, sha256 {}", n.log, n.log_sha256));
+            sheet.comment(&format!("identified by gyroid {}: {}", n.gyroid_version, n.command));
+        }
     }
     match (&config.validation, source.failed()) {
         (None, _) => sheet.note("the model was not tested on any log: the configuration has no [validation]"),

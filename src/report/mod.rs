@@ -7,6 +7,7 @@ mod gap;
 mod noise;
 mod numbers;
 pub mod plot;
+mod population;
 mod study;
 
 pub use check::ModelCheck;
@@ -14,4 +15,5 @@ pub use figure::fit_picture;
 pub use fit::{FitReport, LogFacts, Verdict};
 pub use gap::GapReport;
 pub use noise::NoiseReport;
+pub use population::PopulationReport;
 pub use study::{Claim, Status, StudyReport};

@@ -36,7 +36,7 @@ impl NoiseReport {
     /// Whether the model fits the log.
     #[must_use]
     pub fn fits(&self) -> bool {
-        self.model.goodness.p_value >= self.level
+        self.model.goodness.p_value > self.level
     }
 
     /// The verdict in one line.

@@ -95,3 +95,122 @@ fn usage_errors_name_the_option_and_the_mend() {
         assert!(err.contains(expected), "{arguments:?}: {err}");
     }
 }
+
+/// A gyro at rest, by the simulator; its walk only where `walk` says so.
+fn simulated_log(dir: &Path, name: &str, walk: f64, duration: &str) -> PathBuf {
+    let truth = dir.join("truth.toml");
+    let noise =
+        if walk > 0.0 { format!("[gyro.noise]\nrate_random_walk_rad_s_sqrt_s = {walk}\n") } else { String::new() };
+    let gyro =
+        "[gyro]\nc1_rad_s = 2e-3\nc2_rad_s = -5e-3\ntime_constant_s = 200.0\nangle_random_walk_rad_sqrt_s = 1e-4\n";
+    fs::write(&truth, format!("schema = 1\nsample_time_s = 0.1\n{gyro}{noise}")).unwrap();
+    let out = dir.join(name);
+    let (code, _, err) = run(&["simulate", text(&truth), "--duration", duration, "--seed", "3", "-o", text(&out)]);
+    assert_eq!(code, 0, "{err}");
+    out
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn run(arguments: &[&str]) -> (i32, String, String) {
+    let out = Command::new(env!("CARGO_BIN_EXE_gyroid")).args(arguments).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (out.status.code().unwrap(), text(out.stdout), text(out.stderr))
+}
+
+/// The exported keys and what was left out.
+fn exported(config: &Path, target: &str) -> Value {
+    let (code, out, err) = run(&["export", text(config), "--to", target, "--json", "-"]);
+    assert_eq!(code, 0, "{out}{err}");
+    serde_json::from_str(&out).unwrap()
+}
+
+#[test]
+fn what_was_found_is_written_and_exported_with_its_interval() {
+    let dir = tempfile::tempdir().unwrap();
+    let (short, long) = (
+        simulated_log(dir.path(), "power_on.csv", 0.0, "1200"),
+        simulated_log(dir.path(), "hours.csv", 3.5e-6, "3600"),
+    );
+    let config = dir.path().join("gyroid.toml");
+    let (code, out, err) = run(&["fit", text(&short), "--no-plot", "-o", text(&config)]);
+    assert_eq!(code, 0, "{out}{err}");
+    // without a walk its key is left out, and the mend names the command that finds one
+    for (target, walk) in [("kalibr", "gyroscope_random_walk"), ("openvins", "gyroscope_random_walk")] {
+        let json = exported(&config, target);
+        let left = json["left_out"].as_array().unwrap().iter().find(|l| l["key"] == walk).unwrap();
+        assert!(left["mend"].as_str().unwrap().contains("gyroid noise LOG --write CONFIG"), "{left}");
+    }
+    let before = fs::read_to_string(&config).unwrap();
+    let write = [text(&long), "--draws", "99", "--write", text(&config)];
+    let (code, _, err) = gyroid(&write);
+    assert!(code == 2 && err.contains("gyroid.toml") && err.contains("--other-log"), "{err}");
+    assert_eq!(fs::read_to_string(&config).unwrap(), before);
+
+    let (code, out, err) = gyroid(&[&write[..], &["--other-log", "--json", "-"]].concat());
+    assert_eq!(code, 0, "{out}{err}");
+    let json: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(json["configuration"], text(&config));
+    let term = |id: &str| json["terms"].as_array().unwrap().iter().find(|t| t["id"] == id).unwrap().clone();
+    let (n, k) = (term("angle_random_walk"), term("rate_random_walk"));
+    let written = gyroid::config::Config::read(&config).unwrap();
+    let gyro = written.require_gyro().unwrap();
+    assert_eq!(Some(gyro.angle_random_walk_rad_sqrt_s), n["estimate"].as_f64());
+    assert_eq!(gyro.noise.unwrap().rate_random_walk_rad_s_sqrt_s, k["estimate"].as_f64());
+    let origin = written.provenance.as_ref().unwrap();
+    let noise = origin.noise.as_ref().unwrap();
+    assert_eq!((origin.log.as_str(), noise.log.as_str()), ("power_on.csv", "hours.csv"));
+    assert!(noise.command.starts_with("gyroid noise") && noise.log_sha256.len() == 64);
+    for target in ["kalibr", "openvins"] {
+        let json = exported(&config, target);
+        let keys = json["keys"].as_array().unwrap();
+        let walk = keys.iter().find(|key| key["key"] == "gyroscope_random_walk").unwrap();
+        for i in 0..2 {
+            assert_eq!(walk["ci95"][i].as_f64(), k["ci95"][i].as_f64(), "{target}");
+        }
+        assert!(json["text"].as_str().unwrap().contains("noise terms: hours.csv"), "{target}");
+    }
+    // the file is whole and signed: a changed byte is refused
+    let changed = fs::read_to_string(&config).unwrap().replacen("hours.csv", "other.csv", 1);
+    fs::write(&config, changed).unwrap();
+    assert_eq!(run(&["export", text(&config), "--to", "kalibr"]).0, 1);
+}
+
+#[test]
+fn terms_go_only_where_they_belong() {
+    let dir = tempfile::tempdir().unwrap();
+    let rates = simulated(&Truth { samples: 8192, warm_up: Some([2e-3, 60.0]), ..Truth::white() }, 4);
+    let rows = rates.iter().enumerate().map(|(i, v)| format!("{},{v},{}\n", 0.1 * i as f64, v + 1e-3));
+    let path = dir.path().join("log.csv");
+    fs::write(&path, format!("t_s,gyro_z_rad_s,gyro_x_rad_s\n{}", rows.collect::<String>())).unwrap();
+    let (config, copy) = (dir.path().join("g.toml"), dir.path().join("copy.toml"));
+    let (code, out, err) = run(&["fit", text(&path), "--no-plot", "--accept", "-o", text(&config)]);
+    assert_eq!(code, 0, "{out}{err}");
+    let before = fs::read_to_string(&config).unwrap();
+    let write = [text(&path), "--draws", "99", "--write", text(&config), "-o", text(&copy)];
+    let (code, _, err) = gyroid(&[&write[..], &["--axis", "x"]].concat());
+    assert!(code == 2 && err.contains("--other-axis") && !copy.exists(), "{err}");
+    assert_eq!(gyroid(&[&write[..], &["--axis", "x", "--other-axis", "--accept"]].concat()).0, 0);
+    // the log and axis of the fit need no leave; the configuration itself stays as it was
+    assert_eq!(gyroid(&[&write[..], &["--accept"]].concat()).0, 0);
+    assert_eq!(fs::read_to_string(&config).unwrap(), before);
+    let terms = gyroid::config::Config::read(&copy).unwrap().gyro.unwrap().noise.unwrap().terms.unwrap();
+    let n = terms.angle_random_walk_rad_sqrt_s.unwrap();
+    assert!((n.estimate / 1e-4 - 1.0).abs() < 0.05 && n.ci95[0] < n.estimate && n.estimate < n.ci95[1]);
+    // terms that do not explain the log stay out
+    let markov = Truth { gauss_markov: 2e-4, correlation_time_s: 10.0, samples: 8192, ..Truth::white() };
+    let other = log(dir.path(), &markov, 2);
+    let none = dir.path().join("none.toml");
+    let wrong =
+        [text(&other), "--terms", "N,Q", "--draws", "199", "--write", text(&config), "--other-log", "-o", text(&none)];
+    let (code, out, _) = gyroid(&wrong);
+    assert!(code == 3 && out.contains("--accept") && !none.exists(), "{out}");
+    // a file written by hand would lose its comments
+    let hand = before.split("[provenance]").next().unwrap();
+    fs::write(&config, format!("# by hand\n{hand}")).unwrap();
+    let (code, _, err) = gyroid(&write[..5]);
+    assert!(code == 2 && err.contains("-o FILE"), "{err}");
+    assert_eq!(gyroid(&["log.csv", "--other-log"]).0, 2);
+}

@@ -65,7 +65,7 @@ impl Target for GnssInsSim {
             None => sheet.leave_out(
                 "gyro_b_stability, gyro_b_corr",
                 "no Gauss-Markov term was identified",
-                "run gyroid noise on a log of hours, or state np.zeros(3) where a gyro without drift will do",
+                "run gyroid noise LOG --write CONFIG on a log of hours, or state np.zeros(3) where a gyro without drift will do",
             ),
         }
         sheet.leave_out_accelerometer("accel_b, accel_vrw, accel_b_stability");

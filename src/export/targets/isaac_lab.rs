@@ -61,7 +61,7 @@ impl Target for IsaacLab {
             None => sheet.leave_out(
                 "bias_noise_cfg.std",
                 "one log knows one power-on",
-                "fit several logs, and state turn_on_bias_std_rad_s under [gyro]",
+                "run gyroid fit LOGS... --config FILE on several power-ons, which writes turn_on_bias_std_rad_s",
             ),
         }
         sheet.indent("");

@@ -58,7 +58,7 @@ impl Target for KfGins {
             None => sheet.leave_out(
                 "gbstd, corrtime",
                 "no Gauss-Markov term was identified, and KF-GINS has no other model of a bias that moves",
-                "run gyroid noise on a log of hours, or keep the numbers of your own kf-gins.yaml",
+                "run gyroid noise LOG --write CONFIG on a log of hours, or keep the numbers of your own kf-gins.yaml",
             ),
         }
         sheet.leave_out_accelerometer("vrw, abstd, asstd");

@@ -85,7 +85,7 @@ impl Target for Matlab {
             None => sheet.leave_out(
                 "BiasInstability",
                 "no bias instability was identified",
-                "run gyroid noise on a log of hours",
+                "run gyroid noise LOG --write CONFIG on a log of hours",
             ),
         }
         sheet.put("ConstantBias", source.warm_bias(), Shape::OnAxis(axis), property("ConstantBias"));

@@ -76,7 +76,7 @@ impl Target for Rotors {
             sheet.leave_out(
                 "gyroscopeBiasCorrelationTime",
                 "no Gauss-Markov term was identified; the plugin's default of 1000 s bounds the walk beyond it",
-                "run gyroid noise on a log much longer than the correlation time",
+                "run gyroid noise LOG --write CONFIG on a log much longer than the correlation time",
             );
         }
         match source.turn_on() {
@@ -84,7 +84,7 @@ impl Target for Rotors {
             None => sheet.leave_out(
                 "gyroscopeTurnOnBiasSigma",
                 "one log knows one power-on",
-                "fit several logs, and state turn_on_bias_std_rad_s under [gyro]",
+                "run gyroid fit LOGS... --config FILE on several power-ons, which writes turn_on_bias_std_rad_s",
             ),
         }
         sheet.leave_out_accelerometer("accelerometer*");

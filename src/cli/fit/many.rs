@@ -1,0 +1,239 @@
+//! `gyroid fit` of many logs.
+
+use super::super::Outcome;
+use super::super::log_args::parse_axis;
+use super::super::output::{Output, Working};
+use super::{FitArgs, configuration_options, fit_options};
+use clap::Args;
+use gyroid::config::Config;
+use gyroid::export::population_configuration;
+use gyroid::files::OutputFile;
+use gyroid::population::{self, AxisChoice, Origin, Population, Row, Settings, results};
+use gyroid::report::PopulationReport;
+use gyroid::units::duration_text;
+use gyroid::{Error, ErrorKind, Result};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Options for many logs; one of them makes a single log a row of a table too.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Many logs")]
+pub(crate) struct ManyArgs {
+    /// Logs that are fitted at a time, each on one core [default: the cores of the machine]
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    /// Axes of each log, a row each: x,y,z [default: that of --axis]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = parse_axis)]
+    axes: Vec<AxisChoice>,
+    /// Write all estimates and what they are from here (.parquet or .csv)
+    #[arg(long, value_name = "FILE")]
+    results: Option<PathBuf>,
+    /// Take over what --results holds of the same logs and options, and fit the rest
+    #[arg(long, requires = "results")]
+    resume: bool,
+    /// Write the configuration of the population here: its means, and how far one power-on lies from them
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Count also logs that are not of one population with the others
+    #[arg(long)]
+    keep_outlying: bool,
+}
+
+impl ManyArgs {
+    /// Whether there is anything that only many logs are asked for.
+    pub fn asked_for(&self) -> bool {
+        self.results.is_some() || self.config.is_some() || !self.axes.is_empty()
+    }
+}
+
+/// How often results are saved while the work goes on.
+const SAVE_EVERY: Duration = Duration::from_secs(5);
+
+pub(super) fn run(args: &FitArgs) -> Result<Outcome> {
+    let many = &args.many;
+    refuse_what_is_for_one(args)?;
+    let output = Output::open(&args.common)?;
+    let config = many.config.as_ref().map(OutputFile::claim).transpose()?;
+    let settings = settings(args)?;
+    let base = args.base.as_ref().map(Config::read_base).transpose()?;
+    let mut results = many.results.clone().map(|path| Saved::claim(path, many.resume)).transpose()?;
+    let beside: Vec<PathBuf> = many.results.iter().chain(&args.common.json).cloned().collect();
+    let logs = population::find(&args.logs, &beside)?;
+
+    let jobs = many.jobs.or_else(|| std::thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+    let working = output.working("fitting the logs");
+    let mut progress = Progress::new(&working, logs.len() * settings.axes.len());
+    let known = results.as_mut().map(|r| std::mem::take(&mut r.known)).unwrap_or_default();
+    let mut each = |row: &Row, origin: Origin| {
+        progress.step(row, origin);
+        results.as_mut().map_or(Ok(()), |r| r.add(row))
+    };
+    let done = population::fit_all(&logs, &settings, jobs, &known, &mut each)?;
+    drop(working);
+
+    if let Some(saved) = &results {
+        results::write(&saved.path, &done.rows)?;
+    }
+    let judged = population::Options {
+        keep_outlying: many.keep_outlying,
+        accept_not_white: args.accept,
+        ..population::Options::default()
+    };
+    let populations = Population::by_axis(&done.rows, &judged);
+    let report = PopulationReport { rows: done.rows, populations, fitted: done.fitted, resumed: done.resumed };
+    output.say(report.text().trim_end());
+    if let Some(saved) = &results {
+        let stays = |k: &&Row| report.rows.iter().any(|r| r.sha256 == k.sha256 && r.axis == k.axis);
+        let gone = known.len() - known.iter().filter(stays).count();
+        let gone = if gone > 0 { format!("; {gone} of logs that are not named now are gone") } else { String::new() };
+        output.say(format!("wrote {}: {} rows{gone}", saved.path.display(), report.rows.len()));
+    }
+    let failed = report.failed();
+    let (mut json, mut fit) = (report.json(), failed == 0);
+    json["configuration"] = serde_json::Value::Null;
+    if let Some(file) = config {
+        let name = file.target().display().to_string();
+        match write_configuration(file, args, &report, base.as_ref()) {
+            Ok(said) => {
+                output.say(format!("wrote {name}: {said}"));
+                json["configuration"] = name.into();
+            }
+            Err(e) if e.kind == ErrorKind::TooShort => {
+                output.say(format!("{name} not written: {}; {}", e.found, e.mend.unwrap_or_default()));
+                fit = false;
+            }
+            Err(e) => return Err(e),
+        }
+    }
+    output.finish(&json)?;
+    // of logs that all fail the first error says what is wrong
+    if failed == report.rows.len() {
+        let first = report.rows.iter().find_map(|r| r.error.clone()).unwrap_or_default();
+        return Err(Error::new(ErrorKind::Format, format!("{failed} logs"), format!("none could be fitted: {first}")));
+    }
+    Ok(if fit { Outcome::Done } else { Outcome::Unfit })
+}
+
+fn refuse_what_is_for_one(args: &FitArgs) -> Result<()> {
+    let usage = |option: &str, mend: &str| {
+        Err(Error::new(ErrorKind::Usage, option, "is for one log, and this is a table of many").mend(mend))
+    };
+    if args.out.is_some() {
+        return usage("--out", "write the configuration of the population with --config FILE, or fit one log");
+    }
+    if !args.plot.is_empty() {
+        return usage("--plot", "fit the log that is to be drawn alone");
+    }
+    if args.many.config.is_some() && args.many.axes.len() > 1 {
+        let found = format!("is of one axis, and {} are named", args.many.axes.len());
+        return Err(Error::new(ErrorKind::Usage, "--config", found).mend("name one with --axis"));
+    }
+    Ok(())
+}
+
+fn settings(args: &FitArgs) -> Result<Settings> {
+    let columns = &args.columns;
+    let mut axes = if args.many.axes.is_empty() { vec![columns.axis()] } else { args.many.axes.clone() };
+    let mut seen = Vec::new();
+    axes.retain(|a| {
+        !seen.contains(a) && {
+            seen.push(*a);
+            true
+        }
+    });
+    Ok(Settings {
+        query: columns.query()?,
+        axes,
+        trim_motion: columns.trims_motion(),
+        start_offset_s: columns.start_offset_s(),
+        fit: fit_options(args)?,
+        whiteness: args.whiteness.options()?,
+    })
+}
+
+fn write_configuration(
+    mut file: OutputFile,
+    args: &FitArgs,
+    report: &PopulationReport,
+    base: Option<&Config>,
+) -> Result<String> {
+    let [population] = &report.populations[..] else {
+        return Err(Error::new(ErrorKind::Usage, "--config", "is of one axis").mend("name one with --axis"));
+    };
+    let config = population_configuration(population, &report.rows, base, &configuration_options(args))?;
+    let name = file.target().display().to_string();
+    file.write_all(config.to_toml().map_err(|e| e.named(name))?.as_bytes())?;
+    file.commit()?;
+    let gyro = config.require_gyro()?;
+    let said = |key: &str, value: Option<f64>| match value {
+        Some(v) => format!("{key} = {v:.3e}"),
+        None => format!("no {key}, the logs' own errors explain the differences"),
+    };
+    Ok([
+        format!("the mean of {} logs", population.counted.len()),
+        said("turn_on_bias_std_rad_s", gyro.turn_on_bias_std_rad_s),
+        said("warm_up_relative_std", gyro.warm_up_relative_std),
+    ]
+    .join(", "))
+}
+
+/// A file of results, saved now and then, so that little is lost when the work is broken off.
+struct Saved {
+    path: PathBuf,
+    /// Rows of an earlier run.
+    known: Vec<Row>,
+    rows: Vec<Row>,
+    saved: Instant,
+}
+
+impl Saved {
+    /// Sees that the place can be written, and reads what is there if the work is to be resumed.
+    fn claim(path: PathBuf, resume: bool) -> Result<Self> {
+        results::Format::of(&path)?;
+        drop(OutputFile::claim(&path)?);
+        let known = if resume && path.exists() { results::read(&path)? } else { Vec::new() };
+        Ok(Self { path, rows: known.clone(), known, saved: Instant::now() })
+    }
+
+    /// A row takes the place of what was known of its log and axis.
+    fn add(&mut self, row: &Row) -> Result<()> {
+        match self.rows.iter_mut().find(|r| r.path == row.path && r.axis == row.axis) {
+            Some(old) => old.clone_from(row),
+            None => self.rows.push(row.clone()),
+        }
+        if self.saved.elapsed() < SAVE_EVERY {
+            return Ok(());
+        }
+        results::write(&self.path, &self.rows)?;
+        self.saved = Instant::now();
+        Ok(())
+    }
+}
+
+/// How far the work is, and how long the rest will take.
+struct Progress<'a> {
+    working: &'a Working,
+    total: usize,
+    done: usize,
+    fitted: usize,
+    failed: usize,
+    start: Instant,
+}
+
+impl<'a> Progress<'a> {
+    fn new(working: &'a Working, total: usize) -> Self {
+        Self { working, total, done: 0, fitted: 0, failed: 0, start: Instant::now() }
+    }
+
+    fn step(&mut self, row: &Row, origin: Origin) {
+        self.done += 1;
+        self.fitted += usize::from(origin == Origin::Fitted);
+        self.failed += usize::from(row.error.is_some());
+        let left = self.total - self.done;
+        // what was known took no time
+        let each = self.start.elapsed().as_secs_f64() / self.fitted.max(1) as f64;
+        let rest = if left > 0 { format!(", {} left", duration_text(each * left as f64)) } else { String::new() };
+        self.working.show(format!("fitted {} of {}, {} failed{rest}", self.done, self.total, self.failed));
+    }
+}

@@ -1,0 +1,35 @@
+//! Floor 4: many logs at rest: one row a log and axis, and how much C1, C2 and T differ from log to log
+//!
+//! ```text
+//! y_i ~ N(μ, s_i² + τ²)      y = C2, C1 or ln T of log i, s_i its own standard deviation, τ the population's
+//! ```
+//!
+//! [`find()`] lists the logs of folders, [`fit_all`] fits them, some at a time, and takes over the [`Row`]s of an earlier run;
+//! [`results`] keeps the rows as Parquet or CSV. [`Population`] is what they have in common: τ of C2 is the turn-on
+//! repeatability, τ of C1 and ln T together that of the warm-up ([`crate::math::random_effects`]); logs that are not of one population
+//! with the others ([`crate::math::outlying`]) are named.
+//!
+//! ```no_run
+//! use gyroid::population::{self, Population, Settings};
+//!
+//! let logs = population::find(&["power_ons"], &[])?;
+//! let done = population::fit_all(&logs, &Settings::default(), 2, &[], &mut |_, _| Ok(()))?;
+//! for population in Population::by_axis(&done.rows, &population::Options::default()) {
+//!     let spread = population.c2.map(|c2| c2.spread);
+//!     println!("{}: turn-on repeatability {spread:?} rad/s", population.axis);
+//! }
+//! # Ok::<(), gyroid::Error>(())
+//! ```
+
+mod find;
+pub mod results;
+mod row;
+mod run;
+mod statistics;
+#[cfg(test)]
+mod tests;
+
+pub use find::{EXTENSIONS, find};
+pub use row::Row;
+pub use run::{AxisChoice, Done, Origin, Settings, fit_all};
+pub use statistics::{LeftOut, Options, OutlyingLog, Parameter, Population, Repeatability, Span};

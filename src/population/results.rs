@@ -1,0 +1,185 @@
+//! Rows of results as Parquet or CSV; the polars types stay in this file. What is not known is null, or an empty cell.
+
+use super::row::{Kind, Row};
+use crate::error::{Error, ErrorKind, Result};
+use crate::files::OutputFile;
+use polars::prelude::{
+    BooleanChunked, Column, DataFrame, Float64Chunked, Int64Chunked, IntoColumn, NewChunkedArray, ParquetReader,
+    ParquetWriter, PolarsResult, SerReader, Series, StringChunked,
+};
+use serde_json::{Map, Value};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+/// How results are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// `.parquet`
+    Parquet,
+    /// `.csv`
+    Csv,
+}
+
+impl Format {
+    /// The format that the name of `path` asks for.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Usage`] for another ending.
+    pub fn of(path: &Path) -> Result<Self> {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        match ending.as_str() {
+            "parquet" => Ok(Self::Parquet),
+            "csv" => Ok(Self::Csv),
+            _ => Err(Error::new(ErrorKind::Usage, path.display(), "results cannot be written with this ending")
+                .mend("call the file .parquet or .csv; --json FILE writes the rows as JSON")),
+        }
+    }
+}
+
+/// Writes `rows` to `path`, whole or not at all.
+///
+/// # Errors
+/// [`ErrorKind::Usage`] for an ending that is not known; [`ErrorKind::Io`] if the place cannot be written.
+pub fn write(path: &Path, rows: &[Row]) -> Result<()> {
+    let format = Format::of(path)?;
+    let mut file = OutputFile::claim(path)?;
+    let tables = tables(rows).map_err(|why| cannot(path, &why))?;
+    let names = names().map_err(|why| cannot(path, &why))?;
+    match format {
+        Format::Parquet => parquet(&names, &tables, file.file()).map_err(|e| cannot(path, &e.to_string()))?,
+        Format::Csv => {
+            let text = csv_text(&names, &tables).map_err(|e| cannot(path, &e.to_string()))?;
+            file.write_all(&text)?;
+        }
+    }
+    file.commit()
+}
+
+/// Reads the rows that [`write()`] wrote.
+///
+/// # Errors
+/// [`ErrorKind::Io`], or [`ErrorKind::Format`] for a file that is damaged or holds something else.
+pub fn read(path: &Path) -> Result<Vec<Row>> {
+    let format = Format::of(path)?;
+    let file = File::open(path).map_err(|e| Error::io(path, &e))?;
+    let other = |why: &str| {
+        Error::new(ErrorKind::Format, path.display(), format!("is not a file of results of this version: {why}"))
+            .mend("name another file with --results, or begin anew without --resume")
+    };
+    let first_line = |text: String| text.lines().next().unwrap_or_default().to_string();
+    let tables = match format {
+        // its decoder may give up on a damaged file by a panic
+        Format::Parquet => match std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| from_parquet(file))) {
+            Ok(done) => done.map_err(|e| other(&first_line(e.to_string())))?,
+            Err(_) => return Err(other("it is damaged")),
+        },
+        Format::Csv => from_csv(BufReader::new(file)).map_err(|why| other(&why))?,
+    };
+    let row = |(at, table): (usize, Map<String, Value>)| {
+        serde_json::from_value(Value::Object(table)).map_err(|e| other(&e.to_string()).at(format!("row {}", at + 1)))
+    };
+    tables.into_iter().enumerate().map(row).collect()
+}
+
+fn cannot(path: &Path, why: &str) -> Error {
+    Error::new(ErrorKind::Io, path.display(), format!("cannot be written: {why}")).mend("check the disk")
+}
+
+/// The rows as objects, keys in the order of the fields.
+fn tables(rows: &[Row]) -> std::result::Result<Vec<Map<String, Value>>, String> {
+    rows.iter().map(object).collect()
+}
+
+fn object(row: &Row) -> std::result::Result<Map<String, Value>, String> {
+    match serde_json::to_value(row) {
+        Ok(Value::Object(map)) => Ok(map),
+        Ok(_) => Err("a row is no object".into()),
+        Err(e) => Err(e.to_string()),
+    }
+}
+
+/// Names of the columns, in their order.
+fn names() -> std::result::Result<Vec<String>, String> {
+    Ok(object(&Row::default())?.into_iter().map(|(name, _)| name).collect())
+}
+
+fn parquet(names: &[String], tables: &[Map<String, Value>], out: &mut File) -> PolarsResult<()> {
+    let column = |name: &String| -> Column {
+        let cells = tables.iter().map(|t| t.get(name).unwrap_or(&Value::Null));
+        let name_ = name.as_str().into();
+        match Kind::of(name) {
+            Kind::Text => StringChunked::from_iter_options(name_, cells.map(Value::as_str)).into_column(),
+            Kind::Flag => BooleanChunked::from_iter_options(name_, cells.map(Value::as_bool)).into_column(),
+            Kind::Whole => Int64Chunked::from_iter_options(name_, cells.map(Value::as_i64)).into_column(),
+            Kind::Number => Float64Chunked::from_iter_options(name_, cells.map(Value::as_f64)).into_column(),
+        }
+    };
+    let mut frame = DataFrame::new(tables.len(), names.iter().map(column).collect())?;
+    ParquetWriter::new(out).finish(&mut frame)?;
+    Ok(())
+}
+
+fn from_parquet(file: File) -> PolarsResult<Vec<Map<String, Value>>> {
+    let frame = ParquetReader::new(file).finish()?;
+    let mut tables = vec![Map::new(); frame.height()];
+    for column in frame.columns() {
+        let series: &Series = column.as_materialized_series();
+        let name = series.name().to_string();
+        let cells: Vec<Value> = match Kind::of(&name) {
+            Kind::Text => series.str()?.iter().map(Value::from).collect(),
+            Kind::Flag => series.bool()?.iter().map(Value::from).collect(),
+            Kind::Whole => series.i64()?.iter().map(Value::from).collect(),
+            Kind::Number => series.f64()?.iter().map(Value::from).collect(),
+        };
+        for (table, cell) in tables.iter_mut().zip(cells) {
+            table.insert(name.clone(), cell);
+        }
+    }
+    Ok(tables)
+}
+
+fn csv_text(names: &[String], tables: &[Map<String, Value>]) -> std::result::Result<Vec<u8>, String> {
+    let mut out = csv::Writer::from_writer(Vec::new());
+    out.write_record(names).map_err(|e| e.to_string())?;
+    for table in tables {
+        let cell = |name: &String| match table.get(name) {
+            None | Some(Value::Null) => String::new(),
+            Some(Value::String(text)) => text.clone(),
+            // the shortest digits that read back as the same number
+            Some(other) => other.to_string(),
+        };
+        out.write_record(names.iter().map(cell)).map_err(|e| e.to_string())?;
+    }
+    out.into_inner().map_err(|e| e.to_string())
+}
+
+fn from_csv(file: impl std::io::Read) -> std::result::Result<Vec<Map<String, Value>>, String> {
+    let mut reader = csv::Reader::from_reader(file);
+    let names = reader.headers().map_err(|e| e.to_string())?.clone();
+    let mut tables = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|e| e.to_string())?;
+        let mut table = Map::new();
+        for (name, cell) in names.iter().zip(&record) {
+            table.insert(name.to_string(), parsed(name, cell)?);
+        }
+        tables.push(table);
+    }
+    Ok(tables)
+}
+
+fn parsed(name: &str, cell: &str) -> std::result::Result<Value, String> {
+    let bad = || format!("{cell:?} in column {name}");
+    Ok(match Kind::of(name) {
+        // these always stand there, if only as an empty text
+        Kind::Text if cell.is_empty() && !matches!(name, "path" | "axis" | "sha256" | "gyroid_version" | "options") => {
+            Value::Null
+        }
+        Kind::Text => Value::from(cell),
+        _ if cell.is_empty() => Value::Null,
+        Kind::Flag => Value::from(cell.parse::<bool>().map_err(|_| bad())?),
+        Kind::Whole => Value::from(cell.parse::<i64>().map_err(|_| bad())?),
+        Kind::Number => Value::from(cell.parse::<f64>().map_err(|_| bad())?),
+    })
+}

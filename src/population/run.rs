@@ -1,0 +1,239 @@
+//! Many logs fitted, some at a time; a bad one is a row with its error.
+
+use super::row::Row;
+use crate::error::{Error, ErrorKind, Result};
+use crate::files;
+use crate::identify::{self, FitOptions, Loss};
+use crate::ingest::{Axis, GyroQuery, Stamp, read_gyro};
+use crate::signal::names;
+use crate::validate;
+use serde_json::{Map, Value, json};
+use std::any::Any;
+use std::collections::HashMap;
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+
+/// An axis of a log, and whether it points the other way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct AxisChoice {
+    /// The axis.
+    pub axis: Axis,
+    /// Whether its rates change their sign.
+    pub reversed: bool,
+}
+
+impl fmt::Display for AxisChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", if self.reversed { "-" } else { "" }, self.axis)
+    }
+}
+
+/// How the logs are read, fitted and tested: all alike.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// How they are read; its axis gives way to `axes`.
+    pub query: GyroQuery,
+    /// Axes of each log.
+    pub axes: Vec<AxisChoice>,
+    /// Whether seconds that move are left out.
+    pub trim_motion: bool,
+    /// Their first samples are this long after power-on, s.
+    pub start_offset_s: Option<f64>,
+    /// Options of the fit.
+    pub fit: FitOptions,
+    /// Options of the whiteness test.
+    pub whiteness: validate::Options,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            query: GyroQuery::default(),
+            axes: vec![AxisChoice::default()],
+            trim_motion: false,
+            start_offset_s: None,
+            fit: FitOptions::default(),
+            whiteness: validate::Options::default(),
+        }
+    }
+}
+
+impl Settings {
+    /// The options that are not defaults, axes aside, as JSON: rows with the same text were made in the same way.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let (query, usual) = (&self.query, validate::Options::default());
+        let fixed = self.fit.fixed;
+        let all = [
+            ("column", json!(query.column)),
+            ("unit", json!(query.unit.map(|u| u.to_string()))),
+            ("time", json!(query.time)),
+            ("time_unit", json!(query.time_unit.map(|u| format!("{u:?}").to_lowercase()))),
+            ("rate_hz", json!(query.rate_hz)),
+            ("sort_time", json!(query.sort_time.then_some(true))),
+            ("topic", json!(query.topic)),
+            ("clock", json!((query.stamp == Stamp::Receipt).then_some("receipt"))),
+            ("trim_motion", json!(self.trim_motion.then_some(true))),
+            ("start_offset_s", json!(self.start_offset_s)),
+            ("c1_rad_s", json!(fixed.c1_rad_s)),
+            ("c2_rad_s", json!(fixed.c2_rad_s)),
+            ("time_constant_s", json!(fixed.time_constant_s)),
+            ("loss", json!((self.fit.loss == Loss::Huber).then_some(self.fit.loss))),
+            ("level", json!(Some(self.whiteness.level).filter(|v| *v != usual.level))),
+            ("draws", json!(Some(self.whiteness.draws).filter(|v| *v != usual.draws))),
+            ("seed", json!(Some(self.whiteness.seed).filter(|v| *v != usual.seed))),
+        ];
+        let said = all.into_iter().filter(|(_, v)| !v.is_null());
+        Value::Object(said.map(|(k, v)| (k.to_string(), v)).collect::<Map<_, _>>()).to_string()
+    }
+}
+
+/// Where a row comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// The log was read and fitted, or failed to be.
+    Fitted,
+    /// It was known from an earlier run.
+    Resumed,
+}
+
+/// What was done.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Done {
+    /// One row a log and axis, in the order of the logs.
+    pub rows: Vec<Row>,
+    /// Rows whose log was read and fitted now.
+    pub fitted: usize,
+    /// Rows that were known.
+    pub resumed: usize,
+}
+
+/// Fits each axis of each of `logs`, `jobs` (at least one) at a time, on as many threads. A row of `known` is taken over where
+/// the bytes of the log, the axis, the options ([`Settings::text`]) and the version are those that it was made of; rows with an
+/// error are tried anew. `each` sees every row as soon as it is there, in no certain order.
+///
+/// # Errors
+/// That of `each`, which ends the work after the logs in hand; [`ErrorKind::Numeric`] if no thread can be started. What is
+/// wrong with a log stands in its row.
+pub fn fit_all(
+    logs: &[PathBuf],
+    settings: &Settings,
+    jobs: usize,
+    known: &[Row],
+    each: &mut dyn FnMut(&Row, Origin) -> Result<()>,
+) -> Result<Done> {
+    let options = settings.text();
+    let made_alike =
+        |r: &&Row| r.options == options && r.gyroid_version == env!("CARGO_PKG_VERSION") && r.error.is_none();
+    let work = Work {
+        settings,
+        known: known.iter().filter(made_alike).map(|r| ((r.sha256.as_str(), r.axis.clone()), r)).collect(),
+        options: &options,
+    };
+    let tasks: Vec<(&Path, AxisChoice)> =
+        logs.iter().flat_map(|log| settings.axes.iter().map(move |axis| (log.as_path(), *axis))).collect();
+    let jobs = jobs.clamp(1, tasks.len().max(1));
+    let no_threads = |e: &dyn fmt::Display| {
+        Error::new(ErrorKind::Numeric, "--jobs", format!("no thread can be started: {e}")).mend("ask for fewer jobs")
+    };
+    // the tests of a log are parallel themselves: in one pool all keep to `jobs` threads
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| no_threads(&e))?;
+    let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let mut slots: Vec<Option<(Row, Origin)>> = vec![None; tasks.len()];
+    let failed = thread::scope(|scope| {
+        let (send, receive) = mpsc::channel();
+        for _ in 0..jobs {
+            let send = send.clone();
+            let (next, stop, tasks, work, pool) = (&next, &stop, &tasks, &work, &pool);
+            let turn = move || {
+                while !stop.load(Ordering::Relaxed) {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    let Some((path, axis)) = tasks.get(at) else { break };
+                    let done = pool.install(|| work.row(path, *axis));
+                    if send.send((at, done)).is_err() {
+                        break;
+                    }
+                }
+            };
+            if let Err(e) = thread::Builder::new().spawn_scoped(scope, turn) {
+                stop.store(true, Ordering::Relaxed);
+                return Some(no_threads(&e));
+            }
+        }
+        drop(send);
+        for (at, (row, origin)) in receive {
+            if let Err(e) = each(&row, origin) {
+                stop.store(true, Ordering::Relaxed);
+                return Some(e);
+            }
+            slots[at] = Some((row, origin));
+        }
+        None
+    });
+    if let Some(error) = failed {
+        return Err(error);
+    }
+    let (rows, origins): (Vec<Row>, Vec<Origin>) = slots.into_iter().flatten().unzip();
+    let fitted = origins.iter().filter(|o| **o == Origin::Fitted).count();
+    Ok(Done { fitted, resumed: rows.len() - fitted, rows })
+}
+
+struct Work<'a> {
+    settings: &'a Settings,
+    options: &'a str,
+    /// By hash and axis.
+    known: HashMap<(&'a str, String), &'a Row>,
+}
+
+impl Work<'_> {
+    fn row(&self, path: &Path, axis: AxisChoice) -> (Row, Origin) {
+        let row = Row::of_file(path, axis, self.options);
+        if !self.known.is_empty()
+            && let Ok(sha256) = files::sha256(path)
+            && let Some(known) = self.known.get(&(sha256.as_str(), axis.to_string()))
+        {
+            let Row { path, size_bytes, modified, .. } = row;
+            return (Row { path, size_bytes, modified, ..(*known).clone() }, Origin::Resumed);
+        }
+        let named = row.clone();
+        // one log on which the program itself fails must not cost the others
+        let done = catch_unwind(AssertUnwindSafe(|| self.fit(path, axis, row)));
+        let done = done.unwrap_or_else(|fault| Err(program_fault(path, fault.as_ref())));
+        let mut row = done.unwrap_or_else(|e| named.failed(&e));
+        if row.sha256.is_empty() {
+            row.sha256 = files::sha256(path).unwrap_or_default();
+        }
+        (row, Origin::Fitted)
+    }
+
+    fn fit(&self, path: &Path, axis: AxisChoice, row: Row) -> Result<Row> {
+        let settings = self.settings;
+        let AxisChoice { axis, reversed } = axis;
+        let query = GyroQuery { axis, reversed, ..settings.query.clone() };
+        let mut recording = read_gyro(path, &query)?;
+        if settings.trim_motion {
+            recording = recording.without_motion()?;
+        }
+        let rate = recording.log.require(names::GYRO_Z)?;
+        let mut time = recording.log.time.clone();
+        if let (Some(offset), false) = (settings.start_offset_s, time.is_empty()) {
+            let first = time.at(0);
+            time = time.shifted(offset - first);
+        }
+        let named = |e: Error| if e.input == "log" { e.named(path.display()) } else { e };
+        let fit = identify::fit(&time, rate, &settings.fit).map_err(named)?;
+        let validation =
+            validate::whiteness(&time, &fit.residuals(&time, rate), &fit.jacobian(&time), &settings.whiteness);
+        Ok(row.fitted(&recording, &fit, &validation))
+    }
+}
+
+fn program_fault(path: &Path, fault: &(dyn Any + Send)) -> Error {
+    let said = fault.downcast_ref::<String>().map(String::as_str).or(fault.downcast_ref::<&str>().copied());
+    let found = format!("the program failed on this log: {}", said.unwrap_or("it does not say why"));
+    Error::new(ErrorKind::Numeric, path.display(), found).mend("report it with the log")
+}

@@ -1,0 +1,196 @@
+//! The report of many logs: a line a log and axis, then what they have in common.
+
+use super::numbers::{known_digits, probability, significant};
+use crate::population::{Parameter, Population, Row};
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// The rows of many logs and their populations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PopulationReport {
+    /// One a log and axis.
+    pub rows: Vec<Row>,
+    /// One an axis.
+    pub populations: Vec<Population>,
+    /// Rows whose log was read and fitted now.
+    pub fitted: usize,
+    /// Rows that were taken over from earlier results.
+    pub resumed: usize,
+}
+
+/// Names longer than this lose their beginning, which logs of a folder share.
+const NAME: usize = 48;
+
+impl PopulationReport {
+    /// Rows without a fit.
+    #[must_use]
+    pub fn failed(&self) -> usize {
+        self.rows.iter().filter(|r| r.error.is_some()).count()
+    }
+
+    /// The page for a terminal.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        let width = self.rows.iter().map(|r| r.path.chars().count()).max().unwrap_or(0).clamp(3, NAME);
+        // writing to a String cannot fail
+        let _ = writeln!(
+            out,
+            "{:<width$}  axis  {:>12} {:>9}  {:>12} {:>9}  {:>9} {:>8}  verdict",
+            "log", "C1 rad/s", "std", "C2 rad/s", "std", "T s", "std"
+        );
+        for row in &self.rows {
+            row_text(row, width, &mut out);
+        }
+        let taken = if self.resumed > 0 { format!(", {} taken from the results", self.resumed) } else { String::new() };
+        let _ = writeln!(out, "\n{} read{taken}; {} failed", self.fitted, self.failed());
+        for population in &self.populations {
+            self.population_text(population, &mut out);
+        }
+        out
+    }
+
+    fn population_text(&self, p: &Population, out: &mut String) {
+        let _ = writeln!(out, "\naxis {}: {} of {} logs count", p.axis, p.counted.len(), p.logs);
+        for l in &p.left_out {
+            let _ = writeln!(out, "  left out: {}: {}", self.rows[l.row].path, l.why);
+        }
+        if p.counted.len() < 2 {
+            let _ = writeln!(out, "  too few for a population");
+            return;
+        }
+        let _ = writeln!(out, "  from log to log, net of their own errors (95 % intervals in brackets)");
+        for (name, unit, what, parameter) in [
+            ("C1", "rad/s", "spread", &p.c1),
+            ("C2", "rad/s", "turn-on repeatability", &p.c2),
+            ("T", "s", "spread", &p.time_constant),
+        ] {
+            if let Some(parameter) = parameter {
+                parameter_text(name, unit, what, parameter, out);
+            }
+        }
+        if let Some(w) = &p.warm_up {
+            let _ = writeln!(
+                out,
+                "  warm-up repeatability, C1 and T together: {} {}; p {} if there were none",
+                percent(w.relative_std),
+                percents(w.ci95),
+                equals(w.p_value)
+            );
+        }
+        if !p.outlying_tested {
+            let _ = writeln!(out, "  outlying logs: not looked for, it takes five that are fit for use");
+            return;
+        }
+        let none = if p.outlying.is_empty() { " none" } else { "" };
+        let level = significant(p.level, 2);
+        let _ =
+            writeln!(out, "  outlying logs (an ordinary population has any with probability {level} at most):{none}");
+        for o in &p.outlying {
+            let counted = p.counted.contains(&o.row);
+            let _ = writeln!(
+                out,
+                "    {}: {} lies {} robust standard deviations from the median (p {}){}",
+                self.rows[o.row].path,
+                symbol(o.parameter),
+                significant(o.studentized, 3),
+                equals(o.p_value),
+                if counted { "" } else { "; left out, --keep-outlying counts it" }
+            );
+        }
+    }
+
+    /// The documented JSON of `gyroid fit` of many logs. What is not known or not bounded is null.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json!({
+            "rows": self.rows,
+            "populations": self.populations,
+            "fitted": self.fitted,
+            "resumed": self.resumed,
+            "failed": self.failed(),
+            "method": {
+                "spread": "random effects: Paule-Mandel estimate, Q-profile interval; Hartung-Knapp interval of the mean",
+                "outlying": "largest deviation from the weighted median over the Qn spread, calibrated by simulation",
+            },
+        })
+    }
+}
+
+fn row_text(row: &Row, width: usize, out: &mut String) {
+    let name = ending(&row.path, width);
+    if let Some(error) = &row.error {
+        let _ = writeln!(out, "{name:<width$}  {:<4}  error: {}", row.axis, on_one_line(error));
+        return;
+    }
+    let cell = |value: Option<f64>, std: Option<f64>| value.map_or("-".into(), |v| known_digits(v, std.unwrap_or(0.0)));
+    let std = |std: Option<f64>| std.map_or("-".into(), |s| significant(s, 2));
+    let verdict = match (row.warm_up_found, row.identifiable, row.white) {
+        (Some(false), ..) => "no warm-up",
+        (_, Some(false), _) => "T not identifiable",
+        (.., Some(false)) => "not white",
+        _ => "fit for use",
+    };
+    let known = row.identifiable == Some(true);
+    let time = |text: String| if known { text } else { "-".into() };
+    let _ = writeln!(
+        out,
+        "{name:<width$}  {:<4}  {:>12} {:>9}  {:>12} {:>9}  {:>9} {:>8}  {verdict}",
+        row.axis,
+        cell(row.c1_rad_s, row.c1_std_rad_s),
+        std(row.c1_std_rad_s),
+        cell(row.c2_rad_s, row.c2_std_rad_s),
+        std(row.c2_std_rad_s),
+        time(cell(row.time_constant_s, row.time_constant_std_s)),
+        time(std(row.time_constant_std_s)),
+    );
+}
+
+fn parameter_text(name: &str, unit: &str, what: &str, p: &Parameter, out: &mut String) {
+    let half = 0.5 * (p.mean_ci95[1] - p.mean_ci95[0]);
+    let [low, high] = p.mean_ci95.map(|v| known_digits(v, half));
+    let spread = |v: f64| significant(v, 3);
+    let _ = writeln!(
+        out,
+        "  {name:<3} mean {} [{low}, {high}] {unit}; {what} {} [{}, {}] {unit}, {} of the mean",
+        known_digits(p.mean, half),
+        spread(p.spread),
+        spread(p.spread_ci95[0]),
+        spread(p.spread_ci95[1]),
+        percent(p.relative_spread),
+    );
+}
+
+fn symbol(parameter: &str) -> &str {
+    match parameter {
+        "c1" => "C1",
+        "c2" => "C2",
+        _ => "T",
+    }
+}
+
+fn percent(relative: f64) -> String {
+    format!("{} %", significant(100.0 * relative, 2))
+}
+
+fn percents([low, high]: [f64; 2]) -> String {
+    format!("[{}, {}]", percent(low), percent(high))
+}
+
+fn equals(p: f64) -> String {
+    let text = probability(p);
+    if text.starts_with('<') { text } else { format!("= {text}") }
+}
+
+/// The last `width` characters of a path.
+fn ending(path: &str, width: usize) -> String {
+    let count = path.chars().count();
+    if count <= width {
+        return path.to_string();
+    }
+    format!("…{}", path.chars().skip(count + 1 - width).collect::<String>())
+}
+
+fn on_one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
