@@ -208,7 +208,7 @@ fn terms_go_only_where_they_belong() {
     let (code, out, _) = gyroid(&wrong);
     assert!(code == 3 && out.contains("--accept") && !none.exists(), "{out}");
     // a file written by hand would lose its comments
-    let hand = before.split("[provenance]").next().unwrap();
+    let hand = before.split("\n[provenance]").next().unwrap();
     fs::write(&config, format!("# by hand\n{hand}")).unwrap();
     let (code, _, err) = gyroid(&write[..5]);
     assert!(code == 2 && err.contains("-o FILE"), "{err}");

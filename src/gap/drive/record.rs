@@ -117,8 +117,12 @@ impl Record {
         let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);
         let wheels_rad_s = odometry.as_ref().and_then(Odometry::wheels).map(|both| both.map(<[f64]>::to_vec));
         let wheels_rad_s = wheels_rad_s.ok_or_else(|| {
-            Error::new(ErrorKind::Column, &log.source, "no speeds of both wheels, and no odometry that stands for them")
-                .mend(format!("name the columns that hold them: --map {}=COLUMN[:UNIT]", names::WHEEL_LEFT))
+            Error::new(
+                ErrorKind::Column,
+                &log.source,
+                "no wheel speeds, neither of both wheels nor of an odometry that stands for them",
+            )
+            .mend(format!("name the columns that hold them: --map {}=COLUMN[:UNIT]", names::WHEEL_LEFT))
         })?;
         if odometry.as_ref().is_some_and(Odometry::is_converted) {
             notes.push(
