@@ -77,7 +77,7 @@ impl<'a> Residuals<'a> {
     }
 }
 
-/// [`super::whiteness`] of the residuals of a log of which one pass kept block means and raw stretches. `fitted` holds the
+/// [`super::whiteness()`] of the residuals of a log of which one pass kept block means and raw stretches. `fitted` holds the
 /// directions that the fit has taken out of them, as functions of time (s).
 #[must_use]
 pub fn whiteness_reduced(residuals: &Residuals, fitted: &[&dyn Fn(f64) -> f64], options: &Options) -> Validation {
