@@ -69,7 +69,18 @@ pub fn configuration(report: &FitReport, base: Option<&Config>, options: &Config
         checksum: String::new(),
         noise: None,
     };
-    Ok(Config {
+    Ok(on_base(base, sample_time_s, gyro, validation, provenance))
+}
+
+/// The configuration of a gyro, with what `base` knows of the robot.
+pub(super) fn on_base(
+    base: Option<&Config>,
+    sample_time_s: f64,
+    gyro: Gyro,
+    validation: Validation,
+    provenance: Provenance,
+) -> Config {
+    Config {
         schema: SCHEMA,
         kind: base.map_or(Kind::Stationary, |b| if b.vehicle.is_some() { Kind::Driving } else { b.kind }),
         sample_time_s: Some(sample_time_s),
@@ -81,5 +92,5 @@ pub fn configuration(report: &FitReport, base: Option<&Config>, options: &Config
         effects: base.map(|b| b.effects.clone()).unwrap_or_default(),
         validation: Some(validation),
         provenance: Some(provenance),
-    })
+    }
 }

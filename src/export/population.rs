@@ -1,8 +1,8 @@
 //! From a population of logs to the configuration of the mean gyro, with how far one power-on lies from it.
 
-use super::configuration::ConfigurationOptions;
+use super::configuration::{ConfigurationOptions, on_base};
 use crate::bias::{Discrete, WarmUp};
-use crate::config::{Config, Covariance, Gyro, Kind, Noise, Provenance, SCHEMA, Validation};
+use crate::config::{Config, Covariance, Gyro, Noise, Provenance, Validation};
 use crate::error::{Error, ErrorKind, Result};
 use crate::population::{Population, Row};
 use sha2::{Digest, Sha256};
@@ -83,17 +83,5 @@ pub fn population_configuration(
         command: options.command.clone(),
         ..Provenance::default()
     };
-    Ok(Config {
-        schema: SCHEMA,
-        kind: base.map_or(Kind::Stationary, |b| if b.vehicle.is_some() { Kind::Driving } else { b.kind }),
-        sample_time_s: Some(sample_time_s),
-        gyro: Some(gyro),
-        vehicle: base.and_then(|b| b.vehicle),
-        traction: base.and_then(|b| b.traction),
-        encoder: base.and_then(|b| b.encoder),
-        pose: base.and_then(|b| b.pose),
-        effects: base.map(|b| b.effects.clone()).unwrap_or_default(),
-        validation: Some(validation),
-        provenance: Some(provenance),
-    })
+    Ok(on_base(base, sample_time_s, gyro, validation, provenance))
 }
