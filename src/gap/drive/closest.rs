@@ -5,6 +5,7 @@
 
 use super::branch::Branch;
 use super::candidates::{Candidates, Kind};
+use super::evidence::{Member, Problem};
 use super::fit::Compared;
 use super::judge::Options;
 use super::pass::Noise;
@@ -25,6 +26,18 @@ pub struct Closest {
     pub gain: f64,
 }
 
+/// Each of the `most` changes of the model that add most in `problem`, of `all` that take part in it, settled alone from zero.
+pub(super) fn alone(record: &Record, noise: &Noise, all: &Candidates, problem: &Problem, most: usize) -> Vec<Compared> {
+    let changes = |m: &Member| matches!(all.kinds[m.0], Kind::Change(_));
+    let mut worth: Vec<(Member, f64)> = problem.additions(&[]).into_iter().filter(|(m, _)| changes(m)).collect();
+    worth.sort_by(|a, b| b.1.total_cmp(&a.1));
+    worth.truncate(most);
+    let fit =
+        |((group, _), _): (Member, f64)| Compared::narrow(record, noise, all.only(|g| g == group), all.zero(), None);
+    // in their order: of equals the same one wins on any number of cores
+    worth.into_par_iter().map(fit).collect()
+}
+
 /// The effect of `effects` that explains most of `record` alone, and ln p of the drive with nothing.
 #[must_use]
 pub fn closest(
@@ -37,17 +50,9 @@ pub fn closest(
     let all = every.only(|g| matches!(every.kinds[g], Kind::Change(_)));
     let zero = all.linearise(record, noise, &all.zero());
     let nothing = zero.ln_evidence(&[]);
-    let mut worth = zero.additions(&[]);
-    worth.sort_by(|a, b| b.1.total_cmp(&a.1));
-    worth.truncate(FITTED);
-    let fit = |((group, _), _): (super::evidence::Member, f64)| {
-        let one = all.only(|g| g == group);
-        let settled = Compared::narrow(record, noise, one, all.zero(), None);
-        let gain = settled.problem.ln_evidence(&settled.sets[0].members) - nothing;
-        (gain, settled)
-    };
-    let fits: Vec<(f64, Compared)> = worth.into_par_iter().map(fit).collect();
-    let (gain, best) = fits.into_iter().filter(|f| f.0.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let gain = |c: &Compared| c.problem.ln_evidence(&c.sets[0].members) - nothing;
+    let fits = alone(record, noise, &all, &zero, FITTED).into_iter().map(|c| (gain(&c), c));
+    let (gain, best) = fits.filter(|f| f.0.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let branch = Branch::new(record.clone(), *noise, best, None);
     let part = branch.sets().into_iter().next()?.parts.into_iter().next()?;
     Some((Closest { part, gain }, nothing))

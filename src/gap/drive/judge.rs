@@ -7,9 +7,8 @@
 use super::branch::{Branch, described};
 use super::bursts::{self, Bursts, Sought};
 use super::candidates::{Candidates, Kind, Prior, knowable};
-use super::closest::{Closest, closest};
+use super::closest::{Closest, alone, closest};
 use super::column::Equation;
-use super::evidence::Member;
 use super::fit::{Compared, Theta};
 use super::onset;
 use super::pass::{Models, Noise, Unforced, run};
@@ -187,7 +186,7 @@ fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Comp
     }
     let mut starts = vec![begin.clone()];
     if gap >= LARGE {
-        starts.extend(alone(record, noise, &compared));
+        starts.extend(best_alone(record, noise, &compared));
     }
     // of all times at which the bias may step, the most likely one will do
     let step = compared.likely_step();
@@ -202,23 +201,11 @@ fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Comp
     if there.top() > compared.top() { there } else { compared }
 }
 
-/// Where the effect that explains most alone settles alone: in a large gap the slopes at zero mislead, and whatever they make
-/// of an effect is then explained by others.
-fn alone(record: &Record, noise: &Noise, compared: &Compared) -> Option<Theta> {
-    let all = &compared.candidates;
-    let changes = |m: &Member| matches!(all.kinds[m.0], Kind::Change(_));
-    let mut worth: Vec<(Member, f64)> =
-        compared.problem.additions(&[]).into_iter().filter(|(m, _)| changes(m)).collect();
-    worth.sort_by(|a, b| b.1.total_cmp(&a.1));
-    worth.truncate(ALONE);
-    let fit = |((group, _), _): (Member, f64)| {
-        let one = all.only(|g| g == group);
-        let settled = Compared::narrow(record, noise, one, all.zero(), None);
-        (settled.top(), settled.next().0)
-    };
-    // in their order: of equals the same one wins on any number of cores
-    let fits: Vec<(f64, Theta)> = worth.into_par_iter().map(fit).collect();
-    fits.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, theta)| theta)
+/// Where the effect that explains most alone settles: in a large gap the slopes at zero mislead, and whatever they make of an
+/// effect is then explained by others.
+fn best_alone(record: &Record, noise: &Noise, compared: &Compared) -> Option<Theta> {
+    let fits = alone(record, noise, &compared.candidates, &compared.problem, ALONE);
+    fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())).map(|c| c.next().0)
 }
 
 /// How speeds change, where no torque says how they move: the most likely.
