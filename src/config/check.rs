@@ -117,6 +117,10 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
         one("pose.rate_hz", p.rate_hz, Positive)?;
         one("pose.position_std_m", p.position_std_m, NotNegative)?;
         one("pose.heading_std_rad", p.heading_std_rad, NotNegative)?;
+        maybe("pose.lever_arm_std_m", p.lever_arm_std_m, NotNegative)?;
+        maybe("pose.heading_offset_std_rad", p.heading_offset_std_rad, NotNegative)?;
+        maybe("pose.delay_std_s", p.delay_std_s, NotNegative)?;
+        maybe("pose.correlation_time_s", p.correlation_time_s, NotNegative)?;
     }
     for effect in &config.effects {
         for (key, value) in &effect.parameters {

@@ -341,6 +341,19 @@ pub struct Pose {
     pub position_std_m: f64,
     /// White noise of the heading, rad.
     pub heading_std_rad: f64,
+    /// How well it is known that the middle of the axle is what is tracked: standard deviation of the point ahead of it and
+    /// to its left, m. None: it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lever_arm_std_m: Option<f64>,
+    /// How well it is known that the tracked heading is the robot's: standard deviation, rad. None: it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading_offset_std_rad: Option<f64>,
+    /// How well it is known that it is in time: standard deviation of its delay, s. None: it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay_std_s: Option<f64>,
+    /// How long an error of the reference lasts, s: readings closer than this are not independent. None: they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correlation_time_s: Option<f64>,
 }
 
 /// `[[effect]]`: an effect of reality by id, with its parameters.

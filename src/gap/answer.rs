@@ -32,6 +32,9 @@ pub struct Answer {
     pub effects: Vec<EffectAnswer>,
     /// Effects judged present.
     pub together: Vec<String>,
+    /// Where no effect explains most: the one of the library that explains most alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nearest: Option<Nearest>,
     /// Classes of effects that this log cannot separate.
     pub cannot_tell_apart: Vec<Vec<String>>,
     /// For each class, in the same order: how alike, and what would separate them.
@@ -71,6 +74,17 @@ pub struct EffectAnswer {
     /// Its share of what all that were found close together (mean of first in and last in).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
+}
+
+/// The effect that comes nearest to an unknown cause. It is in the list of effects too, with its parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Nearest {
+    /// Identifier.
+    pub id: String,
+    /// What it explains alone of what was explained in the recording, 0 to 1.
+    pub share: f64,
+    /// The gap on the recording kept back, `after` with it alone.
+    pub gap: Vec<Metric>,
 }
 
 /// A class of effects that look alike on this log.

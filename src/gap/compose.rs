@@ -7,6 +7,8 @@ use super::findings::{Findings, Main};
 const LISTED: f64 = 0.01;
 /// A rival main effect at least this probable, relative to the main one, cannot be told apart.
 const RIVAL: f64 = 0.05;
+/// Probabilities are told to this.
+const PERCENT: f64 = 100.0;
 /// The answer that `findings` come to; `place` says where its main thing shows.
 pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> Answer {
     let mains = findings.mains();
@@ -48,6 +50,12 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
             free_forms.push(FreeFormAnswer { id, probability: presence, description: part.description.clone() });
         }
     }
+    // of forms that are there alike, the one that closes most first
+    let closes = |f: &FreeFormAnswer| share(findings, &f.id).unwrap_or(0.0);
+    free_forms.sort_by(|a, b| {
+        let rank = |f: &FreeFormAnswer| (PERCENT * f.probability).round();
+        rank(b).total_cmp(&rank(a)).then(closes(b).total_cmp(&closes(a)))
+    });
     // the main effect first, whatever its rank by presence
     if let Some(at) = main.as_ref().and_then(|m| effects.iter().position(|e| e.id == *m)) {
         let first = effects.remove(at);
@@ -70,6 +78,7 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
         main,
         effects,
         together,
+        nearest: None,
         cannot_tell_apart,
         alike,
         free_forms,

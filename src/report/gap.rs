@@ -297,6 +297,7 @@ impl GapReport<'_> {
                 writeln!(out, "\n  also {} ({}), probability {:.2}", title(&effect.id), effect.id, effect.probability);
             parameters(out, effect);
         }
+        self.nearest(out);
         self.runners_up(out);
         for (i, class) in a.cannot_tell_apart.iter().enumerate() {
             let names: Vec<&str> = class.iter().map(|id| title(id)).collect();
@@ -307,6 +308,20 @@ impl GapReport<'_> {
                     writeln!(out, "    overlap {:.2}; what would separate them: {}", alike.overlap, alike.separate_by);
             }
         }
+    }
+
+    /// Of the library, what comes nearest to an unknown cause.
+    fn nearest(&self, out: &mut String) {
+        let Some(nearest) = &self.answer.nearest else { return };
+        let Some(effect) = self.effect(&nearest.id) else { return };
+        let share = percent(nearest.share);
+        let _ = writeln!(
+            out,
+            "\n  nearest in the library: {} ({}), alone {share} of what was explained",
+            title(&nearest.id),
+            nearest.id
+        );
+        parameters(out, effect);
     }
 
     fn runners_up(&self, out: &mut String) {
@@ -342,34 +357,20 @@ impl GapReport<'_> {
             let _ = writeln!(out, "  {why}");
             return;
         }
-        let _ = writeln!(out, "  {:<34}{:>12}{:>12}{:>12}", "on the recording kept back", "before", "after", "floor");
-        for metric in &a.gap {
-            let (name, factor) = match (heading_horizon_s(metric), metric.metric.as_str()) {
-                (Some(horizon_s), _) => {
-                    (format!("heading drift in {}, rms, deg", duration_text(horizon_s)), degrees(1.0))
-                }
-                (None, "log_score") => ("log score, nats".into(), 1.0),
-                (None, "allan_deviation_ln_rms") => ("Allan deviation off by, ln, rms".into(), 1.0),
-                (None, "spectrum_ln_rms") => ("spectrum off by, ln, rms".into(), 1.0),
-                (None, other) => (other.to_string(), 1.0),
-            };
-            // scores differ in the third decimal place
-            let score = metric.metric == "log_score";
-            let shown = |v: f64| if score { format!("{v:.4}") } else { significant(factor * v, 4) };
-            let _ = writeln!(
-                out,
-                "  {name:<34}{:>12}{:>12}{:>12}",
-                shown(metric.before),
-                shown(metric.after),
-                shown(metric.floor)
-            );
-        }
+        metrics(out, "after", &a.gap);
         for effect in self.judged_present() {
             if let Some(closed) = closed(effect) {
                 let _ = writeln!(out, "  {} alone closes {closed} of the gap in log score", title(&effect.id));
             }
         }
         let _ = writeln!(out, "  floor: what the augmented simulator scores on its own recordings");
+        if let Some(nearest) = a.nearest.as_ref().filter(|n| !n.gap.is_empty()) {
+            let closed = self.effect(&nearest.id).and_then(closed);
+            let closes =
+                closed.map(|c| format!(", which alone closes {c} of the gap in log score")).unwrap_or_default();
+            let _ = writeln!(out, "\n  with {}{closes}:", title(&nearest.id));
+            metrics(out, "with it", &nearest.gap);
+        }
     }
 
     fn remedy(&self, out: &mut String) {
@@ -426,6 +427,30 @@ impl GapReport<'_> {
                 )
             };
         }
+    }
+}
+
+/// Measures of the gap on the recording kept back; `after` heads what they are then.
+fn metrics(out: &mut String, after: &str, gap: &[Metric]) {
+    let _ = writeln!(out, "  {:<34}{:>12}{:>12}{:>12}", "on the recording kept back", "before", after, "floor");
+    for metric in gap {
+        let (name, factor) = match (heading_horizon_s(metric), metric.metric.as_str()) {
+            (Some(horizon_s), _) => (format!("heading drift in {}, rms, deg", duration_text(horizon_s)), degrees(1.0)),
+            (None, "log_score") => ("log score, nats".into(), 1.0),
+            (None, "allan_deviation_ln_rms") => ("Allan deviation off by, ln, rms".into(), 1.0),
+            (None, "spectrum_ln_rms") => ("spectrum off by, ln, rms".into(), 1.0),
+            (None, other) => (other.to_string(), 1.0),
+        };
+        // scores differ in the third decimal place
+        let score = metric.metric == "log_score";
+        let shown = |v: f64| if score { format!("{v:.4}") } else { significant(factor * v, 4) };
+        let _ = writeln!(
+            out,
+            "  {name:<34}{:>12}{:>12}{:>12}",
+            shown(metric.before),
+            shown(metric.after),
+            shown(metric.floor)
+        );
     }
 }
 

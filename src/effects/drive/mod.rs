@@ -116,6 +116,12 @@ pub trait ModelChange: Sync + Send {
         false
     }
 
+    /// How many of the last coordinates are none of the effect's own: what they say departs from its law, so that it is
+    /// something else which resembles it. They are zero in the effect itself.
+    fn departures(&self) -> usize {
+        0
+    }
+
     /// What a log must hold for θ to be knowable at all.
     fn needs(&self) -> Needs {
         Needs::default()

@@ -1,8 +1,9 @@
 //! F_i = -(M g/2) sgn(v_i) [c + q s(v_i) + a (|v_i| - 0.5 m/s) + d exp(-|v_i|/0.1 m/s)]
 //!
-//! In all F = F_l + F_r, N = b (F_r - F_l) - t (M g/2) b (sgn v_r - sgn v_l). c is the resistance; the rest is how real tyres
-//! depart from a constant: sgn turns over within 2 mm/s or, for the share s(v) = tanh(|v|/20 mm/s) - tanh(|v|/2 mm/s), softly;
-//! resistance rises with speed, and is larger near standstill; and it holds against turning more or less than two wheels would.
+//! In all F = F_l + F_r + p (M g/2) (sgn v_l + sgn v_r - 2 sgn v), N = b (F_r - F_l) - t (M g/2) b (sgn v_r - sgn v_l). c is the
+//! resistance; the rest is how real tyres depart from a constant: sgn turns over within 2 mm/s or, for the share
+//! s(v) = tanh(|v|/20 mm/s) - tanh(|v|/2 mm/s), softly; resistance rises with speed, and is larger near standstill; it holds
+//! against turning more or less than two wheels would, and a part of it against the robot's way instead of each wheel's.
 
 use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
 use crate::effects::parts::Checked;
@@ -36,6 +37,13 @@ static ABOUT: About = About {
         Parameter {
             name: "turning_part",
             meaning: "t, how much more than c holds against turning",
+            bounds: [-0.5, 0.5],
+            null: Some(0.0),
+            required: false,
+        },
+        Parameter {
+            name: "body_part",
+            meaning: "p, how much of c holds against the robot's way instead of each wheel's",
             bounds: [-0.5, 0.5],
             null: Some(0.0),
             required: false,
@@ -82,13 +90,20 @@ impl ModelChange for RollingResistance {
             Coordinate { scale: [2e-3, 0.05], bounds: [-0.1, 0.5] },
             Coordinate { scale: [2e-3, 0.05], bounds: [-0.5, 0.5] },
             Coordinate { scale: [1e-3, 0.025], bounds: [-0.5, 0.5] },
+            Coordinate { scale: [1e-3, 0.025], bounds: [-0.5, 0.5] },
             Coordinate { scale: [2e-4, 5e-3], bounds: [-0.1, 0.1] },
             Coordinate { scale: [6e-4, 0.015], bounds: [-0.5, 0.5] },
+            // more on the right wheel and less on the left: that is one wheel's friction
+            Coordinate { scale: [2e-3, 0.05], bounds: [-0.5, 0.5] },
         ]
     }
 
+    fn departures(&self) -> usize {
+        1
+    }
+
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
-        Box::new(Work(std::array::from_fn(|i| theta[i])))
+        Box::new(Work(std::array::from_fn(|i| theta.get(i).copied().unwrap_or(0.0))))
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {
@@ -96,7 +111,8 @@ impl ModelChange for RollingResistance {
     }
 
     fn theta(&self, parameters: &Parameters) -> Vec<f64> {
-        NAMES.map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
+        let own = NAMES.map(|name| parameters.get(name).copied().unwrap_or(0.0));
+        own.into_iter().chain([0.0]).collect()
     }
 
     fn needs(&self) -> Needs {
@@ -105,9 +121,9 @@ impl ModelChange for RollingResistance {
 }
 
 /// Parameters in the order of the coordinates.
-const NAMES: [&str; 5] = ["coefficient", "soft_part", "turning_part", "rise_s_per_m", "standstill_part"];
+const NAMES: [&str; 6] = ["coefficient", "soft_part", "turning_part", "body_part", "rise_s_per_m", "standstill_part"];
 
-struct Work([f64; 5]);
+struct Work([f64; 7]);
 
 /// Speeds within which the sign turns over, m/s: a hard contact and a soft one.
 const TURNS_M_S: [f64; 2] = [0.002, 0.02];
@@ -128,15 +144,31 @@ fn saturating(x: f64) -> f64 {
 
 impl DriveEffect for Work {
     fn force(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
-        let [hard, soft, turning, rise, standstill] = self.0;
+        let [hard, soft, turning, body, rise, standstill, side] = self.0;
+        // t and p turn over as softly as the resistance itself
+        let softness = if hard == 0.0 { 0.0 } else { (soft / hard).clamp(-0.5, 1.0) };
+        let sign = |v: f64| {
+            let [sharp, slow] = TURNS_M_S.map(|turn| saturating(v / turn));
+            (sharp, slow - sharp)
+        };
         // of each wheel over its load: what resists, and the sign it does it with
         let [l, r] = robot.ground_speeds_m_s(at.speed_m_s, at.yaw_rate_rad_s).map(|v| {
-            let [sharp, slow] = TURNS_M_S.map(|turn| saturating(v / turn));
+            let (sharp, gentle) = sign(v);
             let speed = v.abs();
             let near = if standstill == 0.0 { 0.0 } else { standstill * (-speed / REACH_M_S).exp() };
-            [(hard + rise * (speed - TYPICAL_M_S) + near) * sharp + soft * (slow - sharp), sharp]
+            let resists = (hard + rise * (speed - TYPICAL_M_S) + near) * sharp + soft * gentle;
+            [resists, sharp + softness * gentle]
         });
         let load = robot.wheel_load_n();
-        [-load * (l[0] + r[0]), -load * robot.half_track_m * (r[0] - l[0] + turning * (r[1] - l[1]))]
+        let instead = if body == 0.0 {
+            0.0
+        } else {
+            let (sharp, gentle) = sign(at.speed_m_s);
+            2.0 * body * (sharp + softness * gentle)
+        };
+        [
+            -load * (l[0] + r[0] - body * (l[1] + r[1]) + instead + side * (r[1] - l[1])),
+            -load * robot.half_track_m * (r[0] - l[0] + turning * (r[1] - l[1]) + side * (r[1] + l[1])),
+        ]
     }
 }

@@ -308,8 +308,13 @@ impl Branch {
 
     pub(super) fn sets(&self) -> Vec<WeightedSet> {
         let c = &self.compared;
+        // what sets close is counted before what larger noise closes: with the noise that was believed
+        let believed = Noise { unforced: self.noise.unforced, ..self.believed };
+        let changed = believed != self.noise && self.record.torques_n_m.is_some();
+        let with_believed = changed.then(|| c.candidates.linearise(&self.record, &believed, &c.theta));
+        let closes = with_believed.as_ref().unwrap_or(&c.problem);
         let part = |members: &[super::evidence::Member]| -> Vec<Part> {
-            let shares = c.problem.shares(members);
+            let shares = closes.shares(members);
             let coefficients = c.problem.coefficients(members);
             members.iter().zip(shares).map(|(&(g, _), share)| self.part(g, share, &coefficients)).collect()
         };

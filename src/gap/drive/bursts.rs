@@ -1,7 +1,8 @@
 //! e_k = wheel_k - what the other sensors and the model expect;  e ~ N(0, s²) or, inside a burst, N(-λ wheel_k, s²)
 //!
 //! Missed ticks of one wheel: a hidden Markov chain of two states (Rabiner 1989) over the wheel's prediction error, the
-//! wheel itself taking no part in the prediction. Loss, length and share of the bursts lie on a grid; each burst then has a
+//! wheel itself taking no part in the prediction. Errors of the prediction last for some time; s is what their means over the
+//! length of a burst scatter by. Loss, length and share of the bursts lie on a grid; each burst then has a
 //! loss of its own, λ_i ~ N(λ, (λ/4)²).
 
 use super::pass::{Channel, Models, Noise, run};
@@ -18,6 +19,12 @@ const SHARES: [f64; 4] = [0.004, 0.02, 0.1, 0.3];
 const SLOW_S: f64 = 40.0;
 /// How much the loss of single bursts varies, relatively.
 const UNEVEN: f64 = 0.25;
+/// Errors are independent over a time if their means scatter at least this much of what they do over the longest.
+const HARDLY_MORE: f64 = 0.8;
+/// Fewest stretches whose means are held against each other.
+const FEWEST: usize = 16;
+/// Median of the square of a standard normal variable.
+const MEDIAN: f64 = 0.4549;
 /// Variance of the wheel while it takes no part, relative.
 const ASIDE: f64 = 1e6;
 
@@ -36,7 +43,7 @@ pub struct Bursts {
     pub length_s: f64,
     /// Share of the rows.
     pub share: f64,
-    /// ln evidence over no burst, every node of the grid equally probable.
+    /// ln evidence over no burst, every node of the grid equally probable, as far as errors are independent over longer times.
     pub ln_evidence: f64,
     /// ln of the evidence over the likelihood with these very bursts and losses: what it costs that nobody knows them.
     pub ln_path: f64,
@@ -53,101 +60,172 @@ pub struct Sought {
     pub slow: bool,
 }
 
-/// Looks for bursts of one wheel.
+/// Looks for bursts of one wheel: the best account of them at each mean length, where there is one.
 #[must_use]
-pub fn find(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> Option<Bursts> {
-    let Sought { side, loss: known, slow } = sought;
-    let channel = Channel::ALL[side];
-    let mut aside = *noise;
-    let variance = noise.reading[side];
-    aside.reading[side] *= ASIDE;
-    let mut rows: Vec<(usize, f64, f64)> = Vec::with_capacity(record.len());
-    let _ = run(record, models, &aside, &[], |i| {
-        if i.channel == channel {
-            let error = i.white * i.std;
-            rows.push((i.row, error, (i.std * i.std - aside.reading[side]).max(0.0) + variance));
+pub fn accounts(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> Vec<Bursts> {
+    let Some(errors) = Errors::of(record, models, noise, sought) else { return Vec::new() };
+    let losses = sought.loss.map_or_else(|| LOSSES.to_vec(), |loss| vec![loss]);
+    LENGTHS_S.iter().filter_map(|length_s| errors.account(record, &losses, *length_s, sought)).collect()
+}
+
+/// ln p of the drive with the lost ticks put back, what it costs that nobody knows the bursts included, under `models`. The
+/// chain takes errors of the prediction for independent, as they are not; the filter knows how they hang together.
+#[must_use]
+pub fn weight(record: &Record, models: &Models, noise: &Noise, bursts: &Bursts) -> f64 {
+    let restored = run(&bursts.restored(record), models, noise, &[], |_| {});
+    restored.ln_likelihood() + bursts.ln_path + bursts.ln_jacobian()
+}
+
+/// Errors of what the other sensors expect of one wheel.
+struct Errors {
+    rows: Vec<usize>,
+    errors: Vec<f64>,
+    speeds: Vec<f64>,
+    variances: Vec<f64>,
+    whitened: Vec<f64>,
+}
+
+impl Errors {
+    fn of(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> Option<Self> {
+        let side = sought.side;
+        let mut aside = *noise;
+        let variance = noise.reading[side];
+        aside.reading[side] *= ASIDE;
+        let mut rows: Vec<(usize, f64, f64)> = Vec::with_capacity(record.len());
+        let _ = run(record, models, &aside, &[], |i| {
+            if i.channel == Channel::ALL[side] {
+                let error = i.white * i.std;
+                rows.push((i.row, error, (i.std * i.std - aside.reading[side]).max(0.0) + variance));
+            }
+        });
+        if rows.len() < 64 {
+            return None;
         }
-    });
-    if rows.len() < 64 {
-        return None;
+        let wheel = &record.wheels_rad_s[side];
+        let errors =
+            if sought.slow { without_slow(&rows, wheel, record.step_s) } else { rows.iter().map(|r| r.1).collect() };
+        Some(Self {
+            speeds: rows.iter().map(|r| wheel[r.0] - r.1).collect(),
+            whitened: errors.iter().zip(&rows).map(|(e, r)| e / r.2.sqrt()).collect(),
+            errors,
+            variances: rows.iter().map(|r| r.2).collect(),
+            rows: rows.into_iter().map(|r| r.0).collect(),
+        })
     }
-    let errors = if slow {
-        without_slow(&rows, &record.wheels_rad_s[side], record.step_s)
-    } else {
-        rows.iter().map(|r| r.1).collect()
-    };
-    // the model may be off: what counts is how the errors really scatter
-    let mut sizes: Vec<f64> = errors.iter().zip(&rows).map(|(e, r)| e * e / r.2).collect();
-    sizes.sort_by(f64::total_cmp);
-    let scatter = (sizes[sizes.len() / 2] / 0.4549).max(1.0);
-    let speeds: Vec<f64> = rows.iter().map(|r| record.wheels_rad_s[side][r.0] - r.1).collect();
-    let variances: Vec<f64> = rows.iter().map(|r| r.2 * scatter).collect();
-    // odds of each row to lie in a burst of this loss
-    let odds = |loss: f64| -> Vec<f64> {
-        (0..errors.len())
-            .map(|k| {
-                let shift = -loss * speeds[k];
-                let ratio = (errors[k] * shift - 0.5 * shift * shift) / variances[k];
-                ratio.clamp(-60.0, 60.0).exp()
-            })
-            .collect()
-    };
-    let mut best: Option<(f64, [f64; 3])> = None;
-    let mut total = Vec::new();
-    let losses = known.map_or_else(|| LOSSES.to_vec(), |loss| vec![loss]);
-    for loss in losses {
-        let odds = odds(loss);
-        for length_s in LENGTHS_S {
+
+    fn scatter(&self, record: &Record, length_s: f64) -> f64 {
+        scatter(&self.whitened, (length_s / record.step_s).round() as usize)
+    }
+
+    /// Odds of each row to lie in a burst of this loss.
+    fn odds(&self, loss: f64, scatter: f64) -> Vec<f64> {
+        let odds = |k: usize| {
+            let shift = -loss * self.speeds[k];
+            let ratio = (self.errors[k] * shift - 0.5 * shift * shift) / (scatter * self.variances[k]);
+            ratio.clamp(-60.0, 60.0).exp()
+        };
+        (0..self.errors.len()).map(odds).collect()
+    }
+
+    /// The best account of bursts of this mean length.
+    fn account(&self, record: &Record, losses: &[f64], length_s: f64, sought: Sought) -> Option<Bursts> {
+        let scatter = self.scatter(record, length_s);
+        let mut best: Option<(f64, [f64; 2])> = None;
+        let mut total = Vec::with_capacity(losses.len() * SHARES.len());
+        for &loss in losses {
+            let odds = self.odds(loss, scatter);
             for share in SHARES {
                 let evidence = forward(&odds, transitions(record.step_s, length_s, share), None);
                 total.push(evidence);
                 if best.is_none_or(|b| evidence > b.0) {
-                    best = Some((evidence, [loss, length_s, share]));
+                    best = Some((evidence, [loss, share]));
                 }
             }
         }
-    }
-    let (top, [loss, length_s, share]) = best?;
-    let mean = total.iter().map(|e| (e - top).exp()).sum::<f64>() / total.len() as f64;
-    let ln_evidence = top + mean.ln();
-    if ln_evidence.is_nan() || ln_evidence <= 0.0 {
-        return None;
-    }
-    let rates = transitions(record.step_s, length_s, share);
-    let mut posterior = vec![0.0; errors.len()];
-    forward(&odds(loss), rates, Some(&mut posterior));
-    let mut lost = vec![0.0; record.len()];
-    let (mut all, mut likelihood) = ([0.0; 2], 0.0);
-    let mut burst: Option<(usize, [f64; 2])> = None;
-    let prior = (UNEVEN * loss).powi(-2);
-    for k in 0..=posterior.len() {
-        let inside = posterior.get(k).is_some_and(|p| *p > 0.5);
-        if inside {
-            let (_, [against, square]) = burst.get_or_insert((k, [0.0; 2]));
-            *against -= errors[k] * speeds[k] / variances[k];
-            *square += speeds[k] * speeds[k] / variances[k];
-        } else if let Some((from, [against, square])) = burst.take() {
-            let own = ((against + prior * loss) / (square + prior)).clamp(0.0, 0.99);
-            rows[from..k].iter().for_each(|r| lost[r.0] = own);
-            likelihood += own * against - 0.5 * own * own * square;
-            all = [all[0] + against, all[1] + square];
+        let (top, [loss, share]) = best?;
+        let mean = total.iter().map(|e| (e - top).exp()).sum::<f64>() / total.len() as f64;
+        // every length is as probable as the others
+        let ln_evidence = top + mean.ln() - (LENGTHS_S.len() as f64).ln();
+        if ln_evidence.is_nan() || ln_evidence <= 0.0 {
+            return None;
         }
+        let rates = transitions(record.step_s, length_s, share);
+        let mut posterior = vec![0.0; self.errors.len()];
+        forward(&self.odds(loss, scatter), rates, Some(&mut posterior));
+        let mut spans = Vec::new();
+        let mut lost = vec![0.0; record.len()];
+        let (mut all, mut likelihood) = ([0.0; 2], 0.0);
+        let mut burst: Option<(usize, [f64; 2])> = None;
+        let prior = (UNEVEN * loss).powi(-2);
+        for k in 0..=posterior.len() {
+            let inside = posterior.get(k).is_some_and(|p| *p > 0.5);
+            if inside {
+                let (_, [against, square]) = burst.get_or_insert((k, [0.0; 2]));
+                let variance = scatter * self.variances[k];
+                *against -= self.errors[k] * self.speeds[k] / variance;
+                *square += self.speeds[k] * self.speeds[k] / variance;
+            } else if let Some((from, [against, square])) = burst.take() {
+                let own = ((against + prior * loss) / (square + prior)).clamp(0.0, 0.99);
+                spans.push((k - from, square));
+                self.rows[from..k].iter().for_each(|row| lost[*row] = own);
+                likelihood += own * against - 0.5 * own * own * square;
+                all = [all[0] + against, all[1] + square];
+            }
+        }
+        let [against, square] = all;
+        if square <= 0.0 {
+            return None;
+        }
+        // where errors last longer than a burst, the chain finds more ways to have the same bursts than there are
+        let longest = self.scatter(record, LENGTHS_S[LENGTHS_S.len() - 1]);
+        let independent = scatter >= HARDLY_MORE * longest;
+        let by_chain = ln_evidence - likelihood;
+        let count = lost.iter().filter(|l| **l > 0.0).count();
+        Some(Bursts {
+            side: sought.side,
+            loss: sought.loss.unwrap_or((against / square).clamp(0.0, 0.99)),
+            loss_std: square.sqrt().recip(),
+            length_s,
+            share: count as f64 / self.rows.len() as f64,
+            lost,
+            ln_evidence,
+            ln_path: if independent {
+                by_chain
+            } else {
+                by_chain.min(self.ln_unknown(losses.len(), rates, loss, &spans))
+            },
+        })
     }
-    let [against, square] = all;
-    if square <= 0.0 {
-        return None;
+}
+
+impl Errors {
+    /// ln of what it costs not to know these bursts, given as rows and information on the loss: how probable the chain takes
+    /// them for, the rows by which their ends may move at no cost, and losses of their own.
+    fn ln_unknown(&self, losses: usize, [enter, leave]: [f64; 2], loss: f64, spans: &[(usize, f64)]) -> f64 {
+        let inside: usize = spans.iter().map(|s| s.0).sum();
+        let outside = self.errors.len() - inside;
+        let chain = spans.len() as f64 * (enter.ln() + leave.ln())
+            + inside as f64 * (-leave).ln_1p()
+            + outside as f64 * (-enter).ln_1p();
+        let one = |(rows, square): &(usize, f64)| {
+            // an end may lie wherever rows tell less than a nat
+            let told = 0.5 * loss * loss * square / *rows as f64;
+            let ends = 2.0 * (1.0 / told).clamp(1.0, *rows as f64).ln();
+            ends - 0.5 * ((UNEVEN * loss).powi(2) * square).ln_1p()
+        };
+        let nodes = (losses * LENGTHS_S.len() * SHARES.len()) as f64;
+        chain + spans.iter().map(one).sum::<f64>() - nodes.ln()
     }
-    let count = lost.iter().filter(|l| **l > 0.0).count();
-    Some(Bursts {
-        side,
-        loss: known.unwrap_or((against / square).clamp(0.0, 0.99)),
-        loss_std: square.sqrt().recip(),
-        length_s,
-        share: count as f64 / rows.len() as f64,
-        lost,
-        ln_evidence,
-        ln_path: ln_evidence - likelihood,
-    })
+}
+
+/// How much more the mean of `length` errors scatters than that of white noise of their variance, at least one: the model may
+/// be off, and what the other sensors expect is off for some time. By the median, which bursts do not move.
+fn scatter(whitened: &[f64], length: usize) -> f64 {
+    let length = length.clamp(1, (whitened.len() / FEWEST).max(1));
+    let square = |part: &[f64]| part.iter().sum::<f64>().powi(2) / part.len() as f64;
+    let mut squares: Vec<f64> = whitened.chunks_exact(length).map(square).collect();
+    squares.sort_by(f64::total_cmp);
+    (squares[squares.len() / 2] / MEDIAN).max(1.0)
 }
 
 /// Probability of entering and of leaving a burst, each row.

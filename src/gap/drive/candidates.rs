@@ -3,7 +3,7 @@
 use super::column::{COSINES, Column, Equation, Follows, nuisances, variations};
 use super::evidence::Group;
 use super::record::Record;
-use crate::effects::drive::{DriveExplanation, Driving, ModelChange, Needs};
+use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
 
 /// Prior odds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +74,12 @@ pub struct Candidates {
     pub kinds: Vec<Kind>,
     /// The groups; those of free forms have no nodes until the Gram matrix is known.
     pub groups: Vec<Group>,
+}
+
+/// The coordinates that are the effect's own.
+fn own(change: &dyn ModelChange) -> &'static [Coordinate] {
+    let all = change.coordinates();
+    &all[..all.len() - change.departures()]
 }
 
 fn can(needs: Needs, record: &Record) -> bool {
@@ -154,7 +160,7 @@ impl Candidates {
     fn change(&mut self, effect: &'static dyn Driving, change: &'static dyn ModelChange, prior: &Prior) {
         let place = self.changes.len();
         self.changes.push((effect, change));
-        let coordinates = change.coordinates();
+        let coordinates = own(change);
         let node = |i: usize| {
             let u = i as f64 / (NODES - 1) as f64;
             coordinates.iter().map(|c| c.scale[0] * (c.scale[1] / c.scale[0]).powf(u)).collect()
@@ -254,7 +260,7 @@ impl Candidates {
     }
 
     /// What a change would be if its first coordinate were no constant: a load that falls off, a gain that sags, a radius
-    /// that grows. Constancy is what sets an effect of the library apart from what only resembles it (Nyblom 1989). An effect
+    /// that grows; and what departs from its law otherwise. Constancy is what sets an effect of the library apart from what only resembles it (Nyblom 1989). An effect
     /// whose law has a form of its own may bend with speed and acceleration, and varies with time alone.
     fn varying(&mut self, record: &Record, prior: &Prior) {
         for g in 0..self.groups.len() {
@@ -269,7 +275,13 @@ impl Candidates {
                 false => 2,
             };
             let of = self.groups[g].columns[0];
-            let columns = variations()[..with].iter().map(|f| Column::Varying(i, 0, *f)).collect();
+            let change = self.changes[i].1;
+            let departures = own(change).len()..change.coordinates().len();
+            let columns = variations()[..with]
+                .iter()
+                .map(|f| Column::Varying(i, 0, *f))
+                .chain(departures.map(|j| Column::Coordinate(i, j)))
+                .collect();
             let id = format!("{VARYING}{}", self.groups[g].id);
             self.push(Kind::Varying(i), &id, false, columns, Vec::new(), prior.ln_free);
             if let Some(group) = self.groups.last_mut() {

@@ -265,8 +265,20 @@ pub fn cosines_of(progress: f64, out: &mut [f64]) {
 /// How much of an acceleration lasts to the next row is known to this, where no torques tell.
 const LASTING_STD: f64 = 0.3;
 
+/// Where the tracked point lies, ahead and to the left, how far its heading is off, and how late it comes: what a pose reads
+/// beyond the robot's.
+pub const MOUNTING: [Column; 4] = [
+    Column::Free(Equation::PoseAlong, CONSTANT),
+    Column::Free(Equation::PoseAcross, CONSTANT),
+    Column::Free(Equation::PoseHeading, CONSTANT),
+    Column::PoseDelay,
+];
+
+/// The constant, which is the first of the cosines of time.
+const CONSTANT: usize = FUNCTIONS - TIMES;
+
 /// Columns that are always in, with the standard deviations of their priors: what varies from one power-on to the next, where
-/// there is a gyro; how accelerations last, where there are no torques.
+/// there is a gyro; how accelerations last, where there are no torques; how the reference sits on the robot.
 #[must_use]
 pub fn nuisances(record: &Record) -> Vec<(Column, f64)> {
     let mut all = Vec::new();
@@ -282,6 +294,11 @@ pub fn nuisances(record: &Record) -> Vec<(Column, f64)> {
         let lasting = [(Equation::Force, Follows::Acceleration), (Equation::Moment, Follows::YawAcceleration)];
         all.extend(lasting.map(|(equation, follows)| (Column::Free(equation, follows.first()), LASTING_STD)));
     }
+    if record.pose.is_some() {
+        let b = &record.belief;
+        let stds = [b.lever_arm_std_m, b.lever_arm_std_m, b.heading_offset_std_rad, b.pose_delay_std_s];
+        all.extend(MOUNTING.into_iter().zip(stds));
+    }
     all.retain(|(_, std)| *std > 0.0);
     all
 }
@@ -295,6 +312,8 @@ pub enum Column {
     Varying(usize, usize, usize),
     /// Function `.1` of the table added to an equation
     Free(Equation, usize),
+    /// How late the pose comes, s
+    PoseDelay,
     /// C2 of this run
     TurnOn,
     /// ln C1 of this run

@@ -3,14 +3,16 @@
 use super::candidates::VARYING;
 use super::closest::Closest;
 use super::far::{self, DriveFar};
-use super::judge::{Judged, Options as JudgeOptions, equation_of, judge, unknowable};
+use super::judge::{Judged, Options as JudgeOptions, equation_of, judge, mounting, unknowable};
+use super::late;
+use super::model::Claimed;
 use super::pinpoint::pinpoint;
 use super::record::Record;
 use crate::config::{Config, EffectTable};
 use crate::effects::drive::Driving;
 use crate::effects::{Library, Parameters};
 use crate::error::Result;
-use crate::gap::answer::{Answer, EffectAnswer, Place};
+use crate::gap::answer::{Answer, EffectAnswer, Nearest, Place};
 use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Options, Stage};
 use crate::gap::findings::{Findings, Main};
@@ -40,10 +42,16 @@ pub fn diagnose(
     let kept = hold.map(|hold| Record::new(config, hold, options.since_power_on_s)).transpose()?;
     observe(Stage::Compare);
     let effects: Vec<&'static dyn Driving> = library.driving().collect();
-    let judged = judge(&record, &effects, &JudgeOptions::default());
+    let judge_options = JudgeOptions::default();
+    let mounting = mounting(&record, &effects, &judge_options);
+    // the same robot carries the same reference in the recording kept back
+    let taken_out = |r: Record| mounting.map_or_else(|| r.clone(), |m| m.taken_out(&r));
+    let (record, kept) = (taken_out(record), kept.map(taken_out));
+    let judged = judge(&record, &effects, &judge_options);
     let findings = &judged.findings;
     let mut answer = compose::answer(findings, |top| place(findings, library, top));
     answer.equations = pinpoint(&record, &judged.nominal_noise);
+    answer.notes.extend(mounting.map(|m| m.said()));
     let hidden: Vec<_> = unknowable(&record, &effects).collect();
     if !hidden.is_empty() {
         answer.notes.push(format!("This log cannot tell whether there is any of {}.", hidden.join(", ")));
@@ -52,8 +60,8 @@ pub fn diagnose(
     let together: Vec<(String, Parameters)> = answer.together.iter().filter_map(found).collect();
     let mut listed: Vec<(String, Parameters)> =
         answer.effects.iter().take(MEASURED).map(|e| (e.id.clone(), e.parameters.clone())).collect();
-    if let Some((closest, share)) = &judged.closest {
-        say_closest(closest, *share, library, &mut answer);
+    if let Some((closest, _)) = &judged.closest {
+        list_closest(closest, &mut answer);
         if listed.iter().all(|(id, _)| *id != closest.part.id) {
             listed.push((closest.part.id.clone(), closest.part.parameters.clone()));
         }
@@ -76,6 +84,18 @@ pub fn diagnose(
         }
     };
     answer.gap.clone_from(&far.metrics);
+    if let (Some(delay_s), Some(kept)) = (judged.wheels_late_s, &kept) {
+        let nominal = Claimed::new(&[], library).models(kept);
+        let gain = late::gain(kept, &nominal, &judged.nominal_noise, delay_s);
+        answer.notes.push(format!(
+            "With the readings of the wheels stamped {delay_s:.3} s earlier the nominal simulator gains {gain:.0} nats on the \
+             recording kept back."
+        ));
+    }
+    if let Some((id, gap)) = far.nearest {
+        let share = judged.closest.as_ref().map_or(0.0, |c| c.1);
+        answer.nearest = Some(Nearest { id, share, gap });
+    }
     for (id, closed) in &far.alone {
         if let Some(effect) = answer.effects.iter_mut().find(|e| e.id == *id) {
             effect.gap_closed = closed.estimate;
@@ -107,7 +127,10 @@ fn measure(
         simulated_logs: options.simulated_logs.min(SIMULATED),
         ..crate::gap::far::Options::default()
     };
-    far::measure(kept, library, together, listed, judged.nominal_noise.unforced, &far_options)
+    let nearest =
+        judged.closest.as_ref().map(|(closest, _)| (closest.part.id.clone(), closest.part.parameters.clone()));
+    let sought = far::Sought { together, listed, nearest: nearest.as_ref() };
+    far::measure(kept, library, &sought, judged.nominal_noise.unforced, &far_options)
 }
 
 fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
@@ -167,15 +190,9 @@ fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
     }
 }
 
-/// The effect that explains most alone: at the end of the list if it is not in it, and in a note.
-fn say_closest(closest: &Closest, share: f64, library: &Library, answer: &mut Answer) {
+/// The effect that explains most alone: at the end of the list if it is not in it.
+fn list_closest(closest: &Closest, answer: &mut Answer) {
     let part = &closest.part;
-    let title = library.driving_by_id(&part.id).map_or(part.id.as_str(), |e| e.about().title);
-    answer.notes.push(format!(
-        "Of the library {title} ({}) explains most alone: {:.0} % of what was explained in this recording.",
-        part.id,
-        100.0 * share
-    ));
     if answer.effects.iter().all(|e| e.id != part.id) {
         answer.effects.push(EffectAnswer {
             id: part.id.clone(),

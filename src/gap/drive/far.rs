@@ -11,7 +11,7 @@ use super::model::{Claimed, Effects};
 use super::own::own;
 use super::pass::{Channel, Noise, Unforced, run};
 use super::record::Record;
-use crate::effects::Library;
+use crate::effects::{Library, Parameters};
 use crate::gap::answer::Metric;
 use crate::gap::far::{Closed, Options, Scores, block_rows, gap_closed};
 use rayon::prelude::*;
@@ -33,6 +33,19 @@ pub struct DriveFar {
     pub alone: Vec<(String, Closed)>,
     /// What all together close.
     pub together: Closed,
+    /// The effect that comes nearest where the cause is not known, and before, after and floor with it alone.
+    pub nearest: Option<(String, Vec<Metric>)>,
+}
+
+/// Effects whose shares of the gap are measured.
+#[derive(Debug, Clone, Copy)]
+pub struct Sought<'a> {
+    /// Those judged present.
+    pub together: &'a Effects,
+    /// Each of them alone.
+    pub listed: &'a Effects,
+    /// The one that comes nearest where the cause is not known.
+    pub nearest: Option<&'a (String, Parameters)>,
 }
 
 /// ln densities of the rows of a recording.
@@ -123,7 +136,7 @@ fn on_lattice(error: f64, std: f64, lsb: f64) -> f64 {
 }
 
 /// A part of a record.
-fn window(record: &Record, rows: std::ops::Range<usize>) -> Record {
+pub(super) fn window(record: &Record, rows: std::ops::Range<usize>) -> Record {
     let cut = |v: &Vec<f64>| v[rows.clone()].to_vec();
     Record {
         times_s: cut(&record.times_s),
@@ -202,16 +215,10 @@ fn horizons(record: &Record, claimed: &Claimed, unforced: Unforced, alone: bool)
     counts.iter().all(|n| *n > 0).then(|| std::array::from_fn(|h| sums[h].map(|s: f64| (s / counts[h] as f64).sqrt())))
 }
 
-/// Measures `together` and each of `listed` alone on `kept`.
+/// Measures what is sought on `kept`.
 #[must_use]
-pub fn measure(
-    kept: &Record,
-    library: &Library,
-    together: &Effects,
-    listed: &Effects,
-    unforced: Unforced,
-    options: &Options,
-) -> DriveFar {
+pub fn measure(kept: &Record, library: &Library, sought: &Sought, unforced: Unforced, options: &Options) -> DriveFar {
+    let Sought { together, listed, nearest } = *sought;
     let nominal = Claimed::new(&[], library);
     let all = Claimed::new(together, library);
     let before = score(kept, &nominal, unforced);
@@ -235,35 +242,46 @@ pub fn measure(
     };
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
     let floor = floors.iter().map(|f| mean(f)).sum::<f64>() / floors.len().max(1) as f64;
-    let mut metrics = vec![Metric { metric: "log_score".into(), before: mean(&before), after: mean(&after), floor }];
+    let log_score =
+        |after: &[f64]| Metric { metric: "log_score".into(), before: mean(&before), after: mean(after), floor };
+    let mut metrics = vec![log_score(&after)];
+    let mut with_nearest = Vec::new();
+    let near = nearest.map(|one| Claimed::new(std::slice::from_ref(one), library));
     for (prefix, alone) in [("", true), ("filter_", false)] {
-        let own_horizons = logs.first().and_then(|log| horizons(log, &all, unforced, alone));
-        let found =
-            horizons(kept, &nominal, unforced, alone).zip(horizons(kept, &all, unforced, alone)).zip(own_horizons);
-        if let Some(((before, after), floor)) = found {
-            for (quantity, i) in [("position_rms_m", 0), ("heading_rms_rad", 1)] {
-                for (h, horizon) in HORIZONS_S.iter().enumerate() {
-                    metrics.push(Metric {
-                        metric: format!("{prefix}{quantity}_{horizon}s"),
-                        before: before[h][i],
-                        after: after[h][i],
-                        floor: floor[h][i],
-                    });
-                }
-            }
+        let of = |log: &Record, claimed: &Claimed| horizons(log, claimed, unforced, alone);
+        let Some((before, floor)) = of(kept, &nominal).zip(logs.first().and_then(|log| of(log, &all))) else {
+            continue;
+        };
+        let told = |after: [[f64; 2]; 3]| horizon_metrics(prefix, [before, after, floor]);
+        metrics.extend(of(kept, &all).into_iter().flat_map(told));
+        with_nearest.extend(near.as_ref().and_then(|n| of(kept, n)).into_iter().flat_map(told));
+    }
+    let mut alone = Vec::with_capacity(listed.len());
+    let mut nearest_score = None;
+    for one in listed {
+        let rows = if together.len() == 1 && together[0] == *one {
+            after.clone()
+        } else {
+            score(kept, &Claimed::new(std::slice::from_ref(one), library), unforced)
+        };
+        if nearest.is_some_and(|(id, _)| *id == one.0) {
+            nearest_score = Some(log_score(&rows));
+        }
+        alone.push((one.0.clone(), closed(&rows)));
+    }
+    let nearest = nearest.map(|(id, _)| (id.clone(), nearest_score.into_iter().chain(with_nearest).collect()));
+    let together = closed(&after);
+    DriveFar { metrics, alone, together, nearest }
+}
+
+/// Root mean squares of position and heading at each horizon: before, after, floor.
+fn horizon_metrics(prefix: &str, [before, after, floor]: [[[f64; 2]; 3]; 3]) -> Vec<Metric> {
+    let mut all = Vec::with_capacity(2 * HORIZONS_S.len());
+    for (quantity, i) in [("position_rms_m", 0), ("heading_rms_rad", 1)] {
+        for (h, horizon) in HORIZONS_S.iter().enumerate() {
+            let metric = format!("{prefix}{quantity}_{horizon}s");
+            all.push(Metric { metric, before: before[h][i], after: after[h][i], floor: floor[h][i] });
         }
     }
-    let alone = listed
-        .iter()
-        .map(|one| {
-            let rows = if together.len() == 1 && together[0] == *one {
-                after.clone()
-            } else {
-                score(kept, &Claimed::new(std::slice::from_ref(one), library), unforced)
-            };
-            (one.0.clone(), closed(&rows))
-        })
-        .collect();
-    let together = closed(&after);
-    DriveFar { metrics, alone, together }
+    all
 }

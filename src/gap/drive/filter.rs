@@ -67,7 +67,11 @@ impl<'a> Filter<'a> {
         {
             for (i, p) in pose.iter().enumerate() {
                 state[i] = p[first];
-                covariance[i][i] = 4.0 * if i < 2 { b.position_std_m.powi(2) } else { b.heading_std_rad.powi(2) };
+                let (reading, mounting) = match i {
+                    0 | 1 => (b.position_std_m, b.lever_arm_std_m),
+                    _ => (b.heading_std_rad, b.heading_offset_std_rad),
+                };
+                covariance[i][i] = 4.0 * reading.powi(2) + mounting.powi(2);
             }
         }
         let first = |values: &[f64]| values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);

@@ -10,6 +10,8 @@ use super::candidates::{Candidates, Kind, Prior, knowable};
 use super::closest::{Closest, alone, closest};
 use super::column::Equation;
 use super::fit::{Compared, Theta};
+use super::late::{self, Late};
+use super::mounting::{self, Mounting};
 use super::onset;
 use super::pass::{Models, Noise, Unforced, run};
 use super::record::Record;
@@ -44,6 +46,8 @@ pub struct Judged {
     pub findings: Findings,
     /// Where no effect explains most: the one that explains most alone, and its share of what was explained, 0 to 1.
     pub closest: Option<(Closest, f64)>,
+    /// Wheels whose readings come late, s, where that is what explains most.
+    pub wheels_late_s: Option<f64>,
     /// Noise that the nominal filter assumes, with how fast speeds diffuse where there are no torques.
     pub nominal_noise: Noise,
 }
@@ -61,6 +65,16 @@ const TRIED: usize = 4;
 /// Nats by which one may fall short before free forms have been tried beside it, and before its model has settled.
 const SHORT: f64 = 50.0;
 const HOPELESS: f64 = 500.0;
+
+/// How the reference of `record` sits on the robot, where the configuration leaves that open.
+#[must_use]
+pub fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Option<Mounting> {
+    let mut noise = Noise::believed(record, None);
+    if record.torques_n_m.is_none() {
+        noise.unforced = unforced(record, &noise);
+    }
+    mounting::find(record, &noise, effects, &options.prior)
+}
 
 /// Judges `record` with `effects`.
 #[must_use]
@@ -98,6 +112,12 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let with = other.sets().into_iter();
         sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([lost.clone()]).collect(), ..s }));
     }
+    let late = wheels_in_time(record, &branch, effects, options);
+    if let Some((other, late)) = &late {
+        let part = late.part(other.top() - branch.top());
+        let with = other.sets().into_iter();
+        sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([part.clone()]).collect(), ..s }));
+    }
     for set in &mut sets {
         set.parts.extend(lattice.iter().cloned());
     }
@@ -110,7 +130,42 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let share = if explained > 0.0 { (one.gain / explained).clamp(0.0, 1.0) } else { 0.0 };
         (one, share)
     });
-    Judged { findings, closest, nominal_noise }
+    let wheels_late_s = late.map(|(_, l)| l.delay_s);
+    Judged { findings, closest, wheels_late_s, nominal_noise }
+}
+
+/// The drive with the readings of its wheels put back to when they were true; none where they do not come late.
+fn wheels_in_time(
+    record: &Record,
+    as_is: &Branch,
+    effects: &[&'static dyn Driving],
+    options: &Options,
+) -> Option<(Branch, Late)> {
+    let zero = as_is.compared.candidates.zero();
+    let mut late = late::find(record, &Branch::models_at(record, &as_is.compared.candidates, &zero), &as_is.noise)
+        .filter(|l| l.gain > LARGE)?;
+    let mut found = None;
+    // the delay is looked for again with what is known then of the robot and of the noise
+    for _ in 0..2 {
+        let moved = late::put_back(record, late.delay_s);
+        let mut noise = as_is.believed;
+        noise.unforced = unforced(&moved, &noise);
+        let all = Candidates::new(&moved, effects, &options.prior, true, None);
+        let begin = start(&moved, &noise, &all);
+        let compared = first(&moved, &noise, all, &begin);
+        let mut other = Branch::new(moved, noise, compared, None);
+        other.look_at_promising();
+        other.settle(effects, options);
+        other.extra_weight += options.prior.ln_free - 0.5 * (record.len() as f64).ln();
+        let models = Branch::models_at(record, &other.compared.candidates, &other.compared.theta);
+        let again = late::find(record, &models, &other.noise);
+        found = Some((other, Late { std_s: again.map_or(late.std_s, |a| a.std_s), ..late }));
+        match again {
+            Some(again) if (again.delay_s - late.delay_s).abs() > again.std_s => late = again,
+            _ => break,
+        }
+    }
+    found.filter(|(other, _)| other.top() > as_is.top())
 }
 
 /// The drive with the lost ticks of one wheel put back, in the account that explains it best; none where none comes near
@@ -124,17 +179,30 @@ fn restored(
     options: &Options,
 ) -> Option<(Branch, Bursts)> {
     let zero = as_is.compared.candidates.zero();
-    let mut all: Vec<(Bursts, &Theta)> = Vec::new();
-    for theta in [&zero, begin, &as_is.compared.theta] {
+    let mut from = vec![&zero, begin, &as_is.compared.theta];
+    from.dedup();
+    // a model that is off slowly looks like bursts, and long bursts like a model that is off slowly: both are tried
+    let tried: Vec<(&Theta, Sought)> = from
+        .into_iter()
+        .flat_map(|theta| [0, 1].map(|side| (theta, side)))
+        .flat_map(|(theta, side)| [true, false].map(|slow| (theta, Sought { side, loss: None, slow })))
+        .collect();
+    let found = |(theta, sought): (&'_ Theta, Sought)| -> Vec<(f64, Bursts, Theta)> {
         let models = Branch::models_at(record, &as_is.compared.candidates, theta);
-        for side in [0, 1] {
-            let sought = Sought { side, loss: None, slow: true };
-            let found = bursts::find(record, &models, &as_is.noise, sought).filter(|b| b.ln_evidence > WORTH);
-            // the same account from another model leads to the same comparison
-            all.extend(found.filter(|b| all.iter().all(|(other, _)| other != b)).map(|b| (b, theta)));
+        let worth =
+            bursts::accounts(record, &models, &as_is.noise, sought).into_iter().filter(|b| b.ln_evidence > WORTH);
+        worth.map(|b| (bursts::weight(record, &models, &as_is.noise, &b), b, theta.clone())).collect()
+    };
+    let mut all: Vec<(f64, Bursts, Theta)> = tried.into_par_iter().flat_map_iter(found).collect();
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // the same account from another model leads to the same comparison
+    let mut seen: Vec<Vec<f64>> = Vec::new();
+    all.retain(|(_, b, _)| {
+        !seen.contains(&b.lost) && {
+            seen.push(b.lost.clone());
+            true
         }
-    }
-    all.sort_by(|a, b| b.0.ln_evidence.total_cmp(&a.0.ln_evidence));
+    });
     all.truncate(TRIED);
     let fresh = Noise { unforced: as_is.noise.unforced, ..*noise };
     let plausible = as_is.compared.plausible();
@@ -154,13 +222,18 @@ fn restored(
         (other, bursts)
     };
     let better = |a: &(Branch, Bursts), b: &(Branch, Bursts)| a.0.top().total_cmp(&b.0.top());
-    let accounts: Vec<(Branch, Bursts)> = all.into_par_iter().map(|(bursts, theta)| settled(bursts, theta)).collect();
+    let accounts: Vec<(Branch, Bursts)> =
+        all.into_par_iter().map(|(_, bursts, theta)| settled(bursts, &theta)).collect();
     let best = accounts.into_iter().max_by(better)?;
     // once more with the model as it is then, from which nothing slow has to be taken out
     let theta = best.0.compared.next().0;
     let models = Branch::models_at(record, &best.0.compared.candidates, &theta);
     let sought = Sought { side: best.1.side, loss: None, slow: false };
-    let again = bursts::find(record, &models, &best.0.noise, sought).map(|bursts| settled(bursts, &theta));
+    let again = bursts::accounts(record, &models, &best.0.noise, sought)
+        .into_iter()
+        .map(|b| (bursts::weight(record, &models, &best.0.noise, &b), b))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, bursts)| settled(bursts, &theta));
     let best = again.into_iter().chain([best]).max_by(better);
     // among the plausible sets alone it may fall short by what free forms have gained
     let (mut other, bursts) = best.filter(|b| b.0.top() > top - SHORT)?;
@@ -298,7 +371,7 @@ pub fn equation_of(id: &str) -> Option<Equation> {
         "sideways" => Sideways,
         "along" => Along,
         "turn" => Turn,
-        "wheel_left" | "wheels" => WheelLeft,
+        "delay" | "wheel_left" | "wheels" => WheelLeft,
         "wheel_right" => WheelRight,
         "gyro" => Gyro,
         "pose_along" | "pose" | "position" => PoseAlong,

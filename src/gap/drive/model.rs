@@ -68,7 +68,9 @@ impl Claimed {
         let models = self.models(record);
         let all = [(0, false), (0, true), (1, false), (1, true)];
         all.into_iter()
-            .filter_map(|(side, slow)| bursts::find(record, &models, noise, Sought { side, loss: Some(loss), slow }))
-            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))
+            .flat_map(|(side, slow)| bursts::accounts(record, &models, noise, Sought { side, loss: Some(loss), slow }))
+            .map(|b| (bursts::weight(record, &models, noise, &b), b))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, b)| b)
     }
 }

@@ -13,7 +13,7 @@ const STREAM: u64 = 0xD12;
 const SMOOTH_S: f64 = 0.05;
 
 /// Speed and yaw rate in every row, as the nominal robot's wheels tell them.
-fn driven(like: &Record) -> Vec<[f64; 2]> {
+pub(super) fn driven(like: &Record) -> Vec<[f64; 2]> {
     let robot = &like.belief.robot;
     let speeds: Vec<[f64; 2]> = (0..like.len())
         .map(|k| {

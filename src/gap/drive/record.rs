@@ -54,6 +54,12 @@ pub struct Belief {
     pub position_std_m: f64,
     /// White noise of a heading, rad.
     pub heading_std_rad: f64,
+    /// How far the tracked point may lie from the middle of the axle, ahead and to the left, m.
+    pub lever_arm_std_m: f64,
+    /// How far the tracked heading may be off the robot's, rad.
+    pub heading_offset_std_rad: f64,
+    /// How late the pose may come, s.
+    pub pose_delay_std_s: f64,
     /// Nominal warm-up.
     pub warm_up: WarmUp,
     /// How much C2 varies, rad/s.
@@ -159,6 +165,14 @@ impl Record {
             }
         }
         let times_s = increasing_times(log)?;
+        let mut pose = pose;
+        let lasting_s = config.pose.and_then(|p| p.correlation_time_s).unwrap_or(0.0);
+        if let Some(pose) = pose.as_mut().filter(|_| lasting_s > 0.0) {
+            thin(pose, &times_s, lasting_s);
+            notes.push(format!(
+                "Of the pose one reading in {lasting_s} s is used: closer ones are not independent, says [pose] correlation_time_s."
+            ));
+        }
         let mut steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
         steps.sort_by(f64::total_cmp);
         Ok(Self {
@@ -205,10 +219,26 @@ fn belief(config: &Config, has_gyro: bool, notes: &mut Vec<String>) -> Result<Be
         wheel_std_rad_s: encoder.speed_variance_rad2_s2(step_s).sqrt(),
         position_std_m: config.pose.map_or(POSE_STD[0], |p| p.position_std_m),
         heading_std_rad: config.pose.map_or(POSE_STD[1], |p| p.heading_std_rad),
+        lever_arm_std_m: config.pose.and_then(|p| p.lever_arm_std_m).unwrap_or(0.0),
+        heading_offset_std_rad: config.pose.and_then(|p| p.heading_offset_std_rad).unwrap_or(0.0),
+        pose_delay_std_s: config.pose.and_then(|p| p.delay_std_s).unwrap_or(0.0),
         warm_up: gyro.map_or(WarmUp { c1_rad_s: 0.0, c2_rad_s: 0.0, time_constant_s: 1.0 }, Gyro::warm_up),
         turn_on_bias_std_rad_s: turn_on,
         warm_up_relative_std: relative,
     })
+}
+
+/// Leaves one reading of the pose in `lasting_s`.
+fn thin(pose: &mut [Vec<f64>; 3], times_s: &[f64], lasting_s: f64) {
+    let mut last_s = f64::NEG_INFINITY;
+    for (k, t_s) in times_s.iter().enumerate() {
+        let there = pose.iter().all(|p| p[k].is_finite());
+        if there && t_s - last_s >= lasting_s {
+            last_s = *t_s;
+        } else {
+            pose.iter_mut().for_each(|p| p[k] = f64::NAN);
+        }
+    }
 }
 
 /// Missing values hold the last one; zero before the first.

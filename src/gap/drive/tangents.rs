@@ -103,6 +103,10 @@ impl<'a> Tangents<'a> {
                         Equation::Force | Equation::Moment | Equation::Sideways | Equation::Along | Equation::Turn => {}
                     }
                 }
+                Column::PoseDelay => {
+                    let v = row.at.speed_m_s;
+                    (d[3][c], d[4][c], d[5][c]) = (-v * cos, -v * sin, -row.at.yaw_rate_rad_s);
+                }
                 Column::TurnOn => d[2][c] = 1.0,
                 Column::WarmUpSize => d[2][c] = row.warm_up[0],
                 Column::WarmUpTime => d[2][c] = row.warm_up[1],

@@ -77,6 +77,10 @@ impl Machine {
                 rate_hz: rounded(1.0 / (step_s * rate_rows as f64), 6),
                 position_std_m: rounded(log_between(s, 0.001, 0.006), 2),
                 heading_std_rad: rounded(log_between(s, 0.001, 0.006), 2),
+                lever_arm_std_m: None,
+                heading_offset_std_rad: None,
+                delay_std_s: None,
+                correlation_time_s: None,
             },
             pose_rows: rate_rows,
             driver: Driver {

@@ -32,6 +32,7 @@ fn identified() -> Answer {
             effect("gyro.rate_ramp", 0.03, ("ramp_rad_s2", 2e-7, 1e-7), Some(0.41)),
         ],
         together: vec!["gyro.temperature_sensitivity".into()],
+        nearest: None,
         cannot_tell_apart: vec![vec!["gyro.temperature_sensitivity".into(), "gyro.rate_ramp".into()]],
         alike: vec![Alike {
             ids: vec!["gyro.temperature_sensitivity".into(), "gyro.rate_ramp".into()],

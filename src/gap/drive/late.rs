@@ -1,0 +1,181 @@
+//! wheels(t) = w(t - τ), τ > 0: readings of the wheels that come late, put back to when they were true
+//!
+//! Where messages queue, the odometry lags the gyro by some tenths of a second: too far for a slope in τ, and a delay of the
+//! gyro, which the library knows, has the other sign. Stamping the readings τ earlier changes no density, so that the
+//! likelihood of the drive at each τ can be compared as it is.
+
+use super::branch::described;
+use super::far::window;
+use super::pass::{Models, Noise, run};
+use super::record::Record;
+use crate::gap::findings::Part;
+
+/// Longest delay that is looked for, s.
+const LONGEST_S: f64 = 1.0;
+/// Delays that are tried first.
+const TRIED: usize = 50;
+/// A delay is refined until its steps are this share of the time between rows.
+const FINE: f64 = 0.02;
+/// Parts of a drive whose delays are held against each other.
+const PARTS: usize = 8;
+/// Delays that are tried in each, on either side.
+const NEAR: i32 = 20;
+/// Rows of the same time, s.
+const SAME_S: f64 = 1e-9;
+
+/// Wheels that come late.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Late {
+    /// τ, s.
+    pub delay_s: f64,
+    /// Its standard deviation, by how it scatters between parts of the drive, s.
+    pub std_s: f64,
+    /// ln p with it over ln p without, nats.
+    pub gain: f64,
+}
+
+impl Late {
+    /// The part of a set that it is.
+    #[must_use]
+    pub fn part(&self, share: f64) -> Part {
+        let text =
+            format!("the wheels lag the gyro by {:.3} ± {:.3} s: their readings come late", self.delay_s, self.std_s);
+        described("free.delay.wheels", false, share, text)
+    }
+}
+
+/// `record` with the readings of its wheels stamped `delay_s` earlier. Those from before the log began are left out. Where
+/// wheels and gyro share their rows, they are moved by whole rows: how speeds diffuse depends on the rows.
+#[must_use]
+pub fn put_back(record: &Record, delay_s: f64) -> Record {
+    if share_rows(record) {
+        let rows = ((delay_s / record.step_s).round() as usize).min(record.len());
+        let mut out = record.clone();
+        for wheel in &mut out.wheels_rad_s {
+            wheel.rotate_left(rows);
+            let kept = wheel.len() - rows;
+            wheel[kept..].fill(f64::NAN);
+        }
+        return out;
+    }
+    let n = record.len();
+    let begin_s = record.times_s.first().copied().unwrap_or(0.0);
+    let power_on_s = record.since_power_on_s.first().copied().unwrap_or(0.0) - begin_s;
+    let is_there = |k: &usize| record.wheels_rad_s.iter().any(|w| w[*k].is_finite());
+    let moved = |k: usize| record.times_s[k] - delay_s;
+    let late: Vec<usize> = (0..n).filter(|k| is_there(k) && moved(*k) >= begin_s).collect();
+    let mut out = Record {
+        times_s: Vec::with_capacity(n + late.len()),
+        since_power_on_s: Vec::with_capacity(n + late.len()),
+        torques_n_m: None,
+        gyro_rad_s: record.gyro_rad_s.as_ref().map(|_| Vec::new()),
+        wheels_rad_s: [Vec::new(), Vec::new()],
+        pose: record.pose.as_ref().map(|_| [Vec::new(), Vec::new(), Vec::new()]),
+        ..record.clone()
+    };
+    let (mut row, mut wheel) = (0, 0);
+    while row < n || wheel < late.len() {
+        let there_s = record.times_s.get(row).copied().unwrap_or(f64::INFINITY);
+        let wheels_s = late.get(wheel).map_or(f64::INFINITY, |k| moved(*k));
+        let t_s = there_s.min(wheels_s);
+        let here = (there_s <= t_s + SAME_S).then_some(row);
+        let turned = (wheels_s <= t_s + SAME_S).then(|| late[wheel]);
+        row += usize::from(here.is_some());
+        wheel += usize::from(turned.is_some());
+        let of = |values: &[f64], at: Option<usize>| at.map_or(f64::NAN, |k| values[k]);
+        out.times_s.push(t_s);
+        out.since_power_on_s.push(here.map_or(t_s + power_on_s, |k| record.since_power_on_s[k]));
+        for (to, from) in out.wheels_rad_s.iter_mut().zip(&record.wheels_rad_s) {
+            to.push(of(from, turned));
+        }
+        if let (Some(to), Some(from)) = (&mut out.gyro_rad_s, &record.gyro_rad_s) {
+            to.push(of(from, here));
+        }
+        if let (Some(to), Some(from)) = (&mut out.pose, &record.pose) {
+            to.iter_mut().zip(from).for_each(|(to, from)| to.push(of(from, here)));
+        }
+    }
+    out
+}
+
+/// The delay of the wheels that explains `record` best under `models`; none without a gyro to hold them against, and none
+/// where forces are known: then a delay shows otherwise.
+#[must_use]
+pub fn find(record: &Record, models: &Models, noise: &Noise) -> Option<Late> {
+    if record.gyro_rad_s.is_none() || record.torques_n_m.is_some() || record.span_s() < 4.0 * LONGEST_S {
+        return None;
+    }
+    let whole = without_begin(record);
+    let weigh = |delay_s: f64| {
+        let moved;
+        let record = if delay_s > 0.0 {
+            moved = put_back(&whole, delay_s);
+            &moved
+        } else {
+            &whole
+        };
+        run(record, models, noise, &[], |_| {}).ln_likelihood()
+    };
+    let nothing = weigh(0.0);
+    let whole_rows = share_rows(record);
+    let mut step_s = if whole_rows { record.step_s } else { LONGEST_S / TRIED as f64 };
+    let count = (LONGEST_S / step_s) as usize;
+    let tried = (1..count).map(|i| i as f64 * step_s).map(|delay_s| (delay_s, weigh(delay_s)));
+    let mut best = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    while !whole_rows && step_s > FINE * record.step_s {
+        step_s *= 0.5;
+        for delay_s in [best.0 - step_s, best.0 + step_s] {
+            let weight = weigh(delay_s.clamp(0.0, LONGEST_S));
+            if weight > best.1 {
+                best = (delay_s, weight);
+            }
+        }
+    }
+    let std_s = scatter(&whole, best.0, |part, delay_s| {
+        run(&put_back(part, delay_s), models, noise, &[], |_| {}).ln_likelihood()
+    });
+    (best.0 > 0.0).then_some(Late { delay_s: best.0, std_s, gain: best.1 - nothing })
+}
+
+fn share_rows(record: &Record) -> bool {
+    let Some(gyro) = &record.gyro_rad_s else { return true };
+    let wheels = &record.wheels_rad_s[0];
+    let both = gyro.iter().zip(wheels).filter(|(g, w)| g.is_finite() && w.is_finite()).count();
+    2 * both > wheels.iter().filter(|w| w.is_finite()).count()
+}
+
+/// ln p with the wheels put back by `delay_s` over ln p as it is, nats, under `models`.
+#[must_use]
+pub fn gain(record: &Record, models: &Models, noise: &Noise, delay_s: f64) -> f64 {
+    let whole = without_begin(record);
+    let weigh = |record: &Record| run(record, models, noise, &[], |_| {}).ln_likelihood();
+    weigh(&put_back(&whole, delay_s)) - weigh(&whole)
+}
+
+/// `record` without the first readings of its wheels: as many are left at every delay.
+fn without_begin(record: &Record) -> Record {
+    let begin_s = record.times_s[0] + LONGEST_S;
+    let mut out = record.clone();
+    for wheel in &mut out.wheels_rad_s {
+        let early = wheel.iter_mut().zip(&record.times_s).filter(|(_, t)| **t < begin_s);
+        early.for_each(|(value, _)| *value = f64::NAN);
+    }
+    out
+}
+
+/// Standard deviation of a delay by how it scatters between parts of the drive: what the innovations hold beside white noise
+/// lasts, and the curvature of the likelihood would promise too much.
+fn scatter(record: &Record, delay_s: f64, weigh: impl Fn(&Record, f64) -> f64) -> f64 {
+    let n = record.len();
+    let of = |part: usize| {
+        let part = window(record, part * n / PARTS..(part + 1) * n / PARTS);
+        let tried = (-NEAR..=NEAR).map(|i| delay_s * (1.0 + 0.5 * f64::from(i) / f64::from(NEAR)));
+        let best = tried.map(|d| (d, weigh(&part, d))).max_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or(delay_s, |b| b.0)
+    };
+    let found: Vec<f64> = (0..PARTS).map(of).collect();
+    let mean = found.iter().sum::<f64>() / PARTS as f64;
+    let square = found.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (PARTS - 1) as f64;
+    // no finer than the delays that were tried
+    (square / PARTS as f64).sqrt().max(0.25 * delay_s / f64::from(NEAR))
+}

@@ -1,0 +1,98 @@
+//! pose(t) = (x, y) + R(θ) l, θ + δ, all at t - τ;  so (x, y)(t) = pose(t) - R(θ) l + τ R(θ) (v, 0), θ = pose θ - δ + τ ω
+//!
+//! How a reference sits on the robot: the tracked point is l ahead and to the left of the middle of the axle, the tracked
+//! heading is δ off, and all comes τ late. Where the configuration says that this is known to some standard deviation only, it
+//! is fitted beside the effects and taken out of the recording before anything is judged: it is a matter of the reference, not
+//! of the robot. What is left of it stays among the nuisances. The filter is linear in l, δ and τ only while they are small
+//! against its noise, so that they are taken out in steps, each linearised anew.
+
+use super::candidates::{Candidates, Prior};
+use super::column::MOUNTING;
+use super::fit::Compared;
+use super::own::driven;
+use super::pass::Noise;
+use super::record::Record;
+use crate::effects::drive::Driving;
+
+/// Steps at most.
+const STEPS: usize = 8;
+/// Settled when no more than this of its standard deviation is left to take out.
+const SETTLED: f64 = 0.2;
+
+/// Where the tracked point lies, how its heading is turned, and how late it comes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Mounting {
+    /// Ahead and to the left of the middle of the axle, m; heading, to the left, rad; delay, s.
+    pub offset: [f64; 4],
+    /// Standard deviations of the same; zero for what was believed.
+    pub std: [f64; 4],
+}
+
+impl Mounting {
+    /// `record` as it would read if the middle of the axle had been tracked, in time.
+    #[must_use]
+    pub fn taken_out(&self, record: &Record) -> Record {
+        let mut out = record.clone();
+        let [ahead, left, turned, late_s] = self.offset;
+        // as the nominal robot's wheels tell them: what that lacks is in proportion, and left for the next step
+        let speeds = driven(record);
+        if let Some([x, y, heading]) = &mut out.pose {
+            for (((x, y), heading), [v, w]) in x.iter_mut().zip(y).zip(heading).zip(speeds) {
+                *heading -= turned;
+                let (sin, cos) = heading.sin_cos();
+                *x -= (ahead - late_s * v) * cos - left * sin;
+                *y -= (ahead - late_s * v) * sin + left * cos;
+                *heading += late_s * w;
+            }
+        }
+        out
+    }
+
+    /// In a sentence.
+    #[must_use]
+    pub fn said(&self) -> String {
+        let value = |i: usize, unit: f64| format!("{:.2} ± {:.2}", unit * self.offset[i], unit * self.std[i]);
+        let parts = [
+            (0, 1e3, "mm ahead of the axle's middle"),
+            (1, 1e3, "mm to its left"),
+            (2, 1f64.to_degrees(), "° to the left of the robot's heading"),
+            (3, 1e3, "ms late"),
+        ];
+        let known = parts.iter().filter(|(i, ..)| self.std[*i] > 0.0);
+        let said: Vec<String> = known.map(|(i, unit, words)| format!("{} {words}", value(*i, *unit))).collect();
+        format!("The reference reads {}: taken out before anything was judged.", said.join(", "))
+    }
+}
+
+/// How the reference of `record` sits on the robot; none where that is believed to be known.
+#[must_use]
+pub fn find(record: &Record, noise: &Noise, effects: &[&'static dyn Driving], prior: &Prior) -> Option<Mounting> {
+    let candidates = Candidates::new(record, effects, prior, false, None);
+    let place = |i: usize| {
+        let is = |c: &usize| candidates.columns[*c] == MOUNTING[i];
+        candidates.nuisance.iter().map(|n| n.0).find(is)
+    };
+    let places = [0, 1, 2, 3].map(place);
+    if places.iter().all(Option::is_none) {
+        return None;
+    }
+    let mut mounting = Mounting::default();
+    let mut theta = candidates.zero();
+    for _ in 0..STEPS {
+        let here = mounting.taken_out(record);
+        let compared = Compared::narrow(&here, noise, candidates.clone(), theta, None);
+        let coefficients = compared.problem.coefficients(&compared.sets[0].members);
+        let mut settled = true;
+        for (i, place) in places.iter().enumerate() {
+            let Some((_, left, std)) = coefficients.iter().find(|c| Some(c.0) == *place) else { continue };
+            mounting.offset[i] += left;
+            mounting.std[i] = *std;
+            settled &= left.abs() <= SETTLED * std;
+        }
+        theta = compared.next().0;
+        if settled {
+            break;
+        }
+    }
+    Some(mounting)
+}
