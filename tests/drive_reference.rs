@@ -109,7 +109,7 @@ fn errors_that_last_leave_one_reading_in_their_time() {
     let count = |record: &Record| record.pose.as_ref().unwrap()[0].iter().filter(|v| v.is_finite()).count();
     let all = Record::new(&robot(0.05, ""), &log, 20.0).unwrap();
     let few = Record::new(&robot(0.05, "correlation_time_s = 2.0\n"), &log, 20.0).unwrap();
-    assert_eq!((count(&all), count(&few)), (600, 60));
+    assert_eq!((count(&all), count(&few)), (601, 61));
     assert!(few.notes.iter().any(|n| n.contains("correlation_time_s")), "{:?}", few.notes);
 }
 

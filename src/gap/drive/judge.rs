@@ -142,8 +142,10 @@ fn wheels_in_time(
     options: &Options,
 ) -> Option<(Branch, Late)> {
     let zero = as_is.compared.candidates.zero();
-    let mut late = late::find(record, &Branch::models_at(record, &as_is.compared.candidates, &zero), &as_is.noise)
-        .filter(|l| l.gain > LARGE)?;
+    // with the noise that was believed: what was found since may have taken in what the delay does
+    let believed = Noise { unforced: as_is.noise.unforced, ..as_is.believed };
+    let nominal = Branch::models_at(record, &as_is.compared.candidates, &zero);
+    let mut late = late::find(record, &nominal, &believed).filter(|l| l.gain > LARGE)?;
     let mut found = None;
     // the delay is looked for again with what is known then of the robot and of the noise
     for _ in 0..2 {

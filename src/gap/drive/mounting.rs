@@ -8,11 +8,12 @@
 
 use super::candidates::{Candidates, Prior};
 use super::column::MOUNTING;
-use super::fit::Compared;
+use super::fit::{Compared, models};
 use super::own::driven;
 use super::pass::Noise;
 use super::record::Record;
 use crate::effects::drive::Driving;
+use crate::model::drive::Robot;
 
 /// Steps at most.
 const STEPS: usize = 8;
@@ -20,12 +21,14 @@ const STEPS: usize = 8;
 const SETTLED: f64 = 0.2;
 
 /// Where the tracked point lies, how its heading is turned, and how late it comes.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mounting {
     /// Ahead and to the left of the middle of the axle, m; heading, to the left, rad; delay, s.
     pub offset: [f64; 4],
     /// Standard deviations of the same; zero for what was believed.
     pub std: [f64; 4],
+    /// The robot as it was fitted beside: its wheels tell how far it goes in the delay.
+    robot: Robot,
 }
 
 impl Mounting {
@@ -34,14 +37,23 @@ impl Mounting {
     pub fn taken_out(&self, record: &Record) -> Record {
         let mut out = record.clone();
         let [ahead, left, turned, late_s] = self.offset;
-        // as the nominal robot's wheels tell them: what that lacks is in proportion, and left for the next step
-        let speeds = driven(record);
+        let speeds = driven(record, &self.robot);
         if let Some([x, y, heading]) = &mut out.pose {
-            for (((x, y), heading), [v, w]) in x.iter_mut().zip(y).zip(heading).zip(speeds) {
+            let mut middle = 0;
+            for (k, ((x, y), heading)) in x.iter_mut().zip(y).zip(heading).enumerate() {
+                // half way between when it was true and now
+                let middle_s = record.times_s[k] - 0.5 * late_s;
+                while middle + 1 < k.max(1) && record.times_s[middle + 1] <= middle_s {
+                    middle += 1;
+                }
+                let [v, w] = between(&record.times_s, &speeds, middle, middle_s);
                 *heading -= turned;
                 let (sin, cos) = heading.sin_cos();
-                *x -= (ahead - late_s * v) * cos - left * sin;
-                *y -= (ahead - late_s * v) * sin + left * cos;
+                *x -= ahead * cos - left * sin;
+                *y -= ahead * sin + left * cos;
+                let (sin, cos) = (*heading + 0.5 * late_s * w).sin_cos();
+                *x += late_s * v * cos;
+                *y += late_s * v * sin;
                 *heading += late_s * w;
             }
         }
@@ -64,6 +76,14 @@ impl Mounting {
     }
 }
 
+/// The speeds at `t_s`, on the straight line through rows `k` and the next.
+fn between(times_s: &[f64], speeds: &[[f64; 2]], k: usize, t_s: f64) -> [f64; 2] {
+    let next = (k + 1).min(speeds.len() - 1);
+    let span_s = times_s[next] - times_s[k];
+    let u = if span_s > 0.0 { ((t_s - times_s[k]) / span_s).clamp(0.0, 1.0) } else { 0.0 };
+    std::array::from_fn(|i| speeds[k][i] + u * (speeds[next][i] - speeds[k][i]))
+}
+
 /// How the reference of `record` sits on the robot; none where that is believed to be known.
 #[must_use]
 pub fn find(record: &Record, noise: &Noise, effects: &[&'static dyn Driving], prior: &Prior) -> Option<Mounting> {
@@ -76,7 +96,7 @@ pub fn find(record: &Record, noise: &Noise, effects: &[&'static dyn Driving], pr
     if places.iter().all(Option::is_none) {
         return None;
     }
-    let mut mounting = Mounting::default();
+    let mut mounting = Mounting { offset: [0.0; 4], std: [0.0; 4], robot: record.belief.robot };
     let mut theta = candidates.zero();
     for _ in 0..STEPS {
         let here = mounting.taken_out(record);
@@ -90,6 +110,7 @@ pub fn find(record: &Record, noise: &Noise, effects: &[&'static dyn Driving], pr
             settled &= left.abs() <= SETTLED * std;
         }
         theta = compared.next().0;
+        mounting.robot = models(record, &candidates.change_list(), &theta, false).here.robot;
         if settled {
             break;
         }

@@ -4,7 +4,7 @@ use super::filter::Slopes;
 use super::model::Claimed;
 use super::record::Record;
 use crate::math::random::Stream;
-use crate::model::drive::{Moving, Past};
+use crate::model::drive::{Moving, Past, Robot};
 
 /// Stream of the floor's recordings.
 const STREAM: u64 = 0xD12;
@@ -12,9 +12,8 @@ const STREAM: u64 = 0xD12;
 /// Readings of the wheels are averaged over this time on either side, s.
 const SMOOTH_S: f64 = 0.05;
 
-/// Speed and yaw rate in every row, as the nominal robot's wheels tell them.
-pub(super) fn driven(like: &Record) -> Vec<[f64; 2]> {
-    let robot = &like.belief.robot;
+/// Speed and yaw rate in every row, as the wheels of `robot` tell them.
+pub(super) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
     let speeds: Vec<[f64; 2]> = (0..like.len())
         .map(|k| {
             let [l, r] = [0, 1].map(|i| robot.radius_m[i] * like.wheels_rad_s[i][k]);
@@ -72,7 +71,7 @@ pub fn own(like: &Record, claimed: &Claimed, seed: u64) -> Record {
         }
     }
     // without torques it drives as it was driven
-    let driven = like.torques_n_m.is_none().then(|| driven(like));
+    let driven = like.torques_n_m.is_none().then(|| driven(like, &like.belief.robot));
     if let Some(first) = driven.as_ref().and_then(|d| d.first()) {
         [s[3], s[4]] = *first;
     }
