@@ -15,11 +15,26 @@ use super::table::{Head, Kind};
 const TILT_DOUBT_DEG: f64 = 5.0;
 
 /// Words that name an acceleration, or its integral over the samples.
-const ACCELERATION: [&str; 7] = ["a", "acc", "accel", "accelerometer", "acceleration", "accelerations", "deltavelocity"];
+const ACCELERATION: [&str; 7] =
+    ["a", "acc", "accel", "accelerometer", "acceleration", "accelerations", "deltavelocity"];
 /// Words that make something else of it.
 const NOT_MEASURED: [&str; 16] = [
-    "bias", "offset", "std", "sigma", "var", "variance", "cov", "covariance", "scale", "status", "temp", "temperature",
-    "angular", "cmd", "setpoint", "ref",
+    "bias",
+    "offset",
+    "std",
+    "sigma",
+    "var",
+    "variance",
+    "cov",
+    "covariance",
+    "scale",
+    "status",
+    "temp",
+    "temperature",
+    "angular",
+    "cmd",
+    "setpoint",
+    "ref",
 ];
 /// Last words of names that are units, or parts of them.
 const UNITS: [&str; 9] = ["m", "s", "s2", "2", "ms2", "mps2", "g", "mg", "per"];
@@ -117,11 +132,8 @@ impl Gravity {
         }
         let force = self.sum.map(|f| f / length);
         let z = if self.down { self.z.map(|v| -v) } else { self.z };
-        let cross = [
-            force[1] * z[2] - force[2] * z[1],
-            force[2] * z[0] - force[0] * z[2],
-            force[0] * z[1] - force[1] * z[0],
-        ];
+        let cross =
+            [force[1] * z[2] - force[2] * z[1], force[2] * z[0] - force[0] * z[2], force[0] * z[1] - force[1] * z[0]];
         let sine = cross.iter().map(|v| v * v).sum::<f64>().sqrt();
         let cosine: f64 = force.iter().zip(z).map(|(a, b)| a * b).sum();
         let tilt_deg = sine.atan2(cosine).to_degrees();

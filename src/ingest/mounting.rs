@@ -54,8 +54,12 @@ impl Mounting {
         let quaternion = Quaternion::new(w, x, y, z);
         let length = quaternion.norm();
         if !((length - 1.0).abs() <= UNIT) {
-            return Err(Error::new(ErrorKind::Usage, "--mounting-quaternion", format!("its length is {length}, not 1"))
-                .mend("check the numbers and their order: x, y, z, w"));
+            return Err(Error::new(
+                ErrorKind::Usage,
+                "--mounting-quaternion",
+                format!("its length is {length}, not 1"),
+            )
+            .mend("check the numbers and their order: x, y, z, w"));
         }
         Ok(Self::of(&UnitQuaternion::new_normalize(quaternion).to_rotation_matrix()))
     }

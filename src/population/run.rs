@@ -8,8 +8,8 @@ use crate::identify::{self, FitOptions, Loss};
 use crate::ingest::{Axis, GyroQuery, Mounting, Stamp, gyro_topics, read_gyro};
 use crate::signal::names;
 use crate::validate;
-use serde_json::{Map, Value, json};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use serde_json::{Map, Value, json};
 use std::any::Any;
 use std::collections::HashMap;
 use std::fmt;
@@ -153,7 +153,11 @@ pub fn fit_all(
         |r: &&Row| r.options == options && r.gyroid_version == env!("CARGO_PKG_VERSION") && r.error.is_none();
     let work = Work {
         settings,
-        known: known.iter().filter(made_alike).map(|r| ((r.sha256.as_str(), r.topic.clone(), r.axis.clone()), r)).collect(),
+        known: known
+            .iter()
+            .filter(made_alike)
+            .map(|r| ((r.sha256.as_str(), r.topic.clone(), r.axis.clone()), r))
+            .collect(),
         options: &options,
     };
     let jobs = jobs.clamp(1, logs.len().max(1) * settings.axes.len().max(1));

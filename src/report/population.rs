@@ -131,9 +131,8 @@ impl PopulationReport {
 
 fn row_text(row: &Row, width: usize, topic_width: Option<usize>, out: &mut String) {
     let name = ending(&row.path, width);
-    let topic = topic_width.map_or(String::new(), |w| {
-        format!("{:<w$}  ", row.topic.as_ref().map_or("-".into(), |t| ending(t, w)))
-    });
+    let topic = topic_width
+        .map_or(String::new(), |w| format!("{:<w$}  ", row.topic.as_ref().map_or("-".into(), |t| ending(t, w))));
     if let Some(error) = &row.error {
         let _ = writeln!(out, "{name:<width$}  {topic}{:<4}  error: {}", row.axis, on_one_line(error));
         return;

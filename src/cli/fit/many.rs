@@ -103,7 +103,8 @@ pub(super) fn run(args: &FitArgs, earth: Option<EarthRate>) -> Result<Outcome> {
     let report = PopulationReport { rows: done.rows, populations, fitted: done.fitted, resumed: done.resumed };
     output.say(report.text().trim_end());
     if let Some(saved) = &results {
-        let stays = |k: &&Row| report.rows.iter().any(|r| r.sha256 == k.sha256 && r.topic == k.topic && r.axis == k.axis);
+        let stays =
+            |k: &&Row| report.rows.iter().any(|r| r.sha256 == k.sha256 && r.topic == k.topic && r.axis == k.axis);
         let gone = known.len() - known.iter().filter(stays).count();
         let gone = if gone > 0 { format!("; {gone} of logs that are not named now are gone") } else { String::new() };
         output.say(format!("wrote {}: {} rows{gone}", saved.path.display(), report.rows.len()));
@@ -139,7 +140,10 @@ fn refuse_what_is_for_one(args: &FitArgs) -> Result<()> {
         Err(Error::new(ErrorKind::Usage, option, "is for one log, and this is a table of many").mend(mend))
     };
     if args.out.is_some() {
-        return usage("--out", "write the configuration of the population with --config FILE, or fit one log of one topic");
+        return usage(
+            "--out",
+            "write the configuration of the population with --config FILE, or fit one log of one topic",
+        );
     }
     if !args.plot.is_empty() {
         return usage("--plot", "fit the log that is to be drawn alone");

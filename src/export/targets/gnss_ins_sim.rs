@@ -15,7 +15,11 @@ static ABOUT: About = About {
     program: "gnss-ins-sim, simulation of GNSS and INS, as a Python module",
     file: "gyro_err.py",
     keys: &[
-        Key { name: "gyro_b", unit: "deg/h", meaning: "C1 + C2, the bias of the warm gyro, without the Earth's rotation" },
+        Key {
+            name: "gyro_b",
+            unit: "deg/h",
+            meaning: "C1 + C2, the bias of the warm gyro, without the Earth's rotation",
+        },
         Key { name: "gyro_arw", unit: "deg/sqrt(h), continuous", meaning: "angle random walk N" },
         Key {
             name: "gyro_b_stability",

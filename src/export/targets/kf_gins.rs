@@ -14,7 +14,11 @@ static ABOUT: About = About {
     program: "KF-GINS, loosely coupled GNSS/INS",
     file: "kf-gins.yaml",
     keys: &[
-        Key { name: "initgyrbias", unit: "deg/h", meaning: "C1 + C2, the bias of the warm gyro, without the Earth's rotation" },
+        Key {
+            name: "initgyrbias",
+            unit: "deg/h",
+            meaning: "C1 + C2, the bias of the warm gyro, without the Earth's rotation",
+        },
         Key { name: "arw", unit: "deg/sqrt(h), continuous", meaning: "angle random walk N" },
         Key { name: "gbstd", unit: "deg/h", meaning: "stationary standard deviation of the Gauss-Markov bias" },
         Key {

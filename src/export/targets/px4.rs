@@ -41,7 +41,11 @@ static ABOUT: About = About {
         Key { name: "TC_G0_TREF", unit: "degC", meaning: "temperature that the polynomial counts from" },
         Key { name: "TC_G0_TMIN", unit: "degC", meaning: "lowest temperature of the log" },
         Key { name: "TC_G0_TMAX", unit: "degC", meaning: "highest temperature of the log" },
-        Key { name: "TC_G0_X0", unit: "rad/s", meaning: "bias at TC_G0_TREF, of the cold gyro: C2 without the Earth's rotation" },
+        Key {
+            name: "TC_G0_X0",
+            unit: "rad/s",
+            meaning: "bias at TC_G0_TREF, of the cold gyro: C2 without the Earth's rotation",
+        },
         Key { name: "TC_G0_X1", unit: "rad/s/degC", meaning: "slope against temperature" },
         Key { name: "TC_G0_X2", unit: "rad/s/degC^2", meaning: "bend against temperature" },
         Key { name: "TC_G0_X3", unit: "rad/s/degC^3", meaning: "not identified: 0" },
