@@ -24,7 +24,8 @@ use std::path::{Path, PathBuf};
 /// Exit code 3: the fit is done, and not fit for use (no warm-up, T not identifiable, or residuals not white);
 /// nothing is then exported unless --accept says so.
 ///
-/// Of several logs, or a folder, it makes a table with one row a log and axis, and says how much they differ. Exit code 3: there
+/// Of several logs, a folder, or several gyros of a log, it makes a table with one row a log, gyro and axis, and says how much
+/// they differ. Exit code 3: there
 /// are logs that could not be fitted, or too few for the configuration of the population.
 #[derive(Debug, Args)]
 pub(crate) struct FitArgs {

@@ -42,8 +42,8 @@ pub(crate) enum LogRead {
 /// Which messages of a log count, and which of their times.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct TopicArgs {
-    /// Topic of a log that holds several, such as /imu/data, sensor_gyro/1, IMU/0; otherwise the only one with a gyro. Of a
-    /// drive it may be given more than once, and of fit, which also takes all: a row for each of them
+    /// Topic of a log that holds several, such as /imu/data, sensor_gyro/1, IMU/0; otherwise the only one with a gyro. May
+    /// be given more than once for a drive, and for fit, which makes a row of each; `fit --topic all` takes every one with a gyro
     #[arg(long, value_name = "NAME")]
     topic: Vec<String>,
     /// Which time of a message counts: that in it, or that of its receipt

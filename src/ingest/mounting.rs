@@ -25,8 +25,7 @@ const UNIT: f64 = 1e-3;
 /// The rotation from the frame of the sensor to that of the robot.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Mounting {
-    /// R: its rows are the robot's axes in the frame of the sensor.
-    pub rotation: [[f64; 3]; 3],
+    rotation: [[f64; 3]; 3],
 }
 
 impl Mounting {
@@ -69,6 +68,12 @@ impl Mounting {
         Self { rotation: std::array::from_fn(|i| std::array::from_fn(|j| exact(rotation[(i, j)]) + 0.0)) }
     }
 
+    /// R: its rows are the robot's axes in the frame of the sensor.
+    #[must_use]
+    pub fn rotation(&self) -> [[f64; 3]; 3] {
+        self.rotation
+    }
+
     /// The robot's `axis` in the frame of the sensor, of unit length.
     #[must_use]
     pub fn axis(&self, axis: Axis) -> [f64; 3] {
@@ -100,18 +105,21 @@ impl Mounted {
                 .mend("leave out --column, or --mounting"));
         }
         let mut heads = inner.heads().to_vec();
-        let parts = if *mounting == Mounting::ALIGNED {
+        let aligned = *mounting == Mounting::ALIGNED;
+        let parts = if aligned {
             vec![(find_gyro(source, &heads, query.axis)?, 1.0)]
         } else {
             parts(source, &heads, mounting.axis(query.axis))?
         };
         let unit = unit(source, &heads, &parts, query)?;
-        let own = match parts[..] {
-            [(only, weight)] if weight == 1.0 => heads[only].name.clone(),
-            _ => format!("robot_gyro_{}", query.axis),
+        // readers of the name learn the axis from it: that of the robot
+        let (own, told) = if aligned {
+            (heads[parts[0].0].name.clone(), None)
+        } else {
+            let own = format!("robot_gyro_{}", query.axis);
+            let told = format!("{own} = {}, as the mounting has it", formula(&heads, &parts));
+            (own, Some(told))
         };
-        let told = (own != heads[parts[0].0].name)
-            .then(|| format!("{own} = {}, as the mounting has it", formula(&heads, &parts)));
         for head in heads.iter_mut().filter(|h| matches!(h.named().role, Role::Gyro(_))) {
             head.role = Some(Role::Other);
         }
@@ -130,9 +138,8 @@ fn parts(source: &str, heads: &[Head], weights: [f64; 3]) -> Result<Vec<(usize, 
     let needed: Vec<String> =
         Axis::ALL.iter().zip(weights).filter(|(_, w)| *w != 0.0).map(|(a, _)| a.to_string()).collect();
     let mend = format!(
-        "this mounting needs the rates of the sensor's {} ax{}, each in a column whose name says so, such as gyro_x",
-        needed.join(", "),
-        if needed.len() == 1 { "is" } else { "es" }
+        "this mounting needs the rates of the sensor's axes {}, in columns whose names say so, such as gyro_x",
+        needed.join(", ")
     );
     for (axis, weight) in Axis::ALL.into_iter().zip(weights).filter(|(_, w)| *w != 0.0) {
         let column = find_gyro(source, heads, axis).map_err(|e| e.mend(&mend))?;
@@ -230,7 +237,7 @@ mod tests {
     use super::*;
 
     fn close(a: [f64; 3], b: [f64; 3]) {
-        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-15), "{a:?} {b:?}");
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14), "{a:?} {b:?}");
     }
 
     #[test]

@@ -90,7 +90,7 @@ impl Settings {
         let fixed = self.fit.fixed;
         let all = [
             ("column", json!(query.column)),
-            ("mounting", json!(query.mounting.filter(|m| *m != Mounting::ALIGNED).map(|m| m.rotation))),
+            ("mounting", json!(query.mounting.filter(|m| *m != Mounting::ALIGNED).map(|m| m.rotation()))),
             ("unit", json!(query.unit.map(|u| u.to_string()))),
             ("time", json!(query.time)),
             ("time_unit", json!(query.time_unit.map(|u| format!("{u:?}").to_lowercase()))),

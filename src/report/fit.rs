@@ -139,7 +139,7 @@ impl FitReport {
                 out,
                 "         = {} bias, and {} of the Earth's rotation at latitude {}°",
                 known_digits(bias.estimate, bias.std),
-                known_digits(earth.vertical_rad_s, bias.std),
+                significant(earth.vertical_rad_s, 4),
                 earth.latitude_deg
             );
         }
