@@ -263,6 +263,17 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// That `key` keeps the Earth's rotation, where the configuration knows it: for a `program` whose world stands still.
+    #[must_use]
+    pub fn earth_stays_text(&self, key: &str, program: &str) -> Option<String> {
+        self.gyro.earth_rate_rad_s.map(|earth| {
+            format!(
+                "{key} keeps {earth:.4e} rad/s of the Earth's rotation (gyro.earth_rate_rad_s): {program}'s world stands \
+                 still, so that it is part of what the gyro at rest is off by"
+            )
+        })
+    }
+
     /// T, s.
     #[must_use]
     pub fn time_constant(&self) -> Known {

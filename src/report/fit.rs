@@ -137,7 +137,7 @@ impl FitReport {
             let bias = bias(&fit.c2_rad_s, earth);
             let _ = writeln!(
                 out,
-                "         = {} bias, and {} of the Earth's rotation at latitude {}°",
+                "         = {} rad/s of the gyro, and {} rad/s of the Earth at latitude {}°",
                 known_digits(bias.estimate, bias.std),
                 significant(earth.vertical_rad_s, 4),
                 earth.latitude_deg
