@@ -220,7 +220,11 @@ impl ColumnArgs {
         match &self.topics.topic[..] {
             [] => Topics::Only,
             some if some.iter().any(|t| t == EVERY_TOPIC) => Topics::All,
-            some => Topics::Named(some.to_vec()),
+            some => {
+                // a topic that is named twice is one row
+                let first = |(i, topic): &(usize, &String)| !some[..*i].contains(*topic);
+                Topics::Named(some.iter().enumerate().filter(first).map(|(_, topic)| topic.clone()).collect())
+            }
         }
     }
 
