@@ -4,9 +4,11 @@
 //! Durrant-Whyte, IEEE Trans. Robotics and Automation 11 (1995) 328).
 
 mod discrete;
+mod earth;
 mod restart;
 mod warm_up;
 
 pub use discrete::{Discrete, Scheme};
+pub use earth::{EARTH_RATE_RAD_S, EarthRate};
 pub use restart::{Lack, Restart};
 pub use warm_up::WarmUp;

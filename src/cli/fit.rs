@@ -6,11 +6,12 @@ use super::Outcome;
 use super::log_args::{ColumnArgs, LogArgs, LogRead, MemoryArgs};
 use super::output::{Common, Output, command_line};
 use clap::Args;
-use gyroid::bias::Scheme;
+use gyroid::bias::{EarthRate, Scheme};
 use gyroid::config::Config;
 use gyroid::export::{ConfigurationOptions, configuration};
 use gyroid::files::OutputFile;
 use gyroid::identify::{self, FitOptions, Fixed, Loss};
+use gyroid::ingest::Axis;
 use gyroid::report::plot::{Format, Picture};
 use gyroid::report::{FitReport, Verdict, fit_picture};
 use gyroid::signal::{TimeAxis, names};
@@ -23,7 +24,8 @@ use std::path::{Path, PathBuf};
 /// Exit code 3: the fit is done, and not fit for use (no warm-up, T not identifiable, or residuals not white);
 /// nothing is then exported unless --accept says so.
 ///
-/// Of several logs, or a folder, it makes a table with one row a log and axis, and says how much they differ. Exit code 3: there
+/// Of several logs, a folder, or several gyros of a log, it makes a table with one row a log, gyro and axis, and says how much
+/// they differ. Exit code 3: there
 /// are logs that could not be fitted, or too few for the configuration of the population.
 #[derive(Debug, Args)]
 pub(crate) struct FitArgs {
@@ -39,6 +41,10 @@ pub(crate) struct FitArgs {
     /// Keep a parameter at a value: c1=, c2= (rad/s) or t= (s); may be given more than once
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_fixed)]
     fix: Vec<(Parameter, f64)>,
+    /// Latitude of the place in degrees, negative in the south: states which part of C2 is the Earth's rotation. Of the vertical
+    /// axis alone, pointing up
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    latitude: Option<f64>,
     /// Loss function; huber shrugs at outliers
     #[arg(long, value_enum, default_value_t = LossName::Squares)]
     loss: LossName,
@@ -130,11 +136,12 @@ fn parse_fixed(text: &str) -> std::result::Result<(Parameter, f64), String> {
 }
 
 pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
+    let earth = earth(args)?;
     let log = match &args.logs[..] {
-        [one] if !one.is_dir() && !args.many.asked_for() => {
-            LogArgs::new(one.clone(), args.memory, args.columns.clone())
+        [one] if !one.is_dir() && !args.many.asked_for() && !args.columns.several_topics() => {
+            LogArgs::new(one.clone(), args.memory, columns(args))
         }
-        _ => return many::run(args),
+        _ => return many::run(args, earth),
     };
     // every output is claimed before the work begins
     let output = Output::open(&args.common)?;
@@ -148,7 +155,8 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let read = log.read(&working)?;
     drop(working);
     let working = output.working("fitting, and testing the residuals");
-    let (report, picture) = fitted(&log, &read, &options, &whiteness, !plots.is_empty())?;
+    let (mut report, picture) = fitted(&log, &read, &options, &whiteness, !plots.is_empty())?;
+    report.earth = earth;
     drop(working);
 
     output.say(report.text());
@@ -186,7 +194,7 @@ fn fitted(
             let residuals = fit.residuals(time, rate);
             let fitted = fit.jacobian(time);
             let validation = validate::whiteness(time, &residuals, &fitted, whiteness);
-            let report = FitReport { log: log.facts(recording), fit, validation };
+            let report = FitReport { log: log.facts(recording), fit, validation, earth: None };
             let picture = drawn.then(|| fit_picture(&report, time, rate, &residuals)).transpose()?;
             Ok((report, picture))
         }
@@ -197,7 +205,7 @@ fn fitted(
             let directions = fit.directions();
             let directions: Vec<&dyn Fn(f64) -> f64> = directions.iter().map(|f| f as &dyn Fn(f64) -> f64).collect();
             let validation = validate::whiteness_reduced(&residuals, &directions, whiteness);
-            let report = FitReport { log: log.facts_streamed(recording), fit, validation };
+            let report = FitReport { log: log.facts_streamed(recording), fit, validation, earth: None };
             let draw = || {
                 let (times, left) = residuals.coarse();
                 let rate: Vec<f64> = times.iter().zip(&left).map(|(t, r)| r + model.error_rad_s(*t)).collect();
@@ -220,6 +228,26 @@ fn configuration_options(args: &FitArgs) -> ConfigurationOptions {
         command: command_line(),
         version: env!("CARGO_PKG_VERSION").into(),
     }
+}
+
+/// What of C2 is the Earth's: the latitude tells it of the vertical axis alone.
+fn earth(args: &FitArgs) -> Result<Option<EarthRate>> {
+    let Some(latitude_deg) = args.latitude else { return Ok(None) };
+    if let Some(lying) = args.many.axes_or(args.columns.axis()).iter().find(|a| a.axis != Axis::Z) {
+        let found = format!(
+            "axis {lying} lies down in a robot on level ground: what it measures of the Earth depends on its heading"
+        );
+        return Err(Error::new(ErrorKind::Usage, "--latitude", found).mend(
+            "fit the vertical axis; if the sensor is turned, say how with --mounting, and --axis z is the robot's",
+        ));
+    }
+    EarthRate::at(latitude_deg).map(Some)
+}
+
+/// How the columns are read; a vertical axis is held against gravity.
+fn columns(args: &FitArgs) -> ColumnArgs {
+    let columns = args.columns.clone();
+    if args.latitude.is_some() { columns.upright() } else { columns }
 }
 
 fn fit_options(args: &FitArgs) -> Result<FitOptions> {

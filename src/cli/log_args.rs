@@ -3,10 +3,10 @@
 use super::output::Working;
 use clap::Args;
 use gyroid::ingest::{
-    self, Audit, Axis, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Progress, Reading, Stamp,
-    StreamedRecording,
+    self, Audit, Axis, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Mounting, Progress, Reading,
+    Stamp, StreamedRecording,
 };
-use gyroid::population::AxisChoice;
+use gyroid::population::{AxisChoice, Topics};
 use gyroid::report::LogFacts;
 use gyroid::signal::{TimeAxis, names};
 use gyroid::units::{RateUnit, TimeUnit, duration_text};
@@ -42,8 +42,8 @@ pub(crate) enum LogRead {
 /// Which messages of a log count, and which of their times.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct TopicArgs {
-    /// Topic of a log that holds several, such as /imu/data, sensor_gyro/1, IMU/0; otherwise the only one with a gyro. Of a
-    /// drive it may be given more than once
+    /// Topic of a log that holds several, such as /imu/data, sensor_gyro/1, IMU/0; otherwise the only one with a gyro. May
+    /// be given more than once for a drive, and for fit, which makes a row of each; `fit --topic all` takes every one with a gyro
     #[arg(long, value_name = "NAME")]
     topic: Vec<String>,
     /// Which time of a message counts: that in it, or that of its receipt
@@ -57,11 +57,18 @@ enum ClockName {
     Receipt,
 }
 
+/// What is written for every topic with a gyro.
+const EVERY_TOPIC: &str = "all";
+
 impl TopicArgs {
     /// The one topic of a log at rest.
     pub fn one(&self) -> Result<Option<&str>> {
         match &self.topic[..] {
             [] => Ok(None),
+            [all] if all == EVERY_TOPIC => {
+                Err(Error::new(ErrorKind::Usage, "--topic all", "is more than one topic of a log at rest")
+                    .mend("name one topic; gyroid fit takes all"))
+            }
             [one] => Ok(Some(one)),
             several => Err(Error::new(ErrorKind::Usage, "--topic", format!("{} topics are named", several.len()))
                 .mend("name one topic of a log at rest")),
@@ -81,9 +88,28 @@ impl TopicArgs {
 pub(crate) struct ColumnArgs {
     #[command(flatten)]
     topics: TopicArgs,
-    /// Axis of the gyro: x, y, z, or -x, -y, -z for one that points the other way
+    /// Axis of the gyro (with --mounting, of the robot): x, y, z, or -x, -y, -z for one that points the other way
     #[arg(long, default_value = "z", allow_hyphen_values = true, value_parser = parse_axis)]
     axis: AxisChoice,
+    /// How the sensor is mounted in the robot: degrees about the robot's fixed axes, first roll, then pitch, then yaw (REP
+    /// 103); a log of three axes is turned into the robot's frame
+    #[arg(
+        long,
+        value_name = "ROLL,PITCH,YAW",
+        allow_hyphen_values = true,
+        value_parser = parse_mounting,
+        conflicts_with_all = ["column", "mounting_quaternion"]
+    )]
+    mounting: Option<Mounting>,
+    /// The same as a unit quaternion, from the sensor's frame to the robot's
+    #[arg(
+        long,
+        value_name = "X,Y,Z,W",
+        allow_hyphen_values = true,
+        value_parser = parse_mounting_quaternion,
+        conflicts_with = "column"
+    )]
+    mounting_quaternion: Option<Mounting>,
     /// Column that holds the rate, where the name does not say
     #[arg(long, value_name = "NAME")]
     column: Option<String>,
@@ -153,6 +179,25 @@ pub(crate) fn parse_axis(text: &str) -> std::result::Result<AxisChoice, String> 
     Ok(AxisChoice { axis, reversed })
 }
 
+fn parse_mounting(text: &str) -> std::result::Result<Mounting, String> {
+    let angles = numbers(text, "three angles in degrees, such as 180,0,0")?;
+    Mounting::from_roll_pitch_yaw_deg(angles).map_err(|e| refused(&e))
+}
+
+fn parse_mounting_quaternion(text: &str) -> std::result::Result<Mounting, String> {
+    let quaternion = numbers(text, "four numbers, such as 1,0,0,0 for half a turn about x")?;
+    Mounting::from_quaternion(quaternion).map_err(|e| refused(&e))
+}
+
+fn numbers<const N: usize>(text: &str, wanted: &str) -> std::result::Result<[f64; N], String> {
+    let all: std::result::Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    all.ok().and_then(|all| all.try_into().ok()).ok_or_else(|| format!("write {wanted}"))
+}
+
+fn refused(error: &Error) -> String {
+    format!("{}; {}", error.found, error.mend.as_deref().unwrap_or_default())
+}
+
 fn parse_rate_unit(text: &str) -> std::result::Result<RateUnit, String> {
     RateUnit::parse(text).ok_or_else(|| {
         let all: Vec<String> = RateUnit::ALL.iter().map(ToString::to_string).collect();
@@ -165,8 +210,31 @@ fn parse_time_unit(text: &str) -> std::result::Result<TimeUnit, String> {
 }
 
 impl ColumnArgs {
+    /// Whether more than one topic is asked for.
+    pub fn several_topics(&self) -> bool {
+        self.topics.topic.len() > 1 || self.topics.topic.iter().any(|t| t == EVERY_TOPIC)
+    }
+
+    /// The topics of each of several logs.
+    pub fn topics(&self) -> Topics {
+        match &self.topics.topic[..] {
+            [] => Topics::Only,
+            some if some.iter().any(|t| t == EVERY_TOPIC) => Topics::All,
+            some => {
+                // a topic that is named twice is one row
+                let first = |(i, topic): &(usize, &String)| !some[..*i].contains(*topic);
+                Topics::Named(some.iter().enumerate().filter(first).map(|(_, topic)| topic.clone()).collect())
+            }
+        }
+    }
+
     /// What the reader is asked for.
     pub fn query(&self) -> Result<GyroQuery> {
+        Ok(GyroQuery { topic: self.topics.one()?.map(str::to_string), ..self.query_of_any_topic()? })
+    }
+
+    /// The same, where the topic is to be chosen.
+    pub fn query_of_any_topic(&self) -> Result<GyroQuery> {
         if self.start_offset.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {
             return Err(Error::new(ErrorKind::Usage, "--start-offset", "must be zero or a positive number of seconds"));
         }
@@ -174,12 +242,13 @@ impl ColumnArgs {
             column: self.column.clone(),
             axis: self.axis.axis,
             reversed: self.axis.reversed,
+            mounting: self.mounting(),
             unit: self.unit,
             time: self.time.clone(),
             time_unit: self.time_unit,
             rate_hz: self.rate,
             sort_time: self.sort_time,
-            topic: self.topics.one()?.map(str::to_string),
+            topic: None,
             stamp: self.topics.stamp(),
         })
     }
@@ -195,6 +264,19 @@ impl ColumnArgs {
         self.axis
     }
 
+    /// How the sensor is mounted, if that was said.
+    fn mounting(&self) -> Option<Mounting> {
+        self.mounting.or(self.mounting_quaternion)
+    }
+
+    /// The same, where the axis has to be the vertical one: an accelerometer in the log is asked whether it is.
+    pub fn upright(mut self) -> Self {
+        if self.column.is_none() && self.mounting().is_none() {
+            self.mounting = Some(Mounting::ALIGNED);
+        }
+        self
+    }
+
     /// Whether motion is left out.
     pub fn trims_motion(&self) -> bool {
         self.trim_motion
@@ -202,6 +284,10 @@ impl ColumnArgs {
 
     /// Reads the files of a drive whose columns `maps` names where their names do not.
     pub fn read_drive(&self, maps: &[String], logs: &[PathBuf]) -> Result<DriveRecording> {
+        if self.mounting().is_some() {
+            return Err(Error::new(ErrorKind::Usage, "--mounting", "is for a gyro at rest, and this is a drive")
+                .mend("name the column of the yaw rate, or turn the rates before: --map gyro_z_rad_s=-gyro_x"));
+        }
         let maps = maps.iter().map(|text| ChannelMap::parse(text)).collect::<Result<_>>()?;
         ingest::read_drive(logs, &drive_query(maps, self.time.as_ref(), self.time_unit, &self.topics))
     }

@@ -24,6 +24,9 @@ enum Range {
 /// No gyro of a mobile robot is off by more at rest: 100 rad/s is 5700 °/s.
 const RATE_BOUND_RAD_S: f64 = 100.0;
 
+/// The Earth turns at 7.292e-5 rad/s.
+const EARTH_BOUND_RAD_S: f64 = 7.3e-5;
+
 impl Range {
     fn holds(self, x: f64) -> bool {
         x.is_finite()
@@ -68,6 +71,7 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
         one("gyro.c2_rad_s", g.c2_rad_s, Within(RATE_BOUND_RAD_S))?;
         one("gyro.time_constant_s", g.time_constant_s, Positive)?;
         one("gyro.angle_random_walk_rad_sqrt_s", g.angle_random_walk_rad_sqrt_s, NotNegative)?;
+        maybe("gyro.earth_rate_rad_s", g.earth_rate_rad_s, Within(EARTH_BOUND_RAD_S))?;
         maybe("gyro.turn_on_bias_std_rad_s", g.turn_on_bias_std_rad_s, NotNegative)?;
         maybe("gyro.warm_up_relative_std", g.warm_up_relative_std, NotNegative)?;
         maybe("gyro.cooling_time_constant_s", g.cooling_time_constant_s, Positive)?;

@@ -67,6 +67,11 @@ pub struct Gyro {
     pub time_constant_s: f64,
     /// White noise: standard deviation of a sample is this / sqrt(sample time), rad/√s.
     pub angle_random_walk_rad_sqrt_s: f64,
+    /// The part of c2 that is the Earth's rotation about this axis, rad/s, where `gyroid fit --latitude` told it apart. c2 keeps
+    /// it: simulator and filter count the heading from the ground, and a robot on level ground measures it at rest and on
+    /// its way. The gyro's own bias is c2 less this; exports to programs that know of the Earth's rotation take it off.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub earth_rate_rad_s: Option<f64>,
     /// How much c2 varies from one power-on to the next, rad/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_on_bias_std_rad_s: Option<f64>,

@@ -14,6 +14,7 @@ fn sample() -> Config {
             c2_rad_s: model.c2_rad_s,
             time_constant_s: model.time_constant_s,
             angle_random_walk_rad_sqrt_s: 1.7e-4,
+            earth_rate_rad_s: Some(5.1e-5),
             turn_on_bias_std_rad_s: Some(2e-4),
             warm_up_relative_std: Some(0.03),
             cooling_time_constant_s: Some(260.0),

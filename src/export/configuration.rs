@@ -20,7 +20,8 @@ pub struct ConfigurationOptions {
 
 /// The configuration of a fit, in a copy of `base` where there is one: `[gyro]`, `[validation]` and `[provenance]`
 /// are new, everything else is the base's. What the base says of the spread from one power-on to the next
-/// (`turn_on_bias_std_rad_s`, `warm_up_relative_std`) and of its cooling (`cooling_time_constant_s`) stays, because one log cannot know it.
+/// (`turn_on_bias_std_rad_s`, `warm_up_relative_std`) and of its cooling (`cooling_time_constant_s`) stays, because one log cannot know it;
+/// what it says of the Earth's rotation does not, for it belongs to the place of its log.
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if the sample time does not suit the scheme.
@@ -36,6 +37,7 @@ pub fn configuration(report: &FitReport, base: Option<&Config>, options: &Config
         c2_rad_s: model.c2_rad_s,
         time_constant_s: model.time_constant_s,
         angle_random_walk_rad_sqrt_s: fit.noise.angle_random_walk_rad_sqrt_s,
+        earth_rate_rad_s: report.earth.map(|e| e.vertical_rad_s),
         turn_on_bias_std_rad_s: old.and_then(|g| g.turn_on_bias_std_rad_s),
         warm_up_relative_std: old.and_then(|g| g.warm_up_relative_std),
         cooling_time_constant_s: old.and_then(|g| g.cooling_time_constant_s),

@@ -45,6 +45,7 @@ pub fn population_configuration(
         c2_rad_s,
         time_constant_s,
         angle_random_walk_rad_sqrt_s: span.angle_random_walk_rad_sqrt_s,
+        earth_rate_rad_s: counted.first().and_then(|r| r.earth_rate_rad_s),
         turn_on_bias_std_rad_s: population.c2.and_then(|p| positive(p.spread)),
         warm_up_relative_std: population.warm_up.and_then(|w| positive(w.relative_std)),
         cooling_time_constant_s: base.and_then(|b| b.gyro.as_ref()).and_then(|g| g.cooling_time_constant_s),

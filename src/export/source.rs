@@ -240,6 +240,40 @@ impl<'a> Source<'a> {
         normal(self.gyro.c1_rad_s + self.gyro.c2_rad_s, variance)
     }
 
+    /// C1 + C2 without the Earth's rotation, rad/s: for programs that count with that themselves.
+    #[must_use]
+    pub fn warm_bias_without_earth(&self) -> Known {
+        let Known { value, ci95 } = self.warm_bias();
+        let earth = self.gyro.earth_rate_rad_s.unwrap_or(0.0);
+        Known { value: value - earth, ci95: ci95.map(|ends| ends.map(|v| v - earth)) }
+    }
+
+    /// What became of the Earth's rotation in `key` of a `program` that counts with it.
+    #[must_use]
+    pub fn earth_text(&self, key: &str, program: &str) -> String {
+        match self.gyro.earth_rate_rad_s {
+            Some(earth) => format!(
+                "{program} counts with the Earth's rotation itself: {earth:.4e} rad/s of it are taken off {key} \
+                 (gyro.earth_rate_rad_s)"
+            ),
+            None => format!(
+                "{program} counts with the Earth's rotation itself, and {key} still holds what the axis measured of it, at \
+                 most 7.3e-5 rad/s: gyroid fit --latitude tells it apart"
+            ),
+        }
+    }
+
+    /// That `key` keeps the Earth's rotation, where the configuration knows it: for a `program` whose world stands still.
+    #[must_use]
+    pub fn earth_stays_text(&self, key: &str, program: &str) -> Option<String> {
+        self.gyro.earth_rate_rad_s.map(|earth| {
+            format!(
+                "{key} keeps {earth:.4e} rad/s of the Earth's rotation (gyro.earth_rate_rad_s): {program}'s world stands \
+                 still, so that it is part of what the gyro at rest is off by"
+            )
+        })
+    }
+
     /// T, s.
     #[must_use]
     pub fn time_constant(&self) -> Known {

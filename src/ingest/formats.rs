@@ -8,7 +8,7 @@ use super::format::{Format, Opened, Source};
 #[cfg(feature = "hdf5")]
 use super::hdf5;
 use super::input::Input;
-use super::topics::{self, Stamp};
+use super::topics::{self, Stamp, Topic};
 use super::{bag, dataflash, matlab, mcap, numpy, parquet, text, ulog};
 use crate::error::{Error, ErrorKind, Result};
 use std::path::Path;
@@ -82,6 +82,15 @@ pub(super) fn open(path: &Path, choice: Choice<'_>) -> Result<Chosen> {
                 .mend("leave out --topic; name its column with --column")),
         },
     }
+}
+
+/// The topics of `path` with a gyro, if it has topics.
+pub(super) fn gyro_topics(path: &Path) -> Result<Option<Vec<Topic>>> {
+    let Opened::Topics(container) = open_any(path)? else { return Ok(None) };
+    let listing = container.listing();
+    let gyros = topics::with_gyro(&listing.about.source, &listing.topics)
+        .map_err(|e| told_of_damage(e, &listing.about.notes))?;
+    Ok(Some(gyros.into_iter().map(|i| listing.topics[i].clone()).collect()))
 }
 
 /// What is missing may be what was lost.

@@ -6,6 +6,8 @@
 //! [`read_gyro_within`] also of a log too large to be held, in one pass; [`read_drive`]
 //! reads every channel of a drive, from one file or several; [`read_log`] one file without more ado; [`inspect()`] tells what is in a file; [`write_log`] writes a log.
 //!
+//! A sensor that is turned against its robot is read in the robot's frame ([`Mounting`]); [`gyro_topics`] lists the gyros of a log.
+//!
 //! Nothing is dropped or guessed in silence: what was done about a finding stands in the [`Audit`], what was decided in the
 //! recording's notes, and what cannot be decided is an error that says which option decides it.
 //!
@@ -34,6 +36,7 @@ mod fill;
 mod findings;
 mod format;
 mod formats;
+mod gravity;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 mod input;
@@ -43,6 +46,7 @@ mod matlab;
 mod mcap;
 mod merge;
 mod motion;
+mod mounting;
 mod names;
 mod numpy;
 mod numpy_header;
@@ -67,6 +71,7 @@ pub use clock::Clock;
 pub use drive::{DriveQuery, DriveRecording, read_drive, read_log};
 pub use inspect::{AxisReport, ColumnReport, Inspection, TimeReport, inspect, inspect_topic};
 pub use motion::{Interval, Motion};
+pub use mounting::Mounting;
 pub use names::Axis;
 pub use recording::{GyroQuery, GyroRecording};
 pub use stream::StreamedRecording;
@@ -91,6 +96,14 @@ pub fn read_gyro(path: impl AsRef<Path>, query: &GyroQuery) -> Result<GyroRecord
     recording::assemble(&table::collect(source, &wanted)?, &plan, query)
 }
 
+/// The topics of `path` that hold the rates of a gyro, in the order of their names; none of a file that is one table.
+///
+/// # Errors
+/// As [`read_gyro`] if the file cannot be opened; [`ErrorKind::Column`] if it has topics, and none with a gyro.
+pub fn gyro_topics(path: impl AsRef<Path>) -> Result<Option<Vec<Topic>>> {
+    formats::gyro_topics(path.as_ref())
+}
+
 /// The table of `path` with the gyro, and its columns.
 fn opened(path: &Path, query: &GyroQuery) -> Result<(Box<dyn format::Source>, recording::Plan)> {
     if let Some(rate_hz) = query.rate_hz
@@ -101,8 +114,16 @@ fn opened(path: &Path, query: &GyroQuery) -> Result<(Box<dyn format::Source>, re
     }
     let choice = formats::Choice { topic: query.topic.as_deref(), stamp: query.stamp };
     let formats::Chosen { source, note } = formats::open(path, choice)?;
-    let mut plan = recording::Plan::of(&path.display().to_string(), source.heads(), query)?;
-    plan.notes.extend(note);
+    let name = path.display().to_string();
+    let (source, turned): (Box<dyn format::Source>, _) = match &query.mounting {
+        Some(mounting) => {
+            let (mounted, told) = mounting::Mounted::new(&name, source, mounting, query)?;
+            (Box::new(mounted), told)
+        }
+        None => (source, None),
+    };
+    let mut plan = recording::Plan::of(&name, source.heads(), query)?;
+    plan.notes.extend(note.into_iter().chain(turned));
     Ok((source, plan))
 }
 

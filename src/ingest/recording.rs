@@ -2,6 +2,7 @@
 
 use super::audit::{self, Audit, Before, Duplicates, Handling, Missing, OutOfOrder};
 use super::clock::{self, Clock, TimeColumn, Times};
+use super::mounting::Mounting;
 use super::names::{self, Axis, Named, Role};
 use super::rate_unit::{self, Evidence};
 use super::table::{Head, Kind, Table, list};
@@ -16,10 +17,12 @@ use crate::units::{RateUnit, TimeUnit};
 pub struct GyroQuery {
     /// Name of the rate column; otherwise it is found by its name and `axis`.
     pub column: Option<String>,
-    /// Axis of the gyro.
+    /// Axis of the gyro; with a `mounting`, of the robot.
     pub axis: Axis,
     /// Whether that axis points down instead of up, so that its rates change their sign.
     pub reversed: bool,
+    /// How the sensor is mounted in the robot, whose axis is then read: it takes the rates of the sensor's axes.
+    pub mounting: Option<Mounting>,
     /// Unit of the rate column; it is then neither guessed nor doubted.
     pub unit: Option<RateUnit>,
     /// Name of the time column.

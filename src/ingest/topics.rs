@@ -148,22 +148,29 @@ fn named(source: &str, topics: &[Topic], name: &str) -> Result<usize> {
     }
 }
 
-fn only(source: &str, topics: &[Topic]) -> Result<(usize, Option<String>)> {
+/// Those with messages of a gyro.
+pub(super) fn with_gyro(source: &str, topics: &[Topic]) -> Result<Vec<usize>> {
     let gyros: Vec<usize> = (0..topics.len()).filter(|&i| topics[i].gyro && topics[i].messages > 0).collect();
+    if gyros.is_empty() {
+        let found = format!("no topic holds a gyro; there are {}", list(topics));
+        return Err(Error::new(ErrorKind::Column, source, found)
+            .mend("record the IMU's topic, or name the topic that holds the rates with --topic"));
+    }
+    Ok(gyros)
+}
+
+fn only(source: &str, topics: &[Topic]) -> Result<(usize, Option<String>)> {
+    let gyros = with_gyro(source, topics)?;
     match gyros[..] {
         [one] => {
             let Topic { name, type_name, .. } = &topics[one];
             Ok((one, Some(format!("topic {name} ({type_name}) is read: the only one with a gyro"))))
         }
-        [] => {
-            let found = format!("no topic holds a gyro; there are {}", list(topics));
-            Err(Error::new(ErrorKind::Column, source, found)
-                .mend("record the IMU's topic, or name the topic that holds the rates with --topic"))
-        }
         _ => {
             let there: Vec<Topic> = gyros.iter().map(|&i| topics[i].clone()).collect();
             let found = format!("several topics hold a gyro: {}", list(&there));
-            Err(Error::new(ErrorKind::Column, source, found).mend(format!("name one: --topic {}", there[0].name)))
+            let mend = format!("name one: --topic {}; gyroid fit --topic all fits each of them", there[0].name);
+            Err(Error::new(ErrorKind::Column, source, found).mend(mend))
         }
     }
 }

@@ -198,6 +198,7 @@ mod tests {
             c2_rad_s: 8e-3,
             time_constant_s: 240.0,
             angle_random_walk_rad_sqrt_s: 1.5e-4,
+            earth_rate_rad_s: None,
             turn_on_bias_std_rad_s: None,
             warm_up_relative_std: None,
             cooling_time_constant_s: None,

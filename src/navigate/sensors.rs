@@ -32,6 +32,7 @@ pub(super) fn without_gyro(config: &Config) -> Config {
         c2_rad_s: 0.0,
         time_constant_s: 1.0,
         angle_random_walk_rad_sqrt_s: 0.0,
+        earth_rate_rad_s: None,
         turn_on_bias_std_rad_s: None,
         warm_up_relative_std: None,
         cooling_time_constant_s: None,

@@ -1,4 +1,4 @@
-//! Floor 4: many logs at rest: one row a log and axis, and how much C1, C2 and T differ from log to log
+//! Floor 4: many logs at rest: one row a log, gyro and axis, and how much C1, C2 and T differ from log to log
 //!
 //! ```text
 //! y_i ~ N(μ, s_i² + τ²)      y = C2, C1 or ln T of log i, s_i its own standard deviation, τ the population's
@@ -31,5 +31,5 @@ mod tests;
 
 pub use find::{EXTENSIONS, find};
 pub use row::Row;
-pub use run::{AxisChoice, Done, Origin, Settings, fit_all};
+pub use run::{AxisChoice, Done, Origin, Settings, Topics, fit_all};
 pub use statistics::{LeftOut, Options, OutlyingLog, Parameter, Population, Repeatability, Span};

@@ -1,4 +1,4 @@
-//! One log and axis as a row of the results.
+//! One log, gyro and axis as a row of the results.
 
 use super::run::AxisChoice;
 use crate::error::Error;
@@ -9,7 +9,7 @@ use crate::validate::Validation;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// One log and axis: where it is from, how it was read, and what the fit found, or why it did not.
+/// One log, gyro and axis: where it is from, how it was read, and what the fit found, or why it did not.
 ///
 /// SI throughout, the unit in the name. `None` (null, an empty cell) is what is not known: all of a fit that failed, and bounds
 /// that the log does not set. `*_std_*` allow for autocorrelated residuals, `*_std_white_*` do not; intervals are profile likelihood.
@@ -18,6 +18,8 @@ use std::path::Path;
 pub struct Row {
     /// Path as it was given, or found in a folder that was.
     pub path: String,
+    /// Topic that was asked for, in a log that holds several.
+    pub topic: Option<String>,
     /// `x`, `y`, `z`, or `-x`, `-y`, `-z` of one that points the other way.
     pub axis: String,
     /// Column that was fitted, as the file calls it.
@@ -72,6 +74,8 @@ pub struct Row {
     pub c2_ci95_low_rad_s: Option<f64>,
     /// Upper end.
     pub c2_ci95_high_rad_s: Option<f64>,
+    /// The part of C2 that is the Earth's rotation, where the latitude was stated.
+    pub earth_rate_rad_s: Option<f64>,
     /// T.
     pub time_constant_s: Option<f64>,
     /// Its standard deviation; 0 where it was given.
@@ -130,8 +134,9 @@ pub(super) enum Kind {
 impl Kind {
     /// The type of the column called `name`.
     pub fn of(name: &str) -> Self {
-        const TEXT: [&str; 12] = [
+        const TEXT: [&str; 13] = [
             "path",
+            "topic",
             "axis",
             "column",
             "unit",
@@ -160,11 +165,12 @@ fn known(value: f64) -> Option<f64> {
 
 impl Row {
     /// A row of which only the file is known yet.
-    pub(super) fn of_file(path: &Path, axis: AxisChoice, options: &str) -> Self {
+    pub(super) fn of_file(path: &Path, topic: Option<&str>, axis: AxisChoice, options: &str) -> Self {
         let meta = std::fs::metadata(path).ok();
         let modified = meta.as_ref().and_then(|m| m.modified().ok());
         Self {
             path: path.display().to_string(),
+            topic: topic.map(str::to_string),
             axis: axis.to_string(),
             size_bytes: meta.as_ref().and_then(|m| i64::try_from(m.len()).ok()),
             modified: modified.and_then(|t| jiff::Timestamp::try_from(t).ok()).map(|t| t.to_string()),

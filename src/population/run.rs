@@ -1,12 +1,14 @@
 //! Many logs fitted, some at a time; a bad one is a row with its error.
 
 use super::row::Row;
+use crate::bias::EarthRate;
 use crate::error::{Error, ErrorKind, Result};
 use crate::files;
 use crate::identify::{self, FitOptions, Loss};
-use crate::ingest::{Axis, GyroQuery, Stamp, read_gyro};
+use crate::ingest::{Axis, GyroQuery, Mounting, Stamp, gyro_topics, read_gyro};
 use crate::signal::names;
 use crate::validate;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde_json::{Map, Value, json};
 use std::any::Any;
 use std::collections::HashMap;
@@ -32,17 +34,33 @@ impl fmt::Display for AxisChoice {
     }
 }
 
+/// Which gyros of a log are fitted, where it holds messages of several topics.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Topics {
+    /// The one that the query names, or the only one with a gyro.
+    #[default]
+    Only,
+    /// These, of every log.
+    Named(Vec<String>),
+    /// Every one with a gyro; of a file that is one table, that table.
+    All,
+}
+
 /// How the logs are read, fitted and tested: all alike.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// How they are read; its axis gives way to `axes`.
+    /// How they are read; its axis gives way to `axes`, its topic to `topics`.
     pub query: GyroQuery,
+    /// Gyros of each log.
+    pub topics: Topics,
     /// Axes of each log.
     pub axes: Vec<AxisChoice>,
     /// Whether seconds that move are left out.
     pub trim_motion: bool,
     /// Their first samples are this long after power-on, s.
     pub start_offset_s: Option<f64>,
+    /// What of C2 is the Earth's rotation, of logs that were recorded in one place.
+    pub earth: Option<EarthRate>,
     /// Options of the fit.
     pub fit: FitOptions,
     /// Options of the whiteness test.
@@ -53,9 +71,11 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             query: GyroQuery::default(),
+            topics: Topics::default(),
             axes: vec![AxisChoice::default()],
             trim_motion: false,
             start_offset_s: None,
+            earth: None,
             fit: FitOptions::default(),
             whiteness: validate::Options::default(),
         }
@@ -63,13 +83,14 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The options that are not defaults, axes aside, as JSON: rows with the same text were made in the same way.
+    /// The options that are not defaults, axes and `topics` aside, as JSON: rows with the same text were made in the same way.
     #[must_use]
     pub fn text(&self) -> String {
         let (query, usual) = (&self.query, validate::Options::default());
         let fixed = self.fit.fixed;
         let all = [
             ("column", json!(query.column)),
+            ("mounting", json!(query.mounting.filter(|m| *m != Mounting::ALIGNED).map(|m| m.rotation()))),
             ("unit", json!(query.unit.map(|u| u.to_string()))),
             ("time", json!(query.time)),
             ("time_unit", json!(query.time_unit.map(|u| format!("{u:?}").to_lowercase()))),
@@ -79,6 +100,7 @@ impl Settings {
             ("clock", json!((query.stamp == Stamp::Receipt).then_some("receipt"))),
             ("trim_motion", json!(self.trim_motion.then_some(true))),
             ("start_offset_s", json!(self.start_offset_s)),
+            ("latitude_deg", json!(self.earth.map(|e| e.latitude_deg))),
             ("c1_rad_s", json!(fixed.c1_rad_s)),
             ("c2_rad_s", json!(fixed.c2_rad_s)),
             ("time_constant_s", json!(fixed.time_constant_s)),
@@ -104,7 +126,7 @@ pub enum Origin {
 /// What was done.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Done {
-    /// One row a log and axis, in the order of the logs.
+    /// One row a log, gyro and axis, in the order of the logs.
     pub rows: Vec<Row>,
     /// Rows whose log was read and fitted now.
     pub fitted: usize,
@@ -112,8 +134,8 @@ pub struct Done {
     pub resumed: usize,
 }
 
-/// Fits each axis of each of `logs`, `jobs` (at least one) at a time, on as many threads. A row of `known` is taken over where
-/// the bytes of the log, the axis, the options ([`Settings::text`]) and the version are those that it was made of; rows with an
+/// Fits each axis of each gyro of each of `logs`, `jobs` (at least one) at a time, on as many threads. A row of `known` is taken over where
+/// the bytes of the log, the topic, the axis, the options ([`Settings::text`]) and the version are those that it was made of; rows with an
 /// error are tried anew. `each` sees every row as soon as it is there, in no certain order.
 ///
 /// # Errors
@@ -131,17 +153,20 @@ pub fn fit_all(
         |r: &&Row| r.options == options && r.gyroid_version == env!("CARGO_PKG_VERSION") && r.error.is_none();
     let work = Work {
         settings,
-        known: known.iter().filter(made_alike).map(|r| ((r.sha256.as_str(), r.axis.clone()), r)).collect(),
+        known: known
+            .iter()
+            .filter(made_alike)
+            .map(|r| ((r.sha256.as_str(), r.topic.clone(), r.axis.clone()), r))
+            .collect(),
         options: &options,
     };
-    let tasks: Vec<(&Path, AxisChoice)> =
-        logs.iter().flat_map(|log| settings.axes.iter().map(move |axis| (log.as_path(), *axis))).collect();
-    let jobs = jobs.clamp(1, tasks.len().max(1));
+    let jobs = jobs.clamp(1, logs.len().max(1) * settings.axes.len().max(1));
     let no_threads = |e: &dyn fmt::Display| {
         Error::new(ErrorKind::Numeric, "--jobs", format!("no thread can be started: {e}")).mend("ask for fewer jobs")
     };
     // the tests of a log are parallel themselves: in one pool all keep to `jobs` threads
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| no_threads(&e))?;
+    let tasks = pool.install(|| tasks(logs, settings));
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     let mut slots: Vec<Option<(Row, Origin)>> = vec![None; tasks.len()];
     let failed = thread::scope(|scope| {
@@ -152,8 +177,8 @@ pub fn fit_all(
             let turn = move || {
                 while !stop.load(Ordering::Relaxed) {
                     let at = next.fetch_add(1, Ordering::Relaxed);
-                    let Some((path, axis)) = tasks.get(at) else { break };
-                    let done = pool.install(|| work.row(path, *axis));
+                    let Some(task) = tasks.get(at) else { break };
+                    let done = pool.install(|| work.row(task));
                     if send.send((at, done)).is_err() {
                         break;
                     }
@@ -182,26 +207,62 @@ pub fn fit_all(
     Ok(Done { fitted, resumed: rows.len() - fitted, rows })
 }
 
+/// What becomes a row.
+struct Task<'a> {
+    path: &'a Path,
+    topic: Option<String>,
+    axis: AxisChoice,
+    /// Why the topics of the log are not known.
+    error: Option<Error>,
+}
+
+/// One a log, topic and axis, in this order.
+fn tasks<'a>(logs: &'a [PathBuf], settings: &Settings) -> Vec<Task<'a>> {
+    type Listed = (Vec<Option<String>>, Option<Error>);
+    let of_log = |log: &PathBuf| -> Listed {
+        match &settings.topics {
+            Topics::Only => (vec![settings.query.topic.clone()], None),
+            Topics::Named(names) => (names.iter().cloned().map(Some).collect(), None),
+            Topics::All => match gyro_topics(log) {
+                Ok(Some(topics)) => (topics.into_iter().map(|t| Some(t.name)).collect(), None),
+                Ok(None) => (vec![None], None),
+                Err(error) => (vec![None], Some(error)),
+            },
+        }
+    };
+    let listed: Vec<Listed> = logs.par_iter().map(of_log).collect();
+    let mut tasks = Vec::new();
+    for (log, (topics, error)) in logs.iter().zip(listed) {
+        for topic in topics {
+            for axis in &settings.axes {
+                tasks.push(Task { path: log, topic: topic.clone(), axis: *axis, error: error.clone() });
+            }
+        }
+    }
+    tasks
+}
+
 struct Work<'a> {
     settings: &'a Settings,
     options: &'a str,
-    /// By hash and axis.
-    known: HashMap<(&'a str, String), &'a Row>,
+    /// By hash, topic and axis.
+    known: HashMap<(&'a str, Option<String>, String), &'a Row>,
 }
 
 impl Work<'_> {
-    fn row(&self, path: &Path, axis: AxisChoice) -> (Row, Origin) {
-        let row = Row::of_file(path, axis, self.options);
+    fn row(&self, task: &Task<'_>) -> (Row, Origin) {
+        let Task { path, axis, .. } = *task;
+        let row = Row::of_file(path, task.topic.as_deref(), axis, self.options);
         if !self.known.is_empty()
             && let Ok(sha256) = files::sha256(path)
-            && let Some(known) = self.known.get(&(sha256.as_str(), axis.to_string()))
+            && let Some(known) = self.known.get(&(sha256.as_str(), task.topic.clone(), axis.to_string()))
         {
             let Row { path, size_bytes, modified, .. } = row;
             return (Row { path, size_bytes, modified, ..(*known).clone() }, Origin::Resumed);
         }
         let named = row.clone();
         // one log on which the program itself fails must not cost the others
-        let done = catch_unwind(AssertUnwindSafe(|| self.fit(path, axis, row)));
+        let done = catch_unwind(AssertUnwindSafe(|| self.fit(task, row)));
         let done = done.unwrap_or_else(|fault| Err(program_fault(path, fault.as_ref())));
         let mut row = done.unwrap_or_else(|e| named.failed(&e));
         if row.sha256.is_empty() {
@@ -210,10 +271,13 @@ impl Work<'_> {
         (row, Origin::Fitted)
     }
 
-    fn fit(&self, path: &Path, axis: AxisChoice, row: Row) -> Result<Row> {
-        let settings = self.settings;
-        let AxisChoice { axis, reversed } = axis;
-        let query = GyroQuery { axis, reversed, ..settings.query.clone() };
+    fn fit(&self, task: &Task<'_>, mut row: Row) -> Result<Row> {
+        let (settings, path) = (self.settings, task.path);
+        if let Some(error) = &task.error {
+            return Err(error.clone());
+        }
+        let AxisChoice { axis, reversed } = task.axis;
+        let query = GyroQuery { axis, reversed, topic: task.topic.clone(), ..settings.query.clone() };
         let mut recording = read_gyro(path, &query)?;
         if settings.trim_motion {
             recording = recording.without_motion()?;
@@ -228,6 +292,7 @@ impl Work<'_> {
         let fit = identify::fit(&time, rate, &settings.fit).map_err(named)?;
         let validation =
             validate::whiteness(&time, &fit.residuals(&time, rate), &fit.jacobian(&time), &settings.whiteness);
+        row.earth_rate_rad_s = settings.earth.map(|e| e.vertical_rad_s);
         Ok(row.fitted(&recording, &fit, &validation))
     }
 }

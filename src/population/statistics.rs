@@ -113,9 +113,11 @@ pub struct Span {
     pub averaging_times_s: Vec<f64>,
 }
 
-/// The logs of one axis.
+/// The logs of one axis, of one topic where topics were named.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Population {
+    /// As in the rows.
+    pub topic: Option<String>,
     /// As in the rows.
     pub axis: String,
     /// Logs.
@@ -176,20 +178,22 @@ impl Sample {
 }
 
 impl Population {
-    /// One population an axis of `rows`, in the order in which the axes come.
+    /// One population a topic and axis of `rows`, in the order in which they come.
     #[must_use]
     pub fn by_axis(rows: &[Row], options: &Options) -> Vec<Self> {
-        let mut axes: Vec<&str> = Vec::new();
+        let mut gyros: Vec<(&Option<String>, &str)> = Vec::new();
         for row in rows {
-            if !axes.contains(&row.axis.as_str()) {
-                axes.push(&row.axis);
+            let gyro = (&row.topic, row.axis.as_str());
+            if !gyros.contains(&gyro) {
+                gyros.push(gyro);
             }
         }
-        axes.into_iter().map(|axis| Self::of(axis, rows, options)).collect()
+        gyros.into_iter().map(|(topic, axis)| Self::of(topic.as_deref(), axis, rows, options)).collect()
     }
 
-    fn of(axis: &str, rows: &[Row], options: &Options) -> Self {
-        let own: Vec<usize> = (0..rows.len()).filter(|i| rows[*i].axis == axis).collect();
+    fn of(topic: Option<&str>, axis: &str, rows: &[Row], options: &Options) -> Self {
+        let is_own = |row: &Row| row.topic.as_deref() == topic && row.axis == axis;
+        let own: Vec<usize> = (0..rows.len()).filter(|i| is_own(&rows[*i])).collect();
         let (mut samples, mut left_out, mut bytes) = (Vec::new(), Vec::new(), BTreeMap::new());
         for row in own.iter().copied().filter(|i| rows[*i].error.is_none()) {
             let why = match bytes.insert(&rows[row].sha256, row) {
@@ -213,6 +217,7 @@ impl Population {
         let parameters: [Option<Spread<1>>; 3] = std::array::from_fn(|k| free_spread(&samples, k));
         let [c1, c2, time_constant] = std::array::from_fn(|k| parameters[k].map(|s| parameter(&s, k == 2)));
         Self {
+            topic: topic.map(str::to_string),
             axis: axis.to_string(),
             logs: own.len(),
             failed: own.iter().filter(|i| rows[**i].error.is_some()).count(),

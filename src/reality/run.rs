@@ -83,6 +83,7 @@ impl Unit {
                 c2_rad_s: self.c2_rad_s,
                 time_constant_s: self.time_constant_s,
                 angle_random_walk_rad_sqrt_s: self.angle_random_walk_rad_sqrt_s,
+                earth_rate_rad_s: None,
                 turn_on_bias_std_rad_s: Some(self.turn_on_std_rad_s),
                 warm_up_relative_std: Some(self.relative_std),
                 cooling_time_constant_s: None,

@@ -1,6 +1,7 @@
 //! The report of a fit: verdict first, then numbers, then evidence.
 
 use super::numbers::{known_digits, probability, significant};
+use crate::bias::EarthRate;
 use crate::identify::{Estimate, Fit, Termination};
 use crate::math::whiteness::Whiteness;
 use crate::units::{RAD_S_PER_DEG_S, RateUnit, duration_text};
@@ -49,6 +50,8 @@ pub struct FitReport {
     pub fit: Fit,
     /// Whiteness of its residuals.
     pub validation: Validation,
+    /// What of C2 is the Earth's rotation, where the latitude is known and the axis points up.
+    pub earth: Option<EarthRate>,
 }
 
 impl FitReport {
@@ -130,6 +133,16 @@ impl FitReport {
         let _ = writeln!(out, "  {:<6}{:>14}{:>12}{:>12}   95 % interval", "", "estimate", "std", "std white");
         row(&mut out, "C1", "rad/s", &fit.c1_rad_s, 1.0 / RAD_S_PER_DEG_S, "deg/s");
         row(&mut out, "C2", "rad/s", &fit.c2_rad_s, 1.0 / RAD_S_PER_DEG_S, "deg/s");
+        if let Some(earth) = &self.earth {
+            let bias = bias(&fit.c2_rad_s, earth);
+            let _ = writeln!(
+                out,
+                "         = {} rad/s of the gyro, and {} rad/s of the Earth at latitude {}°",
+                known_digits(bias.estimate, bias.std),
+                significant(earth.vertical_rad_s, 4),
+                earth.latitude_deg
+            );
+        }
         let t = fit.time_constant_s;
         if matches!(fit.termination, Termination::StraightLine | Termination::TooFast) {
             let _ = writeln!(out, "  {:<6}{:>14}", "T", "unknown");
@@ -236,6 +249,11 @@ impl FitReport {
                 "c2_rad_s": fit.c2_rad_s,
                 "time_constant_s": fit.time_constant_s,
             },
+            "earth": self.earth.map(|earth| json!({
+                "latitude_deg": earth.latitude_deg,
+                "earth_rate_rad_s": earth.vertical_rad_s,
+                "bias_rad_s": bias(&fit.c2_rad_s, &earth),
+            })),
             "correlation": fit.correlation,
             "covariance_si": fit.covariance,
             "identifiable": fit.identifiable,
@@ -258,6 +276,12 @@ impl FitReport {
             "log": self.log.json(),
         })
     }
+}
+
+/// C2 without the Earth, which is known.
+fn bias(c2: &Estimate, earth: &EarthRate) -> Estimate {
+    let less = |v: f64| v - earth.vertical_rad_s;
+    Estimate { estimate: less(c2.estimate), ci95: c2.ci95.map(less), ..*c2 }
 }
 
 /// The table of whiteness tests.

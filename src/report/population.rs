@@ -1,4 +1,4 @@
-//! The report of many logs: a line a log and axis, then what they have in common.
+//! The report of many logs: a line a log, gyro and axis, then what they have in common.
 
 use super::numbers::{known_digits, probability, significant};
 use crate::population::{Parameter, Population, Row};
@@ -8,9 +8,9 @@ use std::fmt::Write;
 /// The rows of many logs and their populations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PopulationReport {
-    /// One a log and axis.
+    /// One a log, gyro and axis.
     pub rows: Vec<Row>,
-    /// One an axis.
+    /// One a gyro and axis.
     pub populations: Vec<Population>,
     /// Rows whose log was read and fitted now.
     pub fitted: usize,
@@ -33,25 +33,37 @@ impl PopulationReport {
     pub fn text(&self) -> String {
         let mut out = String::new();
         let width = self.rows.iter().map(|r| r.path.chars().count()).max().unwrap_or(0).clamp(3, NAME);
+        let topic_width = self.rows.iter().filter_map(|r| r.topic.as_ref()).map(|t| t.chars().count()).max();
+        let topic_width = topic_width.map(|w| w.clamp(5, NAME));
+        let topics = topic_width.map_or(String::new(), |w| format!("{:<w$}  ", "topic"));
         // writing to a String cannot fail
         let _ = writeln!(
             out,
-            "{:<width$}  axis  {:>12} {:>9}  {:>12} {:>9}  {:>9} {:>8}  verdict",
+            "{:<width$}  {topics}axis  {:>12} {:>9}  {:>12} {:>9}  {:>9} {:>8}  verdict",
             "log", "C1 rad/s", "std", "C2 rad/s", "std", "T s", "std"
         );
         for row in &self.rows {
-            row_text(row, width, &mut out);
+            row_text(row, width, topic_width, &mut out);
         }
         let taken = if self.resumed > 0 { format!(", {} taken from the results", self.resumed) } else { String::new() };
         let _ = writeln!(out, "\n{} read{taken}; {} failed", self.fitted, self.failed());
-        for population in &self.populations {
+        if let Some(earth) = self.rows.iter().find_map(|r| r.earth_rate_rad_s) {
+            let _ = writeln!(
+                out,
+                "C2 holds {} rad/s of the Earth's rotation; the gyro's own bias is C2 less that",
+                significant(earth, 4)
+            );
+        }
+        // several gyros of one log are no population
+        for population in self.populations.iter().filter(|p| p.topic.is_none() || p.logs > 1) {
             self.population_text(population, &mut out);
         }
         out
     }
 
     fn population_text(&self, p: &Population, out: &mut String) {
-        let _ = writeln!(out, "\naxis {}: {} of {} logs count", p.axis, p.counted.len(), p.logs);
+        let topic = p.topic.as_ref().map_or(String::new(), |t| format!("topic {t}, "));
+        let _ = writeln!(out, "\n{topic}axis {}: {} of {} logs count", p.axis, p.counted.len(), p.logs);
         for l in &p.left_out {
             let _ = writeln!(out, "  left out: {}: {}", self.rows[l.row].path, l.why);
         }
@@ -117,10 +129,12 @@ impl PopulationReport {
     }
 }
 
-fn row_text(row: &Row, width: usize, out: &mut String) {
+fn row_text(row: &Row, width: usize, topic_width: Option<usize>, out: &mut String) {
     let name = ending(&row.path, width);
+    let topic = topic_width
+        .map_or(String::new(), |w| format!("{:<w$}  ", row.topic.as_ref().map_or("-".into(), |t| ending(t, w))));
     if let Some(error) = &row.error {
-        let _ = writeln!(out, "{name:<width$}  {:<4}  error: {}", row.axis, on_one_line(error));
+        let _ = writeln!(out, "{name:<width$}  {topic}{:<4}  error: {}", row.axis, on_one_line(error));
         return;
     }
     let cell = |value: Option<f64>, std: Option<f64>| value.map_or("-".into(), |v| known_digits(v, std.unwrap_or(0.0)));
@@ -135,7 +149,7 @@ fn row_text(row: &Row, width: usize, out: &mut String) {
     let time = |text: String| if known { text } else { "-".into() };
     let _ = writeln!(
         out,
-        "{name:<width$}  {:<4}  {:>12} {:>9}  {:>12} {:>9}  {:>9} {:>8}  {verdict}",
+        "{name:<width$}  {topic}{:<4}  {:>12} {:>9}  {:>12} {:>9}  {:>9} {:>8}  {verdict}",
         row.axis,
         cell(row.c1_rad_s, row.c1_std_rad_s),
         std(row.c1_std_rad_s),

@@ -33,7 +33,7 @@ const fn case(file: &'static str, topic: Option<&'static str>, held: Held) -> Ca
     Case { file, topic, columns: None, unit: true, held }
 }
 
-const CASES: [Case; 23] = [
+const CASES: [Case; 26] = [
     case("euroc.csv", None, Held::Double),
     case("ros1.bag", None, Held::Double),
     case("ros1_lz4.bag", None, Held::Double),
@@ -56,6 +56,9 @@ const CASES: [Case; 23] = [
     Case { unit: false, ..case("log.npz", None, Held::Double) },
     Case { unit: false, ..case("record.npy", None, Held::Single) },
     Case { unit: false, columns: Some(("column_1", "column_4")), ..case("matrix.npy", None, Held::Double) },
+    case("px4.db3", Some("/fmu/out/sensor_combined"), Held::Single),
+    case("px4.db3", Some("/fmu/out/sensor_gyro"), Held::Single),
+    case("px4.db3", Some("/fmu/out/vehicle_imu"), Held::Increment),
     case("px4.ulg", Some("sensor_gyro/1"), Held::Single),
 ];
 
@@ -180,7 +183,7 @@ fn times_count_from_boot_where_the_format_says_so() {
         let clock = case.read().clock;
         match case.file {
             "px4.ulg" | "ardupilot.bin" => assert_eq!(clock, Clock::PowerOn { first_s: 12.0, stated: true }),
-            "px4.mcap" => assert_eq!(clock, Clock::PowerOn { first_s: 12.0, stated: false }),
+            "px4.mcap" | "px4.db3" => assert_eq!(clock, Clock::PowerOn { first_s: 12.0, stated: false }),
             "v5.mat" | "v5_struct.mat" | "v73.mat" | "matrix.npy" => {
                 assert_eq!(clock, Clock::PowerOn { first_s: 0.0, stated: false });
             }

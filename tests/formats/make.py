@@ -23,7 +23,7 @@ from pymavlink import DFReader
 from pyulog import ULog
 from rosbags.rosbag1 import Writer as Bag1Writer
 from rosbags.rosbag2 import Writer as Bag2Writer, StoragePlugin
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from scipy.io import savemat
 
 HERE = Path(__file__).parent
@@ -159,6 +159,85 @@ def mcap(name, compression, px4=False):
             if i % 50 == 0:
                 writer.write_message("/chatter", text, dict(data=f"hello {i}"), log_time=log, sequence=i)
         writer.finish()
+
+
+def two_imus():
+    """The second one lies on its back: half a turn about x."""
+    turned = np.array([1.0, -1.0, -1.0])
+    with open(HERE / "two_imus.mcap", "wb") as file:
+        writer = Ros2Writer(file, chunk_size=16 * 1024, compression=CompressionType.ZSTD)
+        imu = writer.register_msgdef("sensor_msgs/msg/Imu", IMU_DEFINITION)
+        for i in range(SAMPLES):
+            vector = lambda v: dict(zip("xyz", v.tolist()))
+            for topic, signs in [("/front/imu", np.ones(3)), ("/rear/imu", turned)]:
+                writer.write_message(topic, imu, dict(
+                    header=dict(stamp=dict(sec=int(stamp_ns[i] // 10**9), nanosec=int(stamp_ns[i] % 10**9)),
+                                frame_id=topic[1:-4] + "_imu_link"),
+                    orientation=dict(x=0.0, y=0.0, z=0.0, w=1.0), orientation_covariance=[0.0] * 9,
+                    angular_velocity=vector(signs * gyro[i]), angular_velocity_covariance=[0.0] * 9,
+                    linear_acceleration=vector(signs * accel[i]), linear_acceleration_covariance=[0.0] * 9),
+                    log_time=int(stamp_ns[i]) + DELAY_NS, sequence=i)
+        writer.finish()
+
+
+PX4_MESSAGES = {
+    "px4_msgs/msg/SensorCombined": PX4_DEFINITION,
+    "px4_msgs/msg/SensorGyro": """uint64 timestamp
+uint64 timestamp_sample
+uint32 device_id
+float32 x
+float32 y
+float32 z
+float32 temperature
+uint32 error_count
+uint8[3] clip_counter
+uint8 samples
+""",
+    # of v1.13 to v1.15: later ones have periods of 32 bits
+    "px4_msgs/msg/VehicleImu": """uint64 timestamp
+uint64 timestamp_sample
+uint32 accel_device_id
+uint32 gyro_device_id
+float32[3] delta_angle
+float32[3] delta_velocity
+uint16 delta_angle_dt
+uint16 delta_velocity_dt
+uint8 delta_angle_clipping
+uint8 delta_velocity_clipping
+uint8 accel_calibration_count
+uint8 gyro_calibration_count
+""",
+}
+
+
+def px4_db3():
+    """As releases before Iron write it: without a table of definitions."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    for name, text in PX4_MESSAGES.items():
+        store.register(get_types_from_msg(text, name))
+    combined, sensor, imu = (store.types[name] for name in PX4_MESSAGES)
+    single = lambda v: np.asarray(v, dtype=np.float32)
+    with tempfile.TemporaryDirectory() as folder:
+        bag = Path(folder) / "bag"
+        with Bag2Writer(bag, version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
+            topics = ["sensor_combined", "sensor_gyro", "vehicle_imu"]
+            connections = [writer.add_connection(f"/fmu/out/{topic}", name, typestore=store)
+                           for topic, name in zip(topics, PX4_MESSAGES)]
+            for i in range(SAMPLES):
+                time, w, a = int(boot_us[i]), gyro[i], accel[i]
+                messages = [
+                    combined(time, single(w), 2500, 0, single(a), 2500, 0, 0, 0, 0),
+                    sensor(time + 200, time, 7, *map(float, single(w)), float(temperature_c[i]), 0,
+                           np.zeros(3, dtype=np.uint8), 1),
+                    imu(time + 200, time, 7, 7, single(w * 5000e-6), single(a * 5000e-6), 5000, 5000, 0, 0, 0, 0),
+                ]
+                for connection, name, message in zip(connections, PX4_MESSAGES, messages):
+                    writer.write(connection, int(stamp_ns[i]) + DELAY_NS, store.serialize_cdr(message, name))
+        shutil.copy(next(bag.glob("*.db3")), HERE / "px4.db3")
+    with sqlite3.connect(HERE / "px4.db3") as database:
+        database.execute("DROP TABLE IF EXISTS message_definitions")
+    with sqlite3.connect(HERE / "px4.db3") as database:
+        database.execute("VACUUM")
 
 
 def db3():
@@ -316,7 +395,9 @@ mcap("ros2.mcap", CompressionType.NONE)
 mcap("ros2_lz4.mcap", CompressionType.LZ4)
 mcap("ros2_zstd.mcap", CompressionType.ZSTD)
 mcap("px4.mcap", CompressionType.ZSTD, px4=True)
+two_imus()
 db3()
+px4_db3()
 ulog()
 dataflash()
 matlab()

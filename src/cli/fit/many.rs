@@ -3,12 +3,13 @@
 use super::super::Outcome;
 use super::super::log_args::parse_axis;
 use super::super::output::{Output, Working};
-use super::{FitArgs, configuration_options, fit_options};
+use super::{FitArgs, columns, configuration_options, fit_options};
 use clap::Args;
+use gyroid::bias::EarthRate;
 use gyroid::config::Config;
 use gyroid::export::population_configuration;
 use gyroid::files::OutputFile;
-use gyroid::population::{self, AxisChoice, Origin, Population, Row, Settings, results};
+use gyroid::population::{self, AxisChoice, Origin, Population, Row, Settings, Topics, results};
 use gyroid::report::PopulationReport;
 use gyroid::units::duration_text;
 use gyroid::{Error, ErrorKind, Result};
@@ -41,6 +42,19 @@ pub(crate) struct ManyArgs {
 }
 
 impl ManyArgs {
+    /// Axes of each log, each once: those that are named, or `one`.
+    pub fn axes_or(&self, one: AxisChoice) -> Vec<AxisChoice> {
+        let mut axes = if self.axes.is_empty() { vec![one] } else { self.axes.clone() };
+        let mut seen = Vec::new();
+        axes.retain(|a| {
+            !seen.contains(a) && {
+                seen.push(*a);
+                true
+            }
+        });
+        axes
+    }
+
     /// Whether there is anything that only many logs are asked for.
     pub fn asked_for(&self) -> bool {
         self.results.is_some() || self.config.is_some() || !self.axes.is_empty()
@@ -50,12 +64,12 @@ impl ManyArgs {
 /// How often results are saved while the work goes on.
 const SAVE_EVERY: Duration = Duration::from_secs(5);
 
-pub(super) fn run(args: &FitArgs) -> Result<Outcome> {
+pub(super) fn run(args: &FitArgs, earth: Option<EarthRate>) -> Result<Outcome> {
     let many = &args.many;
     refuse_what_is_for_one(args)?;
     let output = Output::open(&args.common)?;
     let config = many.config.as_ref().map(OutputFile::claim).transpose()?;
-    let settings = settings(args)?;
+    let settings = settings(args, earth)?;
     let base = args.base.as_ref().map(Config::read_base).transpose()?;
     let mut results = many.results.clone().map(|path| Saved::claim(path, many.resume)).transpose()?;
     let beside: Vec<PathBuf> = many.results.iter().chain(&args.common.json).cloned().collect();
@@ -63,7 +77,12 @@ pub(super) fn run(args: &FitArgs) -> Result<Outcome> {
 
     let jobs = many.jobs.or_else(|| std::thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
     let working = output.working("fitting the logs");
-    let mut progress = Progress::new(&working, logs.len() * settings.axes.len());
+    let gyros = match &settings.topics {
+        Topics::Only => Some(1),
+        Topics::Named(names) => Some(names.len()),
+        Topics::All => None,
+    };
+    let mut progress = Progress::new(&working, gyros.map(|n| n * logs.len() * settings.axes.len()));
     let known = results.as_mut().map(|r| std::mem::take(&mut r.known)).unwrap_or_default();
     let mut each = |row: &Row, origin: Origin| {
         progress.step(row, origin);
@@ -84,7 +103,8 @@ pub(super) fn run(args: &FitArgs) -> Result<Outcome> {
     let report = PopulationReport { rows: done.rows, populations, fitted: done.fitted, resumed: done.resumed };
     output.say(report.text().trim_end());
     if let Some(saved) = &results {
-        let stays = |k: &&Row| report.rows.iter().any(|r| r.sha256 == k.sha256 && r.axis == k.axis);
+        let stays =
+            |k: &&Row| report.rows.iter().any(|r| r.sha256 == k.sha256 && r.topic == k.topic && r.axis == k.axis);
         let gone = known.len() - known.iter().filter(stays).count();
         let gone = if gone > 0 { format!("; {gone} of logs that are not named now are gone") } else { String::new() };
         output.say(format!("wrote {}: {} rows{gone}", saved.path.display(), report.rows.len()));
@@ -120,10 +140,17 @@ fn refuse_what_is_for_one(args: &FitArgs) -> Result<()> {
         Err(Error::new(ErrorKind::Usage, option, "is for one log, and this is a table of many").mend(mend))
     };
     if args.out.is_some() {
-        return usage("--out", "write the configuration of the population with --config FILE, or fit one log");
+        return usage(
+            "--out",
+            "write the configuration of the population with --config FILE, or fit one log of one topic",
+        );
     }
     if !args.plot.is_empty() {
         return usage("--plot", "fit the log that is to be drawn alone");
+    }
+    if args.many.config.is_some() && args.columns.several_topics() {
+        return Err(Error::new(ErrorKind::Usage, "--config", "is of one gyro, and several topics are named")
+            .mend("name one with --topic"));
     }
     if args.many.config.is_some() && args.many.axes.len() > 1 {
         let found = format!("is of one axis, and {} are named", args.many.axes.len());
@@ -132,21 +159,15 @@ fn refuse_what_is_for_one(args: &FitArgs) -> Result<()> {
     Ok(())
 }
 
-fn settings(args: &FitArgs) -> Result<Settings> {
-    let columns = &args.columns;
-    let mut axes = if args.many.axes.is_empty() { vec![columns.axis()] } else { args.many.axes.clone() };
-    let mut seen = Vec::new();
-    axes.retain(|a| {
-        !seen.contains(a) && {
-            seen.push(*a);
-            true
-        }
-    });
+fn settings(args: &FitArgs, earth: Option<EarthRate>) -> Result<Settings> {
+    let columns = columns(args);
     Ok(Settings {
-        query: columns.query()?,
-        axes,
+        query: columns.query_of_any_topic()?,
+        topics: columns.topics(),
+        axes: args.many.axes_or(columns.axis()),
         trim_motion: columns.trims_motion(),
         start_offset_s: columns.start_offset_s(),
+        earth,
         fit: fit_options(args)?,
         whiteness: args.whiteness.options()?,
     })
@@ -196,9 +217,9 @@ impl Saved {
         Ok(Self { path, rows: known.clone(), known, saved: Instant::now() })
     }
 
-    /// A row takes the place of what was known of its log and axis.
+    /// A row takes the place of what was known of its log, topic and axis.
     fn add(&mut self, row: &Row) -> Result<()> {
-        match self.rows.iter_mut().find(|r| r.path == row.path && r.axis == row.axis) {
+        match self.rows.iter_mut().find(|r| r.path == row.path && r.topic == row.topic && r.axis == row.axis) {
             Some(old) => old.clone_from(row),
             None => self.rows.push(row.clone()),
         }
@@ -214,7 +235,8 @@ impl Saved {
 /// How far the work is, and how long the rest will take.
 struct Progress<'a> {
     working: &'a Working,
-    total: usize,
+    /// Rows in all, where that is known before the logs are opened.
+    total: Option<usize>,
     done: usize,
     fitted: usize,
     failed: usize,
@@ -222,7 +244,7 @@ struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    fn new(working: &'a Working, total: usize) -> Self {
+    fn new(working: &'a Working, total: Option<usize>) -> Self {
         Self { working, total, done: 0, fitted: 0, failed: 0, start: Instant::now() }
     }
 
@@ -230,10 +252,11 @@ impl<'a> Progress<'a> {
         self.done += 1;
         self.fitted += usize::from(origin == Origin::Fitted);
         self.failed += usize::from(row.error.is_some());
-        let left = self.total - self.done;
+        let left = self.total.map_or(0, |total| total.saturating_sub(self.done));
+        let of = self.total.map_or(String::new(), |total| format!(" of {total}"));
         // what was known took no time
         let each = self.start.elapsed().as_secs_f64() / self.fitted.max(1) as f64;
         let rest = if left > 0 { format!(", {} left", duration_text(each * left as f64)) } else { String::new() };
-        self.working.show(format!("fitted {} of {}, {} failed{rest}", self.done, self.total, self.failed));
+        self.working.show(format!("fitted {}{of}, {} failed{rest}", self.done, self.failed));
     }
 }

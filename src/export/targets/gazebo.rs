@@ -65,6 +65,9 @@ impl Target for Gazebo {
         let white = source.angle_random_walk()?.times(rate.sqrt());
         sheet.note(source.rate_text()?);
         limits(source, sheet);
+        if let Some(text) = source.earth_stays_text("mean", "Gazebo") {
+            sheet.note(text);
+        }
         sheet.line("<sdf version=\"1.7\">");
         sheet.line("  <model name=\"imu\">");
         sheet.line("    <link name=\"imu_link\">");

@@ -15,7 +15,11 @@ static ABOUT: About = About {
     program: "gnss-ins-sim, simulation of GNSS and INS, as a Python module",
     file: "gyro_err.py",
     keys: &[
-        Key { name: "gyro_b", unit: "deg/h", meaning: "C1 + C2, the bias of the warm gyro" },
+        Key {
+            name: "gyro_b",
+            unit: "deg/h",
+            meaning: "C1 + C2, the bias of the warm gyro, without the Earth's rotation",
+        },
         Key { name: "gyro_arw", unit: "deg/sqrt(h), continuous", meaning: "angle random walk N" },
         Key {
             name: "gyro_b_stability",
@@ -48,7 +52,8 @@ impl Target for GnssInsSim {
         sheet.line("imu_err = {");
         sheet.indent("    ");
         let entry = |name: &'static str| move |v: &str| format!("\"{name}\": np.array([{v}]),");
-        let bias = source.warm_bias().times(1.0 / RAD_S_PER_DEG_H);
+        sheet.note(source.earth_text("gyro_b", "gnss-ins-sim (in its frame NED, ref_frame 0)"));
+        let bias = source.warm_bias_without_earth().times(1.0 / RAD_S_PER_DEG_H);
         sheet.put("gyro_b", bias, Shape::OnAxis(axis), entry("gyro_b"));
         let density = source.angle_random_walk()?.times(1.0 / RAD_SQRT_S_PER_DEG_SQRT_H);
         sheet.put("gyro_arw", density, Shape::Alike, entry("gyro_arw"));

@@ -14,7 +14,11 @@ static ABOUT: About = About {
     program: "KF-GINS, loosely coupled GNSS/INS",
     file: "kf-gins.yaml",
     keys: &[
-        Key { name: "initgyrbias", unit: "deg/h", meaning: "C1 + C2, the bias of the warm gyro" },
+        Key {
+            name: "initgyrbias",
+            unit: "deg/h",
+            meaning: "C1 + C2, the bias of the warm gyro, without the Earth's rotation",
+        },
         Key { name: "arw", unit: "deg/sqrt(h), continuous", meaning: "angle random walk N" },
         Key { name: "gbstd", unit: "deg/h", meaning: "stationary standard deviation of the Gauss-Markov bias" },
         Key {
@@ -42,7 +46,8 @@ impl Target for KfGins {
         sheet.note(
             "KF-GINS counts forward, right, down: turn the sign of initgyrbias where the log's axis points the other way",
         );
-        let bias = source.warm_bias().times(1.0 / RAD_S_PER_DEG_H);
+        sheet.note(source.earth_text("initgyrbias", "KF-GINS"));
+        let bias = source.warm_bias_without_earth().times(1.0 / RAD_S_PER_DEG_H);
         sheet.put("initgyrbias", bias, Shape::OnAxis(axis), |v| format!("initgyrbias: [{v}]"));
         sheet.line("imunoise:");
         sheet.indent("  ");

@@ -62,6 +62,9 @@ impl Target for Matlab {
             "releases whose gyroparams has no NoiseType behave as 'double-sided': there NoiseDensity is multiplied by \
              sqrt(2) and RandomWalk divided by it",
         );
+        if let Some(text) = source.earth_stays_text("ConstantBias", "imuSensor") {
+            sheet.note(text);
+        }
         sheet.line("params = gyroparams;");
         sheet.line("if isprop(params, 'NoiseType')");
         sheet.line("    params.NoiseType = 'single-sided';");

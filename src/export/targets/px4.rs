@@ -41,7 +41,11 @@ static ABOUT: About = About {
         Key { name: "TC_G0_TREF", unit: "degC", meaning: "temperature that the polynomial counts from" },
         Key { name: "TC_G0_TMIN", unit: "degC", meaning: "lowest temperature of the log" },
         Key { name: "TC_G0_TMAX", unit: "degC", meaning: "highest temperature of the log" },
-        Key { name: "TC_G0_X0", unit: "rad/s", meaning: "bias at TC_G0_TREF, of the cold gyro: C2" },
+        Key {
+            name: "TC_G0_X0",
+            unit: "rad/s",
+            meaning: "bias at TC_G0_TREF, of the cold gyro: C2 without the Earth's rotation",
+        },
         Key { name: "TC_G0_X1", unit: "rad/s/degC", meaning: "slope against temperature" },
         Key { name: "TC_G0_X2", unit: "rad/s/degC^2", meaning: "bend against temperature" },
         Key { name: "TC_G0_X3", unit: "rad/s/degC^3", meaning: "not identified: 0" },
@@ -126,6 +130,7 @@ fn thermal(source: &Source<'_>, sheet: &mut Sheet) {
             polynomial.lag_s
         ));
     }
+    sheet.note(source.earth_text("TC_G0_X0", "PX4's EKF2"));
     let (axis, _) = source.axis();
     sheet.put_integer("TC_G_ENABLE", 1, |v| row("TC_G_ENABLE", v, INTEGER));
     sheet.put_integer("TC_G0_ID", device, |v| row("TC_G0_ID", v, INTEGER));
@@ -137,7 +142,7 @@ fn thermal(source: &Source<'_>, sheet: &mut Sheet) {
         sheet.put(key, Known::exact(value), Shape::Scalar, |v| row(key, v, REAL));
     }
     for (key, value) in [
-        ("TC_G0_X0", source.gyro.c2_rad_s),
+        ("TC_G0_X0", source.gyro.c2_rad_s - source.gyro.earth_rate_rad_s.unwrap_or(0.0)),
         ("TC_G0_X1", polynomial.slope_rad_s_c),
         ("TC_G0_X2", polynomial.bend_rad_s_c2),
         ("TC_G0_X3", 0.0),

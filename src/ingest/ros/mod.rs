@@ -3,6 +3,7 @@
 pub(super) mod decode;
 pub(super) mod definition;
 pub(super) mod topic;
+mod unsaid;
 
 use super::fill::{Fill, Number, Ratio};
 use super::format::{ColumnFacts, Take};
@@ -18,10 +19,24 @@ use definition::{Field, Generation, Primitive, plain};
 /// Name of the column with the time of receipt.
 const RECEIPT: &str = "receipt_time";
 
+/// CDR may be padded to a multiple of four.
+const PADDING: usize = 3;
+
+/// One of the layouts that messages of a type may have.
+#[derive(Debug, Clone)]
+struct Version {
+    fields: Vec<Field>,
+    /// The message's column of each of its numbers; beyond the last one where the type has it no more.
+    columns: Vec<usize>,
+}
+
 /// A message type that can be read.
 #[derive(Debug, Clone)]
 pub(super) struct Message {
-    fields: Vec<Field>,
+    /// That of the file, or the newest of those that are assumed.
+    version: Version,
+    /// Those before it.
+    older: Vec<Version>,
     encoding: Encoding,
     /// Columns: the time of receipt, and the message's numbers.
     heads: Vec<Head>,
@@ -36,9 +51,19 @@ impl Message {
     /// Reads the definition; the error says why messages of this type cannot be read.
     pub fn new(type_name: &str, text: Option<&str>, encoding: Encoding) -> std::result::Result<Self, String> {
         let generation = if encoding == Encoding::Packed { Generation::One } else { Generation::Two };
-        let fields = definition::parse(type_name, text, generation)?;
         let name = plain(type_name);
+        let known = if text.is_none() { unsaid::versions(&name) } else { Vec::new() };
+        let (newest, before) = (known.first().copied().or(text), known.get(1..).unwrap_or_default());
+        let fields = definition::parse(type_name, newest, generation)?;
         let mut heads: Vec<Head> = decode::leaves(&fields).into_iter().map(head).collect();
+        let column = |name: &str| heads.iter().position(|h| h.name == name).unwrap_or(heads.len()) + 1;
+        let older = before.iter().map(|text| {
+            let fields = definition::parse(type_name, Some(text), generation)?;
+            let columns = decode::leaves(&fields).iter().map(|(name, _)| column(name)).collect();
+            Ok(Version { fields, columns })
+        });
+        let older = older.collect::<std::result::Result<Vec<_>, String>>()?;
+        let version = Version { columns: (1..=heads.len()).collect(), fields };
         let (package, bare) = name.rsplit_once('/').unwrap_or(("", &name));
         let mut ratios = Vec::new();
         let stamped = |h: &Head| matches!(h.named().role, Role::Time(TimeKind::Sensor));
@@ -62,7 +87,7 @@ impl Message {
             (ratio.column, ratio.by) = (ratio.column + 1, ratio.by + 1);
         }
         heads.insert(0, Head::number(RECEIPT, "time").with_unit("ns").with_role(Role::Time(TimeKind::Host)));
-        Ok(Self { fields, encoding, heads, ratios, stamp, assumed: text.is_none() })
+        Ok(Self { version, older, encoding, heads, ratios, stamp, assumed: text.is_none() })
     }
 
     /// The columns; by the time of receipt, a stamp in the message is no time.
@@ -74,6 +99,20 @@ impl Message {
             }
         }
         heads
+    }
+
+    /// The newest version that is as long as `message`; the oldest says what is amiss with one that none fits.
+    fn version_of(&self, message: &[u8]) -> &Version {
+        let fits = |v: &&Version| {
+            let Ok(mut cursor) = Cursor::new(message, self.encoding) else { return false };
+            cursor.walk(&v.fields, &mut |_| ()).is_ok() && cursor.left() <= PADDING
+        };
+        // of a type that the file defines there is nothing to choose
+        let older = &self.older;
+        if older.is_empty() || fits(&&self.version) {
+            return &self.version;
+        }
+        older.iter().find(fits).unwrap_or(older.last().unwrap_or(&self.version))
     }
 
     /// Whether the message has a time of its own.
@@ -90,16 +129,19 @@ impl Message {
     ) -> std::result::Result<(), String> {
         let mut cursor = Cursor::new(message, self.encoding)?;
         put(0, Number::Whole(receipt_ns));
-        let mut column = 0;
-        let walked = cursor.walk(&self.fields, &mut |number| {
-            column += 1;
-            put(column, number);
+        let version = self.version_of(message);
+        let mut columns = version.columns.iter();
+        let walked = cursor.walk(&version.fields, &mut |number| {
+            if let Some(column) = columns.next() {
+                put(*column, number);
+            }
         });
-        // CDR may be padded to a multiple of four
         let left = cursor.left();
         match walked {
             Err(Short) => Err(format!("{} bytes are fewer than its type has", message.len())),
-            Ok(()) if self.assumed && left > 3 => Err(format!("{left} bytes are left over: it is of another version")),
+            Ok(()) if self.assumed && left > PADDING => {
+                Err(format!("{left} bytes are left over: it is of another version"))
+            }
             Ok(()) => Ok(()),
         }
     }
@@ -243,6 +285,69 @@ mod tests {
         }
         let (_, notes) = rows.finish(&mut take).unwrap();
         (times, rates, notes)
+    }
+
+    #[test]
+    fn messages_of_px4_are_known_without_definitions_in_every_version() {
+        let rates = [0.25f32, -0.5, 0.125];
+        let head = |sampled: bool| {
+            let mut out = vec![0, 1, 0, 0];
+            (0..if sampled { 2 } else { 1 }).for_each(|_| out.extend(7_000_000u64.to_le_bytes()));
+            out
+        };
+        let floats = |out: &mut Vec<u8>, values: [f32; 3]| values.iter().for_each(|v| out.extend(v.to_le_bytes()));
+        let mut gyro = head(true);
+        gyro.extend(9u32.to_le_bytes());
+        floats(&mut gyro, rates);
+        gyro.extend(31.5f32.to_le_bytes());
+        gyro.extend([0; 8]);
+        let combined = |flags: usize| {
+            let mut out = head(false);
+            floats(&mut out, rates);
+            out.extend(5000u32.to_le_bytes());
+            out.extend(0i32.to_le_bytes());
+            floats(&mut out, [0.0, 0.0, -9.81]);
+            out.extend(5000u32.to_le_bytes());
+            out.extend(vec![0; flags]);
+            out
+        };
+        let imu = |wide: bool, flags: usize| {
+            let mut out = head(true);
+            out.extend([1, 0, 0, 0, 2, 0, 0, 0]);
+            floats(&mut out, rates.map(|v| v * 0.004));
+            floats(&mut out, [0.0, 0.0, -9.81 * 0.004]);
+            for _ in 0..2 {
+                if wide { out.extend(4000u32.to_le_bytes()) } else { out.extend(4000u16.to_le_bytes()) }
+            }
+            out.extend(vec![0; flags]);
+            out
+        };
+        let cases = [
+            ("px4_msgs/msg/SensorGyro", vec![gyro]),
+            ("px4_msgs/msg/SensorCombined", vec![combined(4), combined(1)]),
+            ("px4_msgs/msg/VehicleImu", vec![imu(true, 4), imu(false, 4), imu(false, 2)]),
+        ];
+        for (type_name, messages) in cases {
+            let message = Message::new(type_name, None, Encoding::Cdr).unwrap();
+            let heads = message.heads(Stamp::Header);
+            let z = heads.iter().position(|h| h.named().role == Role::Gyro(Some(Axis::Z))).unwrap();
+            for bytes in messages {
+                let mut rows = Rows::new(&message, &vec![true; heads.len()], Stamp::Header);
+                let mut found = Vec::new();
+                let mut take = |b: crate::ingest::format::Batch| {
+                    found.extend(b.columns[z].values.clone());
+                    Ok(())
+                };
+                (0..2).for_each(|_| assert!(rows.add(&bytes, 0, &mut take).is_ok(), "{type_name} {}", bytes.len()));
+                rows.finish(&mut take).unwrap();
+                assert!(found.iter().all(|v| (v / 0.125 - 1.0).abs() < 1e-6), "{type_name} {}: {found:?}", bytes.len());
+                // a length that no version has
+                let mut rows = Rows::new(&message, &vec![true; heads.len()], Stamp::Header);
+                for wrong in [bytes[..bytes.len() - 20].to_vec(), [&bytes[..], &[0; 12]].concat()] {
+                    assert!(rows.add(&wrong, 0, &mut |_| Ok(())).is_err(), "{type_name} {}", wrong.len());
+                }
+            }
+        }
     }
 
     #[test]
