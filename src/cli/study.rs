@@ -262,7 +262,7 @@ fn identification(args: &StudyArgs, setup: &Setup) -> Result<FitReport> {
         .map_err(|e| if e.input == "log" { e.named(&name) } else { e })?;
     let residuals = fit.residuals(&time, &rate_rad_s);
     let validation = whiteness(&time, &residuals, &fit);
-    Ok(FitReport { log, fit, validation })
+    Ok(FitReport::new(log, fit, validation))
 }
 
 fn whiteness(time: &TimeAxis, residuals: &[f64], fit: &identify::Fit) -> validate::Validation {

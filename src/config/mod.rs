@@ -7,11 +7,13 @@
 mod check;
 mod schema;
 mod seal;
+mod temperature;
 
 pub use schema::{
     Config, Covariance, EffectTable, Encoder, GaussMarkovTerm, Gyro, Kind, LastRun, Noise, NoiseProvenance, NoiseTerm,
     NoiseTerms, Pose, Provenance, Traction, Validation, Vehicle,
 };
+pub use temperature::{Temperature, TemperatureCovariance};
 
 use crate::error::{Error, ErrorKind, Result};
 use std::path::Path;
@@ -101,6 +103,16 @@ impl Config {
     /// [`ErrorKind::Config`] if it is missing.
     pub fn require_gyro(&self) -> Result<&Gyro> {
         self.gyro.as_ref().ok_or_else(|| missing_table("gyro"))
+    }
+
+    /// What a command that knows the warm-up by elapsed time alone says of a file with `[gyro.temperature]`.
+    #[must_use]
+    pub fn temperature_not_used(&self) -> Option<String> {
+        self.gyro.as_ref()?.temperature.map(|_| {
+            "[gyro.temperature] is not used here: the gyro warms up by elapsed time, as c1_rad_s, c2_rad_s and \
+             time_constant_s of the same file say"
+                .to_string()
+        })
     }
 
     /// `[vehicle]`.

@@ -204,6 +204,7 @@ mod tests {
             covariance: None,
             discrete: None,
             noise: None,
+            temperature: None,
             last_run: None,
         }
     }

@@ -3,7 +3,7 @@
 use super::super::Outcome;
 use super::super::log_args::parse_axis;
 use super::super::output::{Output, Working};
-use super::{FitArgs, configuration_options, fit_options};
+use super::{AgainstName, FitArgs, configuration_options, fit_options};
 use clap::Args;
 use gyroid::config::Config;
 use gyroid::export::population_configuration;
@@ -125,8 +125,12 @@ fn refuse_what_is_for_one(args: &FitArgs) -> Result<()> {
     if !args.plot.is_empty() {
         return usage("--plot", "fit the log that is to be drawn alone");
     }
-    if args.many.config.is_some() && args.many.axes.len() > 1 {
-        let found = format!("is of one axis, and {} are named", args.many.axes.len());
+    if args.against == AgainstName::Temperature {
+        return usage("--against", "fit one log against temperature at a time");
+    }
+    let axes = if args.many.axes.is_empty() { args.columns.axes() } else { &args.many.axes[..] };
+    if args.many.config.is_some() && axes.len() > 1 {
+        let found = format!("is of one axis, and {} are named", axes.len());
         return Err(Error::new(ErrorKind::Usage, "--config", found).mend("name one with --axis"));
     }
     Ok(())
@@ -134,7 +138,7 @@ fn refuse_what_is_for_one(args: &FitArgs) -> Result<()> {
 
 fn settings(args: &FitArgs) -> Result<Settings> {
     let columns = &args.columns;
-    let mut axes = if args.many.axes.is_empty() { vec![columns.axis()] } else { args.many.axes.clone() };
+    let mut axes = if args.many.axes.is_empty() { columns.axes().to_vec() } else { args.many.axes.clone() };
     let mut seen = Vec::new();
     axes.retain(|a| {
         !seen.contains(a) && {
@@ -143,7 +147,7 @@ fn settings(args: &FitArgs) -> Result<Settings> {
         }
     });
     Ok(Settings {
-        query: columns.query()?,
+        query: columns.query_of(axes[0])?,
         axes,
         trim_motion: columns.trims_motion(),
         start_offset_s: columns.start_offset_s(),
