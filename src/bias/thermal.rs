@@ -65,8 +65,7 @@ mod tests {
 
     #[test]
     fn the_error_is_its_gradient_times_its_parameters() {
-        let m =
-            Thermal { reference_c: 25.0, bias_rad_s: 3e-3, sensitivity_rad_s_k: -4e-5, curvature_rad_s_k2: 6e-7 };
+        let m = Thermal { reference_c: 25.0, bias_rad_s: 3e-3, sensitivity_rad_s_k: -4e-5, curvature_rad_s_k2: 6e-7 };
         for t in [-20.0, 25.0, 61.5] {
             let g = m.gradient(t);
             let sum = g[0] * m.bias_rad_s + g[1] * m.sensitivity_rad_s_k + g[2] * m.curvature_rad_s_k2;

@@ -200,11 +200,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
 
 /// A section an axis, the log read once for all of them.
 fn over_axes(args: &FitArgs, log: &LogArgs) -> Result<Outcome> {
-    axes::refuse(&[
-        ("--out", args.out.is_some()),
-        ("--plot", !args.plot.is_empty()),
-        ("--base", args.base.is_some()),
-    ])?;
+    axes::refuse(&[("--out", args.out.is_some()), ("--plot", !args.plot.is_empty()), ("--base", args.base.is_some())])?;
     let output = Output::open(&args.common)?;
     let (options, whiteness) = (fit_options(args)?, args.whiteness.options()?);
     axes::each(log, output, "fitting, and testing the residuals", |read| {
@@ -224,8 +220,10 @@ fn fitted(
     drawn: bool,
 ) -> Result<(FitReport, Option<Picture>)> {
     let named = |e| log.named(e);
-    let finished = |facts: LogFacts, fit: Fit, temperature: Option<TemperatureFit>, validation: Validation| {
-        FitReport { temperature, against: against.into(), ..FitReport::new(facts, fit, validation) }
+    let finished = |facts: LogFacts, fit: Fit, temperature: Option<TemperatureFit>, validation: Validation| FitReport {
+        temperature,
+        against: against.into(),
+        ..FitReport::new(facts, fit, validation)
     };
     match read {
         LogRead::Whole(recording, time) => {

@@ -87,9 +87,7 @@ fn held(
         LogRead::Whole(recording, time) => {
             let rate = recording.log.require(names::GYRO_Z)?;
             let facts = args.log.facts(recording);
-            let test = |residuals: &[f64]| {
-                validate::whiteness(time, residuals, &[vec![1.0; residuals.len()]], options)
-            };
+            let test = |residuals: &[f64]| validate::whiteness(time, residuals, &[vec![1.0; residuals.len()]], options);
             let Some(thermal) = thermal else {
                 let residuals: Vec<f64> =
                     rate.iter().enumerate().map(|(i, y)| y - model.error_rad_s(time.at(i))).collect();
@@ -97,8 +95,7 @@ fn held(
             };
             let temperature = recording.log.get(names::TEMPERATURE).ok_or_else(missing)?;
             let temperature = bridged(names::TEMPERATURE, time, temperature).map_err(named)?;
-            let residuals: Vec<f64> =
-                rate.iter().zip(&temperature).map(|(y, t)| y - thermal.error_rad_s(*t)).collect();
+            let residuals: Vec<f64> = rate.iter().zip(&temperature).map(|(y, t)| y - thermal.error_rad_s(*t)).collect();
             ModelCheck::by_temperature(facts, config, time, &temperature, &residuals, test(&residuals))
         }
         LogRead::Streamed(recording) => {

@@ -204,12 +204,9 @@ fn temperature(t: &Temperature, name: &str, one: &dyn Fn(&str, f64, Range) -> Re
         one("gyro.temperature.curvature_rad_s_k2", q, Within(RATE_BOUND_RAD_S / 100.0))?;
     }
     match &t.covariance {
-        Some(c) => covariance(
-            &c.to_matrix(),
-            name,
-            "gyro.temperature.covariance",
-            ["bias", "sensitivity", "curvature"],
-        ),
+        Some(c) => {
+            covariance(&c.to_matrix(), name, "gyro.temperature.covariance", ["bias", "sensitivity", "curvature"])
+        }
         None => Ok(()),
     }
 }

@@ -105,14 +105,13 @@ impl Config {
         self.gyro.as_ref().ok_or_else(|| missing_table("gyro"))
     }
 
-    /// What a command that knows the warm-up by elapsed time alone says of a file with `[gyro.temperature]`.
+    /// The same without `[gyro.temperature]`, for what knows the warm-up by elapsed time alone, and what to say of that.
     #[must_use]
-    pub fn temperature_not_used(&self) -> Option<String> {
-        self.gyro.as_ref()?.temperature.map(|_| {
-            "[gyro.temperature] is not used here: the gyro warms up by elapsed time, as c1_rad_s, c2_rad_s and \
-             time_constant_s of the same file say"
-                .to_string()
-        })
+    pub fn by_elapsed_time(mut self) -> (Self, Option<String>) {
+        let table = self.gyro.as_mut().and_then(|g| g.temperature.take());
+        let note = "[gyro.temperature] is not used here: the gyro warms up by elapsed time, as c1_rad_s, c2_rad_s and \
+                    time_constant_s of the same file say";
+        (self, table.map(|_| note.to_string()))
     }
 
     /// `[vehicle]`.

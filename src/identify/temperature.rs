@@ -23,6 +23,8 @@ const BLOCKS: usize = 8192;
 const CURVED: f64 = 0.01;
 /// A temperature that moves less is constant, °C.
 const CONSTANT_C: f64 = 1e-6;
+/// Largest factor by which the other columns may inflate a variance.
+const MOST_INFLATED: f64 = 1e10;
 /// Fewest blocks.
 const FEWEST: usize = 8;
 
@@ -103,6 +105,13 @@ pub fn fit_temperature(time: &TimeAxis, values: &[f64], temperature_c: &[f64]) -
         return Err(Error::new(ErrorKind::Column, "log", found));
     }
     let temperature = bridged(names::TEMPERATURE, time, temperature_c)?;
+    let mut fit = solve(&blocks(time, values, &temperature), time.median_step_s(), || difference_variance(values))?;
+    fit.explanation = drift_explained(time, values, &temperature, &fit.noise)?;
+    Ok(fit)
+}
+
+/// Means over as many samples each.
+fn blocks(time: &TimeAxis, values: &[f64], temperature: &[f64]) -> Vec<Block> {
     let size = values.len().div_ceil(BLOCKS).max(1);
     let first_s = if time.is_empty() { 0.0 } else { time.at(0) };
     let block = |(k, y): (usize, &[f64])| {
@@ -119,11 +128,7 @@ pub fn fit_temperature(time: &TimeAxis, values: &[f64], temperature_c: &[f64]) -
             within: y.iter().map(|v| (v - rate).powi(2)).sum(),
         }
     };
-    let blocks: Vec<Block> = values.chunks(size).enumerate().map(block).collect();
-    let step_s = time.median_step_s();
-    let mut fit = solve(&blocks, step_s, || difference_variance(values))?;
-    fit.explanation = drift_explained(time, values, &temperature, &fit.noise)?;
-    Ok(fit)
+    values.chunks(size).enumerate().map(block).collect()
 }
 
 /// The same of a log of which one pass kept block means.
@@ -143,9 +148,8 @@ pub fn fit_temperature_reduced(log: &Reduced) -> Result<TemperatureFit> {
         if n == 0.0 {
             return None;
         }
-        let mean = |of: &dyn Fn(usize) -> f64| {
-            there.iter().map(|&i| f64::from(coarse.counts[i]) * of(i)).sum::<f64>() / n
-        };
+        let mean =
+            |of: &dyn Fn(usize) -> f64| there.iter().map(|&i| f64::from(coarse.counts[i]) * of(i)).sum::<f64>() / n;
         let rate = mean(&|i| coarse.means[i]);
         let square = |i: usize| {
             let n = f64::from(coarse.counts[i]);
@@ -276,7 +280,8 @@ fn polynomial(blocks: &[Block], degree: usize, level: f64, rise: &dyn Fn(&Block)
         let x = powers(b);
         normal.ger(b.n, &x, &x, 1.0);
     }
-    let inverse = noise::inverse(&normal)?;
+    // two temperatures hold no parabola, whatever rounding makes of it
+    let inverse = noise::inverse(&normal).filter(|v| (0..k).all(|i| v[(i, i)] * normal[(i, i)] < MOST_INFLATED))?;
     let mut coefficients = DVector::<f64>::zeros(k);
     // the second round gives back the digits that the first one lost
     for _ in 0..2 {

@@ -227,7 +227,10 @@ fn plans(
         let more = plans[0].notes.iter().filter(|n| !plan.notes.contains(n)).cloned().collect::<Vec<_>>();
         plan.notes.extend(more);
         if plans.iter().any(|p| p.gyro == plan.gyro) {
-            let found = format!("column {:?} is all there is of the gyro, and several axes are asked for", heads[plan.gyro].name);
+            let found = format!(
+                "column {:?} is all there is of the gyro, and several axes are asked for",
+                heads[plan.gyro].name
+            );
             return Err(Error::new(ErrorKind::Column, name, found).mend("name one axis: --axis z"));
         }
         plans.push(plan);

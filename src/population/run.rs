@@ -4,7 +4,7 @@ use super::row::Row;
 use crate::error::{Error, ErrorKind, Result};
 use crate::files;
 use crate::identify::{self, FitOptions, Loss};
-use crate::ingest::{Axis, GyroQuery, Stamp, read_gyro};
+use crate::ingest::{Axis, GyroQuery, GyroRecording, Reading, Stamp, read_axes_within, read_gyro};
 use crate::signal::names;
 use crate::validate;
 use serde_json::{Map, Value, json};
@@ -134,26 +134,26 @@ pub fn fit_all(
         known: known.iter().filter(made_alike).map(|r| ((r.sha256.as_str(), r.axis.clone()), r)).collect(),
         options: &options,
     };
-    let tasks: Vec<(&Path, AxisChoice)> =
-        logs.iter().flat_map(|log| settings.axes.iter().map(move |axis| (log.as_path(), *axis))).collect();
-    let jobs = jobs.clamp(1, tasks.len().max(1));
+    // a log is read once for all its axes
+    let axes = settings.axes.len();
+    let jobs = jobs.clamp(1, (logs.len() * axes).max(1));
     let no_threads = |e: &dyn fmt::Display| {
         Error::new(ErrorKind::Numeric, "--jobs", format!("no thread can be started: {e}")).mend("ask for fewer jobs")
     };
     // the tests of a log are parallel themselves: in one pool all keep to `jobs` threads
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| no_threads(&e))?;
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let mut slots: Vec<Option<(Row, Origin)>> = vec![None; tasks.len()];
+    let mut slots: Vec<Option<(Row, Origin)>> = vec![None; logs.len() * axes];
     let failed = thread::scope(|scope| {
         let (send, receive) = mpsc::channel();
-        for _ in 0..jobs {
+        for _ in 0..jobs.min(logs.len()) {
             let send = send.clone();
-            let (next, stop, tasks, work, pool) = (&next, &stop, &tasks, &work, &pool);
+            let (next, stop, work, pool) = (&next, &stop, &work, &pool);
             let turn = move || {
                 while !stop.load(Ordering::Relaxed) {
                     let at = next.fetch_add(1, Ordering::Relaxed);
-                    let Some((path, axis)) = tasks.get(at) else { break };
-                    let done = pool.install(|| work.row(path, *axis));
+                    let Some(path) = logs.get(at) else { break };
+                    let done = pool.install(|| work.rows(path));
                     if send.send((at, done)).is_err() {
                         break;
                     }
@@ -165,12 +165,14 @@ pub fn fit_all(
             }
         }
         drop(send);
-        for (at, (row, origin)) in receive {
-            if let Err(e) = each(&row, origin) {
-                stop.store(true, Ordering::Relaxed);
-                return Some(e);
+        for (at, rows) in receive {
+            for (i, (row, origin)) in rows.into_iter().enumerate() {
+                if let Err(e) = each(&row, origin) {
+                    stop.store(true, Ordering::Relaxed);
+                    return Some(e);
+                }
+                slots[at * axes + i] = Some((row, origin));
             }
-            slots[at] = Some((row, origin));
         }
         None
     });
@@ -190,31 +192,57 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    fn row(&self, path: &Path, axis: AxisChoice) -> (Row, Origin) {
-        let row = Row::of_file(path, axis, self.options);
-        if !self.known.is_empty()
-            && let Ok(sha256) = files::sha256(path)
-            && let Some(known) = self.known.get(&(sha256.as_str(), axis.to_string()))
-        {
-            let Row { path, size_bytes, modified, .. } = row;
-            return (Row { path, size_bytes, modified, ..(*known).clone() }, Origin::Resumed);
-        }
-        let named = row.clone();
-        // one log on which the program itself fails must not cost the others
-        let done = catch_unwind(AssertUnwindSafe(|| self.fit(path, axis, row)));
-        let done = done.unwrap_or_else(|fault| Err(program_fault(path, fault.as_ref())));
-        let mut row = done.unwrap_or_else(|e| named.failed(&e));
-        if row.sha256.is_empty() {
-            row.sha256 = files::sha256(path).unwrap_or_default();
-        }
-        (row, Origin::Fitted)
+    /// One row an axis.
+    fn rows(&self, path: &Path) -> Vec<(Row, Origin)> {
+        let axes = &self.settings.axes;
+        let sha256 = if self.known.is_empty() { None } else { files::sha256(path).ok() };
+        let known = |axis: AxisChoice| self.known.get(&(sha256.as_deref()?, axis.to_string()));
+        let unknown: Vec<AxisChoice> = axes.iter().copied().filter(|axis| known(*axis).is_none()).collect();
+        let mut read = self.read(path, &unknown).into_iter();
+        let row = |&axis: &AxisChoice| {
+            let row = Row::of_file(path, axis, self.options);
+            if let Some(known) = known(axis) {
+                let Row { path, size_bytes, modified, .. } = row;
+                return (Row { path, size_bytes, modified, ..(*known).clone() }, Origin::Resumed);
+            }
+            let recording = read.next();
+            let named = row.clone();
+            // one log on which the program itself fails must not cost the others
+            let fit = || recording.map_or(Err(program_fault(path, &"it was not read")), |r| self.fit(path, r?, row));
+            let done = catch_unwind(AssertUnwindSafe(fit));
+            let done = done.unwrap_or_else(|fault| Err(program_fault(path, fault.as_ref())));
+            let mut row = done.unwrap_or_else(|e| named.failed(&e));
+            if row.sha256.is_empty() {
+                row.sha256 = files::sha256(path).unwrap_or_default();
+            }
+            (row, Origin::Fitted)
+        };
+        axes.iter().map(row).collect()
     }
 
-    fn fit(&self, path: &Path, axis: AxisChoice, row: Row) -> Result<Row> {
+    /// The recordings of `axes`, read together; where one of them fails, one by one, so that it does not cost the others.
+    fn read(&self, path: &Path, axes: &[AxisChoice]) -> Vec<Result<GyroRecording>> {
+        let query = |c: &AxisChoice| GyroQuery { axis: c.axis, reversed: c.reversed, ..self.settings.query.clone() };
+        let queries: Vec<GyroQuery> = axes.iter().map(query).collect();
+        let whole = || -> Result<Vec<Reading>> { read_axes_within(path, &queries, usize::MAX, &mut |_| ()) };
+        if queries.len() > 1
+            && let Ok(Ok(readings)) = catch_unwind(AssertUnwindSafe(whole))
+        {
+            let held = |r| if let Reading::Whole(recording) = r { Some(Ok(*recording)) } else { None };
+            let held: Option<Vec<Result<GyroRecording>>> = readings.into_iter().map(held).collect();
+            if let Some(held) = held {
+                return held;
+            }
+        }
+        let alone = |query: &GyroQuery| {
+            let read = catch_unwind(AssertUnwindSafe(|| read_gyro(path, query)));
+            read.unwrap_or_else(|fault| Err(program_fault(path, fault.as_ref())))
+        };
+        queries.iter().map(alone).collect()
+    }
+
+    fn fit(&self, path: &Path, mut recording: GyroRecording, row: Row) -> Result<Row> {
         let settings = self.settings;
-        let AxisChoice { axis, reversed } = axis;
-        let query = GyroQuery { axis, reversed, ..settings.query.clone() };
-        let mut recording = read_gyro(path, &query)?;
         if settings.trim_motion {
             recording = recording.without_motion()?;
         }

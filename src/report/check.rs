@@ -179,13 +179,13 @@ impl ModelCheck {
             v.valid_from_s <= first + step_s && last <= v.valid_to_s + step_s
         });
         let temperatures = valid.and_then(|v| v.valid_from_temperature_c.zip(v.valid_to_temperature_c));
-        let inside_temperature =
-            temperatures.zip(log.temperature_c).filter(|_| seen.against == Against::Temperature).map(
-                |((from, to), [low, high])| {
-                    let slack = 0.1 * (to - from);
-                    from - slack <= low && high <= to + slack
-                },
-            );
+        let inside_temperature = temperatures
+            .zip(log.temperature_c)
+            .filter(|_| seen.against == Against::Temperature)
+            .map(|((from, to), [low, high])| {
+                let slack = 0.1 * (to - from);
+                from - slack <= low && high <= to + slack
+            });
         Ok(Self {
             log,
             signed: config.is_signed(),

@@ -216,7 +216,12 @@ fn explained(log: &EvenLog, temperature_c: &[f64], noise: &NoiseEstimate) -> Res
     let white = noise.angle_random_walk_rad_sqrt_s.max(f64::MIN_POSITIVE);
     // the climb begins at a walk that the log could see: as much as the white noise leaves in its mean
     let walk = noise.rate_random_walk_rad_s_sqrt_s.max(white / log.span_s());
-    drift::drift_cause(log, temperature_c, &[TermKind::AngleRandomWalk, TermKind::RateRandomWalk], &[white.ln(), walk.ln()])
+    drift::drift_cause(
+        log,
+        temperature_c,
+        &[TermKind::AngleRandomWalk, TermKind::RateRandomWalk],
+        &[white.ln(), walk.ln()],
+    )
 }
 
 fn check(options: &TermOptions) -> Result<()> {
