@@ -17,9 +17,12 @@ pub fn bridged(name: &str, time: &TimeAxis, values: &[f64]) -> Result<Vec<f64>> 
         let found = format!("{} values on {} times", values.len(), time.len());
         return Err(Error::new(ErrorKind::Column, "log", found).at(format!("channel {name:?}")));
     }
+    if values.iter().all(|v| v.is_finite()) {
+        return Ok(values.to_vec());
+    }
     let known: Vec<usize> = (0..values.len()).filter(|&i| values[i].is_finite()).collect();
     let longest = known.windows(2).map(|w| w[1] - w[0] - 1).chain(ends(&known, values.len())).max();
-    let Some(longest) = longest.filter(|gap| *gap as f64 <= (LONGEST_GAP * values.len() as f64).max(1.0)) else {
+    if longest.is_none_or(|gap| gap as f64 > (LONGEST_GAP * values.len() as f64).max(1.0)) {
         let found = match longest {
             Some(gap) if !known.is_empty() => format!("{gap} of {} values are missing on end", values.len()),
             _ => "no value is a finite number".to_string(),
@@ -27,9 +30,6 @@ pub fn bridged(name: &str, time: &TimeAxis, values: &[f64]) -> Result<Vec<f64>> 
         return Err(Error::new(ErrorKind::Value, "log", found)
             .at(format!("channel {name:?}"))
             .mend("cut the log to where the channel was logged"));
-    };
-    if longest == 0 {
-        return Ok(values.to_vec());
     }
     let mut out = Vec::with_capacity(values.len());
     let mut next = 0;
