@@ -78,7 +78,7 @@ use crate::signal::Limits;
 use std::path::Path;
 
 /// What is kept of each of several axes that are read in one pass.
-const OF_SEVERAL: Limits = Limits { blocks: 1 << 19, stretch: 1 << 18, stretches: 8 };
+const OF_SEVERAL: Limits = Limits { blocks: 1 << 18, stretch: 1 << 17, stretches: 8 };
 
 /// Reads one axis of a gyro that was at rest.
 ///
@@ -150,7 +150,7 @@ pub fn read_gyro_within(
 
 /// Reads several axes of a gyro that was at rest, as [`read_gyro_within`] reads one, and the file once for all of them; one
 /// reading a query, in their order. The queries differ in the axis and its sign alone. Of a log that is not held less is kept
-/// of each axis than of one: half as many block means and stretches, 40 MB each with its temperature.
+/// of each axis than of one: a quarter of the block means and of the stretches' samples, 20 MB each with its temperature.
 ///
 /// # Errors
 /// As [`read_gyro_within`]; [`ErrorKind::Usage`] where a column is named for several axes, [`ErrorKind::Column`] where two axes
