@@ -89,7 +89,7 @@
 //!     notes: Vec::new(),
 //!     audit: serde_json::Value::Null,
 //! };
-//! let report = FitReport { log, fit, validation, earth: None };
+//! let report = FitReport::new(log, fit, validation);
 //! assert_eq!(report.verdict(), Verdict::FitForUse);
 //! let config = configuration(&report, None, &ConfigurationOptions::default())?;
 //! let text = config.to_toml()?;

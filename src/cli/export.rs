@@ -76,7 +76,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
         return Err(Error::new(ErrorKind::Usage, "gyroid export", "a configuration and --to are needed"));
     };
     let out = args.out.as_ref().map(|out| claim(out, path)).transpose()?;
-    let config = Config::read(path)?;
+    let (config, by_time) = Config::read(path)?.by_elapsed_time();
     let origin = Origin {
         file: path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned()),
         sha256: gyroid::files::sha256(path)?,
@@ -102,6 +102,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
             file.write_all(done.text.as_bytes())?;
             file.commit()?;
             output.say(summary(&done, target, &name));
+            by_time.into_iter().for_each(|note| output.say(format!("note: {note}")));
         }
         // the file is the product: it gives way to JSON alone
         None if args.common.json.as_ref().is_some_and(|j| j.as_os_str() == "-") => {}

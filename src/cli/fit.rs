@@ -3,26 +3,30 @@
 mod many;
 
 use super::Outcome;
+use super::axes::{self, Section};
 use super::log_args::{ColumnArgs, LogArgs, LogRead, MemoryArgs};
 use super::output::{Common, Output, command_line};
 use clap::Args;
-use gyroid::bias::{EarthRate, Scheme};
+use gyroid::bias::{Against, EarthRate, Scheme};
 use gyroid::config::Config;
 use gyroid::export::{ConfigurationOptions, configuration};
 use gyroid::files::OutputFile;
-use gyroid::identify::{self, FitOptions, Fixed, Loss};
+use gyroid::identify::{self, Fit, FitOptions, Fixed, Loss, TemperatureFit};
 use gyroid::ingest::Axis;
 use gyroid::report::plot::{Format, Picture};
-use gyroid::report::{FitReport, Verdict, fit_picture};
-use gyroid::signal::{TimeAxis, names};
-use gyroid::validate::Residuals;
+use gyroid::report::{FitReport, LogFacts, Verdict, fit_picture};
+use gyroid::signal::{Course, TimeAxis, bridged, names};
+use gyroid::validate::{Residuals, Validation};
 use gyroid::{Error, ErrorKind, Result, validate};
 use std::path::{Path, PathBuf};
 
 /// Fits e(t) = C1 (1 - exp(-t/T)) + C2 to a log at rest, validates it, and writes the configuration.
 ///
-/// Exit code 3: the fit is done, and not fit for use (no warm-up, T not identifiable, or residuals not white);
-/// nothing is then exported unless --accept says so.
+/// Where the log has a temperature, the same error is fitted against that too, and the report says which of both explains it, or
+/// that the log cannot tell; --against temperature makes that model the one that is judged and written.
+///
+/// Exit code 3: the fit is done, and not fit for use (no warm-up or effect of temperature, T not identifiable, or residuals not
+/// white); nothing is then exported unless --accept says so.
 ///
 /// Of several logs, a folder, or several gyros of a log, it makes a table with one row a log, gyro and axis, and says how much
 /// they differ. Exit code 3: there
@@ -48,6 +52,9 @@ pub(crate) struct FitArgs {
     /// Loss function; huber shrugs at outliers
     #[arg(long, value_enum, default_value_t = LossName::Squares)]
     loss: LossName,
+    /// What the model goes by; temperature is written as [gyro.temperature], which validate and navigate then go by
+    #[arg(long, value_enum, default_value_t = AgainstName::Time)]
+    against: AgainstName,
     /// Configuration to copy: brings [vehicle], [encoder], the filter's sample time
     #[arg(long, value_name = "FILE")]
     base: Option<PathBuf>,
@@ -108,6 +115,24 @@ enum Parameter {
     TimeConstant,
 }
 
+/// What a model goes by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum AgainstName {
+    /// Elapsed time since power-on
+    Time,
+    /// Temperature of the sensor
+    Temperature,
+}
+
+impl From<AgainstName> for Against {
+    fn from(name: AgainstName) -> Self {
+        match name {
+            AgainstName::Time => Self::Time,
+            AgainstName::Temperature => Self::Temperature,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum LossName {
     Squares,
@@ -143,6 +168,9 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
         }
         _ => return many::run(args, earth),
     };
+    if log.axes().len() > 1 {
+        return over_axes(args, &log);
+    }
     // every output is claimed before the work begins
     let output = Output::open(&args.common)?;
     let out = args.out.as_ref().map(OutputFile::claim).transpose()?;
@@ -155,7 +183,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let read = log.read(&working)?;
     drop(working);
     let working = output.working("fitting, and testing the residuals");
-    let (mut report, picture) = fitted(&log, &read, &options, &whiteness, !plots.is_empty())?;
+    let (mut report, picture) = fitted(&log, &read, &options, &whiteness, args.against, !plots.is_empty())?;
     report.earth = earth;
     drop(working);
 
@@ -178,42 +206,122 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     Ok(if export { Outcome::Done } else { Outcome::Unfit })
 }
 
+/// A section an axis, the log read once for all of them.
+fn over_axes(args: &FitArgs, log: &LogArgs) -> Result<Outcome> {
+    axes::refuse(&[("--out", args.out.is_some()), ("--plot", !args.plot.is_empty()), ("--base", args.base.is_some())])?;
+    let output = Output::open(&args.common)?;
+    let (options, whiteness) = (fit_options(args)?, args.whiteness.options()?);
+    axes::each(log, output, "fitting, and testing the residuals", |read| {
+        let (report, _) = fitted(log, read, &options, &whiteness, args.against, false)?;
+        let fit = report.verdict() == Verdict::FitForUse || args.accept;
+        Ok(Section { text: report.text(), json: report.json(), fit })
+    })
+}
+
 /// The fit with its validation, and its picture where it is `drawn`.
 fn fitted(
     log: &LogArgs,
     read: &LogRead,
     options: &FitOptions,
     whiteness: &validate::Options,
+    against: AgainstName,
     drawn: bool,
 ) -> Result<(FitReport, Option<Picture>)> {
     let named = |e| log.named(e);
+    let finished = |facts: LogFacts, fit: Fit, temperature: Option<TemperatureFit>, validation: Validation| FitReport {
+        temperature,
+        against: against.into(),
+        ..FitReport::new(facts, fit, validation)
+    };
     match read {
         LogRead::Whole(recording, time) => {
             let rate = recording.log.require(names::GYRO_Z)?;
             let fit = identify::fit(time, rate, options).map_err(named)?;
-            let residuals = fit.residuals(time, rate);
-            let fitted = fit.jacobian(time);
-            let validation = validate::whiteness(time, &residuals, &fitted, whiteness);
-            let report = FitReport { log: log.facts(recording), fit, validation, earth: None };
+            let mut facts = log.facts(recording);
+            let beside = recording.log.get(names::TEMPERATURE);
+            let by_temperature = beside.map(|t| identify::fit_temperature(time, rate, t));
+            let by_temperature = held_against(log, &mut facts, &fit, by_temperature, against)?;
+            let thermal = by_temperature.as_ref().filter(|_| against == AgainstName::Temperature);
+            let (residuals, directions) = match thermal.zip(beside) {
+                Some((thermal, temperature)) => {
+                    let temperature = bridged(names::TEMPERATURE, time, temperature).map_err(named)?;
+                    let model = thermal.model();
+                    let left = rate.iter().zip(&temperature).map(|(y, t)| y - model.error_rad_s(*t)).collect();
+                    let directions = thermal.directions();
+                    (left, directions.iter().map(|f| temperature.iter().map(|t| f(*t)).collect()).collect())
+                }
+                None => (fit.residuals(time, rate), fit.jacobian(time)),
+            };
+            let validation = validate::whiteness(time, &residuals, &directions, whiteness);
+            let report = finished(facts, fit, by_temperature, validation);
             let picture = drawn.then(|| fit_picture(&report, time, rate, &residuals)).transpose()?;
             Ok((report, picture))
         }
         LogRead::Streamed(recording) => {
-            let fit = identify::fit_reduced(&recording.log, options).map_err(named)?;
-            let model = fit.model();
-            let residuals = Residuals::new(&recording.log, &model);
-            let directions = fit.directions();
-            let directions: Vec<&dyn Fn(f64) -> f64> = directions.iter().map(|f| f as &dyn Fn(f64) -> f64).collect();
+            let reduced = &recording.log;
+            let fit = identify::fit_reduced(reduced, options).map_err(named)?;
+            let mut facts = log.facts_streamed(recording);
+            let beside = reduced.coarse.temperature_c.as_ref();
+            let by_temperature = beside.map(|_| identify::fit_temperature_reduced(reduced));
+            let by_temperature = held_against(log, &mut facts, &fit, by_temperature, against)?;
+            let thermal = by_temperature.as_ref().filter(|_| against == AgainstName::Temperature);
+            let course = match thermal {
+                Some(_) => Course::of_temperature(reduced).map_err(named)?,
+                None => None,
+            };
+            let (error, directions): (Function, Vec<Function>) = match thermal.zip(course.as_ref()) {
+                Some((thermal, course)) => {
+                    let model = thermal.model();
+                    let fitted = thermal.directions().len();
+                    let along = |j| Box::new(move |t_s| model.gradient(course.at(t_s))[j]) as Function;
+                    (Box::new(move |t_s| model.error_rad_s(course.at(t_s))), (0..fitted).map(along).collect())
+                }
+                None => {
+                    let model = fit.model();
+                    let directions = fit.directions().into_iter().map(|f| Box::new(f) as Function);
+                    (Box::new(move |t_s| model.error_rad_s(t_s)), directions.collect())
+                }
+            };
+            let residuals = Residuals::of(reduced, &*error);
+            let directions: Vec<&dyn Fn(f64) -> f64> = directions.iter().map(|f| &**f).collect();
             let validation = validate::whiteness_reduced(&residuals, &directions, whiteness);
-            let report = FitReport { log: log.facts_streamed(recording), fit, validation, earth: None };
+            let report = finished(facts, fit, by_temperature, validation);
             let draw = || {
                 let (times, left) = residuals.coarse();
-                let rate: Vec<f64> = times.iter().zip(&left).map(|(t, r)| r + model.error_rad_s(*t)).collect();
+                let rate: Vec<f64> = times.iter().zip(&left).map(|(t, r)| r + error(*t)).collect();
                 fit_picture(&report, &TimeAxis::Explicit(times), &rate, &left)
             };
             let picture = drawn.then(draw).transpose()?;
             Ok((report, picture))
         }
+    }
+}
+
+/// A function of time, s.
+type Function<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
+
+/// The fit against temperature. One that fails is told in the notes, unless the model is to be of it.
+fn held_against(
+    log: &LogArgs,
+    facts: &mut LogFacts,
+    fit: &Fit,
+    by_temperature: Option<Result<TemperatureFit>>,
+    against: AgainstName,
+) -> Result<Option<TemperatureFit>> {
+    let wanted = against == AgainstName::Temperature;
+    if wanted && fit.loss != Loss::Squares {
+        return Err(Error::new(ErrorKind::Usage, "--loss", "the fit against temperature knows squares alone")
+            .mend("leave out --loss, or --against temperature"));
+    }
+    match by_temperature {
+        None if wanted => Err(log.no_temperature("fit with --against time")),
+        Some(Err(e)) if wanted => Err(log.named(e)),
+        Some(Err(e)) => {
+            let place = e.place.map(|p| format!("{p}: ")).unwrap_or_default();
+            facts.notes.push(format!("not held against temperature: {place}{}", e.found));
+            Ok(None)
+        }
+        other => other.transpose(),
     }
 }
 
@@ -233,7 +341,7 @@ fn configuration_options(args: &FitArgs) -> ConfigurationOptions {
 /// What of C2 is the Earth's: the latitude tells it of the vertical axis alone.
 fn earth(args: &FitArgs) -> Result<Option<EarthRate>> {
     let Some(latitude_deg) = args.latitude else { return Ok(None) };
-    if let Some(lying) = args.many.axes_or(args.columns.axis()).iter().find(|a| a.axis != Axis::Z) {
+    if let Some(lying) = args.many.axes_or(args.columns.axes()).iter().find(|a| a.axis != Axis::Z) {
         let found = format!(
             "axis {lying} lies down in a robot on level ground: what it measures of the Earth depends on its heading"
         );

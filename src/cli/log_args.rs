@@ -88,9 +88,10 @@ impl TopicArgs {
 pub(crate) struct ColumnArgs {
     #[command(flatten)]
     topics: TopicArgs,
-    /// Axis of the gyro (with --mounting, of the robot): x, y, z, or -x, -y, -z for one that points the other way
-    #[arg(long, default_value = "z", allow_hyphen_values = true, value_parser = parse_axis)]
-    axis: AxisChoice,
+    /// Axis of the gyro (with --mounting, of the robot): x, y, z, or -x, -y, -z for one that points the other way; fit, noise and
+    /// validate also take several, such as x,y, or all, and read the log once for them
+    #[arg(long, default_value = "z", allow_hyphen_values = true, value_parser = parse_axes)]
+    axis: AxisList,
     /// How the sensor is mounted in the robot: degrees about the robot's fixed axes, first roll, then pitch, then yaw (REP
     /// 103); a log of three axes is turned into the robot's frame
     #[arg(
@@ -169,6 +170,25 @@ fn drive_query(
     DriveQuery { maps, time: time.cloned(), time_unit, topics: topics.topic.clone(), stamp: topics.stamp() }
 }
 
+/// One axis or several.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct AxisList(Vec<AxisChoice>);
+
+/// `all`, or axes apart by commas, none of them twice.
+fn parse_axes(text: &str) -> std::result::Result<AxisList, String> {
+    let text = if text.trim() == "all" { "x,y,z" } else { text };
+    let axes: Vec<AxisChoice> = text
+        .split(',')
+        .map(|one| parse_axis(one.trim()))
+        .collect::<std::result::Result<_, _>>()
+        .map_err(|e| format!("{e}, or all"))?;
+    let twice = |(i, a): (usize, &AxisChoice)| axes[..i].iter().any(|b| b.axis == a.axis);
+    if axes.iter().enumerate().any(twice) {
+        return Err("an axis is named twice".to_string());
+    }
+    Ok(AxisList(axes))
+}
+
 /// An axis, and whether it points the other way.
 pub(crate) fn parse_axis(text: &str) -> std::result::Result<AxisChoice, String> {
     let (name, reversed) = match text.strip_prefix('-') {
@@ -230,18 +250,23 @@ impl ColumnArgs {
 
     /// What the reader is asked for.
     pub fn query(&self) -> Result<GyroQuery> {
-        Ok(GyroQuery { topic: self.topics.one()?.map(str::to_string), ..self.query_of_any_topic()? })
+        self.query_of(self.axis()?)
+    }
+
+    /// The same for one of several axes.
+    pub fn query_of(&self, axis: AxisChoice) -> Result<GyroQuery> {
+        Ok(GyroQuery { topic: self.topics.one()?.map(str::to_string), ..self.query_of_any_topic(axis)? })
     }
 
     /// The same, where the topic is to be chosen.
-    pub fn query_of_any_topic(&self) -> Result<GyroQuery> {
+    pub fn query_of_any_topic(&self, axis: AxisChoice) -> Result<GyroQuery> {
         if self.start_offset.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {
             return Err(Error::new(ErrorKind::Usage, "--start-offset", "must be zero or a positive number of seconds"));
         }
         Ok(GyroQuery {
             column: self.column.clone(),
-            axis: self.axis.axis,
-            reversed: self.axis.reversed,
+            axis: axis.axis,
+            reversed: axis.reversed,
             mounting: self.mounting(),
             unit: self.unit,
             time: self.time.clone(),
@@ -260,8 +285,17 @@ impl ColumnArgs {
     }
 
     /// The axis, and whether it points the other way.
-    pub fn axis(&self) -> AxisChoice {
-        self.axis
+    pub fn axis(&self) -> Result<AxisChoice> {
+        match self.axes() {
+            [one] => Ok(*one),
+            several => Err(Error::new(ErrorKind::Usage, "--axis", format!("{} axes are named", several.len()))
+                .mend("name one: --axis z")),
+        }
+    }
+
+    /// The axes that are named.
+    pub fn axes(&self) -> &[AxisChoice] {
+        &self.axis.0
     }
 
     /// How the sensor is mounted, if that was said.
@@ -319,9 +353,28 @@ impl LogArgs {
     /// Reads the log, and leaves out motion where that was asked for; a large log is read once and not held. `working` shows
     /// how far it has come.
     pub fn read(&self, working: &Working) -> Result<LogRead> {
-        let query = self.columns.query()?;
+        self.columns.axis()?;
+        let mut axes = self.read_axes(working)?;
+        axes.pop().ok_or_else(|| Error::new(ErrorKind::Usage, "--axis", "no axis is named"))
+    }
+
+    /// The axes that are named.
+    pub fn axes(&self) -> &[AxisChoice] {
+        self.columns.axes()
+    }
+
+    /// Reads all of the axes, the log once for all of them.
+    pub fn read_axes(&self, working: &Working) -> Result<Vec<LogRead>> {
+        let queries = self.axes().iter().map(|axis| self.columns.query_of(*axis)).collect::<Result<Vec<_>>>()?;
         let mut show = show_progress(working);
-        match ingest::read_gyro_within(&self.log, &query, self.memory.memory.saturating_mul(1 << 20), &mut show)? {
+        let memory_bytes = self.memory.memory.saturating_mul(1 << 20);
+        let readings = ingest::read_axes_within(&self.log, &queries, memory_bytes, &mut show)?;
+        readings.into_iter().map(|reading| self.since_power_on(reading)).collect()
+    }
+
+    /// A reading without motion where that was asked for, on a clock that counts from power-on.
+    fn since_power_on(&self, reading: Reading) -> Result<LogRead> {
+        match reading {
             Reading::Whole(recording) => {
                 let recording = if self.columns.trim_motion { recording.without_motion()? } else { *recording };
                 let time = self.columns.time_since_power_on(&recording);
@@ -340,6 +393,13 @@ impl LogArgs {
                 Ok(LogRead::Streamed(Box::new(recording)))
             }
         }
+    }
+
+    /// The error of a model by temperature on a log without one.
+    pub fn no_temperature(&self, mend: &str) -> Error {
+        Error::new(ErrorKind::Column, self.log.display(), "no temperature of the sensor stands beside the rate")
+            .at(format!("channel {:?}", names::TEMPERATURE))
+            .mend(format!("log it in a column such as temperature_c, or {mend}"))
     }
 
     /// What the report says of the log.

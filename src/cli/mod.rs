@@ -1,5 +1,6 @@
 //! Floor 7: one file a subcommand. Exit codes: 0 done, 1 bad input, 2 usage, 3 done but not fit for use.
 
+mod axes;
 mod drive_plot;
 mod export;
 mod fit;

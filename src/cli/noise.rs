@@ -1,6 +1,7 @@
 //! `gyroid noise`: Allan deviation and the joint noise model of a log at rest.
 
 use super::Outcome;
+use super::axes::{self, Section};
 use super::log_args::{LogArgs, LogRead};
 use super::noise_write::WriteArgs;
 use super::output::{Common, Output};
@@ -10,8 +11,8 @@ use gyroid::files::OutputFile;
 use gyroid::identify::terms::{TermOptions, WarmUpRemoval, noise_model, noise_model_reduced};
 use gyroid::noise::TermKind;
 use gyroid::noise::datasheet::Datasheet;
-use gyroid::report::NoiseReport;
 use gyroid::report::plot::Format;
+use gyroid::report::{LogFacts, NoiseReport};
 use gyroid::signal::names;
 use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
@@ -100,6 +101,16 @@ fn parse_duration(text: &str) -> std::result::Result<f64, String> {
 }
 
 pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
+    if args.log.axes().len() > 1 {
+        axes::refuse(&[("--write", args.write.write.is_some()), ("--plot", !args.plot.is_empty())])?;
+        let output = Output::open(&args.common)?;
+        let options = options(args)?;
+        return axes::each(&args.log, output, "estimating the noise terms", |log| {
+            let report = estimated(args, log, facts(args, log), &options)?;
+            let fit = report.fits() || args.write.accept;
+            Ok(Section { text: report.text(), json: report.json(), fit })
+        });
+    }
     // every output is claimed before the work begins
     let output = Output::open(&args.common)?;
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
@@ -111,22 +122,10 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
     let log = args.log.read(&working)?;
     drop(working);
     let working = output.working("estimating the noise terms");
-    let named = |e| args.log.named(e);
-    let facts = match &log {
-        LogRead::Whole(recording, _) => args.log.facts(recording),
-        LogRead::Streamed(recording) => args.log.facts_streamed(recording),
-    };
+    let facts = facts(args, &log);
     pending.iter().try_for_each(|p| p.check(&facts))?;
-    let model = match &log {
-        LogRead::Whole(recording, time) => {
-            let rate = recording.log.require(names::GYRO_Z)?;
-            let temperature = recording.log.get(names::TEMPERATURE);
-            noise_model(time, rate, temperature, &options).map_err(named)?
-        }
-        LogRead::Streamed(recording) => noise_model_reduced(&recording.log, &options).map_err(named)?,
-    };
+    let report = estimated(args, &log, facts, &options)?;
     drop(working);
-    let report = NoiseReport { log: facts, model, datasheet: args.datasheet, level: args.level };
     output.say(report.text());
     if !plots.is_empty() {
         let picture = report.picture()?;
@@ -147,6 +146,26 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
     json["configuration"] = written.into();
     output.finish(&json)?;
     Ok(if usable { Outcome::Done } else { Outcome::Unfit })
+}
+
+fn facts(args: &NoiseArgs, log: &LogRead) -> LogFacts {
+    match log {
+        LogRead::Whole(recording, _) => args.log.facts(recording),
+        LogRead::Streamed(recording) => args.log.facts_streamed(recording),
+    }
+}
+
+fn estimated(args: &NoiseArgs, log: &LogRead, facts: LogFacts, options: &TermOptions) -> Result<NoiseReport> {
+    let named = |e| args.log.named(e);
+    let model = match log {
+        LogRead::Whole(recording, time) => {
+            let rate = recording.log.require(names::GYRO_Z)?;
+            let temperature = recording.log.get(names::TEMPERATURE);
+            noise_model(time, rate, temperature, options).map_err(named)?
+        }
+        LogRead::Streamed(recording) => noise_model_reduced(&recording.log, options).map_err(named)?,
+    };
+    Ok(NoiseReport { log: facts, model, datasheet: args.datasheet, level: args.level })
 }
 
 fn options(args: &NoiseArgs) -> Result<TermOptions> {

@@ -78,6 +78,11 @@ impl Pending {
         if let (Some(k), None) = (walk(&self.config), walk(&config)) {
             output.say(format!("  the random walk of the fit, {k:.3e} rad/s/√s, is taken out: these terms explain it"));
         }
+        if config.gyro.as_ref().is_some_and(|g| g.temperature.is_some()) {
+            output.say(
+                "  note: what follows the temperature was not taken out before: with [gyro.temperature] the walk is overstated",
+            );
+        }
         Ok(target)
     }
 

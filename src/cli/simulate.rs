@@ -86,7 +86,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     let out = LogWriter::claim(&args.out)?;
     let truth_out = args.truth.as_ref().map(LogWriter::claim).transpose()?;
     let name = args.config.display().to_string();
-    let mut config = Config::read(&args.config)?;
+    let (mut config, by_time) = Config::read(&args.config)?.by_elapsed_time();
     if let Some(step_s) = args.sample_time {
         if !(step_s.is_finite() && step_s > 0.0) {
             return Err(usage("--sample-time", format!("{step_s} s is not a positive time")));
@@ -141,7 +141,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
         log.time.median_step_s(),
         what(args)
     ));
-    for note in inputs.iter().flat_map(|recorded| &recorded.notes) {
+    for note in inputs.iter().flat_map(|recorded| &recorded.notes).chain(&by_time) {
         output.say(format!("note: {note}"));
     }
     if !config.effects.is_empty() {

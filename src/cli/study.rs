@@ -117,7 +117,11 @@ pub(crate) fn run(args: &StudyArgs) -> Result<Outcome> {
     let output = Output::open(&args.common)?;
     let files = args.out.as_ref().map(|dir| Files::claim(dir, args.sweeps)).transpose()?;
     let (config, robot) = match &args.config {
-        Some(path) => (Config::read(path)?, path.display().to_string()),
+        Some(path) => {
+            let (config, by_time) = Config::read(path)?.by_elapsed_time();
+            by_time.into_iter().for_each(|note| output.say(format!("note: {note}")));
+            (config, path.display().to_string())
+        }
         None => (Config::parse(DEFAULT_CONFIG, "built-in robot")?, "built-in robot".to_string()),
     };
     let named = |error: Error| if error.input == "configuration" { error.named(&robot) } else { error };
@@ -262,7 +266,7 @@ fn identification(args: &StudyArgs, setup: &Setup) -> Result<FitReport> {
         .map_err(|e| if e.input == "log" { e.named(&name) } else { e })?;
     let residuals = fit.residuals(&time, &rate_rad_s);
     let validation = whiteness(&time, &residuals, &fit);
-    Ok(FitReport { log, fit, validation, earth: None })
+    Ok(FitReport::new(log, fit, validation))
 }
 
 fn whiteness(time: &TimeAxis, residuals: &[f64], fit: &identify::Fit) -> validate::Validation {

@@ -1,15 +1,17 @@
 //! `gyroid validate`: does a fitted model explain another log?
 
 use super::Outcome;
-use super::fit::WhitenessArgs;
+use super::axes::{self, Section};
+use super::fit::{AgainstName, WhitenessArgs};
 use super::log_args::{LogArgs, LogRead};
 use super::output::{Common, Output};
 use clap::Args;
-use gyroid::Result;
+use gyroid::bias::Against;
 use gyroid::config::Config;
 use gyroid::report::ModelCheck;
-use gyroid::signal::names;
+use gyroid::signal::{Course, bridged, names};
 use gyroid::validate::{self, Residuals};
+use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
 
 /// Tests the residuals of another log at rest under a fitted model: its offset, and whether they are white.
@@ -21,6 +23,9 @@ pub(crate) struct ValidateArgs {
     config: PathBuf,
     #[command(flatten)]
     log: LogArgs,
+    /// Which model of the configuration is tested [default: that by temperature where there is a table [gyro.temperature]]
+    #[arg(long, value_enum)]
+    against: Option<AgainstName>,
     #[command(flatten)]
     whiteness: WhitenessArgs,
     #[command(flatten)]
@@ -31,29 +36,80 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
     let output = Output::open(&args.common)?;
     let options = args.whiteness.options()?;
     let config = Config::read(&args.config)?;
-    let gyro = config.require_gyro()?;
+    let against = against(args, &config)?;
+    let check = |read: &LogRead| held(args, &config, against, read, &options);
+    if args.log.axes().len() > 1 {
+        return axes::each(&args.log, output, "testing the residuals", |read| {
+            let check = check(read)?;
+            Ok(Section { text: check.text(), json: check.json(), fit: check.passed() })
+        });
+    }
     let working = output.working("reading the log");
     let log = args.log.read(&working)?;
     working.show("testing the residuals");
-    let model = gyro.warm_up();
-    // nothing was fitted to this log; its mean is the turn-on bias, which is judged by itself
-    let check = match &log {
-        LogRead::Whole(recording, time) => {
-            let rate = recording.log.require(names::GYRO_Z)?;
-            let residuals: Vec<f64> = rate.iter().enumerate().map(|(i, y)| y - model.error_rad_s(time.at(i))).collect();
-            let validation = validate::whiteness(time, &residuals, &[vec![1.0; residuals.len()]], &options);
-            ModelCheck::new(args.log.facts(recording), &config, time, &residuals, validation)?
-        }
-        LogRead::Streamed(recording) => {
-            let residuals = Residuals::new(&recording.log, &model);
-            let validation = validate::whiteness_reduced(&residuals, &[&|_: f64| 1.0], &options);
-            let facts = args.log.facts_streamed(recording);
-            ModelCheck::of_reduced(facts, &config, &recording.log, &residuals, validation)?
-        }
-    };
+    let check = check(&log)?;
     drop(working);
     output.say(check.text());
     let passed = check.passed();
     output.finish(&check.json())?;
     Ok(if passed { Outcome::Done } else { Outcome::Unfit })
+}
+
+/// Which model of the configuration: the one that was asked for, or that by temperature where there is one.
+fn against(args: &ValidateArgs, config: &Config) -> Result<Against> {
+    let there = config.require_gyro()?.temperature.is_some();
+    match args.against {
+        Some(AgainstName::Temperature) if !there => {
+            Err(Error::new(ErrorKind::Config, args.config.display(), "the table [gyro.temperature] is missing")
+                .mend("write it with gyroid fit --against temperature, or leave out --against temperature"))
+        }
+        Some(name) => Ok(name.into()),
+        None if there => Ok(Against::Temperature),
+        None => Ok(Against::Time),
+    }
+}
+
+/// The configuration's model held against a log. Nothing was fitted to this log; its mean is the turn-on bias, which is judged
+/// by itself.
+fn held(
+    args: &ValidateArgs,
+    config: &Config,
+    against: Against,
+    log: &LogRead,
+    options: &validate::Options,
+) -> Result<ModelCheck> {
+    let gyro = config.require_gyro()?;
+    let model = gyro.warm_up();
+    let thermal = gyro.temperature.filter(|_| against == Against::Temperature).map(|t| t.thermal());
+    let missing = || args.log.no_temperature("test the warm-up by elapsed time of the same file with --against time");
+    let named = |e| args.log.named(e);
+    match log {
+        LogRead::Whole(recording, time) => {
+            let rate = recording.log.require(names::GYRO_Z)?;
+            let facts = args.log.facts(recording);
+            let test = |residuals: &[f64]| validate::whiteness(time, residuals, &[vec![1.0; residuals.len()]], options);
+            let Some(thermal) = thermal else {
+                let residuals: Vec<f64> =
+                    rate.iter().enumerate().map(|(i, y)| y - model.error_rad_s(time.at(i))).collect();
+                return ModelCheck::new(facts, config, time, &residuals, test(&residuals));
+            };
+            let temperature = recording.log.get(names::TEMPERATURE).ok_or_else(missing)?;
+            let temperature = bridged(names::TEMPERATURE, time, temperature).map_err(named)?;
+            let residuals: Vec<f64> = rate.iter().zip(&temperature).map(|(y, t)| y - thermal.error_rad_s(*t)).collect();
+            ModelCheck::by_temperature(facts, config, time, &temperature, &residuals, test(&residuals))
+        }
+        LogRead::Streamed(recording) => {
+            let facts = args.log.facts_streamed(recording);
+            let test = |residuals: &Residuals| validate::whiteness_reduced(residuals, &[&|_: f64| 1.0], options);
+            let Some(thermal) = thermal else {
+                let residuals = Residuals::new(&recording.log, &model);
+                let validation = test(&residuals);
+                return ModelCheck::of_reduced(facts, config, &recording.log, &residuals, validation);
+            };
+            let course = Course::of_temperature(&recording.log).map_err(named)?.ok_or_else(missing)?;
+            let residuals = Residuals::of(&recording.log, &|t_s| thermal.error_rad_s(course.at(t_s)));
+            let validation = test(&residuals);
+            ModelCheck::of_reduced_by_temperature(facts, config, &recording.log, &course, &residuals, validation)
+        }
+    }
 }

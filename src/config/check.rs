@@ -1,6 +1,7 @@
 //! Physical ranges: a value outside cannot be meant.
 
 use super::schema::{Config, Gyro, Kind, NoiseTerm, NoiseTerms};
+use super::temperature::Temperature;
 use crate::bias::Discrete;
 use crate::error::{Error, ErrorKind, Result};
 
@@ -23,6 +24,8 @@ enum Range {
 
 /// No gyro of a mobile robot is off by more at rest: 100 rad/s is 5700 °/s.
 const RATE_BOUND_RAD_S: f64 = 100.0;
+/// No gyro works that far from 0 °C.
+const HOTTEST_C: f64 = 300.0;
 
 /// The Earth turns at 7.292e-5 rad/s.
 const EARTH_BOUND_RAD_S: f64 = 7.3e-5;
@@ -84,7 +87,10 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
             }
         }
         if let Some(c) = &g.covariance {
-            covariance(&c.to_matrix(), name)?;
+            covariance(&c.to_matrix(), name, "gyro.covariance", ["c1", "c2", "time_constant"])?;
+        }
+        if let Some(t) = &g.temperature {
+            temperature(t, name, &one)?;
         }
         if let Some(d) = &g.discrete {
             discrete(d, config, name)?;
@@ -196,16 +202,32 @@ fn noise_terms(gyro: &Gyro, terms: &NoiseTerms, name: &str) -> Result<()> {
     Ok(())
 }
 
+/// Temperatures are those of electronics, and over ten degrees the error stays a gyro's.
+fn temperature(t: &Temperature, name: &str, one: &dyn Fn(&str, f64, Range) -> Result<()>) -> Result<()> {
+    use Range::Within;
+    one("gyro.temperature.reference_c", t.reference_c, Within(HOTTEST_C))?;
+    one("gyro.temperature.bias_rad_s", t.bias_rad_s, Within(RATE_BOUND_RAD_S))?;
+    one("gyro.temperature.sensitivity_rad_s_k", t.sensitivity_rad_s_k, Within(RATE_BOUND_RAD_S / 10.0))?;
+    if let Some(q) = t.curvature_rad_s_k2 {
+        one("gyro.temperature.curvature_rad_s_k2", q, Within(RATE_BOUND_RAD_S / 100.0))?;
+    }
+    match &t.covariance {
+        Some(c) => {
+            covariance(&c.to_matrix(), name, "gyro.temperature.covariance", ["bias", "sensitivity", "curvature"])
+        }
+        None => Ok(()),
+    }
+}
+
 /// A covariance has no negative variance and no correlation beyond one.
-fn covariance(m: &[[f64; 3]; 3], name: &str) -> Result<()> {
-    const KEYS: [&str; 3] = ["c1", "c2", "time_constant"];
+fn covariance(m: &[[f64; 3]; 3], name: &str, table: &str, keys: [&str; 3]) -> Result<()> {
     for i in 0..3 {
         for j in 0..=i {
             let bound = (m[i][i] * m[j][j]).sqrt() * (1.0 + 1e-9);
             if !(m[i][j].is_finite() && m[i][i] >= 0.0 && m[i][j].abs() <= bound) {
-                let found = format!("{} for {} and {} is no covariance", m[i][j], KEYS[j], KEYS[i]);
+                let found = format!("{} for {} and {} is no covariance", m[i][j], keys[j], keys[i]);
                 return Err(Error::new(ErrorKind::Config, name, found)
-                    .at("`gyro.covariance`")
+                    .at(format!("`{table}`"))
                     .mend("variances are not negative, and correlations lie between -1 and 1"));
             }
         }

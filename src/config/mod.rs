@@ -7,11 +7,13 @@
 mod check;
 mod schema;
 mod seal;
+mod temperature;
 
 pub use schema::{
     Config, Covariance, EffectTable, Encoder, GaussMarkovTerm, Gyro, Kind, LastRun, Noise, NoiseProvenance, NoiseTerm,
     NoiseTerms, Pose, Provenance, Traction, Validation, Vehicle,
 };
+pub use temperature::{Temperature, TemperatureCovariance};
 
 use crate::error::{Error, ErrorKind, Result};
 use std::path::Path;
@@ -101,6 +103,15 @@ impl Config {
     /// [`ErrorKind::Config`] if it is missing.
     pub fn require_gyro(&self) -> Result<&Gyro> {
         self.gyro.as_ref().ok_or_else(|| missing_table("gyro"))
+    }
+
+    /// The same without `[gyro.temperature]`, for what knows the warm-up by elapsed time alone, and what to say of that.
+    #[must_use]
+    pub fn by_elapsed_time(mut self) -> (Self, Option<String>) {
+        let table = self.gyro.as_mut().and_then(|g| g.temperature.take());
+        let note = "[gyro.temperature] is not used here: the gyro warms up by elapsed time, as c1_rad_s, c2_rad_s and \
+                    time_constant_s of the same file say";
+        (self, table.map(|_| note.to_string()))
     }
 
     /// `[vehicle]`.

@@ -1,5 +1,6 @@
 //! The tables of schema 1. Every key carries its unit.
 
+use super::temperature::Temperature;
 use crate::bias::{Discrete, Restart, WarmUp};
 use crate::error::{Error, ErrorKind, Result};
 use crate::traction::TractionLaw;
@@ -90,6 +91,9 @@ pub struct Gyro {
     /// Stochastic terms beside the white noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
+    /// The error by temperature, which then takes the place of the warm-up where a log has the temperature.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<Temperature>,
     /// How warm the gyro was when it was last switched off.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_run: Option<LastRun>,

@@ -14,6 +14,13 @@ const HEADER: &str = "\
 
 ";
 
+/// Goes before the header where there is `[gyro.temperature]`.
+const BY_TEMPERATURE: &str = "\
+# By temperature: e = bias + sensitivity (temperature - reference) + curvature (temperature - reference)^2, see [gyro.temperature];
+# by elapsed time, for what has no thermometer:
+#
+";
+
 /// Serialises with a checksum where there is a `[provenance]` to hold it.
 pub(super) fn write(config: &Config) -> Result<String> {
     let mut config = config.clone();
@@ -22,7 +29,8 @@ pub(super) fn write(config: &Config) -> Result<String> {
     }
     let body = toml::to_string(&config)
         .map_err(|e| Error::new(ErrorKind::Config, "configuration", format!("cannot be written as TOML: {e}")))?;
-    let text = format!("{HEADER}{body}");
+    let by_temperature = config.gyro.as_ref().is_some_and(|g| g.temperature.is_some());
+    let text = if by_temperature { format!("{BY_TEMPERATURE}{HEADER}{body}") } else { format!("{HEADER}{body}") };
     let Some(at) = checksum_value(&text).filter(|_| config.provenance.is_some()) else { return Ok(text) };
     let digest = hex(&text);
     Ok(format!("{}{digest}{}", &text[..at.start], &text[at.end..]))

@@ -40,6 +40,17 @@ fn sample() -> Config {
                     ..NoiseTerms::default()
                 }),
             }),
+            temperature: Some(Temperature {
+                reference_c: 31.5,
+                bias_rad_s: -3.3e-3,
+                sensitivity_rad_s_k: 4.5e-5,
+                curvature_rad_s_k2: Some(-2.5e-7),
+                covariance: Some(TemperatureCovariance::from_matrix(&[
+                    [6e-12, 1e-14, -2e-15],
+                    [1e-14, 9e-14, 1e-16],
+                    [-2e-15, 1e-16, 8e-16],
+                ])),
+            }),
             last_run: Some(LastRun { warm_up_age_s: 640.5 }),
         }),
         vehicle: Some(Vehicle {
@@ -158,6 +169,11 @@ fn what_is_wrong_is_named() {
     refused(|t| *t = t.replace("warm_up_age_s", "warm_up_age_min"), "warm_up_age_min");
     refused(|t| *t = t.replace("constant_s = 260.0", "constant_s = 0.0"), "gyro.cooling_time_constant_s");
     refused(|t| *t = t.replace("revolution = 4096.0", "revolution = 0"), "encoder.ticks_per_revolution");
+    refused(|t| *t = t.replace("reference_c = 31.5", "reference_c = 315.0"), "gyro.temperature.reference_c");
+    refused(|t| *t = t.replace("reference_c = 31.5", "reference_k = 304.6"), "reference_k");
+    refused(|t| *t = t.replace("k = 0.000045", "k = inf").replace("k = 4.5e-5", "k = inf"), "sensitivity_rad_s_k");
+    refused(|t| *t = t.replace("reference_c = 31.5\n", ""), "reference_c");
+    refused(|t| *t = t.replace("curvature_rad2_s2_k4 = ", "curvature_rad2_s2_k4 = -"), "gyro.temperature.covariance");
     refused(|t| t.push_str("= broken"), "x.toml");
 }
 

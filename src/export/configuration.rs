@@ -1,7 +1,9 @@
 //! From a validated fit to the configuration that filter, simulator and gap read.
 
 use crate::bias::{Discrete, Scheme};
-use crate::config::{Config, Covariance, Gyro, Kind, Noise, Provenance, SCHEMA, Validation};
+use crate::config::{
+    Config, Covariance, Gyro, Kind, Noise, Provenance, SCHEMA, Temperature, TemperatureCovariance, Validation,
+};
 use crate::error::Result;
 use crate::report::{FitReport, Verdict};
 
@@ -19,7 +21,9 @@ pub struct ConfigurationOptions {
 }
 
 /// The configuration of a fit, in a copy of `base` where there is one: `[gyro]`, `[validation]` and `[provenance]`
-/// are new, everything else is the base's. What the base says of the spread from one power-on to the next
+/// The configuration of a fit, in a copy of `base` where there is one: `[gyro]`, `[validation]` and `[provenance]`
+/// are new, everything else is the base's. A model by temperature ([`FitReport::against`]) is written as `[gyro.temperature]` beside
+/// that by elapsed time. What the base says of the spread from one power-on to the next
 /// (`turn_on_bias_std_rad_s`, `warm_up_relative_std`) and of its cooling (`cooling_time_constant_s`) stays, because one log cannot know it;
 /// what it says of the Earth's rotation does not, for it belongs to the place of its log.
 ///
@@ -31,12 +35,15 @@ pub fn configuration(report: &FitReport, base: Option<&Config>, options: &Config
     let sample_time_s = options.sample_time_s.or(base.and_then(|b| b.sample_time_s)).unwrap_or(log_step_s);
     let model = fit.model();
     let old = base.and_then(|b| b.gyro.as_ref());
-    let walk = (fit.noise.rate_random_walk_probability > 0.5).then_some(fit.noise.rate_random_walk_rad_s_sqrt_s);
+    let thermal = report.thermal();
+    // the noise is what the model that is used leaves
+    let noise = thermal.map_or(&fit.noise, |t| &t.noise);
+    let walk = (noise.rate_random_walk_probability > 0.5).then_some(noise.rate_random_walk_rad_s_sqrt_s);
     let gyro = Gyro {
         c1_rad_s: model.c1_rad_s,
         c2_rad_s: model.c2_rad_s,
         time_constant_s: model.time_constant_s,
-        angle_random_walk_rad_sqrt_s: fit.noise.angle_random_walk_rad_sqrt_s,
+        angle_random_walk_rad_sqrt_s: noise.angle_random_walk_rad_sqrt_s,
         earth_rate_rad_s: report.earth.map(|e| e.vertical_rad_s),
         turn_on_bias_std_rad_s: old.and_then(|g| g.turn_on_bias_std_rad_s),
         warm_up_relative_std: old.and_then(|g| g.warm_up_relative_std),
@@ -44,6 +51,13 @@ pub fn configuration(report: &FitReport, base: Option<&Config>, options: &Config
         covariance: Some(Covariance::from_matrix(&fit.covariance)),
         discrete: Some(Discrete::new(&model, sample_time_s, options.scheme)?),
         noise: walk.map(|k| Noise { rate_random_walk_rad_s_sqrt_s: Some(k), ..Noise::default() }),
+        temperature: thermal.map(|t| Temperature {
+            reference_c: t.reference_c,
+            bias_rad_s: t.bias_rad_s.estimate,
+            sensitivity_rad_s_k: t.sensitivity_rad_s_k.estimate,
+            curvature_rad_s_k2: t.curvature_rad_s_k2.map(|q| q.estimate),
+            covariance: Some(TemperatureCovariance::from_matrix(&t.covariance)),
+        }),
         // the log that was fitted was a run of its own: what the base says of the last one is past
         last_run: None,
     };

@@ -54,6 +54,7 @@ pub fn population_configuration(
         noise: span
             .rate_random_walk_rad_s_sqrt_s
             .map(|k| Noise { rate_random_walk_rad_s_sqrt_s: Some(k), ..Noise::default() }),
+        temperature: None,
         last_run: None,
     };
     let white = counted.iter().all(|r| r.white == Some(true));

@@ -1,4 +1,4 @@
-//! Floor 3: the fit of e(t) = C1 (1 - exp(-t/T)) + C2 to a log at rest.
+//! Floor 3: the fit of e(t) = C1 (1 - exp(-t/T)) + C2 to a log at rest, and of the same error by temperature.
 //!
 //! Least squares by variable projection: for given T the model is linear, so T alone is searched, over all scales
 //! and from no starting value. Noise colour does not change the estimate; it changes the covariance, which allows for
@@ -11,12 +11,14 @@ mod profile;
 mod projection;
 mod robust;
 mod search;
+mod temperature;
 pub mod terms;
 mod types;
 
 pub use advice::Advice;
 pub use compare::{Comparison, GainTest, Score};
 pub use search::Termination;
+pub use temperature::{TemperatureFit, fit_temperature, fit_temperature_reduced};
 pub use types::{Estimate, Fit, FitOptions, Fixed, Loss, NoiseEstimate, StraightLine};
 
 use crate::bias::WarmUp;
@@ -224,7 +226,7 @@ fn solve(moments: &Moments, by_differences: impl Fn() -> f64, options: &FitOptio
     let [c1_rad_s, c2_rad_s, time_constant_s] = estimates;
     let bounded = time_constant_s.ci95[0] > 0.0 && time_constant_s.ci95[1].is_finite();
     let identifiable = !free_t || (min.termination.converged() && bounded);
-    let noise_estimate = estimate_noise(&noise, moments, min.linear.rss / freedom, by_differences);
+    let noise_estimate = estimate_noise(&noise, moments.step_s, min.linear.rss / freedom, by_differences);
     let comparison = compare::compare(&p, free_t);
     let line = straight_line(moments, options);
     let mut out = Fit {
@@ -281,7 +283,7 @@ fn correlation(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
 
 fn estimate_noise(
     noise: &NoiseFit,
-    moments: &Moments,
+    step_s: f64,
     residual_variance: f64,
     by_differences: impl Fn() -> f64,
 ) -> NoiseEstimate {
@@ -298,7 +300,7 @@ fn estimate_noise(
         }
     }
     NoiseEstimate {
-        angle_random_walk_rad_sqrt_s: (white.max(0.0) * moments.step_s).sqrt(),
+        angle_random_walk_rad_sqrt_s: (white.max(0.0) * step_s).sqrt(),
         rate_random_walk_probability: probability,
         rate_random_walk_rad_s_sqrt_s: noise.mean(|m| m.walk_variance_rate).sqrt(),
         rate_random_walk_upper95_rad_s_sqrt_s: upper,

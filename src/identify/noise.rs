@@ -212,6 +212,12 @@ impl NoiseFit {
         self.members.iter().map(|m| m.weight * f(m)).sum()
     }
 
+    /// Probability that an error with the variance that each member gives it is as large as `value`: its sign does not matter.
+    pub fn p_value(&self, value: f64, variances: &[f64]) -> f64 {
+        let Ok(t) = StudentsT::new(0.0, 1.0, self.degrees_of_freedom) else { return f64::NAN };
+        self.members.iter().zip(variances).map(|(m, v)| m.weight * 2.0 * t.cdf(-value.abs() / v.max(0.0).sqrt())).sum()
+    }
+
     /// Half width x with P(|error| > x) = 1 - level, for an error that is Student's t with
     /// the variance that each member gives it.
     pub fn half_width(&self, variances: &[f64], level: f64) -> f64 {

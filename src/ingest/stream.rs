@@ -2,11 +2,11 @@
 
 use super::audit::{Audit, Duplicates, Handling, Missing, OutOfOrder};
 use super::clock::{self, Clock, Scale};
-use super::format::{BATCH_ROWS, Batch, Column, Facts};
+use super::format::{BATCH_ROWS, Batch, Facts};
 use super::names::Named;
 use super::recording::{self, COARSE_CLOCK, FEWEST, GyroQuery, LARGEST_RATE, Plan, short};
 use super::stream_audit::{self, Gaps, Runs};
-use super::table::{Cells, Table};
+use super::table::Table;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::robust::median;
 use crate::signal::slots::GAP_STEPS;
@@ -14,7 +14,7 @@ use crate::signal::{Limits, Reduced, Reducer};
 use crate::units::RateUnit;
 
 /// Rows that say how times are read.
-const HEAD_ROWS: usize = BATCH_ROWS;
+pub(super) const HEAD_ROWS: usize = BATCH_ROWS;
 /// Samples of the stretches that decide about a unit and describe the log at rest.
 const WITNESSES: usize = 1 << 20;
 
@@ -79,16 +79,16 @@ struct Temperature {
 }
 
 impl<'a> Pass<'a> {
-    /// Begins with the first rows of a file, which say how its times are read and how far apart they are.
-    pub fn begin(table: Table, plan: &'a Plan, query: &'a GyroQuery) -> Result<Self> {
+    /// A pass that keeps what `limits` allow. The `head` of a file says how its times are read and how far apart they are; its
+    /// rows are still to be added.
+    pub fn new(head: &Table, plan: &'a Plan, query: &'a GyroQuery, limits: Limits) -> Result<Self> {
         if query.sort_time {
             return Err(Error::new(ErrorKind::Usage, "--sort-time", "needs all rows of the log at once")
                 .mend("raise --memory so that the log is held, or sort the file"));
         }
-        let head = table.first(HEAD_ROWS);
         let times = match query.rate_hz {
             Some(rate_hz) => clock::by_rows(head.rows, rate_hz),
-            None => clock::read(&head, plan.time, query.time_unit)?,
+            None => clock::read(head, plan.time, query.time_unit)?,
         };
         let raw = head.numbers(plan.gyro)?;
         let values = raw.values.iter().map(|v| v + raw.origin as f64);
@@ -109,7 +109,7 @@ impl<'a> Pass<'a> {
         notes.extend(times.notes);
         let temperature = plan.temperature.and_then(|column| {
             let named: Named = head.heads[column].named();
-            match recording::side_scale(&head, column, named) {
+            match recording::side_scale(head, column, named) {
                 Ok(((factor, offset), note)) => {
                     notes.extend(note);
                     Some(Temperature { column, factor, offset, low: f64::INFINITY, high: f64::NEG_INFINITY })
@@ -120,12 +120,12 @@ impl<'a> Pass<'a> {
                 }
             }
         });
-        let reducer = Reducer::new(sum / count, reference, temperature.is_some(), Limits::default());
+        let reducer = Reducer::new(sum / count, reference, temperature.is_some(), limits);
         let (scale, clock) = (times.scale, times.clock);
-        let mut pass = Self {
+        Ok(Self {
             query,
             plan,
-            about: table.first(0),
+            about: head.first(0),
             scale,
             clock,
             notes,
@@ -142,10 +142,7 @@ impl<'a> Pass<'a> {
             varies: false,
             runs: Runs::default(),
             gaps: Gaps::new(middle),
-        };
-        let column = |c: Cells| Column { origin: c.origin, values: c.values };
-        pass.add(&Batch { rows: table.rows, columns: table.cells.into_iter().map(column).collect() })?;
-        Ok(pass)
+        })
     }
 
     /// Takes the next rows.

@@ -1,6 +1,6 @@
 //! What a file's format hands over: columns by name, as numbers, before anyone knows what they mean.
 
-use super::format::{Batch, ColumnFacts, Facts, Source};
+use super::format::{Batch, Column, ColumnFacts, Facts, Source};
 use super::names::{self, Named, Role};
 use crate::error::{Error, ErrorKind, Result};
 
@@ -134,6 +134,12 @@ impl Table {
             first_line: self.first_line,
             notes: self.notes.clone(),
         }
+    }
+
+    /// Its cells as the rows of one batch.
+    pub fn into_batch(self) -> Batch {
+        let column = |c: Cells| Column { origin: c.origin, values: c.values };
+        Batch { rows: self.rows, columns: self.cells.into_iter().map(column).collect() }
     }
 
     /// The cells of a column that has to be all numbers.

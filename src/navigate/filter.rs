@@ -109,6 +109,12 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         since_power_on_s: f64,
     ) -> Result<(Self, Vec<String>)> {
         let gyro = config.require_gyro()?;
+        if gyro.temperature.is_some() && settings.error_model == ErrorModel::WarmUp {
+            let found = "a filter that is run step by step is not told the temperature";
+            return Err(Error::new(ErrorKind::Config, "configuration", found).at("`[gyro.temperature]`").mend(
+                "run it over a log with the temperature, or delete the table: the gyro then warms up by elapsed time",
+            ));
+        }
         let sample_time_s = sample_time(config)?;
         let decay = Decay::new(config)?;
         let restart = settings.off_time_s.map(|off_s| gyro.restart(off_s)).transpose()?;

@@ -205,6 +205,7 @@ mod tests {
             covariance: None,
             discrete: None,
             noise: None,
+            temperature: None,
             last_run: None,
         }
     }

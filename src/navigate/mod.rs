@@ -27,6 +27,8 @@
 //! # Ok::<(), gyroid::Error>(())
 //! ```
 //!
+//! Where the configuration has `[gyro.temperature]` and the drive a temperature, [`run`] goes by that instead of the warm-up.
+//!
 //! While the robot stands, the filter learns the gyro's error from v = 0 and ω = 0 ([`Standstill`]); by default only where
 //! both wheels read exactly zero, because a robot whose motors are commanded to rest may still creep.
 
@@ -44,6 +46,7 @@ mod run;
 mod sensors;
 mod slip_model;
 mod standstill;
+mod temperature;
 mod ticks;
 mod ud;
 mod unscented;

@@ -10,6 +10,7 @@ use super::model::{Input, MotionModel, state};
 use super::reference::{self, ErrorSums, Reference, ReferenceErrors};
 use super::sensors::{self, Sensors};
 use super::standstill::{Detector, StandstillSummary};
+use super::temperature;
 use super::{ErrorModel, Settings, WheelModel};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
@@ -140,9 +141,12 @@ pub struct FinalPose {
 /// encoders' noise in that speed; so q = (D - 2 σ²)/δ, and likewise for the yaw rate, of wheels or gyro, whichever has
 /// the smaller noise.
 ///
+/// With `[gyro.temperature]` the log must have the temperature: its part is taken off the gyro's readings beforehand, and the
+/// error of what is left is estimated; the error that the run reports is the sum.
+///
 /// # Errors
 /// [`ErrorKind::Config`] if a table is missing, or the configuration holds effects; [`ErrorKind::Column`] if nothing
-/// tells speed or yaw rate, or the pose is missing that is to be used or started at; [`ErrorKind::Time`] if time does
+/// tells speed or yaw rate, the temperature is missing that the configuration needs, or the pose is missing that is to be used or started at; [`ErrorKind::Time`] if time does
 /// not run forward; [`ErrorKind::TooShort`] with fewer than two rows; [`ErrorKind::Numeric`] with the row where the
 /// state overflows.
 pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
@@ -154,6 +158,12 @@ pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
         }
         let settings = Settings { error_model: ErrorModel::Off, ..*settings };
         return run_with(&sensors::without_gyro(config), log, &settings);
+    }
+    if settings.error_model == ErrorModel::WarmUp
+        && let Some(compensated) = temperature::compensated(config, log)?
+    {
+        let run = run_with(&compensated.config, &compensated.log, settings)?;
+        return Ok(compensated.given_back(run));
     }
     run_with(config, log, settings)
 }

@@ -39,6 +39,7 @@ pub(super) fn without_gyro(config: &Config) -> Config {
         covariance: None,
         discrete: None,
         noise: None,
+        temperature: None,
         last_run: None,
     };
     let sample_time_s = config.sample_time_s.or(Some(1.0));

@@ -5,7 +5,9 @@ use crate::bias::EarthRate;
 use crate::error::{Error, ErrorKind, Result};
 use crate::files;
 use crate::identify::{self, FitOptions, Loss};
-use crate::ingest::{Axis, GyroQuery, Mounting, Stamp, gyro_topics, read_gyro};
+use crate::ingest::{
+    Axis, GyroQuery, GyroRecording, Mounting, Reading, Stamp, gyro_topics, read_axes_within, read_gyro,
+};
 use crate::signal::names;
 use crate::validate;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -160,7 +162,8 @@ pub fn fit_all(
             .collect(),
         options: &options,
     };
-    let jobs = jobs.clamp(1, logs.len().max(1) * settings.axes.len().max(1));
+    let axes = settings.axes.len();
+    let jobs = jobs.clamp(1, (logs.len() * axes).max(1));
     let no_threads = |e: &dyn fmt::Display| {
         Error::new(ErrorKind::Numeric, "--jobs", format!("no thread can be started: {e}")).mend("ask for fewer jobs")
     };
@@ -168,17 +171,17 @@ pub fn fit_all(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| no_threads(&e))?;
     let tasks = pool.install(|| tasks(logs, settings));
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let mut slots: Vec<Option<(Row, Origin)>> = vec![None; tasks.len()];
+    let mut slots: Vec<Option<(Row, Origin)>> = vec![None; tasks.len() * axes];
     let failed = thread::scope(|scope| {
         let (send, receive) = mpsc::channel();
-        for _ in 0..jobs {
+        for _ in 0..jobs.min(tasks.len()) {
             let send = send.clone();
             let (next, stop, tasks, work, pool) = (&next, &stop, &tasks, &work, &pool);
             let turn = move || {
                 while !stop.load(Ordering::Relaxed) {
                     let at = next.fetch_add(1, Ordering::Relaxed);
                     let Some(task) = tasks.get(at) else { break };
-                    let done = pool.install(|| work.row(task));
+                    let done = pool.install(|| work.rows(task));
                     if send.send((at, done)).is_err() {
                         break;
                     }
@@ -190,12 +193,14 @@ pub fn fit_all(
             }
         }
         drop(send);
-        for (at, (row, origin)) in receive {
-            if let Err(e) = each(&row, origin) {
-                stop.store(true, Ordering::Relaxed);
-                return Some(e);
+        for (at, rows) in receive {
+            for (i, (row, origin)) in rows.into_iter().enumerate() {
+                if let Err(e) = each(&row, origin) {
+                    stop.store(true, Ordering::Relaxed);
+                    return Some(e);
+                }
+                slots[at * axes + i] = Some((row, origin));
             }
-            slots[at] = Some((row, origin));
         }
         None
     });
@@ -207,16 +212,15 @@ pub fn fit_all(
     Ok(Done { fitted, resumed: rows.len() - fitted, rows })
 }
 
-/// What becomes a row.
+/// What is read at once: it becomes a row an axis.
 struct Task<'a> {
     path: &'a Path,
     topic: Option<String>,
-    axis: AxisChoice,
     /// Why the topics of the log are not known.
     error: Option<Error>,
 }
 
-/// One a log, topic and axis, in this order.
+/// One a log and topic, in this order.
 fn tasks<'a>(logs: &'a [PathBuf], settings: &Settings) -> Vec<Task<'a>> {
     type Listed = (Vec<Option<String>>, Option<Error>);
     let of_log = |log: &PathBuf| -> Listed {
@@ -233,11 +237,7 @@ fn tasks<'a>(logs: &'a [PathBuf], settings: &Settings) -> Vec<Task<'a>> {
     let listed: Vec<Listed> = logs.par_iter().map(of_log).collect();
     let mut tasks = Vec::new();
     for (log, (topics, error)) in logs.iter().zip(listed) {
-        for topic in topics {
-            for axis in &settings.axes {
-                tasks.push(Task { path: log, topic: topic.clone(), axis: *axis, error: error.clone() });
-            }
-        }
+        tasks.extend(topics.into_iter().map(|topic| Task { path: log, topic, error: error.clone() }));
     }
     tasks
 }
@@ -250,35 +250,67 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    fn row(&self, task: &Task<'_>) -> (Row, Origin) {
-        let Task { path, axis, .. } = *task;
-        let row = Row::of_file(path, task.topic.as_deref(), axis, self.options);
-        if !self.known.is_empty()
-            && let Ok(sha256) = files::sha256(path)
-            && let Some(known) = self.known.get(&(sha256.as_str(), task.topic.clone(), axis.to_string()))
-        {
-            let Row { path, size_bytes, modified, .. } = row;
-            return (Row { path, size_bytes, modified, ..(*known).clone() }, Origin::Resumed);
-        }
-        let named = row.clone();
-        // one log on which the program itself fails must not cost the others
-        let done = catch_unwind(AssertUnwindSafe(|| self.fit(task, row)));
-        let done = done.unwrap_or_else(|fault| Err(program_fault(path, fault.as_ref())));
-        let mut row = done.unwrap_or_else(|e| named.failed(&e));
-        if row.sha256.is_empty() {
-            row.sha256 = files::sha256(path).unwrap_or_default();
-        }
-        (row, Origin::Fitted)
+    /// One row an axis; the log is read once for all of them.
+    fn rows(&self, task: &Task<'_>) -> Vec<(Row, Origin)> {
+        let Task { path, ref topic, .. } = *task;
+        let axes = &self.settings.axes;
+        let sha256 = if self.known.is_empty() { None } else { files::sha256(path).ok() };
+        let known = |axis: AxisChoice| self.known.get(&(sha256.as_deref()?, topic.clone(), axis.to_string()));
+        let unknown: Vec<AxisChoice> = axes.iter().copied().filter(|axis| known(*axis).is_none()).collect();
+        let mut read = self.read(task, &unknown).into_iter();
+        let row = |&axis: &AxisChoice| {
+            let row = Row::of_file(path, topic.as_deref(), axis, self.options);
+            if let Some(known) = known(axis) {
+                let Row { path, size_bytes, modified, .. } = row;
+                return (Row { path, size_bytes, modified, ..(*known).clone() }, Origin::Resumed);
+            }
+            let recording = read.next();
+            let named = row.clone();
+            // one log on which the program itself fails must not cost the others
+            let fit = || recording.map_or(Err(program_fault(path, &"it was not read")), |r| self.fit(path, r?, row));
+            let done = catch_unwind(AssertUnwindSafe(fit));
+            let done = done.unwrap_or_else(|fault| Err(program_fault(path, fault.as_ref())));
+            let mut row = done.unwrap_or_else(|e| named.failed(&e));
+            if row.sha256.is_empty() {
+                row.sha256 = files::sha256(path).unwrap_or_default();
+            }
+            (row, Origin::Fitted)
+        };
+        axes.iter().map(row).collect()
     }
 
-    fn fit(&self, task: &Task<'_>, mut row: Row) -> Result<Row> {
-        let (settings, path) = (self.settings, task.path);
+    /// The recordings of `axes`, read together; where one of them fails, one by one, so that it does not cost the others.
+    fn read(&self, task: &Task<'_>, axes: &[AxisChoice]) -> Vec<Result<GyroRecording>> {
         if let Some(error) = &task.error {
-            return Err(error.clone());
+            return axes.iter().map(|_| Err(error.clone())).collect();
         }
-        let AxisChoice { axis, reversed } = task.axis;
-        let query = GyroQuery { axis, reversed, topic: task.topic.clone(), ..settings.query.clone() };
-        let mut recording = read_gyro(path, &query)?;
+        let path = task.path;
+        let query = |c: &AxisChoice| GyroQuery {
+            axis: c.axis,
+            reversed: c.reversed,
+            topic: task.topic.clone(),
+            ..self.settings.query.clone()
+        };
+        let queries: Vec<GyroQuery> = axes.iter().map(query).collect();
+        let whole = || -> Result<Vec<Reading>> { read_axes_within(path, &queries, usize::MAX, &mut |_| ()) };
+        if queries.len() > 1
+            && let Ok(Ok(readings)) = catch_unwind(AssertUnwindSafe(whole))
+        {
+            let held = |r| if let Reading::Whole(recording) = r { Some(Ok(*recording)) } else { None };
+            let held: Option<Vec<Result<GyroRecording>>> = readings.into_iter().map(held).collect();
+            if let Some(held) = held {
+                return held;
+            }
+        }
+        let alone = |query: &GyroQuery| {
+            let read = catch_unwind(AssertUnwindSafe(|| read_gyro(path, query)));
+            read.unwrap_or_else(|fault| Err(program_fault(path, fault.as_ref())))
+        };
+        queries.iter().map(alone).collect()
+    }
+
+    fn fit(&self, path: &Path, mut recording: GyroRecording, mut row: Row) -> Result<Row> {
+        let settings = self.settings;
         if settings.trim_motion {
             recording = recording.without_motion()?;
         }

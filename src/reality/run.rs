@@ -90,6 +90,7 @@ impl Unit {
                 covariance: None,
                 discrete: None,
                 noise: None,
+                temperature: None,
                 last_run: None,
             }),
             vehicle: None,

@@ -2,9 +2,10 @@
 
 use super::fit::{LogFacts, whiteness_json, whiteness_text};
 use super::numbers::{probability, significant};
-use crate::config::Config;
+use crate::bias::Against;
+use crate::config::{Config, Temperature};
 use crate::error::{Error, ErrorKind, Result};
-use crate::signal::{Reduced, TimeAxis};
+use crate::signal::{Course, Reduced, TimeAxis};
 use crate::validate::{Residuals, Validation};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -28,8 +29,13 @@ pub struct ModelCheck {
     pub residual_std_rad_s: f64,
     /// What the angle random walk of the configuration gives at this log's sample time, rad/s.
     pub expected_std_rad_s: f64,
-    /// Whether the log lies in the span of time that the model was fitted on.
+    /// Whether the model is that of the warm-up by elapsed time, or `[gyro.temperature]`.
+    pub against: Against,
+    /// Whether the log lies in the span of time that the model was fitted on; none for one of the temperature.
     pub inside_valid_time: Option<bool>,
+    /// Whether the log lies in the temperatures that the model was fitted on, a tenth of their range aside; none for one of
+    /// elapsed time.
+    pub inside_valid_temperature: Option<bool>,
     /// Whiteness of the residuals.
     pub validation: Validation,
 }
@@ -39,10 +45,46 @@ struct Seen {
     samples: usize,
     offset_rad_s: f64,
     variance: f64,
-    /// Mean gradient over the log: the offset that errors of C1, C2 and T together make.
+    against: Against,
+    /// Mean gradient over the log: the offset that errors of the model's parameters together make.
     gradient: [f64; 3],
     span_s: [f64; 2],
     step_s: f64,
+}
+
+impl Seen {
+    fn whole(against: Against, time: &TimeAxis, residual_rad_s: &[f64], gradient: [f64; 3]) -> Self {
+        let n = residual_rad_s.len() as f64;
+        let offset_rad_s = residual_rad_s.iter().sum::<f64>() / n;
+        let variance = residual_rad_s.iter().map(|r| (r - offset_rad_s).powi(2)).sum::<f64>() / (n - 1.0);
+        let span_s = if time.is_empty() { [f64::NAN; 2] } else { [time.at(0), time.at(time.len() - 1)] };
+        let (samples, step_s) = (residual_rad_s.len(), time.median_step_s());
+        Self { samples, offset_rad_s, variance, against, gradient, span_s, step_s }
+    }
+
+    fn reduced(against: Against, log: &Reduced, residuals: &Residuals, gradient: [f64; 3]) -> Self {
+        Self {
+            samples: log.samples(),
+            offset_rad_s: residuals.mean_rad_s,
+            variance: residuals.variance,
+            against,
+            gradient,
+            span_s: [log.moments.first_s, log.last_s],
+            step_s: log.coarse.step_s,
+        }
+    }
+}
+
+fn mean_gradient(all: impl ExactSizeIterator<Item = [f64; 3]>) -> [f64; 3] {
+    let n = all.len() as f64;
+    all.fold([0.0; 3], |sum, g| std::array::from_fn(|i| sum[i] + g[i] / n))
+}
+
+fn table(config: &Config) -> Result<&Temperature> {
+    config.require_gyro()?.temperature.as_ref().ok_or_else(|| {
+        Error::new(ErrorKind::Config, "configuration", "the table [gyro.temperature] is missing")
+            .mend("write it with gyroid fit --against temperature")
+    })
 }
 
 impl ModelCheck {
@@ -57,28 +99,26 @@ impl ModelCheck {
         residual_rad_s: &[f64],
         validation: Validation,
     ) -> Result<Self> {
-        let gyro = config.require_gyro()?;
-        if residual_rad_s.len() < 3 {
-            let found = format!("{} samples", residual_rad_s.len());
-            return Err(Error::new(ErrorKind::TooShort, &log.name, found).mend("record a longer log"));
-        }
-        let n = residual_rad_s.len() as f64;
-        let offset = residual_rad_s.iter().sum::<f64>() / n;
-        let variance = residual_rad_s.iter().map(|r| (r - offset).powi(2)).sum::<f64>() / (n - 1.0);
-        let mut gradient = [0.0; 3];
-        for i in 0..time.len() {
-            let here = gyro.warm_up().gradient(time.at(i));
-            gradient.iter_mut().zip(here).for_each(|(g, h)| *g += h / n);
-        }
-        let seen = Seen {
-            samples: residual_rad_s.len(),
-            offset_rad_s: offset,
-            variance,
-            gradient,
-            span_s: [time.at(0), time.at(time.len() - 1)],
-            step_s: time.median_step_s(),
-        };
-        Self::of(log, config, &seen, validation)
+        let model = config.require_gyro()?.warm_up();
+        let gradient = mean_gradient((0..time.len()).map(|i| model.gradient(time.at(i))));
+        Self::of(log, config, &Seen::whole(Against::Time, time, residual_rad_s, gradient), validation)
+    }
+
+    /// The same under `[gyro.temperature]`, with the temperature of each sample, °C.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; [`ErrorKind::Config`] without `[gyro.temperature]`.
+    pub fn by_temperature(
+        log: LogFacts,
+        config: &Config,
+        time: &TimeAxis,
+        temperature_c: &[f64],
+        residual_rad_s: &[f64],
+        validation: Validation,
+    ) -> Result<Self> {
+        let model = table(config)?.thermal();
+        let gradient = mean_gradient(temperature_c.iter().map(|t| model.gradient(*t)));
+        Self::of(log, config, &Seen::whole(Against::Temperature, time, residual_rad_s, gradient), validation)
     }
 
     /// The same of a log of which one pass kept block means: `reduced`, whose times count from power-on, has `residuals`
@@ -95,38 +135,57 @@ impl ModelCheck {
     ) -> Result<Self> {
         let model = config.require_gyro()?.warm_up();
         let (times, _) = residuals.coarse();
-        if reduced.samples() < 3 || times.is_empty() {
-            let found = format!("{} samples", reduced.samples());
-            return Err(Error::new(ErrorKind::TooShort, &log.name, found).mend("record a longer log"));
-        }
-        let mut gradient = [0.0; 3];
-        for t in &times {
-            gradient.iter_mut().zip(model.gradient(*t)).for_each(|(g, h)| *g += h / times.len() as f64);
-        }
-        let seen = Seen {
-            samples: reduced.samples(),
-            offset_rad_s: residuals.mean_rad_s,
-            variance: residuals.variance,
-            gradient,
-            span_s: [reduced.moments.first_s, reduced.last_s],
-            step_s: reduced.coarse.step_s,
-        };
-        Self::of(log, config, &seen, validation)
+        let gradient = mean_gradient(times.iter().map(|t| model.gradient(*t)));
+        Self::of(log, config, &Seen::reduced(Against::Time, reduced, residuals, gradient), validation)
+    }
+
+    /// The same under `[gyro.temperature]`, with the course of the temperature.
+    ///
+    /// # Errors
+    /// As [`Self::by_temperature`].
+    pub fn of_reduced_by_temperature(
+        log: LogFacts,
+        config: &Config,
+        reduced: &Reduced,
+        temperature_c: &Course,
+        residuals: &Residuals,
+        validation: Validation,
+    ) -> Result<Self> {
+        let model = table(config)?.thermal();
+        let (times, _) = residuals.coarse();
+        let gradient = mean_gradient(times.iter().map(|t| model.gradient(temperature_c.at(*t))));
+        Self::of(log, config, &Seen::reduced(Against::Temperature, reduced, residuals, gradient), validation)
     }
 
     fn of(log: LogFacts, config: &Config, seen: &Seen, validation: Validation) -> Result<Self> {
         let gyro = config.require_gyro()?;
+        if seen.samples < 3 || !seen.offset_rad_s.is_finite() {
+            let found = format!("{} samples", seen.samples);
+            return Err(Error::new(ErrorKind::TooShort, &log.name, found).mend("record a longer log"));
+        }
         let g = &seen.gradient;
-        let fitted: f64 = gyro.covariance.map_or(0.0, |c| {
-            let c = c.to_matrix();
+        let covariance = match seen.against {
+            Against::Time => gyro.covariance.map(|c| c.to_matrix()),
+            Against::Temperature => table(config)?.covariance.map(|c| c.to_matrix()),
+        };
+        let fitted: f64 = covariance.map_or(0.0, |c| {
             (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).map(|(i, j)| g[i] * c[i][j] * g[j]).sum()
         });
         let spread = gyro.turn_on_bias_std_rad_s.unwrap_or(0.0).powi(2);
         let step_s = seen.step_s;
-        let inside = config.validation.as_ref().map(|v| {
+        let valid = config.validation.as_ref();
+        let inside_time = valid.filter(|_| seen.against == Against::Time).map(|v| {
             let [first, last] = seen.span_s;
             v.valid_from_s <= first + step_s && last <= v.valid_to_s + step_s
         });
+        let temperatures = valid.and_then(|v| v.valid_from_temperature_c.zip(v.valid_to_temperature_c));
+        let inside_temperature = temperatures
+            .zip(log.temperature_c)
+            .filter(|_| seen.against == Against::Temperature)
+            .map(|((from, to), [low, high])| {
+                let slack = 0.1 * (to - from);
+                from - slack <= low && high <= to + slack
+            });
         Ok(Self {
             log,
             signed: config.is_signed(),
@@ -136,7 +195,9 @@ impl ModelCheck {
             turn_on_stated: gyro.turn_on_bias_std_rad_s.is_some(),
             residual_std_rad_s: seen.variance.sqrt(),
             expected_std_rad_s: gyro.angle_random_walk_rad_sqrt_s / step_s.sqrt(),
-            inside_valid_time: inside,
+            against: seen.against,
+            inside_valid_time: inside_time,
+            inside_valid_temperature: inside_temperature,
             validation,
         })
     }
@@ -175,6 +236,12 @@ impl ModelCheck {
             let _ =
                 writeln!(out, "  note: the log reaches beyond the time since power-on that the model was fitted on");
         }
+        if self.inside_valid_temperature == Some(false) {
+            let _ = writeln!(out, "  note: the log reaches beyond the temperatures that the model was fitted on");
+        }
+        if self.against == Against::Temperature {
+            let _ = writeln!(out, "  model     by temperature, [gyro.temperature]");
+        }
         let expected = if self.turn_on_stated {
             format!("{:.1} standard deviations of what is expected", self.offset_in_std())
         } else {
@@ -204,7 +271,9 @@ impl ModelCheck {
             "turn_on_stated": self.turn_on_stated,
             "residual_std_rad_s": self.residual_std_rad_s,
             "expected_std_rad_s": self.expected_std_rad_s,
+            "against": self.against,
             "inside_valid_time": self.inside_valid_time,
+            "inside_valid_temperature": self.inside_valid_temperature,
             "validation": whiteness_json(&self.validation),
             "log": self.log.json(),
         })

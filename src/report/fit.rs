@@ -1,8 +1,9 @@
 //! The report of a fit: verdict first, then numbers, then evidence.
 
 use super::numbers::{known_digits, probability, significant};
-use crate::bias::EarthRate;
-use crate::identify::{Estimate, Fit, Termination};
+use super::temperature::{temperature_json, temperature_text};
+use crate::bias::{Against, EarthRate};
+use crate::identify::{Estimate, Fit, TemperatureFit, Termination};
 use crate::math::whiteness::Whiteness;
 use crate::units::{RAD_S_PER_DEG_S, RateUnit, duration_text};
 use crate::validate::Validation;
@@ -37,6 +38,8 @@ pub enum Verdict {
     NoWarmUp,
     /// The interval of T is open: the log knows C2 and the slope C1/T.
     NotIdentifiable,
+    /// The model is one of the temperature, and that has no effect in this log.
+    NoTemperatureEffect,
     /// Something is left in the residuals.
     NotWhite,
 }
@@ -48,16 +51,39 @@ pub struct FitReport {
     pub log: LogFacts,
     /// The fit.
     pub fit: Fit,
-    /// Whiteness of its residuals.
+    /// Whiteness of the residuals: of the fit, or of the error by temperature where the model is `against` that.
     pub validation: Validation,
     /// What of C2 is the Earth's rotation, where the latitude is known and the axis points up.
     pub earth: Option<EarthRate>,
+    /// The same error by temperature, where the log has it.
+    pub temperature: Option<TemperatureFit>,
+    /// Which of both is the model that is judged, and written into a configuration.
+    pub against: Against,
 }
 
 impl FitReport {
+    /// The report of a fit against elapsed time.
+    #[must_use]
+    pub fn new(log: LogFacts, fit: Fit, validation: Validation) -> Self {
+        Self { log, fit, validation, earth: None, temperature: None, against: Against::Time }
+    }
+
+    /// The error by temperature where that is the model.
+    #[must_use]
+    pub fn thermal(&self) -> Option<&TemperatureFit> {
+        self.temperature.as_ref().filter(|_| self.against == Against::Temperature)
+    }
+
     /// The verdict: what is most wrong comes first.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
+        if let Some(thermal) = self.thermal() {
+            return match (thermal.found(), self.validation.white) {
+                (false, _) => Verdict::NoTemperatureEffect,
+                (true, false) => Verdict::NotWhite,
+                (true, true) => Verdict::FitForUse,
+            };
+        }
         if !self.fit.warm_up_found() {
             Verdict::NoWarmUp
         } else if !self.fit.identifiable {
@@ -84,7 +110,14 @@ impl FitReport {
                 format!("residuals not white (joint p {}, most by {test} at {at})", equals(&joint))
             }
         };
-        match self.verdict() {
+        let verdict = self.verdict();
+        if let (Verdict::FitForUse, Some(thermal)) = (verdict, self.thermal()) {
+            let s = &thermal.sensitivity_rad_s_k;
+            let (slope, std) = (known_digits(s.estimate, s.std), significant(s.std, 2));
+            return format!("FIT FOR USE by temperature: {slope} ± {std} rad/s/K, {white}");
+        }
+        match verdict {
+            Verdict::NoTemperatureEffect => format!("NOT FIT FOR USE: temperature has no effect in this log; {white}"),
             Verdict::FitForUse if t.std > 0.0 => {
                 let relative = 100.0 * 0.5 * (t.ci95[1] - t.ci95[0]) / t.estimate;
                 format!("FIT FOR USE: warm-up found, T known to ±{} %, {white}", significant(relative, 2))
@@ -154,6 +187,9 @@ impl FitReport {
         let _ = writeln!(out, "  {}", termination(&fit.termination));
         self.noise_text(&mut out);
         self.identifiability_text(&mut out);
+        if let Some(temperature) = &self.temperature {
+            temperature_text(temperature, self.against == Against::Temperature, &mut out);
+        }
         whiteness_text(&self.validation, &mut out);
         out
     }
@@ -242,6 +278,7 @@ impl FitReport {
                 Verdict::NoWarmUp => "no_warm_up",
                 Verdict::NotIdentifiable => "not_identifiable",
                 Verdict::NotWhite => "not_white",
+                Verdict::NoTemperatureEffect => "no_temperature_effect",
             },
             "verdict_text": self.verdict_line(),
             "parameters": {
@@ -273,6 +310,8 @@ impl FitReport {
             "straight_line": fit.line,
             "advice": fit.advice,
             "validation": whiteness_json(&self.validation),
+            "against": self.against,
+            "temperature": self.temperature.as_ref().map(temperature_json),
             "log": self.log.json(),
         })
     }
@@ -355,7 +394,7 @@ impl LogFacts {
     }
 }
 
-fn equals(p: &str) -> String {
+pub(super) fn equals(p: &str) -> String {
     if p.starts_with('<') { p.to_string() } else { format!("= {p}") }
 }
 

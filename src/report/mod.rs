@@ -9,6 +9,7 @@ mod numbers;
 pub mod plot;
 mod population;
 mod study;
+mod temperature;
 
 pub use check::ModelCheck;
 pub use figure::fit_picture;

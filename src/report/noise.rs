@@ -4,8 +4,9 @@ use super::fit::LogFacts;
 use super::numbers::{known_digits, probability, significant};
 use super::plot::Picture;
 use super::plot::noise::NoiseFigure;
+use super::temperature::{drift_json, drift_text};
 use crate::error::Result;
-use crate::identify::terms::{DriftCause, NoiseModel, RecordingAdvice, Refusal, TermEstimate};
+use crate::identify::terms::{NoiseModel, RecordingAdvice, Refusal, TermEstimate};
 use crate::noise::datasheet::{Datasheet, Stated};
 use crate::noise::{AllanPoint, Deviation, TermKind};
 use crate::units::{RAD_S_PER_DEG_H, RAD_S_PER_DEG_S, duration_text};
@@ -401,40 +402,6 @@ fn refusal_text(r: &Refusal, span_s: f64, out: &mut String) {
     } else if r.id == TermKind::RateRamp {
         let _ = writeln!(out, "  {:<24} a log twice as long as {} divides the bound by 2.8", "", duration_text(span_s));
     }
-}
-
-fn drift_text(d: &DriftCause, out: &mut String) {
-    let verdict = match d.decided {
-        Some(e) => format!("{} explains what drifts", e.title()),
-        None => "this log cannot tell what the drift follows".into(),
-    };
-    let _ =
-        writeln!(out, "\ntime or temperature ({} °C in this log): {verdict}", significant(d.temperature_range_c, 2));
-    let all: Vec<String> =
-        d.explanations.iter().map(|(e, _, p)| format!("{} {}", e.title(), probability(*p))).collect();
-    let _ = writeln!(
-        out,
-        "  probability: {}; temperature and warm-up are correlated by {:.3}",
-        all.join(", "),
-        d.correlation
-    );
-    if d.decided.is_none() {
-        let _ = writeln!(out, "  record a warm restart, or a log in which the surroundings warm and cool the sensor");
-    }
-}
-
-fn drift_json(d: &DriftCause) -> Value {
-    let all: Vec<Value> = d
-        .explanations
-        .iter()
-        .map(|(e, ln, p)| json!({ "explanation": e, "ln_evidence_below_best": -ln, "probability": p }))
-        .collect();
-    json!({
-        "decided": d.decided,
-        "explanations": all,
-        "temperature_range_c": d.temperature_range_c,
-        "correlation": d.correlation,
-    })
 }
 
 fn term_json(t: &TermEstimate) -> Value {

@@ -31,11 +31,17 @@ impl<'a> Residuals<'a> {
     /// The residuals of `log`, whose times count from power-on, under `model`.
     #[must_use]
     pub fn new(log: &'a Reduced, model: &WarmUp) -> Self {
+        Self::of(log, &|t_s| model.error_rad_s(t_s))
+    }
+
+    /// The residuals of `log` under an error (rad/s) that is a function of its time (s).
+    #[must_use]
+    pub fn of(log: &'a Reduced, error_rad_s: &dyn Fn(f64) -> f64) -> Self {
         let c = &log.coarse;
-        let coarse: Vec<f64> = c.means.iter().enumerate().map(|(i, y)| y - model.error_rad_s(c.middle_s(i))).collect();
+        let coarse: Vec<f64> = c.means.iter().enumerate().map(|(i, y)| y - error_rad_s(c.middle_s(i))).collect();
         let most = (TESTED / log.stretches.len().max(1)).max(1);
         let less = |first_s: f64, values: &[f64]| {
-            let at = |i: usize| model.error_rad_s(first_s + i as f64 * c.step_s);
+            let at = |i: usize| error_rad_s(first_s + i as f64 * c.step_s);
             values.iter().take(most).enumerate().map(|(i, y)| y - at(i)).collect::<Vec<f64>>()
         };
         // with single slots the coarse series is all there is to know

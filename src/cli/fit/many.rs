@@ -3,7 +3,7 @@
 use super::super::Outcome;
 use super::super::log_args::parse_axis;
 use super::super::output::{Output, Working};
-use super::{FitArgs, columns, configuration_options, fit_options};
+use super::{AgainstName, FitArgs, columns, configuration_options, fit_options};
 use clap::Args;
 use gyroid::bias::EarthRate;
 use gyroid::config::Config;
@@ -42,9 +42,9 @@ pub(crate) struct ManyArgs {
 }
 
 impl ManyArgs {
-    /// Axes of each log, each once: those that are named, or `one`.
-    pub fn axes_or(&self, one: AxisChoice) -> Vec<AxisChoice> {
-        let mut axes = if self.axes.is_empty() { vec![one] } else { self.axes.clone() };
+    /// Axes of each log, each once: those that are named here, else those of --axis.
+    pub fn axes_or(&self, others: &[AxisChoice]) -> Vec<AxisChoice> {
+        let mut axes = if self.axes.is_empty() { others.to_vec() } else { self.axes.clone() };
         let mut seen = Vec::new();
         axes.retain(|a| {
             !seen.contains(a) && {
@@ -148,12 +148,16 @@ fn refuse_what_is_for_one(args: &FitArgs) -> Result<()> {
     if !args.plot.is_empty() {
         return usage("--plot", "fit the log that is to be drawn alone");
     }
+    if args.against == AgainstName::Temperature {
+        return usage("--against", "fit one log against temperature at a time");
+    }
     if args.many.config.is_some() && args.columns.several_topics() {
         return Err(Error::new(ErrorKind::Usage, "--config", "is of one gyro, and several topics are named")
             .mend("name one with --topic"));
     }
-    if args.many.config.is_some() && args.many.axes.len() > 1 {
-        let found = format!("is of one axis, and {} are named", args.many.axes.len());
+    let axes = args.many.axes_or(args.columns.axes());
+    if args.many.config.is_some() && axes.len() > 1 {
+        let found = format!("is of one axis, and {} are named", axes.len());
         return Err(Error::new(ErrorKind::Usage, "--config", found).mend("name one with --axis"));
     }
     Ok(())
@@ -161,10 +165,11 @@ fn refuse_what_is_for_one(args: &FitArgs) -> Result<()> {
 
 fn settings(args: &FitArgs, earth: Option<EarthRate>) -> Result<Settings> {
     let columns = columns(args);
+    let axes = args.many.axes_or(columns.axes());
     Ok(Settings {
-        query: columns.query_of_any_topic()?,
+        query: columns.query_of_any_topic(axes[0])?,
         topics: columns.topics(),
-        axes: args.many.axes_or(columns.axis()),
+        axes,
         trim_motion: columns.trims_motion(),
         start_offset_s: columns.start_offset_s(),
         earth,

@@ -59,7 +59,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let write_sim = args.write_sim.as_ref().map(OutputFile::claim).transpose()?;
     let library = library(&args.without)?;
-    let config = Config::read_base(&args.config)?;
+    let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
     let drives = config.kind == Kind::Driving;
     if !drives && !args.map.is_empty() {
         return Err(Error::new(
@@ -70,7 +70,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         .mend("name the gyro's column with --column"));
     }
     let working = output.working("reading");
-    let mut notes = Vec::new();
+    let mut notes: Vec<String> = by_time.into_iter().collect();
     let mut read_one = |paths: &[PathBuf]| -> Result<Log> {
         if !drives {
             return match paths {

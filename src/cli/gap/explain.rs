@@ -34,7 +34,7 @@ pub(crate) struct ExplainArgs {
 
 pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
     let output = Output::open(&args.common)?;
-    let config = at_rest(&args.config)?;
+    let (config, by_time) = at_rest(&args.config)?.by_elapsed_time();
     let working = output.working("reading");
     let log = read(&args.columns, &args.fit)?;
     working.show("fitting");
@@ -57,7 +57,7 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
             text += &format!("  from {from:.1} to {to:.1} s\n");
         }
     }
-    for note in &found.notes {
+    for note in found.notes.iter().chain(&by_time) {
         text += &format!("\n{note}");
     }
     output.say(text.trim_end());

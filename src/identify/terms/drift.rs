@@ -1,7 +1,7 @@
 //! Is it time or temperature? e(t) = C1 (1 - exp(-t/T)) + C2, or a (θ - θ̄) + b (θ - θ̄)², or both, or neither
 //!
 //! Each explanation is columns in the likelihood of the noise terms, its coefficients integrated out under a normal prior as
-//! wide as the slow part of the log varies, T over a grid even in its logarithm, the noise at its best for each. Odds under
+//! wide as the slow part of the log varies, T even in its logarithm, the noise at its best for each. Odds under
 //! twenty to one leave the question open: a sensor that warms itself has both at once.
 
 use super::model::{Likelihood, Model};
@@ -14,8 +14,12 @@ use std::f64::consts::TAU;
 
 /// Odds at which one explanation is believed.
 const DECISIVE: f64 = 20.0;
-/// Time constants tried.
+/// Steps between the time constants that are tried first.
 const TIMES: usize = 20;
+/// A peak over them is resolved where its neighbours lie within this of its ln evidence ...
+const RESOLVED: f64 = 0.5;
+/// ... or so many times half as far away.
+const HALVINGS: usize = 12;
 /// Prior of the quadratic coefficient beside the linear one.
 const BEND: f64 = 0.3;
 /// Block means that show the slow part.
@@ -114,20 +118,15 @@ pub(super) fn drift_cause(
     let span = coarse.span_s();
     let warm = |time: f64| move |t: f64| -(-t / time).exp_m1();
     let by_temperature = || vec![column(theta, 0.0, std), column(move |t| theta(t).powi(2), 0.0, BEND * std)];
-    let time =
-        |i: usize| 4.0 * coarse.step_s * (3.0 * span / (4.0 * coarse.step_s)).powf((i as f64 + 0.5) / TIMES as f64);
     let over_times = |also: bool| {
-        let mut values = Vec::new();
-        for i in 0..TIMES {
-            let mut columns = vec![column(warm(time(i)), 0.0, std)];
+        let value = |ln_time: f64| {
+            let mut columns = vec![column(warm(ln_time.exp()), 0.0, std)];
             if also {
                 columns.extend(by_temperature());
             }
-            values.push(evidence(&coarse, kinds, start, &columns).unwrap_or(f64::NEG_INFINITY));
-        }
-        let (best, top) =
-            values.iter().enumerate().fold((0, f64::NEG_INFINITY), |b, (i, v)| if *v > b.1 { (i, *v) } else { b });
-        (top + (values.iter().map(|v| (v - top).exp()).sum::<f64>() / TIMES as f64).ln(), time(best))
+            evidence(&coarse, kinds, start, &columns).unwrap_or(f64::NEG_INFINITY)
+        };
+        over_ln_times([(4.0 * coarse.step_s).ln(), (3.0 * span).ln()], value)
     };
     let Some(none) = evidence(&coarse, kinds, start, &[]) else { return Ok(None) };
     let Some(temperature_alone) = evidence(&coarse, kinds, start, &by_temperature()) else { return Ok(None) };
@@ -156,6 +155,37 @@ pub(super) fn drift_cause(
     }))
 }
 
+/// ln of the mean of exp(`value`) over ln T between `ends`, and T at its largest. Points are added about the peak until it is
+/// resolved: the better the log, the narrower it is. Between points `value` is taken as a straight line.
+fn over_ln_times(ends: [f64; 2], value: impl Fn(f64) -> f64) -> (f64, f64) {
+    let [low, high] = ends;
+    let mut points: Vec<(f64, f64)> = (0..=TIMES)
+        .map(|i| low + (high - low) * i as f64 / TIMES as f64)
+        .map(|ln_time| (ln_time, value(ln_time)))
+        .collect();
+    let peak = |points: &[(f64, f64)]| (0..points.len()).fold(0, |b, i| if points[i].1 > points[b].1 { i } else { b });
+    for _ in 0..HALVINGS {
+        let best = peak(&points);
+        let (at, top) = points[best];
+        let beside = [best.checked_sub(1), Some(best + 1).filter(|i| *i < points.len())];
+        let steep = beside.into_iter().flatten().map(|i| points[i]).filter(|p| top - p.1 > RESOLVED);
+        let between: Vec<f64> = steep.map(|p| 0.5 * (p.0 + at)).collect();
+        if between.is_empty() {
+            break;
+        }
+        points.extend(between.into_iter().map(|ln_time| (ln_time, value(ln_time))));
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    let (best, top) = points[peak(&points)];
+    let piece = |w: &[(f64, f64)]| {
+        let (a, b) = (w[0].1 - top, w[1].1 - top);
+        let mean = if (a - b).abs() < 1e-6 { a.exp() } else { (a.exp() - b.exp()) / (a - b) };
+        if mean.is_finite() { mean * (w[1].0 - w[0].0) } else { 0.0 }
+    };
+    let sum: f64 = points.windows(2).map(piece).sum();
+    (top + (sum / (high - low)).ln(), best.exp())
+}
+
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len() as f64;
     let (ma, mb) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);
@@ -166,4 +196,21 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
         bb += (y - mb).powi(2);
     }
     ab / (aa * bb).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::over_ln_times;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn a_narrow_peak_is_integrated_as_a_wide_one() {
+        for std in [1.0, 0.1, 1e-3] {
+            let (mean, best) = over_ln_times([0.0, 8.0], |x| -0.5 * ((x - 3.2) / std).powi(2));
+            // chords of a concave curve lose a sixth at most; odds of twenty to one are 3.0
+            let exact = (TAU.sqrt() * std / 8.0).ln();
+            assert!((mean - exact).abs() < 0.25, "{std}: {mean} {exact}");
+            assert!((best.ln() - 3.2).abs() < std.min(0.25), "{std}: {best}");
+        }
+    }
 }

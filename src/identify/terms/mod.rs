@@ -50,10 +50,10 @@ pub use types::{
 };
 pub use wavelet::WaveletFit;
 
-use super::{Fit, FitOptions, fit, fit_reduced};
+use super::{Fit, FitOptions, NoiseEstimate, fit, fit_reduced};
 use crate::error::{Error, ErrorKind, Result};
 use crate::noise::{Deviation, TermKind};
-use crate::signal::{Reduced, TimeAxis};
+use crate::signal::{Course, Reduced, TimeAxis};
 use kept::Evidence;
 use model::{Likelihood, Model, Peak};
 use observed::Column;
@@ -179,6 +179,49 @@ fn estimate(
         refused,
         warm_up: warm_up.filter(|_| found || options.warm_up == WarmUpRemoval::Always),
     })
+}
+
+/// Whether time or temperature explains what is slow in a log at rest, beside white noise and a random walk of the bias that
+/// begin at `noise`; `None` where the log is too short, or its temperature constant.
+pub(super) fn drift_explained(
+    time: &TimeAxis,
+    values: &[f64],
+    temperature_c: &[f64],
+    noise: &NoiseEstimate,
+) -> Result<Option<DriftCause>> {
+    if values.len() < observed::FEWEST {
+        return Ok(None);
+    }
+    let log = EvenLog::new(time, values)?;
+    match log.beside(time, temperature_c) {
+        Some(temperature) => explained(&log, &temperature, noise),
+        None => Ok(None),
+    }
+}
+
+/// The same of a log of which one pass kept block means.
+pub(super) fn drift_explained_reduced(
+    log: &Reduced,
+    temperature: &Course,
+    noise: &NoiseEstimate,
+) -> Result<Option<DriftCause>> {
+    match Evidence::of(log) {
+        Ok(seen) => explained(seen.slow(), &temperature.values, noise),
+        Err(e) if e.kind == ErrorKind::TooShort => Ok(None),
+        Err(e) => Err(e),
+    }
+}
+
+fn explained(log: &EvenLog, temperature_c: &[f64], noise: &NoiseEstimate) -> Result<Option<DriftCause>> {
+    let white = noise.angle_random_walk_rad_sqrt_s.max(f64::MIN_POSITIVE);
+    // the climb begins at a walk that the log could see: as much as the white noise leaves in its mean
+    let walk = noise.rate_random_walk_rad_s_sqrt_s.max(white / log.span_s());
+    drift::drift_cause(
+        log,
+        temperature_c,
+        &[TermKind::AngleRandomWalk, TermKind::RateRandomWalk],
+        &[white.ln(), walk.ln()],
+    )
 }
 
 fn check(options: &TermOptions) -> Result<()> {

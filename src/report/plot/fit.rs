@@ -72,7 +72,7 @@ pub struct FitFigure<'a> {
     pub residual_rad_s: &'a [f64],
     /// The fitted error with its 95 % band, at increasing times; a few hundred points are plenty.
     pub curve: &'a [CurvePoint],
-    /// T, s.
+    /// T, s; NaN where the model has none.
     pub time_constant_s: f64,
     /// 95 % interval of T, s; an end may be infinite. NaN where T was not fitted.
     pub time_constant_ci95_s: [f64; 2],
@@ -123,7 +123,7 @@ impl FitFigure<'_> {
             }
         }
         check_time(self.time)?;
-        if !(self.time_constant_s > 0.0 && self.time_constant_s.is_finite()) {
+        if !(self.time_constant_s.is_nan() || self.time_constant_s > 0.0 && self.time_constant_s.is_finite()) {
             return Err(bad("time constant", format!("{} s is not a positive time", self.time_constant_s)));
         }
         match self.levels.iter().find(|l| !(l.averaging_time_s > 0.0 && l.ks_band > 0.0 && l.bound > 0.0)) {
@@ -214,7 +214,9 @@ impl Drawing<'_> {
         }
         let band =
             self.figure.curve.iter().map(|c| [self.clock.of(c.t_s), unit.of(c.low_rad_s), unit.of(c.high_rad_s)]);
-        chart = chart.band("95 % band", band, palette::VERMILION, 0.3);
+        if self.figure.curve.iter().any(|c| c.low_rad_s.is_finite()) {
+            chart = chart.band("95 % band", band, palette::VERMILION, 0.3);
+        }
         if fine.is_empty() {
             let dots = self.dots(self.figure.rate_rad_s, unit);
             let radius = if dots.len() > 100 { 2.0 } else { 3.5 };
@@ -224,7 +226,11 @@ impl Drawing<'_> {
             chart = chart.dots(format!("means over {}", duration(width_s, 2)), course, palette::BLUE, 3.0);
         }
         let fit = self.figure.curve.iter().map(|c| [self.clock.of(c.t_s), unit.of(c.fit_rad_s)]);
-        Ok(chart.line("fitted e(t)", fit, palette::VERMILION.stroke(2.5)).at_x(
+        chart = chart.line("fitted e(t)", fit, palette::VERMILION.stroke(2.5));
+        if self.figure.time_constant_s.is_nan() {
+            return Ok(chart);
+        }
+        Ok(chart.at_x(
             self.time_constant_text(),
             self.clock.of(self.figure.time_constant_s),
             palette::BLACK.stroke(1.5).dashed(),

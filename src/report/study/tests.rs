@@ -34,7 +34,7 @@ fn report(runs: usize, estimators: &[Estimator]) -> StudyReport {
     StudyReport {
         robot: "robot.toml".into(),
         ground: "ice".into(),
-        identification: FitReport { log: facts, fit, validation, earth: None },
+        identification: FitReport::new(facts, fit, validation),
         study: study(&setup, |_| {}).unwrap(),
         longer: None,
         grounds: Vec::new(),
