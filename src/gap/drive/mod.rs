@@ -12,6 +12,7 @@ mod filter;
 pub mod fit;
 pub mod judge;
 pub mod model;
+mod navigating;
 pub mod onset;
 pub mod own;
 pub mod pass;
