@@ -112,9 +112,10 @@ impl Results {
         let without = filter(config, &plain)?;
         let has_gyro = has_gyro(log);
         let most = if has_gyro { settings(ErrorModel::WarmUp) } else { plain };
-        let nominal = match config.effects.is_empty() {
-            true => None,
-            false => Some(filter(&Config { effects: Vec::new(), ..config.clone() }, &most)?),
+        let nominal = if config.effects.is_empty() {
+            None
+        } else {
+            Some(filter(&Config { effects: Vec::new(), ..config.clone() }, &most)?)
         };
         let tick_rad = config.encoder.and_then(|e| e.tick_rad());
         let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);

@@ -91,7 +91,7 @@ struct Watched {
     probability: f64,
     /// When it was last asked, s since power-on.
     asked_s: Option<f64>,
-    /// When the second way became the more probable, s since power-on.
+    /// Since when the second way is the more probable, s since power-on.
     turned_s: Option<f64>,
 }
 
@@ -470,9 +470,7 @@ impl<const N: usize> MotionModel<N> for ChangedModel<N> {
             let odds = prior / (1.0 - prior) * (ln(1, &by_second) - ln(0, &by_first)).clamp(-700.0, 700.0).exp();
             let p = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
             watched.probability = p;
-            if p > 0.5 {
-                watched.turned_s.get_or_insert(self.since_power_on_s);
-            }
+            watched.turned_s = (p > 0.5).then(|| watched.turned_s.unwrap_or(self.since_power_on_s));
             let apart = expected[1] - expected[0];
             value = expected[0] + p * apart;
             variance = (1.0 - p) * noise[0] + p * noise[1] + p * (1.0 - p) * apart * apart;
