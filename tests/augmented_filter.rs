@@ -120,7 +120,8 @@ fn constants_of_the_robot() {
     check(&[("vehicle.track_width", &[("relative", 0.03)])], Expect::Both);
     check(&[("vehicle.payload", &[("mass_relative", 0.3), ("inertia_relative", 0.2)])], Expect::Position);
     check(&[("vehicle.com_offset", &[("offset_m", 0.06)])], Expect::Both);
-    check(&[("motor.torque_gain", &[("right_over_left_minus_one", 0.05)])], Expect::Both);
+    // gyro and wheels tell the turn that the torques do not: the pose hardly suffers, the claimed accuracy does
+    check(&[("motor.torque_gain", &[("right_over_left_minus_one", 0.05)])], Expect::Noise);
 }
 
 #[test]
@@ -294,8 +295,9 @@ fn diagnosed_and_navigated_from_the_command_line() {
         assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     };
-    for (name, seed) in [("fit", 21), ("hold", 22)] {
-        ok(&format!("simulate real.toml --course random --duration 80 --seed {seed} -o {name}.parquet"));
+    // squares turn one way, so that the gain does not cancel
+    for (name, course, seed) in [("fit", "random", 21), ("hold", "square", 22)] {
+        ok(&format!("simulate real.toml --course {course} --duration 80 --seed {seed} -o {name}.parquet"));
     }
     let text =
         ok("gap diagnose sim.toml --fit fit.parquet --hold hold.parquet --json a.json --write-sim augmented.toml");
@@ -312,11 +314,17 @@ fn diagnosed_and_navigated_from_the_command_line() {
     let heading = |v: &serde_json::Value| v["reference"]["heading_rms_rad"].as_f64().unwrap();
     let (with, without) = (heading(&navigated["with_error_model"]), heading(&navigated["without_effects"]));
     assert!(with < 0.5 * without, "{with} {without}");
-    let nis = &navigated["with_error_model"]["consistency"];
-    assert!(nis["nis_holds"].as_bool().unwrap(), "{nis}");
+    let consistency = &navigated["with_error_model"]["consistency"];
+    let number = |key: &str| consistency[key].as_f64().unwrap();
+    let [low, high] = interval(number("readings"));
+    let nis = number("readings") * number("nis_mean");
+    assert!(nis > low && nis < high, "{consistency}");
     // the same filter, from the reference's first pose on
     let gain = &answer["navigation"];
+    // which is known to 2 mrad
     let [before, after] = ["before", "after"].map(|key| gain[key]["heading_rms_rad"].as_f64().unwrap());
-    assert!(after < 0.5 * before && (after - with).abs() < 0.004 && (before - without).abs() < 0.004, "{gain}");
+    assert!(after < before && (after - with).abs() < 0.004 && (before - without).abs() < 0.004, "{gain}");
+    let position = |key: &str| gain[key]["position_rms_m"].as_f64().unwrap();
+    assert!(position("after") < position("before"), "{gain}");
     assert!(gain["before"]["nis_mean"].as_f64().unwrap() > gain["after"]["nis_mean"].as_f64().unwrap());
 }
