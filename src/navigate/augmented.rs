@@ -28,6 +28,10 @@
 //! likewise of effects of a gyro that the log does not have. A delay moves e(t) by τ too, which in a warm-up is nothing:
 //! C1 τ/T. A part of the bias that is known is not in the gyro error that the filter writes.
 //!
+//! A lattice is white noise as long as its step is below twice the noise's standard deviation (Widrow and Kollár, Quantization
+//! Noise (2008), chapter 4); on a coarser one the error stays where the speed stays, and the filter is surer than it should be.
+//! Without torques no acceleration is known: what of an effect follows it (a slide or a vibration that is late) is left out.
+//!
 //! The model itself, switches and states of correlated noise are in [`super::changed_model`].
 
 use super::changed_model::{COLOURED_STATES, COLOURS, ChangedModel, Changes, Colour, Switched};
