@@ -7,11 +7,12 @@ use super::output::{Common, Output};
 use super::restart::PowerArgs;
 use clap::Args;
 use gyroid::config::Config;
+use gyroid::effects::Library;
 use gyroid::files::OutputFile;
 use gyroid::ingest::LogWriter;
 use gyroid::navigate::{
     Alignment, ErrorModel, Reckoning, ReferenceErrors, Run, Settings, Standstill, Summary, WheelModel, WheelSlip,
-    dead_reckoning, gyro_reckoning, run as filter,
+    dead_reckoning, gyro_reckoning, run_with,
 };
 use gyroid::signal::{Log, names};
 use gyroid::units::{RAD_S_PER_DEG_S, duration_text};
@@ -22,7 +23,9 @@ use std::path::PathBuf;
 
 /// Run the navigation filter over a drive, beside the filter without error model, encoders alone and the gyro as it is
 ///
-/// The filter takes what the drive has: gyro, wheel speeds or the speed and yaw rate of an odometry, or a speed alone.
+/// The filter takes what the drive has: gyro, wheel speeds or the speed and yaw rate of an odometry, or a speed alone. Effects
+/// that the configuration holds as tables [[effect]] (gyroid gap diagnose writes them) are in its model; the filter without
+/// them runs beside it.
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
@@ -93,6 +96,8 @@ struct Results {
     /// `None` where the drive has no gyro whose error could be modelled.
     with: Option<Run>,
     without: Run,
+    /// With the error model where there is a gyro, without the effects; `None` where the configuration has none.
+    nominal: Option<Run>,
     /// `None` where the wheels tell no yaw rate.
     encoders: Option<Reckoning>,
     /// `None` without a gyro.
@@ -103,17 +108,24 @@ impl Results {
     fn of(args: &NavigateArgs, config: &Config, log: &Log) -> Result<Self> {
         let settings = |error_model| Settings { error_model, ..args.settings() };
         let plain = settings(ErrorModel::Off);
-        let without = filter(config, log, &plain)?;
+        let filter = |config: &Config, settings: &Settings| run_with(config, log, settings, &Library::new());
+        let without = filter(config, &plain)?;
         let has_gyro = has_gyro(log);
+        let most = if has_gyro { settings(ErrorModel::WarmUp) } else { plain };
+        let nominal = if config.effects.is_empty() {
+            None
+        } else {
+            Some(filter(&Config { effects: Vec::new(), ..config.clone() }, &most)?)
+        };
         let tick_rad = config.encoder.and_then(|e| e.tick_rad());
         let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);
-        let with = if has_gyro { Some(filter(config, log, &settings(ErrorModel::WarmUp))?) } else { None };
+        let with = if has_gyro { Some(filter(config, &most)?) } else { None };
         let encoders = match odometry.as_ref().and_then(Odometry::wheels) {
             Some(_) => Some(dead_reckoning(config, log, &plain)?),
             None => None,
         };
         let gyro = if has_gyro { Some(gyro_reckoning(config, log, &plain)?) } else { None };
-        Ok(Self { with, without, encoders, gyro })
+        Ok(Self { with, without, nominal, encoders, gyro })
     }
 
     /// The filter that knows most.
@@ -123,10 +135,13 @@ impl Results {
 
     /// All that ran, by name: errors, and for filters the summary.
     fn rows(&self) -> Vec<(&'static str, Option<&ReferenceErrors>, Option<&Summary>)> {
-        let filters = match &self.with {
+        let mut filters = match &self.with {
             Some(with) => vec![("with error model", with), ("without error model", &self.without)],
             None => vec![("filter, no gyro", &self.without)],
         };
+        if let Some(nominal) = &self.nominal {
+            filters.insert(1, ("without the effects", nominal));
+        }
         let reckoned = [("encoders alone", &self.encoders), ("gyro as it is", &self.gyro)];
         let filters = filters.into_iter().map(|(name, r)| (name, r.summary.reference.as_ref(), Some(&r.summary)));
         let reckoned = reckoned.into_iter().filter_map(|(name, r)| Some((name, r.as_ref()?.reference.as_ref(), None)));
@@ -138,6 +153,7 @@ impl Results {
         serde_json::json!({
             "with_error_model": self.with.as_ref().map(|r| &r.summary),
             "without_error_model": self.without.summary,
+            "without_effects": self.nominal.as_ref().map(|r| &r.summary),
             "dead_reckoning": reckoned(&self.encoders),
             "gyro_reckoning": reckoned(&self.gyro),
             "log_notes": notes,
@@ -208,6 +224,7 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
             ],
             None => vec![Estimated::of_run("filter, no gyro", &results.without)],
         };
+        estimated.extend(results.nominal.as_ref().map(|run| Estimated::of_run("without the effects", run)));
         let reckoned = [("encoders alone", &results.encoders), ("gyro as it is", &results.gyro)];
         estimated.extend(reckoned.into_iter().filter_map(|(n, r)| Some(Estimated::of_reckoning(n, r.as_ref()?))));
         let picture = drive_plot::draw(&config, log, &args.settings(), &estimated)?;
@@ -256,6 +273,10 @@ fn text(args: &NavigateArgs, config: &Config, results: &Results, reading: &[Stri
     if results.with.is_some() {
         let error = &pose.gyro_error_rad_s;
         let _ = write!(t, ", gyro error {:.5} ± {:.5} °/s", error.estimate / deg, error.std / deg);
+    }
+    if !config.effects.is_empty() {
+        let ids: Vec<_> = config.effects.iter().map(|e| e.id.as_str()).collect();
+        let _ = write!(t, "\nin the filter's model: {}", ids.join(", "));
     }
     if let Some([left, right]) = &best.slip {
         let _ = write!(t, "\nslip: {}", slips(left, right));

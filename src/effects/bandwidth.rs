@@ -18,7 +18,7 @@ use super::{About, Effect, Explanation, Noise, Parameter, Parameters};
 use crate::error::Result;
 use crate::math::minimum_phase::minimum_phase;
 use crate::math::random::Stream;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 use std::f64::consts::{PI, TAU};
 
 const CUTOFF: &str = "cutoff_hz";
@@ -140,6 +140,10 @@ impl Form {
     }
 }
 
+/// Why a navigation filter has nothing for it.
+const FILTERED: &str =
+    "it filters rate and noise alike; below its cutoff it is a delay of 1/(2π cutoff): sensor.gyro_delay";
+
 /// y += (1 - a)(u - y)
 struct OnePole {
     pass: f64,
@@ -150,6 +154,10 @@ impl GyroEffect for OnePole {
     fn filtered(&mut self, rate_rad_s: f64) -> f64 {
         self.state += self.pass * (rate_rad_s - self.state);
         self.state
+    }
+
+    fn in_filter(&self) -> GyroInFilter {
+        GyroInFilter::Unrepresented(FILTERED)
     }
 }
 
@@ -170,11 +178,19 @@ impl GyroEffect for Response {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         dot(first, recent) + dot(rest, wrapped)
     }
+
+    fn in_filter(&self) -> GyroInFilter {
+        GyroInFilter::Unrepresented(FILTERED)
+    }
 }
 
 struct Open;
 
-impl GyroEffect for Open {}
+impl GyroEffect for Open {
+    fn in_filter(&self) -> GyroInFilter {
+        GyroInFilter::Known
+    }
+}
 
 /// The filter at work since long before the first row: its memory holds the nominal bias and white noise.
 fn filter(form: &Form, scene: &Scene, mut draw: Stream) -> Box<dyn GyroEffect> {

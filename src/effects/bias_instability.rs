@@ -11,7 +11,7 @@ use super::parts::{
 };
 use super::{About, Effect, Explanation, Noise, Parameter, Parameters};
 use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 use std::f64::consts::PI;
 
 const INSTABILITY: &str = "bias_instability_rad_s";
@@ -100,15 +100,21 @@ impl Effect for BiasInstability {
         let parts = Parts::new(scene.span_s(), scene.step_s);
         let process = |&(tau, variance): &(f64, f64)| OrnsteinUhlenbeck::new(instability * variance.sqrt(), tau);
         let mut sum: Vec<OrnsteinUhlenbeck> = parts.processes.iter().map(process).collect();
+        // what is averaged over two rows is a thousandth of it, and white to a filter
+        let correlated = |&(tau, variance): &(f64, f64)| [instability * variance.sqrt(), tau];
+        let in_filter: Vec<[f64; 2]> = parts.processes.iter().map(correlated).collect();
         let half = 0.5 * instability * parts.averaged.sqrt();
         let mut before = draw.normal();
-        Ok(Box::new(Bias(move |row, scene: &Scene| {
-            let dt_s = step_s(scene, row);
-            let now = draw.normal();
-            let averaged = half * (now + before);
-            before = now;
-            averaged + sum.iter_mut().map(|process| process.next(dt_s, &mut draw)).sum::<f64>()
-        })))
+        Ok(Box::new(Bias(
+            move |row, scene: &Scene| {
+                let dt_s = step_s(scene, row);
+                let now = draw.normal();
+                let averaged = half * (now + before);
+                before = now;
+                averaged + sum.iter_mut().map(|process| process.next(dt_s, &mut draw)).sum::<f64>()
+            },
+            GyroInFilter::Correlated(in_filter),
+        )))
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {

@@ -3,7 +3,7 @@
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, single, stream};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 
 pub(super) const STEP: &str = "step_rad_s";
 pub(super) const TIME: &str = "time_s";
@@ -58,8 +58,12 @@ impl Effect for BiasStep {
         let checked = Checked::of(&ABOUT, parameters)?;
         let step = checked.value(STEP)?;
         let [low, high] = range_s(scene);
+        let in_filter = match checked.optional(TIME) {
+            Some(_) => GyroInFilter::Known,
+            None => GyroInFilter::Unrepresented("the time of the step is not stated (`time_s`)"),
+        };
         let at = checked.optional(TIME).unwrap_or_else(|| low + (high - low) * stream(&ABOUT, seed).uniform());
-        Ok(Box::new(Bias(move |row, scene: &Scene| if scene.time.at(row) >= at { step } else { 0.0 })))
+        Ok(Box::new(Bias(move |row, scene: &Scene| if scene.time.at(row) >= at { step } else { 0.0 }, in_filter)))
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {

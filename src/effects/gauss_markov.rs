@@ -6,7 +6,7 @@ use super::parts::{
 };
 use super::{About, Effect, Explanation, Noise, Parameter, Parameters};
 use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 
 const TIME: &str = "correlation_time_s";
 const STD: &str = "std_rad_s";
@@ -36,9 +36,11 @@ impl Effect for GaussMarkov {
 
     fn simulated(&self, parameters: &Parameters, _: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {
         let checked = Checked::of(&ABOUT, parameters)?;
-        let mut process = OrnsteinUhlenbeck::new(checked.value(STD)?, checked.value(TIME)?);
+        let (std, time_s) = (checked.value(STD)?, checked.value(TIME)?);
+        let mut process = OrnsteinUhlenbeck::new(std, time_s);
+        let in_filter = GyroInFilter::Correlated(vec![[std, time_s]]);
         let mut draw = stream(&ABOUT, seed);
-        Ok(Box::new(Bias(move |row, scene: &Scene| process.next(step_s(scene, row), &mut draw))))
+        Ok(Box::new(Bias(move |row, scene: &Scene| process.next(step_s(scene, row), &mut draw), in_filter)))
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {

@@ -1,10 +1,10 @@
 //! The effects by id, for the simulator; some may be withheld.
 
-use super::drive::{self, Driving};
+use super::drive::{self, DriveExplanation, Driving};
 use super::{Effect, Parameters, registry};
 use crate::error::{Error, ErrorKind, Result};
 use crate::model::drive::DriveEffect;
-use crate::model::{EffectSource, GyroEffect, Scene};
+use crate::model::{EffectSource, GyroEffect, Scene, Through};
 
 /// All effects of [`registry`], but for those that are withheld.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -53,6 +53,16 @@ impl Library {
 impl EffectSource for Library {
     fn is_of_drives(&self, id: &str) -> bool {
         self.driving_by_id(id).is_some()
+    }
+
+    fn acts_through(&self, id: &str) -> Through {
+        match self.driving_by_id(id).map(Driving::explanation) {
+            Some(DriveExplanation::Model(change)) => {
+                Through { torques: change.needs().torques, gyro: change.needs().gyro }
+            }
+            Some(DriveExplanation::GyroStep) => Through { torques: false, gyro: true },
+            _ => Through::default(),
+        }
     }
 
     fn drive_effect(&self, id: &str, parameters: &Parameters, span_s: f64, seed: u64) -> Result<Box<dyn DriveEffect>> {

@@ -5,7 +5,7 @@
 use super::parts::{Bent, Checked, covariate, temperature_rise_c};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 use crate::signal::names;
 
 const SLOPE: &str = "relative_per_c";
@@ -53,6 +53,10 @@ struct Growing {
 impl GyroEffect for Growing {
     fn white_scale(&mut self, row: usize, _: &Scene) -> f64 {
         self.scale.get(row).copied().unwrap_or(1.0)
+    }
+
+    fn in_filter(&self) -> GyroInFilter {
+        GyroInFilter::Known
     }
 }
 

@@ -7,7 +7,7 @@ use super::parts::{Checked, RATE_BOUND_RAD_S, stream, white_std_rad_s};
 use super::{About, Effect, Explanation, Parameter, Parameters};
 use crate::error::Result;
 use crate::math::random::Stream;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene, Switch, Way};
 
 const PROBABILITY: &str = "probability_per_sample";
 const AMPLITUDE: &str = "amplitude_rad_s";
@@ -60,6 +60,13 @@ impl GyroEffect for Contaminated {
             true => reading_rad_s + self.amplitude_rad_s,
             false => reading_rad_s,
         }
+    }
+
+    fn in_filter(&self) -> GyroInFilter {
+        let false_one = Way { variance: self.amplitude_rad_s * self.amplitude_rad_s, ..Way::PLAIN };
+        let share = self.probability;
+        let each = f64::INFINITY;
+        GyroInFilter::Switching(Switch { ways: [Way::PLAIN, false_one], share, rate_per_s: each, start: share })
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{About, Column, Parameters};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 use crate::signal::TimeAxis;
 
 /// Largest rate that a parameter may state, rad/s (570 °/s): no gyro at rest errs by more.
@@ -60,18 +60,22 @@ fn error(about: &About, name: &str, found: impl std::fmt::Display) -> Error {
     Error::new(ErrorKind::Config, "configuration", found).at(format!("`effect.{}.{name}`", about.id))
 }
 
-/// An effect that adds to the bias: a function of row and scene.
-pub(super) struct Bias<F>(pub F);
+/// An effect that adds to the bias: a function of row and scene, and what a filter makes of it.
+pub(super) struct Bias<F>(pub F, pub GyroInFilter);
 
 impl<F: FnMut(usize, &Scene) -> f64 + Send> GyroEffect for Bias<F> {
     fn bias_rad_s(&mut self, row: usize, scene: &Scene) -> f64 {
         (self.0)(row, scene)
     }
+
+    fn in_filter(&self) -> GyroInFilter {
+        self.1.clone()
+    }
 }
 
 /// One value a row, computed beforehand.
 pub(super) fn path(values: Vec<f64>) -> Box<dyn GyroEffect> {
-    Box::new(Bias(move |row, _: &Scene| values.get(row).copied().unwrap_or(0.0)))
+    Box::new(Bias(move |row, _: &Scene| values.get(row).copied().unwrap_or(0.0), GyroInFilter::Known))
 }
 
 /// The random numbers of one effect: a stream of its own under every seed.

@@ -5,7 +5,7 @@
 use super::parts::{Checked, RATE_BOUND_RAD_S};
 use super::{About, Effect, Explanation, Parameter, Parameters};
 use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 
 const LSB: &str = "lsb_rad_s";
 
@@ -37,6 +37,10 @@ struct Lattice {
 impl GyroEffect for Lattice {
     fn output(&mut self, _: usize, reading_rad_s: f64) -> f64 {
         if self.lsb_rad_s > 0.0 { (reading_rad_s / self.lsb_rad_s).round() * self.lsb_rad_s } else { reading_rad_s }
+    }
+
+    fn in_filter(&self) -> GyroInFilter {
+        GyroInFilter::White(self.lsb_rad_s * self.lsb_rad_s / 12.0)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::parts::{Bias, Checked, single};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 
 const RAMP: &str = "ramp_rad_s2";
 
@@ -32,7 +32,7 @@ impl Effect for RateRamp {
 
     fn simulated(&self, parameters: &Parameters, _: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {
         let ramp = Checked::of(&ABOUT, parameters)?.value(RAMP)?;
-        Ok(Box::new(Bias(move |row, scene: &Scene| ramp * scene.time.at(row))))
+        Ok(Box::new(Bias(move |row, scene: &Scene| ramp * scene.time.at(row), GyroInFilter::Known)))
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {

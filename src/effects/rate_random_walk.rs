@@ -5,7 +5,7 @@
 use super::parts::{Bias, Checked, log_spaced, step_s, stream, white_std_rad_s};
 use super::{About, Effect, Explanation, Noise, Parameter, Parameters};
 use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 
 const WALK: &str = "rate_random_walk_rad_s_sqrt_s";
 
@@ -39,11 +39,14 @@ impl Effect for RateRandomWalk {
         let walk = Checked::of(&ABOUT, parameters)?.value(WALK)?;
         let mut draw = stream(&ABOUT, seed);
         let mut bias = 0.0;
-        Ok(Box::new(Bias(move |row, scene: &Scene| {
-            let dt_s = if row == 0 { scene.time.at(0).max(0.0) } else { step_s(scene, row) };
-            bias += walk * dt_s.sqrt() * draw.normal();
-            bias
-        })))
+        Ok(Box::new(Bias(
+            move |row, scene: &Scene| {
+                let dt_s = if row == 0 { scene.time.at(0).max(0.0) } else { step_s(scene, row) };
+                bias += walk * dt_s.sqrt() * draw.normal();
+                bias
+            },
+            GyroInFilter::Walk(walk),
+        )))
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {

@@ -3,7 +3,7 @@
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, TIME_BOUNDS_S, log_spaced};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 
 const C3: &str = "c3_rad_s";
 const TIME: &str = "time_constant_s";
@@ -49,7 +49,7 @@ impl Effect for SecondTimeConstant {
     fn simulated(&self, parameters: &Parameters, _: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {
         let checked = Checked::of(&ABOUT, parameters)?;
         let (c3, tau) = (checked.value(C3)?, checked.value(TIME)?);
-        Ok(Box::new(Bias(move |row, scene: &Scene| -c3 * (-scene.time.at(row) / tau).exp_m1())))
+        Ok(Box::new(Bias(move |row, scene: &Scene| -c3 * (-scene.time.at(row) / tau).exp_m1(), GyroInFilter::Known)))
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {

@@ -7,7 +7,7 @@
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, TIME_BOUNDS_S, step_s, stream};
 use super::{About, Effect, Explanation, Parameter, Parameters};
 use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene, Switch, Way};
 
 const SPACING: &str = "level_spacing_rad_s";
 const DWELL: &str = "mean_dwell_s";
@@ -62,14 +62,20 @@ impl Effect for TelegraphNoise {
         let upper = ratio / (1.0 + ratio);
         // τ₁ = 2 τ p and τ₂ = 2 τ (1 - p), so a + b = 1/(2 τ p (1 - p))
         let rate_per_s = 1.0 / (2.0 * dwell_s * upper * (1.0 - upper));
+        let level = |offset| Way { offset, ..Way::PLAIN };
+        let ways = [level(-0.5 * spacing), level(0.5 * spacing)];
+        let in_filter = GyroInFilter::Switching(Switch { ways, share: upper, rate_per_s, start: upper });
         let mut draw = stream(&ABOUT, seed);
         let mut high = false;
-        Ok(Box::new(Bias(move |row, scene: &Scene| {
-            let stays = if row == 0 { 0.0 } else { (-rate_per_s * step_s(scene, row)).exp() };
-            let towards = if high { 1.0 } else { 0.0 };
-            high = draw.uniform() < upper + (towards - upper) * stays;
-            if high { 0.5 * spacing } else { -0.5 * spacing }
-        })))
+        Ok(Box::new(Bias(
+            move |row, scene: &Scene| {
+                let stays = if row == 0 { 0.0 } else { (-rate_per_s * step_s(scene, row)).exp() };
+                let towards = if high { 1.0 } else { 0.0 };
+                high = draw.uniform() < upper + (towards - upper) * stays;
+                if high { 0.5 * spacing } else { -0.5 * spacing }
+            },
+            in_filter,
+        )))
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {

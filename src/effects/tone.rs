@@ -3,7 +3,7 @@
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, stream};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 use std::f64::consts::TAU;
 
 const FREQUENCY: &str = "frequency_hz";
@@ -55,8 +55,15 @@ impl Effect for Tone {
     fn simulated(&self, parameters: &Parameters, _: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {
         let checked = Checked::of(&ABOUT, parameters)?;
         let (frequency, amplitude) = (checked.value(FREQUENCY)?, checked.value(AMPLITUDE)?);
+        let in_filter = match checked.optional(PHASE) {
+            Some(_) => GyroInFilter::Known,
+            None => GyroInFilter::Sinusoid { amplitude_rad_s: amplitude, angular_frequency_rad_s: TAU * frequency },
+        };
         let phase = checked.optional(PHASE).unwrap_or_else(|| TAU * stream(&ABOUT, seed).uniform());
-        Ok(Box::new(Bias(move |row, scene: &Scene| amplitude * (TAU * frequency * scene.time.at(row) + phase).cos())))
+        Ok(Box::new(Bias(
+            move |row, scene: &Scene| amplitude * (TAU * frequency * scene.time.at(row) + phase).cos(),
+            in_filter,
+        )))
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {

@@ -3,7 +3,7 @@
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S};
 use super::{About, Effect, Explanation, Parameter, Parameters};
 use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
+use crate::model::{GyroEffect, GyroInFilter, Scene};
 
 const SHIFT: &str = "shift_rad_s";
 
@@ -35,7 +35,7 @@ impl Effect for TurnOnShift {
 
     fn simulated(&self, parameters: &Parameters, _: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {
         let shift = Checked::of(&ABOUT, parameters)?.value(SHIFT)?;
-        Ok(Box::new(Bias(move |_, _: &Scene| shift)))
+        Ok(Box::new(Bias(move |_, _: &Scene| shift, GyroInFilter::Known)))
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {

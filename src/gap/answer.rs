@@ -1,6 +1,7 @@
 //! The answer of a diagnosis: what `--json` writes.
 
 use crate::effects::Parameters;
+use crate::navigate::Summary;
 use serde::{Deserialize, Serialize};
 
 /// What the diagnosis comes to.
@@ -51,6 +52,9 @@ pub struct Answer {
     pub equations: Vec<EquationAnswer>,
     /// The gap on the recording kept back.
     pub gap: Vec<Metric>,
+    /// Of drives with a pose in the recording kept back: the navigation filter on it, before and after it got what was found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub navigation: Option<FilterGain>,
     /// How the gap was measured, and what could not be told, in sentences.
     #[serde(default)]
     pub notes: Vec<String>,
@@ -138,6 +142,42 @@ pub struct EquationAnswer {
     pub gain_nats: f64,
     /// What the best correction follows.
     pub follows: String,
+}
+
+/// The navigation filter on the recording kept back.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FilterGain {
+    /// With the nominal model.
+    pub before: FilterFigures,
+    /// With the augmented one.
+    pub after: FilterFigures,
+}
+
+/// How well a filter navigated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FilterFigures {
+    /// Root mean square distance from the reference, m.
+    pub position_rms_m: f64,
+    /// Root mean square heading error, rad; none where the reference has no heading.
+    pub heading_rms_rad: Option<f64>,
+    /// Mean normalised innovation squared of gyro and wheels; expected: 1.
+    pub nis_mean: f64,
+    /// Between these it lies in 95 % of runs if the model holds.
+    pub nis_mean_bounds95: [f64; 2],
+}
+
+impl FilterFigures {
+    /// Of a run; none without a reference.
+    #[must_use]
+    pub fn of(summary: &Summary) -> Option<Self> {
+        let reference = summary.reference.as_ref()?;
+        Some(Self {
+            position_rms_m: reference.position_rms_m,
+            heading_rms_rad: reference.heading_rms_rad,
+            nis_mean: summary.consistency.nis_mean,
+            nis_mean_bounds95: summary.consistency.nis_mean_bounds95,
+        })
+    }
 }
 
 /// One measure of the gap on the recording kept back.

@@ -84,6 +84,7 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
         free_forms,
         equations: Vec::new(),
         gap: Vec::new(),
+        navigation: None,
         notes: findings.notes.clone(),
     }
 }

@@ -6,8 +6,12 @@
 //! ahead of the axle, extra force F and moment N, sideways speed s, and whatever sensors make of wheel speeds and yaw rate.
 //! With rl = rr, gl = gr = 1, d = F = N = s = 0 it is the nominal robot ([`crate::vehicle::Rolling`]).
 
+use super::InFilter;
 use crate::config::Vehicle;
 use std::collections::VecDeque;
+
+/// A wheel's force that is uncertain ([`DriveEffect::force_std_n`]) lasts so long, s: for some steps, not for one.
+pub const FORCE_LASTING_S: f64 = 0.05;
 
 /// Standard gravity, m/s².
 pub const GRAVITY_M_S2: f64 = 9.806_65;
@@ -187,6 +191,11 @@ pub trait DriveEffect: Send + Sync {
     fn recorded(&mut self, reading: &mut Reading) {
         let _ = reading;
     }
+
+    /// What a filter makes of it, where that is not the equations above as they stand.
+    fn in_filter(&self) -> InFilter {
+        InFilter::Equations
+    }
 }
 
 /// One row of readings.
@@ -250,6 +259,21 @@ impl DriveModel {
         at.yaw_acceleration_rad_s2 = q * force + s * moment;
         let spin = robot.wheels_rad_s(at.acceleration_m_s2, at.yaw_acceleration_rad_s2);
         at.wheel_force_n = std::array::from_fn(|i| rim[i] - robot.wheel_inertia_kg_m2 * spin[i] / robot.radius_m[i]);
+    }
+
+    /// d[x, y, θ, v, ω]/dt where the accelerations are those in `at`.
+    #[must_use]
+    #[inline]
+    pub fn rates(&self, at: &Moving) -> [f64; 5] {
+        let sideways = self.sideways_m_s(at);
+        let (sin, cos) = at.heading_rad.sin_cos();
+        [
+            at.speed_m_s * cos - sideways * sin,
+            at.speed_m_s * sin + sideways * cos,
+            at.yaw_rate_rad_s,
+            at.acceleration_m_s2,
+            at.yaw_acceleration_rad_s2,
+        ]
     }
 
     /// Sideways speed, m/s.

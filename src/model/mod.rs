@@ -4,6 +4,9 @@
 //! it knows no effect by name. What an effect may change of a robot that drives is in [`drive`].
 
 pub mod drive;
+mod in_filter;
+
+pub use in_filter::{GyroInFilter, InFilter, Switch, Way};
 
 use crate::bias::WarmUp;
 use crate::signal::TimeAxis;
@@ -73,6 +76,20 @@ pub trait GyroEffect: Send {
         let _ = row;
         reading_rad_s
     }
+
+    /// What a filter makes of it.
+    fn in_filter(&self) -> GyroInFilter {
+        GyroInFilter::Unrepresented("what it does to the readings only a simulator knows")
+    }
+}
+
+/// What an effect of drives acts through.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Through {
+    /// The torques.
+    pub torques: bool,
+    /// The gyro's reading.
+    pub gyro: bool,
 }
 
 /// Makes effects from the tables `[[effect]]` of a configuration. Whoever simulates gets one handed down, so that the
@@ -94,6 +111,13 @@ pub trait EffectSource: Sync {
     /// Whether [`EffectSource::drive_effect`] knows the effect `id`; in drives it is then made there, also where
     /// [`EffectSource::gyro_effect`] knows it too.
     fn is_of_drives(&self, id: &str) -> bool;
+
+    /// Whether the drive effect `id` acts through the torques, and whether through the gyro alone: a filter without them
+    /// has nothing that it could change.
+    fn acts_through(&self, id: &str) -> Through {
+        let _ = id;
+        Through::default()
+    }
 
     /// The effect `id` with `parameters` in a drive of `span_s` seconds, its random numbers from `seed`.
     ///

@@ -20,7 +20,7 @@
 //! for ln T; only x and y bend.
 
 use super::gyro_error::{Decay, LN_TIME_CONSTANT_REACH, Prior};
-use super::model::{BENDS, Input, MotionModel, Transition, bits, state};
+use super::model::{BENDS, Expected, Input, MotionModel, Transition, bits, state};
 use super::reading::{Innovation, Sensor, WHEELS, wheel_variance};
 use super::rolling_model::{ROLLING_STATES, RollingModel, motion_of};
 use super::slip_model::{SLIP_STATES, SlipModel};
@@ -238,6 +238,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
             self.wheel_walks = self.wheel_walks_in(next.gamma, next.variances, dt_s);
         }
         self.mean = next.mean;
+        self.model.moved(input, dt_s);
     }
 
     /// Growth of the variance of what each sensor of the wheels reads. Takes Γ by value and is not inlined: looked up by
@@ -259,10 +260,16 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
     /// Takes in the mean of what a sensor of the wheels reads over `interval_s`, made of ticks, in the middle of that
     /// interval; `None` if it is missing.
     pub fn update_mean(&mut self, sensor: Sensor, mean: f64, interval_s: f64) -> Option<Innovation> {
-        let row = &self.rows[sensor as usize];
         let walk = WHEELS.iter().position(|s| *s == sensor).map_or(0.0, |at| self.wheel_walks[at]);
+        let variance = self.variance_over(sensor, interval_s) + walk * interval_s / 12.0;
+        if mean.is_finite()
+            && let Some(expected) = self.model.expected(sensor, mean, variance, &self.mean, &self.covariance)
+        {
+            return Some(self.take_expected(&expected));
+        }
+        let row = &self.rows[sensor as usize];
         let residual = row.entries().iter().fold(mean, |rest, (i, h)| rest - h * self.mean[*i]);
-        let seen = self.covariance.project(row, self.variance_over(sensor, interval_s) + walk * interval_s / 12.0);
+        let seen = self.covariance.project(row, variance);
         mean.is_finite().then(|| self.take(&seen, residual))
     }
 
@@ -281,13 +288,22 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         if !reading.is_finite() {
             return None;
         }
-        let (row, r) = (&self.rows[sensor as usize], self.noise_variances[sensor as usize]);
+        let r = self.noise_variances[sensor as usize];
+        if let Some(expected) = self.model.expected(sensor, reading, r, &self.mean, &self.covariance) {
+            return Some(self.take_expected(&expected));
+        }
+        let row = &self.rows[sensor as usize];
         let mut residual = row.entries().iter().fold(reading, |rest, (i, h)| rest - h * self.mean[*i]);
         if sensor == Sensor::PoseHeading {
             residual = super::wrap_angle(residual);
         }
         let seen = self.covariance.project(row, r);
         Some(self.take(&seen, residual))
+    }
+
+    fn take_expected(&mut self, expected: &Expected<N>) -> Innovation {
+        let seen = self.covariance.project(&Row::new(&expected.by_state), expected.variance);
+        self.take(&seen, expected.residual)
     }
 
     /// Takes in a residual, unless the gate keeps it out.
@@ -309,6 +325,11 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
     #[must_use]
     pub fn noise_variance(&self, sensor: Sensor) -> f64 {
         self.noise_variances[sensor as usize]
+    }
+
+    /// Sets it, from the next reading on.
+    pub(super) fn set_noise_variance(&mut self, sensor: Sensor, variance: f64) {
+        self.noise_variances[sensor as usize] = variance.max(MEASUREMENT_STD_FLOOR * MEASUREMENT_STD_FLOOR);
     }
 
     /// Variance of a reading of `sensor` that is a mean over `interval_s`, in the square of its unit: only of ticks does

@@ -2,6 +2,7 @@
 //!
 //! - [`RollingFilter`], [`SlipFilter`]: extended Kalman filters, step by step, of wheels that roll or slip
 //! - [`run`]: the filter over a log, with NIS, whiteness of the innovations, and errors against a reference
+//! - [`run_with`]: the same with the configuration's effects in the filter's model
 //! - [`dead_reckoning`], [`gyro_reckoning`]: encoders alone, and with the gyro as it is: the baselines
 //! - [`compare`]: a track beside the reference, row by row
 //!
@@ -33,6 +34,8 @@
 //! both wheels read exactly zero, because a robot whose motors are commanded to rest may still creep.
 
 mod align;
+mod augmented;
+mod changed_model;
 mod compare;
 mod consistency;
 mod filter;
@@ -52,11 +55,12 @@ mod ud;
 mod unscented;
 
 pub use align::Alignment;
+pub use augmented::run_with;
 pub use compare::{Comparison, Track, compare};
 pub use consistency::{Consistency, SensorConsistency};
 pub use filter::{Filter, RollingFilter, SlipFilter};
 pub use gyro_error::LN_TIME_CONSTANT_STD_LIMIT;
-pub use model::{BENDS, Input, MotionModel, Transition, bits, state};
+pub use model::{BENDS, Expected, Input, MotionModel, Transition, bits, state};
 pub use reading::{Innovation, Sensor};
 pub use reckoning::{Reckoning, dead_reckoning, gyro_reckoning};
 pub use reference::ReferenceErrors;

@@ -4,6 +4,7 @@
 //! are the model's to carry, the gyro's error is the filter's.
 
 use super::filter::NOISES;
+use super::reading::Sensor;
 use super::ud::UdCovariance;
 use nalgebra::{SMatrix, SVector};
 
@@ -62,6 +63,17 @@ impl<const N: usize> Transition<N> {
     }
 }
 
+/// What a reading says where a model expects its sensors to read no fixed row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expected<const N: usize> {
+    /// Reading minus expectation.
+    pub residual: f64,
+    /// Derivative of the expectation by the states.
+    pub by_state: SVector<f64, N>,
+    /// Variance of the reading's noise.
+    pub variance: f64,
+}
+
 /// A set of indices as bits.
 #[must_use]
 pub const fn bits(indices: &[usize]) -> u32 {
@@ -108,4 +120,30 @@ pub trait MotionModel<const N: usize>: Clone {
 
     /// Slip of both wheels with its derivative by the states; `None` where wheels do not slip.
     fn slips(&self, mean: &SVector<f64, N>) -> Option<[(f64, SVector<f64, N>); 2]>;
+
+    /// What `reading` of `sensor`, its noise of this variance, says of the states; `None` where the sensor reads its row. It
+    /// is asked once a reading, in the order in which they are taken in.
+    #[inline(always)]
+    fn expected(
+        &mut self,
+        sensor: Sensor,
+        reading: f64,
+        variance: f64,
+        mean: &SVector<f64, N>,
+        covariance: &UdCovariance<N>,
+    ) -> Option<Expected<N>> {
+        let _ = (sensor, reading, variance, mean, covariance);
+        None
+    }
+
+    /// That the filter was carried on for `dt_s` under `input`.
+    #[inline(always)]
+    fn moved(&mut self, input: Input, dt_s: f64) {
+        let _ = (input, dt_s);
+    }
+
+    /// What the model found out beside the states, for the user.
+    fn found(&self) -> Vec<String> {
+        Vec::new()
+    }
 }

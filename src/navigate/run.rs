@@ -3,10 +3,12 @@
 //! Row k's readings are taken in at its time; row k's torques then act until the next row's. Missing readings (NaN) are
 //! left out, so that sensors may have rates of their own. Steps may be uneven.
 
+use super::augmented::GyroChanges;
 use super::compare::{NOT_ALIGNED, Track, aligned_errors};
 use super::consistency::{Consistency, Gatherer};
 use super::filter::{Filter, RollingFilter, SlipFilter};
 use super::model::{Input, MotionModel, state};
+use super::reading::Sensor;
 use super::reference::{self, ErrorSums, Reference, ReferenceErrors};
 use super::sensors::{self, Sensors};
 use super::standstill::{Detector, StandstillSummary};
@@ -145,8 +147,9 @@ pub struct FinalPose {
 /// error of what is left is estimated; the error that the run reports is the sum.
 ///
 /// # Errors
-/// [`ErrorKind::Config`] if a table is missing, or the configuration holds effects; [`ErrorKind::Column`] if nothing
-/// tells speed or yaw rate, the temperature is missing that the configuration needs, or the pose is missing that is to be used or started at; [`ErrorKind::Time`] if time does
+/// [`ErrorKind::Config`] if a table is missing, or the configuration holds effects ([`super::run_with`] takes them);
+/// [`ErrorKind::Column`] if nothing tells speed or yaw rate, the temperature is missing that the configuration needs, or the pose
+/// is missing that is to be used or started at; [`ErrorKind::Time`] if time does
 /// not run forward; [`ErrorKind::TooShort`] with fewer than two rows; [`ErrorKind::Numeric`] with the row where the
 /// state overflows.
 pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
@@ -157,18 +160,19 @@ pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
             return Err(Error::new(ErrorKind::Usage, "--off-time", found).mend("leave out --off-time"));
         }
         let settings = Settings { error_model: ErrorModel::Off, ..*settings };
-        return run_with(&sensors::without_gyro(config), log, &settings);
+        return nominal(&sensors::without_gyro(config), log, &settings);
     }
     if settings.error_model == ErrorModel::WarmUp
         && let Some(compensated) = temperature::compensated(config, log)?
     {
-        let run = run_with(&compensated.config, &compensated.log, settings)?;
+        let run = nominal(&compensated.config, &compensated.log, settings)?;
         return Ok(compensated.given_back(run));
     }
-    run_with(config, log, settings)
+    nominal(config, log, settings)
 }
 
-fn run_with(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
+fn nominal(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
+    let plain = &GyroChanges::default();
     let start_s = since_power_on(log, settings.since_power_on_s)?.first().copied().unwrap_or_default();
     let torques = torques(log).is_some();
     let slips = match settings.wheels {
@@ -178,22 +182,23 @@ fn run_with(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
     };
     if slips {
         let (filter, notes) = SlipFilter::new(config, settings, start_s)?;
-        return over_log(filter, notes, config, log, settings, start_s);
+        return over_log(filter, notes, config, log, settings, start_s, plain);
     }
     let (filter, mut notes) = RollingFilter::new(config, settings, start_s)?;
     if settings.wheels == WheelModel::Auto && config.traction.is_some() {
         notes.push("the log has no torques to tell slip by: [traction] is not used".to_string());
     }
-    over_log(filter, notes, config, log, settings, start_s)
+    over_log(filter, notes, config, log, settings, start_s, plain)
 }
 
-fn over_log<const N: usize, M: MotionModel<N>>(
+pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
     mut filter: Filter<N, M>,
     mut notes: Vec<String>,
     config: &Config,
     log: &Log,
     settings: &Settings,
     start_s: f64,
+    gyro: &GyroChanges,
 ) -> Result<Run> {
     if log.len() < 2 {
         let found = format!("{} rows, and a drive needs two", log.len());
@@ -208,7 +213,11 @@ fn over_log<const N: usize, M: MotionModel<N>>(
     let age_s = age_at_start_s(config, settings)? + start_s;
     notes.extend(outside_validity(config, age_s, age_s + log.time.span_s()));
     let odometry = sensors::odometry(config, log)?;
-    let sensors = Sensors::of(&odometry, log, &times, config, settings)?;
+    let mut sensors = Sensors::of(&odometry, log, &times, config, settings)?;
+    if let Some(readings) = &gyro.readings {
+        sensors.replace_gyro(readings);
+    }
+    sensors.delay_gyro(gyro.delay_s, &times);
     notes.extend(sensors.notes.iter().cloned());
     let robot = Rolling::new(config.require_vehicle()?);
     let noise = |sensor, interval_s| filter.variance_over(sensor, interval_s);
@@ -236,6 +245,9 @@ fn over_log<const N: usize, M: MotionModel<N>>(
     let slip_modelled = filter.slips().is_some();
     let mut table = Table::new(log.len(), slip_modelled);
     for k in 0..times.len() {
+        if let Some(variance) = gyro.variances.get(k) {
+            filter.set_noise_variance(Sensor::Gyro, *variance);
+        }
         for (sensor, values) in &sensors.readings {
             if let Some(innovation) = filter.update(*sensor, values[k]) {
                 gatherer.add(*sensor, &innovation);
@@ -267,7 +279,11 @@ fn over_log<const N: usize, M: MotionModel<N>>(
                     filter.predict(inputs.at(k), mean.middle_s - at_s);
                     at_s = mean.middle_s;
                 }
-                if let Some(innovation) = filter.update_mean(mean.sensor, mean.mean, mean.interval_s) {
+                let innovation = match mean.sensor {
+                    Sensor::Gyro => filter.update(Sensor::Gyro, mean.mean),
+                    wheels => filter.update_mean(wheels, mean.mean, mean.interval_s),
+                };
+                if let Some(innovation) = innovation {
                     gatherer.add(mean.sensor, &innovation);
                 }
             }
@@ -288,6 +304,7 @@ fn over_log<const N: usize, M: MotionModel<N>>(
         }
         _ => errors.finish(),
     };
+    notes.extend(filter.model().found());
     let summary = Summary {
         rows: log.len() as u64,
         span_s: log.time.span_s(),
@@ -331,15 +348,14 @@ fn refuse_effects(config: &Config) -> Result<()> {
         return Ok(());
     }
     let ids: Vec<_> = config.effects.iter().map(|e| e.id.as_str()).collect();
-    let found = format!("this version's filter knows no effects, and the file has {}", ids.join(", "));
-    Err(Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`").mend(
-        "delete the tables [[effect]] to navigate with the nominal robot, and enter what they say into [vehicle], \
-             [gyro] or [encoder] where these have a key for it",
-    ))
+    let found = format!("the nominal filter has no effects, and the file has {}", ids.join(", "));
+    Err(Error::new(ErrorKind::Config, "configuration", found)
+        .at("`[[effect]]`")
+        .mend("delete the tables [[effect]] to navigate with the nominal robot"))
 }
 
 /// The torques, if any row has both.
-fn torques(log: &Log) -> Option<[&[f64]; 2]> {
+pub(super) fn torques(log: &Log) -> Option<[&[f64]; 2]> {
     let both = [log.get(channels::TORQUE_LEFT)?, log.get(channels::TORQUE_RIGHT)?];
     both[0].iter().zip(both[1]).any(|(l, r)| l.is_finite() && r.is_finite()).then_some(both)
 }

@@ -12,9 +12,9 @@ use crate::vehicle::{Odometry, Rolling};
 pub(super) struct Sensors<'a> {
     /// Each sensor that is read at its row, with its column.
     pub readings: Vec<(Sensor, &'a [f64])>,
-    /// Speeds that are made of ticks: they are read between the rows, in the order of their middles.
+    /// Speeds that are made of ticks, and a gyro that is late: they are read between the rows, in the order of their times.
     pub means: Vec<MeanSpeed>,
-    /// Columns of the wheels, however they are read.
+    /// Columns of the wheels, however they are read, and of a gyro that is late.
     wheels: Vec<(Sensor, &'a [f64])>,
     /// What the user should know.
     pub notes: Vec<String>,
@@ -143,6 +143,29 @@ impl<'a> Sensors<'a> {
             }
         }
         Ok(Self { readings, means, wheels, notes })
+    }
+
+    /// Has the gyro read these values instead of its column.
+    pub fn replace_gyro(&mut self, values: &'a [f64]) {
+        self.readings.iter_mut().filter(|r| r.0 == Sensor::Gyro).for_each(|r| r.1 = values);
+    }
+
+    /// Takes each reading of the gyro in `delay_s` before its row; what lies before the first row is left out, and so is what
+    /// lies after the last one.
+    pub fn delay_gyro(&mut self, delay_s: f64, times: &[f64]) {
+        let Some(at) = self.readings.iter().position(|r| r.0 == Sensor::Gyro).filter(|_| delay_s != 0.0) else {
+            return;
+        };
+        let (sensor, values) = self.readings.remove(at);
+        self.wheels.push((sensor, values));
+        let late = times.iter().zip(values).filter_map(|(t, &mean)| {
+            let middle_s = t - delay_s;
+            let row = times.partition_point(|t| *t <= middle_s).checked_sub(1)?;
+            let inside = mean.is_finite() && row + 1 < times.len();
+            inside.then_some(MeanSpeed { row, middle_s, sensor, mean, interval_s: 0.0 })
+        });
+        self.means.extend(late);
+        self.means.sort_by(|a, b| a.middle_s.total_cmp(&b.middle_s));
     }
 
     fn column(&self, sensor: Sensor) -> Option<&'a [f64]> {

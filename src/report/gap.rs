@@ -5,7 +5,7 @@ use super::plot::Picture;
 use super::plot::gap::GapFigure;
 use crate::effects::{About, by_id, drive};
 use crate::error::Result;
-use crate::gap::answer::{Answer, EffectAnswer, Metric, Verdict};
+use crate::gap::answer::{Answer, EffectAnswer, FilterFigures, Metric, Verdict};
 use crate::gap::place::{Curve, Over, Shown};
 use crate::units::{RAD_S_PER_DEG_S, duration_text};
 use std::fmt::Write;
@@ -364,6 +364,17 @@ impl GapReport<'_> {
             }
         }
         let _ = writeln!(out, "  floor: what the augmented simulator scores on its own recordings");
+        if let Some(gain) = &a.navigation {
+            let _ = writeln!(
+                out,
+                "  the navigation filter errs there by {} rms with the nominal model, by {} with the augmented one;\n  \
+                 its NIS goes from {} to {} (1 is consistent)",
+                errors(&gain.before),
+                errors(&gain.after),
+                significant(gain.before.nis_mean, 3),
+                significant(gain.after.nis_mean, 3),
+            );
+        }
         if let Some(nearest) = a.nearest.as_ref().filter(|n| !n.gap.is_empty()) {
             let closed = self.effect(&nearest.id).and_then(closed);
             let closes =
@@ -452,6 +463,12 @@ fn metrics(out: &mut String, after: &str, gap: &[Metric]) {
             shown(metric.floor)
         );
     }
+}
+
+/// `0.12 m and 3.4°`.
+fn errors(figures: &FilterFigures) -> String {
+    let heading = figures.heading_rms_rad.map(|rad| format!(" and {}°", significant(degrees(rad), 3)));
+    format!("{} m{}", significant(figures.position_rms_m, 3), heading.unwrap_or_default())
 }
 
 /// `97 % (95 %: 95 to 99 %)`.

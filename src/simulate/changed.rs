@@ -134,16 +134,7 @@ impl Changed {
                 at.yaw_acceleration_rad_s2 = yaw_acceleration;
             }
         }
-        let sideways = self.model.sideways_m_s(&at);
-        let (sin, cos) = at.heading_rad.sin_cos();
-        let slopes = [
-            at.speed_m_s * cos - sideways * sin,
-            at.speed_m_s * sin + sideways * cos,
-            at.yaw_rate_rad_s,
-            at.acceleration_m_s2,
-            at.yaw_acceleration_rad_s2,
-        ];
-        (slopes, at)
+        (self.model.rates(&at), at)
     }
 
     fn step(&mut self, push: Push, h: f64, halvings: u32) {

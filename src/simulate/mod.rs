@@ -24,6 +24,7 @@ mod rest;
 
 pub use course::Course;
 pub use drive::{Drive, drive, drive_with, replay, replay_with, truth_names};
+pub(crate) use rest::scene_of_drive;
 pub use rest::{scene, stationary, stationary_like, stationary_with};
 
 use crate::config::Config;

@@ -107,7 +107,7 @@ pub fn scene(config: &Config, log: &Log, options: &Options) -> Result<Scene> {
 
 /// What the gyro's effects meet in a drive at the rows of `inputs`, the first at `since_power_on_s`: the covariates are the
 /// log's own.
-pub(super) fn scene_of_drive(config: &Config, inputs: &Log, since_power_on_s: f64, options: &Options) -> Result<Scene> {
+pub(crate) fn scene_of_drive(config: &Config, inputs: &Log, since_power_on_s: f64, options: &Options) -> Result<Scene> {
     let time = inputs.time.clone().shifted(since_power_on_s - inputs.time.at(0));
     Ok(covered(bare(config, time, sample_time(config)?, options)?, inputs))
 }

@@ -5,6 +5,7 @@ use crate::effects::parts::{Checked, stream};
 use crate::effects::{About, Parameters, bias_step};
 use crate::error::Result;
 use crate::model::drive::{DriveEffect, Moving};
+use crate::model::{InFilter, Switch, Way};
 
 /// The bias jumps once.
 pub(super) struct BiasStep;
@@ -22,10 +23,12 @@ impl Driving for BiasStep {
         let checked = Checked::of(self.about(), parameters)?;
         let step_rad_s = checked.value(bias_step::STEP)?;
         Ok(match checked.optional(bias_step::TIME) {
-            Some(at_s) => Box::new(Step { step_rad_s, since_power_on_s: at_s, t_s: f64::NEG_INFINITY }),
+            Some(at_s) => {
+                Box::new(Step { step_rad_s, since_power_on_s: at_s, t_s: f64::NEG_INFINITY, drawn_over_s: None })
+            }
             None => {
                 let t_s = span_s * stream(self.about(), seed).uniform();
-                Box::new(Step { step_rad_s, since_power_on_s: f64::NEG_INFINITY, t_s })
+                Box::new(Step { step_rad_s, since_power_on_s: f64::NEG_INFINITY, t_s, drawn_over_s: Some(span_s) })
             }
         })
     }
@@ -35,11 +38,21 @@ struct Step {
     step_rad_s: f64,
     since_power_on_s: f64,
     t_s: f64,
+    /// In which the time was drawn, where it is not stated.
+    drawn_over_s: Option<f64>,
 }
 
 impl DriveEffect for Step {
     fn gyro_rad_s(&self, at: &Moving, rate_rad_s: f64) -> f64 {
         let after = at.since_power_on_s >= self.since_power_on_s && at.t_s >= self.t_s;
         if after { rate_rad_s + self.step_rad_s } else { rate_rad_s }
+    }
+
+    /// A step at a time that nobody states comes once a drive on average, and stays.
+    fn in_filter(&self) -> InFilter {
+        let Some(span_s) = self.drawn_over_s else { return InFilter::Equations };
+        let jumped = Way { offset: self.step_rad_s, ..Way::PLAIN };
+        let rate_per_s = 1.0 / span_s.max(f64::MIN_POSITIVE);
+        InFilter::GyroSwitch(Switch { ways: [Way::PLAIN, jumped], share: 1.0, rate_per_s, start: 0.0 })
     }
 }

@@ -4,6 +4,7 @@ use super::{DriveExplanation, Driving};
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
+use crate::model::InFilter;
 use crate::model::drive::{DriveEffect, Reading};
 
 const LSB: &str = "lsb_rad_s";
@@ -44,5 +45,9 @@ impl DriveEffect for Work {
         if self.0 > 0.0 {
             reading.wheels_rad_s = reading.wheels_rad_s.map(|w| self.0 * (w / self.0).round());
         }
+    }
+
+    fn in_filter(&self) -> InFilter {
+        InFilter::WheelLattice(self.0)
     }
 }

@@ -4,6 +4,7 @@ use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
+use crate::model::InFilter;
 use crate::model::drive::{DriveEffect, Moving};
 
 static ABOUT: About = About {
@@ -82,5 +83,9 @@ impl DriveEffect for Work {
             _ => at.yaw_rate_rad_s - self.0 * at.yaw_acceleration_rad_s2,
         };
         rate_rad_s + late - at.yaw_rate_rad_s
+    }
+
+    fn in_filter(&self) -> InFilter {
+        InFilter::GyroDelay(self.0)
     }
 }

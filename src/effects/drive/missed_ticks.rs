@@ -6,6 +6,7 @@ use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
 use crate::math::random::Stream;
 use crate::model::drive::{DriveEffect, Reading};
+use crate::model::{InFilter, Switch, Way};
 
 pub(crate) const LOSS: &str = "loss_fraction";
 pub(crate) const SIDE: &str = "right";
@@ -91,5 +92,15 @@ impl DriveEffect for Work {
         if self.lost {
             reading.wheels_rad_s[self.side] *= 1.0 - self.loss;
         }
+    }
+
+    /// It enters at leave · share/(1 - share), so that both rates together are 1/(burst (1 - share)).
+    fn in_filter(&self) -> InFilter {
+        let lost = Way { gain: 1.0 - self.loss, ..Way::PLAIN };
+        let rate_per_s = 1.0 / (self.burst_s * (1.0 - self.share));
+        InFilter::WheelSwitch(
+            self.side,
+            Switch { ways: [Way::PLAIN, lost], share: self.share, rate_per_s, start: self.share },
+        )
     }
 }

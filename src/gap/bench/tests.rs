@@ -236,6 +236,7 @@ fn plain(verdict: Verdict) -> Answer {
         free_forms: Vec::new(),
         equations: Vec::new(),
         gap: Vec::new(),
+        navigation: None,
         notes: Vec::new(),
     }
 }

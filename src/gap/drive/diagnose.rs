@@ -6,6 +6,7 @@ use super::far::{self, DriveFar};
 use super::judge::{Judged, Options as JudgeOptions, equation_of, judge, mounting, unknowable};
 use super::late;
 use super::model::Claimed;
+use super::navigating::filter_gain;
 use super::pinpoint::pinpoint;
 use super::record::Record;
 use crate::config::{Config, EffectTable};
@@ -109,6 +110,12 @@ pub fn diagnose(
     augmented.effects.extend(together.into_iter().map(|(id, parameters)| EffectTable { id, parameters }));
     if !augmented.effects.is_empty() {
         augmented.provenance = None;
+    }
+    if let Some(gain) = hold.and_then(|log| filter_gain(config, &augmented, log, options.since_power_on_s, library)) {
+        match gain {
+            Ok(gain) => answer.navigation = Some(gain),
+            Err(error) => answer.notes.push(format!("The navigation filter cannot take what was found: {error}")),
+        }
     }
     observe(Stage::Done);
     Ok(Diagnosis { answer, augmented, findings: judged.findings, far: None, prepared: None })

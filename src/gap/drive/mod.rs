@@ -14,6 +14,7 @@ pub mod judge;
 pub mod late;
 pub mod model;
 pub mod mounting;
+mod navigating;
 pub mod onset;
 pub mod own;
 pub mod pass;

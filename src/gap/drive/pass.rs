@@ -113,7 +113,7 @@ impl Summed {
 }
 
 /// How long an uncertain force keeps its sign, s.
-pub(super) const LASTING_S: f64 = 0.05;
+pub(super) const LASTING_S: f64 = crate::model::drive::FORCE_LASTING_S;
 
 /// Rows that are summed up at once.
 const BLOCK: usize = 192;

@@ -55,6 +55,7 @@ fn identified() -> Answer {
             metric("heading_drift_rms_rad_600s", 0.21, 0.0123, 0.0119),
             metric("allan_deviation_ln_rms", 0.4, 0.08, 0.07),
         ],
+        navigation: None,
         notes: vec!["the configuration states no repeatability".into()],
     }
 }
