@@ -168,7 +168,10 @@ fn drives_with_effects_follow_courses_and_replay_logs() {
     p.refused("simulate slope.toml --course square -o x.csv", &["slope.toml", "uphill_heading_rad", "missing"]);
     p.write("unheard.toml", &format!("{ROBOT}[[effect]]\nid = \"wheel.unheard_of\"\n"));
     p.refused("simulate unheard.toml --inputs hold.parquet -o x.csv", &["wheel.unheard_of", "gyro.tone", "wheel.slip"]);
-    p.refused("navigate augmented.toml hold.parquet -o x.csv", &["gyro.scale_factor", "[[effect]]", "[vehicle]"]);
+    // the filter takes these effects, and refuses by name what it cannot
+    p.ok("navigate augmented.toml hold.parquet -o x.csv");
+    p.write("bandwidth.toml", &format!("{ROBOT}[[effect]]\nid = \"gyro.bandwidth\"\ncutoff_hz = 5.0\n"));
+    p.refused("navigate bandwidth.toml hold.parquet -o x.csv", &["gyro.bandwidth", "the filter cannot take it"]);
     p.write("rest.toml", &format!("{REST}[[effect]]\nid = \"wheel.lateral_skid\"\nlateral_slip_s = 0.1\n"));
     p.refused("simulate rest.toml -o x.csv", &["wheel.lateral_skid", "effect of drives", "at rest"]);
 }

@@ -92,7 +92,7 @@ pub trait ModelChange: Sync + Send {
     /// The coordinates.
     fn coordinates(&self) -> &'static [Coordinate];
 
-    /// The effect at θ.
+    /// The effect at θ, with or without departures.
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect>;
 
     /// Parameters from θ.
@@ -116,10 +116,10 @@ pub trait ModelChange: Sync + Send {
         false
     }
 
-    /// How many of the last coordinates are none of the effect's own: what they say departs from its law, so that it is
-    /// something else which resembles it. They are zero in the effect itself.
-    fn departures(&self) -> usize {
-        0
+    /// Coordinates beyond those of the effect: what they say departs from its law, so that it is something else which
+    /// resembles it. They follow the others in θ, and are zero in the effect itself.
+    fn departures(&self) -> &'static [Coordinate] {
+        &[]
     }
 
     /// What a log must hold for θ to be knowable at all.

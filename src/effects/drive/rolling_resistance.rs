@@ -93,13 +93,12 @@ impl ModelChange for RollingResistance {
             Coordinate { scale: [1e-3, 0.025], bounds: [-0.5, 0.5] },
             Coordinate { scale: [2e-4, 5e-3], bounds: [-0.1, 0.1] },
             Coordinate { scale: [6e-4, 0.015], bounds: [-0.5, 0.5] },
-            // more on the right wheel and less on the left: that is one wheel's friction
-            Coordinate { scale: [2e-3, 0.05], bounds: [-0.5, 0.5] },
         ]
     }
 
-    fn departures(&self) -> usize {
-        1
+    fn departures(&self) -> &'static [Coordinate] {
+        // more on the right wheel and less on the left: that is one wheel's friction
+        &[Coordinate { scale: [2e-3, 0.05], bounds: [-0.5, 0.5] }]
     }
 
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
@@ -111,8 +110,7 @@ impl ModelChange for RollingResistance {
     }
 
     fn theta(&self, parameters: &Parameters) -> Vec<f64> {
-        let own = NAMES.map(|name| parameters.get(name).copied().unwrap_or(0.0));
-        own.into_iter().chain([0.0]).collect()
+        NAMES.map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
     }
 
     fn needs(&self) -> Needs {

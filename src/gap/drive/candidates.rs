@@ -3,7 +3,7 @@
 use super::column::{COSINES, Column, Equation, Follows, nuisances, variations};
 use super::evidence::Group;
 use super::record::Record;
-use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
+use crate::effects::drive::{DriveExplanation, Driving, ModelChange, Needs};
 
 /// Prior odds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,12 +74,6 @@ pub struct Candidates {
     pub kinds: Vec<Kind>,
     /// The groups; those of free forms have no nodes until the Gram matrix is known.
     pub groups: Vec<Group>,
-}
-
-/// The coordinates that are the effect's own.
-fn own(change: &dyn ModelChange) -> &'static [Coordinate] {
-    let all = change.coordinates();
-    &all[..all.len() - change.departures()]
 }
 
 fn can(needs: Needs, record: &Record) -> bool {
@@ -160,7 +154,7 @@ impl Candidates {
     fn change(&mut self, effect: &'static dyn Driving, change: &'static dyn ModelChange, prior: &Prior) {
         let place = self.changes.len();
         self.changes.push((effect, change));
-        let coordinates = own(change);
+        let coordinates = change.coordinates();
         let node = |i: usize| {
             let u = i as f64 / (NODES - 1) as f64;
             coordinates.iter().map(|c| c.scale[0] * (c.scale[1] / c.scale[0]).powf(u)).collect()
@@ -276,7 +270,8 @@ impl Candidates {
             };
             let of = self.groups[g].columns[0];
             let change = self.changes[i].1;
-            let departures = own(change).len()..change.coordinates().len();
+            let own = change.coordinates().len();
+            let departures = own..own + change.departures().len();
             let columns = variations()[..with]
                 .iter()
                 .map(|f| Column::Varying(i, 0, *f))

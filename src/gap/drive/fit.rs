@@ -50,7 +50,7 @@ pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &The
     let mut beside = Vec::new();
     if slopes {
         for (i, change) in changes.iter().enumerate() {
-            let one = change.coordinates().iter().enumerate().map(|(j, c)| {
+            let one = change.coordinates().iter().chain(change.departures()).enumerate().map(|(j, c)| {
                 let step = 1e-3 * c.scale[0].max(0.05 * theta[i][j].abs());
                 let mut moved = theta.clone();
                 moved[i][j] += step;
@@ -72,7 +72,7 @@ impl Candidates {
     /// θ at zero.
     #[must_use]
     pub fn zero(&self) -> Theta {
-        self.changes.iter().map(|c| vec![0.0; c.1.coordinates().len()]).collect()
+        self.changes.iter().map(|c| vec![0.0; c.1.coordinates().len() + c.1.departures().len()]).collect()
     }
 
     fn here(&self, theta: &Theta) -> Vec<f64> {

@@ -324,7 +324,7 @@ fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> Theta {
     for (i, (_, change)) in candidates.changes.iter().enumerate() {
         for start in change.starts() {
             let mut theta = zero.clone();
-            theta[i] = start;
+            theta[i][..start.len()].copy_from_slice(&start);
             let weight = weigh(&theta);
             if weight > best.0 {
                 best = (weight, theta);

@@ -1,6 +1,9 @@
+use super::words::name_and_unit;
 use super::*;
 use crate::bias::WarmUp;
+use crate::effects::by_id;
 use crate::effects::{Parameters, registry};
+use crate::gap::answer::Metric;
 use crate::gap::answer::{Alike, FreeFormAnswer, Place};
 use crate::gap::place::curves;
 use crate::gap::state_space::{Believed, Coefficient};

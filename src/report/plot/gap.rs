@@ -6,7 +6,7 @@ use super::{Axis, Chart, Page, Panel, Picture, palette};
 use crate::error::Result;
 use crate::gap::answer::{Answer, Metric, Verdict};
 use crate::gap::place::{Curve, Over, Shown};
-use crate::report::gap::{curve_name, heading_horizon_s, title};
+use crate::report::gap::words::{curve_name, heading_horizon_s, title};
 
 /// Effects in the panel of probabilities.
 const EFFECTS: usize = 6;

@@ -1,0 +1,148 @@
+//! Names, units and figures of a diagnosis in words.
+
+use crate::effects::{About, by_id, drive};
+use crate::gap::answer::{EffectAnswer, FilterFigures, Metric};
+use crate::gap::place::{Curve, Over, Shown};
+use crate::report::numbers::{known_digits, significant};
+use crate::units::{RAD_S_PER_DEG_S, duration_text};
+use std::fmt::Write;
+
+/// What an effect is, at rest or in drives.
+pub(super) fn about_of(id: &str) -> Option<&'static About> {
+    by_id(id).map(|e| e.about()).or_else(|| drive::by_id(id).map(|e| e.about()))
+}
+
+/// Title of an effect, or its id where the library does not know it.
+pub(in crate::report) fn title(id: &str) -> &str {
+    about_of(id).map_or(id, |about| about.title)
+}
+
+/// What a curve shows over what, in words.
+pub(in crate::report) fn curve_name(curve: &Curve) -> String {
+    let shown = match curve.shown {
+        Shown::Deviation => "deviation",
+        Shown::Power => "spectrum",
+        Shown::LargestPower => "largest spectral line",
+        Shown::AllanDeviation => "Allan deviation",
+        Shown::ShareOfSamples => "share of samples",
+        Shown::NoiseLevel => "noise",
+    };
+    format!("{shown} over {}", over_name(curve.over))
+}
+
+/// What a curve runs over, in words.
+fn over_name(over: Over) -> &'static str {
+    match over {
+        Over::Time => "time",
+        Over::Frequency => "frequency",
+        Over::AveragingTime => "averaging time",
+        Over::Amplitude => "amplitude",
+        Over::TemperatureC => "temperature",
+        Over::TemperatureRate => "temperature rate",
+        Over::SupplyV => "supply",
+        Over::ElapsedTime => "elapsed time",
+    }
+}
+
+/// Units by the ends of parameter names, longer ones before those that they end in.
+const UNITS: [(&str, &str); 16] = [
+    ("_rad_s_sqrt_s", "rad/s/√s"),
+    ("_rad_s_per_c2", "rad/s/°C²"),
+    ("_rad_s_per_v2", "rad/s/V²"),
+    ("_rad_s_per_c", "rad/s/°C"),
+    ("_rad_s_per_v", "rad/s/V"),
+    ("_rad_s2", "rad/s²"),
+    ("_rad_s", "rad/s"),
+    ("_rad", "rad"),
+    ("_hz", "Hz"),
+    ("_per_sample", "per sample"),
+    ("_per_c2", "1/°C²"),
+    ("_per_c", "1/°C"),
+    ("_per_v", "1/V"),
+    ("_c", "°C"),
+    ("_v", "V"),
+    ("_s", "s"),
+];
+
+/// `level_spacing_rad_s` is (`level spacing`, `rad/s`).
+pub(super) fn name_and_unit(parameter: &str) -> (String, &'static str) {
+    let found = UNITS.iter().find_map(|(end, unit)| parameter.strip_suffix(end).map(|name| (name, *unit)));
+    let (name, unit) = found.unwrap_or((parameter, ""));
+    (name.replace('_', " "), unit)
+}
+
+/// A share as percent: `97 %`, `99.6 %`.
+pub(super) fn percent(share: f64) -> String {
+    let digits = usize::from((0.985..1.0).contains(&share));
+    let text = format!("{:.digits$} %", 100.0 * share);
+    if text == "-0 %" { "0 %".into() } else { text }
+}
+
+/// Horizon of a heading drift, s.
+pub(in crate::report) fn heading_horizon_s(metric: &Metric) -> Option<f64> {
+    metric.metric.strip_prefix("heading_drift_rms_rad_")?.strip_suffix('s')?.parse().ok()
+}
+
+pub(super) fn degrees(rad: f64) -> f64 {
+    rad / RAD_S_PER_DEG_S
+}
+
+/// Measures of the gap on the recording kept back; `after` heads what they are then.
+pub(super) fn metrics(out: &mut String, after: &str, gap: &[Metric]) {
+    let _ = writeln!(out, "  {:<34}{:>12}{:>12}{:>12}", "on the recording kept back", "before", after, "floor");
+    for metric in gap {
+        let (name, factor) = match (heading_horizon_s(metric), metric.metric.as_str()) {
+            (Some(horizon_s), _) => (format!("heading drift in {}, rms, deg", duration_text(horizon_s)), degrees(1.0)),
+            (None, "log_score") => ("log score, nats".into(), 1.0),
+            (None, "allan_deviation_ln_rms") => ("Allan deviation off by, ln, rms".into(), 1.0),
+            (None, "spectrum_ln_rms") => ("spectrum off by, ln, rms".into(), 1.0),
+            (None, other) => (other.to_string(), 1.0),
+        };
+        // scores differ in the third decimal place
+        let score = metric.metric == "log_score";
+        let shown = |v: f64| if score { format!("{v:.4}") } else { significant(factor * v, 4) };
+        let _ = writeln!(
+            out,
+            "  {name:<34}{:>12}{:>12}{:>12}",
+            shown(metric.before),
+            shown(metric.after),
+            shown(metric.floor)
+        );
+    }
+}
+
+/// `0.12 m and 3.4°`.
+pub(super) fn errors(figures: &FilterFigures) -> String {
+    let heading = figures.heading_rms_rad.map(|rad| format!(" and {}°", significant(degrees(rad), 3)));
+    format!("{} m{}", significant(figures.position_rms_m, 3), heading.unwrap_or_default())
+}
+
+/// `97 % (95 %: 95 to 99 %)`.
+pub(super) fn closed(effect: &EffectAnswer) -> Option<String> {
+    let share = effect.gap_closed?;
+    let interval = effect.gap_closed_ci95.map(|[low, high]| format!(" (95 %: {} to {})", percent(low), percent(high)));
+    Some(percent(share) + &interval.unwrap_or_default())
+}
+
+/// A relative standard deviation that nobody needs to be told.
+const KNOWN: f64 = 1e-8;
+
+pub(super) fn parameters(out: &mut String, effect: &EffectAnswer) {
+    let about: Option<&About> = about_of(&effect.id);
+    for (parameter, value) in &effect.parameters {
+        // a part of the form that was not found
+        if *value == 0.0 && effect.std.get(parameter).is_none_or(|std| *std == 0.0) {
+            continue;
+        }
+        let (name, unit) = name_and_unit(parameter);
+        let std = effect.std.get(parameter).copied();
+        let meaning = about.and_then(|a| a.parameters.iter().find(|p| p.name == parameter)).map_or("", |p| p.meaning);
+        let shown = match std {
+            // known to the last digit, as a lattice is
+            Some(std) if std < KNOWN * value.abs() => significant(*value, 7),
+            Some(std) => format!("{} ± {}", known_digits(*value, std), significant(std, 2)),
+            None => significant(*value, 4),
+        };
+        let _ = writeln!(out, "    {name:<22}{:<29} {meaning}", format!("{shown} {unit}"));
+    }
+}
