@@ -196,9 +196,7 @@ impl Errors {
             },
         })
     }
-}
 
-impl Errors {
     /// ln of what it costs not to know these bursts, given as rows and information on the loss: how probable the chain takes
     /// them for, the rows by which their ends may move at no cost, and losses of their own.
     fn ln_unknown(&self, losses: usize, [enter, leave]: [f64; 2], loss: f64, spans: &[(usize, f64)]) -> f64 {
