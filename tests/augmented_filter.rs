@@ -3,7 +3,7 @@
 
 use assert_cmd::Command;
 use gyroid::ErrorKind;
-use gyroid::config::{Config, EffectTable};
+use gyroid::config::{Config, EffectTable, Temperature};
 use gyroid::effects::Library;
 use gyroid::navigate::{Settings, Summary, WheelModel, run, run_with};
 use gyroid::signal::{Log, names};
@@ -258,6 +258,16 @@ fn without_torques_forces_change_nothing_and_the_user_is_told() {
     let found = augmented(&config(&[("gyro.scale_factor", &[("relative", 0.1)])]), &log);
     assert!(found.notes.iter().any(|n| n.contains("no gyro") && n.contains("gyro.scale_factor")), "{:?}", found.notes);
     assert!((position(&found) - position(&nominal(&log))).abs() < 1e-3);
+    // and a gyro that goes by temperature asks for none
+    let mut by_temperature = config(&[("gyro.scale_factor", &[("relative", 0.1)])]);
+    by_temperature.gyro.as_mut().unwrap().temperature = Some(Temperature {
+        reference_c: 30.0,
+        bias_rad_s: -4.7e-3,
+        sensitivity_rad_s_k: 4e-5,
+        curvature_rad_s_k2: None,
+        covariance: None,
+    });
+    assert_eq!(position(&augmented(&by_temperature, &log)), position(&found));
 }
 
 #[test]

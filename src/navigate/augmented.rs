@@ -37,8 +37,8 @@
 use super::changed_model::{COLOURED_STATES, COLOURS, ChangedModel, Changes, Colour, Switched};
 use super::filter::Filter;
 use super::rolling_model::ROLLING_STATES;
-use super::run::{Run, over_log, run, torques};
-use super::{ErrorModel, Settings, WheelModel, sensors, temperature};
+use super::run::{Run, over_log, run, slips, torques};
+use super::{ErrorModel, Settings, sensors, temperature};
 use crate::config::{Config, EffectTable};
 use crate::error::{Error, ErrorKind, Result};
 use crate::model::drive::{DriveModel, Robot};
@@ -66,19 +66,16 @@ pub fn run_with(config: &Config, log: &Log, settings: &Settings, effects: &dyn E
     if config.effects.is_empty() {
         return run(config, log, settings);
     }
-    if settings.error_model == ErrorModel::WarmUp
+    let has_gyro = sensors::gyro(log).is_some();
+    // a drive without a gyro needs no temperature
+    if has_gyro
+        && settings.error_model == ErrorModel::WarmUp
         && let Some(compensated) = temperature::compensated(config, log)?
     {
         let run = run_with(&compensated.config, &compensated.log, settings, effects)?;
         return Ok(compensated.given_back(run));
     }
-    let torques = torques(log).is_some();
-    let slips = match settings.wheels {
-        WheelModel::Auto => config.traction.is_some() && torques,
-        WheelModel::Rolling => false,
-        WheelModel::Slip => true,
-    };
-    if slips {
+    if slips(config, log, settings) {
         let found = "effects change a robot that rolls, and this filter's slips by [traction]";
         return Err(Error::new(ErrorKind::Config, "configuration", found)
             .at("`[[effect]]`")
@@ -91,7 +88,7 @@ pub fn run_with(config: &Config, log: &Log, settings: &Settings, effects: &dyn E
     let mut settings = *settings;
     let mut config = config.clone();
     let tables = std::mem::take(&mut config.effects);
-    let has_gyro = sensors::gyro(log).is_some();
+    let torques = torques(log).is_some();
     if !has_gyro {
         if settings.off_time_s.is_some() {
             // the nominal filter has the words for it

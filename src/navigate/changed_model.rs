@@ -410,11 +410,8 @@ impl<const N: usize> MotionModel<N> for ChangedModel<N> {
         after
     }
 
-    fn variances(&self, input: Input, dt_s: f64) -> [f64; 2] {
-        match input {
-            Input::Torques(_) => [self.torque_noise_density * self.torque_noise_density / dt_s; 2],
-            Input::Accelerations(densities) => densities.map(|d| d / dt_s),
-        }
+    fn torque_noise_density(&self) -> f64 {
+        self.torque_noise_density
     }
 
     fn wheel_row(&self, side: usize) -> SVector<f64, N> {
@@ -422,10 +419,6 @@ impl<const N: usize> MotionModel<N> for ChangedModel<N> {
         let mut h = SVector::zeros();
         (h[SPEED], h[YAW_RATE]) = (1.0, turn);
         h / self.robot.robot.radius_m[side]
-    }
-
-    fn slips(&self, _mean: &SVector<f64, N>) -> Option<[(f64, SVector<f64, N>); 2]> {
-        None
     }
 
     fn expected(

@@ -112,14 +112,26 @@ pub trait MotionModel<const N: usize>: Clone {
     /// The same for the state alone, with the two disturbances of the motion given.
     fn disturbed(&self, mean: &SVector<f64, N>, input: Input, disturbances: [f64; 2], dt_s: f64) -> SVector<f64, N>;
 
+    /// Noise of each wheel's torque, N·m·√s.
+    fn torque_noise_density(&self) -> f64;
+
     /// Variances of the two disturbances over a step.
-    fn variances(&self, input: Input, dt_s: f64) -> [f64; 2];
+    #[inline(always)]
+    fn variances(&self, input: Input, dt_s: f64) -> [f64; 2] {
+        match input {
+            Input::Torques(_) => [self.torque_noise_density() * self.torque_noise_density() / dt_s; 2],
+            Input::Accelerations(densities) => densities.map(|d| d / dt_s),
+        }
+    }
 
     /// Speed of the left (0) or right (1) wheel as a row by the states: every model's wheels are linear.
     fn wheel_row(&self, side: usize) -> SVector<f64, N>;
 
     /// Slip of both wheels with its derivative by the states; `None` where wheels do not slip.
-    fn slips(&self, mean: &SVector<f64, N>) -> Option<[(f64, SVector<f64, N>); 2]>;
+    fn slips(&self, mean: &SVector<f64, N>) -> Option<[(f64, SVector<f64, N>); 2]> {
+        let _ = mean;
+        None
+    }
 
     /// What `reading` of `sensor`, its noise of this variance, says of the states; `None` where the sensor reads its row. It
     /// is asked once a reading, in the order in which they are taken in.

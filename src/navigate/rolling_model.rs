@@ -114,11 +114,8 @@ impl MotionModel<N> for RollingModel {
         after
     }
 
-    fn variances(&self, input: Input, dt_s: f64) -> [f64; 2] {
-        match input {
-            Input::Torques(_) => [self.torque_noise_density * self.torque_noise_density / dt_s; 2],
-            Input::Accelerations(densities) => densities.map(|d| d / dt_s),
-        }
+    fn torque_noise_density(&self) -> f64 {
+        self.torque_noise_density
     }
 
     fn wheel_row(&self, side: usize) -> SVector<f64, N> {
@@ -126,10 +123,6 @@ impl MotionModel<N> for RollingModel {
         let mut h = SVector::zeros();
         (h[SPEED], h[YAW_RATE]) = (by_speed, by_yaw);
         h
-    }
-
-    fn slips(&self, _mean: &SVector<f64, N>) -> Option<[(f64, SVector<f64, N>); 2]> {
-        None
     }
 }
 

@@ -174,13 +174,7 @@ pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
 fn nominal(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
     let plain = &GyroChanges::default();
     let start_s = since_power_on(log, settings.since_power_on_s)?.first().copied().unwrap_or_default();
-    let torques = torques(log).is_some();
-    let slips = match settings.wheels {
-        WheelModel::Auto => config.traction.is_some() && torques,
-        WheelModel::Rolling => false,
-        WheelModel::Slip => true,
-    };
-    if slips {
+    if slips(config, log, settings) {
         let (filter, notes) = SlipFilter::new(config, settings, start_s)?;
         return over_log(filter, notes, config, log, settings, start_s, plain);
     }
@@ -189,6 +183,15 @@ fn nominal(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
         notes.push("the log has no torques to tell slip by: [traction] is not used".to_string());
     }
     over_log(filter, notes, config, log, settings, start_s, plain)
+}
+
+/// Whether the filter lets the wheels slip by `[traction]`.
+pub(super) fn slips(config: &Config, log: &Log, settings: &Settings) -> bool {
+    match settings.wheels {
+        WheelModel::Auto => config.traction.is_some() && torques(log).is_some(),
+        WheelModel::Rolling => false,
+        WheelModel::Slip => true,
+    }
 }
 
 pub(super) fn over_log<const N: usize, M: MotionModel<N>>(

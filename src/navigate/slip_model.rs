@@ -263,11 +263,8 @@ impl MotionModel<N> for SlipModel {
         after
     }
 
-    fn variances(&self, input: Input, dt_s: f64) -> [f64; 2] {
-        match input {
-            Input::Torques(_) => [self.torque_noise_density * self.torque_noise_density / dt_s; 2],
-            Input::Accelerations(densities) => densities.map(|d| d / dt_s),
-        }
+    fn torque_noise_density(&self) -> f64 {
+        self.torque_noise_density
     }
 
     fn wheel_row(&self, side: usize) -> SVector<f64, N> {

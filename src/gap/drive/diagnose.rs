@@ -46,7 +46,10 @@ pub fn diagnose(
     let judge_options = JudgeOptions::default();
     let mounting = mounting(&record, &effects, &judge_options);
     // the same robot carries the same reference in the recording kept back
-    let taken_out = |r: Record| mounting.map_or_else(|| r.clone(), |m| m.taken_out(&r));
+    let taken_out = |r: Record| match &mounting {
+        Some(mounting) => mounting.taken_out(&r),
+        None => r,
+    };
     let (record, kept) = (taken_out(record), kept.map(taken_out));
     let judged = judge(&record, &effects, &judge_options);
     let findings = &judged.findings;

@@ -69,6 +69,10 @@ const HOPELESS: f64 = 500.0;
 /// How the reference of `record` sits on the robot, where the configuration leaves that open.
 #[must_use]
 pub fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Option<Mounting> {
+    // how speeds diffuse takes many passes: not for those who know their reference
+    if !mounting::is_open(record) {
+        return None;
+    }
     let mut noise = Noise::believed(record, None);
     if record.torques_n_m.is_none() {
         noise.unforced = unforced(record, &noise);

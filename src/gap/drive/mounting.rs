@@ -7,7 +7,7 @@
 //! against its noise, so that they are taken out in steps, each linearised anew.
 
 use super::candidates::{Candidates, Prior};
-use super::column::MOUNTING;
+use super::column::{MOUNTING, nuisances};
 use super::fit::{Compared, models};
 use super::own::driven;
 use super::pass::Noise;
@@ -82,6 +82,12 @@ fn between(times_s: &[f64], speeds: &[[f64; 2]], k: usize, t_s: f64) -> [f64; 2]
     let span_s = times_s[next] - times_s[k];
     let u = if span_s > 0.0 { ((t_s - times_s[k]) / span_s).clamp(0.0, 1.0) } else { 0.0 };
     std::array::from_fn(|i| speeds[k][i] + u * (speeds[next][i] - speeds[k][i]))
+}
+
+/// Whether the configuration leaves open how the reference of `record` sits on the robot.
+#[must_use]
+pub fn is_open(record: &Record) -> bool {
+    nuisances(record).iter().any(|(column, _)| MOUNTING.contains(column))
 }
 
 /// How the reference of `record` sits on the robot; none where that is believed to be known.
