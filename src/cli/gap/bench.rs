@@ -237,6 +237,9 @@ struct ScoreArgs {
     /// Score only the cases that have an answer, instead of counting the others as wrong; says how many there are
     #[arg(long)]
     answered: bool,
+    /// Hold what answers gain on the recording kept back against an oracle that is told the effects; takes seconds a case
+    #[arg(long)]
+    oracle: bool,
     /// Draw the confusion matrix, the reliability diagram and the ROC into this folder, as SVG and PNG
     #[arg(long, value_name = "FOLDER")]
     plots: Option<PathBuf>,
@@ -257,7 +260,13 @@ fn score(args: &ScoreArgs) -> Result<Outcome> {
     if args.answered {
         labels.retain(|name, _| answers.contains_key(name));
     }
-    let score = bench::score(&labels, &answers, &bench::seconds(&args.answers));
+    let mut score = bench::score(&labels, &answers, &bench::seconds(&args.answers));
+    if args.oracle {
+        let working = output.working("asking the oracle");
+        let show = |done, all| working.show(format!("case {done} of {all}"));
+        let gains = bench::oracle(&args.folder, &labels, &answers, 0, show)?;
+        score.of_oracle = bench::OfOracle::of(&gains);
+    }
     if let Some(folder) = &args.plots {
         let title = args.folder.file_name().map_or_else(|| "bench".into(), |n| n.to_string_lossy().into_owned());
         for (name, picture) in plot::bench::pictures(&score, &title)? {

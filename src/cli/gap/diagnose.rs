@@ -146,28 +146,16 @@ fn effects_text(count: usize) -> String {
     }
 }
 
-fn shown(paths: &[PathBuf]) -> String {
+pub(super) fn shown(paths: &[PathBuf]) -> String {
     paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
-fn names(paths: &[PathBuf]) -> String {
+pub(super) fn names(paths: &[PathBuf]) -> String {
     paths.iter().map(|p| name(p)).collect::<Vec<_>>().join(", ")
 }
 
-pub(super) fn name(path: &Path) -> String {
+fn name(path: &Path) -> String {
     path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
-}
-
-/// The configuration of a gyro at rest.
-pub(super) fn at_rest(path: &Path) -> Result<Config> {
-    let config = Config::read(path)?;
-    if config.kind == Kind::Driving {
-        let found = "is of a drive, and only logs of a gyro at rest can be diagnosed yet";
-        return Err(Error::new(ErrorKind::Config, path.display(), found).at("kind = \"driving\"").mend(
-            "record the robot at rest from power-on, and write kind = \"stationary\" into a copy with [gyro] alone",
-        ));
-    }
-    Ok(config)
 }
 
 fn library(without: &[String]) -> Result<Library> {

@@ -1,31 +1,35 @@
 //! `gyroid gap explain`: just these effects, with an interval for each parameter.
 
-use super::diagnose::{at_rest, name, read};
+use super::diagnose::{names, read, shown};
 use crate::cli::Outcome;
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::output::{Common, Output};
 use clap::Args;
+use gyroid::config::{Config, Kind};
 use gyroid::effects::Library;
 use gyroid::gap::explain;
-use gyroid::{Error, Result};
+use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
 
-/// Fit just these effects to a recording at rest: parameters with 95 % intervals
+/// Fit just these effects to a recording, at rest or of a drive as CONFIG's `kind` says: parameters with 95 % intervals
 ///
 /// Whether they are at work is not asked: `gyroid gap diagnose` does that.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  gyroid gap explain sim.toml --fit fit.csv --effect gyro.tone gyro.rate_random_walk"
-)]
+#[command(after_help = "Examples:\n  \
+    gyroid gap explain sim.toml --fit fit.csv --effect gyro.tone gyro.rate_random_walk\n  \
+    gyroid gap explain robot.toml --fit drive.parquet --effect vehicle.payload wheel.slip")]
 pub(crate) struct ExplainArgs {
-    /// The nominal simulator: a configuration with [gyro]
+    /// The nominal simulator: a configuration with [gyro]; of a drive also [vehicle] and [encoder]
     config: PathBuf,
-    /// Recording at rest, in any format that `gyroid inspect` reads
-    #[arg(long, value_name = "LOG")]
-    fit: PathBuf,
+    /// Recording, in any format that `gyroid inspect` reads; of a drive, several files on one clock
+    #[arg(long, value_name = "LOG", required = true, num_args = 1..)]
+    fit: Vec<PathBuf>,
     /// The effects, by id
     #[arg(long, value_name = "ID", num_args = 1.., required = true)]
     effect: Vec<String>,
+    /// Of a drive: read a column as a channel, whatever it is called: wheel_left_rad_s=wl:deg/s; may be given more than once
+    #[arg(long, value_name = "CHANNEL=[-]COLUMN[:UNIT]")]
+    map: Vec<String>,
     #[command(flatten)]
     columns: ColumnArgs,
     #[command(flatten)]
@@ -34,9 +38,24 @@ pub(crate) struct ExplainArgs {
 
 pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
     let output = Output::open(&args.common)?;
-    let (config, by_time) = at_rest(&args.config)?.by_elapsed_time();
+    let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
+    let mut notes: Vec<String> = by_time.into_iter().collect();
     let working = output.working("reading");
-    let log = read(&args.columns, &args.fit)?;
+    let (log, since_power_on_s) = match (config.kind, args.fit.as_slice()) {
+        (Kind::Driving, paths) => {
+            let recording = args.columns.read_drive(&args.map, paths)?;
+            notes.extend(recording.notes);
+            let mut log = recording.log;
+            log.source = shown(paths);
+            (log, args.columns.start_offset_s().unwrap_or(0.0))
+        }
+        (Kind::Stationary, [path]) if args.map.is_empty() => (read(&args.columns, path)?, 0.0),
+        (Kind::Stationary, _) => {
+            let found = "several files, or --map, and the configuration is of a gyro at rest";
+            return Err(Error::new(ErrorKind::Usage, "--fit", found)
+                .mend("give one recording, and name the gyro's column with --column"));
+        }
+    };
     working.show("fitting");
     let ids: Vec<&str> = args.effect.iter().map(String::as_str).collect();
     let named = |e: Error| match e.input.as_str() {
@@ -44,9 +63,9 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
         "effects" => e.named("--effect"),
         _ => e,
     };
-    let found = explain(&config, &log, &Library::new(), &ids, 0.0).map_err(named)?;
+    let found = explain(&config, &log, &Library::new(), &ids, since_power_on_s).map_err(named)?;
     drop(working);
-    let mut text = format!("{}: {} fitted together\n", name(&args.fit), ids.join(", "));
+    let mut text = format!("{}: {} fitted together\n", names(&args.fit), ids.join(", "));
     for effect in &found.effects {
         text += &format!("\n{} (gains {:.1} nats)\n", effect.id, effect.gain_nats);
         for (name, e) in &effect.parameters {
@@ -57,7 +76,7 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
             text += &format!("  from {from:.1} to {to:.1} s\n");
         }
     }
-    for note in found.notes.iter().chain(&by_time) {
+    for note in found.notes.iter().chain(&notes) {
         text += &format!("\n{note}");
     }
     output.say(text.trim_end());

@@ -2,6 +2,7 @@
 //!
 //! - [`make`]: cases of [`crate::reality`] in a folder, their labels sealed, a commitment to them in the open
 //! - [`run`]: a diagnosis over every case that has no answer yet
+//! - [`oracle()`]: what who is told the effects would close
 //! - [`score()`]: labels unsealed, the commitment checked, answers judged by the contract's rules
 //! - [`calibrate()`]: temperature and prior odds under which the truth is most probable
 //!
@@ -12,6 +13,7 @@ mod calibrate;
 mod folder;
 mod intervals;
 mod judge;
+mod oracle;
 mod runner;
 mod score;
 mod seal;
@@ -22,6 +24,7 @@ pub use calibrate::{Calibrated, Example, Fit, calibrate, examples, prior_of};
 pub use folder::{BENCH, Bench, COMMITMENT, Made, Order, SEALED, make, names};
 pub use intervals::{Rate, Roc, expected_calibration_error, perfect_calibration_p95, roc};
 pub use judge::{Judged, Wanted, judge};
+pub use oracle::{Gains, OfOracle, oracle};
 pub use runner::{Diagnosis, Ran, Timing, run};
 pub use score::{
     Bin, ByEffect, Calibration, Confusion, Middle, Miss, Score, answers, labels, left_out, score, seconds,

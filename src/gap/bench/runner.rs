@@ -90,11 +90,17 @@ pub fn run(
     Ok(Ran { answered: open.len() - refused.len(), there, refused })
 }
 
-fn answer(case: &Path, diagnosis: &impl Diagnosis) -> Result<(Answer, f64)> {
+/// Nominal simulator, recording to diagnose from, recording kept back, of the case in this folder.
+pub(super) fn case_logs(case: &Path) -> Result<(Config, Log, Option<Log>)> {
     let config = Config::read(case.join("sim.toml"))?;
     let fit = read_log(case.join("fit.parquet"))?;
     let hold = case.join("hold.parquet");
     let hold = hold.is_file().then(|| read_log(&hold)).transpose()?;
+    Ok((config, fit, hold))
+}
+
+fn answer(case: &Path, diagnosis: &impl Diagnosis) -> Result<(Answer, f64)> {
+    let (config, fit, hold) = case_logs(case)?;
     let begin = Instant::now();
     let answer = diagnosis.diagnose(&config, &fit, hold.as_ref())?;
     Ok((answer, begin.elapsed().as_secs_f64()))

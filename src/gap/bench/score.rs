@@ -3,6 +3,7 @@
 use super::folder::{COMMITMENT, SEALED, names};
 use super::intervals::{BINS, Rate, Roc, bin, expected_calibration_error, perfect_calibration_p95, roc};
 use super::judge::{Judged, Wanted, judge};
+use super::oracle::OfOracle;
 use super::runner::Timing;
 use super::seal::{Labels, SealKey, unseal};
 use crate::error::{Error, ErrorKind, Result};
@@ -109,7 +110,7 @@ pub struct Middle {
 }
 
 impl Middle {
-    fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+    pub(super) fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut v: Vec<f64> = values.into_iter().collect();
         let of = v.len();
         (of > 0).then(|| Self {
@@ -190,6 +191,8 @@ pub struct Score {
     pub gap_closed_right: Option<Middle>,
     /// The same of a wrong one.
     pub gap_closed_wrong: Option<Middle>,
+    /// Answers beside those of an oracle that is told the effects; none where that was not asked for.
+    pub of_oracle: Option<OfOracle>,
     /// Relative error over all parameters of effects that were named right.
     pub parameter_error: Option<Middle>,
     /// Seconds a case: median and 95th percentile.
@@ -245,6 +248,7 @@ pub fn score(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>
         unknown_roc: roc(&with_unknown.collect::<Vec<_>>()),
         gap_closed_right: closed(true),
         gap_closed_wrong: closed(false),
+        of_oracle: None,
         parameter_error: Middle::of(judged.iter().flat_map(|j| j.errors.values().copied())),
         seconds: (!seconds.is_empty()).then(|| [0.5, 0.95].map(|p| quantile(&mut seconds, p))),
         confusion: confusion(&judged),

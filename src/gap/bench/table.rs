@@ -21,6 +21,7 @@ impl Score {
             "unknown_roc": self.unknown_roc,
             "gap_closed_right": self.gap_closed_right,
             "gap_closed_wrong": self.gap_closed_wrong,
+            "gap_closed_of_oracle": self.of_oracle,
             "parameter_error_relative": self.parameter_error,
             "seconds_per_case": self.seconds.map(|[median, p95]| json!({"median": median, "p95": p95})),
             "confusion": self.confusion,
@@ -63,6 +64,7 @@ impl Score {
         for (what, middle) in [
             ("share of the gap closed, main effect right", &self.gap_closed_right),
             ("share of the gap closed, main effect wrong", &self.gap_closed_wrong),
+            ("gain on the recording kept back, share of an oracle's", &self.of_oracle.as_ref().map(|o| o.share)),
             ("relative error of a parameter", &self.parameter_error),
         ] {
             if let Some(Middle { median, quartiles: [low, high], of }) = middle {

@@ -237,7 +237,9 @@ impl Candidates {
                 let known = !forced || record.torques_n_m.is_some();
                 let sensible = match equation {
                     Force | Moment => !matches!(follows, Follows::Acceleration | Follows::YawAcceleration),
-                    WheelLeft | WheelRight => true,
+                    // with nothing but wheels and gyro, what both wheels do together is motion, and what they do against each
+                    // other is the gyro's form; a pattern of one wheel's turns is neither
+                    WheelLeft | WheelRight => !record.is_blind() || follows == Follows::WheelAngle,
                     Gyro => !torque,
                     _ => !torque && follows != Follows::WheelAngle,
                 };

@@ -1,5 +1,6 @@
 //! The whole diagnosis of a drive: which equation, which effect, how far.
 
+use super::alike::{LARGEST, separate_by};
 use super::candidates::VARYING;
 use super::closest::Closest;
 use super::far::{self, DriveFar};
@@ -13,7 +14,7 @@ use crate::config::{Config, EffectTable};
 use crate::effects::drive::Driving;
 use crate::effects::{Library, Parameters};
 use crate::error::Result;
-use crate::gap::answer::{Answer, EffectAnswer, Nearest, Place};
+use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place};
 use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Options, Stage};
 use crate::gap::findings::{Findings, Main};
@@ -54,6 +55,7 @@ pub fn diagnose(
     let judged = judge(&record, &effects, &judge_options);
     let findings = &judged.findings;
     let mut answer = compose::answer(findings, |top| place(findings, library, top));
+    told_apart(&mut answer, &record, &judged.alike);
     answer.equations = pinpoint(&record, &judged.nominal_noise);
     answer.notes.extend(mounting.map(|m| m.said()));
     let hidden: Vec<_> = unknowable(&record, &effects).collect();
@@ -197,6 +199,28 @@ fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
                 description,
             })
         }
+    }
+}
+
+/// Adds what the information in the drive cannot tell from what was found to the rivals that the posterior leaves.
+fn told_apart(answer: &mut Answer, record: &Record, alike: &[Alike]) {
+    for class in &mut answer.alike {
+        class.separate_by = separate_by(record, None);
+    }
+    for one in alike.iter().filter(|a| a.ids.first().is_some_and(|id| answer.together.contains(id))) {
+        let known = answer.cannot_tell_apart.iter().position(|class| class.first() == one.ids.first());
+        let Some(at) = known else {
+            answer.cannot_tell_apart.push(one.ids.clone());
+            answer.alike.push(one.clone());
+            continue;
+        };
+        let class = &mut answer.cannot_tell_apart[at];
+        for id in &one.ids {
+            if class.len() < LARGEST && !class.contains(id) {
+                class.push(id.clone());
+            }
+        }
+        answer.alike[at] = Alike { ids: class.clone(), ..one.clone() };
     }
 }
 

@@ -196,6 +196,44 @@ impl Problem {
         out
     }
 
+    /// All groups together, each with the node of its prior that explains most beside the others; of groups with one id, the
+    /// one that does.
+    #[must_use]
+    pub fn together(&self) -> Weighed {
+        let mut open: Vec<&str> = self.groups.iter().map(|g| g.id.as_str()).collect();
+        open.sort_unstable();
+        open.dedup();
+        let all = open.clone();
+        let most = |rest: &[Member], ids: &[&str]| {
+            let of = |m: &(Member, f64)| ids.contains(&self.groups[m.0.0].id.as_str());
+            self.additions(rest).into_iter().filter(of).max_by(|a, b| a.1.total_cmp(&b.1)).map(|m| m.0)
+        };
+        let mut members: Vec<Member> = Vec::new();
+        while let Some(next) = most(&members, &open) {
+            open.retain(|id| *id != self.groups[next.0].id);
+            members.push(next);
+        }
+        for id in all {
+            let rest: Vec<Member> = members.iter().copied().filter(|m| self.groups[m.0].id != id).collect();
+            if let Some(again) = most(&rest, &[id]) {
+                members = rest;
+                members.push(again);
+            }
+        }
+        members.sort_unstable();
+        Weighed { ln_weight: self.ln_weight(&members), members }
+    }
+
+    /// The same with the readings that the set would give on average: moments G β at its posterior mean β.
+    #[must_use]
+    pub fn expected(&self, members: &[Member]) -> Self {
+        let coefficients = self.coefficients(members);
+        let moment = |i: usize| coefficients.iter().map(|(j, mean, _)| self.gram[(i, *j)] * mean).sum();
+        let moment: Vec<f64> = (0..self.gram.ncols()).map(moment).collect();
+        let null = coefficients.iter().map(|(j, mean, _)| mean * moment[*j]).sum();
+        Self { gram: self.gram.clone(), moment, null, groups: self.groups.clone(), nuisance: self.nuisance.clone() }
+    }
+
     /// Posterior mean and standard deviation of every coefficient of the set.
     #[must_use]
     pub fn coefficients(&self, members: &[Member]) -> Coefficients {

@@ -215,6 +215,13 @@ fn horizons(record: &Record, claimed: &Claimed, unforced: Unforced, alone: bool)
     counts.iter().all(|n| *n > 0).then(|| std::array::from_fn(|h| sums[h].map(|s: f64| (s / counts[h] as f64).sqrt())))
 }
 
+/// What `effects` gain on `kept` over the nominal simulator, nats a row.
+#[must_use]
+pub fn gain(kept: &Record, library: &Library, effects: &Effects, unforced: Unforced) -> f64 {
+    let total = |claimed: &Claimed| score(kept, claimed, unforced).iter().sum::<f64>();
+    (total(&Claimed::new(effects, library)) - total(&Claimed::new(&[], library))) / kept.len().max(1) as f64
+}
+
 /// Measures what is sought on `kept`.
 #[must_use]
 pub fn measure(kept: &Record, library: &Library, sought: &Sought, unforced: Unforced, options: &Options) -> DriveFar {

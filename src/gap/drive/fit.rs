@@ -18,6 +18,8 @@ pub type Theta = Vec<Vec<f64>>;
 
 /// Narrow steps after each at most.
 const NARROW: usize = 6;
+/// The same where it is known what is in the set.
+const TOGETHER: usize = 12;
 /// Narrow steps before a model that explains far less than another is given up.
 const PATIENT: usize = 1;
 /// Settled when no coordinate moves by more than this of its standard deviation.
@@ -137,11 +139,29 @@ impl Compared {
     /// if its ln weight is still below `hopeless`.
     #[must_use]
     pub fn narrow(record: &Record, noise: &Noise, candidates: Candidates, from: Theta, hopeless: Option<f64>) -> Self {
+        Self::climb(record, noise, candidates, from, NARROW, hopeless, best_set)
+    }
+
+    /// Settles θ for all groups of `candidates` together; of those with one id, only the one that explains most.
+    #[must_use]
+    pub fn all_in(record: &Record, noise: &Noise, candidates: Candidates, from: Theta) -> Self {
+        Self::climb(record, noise, candidates, from, TOGETHER, None, Problem::together)
+    }
+
+    fn climb(
+        record: &Record,
+        noise: &Noise,
+        candidates: Candidates,
+        from: Theta,
+        steps: usize,
+        hopeless: Option<f64>,
+        choose: impl Fn(&Problem) -> Weighed,
+    ) -> Self {
         let mut best: Option<Self> = None;
         let mut theta = from;
-        for step in 0..NARROW {
+        for step in 0..steps {
             let problem = candidates.linearise(record, noise, &theta);
-            let top = best_set(&problem);
+            let top = choose(&problem);
             if let Some(best) = &best
                 && !(top.ln_weight >= best.top() - LOSS)
             {

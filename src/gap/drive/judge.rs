@@ -4,6 +4,7 @@
 //! the effects that explain most, each alone; the comparison of sets, single outliers, noise levels; then the same with the lost
 //! ticks of one wheel put back, if that looks worth it.
 
+use super::alike::alike;
 use super::branch::{Branch, described};
 use super::bursts::{self, Bursts, Sought};
 use super::candidates::{Candidates, Kind, Prior, knowable};
@@ -13,11 +14,14 @@ use super::fit::{Compared, Theta};
 use super::late::{self, Late};
 use super::mounting::{self, Mounting};
 use super::onset;
-use super::pass::{Models, Noise, Unforced, run};
+use super::pass::{Models, Noise, run};
 use super::record::Record;
+use super::twins::Twins;
+use super::unforced;
 use crate::effects::Parameters;
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::gap::Calibration;
+use crate::gap::answer::Alike;
 use crate::gap::findings::{Findings, Main, Part, WeightedSet};
 use crate::gap::layers::lattice;
 use crate::model::drive::DriveModel;
@@ -48,6 +52,8 @@ pub struct Judged {
     pub closest: Option<(Closest, f64)>,
     /// Wheels whose readings come late, s, where that is what explains most.
     pub wheels_late_s: Option<f64>,
+    /// Classes of effects that this drive cannot tell apart, whatever chance makes of it.
+    pub alike: Vec<Alike>,
     /// Noise that the nominal filter assumes, with how fast speeds diffuse where there are no torques.
     pub nominal_noise: Noise,
 }
@@ -55,7 +61,7 @@ pub struct Judged {
 /// A wheel lattice finer than this share of the noise is how the file keeps its numbers.
 const FINE: f64 = 0.01;
 /// Evidence from which lost ticks are looked into, nats.
-const WORTH: f64 = 8.0;
+pub(super) const WORTH: f64 = 8.0;
 /// A gap so large that the slopes at zero need not say what causes it, nats.
 pub(super) const LARGE: f64 = 300.0;
 /// Effects that are then fitted alone.
@@ -75,7 +81,7 @@ pub fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Opt
     }
     let mut noise = Noise::believed(record, None);
     if record.torques_n_m.is_none() {
-        noise.unforced = unforced(record, &noise);
+        noise.unforced = unforced::likely(record, &plain(record), &noise);
     }
     mounting::find(record, &noise, effects, &options.prior)
 }
@@ -83,18 +89,12 @@ pub fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Opt
 /// Judges `record` with `effects`.
 #[must_use]
 pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Judged {
-    let lsb = [0, 1]
-        .into_iter()
-        .filter_map(|i| lattice::step(&record.wheels_rad_s[i]))
-        .reduce(f64::min)
-        .filter(|lsb| *lsb > FINE * record.belief.wheel_std_rad_s);
-    let mut noise = Noise::believed(record, lsb);
-    if record.torques_n_m.is_none() {
-        noise.unforced = unforced(record, &noise);
-    }
-    let nominal_noise = Noise { unforced: noise.unforced, ..Noise::believed(record, None) };
+    let twins = Twins::of(record, effects);
+    let effects = &twins.told_apart;
+    let Believed { lsb, noise, nominal: nominal_noise } = Believed::of(record);
     let onset_s = onset::of(record);
     let all = Candidates::new(record, effects, &options.prior, true, onset_s);
+    let noise = diffused(record, noise, &all);
     let begin = start(record, &noise, &all);
     let compared = first(record, &noise, all, &begin);
     let mut branch = Branch::new(record.clone(), noise, compared, onset_s);
@@ -109,19 +109,27 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         lattice_part(lsb, here.max(1.0), knows(effects, "encoder.quantization"))
     });
     let mut sets = branch.sets();
+    let mut best = (branch.top(), alike(&branch.record, &branch.compared));
     if knows(effects, "encoder.missed_ticks")
         && let Some((other, bursts)) = restored(record, &branch, &begin, &noise, effects, options)
     {
         let lost = missed_part(&bursts, other.top() - branch.top());
+        if other.top() > best.0 {
+            best = (other.top(), alike(&other.record, &other.compared));
+        }
         let with = other.sets().into_iter();
         sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([lost.clone()]).collect(), ..s }));
     }
     let late = wheels_in_time(record, &branch, effects, options);
     if let Some((other, late)) = &late {
         let part = late.part(other.top() - branch.top());
+        if other.top() > best.0 {
+            best = (other.top(), alike(&other.record, &other.compared));
+        }
         let with = other.sets().into_iter();
         sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([part.clone()]).collect(), ..s }));
     }
+    let mut sets: Vec<WeightedSet> = sets.into_iter().flat_map(|set| twins.all(set)).collect();
     for set in &mut sets {
         set.parts.extend(lattice.iter().cloned());
     }
@@ -135,7 +143,35 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         (one, share)
     });
     let wheels_late_s = late.map(|(_, l)| l.delay_s);
-    Judged { findings, closest, wheels_late_s, nominal_noise }
+    Judged { findings, closest, wheels_late_s, alike: best.1, nominal_noise }
+}
+
+/// The robot without any effect.
+fn plain(record: &Record) -> Models {
+    Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() }
+}
+
+/// How well readings and motion are known before anything else is.
+pub(super) struct Believed {
+    /// Step of the wheels' lattice, rad/s, where they lie on one.
+    pub(super) lsb: Option<f64>,
+    /// Noise with that.
+    pub(super) noise: Noise,
+    /// Noise that the nominal filter assumes.
+    pub(super) nominal: Noise,
+}
+
+impl Believed {
+    pub(super) fn of(record: &Record) -> Self {
+        let steps = record.wheels_rad_s.iter().filter_map(|w| lattice::step(w));
+        let lsb = steps.reduce(f64::min).filter(|lsb| *lsb > FINE * record.belief.wheel_std_rad_s);
+        let mut noise = Noise::believed(record, lsb);
+        if record.torques_n_m.is_none() {
+            noise.unforced = unforced::likely(record, &plain(record), &noise);
+        }
+        let nominal = Noise { unforced: noise.unforced, ..Noise::believed(record, None) };
+        Self { lsb, noise, nominal }
+    }
 }
 
 /// The drive with the readings of its wheels put back to when they were true; none where they do not come late.
@@ -147,16 +183,16 @@ fn wheels_in_time(
 ) -> Option<(Branch, Late)> {
     let zero = as_is.compared.candidates.zero();
     // with the noise that was believed: what was found since may have taken in what the delay does
-    let believed = Noise { unforced: as_is.noise.unforced, ..as_is.believed };
     let nominal = Branch::models_at(record, &as_is.compared.candidates, &zero);
-    let mut late = late::find(record, &nominal, &believed).filter(|l| l.gain > LARGE)?;
+    let mut late = late::find(record, &nominal, &as_is.believed).filter(|l| l.gain > LARGE)?;
     let mut found = None;
     // the delay is looked for again with what is known then of the robot and of the noise
     for _ in 0..2 {
         let moved = late::put_back(record, late.delay_s);
         let mut noise = as_is.believed;
-        noise.unforced = unforced(&moved, &noise);
+        noise.unforced = unforced::likely(&moved, &plain(&moved), &noise);
         let all = Candidates::new(&moved, effects, &options.prior, true, None);
+        let noise = diffused(&moved, noise, &all);
         let begin = start(&moved, &noise, &all);
         let compared = first(&moved, &noise, all, &begin);
         let mut other = Branch::new(moved, noise, compared, None);
@@ -252,6 +288,25 @@ fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
     effects.iter().any(|e| e.about().id == id)
 }
 
+/// The noise with how speeds change, where no torques tell it, as it is beside the effect that explains most alone: a gap makes
+/// speeds of wheels and gyro scatter that do not, and whatever moves along with them would have evidence from that.
+fn diffused(record: &Record, noise: Noise, all: &Candidates) -> Noise {
+    if record.torques_n_m.is_some() {
+        return noise;
+    }
+    let named = all.only(|g| matches!(all.kinds[g], Kind::Change(_)));
+    let zero = named.linearise(record, &noise, &named.zero());
+    let nothing = zero.ln_weight(&[]);
+    let fits = alone(record, &noise, &named, &zero, ALONE);
+    match fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())) {
+        Some(best) if best.top() > nothing => {
+            let models = Branch::models_at(record, &best.candidates, &best.next().0);
+            Noise { unforced: unforced::likely(record, &models, &noise), ..noise }
+        }
+        _ => noise,
+    }
+}
+
 /// All sets compared at `begin`; and where a free form is in the best one, also where the named effects settle without any.
 ///
 /// Free forms are linear in the innovations of one pass. An effect that is strong bends these, and a free form takes what the
@@ -287,38 +342,8 @@ fn best_alone(record: &Record, noise: &Noise, compared: &Compared) -> Option<The
     fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())).map(|c| c.next().0)
 }
 
-/// How speeds change, where no torque says how they move: the most likely.
-fn unforced(record: &Record, noise: &Noise) -> Unforced {
-    let models = Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() };
-    let weigh = |unforced: Unforced| run(record, &models, &Noise { unforced, ..*noise }, &[], |_| {}).ln_likelihood();
-    let mut here = Unforced { diffusion: [0.001, 0.002], lasting: 0.9 };
-    let mut best = weigh(here);
-    let mut factor = 8.0;
-    while factor > 1.3 {
-        let mut moved = false;
-        for (v, w) in [(factor, 1.0), (1.0 / factor, 1.0), (1.0, factor), (1.0, 1.0 / factor)] {
-            let next = Unforced { diffusion: [here.diffusion[0] * v, here.diffusion[1] * w], ..here };
-            let weight = weigh(next);
-            if weight > best && next.diffusion.iter().all(|q| (1e-9..1e4).contains(q)) {
-                (best, here, moved) = (weight, next, true);
-            }
-        }
-        if !moved {
-            factor = f64::sqrt(factor);
-        }
-    }
-    for lasting in [0.0, 0.5, 0.75, 0.95, 1.0] {
-        let next = Unforced { lasting, ..here };
-        let weight = weigh(next);
-        if weight > best {
-            (best, here) = (weight, next);
-        }
-    }
-    here
-}
-
 /// Where to begin: at zero, or where a change that bends much explains far more.
-fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> Theta {
+pub(super) fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> Theta {
     let zero = candidates.zero();
     let weigh = |theta: &Theta| {
         let models = Branch::models_at(record, candidates, theta);
@@ -338,7 +363,7 @@ fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> Theta {
     best.1
 }
 
-fn lattice_part(lsb: f64, share: f64, named: bool) -> Part {
+pub(super) fn lattice_part(lsb: f64, share: f64, named: bool) -> Part {
     let id = if named { "encoder.quantization" } else { "free.lattice.wheels" };
     let mut part = described(id, named, share, format!("wheel speeds lie on a lattice of {lsb:.5} rad/s"));
     if named {
@@ -348,7 +373,7 @@ fn lattice_part(lsb: f64, share: f64, named: bool) -> Part {
     part
 }
 
-fn missed_part(bursts: &Bursts, share: f64) -> Part {
+pub(super) fn missed_part(bursts: &Bursts, share: f64) -> Part {
     use crate::effects::drive::missed_ticks::{BURST, LOSS, SHARE, SIDE};
     let side = if bursts.side == 0 { "left" } else { "right" };
     let mut part = described("encoder.missed_ticks", true, share, format!("the {side} wheel reads low in bursts"));

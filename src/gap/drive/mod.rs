@@ -1,5 +1,6 @@
 //! The gap of a drive: which equation, which effect, how far.
 
+pub mod alike;
 mod branch;
 mod bursts;
 pub mod candidates;
@@ -7,6 +8,7 @@ pub mod closest;
 pub mod column;
 mod diagnose;
 pub mod evidence;
+mod explain;
 pub mod far;
 mod filter;
 pub mod fit;
@@ -22,5 +24,9 @@ mod pinpoint;
 pub mod record;
 pub mod search;
 mod tangents;
+mod twins;
+mod unforced;
 
 pub use diagnose::diagnose;
+pub use explain::explain;
+pub(in crate::gap) use explain::known_gain;

@@ -87,6 +87,12 @@ impl Record {
         self.times_s.last().zip(self.times_s.first()).map_or(0.0, |(b, a)| b - a)
     }
 
+    /// Whether nothing but gyro and wheels was logged: no reading then knows a length, nor which yaw rate is right.
+    #[must_use]
+    pub fn is_blind(&self) -> bool {
+        self.torques_n_m.is_none() && self.pose.is_none()
+    }
+
     /// Torques of row `k`, held over missing ones.
     #[must_use]
     #[inline]

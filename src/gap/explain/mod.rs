@@ -22,7 +22,7 @@ use super::parts;
 use super::popcorn::{Popcorn, beside};
 use super::prepare::{Prepared, prepare};
 use super::search::{Prior, Search};
-use crate::config::Config;
+use crate::config::{Config, Kind as ConfigKind};
 use crate::effects::{Effect, Explanation, Library};
 use crate::error::{Error, ErrorKind, Result};
 use crate::signal::Log;
@@ -59,8 +59,9 @@ const ROUNDS: usize = 2;
 /// Steps finer than this of the white noise are how the file keeps its numbers.
 const FINEST: f64 = 0.01;
 
-/// Fits the effects `ids` of `library`, and no others, to `log`, beside the warm-up and white noise of `config`. The time
-/// of the first row since power-on is `since_power_on_s` where the log's time counts from something else.
+/// Fits the effects `ids` of `library`, and no others, to `log`, beside what `config` models: of a gyro at rest warm-up and
+/// white noise, of a drive the robot and its sensors. The time of the first row since power-on is `since_power_on_s` where the
+/// log's time counts from something else.
 ///
 /// ```no_run
 /// use gyroid::{config::Config, effects::Library, gap};
@@ -74,7 +75,7 @@ const FINEST: f64 = 0.01;
 /// ```
 ///
 /// # Errors
-/// As [`prepare`]; [`ErrorKind::Usage`] if an id is unknown or stands twice, or there is none; [`ErrorKind::Column`] if the
+/// As [`prepare`], of a drive as [`super::drive::record::Record::new`]; [`ErrorKind::Usage`] if an id is unknown or stands twice, or there is none; [`ErrorKind::Column`] if the
 /// log lacks what an effect follows.
 pub fn explain(
     config: &Config,
@@ -83,6 +84,9 @@ pub fn explain(
     ids: &[&str],
     since_power_on_s: f64,
 ) -> Result<Explanations> {
+    if config.kind == ConfigKind::Driving {
+        return super::drive::explain(config, log, library, ids, since_power_on_s);
+    }
     let effects = chosen(library, ids)?;
     let prepared = prepare(config, log, since_power_on_s)?;
     for effect in &effects {

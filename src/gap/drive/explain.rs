@@ -1,0 +1,238 @@
+//! θ̂ = argmax ln p(z | θ) + ln p(θ): effects that are known to be at work in a drive, fitted together, and no others
+//!
+//! What each of them adds is ln p with all of them over ln p without it, at θ̂ and with the coefficients of the others fitted
+//! anew. Standard deviations come from the curvature there.
+
+use super::branch::Branch;
+use super::bursts::{self, Bursts, Sought};
+use super::candidates::{Candidates, Kind, knowable};
+use super::far;
+use super::fit::{Compared, Theta};
+use super::judge::{Believed, Options, WORTH, lattice_part, missed_part, mounting, start};
+use super::onset;
+use super::pass::{Noise, run};
+use super::record::Record;
+use crate::config::Config;
+use crate::effects::drive::{DriveExplanation, Driving};
+use crate::effects::{About, Library, Parameters};
+use crate::error::{Error, ErrorKind, Result};
+use crate::gap::explain::{Estimate, Explained, Explanations};
+use crate::gap::findings::Part;
+use crate::signal::Log;
+
+/// The walk of the gyro's bias: known from recordings at rest, and at work in drives too.
+const WALK: &str = "gyro.rate_random_walk";
+/// Times that lost ticks are sought, with the model as it is known by then.
+const SOUGHT: usize = 2;
+
+/// Effects by which a drive is explained.
+struct Asked {
+    drives: Vec<&'static dyn Driving>,
+    walk: bool,
+}
+
+impl Asked {
+    /// # Errors
+    /// [`ErrorKind::Usage`] for an id that is unknown or stands twice, and for none.
+    fn of(library: &Library, ids: &[&str]) -> Result<Self> {
+        let refused = |found: String| {
+            let known: Vec<_> = library.driving().map(|e| e.about().id).chain([WALK]).collect();
+            Error::new(ErrorKind::Usage, "effects", found).mend(format!("name some of {}", known.join(", ")))
+        };
+        if ids.is_empty() {
+            return Err(refused("no effect is named".into()));
+        }
+        let mut asked = Self { drives: Vec::new(), walk: false };
+        for (i, id) in ids.iter().enumerate() {
+            if ids[..i].contains(id) {
+                return Err(refused(format!("{id} is named twice")));
+            }
+            if *id == WALK {
+                asked.walk = true;
+            } else {
+                let effect = library.driving_by_id(id);
+                asked.drives.push(effect.ok_or_else(|| refused(format!("no effect of drives is called {id:?}")))?);
+            }
+        }
+        Ok(asked)
+    }
+
+    /// # Errors
+    /// [`ErrorKind::Column`] if the drive cannot show one of them.
+    fn shown_by(&self, record: &Record, source: &str) -> Result<()> {
+        let walks = record.gyro_rad_s.is_some() || !self.walk;
+        let unseen = self.drives.iter().find(|e| !knowable(**e, record)).map(|e| e.about().id);
+        match unseen.or((!walks).then_some(WALK)) {
+            None => Ok(()),
+            Some(id) => {
+                let found = format!("nothing that would show {id}");
+                Err(Error::new(ErrorKind::Column, source, found)
+                    .mend("log the wheels' torques, the gyro or a pose beside the wheels, or leave the effect out"))
+            }
+        }
+    }
+
+    fn has(&self, wanted: fn(&DriveExplanation) -> bool) -> bool {
+        self.drives.iter().any(|e| wanted(&e.explanation()))
+    }
+}
+
+/// A drive explained by effects that were given.
+struct Fit {
+    parts: Vec<Part>,
+    notes: Vec<String>,
+}
+
+/// Fits `ids` to a drive; see [`crate::gap::explain()`].
+///
+/// # Errors
+/// As [`crate::gap::explain()`].
+pub fn explain(
+    config: &Config,
+    log: &Log,
+    library: &Library,
+    ids: &[&str],
+    since_power_on_s: f64,
+) -> Result<Explanations> {
+    let asked = Asked::of(library, ids)?;
+    let record = Record::new(config, log, since_power_on_s)?;
+    asked.shown_by(&record, &log.source)?;
+    let (effects, options) = (library.driving().collect::<Vec<_>>(), Options::default());
+    let mounting = mounting(&record, &effects, &options);
+    let record = mounting.as_ref().map_or_else(|| record.clone(), |m| m.taken_out(&record));
+    let mut fit = fit(&record, &asked, &options);
+    let about = |id: &str| {
+        library.driving_by_id(id).map(Driving::about).or_else(|| library.by_id(id).map(crate::effects::Effect::about))
+    };
+    let mut effects: Vec<Explained> = fit.parts.iter().filter_map(|part| Some(told(about(&part.id)?, part))).collect();
+    effects.sort_by_key(|e| ids.iter().position(|id| *id == e.id));
+    let missing = ids.iter().filter(|id| effects.iter().all(|e| e.id != **id));
+    fit.notes.extend(missing.map(|id| format!("{id}: the recording has no trace of it.")));
+    let notes = record.notes.iter().cloned().chain(mounting.map(|m| m.said())).chain(fit.notes).collect();
+    Ok(Explanations { effects, notes })
+}
+
+/// What ids that are fitted to `fit` gain on `hold` over the nominal simulator, nats a row: what a diagnosis that is told the
+/// effects would close of the gap.
+///
+/// # Errors
+/// As [`explain`].
+pub(in crate::gap) fn known_gain(
+    config: &Config,
+    fit_log: &Log,
+    hold: &Log,
+    library: &Library,
+    ids: &[&str],
+) -> Result<f64> {
+    let asked = Asked::of(library, ids)?;
+    let (effects, options) = (library.driving().collect::<Vec<_>>(), Options::default());
+    let record = Record::new(config, fit_log, 0.0)?;
+    asked.shown_by(&record, &fit_log.source)?;
+    let kept = Record::new(config, hold, 0.0)?;
+    let (record, kept) = match mounting(&record, &effects, &options) {
+        Some(m) => (m.taken_out(&record), m.taken_out(&kept)),
+        None => (record, kept),
+    };
+    let found: Vec<(String, Parameters)> =
+        fit(&record, &asked, &options).parts.into_iter().map(|p| (p.id, p.parameters)).collect();
+    Ok(far::gain(&kept, library, &found, Believed::of(&record).nominal.unforced))
+}
+
+fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
+    let Believed { lsb, noise, nominal } = Believed::of(record);
+    let every = Candidates::new(record, &asked.drives, &options.prior, false, onset::of(record));
+    let candidates = every.only(|g| asked.walk || !matches!(every.kinds[g], Kind::Walk));
+    let mut notes = Vec::new();
+    let mut parts = Vec::new();
+    let as_is = settled(record, &noise, &candidates);
+    let lost =
+        asked.has(|e| matches!(e, DriveExplanation::MissedTicks)).then(|| lost_ticks(record, &noise, &as_is)).flatten();
+    let (branch, gained) = match lost {
+        Some((restored, compared, bursts, gained)) => {
+            (Branch::new(restored, noise, compared, None), Some((bursts, gained)))
+        }
+        None => (Branch::new(record.clone(), noise, as_is, None), None),
+    };
+    parts.extend(gained.map(|(bursts, gained)| missed_part(&bursts, gained)));
+    let c = &branch.compared;
+    let members = &c.sets[0].members;
+    let coefficients = c.problem.coefficients(members);
+    for (i, &(group, _)) in members.iter().enumerate() {
+        let others: Vec<_> = members.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, m)| *m).collect();
+        let gain = c.problem.ln_evidence(members) - c.problem.ln_evidence(&others);
+        parts.push(branch.part(group, gain, &coefficients));
+    }
+    if asked.has(|e| matches!(e, DriveExplanation::WheelLattice))
+        && let Some(lsb) = lsb
+    {
+        let gained = branch.ln_likelihood(&noise) - branch.ln_likelihood(&nominal);
+        parts.push(lattice_part(lsb, gained, true));
+    }
+    if !c.next().1 {
+        notes.push("The parameters had not settled when the fit was ended: their intervals may be too narrow.".into());
+    }
+    Fit { parts, notes }
+}
+
+/// All candidates together: from zero, from where a change that bends much may begin, and from where each alone settles.
+fn settled(record: &Record, noise: &Noise, candidates: &Candidates) -> Compared {
+    let zero = candidates.zero();
+    let begin = start(record, noise, candidates);
+    let mut starts: Vec<Theta> = vec![zero.clone()];
+    if begin != zero {
+        starts.push(begin);
+    }
+    let changes: Vec<usize> =
+        (0..candidates.kinds.len()).filter(|g| matches!(candidates.kinds[*g], Kind::Change(_))).collect();
+    if candidates.kinds.len() > 1 {
+        let alone = |g: usize| Compared::all_in(record, noise, candidates.only(|x| x == g), zero.clone()).next().0;
+        starts.extend(changes.into_iter().map(alone));
+    }
+    let mut ends = starts.into_iter().map(|from| Compared::all_in(record, noise, candidates.clone(), from));
+    let first = ends.next().unwrap_or_else(|| Compared::all_in(record, noise, candidates.clone(), zero));
+    ends.fold(first, |best, end| if end.top() > best.top() { end } else { best })
+}
+
+/// The drive with the lost ticks of one wheel put back, what then explains it, where they were lost, and what that gains; none
+/// where no account of them does.
+fn lost_ticks(record: &Record, noise: &Noise, as_is: &Compared) -> Option<(Record, Compared, Bursts, f64)> {
+    let candidates = &as_is.candidates;
+    let mut theta = as_is.next().0;
+    let mut found: Option<(Record, Compared, Bursts, f64)> = None;
+    for round in 0..SOUGHT {
+        let models = Branch::models_at(record, candidates, &theta);
+        // once the lost ticks are put back nothing slow is left to be taken out
+        let sought = [0, 1].iter().flat_map(|side| [true, false].map(|slow| Sought { side: *side, loss: None, slow }));
+        let accounts = sought
+            .filter(|s| round == 0 || !s.slow)
+            .flat_map(|s| bursts::accounts(record, &models, noise, s))
+            .filter(|b| b.ln_evidence > WORTH);
+        let weighed = accounts.map(|b| (bursts::weight(record, &models, noise, &b), b));
+        let Some((_, bursts)) = weighed.max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+        let restored = bursts.restored(record);
+        let compared = Compared::all_in(&restored, noise, candidates.clone(), theta.clone());
+        let plain = run(record, &Branch::models_at(record, candidates, &as_is.theta), noise, &[], |_| {});
+        let with = run(&restored, &Branch::models_at(&restored, candidates, &compared.theta), noise, &[], |_| {});
+        let gained = with.ln_likelihood() + bursts.ln_path + bursts.ln_jacobian() - plain.ln_likelihood();
+        theta = compared.next().0;
+        if found.as_ref().is_none_or(|f| gained > f.3) {
+            found = Some((restored, compared, bursts, gained));
+        }
+    }
+    found
+}
+
+/// A part as it is told.
+fn told(about: &About, part: &Part) -> Explained {
+    let one = |(name, value): (&String, &f64)| {
+        let std = *part.std.get(name)?;
+        let positive = about.parameters.iter().any(|p| p.name == name && p.bounds[0] >= 0.0);
+        Some((name.clone(), Estimate::normal(*value, std, positive)))
+    };
+    Explained {
+        id: part.id.clone(),
+        gain_nats: part.share,
+        parameters: part.parameters.iter().filter_map(one).collect(),
+        time_s: part.time_s,
+    }
+}
