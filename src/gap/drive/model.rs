@@ -12,6 +12,9 @@ use crate::model::drive::{DriveEffect, DriveModel};
 /// Effects with their parameters.
 pub type Effects = [(String, Parameters)];
 
+/// Accounts of lost ticks that the filter weighs.
+const WEIGHED: usize = 4;
+
 /// What effects come to in a drive.
 pub struct Claimed {
     /// Changes of the equations, with their coordinates.
@@ -66,9 +69,15 @@ impl Claimed {
     pub fn bursts(&self, record: &Record, noise: &Noise) -> Option<Bursts> {
         let loss = self.loss?;
         let models = self.models(record);
-        let all = [(0, false), (0, true), (1, false), (1, true)];
-        all.into_iter()
+        let sought = [(0, false), (0, true), (1, false), (1, true)];
+        let mut all: Vec<Bursts> = sought
+            .into_iter()
             .flat_map(|(side, slow)| bursts::accounts(record, &models, noise, Sought { side, loss: Some(loss), slow }))
+            .collect();
+        // a pass of the filter each: for those that the chain takes for likely
+        all.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
+        all.truncate(WEIGHED);
+        all.into_iter()
             .map(|b| (bursts::weight(record, &models, noise, &b), b))
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, b)| b)
