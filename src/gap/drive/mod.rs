@@ -21,6 +21,7 @@ pub mod pass;
 mod pinpoint;
 pub mod record;
 pub mod search;
+mod several;
 mod tangents;
 
 pub use diagnose::diagnose;
