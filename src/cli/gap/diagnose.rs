@@ -1,7 +1,7 @@
 //! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
-use crate::cli::Outcome;
 use super::recordings::Recordings;
+use crate::cli::Outcome;
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::output::{Common, Output};
 use clap::Args;
@@ -169,12 +169,15 @@ fn begun<'a>(logs: &'a [Log], starts_s: &[f64]) -> Vec<Drive<'a>> {
 
 /// Refuses what can only be of drives.
 fn one_at_rest(recordings: &[Vec<PathBuf>], option: &str) -> Result<()> {
-    let at_rest = |found: &str| Error::new(ErrorKind::Usage, option, format!("{found}, and the configuration is of a gyro at rest"));
+    let at_rest = |found: &str| {
+        Error::new(ErrorKind::Usage, option, format!("{found}, and the configuration is of a gyro at rest"))
+    };
     match recordings {
         [] => Ok(()),
         [files] if files.len() == 1 => Ok(()),
-        [_] => Err(at_rest("several files")
-            .mend("give one recording; several files on one clock can only be of a drive")),
+        [_] => {
+            Err(at_rest("several files").mend("give one recording; several files on one clock can only be of a drive"))
+        }
         _ => Err(at_rest("several recordings")
             .mend(format!("give {option} once: only drives are fitted together; diagnose each recording by itself"))),
     }

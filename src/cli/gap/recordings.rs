@@ -16,12 +16,7 @@ pub(crate) struct Recordings {
 }
 
 fn logs(id: &'static str) -> Arg {
-    Arg::new(id)
-        .long(id)
-        .value_name("LOG")
-        .num_args(1..)
-        .action(ArgAction::Append)
-        .value_parser(value_parser!(PathBuf))
+    Arg::new(id).long(id).value_name("LOG").num_args(1..).action(ArgAction::Append).value_parser(value_parser!(PathBuf))
 }
 
 // written out: the derive lays the files of all occurrences together

@@ -363,7 +363,7 @@ impl Branch {
                 let at = self.record.times_s[self.record.starts[drive]] + t;
                 part.time_s = Some([at, at]);
                 if self.record.starts.len() > 1 {
-                    part.description = format!("the bias jumps {at:.2} s into {}", self.record.sources[drive]);
+                    part.description = format!("the bias jumps at {at:.2} s of {}", self.record.sources[drive]);
                 }
             }
             Kind::Walk => {

@@ -291,9 +291,8 @@ fn forward(odds: &[f64], [enter, leave]: [f64; 2], posterior: Option<&mut [f64]>
 /// Errors without their slow parts in each drive: relative ones (radius, track, gain) first, then offsets.
 fn without_slow(rows: &[(usize, f64, f64)], wheel: &[f64], step_s: f64, drives: &[Range<usize>]) -> Vec<f64> {
     let window = (SLOW_S / step_s) as usize;
-    let slow_of = |values: &[f64]| -> Vec<f64> {
-        drives.iter().flat_map(|d| medians(&values[d.clone()], window)).collect()
-    };
+    let slow_of =
+        |values: &[f64]| -> Vec<f64> { drives.iter().flat_map(|d| medians(&values[d.clone()], window)).collect() };
     let known = wheel.iter().filter(|w| w.is_finite());
     let fast = known.clone().map(|w| w.abs()).sum::<f64>() / known.count().max(1) as f64;
     let relative = rows.iter().map(|r| if wheel[r.0].abs() > fast { r.1 / wheel[r.0] } else { f64::NAN });

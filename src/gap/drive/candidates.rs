@@ -260,9 +260,9 @@ impl Candidates {
                 let functions = skip..follows.count();
                 let columns = match follows {
                     // time begins anew in each drive
-                    Follows::Time => {
-                        (0..record.starts.len()).flat_map(|d| functions.clone().map(move |i| one(i).of_drive(d))).collect()
-                    }
+                    Follows::Time => (0..record.starts.len())
+                        .flat_map(|d| functions.clone().map(move |i| one(i).of_drive(d)))
+                        .collect(),
                     _ => functions.map(|i| one(i).into()).collect(),
                 };
                 let id = format!("free.{}.{}", short(equation), follows.id());
@@ -332,7 +332,9 @@ impl Candidates {
             out.groups.push(Group { columns: (first..out.columns.len()).collect(), ..group.clone() });
         }
         for group in &mut out.groups {
-            let Some(Column::Varying(i, j, _)) = group.columns.first().map(|c| out.columns[*c].column) else { continue };
+            let Some(Column::Varying(i, j, _)) = group.columns.first().map(|c| out.columns[*c].column) else {
+                continue;
+            };
             group.varies = out.columns.iter().position(|c| c.column == Column::Coordinate(i, j));
         }
         out

@@ -16,6 +16,7 @@ use crate::error::Result;
 use crate::gap::answer::{Answer, EffectAnswer, Nearest, Place};
 use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
+use crate::gap::far::Closed;
 use crate::gap::findings::{Findings, Main};
 
 /// Most effects whose share of the gap is measured one by one.
@@ -54,6 +55,7 @@ pub fn diagnose(
     let findings = &judged.findings;
     let mut answer = compose::answer(findings, |top| place(findings, library, top));
     answer.equations = pinpoint(&record, &judged.nominal_noise);
+    answer.notes.extend(together_note(&record));
     answer.notes.extend(mounting.map(|m| m.said()));
     let hidden: Vec<_> = unknowable(&record, &effects).collect();
     if !hidden.is_empty() {
@@ -88,6 +90,7 @@ pub fn diagnose(
         }
     };
     answer.gap.clone_from(&far.metrics);
+    answer.notes.extend(each_note(&far, &together));
     if let (Some(delay_s), Some(kept)) = (judged.wheels_late_s, &kept) {
         let nominal = Claimed::new(&[], library).models(kept);
         let gain = late::gain(kept, &nominal, &judged.nominal_noise, delay_s);
@@ -124,6 +127,31 @@ pub fn diagnose(
     Ok(Diagnosis { answer, augmented, findings: judged.findings, far: None, prepared: None })
 }
 
+/// How many drives took part, where it is more than one.
+fn together_note(record: &Record) -> Option<String> {
+    let sources = &record.sources;
+    (sources.len() > 1).then(|| {
+        format!(
+            "{} drives are fitted together: {}. Effects and their parameters are the same in all of them, what is drawn anew in \
+             each run is each drive's own.",
+            sources.len(),
+            sources.join("; ")
+        )
+    })
+}
+
+/// What is closed in each of several drives kept back.
+fn each_note(far: &DriveFar, together: &[(String, Parameters)]) -> Option<String> {
+    let share = |(source, closed): &(String, Closed)| Some(format!("{source} {:.0} %", 100.0 * closed.estimate?));
+    let shares = far.each.iter().map(share).collect::<Option<Vec<_>>>()?;
+    let what = match (together, &far.nearest) {
+        ([], None) => return None,
+        ([], Some((id, _))) => format!("{id} closes alone"),
+        _ => "what was found closes".into(),
+    };
+    (!shares.is_empty()).then(|| format!("Of the gap in log score {what}, drive by drive: {}.", shares.join("; ")))
+}
+
 fn measure(
     kept: &Record,
     library: &Library,
@@ -148,7 +176,10 @@ fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
         Main::None => None,
         Main::Effect(id) => {
             let part = findings.best_with(id, true)?.part(id)?;
-            let mut place = Place { time_s: part.time_s, ..Place::default() };
+            // of several drives: in which one that time is
+            let described = part.time_s.is_some() && !part.description.is_empty();
+            let description = described.then(|| part.description.clone());
+            let mut place = Place { time_s: part.time_s, description, ..Place::default() };
             if let Some(effect) = library.driving_by_id(id) {
                 let about = effect.about();
                 place.channel = about.channel.into();

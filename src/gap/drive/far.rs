@@ -16,6 +16,7 @@ use crate::gap::answer::Metric;
 use crate::gap::far::{Closed, Options, Scores, block_rows, gap_closed};
 use rayon::prelude::*;
 use statrs::function::erf::erfc;
+use std::ops::Range;
 
 /// Times at which a step may lie.
 const STEPS: usize = 96;
@@ -35,6 +36,8 @@ pub struct DriveFar {
     pub together: Closed,
     /// The effect that comes nearest where the cause is not known, and before, after and floor with it alone.
     pub nearest: Option<(String, Vec<Metric>)>,
+    /// Of several drives kept back, what all together close in each, or, where nothing was found, the nearest effect.
+    pub each: Vec<(String, Closed)>,
 }
 
 /// Effects whose shares of the gap are measured.
@@ -230,19 +233,18 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, unforced: Unfo
         .into_par_iter()
         .map(|i| own(kept, &all, options.seed.wrapping_add(i)))
         .collect();
-    let (floors, own_before): (Vec<Vec<f64>>, Vec<f64>) = logs
-        .par_iter()
-        .map(|log| (score(log, &all, unforced), score(log, &nominal, unforced).iter().sum::<f64>()))
-        .unzip();
-    let closed = |after: &[f64]| {
+    let (floors, own_before): (Vec<Vec<f64>>, Vec<Vec<f64>>) =
+        logs.par_iter().map(|log| (score(log, &all, unforced), score(log, &nominal, unforced))).unzip();
+    let closed_in = |after: &[f64], rows: Range<usize>| {
         let scores = Scores {
-            before: &before,
-            after,
-            floor: floors.iter().map(Vec::as_slice).collect(),
-            own_before: own_before.clone(),
+            before: &before[rows.clone()],
+            after: &after[rows.clone()],
+            floor: floors.iter().map(|f| &f[rows.clone()]).collect(),
+            own_before: own_before.iter().map(|o| o[rows.clone()].iter().sum()).collect(),
         };
-        gap_closed(&scores, block_rows(&before, after), options)
+        gap_closed(&scores, block_rows(scores.before, scores.after), options)
     };
+    let closed = |after: &[f64]| closed_in(after, 0..kept.len());
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
     let floor = floors.iter().map(|f| mean(f)).sum::<f64>() / floors.len().max(1) as f64;
     let log_score =
@@ -261,6 +263,7 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, unforced: Unfo
     }
     let mut alone = Vec::with_capacity(listed.len());
     let mut nearest_score = None;
+    let mut found = after.clone();
     for one in listed {
         let rows = if together.len() == 1 && together[0] == *one {
             after.clone()
@@ -269,12 +272,17 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, unforced: Unfo
         };
         if nearest.is_some_and(|(id, _)| *id == one.0) {
             nearest_score = Some(log_score(&rows));
+            if together.is_empty() {
+                found.clone_from(&rows);
+            }
         }
         alone.push((one.0.clone(), closed(&rows)));
     }
     let nearest = nearest.map(|(id, _)| (id.clone(), nearest_score.into_iter().chain(with_nearest).collect()));
     let together = closed(&after);
-    DriveFar { metrics, alone, together, nearest }
+    let several = kept.sources.iter().cloned().zip(kept.drives()).filter(|_| kept.starts.len() > 1);
+    let each = several.map(|(source, rows)| (source, closed_in(&found, rows))).collect();
+    DriveFar { metrics, alone, together, nearest, each }
 }
 
 /// Root mean squares of position and heading at each horizon: before, after, floor.

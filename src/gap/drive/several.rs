@@ -159,8 +159,7 @@ fn same_rates(first: &Record, other: &Record) -> Result<()> {
     for (what, of) in [("wheels", wheels as fn(&Record) -> Option<&Vec<f64>>), ("gyro", gyro)] {
         let [Some(a), Some(b)] = [first, other].map(|r| of(r).map(|values| interval_s(r, values))) else { continue };
         if !((b / a).ln().abs() <= RATES.ln()) {
-            let found =
-                format!("its {what} are read every {b:.4} s, and those of {} every {a:.4} s", source(first));
+            let found = format!("its {what} are read every {b:.4} s, and those of {} every {a:.4} s", source(first));
             return Err(Error::new(ErrorKind::Time, source(other), found).mend(
                 "drives that are fitted together need the same sample time, for which the configuration states the noise: \
                  resample one of them, or diagnose each by itself",
@@ -196,12 +195,5 @@ fn merged_notes(parts: &[Record]) -> Vec<String> {
             }
         }
     }
-    let names: Vec<&str> = parts.iter().map(source).collect();
-    notes.push(format!(
-        "{} drives are fitted together: {}. Effects and their parameters are the same in all of them; where a drive begins, its \
-         turn-on bias and how the gyro's error wanders are its own.",
-        parts.len(),
-        names.join("; ")
-    ));
     notes
 }
