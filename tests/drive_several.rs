@@ -111,17 +111,17 @@ fn two_halves_of_a_proof_are_one() {
     const SIZE: f64 = 2.2e-4;
     let effect = Some(("gyro.scale_factor", "relative", SIZE));
     let logs = [1, 2].map(|seed| recorded(effect, 0.0, seed));
-    let named = |record: &Record| {
-        let found = judged(record).findings;
-        let set = found.best_with("gyro.scale_factor", false).unwrap();
+    let said = |record: &Record| {
+        let found = judged(record);
+        let set = found.findings.best_with("gyro.scale_factor", false).unwrap();
         let part = set.part("gyro.scale_factor").unwrap();
-        println!("{:?} {:?} {:?}", found.mains(), part.parameters, part.std);
-        (found.presence("gyro.scale_factor"), part.parameters["relative"], part.std["relative"])
+        (main_of(&found), part.parameters["relative"], part.std["relative"])
     };
-    let alone = [0, 1].map(|i| named(&together(&[&logs[i]])));
-    let both = named(&together(&[&logs[0], &logs[1]]));
-    assert!(alone.iter().all(|a| a.0 < 0.8), "{alone:?}");
-    assert!(both.0 > 0.95, "{both:?}");
+    // three to four standard deviations in each: what chance does in one of twenty effects, each as probable as one in twenty
+    let alone = [0, 1].map(|i| said(&together(&[&logs[i]])));
+    assert!(alone.iter().all(|a| a.0 == Main::None), "{alone:?}");
+    let both = said(&together(&[&logs[0], &logs[1]]));
+    assert_eq!(both.0, Main::Effect("gyro.scale_factor".into()), "{both:?}");
     assert!((both.1 - SIZE).abs() < 4.0 * both.2, "{both:?}");
     // information adds up, that of the prior aside
     let information = alone.iter().map(|a| a.2.powi(-2)).sum::<f64>();

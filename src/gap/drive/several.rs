@@ -146,7 +146,7 @@ fn same_channels(first: &Record, other: &Record) -> Result<()> {
                 false => (format!("it has no {what}, and {} has", source(first)), source(first)),
             };
             return Err(Error::new(ErrorKind::Column, source(other), found).mend(format!(
-                "drives that are fitted together need the same channels: leave the {what} of {with} out, or diagnose each \
+                "drives that are taken together need the same channels: leave the {what} of {with} out, or diagnose each \
                  drive by itself"
             )));
         }
@@ -161,7 +161,7 @@ fn same_rates(first: &Record, other: &Record) -> Result<()> {
         if !((b / a).ln().abs() <= RATES.ln()) {
             let found = format!("its {what} are read every {b:.4} s, and those of {} every {a:.4} s", source(first));
             return Err(Error::new(ErrorKind::Time, source(other), found).mend(
-                "drives that are fitted together need the same sample time, for which the configuration states the noise: \
+                "drives that are taken together need the same sample time, for which the configuration states the noise: \
                  resample one of them, or diagnose each by itself",
             ));
         }
