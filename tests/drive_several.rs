@@ -8,7 +8,8 @@ use gyroid::effects::drive::registry;
 use gyroid::gap::drive::candidates::Candidates;
 use gyroid::gap::drive::column::{Column, Scoped};
 use gyroid::gap::drive::fit::models;
-use gyroid::gap::drive::judge::{Judged, Options as JudgeOptions, judge};
+use gyroid::gap::drive::judge::{Judged, Options as JudgeOptions, judge, mounting};
+use gyroid::gap::drive::late::put_back;
 use gyroid::gap::drive::pass::{Noise, Summed, run_scoped};
 use gyroid::gap::drive::record::Record;
 use gyroid::gap::findings::Main;
@@ -188,6 +189,63 @@ fn drives_that_do_not_go_together_are_refused_by_name() {
     few.time = TimeAxis::Uniform { start_s: 0.0, step_s: 0.02, len: 3 };
     few.channels.iter_mut().for_each(|c| c.values.truncate(3));
     assert!(refused(&good, &few).contains("drive2"));
+}
+
+#[test]
+fn lost_ticks_of_each_drive_are_found_in_it() {
+    let lossy = Some(("encoder.missed_ticks", "loss_fraction", 0.06));
+    let logs = [1, 2].map(|seed| recorded(lossy, 0.0, seed));
+    let found = judged(&together(&[&logs[0], &logs[1]]));
+    assert_eq!(main_of(&found), Main::Effect("encoder.missed_ticks".into()), "{:?}", found.findings.mains());
+    let set = found.findings.best_with("encoder.missed_ticks", true).unwrap();
+    let part = set.part("encoder.missed_ticks").unwrap();
+    let (loss, std) = (part.parameters["loss_fraction"], part.std["loss_fraction"]);
+    assert!((loss - 0.06).abs() < 5.0 * std, "{loss} ± {std}");
+}
+
+/// All numbers of a record, missing ones included.
+fn numbers(record: &Record) -> Vec<u64> {
+    let pose = record.pose.iter().flatten().flatten();
+    let wheels = record.wheels_rad_s.iter().flatten();
+    let gyro = record.gyro_rad_s.iter().flatten();
+    record
+        .times_s
+        .iter()
+        .chain(&record.since_power_on_s)
+        .chain(wheels)
+        .chain(gyro)
+        .chain(pose)
+        .map(|v| v.to_bits())
+        .collect()
+}
+
+#[test]
+fn what_is_put_back_or_taken_out_of_drives_is_that_of_each() {
+    let open = ROBOT.to_string() + "lever_arm_std_m = 0.1\nheading_offset_std_rad = 0.05\ndelay_std_s = 0.05\n";
+    let open = Config::parse(&open, "robot.toml").unwrap();
+    let logs = [1, 2].map(|seed| without(recorded(None, 0.0, seed), &[names::TORQUE_LEFT, names::TORQUE_RIGHT]));
+    let drives = [0, 1].map(|i| Drive { log: &logs[i], since_power_on_s: 5.0 * i as f64 });
+    let both = Record::of_drives(&open, &drives).unwrap();
+    let mounting = mounting(&both, registry(), &JudgeOptions::default()).unwrap();
+    let changes: [&dyn Fn(&Record) -> Record; 2] = [&|r| put_back(r, 0.25), &|r| mounting.taken_out(r)];
+    for change in changes {
+        let changed = change(&both);
+        assert_ne!(numbers(&changed), numbers(&both));
+        let rows = changed.starts.iter().copied().zip(changed.starts.iter().skip(1).copied().chain([changed.len()]));
+        for ((from, to), drive) in rows.zip(&drives) {
+            let alone = change(&Record::of_drives(&open, &[*drive]).unwrap());
+            let part = |v: &Vec<f64>| v[from..to].to_vec();
+            let own = Record {
+                times_s: part(&changed.times_s),
+                since_power_on_s: part(&changed.since_power_on_s),
+                wheels_rad_s: changed.wheels_rad_s.each_ref().map(part),
+                gyro_rad_s: changed.gyro_rad_s.as_ref().map(part),
+                pose: changed.pose.as_ref().map(|p| p.each_ref().map(part)),
+                ..alone.clone()
+            };
+            assert_eq!(numbers(&own), numbers(&alone));
+        }
+    }
 }
 
 /// Exit code, standard output, standard error of `gyroid`.
