@@ -132,9 +132,10 @@ pub(crate) struct ColumnArgs {
     /// Leave out the seconds in which the sensor moved
     #[arg(long)]
     trim_motion: bool,
-    /// The log's first sample is this long after power-on, s
-    #[arg(long, value_name = "S")]
-    start_offset: Option<f64>,
+    /// The log's first sample is this long after power-on, s; where a command takes several drives also one for each, apart by
+    /// commas, in their order
+    #[arg(long, value_name = "S", value_delimiter = ',')]
+    start_offset: Vec<f64>,
 }
 
 /// How to read the columns of a drive.
@@ -260,8 +261,12 @@ impl ColumnArgs {
 
     /// The same, where the topic is to be chosen.
     pub fn query_of_any_topic(&self, axis: AxisChoice) -> Result<GyroQuery> {
-        if self.start_offset.is_some_and(|s| !(s.is_finite() && s >= 0.0)) {
+        if self.start_offset.iter().any(|s| !(s.is_finite() && *s >= 0.0)) {
             return Err(Error::new(ErrorKind::Usage, "--start-offset", "must be zero or a positive number of seconds"));
+        }
+        if self.start_offset.len() > 1 {
+            let found = format!("{} are given, and only several drives may have one each", self.start_offset.len());
+            return Err(Error::new(ErrorKind::Usage, "--start-offset", found).mend("give one"));
         }
         Ok(GyroQuery {
             column: self.column.clone(),
@@ -328,13 +333,27 @@ impl ColumnArgs {
 
     /// How long after power-on the log begins, s, if that was said.
     pub fn start_offset_s(&self) -> Option<f64> {
-        self.start_offset
+        self.start_offset.first().copied()
+    }
+
+    /// The same of each of `drives`, zero where nothing was said.
+    pub fn starts_s(&self, drives: usize) -> Result<Vec<f64>> {
+        match self.start_offset[..] {
+            [] => Ok(vec![0.0; drives]),
+            [all] => Ok(vec![all; drives]),
+            ref each if each.len() == drives => Ok(each.to_vec()),
+            ref some => {
+                let found = format!("{} are given for {drives} drives", some.len());
+                Err(Error::new(ErrorKind::Usage, "--start-offset", found)
+                    .mend("give one for all, or one for each, first those of --fit, then those of --hold: 20,35,5"))
+            }
+        }
     }
 
     /// The time axis since power-on: the log's own, or begun `--start-offset` after it.
     pub fn time_since_power_on(&self, recording: &GyroRecording) -> TimeAxis {
         let time = recording.log.time.clone();
-        match self.start_offset {
+        match self.start_offset_s() {
             Some(offset) if !time.is_empty() => {
                 let first = time.at(0);
                 time.shifted(offset - first)
@@ -386,7 +405,7 @@ impl LogArgs {
             }
             Reading::Streamed(recording) => {
                 let mut recording = *recording;
-                if let Some(offset) = self.columns.start_offset {
+                if let Some(offset) = self.columns.start_offset_s() {
                     let first = recording.log.moments.first_s;
                     recording.log = recording.log.shifted(offset - first);
                 }

@@ -32,6 +32,15 @@ impl Default for Options {
     }
 }
 
+/// A drive and when its gyro was switched on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drive<'a> {
+    /// The recording.
+    pub log: &'a Log,
+    /// Time since power-on at its first row, s, where the log does not hold it.
+    pub since_power_on_s: f64,
+}
+
 /// What a diagnosis comes to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnosis {
@@ -90,7 +99,9 @@ pub fn diagnose_observed(
     observe: &mut dyn FnMut(Stage),
 ) -> Result<Diagnosis> {
     if config.kind == Kind::Driving {
-        return super::drive::diagnose(config, fit, hold, library, options, observe);
+        let drive = |log| Drive { log, since_power_on_s: options.since_power_on_s };
+        let kept: Vec<Drive<'_>> = hold.map(drive).into_iter().collect();
+        return super::drive::diagnose(config, &[drive(fit)], &kept, library, options, observe);
     }
     observe(Stage::Prepare);
     let prepared = prepare(config, fit, options.since_power_on_s)?;
@@ -132,6 +143,25 @@ pub fn diagnose_observed(
     }
     observe(Stage::Done);
     Ok(Diagnosis { answer, augmented, findings, far, prepared: Some(prepared) })
+}
+
+/// Diagnoses several drives of one robot together against the nominal simulator `config`: the same effects with the same
+/// parameters in all of them, while the start, the turn-on bias and the wander of the gyro are each drive's own. Measures on the
+/// drives in `kept`, which may be none, how far the gap shrinks. Each drive states its own time since power-on, that in
+/// `options` is not used. `observe` is told each stage as it begins.
+///
+/// # Errors
+/// What [`super::drive::record::Record::of_drives`] refuses: [`crate::ErrorKind::Config`] if the configuration is not of a drive,
+/// otherwise with the name of the log.
+pub fn diagnose_drives(
+    config: &Config,
+    fit: &[Drive<'_>],
+    kept: &[Drive<'_>],
+    library: &Library,
+    options: &Options,
+    observe: &mut dyn FnMut(Stage),
+) -> Result<Diagnosis> {
+    super::drive::diagnose(config, fit, kept, library, options, observe)
 }
 
 fn compared(prepared: &Prepared, library: &Library, options: &Options) -> (Findings, Answer) {

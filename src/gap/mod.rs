@@ -30,7 +30,7 @@ pub mod state_space;
 
 pub use answer::Answer;
 pub use calibration::Calibration;
-pub use diagnose::{Diagnosis, Options, Stage, compare, diagnose, diagnose_observed};
+pub use diagnose::{Diagnosis, Drive, Options, Stage, compare, diagnose, diagnose_drives, diagnose_observed};
 pub use explain::explain;
 pub use judge::Options as JudgeOptions;
 pub use known::known_gain;

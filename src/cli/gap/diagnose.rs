@@ -1,5 +1,6 @@
 //! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
+use super::recordings::Recordings;
 use crate::cli::Outcome;
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::output::{Common, Output};
@@ -7,7 +8,7 @@ use clap::Args;
 use gyroid::config::{Config, Kind};
 use gyroid::effects::{Library, registry};
 use gyroid::files::OutputFile;
-use gyroid::gap::{Options, Stage, diagnose_observed, place};
+use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, place};
 use gyroid::report::GapReport;
 use gyroid::report::plot::Format;
 use gyroid::signal::Log;
@@ -16,22 +17,20 @@ use std::path::{Path, PathBuf};
 
 /// Compare a recording with the simulator of CONFIG: where the gap lies, which effect causes it, how far it shrinks
 ///
-/// A gyro at rest or a drive, as CONFIG's `kind` says. A drive needs wheel speeds; torques, gyro and pose tell more.
+/// A gyro at rest or a drive, as CONFIG's `kind` says. A drive needs wheel speeds; torques, gyro and pose tell more. Files after
+/// one --fit are sensors of one drive; each --fit begins another drive of the same robot, and all are fitted together.
 /// Exit code 0 whatever the verdict: an effect of the library, none, or one that the library does not know.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     gyroid gap diagnose sim.toml --fit fit.parquet --hold hold.parquet --plot gap.png\n  \
     gyroid gap diagnose sim.toml --fit fit.csv --json answer.json --write-sim augmented.toml\n  \
-    gyroid gap diagnose husky.toml --fit imu.csv wheels.csv --map gyro_z_rad_s=gy_rad_s")]
+    gyroid gap diagnose husky.toml --fit imu.csv wheels.csv --map gyro_z_rad_s=gy_rad_s\n  \
+    gyroid gap diagnose robot.toml --fit run2.csv --fit run3.csv --hold run4.csv --hold run5.csv")]
 pub(crate) struct DiagnoseArgs {
     /// The nominal simulator: a configuration with [gyro]; of a drive also [vehicle] and [encoder]
     config: PathBuf,
-    /// Recording to diagnose from, in any format that `gyroid inspect` reads; of a drive, several files on one clock
-    #[arg(long, value_name = "LOG", required = true, num_args = 1..)]
-    fit: Vec<PathBuf>,
-    /// Another recording of the same unit, only to measure how far the gap shrinks
-    #[arg(long, value_name = "LOG", num_args = 1..)]
-    hold: Vec<PathBuf>,
+    #[command(flatten)]
+    recordings: Recordings,
     /// Write the configuration with the effects that were found as tables [[effect]]
     #[arg(long, value_name = "FILE")]
     write_sim: Option<PathBuf>,
@@ -71,36 +70,43 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     }
     let working = output.working("reading");
     let mut notes: Vec<String> = by_time.into_iter().collect();
-    let mut read_one = |paths: &[PathBuf]| -> Result<Log> {
-        if !drives {
-            return match paths {
-                [path] => read(&args.columns, path),
-                _ => Err(Error::new(
-                    ErrorKind::Usage,
-                    "--fit, --hold",
-                    "several files, and the configuration is of a gyro at rest",
-                )
-                .mend("give one recording; several files on one clock can only be of a drive")),
-            };
+    let Recordings { fit, hold } = &args.recordings;
+    if !drives {
+        one_at_rest(fit, "--fit")?;
+        one_at_rest(hold, "--hold")?;
+    }
+    let mut read_one = |paths: &Vec<PathBuf>| -> Result<Log> {
+        if let (false, [path]) = (drives, &paths[..]) {
+            return read(&args.columns, path);
         }
         let recording = args.columns.read_drive(&args.map, paths)?;
-        notes.extend(recording.notes);
+        for note in recording.notes {
+            if !notes.contains(&note) {
+                notes.push(note);
+            }
+        }
         let mut log = recording.log;
         log.source = shown(paths);
         Ok(log)
     };
-    let fit = read_one(&args.fit)?;
-    let hold = (!args.hold.is_empty()).then(|| read_one(&args.hold)).transpose()?;
-    let since_power_on_s = if drives { args.columns.start_offset_s().unwrap_or(0.0) } else { 0.0 };
-    let options = Options { seed: args.seed, since_power_on_s, ..Options::default() };
+    let fit_logs = fit.iter().map(&mut read_one).collect::<Result<Vec<_>>>()?;
+    let hold_logs = hold.iter().map(&mut read_one).collect::<Result<Vec<_>>>()?;
+    let options = Options { seed: args.seed, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
     let mut show = |stage| match stage {
         Stage::Compare => working.show("comparing effects"),
         Stage::Measure => working.show("measuring how far the gap shrinks"),
         Stage::Prepare | Stage::Done => {}
     };
-    let mut diagnosis =
-        diagnose_observed(&config, &fit, hold.as_ref(), &library, &options, &mut show).map_err(named)?;
+    let diagnosed = if drives {
+        let starts = args.columns.starts_s(fit.len() + hold.len())?;
+        let (fit_starts, hold_starts) = starts.split_at(fit.len());
+        let (fit, kept) = (begun(&fit_logs, fit_starts), begun(&hold_logs, hold_starts));
+        diagnose_drives(&config, &fit, &kept, &library, &options, &mut show)
+    } else {
+        diagnose_observed(&config, &fit_logs[0], hold_logs.first(), &library, &options, &mut show)
+    };
+    let mut diagnosis = diagnosed.map_err(named)?;
     diagnosis.answer.notes.extend(notes);
     let found = &diagnosis.augmented.effects[config.effects.len()..];
     let curves = match &diagnosis.prepared {
@@ -112,9 +118,9 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     };
     drop(working);
 
-    let kept_back = (!args.hold.is_empty()).then(|| names(&args.hold));
+    let kept_back = (!hold.is_empty()).then(|| names(hold));
     let report = GapReport {
-        recording: &names(&args.fit),
+        recording: &names(fit),
         kept_back: kept_back.as_deref(),
         answer: &diagnosis.answer,
         curves: &curves,
@@ -150,8 +156,31 @@ pub(super) fn shown(paths: &[PathBuf]) -> String {
     paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
-pub(super) fn names(paths: &[PathBuf]) -> String {
-    paths.iter().map(|p| name(p)).collect::<Vec<_>>().join(", ")
+/// Files of a drive apart by commas, drives by semicolons.
+pub(super) fn names(drives: &[Vec<PathBuf>]) -> String {
+    let one = |paths: &Vec<PathBuf>| paths.iter().map(|p| name(p)).collect::<Vec<_>>().join(", ");
+    drives.iter().map(one).collect::<Vec<_>>().join("; ")
+}
+
+/// Drives with when each began.
+fn begun<'a>(logs: &'a [Log], starts_s: &[f64]) -> Vec<Drive<'a>> {
+    logs.iter().zip(starts_s).map(|(log, start)| Drive { log, since_power_on_s: *start }).collect()
+}
+
+/// Refuses what can only be of drives.
+fn one_at_rest(recordings: &[Vec<PathBuf>], option: &str) -> Result<()> {
+    let at_rest = |found: &str| {
+        Error::new(ErrorKind::Usage, option, format!("{found}, and the configuration is of a gyro at rest"))
+    };
+    match recordings {
+        [] => Ok(()),
+        [files] if files.len() == 1 => Ok(()),
+        [_] => {
+            Err(at_rest("several files").mend("give one recording; several files on one clock can only be of a drive"))
+        }
+        _ => Err(at_rest("several recordings")
+            .mend(format!("give {option} once: only drives are fitted together; diagnose each recording by itself"))),
+    }
 }
 
 fn name(path: &Path) -> String {

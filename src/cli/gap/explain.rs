@@ -65,7 +65,7 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
     };
     let found = explain(&config, &log, &Library::new(), &ids, since_power_on_s).map_err(named)?;
     drop(working);
-    let mut text = format!("{}: {} fitted together\n", names(&args.fit), ids.join(", "));
+    let mut text = format!("{}: {} fitted together\n", names(std::slice::from_ref(&args.fit)), ids.join(", "));
     for effect in &found.effects {
         text += &format!("\n{} (gains {:.1} nats)\n", effect.id, effect.gain_nats);
         for (name, e) in &effect.parameters {

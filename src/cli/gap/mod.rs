@@ -4,6 +4,7 @@ mod bench;
 mod calibrate;
 mod diagnose;
 mod explain;
+mod recordings;
 
 use super::Outcome;
 use clap::{Args, Subcommand};

@@ -2,9 +2,11 @@
 //! from what a settled model leaves.
 
 use super::candidates::{Candidates, Kind};
+use super::column::{Column, Scoped};
 use super::fit::{Compared, Theta, models};
 use super::judge::{LARGE, Options};
-use super::pass::{Channel, Innovation, Models, Noise, run};
+use super::onset::{self, Onsets};
+use super::pass::{Channel, Innovation, Models, Noise, run, run_scoped};
 use super::record::Record;
 use super::unforced;
 use crate::effects::Parameters;
@@ -35,8 +37,8 @@ pub(super) struct Branch {
     pub(super) believed: Noise,
     pub(super) noise: Noise,
     pub(super) compared: Compared,
-    /// When the gyro's bias most likely jumps, if it does, s since the log began
-    onset_s: Option<f64>,
+    /// When the gyro's bias most likely jumps in each drive, if it does
+    onsets_s: Onsets,
     /// Free forms that are worth a look, where the gap is so large that no other counts
     pub(super) promising: Option<BTreeSet<String>>,
     /// Readings of gyro, pose and wheels
@@ -46,10 +48,10 @@ pub(super) struct Branch {
 }
 
 impl Branch {
-    pub(super) fn new(record: Record, noise: Noise, compared: Compared, onset_s: Option<f64>) -> Self {
+    pub(super) fn new(record: Record, noise: Noise, compared: Compared, onsets_s: Onsets) -> Self {
         let (promising, put_aside, extra_weight, extra_parts) = (None, [0; 3], 0.0, Vec::new());
         let believed = noise;
-        Self { record, believed, noise, compared, onset_s, promising, put_aside, extra_weight, extra_parts }
+        Self { record, believed, noise, compared, onsets_s, promising, put_aside, extra_weight, extra_parts }
     }
 
     /// Puts outliers aside and takes noise levels from what is left; if there are any, settles again.
@@ -79,9 +81,9 @@ impl Branch {
     }
 
     /// Compares all sets where the best one lies; in a large gap, of free forms only those that were promising.
-    pub(super) fn widen(&mut self, effects: &[&'static dyn Driving], options: &Options, near_s: Option<f64>) {
-        let near_s = near_s.or(self.onset_s);
-        let mut candidates = Candidates::new(&self.record, effects, &options.prior, true, near_s);
+    pub(super) fn widen(&mut self, effects: &[&'static dyn Driving], options: &Options, near_s: Onsets) {
+        let near_s = onset::or(near_s, &self.onsets_s);
+        let mut candidates = Candidates::new(&self.record, effects, &options.prior, true, &near_s);
         if let Some(promising) = &self.promising {
             candidates = candidates.only(|g| {
                 let group = &candidates.groups[g];
@@ -115,22 +117,23 @@ impl Branch {
         self.converge(effects, options);
         // noise is judged by what a settled model leaves
         if self.clean(options) {
-            self.widen(effects, options, self.compared.step_s());
+            self.widen(effects, options, self.compared.steps_s());
             self.converge(effects, options);
         }
     }
 
     pub(super) fn converge(&mut self, effects: &[&'static dyn Driving], options: &Options) {
-        let mut near = None;
+        let mut near = false;
         for _ in 1..WIDE {
-            let stepped = self.compared.step_s();
+            let stepped = self.compared.steps_s();
+            let any = stepped.iter().any(Option::is_some);
             let (next, settled) = self.compared.next();
-            if settled && (stepped.is_none() || near.is_some()) {
+            if settled && (!any || near) {
                 return;
             }
             self.compared = Compared::narrow(&self.record, &self.noise, self.compared.plausible(), next, None);
-            near = stepped;
-            self.widen(effects, options, near);
+            near = any;
+            self.widen(effects, options, stepped);
         }
     }
 
@@ -175,14 +178,14 @@ impl Branch {
             .zip(&few.columns)
             .map(|(column, kind)| {
                 let total = coefficients.iter().find(|x| x.0 == *column).map_or(0.0, |x| x.1);
-                match *kind {
-                    super::column::Column::Coordinate(i, j) => total - c.theta[i][j],
+                match kind.column {
+                    Column::Coordinate(i, j) => total - c.theta[i][j],
                     _ => total,
                 }
             })
             .collect();
         let models = models(&self.record, &few.change_list(), &c.theta, true);
-        let _ = run(&self.record, &models, &self.noise, &few.columns, |i| {
+        let _ = run_scoped(&self.record, &models, &self.noise, &few.columns, |i| {
             let explained: f64 = i.slopes.iter().zip(&here).map(|(s, b)| s * b).sum();
             each(i, i.white - explained);
         });
@@ -214,7 +217,8 @@ impl Branch {
             let prior = if named { options.prior.ln_rest } else { options.prior.ln_free };
             // neighbours that are off together are no single readings
             let rows: std::collections::BTreeSet<usize> = here.iter().map(|f| f.1).collect();
-            let alone = rows.iter().filter(|r| !rows.contains(&(**r + 1))).count();
+            let next = |r: usize| rows.contains(&(r + 1)) && !self.record.starts.contains(&(r + 1));
+            let alone = rows.iter().filter(|r| !next(**r)).count();
             if here.is_empty()
                 || here.len() as f64 > MANY * all as f64
                 || 3 * alone < 2 * rows.len()
@@ -261,7 +265,8 @@ impl Branch {
             let [left, right] = [0, 1].map(|i| robot.radius_m[i] * r.wheels_rad_s[i][k]);
             gyro[k] - 0.5 * (right - left) / robot.half_track_m
         };
-        let around = row.saturating_sub(NEIGHBOURS)..(row + NEIGHBOURS + 1).min(r.len());
+        let drive = r.drive_around(row);
+        let around = row.saturating_sub(NEIGHBOURS).max(drive.start)..(row + NEIGHBOURS + 1).min(drive.end);
         let mut near: Vec<f64> = around.filter(|k| *k != row).map(apart).filter(|v| v.is_finite()).collect();
         near.sort_by(f64::total_cmp);
         let Some(middle) = near.get(near.len() / 2).copied() else { return true };
@@ -335,7 +340,7 @@ impl Branch {
         let part = |members: &[super::evidence::Member]| -> Vec<Part> {
             let shares = closes.shares(members);
             let coefficients = c.problem.coefficients(members);
-            members.iter().zip(shares).map(|(&(g, _), share)| self.part(g, share, &coefficients)).collect()
+            one_an_id(members.iter().zip(shares).map(|(&(g, _), share)| self.part(g, share, &coefficients)))
         };
         c.sets
             .iter()
@@ -370,20 +375,24 @@ impl Branch {
                     }
                 }
             }
-            Kind::Step(t) => {
+            Kind::Step(drive, t) => {
                 let (step, std) = value(g.columns[0]);
                 part.parameters = Parameters::from([("step_rad_s".into(), step)]);
                 part.std = Parameters::from([("step_rad_s".into(), std)]);
-                let at = self.record.times_s[0] + t;
+                let at = self.record.times_s[self.record.starts[drive]] + t;
                 part.time_s = Some([at, at]);
+                if self.record.starts.len() > 1 {
+                    part.description = format!("the bias jumps at {at:.2} s of {}", self.record.sources[drive]);
+                }
             }
             Kind::Walk => {
                 // K from the sum of squares of its cosines: coefficient n is K √(2T)/(nπ)
-                let span = self.record.span_s();
-                let squares = g.columns.iter().enumerate().map(|(n, c)| {
+                let spans = self.record.spans_s();
+                let squares = g.columns.iter().map(|c| {
                     let (mean, std) = value(*c);
-                    let unit = std::f64::consts::SQRT_2 / ((n + 1) as f64 * std::f64::consts::PI);
-                    (mean * mean + std * std) / (unit * unit * span)
+                    let Scoped { column: Column::GyroCosine(n), drive } = candidates.columns[*c] else { return 0.0 };
+                    let unit = std::f64::consts::SQRT_2 / (n as f64 * std::f64::consts::PI);
+                    (mean * mean + std * std) / (unit * unit * spans[drive.unwrap_or(0)])
                 });
                 let k = (squares.sum::<f64>() / g.columns.len() as f64).sqrt();
                 let relative = (0.5 / g.columns.len() as f64).sqrt();
@@ -392,7 +401,9 @@ impl Branch {
             }
             Kind::Varying(i) => {
                 let title = candidates.changes[i].0.about().title;
-                part.description = format!("{title} that is not constant: it varies with time, speed or acceleration");
+                let drives = if self.record.starts.len() > 1 { ", from drive to drive" } else { "" };
+                part.description =
+                    format!("{title} that is not constant: it varies with time, speed or acceleration{drives}");
             }
             Kind::Free(equation, follows) => {
                 part.description =
@@ -401,6 +412,25 @@ impl Branch {
         }
         part
     }
+}
+
+/// What comes anew in each drive is one part, with the parameters of the drive that it matters most in.
+fn one_an_id(parts: impl Iterator<Item = Part>) -> Vec<Part> {
+    let mut all: Vec<(f64, Part)> = Vec::new();
+    for part in parts {
+        match all.iter_mut().find(|(_, p)| p.id == part.id) {
+            Some((most, there)) => {
+                let share = there.share + part.share;
+                if part.share > *most {
+                    *most = part.share;
+                    *there = part;
+                }
+                there.share = share;
+            }
+            None => all.push((part.share, part)),
+        }
+    }
+    all.into_iter().map(|(_, part)| part).collect()
 }
 
 /// A part in words.

@@ -3,10 +3,11 @@
 //! Missed ticks of one wheel: a hidden Markov chain of two states (Rabiner 1989) over the wheel's prediction error, the
 //! wheel itself taking no part in the prediction. Errors of the prediction last for some time; s is what their means over the
 //! length of a burst scatter by. Loss, length and share of the bursts lie on a grid; each burst then has a
-//! loss of its own, λ_i ~ N(λ, (λ/4)²).
+//! loss of its own, λ_i ~ N(λ, (λ/4)²). The chain begins anew in each drive.
 
 use super::pass::{Channel, Models, Noise, run};
 use super::record::Record;
+use std::ops::Range;
 
 /// Losses that are tried.
 const LOSSES: [f64; 16] =
@@ -83,6 +84,8 @@ struct Errors {
     speeds: Vec<f64>,
     variances: Vec<f64>,
     whitened: Vec<f64>,
+    /// Which of them lie in each drive
+    drives: Vec<Range<usize>>,
 }
 
 impl Errors {
@@ -102,9 +105,15 @@ impl Errors {
             return None;
         }
         let wheel = &record.wheels_rad_s[side];
-        let errors =
-            if sought.slow { without_slow(&rows, wheel, record.step_s) } else { rows.iter().map(|r| r.1).collect() };
+        let place = |row: usize| rows.partition_point(|r| r.0 < row);
+        let drives: Vec<Range<usize>> = record.drives().map(|d| place(d.start)..place(d.end)).collect();
+        let errors = if sought.slow {
+            without_slow(&rows, wheel, record.step_s, &drives)
+        } else {
+            rows.iter().map(|r| r.1).collect()
+        };
         Some(Self {
+            drives,
             speeds: rows.iter().map(|r| wheel[r.0] - r.1).collect(),
             whitened: errors.iter().zip(&rows).map(|(e, r)| e / r.2.sqrt()).collect(),
             errors,
@@ -114,7 +123,17 @@ impl Errors {
     }
 
     fn scatter(&self, record: &Record, length_s: f64) -> f64 {
-        scatter(&self.whitened, (length_s / record.step_s).round() as usize)
+        scatter(&self.whitened, &self.drives, (length_s / record.step_s).round() as usize)
+    }
+
+    /// ln likelihood ratio of the chain over no burst, over all drives; with `posterior`, the probability of each row to lie in
+    /// one.
+    fn forward(&self, odds: &[f64], rates: [f64; 2], mut posterior: Option<&mut [f64]>) -> f64 {
+        let of = |drive: &Range<usize>| {
+            let posterior = posterior.as_mut().map(|p| &mut p[drive.clone()]);
+            forward(&odds[drive.clone()], rates, posterior)
+        };
+        self.drives.iter().map(of).sum()
     }
 
     /// Odds of each row to lie in a burst of this loss.
@@ -135,7 +154,7 @@ impl Errors {
         for &loss in losses {
             let odds = self.odds(loss, scatter);
             for share in SHARES {
-                let evidence = forward(&odds, transitions(record.step_s, length_s, share), None);
+                let evidence = self.forward(&odds, transitions(record.step_s, length_s, share), None);
                 total.push(evidence);
                 if best.is_none_or(|b| evidence > b.0) {
                     best = Some((evidence, [loss, share]));
@@ -151,15 +170,14 @@ impl Errors {
         }
         let rates = transitions(record.step_s, length_s, share);
         let mut posterior = vec![0.0; self.errors.len()];
-        forward(&self.odds(loss, scatter), rates, Some(&mut posterior));
+        self.forward(&self.odds(loss, scatter), rates, Some(&mut posterior));
         let mut spans = Vec::new();
         let mut lost = vec![0.0; record.len()];
         let (mut all, mut likelihood) = ([0.0; 2], 0.0);
         let mut burst: Option<(usize, [f64; 2])> = None;
         let prior = (UNEVEN * loss).powi(-2);
-        for k in 0..=posterior.len() {
-            let inside = posterior.get(k).is_some_and(|p| *p > 0.5);
-            if inside {
+        for (k, end) in self.drives.iter().flat_map(|d| (d.start..=d.end).map(|k| (k, d.end))) {
+            if k < end && posterior[k] > 0.5 {
                 let (_, [against, square]) = burst.get_or_insert((k, [0.0; 2]));
                 let variance = scatter * self.variances[k];
                 *against -= self.errors[k] * self.speeds[k] / variance;
@@ -218,10 +236,12 @@ impl Errors {
 
 /// How much more the mean of `length` errors scatters than that of white noise of their variance, at least one: the model may
 /// be off, and what the other sensors expect is off for some time. By the median, which bursts do not move.
-fn scatter(whitened: &[f64], length: usize) -> f64 {
-    let length = length.clamp(1, (whitened.len() / FEWEST).max(1));
+fn scatter(whitened: &[f64], drives: &[Range<usize>], length: usize) -> f64 {
+    let longest = drives.iter().map(Range::len).max().unwrap_or(1).max(1);
+    let length = length.clamp(1, (whitened.len() / FEWEST).max(1)).min(longest);
     let square = |part: &[f64]| part.iter().sum::<f64>().powi(2) / part.len() as f64;
-    let mut squares: Vec<f64> = whitened.chunks_exact(length).map(square).collect();
+    let mut squares: Vec<f64> =
+        drives.iter().flat_map(|d| whitened[d.clone()].chunks_exact(length)).map(square).collect();
     squares.sort_by(f64::total_cmp);
     (squares[squares.len() / 2] / MEDIAN).max(1.0)
 }
@@ -232,8 +252,8 @@ fn transitions(step_s: f64, length_s: f64, share: f64) -> [f64; 2] {
     [leave * share / (1.0 - share), leave]
 }
 
-/// ln likelihood ratio of the chain over no burst; with `posterior`, the probability of each row to lie in one.
-fn forward(odds: &[f64], [enter, leave]: [f64; 2], posterior: Option<&mut Vec<f64>>) -> f64 {
+/// ln likelihood ratio of the chain over no burst in one drive; with `posterior`, the probability of each row to lie in one.
+fn forward(odds: &[f64], [enter, leave]: [f64; 2], posterior: Option<&mut [f64]>) -> f64 {
     let mut inside = enter / (enter + leave);
     let mut ln_total = 0.0;
     // logarithms of products, taken before they leave the range of numbers: one factor lies within e^±61
@@ -268,15 +288,17 @@ fn forward(odds: &[f64], [enter, leave]: [f64; 2], posterior: Option<&mut Vec<f6
     ln_total
 }
 
-/// Errors without their slow parts: relative ones (radius, track, gain) first, then offsets.
-fn without_slow(rows: &[(usize, f64, f64)], wheel: &[f64], step_s: f64) -> Vec<f64> {
+/// Errors without their slow parts in each drive: relative ones (radius, track, gain) first, then offsets.
+fn without_slow(rows: &[(usize, f64, f64)], wheel: &[f64], step_s: f64, drives: &[Range<usize>]) -> Vec<f64> {
     let window = (SLOW_S / step_s) as usize;
+    let slow_of =
+        |values: &[f64]| -> Vec<f64> { drives.iter().flat_map(|d| medians(&values[d.clone()], window)).collect() };
     let known = wheel.iter().filter(|w| w.is_finite());
     let fast = known.clone().map(|w| w.abs()).sum::<f64>() / known.count().max(1) as f64;
     let relative = rows.iter().map(|r| if wheel[r.0].abs() > fast { r.1 / wheel[r.0] } else { f64::NAN });
-    let slow = medians(&relative.collect::<Vec<_>>(), window);
+    let slow = slow_of(&relative.collect::<Vec<_>>());
     let even: Vec<f64> = rows.iter().zip(slow).map(|(r, s)| r.1 - s * wheel[r.0]).collect();
-    let slow = medians(&even, window);
+    let slow = slow_of(&even);
     even.iter().zip(slow).map(|(e, s)| e - s).collect()
 }
 

@@ -1,6 +1,6 @@
 //! What may be missing from the model of a drive: effects of the library and free forms, as groups of columns.
 
-use super::column::{COSINES, Column, Equation, Follows, nuisances, variations};
+use super::column::{CONSTANT, COSINES, Column, Equation, Follows, Scoped, nuisances, variations};
 use super::evidence::Group;
 use super::record::Record;
 use crate::effects::drive::{DriveExplanation, Driving, ModelChange, Needs};
@@ -51,8 +51,8 @@ pub const VARYING: &str = "free.varying.";
 pub enum Kind {
     /// A change of the model, in this place among the changes.
     Change(usize),
-    /// The bias jumps at this time, s since the log began.
-    Step(f64),
+    /// The bias jumps in this drive, this long after it began, s.
+    Step(usize, f64),
     /// The bias walks.
     Walk,
     /// The first coordinate of the change in this place is not constant.
@@ -67,7 +67,7 @@ pub struct Candidates {
     /// Model changes.
     pub changes: Vec<(&'static dyn Driving, &'static dyn ModelChange)>,
     /// Columns of the pass.
-    pub columns: Vec<Column>,
+    pub columns: Vec<Scoped>,
     /// Columns that are always in, and their prior standard deviations.
     pub nuisance: Vec<(usize, f64)>,
     /// What each group is.
@@ -98,14 +98,15 @@ pub fn knowable(effect: &dyn Driving, record: &Record) -> bool {
 }
 
 impl Candidates {
-    /// Those of `effects` that this drive can show, and the free forms.
+    /// Those of `effects` that this drive can show, and the free forms. `near_s`: when the bias may jump in each drive, s since
+    /// that drive began.
     #[must_use]
     pub fn new(
         record: &Record,
         effects: &[&'static dyn Driving],
         prior: &Prior,
         free: bool,
-        near_s: Option<f64>,
+        near_s: &[Option<f64>],
     ) -> Self {
         let mut all = Self {
             changes: Vec::new(),
@@ -135,7 +136,7 @@ impl Candidates {
         all
     }
 
-    fn push(&mut self, kind: Kind, id: &str, named: bool, columns: Vec<Column>, nodes: Vec<Vec<f64>>, ln_prior: f64) {
+    fn push(&mut self, kind: Kind, id: &str, named: bool, columns: Vec<Scoped>, nodes: Vec<Vec<f64>>, ln_prior: f64) {
         let first = self.columns.len();
         let places = (first..first + columns.len()).collect();
         self.columns.extend(columns);
@@ -146,9 +147,10 @@ impl Candidates {
             _ => 0,
         };
         let lawless = !named || matches!(kind, Kind::Walk);
+        let drive = if let Kind::Step(drive, _) = kind { drive } else { 0 };
         self.kinds.push(kind);
         let id = id.to_owned();
-        self.groups.push(Group { id, named, columns: places, nodes, ln_prior, lawless, positive, varies: None });
+        self.groups.push(Group { id, drive, named, columns: places, nodes, ln_prior, lawless, positive, varies: None });
     }
 
     fn change(&mut self, effect: &'static dyn Driving, change: &'static dyn ModelChange, prior: &Prior) {
@@ -159,7 +161,7 @@ impl Candidates {
             let u = i as f64 / (NODES - 1) as f64;
             coordinates.iter().map(|c| c.scale[0] * (c.scale[1] / c.scale[0]).powf(u)).collect()
         };
-        let columns = (0..coordinates.len()).map(|j| Column::Coordinate(place, j)).collect();
+        let columns = (0..coordinates.len()).map(|j| Column::Coordinate(place, j).into()).collect();
         self.push(
             Kind::Change(place),
             effect.about().id,
@@ -170,48 +172,56 @@ impl Candidates {
         );
     }
 
-    /// Steps at times spread over the drive, and closer and closer around `near_s`, down to one row: a step of many standard
-    /// deviations is worth knowing to the row, and there it may also take a while to settle. Each stands for the times that
-    /// are nearest to it, all equally probable.
-    fn steps(&mut self, record: &Record, id: &str, prior: &Prior, near_s: Option<f64>) {
-        let span = record.span_s();
-        let inside = |t: f64| t > record.step_s && t < span - record.step_s;
-        let mut times: Vec<(f64, bool)> = (1..STEPS).map(|i| (span * i as f64 / STEPS as f64, false)).collect();
-        if let Some(near) = near_s {
-            times.push((near, true));
-            let mut away = record.step_s.max(1e-9 * span);
-            while away < span / STEPS as f64 {
-                times.extend([(near - away, true), (near + away, true)]);
-                away *= CLOSER;
+    /// Steps at times spread over each drive, and closer and closer around the one in `near_s`, down to one row: a step of many
+    /// standard deviations is worth knowing to the row, and there it may also take a while to settle. Each stands for the times
+    /// that are nearest to it, all equally probable.
+    fn steps(&mut self, record: &Record, id: &str, prior: &Prior, near_s: &[Option<f64>]) {
+        let total = record.span_s();
+        for (drive, span) in record.spans_s().into_iter().enumerate() {
+            let inside = |t: f64| t > record.step_s && t < span - record.step_s;
+            let mut times: Vec<(f64, bool)> = (1..STEPS).map(|i| (span * i as f64 / STEPS as f64, false)).collect();
+            if let Some(near) = near_s.get(drive).copied().flatten() {
+                times.push((near, true));
+                let mut away = record.step_s.max(1e-9 * span);
+                while away < span / STEPS as f64 {
+                    times.extend([(near - away, true), (near + away, true)]);
+                    away *= CLOSER;
+                }
             }
-        }
-        times.retain(|t| inside(t.0));
-        times.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let sigma = record.belief.gyro_std_rad_s;
-        let nodes = |columns: usize| [0.03, 0.1, 0.3, 1.0, 3.0].iter().map(|s| vec![s * sigma; columns]).collect();
-        for (i, &(t, near)) in times.iter().enumerate() {
-            let from = if i == 0 { 0.0 } else { 0.5 * (times[i - 1].0 + t) };
-            let to = times.get(i + 1).map_or(span, |next| 0.5 * (t + next.0));
-            let sharp = if near { 0.5f64.ln() } else { 0.0 };
-            let ln_prior = prior.ln_named + ((to - from) / span).max(f64::MIN_POSITIVE).ln() + sharp;
-            self.push(Kind::Step(t), id, true, vec![Column::GyroStep(t)], nodes(1), ln_prior);
-            if near {
-                let mut columns = vec![Column::GyroStep(t)];
-                columns.extend(SETTLING_S.map(|s| Column::GyroSettling(t, s)));
-                let nodes = nodes(columns.len());
-                self.push(Kind::Step(t), id, true, columns, nodes, ln_prior);
+            times.retain(|t| inside(t.0));
+            times.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let sigma = record.belief.gyro_std_rad_s;
+            let nodes = |columns: usize| [0.03, 0.1, 0.3, 1.0, 3.0].iter().map(|s| vec![s * sigma; columns]).collect();
+            for (i, &(t, near)) in times.iter().enumerate() {
+                let from = if i == 0 { 0.0 } else { 0.5 * (times[i - 1].0 + t) };
+                let to = times.get(i + 1).map_or(span, |next| 0.5 * (t + next.0));
+                let sharp = if near { 0.5f64.ln() } else { 0.0 };
+                let ln_prior = prior.ln_named + ((to - from) / total).max(f64::MIN_POSITIVE).ln() + sharp;
+                let kind = Kind::Step(drive, t);
+                let step = Column::GyroStep(t).of_drive(drive);
+                self.push(kind, id, true, vec![step], nodes(1), ln_prior);
+                if near {
+                    let mut columns = vec![step];
+                    columns.extend(SETTLING_S.map(|s| Column::GyroSettling(t, s).of_drive(drive)));
+                    let nodes = nodes(columns.len());
+                    self.push(kind, id, true, columns, nodes, ln_prior);
+                }
             }
         }
     }
 
-    /// A random walk of size K√T over the drive: coefficient of cos(nπu) K√(2T)/(nπ).
+    /// A random walk of size K√T over the longest drive, another path in each: coefficient of cos(nπu) K√(2T)/(nπ).
     fn walk(&mut self, record: &Record, prior: &Prior) {
         let sigma = record.belief.gyro_std_rad_s;
+        let spans = record.spans_s();
+        let longest = spans.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let every = || spans.iter().enumerate().flat_map(|(d, span)| (1..COSINES).map(move |n| (d, n, *span)));
         let node = |size: &f64| {
-            (1..COSINES).map(|n| size * sigma * std::f64::consts::SQRT_2 / (n as f64 * std::f64::consts::PI)).collect()
+            let std = |n: usize| size * sigma * std::f64::consts::SQRT_2 / (n as f64 * std::f64::consts::PI);
+            every().map(|(_, n, span)| std(n) * (span / longest).sqrt()).collect()
         };
         let nodes = [0.03, 0.1, 0.3, 1.0, 3.0].iter().map(node).collect();
-        let columns = (1..COSINES).map(Column::GyroCosine).collect();
+        let columns = every().map(|(d, n, _)| Column::GyroCosine(n).of_drive(d)).collect();
         self.push(Kind::Walk, "gyro.rate_random_walk", true, columns, nodes, prior.ln_rest);
     }
 
@@ -248,7 +258,15 @@ impl Candidates {
                 }
                 // a constant offset of a pose is where it begins: no effect
                 let skip = usize::from(follows == Follows::Time && equation == Sideways);
-                let columns = (skip..follows.count()).map(|i| Column::Free(equation, follows.first() + i)).collect();
+                let one = move |i: usize| Column::Free(equation, follows.first() + i);
+                let functions = skip..follows.count();
+                let columns = match follows {
+                    // time begins anew in each drive
+                    Follows::Time => (0..record.starts.len())
+                        .flat_map(|d| functions.clone().map(move |i| one(i).of_drive(d)))
+                        .collect(),
+                    _ => functions.map(|i| one(i).into()).collect(),
+                };
                 let id = format!("free.{}.{}", short(equation), follows.id());
                 self.push(Kind::Free(equation, follows), &id, false, columns, Vec::new(), prior.ln_free);
             }
@@ -257,7 +275,8 @@ impl Candidates {
 
     /// What a change would be if its first coordinate were no constant: a load that falls off, a gain that sags, a radius
     /// that grows; and what departs from its law otherwise. Constancy is what sets an effect of the library apart from what only resembles it (Nyblom 1989). An effect
-    /// whose law has a form of its own may bend with speed and acceleration, and varies with time alone.
+    /// whose law has a form of its own may bend with speed and acceleration, and varies with time alone. Of several drives each
+    /// may vary with time in its own way, and have another coefficient than the first.
     fn varying(&mut self, record: &Record, prior: &Prior) {
         for g in 0..self.groups.len() {
             let Kind::Change(i) = self.kinds[g] else { continue };
@@ -274,11 +293,18 @@ impl Candidates {
             let change = self.changes[i].1;
             let own = change.coordinates().len();
             let departures = own..own + change.departures().len();
-            let columns = variations()[..with]
-                .iter()
-                .map(|f| Column::Varying(i, 0, *f))
-                .chain(departures.map(|j| Column::Coordinate(i, j)))
-                .collect();
+            let varying = |f: usize| Column::Varying(i, 0, f);
+            let drives = record.starts.len();
+            let mut columns: Vec<Scoped> = Vec::new();
+            for f in &variations()[..with] {
+                if *f > CONSTANT {
+                    columns.extend((0..drives).map(|d| varying(*f).of_drive(d)));
+                } else {
+                    columns.push(varying(*f).into());
+                }
+            }
+            columns.extend((1..drives).map(|d| varying(CONSTANT).of_drive(d)));
+            columns.extend(departures.map(|j| Scoped::from(Column::Coordinate(i, j))));
             let id = format!("{VARYING}{}", self.groups[g].id);
             self.push(Kind::Varying(i), &id, false, columns, Vec::new(), prior.ln_free);
             if let Some(group) = self.groups.last_mut() {
@@ -308,8 +334,10 @@ impl Candidates {
             out.groups.push(Group { columns: (first..out.columns.len()).collect(), ..group.clone() });
         }
         for group in &mut out.groups {
-            let Some(Column::Varying(i, j, _)) = group.columns.first().map(|c| out.columns[*c]) else { continue };
-            group.varies = out.columns.iter().position(|c| *c == Column::Coordinate(i, j));
+            let Some(Column::Varying(i, j, _)) = group.columns.first().map(|c| out.columns[*c].column) else {
+                continue;
+            };
+            group.varies = out.columns.iter().position(|c| c.column == Column::Coordinate(i, j));
         }
         out
     }

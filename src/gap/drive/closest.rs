@@ -46,14 +46,14 @@ pub fn closest(
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> Option<(Closest, f64)> {
-    let every = Candidates::new(record, effects, &options.prior, false, None);
+    let every = Candidates::new(record, effects, &options.prior, false, &[]);
     let all = every.only(|g| matches!(every.kinds[g], Kind::Change(_)));
     let zero = all.linearise(record, noise, &all.zero());
     let nothing = zero.ln_evidence(&[]);
     let gain = |c: &Compared| c.problem.ln_evidence(&c.sets[0].members) - nothing;
     let fits = alone(record, noise, &all, &zero, FITTED).into_iter().map(|c| (gain(&c), c));
     let (gain, best) = fits.filter(|f| f.0.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let branch = Branch::new(record.clone(), *noise, best, None);
+    let branch = Branch::new(record.clone(), *noise, best, Vec::new());
     let part = branch.sets().into_iter().next()?.parts.into_iter().next()?;
     Some((Closest { part, gain }, nothing))
 }

@@ -275,29 +275,30 @@ pub const MOUNTING: [Column; 4] = [
 ];
 
 /// The constant, which is the first of the cosines of time.
-const CONSTANT: usize = FUNCTIONS - TIMES;
+pub(super) const CONSTANT: usize = FUNCTIONS - TIMES;
 
-/// Columns that are always in, with the standard deviations of their priors: what varies from one power-on to the next, where
-/// there is a gyro; how accelerations last, where there are no torques; how the reference sits on the robot.
+/// Columns that are always in, with the standard deviations of their priors: what varies from one power-on to the next, each
+/// drive's own, where there is a gyro; how accelerations last, where there are no torques; how the reference sits on the robot.
 #[must_use]
-pub fn nuisances(record: &Record) -> Vec<(Column, f64)> {
+pub fn nuisances(record: &Record) -> Vec<(Scoped, f64)> {
     let mut all = Vec::new();
+    let b = &record.belief;
     if record.gyro_rad_s.is_some() {
-        let b = &record.belief;
-        all.extend([
+        let of_a_run = [
             (Column::TurnOn, b.turn_on_bias_std_rad_s),
             (Column::WarmUpSize, b.warm_up_relative_std),
             (Column::WarmUpTime, b.warm_up_relative_std),
-        ]);
+        ];
+        let of_drive = |d: usize| of_a_run.map(|(column, std)| (column.of_drive(d), std));
+        all.extend((0..record.starts.len()).flat_map(of_drive));
     }
     if record.torques_n_m.is_none() {
         let lasting = [(Equation::Force, Follows::Acceleration), (Equation::Moment, Follows::YawAcceleration)];
-        all.extend(lasting.map(|(equation, follows)| (Column::Free(equation, follows.first()), LASTING_STD)));
+        all.extend(lasting.map(|(equation, follows)| (Column::Free(equation, follows.first()).into(), LASTING_STD)));
     }
     if record.pose.is_some() {
-        let b = &record.belief;
         let stds = [b.lever_arm_std_m, b.lever_arm_std_m, b.heading_offset_std_rad, b.pose_delay_std_s];
-        all.extend(MOUNTING.into_iter().zip(stds));
+        all.extend(MOUNTING.map(Scoped::from).into_iter().zip(stds));
     }
     all.retain(|(_, std)| *std > 0.0);
     all
@@ -326,4 +327,35 @@ pub enum Column {
     GyroStep(f64),
     /// What it still lacks of its new value, from that time on, settling with this time constant, s
     GyroSettling(f64, f64),
+}
+
+/// A column, and where its coefficient holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scoped {
+    /// The column.
+    pub column: Column,
+    /// The drive whose own it is, from zero; none where it is one coefficient for all.
+    pub drive: Option<usize>,
+}
+
+impl From<Column> for Scoped {
+    fn from(column: Column) -> Self {
+        Self { column, drive: None }
+    }
+}
+
+impl Column {
+    /// Of one drive alone, from zero.
+    #[must_use]
+    pub fn of_drive(self, drive: usize) -> Scoped {
+        Scoped { column: self, drive: Some(drive) }
+    }
+}
+
+impl Scoped {
+    /// Whether it does anything in a drive.
+    #[must_use]
+    pub fn acts_in(&self, drive: usize) -> bool {
+        self.drive.is_none_or(|d| d == drive)
+    }
 }

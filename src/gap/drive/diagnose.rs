@@ -1,4 +1,4 @@
-//! The whole diagnosis of a drive: which equation, which effect, how far.
+//! The whole diagnosis of a drive, or of several of one robot: which equation, which effect, how far.
 
 use super::alike::{LARGEST, separate_by};
 use super::candidates::VARYING;
@@ -16,9 +16,9 @@ use crate::effects::{Library, Parameters};
 use crate::error::Result;
 use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place};
 use crate::gap::compose;
-use crate::gap::diagnose::{Diagnosis, Options, Stage};
+use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
+use crate::gap::far::Closed;
 use crate::gap::findings::{Findings, Main};
-use crate::signal::Log;
 
 /// Most effects whose share of the gap is measured one by one.
 const MEASURED: usize = 4;
@@ -27,21 +27,21 @@ const SIMULATED: usize = 6;
 /// Standard deviations by which a gyro's bias may differ between two runs of one unit.
 const OTHER_UNIT: f64 = 4.0;
 
-/// Diagnoses a drive; see [`crate::gap::diagnose()`].
+/// Diagnoses drives; see [`crate::gap::diagnose_drives`].
 ///
 /// # Errors
-/// What [`Record::new`] refuses of either log.
+/// What [`Record::of_drives`] refuses of either.
 pub fn diagnose(
     config: &Config,
-    fit: &Log,
-    hold: Option<&Log>,
+    fit: &[Drive<'_>],
+    hold: &[Drive<'_>],
     library: &Library,
     options: &Options,
     observe: &mut dyn FnMut(Stage),
 ) -> Result<Diagnosis> {
     observe(Stage::Prepare);
-    let record = Record::new(config, fit, options.since_power_on_s)?;
-    let kept = hold.map(|hold| Record::new(config, hold, options.since_power_on_s)).transpose()?;
+    let record = Record::of_drives(config, fit)?;
+    let kept = (!hold.is_empty()).then(|| Record::of_drives(config, hold)).transpose()?;
     observe(Stage::Compare);
     let effects: Vec<&'static dyn Driving> = library.driving().collect();
     let judge_options = JudgeOptions::default();
@@ -57,6 +57,7 @@ pub fn diagnose(
     let mut answer = compose::answer(findings, |top| place(findings, library, top));
     told_apart(&mut answer, &record, &judged.alike);
     answer.equations = pinpoint(&record, &judged.nominal_noise);
+    answer.notes.extend(together_note(&record));
     answer.notes.extend(mounting.map(|m| m.said()));
     let hidden: Vec<_> = unknowable(&record, &effects).collect();
     if !hidden.is_empty() {
@@ -77,19 +78,21 @@ pub fn diagnose(
         Some(kept) => {
             let new = kept.notes.iter().filter(|n| !record.notes.contains(n));
             answer.notes.extend(new.map(|n| format!("Of the recording kept back: {n}")));
-            other_robot(&record, kept, &mut answer.notes);
+            other_robot(&record, Some(kept), &mut answer.notes);
             measure(kept, library, &together, &listed, &judged, options)
         }
         None => {
-            answer.notes.push(
-                "No recording was kept back: the gap is measured on the second half of this one, which took part in \
-                 choosing and fitting the effects, so that the shares are somewhat too large."
-                    .into(),
-            );
+            other_robot(&record, None, &mut answer.notes);
+            let halves = if fit.len() > 1 { "halves of these" } else { "half of this one" };
+            answer.notes.push(format!(
+                "No recording was kept back: the gap is measured on the second {halves}, which took part in choosing and fitting \
+                 the effects, so that the shares are somewhat too large."
+            ));
             measure(&far::second_half(&record), library, &together, &listed, &judged, options)
         }
     };
     answer.gap.clone_from(&far.metrics);
+    answer.notes.extend(each_note(&far, &together));
     if let (Some(delay_s), Some(kept)) = (judged.wheels_late_s, &kept) {
         let nominal = Claimed::new(&[], library).models(kept);
         let gain = late::gain(kept, &nominal, &judged.nominal_noise, delay_s);
@@ -116,7 +119,7 @@ pub fn diagnose(
     if !augmented.effects.is_empty() {
         augmented.provenance = None;
     }
-    if let Some(gain) = hold.and_then(|log| filter_gain(config, &augmented, log, options.since_power_on_s, library)) {
+    if let Some(gain) = filter_gain(config, &augmented, hold, library) {
         match gain {
             Ok(gain) => answer.navigation = Some(gain),
             Err(error) => answer.notes.push(format!("The navigation filter cannot take what was found: {error}")),
@@ -124,6 +127,31 @@ pub fn diagnose(
     }
     observe(Stage::Done);
     Ok(Diagnosis { answer, augmented, findings: judged.findings, far: None, prepared: None })
+}
+
+/// How many drives took part, where it is more than one.
+fn together_note(record: &Record) -> Option<String> {
+    let sources = &record.sources;
+    (sources.len() > 1).then(|| {
+        format!(
+            "{} drives are fitted together: {}. Effects and their parameters are the same in all of them, what is drawn anew in \
+             each run is each drive's own.",
+            sources.len(),
+            sources.join("; ")
+        )
+    })
+}
+
+/// What is closed in each of several drives kept back.
+fn each_note(far: &DriveFar, together: &[(String, Parameters)]) -> Option<String> {
+    let share = |(source, closed): &(String, Closed)| Some(format!("{source} {:.0} %", 100.0 * closed.estimate?));
+    let shares = far.each.iter().map(share).collect::<Option<Vec<_>>>()?;
+    let what = match (together, &far.nearest) {
+        ([], None) => return None,
+        ([], Some((id, _))) => format!("{id} closes alone"),
+        _ => "what was found closes".into(),
+    };
+    (!shares.is_empty()).then(|| format!("Of the gap in log score {what}, drive by drive: {}.", shares.join("; ")))
 }
 
 fn measure(
@@ -150,7 +178,10 @@ fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
         Main::None => None,
         Main::Effect(id) => {
             let part = findings.best_with(id, true)?.part(id)?;
-            let mut place = Place { time_s: part.time_s, ..Place::default() };
+            // of several drives: in which one that time is
+            let described = part.time_s.is_some() && !part.description.is_empty();
+            let description = described.then(|| part.description.clone());
+            let mut place = Place { time_s: part.time_s, description, ..Place::default() };
             if let Some(effect) = library.driving_by_id(id) {
                 let about = effect.about();
                 place.channel = about.channel.into();
@@ -240,8 +271,8 @@ fn list_closest(closest: &Closest, answer: &mut Answer) {
     }
 }
 
-/// Says so if the gyro at rest in the beginning reads as another unit's would.
-fn other_robot(record: &Record, kept: &Record, notes: &mut Vec<String>) {
+/// Says so if the gyro at rest in the beginning of a drive reads as another unit's than that of the first drive would.
+fn other_robot(record: &Record, kept: Option<&Record>, notes: &mut Vec<String>) {
     let rest = |r: &Record| {
         let gyro = r.gyro_rad_s.as_ref()?;
         let still =
@@ -252,14 +283,21 @@ fn other_robot(record: &Record, kept: &Record, notes: &mut Vec<String>) {
             .collect();
         (values.len() >= 50).then(|| (values.iter().sum::<f64>() / values.len() as f64, values.len()))
     };
-    if let (Some((a, n)), Some((b, m))) = (rest(record), rest(kept)) {
+    let drives: Vec<Record> = record.apart().chain(kept.into_iter().flat_map(Record::apart)).collect();
+    let mut known = drives.iter().filter_map(|r| Some((r, rest(r)?)));
+    let Some((first, (a, n))) = known.next() else { return };
+    for (other, (b, m)) in known {
         let belief = &record.belief;
         let white = belief.gyro_std_rad_s.powi(2) * (1.0 / n as f64 + 1.0 / m as f64);
         let std = (2.0 * belief.turn_on_bias_std_rad_s.powi(2) + white).sqrt();
         if (a - b).abs() > OTHER_UNIT * std {
+            let [one, two] = match drives.len() {
+                2 => ["one recording".into(), "the other".into()],
+                _ => [first, other].map(|r| r.sources.join(", ")),
+            };
             notes.push(format!(
-                "Before it moves the gyro reads {a:.2e} rad/s off its model in one recording and {b:.2e} in the other, more \
-                 than one unit's turn-on bias varies: are they of the same unit?"
+                "Before it moves the gyro reads {a:.2e} rad/s off its model in {one} and {b:.2e} in {two}, more than one unit's \
+                 turn-on bias varies: are they of the same unit?"
             ));
         }
     }

@@ -11,6 +11,8 @@ use faer::{Mat, Side};
 pub struct Group {
     /// Identifier of the effect, or of a free form.
     pub id: String,
+    /// The drive in which it acts, where an effect comes anew in each run; zero otherwise. Of one id and drive only one is in a set.
+    pub drive: usize,
     /// Whether it is an effect of the library.
     pub named: bool,
     /// Its columns.
@@ -165,7 +167,8 @@ impl Problem {
         let Some(inside) = self.condition(members) else { return Vec::new() };
         let (_, stds) = self.prior(members);
         let n = inside.columns.len();
-        let taken = |g: &Group| members.iter().any(|&(m, _)| self.groups[m].id == g.id);
+        let same = |a: &Group, b: &Group| a.id == b.id && a.drive == b.drive;
+        let taken = |g: &Group| members.iter().any(|&(m, _)| same(&self.groups[m], g));
         let open: Vec<usize> = (0..self.groups.len()).filter(|g| !taken(&self.groups[*g])).collect();
         let columns: Vec<usize> = open.iter().flat_map(|g| self.groups[*g].columns.clone()).collect();
         // U G_in,out and its solution

@@ -140,7 +140,7 @@ pub(in crate::gap) fn known_gain(
 
 fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let Believed { lsb, noise, nominal } = Believed::of(record);
-    let every = Candidates::new(record, &asked.drives, &options.prior, false, onset::of(record));
+    let every = Candidates::new(record, &asked.drives, &options.prior, false, &onset::of_each(record));
     let candidates = every.only(|g| asked.walk || !matches!(every.kinds[g], Kind::Walk));
     let mut notes = Vec::new();
     let mut parts = Vec::new();
@@ -149,9 +149,9 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
         asked.has(|e| matches!(e, DriveExplanation::MissedTicks)).then(|| lost_ticks(record, &noise, &as_is)).flatten();
     let (branch, gained) = match lost {
         Some((restored, compared, bursts, gained)) => {
-            (Branch::new(restored, noise, compared, None), Some((bursts, gained)))
+            (Branch::new(restored, noise, compared, Vec::new()), Some((bursts, gained)))
         }
-        None => (Branch::new(record.clone(), noise, as_is, None), None),
+        None => (Branch::new(record.clone(), noise, as_is, Vec::new()), None),
     };
     parts.extend(gained.map(|(bursts, gained)| missed_part(&bursts, gained)));
     let c = &branch.compared;

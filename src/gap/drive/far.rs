@@ -16,6 +16,7 @@ use crate::gap::answer::Metric;
 use crate::gap::far::{Closed, Options, Scores, block_rows, gap_closed};
 use rayon::prelude::*;
 use statrs::function::erf::erfc;
+use std::ops::Range;
 
 /// Times at which a step may lie.
 const STEPS: usize = 96;
@@ -35,6 +36,8 @@ pub struct DriveFar {
     pub together: Closed,
     /// The effect that comes nearest where the cause is not known, and before, after and floor with it alone.
     pub nearest: Option<(String, Vec<Metric>)>,
+    /// Of several drives kept back, what all together close in each, or, where nothing was found, the nearest effect.
+    pub each: Vec<(String, Closed)>,
 }
 
 /// Effects whose shares of the gap are measured.
@@ -48,8 +51,12 @@ pub struct Sought<'a> {
     pub nearest: Option<&'a (String, Parameters)>,
 }
 
-/// ln densities of the rows of a recording.
+/// ln densities of the rows of a recording, of each drive by itself: the parameters are known, and the rest is its own.
 fn score(record: &Record, claimed: &Claimed, unforced: Unforced) -> Vec<f64> {
+    record.apart().flat_map(|drive| score_drive(&drive, claimed, unforced)).collect()
+}
+
+fn score_drive(record: &Record, claimed: &Claimed, unforced: Unforced) -> Vec<f64> {
     let noise = claimed.noise(record, unforced);
     let bursts = claimed.bursts(record, &noise);
     let restored;
@@ -69,7 +76,8 @@ fn score(record: &Record, claimed: &Claimed, unforced: Unforced) -> Vec<f64> {
         let std = move |n: usize| walk * (2.0 * record.span_s()).sqrt() / (n as f64 * std::f64::consts::PI);
         (1..COSINES).map(move |n| (Column::GyroCosine(n), std(n)))
     });
-    for (column, std) in nuisances(record).into_iter().chain(walk) {
+    let own = nuisances(record).into_iter().map(|(one, std)| (one.column, std));
+    for (column, std) in own.chain(walk) {
         nuisance.push((columns.len(), std));
         columns.push(column);
     }
@@ -135,84 +143,82 @@ fn on_lattice(error: f64, std: f64, lsb: f64) -> f64 {
     mass.max(1e-300).ln() - lsb.ln()
 }
 
-/// A part of a record.
-pub(super) fn window(record: &Record, rows: std::ops::Range<usize>) -> Record {
-    let cut = |v: &Vec<f64>| v[rows.clone()].to_vec();
-    Record {
-        times_s: cut(&record.times_s),
-        since_power_on_s: cut(&record.since_power_on_s),
-        step_s: record.step_s,
-        torques_n_m: record.torques_n_m.as_ref().map(|t| [cut(&t[0]), cut(&t[1])]),
-        gyro_rad_s: record.gyro_rad_s.as_ref().map(cut),
-        wheels_rad_s: [cut(&record.wheels_rad_s[0]), cut(&record.wheels_rad_s[1])],
-        pose: record.pose.as_ref().map(|p| [cut(&p[0]), cut(&p[1]), cut(&p[2])]),
-        belief: record.belief,
-        notes: Vec::new(),
-    }
-}
-
-/// The second half of a record.
+/// The second half of each drive of a record.
 #[must_use]
 pub fn second_half(record: &Record) -> Record {
-    window(record, record.len() / 2..record.len())
+    record.by_drive(|_, drive| drive.window(drive.len() / 2..drive.len()))
 }
 
 /// Root mean square of position (m) and heading (rad) at each horizon; `alone`: without readings on the way.
 fn horizons(record: &Record, claimed: &Claimed, unforced: Unforced, alone: bool) -> Option<[[f64; 2]; 3]> {
-    let pose = record.pose.as_ref()?;
-    let longest = HORIZONS_S[2];
-    if record.span_s() < 1.5 * longest {
-        return None;
-    }
-    let mut noise: Noise = claimed.noise(record, unforced);
-    for channel in 3..6 {
-        noise.reading[channel] *= ASIDE;
-    }
-    if alone {
-        noise.reading[2] *= ASIDE;
-        if record.torques_n_m.is_some() {
-            noise.reading[0] *= ASIDE;
-            noise.reading[1] *= ASIDE;
+    let mut all = Horizons::default();
+    record.apart().for_each(|drive| all.add(&drive, claimed, unforced, alone));
+    let Horizons { sums, counts } = all;
+    counts.iter().all(|n| *n > 0).then(|| std::array::from_fn(|h| sums[h].map(|s: f64| (s / counts[h] as f64).sqrt())))
+}
+
+/// Squared errors of position and heading at each horizon, and how many.
+#[derive(Default)]
+struct Horizons {
+    sums: [[f64; 2]; 3],
+    counts: [usize; 3],
+}
+
+impl Horizons {
+    /// Those of one drive, if it is long enough.
+    fn add(&mut self, record: &Record, claimed: &Claimed, unforced: Unforced, alone: bool) {
+        let Some(pose) = &record.pose else { return };
+        let longest = HORIZONS_S[2];
+        if record.span_s() < 1.5 * longest {
+            return;
         }
-    }
-    let restored = claimed.bursts(record, &claimed.noise(record, unforced)).map(|b| b.restored(record));
-    let record = restored.as_ref().unwrap_or(record);
-    let models = claimed.models(record);
-    let mut sums = [[0.0; 2]; 3];
-    let mut counts = [0usize; 3];
-    let mut from = 0;
-    while let Some(begin) = (from..record.len()).find(|k| pose.iter().all(|p| p[*k].is_finite())) {
-        let start_s = record.times_s[begin];
-        let end = record.times_s.partition_point(|t| *t <= start_s + longest);
-        if end >= record.len() {
-            break;
+        let mut noise: Noise = claimed.noise(record, unforced);
+        for channel in 3..6 {
+            noise.reading[channel] *= ASIDE;
         }
-        let part = window(record, begin..end);
-        let mut last = [[None; 3]; 3];
-        let _ = run(&part, &models, &noise, &[], |i| {
-            let channel = match i.channel {
-                Channel::X => 0,
-                Channel::Y => 1,
-                Channel::Heading => 2,
-                _ => return,
-            };
-            let t = part.times_s[i.row] - start_s;
-            for (h, horizon) in HORIZONS_S.iter().enumerate() {
-                if t > 0.5 * horizon && t <= *horizon {
-                    last[h][channel] = Some(i.white * i.std);
+        if alone {
+            noise.reading[2] *= ASIDE;
+            if record.torques_n_m.is_some() {
+                noise.reading[0] *= ASIDE;
+                noise.reading[1] *= ASIDE;
+            }
+        }
+        let restored = claimed.bursts(record, &claimed.noise(record, unforced)).map(|b| b.restored(record));
+        let record = restored.as_ref().unwrap_or(record);
+        let models = claimed.models(record);
+        let mut from = 0;
+        while let Some(begin) = (from..record.len()).find(|k| pose.iter().all(|p| p[*k].is_finite())) {
+            let start_s = record.times_s[begin];
+            let end = record.times_s.partition_point(|t| *t <= start_s + longest);
+            if end >= record.len() {
+                break;
+            }
+            let part = record.window(begin..end);
+            let mut last = [[None; 3]; 3];
+            let _ = run(&part, &models, &noise, &[], |i| {
+                let channel = match i.channel {
+                    Channel::X => 0,
+                    Channel::Y => 1,
+                    Channel::Heading => 2,
+                    _ => return,
+                };
+                let t = part.times_s[i.row] - start_s;
+                for (h, horizon) in HORIZONS_S.iter().enumerate() {
+                    if t > 0.5 * horizon && t <= *horizon {
+                        last[h][channel] = Some(i.white * i.std);
+                    }
+                }
+            });
+            for (h, errors) in last.iter().enumerate() {
+                if let [Some(x), Some(y), Some(turn)] = errors {
+                    self.sums[h][0] += x * x + y * y;
+                    self.sums[h][1] += turn * turn;
+                    self.counts[h] += 1;
                 }
             }
-        });
-        for (h, errors) in last.iter().enumerate() {
-            if let [Some(x), Some(y), Some(turn)] = errors {
-                sums[h][0] += x * x + y * y;
-                sums[h][1] += turn * turn;
-                counts[h] += 1;
-            }
+            from = end;
         }
-        from = end;
     }
-    counts.iter().all(|n| *n > 0).then(|| std::array::from_fn(|h| sums[h].map(|s: f64| (s / counts[h] as f64).sqrt())))
 }
 
 /// What `effects` gain on `kept` over the nominal simulator, nats a row.
@@ -234,19 +240,18 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, unforced: Unfo
         .into_par_iter()
         .map(|i| own(kept, &all, options.seed.wrapping_add(i)))
         .collect();
-    let (floors, own_before): (Vec<Vec<f64>>, Vec<f64>) = logs
-        .par_iter()
-        .map(|log| (score(log, &all, unforced), score(log, &nominal, unforced).iter().sum::<f64>()))
-        .unzip();
-    let closed = |after: &[f64]| {
+    let (floors, own_before): (Vec<Vec<f64>>, Vec<Vec<f64>>) =
+        logs.par_iter().map(|log| (score(log, &all, unforced), score(log, &nominal, unforced))).unzip();
+    let closed_in = |after: &[f64], rows: Range<usize>| {
         let scores = Scores {
-            before: &before,
-            after,
-            floor: floors.iter().map(Vec::as_slice).collect(),
-            own_before: own_before.clone(),
+            before: &before[rows.clone()],
+            after: &after[rows.clone()],
+            floor: floors.iter().map(|f| &f[rows.clone()]).collect(),
+            own_before: own_before.iter().map(|o| o[rows.clone()].iter().sum()).collect(),
         };
-        gap_closed(&scores, block_rows(&before, after), options)
+        gap_closed(&scores, block_rows(scores.before, scores.after), options)
     };
+    let closed = |after: &[f64]| closed_in(after, 0..kept.len());
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
     let floor = floors.iter().map(|f| mean(f)).sum::<f64>() / floors.len().max(1) as f64;
     let log_score =
@@ -265,6 +270,7 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, unforced: Unfo
     }
     let mut alone = Vec::with_capacity(listed.len());
     let mut nearest_score = None;
+    let mut found = after.clone();
     for one in listed {
         let rows = if together.len() == 1 && together[0] == *one {
             after.clone()
@@ -273,12 +279,17 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, unforced: Unfo
         };
         if nearest.is_some_and(|(id, _)| *id == one.0) {
             nearest_score = Some(log_score(&rows));
+            if together.is_empty() {
+                found.clone_from(&rows);
+            }
         }
         alone.push((one.0.clone(), closed(&rows)));
     }
     let nearest = nearest.map(|(id, _)| (id.clone(), nearest_score.into_iter().chain(with_nearest).collect()));
     let together = closed(&after);
-    DriveFar { metrics, alone, together, nearest }
+    let several = kept.sources.iter().cloned().zip(kept.drives()).filter(|_| kept.starts.len() > 1);
+    let each = several.map(|(source, rows)| (source, closed_in(&found, rows))).collect();
+    DriveFar { metrics, alone, together, nearest, each }
 }
 
 /// Root mean squares of position and heading at each horizon: before, after, floor.

@@ -5,6 +5,7 @@ use super::column::Scales;
 use super::pass::{LASTING_S, Noise};
 use super::record::Record;
 use crate::model::drive::{DriveModel, Moving};
+use std::ops::Range;
 
 /// Number of states: x, y, θ, v, ω.
 pub const N: usize = 5;
@@ -57,13 +58,13 @@ pub struct Filter<'a> {
 }
 
 impl<'a> Filter<'a> {
-    /// At the first pose, else at zero; at rest as far as the first wheel speeds tell.
-    pub fn new(record: &Record, noise: &'a Noise, by_torque: [[f64; 2]; 2]) -> Self {
+    /// At the first pose of the drive in `rows`, else at zero; at rest as far as its first wheel speeds tell.
+    pub fn new(record: &Record, rows: Range<usize>, noise: &'a Noise, by_torque: [[f64; 2]; 2]) -> Self {
         let mut state = [0.0; N];
         let mut covariance = [[0.0; N]; N];
         let b = &record.belief;
         if let Some(pose) = &record.pose
-            && let Some(first) = (0..record.len()).find(|k| pose.iter().all(|p| p[*k].is_finite()))
+            && let Some(first) = rows.clone().find(|k| pose.iter().all(|p| p[*k].is_finite()))
         {
             for (i, p) in pose.iter().enumerate() {
                 state[i] = p[first];
@@ -75,7 +76,7 @@ impl<'a> Filter<'a> {
             }
         }
         let first = |values: &[f64]| values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
-        let [l, r] = [first(&record.wheels_rad_s[0]), first(&record.wheels_rad_s[1])];
+        let [l, r] = [0, 1].map(|i| first(&record.wheels_rad_s[i][rows.clone()]));
         let [rl, rr] = b.robot.radius_m;
         state[V] = 0.5 * (rl * l + rr * r);
         state[W] = 0.5 * (rr * r - rl * l) / b.robot.half_track_m;

@@ -4,14 +4,15 @@
 //! choose the set; narrow ones, with the named effects and what is in the set, to settle its coordinates.
 
 use super::candidates::{Candidates, Kind};
-use super::column::{Column, Equation, Follows};
+use super::column::{Column, Equation, Follows, Scoped};
 use super::evidence::{Coefficients, Member, Problem, Weighed};
-use super::pass::{Models, Noise, run};
+use super::onset::{Onsets, or};
+use super::pass::{Models, Noise, run_scoped};
 use super::record::Record;
 use super::search::{best as best_set, search};
 use crate::effects::drive::ModelChange;
 use crate::model::drive::{DriveEffect, DriveModel};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Coordinates of every change, by its place.
 pub type Theta = Vec<Vec<f64>>;
@@ -78,7 +79,7 @@ impl Candidates {
     }
 
     fn here(&self, theta: &Theta) -> Vec<f64> {
-        let value = |c: &Column| match *c {
+        let value = |c: &Scoped| match c.column {
             Column::Coordinate(i, j) => theta[i][j],
             _ => 0.0,
         };
@@ -111,18 +112,21 @@ impl Candidates {
     #[must_use]
     pub fn linearise(&self, record: &Record, noise: &Noise, theta: &Theta) -> Problem {
         let models = models(record, &self.change_list(), theta, true);
-        let summed = run(record, &models, noise, &self.columns, |_| {});
+        let summed = run_scoped(record, &models, noise, &self.columns, |_| {});
         let groups = self.scaled(|c| summed.gram[(c, c)]);
         Problem::new(&summed.gram, summed.ln_volume, &self.here(theta), groups, self.nuisance.clone())
     }
 
-    /// When the bias steps in this set, s since the log began.
+    /// When the bias steps in this set in each drive.
     #[must_use]
-    pub fn step_of(&self, members: &[Member]) -> Option<f64> {
-        members.iter().find_map(|&(g, _)| match self.kinds[g] {
-            Kind::Step(t) => Some(t),
-            _ => None,
-        })
+    pub fn steps_of(&self, groups: impl IntoIterator<Item = usize>) -> Onsets {
+        let mut steps = Onsets::new();
+        for g in groups {
+            let Kind::Step(drive, t) = self.kinds[g] else { continue };
+            steps.resize(steps.len().max(drive + 1), None);
+            steps[drive] = steps[drive].or(Some(t));
+        }
+        steps
     }
 }
 
@@ -197,26 +201,36 @@ impl Compared {
         self.candidates.theta_of(members, &self.problem.coefficients(members), &self.theta)
     }
 
-    /// When the bias steps in the best set, s since the log began; where a walk or a function of time stands there in its
-    /// place, when it would most likely step.
+    /// When the bias steps in the best set in each drive; where a walk or a function of time stands there in its place, when it
+    /// would most likely step.
     #[must_use]
-    pub fn step_s(&self) -> Option<f64> {
+    pub fn steps_s(&self) -> Onsets {
         let members = &self.sets[0].members;
-        let there = self.candidates.step_of(members);
-        if there.is_none() && members.iter().any(|m| self.is_slow(m)) {
-            return self.likely_step().and_then(|g| self.candidates.step_of(&[(g, 0)]));
+        let there = self.candidates.steps_of(members.iter().map(|m| m.0));
+        if members.iter().any(|m| self.is_slow(m)) {
+            return or(there, &self.candidates.steps_of(self.likely_steps()));
         }
         there
     }
 
-    /// The step of the bias that explains most beside what else is in the best set.
+    /// Of the steps of the bias in each drive the one that explains most beside what else is in the best set.
     #[must_use]
-    pub fn likely_step(&self) -> Option<usize> {
-        let is_step = |m: &Member| matches!(self.candidates.kinds[m.0], Kind::Step(_));
+    pub fn likely_steps(&self) -> Vec<usize> {
+        let drive = |m: &Member| match self.candidates.kinds[m.0] {
+            Kind::Step(drive, _) => Some(drive),
+            _ => None,
+        };
         let members = self.sets[0].members.iter().copied();
-        let rest: Vec<Member> = members.filter(|m| !self.is_slow(m) && !is_step(m)).collect();
-        let steps = self.problem.additions(&rest).into_iter().filter(|(m, _)| is_step(m));
-        steps.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(m, _)| m.0)
+        let rest: Vec<Member> = members.filter(|m| !self.is_slow(m) && drive(m).is_none()).collect();
+        let mut best: BTreeMap<usize, (usize, f64)> = BTreeMap::new();
+        for (member, gain) in self.problem.additions(&rest) {
+            let Some(drive) = drive(&member) else { continue };
+            let one = best.entry(drive).or_insert((member.0, gain));
+            if gain.total_cmp(&one.1).is_ge() {
+                *one = (member.0, gain);
+            }
+        }
+        best.into_values().map(|b| b.0).collect()
     }
 
     /// Whether it can take the place of a step: a walk, or a function of time on the gyro.
@@ -248,7 +262,7 @@ impl Compared {
         let candidates = &self.candidates;
         let mut keep: Vec<usize> = members.iter().map(|m| m.0).collect();
         let may = |((g, _), gain): &(Member, f64)| {
-            *gain > FUTILE && candidates.groups[*g].named && !matches!(candidates.kinds[*g], Kind::Step(_))
+            *gain > FUTILE && candidates.groups[*g].named && !matches!(candidates.kinds[*g], Kind::Step(..))
         };
         keep.extend(self.problem.additions(members).into_iter().filter(may).map(|(m, _)| m.0));
         candidates.only(|g| keep.contains(&g))

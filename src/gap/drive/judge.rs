@@ -92,12 +92,12 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let twins = Twins::of(record, effects);
     let effects = &twins.told_apart;
     let Believed { lsb, noise, nominal: nominal_noise } = Believed::of(record);
-    let onset_s = onset::of(record);
-    let all = Candidates::new(record, effects, &options.prior, true, onset_s);
+    let onsets_s = onset::of_each(record);
+    let all = Candidates::new(record, effects, &options.prior, true, &onsets_s);
     let noise = diffused(record, noise, &all);
     let begin = start(record, &noise, &all);
     let compared = first(record, &noise, all, &begin);
-    let mut branch = Branch::new(record.clone(), noise, compared, onset_s);
+    let mut branch = Branch::new(record.clone(), noise, compared, onsets_s);
     branch.look_at_promising();
     branch.settle(effects, options);
     // what the lattice closes: the same model with the nominal noise of the wheels beside it
@@ -191,11 +191,11 @@ fn wheels_in_time(
         let moved = late::put_back(record, late.delay_s);
         let mut noise = as_is.believed;
         noise.unforced = unforced::likely(&moved, &plain(&moved), &noise);
-        let all = Candidates::new(&moved, effects, &options.prior, true, None);
+        let all = Candidates::new(&moved, effects, &options.prior, true, &[]);
         let noise = diffused(&moved, noise, &all);
         let begin = start(&moved, &noise, &all);
         let compared = first(&moved, &noise, all, &begin);
-        let mut other = Branch::new(moved, noise, compared, None);
+        let mut other = Branch::new(moved, noise, compared, Vec::new());
         other.look_at_promising();
         other.settle(effects, options);
         other.extra_weight += options.prior.ln_free - 0.5 * (record.len() as f64).ln();
@@ -254,8 +254,8 @@ fn restored(
         let own = bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
         let hopeless = top - own - HOPELESS;
         let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
-        let onset_s = onset::of(&restored);
-        let mut other = Branch::new(restored, fresh, compared, onset_s);
+        let onsets_s = onset::of_each(&restored);
+        let mut other = Branch::new(restored, fresh, compared, onsets_s);
         other.promising.clone_from(&as_is.promising);
         other.extra_weight += own;
         if other.top() > top - HOPELESS {
@@ -279,7 +279,7 @@ fn restored(
     let best = again.into_iter().chain([best]).max_by(better);
     // among the plausible sets alone it may fall short by what free forms have gained
     let (mut other, bursts) = best.filter(|b| b.0.top() > top - SHORT)?;
-    other.widen(effects, options, other.compared.step_s());
+    other.widen(effects, options, other.compared.steps_s());
     other.settle(effects, options);
     (other.top() > top - SHORT).then_some((other, bursts))
 }
@@ -322,10 +322,10 @@ fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Comp
     if gap >= LARGE {
         starts.extend(best_alone(record, noise, &compared));
     }
-    // of all times at which the bias may step, the most likely one will do
-    let step = compared.likely_step();
+    // of all times at which the bias may step, the most likely one in each drive will do
+    let steps = compared.likely_steps();
     let named = all.only(|g| match all.kinds[g] {
-        Kind::Step(_) => Some(g) == step,
+        Kind::Step(..) => steps.contains(&g),
         _ => all.groups[g].named,
     });
     let settled = |from: Theta| Compared::narrow(record, noise, named.clone(), from, None);

@@ -5,7 +5,6 @@
 //! likelihood of the drive at each τ can be compared as it is.
 
 use super::branch::described;
-use super::far::window;
 use super::pass::{Models, Noise, run};
 use super::record::Record;
 use crate::gap::findings::Part;
@@ -48,7 +47,12 @@ impl Late {
 /// wheels and gyro share their rows, they are moved by whole rows: how speeds diffuse depends on the rows.
 #[must_use]
 pub fn put_back(record: &Record, delay_s: f64) -> Record {
-    if share_rows(record) {
+    let by_rows = share_rows(record);
+    record.by_drive(|_, drive| put_back_in(drive, delay_s, by_rows))
+}
+
+fn put_back_in(record: &Record, delay_s: f64, by_rows: bool) -> Record {
+    if by_rows {
         let rows = ((delay_s / record.step_s).round() as usize).min(record.len());
         let mut out = record.clone();
         for wheel in &mut out.wheels_rad_s {
@@ -154,11 +158,13 @@ pub fn gain(record: &Record, models: &Models, noise: &Noise, delay_s: f64) -> f6
 
 /// `record` without the first readings of its wheels: as many are left at every delay.
 fn without_begin(record: &Record) -> Record {
-    let begin_s = record.times_s[0] + LONGEST_S;
     let mut out = record.clone();
-    for wheel in &mut out.wheels_rad_s {
-        let early = wheel.iter_mut().zip(&record.times_s).filter(|(_, t)| **t < begin_s);
-        early.for_each(|(value, _)| *value = f64::NAN);
+    for rows in record.drives() {
+        let times_s = &record.times_s[rows.clone()];
+        let early = times_s.partition_point(|t| *t < times_s[0] + LONGEST_S);
+        for wheel in &mut out.wheels_rad_s {
+            wheel[rows.clone()][..early].fill(f64::NAN);
+        }
     }
     out
 }
@@ -168,7 +174,7 @@ fn without_begin(record: &Record) -> Record {
 fn scatter(record: &Record, delay_s: f64, weigh: impl Fn(&Record, f64) -> f64) -> f64 {
     let n = record.len();
     let of = |part: usize| {
-        let part = window(record, part * n / PARTS..(part + 1) * n / PARTS);
+        let part = record.window(part * n / PARTS..(part + 1) * n / PARTS);
         let tried = (-NEAR..=NEAR).map(|i| delay_s * (1.0 + 0.5 * f64::from(i) / f64::from(NEAR)));
         let best = tried.map(|d| (d, weigh(&part, d))).max_by(|a, b| a.1.total_cmp(&b.1));
         best.map_or(delay_s, |b| b.0)

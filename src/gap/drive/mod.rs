@@ -23,6 +23,7 @@ pub mod pass;
 mod pinpoint;
 pub mod record;
 pub mod search;
+mod several;
 mod tangents;
 mod twins;
 mod unforced;

@@ -35,6 +35,10 @@ impl Mounting {
     /// `record` as it would read if the middle of the axle had been tracked, in time.
     #[must_use]
     pub fn taken_out(&self, record: &Record) -> Record {
+        record.by_drive(|_, drive| self.taken_out_of(drive))
+    }
+
+    fn taken_out_of(&self, record: &Record) -> Record {
         let mut out = record.clone();
         let [ahead, left, turned, late_s] = self.offset;
         let speeds = driven(record, &self.robot);
@@ -87,15 +91,15 @@ fn between(times_s: &[f64], speeds: &[[f64; 2]], k: usize, t_s: f64) -> [f64; 2]
 /// Whether the configuration leaves open how the reference of `record` sits on the robot.
 #[must_use]
 pub fn is_open(record: &Record) -> bool {
-    nuisances(record).iter().any(|(column, _)| MOUNTING.contains(column))
+    nuisances(record).iter().any(|(one, _)| MOUNTING.contains(&one.column))
 }
 
 /// How the reference of `record` sits on the robot; none where that is believed to be known.
 #[must_use]
 pub fn find(record: &Record, noise: &Noise, effects: &[&'static dyn Driving], prior: &Prior) -> Option<Mounting> {
-    let candidates = Candidates::new(record, effects, prior, false, None);
+    let candidates = Candidates::new(record, effects, prior, false, &[]);
     let place = |i: usize| {
-        let is = |c: &usize| candidates.columns[*c] == MOUNTING[i];
+        let is = |c: &usize| candidates.columns[*c] == MOUNTING[i].into();
         candidates.nuisance.iter().map(|n| n.0).find(is)
     };
     let places = [0, 1, 2, 3].map(place);

@@ -1,15 +1,16 @@
-//! What the navigation filter gains on a recording kept back when it gets the model with what was found.
+//! What the navigation filter gains on drives kept back when it gets the model with what was found.
 
 use crate::config::Config;
 use crate::error::Result;
 use crate::gap::answer::{FilterFigures, FilterGain};
+use crate::gap::diagnose::Drive;
 use crate::model::EffectSource;
-use crate::navigate::{Settings, run_with};
+use crate::navigate::{Settings, Summary, run_with};
 use crate::signal::{Log, names};
 
-/// Runs the filter over `kept`, nominal and augmented, from its first pose on; the pose is only compared with.
+/// Runs the filter over each of `kept`, nominal and augmented, from its first pose on; the pose is only compared with.
 ///
-/// `None` where nothing can be told: no effects were found, `kept` has no pose, or the nominal filter cannot run (its tables
+/// `None` where nothing can be told: no effects were found, a drive has no pose, or the nominal filter cannot run (its tables
 /// are missing).
 ///
 /// # Errors
@@ -17,19 +18,55 @@ use crate::signal::{Log, names};
 pub fn filter_gain(
     nominal: &Config,
     augmented: &Config,
-    kept: &Log,
-    since_power_on_s: f64,
+    kept: &[Drive<'_>],
     effects: &dyn EffectSource,
 ) -> Option<Result<FilterGain>> {
-    let has = |name: &str| kept.get(name).is_some_and(|values| values.iter().any(|v| v.is_finite()));
-    if augmented.effects.len() == nominal.effects.len() || !has(names::X) || !has(names::Y) {
+    let has = |log: &Log, name: &str| log.get(name).is_some_and(|values| values.iter().any(|v| v.is_finite()));
+    let tracked = |drive: &Drive<'_>| has(drive.log, names::X) && has(drive.log, names::Y);
+    if augmented.effects.len() == nominal.effects.len() || kept.is_empty() || !kept.iter().all(tracked) {
         return None;
     }
-    let settings = Settings { since_power_on_s, start_at_reference: has(names::HEADING), ..Settings::default() };
-    let before = run_with(nominal, kept, &settings, effects).ok()?.summary;
-    let before = FilterFigures::of(&before)?;
-    match run_with(augmented, kept, &settings, effects) {
+    let runs = |config: &Config| -> Result<Vec<Summary>> {
+        let one = |drive: &Drive<'_>| {
+            let start_at_reference = has(drive.log, names::HEADING);
+            let settings =
+                Settings { since_power_on_s: drive.since_power_on_s, start_at_reference, ..Settings::default() };
+            Ok(run_with(config, drive.log, &settings, effects)?.summary)
+        };
+        kept.iter().map(one).collect()
+    };
+    let before = together(&runs(nominal).ok()?)?;
+    match runs(augmented) {
         Err(error) => Some(Err(error)),
-        Ok(run) => Some(Ok(FilterGain { before, after: FilterFigures::of(&run.summary)? })),
+        Ok(after) => Some(Ok(FilterGain { before, after: together(&after)? })),
     }
+}
+
+/// Figures over all drives: squares by their numbers of readings. The mean of NIS of independent drives scatters about its
+/// expectation by the root of the squares of what each does.
+fn together(drives: &[Summary]) -> Option<FilterFigures> {
+    let each = drives.iter().map(FilterFigures::of).collect::<Option<Vec<_>>>()?;
+    if let [one] = each[..] {
+        return Some(one);
+    }
+    let samples = |s: &Summary| s.reference.as_ref().map_or(0.0, |r| r.samples as f64);
+    let readings = |s: &Summary| s.consistency.readings as f64;
+    let mean = |weight: &dyn Fn(&Summary) -> f64, value: &dyn Fn(&FilterFigures) -> Option<f64>| -> Option<f64> {
+        let mut sums = [0.0; 2];
+        for (summary, figures) in drives.iter().zip(&each) {
+            sums = [sums[0] + weight(summary), sums[1] + weight(summary) * value(figures)?];
+        }
+        Some(sums[1] / sums[0])
+    };
+    let total: f64 = drives.iter().map(readings).sum();
+    let away = |bound: usize| {
+        let square = |(s, f): (&Summary, &FilterFigures)| (readings(s) * (f.nis_mean_bounds95[bound] - 1.0)).powi(2);
+        drives.iter().zip(&each).map(square).sum::<f64>().sqrt() / total
+    };
+    Some(FilterFigures {
+        position_rms_m: mean(&samples, &|f| Some(f.position_rms_m.powi(2)))?.sqrt(),
+        heading_rms_rad: mean(&samples, &|f| Some(f.heading_rms_rad?.powi(2))).map(f64::sqrt),
+        nis_mean: mean(&readings, &|f| Some(f.nis_mean))?,
+        nis_mean_bounds95: [1.0 - away(0), 1.0 + away(1)],
+    })
 }

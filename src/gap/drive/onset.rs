@@ -13,7 +13,24 @@ const COLUMNS: usize = 5;
 /// Relative size of what makes G regular.
 const RIDGE: f64 = 1e-9;
 
-/// Time of the most likely step of the gyro's bias, s since the log began; none without a gyro.
+/// When the bias jumps in each drive, if it does, s since that drive began. Drives beyond the last have none.
+pub type Onsets = Vec<Option<f64>>;
+
+/// [`of`] each drive.
+#[must_use]
+pub fn of_each(record: &Record) -> Onsets {
+    record.apart().map(|drive| of(&drive)).collect()
+}
+
+/// What is known, and where nothing is, what may be.
+#[must_use]
+pub fn or(known: Onsets, may: &[Option<f64>]) -> Onsets {
+    let count = known.len().max(may.len());
+    let at = |onsets: &[Option<f64>], d: usize| onsets.get(d).copied().flatten();
+    (0..count).map(|d| at(&known, d).or(at(may, d))).collect()
+}
+
+/// Time of the most likely step of the gyro's bias in a single drive, s since it began; none without a gyro.
 #[must_use]
 pub fn of(record: &Record) -> Option<f64> {
     let gyro = record.gyro_rad_s.as_ref()?;

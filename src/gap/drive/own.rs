@@ -12,7 +12,7 @@ const STREAM: u64 = 0xD12;
 /// Readings of the wheels are averaged over this time on either side, s.
 const SMOOTH_S: f64 = 0.05;
 
-/// Speed and yaw rate in every row, as the wheels of `robot` tell them.
+/// Speed and yaw rate in every row of one drive, as the wheels of `robot` tell them.
 pub(super) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
     let speeds: Vec<[f64; 2]> = (0..like.len())
         .map(|k| {
@@ -40,10 +40,13 @@ pub(super) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
     (0..like.len()).map(near).collect()
 }
 
-/// A recording of the model's own.
+/// A recording of the model's own; what is drawn anew in each run is drawn anew in each drive.
 #[must_use]
 pub fn own(like: &Record, claimed: &Claimed, seed: u64) -> Record {
-    let draw = &mut Stream::new(seed, STREAM);
+    like.by_drive(|drive, like| own_drive(like, claimed, &mut Stream::new(seed, STREAM + ((drive as u64) << 32))))
+}
+
+fn own_drive(like: &Record, claimed: &Claimed, draw: &mut Stream) -> Record {
     let mut out = like.clone();
     let models = claimed.models(like);
     let model = &models.here;

@@ -2,9 +2,10 @@
 //!
 //! One pass of the extended Kalman filter over a drive, with the derivatives of every innovation by every coordinate β of
 //! what may be missing. State ξ: x, y, θ, v, ω. Where torques were not logged, v and ω diffuse as fast as this robot
-//! accelerates. The whitened derivatives are summed up in one Gram matrix: all that the comparison of effects needs.
+//! accelerates. The whitened derivatives are summed up in one Gram matrix: all that the comparison of effects needs. Several
+//! drives have a pass each, whose sums add up.
 
-use super::column::{COSINES, Column, FUNCTIONS, Row, Scales, cosines_of};
+use super::column::{COSINES, Column, FUNCTIONS, Row, Scales, Scoped, cosines_of};
 use super::filter::{Filter, N, Slopes, Step, TH, V, Vector, W};
 use super::record::Record;
 use super::tangents::{Expecting, Going, Tangents};
@@ -12,6 +13,7 @@ use crate::effects::drive::Touches;
 use crate::model::drive::{DriveModel, Moving, Past};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
+use std::ops::Range;
 
 /// What a reading is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -118,17 +120,68 @@ pub(super) const LASTING_S: f64 = crate::model::drive::FORCE_LASTING_S;
 /// Rows that are summed up at once.
 const BLOCK: usize = 192;
 
-/// Runs the filter over `record`.
+/// Runs the filter over `record`; every column is one coefficient for all its drives.
 pub fn run(
     record: &Record,
+    models: &Models,
+    noise: &Noise,
+    columns: &[Column],
+    each: impl FnMut(&Innovation),
+) -> Summed {
+    let everywhere: Vec<Scoped> = columns.iter().map(|c| Scoped::from(*c)).collect();
+    run_scoped(record, models, noise, &everywhere, each)
+}
+
+/// Runs the filter over `record`, anew in each drive; slopes are zero in drives where a column does nothing.
+pub fn run_scoped(
+    record: &Record,
+    models: &Models,
+    noise: &Noise,
+    columns: &[Scoped],
+    mut each: impl FnMut(&Innovation),
+) -> Summed {
+    let p = columns.len();
+    // one scale for all drives: a free form is the same function in each
+    let scales = Scales::of(record);
+    let mut summed = Summed { gram: Mat::zeros(p + 1, p + 1), ln_volume: 0.0 };
+    let mut slopes = vec![0.0; p];
+    for (drive, rows) in record.drives().enumerate() {
+        let mut places: Vec<usize> = (0..p).filter(|c| columns[*c].acts_in(drive)).collect();
+        let own: Vec<Column> = places.iter().map(|c| columns[*c].column).collect();
+        if own.len() == p && record.starts.len() == 1 {
+            return one(record, rows, &scales, models, noise, &own, each);
+        }
+        slopes.fill(0.0);
+        let part = one(record, rows, &scales, models, noise, &own, |i| {
+            places.iter().zip(i.slopes).for_each(|(place, slope)| slopes[*place] = *slope);
+            each(&Innovation { slopes: &slopes, ..*i });
+        });
+        // the innovations stand last
+        places.push(p);
+        for (j, to) in places.iter().enumerate() {
+            for (i, from) in places.iter().enumerate() {
+                summed.gram[(*from, *to)] += part.gram[(i, j)];
+            }
+        }
+        summed.ln_volume += part.ln_volume;
+    }
+    summed
+}
+
+/// Runs the filter over the rows of one drive.
+fn one(
+    record: &Record,
+    rows: Range<usize>,
+    scales: &Scales,
     models: &Models,
     noise: &Noise,
     columns: &[Column],
     mut each: impl FnMut(&Innovation),
 ) -> Summed {
     let p = columns.len();
-    let scales = Scales::of(record);
-    let mut filter = Filter::new(record, noise, models.here.by_torque());
+    let Range { start: first, end } = rows;
+    let start_s = record.times_s.get(first).copied().unwrap_or(0.0);
+    let mut filter = Filter::new(record, first..end, noise, models.here.by_torque());
     let mut tangents = Tangents::new(columns, models);
     let mut summed = Summed { gram: Mat::zeros(p + 1, p + 1), ln_volume: 0.0 };
     let mut block = vec![0.0; BLOCK * (p + 1)];
@@ -141,11 +194,11 @@ pub fn run(
     let mut cosines = [0.0; COSINES];
     let mut slopes = Slopes::default();
     let free = columns.iter().any(|c| matches!(c, Column::Free(..) | Column::Varying(..)));
-    let span = record.span_s().max(1e-9);
-    for k in 0..record.len() {
+    let span = (record.times_s[first..end].last().copied().unwrap_or(start_s) - start_s).max(1e-9);
+    for k in first..end {
         let t_s = record.times_s[k];
         let moving = |s: &Vector, before: &([f64; 2], [f64; 2])| Moving {
-            t_s: t_s - record.times_s[0],
+            t_s: t_s - start_s,
             since_power_on_s: record.since_power_on_s[k],
             heading_rad: s[TH],
             speed_m_s: s[V],
@@ -170,10 +223,10 @@ pub fn run(
         row.heading = at.heading_rad;
         row.acceleration = at.acceleration_m_s2;
         row.yaw_acceleration = at.yaw_acceleration_rad_s2;
-        row.torques = record.torques(k.saturating_sub(1));
-        row.progress = (t_s - record.times_s[0]) / span;
+        row.torques = record.torques(k.saturating_sub(1).max(first));
+        row.progress = (t_s - start_s) / span;
         if free {
-            row.functions(&scales, &mut functions);
+            row.functions(scales, &mut functions);
         }
         cosines_of(row.progress, &mut cosines);
         let readings = Readings::of(record, k);
@@ -236,8 +289,8 @@ pub fn run(
                 }
             }
         }
-        past.push(t_s - record.times_s[0], filter.state[W]);
-        let Some(&next) = record.times_s.get(k + 1) else { break };
+        past.push(t_s - start_s, filter.state[W]);
+        let Some(&next) = record.times_s[..end].get(k + 1) else { break };
         // motion to the next row
         let dt = next - t_s;
         let torques = record.torques(k);
@@ -263,9 +316,9 @@ pub fn run(
             for (angle, w) in row.wheel_angles.iter_mut().zip(turning) {
                 *angle += w * dt;
             }
-            row.functions(&scales, &mut functions);
+            row.functions(scales, &mut functions);
         }
-        let f = filter.jacobian(&models.here, &at, torques, sideways, dt, &scales);
+        let f = filter.jacobian(&models.here, &at, torques, sideways, dt, scales);
         let lasting = record.torques_n_m.is_none().then_some(noise.unforced.lasting);
         tangents.predict(&f, &Going { at: &at, torques, sideways, dt, functions: &functions, lasting });
         // without torques the robot goes on accelerating as it did

@@ -17,7 +17,7 @@ const LISTED: usize = 9;
 /// Gains of free corrections to each equation of the nominal model, the largest first; for each its best form.
 #[must_use]
 pub fn pinpoint(record: &Record, noise: &Noise) -> Vec<EquationAnswer> {
-    let candidates = Candidates::new(record, &[], &Prior { ln_named: -1e9, ln_rest: -1e9, ln_free: 0.0 }, true, None);
+    let candidates = Candidates::new(record, &[], &Prior { ln_named: -1e9, ln_rest: -1e9, ln_free: 0.0 }, true, &[]);
     let problem = candidates.linearise(record, noise, &candidates.zero());
     let mut best: Vec<EquationAnswer> = Vec::new();
     for ((group, _), gain) in problem.additions(&[]) {

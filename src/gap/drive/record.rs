@@ -16,13 +16,17 @@ const FEWEST_ROWS: usize = 512;
 /// Noise of a pose reference that the configuration does not describe.
 const POSE_STD: [f64; 2] = [0.02, 0.02];
 
-/// One drive made ready.
+/// A drive made ready, or several of one robot.
 #[derive(Debug, Clone)]
 pub struct Record {
-    /// Of the rows, s, ascending.
+    /// Of the rows, s, ascending within a drive; each drive has its own clock.
     pub times_s: Vec<f64>,
     /// Of the rows, s.
     pub since_power_on_s: Vec<f64>,
+    /// Rows at which a drive begins, ascending; the first is zero.
+    pub starts: Vec<usize>,
+    /// What each drive is called in messages.
+    pub sources: Vec<String>,
     /// Typical time between rows, s.
     pub step_s: f64,
     /// Left and right, N·m; none where they were not logged.
@@ -81,10 +85,10 @@ impl Record {
         self.times_s.is_empty()
     }
 
-    /// Length, s.
+    /// Length of all drives together, s.
     #[must_use]
     pub fn span_s(&self) -> f64 {
-        self.times_s.last().zip(self.times_s.first()).map_or(0.0, |(b, a)| b - a)
+        self.spans_s().iter().sum()
     }
 
     /// Whether nothing but gyro and wheels was logged: no reading then knows a length, nor which yaw rate is right.
@@ -183,6 +187,8 @@ impl Record {
         steps.sort_by(f64::total_cmp);
         Ok(Self {
             since_power_on_s: since_power_on(log, since_power_on_s)?,
+            starts: vec![0],
+            sources: vec![log.source.clone()],
             step_s: steps[steps.len() / 2],
             times_s,
             torques_n_m,
