@@ -303,6 +303,7 @@ fn each_fit_begins_a_drive() {
     for (line, code, found) in [
         ("sim.toml --fit 1.csv --fit wheels2.csv", 1, &["wheels2.csv", "no torques"][..]),
         ("sim.toml --fit 1.csv --fit none.csv", 1, &["none.csv"]),
+        ("sim.toml --fit 1.csv 2.csv", 2, &["2.csv", "--fit 1.csv --fit 2.csv"]),
         ("sim.toml --fit 1.csv --fit 2.csv --hold 3.csv --start-offset 1,2", 2, &["--start-offset", "3 drives"]),
         ("rest.toml --fit 1.csv --fit 2.csv", 2, &["--fit", "at rest", "once"]),
         ("rest.toml --fit 1.csv --hold 2.csv 3.csv", 2, &["--hold", "several files"]),

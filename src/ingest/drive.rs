@@ -37,6 +37,8 @@ pub struct DriveRecording {
     pub log: Log,
     /// Decisions that the reader took, in words.
     pub notes: Vec<String>,
+    /// Files of which nothing is used, because files before them hold all of their channels: more likely they are another drive.
+    pub repeats: Vec<String>,
 }
 
 /// Reads all numeric columns of a drive that one file holds, as [`read_drive`] without a query.
@@ -96,9 +98,28 @@ pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<Dri
         notes.extend(part.1.into_iter().map(tell));
         parts.push(part.0);
     }
+    let repeats = repeats(&parts);
     let (log, merged) = merge::merge(parts)?;
     notes.extend(merged);
-    Ok(DriveRecording { log, notes })
+    Ok(DriveRecording { log, notes, repeats })
+}
+
+/// Files whose channels are all in those before them.
+fn repeats(parts: &[Part]) -> Vec<String> {
+    let known = |part: &Part| -> Vec<String> {
+        let names = part.log.channels.iter().map(|c| c.name.clone());
+        names.filter(|name| super::channels::of(name).is_some()).collect()
+    };
+    let mut taken: Vec<String> = Vec::new();
+    let mut out = Vec::new();
+    for part in parts {
+        let own = known(part);
+        if !own.is_empty() && own.iter().all(|name| taken.contains(name)) {
+            out.push(part.log.source.clone());
+        }
+        taken.extend(own);
+    }
+    out
 }
 
 /// The columns of each file that the user maps, with their channels.

@@ -75,11 +75,17 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         one_at_rest(fit, "--fit")?;
         one_at_rest(hold, "--hold")?;
     }
-    let mut read_one = |paths: &Vec<PathBuf>| -> Result<Log> {
-        if let (false, [path]) = (drives, &paths[..]) {
+    let mut read_one = |option: &str, paths: &[PathBuf]| -> Result<Log> {
+        if let (false, [path]) = (drives, paths) {
             return read(&args.columns, path);
         }
         let recording = args.columns.read_drive(&args.map, paths)?;
+        if let Some(file) = recording.repeats.first() {
+            let found =
+                "its channels are all in the files before it, and files after one option are sensors of one drive";
+            return Err(Error::new(ErrorKind::Usage, file, found)
+                .mend(format!("if it is another drive, give the option again: {}", apart(option, paths))));
+        }
         for note in recording.notes {
             if !notes.contains(&note) {
                 notes.push(note);
@@ -89,8 +95,8 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         log.source = shown(paths);
         Ok(log)
     };
-    let fit_logs = fit.iter().map(&mut read_one).collect::<Result<Vec<_>>>()?;
-    let hold_logs = hold.iter().map(&mut read_one).collect::<Result<Vec<_>>>()?;
+    let fit_logs = fit.iter().map(|paths| read_one("--fit", paths)).collect::<Result<Vec<_>>>()?;
+    let hold_logs = hold.iter().map(|paths| read_one("--hold", paths)).collect::<Result<Vec<_>>>()?;
     let options = Options { seed: args.seed, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
     let mut show = |stage| match stage {
@@ -150,6 +156,11 @@ fn effects_text(count: usize) -> String {
         1 => "one effect added".into(),
         n => format!("{n} effects added"),
     }
+}
+
+/// As the command line has drives of one file each.
+fn apart(option: &str, paths: &[PathBuf]) -> String {
+    paths.iter().map(|p| format!("{option} {}", p.display())).collect::<Vec<_>>().join(" ")
 }
 
 pub(super) fn shown(paths: &[PathBuf]) -> String {

@@ -68,3 +68,90 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Unforce
     }
     here
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bias::WarmUp;
+    use crate::gap::drive::record::Belief;
+    use crate::math::random::Stream;
+    use crate::model::drive::{DriveModel, Robot};
+
+    const ROWS: usize = 4000;
+    const STEP_S: f64 = 0.01;
+
+    /// A robot whose speeds walk with these diffusions, and its wheels.
+    fn walking(diffusion: [f64; 2]) -> Record {
+        let robot = Robot {
+            mass_kg: 10.0,
+            yaw_inertia_kg_m2: 0.3,
+            half_track_m: 0.25,
+            radius_m: [0.1; 2],
+            wheel_inertia_kg_m2: 0.0,
+            viscous_friction_n_m_s: 0.0,
+            torque_gain: [1.0; 2],
+            com_offset_m: 0.0,
+        };
+        let belief = Belief {
+            robot,
+            torque_noise_n_m_sqrt_s: 0.0,
+            gyro_std_rad_s: 1e-3,
+            wheel_std_rad_s: 0.01,
+            position_std_m: 0.01,
+            heading_std_rad: 0.01,
+            lever_arm_std_m: 0.0,
+            heading_offset_std_rad: 0.0,
+            pose_delay_std_s: 0.0,
+            warm_up: WarmUp { c1_rad_s: 0.0, c2_rad_s: 0.0, time_constant_s: 100.0 },
+            turn_on_bias_std_rad_s: 1e-4,
+            warm_up_relative_std: 0.0,
+        };
+        let draw = &mut Stream::new(3, 8);
+        let mut speeds = [0.0; 2];
+        let (mut wheels, mut gyro) = ([Vec::new(), Vec::new()], Vec::new());
+        for _ in 0..ROWS {
+            let [v, w] = speeds;
+            for (i, sign) in [-1.0, 1.0].into_iter().enumerate() {
+                wheels[i].push((v + sign * 0.25 * w) / 0.1 + 0.01 * draw.normal());
+            }
+            gyro.push(w + 1e-3 * draw.normal());
+            speeds.iter_mut().zip(diffusion).for_each(|(s, q)| *s += (q * STEP_S).sqrt() * draw.normal());
+        }
+        let times_s: Vec<f64> = (0..ROWS).map(|k| k as f64 * STEP_S).collect();
+        Record {
+            since_power_on_s: times_s.clone(),
+            times_s,
+            starts: vec![0],
+            step_s: STEP_S,
+            torques_n_m: None,
+            gyro_rad_s: Some(gyro),
+            wheels_rad_s: wheels,
+            pose: None,
+            belief,
+            notes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn diffusions_are_found_at_the_maximum() {
+        let truth = [0.02, 0.3];
+        let record = walking(truth);
+        let models = Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() };
+        let noise = Noise::believed(&record, None);
+        let found = likely(&record, &models, &noise);
+        assert!(found.lasting.abs() < 1e-12, "{found:?}");
+        for (q, truth) in found.diffusion.iter().zip(truth) {
+            // ln q is known to √(2/n) from n rows: five standard deviations
+            assert!((q / truth).ln().abs() < 5.0 * (2.0 / ROWS as f64).sqrt(), "{found:?}");
+        }
+        // at the maximum a change by a tenth of that costs next to nothing, and never gains
+        let weigh = |u: Unforced| run(&record, &models, &Noise { unforced: u, ..noise }, &[], |_| {}).ln_likelihood();
+        for i in 0..2 {
+            for factor in [0.97, 1.03] {
+                let mut beside = found;
+                beside.diffusion[i] *= factor;
+                assert!(weigh(beside) < weigh(found), "{i} {factor}");
+            }
+        }
+    }
+}
