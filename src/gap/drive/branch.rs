@@ -8,7 +8,6 @@ use super::judge::{LARGE, Options};
 use super::onset::{self, Onsets};
 use super::pass::{Channel, Innovation, Models, Noise, run, run_scoped};
 use super::record::Record;
-use super::unforced;
 use crate::effects::Parameters;
 use crate::effects::drive::Driving;
 use crate::gap::findings::{Part, WeightedSet};
@@ -24,8 +23,6 @@ const MANY: f64 = 0.02;
 const LN_OUTLIER: f64 = -9.0;
 /// Comparisons of all sets at most.
 const WIDE: usize = 3;
-/// What other diffusions have to explain more to be taken, nats.
-const BETTER: f64 = 1.0;
 /// Free forms that are looked at again in a large gap.
 const PROMISING: usize = 20;
 /// Sets that take part in the answer.
@@ -56,28 +53,12 @@ impl Branch {
 
     /// Puts outliers aside and takes noise levels from what is left; if there are any, settles again.
     pub(super) fn clean(&mut self, options: &Options) -> bool {
-        let changed = self.put_outliers_aside(options) | self.level(options) | self.diffuse();
+        let changed = self.put_outliers_aside(options) | self.level(options);
         if changed {
             let (candidates, from) = (self.compared.plausible(), self.compared.next().0);
             self.compared = Compared::narrow(&self.record, &self.noise, candidates, from, None);
         }
         changed
-    }
-
-    /// Takes from a settled model how speeds change where no torques tell it; returns whether that is otherwise than before. As
-    /// long as a gap was there, it took what the gap does to the speeds along.
-    fn diffuse(&mut self) -> bool {
-        if self.record.torques_n_m.is_some() {
-            return false;
-        }
-        let (candidates, theta) = (&self.compared.candidates, &self.compared.theta);
-        let unforced = unforced::likely(&self.record, &Self::models_at(&self.record, candidates, theta), &self.noise);
-        let changed = Noise { unforced, ..self.noise };
-        let better = self.ln_likelihood(&changed) > self.ln_likelihood(&self.noise) + BETTER;
-        if better {
-            self.noise = changed;
-        }
-        better
     }
 
     /// Compares all sets where the best one lies; in a large gap, of free forms only those that were promising.

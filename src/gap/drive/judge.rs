@@ -94,7 +94,6 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let Believed { lsb, noise, nominal: nominal_noise } = Believed::of(record);
     let onsets_s = onset::of_each(record);
     let all = Candidates::new(record, effects, &options.prior, true, &onsets_s);
-    let noise = diffused(record, noise, &all);
     let begin = start(record, &noise, &all);
     let compared = first(record, &noise, all, &begin);
     let mut branch = Branch::new(record.clone(), noise, compared, onsets_s);
@@ -192,7 +191,6 @@ fn wheels_in_time(
         let mut noise = as_is.believed;
         noise.unforced = unforced::likely(&moved, &plain(&moved), &noise);
         let all = Candidates::new(&moved, effects, &options.prior, true, &[]);
-        let noise = diffused(&moved, noise, &all);
         let begin = start(&moved, &noise, &all);
         let compared = first(&moved, &noise, all, &begin);
         let mut other = Branch::new(moved, noise, compared, Vec::new());
@@ -286,25 +284,6 @@ fn restored(
 
 fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
     effects.iter().any(|e| e.about().id == id)
-}
-
-/// The noise with how speeds change, where no torques tell it, as it is beside the effect that explains most alone: a gap makes
-/// speeds of wheels and gyro scatter that do not, and whatever moves along with them would have evidence from that.
-fn diffused(record: &Record, noise: Noise, all: &Candidates) -> Noise {
-    if record.torques_n_m.is_some() {
-        return noise;
-    }
-    let named = all.only(|g| matches!(all.kinds[g], Kind::Change(_)));
-    let zero = named.linearise(record, &noise, &named.zero());
-    let nothing = zero.ln_weight(&[]);
-    let fits = alone(record, &noise, &named, &zero, ALONE);
-    match fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())) {
-        Some(best) if best.top() > nothing => {
-            let models = Branch::models_at(record, &best.candidates, &best.next().0);
-            Noise { unforced: unforced::likely(record, &models, &noise), ..noise }
-        }
-        _ => noise,
-    }
 }
 
 /// All sets compared at `begin`; and where a free form is in the best one, also where the named effects settle without any.
