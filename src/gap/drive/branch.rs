@@ -8,6 +8,7 @@ use super::judge::{LARGE, Options};
 use super::onset::{self, Onsets};
 use super::pass::{Channel, Innovation, Models, Noise, run, run_scoped};
 use super::record::Record;
+use super::unforced;
 use crate::effects::Parameters;
 use crate::effects::drive::Driving;
 use crate::gap::findings::{Part, WeightedSet};
@@ -23,6 +24,8 @@ const MANY: f64 = 0.02;
 const LN_OUTLIER: f64 = -9.0;
 /// Comparisons of all sets at most.
 const WIDE: usize = 3;
+/// What other diffusions have to explain more to be taken, nats.
+const BETTER: f64 = 1.0;
 /// Free forms that are looked at again in a large gap.
 const PROMISING: usize = 20;
 /// Sets that take part in the answer.
@@ -53,12 +56,29 @@ impl Branch {
 
     /// Puts outliers aside and takes noise levels from what is left; if there are any, settles again.
     pub(super) fn clean(&mut self, options: &Options) -> bool {
-        let changed = self.put_outliers_aside(options) | self.level(options);
+        let changed = self.put_outliers_aside(options) | self.level(options) | self.diffuse();
         if changed {
             let (candidates, from) = (self.compared.plausible(), self.compared.next().0);
             self.compared = Compared::narrow(&self.record, &self.noise, candidates, from, None);
         }
         changed
+    }
+
+    /// With wheels and gyro alone: takes how speeds change from a settled model; returns whether that is otherwise than before.
+    /// The gyro's gain says how large all yaw rates are there, and while how they change is still that of the gap, the gain
+    /// makes up for it.
+    fn diffuse(&mut self) -> bool {
+        if !self.record.is_blind() {
+            return false;
+        }
+        let (candidates, theta) = (&self.compared.candidates, &self.compared.theta);
+        let unforced = unforced::likely(&self.record, &Self::models_at(&self.record, candidates, theta), &self.noise);
+        let changed = Noise { unforced, ..self.noise };
+        let better = self.ln_likelihood(&changed) > self.ln_likelihood(&self.noise) + BETTER;
+        if better {
+            self.noise = changed;
+        }
+        better
     }
 
     /// Compares all sets where the best one lies; in a large gap, of free forms only those that were promising.

@@ -66,6 +66,8 @@ pub(super) const WORTH: f64 = 8.0;
 pub(super) const LARGE: f64 = 300.0;
 /// Effects that are then fitted alone.
 const ALONE: usize = 4;
+/// Times that a delay of the wheels is looked for again with what is known by then.
+const SETTLING: usize = 5;
 /// Accounts of lost ticks that are tried.
 const TRIED: usize = 4;
 /// Nats by which one may fall short before free forms have been tried beside it, and before its model has settled.
@@ -94,6 +96,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let Believed { lsb, noise, nominal: nominal_noise } = Believed::of(record);
     let onsets_s = onset::of_each(record);
     let all = Candidates::new(record, effects, &options.prior, true, &onsets_s);
+    let noise = diffused(record, noise, &all);
     let begin = start(record, &noise, &all);
     let compared = first(record, &noise, all, &begin);
     let mut branch = Branch::new(record.clone(), noise, compared, onsets_s);
@@ -186,11 +189,12 @@ fn wheels_in_time(
     let mut late = late::find(record, &nominal, &as_is.believed).filter(|l| l.gain > LARGE)?;
     let mut found = None;
     // the delay is looked for again with what is known then of the robot and of the noise
-    for _ in 0..2 {
+    for _ in 0..SETTLING {
         let moved = late::put_back(record, late.delay_s);
-        let mut noise = as_is.believed;
-        noise.unforced = unforced::likely(&moved, &plain(&moved), &noise);
+        let unforced = unforced::likely(&moved, &plain(&moved), &as_is.believed);
+        let noise = Noise { unforced, ..as_is.believed };
         let all = Candidates::new(&moved, effects, &options.prior, true, &[]);
+        let noise = diffused(&moved, noise, &all);
         let begin = start(&moved, &noise, &all);
         let compared = first(&moved, &noise, all, &begin);
         let mut other = Branch::new(moved, noise, compared, Vec::new());
@@ -284,6 +288,26 @@ fn restored(
 
 fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
     effects.iter().any(|e| e.about().id == id)
+}
+
+/// With wheels and gyro alone: the noise with how speeds change as it is beside the effect that explains most alone. A gap makes
+/// speeds of wheels and gyro scatter that do not, and the gyro's gain, which says how large all yaw rates are, would make up
+/// for that.
+fn diffused(record: &Record, noise: Noise, all: &Candidates) -> Noise {
+    if !record.is_blind() {
+        return noise;
+    }
+    let named = all.only(|g| matches!(all.kinds[g], Kind::Change(_)));
+    let zero = named.linearise(record, &noise, &named.zero());
+    let nothing = zero.ln_weight(&[]);
+    let fits = alone(record, &noise, &named, &zero, ALONE);
+    match fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())) {
+        Some(best) if best.top() > nothing => {
+            let models = Branch::models_at(record, &best.candidates, &best.next().0);
+            Noise { unforced: unforced::likely(record, &models, &noise), ..noise }
+        }
+        _ => noise,
+    }
 }
 
 /// All sets compared at `begin`; and where a free form is in the best one, also where the named effects settle without any.
