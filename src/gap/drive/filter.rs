@@ -189,55 +189,29 @@ impl<'a> Filter<'a> {
     }
 }
 
-/// What was at the last rows, over which accelerations are taken where no torques tell them.
-pub struct Recent<T> {
-    rows: std::collections::VecDeque<(f64, T)>,
+/// Accelerations from the speeds of the last rows, where no torques tell them.
+#[derive(Default)]
+pub struct Slopes {
+    speeds: std::collections::VecDeque<(f64, [f64; 2])>,
     t_s: f64,
 }
 
-impl<T> Default for Recent<T> {
-    fn default() -> Self {
-        Self { rows: std::collections::VecDeque::new(), t_s: 0.0 }
-    }
-}
-
-impl<T> Recent<T> {
+impl Slopes {
     /// Time over which speeds are compared, s.
     const OVER_S: f64 = 0.06;
 
-    /// Goes on by `dt_s`; what is no longer needed once the row there has been pushed.
-    pub fn take_oldest(&mut self, dt_s: f64) -> Option<T> {
-        self.t_s += dt_s;
-        let mut oldest = None;
-        while self.rows.len() > 1 && self.rows[1].0 <= self.t_s - Self::OVER_S {
-            oldest = self.rows.pop_front().map(|r| r.1);
-        }
-        oldest
-    }
-
-    /// The row at hand.
-    pub fn push(&mut self, row: T) {
-        self.rows.push_back((self.t_s, row));
-    }
-
-    /// Time between the first and the last row, s, and both.
-    pub fn ends(&self) -> Option<(f64, &T, &T)> {
-        let ((from_s, from), (to_s, to)) = (self.rows.front()?, self.rows.back()?);
-        (to_s > from_s).then_some((to_s - from_s, from, to))
-    }
-}
-
-/// Accelerations from the speeds of the last rows, where no torques tell them.
-#[derive(Default)]
-pub struct Slopes(Recent<[f64; 2]>);
-
-impl Slopes {
     /// Accelerations, and the wheel forces that they take, after `dt_s` more.
     pub fn push(&mut self, dt_s: f64, speeds: [f64; 2], model: &DriveModel) -> ([f64; 2], [f64; 2]) {
-        self.0.take_oldest(dt_s);
-        self.0.push(speeds);
-        let Some((over_s, from, to)) = self.0.ends() else { return Default::default() };
-        let [a, alpha]: [f64; 2] = std::array::from_fn(|i| (to[i] - from[i]) / over_s);
+        self.t_s += dt_s;
+        self.speeds.push_back((self.t_s, speeds));
+        while self.speeds.len() > 2 && self.speeds[1].0 <= self.t_s - Self::OVER_S {
+            self.speeds.pop_front();
+        }
+        let (t0, from) = self.speeds[0];
+        if self.t_s <= t0 {
+            return Default::default();
+        }
+        let [a, alpha]: [f64; 2] = std::array::from_fn(|i| (speeds[i] - from[i]) / (self.t_s - t0));
         let robot = &model.robot;
         let (sum, difference) = (robot.mass_kg * a, robot.yaw_inertia_kg_m2 * alpha / robot.half_track_m);
         ([a, alpha], [0.5 * (sum - difference), 0.5 * (sum + difference)])

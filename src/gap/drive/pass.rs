@@ -319,8 +319,7 @@ fn one(
             row.functions(scales, &mut functions);
         }
         let f = filter.jacobian(&models.here, &at, torques, sideways, dt, scales);
-        let lasting = record.torques_n_m.is_none().then_some(noise.unforced.lasting);
-        tangents.predict(&f, &Going { at: &at, torques, sideways, dt, functions: &functions, lasting });
+        tangents.predict(&f, &Going { at: &at, torques, sideways, dt, functions: &functions });
         // without torques the robot goes on accelerating as it did
         let drift = if record.torques_n_m.is_none() {
             let [a, alpha] = before.0;

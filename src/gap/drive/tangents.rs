@@ -1,10 +1,9 @@
-//! dν = h·D + d,  D⁺ = D - K dν,  D⁻ = F D⁺ + ∂f/∂β: the derivatives D of the state by every coordinate β. Where accelerations
-//! last, φ (D⁻ - D⁻ of some rows ago) too: what goes into a prediction goes into its derivative.
+//! dν = h·D + d,  D⁺ = D - K dν,  D⁻ = F D⁺ + ∂f/∂β: the derivatives D of the state by every coordinate β.
 //!
 //! One array for each state, so that the loops over some two hundred columns run on vectors.
 
 use super::column::{COSINES, Column, Equation};
-use super::filter::{Matrix, N, Recent, TH, V, Vector, W, X, Y};
+use super::filter::{Matrix, N, TH, V, Vector, W, X, Y};
 use super::pass::Models;
 use crate::model::drive::Moving;
 
@@ -20,8 +19,6 @@ pub struct Tangents<'a> {
     varies: Vec<usize>,
     /// What each coordinate adds to dv/dt, dω/dt and the sideways speed
     adds: Vec<[f64; 3]>,
-    /// Derivatives of v and ω at the rows over which accelerations are taken, where no torques tell them
-    past: Recent<[Vec<f64>; 2]>,
 }
 
 /// What the readings of a row are expected to be under the model at β, and what their derivatives follow.
@@ -50,8 +47,6 @@ pub struct Going<'a> {
     pub dt: f64,
     /// Functions that free forms are made of.
     pub functions: &'a [f64],
-    /// Share of the accelerations so far that lasts, where no torques tell them.
-    pub lasting: Option<f64>,
 }
 
 impl<'a> Tangents<'a> {
@@ -71,7 +66,6 @@ impl<'a> Tangents<'a> {
             moved: zero(),
             varies: columns.iter().enumerate().map(of).collect(),
             adds: vec![[0.0; 3]; columns.len()],
-            past: Recent::default(),
         }
     }
 
@@ -194,29 +188,5 @@ impl<'a> Tangents<'a> {
             y[c] += half_way * sin + dt * d[2] * cos;
             th[c] += half_turn;
         }
-        if let Some(share) = going.lasting {
-            self.go_on(share, dt, [cos, sin]);
-        }
-    }
-
-    /// Accelerations that last, as in [`super::filter::Slopes`].
-    fn go_on(&mut self, share: f64, dt: f64, [cos, sin]: [f64; 2]) {
-        let [x, y, th, v, w] = &mut self.state;
-        if let Some((over_s, [v0, w0], [v1, w1])) = self.past.ends() {
-            let rate = share / over_s;
-            for c in 0..self.columns.len() {
-                let (a, alpha) = (rate * (v1[c] - v0[c]), rate * (w1[c] - w0[c]));
-                let half_way = 0.5 * dt * dt * a;
-                x[c] += half_way * cos;
-                y[c] += half_way * sin;
-                th[c] += 0.5 * dt * dt * alpha;
-                v[c] += dt * a;
-                w[c] += dt * alpha;
-            }
-        }
-        let [mut speeds, mut rates] = self.past.take_oldest(dt).unwrap_or_default();
-        speeds.clone_from(v);
-        rates.clone_from(w);
-        self.past.push([speeds, rates]);
     }
 }

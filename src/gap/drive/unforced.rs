@@ -1,8 +1,8 @@
 //! q̂ = argmax ln p(z | q, φ):   a_{k+1} = φ a_k,  v and ω diffuse with q
 //!
 //! How a robot moves whose torques were not logged. At the maximum the likelihood does not care, to first order, whether all
-//! speeds are a little larger: away from it a common scale of radius and track would have evidence of its own, which it must
-//! not have.
+//! speeds are a little larger. With wheels and gyro alone it must not: no reading knows a length there, and away from the
+//! maximum a common scale of all speeds would have evidence of its own. Where a pose knows the lengths, nearly is enough.
 
 use super::pass::{Models, Noise, Unforced, run};
 use super::record::Record;
@@ -11,9 +11,9 @@ use super::record::Record;
 const BEGIN: Unforced = Unforced { diffusion: [0.001, 0.002], lasting: 0.9 };
 /// Shares of an acceleration that may last from row to row.
 const LASTING: [f64; 6] = [0.0, 0.5, 0.75, 0.9, 0.95, 1.0];
-/// Steps of the search in ln q: the first, and where parabolas take over.
-const STEPS: [f64; 2] = [2.1, 0.3];
-/// Rounds of parabolas; each takes the error of the one before to the third power.
+/// Factors on q by which the search goes: the first, and the smallest.
+const FACTORS: [f64; 2] = [8.0, 1.3];
+/// Rounds of parabolas with wheels and gyro alone; each takes the error of the one before to the third power.
 const ROUNDS: usize = 2;
 /// Diffusions within these are sensible, m²/s³ and rad²/s³.
 const SENSIBLE: std::ops::Range<f64> = 1e-9..1e4;
@@ -30,18 +30,18 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Unforce
     let sensible = |u: &Unforced| u.diffusion.iter().all(|q| SENSIBLE.contains(q));
     let mut here = BEGIN;
     let mut best = weigh(here);
-    let mut step = STEPS[0];
-    while step > STEPS[1] {
+    let mut factor = FACTORS[0];
+    while factor > FACTORS[1] {
         let mut moved = false;
-        for (i, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
-            let next = times(here, i, f64::exp(sign * step));
+        for (i, by) in [(0, factor), (0, 1.0 / factor), (1, factor), (1, 1.0 / factor)] {
+            let next = times(here, i, by);
             let weight = weigh(next);
             if weight > best && sensible(&next) {
                 (best, here, moved) = (weight, next, true);
             }
         }
         if !moved {
-            step *= 0.5;
+            factor = factor.sqrt();
         }
     }
     for lasting in LASTING {
@@ -51,7 +51,8 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Unforce
             (best, here) = (weight, next);
         }
     }
-    for _ in 0..ROUNDS {
+    let mut step = factor.ln();
+    for _ in 0..if record.is_blind() { ROUNDS } else { 0 } {
         for i in 0..2 {
             let [below, above] = [-step, step].map(|s| weigh(times(here, i, s.exp())));
             let bend = 2.0 * best - below - above;
