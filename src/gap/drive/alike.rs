@@ -96,6 +96,7 @@ mod tests {
             lawless: false,
             positive: 0,
             varies: None,
+            drive: 0,
         };
         let summed = [[g, rho * g, b[0]], [rho * g, g, b[1]], [b[0], b[1], 1e3]];
         let groups = vec![group(0), group(1)];

@@ -123,6 +123,7 @@ mod tests {
             since_power_on_s: times_s.clone(),
             times_s,
             starts: vec![0],
+            sources: vec!["walk".into()],
             step_s: STEP_S,
             torques_n_m: None,
             gyro_rad_s: Some(gyro),
