@@ -59,7 +59,7 @@ fn deviations_agree_with_allantools_to_ten_digits() {
             }
         }
         for case in entry["noise"].as_array().unwrap() {
-            let found = noise_exponent(&rates, number(&case[0]) as usize, number(&case[1]) as usize);
+            let found = noise_exponent(&allan::angles(&rates), number(&case[0]) as usize, number(&case[1]) as usize);
             assert_eq!(found.map(i64::from), case[2].as_i64(), "{name} {case}");
         }
     }

@@ -157,6 +157,30 @@ impl Deviation {
     }
 }
 
+/// Averages as short as this are taken block by block, all of them while the block is in the cache.
+const SHORT: usize = 8192;
+/// Rows of a block.
+const ROWS: usize = 16_384;
+
+/// Overlapping variances of `averaged`, none longer than half of `theta`, without Δt²: one pass through memory for all of them.
+fn overlapping(theta: &[f64], averaged: &[usize]) -> Vec<f64> {
+    let starts: Vec<usize> = (0..theta.len()).step_by(ROWS).collect();
+    let count = |m: usize| theta.len() - 2 * m;
+    let of_block = |start: &usize| -> Vec<f64> {
+        let of = |m: &usize| {
+            let rows = count(*m).saturating_sub(*start).min(ROWS);
+            let from = |at: usize| if rows > 0 { &theta[start + at..start + at + rows] } else { &[] };
+            let (a, b, c) = (from(0), from(*m), from(2 * m));
+            sum_of_squares(rows, |i| c[i] - 2.0 * b[i] + a[i])
+        };
+        averaged.iter().map(of).collect()
+    };
+    let blocks: Vec<Vec<f64>> = starts.par_iter().map(of_block).collect();
+    // in their order, so that the result is the same on any number of cores
+    let total = |at: usize| blocks.iter().map(|b| b[at]).sum::<f64>();
+    averaged.iter().enumerate().map(|(at, m)| total(at) / (2.0 * (m * m) as f64 * count(*m) as f64)).collect()
+}
+
 /// Σ f(i)² in runs of a thousand, so that long sums keep their digits and the compiler may add side by side.
 fn sum_of_squares(count: usize, f: impl Fn(usize) -> f64) -> f64 {
     const RUN: usize = 1024;
@@ -222,11 +246,18 @@ pub fn of_angles(
     averaged: &[usize],
     deviation: Deviation,
 ) -> Vec<AllanPoint> {
+    let possible = |m: &usize| *m > 0 && *m <= deviation.longest(rates.len());
+    let short: Vec<usize> = match deviation {
+        Deviation::Overlapping => averaged.iter().copied().filter(|m| *m <= SHORT && possible(m)).collect(),
+        _ => Vec::new(),
+    };
+    let short_variances = overlapping(theta, &short);
     let one = |m: usize| -> Option<AllanPoint> {
-        if m == 0 || m > deviation.longest(rates.len()) {
+        if !possible(&m) {
             return None;
         }
-        let deviation_rad_s = deviation.variance(theta, m)?.sqrt();
+        let known = short.iter().position(|s| *s == m).map(|at| short_variances[at]);
+        let deviation_rad_s = known.or_else(|| deviation.variance(theta, m))?.sqrt();
         Some(AllanPoint {
             m,
             tau_s: m as f64 * step_s,
@@ -239,7 +270,7 @@ pub fn of_angles(
     let mut points: Vec<AllanPoint> = averaged.par_iter().filter_map(|m| one(*m)).collect();
     // where there are too few means to know the noise, it is as at the last averaging time where it was known
     let found: Vec<Option<NoiseExponent>> =
-        points.par_iter().map(|p| noise_exponent(rates, p.m, deviation.differences() - 1)).collect();
+        points.par_iter().map(|p| noise_exponent(theta, p.m, deviation.differences() - 1)).collect();
     let mut alpha = 0;
     for (point, found) in points.iter_mut().zip(found) {
         alpha = found.unwrap_or(alpha).clamp(-4, 2);

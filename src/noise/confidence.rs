@@ -163,13 +163,16 @@ pub fn total_degrees_of_freedom(alpha: NoiseExponent, m: usize, rates: usize) ->
 
 /// Fewest means from which the noise type is found.
 const FEWEST: usize = 30;
+/// So many tell the autocorrelation to a thousandth: those beyond are not asked.
+const MOST: usize = 1 << 20;
 
-/// Exponent α of the noise that dominates at `m` samples averaged, from the lag-1 autocorrelation of the means of `rates`
-/// without their straight line, differenced until they are stationary, `most_differences` times at most (1 for Allan
+/// Exponent α of the noise that dominates at `m` samples averaged, from the lag-1 autocorrelation of the means of the rates
+/// whose integral is `theta` ([`super::allan::angles`]), without their straight line, differenced until they are stationary, `most_differences` times at most (1 for Allan
 /// variances, 2 for Hadamard's). `None` with fewer than 30 means.
 #[must_use]
-pub fn noise_exponent(rates: &[f64], m: usize, most_differences: usize) -> Option<NoiseExponent> {
-    let means: Vec<f64> = rates.chunks_exact(m).map(|c| c.iter().sum::<f64>() / m as f64).collect();
+pub fn noise_exponent(theta: &[f64], m: usize, most_differences: usize) -> Option<NoiseExponent> {
+    let ends: Vec<f64> = theta.iter().step_by(m).take(MOST + 1).copied().collect();
+    let means: Vec<f64> = ends.windows(2).map(|w| (w[1] - w[0]) / m as f64).collect();
     if means.len() < FEWEST {
         return None;
     }
