@@ -10,13 +10,13 @@ use super::far;
 use super::fit::{Compared, Theta};
 use super::judge::{Believed, Options, WORTH, lattice_part, missed_part, mounting, start};
 use super::onset;
-use super::pass::{Noise, run};
+use super::pass::{Noise, Unforced, run};
 use super::record::Record;
 use crate::config::Config;
 use crate::effects::drive::{DriveExplanation, Driving};
-use crate::effects::{About, Library, Parameters};
+use crate::effects::{Library, Parameters};
 use crate::error::{Error, ErrorKind, Result};
-use crate::gap::explain::{Estimate, Explained, Explanations};
+use crate::gap::explain::{Explained, Explanations, told};
 use crate::gap::findings::Part;
 use crate::signal::Log;
 
@@ -80,6 +80,8 @@ impl Asked {
 /// A drive explained by effects that were given.
 struct Fit {
     parts: Vec<Part>,
+    /// How speeds change where no torques tell it, as the nominal filter takes it.
+    unforced: Unforced,
     notes: Vec<String>,
 }
 
@@ -133,9 +135,9 @@ pub(in crate::gap) fn known_gain(
         Some(m) => (m.taken_out(&record), m.taken_out(&kept)),
         None => (record, kept),
     };
-    let found: Vec<(String, Parameters)> =
-        fit(&record, &asked, &options).parts.into_iter().map(|p| (p.id, p.parameters)).collect();
-    Ok(far::gain(&kept, library, &found, Believed::of(&record).nominal.unforced))
+    let fit = fit(&record, &asked, &options);
+    let found: Vec<(String, Parameters)> = fit.parts.into_iter().map(|p| (p.id, p.parameters)).collect();
+    Ok(far::gain(&kept, library, &found, fit.unforced))
 }
 
 fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
@@ -171,7 +173,7 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     if !c.next().1 {
         notes.push("The parameters had not settled when the fit was ended: their intervals may be too narrow.".into());
     }
-    Fit { parts, notes }
+    Fit { parts, unforced: nominal.unforced, notes }
 }
 
 /// All candidates together: from zero, from where a change that bends much may begin, and from where each alone settles.
@@ -220,19 +222,4 @@ fn lost_ticks(record: &Record, noise: &Noise, as_is: &Compared) -> Option<(Recor
         }
     }
     found
-}
-
-/// A part as it is told.
-fn told(about: &About, part: &Part) -> Explained {
-    let one = |(name, value): (&String, &f64)| {
-        let std = *part.std.get(name)?;
-        let positive = about.parameters.iter().any(|p| p.name == name && p.bounds[0] >= 0.0);
-        Some((name.clone(), Estimate::normal(*value, std, positive)))
-    };
-    Explained {
-        id: part.id.clone(),
-        gain_nats: part.share,
-        parameters: part.parameters.iter().filter_map(one).collect(),
-        time_s: part.time_s,
-    }
 }

@@ -112,24 +112,21 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     });
     let mut sets = branch.sets();
     let mut best = (branch.top(), alike(&branch.record, &branch.compared));
-    if knows(effects, "encoder.missed_ticks")
-        && let Some((other, bursts)) = restored(record, &branch, &begin, &noise, effects, options)
-    {
-        let lost = missed_part(&bursts, other.top() - branch.top());
-        if other.top() > best.0 {
-            best = (other.top(), alike(&other.record, &other.compared));
-        }
-        let with = other.sets().into_iter();
-        sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([lost.clone()]).collect(), ..s }));
-    }
-    let late = wheels_in_time(record, &branch, effects, options);
-    if let Some((other, late)) = &late {
-        let part = late.part(other.top() - branch.top());
+    let mut take_up = |other: &Branch, part: Part| {
         if other.top() > best.0 {
             best = (other.top(), alike(&other.record, &other.compared));
         }
         let with = other.sets().into_iter();
         sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([part.clone()]).collect(), ..s }));
+    };
+    if knows(effects, "encoder.missed_ticks")
+        && let Some((other, bursts)) = restored(record, &branch, &begin, &noise, effects, options)
+    {
+        take_up(&other, missed_part(&bursts, other.top() - branch.top()));
+    }
+    let late = wheels_in_time(record, &branch, effects, options);
+    if let Some((other, late)) = &late {
+        take_up(other, late.part(other.top() - branch.top()));
     }
     let mut sets: Vec<WeightedSet> = sets.into_iter().flat_map(|set| twins.all(set)).collect();
     for set in &mut sets {

@@ -17,7 +17,7 @@ pub struct Estimate {
 
 impl Estimate {
     /// With an interval symmetric in the logarithm where the parameter is `positive` by nature, else about the estimate.
-    pub(in crate::gap) fn normal(estimate: f64, std: f64, positive: bool) -> Self {
+    pub(super) fn normal(estimate: f64, std: f64, positive: bool) -> Self {
         let ci95 = if positive && estimate > 0.0 {
             let factor = (NORMAL_975 * std / estimate).exp();
             [estimate / factor, estimate * factor]

@@ -23,7 +23,7 @@ use super::popcorn::{Popcorn, beside};
 use super::prepare::{Prepared, prepare};
 use super::search::{Prior, Search};
 use crate::config::{Config, Kind as ConfigKind};
-use crate::effects::{Effect, Explanation, Library};
+use crate::effects::{About, Effect, Explanation, Library};
 use crate::error::{Error, ErrorKind, Result};
 use crate::signal::Log;
 use serde::{Deserialize, Serialize};
@@ -150,7 +150,8 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
 
     let mut explained: Vec<Explained> = Vec::new();
     let tell = |l: &Likelihood, fitted: &Fitted| {
-        let told = parts::parts(l, fitted).into_iter().filter_map(|p| Some(told(library_effect(effects, &p.id)?, &p)));
+        let told =
+            parts::parts(l, fitted).into_iter().filter_map(|p| Some(told(library_effect(effects, &p.id)?.about(), &p)));
         (told.collect::<Vec<_>>(), Search::new(l, Prior::default()).whitened(&fitted.hypothesis))
     };
     // what is left, whitened: by the set beside two levels where there are two
@@ -179,7 +180,7 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
     if let Some(lsb) = lsb.filter(|_| asks(|e| matches!(e, Explanation::Lattice))) {
         let residual: Vec<f64> = white.iter().map(|v| v * frame.scene.white_std_rad_s).collect();
         let part = parts::lattice(lsb, recorded, lattice::gain(&residual, lsb, nominal, nominal), true);
-        explained.extend(library_effect(effects, &part.id).map(|e| told(e, &part)));
+        explained.extend(library_effect(effects, &part.id).map(|e| told(e.about(), &part)));
     }
     let place = |id: &str| effects.iter().position(|e| e.about().id == id);
     explained.retain(|e| place(&e.id).is_some());
@@ -255,10 +256,10 @@ fn outliers_told(rare: &rare::Rare, white_std_rad_s: f64) -> Explained {
 }
 
 /// A part as it is told.
-fn told(effect: &dyn Effect, part: &Part) -> Explained {
+pub(super) fn told(about: &About, part: &Part) -> Explained {
     let one = |(name, value): (&String, &f64)| {
         let std = *part.std.get(name)?;
-        let positive = effect.about().parameters.iter().any(|p| p.name == name && p.bounds[0] >= 0.0);
+        let positive = about.parameters.iter().any(|p| p.name == name && p.bounds[0] >= 0.0);
         Some((name.clone(), Estimate::normal(*value, std, positive)))
     };
     Explained {
