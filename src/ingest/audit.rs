@@ -3,13 +3,16 @@
 use super::lattice;
 use super::motion::{self, Motion};
 use super::rate_unit;
-use crate::math::robust::{median, quantile};
+use crate::math::robust::{median, quantile, stretches};
 use crate::signal::TimeAxis;
 use crate::signal::slots::GAP_STEPS;
 use serde::Serialize;
 
 /// Shorter runs of a value are never called stuck.
 pub(super) const SHORTEST_STUCK: usize = 6;
+/// Samples that stand for a longer log where the middle of many is asked for: their median scatters by a thousandth of a sample's
+/// noise.
+pub(super) const WITNESSES: usize = 1 << 20;
 /// Runs of fewer samples at the end of the range are no saturation.
 pub(super) const SATURATED_RUN: usize = 3;
 
@@ -166,13 +169,19 @@ pub struct Audit {
     pub motion: Motion,
 }
 
+/// Intervals between neighbours, all of them or those of [`stretches`].
+pub(super) fn intervals(time_s: &[f64]) -> Vec<f64> {
+    // where two stretches meet, the interval is that of no neighbours: few enough for no percentile to move
+    stretches(time_s, WITNESSES).windows(2).map(|w| w[1] - w[0]).collect()
+}
+
 /// Median step and all that hangs on the steps. `time_s` increases and has at least two entries.
 pub(super) fn steps(time_s: &[f64], uniform: bool) -> (Sampling, Gaps) {
-    let mut all: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let mut some = intervals(time_s);
     let (mut count, mut missing_s, mut longest_s, mut longest_at_s) = (0, 0.0, 0.0, None);
-    let median_step_s = median(&mut all.clone());
+    let median_step_s = median(&mut some);
     let mut inside = (0usize, 0.0, 0.0);
-    for (k, &d) in all.iter().enumerate() {
+    for (k, d) in time_s.windows(2).map(|w| w[1] - w[0]).enumerate() {
         if d > GAP_STEPS * median_step_s {
             count += 1;
             missing_s += d - median_step_s;
@@ -189,8 +198,8 @@ pub(super) fn steps(time_s: &[f64], uniform: bool) -> (Sampling, Gaps) {
         rate_hz: 1.0 / median_step_s,
         median_step_s,
         step_std_s: (squares / n - (sum / n).powi(2)).max(0.0).sqrt(),
-        step_p01_s: quantile(&mut all, 0.01),
-        step_p99_s: quantile(&mut all, 0.99),
+        step_p01_s: quantile(&mut some, 0.01),
+        step_p99_s: quantile(&mut some, 0.99),
         uniform,
     };
     (sampling, Gaps { count, missing_s, longest_s, longest_at_s, handling: Handling::Kept })
@@ -207,32 +216,34 @@ pub(super) struct Before {
 /// Judges samples that are in order: `stamps_s` as in the file, `axis` as in the recording.
 pub(super) fn judge(before: Before, stamps_s: &[f64], axis: &TimeAxis, rate: &[f64]) -> Audit {
     let (sampling, gaps) = steps(stamps_s, matches!(axis, TimeAxis::Uniform { .. }));
-    let time_s = &axis.to_vec()[..];
     let step_s = sampling.median_step_s;
     let lattice_step_rad_s = lattice::step(rate);
     let q = lattice_step_rad_s.unwrap_or(0.0);
-    let noise_std_rad_s = rate_unit::noise_std(rate).max(q / 12f64.sqrt());
-    let median_rad_s = median(&mut rate.to_vec());
+    let witnesses = stretches(rate, WITNESSES);
+    let runs = Runs::of(rate);
+    let noise_std_rad_s = rate_unit::noise_std(&witnesses).max(q / 12f64.sqrt());
+    let median_rad_s = median(&mut witnesses.into_owned());
     Audit {
         rows: before.rows,
         samples: rate.len(),
-        start_s: time_s[0],
-        span_s: time_s[time_s.len() - 1] - time_s[0],
+        start_s: axis.at(0),
+        span_s: axis.span_s(),
         sampling,
         gaps,
         duplicates: before.duplicates,
         out_of_order: before.out_of_order,
         missing: before.missing,
-        saturation: saturation(time_s, rate, median_rad_s, (10.0 * noise_std_rad_s).max(5.0 * q)),
-        stuck: stuck(time_s, rate, q, noise_std_rad_s),
+        saturation: saturation(axis, rate, &runs, median_rad_s, (10.0 * noise_std_rad_s).max(5.0 * q)),
+        stuck: stuck(axis, rate, &runs, q, noise_std_rad_s),
         rest: Rest { median_rad_s, noise_std_rad_s, drift_rad_s: drift(rate), lattice_step_rad_s },
-        motion: motion::detect(time_s, rate, step_s, noise_std_rad_s, lattice_step_rad_s),
+        motion: motion::detect(axis, rate, step_s, noise_std_rad_s, lattice_step_rad_s),
     }
 }
 
 pub(super) fn drift(rate: &[f64]) -> f64 {
     let size = rate.len().div_ceil(20).max(1);
-    let medians: Vec<f64> = rate.chunks(size).map(|c| median(&mut c.to_vec())).collect();
+    let middle = |stretch: &[f64]| median(&mut stretches(stretch, WITNESSES / 20).into_owned());
+    let medians: Vec<f64> = rate.chunks(size).map(middle).collect();
     medians.iter().copied().fold(f64::MIN, f64::max) - medians.iter().copied().fold(f64::MAX, f64::min)
 }
 
@@ -245,15 +256,33 @@ fn runs(rate: &[f64]) -> impl Iterator<Item = (usize, usize)> {
     })
 }
 
-fn saturation(time_s: &[f64], rate: &[f64], rest: f64, far: f64) -> Saturation {
-    let largest = rate.iter().copied().fold(f64::MIN, f64::max);
-    let smallest = rate.iter().copied().fold(f64::MAX, f64::min);
+/// All runs of a log.
+struct Runs {
+    /// How many have 1, 2, 3 and 4 samples at least.
+    at_least: [usize; 4],
+    smallest: f64,
+    largest: f64,
+}
+
+impl Runs {
+    fn of(rate: &[f64]) -> Self {
+        let mut all = Self { at_least: [0; 4], smallest: f64::MAX, largest: f64::MIN };
+        for (first, length) in runs(rate) {
+            all.at_least.iter_mut().enumerate().for_each(|(k, count)| *count += usize::from(length > k));
+            all.smallest = all.smallest.min(rate[first]);
+            all.largest = all.largest.max(rate[first]);
+        }
+        all
+    }
+}
+
+fn saturation(time: &TimeAxis, rate: &[f64], all: &Runs, rest: f64, far: f64) -> Saturation {
     let mut found = Saturation { samples: 0, limit_rad_s: None, first_at_s: None, handling: Handling::Kept };
     for (first, length) in runs(rate).filter(|r| r.1 >= SATURATED_RUN) {
         let value = rate[first];
-        if (value == largest || value == smallest) && (value - rest).abs() > far {
+        if (value == all.largest || value == all.smallest) && (value - rest).abs() > far {
             found.samples += length;
-            found.first_at_s.get_or_insert(time_s[first]);
+            found.first_at_s.get_or_insert(time.at(first));
             if found.limit_rad_s.is_none_or(|l| value.abs() > l.abs()) {
                 found.limit_rad_s = Some(value);
             }
@@ -265,15 +294,9 @@ fn saturation(time_s: &[f64], rate: &[f64], rest: f64, far: f64) -> Saturation {
 /// A run goes on with a chance of p at most, so one of L samples or more turns up in n runs with a chance below n p^(L-1).
 /// p is the larger of what the lattice explains (the fullest level holds erf(q/(2√2σ))) and of what the runs themselves
 /// show; a run counts once there, however long it is.
-fn stuck(time_s: &[f64], rate: &[f64], q: f64, noise_std: f64) -> Stuck {
-    let mut at_least = [0usize; 4];
-    for (_, length) in runs(rate) {
-        for (k, count) in at_least.iter_mut().enumerate() {
-            *count += usize::from(length > k);
-        }
-    }
-    let threshold = longest_by_chance(&at_least, q, noise_std);
-    let repeated = rate.len() - at_least[0];
+fn stuck(time: &TimeAxis, rate: &[f64], all: &Runs, q: f64, noise_std: f64) -> Stuck {
+    let threshold = longest_by_chance(&all.at_least, q, noise_std);
+    let repeated = rate.len() - all.at_least[0];
     let mut found = Stuck {
         runs: 0,
         samples: 0,
@@ -286,9 +309,9 @@ fn stuck(time_s: &[f64], rate: &[f64], q: f64, noise_std: f64) -> Stuck {
     for (first, length) in runs(rate).filter(|r| r.1 >= threshold) {
         found.runs += 1;
         found.samples += length;
-        let lasts = time_s[first + length - 1] - time_s[first];
+        let lasts = time.at(first + length - 1) - time.at(first);
         if lasts > found.longest_s {
-            (found.longest_s, found.longest_at_s) = (lasts, Some(time_s[first]));
+            (found.longest_s, found.longest_at_s) = (lasts, Some(time.at(first)));
         }
     }
     found

@@ -6,6 +6,7 @@ use super::table::{Head, Kind, Table, list};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::robust::median;
 use crate::units::TimeUnit;
+use std::borrow::Cow;
 
 /// What the times of a recording count from.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -190,7 +191,11 @@ pub(super) fn read(table: &Table, column: TimeColumn, stated: Option<TimeUnit>) 
     if let Some(row) = cells.values.iter().position(|v| v.is_infinite()) {
         return Err(table.error_at(ErrorKind::Time, row, index, "an infinite time").mend("correct or delete the row"));
     }
-    let valid: Vec<f64> = cells.values.iter().copied().filter(|v| !v.is_nan()).collect();
+    let valid: Cow<[f64]> = if cells.values.iter().any(|v| v.is_nan()) {
+        cells.values.iter().copied().filter(|v| !v.is_nan()).collect()
+    } else {
+        Cow::Borrowed(&cells.values)
+    };
     let Some(&first) = valid.first() else {
         let found = format!("all {} times are missing", table.rows);
         return Err(Error::new(ErrorKind::Time, &table.source, found)

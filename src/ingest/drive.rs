@@ -7,8 +7,9 @@ use super::format::Source;
 use super::formats;
 use super::merge::{self, Part};
 use super::names::{self, Axis, Role, TimeKind};
+use super::quantity::Conversion;
 use super::recording::{find_gyro, named_unit, side_channel};
-use super::table::{self, Head, Kind, Table};
+use super::table::{self, Cells, Head, Kind, Table};
 use super::topics::Stamp;
 use crate::error::{Error, ErrorKind, Result};
 use crate::signal::{Log, TimeAxis, names as channel};
@@ -203,11 +204,10 @@ fn to_part(
     let gyro = gyro_column(table);
     for i in (0..table.heads.len()).filter(|&i| table.heads[i].kind == Kind::Number && !is_time(i)) {
         let head = &table.heads[i].name;
-        let values = numbers(table, i)?;
+        finite(table, i)?;
         let mut named = false;
         for (name, Mapped { conversion, .. }) in mapped.iter().filter(|m| m.1.column == i) {
-            let values = values.iter().map(|v| conversion.factor * v + conversion.offset).collect();
-            log.push(*name, values)?;
+            log.push(*name, converted(numbers(table, i)?, *conversion))?;
             named = true;
         }
         if named {
@@ -215,11 +215,11 @@ fn to_part(
         }
         let (name, values) = match found.iter().find(|f| f.column == i) {
             Some(Found { channel, conversion, .. }) => {
-                (channel.to_string(), values.iter().map(|v| conversion.factor * v + conversion.offset).collect())
+                (channel.to_string(), converted(numbers(table, i)?, *conversion))
             }
             None => match by_role(table, i, gyro).filter(|(name, _)| !mapped_anywhere(name)) {
                 Some(known) => known,
-                None => (head.clone(), values),
+                None => (head.clone(), numbers(table, i)?),
             },
         };
         if &name != head && channels::of(&name).is_some() {
@@ -236,12 +236,23 @@ fn to_part(
     Ok((Part { log, zero_s }, notes))
 }
 
-/// The numbers of a column, in the file's unit.
-fn numbers(table: &Table, i: usize) -> Result<Vec<f64>> {
+fn converted(mut values: Vec<f64>, conversion: Conversion) -> Vec<f64> {
+    values.iter_mut().for_each(|v| *v = conversion.factor * *v + conversion.offset);
+    values
+}
+
+/// A column that has to be numbers, none of them infinite.
+fn finite(table: &Table, i: usize) -> Result<&Cells> {
     let cells = table.numbers(i)?;
     if let Some(row) = cells.values.iter().position(|v| v.is_infinite()) {
         return Err(table.error_at(ErrorKind::Value, row, i, "an infinite value").mend("correct or delete the row"));
     }
+    Ok(cells)
+}
+
+/// The numbers of a column, in the file's unit.
+fn numbers(table: &Table, i: usize) -> Result<Vec<f64>> {
+    let cells = finite(table, i)?;
     Ok(cells.values.iter().map(|v| v + cells.origin as f64).collect())
 }
 
@@ -268,7 +279,7 @@ fn gyro_column(table: &Table) -> Option<usize> {
 fn by_role(table: &Table, i: usize, gyro: Option<usize>) -> Option<(String, Vec<f64>)> {
     let head = &table.heads[i];
     let named = head.named();
-    let scaled = |factor: f64| numbers(table, i).map(|x| x.iter().map(|v| factor * v).collect::<Vec<f64>>()).ok();
+    let scaled = |factor: f64| numbers(table, i).map(|x| converted(x, Conversion { factor, offset: 0.0 })).ok();
     let alone = |canonical: &str| {
         let same = |h: &&Head| h.kind == Kind::Number && h.named().role == named.role;
         head.name == canonical

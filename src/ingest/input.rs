@@ -3,11 +3,10 @@
 use crate::error::{Error, ErrorKind, Result};
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
-use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// How much is looked at to find out what a file is.
 const HEAD_BYTES: u64 = 256 * 1024;
@@ -29,7 +28,7 @@ pub(super) struct Input {
 
 /// Hash of all bytes that passed.
 #[derive(Clone)]
-pub(super) struct Hash(Rc<RefCell<Sha256>>);
+pub(super) struct Hash(Arc<Mutex<Sha256>>);
 
 struct Hashing<R> {
     inner: R,
@@ -39,19 +38,24 @@ struct Hashing<R> {
 impl<R: Read> Read for Hashing<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
-        self.hash.0.borrow_mut().update(&buffer[..n]);
+        self.hash.state().update(&buffer[..n]);
         Ok(n)
     }
 }
 
 impl Hash {
     fn new() -> Self {
-        Self(Rc::new(RefCell::new(Sha256::new())))
+        Self(Arc::new(Mutex::new(Sha256::new())))
+    }
+
+    /// Nothing between taking and leaving it can panic, so it is never half updated.
+    fn state(&self) -> MutexGuard<'_, Sha256> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The hash so far as hexadecimal digits.
     pub fn hex(&self) -> String {
-        self.0.borrow().clone().finalize().iter().map(|b| format!("{b:02x}")).collect()
+        self.state().clone().finalize().iter().map(|b| format!("{b:02x}")).collect()
     }
 }
 
@@ -88,11 +92,12 @@ impl Input {
     }
 
     /// The unpacked content from its beginning, and the hash of the packed one, complete when the end was reached.
-    pub fn into_stream(self) -> (Box<dyn Read>, Hash) {
+    pub fn into_stream(self) -> (Box<dyn Read + Send>, Hash) {
         let hash = Hash::new();
         let raw = Hashing { inner: Cursor::new(self.raw_head).chain(self.file), hash: hash.clone() };
         let raw = io::BufReader::with_capacity(128 * 1024, raw);
-        let stream: Box<dyn Read> = if self.gzipped { Box::new(MultiGzDecoder::new(raw)) } else { Box::new(raw) };
+        let stream: Box<dyn Read + Send> =
+            if self.gzipped { Box::new(MultiGzDecoder::new(raw)) } else { Box::new(raw) };
         (stream, hash)
     }
 

@@ -10,6 +10,7 @@ use super::table::{self, Kind, Table};
 use super::topics::{self, Listing, Stamp, Topic};
 use crate::error::Result;
 use crate::math::robust::median;
+use crate::signal::TimeAxis;
 use serde::Serialize;
 use std::path::Path;
 
@@ -220,9 +221,9 @@ fn time(table: &Table, column: TimeColumn, times: &Times) -> TimeReport {
         }
     }
     let steps = (rising.len() >= 2).then(|| {
-        let axis = crate::signal::TimeAxis::Explicit(rising.clone());
-        let tolerance = (times.resolution_s / axis.median_step_s()).clamp(1e-6, 0.5);
-        audit::steps(&rising, matches!(axis.compact(tolerance), crate::signal::TimeAxis::Uniform { .. }))
+        let step_s = median(&mut audit::intervals(&rising));
+        let tolerance = (times.resolution_s / step_s).clamp(1e-6, 0.5);
+        audit::steps(&rising, TimeAxis::even(&rising, tolerance).is_some())
     });
     let (sampling, gaps) = steps.unzip();
     TimeReport {

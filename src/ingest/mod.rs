@@ -42,6 +42,7 @@ mod hdf5;
 mod input;
 mod inspect;
 mod lattice;
+mod lines;
 mod matlab;
 mod mcap;
 mod merge;
@@ -56,11 +57,13 @@ mod quantity;
 mod rate_unit;
 mod recording;
 mod ros;
+mod rows;
 mod scalar;
 mod stream;
 mod stream_audit;
 mod table;
 mod text;
+mod text_column;
 mod topics;
 mod ulog;
 mod write;
@@ -195,9 +198,9 @@ pub fn read_axes_within(
     let of = source.rows();
     // lengths of lines are guessed: only what is clearly too large is not held to begin with
     let large = of.is_some_and(|rows| rows.saturating_mul(row_bytes as u64) > memory_bytes as u64);
-    let heads = source.heads().to_vec();
+    let most_rows = memory_bytes / row_bytes.max(1);
     let limits = if plans.len() > 1 { OF_SEVERAL } else { Limits::default() };
-    let mut gathering = Some(table::Gathering::new(heads));
+    let mut gathering = Some(table::Gathering::new(source.as_ref(), most_rows));
     let mut passes: Vec<stream::Pass> = Vec::new();
     let facts = source.read(&wanted, &mut |batch| {
         if !passes.is_empty() {

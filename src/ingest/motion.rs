@@ -18,7 +18,9 @@
 //! two bias steps within two minutes, there and back and of more than f, are taken for a turn.
 
 use crate::math::robust::{mad_std, median, quantile};
+use crate::signal::TimeAxis;
 use crate::units::RAD_S_PER_DEG_S;
+use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Stretch of time, s, on the log's clock.
@@ -67,13 +69,14 @@ struct Window {
     spread: f64,
 }
 
-/// Finds the motion in `rate`, sampled at `time_s` about `step_s` apart, with the noise of a sample and its lattice.
-pub(super) fn detect(time_s: &[f64], rate: &[f64], step_s: f64, noise_std: f64, lattice: Option<f64>) -> Motion {
+/// Finds the motion in `rate`, sampled at `time` about `step_s` apart, with the noise of a sample and its lattice.
+pub(super) fn detect(time: &TimeAxis, rate: &[f64], step_s: f64, noise_std: f64, lattice: Option<f64>) -> Motion {
     let per_window = ((WINDOW_S / step_s).round() as usize).clamp(FEWEST_SAMPLES, rate.len().max(FEWEST_SAMPLES));
     let q = lattice.unwrap_or(0.0);
     let windows = cut(rate, per_window, q);
-    let mut motion = judge(&windows, time_s, per_window, per_window as f64 * step_s, noise_std, q);
-    let within = |i: &Interval| time_s.partition_point(|&t| t <= i.end_s) - time_s.partition_point(|&t| t < i.start_s);
+    let at = |i: usize| time.at(i);
+    let mut motion = judge(&windows, &at, per_window, per_window as f64 * step_s, noise_std, q);
+    let within = |i: &Interval| time.partition_point(|t| t <= i.end_s) - time.partition_point(|t| t < i.start_s);
     motion.samples = motion.intervals.iter().map(within).sum();
     motion
 }
@@ -102,14 +105,21 @@ pub(super) fn detect_blocks(
         (2 * there.len() > last - first).then_some(Window { first, last, level, spread })
     };
     let windows: Vec<Window> = (0..means.len() / together).filter_map(window).collect();
-    let mut motion = judge(&windows, time_s, together * block, together as f64 * block_s, noise_std, 0.0);
+    let mut motion = judge(&windows, &|i| time_s[i], together * block, together as f64 * block_s, noise_std, 0.0);
     let within = |i: &Interval| ((i.end_s - i.start_s) / block_s).round() as usize * block;
     motion.samples = motion.intervals.iter().map(within).sum();
     motion
 }
 
 /// Which windows move; the samples in them are not counted yet.
-fn judge(windows: &[Window], time_s: &[f64], per_window: usize, window_s: f64, noise_std: f64, q: f64) -> Motion {
+fn judge(
+    windows: &[Window],
+    at_s: &dyn Fn(usize) -> f64,
+    per_window: usize,
+    window_s: f64,
+    noise_std: f64,
+    q: f64,
+) -> Motion {
     let mut motion = Motion { assessed: false, window_s, intervals: Vec::new(), total_s: 0.0, samples: 0 };
     if windows.len() < FEWEST_WINDOWS {
         return motion;
@@ -122,7 +132,7 @@ fn judge(windows: &[Window], time_s: &[f64], per_window: usize, window_s: f64, n
     let levels: Vec<f64> = windows.iter().map(|w| w.level).collect();
     let walk = Walk::of(&levels, z, (2.0 * noise_std).max(2.0 * q));
     // a gap in the log counts as the windows that it could have held
-    let start: Vec<f64> = windows.iter().map(|w| time_s[w.first] / window_s).collect();
+    let start: Vec<f64> = windows.iter().map(|w| at_s(w.first) / window_s).collect();
     let forward = walk.leaves(&levels, &start, &calm);
     let reversed = |x: &[f64], sign: f64| x.iter().rev().map(|v| sign * v).collect::<Vec<f64>>();
     let calm_back: Vec<bool> = calm.iter().rev().copied().collect();
@@ -139,8 +149,8 @@ fn judge(windows: &[Window], time_s: &[f64], per_window: usize, window_s: f64, n
         moves[windows.len() - end..].fill(true);
     }
     for k in (0..windows.len()).filter(|&k| moves[k]) {
-        let start_s = time_s[windows[k.saturating_sub(1)].first];
-        let end_s = time_s[windows[(k + 1).min(windows.len() - 1)].last];
+        let start_s = at_s(windows[k.saturating_sub(1)].first);
+        let end_s = at_s(windows[(k + 1).min(windows.len() - 1)].last);
         match motion.intervals.last_mut() {
             Some(before) if start_s <= before.end_s + window_s => before.end_s = end_s,
             _ => motion.intervals.push(Interval { start_s, end_s }),
@@ -154,11 +164,13 @@ fn judge(windows: &[Window], time_s: &[f64], per_window: usize, window_s: f64, n
 fn cut(rate: &[f64], per_window: usize, q: f64) -> Vec<Window> {
     let count = rate.len() / per_window;
     (0..count)
-        .map(|k| {
+        .into_par_iter()
+        .map_init(Vec::new, |x, k| {
             let first = k * per_window;
             let last = if k + 1 == count { rate.len() } else { first + per_window };
-            let mut x = rate[first..last].to_vec();
-            let level = median(&mut x);
+            x.clear();
+            x.extend_from_slice(&rate[first..last]);
+            let level = median(x);
             x.iter_mut().for_each(|v| *v = (*v - level).abs());
             let keep = x.len() - x.len().div_ceil(10);
             x.select_nth_unstable_by(keep - 1, f64::total_cmp);

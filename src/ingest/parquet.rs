@@ -176,7 +176,12 @@ impl Filling<'_> {
             return Ok(whole.iter().map(|v| v.map_or(f64::NAN, offset)).collect());
         }
         let float = series.cast(&DataType::Float64)?;
-        let values: Vec<f64> = float.f64()?.iter().map(|v| v.unwrap_or(f64::NAN)).collect();
+        let float = float.f64()?;
+        let mut values: Vec<f64> = Vec::with_capacity(float.len());
+        match float.null_count() {
+            0 => float.downcast_iter().for_each(|chunk| values.extend_from_slice(chunk.values().as_slice())),
+            _ => values.extend(float.iter().map(|v| v.unwrap_or(f64::NAN))),
+        }
         if *self.data_type == ArrowDataType::Float32 {
             self.largest = values.iter().filter(|v| v.is_finite()).fold(self.largest, |m, v| m.max(v.abs()));
         }

@@ -1,16 +1,18 @@
 //! One axis of a gyro, read for the fit.
 
-use super::audit::{self, Audit, Before, Duplicates, Handling, Missing, OutOfOrder};
-use super::clock::{self, Clock, TimeColumn, Times};
+use super::audit::{self, Audit, Before, Handling, Missing};
+use super::clock::{self, Clock, TimeColumn};
 use super::mounting::Mounting;
 use super::names::{self, Axis, Named, Role};
 use super::rate_unit::{self, Evidence};
+use super::rows::{self, Rows};
 use super::table::{Head, Kind, Table, list};
 use super::topics::Stamp;
 use crate::error::{Error, ErrorKind, Result};
-use crate::math::robust::median;
+use crate::math::robust::{median, stretches};
 use crate::signal::{Log, TimeAxis, names as channel};
 use crate::units::{RateUnit, TimeUnit};
+use std::borrow::Cow;
 
 /// What to read, where the file leaves a choice.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -69,8 +71,6 @@ pub(super) const FEWEST: usize = 3;
 const FLOAT_TOLERANCE: f64 = 1e-6;
 /// ... or within the rounding of the file, which counts up to half a step.
 const MOST_TOLERANCE: f64 = 0.5;
-/// From this share of repeated stamps on the clock is coarser than the sampling.
-pub(super) const COARSE_CLOCK: f64 = 0.01;
 
 /// Columns of a file that a recording needs.
 pub(super) struct Plan {
@@ -179,24 +179,32 @@ pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<
         Some(rate_hz) => clock::by_rows(table.rows, rate_hz),
         None => clock::read(table, plan.time, query.time_unit)?,
     };
-    let values: Vec<f64> = raw.values.iter().map(|v| v + raw.origin as f64).collect();
+    let values: Cow<[f64]> = match raw.origin {
+        0 => Cow::Borrowed(&raw.values),
+        origin => raw.values.iter().map(|v| v + origin as f64).collect(),
+    };
     if let Some(row) = values.iter().position(|v| v.is_infinite()) {
         return Err(table.error_at(ErrorKind::Value, row, gyro, "an infinite rate").mend("correct or delete the row"));
     }
-    let mut rows: Vec<usize> = (0..table.rows).filter(|&i| !values[i].is_nan() && !times.seconds[i].is_nan()).collect();
+    let lacks = |i: usize| values[i].is_nan() || times.seconds[i].is_nan();
+    let first_missing = (0..table.rows).find(|&i| lacks(i));
+    let mut rows = match first_missing {
+        None => Rows::All(table.rows),
+        Some(_) => Rows::These((0..table.rows).filter(|&i| !lacks(i)).collect()),
+    };
     let missing = Missing {
         count: table.rows - rows.len(),
-        first_row: (0..table.rows).find(|&i| values[i].is_nan() || times.seconds[i].is_nan()).map(|i| i + 1),
+        first_row: first_missing.map(|i| i + 1),
         handling: Handling::Dropped,
     };
-    if rows.is_empty() {
+    if rows.len() == 0 {
         let found = format!("all {} values are missing", table.rows);
         return Err(Error::new(ErrorKind::Value, &table.source, found)
             .at(format!("column {:?}", table.heads[gyro].name))
             .mend("name another column with --column"));
     }
-    let out_of_order = order(table, plan, &times, &mut rows, query.sort_time)?;
-    let (mut time_s, duplicates) = separate(table, plan, &times, &values, &mut rows)?;
+    let out_of_order = rows::order(table, plan, &times.seconds, &mut rows, query.sort_time)?;
+    let (mut time_s, duplicates) = rows::separate(table, plan, times.seconds, &values, &mut rows)?;
     if rows.len() < FEWEST {
         let found = format!("{} usable samples of {} rows; a fit needs {FEWEST}", rows.len(), table.rows);
         return Err(Error::new(ErrorKind::TooShort, &table.source, found).mend("record longer"));
@@ -210,31 +218,31 @@ pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<
             Clock::FirstSample { file_s: file_s + first_s }
         }
     };
-    let mut rate: Vec<f64> = rows.iter().map(|&i| values[i]).collect();
-    if rate.iter().all(|v| *v == rate[0]) {
-        let found = format!("the rate is {} in all {} samples", rate[0], rate.len());
+    let values = rows.of(values);
+    if values.iter().all(|v| *v == values[0]) {
+        let found = format!("the rate is {} in all {} samples", values[0], values.len());
         return Err(Error::new(ErrorKind::Value, &table.source, found)
             .at(format!("column {:?}", table.heads[gyro].name))
             .mend("check that the sensor was read, or name another column with --column"));
     }
-    let step_s = median(&mut time_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>());
-    let decision = unit_of(table, gyro, query, &rate, step_s)?;
+    let step_s = median(&mut audit::intervals(&time_s));
+    let decision = unit_of(table, gyro, query, &stretches(&values, audit::WITNESSES), step_s)?;
     let factor = if query.reversed { -decision.unit.to_rad_s() } else { decision.unit.to_rad_s() };
     if query.reversed {
         notes.push(format!("{:?} is read with the other sign, as --axis asks", table.heads[gyro].name));
     }
-    rate.iter_mut().for_each(|v| *v *= factor);
-    if let Some(k) = rate.iter().position(|v| v.abs() > LARGEST_RATE) {
-        let found = format!("a rate of {:e} {}, beyond any gyro", values[rows[k]], decision.unit);
+    if let Some(k) = values.iter().position(|v| (v * factor).abs() > LARGEST_RATE) {
+        let found = format!("a rate of {:e} {}, beyond any gyro", values[k], decision.unit);
         return Err(table
-            .error_at(ErrorKind::Value, rows[k], gyro, found)
+            .error_at(ErrorKind::Value, rows.at(k), gyro, found)
             .mend("correct or delete the row, or state the right unit with --unit"));
     }
+    let rate: Vec<f64> = values.iter().map(|v| v * factor).collect();
     notes.extend(decision.note.iter().map(|n| format!("{:?}: {n}", table.heads[gyro].name)));
     notes.extend(times.notes);
     let tolerance = (times.resolution_s / step_s).clamp(FLOAT_TOLERANCE, MOST_TOLERANCE);
-    let axis = TimeAxis::Explicit(time_s.clone()).compact(tolerance);
     let before = Before { rows: table.rows, duplicates, out_of_order, missing };
+    let axis = TimeAxis::even(&time_s, tolerance).unwrap_or_else(|| TimeAxis::Explicit(time_s.clone()));
     let audit = audit::judge(before, &time_s, &axis, &rate);
     let mut log = Log::new(&table.source, axis);
     log.push(channel::GYRO_Z, rate)?;
@@ -289,95 +297,12 @@ pub(super) fn unit_of(
     })
 }
 
-/// Refuses or sorts times that go backwards.
-fn order(table: &Table, plan: &Plan, times: &Times, rows: &mut [usize], sort: bool) -> Result<OutOfOrder> {
-    let t = |i: usize| times.seconds[i];
-    let mut count = 0;
-    for pair in rows.windows(2).filter(|p| t(p[1]) < t(p[0])) {
-        if !sort && let Some(column) = plan.time.index() {
-            let found = format!("time goes back by {} s", short(t(pair[0]) - t(pair[1])));
-            return Err(table
-                .error_at(ErrorKind::Time, pair[1], column, found)
-                .mend("cut the log there if it was started anew, or put its rows in order with --sort-time"));
-        }
-        count += 1;
-    }
-    if count > 0 {
-        rows.sort_by(|&a, &b| t(a).total_cmp(&t(b)));
-    }
-    Ok(OutOfOrder { count, handling: Handling::Sorted })
-}
-
-/// Times that strictly increase: repeated stamps are dropped, or spread if the clock is coarser than the sampling.
-fn separate(
-    table: &Table,
-    plan: &Plan,
-    times: &Times,
-    values: &[f64],
-    rows: &mut Vec<usize>,
-) -> Result<(Vec<f64>, Duplicates)> {
-    let mut time_s: Vec<f64> = rows.iter().map(|&i| times.seconds[i]).collect();
-    let repeats = |k: &usize| time_s[*k] == time_s[*k - 1];
-    let again: Vec<usize> = (1..rows.len()).filter(repeats).collect();
-    let first_row = again.first().map(|&k| rows[k] + 1);
-    let count = again.len();
-    if count + 1 == rows.len() && rows.len() > 1 {
-        let found = format!("time stands still at {} in all {} rows", time_s[0], rows.len());
-        let mut error = Error::new(ErrorKind::Time, &table.source, found);
-        if let Some(column) = plan.time.index() {
-            error = error.at(format!("column {:?}", table.heads[column].name));
-        }
-        return Err(error.mend("name another time column with --time, or state the sample rate with --rate"));
-    }
-    let same_value = again.iter().filter(|&&k| values[rows[k]] == values[rows[k - 1]]).count();
-    // rows that were written twice repeat the value too
-    let coarse = count as f64 > COARSE_CLOCK * rows.len() as f64 && same_value * 10 < count * 9;
-    if coarse {
-        spread(&mut time_s);
-        return Ok((time_s, Duplicates { count, first_row, handling: Handling::Spread }));
-    }
-    if count > 0 {
-        let mut keep = vec![true; rows.len()];
-        again.iter().for_each(|&k| keep[k] = false);
-        let mut flags = keep.iter();
-        rows.retain(|_| *flags.next().unwrap_or(&true));
-        let mut flags = keep.iter();
-        time_s.retain(|_| *flags.next().unwrap_or(&true));
-    }
-    Ok((time_s, Duplicates { count, first_row, handling: Handling::Dropped }))
-}
-
-/// Samples of one stamp are spread evenly up to the next stamp; the last ones by the step of those before.
-fn spread(time_s: &mut [f64]) {
-    let n = time_s.len();
-    let mut first = 0;
-    let mut step = f64::NAN;
-    // a gap after a stamp is no time to spread into
-    let mut stamps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
-    let usual = median(&mut stamps);
-    while first < n {
-        let stamp = time_s[first];
-        let next = (first..n).find(|&k| time_s[k] > stamp).unwrap_or(n);
-        let count = (next - first) as f64;
-        if next < n || step.is_nan() {
-            let room = if next < n { time_s[next] - stamp } else { usual };
-            step = if room > 1.5 * usual { usual / count } else { room / count };
-        } else {
-            step = step.min(usual / count);
-        }
-        for (j, t) in time_s[first..next].iter_mut().enumerate() {
-            *t = stamp + j as f64 * step;
-        }
-        first = next;
-    }
-}
-
 /// Temperature in °C or supply in V; `None`, with a note, if its unit cannot be told.
-fn beside(table: &Table, column: usize, rows: &[usize], notes: &mut Vec<String>) -> Option<Vec<f64>> {
+fn beside(table: &Table, column: usize, rows: &Rows, notes: &mut Vec<String>) -> Option<Vec<f64>> {
     let head = &table.heads[column];
     let (values, note) = side_channel(table, column, head.named());
     notes.extend(note);
-    values.map(|all| rows.iter().map(|&i| all[i]).collect())
+    values.map(|all| rows.of(Cow::Owned(all)).into_owned())
 }
 
 /// All rows of a temperature or supply column in °C or V, and what there is to say about it.

@@ -1,10 +1,11 @@
 //! One axis of a gyro, read once in bounded memory: the audit and the sums of a log of any length.
 
-use super::audit::{Audit, Duplicates, Handling, Missing, OutOfOrder};
+use super::audit::{Audit, Duplicates, Handling, Missing, OutOfOrder, WITNESSES};
 use super::clock::{self, Clock, Scale};
 use super::format::{BATCH_ROWS, Batch, Facts};
 use super::names::Named;
-use super::recording::{self, COARSE_CLOCK, FEWEST, GyroQuery, LARGEST_RATE, Plan, short};
+use super::recording::{self, FEWEST, GyroQuery, LARGEST_RATE, Plan, short};
+use super::rows::COARSE_CLOCK;
 use super::stream_audit::{self, Gaps, Runs};
 use super::table::Table;
 use crate::error::{Error, ErrorKind, Result};
@@ -15,8 +16,6 @@ use crate::units::RateUnit;
 
 /// Rows that say how times are read.
 pub(super) const HEAD_ROWS: usize = BATCH_ROWS;
-/// Samples of the stretches that decide about a unit and describe the log at rest.
-const WITNESSES: usize = 1 << 20;
 
 /// One axis of a gyro at rest that was read once, and not held.
 #[derive(Debug, Clone)]

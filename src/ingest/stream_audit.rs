@@ -205,7 +205,7 @@ pub(super) fn judge(before: Before, log: &Reduced, runs: Runs, gaps: Gaps, facto
         // intervals that are all the same within the rounding of their ends
         uniform: gaps.count == 0 && gaps.std_s() <= 1e-3 * median_step_s,
     };
-    let rate = witnesses(log, 1 << 20);
+    let rate = witnesses(log, audit::WITNESSES);
     let lattice_step_rad_s = lattice::step(&rate);
     let q = lattice_step_rad_s.unwrap_or(0.0);
     let noise_std_rad_s = rate_unit::noise_std(&rate).max(q / 12f64.sqrt());

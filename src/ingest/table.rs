@@ -163,12 +163,17 @@ pub(super) struct Gathering {
     heads: Vec<Head>,
     cells: Vec<Cells>,
     rows: usize,
+    /// Rows that there will be, about.
+    expected: usize,
 }
 
 impl Gathering {
-    pub fn new(heads: Vec<Head>) -> Self {
+    /// The table of `source`, of which `most` rows at most are going to be held.
+    pub fn new(source: &dyn Source, most: usize) -> Self {
+        let heads = source.heads().to_vec();
         let cells = vec![Cells::default(); heads.len()];
-        Self { heads, cells, rows: 0 }
+        let expected = source.rows().map_or(0, |rows| usize::try_from(rows).unwrap_or(usize::MAX).min(most));
+        Self { heads, cells, rows: 0, expected }
     }
 
     /// Adds the next rows.
@@ -178,6 +183,9 @@ impl Gathering {
             cells.origin = column.origin;
             if cells.values.is_empty() {
                 cells.values = column.values;
+                // a count that a damaged file states may be beyond all memory: then it grows as it goes
+                let more = if cells.values.is_empty() { 0 } else { self.expected.saturating_sub(cells.values.len()) };
+                let _ = cells.values.try_reserve(more);
             } else {
                 cells.values.extend_from_slice(&column.values);
             }
@@ -222,7 +230,7 @@ impl Gathering {
 
 /// Reads the columns of `source` that are `wanted`, whole.
 pub(super) fn collect(source: Box<dyn Source>, wanted: &[bool]) -> Result<Table> {
-    let mut gathering = Gathering::new(source.heads().to_vec());
+    let mut gathering = Gathering::new(source.as_ref(), usize::MAX);
     let facts = source.read(wanted, &mut |batch| {
         gathering.add(batch);
         Ok(())

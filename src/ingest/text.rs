@@ -1,15 +1,16 @@
 //! Text tables: CSV, TSV and their kin, also packed by gzip.
 
-use super::cell::{self, Cell};
 use super::dialect::{self, Delimiter, Dialect};
 use super::format::{BATCH_ROWS, Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
 use super::input::{Input, broken_gzip};
-use super::table::{BadCell, Head, Kind};
+use super::lines::{self, Progress, Stop};
+use super::table::Head;
+use super::text_column::Filling;
 use crate::error::{Error, ErrorKind, Result};
-use std::cell::Cell as Slot;
 use std::io::{self, Read};
 use std::path::PathBuf;
-use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
 
 /// Anything without the zero bytes that every binary format has in its first bytes.
 pub(super) const FORMAT: Format = Format {
@@ -28,9 +29,6 @@ pub(super) const FORMAT: Format = Format {
         Ok(Opened::Table(Box::new(Text { path: input.path.clone(), input, dialect })))
     },
 };
-
-/// Values from this size on keep their whole part exactly: seconds since 1970 with nanoseconds need 61 bits.
-const LARGE: f64 = 1e8;
 
 struct Text {
     path: PathBuf,
@@ -69,11 +67,15 @@ impl Source for Text {
         let fail = |e: &io::Error| if gzipped { broken_gzip(&path, e) } else { Error::io(&path, e) };
         let (mut stream, hash) = input.into_stream();
         io::copy(&mut (&mut stream).take(dialect.skip as u64), &mut io::sink()).map_err(|e| fail(&e))?;
-        let last = Rc::new(Slot::new(b'\n'));
+        let last = Arc::new(AtomicU8::new(b'\n'));
         let stream = LastByte { inner: stream, last: last.clone() };
         let mut rows = match dialect.delimiter {
             Delimiter::Byte(b) => read_rows(stream, b, &dialect, wanted, &last, take),
-            Delimiter::Blanks => read_rows(SingleBlanks::new(stream), b' ', &dialect, wanted, &last, take),
+            Delimiter::Blanks => {
+                // which is not for reading a byte at a time
+                let stream = io::BufReader::with_capacity(64 * 1024, SingleBlanks::new(stream));
+                read_rows(stream, b' ', &dialect, wanted, &last, take)
+            }
         }
         .map_err(|e| match e {
             RowError::Io(e) => fail(&e),
@@ -109,133 +111,43 @@ struct Rows {
     notes: Vec<String>,
 }
 
-/// A column while it is read.
-struct Filling {
-    index: usize,
-    instant: bool,
-    started: bool,
-    exact: bool,
-    decimals: i32,
-    significant: i32,
-    largest: f64,
-    column: Column,
-    bad: Option<(BadCell, usize)>,
-}
-
-impl Filling {
-    fn take(&mut self, field: &[u8], row: usize, comma: bool) {
-        let value = if self.instant {
-            match cell::instant_ns(field) {
-                Some(ns) => {
-                    self.start_at(ns);
-                    Cell::Number(ns.wrapping_sub(self.column.origin) as f64)
-                }
-                None if cell::read(field, comma) == Cell::Missing => Cell::Missing,
-                None => Cell::Words,
-            }
-        } else {
-            match cell::read(field, comma) {
-                Cell::Number(x) => Cell::Number(self.rebased(x, field, comma)),
-                other => other,
-            }
-        };
-        // digits are looked at now and then: they hardly change within a log
-        if row < 256 || row.is_multiple_of(64) {
-            let (decimals, significant) = cell::digits(field);
-            self.decimals = self.decimals.max(decimals);
-            self.significant = self.significant.max(significant);
-        }
-        self.column.values.push(match value {
-            Cell::Number(x) => {
-                self.largest = if x.is_finite() { self.largest.max(x.abs()) } else { self.largest };
-                x
-            }
-            Cell::Missing => f64::NAN,
-            Cell::Words => {
-                let text = || String::from_utf8_lossy(field).chars().take(40).collect();
-                let (first, count) = self.bad.take().unwrap_or_else(|| (BadCell { row, text: text() }, 0));
-                self.bad = Some((first, count + 1));
-                f64::NAN
-            }
-        });
-    }
-
-    fn start_at(&mut self, origin: i64) {
-        if !self.exact {
-            self.exact = true;
-            self.column.origin = origin;
-        }
-    }
-
-    fn rebased(&mut self, x: f64, field: &[u8], comma: bool) -> f64 {
-        // only a column that starts large is rebased: the origin has to hold for all of its rows
-        let first = !std::mem::replace(&mut self.started, true);
-        if !(self.exact || first && x.abs() >= LARGE) {
-            return x;
-        }
-        match cell::split(field, comma) {
-            Some((whole, fraction)) => {
-                self.start_at(whole);
-                whole.wrapping_sub(self.column.origin) as f64 + fraction
-            }
-            None => x - self.column.origin as f64,
-        }
-    }
-
-    /// Its rows since the last call.
-    fn batch(&mut self) -> Column {
-        Column { origin: self.column.origin, values: std::mem::take(&mut self.column.values) }
-    }
-
-    fn finish(self) -> (usize, ColumnFacts) {
-        let resolution = if self.instant {
-            0.0
-        } else {
-            let largest = self.largest + (self.column.origin as f64).abs();
-            let leading = if largest > 0.0 { largest.log10().floor() as i32 + 1 } else { 0 };
-            10f64.powi(-self.decimals).max(10f64.powi(leading - self.significant))
-        };
-        (self.index, ColumnFacts { resolution, bad: self.bad })
-    }
-}
-
 fn read_rows(
-    stream: impl Read,
+    stream: impl Read + Send,
     delimiter: u8,
     dialect: &Dialect,
     wanted: &[bool],
-    last: &Slot<u8>,
+    last: &AtomicU8,
     take: Take<'_>,
 ) -> std::result::Result<Rows, RowError> {
+    let mut columns = Filling::of(dialect, wanted);
+    let mut handed = 0;
+    let mut hand_over = |columns: &mut [Filling], rows: usize, least: usize| {
+        if rows - handed < least {
+            return Ok(());
+        }
+        let mut batch = Batch { rows: rows - handed, columns: vec![Column::default(); dialect.width] };
+        columns.iter_mut().for_each(|c| batch.columns[c.index] = c.batch());
+        handed = rows;
+        take(batch)
+    };
+    let mut progress = Progress { rows: 0, lines: 0, unbroken: true };
+    let full = |columns: &mut [Filling], rows: usize| hand_over(columns, rows, BATCH_ROWS);
+    let plain = lines::read(stream, delimiter, dialect.width, &mut columns, &mut progress, full);
+    let rest = plain.map_err(|stop| match stop {
+        Stop::Io(e) => RowError::Io(e),
+        Stop::Ragged(fields, line) => ragged(fields, dialect.width, dialect.first_line + line - 1),
+        Stop::Taken(e) => RowError::Taken(e),
+    })?;
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
         .delimiter(delimiter)
         .comment(Some(b'#'))
         .buffer_capacity(256 * 1024)
-        .from_reader(stream);
-    let mut columns: Vec<Filling> = (0..dialect.width)
-        .filter(|&i| wanted[i] && dialect.heads[i].kind != Kind::Other)
-        .map(|index| Filling {
-            index,
-            instant: dialect.heads[index].kind == Kind::Instant,
-            started: false,
-            exact: false,
-            decimals: 0,
-            significant: 0,
-            largest: 0.0,
-            column: Column::default(),
-            bad: None,
-        })
-        .collect();
+        .from_reader(rest);
     let mut record = csv::ByteRecord::new();
-    let (mut count, mut line, mut unbroken) = (0, 0, true);
-    let mut hand_over = |columns: &mut [Filling], rows: usize| {
-        let mut batch = Batch { rows, columns: vec![Column::default(); dialect.width] };
-        columns.iter_mut().for_each(|c| batch.columns[c.index] = c.batch());
-        take(batch).map_err(RowError::Taken)
-    };
-    let mut handed = 0;
+    let Progress { rows: mut count, lines: before, mut unbroken } = progress;
+    let mut line = before;
     let mut notes = Vec::new();
     let mut short: Option<(usize, u64)> = None;
     while reader.read_byte_record(&mut record).map_err(|e| match e.into_kind() {
@@ -245,7 +157,7 @@ fn read_rows(
         if let Some((fields, line)) = short {
             return Err(ragged(fields, dialect.width, line));
         }
-        line = record.position().map_or(line, csv::Position::line);
+        line = record.position().map_or(line, |p| before + p.line());
         unbroken &= line == count as u64 + 1;
         let fields = record.len();
         if fields == 1 && record[0].trim_ascii().is_empty() {
@@ -259,22 +171,19 @@ fn read_rows(
             continue;
         }
         for column in &mut columns {
-            column.take(&record[column.index], count, dialect.comma);
+            column.take(&record[column.index], count);
         }
         count += 1;
-        if count - handed == BATCH_ROWS {
-            hand_over(&mut columns, BATCH_ROWS)?;
-            handed = count;
-        }
+        hand_over(&mut columns, count, BATCH_ROWS).map_err(RowError::Taken)?;
     }
     if let Some((fields, line)) = short {
         // no line end: the recorder was cut off in the middle of its last row
-        if last.get() == b'\n' || fields > dialect.width {
+        if last.load(Ordering::Relaxed) == b'\n' || fields > dialect.width {
             return Err(ragged(fields, dialect.width, line));
         }
         notes.push(format!("line {line}: the last row is cut off after {fields} fields and left out"));
     }
-    hand_over(&mut columns, count - handed)?;
+    hand_over(&mut columns, count, 0).map_err(RowError::Taken)?;
     let mut facts = vec![ColumnFacts::default(); dialect.width];
     for (index, column) in columns.into_iter().map(Filling::finish) {
         facts[index] = column;
@@ -289,14 +198,14 @@ fn ragged(fields: usize, width: usize, line: u64) -> RowError {
 /// Remembers the last byte that passed.
 struct LastByte<R> {
     inner: R,
-    last: Rc<Slot<u8>>,
+    last: Arc<AtomicU8>,
 }
 
 impl<R: Read> Read for LastByte<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
         if n > 0 {
-            self.last.set(buffer[n - 1]);
+            self.last.store(buffer[n - 1], Ordering::Relaxed);
         }
         Ok(n)
     }
@@ -355,3 +264,6 @@ impl<R: Read> Read for SingleBlanks<R> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,5 +1,7 @@
 //! Location and scale that a minority of wild values cannot move.
 
+use std::borrow::Cow;
+
 /// Factor from the median absolute deviation to the standard deviation of a normal distribution, 1/Φ⁻¹(3/4).
 pub const MAD_TO_STD: f64 = 1.482_602_218_505_602;
 
@@ -25,6 +27,20 @@ pub fn median(values: &mut [f64]) -> f64 {
     quantile(values, 0.5)
 }
 
+/// `values`, or of more than `most` about as many: stretches of neighbours, evenly spread, that show noise, jitter and drift
+/// alike.
+#[must_use]
+pub fn stretches(values: &[f64], most: usize) -> Cow<'_, [f64]> {
+    const STRETCHES: usize = 64;
+    if values.len() <= most.max(STRETCHES) {
+        return Cow::Borrowed(values);
+    }
+    let length = most.div_ceil(STRETCHES).max(1);
+    let last = values.len() - length;
+    let start = |k: usize| (last as f64 * k as f64 / (STRETCHES - 1) as f64) as usize;
+    (0..STRETCHES).flat_map(|k| &values[start(k)..start(k) + length]).copied().collect()
+}
+
 /// Standard deviation by the median absolute deviation from `centre`, for values that are normal but for a minority
 /// (Hampel 1974). Overwrites the slice.
 #[must_use]
@@ -45,6 +61,17 @@ mod tests {
         assert_eq!(quantile(&mut x, 1.0), 4.0);
         assert_eq!(median(&mut x), 2.5);
         assert!(median(&mut []).is_nan());
+    }
+
+    #[test]
+    fn stretches_reach_from_end_to_end() {
+        let x: Vec<f64> = (0..100_000).map(f64::from).collect();
+        assert_eq!(stretches(&x, 100_000), x);
+        let few = stretches(&x, 6400);
+        assert_eq!((few.len(), few[0], few[6399]), (6400, 0.0, 99_999.0));
+        // neighbours all of the time
+        assert_eq!(few.windows(2).filter(|w| w[1] - w[0] == 1.0).count(), 64 * 99);
+        assert_eq!(stretches(&x[..64], 1), &x[..64]);
     }
 
     #[test]

@@ -3,42 +3,54 @@
 //! Missing samples are treated as in amplitude-modulated series (Parzen, Sankhya A 25 (1963) 383): the sum of the
 //! products that exist, scaled by how many there could have been.
 
+use rayon::prelude::*;
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
-/// Longest transform for an autocorrelation; longer series go through it in overlapping pieces.
-const PIECE: usize = 1 << 16;
+/// A series goes through transforms of eight times the lags, and no shorter ones than this: little of each is overlap, and what it
+/// works on stays near the processor.
+const SHORTEST: usize = 1 << 12;
+/// Pieces whose spectra one core adds up: the sums do not depend on how many cores there are.
+const TOGETHER: usize = 64;
 
 /// Up to here summing directly beats planning a transform.
 const DIRECT_LAGS: usize = 64;
 const DIRECT_SAMPLES: usize = 1 << 17;
 
-/// Autocovariance sums Σ x[i] x[i+k], k = 0..=max_lag, of `x` with its missing samples as zero.
-fn lagged_products(x: &[f64], max_lag: usize) -> Vec<f64> {
+/// Sums Σ y\[i\] y\[i+k\], k = 0..=max_lag, of y = `value`(x).
+fn lagged_products(x: &[f64], value: impl Fn(f64) -> f64 + Sync, max_lag: usize) -> Vec<f64> {
     if max_lag <= DIRECT_LAGS && x.len() <= DIRECT_SAMPLES {
-        let product = |k: usize| x.iter().zip(x.get(k..).unwrap_or(&[])).map(|(a, b)| a * b).sum();
+        let y: Vec<f64> = x.iter().map(|v| value(*v)).collect();
+        let product = |k: usize| y.iter().zip(y.get(k..).unwrap_or(&[])).map(|(a, b)| a * b).sum();
         return (0..=max_lag).map(product).collect();
     }
-    let block = PIECE.max(2 * (max_lag + 1)).min(x.len().next_power_of_two());
-    let size = (block + max_lag + 1).next_power_of_two();
+    let size = (8 * (max_lag + 1)).max(SHORTEST).min(x.len() + max_lag + 1).next_power_of_two();
+    let block = size - max_lag - 1;
     let mut planner = RealFftPlanner::<f64>::new();
     let (forward, back) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
-    let mut sum = vec![Complex::default(); size / 2 + 1];
-    let (mut a, mut b) = (forward.make_input_vec(), forward.make_input_vec());
-    let (mut fa, mut fb) = (forward.make_output_vec(), forward.make_output_vec());
-    let mut start = 0;
-    while start < x.len() {
-        // each piece meets itself and the max_lag samples after it
-        let end = (start + block).min(x.len());
-        let reach = (end + max_lag).min(x.len());
-        fill(&mut a, &x[start..end]);
-        fill(&mut b, &x[start..reach]);
-        if run(forward.as_ref(), &mut a, &mut fa) && run(forward.as_ref(), &mut b, &mut fb) {
-            sum.iter_mut().zip(fa.iter().zip(&fb)).for_each(|(s, (a, b))| *s += a.conj() * b);
+    let spectrum = |first: usize| {
+        let mut sum = forward.make_output_vec();
+        let (mut a, mut b) = (forward.make_input_vec(), forward.make_input_vec());
+        let (mut fa, mut fb) = (forward.make_output_vec(), forward.make_output_vec());
+        let starts = (first..x.len()).step_by(block).take(TOGETHER);
+        for start in starts {
+            // each piece meets itself and the max_lag samples after it
+            let reach = (start + block + max_lag).min(x.len());
+            fill(&mut b, &x[start..reach], &value);
+            let own = block.min(reach - start);
+            a[..own].copy_from_slice(&b[..own]);
+            a[own..].fill(0.0);
+            if run(forward.as_ref(), &mut a, &mut fa) && run(forward.as_ref(), &mut b, &mut fb) {
+                sum.iter_mut().zip(fa.iter().zip(&fb)).for_each(|(s, (a, b))| *s += a.conj() * b);
+            }
         }
-        start = end;
-    }
+        sum
+    };
+    let firsts: Vec<usize> = (0..x.len()).step_by(block * TOGETHER).collect();
+    let spectra: Vec<_> = firsts.into_par_iter().map(spectrum).collect();
+    let mut sum = forward.make_output_vec();
+    spectra.iter().for_each(|one| sum.iter_mut().zip(one).for_each(|(s, v)| *s += v));
     let mut out = back.make_output_vec();
     if let Some(first) = sum.first_mut() {
         first.im = 0.0;
@@ -50,8 +62,8 @@ fn lagged_products(x: &[f64], max_lag: usize) -> Vec<f64> {
     out.iter().take(max_lag + 1).map(|v| v / size as f64).collect()
 }
 
-fn fill(buffer: &mut [f64], values: &[f64]) {
-    buffer[..values.len()].copy_from_slice(values);
+fn fill(buffer: &mut [f64], values: &[f64], value: impl Fn(f64) -> f64) {
+    buffer.iter_mut().zip(values).for_each(|(to, from)| *to = value(*from));
     buffer[values.len()..].fill(0.0);
 }
 
@@ -64,11 +76,18 @@ fn inverse(plan: &dyn ComplexToReal<f64>, input: &mut [Complex<f64>], output: &m
     plan.process(input, output).is_ok()
 }
 
-/// The series about its mean, missing samples as zero, and how many samples are there.
-fn centred(x: &[f64]) -> (Vec<f64>, usize) {
-    let there = x.iter().filter(|v| v.is_finite()).count();
-    let mean = x.iter().filter(|v| v.is_finite()).sum::<f64>() / there.max(1) as f64;
-    (x.iter().map(|v| if v.is_finite() { v - mean } else { 0.0 }).collect(), there)
+/// Mean of the samples that are there, and how many they are.
+fn mean(x: &[f64]) -> (f64, usize) {
+    const CHUNK: usize = 1 << 16;
+    let add = |(sum, there): (f64, usize), v: &f64| if v.is_finite() { (sum + v, there + 1) } else { (sum, there) };
+    let sums: Vec<_> = x.par_chunks(CHUNK).map(|chunk| chunk.iter().fold((0.0, 0), add)).collect();
+    let (sum, there) = sums.into_iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+    (sum / there.max(1) as f64, there)
+}
+
+/// A sample about the mean, zero where it is missing.
+fn about(mean: f64) -> impl Fn(f64) -> f64 + Sync {
+    move |v| if v.is_finite() { v - mean } else { 0.0 }
 }
 
 /// Sample autocorrelation with what it rests on.
@@ -87,12 +106,12 @@ pub struct Autocorrelation {
 /// `None` for a series that is constant or has fewer than two samples.
 #[must_use]
 pub fn autocorrelation(x: &[f64], max_lag: usize) -> Option<Autocorrelation> {
-    let (values, there) = centred(x);
+    let (mean, there) = mean(x);
     let max_lag = max_lag.min(x.len().saturating_sub(1));
     if there < 2 {
         return None;
     }
-    let products = lagged_products(&values, max_lag);
+    let products = lagged_products(x, about(mean), max_lag);
     if !(products[0] > 0.0) {
         return None;
     }
@@ -101,13 +120,13 @@ pub fn autocorrelation(x: &[f64], max_lag: usize) -> Option<Autocorrelation> {
     let pairs: Vec<f64> = if there == x.len() {
         (0..=max_lag).map(could).collect()
     } else {
-        let mask: Vec<f64> = x.iter().map(|v| f64::from(u8::from(v.is_finite()))).collect();
-        lagged_products(&mask, max_lag).iter().map(|p| p.round()).collect()
+        let is_there = |v: f64| f64::from(u8::from(v.is_finite()));
+        lagged_products(x, is_there, max_lag).iter().map(|p| p.round()).collect()
     };
     let variance = products[0] / there as f64;
-    let mean = |k: usize| if pairs[k] > 0.0 { products[k] / pairs[k] } else { 0.0 };
+    let covariance = |k: usize| if pairs[k] > 0.0 { products[k] / pairs[k] } else { 0.0 };
     // without missing samples this is the usual Σ x[i] x[i+k] / Σ x²
-    let r = (0..=max_lag).map(|k| mean(k) * could(k) / (n * variance)).collect();
+    let r = (0..=max_lag).map(|k| covariance(k) * could(k) / (n * variance)).collect();
     let effective = (0..=max_lag).map(|k| pairs[k] * n / could(k)).collect();
     Some(Autocorrelation { r, effective })
 }
@@ -156,7 +175,7 @@ impl Periodogram {
         if x.len() != self.input.len() || x.len() < 3 {
             return Vec::new();
         }
-        self.input.copy_from_slice(&centred(x).0);
+        fill(&mut self.input, x, about(mean(x).0));
         if !run(self.plan.as_ref(), &mut self.input, &mut self.output) {
             return Vec::new();
         }
@@ -177,7 +196,7 @@ mod tests {
 
     #[test]
     fn autocorrelation_is_its_definition_also_in_pieces() {
-        for n in [2usize, 3, 57, 1000, 150_000] {
+        for n in [2usize, 3, 57, 1000, 150_000, 700_001] {
             let mut draw = Stream::new(5, n as u64);
             let x: Vec<f64> = (0..n).map(|_| 3.0 + draw.normal()).collect();
             let r = autocorrelation(&x, 40).unwrap().r;

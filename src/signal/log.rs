@@ -122,21 +122,38 @@ impl TimeAxis {
         }
     }
 
+    /// The uniform axis of `time_s`, if every time lies within `tolerance` steps of its lattice.
+    #[must_use]
+    pub fn even(time_s: &[f64], tolerance: f64) -> Option<Self> {
+        let (&[start_s, ..], &[.., end_s]) = (time_s, time_s) else { return None };
+        let step_s = (end_s - start_s) / (time_s.len() - 1) as f64;
+        let near = |(i, x): (usize, &f64)| (x - (start_s + i as f64 * step_s)).abs() <= tolerance * step_s;
+        let even = step_s > 0.0 && time_s.iter().enumerate().all(near);
+        even.then_some(Self::Uniform { start_s, step_s, len: time_s.len() })
+    }
+
+    /// Number of rows before the first whose time does not meet `predicate`, which the earlier rows all meet and the later ones
+    /// do not.
+    #[must_use]
+    pub fn partition_point(&self, predicate: impl Fn(f64) -> bool) -> usize {
+        let (mut low, mut high) = (0, self.len());
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if predicate(self.at(middle)) {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
     /// Turns an explicit axis into a uniform one where every time lies within `tolerance` steps of the lattice.
     #[must_use]
     pub fn compact(self, tolerance: f64) -> Self {
-        let Self::Explicit(t) = self else { return self };
-        let n = t.len();
-        if n < 2 {
-            return Self::Explicit(t);
-        }
-        let start_s = t[0];
-        let step_s = (t[n - 1] - t[0]) / (n - 1) as f64;
-        let near = |(i, x): (usize, &f64)| (x - (start_s + i as f64 * step_s)).abs() <= tolerance * step_s;
-        if step_s > 0.0 && t.iter().enumerate().all(near) {
-            Self::Uniform { start_s, step_s, len: n }
-        } else {
-            Self::Explicit(t)
+        match self {
+            Self::Explicit(t) => Self::even(&t, tolerance).unwrap_or(Self::Explicit(t)),
+            uniform => uniform,
         }
     }
 }

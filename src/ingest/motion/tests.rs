@@ -33,7 +33,7 @@ fn found(time: &[f64], rate: &[f64]) -> Motion {
     let step = time[1] - time[0];
     let q = lattice::step(rate);
     let noise = rate_unit::noise_std(rate).max(q.unwrap_or(0.0) / 12f64.sqrt());
-    detect(time, rate, step, noise, q)
+    detect(&TimeAxis::Explicit(time.to_vec()), rate, step, noise, q)
 }
 
 fn typical() -> Rest {

@@ -1,0 +1,225 @@
+//! Plain lines of numbers, as nearly all text logs have, on all cores: while the lines of one block are read as numbers, the next
+//! block is fetched. From the first quotation mark on, and for a last line without an end, it is the turn of the `csv` crate.
+
+use super::text_column::Filling;
+use memchr::{memchr, memchr_iter, memchr2, memrchr};
+use rayon::prelude::*;
+use std::io::{self, Cursor, Read};
+
+/// Bytes of a block.
+const BLOCK: usize = 4 << 20;
+/// Bytes of a part of it that one core reads.
+const PART: usize = 256 << 10;
+
+/// Rows so far.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Progress {
+    /// Rows of data.
+    pub rows: usize,
+    /// Lines, also those that are blank or comments.
+    pub lines: u64,
+    /// Whether each line up to the last row was a row.
+    pub unbroken: bool,
+}
+
+/// What ends the reading.
+pub(super) enum Stop<E> {
+    Io(io::Error),
+    /// A row of so many fields, in the line that is counted from 1.
+    Ragged(usize, u64),
+    /// Whoever takes the rows does not want them.
+    Taken(E),
+}
+
+/// Reads `stream` into `columns` as far as it is plain; `full` is called after each block. Returns what is left.
+pub(super) fn read<'a, R: Read + Send + 'a, E>(
+    mut stream: R,
+    delimiter: u8,
+    width: usize,
+    columns: &mut [Filling],
+    progress: &mut Progress,
+    mut full: impl FnMut(&mut [Filling], usize) -> Result<(), E>,
+) -> Result<Box<dyn Read + 'a>, Stop<E>> {
+    let shape = Shape { delimiter, width };
+    let mut block = Block::after(Vec::new(), &mut stream).map_err(Stop::Io)?;
+    loop {
+        let (lines, rest) = block.text.split_at(block.whole);
+        // what follows the last whole line belongs to the next block
+        let rest = rest.to_vec();
+        let fetch = || if block.last { Ok(Block::end(rest)) } else { Block::after(rest, &mut stream) };
+        let (parts, next) = rayon::join(|| shape.parts(lines, columns), fetch);
+        let Some(parts) = parts else {
+            let next = next.map_err(Stop::Io)?;
+            block.text.truncate(block.whole);
+            return Ok(Box::new(Cursor::new(block.text).chain(Cursor::new(next.text)).chain(stream)));
+        };
+        for part in parts {
+            progress.unbroken &= part.unbroken && (part.rows == 0 || progress.lines == progress.rows as u64);
+            if let Some((fields, line)) = part.ragged {
+                return Err(Stop::Ragged(fields, progress.lines + line));
+            }
+            for (column, later) in columns.iter_mut().zip(part.columns) {
+                column.append(later, progress.rows);
+            }
+            progress.rows += part.rows;
+            progress.lines += part.lines;
+        }
+        full(columns, progress.rows).map_err(Stop::Taken)?;
+        block = next.map_err(Stop::Io)?;
+        if block.whole == 0 {
+            return Ok(Box::new(Cursor::new(block.text).chain(stream)));
+        }
+    }
+}
+
+/// Bytes of the file of which the first `whole` are whole lines.
+struct Block {
+    text: Vec<u8>,
+    whole: usize,
+    /// Whether nothing comes after it.
+    last: bool,
+}
+
+impl Block {
+    /// The next block: `text` and what follows it, up to a line's end at least.
+    fn after(mut text: Vec<u8>, stream: &mut impl Read) -> io::Result<Self> {
+        loop {
+            let from = text.len();
+            let read = stream.by_ref().take(BLOCK as u64).read_to_end(&mut text)?;
+            let end = memrchr(b'\n', &text[from..]);
+            if let Some(end) = end {
+                return Ok(Self { text, whole: from + end + 1, last: read < BLOCK });
+            }
+            if read < BLOCK {
+                return Ok(Self::end(text));
+            }
+        }
+    }
+
+    /// What is left of a file behind its last line's end.
+    fn end(text: Vec<u8>) -> Self {
+        Self { text, whole: 0, last: true }
+    }
+}
+
+/// How rows look.
+#[derive(Debug, Clone, Copy)]
+struct Shape {
+    delimiter: u8,
+    /// Fields of a row.
+    width: usize,
+}
+
+/// Some lines that were read.
+struct Part {
+    columns: Vec<Filling>,
+    rows: usize,
+    lines: u64,
+    /// Whether each line up to its last row was a row.
+    unbroken: bool,
+    /// Fields of a row that has too few or too many, and its line; nothing after it was read.
+    ragged: Option<(usize, u64)>,
+}
+
+impl Shape {
+    /// Reads whole lines; none if they are not plain.
+    fn parts(self, lines: &[u8], columns: &[Filling]) -> Option<Vec<Part>> {
+        let parts: Option<Vec<Part>> = cut(lines).into_par_iter().map(|part| self.part(part, columns)).collect();
+        let agree = |part: &Part| columns.iter().zip(&part.columns).all(|(before, later)| before.agrees(later));
+        match parts? {
+            parts if parts.iter().all(agree) => Some(parts),
+            // the first value of a column says where it counts from: one after the other
+            _ => self.part(lines, columns).map(|part| vec![part]),
+        }
+    }
+
+    fn part(self, text: &[u8], columns: &[Filling]) -> Option<Part> {
+        let returns = |at: usize| text.get(at + 1) == Some(&b'\n');
+        if memchr(b'"', text).is_some() || !memchr_iter(b'\r', text).all(returns) {
+            return None;
+        }
+        // by the length of the first line
+        let line = memchr(b'\n', text).map_or(text.len(), |end| end + 1);
+        let columns = columns.iter().map(|c| c.like(text.len() / line.max(1) + 16)).collect();
+        let mut part = Part { columns, rows: 0, lines: 0, unbroken: true, ragged: None };
+        let mut rest = text;
+        while !rest.is_empty() && part.ragged.is_none() {
+            part.lines += 1;
+            rest = self.line(rest, &mut part);
+        }
+        Some(part)
+    }
+
+    /// Reads one line and returns what follows it.
+    #[inline]
+    fn line<'t>(self, text: &'t [u8], part: &mut Part) -> &'t [u8] {
+        let after = |text: &'t [u8]| memchr(b'\n', text).map_or(&text[text.len()..], |end| &text[end + 1..]);
+        match text[0] {
+            b'\n' | b'\r' | b'#' => return after(text),
+            first if first.is_ascii_whitespace() => {
+                let line = &text[..memchr(b'\n', text).unwrap_or(text.len())];
+                if memchr(self.delimiter, line).is_none() && line.trim_ascii().is_empty() {
+                    part.unbroken = false;
+                    return after(text);
+                }
+            }
+            _ => {}
+        }
+        let mut rest = text;
+        let mut wanted = part.columns.iter_mut().peekable();
+        let mut fields = 0;
+        loop {
+            let column = wanted.next_if(|c| c.index == fields);
+            fields += 1;
+            let length = match column {
+                None => self.field(rest),
+                Some(column) => column.take_plain(rest, part.rows, self.delimiter).unwrap_or_else(|| {
+                    let length = self.field(rest);
+                    column.take(&rest[..length], part.rows);
+                    length
+                }),
+            };
+            match rest.get(length) {
+                Some(&b) if b == self.delimiter => rest = &rest[length + 1..],
+                _ => {
+                    rest = after(&rest[length..]);
+                    break;
+                }
+            }
+            // a delimiter behind the last field
+            if fields == self.width && matches!(rest.first(), None | Some(b'\n' | b'\r')) {
+                rest = after(rest);
+                break;
+            }
+        }
+        if fields == self.width {
+            part.unbroken &= part.lines == part.rows as u64 + 1;
+            part.rows += 1;
+        } else {
+            part.ragged = Some((fields, part.lines));
+        }
+        rest
+    }
+
+    /// Length of the field that `text` begins with.
+    fn field(self, text: &[u8]) -> usize {
+        match memchr2(self.delimiter, b'\n', text) {
+            Some(end) if end > 0 && text[end] == b'\n' && text[end - 1] == b'\r' => end - 1,
+            Some(end) => end,
+            None => text.len(),
+        }
+    }
+}
+
+/// Whole lines in parts for the cores.
+fn cut(lines: &[u8]) -> Vec<&[u8]> {
+    let mut parts = Vec::with_capacity(lines.len() / PART + 1);
+    let mut rest = lines;
+    while !rest.is_empty() {
+        let end = rest.get(PART..).and_then(|tail| memchr(b'\n', tail)).map_or(rest.len(), |end| PART + end + 1);
+        let (part, tail) = rest.split_at(end);
+        parts.push(part);
+        rest = tail;
+    }
+    parts
+}
