@@ -7,7 +7,9 @@ use common::{data, gyroid, run};
 use gyroid::ErrorKind;
 use gyroid::bias::EARTH_RATE_RAD_S;
 use gyroid::config::Config;
-use gyroid::ingest::{GyroQuery, Mounting, Reading, read_gyro, read_gyro_within};
+use gyroid::ingest::{
+    DriveQuery, DriveRecording, GyroQuery, Mounting, Reading, read_drive, read_gyro, read_gyro_within, read_log,
+};
 use gyroid::math::random::Stream;
 use gyroid::signal::names;
 use serde_json::Value;
@@ -338,4 +340,66 @@ fn two_imus_of_a_robot_agree_once_each_is_turned() {
     }
     let rear = fit(&log, &["--topic", "/rear/imu", "--latitude", "44.4"]);
     assert!(notes(&rear).contains("lies 180.0°") || notes(&rear).contains("lies 179.9°"), "{}", notes(&rear));
+}
+
+/// A drive whose gyro is turned as `rotation` says, which has the robot's axes in the frame of the sensor.
+fn turned_drive(rotation: &[[f64; 3]; 3], unit: &str) -> String {
+    let mut out = format!("t_s,gyro_x{unit},gyro_y{unit},gyro_z{unit},wheel_left_rad_s,wheel_right_rad_s\n");
+    for i in 0..400 {
+        let t = f64::from(i) * 0.05;
+        let robot = [0.02 * (3.0 * t).sin(), 0.01 * (5.0 * t).cos(), 0.4 * (0.7 * t).sin()];
+        let sensor: Vec<f64> = (0..3).map(|j| (0..3).map(|i| rotation[i][j] * robot[i]).sum()).collect();
+        out += &format!("{t},{},{},{},4.0,4.5\n", sensor[0], sensor[1], sensor[2]);
+    }
+    out
+}
+
+#[test]
+fn a_turned_gyro_of_a_drive_gives_the_robot_s_yaw_rate() {
+    let dir = tempfile::tempdir().unwrap();
+    let (straight, turned) = (dir.path().join("straight.csv"), dir.path().join("turned.csv"));
+    fs::write(&straight, turned_drive(&rotation(0.0, 0.0, 0.0), "_rad_s")).unwrap();
+    fs::write(&turned, turned_drive(&rotation(90.0, -20.0, 75.0), "_rad_s")).unwrap();
+    let mounting = Some(Mounting::from_roll_pitch_yaw_deg([90.0, -20.0, 75.0]).unwrap());
+    let query = DriveQuery { mounting, ..DriveQuery::default() };
+    let found = read_drive(&[&turned], &query).unwrap();
+    let wanted = read_drive(&[&straight], &DriveQuery::default()).unwrap();
+    let yaw = |d: &DriveRecording| d.log.require(names::GYRO_Z).unwrap().to_vec();
+    for (a, b) in yaw(&found).iter().zip(yaw(&wanted)) {
+        assert!((a - b).abs() < 1e-12, "{a} {b}");
+    }
+    assert!(found.notes.iter().any(|n| n.contains("robot_gyro_z = ")), "{:?}", found.notes);
+    // the rates of the sensor's own axes are not taken for the robot's
+    assert!(found.log.get("gyro_x_rad_s").is_none());
+    // the filter goes by it: unturned the robot would be somewhere else
+    let config = data("truth.toml");
+    let navigate = |log: &Path, more: &[&str]| {
+        let out = dir.path().join("pose.csv");
+        let (code, _, err) = run(gyroid().arg("navigate").arg(&config).arg(log).arg("--out").arg(&out).args(more));
+        assert!(code == 0 || code == 3, "{err}");
+        let log = read_log(&out).unwrap();
+        fs::remove_file(&out).unwrap();
+        [names::X, names::Y, names::HEADING].map(|name| *log.require(name).unwrap().last().unwrap())
+    };
+    let pose = navigate(&straight, &[]);
+    let found = navigate(&turned, &["--mounting", "90,-20,75"]);
+    assert!(pose.iter().zip(found).all(|(a, b)| (a - b).abs() < 1e-6), "{pose:?} {found:?}");
+    let unturned = navigate(&turned, &[]);
+    assert!((pose[2] - unturned[2]).abs() > 0.01, "{pose:?} {unturned:?}");
+}
+
+#[test]
+fn mountings_of_drives_that_cannot_be_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let (config, log) = (data("truth.toml"), dir.path().join("drive.csv"));
+    let refused = |arguments: &[&str], code: i32, parts: &[&str]| {
+        let (found, _, err) = run(gyroid().arg("navigate").arg(&config).arg(&log).args(arguments));
+        assert!(found == code && parts.iter().all(|p| err.contains(p)), "{arguments:?}: {found} {err}");
+    };
+    fs::write(&log, turned_drive(&rotation(90.0, 0.0, 0.0), "_rad_s")).unwrap();
+    refused(&["--mounting", "90,0,0", "--map", "gyro_z_rad_s=gyro_x_rad_s"], 2, &["--mounting", "--map names one"]);
+    fs::write(&log, turned_drive(&rotation(90.0, 0.0, 0.0), "")).unwrap();
+    refused(&["--mounting", "90,0,0"], 1, &["name no unit", "gyro_x_rad_s"]);
+    fs::write(&log, "t_s,wheel_left_rad_s,wheel_right_rad_s\n0,1,1\n0.1,1,1\n0.2,1,1\n").unwrap();
+    refused(&["--mounting", "90,0,0"], 1, &["no gyro", "leave it out"]);
 }

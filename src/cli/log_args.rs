@@ -83,6 +83,31 @@ impl TopicArgs {
     }
 }
 
+/// How the gyro is mounted.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct MountingArgs {
+    /// How the sensor is mounted in the robot: degrees about the robot's fixed axes, first roll, then pitch, then yaw (REP
+    /// 103); a log of three axes is turned into the robot's frame
+    #[arg(
+        long,
+        value_name = "ROLL,PITCH,YAW",
+        allow_hyphen_values = true,
+        value_parser = parse_mounting,
+        conflicts_with = "mounting_quaternion"
+    )]
+    mounting: Option<Mounting>,
+    /// The same as a unit quaternion, from the sensor's frame to the robot's
+    #[arg(long, value_name = "X,Y,Z,W", allow_hyphen_values = true, value_parser = parse_mounting_quaternion)]
+    mounting_quaternion: Option<Mounting>,
+}
+
+impl MountingArgs {
+    /// What was said, if anything.
+    fn given(&self) -> Option<Mounting> {
+        self.mounting.or(self.mounting_quaternion)
+    }
+}
+
 /// How to read the columns of a log at rest.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ColumnArgs {
@@ -92,27 +117,10 @@ pub(crate) struct ColumnArgs {
     /// validate also take several, such as x,y, or all, and read the log once for them
     #[arg(long, default_value = "z", allow_hyphen_values = true, value_parser = parse_axes)]
     axis: AxisList,
-    /// How the sensor is mounted in the robot: degrees about the robot's fixed axes, first roll, then pitch, then yaw (REP
-    /// 103); a log of three axes is turned into the robot's frame
-    #[arg(
-        long,
-        value_name = "ROLL,PITCH,YAW",
-        allow_hyphen_values = true,
-        value_parser = parse_mounting,
-        conflicts_with_all = ["column", "mounting_quaternion"]
-    )]
-    mounting: Option<Mounting>,
-    /// The same as a unit quaternion, from the sensor's frame to the robot's
-    #[arg(
-        long,
-        value_name = "X,Y,Z,W",
-        allow_hyphen_values = true,
-        value_parser = parse_mounting_quaternion,
-        conflicts_with = "column"
-    )]
-    mounting_quaternion: Option<Mounting>,
+    #[command(flatten)]
+    mounting: MountingArgs,
     /// Column that holds the rate, where the name does not say
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["mounting", "mounting_quaternion"])]
     column: Option<String>,
     /// Unit of the rate: rad/s, deg/s, mrad/s, mdeg/s, deg/h
     #[arg(long, value_parser = parse_rate_unit)]
@@ -146,6 +154,8 @@ pub(crate) struct DriveArgs {
     /// Read a column as a channel, whatever it is called: gyro_z_rad_s=-wz:deg/s, x_m=east_m; may be given more than once
     #[arg(long, value_name = "CHANNEL=[-]COLUMN[:UNIT]")]
     map: Vec<String>,
+    #[command(flatten)]
+    mounting: MountingArgs,
     /// Column that holds the time
     #[arg(long, value_name = "NAME")]
     time: Option<String>,
@@ -157,18 +167,26 @@ pub(crate) struct DriveArgs {
 impl DriveArgs {
     /// Reads the files as one drive.
     pub fn read(&self, logs: &[PathBuf]) -> Result<DriveRecording> {
-        let maps = self.map.iter().map(|text| ChannelMap::parse(text)).collect::<Result<_>>()?;
-        ingest::read_drive(logs, &drive_query(maps, self.time.as_ref(), self.time_unit, &self.topics))
+        let (time, time_unit) = (self.time.as_ref(), self.time_unit);
+        ingest::read_drive(logs, &drive_query(&self.map, time, time_unit, &self.topics, &self.mounting)?)
     }
 }
 
 fn drive_query(
-    maps: Vec<ChannelMap>,
+    maps: &[String],
     time: Option<&String>,
     time_unit: Option<TimeUnit>,
     topics: &TopicArgs,
-) -> DriveQuery {
-    DriveQuery { maps, time: time.cloned(), time_unit, topics: topics.topic.clone(), stamp: topics.stamp() }
+    mounting: &MountingArgs,
+) -> Result<DriveQuery> {
+    Ok(DriveQuery {
+        maps: maps.iter().map(|text| ChannelMap::parse(text)).collect::<Result<_>>()?,
+        time: time.cloned(),
+        time_unit,
+        topics: topics.topic.clone(),
+        stamp: topics.stamp(),
+        mounting: mounting.given(),
+    })
 }
 
 /// One axis or several.
@@ -272,7 +290,7 @@ impl ColumnArgs {
             column: self.column.clone(),
             axis: axis.axis,
             reversed: axis.reversed,
-            mounting: self.mounting(),
+            mounting: self.mounting.given(),
             unit: self.unit,
             time: self.time.clone(),
             time_unit: self.time_unit,
@@ -303,15 +321,10 @@ impl ColumnArgs {
         &self.axis.0
     }
 
-    /// How the sensor is mounted, if that was said.
-    fn mounting(&self) -> Option<Mounting> {
-        self.mounting.or(self.mounting_quaternion)
-    }
-
     /// The same, where the axis has to be the vertical one: an accelerometer in the log is asked whether it is.
     pub fn upright(mut self) -> Self {
-        if self.column.is_none() && self.mounting().is_none() {
-            self.mounting = Some(Mounting::ALIGNED);
+        if self.column.is_none() && self.mounting.given().is_none() {
+            self.mounting.mounting = Some(Mounting::ALIGNED);
         }
         self
     }
@@ -323,12 +336,8 @@ impl ColumnArgs {
 
     /// Reads the files of a drive whose columns `maps` names where their names do not.
     pub fn read_drive(&self, maps: &[String], logs: &[PathBuf]) -> Result<DriveRecording> {
-        if self.mounting().is_some() {
-            return Err(Error::new(ErrorKind::Usage, "--mounting", "is for a gyro at rest, and this is a drive")
-                .mend("name the column of the yaw rate, or turn the rates before: --map gyro_z_rad_s=-gyro_x"));
-        }
-        let maps = maps.iter().map(|text| ChannelMap::parse(text)).collect::<Result<_>>()?;
-        ingest::read_drive(logs, &drive_query(maps, self.time.as_ref(), self.time_unit, &self.topics))
+        let (time, time_unit) = (self.time.as_ref(), self.time_unit);
+        ingest::read_drive(logs, &drive_query(maps, time, time_unit, &self.topics, &self.mounting)?)
     }
 
     /// How long after power-on the log begins, s, if that was said.

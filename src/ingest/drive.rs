@@ -6,6 +6,7 @@ use super::clock::{self, Clock, TimeColumn};
 use super::format::Source;
 use super::formats;
 use super::merge::{self, Part};
+use super::mounting::{self, Mounted, Mounting};
 use super::names::{self, Axis, Role, TimeKind};
 use super::quantity::Conversion;
 use super::recording::{find_gyro, named_unit, side_channel};
@@ -17,7 +18,7 @@ use crate::units::TimeUnit;
 use std::path::Path;
 
 /// How to read a drive, where its files leave a choice.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct DriveQuery {
     /// Columns that are certain channels, whatever they are called.
     pub maps: Vec<ChannelMap>,
@@ -29,6 +30,8 @@ pub struct DriveQuery {
     pub topics: Vec<String>,
     /// Which of the two times of a message counts.
     pub stamp: Stamp,
+    /// How the gyro is mounted in the robot, whose yaw rate is then read from the sensor's axes.
+    pub mounting: Option<Mounting>,
 }
 
 /// A drive, and what was decided about its columns.
@@ -67,10 +70,20 @@ pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<Dri
     let name = |p: &P| p.as_ref().display().to_string();
     let mut notes = Vec::new();
     let mut sources = Vec::new();
+    let mut turned = false;
     for path in paths {
         for chosen in formats::open_all(path.as_ref(), &query.topics, query.stamp, paths.len() > 1)? {
             notes.extend(chosen.note);
-            sources.push((name(path), chosen.source));
+            let mut source = chosen.source;
+            if let Some(mounting) = &query.mounting
+                && mounting::has_gyro(source.heads())
+            {
+                let (mounted, told) = Mounted::of_drive(&name(path), source, mounting)?;
+                notes.extend(told);
+                source = Box::new(mounted);
+                turned = true;
+            }
+            sources.push((name(path), source));
         }
     }
     if let (Some(first), true) = (paths.first(), sources.is_empty()) {
@@ -80,6 +93,11 @@ pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<Dri
             format!("no file has a topic {}", query.topics.join(", ")),
         )
         .mend("see what is there with `gyroid inspect`"));
+    }
+    if query.mounting.is_some()
+        && let Some((first, _)) = sources.first()
+    {
+        check_mounting(first, turned, query)?;
     }
     let several = sources.len() > 1;
     let heads: Vec<(String, &[Head])> = sources.iter().map(|(name, s)| (name.clone(), s.heads())).collect();
@@ -103,6 +121,19 @@ pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<Dri
     let (log, merged) = merge::merge(parts)?;
     notes.extend(merged);
     Ok(DriveRecording { log, notes, repeats })
+}
+
+/// A mounting needs a gyro to turn, and one that is mapped is not turned.
+fn check_mounting(source: &str, turned: bool, query: &DriveQuery) -> Result<()> {
+    if query.maps.iter().any(|m| m.channel() == channel::GYRO_Z) {
+        let found = format!("turns three columns into {}, and --map names one", channel::GYRO_Z);
+        return Err(Error::new(ErrorKind::Usage, "--mounting", found).mend("leave out one of them"));
+    }
+    if !turned {
+        return Err(Error::new(ErrorKind::Column, source, "there is no gyro, and --mounting says how it is mounted")
+            .mend("leave it out, or add the log of the gyro"));
+    }
+    Ok(())
 }
 
 /// Files whose channels are all in those before them.

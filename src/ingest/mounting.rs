@@ -10,9 +10,9 @@
 
 use super::format::{Batch, Column, ColumnFacts, Facts, Source, Take};
 use super::gravity::{Accelerometer, Gravity};
-use super::names::{Axis, Role};
+use super::names::{Axis, Role, tells_motion};
 use super::recording::{GyroQuery, find_gyro};
-use super::table::Head;
+use super::table::{Head, Kind};
 use crate::error::{Error, ErrorKind, Result};
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion};
 
@@ -88,6 +88,7 @@ pub(super) struct Mounted {
     heads: Vec<Head>,
     /// Columns of the sensor's rates that count, and their weights.
     parts: Vec<(usize, f64)>,
+    /// What tells of gravity, where the sensor rests.
     accelerometer: Option<Accelerometer>,
     gravity: Gravity,
 }
@@ -120,8 +121,9 @@ impl Mounted {
             let told = format!("{own} = {}, as the mounting has it", formula(&heads, &parts));
             (own, Some(told))
         };
+        // the rates of the sensor's axes are nobody else's business
         for head in heads.iter_mut().filter(|h| matches!(h.named().role, Role::Gyro(_))) {
-            head.role = Some(Role::Other);
+            (head.role, head.kind) = (Some(Role::Other), Kind::Other);
         }
         let accelerometer = Accelerometer::find(&heads);
         let mut head = Head::number(own, "number").with_role(Role::Gyro(Some(query.axis)));
@@ -130,6 +132,26 @@ impl Mounted {
         let gravity = Gravity::new(mounting, query.axis == Axis::Z && query.reversed);
         Ok((Self { inner, heads, parts, accelerometer, gravity }, told))
     }
+
+    /// The table of a drive with the rate about the robot's z axis. The accelerometer is not asked: a robot that drives also
+    /// accelerates.
+    pub fn of_drive(source: &str, inner: Box<dyn Source>, mounting: &Mounting) -> Result<(Self, Option<String>)> {
+        let (turned, told) = Self::new(source, inner, mounting, &GyroQuery::default())?;
+        if let Some(Head { unit: None, .. }) = turned.heads.last() {
+            return Err(Error::new(
+                ErrorKind::Unit,
+                source,
+                "the columns of the gyro that is to be turned name no unit",
+            )
+            .mend("name it in all of them, such as gyro_x_rad_s or gx_dps"));
+        }
+        Ok((Self { accelerometer: None, ..turned }, told))
+    }
+}
+
+/// Whether there is a gyro among the columns.
+pub(super) fn has_gyro(heads: &[Head]) -> bool {
+    heads.iter().any(|h| matches!(h.named().role, Role::Gyro(_)) && !tells_motion(&h.name))
 }
 
 /// The columns of the gyro's axes, and what of each the rate has. Axes of which it has nothing need not be there.
