@@ -156,6 +156,11 @@ pub trait DriveEffect: Send + Sync {
         [0.0; 2]
     }
 
+    /// Whether [`Self::force`] is the same on both robots, to the last digit, wherever they are.
+    fn pushes_alike(&self, one: &Robot, other: &Robot) -> bool {
+        one == other
+    }
+
     /// Sideways speed, to the left, m/s.
     fn sideways_m_s(&self, at: &Moving) -> f64 {
         let _ = at;
@@ -240,6 +245,12 @@ impl DriveModel {
     /// Puts accelerations and wheel forces under `torques_n_m` (left, right; commanded) into `at`.
     #[inline]
     pub fn accelerate(&self, at: &mut Moving, torques_n_m: [f64; 2]) {
+        self.accelerate_with(at, torques_n_m, |_| None);
+    }
+
+    /// The same where `known` tells force and moment of some effects, by their place: those of [`Self::forces`].
+    #[inline]
+    pub fn accelerate_with(&self, at: &mut Moving, torques_n_m: [f64; 2], known: impl Fn(usize) -> Option<[f64; 2]>) {
         let robot = &self.robot;
         let (v, w) = (at.speed_m_s, at.yaw_rate_rad_s);
         let wheels = robot.wheels_rad_s(v, w);
@@ -249,8 +260,8 @@ impl DriveModel {
         let com = robot.mass_kg * robot.com_offset_m;
         let mut force = rim[0] + rim[1] + com * w * w;
         let mut moment = robot.half_track_m * (rim[1] - rim[0]) - com * v * w;
-        for effect in &self.effects {
-            let [f, n] = effect.force(robot, at);
+        for (place, effect) in self.effects.iter().enumerate() {
+            let [f, n] = known(place).unwrap_or_else(|| effect.force(robot, at));
             force += f;
             moment += n;
         }
@@ -259,6 +270,18 @@ impl DriveModel {
         at.yaw_acceleration_rad_s2 = q * force + s * moment;
         let spin = robot.wheels_rad_s(at.acceleration_m_s2, at.yaw_acceleration_rad_s2);
         at.wheel_force_n = std::array::from_fn(|i| rim[i] - robot.wheel_inertia_kg_m2 * spin[i] / robot.radius_m[i]);
+    }
+
+    /// Extra force (N, forwards) and moment (N·m, to the left) of each effect, under the accelerations in `at`.
+    pub fn forces(&self, at: &Moving, out: &mut Vec<[f64; 2]>) {
+        out.clear();
+        out.extend(self.effects.iter().map(|e| e.force(&self.robot, at)));
+    }
+
+    /// Whether the effect in this place pushes `other` just as it pushes this robot.
+    #[must_use]
+    pub fn pushes_alike(&self, place: usize, other: &Robot) -> bool {
+        self.effects[place].pushes_alike(&self.robot, other)
     }
 
     /// d[x, y, θ, v, ω]/dt where the accelerations are those in `at`.

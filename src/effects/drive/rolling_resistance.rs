@@ -169,4 +169,8 @@ impl DriveEffect for Work {
             -load * robot.half_track_m * (r[0] - l[0] + turning * (r[1] - l[1]) + side * (r[1] + l[1])),
         ]
     }
+
+    fn pushes_alike(&self, one: &Robot, other: &Robot) -> bool {
+        one.mass_kg == other.mass_kg && one.half_track_m == other.half_track_m
+    }
 }

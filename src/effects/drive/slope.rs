@@ -78,4 +78,8 @@ impl DriveEffect for Work {
         let (sin, cos) = at.heading_rad.sin_cos();
         [-robot.mass_kg * GRAVITY_M_S2 * (self.0[0] * cos + self.0[1] * sin), 0.0]
     }
+
+    fn pushes_alike(&self, one: &Robot, other: &Robot) -> bool {
+        one.mass_kg == other.mass_kg
+    }
 }

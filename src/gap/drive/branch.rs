@@ -152,7 +152,7 @@ impl Branch {
     }
 
     /// Innovations whitened under the best set, coefficients included.
-    pub(super) fn residuals(&self, mut each: impl FnMut(&Innovation, f64)) {
+    pub(super) fn residuals(&self, mut each: impl FnMut(&Innovation, f64) + Send) {
         let c = &self.compared;
         let members = &c.sets[0].members;
         let groups = || members.iter().map(|m| m.0);

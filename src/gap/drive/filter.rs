@@ -98,16 +98,16 @@ impl<'a> Filter<'a> {
         (nu, s, gain)
     }
 
-    /// ∂(state ahead)/∂state
+    /// ∂(state ahead)/∂state; `middle`: sine and cosine of the heading half way.
     pub fn jacobian(
         &self,
         model: &DriveModel,
         at: &Moving,
-        torques: [f64; 2],
-        sideways: f64,
-        dt: f64,
+        step: &Step,
+        middle: (f64, f64),
         scales: &Scales,
     ) -> Matrix {
+        let Step { torques, sideways, dt, .. } = *step;
         let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate, 1e-4];
         let by = |which: usize| {
             let mut moved = *at;
@@ -123,7 +123,7 @@ impl<'a> Filter<'a> {
             ]
         };
         let slopes = [by(0), by(1), by(2)];
-        let (sin, cos) = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
+        let (sin, cos) = middle;
         let v = at.speed_m_s;
         let mut f = [[0.0; N]; N];
         for (i, row) in f.iter_mut().enumerate() {
