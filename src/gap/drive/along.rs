@@ -51,6 +51,8 @@ pub struct Followed {
     pub goes_on: bool,
     /// Motion after the readings, accelerations included.
     pub leaving: Moving<'static>,
+    /// Force and moment of each effect of the model at β there.
+    pub forces: Vec<[f64; 2]>,
     /// ∂(state in the next row)/∂state
     pub f: Matrix,
     /// What moves the robot there.
@@ -86,6 +88,7 @@ impl Default for Followed {
             yaw_rate: 0.0,
             goes_on: false,
             leaving: still,
+            forces: Vec::new(),
             f: [[0.0; N]; N],
             step: Step { torques: [0.0; 2], sideways: 0.0, drift: [0.0; 2], dt: 0.0 },
             middle: (0.0, 1.0),
@@ -260,7 +263,9 @@ impl<'a> Along<'a> {
         let dt = record.times_s[k + 1] - record.times_s[k];
         let torques = record.torques(k);
         let mut at = self.moving(k);
-        model.accelerate(&mut at, torques);
+        model.forces(&at, &mut out.forces);
+        model.accelerate_with(&mut at, torques, |place, _| Some(out.forces[place]));
+        model.renew_forces(&at, &mut out.forces);
         if self.free {
             self.look_ahead(&at, torques, dt, out);
         }
@@ -274,7 +279,7 @@ impl<'a> Along<'a> {
         out.leaving = at;
         out.step = Step { torques, sideways: model.sideways_m_s(&at), drift, dt };
         out.middle = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
-        out.f = self.filter.jacobian(model, &at, &out.step, out.middle, self.scales);
+        out.f = self.filter.jacobian(model, &at, &out.forces, &out.step, out.middle, self.scales);
         self.before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);
         self.filter.predict(model, &at, &out.step, &out.f);
         if record.torques_n_m.is_none() {

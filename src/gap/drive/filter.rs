@@ -98,11 +98,12 @@ impl<'a> Filter<'a> {
         (nu, s, gain)
     }
 
-    /// ∂(state ahead)/∂state; `middle`: sine and cosine of the heading half way.
+    /// ∂(state ahead)/∂state; `forces`: those of the effects at `at`, `middle`: sine and cosine of the heading half way.
     pub fn jacobian(
         &self,
         model: &DriveModel,
         at: &Moving,
+        forces: &[[f64; 2]],
         step: &Step,
         middle: (f64, f64),
         scales: &Scales,
@@ -116,7 +117,10 @@ impl<'a> Filter<'a> {
                 1 => moved.yaw_rate_rad_s += step[1],
                 _ => moved.heading_rad += step[2],
             }
-            model.accelerate(&mut moved, torques);
+            model.accelerate_with(&mut moved, torques, |place, effect| {
+                let follows = effect.force_follows();
+                (!if which < 2 { follows.speeds } else { follows.heading }).then(|| forces[place])
+            });
             [
                 (moved.acceleration_m_s2 - at.acceleration_m_s2) / step[which],
                 (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / step[which],

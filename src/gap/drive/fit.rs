@@ -65,8 +65,10 @@ pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &The
                     let same = there.iter().position(|c| c == own).filter(|_| *own != i);
                     same.filter(|_| model.pushes_alike(place, &here.robot))
                 };
-                let known = at_work(&moved).iter().enumerate().map(known).collect();
-                Beside { model, step, touches: change.touches(), known }
+                let there = at_work(&moved);
+                let known = there.iter().enumerate().map(known).collect();
+                let own = there.iter().position(|c| *c == i).filter(|place| model.pushes_alike(*place, &here.robot));
+                Beside { model, step, touches: change.touches(), known, own }
             });
             beside.push(one.collect());
         }

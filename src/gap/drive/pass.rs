@@ -93,6 +93,8 @@ pub struct Beside {
     pub touches: Touches,
     /// For each of its effects the place, in the model at β, of the one that pushes just the same.
     pub known: Vec<Option<usize>>,
+    /// The place among them of the one that the coordinate belongs to, if on this robot it has the shape that it has at β.
+    pub own: Option<usize>,
 }
 
 /// One innovation.
@@ -265,14 +267,15 @@ impl Stretch {
     }
 }
 
-/// The columns dealt out to `most` at most, so that all have as much to do. What varies goes with what it varies about.
+/// The columns dealt out to `most` at most, so that all have as much to do. Those of one change stay together: they share what it is
+/// made of.
 fn parts(columns: &[Column], most: usize) -> Vec<Vec<usize>> {
     // a coordinate is a model of its own to evaluate
     let cost = |c: &Column| if matches!(c, Column::Coordinate(..)) { 10 } else { 1 };
     let mut units: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
     for (c, column) in columns.iter().enumerate() {
         let unit = match *column {
-            Column::Coordinate(i, j) | Column::Varying(i, j, _) => (i, j),
+            Column::Coordinate(i, _) | Column::Varying(i, ..) => (i, 0),
             _ => (usize::MAX, c),
         };
         units.entry(unit).or_default().push(c);

@@ -6,7 +6,7 @@ use super::along::{Followed, Taken};
 use super::column::{Column, Equation};
 use super::filter::{N, Step, TH, V, W, X, Y};
 use super::pass::{Beside, Models};
-use crate::model::drive::{Moving, Past};
+use crate::model::drive::{DriveEffect, Moving, Past, Robot, Shape};
 
 /// Derivatives of the state, and of the readings of the row at hand, by some of the columns.
 pub struct Tangents<'a> {
@@ -20,12 +20,23 @@ pub struct Tangents<'a> {
     varies: Vec<usize>,
     /// What each coordinate adds to dv/dt, dω/dt and the sideways speed
     adds: Vec<[f64; 3]>,
-    /// Whether any coordinate moves the robot
-    moves: bool,
-    /// Force and moment of each effect in the model at β
-    forces: Vec<[f64; 2]>,
+    /// What the change at hand is made of
+    shapes: Shapes,
     /// Yaw rates so far, where torques tell how the robot turns
     past: Option<Past>,
+}
+
+/// The shape of the change whose coordinates are being followed, in this row.
+#[derive(Default)]
+struct Shapes {
+    of_row: Option<(usize, Shape)>,
+}
+
+impl Shapes {
+    fn of(&mut self, change: usize, effect: &dyn DriveEffect, robot: &Robot, at: &Moving) -> &Shape {
+        let known = self.of_row.take().filter(|known| known.0 == change);
+        &self.of_row.insert(known.unwrap_or_else(|| (change, effect.shape(robot, at)))).1
+    }
 }
 
 impl<'a> Tangents<'a> {
@@ -44,8 +55,7 @@ impl<'a> Tangents<'a> {
             moved: zero(),
             varies: columns.iter().enumerate().map(of).collect(),
             adds: vec![[0.0; 3]; columns.len()],
-            moves: columns.iter().any(|c| matches!(*c, Column::Coordinate(i, j) if models.beside[i][j].touches.motion)),
-            forces: Vec::new(),
+            shapes: Shapes::default(),
             past: forced.then(Past::default),
             columns,
         }
@@ -147,20 +157,21 @@ impl<'a> Tangents<'a> {
             w[c] = f[W][TH] * dth + f[W][V] * dv + f[W][W] * dw;
         }
         let (sin, cos) = row.middle;
-        if self.moves {
-            // what does not change beside β is the same in every column
-            self.models.here.forces(at, &mut self.forces);
-        }
+        self.shapes.of_row = None;
         for (c, column) in self.columns.iter().enumerate() {
             // dv/dt, dω/dt, sideways
             let d = match *column {
                 Column::Coordinate(i, j) => {
-                    let Beside { model, step, touches, known } = &self.models.beside[i][j];
+                    let Beside { model, step, touches, known, own } = &self.models.beside[i][j];
                     if !touches.motion {
                         continue;
                     }
                     let mut moved = *at;
-                    model.accelerate_with(&mut moved, torques, |place| known[place].map(|same| self.forces[same]));
+                    model.accelerate_with(&mut moved, torques, |place, effect| {
+                        let shaped = || effect.force_of(self.shapes.of(i, effect, &model.robot, at), &model.robot, at);
+                        let same = known[place].map(|same| row.forces[same]);
+                        same.or_else(|| (*own == Some(place)).then(shaped))
+                    });
                     self.adds[c] = [
                         (moved.acceleration_m_s2 - at.acceleration_m_s2) / step,
                         (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / step,
