@@ -143,6 +143,20 @@ pub struct Moving<'a> {
     pub past: Option<&'a Past>,
 }
 
+/// What the force of an effect follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ForceFollows {
+    /// Heading.
+    pub heading: bool,
+    /// Speed or yaw rate.
+    pub speeds: bool,
+    /// Accelerations or forces of the wheels, of the last instant.
+    pub accelerations: bool,
+}
+
+/// Functions of the motion that the force of an effect is made of.
+pub type Shape = [f64; 8];
+
 /// An effect at work in one drive. What its parameters are, is fixed when it is made.
 pub trait DriveEffect: Send + Sync {
     /// Changes the robot's constants.
@@ -154,6 +168,28 @@ pub trait DriveEffect: Send + Sync {
     fn force(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
         let _ = (robot, at);
         [0.0; 2]
+    }
+
+    /// What [`Self::force`] follows.
+    fn force_follows(&self) -> ForceFollows {
+        ForceFollows { heading: true, speeds: true, accelerations: true }
+    }
+
+    /// What [`Self::force`] is made of whatever the effect's parameters are, for [`Self::force_of`].
+    fn shape(&self, robot: &Robot, at: &Moving) -> Shape {
+        let _ = (robot, at);
+        Shape::default()
+    }
+
+    /// [`Self::force`], to the last digit, where [`Self::shape`] is known.
+    fn force_of(&self, shape: &Shape, robot: &Robot, at: &Moving) -> [f64; 2] {
+        let _ = shape;
+        self.force(robot, at)
+    }
+
+    /// Whether [`Self::force`] is the same on both robots, to the last digit, wherever they are.
+    fn pushes_alike(&self, one: &Robot, other: &Robot) -> bool {
+        one == other
     }
 
     /// Sideways speed, to the left, m/s.
@@ -240,6 +276,17 @@ impl DriveModel {
     /// Puts accelerations and wheel forces under `torques_n_m` (left, right; commanded) into `at`.
     #[inline]
     pub fn accelerate(&self, at: &mut Moving, torques_n_m: [f64; 2]) {
+        self.accelerate_with(at, torques_n_m, |_, _| None);
+    }
+
+    /// The same where `known` tells force and moment of some effects, by their place: those of [`Self::forces`].
+    #[inline]
+    pub fn accelerate_with(
+        &self,
+        at: &mut Moving,
+        torques_n_m: [f64; 2],
+        mut known: impl FnMut(usize, &dyn DriveEffect) -> Option<[f64; 2]>,
+    ) {
         let robot = &self.robot;
         let (v, w) = (at.speed_m_s, at.yaw_rate_rad_s);
         let wheels = robot.wheels_rad_s(v, w);
@@ -249,8 +296,8 @@ impl DriveModel {
         let com = robot.mass_kg * robot.com_offset_m;
         let mut force = rim[0] + rim[1] + com * w * w;
         let mut moment = robot.half_track_m * (rim[1] - rim[0]) - com * v * w;
-        for effect in &self.effects {
-            let [f, n] = effect.force(robot, at);
+        for (place, effect) in self.effects.iter().enumerate() {
+            let [f, n] = known(place, effect.as_ref()).unwrap_or_else(|| effect.force(robot, at));
             force += f;
             moment += n;
         }
@@ -259,6 +306,25 @@ impl DriveModel {
         at.yaw_acceleration_rad_s2 = q * force + s * moment;
         let spin = robot.wheels_rad_s(at.acceleration_m_s2, at.yaw_acceleration_rad_s2);
         at.wheel_force_n = std::array::from_fn(|i| rim[i] - robot.wheel_inertia_kg_m2 * spin[i] / robot.radius_m[i]);
+    }
+
+    /// Extra force (N, forwards) and moment (N·m, to the left) of each effect, under the accelerations in `at`.
+    pub fn forces(&self, at: &Moving, out: &mut Vec<[f64; 2]>) {
+        out.clear();
+        out.extend(self.effects.iter().map(|e| e.force(&self.robot, at)));
+    }
+
+    /// Renews those of [`Self::forces`] that follow accelerations, for those now in `at`.
+    pub fn renew_forces(&self, at: &Moving, forces: &mut [[f64; 2]]) {
+        for (effect, force) in self.effects.iter().zip(forces).filter(|(e, _)| e.force_follows().accelerations) {
+            *force = effect.force(&self.robot, at);
+        }
+    }
+
+    /// Whether the effect in this place pushes `other` just as it pushes this robot.
+    #[must_use]
+    pub fn pushes_alike(&self, place: usize, other: &Robot) -> bool {
+        self.effects[place].pushes_alike(&self.robot, other)
     }
 
     /// d[x, y, θ, v, ω]/dt where the accelerations are those in `at`.

@@ -9,7 +9,7 @@ use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
-use crate::model::drive::{DriveEffect, Moving, Robot};
+use crate::model::drive::{DriveEffect, ForceFollows, Moving, Robot, Shape};
 
 static ABOUT: About = About {
     id: "wheel.rolling_resistance",
@@ -140,33 +140,59 @@ fn saturating(x: f64) -> f64 {
     ((1.0 - t) / (1.0 + t)).copysign(x)
 }
 
+/// Signs of left wheel, right wheel and robot, sharp and soft; how near the wheels are to standstill, where that is `wanted`,
+/// as the robot's sign is.
+fn shape(robot: &Robot, at: &Moving, wanted: [bool; 2]) -> Shape {
+    let sign = |v: f64| TURNS_M_S.map(|turn| saturating(v / turn));
+    let [left, right] = robot.ground_speeds_m_s(at.speed_m_s, at.yaw_rate_rad_s);
+    let near = |v: f64| if wanted[0] { (-v.abs() / REACH_M_S).exp() } else { 0.0 };
+    let ([l0, l1], [r0, r1]) = (sign(left), sign(right));
+    let [v0, v1] = if wanted[1] { sign(at.speed_m_s) } else { [0.0; 2] };
+    [l0, l1, r0, r1, v0, v1, near(left), near(right)]
+}
+
 impl DriveEffect for Work {
     fn force(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
+        let [_, _, _, body, _, standstill, _] = self.0;
+        self.force_of(&shape(robot, at, [standstill != 0.0, body != 0.0]), robot, at)
+    }
+
+    fn shape(&self, robot: &Robot, at: &Moving) -> Shape {
+        shape(robot, at, [true; 2])
+    }
+
+    fn force_of(&self, shape: &Shape, robot: &Robot, at: &Moving) -> [f64; 2] {
         let [hard, soft, turning, body, rise, standstill, side] = self.0;
         // t and p turn over as softly as the resistance itself
         let softness = if hard == 0.0 { 0.0 } else { (soft / hard).clamp(-0.5, 1.0) };
-        let sign = |v: f64| {
-            let [sharp, slow] = TURNS_M_S.map(|turn| saturating(v / turn));
-            (sharp, slow - sharp)
-        };
+        let [left, right] = robot.ground_speeds_m_s(at.speed_m_s, at.yaw_rate_rad_s);
         // of each wheel over its load: what resists, and the sign it does it with
-        let [l, r] = robot.ground_speeds_m_s(at.speed_m_s, at.yaw_rate_rad_s).map(|v| {
-            let (sharp, gentle) = sign(v);
-            let speed = v.abs();
-            let near = if standstill == 0.0 { 0.0 } else { standstill * (-speed / REACH_M_S).exp() };
-            let resists = (hard + rise * (speed - TYPICAL_M_S) + near) * sharp + soft * gentle;
+        let of = |v: f64, sharp: f64, slow: f64, near: f64| {
+            let gentle = slow - sharp;
+            let near = if standstill == 0.0 { 0.0 } else { standstill * near };
+            let resists = (hard + rise * (v.abs() - TYPICAL_M_S) + near) * sharp + soft * gentle;
             [resists, sharp + softness * gentle]
-        });
+        };
+        let l = of(left, shape[0], shape[1], shape[6]);
+        let r = of(right, shape[2], shape[3], shape[7]);
         let load = robot.wheel_load_n();
         let instead = if body == 0.0 {
             0.0
         } else {
-            let (sharp, gentle) = sign(at.speed_m_s);
+            let (sharp, gentle) = (shape[4], shape[5] - shape[4]);
             2.0 * body * (sharp + softness * gentle)
         };
         [
             -load * (l[0] + r[0] - body * (l[1] + r[1]) + instead + side * (r[1] - l[1])),
             -load * robot.half_track_m * (r[0] - l[0] + turning * (r[1] - l[1]) + side * (r[1] + l[1])),
         ]
+    }
+
+    fn force_follows(&self) -> ForceFollows {
+        ForceFollows { heading: false, speeds: true, accelerations: false }
+    }
+
+    fn pushes_alike(&self, one: &Robot, other: &Robot) -> bool {
+        one.mass_kg == other.mass_kg && one.half_track_m == other.half_track_m
     }
 }

@@ -4,7 +4,7 @@ use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
-use crate::model::drive::{DriveEffect, GRAVITY_M_S2, Moving, Robot};
+use crate::model::drive::{DriveEffect, ForceFollows, GRAVITY_M_S2, Moving, Robot};
 
 static ABOUT: About = About {
     id: "ground.slope",
@@ -77,5 +77,13 @@ impl DriveEffect for Work {
     fn force(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
         let (sin, cos) = at.heading_rad.sin_cos();
         [-robot.mass_kg * GRAVITY_M_S2 * (self.0[0] * cos + self.0[1] * sin), 0.0]
+    }
+
+    fn force_follows(&self) -> ForceFollows {
+        ForceFollows { heading: true, speeds: false, accelerations: false }
+    }
+
+    fn pushes_alike(&self, one: &Robot, other: &Robot) -> bool {
+        one.mass_kg == other.mass_kg
     }
 }

@@ -6,7 +6,7 @@ use super::column::{Column, Scoped};
 use super::fit::{Compared, Theta, models};
 use super::judge::{LARGE, Options};
 use super::onset::{self, Onsets};
-use super::pass::{Channel, Innovation, Models, Noise, run, run_scoped};
+use super::pass::{Channel, Models, Noise, run, run_scoped};
 use super::record::Record;
 use super::unforced;
 use crate::effects::Parameters;
@@ -56,7 +56,11 @@ impl Branch {
 
     /// Puts outliers aside and takes noise levels from what is left; if there are any, settles again.
     pub(super) fn clean(&mut self, options: &Options) -> bool {
-        let changed = self.put_outliers_aside(options) | self.level(options) | self.diffuse();
+        let residuals = self.residuals();
+        let any = self.put_outliers_aside(options, &residuals);
+        // what is left, where readings were put aside
+        let residuals = if any { self.residuals() } else { residuals };
+        let changed = any | self.level(options, &residuals) | self.diffuse();
         if changed {
             let (candidates, from) = (self.compared.plausible(), self.compared.next().0);
             self.compared = Compared::narrow(&self.record, &self.noise, candidates, from, None);
@@ -151,8 +155,8 @@ impl Branch {
         self.compared.top() + self.extra_weight
     }
 
-    /// Innovations whitened under the best set, coefficients included.
-    pub(super) fn residuals(&self, mut each: impl FnMut(&Innovation, f64)) {
+    /// Innovations whitened under the best set, coefficients included: channel, row, ν/√S.
+    fn residuals(&self) -> Vec<(Channel, usize, f64)> {
         let c = &self.compared;
         let members = &c.sets[0].members;
         let groups = || members.iter().map(|m| m.0);
@@ -186,22 +190,24 @@ impl Branch {
             })
             .collect();
         let models = models(&self.record, &few.change_list(), &c.theta, true);
+        let mut out = Vec::new();
         let _ = run_scoped(&self.record, &models, &self.noise, &few.columns, |i| {
             let explained: f64 = i.slopes.iter().zip(&here).map(|(s, b)| s * b).sum();
-            each(i, i.white - explained);
+            out.push((i.channel, i.row, i.white - explained));
         });
+        out
     }
 
     /// Single readings far off are put aside; returns whether there were any.
-    pub(super) fn put_outliers_aside(&mut self, options: &Options) -> bool {
+    fn put_outliers_aside(&mut self, options: &Options, residuals: &[(Channel, usize, f64)]) -> bool {
         let mut found: Vec<(Channel, usize, f64)> = Vec::new();
         let mut counts = [0usize; 6];
-        self.residuals(|i, white| {
-            counts[i.channel as usize] += 1;
+        for &(channel, row, white) in residuals {
+            counts[channel as usize] += 1;
             if white.abs() > OUTLYING {
-                found.push((i.channel, i.row, white));
+                found.push((channel, row, white));
             }
-        });
+        }
         let mut any = false;
         for (place, (id, named, channels)) in [
             ("gyro.outliers", true, &Channel::ALL[2..3]),
@@ -277,12 +283,12 @@ impl Branch {
     }
 
     /// Noise that is not as large as believed; returns whether there is any.
-    pub(super) fn level(&mut self, options: &Options) -> bool {
+    fn level(&mut self, options: &Options, residuals: &[(Channel, usize, f64)]) -> bool {
         let mut sums = [(0usize, 0.0); 6];
-        self.residuals(|i, white| {
-            let sum = &mut sums[i.channel as usize];
+        for &(channel, _, white) in residuals {
+            let sum = &mut sums[channel as usize];
             *sum = (sum.0 + 1, sum.1 + white * white);
-        });
+        }
         let mut any = false;
         for (name, channels) in
             [("wheel_left", 0..1), ("wheel_right", 1..2), ("gyro", 2..3), ("position", 3..5), ("heading", 5..6)]

@@ -7,6 +7,7 @@
 
 use super::pass::{Channel, Models, Noise, run};
 use super::record::Record;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Losses that are tried.
@@ -64,10 +65,51 @@ pub struct Sought {
 /// Looks for bursts of one wheel: the best account of them at each mean length, where there is one.
 #[must_use]
 pub fn accounts(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> Vec<Bursts> {
-    let Some(errors) = Errors::of(record, models, noise, sought) else { return Vec::new() };
-    let losses = sought.loss.map_or_else(|| LOSSES.to_vec(), |loss| vec![loss]);
-    LENGTHS_S.iter().filter_map(|length_s| errors.account(record, &losses, *length_s, sought)).collect()
+    Predicted::of(record, models, noise, sought.side).accounts(record, sought)
 }
+
+/// What the other sensors and the model expect of one wheel.
+pub struct Predicted {
+    /// Row, error and its variance
+    rows: Vec<(usize, f64, f64)>,
+}
+
+impl Predicted {
+    /// In a pass of which the wheel of this side takes no part.
+    #[must_use]
+    pub fn of(record: &Record, models: &Models, noise: &Noise, side: usize) -> Self {
+        let mut aside = *noise;
+        let variance = noise.reading[side];
+        aside.reading[side] *= ASIDE;
+        let mut rows: Vec<(usize, f64, f64)> = Vec::with_capacity(record.len());
+        let _ = run(record, models, &aside, &[], |i| {
+            if i.channel == Channel::ALL[side] {
+                let error = i.white * i.std;
+                rows.push((i.row, error, (i.std * i.std - aside.reading[side]).max(0.0) + variance));
+            }
+        });
+        Self { rows }
+    }
+
+    /// As [`accounts`]; the side that is sought is the one that was predicted.
+    #[must_use]
+    pub fn accounts(&self, record: &Record, sought: Sought) -> Vec<Bursts> {
+        let Some(errors) = Errors::of(record, &self.rows, sought) else { return Vec::new() };
+        let losses = sought.loss.map_or_else(|| LOSSES.to_vec(), |loss| vec![loss]);
+        let scatters = LENGTHS_S.map(|length_s| errors.scatter(record, length_s));
+        let evidences: Vec<Evidences> =
+            losses.par_iter().map(|loss| errors.evidences(record.step_s, *loss, &scatters)).collect();
+        let account = |i: usize| {
+            let at_length = losses.iter().zip(&evidences).map(|(loss, of)| (*loss, of[i])).collect::<Vec<_>>();
+            errors.account(record, &at_length, i, &scatters, sought)
+        };
+        let all: Vec<Option<Bursts>> = (0..LENGTHS_S.len()).into_par_iter().map(account).collect();
+        all.into_iter().flatten().collect()
+    }
+}
+
+/// ln evidence of one loss at each length and share.
+type Evidences = [[f64; SHARES.len()]; LENGTHS_S.len()];
 
 /// ln p of the drive with the lost ticks put back, what it costs that nobody knows the bursts included, under `models`. The
 /// chain takes errors of the prediction for independent, as they are not; the filter knows how they hang together.
@@ -89,36 +131,25 @@ struct Errors {
 }
 
 impl Errors {
-    fn of(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> Option<Self> {
-        let side = sought.side;
-        let mut aside = *noise;
-        let variance = noise.reading[side];
-        aside.reading[side] *= ASIDE;
-        let mut rows: Vec<(usize, f64, f64)> = Vec::with_capacity(record.len());
-        let _ = run(record, models, &aside, &[], |i| {
-            if i.channel == Channel::ALL[side] {
-                let error = i.white * i.std;
-                rows.push((i.row, error, (i.std * i.std - aside.reading[side]).max(0.0) + variance));
-            }
-        });
+    fn of(record: &Record, rows: &[(usize, f64, f64)], sought: Sought) -> Option<Self> {
         if rows.len() < 64 {
             return None;
         }
-        let wheel = &record.wheels_rad_s[side];
+        let wheel = &record.wheels_rad_s[sought.side];
         let place = |row: usize| rows.partition_point(|r| r.0 < row);
         let drives: Vec<Range<usize>> = record.drives().map(|d| place(d.start)..place(d.end)).collect();
         let errors = if sought.slow {
-            without_slow(&rows, wheel, record.step_s, &drives)
+            without_slow(rows, wheel, record.step_s, &drives)
         } else {
             rows.iter().map(|r| r.1).collect()
         };
         Some(Self {
             drives,
             speeds: rows.iter().map(|r| wheel[r.0] - r.1).collect(),
-            whitened: errors.iter().zip(&rows).map(|(e, r)| e / r.2.sqrt()).collect(),
+            whitened: errors.iter().zip(rows).map(|(e, r)| e / r.2.sqrt()).collect(),
             errors,
             variances: rows.iter().map(|r| r.2).collect(),
-            rows: rows.into_iter().map(|r| r.0).collect(),
+            rows: rows.iter().map(|r| r.0).collect(),
         })
     }
 
@@ -146,18 +177,38 @@ impl Errors {
         (0..self.errors.len()).map(odds).collect()
     }
 
-    /// The best account of bursts of this mean length.
-    fn account(&self, record: &Record, losses: &[f64], length_s: f64, sought: Sought) -> Option<Bursts> {
-        let scatter = self.scatter(record, length_s);
+    /// ln evidence of this loss.
+    fn evidences(&self, step_s: f64, loss: f64, scatters: &[f64; LENGTHS_S.len()]) -> Evidences {
+        let mut out = Evidences::default();
+        let mut known: Option<(f64, Vec<f64>)> = None;
+        for ((out, length_s), scatter) in out.iter_mut().zip(LENGTHS_S).zip(*scatters) {
+            // white errors scatter alike at every length
+            let (_, odds) = match known.take() {
+                Some(same) if same.0 == scatter => known.insert(same),
+                _ => known.insert((scatter, self.odds(loss, scatter))),
+            };
+            *out = SHARES.map(|share| self.forward(odds, transitions(step_s, length_s, share), None));
+        }
+        out
+    }
+
+    /// The best account of bursts of the mean length in this place, from the evidence of each loss at it.
+    fn account(
+        &self,
+        record: &Record,
+        losses: &[(f64, [f64; SHARES.len()])],
+        place: usize,
+        scatters: &[f64; LENGTHS_S.len()],
+        sought: Sought,
+    ) -> Option<Bursts> {
+        let (length_s, scatter) = (LENGTHS_S[place], scatters[place]);
         let mut best: Option<(f64, [f64; 2])> = None;
         let mut total = Vec::with_capacity(losses.len() * SHARES.len());
-        for &loss in losses {
-            let odds = self.odds(loss, scatter);
-            for share in SHARES {
-                let evidence = self.forward(&odds, transitions(record.step_s, length_s, share), None);
+        for (loss, evidences) in losses {
+            for (share, evidence) in SHARES.into_iter().zip(*evidences) {
                 total.push(evidence);
                 if best.is_none_or(|b| evidence > b.0) {
-                    best = Some((evidence, [loss, share]));
+                    best = Some((evidence, [*loss, share]));
                 }
             }
         }
@@ -195,8 +246,7 @@ impl Errors {
             return None;
         }
         // where errors last longer than a burst, the chain finds more ways to have the same bursts than there are
-        let longest = self.scatter(record, LENGTHS_S[LENGTHS_S.len() - 1]);
-        let independent = scatter >= HARDLY_MORE * longest;
+        let independent = scatter >= HARDLY_MORE * scatters[LENGTHS_S.len() - 1];
         let by_chain = ln_evidence - likelihood;
         let count = lost.iter().filter(|l| **l > 0.0).count();
         Some(Bursts {

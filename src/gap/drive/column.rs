@@ -169,16 +169,14 @@ pub struct Row {
     pub acceleration: f64,
     /// rad/s²
     pub yaw_acceleration: f64,
-    /// rad
-    pub heading: f64,
+    /// Sine and cosine
+    pub heading: (f64, f64),
     /// N·m
     pub torques: [f64; 2],
     /// Torques after a short and a long lag, N·m
     pub lagged: [[f64; 2]; 2],
-    /// rad
-    pub wheel_angles: [f64; 2],
-    /// 0 to 1
-    pub progress: f64,
+    /// Sines and cosines
+    pub wheel_angles: [(f64, f64); 2],
 }
 
 /// Scales at which a function bends: typical values in this drive.
@@ -214,17 +212,17 @@ impl Scales {
 }
 
 impl Row {
-    /// The functions, in the order of [`Follows::ALL`].
-    pub fn functions(&self, scales: &Scales, out: &mut [f64; FUNCTIONS]) {
+    /// The functions, in the order of [`Follows::ALL`]; those of time are the first `cosines`.
+    pub fn functions(&self, scales: &Scales, cosines: &[f64; COSINES], out: &mut [f64; FUNCTIONS]) {
         let v = self.speed / scales.speed;
         let w = self.yaw_rate / scales.yaw_rate;
         let (a, alpha) = (self.acceleration, self.yaw_acceleration);
-        let (sin, cos) = self.heading.sin_cos();
+        let (sin, cos) = self.heading;
         let [ul, ur] = self.torques.map(|u| u / scales.torque);
         // ±1 but near zero
         let sign = |x: f64| 20.0 * x / (1.0 + 400.0 * x * x).sqrt();
         let (forward, left) = (sign(v), sign(w));
-        let angles = self.wheel_angles.map(f64::sin_cos);
+        let angles = self.wheel_angles;
         let mut at = 0;
         let mut put = |values: &[f64]| {
             out[at..at + values.len()].copy_from_slice(values);
@@ -241,9 +239,7 @@ impl Row {
         let lag = |i: usize, j: usize| (self.lagged[i][j] - self.torques[j]) / scales.torque;
         put(&[lag(0, 0), lag(0, 1), lag(1, 0), lag(1, 1)]);
         put(&[angles[0].1, angles[0].0, angles[1].1, angles[1].0]);
-        let mut times = [0.0; TIMES];
-        cosines_of(self.progress, &mut times);
-        put(&times);
+        put(&cosines[..TIMES]);
     }
 }
 

@@ -74,12 +74,23 @@ pub fn diagnose(
         }
     }
     observe(Stage::Measure);
-    let far = match &kept {
+    let mut augmented = config.clone();
+    let tables = together.iter().cloned().map(|(id, parameters)| EffectTable { id, parameters });
+    augmented.effects.extend(tables);
+    if !augmented.effects.is_empty() {
+        augmented.provenance = None;
+    }
+    let half = kept.is_none().then(|| far::second_half(&record));
+    let measured = kept.as_ref().or(half.as_ref()).unwrap_or(&record);
+    let (far, filter_gain) = rayon::join(
+        || measure(measured, library, &together, &listed, &judged, options),
+        || filter_gain(config, &augmented, hold, library),
+    );
+    match &kept {
         Some(kept) => {
             let new = kept.notes.iter().filter(|n| !record.notes.contains(n));
             answer.notes.extend(new.map(|n| format!("Of the recording kept back: {n}")));
             other_robot(&record, Some(kept), &mut answer.notes);
-            measure(kept, library, &together, &listed, &judged, options)
         }
         None => {
             other_robot(&record, None, &mut answer.notes);
@@ -88,9 +99,8 @@ pub fn diagnose(
                 "No recording was kept back: the gap is measured on the second {halves}, which took part in choosing and fitting \
                  the effects, so that the shares are somewhat too large."
             ));
-            measure(&far::second_half(&record), library, &together, &listed, &judged, options)
         }
-    };
+    }
     answer.gap.clone_from(&far.metrics);
     answer.notes.extend(each_note(&far, &together));
     if let (Some(delay_s), Some(kept)) = (judged.wheels_late_s, &kept) {
@@ -114,12 +124,7 @@ pub fn diagnose(
     if let (Some(share), true) = (far.together.estimate, together.len() > 1) {
         answer.notes.push(format!("All that were found close {:.1} % of the gap together.", 100.0 * share));
     }
-    let mut augmented = config.clone();
-    augmented.effects.extend(together.into_iter().map(|(id, parameters)| EffectTable { id, parameters }));
-    if !augmented.effects.is_empty() {
-        augmented.provenance = None;
-    }
-    if let Some(gain) = filter_gain(config, &augmented, hold, library) {
+    if let Some(gain) = filter_gain {
         match gain {
             Ok(gain) => answer.navigation = Some(gain),
             Err(error) => answer.notes.push(format!("The navigation filter cannot take what was found: {error}")),

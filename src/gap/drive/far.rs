@@ -5,6 +5,7 @@
 //! Horizons: the model drives on alone, with the recorded torques (where there are none: with the wheels), from the pose
 //! at the beginning of each window; and the filter of the model does, with wheels and gyro.
 
+use super::bursts::Bursts;
 use super::column::{COSINES, Column, nuisances};
 use super::evidence::{Group, Problem};
 use super::model::{Claimed, Effects};
@@ -51,16 +52,65 @@ pub struct Sought<'a> {
     pub nearest: Option<&'a (String, Parameters)>,
 }
 
-/// ln densities of the rows of a recording, of each drive by itself: the parameters are known, and the rest is its own.
-fn score(record: &Record, claimed: &Claimed, unforced: Unforced) -> Vec<f64> {
-    record.apart().flat_map(|drive| score_drive(&drive, claimed, unforced)).collect()
+/// A recording under a model.
+#[derive(Clone, Copy)]
+struct Under<'a> {
+    record: &'a Record,
+    claimed: &'a Claimed,
+    unforced: Unforced,
 }
 
-fn score_drive(record: &Record, claimed: &Claimed, unforced: Unforced) -> Vec<f64> {
-    let noise = claimed.noise(record, unforced);
-    let bursts = claimed.bursts(record, &noise);
+/// What a recording scores under a model.
+struct Scored {
+    /// Where each drive lost ticks, if that is claimed
+    lost: Vec<Option<Bursts>>,
+    /// ln densities of its rows
+    rows: Vec<f64>,
+}
+
+impl Under<'_> {
+    fn is(&self, other: &Self) -> bool {
+        std::ptr::eq(self.record, other.record) && std::ptr::eq(self.claimed, other.claimed)
+    }
+
+    /// Where each drive lost ticks, if that is claimed.
+    fn lost(&self) -> Vec<Option<Bursts>> {
+        let of = |drive: Record| self.claimed.bursts(&drive, &self.claimed.noise(&drive, self.unforced));
+        self.record.apart().map(of).collect()
+    }
+
+    /// ln densities of the rows, of each drive by itself: the parameters are known, and the rest is its own.
+    fn score(&self) -> Scored {
+        let lost = self.lost();
+        let one = |(drive, lost): (Record, &Option<Bursts>)| score_drive(&drive, lost.as_ref(), self);
+        let rows = self.record.apart().zip(&lost).flat_map(one).collect();
+        Scored { lost, rows }
+    }
+
+    /// Root mean square of position (m) and heading (rad) at each horizon, ticks lost where `lost` says; `alone`: without
+    /// readings on the way.
+    fn horizons(&self, lost: &[Option<Bursts>], alone: bool) -> Option<[[f64; 2]; 3]> {
+        let mut all = Horizons::default();
+        self.record.apart().zip(lost).for_each(|(drive, lost)| all.add(&drive, lost.as_ref(), self, alone));
+        let Horizons { sums, counts } = all;
+        let rms = |h: usize| sums[h].map(|s: f64| (s / counts[h] as f64).sqrt());
+        counts.iter().all(|n| *n > 0).then(|| std::array::from_fn(rms))
+    }
+}
+
+/// An innovation that is kept, without its slopes.
+struct Kept {
+    row: usize,
+    channel: Channel,
+    white: f64,
+    std: f64,
+}
+
+fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f64> {
+    let claimed = under.claimed;
+    let noise = claimed.noise(record, under.unforced);
     let restored;
-    let (record, extra) = match &bursts {
+    let (record, extra) = match bursts {
         Some(b) => {
             restored = b.restored(record);
             (&restored, b.ln_path + b.ln_jacobian())
@@ -87,12 +137,20 @@ fn score_drive(record: &Record, claimed: &Claimed, unforced: Unforced) -> Vec<f6
     if step.is_some() {
         columns.extend(times.iter().map(|t| Column::GyroStep(*t)));
     }
-    let summed = run(record, &models, &noise, &columns, |_| {});
+    // slopes by all times at which it may step would be many
+    let (mut kept, mut slopes) = (Vec::new(), Vec::new());
+    let summed = run(record, &models, &noise, &columns, |i| {
+        if step.is_none() {
+            kept.push(Kept { row: i.row, channel: i.channel, white: i.white, std: i.std });
+            slopes.extend_from_slice(i.slopes);
+        }
+    });
     let here = vec![0.0; columns.len()];
     let plain = Problem::new(&summed.gram, summed.ln_volume, &here, Vec::<Group>::new(), nuisance.clone());
     // the step's time: the likeliest, and what not knowing it costs
     let mut shift = vec![0.0; columns.len()];
     let mut chosen = plain;
+    let mut at_best = None;
     if let Some(step) = step {
         let at = |i: usize| {
             let mut shift = vec![0.0; columns.len()];
@@ -106,6 +164,7 @@ fn score_drive(record: &Record, claimed: &Claimed, unforced: Unforced) -> Vec<f6
             .unwrap_or_else(|| (0, at(0)));
         shift[first + best] = step;
         chosen = problem;
+        at_best = Some(first + best);
     }
     let total = chosen.ln_evidence(&[]) + extra - if step.is_some() { (times.len() as f64).ln() } else { 0.0 };
     for (column, mean, _) in chosen.coefficients(&[]) {
@@ -113,8 +172,8 @@ fn score_drive(record: &Record, claimed: &Claimed, unforced: Unforced) -> Vec<f6
     }
     let mut rows = vec![0.0; record.len()];
     let mut lattice = 0.0;
-    let _ = run(record, &models, &noise, &columns, |i| {
-        let explained: f64 = i.slopes.iter().zip(&shift).map(|(s, b)| s * b).sum();
+    let mut take = |i: &Kept, slopes: &[f64], shift: &[f64]| {
+        let explained: f64 = slopes.iter().zip(shift).map(|(s, b)| s * b).sum();
         let white = i.white - explained;
         let normal = -0.5 * (white * white + (std::f64::consts::TAU * i.std * i.std).ln());
         let wheel = matches!(i.channel, Channel::WheelLeft | Channel::WheelRight);
@@ -127,7 +186,18 @@ fn score_drive(record: &Record, claimed: &Claimed, unforced: Unforced) -> Vec<f6
             }
             None => normal,
         };
-    });
+    };
+    if let Some(best) = at_best {
+        // of the times that of the step alone
+        let own: Vec<usize> = (0..first).chain([best]).collect();
+        let (columns, shift): (Vec<Column>, Vec<f64>) = own.into_iter().map(|c| (columns[c], shift[c])).unzip();
+        let _ = run(record, &models, &noise, &columns, |i| {
+            take(&Kept { row: i.row, channel: i.channel, white: i.white, std: i.std }, i.slopes, &shift);
+        });
+    } else {
+        let p = columns.len();
+        kept.iter().enumerate().for_each(|(n, i)| take(i, &slopes[n * p..(n + 1) * p], &shift));
+    }
     // what integrating costs, spread evenly
     let rest = (total + lattice - rows.iter().sum::<f64>()) / rows.len() as f64;
     rows.iter_mut().for_each(|r| *r += rest);
@@ -149,14 +219,6 @@ pub fn second_half(record: &Record) -> Record {
     record.by_drive(|_, drive| drive.window(drive.len() / 2..drive.len()))
 }
 
-/// Root mean square of position (m) and heading (rad) at each horizon; `alone`: without readings on the way.
-fn horizons(record: &Record, claimed: &Claimed, unforced: Unforced, alone: bool) -> Option<[[f64; 2]; 3]> {
-    let mut all = Horizons::default();
-    record.apart().for_each(|drive| all.add(&drive, claimed, unforced, alone));
-    let Horizons { sums, counts } = all;
-    counts.iter().all(|n| *n > 0).then(|| std::array::from_fn(|h| sums[h].map(|s: f64| (s / counts[h] as f64).sqrt())))
-}
-
 /// Squared errors of position and heading at each horizon, and how many.
 #[derive(Default)]
 struct Horizons {
@@ -166,13 +228,14 @@ struct Horizons {
 
 impl Horizons {
     /// Those of one drive, if it is long enough.
-    fn add(&mut self, record: &Record, claimed: &Claimed, unforced: Unforced, alone: bool) {
+    fn add(&mut self, record: &Record, lost: Option<&Bursts>, under: &Under, alone: bool) {
+        let claimed = under.claimed;
         let Some(pose) = &record.pose else { return };
         let longest = HORIZONS_S[2];
         if record.span_s() < 1.5 * longest {
             return;
         }
-        let mut noise: Noise = claimed.noise(record, unforced);
+        let mut noise: Noise = claimed.noise(record, under.unforced);
         for channel in 3..6 {
             noise.reading[channel] *= ASIDE;
         }
@@ -183,7 +246,7 @@ impl Horizons {
                 noise.reading[1] *= ASIDE;
             }
         }
-        let restored = claimed.bursts(record, &claimed.noise(record, unforced)).map(|b| b.restored(record));
+        let restored = lost.map(|b| b.restored(record));
         let record = restored.as_ref().unwrap_or(record);
         let models = claimed.models(record);
         let mut from = 0;
@@ -224,7 +287,7 @@ impl Horizons {
 /// What `effects` gain on `kept` over the nominal simulator, nats a row.
 #[must_use]
 pub fn gain(kept: &Record, library: &Library, effects: &Effects, unforced: Unforced) -> f64 {
-    let total = |claimed: &Claimed| score(kept, claimed, unforced).iter().sum::<f64>();
+    let total = |claimed: &Claimed| Under { record: kept, claimed, unforced }.score().rows.iter().sum::<f64>();
     (total(&Claimed::new(effects, library)) - total(&Claimed::new(&[], library))) / kept.len().max(1) as f64
 }
 
@@ -233,15 +296,31 @@ pub fn gain(kept: &Record, library: &Library, effects: &Effects, unforced: Unfor
 pub fn measure(kept: &Record, library: &Library, sought: &Sought, unforced: Unforced, options: &Options) -> DriveFar {
     let Sought { together, listed, nearest } = *sought;
     let nominal = Claimed::new(&[], library);
-    let all = Claimed::new(together, library);
-    let before = score(kept, &nominal, unforced);
-    let after = score(kept, &all, unforced);
+    let found = (!together.is_empty()).then(|| Claimed::new(together, library));
+    let all = found.as_ref().unwrap_or(&nominal);
     let logs: Vec<Record> = (0..options.simulated_logs as u64)
         .into_par_iter()
-        .map(|i| own(kept, &all, options.seed.wrapping_add(i)))
+        .map(|i| own(kept, all, options.seed.wrapping_add(i)))
         .collect();
-    let (floors, own_before): (Vec<Vec<f64>>, Vec<Vec<f64>>) =
-        logs.par_iter().map(|log| (score(log, &all, unforced), score(log, &nominal, unforced))).unzip();
+    let singles: Vec<Claimed> = listed.iter().map(|one| Claimed::new(std::slice::from_ref(one), library)).collect();
+    let single = |i: usize| if together == &listed[i..=i] { all } else { &singles[i] };
+    // each recording under each model once, all of them side by side
+    let under = |record, claimed| Under { record, claimed, unforced };
+    let mut sought: Vec<Under> = Vec::new();
+    let mut place = |record, claimed| {
+        let one = under(record, claimed);
+        sought.iter().position(|s| s.is(&one)).unwrap_or_else(|| {
+            sought.push(one);
+            sought.len() - 1
+        })
+    };
+    let (before_at, after_at) = (place(kept, &nominal), place(kept, all));
+    let floors_at: Vec<[usize; 2]> = logs.iter().map(|log| [place(log, all), place(log, &nominal)]).collect();
+    let listed_at: Vec<usize> = (0..listed.len()).map(|i| place(kept, single(i))).collect();
+    let scored: Vec<Scored> = sought.par_iter().map(Under::score).collect();
+    let (before, after) = (&scored[before_at].rows, &scored[after_at].rows);
+    let (floors, own_before): (Vec<&Vec<f64>>, Vec<&Vec<f64>>) =
+        floors_at.iter().map(|at| at.map(|at| &scored[at].rows).into()).unzip();
     let closed_in = |after: &[f64], rows: Range<usize>| {
         let scores = Scores {
             before: &before[rows.clone()],
@@ -255,40 +334,52 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, unforced: Unfo
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
     let floor = floors.iter().map(|f| mean(f)).sum::<f64>() / floors.len().max(1) as f64;
     let log_score =
-        |after: &[f64]| Metric { metric: "log_score".into(), before: mean(&before), after: mean(after), floor };
-    let mut metrics = vec![log_score(&after)];
+        |after: &[f64]| Metric { metric: "log_score".into(), before: mean(before), after: mean(after), floor };
+    let mut metrics = vec![log_score(after)];
     let mut with_nearest = Vec::new();
+    let near_at = nearest.and_then(|near| listed.iter().position(|one| one == near));
     let near = nearest.map(|one| Claimed::new(std::slice::from_ref(one), library));
-    for (prefix, alone) in [("", true), ("filter_", false)] {
-        let of = |log: &Record, claimed: &Claimed| horizons(log, claimed, unforced, alone);
-        let Some((before, floor)) = of(kept, &nominal).zip(logs.first().and_then(|log| of(log, &all))) else {
-            continue;
-        };
+    let drives = [("", true), ("filter_", false)];
+    let of = |at: usize, alone: bool| sought[at].horizons(&scored[at].lost, alone);
+    let of_near = |alone: bool| match near_at {
+        Some(i) => of(listed_at[i], alone),
+        None => near.as_ref().and_then(|near| {
+            let near = under(kept, near);
+            near.horizons(&near.lost(), alone)
+        }),
+    };
+    let reached = |(_, alone): &(&str, bool)| -> [Option<[[f64; 2]; 3]>; 4] {
+        let floor = || floors_at.first().and_then(|at| of(at[0], *alone));
+        let (kept, others) = rayon::join(
+            || rayon::join(|| of(before_at, *alone), || of(after_at, *alone)),
+            || rayon::join(floor, || of_near(*alone)),
+        );
+        [kept.0, kept.1, others.0, others.1]
+    };
+    let horizons: Vec<_> = drives.par_iter().map(reached).collect();
+    for ((prefix, _), [before, after, floor, near]) in drives.into_iter().zip(horizons) {
+        let Some((before, floor)) = before.zip(floor) else { continue };
         let told = |after: [[f64; 2]; 3]| horizon_metrics(prefix, [before, after, floor]);
-        metrics.extend(of(kept, &all).into_iter().flat_map(told));
-        with_nearest.extend(near.as_ref().and_then(|n| of(kept, n)).into_iter().flat_map(told));
+        metrics.extend(after.into_iter().flat_map(told));
+        with_nearest.extend(near.into_iter().flat_map(told));
     }
     let mut alone = Vec::with_capacity(listed.len());
     let mut nearest_score = None;
-    let mut found = after.clone();
-    for one in listed {
-        let rows = if together.len() == 1 && together[0] == *one {
-            after.clone()
-        } else {
-            score(kept, &Claimed::new(std::slice::from_ref(one), library), unforced)
-        };
+    let mut found = after;
+    for (one, at) in listed.iter().zip(listed_at) {
+        let rows = &scored[at].rows;
         if nearest.is_some_and(|(id, _)| *id == one.0) {
-            nearest_score = Some(log_score(&rows));
+            nearest_score = Some(log_score(rows));
             if together.is_empty() {
-                found.clone_from(&rows);
+                found = rows;
             }
         }
-        alone.push((one.0.clone(), closed(&rows)));
+        alone.push((one.0.clone(), closed(rows)));
     }
     let nearest = nearest.map(|(id, _)| (id.clone(), nearest_score.into_iter().chain(with_nearest).collect()));
-    let together = closed(&after);
+    let together = closed(after);
     let several = kept.sources.iter().cloned().zip(kept.drives()).filter(|_| kept.starts.len() > 1);
-    let each = several.map(|(source, rows)| (source, closed_in(&found, rows))).collect();
+    let each = several.map(|(source, rows)| (source, closed_in(found, rows))).collect();
     DriveFar { metrics, alone, together, nearest, each }
 }
 

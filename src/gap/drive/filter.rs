@@ -98,16 +98,17 @@ impl<'a> Filter<'a> {
         (nu, s, gain)
     }
 
-    /// ∂(state ahead)/∂state
+    /// ∂(state ahead)/∂state; `forces`: those of the effects at `at`, `middle`: sine and cosine of the heading half way.
     pub fn jacobian(
         &self,
         model: &DriveModel,
         at: &Moving,
-        torques: [f64; 2],
-        sideways: f64,
-        dt: f64,
+        forces: &[[f64; 2]],
+        step: &Step,
+        middle: (f64, f64),
         scales: &Scales,
     ) -> Matrix {
+        let Step { torques, sideways, dt, .. } = *step;
         let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate, 1e-4];
         let by = |which: usize| {
             let mut moved = *at;
@@ -116,14 +117,17 @@ impl<'a> Filter<'a> {
                 1 => moved.yaw_rate_rad_s += step[1],
                 _ => moved.heading_rad += step[2],
             }
-            model.accelerate(&mut moved, torques);
+            model.accelerate_with(&mut moved, torques, |place, effect| {
+                let follows = effect.force_follows();
+                (!if which < 2 { follows.speeds } else { follows.heading }).then(|| forces[place])
+            });
             [
                 (moved.acceleration_m_s2 - at.acceleration_m_s2) / step[which],
                 (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / step[which],
             ]
         };
         let slopes = [by(0), by(1), by(2)];
-        let (sin, cos) = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
+        let (sin, cos) = middle;
         let v = at.speed_m_s;
         let mut f = [[0.0; N]; N];
         for (i, row) in f.iter_mut().enumerate() {

@@ -7,7 +7,7 @@ use super::candidates::{Candidates, Kind};
 use super::column::{Column, Equation, Follows, Scoped};
 use super::evidence::{Coefficients, Member, Problem, Weighed};
 use super::onset::{Onsets, or};
-use super::pass::{Models, Noise, run_scoped};
+use super::pass::{Beside, Models, Noise, run_scoped};
 use super::record::Record;
 use super::search::{best as best_set, search};
 use crate::effects::drive::ModelChange;
@@ -45,11 +45,14 @@ pub struct Compared {
 /// The model at θ, and beside it for every coordinate that has a column.
 #[must_use]
 pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &Theta, slopes: bool) -> Models {
+    let at_work =
+        |theta: &Theta| -> Vec<usize> { (0..changes.len()).filter(|i| theta[*i].iter().any(|v| *v != 0.0)).collect() };
     let build = |theta: &Theta| {
-        let changed = changes.iter().zip(theta).filter(|(_, t)| t.iter().any(|v| *v != 0.0));
-        let effects: Vec<Box<dyn DriveEffect>> = changed.map(|(c, t)| c.at(t)).collect();
+        let effects: Vec<Box<dyn DriveEffect>> = at_work(theta).into_iter().map(|i| changes[i].at(&theta[i])).collect();
         DriveModel::new(record.belief.robot, effects)
     };
+    let here = build(theta);
+    let there = at_work(theta);
     let mut beside = Vec::new();
     if slopes {
         for (i, change) in changes.iter().enumerate() {
@@ -57,12 +60,20 @@ pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &The
                 let step = 1e-3 * c.scale[0].max(0.05 * theta[i][j].abs());
                 let mut moved = theta.clone();
                 moved[i][j] += step;
-                (build(&moved), step, change.touches())
+                let model = build(&moved);
+                let known = |(place, own): (usize, &usize)| {
+                    let same = there.iter().position(|c| c == own).filter(|_| *own != i);
+                    same.filter(|_| model.pushes_alike(place, &here.robot))
+                };
+                let there = at_work(&moved);
+                let known = there.iter().enumerate().map(known).collect();
+                let own = there.iter().position(|c| *c == i).filter(|place| model.pushes_alike(*place, &here.robot));
+                Beside { model, step, touches: change.touches(), known, own }
             });
             beside.push(one.collect());
         }
     }
-    Models { here: build(theta), beside }
+    Models { here, beside }
 }
 
 impl Candidates {

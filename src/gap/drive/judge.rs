@@ -6,7 +6,7 @@
 
 use super::alike::alike;
 use super::branch::{Branch, described};
-use super::bursts::{self, Bursts, Sought};
+use super::bursts::{self, Bursts, Predicted, Sought};
 use super::candidates::{Candidates, Kind, Prior, knowable};
 use super::closest::{Closest, alone, closest};
 use super::column::Equation;
@@ -223,16 +223,15 @@ fn restored(
     let mut from = vec![&zero, begin, &as_is.compared.theta];
     from.dedup();
     // a model that is off slowly looks like bursts, and long bursts like a model that is off slowly: both are tried
-    let tried: Vec<(&Theta, Sought)> = from
-        .into_iter()
-        .flat_map(|theta| [0, 1].map(|side| (theta, side)))
-        .flat_map(|(theta, side)| [true, false].map(|slow| (theta, Sought { side, loss: None, slow })))
-        .collect();
-    let found = |(theta, sought): (&'_ Theta, Sought)| -> Vec<(f64, Bursts, Theta)> {
+    let tried: Vec<(&Theta, usize)> = from.into_iter().flat_map(|theta| [0, 1].map(|side| (theta, side))).collect();
+    let found = |(theta, side): (&'_ Theta, usize)| -> Vec<(f64, Bursts, Theta)> {
         let models = Branch::models_at(record, &as_is.compared.candidates, theta);
-        let worth =
-            bursts::accounts(record, &models, &as_is.noise, sought).into_iter().filter(|b| b.ln_evidence > WORTH);
-        worth.map(|b| (bursts::weight(record, &models, &as_is.noise, &b), b, theta.clone())).collect()
+        let predicted = Predicted::of(record, &models, &as_is.noise, side);
+        let mut worth =
+            [true, false].map(|slow| predicted.accounts(record, Sought { side, loss: None, slow })).concat();
+        worth.retain(|b| b.ln_evidence > WORTH);
+        let weighed = |b: Bursts| (bursts::weight(record, &models, &as_is.noise, &b), b, theta.clone());
+        worth.into_par_iter().map(weighed).collect()
     };
     let mut all: Vec<(f64, Bursts, Theta)> = tried.into_par_iter().flat_map_iter(found).collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -270,11 +269,11 @@ fn restored(
     let theta = best.0.compared.next().0;
     let models = Branch::models_at(record, &best.0.compared.candidates, &theta);
     let sought = Sought { side: best.1.side, loss: None, slow: false };
-    let again = bursts::accounts(record, &models, &best.0.noise, sought)
-        .into_iter()
+    let again: Vec<(f64, Bursts)> = bursts::accounts(record, &models, &best.0.noise, sought)
+        .into_par_iter()
         .map(|b| (bursts::weight(record, &models, &best.0.noise, &b), b))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, bursts)| settled(bursts, &theta));
+        .collect();
+    let again = again.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, bursts)| settled(bursts, &theta));
     let best = again.into_iter().chain([best]).max_by(better);
     // among the plausible sets alone it may fall short by what free forms have gained
     let (mut other, bursts) = best.filter(|b| b.0.top() > top - SHORT)?;
@@ -329,7 +328,8 @@ fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Comp
         _ => all.groups[g].named,
     });
     let settled = |from: Theta| Compared::narrow(record, noise, named.clone(), from, None);
-    let best = starts.into_iter().map(settled).max_by(|a, b| a.top().total_cmp(&b.top()));
+    let settled: Vec<Compared> = starts.into_par_iter().map(settled).collect();
+    let best = settled.into_iter().max_by(|a, b| a.top().total_cmp(&b.top()));
     let Some(theta) = best.map(|b| b.next().0) else { return compared };
     let there = Compared::wide(record, noise, all, theta);
     if there.top() > compared.top() { there } else { compared }
@@ -349,15 +349,19 @@ pub(super) fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> 
         let models = Branch::models_at(record, candidates, theta);
         run(record, &models, noise, &[], |_| {}).ln_likelihood()
     };
-    let mut best = (weigh(&zero) + 50.0, zero.clone());
+    let mut tried = vec![zero.clone()];
     for (i, (_, change)) in candidates.changes.iter().enumerate() {
         for start in change.starts() {
             let mut theta = zero.clone();
             theta[i][..start.len()].copy_from_slice(&start);
-            let weight = weigh(&theta);
-            if weight > best.0 {
-                best = (weight, theta);
-            }
+            tried.push(theta);
+        }
+    }
+    let weights: Vec<f64> = tried.par_iter().map(weigh).collect();
+    let mut best = (weights[0] + 50.0, zero);
+    for (theta, weight) in tried.into_iter().zip(weights).skip(1) {
+        if weight > best.0 {
+            best = (weight, theta);
         }
     }
     best.1

@@ -8,6 +8,7 @@ use super::branch::described;
 use super::pass::{Models, Noise, run};
 use super::record::Record;
 use crate::gap::findings::Part;
+use rayon::prelude::*;
 
 /// Longest delay that is looked for, s.
 const LONGEST_S: f64 = 1.0;
@@ -124,8 +125,9 @@ pub fn find(record: &Record, models: &Models, noise: &Noise) -> Option<Late> {
     let whole_rows = share_rows(record);
     let mut step_s = if whole_rows { record.step_s } else { LONGEST_S / TRIED as f64 };
     let count = (LONGEST_S / step_s) as usize;
-    let tried = (1..count).map(|i| i as f64 * step_s).map(|delay_s| (delay_s, weigh(delay_s)));
-    let mut best = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let try_one = |i: usize| (i as f64 * step_s, weigh(i as f64 * step_s));
+    let tried: Vec<(f64, f64)> = (1..count).into_par_iter().map(try_one).collect();
+    let mut best = tried.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     while !whole_rows && step_s > FINE * record.step_s {
         step_s *= 0.5;
         for delay_s in [best.0 - step_s, best.0 + step_s] {
@@ -171,7 +173,7 @@ fn without_begin(record: &Record) -> Record {
 
 /// Standard deviation of a delay by how it scatters between parts of the drive: what the innovations hold beside white noise
 /// lasts, and the curvature of the likelihood would promise too much.
-fn scatter(record: &Record, delay_s: f64, weigh: impl Fn(&Record, f64) -> f64) -> f64 {
+fn scatter(record: &Record, delay_s: f64, weigh: impl Fn(&Record, f64) -> f64 + Sync) -> f64 {
     let n = record.len();
     let of = |part: usize| {
         let part = record.window(part * n / PARTS..(part + 1) * n / PARTS);
@@ -179,7 +181,7 @@ fn scatter(record: &Record, delay_s: f64, weigh: impl Fn(&Record, f64) -> f64) -
         let best = tried.map(|d| (d, weigh(&part, d))).max_by(|a, b| a.1.total_cmp(&b.1));
         best.map_or(delay_s, |b| b.0)
     };
-    let found: Vec<f64> = (0..PARTS).map(of).collect();
+    let found: Vec<f64> = (0..PARTS).into_par_iter().map(of).collect();
     let mean = found.iter().sum::<f64>() / PARTS as f64;
     let square = found.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (PARTS - 1) as f64;
     // no finer than the delays that were tried

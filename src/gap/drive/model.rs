@@ -1,6 +1,6 @@
 //! A set of effects as the filter and the simulator of a drive take it.
 
-use super::bursts::{self, Bursts, Sought};
+use super::bursts::{self, Bursts, Predicted, Sought};
 use super::pass::{Models, Noise, Unforced};
 use super::record::Record;
 use crate::effects::Library;
@@ -8,6 +8,7 @@ use crate::effects::Parameters;
 use crate::effects::drive::missed_ticks::LOSS;
 use crate::effects::drive::{DriveExplanation, ModelChange};
 use crate::model::drive::{DriveEffect, DriveModel};
+use rayon::prelude::*;
 
 /// Effects with their parameters.
 pub type Effects = [(String, Parameters)];
@@ -69,17 +70,16 @@ impl Claimed {
     pub fn bursts(&self, record: &Record, noise: &Noise) -> Option<Bursts> {
         let loss = self.loss?;
         let models = self.models(record);
-        let sought = [(0, false), (0, true), (1, false), (1, true)];
-        let mut all: Vec<Bursts> = sought
-            .into_iter()
-            .flat_map(|(side, slow)| bursts::accounts(record, &models, noise, Sought { side, loss: Some(loss), slow }))
-            .collect();
+        let of_side = |side: usize| {
+            let predicted = Predicted::of(record, &models, noise, side);
+            [false, true].map(|slow| predicted.accounts(record, Sought { side, loss: Some(loss), slow })).concat()
+        };
+        let mut all: Vec<Bursts> = [0, 1].into_par_iter().flat_map_iter(of_side).collect();
         // a pass of the filter each: for those that the chain takes for likely
         all.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
         all.truncate(WEIGHED);
-        all.into_iter()
-            .map(|b| (bursts::weight(record, &models, noise, &b), b))
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, b)| b)
+        let weighed: Vec<(f64, Bursts)> =
+            all.into_par_iter().map(|b| (bursts::weight(record, &models, noise, &b), b)).collect();
+        weighed.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, b)| b)
     }
 }

@@ -35,8 +35,9 @@ pub fn filter_gain(
         };
         kept.iter().map(one).collect()
     };
-    let before = together(&runs(nominal).ok()?)?;
-    match runs(augmented) {
+    let (before, after) = rayon::join(|| runs(nominal), || runs(augmented));
+    let before = together(&before.ok()?)?;
+    match after {
         Err(error) => Some(Err(error)),
         Ok(after) => Some(Ok(FilterGain { before, after: together(&after)? })),
     }

@@ -5,14 +5,16 @@
 //! accelerates. The whitened derivatives are summed up in one Gram matrix: all that the comparison of effects needs. Several
 //! drives have a pass each, whose sums add up.
 
-use super::column::{COSINES, Column, FUNCTIONS, Row, Scales, Scoped, cosines_of};
-use super::filter::{Filter, N, Slopes, Step, TH, V, Vector, W};
+use super::along::{Along, Followed, Taken};
+use super::column::{Column, Scales, Scoped};
 use super::record::Record;
-use super::tangents::{Expecting, Going, Tangents};
+use super::tangents::Tangents;
 use crate::effects::drive::Touches;
-use crate::model::drive::{DriveModel, Moving, Past};
+use crate::model::drive::DriveModel;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// What a reading is of.
@@ -77,8 +79,22 @@ impl Noise {
 pub struct Models {
     /// At β.
     pub here: DriveModel,
-    /// For each change, for each coordinate: a step beside, how far, and which equations it changes.
-    pub beside: Vec<Vec<(DriveModel, f64, Touches)>>,
+    /// For each change, for each coordinate.
+    pub beside: Vec<Vec<Beside>>,
+}
+
+/// The model a step beside β along one coordinate.
+pub struct Beside {
+    /// There.
+    pub model: DriveModel,
+    /// How far.
+    pub step: f64,
+    /// Which equations the coordinate changes.
+    pub touches: Touches,
+    /// For each of its effects the place, in the model at β, of the one that pushes just the same.
+    pub known: Vec<Option<usize>>,
+    /// The place among them of the one that the coordinate belongs to, if on this robot it has the shape that it has at β.
+    pub own: Option<usize>,
 }
 
 /// One innovation.
@@ -126,7 +142,7 @@ pub fn run(
     models: &Models,
     noise: &Noise,
     columns: &[Column],
-    each: impl FnMut(&Innovation),
+    each: impl FnMut(&Innovation) + Send,
 ) -> Summed {
     let everywhere: Vec<Scoped> = columns.iter().map(|c| Scoped::from(*c)).collect();
     run_scoped(record, models, noise, &everywhere, each)
@@ -138,7 +154,7 @@ pub fn run_scoped(
     models: &Models,
     noise: &Noise,
     columns: &[Scoped],
-    mut each: impl FnMut(&Innovation),
+    mut each: impl FnMut(&Innovation) + Send,
 ) -> Summed {
     let p = columns.len();
     // one scale for all drives: a free form is the same function in each
@@ -176,195 +192,158 @@ fn one(
     models: &Models,
     noise: &Noise,
     columns: &[Column],
-    mut each: impl FnMut(&Innovation),
+    each: impl FnMut(&Innovation) + Send,
 ) -> Summed {
-    let p = columns.len();
-    let Range { start: first, end } = rows;
-    let start_s = record.times_s.get(first).copied().unwrap_or(0.0);
-    let mut filter = Filter::new(record, first..end, noise, models.here.by_torque());
-    let mut tangents = Tangents::new(columns, models);
-    let mut summed = Summed { gram: Mat::zeros(p + 1, p + 1), ln_volume: 0.0 };
-    let mut block = vec![0.0; BLOCK * (p + 1)];
-    let mut filled = 0;
-    let mut functions = [0.0; FUNCTIONS];
-    let mut row = Row::default();
-    let mut past = Past::default();
-    // accelerations and forces under the torques before this row: sensors are read before the new ones act
-    let mut before = ([0.0; 2], [0.0; 2]);
-    let mut cosines = [0.0; COSINES];
-    let mut slopes = Slopes::default();
-    let free = columns.iter().any(|c| matches!(c, Column::Free(..) | Column::Varying(..)));
-    let span = (record.times_s[first..end].last().copied().unwrap_or(start_s) - start_s).max(1e-9);
-    for k in first..end {
-        let t_s = record.times_s[k];
-        let moving = |s: &Vector, before: &([f64; 2], [f64; 2])| Moving {
-            t_s: t_s - start_s,
-            since_power_on_s: record.since_power_on_s[k],
-            heading_rad: s[TH],
-            speed_m_s: s[V],
-            yaw_rate_rad_s: s[W],
-            acceleration_m_s2: before.0[0],
-            yaw_acceleration_rad_s2: before.0[1],
-            wheel_force_n: before.1,
-            past: None,
-        };
-        // readings
-        // without torques the past rates are the gyro's own
-        let known = record.torques_n_m.is_some().then_some(&past);
-        let at = Moving { past: known, ..moving(&filter.state, &before) };
-        let expected = |model: &DriveModel, at: &Moving| {
-            let [l, r] = model.wheels_rad_s(at);
-            [l, r, model.gyro_rad_s(at)]
-        };
-        let here = expected(&models.here, &at);
-        let error = record.belief.warm_up.error_rad_s(record.since_power_on_s[k]);
-        row.speed = at.speed_m_s;
-        row.yaw_rate = at.yaw_rate_rad_s;
-        row.heading = at.heading_rad;
-        row.acceleration = at.acceleration_m_s2;
-        row.yaw_acceleration = at.yaw_acceleration_rad_s2;
-        row.torques = record.torques(k.saturating_sub(1).max(first));
-        row.progress = (t_s - start_s) / span;
-        if free {
-            row.functions(scales, &mut functions);
+    let mut along = Along::new(record, rows, scales, models, noise, columns);
+    let mut sum = Sum::new(columns.len(), each);
+    if columns.is_empty() {
+        let mut row = Followed::default();
+        while along.row(&mut row) {
+            sum.add(std::slice::from_ref(&row), &[]);
         }
-        cosines_of(row.progress, &mut cosines);
-        let readings = Readings::of(record, k);
-        if readings.any {
-            // derivatives of the expected readings by the state, then by the columns
-            let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate];
-            let by_speed = expected(&models.here, &Moving { speed_m_s: at.speed_m_s + step[0], ..at });
-            let by_rate = expected(&models.here, &Moving { yaw_rate_rad_s: at.yaw_rate_rad_s + step[1], ..at });
-            let mut measured: Vec<(Channel, f64, Vector)> = Vec::with_capacity(6);
-            for (i, channel) in [Channel::WheelLeft, Channel::WheelRight, Channel::Gyro].into_iter().enumerate() {
-                let value = readings.values[i];
-                if value.is_finite() {
-                    let mut h = [0.0; N];
-                    h[V] = (by_speed[i] - here[i]) / step[0];
-                    h[W] = (by_rate[i] - here[i]) / step[1];
-                    let e = if channel == Channel::Gyro { error } else { 0.0 };
-                    measured.push((channel, value - here[i] - e, h));
-                }
-            }
-            for (i, channel) in [Channel::X, Channel::Y, Channel::Heading].into_iter().enumerate() {
-                let value = readings.values[3 + i];
-                if value.is_finite() {
-                    let mut h = [0.0; N];
-                    h[i] = 1.0;
-                    let mut nu = value - filter.state[i];
-                    if channel == Channel::Heading {
-                        nu -= (nu / std::f64::consts::TAU).round() * std::f64::consts::TAU;
-                    }
-                    measured.push((channel, nu, h));
-                }
-            }
-            let u = record.since_power_on_s[k] / record.belief.warm_up.time_constant_s;
-            tangents.expect(&Expecting {
-                at: &at,
-                here,
-                functions: &functions,
-                cosines: &cosines,
-                warm_up: [error - record.belief.warm_up.c2_rad_s, -record.belief.warm_up.c1_rad_s * u * (-u).exp()],
+    } else {
+        let parts = parts(columns, rayon::current_num_threads());
+        let forced = record.torques_n_m.is_some();
+        let part = |places: &Vec<usize>| Tangents::new(places.iter().map(|c| columns[*c]).collect(), models, forced);
+        let tangents: Vec<Tangents> = parts.iter().map(part).collect();
+        // inside the pool from the beginning, rather than anew at every stretch
+        rayon::scope(|_| in_stretches(&mut along, tangents, &parts, &mut sum));
+    }
+    sum.whole(along.ln_volume)
+}
+
+/// One thread runs ahead with the filter, others follow with a part of the columns each, and one sums up what they have
+/// written. No sum depends on who does what.
+fn in_stretches(
+    along: &mut Along,
+    mut tangents: Vec<Tangents>,
+    parts: &[Vec<usize>],
+    sum: &mut Sum<impl FnMut(&Innovation) + Send>,
+) {
+    let stretch = Stretch::default;
+    let (mut ahead, mut followed, mut done) = (stretch(), stretch(), stretch());
+    let slopes = || vec![Vec::new(); parts.len()];
+    let (mut written, mut read): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (slopes(), slopes());
+    loop {
+        let follow = || {
+            let each = tangents.par_iter_mut().zip(&mut written);
+            each.for_each(|(tangents, slopes)| {
+                slopes.clear();
+                followed.rows().iter().for_each(|row| tangents.follow(row, slopes));
             });
-            let prior = filter.state;
-            let uncertain = models.here.wheel_variance_rad2_s2(&at);
-            for (channel, nu, h) in measured {
-                // what earlier readings of this row have moved already
-                let moved: f64 = (0..N).map(|i| h[i] * (filter.state[i] - prior[i])).sum();
-                let (nu, variance, gain) = filter.correct(
-                    nu - moved,
-                    &h,
-                    noise.reading[channel as usize] + uncertain.get(channel as usize).unwrap_or(&0.0),
-                );
-                let std = variance.sqrt();
-                let out = &mut block[filled * (p + 1)..(filled + 1) * (p + 1)];
-                tangents.correct(channel as usize, &h, &gain, std, &mut out[..p]);
-                out[p] = nu / std;
-                each(&Innovation { row: k, channel, white: nu / std, std, slopes: &out[..p] });
-                summed.ln_volume += (std::f64::consts::TAU * variance).ln();
-                filled += 1;
-                if filled == BLOCK {
-                    add(&mut summed.gram, &block, filled);
-                    filled = 0;
-                }
-            }
-        }
-        past.push(t_s - start_s, filter.state[W]);
-        let Some(&next) = record.times_s[..end].get(k + 1) else { break };
-        // motion to the next row
-        let dt = next - t_s;
-        let torques = record.torques(k);
-        let mut at = moving(&filter.state, &before);
-        models.here.accelerate(&mut at, torques);
-        let sideways = models.here.sideways_m_s(&at);
-        if free {
-            row.speed = at.speed_m_s;
-            row.yaw_rate = at.yaw_rate_rad_s;
-            row.heading = at.heading_rad;
-            [row.acceleration, row.yaw_acceleration] = match &record.torques_n_m {
-                Some(_) => [at.acceleration_m_s2, at.yaw_acceleration_rad_s2],
-                None => before.0,
-            };
-            row.torques = torques;
-            for (lagged, lag_s) in row.lagged.iter_mut().zip([0.05, 0.5]) {
-                let keep = (-dt / lag_s).exp();
-                for (l, u) in lagged.iter_mut().zip(torques) {
-                    *l = u + keep * (*l - u);
-                }
-            }
-            let turning = models.here.robot.wheels_rad_s(at.speed_m_s, at.yaw_rate_rad_s);
-            for (angle, w) in row.wheel_angles.iter_mut().zip(turning) {
-                *angle += w * dt;
-            }
-            row.functions(scales, &mut functions);
-        }
-        let f = filter.jacobian(&models.here, &at, torques, sideways, dt, scales);
-        tangents.predict(&f, &Going { at: &at, torques, sideways, dt, functions: &functions });
-        // without torques the robot goes on accelerating as it did
-        let drift = if record.torques_n_m.is_none() {
-            let [a, alpha] = before.0;
-            [a - at.acceleration_m_s2, alpha - at.yaw_acceleration_rad_s2].map(|d| noise.unforced.lasting * d)
-        } else {
-            [0.0; 2]
         };
-        before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);
-        filter.predict(&models.here, &at, &Step { torques, sideways, drift, dt }, &f);
-        if record.torques_n_m.is_none() {
-            // without torques the accelerations are what speeds have done, and the forces what that takes
-            before = slopes.push(dt, [filter.state[V], filter.state[W]], &models.here);
+        let add = || sum.add(done.rows(), &parts.iter().map(Vec::as_slice).zip(&read).collect::<Vec<_>>());
+        rayon::join(|| ahead.fill(along), || rayon::join(follow, add));
+        std::mem::swap(&mut done, &mut followed);
+        std::mem::swap(&mut followed, &mut ahead);
+        std::mem::swap(&mut read, &mut written);
+        if done.rows().is_empty() && followed.rows().is_empty() {
+            return;
         }
     }
-    add(&mut summed.gram, &block, filled);
-    for j in 0..=p {
-        for i in 0..j {
-            summed.gram[(i, j)] = summed.gram[(j, i)];
+}
+
+/// Rows that are handed on at once.
+#[derive(Default)]
+struct Stretch {
+    rows: Vec<Followed>,
+    used: usize,
+}
+
+impl Stretch {
+    /// Enough that handing it on does not count, and few enough to stay in a cache.
+    const ROWS: usize = 64;
+
+    fn fill(&mut self, along: &mut Along) {
+        self.rows.resize_with(Self::ROWS, Followed::default);
+        self.used = 0;
+        while self.used < Self::ROWS && along.row(&mut self.rows[self.used]) {
+            self.used += 1;
         }
     }
-    summed
-}
 
-/// G += B'B over the first `rows` rows of the block.
-fn add(gram: &mut Mat<f64>, block: &[f64], rows: usize) {
-    if rows > 0 {
-        let width = gram.ncols();
-        let b = MatRef::from_row_major_slice(&block[..rows * width], rows, width);
-        // one triangle is enough until the end
-        let (whole, lower) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
-        matmul(gram.as_mut(), lower, Accum::Add, b.transpose(), whole, b, whole, 1.0, Par::Seq);
+    fn rows(&self) -> &[Followed] {
+        &self.rows[..self.used]
     }
 }
 
-struct Readings {
-    values: [f64; 6],
-    any: bool,
+/// The columns dealt out to `most` at most, so that all have as much to do. Those of one change stay together: they share what it is
+/// made of.
+fn parts(columns: &[Column], most: usize) -> Vec<Vec<usize>> {
+    // a coordinate is a model of its own to evaluate
+    let cost = |c: &Column| if matches!(c, Column::Coordinate(..)) { 10 } else { 1 };
+    let mut units: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+    for (c, column) in columns.iter().enumerate() {
+        let unit = match *column {
+            Column::Coordinate(i, _) | Column::Varying(i, ..) => (i, 0),
+            _ => (usize::MAX, c),
+        };
+        units.entry(unit).or_default().push(c);
+    }
+    let mut parts = vec![(0, Vec::new()); most.clamp(1, units.len().max(1))];
+    for unit in units.into_values() {
+        if let Some((work, part)) = parts.iter_mut().min_by_key(|p| p.0) {
+            *work += unit.iter().map(|c| cost(&columns[*c])).sum::<usize>();
+            part.extend(unit);
+        }
+    }
+    parts.into_iter().map(|(_, part)| part).collect()
 }
 
-impl Readings {
-    fn of(record: &Record, k: usize) -> Self {
-        let [l, r] = &record.wheels_rad_s;
-        let gyro = record.gyro_rad_s.as_ref().map_or(f64::NAN, |g| g[k]);
-        let pose = record.pose.as_ref().map_or([f64::NAN; 3], |[x, y, h]| [x[k], y[k], h[k]]);
-        let values = [l[k], r[k], gyro, pose[0], pose[1], pose[2]];
-        Self { values, any: values.iter().any(|v| v.is_finite()) }
+/// Whitened innovations with their slopes, summed up block by block.
+struct Sum<E> {
+    gram: Mat<f64>,
+    block: Vec<f64>,
+    filled: usize,
+    each: E,
+}
+
+impl<E: FnMut(&Innovation)> Sum<E> {
+    fn new(columns: usize, each: E) -> Self {
+        let width = columns + 1;
+        Self { gram: Mat::zeros(width, width), block: vec![0.0; BLOCK * width], filled: 0, each }
+    }
+
+    /// Adds the readings of `rows`. Of each part of the columns their places, and the slopes by them, reading by reading.
+    fn add(&mut self, rows: &[Followed], parts: &[(&[usize], &Vec<f64>)]) {
+        let width = self.gram.ncols();
+        let taken = rows.iter().flat_map(|row| row.taken.iter().map(|taken| (row.row, taken)));
+        for (n, (row, taken)) in taken.enumerate() {
+            let out = &mut self.block[self.filled * width..(self.filled + 1) * width];
+            for (places, slopes) in parts {
+                let own = &slopes[n * places.len()..(n + 1) * places.len()];
+                places.iter().zip(own).for_each(|(place, slope)| out[*place] = *slope);
+            }
+            out[width - 1] = taken.white;
+            let Taken { channel, white, std, .. } = *taken;
+            (self.each)(&Innovation { row, channel, white, std, slopes: &out[..width - 1] });
+            self.filled += 1;
+            if self.filled == BLOCK {
+                self.empty();
+            }
+        }
+    }
+
+    /// G += B'B over the rows of the block.
+    fn empty(&mut self) {
+        let (rows, width) = (self.filled, self.gram.ncols());
+        if rows > 0 {
+            let b = MatRef::from_row_major_slice(&self.block[..rows * width], rows, width);
+            // one triangle is enough until the end
+            let (whole, lower) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
+            matmul(self.gram.as_mut(), lower, Accum::Add, b.transpose(), whole, b, whole, 1.0, Par::Seq);
+        }
+        self.filled = 0;
+    }
+
+    fn whole(mut self, ln_volume: f64) -> Summed {
+        self.empty();
+        let mut gram = self.gram;
+        for j in 0..gram.ncols() {
+            for i in 0..j {
+                gram[(i, j)] = gram[(j, i)];
+            }
+        }
+        Summed { gram, ln_volume }
     }
 }

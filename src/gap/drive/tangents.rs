@@ -2,14 +2,15 @@
 //!
 //! One array for each state, so that the loops over some two hundred columns run on vectors.
 
-use super::column::{COSINES, Column, Equation};
-use super::filter::{Matrix, N, TH, V, Vector, W, X, Y};
-use super::pass::Models;
-use crate::model::drive::Moving;
+use super::along::{Followed, Taken};
+use super::column::{Column, Equation};
+use super::filter::{N, Step, TH, V, W, X, Y};
+use super::pass::{Beside, Models};
+use crate::model::drive::{DriveEffect, Moving, Past, Robot, Shape};
 
-/// Derivatives of the state, and of the readings of the row at hand.
+/// Derivatives of the state, and of the readings of the row at hand, by some of the columns.
 pub struct Tangents<'a> {
-    columns: &'a [Column],
+    columns: Vec<Column>,
     models: &'a Models,
     state: [Vec<f64>; N],
     /// ∂(expected reading)/∂β at a fixed state, by channel
@@ -19,39 +20,28 @@ pub struct Tangents<'a> {
     varies: Vec<usize>,
     /// What each coordinate adds to dv/dt, dω/dt and the sideways speed
     adds: Vec<[f64; 3]>,
+    /// What the change at hand is made of
+    shapes: Shapes,
+    /// Yaw rates so far, where torques tell how the robot turns
+    past: Option<Past>,
 }
 
-/// What the readings of a row are expected to be under the model at β, and what their derivatives follow.
-pub struct Expecting<'a> {
-    /// Motion at the row.
-    pub at: &'a Moving<'a>,
-    /// Left wheel, right wheel, gyro, rad/s.
-    pub here: [f64; 3],
-    /// Functions that free forms are made of.
-    pub functions: &'a [f64],
-    /// cos(nπu)
-    pub cosines: &'a [f64; COSINES],
-    /// ∂(gyro)/∂(ln C1, ln T), rad/s
-    pub warm_up: [f64; 2],
+/// The shape of the change whose coordinates are being followed, in this row.
+#[derive(Default)]
+struct Shapes {
+    of_row: Option<(usize, Shape)>,
 }
 
-/// What moves the robot between two rows.
-pub struct Going<'a> {
-    /// Motion, accelerations included.
-    pub at: &'a Moving<'a>,
-    /// N·m
-    pub torques: [f64; 2],
-    /// m/s
-    pub sideways: f64,
-    /// s
-    pub dt: f64,
-    /// Functions that free forms are made of.
-    pub functions: &'a [f64],
+impl Shapes {
+    fn of(&mut self, change: usize, effect: &dyn DriveEffect, robot: &Robot, at: &Moving) -> &Shape {
+        let known = self.of_row.take().filter(|known| known.0 == change);
+        &self.of_row.insert(known.unwrap_or_else(|| (change, effect.shape(robot, at)))).1
+    }
 }
 
 impl<'a> Tangents<'a> {
     /// All zero. A coordinate that varies comes after the column of the coordinate itself.
-    pub fn new(columns: &'a [Column], models: &'a Models) -> Self {
+    pub fn new(columns: Vec<Column>, models: &'a Models, forced: bool) -> Self {
         let zero = || vec![0.0; columns.len()];
         let constant = |i, j| columns.iter().position(|c| *c == Column::Coordinate(i, j));
         let of = |(c, column): (usize, &Column)| match *column {
@@ -59,30 +49,47 @@ impl<'a> Tangents<'a> {
             _ => c,
         };
         Self {
-            columns,
             models,
             state: std::array::from_fn(|_| zero()),
             direct: std::array::from_fn(|_| zero()),
             moved: zero(),
             varies: columns.iter().enumerate().map(of).collect(),
             adds: vec![[0.0; 3]; columns.len()],
+            shapes: Shapes::default(),
+            past: forced.then(Past::default),
+            columns,
+        }
+    }
+
+    /// Through one row; the whitened derivatives of its readings are appended to `slopes`.
+    pub fn follow(&mut self, row: &Followed, slopes: &mut Vec<f64>) {
+        if !row.taken.is_empty() {
+            self.expect(row);
+            row.taken.iter().for_each(|taken| self.correct(taken, slopes));
+        }
+        if let Some(past) = &mut self.past {
+            past.push(row.at.t_s, row.yaw_rate);
+        }
+        if row.goes_on {
+            self.predict(row);
         }
     }
 
     /// Takes in how the expected readings of a row depend on β directly.
-    pub fn expect(&mut self, row: &Expecting) {
-        let (sin, cos) = row.at.heading_rad.sin_cos();
+    fn expect(&mut self, row: &Followed) {
+        let (sin, cos) = row.heading;
+        let at = Moving { past: self.past.as_ref(), ..row.at };
         let d = &mut self.direct;
         for (c, column) in self.columns.iter().enumerate() {
             match *column {
                 Column::Coordinate(i, j) => {
-                    let (beside, width, touches) = &self.models.beside[i][j];
+                    let Beside { model, step, touches, .. } = &self.models.beside[i][j];
                     if touches.wheels {
-                        let [l, r] = beside.wheels_rad_s(row.at);
-                        (d[0][c], d[1][c]) = ((l - row.here[0]) / width, (r - row.here[1]) / width);
+                        let [l, r] = model.wheels_rad_s(&at);
+                        (d[0][c], d[1][c]) = ((l - row.here[0]) / step, (r - row.here[1]) / step);
                     }
                     if touches.gyro {
-                        d[2][c] = (beside.gyro_rad_s(row.at) - row.here[2]) / width;
+                        d[2][c] = (model.gyro_rad_s(&at) - row.here[2]) / step;
                     }
                 }
                 Column::Varying(_, _, f) => {
@@ -120,23 +127,24 @@ impl<'a> Tangents<'a> {
         }
     }
 
-    /// One scalar reading of `channel` with slope `h`, `gain` and standard deviation `std`: whitened derivatives into `slopes`.
-    pub fn correct(&mut self, channel: usize, h: &Vector, gain: &Vector, std: f64, slopes: &mut [f64]) {
-        self.moved.copy_from_slice(&self.direct[channel]);
-        for (h, state) in h.iter().zip(&self.state) {
+    /// One scalar reading.
+    fn correct(&mut self, taken: &Taken, slopes: &mut Vec<f64>) {
+        self.moved.copy_from_slice(&self.direct[taken.channel as usize]);
+        for (h, state) in taken.h.iter().zip(&self.state) {
             if *h != 0.0 {
                 self.moved.iter_mut().zip(state).for_each(|(m, s)| *m += h * s);
             }
         }
-        for (gain, state) in gain.iter().zip(&mut self.state) {
+        for (gain, state) in taken.gain.iter().zip(&mut self.state) {
             state.iter_mut().zip(&self.moved).for_each(|(s, m)| *s -= gain * m);
         }
-        slopes.iter_mut().zip(&self.moved).for_each(|(s, m)| *s = m / std);
+        slopes.extend(self.moved.iter().map(|m| m / taken.std));
     }
 
     /// On to the next row.
-    pub fn predict(&mut self, f: &Matrix, going: &Going) {
-        let (at, dt) = (going.at, going.dt);
+    fn predict(&mut self, row: &Followed) {
+        let (at, f, functions) = (&row.leaving, &row.f, &row.functions_ahead);
+        let Step { torques, sideways, dt, .. } = row.step;
         let p = self.columns.len();
         let [x, y, th, v, w] = &mut self.state;
         let (x, y, th, v, w) = (&mut x[..p], &mut y[..p], &mut th[..p], &mut v[..p], &mut w[..p]);
@@ -148,35 +156,40 @@ impl<'a> Tangents<'a> {
             v[c] = f[V][TH] * dth + f[V][V] * dv + f[V][W] * dw;
             w[c] = f[W][TH] * dth + f[W][V] * dv + f[W][W] * dw;
         }
-        let (sin, cos) = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
+        let (sin, cos) = row.middle;
+        self.shapes.of_row = None;
         for (c, column) in self.columns.iter().enumerate() {
             // dv/dt, dω/dt, sideways
             let d = match *column {
                 Column::Coordinate(i, j) => {
-                    let (beside, width, touches) = &self.models.beside[i][j];
+                    let Beside { model, step, touches, known, own } = &self.models.beside[i][j];
                     if !touches.motion {
                         continue;
                     }
                     let mut moved = *at;
-                    beside.accelerate(&mut moved, going.torques);
+                    model.accelerate_with(&mut moved, torques, |place, effect| {
+                        let shaped = || effect.force_of(self.shapes.of(i, effect, &model.robot, at), &model.robot, at);
+                        let same = known[place].map(|same| row.forces[same]);
+                        same.or_else(|| (*own == Some(place)).then(shaped))
+                    });
                     self.adds[c] = [
-                        (moved.acceleration_m_s2 - at.acceleration_m_s2) / width,
-                        (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / width,
-                        (beside.sideways_m_s(at) - going.sideways) / width,
+                        (moved.acceleration_m_s2 - at.acceleration_m_s2) / step,
+                        (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / step,
+                        (model.sideways_m_s(at) - sideways) / step,
                     ];
                     self.adds[c]
                 }
-                Column::Varying(_, _, f) => self.adds[self.varies[c]].map(|a| a * going.functions[f]),
-                Column::Free(Equation::Force, i) => [going.functions[i], 0.0, 0.0],
-                Column::Free(Equation::Moment, i) => [0.0, going.functions[i], 0.0],
-                Column::Free(Equation::Sideways, i) => [0.0, 0.0, going.functions[i]],
+                Column::Varying(_, _, f) => self.adds[self.varies[c]].map(|a| a * functions[f]),
+                Column::Free(Equation::Force, i) => [functions[i], 0.0, 0.0],
+                Column::Free(Equation::Moment, i) => [0.0, functions[i], 0.0],
+                Column::Free(Equation::Sideways, i) => [0.0, 0.0, functions[i]],
                 Column::Free(Equation::Along, i) => {
-                    x[c] += dt * going.functions[i] * cos;
-                    y[c] += dt * going.functions[i] * sin;
+                    x[c] += dt * functions[i] * cos;
+                    y[c] += dt * functions[i] * sin;
                     continue;
                 }
                 Column::Free(Equation::Turn, i) => {
-                    th[c] += dt * going.functions[i];
+                    th[c] += dt * functions[i];
                     continue;
                 }
                 _ => continue,

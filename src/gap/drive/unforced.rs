@@ -6,6 +6,7 @@
 
 use super::pass::{Models, Noise, Unforced, run};
 use super::record::Record;
+use rayon::prelude::*;
 
 /// Where the search begins.
 const BEGIN: Unforced = Unforced { diffusion: [0.001, 0.002], lasting: 0.9 };
@@ -22,6 +23,7 @@ const SENSIBLE: std::ops::Range<f64> = 1e-9..1e4;
 #[must_use]
 pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Unforced {
     let weigh = |unforced: Unforced| run(record, models, &Noise { unforced, ..*noise }, &[], |_| {}).ln_likelihood();
+    let two = |[a, b]: [Unforced; 2]| rayon::join(|| weigh(a), || weigh(b));
     let times = |from: Unforced, i: usize, factor: f64| {
         let mut next = from;
         next.diffusion[i] *= factor;
@@ -33,20 +35,27 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Unforce
     let mut factor = FACTORS[0];
     while factor > FACTORS[1] {
         let mut moved = false;
-        for (i, by) in [(0, factor), (0, 1.0 / factor), (1, factor), (1, 1.0 / factor)] {
-            let next = times(here, i, by);
-            let weight = weigh(next);
-            if weight > best && sensible(&next) {
-                (best, here, moved) = (weight, next, true);
+        for i in 0..2 {
+            let [up, down] = [factor, 1.0 / factor].map(|by| times(here, i, by));
+            let (above, below) = two([up, down]);
+            let from = here;
+            if above > best && sensible(&up) {
+                (best, here, moved) = (above, up, true);
+            }
+            // from where that has led
+            let back = times(here, i, 1.0 / factor);
+            let below = if here == from { below } else { weigh(back) };
+            if below > best && sensible(&back) {
+                (best, here, moved) = (below, back, true);
             }
         }
         if !moved {
             factor = factor.sqrt();
         }
     }
-    for lasting in LASTING {
-        let next = Unforced { lasting, ..here };
-        let weight = weigh(next);
+    let lasting = LASTING.map(|lasting| Unforced { lasting, ..here });
+    let weights: Vec<f64> = lasting.par_iter().map(|next| weigh(*next)).collect();
+    for (next, weight) in lasting.into_iter().zip(weights) {
         if weight > best {
             (best, here) = (weight, next);
         }
@@ -54,7 +63,7 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Unforce
     let mut step = factor.ln();
     for _ in 0..if record.is_blind() { ROUNDS } else { 0 } {
         for i in 0..2 {
-            let [below, above] = [-step, step].map(|s| weigh(times(here, i, s.exp())));
+            let (below, above) = two([-step, step].map(|s| times(here, i, s.exp())));
             let bend = 2.0 * best - below - above;
             if bend > 0.0 {
                 let by = (0.5 * step * (above - below) / bend).clamp(-step, step);

@@ -1,0 +1,331 @@
+//! The filter over the rows of one drive, and what derivatives follow in each: nothing of that depends on the columns, so that
+//! one thread can run ahead with the filter while others follow with the columns.
+
+use super::column::{COSINES, Column, FUNCTIONS, Row, Scales, cosines_of};
+use super::filter::{Filter, Matrix, N, Slopes, Step, TH, V, Vector, W};
+use super::pass::{Channel, Models, Noise};
+use super::record::Record;
+use crate::model::drive::{DriveModel, Moving, Past};
+use std::ops::Range;
+
+/// Lags of the torques, s.
+const LAGS_S: [f64; 2] = [0.05, 0.5];
+
+/// A reading as the filter took it in.
+#[derive(Debug, Clone, Copy)]
+pub struct Taken {
+    /// Channel.
+    pub channel: Channel,
+    /// ∂(expected reading)/∂state
+    pub h: Vector,
+    /// K
+    pub gain: Vector,
+    /// ν/√S
+    pub white: f64,
+    /// √S
+    pub std: f64,
+}
+
+/// One row.
+#[derive(Debug, Clone)]
+pub struct Followed {
+    /// Row of the log.
+    pub row: usize,
+    /// Motion before the readings, without the past.
+    pub at: Moving<'static>,
+    /// Sine and cosine of the heading there.
+    pub heading: (f64, f64),
+    /// What left wheel, right wheel and gyro are expected to read under the model at β, rad/s.
+    pub here: [f64; 3],
+    /// Functions that free forms are made of, before the readings.
+    pub functions: [f64; FUNCTIONS],
+    /// cos(nπu)
+    pub cosines: [f64; COSINES],
+    /// ∂(gyro)/∂(ln C1, ln T), rad/s
+    pub warm_up: [f64; 2],
+    /// Readings, in the order in which they were taken in.
+    pub taken: Vec<Taken>,
+    /// ω after the readings, rad/s
+    pub yaw_rate: f64,
+    /// Whether there is a next row, which the rest is about.
+    pub goes_on: bool,
+    /// Motion after the readings, accelerations included.
+    pub leaving: Moving<'static>,
+    /// Force and moment of each effect of the model at β there.
+    pub forces: Vec<[f64; 2]>,
+    /// ∂(state in the next row)/∂state
+    pub f: Matrix,
+    /// What moves the robot there.
+    pub step: Step,
+    /// Sine and cosine of the heading half way there.
+    pub middle: (f64, f64),
+    /// Functions that free forms are made of, on the way there.
+    pub functions_ahead: [f64; FUNCTIONS],
+}
+
+impl Default for Followed {
+    fn default() -> Self {
+        let still = Moving {
+            t_s: 0.0,
+            since_power_on_s: 0.0,
+            heading_rad: 0.0,
+            speed_m_s: 0.0,
+            yaw_rate_rad_s: 0.0,
+            acceleration_m_s2: 0.0,
+            yaw_acceleration_rad_s2: 0.0,
+            wheel_force_n: [0.0; 2],
+            past: None,
+        };
+        Self {
+            row: 0,
+            at: still,
+            heading: (0.0, 1.0),
+            here: [0.0; 3],
+            functions: [0.0; FUNCTIONS],
+            cosines: [0.0; COSINES],
+            warm_up: [0.0; 2],
+            taken: Vec::with_capacity(Channel::ALL.len()),
+            yaw_rate: 0.0,
+            goes_on: false,
+            leaving: still,
+            forces: Vec::new(),
+            f: [[0.0; N]; N],
+            step: Step { torques: [0.0; 2], sideways: 0.0, drift: [0.0; 2], dt: 0.0 },
+            middle: (0.0, 1.0),
+            functions_ahead: [0.0; FUNCTIONS],
+        }
+    }
+}
+
+/// The filter on its way through a drive.
+pub struct Along<'a> {
+    record: &'a Record,
+    rows: Range<usize>,
+    scales: &'a Scales,
+    models: &'a Models,
+    noise: &'a Noise,
+    filter: Filter<'a>,
+    past: Past,
+    /// Accelerations and forces under the torques before this row: sensors are read before the new ones act
+    before: ([f64; 2], [f64; 2]),
+    slopes: Slopes,
+    row: Row,
+    wheel_angles_rad: [f64; 2],
+    /// Time between two rows, s, and what is left of the lagging torques after it
+    keep: (f64, [f64; 2]),
+    /// Whether there are columns, and which functions they ask for: any, and those of time
+    followed: bool,
+    free: bool,
+    timed: bool,
+    start_s: f64,
+    span_s: f64,
+    next: usize,
+    /// Σ ln(2πS) so far
+    pub ln_volume: f64,
+}
+
+impl<'a> Along<'a> {
+    /// Before the first of `rows`, which are those of one drive.
+    pub fn new(
+        record: &'a Record,
+        rows: Range<usize>,
+        scales: &'a Scales,
+        models: &'a Models,
+        noise: &'a Noise,
+        columns: &[Column],
+    ) -> Self {
+        let start_s = record.times_s.get(rows.start).copied().unwrap_or(0.0);
+        let free = columns.iter().any(|c| matches!(c, Column::Free(..) | Column::Varying(..)));
+        Self {
+            record,
+            scales,
+            models,
+            noise,
+            filter: Filter::new(record, rows.clone(), noise, models.here.by_torque()),
+            past: Past::default(),
+            before: ([0.0; 2], [0.0; 2]),
+            slopes: Slopes::default(),
+            row: Row { wheel_angles: [(0.0, 1.0); 2], ..Row::default() },
+            wheel_angles_rad: [0.0; 2],
+            keep: (f64::NAN, [0.0; 2]),
+            followed: !columns.is_empty(),
+            free,
+            timed: free || columns.iter().any(|c| matches!(c, Column::GyroCosine(_))),
+            start_s,
+            span_s: (record.times_s[rows.clone()].last().copied().unwrap_or(start_s) - start_s).max(1e-9),
+            next: rows.start,
+            rows,
+            ln_volume: 0.0,
+        }
+    }
+
+    /// Through one row, of which `out` then tells; false after the last.
+    pub fn row(&mut self, out: &mut Followed) -> bool {
+        let k = self.next;
+        if k >= self.rows.end {
+            return false;
+        }
+        self.next += 1;
+        out.row = k;
+        self.read(k, out);
+        out.yaw_rate = self.filter.state[W];
+        self.past.push(self.record.times_s[k] - self.start_s, out.yaw_rate);
+        out.goes_on = self.next < self.rows.end;
+        if out.goes_on {
+            self.go(k, out);
+        }
+        true
+    }
+
+    fn moving(&self, k: usize) -> Moving<'static> {
+        let state = &self.filter.state;
+        Moving {
+            t_s: self.record.times_s[k] - self.start_s,
+            since_power_on_s: self.record.since_power_on_s[k],
+            heading_rad: state[TH],
+            speed_m_s: state[V],
+            yaw_rate_rad_s: state[W],
+            acceleration_m_s2: self.before.0[0],
+            yaw_acceleration_rad_s2: self.before.0[1],
+            wheel_force_n: self.before.1,
+            past: None,
+        }
+    }
+
+    /// Takes in the readings of row `k`.
+    fn read(&mut self, k: usize, out: &mut Followed) {
+        let (record, models, scales) = (self.record, self.models, self.scales);
+        out.taken.clear();
+        out.at = self.moving(k);
+        if self.timed {
+            cosines_of(out.at.t_s / self.span_s, &mut out.cosines);
+        }
+        let Some(readings) = readings(record, k) else { return };
+        // without torques the past rates are the gyro's own
+        let at = Moving { past: record.torques_n_m.is_some().then_some(&self.past), ..out.at };
+        let here = expected(&models.here, &at);
+        let error = record.belief.warm_up.error_rad_s(record.since_power_on_s[k]);
+        out.here = here;
+        if self.followed {
+            out.heading = at.heading_rad.sin_cos();
+            let u = record.since_power_on_s[k] / record.belief.warm_up.time_constant_s;
+            let grown = error - record.belief.warm_up.c2_rad_s;
+            out.warm_up = [grown, -record.belief.warm_up.c1_rad_s * u * (-u).exp()];
+        }
+        if self.free {
+            self.row.speed = at.speed_m_s;
+            self.row.yaw_rate = at.yaw_rate_rad_s;
+            self.row.heading = out.heading;
+            self.row.acceleration = at.acceleration_m_s2;
+            self.row.yaw_acceleration = at.yaw_acceleration_rad_s2;
+            self.row.torques = record.torques(k.saturating_sub(1).max(self.rows.start));
+            self.row.functions(scales, &out.cosines, &mut out.functions);
+        }
+        // derivatives of the expected readings by the state
+        let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate];
+        let by_speed = expected(&models.here, &Moving { speed_m_s: at.speed_m_s + step[0], ..at });
+        let by_rate = expected(&models.here, &Moving { yaw_rate_rad_s: at.yaw_rate_rad_s + step[1], ..at });
+        let uncertain = models.here.wheel_variance_rad2_s2(&at);
+        let prior = self.filter.state;
+        for (channel, value) in Channel::ALL.into_iter().zip(readings).filter(|(_, value)| value.is_finite()) {
+            let place = channel as usize;
+            let mut h = [0.0; N];
+            let nu = match channel {
+                Channel::WheelLeft | Channel::WheelRight | Channel::Gyro => {
+                    h[V] = (by_speed[place] - here[place]) / step[0];
+                    h[W] = (by_rate[place] - here[place]) / step[1];
+                    let e = if channel == Channel::Gyro { error } else { 0.0 };
+                    value - here[place] - e
+                }
+                Channel::X | Channel::Y | Channel::Heading => {
+                    h[place - 3] = 1.0;
+                    let mut nu = value - prior[place - 3];
+                    if channel == Channel::Heading {
+                        nu -= (nu / std::f64::consts::TAU).round() * std::f64::consts::TAU;
+                    }
+                    nu
+                }
+            };
+            // what earlier readings of this row have moved already
+            let moved: f64 = (0..N).map(|i| h[i] * (self.filter.state[i] - prior[i])).sum();
+            let (nu, variance, gain) =
+                self.filter.correct(nu - moved, &h, self.noise.reading[place] + uncertain.get(place).unwrap_or(&0.0));
+            let std = variance.sqrt();
+            out.taken.push(Taken { channel, h, gain, white: nu / std, std });
+            self.ln_volume += (std::f64::consts::TAU * variance).ln();
+        }
+    }
+
+    /// From row `k` to the next.
+    fn go(&mut self, k: usize, out: &mut Followed) {
+        let (record, models) = (self.record, self.models);
+        let model = &models.here;
+        let dt = record.times_s[k + 1] - record.times_s[k];
+        let torques = record.torques(k);
+        let mut at = self.moving(k);
+        model.forces(&at, &mut out.forces);
+        model.accelerate_with(&mut at, torques, |place, _| Some(out.forces[place]));
+        model.renew_forces(&at, &mut out.forces);
+        if self.free {
+            self.look_ahead(&at, torques, dt, out);
+        }
+        // without torques the robot goes on accelerating as it did
+        let drift = if record.torques_n_m.is_none() {
+            let [a, alpha] = self.before.0;
+            [a - at.acceleration_m_s2, alpha - at.yaw_acceleration_rad_s2].map(|d| self.noise.unforced.lasting * d)
+        } else {
+            [0.0; 2]
+        };
+        out.leaving = at;
+        out.step = Step { torques, sideways: model.sideways_m_s(&at), drift, dt };
+        out.middle = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
+        out.f = self.filter.jacobian(model, &at, &out.forces, &out.step, out.middle, self.scales);
+        self.before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);
+        self.filter.predict(model, &at, &out.step, &out.f);
+        if record.torques_n_m.is_none() {
+            // without torques the accelerations are what speeds have done, and the forces what that takes
+            self.before = self.slopes.push(dt, [self.filter.state[V], self.filter.state[W]], model);
+        }
+    }
+
+    /// The functions on the way to the next row.
+    fn look_ahead(&mut self, at: &Moving, torques: [f64; 2], dt: f64, out: &mut Followed) {
+        let row = &mut self.row;
+        row.speed = at.speed_m_s;
+        row.yaw_rate = at.yaw_rate_rad_s;
+        row.heading = at.heading_rad.sin_cos();
+        [row.acceleration, row.yaw_acceleration] = match &self.record.torques_n_m {
+            Some(_) => [at.acceleration_m_s2, at.yaw_acceleration_rad_s2],
+            None => self.before.0,
+        };
+        row.torques = torques;
+        if self.keep.0 != dt {
+            self.keep = (dt, LAGS_S.map(|lag_s| (-dt / lag_s).exp()));
+        }
+        for (lagged, keep) in row.lagged.iter_mut().zip(self.keep.1) {
+            for (l, u) in lagged.iter_mut().zip(torques) {
+                *l = u + keep * (*l - u);
+            }
+        }
+        let turning = self.models.here.robot.wheels_rad_s(at.speed_m_s, at.yaw_rate_rad_s);
+        for ((angle, w), turned) in self.wheel_angles_rad.iter_mut().zip(turning).zip(&mut row.wheel_angles) {
+            *angle += w * dt;
+            *turned = angle.sin_cos();
+        }
+        row.functions(self.scales, &out.cosines, &mut out.functions_ahead);
+    }
+}
+
+fn expected(model: &DriveModel, at: &Moving) -> [f64; 3] {
+    let [l, r] = model.wheels_rad_s(at);
+    [l, r, model.gyro_rad_s(at)]
+}
+
+/// Readings of row `k` by channel, if there are any.
+fn readings(record: &Record, k: usize) -> Option<[f64; 6]> {
+    let [l, r] = &record.wheels_rad_s;
+    let gyro = record.gyro_rad_s.as_ref().map_or(f64::NAN, |g| g[k]);
+    let pose = record.pose.as_ref().map_or([f64::NAN; 3], |[x, y, h]| [x[k], y[k], h[k]]);
+    let values = [l[k], r[k], gyro, pose[0], pose[1], pose[2]];
+    values.iter().any(|v| v.is_finite()).then_some(values)
+}
