@@ -7,6 +7,7 @@ mod fit;
 mod gap;
 mod inspect;
 mod log_args;
+mod mounting_args;
 mod navigate;
 mod noise;
 mod noise_write;

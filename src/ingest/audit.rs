@@ -10,9 +10,9 @@ use serde::Serialize;
 
 /// Shorter runs of a value are never called stuck.
 pub(super) const SHORTEST_STUCK: usize = 6;
-/// Samples that stand for a longer log where the middle of many is asked for: their median scatters by a thousandth of a sample's
-/// noise.
-pub(super) const WITNESSES: usize = 1 << 20;
+/// Samples that stand for a longer log where the middle of many is asked for: their median scatters by a four-hundredth of a
+/// sample's noise.
+pub(super) const WITNESSES: usize = 1 << 18;
 /// Runs of fewer samples at the end of the range are no saturation.
 pub(super) const SATURATED_RUN: usize = 3;
 
@@ -242,7 +242,7 @@ pub(super) fn judge(before: Before, stamps_s: &[f64], axis: &TimeAxis, rate: &[f
 
 pub(super) fn drift(rate: &[f64]) -> f64 {
     let size = rate.len().div_ceil(20).max(1);
-    let middle = |stretch: &[f64]| median(&mut stretches(stretch, WITNESSES / 20).into_owned());
+    let middle = |stretch: &[f64]| median(&mut stretches(stretch, WITNESSES / 4).into_owned());
     let medians: Vec<f64> = rate.chunks(size).map(middle).collect();
     medians.iter().copied().fold(f64::MIN, f64::max) - medians.iter().copied().fold(f64::MAX, f64::min)
 }
@@ -260,15 +260,17 @@ fn runs(rate: &[f64]) -> impl Iterator<Item = (usize, usize)> {
 struct Runs {
     /// How many have 1, 2, 3 and 4 samples at least.
     at_least: [usize; 4],
+    longest: usize,
     smallest: f64,
     largest: f64,
 }
 
 impl Runs {
     fn of(rate: &[f64]) -> Self {
-        let mut all = Self { at_least: [0; 4], smallest: f64::MAX, largest: f64::MIN };
+        let mut all = Self { at_least: [0; 4], longest: 0, smallest: f64::MAX, largest: f64::MIN };
         for (first, length) in runs(rate) {
             all.at_least.iter_mut().enumerate().for_each(|(k, count)| *count += usize::from(length > k));
+            all.longest = all.longest.max(length);
             all.smallest = all.smallest.min(rate[first]);
             all.largest = all.largest.max(rate[first]);
         }
@@ -278,6 +280,9 @@ impl Runs {
 
 fn saturation(time: &TimeAxis, rate: &[f64], all: &Runs, rest: f64, far: f64) -> Saturation {
     let mut found = Saturation { samples: 0, limit_rad_s: None, first_at_s: None, handling: Handling::Kept };
+    if all.longest < SATURATED_RUN {
+        return found;
+    }
     for (first, length) in runs(rate).filter(|r| r.1 >= SATURATED_RUN) {
         let value = rate[first];
         if (value == all.largest || value == all.smallest) && (value - rest).abs() > far {
@@ -306,6 +311,9 @@ fn stuck(time: &TimeAxis, rate: &[f64], all: &Runs, q: f64, noise_std: f64) -> S
         repeated_fraction: repeated as f64 / rate.len() as f64,
         handling: Handling::Kept,
     };
+    if all.longest < threshold {
+        return found;
+    }
     for (first, length) in runs(rate).filter(|r| r.1 >= threshold) {
         found.runs += 1;
         found.samples += length;
