@@ -97,9 +97,8 @@ impl Branch {
         }
         let there = Compared::wide(&self.record, &self.noise, candidates.clone(), self.compared.next().0);
         // a step so long that the filter diverges is not taken
-        let diverged = !there.sets[0].ln_weight.is_finite();
         let here = || Compared::wide(&self.record, &self.noise, candidates, self.compared.theta.clone());
-        self.compared = if diverged { here() } else { there };
+        self.compared = if there.has_diverged() { here() } else { there };
         self.look_at_promising();
     }
 
@@ -136,7 +135,11 @@ impl Branch {
             if settled && (!any || near) {
                 return;
             }
-            self.compared = Compared::narrow(&self.record, &self.noise, self.compared.plausible(), next, None);
+            let settled = Compared::narrow(&self.record, &self.noise, self.compared.plausible(), next, None);
+            if settled.has_diverged() {
+                return;
+            }
+            self.compared = settled;
             near = any;
             self.widen(effects, options, stepped);
         }

@@ -177,6 +177,11 @@ impl Compared {
         for step in 0..steps {
             let problem = candidates.linearise(record, noise, &theta);
             let top = choose(&problem);
+            if best.is_none() && !top.ln_weight.is_finite() {
+                // a start at which the filter diverges: nearer to the nominal model, where it does not
+                theta.iter_mut().flatten().for_each(|coordinate| *coordinate *= 0.5);
+                continue;
+            }
             if let Some(best) = &best
                 && !(top.ln_weight >= best.top() - LOSS)
             {
@@ -201,8 +206,13 @@ impl Compared {
     /// ln weight of the best set; where the filter has diverged, less than any.
     #[must_use]
     pub fn top(&self) -> f64 {
-        let weight = self.sets[0].ln_weight;
-        if weight.is_finite() { weight } else { f64::MIN }
+        if self.has_diverged() { f64::MIN } else { self.sets[0].ln_weight }
+    }
+
+    /// Whether the filter has diverged where this was linearised.
+    #[must_use]
+    pub fn has_diverged(&self) -> bool {
+        !self.sets[0].ln_weight.is_finite()
     }
 
     /// Where the best set lies, and whether that is close to where it was linearised.
