@@ -171,7 +171,9 @@ impl<'a> Filter<'a> {
         self.state[W] += dw;
         // P = F P F' + Q
         let columns: Matrix = std::array::from_fn(|j| ahead(f, &self.covariance.map(|row| row[j])));
-        self.covariance = std::array::from_fn(|i| ahead(f, &columns.map(|column| column[i])));
+        let full: Matrix = std::array::from_fn(|i| ahead(f, &columns.map(|column| column[i])));
+        // what rounding makes of the two halves grows apart where the motion is unstable, until P is no covariance
+        self.covariance = std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (full[i][j] + full[j][i])));
         let [[a, b], [c, d]] = self.by_torque;
         let q = self.noise.torque * dt;
         // an uncertain force lasts for some steps, not for one
