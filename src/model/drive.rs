@@ -120,8 +120,8 @@ impl Past {
     }
 }
 
-/// The robot at one instant.
-#[derive(Debug, Clone, Copy)]
+/// The robot at one instant; by default it stands still at the origin of everything.
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Moving<'a> {
     /// s since the log began
     pub t_s: f64,

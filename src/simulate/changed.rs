@@ -43,17 +43,7 @@ impl Changed {
         Self {
             model: DriveModel::new(nominal, effects),
             motion: Motion::default(),
-            at: Moving {
-                t_s: 0.0,
-                since_power_on_s: 0.0,
-                heading_rad: 0.0,
-                speed_m_s: 0.0,
-                yaw_rate_rad_s: 0.0,
-                acceleration_m_s2: 0.0,
-                yaw_acceleration_rad_s2: 0.0,
-                wheel_force_n: [0.0; 2],
-                past: None,
-            },
+            at: Moving::default(),
             past: Past::default(),
             angles_rad: [0.0; 2],
         }

@@ -65,17 +65,7 @@ pub struct Followed {
 
 impl Default for Followed {
     fn default() -> Self {
-        let still = Moving {
-            t_s: 0.0,
-            since_power_on_s: 0.0,
-            heading_rad: 0.0,
-            speed_m_s: 0.0,
-            yaw_rate_rad_s: 0.0,
-            acceleration_m_s2: 0.0,
-            yaw_acceleration_rad_s2: 0.0,
-            wheel_force_n: [0.0; 2],
-            past: None,
-        };
+        let still = Moving::default();
         Self {
             row: 0,
             at: still,
