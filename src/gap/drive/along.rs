@@ -262,7 +262,7 @@ impl<'a> Along<'a> {
         // without torques the robot goes on accelerating as it did
         let drift = if record.torques_n_m.is_none() {
             let [a, alpha] = self.before.0;
-            [a - at.acceleration_m_s2, alpha - at.yaw_acceleration_rad_s2].map(|d| self.noise.unforced.lasting * d)
+            [a - at.acceleration_m_s2, alpha - at.yaw_acceleration_rad_s2].map(|d| self.noise.process.lasting * d)
         } else {
             [0.0; 2]
         };

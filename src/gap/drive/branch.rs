@@ -3,11 +3,13 @@
 
 use super::candidates::{Candidates, Kind};
 use super::column::{Column, Scoped};
+use super::evidence::Member;
 use super::fit::{Compared, Theta, models};
 use super::judge::{LARGE, Options};
 use super::onset::{self, Onsets};
 use super::pass::{Channel, Models, Noise, run, run_scoped};
 use super::record::Record;
+use super::ripple;
 use super::unforced;
 use crate::effects::Parameters;
 use crate::effects::drive::Driving;
@@ -60,7 +62,7 @@ impl Branch {
         let any = self.put_outliers_aside(options, &residuals);
         // what is left, where readings were put aside
         let residuals = if any { self.residuals() } else { residuals };
-        let changed = any | self.level(options, &residuals) | self.diffuse();
+        let changed = any | self.level(options, &residuals) | self.diffuse() | self.ripple();
         if changed {
             let (candidates, from) = (self.compared.plausible(), self.compared.next().0);
             self.compared = Compared::narrow(&self.record, &self.noise, candidates, from, None);
@@ -76,13 +78,25 @@ impl Branch {
             return false;
         }
         let (candidates, theta) = (&self.compared.candidates, &self.compared.theta);
-        let unforced = unforced::likely(&self.record, &Self::models_at(&self.record, candidates, theta), &self.noise);
-        let changed = Noise { unforced, ..self.noise };
+        let process = unforced::likely(&self.record, &Self::models_at(&self.record, candidates, theta), &self.noise);
+        let changed = Noise { process, ..self.noise };
         let better = self.ln_likelihood(&changed) > self.ln_likelihood(&self.noise) + BETTER;
         if better {
             self.noise = changed;
         }
         better
+    }
+
+    /// Takes how torques change within a step from a settled model; returns whether that is otherwise than before.
+    fn ripple(&mut self) -> bool {
+        let c = &self.compared;
+        let mut inside: Vec<Member> = c.sets[0].members.clone();
+        inside.sort_unstable();
+        let few = c.candidates.only(|g| inside.iter().any(|m| m.0 == g));
+        let members: Vec<Member> = inside.iter().enumerate().map(|(place, m)| (place, m.1)).collect();
+        let weigh = |noise: &Noise| few.linearise(&self.record, noise, &c.theta).ln_weight(&members);
+        let likely = ripple::likely(&self.record, &self.noise, weigh);
+        std::mem::replace(&mut self.noise, likely) != likely
     }
 
     /// Compares all sets where the best one lies; in a large gap, of free forms only those that were promising.
@@ -343,11 +357,11 @@ impl Branch {
     pub(super) fn sets(&self) -> Vec<WeightedSet> {
         let c = &self.compared;
         // what sets close is counted before what larger noise closes: with the noise that was believed
-        let believed = Noise { unforced: self.noise.unforced, ..self.believed };
+        let believed = Noise { process: self.noise.process, ..self.believed };
         let changed = believed != self.noise && self.record.torques_n_m.is_some();
         let with_believed = changed.then(|| c.candidates.linearise(&self.record, &believed, &c.theta));
         let closes = with_believed.as_ref().unwrap_or(&c.problem);
-        let part = |members: &[super::evidence::Member]| -> Vec<Part> {
+        let part = |members: &[Member]| -> Vec<Part> {
             let shares = closes.shares(members);
             let coefficients = c.problem.coefficients(members);
             one_an_id(members.iter().zip(shares).map(|(&(g, _), share)| self.part(g, share, &coefficients)))

@@ -175,7 +175,7 @@ fn measure(
     let nearest =
         judged.closest.as_ref().map(|(closest, _)| (closest.part.id.clone(), closest.part.parameters.clone()));
     let sought = far::Sought { together, listed, nearest: nearest.as_ref() };
-    far::measure(kept, library, &sought, judged.nominal_noise.unforced, &far_options)
+    far::measure(kept, library, &sought, judged.nominal_noise.process, &far_options)
 }
 
 fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {

@@ -10,7 +10,7 @@ use super::far;
 use super::fit::{Compared, Theta};
 use super::judge::{Believed, Options, WORTH, lattice_part, missed_part, mounting, start};
 use super::onset;
-use super::pass::{Noise, Unforced, run};
+use super::pass::{Noise, Process, run};
 use super::record::Record;
 use crate::config::Config;
 use crate::effects::drive::{DriveExplanation, Driving};
@@ -81,7 +81,7 @@ impl Asked {
 struct Fit {
     parts: Vec<Part>,
     /// How speeds change where no torques tell it, as the nominal filter takes it.
-    unforced: Unforced,
+    process: Process,
     notes: Vec<String>,
 }
 
@@ -137,7 +137,7 @@ pub(in crate::gap) fn known_gain(
     };
     let fit = fit(&record, &asked, &options);
     let found: Vec<(String, Parameters)> = fit.parts.into_iter().map(|p| (p.id, p.parameters)).collect();
-    Ok(far::gain(&kept, library, &found, fit.unforced))
+    Ok(far::gain(&kept, library, &found, fit.process))
 }
 
 fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
@@ -173,7 +173,7 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     if !c.next().1 {
         notes.push("The parameters had not settled when the fit was ended: their intervals may be too narrow.".into());
     }
-    Fit { parts, unforced: nominal.unforced, notes }
+    Fit { parts, process: nominal.process, notes }
 }
 
 /// All candidates together: from zero, from where a change that bends much may begin, and from where each alone settles.

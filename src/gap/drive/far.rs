@@ -10,7 +10,7 @@ use super::column::{COSINES, Column, nuisances};
 use super::evidence::{Group, Problem};
 use super::model::{Claimed, Effects};
 use super::own::own;
-use super::pass::{Channel, Noise, Unforced, run};
+use super::pass::{Channel, Noise, Process, run};
 use super::record::Record;
 use crate::effects::{Library, Parameters};
 use crate::gap::answer::Metric;
@@ -57,7 +57,7 @@ pub struct Sought<'a> {
 struct Under<'a> {
     record: &'a Record,
     claimed: &'a Claimed,
-    unforced: Unforced,
+    process: Process,
 }
 
 /// What a recording scores under a model.
@@ -75,7 +75,7 @@ impl Under<'_> {
 
     /// Where each drive lost ticks, if that is claimed.
     fn lost(&self) -> Vec<Option<Bursts>> {
-        let of = |drive: Record| self.claimed.bursts(&drive, &self.claimed.noise(&drive, self.unforced));
+        let of = |drive: Record| self.claimed.bursts(&drive, &self.claimed.noise(&drive, self.process));
         self.record.apart().map(of).collect()
     }
 
@@ -108,7 +108,7 @@ struct Kept {
 
 fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f64> {
     let claimed = under.claimed;
-    let noise = claimed.noise(record, under.unforced);
+    let noise = claimed.noise(record, under.process);
     let restored;
     let (record, extra) = match bursts {
         Some(b) => {
@@ -235,7 +235,7 @@ impl Horizons {
         if record.span_s() < 1.5 * longest {
             return;
         }
-        let mut noise: Noise = claimed.noise(record, under.unforced);
+        let mut noise: Noise = claimed.noise(record, under.process);
         for channel in 3..6 {
             noise.reading[channel] *= ASIDE;
         }
@@ -286,26 +286,26 @@ impl Horizons {
 
 /// What `effects` gain on `kept` over the nominal simulator, nats a row.
 #[must_use]
-pub fn gain(kept: &Record, library: &Library, effects: &Effects, unforced: Unforced) -> f64 {
-    let total = |claimed: &Claimed| Under { record: kept, claimed, unforced }.score().rows.iter().sum::<f64>();
+pub fn gain(kept: &Record, library: &Library, effects: &Effects, process: Process) -> f64 {
+    let total = |claimed: &Claimed| Under { record: kept, claimed, process }.score().rows.iter().sum::<f64>();
     (total(&Claimed::new(effects, library)) - total(&Claimed::new(&[], library))) / kept.len().max(1) as f64
 }
 
 /// Measures what is sought on `kept`.
 #[must_use]
-pub fn measure(kept: &Record, library: &Library, sought: &Sought, unforced: Unforced, options: &Options) -> DriveFar {
+pub fn measure(kept: &Record, library: &Library, sought: &Sought, process: Process, options: &Options) -> DriveFar {
     let Sought { together, listed, nearest } = *sought;
     let nominal = Claimed::new(&[], library);
     let found = (!together.is_empty()).then(|| Claimed::new(together, library));
     let all = found.as_ref().unwrap_or(&nominal);
     let logs: Vec<Record> = (0..options.simulated_logs as u64)
         .into_par_iter()
-        .map(|i| own(kept, all, options.seed.wrapping_add(i)))
+        .map(|i| own(kept, all, process.ripple, options.seed.wrapping_add(i)))
         .collect();
     let singles: Vec<Claimed> = listed.iter().map(|one| Claimed::new(std::slice::from_ref(one), library)).collect();
     let single = |i: usize| if together == &listed[i..=i] { all } else { &singles[i] };
     // each recording under each model once, all of them side by side
-    let under = |record, claimed| Under { record, claimed, unforced };
+    let under = |record, claimed| Under { record, claimed, process };
     let mut sought: Vec<Under> = Vec::new();
     let mut place = |record, claimed| {
         let one = under(record, claimed);

@@ -147,6 +147,23 @@ impl<'a> Filter<'a> {
         f
     }
 
+    /// What torques that change within a step of `dt` s do to the pose beyond half of what they do to the speeds: of white
+    /// noise w, ∫∫w dt is known from ∫w dt up to a variance of q dt³/12.
+    fn ripple(&mut self, dt: f64, (sin, cos): (f64, f64)) {
+        let [[a, b], [c, d]] = self.by_torque;
+        let q = self.noise.process.ripple * dt.powi(3) / 12.0;
+        let (way, both, turn) = (q * (a * a + b * b), q * (a * c + b * d), q * (c * c + d * d));
+        let ahead = [cos, sin];
+        for i in 0..2 {
+            for j in 0..2 {
+                self.covariance[i][j] += way * ahead[i] * ahead[j];
+            }
+            self.covariance[i][TH] += both * ahead[i];
+            self.covariance[TH][i] += both * ahead[i];
+        }
+        self.covariance[TH][TH] += turn;
+    }
+
     /// Moves on by one step.
     pub fn predict(&mut self, model: &DriveModel, at: &Moving, step: &Step, f: &Matrix) {
         let Step { torques, sideways, drift, dt } = *step;
@@ -178,7 +195,7 @@ impl<'a> Filter<'a> {
         let q = self.noise.torque * dt;
         // an uncertain force lasts for some steps, not for one
         let [vv, vw, ww] = model.force_covariance(at).map(|c| c * dt * LASTING_S);
-        let [qv, qw] = self.noise.unforced.diffusion;
+        let [qv, qw] = self.noise.process.diffusion;
         let vv = vv + q * (a * a + b * b) + qv * dt;
         let ww = ww + q * (c * c + d * d) + qw * dt;
         let vw = vw + q * (a * c + b * d);
@@ -191,6 +208,9 @@ impl<'a> Filter<'a> {
                 let own = vv * along[i] * along[j] + ww * about[i] * about[j];
                 self.covariance[i][j] += own + vw * (along[i] * about[j] + about[i] * along[j]);
             }
+        }
+        if self.noise.process.ripple > 0.0 {
+            self.ripple(dt, (sin, cos));
         }
     }
 }

@@ -16,6 +16,7 @@ use super::mounting::{self, Mounting};
 use super::onset;
 use super::pass::{Models, Noise, run};
 use super::record::Record;
+use super::ripple;
 use super::twins::Twins;
 use super::unforced;
 use crate::effects::Parameters;
@@ -81,11 +82,7 @@ pub fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Opt
     if !mounting::is_open(record) {
         return None;
     }
-    let mut noise = Noise::believed(record, None);
-    if record.torques_n_m.is_none() {
-        noise.unforced = unforced::likely(record, &plain(record), &noise);
-    }
-    mounting::find(record, &noise, effects, &options.prior)
+    mounting::find(record, &Believed::of(record).nominal, effects, &options.prior)
 }
 
 /// Judges `record` with `effects`.
@@ -93,7 +90,7 @@ pub fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Opt
 pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Judged {
     let twins = Twins::of(record, effects);
     let effects = &twins.told_apart;
-    let Believed { lsb, noise, nominal: nominal_noise } = Believed::of(record);
+    let Believed { lsb, noise, nominal } = Believed::of(record);
     let onsets_s = onset::of_each(record);
     let all = Candidates::new(record, effects, &options.prior, true, &onsets_s);
     let noise = diffused(record, noise, &all);
@@ -111,10 +108,10 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         lattice_part(lsb, here.max(1.0), knows(effects, "encoder.quantization"))
     });
     let mut sets = branch.sets();
-    let mut best = (branch.top(), alike(&branch.record, &branch.compared));
+    let mut best = (branch.top(), branch.noise.process, alike(&branch.record, &branch.compared));
     let mut take_up = |other: &Branch, part: Part| {
         if other.top() > best.0 {
-            best = (other.top(), alike(&other.record, &other.compared));
+            best = (other.top(), other.noise.process, alike(&other.record, &other.compared));
         }
         let with = other.sets().into_iter();
         sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([part.clone()]).collect(), ..s }));
@@ -142,7 +139,8 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         (one, share)
     });
     let wheels_late_s = late.map(|(_, l)| l.delay_s);
-    Judged { findings, closest, wheels_late_s, alike: best.1, nominal_noise }
+    let (_, process, alike) = best;
+    Judged { findings, closest, wheels_late_s, alike, nominal_noise: Noise { process, ..nominal } }
 }
 
 /// The robot without any effect.
@@ -166,9 +164,10 @@ impl Believed {
         let lsb = steps.reduce(f64::min).filter(|lsb| *lsb > FINE * record.belief.wheel_std_rad_s);
         let mut noise = Noise::believed(record, lsb);
         if record.torques_n_m.is_none() {
-            noise.unforced = unforced::likely(record, &plain(record), &noise);
+            noise.process = unforced::likely(record, &plain(record), &noise);
         }
-        let nominal = Noise { unforced: noise.unforced, ..Noise::believed(record, None) };
+        let noise = ripple::before(record, &noise);
+        let nominal = Noise { process: noise.process, ..Noise::believed(record, None) };
         Self { lsb, noise, nominal }
     }
 }
@@ -188,8 +187,8 @@ fn wheels_in_time(
     // the delay is looked for again with what is known then of the robot and of the noise
     for _ in 0..SETTLING {
         let moved = late::put_back(record, late.delay_s);
-        let unforced = unforced::likely(&moved, &plain(&moved), &as_is.believed);
-        let noise = Noise { unforced, ..as_is.believed };
+        let process = unforced::likely(&moved, &plain(&moved), &as_is.believed);
+        let noise = Noise { process, ..as_is.believed };
         let all = Candidates::new(&moved, effects, &options.prior, true, &[]);
         let noise = diffused(&moved, noise, &all);
         let begin = start(&moved, &noise, &all);
@@ -244,7 +243,7 @@ fn restored(
         }
     });
     all.truncate(TRIED);
-    let fresh = Noise { unforced: as_is.noise.unforced, ..*noise };
+    let fresh = Noise { process: as_is.noise.process, ..*noise };
     let plausible = as_is.compared.plausible();
     let top = as_is.top();
     let settled = |bursts: Bursts, theta: &Theta| {
@@ -300,7 +299,7 @@ fn diffused(record: &Record, noise: Noise, all: &Candidates) -> Noise {
     match fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())) {
         Some(best) if best.top() > nothing => {
             let models = Branch::models_at(record, &best.candidates, &best.next().0);
-            Noise { unforced: unforced::likely(record, &models, &noise), ..noise }
+            Noise { process: unforced::likely(record, &models, &noise), ..noise }
         }
         _ => noise,
     }

@@ -23,6 +23,7 @@ pub mod own;
 pub mod pass;
 mod pinpoint;
 pub mod record;
+mod ripple;
 pub mod search;
 mod several;
 mod tangents;

@@ -1,7 +1,7 @@
 //! A set of effects as the filter and the simulator of a drive take it.
 
 use super::bursts::{self, Bursts, Predicted, Sought};
-use super::pass::{Models, Noise, Unforced};
+use super::pass::{Models, Noise, Process};
 use super::record::Record;
 use crate::effects::Library;
 use crate::effects::Parameters;
@@ -61,8 +61,8 @@ impl Claimed {
 
     /// The noise that a filter of this model assumes.
     #[must_use]
-    pub fn noise(&self, record: &Record, unforced: Unforced) -> Noise {
-        Noise { unforced, ..Noise::believed(record, self.wheel_lsb_rad_s) }
+    pub fn noise(&self, record: &Record, process: Process) -> Noise {
+        Noise { process, ..Noise::believed(record, self.wheel_lsb_rad_s) }
     }
 
     /// Where this drive lost ticks, if that is claimed.

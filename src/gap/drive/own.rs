@@ -40,13 +40,16 @@ pub(super) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
     (0..like.len()).map(near).collect()
 }
 
-/// A recording of the model's own; what is drawn anew in each run is drawn anew in each drive.
+/// A recording of the model's own; what is drawn anew in each run is drawn anew in each drive. `ripple`: torque noise of each
+/// wheel that changes within a step, N²·m²·s.
 #[must_use]
-pub fn own(like: &Record, claimed: &Claimed, seed: u64) -> Record {
-    like.by_drive(|drive, like| own_drive(like, claimed, &mut Stream::new(seed, STREAM + ((drive as u64) << 32))))
+pub fn own(like: &Record, claimed: &Claimed, ripple: f64, seed: u64) -> Record {
+    like.by_drive(|drive, like| {
+        own_drive(like, claimed, ripple, &mut Stream::new(seed, STREAM + ((drive as u64) << 32)))
+    })
 }
 
-fn own_drive(like: &Record, claimed: &Claimed, draw: &mut Stream) -> Record {
+fn own_drive(like: &Record, claimed: &Claimed, ripple: f64, draw: &mut Stream) -> Record {
     let mut out = like.clone();
     let models = claimed.models(like);
     let model = &models.here;
@@ -147,9 +150,16 @@ fn own_drive(like: &Record, claimed: &Claimed, draw: &mut Stream) -> Record {
             Some(driven) => [driven[k + 1][0] - s[3], driven[k + 1][1] - s[4]],
             None => [dt * middle.acceleration_m_s2, dt * middle.yaw_acceleration_rad_s2],
         };
-        let turn = dt * (s[4] + 0.5 * dw);
+        let mut turn = dt * (s[4] + 0.5 * dw);
         let (sin, cos) = (s[2] + 0.5 * turn).sin_cos();
-        let way = dt * (s[3] + 0.5 * dv);
+        let mut way = dt * (s[3] + 0.5 * dv);
+        if ripple > 0.0 {
+            let std = (ripple * dt.powi(3) / 12.0).sqrt();
+            let wheels = [std * draw.normal(), std * draw.normal()];
+            let [ahead, about] = model.by_torque().map(|by| by[0] * wheels[0] + by[1] * wheels[1]);
+            way += ahead;
+            turn += about;
+        }
         s[0] += way * cos - dt * sideways * sin;
         s[1] += way * sin + dt * sideways * cos;
         s[2] += turn;

@@ -39,13 +39,15 @@ impl Channel {
     pub const ALL: [Self; 6] = [Self::WheelLeft, Self::WheelRight, Self::Gyro, Self::X, Self::Y, Self::Heading];
 }
 
-/// How speeds change where no torques tell it: accelerations last, and diffuse.
+/// How the robot moves beyond its model: where no torques tell it, accelerations last, and speeds diffuse.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Unforced {
+pub struct Process {
     /// Diffusion of v (m²/s³) and ω (rad²/s³)
     pub diffusion: [f64; 2],
     /// How much of an acceleration is there in the next row, 0 to 1
     pub lasting: f64,
+    /// Torque noise of each wheel that changes within a step, squared: N²·m²·s
+    pub ripple: f64,
 }
 
 /// Variances that the filter assumes.
@@ -53,8 +55,8 @@ pub struct Unforced {
 pub struct Noise {
     /// Torque noise of each wheel, squared: N²·m²·s
     pub torque: f64,
-    /// How the robot moves where no torques tell it
-    pub unforced: Unforced,
+    /// How the robot moves beyond its model
+    pub process: Process,
     /// Of one reading of each channel, in its unit squared
     pub reading: [f64; 6],
 }
@@ -69,7 +71,7 @@ impl Noise {
         let (position, heading) = (b.position_std_m.powi(2), b.heading_std_rad.powi(2));
         Self {
             torque,
-            unforced: Unforced::default(),
+            process: Process::default(),
             reading: [wheel, wheel, b.gyro_std_rad_s.powi(2), position, position, heading],
         }
     }

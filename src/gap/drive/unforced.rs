@@ -4,12 +4,12 @@
 //! speeds are a little larger. With wheels and gyro alone it must not: no reading knows a length there, and away from the
 //! maximum a common scale of all speeds would have evidence of its own. Where a pose knows the lengths, nearly is enough.
 
-use super::pass::{Models, Noise, Unforced, run};
+use super::pass::{Models, Noise, Process, run};
 use super::record::Record;
 use rayon::prelude::*;
 
 /// Where the search begins.
-const BEGIN: Unforced = Unforced { diffusion: [0.001, 0.002], lasting: 0.9 };
+const BEGIN: Process = Process { diffusion: [0.001, 0.002], lasting: 0.9, ripple: 0.0 };
 /// Shares of an acceleration that may last from row to row.
 const LASTING: [f64; 6] = [0.0, 0.5, 0.75, 0.9, 0.95, 1.0];
 /// Factors on q by which the search goes: the first, and the smallest.
@@ -21,16 +21,16 @@ const SENSIBLE: std::ops::Range<f64> = 1e-9..1e4;
 
 /// The most likely, under `models`.
 #[must_use]
-pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Unforced {
-    let weigh = |unforced: Unforced| run(record, models, &Noise { unforced, ..*noise }, &[], |_| {}).ln_likelihood();
-    let two = |[a, b]: [Unforced; 2]| rayon::join(|| weigh(a), || weigh(b));
-    let times = |from: Unforced, i: usize, factor: f64| {
+pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Process {
+    let weigh = |process: Process| run(record, models, &Noise { process, ..*noise }, &[], |_| {}).ln_likelihood();
+    let two = |[a, b]: [Process; 2]| rayon::join(|| weigh(a), || weigh(b));
+    let times = |from: Process, i: usize, factor: f64| {
         let mut next = from;
         next.diffusion[i] *= factor;
         next
     };
-    let sensible = |u: &Unforced| u.diffusion.iter().all(|q| SENSIBLE.contains(q));
-    let mut here = BEGIN;
+    let sensible = |u: &Process| u.diffusion.iter().all(|q| SENSIBLE.contains(q));
+    let mut here = Process { ripple: noise.process.ripple, ..BEGIN };
     let mut best = weigh(here);
     let mut factor = FACTORS[0];
     while factor > FACTORS[1] {
@@ -53,7 +53,7 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Unforce
             factor = factor.sqrt();
         }
     }
-    let lasting = LASTING.map(|lasting| Unforced { lasting, ..here });
+    let lasting = LASTING.map(|lasting| Process { lasting, ..here });
     let weights: Vec<f64> = lasting.par_iter().map(|next| weigh(*next)).collect();
     for (next, weight) in lasting.into_iter().zip(weights) {
         if weight > best {
@@ -80,7 +80,7 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Unforce
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::bias::WarmUp;
     use crate::gap::drive::record::Belief;
@@ -90,8 +90,8 @@ mod tests {
     const ROWS: usize = 4000;
     const STEP_S: f64 = 0.01;
 
-    /// A robot whose speeds walk with these diffusions, and its wheels.
-    fn walking(diffusion: [f64; 2]) -> Record {
+    /// What is believed of a small robot without noise of its torques.
+    pub(in crate::gap::drive) fn belief() -> Belief {
         let robot = Robot {
             mass_kg: 10.0,
             yaw_inertia_kg_m2: 0.3,
@@ -102,7 +102,7 @@ mod tests {
             torque_gain: [1.0; 2],
             com_offset_m: 0.0,
         };
-        let belief = Belief {
+        Belief {
             robot,
             torque_noise_n_m_sqrt_s: 0.0,
             gyro_std_rad_s: 1e-3,
@@ -115,7 +115,12 @@ mod tests {
             warm_up: WarmUp { c1_rad_s: 0.0, c2_rad_s: 0.0, time_constant_s: 100.0 },
             turn_on_bias_std_rad_s: 1e-4,
             warm_up_relative_std: 0.0,
-        };
+        }
+    }
+
+    /// A robot whose speeds walk with these diffusions, and its wheels.
+    fn walking(diffusion: [f64; 2]) -> Record {
+        let belief = belief();
         let draw = &mut Stream::new(3, 8);
         let mut speeds = [0.0; 2];
         let (mut wheels, mut gyro) = ([Vec::new(), Vec::new()], Vec::new());
@@ -156,7 +161,7 @@ mod tests {
             assert!((q / truth).ln().abs() < 5.0 * (2.0 / ROWS as f64).sqrt(), "{found:?}");
         }
         // at the maximum a change by a tenth of that costs next to nothing, and never gains
-        let weigh = |u: Unforced| run(&record, &models, &Noise { unforced: u, ..noise }, &[], |_| {}).ln_likelihood();
+        let weigh = |u: Process| run(&record, &models, &Noise { process: u, ..noise }, &[], |_| {}).ln_likelihood();
         for i in 0..2 {
             for factor in [0.97, 1.03] {
                 let mut beside = found;

@@ -1,0 +1,143 @@
+//! ∫∫ w dt² given ∫ w dt ~ N(½ Δt ∫ w dt, ρ q Δt³/12):  ρ = 0 where the torque noise w is constant over a step Δt, 1 where it is white
+//!
+//! The simulator's torque noise has a standard deviation over a step, which says nothing of what it does within one. A real
+//! motor's is white there too, and heading and position then depart from what the speeds at both ends of the step tell. To a
+//! filter that does not know, that is an angle random walk of √q Δt/√12 between gyro and pose, and what walks slowly in the
+//! gyro's bias. The log says how much of it there is.
+
+use super::candidates::{Candidates, Prior};
+use super::pass::Noise;
+use super::record::Record;
+use rayon::prelude::*;
+
+/// Shares of the torque noise that may change within a step.
+const SHARES: [f64; 3] = [0.0, 0.5, 1.0];
+/// What another share has to explain more to be taken, nats.
+const BETTER: f64 = 1.0;
+
+/// The noise with the most likely share, `weigh` being the ln of the likelihood; `noise` itself where no other is much better.
+pub(super) fn likely(record: &Record, noise: &Noise, weigh: impl Fn(&Noise) -> f64 + Sync) -> Noise {
+    // only a pose tells where the robot was between two rows
+    if record.pose.is_none() {
+        return *noise;
+    }
+    let all = record.belief.torque_noise_n_m_sqrt_s.powi(2);
+    let mut tried: Vec<Noise> = vec![*noise];
+    for share in SHARES {
+        let mut other = *noise;
+        other.process.ripple = share * all;
+        if other != *noise {
+            tried.push(other);
+        }
+    }
+    let weights: Vec<f64> = tried.par_iter().map(&weigh).collect();
+    let mut best = (weights[0] + BETTER, *noise);
+    for (weight, other) in weights.into_iter().zip(tried).skip(1) {
+        if weight > best.0 {
+            best = (weight, other);
+        }
+    }
+    best.1
+}
+
+/// The same before any effect is known: the bias of the run and where the reference sits are open.
+pub(super) fn before(record: &Record, noise: &Noise) -> Noise {
+    let nothing = Candidates::new(record, &[], &Prior::default(), false, &[]).only(|_| false);
+    likely(record, noise, |noise| nothing.linearise(record, noise, &nothing.zero()).ln_weight(&[]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::pass::{Channel, Models, run};
+    use super::super::unforced::tests::belief;
+    use super::*;
+    use crate::math::random::Stream;
+    use crate::model::drive::DriveModel;
+
+    const ROWS: usize = 12_000;
+    const STEP_S: f64 = 0.02;
+    const TORQUE_NOISE: f64 = 0.01;
+
+    /// A robot that torque noise alone moves, the noise drawn anew in each of `parts` parts of a step. Sums over a part are exact.
+    fn shaken(parts: usize, seed: u64) -> Record {
+        let mut belief = belief();
+        belief.torque_noise_n_m_sqrt_s = TORQUE_NOISE;
+        (belief.gyro_std_rad_s, belief.wheel_std_rad_s) = (1e-3, 1e-3);
+        (belief.position_std_m, belief.heading_std_rad) = (1e-3, 5e-4);
+        let draw = &mut Stream::new(seed, 3);
+        let [ahead, about] = DriveModel::new(belief.robot, Vec::new()).by_torque();
+        let (b, r) = (belief.robot.half_track_m, belief.robot.radius_m[0]);
+        let h = STEP_S / parts as f64;
+        let [mut x, mut y, mut heading, mut v, mut w] = [0.0f64; 5];
+        let mut wheels = [Vec::new(), Vec::new()];
+        let (mut gyro, mut pose) = (Vec::new(), [Vec::new(), Vec::new(), Vec::new()]);
+        for k in 0..ROWS {
+            wheels[0].push((v - b * w) / r + belief.wheel_std_rad_s * draw.normal());
+            wheels[1].push((v + b * w) / r + belief.wheel_std_rad_s * draw.normal());
+            gyro.push(w + belief.gyro_std_rad_s * draw.normal());
+            let stds = [belief.position_std_m, belief.position_std_m, belief.heading_std_rad];
+            for ((values, at), std) in pose.iter_mut().zip([x, y, heading]).zip(stds) {
+                values.push(if k % 5 == 0 { at + std * draw.normal() } else { f64::NAN });
+            }
+            for _ in 0..parts {
+                let torques = [0, 1].map(|_| TORQUE_NOISE / h.sqrt() * draw.normal());
+                let [dv, dw] = [ahead, about].map(|by| h * (by[0] * torques[0] + by[1] * torques[1]));
+                let (way, turn) = (h * (v + 0.5 * dv), h * (w + 0.5 * dw));
+                let (sin, cos) = (heading + 0.5 * turn).sin_cos();
+                (x, y, heading) = (x + way * cos, y + way * sin, heading + turn);
+                (v, w) = (v + dv, w + dw);
+            }
+        }
+        let times_s: Vec<f64> = (0..ROWS).map(|k| k as f64 * STEP_S).collect();
+        Record {
+            since_power_on_s: times_s.clone(),
+            times_s,
+            starts: vec![0],
+            sources: vec!["shaken".into()],
+            step_s: STEP_S,
+            torques_n_m: Some([vec![0.0; ROWS], vec![0.0; ROWS]]),
+            gyro_rad_s: Some(gyro),
+            wheels_rad_s: wheels,
+            pose: Some(pose),
+            belief,
+            notes: Vec::new(),
+        }
+    }
+
+    /// Mean square of the whitened innovations of the heading, and how many there are.
+    fn heading_nis(record: &Record, noise: &Noise) -> (f64, f64) {
+        let models = Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() };
+        let (mut n, mut sum) = (0.0, 0.0);
+        let _ = run(record, &models, noise, &[], |i| {
+            if i.channel == Channel::Heading {
+                (n, sum) = (n + 1.0, sum + i.white * i.white);
+            }
+        });
+        (sum / n, n)
+    }
+
+    #[test]
+    fn the_log_tells_whether_torques_change_within_a_step() {
+        for (parts, share) in [(1, 0.0), (16, 1.0)] {
+            let record = shaken(parts, 5);
+            let found = before(&record, &Noise::believed(&record, None));
+            assert_eq!(found.process.ripple, share * TORQUE_NOISE.powi(2), "{parts}");
+            // six standard deviations of the mean of n squares of standard normal variables
+            let (mean, n) = heading_nis(&record, &found);
+            assert!((mean - 1.0).abs() < 6.0 * (2.0 / n).sqrt(), "{parts}: {mean}");
+            // and the other is refuted
+            let mut other = found;
+            other.process.ripple = (1.0 - share) * TORQUE_NOISE.powi(2);
+            let (mean, n) = heading_nis(&record, &other);
+            assert!((mean - 1.0).abs() > 6.0 * (2.0 / n).sqrt(), "{parts}: {mean}");
+        }
+    }
+
+    #[test]
+    fn without_a_pose_nothing_tells_and_nothing_is_assumed() {
+        let mut record = shaken(16, 6);
+        record.pose = None;
+        let noise = Noise::believed(&record, None);
+        assert_eq!(before(&record, &noise), noise);
+    }
+}
