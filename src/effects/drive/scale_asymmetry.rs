@@ -1,4 +1,6 @@
-//! reading = ω + a |ω|/2
+//! reading = ω + |ω|/2 (a - Σ_i s_i exp(-|ω|/w_i)),  w = 0.02, 0.1 rad/s
+//!
+//! Between left and right turns the gain may change gradually: s_i is what of a is not there yet at small rates.
 
 use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
 use crate::effects::parts::Checked;
@@ -6,21 +8,43 @@ use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::drive::{DriveEffect, Moving};
 
+const RELATIVE: &str = "relative";
+const SOFT: [&str; 2] = ["soft_part", "softer_part"];
+/// Rates over which the gain may change, rad/s: 1 and 6 degrees a second.
+const WIDTHS_RAD_S: [f64; 2] = [0.02, 0.1];
+
 static ABOUT: About = About {
     id: "gyro.scale_asymmetry",
     title: "gyro scale asymmetry",
-    equation: "reading = ω + a |ω|/2: the gain differs between left and right turns",
+    equation: "reading = ω + |ω|/2 (a - s₁ exp(-|ω|/0.02) - s₂ exp(-|ω|/0.1)): the gain differs between left and right turns, and \
+               may change gradually between them",
     source: "IEEE Std 952-1997, asymmetry error",
     channel: "gyro",
     deficient: "gyro measurement: its gain differs between left and right turns",
     condition: Some("yaw_rate"),
-    parameters: &[Parameter {
-        name: "relative",
-        meaning: "a, gain at positive rate minus gain at negative rate",
-        bounds: [-0.9, 0.9],
-        null: Some(0.0),
-        required: true,
-    }],
+    parameters: &[
+        Parameter {
+            name: RELATIVE,
+            meaning: "a, gain at positive rate minus gain at negative rate",
+            bounds: [-0.9, 0.9],
+            null: Some(0.0),
+            required: true,
+        },
+        Parameter {
+            name: SOFT[0],
+            meaning: "s₁, what of a is missing below about 0.02 rad/s",
+            bounds: [-1.8, 1.8],
+            null: Some(0.0),
+            required: false,
+        },
+        Parameter {
+            name: SOFT[1],
+            meaning: "s₂, what of a is missing below about 0.1 rad/s",
+            bounds: [-1.8, 1.8],
+            null: Some(0.0),
+            required: false,
+        },
+    ],
     remedy: "Turn the robot by ten full turns each way and enter both gains.",
 };
 
@@ -44,11 +68,15 @@ impl Driving for ScaleAsymmetry {
 
 impl ModelChange for ScaleAsymmetry {
     fn coordinates(&self) -> &'static [Coordinate] {
-        &[Coordinate { scale: [1e-3, 0.05], bounds: [-0.9, 0.9] }]
+        &[
+            Coordinate { scale: [1e-3, 0.05], bounds: [-0.9, 0.9] },
+            Coordinate { scale: [5e-4, 0.025], bounds: [-1.8, 1.8] },
+            Coordinate { scale: [5e-4, 0.025], bounds: [-1.8, 1.8] },
+        ]
     }
 
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
-        Box::new(Work(theta[0]))
+        Box::new(Work([theta[0], theta[1], theta[2]]))
     }
 
     fn touches(&self) -> Touches {
@@ -56,11 +84,11 @@ impl ModelChange for ScaleAsymmetry {
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {
-        Parameters::from([("relative".into(), theta[0])])
+        [RELATIVE, SOFT[0], SOFT[1]].into_iter().map(String::from).zip(theta.iter().copied()).collect()
     }
 
     fn theta(&self, parameters: &Parameters) -> Vec<f64> {
-        vec![parameters.get("relative").copied().unwrap_or(0.0)]
+        [RELATIVE, SOFT[0], SOFT[1]].map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
     }
 
     fn needs(&self) -> Needs {
@@ -68,10 +96,13 @@ impl ModelChange for ScaleAsymmetry {
     }
 }
 
-struct Work(f64);
+struct Work([f64; 3]);
 
 impl DriveEffect for Work {
     fn gyro_rad_s(&self, _: &Moving, rate_rad_s: f64) -> f64 {
-        rate_rad_s + 0.5 * self.0 * rate_rad_s.abs()
+        let [relative, soft @ ..] = self.0;
+        let rate = rate_rad_s.abs();
+        let missing: f64 = soft.iter().zip(WIDTHS_RAD_S).map(|(s, width)| s * (-rate / width).exp()).sum();
+        rate_rad_s + 0.5 * rate * (relative - missing)
     }
 }
