@@ -64,7 +64,7 @@ impl Branch {
         let residuals = if any { self.residuals() } else { residuals };
         let changed = any | self.level(options, &residuals) | self.diffuse() | self.ripple();
         if changed {
-            let (candidates, from) = (self.compared.plausible(), self.compared.next().0);
+            let (candidates, from) = (self.compared.plausible(), self.onward());
             self.compared = Compared::narrow(&self.record, &self.noise, candidates, from, None);
         }
         changed
@@ -109,7 +109,7 @@ impl Branch {
                 group.named || promising.contains(&group.id)
             });
         }
-        let there = Compared::wide(&self.record, &self.noise, candidates.clone(), self.compared.next().0);
+        let there = Compared::wide(&self.record, &self.noise, candidates.clone(), self.onward());
         // a step so long that the filter diverges is not taken
         let here = || Compared::wide(&self.record, &self.noise, candidates, self.compared.theta.clone());
         self.compared = if there.has_diverged() { here() } else { there };
@@ -145,11 +145,11 @@ impl Branch {
         for _ in 1..WIDE {
             let stepped = self.compared.steps_s();
             let any = stepped.iter().any(Option::is_some);
-            let (next, settled) = self.compared.next();
+            let settled = self.compared.next().1;
             if settled && (!any || near) {
                 return;
             }
-            let settled = Compared::narrow(&self.record, &self.noise, self.compared.plausible(), next, None);
+            let settled = Compared::narrow(&self.record, &self.noise, self.compared.plausible(), self.onward(), None);
             if settled.has_diverged() {
                 return;
             }
@@ -157,6 +157,13 @@ impl Branch {
             near = any;
             self.widen(effects, options, stepped);
         }
+    }
+
+    /// Where to go on: where the best set lies; in a large gap, where that is far off, from here, so that steps are measured by
+    /// what they come to.
+    fn onward(&self) -> Theta {
+        let (next, settled) = self.compared.next();
+        if settled || self.compared.gap() < LARGE { next } else { self.compared.theta.clone() }
     }
 
     pub(super) fn models_at(record: &Record, candidates: &Candidates, theta: &Theta) -> Models {

@@ -144,6 +144,36 @@ impl Problem {
         inside.ln_evidence + priors + possible - self.implausible(members, &inside)
     }
 
+    /// ln of the density of the drive, the set and those coefficients of it that are `pinned`, column and value; the rest is
+    /// integrated out. Where a linearisation was made it is exact, and does not hang on how far that holds.
+    #[must_use]
+    pub fn ln_density(&self, members: &[Member], pinned: &[(usize, f64)]) -> f64 {
+        let (columns, stds) = self.prior(members);
+        let own = |c: usize| pinned.iter().find(|p| p.0 == c).map_or(0.0, |p| p.1);
+        let pulls = |c: usize| pinned.iter().map(|p| self.gram[(c, p.0)] * p.1).sum::<f64>();
+        let mut null = self.null;
+        let mut rest: Vec<(usize, f64)> = Vec::with_capacity(columns.len());
+        for (column, std) in columns.into_iter().zip(stds) {
+            if pinned.iter().any(|p| p.0 == column) {
+                let value = own(column);
+                null += value * (pulls(column) - 2.0 * self.moment[column]) + (value / std).powi(2) + 2.0 * std.ln();
+            } else {
+                rest.push((column, std));
+            }
+        }
+        let n = rest.len();
+        let scaled = Mat::from_fn(n, n, |i, j| {
+            rest[i].1 * self.gram[(rest[i].0, rest[j].0)] * rest[j].1 + f64::from(u8::from(i == j))
+        });
+        let Ok(factor) = scaled.llt(Side::Lower) else { return f64::NEG_INFINITY };
+        let ln_det: f64 = (0..n).map(|i| 2.0 * factor.L()[(i, i)].ln()).sum();
+        let b = Mat::from_fn(n, 1, |i, _| rest[i].1 * (self.moment[rest[i].0] - pulls(rest[i].0)));
+        let x = factor.solve(&b);
+        let gain: f64 = (0..n).map(|i| b[(i, 0)] * x[(i, 0)]).sum();
+        let priors: f64 = members.iter().map(|m| self.groups[m.0].ln_prior).sum();
+        priors - 0.5 * (null + ln_det - gain)
+    }
+
     /// What coefficients of effects cost that lie far beyond the widest prior: along directions that a drive hardly knows
     /// they would run away.
     fn implausible(&self, members: &[Member], inside: &Conditioned) -> f64 {

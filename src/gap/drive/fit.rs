@@ -119,6 +119,15 @@ impl Candidates {
         (theta, settled)
     }
 
+    /// Coordinates of the set's changes: column and value at θ.
+    fn pinned(&self, members: &[Member], theta: &Theta) -> Vec<(usize, f64)> {
+        let of = |m: &Member| match self.kinds[m.0] {
+            Kind::Change(i) => self.groups[m.0].columns.iter().copied().zip(theta[i].iter().copied()).collect(),
+            _ => Vec::new(),
+        };
+        members.iter().flat_map(of).collect()
+    }
+
     /// One pass at θ, and its normal equations.
     #[must_use]
     pub fn linearise(&self, record: &Record, noise: &Noise, theta: &Theta) -> Problem {
@@ -183,7 +192,7 @@ impl Compared {
                 continue;
             }
             if let Some(best) = &best
-                && !(top.ln_weight >= best.top() - LOSS)
+                && !(top.ln_weight.is_finite() && best.gained(&problem, &theta) >= -LOSS)
             {
                 // beyond what the linearisation holds for
                 for (new, old) in theta.iter_mut().flatten().zip(best.theta.iter().flatten()) {
@@ -201,6 +210,14 @@ impl Compared {
             }
         }
         best.unwrap_or_else(|| Self::wide(record, noise, candidates, theta))
+    }
+
+    /// ln density that the best set has gained at θ `there`, where `problem` was linearised, over here: what it is worth, not
+    /// what it promised.
+    fn gained(&self, problem: &Problem, there: &Theta) -> f64 {
+        let members = &self.sets[0].members;
+        let density = |problem: &Problem, theta| problem.ln_density(members, &self.candidates.pinned(members, theta));
+        density(problem, there) - density(&self.problem, &self.theta)
     }
 
     /// ln weight of the best set; where the filter has diverged, less than any.

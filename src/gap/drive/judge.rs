@@ -331,7 +331,11 @@ fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Comp
     let best = settled.into_iter().max_by(|a, b| a.top().total_cmp(&b.top()));
     let Some(theta) = best.map(|b| b.next().0) else { return compared };
     let there = Compared::wide(record, noise, all, theta);
-    if there.top() > compared.top() { there } else { compared }
+    // what far steps promise they need not keep
+    let kept = |c: &Compared| Compared::narrow(record, noise, c.plausible(), c.theta.clone(), None).top();
+    let (own, other) =
+        if gap < LARGE { (compared.top(), there.top()) } else { rayon::join(|| kept(&compared), || kept(&there)) };
+    if other > own { there } else { compared }
 }
 
 /// Where the effect that explains most alone settles: in a large gap the slopes at zero mislead, and whatever they make of an
