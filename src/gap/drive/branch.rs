@@ -70,11 +70,10 @@ impl Branch {
         changed
     }
 
-    /// With wheels and gyro alone: takes how speeds change from a settled model; returns whether that is otherwise than before.
-    /// The gyro's gain says how large all yaw rates are there, and while how they change is still that of the gap, the gain
-    /// makes up for it.
+    /// Without torques: takes how speeds change from a settled model; returns whether that is otherwise than before. Gains of
+    /// gyro and wheels say how large all speeds are, and while how these change is still that of the gap, they make up for it.
     fn diffuse(&mut self) -> bool {
-        if !self.record.is_blind() {
+        if self.record.torques_n_m.is_some() {
             return false;
         }
         let (candidates, theta) = (&self.compared.candidates, &self.compared.theta);

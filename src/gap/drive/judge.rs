@@ -285,11 +285,11 @@ fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
     effects.iter().any(|e| e.about().id == id)
 }
 
-/// With wheels and gyro alone: the noise with how speeds change as it is beside the effect that explains most alone. A gap makes
-/// speeds of wheels and gyro scatter that do not, and the gyro's gain, which says how large all yaw rates are, would make up
-/// for that.
+/// Without torques: the noise with how speeds change as it is beside the effect that explains most alone. A gap makes speeds of
+/// wheels and gyro scatter that do not, and the gyro's gain, which says how large all yaw rates are, would make up for that;
+/// where a pose knows better, with the help of free forms.
 fn diffused(record: &Record, noise: Noise, all: &Candidates) -> Noise {
-    if !record.is_blind() {
+    if record.torques_n_m.is_some() {
         return noise;
     }
     let named = all.only(|g| matches!(all.kinds[g], Kind::Change(_)));
@@ -327,22 +327,42 @@ fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Comp
         _ => all.groups[g].named,
     });
     let settled = |from: Theta| Compared::narrow(record, noise, named.clone(), from, None);
-    let settled: Vec<Compared> = starts.into_par_iter().map(settled).collect();
-    let best = settled.into_iter().max_by(|a, b| a.top().total_cmp(&b.top()));
-    let Some(theta) = best.map(|b| b.next().0) else { return compared };
-    let there = Compared::wide(record, noise, all, theta);
+    if gap < LARGE {
+        let Some(theta) = best_of(starts.into_par_iter().map(settled).collect()).map(|b| b.next().0) else {
+            return compared;
+        };
+        let there = Compared::wide(record, noise, all, theta);
+        return if there.top() > compared.top() { there } else { compared };
+    }
+    // also all of them together: what only looks large because another is missing shrinks, and needs no free form beside it
+    let joint = |from: &Theta| Compared::all_in(record, noise, named.clone(), from.clone());
+    let (joint, settled): (Vec<Compared>, Vec<Compared>) = rayon::join(
+        || starts.par_iter().map(joint).collect(),
+        || starts.par_iter().map(|from| settled(from.clone())).collect(),
+    );
+    let ends = [best_of(joint), best_of(settled)].into_iter().flatten().map(|b| b.next().0);
+    let mut there: Vec<Compared> = ends
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .map(|theta| Compared::wide(record, noise, all.clone(), theta))
+        .collect();
+    there.push(compared);
     // what far steps promise they need not keep
-    let kept = |c: &Compared| Compared::narrow(record, noise, c.plausible(), c.theta.clone(), None).top();
-    let (own, other) =
-        if gap < LARGE { (compared.top(), there.top()) } else { rayon::join(|| kept(&compared), || kept(&there)) };
-    if other > own { there } else { compared }
+    let kept = |c: Compared| (Compared::narrow(record, noise, c.plausible(), c.theta.clone(), None).top(), c);
+    let kept: Vec<(f64, Compared)> = there.into_par_iter().map(kept).collect();
+    let best = kept.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, best)| best);
+    best.unwrap_or_else(|| Compared::wide(record, noise, all, begin.clone()))
+}
+
+/// The one with the most weight.
+fn best_of(all: Vec<Compared>) -> Option<Compared> {
+    all.into_iter().max_by(|a, b| a.top().total_cmp(&b.top()))
 }
 
 /// Where the effect that explains most alone settles: in a large gap the slopes at zero mislead, and whatever they make of an
 /// effect is then explained by others.
 fn best_alone(record: &Record, noise: &Noise, compared: &Compared) -> Option<Theta> {
-    let fits = alone(record, noise, &compared.candidates, &compared.problem, ALONE);
-    fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())).map(|c| c.next().0)
+    best_of(alone(record, noise, &compared.candidates, &compared.problem, ALONE)).map(|c| c.next().0)
 }
 
 /// Where to begin: at zero, or where a change that bends much explains far more.

@@ -1,8 +1,8 @@
 //! q̂ = argmax ln p(z | q, φ):   a_{k+1} = φ a_k,  v and ω diffuse with q
 //!
 //! How a robot moves whose torques were not logged. At the maximum the likelihood does not care, to first order, whether all
-//! speeds are a little larger. With wheels and gyro alone it must not: no reading knows a length there, and away from the
-//! maximum a common scale of all speeds would have evidence of its own. Where a pose knows the lengths, nearly is enough.
+//! speeds are a little larger. It must not: away from the maximum a common scale of all speeds has evidence of its own, which
+//! wheels and gyro alone do not contradict, and a pose does not either where free forms stand between it and the speeds.
 
 use super::pass::{Models, Noise, Process, run};
 use super::record::Record;
@@ -14,7 +14,7 @@ const BEGIN: Process = Process { diffusion: [0.001, 0.002], lasting: 0.9, ripple
 const LASTING: [f64; 6] = [0.0, 0.5, 0.75, 0.9, 0.95, 1.0];
 /// Factors on q by which the search goes: the first, and the smallest.
 const FACTORS: [f64; 2] = [8.0, 1.3];
-/// Rounds of parabolas with wheels and gyro alone; each takes the error of the one before to the third power.
+/// Rounds of parabolas; each takes the error of the one before to the third power.
 const ROUNDS: usize = 2;
 /// Diffusions within these are sensible, m²/s³ and rad²/s³.
 const SENSIBLE: std::ops::Range<f64> = 1e-9..1e4;
@@ -61,7 +61,7 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Process
         }
     }
     let mut step = factor.ln();
-    for _ in 0..if record.is_blind() { ROUNDS } else { 0 } {
+    for _ in 0..ROUNDS {
         for i in 0..2 {
             let (below, above) = two([-step, step].map(|s| times(here, i, s.exp())));
             let bend = 2.0 * best - below - above;
