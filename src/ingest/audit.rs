@@ -4,8 +4,10 @@ use super::lattice;
 use super::motion::{self, Motion};
 use super::rate_unit;
 use crate::math::robust::{median, quantile, stretches};
+use crate::math::scan;
 use crate::signal::TimeAxis;
 use crate::signal::slots::GAP_STEPS;
+use rayon::prelude::*;
 use serde::Serialize;
 
 /// Shorter runs of a value are never called stuck.
@@ -178,31 +180,75 @@ pub(super) fn intervals(time_s: &[f64]) -> Vec<f64> {
 /// Median step and all that hangs on the steps. `time_s` increases and has at least two entries.
 pub(super) fn steps(time_s: &[f64], uniform: bool) -> (Sampling, Gaps) {
     let mut some = intervals(time_s);
-    let (mut count, mut missing_s, mut longest_s, mut longest_at_s) = (0, 0.0, 0.0, None);
     let median_step_s = median(&mut some);
-    let mut inside = (0usize, 0.0, 0.0);
-    for (k, d) in time_s.windows(2).map(|w| w[1] - w[0]).enumerate() {
-        if d > GAP_STEPS * median_step_s {
-            count += 1;
-            missing_s += d - median_step_s;
-            if d > longest_s {
-                (longest_s, longest_at_s) = (d, Some(time_s[k]));
-            }
-        } else {
-            let e = d - median_step_s;
-            inside = (inside.0 + 1, inside.1 + e, inside.2 + e * e);
-        }
-    }
-    let (n, sum, squares) = (inside.0.max(1) as f64, inside.1, inside.2);
+    let pieces = 0..(time_s.len() - 1).div_ceil(scan::PIECE);
+    let piece = |k: usize| {
+        let last = ((k + 1) * scan::PIECE).min(time_s.len() - 1);
+        Intervals::of(&time_s[k * scan::PIECE..=last], median_step_s)
+    };
+    // summed in their order, so that the result is the same on any number of cores
+    let all =
+        pieces.into_par_iter().map(piece).collect::<Vec<_>>().into_iter().fold(Intervals::default(), Intervals::and);
+    let n = all.inside.max(1) as f64;
     let sampling = Sampling {
         rate_hz: 1.0 / median_step_s,
         median_step_s,
-        step_std_s: (squares / n - (sum / n).powi(2)).max(0.0).sqrt(),
+        step_std_s: (all.squares / n - (all.sum / n).powi(2)).max(0.0).sqrt(),
         step_p01_s: quantile(&mut some, 0.01),
         step_p99_s: quantile(&mut some, 0.99),
         uniform,
     };
+    let Intervals { gaps: count, missing_s, longest_s, longest_at_s, .. } = all;
     (sampling, Gaps { count, missing_s, longest_s, longest_at_s, handling: Handling::Kept })
+}
+
+/// Intervals between neighbours, and those of them that are gaps.
+#[derive(Default)]
+struct Intervals {
+    gaps: usize,
+    missing_s: f64,
+    longest_s: f64,
+    longest_at_s: Option<f64>,
+    /// How many are no gaps, and the sums of what they differ by from the median, and of its square.
+    inside: usize,
+    sum: f64,
+    squares: f64,
+}
+
+impl Intervals {
+    fn of(time_s: &[f64], median_step_s: f64) -> Self {
+        let mut out = Self::default();
+        for w in time_s.windows(2) {
+            let d = w[1] - w[0];
+            let off = d - median_step_s;
+            if d > GAP_STEPS * median_step_s {
+                out.gaps += 1;
+                out.missing_s += off;
+                if d > out.longest_s {
+                    (out.longest_s, out.longest_at_s) = (d, Some(w[0]));
+                }
+            } else {
+                out.inside += 1;
+                out.sum += off;
+                out.squares += off * off;
+            }
+        }
+        out
+    }
+
+    /// These, and those of the time after them.
+    fn and(self, later: Self) -> Self {
+        let longer = later.longest_s > self.longest_s;
+        Self {
+            gaps: self.gaps + later.gaps,
+            missing_s: self.missing_s + later.missing_s,
+            longest_s: if longer { later.longest_s } else { self.longest_s },
+            longest_at_s: if longer { later.longest_at_s } else { self.longest_at_s },
+            inside: self.inside + later.inside,
+            sum: self.sum + later.sum,
+            squares: self.squares + later.squares,
+        }
+    }
 }
 
 /// What was met before the samples were in order.
@@ -215,12 +261,13 @@ pub(super) struct Before {
 
 /// Judges samples that are in order: `stamps_s` as in the file, `axis` as in the recording.
 pub(super) fn judge(before: Before, stamps_s: &[f64], axis: &TimeAxis, rate: &[f64]) -> Audit {
-    let (sampling, gaps) = steps(stamps_s, matches!(axis, TimeAxis::Uniform { .. }));
+    let ((sampling, gaps), (runs, lattice_step_rad_s)) = rayon::join(
+        || steps(stamps_s, matches!(axis, TimeAxis::Uniform { .. })),
+        || rayon::join(|| Runs::of(rate), || lattice::step(rate)),
+    );
     let step_s = sampling.median_step_s;
-    let lattice_step_rad_s = lattice::step(rate);
     let q = lattice_step_rad_s.unwrap_or(0.0);
     let witnesses = stretches(rate, WITNESSES);
-    let runs = Runs::of(rate);
     let noise_std_rad_s = rate_unit::noise_std(&witnesses).max(q / 12f64.sqrt());
     let median_rad_s = median(&mut witnesses.into_owned());
     Audit {
@@ -243,7 +290,7 @@ pub(super) fn judge(before: Before, stamps_s: &[f64], axis: &TimeAxis, rate: &[f
 pub(super) fn drift(rate: &[f64]) -> f64 {
     let size = rate.len().div_ceil(20).max(1);
     let middle = |stretch: &[f64]| median(&mut stretches(stretch, WITNESSES / 4).into_owned());
-    let medians: Vec<f64> = rate.chunks(size).map(middle).collect();
+    let medians: Vec<f64> = rate.par_chunks(size).map(middle).collect();
     medians.iter().copied().fold(f64::MIN, f64::max) - medians.iter().copied().fold(f64::MAX, f64::min)
 }
 
@@ -267,7 +314,30 @@ struct Runs {
 
 impl Runs {
     fn of(rate: &[f64]) -> Self {
-        let mut all = Self { at_least: [0; 4], longest: 0, smallest: f64::MAX, largest: f64::MIN };
+        // cut where a run begins
+        let begins = |at: &usize| *at == 0 || rate[*at] != rate[*at - 1];
+        let mut cuts: Vec<usize> =
+            (0..rate.len()).step_by(scan::PIECE).filter_map(|k| (k..rate.len()).find(begins)).collect();
+        cuts.dedup();
+        cuts.push(rate.len());
+        cuts.par_windows(2).map(|w| Self::of_piece(&rate[w[0]..w[1]])).reduce(Self::none, Self::and)
+    }
+
+    fn none() -> Self {
+        Self { at_least: [0; 4], longest: 0, smallest: f64::MAX, largest: f64::MIN }
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            at_least: std::array::from_fn(|k| self.at_least[k] + other.at_least[k]),
+            longest: self.longest.max(other.longest),
+            smallest: self.smallest.min(other.smallest),
+            largest: self.largest.max(other.largest),
+        }
+    }
+
+    fn of_piece(rate: &[f64]) -> Self {
+        let mut all = Self::none();
         for (first, length) in runs(rate) {
             all.at_least.iter_mut().enumerate().for_each(|(k, count)| *count += usize::from(length > k));
             all.longest = all.longest.max(length);

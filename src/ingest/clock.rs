@@ -5,6 +5,7 @@ use super::names::{Role, TimeKind};
 use super::table::{Head, Kind, Table, list};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::robust::median;
+use crate::math::scan;
 use crate::units::TimeUnit;
 use std::borrow::Cow;
 
@@ -179,19 +180,36 @@ pub(super) fn by_rows(rows: usize, rate_hz: f64) -> Times {
 
 /// Reads the time column as seconds on the recording's clock.
 pub(super) fn read(table: &Table, column: TimeColumn, stated: Option<TimeUnit>) -> Result<Times> {
-    let index = match column {
-        TimeColumn::One(i) => i,
-        TimeColumn::Parts(seconds, nanoseconds) => return parts(table, seconds, nanoseconds),
-        TimeColumn::Rows => return Ok(by_rows(table.rows, 1.0)),
-    };
+    match column {
+        TimeColumn::One(i) => {
+            let (times, shift, factor) = one(table, i, stated)?;
+            Ok(Times { seconds: affine(&table.cells[i].values, shift, factor), ..times })
+        }
+        TimeColumn::Parts(seconds, nanoseconds) => parts(table, seconds, nanoseconds),
+        TimeColumn::Rows => Ok(by_rows(table.rows, 1.0)),
+    }
+}
+
+/// The same; a single column is taken out of the table, so that a long log is not held twice.
+pub(super) fn take(table: &mut Table, column: TimeColumn, stated: Option<TimeUnit>) -> Result<Times> {
+    let TimeColumn::One(i) = column else { return read(table, column, stated) };
+    let (times, shift, factor) = one(table, i, stated)?;
+    let mut seconds = std::mem::take(&mut table.cells[i].values);
+    scan::replace(&mut seconds, |v| (v + shift) * factor);
+    Ok(Times { seconds, ..times })
+}
+
+/// How the cells of one column become seconds, which are left out, with shift and factor.
+fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, f64, f64)> {
     let cells = table.numbers(index)?;
     let head = &table.heads[index];
     let named = head.named();
     let mut notes = Vec::new();
-    if let Some(row) = cells.values.iter().position(|v| v.is_infinite()) {
+    let odd = scan::first_where(&cells.values, |_, v| !v.is_finite());
+    if let Some(row) = odd.and_then(|_| cells.values.iter().position(|v| v.is_infinite())) {
         return Err(table.error_at(ErrorKind::Time, row, index, "an infinite time").mend("correct or delete the row"));
     }
-    let valid: Cow<[f64]> = if cells.values.iter().any(|v| v.is_nan()) {
+    let valid: Cow<[f64]> = if odd.is_some() {
         cells.values.iter().copied().filter(|v| !v.is_nan()).collect()
     } else {
         Cow::Borrowed(&cells.values)
@@ -242,10 +260,10 @@ pub(super) fn read(table: &Table, column: TimeColumn, stated: Option<TimeUnit>) 
         Clock::PowerOn { .. } => cells.origin as f64,
         Clock::FirstSample { .. } => -valid[0],
     };
-    let seconds = affine(&cells.values, shift, factor);
     notes.extend(clock_note(clock, &head.name));
     let scale = Scale::Affine { column: index, shift, factor };
-    Ok(Times { seconds, resolution_s: cells.resolution * factor, clock, notes, scale })
+    let times = Times { seconds: Vec::new(), resolution_s: cells.resolution * factor, clock, notes, scale };
+    Ok((times, shift, factor))
 }
 
 /// Seconds and nanoseconds in two columns.

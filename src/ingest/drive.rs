@@ -9,10 +9,11 @@ use super::merge::{self, Part};
 use super::mounting::{self, Mounted, Mounting};
 use super::names::{self, Axis, Role, TimeKind};
 use super::quantity::Conversion;
-use super::recording::{find_gyro, named_unit, side_channel};
+use super::recording::{find_gyro, named_unit, side_scale};
 use super::table::{self, Cells, Head, Kind, Table};
 use super::topics::Stamp;
 use crate::error::{Error, ErrorKind, Result};
+use crate::math::scan;
 use crate::signal::{Log, TimeAxis, names as channel};
 use crate::units::TimeUnit;
 use std::path::Path;
@@ -201,24 +202,24 @@ fn read_part(
     let wanted: Vec<bool> = heads.iter().map(|h| h.kind != Kind::Other).collect();
     let time = query.time.as_deref().filter(|name| clock::find(source, heads, name, "--time").is_ok());
     let time = clock::choose(source, heads, time, true)?;
-    to_part(&table::collect(file, &wanted)?, time, query, &mapped)
+    to_part(table::collect(file, &wanted)?, time, query, &mapped)
 }
 
 fn to_part(
-    table: &Table,
+    mut table: Table,
     time: TimeColumn,
     query: &DriveQuery,
     mapped: &[(&'static str, Mapped)],
 ) -> Result<(Part, Vec<String>)> {
-    let times = clock::read(table, time, query.time_unit)?;
+    let times = clock::take(&mut table, time, query.time_unit)?;
     let t = times.seconds;
     let column = time.index().unwrap_or_default();
-    if let Some(row) = t.iter().position(|v| v.is_nan()) {
+    if let Some(row) = scan::first_where(&t, |_, v| v.is_nan()) {
         return Err(table.error_at(ErrorKind::Time, row, column, "no time").mend("delete the row"));
     }
-    if let Some(k) = t.windows(2).position(|w| w[1] <= w[0]) {
-        let found = format!("time does not increase: {} s after {} s", t[k + 1], t[k]);
-        let error = table.error_at(ErrorKind::Time, k + 1, column, found);
+    if let Some(k) = scan::first_after(&t, |a, b| b <= a) {
+        let found = format!("time does not increase: {} s after {} s", t[k], t[k - 1]);
+        let error = table.error_at(ErrorKind::Time, k, column, found);
         return Err(error.mend("delete the row, or cut the log there if it was started anew"));
     }
     let step_s = t.last().zip(t.first()).map_or(0.0, |(b, a)| (b - a) / (t.len().max(2) - 1) as f64);
@@ -232,28 +233,28 @@ fn to_part(
     let mut notes = table.notes.clone();
     let mapped_anywhere = |name: &str| query.maps.iter().any(|m| m.channel() == name);
     let found = channels::recognise(&table.heads, &mapped_anywhere, &mut notes);
-    let gyro = gyro_column(table);
-    for i in (0..table.heads.len()).filter(|&i| table.heads[i].kind == Kind::Number && !is_time(i)) {
-        let head = &table.heads[i].name;
-        finite(table, i)?;
-        let mut named = false;
-        for (name, Mapped { conversion, .. }) in mapped.iter().filter(|m| m.1.column == i) {
-            log.push(*name, converted(numbers(table, i)?, *conversion))?;
-            named = true;
-        }
-        if named {
+    let gyro = gyro_column(&table);
+    let columns = (0..table.heads.len()).filter(|&i| table.heads[i].kind == Kind::Number && !is_time(i));
+    for i in columns.collect::<Vec<_>>() {
+        let head = table.heads[i].name.clone();
+        finite(&table, i)?;
+        let known = match found.iter().find(|f| f.column == i) {
+            Some(Found { channel, conversion, .. }) => Some((channel.to_string(), *conversion)),
+            None => by_role(&table, i, gyro).filter(|(name, _)| !mapped_anywhere(name)),
+        };
+        let values = numbers(&mut table, i);
+        let mut named = mapped.iter().filter(|m| m.1.column == i).peekable();
+        if named.peek().is_some() {
+            for (name, Mapped { conversion, .. }) in named {
+                log.push(*name, converted(values.clone(), *conversion))?;
+            }
             continue;
         }
-        let (name, values) = match found.iter().find(|f| f.column == i) {
-            Some(Found { channel, conversion, .. }) => {
-                (channel.to_string(), converted(numbers(table, i)?, *conversion))
-            }
-            None => match by_role(table, i, gyro).filter(|(name, _)| !mapped_anywhere(name)) {
-                Some(known) => known,
-                None => (head.clone(), numbers(table, i)?),
-            },
+        let (name, values) = match known {
+            Some((name, conversion)) => (name, converted(values, conversion)),
+            None => (head.clone(), values),
         };
-        if &name != head && channels::of(&name).is_some() {
+        if name != head && channels::of(&name).is_some() {
             notes.push(format!("{head:?} is read as {name}"));
         }
         let taken = |name: &str| log.get(name).is_some() || mapped_anywhere(name);
@@ -268,23 +269,27 @@ fn to_part(
 }
 
 fn converted(mut values: Vec<f64>, conversion: Conversion) -> Vec<f64> {
-    values.iter_mut().for_each(|v| *v = conversion.factor * *v + conversion.offset);
+    scan::replace(&mut values, |v| conversion.factor * v + conversion.offset);
     values
 }
 
 /// A column that has to be numbers, none of them infinite.
-fn finite(table: &Table, i: usize) -> Result<&Cells> {
+fn finite(table: &Table, i: usize) -> Result<()> {
     let cells = table.numbers(i)?;
-    if let Some(row) = cells.values.iter().position(|v| v.is_infinite()) {
-        return Err(table.error_at(ErrorKind::Value, row, i, "an infinite value").mend("correct or delete the row"));
+    match scan::first_where(&cells.values, |_, v| v.is_infinite()) {
+        None => Ok(()),
+        Some(row) => {
+            Err(table.error_at(ErrorKind::Value, row, i, "an infinite value").mend("correct or delete the row"))
+        }
     }
-    Ok(cells)
 }
 
-/// The numbers of a column, in the file's unit.
-fn numbers(table: &Table, i: usize) -> Result<Vec<f64>> {
-    let cells = finite(table, i)?;
-    Ok(cells.values.iter().map(|v| v + cells.origin as f64).collect())
+/// The numbers of a column, in the file's unit; they are taken out of the table.
+fn numbers(table: &mut Table, i: usize) -> Vec<f64> {
+    let Cells { origin, values, .. } = &mut table.cells[i];
+    let mut values = std::mem::take(values);
+    scan::replace(&mut values, |v| v + *origin as f64);
+    values
 }
 
 /// The gyro's yaw column: one that is called after the sensor before one that tells the motion (`yaw_rate`), which in
@@ -306,11 +311,16 @@ fn gyro_column(table: &Table) -> Option<usize> {
     }
 }
 
-/// A column of the gyro, of temperature, supply or time since power-on, where name and unit leave no doubt.
-fn by_role(table: &Table, i: usize, gyro: Option<usize>) -> Option<(String, Vec<f64>)> {
+/// Name and conversion of a column of the gyro, of temperature, supply or time since power-on, where name and unit leave no
+/// doubt.
+fn by_role(table: &Table, i: usize, gyro: Option<usize>) -> Option<(String, Conversion)> {
     let head = &table.heads[i];
     let named = head.named();
-    let scaled = |factor: f64| numbers(table, i).map(|x| converted(x, Conversion { factor, offset: 0.0 })).ok();
+    let scaled = |factor: f64| Conversion { factor, offset: 0.0 };
+    let beside = |name: &str| -> Option<(String, Conversion)> {
+        let ((factor, offset), _) = side_scale(table, i, named.clone()).ok()?;
+        Some((name.to_string(), Conversion { factor, offset }))
+    };
     let alone = |canonical: &str| {
         let same = |h: &&Head| h.kind == Kind::Number && h.named().role == named.role;
         head.name == canonical
@@ -324,15 +334,13 @@ fn by_role(table: &Table, i: usize, gyro: Option<usize>) -> Option<(String, Vec<
                 _ => find_gyro(&table.source, &table.heads, axis) == Ok(i),
             };
             let unit = if own { named_unit(table, i).ok().flatten() } else { None };
-            Some((format!("gyro_{axis}_rad_s"), scaled(unit?.to_rad_s())?))
+            Some((format!("gyro_{axis}_rad_s"), scaled(unit?.to_rad_s())))
         }
-        Role::Temperature if alone(channel::TEMPERATURE) => {
-            Some((channel::TEMPERATURE.to_string(), side_channel(table, i, named).0?))
-        }
-        Role::Supply if alone(channel::SUPPLY) => Some((channel::SUPPLY.to_string(), side_channel(table, i, named).0?)),
+        Role::Temperature if alone(channel::TEMPERATURE) => beside(channel::TEMPERATURE),
+        Role::Supply if alone(channel::SUPPLY) => beside(channel::SUPPLY),
         Role::Time(TimeKind::SincePowerOn) if alone(channel::SINCE_POWER_ON) => {
             let unit = named.unit.as_deref().and_then(TimeUnit::parse)?;
-            Some((channel::SINCE_POWER_ON.to_string(), scaled(unit.to_s())?))
+            Some((channel::SINCE_POWER_ON.to_string(), scaled(unit.to_s())))
         }
         _ => None,
     }

@@ -6,7 +6,9 @@ use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
 
 /// How much is looked at to find out what a file is.
 const HEAD_BYTES: u64 = 256 * 1024;
@@ -55,8 +57,12 @@ impl Hash {
 
     /// The hash so far as hexadecimal digits.
     pub fn hex(&self) -> String {
-        self.state().clone().finalize().iter().map(|b| format!("{b:02x}")).collect()
+        hex(self.state().clone())
     }
+}
+
+fn hex(hash: Sha256) -> String {
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 
 impl Input {
@@ -102,7 +108,13 @@ impl Input {
     }
 
     /// The file for readers that need to jump in it, and its hash.
-    pub fn into_file(mut self) -> Result<(File, String)> {
+    pub fn into_file(self) -> Result<(File, String)> {
+        let (file, hash) = self.into_file_at_once()?;
+        Ok((file, hash.hex()?))
+    }
+
+    /// The same, the hash still to come from another thread.
+    pub fn into_file_at_once(mut self) -> Result<(File, PendingHash)> {
         let fail = |e: &io::Error| Error::io(&self.path, e);
         let ordinary = self.file.metadata().map_err(|e| fail(&e))?.is_file();
         if self.gzipped || !ordinary {
@@ -110,10 +122,93 @@ impl Input {
             return Err(Error::new(ErrorKind::Format, self.path.display(), found).mend("unpack it into a file first"));
         }
         self.file.seek(SeekFrom::Start(0)).map_err(|e| fail(&e))?;
-        let hash = Hash::new();
-        io::copy(&mut Hashing { inner: &self.file, hash: hash.clone() }, &mut io::sink()).map_err(|e| fail(&e))?;
-        self.file.seek(SeekFrom::Start(0)).map_err(|e| fail(&e))?;
-        Ok((self.file, hash.hex()))
+        let hash = PendingHash::of(&self.path, &self.file)?;
+        Ok((self.file, hash))
+    }
+}
+
+/// A file's hash in the making. Nobody waits for the end of one that is dropped.
+pub(super) struct PendingHash {
+    path: PathBuf,
+    stop: Stop,
+    thread: JoinHandle<io::Result<String>>,
+}
+
+/// Ends the hashing when it is dropped.
+struct Stop(Arc<AtomicBool>);
+
+impl Drop for Stop {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+impl PendingHash {
+    /// Bytes between two looks at whether the hash is still wanted.
+    const PIECE: usize = 1 << 20;
+
+    fn of(path: &Path, file: &File) -> Result<Self> {
+        let fail = |e: &io::Error| Error::io(path, e);
+        let stop = Arc::new(AtomicBool::new(false));
+        let (stopped, mut bytes) = (stop.clone(), FromStart::of(path, file).map_err(|e| fail(&e))?);
+        let work = move || {
+            let mut hash = Sha256::new();
+            let mut piece = vec![0; Self::PIECE];
+            loop {
+                let n = bytes.read(&mut piece)?;
+                hash.update(&piece[..n]);
+                if n == 0 || stopped.load(Ordering::Relaxed) {
+                    return Ok(hex(hash));
+                }
+            }
+        };
+        let thread = std::thread::Builder::new().spawn(work).map_err(|e| fail(&e))?;
+        Ok(Self { path: path.to_path_buf(), stop: Stop(stop), thread })
+    }
+
+    /// The hash of all of the file as hexadecimal digits, when it is there.
+    pub fn hex(self) -> Result<String> {
+        let Self { path, stop, thread } = self;
+        let done = thread.join().unwrap_or_else(|_| Err(io::Error::other("hashing it failed")));
+        drop(stop);
+        done.map_err(|e| Error::io(&path, &e))
+    }
+}
+
+/// The bytes of a file, wherever others that read it stand.
+struct FromStart {
+    file: File,
+    #[cfg(unix)]
+    at: u64,
+}
+
+#[cfg(unix)]
+impl FromStart {
+    fn of(_: &Path, file: &File) -> io::Result<Self> {
+        Ok(Self { file: file.try_clone()?, at: 0 })
+    }
+}
+
+#[cfg(unix)]
+impl Read for FromStart {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = std::os::unix::fs::FileExt::read_at(&self.file, buffer, self.at)?;
+        self.at += n as u64;
+        Ok(n)
+    }
+}
+
+#[cfg(not(unix))]
+impl FromStart {
+    fn of(path: &Path, _: &File) -> io::Result<Self> {
+        Ok(Self { file: File::open(path)? })
+    }
+}
+
+#[cfg(not(unix))]
+impl Read for FromStart {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.file.read(buffer)
     }
 }
 
@@ -125,4 +220,27 @@ pub(super) fn broken_gzip(path: &Path, error: &io::Error) -> Error {
     };
     Error::new(ErrorKind::Format, path.display(), what)
         .mend("copy the file again; `zcat FILE > part.csv` saves what can be read")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn the_hash_of_a_file_is_that_of_its_stream_wherever_the_file_stands() {
+        for len in [0, 1, 1 << 20, (3 << 20) + 17] {
+            let bytes: Vec<u8> = (0..len).map(|i: usize| ((i * i) >> 7) as u8).collect();
+            let mut file = tempfile::NamedTempFile::new().unwrap();
+            file.write_all(&bytes).unwrap();
+            let (mut handle, pending) = Input::open(file.path()).unwrap().into_file_at_once().unwrap();
+            let mut read = Vec::new();
+            handle.read_to_end(&mut read).unwrap();
+            assert!(read == bytes);
+            let (mut stream, hash) = Input::open(file.path()).unwrap().into_stream();
+            io::copy(&mut stream, &mut io::sink()).unwrap();
+            assert_eq!(pending.hex().unwrap(), hash.hex());
+            assert_eq!(Input::open(file.path()).unwrap().into_file().unwrap().1, hash.hex());
+        }
+    }
 }

@@ -250,7 +250,8 @@ fn gyro(table: &Table, axis: Axis, report: &mut Inspection) {
     let query = GyroQuery { axis, ..GyroQuery::default() };
     let found = recording::find_gyro(&table.source, &table.heads, axis).ok();
     let column = found.map(|i| table.heads[i].name.clone());
-    let read = Plan::of(&table.source, &table.heads, &query).and_then(|p| recording::assemble(table, &p, &query));
+    let read = Plan::of(&table.source, &table.heads, &query)
+        .and_then(|p| recording::assemble(table.only(&p.wanted(table.heads.len())), &p, &query));
     report.gyro.push(match read {
         Ok(r) => {
             for note in r.notes {

@@ -1,10 +1,13 @@
 //! Plain lines of numbers, as nearly all text logs have, on all cores: while the lines of one block are read as numbers, the next
-//! block is fetched. From the first quotation mark on, and for a last line without an end, it is the turn of the `csv` crate.
+//! block is fetched, and the one before it is handed over. From the first quotation mark on, and for a last line without an end,
+//! it is the turn of the `csv` crate.
 
+use super::format::Column;
 use super::text_column::Filling;
 use memchr::{memchr, memchr_iter, memchr2, memrchr};
 use rayon::prelude::*;
 use std::io::{self, Cursor, Read};
+use std::sync::mpsc::{SyncSender, sync_channel};
 
 /// Bytes of a block.
 const BLOCK: usize = 4 << 20;
@@ -31,17 +34,65 @@ pub(super) enum Stop<E> {
     Taken(E),
 }
 
-/// Reads `stream` into `columns` as far as it is plain; `full` is called after each block. Returns what is left.
+/// What is left of a file.
+type Rest<'a> = Box<dyn Read + Send + 'a>;
+
+/// Why no more can be read.
+enum Halt {
+    Io(io::Error),
+    Ragged(usize, u64),
+}
+
+/// Reads `stream` into `columns` as far as it is plain; after each block `full` is called with their cells, of which it takes
+/// what it wants, and the number of all rows so far. Returns what is left.
 pub(super) fn read<'a, R: Read + Send + 'a, E>(
-    mut stream: R,
+    stream: R,
     delimiter: u8,
     width: usize,
     columns: &mut [Filling],
     progress: &mut Progress,
-    mut full: impl FnMut(&mut [Filling], usize) -> Result<(), E>,
-) -> Result<Box<dyn Read + 'a>, Stop<E>> {
+    mut full: impl FnMut(&mut [Column], usize) -> Result<(), E>,
+) -> Result<Rest<'a>, Stop<E>> {
     let shape = Shape { delimiter, width };
-    let mut block = Block::after(Vec::new(), &mut stream).map_err(Stop::Io)?;
+    let mut cells = vec![Column::default(); columns.len()];
+    let (rest, taken) = std::thread::scope(|scope| {
+        // one block waits at most
+        let (send, receive) = sync_channel(1);
+        let reading = scope.spawn(|| blocks(stream, shape, columns, progress, send));
+        let (mut rows, mut room) = (0, 0);
+        let taken = receive.into_iter().try_for_each(|parts: Vec<Cells>| {
+            for part in parts {
+                rows += part.rows;
+                for (cells, column) in cells.iter_mut().zip(part.columns) {
+                    cells.origin = column.origin;
+                    if cells.values.is_empty() {
+                        cells.values.reserve(room);
+                    }
+                    cells.values.extend_from_slice(&column.values);
+                }
+            }
+            room = cells.first().map_or(room, |cells| room.max(cells.values.len()));
+            full(&mut cells, rows)
+        });
+        (reading.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), taken)
+    });
+    taken.map_err(Stop::Taken)?;
+    columns.iter_mut().zip(cells).for_each(|(column, cells)| column.put_back(cells.values));
+    rest.map_err(|halt| match halt {
+        Halt::Io(e) => Stop::Io(e),
+        Halt::Ragged(fields, line) => Stop::Ragged(fields, line),
+    })
+}
+
+/// Sends the cells of block after block, as far as they are plain.
+fn blocks<'a, R: Read + Send + 'a>(
+    mut stream: R,
+    shape: Shape,
+    columns: &mut [Filling],
+    progress: &mut Progress,
+    send: SyncSender<Vec<Cells>>,
+) -> Result<Rest<'a>, Halt> {
+    let mut block = Block::after(Vec::new(), &mut stream).map_err(Halt::Io)?;
     loop {
         let (lines, rest) = block.text.split_at(block.whole);
         // what follows the last whole line belongs to the next block
@@ -49,27 +100,33 @@ pub(super) fn read<'a, R: Read + Send + 'a, E>(
         let fetch = || if block.last { Ok(Block::end(rest)) } else { Block::after(rest, &mut stream) };
         let (parts, next) = rayon::join(|| shape.parts(lines, columns), fetch);
         let Some(parts) = parts else {
-            let next = next.map_err(Stop::Io)?;
+            let next = next.map_err(Halt::Io)?;
             block.text.truncate(block.whole);
             return Ok(Box::new(Cursor::new(block.text).chain(Cursor::new(next.text)).chain(stream)));
         };
+        let mut read = Vec::with_capacity(parts.len());
         for part in parts {
             progress.unbroken &= part.unbroken && (part.rows == 0 || progress.lines == progress.rows as u64);
             if let Some((fields, line)) = part.ragged {
-                return Err(Stop::Ragged(fields, progress.lines + line));
+                return Err(Halt::Ragged(fields, progress.lines + line));
             }
-            for (column, later) in columns.iter_mut().zip(part.columns) {
-                column.append(later, progress.rows);
-            }
+            let cells = columns.iter_mut().zip(part.columns).map(|(column, later)| column.append(later, progress.rows));
+            read.push(Cells { columns: cells.collect(), rows: part.rows });
             progress.rows += part.rows;
             progress.lines += part.lines;
         }
-        full(columns, progress.rows).map_err(Stop::Taken)?;
-        block = next.map_err(Stop::Io)?;
-        if block.whole == 0 {
+        let unwanted = send.send(read).is_err();
+        block = next.map_err(Halt::Io)?;
+        if block.whole == 0 || unwanted {
             return Ok(Box::new(Cursor::new(block.text).chain(stream)));
         }
     }
+}
+
+/// Cells of some rows.
+struct Cells {
+    columns: Vec<Column>,
+    rows: usize,
 }
 
 /// Bytes of the file of which the first `whole` are whole lines.

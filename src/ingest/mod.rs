@@ -100,7 +100,7 @@ const OF_SEVERAL: Limits = Limits { blocks: 1 << 18, stretch: 1 << 17, stretches
 pub fn read_gyro(path: impl AsRef<Path>, query: &GyroQuery) -> Result<GyroRecording> {
     let (source, plan) = opened(path.as_ref(), query)?;
     let wanted = plan.wanted(source.heads().len());
-    recording::assemble(&table::collect(source, &wanted)?, &plan, query)
+    recording::assemble(table::collect(source, &wanted)?, &plan, query)
 }
 
 /// The topics of `path` that hold the rates of a gyro, in the order of their names; none of a file that is one table.
@@ -224,8 +224,14 @@ pub fn read_axes_within(
     })?;
     if let Some(held) = gathering {
         let table = held.finish(facts);
-        let whole = |(plan, query)| Ok(Reading::Whole(Box::new(recording::assemble(&table, plan, query)?)));
-        return plans.iter().zip(queries).map(whole).collect();
+        let whole = |table, k: usize| -> Result<Reading> {
+            Ok(Reading::Whole(Box::new(recording::assemble(table, &plans[k], &queries[k])?)))
+        };
+        let last = plans.len() - 1;
+        let copied = |k: usize| whole(table.only(&plans[k].wanted(wanted.len())), k);
+        let mut readings = (0..last).map(copied).collect::<Result<Vec<_>>>()?;
+        readings.push(whole(table, last)?);
+        return Ok(readings);
     }
     if passes.is_empty() {
         return Err(Error::new(ErrorKind::TooShort, &name, "no rows").mend("record the log again"));

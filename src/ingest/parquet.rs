@@ -1,7 +1,7 @@
 //! Parquet, by polars. Its types stay in this file.
 
 use super::format::{About, Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
-use super::input::Input;
+use super::input::{Input, PendingHash};
 use super::table::{Head, Kind};
 use crate::error::{Error, ErrorKind, Result};
 use polars::prelude::{
@@ -20,7 +20,7 @@ pub(super) const FORMAT: Format = Format {
 struct Parquet {
     path: PathBuf,
     file: File,
-    sha256: String,
+    hash: PendingHash,
     heads: Vec<Head>,
     types: Vec<ArrowDataType>,
     rows: usize,
@@ -32,7 +32,7 @@ const ROWS_AT_ONCE: usize = 1 << 20;
 impl Parquet {
     fn open(input: Input) -> Result<Self> {
         let path = input.path.clone();
-        let (file, sha256) = input.into_file()?;
+        let (file, hash) = input.into_file_at_once()?;
         let handle = file.try_clone().map_err(|e| Error::io(&path, &e))?;
         let mut reader = ParquetReader::new(handle);
         let (schema, rows) =
@@ -45,7 +45,7 @@ impl Parquet {
             heads.push(Head { name: field.name.to_string(), kind, type_name, unit: None, role: None });
             types.push(field.dtype.clone());
         }
-        Ok(Self { path, file, sha256, heads, types, rows })
+        Ok(Self { path, file, hash, heads, types, rows })
     }
 }
 
@@ -59,7 +59,7 @@ impl Source for Parquet {
     }
 
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
-        let Self { path, file, sha256, heads, types, rows } = *self;
+        let Self { path, file, hash, heads, types, rows } = *self;
         if rows == 0 {
             return Err(
                 Error::new(ErrorKind::TooShort, path.display(), "has columns and no rows").mend("record the log again")
@@ -73,7 +73,7 @@ impl Source for Parquet {
         let mut first = ParquetReader::new(handle()?);
         let metadata = guarded(|| first.get_metadata().cloned()).map_err(fail)?;
         let groups: Vec<usize> = metadata.row_groups.iter().map(|g| g.num_rows()).collect();
-        for (from, count) in slices(&groups) {
+        let mut decode = |(from, count): (usize, usize)| -> Result<Batch> {
             // a file is mapped into memory anew for each slice: what was read is given back
             let file = handle()?;
             let decoded = guarded(|| {
@@ -93,13 +93,29 @@ impl Source for Parquet {
                 batch.columns[index] =
                     Column { origin: filling.origin.unwrap_or(0).saturating_mul(filling.factor()), values };
             }
-            take(batch)?;
-        }
+            Ok(batch)
+        };
+        // the next slice is decoded while one is taken, and no further ones
+        std::thread::scope(|scope| {
+            let (send, receive) = std::sync::mpsc::sync_channel(0);
+            scope.spawn(move || {
+                for slice in slices(&groups) {
+                    let batch = decode(slice);
+                    let failed = batch.is_err();
+                    // whoever takes them may have had enough
+                    if send.send(batch).is_err() || failed {
+                        break;
+                    }
+                }
+            });
+            receive.into_iter().try_for_each(|batch| take(batch?))
+        })?;
         let mut facts = vec![ColumnFacts::default(); heads.len()];
         for (&index, filling) in columns.iter().zip(&filling) {
             facts[index].resolution = filling.resolution();
         }
-        let about = About { source: path.display().to_string(), format: FORMAT.name, sha256, notes: Vec::new() };
+        let about =
+            About { source: path.display().to_string(), format: FORMAT.name, sha256: hash.hex()?, notes: Vec::new() };
         Ok(about.facts(None, facts, Vec::new()))
     }
 }
@@ -175,12 +191,20 @@ impl Filling<'_> {
             let offset = |v: i64| (i128::from(v) - i128::from(first)) as f64 * factor;
             return Ok(whole.iter().map(|v| v.map_or(f64::NAN, offset)).collect());
         }
-        let float = series.cast(&DataType::Float64)?;
-        let float = float.f64()?;
-        let mut values: Vec<f64> = Vec::with_capacity(float.len());
-        match float.null_count() {
-            0 => float.downcast_iter().for_each(|chunk| values.extend_from_slice(chunk.values().as_slice())),
-            _ => values.extend(float.iter().map(|v| v.unwrap_or(f64::NAN))),
+        let mut values: Vec<f64> = Vec::with_capacity(series.len());
+        match series.f32() {
+            // straight from single precision, without a column of doubles in between
+            Ok(single) if single.null_count() == 0 => {
+                single.downcast_iter().for_each(|chunk| values.extend(chunk.values_iter().copied().map(f64::from)));
+            }
+            _ => {
+                let float = series.cast(&DataType::Float64)?;
+                let float = float.f64()?;
+                match float.null_count() {
+                    0 => float.downcast_iter().for_each(|chunk| values.extend_from_slice(chunk.values().as_slice())),
+                    _ => values.extend(float.iter().map(|v| v.unwrap_or(f64::NAN))),
+                }
+            }
         }
         if *self.data_type == ArrowDataType::Float32 {
             self.largest = values.iter().filter(|v| v.is_finite()).fold(self.largest, |m, v| m.max(v.abs()));

@@ -10,6 +10,7 @@ use super::table::{Head, Kind, Table, list};
 use super::topics::Stamp;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::robust::{median, stretches};
+use crate::math::scan;
 use crate::signal::{Log, TimeAxis, names as channel};
 use crate::units::{RateUnit, TimeUnit};
 use std::borrow::Cow;
@@ -169,25 +170,34 @@ fn one_of(heads: &[Head], role: Role, canonical: &str, notes: &mut Vec<String>) 
     }
 }
 
-/// Makes a recording of a file's columns.
-pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<GyroRecording> {
+/// Makes a recording of a file's columns. They are changed where they lie: a long log is not held twice.
+pub(super) fn assemble(mut table: Table, plan: &Plan, query: &GyroQuery) -> Result<GyroRecording> {
     let gyro = plan.gyro;
-    let raw = &table.numbers(gyro)?;
+    let origin = table.numbers(gyro)?.origin;
+    // a column may be asked for by name, and be a side channel too
+    let is_beside = |column: Option<usize>| column.is_some() && [plan.temperature, plan.supply].contains(&column);
     let mut notes = table.notes.clone();
     notes.extend(plan.notes.iter().cloned());
     let times = match query.rate_hz {
         Some(rate_hz) => clock::by_rows(table.rows, rate_hz),
-        None => clock::read(table, plan.time, query.time_unit)?,
+        None if is_beside(plan.time.index()) => clock::read(&table, plan.time, query.time_unit)?,
+        None => clock::take(&mut table, plan.time, query.time_unit)?,
     };
-    let values: Cow<[f64]> = match raw.origin {
-        0 => Cow::Borrowed(&raw.values),
-        origin => raw.values.iter().map(|v| v + origin as f64).collect(),
+    let mut values = match is_beside(Some(gyro)) {
+        true => table.cells[gyro].values.clone(),
+        false => std::mem::take(&mut table.cells[gyro].values),
     };
-    if let Some(row) = values.iter().position(|v| v.is_infinite()) {
+    let table = &table;
+    if origin != 0 {
+        scan::replace(&mut values, |v| v + origin as f64);
+    }
+    let odd = scan::first_where(&values, |_, v| !v.is_finite());
+    if let Some(row) = odd.and_then(|_| values.iter().position(|v| v.is_infinite())) {
         return Err(table.error_at(ErrorKind::Value, row, gyro, "an infinite rate").mend("correct or delete the row"));
     }
     let lacks = |i: usize| values[i].is_nan() || times.seconds[i].is_nan();
-    let first_missing = (0..table.rows).find(|&i| lacks(i));
+    let no_time = scan::first_where(&times.seconds, |_, t| t.is_nan());
+    let first_missing = [odd, no_time].into_iter().flatten().min();
     let mut rows = match first_missing {
         None => Rows::All(table.rows),
         Some(_) => Rows::These((0..table.rows).filter(|&i| !lacks(i)).collect()),
@@ -218,7 +228,7 @@ pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<
             Clock::FirstSample { file_s: file_s + first_s }
         }
     };
-    let values = rows.of(values);
+    let mut values = rows.of(Cow::Owned(values)).into_owned();
     if values.iter().all(|v| *v == values[0]) {
         let found = format!("the rate is {} in all {} samples", values[0], values.len());
         return Err(Error::new(ErrorKind::Value, &table.source, found)
@@ -231,19 +241,26 @@ pub(super) fn assemble(table: &Table, plan: &Plan, query: &GyroQuery) -> Result<
     if query.reversed {
         notes.push(format!("{:?} is read with the other sign, as --axis asks", table.heads[gyro].name));
     }
-    if let Some(k) = values.iter().position(|v| (v * factor).abs() > LARGEST_RATE) {
+    if let Some(k) = scan::first_where(&values, |_, v| (v * factor).abs() > LARGEST_RATE) {
         let found = format!("a rate of {:e} {}, beyond any gyro", values[k], decision.unit);
         return Err(table
             .error_at(ErrorKind::Value, rows.at(k), gyro, found)
             .mend("correct or delete the row, or state the right unit with --unit"));
     }
-    let rate: Vec<f64> = values.iter().map(|v| v * factor).collect();
+    scan::replace(&mut values, |v| v * factor);
+    let rate = values;
     notes.extend(decision.note.iter().map(|n| format!("{:?}: {n}", table.heads[gyro].name)));
     notes.extend(times.notes);
     let tolerance = (times.resolution_s / step_s).clamp(FLOAT_TOLERANCE, MOST_TOLERANCE);
     let before = Before { rows: table.rows, duplicates, out_of_order, missing };
-    let axis = TimeAxis::even(&time_s, tolerance).unwrap_or_else(|| TimeAxis::Explicit(time_s.clone()));
-    let audit = audit::judge(before, &time_s, &axis, &rate);
+    let (axis, stamps_s) = match TimeAxis::even(&time_s, tolerance) {
+        Some(even) => (even, time_s),
+        None => (TimeAxis::Explicit(time_s), Vec::new()),
+    };
+    let audit = match &axis {
+        TimeAxis::Explicit(t) => audit::judge(before, t, &axis, &rate),
+        TimeAxis::Uniform { .. } => audit::judge(before, &stamps_s, &axis, &rate),
+    };
     let mut log = Log::new(&table.source, axis);
     log.push(channel::GYRO_Z, rate)?;
     for (column, name) in [(plan.temperature, channel::TEMPERATURE), (plan.supply, channel::SUPPLY)] {
@@ -299,21 +316,17 @@ pub(super) fn unit_of(
 
 /// Temperature in °C or supply in V; `None`, with a note, if its unit cannot be told.
 fn beside(table: &Table, column: usize, rows: &Rows, notes: &mut Vec<String>) -> Option<Vec<f64>> {
-    let head = &table.heads[column];
-    let (values, note) = side_channel(table, column, head.named());
-    notes.extend(note);
-    values.map(|all| rows.of(Cow::Owned(all)).into_owned())
-}
-
-/// All rows of a temperature or supply column in °C or V, and what there is to say about it.
-pub(super) fn side_channel(table: &Table, column: usize, named: Named) -> (Option<Vec<f64>>, Option<String>) {
     let cells = &table.cells[column];
-    match side_scale(table, column, named) {
+    match side_scale(table, column, table.heads[column].named()) {
         Ok(((factor, offset), note)) => {
-            let values = cells.values.iter().map(|v| factor * (v + cells.origin as f64) + offset).collect();
-            (Some(values), note)
+            notes.extend(note);
+            let all = cells.values.iter().map(|v| factor * (v + cells.origin as f64) + offset).collect();
+            Some(rows.of(all).into_owned())
         }
-        Err(why) => (None, Some(why)),
+        Err(why) => {
+            notes.push(why);
+            None
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use super::recording::{Plan, short};
 use super::table::Table;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::robust::median;
+use crate::math::scan;
 use std::borrow::Cow;
 
 /// From this share of repeated stamps on the clock is coarser than the sampling.
@@ -47,8 +48,11 @@ impl Rows {
 
 /// Refuses or sorts times that go backwards.
 pub(super) fn order(table: &Table, plan: &Plan, seconds: &[f64], rows: &mut Rows, sort: bool) -> Result<OutOfOrder> {
-    let t = |k: usize| seconds[rows.at(k)];
     let mut count = 0;
+    if matches!(rows, Rows::All(_)) && scan::first_after(seconds, |a, b| b < a).is_none() {
+        return Ok(OutOfOrder { count, handling: Handling::Sorted });
+    }
+    let t = |k: usize| seconds[rows.at(k)];
     for k in (1..rows.len()).filter(|&k| t(k) < t(k - 1)) {
         if !sort && let Some(column) = plan.time.index() {
             let found = format!("time goes back by {} s", short(t(k - 1) - t(k)));
@@ -76,7 +80,8 @@ pub(super) fn separate(
 ) -> Result<(Vec<f64>, Duplicates)> {
     let mut time_s = rows.of(Cow::Owned(seconds)).into_owned();
     let repeats = |k: &usize| time_s[*k] == time_s[*k - 1];
-    let again: Vec<usize> = (1..rows.len()).filter(repeats).collect();
+    let first = scan::first_after(&time_s, |a, b| b == a).unwrap_or(rows.len());
+    let again: Vec<usize> = (first..rows.len()).filter(repeats).collect();
     let first_row = again.first().map(|&k| rows.at(k) + 1);
     let count = again.len();
     if count + 1 == rows.len() && rows.len() > 1 {

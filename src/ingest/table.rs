@@ -136,6 +136,16 @@ impl Table {
         }
     }
 
+    /// The same table with the cells of the columns that are `wanted` (one flag a column).
+    pub fn only(&self, wanted: &[bool]) -> Self {
+        let mut out = self.first(0);
+        out.rows = self.rows;
+        for ((own, cells), _) in out.cells.iter_mut().zip(&self.cells).zip(wanted).filter(|c| *c.1) {
+            own.values.clone_from(&cells.values);
+        }
+        out
+    }
+
     /// Its cells as the rows of one batch.
     pub fn into_batch(self) -> Batch {
         let column = |c: Cells| Column { origin: c.origin, values: c.values };

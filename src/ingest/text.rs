@@ -120,18 +120,20 @@ fn read_rows(
     take: Take<'_>,
 ) -> std::result::Result<Rows, RowError> {
     let mut columns = Filling::of(dialect, wanted);
+    let places: Vec<usize> = columns.iter().map(|c| c.index).collect();
     let mut handed = 0;
-    let mut hand_over = |columns: &mut [Filling], rows: usize, least: usize| {
+    let mut hand_over = |cells: &mut dyn Iterator<Item = Column>, rows: usize, least: usize| {
         if rows - handed < least {
             return Ok(());
         }
         let mut batch = Batch { rows: rows - handed, columns: vec![Column::default(); dialect.width] };
-        columns.iter_mut().for_each(|c| batch.columns[c.index] = c.batch());
+        places.iter().zip(cells).for_each(|(place, column)| batch.columns[*place] = column);
         handed = rows;
         take(batch)
     };
     let mut progress = Progress { rows: 0, lines: 0, unbroken: true };
-    let full = |columns: &mut [Filling], rows: usize| hand_over(columns, rows, BATCH_ROWS);
+    let full =
+        |cells: &mut [Column], rows: usize| hand_over(&mut cells.iter_mut().map(std::mem::take), rows, BATCH_ROWS);
     let plain = lines::read(stream, delimiter, dialect.width, &mut columns, &mut progress, full);
     let rest = plain.map_err(|stop| match stop {
         Stop::Io(e) => RowError::Io(e),
@@ -174,7 +176,7 @@ fn read_rows(
             column.take(&record[column.index], count);
         }
         count += 1;
-        hand_over(&mut columns, count, BATCH_ROWS).map_err(RowError::Taken)?;
+        hand_over(&mut columns.iter_mut().map(Filling::batch), count, BATCH_ROWS).map_err(RowError::Taken)?;
     }
     if let Some((fields, line)) = short {
         // no line end: the recorder was cut off in the middle of its last row
@@ -183,7 +185,7 @@ fn read_rows(
         }
         notes.push(format!("line {line}: the last row is cut off after {fields} fields and left out"));
     }
-    hand_over(&mut columns, count, 0).map_err(RowError::Taken)?;
+    hand_over(&mut columns.iter_mut().map(Filling::batch), count, 0).map_err(RowError::Taken)?;
     let mut facts = vec![ColumnFacts::default(); dialect.width];
     for (index, column) in columns.into_iter().map(Filling::finish) {
         facts[index] = column;

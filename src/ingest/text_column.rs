@@ -144,8 +144,8 @@ impl Filling {
         self.exact == later.exact
     }
 
-    /// Adds what was read with a column [like](Self::like) it, `rows` rows after its beginning.
-    pub fn append(&mut self, later: Self, rows: usize) {
+    /// Takes note of what was read with a column [like](Self::like) it, `rows` rows after its beginning, and returns the cells.
+    pub fn append(&mut self, later: Self, rows: usize) -> Column {
         self.started |= later.started;
         if later.exact {
             self.start_at(later.column.origin);
@@ -153,11 +153,16 @@ impl Filling {
         self.decimals = self.decimals.max(later.decimals);
         self.significant = self.significant.max(later.significant);
         self.largest = self.largest.max(later.largest);
-        self.column.values.extend_from_slice(&later.column.values);
         if let Some((bad, count)) = later.bad {
             let (first, before) = self.bad.take().unwrap_or((BadCell { row: bad.row + rows, ..bad }, 0));
             self.bad = Some((first, before + count));
         }
+        Column { origin: self.column.origin, values: later.column.values }
+    }
+
+    /// Makes cells that were [returned](Self::append) and not handed over its own again.
+    pub fn put_back(&mut self, values: Vec<f64>) {
+        self.column.values = values;
     }
 
     /// Its rows since the last call.

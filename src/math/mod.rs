@@ -14,6 +14,7 @@ pub mod phi;
 pub mod random;
 pub mod random_effects;
 pub mod robust;
+pub mod scan;
 pub mod spectra;
 pub mod whiteness;
 

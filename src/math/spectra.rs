@@ -79,8 +79,22 @@ fn inverse(plan: &dyn ComplexToReal<f64>, input: &mut [Complex<f64>], output: &m
 /// Mean of the samples that are there, and how many they are.
 fn mean(x: &[f64]) -> (f64, usize) {
     const CHUNK: usize = 1 << 16;
-    let add = |(sum, there): (f64, usize), v: &f64| if v.is_finite() { (sum + v, there + 1) } else { (sum, there) };
-    let sums: Vec<_> = x.par_chunks(CHUNK).map(|chunk| chunk.iter().fold((0.0, 0), add)).collect();
+    // eight sums side by side: one waits for each addition before the next
+    let add = |chunk: &[f64]| {
+        let (mut sums, mut there) = ([0.0; 8], [0; 8]);
+        let (eights, rest) = chunk.as_chunks::<8>();
+        let mut take = |part: &[f64]| {
+            for ((sum, there), v) in sums.iter_mut().zip(&mut there).zip(part) {
+                let is_there = v.is_finite();
+                *sum += if is_there { *v } else { 0.0 };
+                *there += usize::from(is_there);
+            }
+        };
+        eights.iter().for_each(|eight| take(eight));
+        take(rest);
+        (sums.iter().sum::<f64>(), there.iter().sum::<usize>())
+    };
+    let sums: Vec<_> = x.par_chunks(CHUNK).map(add).collect();
     let (sum, there) = sums.into_iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
     (sum / there.max(1) as f64, there)
 }

@@ -1,6 +1,7 @@
 //! A log in memory: one time axis, named channels, all SI. Missing values are NaN.
 
 use crate::error::{Error, ErrorKind, Result};
+use crate::math::scan;
 
 /// Canonical channel names: what readers map a file's columns to, and what simulator and filter write and read.
 pub mod names {
@@ -127,8 +128,9 @@ impl TimeAxis {
     pub fn even(time_s: &[f64], tolerance: f64) -> Option<Self> {
         let (&[start_s, ..], &[.., end_s]) = (time_s, time_s) else { return None };
         let step_s = (end_s - start_s) / (time_s.len() - 1) as f64;
-        let near = |(i, x): (usize, &f64)| (x - (start_s + i as f64 * step_s)).abs() <= tolerance * step_s;
-        let even = step_s > 0.0 && time_s.iter().enumerate().all(near);
+        // NaN is far from everywhere
+        let near = |i: usize, x: f64| (x - (start_s + i as f64 * step_s)).abs() <= tolerance * step_s;
+        let even = step_s > 0.0 && scan::first_where(time_s, |i, x| !near(i, x)).is_none();
         even.then_some(Self::Uniform { start_s, step_s, len: time_s.len() })
     }
 

@@ -15,23 +15,54 @@ const MOST_MISSING: f64 = 0.2;
 
 /// A log as far as it is there.
 #[derive(Debug, Clone)]
-pub(super) enum Evidence {
+pub(super) enum Evidence<'a> {
     /// All of it.
     Whole(EvenLog),
     /// Block means and raw stretches.
-    Kept(Kept),
+    Kept(Kept<'a>),
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Kept {
+pub(super) struct Kept<'a> {
     /// Block means; gaps are filled.
     slow: EvenLog,
     /// Samples in a block.
     block: usize,
     /// Averaging times from here on rest on the block means, samples.
     slow_from: usize,
-    stretches: Vec<EvenLog>,
+    stretches: Stretches<'a>,
     filled: usize,
+}
+
+/// Raw stretches of equal length. They are most of what is kept: each is filled, and its warm-up taken out, when it is looked at.
+#[derive(Debug, Clone)]
+pub(super) struct Stretches<'a> {
+    kept: Vec<&'a Stretch>,
+    step_s: f64,
+    without: Option<WarmUp>,
+}
+
+impl Stretches<'_> {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.kept.len()
+    }
+
+    /// Samples in each.
+    pub fn len(&self) -> usize {
+        self.kept.first().map_or(0, |s| s.values.len())
+    }
+
+    /// One after the other.
+    pub fn iter(&self) -> impl Iterator<Item = EvenLog> {
+        self.kept.iter().map(|s| {
+            let raw = even(s.first_s, self.step_s, s.values.clone());
+            match &self.without {
+                Some(model) => less(&raw, model, 1),
+                None => raw,
+            }
+        })
+    }
 }
 
 /// `values` on an even lattice that begins at `first_s`, missing ones filled as [`EvenLog::new`] does.
@@ -56,12 +87,12 @@ pub(super) fn bridged(values: &[f64]) -> Option<Vec<f64>> {
     Some(values)
 }
 
-impl Evidence {
+impl<'a> Evidence<'a> {
     /// What one pass kept; where it kept all samples, they are the log.
     ///
     /// # Errors
     /// [`ErrorKind::TooShort`] where a log is shorter than [`EvenLog::new`] asks for, or most of it is missing.
-    pub fn of(log: &Reduced) -> Result<Self> {
+    pub fn of(log: &'a Reduced) -> Result<Self> {
         let coarse = &log.coarse;
         let there = coarse.means.iter().filter(|v| v.is_finite()).count();
         if there < super::observed::FEWEST || 2 * there < coarse.means.len() {
@@ -78,9 +109,8 @@ impl Evidence {
             let missing = s.values.iter().filter(|v| !v.is_finite()).count();
             s.values.len() == longest && (missing as f64) < MOST_MISSING * longest as f64
         };
-        let stretches: Vec<EvenLog> =
-            log.stretches.iter().filter(usable).map(|s| even(s.first_s, coarse.step_s, s.values.clone())).collect();
-        if stretches.is_empty() {
+        let kept: Vec<&Stretch> = log.stretches.iter().filter(usable).collect();
+        if kept.is_empty() {
             return Err(Error::new(ErrorKind::TooShort, "log", "no stretch of it is without many gaps")
                 .mend("cut the log at its gaps, or hold all of it with --memory"));
         }
@@ -88,7 +118,7 @@ impl Evidence {
             slow,
             block: coarse.block,
             slow_from: log.coarse_from(),
-            stretches,
+            stretches: Stretches { kept, step_s: coarse.step_s, without: None },
             filled: coarse.missing,
         }))
     }
@@ -100,7 +130,7 @@ impl Evidence {
             Self::Whole(raw) => Self::Whole(less(raw, &model, 1)),
             Self::Kept(kept) => Self::Kept(Kept {
                 slow: less(&kept.slow, &model, kept.block),
-                stretches: kept.stretches.iter().map(|s| less(s, &model, 1)).collect(),
+                stretches: Stretches { without: Some(model), ..kept.stretches.clone() },
                 ..*kept
             }),
         }
@@ -183,19 +213,28 @@ impl Evidence {
         };
         let step_s = self.step_s();
         let theta = allan::angles(&kept.slow.values);
-        let mut out: Vec<(Deviation, Vec<AllanPoint>)> = Vec::new();
-        for deviation in which {
+        let split = |deviation: &Deviation| -> (Vec<usize>, Vec<usize>) {
             let octaves = allan::octaves(deviation.longest(kept.slow.values.len() * kept.block));
             let averaged = if *deviation == Deviation::Overlapping { grid } else { &octaves };
-            let (fast, slow): (Vec<usize>, Vec<usize>) = averaged.iter().copied().partition(|m| *m < kept.slow_from);
-            let mut points = over_stretches(&kept.stretches, step_s, &fast, *deviation);
+            averaged.iter().copied().partition(|m| *m < kept.slow_from)
+        };
+        let (fast, slow): (Vec<_>, Vec<_>) = which.iter().map(split).unzip();
+        let mut seen: Vec<Vec<Vec<AllanPoint>>> = which.iter().map(|_| Vec::new()).collect();
+        for stretch in kept.stretches.iter() {
+            let theta = allan::angles(&stretch.values);
+            for ((seen, fast), deviation) in seen.iter_mut().zip(&fast).zip(which) {
+                seen.push(allan::of_angles(&stretch.values, &theta, step_s, fast, *deviation));
+            }
+        }
+        let one = |((deviation, seen), slow): ((&Deviation, &Vec<Vec<AllanPoint>>), &Vec<usize>)| {
+            let mut points = mean_variances(seen);
             let blocks: Vec<usize> = slow.iter().map(|m| m / kept.block).collect();
             let mut means = allan::of_angles(&kept.slow.values, &theta, kept.slow.step_s, &blocks, *deviation);
             means.iter_mut().for_each(|p| p.m *= kept.block);
             points.append(&mut means);
-            out.push((*deviation, points));
-        }
-        out
+            (*deviation, points)
+        };
+        which.iter().zip(&seen).zip(&slow).map(one).collect()
     }
 }
 
@@ -214,10 +253,8 @@ fn less(raw: &EvenLog, model: &WarmUp, block: usize) -> EvenLog {
     EvenLog { values: raw.values.iter().enumerate().map(|(i, v)| v - at(i)).collect(), ..*raw }
 }
 
-/// Mean variances over stretches of equal length, each a witness of its own.
-fn over_stretches(stretches: &[EvenLog], step_s: f64, averaged: &[usize], deviation: Deviation) -> Vec<AllanPoint> {
-    let each: Vec<Vec<AllanPoint>> =
-        stretches.iter().map(|s| allan::deviations(&s.values, step_s, averaged, deviation)).collect();
+/// Mean variances of what stretches of equal length show, each a witness of its own.
+fn mean_variances(each: &[Vec<AllanPoint>]) -> Vec<AllanPoint> {
     let Some(first) = each.first() else { return Vec::new() };
     let n = each.len() as f64;
     let point = |i: usize| {

@@ -109,8 +109,9 @@ fn estimate(
     // what a straight line explains as well is a ramp, and is left to R
     let found = warm_up.as_ref().is_some_and(|fit| fit.warm_up_found() && fit.identifiable);
     let removed = warm_up.as_ref().filter(|_| found || options.warm_up == WarmUpRemoval::Always);
-    let log = removed.map_or_else(|| raw.clone(), |fit| raw.without(fit));
-    let views = views(&log, removed, options);
+    let without = removed.map(|fit| raw.without(fit));
+    let log = without.as_ref().unwrap_or(raw);
+    let views = views(log, removed, options);
     let all = if options.all_of_them {
         select::candidate(&views, &with_white(&options.among)).into_iter().collect()
     } else {
@@ -159,7 +160,7 @@ fn estimate(
         probability: *p,
         bic_above_best: c.bic - smallest_bic,
     });
-    let (deviations, with_warm_up) = family(&log, removed.map(|_| raw), &log.grid(options.per_decade));
+    let (deviations, with_warm_up) = family(log, removed.map(|_| raw), &log.grid(options.per_decade));
     Ok(NoiseModel {
         correlation: correlation(&likelihood, peak),
         selection: selection.collect(),

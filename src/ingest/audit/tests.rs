@@ -76,3 +76,23 @@ fn the_bias_moves_as_far_as_it_does() {
     // quartile of 400 blocks that scatter by 0.124: standard error 1.36 · 0.124/√400 = 0.0084
     assert!((rest.noise_std_rad_s / 1e-3 - 1.0).abs() < 4.0 * 0.0084, "{}", rest.noise_std_rad_s);
 }
+
+#[test]
+fn long_logs_are_judged_piece_by_piece_as_in_one() {
+    let n = 3 * scan::PIECE + 11;
+    let (mut time, mut rate) = noise(3, n);
+    // runs and gaps at, before and across the borders of pieces
+    for at in [scan::PIECE - 3, 2 * scan::PIECE, 3 * scan::PIECE - 1] {
+        rate[at..at + 9].fill(0.5);
+        time[at..].iter_mut().for_each(|t| *t += 0.1);
+    }
+    let (all, one) = (Runs::of(&rate), Runs::of_piece(&rate));
+    assert_eq!((all.at_least, all.longest), (one.at_least, one.longest));
+    assert_eq!((all.smallest, all.largest), (one.smallest, one.largest));
+    assert_eq!((all.longest, all.at_least[3]), (9, 3));
+    let (sampling, gaps) = steps(&time, false);
+    let one = Intervals::of(&time, sampling.median_step_s);
+    assert_eq!((gaps.count, gaps.longest_s, gaps.longest_at_s), (3, one.longest_s, one.longest_at_s));
+    assert!((gaps.missing_s - one.missing_s).abs() < 1e-9);
+    assert_eq!(Runs::of(&[1.0; 200_000]).longest, 200_000);
+}

@@ -1,5 +1,6 @@
 //! The cosine coefficients of a log of which one pass kept block means and raw stretches
 
+use super::super::kept::Stretches;
 use super::{BLOCKS, Bins, Column, Cosine, EvenLog, FALSE_LINES, LINE_BIN, Observed, SMOOTH_BLOCKS, SpectralLine};
 use crate::math::spectra::quick_len;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -11,11 +12,11 @@ const TOLD_BY_MEANS: usize = 16;
 
 impl Observed {
     /// The log that one pass kept: its slow coefficients from the block means `slow` of `block` samples each, its fast ones
-    /// from raw stretches of about equal length, at the same frequencies.
+    /// from raw stretches of equal length, at the same frequencies.
     ///
     /// Coefficient j of a stretch of l samples has the frequency of the coefficient j n/l of the log, and under noise that
     /// is stationary in its increments the same variance: the likelihood counts those that there are.
-    pub fn of_kept(slow: &EvenLog, block: usize, stretches: &[EvenLog], columns: &[Column]) -> Self {
+    pub fn of_kept(slow: &EvenLog, block: usize, stretches: &Stretches, columns: &[Column]) -> Self {
         // a hundredth of the log at most is left out at its end
         let blocks = quick_len(slow.values.len());
         let (len, step_s) = (blocks * block, slow.step_s / block as f64);
@@ -73,13 +74,13 @@ impl Observed {
     }
 
     /// Power of the bins from `first` on, by the stretches; returns the lines that were left out.
-    fn fast_part(&mut self, stretches: &[EvenLog], first: usize) -> Vec<SpectralLine> {
-        let Some(len) = stretches.iter().map(|s| s.values.len()).min() else { return Vec::new() };
+    fn fast_part(&mut self, stretches: &Stretches, first: usize) -> Vec<SpectralLine> {
+        let (len, count) = (stretches.len(), stretches.count());
         let cosine = Cosine::new(len);
         let mut squares = vec![0.0; len];
-        for stretch in stretches {
-            let mean = stretch.values[..len].iter().sum::<f64>() / len as f64;
-            let centred: Vec<f64> = stretch.values[..len].iter().map(|v| v - mean).collect();
+        for stretch in stretches.iter() {
+            let mean = stretch.values.iter().sum::<f64>() / len as f64;
+            let centred: Vec<f64> = stretch.values.iter().map(|v| v - mean).collect();
             squares.iter_mut().zip(cosine.forward(&centred)).for_each(|(s, z)| *s += z * z);
         }
         let per_log = self.len as f64 / len as f64;
@@ -89,10 +90,10 @@ impl Observed {
                 continue;
             }
             self.k[bin] = per_log * 0.5 * (range.start + range.end - 1) as f64;
-            self.count[bin] = (range.len() * stretches.len()) as f64;
+            self.count[bin] = (range.len() * count) as f64;
             self.power[bin] = squares[range].iter().sum();
         }
-        self.lines_of(&squares, len, stretches.len(), first..self.k.len())
+        self.lines_of(&squares, len, count, first..self.k.len())
     }
 
     /// Coefficients of a series of `len` samples that lie in a bin.

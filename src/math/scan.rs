@@ -1,0 +1,71 @@
+//! Looks through long series on all cores, piece by piece.
+
+use rayon::prelude::*;
+
+/// Samples of a piece. Sums over pieces do not depend on how many cores there are.
+pub const PIECE: usize = 1 << 16;
+
+/// The first value, told with its place, that is `wanted`.
+pub fn first_where(values: &[f64], wanted: impl Fn(usize, f64) -> bool + Sync) -> Option<usize> {
+    first_piece(values.len(), |from, to| {
+        let part = &values[from..to];
+        // without a way out the compiler compares side by side
+        let any = part.iter().enumerate().fold(false, |any, (i, v)| any | wanted(from + i, *v));
+        any.then(|| part.iter().enumerate().position(|(i, v)| wanted(from + i, *v))).flatten().map(|i| from + i)
+    })
+}
+
+/// The first value that is `wanted`, looked at together with the one before it.
+pub fn first_after(values: &[f64], wanted: impl Fn(f64, f64) -> bool + Sync) -> Option<usize> {
+    first_piece(values.len().saturating_sub(1), |from, to| {
+        let (before, after) = (&values[from..to], &values[from + 1..=to]);
+        let pairs = || before.iter().zip(after);
+        let any = pairs().fold(false, |any, (a, b)| any | wanted(*a, *b));
+        any.then(|| pairs().position(|(a, b)| wanted(*a, *b))).flatten().map(|i| from + i + 1)
+    })
+}
+
+/// The first answer of `look`, asked piece by piece.
+fn first_piece(len: usize, look: impl Fn(usize, usize) -> Option<usize> + Sync) -> Option<usize> {
+    match len {
+        0 => return None,
+        1..=PIECE => return look(0, len),
+        _ => {}
+    }
+    (0..len.div_ceil(PIECE)).into_par_iter().find_map_first(|k| look(k * PIECE, ((k + 1) * PIECE).min(len)))
+}
+
+/// Puts `new(value)` in the place of each value.
+pub fn replace(values: &mut [f64], new: impl Fn(f64) -> f64 + Sync) {
+    let each = |part: &mut [f64]| part.iter_mut().for_each(|v| *v = new(*v));
+    if values.len() <= PIECE { each(values) } else { values.par_chunks_mut(PIECE).for_each(each) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_is_found_wherever_it_stands() {
+        for n in [0, 1, 2, PIECE, PIECE + 1, 3 * PIECE + 7] {
+            let x: Vec<f64> = (0..n).map(|i| i as f64).collect();
+            assert_eq!(first_where(&x, |_, v| v.is_nan()), None);
+            assert_eq!(first_after(&x, |a, b| b <= a), None);
+            for at in [0, 1, PIECE - 1, PIECE, PIECE + 1, 3 * PIECE].into_iter().filter(|at| *at < n) {
+                let mut odd = x.clone();
+                odd[at] = -1.0;
+                odd[n - 1] = -1.0;
+                assert_eq!(first_where(&odd, |i, v| v != i as f64), Some(at), "{n}");
+                let plain = odd.windows(2).position(|w| w[1] < w[0]).map(|k| k + 1);
+                assert_eq!(first_after(&odd, |a, b| b < a), plain, "{n} {at}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_value_is_replaced_once() {
+        let mut x: Vec<f64> = (0..2 * PIECE + 3).map(|i| i as f64).collect();
+        replace(&mut x, |v| 2.0 * v + 1.0);
+        assert!(x.iter().enumerate().all(|(i, v)| *v == (2 * i + 1) as f64));
+    }
+}
