@@ -251,6 +251,14 @@ impl Candidates {
                     // other is the gyro's form; a pattern of one wheel's turns is neither
                     WheelLeft | WheelRight => !record.is_blind() || follows == Follows::WheelAngle,
                     Gyro => !torque,
+                    // speeds are then what wheels and gyro make of them: a pose that contradicts all of these alike says
+                    // how they read, and beside such a form no reading would know how large speeds are
+                    Turn if record.torques_n_m.is_none() => {
+                        !torque && !matches!(follows, Follows::WheelAngle | Follows::YawRate | Follows::Turning)
+                    }
+                    Along if record.torques_n_m.is_none() => {
+                        !torque && !matches!(follows, Follows::WheelAngle | Follows::Speed | Follows::Turning)
+                    }
                     _ => !torque && follows != Follows::WheelAngle,
                 };
                 if !known || !sensible {

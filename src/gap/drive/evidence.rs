@@ -92,6 +92,12 @@ impl Problem {
         Self { gram, moment, null: summed[(p, p)] + 2.0 * cross + square + ln_volume, groups, nuisance }
     }
 
+    /// Whether the group is an effect of the library.
+    #[must_use]
+    pub fn is_named(&self, group: usize) -> bool {
+        self.groups[group].named
+    }
+
     fn prior(&self, members: &[Member]) -> (Vec<usize>, Vec<f64>) {
         let mut columns: Vec<usize> = self.nuisance.iter().map(|n| n.0).collect();
         let mut stds: Vec<f64> = self.nuisance.iter().map(|n| n.1).collect();

@@ -9,6 +9,8 @@ const LARGEST: usize = 12;
 const ROUNDS: usize = 3;
 /// Exchanges in a round at most.
 const EXCHANGES: usize = 6;
+/// Effects that may take a free form's place in part.
+const PARTED: usize = 3;
 /// Sets within this of the best are compared, nats.
 const DEPTH: f64 = 14.0;
 /// Most sets whose neighbours are looked at.
@@ -125,13 +127,15 @@ fn exchange(met: &mut Met, mut set: Vec<Member>) -> Vec<Member> {
             if w > best.0 {
                 best = (w, Some(rest.clone()));
             }
-            let Some((new, _)) = met.problem.additions(&rest).into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
-                continue;
-            };
-            let next = with(&rest, new);
-            let w = met.weigh(&next);
-            if w > best.0 {
-                best = (w, Some(next));
+            let additions = met.problem.additions(&rest);
+            let mut tried = parted(met.problem, &rest, set[i], &additions);
+            let most = additions.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+            tried.extend(most.map(|(new, _)| with(&rest, new)));
+            for next in tried {
+                let w = met.weigh(&next);
+                if w > best.0 {
+                    best = (w, Some(next));
+                }
             }
         }
         match best.1 {
@@ -140,6 +144,23 @@ fn exchange(met: &mut Met, mut set: Vec<Member>) -> Vec<Member> {
         }
     }
     set
+}
+
+/// Sets in which an effect says what a free form was taken for, and the form has what is left, on the scale of that. Beside the
+/// form as it stood, which can do what any law can, an effect gains nothing; it is far cheaper where its law is nearly right.
+fn parted(problem: &Problem, rest: &[Member], form: Member, additions: &[(Member, f64)]) -> Vec<Vec<Member>> {
+    if problem.is_named(form.0) {
+        return Vec::new();
+    }
+    let mut named: Vec<&(Member, f64)> = additions.iter().filter(|a| problem.is_named(a.0.0)).collect();
+    named.sort_by(|a, b| b.1.total_cmp(&a.1));
+    named.truncate(PARTED);
+    let of = |(effect, _): &(Member, f64)| {
+        let beside = with(rest, *effect);
+        let left = problem.additions(&beside).into_iter().find(|a| a.0.0 == form.0)?;
+        Some(with(&beside, left.0))
+    };
+    named.into_iter().filter_map(of).collect()
 }
 
 fn beside(met: &mut Met, set: &[Member]) {
