@@ -390,3 +390,39 @@ fn best_node(group: &Group, gram: &[f64], moment: &[f64]) -> Option<(usize, f64)
 fn ln_possible(z: f64) -> f64 {
     statrs::function::erf::erfc(-z / std::f64::consts::SQRT_2).max(1e-300).ln()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three coefficients, of which the second has a group of its own, linearised beside zero.
+    fn problem() -> Problem {
+        let root = [[1.4, 0.3, -0.2, 0.5], [0.0, 0.9, 0.4, -1.1], [0.0, 0.0, 1.2, 0.7], [0.0, 0.0, 0.0, 2.0]];
+        let summed = Mat::from_fn(4, 4, |i, j| (0..4).map(|k| root[k][i] * root[k][j]).sum::<f64>());
+        let group = |id: &str, columns: Vec<usize>| Group {
+            id: id.into(),
+            drive: 0,
+            named: true,
+            nodes: vec![vec![0.8; columns.len()]],
+            columns,
+            ln_prior: 0.0,
+            lawless: false,
+            positive: 0,
+            varies: None,
+        };
+        let groups = vec![group("a", vec![1]), group("b", vec![2])];
+        Problem::new(&summed, 3.0, &[0.0, 0.2, 0.0], groups, vec![(0, 0.5)])
+    }
+
+    #[test]
+    fn the_density_integrates_to_the_evidence() {
+        let (problem, members) = (problem(), [(0, 0), (1, 0)]);
+        assert!((problem.ln_density(&members, &[]) - problem.ln_evidence(&members)).abs() < 1e-12);
+        // over the first coefficient, by the trapezoid rule; it is a density up to √(2π)
+        let step = 0.01;
+        let density = |i: i32| problem.ln_density(&members, &[(1, step * f64::from(i))]).exp();
+        let total: f64 = (-800..=800).map(density).sum::<f64>() * step / std::f64::consts::TAU.sqrt();
+        let relative = total.ln() - problem.ln_evidence(&members);
+        assert!(relative.abs() < 1e-9, "{relative:e}");
+    }
+}

@@ -243,3 +243,43 @@ impl Slopes {
         ([a, alpha], [0.5 * (sum - difference), 0.5 * (sum + difference)])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::ripple::tests::shaken;
+    use super::*;
+
+    #[test]
+    fn the_covariance_stays_one_where_motion_is_unstable() {
+        let record = shaken(1, 9);
+        let noise = Noise::believed(&record, None);
+        let model = DriveModel::new(record.belief.robot, Vec::new());
+        let mut filter = Filter::new(&record, 0..record.len(), &noise, model.by_torque());
+        let still = Moving { speed_m_s: 0.3, yaw_rate_rad_s: -0.7, ..Moving::default() };
+        let step = Step { torques: [0.0; 2], sideways: 0.0, drift: [0.0; 2], dt: record.step_s };
+        // what grows by a tenth each step, and turns into one another
+        let mut f: Matrix = [[0.0; N]; N];
+        for (i, row) in f.iter_mut().enumerate() {
+            row[i] = 1.0;
+        }
+        (f[TH][W], f[X][V], f[Y][TH]) = (0.02, 0.013, 0.07);
+        (f[V][V], f[W][W], f[V][W], f[W][V]) = (1.1, 1.1, 0.3, 0.17);
+        let h: Vector = [0.0, 0.0, 0.1, 0.9, -1.3];
+        for k in 0..20_000 {
+            filter.predict(&model, &still, &step, &f);
+            for (i, row) in filter.covariance.iter().enumerate() {
+                assert!(row[i] > 0.0, "{k}: {:?}", filter.covariance);
+                assert!(
+                    (0..N).all(|j| row[j].to_bits() == filter.covariance[j][i].to_bits()),
+                    "{k}: {:?}",
+                    filter.covariance
+                );
+            }
+            filter.correct(0.0, &h, 1e-3);
+            filter.correct(0.0, &[0.0, 0.0, 0.0, 0.4, 1.0], 1e-3);
+            filter.correct(0.0, &[1.0, 0.0, 0.0, 0.0, 0.0], 1e-2);
+            filter.correct(0.0, &[0.0, 1.0, 0.0, 0.0, 0.0], 1e-2);
+            filter.correct(0.0, &[0.0, 0.0, 1.0, 0.0, 0.0], 1e-2);
+        }
+    }
+}

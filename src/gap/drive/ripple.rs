@@ -47,7 +47,7 @@ pub(super) fn before(record: &Record, noise: &Noise) -> Noise {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::pass::{Channel, Models, run};
     use super::super::unforced::tests::belief;
     use super::*;
@@ -59,7 +59,7 @@ mod tests {
     const TORQUE_NOISE: f64 = 0.01;
 
     /// A robot that torque noise alone moves, the noise drawn anew in each of `parts` parts of a step. Sums over a part are exact.
-    fn shaken(parts: usize, seed: u64) -> Record {
+    pub(in crate::gap::drive) fn shaken(parts: usize, seed: u64) -> Record {
         let mut belief = belief();
         belief.torque_noise_n_m_sqrt_s = TORQUE_NOISE;
         (belief.gyro_std_rad_s, belief.wheel_std_rad_s) = (1e-3, 1e-3);

@@ -181,3 +181,55 @@ fn beside(met: &mut Met, set: &[Member]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::evidence::Group;
+    use super::*;
+    use faer::Mat;
+
+    const STD_NODES: [f64; 5] = [3.0, 10.0, 30.0, 100.0, 300.0];
+
+    fn group(id: &str, named: bool, columns: Vec<usize>, nodes: Vec<Vec<f64>>) -> Group {
+        let id = id.to_owned();
+        Group { id, drive: 0, named, columns, nodes, ln_prior: -4.0, lawless: !named, positive: 0, varies: None }
+    }
+
+    /// Readings of an effect (column 0, whitened size `effect`) and of functions that its law lacks (columns 1 to 4, size
+    /// `left` each), and a free form of five functions, one of which is the effect's own.
+    fn bent(effect: f64, left: f64) -> Problem {
+        // orthonormal columns: 0 the law, 1 to 4 the others, 5 the law once more as a function of the form
+        let same = |i: usize| if i == 5 { 0 } else { i };
+        let truth = |i: usize| if same(i) == 0 { effect } else { left };
+        let null = effect * effect + 4.0 * left * left + 1e3;
+        let gram = Mat::from_fn(7, 7, |i, j| match (i, j) {
+            (6, 6) => null,
+            (6, k) | (k, 6) => truth(k),
+            (i, j) => f64::from(u8::from(same(i) == same(j))),
+        });
+        let form: Vec<Vec<f64>> = STD_NODES.iter().map(|s| vec![*s; 5]).collect();
+        let law: Vec<Vec<f64>> = STD_NODES.iter().map(|s| vec![*s]).collect();
+        let groups = vec![group("gyro.law", true, vec![0], law), group("free.form", false, vec![5, 1, 2, 3, 4], form)];
+        Problem::new(&gram, 0.0, &[0.0; 6], groups, Vec::new())
+    }
+
+    #[test]
+    fn an_effect_that_is_nearly_right_is_found_beside_a_form_that_holds_it() {
+        let problem = bent(700.0, 9.0);
+        let best = best(&problem);
+        assert_eq!(best.members.iter().map(|m| m.0).collect::<Vec<_>>(), [0, 1], "{best:?}");
+        // on the scale of what is left, and not of the effect
+        assert!(STD_NODES[best.members[1].1] < 31.0, "{best:?}");
+        // growth alone goes for the form, beside which the effect is worth nothing
+        let form = problem.additions(&[]).into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0;
+        assert_eq!(form.0, 1);
+        let effect = problem.additions(&[form]).into_iter().find(|a| a.0.0 == 0).unwrap();
+        assert!(effect.1 < 0.0, "{effect:?}");
+    }
+
+    #[test]
+    fn what_no_law_says_stays_with_the_form() {
+        let best = best(&bent(90.0, 120.0));
+        assert_eq!(best.members.iter().map(|m| m.0).collect::<Vec<_>>(), [1], "{best:?}");
+    }
+}
