@@ -12,8 +12,9 @@ use rayon::prelude::*;
 
 /// Shares of the torque noise that may change within a step.
 const SHARES: [f64; 3] = [0.0, 0.5, 1.0];
-/// What another share has to explain more to be taken, nats.
-const BETTER: f64 = 1.0;
+/// What another share has to explain more to be taken, nats: by chance one does so by a nat now and then, and the simulator's own
+/// is the one to refute.
+const BETTER: f64 = 3.0;
 
 /// The noise with the most likely share, `weigh` being the ln of the likelihood; `noise` itself where no other is much better.
 pub(super) fn likely(record: &Record, noise: &Noise, weigh: impl Fn(&Noise) -> f64 + Sync) -> Noise {
