@@ -110,6 +110,17 @@ impl Problem {
 
     fn condition(&self, members: &[Member]) -> Option<Conditioned> {
         let (columns, stds) = self.prior(members);
+        self.integrated(columns, &stds, |c| self.moment[c], self.null)
+    }
+
+    /// Normal equations of `columns` with the moments `moment`, what they do not explain being `null`.
+    fn integrated(
+        &self,
+        columns: Vec<usize>,
+        stds: &[f64],
+        moment: impl Fn(usize) -> f64,
+        null: f64,
+    ) -> Option<Conditioned> {
         let n = columns.len();
         // in units of the prior: I + U G U
         let scaled = Mat::from_fn(n, n, |i, j| {
@@ -118,11 +129,11 @@ impl Problem {
         let factor = scaled.llt(Side::Lower).ok()?;
         let l = factor.L();
         let ln_det: f64 = (0..n).map(|i| 2.0 * l[(i, i)].ln()).sum();
-        let b = Mat::from_fn(n, 1, |i, _| stds[i] * self.moment[columns[i]]);
+        let b = Mat::from_fn(n, 1, |i, _| stds[i] * moment(columns[i]));
         let x = factor.solve(&b);
         let gain: f64 = (0..n).map(|i| b[(i, 0)] * x[(i, 0)]).sum();
         let mean = (0..n).map(|i| stds[i] * x[(i, 0)]).collect();
-        Some(Conditioned { columns, factor, mean, ln_evidence: -0.5 * (self.null + ln_det - gain) })
+        Some(Conditioned { columns, factor, mean, ln_evidence: -0.5 * (null + ln_det - gain) })
     }
 
     /// ln p of the drive under the set, without its prior.
@@ -155,29 +166,20 @@ impl Problem {
     #[must_use]
     pub fn ln_density(&self, members: &[Member], pinned: &[(usize, f64)]) -> f64 {
         let (columns, stds) = self.prior(members);
-        let own = |c: usize| pinned.iter().find(|p| p.0 == c).map_or(0.0, |p| p.1);
         let pulls = |c: usize| pinned.iter().map(|p| self.gram[(c, p.0)] * p.1).sum::<f64>();
         let mut null = self.null;
-        let mut rest: Vec<(usize, f64)> = Vec::with_capacity(columns.len());
+        let (mut rest, mut rest_stds) = (Vec::with_capacity(columns.len()), Vec::with_capacity(columns.len()));
         for (column, std) in columns.into_iter().zip(stds) {
-            if pinned.iter().any(|p| p.0 == column) {
-                let value = own(column);
+            if let Some((_, value)) = pinned.iter().find(|p| p.0 == column) {
                 null += value * (pulls(column) - 2.0 * self.moment[column]) + (value / std).powi(2) + 2.0 * std.ln();
             } else {
-                rest.push((column, std));
+                rest.push(column);
+                rest_stds.push(std);
             }
         }
-        let n = rest.len();
-        let scaled = Mat::from_fn(n, n, |i, j| {
-            rest[i].1 * self.gram[(rest[i].0, rest[j].0)] * rest[j].1 + f64::from(u8::from(i == j))
-        });
-        let Ok(factor) = scaled.llt(Side::Lower) else { return f64::NEG_INFINITY };
-        let ln_det: f64 = (0..n).map(|i| 2.0 * factor.L()[(i, i)].ln()).sum();
-        let b = Mat::from_fn(n, 1, |i, _| rest[i].1 * (self.moment[rest[i].0] - pulls(rest[i].0)));
-        let x = factor.solve(&b);
-        let gain: f64 = (0..n).map(|i| b[(i, 0)] * x[(i, 0)]).sum();
+        let inside = self.integrated(rest, &rest_stds, |c| self.moment[c] - pulls(c), null);
         let priors: f64 = members.iter().map(|m| self.groups[m.0].ln_prior).sum();
-        priors - 0.5 * (null + ln_det - gain)
+        inside.map_or(f64::NEG_INFINITY, |c| priors + c.ln_evidence)
     }
 
     /// What coefficients of effects cost that lie far beyond the widest prior: along directions that a drive hardly knows

@@ -50,7 +50,7 @@ pub(super) fn before(record: &Record, noise: &Noise) -> Noise {
 #[cfg(test)]
 pub(super) mod tests {
     use super::super::pass::{Channel, Models, run};
-    use super::super::unforced::tests::belief;
+    use super::super::unforced::tests::{belief, recorded};
     use super::*;
     use crate::math::random::Stream;
     use crate::model::drive::DriveModel;
@@ -89,20 +89,10 @@ pub(super) mod tests {
                 (v, w) = (v + dv, w + dw);
             }
         }
-        let times_s: Vec<f64> = (0..ROWS).map(|k| k as f64 * STEP_S).collect();
-        Record {
-            since_power_on_s: times_s.clone(),
-            times_s,
-            starts: vec![0],
-            sources: vec!["shaken".into()],
-            step_s: STEP_S,
-            torques_n_m: Some([vec![0.0; ROWS], vec![0.0; ROWS]]),
-            gyro_rad_s: Some(gyro),
-            wheels_rad_s: wheels,
-            pose: Some(pose),
-            belief,
-            notes: Vec::new(),
-        }
+        let mut record = recorded(belief, STEP_S, wheels, gyro);
+        record.torques_n_m = Some([vec![0.0; ROWS], vec![0.0; ROWS]]);
+        record.pose = Some(pose);
+        record
     }
 
     /// Mean square of the whitened innovations of the heading, and how many there are.

@@ -132,16 +132,26 @@ pub(super) mod tests {
             gyro.push(w + 1e-3 * draw.normal());
             speeds.iter_mut().zip(diffusion).for_each(|(s, q)| *s += (q * STEP_S).sqrt() * draw.normal());
         }
-        let times_s: Vec<f64> = (0..ROWS).map(|k| k as f64 * STEP_S).collect();
+        recorded(belief, STEP_S, wheels, gyro)
+    }
+
+    /// A drive without torques and pose, its rows `step_s` apart.
+    pub(in crate::gap::drive) fn recorded(
+        belief: Belief,
+        step_s: f64,
+        wheels_rad_s: [Vec<f64>; 2],
+        gyro_rad_s: Vec<f64>,
+    ) -> Record {
+        let times_s: Vec<f64> = (0..gyro_rad_s.len()).map(|k| k as f64 * step_s).collect();
         Record {
             since_power_on_s: times_s.clone(),
             times_s,
             starts: vec![0],
-            sources: vec!["walk".into()],
-            step_s: STEP_S,
+            sources: vec!["drive".into()],
+            step_s,
             torques_n_m: None,
-            gyro_rad_s: Some(gyro),
-            wheels_rad_s: wheels,
+            gyro_rad_s: Some(gyro_rad_s),
+            wheels_rad_s,
             pose: None,
             belief,
             notes: Vec::new(),
