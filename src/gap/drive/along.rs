@@ -217,6 +217,7 @@ impl<'a> Along<'a> {
         let by_rate = expected(&models.here, &Moving { yaw_rate_rad_s: at.yaw_rate_rad_s + step[1], ..at });
         let uncertain = models.here.wheel_variance_rad2_s2(&at);
         let prior = self.filter.state;
+        let mut volume = 1.0;
         for (channel, value) in Channel::ALL.into_iter().zip(readings).filter(|(_, value)| value.is_finite()) {
             let place = channel as usize;
             let mut h = [0.0; N];
@@ -242,8 +243,13 @@ impl<'a> Along<'a> {
                 self.filter.correct(nu - moved, &h, self.noise.reading[place] + uncertain.get(place).unwrap_or(&0.0));
             let std = variance.sqrt();
             out.taken.push(Taken { channel, h, gain, white: nu / std, std });
-            self.ln_volume += (std::f64::consts::TAU * variance).ln();
+            volume *= std::f64::consts::TAU * variance;
+            // six variances of any size may leave the range of numbers
+            if !(1e-150..1e150).contains(&volume) {
+                self.ln_volume += f64::ln(std::mem::replace(&mut volume, 1.0));
+            }
         }
+        self.ln_volume += volume.ln();
     }
 
     /// From row `k` to the next.
