@@ -1,75 +1,42 @@
 //! reading(t) = ω(t - τ)
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
-use crate::effects::parts::Checked;
-use crate::effects::{About, Parameter, Parameters};
-use crate::error::Result;
+use super::change::{Constant, Law};
+use super::{Needs, Touches};
+use crate::effects::{About, Parameter};
 use crate::model::InFilter;
 use crate::model::drive::{DriveEffect, Moving};
-
-static ABOUT: About = About {
-    id: "sensor.gyro_delay",
-    title: "late gyro",
-    equation: "reading(t) = ω(t - τ)",
-    source: "Furgale et al., Unified temporal and spatial calibration for multi-sensor systems (2013)",
-    channel: "gyro",
-    deficient: "gyro measurement: it lags the wheels",
-    condition: Some("yaw_acceleration"),
-    parameters: &[Parameter {
-        name: "delay_s",
-        meaning: "τ, s; negative where the gyro leads",
-        bounds: [-0.4, 0.4],
-        null: Some(0.0),
-        required: true,
-    }],
-    remedy: "Stamp the readings where they are taken, or shift the gyro by the delay.",
-};
 
 /// Late gyro.
 pub(super) struct GyroDelay;
 
-impl Driving for GyroDelay {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn explanation(&self) -> DriveExplanation {
-        DriveExplanation::Model(&GyroDelay)
-    }
-
-    fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {
-        Checked::of(&ABOUT, parameters)?;
-        Ok(self.at(&self.theta(parameters)))
-    }
+impl Law for GyroDelay {
+    const ITSELF: &'static Self = &GyroDelay;
+    const ABOUT: &'static About = &About {
+        id: "sensor.gyro_delay",
+        title: "late gyro",
+        equation: "reading(t) = ω(t - τ)",
+        source: "Furgale et al., Unified temporal and spatial calibration for multi-sensor systems (2013)",
+        channel: "gyro",
+        deficient: "gyro measurement: it lags the wheels",
+        condition: Some("yaw_acceleration"),
+        parameters: &[Parameter {
+            name: "delay_s",
+            meaning: "τ, s; negative where the gyro leads",
+            bounds: [-0.4, 0.4],
+            null: Some(0.0),
+            required: true,
+        }],
+        remedy: "Stamp the readings where they are taken, or shift the gyro by the delay.",
+    };
 }
 
-impl ModelChange for GyroDelay {
-    fn coordinates(&self) -> &'static [Coordinate] {
-        &[Coordinate { scale: [1e-3, 0.05], bounds: [-0.4, 0.4] }]
-    }
+impl Constant for GyroDelay {
+    const SCALE: [f64; 2] = [1e-3, 0.05];
+    const TOUCHES: Touches = Touches::GYRO;
+    const NEEDS: Needs = Needs { gyro: true, ..Needs::NOTHING };
 
-    fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
-        Box::new(Work(theta[0]))
-    }
-
-    fn touches(&self) -> Touches {
-        Touches::GYRO
-    }
-
-    fn is_rigid(&self) -> bool {
-        true
-    }
-
-    fn parameters(&self, theta: &[f64]) -> Parameters {
-        Parameters::from([("delay_s".into(), theta[0])])
-    }
-
-    fn theta(&self, parameters: &Parameters) -> Vec<f64> {
-        vec![parameters.get("delay_s").copied().unwrap_or(0.0)]
-    }
-
-    fn needs(&self) -> Needs {
-        Needs { gyro: true, ..Needs::default() }
+    fn off_by(value: f64) -> Box<dyn DriveEffect> {
+        Box::new(Work(value))
     }
 }
 

@@ -1,9 +1,8 @@
 //! s = -[k + q (|v ω| - 0.4 m/s²)] v ω + p d(v ω)/dt
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
-use crate::effects::parts::Checked;
+use super::change::Law;
+use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
-use crate::error::Result;
 use crate::model::drive::{DriveEffect, Moving};
 
 const SLIP: &str = "lateral_slip_s";
@@ -44,19 +43,9 @@ static ABOUT: About = About {
 /// Sideways skid in turns.
 pub(super) struct LateralSkid;
 
-impl Driving for LateralSkid {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn explanation(&self) -> DriveExplanation {
-        DriveExplanation::Model(&LateralSkid)
-    }
-
-    fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {
-        Checked::of(&ABOUT, parameters)?;
-        Ok(self.at(&self.theta(parameters)))
-    }
+impl Law for LateralSkid {
+    const ITSELF: &'static Self = &LateralSkid;
+    const ABOUT: &'static About = &ABOUT;
 }
 
 impl ModelChange for LateralSkid {
@@ -85,7 +74,7 @@ impl ModelChange for LateralSkid {
     }
 
     fn needs(&self) -> Needs {
-        Needs { pose: true, ..Needs::default() }
+        Needs { pose: true, ..Needs::NOTHING }
     }
 }
 

@@ -4,6 +4,7 @@
 //! filter predicts with it, and its derivatives with respect to its coordinates are what the likelihood is fitted by.
 
 mod bias_step;
+mod change;
 mod com_offset;
 mod encoder_quantization;
 mod gyro_delay;
@@ -103,7 +104,7 @@ pub trait ModelChange: Sync + Send {
 
     /// Which equations it changes.
     fn touches(&self) -> Touches {
-        Touches::default()
+        Touches::ROBOT
     }
 
     /// Where to begin beside θ = 0, for a change so bent that its slope at zero misleads.
@@ -124,7 +125,7 @@ pub trait ModelChange: Sync + Send {
 
     /// What a log must hold for θ to be knowable at all.
     fn needs(&self) -> Needs {
-        Needs::default()
+        Needs::NOTHING
     }
 }
 
@@ -139,14 +140,9 @@ pub struct Touches {
     pub gyro: bool,
 }
 
-impl Default for Touches {
-    /// Motion and wheels, as the robot's constants do.
-    fn default() -> Self {
-        Self { motion: true, wheels: true, gyro: false }
-    }
-}
-
 impl Touches {
+    /// Motion and wheels, as the robot's constants do.
+    pub const ROBOT: Self = Self { motion: true, wheels: true, gyro: false };
     /// The gyro alone.
     pub const GYRO: Self = Self { motion: false, wheels: false, gyro: true };
     /// The motion alone.
@@ -156,7 +152,7 @@ impl Touches {
 }
 
 /// Channels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Needs {
     /// Commanded torques.
     pub torques: bool,
@@ -164,6 +160,11 @@ pub struct Needs {
     pub gyro: bool,
     /// Position and heading.
     pub pose: bool,
+}
+
+impl Needs {
+    /// None.
+    pub const NOTHING: Self = Self { torques: false, gyro: false, pose: false };
 }
 
 /// One coordinate of a change.

@@ -1,9 +1,8 @@
 //! M = (1 + m) M_nominal,  Jc = (1 + j) Jc_nominal
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
-use crate::effects::parts::Checked;
+use super::change::Law;
+use super::{Coordinate, ModelChange, Needs};
 use crate::effects::{About, Parameter, Parameters};
-use crate::error::Result;
 use crate::model::drive::{DriveEffect, Robot};
 
 static ABOUT: About = About {
@@ -30,19 +29,9 @@ static ABOUT: About = About {
 /// Payload.
 pub(super) struct Payload;
 
-impl Driving for Payload {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn explanation(&self) -> DriveExplanation {
-        DriveExplanation::Model(&Payload)
-    }
-
-    fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {
-        Checked::of(&ABOUT, parameters)?;
-        Ok(self.at(&self.theta(parameters)))
-    }
+impl Law for Payload {
+    const ITSELF: &'static Self = &Payload;
+    const ABOUT: &'static About = &ABOUT;
 }
 
 impl ModelChange for Payload {
@@ -72,7 +61,7 @@ impl ModelChange for Payload {
     }
 
     fn needs(&self) -> Needs {
-        Needs { torques: true, ..Needs::default() }
+        Needs { torques: true, ..Needs::NOTHING }
     }
 }
 

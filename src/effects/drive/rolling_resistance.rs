@@ -5,10 +5,9 @@
 //! s(v) = tanh(|v|/20 mm/s) - tanh(|v|/2 mm/s), softly; resistance rises with speed, and is larger near standstill; it holds
 //! against turning more or less than two wheels would, and a part of it against the robot's way instead of each wheel's.
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
-use crate::effects::parts::Checked;
+use super::change::Law;
+use super::{Coordinate, ModelChange, Needs};
 use crate::effects::{About, Parameter, Parameters};
-use crate::error::Result;
 use crate::model::drive::{DriveEffect, ForceFollows, Moving, Robot, Shape};
 
 static ABOUT: About = About {
@@ -69,19 +68,9 @@ static ABOUT: About = About {
 /// Rolling resistance.
 pub(super) struct RollingResistance;
 
-impl Driving for RollingResistance {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn explanation(&self) -> DriveExplanation {
-        DriveExplanation::Model(&RollingResistance)
-    }
-
-    fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {
-        Checked::of(&ABOUT, parameters)?;
-        Ok(self.at(&self.theta(parameters)))
-    }
+impl Law for RollingResistance {
+    const ITSELF: &'static Self = &RollingResistance;
+    const ABOUT: &'static About = &ABOUT;
 }
 
 impl ModelChange for RollingResistance {
@@ -114,7 +103,7 @@ impl ModelChange for RollingResistance {
     }
 
     fn needs(&self) -> Needs {
-        Needs { torques: true, ..Needs::default() }
+        Needs { torques: true, ..Needs::NOTHING }
     }
 }
 

@@ -2,10 +2,9 @@
 //!
 //! Between left and right turns the gain may change gradually: s_i is what of a is not there yet at small rates.
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
-use crate::effects::parts::Checked;
+use super::change::Law;
+use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
-use crate::error::Result;
 use crate::model::drive::{DriveEffect, Moving};
 
 const RELATIVE: &str = "relative";
@@ -51,19 +50,9 @@ static ABOUT: About = About {
 /// Gyro scale asymmetry.
 pub(super) struct ScaleAsymmetry;
 
-impl Driving for ScaleAsymmetry {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn explanation(&self) -> DriveExplanation {
-        DriveExplanation::Model(&ScaleAsymmetry)
-    }
-
-    fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {
-        Checked::of(&ABOUT, parameters)?;
-        Ok(self.at(&self.theta(parameters)))
-    }
+impl Law for ScaleAsymmetry {
+    const ITSELF: &'static Self = &ScaleAsymmetry;
+    const ABOUT: &'static About = &ABOUT;
 }
 
 impl ModelChange for ScaleAsymmetry {
@@ -92,7 +81,7 @@ impl ModelChange for ScaleAsymmetry {
     }
 
     fn needs(&self) -> Needs {
-        Needs { gyro: true, ..Needs::default() }
+        Needs { gyro: true, ..Needs::NOTHING }
     }
 }
 
@@ -102,7 +91,9 @@ impl DriveEffect for Work {
     fn gyro_rad_s(&self, _: &Moving, rate_rad_s: f64) -> f64 {
         let [relative, soft @ ..] = self.0;
         let rate = rate_rad_s.abs();
-        let missing: f64 = soft.iter().zip(WIDTHS_RAD_S).map(|(s, width)| s * (-rate / width).exp()).sum();
+        // mostly both are zero, and the filter reads the gyro several times a row
+        let part = |(s, width): (&f64, f64)| if *s == 0.0 { 0.0 } else { s * (-rate / width).exp() };
+        let missing: f64 = soft.iter().zip(WIDTHS_RAD_S).map(part).sum();
         rate_rad_s + 0.5 * rate * (relative - missing)
     }
 }

@@ -1,9 +1,8 @@
 //! rim = g + λ max(|rim|, |g|, v_low),  λ = κ f artanh(u)/u ≈ κ f + κ₃ f³,  u² = 3 κ₃ f²/κ,  f = F_i/(M g/2)
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
-use crate::effects::parts::Checked;
+use super::change::Law;
+use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
-use crate::error::Result;
 use crate::model::drive::{DriveEffect, Moving, Robot};
 
 static ABOUT: About = About {
@@ -36,19 +35,9 @@ static ABOUT: About = About {
 /// Wheel slip.
 pub(super) struct Slip;
 
-impl Driving for Slip {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn explanation(&self) -> DriveExplanation {
-        DriveExplanation::Model(&Slip)
-    }
-
-    fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {
-        Checked::of(&ABOUT, parameters)?;
-        Ok(self.at(&self.theta(parameters)))
-    }
+impl Law for Slip {
+    const ITSELF: &'static Self = &Slip;
+    const ABOUT: &'static About = &ABOUT;
 }
 
 impl ModelChange for Slip {
@@ -78,7 +67,7 @@ impl ModelChange for Slip {
 
     /// The force must be known apart from the wheel that it moves: accelerations from the same wheel would follow its noise.
     fn needs(&self) -> Needs {
-        Needs { torques: true, ..Needs::default() }
+        Needs { torques: true, ..Needs::NOTHING }
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {

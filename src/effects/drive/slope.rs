@@ -1,9 +1,8 @@
 //! F = -M g sin(α) cos(θ - ψ) = -M g (p cos θ + q sin θ)
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
-use crate::effects::parts::Checked;
+use super::change::Law;
+use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
-use crate::error::Result;
 use crate::model::drive::{DriveEffect, ForceFollows, GRAVITY_M_S2, Moving, Robot};
 
 static ABOUT: About = About {
@@ -24,19 +23,9 @@ static ABOUT: About = About {
 /// Tilted floor.
 pub(super) struct Slope;
 
-impl Driving for Slope {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn explanation(&self) -> DriveExplanation {
-        DriveExplanation::Model(&Slope)
-    }
-
-    fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {
-        Checked::of(&ABOUT, parameters)?;
-        Ok(self.at(&self.theta(parameters)))
-    }
+impl Law for Slope {
+    const ITSELF: &'static Self = &Slope;
+    const ABOUT: &'static About = &ABOUT;
 }
 
 impl ModelChange for Slope {
@@ -67,7 +56,7 @@ impl ModelChange for Slope {
     }
 
     fn needs(&self) -> Needs {
-        Needs { torques: true, ..Needs::default() }
+        Needs { torques: true, ..Needs::NOTHING }
     }
 }
 

@@ -1,9 +1,8 @@
 //! reading = ω + q v² + q₃ v² (|v| - 0.7 m/s) - p d(v²)/dt
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
-use crate::effects::parts::Checked;
+use super::change::Law;
+use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
-use crate::error::Result;
 use crate::model::drive::{DriveEffect, Moving};
 
 const COEFFICIENT: &str = "coefficient_rad_s_per_m2_s2";
@@ -50,19 +49,9 @@ static ABOUT: About = About {
 /// Vibration rectification.
 pub(super) struct VibrationRectification;
 
-impl Driving for VibrationRectification {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn explanation(&self) -> DriveExplanation {
-        DriveExplanation::Model(&VibrationRectification)
-    }
-
-    fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {
-        Checked::of(&ABOUT, parameters)?;
-        Ok(self.at(&self.theta(parameters)))
-    }
+impl Law for VibrationRectification {
+    const ITSELF: &'static Self = &VibrationRectification;
+    const ABOUT: &'static About = &ABOUT;
 }
 
 impl ModelChange for VibrationRectification {
@@ -91,7 +80,7 @@ impl ModelChange for VibrationRectification {
     }
 
     fn needs(&self) -> Needs {
-        Needs { gyro: true, ..Needs::default() }
+        Needs { gyro: true, ..Needs::NOTHING }
     }
 }
 

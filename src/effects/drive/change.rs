@@ -1,0 +1,73 @@
+//! θ ↦ equations: what the effects that change the robot's equations have in common.
+
+use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
+use crate::effects::parts::Checked;
+use crate::effects::{About, Parameters};
+use crate::error::Result;
+use crate::model::drive::DriveEffect;
+
+/// An effect that is simulated just as it is fitted.
+pub(super) trait Law: ModelChange + Sized + 'static {
+    /// The one there is.
+    const ITSELF: &'static Self;
+    /// What it is.
+    const ABOUT: &'static About;
+}
+
+impl<T: Law> Driving for T {
+    fn about(&self) -> &'static About {
+        T::ABOUT
+    }
+
+    fn explanation(&self) -> DriveExplanation {
+        DriveExplanation::Model(T::ITSELF)
+    }
+
+    fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {
+        Checked::of(T::ABOUT, parameters)?;
+        Ok(self.at(&self.theta(parameters)))
+    }
+}
+
+/// One constant of the robot or of a sensor that is not what it is believed to be: the effect's first parameter, zero where it is.
+pub(super) trait Constant: Law {
+    /// As in [`Coordinate`].
+    const SCALE: [f64; 2];
+    /// Which equations hold the constant.
+    const TOUCHES: Touches = Touches::ROBOT;
+    /// What a log must hold for it to be knowable.
+    const NEEDS: Needs = Needs::NOTHING;
+
+    /// The effect where the constant is off by so much.
+    fn off_by(value: f64) -> Box<dyn DriveEffect>;
+}
+
+impl<T: Constant> ModelChange for T {
+    fn coordinates(&self) -> &'static [Coordinate] {
+        const { &[Coordinate { scale: T::SCALE, bounds: T::ABOUT.parameters[0].bounds }] }
+    }
+
+    fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
+        T::off_by(theta[0])
+    }
+
+    fn touches(&self) -> Touches {
+        T::TOUCHES
+    }
+
+    fn is_rigid(&self) -> bool {
+        true
+    }
+
+    fn parameters(&self, theta: &[f64]) -> Parameters {
+        Parameters::from([(T::ABOUT.parameters[0].name.into(), theta[0])])
+    }
+
+    fn theta(&self, parameters: &Parameters) -> Vec<f64> {
+        vec![parameters.get(T::ABOUT.parameters[0].name).copied().unwrap_or(0.0)]
+    }
+
+    fn needs(&self) -> Needs {
+        T::NEEDS
+    }
+}
