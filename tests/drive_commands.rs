@@ -1,8 +1,10 @@
 //! `gyroid simulate` and `gyroid navigate` as a user runs them.
 
-use assert_cmd::Command;
-use std::path::{Path, PathBuf};
-use std::process::Output;
+#[path = "common/place.rs"]
+mod place;
+
+use place::Place;
+use std::path::Path;
 
 const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
     [gyro]\nc1_rad_s = -2.4e-3\nc2_rad_s = 8e-3\ntime_constant_s = 240.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\
@@ -12,44 +14,9 @@ const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
     [encoder]\nspeed_noise_std_rad_s = 0.02\n\
     [pose]\nrate_hz = 5.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
 
-struct Place {
-    dir: tempfile::TempDir,
-}
-
-impl Place {
-    fn new() -> Self {
-        let dir = tempfile::tempdir().unwrap();
-        std::fs::write(dir.path().join("robot.toml"), ROBOT).unwrap();
-        let rest = ROBOT.split("[vehicle]").next().unwrap().replace("driving", "stationary");
-        std::fs::write(dir.path().join("rest.toml"), rest).unwrap();
-        Self { dir }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.dir.path().join(name)
-    }
-
-    fn run(&self, line: &str) -> Output {
-        let mut command = Command::cargo_bin("gyroid").unwrap();
-        command.current_dir(self.dir.path()).args(line.split(' ')).output().unwrap()
-    }
-
-    #[track_caller]
-    fn ok(&self, line: &str) -> String {
-        let output = self.run(line);
-        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    #[track_caller]
-    fn refused(&self, line: &str, code: i32, parts: &[&str]) {
-        let output = self.run(line);
-        let text = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{line}: {text}");
-        for part in parts {
-            assert!(text.contains(part), "{line}: {text} lacks {part}");
-        }
-    }
+fn new() -> Place {
+    let rest = ROBOT.split("[vehicle]").next().unwrap().replace("driving", "stationary");
+    Place::with(&[("robot.toml", ROBOT), ("rest.toml", &rest)])
 }
 
 fn bytes(path: &Path) -> Vec<u8> {
@@ -58,7 +25,7 @@ fn bytes(path: &Path) -> Vec<u8> {
 
 #[test]
 fn the_same_seed_writes_the_same_bytes() {
-    let p = Place::new();
+    let p = new();
     p.ok("simulate robot.toml --course figure_eight --duration 20 --seed 3 -o a.parquet");
     p.ok("simulate robot.toml --course figure_eight --duration 20 --seed 3 --out b.parquet");
     p.ok("simulate robot.toml --course figure_eight --duration 20 --seed 4 -o c.parquet");
@@ -68,7 +35,7 @@ fn the_same_seed_writes_the_same_bytes() {
 
 #[test]
 fn a_gyro_at_rest_has_two_columns_and_says_so() {
-    let p = Place::new();
+    let p = new();
     for config in ["rest.toml", "robot.toml"] {
         let text = p.ok(&format!("simulate {config} --duration 5 --sample-time 0.1 -o log.csv"));
         assert!(text.contains("51 rows") && text.contains("at rest"), "{text}");
@@ -80,7 +47,7 @@ fn a_gyro_at_rest_has_two_columns_and_says_so() {
 
 #[test]
 fn a_drive_is_simulated_replayed_and_navigated() {
-    let p = Place::new();
+    let p = new();
     p.ok("simulate robot.toml --course square --duration 30 --start-offset 20 --truth true.parquet -o drive.parquet");
     let text = p.ok("simulate robot.toml --inputs drive.parquet --seed 9 -o again.parquet");
     assert!(text.contains("3001 rows"), "{text}");
@@ -132,7 +99,7 @@ fn the_example_data_are_what_their_commands_make() {
     robot.gyro = truth.gyro.clone();
     assert_eq!(robot, truth);
 
-    let p = Place::new();
+    let p = new();
     std::fs::copy(data.join("truth.toml"), p.path("truth.toml")).unwrap();
     p.ok("simulate truth.toml --duration 1800 --sample-time 0.1 --seed 1 -o again.csv");
     let [kept, again] = [data.join("power_on.csv"), p.path("again.csv")].map(|f| gyroid::ingest::read_log(&f).unwrap());
@@ -164,7 +131,7 @@ mod circle {
 
 #[test]
 fn files_of_several_rates_are_one_drive_and_columns_are_mapped() {
-    let p = Place::new();
+    let p = new();
     let put = |name: &str, text: String| std::fs::write(p.path(name), text).unwrap();
     let degrees = |_: f64| -circle::YAW_RATE.to_degrees();
     put("imu.csv", circle::file(50.0, 0.0, &[("wz", &degrees), ("gz_dps", &|_| 7.0)]));
@@ -217,7 +184,7 @@ fn files_of_several_rates_are_one_drive_and_columns_are_mapped() {
 
 #[test]
 fn odometry_without_a_gyro_is_navigated_and_replayed() {
-    let p = Place::new();
+    let p = new();
     let (speed, yaw_rate) = (|_: f64| circle::SPEED, |_: f64| circle::YAW_RATE);
     let text = circle::file(10.0, 0.0, &[("v", &speed), ("odo_yaw_rate_rad_s", &yaw_rate)]);
     std::fs::write(p.path("wheels.csv"), text).unwrap();
@@ -242,7 +209,7 @@ fn odometry_without_a_gyro_is_navigated_and_replayed() {
 
 #[test]
 fn a_written_pose_is_no_gyro_when_it_is_read_back() {
-    let p = Place::new();
+    let p = new();
     p.ok("simulate robot.toml --course square --duration 10 -o drive.parquet");
     p.ok("navigate robot.toml drive.parquet -q -o pose.csv");
     p.refused("navigate robot.toml pose.csv", 1, &["no row tells the speed", "yaw_rate_rad_s"]);
@@ -250,14 +217,14 @@ fn a_written_pose_is_no_gyro_when_it_is_read_back() {
 
 #[test]
 fn quiet_is_quiet() {
-    let p = Place::new();
+    let p = new();
     assert_eq!(p.ok("simulate robot.toml --course random --duration 5 -q -o d.parquet"), "");
     assert_eq!(p.ok("navigate robot.toml d.parquet -q"), "");
 }
 
 #[test]
 fn a_gyro_is_switched_off_and_on_again() {
-    let p = Place::new();
+    let p = new();
     p.ok("simulate robot.toml --course square --duration 30 --start-offset 570 -o first.parquet");
     p.refused(
         "navigate robot.toml first.parquet --off-time 300",
@@ -315,7 +282,7 @@ fn a_gyro_is_switched_off_and_on_again() {
 
 #[test]
 fn how_the_wheels_move_is_the_users_choice() {
-    let p = Place::new();
+    let p = new();
     let snow = "[traction.law.burckhardt]\nc1 = 0.1946\nc2 = 94.129\nc3 = 0.0646\n[encoder]";
     std::fs::write(p.path("snow.toml"), ROBOT.replace("[encoder]", snow)).unwrap();
     p.ok("simulate snow.toml --course square --duration 20 --truth true.parquet -o drive.parquet");
@@ -347,7 +314,7 @@ fn how_the_wheels_move_is_the_users_choice() {
 
 #[test]
 fn ticks_and_a_restart_go_with_several_files() {
-    let p = Place::new();
+    let p = new();
     let put = |name: &str, text: String| std::fs::write(p.path(name), text).unwrap();
     put("ticks.toml", ROBOT.replace("std_rad_s = 0.02", "std_rad_s = 0.0\nticks_per_revolution = 4096"));
     let rate = |_: f64| circle::YAW_RATE;
@@ -389,7 +356,7 @@ fn ticks_and_a_restart_go_with_several_files() {
 
 #[test]
 fn standing_still_is_told() {
-    let p = Place::new();
+    let p = new();
     let held =
         ROBOT.replace("speed_noise_std_rad_s = 0.02", "speed_noise_std_rad_s = 0.0\nticks_per_revolution = 2048");
     std::fs::write(p.path("held.toml"), held).unwrap();
@@ -405,7 +372,7 @@ fn standing_still_is_told() {
 
 #[test]
 fn mistakes_are_named_with_their_exit_code() {
-    let p = Place::new();
+    let p = new();
     p.ok("simulate rest.toml --duration 5 -o rest.csv");
     p.refused("simulate rest.toml --course square -o d.csv", 2, &["rest.toml", "driving"]);
     p.refused("simulate robot.toml --truth t.csv -o d.csv", 2, &["--truth"]);

@@ -1,52 +1,18 @@
 //! `gyroid simulate` with the effects of `[[effect]]`, as a user runs it.
 
-use assert_cmd::Command;
+#[path = "common/place.rs"]
+mod place;
+
 use gyroid::effects::registry;
 use gyroid::ingest::read_log;
 use gyroid::signal::names;
-use std::process::Output;
+use place::Place;
 
 const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.05\n\
     [gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\ntime_constant_s = 120.0\nangle_random_walk_rad_sqrt_s = 1e-4\n";
 
-struct Place {
-    dir: tempfile::TempDir,
-}
-
-impl Place {
-    fn new() -> Self {
-        Self { dir: tempfile::tempdir().unwrap() }
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.dir.path().join(name), text).unwrap();
-    }
-
-    fn run(&self, line: &str) -> Output {
-        let mut command = Command::cargo_bin("gyroid").unwrap();
-        command.current_dir(self.dir.path()).args(line.split(' ')).output().unwrap()
-    }
-
-    #[track_caller]
-    fn ok(&self, line: &str) -> String {
-        let output = self.run(line);
-        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    #[track_caller]
-    fn refused(&self, line: &str, parts: &[&str]) {
-        let output = self.run(line);
-        let text = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{line}: {text}");
-        for part in parts {
-            assert!(text.contains(part), "{line}: {text} lacks {part}");
-        }
-    }
-
-    fn rates(&self, name: &str) -> Vec<f64> {
-        read_log(self.dir.path().join(name)).unwrap().get(names::GYRO_Z).unwrap().to_vec()
-    }
+fn rates(place: &Place, name: &str) -> Vec<f64> {
+    read_log(place.path(name)).unwrap().get(names::GYRO_Z).unwrap().to_vec()
 }
 
 fn hold() -> String {
@@ -60,7 +26,7 @@ fn hold() -> String {
 
 #[test]
 fn an_augmented_simulator_predicts_a_recording_row_by_row() {
-    let place = Place::new();
+    let place = Place::with(&[]);
     place.write("hold.csv", &hold());
     place.write("nominal.toml", REST);
     let effects = "[[effect]]\nid = \"gyro.temperature_sensitivity\"\ncoefficient_rad_s_per_c = 1e-3\n\
@@ -71,16 +37,16 @@ fn an_augmented_simulator_predicts_a_recording_row_by_row() {
     place.ok("simulate augmented.toml --inputs hold.csv --seed 1 -o again.parquet");
     place.ok("simulate nominal.toml --inputs hold.csv --seed 1 -o nominal.parquet");
 
-    let file = |name: &str| std::fs::read(place.dir.path().join(name)).unwrap();
+    let file = |name: &str| std::fs::read(place.path(name)).unwrap();
     assert_eq!(file("predicted.parquet"), file("again.parquet"));
-    let recorded = read_log(place.dir.path().join("hold.csv")).unwrap();
-    let predicted = read_log(place.dir.path().join("predicted.parquet")).unwrap();
+    let recorded = read_log(place.path("hold.csv")).unwrap();
+    let predicted = read_log(place.path("predicted.parquet")).unwrap();
     assert_eq!(predicted.time, recorded.time);
     for name in [names::TEMPERATURE, names::SUPPLY] {
         assert_eq!(predicted.get(name), recorded.get(name), "{name}");
     }
     // the same white noise: what is left is the two effects, up to the constant of the first second and of the mean
-    let (with, without) = (place.rates("predicted.parquet"), place.rates("nominal.parquet"));
+    let (with, without) = (rates(&place, "predicted.parquet"), rates(&place, "nominal.parquet"));
     let (temperature, supply) = (recorded.get(names::TEMPERATURE).unwrap(), recorded.get(names::SUPPLY).unwrap());
     let told = |i: usize| 1e-3 * temperature[i] + 2e-2 * supply[i];
     for i in 0..with.len() {
@@ -91,11 +57,11 @@ fn an_augmented_simulator_predicts_a_recording_row_by_row() {
 
 #[test]
 fn every_effect_runs_from_the_command_line() {
-    let place = Place::new();
+    let place = Place::with(&[]);
     place.write("hold.csv", &hold());
     place.write("nominal.toml", REST);
     place.ok("simulate nominal.toml --inputs hold.csv --seed 2 -o nominal.parquet");
-    let nominal = place.rates("nominal.parquet");
+    let nominal = rates(&place, "nominal.parquet");
     for effect in registry() {
         let about = effect.about();
         let mut text = format!("{REST}[[effect]]\nid = \"{}\"\n", about.id);
@@ -106,7 +72,7 @@ fn every_effect_runs_from_the_command_line() {
         }
         place.write("one.toml", &text);
         place.ok("simulate one.toml --inputs hold.csv --seed 2 -o one.parquet");
-        let changed = place.rates("one.parquet");
+        let changed = rates(&place, "one.parquet");
         assert_eq!(changed.len(), nominal.len());
         assert!(changed.iter().zip(&nominal).any(|(a, b)| (a - b).abs() > 1e-6), "{} changes nothing", about.id);
     }
@@ -114,18 +80,18 @@ fn every_effect_runs_from_the_command_line() {
 
 #[test]
 fn what_cannot_be_simulated_is_named() {
-    let place = Place::new();
+    let place = Place::with(&[]);
     place.write("hold.csv", &hold());
     let with = |table: &str| place.write("one.toml", &format!("{REST}[[effect]]\n{table}\n"));
     with("id = \"gyro.temperature_sensitivity\"\ncoefficient_rad_s_per_c = 1e-3");
-    place.refused("simulate one.toml --duration 60 -o x.csv", &["one.toml", "temperature_c", "--inputs LOG"]);
+    place.refused("simulate one.toml --duration 60 -o x.csv", 1, &["one.toml", "temperature_c", "--inputs LOG"]);
     with("id = \"gyro.tone\"\nfrequency_hz = 3.0");
-    place.refused("simulate one.toml --duration 60 -o x.csv", &["gyro.tone.amplitude_rad_s", "missing"]);
+    place.refused("simulate one.toml --duration 60 -o x.csv", 1, &["gyro.tone.amplitude_rad_s", "missing"]);
     with("id = \"gyro.tone\"\nfrequency_hz = 3.0\nloudness = 1.0");
-    place.refused("simulate one.toml --inputs hold.csv -o x.csv", &["loudness", "amplitude_rad_s, phase_rad"]);
+    place.refused("simulate one.toml --inputs hold.csv -o x.csv", 1, &["loudness", "amplitude_rad_s, phase_rad"]);
     with("id = \"gyro.tune\"");
-    place.refused("simulate one.toml --duration 60 -o x.csv", &["gyro.tune", "gyro.tone"]);
-    assert!(!place.dir.path().join("x.csv").exists());
+    place.refused("simulate one.toml --duration 60 -o x.csv", 1, &["gyro.tune", "gyro.tone"]);
+    assert!(!place.path("x.csv").exists());
 }
 
 const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
@@ -136,7 +102,7 @@ const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
 
 #[test]
 fn drives_with_effects_follow_courses_and_replay_logs() {
-    let p = Place::new();
+    let p = Place::with(&[]);
     p.write("robot.toml", ROBOT);
     let slow = "[[effect]]\nid = \"gyro.scale_factor\"\nrelative = 0.5\n[[effect]]\nid = \"gyro.rate_ramp\"\nramp_rad_s2 = 1e-7\n";
     p.write("augmented.toml", &format!("{ROBOT}{slow}[[effect]]\nid = \"vehicle.payload\"\nmass_relative = 0.3\n"));
@@ -144,11 +110,11 @@ fn drives_with_effects_follow_courses_and_replay_logs() {
     let text = p.ok("simulate augmented.toml --inputs hold.parquet --seed 1 -o predicted.parquet");
     assert!(text.contains("gyro.scale_factor, gyro.rate_ramp, vehicle.payload"), "{text}");
     p.ok("simulate augmented.toml --inputs hold.parquet --seed 1 -o again.parquet");
-    assert_eq!(p.rates("predicted.parquet"), p.rates("again.parquet"));
+    assert_eq!(rates(&p, "predicted.parquet"), rates(&p, "again.parquet"));
     p.ok("simulate robot.toml --inputs hold.parquet --seed 1 -o nominal.parquet");
     // what the gyro says it has turned over what the pose says
     let ratio = |name: &str| {
-        let log = read_log(p.dir.path().join(name)).unwrap();
+        let log = read_log(p.path(name)).unwrap();
         let gyro: f64 = log.get(names::GYRO_Z).unwrap().iter().map(|w| 0.01 * w).sum();
         let heading: Vec<f64> = log.get(names::HEADING).unwrap().iter().copied().filter(|h| h.is_finite()).collect();
         let turned = heading[heading.len() - 1] - heading[0];
@@ -165,13 +131,17 @@ fn drives_with_effects_follow_courses_and_replay_logs() {
     assert!((ratio("course.parquet").1 - ratio("hold.parquet").1).abs() < 0.3);
 
     p.write("slope.toml", &format!("{ROBOT}[[effect]]\nid = \"ground.slope\"\nslope_rad = 0.1\n"));
-    p.refused("simulate slope.toml --course square -o x.csv", &["slope.toml", "uphill_heading_rad", "missing"]);
+    p.refused("simulate slope.toml --course square -o x.csv", 1, &["slope.toml", "uphill_heading_rad", "missing"]);
     p.write("unheard.toml", &format!("{ROBOT}[[effect]]\nid = \"wheel.unheard_of\"\n"));
-    p.refused("simulate unheard.toml --inputs hold.parquet -o x.csv", &["wheel.unheard_of", "gyro.tone", "wheel.slip"]);
+    p.refused(
+        "simulate unheard.toml --inputs hold.parquet -o x.csv",
+        1,
+        &["wheel.unheard_of", "gyro.tone", "wheel.slip"],
+    );
     // the filter takes these effects, and refuses by name what it cannot
     p.ok("navigate augmented.toml hold.parquet -o x.csv");
     p.write("bandwidth.toml", &format!("{ROBOT}[[effect]]\nid = \"gyro.bandwidth\"\ncutoff_hz = 5.0\n"));
-    p.refused("navigate bandwidth.toml hold.parquet -o x.csv", &["gyro.bandwidth", "the filter cannot take it"]);
+    p.refused("navigate bandwidth.toml hold.parquet -o x.csv", 1, &["gyro.bandwidth", "the filter cannot take it"]);
     p.write("rest.toml", &format!("{REST}[[effect]]\nid = \"wheel.lateral_skid\"\nlateral_slip_s = 0.1\n"));
-    p.refused("simulate rest.toml -o x.csv", &["wheel.lateral_skid", "effect of drives", "at rest"]);
+    p.refused("simulate rest.toml -o x.csv", 1, &["wheel.lateral_skid", "effect of drives", "at rest"]);
 }

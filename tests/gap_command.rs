@@ -1,12 +1,13 @@
 //! `gyroid gap diagnose`, as a user runs it.
 
-use assert_cmd::Command;
+#[path = "common/place.rs"]
+mod place;
+
 use gyroid::config::Config;
 use gyroid::gap::Answer;
 use gyroid::gap::answer::Verdict;
 use gyroid::gap::place::{Curve, Over, Shown};
-use std::path::Path;
-use std::process::Output;
+use place::Place;
 
 const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.2\n\
     [gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\ntime_constant_s = 120.0\nangle_random_walk_rad_sqrt_s = 1e-4\n\
@@ -15,61 +16,19 @@ const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.2\n\
 const TONE: &str = "[[effect]]\nid = \"gyro.tone\"\nfrequency_hz = 0.31\namplitude_rad_s = 2.2e-4\n";
 const LASTING: &str = "--duration 900";
 
-struct Place {
-    dir: tempfile::TempDir,
+/// With a nominal simulator, and recordings of one with `effects`.
+fn new(effects: &str) -> Place {
+    let place = Place::with(&[("sim.toml", REST), ("real.toml", &format!("{REST}{effects}"))]);
+    for (name, seed) in [("fit", 11), ("hold", 12)] {
+        place.ok(&format!("simulate real.toml {LASTING} --seed {seed} -o {name}.csv"));
+    }
+    place
 }
 
-impl Place {
-    /// With a nominal simulator, and recordings of one with `effects`.
-    fn new(effects: &str) -> Self {
-        let place = Self { dir: tempfile::tempdir().unwrap() };
-        place.write("sim.toml", REST);
-        place.write("real.toml", &format!("{REST}{effects}"));
-        for (name, seed) in [("fit", 11), ("hold", 12)] {
-            place.ok(&format!("simulate real.toml {LASTING} --seed {seed} -o {name}.csv"));
-        }
-        place
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.dir.path().join(name), text).unwrap();
-    }
-
-    fn read(&self, name: &str) -> String {
-        std::fs::read_to_string(self.dir.path().join(name)).unwrap()
-    }
-
-    fn has(&self, name: &str) -> bool {
-        Path::new(&self.dir.path().join(name)).exists()
-    }
-
-    fn run(&self, line: &str) -> Output {
-        let mut command = Command::cargo_bin("gyroid").unwrap();
-        command.current_dir(self.dir.path()).args(line.split(' ')).output().unwrap()
-    }
-
-    #[track_caller]
-    fn ok(&self, line: &str) -> String {
-        let output = self.run(line);
-        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    #[track_caller]
-    fn refused(&self, line: &str, code: i32, parts: &[&str]) {
-        let output = self.run(line);
-        let text = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{line}: {text}");
-        for part in parts {
-            assert!(text.contains(part), "{line}: {text} lacks {part}");
-        }
-    }
-
-    fn answer(&self, name: &str) -> (Answer, Vec<Curve>) {
-        let value: serde_json::Value = serde_json::from_str(&self.read(name)).unwrap();
-        let curves = serde_json::from_value(value["curves"].clone()).unwrap();
-        (serde_json::from_value(value).unwrap(), curves)
-    }
+fn answer(place: &Place, name: &str) -> (Answer, Vec<Curve>) {
+    let value: serde_json::Value = serde_json::from_str(&place.read(name)).unwrap();
+    let curves = serde_json::from_value(value["curves"].clone()).unwrap();
+    (serde_json::from_value(value).unwrap(), curves)
 }
 
 #[track_caller]
@@ -85,12 +44,12 @@ fn in_order(text: &str, parts: &[&str]) {
 
 #[test]
 fn a_tone_is_found_drawn_written_and_can_be_simulated() {
-    let place = Place::new(TONE);
+    let place = new(TONE);
     let line = "gap diagnose sim.toml --fit fit.csv --hold hold.csv --json a.json --write-sim augmented.toml \
                 --plot a.png --plot a.svg";
     let text = place.ok(line);
     in_order(&text, &["IDENTIFIED: tone", "1. Where", "2. Which", "0.31", "3. How far", "log score", "4. What to do"]);
-    let (answer, curves) = place.answer("a.json");
+    let (answer, curves) = answer(&place, "a.json");
     assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Identified, Some("gyro.tone")));
     assert!(text.contains(&format!("probability {:.2}", answer.main_probability)));
     let spectrum = curves.iter().find(|c| c.over == Over::Frequency && c.shown == Shown::Power).unwrap();
@@ -104,7 +63,7 @@ fn a_tone_is_found_drawn_written_and_can_be_simulated() {
     assert!((effect.parameters["frequency_hz"] - 0.31).abs() < 5.0 * 1.3e-5, "{effect:?}");
     place.ok("simulate augmented.toml --inputs hold.csv --seed 1 -o predicted.csv");
     assert!(place.read("a.svg").contains("tone"));
-    assert!(std::fs::read(place.dir.path().join("a.png")).unwrap().starts_with(b"\x89PNG"));
+    assert!(std::fs::read(place.path("a.png")).unwrap().starts_with(b"\x89PNG"));
 
     // without the effect in the library the recording has a gap that no effect explains
     let json = place.ok("gap diagnose sim.toml --fit fit.csv --without gyro.tone --json -");
@@ -115,10 +74,10 @@ fn a_tone_is_found_drawn_written_and_can_be_simulated() {
 
 #[test]
 fn a_simulator_that_lacks_nothing_is_left_as_it_is() {
-    let place = Place::new("");
+    let place = new("");
     let text = place.ok("gap diagnose sim.toml --fit fit.csv --json a.json --write-sim augmented.toml");
     in_order(&text, &["NO GAP", "1. Where", "2. Which", "None", "3. How far", "4. What to do", "Nothing"]);
-    let (answer, curves) = place.answer("a.json");
+    let (answer, curves) = answer(&place, "a.json");
     assert_eq!((answer.verdict, answer.main), (Verdict::None, None));
     assert!(answer.place.is_none() && answer.together.is_empty() && !curves.is_empty());
     let augmented = Config::parse(&place.read("augmented.toml"), "augmented.toml").unwrap();
@@ -128,7 +87,7 @@ fn a_simulator_that_lacks_nothing_is_left_as_it_is() {
 
 #[test]
 fn what_cannot_be_diagnosed_is_refused_by_name() {
-    let place = Place::new("");
+    let place = new("");
     let robot = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/data/robot.toml")).unwrap();
     let tables = &robot[robot.find("[vehicle]").unwrap()..];
     place.write("drive.toml", &format!("{}{tables}", REST.replace("stationary", "driving")));
