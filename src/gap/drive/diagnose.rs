@@ -18,7 +18,7 @@ use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place};
 use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
 use crate::gap::far::Closed;
-use crate::gap::findings::{Findings, Main};
+use crate::gap::findings::{Findings, Main, Part};
 
 /// Most effects whose share of the gap is measured one by one.
 const MEASURED: usize = 4;
@@ -65,14 +65,14 @@ pub fn diagnose(
     }
     let found = |id: &String| Some((id.clone(), findings.best_with(id, false)?.part(id)?.parameters.clone()));
     let together: Vec<(String, Parameters)> = answer.together.iter().filter_map(found).collect();
-    let mut listed: Vec<(String, Parameters)> =
-        answer.effects.iter().take(MEASURED).map(|e| (e.id.clone(), e.parameters.clone())).collect();
-    if let Some((closest, _)) = &judged.closest {
-        list_closest(closest, &mut answer);
-        if listed.iter().all(|(id, _)| *id != closest.part.id) {
-            listed.push((closest.part.id.clone(), closest.part.parameters.clone()));
-        }
-    }
+    let nearest = judged.closest.as_ref().map(|(closest, _)| list_closest(closest, &mut answer));
+    let listed: Vec<(String, Parameters)> = answer
+        .effects
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| *i < MEASURED || Some(*i) == nearest)
+        .map(|(_, e)| (e.id.clone(), e.parameters.clone()))
+        .collect();
     observe(Stage::Measure);
     let mut augmented = config.clone();
     let tables = together.iter().cloned().map(|(id, parameters)| EffectTable { id, parameters });
@@ -260,19 +260,29 @@ fn told_apart(answer: &mut Answer, record: &Record, alike: &[Alike]) {
     }
 }
 
-/// The effect that explains most alone: at the end of the list if it is not in it.
-fn list_closest(closest: &Closest, answer: &mut Answer) {
-    let part = &closest.part;
-    if answer.effects.iter().all(|e| e.id != part.id) {
-        answer.effects.push(EffectAnswer {
-            id: part.id.clone(),
-            probability: 0.0,
-            parameters: part.parameters.clone(),
-            std: part.std.clone(),
-            gap_closed: None,
-            gap_closed_ci95: None,
-            share: None,
-        });
+/// Where the effect that explains most alone stands in the list: at the end if it was not in it. Unless it was found, its
+/// parameters are those that it has alone: beside free corrections which hold what it would explain they say nothing.
+fn list_closest(closest: &Closest, answer: &mut Answer) -> usize {
+    let Part { id, parameters, std, .. } = closest.part.clone();
+    match answer.effects.iter().position(|e| e.id == id) {
+        Some(at) => {
+            if !answer.together.contains(&id) {
+                answer.effects[at] = EffectAnswer { parameters, std, ..answer.effects[at].clone() };
+            }
+            at
+        }
+        None => {
+            answer.effects.push(EffectAnswer {
+                id,
+                probability: 0.0,
+                parameters,
+                std,
+                gap_closed: None,
+                gap_closed_ci95: None,
+                share: None,
+            });
+            answer.effects.len() - 1
+        }
     }
 }
 

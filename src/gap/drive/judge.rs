@@ -93,7 +93,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let Believed { lsb, noise, nominal } = Believed::of(record);
     let onsets_s = onset::of_each(record);
     let all = Candidates::new(record, effects, &options.prior, true, &onsets_s);
-    let noise = diffused(record, noise, &all);
+    let (noise, _) = diffused(record, noise, &all);
     let begin = start(record, &noise, &all);
     let compared = first(record, &noise, all, &begin);
     let mut branch = Branch::new(record.clone(), noise, compared, onsets_s);
@@ -107,40 +107,43 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let here = branch.ln_likelihood(&branch.noise) - branch.ln_likelihood(&nominal);
         lattice_part(lsb, here.max(1.0), knows(effects, "encoder.quantization"))
     });
-    let mut sets = branch.sets();
-    let mut best = (branch.top(), branch.noise.process, alike(&branch.record, &branch.compared));
-    let mut take_up = |other: &Branch, part: Part| {
-        if other.top() > best.0 {
-            best = (other.top(), other.noise.process, alike(&other.record, &other.compared));
-        }
-        let with = other.sets().into_iter();
-        sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([part.clone()]).collect(), ..s }));
-    };
+    let mut others = Vec::new();
     if knows(effects, "encoder.missed_ticks")
         && let Some((other, bursts)) = restored(record, &branch, &begin, &noise, effects, options)
     {
-        take_up(&other, missed_part(&bursts, other.top() - branch.top()));
+        let part = missed_part(&bursts, other.top() - branch.top());
+        others.push((other, part));
     }
-    let late = wheels_in_time(record, &branch, effects, options);
-    if let Some((other, late)) = &late {
-        take_up(other, late.part(other.top() - branch.top()));
+    let mut wheels_late_s = None;
+    if let Some((other, late)) = wheels_in_time(record, &branch, effects, options) {
+        let part = late.part(other.top() - branch.top());
+        others.push((other, part));
+        wheels_late_s = Some(late.delay_s);
+    }
+    let mut sets = branch.sets();
+    for (other, part) in &others {
+        let with = other.sets().into_iter();
+        sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([part.clone()]).collect(), ..s }));
     }
     let mut sets: Vec<WeightedSet> = sets.into_iter().flat_map(|set| twins.all(set)).collect();
     for set in &mut sets {
         set.parts.extend(lattice.iter().cloned());
     }
     let findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
+    // the drive as it is in the likeliest account of it
+    let best =
+        others.iter().map(|o| &o.0).fold(&branch, |best, other| if other.top() > best.top() { other } else { best });
     let unknown = matches!(findings.mains().first(), Some((Main::Unknown, _)));
-    let nearest = if unknown { closest(&branch.record, &branch.noise, effects, options) } else { None };
+    let nearest = if unknown { closest(&best.record, &best.noise, effects, options) } else { None };
     let closest = nearest.map(|(one, nothing)| {
-        let c = &branch.compared;
+        let c = &best.compared;
         let explained = c.problem.ln_evidence(&c.sets[0].members) - nothing;
         let share = if explained > 0.0 { (one.gain / explained).clamp(0.0, 1.0) } else { 0.0 };
         (one, share)
     });
-    let wheels_late_s = late.map(|(_, l)| l.delay_s);
-    let (_, process, alike) = best;
-    Judged { findings, closest, wheels_late_s, alike, nominal_noise: Noise { process, ..nominal } }
+    let alike = alike(&best.record, &best.compared);
+    let nominal_noise = Noise { process: best.noise.process, ..nominal };
+    Judged { findings, closest, wheels_late_s, alike, nominal_noise }
 }
 
 /// The robot without any effect.
@@ -190,15 +193,18 @@ fn wheels_in_time(
         let process = unforced::likely(&moved, &plain(&moved), &as_is.believed);
         let noise = Noise { process, ..as_is.believed };
         let all = Candidates::new(&moved, effects, &options.prior, true, &[]);
-        let noise = diffused(&moved, noise, &all);
+        let (noise, nearest) = diffused(&moved, noise, &all);
         let begin = start(&moved, &noise, &all);
         let compared = first(&moved, &noise, all, &begin);
         let mut other = Branch::new(moved, noise, compared, Vec::new());
         other.look_at_promising();
         other.settle(effects, options);
         other.extra_weight += options.prior.ln_free - 0.5 * (record.len() as f64).ln();
+        // a free form may hold what an effect would have, and these models are without any: the effect alone knows more then
         let models = Branch::models_at(record, &other.compared.candidates, &other.compared.theta);
-        let again = late::find(record, &models, &other.noise);
+        let known = nearest.into_iter().map(|models| (models, noise)).chain([(models, other.noise)]);
+        let looks = known.filter_map(|(models, noise)| late::find(record, &models, &noise));
+        let again = looks.max_by(|a, b| a.ln_likelihood.total_cmp(&b.ln_likelihood));
         found = Some((other, Late { std_s: again.map_or(late.std_s, |a| a.std_s), ..late }));
         match again {
             Some(again) if (again.delay_s - late.delay_s).abs() > again.std_s => late = again,
@@ -285,12 +291,12 @@ fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
     effects.iter().any(|e| e.about().id == id)
 }
 
-/// Without torques: the noise with how speeds change as it is beside the effect that explains most alone. A gap makes speeds of
-/// wheels and gyro scatter that do not, and the gyro's gain, which says how large all yaw rates are, would make up for that;
-/// where a pose knows better, with the help of free forms.
-fn diffused(record: &Record, noise: Noise, all: &Candidates) -> Noise {
+/// Without torques: the noise with how speeds change as it is beside the effect that explains most alone, and the robot with
+/// that effect, if any explains something. A gap makes speeds of wheels and gyro scatter that do not, and the gyro's gain, which
+/// says how large all yaw rates are, would make up for that; where a pose knows better, with the help of free forms.
+fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<Models>) {
     if record.torques_n_m.is_some() {
-        return noise;
+        return (noise, None);
     }
     let named = all.only(|g| matches!(all.kinds[g], Kind::Change(_)));
     let zero = named.linearise(record, &noise, &named.zero());
@@ -299,9 +305,9 @@ fn diffused(record: &Record, noise: Noise, all: &Candidates) -> Noise {
     match fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())) {
         Some(best) if best.top() > nothing => {
             let models = Branch::models_at(record, &best.candidates, &best.next().0);
-            Noise { process: unforced::likely(record, &models, &noise), ..noise }
+            (Noise { process: unforced::likely(record, &models, &noise), ..noise }, Some(models))
         }
-        _ => noise,
+        _ => (noise, None),
     }
 }
 

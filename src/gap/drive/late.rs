@@ -30,7 +30,9 @@ pub struct Late {
     pub delay_s: f64,
     /// Its standard deviation, by how it scatters between parts of the drive, s.
     pub std_s: f64,
-    /// ln p with it over ln p without, nats.
+    /// ln p with it, nats.
+    pub ln_likelihood: f64,
+    /// The same over ln p without it, nats.
     pub gain: f64,
 }
 
@@ -140,7 +142,7 @@ pub fn find(record: &Record, models: &Models, noise: &Noise) -> Option<Late> {
     let std_s = scatter(&whole, best.0, |part, delay_s| {
         run(&put_back(part, delay_s), models, noise, &[], |_| {}).ln_likelihood()
     });
-    (best.0 > 0.0).then_some(Late { delay_s: best.0, std_s, gain: best.1 - nothing })
+    (best.0 > 0.0).then_some(Late { delay_s: best.0, std_s, ln_likelihood: best.1, gain: best.1 - nothing })
 }
 
 fn share_rows(record: &Record) -> bool {
