@@ -4,6 +4,9 @@
 //! reference better than one whose gyro is turned round, and the files' own numbers of rows.
 
 use gyroid::config::Config;
+use gyroid::effects::drive::registry;
+use gyroid::gap::drive::judge::{Options, judge};
+use gyroid::gap::drive::record::Record;
 use gyroid::ingest::{ChannelMap, DriveQuery, DriveRecording, read_drive};
 use gyroid::navigate::{
     ErrorModel, ReferenceErrors, Settings, Summary, Track, compare, dead_reckoning, gyro_reckoning, run,
@@ -128,4 +131,20 @@ fn smartloc_has_one_speed_and_no_heading() {
     let turned = recorded("drive_smartloc", &["run.csv.gz"], &["gyro_z_rad_s=-yaw_rate_rad_s"]).unwrap().log;
     let turned = run(&config, &turned, &Settings::default()).unwrap().summary.reference.unwrap();
     assert!(turned.position_rms_m > 2.0 * errors.position_rms_m, "{turned:?}");
+}
+
+/// What least squares on the raw readings give: the odometry lags the gyro by 0.36 to 0.38 s in each third of the drive, and
+/// reads 1/1.10 to 1/1.21 of the turning, as its readings or the gyro's are taken to be exact.
+#[test]
+fn husky_wheels_lag_the_gyro_by_what_the_raw_data_says() {
+    let Some(drive) = recorded("drive_husky", &HUSKY, &["gyro_z_rad_s=gy_rad_s"]) else { return };
+    let record = Record::new(&config("husky.toml"), &drive.log, 0.0).unwrap();
+    let judged = judge(&record, registry(), &Options::default());
+    let late_s = judged.wheels_late_s.unwrap();
+    println!("husky: wheels late by {late_s:.3} s");
+    assert!((0.32..0.40).contains(&late_s), "{late_s}");
+    let (closest, share) = judged.closest.unwrap();
+    println!("husky: nearest {closest:?}, {share:.2} of what was explained");
+    assert_eq!(closest.part.id, "gyro.scale_factor");
+    assert!((0.08..0.25).contains(&closest.part.parameters["relative"]), "{closest:?}");
 }

@@ -87,7 +87,7 @@ impl Branch {
     }
 
     /// Takes how torques change within a step from a settled model; returns whether that is otherwise than before.
-    fn ripple(&mut self) -> bool {
+    pub(super) fn ripple(&mut self) -> bool {
         let c = &self.compared;
         let mut inside: Vec<Member> = c.sets[0].members.clone();
         inside.sort_unstable();

@@ -264,8 +264,10 @@ impl Candidates {
                 if !known || !sensible {
                     continue;
                 }
-                // a constant offset of a pose is where it begins: no effect
-                let skip = usize::from(follows == Follows::Time && equation == Sideways);
+                // a constant offset of a pose is where it begins: no effect; and a constant speed that wheels and gyro do not
+                // read takes the place of a radius in a robot that drives evenly
+                let even = equation == Sideways || record.torques_n_m.is_none() && matches!(equation, Along | Turn);
+                let skip = usize::from(follows == Follows::Time && even);
                 let one = move |i: usize| Column::Free(equation, follows.first() + i);
                 let functions = skip..follows.count();
                 let columns = match follows {

@@ -14,7 +14,7 @@ use crate::config::{Config, EffectTable};
 use crate::effects::drive::Driving;
 use crate::effects::{Library, Parameters};
 use crate::error::Result;
-use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place};
+use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, Verdict};
 use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
 use crate::gap::far::Closed;
@@ -56,6 +56,7 @@ pub fn diagnose(
     let findings = &judged.findings;
     let mut answer = compose::answer(findings, |top| place(findings, library, top));
     told_apart(&mut answer, &record, &judged.alike);
+    drop_inconstant(&mut answer, findings);
     answer.equations = pinpoint(&record, &judged.nominal_noise);
     answer.notes.extend(together_note(&record));
     answer.notes.extend(mounting.map(|m| m.said()));
@@ -260,6 +261,16 @@ fn told_apart(answer: &mut Answer, record: &Record, alike: &[Alike]) {
     }
 }
 
+/// Where the cause is unknown, an effect whose coefficient was found not to be constant is not simulated with a constant one: beside
+/// what varies that may be anything.
+fn drop_inconstant(answer: &mut Answer, findings: &Findings) {
+    if answer.verdict != Verdict::Unknown {
+        return;
+    }
+    let Some(set) = findings.sets.iter().find(|s| s.main().is_some_and(|m| !m.named)) else { return };
+    answer.together.retain(|id| set.parts.iter().all(|p| p.id.strip_prefix(VARYING) != Some(id)));
+}
+
 /// Where the effect that explains most alone stands in the list: at the end if it was not in it. Unless it was found, its
 /// parameters are those that it has alone: beside free corrections which hold what it would explain they say nothing.
 fn list_closest(closest: &Closest, answer: &mut Answer) -> usize {
@@ -315,5 +326,66 @@ fn other_robot(record: &Record, kept: Option<&Record>, notes: &mut Vec<String>) 
                  turn-on bias varies: are they of the same unit?"
             ));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::Calibration;
+    use crate::gap::findings::WeightedSet;
+
+    const RADIUS: &str = "wheel.radius_scale";
+
+    fn part(id: &str, named: bool, share: f64, relative: f64) -> Part {
+        let parameters = Parameters::from([("relative".into(), relative)]);
+        Part { parameters, ..Part::new(id, named, share) }
+    }
+
+    fn of(parts: Vec<Part>) -> (Answer, Findings) {
+        let prior = JudgeOptions::default().prior.of_search();
+        let sets = vec![WeightedSet { parts, ln_weight: 0.0, probability: 0.0 }];
+        let findings = Findings::new(sets, &prior, &Calibration::of_drives(&prior), Vec::new());
+        (compose::answer(&findings, |_| None), findings)
+    }
+
+    fn relative(answer: &Answer, id: &str) -> f64 {
+        answer.effects.iter().find(|e| e.id == id).unwrap().parameters["relative"]
+    }
+
+    #[test]
+    fn what_is_not_constant_is_not_simulated_with_a_constant() {
+        let varying = format!("{VARYING}{RADIUS}");
+        let parts = |share: f64| {
+            vec![
+                part(&varying, false, share, 0.0),
+                part(RADIUS, true, 90.0, -0.17),
+                part("gyro.bias_step", true, 20.0, 0.0),
+            ]
+        };
+        let (mut answer, findings) = of(parts(500.0));
+        assert_eq!((answer.verdict, answer.together.len()), (Verdict::Unknown, 2));
+        drop_inconstant(&mut answer, &findings);
+        assert_eq!(answer.together, ["gyro.bias_step"]);
+        // alone it is another number
+        let closest = Closest { part: part(RADIUS, true, 30.0, -0.02), gain: 30.0 };
+        let at = list_closest(&closest, &mut answer);
+        assert_eq!((answer.effects[at].id.as_str(), relative(&answer, RADIUS)), (RADIUS, -0.02));
+        // what varies a little beside what explains most is a constant still
+        let (mut answer, findings) = of(parts(10.0));
+        assert_eq!(answer.main.as_deref(), Some(RADIUS));
+        drop_inconstant(&mut answer, &findings);
+        assert!(answer.together.iter().any(|id| id == RADIUS));
+    }
+
+    #[test]
+    fn what_comes_nearest_is_listed_once() {
+        let (mut answer, _) = of(vec![part("free.along.time", false, 500.0, 0.0), part(RADIUS, true, 90.0, -0.01)]);
+        // what was found keeps what it has beside the rest
+        list_closest(&Closest { part: part(RADIUS, true, 30.0, -0.02), gain: 30.0 }, &mut answer);
+        assert_eq!((answer.effects.len(), relative(&answer, RADIUS)), (1, -0.01));
+        let track = "wheel.track_width";
+        let at = list_closest(&Closest { part: part(track, true, 30.0, 0.03), gain: 30.0 }, &mut answer);
+        assert_eq!((at, answer.effects.len(), relative(&answer, track)), (1, 2, 0.03));
     }
 }

@@ -146,7 +146,13 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let candidates = every.only(|g| asked.walk || !matches!(every.kinds[g], Kind::Walk));
     let mut notes = Vec::new();
     let mut parts = Vec::new();
-    let as_is = settled(record, &noise, &candidates);
+    // how torques change within a step is first judged by the model without the effects
+    let mut believing = Branch::new(record.clone(), noise, settled(record, &noise, &candidates), Vec::new());
+    if believing.ripple() {
+        believing.compared = settled(record, &believing.noise, &candidates);
+    }
+    let Branch { compared: as_is, noise, .. } = believing;
+    let nominal = Noise { process: noise.process, ..nominal };
     let lost =
         asked.has(|e| matches!(e, DriveExplanation::MissedTicks)).then(|| lost_ticks(record, &noise, &as_is)).flatten();
     let (branch, gained) = match lost {
@@ -222,4 +228,30 @@ fn lost_ticks(record: &Record, noise: &Noise, as_is: &Compared) -> Option<(Recor
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ripple;
+    use super::super::ripple::tests::shaken;
+    use super::*;
+
+    /// A gain that is far off looks like torques that change within a step: gyro and heading part.
+    #[test]
+    fn how_torques_change_within_a_step_is_judged_with_the_effects() {
+        const GAIN: f64 = 0.2;
+        let library = Library::new();
+        for (parts, whole) in [(1, 0.0), (16, 1.0)] {
+            let mut record = shaken(parts, 11);
+            record.gyro_rad_s.iter_mut().flatten().for_each(|w| *w *= 1.0 + GAIN);
+            let before = ripple::before(&record, &Noise::believed(&record, None)).process.ripple;
+            let fit = fit(&record, &Asked::of(&library, &["gyro.scale_factor"]).unwrap(), &Options::default());
+            let all = record.belief.torque_noise_n_m_sqrt_s.powi(2);
+            println!("{parts}: {} before, {} with the gain", before / all, fit.process.ripple / all);
+            assert!(before > 0.0);
+            assert_eq!(fit.process.ripple, whole * all);
+            let (k, std) = (fit.parts[0].parameters["relative"], fit.parts[0].std["relative"]);
+            assert!((k - GAIN).abs() < 5.0 * std, "{k} {std}");
+        }
+    }
 }
