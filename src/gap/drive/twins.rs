@@ -1,11 +1,17 @@
 //! b/(1 + radius) = (1 + track) b = b/(1 + gyro scale):   z = (v ∓ ω b)/r of the wheels and ω of the gyro are the same
+//! ω(t - τ) ≈ ω - τ dω/dt,   ω of slipping wheels ≈ ω + κ J |v| / (b² M g) dω/dt
 //!
 //! Without torques and pose no reading knows a length, nor which of two yaw rates is right: wheels with larger radii are wheels
 //! on a narrower track of a robot that drives farther, and either is a gyro that reads too much. One of the three is compared,
 //! and stands for all of them: the gyro's, which leaves the motion as the wheels tell it. With another one beside the free
 //! forms of the gyro, the scale of all speeds would be open, and how speeds change is too roughly known to tell it.
+//!
+//! Without torques nothing tells the force by which wheels slip, so that slip is not compared. Wheels whose rims run ahead of the
+//! ground where the robot turns faster and faster run ahead of the gyro, as they do where the gyro is late: what looks like a late
+//! gyro may as well be slip, to either sensor.
 
 use super::record::Record;
+use crate::effects::Parameters;
 use crate::effects::drive::Driving;
 use crate::gap::findings::WeightedSet;
 
@@ -14,6 +20,10 @@ const SAME: [(&str, bool); 3] =
     [("gyro.scale_factor", true), ("vehicle.track_width", false), ("wheel.radius_scale", true)];
 /// Their parameter.
 const RELATIVE: &str = "relative";
+/// What is compared where wheels that slip are like it, and its parameter.
+const LATE: (&str, &str) = ("sensor.gyro_delay", "delay_s");
+/// Wheels that slip, and the parameters: what is proportional to the force, and what is not.
+const SLIP: (&str, [&str; 2]) = ("wheel.slip", ["compliance", "cubic_compliance"]);
 
 /// Effects that are one and the same to a drive.
 pub(super) struct Twins {
@@ -21,6 +31,8 @@ pub(super) struct Twins {
     pub(super) told_apart: Vec<&'static dyn Driving>,
     /// Those that are the same, the one that is compared first.
     same: Vec<(&'static str, bool)>,
+    /// κ/τ, 1/s, where slip and a late gyro are alike.
+    compliance_per_s: Option<f64>,
 }
 
 impl Twins {
@@ -30,11 +42,34 @@ impl Twins {
         let same: Vec<_> = SAME.into_iter().filter(|s| record.is_blind() && has(s.0)).collect();
         let stood_for = |e: &&&'static dyn Driving| same.iter().skip(1).any(|s| s.0 == e.about().id);
         let told_apart = effects.iter().filter(|e| !stood_for(e)).copied().collect();
-        Self { told_apart, same }
+        let alike = record.torques_n_m.is_none() && record.gyro_rad_s.is_some() && has(LATE.0) && has(SLIP.0);
+        let compliance_per_s = alike.then(|| compliance_per_s(record)).filter(|c| c.is_finite());
+        Self { told_apart, same, compliance_per_s }
     }
 
     /// The set, and those with each of the others in the place of the one that was compared, as probable.
     pub(super) fn all(&self, set: WeightedSet) -> Vec<WeightedSet> {
+        let slips = self.slips(&set);
+        std::iter::once(set).chain(slips).flat_map(|set| self.scaled(set)).collect()
+    }
+
+    /// The set with wheels that slip in the place of a late gyro.
+    fn slips(&self, set: &WeightedSet) -> Option<WeightedSet> {
+        let per_s = self.compliance_per_s?;
+        let at = set.parts.iter().position(|p| p.id == LATE.0)?;
+        let delay_s = *set.parts[at].parameters.get(LATE.1)?;
+        let std_s = set.parts[at].std.get(LATE.1).copied().unwrap_or(0.0);
+        let mut twin = set.clone();
+        let part = &mut twin.parts[at];
+        part.id = SLIP.0.into();
+        // what is no constant share of the force is not told at all
+        part.parameters = SLIP.1.map(str::to_owned).into_iter().zip([per_s * delay_s, 0.0]).collect();
+        part.std = Parameters::from([(SLIP.1[0].into(), per_s * std_s)]);
+        // wheels that lag the gyro do not slip
+        (delay_s > 0.0).then_some(twin)
+    }
+
+    fn scaled(&self, set: WeightedSet) -> Vec<WeightedSet> {
         let Some((&(first, inverse), others)) = self.same.split_first() else { return vec![set] };
         let Some(at) = set.parts.iter().position(|p| p.id == first) else { return vec![set] };
         let compared = 1.0 + set.parts[at].parameters.get(RELATIVE).copied().unwrap_or(0.0);
@@ -53,6 +88,14 @@ impl Twins {
     }
 }
 
+/// κ/τ = b² M g / (J |v|) at the drive's mean speed.
+fn compliance_per_s(record: &Record) -> f64 {
+    let robot = &record.belief.robot;
+    let ground = |i: usize| record.wheels_rad_s[i].iter().map(move |w| (w * robot.radius_m[i]).abs());
+    let (sum, n) = ground(0).chain(ground(1)).filter(|v| v.is_finite()).fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
+    2.0 * robot.wheel_load_n() * robot.half_track_m.powi(2) / (robot.yaw_inertia_kg_m2 * (sum / n))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -60,7 +103,7 @@ mod tests {
 
     #[test]
     fn each_of_the_same_stands_in_with_its_own_parameter() {
-        let twins = Twins { told_apart: Vec::new(), same: SAME.to_vec() };
+        let twins = Twins { told_apart: Vec::new(), same: SAME.to_vec(), compliance_per_s: None };
         let mut part = Part::new("gyro.scale_factor", true, 5.0);
         part.parameters.insert(RELATIVE.into(), 0.25);
         part.std.insert(RELATIVE.into(), 0.01);
@@ -76,5 +119,38 @@ mod tests {
         assert!(all.iter().all(|s| s.ln_weight.to_bits() == (-3.0f64).to_bits()));
         let other = WeightedSet { parts: vec![Part::new("wheel.slip", true, 1.0)], ln_weight: 0.0, probability: 0.0 };
         assert_eq!(twins.all(other.clone()), vec![other]);
+    }
+
+    /// Wheels that slip in proportion to the force, and a late gyro beside wheels that roll: what the gyro lags in yaw.
+    #[test]
+    fn a_late_gyro_may_be_wheels_that_slip() {
+        use super::super::unforced::tests::{belief, recorded};
+        use crate::effects::drive::{DriveExplanation, by_id, registry};
+        use crate::model::drive::{Moving, Robot};
+        let belief = belief();
+        let robot: Robot = belief.robot;
+        let (v, yaw_rate, about, delay_s) = (0.6, 0.2, 0.5, 0.004);
+        let wheels = robot.wheels_rad_s(v, yaw_rate);
+        let record = recorded(belief, 0.02, wheels.map(|w| vec![w; 400]), vec![yaw_rate; 400]);
+        let mut part = Part::new(LATE.0, true, 50.0);
+        part.parameters.insert(LATE.1.into(), delay_s);
+        part.std.insert(LATE.1.into(), 1e-4);
+        let set = WeightedSet { parts: vec![part], ln_weight: -1.0, probability: 0.0 };
+        let all = Twins::of(&record, registry()).all(set.clone());
+        assert_eq!(all.iter().map(|s| s.parts[0].id.as_str()).collect::<Vec<_>>(), [LATE.0, SLIP.0]);
+        let slip = &all[1].parts[0];
+        // the law of slip itself, at this yaw acceleration
+        let force = 0.5 * robot.yaw_inertia_kg_m2 * about / robot.half_track_m;
+        let at = Moving { speed_m_s: v, yaw_rate_rad_s: yaw_rate, wheel_force_n: [-force, force], ..Moving::default() };
+        let DriveExplanation::Model(law) = by_id(SLIP.0).unwrap().explanation() else { panic!() };
+        let turned = law.at(&law.theta(&slip.parameters)).wheels_rad_s(&robot, &at, wheels);
+        let of = |w: [f64; 2]| 0.5 * (w[1] * robot.radius_m[1] - w[0] * robot.radius_m[0]) / robot.half_track_m;
+        let ahead = of(turned) - of(wheels);
+        assert!((ahead / (delay_s * about) - 1.0).abs() < 0.05, "{ahead} {}", delay_s * about);
+        assert!((slip.std[SLIP.1[0]] / slip.parameters[SLIP.1[0]] - 0.025).abs() < 1e-9);
+        // with torques the force is known, and slip is compared itself
+        let mut driven = record.clone();
+        driven.torques_n_m = Some([vec![0.0; 400], vec![0.0; 400]]);
+        assert_eq!(Twins::of(&driven, registry()).all(set).len(), 1);
     }
 }
