@@ -8,7 +8,8 @@
 //!
 //! Without torques nothing tells the force by which wheels slip, so that slip is not compared. Wheels whose rims run ahead of the
 //! ground where the robot turns faster and faster run ahead of the gyro, as they do where the gyro is late: what looks like a late
-//! gyro may as well be slip, to either sensor.
+//! gyro may as well be slip. The likelihood does not decide: forces would have to come from accelerations of the same wheels, slip
+//! follows their noise, and wins where the gyro is late, too.
 
 use super::record::Record;
 use crate::effects::Parameters;
