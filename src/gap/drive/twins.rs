@@ -26,6 +26,9 @@ const LATE: (&str, &str) = ("sensor.gyro_delay", "delay_s");
 /// Wheels that slip, and the parameters: what is proportional to the force, and what is not.
 const SLIP: (&str, [&str; 2]) = ("wheel.slip", ["compliance", "cubic_compliance"]);
 
+/// Of equals the one that was compared is told first, and counts among what was found: nats that make no difference otherwise.
+const LAST: f64 = 1e-6;
+
 /// Effects that are one and the same to a drive.
 pub(super) struct Twins {
     /// The effects, but for those that another stands for.
@@ -60,7 +63,7 @@ impl Twins {
         let at = set.parts.iter().position(|p| p.id == LATE.0)?;
         let delay_s = *set.parts[at].parameters.get(LATE.1)?;
         let std_s = set.parts[at].std.get(LATE.1).copied().unwrap_or(0.0);
-        let mut twin = set.clone();
+        let mut twin = WeightedSet { ln_weight: set.ln_weight - LAST, ..set.clone() };
         let part = &mut twin.parts[at];
         part.id = SLIP.0.into();
         // what is no constant share of the force is not told at all
@@ -140,6 +143,7 @@ mod tests {
         let all = Twins::of(&record, registry()).all(set.clone());
         assert_eq!(all.iter().map(|s| s.parts[0].id.as_str()).collect::<Vec<_>>(), [LATE.0, SLIP.0]);
         let slip = &all[1].parts[0];
+        assert!(all[1].ln_weight < set.ln_weight && set.ln_weight - all[1].ln_weight < 1e-5);
         // the law of slip itself, at this yaw acceleration
         let force = 0.5 * robot.yaw_inertia_kg_m2 * about / robot.half_track_m;
         let at = Moving { speed_m_s: v, yaw_rate_rad_s: yaw_rate, wheel_force_n: [-force, force], ..Moving::default() };
