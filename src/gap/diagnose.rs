@@ -212,7 +212,7 @@ fn place(findings: &Findings, library: &Library, top: &Main, prepared: &Prepared
             })
         }
         Main::Unknown => {
-            let set = findings.sets.iter().find(|s| s.main().is_some_and(|m| !m.named))?;
+            let set = findings.best_unknown()?;
             let part = set.main()?;
             let condition = match part.id.as_str() {
                 "free.temperature" | "free.variance_temperature" => Some("temperature_c"),

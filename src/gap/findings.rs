@@ -179,6 +179,11 @@ impl Findings {
     pub fn best_with(&self, id: &str, as_main: bool) -> Option<&WeightedSet> {
         self.sets.iter().find(|s| s.part(id).is_some() && (!as_main || s.main().is_some_and(|m| m.id == id)))
     }
+
+    /// The most probable set whose main thing is a free form.
+    pub fn best_unknown(&self) -> Option<&WeightedSet> {
+        self.sets.iter().find(|s| s.main().is_some_and(|m| !m.named))
+    }
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, Verdict};
 use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
 use crate::gap::far::Closed;
-use crate::gap::findings::{Findings, Main, Part};
+use crate::gap::findings::{Findings, Main};
 
 /// Most effects whose share of the gap is measured one by one.
 const MEASURED: usize = 4;
@@ -205,7 +205,7 @@ fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
             Some(place)
         }
         Main::Unknown => {
-            let set = findings.sets.iter().find(|s| s.main().is_some_and(|m| !m.named))?;
+            let set = findings.best_unknown()?;
             let part = set.main()?;
             let description = Some(part.description.clone());
             if let Some(about) =
@@ -267,34 +267,31 @@ fn drop_inconstant(answer: &mut Answer, findings: &Findings) {
     if answer.verdict != Verdict::Unknown {
         return;
     }
-    let Some(set) = findings.sets.iter().find(|s| s.main().is_some_and(|m| !m.named)) else { return };
+    let Some(set) = findings.best_unknown() else { return };
     answer.together.retain(|id| set.parts.iter().all(|p| p.id.strip_prefix(VARYING) != Some(id)));
 }
 
 /// Where the effect that explains most alone stands in the list: at the end if it was not in it. Unless it was found, its
 /// parameters are those that it has alone: beside free corrections which hold what it would explain they say nothing.
 fn list_closest(closest: &Closest, answer: &mut Answer) -> usize {
-    let Part { id, parameters, std, .. } = closest.part.clone();
-    match answer.effects.iter().position(|e| e.id == id) {
-        Some(at) => {
-            if !answer.together.contains(&id) {
-                answer.effects[at] = EffectAnswer { parameters, std, ..answer.effects[at].clone() };
-            }
-            at
-        }
-        None => {
-            answer.effects.push(EffectAnswer {
-                id,
-                probability: 0.0,
-                parameters,
-                std,
-                gap_closed: None,
-                gap_closed_ci95: None,
-                share: None,
-            });
-            answer.effects.len() - 1
-        }
+    let part = &closest.part;
+    let at = answer.effects.iter().position(|e| e.id == part.id).unwrap_or_else(|| {
+        answer.effects.push(EffectAnswer {
+            id: part.id.clone(),
+            probability: 0.0,
+            parameters: Parameters::new(),
+            std: Parameters::new(),
+            gap_closed: None,
+            gap_closed_ci95: None,
+            share: None,
+        });
+        answer.effects.len() - 1
+    });
+    if !answer.together.contains(&part.id) {
+        let effect = &mut answer.effects[at];
+        (effect.parameters, effect.std) = (part.parameters.clone(), part.std.clone());
     }
+    at
 }
 
 /// Says so if the gyro at rest in the beginning of a drive reads as another unit's than that of the first drive would.
@@ -333,7 +330,7 @@ fn other_robot(record: &Record, kept: Option<&Record>, notes: &mut Vec<String>) 
 mod tests {
     use super::*;
     use crate::gap::Calibration;
-    use crate::gap::findings::WeightedSet;
+    use crate::gap::findings::{Part, WeightedSet};
 
     const RADIUS: &str = "wheel.radius_scale";
 

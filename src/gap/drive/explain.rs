@@ -146,20 +146,22 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let candidates = every.only(|g| asked.walk || !matches!(every.kinds[g], Kind::Walk));
     let mut notes = Vec::new();
     let mut parts = Vec::new();
-    // how torques change within a step is first judged by the model without the effects
-    let mut believing = Branch::new(record.clone(), noise, settled(record, &noise, &candidates), Vec::new());
-    if believing.ripple() {
-        believing.compared = settled(record, &believing.noise, &candidates);
+    let mut as_is = Branch::new(record.clone(), noise, settled(record, &noise, &candidates), Vec::new());
+    // how torques change within a step was judged by the model without the effects
+    if as_is.ripple() {
+        as_is.compared = settled(record, &as_is.noise, &candidates);
     }
-    let Branch { compared: as_is, noise, .. } = believing;
+    let noise = as_is.noise;
     let nominal = Noise { process: noise.process, ..nominal };
-    let lost =
-        asked.has(|e| matches!(e, DriveExplanation::MissedTicks)).then(|| lost_ticks(record, &noise, &as_is)).flatten();
+    let lost = asked
+        .has(|e| matches!(e, DriveExplanation::MissedTicks))
+        .then(|| lost_ticks(record, &noise, &as_is.compared))
+        .flatten();
     let (branch, gained) = match lost {
         Some((restored, compared, bursts, gained)) => {
             (Branch::new(restored, noise, compared, Vec::new()), Some((bursts, gained)))
         }
-        None => (Branch::new(record.clone(), noise, as_is, Vec::new()), None),
+        None => (as_is, None),
     };
     parts.extend(gained.map(|(bursts, gained)| missed_part(&bursts, gained)));
     let c = &branch.compared;
