@@ -139,6 +139,11 @@ fn schemes_fixes_losses_and_offsets_are_heard() {
     let at = |json: &Value, key: &str| json["parameters"][key]["estimate"].as_f64().unwrap();
     let grown = at(&plain, "c1_rad_s") * (50.0 / at(&plain, "time_constant_s")).exp();
     assert!((at(&late, "c1_rad_s") / grown - 1.0).abs() < 1e-9);
+    // white residuals: alike unless told otherwise, and weights for a walk that is hardly there change little
+    assert_eq!(plain["weighting"], "uniform");
+    let (_, told) = fit_json(&[log, "--weighting", "random-walk"]);
+    let std = plain["parameters"]["time_constant_s"]["std"].as_f64().unwrap();
+    assert!((at(&told, "time_constant_s") - at(&plain, "time_constant_s")).abs() < std, "{told}");
     let out = dir.path().join("g.toml");
     let five_j = ["--scheme", "backward-euler", "--sample-time", "0.1", "--no-plot", "-o"];
     assert_eq!(run(gyroid().args(["fit", log]).args(five_j).arg(&out)).0, 0);

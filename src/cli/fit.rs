@@ -11,7 +11,7 @@ use gyroid::bias::{Against, EarthRate, Scheme};
 use gyroid::config::Config;
 use gyroid::export::{ConfigurationOptions, configuration};
 use gyroid::files::OutputFile;
-use gyroid::identify::{self, Fit, FitOptions, Fixed, Loss, TemperatureFit};
+use gyroid::identify::{self, Fit, FitOptions, Fixed, Loss, TemperatureFit, Weighting};
 use gyroid::ingest::Axis;
 use gyroid::report::plot::{Format, Picture};
 use gyroid::report::{FitReport, LogFacts, Verdict, fit_picture};
@@ -52,6 +52,9 @@ pub(crate) struct FitArgs {
     /// Loss function; huber shrugs at outliers
     #[arg(long, value_enum, default_value_t = LossName::Squares)]
     loss: LossName,
+    /// How samples are weighed; uniform is ordinary least squares [default: by a random walk where the residuals show one]
+    #[arg(long, value_enum)]
+    weighting: Option<WeightingName>,
     /// What the model goes by; temperature is written as [gyro.temperature], which validate and navigate then go by
     #[arg(long, value_enum, default_value_t = AgainstName::Time)]
     against: AgainstName,
@@ -131,6 +134,12 @@ impl From<AgainstName> for Against {
             AgainstName::Temperature => Self::Temperature,
         }
     }
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum WeightingName {
+    Uniform,
+    RandomWalk,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -374,7 +383,11 @@ fn fit_options(args: &FitArgs) -> Result<FitOptions> {
         LossName::Squares => Loss::Squares,
         LossName::Huber => Loss::Huber,
     };
-    Ok(FitOptions { fixed, loss })
+    let weighting = args.weighting.map(|w| match w {
+        WeightingName::Uniform => Weighting::Uniform,
+        WeightingName::RandomWalk => Weighting::RandomWalk,
+    });
+    Ok(FitOptions { fixed, loss, weighting })
 }
 
 /// The plots that were asked for, or both kinds beside the configuration.

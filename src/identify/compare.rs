@@ -9,7 +9,7 @@
 //! P = (L/π) (1 - w²)^((d-2)/2) + P(|B| > w), L the curve's length, w² the share of the sum of squares explained.
 
 use super::noise::{Whitened, ratios, whiten};
-use super::projection::{BlockSum, Projection};
+use super::projection::{self, BlockSum, Projection};
 use crate::math::basis::Basis;
 use crate::math::lsq::dot;
 use serde::Serialize;
@@ -67,7 +67,7 @@ pub(super) fn compare(p: &Projection, free_time_constant: bool) -> Option<Compar
         return None;
     }
     let m = p.moments;
-    let shortest = m.step_s.max(m.span_s / 2000.0);
+    let shortest = m.step_s.max(m.span_s / projection::SHORTEST);
     let longest = 30.0 * (m.span_s + p.offset_s);
     if !(shortest > 0.0 && longest > shortest) {
         return None;
@@ -75,7 +75,7 @@ pub(super) fn compare(p: &Projection, free_time_constant: bool) -> Option<Compar
     let steps = ((longest / shortest).ln() * 3.0).ceil();
     let times: Vec<f64> =
         (0..=steps as i32).map(|i| shortest * (longest / shortest).powf(f64::from(i) / steps)).collect();
-    let first = p.groups(times[0], GROUPS);
+    let first = p.growing_groups(times[0], GROUPS);
     let n = first.len();
     let base = if free_c2 { 0.0 } else { p.c2? - m.reference };
     let mean = |sum: f64, g: &BlockSum| sum / g.n;
@@ -87,7 +87,7 @@ pub(super) fn compare(p: &Projection, free_time_constant: bool) -> Option<Compar
     let constants = series.len();
     series.push(first.iter().map(|g| g.mid_s + p.offset_s).collect());
     for &t in &times {
-        series.push(p.groups(t, GROUPS).iter().map(|g| mean(g.g, g)).collect());
+        series.push(p.growing_groups(t, GROUPS).iter().map(|g| mean(g.g, g)).collect());
     }
     let count: f64 = first.iter().map(|g| g.n).sum();
     let mut best: [Option<Best>; 3] = [None, None, None];

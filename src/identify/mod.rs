@@ -1,8 +1,9 @@
 //! Floor 3: the fit of e(t) = C1 (1 - exp(-t/T)) + C2 to a log at rest, and of the same error by temperature.
 //!
 //! Least squares by variable projection: for given T the model is linear, so T alone is searched, over all scales
-//! and from no starting value. Noise colour does not change the estimate; it changes the covariance, which allows for
-//! a random walk of the bias ([`NoiseEstimate`]). Intervals are profile-likelihood intervals.
+//! and from no starting value. Where the residuals show a random walk of the bias ([`NoiseEstimate`]) squares are weighed
+//! by it ([`Weighting`]); where they do not, the covariance still allows for one. Intervals are profile-likelihood
+//! intervals.
 
 mod advice;
 mod compare;
@@ -11,15 +12,17 @@ mod profile;
 mod projection;
 mod robust;
 mod search;
+mod surface;
 mod temperature;
 pub mod terms;
 mod types;
+mod weighted;
 
 pub use advice::Advice;
 pub use compare::{Comparison, GainTest, Score};
 pub use search::Termination;
 pub use temperature::{TemperatureFit, fit_temperature, fit_temperature_reduced};
-pub use types::{Estimate, Fit, FitOptions, Fixed, Loss, NoiseEstimate, StraightLine};
+pub use types::{Estimate, Fit, FitOptions, Fixed, Loss, NoiseEstimate, StraightLine, Weighting};
 
 use crate::bias::WarmUp;
 use crate::error::{Error, ErrorKind, Result};
@@ -28,6 +31,7 @@ use nalgebra::{DMatrix, Matrix3};
 use noise::NoiseFit;
 use projection::Projection;
 use search::Minimum;
+use surface::Surface;
 
 const LEVEL: f64 = 0.95;
 
@@ -144,14 +148,14 @@ fn huber(first: &Moments, time: &TimeAxis, values: &[f64], options: &FitOptions)
 }
 
 /// The minimum as a model that counts from power-on.
-fn power_on(p: &Projection, min: &Minimum) -> WarmUp {
+fn power_on(p: &impl Surface, min: &Minimum) -> WarmUp {
     let e = (p.clock_s() / min.time_constant).exp();
-    let c2 = min.linear.c2 + p.moments.reference;
+    let c2 = min.linear.c2 + p.reference();
     WarmUp { c1_rad_s: e * min.linear.c1, c2_rad_s: c2 + (1.0 - e) * min.linear.c1, time_constant_s: min.time_constant }
 }
 
 /// d(C1, C2, T at power-on) / d(c1, c2, T in the projection's clock).
-fn to_power_on(p: &Projection, c1: f64, time_constant: f64) -> Matrix3<f64> {
+fn to_power_on(p: &impl Surface, c1: f64, time_constant: f64) -> Matrix3<f64> {
     let x = p.clock_s() / time_constant;
     let e = x.exp();
     let by_t = -c1 * e * x / time_constant;
@@ -167,28 +171,58 @@ fn to_power_on(p: &Projection, c1: f64, time_constant: f64) -> Matrix3<f64> {
 /// Fit by least squares, everything included; `by_differences` is the variance that successive differences show.
 fn solve(moments: &Moments, by_differences: impl Fn() -> f64, options: &FitOptions) -> Result<Fit> {
     let p = Projection::new(moments, &options.fixed);
-    let free_t = options.fixed.time_constant_s.is_none();
-    let min = search::minimum(&p, options.fixed.time_constant_s);
-    let [free_c1, free_c2] = p.free();
-    let free = [free_c1, free_c2, free_t];
-    let freedom = moments.count as f64 - free.iter().filter(|f| **f).count() as f64;
-
-    // at the end of the searched range C1 and T are one parameter: linearise where they are still two
-    let longest = 10.0 * (moments.span_s + p.offset_s);
-    let pivot = if free_t { min.time_constant.min(longest) } else { min.time_constant };
-    let s = p.sums(pivot, true);
-    let l = p.linear(&s);
-    let groups = p.groups(pivot, noise::GROUPS);
-    let columns = noise::columns(&p, &s, &groups, l.c1, free_t.then_some(pivot));
-    let residual_sums: Vec<f64> = groups.iter().map(|b| b.y - l.c1 * b.g - l.c2 * b.n).collect();
+    let given_t = options.fixed.time_constant_s;
+    let plain = search::minimum(&p, given_t);
     let singular = || {
         Error::new(ErrorKind::Numeric, "log", "the parameters cannot be told apart on these samples")
             .mend("record a longer log, or fix a parameter with --fix")
     };
-    let noise = noise::fit(&groups, &columns, &residual_sums, moments.span_s).ok_or_else(singular)?;
+    let noise = plain_noise(&p, &plain, given_t.is_none()).ok_or_else(singular)?;
+    let walks = options.weighting.map_or(noise.walk_probability() > 0.5, |w| w == Weighting::RandomWalk);
+    if walks && let Some(w) = weighted::fit(&p, given_t) {
+        return Ok(complete(&p, &w.surface, &w.minimum, &w.noise, by_differences, options, Weighting::RandomWalk));
+    }
+    Ok(complete(&p, &p, &plain, &noise, by_differences, options, Weighting::Uniform))
+}
+
+/// T at which the model is linearised: at the end of the searched range C1 and T are one parameter, and the pivot lies
+/// where they are still two.
+fn pivot(p: &Projection, min: &Minimum, free_t: bool) -> f64 {
+    let longest = 10.0 * (p.moments.span_s + p.offset_s);
+    if free_t { min.time_constant.min(longest) } else { min.time_constant }
+}
+
+/// The noise of the residuals of plain least squares. `None` where the parameters cannot be told apart.
+fn plain_noise(p: &Projection, min: &Minimum, free_t: bool) -> Option<NoiseFit> {
+    let pivot = pivot(p, min, free_t);
+    let s = p.sums(pivot, true);
+    let l = p.linear(&s);
+    let groups = p.groups(pivot, noise::GROUPS);
+    let columns = noise::columns(p, &s, &groups, l.c1, free_t.then_some(pivot));
+    let residual_sums: Vec<f64> = groups.iter().map(|b| b.y - l.c1 * b.g - l.c2 * b.n).collect();
+    noise::fit(&groups, &columns, &residual_sums, p.moments.span_s)
+}
+
+/// All that is said of the minimum of a surface, given the noise.
+fn complete(
+    p: &Projection,
+    surface: &impl Surface,
+    min: &Minimum,
+    noise: &NoiseFit,
+    by_differences: impl Fn() -> f64,
+    options: &FitOptions,
+    weighting: Weighting,
+) -> Fit {
+    let moments = p.moments;
+    let free_t = options.fixed.time_constant_s.is_none();
+    let [free_c1, free_c2] = p.free();
+    let free = [free_c1, free_c2, free_t];
+    let freedom = moments.count as f64 - free.iter().filter(|f| **f).count() as f64;
+    let pivot = pivot(p, min, free_t);
 
     let places = placed(&free);
-    let spread = to_power_on(&p, l.c1, pivot);
+    let l = surface.linear_at(pivot);
+    let spread = to_power_on(p, l.c1, pivot);
     let full = |m: &DMatrix<f64>| -> Matrix3<f64> {
         let at = |i: usize, j: usize| match (places[i], places[j]) {
             (Some(a), Some(b)) => m[(a, b)],
@@ -200,9 +234,21 @@ fn solve(moments: &Moments, by_differences: impl Fn() -> f64, options: &FitOptio
     let unit = full(&noise.inverse_normal);
     let covariances: Vec<Matrix3<f64>> = noise.members.iter().map(|m| full(&m.covariance)).collect();
     let covariance: Matrix3<f64> = noise.members.iter().zip(&covariances).map(|(m, c)| *c * m.weight).sum();
-    let white_variance = min.linear.rss.max(0.0) / freedom;
+    let squares = match weighting {
+        Weighting::Uniform => min.linear.rss.max(0.0),
+        Weighting::RandomWalk => p.squares(min),
+    };
+    let white_variance = squares / freedom;
+    let if_white = match weighting {
+        Weighting::Uniform => unit,
+        Weighting::RandomWalk => {
+            let s = p.sums(pivot, true);
+            let columns = noise::columns(p, &s, &[], l.c1, free_t.then_some(pivot));
+            noise::inverse(&columns.normal).map_or_else(|| unit.map(|_| f64::NAN), |m| full(&m))
+        }
+    };
 
-    let model = power_on(&p, &min);
+    let model = power_on(p, min);
     let values_at = [model.c1_rad_s, model.c2_rad_s, model.time_constant_s];
     let mut estimates = [Estimate { estimate: 0.0, std: 0.0, std_white: 0.0, ci95: [0.0; 2] }; 3];
     for j in 0..3 {
@@ -216,19 +262,16 @@ fn solve(moments: &Moments, by_differences: impl Fn() -> f64, options: &FitOptio
         let kappa = half * half / unit[(j, j)];
         let ci95 = match j {
             _ if !free_t => [x - half, x + half],
-            0 => profile::linear(&p, &min, profile::Target::C1, kappa),
-            1 => profile::linear(&p, &min, profile::Target::C2, kappa),
-            _ => profile::time_constant(&p, &min, kappa),
+            0 => profile::linear(surface, min, profile::Target::C1, kappa),
+            1 => profile::linear(surface, min, profile::Target::C2, kappa),
+            _ => profile::time_constant(surface, min, kappa),
         };
-        let std_white = (unit[(j, j)] * white_variance).sqrt();
+        let std_white = (if_white[(j, j)] * white_variance).sqrt();
         estimates[j] = Estimate { estimate: x, std: covariance[(j, j)].sqrt(), std_white, ci95 };
     }
     let [c1_rad_s, c2_rad_s, time_constant_s] = estimates;
     let bounded = time_constant_s.ci95[0] > 0.0 && time_constant_s.ci95[1].is_finite();
     let identifiable = !free_t || (min.termination.converged() && bounded);
-    let noise_estimate = estimate_noise(&noise, moments.step_s, min.linear.rss / freedom, by_differences);
-    let comparison = compare::compare(&p, free_t);
-    let line = straight_line(moments, options);
     let mut out = Fit {
         c1_rad_s,
         c2_rad_s,
@@ -238,20 +281,21 @@ fn solve(moments: &Moments, by_differences: impl Fn() -> f64, options: &FitOptio
         identifiable,
         termination: min.termination,
         loss: Loss::Squares,
-        residual_sum_of_squares_rad2_s2: min.linear.rss,
+        weighting,
+        residual_sum_of_squares_rad2_s2: squares,
         residual_std_rad_s: white_variance.sqrt(),
         degrees_of_freedom: freedom,
         samples: moments.count,
         sample_rate_hz: 1.0 / moments.step_s,
         first_s: moments.first_s,
         span_s: moments.span_s,
-        noise: noise_estimate,
-        comparison,
-        line,
+        noise: estimate_noise(noise, moments.step_s, white_variance, by_differences),
+        comparison: compare::compare(p, free_t),
+        line: straight_line(moments, options),
         advice: Vec::new(),
     };
-    out.advice = advise(&p, &noise, &out, free_t);
-    Ok(out)
+    out.advice = advise(surface, noise, &out, free_t);
+    out
 }
 
 /// Position of each of C1, C2, T among the free ones.
@@ -287,7 +331,7 @@ fn estimate_noise(
     residual_variance: f64,
     by_differences: impl Fn() -> f64,
 ) -> NoiseEstimate {
-    let probability = noise.mean(|m| f64::from(u8::from(m.walk_variance_rate > 0.0)));
+    let probability = noise.walk_probability();
     // with a random walk in the residuals their variance is not the white noise's; successive differences still see it
     let white = if probability > 0.5 { by_differences() } else { residual_variance };
     let mut upper = 0.0;
@@ -334,14 +378,14 @@ fn straight_line(moments: &Moments, options: &FitOptions) -> Option<StraightLine
 }
 
 /// How long to record. Where T is not known, for the shortest T that the log allows and for longer ones.
-fn advise(p: &Projection, noise: &NoiseFit, fit: &Fit, free_t: bool) -> Vec<Advice> {
+fn advise(p: &impl Surface, noise: &NoiseFit, fit: &Fit, free_t: bool) -> Vec<Advice> {
     if !free_t || !fit.warm_up_found() {
         return Vec::new();
     }
     // a walk that this log does not support is not held against a longer one
     let walk = fit.noise.rate_random_walk_probability > 0.5;
     let plan = |time_constant_s: f64| {
-        let c1 = p.linear(&p.sums(time_constant_s, false)).c1 * (p.clock_s() / time_constant_s).exp();
+        let c1 = p.linear_at(time_constant_s).c1 * (p.clock_s() / time_constant_s).exp();
         advice::Plan {
             c1_rad_s: c1,
             time_constant_s,

@@ -1,7 +1,7 @@
 //! y = X β + w + ε on block means: ε white with variance σ²/n, w a random walk with increments K² Δt.
 //!
-//! Least squares is kept as the estimator; what the noise decides is its covariance,
-//! (XᵀX)⁻¹ Xᵀ V X (XᵀX)⁻¹. V is not known: K has half its prior mass at zero and the rest spread evenly over
+//! Under plain least squares the noise decides the covariance alone, (XᵀX)⁻¹ Xᵀ V X (XᵀX)⁻¹ (where a walk is likely
+//! `weighted` estimates, too). V is not known: K has half its prior mass at zero and the rest spread evenly over
 //! ln K, and the covariance is a mixture over K weighted by the restricted likelihood (Patterson and Thompson,
 //! Biometrika 58 (1971) 545), exact by the Kalman filter of the local level model (Harvey 1989, 3.4).
 //! Short-range correlation needs no term of its own: block means see it as a larger σ².
@@ -92,18 +92,23 @@ pub(super) struct Whitened {
     pub ln_det: f64,
 }
 
-/// Runs the local level filter with the walk at zero in the first group over each series of group means.
+/// Runs the filter of a random walk that is zero where the first group begins over each series of group means.
+///
+/// A group's mean sees the walk averaged: of n samples over a length h the mean less the level at the begin has variance
+/// K² h (n+1)(2n+1)/6n² and covariance K² h (n+1)/2n with the rise to the end.
 pub(super) fn whiten(groups: &[BlockSum], series: &[Vec<f64>], ratio: f64) -> Whitened {
     let mut level = vec![0.0; series.len()];
     let mut out: Vec<Vec<f64>> = series.iter().map(|s| Vec::with_capacity(s.len())).collect();
-    let (mut variance, mut ln_det, mut last_s) = (0.0, 0.0, f64::NAN);
+    let (mut variance, mut ln_det) = (0.0, 0.0);
+    let mut end_s = groups.first().map_or(0.0, |g| g.begin_s);
     for (i, group) in groups.iter().enumerate() {
-        if i > 0 {
-            variance += ratio * (group.mid_s - last_s);
-        }
-        last_s = group.mid_s;
-        let total = variance + 1.0 / group.n;
-        let gain = variance / total;
+        let n = group.n;
+        variance += ratio * (group.begin_s - end_s).max(0.0);
+        end_s = group.end_s;
+        let rise = ratio * (group.end_s - group.begin_s);
+        let total = variance + rise * (n + 1.0) * (2.0 * n + 1.0) / (6.0 * n * n) + 1.0 / n;
+        let with_end = variance + rise * (n + 1.0) / (2.0 * n);
+        let gain = with_end / total;
         let scale = total.sqrt().recip();
         ln_det += total.ln();
         for ((level, series), out) in level.iter_mut().zip(series).zip(&mut out) {
@@ -111,33 +116,41 @@ pub(super) fn whiten(groups: &[BlockSum], series: &[Vec<f64>], ratio: f64) -> Wh
             out.push(innovation * scale);
             *level += gain * innovation;
         }
-        variance *= 1.0 - gain;
+        variance = (variance + rise - gain * with_end).max(0.0);
     }
     Whitened { columns: out, ln_det }
 }
 
-/// Generalised least squares on whitened columns, the first of which is y: residual sum of squares, ln det XᵀV⁻¹X.
-pub(super) fn regress(columns: &[Vec<f64>]) -> Option<(f64, f64)> {
+/// Generalised least squares on whitened columns.
+pub(super) struct Regression {
+    pub rss: f64,
+    pub coefficients: Vec<f64>,
+    /// XᵀV⁻¹X and the logarithm of its determinant.
+    pub normal: DMatrix<f64>,
+    pub ln_det: f64,
+}
+
+/// Regresses the first of the whitened columns on the others. `None` where these cannot be told apart.
+pub(super) fn regress(columns: &[Vec<f64>]) -> Option<Regression> {
     let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(x, y)| x * y).sum() };
     let (y, x) = columns.split_first()?;
     let k = x.len();
     if k == 0 {
-        return Some((dot(y, y), 0.0));
+        let normal = DMatrix::zeros(0, 0);
+        return Some(Regression { rss: dot(y, y), coefficients: Vec::new(), normal, ln_det: 0.0 });
     }
     let scale: Vec<f64> = x.iter().map(|c| dot(c, c).sqrt()).collect();
-    let normal = DMatrix::from_fn(k, k, |i, j| dot(&x[i], &x[j]) / (scale[i] * scale[j]));
+    let unit = DMatrix::from_fn(k, k, |i, j| dot(&x[i], &x[j]) / (scale[i] * scale[j]));
     let rhs = DVector::from_fn(k, |i, _| dot(&x[i], y) / scale[i]);
-    let cholesky = nalgebra::Cholesky::new(normal)?;
+    let cholesky = nalgebra::Cholesky::new(unit.clone())?;
     let beta = cholesky.solve(&rhs);
-    let residual: f64 = y
-        .iter()
-        .enumerate()
-        .map(|(t, y)| y - (0..k).map(|i| beta[i] * x[i][t] / scale[i]).sum::<f64>())
-        .map(|r| r * r)
-        .sum();
+    let coefficients: Vec<f64> = (0..k).map(|i| beta[i] / scale[i]).collect();
+    let residual = |t: usize| y[t] - coefficients.iter().zip(x).map(|(b, x)| b * x[t]).sum::<f64>();
+    let rss = (0..y.len()).map(|t| residual(t).powi(2)).sum();
     let ln_det = 2.0 * cholesky.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()
         + 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>();
-    Some((residual, ln_det))
+    let normal = DMatrix::from_fn(k, k, |i, j| unit[(i, j)] * scale[i] * scale[j]);
+    Some(Regression { rss, coefficients, normal, ln_det })
 }
 
 /// The ratios K²/σ² of the mixture with their prior weights: zero, and from 'adds to the mean's variance as much
@@ -168,9 +181,9 @@ pub(super) fn fit(groups: &[BlockSum], columns: &Columns, residual_sums: &[f64],
     let mut ln_weights = Vec::new();
     for (ratio, prior) in ratios(count, span_s, m) {
         let white = whiten(groups, &series, ratio);
-        let Some((rss, ln_det)) = regress(&white.columns) else { continue };
-        let variance = (rss / freedom).max(f64::MIN_POSITIVE);
-        ln_weights.push(prior.ln() - 0.5 * (freedom * variance.ln() + white.ln_det + ln_det));
+        let Some(found) = regress(&white.columns) else { continue };
+        let variance = (found.rss / freedom).max(f64::MIN_POSITIVE);
+        ln_weights.push(prior.ln() - 0.5 * (freedom * variance.ln() + white.ln_det + found.ln_det));
         let spread = &inverse_normal + ratio * (&inverse_normal * &walk * &inverse_normal);
         members.push(Member {
             weight: 0.0,
@@ -179,16 +192,7 @@ pub(super) fn fit(groups: &[BlockSum], columns: &Columns, residual_sums: &[f64],
             covariance: spread * variance,
         });
     }
-    let top = ln_weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let total: f64 = ln_weights.iter().map(|w| (w - top).exp()).sum();
-    for (member, w) in members.iter_mut().zip(&ln_weights) {
-        member.weight = (w - top).exp() / total;
-    }
-    (total.is_finite() && !members.is_empty()).then_some(NoiseFit {
-        members,
-        inverse_normal,
-        degrees_of_freedom: freedom,
-    })
+    NoiseFit::weigh(members, &ln_weights, inverse_normal, freedom)
 }
 
 /// Xᵀ V X of a random walk with unit K²: Σ Δt S Sᵀ, S the column sums from each time to the end.
@@ -207,6 +211,26 @@ fn walk_normal(groups: &[BlockSum], columns: &Columns) -> DMatrix<f64> {
 }
 
 impl NoiseFit {
+    /// The mixture of `members` with these logarithms of weights. `None` without any.
+    pub fn weigh(
+        mut members: Vec<Member>,
+        ln_weights: &[f64],
+        inverse_normal: DMatrix<f64>,
+        degrees_of_freedom: f64,
+    ) -> Option<Self> {
+        let top = ln_weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = ln_weights.iter().map(|w| (w - top).exp()).sum();
+        for (member, w) in members.iter_mut().zip(ln_weights) {
+            member.weight = (w - top).exp() / total;
+        }
+        (total.is_finite() && !members.is_empty()).then_some(Self { members, inverse_normal, degrees_of_freedom })
+    }
+
+    /// Probability that the bias walks.
+    pub fn walk_probability(&self) -> f64 {
+        self.mean(|m| f64::from(u8::from(m.walk_variance_rate > 0.0)))
+    }
+
     /// Mean of f over the mixture.
     pub fn mean(&self, f: impl Fn(&Member) -> f64) -> f64 {
         self.members.iter().map(|m| m.weight * f(m)).sum()

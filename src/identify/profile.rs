@@ -5,8 +5,8 @@
 //! Bate, Biometrika 94 (2007) 167); away from it the shape is the profile's own, lopsided where T is badly known.
 //! Given T all is linear, so C1's and C2's profiles need a search in T alone.
 
-use super::projection::Projection;
 use super::search::Minimum;
+use super::surface::Surface;
 use crate::math::brent;
 
 /// Points in T at which the profiles of C1 and C2 are looked at first.
@@ -15,7 +15,7 @@ const POINTS: usize = 12;
 const PRECISION: f64 = 1e-6;
 
 /// The set of ln T with S - S_min ≤ κ, as an interval; an end without a crossing is infinite.
-fn feasible(p: &Projection, min: &Minimum, kappa: f64) -> [f64; 2] {
+fn feasible(p: &impl Surface, min: &Minimum, kappa: f64) -> [f64; 2] {
     let excess = |x: f64| p.rss(x) - min.linear.rss - kappa;
     let grid: Vec<f64> = min.scan.iter().map(|s| s.0).collect();
     let best = min.time_constant.ln();
@@ -45,7 +45,7 @@ fn feasible(p: &Projection, min: &Minimum, kappa: f64) -> [f64; 2] {
 }
 
 /// Interval of T, s: (0, ∞) are the open ends.
-pub(super) fn time_constant(p: &Projection, min: &Minimum, kappa: f64) -> [f64; 2] {
+pub(super) fn time_constant(p: &impl Surface, min: &Minimum, kappa: f64) -> [f64; 2] {
     feasible(p, min, kappa).map(f64::exp)
 }
 
@@ -57,7 +57,7 @@ pub(super) enum Target {
 }
 
 /// Interval of C1 or C2 at power-on, rad/s.
-pub(super) fn linear(p: &Projection, min: &Minimum, target: Target, kappa: f64) -> [f64; 2] {
+pub(super) fn linear(p: &impl Surface, min: &Minimum, target: Target, kappa: f64) -> [f64; 2] {
     let grid = &min.scan;
     let [low, high] = feasible(p, min, kappa);
     let open = high == f64::INFINITY;
@@ -84,26 +84,19 @@ pub(super) fn linear(p: &Projection, min: &Minimum, target: Target, kappa: f64) 
 }
 
 /// Estimate of the target given T, and the squared distance that κ leaves it there.
-fn conditional(p: &Projection, min: &Minimum, target: Target, kappa: f64, ln_t: f64) -> (f64, f64) {
+fn conditional(p: &impl Surface, min: &Minimum, target: Target, kappa: f64, ln_t: f64) -> (f64, f64) {
     let time_constant = ln_t.exp();
-    let s = p.sums(time_constant, false);
-    let l = p.linear(&s);
+    let l = p.linear_at(time_constant);
     // power-on parameters are (C1, C2) = (E c1, c2 + (1 - E) c1), E = exp(clock/T)
     let e = (p.clock_s() / time_constant).exp();
     let w = match target {
         Target::C1 => [e, 0.0],
         Target::C2 => [1.0 - e, 1.0],
     };
-    let variance = match p.free() {
-        [true, true] => {
-            let gg = s.gg - s.g * s.g / s.n;
-            let slope = w[0] - w[1] * s.g / s.n;
-            slope * slope / gg + w[1] * w[1] / s.n
-        }
-        [true, false] => w[0] * w[0] / s.gg,
-        [false, true] => w[1] * w[1] / s.n,
-        [false, false] => 0.0,
-    };
-    let center = w[0] * l.c1 + w[1] * (l.c2 + p.moments.reference);
+    let [[a, b], [_, d]] = p.inverse_normal(time_constant);
+    // as a sum of squares: no rounding makes it negative
+    let variance =
+        if a > 0.0 { a * (w[0] + w[1] * b / a).powi(2) + w[1] * w[1] * (d - b * b / a) } else { w[1] * w[1] * d };
+    let center = w[0] * l.c1 + w[1] * (l.c2 + p.reference());
     (center, (kappa - (l.rss - min.linear.rss)) * variance)
 }

@@ -2,11 +2,18 @@
 //! Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413). All inner products come from block moments.
 
 use super::Fixed;
+use super::search::Minimum;
+use super::surface::Surface;
 use crate::math::legendre::{self, COUNT};
 use crate::signal::Moments;
 
 /// Beyond this many time constants exp(-t/T) is below the rounding of 1.
 const GONE: f64 = 45.0;
+
+/// The shortest of growing groups are this part of the log, or that many samples: what is correlated from one sample
+/// to the next is white among them.
+pub(super) const SHORTEST: f64 = 32_768.0;
+const FEWEST: f64 = 64.0;
 
 /// Sums over the samples, with g = 1 - exp(-u), d = u exp(-u) = -∂g/∂ln T, u = t/T.
 /// y counts from the moments' reference.
@@ -23,11 +30,15 @@ pub(super) struct Sums {
     pub dy: f64,
 }
 
-/// Sums of one block, for the noise model: count, middle (s from the first sample), Σy, Σg, Σd.
+/// Sums of one block, for the noise model: count, middle, begin and end (s from the first sample), Σy, Σg, Σd.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct BlockSum {
     pub n: f64,
     pub mid_s: f64,
+    /// Half a step before the first sample.
+    pub begin_s: f64,
+    /// Half a step after the last.
+    pub end_s: f64,
     pub y: f64,
     pub g: f64,
     pub d: f64,
@@ -87,11 +98,6 @@ impl<'a> Projection<'a> {
     pub fn new(moments: &'a Moments, fixed: &Fixed) -> Self {
         let local = fixed.c1_rad_s.is_none() && fixed.c2_rad_s.is_none();
         Self { moments, offset_s: if local { 0.0 } else { moments.first_s }, c1: fixed.c1_rad_s, c2: fixed.c2_rad_s }
-    }
-
-    /// Time since power-on of the zero of g's clock, s.
-    pub fn clock_s(&self) -> f64 {
-        self.moments.first_s - self.offset_s
     }
 
     fn classes_at(&self, time_constant: f64, derivative: bool) -> Vec<ClassAt> {
@@ -171,10 +177,25 @@ impl<'a> Projection<'a> {
 
     /// Block sums at `time_constant`, neighbours merged to at most about `most` groups.
     pub fn groups(&self, time_constant: f64, most: usize) -> Vec<BlockSum> {
-        let classes = self.classes_at(time_constant, false);
         let per_group = self.moments.count as f64 / most as f64;
-        let mut groups: Vec<BlockSum> = Vec::with_capacity(most + 1);
-        let mut open = BlockSum::default();
+        self.merged(time_constant, |_| per_group)
+    }
+
+    /// Block sums at `time_constant` whose lengths grow with time up to those of [`Self::groups`]: a short warm-up in a
+    /// long log lies in its first groups, and they show it.
+    pub fn growing_groups(&self, time_constant: f64, most: usize) -> Vec<BlockSum> {
+        let count = self.moments.count as f64;
+        let longest = count / most as f64;
+        let shortest = (count / SHORTEST).max(FEWEST).min(longest);
+        self.merged(time_constant, |before| (before / 16.0).clamp(shortest, longest))
+    }
+
+    /// Block sums, neighbours merged up to the length that `length` gives for the number of samples before.
+    fn merged(&self, time_constant: f64, length: impl Fn(f64) -> f64) -> Vec<BlockSum> {
+        let classes = self.classes_at(time_constant, false);
+        let half_step = 0.5 * self.moments.step_s;
+        let mut groups: Vec<BlockSum> = Vec::new();
+        let (mut open, mut before) = (BlockSum::default(), 0.0);
         for block in &self.moments.blocks {
             let c = &classes[block.class];
             let mid = block.mid_s + self.offset_s;
@@ -187,12 +208,17 @@ impl<'a> Projection<'a> {
                 g = a * c.n - e * c.one_tail;
                 d = e * (alpha * c.one_q + c.one_x);
             }
+            if open.n == 0.0 {
+                open.begin_s = block.mid_s - half - half_step;
+            }
+            open.end_s = block.mid_s + half + half_step;
             open.n += c.n;
             open.mid_s += c.n * block.mid_s;
             open.y += block.moments[0];
             open.g += g;
             open.d += d;
-            if open.n >= per_group {
+            if open.n >= length(before) {
+                before += open.n;
                 groups.push(open);
                 open = BlockSum::default();
             }
@@ -237,12 +263,14 @@ impl<'a> Projection<'a> {
         }
     }
 
-    /// Residual sum of squares at ln T, the rest at its best.
-    pub fn rss(&self, ln_t: f64) -> f64 {
-        self.linear(&self.sums(ln_t.exp(), false)).rss
+    /// Σ r² over the samples at a minimum of whatever surface.
+    pub fn squares(&self, min: &Minimum) -> f64 {
+        let (s, l) = (self.sums(min.time_constant, false), min.linear);
+        let along = l.c1 * s.gy + l.c2 * s.y - l.c1 * l.c2 * s.g;
+        (self.moments.square_sum + l.c1 * l.c1 * s.gg + l.c2 * l.c2 * s.n - 2.0 * along).max(0.0)
     }
 
-    /// Half the derivative of [`Self::rss`] by ln T: by the envelope theorem the linear parameters stand still.
+    /// Half the derivative of the sum of squares by ln T: by the envelope theorem the linear parameters stand still.
     pub fn slope(&self, ln_t: f64) -> f64 {
         let s = self.sums(ln_t.exp(), true);
         let l = self.linear(&s);
@@ -252,5 +280,32 @@ impl<'a> Projection<'a> {
     /// Which of C1, C2 are free.
     pub fn free(&self) -> [bool; 2] {
         [self.c1.is_none(), self.c2.is_none()]
+    }
+}
+
+impl Surface for Projection<'_> {
+    fn linear_at(&self, time_constant: f64) -> Linear {
+        self.linear(&self.sums(time_constant, false))
+    }
+
+    fn inverse_normal(&self, time_constant: f64) -> [[f64; 2]; 2] {
+        let s = self.sums(time_constant, false);
+        match self.free() {
+            [true, true] => {
+                let (gg, mean) = (s.gg - s.g * s.g / s.n, s.g / s.n);
+                [[1.0 / gg, -mean / gg], [-mean / gg, 1.0 / s.n + mean * mean / gg]]
+            }
+            [true, false] => [[1.0 / s.gg, 0.0], [0.0, 0.0]],
+            [false, true] => [[0.0, 0.0], [0.0, 1.0 / s.n]],
+            [false, false] => [[0.0; 2]; 2],
+        }
+    }
+
+    fn clock_s(&self) -> f64 {
+        self.moments.first_s - self.offset_s
+    }
+
+    fn reference(&self) -> f64 {
+        self.moments.reference
     }
 }

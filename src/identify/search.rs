@@ -2,6 +2,7 @@
 //! derivative, Gauss-Newton polish.
 
 use super::projection::{Linear, Projection};
+use super::surface::Surface;
 use crate::math::brent;
 use serde::Serialize;
 
@@ -59,12 +60,11 @@ pub(super) fn range(p: &Projection) -> (f64, f64) {
 /// Points of the scan for each factor e of T: the sum of squares has no structure finer than that.
 const PER_E_FOLD: f64 = 4.0;
 
-/// Residual sum of squares on the logarithmic grid in T.
-fn scan(p: &Projection) -> Vec<(f64, f64)> {
+/// Values of ln T that are looked at first.
+pub(super) fn lattice(p: &Projection) -> Vec<f64> {
     let (low, high) = range(p);
     let n = ((high / low).ln() * PER_E_FOLD).ceil().max(8.0);
-    let ln_t = |i: usize| low.ln() + (high / low).ln() * i as f64 / n;
-    (0..=n as usize).map(|i| (ln_t(i), p.rss(ln_t(i)))).collect()
+    (0..=n as usize).map(|i| low.ln() + (high / low).ln() * i as f64 / n).collect()
 }
 
 /// Finds the least-squares T and the parameters that go with it.
@@ -76,7 +76,7 @@ pub(super) fn minimum(p: &Projection, fixed_time_constant: Option<f64>) -> Minim
     if let Some(time_constant) = fixed_time_constant {
         return at(time_constant, Termination::Linear, Vec::new());
     }
-    let scan = scan(p);
+    let scan: Vec<(f64, f64)> = lattice(p).into_iter().map(|ln_t| (ln_t, p.rss(ln_t))).collect();
     let best = (0..scan.len()).min_by(|&a, &b| scan[a].1.total_cmp(&scan[b].1)).unwrap_or(0);
     if best == 0 {
         return at(scan[0].0.exp(), Termination::TooFast, scan);

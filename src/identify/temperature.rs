@@ -314,6 +314,14 @@ fn polynomial(blocks: &[Block], degree: usize, level: f64, rise: &dyn Fn(&Block)
             residuals.push(residual);
         }
     }
+    // groups follow one another: each ends half way to the next
+    let middles: Vec<f64> = groups.iter().map(|g| g.mid_s).collect();
+    for (i, group) in groups.iter_mut().enumerate() {
+        let half_way = |j: usize| 0.5 * (middles[i] + middles[j]);
+        let (before, after) = (i.checked_sub(1).map(half_way), (i + 1 < middles.len()).then(|| half_way(i + 1)));
+        group.begin_s = before.or(after.map(|a| 2.0 * middles[i] - a)).unwrap_or(middles[i]);
+        group.end_s = after.unwrap_or(2.0 * middles[i] - group.begin_s);
+    }
     let span_s = blocks.last()?.mid_s - blocks[0].mid_s;
     let noise = noise::fit(&groups, &Columns { groups: sums, normal }, &residuals, span_s)?;
     Some(Solved { coefficients, noise, rss })

@@ -27,6 +27,17 @@ pub enum Loss {
     Huber,
 }
 
+/// How samples are weighed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Weighting {
+    /// All alike: ordinary least squares.
+    Uniform,
+    /// By the inverse of the covariance of white noise and the random walk that the residuals show: generalised least
+    /// squares. What lies far apart in time says less of the warm-up than what lies close together.
+    RandomWalk,
+}
+
 /// What the fit is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FitOptions {
@@ -34,6 +45,8 @@ pub struct FitOptions {
     pub fixed: Fixed,
     /// Loss function.
     pub loss: Loss,
+    /// How to weigh samples; `None`: by a random walk where the residuals show one more likely than not, else all alike.
+    pub weighting: Option<Weighting>,
 }
 
 /// An estimated number.
@@ -90,6 +103,8 @@ pub struct Fit {
     pub termination: Termination,
     /// Loss function.
     pub loss: Loss,
+    /// How samples were weighed.
+    pub weighting: Weighting,
     /// Σ r², rad²/s².
     pub residual_sum_of_squares_rad2_s2: f64,
     /// sqrt(Σ r² / degrees of freedom), rad/s.

@@ -107,6 +107,7 @@ impl Settings {
             ("c2_rad_s", json!(fixed.c2_rad_s)),
             ("time_constant_s", json!(fixed.time_constant_s)),
             ("loss", json!((self.fit.loss == Loss::Huber).then_some(self.fit.loss))),
+            ("weighting", json!(self.fit.weighting)),
             ("level", json!(Some(self.whiteness.level).filter(|v| *v != usual.level))),
             ("draws", json!(Some(self.whiteness.draws).filter(|v| *v != usual.draws))),
             ("seed", json!(Some(self.whiteness.seed).filter(|v| *v != usual.seed))),

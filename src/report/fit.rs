@@ -3,7 +3,7 @@
 use super::numbers::{known_digits, probability, significant};
 use super::temperature::{temperature_json, temperature_text};
 use crate::bias::{Against, EarthRate};
-use crate::identify::{Estimate, Fit, TemperatureFit, Termination};
+use crate::identify::{Estimate, Fit, TemperatureFit, Termination, Weighting};
 use crate::math::whiteness::Whiteness;
 use crate::units::{RAD_S_PER_DEG_S, RateUnit, duration_text};
 use crate::validate::Validation;
@@ -206,9 +206,13 @@ impl FitReport {
         let _ = if n.rate_random_walk_probability > 0.5 {
             writeln!(
                 out,
-                "  rate random walk {} rad/s/√s (probability {}); std allows for it",
+                "  rate random walk {} rad/s/√s (probability {}); {}",
                 significant(n.rate_random_walk_rad_s_sqrt_s, 2),
-                probability(n.rate_random_walk_probability)
+                probability(n.rate_random_walk_probability),
+                match self.fit.weighting {
+                    Weighting::RandomWalk => "the fit is weighed by it, and std allows for it",
+                    Weighting::Uniform => "std allows for it",
+                }
             )
         } else {
             writeln!(
@@ -298,6 +302,7 @@ impl FitReport {
             "white": self.validation.white,
             "termination": fit.termination,
             "loss": fit.loss,
+            "weighting": fit.weighting,
             "samples": fit.samples,
             "sample_rate_hz": fit.sample_rate_hz,
             "first_s": fit.first_s,

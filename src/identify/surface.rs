@@ -1,0 +1,25 @@
+//! A sum of squares over T, C1 and C2 at their best: what the search and the profile intervals look at. Plain least
+//! squares over the samples is one ([`super::projection`]), squares weighed by a random walk the other
+//! ([`super::weighted`]).
+
+use super::projection::Linear;
+
+/// Sum of squares as a function of T.
+pub(super) trait Surface {
+    /// Best linear parameters at `time_constant`, and the sum of squares with them.
+    fn linear_at(&self, time_constant: f64) -> Linear;
+
+    /// Inverse normal matrix of (c1, c2) at `time_constant`; zero for a given one.
+    fn inverse_normal(&self, time_constant: f64) -> [[f64; 2]; 2];
+
+    /// Time since power-on of the zero of g's clock, s.
+    fn clock_s(&self) -> f64;
+
+    /// What c2 counts from, rad/s.
+    fn reference(&self) -> f64;
+
+    /// The sum of squares at ln T.
+    fn rss(&self, ln_t: f64) -> f64 {
+        self.linear_at(ln_t.exp()).rss
+    }
+}
