@@ -24,12 +24,15 @@ pub(crate) struct LogArgs {
     memory: MemoryArgs,
     #[command(flatten)]
     columns: ColumnArgs,
+    /// Bytes that the work on a held log takes for each of the log's.
+    #[arg(skip = 1_usize)]
+    work: usize,
 }
 
 /// How much of a log is held.
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct MemoryArgs {
-    /// Hold a log whose times and rates take up to this, MB; a larger one is read once, in about 200 MB. 0: read every log so
+    /// Hold a log whose times and rates, with what noise makes of them, take up to this, MB; a larger one is read once, in about 200 MB. 0: read every log so
     #[arg(long, value_name = "MB", default_value_t = ingest::MEMORY_BYTES >> 20)]
     memory: usize,
 }
@@ -332,7 +335,13 @@ impl ColumnArgs {
 impl LogArgs {
     /// One of several logs that are read alike.
     pub fn new(log: PathBuf, memory: MemoryArgs, columns: ColumnArgs) -> Self {
-        Self { log, memory, columns }
+        Self { log, memory, columns, work: 1 }
+    }
+
+    /// The same for work that takes `work` bytes for each of a held log's: `--memory` bounds that. Motion is trimmed from held
+    /// logs alone, and there the bound is that of the log.
+    pub fn for_work(&self, work: usize) -> Self {
+        Self { work, ..self.clone() }
     }
 
     /// Reads the log, and leaves out motion where that was asked for; a large log is read once and not held. `working` shows
@@ -352,7 +361,8 @@ impl LogArgs {
     pub fn read_axes(&self, working: &Working) -> Result<Vec<LogRead>> {
         let queries = self.axes().iter().map(|axis| self.columns.query_of(*axis)).collect::<Result<Vec<_>>>()?;
         let mut show = show_progress(working);
-        let memory_bytes = self.memory.memory.saturating_mul(1 << 20);
+        let work = if self.columns.trim_motion { 1 } else { self.work };
+        let memory_bytes = self.memory.memory.saturating_mul(1 << 20) / work;
         let readings = ingest::read_axes_within(&self.log, &queries, memory_bytes, &mut show)?;
         readings.into_iter().map(|reading| self.since_power_on(reading)).collect()
     }

@@ -8,49 +8,84 @@ use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
-/// A series goes through transforms of eight times the lags, and no shorter ones than this: little of each is overlap, and what it
-/// works on stays near the processor.
-const SHORTEST: usize = 1 << 12;
-/// Pieces whose spectra one core adds up: the sums do not depend on how many cores there are.
-const TOGETHER: usize = 64;
+/// Samples whose spectra one core adds up, at least: the sums do not depend on how many cores there are.
+const TOGETHER: usize = 1 << 19;
+/// The shortest transforms: shorter ones spend their time between them.
+const SHORTEST: usize = 1 << 11;
 
 /// Up to here summing directly beats planning a transform.
 const DIRECT_LAGS: usize = 64;
 const DIRECT_SAMPLES: usize = 1 << 17;
 
-/// Sums Σ y\[i\] y\[i+k\], k = 0..=max_lag, of y = `value`(x).
-fn lagged_products(x: &[f64], value: impl Fn(f64) -> f64 + Sync, max_lag: usize) -> Vec<f64> {
+/// What one pass over a series sums up.
+struct Products {
+    /// Σ y\[i\] y\[i+k\], k = 0..=max_lag.
+    lagged: Vec<f64>,
+    /// Σ y.
+    total: f64,
+    /// Samples that are there.
+    there: usize,
+}
+
+/// Sums of products of y = `value`(x).
+///
+/// Pieces of B > max_lag samples go once each through a transform of 2B: with X of one and N of the next, |X|² holds the
+/// products inside a piece, and conj(X) N, moved by B samples, those that reach into the next, at lags below 2B.
+fn lagged_products(x: &[f64], value: impl Fn(f64) -> f64 + Sync, max_lag: usize) -> Products {
     if max_lag <= DIRECT_LAGS && x.len() <= DIRECT_SAMPLES {
         let y: Vec<f64> = x.iter().map(|v| value(*v)).collect();
         let product = |k: usize| y.iter().zip(y.get(k..).unwrap_or(&[])).map(|(a, b)| a * b).sum();
-        return (0..=max_lag).map(product).collect();
+        let there = x.iter().filter(|v| v.is_finite()).count();
+        return Products { lagged: (0..=max_lag).map(product).collect(), total: y.iter().sum(), there };
     }
-    let size = (8 * (max_lag + 1)).max(SHORTEST).min(x.len() + max_lag + 1).next_power_of_two();
-    let block = size - max_lag - 1;
+    let size = (2 * (max_lag + 1)).next_power_of_two().max(SHORTEST);
+    let block = size / 2;
+    let together = TOGETHER.div_ceil(block);
     let mut planner = RealFftPlanner::<f64>::new();
     let (forward, back) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
-    let spectrum = |first: usize| {
+    let arch = pulp::Arch::new();
+    let of_stretch = |first: usize| {
         let mut sum = forward.make_output_vec();
-        let (mut a, mut b) = (forward.make_input_vec(), forward.make_input_vec());
-        let (mut fa, mut fb) = (forward.make_output_vec(), forward.make_output_vec());
-        let starts = (first..x.len()).step_by(block).take(TOGETHER);
-        for start in starts {
-            // each piece meets itself and the max_lag samples after it
-            let reach = (start + block + max_lag).min(x.len());
-            fill(&mut b, &x[start..reach], &value);
-            let own = block.min(reach - start);
-            a[..own].copy_from_slice(&b[..own]);
-            a[own..].fill(0.0);
-            if run(forward.as_ref(), &mut a, &mut fa) && run(forward.as_ref(), &mut b, &mut fb) {
-                sum.iter_mut().zip(fa.iter().zip(&fb)).for_each(|(s, (a, b))| *s += a.conj() * b);
+        let mut piece = forward.make_input_vec();
+        let (mut last, mut now) = (forward.make_output_vec(), forward.make_output_vec());
+        let mut scratch = forward.make_scratch_vec();
+        let (mut total, mut there) = (0.0, 0);
+        // and the first piece of the next stretch, for the products that reach into it
+        for (at, start) in (first..x.len()).step_by(block).take(together + 1).enumerate() {
+            let own = &x[start..(start + block).min(x.len())];
+            let found = arch.dispatch(
+                #[inline(always)]
+                || fill(&mut piece, own, &value),
+            );
+            // buffers come from the plan itself, so their lengths always fit
+            if forward.process_with_scratch(&mut piece, &mut now, &mut scratch).is_err() {
+                now.fill(Complex::default());
             }
+            if at < together {
+                total += now[0].re;
+                there += found;
+            }
+            arch.dispatch(
+                #[inline(always)]
+                || match at {
+                    0 => add::<true, false>(&mut sum, &last, &now),
+                    _ if at == together => add::<false, true>(&mut sum, &last, &now),
+                    _ => add::<true, true>(&mut sum, &last, &now),
+                },
+            );
+            std::mem::swap(&mut last, &mut now);
         }
-        sum
+        (sum, total, there)
     };
-    let firsts: Vec<usize> = (0..x.len()).step_by(block * TOGETHER).collect();
-    let spectra: Vec<_> = firsts.into_par_iter().map(spectrum).collect();
+    let firsts: Vec<usize> = (0..x.len()).step_by(block * together).collect();
+    let stretches: Vec<_> = firsts.into_par_iter().map(of_stretch).collect();
     let mut sum = forward.make_output_vec();
-    spectra.iter().for_each(|one| sum.iter_mut().zip(one).for_each(|(s, v)| *s += v));
+    let (mut total, mut there) = (0.0, 0);
+    for (one, its_total, its_there) in &stretches {
+        sum.iter_mut().zip(one).for_each(|(s, v)| *s += v);
+        total += its_total;
+        there += its_there;
+    }
     let mut out = back.make_output_vec();
     if let Some(first) = sum.first_mut() {
         first.im = 0.0;
@@ -59,25 +94,55 @@ fn lagged_products(x: &[f64], value: impl Fn(f64) -> f64 + Sync, max_lag: usize)
         last.im = 0.0;
     }
     inverse(back.as_ref(), &mut sum, &mut out);
-    out.iter().take(max_lag + 1).map(|v| v / size as f64).collect()
+    Products { lagged: out.iter().take(max_lag + 1).map(|v| v / size as f64).collect(), total, there }
 }
 
-fn fill(buffer: &mut [f64], values: &[f64], value: impl Fn(f64) -> f64) {
-    buffer.iter_mut().zip(values).for_each(|(to, from)| *to = value(*from));
-    buffer[values.len()..].fill(0.0);
+/// Puts y into a piece, zeros behind it: how many samples are there.
+#[inline(always)]
+fn fill(piece: &mut [f64], own: &[f64], value: impl Fn(f64) -> f64) -> usize {
+    let mut there = 0;
+    for (to, from) in piece.iter_mut().zip(own) {
+        *to = value(*from);
+        there += u64::from(from.is_finite());
+    }
+    piece[own.len()..].fill(0.0);
+    there as usize
 }
 
-/// Buffers come from the plan itself, so their lengths always fit.
-fn run(plan: &dyn RealToComplex<f64>, input: &mut [f64], output: &mut [Complex<f64>]) -> bool {
-    plan.process(input, output).is_ok()
+/// Adds |`now`|² where `OWN`, and conj(`last`) `now` (-1)ᵏ where `NEXT`: half a transform further on.
+#[inline(always)]
+fn add<const OWN: bool, const NEXT: bool>(sum: &mut [Complex<f64>], last: &[Complex<f64>], now: &[Complex<f64>]) {
+    let one = |s: &mut Complex<f64>, l: &Complex<f64>, n: &Complex<f64>, sign: f64| {
+        if OWN {
+            s.re += n.re * n.re + n.im * n.im;
+        }
+        if NEXT {
+            s.re += sign * (l.re * n.re + l.im * n.im);
+            s.im += sign * (l.re * n.im - l.im * n.re);
+        }
+    };
+    let (pairs, end) = sum.as_chunks_mut::<2>();
+    for ((s, l), n) in pairs.iter_mut().zip(last.as_chunks::<2>().0).zip(now.as_chunks::<2>().0) {
+        one(&mut s[0], &l[0], &n[0], 1.0);
+        one(&mut s[1], &l[1], &n[1], -1.0);
+    }
+    // of the B + 1 numbers the last has an even place
+    if let ([s], Some(l), Some(n)) = (end, last.last(), now.last()) {
+        one(s, l, n, 1.0);
+    }
 }
 
 fn inverse(plan: &dyn ComplexToReal<f64>, input: &mut [Complex<f64>], output: &mut [f64]) -> bool {
     plan.process(input, output).is_ok()
 }
 
-/// Mean of the samples that are there, and how many they are.
-fn mean(x: &[f64]) -> (f64, usize) {
+/// A sample about `level`, zero where it is missing.
+fn about(level: f64) -> impl Fn(f64) -> f64 + Sync {
+    move |v| if v.is_finite() { v - level } else { 0.0 }
+}
+
+/// Mean of the samples that are there.
+fn mean(x: &[f64]) -> f64 {
     const CHUNK: usize = 1 << 16;
     // eight sums side by side: one waits for each addition before the next
     let add = |chunk: &[f64]| {
@@ -96,12 +161,29 @@ fn mean(x: &[f64]) -> (f64, usize) {
     };
     let sums: Vec<_> = x.par_chunks(CHUNK).map(add).collect();
     let (sum, there) = sums.into_iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
-    (sum / there.max(1) as f64, there)
+    sum / there.max(1) as f64
 }
 
-/// A sample about the mean, zero where it is missing.
-fn about(mean: f64) -> impl Fn(f64) -> f64 + Sync {
-    move |v| if v.is_finite() { v - mean } else { 0.0 }
+/// Mean of a few thousand samples from all over the series: sums about it keep their digits.
+fn near_mean(x: &[f64]) -> f64 {
+    let few = || x.iter().step_by((x.len() / 4096).max(1)).filter(|v| v.is_finite());
+    few().sum::<f64>() / few().count().max(1) as f64
+}
+
+/// Σ (y\[i\] - d)(y\[i+k\] - d) from Σ y\[i\] y\[i+k\] of a complete series y = x - `level`, d its mean.
+fn about_mean(x: &[f64], level: f64, sums: &Products) -> Vec<f64> {
+    let n = x.len();
+    let d = sums.total / n as f64;
+    let (mut head, mut tail) = (0.0, 0.0);
+    let at = |k: usize| {
+        // what k samples leave out at either end
+        if k > 0 {
+            head += x[k - 1] - level;
+            tail += x[n - k] - level;
+        }
+        sums.lagged[k] - d * (2.0 * sums.total - head - tail) + (n - k) as f64 * d * d
+    };
+    (0..sums.lagged.len()).map(at).collect()
 }
 
 /// Sample autocorrelation with what it rests on.
@@ -120,12 +202,18 @@ pub struct Autocorrelation {
 /// `None` for a series that is constant or has fewer than two samples.
 #[must_use]
 pub fn autocorrelation(x: &[f64], max_lag: usize) -> Option<Autocorrelation> {
-    let (mean, there) = mean(x);
     let max_lag = max_lag.min(x.len().saturating_sub(1));
+    let level = near_mean(x);
+    let sums = lagged_products(x, about(level), max_lag);
+    let there = sums.there;
     if there < 2 {
         return None;
     }
-    let products = lagged_products(x, about(mean), max_lag);
+    // where samples are missing, the sums about another level are not all that is needed
+    let products = match there == x.len() {
+        true => about_mean(x, level, &sums),
+        false => lagged_products(x, about(level + sums.total / there as f64), max_lag).lagged,
+    };
     if !(products[0] > 0.0) {
         return None;
     }
@@ -135,7 +223,7 @@ pub fn autocorrelation(x: &[f64], max_lag: usize) -> Option<Autocorrelation> {
         (0..=max_lag).map(could).collect()
     } else {
         let is_there = |v: f64| f64::from(u8::from(v.is_finite()));
-        lagged_products(x, is_there, max_lag).iter().map(|p| p.round()).collect()
+        lagged_products(x, is_there, max_lag).lagged.iter().map(|p| p.round()).collect()
     };
     let variance = products[0] / there as f64;
     let covariance = |k: usize| if pairs[k] > 0.0 { products[k] / pairs[k] } else { 0.0 };
@@ -189,8 +277,8 @@ impl Periodogram {
         if x.len() != self.input.len() || x.len() < 3 {
             return Vec::new();
         }
-        fill(&mut self.input, x, about(mean(x).0));
-        if !run(self.plan.as_ref(), &mut self.input, &mut self.output) {
+        fill(&mut self.input, x, about(mean(x)));
+        if self.plan.process(&mut self.input, &mut self.output).is_err() {
             return Vec::new();
         }
         self.output[1..=(x.len() - 1) / 2].iter().map(Complex::norm_sqr).collect()
@@ -206,6 +294,34 @@ mod tests {
         let mean = x.iter().sum::<f64>() / x.len() as f64;
         let c = |k: usize| (0..x.len() - k).map(|i| (x[i] - mean) * (x[i + k] - mean)).sum::<f64>();
         c(k) / c(0)
+    }
+
+    #[test]
+    fn a_thousand_lags_of_a_far_level_with_and_without_gaps() {
+        for missing in [false, true] {
+            let mut draw = Stream::new(6, 1);
+            let mut level = 1e3;
+            let mut x: Vec<f64> = (0..1_234_567)
+                .map(|_| {
+                    level += 0.01 * draw.normal();
+                    level + draw.normal()
+                })
+                .collect();
+            if missing {
+                x.iter_mut().step_by(7).for_each(|v| *v = f64::NAN);
+            }
+            let found = autocorrelation(&x, 1000).unwrap();
+            let there: Vec<f64> = x.iter().copied().filter(|v| v.is_finite()).collect();
+            let mean = there.iter().sum::<f64>() / there.len() as f64;
+            let variance = there.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / there.len() as f64;
+            for k in [0, 1, 2, 7, 511, 999, 1000] {
+                let pairs: Vec<f64> =
+                    x.iter().zip(&x[k..]).map(|(a, b)| (a - mean) * (b - mean)).filter(|v| v.is_finite()).collect();
+                let could = (x.len() - k) as f64;
+                let known = pairs.iter().sum::<f64>() / pairs.len() as f64 * could / x.len() as f64 / variance;
+                assert!((found.r[k] - known).abs() < 1e-11, "{missing} {k}: {} {known}", found.r[k]);
+            }
+        }
     }
 
     #[test]

@@ -108,12 +108,7 @@ impl Deviation {
         let last = |reach: usize| n.checked_sub(reach).filter(|count| *count > 0);
         let mm = (m * m) as f64;
         match self {
-            Self::Overlapping => {
-                let count = last(2 * m)?;
-                let (a, b, c) = (&theta[..count], &theta[m..m + count], &theta[2 * m..]);
-                let sum = sum_of_squares(count, |i| c[i] - 2.0 * b[i] + a[i]);
-                Some(sum / (2.0 * mm * count as f64))
-            }
+            Self::Overlapping => overlapping(theta, &[m]).pop(),
             Self::Hadamard => {
                 let count = last(3 * m)?;
                 let (a, b, c, d) =
@@ -157,13 +152,13 @@ impl Deviation {
     }
 }
 
-/// Averages as short as this are taken block by block, all of them while the block is in the cache.
-const SHORT: usize = 8192;
 /// Rows of a block.
 const ROWS: usize = 16_384;
 
-/// Overlapping variances of `averaged`, none longer than half of `theta`, without Δt²: one pass through memory for all of them.
+/// Overlapping variances of `averaged`, none longer than half of `theta`, without Δt²: block by block, all of them while the
+/// block is in the cache, and neighbouring blocks' far ends with it.
 fn overlapping(theta: &[f64], averaged: &[usize]) -> Vec<f64> {
+    let arch = pulp::Arch::new();
     let starts: Vec<usize> = (0..theta.len()).step_by(ROWS).collect();
     let count = |m: usize| theta.len() - 2 * m;
     let of_block = |start: &usize| -> Vec<f64> {
@@ -171,7 +166,10 @@ fn overlapping(theta: &[f64], averaged: &[usize]) -> Vec<f64> {
             let rows = count(*m).saturating_sub(*start).min(ROWS);
             let from = |at: usize| if rows > 0 { &theta[start + at..start + at + rows] } else { &[] };
             let (a, b, c) = (from(0), from(*m), from(2 * m));
-            sum_of_squares(rows, |i| c[i] - 2.0 * b[i] + a[i])
+            arch.dispatch(
+                #[inline(always)]
+                || second_differences(a, b, c),
+            )
         };
         averaged.iter().map(of).collect()
     };
@@ -181,9 +179,33 @@ fn overlapping(theta: &[f64], averaged: &[usize]) -> Vec<f64> {
     averaged.iter().enumerate().map(|(at, m)| total(at) / (2.0 * (m * m) as f64 * count(*m) as f64)).collect()
 }
 
+/// Sums of this many terms keep their digits.
+const RUN: usize = 1024;
+/// Sums side by side, which the widest registers hold: the same on every processor.
+const LANES: usize = 16;
+
+/// Σ (c - 2b + a)² of three slices of one length.
+#[inline(always)]
+fn second_differences(a: &[f64], b: &[f64], c: &[f64]) -> f64 {
+    let runs = a.chunks(RUN).zip(b.chunks(RUN)).zip(c.chunks(RUN));
+    let of_run = |((a, b), c): ((&[f64], &[f64]), &[f64])| {
+        let ((a, a_rest), (b, b_rest), (c, c_rest)) =
+            (a.as_chunks::<LANES>(), b.as_chunks::<LANES>(), c.as_chunks::<LANES>());
+        let mut lanes = [0.0; LANES];
+        for ((a, b), c) in a.iter().zip(b).zip(c) {
+            for (((sum, a), b), c) in lanes.iter_mut().zip(a).zip(b).zip(c) {
+                let v = c - 2.0 * b + a;
+                *sum += v * v;
+            }
+        }
+        let rest = a_rest.iter().zip(b_rest).zip(c_rest).map(|((a, b), c)| (c - 2.0 * b + a).powi(2));
+        lanes.iter().sum::<f64>() + rest.sum::<f64>()
+    };
+    runs.map(of_run).sum()
+}
+
 /// Σ f(i)² in runs of a thousand, so that long sums keep their digits and the compiler may add side by side.
 fn sum_of_squares(count: usize, f: impl Fn(usize) -> f64) -> f64 {
-    const RUN: usize = 1024;
     let run = |start: usize| {
         let end = (start + RUN).min(count);
         let mut four = [0.0; 4];
@@ -203,14 +225,24 @@ fn sum_of_squares(count: usize, f: impl Fn(usize) -> f64) -> f64 {
 /// The integrated rate about its mean, in samples: one more than rates, from zero.
 #[must_use]
 pub fn angles(rates: &[f64]) -> Vec<f64> {
-    let mean = rates.iter().sum::<f64>() / rates.len().max(1) as f64;
-    let mut sum = 0.0;
-    let mut out = Vec::with_capacity(rates.len() + 1);
-    out.push(0.0);
-    out.extend(rates.iter().map(|y| {
-        sum += y - mean;
-        sum
-    }));
+    const PIECE: usize = 1 << 16;
+    let sums: Vec<f64> = rates.par_chunks(PIECE).map(|piece| piece.iter().sum()).collect();
+    let mean = sums.iter().sum::<f64>() / rates.len().max(1) as f64;
+    // where each piece begins
+    let begin = |sum: &mut f64, (own, piece): (&f64, &[f64])| {
+        let begin = *sum;
+        *sum += own - mean * piece.len() as f64;
+        Some(begin)
+    };
+    let begins: Vec<f64> = sums.iter().zip(rates.chunks(PIECE)).scan(0.0, begin).collect();
+    let mut out = vec![0.0; rates.len() + 1];
+    out[1..].par_chunks_mut(PIECE).zip(rates.par_chunks(PIECE)).zip(begins).for_each(|((to, piece), begin)| {
+        let mut sum = begin;
+        for (to, y) in to.iter_mut().zip(piece) {
+            sum += y - mean;
+            *to = sum;
+        }
+    });
     out
 }
 
@@ -247,17 +279,13 @@ pub fn of_angles(
     deviation: Deviation,
 ) -> Vec<AllanPoint> {
     let possible = |m: &usize| *m > 0 && *m <= deviation.longest(rates.len());
-    let short: Vec<usize> = match deviation {
-        Deviation::Overlapping => averaged.iter().copied().filter(|m| *m <= SHORT && possible(m)).collect(),
-        _ => Vec::new(),
+    let there: Vec<usize> = averaged.iter().copied().filter(possible).collect();
+    let variances: Vec<Option<f64>> = match deviation {
+        Deviation::Overlapping => overlapping(theta, &there).into_iter().map(Some).collect(),
+        _ => there.par_iter().map(|m| deviation.variance(theta, *m)).collect(),
     };
-    let short_variances = overlapping(theta, &short);
-    let one = |m: usize| -> Option<AllanPoint> {
-        if !possible(&m) {
-            return None;
-        }
-        let known = short.iter().position(|s| *s == m).map(|at| short_variances[at]);
-        let deviation_rad_s = known.or_else(|| deviation.variance(theta, m))?.sqrt();
+    let one = |(m, variance): (&usize, Option<f64>)| -> Option<AllanPoint> {
+        let (m, deviation_rad_s) = (*m, variance?.sqrt());
         Some(AllanPoint {
             m,
             tau_s: m as f64 * step_s,
@@ -267,7 +295,7 @@ pub fn of_angles(
             noise_exponent: 0,
         })
     };
-    let mut points: Vec<AllanPoint> = averaged.par_iter().filter_map(|m| one(*m)).collect();
+    let mut points: Vec<AllanPoint> = there.iter().zip(variances).filter_map(one).collect();
     // where there are too few means to know the noise, it is as at the last averaging time where it was known
     let found: Vec<Option<NoiseExponent>> =
         points.par_iter().map(|p| noise_exponent(theta, p.m, deviation.differences() - 1)).collect();

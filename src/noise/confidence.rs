@@ -163,8 +163,8 @@ pub fn total_degrees_of_freedom(alpha: NoiseExponent, m: usize, rates: usize) ->
 
 /// Fewest means from which the noise type is found.
 const FEWEST: usize = 30;
-/// So many tell the autocorrelation to a thousandth: those beyond are not asked.
-const MOST: usize = 1 << 20;
+/// So many tell the autocorrelation to a hundredth, and the exponents lie a tenth apart: those beyond are not asked.
+const MOST: usize = 1 << 14;
 
 /// Exponent α of the noise that dominates at `m` samples averaged, from the lag-1 autocorrelation of the means of the rates
 /// whose integral is `theta` ([`super::allan::angles`]), without their straight line, differenced until they are stationary, `most_differences` times at most (1 for Allan

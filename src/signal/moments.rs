@@ -10,6 +10,8 @@
 use super::log::TimeAxis;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::legendre::{self, COUNT};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// Blocks of equal count and width share a Gram matrix.
 #[derive(Debug, Clone)]
@@ -96,26 +98,32 @@ impl Moments {
     }
 
     fn uniform(&mut self, step_s: f64, values: &[f64], cap: usize) {
-        let mut start = 0;
-        let mut table = Vec::new();
+        let (mut start, mut spans, mut tables) = (0, Vec::new(), Vec::new());
         while start < values.len() {
             let len = grown(start, cap).min(values.len() - start);
             if self.classes.last().is_none_or(|c| c.count != len) {
                 let half_s = 0.5 * step_s * (len - 1) as f64;
-                table = (0..len).map(|i| legendre::polynomials(lattice(i, len))).collect();
+                let table: Vec<_> = (0..len).map(|i| legendre::polynomials(lattice(i, len))).collect();
                 self.classes.push(Class { half_s, count: len, gram: gram(&table) });
+                tables.push(table);
             }
-            let (moments, squares) = project(&values[start..start + len], &table, self.reference);
-            self.square_sum += squares;
-            let mid_s = step_s * (start as f64 + 0.5 * (len - 1) as f64);
-            self.blocks.push(Block { mid_s, class: self.classes.len() - 1, moments });
+            spans.push((start, self.classes.len() - 1));
             start += len;
+        }
+        let of_span = |&(start, class): &(usize, usize)| {
+            let len = self.classes[class].count;
+            let (moments, squares) = project(&values[start..start + len], &tables[class], self.reference);
+            (Block { mid_s: step_s * (start as f64 + 0.5 * (len - 1) as f64), class, moments }, squares)
+        };
+        let blocks: Vec<(Block, f64)> = spans.par_iter().map(of_span).collect();
+        for (block, squares) in blocks {
+            self.square_sum += squares;
+            self.blocks.push(block);
         }
     }
 
     fn uneven(&mut self, t: &[f64], values: &[f64], cap: usize) -> Result<()> {
-        let mut start = 0;
-        let mut table: Vec<[f64; COUNT]> = Vec::with_capacity(cap);
+        let (mut start, mut spans) = (0, Vec::new());
         while start < values.len() {
             let widest = (t[start] - t[0]) / 8.0;
             let mut end = start + 1;
@@ -128,25 +136,26 @@ impl Moments {
                     .at(format!("sample {}", i + 1))
                     .mend("times must increase: sort the log, or cut it at the jump"));
             }
-            self.uneven_block(&t[start..end], &values[start..end], t[0], &mut table);
+            spans.push(start..end);
             start = end;
         }
+        let of_span = |table: &mut Vec<[f64; COUNT]>, span: &Range<usize>| {
+            Uneven::new(&t[span.clone()], &values[span.clone()], t[0], self.reference, table)
+        };
+        let found: Vec<Uneven> = spans.par_iter().map_init(|| Vec::with_capacity(cap), of_span).collect();
+        found.into_iter().for_each(|block| self.push(block));
         Ok(())
     }
 
     /// Adds a block of any times, the log beginning at `first_s`; `table` is room to work in.
     pub(super) fn uneven_block(&mut self, t: &[f64], values: &[f64], first_s: f64, table: &mut Vec<[f64; COUNT]>) {
-        let (first, last) = (t[0], t[t.len() - 1]);
-        let (mid, half) = (0.5 * (first + last), 0.5 * (last - first));
-        table.clear();
-        table.extend(t.iter().map(|x| {
-            let x = if half > 0.0 { (x - mid) / half } else { 0.0 };
-            legendre::polynomials(x)
-        }));
-        let (moments, squares) = project(values, table, self.reference);
+        self.push(Uneven::new(t, values, first_s, self.reference, table));
+    }
+
+    fn push(&mut self, Uneven { class, mid_s, moments, squares }: Uneven) {
         self.square_sum += squares;
-        self.classes.push(Class { half_s: half, count: values.len(), gram: gram(table) });
-        self.blocks.push(Block { mid_s: mid - first_s, class: self.classes.len() - 1, moments });
+        self.classes.push(class);
+        self.blocks.push(Block { mid_s, class: self.classes.len() - 1, moments });
     }
 
     /// The moments of the same log in another unit, `factor` times as large in numbers.
@@ -154,6 +163,29 @@ impl Moments {
         self.reference *= factor;
         self.square_sum *= factor * factor;
         self.blocks.iter_mut().flat_map(|b| &mut b.moments).for_each(|m| *m *= factor);
+    }
+}
+
+/// A block of any times, with a class of its own.
+struct Uneven {
+    class: Class,
+    mid_s: f64,
+    moments: [f64; COUNT],
+    squares: f64,
+}
+
+impl Uneven {
+    fn new(t: &[f64], values: &[f64], first_s: f64, reference: f64, table: &mut Vec<[f64; COUNT]>) -> Self {
+        let (first, last) = (t[0], t[t.len() - 1]);
+        let (mid, half) = (0.5 * (first + last), 0.5 * (last - first));
+        table.clear();
+        table.extend(t.iter().map(|x| {
+            let x = if half > 0.0 { (x - mid) / half } else { 0.0 };
+            legendre::polynomials(x)
+        }));
+        let (moments, squares) = project(values, table, reference);
+        let class = Class { half_s: half, count: values.len(), gram: gram(table) };
+        Self { class, mid_s: mid - first_s, moments, squares }
     }
 }
 
@@ -170,6 +202,14 @@ fn lattice(i: usize, len: usize) -> f64 {
 }
 
 fn gram(table: &[[f64; COUNT]]) -> [[f64; COUNT]; COUNT] {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || summed(table),
+    )
+}
+
+#[inline(always)]
+fn summed(table: &[[f64; COUNT]]) -> [[f64; COUNT]; COUNT] {
     let mut g = [[0.0; COUNT]; COUNT];
     for p in table {
         for (row, a) in g.iter_mut().zip(p) {
@@ -183,8 +223,15 @@ fn gram(table: &[[f64; COUNT]]) -> [[f64; COUNT]; COUNT] {
 
 /// Σ y P_k and Σ y² of one block. Even polynomials see the sum of mirrored samples, odd ones the difference:
 /// half the multiplications.
-#[inline]
 fn project(values: &[f64], table: &[[f64; COUNT]], reference: f64) -> ([f64; COUNT], f64) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || projected(values, table, reference),
+    )
+}
+
+#[inline(always)]
+fn projected(values: &[f64], table: &[[f64; COUNT]], reference: f64) -> ([f64; COUNT], f64) {
     let n = values.len();
     let mut acc = [0.0; COUNT];
     let mut squares = 0.0;
