@@ -272,6 +272,25 @@ fn the_commands_say_the_same_of_a_small_log_either_way() {
 }
 
 #[test]
+fn noise_keeps_to_the_memory_with_all_that_it_works_on() {
+    // 40 000 times and rates are 0.64 MB, and seven times that with the transforms
+    let dir = tempfile::tempdir().unwrap();
+    let log = dir.path().join("log.csv");
+    fs::write(&log, warm_up_csv(1, 40_000)).unwrap();
+    let log = log.to_str().unwrap();
+    let once = |arguments: &[&str]| {
+        let (_, json, err) = command(arguments);
+        let notes = json["log"]["notes"].to_string();
+        assert!(!json.is_null(), "{err}");
+        notes.contains("one pass")
+    };
+    assert!(!once(&["fit", log, "--json", "-", "--memory", "2"]));
+    assert!(once(&["noise", log, "--json", "-", "--memory", "2"]));
+    assert!(!once(&["noise", log, "--json", "-", "--memory", "20"]));
+    assert!(!once(&["noise", log, "--json", "-", "--memory", "2", "--trim-motion"]));
+}
+
+#[test]
 fn the_real_recording_is_the_same_in_one_pass() {
     let path = data("cats_coldsoak_a.csv");
     for axis in ["x", "y", "z"] {
