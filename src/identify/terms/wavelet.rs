@@ -110,11 +110,11 @@ impl Moments<'_> {
                 }
             }
         }
+        // of two series of differences the geometric mean of their lengths: so scaled a covariance stays one
+        let differences = |i: usize| (self.samples + 1).saturating_sub(2 * self.averaged[i]).max(1) as f64;
         for i in 0..n {
             for j in 0..=i {
-                // the shorter series of differences decides
-                let count = (self.samples + 1).saturating_sub(2 * self.averaged[i]).max(1) as f64;
-                out[(i, j)] *= 2.0 / count;
+                out[(i, j)] *= 2.0 / (differences(i) * differences(j)).sqrt();
                 out[(j, i)] = out[(i, j)];
             }
         }
