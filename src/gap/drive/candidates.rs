@@ -123,7 +123,13 @@ impl Candidates {
         }
         for effect in effects.iter().filter(|e| knowable(**e, record)) {
             match effect.explanation() {
-                DriveExplanation::Model(change) => all.change(*effect, change, prior),
+                DriveExplanation::Model(change) => match change.forms() {
+                    [] => all.change(*effect, change, prior.ln_named),
+                    forms => {
+                        let ln_prior = prior.ln_named - (forms.len() as f64).ln();
+                        forms.iter().for_each(|form| all.change(*effect, *form, ln_prior));
+                    }
+                },
                 DriveExplanation::GyroStep => all.steps(record, effect.about().id, prior, near_s),
                 DriveExplanation::MissedTicks | DriveExplanation::WheelLattice => {}
             }
@@ -155,12 +161,12 @@ impl Candidates {
         self.groups.push(Group { id, drive, named, columns: places, nodes, ln_prior, lawless, positive, varies: None });
     }
 
-    fn change(&mut self, effect: &'static dyn Driving, change: &'static dyn ModelChange, prior: &Prior) {
+    fn change(&mut self, effect: &'static dyn Driving, change: &'static dyn ModelChange, ln_prior: f64) {
         let place = self.changes.len();
         self.changes.push((effect, change));
         let coordinates = change.coordinates();
         let columns = (0..coordinates.len()).map(|j| Column::Coordinate(place, j).into()).collect();
-        self.push(Kind::Change(place), effect.about().id, true, columns, nodes(coordinates, 1.0), prior.ln_named);
+        self.push(Kind::Change(place), effect.about().id, true, columns, nodes(coordinates, 1.0), ln_prior);
     }
 
     /// Steps at times spread over each drive, and closer and closer around the one in `near_s`, down to one row: a step of many
