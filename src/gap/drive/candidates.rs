@@ -1,7 +1,7 @@
 //! What may be missing from the model of a drive: effects of the library and free forms, as groups of columns.
 
 use super::column::{CONSTANT, COSINES, Column, Equation, Follows, Scoped, nuisances, variations};
-use super::evidence::Group;
+use super::evidence::{Group, Rank};
 use super::record::Record;
 use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
 
@@ -154,11 +154,16 @@ impl Candidates {
             "vehicle.payload" => 2,
             _ => 0,
         };
-        let lawless = !named || matches!(kind, Kind::Walk);
+        let rank = match kind {
+            Kind::Walk => Rank::Process,
+            Kind::Free(Equation::Gyro, Follows::Time) => Rank::Path,
+            _ if named => Rank::Law,
+            _ => Rank::Form,
+        };
         let drive = if let Kind::Step(drive, _) = kind { drive } else { 0 };
         self.kinds.push(kind);
         let id = id.to_owned();
-        self.groups.push(Group { id, drive, named, columns: places, nodes, ln_prior, lawless, positive, varies: None });
+        self.groups.push(Group { id, drive, named, columns: places, nodes, ln_prior, rank, positive, varies: None });
     }
 
     fn change(&mut self, effect: &'static dyn Driving, change: &'static dyn ModelChange, ln_prior: f64) {
