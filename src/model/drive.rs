@@ -155,7 +155,7 @@ pub struct ForceFollows {
 }
 
 /// Functions of the motion that the force of an effect is made of.
-pub type Shape = [f64; 8];
+pub type Shape = [f64; 12];
 
 /// An effect at work in one drive. What its parameters are, is fixed when it is made.
 pub trait DriveEffect: Send + Sync {

@@ -102,6 +102,11 @@ pub trait ModelChange: Sync + Send {
     /// θ from parameters that were checked.
     fn theta(&self, parameters: &Parameters) -> Vec<f64>;
 
+    /// Forms of its law, one of which holds: a recording is explained by each of them in turn. None where it has but one.
+    fn forms(&self) -> &'static [&'static dyn ModelChange] {
+        &[]
+    }
+
     /// Which equations it changes.
     fn touches(&self) -> Touches {
         Touches::ROBOT

@@ -1,9 +1,10 @@
-//! F_i = -(M g/2) sgn(v_i) [c + q s(v_i) + a (|v_i| - 0.5 m/s) + d exp(-|v_i|/0.1 m/s)]
+//! F_i = -(M g/2) [sgn(v_i) (c + a (|v_i| - 0.5 m/s) + d exp(-|v_i|/0.1 m/s)) + q₁ s₁(v_i) + q₂ s₂(v_i)]
 //!
-//! In all F = F_l + F_r + p (M g/2) (sgn v_l + sgn v_r - 2 sgn v), N = b (F_r - F_l) - t (M g/2) b (sgn v_r - sgn v_l). c is the
-//! resistance; the rest is how real tyres depart from a constant: sgn turns over within 2 mm/s or, for the share
-//! s(v) = tanh(|v|/20 mm/s) - tanh(|v|/2 mm/s), softly; resistance rises with speed, and is larger near standstill; it holds
-//! against turning more or less than two wheels would, and a part of it against the robot's way instead of each wheel's.
+//! In all F = (1 - φ) (F_l + F_r) + 2 φ F(v), N = (1 - φ) b (F_r - F_l) - (t + p) (M g/2) b (sgn v_r - sgn v_l), φ = p/c. c is
+//! the resistance; the rest is how real tyres depart from a constant: sgn turns over within 2 mm/s or, for the shares
+//! s₁(v) = tanh(|v|/12 mm/s) - tanh(|v|/2 mm/s) and s₂ with 70 mm/s, softly; resistance rises with speed, and is larger near
+//! standstill; it holds against turning more or less than two wheels would, and a part of it against the robot's way instead of
+//! each wheel's. Of a drive it is all at the wheels or all against the robot's way: two forms, and one of them holds.
 
 use super::change::Law;
 use super::{Coordinate, ModelChange, Needs};
@@ -28,7 +29,14 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "soft_part",
-            meaning: "q, how much of c turns over softly near standstill",
+            meaning: "q₁, how much of c turns over softly near standstill",
+            bounds: [-0.5, 0.5],
+            null: Some(0.0),
+            required: false,
+        },
+        Parameter {
+            name: "softer_part",
+            meaning: "q₂, how much of c turns over more softly",
             bounds: [-0.5, 0.5],
             null: Some(0.0),
             required: false,
@@ -73,25 +81,36 @@ impl Law for RollingResistance {
     const ABOUT: &'static About = &ABOUT;
 }
 
+/// Scales of c, q₁, q₂, of what holds against turning, of a and d.
+const OWN: [Coordinate; 6] = [
+    Coordinate { scale: [2e-3, 0.05], bounds: [-0.1, 0.5] },
+    Coordinate { scale: [2e-3, 0.05], bounds: [-0.5, 0.5] },
+    Coordinate { scale: [2e-3, 0.05], bounds: [-0.5, 0.5] },
+    Coordinate { scale: [1e-3, 0.025], bounds: [-0.5, 0.5] },
+    Coordinate { scale: [2e-4, 5e-3], bounds: [-0.1, 0.1] },
+    Coordinate { scale: [6e-4, 0.015], bounds: [-0.5, 0.5] },
+];
+/// More on the right wheel and less on the left: that is one wheel's friction.
+const DEPARTURE: Coordinate = Coordinate { scale: [2e-3, 0.05], bounds: [-0.5, 0.5] };
+
 impl ModelChange for RollingResistance {
     fn coordinates(&self) -> &'static [Coordinate] {
-        &[
-            Coordinate { scale: [2e-3, 0.05], bounds: [-0.1, 0.5] },
-            Coordinate { scale: [2e-3, 0.05], bounds: [-0.5, 0.5] },
-            Coordinate { scale: [1e-3, 0.025], bounds: [-0.5, 0.5] },
-            Coordinate { scale: [1e-3, 0.025], bounds: [-0.5, 0.5] },
-            Coordinate { scale: [2e-4, 5e-3], bounds: [-0.1, 0.1] },
-            Coordinate { scale: [6e-4, 0.015], bounds: [-0.5, 0.5] },
-        ]
+        const { &[OWN[0], OWN[1], OWN[2], OWN[3], OWN[3], OWN[4], OWN[5]] }
     }
 
     fn departures(&self) -> &'static [Coordinate] {
-        // more on the right wheel and less on the left: that is one wheel's friction
-        &[Coordinate { scale: [2e-3, 0.05], bounds: [-0.5, 0.5] }]
+        &[DEPARTURE]
     }
 
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
-        Box::new(Work(std::array::from_fn(|i| theta.get(i).copied().unwrap_or(0.0))))
+        let [c, q1, q2, turning, body, rise, standstill, side] =
+            std::array::from_fn(|i| theta.get(i).copied().unwrap_or(0.0));
+        let at_body = if c == 0.0 { 0.0 } else { body / c };
+        Box::new(Work { c, soft: [q1, q2], turning: turning + body, rise, standstill, side, at_body })
+    }
+
+    fn forms(&self) -> &'static [&'static dyn ModelChange] {
+        &[&Form::Wheels, &Form::Body]
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {
@@ -108,12 +127,62 @@ impl ModelChange for RollingResistance {
 }
 
 /// Parameters in the order of the coordinates.
-const NAMES: [&str; 6] = ["coefficient", "soft_part", "turning_part", "body_part", "rise_s_per_m", "standstill_part"];
+const NAMES: [&str; 7] =
+    ["coefficient", "soft_part", "softer_part", "turning_part", "body_part", "rise_s_per_m", "standstill_part"];
 
-struct Work([f64; 7]);
+/// What the resistance acts against.
+enum Form {
+    /// Each wheel's way
+    Wheels,
+    /// The robot's way: dragged castors, a brush, a trailing cable
+    Body,
+}
 
-/// Speeds within which the sign turns over, m/s: a hard contact and a soft one.
-const TURNS_M_S: [f64; 2] = [0.002, 0.02];
+impl ModelChange for Form {
+    fn coordinates(&self) -> &'static [Coordinate] {
+        &OWN
+    }
+
+    fn departures(&self) -> &'static [Coordinate] {
+        &[DEPARTURE]
+    }
+
+    fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
+        let [c, q1, q2, turning, rise, standstill, side] =
+            std::array::from_fn(|i| theta.get(i).copied().unwrap_or(0.0));
+        let at_body = f64::from(u8::from(matches!(self, Self::Body)));
+        Box::new(Work { c, soft: [q1, q2], turning, rise, standstill, side, at_body })
+    }
+
+    fn parameters(&self, theta: &[f64]) -> Parameters {
+        let [c, q1, q2, turning, rise, standstill] = std::array::from_fn(|i| theta.get(i).copied().unwrap_or(0.0));
+        let body = if matches!(self, Self::Body) { c } else { 0.0 };
+        RollingResistance.parameters(&[c, q1, q2, turning - body, body, rise, standstill])
+    }
+
+    fn theta(&self, parameters: &Parameters) -> Vec<f64> {
+        let all = RollingResistance.theta(parameters);
+        vec![all[0], all[1], all[2], all[3] + all[4], all[5], all[6]]
+    }
+
+    fn needs(&self) -> Needs {
+        RollingResistance.needs()
+    }
+}
+
+struct Work {
+    c: f64,
+    soft: [f64; 2],
+    /// What holds against turning beyond that, over half the weight
+    turning: f64,
+    rise: f64,
+    standstill: f64,
+    side: f64,
+    at_body: f64,
+}
+
+/// Speeds within which the sign turns over, m/s: a hard contact and softer ones.
+const TURNS_M_S: [f64; 3] = [0.002, 0.012, 0.07];
 
 /// Speed at which the rise changes nothing: c is what the robot feels where it mostly drives, m/s.
 const TYPICAL_M_S: f64 = 0.5;
@@ -129,21 +198,33 @@ fn saturating(x: f64) -> f64 {
     ((1.0 - t) / (1.0 + t)).copysign(x)
 }
 
-/// Signs of left wheel, right wheel and robot, sharp and soft; how near the wheels are to standstill, where that is `wanted`,
-/// as the robot's sign is.
+/// Signs of left wheel, right wheel and robot, sharp and soft; how near each is to standstill, where that is `wanted`, as
+/// the robot's sign is.
 fn shape(robot: &Robot, at: &Moving, wanted: [bool; 2]) -> Shape {
     let sign = |v: f64| TURNS_M_S.map(|turn| saturating(v / turn));
     let [left, right] = robot.ground_speeds_m_s(at.speed_m_s, at.yaw_rate_rad_s);
     let near = |v: f64| if wanted[0] { (-v.abs() / REACH_M_S).exp() } else { 0.0 };
-    let ([l0, l1], [r0, r1]) = (sign(left), sign(right));
-    let [v0, v1] = if wanted[1] { sign(at.speed_m_s) } else { [0.0; 2] };
-    [l0, l1, r0, r1, v0, v1, near(left), near(right)]
+    let ([l0, l1, l2], [r0, r1, r2]) = (sign(left), sign(right));
+    let ([v0, v1, v2], n) = if wanted[1] { (sign(at.speed_m_s), near(at.speed_m_s)) } else { ([0.0; 3], 0.0) };
+    [l0, l1, l2, near(left), r0, r1, r2, near(right), v0, v1, v2, n]
+}
+
+impl Work {
+    /// What resists at speed `v` over the load, and the sign that it does it with.
+    fn resists(&self, v: f64, [sharp, soft, softer, near]: [f64; 4]) -> [f64; 2] {
+        let gentle = [soft - sharp, softer - sharp];
+        let near = if self.standstill == 0.0 { 0.0 } else { self.standstill * near };
+        let bent = (self.c + self.rise * (v.abs() - TYPICAL_M_S) + near) * sharp;
+        // what holds against turning turns over as softly as the resistance itself
+        let share = |q: f64| if self.c == 0.0 { 0.0 } else { (q / self.c).clamp(-1.0, 2.0) };
+        let [one, two] = self.soft;
+        [bent + one * gentle[0] + two * gentle[1], sharp + share(one) * gentle[0] + share(two) * gentle[1]]
+    }
 }
 
 impl DriveEffect for Work {
     fn force(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
-        let [_, _, _, body, _, standstill, _] = self.0;
-        self.force_of(&shape(robot, at, [standstill != 0.0, body != 0.0]), robot, at)
+        self.force_of(&shape(robot, at, [self.standstill != 0.0, self.at_body != 0.0]), robot, at)
     }
 
     fn shape(&self, robot: &Robot, at: &Moving) -> Shape {
@@ -151,29 +232,18 @@ impl DriveEffect for Work {
     }
 
     fn force_of(&self, shape: &Shape, robot: &Robot, at: &Moving) -> [f64; 2] {
-        let [hard, soft, turning, body, rise, standstill, side] = self.0;
-        // t and p turn over as softly as the resistance itself
-        let softness = if hard == 0.0 { 0.0 } else { (soft / hard).clamp(-0.5, 1.0) };
         let [left, right] = robot.ground_speeds_m_s(at.speed_m_s, at.yaw_rate_rad_s);
-        // of each wheel over its load: what resists, and the sign it does it with
-        let of = |v: f64, sharp: f64, slow: f64, near: f64| {
-            let gentle = slow - sharp;
-            let near = if standstill == 0.0 { 0.0 } else { standstill * near };
-            let resists = (hard + rise * (v.abs() - TYPICAL_M_S) + near) * sharp + soft * gentle;
-            [resists, sharp + softness * gentle]
-        };
-        let l = of(left, shape[0], shape[1], shape[6]);
-        let r = of(right, shape[2], shape[3], shape[7]);
+        let [l0, l1, l2, ln, r0, r1, r2, rn, v0, v1, v2, vn] = *shape;
+        let l = self.resists(left, [l0, l1, l2, ln]);
+        let r = self.resists(right, [r0, r1, r2, rn]);
+        let at_wheels = 1.0 - self.at_body;
+        let way = if self.at_body == 0.0 { 0.0 } else { self.resists(at.speed_m_s, [v0, v1, v2, vn])[0] };
         let load = robot.wheel_load_n();
-        let instead = if body == 0.0 {
-            0.0
-        } else {
-            let (sharp, gentle) = (shape[4], shape[5] - shape[4]);
-            2.0 * body * (sharp + softness * gentle)
-        };
         [
-            -load * (l[0] + r[0] - body * (l[1] + r[1]) + instead + side * (r[1] - l[1])),
-            -load * robot.half_track_m * (r[0] - l[0] + turning * (r[1] - l[1]) + side * (r[1] + l[1])),
+            -load * (at_wheels * (l[0] + r[0]) + 2.0 * self.at_body * way + self.side * (r[1] - l[1])),
+            -load
+                * robot.half_track_m
+                * (at_wheels * (r[0] - l[0]) + self.turning * (r[1] - l[1]) + self.side * (r[1] + l[1])),
         ]
     }
 
@@ -183,5 +253,63 @@ impl DriveEffect for Work {
 
     fn pushes_alike(&self, one: &Robot, other: &Robot) -> bool {
         one.mass_kg == other.mass_kg && one.half_track_m == other.half_track_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::by_id;
+    use super::*;
+
+    fn robot() -> Robot {
+        Robot {
+            mass_kg: 10.0,
+            yaw_inertia_kg_m2: 0.3,
+            half_track_m: 0.25,
+            radius_m: [0.1; 2],
+            wheel_inertia_kg_m2: 0.0,
+            viscous_friction_n_m_s: 0.0,
+            torque_gain: [1.0; 2],
+            com_offset_m: 0.0,
+        }
+    }
+
+    /// Force and moment of `law` at θ, turning about a wheel, reversing and straight on.
+    fn pushes(work: &dyn DriveEffect) -> Vec<[f64; 2]> {
+        let robot = robot();
+        let motions = [(0.02, 0.1), (-0.3, 0.4), (0.6, 0.0), (0.004, -0.01)];
+        let one = |(speed_m_s, yaw_rate_rad_s): (f64, f64)| {
+            let at = Moving { speed_m_s, yaw_rate_rad_s, ..Moving::default() };
+            let force = work.force(&robot, &at);
+            assert_eq!(force, work.force_of(&work.shape(&robot, &at), &robot, &at));
+            force
+        };
+        motions.into_iter().map(one).collect()
+    }
+
+    #[test]
+    fn each_form_is_simulated_as_it_was_fitted() {
+        let theta = [0.03, 0.011, 0.007, 0.004, 0.002, -0.005];
+        for form in RollingResistance.forms() {
+            let parameters = form.parameters(&theta);
+            let there = by_id("wheel.rolling_resistance").unwrap().simulated(&parameters, 60.0, 1).unwrap();
+            for (fitted, simulated) in pushes(form.at(&theta).as_ref()).iter().zip(pushes(there.as_ref())) {
+                let apart = (fitted[0] - simulated[0]).abs() + (fitted[1] - simulated[1]).abs();
+                assert!(apart < 1e-12 * fitted[0].abs(), "{fitted:?} {simulated:?}");
+            }
+            let again = form.theta(&parameters);
+            assert!(theta.iter().zip(&again).all(|(a, b)| (a - b).abs() < 1e-15), "{again:?}");
+        }
+    }
+
+    #[test]
+    fn what_acts_against_the_robots_way_does_not_hold_it_from_turning() {
+        let robot = robot();
+        let at = Moving { speed_m_s: 0.3, yaw_rate_rad_s: 3.0, ..Moving::default() };
+        let [wheels, body] = [Form::Wheels, Form::Body].map(|form| form.at(&[0.03]).force(&robot, &at));
+        let weight = 2.0 * robot.wheel_load_n();
+        // one wheel goes backwards: at the wheels it is a moment, and no force
+        assert!(wheels[0].abs() < 1e-9 * weight && wheels[1] < 0.0, "{wheels:?}");
+        assert!((body[0] / weight + 0.03).abs() < 1e-9 && body[1] == 0.0, "{body:?}");
     }
 }

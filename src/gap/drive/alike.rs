@@ -5,7 +5,7 @@
 //! how much of that each other effect takes over, beside everything else that is in the set and all that is not known of the
 //! run. Chance in this one recording plays no part: that is in the posterior.
 
-use super::evidence::{Group, Member, Problem};
+use super::evidence::{Group, Member, Problem, Rank};
 use super::fit::Compared;
 use super::record::Record;
 use crate::gap::answer::Alike;
@@ -36,7 +36,7 @@ pub fn alike(record: &Record, compared: &Compared) -> Vec<Alike> {
 
 fn classes(problem: &Problem, groups: &[Group], members: &[Member]) -> Vec<Class> {
     let expected = problem.expected(members);
-    let has_law = |m: &Member| groups[m.0].named && !groups[m.0].lawless;
+    let has_law = |m: &Member| groups[m.0].rank == Rank::Law;
     let class = |own: &Member| {
         let rest: Vec<Member> = members.iter().copied().filter(|m| m != own).collect();
         let mut gains: Vec<(&str, f64)> = expected
@@ -93,7 +93,7 @@ mod tests {
             columns: vec![i],
             nodes: vec![vec![1.0]],
             ln_prior: -3.0,
-            lawless: false,
+            rank: Rank::Law,
             positive: 0,
             varies: None,
             drive: 0,

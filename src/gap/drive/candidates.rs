@@ -1,9 +1,9 @@
 //! What may be missing from the model of a drive: effects of the library and free forms, as groups of columns.
 
 use super::column::{CONSTANT, COSINES, Column, Equation, Follows, Scoped, nuisances, variations};
-use super::evidence::Group;
+use super::evidence::{Group, Rank};
 use super::record::Record;
-use crate::effects::drive::{DriveExplanation, Driving, ModelChange, Needs};
+use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
 
 /// Prior odds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +34,8 @@ impl Prior {
 
 /// Nodes of the prior scales of a coordinate.
 const NODES: usize = 6;
+/// Least share of an effect's smallest scale that its prior reaches down to: beyond, a drive is not that sure of anything.
+const LEAST: f64 = 1e-3;
 /// Scales of free forms: whitened size over the whole drive.
 const FREE_SIZES: [f64; 5] = [3.0, 10.0, 30.0, 100.0, 300.0];
 /// Times at which the gyro's bias may jump.
@@ -121,7 +123,13 @@ impl Candidates {
         }
         for effect in effects.iter().filter(|e| knowable(**e, record)) {
             match effect.explanation() {
-                DriveExplanation::Model(change) => all.change(*effect, change, prior),
+                DriveExplanation::Model(change) => match change.forms() {
+                    [] => all.change(*effect, change, prior.ln_named),
+                    forms => {
+                        let ln_prior = prior.ln_named - (forms.len() as f64).ln();
+                        forms.iter().for_each(|form| all.change(*effect, *form, ln_prior));
+                    }
+                },
                 DriveExplanation::GyroStep => all.steps(record, effect.about().id, prior, near_s),
                 DriveExplanation::MissedTicks | DriveExplanation::WheelLattice => {}
             }
@@ -146,30 +154,24 @@ impl Candidates {
             "vehicle.payload" => 2,
             _ => 0,
         };
-        let lawless = !named || matches!(kind, Kind::Walk);
+        let rank = match kind {
+            Kind::Walk => Rank::Process,
+            Kind::Free(Equation::Gyro, Follows::Time) => Rank::Path,
+            _ if named => Rank::Law,
+            _ => Rank::Form,
+        };
         let drive = if let Kind::Step(drive, _) = kind { drive } else { 0 };
         self.kinds.push(kind);
         let id = id.to_owned();
-        self.groups.push(Group { id, drive, named, columns: places, nodes, ln_prior, lawless, positive, varies: None });
+        self.groups.push(Group { id, drive, named, columns: places, nodes, ln_prior, rank, positive, varies: None });
     }
 
-    fn change(&mut self, effect: &'static dyn Driving, change: &'static dyn ModelChange, prior: &Prior) {
+    fn change(&mut self, effect: &'static dyn Driving, change: &'static dyn ModelChange, ln_prior: f64) {
         let place = self.changes.len();
         self.changes.push((effect, change));
         let coordinates = change.coordinates();
-        let node = |i: usize| {
-            let u = i as f64 / (NODES - 1) as f64;
-            coordinates.iter().map(|c| c.scale[0] * (c.scale[1] / c.scale[0]).powf(u)).collect()
-        };
         let columns = (0..coordinates.len()).map(|j| Column::Coordinate(place, j).into()).collect();
-        self.push(
-            Kind::Change(place),
-            effect.about().id,
-            true,
-            columns,
-            (0..NODES).map(node).collect(),
-            prior.ln_named,
-        );
+        self.push(Kind::Change(place), effect.about().id, true, columns, nodes(coordinates, 1.0), ln_prior);
     }
 
     /// Steps at times spread over each drive, and closer and closer around the one in `near_s`, down to one row: a step of many
@@ -352,10 +354,20 @@ impl Candidates {
         out
     }
 
-    /// Gives free forms their scales: sizes of the whitened column over the whole drive. Columns without any are dropped.
+    /// Gives free forms their scales: sizes of the whitened column over the whole drive. Columns without any are dropped. The
+    /// scales of effects begin at the least that this drive can show, where that is less than what robots mostly have: from there
+    /// on up every order of magnitude is equally probable, and what is no more than that is not held against a wide prior.
     #[must_use]
     pub fn scaled(&self, square: impl Fn(usize) -> f64) -> Vec<Group> {
         let mut groups = self.groups.clone();
+        for (group, kind) in groups.iter_mut().zip(&self.kinds) {
+            let (Kind::Change(i), Some(first)) = (kind, group.columns.first()) else { continue };
+            let coordinates = self.changes[*i].1.coordinates();
+            let least = FREE_SIZES[0] / (square(*first).sqrt() * coordinates[0].scale[0]);
+            if least < 1.0 {
+                group.nodes = nodes(coordinates, least.max(LEAST));
+            }
+        }
         for group in groups.iter_mut().filter(|g| !g.named) {
             group.columns.retain(|c| square(*c) > 1e-18);
             let unit: Vec<f64> = group.columns.iter().map(|c| 1.0 / square(*c).sqrt()).collect();
@@ -363,6 +375,15 @@ impl Candidates {
         }
         groups
     }
+}
+
+/// Scales of an effect's coordinates, which grow together from `least` times the smallest to the largest.
+fn nodes(coordinates: &[Coordinate], least: f64) -> Vec<Vec<f64>> {
+    let node = |i: usize| {
+        let u = i as f64 / (NODES - 1) as f64;
+        coordinates.iter().map(|c| (c.scale[0] * least).powf(1.0 - u) * c.scale[1].powf(u)).collect()
+    };
+    (0..NODES).map(node).collect()
 }
 
 fn short(equation: Equation) -> &'static str {
@@ -378,5 +399,34 @@ fn short(equation: Equation) -> &'static str {
         Equation::PoseAlong => "pose_along",
         Equation::PoseAcross => "pose_across",
         Equation::PoseHeading => "pose_heading",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::unforced::tests::{belief, recorded};
+    use super::*;
+    use crate::effects::drive::registry;
+
+    fn candidates() -> Candidates {
+        let record = recorded(belief(), 0.02, [vec![5.0; 400], vec![5.0; 400]], vec![0.0; 400]);
+        Candidates::new(&record, registry(), &Prior::default(), false, &[])
+    }
+
+    #[test]
+    fn the_prior_of_an_effect_begins_at_what_the_drive_can_show() {
+        let all = candidates();
+        let at = all.groups.iter().position(|g| g.id == "gyro.scale_factor").unwrap();
+        let scales = |shown: f64| {
+            let nodes = &all.scaled(|_| (FREE_SIZES[0] / shown).powi(2))[at].nodes;
+            assert!(nodes.len() == NODES && nodes.windows(2).all(|n| n[0][0] < n[1][0]));
+            [nodes[0][0], nodes[NODES - 1][0]]
+        };
+        let near = |a: [f64; 2], b: [f64; 2]| a.iter().zip(&b).all(|(a, b)| (a / b - 1.0).abs() < 1e-9);
+        // a drive that hardly shows a hundredth keeps the prior of most robots, which is from 0.001 to 0.05
+        assert!(near(scales(0.01), [1e-3, 0.05]));
+        assert!(near(scales(2e-5), [2e-5, 0.05]));
+        // and none is sure of anything at all
+        assert!(near(scales(1e-12), [1e-3 * LEAST, 0.05]));
     }
 }

@@ -6,6 +6,23 @@
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
 
+/// In which order what explains the same is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rank {
+    /// What has a law
+    Law,
+    /// A free form: a function of something that was measured, or a coefficient that varies
+    Form,
+    /// A process: its path follows nothing
+    Process,
+    /// A function of time where a process has its path
+    Path,
+}
+
+impl Rank {
+    const ALL: [Self; 4] = [Self::Law, Self::Form, Self::Process, Self::Path];
+}
+
 /// Columns that come and go together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
@@ -21,8 +38,8 @@ pub struct Group {
     pub nodes: Vec<Vec<f64>>,
     /// ln of its prior odds.
     pub ln_prior: f64,
-    /// Whether it can be anything: a process, or a free form. What it closes is counted after what has a law.
-    pub lawless: bool,
+    /// What it closes is counted beyond what those of lower rank do.
+    pub rank: Rank,
     /// How many of its first coefficients cannot be negative.
     pub positive: usize,
     /// The column that its own are multiples of, row by row: what varies here is that column's coefficient.
@@ -290,19 +307,16 @@ impl Problem {
 
     /// What each member closes, nats of evidence, with the coefficients of what is there fitted anew each time.
     ///
-    /// What has a law comes first, then processes, then free forms, each beyond those before it: what can be anything can also
-    /// be what a law says, and what a law says needs no more. Within a rank it is the mean of what a member closes first,
-    /// alone, and last, beside all others of the rank; two of the orders that Shapley's value is the mean of.
+    /// What has a law comes first, each rank beyond those before it: what can be anything can also be what a law says, and what a
+    /// law says needs no more. So can the path of a process be any function of what was measured, as long as that is slow, and no
+    /// path follows a heading by chance. Within a rank it is the mean of what a member closes first, alone, and last, beside all
+    /// others of the rank; two of the orders that Shapley's value is the mean of.
     #[must_use]
     pub fn shares(&self, members: &[Member]) -> Vec<f64> {
-        let rank = |m: &Member| {
-            let group = &self.groups[m.0];
-            usize::from(!group.named) + usize::from(group.lawless)
-        };
         let mut shares = vec![0.0; members.len()];
         let mut before: Vec<Member> = Vec::new();
-        for level in 0..=2 {
-            let here: Vec<usize> = (0..members.len()).filter(|i| rank(&members[*i]) == level).collect();
+        for rank in Rank::ALL {
+            let here: Vec<usize> = (0..members.len()).filter(|i| self.groups[members[*i].0].rank == rank).collect();
             let with = |keep: &dyn Fn(usize) -> bool| -> f64 {
                 let own = here.iter().filter(|i| keep(**i)).map(|i| members[*i]);
                 let mut set: Vec<Member> = before.iter().copied().chain(own).collect();
@@ -408,7 +422,7 @@ mod tests {
             nodes: vec![vec![0.8; columns.len()]],
             columns,
             ln_prior: 0.0,
-            lawless: false,
+            rank: Rank::Law,
             positive: 0,
             varies: None,
         };
@@ -426,5 +440,32 @@ mod tests {
         let total: f64 = (-800..=800).map(density).sum::<f64>() * step / std::f64::consts::TAU.sqrt();
         let relative = total.ln() - problem.ln_evidence(&members);
         assert!(relative.abs() < 1e-9, "{relative:e}");
+    }
+
+    #[test]
+    fn a_path_that_follows_what_was_measured_is_a_function_of_it() {
+        // the path's two columns can nearly be the form's one, which alone made the readings
+        let overlap = [[1.0, 0.7, 0.7], [0.7, 1.0, 0.0], [0.7, 0.0, 1.0]];
+        let size = 100.0;
+        let summed = Mat::from_fn(4, 4, |i, j| match (i, j) {
+            (3, 3) => size * size + 1e3,
+            (3, k) | (k, 3) => size * overlap[k][0],
+            (i, j) => overlap[i][j],
+        });
+        let group = |id: &str, columns: Vec<usize>, rank: Rank| Group {
+            id: id.into(),
+            drive: 0,
+            named: rank == Rank::Process,
+            nodes: vec![vec![size; columns.len()]],
+            columns,
+            ln_prior: 0.0,
+            rank,
+            positive: 0,
+            varies: None,
+        };
+        let groups = vec![group("path", vec![1, 2], Rank::Process), group("form", vec![0], Rank::Form)];
+        let problem = Problem::new(&summed, 0.0, &[0.0; 3], groups, Vec::new());
+        let [path, form] = problem.shares(&[(0, 0), (1, 0)])[..] else { panic!() };
+        assert!(form > 4900.0 && path < 0.0, "{form} {path}");
     }
 }

@@ -184,7 +184,7 @@ fn beside(met: &mut Met, set: &[Member]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::evidence::Group;
+    use super::super::evidence::{Group, Rank};
     use super::*;
     use faer::Mat;
 
@@ -192,7 +192,8 @@ mod tests {
 
     fn group(id: &str, named: bool, columns: Vec<usize>, nodes: Vec<Vec<f64>>) -> Group {
         let id = id.to_owned();
-        Group { id, drive: 0, named, columns, nodes, ln_prior: -4.0, lawless: !named, positive: 0, varies: None }
+        let rank = if named { Rank::Law } else { Rank::Form };
+        Group { id, drive: 0, named, columns, nodes, ln_prior: -4.0, rank, positive: 0, varies: None }
     }
 
     /// Readings of an effect (column 0, whitened size `effect`) and of functions that its law lacks (columns 1 to 4, size
