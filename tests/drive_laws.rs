@@ -49,8 +49,10 @@ fn a_constant_that_is_one_stays_an_effect() {
 
 #[test]
 fn where_none_explains_most_the_nearest_effect_is_told() {
+    // with a pose: without one, wheels and gyro that both read too large are what a heavier robot is
     let spec = Spec { effects: vec![("x.load_falls_off", Strength::Strong)], messy: false };
-    let case = make(Kind::Driving, 90_210, 0, &spec).unwrap();
+    let case = make(Kind::Driving, 90_210, 4, &spec).unwrap();
+    assert!(case.fit.get("x_m").is_some());
     let record = Record::new(&case.config, &case.fit, 0.0).unwrap();
     let (closest, share) = judge(&record, registry(), &Options::default()).closest.unwrap();
     // a load that falls off is a force's or a motor's affair, and nothing of it is told by the gyro
