@@ -31,8 +31,8 @@ pub struct Knots {
 }
 
 const HEADING: usize = 5;
-const TORQUES: std::ops::Range<usize> = 7..9;
-const NAMES: [(&str, &str); 10] = [
+const TORQUES: std::ops::Range<usize> = 7..11;
+const NAMES: [(&str, &str); 12] = [
     ("speed", "m/s"),
     ("yaw_rate", "rad/s"),
     ("lateral_acceleration", "m/s²"),
@@ -42,6 +42,8 @@ const NAMES: [(&str, &str); 10] = [
     ("elapsed_time", "s"),
     ("torque_sum", "N·m"),
     ("torque_difference", "N·m"),
+    ("torque_left", "N·m"),
+    ("torque_right", "N·m"),
     ("temperature", "°C"),
 ];
 
@@ -63,6 +65,8 @@ fn of_row(row: &Row, scales: &Scales, t_s: f64, temperature_c: f64) -> [(f64, Ve
         (t_s, vec![t_s]),
         (ul + ur, bent(ul + ur)),
         (ur - ul, bent(ur - ul)),
+        (ul, bent(ul)),
+        (ur, bent(ur)),
         (temperature_c, vec![temperature_c]),
     ]
 }

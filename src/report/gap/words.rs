@@ -83,6 +83,9 @@ pub(in crate::report) fn heading_horizon_s(metric: &Metric) -> Option<f64> {
     metric.metric.strip_prefix("heading_drift_rms_rad_")?.strip_suffix('s')?.parse().ok()
 }
 
+/// A correction of which a state or an input has less than this goes with nothing that was tried.
+pub(in crate::report) const LITTLE: f64 = 0.1;
+
 /// What an equation needs, in one line.
 pub(super) fn correction(equation: &str, c: &Correction) -> String {
     let name = equation.split(": ").last().unwrap_or(equation);
@@ -92,8 +95,7 @@ pub(super) fn correction(equation: &str, c: &Correction) -> String {
         let level = if c.about_mean { String::new() } else { format!(", {rms} {unit}") };
         return format!("{name}: none, a constant is enough{level}");
     }
-    // below a tenth it goes with nothing that was tried
-    let best = c.regressors.first().filter(|r| r.share >= 0.1);
+    let best = c.regressors.first().filter(|r| r.share >= LITTLE);
     let goes =
         best.map_or_else(String::new, |r| format!(", {} of it with {}", percent(r.share), r.name.replace('_', " ")));
     let p = match probability(c.p_value) {

@@ -4,6 +4,7 @@ use super::gap::capitalised;
 use super::quantity::{self, Quantity};
 use super::{Axis, Chart, Panel, palette};
 use crate::gap::answer::{Correction, EquationAnswer};
+use crate::report::gap::words::LITTLE;
 
 /// Half the width of a 95 % band in standard deviations.
 const BAND: f64 = 1.96;
@@ -62,7 +63,7 @@ fn over_time(name: &str, correction: &Correction) -> Panel {
         .title(format!("{}: what it lacks", capitalised(name)))
         .band("95 %", band, palette::SKY, 0.45)
         .at_y("", 0.0, palette::GREY.stroke(1.0))
-        .line("smoothed correction", line, palette::BLUE.stroke(2.0))
+        .line("smoothed correction", line, palette::BLUE.stroke(1.5))
         .into()
 }
 
@@ -76,6 +77,12 @@ fn goes_with(name: &str, correction: &Correction) -> Panel {
     let (y, unit) = y_axis(correction);
     let words = against.name.replace('_', " ");
     let share = correction.regressors.first().map_or(0.0, |r| r.share);
+    let percent = format!("{:.0} %", 100.0 * share);
+    let title = if share < LITTLE {
+        format!("It goes with little: {percent} with {words}")
+    } else {
+        format!("{percent} of it goes with {words}")
+    };
     let x_unit = match against.unit.as_str() {
         "rad" => Quantity { unit: "°", per_si: 1f64.to_degrees() },
         "s" => quantity::time(against.values.iter().fold(0.0_f64, |m, v| m.max(v.abs()))),
@@ -86,7 +93,7 @@ fn goes_with(name: &str, correction: &Correction) -> Panel {
     let bars = points().map(|((x, v), s)| [x_unit.of(*x), unit.of(v - BAND * s), unit.of(v + BAND * s)]);
     let dots = points().map(|((x, v), _)| [x_unit.of(*x), unit.of(*v)]);
     Chart::new(Axis::linear(capitalised(&words), name_of_unit), y)
-        .title(format!("{:.0} % of it goes with {words}", 100.0 * share))
+        .title(title)
         .bars("95 %", bars, palette::SKY.tint(0.6).stroke(1.5))
         .at_y("", 0.0, palette::GREY.stroke(1.0))
         .dots("correction at a knot", dots, palette::BLUE, 3.0)

@@ -81,9 +81,8 @@ impl GapFigure<'_> {
         for e in all {
             // gains span decades: the bar is their logarithm
             let length = (e.gain_nats.max(1.0).ln() / largest.max(std::f64::consts::E).ln()).clamp(0.0, 1.0);
-            let short = e.equation.split(": ").last().unwrap_or(&e.equation);
             let text = format!("{:.0}, {}", e.gain_nats, e.follows.replace('_', " "));
-            chart = chart.row(short, [Bar { length, text, color: BEFORE }]);
+            chart = chart.row(correction::short(&e.equation), [Bar { length, text, color: BEFORE }]);
         }
         chart.into()
     }
