@@ -142,6 +142,60 @@ pub struct EquationAnswer {
     pub gain_nats: f64,
     /// What the best correction follows.
     pub follows: String,
+    /// The correction as a signal, of the equations that gain most.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correction: Option<Correction>,
+}
+
+/// What has to be added to an equation in the course of a drive: a random walk, as the smoother sees it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Correction {
+    /// The process noise that the equation needs, in its unit per √s.
+    pub diffusion: f64,
+    /// The equation's unit.
+    pub unit: String,
+    /// What the walk gains in ln likelihood over a constant.
+    pub gain_nats: f64,
+    /// Probability of as much gain or more where a constant is enough.
+    pub p_value: f64,
+    /// Whether the signal is about its mean: the level of this equation varies from one run to the next, or cannot be told.
+    pub about_mean: bool,
+    /// Independent values that the drive knows of the signal.
+    pub degrees_of_freedom: f64,
+    /// Knots, s, as in the fit log.
+    pub times_s: Vec<f64>,
+    /// Of several drives: the first knot of each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub starts: Vec<usize>,
+    /// The signal there; straight between them.
+    pub values: Vec<f64>,
+    /// Its standard deviation.
+    pub std: Vec<f64>,
+    /// What it was regressed on, the largest share first.
+    pub regressors: Vec<Regressor>,
+    /// The first of them at the knots.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub against: Option<Against>,
+}
+
+/// A state or an input that a correction was regressed on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Regressor {
+    /// `speed`, `yaw_rate`, ...
+    pub name: String,
+    /// Share of the signal's variance, adjusted for the functions that were fitted.
+    pub share: f64,
+}
+
+/// A state or an input at the knots of a correction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Against {
+    /// `speed`, `yaw_rate`, ...
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// Its mean about each knot.
+    pub values: Vec<f64>,
 }
 
 /// The navigation filter on the recording kept back.

@@ -24,11 +24,13 @@ pub struct Options {
     pub since_power_on_s: f64,
     /// Recordings simulated for the floor.
     pub simulated_logs: usize,
+    /// Of drives: whether the corrections that equations need are worked out as signals, which nothing else depends on.
+    pub corrections: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 1, judge: JudgeOptions::default(), since_power_on_s: 0.0, simulated_logs: 8 }
+        Self { seed: 1, judge: JudgeOptions::default(), since_power_on_s: 0.0, simulated_logs: 8, corrections: false }
     }
 }
 

@@ -8,7 +8,9 @@ use crate::gap::answer::{Answer, EffectAnswer, Verdict};
 use crate::gap::place::Curve;
 use crate::units::duration_text;
 use std::fmt::Write;
-use words::{about_of, closed, curve_name, degrees, errors, heading_horizon_s, metrics, parameters, percent, title};
+use words::{
+    about_of, closed, correction, curve_name, degrees, errors, heading_horizon_s, metrics, parameters, percent, title,
+};
 
 #[path = "gap/words.rs"]
 pub(in crate::report) mod words;
@@ -121,6 +123,14 @@ impl GapReport<'_> {
             writeln!(out, "  {:<58}{:>12}   following", "a free correction of the nominal model, in", "gains, nats");
         for e in &self.answer.equations {
             let _ = writeln!(out, "  {:<58}{:>12.0}   {}", e.equation, e.gain_nats, e.follows.replace('_', " "));
+        }
+        if self.answer.equations.iter().any(|e| e.correction.is_some()) {
+            let _ = writeln!(out, "\n  the process noise that they need, and the correction as a random walk:");
+        }
+        for e in &self.answer.equations {
+            if let Some(c) = &e.correction {
+                let _ = writeln!(out, "  {}", correction(&e.equation, c));
+            }
         }
     }
 

@@ -97,7 +97,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     };
     let fit_logs = fit.iter().map(|paths| read_one("--fit", paths)).collect::<Result<Vec<_>>>()?;
     let hold_logs = hold.iter().map(|paths| read_one("--hold", paths)).collect::<Result<Vec<_>>>()?;
-    let options = Options { seed: args.seed, ..Options::default() };
+    let options = Options { seed: args.seed, corrections: true, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
     let mut show = |stage| match stage {
         Stage::Compare => working.show("comparing effects"),

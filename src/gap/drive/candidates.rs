@@ -99,6 +99,14 @@ pub fn knowable(effect: &dyn Driving, record: &Record) -> bool {
     }
 }
 
+/// A constant offset of a pose is where it begins: no effect; and a constant speed that wheels and gyro do not read takes the
+/// place of a radius in a robot that drives evenly.
+#[must_use]
+pub(super) fn no_constant(record: &Record, equation: Equation) -> bool {
+    let speed = matches!(equation, Equation::Along | Equation::Turn);
+    equation == Equation::Sideways || record.torques_n_m.is_none() && speed
+}
+
 impl Candidates {
     /// Those of `effects` that this drive can show, and the free forms. `near_s`: when the bias may jump in each drive, s since
     /// that drive began.
@@ -266,10 +274,7 @@ impl Candidates {
                 if !known || !sensible {
                     continue;
                 }
-                // a constant offset of a pose is where it begins: no effect; and a constant speed that wheels and gyro do not
-                // read takes the place of a radius in a robot that drives evenly
-                let even = equation == Sideways || record.torques_n_m.is_none() && matches!(equation, Along | Turn);
-                let skip = usize::from(follows == Follows::Time && even);
+                let skip = usize::from(follows == Follows::Time && no_constant(record, equation));
                 let one = move |i: usize| Column::Free(equation, follows.first() + i);
                 let functions = skip..follows.count();
                 let columns = match follows {

@@ -31,6 +31,19 @@ pub enum Equation {
 }
 
 impl Equation {
+    /// Unit of what is added to it.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Force => "m/s²",
+            Self::Moment => "rad/s²",
+            Self::Sideways | Self::Along => "m/s",
+            Self::Turn | Self::WheelLeft | Self::WheelRight | Self::Gyro => "rad/s",
+            Self::PoseAlong | Self::PoseAcross => "m",
+            Self::PoseHeading => "rad",
+        }
+    }
+
     /// Channel of the answer.
     #[must_use]
     pub fn channel(self) -> &'static str {
@@ -258,6 +271,12 @@ pub fn cosines_of(progress: f64, out: &mut [f64]) {
     }
 }
 
+/// 1 at zero, and falling to zero within `within` on both sides.
+#[inline]
+pub(super) fn hat(from: f64, within: f64) -> f64 {
+    (1.0 - from.abs() / within).max(0.0)
+}
+
 /// How much of an acceleration lasts to the next row is known to this, where no torques tell.
 const LASTING_STD: f64 = 0.3;
 
@@ -309,6 +328,8 @@ pub enum Column {
     Varying(usize, usize, usize),
     /// Function `.1` of the table added to an equation
     Free(Equation, usize),
+    /// 1 at this time, s since the log began, and falling to zero within so many seconds on both sides, added to an equation
+    Hat(Equation, f64, f64),
     /// How late the pose comes, s
     PoseDelay,
     /// C2 of this run
@@ -341,6 +362,16 @@ impl From<Column> for Scoped {
 }
 
 impl Column {
+    /// What is added to an equation, and to which.
+    #[inline]
+    pub(super) fn added(self, functions: &[f64; FUNCTIONS], t_s: f64) -> Option<(Equation, f64)> {
+        match self {
+            Self::Free(equation, f) => Some((equation, functions[f])),
+            Self::Hat(equation, at_s, within_s) => Some((equation, hat(t_s - at_s, within_s))),
+            _ => None,
+        }
+    }
+
     /// Of one drive alone, from zero.
     #[must_use]
     pub fn of_drive(self, drive: usize) -> Scoped {

@@ -57,7 +57,7 @@ pub fn diagnose(
     let mut answer = compose::answer(findings, |top| place(findings, library, top));
     told_apart(&mut answer, &record, &judged.alike);
     drop_inconstant(&mut answer, findings);
-    answer.equations = pinpoint(&record, &judged.nominal_noise);
+    answer.equations = pinpoint(&record, &judged.nominal_noise, options.corrections);
     answer.notes.extend(together_note(&record));
     answer.notes.extend(mounting.map(|m| m.said()));
     let hidden: Vec<_> = unknowable(&record, &effects).collect();

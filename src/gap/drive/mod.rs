@@ -7,6 +7,8 @@ mod bursts;
 pub mod candidates;
 pub mod closest;
 pub mod column;
+pub mod correction;
+mod covariates;
 mod diagnose;
 pub mod evidence;
 mod explain;

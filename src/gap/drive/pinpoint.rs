@@ -2,41 +2,52 @@
 //! what it follows, would gain.
 //!
 //! In the manner of Kristensen, Madsen and Jørgensen (Automatica 40, 2004, 225): there a diffusion is added to each equation
-//! and the smoothed state is regressed on candidates; here the regression goes straight into the likelihood.
+//! and the smoothed state is regressed on candidates; here the regression goes straight into the likelihood. The smoothed signal of
+//! the equations that gain most, and the diffusion that they need, are in [`super::correction`].
 
 use super::candidates::{Candidates, Kind, Prior};
+use super::column::Equation;
+use super::correction;
 use super::pass::Noise;
 use super::record::Record;
 use crate::gap::answer::EquationAnswer;
+use rayon::prelude::*;
 
 /// A gain below this is chance: some fifty forms are tried, each with up to eight functions.
 const LEAST_NATS: f64 = 8.0;
 /// Most equations that are listed.
 const LISTED: usize = 9;
+/// Most equations whose correction is worked out as a signal.
+const SMOOTHED: usize = 3;
 
 /// Gains of free corrections to each equation of the nominal model, the largest first; for each its best form.
+/// With `corrections`, those that gain most have theirs as a signal.
 #[must_use]
-pub fn pinpoint(record: &Record, noise: &Noise) -> Vec<EquationAnswer> {
+pub fn pinpoint(record: &Record, noise: &Noise, corrections: bool) -> Vec<EquationAnswer> {
     let candidates = Candidates::new(record, &[], &Prior { ln_named: -1e9, ln_rest: -1e9, ln_free: 0.0 }, true, &[]);
     let problem = candidates.linearise(record, noise, &candidates.zero());
-    let mut best: Vec<EquationAnswer> = Vec::new();
+    let mut best: Vec<(Equation, EquationAnswer)> = Vec::new();
     for ((group, _), gain) in problem.additions(&[]) {
         let Kind::Free(equation, follows) = candidates.kinds[group] else { continue };
-        let words = equation.words();
         let here = EquationAnswer {
-            equation: words.into(),
+            equation: equation.words().into(),
             channel: equation.channel().into(),
             gain_nats: gain,
             follows: follows.condition().into(),
+            correction: None,
         };
-        match best.iter_mut().find(|b| b.equation == words) {
-            Some(b) if b.gain_nats < gain => *b = here,
+        match best.iter_mut().find(|b| b.0 == equation) {
+            Some((_, b)) if b.gain_nats < gain => *b = here,
             Some(_) => {}
-            None => best.push(here),
+            None => best.push((equation, here)),
         }
     }
-    best.retain(|b| b.gain_nats > LEAST_NATS);
-    best.sort_by(|a, b| b.gain_nats.total_cmp(&a.gain_nats));
+    best.retain(|(_, b)| b.gain_nats > LEAST_NATS);
+    best.sort_by(|(_, a), (_, b)| b.gain_nats.total_cmp(&a.gain_nats));
     best.truncate(LISTED);
-    best
+    if corrections {
+        let most = best.len().min(SMOOTHED);
+        best[..most].par_iter_mut().for_each(|(equation, b)| b.correction = correction::of(record, noise, *equation));
+    }
+    best.into_iter().map(|(_, b)| b).collect()
 }

@@ -37,6 +37,8 @@ pub struct Record {
     pub wheels_rad_s: [Vec<f64>; 2],
     /// x, y in m, heading in rad; NaN between its samples.
     pub pose: Option<[Vec<f64>; 3]>,
+    /// Of the gyro, °C; none where it was not logged.
+    pub temperature_c: Option<Vec<f64>>,
     /// What is believed.
     pub belief: Belief,
     /// What was assumed, and what cannot be told, in sentences.
@@ -195,6 +197,7 @@ impl Record {
             gyro_rad_s,
             wheels_rad_s,
             pose,
+            temperature_c: column(names::TEMPERATURE).filter(|t| t.iter().any(|v| v.is_finite())),
             belief,
             notes,
         })

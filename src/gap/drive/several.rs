@@ -93,6 +93,7 @@ impl Record {
             gyro_rad_s: self.gyro_rad_s.as_ref().map(cut),
             wheels_rad_s: self.wheels_rad_s.each_ref().map(cut),
             pose: self.pose.as_ref().map(|p| p.each_ref().map(cut)),
+            temperature_c: self.temperature_c.as_ref().map(cut),
             belief: self.belief,
             notes: Vec::new(),
         }
@@ -102,6 +103,8 @@ impl Record {
     fn followed_by(mut self, others: impl Iterator<Item = Self>) -> Self {
         for other in others {
             let rows = self.len();
+            // one that only some have is left out
+            self.temperature_c = self.temperature_c.zip(other.temperature_c).map(|(own, other)| [own, other].concat());
             self.starts.extend(other.starts.iter().map(|start| start + rows));
             self.sources.extend(other.sources);
             self.times_s.extend(other.times_s);

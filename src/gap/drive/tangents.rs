@@ -98,8 +98,8 @@ impl<'a> Tangents<'a> {
                         channel[c] = value * channel[of];
                     }
                 }
-                Column::Free(equation, f) => {
-                    let value = row.functions[f];
+                Column::Free(..) | Column::Hat(..) => {
+                    let Some((equation, value)) = column.added(&row.functions, row.at.t_s) else { continue };
                     match equation {
                         Equation::WheelLeft => d[0][c] = value,
                         Equation::WheelRight => d[1][c] = value,
@@ -180,19 +180,23 @@ impl<'a> Tangents<'a> {
                     self.adds[c]
                 }
                 Column::Varying(_, _, f) => self.adds[self.varies[c]].map(|a| a * functions[f]),
-                Column::Free(Equation::Force, i) => [functions[i], 0.0, 0.0],
-                Column::Free(Equation::Moment, i) => [0.0, functions[i], 0.0],
-                Column::Free(Equation::Sideways, i) => [0.0, 0.0, functions[i]],
-                Column::Free(Equation::Along, i) => {
-                    x[c] += dt * functions[i] * cos;
-                    y[c] += dt * functions[i] * sin;
-                    continue;
-                }
-                Column::Free(Equation::Turn, i) => {
-                    th[c] += dt * functions[i];
-                    continue;
-                }
-                _ => continue,
+                _ => match column.added(functions, at.t_s) {
+                    // outside its two intervals a hat adds nothing
+                    Some((_, 0.0)) => continue,
+                    Some((Equation::Force, value)) => [value, 0.0, 0.0],
+                    Some((Equation::Moment, value)) => [0.0, value, 0.0],
+                    Some((Equation::Sideways, value)) => [0.0, 0.0, value],
+                    Some((Equation::Along, value)) => {
+                        x[c] += dt * value * cos;
+                        y[c] += dt * value * sin;
+                        continue;
+                    }
+                    Some((Equation::Turn, value)) => {
+                        th[c] += dt * value;
+                        continue;
+                    }
+                    _ => continue,
+                },
             };
             v[c] += dt * d[0];
             w[c] += dt * d[1];

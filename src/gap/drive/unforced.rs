@@ -153,6 +153,7 @@ pub(super) mod tests {
             gyro_rad_s: Some(gyro_rad_s),
             wheels_rad_s,
             pose: None,
+            temperature_c: None,
             belief,
             notes: Vec::new(),
         }

@@ -4,7 +4,7 @@ use crate::bias::WarmUp;
 use crate::effects::by_id;
 use crate::effects::{Parameters, registry};
 use crate::gap::answer::Metric;
-use crate::gap::answer::{Alike, FreeFormAnswer, Place};
+use crate::gap::answer::{Against, Alike, Correction, EquationAnswer, FreeFormAnswer, Place, Regressor};
 use crate::gap::place::curves;
 use crate::gap::state_space::{Believed, Coefficient};
 use crate::model::Scene;
@@ -214,4 +214,83 @@ fn the_figure_holds_the_numbers_of_the_answer() {
     }
     assert!(svg.contains("with effects, 95 %") && !draw(&none(), &curves).contains("with effects, 95 %"));
     assert!(draw(&none(), &[]).contains("not compared with simulated recordings"));
+}
+
+/// A force that falls with speed, a wheel that needs a constant.
+fn of_a_drive() -> Answer {
+    let times_s: Vec<f64> = (0..40).map(f64::from).collect();
+    let speed: Vec<f64> = times_s.iter().map(|t| 0.5 + 0.4 * (0.3 * t).sin()).collect();
+    let force = Correction {
+        diffusion: 0.0123,
+        unit: "m/s²".into(),
+        gain_nats: 41.0,
+        p_value: 1e-19,
+        about_mean: false,
+        degrees_of_freedom: 17.0,
+        values: speed.iter().map(|v| -0.06 * v).collect(),
+        std: vec![0.004; times_s.len()],
+        starts: Vec::new(),
+        regressors: vec![Regressor { name: "speed".into(), share: 0.93 }],
+        against: Some(Against { name: "speed".into(), unit: "m/s".into(), values: speed }),
+        times_s: times_s.clone(),
+    };
+    let wheel = Correction {
+        diffusion: 0.0,
+        unit: "rad/s".into(),
+        gain_nats: 0.0,
+        p_value: 1.0,
+        values: vec![0.002; times_s.len()],
+        std: vec![0.001; times_s.len()],
+        regressors: Vec::new(),
+        against: None,
+        // two drives
+        starts: vec![0, 20],
+        times_s: (0..40).map(|k| f64::from(k % 20)).collect(),
+        ..force.clone()
+    };
+    let of = |equation: &str, correction| EquationAnswer {
+        equation: equation.into(),
+        channel: "torque".into(),
+        gain_nats: 60.0,
+        follows: "speed".into(),
+        correction,
+    };
+    Answer {
+        equations: vec![
+            of("equations of motion: the force along the robot", Some(force)),
+            of("wheel measurement: the left wheel", Some(wheel)),
+            of("gyro measurement", None),
+        ],
+        ..identified()
+    }
+}
+
+#[test]
+fn corrections_are_told_in_a_line_each_and_drawn_in_two_rows() {
+    let answer = of_a_drive();
+    let report = GapReport { recording: "fit.parquet", kept_back: None, answer: &answer, curves: &[] };
+    let text = report.text();
+    let lines = [
+        "the force along the robot: 0.012 m/s²/√s (p < 0.001); 0.0350 m/s² rms, 93 % of it with speed",
+        "the left wheel: none, a constant is enough, 2.00e-3 rad/s",
+    ];
+    assert!(lines.iter().all(|line| text.contains(line)), "{text}");
+    let svg = report.picture().unwrap().svg().unwrap();
+    let words = [
+        "Force along the robot: what it lacks",
+        "93 % of it goes with speed",
+        "Speed (m/s)",
+        "Correction (m/s²)",
+        "Time, drive after drive (s)",
+        "goes with no state and no input",
+    ];
+    words.iter().for_each(|w| assert!(svg.contains(w), "{w}"));
+    // an answer of before there were corrections is still an answer
+    let mut stored = serde_json::json!(answer);
+    for equation in stored["equations"].as_array_mut().unwrap() {
+        equation.as_object_mut().unwrap().remove("correction");
+    }
+    let read: Answer = serde_json::from_value(stored.clone()).unwrap();
+    assert!(read.equations.iter().all(|e| e.correction.is_none()));
+    assert_eq!(serde_json::json!(read), stored);
 }

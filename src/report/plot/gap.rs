@@ -1,6 +1,7 @@
 //! A diagnosis on one page: where the recording leaves the simulators' bands, which effect, how far the gap shrinks.
 
 use super::bars::{Bar, BarChart};
+use super::correction;
 use super::quantity::{self, Quantity, significant};
 use super::{Axis, Chart, Page, Panel, Picture, palette};
 use crate::error::Result;
@@ -34,11 +35,13 @@ impl GapFigure<'_> {
     /// [`crate::ErrorKind::Value`] if a number cannot be shown.
     pub fn draw(&self) -> Result<Picture> {
         if self.curves.is_empty() && !self.answer.gap.is_empty() {
-            return Page::new(self.title)
-                .subtitle(self.verdict)
-                .size(1800, 700)
-                .row([self.equations(), self.probabilities(), self.how_far()])
-                .draw();
+            let page = Page::new(self.title).subtitle(self.verdict);
+            let page = page.row([self.equations(), self.probabilities(), self.how_far()]);
+            return match correction::rows(&self.answer.equations) {
+                Some([over_time, goes_with]) => page.size(1800, 1600).row(over_time).row(goes_with),
+                None => page.size(1800, 700),
+            }
+            .draw();
         }
         let find = |over, shown| self.curves.iter().find(|c| c.over == over && c.shown == shown);
         let with_effects = self.answer.verdict == Verdict::Identified || !self.answer.together.is_empty();
@@ -78,9 +81,8 @@ impl GapFigure<'_> {
         for e in all {
             // gains span decades: the bar is their logarithm
             let length = (e.gain_nats.max(1.0).ln() / largest.max(std::f64::consts::E).ln()).clamp(0.0, 1.0);
-            let short = e.equation.split(": ").last().unwrap_or(&e.equation);
             let text = format!("{:.0}, {}", e.gain_nats, e.follows.replace('_', " "));
-            chart = chart.row(short, [Bar { length, text, color: BEFORE }]);
+            chart = chart.row(correction::short(&e.equation), [Bar { length, text, color: BEFORE }]);
         }
         chart.into()
     }
@@ -152,6 +154,12 @@ fn row(metric: &Metric) -> Option<(String, [(f64, String); 3])> {
     })
 }
 
+/// With a capital letter at its beginning.
+pub(super) fn capitalised(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// The recording over the bands of the simulators.
 fn chart(curve: &Curve, with_effects: bool) -> Chart {
     let log_x = !matches!(curve.over, Over::Time | Over::TemperatureC | Over::TemperatureRate | Over::SupplyV);
@@ -204,10 +212,7 @@ fn chart(curve: &Curve, with_effects: bool) -> Chart {
     let band = |of: &[[f64; 2]]| rows.iter().map(|i| [x(i), y(of[*i][0]), y(of[*i][1])]).collect::<Vec<_>>();
     let there = |v: f64| if log_y && v <= 0.0 { f64::NAN } else { y(v) };
     let recorded: Vec<[f64; 2]> = rows.iter().map(|i| [x(i), there(curve.recorded[*i])]).collect();
-    let mut name = curve_name(curve);
-    if let Some(first) = name.get(..1) {
-        name = first.to_uppercase() + &name[1..];
-    }
+    let name = capitalised(&curve_name(curve));
     let share = if curve.share >= 0.005 { format!(", share {:.2}", curve.share) } else { String::new() };
     let mut chart = Chart::new(x_axis, y_axis).title(format!("{name}{share}"));
     if let Some([from, to]) = curve.most_in {

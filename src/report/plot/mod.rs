@@ -24,6 +24,7 @@ mod axis;
 mod bars;
 pub mod bench;
 mod chart;
+mod correction;
 pub mod drive;
 mod envelope;
 pub mod fit;
