@@ -11,7 +11,7 @@ use super::projection::{BlockSum, Linear, Projection};
 use super::search::{Minimum, Termination, lattice};
 use super::surface::Surface;
 use crate::math::brent;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// Turns of ratio and T at most; a second one mends the grid's T, a third finds nothing left to do.
 const TURNS: u32 = 5;
@@ -168,8 +168,7 @@ fn members(p: &Projection, min: &Minimum, free_t: bool, ratio: f64) -> Option<No
     let pivot = super::pivot(p, min, free_t);
     let groups = p.growing_groups(pivot, noise::GROUPS);
     let mut columns = series(p, &groups);
-    let l = min.linear;
-    let l = if pivot < min.time_constant { Weighted { p, ratio }.linear_at(pivot) } else { l };
+    let l = if pivot < min.time_constant { Weighted { p, ratio }.linear_at(pivot) } else { min.linear };
     columns[0] = groups.iter().map(|g| (g.y - l.c1 * g.g - l.c2 * g.n) / g.n).collect();
     if free_t {
         columns.push(groups.iter().map(|g| -l.c1 / pivot * g.d / g.n).collect());
@@ -195,9 +194,6 @@ fn members(p: &Projection, min: &Minimum, free_t: bool, ratio: f64) -> Option<No
             covariance: inverse * variance + &off * off.transpose(),
         });
     }
-    let inverse_normal: DMatrix<f64> = {
-        let white = whiten(&groups, &columns, ratio);
-        noise::inverse(&regress(&white.columns)?.normal)?
-    };
+    let inverse_normal = noise::inverse(&regress(&whiten(&groups, &columns, ratio).columns)?.normal)?;
     NoiseFit::weigh(members, &ln_weights, inverse_normal, freedom)
 }

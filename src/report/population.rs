@@ -192,8 +192,7 @@ fn percents([low, high]: [f64; 2]) -> String {
 }
 
 fn equals(p: f64) -> String {
-    let text = probability(p);
-    if text.starts_with('<') { text } else { format!("= {text}") }
+    super::fit::equals(&probability(p))
 }
 
 /// The last `width` characters of a path.

@@ -3,6 +3,7 @@
 use crate::effects::{About, by_id, drive};
 use crate::gap::answer::{Correction, EffectAnswer, FilterFigures, Metric};
 use crate::gap::place::{Curve, Over, Shown};
+use crate::report::fit::equals;
 use crate::report::numbers::{known_digits, probability, significant};
 use crate::units::{RAD_S_PER_DEG_S, duration_text};
 use std::fmt::Write;
@@ -86,9 +87,14 @@ pub(in crate::report) fn heading_horizon_s(metric: &Metric) -> Option<f64> {
 /// A correction of which a state or an input has less than this goes with nothing that was tried.
 pub(in crate::report) const LITTLE: f64 = 0.1;
 
+/// The name of an equation without what kind it is.
+pub(in crate::report) fn without_kind(equation: &str) -> &str {
+    equation.split(": ").last().unwrap_or(equation)
+}
+
 /// What an equation needs, in one line.
 pub(super) fn correction(equation: &str, c: &Correction) -> String {
-    let name = equation.split(": ").last().unwrap_or(equation);
+    let name = without_kind(equation);
     let rms = (c.values.iter().map(|v| v * v).sum::<f64>() / c.values.len().max(1) as f64).sqrt();
     let (rms, unit) = (significant(rms, 3), &c.unit);
     if c.diffusion == 0.0 {
@@ -98,11 +104,8 @@ pub(super) fn correction(equation: &str, c: &Correction) -> String {
     let best = c.regressors.first().filter(|r| r.share >= LITTLE);
     let goes =
         best.map_or_else(String::new, |r| format!(", {} of it with {}", percent(r.share), r.name.replace('_', " ")));
-    let p = match probability(c.p_value) {
-        p if p.starts_with('<') => format!("p {p}"),
-        p => format!("p = {p}"),
-    };
-    format!("{name}: {} {unit}/√s ({p}); {rms} {unit} rms{goes}", significant(c.diffusion, 2))
+    let p = equals(&probability(c.p_value));
+    format!("{name}: {} {unit}/√s (p {p}); {rms} {unit} rms{goes}", significant(c.diffusion, 2))
 }
 
 pub(super) fn degrees(rad: f64) -> f64 {

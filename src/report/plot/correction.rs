@@ -4,7 +4,7 @@ use super::gap::capitalised;
 use super::quantity::{self, Quantity};
 use super::{Axis, Chart, Panel, palette};
 use crate::gap::answer::{Correction, EquationAnswer};
-use crate::report::gap::words::LITTLE;
+use crate::report::gap::words::{LITTLE, without_kind};
 
 /// Half the width of a 95 % band in standard deviations.
 const BAND: f64 = 1.96;
@@ -17,9 +17,9 @@ pub(super) fn rows(equations: &[EquationAnswer]) -> Option<[Vec<Panel>; 2]> {
     (!over_time.is_empty()).then_some([over_time, against])
 }
 
-/// The equation without what kind it is.
+/// The same without its article, for titles.
 pub(super) fn short(equation: &str) -> &str {
-    let last = equation.split(": ").last().unwrap_or(equation);
+    let last = without_kind(equation);
     last.strip_prefix("the ").unwrap_or(last)
 }
 
