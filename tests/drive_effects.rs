@@ -242,3 +242,36 @@ fn lost_ticks_are_found_whatever_the_loss() {
     }
     assert!(missed.is_empty(), "not found: {missed:?}");
 }
+
+/// A delay of many rows is no slope at zero; free forms that follow the yaw acceleration would explain more than a shorter one.
+#[test]
+fn a_gyro_that_is_late_by_many_rows_is_found() {
+    for (delay_s, seed) in [(0.024, 21), (0.057, 22), (0.13, 23)] {
+        let late = of(&[("delay_s", delay_s)]);
+        let findings = judged(&recording(&[("sensor.gyro_delay", late)], seed), registry(), &Options::default());
+        let mains = findings.mains();
+        assert_eq!(mains[0].0, Main::Effect("sensor.gyro_delay".into()), "{delay_s}: {mains:?}");
+        let part = part(&findings, "sensor.gyro_delay").unwrap();
+        let (found, std) = (part.parameters["delay_s"], part.std["delay_s"]);
+        println!("{delay_s} s: {found:.5} ± {std:.5}");
+        assert!((found - delay_s).abs() < 4.0 * std || (found - delay_s).abs() < 0.02 * delay_s, "{found} ± {std}");
+    }
+}
+
+/// Bursts of which none shows: what is lost on average makes one wheel read low, as no pair of other radii does in the nominal
+/// mean.
+#[test]
+fn ticks_lost_in_bursts_that_do_not_show_are_a_mean_loss() {
+    let (loss, share) = (1.2e-3, 0.3);
+    for (right, seed) in [(1.0, 31), (0.0, 32)] {
+        let ticks = of(&[("loss_fraction", loss), ("right", right), ("burst_s", 0.06), ("share_of_time", share)]);
+        let findings = judged(&recording(&[("encoder.missed_ticks", ticks)], seed), registry(), &Options::default());
+        let mains = findings.mains();
+        assert_eq!(mains[0].0, Main::Effect("encoder.missed_ticks".into()), "{right}: {mains:?}");
+        let part = part(&findings, "encoder.missed_ticks").unwrap();
+        assert_eq!((part.parameters["right"], part.parameters["share_of_time"]), (right, 1.0), "{part:?}");
+        // 300 bursts of six rows: their share of the time varies by a tenth or less
+        let (found, std) = (part.parameters["loss_fraction"], part.std["loss_fraction"].hypot(0.1 * loss * share));
+        assert!((found - loss * share).abs() < 3.0 * std, "{found} ± {std}");
+    }
+}

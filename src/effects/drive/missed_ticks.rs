@@ -1,11 +1,12 @@
 //! reading_i = (1 - λ) reading_i inside bursts, which begin and end as a Markov chain of two states
+//! reading_i = (1 - E[λ]) reading_i where single bursts are lost in noise: their mean is all that a drive can show
 
-use super::{DriveExplanation, Driving};
+use super::{Coordinate, DriveExplanation, Driving, ModelChange, Touches};
 use crate::effects::parts::{Checked, stream};
 use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
 use crate::math::random::Stream;
-use crate::model::drive::{DriveEffect, Reading};
+use crate::model::drive::{DriveEffect, Moving, Reading, Robot};
 use crate::model::{InFilter, Switch, Way};
 
 pub(crate) const LOSS: &str = "loss_fraction";
@@ -39,7 +40,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: SHARE,
-            meaning: "share of the time that lies in bursts",
+            meaning: "share of the time that lies in bursts; 1 where λ is the mean over all of it",
             bounds: [0.0, 1.0],
             null: Some(0.0),
             required: false,
@@ -57,20 +58,77 @@ impl Driving for MissedTicks {
     }
 
     fn explanation(&self) -> DriveExplanation {
-        DriveExplanation::MissedTicks
+        DriveExplanation::MissedTicks(&MEAN_LOSS)
     }
 
     fn simulated(&self, parameters: &Parameters, _: f64, seed: u64) -> Result<Box<dyn DriveEffect>> {
         let checked = Checked::of(&ABOUT, parameters)?;
-        let right = checked.optional(SIDE).unwrap_or(0.0) >= 0.5;
+        if is_mean(parameters) {
+            let law = MEAN_LOSS[side_of(parameters)];
+            return Ok(law.at(&law.theta(parameters)));
+        }
         Ok(Box::new(Work {
             loss: checked.value(LOSS)?,
-            side: usize::from(right),
+            side: side_of(parameters),
             burst_s: checked.optional(BURST).unwrap_or(0.3),
             share: checked.optional(SHARE).unwrap_or(0.05).clamp(0.0, 1.0 - 1e-6),
             lost: false,
             draw: stream(&ABOUT, seed),
         }))
+    }
+}
+
+/// 0 left, 1 right.
+fn side_of(parameters: &Parameters) -> usize {
+    usize::from(parameters.get(SIDE).is_some_and(|side| *side >= 0.5))
+}
+
+/// Whether the loss is its mean over all of a drive.
+pub(crate) fn is_mean(parameters: &Parameters) -> bool {
+    parameters.get(SHARE).is_some_and(|share| *share >= 1.0)
+}
+
+/// The mean loss of the left wheel, and of the right one.
+static MEAN_LOSS: [&dyn ModelChange; 2] = [&MeanLoss(0), &MeanLoss(1)];
+
+/// One wheel reads low on average, whenever.
+struct MeanLoss(usize);
+
+impl ModelChange for MeanLoss {
+    fn coordinates(&self) -> &'static [Coordinate] {
+        const { &[Coordinate { scale: [1e-3, 0.03], bounds: [0.0, 0.9] }] }
+    }
+
+    fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
+        Box::new(Low { side: self.0, by: theta[0] })
+    }
+
+    fn touches(&self) -> Touches {
+        Touches::WHEELS
+    }
+
+    fn is_rigid(&self) -> bool {
+        true
+    }
+
+    fn parameters(&self, theta: &[f64]) -> Parameters {
+        Parameters::from([(LOSS.into(), theta[0]), (SIDE.into(), self.0 as f64), (SHARE.into(), 1.0)])
+    }
+
+    fn theta(&self, parameters: &Parameters) -> Vec<f64> {
+        vec![parameters.get(LOSS).copied().unwrap_or(0.0)]
+    }
+}
+
+struct Low {
+    side: usize,
+    by: f64,
+}
+
+impl DriveEffect for Low {
+    fn wheels_rad_s(&self, _: &Robot, _: &Moving, mut wheels_rad_s: [f64; 2]) -> [f64; 2] {
+        wheels_rad_s[self.side] *= 1.0 - self.by;
+        wheels_rad_s
     }
 }
 

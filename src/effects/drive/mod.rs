@@ -82,8 +82,8 @@ pub enum DriveExplanation {
     Model(&'static dyn ModelChange),
     /// The gyro's bias jumps once
     GyroStep,
-    /// One wheel reads low in bursts
-    MissedTicks,
+    /// One wheel reads low in bursts; the mean loss of the left wheel and of the right one, where no burst shows by itself
+    MissedTicks(&'static [&'static dyn ModelChange; 2]),
     /// Wheel speeds on a lattice
     WheelLattice,
 }

@@ -1,7 +1,7 @@
 //! One way of reading a drive: sets are compared where the best one lies, readings far off put aside, and noise levels taken
 //! from what a settled model leaves.
 
-use super::candidates::{Candidates, Kind};
+use super::candidates::{Candidates, Kind, LOST_TICKS};
 use super::column::{Column, Scoped};
 use super::evidence::Member;
 use super::fit::{Compared, Theta, models};
@@ -45,6 +45,8 @@ pub(super) struct Branch {
     pub(super) promising: Option<BTreeSet<String>>,
     /// Readings of gyro, pose and wheels
     pub(super) put_aside: [usize; 3],
+    /// Whether lost ticks were put back: none are sought any more
+    pub(super) restored: bool,
     pub(super) extra_weight: f64,
     pub(super) extra_parts: Vec<Part>,
 }
@@ -53,7 +55,8 @@ impl Branch {
     pub(super) fn new(record: Record, noise: Noise, compared: Compared, onsets_s: Onsets) -> Self {
         let (promising, put_aside, extra_weight, extra_parts) = (None, [0; 3], 0.0, Vec::new());
         let believed = noise;
-        Self { record, believed, noise, compared, onsets_s, promising, put_aside, extra_weight, extra_parts }
+        let restored = false;
+        Self { record, believed, noise, compared, onsets_s, promising, put_aside, restored, extra_weight, extra_parts }
     }
 
     /// Puts outliers aside and takes noise levels from what is left; if there are any, settles again.
@@ -102,6 +105,9 @@ impl Branch {
     pub(super) fn widen(&mut self, effects: &[&'static dyn Driving], options: &Options, near_s: Onsets) {
         let near_s = onset::or(near_s, &self.onsets_s);
         let mut candidates = Candidates::new(&self.record, effects, &options.prior, true, &near_s);
+        if self.restored {
+            candidates = candidates.only(|g| candidates.groups[g].id != LOST_TICKS);
+        }
         if let Some(promising) = &self.promising {
             candidates = candidates.only(|g| {
                 let group = &candidates.groups[g];

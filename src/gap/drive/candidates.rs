@@ -45,6 +45,11 @@ const CLOSER: f64 = 4.0;
 /// Times within which a bias that jumped may settle, s.
 const SETTLING_S: [f64; 3] = [0.4, 1.6, 6.4];
 
+/// Share of the lost ticks whose bursts do not show singly.
+const UNSEEN: f64 = 0.5;
+/// Lost ticks.
+pub(super) const LOST_TICKS: &str = "encoder.missed_ticks";
+
 /// How the id of a coordinate that varies begins; the id of its effect follows.
 pub const VARYING: &str = "free.varying.";
 
@@ -95,7 +100,7 @@ pub fn knowable(effect: &dyn Driving, record: &Record) -> bool {
                 && (effect.about().id != "wheel.radius_scale" || reference || record.gyro_rad_s.is_some())
         }
         DriveExplanation::GyroStep => record.gyro_rad_s.is_some(),
-        DriveExplanation::MissedTicks | DriveExplanation::WheelLattice => true,
+        DriveExplanation::MissedTicks(_) | DriveExplanation::WheelLattice => true,
     }
 }
 
@@ -139,7 +144,11 @@ impl Candidates {
                     }
                 },
                 DriveExplanation::GyroStep => all.steps(record, effect.about().id, prior, near_s),
-                DriveExplanation::MissedTicks | DriveExplanation::WheelLattice => {}
+                DriveExplanation::MissedTicks(sides) => {
+                    let ln_prior = prior.ln_named + (UNSEEN / sides.len() as f64).ln();
+                    sides.iter().for_each(|side| all.change(*effect, *side, ln_prior));
+                }
+                DriveExplanation::WheelLattice => {}
             }
         }
         if record.gyro_rad_s.is_some() {
@@ -157,7 +166,7 @@ impl Candidates {
         let places = (first..first + columns.len()).collect();
         self.columns.extend(columns);
         let positive = match id {
-            "wheel.rolling_resistance" | "wheel.slip" | "sensor.gyro_delay" => 1,
+            "wheel.rolling_resistance" | "wheel.slip" | "sensor.gyro_delay" | LOST_TICKS => 1,
             // mass and yaw inertia
             "vehicle.payload" => 2,
             _ => 0,
@@ -297,6 +306,10 @@ impl Candidates {
     fn varying(&mut self, record: &Record, prior: &Prior) {
         for g in 0..self.groups.len() {
             let Kind::Change(i) = self.kinds[g] else { continue };
+            // a loss that comes and goes is what bursts are
+            if self.groups[g].id == LOST_TICKS {
+                continue;
+            }
             // without torques a lag is told by the gyro's own past, and so would be whatever follows its changes
             if record.torques_n_m.is_none() && self.groups[g].id == "sensor.gyro_delay" {
                 continue;

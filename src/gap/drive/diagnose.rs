@@ -8,10 +8,12 @@ use super::judge::{Judged, Options as JudgeOptions, equation_of, judge, mounting
 use super::late;
 use super::model::Claimed;
 use super::navigating::filter_gain;
+use super::pass::Process;
 use super::pinpoint::pinpoint;
 use super::record::Record;
 use crate::config::{Config, EffectTable};
 use crate::effects::drive::Driving;
+use crate::effects::drive::missed_ticks::is_mean;
 use crate::effects::{Library, Parameters};
 use crate::error::Result;
 use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, Verdict};
@@ -66,6 +68,11 @@ pub fn diagnose(
     }
     let found = |id: &String| Some((id.clone(), findings.best_with(id, false)?.part(id)?.parameters.clone()));
     let together: Vec<(String, Parameters)> = answer.together.iter().filter_map(found).collect();
+    answer.notes.extend(together.iter().any(|one| is_mean(&one.1)).then(|| {
+        "Ticks are lost in bursts too weak to show singly: the loss that is told is the mean over all of the drive."
+            .into()
+    }));
+    let together = offered(&record, library, together, judged.nominal_noise.process, &mut answer);
     let nearest = judged.closest.as_ref().map(|(closest, _)| list_closest(closest, &mut answer));
     let listed: Vec<(String, Parameters)> = answer
         .effects
@@ -239,6 +246,41 @@ fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
     }
 }
 
+/// Of effects that were found `together`, those that the augmented simulator is to hold. They were fitted beside free forms, which it
+/// does not have: where it predicts the very drive that they were fitted to worse than the nominal one does, as one that runs
+/// away, those that close least are left out, as many as it is best without.
+fn offered(
+    record: &Record,
+    library: &Library,
+    mut together: Vec<(String, Parameters)>,
+    process: Process,
+    answer: &mut Answer,
+) -> Vec<(String, Parameters)> {
+    // a simulator that runs away gains no number at all
+    let gain = |effects: &[(String, Parameters)]| {
+        let gain = far::gain(record, library, effects, process);
+        if gain.is_finite() { gain } else { f64::NEG_INFINITY }
+    };
+    if together.is_empty() || gain(&together) >= 0.0 {
+        return together;
+    }
+    let share = |one: &(String, Parameters)| {
+        let listed = answer.effects.iter().find(|e| e.id == one.0);
+        listed.and_then(|e| e.share).unwrap_or(f64::NEG_INFINITY)
+    };
+    together.sort_by(|a, b| share(b).total_cmp(&share(a)));
+    let most = (1..together.len()).map(|n| (gain(&together[..n]), n)).filter(|g| g.0 > 0.0);
+    let kept = most.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |g| g.1);
+    let left_out = together.split_off(kept);
+    let ids: Vec<&str> = left_out.iter().map(|one| one.0.as_str()).collect();
+    answer.notes.push(format!(
+        "The augmented simulator is without {}: what corrects it beside the effects is in no simulator, and with them alone it \
+         would predict this very recording worse than the nominal one does.",
+        ids.join(", ")
+    ));
+    together
+}
+
 /// Adds what the information in the drive cannot tell from what was found to the rivals that the posterior leaves.
 fn told_apart(answer: &mut Answer, record: &Record, alike: &[Alike]) {
     for class in &mut answer.alike {
@@ -333,6 +375,33 @@ mod tests {
     use crate::gap::findings::{Part, WeightedSet};
 
     const RADIUS: &str = "wheel.radius_scale";
+
+    /// A robot of which each of two wheels reads 2 % less than the gyro and the torques say.
+    #[test]
+    fn what_makes_the_simulator_worse_is_not_offered() {
+        use super::super::unforced::tests::{belief, recorded};
+        let track = "vehicle.track_width";
+        let robot = belief().robot;
+        let (v, rate) = (0.6, 0.4);
+        let wheels = robot.wheels_rad_s(v, rate).map(|w| vec![0.98 * w; 400]);
+        let record = recorded(belief(), 0.02, wheels, vec![rate; 400]);
+        let process = Process { diffusion: [0.01; 2], ..Process::default() };
+        let library = Library::new();
+        let of_both = |radius: f64, width: f64| {
+            let one = |id: &str, value| (id.to_owned(), Parameters::from([("relative".to_owned(), value)]));
+            vec![one(track, width), one(RADIUS, radius)]
+        };
+        let (mut answer, _) = of(vec![part(RADIUS, true, 90.0, 0.02), part(track, true, 5.0, 0.0)]);
+        let right = of_both(0.02, 0.0);
+        let all = offered(&record, &library, right.clone(), process, &mut answer);
+        assert_eq!((all, answer.notes.len()), (right, 0));
+        // a track that belongs to a free form beside it
+        let kept = offered(&record, &library, of_both(0.02, -0.3), process, &mut answer);
+        assert_eq!(kept.iter().map(|k| k.0.as_str()).collect::<Vec<_>>(), [RADIUS]);
+        assert!(answer.notes[0].contains(track) && !answer.notes[0].contains(RADIUS), "{}", answer.notes[0]);
+        // nothing of it
+        assert!(offered(&record, &library, of_both(-0.3, -0.3), process, &mut answer).is_empty());
+    }
 
     fn part(id: &str, named: bool, share: f64, relative: f64) -> Part {
         let parameters = Parameters::from([("relative".into(), relative)]);

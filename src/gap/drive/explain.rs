@@ -5,7 +5,7 @@
 
 use super::branch::Branch;
 use super::bursts::{self, Bursts, Sought};
-use super::candidates::{Candidates, Kind, knowable};
+use super::candidates::{Candidates, Kind, LOST_TICKS, knowable};
 use super::far;
 use super::fit::{Compared, Theta};
 use super::judge::{Believed, Options, WORTH, lattice_part, missed_part, mounting, start};
@@ -153,10 +153,13 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     }
     let noise = as_is.noise;
     let nominal = Noise { process: noise.process, ..nominal };
-    let lost = asked
-        .has(|e| matches!(e, DriveExplanation::MissedTicks))
-        .then(|| lost_ticks(record, &noise, &as_is.compared))
-        .flatten();
+    // single bursts, where they tell more than that a wheel reads low on average
+    let lost = asked.has(|e| matches!(e, DriveExplanation::MissedTicks(_))).then(|| {
+        let others = settled(record, &noise, &candidates.only(|g| candidates.groups[g].id != LOST_TICKS));
+        let on_average = as_is.compared.top() - others.top();
+        lost_ticks(record, &noise, &others).filter(|lost| lost.3 > on_average)
+    });
+    let lost = lost.flatten();
     let (branch, gained) = match lost {
         Some((restored, compared, bursts, gained)) => {
             (Branch::new(restored, noise, compared, Vec::new()), Some((bursts, gained)))

@@ -117,7 +117,8 @@ fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f
         }
         None => (record, 0.0),
     };
-    let models = claimed.models(record);
+    let (record, models) = claimed.read(record);
+    let record = record.as_ref();
     // what is drawn anew in each run: columns with their priors
     let mut columns = Vec::new();
     let mut nuisance = Vec::new();
@@ -248,7 +249,8 @@ impl Horizons {
         }
         let restored = lost.map(|b| b.restored(record));
         let record = restored.as_ref().unwrap_or(record);
-        let models = claimed.models(record);
+        let (record, models) = claimed.read(record);
+        let record = record.as_ref();
         let mut from = 0;
         while let Some(begin) = (from..record.len()).find(|k| pose.iter().all(|p| p[*k].is_finite())) {
             let start_s = record.times_s[begin];

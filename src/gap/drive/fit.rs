@@ -89,6 +89,18 @@ impl Candidates {
         self.changes.iter().map(|c| vec![0.0; c.1.coordinates().len() + c.1.departures().len()]).collect()
     }
 
+    /// θ with the changes that are forms of this effect at zero.
+    #[must_use]
+    pub fn without(&self, id: &str, theta: &Theta) -> Theta {
+        let mut out = theta.clone();
+        for (values, (effect, _)) in out.iter_mut().zip(&self.changes) {
+            if effect.about().id == id {
+                values.fill(0.0);
+            }
+        }
+        out
+    }
+
     fn here(&self, theta: &Theta) -> Vec<f64> {
         let value = |c: &Scoped| match c.column {
             Column::Coordinate(i, j) => theta[i][j],

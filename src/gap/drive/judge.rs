@@ -7,10 +7,11 @@
 use super::alike::alike;
 use super::branch::{Branch, described};
 use super::bursts::{self, Bursts, Predicted, Sought};
-use super::candidates::{Candidates, Kind, Prior, knowable};
+use super::candidates::{Candidates, Kind, LOST_TICKS, Prior, knowable};
 use super::closest::{Closest, alone, closest};
 use super::column::Equation;
 use super::fit::{Compared, Theta};
+use super::lag;
 use super::late::{self, Late};
 use super::mounting::{self, Mounting};
 use super::onset;
@@ -108,7 +109,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         lattice_part(lsb, here.max(1.0), knows(effects, "encoder.quantization"))
     });
     let mut others = Vec::new();
-    if knows(effects, "encoder.missed_ticks")
+    if knows(effects, LOST_TICKS)
         && let Some((other, bursts)) = restored(record, &branch, &begin, &noise, effects, options)
     {
         let part = missed_part(&bursts, other.top() - branch.top());
@@ -121,6 +122,8 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         wheels_late_s = Some(late.delay_s);
     }
     let mut sets = branch.sets();
+    let in_time = lag::gyro_in_time(record, &branch, effects, options);
+    sets.extend(in_time.iter().flat_map(lag::InTime::sets));
     for (other, part) in &others {
         let with = other.sets().into_iter();
         sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([part.clone()]).collect(), ..s }));
@@ -131,8 +134,8 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     }
     let findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
     // the drive as it is in the likeliest account of it
-    let best =
-        others.iter().map(|o| &o.0).fold(&branch, |best, other| if other.top() > best.top() { other } else { best });
+    let others = others.iter().map(|o| &o.0).chain(in_time.iter().map(|i| &i.branch));
+    let best = others.fold(&branch, |best, other| if other.top() > best.top() { other } else { best });
     let unknown = matches!(findings.mains().first(), Some((Main::Unknown, _)));
     let nearest = if unknown { closest(&best.record, &best.noise, effects, options) } else { None };
     let closest = nearest.map(|(one, nothing)| {
@@ -147,7 +150,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
 }
 
 /// The robot without any effect.
-fn plain(record: &Record) -> Models {
+pub(super) fn plain(record: &Record) -> Models {
     Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() }
 }
 
@@ -224,8 +227,11 @@ fn restored(
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> Option<(Branch, Bursts)> {
-    let zero = as_is.compared.candidates.zero();
-    let mut from = vec![&zero, begin, &as_is.compared.theta];
+    // what is put back is not missing on average, too
+    let all = &as_is.compared.candidates;
+    let (zero, begin, here) =
+        (all.zero(), all.without(LOST_TICKS, begin), all.without(LOST_TICKS, &as_is.compared.theta));
+    let mut from = vec![&zero, &begin, &here];
     from.dedup();
     // a model that is off slowly looks like bursts, and long bursts like a model that is off slowly: both are tried
     let tried: Vec<(&Theta, usize)> = from.into_iter().flat_map(|theta| [0, 1].map(|side| (theta, side))).collect();
@@ -251,6 +257,7 @@ fn restored(
     all.truncate(TRIED);
     let fresh = Noise { process: as_is.noise.process, ..*noise };
     let plausible = as_is.compared.plausible();
+    let plausible = plausible.only(|g| plausible.groups[g].id != LOST_TICKS);
     let top = as_is.top();
     let settled = |bursts: Bursts, theta: &Theta| {
         let restored = bursts.restored(record);
@@ -259,6 +266,7 @@ fn restored(
         let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
         let onsets_s = onset::of_each(&restored);
         let mut other = Branch::new(restored, fresh, compared, onsets_s);
+        other.restored = true;
         other.promising.clone_from(&as_is.promising);
         other.extra_weight += own;
         if other.top() > top - HOPELESS {
@@ -315,7 +323,7 @@ fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<M
 ///
 /// Free forms are linear in the innovations of one pass. An effect that is strong bends these, and a free form takes what the
 /// bend leaves: the effect has to be compared at its own coordinates.
-fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Compared {
+pub(super) fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Compared {
     let compared = Compared::wide(record, noise, all.clone(), begin.clone());
     let gap = compared.gap();
     let only_named = compared.sets[0].members.iter().all(|m| all.groups[m.0].named);
@@ -409,7 +417,7 @@ pub(super) fn lattice_part(lsb: f64, share: f64, named: bool) -> Part {
 pub(super) fn missed_part(bursts: &Bursts, share: f64) -> Part {
     use crate::effects::drive::missed_ticks::{BURST, LOSS, SHARE, SIDE};
     let side = if bursts.side == 0 { "left" } else { "right" };
-    let mut part = described("encoder.missed_ticks", true, share, format!("the {side} wheel reads low in bursts"));
+    let mut part = described(LOST_TICKS, true, share, format!("the {side} wheel reads low in bursts"));
     part.parameters = Parameters::from([
         (LOSS.into(), bursts.loss),
         (SIDE.into(), bursts.side as f64),

@@ -145,7 +145,7 @@ pub fn find(record: &Record, models: &Models, noise: &Noise) -> Option<Late> {
     (best.0 > 0.0).then_some(Late { delay_s: best.0, std_s, ln_likelihood: best.1, gain: best.1 - nothing })
 }
 
-fn share_rows(record: &Record) -> bool {
+pub(super) fn share_rows(record: &Record) -> bool {
     let Some(gyro) = &record.gyro_rad_s else { return true };
     let wheels = &record.wheels_rad_s[0];
     let both = gyro.iter().zip(wheels).filter(|(g, w)| g.is_finite() && w.is_finite()).count();

@@ -16,6 +16,7 @@ pub mod far;
 mod filter;
 pub mod fit;
 pub mod judge;
+mod lag;
 pub mod late;
 pub mod model;
 pub mod mounting;
