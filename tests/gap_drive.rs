@@ -6,12 +6,7 @@ use gyroid::gap::Answer;
 use gyroid::gap::answer::Verdict;
 use std::path::Path;
 
-const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n[gyro]\nc1_rad_s = 2.9e-3\nc2_rad_s = -4.7e-3\n\
-    time_constant_s = 181.0\nangle_random_walk_rad_sqrt_s = 1.7e-4\nturn_on_bias_std_rad_s = 2e-4\n\
-    warm_up_relative_std = 0.03\n[vehicle]\nmass_kg = 17.1\nyaw_inertia_kg_m2 = 0.61\nhalf_track_m = 0.24\n\
-    wheel_radius_m = 0.066\nwheel_inertia_kg_m2 = 0.0011\nviscous_friction_n_m_s = 0.0005\n\
-    torque_noise_n_m_sqrt_s = 0.0002\n[encoder]\nspeed_noise_std_rad_s = 0.0185\n\
-    [pose]\nrate_hz = 10.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
+const ROBOT: &str = include_str!("common/robot.toml");
 const SCALE: &str = "[[effect]]\nid = \"gyro.scale_factor\"\nrelative = 0.012\n";
 
 fn gyroid() -> Command {
