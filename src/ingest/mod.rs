@@ -30,6 +30,7 @@ mod clock;
 mod dataflash;
 #[cfg(feature = "db3")]
 mod db3;
+mod decimal;
 mod dialect;
 mod drive;
 mod fill;
