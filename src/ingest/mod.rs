@@ -120,7 +120,7 @@ fn opened(path: &Path, query: &GyroQuery) -> Result<(Box<dyn format::Source>, re
         let found = format!("a sample rate of {rate_hz} Hz");
         return Err(Error::new(ErrorKind::Usage, "--rate", found).mend("state a positive rate in Hz"));
     }
-    let choice = formats::Choice { topic: query.topic.as_deref(), stamp: query.stamp };
+    let choice = formats::Choice { topic: query.topic.as_deref(), stamp: query.stamp, unhashed: false };
     let formats::Chosen { source, note } = formats::open(path, choice)?;
     let name = path.display().to_string();
     let (source, turned): (Box<dyn format::Source>, _) = match &query.mounting {
