@@ -261,15 +261,17 @@ pub(super) struct Before {
 
 /// Judges samples that are in order: `stamps_s` as in the file, `axis` as in the recording.
 pub(super) fn judge(before: Before, stamps_s: &[f64], axis: &TimeAxis, rate: &[f64]) -> Audit {
-    let ((sampling, gaps), (runs, lattice_step_rad_s)) = rayon::join(
-        || steps(stamps_s, matches!(axis, TimeAxis::Uniform { .. })),
-        || rayon::join(|| Runs::of(rate), || lattice::step(rate)),
+    let middle = || {
+        let witnesses = stretches(rate, WITNESSES);
+        (rate_unit::noise_std(&witnesses), median(&mut witnesses.into_owned()), drift(rate))
+    };
+    let (((sampling, gaps), lattice_step_rad_s), (runs, (noise_std_rad_s, median_rad_s, drift_rad_s))) = rayon::join(
+        || rayon::join(|| steps(stamps_s, matches!(axis, TimeAxis::Uniform { .. })), || lattice::step(rate)),
+        || rayon::join(|| Runs::of(rate), middle),
     );
     let step_s = sampling.median_step_s;
     let q = lattice_step_rad_s.unwrap_or(0.0);
-    let witnesses = stretches(rate, WITNESSES);
-    let noise_std_rad_s = rate_unit::noise_std(&witnesses).max(q / 12f64.sqrt());
-    let median_rad_s = median(&mut witnesses.into_owned());
+    let noise_std_rad_s = noise_std_rad_s.max(q / 12f64.sqrt());
     Audit {
         rows: before.rows,
         samples: rate.len(),
@@ -282,7 +284,7 @@ pub(super) fn judge(before: Before, stamps_s: &[f64], axis: &TimeAxis, rate: &[f
         missing: before.missing,
         saturation: saturation(axis, rate, &runs, median_rad_s, (10.0 * noise_std_rad_s).max(5.0 * q)),
         stuck: stuck(axis, rate, &runs, q, noise_std_rad_s),
-        rest: Rest { median_rad_s, noise_std_rad_s, drift_rad_s: drift(rate), lattice_step_rad_s },
+        rest: Rest { median_rad_s, noise_std_rad_s, drift_rad_s, lattice_step_rad_s },
         motion: motion::detect(axis, rate, step_s, noise_std_rad_s, lattice_step_rad_s),
     }
 }

@@ -5,7 +5,7 @@ use super::names::{Role, TimeKind};
 use super::table::{Head, Kind, Table, list};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::robust::median;
-use crate::math::scan;
+use crate::math::scan::{self, Odd};
 use crate::units::TimeUnit;
 use std::borrow::Cow;
 
@@ -56,6 +56,8 @@ pub(super) struct Times {
     pub resolution_s: f64,
     pub clock: Clock,
     pub notes: Vec<String>,
+    /// Whether it is known already that none is missing.
+    pub complete: bool,
     /// How the cells became seconds: the same holds for the rows that follow.
     pub scale: Scale,
 }
@@ -174,6 +176,7 @@ pub(super) fn by_rows(rows: usize, rate_hz: f64) -> Times {
         resolution_s: 0.0,
         clock: Clock::PowerOn { first_s: 0.0, stated: false },
         notes: vec![format!("time is counted by rows at {rate_hz} Hz, from power-on with the first row")],
+        complete: false,
         scale: Scale::Rows { rate_hz },
     }
 }
@@ -182,7 +185,7 @@ pub(super) fn by_rows(rows: usize, rate_hz: f64) -> Times {
 pub(super) fn read(table: &Table, column: TimeColumn, stated: Option<TimeUnit>) -> Result<Times> {
     match column {
         TimeColumn::One(i) => {
-            let (times, shift, factor) = one(table, i, stated)?;
+            let (times, _, shift, factor) = one(table, i, stated)?;
             Ok(Times { seconds: affine(&table.cells[i].values, shift, factor), ..times })
         }
         TimeColumn::Parts(seconds, nanoseconds) => parts(table, seconds, nanoseconds),
@@ -193,23 +196,25 @@ pub(super) fn read(table: &Table, column: TimeColumn, stated: Option<TimeUnit>) 
 /// The same; a single column is taken out of the table, so that a long log is not held twice.
 pub(super) fn take(table: &mut Table, column: TimeColumn, stated: Option<TimeUnit>) -> Result<Times> {
     let TimeColumn::One(i) = column else { return read(table, column, stated) };
-    let (times, shift, factor) = one(table, i, stated)?;
+    let (times, odd, shift, factor) = one(table, i, stated)?;
     let mut seconds = std::mem::take(&mut table.cells[i].values);
-    scan::replace(&mut seconds, |v| (v + shift) * factor);
+    if !(odd.none && shift == 0.0 && factor == 1.0) {
+        scan::replace(&mut seconds, |v| (v + shift) * factor);
+    }
     Ok(Times { seconds, ..times })
 }
 
-/// How the cells of one column become seconds, which are left out, with shift and factor.
-fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, f64, f64)> {
+/// How the cells of one column become seconds, which are left out, with what is odd about them, shift and factor.
+fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, Odd, f64, f64)> {
     let cells = table.numbers(index)?;
     let head = &table.heads[index];
     let named = head.named();
     let mut notes = Vec::new();
-    let odd = scan::first_where(&cells.values, |_, v| !v.is_finite());
-    if let Some(row) = odd.and_then(|_| cells.values.iter().position(|v| v.is_infinite())) {
+    let odd = scan::odd(&cells.values);
+    if let Some(row) = odd.first.and_then(|_| cells.values.iter().position(|v| v.is_infinite())) {
         return Err(table.error_at(ErrorKind::Time, row, index, "an infinite time").mend("correct or delete the row"));
     }
-    let valid: Cow<[f64]> = if odd.is_some() {
+    let valid: Cow<[f64]> = if odd.first.is_some() {
         cells.values.iter().copied().filter(|v| !v.is_nan()).collect()
     } else {
         Cow::Borrowed(&cells.values)
@@ -262,8 +267,9 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
     };
     notes.extend(clock_note(clock, &head.name));
     let scale = Scale::Affine { column: index, shift, factor };
-    let times = Times { seconds: Vec::new(), resolution_s: cells.resolution * factor, clock, notes, scale };
-    Ok((times, shift, factor))
+    let complete = odd.first.is_none();
+    let times = Times { seconds: Vec::new(), resolution_s: cells.resolution * factor, clock, notes, complete, scale };
+    Ok((times, odd, shift, factor))
 }
 
 /// Seconds and nanoseconds in two columns.
@@ -281,7 +287,7 @@ fn parts(table: &Table, seconds: usize, nanoseconds: usize) -> Result<Times> {
     values.iter_mut().for_each(|v| *v += shift);
     let notes = clock_note(clock, &table.heads[seconds].name).into_iter().collect();
     let scale = Scale::Parts { seconds, nanoseconds, shift };
-    Ok(Times { seconds: values, resolution_s: 1e-9, clock, notes, scale })
+    Ok(Times { seconds: values, resolution_s: 1e-9, clock, notes, complete: false, scale })
 }
 
 fn clock_of(first_s: f64, date: bool, role: &Role) -> Clock {

@@ -10,10 +10,10 @@ use super::mounting::{self, Mounted, Mounting};
 use super::names::{self, Axis, Role, TimeKind};
 use super::quantity::Conversion;
 use super::recording::{find_gyro, named_unit, side_scale};
-use super::table::{self, Cells, Head, Kind, Table};
+use super::table::{self, Head, Kind, Table};
 use super::topics::Stamp;
 use crate::error::{Error, ErrorKind, Result};
-use crate::math::scan;
+use crate::math::scan::{self, Odd};
 use crate::signal::{Log, TimeAxis, names as channel};
 use crate::units::TimeUnit;
 use std::path::Path;
@@ -214,7 +214,9 @@ fn to_part(
     let times = clock::take(&mut table, time, query.time_unit)?;
     let t = times.seconds;
     let column = time.index().unwrap_or_default();
-    if let Some(row) = scan::first_where(&t, |_, v| v.is_nan()) {
+    if !times.complete
+        && let Some(row) = scan::first_where(&t, |_, v| v.is_nan())
+    {
         return Err(table.error_at(ErrorKind::Time, row, column, "no time").mend("delete the row"));
     }
     if let Some(k) = scan::first_after(&t, |a, b| b <= a) {
@@ -237,23 +239,22 @@ fn to_part(
     let columns = (0..table.heads.len()).filter(|&i| table.heads[i].kind == Kind::Number && !is_time(i));
     for i in columns.collect::<Vec<_>>() {
         let head = table.heads[i].name.clone();
-        finite(&table, i)?;
+        let odd = finite(&table, i)?;
         let known = match found.iter().find(|f| f.column == i) {
             Some(Found { channel, conversion, .. }) => Some((channel.to_string(), *conversion)),
             None => by_role(&table, i, gyro).filter(|(name, _)| !mapped_anywhere(name)),
         };
-        let values = numbers(&mut table, i);
+        let origin = table.cells[i].origin as f64;
+        let values = std::mem::take(&mut table.cells[i].values);
         let mut named = mapped.iter().filter(|m| m.1.column == i).peekable();
         if named.peek().is_some() {
             for (name, Mapped { conversion, .. }) in named {
-                log.push(*name, converted(values.clone(), *conversion))?;
+                log.push(*name, converted(values.clone(), origin, odd, *conversion))?;
             }
             continue;
         }
-        let (name, values) = match known {
-            Some((name, conversion)) => (name, converted(values, conversion)),
-            None => (head.clone(), values),
-        };
+        let (name, conversion) = known.unwrap_or_else(|| (head.clone(), Conversion { factor: 1.0, offset: 0.0 }));
+        let values = converted(values, origin, odd, conversion);
         if name != head && channels::of(&name).is_some() {
             notes.push(format!("{head:?} is read as {name}"));
         }
@@ -268,28 +269,26 @@ fn to_part(
     Ok((Part { log, zero_s }, notes))
 }
 
-fn converted(mut values: Vec<f64>, conversion: Conversion) -> Vec<f64> {
-    scan::replace(&mut values, |v| conversion.factor * v + conversion.offset);
-    values
+/// The numbers of a column, which are cells and `origin`, in SI.
+fn converted(mut cells: Vec<f64>, origin: f64, odd: Odd, conversion: Conversion) -> Vec<f64> {
+    let Conversion { factor, offset } = conversion;
+    if !(odd.none && origin == 0.0 && factor == 1.0 && offset == 0.0) {
+        scan::replace(&mut cells, |v| factor * (v + origin) + offset);
+    }
+    cells
 }
 
-/// A column that has to be numbers, none of them infinite.
-fn finite(table: &Table, i: usize) -> Result<()> {
+/// A column that has to be numbers, none of them infinite; returns what is odd about them.
+fn finite(table: &Table, i: usize) -> Result<Odd> {
     let cells = table.numbers(i)?;
-    match scan::first_where(&cells.values, |_, v| v.is_infinite()) {
-        None => Ok(()),
+    let odd = scan::odd(&cells.values);
+    let infinite = |_, v: f64| v.is_infinite();
+    match odd.first.and_then(|_| scan::first_where(&cells.values, infinite)) {
+        None => Ok(odd),
         Some(row) => {
             Err(table.error_at(ErrorKind::Value, row, i, "an infinite value").mend("correct or delete the row"))
         }
     }
-}
-
-/// The numbers of a column, in the file's unit; they are taken out of the table.
-fn numbers(table: &mut Table, i: usize) -> Vec<f64> {
-    let Cells { origin, values, .. } = &mut table.cells[i];
-    let mut values = std::mem::take(values);
-    scan::replace(&mut values, |v| v + *origin as f64);
-    values
 }
 
 /// The gyro's yaw column: one that is called after the sensor before one that tells the motion (`yaw_rate`), which in

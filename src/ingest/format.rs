@@ -82,6 +82,9 @@ pub(super) trait Source {
     fn rows(&self) -> Option<u64> {
         None
     }
+    /// Told before the cells are read that all of them are going to be held, so that they may come in one batch. Only for a
+    /// source that knows how many [rows](Self::rows) there are.
+    fn hold(&mut self) {}
     /// Reads the cells of the columns that are `wanted` (one flag a column), some rows at a time.
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts>;
 }

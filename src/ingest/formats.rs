@@ -58,6 +58,8 @@ pub(super) struct Choice<'a> {
     pub topic: Option<&'a str>,
     /// Which time of a message counts.
     pub stamp: Stamp,
+    /// Whether nobody asks for the hash of the file: it takes as long as the reading.
+    pub unhashed: bool,
 }
 
 /// A table, and what there is to tell about its choice.
@@ -68,7 +70,7 @@ pub(super) struct Chosen {
 
 /// Opens the table of `path` that `choice` names, or the only one with a gyro.
 pub(super) fn open(path: &Path, choice: Choice<'_>) -> Result<Chosen> {
-    match open_any(path)? {
+    match opened(path, !choice.unhashed)? {
         Opened::Topics(container) => {
             let listing = container.listing();
             let (topic, note) = topics::choose(&listing.about.source, &listing.topics, choice.topic)
@@ -102,20 +104,20 @@ fn told_of_damage(mut error: Error, notes: &[String]) -> Error {
 }
 
 /// Opens the tables of a drive in `path`: those of `topics` that are there, or the only one with a gyro. Of several files,
-/// each needs only some of the topics.
+/// each needs only some of the topics. They are not hashed.
 pub(super) fn open_all(path: &Path, topics: &[String], stamp: Stamp, of_several: bool) -> Result<Vec<Chosen>> {
     if topics.is_empty() {
-        return Ok(vec![open(path, Choice { topic: None, stamp })?]);
+        return Ok(vec![open(path, Choice { topic: None, stamp, unhashed: true })?]);
     }
     let mut chosen = Vec::new();
     for topic in topics {
-        match open_any(path)? {
+        match opened(path, false)? {
             // a table beside a bag has no topics
             Opened::Table(source) if of_several => {
                 chosen.push(Chosen { source, note: None });
                 break;
             }
-            Opened::Table(_) => chosen.push(open(path, Choice { topic: Some(topic), stamp })?),
+            Opened::Table(_) => chosen.push(open(path, Choice { topic: Some(topic), stamp, unhashed: true })?),
             Opened::Topics(container) => {
                 let listing = container.listing();
                 match topics::choose(&listing.about.source, &listing.topics, Some(topic)) {
@@ -131,7 +133,12 @@ pub(super) fn open_all(path: &Path, topics: &[String], stamp: Stamp, of_several:
 
 /// Opens `path` with the format that its content shows, whatever its extension says.
 pub(super) fn open_any(path: &Path) -> Result<Opened> {
-    let input = Input::open(path)?;
+    opened(path, true)
+}
+
+fn opened(path: &Path, hashed: bool) -> Result<Opened> {
+    let mut input = Input::open(path)?;
+    input.hashed = hashed;
     if input.head.is_empty() {
         return Err(Error::new(ErrorKind::TooShort, path.display(), "is empty").mend("record the log again"));
     }

@@ -24,13 +24,15 @@ pub(super) struct Input {
     pub head_is_all: bool,
     /// Whether it is packed by gzip.
     pub gzipped: bool,
+    /// Whether its bytes are hashed; otherwise the hash is empty.
+    pub hashed: bool,
     file: File,
     raw_head: Vec<u8>,
 }
 
-/// Hash of all bytes that passed.
+/// Hash of all bytes that passed, where it is wanted.
 #[derive(Clone)]
-pub(super) struct Hash(Arc<Mutex<Sha256>>);
+pub(super) struct Hash(Option<Arc<Mutex<Sha256>>>);
 
 struct Hashing<R> {
     inner: R,
@@ -40,24 +42,26 @@ struct Hashing<R> {
 impl<R: Read> Read for Hashing<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
-        self.hash.state().update(&buffer[..n]);
+        if let Some(mut hash) = self.hash.state() {
+            hash.update(&buffer[..n]);
+        }
         Ok(n)
     }
 }
 
 impl Hash {
-    fn new() -> Self {
-        Self(Arc::new(Mutex::new(Sha256::new())))
+    fn new(wanted: bool) -> Self {
+        Self(wanted.then(|| Arc::new(Mutex::new(Sha256::new()))))
     }
 
     /// Nothing between taking and leaving it can panic, so it is never half updated.
-    fn state(&self) -> MutexGuard<'_, Sha256> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    fn state(&self) -> Option<MutexGuard<'_, Sha256>> {
+        self.0.as_ref().map(|hash| hash.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The hash so far as hexadecimal digits.
+    /// The hash so far as hexadecimal digits; empty where it is not wanted.
     pub fn hex(&self) -> String {
-        hex(self.state().clone())
+        self.state().map_or(String::new(), |hash| hex(hash.clone()))
     }
 }
 
@@ -94,12 +98,12 @@ impl Input {
         } else {
             (raw_head.clone(), all)
         };
-        Ok(Self { path: path.to_path_buf(), head, head_is_all, gzipped, file, raw_head })
+        Ok(Self { path: path.to_path_buf(), head, head_is_all, gzipped, hashed: true, file, raw_head })
     }
 
     /// The unpacked content from its beginning, and the hash of the packed one, complete when the end was reached.
     pub fn into_stream(self) -> (Box<dyn Read + Send>, Hash) {
-        let hash = Hash::new();
+        let hash = Hash::new(self.hashed);
         let raw = Hashing { inner: Cursor::new(self.raw_head).chain(self.file), hash: hash.clone() };
         let raw = io::BufReader::with_capacity(128 * 1024, raw);
         let stream: Box<dyn Read + Send> =
@@ -122,7 +126,7 @@ impl Input {
             return Err(Error::new(ErrorKind::Format, self.path.display(), found).mend("unpack it into a file first"));
         }
         self.file.seek(SeekFrom::Start(0)).map_err(|e| fail(&e))?;
-        let hash = PendingHash::of(&self.path, &self.file)?;
+        let hash = PendingHash::of(&self.path, &self.file, self.hashed)?;
         Ok((self.file, hash))
     }
 }
@@ -131,7 +135,8 @@ impl Input {
 pub(super) struct PendingHash {
     path: PathBuf,
     stop: Stop,
-    thread: JoinHandle<io::Result<String>>,
+    /// None where no hash is wanted.
+    thread: Option<JoinHandle<io::Result<String>>>,
 }
 
 /// Ends the hashing when it is dropped.
@@ -147,9 +152,12 @@ impl PendingHash {
     /// Bytes between two looks at whether the hash is still wanted.
     const PIECE: usize = 1 << 20;
 
-    fn of(path: &Path, file: &File) -> Result<Self> {
+    fn of(path: &Path, file: &File, wanted: bool) -> Result<Self> {
         let fail = |e: &io::Error| Error::io(path, e);
         let stop = Arc::new(AtomicBool::new(false));
+        if !wanted {
+            return Ok(Self { path: path.to_path_buf(), stop: Stop(stop), thread: None });
+        }
         let (stopped, mut bytes) = (stop.clone(), FromStart::of(path, file).map_err(|e| fail(&e))?);
         let work = move || {
             let mut hash = Sha256::new();
@@ -163,12 +171,13 @@ impl PendingHash {
             }
         };
         let thread = std::thread::Builder::new().spawn(work).map_err(|e| fail(&e))?;
-        Ok(Self { path: path.to_path_buf(), stop: Stop(stop), thread })
+        Ok(Self { path: path.to_path_buf(), stop: Stop(stop), thread: Some(thread) })
     }
 
     /// The hash of all of the file as hexadecimal digits, when it is there.
     pub fn hex(self) -> Result<String> {
         let Self { path, stop, thread } = self;
+        let Some(thread) = thread else { return Ok(String::new()) };
         let done = thread.join().unwrap_or_else(|_| Err(io::Error::other("hashing it failed")));
         drop(stop);
         done.map_err(|e| Error::io(&path, &e))
@@ -241,6 +250,10 @@ mod tests {
             io::copy(&mut stream, &mut io::sink()).unwrap();
             assert_eq!(pending.hex().unwrap(), hash.hex());
             assert_eq!(Input::open(file.path()).unwrap().into_file().unwrap().1, hash.hex());
+            let unhashed = || Input { hashed: false, ..Input::open(file.path()).unwrap() };
+            assert_eq!(unhashed().into_file().unwrap().1, "");
+            let (mut stream, hash) = unhashed().into_stream();
+            assert_eq!((io::copy(&mut stream, &mut io::sink()).unwrap(), hash.hex()), (len as u64, String::new()));
         }
     }
 }

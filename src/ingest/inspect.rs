@@ -126,7 +126,9 @@ pub fn inspect_topic(path: impl AsRef<Path>, topic: Option<&str>, stamp: Stamp) 
     let mut report = Inspection::default();
     let source = match formats::open_any(path)? {
         // tells that there are no topics
-        Opened::Table(_) if topic.is_some() => formats::open(path, formats::Choice { topic, stamp })?.source,
+        Opened::Table(_) if topic.is_some() => {
+            formats::open(path, formats::Choice { topic, stamp, unhashed: false })?.source
+        }
         Opened::Table(source) => source,
         Opened::Topics(container) => {
             let Listing { about, topics: listed } = container.listing();

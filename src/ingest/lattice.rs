@@ -4,7 +4,7 @@
 //! neighbouring levels are both visited, which noise of more than a fraction of q sees to. Least squares on a growing
 //! stretch of levels then sharpens q, and the lattice counts only if nearly all samples lie on it.
 
-use crate::math::robust::{MAD_TO_STD, median, quantile};
+use crate::math::robust::{MAD_TO_STD, median, quantile, sorted};
 
 /// Samples looked at: evenly spread over the log.
 const SAMPLE: usize = 100_000;
@@ -18,8 +18,7 @@ const FINEST: f64 = 1e-3;
 /// Step of the lattice of `values` (finite), in their unit; `None` if they lie on none that matters.
 pub(super) fn step(values: &[f64]) -> Option<f64> {
     let stride = values.len().div_ceil(SAMPLE).max(1);
-    let mut sorted: Vec<f64> = values.iter().step_by(stride).copied().collect();
-    sorted.sort_unstable_by(f64::total_cmp);
+    let sorted = sorted(values.iter().step_by(stride).copied());
     let largest = sorted.first()?.abs().max(sorted.last()?.abs());
     // the same level told in single precision may come out in two neighbouring numbers
     let same = 4.0 * f64::from(f32::EPSILON) * largest;

@@ -92,17 +92,19 @@ fn blocks<'a, R: Read + Send + 'a>(
     progress: &mut Progress,
     send: SyncSender<Vec<Cells>>,
 ) -> Result<Rest<'a>, Halt> {
-    let mut block = Block::after(Vec::new(), &mut stream).map_err(Halt::Io)?;
+    let mut block = Block::after(&[], Vec::new(), &mut stream).map_err(Halt::Io)?;
+    // two buffers take turns
+    let mut spare = Vec::new();
     loop {
-        let (lines, rest) = block.text.split_at(block.whole);
         // what follows the last whole line belongs to the next block
-        let rest = rest.to_vec();
-        let fetch = || if block.last { Ok(Block::end(rest)) } else { Block::after(rest, &mut stream) };
+        let (lines, rest) = block.filled().split_at(block.whole);
+        let buffer = std::mem::take(&mut spare);
+        let fetch = || if block.last { Ok(Block::end(rest)) } else { Block::after(rest, buffer, &mut stream) };
         let (parts, next) = rayon::join(|| shape.parts(lines, columns), fetch);
         let Some(parts) = parts else {
             let next = next.map_err(Halt::Io)?;
             block.text.truncate(block.whole);
-            return Ok(Box::new(Cursor::new(block.text).chain(Cursor::new(next.text)).chain(stream)));
+            return Ok(Box::new(Cursor::new(block.text).chain(next.into_rest()).chain(stream)));
         };
         let mut read = Vec::with_capacity(parts.len());
         for part in parts {
@@ -116,9 +118,9 @@ fn blocks<'a, R: Read + Send + 'a>(
             progress.lines += part.lines;
         }
         let unwanted = send.send(read).is_err();
-        block = next.map_err(Halt::Io)?;
+        spare = std::mem::replace(&mut block, next.map_err(Halt::Io)?).text;
         if block.whole == 0 || unwanted {
-            return Ok(Box::new(Cursor::new(block.text).chain(stream)));
+            return Ok(Box::new(block.into_rest().chain(stream)));
         }
     }
 }
@@ -131,32 +133,67 @@ struct Cells {
 
 /// Bytes of the file of which the first `whole` are whole lines.
 struct Block {
+    /// A buffer; what is behind the first `length` bytes is left from before.
     text: Vec<u8>,
+    length: usize,
     whole: usize,
     /// Whether nothing comes after it.
     last: bool,
 }
 
 impl Block {
-    /// The next block: `text` and what follows it, up to a line's end at least.
-    fn after(mut text: Vec<u8>, stream: &mut impl Read) -> io::Result<Self> {
+    /// The next block: `rest` and what follows it, up to a line's end at least. It is put into `text`.
+    fn after(rest: &[u8], mut text: Vec<u8>, stream: &mut impl Read) -> io::Result<Self> {
+        let mut length = rest.len();
+        if text.is_empty() {
+            // pages that no byte comes to are never touched
+            text = vec![0; length + BLOCK];
+        }
+        text.resize(text.len().max(length), 0);
+        text[..length].copy_from_slice(rest);
         loop {
-            let from = text.len();
-            let read = stream.by_ref().take(BLOCK as u64).read_to_end(&mut text)?;
-            let end = memrchr(b'\n', &text[from..]);
-            if let Some(end) = end {
-                return Ok(Self { text, whole: from + end + 1, last: read < BLOCK });
-            }
-            if read < BLOCK {
-                return Ok(Self::end(text));
+            let from = length;
+            // zeroed once: the buffer comes back
+            text.resize(text.len().max(from + BLOCK), 0);
+            let read = fill(&mut text[from..from + BLOCK], stream)?;
+            length += read;
+            let end = memrchr(b'\n', &text[from..length]);
+            let last = read < BLOCK;
+            if end.is_some() || last {
+                return Ok(Self { text, length, whole: end.map_or(0, |end| from + end + 1), last });
             }
         }
     }
 
     /// What is left of a file behind its last line's end.
-    fn end(text: Vec<u8>) -> Self {
-        Self { text, whole: 0, last: true }
+    fn end(rest: &[u8]) -> Self {
+        Self { text: rest.to_vec(), length: rest.len(), whole: 0, last: true }
     }
+
+    fn filled(&self) -> &[u8] {
+        &self.text[..self.length]
+    }
+
+    /// Its bytes, to be read by others.
+    fn into_rest(mut self) -> Cursor<Vec<u8>> {
+        self.text.truncate(self.length);
+        Cursor::new(self.text)
+    }
+}
+
+/// Reads until `buffer` is full or the stream ends, in pieces that are hashed while they are in the processor's cache.
+fn fill(buffer: &mut [u8], stream: &mut impl Read) -> io::Result<usize> {
+    let mut filled = 0;
+    while filled < buffer.len() {
+        let to = buffer.len().min(filled + PART);
+        match stream.read(&mut buffer[filled..to]) {
+            Ok(0) => break,
+            Ok(n) => filled += n,
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(e),
+        }
+    }
+    Ok(filled)
 }
 
 /// How rows look.
@@ -192,8 +229,11 @@ impl Shape {
 
     fn part(self, text: &[u8], columns: &[Filling]) -> Option<Part> {
         let returns = |at: usize| text.get(at + 1) == Some(&b'\n');
-        if memchr(b'"', text).is_some() || !memchr_iter(b'\r', text).all(returns) {
-            return None;
+        if let Some(odd) = memchr2(b'"', b'\r', text) {
+            let text = &text[odd..];
+            if memchr(b'"', text).is_some() || !memchr_iter(b'\r', text).all(|at| returns(odd + at)) {
+                return None;
+            }
         }
         // by the length of the first line
         let line = memchr(b'\n', text).map_or(text.len(), |end| end + 1);
@@ -210,7 +250,10 @@ impl Shape {
     /// Reads one line and returns what follows it.
     #[inline]
     fn line<'t>(self, text: &'t [u8], part: &mut Part) -> &'t [u8] {
-        let after = |text: &'t [u8]| memchr(b'\n', text).map_or(&text[text.len()..], |end| &text[end + 1..]);
+        let after = |text: &'t [u8]| match text {
+            [b'\n', rest @ ..] => rest,
+            _ => memchr(b'\n', text).map_or(&text[text.len()..], |end| &text[end + 1..]),
+        };
         match text[0] {
             b'\n' | b'\r' | b'#' => return after(text),
             first if first.is_ascii_whitespace() => {

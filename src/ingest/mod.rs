@@ -30,6 +30,7 @@ mod clock;
 mod dataflash;
 #[cfg(feature = "db3")]
 mod db3;
+mod decimal;
 mod dialect;
 mod drive;
 mod fill;
@@ -52,6 +53,7 @@ mod names;
 mod numpy;
 mod numpy_header;
 mod parquet;
+mod parquet_plain;
 mod px4;
 mod quantity;
 mod rate_unit;
@@ -119,7 +121,7 @@ fn opened(path: &Path, query: &GyroQuery) -> Result<(Box<dyn format::Source>, re
         let found = format!("a sample rate of {rate_hz} Hz");
         return Err(Error::new(ErrorKind::Usage, "--rate", found).mend("state a positive rate in Hz"));
     }
-    let choice = formats::Choice { topic: query.topic.as_deref(), stamp: query.stamp };
+    let choice = formats::Choice { topic: query.topic.as_deref(), stamp: query.stamp, unhashed: false };
     let formats::Chosen { source, note } = formats::open(path, choice)?;
     let name = path.display().to_string();
     let (source, turned): (Box<dyn format::Source>, _) = match &query.mounting {
@@ -188,7 +190,7 @@ pub fn read_axes_within(
     let path = path.as_ref();
     let name = path.display().to_string();
     let Some(first) = queries.first() else { return Ok(Vec::new()) };
-    let (source, plan) = opened(path, first)?;
+    let (mut source, plan) = opened(path, first)?;
     let plans = plans(&name, source.heads(), plan, queries)?;
     let mut wanted = vec![false; source.heads().len()];
     for plan in &plans {
@@ -198,6 +200,9 @@ pub fn read_axes_within(
     let of = source.rows();
     // lengths of lines are guessed: only what is clearly too large is not held to begin with
     let large = of.is_some_and(|rows| rows.saturating_mul(row_bytes as u64) > memory_bytes as u64);
+    if !large {
+        source.hold();
+    }
     let most_rows = memory_bytes / row_bytes.max(1);
     let limits = if plans.len() > 1 { OF_SEVERAL } else { Limits::default() };
     let mut gathering = Some(table::Gathering::new(source.as_ref(), most_rows));

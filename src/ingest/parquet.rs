@@ -1,7 +1,8 @@
-//! Parquet, by polars. Its types stay in this file.
+//! Parquet, by polars. Its types stay in this file and in `parquet_plain`.
 
 use super::format::{About, Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
 use super::input::{Input, PendingHash};
+use super::parquet_plain;
 use super::table::{Head, Kind};
 use crate::error::{Error, ErrorKind, Result};
 use polars::prelude::{
@@ -24,6 +25,8 @@ struct Parquet {
     heads: Vec<Head>,
     types: Vec<ArrowDataType>,
     rows: usize,
+    /// Whether all rows may be handed over at once.
+    held: bool,
 }
 
 /// Rows that are decoded at once, as far as the file's row groups allow; no row group needs to be held whole.
@@ -45,7 +48,7 @@ impl Parquet {
             heads.push(Head { name: field.name.to_string(), kind, type_name, unit: None, role: None });
             types.push(field.dtype.clone());
         }
-        Ok(Self { path, file, hash, heads, types, rows })
+        Ok(Self { path, file, hash, heads, types, rows, held: false })
     }
 }
 
@@ -58,8 +61,12 @@ impl Source for Parquet {
         Some(self.rows as u64)
     }
 
+    fn hold(&mut self) {
+        self.held = true;
+    }
+
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
-        let Self { path, file, hash, heads, types, rows } = *self;
+        let Self { path, file, hash, heads, types, rows, held } = *self;
         if rows == 0 {
             return Err(
                 Error::new(ErrorKind::TooShort, path.display(), "has columns and no rows").mend("record the log again")
@@ -72,6 +79,22 @@ impl Source for Parquet {
         let handle = || file.try_clone().map_err(|e| Error::io(&path, &e));
         let mut first = ParquetReader::new(handle()?);
         let metadata = guarded(|| first.get_metadata().cloned()).map_err(fail)?;
+        let floats = |i: &usize| matches!(types[*i], ArrowDataType::Float32 | ArrowDataType::Float64);
+        let plain = if held && columns.iter().all(floats) {
+            let names: Vec<&str> = columns.iter().map(|&i| heads[i].name.as_str()).collect();
+            // what is damaged is told by the decoder below
+            guarded(|| Ok(parquet_plain::read(&file, &metadata, &names))).ok().flatten()
+        } else {
+            None
+        };
+        let plain = plain.map(|plain| {
+            let mut batch = Batch { rows, columns: vec![Column::default(); heads.len()] };
+            for ((&index, filling), floats) in columns.iter().zip(&mut filling).zip(plain) {
+                filling.largest = floats.largest;
+                batch.columns[index] = Column { origin: 0, values: floats.values };
+            }
+            batch
+        });
         let groups: Vec<usize> = metadata.row_groups.iter().map(|g| g.num_rows()).collect();
         let mut decode = |(from, count): (usize, usize)| -> Result<Batch> {
             // a file is mapped into memory anew for each slice: what was read is given back
@@ -95,21 +118,24 @@ impl Source for Parquet {
             }
             Ok(batch)
         };
-        // the next slice is decoded while one is taken, and no further ones
-        std::thread::scope(|scope| {
-            let (send, receive) = std::sync::mpsc::sync_channel(0);
-            scope.spawn(move || {
-                for slice in slices(&groups) {
-                    let batch = decode(slice);
-                    let failed = batch.is_err();
-                    // whoever takes them may have had enough
-                    if send.send(batch).is_err() || failed {
-                        break;
+        match plain {
+            Some(batch) => take(batch)?,
+            // the next slice is decoded while one is taken, and no further ones
+            None => std::thread::scope(|scope| {
+                let (send, receive) = std::sync::mpsc::sync_channel(0);
+                scope.spawn(move || {
+                    for slice in slices(&groups) {
+                        let batch = decode(slice);
+                        let failed = batch.is_err();
+                        // whoever takes them may have had enough
+                        if send.send(batch).is_err() || failed {
+                            break;
+                        }
                     }
-                }
-            });
-            receive.into_iter().try_for_each(|batch| take(batch?))
-        })?;
+                });
+                receive.into_iter().try_for_each(|batch| take(batch?))
+            })?,
+        }
         let mut facts = vec![ColumnFacts::default(); heads.len()];
         for (&index, filling) in columns.iter().zip(&filling) {
             facts[index].resolution = filling.resolution();

@@ -68,12 +68,15 @@ pub(super) struct Evidence {
 impl Evidence {
     /// Reads `values` (finite, in time order, `step_s` apart).
     pub fn of(values: &[f64], step_s: f64) -> Self {
-        let lattice = lattice::step(values);
-        let noise_std = noise_std(values).max(lattice.unwrap_or(0.0) / 12f64.sqrt());
-        let allan = allan_density(values, step_s).unwrap_or(noise_std * step_s.sqrt());
+        let (lattice, (noise_std, (allan, median))) = rayon::join(
+            || lattice::step(values),
+            || (noise_std(values), (allan_density(values, step_s), median(&mut values.to_vec()))),
+        );
+        let noise_std = noise_std.max(lattice.unwrap_or(0.0) / 12f64.sqrt());
+        let allan = allan.unwrap_or(noise_std * step_s.sqrt());
         Self {
             samples: values.len(),
-            median: median(&mut values.to_vec()),
+            median,
             density_low: (noise_std * step_s.min(SLOWEST_BANDWIDTH_S).sqrt()).min(allan),
             density_high: (noise_std * step_s.sqrt()).max(allan),
             lattice,

@@ -196,7 +196,7 @@ pub(super) fn assemble(mut table: Table, plan: &Plan, query: &GyroQuery) -> Resu
         return Err(table.error_at(ErrorKind::Value, row, gyro, "an infinite rate").mend("correct or delete the row"));
     }
     let lacks = |i: usize| values[i].is_nan() || times.seconds[i].is_nan();
-    let no_time = scan::first_where(&times.seconds, |_, t| t.is_nan());
+    let no_time = if times.complete { None } else { scan::first_where(&times.seconds, |_, t| t.is_nan()) };
     let first_missing = [odd, no_time].into_iter().flatten().min();
     let mut rows = match first_missing {
         None => Rows::All(table.rows),
@@ -213,8 +213,8 @@ pub(super) fn assemble(mut table: Table, plan: &Plan, query: &GyroQuery) -> Resu
             .at(format!("column {:?}", table.heads[gyro].name))
             .mend("name another column with --column"));
     }
-    let out_of_order = rows::order(table, plan, &times.seconds, &mut rows, query.sort_time)?;
-    let (mut time_s, duplicates) = rows::separate(table, plan, times.seconds, &values, &mut rows)?;
+    let (mut time_s, duplicates, out_of_order) =
+        rows::in_order(table, plan, times.seconds, &values, &mut rows, query.sort_time)?;
     if rows.len() < FEWEST {
         let found = format!("{} usable samples of {} rows; a fit needs {FEWEST}", rows.len(), table.rows);
         return Err(Error::new(ErrorKind::TooShort, &table.source, found).mend("record longer"));
@@ -247,7 +247,9 @@ pub(super) fn assemble(mut table: Table, plan: &Plan, query: &GyroQuery) -> Resu
             .error_at(ErrorKind::Value, rows.at(k), gyro, found)
             .mend("correct or delete the row, or state the right unit with --unit"));
     }
-    scan::replace(&mut values, |v| v * factor);
+    if factor != 1.0 {
+        scan::replace(&mut values, |v| v * factor);
+    }
     let rate = values;
     notes.extend(decision.note.iter().map(|n| format!("{:?}: {n}", table.heads[gyro].name)));
     notes.extend(times.notes);

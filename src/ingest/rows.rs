@@ -46,12 +46,27 @@ impl Rows {
     }
 }
 
-/// Refuses or sorts times that go backwards.
-pub(super) fn order(table: &Table, plan: &Plan, seconds: &[f64], rows: &mut Rows, sort: bool) -> Result<OutOfOrder> {
-    let mut count = 0;
-    if matches!(rows, Rows::All(_)) && scan::first_after(seconds, |a, b| b < a).is_none() {
-        return Ok(OutOfOrder { count, handling: Handling::Sorted });
+/// Times that strictly increase, and what was done to that end: [`order`], then [`separate`].
+pub(super) fn in_order(
+    table: &Table,
+    plan: &Plan,
+    seconds: Vec<f64>,
+    values: &[f64],
+    rows: &mut Rows,
+    sort: bool,
+) -> Result<(Vec<f64>, Duplicates, OutOfOrder)> {
+    if matches!(rows, Rows::All(_)) && scan::first_after(&seconds, |a, b| b <= a).is_none() {
+        let duplicates = Duplicates { count: 0, first_row: None, handling: Handling::Dropped };
+        return Ok((seconds, duplicates, OutOfOrder { count: 0, handling: Handling::Sorted }));
     }
+    let out_of_order = order(table, plan, &seconds, rows, sort)?;
+    let (time_s, duplicates) = separate(table, plan, seconds, values, rows)?;
+    Ok((time_s, duplicates, out_of_order))
+}
+
+/// Refuses or sorts times that go backwards.
+fn order(table: &Table, plan: &Plan, seconds: &[f64], rows: &mut Rows, sort: bool) -> Result<OutOfOrder> {
+    let mut count = 0;
     let t = |k: usize| seconds[rows.at(k)];
     for k in (1..rows.len()).filter(|&k| t(k) < t(k - 1)) {
         if !sort && let Some(column) = plan.time.index() {
@@ -71,7 +86,7 @@ pub(super) fn order(table: &Table, plan: &Plan, seconds: &[f64], rows: &mut Rows
 }
 
 /// Times that strictly increase: repeated stamps are dropped, or spread if the clock is coarser than the sampling.
-pub(super) fn separate(
+fn separate(
     table: &Table,
     plan: &Plan,
     seconds: Vec<f64>,

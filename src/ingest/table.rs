@@ -239,7 +239,8 @@ impl Gathering {
 }
 
 /// Reads the columns of `source` that are `wanted`, whole.
-pub(super) fn collect(source: Box<dyn Source>, wanted: &[bool]) -> Result<Table> {
+pub(super) fn collect(mut source: Box<dyn Source>, wanted: &[bool]) -> Result<Table> {
+    source.hold();
     let mut gathering = Gathering::new(source.as_ref(), usize::MAX);
     let facts = source.read(wanted, &mut |batch| {
         gathering.add(batch);

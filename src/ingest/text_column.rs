@@ -1,6 +1,7 @@
 //! A column of a text table while it is read.
 
 use super::cell::{self, Cell};
+use super::decimal;
 use super::dialect::Dialect;
 use super::format::{Column, ColumnFacts};
 use super::table::{BadCell, Kind};
@@ -26,6 +27,12 @@ pub(super) struct Filling {
     largest: f64,
     column: Column,
     bad: Option<(BadCell, usize)>,
+}
+
+/// Whether the digits of a row are looked at.
+#[inline]
+fn shows_digits(row: usize) -> bool {
+    row < DIGITS_OF_FIRST || row.is_multiple_of(DIGITS_OF_EVERY)
 }
 
 impl Filling {
@@ -64,7 +71,9 @@ impl Filling {
                 other => other,
             }
         };
-        self.look_at_digits(field, row);
+        if shows_digits(row) {
+            self.look_at_digits(field);
+        }
         match value {
             Cell::Number(x) => self.push(x),
             Cell::Missing => self.column.values.push(f64::NAN),
@@ -83,14 +92,34 @@ impl Filling {
         if self.instant || self.comma {
             return None;
         }
+        let ends = |length: usize| matches!(text.get(length), Some(&b) if b == delimiter || b == b'\n' || b == b'\r');
+        if self.started
+            && !self.exact
+            && let Some(number) = decimal::parse(text)
+            && ends(number.length)
+        {
+            if shows_digits(row) {
+                self.decimals = self.decimals.max(number.decimals as i32);
+                self.significant = self.significant.max(number.significant() as i32);
+            }
+            self.largest = self.largest.max(number.value.abs());
+            self.column.values.push(number.value);
+            return Some(number.length);
+        }
+        self.take_float(text, row, ends)
+    }
+
+    #[inline(never)]
+    fn take_float(&mut self, text: &[u8], row: usize, ends: impl Fn(usize) -> bool) -> Option<usize> {
         let (x, length) = fast_float2::parse_partial::<f64, _>(text).ok()?;
-        let ends = matches!(text.get(length), Some(&b) if b == delimiter || b == b'\n' || b == b'\r');
-        if !ends || x.is_nan() {
+        if !ends(length) || x.is_nan() {
             return None;
         }
         let field = &text[..length];
         let x = if self.exact || !self.started { self.rebased(x, field) } else { x };
-        self.look_at_digits(field, row);
+        if shows_digits(row) {
+            self.look_at_digits(field);
+        }
         self.push(x);
         Some(length)
     }
@@ -102,12 +131,10 @@ impl Filling {
         self.column.values.push(x);
     }
 
-    fn look_at_digits(&mut self, field: &[u8], row: usize) {
-        if row < DIGITS_OF_FIRST || row.is_multiple_of(DIGITS_OF_EVERY) {
-            let (decimals, significant) = cell::digits(field);
-            self.decimals = self.decimals.max(decimals);
-            self.significant = self.significant.max(significant);
-        }
+    fn look_at_digits(&mut self, field: &[u8]) {
+        let (decimals, significant) = cell::digits(field);
+        self.decimals = self.decimals.max(decimals);
+        self.significant = self.significant.max(significant);
     }
 
     fn start_at(&mut self, origin: i64) {

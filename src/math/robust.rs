@@ -6,7 +6,7 @@ use std::borrow::Cow;
 pub const MAD_TO_STD: f64 = 1.482_602_218_505_602;
 
 /// Quantile `p` in 0..=1 of `values` by linear interpolation between order statistics (Hyndman and Fan's type 7);
-/// NaN for an empty slice. Reorders the slice. Values are to be free of NaN.
+/// NaN for an empty slice. May reorder the slice. Values are to be free of NaN.
 #[must_use]
 pub fn quantile(values: &mut [f64], p: f64) -> f64 {
     let n = values.len();
@@ -15,13 +15,81 @@ pub fn quantile(values: &mut [f64], p: f64) -> f64 {
     }
     let h = (n - 1) as f64 * p.clamp(0.0, 1.0);
     let below = h.floor() as usize;
-    let (_, &mut low, above) = values.select_nth_unstable_by(below, f64::total_cmp);
-    let high = above.iter().copied().min_by(f64::total_cmp).unwrap_or(low);
+    let (low, high) = if n < MANY { neighbours(values, below) } else { neighbours_of_many(values, below) };
     // no `low + (h - below) * (high - low)` where both are the same: infinities would make it NaN
     if h == h.floor() || high == low { low } else { low + (h - below as f64) * (high - low) }
 }
 
-/// Median of `values`; NaN for an empty slice. Reorders the slice.
+/// From this many values on they are counted into bins first.
+const MANY: usize = 4096;
+
+/// The value at place `at` in the order of all, and the next one.
+fn neighbours(values: &mut [f64], at: usize) -> (f64, f64) {
+    let (_, &mut low, above) = values.select_nth_unstable_by(at, f64::total_cmp);
+    (low, above.iter().copied().min_by(f64::total_cmp).unwrap_or(low))
+}
+
+/// The same of many: only those in the bins of the two are put in order.
+fn neighbours_of_many(values: &[f64], at: usize) -> (f64, f64) {
+    const BINS: usize = 2048;
+    let (least, most) = values.iter().map(|v| order(*v)).fold((u64::MAX, 0), |(a, b), k| (a.min(k), b.max(k)));
+    let shift = (u64::BITS - (most - least).leading_zeros()).saturating_sub(BINS.ilog2());
+    let bin = |v: f64| ((order(v) - least) >> shift) as usize;
+    let mut counts = [0_usize; BINS];
+    values.iter().for_each(|v| counts[bin(*v) % BINS] += 1);
+    let (mut first, mut before) = (0, 0);
+    while before + counts[first] <= at {
+        before += counts[first];
+        first += 1;
+    }
+    let mut last = first;
+    let mut up_to = before + counts[first];
+    while up_to <= at + 1 && last + 1 < BINS {
+        last += 1;
+        up_to += counts[last];
+    }
+    let mut few: Vec<f64> = Vec::with_capacity(up_to - before);
+    few.extend(values.iter().copied().filter(|v| (first..=last).contains(&bin(*v))));
+    // values about zero differ in their exponents: most of them may lie in one bin
+    let fewer = MANY <= few.len() && few.len() < values.len();
+    if fewer { neighbours_of_many(&few, at - before) } else { neighbours(&mut few, at - before) }
+}
+
+/// Whole numbers in the order of [`f64::total_cmp`].
+fn order(value: f64) -> u64 {
+    let bits = value.to_bits();
+    bits ^ ((bits as i64 >> 63) as u64 | 1 << 63)
+}
+
+/// The values in the order of [`f64::total_cmp`]: by one digit of their [`order`] after the other, the last one first.
+#[must_use]
+pub fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    const DIGIT_BITS: u32 = 11;
+    const DIGITS: usize = u64::BITS.div_ceil(DIGIT_BITS) as usize;
+    let mut keys: Vec<u64> = values.map(order).collect();
+    let digit = |key: u64, k: usize| (key >> (k as u32 * DIGIT_BITS)) as usize % (1 << DIGIT_BITS);
+    let mut counts = vec![[0_usize; 1 << DIGIT_BITS]; DIGITS];
+    keys.iter().for_each(|key| counts.iter_mut().enumerate().for_each(|(k, c)| c[digit(*key, k)] += 1));
+    let mut other = vec![0; keys.len()];
+    for (k, counts) in counts.iter_mut().enumerate() {
+        // many a digit is the same in all: numbers of single precision end in zeros
+        if counts.contains(&keys.len()) {
+            continue;
+        }
+        let mut place = 0;
+        counts.iter_mut().for_each(|count| place += std::mem::replace(count, place));
+        for &key in &keys {
+            let place = &mut counts[digit(key, k)];
+            other[*place] = key;
+            *place += 1;
+        }
+        std::mem::swap(&mut keys, &mut other);
+    }
+    // the way back from `order`
+    keys.into_iter().map(|key| f64::from_bits(key ^ (((!key) as i64 >> 63) as u64 | 1 << 63))).collect()
+}
+
+/// Median of `values`; NaN for an empty slice. May reorder the slice.
 #[must_use]
 pub fn median(values: &mut [f64]) -> f64 {
     quantile(values, 0.5)
@@ -61,6 +129,37 @@ mod tests {
         assert_eq!(quantile(&mut x, 1.0), 4.0);
         assert_eq!(median(&mut x), 2.5);
         assert!(median(&mut []).is_nan());
+    }
+
+    #[test]
+    fn many_values_have_the_quantiles_of_few() {
+        let mut draw = Stream::new(2, 0);
+        let n = 3 * MANY + 5;
+        let normal: Vec<f64> = (0..n).map(|_| draw.normal()).collect();
+        let steps: Vec<f64> = normal.iter().map(|x| 0.01 + 1e-9 * x.round()).collect();
+        let wild: Vec<f64> = normal.iter().map(|x| (300.0 * x).exp() * x.signum()).collect();
+        let mut odd = normal.clone();
+        odd[..4].copy_from_slice(&[f64::INFINITY, f64::NEG_INFINITY, -0.0, 0.0]);
+        let mut two = vec![-1.0; n];
+        two[n / 2..].fill(1e300);
+        for values in [normal, steps, wild, odd, two, vec![7.5; n]] {
+            let mut expected = values.clone();
+            expected.sort_unstable_by(f64::total_cmp);
+            let sorted = sorted(values.iter().copied());
+            assert!(sorted.iter().zip(&expected).all(|(a, b)| a.to_bits() == b.to_bits()));
+            for at in [0, 1, n / 100, n / 2 - 1, n / 2, n - 2, n - 1] {
+                let expected = (sorted[at], sorted[(at + 1).min(n - 1)]);
+                let found = neighbours_of_many(&values, at);
+                assert_eq!((found.0.to_bits(), found.1.to_bits()), (expected.0.to_bits(), expected.1.to_bits()));
+                assert_eq!(neighbours(&mut values.clone(), at), found);
+            }
+        }
+    }
+
+    #[test]
+    fn few_values_are_sorted_too() {
+        assert!(sorted(std::iter::empty()).is_empty());
+        assert_eq!(sorted([2.0, f64::NEG_INFINITY, -1e-300].into_iter()), [f64::NEG_INFINITY, -1e-300, 2.0]);
     }
 
     #[test]

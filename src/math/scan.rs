@@ -25,6 +25,21 @@ pub fn first_after(values: &[f64], wanted: impl Fn(f64, f64) -> bool + Sync) -> 
     })
 }
 
+/// What stands in the way of taking values as they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Odd {
+    /// The first value that is not finite.
+    pub first: Option<usize>,
+    /// Whether all are finite and none is a negative zero: adding 0 and multiplying by 1 would change no bit.
+    pub none: bool,
+}
+
+/// Looks for values that are not finite, and for negative zeros.
+pub fn odd(values: &[f64]) -> Odd {
+    let strange = first_where(values, |_, v| !v.is_finite() | (v.to_bits() == (-0.0_f64).to_bits()));
+    Odd { first: strange.and_then(|_| first_where(values, |_, v| !v.is_finite())), none: strange.is_none() }
+}
+
 /// The first answer of `look`, asked piece by piece.
 fn first_piece(len: usize, look: impl Fn(usize, usize) -> Option<usize> + Sync) -> Option<usize> {
     match len {
@@ -60,6 +75,17 @@ mod tests {
                 assert_eq!(first_after(&odd, |a, b| b < a), plain, "{n} {at}");
             }
         }
+    }
+
+    #[test]
+    fn odd_values_are_told_apart() {
+        let mut x = vec![1.0; PIECE + 5];
+        assert_eq!(odd(&x), Odd { first: None, none: true });
+        x[PIECE] = -0.0;
+        assert_eq!(odd(&x), Odd { first: None, none: false });
+        x[PIECE + 2] = f64::NAN;
+        x[PIECE + 3] = f64::INFINITY;
+        assert_eq!(odd(&x), Odd { first: Some(PIECE + 2), none: false });
     }
 
     #[test]
