@@ -6,13 +6,14 @@ TASK: fit (FILE: raw float64), allan (its averaging times in samples on standard
 """
 
 import json
+import os
 import resource
 import statistics
 import sys
 import time
 
 library, task, path, step = sys.argv[1], sys.argv[2], sys.argv[3], float(sys.argv[4])
-RUNS = 3
+RUNS = max(1, int(os.environ.get("RUNS", "3")))
 
 
 def rates():

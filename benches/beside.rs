@@ -2,7 +2,7 @@
 //! ratios, peak memory.
 //!
 //! `SAMPLES=10000000 PYTHON=.venv/bin/python cargo bench --bench beside`; a library that the Python lacks is left out. Each task has
-//! a process of its own, whose peak memory is the task's; a time is the median of three runs.
+//! a process of its own, whose peak memory is the task's; a time is the median of three runs, or of `RUNS`.
 
 use gyroid::identify::{FitOptions, fit};
 use gyroid::ingest::{GyroQuery, read_gyro, read_log, write_log};
@@ -20,7 +20,10 @@ use std::time::Instant;
 type Failure = Box<dyn std::error::Error>;
 
 const STEP_S: f64 = 0.01;
-const RUNS: usize = 3;
+/// Runs of each task.
+fn runs() -> usize {
+    std::env::var("RUNS").ok().and_then(|n| n.parse().ok()).unwrap_or(3).max(1)
+}
 
 /// A task: its name, the file that it reads, who else does it.
 const TASKS: [(&str, &str, &[&str]); 5] = [
@@ -43,7 +46,7 @@ fn main() -> Result<(), Failure> {
     let samples = std::env::var("SAMPLES").ok().map_or(Ok(1_000_000), |n| n.parse())?;
     let folder = tempfile::tempdir()?;
     write_data(folder.path(), samples)?;
-    println!("{samples} samples: median of {RUNS} runs, peak memory of the process");
+    println!("{samples} samples: median of {} runs, peak memory of the process", runs());
     for (task, file, others) in TASKS {
         let path = folder.path().join(file);
         let own = answer(Command::new(std::env::current_exe()?).arg("--task").arg(task).arg(&path), "")?;
@@ -118,7 +121,7 @@ fn averaged(samples: usize) -> Vec<usize> {
 fn measured(task: &str, path: &Path) -> Result<Value, Failure> {
     let mut seconds = Vec::new();
     let mut time = |work: &mut dyn FnMut() -> Result<(), Failure>| -> Result<(), Failure> {
-        for _ in 0..RUNS {
+        for _ in 0..runs() {
             let start = Instant::now();
             work()?;
             seconds.push(start.elapsed().as_secs_f64());
@@ -154,7 +157,7 @@ fn measured(task: &str, path: &Path) -> Result<Value, Failure> {
         }
     }
     seconds.sort_by(f64::total_cmp);
-    Ok(json!({ "seconds": seconds[RUNS / 2], "peak_mib": peak_mib() }))
+    Ok(json!({ "seconds": seconds[seconds.len() / 2], "peak_mib": peak_mib() }))
 }
 
 /// Where the system tells it.
