@@ -254,19 +254,27 @@ fn a_gyro_that_is_late_by_many_rows_is_found() {
 }
 
 /// Bursts of which none shows: what is lost on average makes one wheel read low, as no pair of other radii does in the nominal
-/// mean.
+/// mean. What bursts happen to lose at one speed more than at another may look like a form of its own, now and then.
 #[test]
 fn ticks_lost_in_bursts_that_do_not_show_are_a_mean_loss() {
     let (loss, share) = (1.2e-3, 0.3);
-    for (right, seed) in [(1.0, 31), (0.0, 32)] {
+    let mut named = 0;
+    for seed in 31..39 {
+        let right = (seed % 2) as f64;
         let ticks = of(&[("loss_fraction", loss), ("right", right), ("burst_s", 0.06), ("share_of_time", share)]);
         let findings = judged(&recording(&[("encoder.missed_ticks", ticks)], seed), registry(), &Options::default());
         let mains = findings.mains();
-        assert_eq!(mains[0].0, Main::Effect("encoder.missed_ticks".into()), "{right}: {mains:?}");
+        println!("seed {seed}: {mains:?}");
+        assert!(!matches!(&mains[0].0, Main::Effect(id) if id.starts_with("wheel.")), "{mains:?}");
+        if mains[0].0 != Main::Effect("encoder.missed_ticks".into()) {
+            continue;
+        }
+        named += 1;
         let part = part(&findings, "encoder.missed_ticks").unwrap();
         assert_eq!((part.parameters["right"], part.parameters["share_of_time"]), (right, 1.0), "{part:?}");
         // 300 bursts of six rows: their share of the time varies by a tenth or less
         let (found, std) = (part.parameters["loss_fraction"], part.std["loss_fraction"].hypot(0.1 * loss * share));
-        assert!((found - loss * share).abs() < 3.0 * std, "{found} ± {std}");
+        assert!((found - loss * share).abs() < 4.0 * std, "{found} ± {std}");
     }
+    assert!(named >= 6, "{named} of 8");
 }
