@@ -2,7 +2,7 @@
 //!
 //! Order: lattice of the wheels, how speeds change where there are no torques, a start for what bends too much, in a large gap
 //! the effects that explain most, each alone; the comparison of sets, single outliers, noise levels; then the same with the lost
-//! ticks of one wheel put back, if that looks worth it.
+//! ticks of one wheel put back, and with wheels or gyro put back to when they were true, if that looks worth it.
 
 use super::alike::alike;
 use super::branch::{Branch, described};
