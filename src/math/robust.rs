@@ -61,7 +61,7 @@ fn order(value: f64) -> u64 {
     bits ^ ((bits as i64 >> 63) as u64 | 1 << 63)
 }
 
-/// The values in the order of [`f64::total_cmp`]: by one digit of their [`order`] after the other, the last one first.
+/// The values in the order of [`f64::total_cmp`]: by one digit of their `order` after the other, the last one first.
 #[must_use]
 pub fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     const DIGIT_BITS: u32 = 11;
