@@ -53,6 +53,21 @@ impl From<&Vehicle> for Robot {
 }
 
 impl Robot {
+    /// A small robot for tests, on wheels without inertia or friction.
+    #[cfg(test)]
+    pub(crate) fn small() -> Self {
+        Self {
+            mass_kg: 10.0,
+            yaw_inertia_kg_m2: 0.3,
+            half_track_m: 0.25,
+            radius_m: [0.1; 2],
+            wheel_inertia_kg_m2: 0.0,
+            viscous_friction_n_m_s: 0.0,
+            torque_gain: [1.0; 2],
+            com_offset_m: 0.0,
+        }
+    }
+
     /// What the wheels turn with where they roll, left and right, rad/s.
     #[must_use]
     #[inline]

@@ -79,7 +79,7 @@ impl Driving for MissedTicks {
 }
 
 /// 0 left, 1 right.
-fn side_of(parameters: &Parameters) -> usize {
+pub(crate) fn side_of(parameters: &Parameters) -> usize {
     usize::from(parameters.get(SIDE).is_some_and(|side| *side >= 0.5))
 }
 

@@ -261,22 +261,9 @@ mod tests {
     use super::super::by_id;
     use super::*;
 
-    fn robot() -> Robot {
-        Robot {
-            mass_kg: 10.0,
-            yaw_inertia_kg_m2: 0.3,
-            half_track_m: 0.25,
-            radius_m: [0.1; 2],
-            wheel_inertia_kg_m2: 0.0,
-            viscous_friction_n_m_s: 0.0,
-            torque_gain: [1.0; 2],
-            com_offset_m: 0.0,
-        }
-    }
-
     /// Force and moment of `law` at θ, turning about a wheel, reversing and straight on.
     fn pushes(work: &dyn DriveEffect) -> Vec<[f64; 2]> {
-        let robot = robot();
+        let robot = Robot::small();
         let motions = [(0.02, 0.1), (-0.3, 0.4), (0.6, 0.0), (0.004, -0.01)];
         let one = |(speed_m_s, yaw_rate_rad_s): (f64, f64)| {
             let at = Moving { speed_m_s, yaw_rate_rad_s, ..Moving::default() };
@@ -304,7 +291,7 @@ mod tests {
 
     #[test]
     fn what_acts_against_the_robots_way_does_not_hold_it_from_turning() {
-        let robot = robot();
+        let robot = Robot::small();
         let at = Moving { speed_m_s: 0.3, yaw_rate_rad_s: 3.0, ..Moving::default() };
         let [wheels, body] = [Form::Wheels, Form::Body].map(|form| form.at(&[0.03]).force(&robot, &at));
         let weight = 2.0 * robot.wheel_load_n();

@@ -106,7 +106,7 @@ impl Branch {
         let near_s = onset::or(near_s, &self.onsets_s);
         let mut candidates = Candidates::new(&self.record, effects, &options.prior, true, &near_s);
         if self.restored {
-            candidates = candidates.only(|g| candidates.groups[g].id != LOST_TICKS);
+            candidates = candidates.except(LOST_TICKS);
         }
         if let Some(promising) = &self.promising {
             candidates = candidates.only(|g| {

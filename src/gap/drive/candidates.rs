@@ -372,6 +372,12 @@ impl Candidates {
         out
     }
 
+    /// Without the groups of this id.
+    #[must_use]
+    pub fn except(&self, id: &str) -> Self {
+        self.only(|g| self.groups[g].id != id)
+    }
+
     /// Gives free forms their scales: sizes of the whitened column over the whole drive. Columns without any are dropped. The
     /// scales of effects begin at the least that this drive can show, where that is less than what robots mostly have: from there
     /// on up every order of magnitude is equally probable, and what is no more than that is not held against a wide prior.

@@ -13,7 +13,7 @@ use super::pinpoint::pinpoint;
 use super::record::Record;
 use crate::config::{Config, EffectTable};
 use crate::effects::drive::Driving;
-use crate::effects::drive::missed_ticks::is_mean;
+use crate::effects::drive::missed_ticks::{is_mean, side_of};
 use crate::effects::{Library, Parameters};
 use crate::error::Result;
 use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, Verdict};
@@ -200,8 +200,7 @@ fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
                 place.channel = about.channel.into();
                 place.equation = about.deficient.into();
                 place.condition = about.condition.map(Into::into);
-                let right = part.parameters.get(crate::effects::drive::missed_ticks::SIDE);
-                if right.is_some_and(|side| *side >= 0.5) {
+                if side_of(&part.parameters) == 1 {
                     place.channel = "wheel_right".into();
                 }
             } else {

@@ -155,7 +155,7 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let nominal = Noise { process: noise.process, ..nominal };
     // single bursts, where they tell more than that a wheel reads low on average
     let lost = asked.has(|e| matches!(e, DriveExplanation::MissedTicks(_))).then(|| {
-        let others = settled(record, &noise, &candidates.only(|g| candidates.groups[g].id != LOST_TICKS));
+        let others = settled(record, &noise, &candidates.except(LOST_TICKS));
         let on_average = as_is.compared.top() - others.top();
         lost_ticks(record, &noise, &others).filter(|lost| lost.3 > on_average)
     });

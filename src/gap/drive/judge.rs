@@ -14,7 +14,7 @@ use super::fit::{Compared, Theta};
 use super::lag;
 use super::late::{self, Late};
 use super::mounting::{self, Mounting};
-use super::onset;
+use super::onset::{self, Onsets};
 use super::pass::{Models, Noise, run};
 use super::record::Record;
 use super::ripple;
@@ -96,10 +96,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let all = Candidates::new(record, effects, &options.prior, true, &onsets_s);
     let (noise, _) = diffused(record, noise, &all);
     let begin = start(record, &noise, &all);
-    let compared = first(record, &noise, all, &begin);
-    let mut branch = Branch::new(record.clone(), noise, compared, onsets_s);
-    branch.look_at_promising();
-    branch.settle(effects, options);
+    let branch = settled(record.clone(), noise, all, &begin, onsets_s, effects, options);
     // what the lattice closes: the same model with the nominal noise of the wheels beside it
     let lattice = lsb.map(|lsb| {
         let mut nominal = branch.noise;
@@ -147,6 +144,23 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let alike = alike(&best.record, &best.compared);
     let nominal_noise = Noise { process: best.noise.process, ..nominal };
     Judged { findings, closest, wheels_late_s, alike, nominal_noise }
+}
+
+/// `record` with all candidates compared from `begin`, and settled.
+pub(super) fn settled(
+    record: Record,
+    noise: Noise,
+    all: Candidates,
+    begin: &Theta,
+    onsets_s: Onsets,
+    effects: &[&'static dyn Driving],
+    options: &Options,
+) -> Branch {
+    let compared = first(&record, &noise, all, begin);
+    let mut branch = Branch::new(record, noise, compared, onsets_s);
+    branch.look_at_promising();
+    branch.settle(effects, options);
+    branch
 }
 
 /// The robot without any effect.
@@ -198,10 +212,7 @@ fn wheels_in_time(
         let all = Candidates::new(&moved, effects, &options.prior, true, &[]);
         let (noise, nearest) = diffused(&moved, noise, &all);
         let begin = start(&moved, &noise, &all);
-        let compared = first(&moved, &noise, all, &begin);
-        let mut other = Branch::new(moved, noise, compared, Vec::new());
-        other.look_at_promising();
-        other.settle(effects, options);
+        let mut other = settled(moved, noise, all, &begin, Vec::new(), effects, options);
         other.extra_weight += options.prior.ln_free - 0.5 * (record.len() as f64).ln();
         // a free form may hold what an effect would have, and these models are without any: the effect alone knows more then
         let models = Branch::models_at(record, &other.compared.candidates, &other.compared.theta);
@@ -256,8 +267,7 @@ fn restored(
     });
     all.truncate(TRIED);
     let fresh = Noise { process: as_is.noise.process, ..*noise };
-    let plausible = as_is.compared.plausible();
-    let plausible = plausible.only(|g| plausible.groups[g].id != LOST_TICKS);
+    let plausible = as_is.compared.plausible().except(LOST_TICKS);
     let top = as_is.top();
     let settled = |bursts: Bursts, theta: &Theta| {
         let restored = bursts.restored(record);
@@ -295,7 +305,7 @@ fn restored(
     (other.top() > top - SHORT).then_some((other, bursts))
 }
 
-fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
+pub(super) fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
     effects.iter().any(|e| e.about().id == id)
 }
 
@@ -323,7 +333,7 @@ fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<M
 ///
 /// Free forms are linear in the innovations of one pass. An effect that is strong bends these, and a free form takes what the
 /// bend leaves: the effect has to be compared at its own coordinates.
-pub(super) fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Compared {
+fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Compared {
     let compared = Compared::wide(record, noise, all.clone(), begin.clone());
     let gap = compared.gap();
     let only_named = compared.sets[0].members.iter().all(|m| all.groups[m.0].named);

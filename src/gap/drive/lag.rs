@@ -7,8 +7,8 @@
 
 use super::branch::Branch;
 use super::candidates::Candidates;
-use super::judge::{LARGE, Options, first, plain, start};
-use super::late::share_rows;
+use super::judge::{LARGE, Options, knows, plain, settled, start};
+use super::late::{earlier, share_rows};
 use super::onset;
 use super::pass::{Channel, Noise, run};
 use super::record::Record;
@@ -66,18 +66,14 @@ pub(super) fn gyro_in_time(
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> Option<InTime> {
-    let knows = effects.iter().any(|e| e.about().id == LATE.0);
-    let rows =
-        (knows && record.torques_n_m.is_some() && share_rows(record)).then(|| lag(record, &as_is.believed))??;
+    let rows = (knows(effects, LATE.0) && record.torques_n_m.is_some() && share_rows(record))
+        .then(|| lag(record, &as_is.believed))??;
     let moved = put_back(record, rows);
     let onsets_s = onset::of_each(&moved);
     let all = Candidates::new(&moved, effects, &options.prior, true, &onsets_s);
     let noise = as_is.believed;
     let begin = start(&moved, &noise, &all);
-    let compared = first(&moved, &noise, all, &begin);
-    let mut branch = Branch::new(moved, noise, compared, onsets_s);
-    branch.look_at_promising();
-    branch.settle(effects, options);
+    let mut branch = settled(moved, noise, all, &begin, onsets_s, effects, options);
     // every number of rows is as probable
     branch.extra_weight -= (LONGEST_S / record.step_s).max(1.0).ln();
     let of = |record: &Record| run(record, &plain(record), &branch.noise, &[], |_| {}).ln_likelihood();
@@ -91,10 +87,7 @@ fn put_back(record: &Record, rows: usize) -> Record {
     record.by_drive(|_, drive| {
         let mut out = drive.clone();
         if let Some(gyro) = &mut out.gyro_rad_s {
-            let rows = rows.min(gyro.len());
-            gyro.rotate_left(rows);
-            let kept = gyro.len() - rows;
-            gyro[kept..].fill(f64::NAN);
+            earlier(gyro, rows);
         }
         out
     })

@@ -54,15 +54,19 @@ pub fn put_back(record: &Record, delay_s: f64) -> Record {
     record.by_drive(|_, drive| put_back_in(drive, delay_s, by_rows))
 }
 
+/// Readings this many rows earlier; the last rows are without.
+pub(super) fn earlier(readings: &mut [f64], rows: usize) {
+    let rows = rows.min(readings.len());
+    readings.rotate_left(rows);
+    let kept = readings.len() - rows;
+    readings[kept..].fill(f64::NAN);
+}
+
 fn put_back_in(record: &Record, delay_s: f64, by_rows: bool) -> Record {
     if by_rows {
         let rows = ((delay_s / record.step_s).round() as usize).min(record.len());
         let mut out = record.clone();
-        for wheel in &mut out.wheels_rad_s {
-            wheel.rotate_left(rows);
-            let kept = wheel.len() - rows;
-            wheel[kept..].fill(f64::NAN);
-        }
+        out.wheels_rad_s.iter_mut().for_each(|wheel| earlier(wheel, rows));
         return out;
     }
     let n = record.len();

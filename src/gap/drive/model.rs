@@ -6,7 +6,7 @@ use super::pass::{Models, Noise, Process};
 use super::record::Record;
 use crate::effects::Library;
 use crate::effects::Parameters;
-use crate::effects::drive::missed_ticks::{LOSS, SIDE, is_mean};
+use crate::effects::drive::missed_ticks::{LOSS, is_mean, side_of};
 use crate::effects::drive::{DriveExplanation, ModelChange};
 use crate::model::drive::{DriveEffect, DriveModel};
 use rayon::prelude::*;
@@ -59,7 +59,7 @@ impl Claimed {
                 }
                 DriveExplanation::GyroStep => out.step_rad_s = value("step_rad_s"),
                 DriveExplanation::MissedTicks(sides) if is_mean(parameters) => {
-                    let law = sides[usize::from(value(SIDE).is_some_and(|side| side >= 0.5))];
+                    let law = sides[side_of(parameters)];
                     out.changes.push((law, law.theta(parameters)));
                 }
                 DriveExplanation::MissedTicks(_) => out.loss = value(LOSS),

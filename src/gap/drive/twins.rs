@@ -11,6 +11,7 @@
 //! gyro may as well be slip. The likelihood does not decide: forces would have to come from accelerations of the same wheels, slip
 //! follows their noise, and wins where the gyro is late, too.
 
+use super::lag::LATE;
 use super::record::Record;
 use crate::effects::Parameters;
 use crate::effects::drive::Driving;
@@ -21,8 +22,6 @@ const SAME: [(&str, bool); 3] =
     [("gyro.scale_factor", true), ("vehicle.track_width", false), ("wheel.radius_scale", true)];
 /// Their parameter.
 const RELATIVE: &str = "relative";
-/// What is compared where wheels that slip are like it, and its parameter.
-const LATE: (&str, &str) = ("sensor.gyro_delay", "delay_s");
 /// Wheels that slip, and the parameters: what is proportional to the force, and what is not.
 const SLIP: (&str, [&str; 2]) = ("wheel.slip", ["compliance", "cubic_compliance"]);
 

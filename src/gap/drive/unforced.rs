@@ -92,16 +92,7 @@ pub(super) mod tests {
 
     /// What is believed of a small robot without noise of its torques.
     pub(in crate::gap::drive) fn belief() -> Belief {
-        let robot = Robot {
-            mass_kg: 10.0,
-            yaw_inertia_kg_m2: 0.3,
-            half_track_m: 0.25,
-            radius_m: [0.1; 2],
-            wheel_inertia_kg_m2: 0.0,
-            viscous_friction_n_m_s: 0.0,
-            torque_gain: [1.0; 2],
-            com_offset_m: 0.0,
-        };
+        let robot = Robot::small();
         Belief {
             robot,
             torque_noise_n_m_sqrt_s: 0.0,
