@@ -108,7 +108,7 @@ fn unroll(config: &Config, first: &RollingFilter) -> Outcome<(Unrolled, f64)> {
     let robot = Rolling::new(vehicle);
     let forcing = robot.forcing([0.0; 2]);
     let upper = first.factors().unit_upper();
-    let walk = gyro.noise.and_then(|n| n.rate_random_walk_rad_s_sqrt_s).unwrap_or(0.0);
+    let walk = gyro.noise.as_ref().and_then(|n| n.rate_random_walk_rad_s_sqrt_s).unwrap_or(0.0);
     let above_diagonal: Vec<f64> = (0..8).flat_map(|j| (0..j).map(move |i| (i, j))).map(|at| upper[at]).collect();
     let filter = Unrolled {
         mean: (*first.mean()).into(),
@@ -153,7 +153,7 @@ fn model<const N: usize, M: MotionModel<N>>(
     let (gyro, vehicle) = (config.require_gyro()?, config.require_vehicle()?);
     let robot = Rolling::new(vehicle);
     let forcing = robot.forcing([0.0; 2]);
-    let walk = gyro.noise.and_then(|n| n.rate_random_walk_rad_s_sqrt_s).unwrap_or(0.0);
+    let walk = gyro.noise.as_ref().and_then(|n| n.rate_random_walk_rad_s_sqrt_s).unwrap_or(0.0);
     let torque_variance = vehicle.torque_noise_n_m_sqrt_s.powi(2) / DT_S;
     let wheel_variance = config.require_encoder()?.speed_noise_std_rad_s.powi(2);
     let ln_t = first.mean()[state::LN_TIME_CONSTANT];

@@ -8,6 +8,8 @@ use std::fmt;
 pub enum ErrorKind {
     /// The operating system refused to read or write.
     Io,
+    /// A file of the user's is in the place of an output.
+    Exists,
     /// The file is not of the format that it claims, or is truncated.
     Format,
     /// A column or channel is missing or ambiguous.
@@ -45,6 +47,31 @@ pub struct Error {
     pub mend: Option<String>,
 }
 
+/// The one of `known` that `name` was probably meant for: the one that is turned into it by the fewest letters left out, put in,
+/// replaced or swapped, case aside, as a whole or by what follows its last point; none where that is more than a third of its
+/// letters.
+#[must_use]
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let name = name.trim().to_lowercase();
+    let most = (name.chars().count() / 3).max(1);
+    let near = |word: &str| {
+        let far = strsim::damerau_levenshtein(&name, &word.to_lowercase());
+        (far <= most && far < word.chars().count()).then_some(far)
+    };
+    let distance = |known: &'a str| {
+        let tail = known.rsplit('.').next().unwrap_or(known);
+        Some((near(known).into_iter().chain(near(tail)).min()?, known))
+    };
+    known.into_iter().filter_map(distance).min_by_key(|(far, _)| *far).map(|(_, known)| known)
+}
+
+/// The mend for a `name` that is none of `known`: the nearest one, and all there are.
+#[must_use]
+pub fn one_of(name: &str, known: &[&str]) -> String {
+    let all = format!("there are {}", known.join(", "));
+    nearest(name, known.iter().copied()).map_or_else(|| all.clone(), |meant| format!("did you mean {meant}? {all}"))
+}
+
 /// Result with the library's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -65,6 +92,16 @@ impl Error {
     #[must_use]
     pub fn mend(mut self, mend: impl fmt::Display) -> Self {
         self.mend = Some(mend.to_string());
+        self
+    }
+
+    /// Puts the name that was probably meant before what the user can do.
+    #[must_use]
+    pub fn meant(mut self, name: Option<&str>) -> Self {
+        if let Some(name) = name {
+            let question = format!("did you mean {name:?}?");
+            self.mend = Some(self.mend.map_or(question.clone(), |mend| format!("{question} {mend}")));
+        }
         self
     }
 
@@ -104,3 +141,43 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slip_of_the_pen_is_seen_through_and_nonsense_is_not() {
+        let known = ["gyro.tone", "gyro.bias_step", "wheel.slip", "vehicle.payload"];
+        for (name, meant) in [
+            ("gyro.tome", "gyro.tone"),
+            ("bias_step", "gyro.bias_step"),
+            ("weel.slip", "wheel.slip"),
+            ("paylaod", "vehicle.payload"),
+        ] {
+            assert_eq!(nearest(name, known), Some(meant), "{name}");
+        }
+        for name in ["", "x", "temperature", "quux"] {
+            assert_eq!(nearest(name, known), None, "{name}");
+        }
+        assert_eq!(nearest("gyro.tone", []), None);
+        assert!(one_of("gyro.tome", &known).starts_with("did you mean gyro.tone? there are gyro.tone, "));
+        assert!(one_of("quux", &known).starts_with("there are gyro.tone"));
+    }
+
+    #[test]
+    fn slips_of_the_finger_are_recognised_and_other_words_are_not() {
+        let names = ["gyro_z_rad_s", "gyro_x_rad_s", "t_s", "wheel_left_rad_s"];
+        for (name, meant) in [
+            ("gyro_z_rads", Some("gyro_z_rad_s")),
+            ("GYRO_Z_RAD_S", Some("gyro_z_rad_s")),
+            ("wehel_left_rad_s", Some("wheel_left_rad_s")),
+            ("t", None),
+            ("temperature", None),
+        ] {
+            assert_eq!(nearest(name, names), meant, "{name}");
+        }
+        let error = Error::new(ErrorKind::Column, "a.csv", "no column").mend("name one").meant(Some("t_s"));
+        assert_eq!(error.to_string(), "a.csv: no column (did you mean \"t_s\"? name one)");
+    }
+}

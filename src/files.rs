@@ -1,4 +1,10 @@
-//! Output files that are written whole or not at all: temporary file beside the target, fsync, rename.
+//! Output files that are written whole or not at all: temporary file beside the target, fsync, rename. [`Plan`] sees beforehand
+//! that none of them takes the place of something of the user's.
+
+pub mod mark;
+mod plan;
+
+pub use plan::Plan;
 
 use crate::error::{Error, ErrorKind, Result};
 use sha2::{Digest, Sha256};
@@ -11,6 +17,8 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub struct OutputFile {
     target: PathBuf,
+    /// Where it lies when links are followed.
+    place: PathBuf,
     temporary: tempfile::NamedTempFile,
 }
 
@@ -18,14 +26,16 @@ impl OutputFile {
     /// Claims `target`.
     ///
     /// # Errors
-    /// [`ErrorKind::Io`] if its directory is missing or cannot be written, or if `target` is a directory.
+    /// [`ErrorKind::Io`] if its directory is missing or cannot be written, or if `target` is a directory or a device.
     pub fn claim(target: impl AsRef<Path>) -> Result<Self> {
         let target = target.as_ref().to_path_buf();
         if target.is_dir() {
             return Err(Error::new(ErrorKind::Io, target.display(), "is a directory, not a file to write")
                 .mend("name a file in it"));
         }
-        let directory = match target.parent() {
+        // through a link, which stays; renaming would put the file in the place of the link
+        let place = target.canonicalize().unwrap_or_else(|_| target.clone());
+        let directory = match place.parent() {
             Some(p) if !p.as_os_str().is_empty() => p.to_path_buf(),
             _ => PathBuf::from("."),
         };
@@ -38,17 +48,21 @@ impl OutputFile {
                 std::io::Error::new(std::io::ErrorKind::NotFound, format!("no directory {}", directory.display()));
             return Err(cannot(&why));
         }
-        if let Ok(meta) = std::fs::metadata(&target)
-            && meta.permissions().readonly()
-        {
-            return Err(cannot(&std::io::Error::from(std::io::ErrorKind::PermissionDenied)));
+        if let Ok(meta) = std::fs::metadata(&target) {
+            if !meta.is_file() {
+                return Err(Error::new(ErrorKind::Io, target.display(), "is a device or a pipe, not a file to write")
+                    .mend("name a file; --json - writes JSON to standard output"));
+            }
+            if meta.permissions().readonly() {
+                return Err(cannot(&std::io::Error::from(std::io::ErrorKind::PermissionDenied)));
+            }
         }
         let temporary = tempfile::Builder::new()
             .prefix(".gyroid-")
             .suffix(".tmp")
             .tempfile_in(&directory)
             .map_err(|e| cannot(&e))?;
-        Ok(Self { target, temporary })
+        Ok(Self { target, place, temporary })
     }
 
     /// Where the content will be.
@@ -81,10 +95,10 @@ impl OutputFile {
     /// # Errors
     /// [`ErrorKind::Io`] if the disk refuses; the target is then as it was before.
     pub fn commit(self) -> Result<()> {
-        let Self { target, temporary } = self;
+        let Self { target, place, temporary } = self;
         temporary.as_file().sync_all().map_err(|e| Error::io(&target, &e))?;
         set_default_permissions(temporary.as_file()).map_err(|e| Error::io(&target, &e))?;
-        temporary.persist(&target).map_err(|e| Error::io(&target, &e.error))?;
+        temporary.persist(&place).map_err(|e| Error::io(&target, &e.error))?;
         Ok(())
     }
 }

@@ -113,6 +113,7 @@ fn constants_of_the_robot() {
     check(&[("wheel.radius_scale", &[("relative", 0.02)])], Expect::Position);
     check(&[("wheel.radius_mismatch", &[("right_over_left_minus_one", 0.01)])], Expect::Both);
     check(&[("vehicle.track_width", &[("relative", 0.03)])], Expect::Both);
+    check(&[("wheel.radius_left", &[("relative", -0.02)])], Expect::Both);
     check(&[("vehicle.payload", &[("mass_relative", 0.3), ("inertia_relative", 0.2)])], Expect::Position);
     check(&[("vehicle.com_offset", &[("offset_m", 0.06)])], Expect::Both);
     // gyro and wheels tell the turn that the torques do not: the pose hardly suffers, the claimed accuracy does
@@ -130,6 +131,26 @@ fn wheels_and_motion() {
     check(&[("wheel.lateral_skid", &[("lateral_slip_s", 0.08)])], Expect::Position);
     // finer than twice the noise a lattice adds white noise of lsb²/12 (Widrow and Kollár, chapter 4)
     check(&[("encoder.quantization", &[("lsb_rad_s", 0.036)])], Expect::Noise);
+    check(&[("sensor.wheel_delay", &[("delay_s", 0.037)])], Expect::Noise);
+}
+
+#[test]
+fn noise_that_is_larger_than_stated() {
+    check(&[("gyro.noise_level", &[("noise_over_nominal", 2.2)])], Expect::Noise);
+    check(&[("encoder.noise_level", &[("noise_over_nominal", 1.5)])], Expect::Noise);
+}
+
+/// The filter drives by wheels and gyro: what only the reference has is said, and changes nothing.
+#[test]
+fn a_late_reference_is_none_of_the_filters_business() {
+    let log = drive(&config(&[]), Course::Brisk, SPAN_S, &options(4)).unwrap().log;
+    let plain = run(&config(&[]), &log, &Settings::default()).unwrap();
+    let late = config(&[("sensor.pose_delay", &[("delay_s", 0.05)])]);
+    let found = run_with(&late, &log, &Settings::default(), &Library::new()).unwrap();
+    assert!(found.summary.notes.iter().any(|n| n.contains("sensor.pose_delay")), "{:?}", found.summary.notes);
+    let [a, b] = [&plain, &found].map(|r| r.pose.get(names::X).unwrap());
+    let off = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-6, "{off}");
 }
 
 #[test]

@@ -24,10 +24,12 @@ const CHANCE: f64 = 0.01;
 const FALSE_ALARMS: f64 = 0.05;
 
 /// One effect a drive, plain to see. Parameters that are here are looked for.
-const PLAIN: [(&str, &[(&str, f64)]); 17] = [
+const PLAIN: [(&str, &[(&str, f64)]); 24] = [
     ("wheel.slip", &[("compliance", 0.3), ("cubic_compliance", 2.0)]),
     ("wheel.radius_mismatch", &[("right_over_left_minus_one", 0.01)]),
     ("wheel.radius_scale", &[("relative", -0.012)]),
+    ("wheel.radius_left", &[("relative", -0.03)]),
+    ("wheel.radius_right", &[("relative", 0.008)]),
     ("wheel.rolling_resistance", &[("coefficient", 0.02)]),
     ("wheel.lateral_skid", &[("lateral_slip_s", 0.03)]),
     ("vehicle.track_width", &[("relative", 0.02)]),
@@ -41,6 +43,11 @@ const PLAIN: [(&str, &[(&str, f64)]); 17] = [
     ("gyro.vibration_rectification", &[("coefficient_rad_s_per_m2_s2", 0.004)]),
     ("gyro.bias_step", &[("step_rad_s", 0.004), ("time_s", 33.0)]),
     ("sensor.gyro_delay", &[("delay_s", 0.014)]),
+    ("sensor.wheel_delay", &[("delay_s", 0.007)]),
+    ("sensor.pose_delay", &[("delay_s", 0.03)]),
+    ("gyro.noise_level", &[("noise_over_nominal", 2.2)]),
+    ("encoder.noise_level", &[("noise_over_nominal", 1.3)]),
+    ("pose.noise_level", &[("noise_over_nominal", 0.6)]),
     ("ground.slope", &[("slope_rad", 0.015), ("uphill_heading_rad", 0.8)]),
 ];
 /// What shapes the effect in this run and is described, not estimated with a standard deviation.
@@ -102,6 +109,8 @@ each! {
     slip: "wheel.slip";
     unequal_radii: "wheel.radius_mismatch";
     other_radii: "wheel.radius_scale";
+    left_radius: "wheel.radius_left";
+    right_radius: "wheel.radius_right";
     rolling_resistance: "wheel.rolling_resistance";
     skid: "wheel.lateral_skid";
     track: "vehicle.track_width";
@@ -115,6 +124,11 @@ each! {
     rectification: "gyro.vibration_rectification";
     step: "gyro.bias_step";
     delay: "sensor.gyro_delay";
+    late_wheels: "sensor.wheel_delay";
+    late_reference: "sensor.pose_delay";
+    louder_gyro: "gyro.noise_level";
+    louder_wheels: "encoder.noise_level";
+    quieter_reference: "pose.noise_level";
     slope: "ground.slope";
 }
 
@@ -157,12 +171,14 @@ fn signed(s: &mut Stream, low: f64, high: f64) -> f64 {
 }
 
 /// Effects with one parameter, and the range of its size.
-const COVERED: [(&str, &str, [f64; 2]); 9] = [
+const COVERED: [(&str, &str, [f64; 2]); 11] = [
     ("gyro.scale_factor", "relative", [2e-3, 2e-2]),
     ("vehicle.track_width", "relative", [2e-3, 3e-2]),
     ("motor.torque_gain", "right_over_left_minus_one", [1e-2, 2e-1]),
     ("wheel.radius_mismatch", "right_over_left_minus_one", [1e-3, 1e-2]),
     ("wheel.radius_scale", "relative", [2e-3, 2e-2]),
+    ("wheel.radius_left", "relative", [1e-3, 3e-2]),
+    ("wheel.radius_right", "relative", [1e-3, 3e-2]),
     ("wheel.lateral_skid", "lateral_slip_s", [5e-3, 5e-2]),
     ("vehicle.com_offset", "offset_m", [5e-3, 8e-2]),
     ("gyro.scale_asymmetry", "relative", [2e-3, 2e-2]),

@@ -23,7 +23,7 @@ const MANY: usize = 200;
 /// Probability that an honest set of intervals fails the test, over all effects and parameters.
 const FALSE_ALARM: f64 = 0.01;
 /// Parameters under test.
-const TESTED: f64 = 19.0;
+const TESTED: f64 = 25.0;
 
 /// Twenty-seven minutes: a room that drifts, self-heating, a supply with a load that comes and goes.
 fn surroundings(seed: u64) -> Log {
@@ -90,6 +90,13 @@ fn drawn(id: &str, s: &mut Stream) -> (Vec<(&'static str, f64)>, usize) {
         }
         "gyro.noise_growth" => (vec![("relative_per_c", signed(s, 0.01, 0.06))], 1),
         "gyro.turn_on_shift" => (vec![("shift_rad_s", signed(s, 1.5e-3, 8e-3))], 1),
+        "gyro.warm_up" => (vec![("c1_rad_s", signed(s, 5e-4, 3e-3)), ("time_constant_s", size(s, 30.0, 200.0))], 2),
+        "gyro.noise_level" => (vec![("noise_over_nominal", size(s, 0.3, 4.0))], 1),
+        "gyro.narrow_band_noise" => {
+            let center = size(s, 0.1, 2.0);
+            let band = [("center_hz", center), ("bandwidth_hz", center * size(s, 0.01, 0.15))];
+            ([&band[..], &[("std_rad_s", size(s, 8e-5, 2e-4))]].concat(), 3)
+        }
         _ => unreachable!("{id}"),
     }
 }
@@ -186,6 +193,9 @@ each! {
     low_pass: "gyro.bandwidth";
     growing_noise: "gyro.noise_growth";
     turn_on: "gyro.turn_on_shift";
+    warm_up: "gyro.warm_up";
+    noise_level: "gyro.noise_level";
+    narrow_band: "gyro.narrow_band_noise";
 }
 
 #[test]
@@ -235,6 +245,9 @@ const STANDARD: &[(&str, &[(&str, f64)])] = &[
     ("gyro.bandwidth", &[("cutoff_hz", 1.5)]),
     ("gyro.noise_growth", &[("relative_per_c", 0.03)]),
     ("gyro.turn_on_shift", &[("shift_rad_s", 3e-3)]),
+    ("gyro.warm_up", &[("c1_rad_s", 1.6e-3), ("time_constant_s", 150.0)]),
+    ("gyro.noise_level", &[("noise_over_nominal", 1.3)]),
+    ("gyro.narrow_band_noise", &[("center_hz", 0.7), ("bandwidth_hz", 0.05), ("std_rad_s", 1e-4)]),
 ];
 /// Recordings that an overlap is the mean of.
 const STANDARD_LOGS: u64 = 4;

@@ -43,7 +43,7 @@ fn alarms(logs: u64, rows: usize) -> BTreeMap<String, u64> {
         let log = clean(9000 + seed, rows);
         let answer = diagnose(&config, &log, None, &Library::new(), &Options::default()).unwrap().answer;
         let alleged = match answer.verdict {
-            Verdict::None => continue,
+            Verdict::None | Verdict::CannotTell => continue,
             Verdict::Identified => answer.main.unwrap_or_default(),
             Verdict::Unknown => answer.free_forms.first().map_or_else(String::new, |f| f.id.clone()),
         };

@@ -141,7 +141,7 @@ fn schemes_fixes_losses_and_offsets_are_heard() {
     assert!((at(&late, "c1_rad_s") / grown - 1.0).abs() < 1e-9);
     // white residuals: alike unless told otherwise, and weights for a walk that is hardly there change little
     assert_eq!(plain["weighting"], "uniform");
-    let (_, told) = fit_json(&[log, "--weighting", "random-walk"]);
+    let (_, told) = fit_json(&[log, "--weighting", "walk"]);
     let std = plain["parameters"]["time_constant_s"]["std"].as_f64().unwrap();
     assert!((at(&told, "time_constant_s") - at(&plain, "time_constant_s")).abs() < std, "{told}");
     let out = dir.path().join("g.toml");

@@ -191,6 +191,8 @@ fn a_drive_goes_by_its_temperature() {
     let mut constant = truth.clone();
     let gyro = constant.gyro.as_mut().unwrap();
     (gyro.c1_rad_s, gyro.c2_rad_s) = (0.0, 0.0);
+    // as noisy as the log that was fitted
+    gyro.angle_random_walk_rad_sqrt_s = Config::read(&config).unwrap().gyro.unwrap().angle_random_walk_rad_sqrt_s;
     let recorded = drive(&constant, Course::Square, 60.0, &Options::from(1)).unwrap().log;
     let temperature: Vec<f64> = (0..recorded.len()).map(|i| 22.0 + 0.1 * recorded.time.at(i)).collect();
     let mut log = Log::new("drive", recorded.time.clone());

@@ -91,7 +91,11 @@ fn what_cannot_be_diagnosed_is_refused_by_name() {
     let robot = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/data/robot.toml")).unwrap();
     let tables = &robot[robot.find("[vehicle]").unwrap()..];
     place.write("drive.toml", &format!("{}{tables}", REST.replace("stationary", "driving")));
-    place.refused("gap diagnose drive.toml --fit fit.csv", 1, &["fit.csv", "no wheel speeds", "mend:", "--map"]);
+    place.refused(
+        "gap diagnose drive.toml --fit fit.csv",
+        1,
+        &["fit.csv", "no wheels", "drive.toml", "mend:", "--map"],
+    );
     place.write("real.toml", &format!("{REST}{TONE}"));
     place.refused("gap diagnose real.toml --fit fit.csv", 1, &["real.toml", "[[effect]]", "mend:"]);
     place.refused("gap diagnose no.toml --fit fit.csv", 1, &["no.toml", "mend:"]);

@@ -90,7 +90,11 @@ fn a_drive_without_a_gap_and_columns_by_other_names() {
 
     let (code, _, error) = diagnose(dir.path(), &["sim.toml", "--fit", "fit.parquet", "--map", "wheel_left_rad_s=wl"]);
     assert!(code == 1 && error.contains("wl") && error.contains("fit.parquet"), "{error}");
-    std::fs::write(dir.path().join("few.csv"), "t_s,wheel_left_rad_s,wheel_right_rad_s\n0,0,0\n0.01,0,0\n").unwrap();
+    std::fs::write(
+        dir.path().join("few.csv"),
+        "t_s,gyro_z_rad_s,wheel_left_rad_s,wheel_right_rad_s\n0,0,0,0\n0.01,0,0,0\n",
+    )
+    .unwrap();
     let (code, _, error) = diagnose(dir.path(), &["sim.toml", "--fit", "few.csv"]);
     assert!(code == 1 && error.contains("few.csv") && error.contains("2 rows"), "{error}");
 }

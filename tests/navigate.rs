@@ -30,6 +30,7 @@ const PLAIN: Settings = Settings {
     acceleration_densities: None,
     off_time_s: None,
     standstill: Some(Standstill::EXACT),
+    smooth: false,
 };
 const OFF: Settings = Settings { error_model: ErrorModel::Off, ..PLAIN };
 const RUNS: u64 = 60;

@@ -103,7 +103,7 @@ fn rise(name: &str) -> Agreement {
     let y: Vec<f64> = order.iter().map(|&i| problem.y[i]).collect();
     let fixed = Fixed { c2_rad_s: Some(0.0), ..Fixed::default() };
     // the certified values are those of ordinary least squares, though Misra1a's residuals do drift
-    let options = FitOptions { fixed, loss: Loss::Squares, weighting: Some(Weighting::Uniform) };
+    let options = FitOptions { fixed, loss: Loss::Squares, weighting: Weighting::Uniform };
     let fit = identify::fit(&time, &y, &options).expect(name);
     assert!(fit.termination.converged(), "{name}: {:?}", fit.termination);
     assert_eq!(fit.degrees_of_freedom, problem.degrees_of_freedom as f64);

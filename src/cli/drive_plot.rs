@@ -3,7 +3,7 @@
 use gyroid::Result;
 use gyroid::config::Config;
 use gyroid::files::OutputFile;
-use gyroid::navigate::{Comparison, Reckoning, Run, Settings, Track, compare, names as estimates};
+use gyroid::navigate::{Comparison, Reckoning, Settings, Track, compare, names as estimates};
 use gyroid::report::plot::drive as figure;
 use gyroid::report::plot::drive::{Dimension, DriveFigure, ErrorFigure, ErrorRow, ErrorSeries, TrackFigure};
 use gyroid::report::plot::{Format, Picture};
@@ -20,8 +20,8 @@ pub(crate) struct Estimated {
 }
 
 impl Estimated {
-    pub fn of_run(name: &'static str, run: &Run) -> Self {
-        let column = |name: &str| run.pose.get(name).map(<[f64]>::to_vec);
+    pub fn of_pose(name: &'static str, pose: &Log) -> Self {
+        let column = |name: &str| pose.get(name).map(<[f64]>::to_vec);
         let all = |name: &str| column(name).unwrap_or_default();
         Self {
             name,
@@ -48,14 +48,18 @@ impl Estimated {
     }
 }
 
-/// Claims the pictures; a name without an ending stands for both kinds.
-pub(crate) fn claim(paths: &[PathBuf]) -> Result<Vec<OutputFile>> {
+/// The pictures: a name without an ending stands for both kinds.
+pub(crate) fn files(paths: &[PathBuf]) -> Vec<PathBuf> {
     let both = |path: &Path| match path.extension() {
         None => ["png", "svg"].map(|ending| path.with_extension(ending)).to_vec(),
         Some(_) => vec![path.to_path_buf()],
     };
-    let all = paths.iter().flat_map(|path| both(path));
-    all.map(|path| Format::of(&path).and_then(|_| OutputFile::claim(&path))).collect()
+    paths.iter().flat_map(|path| both(path)).collect()
+}
+
+/// Claims the pictures.
+pub(crate) fn claim(paths: &[PathBuf]) -> Result<Vec<OutputFile>> {
+    files(paths).iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path))).collect()
 }
 
 /// Draws the tracks beside the reference of `log`, in its frame, and their errors.

@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use gyroid::config::Config;
 use gyroid::export::{self, Export, Options, Origin, Source, Target};
-use gyroid::files::OutputFile;
+use gyroid::files::{OutputFile, Plan};
 use gyroid::ingest::Axis;
 use gyroid::{Error, ErrorKind, Result};
 use serde_json::{Value, json};
@@ -68,14 +68,15 @@ fn axis(text: &str) -> std::result::Result<Axis, String> {
 
 pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
     let target = args.to.as_deref().and_then(|id| export::by_id(&id.to_lowercase()));
-    let output = Output::open(&args.common)?;
+    let plan = Plan::new().reads(&args.config).writes("--out", &args.out);
+    let output = Output::open(&args.common, "export", plan)?;
     if args.list {
         return list(target, output);
     }
     let (Some(path), Some(target)) = (&args.config, target) else {
         return Err(Error::new(ErrorKind::Usage, "gyroid export", "a configuration and --to are needed"));
     };
-    let out = args.out.as_ref().map(|out| claim(out, path)).transpose()?;
+    let out = args.out.as_ref().map(OutputFile::claim).transpose()?;
     let (config, by_time) = Config::read(path)?.by_elapsed_time();
     let origin = Origin {
         file: path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned()),
@@ -120,17 +121,6 @@ fn list(target: Option<&'static dyn Target>, output: Output) -> Result<Outcome> 
     output.say(texts.join("\n").trim_end());
     output.finish(&json!({ "targets": all.iter().map(|t| t.about().json()).collect::<Vec<_>>() }))?;
     Ok(Outcome::Done)
-}
-
-/// The output, which must not be the configuration itself.
-fn claim(out: &Path, config: &Path) -> Result<OutputFile> {
-    if let (Ok(a), Ok(b)) = (out.canonicalize(), config.canonicalize())
-        && a == b
-    {
-        return Err(Error::new(ErrorKind::Usage, out.display(), "is the configuration that is to be exported")
-            .mend("name another file"));
-    }
-    OutputFile::claim(out)
 }
 
 fn options(args: &ExportArgs) -> Options {

@@ -10,7 +10,7 @@ use clap::Args;
 use gyroid::bias::{Against, EarthRate, Scheme};
 use gyroid::config::Config;
 use gyroid::export::{ConfigurationOptions, configuration};
-use gyroid::files::OutputFile;
+use gyroid::files::{OutputFile, Plan};
 use gyroid::identify::{self, Fit, FitOptions, Fixed, Loss, TemperatureFit, Weighting};
 use gyroid::ingest::Axis;
 use gyroid::report::plot::{Format, Picture};
@@ -52,9 +52,9 @@ pub(crate) struct FitArgs {
     /// Loss function; huber shrugs at outliers
     #[arg(long, value_enum, default_value_t = LossName::Squares)]
     loss: LossName,
-    /// How samples are weighed; uniform is ordinary least squares [default: by a random walk where the residuals show one]
-    #[arg(long, value_enum)]
-    weighting: Option<WeightingName>,
+    /// How samples are weighed; uniform is ordinary least squares, walk finds a warm-up that a random walk of the bias hides
+    #[arg(long, value_enum, default_value_t = WeightingName::Uniform)]
+    weighting: WeightingName,
     /// What the model goes by; temperature is written as [gyro.temperature], which validate and navigate then go by
     #[arg(long, value_enum, default_value_t = AgainstName::Time)]
     against: AgainstName,
@@ -139,7 +139,8 @@ impl From<AgainstName> for Against {
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum WeightingName {
     Uniform,
-    RandomWalk,
+    #[value(alias = "random-walk")]
+    Walk,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -181,7 +182,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
         return over_axes(args, &log);
     }
     // every output is claimed before the work begins
-    let output = Output::open(&args.common)?;
+    let output = Output::open(&args.common, "fit", plan(args))?;
     let out = args.out.as_ref().map(OutputFile::claim).transpose()?;
     let plots = claim_plots(args)?;
     let options = fit_options(args)?;
@@ -218,7 +219,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
 /// A section an axis, the log read once for all of them.
 fn over_axes(args: &FitArgs, log: &LogArgs) -> Result<Outcome> {
     axes::refuse(&[("--out", args.out.is_some()), ("--plot", !args.plot.is_empty()), ("--base", args.base.is_some())])?;
-    let output = Output::open(&args.common)?;
+    let output = Output::open(&args.common, "fit", plan(args))?;
     let (options, whiteness) = (fit_options(args)?, args.whiteness.options()?);
     axes::each(log, output, "fitting, and testing the residuals", |read| {
         let (report, _) = fitted(log, read, &options, &whiteness, args.against, false)?;
@@ -383,23 +384,32 @@ fn fit_options(args: &FitArgs) -> Result<FitOptions> {
         LossName::Squares => Loss::Squares,
         LossName::Huber => Loss::Huber,
     };
-    let weighting = args.weighting.map(|w| match w {
+    let weighting = match args.weighting {
         WeightingName::Uniform => Weighting::Uniform,
-        WeightingName::RandomWalk => Weighting::RandomWalk,
-    });
+        WeightingName::Walk => Weighting::Walk,
+    };
     Ok(FitOptions { fixed, loss, weighting })
 }
 
+/// What is read and written.
+fn plan(args: &FitArgs) -> Plan {
+    let plan = Plan::new().reads(&args.logs).reads(&args.base).writes("--out", &args.out);
+    args.many.planned(plan.writes("--plot", plots(args)))
+}
+
 /// The plots that were asked for, or both kinds beside the configuration.
-fn claim_plots(args: &FitArgs) -> Result<Vec<OutputFile>> {
+fn plots(args: &FitArgs) -> Vec<PathBuf> {
     let beside = |out: &Path| ["png", "svg"].map(|e| out.with_extension(e)).to_vec();
-    let paths = match (&args.out, args.no_plot, args.plot.is_empty()) {
+    match (&args.out, args.no_plot, args.plot.is_empty()) {
         (_, true, _) => Vec::new(),
         (_, _, false) => args.plot.clone(),
         (Some(out), _, _) => beside(out),
         _ => Vec::new(),
-    };
-    paths.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path))).collect()
+    }
+}
+
+fn claim_plots(args: &FitArgs) -> Result<Vec<OutputFile>> {
+    plots(args).iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path))).collect()
 }
 
 fn write_configuration(

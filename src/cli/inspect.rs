@@ -4,6 +4,7 @@ use super::Outcome;
 use super::log_args::TopicArgs;
 use super::output::{Common, Output};
 use clap::Args;
+use gyroid::files::Plan;
 use gyroid::ingest::{self, AxisReport, Clock, Inspection, Motion, Sampling, TimeReport, Topic};
 use gyroid::units::{RAD_S_PER_DEG_S, RateUnit, duration_text};
 use gyroid::{Error, ErrorKind, Result};
@@ -13,7 +14,7 @@ use std::path::PathBuf;
 /// Show what is in a log: topics, columns, rates, gaps, units, rest and motion
 #[derive(Debug, Args)]
 pub(crate) struct Inspect {
-    /// CSV, TSV (also gzipped), Parquet, ROS bag, MCAP, db3, ULog, DataFlash, MATLAB, HDF5 or NumPy
+    /// CSV, TSV, JSON lines (also gzipped), Parquet, ROS bag, MCAP, db3, ULog, DataFlash, MATLAB, HDF5 or NumPy
     log: PathBuf,
     #[command(flatten)]
     topics: TopicArgs,
@@ -23,7 +24,7 @@ pub(crate) struct Inspect {
 
 impl Inspect {
     pub fn run(&self) -> Result<Outcome> {
-        let output = Output::open(&self.common)?;
+        let output = Output::open(&self.common, "inspect", Plan::new().reads([&self.log]))?;
         let report = ingest::inspect_topic(&self.log, self.topics.one()?, self.topics.stamp())?;
         if output.talks() {
             output.say(table(&report).trim_end());

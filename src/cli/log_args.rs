@@ -1,24 +1,28 @@
 //! Options of the commands that read a log at rest or a drive, and what they make of it.
 
+use super::log_values::{AxisList, parse_axes, parse_rate_unit, parse_time_unit};
 use super::mounting_args::MountingArgs;
 use super::output::Working;
 use clap::Args;
+use gyroid::config::Config;
 use gyroid::ingest::{
-    self, Audit, Axis, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Mounting, Progress, Reading,
+    self, Audit, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Mounting, Progress, Reading, Scale,
     Stamp, StreamedRecording,
 };
 use gyroid::population::{AxisChoice, Topics};
 use gyroid::report::LogFacts;
 use gyroid::signal::{TimeAxis, names};
 use gyroid::units::{RateUnit, TimeUnit, duration_text};
+use gyroid::vehicle::{known_by, wrong_signs};
 use gyroid::{Error, ErrorKind, Result};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// A log at rest and how to read it.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct LogArgs {
-    /// Log of a gyro at rest: CSV, Parquet, bag, MCAP, db3, ULog, DataFlash, MATLAB, HDF5 or NumPy
+    /// Log of a gyro at rest: CSV, JSON lines, Parquet, bag, MCAP, db3, ULog, DataFlash, MATLAB, HDF5 or NumPy
     log: PathBuf,
     #[command(flatten)]
     memory: MemoryArgs,
@@ -87,6 +91,23 @@ impl TopicArgs {
     }
 }
 
+/// Numbers and rows that are not as they should be.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RawArgs {
+    /// Multiply a column, or a channel, by a factor: gz_raw=1/131:deg/s, gyro_z_rad_s=1.02; may be given more than once
+    #[arg(long, value_name = "NAME=FACTOR[:UNIT]")]
+    scale: Vec<String>,
+    /// Leave out rows of text that do not parse, count them and tell the first few, instead of refusing the file
+    #[arg(long)]
+    skip_bad_rows: bool,
+}
+
+impl RawArgs {
+    fn scales(&self) -> Result<Vec<Scale>> {
+        self.scale.iter().map(|text| Scale::parse(text)).collect()
+    }
+}
+
 /// How to read the columns of a log at rest.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ColumnArgs {
@@ -110,6 +131,8 @@ pub(crate) struct ColumnArgs {
     /// Unit of the time: s, ms, us, ns
     #[arg(long, value_parser = parse_time_unit)]
     time_unit: Option<TimeUnit>,
+    #[command(flatten)]
+    raw: RawArgs,
     /// Sample rate in Hz, for a log without a time column
     #[arg(long, value_name = "HZ", conflicts_with = "time")]
     rate: Option<f64>,
@@ -141,14 +164,35 @@ pub(crate) struct DriveArgs {
     /// Unit of the time: s, ms, us, ns
     #[arg(long, value_name = "UNIT", value_parser = parse_time_unit)]
     time_unit: Option<TimeUnit>,
+    #[command(flatten)]
+    raw: RawArgs,
 }
 
 impl DriveArgs {
-    /// Reads the files as one drive.
-    pub fn read(&self, logs: &[PathBuf]) -> Result<DriveRecording> {
-        let (time, time_unit) = (self.time.as_ref(), self.time_unit);
-        ingest::read_drive(logs, &drive_query(&self.map, time, time_unit, &self.topics, &self.mounting)?)
+    /// The options --map, as they were given.
+    pub fn maps(&self) -> String {
+        self.map.iter().map(|map| format!(" --map {map}")).collect()
     }
+
+    /// Reads the files as one drive of the robot of `config`.
+    pub fn read(&self, logs: &[PathBuf], config: &Config) -> Result<DriveRecording> {
+        let (time, time_unit) = (self.time.as_ref(), self.time_unit);
+        let query = drive_query(&self.map, time, time_unit, &self.topics, &self.mounting, &self.raw)?;
+        Ok(known(ingest::read_drive(logs, &query)?, config))
+    }
+}
+
+/// A drive with what the robot's dimensions make of its channels.
+fn known(mut recording: DriveRecording, config: &Config) -> DriveRecording {
+    if let Some(vehicle) = &config.vehicle {
+        let (log, notes) = known_by(vehicle, &recording.log);
+        if let Cow::Owned(log) = log {
+            recording.log = log;
+        }
+        recording.notes.extend(notes);
+        recording.notes.extend(wrong_signs(vehicle, &recording.log));
+    }
+    recording
 }
 
 fn drive_query(
@@ -157,6 +201,7 @@ fn drive_query(
     time_unit: Option<TimeUnit>,
     topics: &TopicArgs,
     mounting: &MountingArgs,
+    raw: &RawArgs,
 ) -> Result<DriveQuery> {
     Ok(DriveQuery {
         maps: maps.iter().map(|text| ChannelMap::parse(text)).collect::<Result<_>>()?,
@@ -165,47 +210,9 @@ fn drive_query(
         topics: topics.topic.clone(),
         stamp: topics.stamp(),
         mounting: mounting.given(),
+        scales: raw.scales()?,
+        skip_bad_rows: raw.skip_bad_rows,
     })
-}
-
-/// One axis or several.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct AxisList(Vec<AxisChoice>);
-
-/// `all`, or axes apart by commas, none of them twice.
-fn parse_axes(text: &str) -> std::result::Result<AxisList, String> {
-    let text = if text.trim() == "all" { "x,y,z" } else { text };
-    let axes: Vec<AxisChoice> = text
-        .split(',')
-        .map(|one| parse_axis(one.trim()))
-        .collect::<std::result::Result<_, _>>()
-        .map_err(|e| format!("{e}, or all"))?;
-    let twice = |(i, a): (usize, &AxisChoice)| axes[..i].iter().any(|b| b.axis == a.axis);
-    if axes.iter().enumerate().any(twice) {
-        return Err("an axis is named twice".to_string());
-    }
-    Ok(AxisList(axes))
-}
-
-/// An axis, and whether it points the other way.
-pub(crate) fn parse_axis(text: &str) -> std::result::Result<AxisChoice, String> {
-    let (name, reversed) = match text.strip_prefix('-') {
-        Some(name) => (name, true),
-        None => (text.strip_prefix('+').unwrap_or(text), false),
-    };
-    let axis = Axis::parse(name).ok_or_else(|| "no axis; there are x, y, z, -x, -y, -z".to_string())?;
-    Ok(AxisChoice { axis, reversed })
-}
-
-fn parse_rate_unit(text: &str) -> std::result::Result<RateUnit, String> {
-    RateUnit::parse(text).ok_or_else(|| {
-        let all: Vec<String> = RateUnit::ALL.iter().map(ToString::to_string).collect();
-        format!("no unit of rate; there are {}", all.join(", "))
-    })
-}
-
-fn parse_time_unit(text: &str) -> std::result::Result<TimeUnit, String> {
-    TimeUnit::parse(text).ok_or_else(|| "no unit of time; there are s, ms, us, ns".to_string())
 }
 
 impl ColumnArgs {
@@ -258,6 +265,8 @@ impl ColumnArgs {
             sort_time: self.sort_time,
             topic: None,
             stamp: self.topics.stamp(),
+            scales: self.raw.scales()?,
+            skip_bad_rows: self.raw.skip_bad_rows,
         })
     }
 
@@ -294,10 +303,11 @@ impl ColumnArgs {
         self.trim_motion
     }
 
-    /// Reads the files of a drive whose columns `maps` names where their names do not.
-    pub fn read_drive(&self, maps: &[String], logs: &[PathBuf]) -> Result<DriveRecording> {
+    /// Reads the files of a drive of the robot of `config`, whose columns `maps` names where their names do not.
+    pub fn read_drive(&self, maps: &[String], logs: &[PathBuf], config: &Config) -> Result<DriveRecording> {
         let (time, time_unit) = (self.time.as_ref(), self.time_unit);
-        ingest::read_drive(logs, &drive_query(maps, time, time_unit, &self.topics, &self.mounting)?)
+        let query = drive_query(maps, time, time_unit, &self.topics, &self.mounting, &self.raw)?;
+        Ok(known(ingest::read_drive(logs, &query)?, config))
     }
 
     /// How long after power-on the log begins, s, if that was said.
@@ -336,6 +346,11 @@ impl LogArgs {
     /// One of several logs that are read alike.
     pub fn new(log: PathBuf, memory: MemoryArgs, columns: ColumnArgs) -> Self {
         Self { log, memory, columns, work: 1 }
+    }
+
+    /// The log's file.
+    pub fn path(&self) -> &Path {
+        &self.log
     }
 
     /// The same for work that takes `work` bytes for each of a held log's: `--memory` bounds that. Motion is trimmed from held

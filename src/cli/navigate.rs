@@ -4,15 +4,16 @@ use super::Outcome;
 use super::drive_plot::{self, Estimated};
 use super::log_args::DriveArgs;
 use super::output::{Common, Output};
+use super::places;
 use super::restart::PowerArgs;
 use clap::Args;
 use gyroid::config::Config;
 use gyroid::effects::Library;
-use gyroid::files::OutputFile;
+use gyroid::files::{OutputFile, Plan};
 use gyroid::ingest::LogWriter;
 use gyroid::navigate::{
-    Alignment, ErrorModel, Reckoning, ReferenceErrors, Run, Settings, Standstill, Summary, WheelModel, WheelSlip,
-    dead_reckoning, gyro_reckoning, run_with,
+    Alignment, Consistency, ErrorModel, Reckoning, ReferenceErrors, Run, Settings, Standstill, Summary, WheelModel,
+    WheelSlip, dead_reckoning, gyro_reckoning, run_with,
 };
 use gyroid::signal::{Log, names};
 use gyroid::units::{RAD_S_PER_DEG_S, duration_text};
@@ -25,7 +26,10 @@ use std::path::PathBuf;
 ///
 /// The filter takes what the drive has: gyro, wheel speeds or the speed and yaw rate of an odometry, or a speed alone. Effects
 /// that the configuration holds as tables [[effect]] (gyroid gap diagnose writes them) are in its model; the filter without
-/// them runs beside it.
+/// them runs beside it. The pose that is written and drawn is smoothed: each row's is given the whole drive.
+///
+/// Exit code 3: a sensor's readings lie further from what the filter expects of them, or nearer, than its model allows (mean NIS
+/// outside its 99.9 % bounds); --save-config is then withheld unless --accept says so.
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
@@ -44,12 +48,15 @@ pub(crate) struct NavigateArgs {
     logs: Vec<PathBuf>,
     #[command(flatten)]
     columns: DriveArgs,
-    /// Write the estimated pose to this log (.csv or .parquet), in the filter's own frame
+    /// Write the pose to this log (.csv or .parquet), in the filter's own frame
     #[arg(short, long, value_name = "LOG")]
     out: Option<PathBuf>,
     /// Draw paths and errors here (.png or .svg; without an ending both)
     #[arg(long, value_name = "FILE")]
     plot: Vec<PathBuf>,
+    /// Write and draw each pose given the readings up to it, as the robot knew it on its way: it jumps as the filter learns
+    #[arg(long)]
+    filtered: bool,
     /// Write the pose of the filter that takes the gyro for free of error
     #[arg(long)]
     no_error_model: bool,
@@ -71,10 +78,13 @@ pub(crate) struct NavigateArgs {
     /// Write the configuration with [gyro.last_run], how warm the drive left the gyro, for a restart with --off-time
     #[arg(long, value_name = "FILE")]
     save_config: Option<PathBuf>,
+    /// Write it also by a filter that is not fit for use
+    #[arg(long, requires = "save_config")]
+    accept: bool,
     /// Take wheels that read zero within their noise for standing still too; only where something holds the robot
     #[arg(long)]
     zero_updates: bool,
-    /// Never take the robot for standing still, not even where both wheels read exactly zero
+    /// Never take the robot for standing still, not even where both wheels read zero
     #[arg(long, conflicts_with = "zero_updates")]
     no_zero_updates: bool,
     /// Leave out readings beyond this quantile of chi-squared (such as 0.9999) [default: use all]
@@ -106,11 +116,13 @@ struct Results {
 
 impl Results {
     fn of(args: &NavigateArgs, config: &Config, log: &Log) -> Result<Self> {
+        let has_gyro = has_gyro(log);
         let settings = |error_model| Settings { error_model, ..args.settings() };
+        // what is written is smoothed
+        let smoothed = |settings, written| Settings { smooth: written && !args.filtered, ..settings };
         let plain = settings(ErrorModel::Off);
         let filter = |config: &Config, settings: &Settings| run_with(config, log, settings, &Library::new());
-        let without = filter(config, &plain)?;
-        let has_gyro = has_gyro(log);
+        let without = filter(config, &smoothed(plain, args.no_error_model || !has_gyro))?;
         let most = if has_gyro { settings(ErrorModel::WarmUp) } else { plain };
         let nominal = if config.effects.is_empty() {
             None
@@ -119,7 +131,7 @@ impl Results {
         };
         let tick_rad = config.encoder.and_then(|e| e.tick_rad());
         let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);
-        let with = if has_gyro { Some(filter(config, &most)?) } else { None };
+        let with = if has_gyro { Some(filter(config, &smoothed(most, !args.no_error_model))?) } else { None };
         let encoders = match odometry.as_ref().and_then(Odometry::wheels) {
             Some(_) => Some(dead_reckoning(config, log, &plain)?),
             None => None,
@@ -133,6 +145,11 @@ impl Results {
         self.with.as_ref().unwrap_or(&self.without)
     }
 
+    /// The run whose pose is written, by which all is judged.
+    fn written(&self, args: &NavigateArgs) -> &Run {
+        if args.no_error_model { &self.without } else { self.best() }
+    }
+
     /// All that ran, by name: errors, and for filters the summary.
     fn rows(&self) -> Vec<(&'static str, Option<&ReferenceErrors>, Option<&Summary>)> {
         let mut filters = match &self.with {
@@ -143,14 +160,19 @@ impl Results {
             filters.insert(1, ("without the effects", nominal));
         }
         let reckoned = [("encoders alone", &self.encoders), ("gyro as it is", &self.gyro)];
+        let smoothed = filters.iter().find_map(|(_, r)| r.smoothed.as_ref());
+        let smoothed = smoothed.map(|s| ("smoothed", s.reference.as_ref(), None));
         let filters = filters.into_iter().map(|(name, r)| (name, r.summary.reference.as_ref(), Some(&r.summary)));
         let reckoned = reckoned.into_iter().filter_map(|(name, r)| Some((name, r.as_ref()?.reference.as_ref(), None)));
-        filters.chain(reckoned).collect()
+        filters.chain(smoothed).chain(reckoned).collect()
     }
 
-    fn json(&self, notes: &[String]) -> serde_json::Value {
+    fn json(&self, args: &NavigateArgs, notes: &[String]) -> serde_json::Value {
+        let written = self.written(args);
         let reckoned = |r: &Option<Reckoning>| r.as_ref().map(|r| serde_json::json!({ "reference": r.reference }));
         serde_json::json!({
+            "fit_for_use": written.summary.consistency.fit_for_use,
+            "smoothed": written.smoothed.as_ref().map(|s| serde_json::json!({ "reference": s.reference })),
             "with_error_model": self.with.as_ref().map(|r| &r.summary),
             "without_error_model": self.without.summary,
             "without_effects": self.nominal.as_ref().map(|r| &r.summary),
@@ -187,7 +209,10 @@ fn has_gyro(log: &Log) -> bool {
 }
 
 pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
-    let output = Output::open(&args.common)?;
+    places::check("navigate", &args.config, "", &args.logs)?;
+    let plan = Plan::new().reads([&args.config]).reads(&args.logs).writes("--out", &args.out);
+    let plan = plan.updates("--save-config", &args.save_config).writes("--plot", drive_plot::files(&args.plot));
+    let output = Output::open(&args.common, "navigate", plan)?;
     let out = args.out.as_ref().map(LogWriter::claim).transpose()?;
     let save = args.save_config.as_ref().map(OutputFile::claim).transpose()?;
     let plots: Vec<OutputFile> = drive_plot::claim(&args.plot)?;
@@ -196,7 +221,7 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     // without a gyro in the drive [gyro] may be missing
     let config = Config::read_base(&args.config)?;
     let working = output.working("reading the drive, and running the filters");
-    let recording = args.columns.read(&args.logs)?;
+    let recording = args.columns.read(&args.logs, &config)?;
     let log = &recording.log;
     args.power.check(log)?;
     if save.is_some() && !has_gyro(log) {
@@ -206,9 +231,10 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     let results = Results::of(args, &config, log).map_err(named)?;
     drop(working);
     if let Some(out) = out {
-        out.write(if args.no_error_model { &results.without.pose } else { &results.best().pose })?;
+        out.write(pose(results.written(args)))?;
     }
-    if let Some(mut file) = save {
+    let fit_for_use = results.written(args).summary.consistency.fit_for_use;
+    if let Some(mut file) = save.filter(|_| fit_for_use || args.accept) {
         let after = config.clone().after_run(results.best().summary.warm_up_age_end_s).map_err(named)?;
         file.write_all(after.to_toml().map_err(named)?.as_bytes())?;
         file.commit()?;
@@ -219,12 +245,12 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     if !plots.is_empty() {
         let mut estimated: Vec<Estimated> = match &results.with {
             Some(with) => vec![
-                Estimated::of_run("with error model", with),
-                Estimated::of_run("without error model", &results.without),
+                Estimated::of_pose("with error model", pose(with)),
+                Estimated::of_pose("without error model", pose(&results.without)),
             ],
-            None => vec![Estimated::of_run("filter, no gyro", &results.without)],
+            None => vec![Estimated::of_pose("filter, no gyro", pose(&results.without))],
         };
-        estimated.extend(results.nominal.as_ref().map(|run| Estimated::of_run("without the effects", run)));
+        estimated.extend(results.nominal.as_ref().map(|run| Estimated::of_pose("without the effects", pose(run))));
         let reckoned = [("encoders alone", &results.encoders), ("gyro as it is", &results.gyro)];
         estimated.extend(reckoned.into_iter().filter_map(|(n, r)| Some(Estimated::of_reckoning(n, r.as_ref()?))));
         let picture = drive_plot::draw(&config, log, &args.settings(), &estimated)?;
@@ -232,8 +258,37 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
         plots.into_iter().try_for_each(|file| picture.write(file))?;
         output.say(format!("drew {}", names.join(", ")));
     }
-    output.finish(&results.json(&recording.notes))?;
-    Ok(Outcome::Done)
+    output.finish(&results.json(args, &recording.notes))?;
+    Ok(if fit_for_use || args.accept { Outcome::Done } else { Outcome::Unfit })
+}
+
+/// The pose that is shown of a run: smoothed where it was asked for.
+fn pose(run: &Run) -> &Log {
+    run.smoothed.as_ref().map_or(&run.pose, |s| &s.pose)
+}
+
+/// What speaks against a filter; empty where it is fit for use.
+fn unfit(args: &NavigateArgs, consistency: &Consistency) -> String {
+    let outside = consistency.sensors.iter().filter(|s| !s.fit_for_use).map(|s| {
+        let [low, high] = s.nis_mean_bounds999;
+        let (found, n) = (s.nis_mean, s.nis_effective_readings);
+        format!(
+            "{} has a mean NIS of {found:.3}, bounds {low:.3} to {high:.3} at {n:.0} independent readings",
+            s.sensor
+        )
+    });
+    let outside = outside.collect::<Vec<_>>().join("; ");
+    if outside.is_empty() {
+        return outside;
+    }
+    let logs: Vec<_> = args.logs.iter().map(|l| l.display().to_string()).collect();
+    format!(
+        "\nNOT FIT FOR USE: {outside}\n  the robot or its sensors are not as the configuration says, and the standard deviations are \
+         not to be relied on;\n  gyroid gap diagnose {} --fit {}{} looks for the cause",
+        args.config.display(),
+        logs.join(" "),
+        args.columns.maps()
+    )
 }
 
 fn text(args: &NavigateArgs, config: &Config, results: &Results, reading: &[String]) -> String {
@@ -288,8 +343,12 @@ fn text(args: &NavigateArgs, config: &Config, results: &Results, reading: &[Stri
             let _ = write!(t, ": gyro error known to {:.5} °/s before, {:.5} °/s after", before / deg, after / deg);
         }
     }
+    let judged = &results.written(args).summary.consistency;
     if let Some(path) = &args.save_config {
-        let _ = write!(t, "\nwrote {}: warm-up age {:.0} s", path.display(), best.warm_up_age_end_s);
+        let _ = match judged.fit_for_use || args.accept {
+            true => write!(t, "\nwrote {}: warm-up age {:.0} s", path.display(), best.warm_up_age_end_s),
+            false => write!(t, "\n{} not written; --accept writes it all the same", path.display()),
+        };
     }
     match &best.reference {
         None => t.push_str("\nno reference pose in the log: errors are not known"),
@@ -301,7 +360,7 @@ fn text(args: &NavigateArgs, config: &Config, results: &Results, reading: &[Stri
     for note in reading.iter().chain(&best.notes) {
         let _ = write!(t, "\nnote: {note}");
     }
-    t
+    t + &unfit(args, judged)
 }
 
 /// What the filters went by.

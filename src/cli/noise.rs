@@ -7,7 +7,7 @@ use super::noise_write::WriteArgs;
 use super::output::{Common, Output};
 use clap::Args;
 use gyroid::config::Config;
-use gyroid::files::OutputFile;
+use gyroid::files::{OutputFile, Plan};
 use gyroid::identify::terms::{TermOptions, WarmUpRemoval, noise_model, noise_model_reduced};
 use gyroid::noise::TermKind;
 use gyroid::noise::datasheet::Datasheet;
@@ -25,7 +25,7 @@ use std::path::PathBuf;
 pub(crate) struct NoiseArgs {
     #[command(flatten)]
     log: LogArgs,
-    /// Terms to choose from, by letter or name: Q,N,B,K,R,GM [default: all]
+    /// Terms to choose from, by letter or name: Q,N,B,K,R,GM,BW,NB [default: all]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse_term)]
     terms: Vec<TermKind>,
     /// Fit all of --terms instead of choosing among them
@@ -107,7 +107,7 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
     let log_args = args.log.for_work(WORK);
     if args.log.axes().len() > 1 {
         axes::refuse(&[("--write", args.write.write.is_some()), ("--plot", !args.plot.is_empty())])?;
-        let output = Output::open(&args.common)?;
+        let output = Output::open(&args.common, "noise", plan(args))?;
         let options = options(args)?;
         return axes::each(&log_args, output, "estimating the noise terms", |log| {
             let report = estimated(args, log, facts(args, log), &options)?;
@@ -116,7 +116,7 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
         });
     }
     // every output is claimed before the work begins
-    let output = Output::open(&args.common)?;
+    let output = Output::open(&args.common, "noise", plan(args))?;
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let options = options(args)?;
@@ -150,6 +150,11 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
     json["configuration"] = written.into();
     output.finish(&json)?;
     Ok(if usable { Outcome::Done } else { Outcome::Unfit })
+}
+
+fn plan(args: &NoiseArgs) -> Plan {
+    let plan = Plan::new().reads([args.log.path()]).reads(&args.config).writes("--plot", &args.plot);
+    args.write.planned(plan)
 }
 
 fn facts(args: &NoiseArgs, log: &LogRead) -> LogFacts {

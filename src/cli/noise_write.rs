@@ -4,9 +4,9 @@ use super::output::{Output, command_line};
 use clap::Args;
 use gyroid::config::Config;
 use gyroid::export::{NoiseOptions, check_origin, with_noise};
-use gyroid::files::OutputFile;
+use gyroid::files::{OutputFile, Plan};
 use gyroid::report::{LogFacts, NoiseReport};
-use gyroid::{Error, ErrorKind, Result};
+use gyroid::{Error, Result};
 use std::path::PathBuf;
 
 /// Where the terms go.
@@ -38,15 +38,17 @@ pub(crate) struct Pending {
 }
 
 impl WriteArgs {
+    /// Adds what is read and written: the configuration itself, or a copy.
+    pub fn planned(&self, plan: Plan) -> Plan {
+        let plan = plan.reads(&self.write);
+        if self.out.is_some() { plan.writes("--out", &self.out) } else { plan.updates("--write", &self.write) }
+    }
+
     /// Reads the configuration and claims its place.
     pub fn claim(&self) -> Result<Option<Pending>> {
         let Some(path) = &self.write else { return Ok(None) };
         let name = path.display().to_string();
         let config = Config::read(path)?;
-        if !config.is_signed() && self.out.is_none() {
-            let found = "was written by hand, and its comments would be lost";
-            return Err(Error::new(ErrorKind::Usage, name, found).mend("write a copy of it with -o FILE"));
-        }
         let file = OutputFile::claim(self.out.as_ref().unwrap_or(path))?;
         let options = NoiseOptions {
             other_log: self.other_log,
@@ -74,7 +76,8 @@ impl Pending {
         file.commit()?;
         let symbols: Vec<&str> = report.model.terms.iter().map(|t| t.id.symbol()).collect();
         output.say(format!("wrote {target}: {} with their intervals", symbols.join(", ")));
-        let walk = |c: &Config| c.gyro.as_ref().and_then(|g| g.noise).and_then(|n| n.rate_random_walk_rad_s_sqrt_s);
+        let walk =
+            |c: &Config| c.gyro.as_ref().and_then(|g| g.noise.as_ref()).and_then(|n| n.rate_random_walk_rad_s_sqrt_s);
         if let (Some(k), None) = (walk(&self.config), walk(&config)) {
             output.say(format!("  the random walk of the fit, {k:.3e} rad/s/√s, is taken out: these terms explain it"));
         }

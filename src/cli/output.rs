@@ -1,7 +1,7 @@
 //! What every command shares: text on standard output, JSON to a file or standard output, errors on standard error.
 
 use clap::Args;
-use gyroid::files::OutputFile;
+use gyroid::files::{OutputFile, Plan, mark};
 use gyroid::{Error, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::borrow::Cow;
@@ -18,10 +18,14 @@ pub(crate) struct Common {
     /// Print nothing but errors (and JSON, where asked for)
     #[arg(long, short)]
     pub quiet: bool,
+    /// Replace also files that gyroid did not write, such as any CSV
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Where a command's words go; outputs are claimed before the work begins.
 pub(crate) struct Output {
+    command: &'static str,
     json: Json,
     silent: bool,
 }
@@ -49,8 +53,11 @@ enum Json {
 }
 
 impl Output {
-    /// Claims the JSON file, if there is to be one.
-    pub fn open(common: &Common) -> Result<Self> {
+    /// Checks what `command` is to read and write (the JSON file is added to that), before anything is read, and claims the
+    /// JSON file, if there is to be one.
+    pub fn open(common: &Common, command: &'static str, plan: Plan) -> Result<Self> {
+        let json_file = common.json.as_ref().filter(|path| path.as_os_str() != "-");
+        plan.writes("--json", json_file).check(common.force)?;
         let json = match &common.json {
             None => Json::No,
             Some(path) if path.as_os_str() == "-" => Json::Stdout,
@@ -58,7 +65,7 @@ impl Output {
         };
         // JSON on standard output must stay parseable: the text then gives way
         let silent = common.quiet || matches!(json, Json::Stdout);
-        Ok(Self { json, silent })
+        Ok(Self { command, json, silent })
     }
 
     /// Whether text is wanted.
@@ -89,9 +96,9 @@ impl Output {
         }
     }
 
-    /// Writes the JSON where it was asked for.
+    /// Writes the JSON where it was asked for, the schema before all else.
     pub fn finish(self, value: &serde_json::Value) -> Result<()> {
-        let text = format!("{value:#}\n");
+        let text = format!("{:#}\n", with_schema(self.command, value));
         match self.json {
             Json::No => Ok(()),
             Json::Stdout => {
@@ -104,6 +111,15 @@ impl Output {
             }
         }
     }
+}
+
+/// A command's JSON with the key by which its kind is known.
+pub(crate) fn with_schema(command: &str, value: &serde_json::Value) -> serde_json::Value {
+    let mut marked = serde_json::json!({ "schema": mark::json_schema(command) });
+    if let (Some(all), Some(own)) = (marked.as_object_mut(), value.as_object()) {
+        all.extend(own.clone());
+    }
+    marked
 }
 
 /// Prints an error: what and where on the first line, the mend on the second.

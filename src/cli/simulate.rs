@@ -3,11 +3,13 @@
 use super::Outcome;
 use super::log_args::DriveArgs;
 use super::output::{Common, Output};
+use super::places;
 use super::restart::PowerArgs;
 use clap::Args;
 use gyroid::bias::Restart;
 use gyroid::config::{Config, Kind};
 use gyroid::effects::Library;
+use gyroid::files::Plan;
 use gyroid::ingest::LogWriter;
 use gyroid::signal::Log;
 use gyroid::simulate::{Course, Drive, Options, drive_with, replay_with, stationary_like, stationary_with};
@@ -82,7 +84,10 @@ const COURSE_S: f64 = 180.0;
 const REST_S: f64 = 1800.0;
 
 pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
-    let output = Output::open(&args.common)?;
+    places::check("simulate", &args.config, "--inputs ", &args.inputs)?;
+    let plan = Plan::new().reads([&args.config]).reads(&args.inputs);
+    let plan = plan.writes("--out", [&args.out]).writes("--truth", &args.truth);
+    let output = Output::open(&args.common, "simulate", plan)?;
     let out = LogWriter::claim(&args.out)?;
     let truth_out = args.truth.as_ref().map(LogWriter::claim).transpose()?;
     let name = args.config.display().to_string();
@@ -112,7 +117,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     options.seeds.sensors = args.sensor_seed.unwrap_or(args.seed);
 
     let named = |error: Error| if error.input == "configuration" { error.named(&name) } else { error };
-    let inputs = args.inputs.as_ref().map(|path| args.columns.read(std::slice::from_ref(path))).transpose()?;
+    let inputs = args.inputs.as_ref().map(|path| args.columns.read(std::slice::from_ref(path), &config)).transpose()?;
     inputs.iter().try_for_each(|recorded| args.power.check(&recorded.log))?;
     let effects = Library::new();
     let simulated = match (&inputs, args.course) {

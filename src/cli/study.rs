@@ -1,10 +1,10 @@
 //! `gyroid study`: two filters, with and without slip, over many simulated runs.
 
 use super::Outcome;
-use super::output::{Common, Output, Working};
+use super::output::{Common, Output, Working, with_schema};
 use clap::Args;
 use gyroid::config::{Config, Kind};
-use gyroid::files::OutputFile;
+use gyroid::files::{OutputFile, Plan};
 use gyroid::identify::{self, FitOptions};
 use gyroid::ingest::{self, Axis, GyroQuery};
 use gyroid::report::{FitReport, LogFacts, StudyReport};
@@ -114,7 +114,9 @@ fn axis(name: &str) -> std::result::Result<Axis, String> {
 
 pub(crate) fn run(args: &StudyArgs) -> Result<Outcome> {
     let begin = Instant::now();
-    let output = Output::open(&args.common)?;
+    let plan = Plan::new().reads(&args.config).reads(&args.rest);
+    let plan = plan.writes("--out", args.out.iter().flat_map(|dir| Files::names(dir, args.sweeps)));
+    let output = Output::open(&args.common, "study", plan)?;
     let files = args.out.as_ref().map(|dir| Files::claim(dir, args.sweeps)).transpose()?;
     let (config, robot) = match &args.config {
         Some(path) => {
@@ -293,6 +295,13 @@ struct Files {
 }
 
 impl Files {
+    /// Where they will lie.
+    fn names(directory: &Path, sweeps: bool) -> Vec<PathBuf> {
+        let figures = StudyReport::figure_names(sweeps);
+        let pictures = figures.iter().flat_map(|name| [format!("{name}.png"), format!("{name}.svg")]);
+        pictures.chain(["study.json".into(), "report.md".into()]).map(|name| directory.join(name)).collect()
+    }
+
     fn claim(directory: &Path, sweeps: bool) -> Result<Self> {
         std::fs::create_dir_all(directory).map_err(|e| Error::io(directory, &e))?;
         let file = |name: String| OutputFile::claim(directory.join(name));
@@ -313,7 +322,7 @@ impl Files {
                 count += 1;
             }
         }
-        self.json.write_all(format!("{json:#}\n").as_bytes())?;
+        self.json.write_all(format!("{:#}\n", with_schema("study", json)).as_bytes())?;
         self.json.commit()?;
         self.page.write_all(report.page().as_bytes())?;
         self.page.commit()?;

@@ -5,9 +5,11 @@ use super::axes::{self, Section};
 use super::fit::{AgainstName, WhitenessArgs};
 use super::log_args::{LogArgs, LogRead};
 use super::output::{Common, Output};
+use super::places;
 use clap::Args;
 use gyroid::bias::Against;
 use gyroid::config::Config;
+use gyroid::files::Plan;
 use gyroid::report::ModelCheck;
 use gyroid::signal::{Course, bridged, names};
 use gyroid::validate::{self, Residuals};
@@ -33,7 +35,8 @@ pub(crate) struct ValidateArgs {
 }
 
 pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
-    let output = Output::open(&args.common)?;
+    places::check("validate", &args.config, "", [args.log.path()])?;
+    let output = Output::open(&args.common, "validate", Plan::new().reads([args.config.as_path(), args.log.path()]))?;
     let options = args.whiteness.options()?;
     let config = Config::read(&args.config)?;
     let against = against(args, &config)?;

@@ -1,6 +1,7 @@
 //! Physical ranges: a value outside cannot be meant.
 
-use super::schema::{Config, Gyro, Kind, NoiseTerm, NoiseTerms};
+use super::noise::{NoiseTerm, NoiseTerms};
+use super::schema::{Config, Gyro, Kind};
 use super::temperature::Temperature;
 use crate::bias::Discrete;
 use crate::error::{Error, ErrorKind, Result};
@@ -82,6 +83,12 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
         if let Some(noise) = &g.noise {
             maybe("gyro.noise.rate_random_walk_rad_s_sqrt_s", noise.rate_random_walk_rad_s_sqrt_s, NotNegative)?;
             maybe("gyro.noise.quantization_lsb_rad_s", noise.quantization_lsb_rad_s, NotNegative)?;
+            maybe("gyro.noise.bandwidth_cutoff_hz", noise.bandwidth_cutoff_hz, Positive)?;
+            for band in &noise.narrow_band {
+                one("gyro.noise.narrow_band.center_hz", band.center_hz, Positive)?;
+                one("gyro.noise.narrow_band.bandwidth_hz", band.bandwidth_hz, Positive)?;
+                one("gyro.noise.narrow_band.std_rad_s", band.std_rad_s, NotNegative)?;
+            }
             if let Some(terms) = &noise.terms {
                 noise_terms(g, terms, name)?;
             }
@@ -104,6 +111,7 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
         one("vehicle.wheel_inertia_kg_m2", v.wheel_inertia_kg_m2, NotNegative)?;
         one("vehicle.viscous_friction_n_m_s", v.viscous_friction_n_m_s, NotNegative)?;
         one("vehicle.torque_noise_n_m_sqrt_s", v.torque_noise_n_m_sqrt_s, NotNegative)?;
+        maybe("vehicle.torque_constant_n_m_a", v.torque_constant_n_m_a, Positive)?;
     }
     if let Some(t) = &config.traction {
         one("traction.low_speed_m_s", t.low_speed_m_s, Positive)?;
@@ -179,7 +187,7 @@ fn noise_terms(gyro: &Gyro, terms: &NoiseTerms, name: &str) -> Result<()> {
         let found = format!("correlation_time_s = {} is not physical", m.correlation_time_s);
         return refuse("gauss_markov_rad_s", found, "expected a positive number");
     }
-    let walk = gyro.noise.and_then(|n| n.rate_random_walk_rad_s_sqrt_s);
+    let walk = gyro.noise.as_ref().and_then(|n| n.rate_random_walk_rad_s_sqrt_s);
     for (key, term, own) in [
         (
             "angle_random_walk_rad_sqrt_s",

@@ -5,13 +5,15 @@
 //! without `[provenance]` was written by hand and is *unsigned*: accepted, and said so.
 
 mod check;
+mod noise;
 mod schema;
 mod seal;
 mod temperature;
 
+pub use noise::{GaussMarkovTerm, NarrowBand, Noise, NoiseTerm, NoiseTerms};
 pub use schema::{
-    Config, Covariance, EffectTable, Encoder, GaussMarkovTerm, Gyro, Kind, LastRun, Noise, NoiseProvenance, NoiseTerm,
-    NoiseTerms, Pose, Provenance, Traction, Validation, Vehicle,
+    Config, Covariance, EffectTable, Encoder, Gyro, Kind, LastRun, NoiseProvenance, Pose, Provenance, Steering,
+    Traction, Validation, Vehicle,
 };
 pub use temperature::{Temperature, TemperatureCovariance};
 

@@ -1,8 +1,9 @@
 //! The tables of schema 1. Every key carries its unit.
 
+use super::noise::Noise;
 use super::temperature::Temperature;
 use crate::bias::{Discrete, Restart, WarmUp};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, nearest};
 use crate::traction::TractionLaw;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -16,6 +17,16 @@ pub enum Kind {
     Stationary,
     /// A two-wheel robot: also `[vehicle]` and `[encoder]`.
     Driving,
+}
+
+/// How a robot turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Steering {
+    /// Two driven wheels, and castors: the wheels roll where it turns.
+    Differential,
+    /// Wheels behind each other, or tracks: they skid sideways where it turns, as if the track were wider than it is.
+    Skid,
 }
 
 /// One configuration file.
@@ -171,77 +182,6 @@ impl Covariance {
     }
 }
 
-/// `[gyro.noise]`: terms identified beside the angle random walk.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Noise {
-    /// K: the bias performs a random walk, rad/s/√s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rate_random_walk_rad_s_sqrt_s: Option<f64>,
-    /// Step of the lattice on which the output lies, rad/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub quantization_lsb_rad_s: Option<f64>,
-    /// The terms of the joint noise model, with how well each is known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub terms: Option<NoiseTerms>,
-}
-
-/// `[gyro.noise.terms]`: one table a term that was identified, by its id and unit (names of IEEE Std 952).
-///
-/// Exports read them; simulator and filter know the white noise and the walk. Where these have a key of their own (`angle_random_walk_rad_sqrt_s`,
-/// `rate_random_walk_rad_s_sqrt_s`), both must say the same.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NoiseTerms {
-    /// Q of the integrated angle, rad: not the lattice of the rate, which is `quantization_lsb_rad_s`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub quantization_rad: Option<NoiseTerm>,
-    /// N, rad/√s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub angle_random_walk_rad_sqrt_s: Option<NoiseTerm>,
-    /// B, rad/s: S(f) = B²/(2πf), two-sided.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias_instability_rad_s: Option<NoiseTerm>,
-    /// K, rad/s/√s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rate_random_walk_rad_s_sqrt_s: Option<NoiseTerm>,
-    /// R, rad/s².
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rate_ramp_rad_s2: Option<NoiseTerm>,
-    /// Stationary standard deviation of a first-order Gauss-Markov process, rad/s, and its correlation time.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gauss_markov_rad_s: Option<GaussMarkovTerm>,
-}
-
-/// An identified number; its unit stands in the name of its table.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NoiseTerm {
-    /// Estimate.
-    pub estimate: f64,
-    /// Its standard deviation.
-    pub std: f64,
-    /// 95 % interval; a side without bound is `inf`.
-    pub ci95: [f64; 2],
-}
-
-/// db = -b/τ dt + σ √(2/τ) dW.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GaussMarkovTerm {
-    /// σ, rad/s.
-    pub estimate: f64,
-    /// Its standard deviation, rad/s.
-    pub std: f64,
-    /// 95 % interval, rad/s; a side without bound is `inf`.
-    pub ci95: [f64; 2],
-    /// τ, s.
-    pub correlation_time_s: f64,
-    /// 95 % interval of τ, s; a side without bound is `inf`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub correlation_time_ci95_s: Option<[f64; 2]>,
-}
-
 /// `[vehicle]`: two driven wheels on one axle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -252,6 +192,9 @@ pub struct Vehicle {
     pub yaw_inertia_kg_m2: f64,
     /// b, half the distance between the wheels, m.
     pub half_track_m: f64,
+    /// How it turns; where it is not stated, either. It says how far the track that the motion shows may lie from `half_track_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steering: Option<Steering>,
     /// r, m.
     pub wheel_radius_m: f64,
     /// Jw, of one wheel with its motor, kg·m².
@@ -260,6 +203,9 @@ pub struct Vehicle {
     pub viscous_friction_n_m_s: f64,
     /// White torque noise of each wheel: standard deviation over a step dt is this / sqrt(dt), N·m·√s.
     pub torque_noise_n_m_sqrt_s: f64,
+    /// Torque at the wheel of one ampere of its motor, gear included, N·m/A: makes torques of motor currents.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torque_constant_n_m_a: Option<f64>,
 }
 
 /// `[traction]`: the contact between wheels and ground, where wheels slip.
@@ -459,5 +405,15 @@ pub(super) fn toml_error(error: &toml::de::Error, text: &str, name: &str) -> Err
         let shown = text.lines().nth(line - 1).unwrap_or("").trim();
         out = out.at(if shown.is_empty() { format!("line {line}") } else { format!("line {line}, `{shown}`") });
     }
-    out.mend("correct the key, or write the file anew with gyroid fit")
+    out.mend(meant(error.message()).unwrap_or_else(|| "correct the key, or write the file anew with gyroid fit".into()))
+}
+
+/// The mend for a key or a value that serde does not know: in its message that comes first, and after it those that it does.
+fn meant(message: &str) -> Option<String> {
+    if !message.starts_with("unknown ") {
+        return None;
+    }
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let (unknown, known) = (quoted.next()?, quoted.collect::<Vec<_>>());
+    nearest(unknown, known).map(|meant| format!("did you mean {meant}?"))
 }

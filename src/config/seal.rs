@@ -2,9 +2,7 @@
 
 use super::schema::Config;
 use crate::error::{Error, ErrorKind, Result};
-use sha2::{Digest, Sha256};
-
-const KEY: &str = "checksum = \"";
+use crate::files::mark::{checksum_value, sha256_hex, with_digest};
 
 const HEADER: &str = "\
 # Written by gyroid. SI units, the unit stands in each key.
@@ -21,7 +19,7 @@ const BY_TEMPERATURE: &str = "\
 #
 ";
 
-/// Serialises with a checksum where there is a `[provenance]` to hold it.
+/// Serialises with a checksum where there is a `[provenance]` to hold it, else with a last line by which gyroid knows the file.
 pub(super) fn write(config: &Config) -> Result<String> {
     let mut config = config.clone();
     if let Some(p) = &mut config.provenance {
@@ -31,8 +29,10 @@ pub(super) fn write(config: &Config) -> Result<String> {
         .map_err(|e| Error::new(ErrorKind::Config, "configuration", format!("cannot be written as TOML: {e}")))?;
     let by_temperature = config.gyro.as_ref().is_some_and(|g| g.temperature.is_some());
     let text = if by_temperature { format!("{BY_TEMPERATURE}{HEADER}{body}") } else { format!("{HEADER}{body}") };
-    let Some(at) = checksum_value(&text).filter(|_| config.provenance.is_some()) else { return Ok(text) };
-    let digest = hex(&text);
+    let Some(at) = checksum_value(&text).filter(|_| config.provenance.is_some()) else {
+        return Ok(with_digest(text));
+    };
+    let digest = sha256_hex(&text);
     Ok(format!("{}{digest}{}", &text[..at.start], &text[at.end..]))
 }
 
@@ -40,23 +40,11 @@ pub(super) fn write(config: &Config) -> Result<String> {
 pub(super) fn verify(text: &str, config: &Config, name: &str) -> Result<()> {
     let Some(provenance) = &config.provenance else { return Ok(()) };
     let text = text.replace("\r\n", "\n");
-    let expected = checksum_value(&text).map(|at| hex(&format!("{}{}", &text[..at.start], &text[at.end..])));
+    let expected = checksum_value(&text).map(|at| sha256_hex(&format!("{}{}", &text[..at.start], &text[at.end..])));
     if expected.as_deref() == Some(provenance.checksum.as_str()) {
         return Ok(());
     }
     Err(Error::new(ErrorKind::Checksum, name, "the file was changed after gyroid wrote it: its checksum does not fit")
         .at("`provenance.checksum`")
         .mend("restore it, or, if the change was meant, delete the table [provenance]"))
-}
-
-/// Where the value of the last `checksum = "..."` line stands.
-fn checksum_value(text: &str) -> Option<std::ops::Range<usize>> {
-    let at = if text.starts_with(KEY) { 0 } else { text.rfind(&format!("\n{KEY}"))? + 1 };
-    let start = at + KEY.len();
-    let end = start + text[start..].find('"')?;
-    Some(start..end)
-}
-
-fn hex(text: &str) -> String {
-    Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
 }

@@ -27,6 +27,10 @@ fn sample() -> Config {
             noise: Some(Noise {
                 rate_random_walk_rad_s_sqrt_s: Some(1e-6),
                 quantization_lsb_rad_s: None,
+                bandwidth_cutoff_hz: Some(46.0),
+                bandwidth_cutoff_ci95_hz: Some([43.5, 48.5]),
+                bandwidth_form: None,
+                narrow_band: Vec::new(),
                 terms: Some(NoiseTerms {
                     rate_random_walk_rad_s_sqrt_s: Some(NoiseTerm { estimate: 1e-6, std: 2e-7, ci95: [7e-7, 1.5e-6] }),
                     rate_ramp_rad_s2: Some(NoiseTerm { estimate: -1e-9, std: 2e-10, ci95: [-1.4e-9, -6e-10] }),
@@ -57,10 +61,12 @@ fn sample() -> Config {
             mass_kg: 17.1,
             yaw_inertia_kg_m2: 0.61,
             half_track_m: 0.24,
+            steering: Some(Steering::Skid),
             wheel_radius_m: 0.066,
             wheel_inertia_kg_m2: 0.0011,
             viscous_friction_n_m_s: 0.0005,
             torque_noise_n_m_sqrt_s: 0.0002,
+            torque_constant_n_m_a: None,
         }),
         traction: Some(Traction::new(TractionLaw::Burckhardt(Surface::Snow.law()))),
         encoder: Some(Encoder { speed_noise_std_rad_s: 0.0185, ticks_per_revolution: Some(4096.0) }),

@@ -233,6 +233,11 @@ impl Effect for Bandwidth {
     fn explanation(&self, _: &Scene) -> Option<Explanation> {
         Some(Explanation::Filter(Box::new(Self)))
     }
+
+    fn band_hz(&self, parameters: &Parameters, scene: &Scene) -> Option<[f64; 2]> {
+        let nyquist = 0.5 / scene.step_s;
+        Some([parameters.get(CUTOFF)?.min(nyquist), nyquist])
+    }
 }
 
 impl Noise for Bandwidth {

@@ -9,7 +9,7 @@ use crate::model::EffectSource;
 use crate::signal::{Log, TimeAxis, names};
 use crate::simulate::{Options, stationary_like, stationary_with};
 
-const IDS: [&str; 15] = [
+const IDS: [&str; 18] = [
     "gyro.rate_random_walk",
     "gyro.bias_instability",
     "gyro.gauss_markov",
@@ -25,6 +25,9 @@ const IDS: [&str; 15] = [
     "gyro.bandwidth",
     "gyro.noise_growth",
     "gyro.turn_on_shift",
+    "gyro.warm_up",
+    "gyro.noise_level",
+    "gyro.narrow_band_noise",
 ];
 
 /// A recording with a temperature that rises and swings, and a supply that sags and ripples.
@@ -110,7 +113,8 @@ fn every_effect_says_what_it_is() {
         assert!(about.source.chars().any(|c| c.is_ascii_digit()) || about.source.contains("Schafer"), "{}", about.id);
         assert!(about.remedy.ends_with('.') && about.remedy.matches(". ").count() == 0, "{}", about.id);
         assert_eq!(about.channel, "gyro");
-        assert!(about.parameters.iter().any(|p| p.null.is_some()), "{} cannot be switched off", about.id);
+        let off = about.parameters.iter().any(|p| p.null.is_some()) || !effect.nominal(&scene(400, 0.05)).is_empty();
+        assert!(off, "{} cannot be switched off", about.id);
         for (i, p) in about.parameters.iter().enumerate() {
             said(p.meaning, 3);
             assert!(p.bounds[0] < p.bounds[1] && p.bounds.iter().all(|b| b.is_finite()), "{}", p.name);
@@ -129,7 +133,9 @@ fn nothing_changes_where_an_effect_is_switched_off() {
     let mut stream = Stream::new(1, 1);
     for effect in registry() {
         for _ in 0..5 {
-            let value = |p: &Parameter, s: &mut Stream| p.null.unwrap_or_else(|| draw(p, s));
+            let stated = effect.nominal(&scene(400, 0.05));
+            let null = |p: &Parameter| p.null.or(stated.get(p.name).copied());
+            let value = |p: &Parameter, s: &mut Stream| null(p).unwrap_or_else(|| draw(p, s));
             let off: Parameters =
                 effect.about().parameters.iter().map(|p| (p.name.to_string(), value(p, &mut stream))).collect();
             assert_eq!(bits(*effect, off.clone(), 7), nominal, "{} {off:?}", effect.about().id);
@@ -159,6 +165,7 @@ fn what_is_drawn_anew_differs_from_run_to_run_and_from_table_to_table() {
         ("gyro.gauss_markov", of([("correlation_time_s", 1.0), ("std_rad_s", 1e-3)])),
         ("gyro.tone", of([("frequency_hz", 1.0), ("amplitude_rad_s", 1e-3)])),
         ("gyro.bias_step", of([("step_rad_s", 1e-3)])),
+        ("gyro.narrow_band_noise", of([("center_hz", 3.0), ("bandwidth_hz", 0.4), ("std_rad_s", 1e-3)])),
         ("gyro.telegraph_noise", of([("level_spacing_rad_s", 1e-3), ("mean_dwell_s", 0.5)])),
     ] {
         assert_ne!(bias(id, &parameters, &scene, 1), bias(id, &parameters, &scene, 2), "{id}");
@@ -216,11 +223,41 @@ fn spectra_are_those_of_the_simulated_noise() {
         ("gyro.bias_instability", vec![2e-4], 4, 0.06),
         ("gyro.gauss_markov", vec![1.0, 3e-4], 4, 0.03),
         ("gyro.gauss_markov", vec![0.04, 3e-4], 4, 0.03),
+        // of a band little power lies far below it
+        ("gyro.narrow_band_noise", vec![3.3, 1.0, 3e-4], 512, 0.03),
+        ("gyro.narrow_band_noise", vec![7.0, 2.0, 3e-4], 1024, 0.03),
     ] {
         let Some(Explanation::Noise(noise)) = by_id(id).unwrap().explanation(&scene) else { unreachable!() };
         let parameters: Parameters = noise.names().into_iter().map(str::to_string).zip(theta.clone()).collect();
         agrees(id, n, |w| noise.spectrum(&scene, &theta, w), lowest, ends, |seed| bias(id, &parameters, &scene, seed));
     }
+}
+
+#[test]
+fn the_mean_of_a_spectrum_over_a_band_is_that_of_its_values() {
+    let scene = scene(2000, 0.05);
+    for effect in registry() {
+        let Some(Explanation::Noise(noise)) = effect.explanation(&scene) else { continue };
+        for theta in noise.starts(&scene) {
+            for [low, high] in [[0.3, 0.301], [0.9, 0.95], [2.0, 2.1]] {
+                const POINTS: usize = 4000;
+                let at = |k: usize| low + (high - low) * (k as f64 + 0.5) / POINTS as f64;
+                let mean = (0..POINTS).map(|k| noise.spectrum(&scene, &theta, at(k))).sum::<f64>() / POINTS as f64;
+                let found = noise.mean_spectrum(&scene, &theta, 0.5 * (low + high), [low, high]);
+                // smooth noises are taken in the middle of a band of a few percent: the second order of a power law
+                assert!((found / mean - 1.0).abs() < 2e-3, "{} {theta:?} {low}: {found} {mean}", effect.about().id);
+            }
+        }
+    }
+    // a line far narrower than the band, and half of it
+    let effect = by_id("gyro.narrow_band_noise").unwrap();
+    let Some(Explanation::Noise(noise)) = effect.explanation(&scene) else { unreachable!() };
+    let omega = std::f64::consts::TAU * 3.0 * scene.step_s;
+    let mean = |band: [f64; 2]| noise.mean_spectrum(&scene, &[3.0, 1e-4, 2e-4], omega, band) * (band[1] - band[0]);
+    // ∫ S dω over one sign of the frequency is π σ²
+    let all = std::f64::consts::PI * 4e-8;
+    assert!((mean([omega - 0.1, omega + 0.1]) / all - 1.0).abs() < 2e-3);
+    assert!((mean([omega, omega + 0.1]) / all - 0.5).abs() < 2e-3);
 }
 
 #[test]
@@ -270,6 +307,7 @@ fn columns_are_those_of_the_simulated_signals() {
         ("gyro.supply_sensitivity", of([("coefficient_rad_s_per_v", 3e-3), ("bend_rad_s_per_v2", 2e-2)])),
         ("gyro.tone", of([("frequency_hz", 1.37), ("amplitude_rad_s", 2e-4), ("phase_rad", 1.1)])),
         ("gyro.bias_step", of([("step_rad_s", -3e-4), ("time_s", 70.0)])),
+        ("gyro.warm_up", of([("c1_rad_s", 3e-3), ("time_constant_s", 41.0)])),
     ] {
         let Some(Explanation::Signal(signal)) = by_id(id).unwrap().explanation(&scene) else { unreachable!("{id}") };
         let shape = signal.shape(&scene, &parameters).unwrap();
@@ -277,8 +315,11 @@ fn columns_are_those_of_the_simulated_signals() {
         let columns = signal.columns(&scene, &shape);
         assert_eq!(columns.len(), coefficients.len(), "{id}");
         let simulated = bias(id, &parameters, &scene, 1);
+        let offset = signal.offset(&scene, &shape).unwrap_or_else(|| vec![0.0; scene.len()]);
         let gap: Vec<f64> = (0..scene.len())
-            .map(|i| simulated[i] - columns.iter().zip(&coefficients).map(|(c, b)| c.values[i] * b).sum::<f64>())
+            .map(|i| {
+                simulated[i] - offset[i] - columns.iter().zip(&coefficients).map(|(c, b)| c.values[i] * b).sum::<f64>()
+            })
             .collect();
         // covariates are told up to a constant, which C2 takes
         let constant = if id.ends_with("sensitivity") { gap[0] } else { 0.0 };

@@ -9,7 +9,7 @@
 use super::parts::{
     Bias, Checked, OrnsteinUhlenbeck, exponential_spectrum, log_spaced, step_s, stream, white_std_rad_s,
 };
-use super::{About, Effect, Explanation, Noise, Parameter, Parameters};
+use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 use std::f64::consts::PI;
@@ -120,6 +120,12 @@ impl Effect for BiasInstability {
     fn explanation(&self, _: &Scene) -> Option<Explanation> {
         Some(Explanation::Noise(Box::new(Self)))
     }
+
+    /// Up to where it meets the white noise.
+    fn band_hz(&self, parameters: &Parameters, scene: &Scene) -> Option<[f64; 2]> {
+        let power = parameters.get(INSTABILITY)?.powi(2);
+        Some([0.0, power / (2.0 * PI * white_std_rad_s(scene).powi(2) * scene.step_s)])
+    }
 }
 
 impl Noise for BiasInstability {
@@ -138,6 +144,10 @@ impl Noise for BiasInstability {
         let white = white_std_rad_s(scene);
         let quiet = white / (scene.len().max(1) as f64).sqrt();
         log_spaced(2.0 * quiet, white.max(4.0 * quiet), 4).into_iter().map(|b| vec![b]).collect()
+    }
+
+    fn state(&self, theta: &[f64]) -> Option<NoiseState> {
+        theta.first().map(|b| NoiseState::Flicker(*b))
     }
 
     fn spectrum(&self, _: &Scene, theta: &[f64], omega: f64) -> f64 {

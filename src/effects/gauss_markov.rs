@@ -4,7 +4,7 @@ use super::parts::{
     Bias, Checked, OrnsteinUhlenbeck, RATE_BOUND_RAD_S, TIME_BOUNDS_S, exponential_spectrum, log_spaced, step_s,
     stream, white_std_rad_s,
 };
-use super::{About, Effect, Explanation, Noise, Parameter, Parameters};
+use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 
@@ -46,6 +46,10 @@ impl Effect for GaussMarkov {
     fn explanation(&self, _: &Scene) -> Option<Explanation> {
         Some(Explanation::Noise(Box::new(Self)))
     }
+
+    fn band_hz(&self, parameters: &Parameters, _: &Scene) -> Option<[f64; 2]> {
+        Some([0.0, 1.0 / (std::f64::consts::TAU * parameters.get(TIME)?)])
+    }
 }
 
 impl Noise for GaussMarkov {
@@ -74,6 +78,11 @@ impl Noise for GaussMarkov {
             vec![tau, std.clamp(low, high)]
         };
         times_s.into_iter().flat_map(|tau| [0.3, 30.0].map(|ratio| start(tau, ratio))).collect()
+    }
+
+    fn state(&self, theta: &[f64]) -> Option<NoiseState> {
+        let &[time_s, std_rad_s] = theta else { return None };
+        Some(NoiseState::Exponential { time_s, std_rad_s })
     }
 
     fn spectrum(&self, scene: &Scene, theta: &[f64], omega: f64) -> f64 {

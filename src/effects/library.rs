@@ -2,7 +2,7 @@
 
 use super::drive::{self, DriveExplanation, Driving};
 use super::{Effect, Parameters, registry};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::model::drive::DriveEffect;
 use crate::model::{EffectSource, GyroEffect, Scene, Through};
 
@@ -70,24 +70,21 @@ impl EffectSource for Library {
             let ids: Vec<_> = self.driving().map(|e| e.about().id).collect();
             Error::new(ErrorKind::Config, "configuration", format!("no effect of drives is called {id:?}"))
                 .at("`[[effect]]`")
-                .mend(format!("there are {}", ids.join(", ")))
+                .mend(one_of(id, &ids))
         })?;
         effect.simulated(parameters, span_s, seed)
     }
 
     fn gyro_effect(&self, id: &str, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {
         let effect = self.by_id(id).ok_or_else(|| {
-            let list = |ids: Vec<&str>| ids.join(", ");
             let found = if self.is_of_drives(id) {
                 format!("{id} is an effect of drives, and here a gyro stands at rest")
             } else {
                 format!("no effect at rest is called {id:?}, and none of drives")
             };
-            Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`").mend(format!(
-                "there are {}; in drives also {}",
-                list(self.effects().map(|e| e.about().id).collect()),
-                list(self.driving().map(|e| e.about().id).collect()),
-            ))
+            let driving = self.driving().map(|e| e.about().id);
+            let ids: Vec<&str> = self.effects().map(|e| e.about().id).chain(driving).collect();
+            Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`").mend(one_of(id, &ids))
         })?;
         effect.simulated(parameters, scene, seed)
     }

@@ -9,7 +9,9 @@ mod bias_step;
 pub mod drive;
 mod gauss_markov;
 mod library;
+mod narrow_band_noise;
 mod noise_growth;
+mod noise_level;
 mod outliers;
 mod parts;
 mod quantization;
@@ -21,6 +23,7 @@ mod telegraph_noise;
 mod temperature_sensitivity;
 mod tone;
 mod turn_on_shift;
+mod warm_up;
 
 pub use library::Library;
 
@@ -32,7 +35,7 @@ use std::collections::BTreeMap;
 pub type Parameters = BTreeMap<String, f64>;
 
 /// Every effect of the library, one line each.
-static REGISTRY: [&dyn Effect; 15] = [
+static REGISTRY: [&dyn Effect; 18] = [
     &rate_random_walk::RateRandomWalk,
     &bias_instability::BiasInstability,
     &gauss_markov::GaussMarkov,
@@ -48,6 +51,9 @@ static REGISTRY: [&dyn Effect; 15] = [
     &bandwidth::Bandwidth,
     &noise_growth::NoiseGrowth,
     &turn_on_shift::TurnOnShift,
+    &warm_up::AnotherWarmUp,
+    &noise_level::NoiseLevel,
+    &narrow_band_noise::NarrowBandNoise,
 ];
 
 /// Every effect of the library.
@@ -114,6 +120,25 @@ pub trait Effect: Sync + Send {
 
     /// How it enters the likelihood of a recording; none where this recording cannot show it (no such covariate).
     fn explanation(&self, scene: &Scene) -> Option<Explanation>;
+
+    /// Which equation of the nominal model it adds to, in words, with these parameters.
+    fn deficient(&self, parameters: &Parameters) -> String {
+        let _ = parameters;
+        self.about().deficient.to_owned()
+    }
+
+    /// From which to which frequency it shows with these parameters, Hz; none where it is no matter of frequency.
+    fn band_hz(&self, parameters: &Parameters, scene: &Scene) -> Option<[f64; 2]> {
+        let _ = (parameters, scene);
+        None
+    }
+
+    /// Values of parameters at which it changes nothing in this scene, where they are not the same everywhere
+    /// ([`Parameter::null`]).
+    fn nominal(&self, scene: &Scene) -> Parameters {
+        let _ = scene;
+        Parameters::new()
+    }
 }
 
 /// The ways in which an effect can explain a recording at rest.
@@ -124,6 +149,8 @@ pub enum Explanation {
     Noise(Box<dyn Noise>),
     /// the white noise passes a filter: its spectrum is multiplied by |H|²
     Filter(Box<dyn Noise>),
+    /// the white noise is larger or smaller by a factor: its spectrum is multiplied by its square
+    Level(Box<dyn Noise>),
     /// log variance of the white noise += β x(t)
     Variance(Box<dyn Signal>),
     /// C2 lies anywhere
@@ -180,6 +207,12 @@ pub trait Signal: Sync + Send {
         None
     }
 
+    /// A column that is added whatever the coefficients are: what takes the place of something nominal subtracts that.
+    fn offset(&self, scene: &Scene, shape: &[f64]) -> Option<Vec<f64>> {
+        let _ = (scene, shape);
+        None
+    }
+
     /// Range of the nonlinear shape parameters for refinement between nodes; none where the nodes are all there is.
     fn refine(&self, scene: &Scene) -> Option<Vec<[f64; 2]>> {
         let _ = scene;
@@ -201,6 +234,65 @@ pub trait Noise: Sync + Send {
     /// Variance of one coefficient of the orthonormal cosine transform at angular frequency `omega` rad/sample, 0 < ω ≤ π,
     /// rad²/s²: the two-sided PSD over the sample time. For a filter: |H|², dimensionless.
     fn spectrum(&self, scene: &Scene, theta: &[f64], omega: f64) -> f64;
+
+    /// Steps of the parameters' logarithms over which the spectrum changes little.
+    fn steps(&self, theta: &[f64]) -> Vec<f64> {
+        vec![0.03; theta.len()]
+    }
+
+    /// Its mean over a band in rad/sample that `omega` lies in the middle of; for noise in a band as narrow as that.
+    fn mean_spectrum(&self, scene: &Scene, theta: &[f64], omega: f64, band: [f64; 2]) -> f64 {
+        let _ = band;
+        self.spectrum(scene, theta, omega)
+    }
+
+    /// The states that make it in continuous time; none for a filter.
+    fn state(&self, theta: &[f64]) -> Option<NoiseState> {
+        let _ = theta;
+        None
+    }
+
+    /// Starting points at what stands out of the spectrum; none where [`Noise::starts`] are all there are.
+    fn starts_at(&self, scene: &Scene, peaks: &[Peak]) -> Vec<Vec<f64>> {
+        let _ = (scene, peaks);
+        Vec::new()
+    }
+}
+
+/// What makes a noise, for what runs along the recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NoiseState {
+    /// Random walk from zero: K, rad/s/√s.
+    Walk(f64),
+    /// Noise of the PSD B²/(2πf): B, rad/s.
+    Flicker(f64),
+    /// Exponentially correlated noise.
+    Exponential {
+        /// Correlation time, s.
+        time_s: f64,
+        /// Standard deviation, rad/s.
+        std_rad_s: f64,
+    },
+    /// Noise in a band.
+    Band {
+        /// Middle, Hz.
+        center_hz: f64,
+        /// Full width at half the height of the spectrum, Hz.
+        width_hz: f64,
+        /// Standard deviation, rad/s.
+        std_rad_s: f64,
+    },
+}
+
+/// What stands out of a spectrum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peak {
+    /// Middle, rad/sample.
+    pub omega: f64,
+    /// Width at half its height, rad/sample.
+    pub width: f64,
+    /// Variance beyond what was expected there, rad²/s².
+    pub variance: f64,
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! The walk starts at power-on. The cosine transform diagonalises it exactly (see [`crate::math::dct`]).
 
 use super::parts::{Bias, Checked, log_spaced, step_s, stream, white_std_rad_s};
-use super::{About, Effect, Explanation, Noise, Parameter, Parameters};
+use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 
@@ -52,6 +52,12 @@ impl Effect for RateRandomWalk {
     fn explanation(&self, _: &Scene) -> Option<Explanation> {
         Some(Explanation::Noise(Box::new(Self)))
     }
+
+    /// Up to where the walk meets the white noise.
+    fn band_hz(&self, parameters: &Parameters, scene: &Scene) -> Option<[f64; 2]> {
+        let density = white_std_rad_s(scene) * scene.step_s.sqrt();
+        Some([0.0, parameters.get(WALK)? / (std::f64::consts::TAU * density)])
+    }
 }
 
 impl Noise for RateRandomWalk {
@@ -74,6 +80,10 @@ impl Noise for RateRandomWalk {
         let meets = |part: f64| vec![3f64.sqrt() * density / (part * scene.span_s())];
         let shortest = (4.0 / scene.len().max(4) as f64).max(1e-3);
         log_spaced(1.0, shortest, 4).into_iter().map(meets).collect()
+    }
+
+    fn state(&self, theta: &[f64]) -> Option<NoiseState> {
+        theta.first().map(|k| NoiseState::Walk(*k))
     }
 
     fn spectrum(&self, scene: &Scene, theta: &[f64], omega: f64) -> f64 {

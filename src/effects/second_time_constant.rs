@@ -52,8 +52,9 @@ impl Effect for SecondTimeConstant {
         Ok(Box::new(Bias(move |row, scene: &Scene| -c3 * (-scene.time.at(row) / tau).exp_m1(), GyroInFilter::Known)))
     }
 
-    fn explanation(&self, _: &Scene) -> Option<Explanation> {
-        Some(Explanation::Signal(Box::new(Self)))
+    /// Beside a first one: where the nominal simulator has none, a single exponential is the warm-up itself.
+    fn explanation(&self, scene: &Scene) -> Option<Explanation> {
+        (scene.warm_up.c1_rad_s != 0.0).then(|| Explanation::Signal(Box::new(Self) as Box<dyn Signal>))
     }
 }
 

@@ -1,7 +1,7 @@
-//! From a noise model to the configuration: `[gyro.noise.terms]`, which exports read, and N and K, which simulator and
-//! filter read too.
+//! From a noise model to the configuration: `[gyro.noise.terms]`, which exports read, N and K, which simulator and
+//! filter read too, and the low-pass and bands, which the simulator makes.
 
-use crate::config::{Config, GaussMarkovTerm, Noise, NoiseProvenance, NoiseTerm, NoiseTerms};
+use crate::config::{Config, GaussMarkovTerm, NarrowBand, Noise, NoiseProvenance, NoiseTerm, NoiseTerms};
 use crate::error::{Error, ErrorKind, Result};
 use crate::identify::terms::{NoiseModel, TermEstimate};
 use crate::ingest::Axis;
@@ -64,9 +64,14 @@ pub fn with_noise(config: &Config, report: &NoiseReport, options: &NoiseOptions)
     if let Some(n) = terms.angle_random_walk_rad_sqrt_s {
         gyro.angle_random_walk_rad_sqrt_s = n.estimate;
     }
+    let low_pass = report.model.term(TermKind::Bandwidth);
     gyro.noise = Some(Noise {
         rate_random_walk_rad_s_sqrt_s: terms.rate_random_walk_rad_s_sqrt_s.map(|k| k.estimate),
-        quantization_lsb_rad_s: gyro.noise.and_then(|n| n.quantization_lsb_rad_s),
+        quantization_lsb_rad_s: gyro.noise.as_ref().and_then(|n| n.quantization_lsb_rad_s),
+        bandwidth_cutoff_hz: low_pass.map(|t| t.estimate),
+        bandwidth_cutoff_ci95_hz: low_pass.map(|t| t.ci95),
+        bandwidth_form: low_pass.and_then(|t| t.low_pass),
+        narrow_band: report.model.terms.iter().filter_map(band).collect(),
         terms: Some(terms),
     });
     let mut out = config.clone();
@@ -81,6 +86,19 @@ pub fn with_noise(config: &Config, report: &NoiseReport, options: &NoiseOptions)
         });
     }
     Ok(out)
+}
+
+fn band(t: &TermEstimate) -> Option<NarrowBand> {
+    let (center, width) = (t.center_hz?, t.bandwidth_hz?);
+    Some(NarrowBand {
+        center_hz: center.estimate,
+        bandwidth_hz: width.estimate,
+        std_rad_s: t.estimate,
+        form: t.band,
+        center_ci95_hz: Some(center.ci95),
+        bandwidth_ci95_hz: Some(width.ci95),
+        std_ci95_rad_s: Some(t.ci95),
+    })
 }
 
 fn terms(model: &NoiseModel) -> Result<NoiseTerms> {

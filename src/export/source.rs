@@ -193,7 +193,7 @@ impl<'a> Source<'a> {
     #[must_use]
     pub fn rate_random_walk(&self) -> Option<Known> {
         let term = self.terms().and_then(|t| t.rate_random_walk_rad_s_sqrt_s);
-        let stated = self.gyro.noise.and_then(|n| n.rate_random_walk_rad_s_sqrt_s);
+        let stated = self.gyro.noise.as_ref().and_then(|n| n.rate_random_walk_rad_s_sqrt_s);
         let own = stated.or(term.map(|t| t.estimate)).unwrap_or(0.0);
         match self.effect_value("gyro.rate_random_walk", "rate_random_walk_rad_s_sqrt_s") {
             // independent walks add their variances
@@ -307,7 +307,7 @@ impl<'a> Source<'a> {
     /// Step of the rate's lattice, rad/s.
     #[must_use]
     pub fn lattice(&self) -> Option<f64> {
-        self.gyro.noise.and_then(|n| n.quantization_lsb_rad_s).filter(|lsb| *lsb > 0.0)
+        self.gyro.noise.as_ref().and_then(|n| n.quantization_lsb_rad_s).filter(|lsb| *lsb > 0.0)
     }
 
     /// The bias as a function of temperature, where the configuration has one and its temperatures are known; else what
@@ -342,7 +342,7 @@ impl<'a> Source<'a> {
     }
 
     fn terms(&self) -> Option<crate::config::NoiseTerms> {
-        self.gyro.noise.and_then(|n| n.terms)
+        self.gyro.noise.as_ref().and_then(|n| n.terms)
     }
 
     fn effect_value(&self, id: &str, key: &str) -> Option<f64> {

@@ -153,6 +153,18 @@ fn head(about: &About, source: &Source<'_>, sheet: &mut Sheet) {
          no filter should assume less",
     );
     let g = source.gyro;
+    if let Some(cutoff_hz) = g.noise.as_ref().and_then(|n| n.bandwidth_cutoff_hz) {
+        sheet.note(format!(
+            "N is that of the plateau below the sensor's low-pass, half power at {cutoff_hz:.4e} Hz: it is what a filter needs; \
+             samples faster than that scatter less, and are correlated"
+        ));
+    }
+    for band in g.noise.iter().flat_map(|n| &n.narrow_band) {
+        sheet.note(format!(
+            "a vibration of {:.3e} rad/s at {:.4} Hz, {:.3} Hz wide, was in the log: N is without it",
+            band.std_rad_s, band.center_hz, band.bandwidth_hz
+        ));
+    }
     if g.c1_rad_s != 0.0 {
         sheet.note(format!(
             "the bias warms up: e(t) = {:.6e} (1 - exp(-t / {:.6e} s)) + {:.6e} rad/s, t from power-on; {}",

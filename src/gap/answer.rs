@@ -12,8 +12,10 @@ pub enum Verdict {
     None,
     /// An effect of the library explains most of the gap.
     Identified,
-    /// There is a gap, and no effect of the library explains most of it.
+    /// There is a gap, and the named effects together do not explain most of it.
     Unknown,
+    /// The channels that are there test nothing: no two of them say the same thing twice (drives only).
+    CannotTell,
 }
 
 /// Answers to: where does the gap lie, which effect causes it, how far does it shrink.
@@ -21,7 +23,8 @@ pub enum Verdict {
 pub struct Answer {
     /// The verdict.
     pub verdict: Verdict,
-    /// The effect that closes most of the gap in held-out log score; none unless identified.
+    /// The effect that closes most of the gap in held-out log score. Never one that is idle; under `unknown` the named effect that
+    /// closes most, if there is one; none under `none` and `cannot_tell`.
     pub main: Option<String>,
     /// Probability that `main` is right.
     pub main_probability: f64,
@@ -31,8 +34,14 @@ pub struct Answer {
     pub unknown_probability: f64,
     /// Effects that were considered, most probable first.
     pub effects: Vec<EffectAnswer>,
-    /// Effects judged present.
+    /// Effects judged present that are not idle, whatever the verdict.
     pub together: Vec<String>,
+    /// Part of the gap that the named effects leave, and where it lies; none where there is no gap.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub remainder: Option<Remainder>,
+    /// Clocks that disagree, each recording on its own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub time_offsets: Vec<TimeOffset>,
     /// Where no effect explains most: the one of the library that explains most alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nearest: Option<Nearest>,
@@ -67,6 +76,12 @@ pub struct EffectAnswer {
     pub id: String,
     /// Posterior probability that it is present.
     pub probability: f64,
+    /// ln evidence that the account loses if this effect is left out and all others are fitted anew, nats.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence_nats: Option<f64>,
+    /// Whether it is present beyond doubt, and yet closes nothing of the gap that can be measured.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub idle: bool,
     /// Parameters (posterior mode).
     pub parameters: Parameters,
     /// Their standard deviations.
@@ -78,6 +93,47 @@ pub struct EffectAnswer {
     /// Its share of what all that were found close together (mean of first in and last in).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
+}
+
+impl EffectAnswer {
+    /// An effect of which nothing but its probability of being present is known.
+    #[must_use]
+    pub fn new(id: &str, probability: f64) -> Self {
+        Self {
+            id: id.to_owned(),
+            probability,
+            evidence_nats: None,
+            idle: false,
+            parameters: Parameters::new(),
+            std: Parameters::new(),
+            gap_closed: None,
+            gap_closed_ci95: None,
+            share: None,
+        }
+    }
+}
+
+/// The part of the gap that no named effect closes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Remainder {
+    /// Share of the gap in held-out log score, 0 to 1.
+    pub share: f64,
+    /// Where it lies.
+    #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<Place>,
+}
+
+/// A stream whose clock disagrees with the gyro's (without a gyro: with the wheels').
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TimeOffset {
+    /// `wheels`, `pose`, `torque`.
+    pub channel: String,
+    /// `fit` or `hold`; with several drives of a kind `fit 2`, `hold 1`, ...
+    pub recording: String,
+    /// By how much the channel is stamped late, s; negative: early.
+    pub offset_s: f64,
+    /// Standard deviation of the offset, s.
+    pub std_s: f64,
 }
 
 /// The effect that comes nearest to an unknown cause. It is in the list of effects too, with its parameters.

@@ -1,7 +1,7 @@
 //! What a simulator with effects believes about a recording: effects and parameters → [`Believed`]
 
-use super::state_space::{Believed, Coefficient, LowPass, Markov, Outliers, Step, Telegraph, flicker};
-use crate::effects::{Explanation, Library, Parameters};
+use super::state_space::{Believed, Coefficient, LowPass, Markov, Oscillator, Outliers, Step, Telegraph, flicker};
+use crate::effects::{Explanation, Library, NoiseState, Parameters};
 use crate::error::{Error, ErrorKind, Result};
 use crate::model::Scene;
 
@@ -38,6 +38,9 @@ pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters
                     match s.coefficients(scene, &shape, parameters) {
                         Some(known) => {
                             let fixed = b.fixed_rad_s.get_or_insert_with(|| vec![0.0; scene.len()]);
+                            if let Some(offset) = s.offset(scene, &shape) {
+                                fixed.iter_mut().zip(&offset).for_each(|(f, v)| *f += v);
+                            }
                             for (column, c) in columns.iter().zip(known) {
                                 fixed.iter_mut().zip(&column.values).for_each(|(f, v)| *f += c * v);
                             }
@@ -56,17 +59,20 @@ pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters
             },
             Explanation::Noise(n) => {
                 let theta = n.names().into_iter().map(value).collect::<Result<Vec<f64>>>()?;
-                match (id.as_str(), theta.as_slice()) {
-                    ("gyro.rate_random_walk", [walk]) => b.markov.push(Markov::random_walk(*walk, scene.step_s)),
-                    ("gyro.gauss_markov", [time, std]) => {
-                        b.markov.push(Markov::gauss_markov(*time, *std, scene.step_s));
+                match n.state(&theta).ok_or_else(missing)? {
+                    NoiseState::Walk(walk) => b.markov.push(Markov::random_walk(walk, scene.step_s)),
+                    NoiseState::Flicker(instability) => b.markov.extend(flicker(instability, scene.len())?.states),
+                    NoiseState::Exponential { time_s, std_rad_s } => {
+                        b.markov.push(Markov::gauss_markov(time_s, std_rad_s, scene.step_s));
                     }
-                    (_, [instability, ..]) => {
-                        let sum = flicker(*instability, scene.len())?;
-                        b.markov.extend(sum.states);
+                    NoiseState::Band { center_hz, width_hz, std_rad_s } => {
+                        b.oscillators.push(Oscillator::band(center_hz, width_hz, std_rad_s, scene.step_s));
                     }
-                    _ => return Err(missing()),
                 }
+            }
+            Explanation::Level(n) => {
+                let theta = n.names().into_iter().map(value).collect::<Result<Vec<f64>>>()?;
+                b.white_std_rad_s *= n.spectrum(scene, &theta, std::f64::consts::PI).sqrt();
             }
             Explanation::Filter(n) => {
                 let or = |name: &str| match name {

@@ -109,16 +109,7 @@ mod tests {
     use crate::gap::findings::Part;
 
     fn set(parts: &[(&str, bool)], ln_weight: f64) -> WeightedSet {
-        let part = |(id, named): &(&str, bool)| Part {
-            id: (*id).into(),
-            named: *named,
-            share: 1.0,
-            parameters: Default::default(),
-            std: Default::default(),
-            time_s: None,
-            frequency_hz: None,
-            description: String::new(),
-        };
+        let part = |(id, named): &(&str, bool)| Part::new(id, *named, 1.0);
         WeightedSet { parts: parts.iter().map(part).collect(), ln_weight, probability: 0.0 }
     }
 

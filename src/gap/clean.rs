@@ -5,6 +5,9 @@ use crate::math::robust::{mad_std, median, quantile};
 
 /// Samples beyond this many robust standard deviations are put aside. A normal series of 10⁵ samples has 10⁻⁴ of them.
 const LIMIT: f64 = 6.0;
+/// Stretches of the series whose scale is their own, of so many samples at least.
+const STRETCHES: usize = 64;
+const SHORTEST: usize = 500;
 /// Neighbours on each side.
 const SIDE: usize = 4;
 
@@ -21,20 +24,27 @@ pub fn clean(y: &[f64]) -> (Vec<f64>, Vec<usize>) {
         })
         .collect();
     let off: Vec<f64> = y.iter().zip(&centre).map(|(a, b)| a - b).collect();
-    // a smooth series is its own median but at its turns: there the upper deviations tell the scale, and up to one sample
-    // in twenty may be false
-    let mut sizes: Vec<f64> = off.iter().map(|v| v.abs()).collect();
-    let upper = quantile(&mut sizes, 0.95) / NORMAL_975;
-    let scale = mad_std(&mut off.clone(), 0.0).max(upper).max(1e-300);
-    // on a coarse lattice most deviations are zero, and the scale of the rest is what counts
     let spread = (off.iter().map(|v| v * v).sum::<f64>() / n.max(1) as f64).sqrt();
-    let scale = if scale < 0.2 * spread { spread } else { scale };
     let mut cleaned = y.to_vec();
     let mut rows = Vec::new();
-    for i in 0..n {
-        if off[i].abs() > LIMIT * scale {
-            cleaned[i] = centre[i];
-            rows.push(i);
+    // noise that grows or fades has the scale of its own time
+    let long = n.div_ceil(STRETCHES).max(SHORTEST).min(n.max(1));
+    let count = (n / long).max(1);
+    for k in 0..count {
+        let range = k * n / count..(k + 1) * n / count;
+        let off = &off[range.clone()];
+        // a smooth series is its own median but at its turns: there the upper deviations tell the scale, and up to one
+        // sample in twenty may be false
+        let mut sizes: Vec<f64> = off.iter().map(|v| v.abs()).collect();
+        let upper = quantile(&mut sizes, 0.95) / NORMAL_975;
+        let scale = mad_std(&mut off.to_vec(), 0.0).max(upper).max(1e-300);
+        // on a coarse lattice most deviations are zero, and the scale of the rest is what counts
+        let scale = if scale < 0.2 * spread { spread } else { scale };
+        for (i, v) in range.zip(off) {
+            if v.abs() > LIMIT * scale {
+                cleaned[i] = centre[i];
+                rows.push(i);
+            }
         }
     }
     (cleaned, rows)
@@ -62,5 +72,8 @@ mod tests {
         let rows: Vec<usize> = (1..200).map(|k| 97 * k).collect();
         rows.iter().for_each(|r| noise[*r] += 15.0);
         assert_eq!(clean(&noise).1, rows);
+        // noise that grows to six times its size has none
+        let grown: Vec<f64> = (0..20_000).map(|i| draw.normal() * (1.8 * f64::from(i) / 20_000.0).exp()).collect();
+        assert!(clean(&grown).1.len() <= 2, "{}", clean(&grown).1.len());
     }
 }

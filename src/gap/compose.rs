@@ -1,7 +1,9 @@
 //! From the sets that were compared to the answer: verdict, effects, what belongs together, what cannot be told apart.
 
 use super::answer::{Alike, Answer, EffectAnswer, FreeFormAnswer, Place, Verdict};
-use super::findings::{Findings, Main};
+use super::findings::{Findings, Main, Part};
+use super::search::Prior;
+use crate::effects::Parameters;
 
 /// Effects less probable than this are not listed.
 const LISTED: f64 = 0.01;
@@ -38,13 +40,11 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
         let Some(part) = findings.best_with(&id, as_main).and_then(|s| s.part(&id)) else { continue };
         if named && presence >= LISTED {
             effects.push(EffectAnswer {
-                id: id.clone(),
-                probability: presence,
                 parameters: part.parameters.clone(),
                 std: part.std.clone(),
-                gap_closed: None,
-                gap_closed_ci95: None,
                 share: share(findings, &id),
+                evidence_nats: part.missed_nats,
+                ..EffectAnswer::new(&id, presence)
             });
         } else if !named && presence >= LISTED {
             free_forms.push(FreeFormAnswer { id, probability: presence, description: part.description.clone() });
@@ -56,13 +56,22 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
         let rank = |f: &FreeFormAnswer| (PERCENT * f.probability).round();
         rank(b).total_cmp(&rank(a)).then(closes(b).total_cmp(&closes(a)))
     });
+    let idle = |(part, presence): &(Part, f64)| EffectAnswer {
+        idle: true,
+        parameters: part.parameters.clone(),
+        std: part.std.clone(),
+        ..EffectAnswer::new(&part.id, *presence)
+    };
+    effects.extend(findings.idle.iter().map(idle));
     // the main effect first, whatever its rank by presence
     if let Some(at) = main.as_ref().and_then(|m| effects.iter().position(|e| e.id == *m)) {
         let first = effects.remove(at);
         effects.insert(0, first);
     }
     let mut together = if verdict == Verdict::None { Vec::new() } else { findings.together(main.as_deref()) };
-    together.retain(|id| effects.iter().any(|e| e.id == *id));
+    // what the others explain as well, fitted anew, is not named
+    let least = -Prior::default().ln_named;
+    together.retain(|id| effects.iter().any(|e| e.id == *id && e.evidence_nats.is_none_or(|nats| nats >= least)));
     if let Some(m) = &main {
         // it comes first, and is one of them
         together.retain(|id| id != m);
@@ -78,6 +87,8 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
         main,
         effects,
         together,
+        remainder: None,
+        time_offsets: Vec::new(),
         nearest: None,
         cannot_tell_apart,
         alike,
@@ -87,6 +98,15 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
         navigation: None,
         notes: findings.notes.clone(),
     }
+}
+
+/// The effects judged present, each with its parameters.
+pub fn found(findings: &Findings) -> Vec<(String, Parameters)> {
+    let one = |id: String| {
+        let parameters = findings.best_with(&id, false)?.part(&id)?.parameters.clone();
+        Some((id, parameters))
+    };
+    answer(findings, |_| None).together.into_iter().filter_map(one).collect()
 }
 
 /// Share of what the most probable set with the effect closes.

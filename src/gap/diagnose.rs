@@ -1,5 +1,6 @@
 //! The whole diagnosis: which effect, where it shows, how far the gap shrinks.
 
+use super::account;
 use super::answer::{Answer, Metric, Place};
 use super::believe::believed;
 use super::compose;
@@ -18,8 +19,10 @@ use crate::signal::Log;
 pub struct Options {
     /// Seed of the simulated recordings.
     pub seed: u64,
-    /// How hypotheses are compared.
+    /// How hypotheses are compared, of recordings at rest.
     pub judge: JudgeOptions,
+    /// The same of drives.
+    pub judge_drives: super::drive::judge::Options,
     /// Time since power-on at the first row, s, where the logs' time counts from something else.
     pub since_power_on_s: f64,
     /// Recordings simulated for the floor.
@@ -30,7 +33,14 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 1, judge: JudgeOptions::default(), since_power_on_s: 0.0, simulated_logs: 8, corrections: false }
+        Self {
+            seed: 1,
+            judge: JudgeOptions::default(),
+            judge_drives: super::drive::judge::Options::default(),
+            since_power_on_s: 0.0,
+            simulated_logs: 8,
+            corrections: false,
+        }
     }
 }
 
@@ -110,12 +120,35 @@ pub fn diagnose_observed(
     // a recording kept back that cannot be used is refused before the work begins
     let kept = hold.map(|hold| prepare(config, hold, options.since_power_on_s)).transpose()?;
     observe(Stage::Compare);
-    let (findings, mut answer) = compared(&prepared, library, options);
-    let found = |id: &String| Some((id.clone(), findings.best_with(id, false)?.part(id)?.parameters.clone()));
-    let together: Vec<(String, Parameters)> = answer.together.iter().filter_map(found).collect();
+    let mut findings = judged(&prepared, library, options);
+    let found = compose::found(&findings);
+    observe(Stage::Measure);
+    let scored = kept.as_ref().unwrap_or(&prepared);
+    let recorded = scored.recorded_rad_s();
+    let blocks = blocks(recorded.len());
+    let score = |believed: &Believed, y: &[f64]| match kept {
+        Some(_) => Ok(believed.score(y)?.log_density),
+        None => blocked_log_score(believed, y, &blocks),
+    };
+    let tested = account::test(
+        &found,
+        |effects| score(&believed(&scored.scene, library, effects)?, &recorded),
+        |effect| {
+            let [with, nominal] = [std::slice::from_ref(effect), &[]].map(|e| believed(&scored.scene, library, e));
+            let (with, nominal) = (with?, nominal?);
+            let gain = |log: u64| {
+                let mut y = with.simulate(options.seed, log)?;
+                y.iter_mut().zip(&recorded).filter(|(_, real)| !real.is_finite()).for_each(|(y, _)| *y = f64::NAN);
+                Ok(score(&with, &y)?.iter().sum::<f64>() - score(&nominal, &y)?.iter().sum::<f64>())
+            };
+            (0..options.simulated_logs as u64).map(gain).collect()
+        },
+    )?;
+    findings.set_aside(&account::idle(&tested, &findings));
+    let mut answer = answer(&findings, library, &prepared);
+    let together: Vec<(String, Parameters)> = found.into_iter().filter(|f| answer.together.contains(&f.0)).collect();
     let listed: Vec<(String, Parameters)> =
         answer.effects.iter().take(MEASURED).map(|e| (e.id.clone(), e.parameters.clone())).collect();
-    observe(Stage::Measure);
     let far = match kept {
         Some(kept) => {
             let new = kept.notes.iter().filter(|n| !prepared.notes.contains(n));
@@ -138,6 +171,8 @@ pub fn diagnose_observed(
             }
         }
     }
+    let closed = far.as_ref().map(|far| &far.closed);
+    account::settle(&mut answer, &tested, closed, |id| place(&findings, library, id, &prepared));
     let mut augmented = config.clone();
     augmented.effects.extend(together.into_iter().map(|(id, parameters)| EffectTable { id, parameters }));
     if !augmented.effects.is_empty() {
@@ -166,12 +201,19 @@ pub fn diagnose_drives(
     super::drive::diagnose(config, fit, kept, library, options, observe)
 }
 
-fn compared(prepared: &Prepared, library: &Library, options: &Options) -> (Findings, Answer) {
+fn judged(prepared: &Prepared, library: &Library, options: &Options) -> Findings {
     let effects: Vec<&'static dyn Effect> = library.effects().collect();
     let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
     findings.notes.splice(0..0, prepared.notes.iter().cloned());
-    let answer = compose::answer(&findings, |top| place(&findings, library, top, prepared));
-    (findings, answer)
+    findings
+}
+
+fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer {
+    compose::answer(findings, |top| match top {
+        Main::None => None,
+        Main::Effect(id) => place(findings, library, Some(id), prepared),
+        Main::Unknown => place(findings, library, None, prepared),
+    })
 }
 
 /// What the diagnosis of `fit` compares and answers, without measuring how far the gap shrinks: a part of its time.
@@ -179,41 +221,31 @@ fn compared(prepared: &Prepared, library: &Library, options: &Options) -> (Findi
 /// # Errors
 /// What [`prepare`] refuses; [`crate::ErrorKind::Config`] if the configuration is of a drive or incomplete.
 pub fn compare(config: &Config, fit: &Log, library: &Library, options: &Options) -> Result<(Findings, Answer)> {
-    Ok(compared(&prepare(config, fit, options.since_power_on_s)?, library, options))
+    let prepared = prepare(config, fit, options.since_power_on_s)?;
+    let findings = judged(&prepared, library, options);
+    let answer = answer(&findings, library, &prepared);
+    Ok((findings, answer))
 }
 
-fn place(findings: &Findings, library: &Library, top: &Main, prepared: &Prepared) -> Option<Place> {
+/// Where the effect `id` shows, or without one what the library does not know.
+fn place(findings: &Findings, library: &Library, id: Option<&str>, prepared: &Prepared) -> Option<Place> {
     let scene = &prepared.scene;
-    let nyquist = 0.5 / scene.step_s;
-    match top {
-        Main::None => None,
-        Main::Effect(id) => {
-            let about = library.by_id(id)?.about();
-            let part = findings.best_with(id, true)?.part(id)?;
-            let value = |name: &str| part.parameters.get(name).copied();
-            let density = scene.white_std_rad_s * scene.step_s.sqrt();
-            let frequency_hz = match id.as_str() {
-                "gyro.bandwidth" => value("cutoff_hz").map(|f| [f.min(nyquist), nyquist]),
-                // where the walk meets the white noise
-                "gyro.rate_random_walk" => {
-                    value("rate_random_walk_rad_s_sqrt_s").map(|k| [0.0, k / (std::f64::consts::TAU * density)])
-                }
-                "gyro.bias_instability" => {
-                    value("bias_instability_rad_s").map(|b| [0.0, b * b / (std::f64::consts::TAU * density * density)])
-                }
-                "gyro.gauss_markov" => value("correlation_time_s").map(|t| [0.0, 1.0 / (std::f64::consts::TAU * t)]),
-                _ => part.frequency_hz,
-            };
+    match id {
+        Some(id) => {
+            let effect = library.by_id(id)?;
+            let about = effect.about();
+            let part = findings.best_with(id, true).or_else(|| findings.best_with(id, false))?.part(id)?;
+            let frequency_hz = effect.band_hz(&part.parameters, scene).or(part.frequency_hz);
             Some(Place {
                 channel: about.channel.into(),
-                equation: about.deficient.into(),
+                equation: effect.deficient(&part.parameters),
                 time_s: part.time_s,
                 frequency_hz,
                 condition: about.condition.map(Into::into),
                 description: None,
             })
         }
-        Main::Unknown => {
+        None => {
             let set = findings.best_unknown()?;
             let part = set.main()?;
             let condition = match part.id.as_str() {
@@ -267,6 +299,12 @@ fn measure(
     far::measure(&kept.recorded_rad_s(), &nominal, &augmented, &claims, &far_options)
 }
 
+/// Rows of the eighths of a recording.
+fn blocks(rows: usize) -> Vec<std::ops::Range<usize>> {
+    const BLOCKS: usize = 8;
+    (0..BLOCKS).map(|b| b * rows / BLOCKS..(b + 1) * rows / BLOCKS).collect()
+}
+
 /// Without a recording kept back: each block's density given all the others.
 fn cross_validate(
     prepared: &Prepared,
@@ -274,9 +312,8 @@ fn cross_validate(
     together: &[(String, Parameters)],
     answer: &mut Answer,
 ) -> Result<()> {
-    const BLOCKS: usize = 8;
     let rows = prepared.scene.len();
-    let blocks: Vec<std::ops::Range<usize>> = (0..BLOCKS).map(|b| b * rows / BLOCKS..(b + 1) * rows / BLOCKS).collect();
+    let blocks = blocks(rows);
     let recorded = prepared.recorded_rad_s();
     let score = |b: &Believed| -> Result<f64> {
         Ok(blocked_log_score(b, &recorded, &blocks)?.iter().sum::<f64>() / rows as f64)

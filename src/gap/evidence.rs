@@ -7,6 +7,7 @@
 use super::frame::{ColumnId, Data, Frame};
 use super::gaussian::{DataProducts, Picked, Posterior, columns, spectral};
 use super::hypothesis::{Candidate, Hypothesis, Kind, NoisePart, VARIANCE_STDS, variance_profile};
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -17,7 +18,7 @@ pub const WHITE_STD: f64 = 0.003;
 /// Range of a signal's prior scale in multiples of the smallest that the white noise would show at one standard
 /// deviation, as logarithms.
 pub const SCALE_RANGE: [f64; 2] = [0.0, 7.0];
-/// Step of the finite differences in the logarithms.
+/// Step of the finite differences in the coefficients of ln variance.
 const STEP: f64 = 0.03;
 
 /// A hypothesis at its best parameters.
@@ -35,8 +36,15 @@ pub struct Fitted {
 
 /// A candidate at a shape, bit by bit.
 type ShapeKey = (usize, Vec<u64>);
-/// Columns of a signal, and their prior standard deviations at scale one.
-type Columns = (Vec<ColumnId>, Vec<f64>);
+/// Columns of a signal at a shape.
+#[derive(Clone)]
+pub(super) struct Columns {
+    pub ids: Vec<ColumnId>,
+    /// Their prior standard deviations at scale one.
+    pub unit: Vec<f64>,
+    /// What is added whatever the coefficients are.
+    pub offset: Option<ColumnId>,
+}
 
 /// The likelihood of one recording.
 pub struct Likelihood<'a> {
@@ -98,13 +106,27 @@ impl<'a> Likelihood<'a> {
     }
 
     pub(super) fn pick(&self, h: &Hypothesis) -> Picked {
-        Picked::new(self.frame, self.data, &self.products, self.column_ids(h))
+        Picked::new(self.frame, self.data, &self.products, self.column_ids(h), &h.offsets())
+    }
+
+    /// Σ z² in each bin, the recording without the columns `offsets`.
+    fn power(&self, offsets: &[ColumnId]) -> Cow<'_, [f64]> {
+        let mut power = Cow::Borrowed(self.data.power.as_slice());
+        for (i, a) in offsets.iter().enumerate() {
+            let with_data = self.products.get(self.frame, self.data, *a);
+            power.to_mut().iter_mut().zip(with_data.iter()).for_each(|(p, d)| *p -= 2.0 * d);
+            for (j, b) in offsets[..=i].iter().enumerate() {
+                let times = if i == j { 1.0 } else { 2.0 };
+                power.to_mut().iter_mut().zip(self.frame.gram(*a, *b).iter()).for_each(|(p, g)| *p += times * g);
+            }
+        }
+        power
     }
 
     /// ln p(z, parameters) of the spectrum alone: all but what the columns add and the prior of the noises.
-    pub(super) fn spectral_value(&self, h: &Hypothesis, spectrum: &[f64]) -> f64 {
+    pub(super) fn spectral_value(&self, h: &Hypothesis, offsets: &[ColumnId], spectrum: &[f64]) -> f64 {
         let white = -0.5 * (h.ln_white / WHITE_STD).powi(2) - (WHITE_STD * TAU.sqrt()).ln();
-        spectral(&self.frame.bins.count, &self.data.power, spectrum) + white
+        spectral(&self.frame.bins.count, &self.power(offsets), spectrum) + white
     }
 
     pub(super) fn stds(&self, h: &Hypothesis) -> Vec<f64> {
@@ -117,7 +139,7 @@ impl<'a> Likelihood<'a> {
         let s = h.spectrum(self.frame, self.candidates);
         let inverse: Vec<f64> = s.iter().map(|v| 1.0 / v).collect();
         let Some(posterior) = columns(picked, &self.stds(h), &inverse, full) else { return (f64::NEG_INFINITY, None) };
-        let value = self.spectral_value(h, &s) + self.ln_prior(h) + posterior.log_marginal;
+        let value = self.spectral_value(h, &h.offsets(), &s) + self.ln_prior(h) + posterior.log_marginal;
         (if value.is_nan() { f64::NEG_INFINITY } else { value }, full.then_some(posterior))
     }
 
@@ -131,7 +153,7 @@ impl<'a> Likelihood<'a> {
 
     pub(super) fn ln_prior(&self, h: &Hypothesis) -> f64 {
         let one = |n: &NoisePart| match &self.candidates[n.candidate].kind {
-            Kind::Noise(k) | Kind::Filter(k) => {
+            Kind::Noise(k) | Kind::Filter(k) | Kind::Level(k) => {
                 k.range(&self.frame.scene).iter().map(|r| -(r[1] / r[0]).ln().ln()).sum::<f64>()
             }
             // standard deviations are the upper ends
@@ -162,13 +184,14 @@ impl<'a> Likelihood<'a> {
         let mut z = self.data.z.clone();
         let signals = kept.signals.iter().flat_map(|s| s.columns.iter());
         signals.zip(&posterior.mean[self.nuisance.len()..]).for_each(|(id, b)| self.frame.add_column(&mut z, *id, -b));
+        kept.offsets().iter().for_each(|id| self.frame.add_column(&mut z, *id, -1.0));
         kept.signals.clear();
         let power = self.frame.bins.power(&z);
         let spectrum = kept.spectrum(self.frame, self.candidates);
         let inverse: Vec<f64> = spectrum.iter().map(|v| 1.0 / v).collect();
         let data = Data { values_rad_s: Vec::new(), z, power };
         let ids = self.nuisance.iter().map(|n| n.0);
-        let picked = Picked::new(self.frame, &data, &DataProducts::default(), ids);
+        let picked = Picked::new(self.frame, &data, &DataProducts::default(), ids, &[]);
         let stds: Vec<f64> = self.nuisance.iter().map(|n| n.1).collect();
         let columns = columns(&picked, &stds, &inverse, false)?.log_marginal;
         let is_variance = |n: &&NoisePart| matches!(self.candidates[n.candidate].kind, Kind::Variance(_));
@@ -187,6 +210,7 @@ impl<'a> Likelihood<'a> {
         if let Some(p) = self.coefficients(h) {
             self.column_ids(h).zip(&p.mean).for_each(|(id, b)| self.frame.add_column(&mut z, id, -b));
         }
+        h.offsets().iter().for_each(|id| self.frame.add_column(&mut z, *id, -1.0));
         z
     }
 
@@ -194,9 +218,9 @@ impl<'a> Likelihood<'a> {
     pub fn followed(&self, h: &Hypothesis, remainder: &[f64]) -> Vec<f64> {
         let mut z = remainder.to_vec();
         let spectrum = h.spectrum(self.frame, self.candidates);
-        let white = (self.frame.scene.white_std_rad_s * h.ln_white.exp()).powi(2);
+        let white = h.white_spectrum(self.frame, self.candidates);
         for (b, e) in self.frame.bins.edges.windows(2).enumerate() {
-            let share = (1.0 - white / spectrum[b]).max(0.0);
+            let share = (1.0 - white[b] / spectrum[b]).max(0.0);
             z[e[0]..e[1]].iter_mut().for_each(|v| *v *= share);
         }
         z
@@ -204,7 +228,7 @@ impl<'a> Likelihood<'a> {
 
     pub(super) fn bounds(&self, h: &Hypothesis) -> Vec<[f64; 2]> {
         let one = |n: &NoisePart| match &self.candidates[n.candidate].kind {
-            Kind::Noise(k) | Kind::Filter(k) => {
+            Kind::Noise(k) | Kind::Filter(k) | Kind::Level(k) => {
                 k.range(&self.frame.scene).iter().map(|r| [r[0].ln(), r[1].ln()]).collect::<Vec<_>>()
             }
             Kind::Shape(k) => k.range(&self.frame.scene).iter().map(|r| [-8.0 * r[1].ln(), 8.0 * r[1].ln()]).collect(),
@@ -217,6 +241,17 @@ impl<'a> Likelihood<'a> {
 
     pub(super) fn parameters(h: &Hypothesis) -> Vec<f64> {
         std::iter::once(h.ln_white).chain(h.noises.iter().flat_map(|n| n.ln_theta.iter().copied())).collect()
+    }
+
+    /// Steps of the finite differences at `h`.
+    fn steps(&self, h: &Hypothesis) -> Vec<f64> {
+        let one = |n: &NoisePart| match &self.candidates[n.candidate].kind {
+            Kind::Noise(k) | Kind::Filter(k) | Kind::Level(k) | Kind::Shape(k) => {
+                k.steps(&n.ln_theta.iter().map(|v| v.exp()).collect::<Vec<_>>())
+            }
+            _ => vec![STEP; n.ln_theta.len()],
+        };
+        std::iter::once(0.2 * WHITE_STD).chain(h.noises.iter().flat_map(one)).collect()
     }
 
     fn set(h: &mut Hypothesis, x: &[f64]) {
@@ -235,16 +270,19 @@ impl<'a> Likelihood<'a> {
         let mut x = Self::parameters(h);
         let which: Vec<usize> = (0..x.len()).filter(|i| free[*i]).collect();
         let d = which.len();
-        let mut trial = h.clone();
-        let mut f = |x: &[f64]| {
+        let start = h.clone();
+        let f = |x: &[f64]| {
+            let mut trial = start.clone();
             Self::set(&mut trial, x);
             self.value(&trial, picked, false).0
         };
-        let step = |i: usize| if i == 0 { 0.2 * WHITE_STD } else { STEP };
         let mut best = f(&x);
         let mut damping = 1e-3;
         let mut hessian = vec![0.0; d * d];
         for round in 0..rounds {
+            Self::set(h, &x);
+            let steps = self.steps(h);
+            let step = |i: usize| steps[i];
             let mut gradient = vec![0.0; d];
             let mut plus = vec![0.0; d];
             for (a, &i) in which.iter().enumerate() {

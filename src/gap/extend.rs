@@ -1,16 +1,21 @@
 //! A hypothesis with one more candidate: at its best shape, or from its best start.
 
-use super::evidence::{Likelihood, ln_mean_exp};
+use super::evidence::{Columns, Likelihood, ln_mean_exp};
 use super::frame::ColumnId;
 use super::gaussian::{Picked, solve};
 use super::hypothesis::{Hypothesis, Kind, NoisePart, SignalPart};
-use crate::effects::Signal;
+use crate::effects::{Peak, Signal};
 
 /// A hypothesis to which a signal is added, everything of it held.
-struct Base {
+struct Base<'a> {
+    h: &'a Hypothesis,
+    spectrum: Vec<f64>,
     inverse: Vec<f64>,
+    /// ln p of the spectrum alone, and of the noises' prior.
     value: f64,
+    ln_prior: f64,
     columns: Vec<ColumnId>,
+    offsets: Vec<ColumnId>,
     stds: Vec<f64>,
 }
 
@@ -29,10 +34,12 @@ const SHAPES: usize = 9;
 /// Where the grid ends, nats below the top.
 const FALLEN: f64 = 4.0;
 const MOST_DOUBLINGS: usize = 5;
+/// Places at which a noise is started that may stand anywhere in the spectrum.
+const MOST_PEAKS: usize = 6;
 
 impl Likelihood<'_> {
-    /// Columns and units of a signal at a shape.
-    pub fn signal_columns(&self, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (Vec<ColumnId>, Vec<f64>) {
+    /// Columns of a signal at a shape.
+    pub(super) fn signal_columns(&self, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> Columns {
         let key = (candidate, shape.iter().map(|v| v.to_bits()).collect::<Vec<_>>());
         if let Some(found) = self.stored.borrow().get(&key) {
             return found.clone();
@@ -45,8 +52,9 @@ impl Likelihood<'_> {
             let rms = self.frame.rms(*id);
             if rms > 0.0 { relative * noise / rms } else { 0.0 }
         };
-        let units = ids.iter().zip(&made).map(|(id, c)| unit(id, c.relative_scale)).collect();
-        self.stored.borrow_mut().entry(key).insert_entry((ids, units)).get().clone()
+        let unit = ids.iter().zip(&made).map(|(id, c)| unit(id, c.relative_scale)).collect();
+        let offset = signal.offset(&self.frame.coarse, shape).map(|values| self.frame.store(&values));
+        self.stored.borrow_mut().entry(key).insert_entry(Columns { ids, unit, offset }).get().clone()
     }
 
     /// `base` with C2 set free, at the best of a few scales.
@@ -55,7 +63,15 @@ impl Likelihood<'_> {
         let columns = vec![self.frame.store(&vec![1.0; scene.len()])];
         let unit = vec![scene.turn_on_bias_std_rad_s.max(1e-12)];
         let mut h = base.clone();
-        h.signals.push(SignalPart { candidate, shape: Vec::new(), columns, unit, ln_scale: 0.0, ln_shapes: 0.0 });
+        h.signals.push(SignalPart {
+            candidate,
+            shape: Vec::new(),
+            columns,
+            offset: None,
+            unit,
+            ln_scale: 0.0,
+            ln_shapes: 0.0,
+        });
         let picked = self.pick(&h);
         let last = h.signals.len() - 1;
         let mut best = (h.clone(), f64::NEG_INFINITY);
@@ -84,7 +100,15 @@ impl Likelihood<'_> {
         let unit = columns.iter().zip(&made).map(|(id, c)| c.relative_scale * noise / self.frame.rms(*id).max(1e-300));
         let unit = unit.collect();
         let mut h = base.clone();
-        h.signals.push(SignalPart { candidate, shape: shape.to_vec(), columns, unit, ln_scale: 2.0, ln_shapes });
+        h.signals.push(SignalPart {
+            candidate,
+            shape: shape.to_vec(),
+            columns,
+            offset: None,
+            unit,
+            ln_scale: 2.0,
+            ln_shapes,
+        });
         h
     }
 
@@ -160,23 +184,23 @@ impl Likelihood<'_> {
             }
         }
         let ln_shapes = (ln_mean_exp(&all, nodes.len() as f64) - top.0).min(0.0);
-        let (columns, unit) = self.signal_columns(candidate, signal, &shape);
+        let Columns { ids: columns, unit, offset } = self.signal_columns(candidate, signal, &shape);
         let mut h = base.clone();
-        h.signals.push(SignalPart { candidate, shape, columns, unit, ln_scale: top.1, ln_shapes });
+        h.signals.push(SignalPart { candidate, shape, columns, offset, unit, ln_scale: top.1, ln_shapes });
         Some((h, top.0))
     }
 
     /// ln p with the signal at `shape`, at the best of a few scales, and that scale's logarithm.
     fn try_shape(&self, base: &Base, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (f64, f64) {
-        let (ids, unit) = self.signal_columns(candidate, signal, shape);
-        let picked = Picked::new(self.frame, self.data, &self.products, base.columns.iter().chain(&ids).copied());
+        let added = self.signal_columns(candidate, signal, shape);
+        let (picked, value) = self.picked(base, &added);
         let normal = picked.normal(&base.inverse);
         let mut stds = base.stds.clone();
         let mut best = (f64::NEG_INFINITY, 0.0);
         for ln_scale in [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5] {
             stds.truncate(base.stds.len());
-            stds.extend(unit.iter().map(|u| u * f64::exp(ln_scale)));
-            let v = solve(&normal, &stds, false).map_or(f64::NEG_INFINITY, |p| base.value + p.log_marginal);
+            stds.extend(added.unit.iter().map(|u| u * f64::exp(ln_scale)));
+            let v = solve(&normal, &stds, false).map_or(f64::NEG_INFINITY, |p| value + p.log_marginal);
             if v > best.0 {
                 best = (v, ln_scale);
             } else {
@@ -187,14 +211,30 @@ impl Likelihood<'_> {
     }
 
     /// What stays the same while one more signal is tried.
-    fn base(&self, h: &Hypothesis) -> Base {
-        let s = h.spectrum(self.frame, self.candidates);
+    fn base<'h>(&self, h: &'h Hypothesis) -> Base<'h> {
+        let spectrum = h.spectrum(self.frame, self.candidates);
+        let (offsets, ln_prior) = (h.offsets(), self.ln_prior(h));
         Base {
-            inverse: s.iter().map(|v| 1.0 / v).collect(),
-            value: self.spectral_value(h, &s) + self.ln_prior(h),
+            h,
+            inverse: spectrum.iter().map(|v| 1.0 / v).collect(),
+            value: self.spectral_value(h, &offsets, &spectrum) + ln_prior,
+            ln_prior,
             columns: self.column_ids(h).collect(),
+            offsets,
             stds: self.stds(h),
+            spectrum,
         }
+    }
+
+    /// The columns of `base` with those `added`, and ln p of the spectrum and the noises' prior beside them.
+    fn picked(&self, base: &Base, added: &Columns) -> (Picked, f64) {
+        let ids = base.columns.iter().chain(&added.ids).copied();
+        let Some(offset) = added.offset else {
+            return (Picked::new(self.frame, self.data, &self.products, ids, &base.offsets), base.value);
+        };
+        let offsets = [&base.offsets[..], &[offset]].concat();
+        let picked = Picked::new(self.frame, self.data, &self.products, ids, &offsets);
+        (picked, self.spectral_value(base.h, &offsets, &base.spectrum) + base.ln_prior)
     }
 
     /// A signal's single shape parameter given the recording, everything but the coefficients of `h` held; empty where
@@ -202,15 +242,18 @@ impl Likelihood<'_> {
     pub fn over_shape(&self, h: &Hypothesis, part: &SignalPart, signal: &dyn Signal) -> Vec<AtShape> {
         let ([x], Some(range)) = (part.shape.as_slice(), signal.refine(&self.frame.coarse)) else { return Vec::new() };
         let [low, high] = range[0];
-        let base = self.base(&h.without(part.candidate));
+        let others = h.without(part.candidate);
+        let base = self.base(&others);
         let at = |x: f64| {
             let x = x.clamp(low, high);
-            let (ids, unit) = self.signal_columns(part.candidate, signal, &[x]);
-            let picked = Picked::new(self.frame, self.data, &self.products, base.columns.iter().chain(&ids).copied());
-            let scaled = unit.iter().map(|u| u * part.ln_scale.exp());
+            let added = self.signal_columns(part.candidate, signal, &[x]);
+            let (picked, value) = self.picked(&base, &added);
+            let scaled = added.unit.iter().map(|u| u * part.ln_scale.exp());
             let stds: Vec<f64> = base.stds.iter().copied().chain(scaled).collect();
             let found = solve(&picked.normal(&base.inverse), &stds, true);
-            found.map(|p| (p.log_marginal, AtShape { weight: 0.0, shape: x, mean: p.mean[base.stds.len()..].to_vec() }))
+            found.map(|p| {
+                (value + p.log_marginal, AtShape { weight: 0.0, shape: x, mean: p.mean[base.stds.len()..].to_vec() })
+            })
         };
         let value = |x: f64| at(x).map_or(f64::NEG_INFINITY, |a| a.0);
         let top = value(*x);
@@ -242,14 +285,17 @@ impl Likelihood<'_> {
 
     /// `base` with a noise or filter added at the best of its starts, everything else kept.
     pub fn add_noise(&self, base: &Hypothesis, candidate: usize) -> Option<(Hypothesis, f64)> {
-        let (Kind::Noise(kind) | Kind::Filter(kind) | Kind::Shape(kind)) = &self.candidates[candidate].kind else {
+        let (Kind::Noise(kind) | Kind::Filter(kind) | Kind::Level(kind) | Kind::Shape(kind)) =
+            &self.candidates[candidate].kind
+        else {
             return None;
         };
         let before = Self::parameters(base).len();
         let picked = self.pick(base);
         let mut best: Option<(Hypothesis, f64)> = None;
-        let mut starts: Vec<(f64, Hypothesis, usize)> = kind
-            .starts(&self.frame.scene)
+        let mut starts = kind.starts(&self.frame.scene);
+        starts.extend(kind.starts_at(&self.frame.scene, &self.peaks(base)));
+        let mut starts: Vec<(f64, Hypothesis, usize)> = starts
             .iter()
             .map(|start| {
                 let mut h = base.clone();
@@ -270,5 +316,41 @@ impl Likelihood<'_> {
             }
         }
         best
+    }
+
+    /// What stands out of the spectrum of `base`, most beyond chance first.
+    fn peaks(&self, base: &Hypothesis) -> Vec<Peak> {
+        let bins = &self.frame.bins;
+        let spectrum = base.spectrum(self.frame, self.candidates);
+        let left = bins.power(&self.remainder(base));
+        let bands: Vec<[f64; 2]> = bins.bands().collect();
+        let excess: Vec<f64> = left.iter().zip(&bins.count).zip(&spectrum).map(|((p, n), s)| p / n / s - 1.0).collect();
+        // of n squares of deviates of variance 1 + x, over variance one
+        let beyond =
+            |b: usize| if excess[b] > 0.0 { 0.5 * bins.count[b] * (excess[b] - excess[b].ln_1p()) } else { 0.0 };
+        let mut order: Vec<usize> = (1..bins.len()).collect();
+        order.sort_by(|a, b| beyond(*b).total_cmp(&beyond(*a)));
+        let mut taken = vec![false; bins.len()];
+        let mut peaks = Vec::new();
+        for top in order {
+            if peaks.len() == MOST_PEAKS {
+                break;
+            }
+            if taken[top] {
+                continue;
+            }
+            let high = |b: &usize| excess[*b] > 0.5 * excess[top] && !taken[*b];
+            let from = (1..=top).rev().take_while(high).last().unwrap_or(top);
+            let to = (top..bins.len()).take_while(high).last().unwrap_or(top);
+            taken[from..=to].fill(true);
+            let variance: f64 = (from..=to).map(|b| excess[b] * spectrum[b] * bins.count[b]).sum::<f64>();
+            let [low, high] = [bands[from][0], bands[to][1]];
+            peaks.push(Peak {
+                omega: 0.5 * (low + high),
+                width: high - low,
+                variance: variance / self.frame.len().max(1) as f64,
+            });
+        }
+        peaks
     }
 }

@@ -24,6 +24,8 @@ pub struct Part {
     pub frequency_hz: Option<[f64; 2]>,
     /// What it looks like, in words.
     pub description: String,
+    /// ln evidence that the set loses without it, all others fitted anew, nats; none where that was not asked.
+    pub missed_nats: Option<f64>,
 }
 
 impl Part {
@@ -39,6 +41,7 @@ impl Part {
             time_s: None,
             frequency_hz: None,
             description: String::new(),
+            missed_nats: None,
         }
     }
 }
@@ -78,6 +81,8 @@ impl WeightedSet {
 pub struct Findings {
     /// The sets.
     pub sets: Vec<WeightedSet>,
+    /// Effects that were set aside as idle, each with its probability of being present.
+    pub idle: Vec<(Part, f64)>,
     /// What is to be said about the recording.
     pub notes: Vec<String>,
 }
@@ -118,7 +123,16 @@ impl Findings {
             set.probability = believed * (v - top).exp() / total;
         }
         sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        Self { sets, notes }
+        Self { sets, idle: Vec::new(), notes }
+    }
+
+    /// Takes the effects `ids` out of every set: a set that held nothing else then lacks nothing.
+    pub fn set_aside(&mut self, ids: &[String]) {
+        for id in ids {
+            let part = self.best_with(id, false).and_then(|s| s.part(id)).cloned();
+            self.idle.extend(part.map(|part| (part, self.presence(id))));
+        }
+        self.sets.iter_mut().for_each(|s| s.parts.retain(|p| !ids.contains(&p.id)));
     }
 
     /// Probability of each main thing, most probable first.
@@ -191,21 +205,12 @@ mod tests {
     use super::*;
 
     fn set(parts: &[(&str, f64)], probability: f64) -> WeightedSet {
-        let part = |(id, share): &(&str, f64)| Part {
-            id: (*id).into(),
-            named: id.starts_with("gyro."),
-            share: *share,
-            parameters: Parameters::new(),
-            std: Parameters::new(),
-            time_s: None,
-            frequency_hz: None,
-            description: String::new(),
-        };
+        let part = |(id, share): &(&str, f64)| Part::new(id, id.starts_with("gyro."), *share);
         WeightedSet { parts: parts.iter().map(part).collect(), ln_weight: 0.0, probability }
     }
 
     fn findings(sets: Vec<WeightedSet>) -> Findings {
-        Findings { sets, notes: Vec::new() }
+        Findings { sets, ..Findings::default() }
     }
 
     #[test]

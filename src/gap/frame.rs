@@ -107,6 +107,13 @@ impl Frame {
         }
     }
 
+    /// The same with bins as narrow as the bands that stand out of `values_rad_s`.
+    #[must_use]
+    pub fn resolving(self, values_rad_s: &[f64]) -> Self {
+        let z = self.cosine.forward(&values_rad_s[..self.len()]);
+        Self { bins: self.bins.resolving(&z), ..self }
+    }
+
     /// Variance of the dither, rad²/s².
     pub fn dither_variance(&self) -> f64 {
         (DITHER * self.scene.white_std_rad_s).powi(2)

@@ -18,20 +18,35 @@ pub struct Picked {
 pub struct DataProducts(std::cell::RefCell<HashMap<ColumnId, Rc<Vec<f64>>>>);
 
 impl DataProducts {
-    fn get(&self, frame: &Frame, data: &Data, column: ColumnId) -> Rc<Vec<f64>> {
+    /// Products of `column` with `data`, by bins.
+    pub fn get(&self, frame: &Frame, data: &Data, column: ColumnId) -> Rc<Vec<f64>> {
         Rc::clone(self.0.borrow_mut().entry(column).or_insert_with(|| Rc::new(frame.with_data(column, data))))
     }
 }
 
 impl Picked {
-    /// Picks `columns`.
-    pub fn new(frame: &Frame, data: &Data, products: &DataProducts, columns: impl Iterator<Item = ColumnId>) -> Self {
+    /// Picks `columns`; the recording is taken without the columns `offsets`.
+    pub fn new(
+        frame: &Frame,
+        data: &Data,
+        products: &DataProducts,
+        columns: impl Iterator<Item = ColumnId>,
+        offsets: &[ColumnId],
+    ) -> Self {
         let ids: Vec<_> = columns.collect();
         let mut gram = Vec::with_capacity(ids.len() * (ids.len() + 1) / 2);
         for (i, a) in ids.iter().enumerate() {
             gram.extend(ids[..=i].iter().map(|b| frame.gram(*a, *b)));
         }
-        let data = ids.iter().map(|c| products.get(frame, data, *c)).collect();
+        let with_data = |c: &ColumnId| {
+            let mut products = products.get(frame, data, *c);
+            for offset in offsets {
+                let taken = frame.gram(*c, *offset);
+                Rc::make_mut(&mut products).iter_mut().zip(taken.iter()).for_each(|(p, t)| *p -= t);
+            }
+            products
+        };
+        let data = ids.iter().map(with_data).collect();
         Self { gram, data }
     }
 

@@ -27,6 +27,8 @@ pub enum Kind {
     Noise(Box<dyn Noise>),
     /// A factor on the white noise's spectrum.
     Filter(Box<dyn Noise>),
+    /// The same factor at every frequency.
+    Level(Box<dyn Noise>),
     /// A factor on the whole spectrum, with a normal prior of the parameters around null instead of a range.
     Shape(Box<dyn Noise>),
 }
@@ -40,6 +42,8 @@ pub struct SignalPart {
     pub shape: Vec<f64>,
     /// Columns.
     pub columns: Vec<ColumnId>,
+    /// What it adds whatever the coefficients are.
+    pub offset: Option<ColumnId>,
     /// Prior standard deviation of each coefficient at scale one.
     pub unit: Vec<f64>,
     /// Logarithm of the prior's scale.
@@ -84,10 +88,22 @@ fn variance_mean(frame: &Frame, part: &NoisePart) -> f64 {
     profile.iter().sum::<f64>() / profile.len().max(1) as f64
 }
 
+impl Kind {
+    /// Whether it changes how large the noise is: as a whole, or over time.
+    pub fn is_level(&self) -> bool {
+        matches!(self, Self::Variance(_) | Self::Shape(_) | Self::Level(_))
+    }
+}
+
 impl Hypothesis {
     /// Numbers of the candidates at work.
     pub fn candidates(&self) -> impl Iterator<Item = usize> + '_ {
         self.signals.iter().map(|s| s.candidate).chain(self.noises.iter().map(|n| n.candidate))
+    }
+
+    /// What its signals add whatever the coefficients are.
+    pub fn offsets(&self) -> Vec<ColumnId> {
+        self.signals.iter().filter_map(|s| s.offset).collect()
     }
 
     /// Whether `candidate` is at work.
@@ -110,6 +126,16 @@ impl Hypothesis {
 
     /// Spectrum in each bin, rad²/s².
     pub fn spectrum(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<f64> {
+        self.spectra(frame, candidates).iter().map(|[added, white]| added + white).collect()
+    }
+
+    /// What is left of the spectrum in each bin without the noises that are added: the white noise, filtered, rad²/s².
+    pub fn white_spectrum(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<f64> {
+        self.spectra(frame, candidates).iter().map(|s| s[1]).collect()
+    }
+
+    /// Added noises, and the white noise with its filters, in each bin.
+    fn spectra(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<[f64; 2]> {
         let scene = &frame.scene;
         let white = scene.white_std_rad_s.powi(2) * (2.0 * self.ln_white).exp();
         let dither = frame.dither_variance();
@@ -122,22 +148,24 @@ impl Hypothesis {
                 _ => 1.0,
             })
             .collect();
+        let bands = frame.bins.bands();
         frame
             .bins
             .omega
             .iter()
-            .map(|omega| {
+            .zip(bands)
+            .map(|(omega, band)| {
                 let (mut total, mut filtered, mut factor) = (0.0, white, 1.0);
                 for ((part, theta), mean) in self.noises.iter().zip(&theta).zip(&mean) {
                     match &candidates[part.candidate].kind {
-                        Kind::Noise(n) => total += n.spectrum(scene, theta, *omega),
-                        Kind::Filter(n) => filtered *= n.spectrum(scene, theta, *omega),
+                        Kind::Noise(n) => total += n.mean_spectrum(scene, theta, *omega, band),
+                        Kind::Filter(n) | Kind::Level(n) => filtered *= n.spectrum(scene, theta, *omega),
                         Kind::Shape(n) => factor *= n.spectrum(scene, theta, *omega),
                         Kind::Variance(_) => filtered *= mean,
                         Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn => {}
                     }
                 }
-                factor * (total + filtered) + dither
+                [factor * total, factor * filtered + dither]
             })
             .collect()
     }

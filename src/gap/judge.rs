@@ -5,12 +5,13 @@ use super::clean::clean;
 use super::evidence::{Fitted, Likelihood, nuisances};
 use super::findings::{Findings, Part, WeightedSet};
 use super::frame::{Data, Frame};
-use super::free::{Comb, CovariateForm, Follows, FreeSpectrum, RateForm, Resonance, SmoothTime, WhiteLevel};
+use super::free::{Comb, CovariateForm, Follows, FreeSpectrum, RateForm, SmoothTime};
 use super::hypothesis::{Candidate, Hypothesis, Kind};
-use super::layers::{amplitude, bursts, events, lattice, repeats, shots, track};
+use super::layers::{lattice, repeats, shots};
+use super::looks::{Choice, Looks, Seen, Views};
 use super::parts::parts;
 use super::popcorn::{Popcorn, beside};
-use super::search::{Met, Prior, Search, whitened};
+use super::search::{Prior, Search};
 use crate::effects::{Effect, Explanation};
 use crate::model::Scene;
 
@@ -24,6 +25,7 @@ pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candida
             Some(Explanation::Signal(s)) => Kind::Signal(s),
             Some(Explanation::Noise(n)) => Kind::Noise(n),
             Some(Explanation::Filter(n)) => Kind::Filter(n),
+            Some(Explanation::Level(n)) => Kind::Level(n),
             Some(Explanation::Variance(s)) => Kind::Variance(s),
             Some(Explanation::TurnOn) => Kind::TurnOn,
             _ => continue,
@@ -41,9 +43,7 @@ pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candida
         }
     }
     free("free.variance_time", Kind::Variance(Box::new(SmoothTime(6))));
-    free("free.white_level", Kind::Filter(Box::new(WhiteLevel)));
     free("free.spectrum", Kind::Shape(Box::new(FreeSpectrum)));
-    free("free.resonance", Kind::Noise(Box::new(Resonance)));
     free("free.periodic", Kind::Line(Box::new(Comb(6)), 6));
     free("free.pulses", Kind::Line(Box::new(Comb(16)), 16));
     all
@@ -67,6 +67,8 @@ pub fn shares(likelihood: &Likelihood, fitted: &Fitted) -> Vec<(usize, f64)> {
 
 /// Sets this much less probable than the best take no part in the answer, nats.
 const DEPTH: f64 = 9.0;
+/// Beyond that, what the whitened series shows may weigh less by so much.
+const LAYER_DEPTH: f64 = 12.0;
 /// Most sets of the Gaussian part that do.
 const SETS: usize = 60;
 
@@ -79,224 +81,170 @@ pub struct Options {
     pub calibration: Calibration,
 }
 
+/// A set before what its whitened series shows is added to it.
+struct Account {
+    /// Its parts, `missed_nats` being what the evidence of the Gaussian part loses without each; none where it is in the list
+    /// only for the sake of others.
+    parts: Option<Vec<Part>>,
+    /// For each part the set without it: its number, and the ln prior of the part.
+    without: Vec<Option<(usize, f64)>>,
+    ln_weight: f64,
+    view: usize,
+    /// Whether it has the nominal level, where the best set has another.
+    nominal_level: bool,
+}
+
 /// Judges one recording: `recorded` as it is, in `scene`.
 pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], options: &Options) -> Findings {
     let prior = options.prior;
     let knows = |id: &str| effects.iter().any(|e| e.about().id == id);
     let mut scene = scene.clone();
     let nominal = scene.white_std_rad_s;
-    // a lattice this fine is how the file keeps its numbers
-    let lsb = lattice::step(recorded).filter(|lsb| *lsb > 0.01 * nominal);
-    if let Some(lsb) = lsb {
-        scene.white_std_rad_s = (nominal * nominal + lsb * lsb / 12.0).sqrt();
-    }
+    let grain = lattice::Grain::of(recorded, nominal);
+    scene.white_std_rad_s = (nominal * nominal + grain.variance()).sqrt();
     let frame = Frame::new(&scene);
     let deviation: Vec<f64> =
         (0..frame.len()).map(|i| recorded[i] - scene.warm_up.error_rad_s(scene.time.at(i))).collect();
     let (cleaned, aside) = clean(&deviation);
+    let frame = frame.resolving(&cleaned);
     let data: Data = frame.data(cleaned);
     let candidates = candidates(effects, &frame.scene);
     let nuisance = nuisances(&frame);
     let likelihood = Likelihood::new(&frame, &data, &candidates, &nuisance);
     let mut search = Search::new(&likelihood, prior);
     let best = search.run();
-    // on a coarse lattice no distribution of samples is normal
-    let coarse = lsb.is_some_and(|lsb| lsb > 0.3 * nominal);
-    let looks = Looks { coarse, aside: &aside, deviation: &deviation, data: &data, frame: &frame, prior };
-    let layers_of_best = looks.at(search.whitened(&best.fitted.hypothesis), knows("gyro.outliers"));
+    let levels: Vec<usize> = best.fitted.hypothesis.candidates().filter(|c| candidates[*c].kind.is_level()).collect();
     // a level that was fitted hides what makes it: bursts are judged beside the nominal level too
-    let levels: Vec<usize> = best.fitted.hypothesis.candidates().filter(|c| is_level(&candidates[*c])).collect();
-    let unlevelled = (!levels.is_empty()).then(|| {
-        let rest = search.meet_without(&best, &levels);
-        looks.at(search.whitened(&rest.fitted.hypothesis), knows("gyro.outliers"))
-    });
+    let unlevelled = search.meet_without(&best, &levels);
     if let Some(noise) = candidates.iter().position(|c| c.id == "gyro.gauss_markov") {
         // two levels are looked for where a correlated noise may be
         search.meet_with(&best, noise);
     }
-
-    let all = search.posterior();
-    let top = all.first().map_or(0.0, |m| m.ln_weight);
-    let mut sets: Vec<(WeightedSet, Seen)> = Vec::new();
-    let seen = |h: &Hypothesis| {
-        let levelled = h.candidates().any(|c| is_level(&candidates[c]));
-        if unlevelled.is_some() && !levelled { Seen::Unlevelled } else { Seen::Best }
-    };
-    let deep = |m: &&Met| {
-        let h = &m.fitted.hypothesis;
-        m.ln_weight > top - DEPTH || h.size() == 0 || seen(h) == Seen::Unlevelled
-    };
-    let weighted = |parts, ln_weight| WeightedSet { parts, ln_weight, probability: 0.0 };
-    for met in all.iter().filter(deep).take(SETS) {
-        let set = weighted(parts(&likelihood, &met.fitted), met.ln_weight);
-        sets.push((set, seen(&met.fitted.hypothesis)));
+    // what a set of weight loses without each of its parts
+    for met in search.posterior().iter().filter(|m| m.ln_weight > best.ln_weight - DEPTH).take(SETS) {
+        for c in met.fitted.hypothesis.candidates() {
+            search.meet_without(met, &[c]);
+        }
     }
-    let mut beside_path = None;
+
+    let looks = Looks {
+        aside: aside.iter().map(|i| (*i, deviation[*i] - data.values_rad_s[*i])).collect(),
+        step_s: frame.scene.step_s,
+        start_s: frame.scene.time.at(0),
+        prior,
+        // on a coarse lattice no distribution of samples is normal
+        coarse: grain.lsb_rad_s.is_some_and(|lsb| lsb > 0.3 * nominal),
+        outliers: knows("gyro.outliers"),
+    };
+    let all = search.posterior();
+    let keys: Vec<Vec<usize>> = all.iter().map(|m| key(&m.fitted.hypothesis)).collect();
+    let number = |h: &Hypothesis| keys.iter().position(|k| *k == key(h));
+    let deep: Vec<bool> =
+        (0..all.len()).map(|i| i < SETS && all[i].ln_weight > best.ln_weight - DEPTH || keys[i].is_empty()).collect();
+    let mut wanted = deep.clone();
+    for met in all.iter().zip(&deep).filter(|(_, deep)| **deep).map(|(m, _)| &m.fitted.hypothesis) {
+        let less = met.candidates().filter_map(|c| number(&met.without(c)));
+        less.for_each(|i| wanted[i] = true);
+    }
+    number(&unlevelled.fitted.hypothesis).into_iter().for_each(|i| wanted[i] = true);
+    let mut views = Views::default();
+    let mut beside_path: Vec<Account> = Vec::new();
     if let Some((found, ln_weight)) = popcorn(&likelihood, &nuisance, &search, prior) {
         let h = &found.fitted.hypothesis;
-        let without = search.weight_without(h).unwrap_or(top);
+        let without = search.weight_of(h);
         let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
         let rest = frame.data_undithered(left);
         let likelihood = Likelihood::new(&frame, &rest, &candidates, &nuisance);
         let shots = shots::judge(&found.series, found.std, found.step_s);
         let ln_shots = ln_weight - found.ln_chain - prior.ln_named + shots.ln_evidence + prior.ln_free;
-        if ln_weight.max(ln_shots) > top - DEPTH {
-            // what is left of a path of jumps shows no events where there are none
-            beside_path = Some(looks.at(whitened(&likelihood, h), knows("gyro.outliers")));
+        // what is left of a path of jumps shows no events where there are none
+        let in_reach = ln_weight.max(ln_shots) > best.ln_weight - DEPTH;
+        let seen = Seen::new(if in_reach { &likelihood } else { search.likelihood() }, h);
+        let mut others = parts(&likelihood, &found.fitted);
+        for (part, c) in others.iter_mut().zip(h.candidates()) {
+            part.missed_nats = Some(found.fitted.ln_evidence - likelihood.fit(&h.without(c)).ln_evidence);
         }
-        let view = if beside_path.is_some() { Seen::BesidePath } else { seen(h) };
-        let others = parts(&likelihood, &found.fitted);
+        let view = views.of(seen).unwrap_or(0);
         let mut push = |part: Part, ln_weight: f64| {
-            let parts = others.iter().cloned().chain([part]).collect();
-            sets.push((weighted(parts, ln_weight), view));
+            let parts: Vec<Part> = others.iter().cloned().chain([part]).collect();
+            let without = vec![None; parts.len()];
+            beside_path.push(Account { parts: Some(parts), without, ln_weight, view, nominal_level: false });
         };
+        let missed = |part: Part, ln: f64, ln_prior: f64| Part { missed_nats: Some(ln - ln_prior - without), ..part };
         if knows("gyro.telegraph_noise") {
-            push(super::parts::telegraph(&found, &frame.scene, (ln_weight - without).max(0.1)), ln_weight);
+            let part = super::parts::telegraph(&found, &frame.scene, (ln_weight - without).max(0.1));
+            push(missed(part, ln_weight, prior.ln_named), ln_weight);
         }
-        push(super::parts::shots(&shots, (ln_shots - without).max(0.1)), ln_shots);
+        let part = super::parts::shots(&shots, (ln_shots - without).max(0.1));
+        push(missed(part, ln_shots, prior.ln_free), ln_shots);
     }
+    let mut accounts: Vec<Option<Account>> = all.iter().map(|_| None).collect();
+    let mut order: Vec<usize> = (0..all.len()).filter(|i| wanted[*i]).collect();
+    // what takes part before what that is compared with
+    order.sort_by_key(|i| !deep[*i]);
+    for i in order {
+        let h = &all[i].fitted.hypothesis;
+        let one = |c: usize| Some((number(&h.without(c))?, prior.of(candidates[c].named)));
+        accounts[i] = views.of(Seen::new(&likelihood, h)).map(|view| Account {
+            parts: None,
+            without: h.candidates().map(one).collect(),
+            ln_weight: all[i].ln_weight,
+            view,
+            nominal_level: !levels.is_empty() && !h.candidates().any(|c| candidates[c].kind.is_level()),
+        });
+    }
+    accounts.extend(beside_path.into_iter().map(Some));
+    views.look(&looks);
+
     let mut notes = Vec::new();
     if !aside.is_empty() {
         notes.push(format!("{} samples stand out and were put aside before anything else was judged.", aside.len()));
     }
-    let lattice = lsb.map(|lsb| {
-        let gain = lattice::gain(&layers_of_best.white, lsb, nominal, nominal);
+    let white = |at: usize| accounts[at].as_ref().map_or(&[][..], |a| &views.layers[a.view].white);
+    let lattice = grain.lsb_rad_s.map(|lsb| {
+        let gain = lattice::gain(white(0), lsb, nominal, nominal);
+        // the digits prove it: no evidence of the others' is weighed against it
         super::parts::lattice(lsb, recorded, gain, knows("gyro.quantization"))
     });
-    // on a lattice, equal values are the rule
-    let repeats = if lsb.is_none() { repeats::judge(recorded, nominal) } else { Default::default() };
+    let repeats = repeats::judge(recorded, scene.white_std_rad_s, |v| grain.step_rad_s(v));
     let repeats = (repeats.ln_evidence + prior.ln_free > 0.0).then(|| super::parts::repeats(&repeats));
+
+    let layers = |a: &Account| &views.layers[a.view];
+    let total = |a: &Account, c: Choice| a.ln_weight + layers(a).ln_weight(c);
+    // beside a path of jumps, which follows anything slow, no other free form is looked for
+    let choices = |a: &Account| layers(a).choices(a.nominal_level, a.parts.is_some());
+    let there = || accounts.iter().flatten();
+    let top = there().flat_map(|a| choices(a).into_iter().map(move |c| total(a, c))).fold(f64::NEG_INFINITY, f64::max);
     let mut combined = Vec::new();
-    for (set, view) in &sets {
-        let layers = match view {
-            Seen::Best => None,
-            Seen::Unlevelled => unlevelled.as_ref(),
-            Seen::BesidePath => beside_path.as_ref(),
-        };
-        for (extra, ln_weight) in layers.unwrap_or(&layers_of_best).combinations(*view == Seen::Unlevelled) {
-            let mut parts = set.parts.clone();
-            parts.extend(extra.iter().cloned());
-            parts.extend(lattice.iter().chain(&repeats).cloned());
-            combined.push(WeightedSet { parts, ln_weight: set.ln_weight + ln_weight, probability: 0.0 });
+    for (at, account) in accounts.iter().enumerate() {
+        let Some(a) = account else { continue };
+        let empty = keys.get(at).is_some_and(Vec::is_empty);
+        let near: Vec<Choice> =
+            choices(a).into_iter().filter(|c| empty || total(a, *c) > top - DEPTH - LAYER_DEPTH).collect();
+        if near.is_empty() {
+            continue;
+        }
+        let own = a.parts.clone().unwrap_or_else(|| parts(&likelihood, &all[at].fitted));
+        for choice in near {
+            let mut set = own.clone();
+            for (part, without) in set.iter_mut().zip(&a.without) {
+                let less = without.and_then(|(at, ln_prior)| Some((accounts.get(at)?.as_ref()?, ln_prior)));
+                if let Some((less, ln_prior)) = less {
+                    part.missed_nats = Some(total(a, choice) - ln_prior - total(less, choice));
+                }
+            }
+            set.extend(layers(a).parts(choice).cloned());
+            set.extend(lattice.iter().chain(&repeats).cloned());
+            combined.push(WeightedSet { parts: set, ln_weight: total(a, choice), probability: 0.0 });
         }
     }
     Findings::new(combined, &prior, &options.calibration, notes)
 }
 
-/// What the whitened series shows beside its spectrum, each with ln weight over nothing of the kind.
-struct Layers {
-    amplitudes: Vec<(Option<Part>, f64)>,
-    free: Vec<(Option<Part>, f64)>,
-    /// Whitened residual in rad/s.
-    white: Vec<f64>,
-}
-
-/// Under which hypothesis a set's whitened series was looked at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Seen {
-    /// The best one.
-    Best,
-    /// The best one without what changes the level of the noise.
-    Unlevelled,
-    /// That of the path of two levels.
-    BesidePath,
-}
-
-/// What is needed to look at a whitened series.
-struct Looks<'a> {
-    aside: &'a [usize],
-    deviation: &'a [f64],
-    data: &'a Data,
-    frame: &'a Frame,
-    prior: Prior,
-    coarse: bool,
-}
-
-/// Whether a candidate changes the level of the noise.
-fn is_level(c: &Candidate) -> bool {
-    matches!(c.kind, Kind::Variance(_) | Kind::Shape(_)) || c.id == "free.white_level"
-}
-
-impl Looks<'_> {
-    fn at(&self, mut w: Vec<f64>, outliers: bool) -> Layers {
-        let Self { aside, deviation, data, frame, prior, coarse } = *self;
-        let step_s = frame.scene.step_s;
-        let start_s = frame.scene.time.at(0);
-        // what the ends leak into is no sample of the noise
-        let edge = (w.len() / 400).min(100);
-        let range = edge..w.len() - edge;
-        let quiet = w.clone();
-        for i in aside {
-            w[*i] += (deviation[*i] - data.values_rad_s[*i]) / frame.scene.white_std_rad_s;
-        }
-        let amplitude = amplitude::judge(&w[range.clone()]);
-        let inner = w[range].to_vec();
-        let mut w = quiet;
-        if amplitude.outliers > 3.0 {
-            amplitude::limit(&mut w, &amplitude);
-        }
-        let (events, track) = (events::judge(&w), track::judge(&w, step_s));
-        let bursts = bursts::judge(&w, step_s);
-        let free = |id: &str, share: f64, description: String| Part {
-            id: format!("free.{id}"),
-            named: false,
-            share,
-            parameters: Default::default(),
-            std: Default::default(),
-            time_s: None,
-            frequency_hz: None,
-            description,
-        };
-        let mut amplitudes = vec![(None, 0.0)];
-        if outliers {
-            amplitudes.push((
-                Some(super::parts::outliers(&amplitude, frame.scene.white_std_rad_s)),
-                amplitude.outliers + prior.ln_named,
-            ));
-        }
-        let tails = if amplitude.shape > 0.0 { "heavier" } else { "of another shape" };
-        let text = format!("the samples' distribution is not normal: tails {tails}");
-        if !coarse {
-            amplitudes.push((Some(free("amplitude", amplitude.free, text)), amplitude.free + prior.ln_free));
-        }
-        let mut forms = vec![(None, 0.0)];
-        let length_s = events.samples as f64 * step_s;
-        let text = format!("rare events of about {length_s:.3} s, in {:.1} % of the time", 100.0 * events.share);
-        forms.push((Some(free("events", events.ln_evidence, text)), events.ln_evidence + prior.ln_free));
-        let [low, high] = track.band_hz;
-        let mut part = free("track", track.ln_evidence, format!("energy that moves between {low:.4} and {high:.4} Hz"));
-        part.frequency_hz = Some(track.band_hz);
-        part.time_s = Some(track.time_s.map(|t| t + start_s));
-        forms.push((Some(part), track.ln_evidence + prior.ln_free));
-        let text = format!(
-            "noise in bursts of about {:.2} s, in {:.1} % of the time",
-            bursts.samples as f64 * step_s,
-            100.0 * bursts.share
-        );
-        forms.push((Some(free("bursts", bursts.ln_bursts, text)), bursts.ln_bursts + prior.ln_free));
-        let text = format!("the noise's level is periodic: {:.3} s", 1.0 / bursts.frequency_hz.max(1e-300));
-        forms.push((Some(free("periodic_level", bursts.ln_periodic, text)), bursts.ln_periodic + prior.ln_free));
-        let white = inner.iter().map(|v| v * frame.scene.white_std_rad_s).collect();
-        Layers { amplitudes, free: forms, white }
-    }
-}
-
-impl Layers {
-    /// What can be seen together. Heavy tails, bursts and events are all seen in the same excess: of free forms there is
-    /// one at a time, and beside the nominal level (`alone`) nothing else.
-    fn combinations(&self, alone: bool) -> Vec<(Vec<Part>, f64)> {
-        let mut all = Vec::new();
-        for (a, wa) in &self.amplitudes {
-            for (f, wf) in &self.free {
-                let ln_weight = wa + wf;
-                let double = a.as_ref().is_some_and(|a| alone || !a.named) && f.is_some();
-                if ln_weight > -12.0 && !double {
-                    all.push((a.iter().chain(f).cloned().collect(), ln_weight));
-                }
-            }
-        }
-        all
-    }
+fn key(h: &Hypothesis) -> Vec<usize> {
+    let mut key: Vec<usize> = h.candidates().collect();
+    key.sort_unstable();
+    key
 }
 
 /// The best of the sets with two levels in the place of a noise, with its ln weight.
@@ -338,12 +286,31 @@ fn popcorn(
                 }
             };
             let Some(found) = beside(frame, data, candidates, nuisance, &base, whole, start) else { continue };
-            let one = |c: usize| if candidates[c].named { prior.ln_named } else { prior.ln_free };
-            let weight = found.ln_evidence + prior.ln_named + base.candidates().map(one).sum::<f64>();
+            let weight = found.ln_evidence
+                + prior.ln_named
+                + base.candidates().map(|c| prior.of(candidates[c].named)).sum::<f64>();
             if best.as_ref().is_none_or(|b| weight > b.1) {
                 best = Some((found, weight));
             }
         }
     }
-    best
+    let (mut found, weight) = best?;
+    // what stood beside the noise need not stand beside the path
+    let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
+    let rest = frame.data_undithered(left);
+    let beside_path = Likelihood::new(frame, &rest, candidates, nuisance);
+    let settled = Search::new(&beside_path, prior).settled(&found.fitted.hypothesis);
+    let h = &settled.fitted.hypothesis;
+    let ln_prior = |h: &Hypothesis| prior.ln_named + h.candidates().map(|c| prior.of(candidates[c].named)).sum::<f64>();
+    if h.size() == found.fitted.hypothesis.size() {
+        return Some((found, weight));
+    }
+    // beside the same path
+    found.ln_evidence += settled.fitted.ln_evidence - found.fitted.ln_evidence;
+    found.fitted = settled.fitted.clone();
+    let weight = found.ln_evidence + ln_prior(h);
+    let start = [found.chain.spacing, 0.5 * (found.chain.dwell_low + found.chain.dwell_high) * frame.scene.step_s];
+    let again = beside(frame, data, candidates, nuisance, h, h, start);
+    let weighed = again.map(|again| (again.ln_evidence + ln_prior(h), again));
+    Some(weighed.filter(|(w, _)| *w > weight).map_or((found, weight), |(w, again)| (again, w)))
 }

@@ -1,5 +1,6 @@
 //! Floor 5: the gap between the nominal simulator and a recording: where it lies, which effect causes it, how far it shrinks.
 
+mod account;
 pub mod answer;
 pub mod believe;
 pub mod bench;
@@ -13,6 +14,7 @@ pub mod explain;
 mod extend;
 pub mod far;
 pub mod findings;
+mod flatten;
 mod frame;
 mod free;
 mod gaussian;
@@ -21,6 +23,7 @@ mod judge;
 mod known;
 mod layers;
 mod lines;
+mod looks;
 mod parts;
 pub mod place;
 mod popcorn;

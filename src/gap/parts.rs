@@ -63,7 +63,7 @@ pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
         let mut part = Part::new(&c.id, c.named, share(n.candidate));
         let std = &fitted.std[at..at + n.ln_theta.len()];
         match &c.kind {
-            Kind::Noise(k) | Kind::Filter(k) if c.named => {
+            Kind::Noise(k) | Kind::Filter(k) | Kind::Level(k) if c.named => {
                 for ((name, v), s) in k.names().iter().zip(&n.ln_theta).zip(std) {
                     part.parameters.insert((*name).into(), v.exp());
                     part.std.insert((*name).into(), v.exp() * s);
@@ -79,13 +79,6 @@ pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
                     spread(&mut part, &k.parameters(&l.frame.coarse, &[], &moved));
                 }
                 root(&mut part);
-            }
-            Kind::Noise(k) => {
-                let theta: Vec<f64> = n.ln_theta.iter().map(|v| v.exp()).collect();
-                if k.names().get(1) == Some(&"frequency_hz") {
-                    part.frequency_hz = Some([(theta[1] - theta[2]).max(0.0), theta[1] + theta[2]]);
-                }
-                part.description = describe(&c.id);
             }
             _ => part.description = describe(&c.id),
         }
@@ -107,9 +100,7 @@ fn describe(id: &str) -> String {
         "free.variance_temperature_rate" => "the noise's level follows the temperature's rate",
         "free.variance_supply" => "the noise's level follows the supply",
         "free.variance_supply_rate" => "the noise's level follows the supply's rate",
-        "free.white_level" => "the white noise is not as large as the nominal simulator states",
         "free.spectrum" => "the spectrum has another shape than any named noise gives it",
-        "free.resonance" => "narrow-band noise",
         _ => "a free form",
     }
     .to_owned()

@@ -40,6 +40,42 @@ fn baseline(l: &Likelihood, h: &Hypothesis) -> Vec<f64> {
     l.frame.series(&z)
 }
 
+/// Variance of means over `per` samples of noise with the spectrum `white`, rad²/s², and the covariance of neighbouring ones.
+fn mean_noise(frame: &Frame, white: &[f64], per: usize) -> [f64; 2] {
+    /// Points in a bin: the response to a mean over many samples is narrower than a bin.
+    const POINTS: usize = 16;
+    let (n, m) = (frame.len().max(1) as f64, per as f64);
+    let mut sums = [0.0, 0.0];
+    for ((band, count), s) in frame.bins.bands().zip(&frame.bins.count).zip(white) {
+        for k in 0..POINTS {
+            let omega = band[0] + (band[1] - band[0]) * (k as f64 + 0.5) / POINTS as f64;
+            let half = (0.5 * omega).sin().max(1e-300);
+            let response = ((0.5 * m * omega).sin() / (m * half)).powi(2);
+            let power = s * count / n / POINTS as f64 * response;
+            sums[0] += power;
+            sums[1] += power * (m * omega).cos();
+        }
+    }
+    sums
+}
+
+/// Neighbouring means are white where they have less in common than this.
+const IN_COMMON: f64 = 0.1;
+
+/// Fewest samples over which the means of noise with the spectrum `white` are white.
+fn whitening(frame: &Frame, white: &[f64]) -> usize {
+    let most = (frame.len() / 256).max(1);
+    let mut per = 1;
+    while 2 * per <= most {
+        let [variance, covariance] = mean_noise(frame, white, per);
+        if covariance.abs() < IN_COMMON * variance {
+            break;
+        }
+        per *= 2;
+    }
+    per
+}
+
 /// Two levels beside `base`, starting from the bias that `whole` (which has a noise in their place) leaves, at a spacing in
 /// rad/s and a dwell time in s.
 pub fn beside(
@@ -53,8 +89,9 @@ pub fn beside(
 ) -> Option<Popcorn> {
     let n = frame.len();
     let dwell = start[1] / frame.scene.step_s;
-    let per = ((dwell / 20.0) as usize).clamp(1, 64);
-    let std = frame.scene.white_std_rad_s * base.ln_white.exp() / (per as f64).sqrt();
+    let white = base.white_spectrum(frame, candidates);
+    let per = ((dwell / 20.0) as usize).clamp(1, 64).max(whitening(frame, &white));
+    let std = mean_noise(frame, &white, per)[0].sqrt();
     let decimated = |b: &[f64]| -> Vec<f64> {
         let chunks = data.values_rad_s.chunks_exact(per).zip(b.chunks_exact(per));
         chunks.map(|(y, b)| y.iter().zip(b).map(|(y, b)| y - b).sum::<f64>() / per as f64).collect()

@@ -52,7 +52,7 @@ pub fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prep
     if config.kind != Kind::Stationary {
         return Err(Error::new(ErrorKind::Config, "configuration", "kind is \"driving\"")
             .at("`kind`")
-            .mend("only recordings at rest can be diagnosed so far: give the configuration of the gyro, kind = \"stationary\""));
+            .mend("a recording at rest is judged by the configuration of the gyro, kind = \"stationary\""));
     }
     if !config.effects.is_empty() {
         return Err(Error::new(ErrorKind::Config, "configuration", "the nominal simulator holds effects already")
@@ -90,6 +90,7 @@ pub fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prep
     }
     fill(&mut rate_rad_s, &rows, scene.white_std_rad_s, |_| NEIGHBOURS);
     on_lattice(&mut rate_rad_s, rate, &rows);
+    notes.extend(super::flatten::flatten(gyro.noise.as_ref(), &scene, &mut rate_rad_s));
     if let Some(note) = in_degrees(&rate_rad_s, scene.white_std_rad_s) {
         notes.push(note);
     }

@@ -17,6 +17,14 @@ pub struct Prior {
     pub ln_free: f64,
 }
 
+impl Prior {
+    /// ln of the odds of one more part.
+    #[must_use]
+    pub fn of(&self, named: bool) -> f64 {
+        if named { self.ln_named } else { self.ln_free }
+    }
+}
+
 impl Default for Prior {
     fn default() -> Self {
         Self { ln_named: (0.08_f64).ln(), ln_free: (0.012_f64).ln() }
@@ -81,11 +89,13 @@ impl<'a> Search<'a> {
         Self { likelihood, prior, cycles: 3.0, met: BTreeMap::new(), extensions: BTreeMap::new() }
     }
 
+    /// The likelihood that is searched.
+    pub fn likelihood(&self) -> &'a Likelihood<'a> {
+        self.likelihood
+    }
+
     fn ln_prior(&self, set: &[usize]) -> f64 {
-        let one = |c: &usize| {
-            if self.likelihood.candidates[*c].named { self.prior.ln_named } else { self.prior.ln_free }
-        };
-        set.iter().map(one).sum()
+        set.iter().map(|c| self.prior.of(self.likelihood.candidates[*c].named)).sum()
     }
 
     fn key(h: &Hypothesis) -> Vec<usize> {
@@ -128,7 +138,7 @@ impl<'a> Search<'a> {
         let gain = |(h, value): (Hypothesis, f64)| (h, value - base.fitted.ln_mode);
         match &l.candidates[candidate].kind {
             Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(gain),
-            Kind::Noise(_) | Kind::Filter(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(gain),
+            Kind::Noise(_) | Kind::Filter(_) | Kind::Level(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(gain),
             Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(gain),
             Kind::TurnOn => Some(gain(l.add_turn_on(h, candidate))),
             Kind::Line(s, harmonics) => {
@@ -174,11 +184,11 @@ impl<'a> Search<'a> {
         met.into_iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight))
     }
 
-    /// Drops parts while that makes the set more probable.
-    fn pruned(&mut self, mut best: Met) -> Met {
+    /// Drops parts, down to `fewest`, while that makes the set more probable.
+    fn pruned(&mut self, mut best: Met, fewest: usize) -> Met {
         loop {
             let parts: Vec<usize> = best.fitted.hypothesis.candidates().collect();
-            if parts.len() < 2 {
+            if parts.len() <= fewest {
                 return best;
             }
             let mut better = None;
@@ -196,10 +206,16 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The set of `start` without what makes it less probable.
+    pub fn settled(&mut self, start: &Hypothesis) -> Met {
+        let met = self.meet(start);
+        self.pruned(met, 0)
+    }
+
     fn climb(&mut self, mut best: Met, among: &[usize]) -> Met {
         while best.fitted.hypothesis.size() < MOST {
             match self.grown(&best, among) {
-                Some(next) if next.ln_weight > best.ln_weight => best = self.pruned(next),
+                Some(next) if next.ln_weight > best.ln_weight => best = self.pruned(next, 1),
                 _ => break,
             }
         }
@@ -210,7 +226,23 @@ impl<'a> Search<'a> {
     pub fn run(&mut self) -> Met {
         let all: Vec<usize> = (0..self.likelihood.candidates.len()).collect();
         let nothing = self.meet(&Hypothesis::default());
-        let mut best = self.climb(nothing, &all);
+        let mut best = self.climb(nothing.clone(), &all);
+        let is_named = |c: &usize| self.likelihood.candidates[*c].named;
+        if !best.fitted.hypothesis.candidates().all(|c| is_named(&c)) {
+            // a free form may stand where two effects together do, of which neither is close alone
+            let named: Vec<usize> = all.iter().copied().filter(is_named).collect();
+            let by_name = self.climb(nothing.clone(), &named);
+            if by_name.ln_weight > best.ln_weight {
+                best = by_name;
+            }
+            // what a filter took, a nominal level that was read off the filtered noise lacks already
+            for together in self.filters_with_levels(&nothing) {
+                let filtered = self.climb(together, &all);
+                if filtered.ln_weight > best.ln_weight {
+                    best = filtered;
+                }
+            }
+        }
         for _ in 0..3 {
             let start = best.ln_weight;
             let parts: Vec<usize> = best.fitted.hypothesis.candidates().collect();
@@ -248,6 +280,23 @@ impl<'a> Search<'a> {
         best
     }
 
+    /// Each filter with each level of the noise.
+    fn filters_with_levels(&mut self, nothing: &Met) -> Vec<Met> {
+        let candidates = self.likelihood.candidates;
+        let of = |wanted: fn(&Kind) -> bool| (0..candidates.len()).filter(move |c| wanted(&candidates[*c].kind));
+        let mut met = Vec::new();
+        for level in of(|k| matches!(k, Kind::Level(_))) {
+            let Some((h, _)) = self.extended(nothing, level, &mut None) else { continue };
+            let base = self.meet(&h);
+            for filter in of(|k| matches!(k, Kind::Filter(_))) {
+                if let Some((h, _)) = self.extended(&base, filter, &mut None) {
+                    met.push(self.meet(&h));
+                }
+            }
+        }
+        met
+    }
+
     fn top(&self) -> Option<Met> {
         self.met.values().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight)).cloned()
     }
@@ -267,9 +316,9 @@ impl<'a> Search<'a> {
         self.meet(&rest)
     }
 
-    /// ln weight of the set with just these parts, if it was met.
-    pub fn weight_without(&self, h: &Hypothesis) -> Option<f64> {
-        self.met.get(&Self::key(h)).map(|m| m.ln_weight)
+    /// ln weight of the set with just these parts.
+    pub fn weight_of(&mut self, h: &Hypothesis) -> f64 {
+        self.meet(h).ln_weight
     }
 
     /// All sets met, most probable first.

@@ -1,15 +1,16 @@
 //! Floor 3: the fit of e(t) = C1 (1 - exp(-t/T)) + C2 to a log at rest, and of the same error by temperature.
 //!
 //! Least squares by variable projection: for given T the model is linear, so T alone is searched, over all scales
-//! and from no starting value. Where the residuals show a random walk of the bias ([`NoiseEstimate`]) squares are weighed
-//! by it ([`Weighting`]); where they do not, the covariance still allows for one. Intervals are profile-likelihood
-//! intervals.
+//! and from no starting value. The covariance allows for a random walk of the bias ([`NoiseEstimate`]), and so do the
+//! intervals, which are those of the profile likelihood. Where the residuals show a walk, squares weighed by it
+//! ([`Weighting`]) are told beside the plain ones, and may be asked for.
 
 mod advice;
 mod compare;
 mod noise;
 mod profile;
 mod projection;
+mod reach;
 mod robust;
 mod search;
 mod surface;
@@ -30,6 +31,7 @@ use crate::signal::{Moments, Reduced, TimeAxis};
 use nalgebra::{DMatrix, Matrix3};
 use noise::NoiseFit;
 use projection::Projection;
+use reach::Reach;
 use search::Minimum;
 use surface::Surface;
 
@@ -53,6 +55,16 @@ pub fn fit(time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit>
         Loss::Squares => solve(&moments, || difference_variance(values), options),
         Loss::Huber => huber(&moments, time, values, options),
     }
+    .map(|fit| of_plateau(fit, |fit| terms::plateau(time, values, fit)))
+}
+
+/// The fit with N of the plateau, where a low-pass or a vibration shows.
+fn of_plateau(mut fit: Fit, plateau: impl Fn(&Fit) -> Option<f64>) -> Fit {
+    if let Some(n) = plateau(&fit) {
+        let all = std::iter::once(&mut fit.noise).chain(fit.other_weighting.as_mut().map(|o| &mut o.noise));
+        all.for_each(|noise| noise.angle_random_walk_rad_sqrt_s = n);
+    }
+    fit
 }
 
 /// Fits the warm-up model to a log of which one pass kept the moments; its times count from power-on.
@@ -71,7 +83,8 @@ pub fn fit_reduced(log: &Reduced, options: &FitOptions) -> Result<Fit> {
         return Err(Error::new(ErrorKind::TooShort, "log", found).mend("record a longer log, or fix a parameter"));
     }
     check_spread(moments, moments.reference)?;
-    solve(moments, || log.difference_variance, options)
+    let fit = solve(moments, || log.difference_variance, options)?;
+    Ok(of_plateau(fit, |fit| terms::plateau_reduced(log, fit)))
 }
 
 fn check_spread(moments: &Moments, value: f64) -> Result<()> {
@@ -178,11 +191,32 @@ fn solve(moments: &Moments, by_differences: impl Fn() -> f64, options: &FitOptio
             .mend("record a longer log, or fix a parameter with --fix")
     };
     let noise = plain_noise(&p, &plain, given_t.is_none()).ok_or_else(singular)?;
-    let walks = options.weighting.map_or(noise.walk_probability() > 0.5, |w| w == Weighting::RandomWalk);
-    if walks && let Some(w) = weighted::fit(&p, given_t) {
-        return Ok(complete(&p, &w.surface, &w.minimum, &w.noise, by_differences, options, Weighting::RandomWalk));
-    }
-    Ok(complete(&p, &p, &plain, &noise, by_differences, options, Weighting::Uniform))
+    let asked = options.weighting == Weighting::Walk;
+    let weighed = if asked || noise.walk_probability() > 0.5 { weighted::fit(&p, given_t) } else { None };
+    let context = Context {
+        p: &p,
+        free_t: given_t.is_none(),
+        by_differences: &by_differences,
+        comparison: compare::compare(&p, given_t.is_none()),
+        line: straight_line(moments, options),
+    };
+    let reach = Reach::new(&p, &plain, pivot(&p, &plain, given_t.is_none()), &noise);
+    let uniform = complete(&context, &p, &plain, &noise, &reach, Weighting::Uniform);
+    let Some(w) = weighed else { return Ok(uniform) };
+    let walk = complete(&context, &w.surface, &w.minimum, &w.noise, &Reach::alike(), Weighting::Walk);
+    let (mut fit, other) = if asked { (walk, uniform) } else { (uniform, walk) };
+    fit.other_weighting = Some(Box::new(other));
+    Ok(fit)
+}
+
+/// What both weightings share.
+struct Context<'a, 'm> {
+    p: &'a Projection<'m>,
+    free_t: bool,
+    /// The variance that successive differences show, rad²/s².
+    by_differences: &'a dyn Fn() -> f64,
+    comparison: Option<Comparison>,
+    line: Option<StraightLine>,
 }
 
 /// T at which the model is linearised: at the end of the searched range C1 and T are one parameter, and the pivot lies
@@ -205,16 +239,15 @@ fn plain_noise(p: &Projection, min: &Minimum, free_t: bool) -> Option<NoiseFit> 
 
 /// All that is said of the minimum of a surface, given the noise.
 fn complete(
-    p: &Projection,
+    context: &Context,
     surface: &impl Surface,
     min: &Minimum,
     noise: &NoiseFit,
-    by_differences: impl Fn() -> f64,
-    options: &FitOptions,
+    reach: &Reach,
     weighting: Weighting,
 ) -> Fit {
+    let &Context { p, free_t, .. } = context;
     let moments = p.moments;
-    let free_t = options.fixed.time_constant_s.is_none();
     let [free_c1, free_c2] = p.free();
     let free = [free_c1, free_c2, free_t];
     let freedom = moments.count as f64 - free.iter().filter(|f| **f).count() as f64;
@@ -236,12 +269,12 @@ fn complete(
     let covariance: Matrix3<f64> = noise.members.iter().zip(&covariances).map(|(m, c)| *c * m.weight).sum();
     let squares = match weighting {
         Weighting::Uniform => min.linear.rss.max(0.0),
-        Weighting::RandomWalk => p.squares(min),
+        Weighting::Walk => p.squares(min),
     };
     let white_variance = squares / freedom;
     let if_white = match weighting {
         Weighting::Uniform => unit,
-        Weighting::RandomWalk => {
+        Weighting::Walk => {
             let s = p.sums(pivot, true);
             let columns = noise::columns(p, &s, &[], l.c1, free_t.then_some(pivot));
             noise::inverse(&columns.normal).map_or_else(|| unit.map(|_| f64::NAN), |m| full(&m))
@@ -262,9 +295,9 @@ fn complete(
         let kappa = half * half / unit[(j, j)];
         let ci95 = match j {
             _ if !free_t => [x - half, x + half],
-            0 => profile::linear(surface, min, profile::Target::C1, kappa),
-            1 => profile::linear(surface, min, profile::Target::C2, kappa),
-            _ => profile::time_constant(surface, min, kappa),
+            0 => profile::linear(surface, min, reach, profile::Target::C1, kappa),
+            1 => profile::linear(surface, min, reach, profile::Target::C2, kappa),
+            _ => profile::time_constant(surface, min, reach, kappa),
         };
         let std_white = (if_white[(j, j)] * white_variance).sqrt();
         estimates[j] = Estimate { estimate: x, std: covariance[(j, j)].sqrt(), std_white, ci95 };
@@ -289,9 +322,10 @@ fn complete(
         sample_rate_hz: 1.0 / moments.step_s,
         first_s: moments.first_s,
         span_s: moments.span_s,
-        noise: estimate_noise(noise, moments.step_s, white_variance, by_differences),
-        comparison: compare::compare(p, free_t),
-        line: straight_line(moments, options),
+        noise: estimate_noise(noise, moments.step_s, white_variance, context.by_differences),
+        comparison: context.comparison,
+        line: context.line,
+        other_weighting: None,
         advice: Vec::new(),
     };
     out.advice = advise(surface, noise, &out, free_t);
@@ -329,7 +363,7 @@ fn estimate_noise(
     noise: &NoiseFit,
     step_s: f64,
     residual_variance: f64,
-    by_differences: impl Fn() -> f64,
+    by_differences: &dyn Fn() -> f64,
 ) -> NoiseEstimate {
     let probability = noise.walk_probability();
     // with a random walk in the residuals their variance is not the white noise's; successive differences still see it

@@ -263,7 +263,7 @@ fn solve(blocks: &[Block], step_s: f64, by_differences: impl Fn() -> f64) -> Res
         temperature_noise_c: noise_c2.sqrt(),
         attenuation: (noise_c2 / spread_c2).min(1.0),
         residual_std_rad_s: white.sqrt(),
-        noise: estimate_noise(&best.noise, step_s, white, by_differences),
+        noise: estimate_noise(&best.noise, step_s, white, &by_differences),
         explanation: None,
     })
 }

@@ -28,14 +28,16 @@ pub enum Loss {
 }
 
 /// How samples are weighed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Weighting {
     /// All alike: ordinary least squares.
+    #[default]
     Uniform,
     /// By the inverse of the covariance of white noise and the random walk that the residuals show: generalised least
-    /// squares. What lies far apart in time says less of the warm-up than what lies close together.
-    RandomWalk,
+    /// squares. What lies far apart in time says less of the warm-up than what lies close together: a walk that comes
+    /// further than the warm-up is large does not hide it; what else is slow, and no walk, is then followed by a shorter T.
+    Walk,
 }
 
 /// What the fit is asked for.
@@ -45,8 +47,8 @@ pub struct FitOptions {
     pub fixed: Fixed,
     /// Loss function.
     pub loss: Loss,
-    /// How to weigh samples; `None`: by a random walk where the residuals show one more likely than not, else all alike.
-    pub weighting: Option<Weighting>,
+    /// How to weigh samples. Where the residuals show no walk, all weigh alike.
+    pub weighting: Weighting,
 }
 
 /// An estimated number.
@@ -65,7 +67,7 @@ pub struct Estimate {
 /// The noise that the residuals show: white, plus a random walk of the bias.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NoiseEstimate {
-    /// N: white noise, standard deviation of a sample times sqrt(sample time), rad/√s.
+    /// N: white noise, standard deviation of a sample times sqrt(sample time), rad/√s; behind a low-pass that of the plateau.
     pub angle_random_walk_rad_sqrt_s: f64,
     /// Probability that there is a random walk, from 0.5 before the log was seen.
     pub rate_random_walk_probability: f64,
@@ -125,6 +127,8 @@ pub struct Fit {
     pub comparison: Option<Comparison>,
     /// The straight line through the log.
     pub line: Option<StraightLine>,
+    /// The fit by the other weighting, where the residuals show a walk more likely than not, or a walk was asked for.
+    pub other_weighting: Option<Box<Fit>>,
     /// How long to record for T to ±10 %: one row where T is known, several assumed T where it is not.
     pub advice: Vec<Advice>,
 }
@@ -138,6 +142,17 @@ impl Fit {
             c2_rad_s: self.c2_rad_s.estimate,
             time_constant_s: self.time_constant_s.estimate,
         }
+    }
+
+    /// Whether both weightings disagree: in C1, C2 or T, by more than the root of the sum of both variances. `false` where
+    /// there is but one.
+    #[must_use]
+    pub fn weightings_disagree(&self) -> bool {
+        let numbers = |fit: &Self| [fit.c1_rad_s, fit.c2_rad_s, fit.time_constant_s];
+        self.other_weighting.as_deref().is_some_and(|other| {
+            let pairs = numbers(self).into_iter().zip(numbers(other));
+            pairs.into_iter().any(|(a, b)| (a.estimate - b.estimate).abs() > a.std.hypot(b.std))
+        })
     }
 
     /// Whether the warm-up is there at all: it beats the constant at the 5 % level. `true` where that was not tested.

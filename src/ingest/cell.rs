@@ -63,18 +63,77 @@ pub(super) fn digits(field: &[u8]) -> (i32, i32) {
     (i32::saturating_sub(decimals, exponent), significant)
 }
 
-/// Nanoseconds since 1970-01-01 UTC of an ISO 8601 date with time; without a zone it is taken as UTC.
+/// Type of a column of times of day without a date.
+pub(super) const CLOCK_TIME: &str = "clock time";
+/// Nanoseconds of a day.
+pub(super) const DAY_NS: i64 = 86_400_000_000_000;
+
+/// Nanoseconds since 1970-01-01 UTC of a date with time, ISO 8601 or as [`date_day`] reads it, or since midnight of a time
+/// alone; without a zone it is taken as UTC.
 pub(super) fn instant_ns(field: &[u8]) -> Option<i64> {
     let text = std::str::from_utf8(field.trim_ascii()).ok()?;
     // a bare number or date is not an instant
-    if text.len() < 16 || !text.contains(':') {
+    if !text.contains(':') {
         return None;
+    }
+    if let Some(ns) = clock_ns(text) {
+        return Some(ns);
+    }
+    if let Some((date, time)) = text.split_once(' ')
+        && let Some(day) = date_day(date)
+    {
+        return clock_ns(time)?.checked_add(day.checked_mul(DAY_NS)?);
     }
     let stamp = match text.parse::<jiff::Timestamp>() {
         Ok(stamp) => stamp,
+        Err(_) if text.len() < 16 => return None,
         Err(_) => text.parse::<jiff::civil::DateTime>().ok()?.to_zoned(jiff::tz::TimeZone::UTC).ok()?.timestamp(),
     };
     i64::try_from(stamp.as_nanosecond()).ok()
+}
+
+/// Nanoseconds since midnight of `12:34:56.789`, `1:02:03 PM`.
+fn clock_ns(text: &str) -> Option<i64> {
+    let upper = text.trim().to_ascii_uppercase();
+    let (time, half) = match upper.strip_suffix("AM").map(|t| (t, 0)).or(upper.strip_suffix("PM").map(|t| (t, 12))) {
+        Some((time, hours)) => (time.trim_end(), Some(hours)),
+        None => (upper.as_str(), None),
+    };
+    let mut parts = time.split(':');
+    let (hour, minute, seconds) = (parts.next()?, parts.next()?, parts.next()?);
+    let (second, fraction) = seconds.split_once(['.', ',']).unwrap_or((seconds, ""));
+    let digits = |t: &str| t.bytes().all(|b| b.is_ascii_digit());
+    let few = |t: &str| (1..=2).contains(&t.len()) && digits(t);
+    if parts.next().is_some() || ![hour, minute, second].iter().all(|t| few(t)) || !digits(fraction) {
+        return None;
+    }
+    let (mut hour, minute, second) =
+        (hour.parse::<i64>().ok()?, minute.parse::<i64>().ok()?, second.parse::<i64>().ok()?);
+    if let Some(half) = half {
+        if !(1..=12).contains(&hour) {
+            return None;
+        }
+        hour = hour % 12 + half;
+    }
+    if hour > 23 || minute > 59 || second > 60 {
+        return None;
+    }
+    let ns: i64 = format!("{fraction:0<9}").get(..9)?.parse().ok()?;
+    Some(((hour * 60 + minute) * 60 + second) * 1_000_000_000 + ns)
+}
+
+/// Days since 1970-01-01 of `11/23/2026` (month first, unless that is no month) and `23.11.2026`.
+fn date_day(text: &str) -> Option<i64> {
+    let point = text.contains('.');
+    let mut parts = text.split(if point { '.' } else { '/' });
+    let (first, second, year) = (parts.next()?, parts.next()?, parts.next()?);
+    if parts.next().is_some() || year.len() != 4 {
+        return None;
+    }
+    let (first, second, year): (i8, i8, i16) = (first.parse().ok()?, second.parse().ok()?, year.parse().ok()?);
+    let (month, day) = if point || first > 12 { (second, first) } else { (first, second) };
+    let date = jiff::civil::Date::new(year, month, day).ok()?;
+    Some(date.to_zoned(jiff::tz::TimeZone::UTC).ok()?.timestamp().as_second().div_euclid(86_400))
 }
 
 #[cfg(test)]
@@ -113,6 +172,24 @@ mod tests {
         assert_eq!(digits(b"0.010068756"), (9, 8));
         assert_eq!(digits(b"12.50"), (2, 4));
         assert_eq!(digits(b"1.5e-3"), (4, 2));
+    }
+
+    #[test]
+    fn clock_times_and_dates_of_both_worlds() {
+        let s = 1_000_000_000;
+        assert_eq!(instant_ns(b"12:34:56.789"), Some((12 * 3600 + 34 * 60 + 56) * s + 789_000_000));
+        assert_eq!(instant_ns(b"1:02:03 PM"), Some((13 * 3600 + 2 * 60 + 3) * s));
+        assert_eq!(instant_ns(b"12:00:00 AM"), Some(0));
+        let iso = instant_ns(b"2026-11-23T22:11:12Z");
+        for text in ["11/23/2026 10:11:12 PM", "11/23/2026 22:11:12", "23/11/2026 22:11:12.000", "23.11.2026 22:11:12"]
+        {
+            assert_eq!(instant_ns(text.as_bytes()), iso, "{text}");
+        }
+        for text in
+            ["12:34", "25:00:00", "13:00:00 PM", "1:2:3:4", "a:b:c", "1.5", "99/99/2026 10:00:00", "00:11:22:33:44:55"]
+        {
+            assert_eq!(instant_ns(text.as_bytes()), None, "{text}");
+        }
     }
 
     #[test]

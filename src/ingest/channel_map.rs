@@ -3,7 +3,8 @@
 use super::channels::{self, TABLE};
 use super::quantity::{Conversion, Quantity, other_unit, stem};
 use super::table::{Head, Kind, list};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, nearest};
+use crate::signal::names;
 
 /// A column that is to be read as a channel, whatever it is called.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,6 +15,8 @@ pub struct ChannelMap {
 
 /// A column of a file that a map names.
 pub(super) struct Mapped {
+    /// The channel of the map; a wheel's speed in m/s is that over ground.
+    pub channel: &'static str,
     pub column: usize,
     /// To SI, with the sign.
     pub conversion: Conversion,
@@ -22,8 +25,8 @@ pub(super) struct Mapped {
 }
 
 impl ChannelMap {
-    /// Reads `gyro_z_rad_s=gy_rad_s`, `gyro_z_rad_s=-wz:deg/s`. The unit may be left out where the column's name has
-    /// it; a minus turns the sign.
+    /// Reads `gyro_z_rad_s=gy_rad_s`, `gyro_z_rad_s=-wz:deg/s`, `gyro_z_rad_s=gz_raw:1/131 deg/s`. The unit may be left out
+    /// where the column's name has it; a minus turns the sign, a factor before the unit counts, and alone it is one to SI.
     ///
     /// # Errors
     /// [`ErrorKind::Usage`] without `=`, without a column, or for a channel that no command reads.
@@ -34,7 +37,8 @@ impl ChannelMap {
         })?;
         let entry = channels::of(channel.trim()).ok_or_else(|| {
             let all: Vec<_> = TABLE.iter().map(|e| e.channel).collect();
-            usage(format!("no channel {:?}", channel.trim())).mend(format!("there are {}", all.join(", ")))
+            let meant = nearest(channel, all.iter().copied());
+            usage(format!("no channel {:?}", channel.trim())).mend(format!("there are {}", all.join(", "))).meant(meant)
         })?;
         let column = column.trim().to_string();
         if column.trim_start_matches('-').is_empty() {
@@ -47,6 +51,16 @@ impl ChannelMap {
     #[must_use]
     pub fn channel(&self) -> &'static str {
         self.channel
+    }
+
+    /// Whether a column of `channel` is spoken for: that of a wheel in either of its quantities.
+    pub(super) fn claims(&self, channel: &str) -> bool {
+        let over_ground = match self.channel {
+            names::WHEEL_LEFT => names::WHEEL_LEFT_SPEED,
+            names::WHEEL_RIGHT => names::WHEEL_RIGHT_SPEED,
+            own => own,
+        };
+        [self.channel, over_ground].contains(&channel)
     }
 
     /// What stands right of the `=`: sign, column and unit.
@@ -77,13 +91,13 @@ impl ChannelMap {
             return Err(at(ErrorKind::Column, format!("holds {}, not numbers", head.type_name))
                 .mend(format!("map a column of numbers to {}", self.channel)));
         }
-        let quantity = self.quantity();
+        let (channel, quantity) = self.meant(head, unit);
         let named = stem(&head.name, quantity).unit;
         let written = unit.or(named.as_deref()).or(head.unit.as_deref()).map(|u| u.trim_matches(['(', ')', '[', ']']));
         let mend = || format!("state the unit: --map {}={}:UNIT with {}", self.channel, head.name, quantity.units());
         let conversion = match written {
             Some(text) => quantity
-                .parse(text)
+                .parse_scaled(text)
                 .ok_or_else(|| at(ErrorKind::Unit, format!("{text:?} is no unit of {}", self.channel)).mend(mend()))?,
             None => match other_unit(&head.name, quantity) {
                 Some(other) => {
@@ -94,11 +108,30 @@ impl ChannelMap {
             },
         };
         let conversion = Conversion { factor: sign * conversion.factor, offset: sign * conversion.offset };
-        Ok(Mapped { column, conversion, unit_assumed: written.is_none() })
+        Ok(Mapped { channel, column, conversion, unit_assumed: written.is_none() })
     }
 
     pub(super) fn quantity(&self) -> Quantity {
         channels::of(self.channel).map_or(Quantity::Rate, |e| e.quantity)
+    }
+
+    /// The channel and its quantity; a wheel in a unit of speed is its speed over ground.
+    fn meant(&self, head: &Head, unit: Option<&str>) -> (&'static str, Quantity) {
+        let over_ground = match self.channel {
+            names::WHEEL_LEFT => names::WHEEL_LEFT_SPEED,
+            names::WHEEL_RIGHT => names::WHEEL_RIGHT_SPEED,
+            channel => return (channel, self.quantity()),
+        };
+        let named = stem(&head.name, Quantity::Speed).unit;
+        let written = unit.or(named.as_deref()).or(head.unit.as_deref());
+        let is_speed = written.is_some_and(|u| Quantity::Speed.parse(u.trim_matches(['(', ')', '[', ']'])).is_some());
+        if is_speed { (over_ground, Quantity::Speed) } else { (self.channel, self.quantity()) }
+    }
+
+    /// The column without sign and unit.
+    fn bare_column(&self) -> &str {
+        let text = self.column.strip_prefix('-').unwrap_or(&self.column).trim_start();
+        text.rsplit_once(':').map_or(text, |(name, _)| name.trim_end())
     }
 
     /// The error for a map whose column is in none of the files.
@@ -111,6 +144,7 @@ impl ChannelMap {
         let found = format!("no column {:?} for {}; there are {}", self.column, self.channel, there.join("; "));
         Error::new(ErrorKind::Column, sources.join(", "), found)
             .mend(format!("name one of them: --map {}=COLUMN[:UNIT]", self.channel))
+            .meant(nearest(self.bare_column(), files.iter().flat_map(|f| f.1).map(|h| h.name.as_str())))
     }
 }
 
@@ -143,6 +177,20 @@ mod tests {
         assert_eq!(found("gyro_z_rad_s=-WZ", &["wz"]), Ok(Some((0, -1.0, true))));
         assert_eq!(found("odo_speed_m_s=v:km/h", &["v"]), Ok(Some((0, 1.0 / 3.6, false))));
         assert_eq!(found("x_m=east_m", &["north_m"]), Ok(None));
+        assert_eq!(found("gyro_z_rad_s=foo:mrad/s", &["foo"]), Ok(Some((0, 1e-3, false))));
+        assert_eq!(found("wheel_left_rad_s=foo:rpm", &["foo"]), Ok(Some((0, std::f64::consts::PI / 30.0, false))));
+        assert_eq!(found("gyro_z_rad_s=gz_raw:1/131 deg/s", &["gz_raw"]), Ok(Some((0, 1.0 / 131.0 * deg, false))));
+        assert_eq!(found("gyro_z_rad_s=-gz_raw:0.5", &["gz_raw"]), Ok(Some((0, -0.5, false))));
+    }
+
+    #[test]
+    fn a_wheel_in_m_s_is_its_speed_over_ground() {
+        let channel = |map: &str, column: &str| {
+            ChannelMap::parse(map).unwrap().find("d.csv", &heads(&[column])).unwrap().map(|m| m.channel)
+        };
+        assert_eq!(channel("wheel_left_rad_s=vl:m/s", "vl"), Some(names::WHEEL_LEFT_SPEED));
+        assert_eq!(channel("wheel_right_rad_s=vr_mm_s", "vr_mm_s"), Some(names::WHEEL_RIGHT_SPEED));
+        assert_eq!(channel("wheel_left_rad_s=vl", "vl"), Some(names::WHEEL_LEFT));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The channels of a drive, and the column names that leave no doubt about them.
 //!
 //! A name is recognised only with its unit, so that `speed` alone is not, `speed_kph` is; what messages of ROS hold
-//! is in SI by its convention (REP 103). Gyro, temperature, supply and time are told by their words, see
+//! is in SI by its convention (REP 103), and names of one side such as `velL` are taken to be, which is told. Gyro, temperature, supply and time are told by their words, see
 //! [`super::names`].
 
 use super::names;
@@ -14,14 +14,26 @@ pub(super) struct Entry {
     pub channel: &'static str,
     pub quantity: Quantity,
     spellings: &'static [&'static str],
+    /// Names that mean it without a unit, which is then that of SI.
+    bare: &'static [&'static str],
 }
 
 const fn entry(channel: &'static str, quantity: Quantity, spellings: &'static [&'static str]) -> Entry {
-    Entry { channel, quantity, spellings }
+    Entry { channel, quantity, spellings, bare: &[] }
+}
+
+/// A channel of one side: names with a unit, and names without.
+const fn side(
+    channel: &'static str,
+    quantity: Quantity,
+    spellings: &'static [&'static str],
+    bare: &'static [&'static str],
+) -> Entry {
+    Entry { channel, quantity, spellings, bare }
 }
 
 /// All channels that a drive can have.
-pub(super) const TABLE: [Entry; 15] = [
+pub(super) const TABLE: [Entry; 23] = [
     entry(channel::GYRO_Z, Quantity::Rate, &[]),
     entry(
         channel::WHEEL_LEFT,
@@ -32,6 +44,48 @@ pub(super) const TABLE: [Entry; 15] = [
         channel::WHEEL_RIGHT,
         Quantity::Rate,
         &["wheel_right", "right_wheel", "wheel_speed_right", "right_wheel_speed", "encoder_right", "right_encoder"],
+    ),
+    side(
+        channel::WHEEL_LEFT_SPEED,
+        Quantity::Speed,
+        &[
+            "wheel_left",
+            "left_wheel",
+            "wheel_speed_left",
+            "left_wheel_speed",
+            "speed_left",
+            "left_speed",
+            "v_left",
+            "vel_l",
+            "vel_left",
+            "left_vel",
+            "velocity_left",
+            "left_velocity",
+            "wheel_velocity_left",
+            "left_wheel_velocity",
+        ],
+        &["vel_l", "vel_left", "left_vel", "velocity_left", "left_velocity"],
+    ),
+    side(
+        channel::WHEEL_RIGHT_SPEED,
+        Quantity::Speed,
+        &[
+            "wheel_right",
+            "right_wheel",
+            "wheel_speed_right",
+            "right_wheel_speed",
+            "speed_right",
+            "right_speed",
+            "v_right",
+            "vel_r",
+            "vel_right",
+            "right_vel",
+            "velocity_right",
+            "right_velocity",
+            "wheel_velocity_right",
+            "right_wheel_velocity",
+        ],
+        &["vel_r", "vel_right", "right_vel", "velocity_right", "right_velocity"],
     ),
     entry(
         channel::WHEEL_LEFT_TICKS,
@@ -79,6 +133,100 @@ pub(super) const TABLE: [Entry; 15] = [
     ),
     entry(channel::TORQUE_LEFT, Quantity::Torque, &["torque_left", "left_torque", "motor_torque_left"]),
     entry(channel::TORQUE_RIGHT, Quantity::Torque, &["torque_right", "right_torque", "motor_torque_right"]),
+    side(
+        channel::CURRENT_LEFT,
+        Quantity::Current,
+        &["motor_current_left", "left_motor_current", "current_left", "left_current", "cur_l", "current_l", "i_left"],
+        &["motor_current_left", "left_motor_current", "current_left", "left_current", "cur_l", "cur_left"],
+    ),
+    side(
+        channel::CURRENT_RIGHT,
+        Quantity::Current,
+        &[
+            "motor_current_right",
+            "right_motor_current",
+            "current_right",
+            "right_current",
+            "cur_r",
+            "current_r",
+            "i_right",
+        ],
+        &["motor_current_right", "right_motor_current", "current_right", "right_current", "cur_r", "cur_right"],
+    ),
+    entry(
+        channel::COMMAND_LEFT,
+        Quantity::Rate,
+        &[
+            "command_left",
+            "cmd_left",
+            "left_cmd",
+            "left_command",
+            "wheel_left_cmd",
+            "cmd_wheel_left",
+            "left_wheel_cmd",
+            "wheel_left_command",
+            "wheel_command_left",
+            "wheel_cmd_left",
+            "left_wheel_command",
+            "wheel_left_setpoint",
+            "left_wheel_setpoint",
+            "wheel_left_target",
+            "target_wheel_left",
+            "wheel_left_desired",
+        ],
+    ),
+    entry(
+        channel::COMMAND_RIGHT,
+        Quantity::Rate,
+        &[
+            "command_right",
+            "cmd_right",
+            "right_cmd",
+            "right_command",
+            "wheel_right_cmd",
+            "cmd_wheel_right",
+            "right_wheel_cmd",
+            "wheel_right_command",
+            "wheel_command_right",
+            "wheel_cmd_right",
+            "right_wheel_command",
+            "wheel_right_setpoint",
+            "right_wheel_setpoint",
+            "wheel_right_target",
+            "target_wheel_right",
+            "wheel_right_desired",
+        ],
+    ),
+    side(
+        channel::COMMAND_SPEED,
+        Quantity::Speed,
+        &[
+            "command_speed",
+            "cmd_speed",
+            "cmd_v",
+            "cmd_vel",
+            "speed_cmd",
+            "speed_command",
+            "speed_setpoint",
+            "target_speed",
+        ],
+        &["cmd_vel_linear_x", "cmd_vel_twist_linear_x", "command_linear_x", "cmd_linear_x", "cmd_vel_x", "linear_x"],
+    ),
+    side(
+        channel::COMMAND_YAW_RATE,
+        Quantity::Rate,
+        &[
+            "command_yaw_rate",
+            "cmd_yaw_rate",
+            "cmd_w",
+            "cmd_omega",
+            "yaw_rate_cmd",
+            "yaw_rate_command",
+            "yaw_rate_setpoint",
+            "target_yaw_rate",
+        ],
+        &["cmd_vel_angular_z", "cmd_vel_twist_angular_z", "command_angular_z", "cmd_angular_z", "angular_z"],
+    ),
     entry(
         channel::X,
         Quantity::Length,
@@ -189,7 +337,17 @@ pub(super) fn recognise(heads: &[Head], taken: &dyn Fn(&str) -> bool, notes: &mu
                     entry.channel
                 ));
             }
-            [(_, one)] => found.push(*one),
+            [(rank, one)] => {
+                if *rank > entry.spellings.len() {
+                    notes.push(format!(
+                        "{:?} states no unit: taken as {}; otherwise --map {}={0}:UNIT",
+                        heads[one.column].name,
+                        entry.quantity.si(),
+                        entry.channel
+                    ));
+                }
+                found.push(*one);
+            }
             several => {
                 let names: Vec<_> = several.iter().map(|(_, f)| heads[f.column].name.as_str()).collect();
                 notes.push(format!(
@@ -209,7 +367,10 @@ impl Entry {
     fn rank(&self, head: &Head) -> Option<(usize, Conversion)> {
         let stem = stem(&head.name, self.quantity);
         let by_convention = stem.words.contains("twist_twist").then_some(self.quantity.si());
-        let unit = stem.unit.as_deref().or(head.unit.as_deref()).or(by_convention)?;
+        let Some(unit) = stem.unit.as_deref().or(head.unit.as_deref()).or(by_convention) else {
+            let at = self.bare.iter().position(|s| *s == stem.words)?;
+            return Some((self.spellings.len() + 1 + at, Conversion { factor: 1.0, offset: 0.0 }));
+        };
         let conversion = self.quantity.parse(unit.trim_matches(['(', ')', '[', ']']))?;
         if head.name == self.channel {
             return Some((0, conversion));
@@ -263,6 +424,35 @@ mod tests {
         // the odometry's own pose is no reference
         assert_eq!(pairs(&["odo_x_m", "odo_y_m", "odo_yaw_rad"]).0, []);
         assert_eq!(pairs(&["/odom/twist/twist/linear/x"]).0, [("odo_speed_m_s", 0)]);
+    }
+
+    #[test]
+    fn sides_without_a_unit_are_in_si_and_that_is_told() {
+        let (found, notes) = pairs(&["time", "curL", "curR", "velL", "velR"]);
+        let channels =
+            [("wheel_left_m_s", 3), ("wheel_right_m_s", 4), ("motor_current_left_a", 1), ("motor_current_right_a", 2)];
+        assert_eq!(found, channels);
+        assert!(notes.len() == 4 && notes[0].contains("\"velL\" states no unit: taken as m/s"), "{notes:?}");
+        assert!(notes[0].contains("--map wheel_left_m_s=velL:UNIT"), "{notes:?}");
+        // a unit in the name is no assumption
+        let (found, notes) = pairs(&["vel_left_mm_s", "left_current_ma"]);
+        assert!(found.len() == 2 && notes.is_empty(), "{found:?} {notes:?}");
+    }
+
+    #[test]
+    fn commands_are_no_measurements() {
+        let (found, _) = pairs(&["cmd_vel.linear.x", "cmd_vel.angular.z", "wheel_left_cmd_rad_s", "cmd_right_rad_s"]);
+        let channels = [
+            ("command_left_rad_s", 2),
+            ("command_right_rad_s", 3),
+            ("command_speed_m_s", 0),
+            ("command_yaw_rate_rad_s", 1),
+        ];
+        assert_eq!(found, channels);
+        for name in ["cmd_vel/angular/z", "cmd_vel_rad_s", "target_yaw_rate_deg_s", "wheel_left_setpoint_rpm"] {
+            let (found, _) = pairs(&[name]);
+            assert!(found.iter().all(|f| f.0.starts_with("command_")), "{name}: {found:?}");
+        }
     }
 
     #[test]

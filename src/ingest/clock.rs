@@ -1,9 +1,10 @@
 //! The time column: which one, in which unit, and what it counts from.
 
+use super::cell::CLOCK_TIME;
 use super::format::Batch;
-use super::names::{Role, TimeKind};
+use super::names::{self, Role, TimeKind};
 use super::table::{Head, Kind, Table, list};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, nearest};
 use crate::math::robust::median;
 use crate::math::scan::{self, Odd};
 use crate::units::TimeUnit;
@@ -100,9 +101,9 @@ fn joined(seconds: &[f64], nanoseconds: &[f64], origin: i64) -> Vec<f64> {
 
 /// Plain times that start below this count from power-on, s: 11 days.
 const POWER_ON_BELOW_S: f64 = 1e6;
-/// Sample rates that a gyro log can have, Hz.
+/// Sample rates that a gyro log can have, Hz: the fastest gyros put out 32 kHz.
 const SLOWEST_HZ: f64 = 0.01;
-const FASTEST_HZ: f64 = 1e5;
+const FASTEST_HZ: f64 = 4e4;
 /// Sample rates between which a guess is made, Hz.
 const USUAL_HZ: std::ops::RangeInclusive<f64> = 0.5..=1e4;
 /// Steps looked at for the median.
@@ -119,20 +120,22 @@ pub(super) fn choose(source: &str, heads: &[Head], wanted: Option<&str>, from_lo
                 Error::new(ErrorKind::Column, source, found).mend("name a column of numbers or dates with --time")
             );
         }
-        return Ok(TimeColumn::One(index));
+        return Ok(beside(heads, index).map_or(TimeColumn::One(index), |n| TimeColumn::Parts(index, n)));
     }
     let mut candidates: Vec<(TimeKind, TimeColumn)> = Vec::new();
     for (i, head) in heads.iter().enumerate().filter(|(_, h)| h.kind != Kind::Other) {
-        match head.named().role {
-            Role::Time(kind) => candidates.push((kind, TimeColumn::One(i))),
-            Role::TimePart { kind, nanoseconds: false } => {
-                let nanoseconds = heads.iter().position(|h| {
-                    h.named().role == Role::TimePart { kind, nanoseconds: true } && stem(&h.name) == stem(&head.name)
-                });
-                let column = nanoseconds.map_or(TimeColumn::One(i), |n| TimeColumn::Parts(i, n));
-                candidates.push((kind, column));
-            }
-            _ => {}
+        let kind = match head.named().role {
+            // a wall clock beside a time in numbers is the computer's
+            Role::Time(TimeKind::Sensor) if head.type_name == CLOCK_TIME => TimeKind::Host,
+            Role::Time(kind) | Role::TimePart { kind, nanoseconds: false } => kind,
+            _ => continue,
+        };
+        let nanoseconds_of = |h: &Head| names::time_part(&h.name).filter(|(_, nanoseconds)| !nanoseconds);
+        let is_part = names::time_part(&head.name).is_some_and(|(stem, nanoseconds)| {
+            nanoseconds && heads.iter().any(|h| nanoseconds_of(h).is_some_and(|(whole, _)| whole == stem))
+        });
+        if !is_part {
+            candidates.push((kind, beside(heads, i).map_or(TimeColumn::One(i), |n| TimeColumn::Parts(i, n))));
         }
     }
     let rank = |kind: TimeKind| match kind {
@@ -161,12 +164,15 @@ pub(super) fn find(source: &str, heads: &[Head], name: &str, option: &str) -> Re
     let exact = heads.iter().position(|h| h.name == name);
     exact.or_else(|| heads.iter().position(|h| h.name.trim().eq_ignore_ascii_case(name.trim()))).ok_or_else(|| {
         let found = format!("no column {name:?}; there are {}", list(heads));
-        Error::new(ErrorKind::Column, source, found).mend(format!("name one of them with {option}"))
+        let meant = nearest(name, heads.iter().map(|h| h.name.as_str()));
+        Error::new(ErrorKind::Column, source, found).mend(format!("name one of them with {option}")).meant(meant)
     })
 }
 
-fn stem(name: &str) -> String {
-    name.rsplit_once(['.', '_', '/']).map_or(String::new(), |(stem, _)| stem.to_lowercase())
+/// The column of nanoseconds that goes with the whole seconds in column `index`.
+fn beside(heads: &[Head], index: usize) -> Option<usize> {
+    let (stem, false) = names::time_part(&heads[index].name)? else { return None };
+    heads.iter().position(|h| h.kind == Kind::Number && names::time_part(&h.name) == Some((stem.clone(), true)))
 }
 
 /// Times of evenly spaced rows.
@@ -237,7 +243,8 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
         (true, _, _) => TimeUnit::Ns,
         (_, Some(unit), _) | (_, None, Some(unit)) => unit,
         (_, None, None) => {
-            let (unit, why) = guess_unit(step, first).map_err(|why| {
+            let fractional = valid.iter().take(SAMPLE).any(|v| v.fract() != 0.0);
+            let (unit, why) = guess_unit(step, first, fractional).map_err(|why| {
                 Error::new(ErrorKind::Unit, &table.source, why)
                     .at(format!("column {:?}", head.name))
                     .mend("state the unit: --time-unit s, ms, us or ns")
@@ -253,6 +260,21 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
         return Err(Error::new(ErrorKind::Unit, &table.source, found)
             .at(format!("column {:?}", head.name))
             .mend("state the unit with --time-unit s, ms, us or ns, or name another column with --time"));
+    }
+    if let (Some(stated), false, Some(other)) = (stated, USUAL_HZ.contains(&rate_hz), unix_unit(first))
+        && other != stated
+        && USUAL_HZ.contains(&(1.0 / (step * other.to_s())))
+    {
+        let found =
+            format!("read in {stated}, it is no date of this century and {rate_hz:.3e} Hz; in {other} it is both");
+        return Err(Error::new(ErrorKind::Unit, &table.source, found)
+            .at(format!("column {:?}", head.name))
+            .mend(format!("leave out --time-unit {stated}, or state {other}")));
+    }
+    if let (Some(stated), Some(written)) = (stated, written)
+        && stated != written
+    {
+        notes.push(format!("{:?} says {written}; it is read as {stated}, as --time-unit asks", head.name));
     }
     let clock = clock_of(first * factor, date, &named.role);
     if let (Role::Time(TimeKind::Host), None) = (named.role, stated) {
@@ -275,6 +297,13 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
 /// Seconds and nanoseconds in two columns.
 fn parts(table: &Table, seconds: usize, nanoseconds: usize) -> Result<Times> {
     let (whole, part) = (table.numbers(seconds)?, table.numbers(nanoseconds)?);
+    let nanosecond = |v: f64| v.is_nan() || (0.0..1e9).contains(&(v + part.origin as f64));
+    if let Some(row) = part.values.iter().position(|v| !nanosecond(*v)) {
+        let found = format!("{} is no part of a second in nanoseconds", part.values[row] + part.origin as f64);
+        return Err(table
+            .error_at(ErrorKind::Time, row, nanoseconds, found)
+            .mend("name a column that holds the whole time with --time"));
+    }
     let mut values = joined(&whole.values, &part.values, part.origin);
     let Some(&first) = values.iter().find(|v| !v.is_nan()) else {
         return Err(Error::new(ErrorKind::Time, &table.source, "all times are missing"));
@@ -321,20 +350,29 @@ fn typical_step(values: &[f64]) -> f64 {
     median(&mut steps)
 }
 
+const UNITS: [TimeUnit; 4] = [TimeUnit::S, TimeUnit::Ms, TimeUnit::Us, TimeUnit::Ns];
+
+/// The unit of Unix times between 2001 and 2100, which their size alone tells.
+fn unix_unit(first: f64) -> Option<TimeUnit> {
+    UNITS.into_iter().find(|u| (1e9..4.2e9).contains(&(first * u.to_s())))
+}
+
 /// The unit of a time column that does not name it, by the size of its first value and of its steps.
-fn guess_unit(step: f64, first: f64) -> std::result::Result<(TimeUnit, String), String> {
-    const UNITS: [TimeUnit; 4] = [TimeUnit::S, TimeUnit::Ms, TimeUnit::Us, TimeUnit::Ns];
+fn guess_unit(step: f64, first: f64, fractional: bool) -> std::result::Result<(TimeUnit, String), String> {
     if step.is_nan() {
         return Ok((TimeUnit::S, "time stands still".to_string()));
     }
-    // Unix times between 2001 and 2100 tell their unit by their size alone
-    if let Some(unit) = UNITS.into_iter().find(|u| (1e9..4.2e9).contains(&(first * u.to_s()))) {
+    if let Some(unit) = unix_unit(first) {
         return Ok((unit, "its values are then dates of this century".to_string()));
     }
     let rate = |u: TimeUnit| 1.0 / (step * u.to_s());
     let usual: Vec<_> = UNITS.into_iter().filter(|&u| USUAL_HZ.contains(&rate(u))).collect();
     match usual[..] {
         [unit] => Ok((unit, format!("its steps of {step:.4} are then a sample rate of {:.4} Hz", rate(unit)))),
+        // counters of milliseconds and less are whole numbers
+        [unit @ TimeUnit::S, ..] if fractional => {
+            Ok((unit, format!("its values are fractions, at {:.4} Hz then", rate(unit))))
+        }
         [] => Err(format!("names no unit, and steps of {step:.4} are no usual sample rate in any")),
         _ => {
             let rates: Vec<_> = usual.iter().map(|&u| format!("{:.4} Hz in {u}", rate(u))).collect();
@@ -360,24 +398,31 @@ mod tests {
         assert_eq!(pick(&["t_s", "time_since_power_on_s"], false), Ok(TimeColumn::One(1)));
         assert_eq!(pick(&["t_s", "time_since_power_on_s"], true), Ok(TimeColumn::One(0)));
         assert_eq!(pick(&["header.stamp.nanosec", "header.stamp.sec", "gz"], false), Ok(TimeColumn::Parts(1, 0)));
+        assert_eq!(pick(&["sec", "nanosec", "gz"], false), Ok(TimeColumn::Parts(0, 1)));
+        assert_eq!(pick(&["gz", "nsecs", "secs"], true), Ok(TimeColumn::Parts(2, 1)));
+        assert_eq!(pick(&["stamp_sec", "stamp_nanosec"], false), Ok(TimeColumn::Parts(0, 1)));
         assert!(pick(&["t", "time"], false).unwrap_err().contains("several columns could be the time: t, time"));
         assert!(pick(&["gz", "ax"], false).unwrap_err().contains("no time column; there are gz, ax"));
     }
 
     #[test]
     fn units_are_guessed_only_where_one_fits() {
-        for (step, first, unit) in [
-            (0.01, 0.0, Some(TimeUnit::S)),
-            (10.0, 5.0, Some(TimeUnit::Ms)),
-            (10_000.0, 5.0, Some(TimeUnit::Us)),
-            (1e7, 0.0, Some(TimeUnit::Ns)),
-            (1.0, 1.7e9, Some(TimeUnit::S)),
-            (10.0, 1.7e12, Some(TimeUnit::Ms)),
-            (1e6, 1.7e18, Some(TimeUnit::Ns)),
-            (1.0, 0.0, None),
-            (1000.0, 0.0, None),
+        for (step, first, fractional, unit) in [
+            (0.01, 0.0, true, Some(TimeUnit::S)),
+            (10.0, 5.0, false, Some(TimeUnit::Ms)),
+            (10_000.0, 5.0, false, Some(TimeUnit::Us)),
+            (1e7, 0.0, false, Some(TimeUnit::Ns)),
+            (1.0, 1.7e9, false, Some(TimeUnit::S)),
+            (10.0, 1.7e12, false, Some(TimeUnit::Ms)),
+            (1e6, 1.7e18, false, Some(TimeUnit::Ns)),
+            (1.0, 0.0, false, None),
+            (1000.0, 0.0, false, None),
+            // 6.5 Hz, or 6500 Hz in ms
+            (0.154, 0.0, true, Some(TimeUnit::S)),
+            (1.5, 0.0, true, Some(TimeUnit::S)),
+            (10.003, 0.0, true, Some(TimeUnit::Ms)),
         ] {
-            assert_eq!(guess_unit(step, first).ok().map(|g| g.0), unit, "{step} {first}");
+            assert_eq!(guess_unit(step, first, fractional).ok().map(|g| g.0), unit, "{step} {first}");
         }
     }
 }

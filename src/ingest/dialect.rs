@@ -102,7 +102,39 @@ pub(super) fn sniff(head: &[u8], head_is_all: bool) -> Dialect {
         }
     }
     let (delimiter, comma) = delimiter_of(&lines);
-    layout(delimiter, comma, &comments, &lines, offset)
+    let before = spoken(delimiter, comma, &lines);
+    let mut dialect = layout(delimiter, comma, &comments, &lines[before..], offset);
+    if let Some(first) = lines.first().filter(|_| before > 0) {
+        let text: String = first.text.chars().take(40).collect();
+        let more = if before > 1 { format!(" and {} more", before - 1) } else { String::new() };
+        dialect.notes.push(format!("line {} before the table, {text:?}{more}: left out", first.number));
+    }
+    dialect
+}
+
+/// How many lines a device spoke before its table began: up to the header, which has as many fields as the rows have, or up to
+/// the first row where a line without any delimiter stands before it.
+fn spoken(delimiter: Delimiter, comma: bool, lines: &[Line]) -> usize {
+    let split: Vec<Vec<String>> = lines.iter().map(|l| delimiter.split(l.text)).collect();
+    let numbers = |row: &[String]| row.iter().filter(|f| is_number(f, comma)).count();
+    let rows: Vec<Vec<String>> = split.iter().filter(|r| numbers(r) > 0).cloned().collect();
+    let width = modal_width(&rows);
+    let fits =
+        |row: &[String]| row.len() == width || row.len() == width + 1 && row.last().is_some_and(String::is_empty);
+    if width < 2 || split.first().is_none_or(|first| fits(first)) {
+        return 0;
+    }
+    // a row of numbers is believed with the one behind it
+    let is_row =
+        |k: usize| fits(&split[k]) && 2 * numbers(&split[k]) >= width && split.get(k + 1).is_none_or(|r| fits(r));
+    let Some(data) = (0..split.len()).find(|&k| is_row(k)) else { return 0 };
+    // header, and a row of units
+    let header = (0..data).rev().take_while(|&k| fits(&split[k])).last();
+    match header {
+        Some(header) => header,
+        None if split[..data].iter().all(|r| r.len() == 1) => data,
+        None => 0,
+    }
 }
 
 /// The part before the first byte that is not UTF-8.
@@ -200,7 +232,7 @@ fn layout(delimiter: Delimiter, comma: bool, comments: &[&str], lines: &[Line], 
         names.pop();
         units.pop();
     }
-    let heads = unique(names)
+    let heads: Vec<Head> = unique(names)
         .into_iter()
         .zip(units)
         .enumerate()
@@ -208,12 +240,18 @@ fn layout(delimiter: Delimiter, comma: bool, comments: &[&str], lines: &[Line], 
             let kind = kind_of(rows, i, comma);
             let type_name = match kind {
                 Kind::Number => "number",
+                Kind::Instant if is_clock(rows, i) => cell::CLOCK_TIME,
                 Kind::Instant => "date",
                 Kind::Other => "text",
             };
             Head { name, kind, type_name: type_name.to_string(), unit, role: None }
         })
         .collect();
+    for (i, head) in heads.iter().enumerate().filter(|(_, h)| h.kind == Kind::Instant) {
+        if rows.iter().filter_map(|r| r.get(i)).any(|f| f.contains('/')) {
+            notes.push(format!("{:?}: dates are read month first, unless the first number is no month", head.name));
+        }
+    }
     Dialect {
         delimiter,
         comma,
@@ -251,6 +289,13 @@ fn kind_of(rows: &[Vec<String>], column: usize, comma: bool) -> Kind {
     } else {
         Kind::Number
     }
+}
+
+/// Whether a column of instants has times of day without dates.
+fn is_clock(rows: &[Vec<String>], column: usize) -> bool {
+    let first = rows.iter().filter_map(|r| r.get(column)).find_map(|f| cell::instant_ns(f.as_bytes()));
+    // no log is of the first day of 1970
+    first.is_some_and(|ns| (0..cell::DAY_NS).contains(&ns))
 }
 
 /// Names without repetition: the second `a` is told apart as `a#2`; an empty name is told by its place.

@@ -3,19 +3,22 @@
 use super::channel_map::{ChannelMap, Mapped};
 use super::channels::{self, Found};
 use super::clock::{self, Clock, TimeColumn};
+use super::decimals;
 use super::format::Source;
-use super::formats;
+use super::formats::{self, Choice};
+use super::gravity::Accelerometer;
 use super::merge::{self, Part};
 use super::mounting::{self, Mounted, Mounting};
 use super::names::{self, Axis, Role, TimeKind};
 use super::quantity::Conversion;
 use super::recording::{find_gyro, named_unit, side_scale};
+use super::scale::{Scale, Scaled};
 use super::table::{self, Head, Kind, Table};
 use super::topics::Stamp;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::scan::{self, Odd};
 use crate::signal::{Log, TimeAxis, names as channel};
-use crate::units::TimeUnit;
+use crate::units::{RateUnit, STANDARD_GRAVITY_M_S2, TimeUnit};
 use std::path::Path;
 
 /// How to read a drive, where its files leave a choice.
@@ -33,6 +36,10 @@ pub struct DriveQuery {
     pub stamp: Stamp,
     /// How the gyro is mounted in the robot, whose yaw rate is then read from the sensor's axes.
     pub mounting: Option<Mounting>,
+    /// Factors on columns, in the files that have them.
+    pub scales: Vec<Scale>,
+    /// Whether rows of text that do not parse are left out, and counted, instead of refused.
+    pub skip_bad_rows: bool,
 }
 
 /// A drive, and what was decided about its columns.
@@ -72,10 +79,12 @@ pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<Dri
     let mut notes = Vec::new();
     let mut sources = Vec::new();
     let mut turned = false;
+    let any = Choice { topic: None, stamp: query.stamp, unhashed: true, skip_bad_rows: query.skip_bad_rows };
+    let mut used = vec![false; query.scales.len()];
     for path in paths {
-        for chosen in formats::open_all(path.as_ref(), &query.topics, query.stamp, paths.len() > 1)? {
+        for chosen in formats::open_all(path.as_ref(), &query.topics, any, paths.len() > 1)? {
             notes.extend(chosen.note);
-            let mut source = chosen.source;
+            let mut source = Scaled::of(chosen.source, &query.scales, &mut used);
             if let Some(mounting) = &query.mounting
                 && mounting::has_gyro(source.heads())
             {
@@ -94,6 +103,11 @@ pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<Dri
             format!("no file has a topic {}", query.topics.join(", ")),
         )
         .mend("see what is there with `gyroid inspect`"));
+    }
+    if let (Some(scale), Some((first, source))) =
+        (query.scales.iter().zip(&used).find(|(_, used)| !**used).map(|s| s.0), sources.first())
+    {
+        return Err(scale.missing(first, source.heads()));
     }
     if query.mounting.is_some()
         && let Some((first, _)) = sources.first()
@@ -179,7 +193,7 @@ fn mapped(
         if one.unit_assumed {
             notes.push(format!("{:?} states no unit: taken as {}", heads[i].1[one.column].name, map.quantity().si()));
         }
-        out[i].push((map.channel(), one));
+        out[i].push((one.channel, one));
     }
     Ok(out)
 }
@@ -233,16 +247,18 @@ fn to_part(
         TimeColumn::Rows => false,
     };
     let mut notes = table.notes.clone();
-    let mapped_anywhere = |name: &str| query.maps.iter().any(|m| m.channel() == name);
+    let mapped_anywhere = |name: &str| query.maps.iter().any(|m| m.claims(name));
     let found = channels::recognise(&table.heads, &mapped_anywhere, &mut notes);
     let gyro = gyro_column(&table);
+    let unstated =
+        gyro.filter(|_| !mapped_anywhere(channel::GYRO_Z)).and_then(|i| unstated_unit(&table, i, &mut notes));
     let columns = (0..table.heads.len()).filter(|&i| table.heads[i].kind == Kind::Number && !is_time(i));
     for i in columns.collect::<Vec<_>>() {
         let head = table.heads[i].name.clone();
         let odd = finite(&table, i)?;
         let known = match found.iter().find(|f| f.column == i) {
             Some(Found { channel, conversion, .. }) => Some((channel.to_string(), *conversion)),
-            None => by_role(&table, i, gyro).filter(|(name, _)| !mapped_anywhere(name)),
+            None => by_role(&table, i, gyro, unstated).filter(|(name, _)| !mapped_anywhere(name)),
         };
         let origin = table.cells[i].origin as f64;
         let values = std::mem::take(&mut table.cells[i].values);
@@ -253,9 +269,14 @@ fn to_part(
             }
             continue;
         }
+        if known.is_some() && table.is_text() {
+            notes.extend(decimals::change(&values).map(|c| c.text(&head)));
+        }
         let (name, conversion) = known.unwrap_or_else(|| (head.clone(), Conversion { factor: 1.0, offset: 0.0 }));
         let values = converted(values, origin, odd, conversion);
-        if name != head && channels::of(&name).is_some() {
+        // a note on its unit names the channel too
+        let told = format!("{head:?} states no unit");
+        if name != head && channels::of(&name).is_some() && !notes.iter().any(|n| n.starts_with(&told)) {
             notes.push(format!("{head:?} is read as {name}"));
         }
         let taken = |name: &str| log.get(name).is_some() || mapped_anywhere(name);
@@ -310,9 +331,46 @@ fn gyro_column(table: &Table) -> Option<usize> {
     }
 }
 
+/// Mean specific force of an accelerometer in m/s²: gravity, with an offset of up to 50 mg.
+const GRAVITY_M_S2: std::ops::RangeInclusive<f64> = 0.95 * STANDARD_GRAVITY_M_S2..=1.05 * STANDARD_GRAVITY_M_S2;
+
+/// The unit of a gyro that states none: who logs the accelerometer beside it in SI logs both so. A drive does not tell by its
+/// noise, which is that of the ground.
+fn unstated_unit(table: &Table, gyro: usize, notes: &mut Vec<String>) -> Option<RateUnit> {
+    let name = &table.heads[gyro].name;
+    match named_unit(table, gyro) {
+        Ok(Some(_)) => return None,
+        Ok(None) => {}
+        Err(error) => {
+            let mend = error.mend.unwrap_or_default();
+            notes.push(format!("{name:?} is not used: {}; {mend}", error.found));
+            return None;
+        }
+    }
+    let axis_mean = |i: usize| {
+        let cells = &table.cells[i];
+        let there = cells.values.iter().filter(|v| v.is_finite());
+        let (sum, count) = there.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+        sum / count + cells.origin as f64
+    };
+    let mean = Accelerometer::find(&table.heads)
+        .map(|a| a.columns.iter().map(|&i| axis_mean(i).powi(2)).sum::<f64>().sqrt())
+        .filter(|mean| GRAVITY_M_S2.contains(mean));
+    let option = format!("--map {}={name}", channel::GYRO_Z);
+    if let Some(mean) = mean {
+        notes.push(format!(
+            "{name:?} states no unit: taken as rad/s, for the accelerometer beside it is in m/s² (its mean is {mean:.2}); \
+             otherwise {option}:UNIT"
+        ));
+        return Some(RateUnit::RadPerS);
+    }
+    notes.push(format!("{name:?} is not used: it states no unit; state it: {option}:rad/s or {option}:deg/s"));
+    None
+}
+
 /// Name and conversion of a column of the gyro, of temperature, supply or time since power-on, where name and unit leave no
 /// doubt.
-fn by_role(table: &Table, i: usize, gyro: Option<usize>) -> Option<(String, Conversion)> {
+fn by_role(table: &Table, i: usize, gyro: Option<usize>, unstated: Option<RateUnit>) -> Option<(String, Conversion)> {
     let head = &table.heads[i];
     let named = head.named();
     let scaled = |factor: f64| Conversion { factor, offset: 0.0 };
@@ -332,7 +390,7 @@ fn by_role(table: &Table, i: usize, gyro: Option<usize>) -> Option<(String, Conv
                 Axis::Z => gyro == Some(i),
                 _ => find_gyro(&table.source, &table.heads, axis) == Ok(i),
             };
-            let unit = if own { named_unit(table, i).ok().flatten() } else { None };
+            let unit = if own { named_unit(table, i).ok().flatten().or(unstated) } else { None };
             Some((format!("gyro_{axis}_rad_s"), scaled(unit?.to_rad_s())))
         }
         Role::Temperature if alone(channel::TEMPERATURE) => beside(channel::TEMPERATURE),

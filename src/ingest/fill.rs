@@ -117,6 +117,11 @@ impl Fill {
         }
     }
 
+    /// Forgets what was put into the row.
+    pub fn clear_row(&mut self) {
+        self.row.fill(Number::Missing);
+    }
+
     /// Ends the row; what was not put is missing.
     pub fn end_row(&mut self, take: Take<'_>) -> Result<()> {
         for ratio in &self.ratios {

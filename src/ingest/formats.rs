@@ -9,7 +9,7 @@ use super::format::{Format, Opened, Source};
 use super::hdf5;
 use super::input::Input;
 use super::topics::{self, Stamp, Topic};
-use super::{bag, dataflash, matlab, mcap, numpy, parquet, text, ulog};
+use super::{bag, dataflash, json_lines, matlab, mcap, numpy, parquet, text, ulog};
 use crate::error::{Error, ErrorKind, Result};
 use std::path::Path;
 
@@ -27,6 +27,7 @@ const FORMATS: &[Format] = &[
     matlab::FORMAT,
     numpy::ARRAY,
     numpy::ARCHIVE,
+    json_lines::FORMAT,
     text::FORMAT,
 ];
 
@@ -60,6 +61,8 @@ pub(super) struct Choice<'a> {
     pub stamp: Stamp,
     /// Whether nobody asks for the hash of the file: it takes as long as the reading.
     pub unhashed: bool,
+    /// Whether rows of text that do not parse are left out.
+    pub skip_bad_rows: bool,
 }
 
 /// A table, and what there is to tell about its choice.
@@ -70,7 +73,7 @@ pub(super) struct Chosen {
 
 /// Opens the table of `path` that `choice` names, or the only one with a gyro.
 pub(super) fn open(path: &Path, choice: Choice<'_>) -> Result<Chosen> {
-    match opened(path, !choice.unhashed)? {
+    match opened(path, choice)? {
         Opened::Topics(container) => {
             let listing = container.listing();
             let (topic, note) = topics::choose(&listing.about.source, &listing.topics, choice.topic)
@@ -104,24 +107,24 @@ fn told_of_damage(mut error: Error, notes: &[String]) -> Error {
 }
 
 /// Opens the tables of a drive in `path`: those of `topics` that are there, or the only one with a gyro. Of several files,
-/// each needs only some of the topics. They are not hashed.
-pub(super) fn open_all(path: &Path, topics: &[String], stamp: Stamp, of_several: bool) -> Result<Vec<Chosen>> {
+/// each needs only some of the topics. `any` is the choice of a file of one table.
+pub(super) fn open_all(path: &Path, topics: &[String], any: Choice<'_>, of_several: bool) -> Result<Vec<Chosen>> {
     if topics.is_empty() {
-        return Ok(vec![open(path, Choice { topic: None, stamp, unhashed: true })?]);
+        return Ok(vec![open(path, any)?]);
     }
     let mut chosen = Vec::new();
     for topic in topics {
-        match opened(path, false)? {
+        match opened(path, any)? {
             // a table beside a bag has no topics
             Opened::Table(source) if of_several => {
                 chosen.push(Chosen { source, note: None });
                 break;
             }
-            Opened::Table(_) => chosen.push(open(path, Choice { topic: Some(topic), stamp, unhashed: true })?),
+            Opened::Table(_) => chosen.push(open(path, Choice { topic: Some(topic), ..any })?),
             Opened::Topics(container) => {
                 let listing = container.listing();
                 match topics::choose(&listing.about.source, &listing.topics, Some(topic)) {
-                    Ok((index, note)) => chosen.push(Chosen { source: container.open(index, stamp)?, note }),
+                    Ok((index, note)) => chosen.push(Chosen { source: container.open(index, any.stamp)?, note }),
                     Err(_) if of_several => {}
                     Err(error) => return Err(error),
                 }
@@ -133,12 +136,12 @@ pub(super) fn open_all(path: &Path, topics: &[String], stamp: Stamp, of_several:
 
 /// Opens `path` with the format that its content shows, whatever its extension says.
 pub(super) fn open_any(path: &Path) -> Result<Opened> {
-    opened(path, true)
+    opened(path, Choice::default())
 }
 
-fn opened(path: &Path, hashed: bool) -> Result<Opened> {
+fn opened(path: &Path, choice: Choice<'_>) -> Result<Opened> {
     let mut input = Input::open(path)?;
-    input.hashed = hashed;
+    (input.hashed, input.skip_bad_rows) = (!choice.unhashed, choice.skip_bad_rows);
     if input.head.is_empty() {
         return Err(Error::new(ErrorKind::TooShort, path.display(), "is empty").mend("record the log again"));
     }

@@ -26,6 +26,8 @@ pub(super) struct Input {
     pub gzipped: bool,
     /// Whether its bytes are hashed; otherwise the hash is empty.
     pub hashed: bool,
+    /// Whether rows of text that do not parse are left out.
+    pub skip_bad_rows: bool,
     file: File,
     raw_head: Vec<u8>,
 }
@@ -98,7 +100,16 @@ impl Input {
         } else {
             (raw_head.clone(), all)
         };
-        Ok(Self { path: path.to_path_buf(), head, head_is_all, gzipped, hashed: true, file, raw_head })
+        Ok(Self {
+            path: path.to_path_buf(),
+            head,
+            head_is_all,
+            gzipped,
+            hashed: true,
+            skip_bad_rows: false,
+            file,
+            raw_head,
+        })
     }
 
     /// The unpacked content from its beginning, and the hash of the packed one, complete when the end was reached.

@@ -1,6 +1,7 @@
 //! What is in a file, also when no fit can use it.
 
 use super::audit::{self, Audit, Gaps, Sampling};
+use super::channels::{self, Found};
 use super::clock::{self, Clock, TimeColumn, Times};
 use super::format::Opened;
 use super::formats;
@@ -127,7 +128,7 @@ pub fn inspect_topic(path: impl AsRef<Path>, topic: Option<&str>, stamp: Stamp) 
     let source = match formats::open_any(path)? {
         // tells that there are no topics
         Opened::Table(_) if topic.is_some() => {
-            formats::open(path, formats::Choice { topic, stamp, unhashed: false })?.source
+            formats::open(path, formats::Choice { topic, stamp, ..formats::Choice::default() })?.source
         }
         Opened::Table(source) => source,
         Opened::Topics(container) => {
@@ -159,7 +160,8 @@ pub fn inspect_topic(path: impl AsRef<Path>, topic: Option<&str>, stamp: Stamp) 
     }
     report.sha256.clone_from(&table.sha256);
     report.rows = table.rows;
-    report.columns = (0..table.heads.len()).map(|i| column(&table, i)).collect();
+    let channels = channels::recognise(&table.heads, &|_| false, &mut Vec::new());
+    report.columns = (0..table.heads.len()).map(|i| column(&table, i, &channels)).collect();
     report.notes.extend_from_slice(&table.notes);
     match clock::choose(&table.source, &table.heads, None, false).and_then(|c| Ok((c, clock::read(&table, c, None)?))) {
         Ok((column, times)) => report.time = Some(time(&table, column, &times)),
@@ -182,7 +184,7 @@ fn told(error: &crate::Error) -> String {
     format!("{place}{}{mend}", error.found)
 }
 
-fn column(table: &Table, i: usize) -> ColumnReport {
+fn column(table: &Table, i: usize, channels: &[Found]) -> ColumnReport {
     let (head, cells) = (&table.heads[i], &table.cells[i]);
     let named = head.named();
     let role = match named.role {
@@ -193,7 +195,8 @@ fn column(table: &Table, i: usize) -> ColumnReport {
         Role::Time(_) | Role::TimePart { .. } => "time".to_string(),
         Role::Temperature => "temperature".to_string(),
         Role::Supply => "supply".to_string(),
-        Role::Other => "-".to_string(),
+        // what a drive calls it
+        Role::Other => channels.iter().find(|f| f.column == i).map_or("-", |f| f.channel).to_string(),
     };
     let mut there: Vec<f64> = cells.values.iter().filter(|v| !v.is_nan()).map(|v| v + cells.origin as f64).collect();
     let (min, max) = there.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));

@@ -1,15 +1,16 @@
 //! Several files of one drive on the union of their times.
 //!
 //! A row of the union is a time at which a file has a row. Channels of the other files are NaN there, so that every
-//! sensor keeps its own rate; only what holds between its rows by its nature is filled in: commanded torques stay as they
-//! are until the next command, and time since power-on runs on.
+//! sensor keeps its own rate; only what holds between its rows by its nature is filled in: torques and motor currents, which
+//! stand for them, stay as they are until the next one, and time since power-on runs on.
 
+use super::coverage;
 use crate::error::{Error, ErrorKind, Result};
 use crate::signal::{Log, TimeAxis, names};
 use std::path::Path;
 
 /// One file's log, and where its time begins.
-pub(super) struct Part {
+pub(crate) struct Part {
     pub log: Log,
     /// Time of its zero, s since 1970, where its stamps are dates; else it counts as the file says.
     pub zero_s: Option<f64>,
@@ -19,12 +20,18 @@ pub(super) struct Part {
 const SAME_S: f64 = 1e-6;
 
 /// Puts the logs on one time axis; with what there is to tell.
-pub(super) fn merge(parts: Vec<Part>) -> Result<(Log, Vec<String>)> {
+pub(crate) fn merge(parts: Vec<Part>) -> Result<(Log, Vec<String>)> {
     let several = parts.len() > 1;
     let mut notes = Vec::new();
     let Some(first) = parts.iter().map(|p| p.zero_s).next().filter(|_| several) else {
-        let log = parts.into_iter().next().map(|p| p.log);
-        return log.map(|log| (log, notes)).ok_or_else(|| Error::new(ErrorKind::Usage, "drive", "no file is given"));
+        let one = parts.into_iter().next().map(|p| {
+            let times = p.log.time.to_vec();
+            let alone = [(p.log, times)];
+            let notes = coverage::lacking(&alone);
+            let [(log, _)] = alone;
+            (log, notes)
+        });
+        return one.ok_or_else(|| Error::new(ErrorKind::Usage, "drive", "no file is given"));
     };
     if let Some(other) = parts.iter().find(|p| p.zero_s.is_some() != first.is_some()) {
         let (dates, plain) = match first {
@@ -45,6 +52,7 @@ pub(super) fn merge(parts: Vec<Part>) -> Result<(Log, Vec<String>)> {
         })
         .collect();
     check_overlap(&logs)?;
+    notes.extend(coverage::lacking(&logs));
     let times = union(logs.iter().map(|l| l.1.as_slice()));
     let sources: Vec<_> = logs.iter().map(|l| l.0.source.clone()).collect();
     let mut out = Log::new(sources.join(" + "), TimeAxis::Explicit(times));
@@ -54,7 +62,9 @@ pub(super) fn merge(parts: Vec<Part>) -> Result<(Log, Vec<String>)> {
             let mut values = vec![f64::NAN; out.len()];
             rows.iter().zip(&channel.values).for_each(|(row, value)| values[*row] = *value);
             match channel.name.as_str() {
-                names::TORQUE_LEFT | names::TORQUE_RIGHT => hold(&mut values, &rows),
+                names::TORQUE_LEFT | names::TORQUE_RIGHT | names::CURRENT_LEFT | names::CURRENT_RIGHT => {
+                    hold(&mut values, &rows)
+                }
                 names::SINCE_POWER_ON => run_on(&mut values, &out.time),
                 _ => {}
             }

@@ -27,10 +27,12 @@ mod cell;
 mod channel_map;
 mod channels;
 mod clock;
+mod coverage;
 mod dataflash;
 #[cfg(feature = "db3")]
 mod db3;
 mod decimal;
+mod decimals;
 mod dialect;
 mod drive;
 mod fill;
@@ -42,11 +44,12 @@ mod gravity;
 mod hdf5;
 mod input;
 mod inspect;
+mod json_lines;
 mod lattice;
 mod lines;
 mod matlab;
 mod mcap;
-mod merge;
+pub(crate) mod merge;
 mod motion;
 mod mounting;
 mod names;
@@ -61,6 +64,7 @@ mod recording;
 mod ros;
 mod rows;
 mod scalar;
+mod scale;
 mod stream;
 mod stream_audit;
 mod table;
@@ -79,6 +83,7 @@ pub use motion::{Interval, Motion};
 pub use mounting::Mounting;
 pub use names::Axis;
 pub use recording::{GyroQuery, GyroRecording};
+pub use scale::Scale;
 pub use stream::StreamedRecording;
 pub use topics::{Stamp, Topic};
 pub use write::{LogWriter, write_log};
@@ -121,9 +126,19 @@ fn opened(path: &Path, query: &GyroQuery) -> Result<(Box<dyn format::Source>, re
         let found = format!("a sample rate of {rate_hz} Hz");
         return Err(Error::new(ErrorKind::Usage, "--rate", found).mend("state a positive rate in Hz"));
     }
-    let choice = formats::Choice { topic: query.topic.as_deref(), stamp: query.stamp, unhashed: false };
+    let choice = formats::Choice {
+        topic: query.topic.as_deref(),
+        stamp: query.stamp,
+        unhashed: false,
+        skip_bad_rows: query.skip_bad_rows,
+    };
     let formats::Chosen { source, note } = formats::open(path, choice)?;
     let name = path.display().to_string();
+    let mut used = vec![false; query.scales.len()];
+    let source = scale::Scaled::of(source, &query.scales, &mut used);
+    if let Some((scale, _)) = query.scales.iter().zip(&used).find(|(_, used)| !**used) {
+        return Err(scale.missing(&name, source.heads()));
+    }
     let (source, turned): (Box<dyn format::Source>, _) = match &query.mounting {
         Some(mounting) => {
             let (mounted, told) = mounting::Mounted::new(&name, source, mounting, query)?;

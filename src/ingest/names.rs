@@ -143,8 +143,23 @@ const NOT_MEASURED: [&str; 36] = [
     "sample",
 ];
 /// Words of which a time column's name consists ...
-const TIME: [&str; 11] =
-    ["t", "time", "timestamp", "timestamps", "stamp", "ts", "uptime", "elapsed", "datetime", "epoch", "utc"];
+const TIME: [&str; 15] = [
+    "t",
+    "time",
+    "timestamp",
+    "timestamps",
+    "stamp",
+    "ts",
+    "uptime",
+    "elapsed",
+    "datetime",
+    "epoch",
+    "utc",
+    "zeit",
+    "zeitstempel",
+    "tiempo",
+    "tempo",
+];
 /// ... and words that may stand beside them.
 const BESIDE_TIME: [&str; 22] = [
     "header",
@@ -197,6 +212,14 @@ pub(super) fn parse(name: &str) -> Named {
         words.pop();
         unit = Some("rad/s".to_string());
     }
+    // counts of the sensor's own, which no unit follows
+    if unit.is_none()
+        && words.len() > 1
+        && words.last().is_some_and(|w| is_raw(w))
+        && gyro_role(&words[..words.len() - 1], axis).is_some()
+    {
+        unit = words.pop();
+    }
     let suffix = if unit.is_none() { take_rate_unit(&mut words) } else { None };
     let unit_text = unit.clone().or_else(|| suffix.clone());
     if let Some(gyro) = gyro_role(&words, axis) {
@@ -212,6 +235,11 @@ pub(super) fn parse(name: &str) -> Named {
         }
     }
     Named { role: Role::Other, unit: unit_text }
+}
+
+/// Whether what stands in the place of a unit says that the numbers are the sensor's own counts.
+pub(super) fn is_raw(unit: &str) -> bool {
+    ["raw", "lsb", "lsbs", "counts", "count", "adc", "digits", "digit"].contains(&unit.trim().to_lowercase().as_str())
 }
 
 /// `name [unit]`, `name (unit)`, `name[2]` into the name and what stands in the brackets.
@@ -338,8 +366,20 @@ fn time_role(words: &[String], bracketed: Option<&str>, receipt: bool) -> Option
     };
     // a column that is called by its unit alone
     if let [word] = &words[..]
-        && ["seconds", "secs", "sec", "millis", "micros", "nanos", "milliseconds", "microseconds", "nanoseconds"]
-            .contains(&word.as_str())
+        && [
+            "seconds",
+            "secs",
+            "sec",
+            "sekunden",
+            "millis",
+            "micros",
+            "nanos",
+            "ms",
+            "milliseconds",
+            "microseconds",
+            "nanoseconds",
+        ]
+        .contains(&word.as_str())
     {
         return Some(Named { role: Role::Time(TimeKind::Sensor), unit: unit.or_else(|| Some(word.clone())) });
     }
@@ -376,6 +416,18 @@ fn environment_role(words: &[String], bracketed: Option<&str>) -> Option<Named> 
     }
     let unit = bracketed.map(str::to_string).or_else(|| environment_factor(role, &last).map(|_| last));
     Some(Named { role, unit })
+}
+
+/// What stands before the last word of a name that ends like one of a pair of seconds and nanoseconds, and whether it is the
+/// nanoseconds.
+pub(super) fn time_part(name: &str) -> Option<(String, bool)> {
+    let mut words = words_of(name);
+    let nanoseconds = match words.pop()?.as_str() {
+        "sec" | "secs" | "seconds" => false,
+        "nsec" | "nsecs" | "nanosec" | "nanosecs" | "nanoseconds" => true,
+        _ => return None,
+    };
+    Some((words.join("_"), nanoseconds))
 }
 
 /// Whether a name of a rate tells the motion (`yaw_rate`) rather than the sensor (`gyro_z`): a state estimate has one too.

@@ -25,6 +25,8 @@ pub(super) enum Quantity {
     Time,
     /// Ticks of an encoder.
     Count,
+    /// Electric current.
+    Current,
 }
 
 /// SI value = factor · value + offset.
@@ -35,7 +37,7 @@ pub(super) struct Conversion {
 }
 
 impl Quantity {
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::Rate,
         Self::Speed,
         Self::Length,
@@ -45,6 +47,7 @@ impl Quantity {
         Self::Voltage,
         Self::Time,
         Self::Count,
+        Self::Current,
     ];
 
     /// The unit inside.
@@ -59,13 +62,14 @@ impl Quantity {
             Self::Voltage => "V",
             Self::Time => "s",
             Self::Count => "ticks",
+            Self::Current => "A",
         }
     }
 
     /// What there is to write, for messages.
     pub fn units(self) -> &'static str {
         match self {
-            Self::Rate => "rad/s, mrad/s, deg/s, mdeg/s, deg/h, rpm",
+            Self::Rate => "rad/s, mrad/s, deg/s, mdeg/s, deg/h, rpm, rev/s, deg/min",
             Self::Speed => "m/s, cm/s, mm/s, km/h, mph, kn",
             Self::Length => "m, cm, mm, km",
             Self::Angle => "rad, mrad, deg",
@@ -74,7 +78,16 @@ impl Quantity {
             Self::Voltage => "V, mV",
             Self::Time => "s, ms, us, ns",
             Self::Count => "ticks, counts",
+            Self::Current => "A, mA",
         }
+    }
+
+    /// Reads a unit with a factor before it, or a factor alone, which is then one to SI: `1/131 deg/s`, `0.0175`.
+    pub fn parse_scaled(self, text: &str) -> Option<Conversion> {
+        let Some((scale, unit)) = factor_and_unit(text) else { return self.parse(text) };
+        let Conversion { factor, offset } =
+            unit.map_or(Some(Conversion { factor: 1.0, offset: 0.0 }), |u| self.parse(u))?;
+        Some(Conversion { factor: scale * factor, offset })
     }
 
     /// Reads a unit as people write it: `km/h`, `km_h`, `kph`.
@@ -89,8 +102,14 @@ impl Quantity {
             .collect();
         let key = key.trim_matches('_');
         let factor = match self {
-            Self::Rate if matches!(key, "rpm" | "rev_min" | "1_min") => 2.0 * PI / 60.0,
-            Self::Rate => RateUnit::parse(unit)?.to_rad_s(),
+            Self::Rate => match key {
+                "rpm" | "rev_min" | "1_min" | "r_min" => 2.0 * PI / 60.0,
+                "rev_s" | "turn_s" | "turns_s" => 2.0 * PI,
+                "rad_min" => 1.0 / 60.0,
+                "deg_min" => PI / 180.0 / 60.0,
+                "urad_s" | "µrad_s" => 1e-6,
+                _ => RateUnit::parse(unit)?.to_rad_s(),
+            },
             Self::Speed => match key {
                 "m_s" | "mps" | "m_per_s" | "m_sec" | "m_s_1" | "meters_per_second" => 1.0,
                 "cm_s" => 1e-2,
@@ -128,9 +147,28 @@ impl Quantity {
                 "ticks" | "tick" | "counts" | "count" => 1.0,
                 _ => return None,
             },
+            Self::Current => match key {
+                "a" | "amp" | "amps" | "ampere" | "amperes" => 1.0,
+                "ma" | "milliamp" | "milliamps" => 1e-3,
+                _ => return None,
+            },
         };
         Some(Conversion { factor, offset: 0.0 })
     }
+}
+
+/// A factor at the beginning of `text`, a number or a ratio of two, and the unit behind it: `1/131:deg/s`, `0.5 rad/s`, `2`.
+pub(super) fn factor_and_unit(text: &str) -> Option<(f64, Option<&str>)> {
+    let text = text.trim();
+    let (factor, unit) = match text.split_once([':', ' ']) {
+        Some((factor, unit)) => (factor, Some(unit.trim()).filter(|u| !u.is_empty())),
+        None => (text, None),
+    };
+    let value = match factor.split_once('/') {
+        Some((a, b)) => a.trim().parse::<f64>().ok()? / b.trim().parse::<f64>().ok()?,
+        None => factor.parse().ok()?,
+    };
+    value.is_finite().then_some((value, unit))
 }
 
 /// A column's name as its words without the unit, joined by `_`, and the unit as written.

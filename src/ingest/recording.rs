@@ -2,10 +2,12 @@
 
 use super::audit::{self, Audit, Before, Handling, Missing};
 use super::clock::{self, Clock, TimeColumn};
+use super::decimals;
 use super::mounting::Mounting;
 use super::names::{self, Axis, Named, Role};
 use super::rate_unit::{self, Evidence};
 use super::rows::{self, Rows};
+use super::scale::Scale;
 use super::table::{Head, Kind, Table, list};
 use super::topics::Stamp;
 use crate::error::{Error, ErrorKind, Result};
@@ -40,6 +42,10 @@ pub struct GyroQuery {
     pub topic: Option<String>,
     /// Which of the two times of a message counts.
     pub stamp: Stamp,
+    /// Factors on columns.
+    pub scales: Vec<Scale>,
+    /// Whether rows of text that do not parse are left out, and counted, instead of refused.
+    pub skip_bad_rows: bool,
 }
 
 /// One axis of a gyro at rest, and all that there is to say about it.
@@ -137,6 +143,11 @@ pub(super) fn find_gyro(source: &str, heads: &[Head], axis: Axis) -> Result<usiz
     if roles.iter().all(|r| r.1.is_none()) {
         candidates = roles.iter().map(|r| r.0).collect();
     }
+    // counts beside numbers with a unit are those that the unit was made of
+    let raw = |i: &usize| heads[*i].named().unit.is_some_and(|u| names::is_raw(&u)) && heads[*i].unit.is_none();
+    if !candidates.iter().all(raw) {
+        candidates.retain(|i| !raw(i));
+    }
     match candidates[..] {
         [one] => Ok(one),
         [] => {
@@ -190,6 +201,9 @@ pub(super) fn assemble(mut table: Table, plan: &Plan, query: &GyroQuery) -> Resu
     let table = &table;
     if origin != 0 {
         scan::replace(&mut values, |v| v + origin as f64);
+    }
+    if table.is_text() {
+        notes.extend(decimals::change(&values).map(|c| c.text(&table.heads[gyro].name)));
     }
     let odd = scan::first_where(&values, |_, v| !v.is_finite());
     if let Some(row) = odd.and_then(|_| values.iter().position(|v| v.is_infinite())) {
@@ -292,6 +306,14 @@ pub(super) fn named_unit(table: &Table, column: usize) -> Result<Option<RateUnit
         return Ok(None);
     };
     RateUnit::parse(text).map(Some).ok_or_else(|| {
+        if names::is_raw(text) {
+            return Error::new(ErrorKind::Unit, &table.source, "holds the sensor's own counts")
+                .at(format!("column {:?}", head.name))
+                .mend(format!(
+                    "state what one is worth, by the data sheet: --scale {}=1/131:deg/s is an MPU-6050 at ±250 deg/s",
+                    head.name
+                ));
+        }
         Error::new(ErrorKind::Unit, &table.source, format!("the unit {text:?} is not known"))
             .at(format!("column {:?}", head.name))
             .mend("state it: --unit rad/s, mrad/s, deg/s, mdeg/s or deg/h")

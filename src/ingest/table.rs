@@ -113,6 +113,11 @@ impl Table {
         format!("row {}{line}, column {column:?}", row + 1)
     }
 
+    /// Whether its numbers are written in decimals.
+    pub fn is_text(&self) -> bool {
+        ["text", "JSON"].iter().any(|kind| self.format.starts_with(kind))
+    }
+
     /// An error at a row of a column.
     pub fn error_at(&self, kind: ErrorKind, row: usize, column: usize, found: impl std::fmt::Display) -> Error {
         Error::new(kind, &self.source, found).at(self.place(row, &self.heads[column].name))

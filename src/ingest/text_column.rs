@@ -86,6 +86,12 @@ impl Filling {
         }
     }
 
+    /// Whether a field is neither what the column holds nor missing.
+    pub fn is_words(&self, field: &[u8]) -> bool {
+        cell::read(field, self.comma) == Cell::Words && !(self.instant && cell::instant_ns(field).is_some())
+            || self.instant && matches!(cell::read(field, self.comma), Cell::Number(_))
+    }
+
     /// Takes the number that `text` begins with, if it is one as numbers mostly are and a field ends there; returns its length.
     #[inline]
     pub fn take_plain(&mut self, text: &[u8], row: usize, delimiter: u8) -> Option<usize> {

@@ -2,7 +2,7 @@
 
 use super::drive::{TIME, check_names};
 use crate::error::{Error, ErrorKind, Result};
-use crate::files::OutputFile;
+use crate::files::{OutputFile, mark};
 use crate::signal::Log;
 use flate2::{Compression, write::GzEncoder};
 use polars::prelude::{
@@ -106,6 +106,6 @@ fn parquet(log: &Log, out: &mut std::fs::File) -> std::result::Result<(), String
         });
     }
     let mut frame = DataFrame::new(log.len(), columns).map_err(|e| e.to_string())?;
-    ParquetWriter::new(out).finish(&mut frame).map_err(|e| e.to_string())?;
+    ParquetWriter::new(out).with_key_value_metadata(mark::parquet()).finish(&mut frame).map_err(|e| e.to_string())?;
     Ok(())
 }

@@ -12,6 +12,14 @@ const SINGLE: usize = 64;
 /// Width of a bin, relative to its frequency.
 const WIDTH: f64 = 0.04;
 
+/// Into how many parts a bin is split, of how many coefficients at least.
+const PARTS: usize = 8;
+const FEWEST: usize = 8;
+/// A bin is split where a part of it has more power than all of it by so many standard deviations.
+const UNLIKE: f64 = 7.0;
+/// Most bins that splitting adds.
+const MOST_MORE: usize = 256;
+
 /// Bins of cosine coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bins {
@@ -29,11 +37,17 @@ impl Bins {
     /// Bins of `len` coefficients; the lowest `low_len` end with a bin.
     #[must_use]
     pub fn new(len: usize, low_len: usize) -> Self {
+        Self::no_wider(len, low_len, len.max(1))
+    }
+
+    /// The same with at most `most` coefficients in a bin.
+    #[must_use]
+    pub fn no_wider(len: usize, low_len: usize, most: usize) -> Self {
         let mut edges: Vec<usize> = (0..=SINGLE.min(low_len)).collect();
         let mut low = edges.len() - 1;
         while edges[edges.len() - 1] < len {
             let from = edges[edges.len() - 1];
-            let to = from + ((from as f64 * WIDTH) as usize).max(1);
+            let to = from + ((from as f64 * WIDTH) as usize).min(most).max(1);
             // the slow part ends with a bin
             let to = if from < low_len { to.min(low_len) } else { to };
             edges.push(to.min(len));
@@ -41,6 +55,11 @@ impl Bins {
                 low = edges.len() - 1;
             }
         }
+        Self::of(edges, low)
+    }
+
+    fn of(edges: Vec<usize>, low: usize) -> Self {
+        let len = edges.last().copied().unwrap_or(1);
         // the mean coefficient is where a random walk's would be: half a step above zero
         let omega = |k0: usize, k1: usize| if k0 == 0 { 0.5 * PI } else { 0.5 * (k0 + k1 - 1) as f64 * PI };
         Self {
@@ -49,6 +68,33 @@ impl Bins {
             low,
             edges,
         }
+    }
+
+    /// The same with narrower bins where the power of the coefficients `z` varies within one: a narrow band is no smooth
+    /// spectrum.
+    #[must_use]
+    pub fn resolving(&self, z: &[f64]) -> Self {
+        let mut edges = vec![0];
+        let mut waiting: Vec<[usize; 2]> = self.edges.windows(2).map(|e| [e[0], e[1]]).rev().collect();
+        let mut more = MOST_MORE;
+        while let Some([from, to]) = waiting.pop() {
+            let parts: Vec<[usize; 2]> =
+                (0..PARTS).map(|k| [from + k * (to - from) / PARTS, from + (k + 1) * (to - from) / PARTS]).collect();
+            let mean = |[a, b]: &[usize; 2]| z[*a..*b].iter().map(|v| v * v).sum::<f64>() / (b - a).max(1) as f64;
+            // squares of normal deviates: the mean of m of them scatters by √(2/m)
+            let scatter = (2.0 * PARTS as f64 / (to - from) as f64).sqrt();
+            let largest = parts.iter().map(mean).fold(0.0, f64::max);
+            let split = to - from >= PARTS * FEWEST && largest > (1.0 + UNLIKE * scatter) * mean(&[from, to]);
+            if split && more >= PARTS {
+                more -= PARTS;
+                waiting.extend(parts.into_iter().rev());
+            } else {
+                edges.push(to);
+            }
+        }
+        let low_len = self.edges[self.low];
+        let low = edges.iter().position(|e| *e == low_len).unwrap_or(self.low);
+        Self::of(edges, low)
     }
 
     /// Number of bins.
@@ -61,6 +107,14 @@ impl Bins {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count.is_empty()
+    }
+
+    /// From where to where each bin reaches, rad/sample.
+    pub fn bands(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        let len = self.edges.last().copied().unwrap_or(1) as f64;
+        // a coefficient stands for half a step on each side
+        let at = move |k: usize| (k as f64 - 0.5).max(0.0) * PI / len;
+        self.edges.windows(2).map(move |e| [at(e[0]), at(e[1])])
     }
 
     /// Σ z² over each bin.
@@ -209,6 +263,22 @@ mod tests {
         for (a, b) in low.iter().zip(&exact).take(64) {
             assert!((a - b).abs() < 1e-4 * scale, "{a} {b}");
         }
+    }
+
+    #[test]
+    fn bins_are_split_where_a_narrow_band_stands_out_and_nowhere_else() {
+        let mut draw = crate::math::random::Stream::new(5, 0);
+        let (len, low) = (60_000, 2000);
+        let bins = Bins::new(len, low);
+        let mut z: Vec<f64> = (0..len).map(|_| draw.normal()).collect();
+        assert_eq!(bins.resolving(&z), bins);
+        (40_000..40_060).for_each(|k| z[k] *= 6.0);
+        let fine = bins.resolving(&z);
+        assert!(fine.edges[0] == 0 && fine.edges[fine.low] == low && fine.edges.is_sorted());
+        assert_eq!(fine.count.iter().sum::<f64>(), len as f64);
+        let around = |bins: &Bins| bins.edges.windows(2).find(|e| e[1] > 40_030).map_or(0, |e| e[1] - e[0]);
+        assert!(around(&bins) > 1000 && around(&fine) < 60, "{} {}", around(&bins), around(&fine));
+        assert!(fine.len() < bins.len() + 40);
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! Quantiles that several parts need.
 
-use super::NORMAL_975;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 /// Beyond this many degrees of freedom Wilson and Hilferty's cube root (PNAS 17 (1931) 684) is closer to the quantile
 /// than an incomplete gamma function can be inverted: its relative error is below 1e-7.
@@ -10,9 +9,16 @@ const EXACT_DEGREES: f64 = 10_000.0;
 /// Two-sided 95 % interval of chi-squared with `degrees` > 0 degrees of freedom.
 #[must_use]
 pub fn chi_squared_interval95(degrees: f64) -> [f64; 2] {
+    chi_squared_interval(degrees, 0.95)
+}
+
+/// Two-sided interval of chi-squared with `degrees` > 0 degrees of freedom that holds it with probability `level`.
+#[must_use]
+pub fn chi_squared_interval(degrees: f64, level: f64) -> [f64; 2] {
+    let (low, high) = (0.5 - 0.5 * level, 0.5 + 0.5 * level);
     match ChiSquared::new(degrees) {
-        Ok(chi) if degrees <= EXACT_DEGREES => [chi.inverse_cdf(0.025), chi.inverse_cdf(0.975)],
-        _ => [-NORMAL_975, NORMAL_975].map(|z| {
+        Ok(chi) if degrees <= EXACT_DEGREES => [chi.inverse_cdf(low), chi.inverse_cdf(high)],
+        _ => [low, high].map(|p| Normal::standard().inverse_cdf(p)).map(|z| {
             let spread = 2.0 / (9.0 * degrees);
             degrees * (1.0 - spread + z * spread.sqrt()).powi(3)
         }),

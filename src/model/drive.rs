@@ -101,33 +101,51 @@ impl Robot {
     }
 }
 
-/// Past yaw rates, for sensors that lag.
+/// What a drive is measured with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Instrument {
+    /// The gyro.
+    Gyro,
+    /// Both encoders.
+    Wheels,
+    /// The external reference of position and heading.
+    Pose,
+}
+
+/// Past speeds (m/s) and yaw rates (rad/s), for sensors that lag.
 #[derive(Debug, Clone, Default)]
 pub struct Past {
-    rates: VecDeque<(f64, f64)>,
+    rates: VecDeque<(f64, [f64; 2])>,
 }
 
 impl Past {
     /// Longest lag that can be looked up, s.
     pub const SPAN_S: f64 = 0.5;
 
-    /// Appends the rate at `t_s`; times ascend.
-    pub fn push(&mut self, t_s: f64, yaw_rate_rad_s: f64) {
-        self.rates.push_back((t_s, yaw_rate_rad_s));
+    /// Appends speed and yaw rate at `t_s`; times ascend.
+    pub fn push(&mut self, t_s: f64, speed_m_s: f64, yaw_rate_rad_s: f64) {
+        self.rates.push_back((t_s, [speed_m_s, yaw_rate_rad_s]));
         while self.rates.len() > 2 && self.rates[1].0 < t_s - Self::SPAN_S {
             self.rates.pop_front();
         }
     }
 
-    /// The rate at `t_s`, straight lines between the rows up to (`now_s`, `now_rad_s`); the oldest known before them.
+    /// Whether a rate is known at `t_s` or later.
     #[must_use]
-    pub fn yaw_rate_rad_s(&self, t_s: f64, now_s: f64, now_rad_s: f64) -> f64 {
-        let mut later = (now_s, now_rad_s);
+    pub fn reaches(&self, t_s: f64) -> bool {
+        self.rates.back().is_some_and(|last| last.0 > t_s)
+    }
+
+    /// Speed and yaw rate `delay_s` before `now`, straight lines between the rows up to then; the oldest known before them.
+    #[must_use]
+    pub fn before(&self, delay_s: f64, now: &Moving) -> [f64; 2] {
+        let t_s = now.t_s - delay_s;
+        let mut later = (now.t_s, [now.speed_m_s, now.yaw_rate_rad_s]);
         for &earlier in self.rates.iter().rev() {
             if earlier.0 <= t_s {
                 let span = later.0 - earlier.0;
-                let u = if span > 0.0 { (t_s - earlier.0) / span } else { 1.0 };
-                return earlier.1 + u.clamp(0.0, 1.0) * (later.1 - earlier.1);
+                let u = if span > 0.0 { ((t_s - earlier.0) / span).clamp(0.0, 1.0) } else { 1.0 };
+                return std::array::from_fn(|i| earlier.1[i] + u * (later.1[i] - earlier.1[i]));
             }
             later = earlier;
         }
@@ -154,8 +172,33 @@ pub struct Moving<'a> {
     pub yaw_acceleration_rad_s2: f64,
     /// What each wheel's rim pushes with against the ground, left and right, N
     pub wheel_force_n: [f64; 2],
-    /// Yaw rates so far
+    /// Speeds and yaw rates so far
     pub past: Option<&'a Past>,
+}
+
+impl Moving<'_> {
+    /// Speed and yaw rate `delay_s` ago; since the last row, without a past, or ahead of its time, as far as the accelerations tell:
+    /// past rates of a filter are estimates, whose errors would pass for a delay.
+    #[must_use]
+    pub fn ago(&self, delay_s: f64) -> [f64; 2] {
+        match self.past {
+            Some(past) if delay_s > 0.0 && past.reaches(self.t_s - delay_s) => past.before(delay_s, self),
+            _ => [
+                self.speed_m_s - delay_s * self.acceleration_m_s2,
+                self.yaw_rate_rad_s - delay_s * self.yaw_acceleration_rad_s2,
+            ],
+        }
+    }
+
+    /// How x, y and heading were `delay_s` ago less how they are, where speed and yaw rate stayed what they are: the chord of
+    /// an arc.
+    #[must_use]
+    pub fn pose_ago(&self, delay_s: f64) -> [f64; 3] {
+        let turn = -delay_s * self.yaw_rate_rad_s;
+        let (sin, cos) = (self.heading_rad + 0.5 * turn).sin_cos();
+        let way = -delay_s * self.speed_m_s;
+        [way * cos, way * sin, turn]
+    }
 }
 
 /// What the force of an effect follows.
@@ -236,6 +279,17 @@ pub trait DriveEffect: Send + Sync {
     fn gyro_rad_s(&self, at: &Moving, rate_rad_s: f64) -> f64 {
         let _ = at;
         rate_rad_s
+    }
+
+    /// How late the external reference comes, s.
+    fn pose_delay_s(&self) -> f64 {
+        0.0
+    }
+
+    /// Standard deviation of an instrument's white noise over the nominal one.
+    fn noise_over_nominal(&self, instrument: Instrument) -> f64 {
+        let _ = instrument;
+        1.0
     }
 
     /// What the recorder makes of one row's readings, noise included: lost ticks, lattices. Rows ascend.
@@ -407,6 +461,19 @@ impl DriveModel {
     #[inline]
     pub fn gyro_rad_s(&self, at: &Moving) -> f64 {
         self.effects.iter().fold(at.yaw_rate_rad_s, |rate, e| e.gyro_rad_s(at, rate))
+    }
+
+    /// How late the external reference comes, s.
+    #[must_use]
+    #[inline]
+    pub fn pose_delay_s(&self) -> f64 {
+        self.effects.iter().map(|e| e.pose_delay_s()).sum()
+    }
+
+    /// Standard deviation of an instrument's white noise over the nominal one.
+    #[must_use]
+    pub fn noise_over_nominal(&self, instrument: Instrument) -> f64 {
+        self.effects.iter().map(|e| e.noise_over_nominal(instrument)).product()
     }
 
     /// What the recorder makes of a row.

@@ -3,6 +3,8 @@
 //! What a filter makes of an effect. A simulator draws random numbers and knows when each row is read; a filter knows
 //! neither the draws nor, of a sensor that is late, what it reads now. The rest it takes from the same equations.
 
+use super::drive::Instrument;
+
 /// What a filter makes of an effect of drives ([`super::drive::DriveEffect`]).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum InFilter {
@@ -11,6 +13,12 @@ pub enum InFilter {
     Equations,
     /// The gyro's readings are this late, s (negative: early): they are compared with the state at their own time.
     GyroDelay(f64),
+    /// The wheels' readings are, likewise.
+    WheelDelay(f64),
+    /// The external reference is: a filter that drives by wheels and gyro does not use it.
+    PoseDelay(f64),
+    /// Standard deviation of an instrument's white noise over the nominal one.
+    Noise(Instrument, f64),
     /// The gyro switches between two ways of reading.
     GyroSwitch(Switch),
     /// A wheel (left 0, right 1) does.

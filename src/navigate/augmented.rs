@@ -12,7 +12,10 @@
 //! | `wheel.lateral_skid` | dx/dt = v cos θ - s sin θ, dy/dt = v sin θ + s cos θ, s a function of v and ω |
 //! | `gyro.scale_factor`, `gyro.scale_asymmetry`, `gyro.vibration_rectification` | h of the gyro |
 //! | `gyro.bias_step` | h of the gyro from its time on; without a time, a switch that comes once a drive and stays |
-//! | `sensor.gyro_delay` | each reading is taken in τ before its row, where the state is what the gyro saw |
+//! | `wheel.radius_left`, `wheel.radius_right` | constants of the robot: f (with torques) and h of the wheels |
+//! | `gyro.noise_level`, `encoder.noise_level`, `pose.noise_level` | noise of that sensor |
+//! | `sensor.pose_delay` | nothing: the filter drives by wheels and gyro, and a note says so |
+//! | `sensor.gyro_delay`, `sensor.wheel_delay` | each reading is taken in τ before its row, where the state is what the gyro saw |
 //! | `encoder.quantization` | noise of the wheels + lsb²/12; wheels that read zero are not taken for standing still |
 //! | `encoder.missed_ticks` | a switch of that wheel between its reading and (1 - λ) of it |
 //! | `gyro.rate_ramp`, `gyro.second_time_constant`, `gyro.turn_on_shift`, `gyro.temperature_sensitivity`, `gyro.supply_sensitivity`, `gyro.tone` of known phase | known from time, temperature or supply: taken off the reading |
@@ -41,7 +44,7 @@ use super::run::{Run, over_log, run, slips, torques};
 use super::{ErrorModel, Settings, sensors, temperature};
 use crate::config::{Config, EffectTable};
 use crate::error::{Error, ErrorKind, Result};
-use crate::model::drive::{DriveModel, Robot};
+use crate::model::drive::{DriveModel, Instrument, Robot};
 use crate::model::{EffectSource, GyroInFilter, InFilter, Scene};
 use crate::signal::{Log, increasing_times, since_power_on};
 use crate::simulate::{Options, scene_of_drive};
@@ -55,6 +58,8 @@ pub(super) struct GyroChanges {
     pub variances: Vec<f64>,
     /// How late the readings are, s.
     pub delay_s: f64,
+    /// How late those of the wheels are, s.
+    pub wheel_delay_s: f64,
 }
 
 /// As [`run()`], with the effects of the configuration, which `effects` makes, in the filter's model.
@@ -130,6 +135,9 @@ struct Made {
     white_scale: Vec<f64>,
     white_variance: f64,
     delay_s: f64,
+    wheel_delay_s: f64,
+    /// White noise of instruments over nominal.
+    noise_over: Vec<(Instrument, f64)>,
     notes: Vec<String>,
 }
 
@@ -149,6 +157,8 @@ impl Made {
             white_scale: Vec::new(),
             white_variance: 0.0,
             delay_s: 0.0,
+            wheel_delay_s: 0.0,
+            noise_over: Vec::new(),
             notes: Vec::new(),
         })
     }
@@ -160,6 +170,11 @@ impl Made {
             match effect.in_filter() {
                 InFilter::Equations => self.robot.push(effect),
                 InFilter::GyroDelay(delay_s) => self.delay_s += delay_s,
+                InFilter::WheelDelay(delay_s) => self.wheel_delay_s += delay_s,
+                InFilter::PoseDelay(_) => {
+                    self.notes.push(format!("the filter drives by wheels and gyro: {id} changes nothing that it uses"));
+                }
+                InFilter::Noise(of, over) => self.noise_over.push((of, over)),
                 InFilter::GyroSwitch(switch) => self.switches.push((Switched::Gyro, switch)),
                 InFilter::WheelSwitch(side, switch) => self.switches.push((Switched::Wheel(side), switch)),
                 InFilter::WheelLattice(lsb) => self.lattice_rad_s = self.lattice_rad_s.hypot(lsb),
@@ -228,9 +243,12 @@ impl Made {
                     .into(),
             );
         }
+        for (of, over) in std::mem::take(&mut self.noise_over) {
+            self.louder(of, over, &mut config);
+        }
         let gyro = self.gyro(&config, log)?;
         if let Some(table) = &mut config.gyro {
-            let mut noise = table.noise.unwrap_or_default();
+            let mut noise = table.noise.take().unwrap_or_default();
             let walk = noise.rate_random_walk_rad_s_sqrt_s.unwrap_or(0.0).hypot(self.walk_rad_s_sqrt_s);
             noise.rate_random_walk_rad_s_sqrt_s = (walk > 0.0).then_some(walk);
             table.noise = Some(noise);
@@ -257,13 +275,31 @@ impl Made {
         over_log(filter, all(more), &config, log, &settings, start_s, &gyro)
     }
 
+    /// White noise of an instrument as it is.
+    fn louder(&mut self, of: Instrument, over: f64, config: &mut Config) {
+        match of {
+            Instrument::Gyro => {
+                self.scene.white_std_rad_s *= over;
+                config.gyro.iter_mut().for_each(|g| g.angle_random_walk_rad_sqrt_s *= over);
+            }
+            Instrument::Wheels => config.encoder.iter_mut().for_each(|e| e.speed_noise_std_rad_s *= over),
+            Instrument::Pose => {
+                if let Some(pose) = &mut config.pose {
+                    pose.position_std_m *= over;
+                    pose.heading_std_rad *= over;
+                }
+            }
+        }
+    }
+
     fn gyro(&self, config: &Config, log: &Log) -> Result<GyroChanges> {
-        let mut out = GyroChanges { delay_s: self.delay_s, ..GyroChanges::default() };
+        let mut out =
+            GyroChanges { delay_s: self.delay_s, wheel_delay_s: self.wheel_delay_s, ..GyroChanges::default() };
         if let (Some(rates), false) = (sensors::gyro(log), self.bias_rad_s.is_empty()) {
             out.readings = Some(rates.iter().zip(&self.bias_rad_s).map(|(rate, bias)| rate - bias).collect());
         }
         if self.white_variance > 0.0 || !self.white_scale.is_empty() {
-            let lattice = config.require_gyro()?.noise.and_then(|n| n.quantization_lsb_rad_s).unwrap_or(0.0);
+            let lattice = config.require_gyro()?.noise.as_ref().and_then(|n| n.quantization_lsb_rad_s).unwrap_or(0.0);
             let (white, rest) = (self.scene.white_std_rad_s, lattice * lattice / 12.0 + self.white_variance);
             let scale = |row| self.white_scale.get(row).copied().unwrap_or(1.0);
             out.variances = (0..log.len()).map(|row| (white * scale(row)).powi(2) + rest).collect();

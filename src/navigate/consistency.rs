@@ -3,10 +3,24 @@
 //! A row's readings are taken in one after the other, each given those before it: the sum of their NIS is the NIS of
 //! the row's innovation vector, chi-squared with as many degrees of freedom (Bar-Shalom, Li, Kirubarajan, *Estimation
 //! with Applications to Tracking and Navigation*, Wiley 2001, section 5.4).
+//!
+//! # Fit for use
+//!
+//! A filter whose model holds has a mean NIS of one in every channel. The mean m of n independent NIS is chi-squared over n. They
+//! are not independent, and scatter more, where the model is a little wrong for a while: with ρ(k) the autocorrelation of a
+//! channel's NIS and s² their variance (2 m² where they are chi-squared), the mean has the variance of
+//! n min(1, 2 m²/s²)/(1 + 2 Σ ρ(k)) independent ones, and is held against the bounds of that many degrees of freedom at 99.9 %. The sum ends where two neighbouring ρ(k) first sum to less than zero (Geyer, *Practical Markov chain Monte Carlo*,
+//! Statistical Science 7 (1992) 473).
+//! Where accelerations are unknown, their density is measured at lags of N parts of the log, and known to √(8/(3 N)) (see
+//! [`super::run()`]): an innovation's variance may be off by as much, and the upper bound is wider by that. The lower bound is zero:
+//! motion that is smoother than white accelerations leaves smaller innovations, and standard deviations that are too large.
+//! Of ticks taken as means whose neighbours are anticorrelated, a mean NIS of up to 4 - 2√2 is expected ([`super::Filter`]); of a
+//! wheel that hardly turns they err less than by a uniform part of a tick, and the lower bound is zero too.
 
 use super::{Innovation, Sensor};
 use crate::math::NORMAL_975;
-use crate::math::distributions::chi_squared_interval95;
+use crate::math::distributions::{chi_squared_interval, chi_squared_interval95};
+use crate::math::spectra::autocorrelation;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -28,6 +42,8 @@ pub struct Consistency {
     pub unbiased: bool,
     /// Whether all sensors' innovations are white at lag one, by a joint test at 95 %.
     pub white: bool,
+    /// Whether every sensor's mean NIS lies inside its 99.9 % bounds: else pose and standard deviations are not to be relied on.
+    pub fit_for_use: bool,
     /// Part of the rows whose NIS lies inside its own two-sided 95 % interval; expected: 0.95.
     pub rows_inside95: f64,
     /// Each sensor that was read.
@@ -45,6 +61,12 @@ pub struct SensorConsistency {
     pub nis_mean: f64,
     /// Between these `nis_mean` lies in 95 % of runs if the model holds.
     pub nis_mean_bounds95: [f64; 2],
+    /// As many independent NIS would tell the mean as well as these do; no more than the readings.
+    pub nis_effective_readings: f64,
+    /// Between these `nis_mean` lies in 99.9 % of runs if the model holds, NIS being as autocorrelated as it is.
+    pub nis_mean_bounds999: [f64; 2],
+    /// Whether `nis_mean` lies inside them.
+    pub fit_for_use: bool,
     /// Part of the readings inside ±1.96 standard deviations; expected: 0.95.
     pub inside95: f64,
     /// Mean of the standardised innovations; expected: 0.
@@ -60,7 +82,7 @@ pub struct SensorConsistency {
 /// Degrees of freedom that a row can have.
 const ROW_READINGS: usize = Sensor::ALL.len();
 
-/// Gathers innovations; nothing is kept of a reading but sums.
+/// Gathers innovations; of a reading NIS and sums are kept.
 #[derive(Debug, Clone)]
 pub(super) struct Gatherer {
     sensors: [Sums; ROW_READINGS],
@@ -72,8 +94,12 @@ pub(super) struct Gatherer {
     gated: u64,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct Sums {
+    /// NIS, one a reading.
+    each: Vec<f64>,
+    /// Whether they are means of ticks.
+    ticks: bool,
     readings: u64,
     inside: u64,
     sum: f64,
@@ -96,6 +122,11 @@ impl Gatherer {
         }
     }
 
+    /// That the readings of this sensor are means of ticks.
+    pub fn of_ticks(&mut self, sensor: Sensor) {
+        self.sensors[sensor as usize].ticks = true;
+    }
+
     pub fn add(&mut self, sensor: Sensor, innovation: &Innovation) {
         if !innovation.used {
             self.gated += 1;
@@ -105,6 +136,7 @@ impl Gatherer {
         self.row_nis += z * z;
         self.row_readings += 1;
         let sums = &mut self.sensors[sensor as usize];
+        sums.each.push(z * z);
         sums.readings += 1;
         sums.sum += z;
         sums.nis += z * z;
@@ -128,11 +160,12 @@ impl Gatherer {
         nis
     }
 
-    pub fn finish(&self) -> Consistency {
+    /// What came of it; `lags` is the number of lags at which unknown accelerations were measured.
+    pub fn finish(&self, lags: Option<f64>) -> Consistency {
         let readings: u64 = self.sensors.iter().map(|s| s.readings).sum();
         let nis: f64 = self.sensors.iter().map(|s| s.nis).sum();
         let read = Sensor::ALL.iter().zip(&self.sensors).filter(|(_, sums)| sums.readings > 0);
-        let sensors: Vec<_> = read.map(|(sensor, sums)| sums.finish(name(*sensor))).collect();
+        let sensors: Vec<_> = read.map(|(sensor, sums)| sums.finish(name(*sensor), lags)).collect();
         // Šidák: k independent tests hold together at 95 % if each holds at 0.95^(1/k)
         let each = 0.95f64.powf(1.0 / sensors.len().max(1) as f64);
         let joint = normal_quantile(0.5 + 0.5 * each);
@@ -149,6 +182,7 @@ impl Gatherer {
             nis_holds: (nis_mean_bounds95[0]..=nis_mean_bounds95[1]).contains(&nis_mean),
             unbiased: all(|s| s.mean),
             white: all(|s| s.lag1_autocorrelation),
+            fit_for_use: sensors.iter().all(|s| s.fit_for_use),
             rows_inside95: self.rows_inside as f64 / self.rows as f64,
             sensors,
         }
@@ -156,12 +190,23 @@ impl Gatherer {
 }
 
 impl Sums {
-    fn finish(&self, sensor: &'static str) -> SensorConsistency {
+    fn finish(&self, sensor: &'static str, lags: Option<f64>) -> SensorConsistency {
         let n = self.readings as f64;
+        let nis_mean = self.nis / n;
+        let effective = effective_number(&self.each);
+        let [low, high] = chi_squared_interval(effective, FIT_LEVEL).map(|x| x / effective);
+        let of_lags = |lags: f64| 1.0 + normal_quantile(0.5 + 0.5 * FIT_LEVEL) * (8.0 / (3.0 * lags)).sqrt();
+        let of_ticks = if self.ticks { TICKS_NIS } else { 1.0 };
+        let wider = of_ticks * lags.map_or(1.0, of_lags);
+        let smaller = self.ticks || lags.is_some();
+        let nis_mean_bounds999 = [if smaller { 0.0 } else { low }, high * wider];
         SensorConsistency {
             sensor,
             readings: self.readings,
-            nis_mean: self.nis / n,
+            nis_mean,
+            nis_effective_readings: effective,
+            nis_mean_bounds999,
+            fit_for_use: (nis_mean_bounds999[0]..=nis_mean_bounds999[1]).contains(&nis_mean),
             nis_mean_bounds95: mean_bounds95(self.readings),
             inside95: self.inside as f64 / n,
             mean: self.sum / n,
@@ -188,6 +233,27 @@ fn name(sensor: Sensor) -> &'static str {
     }
 }
 
+/// How often a sensor's mean NIS lies inside its bounds if the model holds.
+const FIT_LEVEL: f64 = 0.999;
+
+/// The largest mean NIS of means of ticks whose filter holds: 4 - 2√2.
+const TICKS_NIS: f64 = 4.0 - 2.0 * std::f64::consts::SQRT_2;
+
+/// Lags to which an autocorrelation is followed: beyond a tenth of the series it is known too badly.
+const LAG_SHARE: usize = 10;
+
+/// n min(1, 2 m²/s²)/(1 + 2 Σ ρ(k)): at most n, and at least one.
+fn effective_number(series: &[f64]) -> f64 {
+    let n = series.len() as f64;
+    let mean = series.iter().sum::<f64>() / n;
+    let variance = series.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+    let scatter = (2.0 * mean * mean / variance).min(1.0);
+    let Some(found) = autocorrelation(series, series.len() / LAG_SHARE) else { return n };
+    let pairs = found.r[1..].chunks_exact(2).map(|pair| pair[0] + pair[1]);
+    let sum: f64 = pairs.take_while(|pair| *pair > 0.0).sum();
+    (n * scatter / (1.0 + 2.0 * sum)).max(1.0)
+}
+
 /// 95 % interval of a chi-squared variable over its degrees of freedom; the whole axis without any.
 fn mean_bounds95(degrees: u64) -> [f64; 2] {
     if degrees == 0 {
@@ -209,7 +275,7 @@ mod tests {
             }
             g.end_row();
         }
-        g.finish()
+        g.finish(None)
     }
 
     #[test]
@@ -255,12 +321,46 @@ mod tests {
     }
 
     #[test]
+    fn one_run_in_a_thousand_is_refused_however_long_nis_stays_where_it_is() {
+        // innovations of the stated variance over the whole run, whose scale follows a process that forgets in 20 rows: what a
+        // filter shows whose model is a little wrong for a while, and right on average
+        let mut stream = Stream::new(5, 0);
+        let (runs, kept) = (1000, (-1.0f64 / 20.0).exp());
+        for scale in [0.0, 0.3] {
+            let refused = (0..runs)
+                .filter(|_| {
+                    let mut level = stream.normal();
+                    let c = gather((0..2000).map(|_| {
+                        level = kept * level + (1.0 - kept * kept).sqrt() * stream.normal();
+                        // the mean of exp(2 a x) over a normal x is exp(2 a²)
+                        let std = 2.0 * (scale * level - scale * scale).exp();
+                        [std * stream.normal(), 2.0 * stream.normal()]
+                    }));
+                    !c.fit_for_use
+                })
+                .count();
+            // two sensors at one in a thousand: 2 of 1000 runs; eight or more come once in a thousand times, where the
+            // process's own slow part, which the sum of the autocorrelation misses, adds as many again
+            assert!(refused < if scale > 0.0 { 16 } else { 9 }, "{scale}: {refused}");
+        }
+    }
+
+    #[test]
+    fn what_is_twice_as_large_is_not_fit_for_use() {
+        let mut stream = Stream::new(6, 0);
+        let c = gather((0..2000).map(|_| [2.0 * stream.normal(), 2.8 * stream.normal()]));
+        assert!(c.sensors[0].fit_for_use && !c.sensors[1].fit_for_use && !c.fit_for_use);
+        let n = c.sensors[1].nis_effective_readings;
+        assert!(n > 1500.0 && n <= 2000.0, "{n}");
+    }
+
+    #[test]
     fn rows_without_readings_count_nothing() {
         let mut g = Gatherer::new();
         assert!(g.end_row().is_nan());
         g.add(Sensor::Gyro, &Innovation { residual: 9.0, variance: 1.0, used: false });
         assert!(g.end_row().is_nan());
-        let c = g.finish();
+        let c = g.finish(None);
         assert_eq!((c.readings, c.gated, c.sensors.len()), (0, 1, 0));
     }
 }

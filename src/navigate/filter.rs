@@ -24,6 +24,7 @@ use super::model::{BENDS, Expected, Input, MotionModel, Transition, bits, state}
 use super::reading::{Innovation, Sensor, WHEELS, wheel_variance};
 use super::rolling_model::{ROLLING_STATES, RollingModel, motion_of};
 use super::slip_model::{SLIP_STATES, SlipModel};
+use super::smoother::Tape;
 use super::ud::{Projection, Row, Structure, UdCovariance};
 use super::{ErrorModel, Settings};
 use crate::config::{Config, Encoder};
@@ -72,6 +73,8 @@ pub struct Filter<const N: usize, M> {
     wheel_walks: [f64; WHEELS.len()],
     ln_time_constant_bounds: [f64; 2],
     gate_nis: f64,
+    /// What the filter does, where the rows are to be smoothed.
+    pub(super) tape: Option<Box<Tape<N>>>,
 }
 
 impl RollingFilter {
@@ -134,7 +137,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         if settings.error_model == ErrorModel::WarmUp {
             mean.fixed_rows_mut::<3>(GYRO_ERROR).copy_from_slice(&prior.mean);
             p.fixed_view_mut::<3, 3>(GYRO_ERROR, GYRO_ERROR).copy_from(&prior.covariance);
-            walk_rad_s_sqrt_s = gyro.noise.and_then(|n| n.rate_random_walk_rad_s_sqrt_s).unwrap_or(0.0);
+            walk_rad_s_sqrt_s = gyro.noise.as_ref().and_then(|n| n.rate_random_walk_rad_s_sqrt_s).unwrap_or(0.0);
             notes = prior.notes;
         }
         model.start(&mut mean, &mut p);
@@ -144,7 +147,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
                 .mend("write the file anew with gyroid fit")
         })?;
 
-        let lattice = gyro.noise.and_then(|n| n.quantization_lsb_rad_s).unwrap_or(0.0);
+        let lattice = gyro.noise.as_ref().and_then(|n| n.quantization_lsb_rad_s).unwrap_or(0.0);
         let white = gyro.angle_random_walk_rad_sqrt_s;
         let encoder = *config.require_encoder()?;
         let wheel_radius_m = config.require_vehicle()?.wheel_radius_m;
@@ -170,6 +173,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
             wheel_walks: [0.0; WHEELS.len()],
             ln_time_constant_bounds: [prior.mean[2] - LN_TIME_CONSTANT_REACH, prior.mean[2] + LN_TIME_CONSTANT_REACH],
             gate_nis: gate(settings.gate_probability)?,
+            tape: None,
         };
         Ok((filter, notes))
     }
@@ -238,6 +242,9 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
             self.wheel_walks = self.wheel_walks_in(next.gamma, next.variances, dt_s);
         }
         self.mean = next.mean;
+        if let Some(tape) = &mut self.tape {
+            tape.step(&next.phi);
+        }
         self.model.moved(input, dt_s);
     }
 
@@ -270,7 +277,8 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         let row = &self.rows[sensor as usize];
         let residual = row.entries().iter().fold(mean, |rest, (i, h)| rest - h * self.mean[*i]);
         let seen = self.covariance.project(row, variance);
-        mean.is_finite().then(|| self.take(&seen, residual))
+        let row = self.tape.is_some().then_some(*row);
+        mean.is_finite().then(|| self.take(&seen, residual, row))
     }
 
     /// Takes in that the robot stands: v = 0 and ω = 0 with these variances (m²/s², rad²/s²).
@@ -278,8 +286,9 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         for (state, r) in [SPEED, YAW_RATE].into_iter().zip(variances) {
             let mut h = SVector::<f64, N>::zeros();
             h[state] = 1.0;
-            let seen = self.covariance.project(&Row::new(&h), r);
-            self.take(&seen, -self.mean[state]);
+            let row = Row::new(&h);
+            let seen = self.covariance.project(&row, r);
+            self.take(&seen, -self.mean[state], Some(row));
         }
     }
 
@@ -298,17 +307,19 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
             residual = super::wrap_angle(residual);
         }
         let seen = self.covariance.project(row, r);
-        Some(self.take(&seen, residual))
+        let row = self.tape.is_some().then_some(*row);
+        Some(self.take(&seen, residual, row))
     }
 
     fn take_expected(&mut self, expected: &Expected<N>) -> Innovation {
-        let seen = self.covariance.project(&Row::new(&expected.by_state), expected.variance);
-        self.take(&seen, expected.residual)
+        let row = Row::new(&expected.by_state);
+        let seen = self.covariance.project(&row, expected.variance);
+        self.take(&seen, expected.residual, Some(row))
     }
 
-    /// Takes in a residual, unless the gate keeps it out.
+    /// Takes in a residual, unless the gate keeps it out; the tape wants to know of which row.
     #[inline(always)]
-    fn take(&mut self, seen: &Projection<N>, residual: f64) -> Innovation {
+    fn take(&mut self, seen: &Projection<N>, residual: f64, row: Option<Row<N>>) -> Innovation {
         let mut innovation = Innovation { residual, variance: seen.variance, used: true };
         if residual * residual > self.gate_nis * seen.variance {
             innovation.used = false;
@@ -316,6 +327,9 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         }
         let gain = self.covariance.take_in(seen);
         self.mean += gain * residual;
+        if let (Some(tape), Some(row)) = (&mut self.tape, row) {
+            tape.reading(row.dense(), gain, residual, seen.variance);
+        }
         let [low, high] = self.ln_time_constant_bounds;
         self.mean[LN_TIME_CONSTANT] = self.mean[LN_TIME_CONSTANT].clamp(low, high);
         innovation

@@ -135,7 +135,7 @@ impl Prior {
             (None, None) => {}
         }
         let mut covariance = jacobian * sigma * jacobian.transpose();
-        let walk = gyro.noise.and_then(|n| n.rate_random_walk_rad_s_sqrt_s).unwrap_or(0.0);
+        let walk = gyro.noise.as_ref().and_then(|n| n.rate_random_walk_rad_s_sqrt_s).unwrap_or(0.0);
         for i in 0..2 {
             for j in 0..2 {
                 covariance[(i, j)] += walk * walk * since_power_on_s;

@@ -30,8 +30,11 @@
 //!
 //! Where the configuration has `[gyro.temperature]` and the drive a temperature, [`run`] goes by that instead of the warm-up.
 //!
+//! The filter knows at each row what was read up to it; where a path is wanted that does not jump as it learns more, each row's
+//! estimate given the whole log is [`Run::smoothed`].
+//!
 //! While the robot stands, the filter learns the gyro's error from v = 0 and ω = 0 ([`Standstill`]); by default only where
-//! both wheels read exactly zero, because a robot whose motors are commanded to rest may still creep.
+//! both wheels read zero but for rounding, because a robot whose motors are commanded to rest may still creep.
 
 mod align;
 mod augmented;
@@ -48,7 +51,9 @@ mod rolling_model;
 mod run;
 mod sensors;
 mod slip_model;
+mod smoother;
 mod standstill;
+mod table;
 mod temperature;
 mod ticks;
 mod ud;
@@ -65,9 +70,10 @@ pub use reading::{Innovation, Sensor};
 pub use reckoning::{Reckoning, dead_reckoning, gyro_reckoning};
 pub use reference::ReferenceErrors;
 pub use rolling_model::{ROLLING_STATES, RollingModel};
-pub use run::{Estimate, FinalPose, Run, Summary, WheelSlip, names, run};
+pub use run::{Estimate, FinalPose, Run, Smoothed, Summary, run};
 pub use slip_model::{SLIP_STATES, SlipModel, WHEELS};
 pub use standstill::{Standstill, StandstillSummary};
+pub use table::{WheelSlip, names};
 pub use ud::UdCovariance;
 pub use unscented::UnscentedFilter;
 
@@ -120,6 +126,9 @@ pub struct Settings {
     pub off_time_s: Option<f64>,
     /// What counts as standing still; `None`: nothing does.
     pub standstill: Option<Standstill>,
+    /// Whether to smooth: each row's estimate given all readings of the log ([`Run::smoothed`]), beside that given the readings up
+    /// to it.
+    pub smooth: bool,
 }
 
 impl Default for Settings {
@@ -135,6 +144,7 @@ impl Default for Settings {
             acceleration_densities: None,
             off_time_s: None,
             standstill: Some(Standstill::EXACT),
+            smooth: false,
         }
     }
 }

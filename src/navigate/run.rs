@@ -4,53 +4,23 @@
 //! left out, so that sensors may have rates of their own. Steps may be uneven.
 
 use super::augmented::GyroChanges;
-use super::compare::{NOT_ALIGNED, Track, aligned_errors};
+use super::compare::{NOT_ALIGNED, aligned_errors};
 use super::consistency::{Consistency, Gatherer};
 use super::filter::{Filter, RollingFilter, SlipFilter};
 use super::model::{Input, MotionModel, state};
 use super::reading::Sensor;
 use super::reference::{self, ErrorSums, Reference, ReferenceErrors};
 use super::sensors::{self, Sensors};
+use super::smoother::Tape;
 use super::standstill::{Detector, StandstillSummary};
+use super::table::{Table, WheelSlip};
 use super::temperature;
 use super::{ErrorModel, Settings, WheelModel};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
-use crate::signal::{Log, TimeAxis, increasing_times, names as channels, since_power_on};
+use crate::signal::{Log, increasing_times, names as channels, since_power_on};
 use crate::vehicle::Rolling;
 use serde::Serialize;
-
-/// Channels of [`Run::pose`] beside `x_m`, `y_m` and `heading_rad`.
-pub mod names {
-    /// Forward speed, m/s.
-    pub const SPEED: &str = "speed_m_s";
-    /// Yaw rate, rad/s.
-    pub const YAW_RATE: &str = "yaw_rate_rad_s";
-    /// Gyro error, rad/s.
-    pub const GYRO_ERROR: &str = "gyro_error_rad_s";
-    /// Standard deviation of x, m.
-    pub const X_STD: &str = "x_std_m";
-    /// Standard deviation of y, m.
-    pub const Y_STD: &str = "y_std_m";
-    /// Standard deviation of the heading, rad.
-    pub const HEADING_STD: &str = "heading_std_rad";
-    /// Standard deviation of the speed, m/s.
-    pub const SPEED_STD: &str = "speed_std_m_s";
-    /// Standard deviation of the yaw rate, rad/s.
-    pub const YAW_RATE_STD: &str = "yaw_rate_std_rad_s";
-    /// Standard deviation of the gyro error, rad/s.
-    pub const GYRO_ERROR_STD: &str = "gyro_error_std_rad_s";
-    /// Slip of the left wheel, where the filter models it.
-    pub const SLIP_LEFT: &str = "slip_left";
-    /// Slip of the right wheel.
-    pub const SLIP_RIGHT: &str = "slip_right";
-    /// Standard deviation of the left wheel's slip.
-    pub const SLIP_LEFT_STD: &str = "slip_left_std";
-    /// Standard deviation of the right wheel's slip.
-    pub const SLIP_RIGHT_STD: &str = "slip_right_std";
-    /// Normalised innovation squared of the row's readings together.
-    pub const NIS: &str = "nis";
-}
 
 /// A filter's pass over a log.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +29,17 @@ pub struct Run {
     pub summary: Summary,
     /// The estimate at each row, after its readings: pose, velocities, gyro error, their standard deviations, NIS.
     pub pose: Log,
+    /// The same given all readings of the log, where the settings ask for it.
+    pub smoothed: Option<Smoothed>,
+}
+
+/// Rows given all readings of the log: one path, where the filter's rows jump from one to the next as it learns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Smoothed {
+    /// As [`Run::pose`]. NIS is the filter's.
+    pub pose: Log,
+    /// Errors against the reference pose, where the log has one.
+    pub reference: Option<ReferenceErrors>,
 }
 
 /// A run in numbers.
@@ -97,17 +78,6 @@ pub struct Summary {
     pub reference: Option<ReferenceErrors>,
     /// What the user should know.
     pub notes: Vec<String>,
-}
-
-/// A wheel's slip over a run, as shares of the wheel's speed (see [`crate::traction`]).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct WheelSlip {
-    /// Root mean square of the estimates.
-    pub rms: f64,
-    /// Size of the largest estimate.
-    pub largest: f64,
-    /// Root mean square of their standard deviations.
-    pub std_rms: f64,
 }
 
 /// An estimate with its standard deviation.
@@ -220,7 +190,8 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
     if let Some(readings) = &gyro.readings {
         sensors.replace_gyro(readings);
     }
-    sensors.delay_gyro(gyro.delay_s, &times);
+    sensors.delay(&[Sensor::Gyro], gyro.delay_s, &times);
+    sensors.delay(&[Sensor::WheelLeft, Sensor::WheelRight, Sensor::Speed], gyro.wheel_delay_s, &times);
     notes.extend(sensors.notes.iter().cloned());
     let robot = Rolling::new(config.require_vehicle()?);
     let noise = |sensor, interval_s| filter.variance_over(sensor, interval_s);
@@ -246,6 +217,12 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
     let mut gatherer = Gatherer::new();
     let mut errors = ErrorSums::default();
     let slip_modelled = filter.slips().is_some();
+    if settings.smooth {
+        filter.tape = Tape::for_rows(log.len()).map(Box::new);
+        let all = filter.tape.is_some();
+        let found = || format!("{} rows are too many to smooth: each pose is given the readings up to it", log.len());
+        notes.extend((!all).then(found));
+    }
     let mut table = Table::new(log.len(), slip_modelled);
     for k in 0..times.len() {
         if let Some(variance) = gyro.variances.get(k) {
@@ -261,7 +238,11 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
             filter.update_still(variances);
             standstill = Some(StandstillSummary::add(standstill, before, filter.std()[state::GYRO_ERROR]));
         }
-        table.push(&filter, gatherer.end_row());
+        table.push(filter.mean(), &filter.std(), filter.slips(), gatherer.end_row());
+        if filter.tape.is_some() {
+            let (mean, covariance) = (*filter.mean(), filter.covariance());
+            filter.tape.iter_mut().for_each(|tape| tape.row(&mean, covariance));
+        }
         if !filter.mean().iter().all(|v| v.is_finite()) {
             return Err(Error::new(ErrorKind::Numeric, &log.source, "the filter's state is no longer finite")
                 .at(format!("row {}", k + 1))
@@ -283,8 +264,12 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
                     at_s = mean.middle_s;
                 }
                 let innovation = match mean.sensor {
-                    Sensor::Gyro => filter.update(Sensor::Gyro, mean.mean),
-                    wheels => filter.update_mean(wheels, mean.mean, mean.interval_s),
+                    // what is late is read at one instant, and no mean
+                    late if mean.interval_s == 0.0 => filter.update(late, mean.mean),
+                    wheels => {
+                        gatherer.of_ticks(wheels);
+                        filter.update_mean(wheels, mean.mean, mean.interval_s)
+                    }
                 };
                 if let Some(innovation) = innovation {
                     gatherer.add(mean.sensor, &innovation);
@@ -293,19 +278,24 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
             filter.predict(inputs.at(k), next - at_s);
         }
     }
-    let consistency = gatherer.finish();
+    let consistency = gatherer.finish(inputs.densities.map(|_| log.time.span_s() / sensors::LAG_S));
     if consistency.readings == 0 {
         return Err(Error::new(ErrorKind::Value, &log.source, "no reading of gyro or wheels is a finite number")
             .mend("check the columns: gyroid inspect LOG"));
     }
     let errors = match (&reference, laid_on) {
         (Some(reference), Some(share)) => {
-            let [x_m, y_m, heading_rad] = [state::X, state::Y, state::HEADING].map(|i| table.column(i));
-            let errors = aligned_errors(reference, &times, &Track { x_m, y_m, heading_rad }, share);
+            let errors = aligned_errors(reference, &times, &table.track(), share);
             notes.extend(errors.is_none().then(|| NOT_ALIGNED.to_string()));
             errors
         }
         _ => errors.finish(),
+    };
+    let smoothed = match filter.tape.take() {
+        Some(tape) => {
+            Some(smoothed(*tape, filter.model(), &table, log, &times, reference.as_ref().zip(Some(laid_on)))?)
+        }
+        None => None,
     };
     notes.extend(filter.model().found());
     let summary = Summary {
@@ -324,7 +314,39 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
         reference: errors,
         notes,
     };
-    Ok(Run { summary, pose: table.finish(&log.source, log.time.clone())? })
+    Ok(Run { summary, pose: table.finish(&log.source, log.time.clone())?, smoothed })
+}
+
+/// Goes back over what the filter did; `reference` comes with the share of the way over which tracks are laid on it.
+fn smoothed<const N: usize, M: MotionModel<N>>(
+    tape: Tape<N>,
+    model: &M,
+    filtered: &Table,
+    log: &Log,
+    times: &[f64],
+    reference: Option<(&Reference, Option<f64>)>,
+) -> Result<Smoothed> {
+    let mut table = filtered.like();
+    let mut poses = Vec::new();
+    tape.backwards(|s| {
+        let (mean, p) = (&s.mean, &s.covariance);
+        let slips = model.slips(mean).map(|both| both.map(|(slip, row)| [slip, row.dot(&(p * row)).max(0.0).sqrt()]));
+        table.push(mean, &p.diagonal().map(|v| v.max(0.0).sqrt()), slips, filtered.nis(s.row));
+        if reference.is_some_and(|(reference, laid_on)| laid_on.is_none() && reference.at(s.row).is_some()) {
+            let pose = [mean[state::X], mean[state::Y], mean[state::HEADING]];
+            poses.push((s.row, pose, p.fixed_view::<3, 3>(state::X, state::X).into_owned()));
+        }
+    });
+    table.reverse();
+    let errors = reference.and_then(|(reference, laid_on)| match laid_on {
+        Some(share) => aligned_errors(reference, times, &table.track(), share),
+        None => {
+            let mut sums = ErrorSums::default();
+            poses.iter().rev().for_each(|(row, pose, p)| sums.add(reference, *row, *pose, Some(*p)));
+            sums.finish()
+        }
+    });
+    Ok(Smoothed { pose: table.finish(&log.source, log.time.clone())?, reference: errors })
 }
 
 /// How warm the gyro was at power-on, as the time on since a cold one, s; 0 where it was cold.
@@ -402,76 +424,5 @@ fn final_pose<const N: usize, M: MotionModel<N>>(filter: &Filter<N, M>) -> Final
         y_m: of(state::Y),
         heading_rad: of(state::HEADING),
         gyro_error_rad_s: of(state::GYRO_ERROR),
-    }
-}
-
-/// States that are written, with the names of value and standard deviation.
-const COLUMNS: [(usize, &str, &str); 6] = [
-    (state::X, channels::X, names::X_STD),
-    (state::Y, channels::Y, names::Y_STD),
-    (state::HEADING, channels::HEADING, names::HEADING_STD),
-    (state::SPEED, names::SPEED, names::SPEED_STD),
-    (state::YAW_RATE, names::YAW_RATE, names::YAW_RATE_STD),
-    (state::GYRO_ERROR, names::GYRO_ERROR, names::GYRO_ERROR_STD),
-];
-
-/// The output, column by column.
-struct Table {
-    values: [Vec<f64>; COLUMNS.len()],
-    std: [Vec<f64>; COLUMNS.len()],
-    /// Left, its std, right, its std; where slip is modelled.
-    slips: Option<[Vec<f64>; 4]>,
-    nis: Vec<f64>,
-}
-
-impl Table {
-    fn new(len: usize, slips: bool) -> Self {
-        let columns = || std::array::from_fn(|_| Vec::with_capacity(len));
-        let slips = slips.then(|| std::array::from_fn(|_| Vec::with_capacity(len)));
-        Self { values: columns(), std: columns(), slips, nis: Vec::with_capacity(len) }
-    }
-
-    fn push<const N: usize, M: MotionModel<N>>(&mut self, filter: &Filter<N, M>, nis: f64) {
-        let (mean, std) = (filter.mean(), filter.std());
-        if let (Some(columns), Some(slips)) = (&mut self.slips, filter.slips()) {
-            columns.iter_mut().zip(slips.iter().flatten()).for_each(|(column, value)| column.push(*value));
-        }
-        for (at, (i, ..)) in COLUMNS.iter().enumerate() {
-            self.values[at].push(mean[*i]);
-            self.std[at].push(std[*i]);
-        }
-        self.nis.push(nis);
-    }
-
-    fn slip(&self) -> Option<[WheelSlip; 2]> {
-        let columns = self.slips.as_ref()?;
-        let rms = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
-        let wheel = |slip: &[f64], std: &[f64]| WheelSlip {
-            rms: rms(slip),
-            largest: slip.iter().fold(0.0, |most, s| s.abs().max(most)),
-            std_rms: rms(std),
-        };
-        Some([wheel(&columns[0], &columns[1]), wheel(&columns[2], &columns[3])])
-    }
-
-    /// The column of a state that is written.
-    fn column(&self, state: usize) -> &[f64] {
-        COLUMNS.iter().position(|c| c.0 == state).map_or(&[], |at| &self.values[at])
-    }
-
-    fn finish(self, source: &str, time: TimeAxis) -> Result<Log> {
-        let mut log = Log::new(source, time);
-        for (values, (_, name, _)) in self.values.into_iter().zip(COLUMNS) {
-            log.push(name, values)?;
-        }
-        for (values, (_, _, name)) in self.std.into_iter().zip(COLUMNS) {
-            log.push(name, values)?;
-        }
-        let slip_names = [names::SLIP_LEFT, names::SLIP_LEFT_STD, names::SLIP_RIGHT, names::SLIP_RIGHT_STD];
-        for (values, name) in self.slips.into_iter().flatten().zip(slip_names) {
-            log.push(name, values)?;
-        }
-        log.push(names::NIS, self.nis)?;
-        Ok(log)
     }
 }

@@ -6,15 +6,15 @@ use super::ticks::{self, MeanSpeed};
 use crate::config::{Config, Gyro};
 use crate::error::{Error, ErrorKind, Result};
 use crate::signal::{Log, names};
-use crate::vehicle::{Odometry, Rolling};
+use crate::vehicle::{Odometry, Rolling, one_wheel};
 
 /// The readings that a filter takes in, row by row.
 pub(super) struct Sensors<'a> {
     /// Each sensor that is read at its row, with its column.
     pub readings: Vec<(Sensor, &'a [f64])>,
-    /// Speeds that are made of ticks, and a gyro that is late: they are read between the rows, in the order of their times.
+    /// Speeds that are made of ticks, and sensors that are late: they are read between the rows, in the order of their times.
     pub means: Vec<MeanSpeed>,
-    /// Columns of the wheels, however they are read, and of a gyro that is late.
+    /// Columns of the wheels, however they are read, and of sensors that are late.
     wheels: Vec<(Sensor, &'a [f64])>,
     /// What the user should know.
     pub notes: Vec<String>,
@@ -59,6 +59,9 @@ pub(super) fn odometry<'a>(config: &Config, log: &'a Log) -> Result<Odometry<'a>
             return Error::new(ErrorKind::Config, "configuration", found)
                 .at("`encoder.ticks_per_revolution`")
                 .mend("add the ticks of one turn of the wheel, gear included");
+        }
+        if let Some((found, mend)) = one_wheel(log) {
+            return Error::new(ErrorKind::Column, &log.source, found).mend(mend);
         }
         let [left, right, speed] = [names::WHEEL_LEFT, names::WHEEL_RIGHT, names::ODO_SPEED];
         let empty = log.get(speed).is_some() || (log.get(left).is_some() && log.get(right).is_some());
@@ -150,22 +153,35 @@ impl<'a> Sensors<'a> {
         self.readings.iter_mut().filter(|r| r.0 == Sensor::Gyro).for_each(|r| r.1 = values);
     }
 
-    /// Takes each reading of the gyro in `delay_s` before its row; what lies before the first row is left out, and so is what
-    /// lies after the last one.
-    pub fn delay_gyro(&mut self, delay_s: f64, times: &[f64]) {
-        let Some(at) = self.readings.iter().position(|r| r.0 == Sensor::Gyro).filter(|_| delay_s != 0.0) else {
+    /// Takes each reading of these sensors in `delay_s` before its time; what lies before the first row is left out, and so is
+    /// what lies after the last one.
+    pub fn delay(&mut self, late: &[Sensor], delay_s: f64, times: &[f64]) {
+        if delay_s == 0.0 {
             return;
-        };
-        let (sensor, values) = self.readings.remove(at);
-        self.wheels.push((sensor, values));
-        let late = times.iter().zip(values).filter_map(|(t, &mean)| {
-            let middle_s = t - delay_s;
+        }
+        let before = |middle_s: f64| {
             let row = times.partition_point(|t| *t <= middle_s).checked_sub(1)?;
-            let inside = mean.is_finite() && row + 1 < times.len();
-            inside.then_some(MeanSpeed { row, middle_s, sensor, mean, interval_s: 0.0 })
-        });
-        self.means.extend(late);
-        self.means.sort_by(|a, b| a.middle_s.total_cmp(&b.middle_s));
+            (row + 1 < times.len()).then_some(row)
+        };
+        let (moved, mut means): (Vec<MeanSpeed>, Vec<MeanSpeed>) =
+            std::mem::take(&mut self.means).into_iter().partition(|m| late.contains(&m.sensor));
+        means.extend(moved.into_iter().filter_map(|m| {
+            let middle_s = m.middle_s - delay_s;
+            Some(MeanSpeed { row: before(middle_s)?, middle_s, ..m })
+        }));
+        let (moved, readings): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.readings).into_iter().partition(|r| late.contains(&r.0));
+        self.readings = readings;
+        for (sensor, values) in moved {
+            self.wheels.push((sensor, values));
+            means.extend(times.iter().zip(values).filter_map(|(t, &mean)| {
+                let middle_s = t - delay_s;
+                let row = before(middle_s).filter(|_| mean.is_finite())?;
+                Some(MeanSpeed { row, middle_s, sensor, mean, interval_s: 0.0 })
+            }));
+        }
+        means.sort_by(|a, b| a.middle_s.total_cmp(&b.middle_s));
+        self.means = means;
     }
 
     fn column(&self, sensor: Sensor) -> Option<&'a [f64]> {
@@ -209,7 +225,7 @@ impl<'a> Sensors<'a> {
 }
 
 /// Lag over which speeds are compared, s.
-const LAG_S: f64 = 0.2;
+pub(super) const LAG_S: f64 = 0.2;
 
 /// Pairs that lie further apart than this many lags have a gap between them.
 const MOST_LAGS: f64 = 2.0;

@@ -5,8 +5,9 @@
 //!
 //! # When it stands
 //!
-//! By default: both wheels have read exactly zero for a hold time, their counts unchanged or, in a log without counts,
-//! their speeds exactly 0.0 (or those that an odometry's speed and yaw rate stand for). A noisy encoder never does that.
+//! By default: both wheels have read zero for a hold time, their counts unchanged or, in a log without counts, their speeds
+//! zero (or those that an odometry's speed and yaw rate stand for) but for rounding: an odometry that averages the speeds
+//! of the last rows by adding and taking away is left with 1e-15 m/s. A noisy encoder never does that.
 //! Where one speed is all that the log has, it is that speed, with two conditions more. The gyro must not read a turn, as a
 //! robot may turn on the spot. And the speed must stay at zero for another hold time, which only a log can tell: a car's
 //! odometry still reads zero when the car has begun to move.
@@ -77,6 +78,10 @@ impl StandstillSummary {
         Self { rows: sum.rows + 1, gyro_error_std_after_rad_s: after_rad_s, ..sum }
     }
 }
+
+/// A speed below this share of the largest in its column is zero but for rounding: ten thousand times the roundings of one sum,
+/// and a millionth of what any encoder resolves.
+const ROUNDING: f64 = 1e-12;
 
 /// Standard deviations within which a mean is taken for zero.
 const WITHIN: f64 = 3.0;
@@ -196,7 +201,7 @@ impl<'a> Detector<'a> {
             return true;
         }
         let rest = || self.times[k..].iter().zip(&self.speeds[0][k..]);
-        let held = rest().take_while(|(_, v)| !v.is_finite() || **v == 0.0);
+        let held = rest().take_while(|(_, v)| !v.is_finite() || v.abs() <= self.wheels[0].zero);
         held.last().is_some_and(|(t, _)| t - self.times[k] >= self.rule.hold_s)
     }
 
@@ -233,6 +238,8 @@ fn mean(values: &[f64]) -> Option<(f64, f64)> {
 #[derive(Clone)]
 struct Wheel<'a> {
     values: &'a [f64],
+    /// What counts as zero.
+    zero: f64,
     /// Whether they are counts, which stand still where they do not change.
     counted: bool,
     last_count: f64,
@@ -242,7 +249,8 @@ struct Wheel<'a> {
 
 impl<'a> Wheel<'a> {
     fn new(values: &'a [f64], counted: bool) -> Self {
-        Self { values, counted, last_count: f64::NAN, last_read_s: f64::NEG_INFINITY, since_s: None }
+        let zero = ROUNDING * values.iter().filter(|v| v.is_finite()).fold(0.0, |most: f64, v| most.max(v.abs()));
+        Self { values, zero, counted, last_count: f64::NAN, last_read_s: f64::NEG_INFINITY, since_s: None }
     }
 
     fn look(&mut self, k: usize, t: f64, hold_s: f64) {
@@ -252,7 +260,7 @@ impl<'a> Wheel<'a> {
         }
         // nothing is known of a pause in the readings
         let seen = t - self.last_read_s <= hold_s;
-        let still = if self.counted { value == self.last_count } else { value == 0.0 };
+        let still = if self.counted { value == self.last_count } else { value.abs() <= self.zero };
         self.since_s = match (still, self.counted) {
             (true, _) if seen => self.since_s.or(Some(t)),
             (true, _) | (false, true) => Some(t),

@@ -3,7 +3,8 @@
 //! What is left is b, with what varies from power-on to power-on and walks: a warm-up model with C1 = 0 and C2 = b. How well
 //! e(θ) is known depends on θ; the filter is given the worst of the drive, so that it is never surer than the fit was.
 
-use super::run::{Run, names};
+use super::run::Run;
+use super::table::names;
 use crate::bias::Thermal;
 use crate::config::{Config, Covariance, Gyro};
 use crate::error::{Error, ErrorKind, Result};
@@ -82,7 +83,8 @@ fn outside_validity(config: &Config, model: &Thermal, low: f64, high: f64) -> Op
 impl Compensated {
     /// Gives the part that was taken off back to the gyro's error that a run reports.
     pub fn given_back(self, mut run: Run) -> Run {
-        for channel in run.pose.channels.iter_mut().filter(|c| c.name == names::GYRO_ERROR) {
+        let smoothed = run.smoothed.iter_mut().flat_map(|s| &mut s.pose.channels);
+        for channel in run.pose.channels.iter_mut().chain(smoothed).filter(|c| c.name == names::GYRO_ERROR) {
             channel.values.iter_mut().zip(&self.taken_rad_s).for_each(|(error, taken)| *error += taken);
         }
         run.summary.final_pose.gyro_error_rad_s.estimate += self.taken_rad_s.last().copied().unwrap_or(0.0);

@@ -210,6 +210,13 @@ impl<const N: usize> Row<N> {
         &self.entries[..self.len]
     }
 
+    /// With its zeros.
+    pub fn dense(&self) -> SVector<f64, N> {
+        let mut out = SVector::zeros();
+        self.entries().iter().for_each(|(i, h)| out[*i] = *h);
+        out
+    }
+
     /// Index of the first that is not zero.
     fn first(&self) -> usize {
         self.entries().first().map_or(N, |(i, _)| *i)

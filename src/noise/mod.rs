@@ -1,7 +1,7 @@
 //! Floor 2: stochastic terms of a gyro at rest, their spectra and Allan variances, the Allan family, and datasheets.
 //!
 //! ```text
-//! reading = quantised angle Q + white N + flicker B + random walk K + ramp R + Gauss-Markov (σ, τ)
+//! reading = quantised angle Q + low-passed white N + flicker B + random walk K + ramp R + Gauss-Markov (σ, τ) + bands
 //! ```
 //!
 //! Spectra are two-sided, names those of IEEE Std 952. Nothing here estimates a term: [`crate::identify::terms`] does.
@@ -20,7 +20,11 @@
 pub mod allan;
 pub mod confidence;
 pub mod datasheet;
+mod low_pass;
+mod narrow_band;
 mod terms;
 
 pub use allan::{AllanPoint, Deviation};
+pub use low_pass::LowPass;
+pub use narrow_band::BandForm;
 pub use terms::{TermKind, Unit};

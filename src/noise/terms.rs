@@ -7,6 +7,8 @@
 //! rate random walk K    K²/(2πf)²               K² τ/3
 //! rate ramp R           -                       R² τ²/2
 //! Gauss-Markov σ, T     2σ²T/(1+(2πfT)²)        (2σ²T/τ) [1 - (T/2τ)(3 - 4exp(-τ/T) + exp(-2τ/T))]
+//! low-pass f_c          N² |H(f)|²              N²/τ where τ is many samples
+//! narrow band σ, f₀, Δ  a line at f₀            by quadrature
 //! ```
 //!
 //! IEEE Std 952-1997, annex C. Q is of the integrated angle; a rate on a lattice adds white noise, and is no Q.
@@ -31,6 +33,10 @@ pub enum TermKind {
     RateRamp,
     /// σ, rad/s, with a correlation time, s.
     GaussMarkov,
+    /// Half-power frequency of the low-pass before the white noise is sampled, Hz; N is that of the plateau below it.
+    Bandwidth,
+    /// σ of the noise in a band, rad/s, with its centre and width, Hz.
+    NarrowBandNoise,
 }
 
 /// A unit that datasheets use, and how many of it are one SI unit.
@@ -45,15 +51,24 @@ pub struct Unit {
 const DEG: f64 = 180.0 / PI;
 
 impl TermKind {
-    /// All kinds, by rising slope of the Allan deviation.
-    pub const ALL: [Self; 6] = [
+    /// All kinds, by rising slope of the Allan deviation; at the end those that shape the spectrum near the sample rate.
+    pub const ALL: [Self; 8] = [
         Self::Quantization,
         Self::AngleRandomWalk,
         Self::BiasInstability,
         Self::RateRandomWalk,
         Self::RateRamp,
         Self::GaussMarkov,
+        Self::Bandwidth,
+        Self::NarrowBandNoise,
     ];
+
+    /// Whether it shapes the spectrum near the sample rate, by parameters of its own: [`super::LowPass`] and
+    /// [`super::BandForm`] say how. Spectra and Allan variances here are zero for these.
+    #[must_use]
+    pub fn shapes(self) -> bool {
+        matches!(self, Self::Bandwidth | Self::NarrowBandNoise)
+    }
 
     /// Identifier in JSON and on the command line.
     #[must_use]
@@ -65,6 +80,8 @@ impl TermKind {
             Self::RateRandomWalk => "rate_random_walk",
             Self::RateRamp => "rate_ramp",
             Self::GaussMarkov => "gauss_markov",
+            Self::Bandwidth => "bandwidth",
+            Self::NarrowBandNoise => "narrow_band_noise",
         }
     }
 
@@ -85,6 +102,8 @@ impl TermKind {
             Self::RateRandomWalk => "rate random walk",
             Self::RateRamp => "rate ramp",
             Self::GaussMarkov => "Gauss-Markov",
+            Self::Bandwidth => "low-pass, half power",
+            Self::NarrowBandNoise => "narrow-band noise",
         }
     }
 
@@ -98,6 +117,8 @@ impl TermKind {
             Self::RateRandomWalk => "K",
             Self::RateRamp => "R",
             Self::GaussMarkov => "GM",
+            Self::Bandwidth => "BW",
+            Self::NarrowBandNoise => "NB",
         }
     }
 
@@ -107,7 +128,8 @@ impl TermKind {
         match self {
             Self::Quantization => "rad",
             Self::AngleRandomWalk => "rad/s/sqrt(Hz)",
-            Self::BiasInstability | Self::GaussMarkov => "rad/s",
+            Self::BiasInstability | Self::GaussMarkov | Self::NarrowBandNoise => "rad/s",
+            Self::Bandwidth => "Hz",
             Self::RateRandomWalk => "rad/s^2/sqrt(Hz)",
             Self::RateRamp => "rad/s^2",
         }
@@ -122,6 +144,8 @@ impl TermKind {
             Self::AngleRandomWalk => {
                 &[Unit { name: "°/√h", per_si: DEG * 60.0 }, Unit { name: "°/s/√Hz", per_si: DEG }]
             }
+            Self::NarrowBandNoise => &[Unit { name: "°/s", per_si: DEG }],
+            Self::Bandwidth => &[],
             Self::BiasInstability | Self::GaussMarkov => {
                 &[Unit { name: "°/h", per_si: DEG * HOUR }, Unit { name: "°/s", per_si: DEG }]
             }
@@ -140,7 +164,7 @@ impl TermKind {
             Self::BiasInstability => Some(0.0),
             Self::RateRandomWalk => Some(0.5),
             Self::RateRamp => Some(1.0),
-            Self::GaussMarkov => None,
+            Self::GaussMarkov | Self::Bandwidth | Self::NarrowBandNoise => None,
         }
     }
 
@@ -154,7 +178,7 @@ impl TermKind {
             Self::AngleRandomWalk => 1.0,
             Self::BiasInstability => 1.0 / omega,
             Self::RateRandomWalk => omega.powi(-2),
-            Self::RateRamp => 0.0,
+            Self::RateRamp | Self::Bandwidth | Self::NarrowBandNoise => 0.0,
             Self::GaussMarkov => 2.0 * correlation_time_s / (1.0 + (omega * correlation_time_s).powi(2)),
         }
     }
@@ -169,6 +193,7 @@ impl TermKind {
             Self::RateRandomWalk => tau_s / 3.0,
             Self::RateRamp => 0.5 * tau_s * tau_s,
             Self::GaussMarkov => gauss_markov(tau_s / correlation_time_s),
+            Self::Bandwidth | Self::NarrowBandNoise => 0.0,
         }
     }
 
@@ -206,7 +231,7 @@ impl TermKind {
             Self::AngleRandomWalk => vec![1.0 / step_s; k.len()],
             Self::BiasInstability => k.iter().map(|k| flicker_at_ends(*k) / (2.0 * half(*k))).collect(),
             Self::RateRandomWalk => k.iter().map(|k| step_s / (4.0 * half(*k).sin().powi(2))).collect(),
-            Self::RateRamp => vec![0.0; k.len()],
+            Self::RateRamp | Self::Bandwidth | Self::NarrowBandNoise => vec![0.0; k.len()],
             Self::GaussMarkov => gauss_markov_cosine(k, n, step_s / correlation_time_s),
         }
     }

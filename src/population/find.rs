@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 /// How names of logs end in a folder. What a file is its content says; these are for leaving out notes, pictures and settings,
 /// which a reader of text would try as tables. A file of another name is read if it is named itself.
-pub const EXTENSIONS: [&str; 16] = [
-    "csv", "tsv", "csv.gz", "tsv.gz", "parquet", "bag", "mcap", "db3", "ulg", "ulog", "bin", "mat", "h5", "hdf5",
-    "npy", "npz",
+pub const EXTENSIONS: [&str; 18] = [
+    "csv", "tsv", "csv.gz", "tsv.gz", "jsonl", "jsonl.gz", "parquet", "bag", "mcap", "db3", "ulg", "ulog", "bin",
+    "mat", "h5", "hdf5", "npy", "npz",
 ];
 
 /// The logs that `paths` name: files as they are, and of folders, with their folders, the files whose names end like a log's

@@ -2,7 +2,7 @@
 
 use super::row::{Kind, Row};
 use crate::error::{Error, ErrorKind, Result};
-use crate::files::OutputFile;
+use crate::files::{OutputFile, mark};
 use polars::prelude::{
     BooleanChunked, Column, DataFrame, Float64Chunked, Int64Chunked, IntoColumn, NewChunkedArray, ParquetReader,
     ParquetWriter, PolarsResult, SerReader, Series, StringChunked,
@@ -116,7 +116,7 @@ fn parquet(names: &[String], tables: &[Map<String, Value>], out: &mut File) -> P
         }
     };
     let mut frame = DataFrame::new(tables.len(), names.iter().map(column).collect())?;
-    ParquetWriter::new(out).finish(&mut frame)?;
+    ParquetWriter::new(out).with_key_value_metadata(mark::parquet()).finish(&mut frame)?;
     Ok(())
 }
 

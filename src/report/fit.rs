@@ -185,6 +185,7 @@ impl FitReport {
         let c = &fit.correlation;
         let _ = writeln!(out, "  correlations: C1,C2 {:.3}   C1,T {:.3}   C2,T {:.3}", c[0][1], c[0][2], c[1][2]);
         let _ = writeln!(out, "  {}", termination(&fit.termination));
+        self.weighting_text(&mut out);
         self.noise_text(&mut out);
         self.identifiability_text(&mut out);
         if let Some(temperature) = &self.temperature {
@@ -192,6 +193,32 @@ impl FitReport {
         }
         whiteness_text(&self.validation, &mut out);
         out
+    }
+
+    /// Both weightings where they disagree, and what to do where only the other one knows T.
+    fn weighting_text(&self, out: &mut String) {
+        let Some(other) = self.fit.other_weighting.as_deref() else { return };
+        let rescue = !self.fit.identifiable && other.identifiable;
+        if !(rescue || self.fit.weightings_disagree()) {
+            return;
+        }
+        let (name, option) = match other.weighting {
+            Weighting::Walk => ("squares weighed by the walk that the residuals show", "--weighting walk"),
+            Weighting::Uniform => ("ordinary least squares", "--weighting uniform"),
+        };
+        let value = |e: &Estimate| format!("{} ± {}", known_digits(e.estimate, e.std), significant(e.std, 2));
+        let numbers = [&other.c1_rad_s, &other.c2_rad_s, &other.time_constant_s].map(value);
+        let [c1, c2, t] = &numbers;
+        let word = if rescue { "would know T" } else { "disagree" };
+        let _ = writeln!(out, "  {name} {word}: C1 {c1}, C2 {c2} rad/s, T {t} s");
+        let _ = match other.weighting {
+            Weighting::Walk => writeln!(
+                out,
+                "  {option} takes them: right where a walk that comes further than the warm-up hides it, too short a T where\n  \
+                 what is slow is no walk, such as a second time constant"
+            ),
+            Weighting::Uniform => writeln!(out, "  {option} takes them"),
+        };
     }
 
     fn noise_text(&self, out: &mut String) {
@@ -210,8 +237,8 @@ impl FitReport {
                 significant(n.rate_random_walk_rad_s_sqrt_s, 2),
                 probability(n.rate_random_walk_probability),
                 match self.fit.weighting {
-                    Weighting::RandomWalk => "the fit is weighed by it, and std allows for it",
-                    Weighting::Uniform => "std allows for it",
+                    Weighting::Walk => "the fit is weighed by it, and std allows for it",
+                    Weighting::Uniform => "std and intervals allow for it",
                 }
             )
         } else {
@@ -303,6 +330,16 @@ impl FitReport {
             "termination": fit.termination,
             "loss": fit.loss,
             "weighting": fit.weighting,
+            "other_weighting": fit.other_weighting.as_deref().map(|other| json!({
+                "weighting": other.weighting,
+                "parameters": {
+                    "c1_rad_s": other.c1_rad_s,
+                    "c2_rad_s": other.c2_rad_s,
+                    "time_constant_s": other.time_constant_s,
+                },
+                "identifiable": other.identifiable,
+                "disagrees": fit.weightings_disagree(),
+            })),
             "samples": fit.samples,
             "sample_rate_hz": fit.sample_rate_hz,
             "first_s": fit.first_s,

@@ -1,6 +1,6 @@
 //! The page of a diagnosis: where does the gap lie, which effect causes it, how far does it shrink, what to do about it.
 
-use super::numbers::significant;
+use super::numbers::{known_digits, significant};
 use super::plot::Picture;
 use super::plot::gap::GapFigure;
 use crate::error::Result;
@@ -22,6 +22,11 @@ const HARDLY: f64 = 0.95;
 /// Less probable effects are not listed.
 const LEAST_PROBABILITY: f64 = 0.005;
 
+/// What the gap was measured on.
+pub(in crate::report) fn measured_on(kept_back: bool) -> &'static str {
+    if kept_back { "on the recording kept back" } else { "on this very recording" }
+}
+
 /// A diagnosis for people.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GapReport<'a> {
@@ -41,23 +46,30 @@ impl GapReport<'_> {
     pub fn verdict_line(&self) -> String {
         let a = self.answer;
         match (a.verdict, a.main.as_deref()) {
-            (Verdict::Identified, Some(main)) => {
-                let closed = self.effect(main).and_then(closed).map(|c| format!("; it closes {c} of the gap"));
-                format!(
-                    "IDENTIFIED: {} ({main}), probability {:.2}{}",
-                    title(main),
-                    a.main_probability,
-                    closed.unwrap_or_default()
-                )
-            }
+            (Verdict::Identified, Some(main)) => format!(
+                "IDENTIFIED: {} ({main}), probability {:.2}{}",
+                title(main),
+                a.main_probability,
+                self.closes(main)
+            ),
             (Verdict::None, _) => {
                 format!("NO GAP: the nominal simulator explains the recording, probability {:.2}", a.none_probability)
             }
-            _ => format!(
-                "UNKNOWN: there is a gap, and no effect of the library explains most of it, probability {:.2}",
-                a.unknown_probability
+            (Verdict::CannotTell, _) => {
+                "CANNOT TELL: the channels that are there say nothing twice, so that nothing is tested".into()
+            }
+            (_, main) => format!(
+                "UNKNOWN: there is a gap, and no effect of the library explains most of it, probability {:.2}{}",
+                a.unknown_probability,
+                main.map(|id| format!("; nearest: {} ({id}){}", title(id), self.closes(id))).unwrap_or_default()
             ),
         }
+    }
+
+    /// Share of the gap that an effect closes, for a headline; empty where it closes none.
+    fn closes(&self, id: &str) -> String {
+        let effect = self.effect(id).filter(|e| e.gap_closed.is_some_and(|share| share > 0.0));
+        effect.and_then(closed).map(|c| format!("; it closes {c} of the gap")).unwrap_or_default()
     }
 
     /// The page for a terminal.
@@ -90,8 +102,14 @@ impl GapReport<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if a number cannot be shown.
     pub fn picture(&self) -> Result<Picture> {
-        GapFigure { title: self.recording, verdict: &self.verdict_line(), answer: self.answer, curves: self.curves }
-            .draw()
+        GapFigure {
+            title: self.recording,
+            kept_back: self.kept_back.is_some(),
+            verdict: &self.verdict_line(),
+            answer: self.answer,
+            curves: self.curves,
+        }
+        .draw()
     }
 
     fn effect(&self, id: &str) -> Option<&EffectAnswer> {
@@ -212,6 +230,9 @@ impl GapReport<'_> {
             (Verdict::None, _) => {
                 let _ = writeln!(out, "  None: the nominal simulator suffices, probability {:.2}", a.none_probability);
             }
+            (Verdict::CannotTell, _) => {
+                let _ = writeln!(out, "  This log cannot tell.");
+            }
             _ => {
                 let _ = writeln!(out, "  None of the library, probability {:.2}", a.unknown_probability);
                 for form in a.free_forms.iter().take(3) {
@@ -225,10 +246,34 @@ impl GapReport<'_> {
                 }
             }
         }
-        for effect in self.judged_present().filter(|e| Some(&e.id) != a.main.as_ref()) {
+        let told = |e: &&EffectAnswer| a.verdict == Verdict::Identified && Some(&e.id) == a.main.as_ref();
+        for effect in self.judged_present().filter(|e| !told(e)) {
             let _ =
                 writeln!(out, "\n  also {} ({}), probability {:.2}", title(&effect.id), effect.id, effect.probability);
             parameters(out, effect);
+        }
+        for effect in a.effects.iter().filter(|e| e.idle) {
+            let _ =
+                writeln!(out, "\n  idle: {} ({}), there, and closing nothing of the gap", title(&effect.id), effect.id);
+            parameters(out, effect);
+        }
+        if let Some(left) = &a.remainder {
+            let place = left.place.as_ref();
+            let place = place.map(|p| format!(": {}", p.description.as_deref().unwrap_or(&p.equation)));
+            let _ = writeln!(out, "\n  left over: {} of the gap{}", percent(left.share), place.unwrap_or_default());
+        }
+        if !a.time_offsets.is_empty() {
+            let _ = writeln!(out, "\n  clocks that disagree, taken out before anything else:");
+        }
+        for offset in &a.time_offsets {
+            let late = known_digits(offset.offset_s, offset.std_s);
+            let _ = writeln!(
+                out,
+                "    {}, {}: stamped late by {late} ± {} s",
+                offset.channel,
+                offset.recording,
+                significant(offset.std_s, 2)
+            );
         }
         self.nearest(out);
         self.runners_up(out);
@@ -262,7 +307,7 @@ impl GapReport<'_> {
         let others: Vec<&EffectAnswer> = a
             .effects
             .iter()
-            .filter(|e| !a.together.contains(&e.id) && Some(&e.id) != a.main.as_ref())
+            .filter(|e| !e.idle && !a.together.contains(&e.id) && Some(&e.id) != a.main.as_ref())
             .filter(|e| e.probability >= LEAST_PROBABILITY)
             .take(LISTED)
             .collect();
@@ -290,7 +335,8 @@ impl GapReport<'_> {
             let _ = writeln!(out, "  {why}");
             return;
         }
-        metrics(out, "after", &a.gap);
+        let on = measured_on(self.kept_back.is_some());
+        metrics(out, on, "after", &a.gap);
         for effect in self.judged_present() {
             if let Some(closed) = closed(effect) {
                 let _ = writeln!(out, "  {} alone closes {closed} of the gap in log score", title(&effect.id));
@@ -313,7 +359,7 @@ impl GapReport<'_> {
             let closes =
                 closed.map(|c| format!(", which alone closes {c} of the gap in log score")).unwrap_or_default();
             let _ = writeln!(out, "\n  with {}{closes}:", title(&nearest.id));
-            metrics(out, "with it", &nearest.gap);
+            metrics(out, on, "with it", &nearest.gap);
         }
     }
 
@@ -327,12 +373,14 @@ impl GapReport<'_> {
                 );
             }
             Verdict::Identified => {
-                for about in self.judged_present().filter_map(|effect| about_of(&effect.id)) {
-                    let _ = writeln!(out, "  {}: {}", about.title, about.remedy);
-                }
+                self.remedies(out);
                 self.gain(out);
             }
+            Verdict::CannotTell => {
+                let _ = writeln!(out, "  Log what the notes name, and diagnose again.");
+            }
             Verdict::Unknown => {
+                self.remedies(out);
                 let place = a.place.as_ref().and_then(|p| p.description.as_deref());
                 let _ = match place {
                     Some(description) => writeln!(out, "  Look for a cause of this: {description}."),
@@ -344,6 +392,12 @@ impl GapReport<'_> {
                      recordings."
                 );
             }
+        }
+    }
+
+    fn remedies(&self, out: &mut String) {
+        for about in self.judged_present().filter_map(|effect| about_of(&effect.id)) {
+            let _ = writeln!(out, "  {}: {}", about.title, about.remedy);
         }
     }
 

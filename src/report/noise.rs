@@ -8,7 +8,7 @@ use super::temperature::{drift_json, drift_text};
 use crate::error::Result;
 use crate::identify::terms::{NoiseModel, RecordingAdvice, Refusal, TermEstimate};
 use crate::noise::datasheet::{Datasheet, Stated};
-use crate::noise::{AllanPoint, Deviation, TermKind};
+use crate::noise::{AllanPoint, BandForm, Deviation, TermKind};
 use crate::units::{RAD_S_PER_DEG_H, RAD_S_PER_DEG_S, duration_text};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -43,22 +43,25 @@ impl NoiseReport {
     /// The verdict in one line.
     #[must_use]
     pub fn verdict_line(&self) -> String {
-        let names: Vec<_> = self.model.terms.iter().map(|t| t.id.symbol()).collect();
+        let names: Vec<String> = self.model.terms.iter().map(name).collect();
+        let one = names.len() == 1;
         let (names, p) = (names.join(" + "), equals(self.model.goodness.p_value));
         if self.fits() {
-            return format!("FIT FOR USE: {names} explain the log (goodness of fit p {p})");
+            let explain = if one { "alone explains" } else { "explain" };
+            return format!("FIT FOR USE: {names} {explain} the log (goodness of fit p {p})");
         }
         let place = self.model.goodness.worst().map_or(String::new(), |b| {
             let more = if b.ratio > 1.0 { "more" } else { "less" };
             format!(
                 ": at {} to {} Hz there is {} times the power that they make, {more} than chance \
-                 allows; --max-frequency leaves out what a filter or a vibration shapes",
+                 allows; --max-frequency leaves out what is above a frequency",
                 significant(b.from_hz, 2),
                 significant(b.to_hz, 2),
                 significant(b.ratio, 3)
             )
         });
-        format!("NOT FIT FOR USE: {names} do not explain the log (goodness of fit p {p}){place}")
+        let explain = if one { "alone does not" } else { "do not" };
+        format!("NOT FIT FOR USE: {names} {explain} explain the log (goodness of fit p {p}){place}")
     }
 
     /// The page for a terminal.
@@ -148,6 +151,15 @@ impl NoiseReport {
             g.draws,
             g.bands.len()
         );
+        if !g.not_judged_hz.is_empty() {
+            let all =
+                g.not_judged_hz.iter().map(|[a, b]| format!("{} to {} Hz", significant(*a, 3), significant(*b, 3)));
+            let _ = writeln!(
+                out,
+                "  not judged: {}, where the bands make more than a hundredth of the power",
+                all.collect::<Vec<_>>().join(", ")
+            );
+        }
         if let Some(w) = &m.wavelet {
             let terms: Vec<String> = w
                 .terms
@@ -338,6 +350,15 @@ fn equals(p: f64) -> String {
     if text.starts_with('<') { text } else { format!("= {text}") }
 }
 
+/// A term in one line.
+fn name(t: &TermEstimate) -> String {
+    match t.center_hz {
+        Some(center) => format!("band at {} Hz", significant(center.estimate, 3)),
+        None if t.id == TermKind::Bandwidth => format!("low-pass at {} Hz", significant(t.estimate, 3)),
+        None => t.id.symbol().to_string(),
+    }
+}
+
 /// Size in the units of datasheets.
 pub(super) fn in_datasheet_units(kind: TermKind, size: f64) -> String {
     let one = |u: &crate::noise::Unit| format!("{} {}", significant(size * u.per_si, 3), u.name);
@@ -346,17 +367,28 @@ pub(super) fn in_datasheet_units(kind: TermKind, size: f64) -> String {
 
 fn term_text(t: &TermEstimate, out: &mut String) {
     let end = |v: f64| if v > 0.0 || t.id == TermKind::RateRamp { known_digits(v, t.std) } else { "0".into() };
+    let beside = match t.low_pass {
+        Some(form) => format!("{}; N is that below it", form.title()),
+        None => in_datasheet_units(t.id, t.estimate),
+    };
     let _ = writeln!(
         out,
-        "  {:<24}{:>12}{:>11}   [{}, {}] {}   ({})",
+        "  {:<24}{:>12}{:>11}   [{}, {}] {}   ({beside})",
         format!("{} {}", t.id.symbol(), t.id.title()),
         known_digits(t.estimate, t.std),
         significant(t.std, 2),
         end(t.ci95[0]),
         end(t.ci95[1]),
         t.unit,
-        in_datasheet_units(t.id, t.estimate)
     );
+    let form = t.band.map_or("", BandForm::title);
+    for (name, value, note) in [("   centre", t.center_hz, ""), ("   width at half power", t.bandwidth_hz, form)] {
+        let Some(v) = value else { continue };
+        let [low, high] = v.ci95.map(|end| known_digits(end, v.std));
+        let (estimate, std) = (known_digits(v.estimate, v.std), significant(v.std, 2));
+        let note = if note.is_empty() { String::new() } else { format!("   ({note})") };
+        let _ = writeln!(out, "  {name:<24}{estimate:>12}{std:>11}   [{low}, {high}] Hz{note}");
+    }
     if let (Some(time), Some(drive)) = (&t.correlation_time_s, t.drive()) {
         let _ = writeln!(
             out,

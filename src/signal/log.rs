@@ -21,6 +21,22 @@ pub mod names {
     pub const WHEEL_LEFT: &str = "wheel_left_rad_s";
     /// Right encoder speed, rad/s.
     pub const WHEEL_RIGHT: &str = "wheel_right_rad_s";
+    /// Speed over ground that the left encoder stands for, m/s.
+    pub const WHEEL_LEFT_SPEED: &str = "wheel_left_m_s";
+    /// Speed over ground that the right encoder stands for, m/s.
+    pub const WHEEL_RIGHT_SPEED: &str = "wheel_right_m_s";
+    /// Current of the left motor, A; positive drives forwards.
+    pub const CURRENT_LEFT: &str = "motor_current_left_a";
+    /// Current of the right motor, A; positive drives forwards.
+    pub const CURRENT_RIGHT: &str = "motor_current_right_a";
+    /// Commanded speed of the left wheel, rad/s.
+    pub const COMMAND_LEFT: &str = "command_left_rad_s";
+    /// Commanded speed of the right wheel, rad/s.
+    pub const COMMAND_RIGHT: &str = "command_right_rad_s";
+    /// Commanded forward speed, m/s.
+    pub const COMMAND_SPEED: &str = "command_speed_m_s";
+    /// Commanded yaw rate, rad/s.
+    pub const COMMAND_YAW_RATE: &str = "command_yaw_rate_rad_s";
     /// Forward speed by odometry, m/s.
     pub const ODO_SPEED: &str = "odo_speed_m_s";
     /// Yaw rate by odometry, that is by the difference of the wheels, rad/s.

@@ -5,8 +5,9 @@
 //! 2 |k3 - k2|/|k2 - k1|, which is h times the local rate of decay, is small (The Numerical Treatment of Differential
 //! Equations (1960), II.2.4). A part h leaves (h λ)⁵/120 of what decays at the rate λ: 2.6e-4 at most.
 
-use crate::model::drive::{DriveEffect, DriveModel, Moving, Past, Reading, Robot};
+use crate::model::drive::{DriveEffect, DriveModel, Instrument, Moving, Past, Reading, Robot};
 use crate::vehicle::Motion;
+use std::collections::VecDeque;
 
 /// Longest part of a step, s.
 const LONGEST_S: f64 = 2e-3;
@@ -35,6 +36,8 @@ pub(super) struct Changed {
     /// Times, accelerations and forces; what it holds of the motion is set when it is used.
     at: Moving<'static>,
     past: Past,
+    /// Motion so far, no longer than the reference is late
+    tracked: VecDeque<(f64, Motion)>,
     angles_rad: [f64; 2],
 }
 
@@ -45,6 +48,7 @@ impl Changed {
             motion: Motion::default(),
             at: Moving::default(),
             past: Past::default(),
+            tracked: VecDeque::new(),
             angles_rad: [0.0; 2],
         }
     }
@@ -66,7 +70,42 @@ impl Changed {
     pub fn clock(&mut self, t_s: f64, since_power_on_s: f64) {
         self.at.t_s = t_s;
         self.at.since_power_on_s = since_power_on_s;
-        self.past.push(t_s, self.motion.yaw_rate_rad_s);
+        self.past.push(t_s, self.motion.speed_m_s, self.motion.yaw_rate_rad_s);
+        self.remember(t_s);
+    }
+
+    fn remember(&mut self, t_s: f64) {
+        let late_s = self.model.pose_delay_s();
+        if late_s > 0.0 {
+            self.tracked.push_back((t_s, self.motion));
+            while self.tracked.len() > 2 && self.tracked[1].0 <= t_s - late_s {
+                self.tracked.pop_front();
+            }
+        }
+    }
+
+    /// The motion that the external reference reads now: straight lines between the parts of a step.
+    pub fn tracked(&self) -> Motion {
+        let at_s = self.at.t_s - self.model.pose_delay_s();
+        let after = self.tracked.iter().position(|(t_s, _)| *t_s > at_s);
+        let Some(&(from_s, from)) = after.map_or(self.tracked.back(), |i| self.tracked.get(i.saturating_sub(1))) else {
+            return self.motion;
+        };
+        let Some(&(to_s, to)) = after.and_then(|i| self.tracked.get(i)) else { return from };
+        let u = if to_s > from_s { ((at_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0) } else { 0.0 };
+        let between = |a: f64, b: f64| a + u * (b - a);
+        Motion {
+            x_m: between(from.x_m, to.x_m),
+            y_m: between(from.y_m, to.y_m),
+            heading_rad: between(from.heading_rad, to.heading_rad),
+            speed_m_s: between(from.speed_m_s, to.speed_m_s),
+            yaw_rate_rad_s: between(from.yaw_rate_rad_s, to.yaw_rate_rad_s),
+        }
+    }
+
+    /// Standard deviation of an instrument's white noise over the nominal one.
+    pub fn noise_over_nominal(&self, instrument: Instrument) -> f64 {
+        self.model.noise_over_nominal(instrument)
     }
 
     /// Speed (m/s) and yaw rate (rad/s) at which the wheels of this robot turn like this, left and right.
@@ -78,7 +117,7 @@ impl Changed {
 
     /// What the wheels turn with, under the torques that acted last.
     pub fn wheels_rad_s(&self) -> [f64; 2] {
-        self.model.wheels_rad_s(&self.now())
+        self.model.wheels_rad_s(&Moving { past: Some(&self.past), ..self.now() })
     }
 
     /// What the gyro reads, without its own error and noise.
@@ -144,12 +183,14 @@ impl Changed {
         self.motion = moved(&start, &mean, h);
         let (_, last) = self.slopes(&self.motion, h, push);
         // both ends under the same torques, though the next ones may jump
-        let (from, to) = (self.model.wheels_rad_s(&first), self.model.wheels_rad_s(&last));
+        let turning = |at: Moving| self.model.wheels_rad_s(&Moving { past: Some(&self.past), ..at });
+        let (from, to) = (turning(first), turning(last));
         for (i, angle) in self.angles_rad.iter_mut().enumerate() {
             *angle += 0.5 * h * (from[i] + to[i]);
         }
         self.at = last;
-        self.past.push(last.t_s, last.yaw_rate_rad_s);
+        self.past.push(last.t_s, last.speed_m_s, last.yaw_rate_rad_s);
+        self.remember(last.t_s);
     }
 }
 

@@ -7,7 +7,7 @@ use crate::bias::WarmUp;
 use crate::config::{Config, Pose};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
-use crate::model::drive::Reading;
+use crate::model::drive::{Instrument, Reading};
 use crate::model::{EffectSource, Scene};
 use crate::signal::{Log, TimeAxis, increasing_times, names, since_power_on};
 use crate::vehicle::{Forcing, Motion, Odometry, Rolling, advance};
@@ -193,6 +193,7 @@ fn robot(
         let made = effects::of_drive(config, &scene, options, source)?;
         plant = plant.changed_by(made.robot, config)?;
         recorder.gyro = recorder.gyro.changed_by(made.gyro, scene);
+        recorder.louder(|instrument| plant.noise_over_nominal(instrument));
     }
     Ok((plant, recorder))
 }
@@ -362,6 +363,16 @@ impl Recorder {
         })
     }
 
+    /// White noise of each instrument times `over_nominal`.
+    fn louder(&mut self, over_nominal: impl Fn(Instrument) -> f64) {
+        self.gyro.louder(over_nominal(Instrument::Gyro));
+        self.encoder_std_rad_s *= over_nominal(Instrument::Wheels);
+        if let Some(PoseSensor { table, .. }) = &mut self.pose {
+            table.position_std_m *= over_nominal(Instrument::Pose);
+            table.heading_std_rad *= over_nominal(Instrument::Pose);
+        }
+    }
+
     /// One row at `t_s` of the log's own clock.
     fn record(&mut self, t_s: f64, since_power_on_s: f64, plant: &mut Plant) {
         let begun_s = *self.first_s.get_or_insert(t_s);
@@ -389,7 +400,7 @@ impl Recorder {
         reading.wheels_rad_s.into_iter().for_each(&mut put);
         counts.into_iter().flatten().for_each(&mut put);
         if let Some(pose) = &mut self.pose {
-            pose.read(t_s, &motion).into_iter().for_each(&mut put);
+            pose.read(t_s, &plant.tracked()).into_iter().for_each(&mut put);
         }
         let Motion { x_m, y_m, heading_rad, speed_m_s, yaw_rate_rad_s } = motion;
         let row = [x_m, y_m, heading_rad, speed_m_s, yaw_rate_rad_s, gyro.error_rad_s];

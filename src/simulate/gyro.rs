@@ -2,9 +2,10 @@
 //!
 //! A is zero after a cold power-on; after a warm restart it is the age that the gyro had kept ([`crate::bias::Restart`]).
 //! W is a Wiener process that starts at power-on: the rate random walk, a walk of C2. A sample's white noise has the
-//! standard deviation N/√Ts. Where the output lies on a lattice, it is rounded to it. Effects change bias, white noise,
+//! standard deviation N/√Ts, before the sensor's low-pass where `[gyro.noise]` states one; bands of vibration are added to it. Where the output lies on a lattice, it is rounded to it. Effects change bias, white noise,
 //! filter and output in the order of [`crate::model`]; those of one kind, in the order in which they are given.
 
+use super::coloured::Coloured;
 use super::{Options, Purpose};
 use crate::bias::WarmUp;
 use crate::config::Gyro;
@@ -24,6 +25,7 @@ pub(super) struct GyroSensor {
     walked_until_s: f64,
     white: Stream,
     steps: Stream,
+    coloured: Coloured,
     changed: Option<Changed>,
 }
 
@@ -43,19 +45,21 @@ pub(super) struct GyroSample {
 
 impl GyroSensor {
     pub fn new(gyro: &Gyro, sample_time_s: f64, options: &Options) -> Result<Self> {
-        let noise = gyro.noise.unwrap_or_default();
+        let noise = gyro.noise.clone().unwrap_or_default();
+        let white_std_rad_s = gyro.angle_random_walk_rad_sqrt_s / sample_time_s.sqrt();
         let model = if options.vary_turn_on { turn_on(gyro, options.seeds.turn_on)? } else { gyro.warm_up() };
         let restart = options.off_time_s.map(|off_s| gyro.restart(off_s)).transpose()?;
         Ok(Self {
             model,
             age_at_power_on_s: restart.map_or(0.0, |r| r.age_s(model.time_constant_s)),
-            white_std_rad_s: gyro.angle_random_walk_rad_sqrt_s / sample_time_s.sqrt(),
+            white_std_rad_s,
             walk_rad_s_sqrt_s: noise.rate_random_walk_rad_s_sqrt_s.unwrap_or(0.0),
             lsb_rad_s: noise.quantization_lsb_rad_s.filter(|lsb| *lsb > 0.0),
             walk_rad_s: 0.0,
             walked_until_s: 0.0,
             white: Purpose::GyroWhite.stream(options.seeds.sensors),
             steps: Purpose::GyroWalk.stream(options.seeds.sensors),
+            coloured: Coloured::new(&noise, white_std_rad_s, sample_time_s, options.seeds.sensors),
             changed: None,
         })
     }
@@ -66,6 +70,11 @@ impl GyroSensor {
             self.changed = Some(Changed { scene, effects, row: 0 });
         }
         self
+    }
+
+    /// Its white noise times `over_nominal`.
+    pub fn louder(&mut self, over_nominal: f64) {
+        self.white_std_rad_s *= over_nominal;
     }
 
     /// The warm-up that this power-on has.
@@ -86,7 +95,8 @@ impl GyroSensor {
             error_rad_s += effects.iter_mut().map(|e| e.bias_rad_s(*row, scene)).sum::<f64>();
             white_std_rad_s *= effects.iter_mut().map(|e| e.white_scale(*row, scene)).product::<f64>();
         }
-        let mut raw = rate_rad_s + error_rad_s + white_std_rad_s * self.white.normal();
+        let white_rad_s = white_std_rad_s * self.white.normal();
+        let mut raw = rate_rad_s + error_rad_s + self.coloured.next(white_rad_s);
         if let Some(Changed { effects, row, .. }) = &mut self.changed {
             raw = effects.iter_mut().fold(raw, |rate, e| e.filtered(rate));
             raw = effects.iter_mut().fold(raw, |reading, e| e.output(*row, reading));

@@ -15,6 +15,7 @@
 //! can be recorded again with other sensor noise.
 
 mod changed;
+mod coloured;
 mod course;
 mod drive;
 mod effects;
@@ -75,6 +76,9 @@ enum Purpose {
     GyroWhite = 101,
     GyroWalk = 102,
     TurnOn = 103,
+    GyroBefore = 104,
+    /// And 1000 more for each further band.
+    GyroBand = 105,
     TorqueLeft = 111,
     TorqueRight = 112,
     EncoderLeft = 121,

@@ -3,7 +3,7 @@
 use super::changed::{Changed, Push};
 use crate::config::Config;
 use crate::error::Result;
-use crate::model::drive::{DriveEffect, Reading, Robot};
+use crate::model::drive::{DriveEffect, Instrument, Reading, Robot};
 use crate::vehicle::{Forcing, Motion, Rolling, Slipping, SlippingState, advance, travel};
 
 /// Error of a speed that a slipping step may make, m/s: a sixth of the filter's.
@@ -59,6 +59,16 @@ impl Plant {
 
     pub fn motion(&self) -> &Motion {
         self.changed.as_ref().map_or(&self.state.motion, Changed::motion)
+    }
+
+    /// The motion that the external reference reads now.
+    pub fn tracked(&self) -> Motion {
+        self.changed.as_ref().map_or(self.state.motion, Changed::tracked)
+    }
+
+    /// Standard deviation of an instrument's white noise over the nominal one.
+    pub fn noise_over_nominal(&self, instrument: Instrument) -> f64 {
+        self.changed.as_ref().map_or(1.0, |changed| changed.noise_over_nominal(instrument))
     }
 
     pub fn wheels_rad_s(&self) -> [f64; 2] {

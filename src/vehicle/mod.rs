@@ -4,18 +4,22 @@
 //! - [`Rolling`]: wheels that roll without slip
 //! - [`AsPrinted`]: the equations of Alessandri et al. as they are printed, for comparison
 //! - [`Slipping`]: wheels that slip, by a law of [`crate::traction`]
-//! - [`Odometry`]: what a log says of the wheels
+//! - [`Odometry`]: what a log says of the wheels; [`known_by`]: what the robot's dimensions make of the rest
 //!
 //! One file a model of the contact between wheel and ground.
 
 mod as_printed;
+mod known;
 mod odometry;
 mod planar;
 mod rolling;
+mod signs;
 mod slipping;
 
 pub use as_printed::{AsPrinted, PrintedState};
+pub use known::{known_by, one_wheel, positions_only};
 pub use odometry::Odometry;
 pub use planar::{Forcing, Motion, MotionJacobian, advance, advance_with_jacobian, travel};
 pub use rolling::Rolling;
+pub use signs::wrong_signs;
 pub use slipping::{Slipping, SlippingJacobian, SlippingState};

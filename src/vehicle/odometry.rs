@@ -81,10 +81,12 @@ mod tests {
             mass_kg: 10.0,
             yaw_inertia_kg_m2: 0.3,
             half_track_m: 0.2,
+            steering: None,
             wheel_radius_m: 0.1,
             wheel_inertia_kg_m2: 0.0,
             viscous_friction_n_m_s: 0.0,
             torque_noise_n_m_sqrt_s: 0.0,
+            torque_constant_n_m_a: None,
         })
     }
 

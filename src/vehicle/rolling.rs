@@ -136,10 +136,12 @@ mod tests {
             mass_kg: 17.1,
             yaw_inertia_kg_m2: 0.61,
             half_track_m: 0.24,
+            steering: None,
             wheel_radius_m: 0.066,
             wheel_inertia_kg_m2: 0.0011,
             viscous_friction_n_m_s: friction,
             torque_noise_n_m_sqrt_s: 0.0,
+            torque_constant_n_m_a: None,
         };
         (v, Rolling::new(&v))
     }

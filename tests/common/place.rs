@@ -48,6 +48,14 @@ impl Place {
         String::from_utf8(output.stdout).unwrap()
     }
 
+    /// What it prints where the result is not fit for use: exit code 3.
+    #[track_caller]
+    pub fn unfit(&self, line: &str) -> String {
+        let output = self.run(line);
+        assert_eq!(output.status.code(), Some(3), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
     /// That it fails with this code, and names all `parts`.
     #[track_caller]
     pub fn refused(&self, line: &str, code: i32, parts: &[&str]) {

@@ -3,6 +3,7 @@
 mod binary;
 mod findings;
 mod formats;
+mod habits;
 mod refusals;
 mod round_trip;
 mod units;

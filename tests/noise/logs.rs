@@ -48,6 +48,7 @@ impl Truth {
             TermKind::RateRandomWalk => self.rate_random_walk,
             TermKind::RateRamp => self.rate_ramp,
             TermKind::GaussMarkov => self.gauss_markov,
+            TermKind::Bandwidth | TermKind::NarrowBandNoise => 0.0,
         }
     }
 

@@ -5,6 +5,7 @@
 
 mod command;
 mod logs;
+mod shape;
 mod study;
 
 use gyroid::identify::terms::{Explanation, NoiseModel, TermOptions, WarmUpRemoval, noise_model};

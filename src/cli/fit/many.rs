@@ -1,14 +1,14 @@
 //! `gyroid fit` of many logs.
 
 use super::super::Outcome;
-use super::super::log_args::parse_axis;
+use super::super::log_values::parse_axis;
 use super::super::output::{Output, Working};
 use super::{AgainstName, FitArgs, columns, configuration_options, fit_options};
 use clap::Args;
 use gyroid::bias::EarthRate;
 use gyroid::config::Config;
 use gyroid::export::population_configuration;
-use gyroid::files::OutputFile;
+use gyroid::files::{OutputFile, Plan};
 use gyroid::population::{self, AxisChoice, Origin, Population, Row, Settings, Topics, results};
 use gyroid::report::PopulationReport;
 use gyroid::units::duration_text;
@@ -55,6 +55,12 @@ impl ManyArgs {
         axes
     }
 
+    /// Adds what is written.
+    pub fn planned(&self, plan: Plan) -> Plan {
+        let plan = plan.writes("--config", &self.config);
+        if self.resume { plan.resumes("--results", &self.results) } else { plan.writes("--results", &self.results) }
+    }
+
     /// Whether there is anything that only many logs are asked for.
     pub fn asked_for(&self) -> bool {
         self.results.is_some() || self.config.is_some() || !self.axes.is_empty()
@@ -67,7 +73,7 @@ const SAVE_EVERY: Duration = Duration::from_secs(5);
 pub(super) fn run(args: &FitArgs, earth: Option<EarthRate>) -> Result<Outcome> {
     let many = &args.many;
     refuse_what_is_for_one(args)?;
-    let output = Output::open(&args.common)?;
+    let output = Output::open(&args.common, "fit", super::plan(args))?;
     let config = many.config.as_ref().map(OutputFile::claim).transpose()?;
     let settings = settings(args, earth)?;
     let base = args.base.as_ref().map(Config::read_base).transpose()?;

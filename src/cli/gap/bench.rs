@@ -6,7 +6,7 @@ use crate::cli::output::{Common, Output};
 use clap::{Args, Subcommand, ValueEnum};
 use gyroid::config::{Config, Kind};
 use gyroid::effects::Library;
-use gyroid::files::OutputFile;
+use gyroid::files::{OutputFile, Plan};
 use gyroid::gap::bench::{self, Order, SealKey};
 use gyroid::gap::{self, Answer};
 use gyroid::reality::Mix;
@@ -109,8 +109,9 @@ impl From<BenchKind> for Kind {
 }
 
 fn make(args: &MakeArgs) -> Result<Outcome> {
-    let output = Output::open(&args.common)?;
     let key_path = args.key.clone().unwrap_or_else(|| beside(&args.folder));
+    let plan = Plan::new().writes("--key", [&key_path]).writes("--open-labels", &args.open_labels);
+    let output = Output::open(&args.common, "gap.bench.make", plan)?;
     let mut key_file = OutputFile::claim(&key_path)?;
     let open = args.open_labels.as_ref().map(OutputFile::claim).transpose()?;
     let mix = Mix {
@@ -184,7 +185,7 @@ fn diagnose(config: &Config, fit: &Log, hold: Option<&Log>, leave_out: &[String]
 }
 
 fn answer(args: &RunArgs) -> Result<Outcome> {
-    let output = Output::open(&args.common)?;
+    let output = Output::open(&args.common, "gap.bench.run", Plan::new().reads([&args.folder]))?;
     let working = output.working("diagnosing");
     let ran = bench::run(
         &args.folder,
@@ -248,7 +249,13 @@ struct ScoreArgs {
 }
 
 fn score(args: &ScoreArgs) -> Result<Outcome> {
-    let output = Output::open(&args.common)?;
+    let drawn = |folder: &PathBuf| {
+        let of = |name| ["svg", "png"].map(|ending| folder.join(format!("{name}.{ending}")));
+        plot::bench::NAMES.into_iter().flat_map(of).collect::<Vec<_>>()
+    };
+    let plan = Plan::new().reads([&args.folder, &args.answers, &args.key]);
+    let plan = plan.writes("--plots", args.plots.iter().flat_map(drawn));
+    let output = Output::open(&args.common, "gap.bench.score", plan)?;
     if let Some(folder) = &args.plots {
         std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, &e))?;
     }

@@ -5,7 +5,7 @@ use crate::cli::Outcome;
 use crate::cli::output::{Common, Output};
 use clap::Args;
 use gyroid::config::Kind;
-use gyroid::files::OutputFile;
+use gyroid::files::{OutputFile, Plan, mark};
 use gyroid::gap::bench::{self, Calibrated, Fit, SealKey};
 use gyroid::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
@@ -43,7 +43,8 @@ fn made_by(folder: &Path) -> Result<bench::Bench> {
 }
 
 pub(super) fn run(args: &CalibrateArgs) -> Result<Outcome> {
-    let output = Output::open(&args.common)?;
+    let plan = Plan::new().reads(&args.folders).reads(&args.key).writes("--output", [&args.output]);
+    let output = Output::open(&args.common, "gap.bench.calibrate", plan)?;
     if !args.key.is_empty() && args.key.len() != args.folders.len() {
         let found = format!("{} keys for {} folders", args.key.len(), args.folders.len());
         return Err(Error::new(ErrorKind::Usage, "gap bench calibrate", found).at("--key").mend("give one for each"));
@@ -87,10 +88,10 @@ fn text(found: &Calibrated, made: &[bench::Bench]) -> String {
     let driving = made.iter().any(|b| b.kind == Kind::Driving);
     let kind = if driving { " --kind driving" } else { "" };
     let mut text = format!(
-        "# Calibration of the diagnosis {}, fitted by gyroid {} to {} cases:\n",
+        "# Calibration of the diagnosis {}, fitted to {} cases, {}:\n",
         if driving { "of drives" } else { "at rest" },
-        env!("CARGO_PKG_VERSION"),
-        found.cases
+        found.cases,
+        mark::text()
     );
     for bench in made {
         let seed = bench.seed.map_or_else(String::new, |s| format!(" --seed {s}"));

@@ -4,10 +4,12 @@ use super::recordings::Recordings;
 use crate::cli::Outcome;
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::output::{Common, Output};
+use crate::cli::places;
 use clap::Args;
 use gyroid::config::{Config, Kind};
 use gyroid::effects::{Library, registry};
-use gyroid::files::OutputFile;
+use gyroid::error::one_of;
+use gyroid::files::{OutputFile, Plan};
 use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, place};
 use gyroid::report::GapReport;
 use gyroid::report::plot::Format;
@@ -53,7 +55,11 @@ pub(crate) struct DiagnoseArgs {
 }
 
 pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
-    let output = Output::open(&args.common)?;
+    let Recordings { fit, hold } = &args.recordings;
+    places::check("gap diagnose", &args.config, "--fit ", fit.iter().chain(hold).flatten())?;
+    let plan = Plan::new().reads([&args.config]).reads(fit.iter().chain(hold).flatten());
+    let plan = plan.writes("--write-sim", &args.write_sim).writes("--plot", &args.plot);
+    let output = Output::open(&args.common, "gap.diagnose", plan)?;
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let write_sim = args.write_sim.as_ref().map(OutputFile::claim).transpose()?;
@@ -70,16 +76,15 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     }
     let working = output.working("reading");
     let mut notes: Vec<String> = by_time.into_iter().collect();
-    let Recordings { fit, hold } = &args.recordings;
     if !drives {
         one_at_rest(fit, "--fit")?;
         one_at_rest(hold, "--hold")?;
     }
     let mut read_one = |option: &str, paths: &[PathBuf]| -> Result<Log> {
         if let (false, [path]) = (drives, paths) {
-            return read(&args.columns, path);
+            return read(&args.columns, path, &args.config);
         }
-        let recording = args.columns.read_drive(&args.map, paths)?;
+        let recording = args.columns.read_drive(&args.map, paths, &config)?;
         if let Some(file) = recording.repeats.first() {
             let found =
                 "its channels are all in the files before it, and files after one option are sensors of one drive";
@@ -93,6 +98,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         }
         let mut log = recording.log;
         log.source = shown(paths);
+        places::check_drive(&log, &args.config)?;
         Ok(log)
     };
     let fit_logs = fit.iter().map(|paths| read_one("--fit", paths)).collect::<Result<Vec<_>>>()?;
@@ -204,14 +210,15 @@ fn library(without: &[String]) -> Result<Library> {
     ids.dedup();
     match without.iter().find(|w| !ids.contains(&w.as_str())) {
         Some(unknown) => Err(Error::new(ErrorKind::Usage, "--without", format!("no effect is called {unknown:?}"))
-            .mend(format!("there are {}", ids.join(", ")))),
+            .mend(one_of(unknown, &ids))),
         None => Ok(Library::without(without.iter().cloned())),
     }
 }
 
-/// A recording on time since power-on, named by its path.
-pub(super) fn read(columns: &ColumnArgs, path: &Path) -> Result<Log> {
+/// A recording at rest on time since power-on, named by its path.
+pub(super) fn read(columns: &ColumnArgs, path: &Path, config: &Path) -> Result<Log> {
     let recording = columns.read(path)?;
+    places::check_rest(path, config, &recording)?;
     let time = columns.time_since_power_on(&recording);
     let mut log = recording.log;
     log.time = time;

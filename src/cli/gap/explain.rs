@@ -4,9 +4,11 @@ use super::diagnose::{names, read, shown};
 use crate::cli::Outcome;
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::output::{Common, Output};
+use crate::cli::places;
 use clap::Args;
 use gyroid::config::{Config, Kind};
 use gyroid::effects::Library;
+use gyroid::files::Plan;
 use gyroid::gap::explain;
 use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
@@ -37,19 +39,21 @@ pub(crate) struct ExplainArgs {
 }
 
 pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
-    let output = Output::open(&args.common)?;
+    places::check("gap explain", &args.config, "--fit ", &args.fit)?;
+    let output = Output::open(&args.common, "gap.explain", Plan::new().reads([&args.config]).reads(&args.fit))?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
     let mut notes: Vec<String> = by_time.into_iter().collect();
     let working = output.working("reading");
     let (log, since_power_on_s) = match (config.kind, args.fit.as_slice()) {
         (Kind::Driving, paths) => {
-            let recording = args.columns.read_drive(&args.map, paths)?;
+            let recording = args.columns.read_drive(&args.map, paths, &config)?;
             notes.extend(recording.notes);
             let mut log = recording.log;
             log.source = shown(paths);
+            places::check_drive(&log, &args.config)?;
             (log, args.columns.start_offset_s().unwrap_or(0.0))
         }
-        (Kind::Stationary, [path]) if args.map.is_empty() => (read(&args.columns, path)?, 0.0),
+        (Kind::Stationary, [path]) if args.map.is_empty() => (read(&args.columns, path, &args.config)?, 0.0),
         (Kind::Stationary, _) => {
             let found = "several files, or --map, and the configuration is of a gyro at rest";
             return Err(Error::new(ErrorKind::Usage, "--fit", found)

@@ -11,10 +11,12 @@ use crate::simulate::{Course, Drive, Options, drive, drive_with, replay_with, tr
 use crate::vehicle::{Motion, Rolling};
 
 /// Ids and parameters as users know them.
-const CONTRACT: [(&str, &[&str]); 17] = [
+const CONTRACT: [(&str, &[&str]); 24] = [
     ("wheel.slip", &[]),
     ("wheel.radius_mismatch", &["right_over_left_minus_one"]),
     ("wheel.radius_scale", &["relative"]),
+    ("wheel.radius_left", &["relative"]),
+    ("wheel.radius_right", &["relative"]),
     ("wheel.rolling_resistance", &["coefficient"]),
     ("wheel.lateral_skid", &["lateral_slip_s"]),
     ("vehicle.track_width", &["relative"]),
@@ -28,6 +30,11 @@ const CONTRACT: [(&str, &[&str]); 17] = [
     ("gyro.vibration_rectification", &["coefficient_rad_s_per_m2_s2"]),
     ("gyro.bias_step", &["step_rad_s"]),
     ("sensor.gyro_delay", &["delay_s"]),
+    ("sensor.wheel_delay", &["delay_s"]),
+    ("sensor.pose_delay", &["delay_s"]),
+    ("gyro.noise_level", &["noise_over_nominal"]),
+    ("encoder.noise_level", &["noise_over_nominal"]),
+    ("pose.noise_level", &["noise_over_nominal"]),
     ("ground.slope", &["slope_rad", "uphill_heading_rad"]),
 ];
 
@@ -105,7 +112,8 @@ fn usual(id: &str) -> Parameters {
         "encoder.missed_ticks" => of([("loss_fraction", 0.4), ("share_of_time", 0.2)]),
         "gyro.vibration_rectification" => of([("coefficient_rad_s_per_m2_s2", 0.01)]),
         "gyro.bias_step" => of([("step_rad_s", 0.01)]),
-        "sensor.gyro_delay" => of([("delay_s", 0.03)]),
+        "sensor.gyro_delay" | "sensor.wheel_delay" | "sensor.pose_delay" => of([("delay_s", 0.03)]),
+        "gyro.noise_level" | "encoder.noise_level" | "pose.noise_level" => of([("noise_over_nominal", 2.0)]),
         "ground.slope" => of([("slope_rad", 0.02), ("uphill_heading_rad", 0.7)]),
         "motor.torque_gain" | "wheel.radius_mismatch" => of([("right_over_left_minus_one", 0.05)]),
         _ => of([("relative", 0.03)]),
@@ -145,7 +153,13 @@ fn every_effect_says_what_it_is() {
             assert!(p.null.is_none_or(|v| (p.bounds[0]..=p.bounds[1]).contains(&v)), "{}", p.name);
             assert!(about.parameters[..i].iter().all(|q| q.name != p.name), "{} twice", p.name);
         }
-        for c in change_of(*effect).into_iter().flat_map(|c| c.coordinates()) {
+        if let Some(change) = change_of(*effect) {
+            let sizes = change.sizes();
+            assert!(sizes.chars().any(|c| c.is_ascii_digit()), "{}: {sizes:?}", about.id);
+        }
+        let steered = [None, Some(Steering::Differential), Some(Steering::Skid)];
+        let of = |c: &'static dyn ModelChange| steered.map(|s| c.coordinates_of(s)).concat();
+        for c in change_of(*effect).into_iter().flat_map(of) {
             assert!(0.0 < c.scale[0] && c.scale[0] < c.scale[1], "{}", about.id);
             assert!(c.bounds[0] < -c.scale[1].min(-c.bounds[0]) + 1e-12 && c.bounds[1] >= c.scale[1], "{}", about.id);
         }
@@ -280,29 +294,35 @@ fn an_effect_changes_the_equations_that_it_says_and_no_other() {
         let (id, channel, touches) = (effect.about().id, effect.about().channel, change.touches());
         let theta: Vec<f64> = change.coordinates().iter().map(|c| 0.3 * c.scale[1]).collect();
         let model = DriveModel::new(Robot::from(&vehicle), vec![change.at(&theta)]);
-        // force, moment, sideways, wheels, gyro
-        let mut moved = [false; 5];
+        // force, moment, sideways, wheels, gyro, pose
+        let mut moved = [false; 6];
         for _ in 0..100 {
             let (at, torques) = (moving(&mut stream), [stream.normal(), stream.normal()]);
             let mut past = Past::default();
-            past.push(2.9, at.yaw_rate_rad_s - 0.1 * at.yaw_acceleration_rad_s2);
+            past.push(
+                2.9,
+                at.speed_m_s - 0.1 * at.acceleration_m_s2,
+                at.yaw_rate_rad_s - 0.1 * at.yaw_acceleration_rad_s2,
+            );
             let (mut here, mut there) = (at, at);
             nominal.accelerate(&mut here, torques);
             model.accelerate(&mut there, torques);
             moved[0] |= here.acceleration_m_s2 != there.acceleration_m_s2;
             moved[1] |= here.yaw_acceleration_rad_s2 != there.yaw_acceleration_rad_s2;
             moved[2] |= model.sideways_m_s(&at) != 0.0;
-            moved[3] |= model.wheels_rad_s(&at) != nominal.wheels_rad_s(&at);
             let at = Moving { past: Some(&past), ..at };
+            moved[3] |= model.wheels_rad_s(&at) != nominal.wheels_rad_s(&at);
+            moved[5] |= at.pose_ago(model.pose_delay_s()) != at.pose_ago(nominal.pose_delay_s());
             moved[4] |= model.gyro_rad_s(&at) != nominal.gyro_rad_s(&at);
         }
         let motion = moved[..3].contains(&true);
         assert!(touches.motion || !motion, "{id} moves the robot");
         assert!(touches.wheels || !moved[3], "{id} moves the wheels");
         assert!(touches.gyro || !moved[4], "{id} moves the gyro");
+        assert!(touches.pose || !moved[5], "{id} moves the reference");
         let as_said = match channel {
-            "gyro" => moved == [false, false, false, false, true],
-            "pose" => moved == [false, false, true, false, false],
+            "gyro" => moved == [false, false, false, false, true, false],
+            "pose" => moved[..2] == [false; 2] && moved[2] != moved[5] && moved[3..5] == [false; 2],
             "torque" => motion && !moved[2] && !moved[3] && !moved[4],
             _ => moved[3] && !moved[2] && !moved[4],
         };
@@ -323,7 +343,10 @@ fn a_replay_differs_where_the_effect_acts_and_nowhere_else() {
         let moved = all.map(|name| apart(&base, &log, name) > 0.0);
         let expected = match id {
             "wheel.lateral_skid" => [false, false, false, true, false],
-            "wheel.slip" | "encoder.quantization" => [false, true, true, false, false],
+            "wheel.slip" | "encoder.quantization" | "encoder.noise_level" | "sensor.wheel_delay" => {
+                [false, true, true, false, false]
+            }
+            "pose.noise_level" | "sensor.pose_delay" => [false, false, false, true, true],
             "encoder.missed_ticks" => [false, true, false, false, false],
             _ if effect.about().channel == "gyro" => [true, false, false, false, false],
             _ => [true; 5],

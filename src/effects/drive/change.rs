@@ -1,6 +1,7 @@
 //! θ ↦ equations: what the effects that change the robot's equations have in common.
 
 use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
+use crate::config::Steering;
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameters};
 use crate::error::Result;
@@ -33,10 +34,18 @@ impl<T: Law> Driving for T {
 pub(super) trait Constant: Law {
     /// As in [`Coordinate`].
     const SCALE: [f64; 2];
+    /// Where these sizes are known from.
+    const SIZES: &'static str;
     /// Which equations hold the constant.
     const TOUCHES: Touches = Touches::ROBOT;
     /// What a log must hold for it to be knowable.
     const NEEDS: Needs = Needs::NOTHING;
+
+    /// Its coordinate in a robot that steers like this, where that makes a difference.
+    fn steered(steering: Option<Steering>) -> Option<&'static [Coordinate]> {
+        let _ = steering;
+        None
+    }
 
     /// The effect where the constant is off by so much.
     fn off_by(value: f64) -> Box<dyn DriveEffect>;
@@ -45,6 +54,14 @@ pub(super) trait Constant: Law {
 impl<T: Constant> ModelChange for T {
     fn coordinates(&self) -> &'static [Coordinate] {
         const { &[Coordinate { scale: T::SCALE, bounds: T::ABOUT.parameters[0].bounds }] }
+    }
+
+    fn coordinates_of(&self, steering: Option<Steering>) -> &'static [Coordinate] {
+        T::steered(steering).unwrap_or_else(|| self.coordinates())
+    }
+
+    fn sizes(&self) -> &'static str {
+        T::SIZES
     }
 
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {

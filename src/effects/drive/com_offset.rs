@@ -31,6 +31,7 @@ impl Law for ComOffset {
 
 impl Constant for ComOffset {
     const SCALE: [f64; 2] = [3e-3, 0.15];
+    const SIZES: &'static str = "Fierro and Lewis (1997): some centimetres up to the radius of a wheel";
     const NEEDS: Needs = Needs { torques: true, ..Needs::NOTHING };
 
     fn off_by(value: f64) -> Box<dyn DriveEffect> {

@@ -32,6 +32,7 @@ impl Law for GyroDelay {
 
 impl Constant for GyroDelay {
     const SCALE: [f64; 2] = [1e-3, 0.05];
+    const SIZES: &'static str = "Furgale et al. (2013): some milliseconds on a bus, some tens where messages queue";
     const TOUCHES: Touches = Touches::GYRO;
     const NEEDS: Needs = Needs { gyro: true, ..Needs::NOTHING };
 
@@ -44,12 +45,7 @@ struct Work(f64);
 
 impl DriveEffect for Work {
     fn gyro_rad_s(&self, at: &Moving, rate_rad_s: f64) -> f64 {
-        let late = match at.past {
-            Some(past) if self.0 > 0.0 => past.yaw_rate_rad_s(at.t_s - self.0, at.t_s, at.yaw_rate_rad_s),
-            // ahead of its time, as far as the last acceleration tells
-            _ => at.yaw_rate_rad_s - self.0 * at.yaw_acceleration_rad_s2,
-        };
-        rate_rad_s + late - at.yaw_rate_rad_s
+        rate_rad_s + at.ago(self.0)[1] - at.yaw_rate_rad_s
     }
 
     fn in_filter(&self) -> InFilter {

@@ -57,6 +57,10 @@ impl ModelChange for LateralSkid {
         ]
     }
 
+    fn sizes(&self) -> &'static str {
+        "Martínez et al. (2005): up to some tenths of what turning asks for"
+    }
+
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
         Box::new(Work([theta[0], theta[1], theta[2]]))
     }

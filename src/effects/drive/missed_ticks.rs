@@ -14,6 +14,10 @@ pub(crate) const SIDE: &str = "right";
 pub(crate) const BURST: &str = "burst_s";
 pub(crate) const SHARE: &str = "share_of_time";
 
+/// Mean length of a burst where it is not stated, s, and share of the time in bursts.
+pub(crate) const BURST_S: f64 = 0.3;
+pub(crate) const SHARE_OF_TIME: f64 = 0.05;
+
 static ABOUT: About = About {
     id: "encoder.missed_ticks",
     title: "missed encoder ticks",
@@ -70,8 +74,8 @@ impl Driving for MissedTicks {
         Ok(Box::new(Work {
             loss: checked.value(LOSS)?,
             side: side_of(parameters),
-            burst_s: checked.optional(BURST).unwrap_or(0.3),
-            share: checked.optional(SHARE).unwrap_or(0.05).clamp(0.0, 1.0 - 1e-6),
+            burst_s: checked.optional(BURST).unwrap_or(BURST_S),
+            share: checked.optional(SHARE).unwrap_or(SHARE_OF_TIME).clamp(0.0, 1.0 - 1e-6),
             lost: false,
             draw: stream(&ABOUT, seed),
         }))

@@ -10,7 +10,10 @@ mod encoder_quantization;
 mod gyro_delay;
 mod lateral_skid;
 pub(crate) mod missed_ticks;
+pub(crate) mod noise_level;
+mod one_radius;
 mod payload;
+mod pose_delay;
 mod radius_mismatch;
 mod radius_scale;
 mod rolling_resistance;
@@ -21,16 +24,20 @@ mod slope;
 mod torque_gain;
 mod track_width;
 mod vibration_rectification;
+mod wheel_delay;
 
 use super::{About, Parameters};
+use crate::config::Steering;
 use crate::error::Result;
-use crate::model::drive::DriveEffect;
+use crate::model::drive::{DriveEffect, Instrument};
 
 /// Every effect of drives, one line each.
-static REGISTRY: [&dyn Driving; 17] = [
+static REGISTRY: [&dyn Driving; 24] = [
     &slip::Slip,
     &radius_mismatch::RadiusMismatch,
     &radius_scale::RadiusScale,
+    &one_radius::RadiusLeft,
+    &one_radius::RadiusRight,
     &rolling_resistance::RollingResistance,
     &lateral_skid::LateralSkid,
     &track_width::TrackWidth,
@@ -44,6 +51,11 @@ static REGISTRY: [&dyn Driving; 17] = [
     &vibration_rectification::VibrationRectification,
     &bias_step::BiasStep,
     &gyro_delay::GyroDelay,
+    &wheel_delay::WheelDelay,
+    &pose_delay::PoseDelay,
+    &noise_level::GYRO,
+    &noise_level::WHEELS,
+    &noise_level::POSE,
     &slope::Slope,
 ];
 
@@ -86,12 +98,25 @@ pub enum DriveExplanation {
     MissedTicks(&'static [&'static dyn ModelChange; 2]),
     /// Wheel speeds on a lattice
     WheelLattice,
+    /// White noise of an instrument that is not as large as stated
+    NoiseLevel(Instrument),
 }
 
 /// A change of the robot's equations, smooth in its coordinates θ; θ = 0 changes nothing.
 pub trait ModelChange: Sync + Send {
     /// The coordinates.
     fn coordinates(&self) -> &'static [Coordinate];
+
+    /// The same where it is known how the robot steers, with the sizes that such robots have.
+    fn coordinates_of(&self, steering: Option<Steering>) -> &'static [Coordinate] {
+        let _ = steering;
+        self.coordinates()
+    }
+
+    /// Where the sizes of its coordinates are known from; the effect's own forms leave that to the effect.
+    fn sizes(&self) -> &'static str {
+        ""
+    }
 
     /// The effect at θ, with or without departures.
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect>;
@@ -143,17 +168,21 @@ pub struct Touches {
     pub wheels: bool,
     /// Reading of the gyro.
     pub gyro: bool,
+    /// Reading of the external reference.
+    pub pose: bool,
 }
 
 impl Touches {
     /// Motion and wheels, as the robot's constants do.
-    pub const ROBOT: Self = Self { motion: true, wheels: true, gyro: false };
+    pub const ROBOT: Self = Self { motion: true, wheels: true, gyro: false, pose: false };
     /// The gyro alone.
-    pub const GYRO: Self = Self { motion: false, wheels: false, gyro: true };
+    pub const GYRO: Self = Self { motion: false, wheels: false, gyro: true, pose: false };
     /// The motion alone.
-    pub const MOTION: Self = Self { motion: true, wheels: false, gyro: false };
+    pub const MOTION: Self = Self { motion: true, wheels: false, gyro: false, pose: false };
     /// The wheels alone.
-    pub const WHEELS: Self = Self { motion: false, wheels: true, gyro: false };
+    pub const WHEELS: Self = Self { motion: false, wheels: true, gyro: false, pose: false };
+    /// The external reference alone.
+    pub const POSE: Self = Self { motion: false, wheels: false, gyro: false, pose: true };
 }
 
 /// Channels.
@@ -175,7 +204,7 @@ impl Needs {
 /// One coordinate of a change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coordinate {
-    /// Standard deviation of its prior: from and to, evenly in the logarithm.
+    /// Standard deviation of its prior: from and to, evenly in the logarithm; up to sizes that are seen in practice.
     pub scale: [f64; 2],
     /// Smallest and largest value.
     pub bounds: [f64; 2],

@@ -42,6 +42,10 @@ impl ModelChange for Payload {
         ]
     }
 
+    fn sizes(&self) -> &'static str {
+        "data sheets: robots carry up to their own weight, Clearpath Husky A200 (2013) 75 kg on 50 kg"
+    }
+
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
         Box::new(Work([theta[0], theta[1]]))
     }

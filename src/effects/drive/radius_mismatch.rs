@@ -30,6 +30,7 @@ impl Law for RadiusMismatch {
 
 impl Constant for RadiusMismatch {
     const SCALE: [f64; 2] = [1e-3, 0.03];
+    const SIZES: &'static str = "Borenstein and Feng (1996): rubber tyres of one robot differ by up to some percent";
 
     fn off_by(value: f64) -> Box<dyn DriveEffect> {
         Box::new(Work(value))

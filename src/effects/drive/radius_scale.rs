@@ -30,6 +30,7 @@ impl Law for RadiusScale {
 
 impl Constant for RadiusScale {
     const SCALE: [f64; 2] = [2e-3, 0.05];
+    const SIZES: &'static str = "Borenstein and Feng (1996): load and wear change rubber tyres by some percent";
 
     fn off_by(value: f64) -> Box<dyn DriveEffect> {
         Box::new(Work(value))

@@ -64,6 +64,10 @@ impl ModelChange for ScaleAsymmetry {
         ]
     }
 
+    fn sizes(&self) -> &'static str {
+        "IEEE Std 952-1997: scale factor asymmetry, at most what the scale factor itself is off by"
+    }
+
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
         Box::new(Work([theta[0], theta[1], theta[2]]))
     }

@@ -30,7 +30,9 @@ impl Law for ScaleFactor {
 }
 
 impl Constant for ScaleFactor {
-    const SCALE: [f64; 2] = [1e-3, 0.05];
+    const SCALE: [f64; 2] = [1e-3, 0.03];
+    const SIZES: &'static str =
+        "MPU-6000 data sheet, revision 3.4 (2013): sensitivity within 3 %, and 2 % more over temperature";
     const TOUCHES: Touches = Touches::GYRO;
     const NEEDS: Needs = Needs { gyro: true, ..Needs::NOTHING };
 

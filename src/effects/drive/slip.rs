@@ -48,6 +48,10 @@ impl ModelChange for Slip {
         ]
     }
 
+    fn sizes(&self) -> &'static str {
+        "Wong, Theory of Ground Vehicles (2008), chapter 1: from tyres on asphalt to wheels on loose sand"
+    }
+
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
         Box::new(Work([theta[0], theta[1]]))
     }

@@ -36,6 +36,10 @@ impl ModelChange for Slope {
         ]
     }
 
+    fn sizes(&self) -> &'static str {
+        "ISO 21542:2011: floors are level to some thousandths, ramps rise by up to 1 in 12"
+    }
+
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
         Box::new(Work([theta[0], theta[1]]))
     }

@@ -31,6 +31,7 @@ impl Law for TorqueGain {
 
 impl Constant for TorqueGain {
     const SCALE: [f64; 2] = [0.01, 0.3];
+    const SIZES: &'static str = "Pillay and Krishnan (1988): a magnet loses up to a fifth of its flux when it is hot";
     const NEEDS: Needs = Needs { torques: true, ..Needs::NOTHING };
 
     fn off_by(value: f64) -> Box<dyn DriveEffect> {

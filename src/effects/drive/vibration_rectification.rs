@@ -63,6 +63,10 @@ impl ModelChange for VibrationRectification {
         ]
     }
 
+    fn sizes(&self) -> &'static str {
+        "Weinberg, Gyro mechanical performance: the most important parameter, Analog Devices MS-2158 (2011)"
+    }
+
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
         Box::new(Work([theta[0], theta[1], theta[2]]))
     }

@@ -282,16 +282,7 @@ mod tests {
     use crate::reality::Strength;
 
     fn set(id: Option<&str>, ln_weight: f64) -> WeightedSet {
-        let part = |id: &str| Part {
-            id: id.into(),
-            named: id.starts_with("gyro."),
-            share: 5.0,
-            parameters: Default::default(),
-            std: Default::default(),
-            time_s: None,
-            frequency_hz: None,
-            description: String::new(),
-        };
+        let part = |id: &str| Part::new(id, id.starts_with("gyro."), 5.0);
         WeightedSet { parts: id.map(part).into_iter().collect(), ln_weight, probability: 0.0 }
     }
 

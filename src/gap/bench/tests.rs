@@ -229,6 +229,8 @@ fn plain(verdict: Verdict) -> Answer {
         unknown_probability: 0.1,
         effects: Vec::new(),
         together: Vec::new(),
+        remainder: None,
+        time_offsets: Vec::new(),
         nearest: None,
         cannot_tell_apart: Vec::new(),
         alike: Vec::new(),

@@ -37,6 +37,8 @@ pub struct Followed {
     pub heading: (f64, f64),
     /// What left wheel, right wheel and gyro are expected to read under the model at β, rad/s.
     pub here: [f64; 3],
+    /// What x, y and heading were when they are read, less what they are, under the model at β.
+    pub pose_ago: [f64; 3],
     /// Functions that free forms are made of, before the readings.
     pub functions: [f64; FUNCTIONS],
     /// cos(nπu)
@@ -45,8 +47,8 @@ pub struct Followed {
     pub warm_up: [f64; 2],
     /// Readings, in the order in which they were taken in.
     pub taken: Vec<Taken>,
-    /// ω after the readings, rad/s
-    pub yaw_rate: f64,
+    /// v (m/s) and ω (rad/s) after the readings
+    pub speeds: [f64; 2],
     /// Whether there is a next row, which the rest is about.
     pub goes_on: bool,
     /// Motion after the readings, accelerations included.
@@ -71,11 +73,12 @@ impl Default for Followed {
             at: still,
             heading: (0.0, 1.0),
             here: [0.0; 3],
+            pose_ago: [0.0; 3],
             functions: [0.0; FUNCTIONS],
             cosines: [0.0; COSINES],
             warm_up: [0.0; 2],
             taken: Vec::with_capacity(Channel::ALL.len()),
-            yaw_rate: 0.0,
+            speeds: [0.0; 2],
             goes_on: false,
             leaving: still,
             forces: Vec::new(),
@@ -158,8 +161,9 @@ impl<'a> Along<'a> {
         self.next += 1;
         out.row = k;
         self.read(k, out);
-        out.yaw_rate = self.filter.state[W];
-        self.past.push(self.record.times_s[k] - self.start_s, out.yaw_rate);
+        let [v, w] = [self.filter.state[V], self.filter.state[W]];
+        out.speeds = [v, w];
+        self.past.push(self.record.times_s[k] - self.start_s, v, w);
         out.goes_on = self.next < self.rows.end;
         if out.goes_on {
             self.go(k, out);
@@ -216,6 +220,10 @@ impl<'a> Along<'a> {
         let by_speed = expected(&models.here, &Moving { speed_m_s: at.speed_m_s + step[0], ..at });
         let by_rate = expected(&models.here, &Moving { yaw_rate_rad_s: at.yaw_rate_rad_s + step[1], ..at });
         let uncertain = models.here.wheel_variance_rad2_s2(&at);
+        let late_s = models.here.pose_delay_s();
+        out.pose_ago = at.pose_ago(late_s);
+        let [back_x, back_y, turned] = out.pose_ago;
+        let (sin, cos) = (at.heading_rad + 0.5 * turned).sin_cos();
         let prior = self.filter.state;
         let mut volume = 1.0;
         for (channel, value) in Channel::ALL.into_iter().zip(readings).filter(|(_, value)| value.is_finite()) {
@@ -230,7 +238,12 @@ impl<'a> Along<'a> {
                 }
                 Channel::X | Channel::Y | Channel::Heading => {
                     h[place - 3] = 1.0;
-                    let mut nu = value - prior[place - 3];
+                    match channel {
+                        Channel::X => (h[TH], h[V], h[W]) = (-back_y, -late_s * cos, 0.5 * late_s * back_y),
+                        Channel::Y => (h[TH], h[V], h[W]) = (back_x, -late_s * sin, -0.5 * late_s * back_x),
+                        _ => h[W] = -late_s,
+                    }
+                    let mut nu = value - prior[place - 3] - out.pose_ago[place - 3];
                     if channel == Channel::Heading {
                         nu -= (nu / std::f64::consts::TAU).round() * std::f64::consts::TAU;
                     }

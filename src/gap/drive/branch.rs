@@ -6,15 +6,16 @@ use super::column::{Column, Scoped};
 use super::evidence::Member;
 use super::fit::{Compared, Theta, models};
 use super::judge::{LARGE, Options};
+use super::levels::Level;
 use super::onset::{self, Onsets};
 use super::pass::{Channel, Models, Noise, run, run_scoped};
 use super::record::Record;
 use super::ripple;
 use super::unforced;
 use crate::effects::Parameters;
-use crate::effects::drive::Driving;
+use crate::effects::drive::{Coordinate, Driving};
 use crate::gap::findings::{Part, WeightedSet};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Innovations beyond this many standard deviations may be outliers.
 const OUTLYING: f64 = 6.0;
@@ -49,6 +50,10 @@ pub(super) struct Branch {
     pub(super) restored: bool,
     pub(super) extra_weight: f64,
     pub(super) extra_parts: Vec<Part>,
+    /// Noise levels that are not as stated
+    pub(super) levels: Vec<Level>,
+    /// By how many nats each effect of the best set is missed where it is left out
+    pub(super) missed_by: BTreeMap<String, f64>,
 }
 
 impl Branch {
@@ -56,16 +61,30 @@ impl Branch {
         let (promising, put_aside, extra_weight, extra_parts) = (None, [0; 3], 0.0, Vec::new());
         let believed = noise;
         let restored = false;
-        Self { record, believed, noise, compared, onsets_s, promising, put_aside, restored, extra_weight, extra_parts }
+        let (levels, missed_by) = (Vec::new(), BTreeMap::new());
+        Self {
+            record,
+            believed,
+            noise,
+            compared,
+            onsets_s,
+            promising,
+            put_aside,
+            restored,
+            extra_weight,
+            extra_parts,
+            levels,
+            missed_by,
+        }
     }
 
     /// Puts outliers aside and takes noise levels from what is left; if there are any, settles again.
-    pub(super) fn clean(&mut self, options: &Options) -> bool {
+    pub(super) fn clean(&mut self, effects: &[&'static dyn Driving], options: &Options) -> bool {
         let residuals = self.residuals();
         let any = self.put_outliers_aside(options, &residuals);
         // what is left, where readings were put aside
         let residuals = if any { self.residuals() } else { residuals };
-        let changed = any | self.level(options, &residuals) | self.diffuse() | self.ripple();
+        let changed = any | self.level(effects, options, &residuals) | self.diffuse() | self.ripple();
         if changed {
             let (candidates, from) = (self.compared.plausible(), self.onward());
             self.compared = Compared::narrow(&self.record, &self.noise, candidates, from, None);
@@ -91,13 +110,7 @@ impl Branch {
 
     /// Takes how torques change within a step from a settled model; returns whether that is otherwise than before.
     pub(super) fn ripple(&mut self) -> bool {
-        let c = &self.compared;
-        let mut inside: Vec<Member> = c.sets[0].members.clone();
-        inside.sort_unstable();
-        let few = c.candidates.only(|g| inside.iter().any(|m| m.0 == g));
-        let members: Vec<Member> = inside.iter().enumerate().map(|(place, m)| (place, m.1)).collect();
-        let weigh = |noise: &Noise| few.linearise(&self.record, noise, &c.theta).ln_weight(&members);
-        let likely = ripple::likely(&self.record, &self.noise, weigh);
+        let likely = ripple::likely(&self.record, &self.noise, |noise| self.weigh(noise));
         std::mem::replace(&mut self.noise, likely) != likely
     }
 
@@ -139,10 +152,12 @@ impl Branch {
     pub(super) fn settle(&mut self, effects: &[&'static dyn Driving], options: &Options) {
         self.converge(effects, options);
         // noise is judged by what a settled model leaves
-        if self.clean(options) {
+        if self.clean(effects, options) {
             self.widen(effects, options, self.compared.steps_s());
             self.converge(effects, options);
         }
+        self.leave_out();
+        self.tell_levels();
     }
 
     pub(super) fn converge(&mut self, effects: &[&'static dyn Driving], options: &Options) {
@@ -185,7 +200,7 @@ impl Branch {
     }
 
     /// Innovations whitened under the best set, coefficients included: channel, row, ν/√S.
-    fn residuals(&self) -> Vec<(Channel, usize, f64)> {
+    pub(super) fn residuals(&self) -> Vec<(Channel, usize, f64)> {
         let c = &self.compared;
         let members = &c.sets[0].members;
         let groups = || members.iter().map(|m| m.0);
@@ -231,8 +246,11 @@ impl Branch {
     fn put_outliers_aside(&mut self, options: &Options, residuals: &[(Channel, usize, f64)]) -> bool {
         let mut found: Vec<(Channel, usize, f64)> = Vec::new();
         let mut counts = [0usize; 6];
+        // what is far off is so for noise as large as it is
+        let scales = scales(residuals);
         for &(channel, row, white) in residuals {
             counts[channel as usize] += 1;
+            let white = white / scales[channel as usize];
             if white.abs() > OUTLYING {
                 found.push((channel, row, white));
             }
@@ -311,53 +329,6 @@ impl Branch {
         (apart(row) - middle).abs() > OUTLYING * std
     }
 
-    /// Noise that is not as large as believed; returns whether there is any.
-    fn level(&mut self, options: &Options, residuals: &[(Channel, usize, f64)]) -> bool {
-        let mut sums = [(0usize, 0.0); 6];
-        for &(channel, _, white) in residuals {
-            let sum = &mut sums[channel as usize];
-            *sum = (sum.0 + 1, sum.1 + white * white);
-        }
-        let mut any = false;
-        for (name, channels) in
-            [("wheel_left", 0..1), ("wheel_right", 1..2), ("gyro", 2..3), ("position", 3..5), ("heading", 5..6)]
-        {
-            let (n, square) = channels.clone().fold((0, 0.0), |s, c| (s.0 + sums[c].0, s.1 + sums[c].1));
-            if n < 16 {
-                continue;
-            }
-            let ratio = square / n as f64;
-            let gain = 0.5 * n as f64 * (ratio - 1.0 - ratio.ln());
-            if gain - 0.5 * (n as f64).ln() + options.prior.ln_free < 3.0 {
-                continue;
-            }
-            if self.record.torques_n_m.is_none() && channels.start < 3 {
-                // how the robot accelerates is no more than a diffusion here, and the sensors' noise takes what that lacks
-                for c in channels {
-                    self.noise.reading[c] *= ratio;
-                }
-                any = true;
-                continue;
-            }
-            let id = format!("free.level.{name}");
-            let again = self.extra_parts.iter().any(|p| p.id == id);
-            let total = ratio * self.noise.reading[channels.start] / self.believed.reading[channels.start];
-            for c in channels {
-                self.noise.reading[c] *= ratio;
-            }
-            let text = format!("the noise of {name} is {:.2} times as large as believed", total.sqrt());
-            let share = 0.5 * n as f64 * (total - 1.0 - total.ln());
-            self.extra_parts.retain(|p| p.id != id);
-            self.extra_parts.push(described(&id, false, share, text));
-            if !again {
-                // the better noise is in the evidence itself; what it costs is said here
-                self.extra_weight += options.prior.ln_free - 0.5 * (n as f64).ln();
-            }
-            any = true;
-        }
-        any
-    }
-
     /// One part an id.
     pub(super) fn add(&mut self, mut part: Part) {
         if let Some(at) = self.extra_parts.iter().position(|p| p.id == part.id) {
@@ -378,15 +349,23 @@ impl Branch {
             let coefficients = c.problem.coefficients(members);
             one_an_id(members.iter().zip(shares).map(|(&(g, _), share)| self.part(g, share, &coefficients)))
         };
-        c.sets
-            .iter()
-            .take(SETS)
-            .map(|w| WeightedSet {
-                parts: part(&w.members).into_iter().chain(self.extra_parts.iter().cloned()).collect(),
-                ln_weight: w.ln_weight + self.extra_weight,
+        let whole = c.sets.iter().take(SETS).map(|w| WeightedSet {
+            parts: part(&w.members).into_iter().chain(self.extra_parts.iter().cloned()).collect(),
+            ln_weight: w.ln_weight + self.extra_weight,
+            probability: 0.0,
+        });
+        // a level that gains little over what it costs may as well not be there
+        let mut sets: Vec<WeightedSet> = whole.collect();
+        for level in &self.levels {
+            let without = |set: &WeightedSet| WeightedSet {
+                parts: set.parts.iter().filter(|p| p.id != level.id).cloned().collect(),
+                ln_weight: set.ln_weight - level.margin,
                 probability: 0.0,
-            })
-            .collect()
+            };
+            let others: Vec<WeightedSet> = sets.iter().map(without).collect();
+            sets.extend(others);
+        }
+        sets
     }
 
     pub(super) fn part(&self, group: usize, share: f64, coefficients: &super::evidence::Coefficients) -> Part {
@@ -397,7 +376,8 @@ impl Branch {
         match candidates.kinds[group] {
             Kind::Change(i) => {
                 let change = candidates.changes[i].1;
-                let theta: Vec<f64> = g.columns.iter().map(|c| value(*c).0).collect();
+                let inside = |(c, own): (&usize, &Coordinate)| value(*c).0.clamp(own.bounds[0], own.bounds[1]);
+                let theta: Vec<f64> = g.columns.iter().zip(change.coordinates()).map(inside).collect();
                 part.parameters = change.parameters(&theta);
                 // by the delta method, coordinates taken one by one
                 for (j, column) in g.columns.iter().enumerate() {
@@ -448,6 +428,21 @@ impl Branch {
         }
         part
     }
+}
+
+/// Standard deviation of the residuals of each channel by their median, which single readings far off do not move; at least one.
+fn scales(residuals: &[(Channel, usize, f64)]) -> [f64; 6] {
+    /// Median of the size of a standard normal variable.
+    const MEDIAN: f64 = 0.674_489_75;
+    let mut sizes: [Vec<f64>; 6] = Default::default();
+    residuals.iter().for_each(|r| sizes[r.0 as usize].push(r.2.abs()));
+    sizes.map(|mut sizes| {
+        let middle = sizes.len() / 2;
+        if sizes.is_empty() {
+            return 1.0;
+        }
+        (*sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN).max(1.0)
+    })
 }
 
 /// What comes anew in each drive is one part, with the parameters of the drive that it matters most in.

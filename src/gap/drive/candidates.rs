@@ -3,7 +3,9 @@
 use super::column::{CONSTANT, COSINES, Column, Equation, Follows, Scoped, nuisances, variations};
 use super::evidence::{Group, Rank};
 use super::record::Record;
+use super::twins;
 use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
+use crate::model::drive::Instrument;
 
 /// Prior odds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,6 +49,8 @@ const SETTLING_S: [f64; 3] = [0.4, 1.6, 6.4];
 
 /// Share of the lost ticks whose bursts do not show singly.
 const UNSEEN: f64 = 0.5;
+/// Effects that are known by a length.
+const LENGTHS: [&str; 3] = ["wheel.radius_scale", "wheel.radius_left", "wheel.radius_right"];
 /// Lost ticks.
 pub(super) const LOST_TICKS: &str = "encoder.missed_ticks";
 
@@ -73,6 +77,8 @@ pub enum Kind {
 pub struct Candidates {
     /// Model changes.
     pub changes: Vec<(&'static dyn Driving, &'static dyn ModelChange)>,
+    /// The coordinates of each, with the sizes that they have in such a robot.
+    pub sizes: Vec<Vec<Coordinate>>,
     /// Columns of the pass.
     pub columns: Vec<Scoped>,
     /// Columns that are always in, and their prior standard deviations.
@@ -97,10 +103,19 @@ pub fn knowable(effect: &dyn Driving, record: &Record) -> bool {
             let reference = record.pose.is_some() || record.torques_n_m.is_some();
             can(change.needs(), record)
                 // only the pose or the forces know a length
-                && (effect.about().id != "wheel.radius_scale" || reference || record.gyro_rad_s.is_some())
+                && (!LENGTHS.contains(&effect.about().id) || reference || record.gyro_rad_s.is_some())
+                // without torques it is a gyro that leads
+                && (effect.about().id != "sensor.wheel_delay" || record.torques_n_m.is_some())
+                // where the configuration leaves open how late the reference comes, that is no effect
+                && !(change.touches().pose && record.belief.pose_delay_std_s > 0.0)
         }
         DriveExplanation::GyroStep => record.gyro_rad_s.is_some(),
         DriveExplanation::MissedTicks(_) | DriveExplanation::WheelLattice => true,
+        DriveExplanation::NoiseLevel(Instrument::Pose) => record.pose.is_some(),
+        // without torques how the robot accelerates is too roughly known
+        DriveExplanation::NoiseLevel(of) => {
+            record.torques_n_m.is_some() && (of == Instrument::Wheels || record.gyro_rad_s.is_some())
+        }
     }
 }
 
@@ -125,6 +140,7 @@ impl Candidates {
     ) -> Self {
         let mut all = Self {
             changes: Vec::new(),
+            sizes: Vec::new(),
             columns: Vec::new(),
             nuisance: Vec::new(),
             kinds: Vec::new(),
@@ -137,18 +153,18 @@ impl Candidates {
         for effect in effects.iter().filter(|e| knowable(**e, record)) {
             match effect.explanation() {
                 DriveExplanation::Model(change) => match change.forms() {
-                    [] => all.change(*effect, change, prior.ln_named),
+                    [] => all.change(record, *effect, change, prior.ln_named),
                     forms => {
                         let ln_prior = prior.ln_named - (forms.len() as f64).ln();
-                        forms.iter().for_each(|form| all.change(*effect, *form, ln_prior));
+                        forms.iter().for_each(|form| all.change(record, *effect, *form, ln_prior));
                     }
                 },
                 DriveExplanation::GyroStep => all.steps(record, effect.about().id, prior, near_s),
                 DriveExplanation::MissedTicks(sides) => {
                     let ln_prior = prior.ln_named + (UNSEEN / sides.len() as f64).ln();
-                    sides.iter().for_each(|side| all.change(*effect, *side, ln_prior));
+                    sides.iter().for_each(|side| all.change(record, *effect, *side, ln_prior));
                 }
-                DriveExplanation::WheelLattice => {}
+                DriveExplanation::WheelLattice | DriveExplanation::NoiseLevel(_) => {}
             }
         }
         if record.gyro_rad_s.is_some() {
@@ -166,7 +182,12 @@ impl Candidates {
         let places = (first..first + columns.len()).collect();
         self.columns.extend(columns);
         let positive = match id {
-            "wheel.rolling_resistance" | "wheel.slip" | "sensor.gyro_delay" | LOST_TICKS => 1,
+            "wheel.rolling_resistance"
+            | "wheel.slip"
+            | "sensor.gyro_delay"
+            | "sensor.wheel_delay"
+            | "sensor.pose_delay"
+            | LOST_TICKS => 1,
             // mass and yaw inertia
             "vehicle.payload" => 2,
             _ => 0,
@@ -183,12 +204,19 @@ impl Candidates {
         self.groups.push(Group { id, drive, named, columns: places, nodes, ln_prior, rank, positive, varies: None });
     }
 
-    fn change(&mut self, effect: &'static dyn Driving, change: &'static dyn ModelChange, ln_prior: f64) {
+    fn change(
+        &mut self,
+        record: &Record,
+        effect: &'static dyn Driving,
+        change: &'static dyn ModelChange,
+        ln_prior: f64,
+    ) {
         let place = self.changes.len();
+        let sizes = twins::sizes(record, effect.about().id, change);
         self.changes.push((effect, change));
-        let coordinates = change.coordinates();
-        let columns = (0..coordinates.len()).map(|j| Column::Coordinate(place, j).into()).collect();
-        self.push(Kind::Change(place), effect.about().id, true, columns, nodes(coordinates, 1.0), ln_prior);
+        let columns = (0..sizes.len()).map(|j| Column::Coordinate(place, j).into()).collect();
+        self.push(Kind::Change(place), effect.about().id, true, columns, nodes(&sizes, 1.0), ln_prior);
+        self.sizes.push(sizes);
     }
 
     /// Steps at times spread over each drive, and closer and closer around the one in `near_s`, down to one row: a step of many
@@ -348,6 +376,7 @@ impl Candidates {
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         let mut out = Self {
             changes: self.changes.clone(),
+            sizes: self.sizes.clone(),
             columns: Vec::new(),
             nuisance: Vec::new(),
             kinds: Vec::new(),
@@ -386,7 +415,7 @@ impl Candidates {
         let mut groups = self.groups.clone();
         for (group, kind) in groups.iter_mut().zip(&self.kinds) {
             let (Kind::Change(i), Some(first)) = (kind, group.columns.first()) else { continue };
-            let coordinates = self.changes[*i].1.coordinates();
+            let coordinates = &self.sizes[*i];
             let least = FREE_SIZES[0] / (square(*first).sqrt() * coordinates[0].scale[0]);
             if least < 1.0 {
                 group.nodes = nodes(coordinates, least.max(LEAST));
@@ -447,10 +476,12 @@ mod tests {
             [nodes[0][0], nodes[NODES - 1][0]]
         };
         let near = |a: [f64; 2], b: [f64; 2]| a.iter().zip(&b).all(|(a, b)| (a / b - 1.0).abs() < 1e-9);
-        // a drive that hardly shows a hundredth keeps the prior of most robots, which is from 0.001 to 0.05
-        assert!(near(scales(0.01), [1e-3, 0.05]));
-        assert!(near(scales(2e-5), [2e-5, 0.05]));
+        // it stands for a wider track here, which may be twice the nominal
+        let widest = 0.5;
+        // a drive that hardly shows a hundredth keeps the prior of most robots, which begins at 0.001
+        assert!(near(scales(0.01), [1e-3, widest]));
+        assert!(near(scales(2e-5), [2e-5, widest]));
         // and none is sure of anything at all
-        assert!(near(scales(1e-12), [1e-3 * LEAST, 0.05]));
+        assert!(near(scales(1e-12), [1e-3 * LEAST, widest]));
     }
 }

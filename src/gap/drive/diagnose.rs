@@ -2,24 +2,27 @@
 
 use super::alike::{LARGEST, separate_by};
 use super::candidates::VARYING;
+use super::clocks;
 use super::closest::Closest;
 use super::far::{self, DriveFar};
-use super::judge::{Judged, Options as JudgeOptions, equation_of, judge, mounting, unknowable};
+use super::judge::{Judged, equation_of, judge, mounting, unknowable};
 use super::late;
 use super::model::Claimed;
 use super::navigating::filter_gain;
 use super::pass::Process;
 use super::pinpoint::pinpoint;
 use super::record::Record;
-use crate::config::{Config, EffectTable};
+use super::testable::nothing_twice;
+use crate::config::{Config, EffectTable, Kind};
 use crate::effects::drive::Driving;
 use crate::effects::drive::missed_ticks::{is_mean, side_of};
 use crate::effects::{Library, Parameters};
 use crate::error::Result;
+use crate::gap::account;
 use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, Verdict};
 use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
-use crate::gap::far::Closed;
+use crate::gap::far::{Closed, Options as FarOptions};
 use crate::gap::findings::{Findings, Main};
 
 /// Most effects whose share of the gap is measured one by one.
@@ -28,6 +31,9 @@ const MEASURED: usize = 4;
 const SIMULATED: usize = 6;
 /// Standard deviations by which a gyro's bias may differ between two runs of one unit.
 const OTHER_UNIT: f64 = 4.0;
+/// Fewest rows at rest that tell a bias, and parts of them whose means are held against each other.
+const AT_REST: usize = 64;
+const PARTS: usize = 8;
 
 /// Diagnoses drives; see [`crate::gap::diagnose_drives`].
 ///
@@ -42,32 +48,56 @@ pub fn diagnose(
     observe: &mut dyn FnMut(Stage),
 ) -> Result<Diagnosis> {
     observe(Stage::Prepare);
+    let nominal_alone = config.kind == Kind::Driving && config.effects.is_empty();
+    if let Some(untested) = nominal_alone.then(|| nothing_twice(config, fit, &options.judge_drives)).flatten() {
+        observe(Stage::Done);
+        return Ok(untested);
+    }
+    let clocks = clocks::agree(config, fit, hold)?;
+    let [fit, hold] = &clocks.drives(fit, hold);
     let record = Record::of_drives(config, fit)?;
     let kept = (!hold.is_empty()).then(|| Record::of_drives(config, hold)).transpose()?;
     observe(Stage::Compare);
     let effects: Vec<&'static dyn Driving> = library.driving().collect();
-    let judge_options = JudgeOptions::default();
-    let mounting = mounting(&record, &effects, &judge_options);
+    let judge_options = &options.judge_drives;
+    let mounting = mounting(&record, &effects, judge_options);
     // the same robot carries the same reference in the recording kept back
     let taken_out = |r: Record| match &mounting {
         Some(mounting) => mounting.taken_out(&r),
         None => r,
     };
     let (record, kept) = (taken_out(record), kept.map(taken_out));
-    let judged = judge(&record, &effects, &judge_options);
+    let mut judged = judge(&record, &effects, judge_options);
+    observe(Stage::Measure);
+    let half = kept.is_none().then(|| far::second_half(&record));
+    let measured = kept.as_ref().or(half.as_ref()).unwrap_or(&record);
+    let found = compose::found(&judged.findings);
+    let process = judged.nominal_noise.process;
+    let far_options = far_options(options);
+    let tested = account::test(
+        &found,
+        |effects| Ok(far::rows(measured, library, effects, process)),
+        |one| Ok(far::expected_gains(measured, library, std::slice::from_ref(one), process, &far_options)),
+    )?;
+    judged.findings.set_aside(&account::idle(&tested, &judged.findings));
     let findings = &judged.findings;
-    let mut answer = compose::answer(findings, |top| place(findings, library, top));
+    let mut answer = compose::answer(findings, |top| match top {
+        Main::None => None,
+        Main::Effect(id) => place(findings, library, Some(id)),
+        Main::Unknown => place(findings, library, None),
+    });
     told_apart(&mut answer, &record, &judged.alike);
     drop_inconstant(&mut answer, findings);
     answer.equations = pinpoint(&record, &judged.nominal_noise, options.corrections);
+    answer.time_offsets.clone_from(&clocks.offsets);
+    answer.notes.extend(clocks.notes.iter().cloned());
     answer.notes.extend(together_note(&record));
     answer.notes.extend(mounting.map(|m| m.said()));
     let hidden: Vec<_> = unknowable(&record, &effects).collect();
     if !hidden.is_empty() {
         answer.notes.push(format!("This log cannot tell whether there is any of {}.", hidden.join(", ")));
     }
-    let found = |id: &String| Some((id.clone(), findings.best_with(id, false)?.part(id)?.parameters.clone()));
-    let together: Vec<(String, Parameters)> = answer.together.iter().filter_map(found).collect();
+    let together: Vec<(String, Parameters)> = found.into_iter().filter(|f| answer.together.contains(&f.0)).collect();
     answer.notes.extend(together.iter().any(|one| is_mean(&one.1)).then(|| {
         "Ticks are lost in bursts too weak to show singly: the loss that is told is the mean over all of the drive."
             .into()
@@ -81,17 +111,14 @@ pub fn diagnose(
         .filter(|(i, _)| *i < MEASURED || Some(*i) == nearest)
         .map(|(_, e)| (e.id.clone(), e.parameters.clone()))
         .collect();
-    observe(Stage::Measure);
     let mut augmented = config.clone();
     let tables = together.iter().cloned().map(|(id, parameters)| EffectTable { id, parameters });
     augmented.effects.extend(tables);
     if !augmented.effects.is_empty() {
         augmented.provenance = None;
     }
-    let half = kept.is_none().then(|| far::second_half(&record));
-    let measured = kept.as_ref().or(half.as_ref()).unwrap_or(&record);
     let (far, filter_gain) = rayon::join(
-        || measure(measured, library, &together, &listed, &judged, options),
+        || measure(measured, library, &together, &listed, &judged, &far_options),
         || filter_gain(config, &augmented, hold, library),
     );
     match &kept {
@@ -129,6 +156,10 @@ pub fn diagnose(
             effect.gap_closed_ci95 = closed.ci95;
         }
     }
+    for effect in &mut answer.effects {
+        effect.evidence_nats = judged.missed_by.get(&effect.id).copied();
+    }
+    account::settle(&mut answer, &tested, Some(&far.together), |id| place(findings, library, id));
     if let (Some(share), true) = (far.together.estimate, together.len() > 1) {
         answer.notes.push(format!("All that were found close {:.1} % of the gap together.", 100.0 * share));
     }
@@ -173,24 +204,24 @@ fn measure(
     together: &[(String, Parameters)],
     listed: &[(String, Parameters)],
     judged: &Judged,
-    options: &Options,
+    options: &FarOptions,
 ) -> DriveFar {
-    let far_options = crate::gap::far::Options {
-        seed: options.seed,
-        simulated_logs: options.simulated_logs.min(SIMULATED),
-        ..crate::gap::far::Options::default()
-    };
     let nearest =
         judged.closest.as_ref().map(|(closest, _)| (closest.part.id.clone(), closest.part.parameters.clone()));
     let sought = far::Sought { together, listed, nearest: nearest.as_ref() };
-    far::measure(kept, library, &sought, judged.nominal_noise.process, &far_options)
+    far::measure(kept, library, &sought, judged.nominal_noise.process, options)
 }
 
-fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
-    match top {
-        Main::None => None,
-        Main::Effect(id) => {
-            let part = findings.best_with(id, true)?.part(id)?;
+fn far_options(options: &Options) -> FarOptions {
+    let simulated_logs = options.simulated_logs.min(SIMULATED);
+    FarOptions { seed: options.seed, simulated_logs, ..FarOptions::default() }
+}
+
+/// Where the effect `id` shows, or without one what the library does not know.
+fn place(findings: &Findings, library: &Library, id: Option<&str>) -> Option<Place> {
+    match id {
+        Some(id) => {
+            let part = findings.best_with(id, true).or_else(|| findings.best_with(id, false))?.part(id)?;
             // of several drives: in which one that time is
             let described = part.time_s.is_some() && !part.description.is_empty();
             let description = described.then(|| part.description.clone());
@@ -210,7 +241,7 @@ fn place(findings: &Findings, library: &Library, top: &Main) -> Option<Place> {
             }
             Some(place)
         }
-        Main::Unknown => {
+        None => {
             let set = findings.best_unknown()?;
             let part = set.main()?;
             let description = Some(part.description.clone());
@@ -317,15 +348,7 @@ fn drop_inconstant(answer: &mut Answer, findings: &Findings) {
 fn list_closest(closest: &Closest, answer: &mut Answer) -> usize {
     let part = &closest.part;
     let at = answer.effects.iter().position(|e| e.id == part.id).unwrap_or_else(|| {
-        answer.effects.push(EffectAnswer {
-            id: part.id.clone(),
-            probability: 0.0,
-            parameters: Parameters::new(),
-            std: Parameters::new(),
-            gap_closed: None,
-            gap_closed_ci95: None,
-            share: None,
-        });
+        answer.effects.push(EffectAnswer::new(&part.id, 0.0));
         answer.effects.len() - 1
     });
     if !answer.together.contains(&part.id) {
@@ -335,25 +358,36 @@ fn list_closest(closest: &Closest, answer: &mut Answer) -> usize {
     at
 }
 
+/// What the gyro reads off its model before the wheels turn, rad/s, and the variance of that. The wheels' own yaw rate is taken out:
+/// below their noise a robot may still turn, as noise of its torques makes it do. The variance is that of means over parts of
+/// the time, at least that of white noise.
+fn bias_at_rest(r: &Record) -> Option<(f64, f64)> {
+    let (gyro, robot) = (r.gyro_rad_s.as_ref()?, &r.belief.robot);
+    let still = |k: &usize| r.wheels_rad_s.iter().all(|w| !(w[*k].abs() > 5.0 * r.belief.wheel_std_rad_s));
+    let off = |k: usize| {
+        let [left, right] = [0, 1].map(|i| robot.radius_m[i] * r.wheels_rad_s[i][k]);
+        gyro[k] - r.belief.warm_up.error_rad_s(r.since_power_on_s[k]) - 0.5 * (right - left) / robot.half_track_m
+    };
+    let begin = r.drives().next()?;
+    let values: Vec<f64> = begin.take_while(still).map(off).filter(|v| v.is_finite()).collect();
+    if values.len() < AT_REST {
+        return None;
+    }
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    let parts: Vec<f64> = values.chunks_exact(values.len() / PARTS).map(mean).collect();
+    let all = mean(&values);
+    let scatter = parts.iter().map(|m| (m - all).powi(2)).sum::<f64>() / (parts.len() * (parts.len() - 1)) as f64;
+    let wheels = 0.5 * (robot.radius_m[0] * r.belief.wheel_std_rad_s / robot.half_track_m).powi(2);
+    Some((all, scatter.max((r.belief.gyro_std_rad_s.powi(2) + wheels) / values.len() as f64)))
+}
+
 /// Says so if the gyro at rest in the beginning of a drive reads as another unit's than that of the first drive would.
 fn other_robot(record: &Record, kept: Option<&Record>, notes: &mut Vec<String>) {
-    let rest = |r: &Record| {
-        let gyro = r.gyro_rad_s.as_ref()?;
-        let still =
-            (0..r.len()).take_while(|k| r.wheels_rad_s.iter().all(|w| !(w[*k].abs() > 5.0 * r.belief.wheel_std_rad_s)));
-        let values: Vec<f64> = still
-            .map(|k| gyro[k] - r.belief.warm_up.error_rad_s(r.since_power_on_s[k]))
-            .filter(|v| v.is_finite())
-            .collect();
-        (values.len() >= 50).then(|| (values.iter().sum::<f64>() / values.len() as f64, values.len()))
-    };
     let drives: Vec<Record> = record.apart().chain(kept.into_iter().flat_map(Record::apart)).collect();
-    let mut known = drives.iter().filter_map(|r| Some((r, rest(r)?)));
-    let Some((first, (a, n))) = known.next() else { return };
-    for (other, (b, m)) in known {
-        let belief = &record.belief;
-        let white = belief.gyro_std_rad_s.powi(2) * (1.0 / n as f64 + 1.0 / m as f64);
-        let std = (2.0 * belief.turn_on_bias_std_rad_s.powi(2) + white).sqrt();
+    let mut known = drives.iter().filter_map(|r| Some((r, bias_at_rest(r)?)));
+    let Some((first, (a, own))) = known.next() else { return };
+    for (other, (b, others)) in known {
+        let std = (2.0 * record.belief.turn_on_bias_std_rad_s.powi(2) + own + others).sqrt();
         if (a - b).abs() > OTHER_UNIT * std {
             let [one, two] = match drives.len() {
                 2 => ["one recording".into(), "the other".into()],
@@ -368,89 +402,4 @@ fn other_robot(record: &Record, kept: Option<&Record>, notes: &mut Vec<String>) 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::gap::Calibration;
-    use crate::gap::findings::{Part, WeightedSet};
-
-    const RADIUS: &str = "wheel.radius_scale";
-
-    /// A robot of which each of two wheels reads 2 % less than the gyro and the torques say.
-    #[test]
-    fn what_makes_the_simulator_worse_is_not_offered() {
-        use super::super::unforced::tests::{belief, recorded};
-        let track = "vehicle.track_width";
-        let robot = belief().robot;
-        let (v, rate) = (0.6, 0.4);
-        let wheels = robot.wheels_rad_s(v, rate).map(|w| vec![0.98 * w; 400]);
-        let record = recorded(belief(), 0.02, wheels, vec![rate; 400]);
-        let process = Process { diffusion: [0.01; 2], ..Process::default() };
-        let library = Library::new();
-        let of_both = |radius: f64, width: f64| {
-            let one = |id: &str, value| (id.to_owned(), Parameters::from([("relative".to_owned(), value)]));
-            vec![one(track, width), one(RADIUS, radius)]
-        };
-        let (mut answer, _) = of(vec![part(RADIUS, true, 90.0, 0.02), part(track, true, 5.0, 0.0)]);
-        let right = of_both(0.02, 0.0);
-        let all = offered(&record, &library, right.clone(), process, &mut answer);
-        assert_eq!((all, answer.notes.len()), (right, 0));
-        // a track that belongs to a free form beside it
-        let kept = offered(&record, &library, of_both(0.02, -0.3), process, &mut answer);
-        assert_eq!(kept.iter().map(|k| k.0.as_str()).collect::<Vec<_>>(), [RADIUS]);
-        assert!(answer.notes[0].contains(track) && !answer.notes[0].contains(RADIUS), "{}", answer.notes[0]);
-        // nothing of it
-        assert!(offered(&record, &library, of_both(-0.3, -0.3), process, &mut answer).is_empty());
-    }
-
-    fn part(id: &str, named: bool, share: f64, relative: f64) -> Part {
-        let parameters = Parameters::from([("relative".into(), relative)]);
-        Part { parameters, ..Part::new(id, named, share) }
-    }
-
-    fn of(parts: Vec<Part>) -> (Answer, Findings) {
-        let prior = JudgeOptions::default().prior.of_search();
-        let sets = vec![WeightedSet { parts, ln_weight: 0.0, probability: 0.0 }];
-        let findings = Findings::new(sets, &prior, &Calibration::of_drives(&prior), Vec::new());
-        (compose::answer(&findings, |_| None), findings)
-    }
-
-    fn relative(answer: &Answer, id: &str) -> f64 {
-        answer.effects.iter().find(|e| e.id == id).unwrap().parameters["relative"]
-    }
-
-    #[test]
-    fn what_is_not_constant_is_not_simulated_with_a_constant() {
-        let varying = format!("{VARYING}{RADIUS}");
-        let parts = |share: f64| {
-            vec![
-                part(&varying, false, share, 0.0),
-                part(RADIUS, true, 90.0, -0.17),
-                part("gyro.bias_step", true, 20.0, 0.0),
-            ]
-        };
-        let (mut answer, findings) = of(parts(500.0));
-        assert_eq!((answer.verdict, answer.together.len()), (Verdict::Unknown, 2));
-        drop_inconstant(&mut answer, &findings);
-        assert_eq!(answer.together, ["gyro.bias_step"]);
-        // alone it is another number
-        let closest = Closest { part: part(RADIUS, true, 30.0, -0.02), gain: 30.0 };
-        let at = list_closest(&closest, &mut answer);
-        assert_eq!((answer.effects[at].id.as_str(), relative(&answer, RADIUS)), (RADIUS, -0.02));
-        // what varies a little beside what explains most is a constant still
-        let (mut answer, findings) = of(parts(10.0));
-        assert_eq!(answer.main.as_deref(), Some(RADIUS));
-        drop_inconstant(&mut answer, &findings);
-        assert!(answer.together.iter().any(|id| id == RADIUS));
-    }
-
-    #[test]
-    fn what_comes_nearest_is_listed_once() {
-        let (mut answer, _) = of(vec![part("free.along.time", false, 500.0, 0.0), part(RADIUS, true, 90.0, -0.01)]);
-        // what was found keeps what it has beside the rest
-        list_closest(&Closest { part: part(RADIUS, true, 30.0, -0.02), gain: 30.0 }, &mut answer);
-        assert_eq!((answer.effects.len(), relative(&answer, RADIUS)), (1, -0.01));
-        let track = "wheel.track_width";
-        let at = list_closest(&Closest { part: part(track, true, 30.0, 0.03), gain: 30.0 }, &mut answer);
-        assert_eq!((at, answer.effects.len(), relative(&answer, track)), (1, 2, 0.03));
-    }
-}
+mod tests;

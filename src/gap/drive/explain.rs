@@ -6,6 +6,7 @@
 use super::branch::Branch;
 use super::bursts::{self, Bursts, Sought};
 use super::candidates::{Candidates, Kind, LOST_TICKS, knowable};
+use super::clocks;
 use super::far;
 use super::fit::{Compared, Theta};
 use super::judge::{Believed, Options, WORTH, lattice_part, missed_part, mounting, start};
@@ -15,7 +16,8 @@ use super::record::Record;
 use crate::config::Config;
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{Library, Parameters};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, one_of};
+use crate::gap::diagnose::Drive;
 use crate::gap::explain::{Explained, Explanations, told};
 use crate::gap::findings::Part;
 use crate::signal::Log;
@@ -51,7 +53,11 @@ impl Asked {
                 asked.walk = true;
             } else {
                 let effect = library.driving_by_id(id);
-                asked.drives.push(effect.ok_or_else(|| refused(format!("no effect of drives is called {id:?}")))?);
+                let unknown = || {
+                    let known: Vec<_> = library.driving().map(|e| e.about().id).chain([WALK]).collect();
+                    refused(format!("no effect of drives is called {id:?}")).mend(one_of(id, &known))
+                };
+                asked.drives.push(effect.ok_or_else(unknown)?);
             }
         }
         Ok(asked)
@@ -97,7 +103,10 @@ pub fn explain(
     since_power_on_s: f64,
 ) -> Result<Explanations> {
     let asked = Asked::of(library, ids)?;
-    let record = Record::new(config, log, since_power_on_s)?;
+    let given = [Drive { log, since_power_on_s }];
+    let clocks = clocks::agree(config, &given, &[])?;
+    let [set, _] = clocks.drives(&given, &[]);
+    let record = Record::of_drives(config, &set)?;
     asked.shown_by(&record, &log.source)?;
     let (effects, options) = (library.driving().collect::<Vec<_>>(), Options::default());
     let mounting = mounting(&record, &effects, &options);
@@ -110,7 +119,8 @@ pub fn explain(
     effects.sort_by_key(|e| ids.iter().position(|id| *id == e.id));
     let missing = ids.iter().filter(|id| effects.iter().all(|e| e.id != **id));
     fit.notes.extend(missing.map(|id| format!("{id}: the recording has no trace of it.")));
-    let notes = record.notes.iter().cloned().chain(mounting.map(|m| m.said())).chain(fit.notes).collect();
+    let notes =
+        record.notes.iter().chain(&clocks.notes).cloned().chain(mounting.map(|m| m.said())).chain(fit.notes).collect();
     Ok(Explanations { effects, notes })
 }
 
@@ -160,13 +170,22 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
         lost_ticks(record, &noise, &others).filter(|lost| lost.3 > on_average)
     });
     let lost = lost.flatten();
-    let (branch, gained) = match lost {
+    let (mut branch, gained) = match lost {
         Some((restored, compared, bursts, gained)) => {
             (Branch::new(restored, noise, compared, Vec::new()), Some((bursts, gained)))
         }
         None => (as_is, None),
     };
     parts.extend(gained.map(|(bursts, gained)| missed_part(&bursts, gained)));
+    if asked.has(|e| matches!(e, DriveExplanation::NoiseLevel(_))) {
+        let residuals = branch.residuals();
+        if branch.level(&asked.drives, options, &residuals) {
+            branch.compared = settled(&branch.record, &branch.noise, &branch.compared.candidates);
+        }
+        branch.tell_levels();
+        let is_asked = |p: &&Part| asked.drives.iter().any(|e| e.about().id == p.id);
+        parts.extend(branch.extra_parts.iter().filter(is_asked).cloned());
+    }
     let c = &branch.compared;
     let members = &c.sets[0].members;
     let coefficients = c.problem.coefficients(members);

@@ -12,6 +12,7 @@ use super::model::{Claimed, Effects};
 use super::own::own;
 use super::pass::{Channel, Noise, Process, run};
 use super::record::Record;
+use super::start_heading;
 use crate::effects::{Library, Parameters};
 use crate::gap::answer::Metric;
 use crate::gap::far::{Closed, Options, Scores, block_rows, gap_closed};
@@ -217,7 +218,8 @@ fn on_lattice(error: f64, std: f64, lsb: f64) -> f64 {
 /// The second half of each drive of a record.
 #[must_use]
 pub fn second_half(record: &Record) -> Record {
-    record.by_drive(|_, drive| drive.window(drive.len() / 2..drive.len()))
+    let half = record.by_drive(|_, drive| drive.window(drive.len() / 2..drive.len()));
+    start_heading::told(&half).map_or(half, |told| told.0)
 }
 
 /// Squared errors of position and heading at each horizon, and how many.
@@ -286,11 +288,35 @@ impl Horizons {
     }
 }
 
+/// ln densities of the rows of `kept` under the nominal simulator with `effects`.
+#[must_use]
+pub fn rows(kept: &Record, library: &Library, effects: &Effects, process: Process) -> Vec<f64> {
+    Under { record: kept, claimed: &Claimed::new(effects, library), process }.score().rows
+}
+
+/// What `effects` gain over the nominal simulator on recordings like `kept` of a simulator that has them, nats.
+#[must_use]
+pub fn expected_gains(
+    kept: &Record,
+    library: &Library,
+    effects: &Effects,
+    process: Process,
+    options: &Options,
+) -> Vec<f64> {
+    let (with, nominal) = (Claimed::new(effects, library), Claimed::new(&[], library));
+    let gain = |log: u64| {
+        let record = own(kept, &with, process.ripple, options.seed.wrapping_add(log));
+        let total = |claimed: &Claimed| Under { record: &record, claimed, process }.score().rows.iter().sum::<f64>();
+        total(&with) - total(&nominal)
+    };
+    (0..options.simulated_logs as u64).into_par_iter().map(gain).collect()
+}
+
 /// What `effects` gain on `kept` over the nominal simulator, nats a row.
 #[must_use]
 pub fn gain(kept: &Record, library: &Library, effects: &Effects, process: Process) -> f64 {
-    let total = |claimed: &Claimed| Under { record: kept, claimed, process }.score().rows.iter().sum::<f64>();
-    (total(&Claimed::new(effects, library)) - total(&Claimed::new(&[], library))) / kept.len().max(1) as f64
+    let total = |effects: &Effects| rows(kept, library, effects, process).iter().sum::<f64>();
+    (total(effects) - total(&[])) / kept.len().max(1) as f64
 }
 
 /// Measures what is sought on `kept`.

@@ -64,9 +64,15 @@ impl<'a> Filter<'a> {
         let mut covariance = [[0.0; N]; N];
         let b = &record.belief;
         if let Some(pose) = &record.pose
-            && let Some(first) = rows.clone().find(|k| pose.iter().all(|p| p[*k].is_finite()))
+            && let Some(first) = (rows.clone().find(|k| pose.iter().all(|p| p[*k].is_finite())))
+                .or_else(|| rows.clone().find(|k| pose[..2].iter().all(|p| p[*k].is_finite())))
         {
             for (i, p) in pose.iter().enumerate() {
+                if !p[first].is_finite() {
+                    // any heading is as probable
+                    covariance[i][i] = std::f64::consts::PI.powi(2) / 3.0;
+                    continue;
+                }
                 state[i] = p[first];
                 let (reading, mounting) = match i {
                     0 | 1 => (b.position_std_m, b.lever_arm_std_m),

@@ -28,6 +28,7 @@ use crate::gap::findings::{Findings, Main, Part, WeightedSet};
 use crate::gap::layers::lattice;
 use crate::model::drive::DriveModel;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// How drives are judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +57,8 @@ pub struct Judged {
     pub wheels_late_s: Option<f64>,
     /// Classes of effects that this drive cannot tell apart, whatever chance makes of it.
     pub alike: Vec<Alike>,
+    /// By how many nats each effect is missed where it is left out of the likeliest account and all others are fitted anew.
+    pub missed_by: BTreeMap<String, f64>,
     /// Noise that the nominal filter assumes, with how fast speeds diffuse where there are no torques.
     pub nominal_noise: Noise,
 }
@@ -114,7 +117,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     }
     let mut wheels_late_s = None;
     if let Some((other, late)) = wheels_in_time(record, &branch, effects, options) {
-        let part = late.part(other.top() - branch.top());
+        let part = late.part(other.top() - branch.top(), knows(effects, late::WHEELS_LATE.0));
         others.push((other, part));
         wheels_late_s = Some(late.delay_s);
     }
@@ -122,8 +125,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let in_time = lag::gyro_in_time(record, &branch, effects, options);
     sets.extend(in_time.iter().flat_map(lag::InTime::sets));
     for (other, part) in &others {
-        let with = other.sets().into_iter();
-        sets.extend(with.map(|s| WeightedSet { parts: s.parts.into_iter().chain([part.clone()]).collect(), ..s }));
+        sets.extend(other.sets().into_iter().map(|set| beside(set, part)));
     }
     let mut sets: Vec<WeightedSet> = sets.into_iter().flat_map(|set| twins.all(set)).collect();
     for set in &mut sets {
@@ -139,11 +141,14 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let c = &best.compared;
         let explained = c.problem.ln_evidence(&c.sets[0].members) - nothing;
         let share = if explained > 0.0 { (one.gain / explained).clamp(0.0, 1.0) } else { 0.0 };
-        (one, share)
+        (Closest { part: twins.plausible(one.part), ..one }, share)
     });
-    let alike = alike(&best.record, &best.compared);
+    let mut alike = alike(&best.record, &best.compared);
+    alike.extend(twins.class(&best.record, &findings));
+    let levels = best.levels.iter().map(|l| (l.id.to_owned(), l.margin - options.prior.ln_named));
+    let missed_by = best.missed_by.clone().into_iter().chain(levels).collect();
     let nominal_noise = Noise { process: best.noise.process, ..nominal };
-    Judged { findings, closest, wheels_late_s, alike, nominal_noise }
+    Judged { findings, closest, wheels_late_s, alike, missed_by, nominal_noise }
 }
 
 /// `record` with all candidates compared from `begin`, and settled.
@@ -280,7 +285,7 @@ fn restored(
         other.promising.clone_from(&as_is.promising);
         other.extra_weight += own;
         if other.top() > top - HOPELESS {
-            other.clean(options);
+            other.clean(effects, options);
         }
         (other, bursts)
     };
@@ -303,6 +308,21 @@ fn restored(
     other.widen(effects, options, other.compared.steps_s());
     other.settle(effects, options);
     (other.top() > top - SHORT).then_some((other, bursts))
+}
+
+/// A set with one more part. What the set has of the same delay is what is left of it after the readings were put back.
+fn beside(mut set: WeightedSet, part: &Part) -> WeightedSet {
+    let mut part = part.clone();
+    let same = |p: &Part| p.id == part.id && part.id == late::WHEELS_LATE.0;
+    if let Some(at) = set.parts.iter().position(same) {
+        let left = set.parts.swap_remove(at);
+        part.share += left.share;
+        for (name, value) in &left.parameters {
+            *part.parameters.entry(name.clone()).or_insert(0.0) += value;
+        }
+    }
+    set.parts.push(part);
+    set
 }
 
 pub(super) fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {

@@ -21,6 +21,8 @@ use std::borrow::Cow;
 const LONGEST_S: f64 = 0.4;
 /// Variance of the gyro while it takes no part, relative.
 const ASIDE: f64 = 1e10;
+/// Rows by which a lag may be near a whole number of them.
+const NEAR: f64 = 0.3;
 /// Fewest rows that are held against each other.
 const FEWEST: f64 = 64.0;
 /// The effect, and its parameter.
@@ -59,15 +61,27 @@ impl InTime {
     }
 }
 
-/// The drive with its gyro put back by whole rows; none where it is on time, or nothing else but the gyro tells the yaw rate.
+/// The drive with its gyro put back by whole rows, by each number of them that comes near; none where it is on time, or nothing
+/// else but the gyro tells the yaw rate.
 pub(super) fn gyro_in_time(
     record: &Record,
     as_is: &Branch,
     effects: &[&'static dyn Driving],
     options: &Options,
-) -> Option<InTime> {
-    let rows = (knows(effects, LATE.0) && record.torques_n_m.is_some() && share_rows(record))
-        .then(|| lag(record, &as_is.believed))??;
+) -> Vec<InTime> {
+    if !knows(effects, LATE.0) || record.torques_n_m.is_none() || !share_rows(record) {
+        return Vec::new();
+    }
+    lags(record, &as_is.believed).into_iter().map(|rows| in_time(record, as_is, rows, effects, options)).collect()
+}
+
+fn in_time(
+    record: &Record,
+    as_is: &Branch,
+    rows: usize,
+    effects: &[&'static dyn Driving],
+    options: &Options,
+) -> InTime {
     let moved = put_back(record, rows);
     let onsets_s = onset::of_each(&moved);
     let all = Candidates::new(&moved, effects, &options.prior, true, &onsets_s);
@@ -79,7 +93,7 @@ pub(super) fn gyro_in_time(
     let of = |record: &Record| run(record, &plain(record), &branch.noise, &[], |_| {}).ln_likelihood();
     let share = of(&branch.record) - of(record);
     let step_s = record.step_s;
-    Some(InTime { branch, lag_s: rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named })
+    InTime { branch, lag_s: rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named }
 }
 
 /// `record` with the readings of its gyro this many rows earlier, in each drive; the last rows are without.
@@ -103,8 +117,16 @@ pub(super) fn by_whole_rows(record: &Record, delay_s: f64) -> (Cow<'_, Record>, 
     (Cow::Owned(put_back(record, rows as usize)), (delay_s - rows * record.step_s).max(0.0))
 }
 
-/// By how many rows the gyro is late, where that explains much.
-fn lag(record: &Record, noise: &Noise) -> Option<usize> {
+/// By how many rows the gyro is late, where that explains much: whole ones, and a row more or less where what is left is near
+/// one.
+fn lags(record: &Record, noise: &Noise) -> Vec<usize> {
+    let Some(rows) = lag(record, noise) else { return Vec::new() };
+    let whole = rows.floor();
+    let near = [(whole - 1.0, rows - whole < NEAR), (whole, true), (whole + 1.0, rows - whole > 1.0 - NEAR)];
+    near.iter().filter(|(rows, tried)| *tried && *rows >= 1.0).map(|(rows, _)| *rows as usize).collect()
+}
+
+fn lag(record: &Record, noise: &Noise) -> Option<f64> {
     let gyro = record.gyro_rad_s.as_ref()?;
     let mut aside = *noise;
     aside.reading[Channel::Gyro as usize] *= ASIDE;
@@ -133,8 +155,48 @@ fn lag(record: &Record, noise: &Noise) -> Option<usize> {
     if 0.5 * count * (on_time / least).ln() <= LARGE {
         return None;
     }
-    // the row before the vertex of the parabola through the least and its neighbours
-    let beside = [rows - 1, rows + 1].map(|n| scatter(n).map_or(f64::INFINITY, |s| s.1));
-    let rows = if beside[0] < beside[1] { rows - 1 } else { rows };
-    (rows > 0).then_some(rows)
+    // the vertex of the parabola through the least and its neighbours
+    let [before, after] = [rows - 1, rows + 1].map(|n| scatter(n).map_or(least, |s| s.1));
+    let bend = before + after - 2.0 * least;
+    Some(rows as f64 + if bend > 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::clocks::tests::{recorded, robot};
+    use super::super::judge::judge;
+    use super::*;
+    use crate::effects::drive::registry;
+    use crate::gap::findings::Main;
+    use rayon::prelude::*;
+
+    /// Rows are 10 ms apart. Of the delays those that are not found, with what is told of them. Where whole rows alone are told, the
+    /// standard deviation is that of even chances within a row.
+    fn not_found(delays_s: &[f64]) -> Vec<(f64, f64, f64)> {
+        let tried = |(i, delay_s): (usize, f64)| {
+            let log = recorded(40.0, 41 + i as u64, Some((LATE.0, LATE.1, delay_s)));
+            let record = Record::new(&robot(), &log, 0.0).unwrap();
+            let findings = judge(&record, registry(), &Options::default()).findings;
+            let mains = findings.mains();
+            let set = findings.best_with(LATE.0, false);
+            let [found, std] = set
+                .and_then(|s| s.part(LATE.0))
+                .map_or([f64::NAN; 2], |part| [&part.parameters, &part.std].map(|of| of[LATE.1]));
+            println!("{delay_s} s: {found:.6} ± {std:.6}, {:?}", mains[0]);
+            let right = mains[0].0 == Main::Effect(LATE.0.into());
+            (!right || !((found - delay_s).abs() < 3.0 * std) || std > 0.003).then_some((delay_s, found, std))
+        };
+        delays_s.to_vec().into_par_iter().enumerate().filter_map(tried).collect()
+    }
+
+    #[test]
+    fn a_gyro_that_is_late_by_a_row_and_a_little_is_found() {
+        assert_eq!(not_found(&[0.01008]), []);
+    }
+
+    #[test]
+    #[ignore = "two minutes; cargo test --lib gap::drive::lag -- --ignored"]
+    fn a_gyro_that_is_late_by_about_a_row_is_found() {
+        assert_eq!(not_found(&[0.005, 0.0061, 0.008, 0.0096, 0.01008, 0.011, 0.014]), []);
+    }
 }

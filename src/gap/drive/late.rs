@@ -7,19 +7,22 @@
 use super::branch::described;
 use super::pass::{Models, Noise, run};
 use super::record::Record;
+use crate::effects::Parameters;
 use crate::gap::findings::Part;
 use rayon::prelude::*;
 
-/// Longest delay that is looked for, s.
-const LONGEST_S: f64 = 1.0;
+/// Longest delay that is looked for, s: what is longer is a clock.
+const LONGEST_S: f64 = 0.4;
 /// Delays that are tried first.
-const TRIED: usize = 50;
+const TRIED: usize = 20;
 /// A delay is refined until its steps are this share of the time between rows.
 const FINE: f64 = 0.02;
 /// Parts of a drive whose delays are held against each other.
 const PARTS: usize = 8;
-/// Delays that are tried in each, on either side.
-const NEAR: i32 = 20;
+/// Delays that are tried in each, on either side, and a parabola through the best.
+const NEAR: i32 = 6;
+/// The effect, and its parameter.
+pub(super) const WHEELS_LATE: (&str, &str) = ("sensor.wheel_delay", "delay_s");
 /// Rows of the same time, s.
 const SAME_S: f64 = 1e-9;
 
@@ -37,12 +40,18 @@ pub struct Late {
 }
 
 impl Late {
-    /// The part of a set that it is.
+    /// The part of a set that it is: the effect of the library, if that is `known`.
     #[must_use]
-    pub fn part(&self, share: f64) -> Part {
+    pub fn part(&self, share: f64, known: bool) -> Part {
         let text =
             format!("the wheels lag the gyro by {:.3} ± {:.3} s: their readings come late", self.delay_s, self.std_s);
-        described("free.delay.wheels", false, share, text)
+        if !known {
+            return described("free.delay.wheels", false, share, text);
+        }
+        let mut part = described(WHEELS_LATE.0, true, share, text);
+        part.parameters = Parameters::from([(WHEELS_LATE.1.into(), self.delay_s)]);
+        part.std = Parameters::from([(WHEELS_LATE.1.into(), self.std_s)]);
+        part
     }
 }
 
@@ -183,9 +192,14 @@ fn scatter(record: &Record, delay_s: f64, weigh: impl Fn(&Record, f64) -> f64 + 
     let n = record.len();
     let of = |part: usize| {
         let part = record.window(part * n / PARTS..(part + 1) * n / PARTS);
-        let tried = (-NEAR..=NEAR).map(|i| delay_s * (1.0 + 0.5 * f64::from(i) / f64::from(NEAR)));
-        let best = tried.map(|d| (d, weigh(&part, d))).max_by(|a, b| a.1.total_cmp(&b.1));
-        best.map_or(delay_s, |b| b.0)
+        let step_s = 0.5 * delay_s / f64::from(NEAR);
+        let tried: Vec<f64> = (-NEAR..=NEAR).map(|i| weigh(&part, delay_s + f64::from(i) * step_s)).collect();
+        let best = (0..tried.len()).max_by(|a, b| tried[*a].total_cmp(&tried[*b])).unwrap_or(NEAR as usize);
+        let vertex = match tried[best.saturating_sub(1)..(best + 2).min(tried.len())] {
+            [below, top, above] if below + above < 2.0 * top => 0.5 * (above - below) / (2.0 * top - below - above),
+            _ => 0.0,
+        };
+        delay_s + (best as f64 - f64::from(NEAR) + vertex) * step_s
     };
     let found: Vec<f64> = (0..PARTS).into_par_iter().map(of).collect();
     let mean = found.iter().sum::<f64>() / PARTS as f64;

@@ -1,14 +1,17 @@
 //! A set of effects as the filter and the simulator of a drive take it.
 
 use super::bursts::{self, Bursts, Predicted, Sought};
-use super::lag::{LATE, by_whole_rows};
+use super::lag::by_whole_rows;
+use super::late::{earlier, share_rows};
 use super::pass::{Models, Noise, Process};
-use super::record::Record;
+use super::record::{Belief, Record};
 use crate::effects::Library;
 use crate::effects::Parameters;
-use crate::effects::drive::missed_ticks::{LOSS, is_mean, side_of};
+use crate::effects::drive::missed_ticks::{BURST, BURST_S, LOSS, SHARE, SHARE_OF_TIME, is_mean, side_of};
+use crate::effects::drive::noise_level::OVER;
 use crate::effects::drive::{DriveExplanation, ModelChange};
-use crate::model::drive::{DriveEffect, DriveModel};
+use crate::model::InFilter;
+use crate::model::drive::{DriveEffect, DriveModel, Instrument};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -22,16 +25,44 @@ const WEIGHED: usize = 4;
 pub struct Claimed {
     /// Changes of the equations, with their coordinates.
     changes: Vec<(&'static dyn ModelChange, Vec<f64>)>,
-    /// Which of them is a late gyro.
-    late: Option<usize>,
+    /// Which of them are sensors that are late.
+    late: Vec<(usize, Instrument)>,
     /// Step of the wheels' lattice, rad/s.
     pub wheel_lsb_rad_s: Option<f64>,
     /// Size of a step of the gyro's bias, rad/s; its time is another in each run.
     pub step_rad_s: Option<f64>,
     /// Random walk of the gyro's bias, rad/s/√s.
     pub walk_rad_s_sqrt_s: Option<f64>,
-    /// Share that a wheel loses in bursts.
-    pub loss: Option<f64>,
+    /// Ticks that a wheel loses in bursts.
+    pub lost: Option<Lost>,
+    /// White noise over nominal: gyro, wheels, pose.
+    pub noise_over: [f64; 3],
+}
+
+/// Ticks that one wheel loses in bursts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lost {
+    /// Share of the speed that is lost inside a burst.
+    pub loss: f64,
+    /// 0 left, 1 right.
+    pub side: usize,
+    /// Mean length of a burst, s.
+    pub length_s: f64,
+    /// Share of the time that lies in bursts.
+    pub share: f64,
+}
+
+impl Lost {
+    /// As `parameters` of the effect say.
+    fn of(parameters: &Parameters) -> Option<Self> {
+        let value = |name: &str| parameters.get(name).copied();
+        Some(Self {
+            loss: value(LOSS)?,
+            side: side_of(parameters),
+            length_s: value(BURST).unwrap_or(BURST_S),
+            share: value(SHARE).unwrap_or(SHARE_OF_TIME).clamp(0.0, 1.0 - 1e-6),
+        })
+    }
 }
 
 impl Claimed {
@@ -40,11 +71,12 @@ impl Claimed {
     pub fn new(effects: &Effects, library: &Library) -> Self {
         let mut out = Self {
             changes: Vec::new(),
-            late: None,
+            late: Vec::new(),
             wheel_lsb_rad_s: None,
             step_rad_s: None,
             walk_rad_s_sqrt_s: None,
-            loss: None,
+            lost: None,
+            noise_over: [1.0; 3],
         };
         for (id, parameters) in effects {
             let value = |name: &str| parameters.get(name).copied();
@@ -54,16 +86,24 @@ impl Claimed {
             let Some(effect) = library.driving_by_id(id) else { continue };
             match effect.explanation() {
                 DriveExplanation::Model(change) => {
-                    out.late = (id == LATE.0).then_some(out.changes.len()).or(out.late);
-                    out.changes.push((change, change.theta(parameters)));
+                    let theta = change.theta(parameters);
+                    let late = match change.at(&theta).in_filter() {
+                        InFilter::GyroDelay(_) => Some(Instrument::Gyro),
+                        InFilter::WheelDelay(_) => Some(Instrument::Wheels),
+                        InFilter::PoseDelay(_) => Some(Instrument::Pose),
+                        _ => None,
+                    };
+                    out.late.extend(late.map(|of| (out.changes.len(), of)));
+                    out.changes.push((change, theta));
                 }
                 DriveExplanation::GyroStep => out.step_rad_s = value("step_rad_s"),
                 DriveExplanation::MissedTicks(sides) if is_mean(parameters) => {
                     let law = sides[side_of(parameters)];
                     out.changes.push((law, law.theta(parameters)));
                 }
-                DriveExplanation::MissedTicks(_) => out.loss = value(LOSS),
+                DriveExplanation::MissedTicks(_) => out.lost = Lost::of(parameters),
                 DriveExplanation::WheelLattice => out.wheel_lsb_rad_s = value("lsb_rad_s"),
+                DriveExplanation::NoiseLevel(of) => out.noise_over[of as usize] *= value(OVER).unwrap_or(1.0),
             }
         }
         out
@@ -72,47 +112,64 @@ impl Claimed {
     /// The robot with them.
     #[must_use]
     pub fn models(&self, record: &Record) -> Models {
-        self.with_delay(record, None)
+        self.with_delays(record, &[])
     }
 
-    fn with_delay(&self, record: &Record, delay_s: Option<f64>) -> Models {
-        let at = |(i, (change, theta)): (usize, &(&'static dyn ModelChange, Vec<f64>))| match delay_s {
-            Some(delay_s) if self.late == Some(i) => change.at(&[delay_s]),
-            _ => change.at(theta),
+    fn with_delays(&self, record: &Record, delays_s: &[(usize, f64)]) -> Models {
+        let at = |(i, (change, theta)): (usize, &(&'static dyn ModelChange, Vec<f64>))| match delays_s
+            .iter()
+            .find(|d| d.0 == i)
+        {
+            Some((_, delay_s)) => change.at(&[*delay_s]),
+            None => change.at(theta),
         };
         let effects: Vec<Box<dyn DriveEffect>> = self.changes.iter().enumerate().map(at).collect();
         Models { here: DriveModel::new(record.belief.robot, effects), beside: Vec::new() }
     }
 
-    /// The drive as a filter reads it, and the robot that it takes it for: what a gyro read that is late by more than a row says of
-    /// the yaw rate then, and nothing of that now.
+    /// The drive as a filter reads it, and the robot that it takes it for: what a sensor read that is late by more than a row says of
+    /// the motion then, and nothing of that now.
     #[must_use]
     pub fn read<'a>(&self, record: &'a Record) -> (Cow<'a, Record>, Models) {
-        let Some(delay_s) = self.late.map(|i| self.changes[i].1[0]) else {
-            return (Cow::Borrowed(record), self.models(record));
-        };
-        let (record, left_s) = by_whole_rows(record, delay_s);
-        let models = self.with_delay(&record, Some(left_s));
-        (record, models)
+        let mut read = Cow::Borrowed(record);
+        let mut left_s = Vec::new();
+        for &(i, of) in &self.late {
+            let (moved, left) = in_time(&read, of, self.changes[i].1[0]);
+            left_s.push((i, left));
+            if let Some(moved) = moved {
+                read = Cow::Owned(moved);
+            }
+        }
+        let models = self.with_delays(&read, &left_s);
+        (read, models)
     }
 
     /// The noise that a filter of this model assumes.
     #[must_use]
     pub fn noise(&self, record: &Record, process: Process) -> Noise {
-        Noise { process, ..Noise::believed(record, self.wheel_lsb_rad_s) }
+        let mut louder = record.belief;
+        self.believe(&mut louder);
+        Noise { process, ..Noise::of(&louder, record.torques_n_m.is_some(), self.wheel_lsb_rad_s) }
+    }
+
+    /// What is believed of white noise, with what is claimed of it.
+    pub fn believe(&self, belief: &mut Belief) {
+        let [gyro, wheels, pose] = self.noise_over;
+        belief.gyro_std_rad_s *= gyro;
+        belief.wheel_std_rad_s *= wheels;
+        belief.position_std_m *= pose;
+        belief.heading_std_rad *= pose;
     }
 
     /// Where this drive lost ticks, if that is claimed.
     #[must_use]
     pub fn bursts(&self, record: &Record, noise: &Noise) -> Option<Bursts> {
-        let loss = self.loss?;
+        let lost = self.lost?;
         let (record, models) = self.read(record);
         let record = record.as_ref();
-        let of_side = |side: usize| {
-            let predicted = Predicted::of(record, &models, noise, side);
-            [false, true].map(|slow| predicted.accounts(record, Sought { side, loss: Some(loss), slow })).concat()
-        };
-        let mut all: Vec<Bursts> = [0, 1].into_par_iter().flat_map_iter(of_side).collect();
+        let predicted = Predicted::of(record, &models, noise, lost.side);
+        let account = |slow: bool| predicted.accounts(record, Sought { side: lost.side, loss: Some(lost.loss), slow });
+        let mut all: Vec<Bursts> = [false, true].into_par_iter().flat_map_iter(account).collect();
         // a pass of the filter each: for those that the chain takes for likely
         all.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
         all.truncate(WEIGHED);
@@ -120,4 +177,27 @@ impl Claimed {
             all.into_par_iter().map(|b| (bursts::weight(record, &models, noise, &b), b)).collect();
         weighed.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, b)| b)
     }
+}
+
+/// A drive whose readings of one instrument, late by `delay_s`, are put back by whole rows, and what is left of the delay; none where it
+/// is less than a row, or the readings do not come with the rows.
+fn in_time(record: &Record, of: Instrument, delay_s: f64) -> (Option<Record>, f64) {
+    if of == Instrument::Gyro {
+        return match by_whole_rows(record, delay_s) {
+            (Cow::Owned(moved), left_s) => (Some(moved), left_s),
+            (Cow::Borrowed(_), left_s) => (None, left_s),
+        };
+    }
+    let rows = (delay_s / record.step_s * (1.0 + 1e-9)).floor();
+    if rows < 1.0 || of == Instrument::Wheels && !share_rows(record) {
+        return (None, delay_s);
+    }
+    let moved = record.by_drive(|_, drive| {
+        let mut out = drive.clone();
+        let wheels = out.wheels_rad_s.iter_mut().filter(|_| of == Instrument::Wheels);
+        let pose = out.pose.iter_mut().flatten().filter(|_| of == Instrument::Pose);
+        wheels.chain(pose).for_each(|readings| earlier(readings, rows as usize));
+        out
+    });
+    (Some(moved), (delay_s - rows * record.step_s).max(0.0))
 }

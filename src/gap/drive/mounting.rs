@@ -91,7 +91,9 @@ fn between(times_s: &[f64], speeds: &[[f64; 2]], k: usize, t_s: f64) -> [f64; 2]
 /// Whether the configuration leaves open how the reference of `record` sits on the robot.
 #[must_use]
 pub fn is_open(record: &Record) -> bool {
-    nuisances(record).iter().any(|(one, _)| MOUNTING.contains(&one.column))
+    // a lever arm turns with a heading
+    let reads = |i: usize| record.pose.as_ref().map_or(0, |p| p[i].iter().filter(|v| v.is_finite()).count());
+    2 * reads(2) > reads(0) && nuisances(record).iter().any(|(one, _)| MOUNTING.contains(&one.column))
 }
 
 /// How the reference of `record` sits on the robot; none where that is believed to be known.

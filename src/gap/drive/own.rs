@@ -1,7 +1,7 @@
 //! What the model with its effects would have recorded: same torques, rows and channels, noise of its own.
 
 use super::filter::Slopes;
-use super::model::Claimed;
+use super::model::{Claimed, Lost};
 use super::record::Record;
 use crate::math::random::Stream;
 use crate::model::drive::{Moving, Past, Robot};
@@ -53,7 +53,9 @@ fn own_drive(like: &Record, claimed: &Claimed, ripple: f64, draw: &mut Stream) -
     let mut out = like.clone();
     let models = claimed.models(like);
     let model = &models.here;
-    let b = &like.belief;
+    let mut believed = like.belief;
+    claimed.believe(&mut believed);
+    let b = &believed;
     let [c2, c1, lag] = [
         b.turn_on_bias_std_rad_s * draw.normal(),
         1.0 + b.warm_up_relative_std * draw.normal(),
@@ -83,7 +85,6 @@ fn own_drive(like: &Record, claimed: &Claimed, ripple: f64, draw: &mut Stream) -
     }
     let mut before = ([0.0; 2], [0.0; 2]);
     let mut slopes = Slopes::default();
-    let bursts = claimed.loss.map(|loss| (loss, 0.2, 0.03));
     let mut lost = false;
     let start_s = like.times_s.first().copied().unwrap_or(0.0);
     for k in 0..like.len() {
@@ -105,7 +106,7 @@ fn own_drive(like: &Record, claimed: &Claimed, ripple: f64, draw: &mut Stream) -
             if out.wheels_rad_s[side][k].is_finite() {
                 let std = (b.wheel_std_rad_s.powi(2) + spread[side]).sqrt();
                 let mut value = wheels[side] + std * draw.normal();
-                if let Some((loss, length_s, share)) = bursts.filter(|_| side == 0) {
+                if let Some(Lost { loss, length_s, share, .. }) = claimed.lost.filter(|lost| lost.side == side) {
                     let leave = 1.0 - (-like.step_s / length_s).exp();
                     lost ^= draw.uniform() < if lost { leave } else { leave * share / (1.0 - share) };
                     value *= if lost { 1.0 - loss } else { 1.0 };
@@ -130,7 +131,7 @@ fn own_drive(like: &Record, claimed: &Claimed, ripple: f64, draw: &mut Stream) -
             }
         }
         let mut now = Moving { past: None, ..at };
-        past.push(t_s, s[4]);
+        past.push(t_s, s[3], s[4]);
         let Some(next) = like.times_s.get(k + 1) else { break };
         let dt = next - like.times_s[k];
         if let Some(size) = claimed.walk_rad_s_sqrt_s {
@@ -171,4 +172,38 @@ fn own_drive(like: &Record, claimed: &Claimed, ripple: f64, draw: &mut Stream) -
         };
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::clocks::tests::{recorded, robot};
+    use super::*;
+    use crate::effects::{Library, Parameters};
+
+    #[test]
+    fn ticks_are_lost_as_they_were_fitted() {
+        let like = Record::new(&robot(), &recorded(60.0, 8, None), 0.0).unwrap();
+        let (share, burst_s) = (0.3, 0.5);
+        let simulated = |loss: f64| {
+            let said = [("loss_fraction", loss), ("right", 1.0), ("burst_s", burst_s), ("share_of_time", share)];
+            let parameters: Parameters = said.iter().map(|(name, value)| ((*name).into(), *value)).collect();
+            let claimed = Claimed::new(&[("encoder.missed_ticks".into(), parameters)], &Library::new());
+            own(&like, &claimed, 0.0, 3).wheels_rad_s
+        };
+        // the same draws, with and without a loss
+        let ([left, right], [whole_left, whole_right]) = (simulated(0.4), simulated(0.0));
+        assert_eq!(left, whole_left);
+        let lost: Vec<bool> = right.iter().zip(&whole_right).map(|(a, b)| a != b).collect();
+        for (a, b) in right.iter().zip(&whole_right).filter(|(a, b)| a != b) {
+            assert!((a / b - 0.6).abs() < 1e-12, "{a} {b}");
+        }
+        // the share of a chain of two states scatters by share (1 - share) √(2 τ/T), τ = burst (1 - share): five of these
+        let found = lost.iter().filter(|l| **l).count() as f64 / lost.len() as f64;
+        let std = share * (1.0 - share) * (2.0 * burst_s * (1.0 - share) / like.span_s()).sqrt();
+        assert!((found - share).abs() < 5.0 * std, "{found}");
+        let bursts = lost.windows(2).filter(|w| !w[0] && w[1]).count() as f64;
+        let length_s = found * like.span_s() / bursts;
+        // exponential lengths: the mean of n scatters by 1/√n
+        assert!((length_s / burst_s).ln().abs() < 5.0 / bursts.sqrt(), "{length_s} s in {bursts} bursts");
+    }
 }

@@ -7,7 +7,7 @@
 
 use super::along::{Along, Followed, Taken};
 use super::column::{Column, Scales, Scoped};
-use super::record::Record;
+use super::record::{Belief, Record};
 use super::tangents::Tangents;
 use crate::effects::drive::Touches;
 use crate::model::drive::DriveModel;
@@ -65,9 +65,14 @@ impl Noise {
     /// As believed; lattice steps of the wheels add their twelfth.
     #[must_use]
     pub fn believed(record: &Record, wheel_lsb_rad_s: Option<f64>) -> Self {
-        let b = &record.belief;
+        Self::of(&record.belief, record.torques_n_m.is_some(), wheel_lsb_rad_s)
+    }
+
+    /// The same of a robot whose torques are known or not.
+    #[must_use]
+    pub fn of(b: &Belief, forced: bool, wheel_lsb_rad_s: Option<f64>) -> Self {
         let wheel = b.wheel_std_rad_s.powi(2) + wheel_lsb_rad_s.map_or(0.0, |q| q * q / 12.0);
-        let torque = if record.torques_n_m.is_some() { b.torque_noise_n_m_sqrt_s.powi(2) } else { 0.0 };
+        let torque = if forced { b.torque_noise_n_m_sqrt_s.powi(2) } else { 0.0 };
         let (position, heading) = (b.position_std_m.powi(2), b.heading_std_rad.powi(2));
         Self {
             torque,

@@ -1,11 +1,12 @@
 //! A drive as the diagnosis needs it: the rows, which channels there are, and what the configuration believes.
 
+use super::start_heading;
 use crate::bias::WarmUp;
-use crate::config::{Config, Gyro, Kind};
+use crate::config::{Config, Gyro, Kind, Steering};
 use crate::error::{Error, ErrorKind, Result};
 use crate::model::drive::Robot;
 use crate::signal::{Log, increasing_times, names, since_power_on};
-use crate::vehicle::{Odometry, Rolling};
+use crate::vehicle::{Odometry, Rolling, one_wheel, positions_only};
 
 /// Where the configuration does not state how much C2 varies: a cheap gyro's data sheet says 0.1 to 1 °/s.
 const TURN_ON_STD_RAD_S: f64 = 5e-3;
@@ -50,6 +51,8 @@ pub struct Record {
 pub struct Belief {
     /// The robot.
     pub robot: Robot,
+    /// How it steers, where that is stated.
+    pub steering: Option<Steering>,
     /// Torque noise of each wheel, N·m·√s.
     pub torque_noise_n_m_sqrt_s: f64,
     /// White noise of a gyro sample, rad/s.
@@ -134,14 +137,7 @@ impl Record {
         let tick_rad = config.encoder.and_then(|e| e.tick_rad());
         let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);
         let wheels_rad_s = odometry.as_ref().and_then(Odometry::wheels).map(|both| both.map(<[f64]>::to_vec));
-        let wheels_rad_s = wheels_rad_s.ok_or_else(|| {
-            Error::new(
-                ErrorKind::Column,
-                &log.source,
-                "no wheel speeds, neither of both wheels nor of an odometry that stands for them",
-            )
-            .mend(format!("name the columns that hold them: --map {}=COLUMN[:UNIT]", names::WHEEL_LEFT))
-        })?;
+        let wheels_rad_s = wheels_rad_s.ok_or_else(|| no_wheels(log, odometry.is_some()))?;
         if odometry.as_ref().is_some_and(Odometry::is_converted) {
             notes.push(
                 "The wheels are what the odometry's speed and yaw rate stand for, with the nominal radius and track."
@@ -150,18 +146,11 @@ impl Record {
         }
         let mut torques_n_m = both(names::TORQUE_LEFT, names::TORQUE_RIGHT);
         torques_n_m.iter_mut().flatten().for_each(|u| hold(u));
-        let pose = match (column(names::X), column(names::Y), column(names::HEADING)) {
-            (Some(x), Some(y), Some(h)) if (0..x.len()).any(|k| x[k].is_finite() && h[k].is_finite()) => {
-                Some([x, y, h])
-            }
-            (Some(_), Some(_), _) => {
-                notes.push(
-                    "Positions without a heading are left out: where the robot looked at first is not known.".into(),
-                );
-                None
-            }
-            _ => None,
-        };
+        let pose = column(names::X).zip(column(names::Y)).map(|(x, y)| {
+            let nowhere = vec![f64::NAN; x.len()];
+            [x, y, column(names::HEADING).unwrap_or(nowhere)]
+        });
+        let pose = pose.filter(|[x, y, _]| x.iter().zip(y).any(|(x, y)| x.is_finite() && y.is_finite()));
         for (there, what, lost) in [
             (torques_n_m.is_some(), "torques", "forces, masses and motors cannot be judged"),
             (gyro_rad_s.is_some(), "gyro", "nothing of the gyro can be judged"),
@@ -187,7 +176,7 @@ impl Record {
         }
         let mut steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
         steps.sort_by(f64::total_cmp);
-        Ok(Self {
+        let record = Self {
             since_power_on_s: since_power_on(log, since_power_on_s)?,
             starts: vec![0],
             sources: vec![log.source.clone()],
@@ -200,8 +189,50 @@ impl Record {
             temperature_c: column(names::TEMPERATURE).filter(|t| t.iter().any(|v| v.is_finite())),
             belief,
             notes,
-        })
+        };
+        Ok(record.with_start_heading())
     }
+
+    /// With a heading at the start where the reference tells positions alone; without the reference where these do not tell it.
+    fn with_start_heading(self) -> Self {
+        let Some([_, _, heading]) = &self.pose else { return self };
+        if heading.iter().any(|h| h.is_finite()) {
+            return self;
+        }
+        if let Some((mut told, std_rad)) = start_heading::told(&self) {
+            told.belief.heading_std_rad = std_rad;
+            told.notes = self.notes;
+            told.notes.push(
+                "The reference tells positions and no heading: the heading at the start is estimated from them, and is no \
+                 finding."
+                    .into(),
+            );
+            return told;
+        }
+        let mut notes = self.notes.clone();
+        notes.push("The robot hardly moves in its positions: without a heading they are no reference.".into());
+        Self { pose: None, notes, ..self }
+    }
+}
+
+fn no_wheels(log: &Log, one_speed: bool) -> Error {
+    let refused = |found: &str, mend: String| Error::new(ErrorKind::Column, &log.source, found).mend(mend);
+    if one_speed {
+        return refused(
+            "one speed for the whole robot, and not how fast each side drives",
+            format!(
+                "log both wheels; or, if the log's one yaw rate may stand for the wheels' difference, name it: --map {}=COLUMN",
+                names::ODO_YAW_RATE
+            ),
+        );
+    }
+    if let Some((found, mend)) = one_wheel(log).or_else(|| positions_only(log)) {
+        return refused(&found, mend);
+    }
+    refused(
+        "no wheel speeds, neither of both wheels nor of an odometry that stands for them",
+        format!("name the columns that hold them: --map {}=COLUMN[:UNIT]", names::WHEEL_LEFT),
+    )
 }
 
 fn belief(config: &Config, has_gyro: bool, notes: &mut Vec<String>) -> Result<Belief> {
@@ -229,6 +260,7 @@ fn belief(config: &Config, has_gyro: bool, notes: &mut Vec<String>) -> Result<Be
     }
     Ok(Belief {
         robot: Robot::from(vehicle),
+        steering: vehicle.steering,
         torque_noise_n_m_sqrt_s: vehicle.torque_noise_n_m_sqrt_s,
         gyro_std_rad_s: gyro.map_or(1.0, |g| g.angle_random_walk_rad_sqrt_s / step_s.sqrt()),
         wheel_std_rad_s: encoder.speed_variance_rad2_s2(step_s).sqrt(),
@@ -247,7 +279,7 @@ fn belief(config: &Config, has_gyro: bool, notes: &mut Vec<String>) -> Result<Be
 fn thin(pose: &mut [Vec<f64>; 3], times_s: &[f64], lasting_s: f64) {
     let mut last_s = f64::NEG_INFINITY;
     for (k, t_s) in times_s.iter().enumerate() {
-        let there = pose.iter().all(|p| p[k].is_finite());
+        let there = pose[..2].iter().all(|p| p[k].is_finite());
         if there && t_s - last_s >= lasting_s {
             last_s = *t_s;
         } else {

@@ -22,7 +22,7 @@ pub struct Tangents<'a> {
     adds: Vec<[f64; 3]>,
     /// What the change at hand is made of
     shapes: Shapes,
-    /// Yaw rates so far, where torques tell how the robot turns
+    /// Speeds and yaw rates so far, where torques tell how the robot moves
     past: Option<Past>,
 }
 
@@ -68,7 +68,7 @@ impl<'a> Tangents<'a> {
             row.taken.iter().for_each(|taken| self.correct(taken, slopes));
         }
         if let Some(past) = &mut self.past {
-            past.push(row.at.t_s, row.yaw_rate);
+            past.push(row.at.t_s, row.speeds[0], row.speeds[1]);
         }
         if row.goes_on {
             self.predict(row);
@@ -91,10 +91,16 @@ impl<'a> Tangents<'a> {
                     if touches.gyro {
                         d[2][c] = (model.gyro_rad_s(&at) - row.here[2]) / step;
                     }
+                    if touches.pose {
+                        let there = at.pose_ago(model.pose_delay_s());
+                        for (channel, (there, here)) in d[3..].iter_mut().zip(there.into_iter().zip(row.pose_ago)) {
+                            channel[c] = (there - here) / step;
+                        }
+                    }
                 }
                 Column::Varying(_, _, f) => {
                     let (of, value) = (self.varies[c], row.functions[f]);
-                    for channel in &mut d[..3] {
+                    for channel in d.iter_mut() {
                         channel[c] = value * channel[of];
                     }
                 }

@@ -5,21 +5,28 @@
 //! on a narrower track of a robot that drives farther, and either is a gyro that reads too much. One of the three is compared,
 //! and stands for all of them: the gyro's, which leaves the motion as the wheels tell it. With another one beside the free
 //! forms of the gyro, the scale of all speeds would be open, and how speeds change is too roughly known to tell it.
+//! The likelihood is the same, θ' = θ'(θ), so that p(θ' | z) : p(θ | z) = p(θ') |dθ'/dθ| : p(θ): what is known of such parts
+//! decides, a gyro's gain by its data sheet and a track by how the robot steers.
 //!
 //! Without torques nothing tells the force by which wheels slip, so that slip is not compared. Wheels whose rims run ahead of the
 //! ground where the robot turns faster and faster run ahead of the gyro, as they do where the gyro is late: what looks like a late
 //! gyro may as well be slip. The likelihood does not decide: forces would have to come from accelerations of the same wheels, slip
 //! follows their noise, and wins where the gyro is late, too.
 
+use super::alike::separate_by;
 use super::lag::LATE;
 use super::record::Record;
+use crate::config::Steering;
 use crate::effects::Parameters;
-use crate::effects::drive::Driving;
-use crate::gap::findings::WeightedSet;
+use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, by_id};
+use crate::gap::answer::Alike;
+use crate::gap::findings::{Findings, Part, WeightedSet};
 
 /// The effects that are the same, and whether they are 1/(1 + track) - 1.
 const SAME: [(&str, bool); 3] =
     [("gyro.scale_factor", true), ("vehicle.track_width", false), ("wheel.radius_scale", true)];
+/// Scales over which a prior is summed.
+const NODES: usize = 48;
 /// Their parameter.
 const RELATIVE: &str = "relative";
 /// Wheels that slip, and the parameters: what is proportional to the force, and what is not.
@@ -36,6 +43,8 @@ pub(super) struct Twins {
     same: Vec<(&'static str, bool)>,
     /// κ/τ, 1/s, where slip and a late gyro are alike.
     compliance_per_s: Option<f64>,
+    /// How the robot steers, where that is stated.
+    steering: Option<Steering>,
 }
 
 impl Twins {
@@ -47,7 +56,7 @@ impl Twins {
         let told_apart = effects.iter().filter(|e| !stood_for(e)).copied().collect();
         let alike = record.torques_n_m.is_none() && record.gyro_rad_s.is_some() && has(LATE.0) && has(SLIP.0);
         let compliance_per_s = alike.then(|| compliance_per_s(record)).filter(|c| c.is_finite());
-        Self { told_apart, same, compliance_per_s }
+        Self { told_apart, same, compliance_per_s, steering: record.belief.steering }
     }
 
     /// The set, and those with each of the others in the place of the one that was compared, as probable.
@@ -73,22 +82,79 @@ impl Twins {
     }
 
     fn scaled(&self, set: WeightedSet) -> Vec<WeightedSet> {
-        let Some((&(first, inverse), others)) = self.same.split_first() else { return vec![set] };
+        let Some(&(first, inverse)) = self.same.first() else { return vec![set] };
         let Some(at) = set.parts.iter().position(|p| p.id == first) else { return vec![set] };
-        let compared = 1.0 + set.parts[at].parameters.get(RELATIVE).copied().unwrap_or(0.0);
+        let found = set.parts[at].parameters.get(RELATIVE).copied().unwrap_or(0.0);
+        let compared = 1.0 + found;
+        let widest = self.same.iter().map(|s| self.scale(s.0)[1]).fold(0.0, f64::max);
+        let used = ln_density([self.scale(first)[0], widest], found);
         let with = |&(id, other): &(&'static str, bool)| {
             let mut twin = set.clone();
             let part = &mut twin.parts[at];
             part.id = id.into();
+            let mut value = found;
             if other != inverse {
-                part.parameters.insert(RELATIVE.into(), 1.0 / compared - 1.0);
+                value = 1.0 / compared - 1.0;
+                part.parameters.insert(RELATIVE.into(), value);
                 part.std.values_mut().for_each(|std| *std /= compared * compared);
+                twin.ln_weight -= 2.0 * compared.abs().ln();
             }
+            twin.ln_weight += ln_density(self.scale(id), value) - used;
             twin
         };
-        let twins: Vec<WeightedSet> = others.iter().map(with).collect();
-        std::iter::once(set).chain(twins).collect()
+        self.same.iter().map(with).collect()
     }
+
+    /// Of those that a part stands for the one that is the most plausible.
+    pub(super) fn plausible(&self, part: Part) -> Part {
+        let set = WeightedSet { parts: vec![part.clone()], ln_weight: 0.0, probability: 0.0 };
+        let best = self.scaled(set).into_iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
+        best.and_then(|set| set.parts.into_iter().next()).unwrap_or(part)
+    }
+
+    fn scale(&self, id: &str) -> [f64; 2] {
+        law(id).map_or([f64::MIN_POSITIVE, 1.0], |law| law.coordinates_of(self.steering)[0].scale)
+    }
+
+    /// The class of those that are the same to this drive, the one that is told first, if one of them is.
+    pub(super) fn class(&self, record: &Record, findings: &Findings) -> Option<Alike> {
+        let told = findings.sets.first()?.parts.iter().find(|p| self.same.iter().any(|s| s.0 == p.id))?;
+        let others = self.same.iter().map(|s| s.0).filter(|id| *id != told.id);
+        let ids: Vec<String> = std::iter::once(told.id.as_str()).chain(others).map(str::to_owned).collect();
+        (ids.len() > 1).then(|| Alike { ids, overlap: 1.0, separate_by: separate_by(record, None) })
+    }
+}
+
+/// The change of the equations that an effect is.
+fn law(id: &str) -> Option<&'static dyn ModelChange> {
+    match by_id(id)?.explanation() {
+        DriveExplanation::Model(law) => Some(law),
+        _ => None,
+    }
+}
+
+/// The coordinates of an effect in this drive with the sizes that they have in such a robot: where it stands for others, also theirs.
+pub(super) fn sizes(record: &Record, id: &str, change: &dyn ModelChange) -> Vec<Coordinate> {
+    let steering = record.belief.steering;
+    let mut own = change.coordinates_of(steering).to_vec();
+    if record.is_blind() && id == SAME[0].0 {
+        let others = SAME.iter().filter_map(|s| law(s.0)).map(|law| law.coordinates_of(steering)[0].scale[1]);
+        own[0].scale[1] = others.fold(own[0].scale[1], f64::max);
+    }
+    own
+}
+
+/// ln ∫ N(value; 0, s²) d ln s / ln(s1/s0): scales evenly in the logarithm, from the least that shows.
+fn ln_density([least, most]: [f64; 2], value: f64) -> f64 {
+    let least = least.min(value.abs().max(1e-12));
+    let span = (most / least).ln();
+    let one = |i: usize| {
+        let s = least * (span * (i as f64 + 0.5) / NODES as f64).exp();
+        (-0.5 * (value / s).powi(2)).exp() / (s * std::f64::consts::TAU.sqrt())
+    };
+    // where none of them reaches, the widest decides
+    let far = -0.5 * (value / most).powi(2) - (most * std::f64::consts::TAU.sqrt() * NODES as f64).ln();
+    ((0..NODES).map(one).sum::<f64>() / NODES as f64).ln().max(far)
 }
 
 /// κ/τ = b² M g / (J |v|) at the drive's mean speed.
@@ -102,11 +168,10 @@ fn compliance_per_s(record: &Record) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gap::findings::Part;
 
     #[test]
     fn each_of_the_same_stands_in_with_its_own_parameter() {
-        let twins = Twins { told_apart: Vec::new(), same: SAME.to_vec(), compliance_per_s: None };
+        let twins = Twins { told_apart: Vec::new(), same: SAME.to_vec(), compliance_per_s: None, steering: None };
         let mut part = Part::new("gyro.scale_factor", true, 5.0);
         part.parameters.insert(RELATIVE.into(), 0.25);
         part.std.insert(RELATIVE.into(), 0.01);
@@ -119,7 +184,9 @@ mod tests {
         assert!(told[1].0 == "vehicle.track_width" && (told[1].1 + 0.2).abs() < 1e-12, "{told:?}");
         assert_eq!(told[2], ("wheel.radius_scale", 0.25));
         assert!((all[1].parts[0].std[RELATIVE] - 0.0064).abs() < 1e-12);
-        assert!(all.iter().all(|s| s.ln_weight.to_bits() == (-3.0f64).to_bits()));
+        assert_eq!(twins.plausible(all[0].parts[0].clone()).id, "vehicle.track_width");
+        // no gyro and no radius is off by a quarter, and a track of four fifths is well within what robots have
+        assert!(all[1].ln_weight > all[2].ln_weight + 5.0 && all[2].ln_weight > all[0].ln_weight + 10.0, "{all:?}");
         let other = WeightedSet { parts: vec![Part::new("wheel.slip", true, 1.0)], ln_weight: 0.0, probability: 0.0 };
         assert_eq!(twins.all(other.clone()), vec![other]);
     }

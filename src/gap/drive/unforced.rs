@@ -94,6 +94,7 @@ pub(super) mod tests {
     pub(in crate::gap::drive) fn belief() -> Belief {
         let robot = Robot::small();
         Belief {
+            steering: None,
             robot,
             torque_noise_n_m_sqrt_s: 0.0,
             gyro_std_rad_s: 1e-3,

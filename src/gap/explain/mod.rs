@@ -24,7 +24,7 @@ use super::prepare::{Prepared, prepare};
 use super::search::{Prior, Search};
 use crate::config::{Config, Kind as ConfigKind};
 use crate::effects::{About, Effect, Explanation, Library};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::signal::Log;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -56,8 +56,6 @@ pub struct Explanations {
 const CYCLES: f64 = 3.0;
 /// Rounds in which every signal is sought anew beside all the others.
 const ROUNDS: usize = 2;
-/// Steps finer than this of the white noise are how the file keeps its numbers.
-const FINEST: f64 = 0.01;
 
 /// Fits the effects `ids` of `library`, and no others, to `log`, beside what `config` models: of a gyro at rest warm-up and
 /// white noise, of a drive the robot and its sensors. The time of the first row since power-on is `since_power_on_s` where the
@@ -112,7 +110,11 @@ fn chosen(library: &Library, ids: &[&str]) -> Result<Vec<&'static dyn Effect>> {
         if ids[..i].contains(id) {
             return Err(refused(format!("{id} is named twice")));
         }
-        effects.push(library.by_id(id).ok_or_else(|| refused(format!("no effect at rest is called {id:?}")))?);
+        let effect = library.by_id(id).ok_or_else(|| {
+            let known: Vec<_> = library.effects().map(|e| e.about().id).collect();
+            refused(format!("no effect at rest is called {id:?}")).mend(one_of(id, &known))
+        })?;
+        effects.push(effect);
     }
     Ok(effects)
 }
@@ -123,14 +125,14 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
     let recorded = &prepared.rate_rad_s;
     let mut scene = prepared.scene.clone();
     let nominal = scene.white_std_rad_s;
-    let lsb = lattice::step(recorded).filter(|lsb| *lsb > FINEST * nominal);
-    if let Some(lsb) = lsb {
-        scene.white_std_rad_s = (nominal * nominal + lsb * lsb / 12.0).sqrt();
-    }
+    let grain = lattice::Grain::of(recorded, nominal);
+    let lsb = grain.lsb_rad_s;
+    scene.white_std_rad_s = (nominal * nominal + grain.variance()).sqrt();
     let frame = Frame::new(&scene);
     let deviation: Vec<f64> =
         (0..frame.len()).map(|i| recorded[i] - scene.warm_up.error_rad_s(scene.time.at(i))).collect();
     let (cleaned, aside) = clean(&deviation);
+    let frame = frame.resolving(&cleaned);
     let data = frame.data(cleaned);
     let nuisance = nuisances(&frame);
 
@@ -199,12 +201,15 @@ fn library_effect(effects: &[&'static dyn Effect], id: &str) -> Option<&'static 
 fn two_levels_told(beside: &Likelihood, popcorn: &Popcorn, values_rad_s: &[f64], gain: f64) -> Option<Explained> {
     let (frame, h) = (beside.frame, &popcorn.fitted.hypothesis);
     let scene = &frame.scene;
-    let white = scene.white_std_rad_s * h.ln_white.exp();
+    let levels = h.white_spectrum(frame, beside.candidates);
+    let power: f64 = levels.iter().zip(&frame.bins.count).map(|(s, n)| s * n).sum();
+    let white = (power / frame.len().max(1) as f64).sqrt();
     // the Gaussian part without its nuisances: signals at their means, and what the noises follow
     let posterior = beside.coefficients(h)?;
     let mut z = vec![0.0; frame.len()];
     let ids = h.signals.iter().flat_map(|s| s.columns.iter());
     ids.zip(&posterior.mean[beside.nuisance.len()..]).for_each(|(id, b)| frame.add_column(&mut z, *id, *b));
+    h.offsets().iter().for_each(|id| frame.add_column(&mut z, *id, 1.0));
     if !h.noises.is_empty() {
         let followed = beside.followed(h, &beside.remainder(h));
         z.iter_mut().zip(followed).for_each(|(z, f)| *z += f);
@@ -314,7 +319,7 @@ fn together(l: &Likelihood, which: std::ops::Range<usize>) -> Fitted {
 fn with(l: &Likelihood, h: &Hypothesis, candidate: usize) -> Hypothesis {
     let added = match &l.candidates[candidate].kind {
         Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(|a| a.0),
-        Kind::Noise(_) | Kind::Filter(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(|a| a.0),
+        Kind::Noise(_) | Kind::Filter(_) | Kind::Level(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(|a| a.0),
         Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(|a| a.0),
         Kind::TurnOn => Some(l.add_turn_on(h, candidate).0),
         Kind::Line(s, _) => {

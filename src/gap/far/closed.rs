@@ -45,7 +45,7 @@ pub struct Scores<'a> {
 }
 
 /// Sums of blocks of `rows` rows; a rest shorter than half a block joins the last one.
-fn block_sums(values: &[f64], rows: usize) -> Vec<f64> {
+pub(in crate::gap) fn block_sums(values: &[f64], rows: usize) -> Vec<f64> {
     let rows = rows.max(1);
     let mut sums: Vec<f64> = values.chunks(rows).map(|b| b.iter().sum()).collect();
     let rest = values.len() % rows;

@@ -20,6 +20,7 @@ mod shape;
 #[cfg(test)]
 mod tests;
 
+pub(super) use closed::block_sums;
 pub use closed::{Closed, Scores, block_rows, gap_closed};
 pub use heading::{HeadingError, heading_horizons};
 pub use shape::Band;

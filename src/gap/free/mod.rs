@@ -2,15 +2,11 @@
 //! phase of something periodic) and pays for its freedom in evidence, so that it wins only where no named effect fits.
 
 mod covariate;
-mod level;
 mod periodic;
-mod resonance;
 mod spectrum;
 mod time;
 
 pub use covariate::{CovariateForm, Follows, RateForm};
-pub use level::WhiteLevel;
 pub use periodic::Comb;
-pub use resonance::Resonance;
 pub use spectrum::FreeSpectrum;
 pub use time::SmoothTime;

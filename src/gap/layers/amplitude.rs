@@ -63,6 +63,40 @@ pub fn limit(w: &mut [f64], a: &Amplitude) {
     }
 }
 
+/// Samples whose level is taken together, at least; and the most stretches.
+const LEVEL_SAMPLES: usize = 1000;
+const LEVELS: usize = 64;
+/// What lies beyond this many standard deviations does not count in the level; how much of a normal sample's variance
+/// lies within.
+const WITHIN: f64 = 3.0;
+const VARIANCE_WITHIN: f64 = 0.973_339;
+const LEVEL_ROUNDS: usize = 8;
+
+/// The series over its own level, which may change slowly: tails are what is left after that.
+#[must_use]
+pub fn levelled(w: &[f64]) -> Vec<f64> {
+    let n = w.len();
+    let count = (n / LEVEL_SAMPLES).clamp(1, LEVELS);
+    let level = |part: &[f64]| {
+        let mut s = (part.iter().map(|v| v * v).sum::<f64>() / part.len().max(1) as f64).sqrt();
+        for _ in 0..LEVEL_ROUNDS {
+            let within = part.iter().filter(|v| v.abs() < WITHIN * s);
+            let (sum, kept) = within.fold((0.0, 0.0_f64), |(a, b), v| (a + v * v, b + 1.0));
+            s = (sum / kept.max(1.0) / VARIANCE_WITHIN).sqrt();
+        }
+        if s > 0.0 { s } else { 1.0 }
+    };
+    let edge = |k: usize| k * n / count;
+    let ln: Vec<f64> = (0..count).map(|k| level(&w[edge(k)..edge(k + 1)]).ln()).collect();
+    let at = |i: usize| {
+        let x = ((i as f64 + 0.5) * count as f64 / n as f64 - 0.5).clamp(0.0, (count - 1) as f64);
+        let k = (x as usize).min(count.saturating_sub(2));
+        let next = ln.get(k + 1).copied().unwrap_or(ln[k]);
+        (ln[k] + (x - k as f64) * (next - ln[k])).exp()
+    };
+    w.iter().enumerate().map(|(i, v)| v / at(i)).collect()
+}
+
 /// Judges the amplitudes of a whitened series.
 #[must_use]
 pub fn judge(w: &[f64]) -> Amplitude {
@@ -120,5 +154,26 @@ pub fn judge(w: &[f64]) -> Amplitude {
         outlier_std: mean(&|g| g.1),
         free: ln_mean_exp(&free, free.len() as f64) - normal,
         shape: shapes.get(best).copied().unwrap_or(f64::INFINITY),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Stream;
+
+    #[test]
+    fn a_level_that_grows_has_no_tails_and_rare_samples_on_it_do() {
+        let mut draw = Stream::new(4, 0);
+        let n = 60_000;
+        let grown: Vec<f64> = (0..n).map(|i| draw.normal() * (0.9 * f64::from(i) / f64::from(n)).exp()).collect();
+        assert!(judge(&grown).outliers > 100.0);
+        let found = judge(&levelled(&grown));
+        assert!(found.outliers < 1.0 && found.free < 1.0, "{found:?}");
+        let mut rare = grown;
+        (0..60).for_each(|k| rare[997 * k] += 9.0 * (0.9 * 997.0 * k as f64 / f64::from(n)).exp());
+        let found = judge(&levelled(&rare));
+        // each is worth 9²/2 - ln(1/p) and more; a normal law of sizes expects small ones too, that nobody sees
+        assert!(found.outliers > 1200.0 && (found.probability[0] * f64::from(n) / 60.0).ln().abs() < 0.7, "{found:?}");
     }
 }

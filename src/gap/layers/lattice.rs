@@ -1,5 +1,6 @@
 //! y ∈ { offset + k · lsb }: values on a lattice; ln p(y) = ln [Φ((y + lsb/2 - m)/σ) - Φ((y - lsb/2 - m)/σ)] - ln lsb
 
+use crate::units::RAD_S_PER_DEG_S;
 use statrs::function::erf::erfc;
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -57,6 +58,122 @@ fn rounded(differences: &[f64], count: usize) -> Option<f64> {
     (near.len() > 2 && fits.count() * 200 >= differences.len() * 199).then_some(lsb)
 }
 
+/// Units in which a file may state a rate, in rad/s: rad/s, °/s, °/h.
+const UNITS_RAD_S: [f64; 3] = [1.0, RAD_S_PER_DEG_S, RAD_S_PER_DEG_S / 3600.0];
+/// A printed number this close to a decimal is that decimal, in units of its last digit.
+const PRINTED: f64 = 0.02;
+/// Most digits after the point.
+const MOST_DECIMALS: i32 = 15;
+
+/// Numbers written in decimals: with so many digits after the point, or so many digits in all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Print {
+    unit_rad_s: f64,
+    /// Digits after the point of the numbers that begin at a power of ten, the largest numbers first.
+    decimals: Vec<(i32, i32)>,
+}
+
+impl Print {
+    /// How `values_rad_s` were written; none where they are no short decimals in any unit.
+    #[must_use]
+    pub fn of(values_rad_s: &[f64]) -> Option<Self> {
+        UNITS_RAD_S.iter().find_map(|unit| Self::in_unit(values_rad_s, *unit))
+    }
+
+    fn in_unit(values_rad_s: &[f64], unit_rad_s: f64) -> Option<Self> {
+        let there = || values_rad_s.iter().copied().filter(|v| v.is_finite());
+        let largest = there().fold(0.0, |m: f64, v| m.max(v.abs())) / unit_rad_s;
+        let single = there().all(|v| f64::from(v as f32) == v);
+        let rounding = largest * if single { f64::from(f32::EPSILON) } else { 4.0 * f64::EPSILON };
+        // beyond these decimals every number is one
+        let powers: Vec<f64> =
+            (0..=MOST_DECIMALS).map(|k| 10_f64.powi(k)).take_while(|p| rounding * p < PRINTED).collect();
+        let mut decimals: std::collections::BTreeMap<i32, i32> = std::collections::BTreeMap::new();
+        for v in there().map(|v| v / unit_rad_s).filter(|v| *v != 0.0) {
+            let fits = |k: usize| {
+                let scaled = v * powers[k];
+                (scaled - scaled.round()).abs() <= rounding * powers[k] + 1e-9
+            };
+            let most = decimals.entry(-(v.abs().log10().floor() as i32)).or_insert(0);
+            *most = (*most as usize..powers.len()).find(|k| fits(*k))? as i32;
+        }
+        let mut so_far = 0;
+        for most in decimals.values_mut() {
+            // smaller numbers have no fewer decimals
+            so_far = so_far.max(*most);
+            *most = so_far;
+        }
+        let decimals: Vec<(i32, i32)> = decimals.into_iter().map(|(power, k)| (-power, k)).collect();
+        (!decimals.is_empty()).then_some(Self { unit_rad_s, decimals })
+    }
+
+    /// Distance of neighbouring numbers at `value_rad_s`, rad/s.
+    #[must_use]
+    pub fn step_rad_s(&self, value_rad_s: f64) -> f64 {
+        let power = (value_rad_s.abs() / self.unit_rad_s).log10().floor();
+        let found = self.decimals.iter().find(|(p, _)| f64::from(*p) <= power).or(self.decimals.last());
+        self.unit_rad_s * 10_f64.powi(-found.map_or(0, |d| d.1))
+    }
+
+    /// The largest distance of neighbouring numbers, rad/s.
+    #[must_use]
+    pub fn coarsest_rad_s(&self) -> f64 {
+        self.unit_rad_s * 10_f64.powi(-self.decimals.first().map_or(0, |d| d.1))
+    }
+}
+
+/// A decimal lattice of at most this part of the white noise is how the file was printed.
+const FINE_PRINT: f64 = 0.1;
+/// A lattice finer than this part of the white noise changes nothing.
+const FINEST: f64 = 0.01;
+
+/// The lattice of a recording: the sensor's own, and how the file keeps its numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grain {
+    /// Step of the sensor's lattice, rad/s; none where the values lie on none that matters, or on that of the print.
+    pub lsb_rad_s: Option<f64>,
+    lattice_rad_s: Option<f64>,
+    print: Option<Print>,
+    resolution: f64,
+}
+
+impl Grain {
+    /// That of `recorded`, whose white noise has the standard deviation `white_std_rad_s`.
+    #[must_use]
+    pub fn of(recorded: &[f64], white_std_rad_s: f64) -> Self {
+        let lattice = step(recorded);
+        let print = Print::of(recorded);
+        let printed = print.as_ref().map_or(0.0, Print::coarsest_rad_s);
+        let is_print = |lsb: f64| lsb < 1.5 * printed && printed <= FINE_PRINT * white_std_rad_s * (1.0 + 1e-9);
+        let there = || recorded.iter().copied().filter(|v| v.is_finite());
+        let single = there().all(|v| f64::from(v as f32) == v);
+        Self {
+            lsb_rad_s: lattice.filter(|lsb| *lsb > FINEST * white_std_rad_s && !is_print(*lsb)),
+            lattice_rad_s: lattice,
+            print,
+            resolution: there().fold(0.0, |m: f64, v| m.max(v.abs()))
+                * if single { f64::from(f32::EPSILON) } else { f64::EPSILON },
+        }
+    }
+
+    /// Distance of neighbouring numbers at `value_rad_s`, rad/s.
+    #[must_use]
+    pub fn step_rad_s(&self, value_rad_s: f64) -> f64 {
+        let printed = self.print.as_ref().map_or(0.0, |p| p.step_rad_s(value_rad_s));
+        // where the decimals vary with the size of the number, the finest is everybody's
+        let lattice = if printed > 0.0 && self.lsb_rad_s.is_none() { None } else { self.lattice_rad_s };
+        printed.max(lattice.unwrap_or(0.0)).max(self.resolution)
+    }
+
+    /// Variance of the rounding to the lattice or the print, rad²/s².
+    #[must_use]
+    pub fn variance(&self) -> f64 {
+        let printed = self.print.as_ref().map_or(0.0, Print::coarsest_rad_s);
+        let step = self.lsb_rad_s.unwrap_or(printed);
+        step * step / 12.0
+    }
+}
+
 /// ln of the normal probability of [a, b].
 fn ln_cell(a: f64, b: f64) -> f64 {
     // by the tail that does not cancel
@@ -97,5 +214,42 @@ mod tests {
         let text = |v: f64| format!("{:.6e}", (v / lsb).round() * lsb).parse::<f64>().unwrap();
         let written: Vec<f64> = noise.iter().map(|v| text(v + 0.02)).collect();
         assert!((step(&written).unwrap() / lsb - 1.0).abs() < 1e-3);
+    }
+    #[test]
+    fn print_is_told_from_a_lattice_in_every_unit() {
+        let mut draw = Stream::new(2, 0);
+        let white = 1e-3;
+        let noise: Vec<f64> = (0..5000).map(|_| 0.03 + white * draw.normal()).collect();
+        assert_eq!(Print::of(&noise), None);
+        assert_eq!(Grain::of(&noise, white).lsb_rad_s, None);
+        for unit in UNITS_RAD_S {
+            for decimals in 2..9 {
+                let text = |v: &f64| format!("{:.decimals$}", v / unit).parse::<f64>().unwrap() * unit;
+                let written: Vec<f64> = noise.iter().map(text).collect();
+                let step = unit * 10_f64.powi(-(decimals as i32));
+                let grain = Grain::of(&written, white);
+                if step > white {
+                    continue;
+                }
+                let found = grain.step_rad_s(0.03);
+                assert!((found / step - 1.0).abs() < 1e-3, "{decimals} decimals of {unit}: {found} for {step}");
+                // coarser than a tenth of the noise it is the sensor's
+                assert_eq!(grain.lsb_rad_s.is_some(), step > 0.1 * white, "{decimals} decimals of {unit}: {grain:?}");
+            }
+            // eight digits in all: numbers below the power of ten have one more decimal
+            let text = |v: &f64| format!("{:.7e}", v / unit).parse::<f64>().unwrap() * unit;
+            let written: Vec<f64> = noise.iter().map(|v| text(&(v - 0.02))).collect();
+            let grain = Grain::of(&written, white);
+            assert_eq!(grain.lsb_rad_s, None);
+            let power = |v: f64| unit * 10_f64.powf((v / unit).log10().floor() - 7.0);
+            for v in [0.0094, 0.0108] {
+                assert!((grain.step_rad_s(v) / power(v) - 1.0).abs() < 1e-6, "{unit} {v}: {grain:?}");
+            }
+        }
+        // a converter's step that was printed with many decimals stays the converter's
+        let lsb = 0.01 * RAD_S_PER_DEG_S / 1.31;
+        let text = |v: &f64| format!("{:.6}", (v / lsb).round() * lsb / RAD_S_PER_DEG_S).parse::<f64>().unwrap();
+        let written: Vec<f64> = noise.iter().map(|v| text(v) * RAD_S_PER_DEG_S).collect();
+        assert!((Grain::of(&written, white).lsb_rad_s.unwrap() / lsb - 1.0).abs() < 1e-3);
     }
 }

@@ -21,6 +21,8 @@ pub struct Believed {
     pub coefficients: Vec<Coefficient>,
     /// Independent scalar states, added up.
     pub markov: Vec<Markov>,
+    /// Independent damped oscillators, the first component of each added up: noise in a band.
+    pub oscillators: Vec<Oscillator>,
     /// What colours the white noise; none: it stays white.
     pub low_pass: Option<LowPass>,
     /// Spacing of the lattice that readings are rounded to, rad/s; the log density of a row is then
@@ -70,6 +72,36 @@ impl Markov {
         let lag = step_s / correlation_time_s;
         // expm1 keeps the digits of a long correlation time
         Self { decay: (-lag).exp(), variance: -stationary * (-2.0 * lag).exp_m1(), initial_variance: stationary }
+    }
+}
+
+/// z\[k+1\] = decay exp(i angle) z\[k\] + noise, the real part is read; stationary from the first row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Oscillator {
+    /// 0 <= decay < 1.
+    pub decay: f64,
+    /// Angle from row to row, rad.
+    pub angle_rad: f64,
+    /// Variance of what is read, rad²/s²; the imaginary part has the same.
+    pub variance: f64,
+}
+
+impl Oscillator {
+    /// Noise about `center_hz`, `width_hz` wide at half the height of its spectrum.
+    #[must_use]
+    pub fn band(center_hz: f64, width_hz: f64, std_rad_s: f64, step_s: f64) -> Self {
+        use std::f64::consts::{PI, TAU};
+        Self {
+            decay: (-PI * width_hz * step_s).exp(),
+            angle_rad: (TAU * center_hz * step_s) % TAU,
+            variance: std_rad_s * std_rad_s,
+        }
+    }
+
+    /// Variance added to each component in each row, rad²/s².
+    #[must_use]
+    pub fn drive_variance(&self) -> f64 {
+        self.variance * (1.0 - self.decay * self.decay)
     }
 }
 
@@ -178,6 +210,7 @@ impl Believed {
             fixed_rad_s: None,
             coefficients: Vec::new(),
             markov: Vec::new(),
+            oscillators: Vec::new(),
             low_pass: None,
             lattice_lsb_rad_s: None,
             outliers: None,
@@ -211,6 +244,11 @@ impl Believed {
             number(&format!("markov[{i}].decay"), m.decay, [-1.0 + f64::EPSILON, 1.0])?;
             number(&format!("markov[{i}].variance"), m.variance, NOT_NEGATIVE)?;
             number(&format!("markov[{i}].initial_variance"), m.initial_variance, NOT_NEGATIVE)?;
+        }
+        for (i, o) in self.oscillators.iter().enumerate() {
+            number(&format!("oscillators[{i}].decay"), o.decay, [0.0, 1.0 - f64::EPSILON])?;
+            number(&format!("oscillators[{i}].angle_rad"), o.angle_rad, FINITE)?;
+            number(&format!("oscillators[{i}].variance"), o.variance, NOT_NEGATIVE)?;
         }
         if let Some(low_pass) = &self.low_pass {
             low_pass.check()?;

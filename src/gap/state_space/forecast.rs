@@ -5,6 +5,9 @@
 use super::Believed;
 use super::filter::Horizon;
 use super::hypothesis::Dynamics;
+use nalgebra::Complex;
+
+type Complex64 = Complex<f64>;
 
 /// Tables for the forecasts of one recording.
 pub(super) struct Forecaster<'a> {
@@ -56,6 +59,14 @@ impl<'a> Forecaster<'a> {
             let mut states = vec![0.0; dynamics.stride];
             for (i, m) in believed.markov.iter().enumerate() {
                 states[dynamics.coefficients + i] = geometric(m.decay, horizon.rows);
+            }
+            for (i, o) in believed.oscillators.iter().enumerate() {
+                // Σ z^l, z = decay exp(i angle): of a unit real part, and of a unit imaginary part
+                let z = Complex64::from_polar(o.decay, o.angle_rad);
+                let n = i32::try_from(horizon.rows).unwrap_or(i32::MAX);
+                let sum = (Complex64::new(1.0, 0.0) - z.powi(n)) / (Complex64::new(1.0, 0.0) - z);
+                let at = dynamics.pairs + 2 * i;
+                (states[at], states[at + 1]) = (sum.re, -sum.im);
             }
             if let Some(low_pass) = &believed.low_pass {
                 // the response to each unit start, which dies away long before a long horizon ends

@@ -10,7 +10,9 @@ use crate::error::Result;
 pub(super) struct Dynamics {
     /// Number of static coefficients; they come first.
     pub coefficients: usize,
-    /// First state of the low-pass; the Markov states lie before it.
+    /// First state of the oscillators, two each; the Markov states lie before them.
+    pub pairs: usize,
+    /// First state of the low-pass.
     pub block: usize,
     /// Number of states.
     pub len: usize,
@@ -22,6 +24,8 @@ pub(super) struct Dynamics {
     decay_product: Vec<f64>,
     /// Process noise of the independent states, rad²/s².
     noise: Vec<f64>,
+    /// Cosine and sine of each oscillator's angle from row to row.
+    turns: Vec<[f64; 2]>,
     low_pass: Option<LowPass>,
     /// One row of P.
     spare: Vec<f64>,
@@ -30,7 +34,8 @@ pub(super) struct Dynamics {
 impl Dynamics {
     pub(super) fn new(believed: &Believed) -> Self {
         let coefficients = believed.coefficients.len();
-        let block = coefficients + believed.markov.len();
+        let pairs = coefficients + believed.markov.len();
+        let block = pairs + 2 * believed.oscillators.len();
         let len = block + believed.low_pass.as_ref().map_or(0, LowPass::order);
         let stride = len.next_multiple_of(2);
         let mut decay = vec![0.0; stride];
@@ -40,16 +45,25 @@ impl Dynamics {
             decay[coefficients + i] = m.decay;
             noise[coefficients + i] = m.variance;
         }
+        for (i, o) in believed.oscillators.iter().enumerate() {
+            decay[pairs + 2 * i..pairs + 2 * i + 2].fill(o.decay);
+            // alike in both components: turning does not change it
+            noise[pairs + 2 * i..pairs + 2 * i + 2].fill(o.drive_variance());
+        }
+        let turn = |angle: f64| [angle.cos(), angle.sin()];
+        let turns = believed.oscillators.iter().map(|o| turn(o.angle_rad)).collect();
         let decay_product = (0..len * stride).map(|at| decay[at / stride] * decay[at % stride]).collect();
         let low_pass = believed.low_pass.clone();
-        Self { coefficients, block, len, stride, decay, decay_product, noise, low_pass, spare: vec![0.0; stride] }
+        let spare = vec![0.0; stride];
+        Self { coefficients, pairs, block, len, stride, decay, decay_product, noise, turns, low_pass, spare }
     }
 
-    /// What a reading is made of: ones for the Markov states, the moving average of the low-pass; the columns of the
+    /// What a reading is made of: ones for the Markov states and the first of each oscillator's, the moving average of the low-pass; the columns of the
     /// coefficients come with each row.
     pub(super) fn reading(&self) -> Vec<f64> {
         let mut h = vec![0.0; self.stride];
-        h[self.coefficients..self.block].fill(1.0);
+        h[self.coefficients..self.pairs].fill(1.0);
+        h[self.pairs..self.block].iter_mut().step_by(2).for_each(|h| *h = 1.0);
         if let Some(low_pass) = &self.low_pass {
             for (h, b) in h[self.block..].iter_mut().zip(&low_pass.ma) {
                 *h = *b;
@@ -69,6 +83,11 @@ impl Dynamics {
         for (i, m) in believed.markov.iter().enumerate() {
             covariance[(self.coefficients + i) * (self.stride + 1)] = m.initial_variance;
         }
+        for (i, o) in believed.oscillators.iter().enumerate() {
+            for at in [self.pairs + 2 * i, self.pairs + 2 * i + 1] {
+                covariance[at * (self.stride + 1)] = o.variance;
+            }
+        }
         if let Some(low_pass) = &self.low_pass {
             let order = low_pass.order();
             let variance = if believed.rows > 0 { believed.white_std_at(0).powi(2) } else { 0.0 };
@@ -85,8 +104,31 @@ impl Dynamics {
         for (m, f) in mean.iter_mut().zip(&self.decay) {
             *m *= f;
         }
+        self.turn(mean);
         if let Some(low_pass) = &self.low_pass {
             low_pass.advance(&mut mean[self.block..self.len]);
+        }
+    }
+
+    /// Turns each oscillator's pair of a vector of states.
+    #[inline]
+    fn turn(&self, x: &mut [f64]) {
+        for (pair, [cos, sin]) in x[self.pairs..self.block].chunks_exact_mut(2).zip(&self.turns) {
+            (pair[0], pair[1]) = (cos * pair[0] - sin * pair[1], sin * pair[0] + cos * pair[1]);
+        }
+    }
+
+    /// Turns the oscillators on both sides of P.
+    fn turn_block(&self, p: &mut [f64]) {
+        for row in p.chunks_exact_mut(self.stride) {
+            self.turn(row);
+        }
+        let pairs = p[self.pairs * self.stride..self.block * self.stride].chunks_exact_mut(2 * self.stride);
+        for (rows, [cos, sin]) in pairs.zip(&self.turns) {
+            let (first, second) = rows.split_at_mut(self.stride);
+            for (a, b) in first.iter_mut().zip(second) {
+                (*a, *b) = (cos * *a - sin * *b, sin * *a + cos * *b);
+            }
         }
     }
 
@@ -161,6 +203,9 @@ impl Hypothesis {
                 *p = f * (*p - k * g);
             }
             row[i] += dynamics.noise[i];
+        }
+        if !dynamics.turns.is_empty() {
+            dynamics.turn_block(&mut self.covariance);
         }
         if dynamics.low_pass.is_some() {
             dynamics.advance_block(&mut self.covariance, next_white_variance);

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! β_j ~ N(mean_j, std_j²)                          static coefficients: warm-up, covariates, amplitude of a tone
-//! s_i,k+1 = φ_i s_ik + N(0, q_i)                   random walk, Gauss-Markov, 1/f as a sum of such states
+//! s_i,k+1 = φ_i s_ik + N(0, q_i)                   random walk, Gauss-Markov, 1/f as a sum of such states; a pair that
+//!                                                  turns and decays for noise in a band
 //! v_k ~ N(0, (white_std · scale_k)²)               white, or coloured by an ARMA low-pass
 //! mode_k: telegraph low/high × before/after the step   Markov chain of two or four states
 //! ```
@@ -44,6 +45,6 @@ mod spectra;
 #[cfg(test)]
 mod tests;
 
-pub use believed::{Believed, Coefficient, LowPass, Markov, Outliers, Step, Telegraph};
+pub use believed::{Believed, Coefficient, LowPass, Markov, Oscillator, Outliers, Step, Telegraph};
 pub use filter::{Forecast, Horizon, Run, blocked_log_score};
 pub use spectra::{MarkovSum, flicker, markov_sum};

@@ -25,6 +25,18 @@ impl Believed {
                 state = m.decay * state + std * draw.normal();
             }
         }
+        for o in &self.oscillators {
+            let (std, drive) = (o.variance.sqrt(), o.drive_variance().sqrt());
+            let (sin, cos) = o.angle_rad.sin_cos();
+            let [mut re, mut im] = [std * draw.normal(), std * draw.normal()];
+            for y in &mut y {
+                *y += re;
+                (re, im) = (
+                    o.decay * (cos * re - sin * im) + drive * draw.normal(),
+                    o.decay * (sin * re + cos * im) + drive * draw.normal(),
+                );
+            }
+        }
         self.add_jumps(&mut y, &mut draw);
         self.add_noise(&mut y, &mut draw)?;
         if let Some(outliers) = &self.outliers {

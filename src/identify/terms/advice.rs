@@ -35,22 +35,9 @@ fn relative_std(model: &Model, x: &[f64], kind: TermKind, len: usize, step_s: f6
     let first = 1 + columns;
     let kept: Vec<usize> = (0..bins.len()).filter(|b| bins.edges[*b] >= first).collect();
     let k: Vec<f64> = kept.iter().map(|b| bins.omega[*b] * len as f64 / PI).collect();
-    let mut spectrum = vec![0.0; k.len()];
-    let mut slopes: Vec<Vec<f64>> = Vec::new();
-    for (kind, at) in model.places() {
-        let square = (2.0 * x[at]).exp();
-        let unit = |h: f64| {
-            let time = if kind == TermKind::GaussMarkov { (x[at + 1] + h).exp() } else { 0.0 };
-            kind.cosine_variances(&k, len, step_s, time)
-        };
-        let part: Vec<f64> = unit(0.0).iter().map(|u| square * u).collect();
-        spectrum.iter_mut().zip(&part).for_each(|(s, p)| *s += p);
-        slopes.push(part.iter().map(|p| 2.0 * p).collect());
-        if kind == TermKind::GaussMarkov {
-            let h = 1e-4;
-            slopes.push(unit(h).iter().zip(unit(-h)).map(|(u, d)| square * (u - d) / (2.0 * h)).collect());
-        }
-    }
+    let omega: Vec<f64> = kept.iter().map(|b| bins.omega[*b]).collect();
+    let (spectrum, slopes) =
+        model.spectrum(x, step_s, &omega, |_, kind, ln_time| kind.cosine_variances(&k, len, step_s, ln_time.exp()));
     let d = x.len();
     let information = DMatrix::from_fn(d, d, |i, j| {
         let term = |(n, b): (usize, &usize)| bins.count[*b] * slopes[i][n] * slopes[j][n] / spectrum[n].powi(2);

@@ -6,6 +6,7 @@
 
 use super::model::{Likelihood, Model};
 use super::observed::{Column, EvenLog, Observed};
+use super::shape::Shape;
 use crate::error::Result;
 use crate::noise::TermKind;
 use crate::signal::TimeAxis;
@@ -72,7 +73,7 @@ fn column<'a>(at: impl Fn(f64) -> f64 + 'a, changes_over_s: f64, std: f64) -> Co
 /// ln evidence of the columns, noise terms at their mode.
 fn evidence(log: &EvenLog, kinds: &[TermKind], start: &[f64], columns: &[Column]) -> Option<f64> {
     let observed = Observed::new(log, columns);
-    let likelihood = Likelihood::new(&observed, Model::new(kinds));
+    let likelihood = Likelihood::new(&observed, Model::new(kinds, &Shape::default()));
     let peak = likelihood.climb(start, &vec![true; start.len()])?;
     let ln_det = 2.0 * likelihood.curvature(&peak.point).cholesky()?.l().diagonal().iter().map(|v| v.ln()).sum::<f64>();
     Some(peak.point.value + 0.5 * (start.len() as f64 * TAU.ln() - ln_det))

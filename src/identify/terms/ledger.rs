@@ -10,6 +10,7 @@
 //! Gauss-Markov σ, T   2σ²T [h - 2T(1 - e^{-h/T}) + T/2 (1 - e^{-2h/T})]
 //! quantisation Q      2 Q²                 of the angle at both ends
 //! rate ramp R         (R h²/2)²            a certain error, if nobody takes it out
+//! narrow band σ, f₀   2 σ²/(2πf₀)²         the swing at both ends
 //! ```
 //!
 //! A filter whose only noise is white needs the density √(Σ variances/h): that over N is the factor, and the table is the
@@ -61,6 +62,8 @@ fn innovation(kind: TermKind, h: f64, time_s: f64) -> f64 {
         TermKind::BiasInstability => 2.0 / std::f64::consts::PI * h * h,
         TermKind::RateRandomWalk => h.powi(3) / 3.0,
         TermKind::RateRamp => 0.25 * h.powi(4),
+        // its own frequency says how much: see `vibration`
+        TermKind::Bandwidth | TermKind::NarrowBandNoise => 0.0,
         TermKind::GaussMarkov => {
             let x = h / time_s;
             if x < 1e-3 {
@@ -71,6 +74,12 @@ fn innovation(kind: TermKind, h: f64, time_s: f64) -> f64 {
             2.0 * time_s * (h - 2.0 * time_s * once + 0.5 * time_s * twice)
         }
     }
+}
+
+/// Variance of the heading that a band swings by, per squared size: the integral of a line at f₀ has the amplitude 1/(2πf₀),
+/// at both ends of the horizon.
+fn vibration(t: &TermEstimate) -> f64 {
+    t.center_hz.map_or(0.0, |f| 2.0 / (std::f64::consts::TAU * f.estimate).powi(2))
 }
 
 /// What the causes add over `horizon_s` after power-on. `turn_on_std_rad_s` is known from many power-ons alone.
@@ -90,9 +99,10 @@ pub(super) fn ledger(
     };
     let mut entries: Vec<LedgerEntry> = terms
         .iter()
+        .filter(|t| t.id != TermKind::Bandwidth)
         .map(|t| {
             let time = t.correlation_time_s.map_or(0.0, |c| c.estimate);
-            let std = t.estimate.abs() * innovation(t.id, h, time).sqrt();
+            let std = t.estimate.abs() * innovation(t.id, h, time).max(vibration(t)).sqrt();
             entry(t.id.id(), t.id.title(), Some(std), true)
         })
         .collect();

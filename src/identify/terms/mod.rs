@@ -4,7 +4,8 @@
 //! and low frequencies need no differencing; the columns of the warm-up that was fitted are integrated out, so that they
 //! cost the random walk information, and no bias. Terms are chosen by evidence (`select`), intervals are profile
 //! likelihood (`interval`), the fit is judged on logs drawn from the model (`goodness`), and what the log does not support is
-//! refused with the length of a log that would (`advice`). Wavelet moments are a second opinion (`wavelet`).
+//! refused with the length of a log that would (`advice`). The sensor's low-pass and bands of vibration shape the spectrum near the
+//! sample rate (`shape`): N is that of the plateau. Wavelet moments are a second opinion (`wavelet`).
 //!
 //! ```
 //! use gyroid::identify::terms::{TermOptions, noise_model};
@@ -36,7 +37,9 @@ mod kept;
 mod ledger;
 mod model;
 mod observed;
+mod plateau;
 mod select;
+mod shape;
 mod types;
 mod wavelet;
 
@@ -57,8 +60,10 @@ use crate::signal::{Course, Reduced, TimeAxis};
 use kept::Evidence;
 use model::{Likelihood, Model, Peak};
 use observed::Column;
+pub(super) use plateau::{plateau, plateau_reduced};
 use select::{Candidate, Views};
-use types::time_constant_estimate;
+use shape::{Found, Shape};
+use types::{estimate_of_ln, ordered};
 
 /// Estimates the noise terms of a log at rest: `values` (rad/s) at `time` (s since power-on), `temperature_c` beside them
 /// where it was logged.
@@ -76,7 +81,7 @@ pub fn noise_model(
     let raw = EvenLog::new(time, values)?;
     let warm_up = match options.warm_up {
         WarmUpRemoval::Never => None,
-        _ => Some(fit(time, values, &FitOptions::default())?),
+        _ => Some(nuisance(fit(time, values, &FitOptions::default())?)),
     };
     let temperature = temperature_c.and_then(|t| raw.beside(time, t));
     estimate(&Evidence::Whole(raw), warm_up, temperature.as_deref(), values.len(), options)
@@ -92,10 +97,19 @@ pub fn noise_model_reduced(log: &Reduced, options: &TermOptions) -> Result<Noise
     let raw = Evidence::of(log)?;
     let warm_up = match options.warm_up {
         WarmUpRemoval::Never => None,
-        _ => Some(fit_reduced(log, &FitOptions::default())?),
+        _ => Some(nuisance(fit_reduced(log, &FitOptions::default())?)),
     };
     let temperature = log.coarse.temperature_c.as_deref().and_then(kept::bridged);
     estimate(&raw, warm_up, temperature.as_deref(), log.samples(), options)
+}
+
+/// The warm-up that is taken out of a log whose noise is asked for: where it walks, that of squares weighed by the walk,
+/// which is what the terms will say of it.
+fn nuisance(mut fit: Fit) -> Fit {
+    match fit.other_weighting.take() {
+        Some(weighed) => *weighed,
+        None => fit,
+    }
 }
 
 /// The terms of `raw`; `temperature_c` is on the lattice of its slow part.
@@ -112,10 +126,11 @@ fn estimate(
     let without = removed.map(|fit| raw.without(fit));
     let log = without.as_ref().unwrap_or(raw);
     let views = views(log, removed, options);
+    let Found { shape, ln_odds } = shape::found(&views, &options.among);
     let all = if options.all_of_them {
-        select::candidate(&views, &with_white(&options.among)).into_iter().collect()
+        select::candidate(&views, &with_white(&options.among), &shape).into_iter().collect()
     } else {
-        select::candidates(&views, &options.among)
+        select::candidates(&views, &options.among, &shape)
     };
     let Some(best) = all.first() else {
         return Err(Error::new(ErrorKind::Numeric, "log", "no set of noise terms has a likelihood with a maximum")
@@ -123,14 +138,18 @@ fn estimate(
     };
     let peak = &best.peak;
     let seen = views.of(&best.kinds);
-    let likelihood = Likelihood::new(seen, Model::new(&best.kinds));
+    let likelihood = Likelihood::new(seen, Model::new(&best.kinds, &best.shape));
     let terms = estimates(&views, &likelihood, best);
     let probabilities = select::probabilities(&all);
     let refused: Vec<Refusal> = options
         .among
         .iter()
-        .filter(|kind| !best.kinds.contains(kind))
+        .filter(|kind| !best.kinds.contains(kind) && !best.shape.kinds().any(|k| k == **kind))
         .map(|kind| {
+            if kind.shapes() {
+                let odds = ln_odds[usize::from(*kind == TermKind::NarrowBandNoise)].exp();
+                return Refusal::bare(*kind, odds / (1.0 + odds));
+            }
             let share = all.iter().zip(&probabilities).filter(|(c, _)| c.kinds.contains(kind));
             refusal(&views, best, *kind, share.map(|s| s.1).sum())
         })
@@ -143,19 +162,23 @@ fn estimate(
         found,
         rate_random_walk_removed: walk.or(bound).unwrap_or(f64::NAN),
         removed_is_upper_bound: walk.is_none(),
-        rate_random_walk_left_in: left_in(raw, &best.kinds, options).unwrap_or(f64::NAN),
+        rate_random_walk_left_in: left_in(raw, best, options).unwrap_or(f64::NAN),
     };
     let start: Vec<_> = terms.iter().map(|t| (t.estimate.abs(), t.correlation_time_s.map(|c| c.estimate))).collect();
-    let wavelet = wavelet::wavelet_fit(log.slow(), &best.kinds, &start);
+    // octaves of the samples know nothing of a filter or a band
+    let unshaped = best.shape == Shape::default();
+    let wavelet = if unshaped { wavelet::wavelet_fit(log.slow(), &best.kinds, &start) } else { None };
     let drift = match temperature_c {
-        Some(temperature) => drift::drift_cause(raw.slow(), temperature, &likelihood.model.kinds, &peak.x)?,
+        Some(temperature) => {
+            drift::drift_cause(raw.slow(), temperature, &likelihood.model.kinds, &peak.x[..likelihood.model.base()])?
+        }
         None => None,
     };
     let ledger = ledger::ledger(&terms, removed, options.turn_on_std_rad_s, options.horizon_s);
     let least = |value: fn(&Candidate) -> f64| all.iter().map(value).fold(f64::INFINITY, f64::min);
     let smallest_bic = least(|c| c.bic);
     let selection = all.iter().zip(&probabilities).map(|(c, p)| SetScore {
-        terms: c.kinds.clone(),
+        terms: c.kinds.iter().copied().chain(c.shape.kinds()).collect(),
         ln_evidence_below_best: best.ln_evidence - c.ln_evidence,
         probability: *p,
         bic_above_best: c.bic - smallest_bic,
@@ -238,7 +261,8 @@ fn check(options: &TermOptions) -> Result<()> {
 }
 
 fn with_white(kinds: &[TermKind]) -> Vec<TermKind> {
-    let mut kinds: Vec<TermKind> = kinds.iter().copied().chain([TermKind::AngleRandomWalk]).collect();
+    let sized = kinds.iter().copied().filter(|k| !k.shapes());
+    let mut kinds: Vec<TermKind> = sized.chain([TermKind::AngleRandomWalk]).collect();
     kinds.sort_unstable();
     kinds.dedup();
     kinds
@@ -273,15 +297,30 @@ fn estimates(views: &Views, likelihood: &Likelihood, best: &Candidate) -> Vec<Te
             return TermEstimate::new(kind, slope, std, ci95, None);
         };
         let ends = |i: usize| interval::interval(likelihood, peak, i, std(i));
-        let time = (kind == TermKind::GaussMarkov)
-            .then(|| time_constant_estimate(peak.x[at + 1].exp(), std(at + 1), ends(at + 1)));
+        let time =
+            (kind == TermKind::GaussMarkov).then(|| estimate_of_ln(peak.x[at + 1].exp(), std(at + 1), ends(at + 1)));
         let size = peak.x[at].exp();
         let mut out = TermEstimate::new(kind, size, size * std(at), ends(at), time);
         let advice = advise(likelihood, &peak.x, kind);
         out.advice = Some(advice).filter(|a| a.longer_by_s.is_none_or(|s| s > 0.0));
         out
     };
-    best.kinds.iter().map(|kind| one(*kind)).collect()
+    let of_ln = |i: usize| estimate_of_ln(peak.x[i].exp(), std(i), interval::interval(likelihood, peak, i, std(i)));
+    let mut at = likelihood.model.base();
+    let mut shapes = Vec::new();
+    if let Some(form) = best.shape.low_pass {
+        let cutoff = of_ln(at);
+        let term = TermEstimate::new(TermKind::Bandwidth, cutoff.estimate, cutoff.std, cutoff.ci95, None);
+        shapes.push(TermEstimate { low_pass: Some(form), ..term });
+        at += 1;
+    }
+    for form in &best.shape.bands {
+        let [center, width, size] = [at, at + 1, at + 2].map(of_ln);
+        let term = TermEstimate::new(TermKind::NarrowBandNoise, size.estimate, size.std, size.ci95, None);
+        shapes.push(TermEstimate { band: Some(*form), center_hz: Some(center), bandwidth_hz: Some(width), ..term });
+        at += 3;
+    }
+    ordered(best.kinds.iter().map(|kind| one(*kind)).chain(shapes).collect())
 }
 
 fn advise(likelihood: &Likelihood, x: &[f64], kind: TermKind) -> RecordingAdvice {
@@ -291,9 +330,9 @@ fn advise(likelihood: &Likelihood, x: &[f64], kind: TermKind) -> RecordingAdvice
 
 /// What can be said of a term that was not chosen, beside those that were.
 fn refusal(views: &Views, best: &Candidate, kind: TermKind, probability: f64) -> Refusal {
-    let mut out = Refusal { id: kind, probability, upper95: None, unit: kind.unit(), advice: None };
+    let mut out = Refusal::bare(kind, probability);
     if kind == TermKind::RateRamp {
-        let likelihood = Likelihood::new(&views.ramp, Model::new(&best.kinds));
+        let likelihood = Likelihood::new(&views.ramp, Model::new(&best.kinds, &best.shape));
         if let Some(peak) = likelihood.climb(&best.peak.x, &vec![true; best.peak.x.len()]) {
             let [slope, std] = views.slope(&peak);
             out.upper95 = Some(slope.abs() + 1.645 * std);
@@ -304,7 +343,7 @@ fn refusal(views: &Views, best: &Candidate, kind: TermKind, probability: f64) ->
         return out;
     }
     let kinds = with_white(&best.kinds.iter().copied().chain([kind]).collect::<Vec<_>>());
-    let likelihood = Likelihood::new(views.of(&kinds), Model::new(&kinds));
+    let likelihood = Likelihood::new(views.of(&kinds), Model::new(&kinds, &best.shape_at_mode()));
     let Some(mut peak) = likelihood.mode() else { return out };
     let upper = interval::upper(&likelihood, &peak, kind);
     out.upper95 = Some(upper).filter(|v| v.is_finite());
@@ -319,10 +358,10 @@ fn refusal(views: &Views, best: &Candidate, kind: TermKind, probability: f64) ->
 }
 
 /// K of the log with its warm-up left in, beside the same terms.
-fn left_in(raw: &Evidence, kinds: &[TermKind], options: &TermOptions) -> Option<f64> {
+fn left_in(raw: &Evidence, best: &Candidate, options: &TermOptions) -> Option<f64> {
     let views = views(raw, None, options);
-    let kinds = with_white(&kinds.iter().copied().chain([TermKind::RateRandomWalk]).collect::<Vec<_>>());
-    let likelihood = Likelihood::new(views.of(&kinds), Model::new(&kinds));
+    let kinds = with_white(&best.kinds.iter().copied().chain([TermKind::RateRandomWalk]).collect::<Vec<_>>());
+    let likelihood = Likelihood::new(views.of(&kinds), Model::new(&kinds, &best.shape_at_mode()));
     let peak = likelihood.mode()?;
     likelihood.model.place(TermKind::RateRandomWalk).map(|at| peak.x[at].exp())
 }

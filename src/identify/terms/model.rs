@@ -7,14 +7,17 @@
 //! expected squares are exact (Sykulski et al., *The debiased Whittle likelihood*, Biometrika 106 (2019) 251).
 
 use super::observed::Observed;
+use super::shape::Shape;
 use crate::math::binned::{solve, spectral};
 use crate::noise::TermKind;
 use nalgebra::{DMatrix, DVector};
 
-/// Terms that make a spectrum. Parameters are ln size of each, and after a Gauss-Markov size ln of its correlation time.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// Terms that make a spectrum. Parameters are ln size of each, and after a Gauss-Markov size ln of its correlation time; at
+/// the end those of the shape.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Model {
     pub kinds: Vec<TermKind>,
+    pub shape: Shape,
 }
 
 /// Step of the derivative by the logarithm of a correlation time.
@@ -44,10 +47,11 @@ pub(super) struct Peak {
 }
 
 impl Model {
-    pub fn new(kinds: &[TermKind]) -> Self {
-        let mut kinds: Vec<TermKind> = kinds.iter().copied().filter(|k| *k != TermKind::RateRamp).collect();
+    pub fn new(kinds: &[TermKind], shape: &Shape) -> Self {
+        let sized = |k: &TermKind| *k != TermKind::RateRamp && !k.shapes();
+        let mut kinds: Vec<TermKind> = kinds.iter().copied().filter(sized).collect();
         kinds.sort_unstable();
-        Self { kinds }
+        Self { kinds, shape: shape.clone() }
     }
 
     /// Place of each term's size among the parameters.
@@ -65,7 +69,51 @@ impl Model {
     }
 
     pub fn parameters(&self) -> usize {
+        self.base() + self.shape.parameters()
+    }
+
+    /// Parameters before those of the shape.
+    pub fn base(&self) -> usize {
         self.kinds.len() + usize::from(self.kinds.contains(&TermKind::GaussMarkov))
+    }
+
+    /// The spectrum at angular frequencies `omega`, rad/sample, and its derivatives by the parameters: of a size twice its
+    /// part. `unit` gives a term's part per squared size, of a Gauss-Markov term at ln of its correlation time.
+    pub fn spectrum(
+        &self,
+        x: &[f64],
+        step_s: f64,
+        omega: &[f64],
+        unit: impl Fn(usize, TermKind, f64) -> Vec<f64>,
+    ) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let shape = &x[self.base()..];
+        let gain = self.shape.gain(shape, step_s, omega);
+        let mut spectrum = vec![0.0; omega.len()];
+        let (mut slopes, mut by_cutoff) = (Vec::with_capacity(x.len()), None);
+        for (i, (kind, at)) in self.places().enumerate() {
+            let square = (2.0 * x[at]).exp();
+            let time = if kind == TermKind::GaussMarkov { x[at + 1] } else { 0.0 };
+            let mut part: Vec<f64> = unit(i, kind, time).iter().map(|u| square * u).collect();
+            if let (TermKind::AngleRandomWalk, Some(gain)) = (kind, &gain) {
+                by_cutoff = Some(part.iter().zip(&gain.slopes[0]).map(|(p, s)| p * s).collect());
+                part.iter_mut().zip(&gain.value).for_each(|(p, g)| *p *= g);
+            }
+            spectrum.iter_mut().zip(&part).for_each(|(s, p)| *s += p);
+            slopes.push(part.iter().map(|p| 2.0 * p).collect());
+            if kind == TermKind::GaussMarkov {
+                let (up, down) = (unit(i, kind, time + TIME_STEP), unit(i, kind, time - TIME_STEP));
+                let by = |(u, d): (&f64, &f64)| square * (u - d) / (2.0 * TIME_STEP);
+                slopes.push(up.iter().zip(&down).map(by).collect());
+            }
+        }
+        if gain.is_some() {
+            slopes.push(by_cutoff.unwrap_or_else(|| vec![0.0; omega.len()]));
+        }
+        for part in self.shape.bands(shape, step_s, omega) {
+            spectrum.iter_mut().zip(&part.value).for_each(|(s, p)| *s += p);
+            slopes.extend(part.slopes);
+        }
+        (spectrum, slopes)
     }
 }
 
@@ -74,6 +122,7 @@ pub(super) struct Likelihood<'a> {
     pub log: &'a Observed,
     pub model: Model,
     units: Vec<Vec<f64>>,
+    omega: Vec<f64>,
     pub bounds: Vec<[f64; 2]>,
 }
 
@@ -83,29 +132,16 @@ impl<'a> Likelihood<'a> {
             TermKind::GaussMarkov => Vec::new(),
             _ => log.unit(*kind, 0.0),
         };
-        Self { log, units: model.kinds.iter().map(fixed).collect(), bounds: log.bounds(&model), model }
+        let units = model.kinds.iter().map(fixed).collect();
+        Self { log, units, omega: log.omega(), bounds: log.bounds(&model), model }
     }
 
-    /// What each parameter does to the spectrum: for a size twice its part, for a time the derivative.
+    /// The spectrum, and what each parameter does to it.
     fn slopes(&self, x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let mut spectrum = vec![0.0; self.log.k.len()];
-        let mut slopes = Vec::with_capacity(x.len());
-        for ((kind, at), unit) in self.model.places().zip(&self.units) {
-            let square = (2.0 * x[at]).exp();
-            let gauss_markov = |h: f64| self.log.unit(TermKind::GaussMarkov, (x[at + 1] + h).exp());
-            let part: Vec<f64> = match kind {
-                TermKind::GaussMarkov => gauss_markov(0.0).iter().map(|u| square * u).collect(),
-                _ => unit.iter().map(|u| square * u).collect(),
-            };
-            spectrum.iter_mut().zip(&part).for_each(|(s, p)| *s += p);
-            slopes.push(part.iter().map(|p| 2.0 * p).collect());
-            if kind == TermKind::GaussMarkov {
-                let (up, down) = (gauss_markov(TIME_STEP), gauss_markov(-TIME_STEP));
-                let by = |(u, d): (&f64, &f64)| square * (u - d) / (2.0 * TIME_STEP);
-                slopes.push(up.iter().zip(&down).map(by).collect());
-            }
-        }
-        (spectrum, slopes)
+        self.model.spectrum(x, self.log.step_s, &self.omega, |i, kind, ln_time| match kind {
+            TermKind::GaussMarkov => self.log.unit(kind, ln_time.exp()),
+            _ => self.units[i].clone(),
+        })
     }
 
     /// The likelihood at `x` with its derivatives; `None` where it is not finite.
@@ -157,16 +193,23 @@ impl<'a> Likelihood<'a> {
     /// Computation 23 (2011) 2421), correlation times as given.
     pub fn start(&self, time_s: Option<f64>, rounds: usize) -> Vec<f64> {
         let log = self.log;
-        let mut x = vec![0.0; self.model.parameters()];
+        let base = self.model.base();
+        let mut x = vec![0.0; base];
+        let shape = &self.model.shape;
+        x.extend(&shape.start);
+        let gain = shape.gain(&shape.start, log.step_s, &self.omega);
         let mut units = Vec::new();
         for ((kind, at), unit) in self.model.places().zip(&self.units) {
-            let unit = if kind == TermKind::GaussMarkov {
+            let mut unit = if kind == TermKind::GaussMarkov {
                 let time = time_s.unwrap_or(10.0 * log.step_s);
                 x[at + 1] = time.ln();
                 log.unit(kind, time)
             } else {
                 unit.clone()
             };
+            if let (TermKind::AngleRandomWalk, Some(gain)) = (kind, &gain) {
+                unit.iter_mut().zip(&gain.value).for_each(|(u, g)| *u *= g);
+            }
             // so that every term alone would make all the power, in the mean of the logarithm
             let (mut sum, mut bins) = (0.0, 0.0);
             for (b, u) in unit.iter().enumerate() {
@@ -177,6 +220,11 @@ impl<'a> Likelihood<'a> {
             }
             x[at] = 0.5 * sum / f64::max(bins, 1.0);
             units.push((at, unit));
+        }
+        let sizes = (0..shape.parameters()).filter(|i| shape.is_size(*i)).map(|i| base + i);
+        for (at, part) in sizes.zip(shape.bands(&shape.start, log.step_s, &self.omega)) {
+            let square = (2.0 * x[at]).exp();
+            units.push((at, part.value.iter().map(|v| v / square).collect()));
         }
         for _ in 0..rounds {
             let Some(point) = self.at(&x) else { break };

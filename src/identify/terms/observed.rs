@@ -21,6 +21,10 @@ const SHORT: usize = 1 << 16;
 const SMOOTH_BLOCKS: f64 = 20.0;
 /// Fewest samples of which noise can be told.
 pub(super) const FEWEST: usize = 128;
+/// Bins are no wider than this part of half the sample rate: a band of vibration is to be seen ...
+const FINE: usize = 512;
+/// ... nor need they be narrower than so many coefficients, whose median the search for lines goes by.
+const LEAST_IN_BIN: usize = 256;
 /// Bins with so many coefficients are searched for lines.
 const LINE_BIN: usize = 32;
 /// Coefficients that are taken for a line by mistake, in a log of pure noise.
@@ -174,7 +178,7 @@ impl Observed {
             let centred: Vec<f64> = log.values[..len].iter().map(|v| v - mean).collect();
             Cosine::new(len).forward(&centred)
         };
-        let bins = Bins::new(len, blocks.min(BLOCKS));
+        let bins = Bins::no_wider(len, blocks.min(BLOCKS), (len / FINE).max(LEAST_IN_BIN));
         let rms = (z[1..].iter().map(|v| v * v).sum::<f64>() / len as f64).sqrt();
         let mut out = Self {
             step_s: log.step_s,
@@ -392,10 +396,34 @@ impl Observed {
         match kind {
             TermKind::Quantization => [0.05 * white * dt * n.powf(-0.25), 10.0 * white * dt],
             TermKind::AngleRandomWalk => [1e-3 * white * dt.sqrt(), 1e3 * white * dt.sqrt()],
-            TermKind::BiasInstability | TermKind::GaussMarkov => [0.05 * white / n.sqrt(), 10.0 * white],
+            TermKind::BiasInstability | TermKind::GaussMarkov | TermKind::NarrowBandNoise => {
+                [0.05 * white / n.sqrt(), 10.0 * white]
+            }
+            TermKind::Bandwidth => [0.01 / dt, 1.5 / dt],
             TermKind::RateRandomWalk => [0.05 * white * dt.sqrt() / span, 10.0 * white / dt.sqrt()],
             TermKind::RateRamp => [0.05 * white * dt.sqrt() * 12f64.sqrt() / span.powf(1.5), 10.0 * white / span],
         }
+    }
+
+    /// Angular frequency of each bin's middle, rad/sample.
+    pub fn omega(&self) -> Vec<f64> {
+        self.k.iter().map(|k| std::f64::consts::PI * k / self.len as f64).collect()
+    }
+
+    /// Width of a bin, Hz.
+    pub fn bin_width_hz(&self, bin: usize) -> f64 {
+        (self.bins.edges[bin + 2] - self.bins.edges[bin + 1]) as f64 / (2.0 * self.span_s())
+    }
+
+    /// Range of the centre of a band: below a hundredth of the sample rate it would be a Gauss-Markov term.
+    pub fn center_range_hz(&self) -> [f64; 2] {
+        [(0.01 / self.step_s).max(50.0 / self.span_s()), 0.5 / self.step_s]
+    }
+
+    /// Range of the width of a band: from two of the widest bins to an eighth of the sample rate.
+    pub fn width_range_hz(&self) -> [f64; 2] {
+        let widest = (0..self.k.len()).map(|b| self.bin_width_hz(b)).fold(0.0, f64::max);
+        [2.0 * widest, (0.125 / self.step_s).max(4.0 * widest)]
     }
 
     /// Range of correlation times: shorter is white, longer a random walk.
@@ -410,7 +438,7 @@ impl Observed {
             let time = (*kind == TermKind::GaussMarkov).then(|| ln(self.time_range()));
             std::iter::once(ln(self.range(*kind))).chain(time)
         });
-        all.collect()
+        all.chain(model.shape.bounds(self)).collect()
     }
 }
 

@@ -9,6 +9,7 @@
 use super::interval::DROP;
 use super::model::{Likelihood, Model, Peak};
 use super::observed::Observed;
+use super::shape::Shape;
 use crate::noise::TermKind;
 use std::f64::consts::TAU;
 
@@ -18,10 +19,19 @@ pub(super) const LN_ODDS: f64 = -1.908;
 /// A set of terms at its mode.
 pub(super) struct Candidate {
     pub kinds: Vec<TermKind>,
+    pub shape: Shape,
     pub peak: Peak,
     /// ln of evidence times prior.
     pub ln_evidence: f64,
     pub bic: f64,
+}
+
+impl Candidate {
+    /// Its shape, which begins where this mode is.
+    pub fn shape_at_mode(&self) -> Shape {
+        let start = self.peak.x[self.peak.x.len() - self.shape.parameters()..].to_vec();
+        Shape { start, ..self.shape.clone() }
+    }
 }
 
 /// The two views of a log: with the column of a ramp (the last one) and without.
@@ -50,17 +60,22 @@ impl Views {
     }
 }
 
-/// The set `kinds` at its mode. `None` if there is none, or if the mode says that it is another set: a correlation time at
-/// the end of its range.
-pub(super) fn candidate(views: &Views, kinds: &[TermKind]) -> Option<Candidate> {
+/// The set `kinds` with `shape` at its mode. `None` if there is none, or if the mode says that it is another set: a
+/// correlation time, a cutoff, a centre or a width at the end of its range.
+pub(super) fn candidate(views: &Views, kinds: &[TermKind], shape: &Shape) -> Option<Candidate> {
     let log = views.of(kinds);
-    let likelihood = Likelihood::new(log, Model::new(kinds));
+    let likelihood = Likelihood::new(log, Model::new(kinds, shape));
     let peak = likelihood.mode()?;
-    if let Some(at) = likelihood.model.place(TermKind::GaussMarkov) {
-        let [low, high] = likelihood.bounds[at + 1];
-        if peak.x[at + 1] <= low + 1e-6 || peak.x[at + 1] >= high - 1e-6 {
-            return None;
-        }
+    let base = likelihood.model.base();
+    let at_end = |i: usize| {
+        let [low, high] = likelihood.bounds[i];
+        peak.x[i] <= low + 1e-6 || peak.x[i] >= high - 1e-6
+    };
+    if (0..shape.parameters()).any(|i| !shape.is_size(i) && at_end(base + i)) {
+        return None;
+    }
+    if likelihood.model.place(TermKind::GaussMarkov).is_some_and(|at| at_end(at + 1)) {
+        return None;
     }
     let curvature = likelihood.curvature(&peak.point);
     let d = peak.x.len() as f64;
@@ -78,23 +93,24 @@ pub(super) fn candidate(views: &Views, kinds: &[TermKind]) -> Option<Candidate> 
         // and the maximum over the slope is √2π std above the mean over it
         bic -= 2.0 * (log.prior_std[j] / log.column_rms[j] / std).ln();
     }
-    let optional = kinds.iter().filter(|k| **k != TermKind::AngleRandomWalk).count() as f64;
-    ln_evidence += optional * LN_ODDS;
+    let optional = kinds.iter().filter(|k| **k != TermKind::AngleRandomWalk).count() + shape.kinds().count();
+    ln_evidence += optional as f64 * LN_ODDS + shape.ln_prior();
     let coefficients: f64 = log.count.iter().sum();
     bic += (d + f64::from(u8::from(kinds.contains(&TermKind::RateRamp)))) * coefficients.ln();
-    Some(Candidate { kinds: kinds.to_vec(), peak, ln_evidence, bic })
+    Some(Candidate { kinds: kinds.to_vec(), shape: shape.clone(), peak, ln_evidence, bic })
 }
 
-/// All sets of the terms in `among` beside N, the most probable first.
-pub(super) fn candidates(views: &Views, among: &[TermKind]) -> Vec<Candidate> {
-    let optional: Vec<TermKind> = among.iter().copied().filter(|k| *k != TermKind::AngleRandomWalk).collect();
+/// All sets of the terms in `among` beside N and `shape`, the most probable first.
+pub(super) fn candidates(views: &Views, among: &[TermKind], shape: &Shape) -> Vec<Candidate> {
+    let chosen = |k: &TermKind| *k != TermKind::AngleRandomWalk && !k.shapes();
+    let optional: Vec<TermKind> = among.iter().copied().filter(chosen).collect();
     let sets = (0..1usize << optional.len()).map(|bits| {
         let chosen = (0..optional.len()).filter(|i| bits >> i & 1 == 1).map(|i| optional[i]);
         let mut kinds: Vec<TermKind> = std::iter::once(TermKind::AngleRandomWalk).chain(chosen).collect();
         kinds.sort_unstable();
         kinds
     });
-    let all: Vec<Candidate> = sets.filter_map(|kinds| candidate(views, &kinds)).collect();
+    let all: Vec<Candidate> = sets.filter_map(|kinds| candidate(views, &kinds, shape)).collect();
     // a random walk is the limit of long correlation times: where it fits as well, the log knows no correlation time
     let is_limit = |c: &Candidate| {
         let walk = |k: &TermKind| if *k == TermKind::GaussMarkov { TermKind::RateRandomWalk } else { *k };

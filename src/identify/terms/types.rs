@@ -7,7 +7,7 @@ use super::ledger::Ledger;
 use super::observed::SpectralLine;
 use super::wavelet::WaveletFit;
 use crate::identify::Fit;
-use crate::noise::{AllanPoint, Deviation, TermKind};
+use crate::noise::{AllanPoint, BandForm, Deviation, LowPass, TermKind};
 use serde::Serialize;
 
 /// Whether the warm-up is taken out first.
@@ -61,7 +61,7 @@ impl Default for TermOptions {
     }
 }
 
-/// A correlation time, s.
+/// A correlation time, s, or a frequency, Hz.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TimeEstimate {
     /// Estimate.
@@ -88,6 +88,18 @@ pub struct TermEstimate {
     /// Correlation time of a Gauss-Markov term.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub correlation_time_s: Option<TimeEstimate>,
+    /// Centre of a narrow band.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub center_hz: Option<TimeEstimate>,
+    /// Its full width at half the peak.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bandwidth_hz: Option<TimeEstimate>,
+    /// Its form.
+    #[serde(skip_serializing_if = "Option::is_none", rename = "band_form")]
+    pub band: Option<BandForm>,
+    /// Form of a low-pass.
+    #[serde(skip_serializing_if = "Option::is_none", rename = "low_pass_form")]
+    pub low_pass: Option<LowPass>,
     /// How long to record to know it to ±20 %, where this log does not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advice: Option<RecordingAdvice>,
@@ -101,12 +113,27 @@ impl TermEstimate {
         ci95: [f64; 2],
         correlation_time_s: Option<TimeEstimate>,
     ) -> Self {
-        Self { id, estimate, std, ci95, unit: id.unit(), correlation_time_s, advice: None }
+        Self {
+            id,
+            estimate,
+            std,
+            ci95,
+            unit: id.unit(),
+            correlation_time_s,
+            center_hz: None,
+            bandwidth_hz: None,
+            band: None,
+            low_pass: None,
+            advice: None,
+        }
     }
 
     /// σ²(τ) of the continuous term, rad²/s².
     #[must_use]
     pub fn allan_variance(&self, tau_s: f64) -> f64 {
+        if let (Some(center), Some(width)) = (self.center_hz, self.bandwidth_hz) {
+            return self.estimate.powi(2) * band_allan_variance(center.estimate, width.estimate, tau_s);
+        }
         self.estimate.powi(2) * self.id.allan_variance(tau_s, self.correlation_time_s.map_or(0.0, |t| t.estimate))
     }
 
@@ -117,8 +144,29 @@ impl TermEstimate {
     }
 }
 
-/// An estimate of a correlation time from the standard deviation of its logarithm.
-pub(super) fn time_constant_estimate(estimate: f64, ln_std: f64, ci95: [f64; 2]) -> TimeEstimate {
+/// σ²(τ)/σ² of a narrow band: 2 sin⁴(πfτ)/(πfτ)², its mean over the line (twice its width on each side, of Gauss's form).
+fn band_allan_variance(center_hz: f64, width_hz: f64, tau_s: f64) -> f64 {
+    const NODES: i32 = 200;
+    let node = |i: i32| {
+        let x = 4.0 * (f64::from(i) + 0.5) / f64::from(NODES) - 2.0;
+        let f = (center_hz + x * width_hz).max(f64::MIN_POSITIVE);
+        let weight = (-4.0 * std::f64::consts::LN_2 * x * x).exp();
+        let phase = std::f64::consts::PI * f * tau_s;
+        (weight, 2.0 * phase.sin().powi(4) / (phase * phase))
+    };
+    let (sum, all) = (0..NODES).map(node).fold((0.0, 0.0), |(s, a), (w, v)| (s + w * v, a + w));
+    sum / all
+}
+
+/// Terms in order: the low-pass and then bands at the end, the largest first.
+pub(super) fn ordered(mut terms: Vec<TermEstimate>) -> Vec<TermEstimate> {
+    let size = |t: &TermEstimate| if t.band.is_some() { t.estimate } else { 0.0 };
+    terms.sort_by(|a, b| a.id.cmp(&b.id).then(size(b).total_cmp(&size(a))));
+    terms
+}
+
+/// An estimate from the standard deviation of its logarithm.
+pub(super) fn estimate_of_ln(estimate: f64, ln_std: f64, ci95: [f64; 2]) -> TimeEstimate {
     TimeEstimate { estimate, std: estimate * ln_std, ci95 }
 }
 
@@ -136,6 +184,13 @@ pub struct Refusal {
     pub unit: &'static str,
     /// What would help.
     pub advice: Option<RecordingAdvice>,
+}
+
+impl Refusal {
+    /// Without a bound.
+    pub(super) fn bare(id: TermKind, probability: f64) -> Self {
+        Self { id, probability, upper95: None, unit: id.unit(), advice: None }
+    }
 }
 
 /// A set of terms and how probable it is.
@@ -171,7 +226,8 @@ pub struct WarmUpInfluence {
 pub struct NoiseModel {
     /// The terms that the log supports.
     pub terms: Vec<TermEstimate>,
-    /// Correlations of their estimates, in the order of the logarithms of sizes and correlation times; a ramp is left out.
+    /// Correlations of their estimates, in the order of the logarithms of sizes and correlation times, a ramp left out, and
+    /// then of the cutoff and of centre, width and size of each band as it was found.
     pub correlation: Vec<Vec<f64>>,
     /// The terms that it does not support.
     pub refused: Vec<Refusal>,

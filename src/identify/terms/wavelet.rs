@@ -6,7 +6,7 @@
 //! moments than parameters. Guerrier, Skaloud, Stebler and Victoria-Feser, J. American Statistical Association 108 (2013) 1021.
 
 use super::observed::EvenLog;
-use super::{TermEstimate, time_constant_estimate};
+use super::{TermEstimate, estimate_of_ln};
 use crate::noise::{Deviation, TermKind, allan};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -211,7 +211,7 @@ pub(super) fn wavelet_fit(log: &EvenLog, kinds: &[TermKind], start: &[(f64, Opti
         let ends = |i: usize, s: f64| [(x[i] - NORMAL * s).exp(), (x[i] + NORMAL * s).exp()];
         let time = (*kind == TermKind::GaussMarkov).then(|| {
             let s = covariance[(at + 1, at + 1)].sqrt();
-            time_constant_estimate(x[at + 1].exp(), s, ends(at + 1, s))
+            estimate_of_ln(x[at + 1].exp(), s, ends(at + 1, s))
         });
         TermEstimate::new(*kind, x[at].exp(), x[at].exp() * std, ends(at, std), time)
     });

@@ -4,7 +4,9 @@ use crate::bias::WarmUp;
 use crate::effects::by_id;
 use crate::effects::{Parameters, registry};
 use crate::gap::answer::Metric;
-use crate::gap::answer::{Against, Alike, Correction, EquationAnswer, FreeFormAnswer, Place, Regressor};
+use crate::gap::answer::{
+    Against, Alike, Correction, EquationAnswer, FreeFormAnswer, Place, Regressor, Remainder, TimeOffset,
+};
 use crate::gap::place::curves;
 use crate::gap::state_space::{Believed, Coefficient};
 use crate::model::Scene;
@@ -12,13 +14,11 @@ use crate::signal::TimeAxis;
 
 fn effect(id: &str, probability: f64, parameter: (&str, f64, f64), closed: Option<f64>) -> EffectAnswer {
     EffectAnswer {
-        id: id.into(),
-        probability,
         parameters: Parameters::from([(parameter.0.to_string(), parameter.1)]),
         std: Parameters::from([(parameter.0.to_string(), parameter.2)]),
         gap_closed: closed,
         gap_closed_ci95: closed.map(|c| [c - 0.03, (c + 0.02).min(1.0)]),
-        share: None,
+        ..EffectAnswer::new(id, probability)
     }
 }
 
@@ -35,6 +35,8 @@ fn identified() -> Answer {
             effect("gyro.rate_ramp", 0.03, ("ramp_rad_s2", 2e-7, 1e-7), Some(0.41)),
         ],
         together: vec!["gyro.temperature_sensitivity".into()],
+        remainder: None,
+        time_offsets: Vec::new(),
         nearest: None,
         cannot_tell_apart: vec![vec!["gyro.temperature_sensitivity".into(), "gyro.rate_ramp".into()]],
         alike: vec![Alike {
@@ -194,7 +196,8 @@ fn every_parameter_of_the_library_has_its_unit() {
     for p in registry().iter().flat_map(|e| e.about().parameters) {
         let (name, unit) = name_and_unit(p.name);
         assert!(!name.is_empty(), "{}", p.name);
-        let pure = ["order", "sections", "zero", "share", "ratio"].iter().any(|end| p.name.ends_with(end));
+        let pure =
+            ["order", "sections", "zero", "share", "ratio", "over_nominal"].iter().any(|end| p.name.ends_with(end));
         assert_eq!(unit.is_empty(), pure, "{}: {name}, {unit:?}", p.name);
     }
     assert_eq!(name_and_unit("rate_random_walk_rad_s_sqrt_s"), ("rate random walk".into(), "rad/s/√s"));
@@ -293,4 +296,47 @@ fn corrections_are_told_in_a_line_each_and_drawn_in_two_rows() {
     let read: Answer = serde_json::from_value(stored.clone()).unwrap();
     assert!(read.equations.iter().all(|e| e.correction.is_none()));
     assert_eq!(serde_json::json!(read), stored);
+}
+
+#[test]
+fn what_is_left_over_and_what_is_idle_is_told_after_what_matters() {
+    let place = Place { equation: "gyro bias".into(), description: Some("a bump at 230 s".into()), ..Place::default() };
+    let lattice = effect("gyro.quantization", 1.0, ("lsb_rad_s", 1e-4, 0.0), Some(-0.001));
+    let mut answer = Answer {
+        remainder: Some(Remainder { share: 0.31, place: Some(place) }),
+        time_offsets: vec![TimeOffset {
+            channel: "wheels".into(),
+            recording: "fit".into(),
+            offset_s: 0.349,
+            std_s: 0.016,
+        }],
+        ..identified()
+    };
+    answer.effects.push(EffectAnswer { idle: true, ..lattice });
+    let report = GapReport { recording: "fit.parquet", kept_back: None, answer: &answer, curves: &[] };
+    let text = report.text();
+    let lines = [
+        "IDENTIFIED: temperature sensitivity",
+        "idle: quantization (gyro.quantization), there, and closing nothing of the gap",
+        "left over: 31 % of the gap: a bump at 230 s",
+        "wheels, fit: stamped late by 0.349 ± 0.016 s",
+        "This recording cannot tell apart",
+    ];
+    let at: Vec<usize> = lines.iter().map(|l| text.find(l).unwrap_or_else(|| panic!("{l}\n{text}"))).collect();
+    assert!(at.is_sorted(), "{text}");
+    // beside an unknown cause what has a name is told, and a share below zero is in no headline
+    let mut answer = Answer {
+        main: Some("gyro.temperature_sensitivity".into()),
+        together: vec!["gyro.temperature_sensitivity".into()],
+        ..unknown()
+    };
+    let line =
+        |answer: &Answer| GapReport { recording: "fit.parquet", kept_back: None, answer, curves: &[] }.verdict_line();
+    let nearest = "nearest: temperature sensitivity (gyro.temperature_sensitivity)";
+    let closes = format!("{nearest}; it closes 96 % (95 %: 93 % to 98 %) of the gap");
+    assert!(line(&answer).ends_with(&closes), "{}", line(&answer));
+    answer.effects[0].gap_closed = Some(-0.48);
+    assert!(line(&answer).ends_with("(gyro.temperature_sensitivity)"), "{}", line(&answer));
+    let report = GapReport { recording: "fit.parquet", kept_back: None, answer: &answer, curves: &[] };
+    assert!(report.text().contains("also temperature sensitivity"));
 }

@@ -112,9 +112,9 @@ pub(super) fn degrees(rad: f64) -> f64 {
     rad / RAD_S_PER_DEG_S
 }
 
-/// Measures of the gap on the recording kept back; `after` heads what they are then.
-pub(super) fn metrics(out: &mut String, after: &str, gap: &[Metric]) {
-    let _ = writeln!(out, "  {:<34}{:>12}{:>12}{:>12}", "on the recording kept back", "before", after, "floor");
+/// Measures of the gap on what `on` names; `after` heads what they are then.
+pub(super) fn metrics(out: &mut String, on: &str, after: &str, gap: &[Metric]) {
+    let _ = writeln!(out, "  {on:<34}{:>12}{:>12}{:>12}", "before", after, "floor");
     for metric in gap {
         let (name, factor) = match (heading_horizon_s(metric), metric.metric.as_str()) {
             (Some(horizon_s), _) => (format!("heading drift in {}, rms, deg", duration_text(horizon_s)), degrees(1.0)),
@@ -168,6 +168,6 @@ pub(super) fn parameters(out: &mut String, effect: &EffectAnswer) {
             Some(std) => format!("{} ± {}", known_digits(*value, std), significant(std, 2)),
             None => significant(*value, 4),
         };
-        let _ = writeln!(out, "    {name:<22}{:<29} {meaning}", format!("{shown} {unit}"));
+        let _ = writeln!(out, "    {name:<21} {:<29} {meaning}", format!("{shown} {unit}"));
     }
 }

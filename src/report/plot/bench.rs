@@ -4,6 +4,9 @@ use super::{Axis, Chart, HeatMap, Page, Picture, bad, palette};
 use crate::error::Result;
 use crate::gap::bench::Score;
 
+/// Names of the pictures of a score, without ending.
+pub const NAMES: [&str; 3] = ["confusion", "reliability", "roc"];
+
 /// The pictures of a score, with their names without ending; those for which there are no answers are left out.
 ///
 /// # Errors
@@ -11,13 +14,13 @@ use crate::gap::bench::Score;
 pub fn pictures(score: &Score, title: &str) -> Result<Vec<(&'static str, Picture)>> {
     let mut out = Vec::new();
     if !score.confusion.truths.is_empty() {
-        out.push(("confusion", confusion(score, title)?));
+        out.push((NAMES[0], confusion(score, title)?));
     }
     if !score.calibration.bins.is_empty() {
-        out.push(("reliability", reliability(score, title)?));
+        out.push((NAMES[1], reliability(score, title)?));
     }
     if score.unknown_roc.is_some() {
-        out.push(("roc", roc(score, title)?));
+        out.push((NAMES[2], roc(score, title)?));
     }
     Ok(out)
 }

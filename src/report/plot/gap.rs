@@ -7,6 +7,7 @@ use super::{Axis, Chart, Page, Panel, Picture, palette};
 use crate::error::Result;
 use crate::gap::answer::{Answer, Metric, Verdict};
 use crate::gap::place::{Curve, Over, Shown};
+use crate::report::gap::measured_on;
 use crate::report::gap::words::{curve_name, heading_horizon_s, title};
 
 /// Effects in the panel of probabilities.
@@ -20,6 +21,8 @@ const FLOOR: palette::Color = palette::GREEN;
 pub struct GapFigure<'a> {
     /// Title.
     pub title: &'a str,
+    /// Whether a recording was kept back, on which the gap was measured.
+    pub kept_back: bool,
     /// The verdict in one line.
     pub verdict: &'a str,
     /// The answer.
@@ -106,10 +109,10 @@ impl GapFigure<'_> {
     }
 
     fn how_far(&self) -> Panel {
-        let name = "How far the gap shrinks, on the recording kept back";
+        let name = format!("How far the gap shrinks, {}", measured_on(self.kept_back));
         let rows: Vec<(String, [(f64, String); 3])> = self.answer.gap.iter().filter_map(row).collect();
         if rows.is_empty() {
-            return Panel::Notice { title: name.into(), text: "no recording was kept back to measure it on".into() };
+            return Panel::Notice { title: name, text: "no recording was kept back to measure it on".into() };
         }
         let mut chart = BarChart::new(name).legend("before", BEFORE).legend("after", AFTER).legend("floor", FLOOR);
         for (name, bars) in rows {

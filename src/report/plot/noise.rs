@@ -32,6 +32,7 @@ fn colour(kind: TermKind) -> Color {
         TermKind::RateRandomWalk => VERMILION,
         TermKind::RateRamp => SKY,
         TermKind::GaussMarkov => Color(0x8C, 0x56, 0x4B),
+        TermKind::Bandwidth | TermKind::NarrowBandNoise => GREY,
     }
 }
 
@@ -40,6 +41,9 @@ fn deg_h(rate_rad_s: f64) -> f64 {
 }
 
 fn legend(t: &TermEstimate) -> String {
+    if let Some(center) = t.center_hz {
+        return format!("band at {} Hz", significant(center.estimate, 3));
+    }
     let unit = t.id.datasheet_units()[0];
     let size = significant(t.estimate.abs() * unit.per_si, 3);
     let slope = match t.id.slope() {
@@ -91,7 +95,7 @@ impl NoiseFigure<'_> {
         }
         let band = allan.iter().map(|p| [p.tau_s, deg_h(p.ci95[0]), deg_h(p.ci95[1]).min(10.0 * top)]);
         chart = chart.band("95 % interval", band, BLUE, 0.18);
-        for term in &self.model.terms {
+        for term in self.model.terms.iter().filter(|t| t.low_pass.is_none()) {
             let line = curve(&|t| term.allan_variance(t).sqrt());
             chart = chart.line(legend(term), line, colour(term.id).stroke(2.0).dashed());
         }

@@ -2,7 +2,7 @@
 
 use super::scene::Scene;
 use crate::error::{Error, ErrorKind, Result};
-use crate::files::OutputFile;
+use crate::files::{OutputFile, mark};
 use std::path::Path;
 
 /// File formats of pictures.
@@ -66,6 +66,8 @@ impl Picture {
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_compression(png::Compression::Default);
         encoder.set_adaptive_filter(png::AdaptiveFilterType::Adaptive);
+        let (keyword, text) = mark::png();
+        encoder.add_text_chunk(keyword, text).map_err(cannot)?;
         let mut writer = encoder.write_header().map_err(cannot)?;
         writer.write_image_data(&rgb).map_err(cannot)?;
         writer.finish().map_err(cannot)?;

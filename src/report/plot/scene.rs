@@ -4,6 +4,7 @@ use super::font;
 use super::geometry::{Point, Rect, dashes, thin};
 use super::palette::{Color, Stroke};
 use crate::error::{Error, ErrorKind, Result};
+use crate::files::mark;
 use plotters::prelude::{BitMapBackend, DrawingBackend, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color as _, FontDesc, FontFamily, FontStyle, FontTransform, RGBAColor, ShapeStyle, TextStyle};
@@ -107,10 +108,11 @@ impl Scene {
         let body = svg.find('>').map_or("", |end| &svg[end + 1..]);
         Ok(format!(
             "<svg width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
-             xmlns=\"http://www.w3.org/2000/svg\">\n<title>{}</title>{body}",
+             xmlns=\"http://www.w3.org/2000/svg\">\n<title>{}</title>\n<metadata>{}</metadata>{body}",
             self.width,
             self.height,
-            escape(title)
+            escape(title),
+            mark::text()
         ))
     }
 

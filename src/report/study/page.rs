@@ -1,6 +1,7 @@
 //! `report.md`: the tables, the figures and the paper row by row.
 
 use super::{StudyReport, factor};
+use crate::files::mark;
 use crate::report::numbers::significant;
 use crate::study::{Comparison, Estimator, Study};
 use crate::units::RAD_S_PER_DEG_S;
@@ -12,7 +13,8 @@ impl StudyReport {
     pub fn page(&self) -> String {
         // writing to a String cannot fail
         let mut out = String::new();
-        let _ = writeln!(out, "# Filters with and without slip\n\n{}: {}.\n", self.robot, self.heading());
+        let _ = writeln!(out, "# Filters with and without slip\n\n<!-- {} -->\n", mark::text());
+        let _ = writeln!(out, "{}: {}.\n", self.robot, self.heading());
         out += "Errors are estimate less truth. Intervals hold 95 %, over runs.\n\n";
         out += &table_of_errors(&self.study);
         out +=

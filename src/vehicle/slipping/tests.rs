@@ -6,10 +6,12 @@ fn vehicle(friction: f64) -> Vehicle {
         mass_kg: 20.0,
         yaw_inertia_kg_m2: 0.6,
         half_track_m: 0.2,
+        steering: None,
         wheel_radius_m: 0.1,
         wheel_inertia_kg_m2: 0.01,
         viscous_friction_n_m_s: friction,
         torque_noise_n_m_sqrt_s: 0.0,
+        torque_constant_n_m_a: None,
     }
 }
 

@@ -42,6 +42,11 @@ fn dense(b: &Believed) -> (DVector<f64>, DMatrix<f64>) {
             variance = m.decay.powi(2) * variance + m.variance;
         }
     }
+    for o in &b.oscillators {
+        let lag = |k: usize, l: usize| k.abs_diff(l) as i32;
+        let of = |d: i32| o.variance * o.decay.powi(d) * (f64::from(d) * o.angle_rad).cos();
+        covariance += DMatrix::from_fn(n, n, |k, l| of(lag(k, l)));
+    }
     match &b.low_pass {
         None => (0..n).for_each(|k| covariance[(k, k)] += b.white_std_at(k).powi(2)),
         Some(low_pass) => {
@@ -86,7 +91,10 @@ fn variants() -> Vec<Believed> {
     third_order.low_pass = Some(LowPass { ar: vec![0.6, 0.2, -0.3], ma: vec![0.5] });
     third_order.markov.clear();
     let bare = Believed::white(rows, 0.1, 2.0);
-    vec![plain, growing, first_order, arma, third_order, bare]
+    let mut swinging = arma.clone();
+    swinging.oscillators.push(Oscillator { decay: 0.97, angle_rad: 0.7, variance: 0.8 });
+    swinging.oscillators.push(Oscillator::band(2.6, 0.3, 0.5, 0.1));
+    vec![plain, growing, first_order, arma, third_order, bare, swinging]
 }
 
 #[test]

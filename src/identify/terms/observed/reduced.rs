@@ -1,7 +1,10 @@
 //! The cosine coefficients of a log of which one pass kept block means and raw stretches
 
 use super::super::kept::Stretches;
-use super::{BLOCKS, Bins, Column, Cosine, EvenLog, FALSE_LINES, LINE_BIN, Observed, SMOOTH_BLOCKS, SpectralLine};
+use super::{
+    BLOCKS, Bins, Column, Cosine, EvenLog, FALSE_LINES, FINE, LEAST_IN_BIN, LINE_BIN, Observed, SMOOTH_BLOCKS,
+    SpectralLine,
+};
 use crate::math::spectra::quick_len;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::ops::Range;
@@ -29,7 +32,13 @@ impl Observed {
         let mut z = cosine.forward(&centred);
         z.truncate(blocks / TOLD_BY_MEANS);
         z.iter_mut().for_each(|v| *v *= scale);
-        let bins = Bins::new(len, BLOCKS.min(z.len()));
+        // a bin holds as many coefficients of the stretches
+        let least = LEAST_IN_BIN.max(LEAST_IN_BIN * len / (stretches.len() * stretches.count()).max(1));
+        let bins = Bins::no_wider(
+            len,
+            BLOCKS.min(z.len()),
+            (len / FINE).max(least).max(2 * LINE_BIN * len / stretches.len().max(1)),
+        );
         let told = bins.edges[1..].iter().take_while(|edge| **edge <= z.len()).count().saturating_sub(1);
         let bin_count = bins.len() - 1;
         let mut out = Self {

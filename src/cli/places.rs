@@ -1,0 +1,75 @@
+//! Whether files are what their places on the command line ask for.
+
+use gyroid::ingest::{self, GyroRecording};
+use gyroid::signal::{Log, names};
+use gyroid::vehicle::Odometry;
+use gyroid::{Error, ErrorKind, Result};
+use std::path::Path;
+
+/// A larger file is no configuration, bytes.
+const MOST_BYTES: u64 = 1 << 20;
+
+/// Channels that only a drive has.
+const DRIVEN: [&str; 5] =
+    [names::WHEEL_LEFT, names::WHEEL_RIGHT, names::ODO_SPEED, names::TORQUE_LEFT, names::TORQUE_RIGHT];
+
+/// Refuses a configuration in the place of a log, whether or not they were swapped; `between` stands before the log on the
+/// command line.
+pub(crate) fn check<'a, P: AsRef<Path> + 'a + ?Sized>(
+    command: &str,
+    config: &Path,
+    between: &str,
+    logs: impl IntoIterator<Item = &'a P>,
+) -> Result<()> {
+    let Some(log) = logs.into_iter().map(AsRef::as_ref).find(|log| is_configuration(log)) else { return Ok(()) };
+    if is_configuration(config) || !config.is_file() {
+        return Err(Error::new(ErrorKind::Usage, log.display(), "is a configuration, in the place of a log")
+            .mend("name the recording there"));
+    }
+    let (config, log) = (config.display(), log.display());
+    Err(Error::new(
+        ErrorKind::Usage,
+        &config,
+        format!("is no configuration, and {log} is one, in the place of the log"),
+    )
+    .mend(format!("swap them: gyroid {command} {log} {between}{config}")))
+}
+
+/// Whether a file is TOML with a table or key of a configuration.
+fn is_configuration(path: &Path) -> bool {
+    if std::fs::metadata(path).map_or(true, |m| !m.is_file() || m.len() > MOST_BYTES) {
+        return false;
+    }
+    let Ok(text) = std::fs::read_to_string(path) else { return false };
+    text.parse::<toml::Table>()
+        .is_ok_and(|table| ["schema", "kind", "gyro", "vehicle"].iter().any(|key| table.contains_key(*key)))
+}
+
+/// Refuses a drive where the configuration is of a gyro at rest: a log that moves, and that has wheels.
+pub(crate) fn check_rest(log: &Path, config: &Path, recording: &GyroRecording) -> Result<()> {
+    let Some(motion) = recording.audit.motion.text() else { return Ok(()) };
+    let Ok(drive) = ingest::read_log(log) else { return Ok(()) };
+    let Some(channel) = DRIVEN.into_iter().find(|name| drive.get(name).is_some()) else { return Ok(()) };
+    let found = format!("is a drive ({channel}; it moves, {motion}), and {} is of a gyro at rest", config.display());
+    Err(Error::new(ErrorKind::Value, log.display(), found).mend(
+        "give a log of the robot standing still, or a configuration with kind = \"driving\", [vehicle] and [encoder]",
+    ))
+}
+
+/// Refuses a log at rest where the configuration is of a drive: one with a gyro and nothing that a drive has.
+pub(crate) fn check_drive(log: &Log, config: &Path) -> Result<()> {
+    let of_drives = DRIVEN.into_iter().chain([names::ODO_YAW_RATE, names::X]);
+    let driven = of_drives.into_iter().any(|name| log.get(name).is_some()) || Odometry::counts(log).is_some();
+    if driven || log.get(names::GYRO_Z).is_none() {
+        return Ok(());
+    }
+    let found = format!(
+        "has a gyro and no wheels, torques or pose, and {} is of a drive (kind = \"driving\")",
+        config.display()
+    );
+    Err(Error::new(ErrorKind::Column, &log.source, found).mend(format!(
+        "if the gyro stood still, set kind = \"stationary\" in a configuration without [vehicle] and [encoder]; else name the \
+         wheels' columns: --map {}=COLUMN[:UNIT]",
+        names::WHEEL_LEFT
+    )))
+}

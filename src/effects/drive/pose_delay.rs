@@ -1,0 +1,54 @@
+//! reading(t) = [x, y, θ](t - τ) of the external reference
+
+use super::change::{Constant, Law};
+use super::{Needs, Touches};
+use crate::effects::{About, Parameter};
+use crate::model::InFilter;
+use crate::model::drive::DriveEffect;
+
+/// A reference that is stamped late.
+pub(super) struct PoseDelay;
+
+impl Law for PoseDelay {
+    const ITSELF: &'static Self = &PoseDelay;
+    const ABOUT: &'static About = &About {
+        id: "sensor.pose_delay",
+        title: "late reference",
+        equation: "reading(t) = [x, y, θ](t - τ)",
+        source: "Furgale et al., Unified temporal and spatial calibration for multi-sensor systems (2013)",
+        channel: "pose",
+        deficient: "pose measurement: it is stamped late against everything else",
+        condition: Some("speed"),
+        parameters: &[Parameter {
+            name: "delay_s",
+            meaning: "τ, s",
+            bounds: [0.0, 0.4],
+            null: Some(0.0),
+            required: true,
+        }],
+        remedy: "Put both hosts on one clock, or shift the reference by the delay.",
+    };
+}
+
+impl Constant for PoseDelay {
+    const SCALE: [f64; 2] = [1e-3, 0.05];
+    const SIZES: &'static str = "Furgale et al. (2013): a camera is some tens of milliseconds late";
+    const TOUCHES: Touches = Touches::POSE;
+    const NEEDS: Needs = Needs { pose: true, ..Needs::NOTHING };
+
+    fn off_by(value: f64) -> Box<dyn DriveEffect> {
+        Box::new(Work(value))
+    }
+}
+
+struct Work(f64);
+
+impl DriveEffect for Work {
+    fn pose_delay_s(&self) -> f64 {
+        self.0
+    }
+
+    fn in_filter(&self) -> InFilter {
+        InFilter::PoseDelay(self.0)
+    }
+}

@@ -1,0 +1,56 @@
+//! reading_i(t) = wheel_i(t - τ) of both wheels
+
+use super::Touches;
+use super::change::{Constant, Law};
+use crate::effects::{About, Parameter};
+use crate::model::InFilter;
+use crate::model::drive::{DriveEffect, Moving, Robot};
+
+/// Wheels that are stamped late.
+pub(super) struct WheelDelay;
+
+impl Law for WheelDelay {
+    const ITSELF: &'static Self = &WheelDelay;
+    const ABOUT: &'static About = &About {
+        id: "sensor.wheel_delay",
+        title: "late wheels",
+        equation: "reading_i(t) = wheel_i(t - τ) of both wheels",
+        source: "Furgale et al., Unified temporal and spatial calibration for multi-sensor systems (2013)",
+        channel: "wheels",
+        deficient: "wheel measurement: it is stamped late against everything else",
+        condition: Some("acceleration"),
+        parameters: &[Parameter {
+            name: "delay_s",
+            meaning: "τ, s",
+            bounds: [0.0, 0.4],
+            null: Some(0.0),
+            required: true,
+        }],
+        remedy: "Stamp the counts where they are taken, or shift the wheels by the delay.",
+    };
+}
+
+impl Constant for WheelDelay {
+    const SCALE: [f64; 2] = [1e-3, 0.05];
+    const SIZES: &'static str = "Furgale et al. (2013): some milliseconds on a bus, some tens where messages queue";
+    const TOUCHES: Touches = Touches::WHEELS;
+
+    fn off_by(value: f64) -> Box<dyn DriveEffect> {
+        Box::new(Work(value))
+    }
+}
+
+struct Work(f64);
+
+impl DriveEffect for Work {
+    fn wheels_rad_s(&self, robot: &Robot, at: &Moving, wheels_rad_s: [f64; 2]) -> [f64; 2] {
+        let [speed, yaw_rate] = at.ago(self.0);
+        // the difference of a motion to itself is zero, and leaves the last digit alone
+        let moved = robot.wheels_rad_s(speed - at.speed_m_s, yaw_rate - at.yaw_rate_rad_s);
+        std::array::from_fn(|i| wheels_rad_s[i] + moved[i])
+    }
+
+    fn in_filter(&self) -> InFilter {
+        InFilter::WheelDelay(self.0)
+    }
+}

@@ -1,0 +1,301 @@
+//! gain = Σ_rows [ln p(row | with the effect) - ln p(row | without it)]
+//!
+//! Gains in log score, nats, of each effect that was found, on the recording on which the gap is measured: added first (to the
+//! nominal simulator) and last (to all the others). From them follow, for the answer: idle effects, the main one, the verdict, the
+//! remainder.
+
+use super::answer::{Answer, Place, Remainder, Verdict};
+use super::far::{Closed, block_rows, block_sums};
+use super::findings::Findings;
+use crate::effects::Parameters;
+use crate::error::Result;
+use crate::math::NORMAL_975;
+use statrs::function::erf::erfc;
+
+/// An effect that can be expected to gain less than this, nats, closes nothing: a superfluous parameter gains as much by chance.
+const LEAST_NATS: f64 = 2.0;
+/// An effect at least as probable is there beyond doubt.
+const BEYOND_DOUBT: f64 = 0.9;
+/// Series of fewer scores than this are of blocks already.
+const FEWEST_ROWS: usize = 80;
+/// Part of the gap that the named effects close together where they explain most of it.
+const MOST: f64 = 0.5;
+
+/// A gain in log score with its standard deviation, nats.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gain {
+    /// Its estimate.
+    pub nats: f64,
+    /// Standard deviation by blocks of time long enough to be independent.
+    pub std_nats: f64,
+}
+
+impl Gain {
+    /// The gain of the log densities `after` over those `before`, row by row.
+    fn of(before: &[f64], after: &[f64]) -> Self {
+        let gained: Vec<f64> = before.iter().zip(after).map(|(b, a)| a - b).collect();
+        let rows = if gained.len() < FEWEST_ROWS { 1 } else { block_rows(before, after) };
+        let sums = block_sums(&gained, rows);
+        let n = sums.len() as f64;
+        let nats: f64 = sums.iter().sum();
+        let squares: f64 = sums.iter().map(|s| (s - nats / n).powi(2)).sum();
+        Self { nats, std_nats: (squares * n / (n - 1.0).max(1.0)).sqrt() }
+    }
+
+    /// Ends of the 95 % interval.
+    fn ci95(self) -> [f64; 2] {
+        [self.nats - NORMAL_975 * self.std_nats, self.nats + NORMAL_975 * self.std_nats]
+    }
+}
+
+/// An effect that was found, with what it gains.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tested {
+    /// Identifier.
+    pub id: String,
+    /// Gain over the nominal simulator.
+    pub first: Gain,
+    /// Gain over the simulator with all others that were found.
+    pub last: Gain,
+    /// Where neither lies above zero: what the effect alone gains on recordings of a simulator that has it, nats.
+    expected_nats: Vec<f64>,
+    /// ln densities: half of the sum of both gains, row by row.
+    rows: Vec<f64>,
+}
+
+impl Tested {
+    /// The mean of what it gains first and last.
+    fn mean(&self) -> Gain {
+        Gain::of(&vec![0.0; self.rows.len()], &self.rows)
+    }
+
+    /// Whether it is there beyond doubt, with this probability of being present, and closes nothing that can be measured: neither
+    /// interval lies above zero, nor is a gain worth the name to be expected where it is as large as it was found to be.
+    fn is_idle(&self, presence: f64) -> bool {
+        let n = self.expected_nats.len() as f64;
+        n > 0.0 && presence >= BEYOND_DOUBT && self.expected_nats.iter().sum::<f64>() / n < LEAST_NATS
+    }
+}
+
+/// Gains of each of `effects`; `score` gives the ln densities by row (or by block) under the nominal simulator with some of them,
+/// `expect` what one of them gains over the nominal simulator on some recordings of a simulator that has it, nats.
+///
+/// # Errors
+/// What `score` and `expect` do.
+pub fn test(
+    effects: &[(String, Parameters)],
+    score: impl Fn(&[(String, Parameters)]) -> Result<Vec<f64>>,
+    expect: impl Fn(&(String, Parameters)) -> Result<Vec<f64>>,
+) -> Result<Vec<Tested>> {
+    if effects.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (none, all) = (score(&[])?, score(effects)?);
+    let one = |(i, effect): (usize, &(String, Parameters))| {
+        let (alone, without) = if effects.len() == 1 {
+            (all.clone(), none.clone())
+        } else {
+            let mut rest = effects.to_vec();
+            rest.remove(i);
+            (score(std::slice::from_ref(effect))?, score(&rest)?)
+        };
+        let (first, last) = (alone.iter().zip(&none), all.iter().zip(&without));
+        let rows = first.zip(last).map(|((f, n), (a, w))| 0.5 * (f - n + a - w)).collect();
+        let (first, last) = (Gain::of(&none, &alone), Gain::of(&without, &all));
+        let above = [first, last].iter().any(|gain| gain.ci95()[0] > 0.0);
+        let expected_nats = if above { Vec::new() } else { expect(effect)? };
+        Ok(Tested { id: effect.0.clone(), first, last, expected_nats, rows })
+    };
+    effects.iter().enumerate().map(one).collect()
+}
+
+/// The effects of `tested` that are idle.
+pub fn idle(tested: &[Tested], findings: &Findings) -> Vec<String> {
+    tested.iter().filter(|t| t.is_idle(findings.presence(&t.id))).map(|t| t.id.clone()).collect()
+}
+
+/// Brings main effect, verdict and remainder of `answer` into line with what was measured: `tested`, effect by effect, and
+/// `closed`, by all that are not idle together. `place` says where an effect shows, and without one where the remainder does.
+pub fn settle(
+    answer: &mut Answer,
+    tested: &[Tested],
+    closed: Option<&Closed>,
+    place: impl Fn(Option<&str>) -> Option<Place>,
+) {
+    if matches!(answer.verdict, Verdict::None | Verdict::CannotTell) {
+        return;
+    }
+    lead(answer, tested);
+    let share = closed.and_then(|c| Some((c.estimate?, c.ci95?)));
+    if let Some((estimate, [low, high])) = share {
+        let std = (0.5 * (high - low) / NORMAL_975).max(f64::MIN_POSITIVE);
+        // probability that they close less than half
+        let less = 0.5 * erfc((estimate - MOST) / (std * std::f64::consts::SQRT_2));
+        // a gap that is small against what chance makes of a recording is no proof of another cause
+        let measured = closed.is_some_and(|c| !c.paired);
+        if answer.verdict == Verdict::Identified && high < MOST && measured {
+            answer.verdict = Verdict::Unknown;
+            answer.unknown_probability = less.max(answer.unknown_probability);
+            answer.main_probability *= 1.0 - less;
+            answer.notes.push(format!(
+                "What has a name is there, and closes {:.0} % of the gap (95 %: {:.0} to {:.0} %), less than half: most of it has \
+                 another cause.",
+                100.0 * estimate,
+                100.0 * low,
+                100.0 * high
+            ));
+            answer.place = place(None).or(answer.place.take());
+        }
+    }
+    let share = if answer.together.is_empty() { Some(1.0) } else { closed.and_then(|c| c.estimate).map(|c| 1.0 - c) };
+    if let Some(share) = share {
+        answer.remainder = Some(Remainder { share: share.clamp(0.0, 1.0), place: place(None) });
+    }
+}
+
+/// Puts the effect that closes most first: where it was `identified` by its evidence, another one only if it gains more beyond
+/// doubt; where the cause is unknown, the one with the largest gain above zero.
+fn lead(answer: &mut Answer, tested: &[Tested]) {
+    let there = |t: &&Tested| answer.together.contains(&t.id);
+    let best = tested.iter().filter(there).max_by(|a, b| a.mean().nats.total_cmp(&b.mean().nats));
+    let Some(best) = best else { return };
+    let led = match &answer.main {
+        Some(main) if *main == best.id => return,
+        Some(main) => {
+            let Some(main) = tested.iter().find(|t| t.id == *main) else { return };
+            Gain::of(&main.rows, &best.rows).ci95()[0] > 0.0
+        }
+        None => best.mean().ci95()[0] > 0.0,
+    };
+    if !led {
+        return;
+    }
+    answer.main = Some(best.id.clone());
+    if let Some(at) = answer.effects.iter().position(|e| e.id == best.id) {
+        let first = answer.effects.remove(at);
+        if answer.verdict == Verdict::Identified {
+            answer.main_probability = first.probability.min(1.0 - answer.none_probability - answer.unknown_probability);
+        }
+        answer.effects.insert(0, first);
+    }
+    answer.together.retain(|id| *id != best.id);
+    answer.together.insert(0, best.id.clone());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::answer::EffectAnswer;
+    use crate::gap::findings::{Part, WeightedSet};
+    use crate::math::random::Stream;
+
+    /// ln densities of rows, each effect adding its own mean per row, and the scatter of a true model's gain: variance 2 × mean.
+    fn scores(gains: &[(&str, f64)], present: &[(String, Parameters)], rows: usize) -> Vec<f64> {
+        let mut total = vec![0.0; rows];
+        for (i, (id, mean)) in gains.iter().enumerate() {
+            if present.iter().any(|p| p.0 == *id) {
+                let mut draw = Stream::new(7, i as u64);
+                total.iter_mut().for_each(|t| *t += mean + (2.0 * mean.abs()).sqrt() * draw.normal());
+            }
+        }
+        total
+    }
+
+    fn tested(gains: &[(&str, f64)]) -> Vec<Tested> {
+        let effects: Vec<(String, Parameters)> = gains.iter().map(|g| (g.0.to_owned(), Parameters::new())).collect();
+        // recordings of a simulator that has the effect gain G ± √(2 G)
+        let expect = |effect: &(String, Parameters)| {
+            let gain = 4000.0 * EXPECTED.iter().find(|e| e.0 == effect.0).map_or(0.0, |e| e.1);
+            Ok((-3..=3).map(|k| gain + (2.0 * gain).sqrt() * 0.46 * f64::from(k)).collect())
+        };
+        test(&effects, |some| Ok(scores(gains, some, 4000)), expect).unwrap()
+    }
+
+    /// Gains in a row of effects as large as they were found to be, nats.
+    const EXPECTED: [(&str, f64); 1] = [("weak", 6.0 / 4000.0)];
+
+    fn findings(ids: &[&str]) -> Findings {
+        let parts: Vec<Part> = ids.iter().map(|id| Part::new(id, true, 9.0)).collect();
+        let set = WeightedSet { parts, ln_weight: 0.0, probability: 1.0 };
+        Findings { sets: vec![set], ..Findings::default() }
+    }
+
+    fn answered(verdict: Verdict, main: Option<&str>, together: &[&str]) -> Answer {
+        let mut answer = crate::gap::compose::answer(&findings(&[]), |_| None);
+        answer.verdict = verdict;
+        answer.main = main.map(Into::into);
+        answer.main_probability = 0.97;
+        answer.together = together.iter().map(|id| (*id).to_owned()).collect();
+        answer.effects = together.iter().map(|id| EffectAnswer::new(id, 0.97)).collect();
+        answer
+    }
+
+    fn closed(estimate: f64, ci95: [f64; 2]) -> Closed {
+        Closed { estimate: Some(estimate), ci95: Some(ci95), paired: false, gained_nats: 1.0, expected_gain_nats: 1.0 }
+    }
+
+    #[test]
+    fn a_gain_is_known_as_well_as_its_rows_scatter() {
+        let all = tested(&[("a", 0.01)]);
+        let one = &all[0];
+        // 4000 rows of mean 0.01 and variance 0.02: 40 ± 8.9 nats, the scatter itself known to a few percent of 400 blocks
+        assert!((one.first.std_nats / 80_f64.sqrt() - 1.0).abs() < 0.2, "{:?}", one.first);
+        assert!((one.first.nats - 40.0).abs() < 4.0 * 80_f64.sqrt());
+        // alone, it is first and last
+        assert_eq!(one.first, one.last);
+    }
+
+    #[test]
+    fn beyond_doubt_and_closing_nothing_is_idle_and_weak_is_not() {
+        // no gain is to be expected of the first; the second gains as little as chance allows, the third as it should
+        let effects = [("lattice", 0.0), ("weak", -1.0 / 4000.0), ("strong", 0.1)];
+        let all = tested(&effects);
+        let ids = ["lattice", "weak", "strong"];
+        assert_eq!(idle(&all, &findings(&ids)), ["lattice"]);
+        // where it is not there beyond doubt, nothing is idle
+        let mut doubtful = findings(&ids);
+        doubtful.sets[0].probability = 0.8;
+        assert!(idle(&all, &doubtful).is_empty());
+        let mut found = findings(&["lattice"]);
+        found.set_aside(&["lattice".to_owned()]);
+        let answer = crate::gap::compose::answer(&found, |_| None);
+        assert_eq!((answer.verdict, answer.together.len(), answer.main), (Verdict::None, 0, None));
+        assert!(answer.effects[0].idle && answer.effects[0].id == "lattice");
+    }
+
+    #[test]
+    fn what_closes_most_leads() {
+        let all = tested(&[("small", 0.02), ("large", 0.2)]);
+        let mut answer = answered(Verdict::Identified, Some("small"), &["small", "large"]);
+        settle(&mut answer, &all, Some(&closed(0.9, [0.8, 1.0])), |_| None);
+        assert_eq!((answer.main.as_deref(), answer.together[0].as_str()), (Some("large"), "large"));
+        assert!((answer.remainder.as_ref().unwrap().share - 0.1).abs() < 1e-12);
+        // of two that close as much the one that the evidence chose
+        let all = tested(&[("one", 0.02), ("other", 0.0201)]);
+        let mut answer = answered(Verdict::Identified, Some("one"), &["one", "other"]);
+        settle(&mut answer, &all, None, |_| None);
+        assert_eq!(answer.main.as_deref(), Some("one"));
+        // beside an unknown cause too
+        let mut answer = answered(Verdict::Unknown, None, &["one"]);
+        settle(&mut answer, &tested(&[("one", 0.1)]), None, |_| None);
+        assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Unknown, Some("one")));
+    }
+
+    #[test]
+    fn less_than_half_is_unknown_with_its_name() {
+        let all = tested(&[("one", 0.1)]);
+        let mut answer = answered(Verdict::Identified, Some("one"), &["one"]);
+        settle(&mut answer, &all, Some(&closed(0.24, [0.2, 0.28])), |id| id.is_none().then(Place::default));
+        assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Unknown, Some("one")));
+        assert!(answer.unknown_probability > 0.97 && answer.main_probability < 0.03 && answer.place.is_some());
+        // a gap that chance would hide is no proof of another cause
+        let mut answer = answered(Verdict::Identified, Some("one"), &["one"]);
+        let small = Closed { paired: true, ..closed(0.24, [0.2, 0.28]) };
+        settle(&mut answer, &all, Some(&small), |_| None);
+        assert_eq!(answer.verdict, Verdict::Identified);
+        // where the interval reaches a half, it may be most
+        let mut answer = answered(Verdict::Identified, Some("one"), &["one"]);
+        settle(&mut answer, &all, Some(&closed(0.45, [0.3, 0.6])), |_| None);
+        assert_eq!(answer.verdict, Verdict::Identified);
+    }
+}

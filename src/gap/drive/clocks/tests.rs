@@ -1,0 +1,188 @@
+use super::*;
+use crate::config::EffectTable;
+use crate::effects::Library;
+use crate::simulate::{Course, Options, drive_with};
+
+const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
+    [gyro]\nc1_rad_s = -2.4e-3\nc2_rad_s = 8e-3\ntime_constant_s = 240.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\
+    turn_on_bias_std_rad_s = 2e-4\nwarm_up_relative_std = 0.01\n\
+    [vehicle]\nmass_kg = 9.5\nyaw_inertia_kg_m2 = 0.21\nhalf_track_m = 0.17\nwheel_radius_m = 0.05\n\
+    wheel_inertia_kg_m2 = 0.0008\nviscous_friction_n_m_s = 0.0006\ntorque_noise_n_m_sqrt_s = 0.002\n\
+    [encoder]\nspeed_noise_std_rad_s = 0.02\n\
+    [pose]\nrate_hz = 5.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
+
+pub(in crate::gap::drive) fn robot() -> Config {
+    Config::parse(ROBOT, "robot.toml").unwrap()
+}
+
+/// A drive at 100 Hz with all channels; one effect if given.
+pub(in crate::gap::drive) fn recorded(span_s: f64, seed: u64, effect: Option<(&str, &str, f64)>) -> Log {
+    let mut config = robot();
+    config.effects.extend(
+        effect.map(|(id, name, value)| EffectTable { id: id.into(), parameters: [(name.into(), value)].into() }),
+    );
+    drive_with(&config, Course::Brisk, span_s, &Options::from(seed), &Library::new()).unwrap().log
+}
+
+pub(in crate::gap::drive) fn without(mut log: Log, lost: &[&str]) -> Log {
+    log.channels.retain(|c| !lost.contains(&c.name.as_str()));
+    log
+}
+
+/// Channels of `log`, every so many rows, stamped late.
+fn part(log: &Log, channels: &[&str], every: usize, late_s: f64) -> Part {
+    let rows: Vec<usize> = (0..log.len()).step_by(every).collect();
+    let at_s = rows.iter().map(|k| log.time.at(*k) + late_s).collect();
+    let mut out = Log::new("part", TimeAxis::Explicit(at_s));
+    for name in channels {
+        out.push(*name, rows.iter().map(|k| log.get(name).unwrap()[*k]).collect()).unwrap();
+    }
+    Part { log: out, zero_s: None }
+}
+
+const WHEELS: [&str; 2] = [names::WHEEL_LEFT, names::WHEEL_RIGHT];
+
+/// Gyro at 100 Hz and wheels at 6.7 Hz whose clock is late.
+fn two_files(log: &Log, late_s: f64) -> Log {
+    merge(vec![part(log, &[names::GYRO_Z], 1, 0.0), part(log, &WHEELS, 15, late_s)]).unwrap().0
+}
+
+fn set<'a>(fit: &'a Log, hold: Option<&'a Log>) -> Clocks<'a> {
+    let drive = |log| Drive { log, since_power_on_s: 0.0 };
+    agree(&robot(), &[drive(fit)], &hold.map(drive).into_iter().collect::<Vec<_>>()).unwrap()
+}
+
+fn shifted(log: &Log, channels: &[&str], rows: isize) -> Log {
+    let mut out = log.clone();
+    for c in out.channels.iter_mut().filter(|c| channels.contains(&c.name.as_str())) {
+        let from = c.values.clone();
+        for (k, value) in c.values.iter_mut().enumerate() {
+            let at = usize::try_from(k as isize - rows).ok();
+            *value = at.and_then(|at| from.get(at)).copied().unwrap_or(f64::NAN);
+        }
+    }
+    out
+}
+
+#[test]
+fn clocks_of_two_files_are_found_and_set() {
+    for (seed, late_s) in [(1, -3.2), (2, 0.35), (3, 12.0)] {
+        // a track that is not what is believed moves nothing
+        let log = recorded(90.0, seed, Some(("vehicle.track_width", "relative", 0.4)));
+        let both = two_files(&log, late_s);
+        let clocks = set(&both, None);
+        let [offset] = &clocks.offsets[..] else { panic!("{late_s}: {:?}", clocks.offsets) };
+        assert_eq!((offset.channel.as_str(), offset.recording.as_str()), ("wheels", "fit"));
+        let off = offset.offset_s - late_s;
+        assert!(off.abs() < 3.0 * offset.std_s && offset.std_s < 0.01, "{late_s}: {offset:?}");
+        // wheels stand where they were read, to that
+        let (times_s, left) = (&clocks.fit[0].time.to_vec(), clocks.fit[0].get(names::WHEEL_LEFT).unwrap());
+        let truth = log.get(names::WHEEL_LEFT).unwrap();
+        let read: Vec<(f64, f64)> =
+            times_s.iter().copied().zip(left.iter().copied()).filter(|r| r.1.is_finite()).collect();
+        assert!(read.len() > 400);
+        for (t, value) in read {
+            let row = ((t - log.time.at(0) + off) / 0.01).round() as usize;
+            assert_eq!(truth[row], value);
+        }
+        // nothing is left in which one of them does not read
+        assert!(set(&clocks.fit[0], None).offsets.is_empty());
+        assert!(clocks.notes[0].contains("set before anything was judged"), "{:?}", clocks.notes);
+    }
+}
+
+#[test]
+fn errors_are_what_the_standard_deviations_say() {
+    // z² of 30 runs is chi-squared: its mean lies within 1 ± 5 √(2/30)
+    let z = |seed: u64| {
+        let log = recorded(60.0, 100 + seed, None);
+        let both = two_files(&log, -1.0);
+        let found = set(&both, None).offsets.swap_remove(0);
+        ((found.offset_s + 1.0) / found.std_s).powi(2)
+    };
+    let mean = (0..30u64).into_par_iter().map(z).sum::<f64>() / 30.0;
+    assert!(mean < 1.0 + 5.0 * (2.0_f64 / 30.0).sqrt() && mean > 0.1, "{mean}");
+}
+
+#[test]
+fn a_lag_that_is_alike_in_all_recordings_is_an_effect() {
+    let logs = [1, 2].map(|seed| recorded(60.0, seed, None));
+    let late = |a: f64, b: f64| [two_files(&logs[0], a), two_files(&logs[1], b)];
+    let [fit, hold] = late(0.1, 0.1);
+    assert_eq!(set(&fit, Some(&hold)).offsets, []);
+    let [fit, hold] = late(0.1, 0.16);
+    let offsets = set(&fit, Some(&hold)).offsets;
+    assert_eq!(offsets.iter().map(|o| o.recording.as_str()).collect::<Vec<_>>(), ["fit", "hold"]);
+    let [fit, hold] = late(0.3, 0.3);
+    assert_eq!(set(&fit, Some(&hold)).offsets.len(), 2);
+    // without anything late nothing is moved
+    let clocks = set(&logs[0], Some(&logs[1]));
+    assert!(clocks.offsets.is_empty() && matches!(clocks.fit[0], Cow::Borrowed(_)), "{:?}", clocks.offsets);
+}
+
+#[test]
+fn a_gyro_that_is_late_against_all_others_is_an_effect_and_no_clock() {
+    let log = recorded(60.0, 4, Some(("sensor.gyro_delay", "delay_s", 0.09)));
+    assert_eq!(set(&log, None).offsets, []);
+    // wheels that are early against gyro, pose and torques are a clock
+    let early = shifted(&recorded(60.0, 4, None), &WHEELS, -15);
+    let offsets = set(&early, None).offsets;
+    assert!(offsets.len() == 1 && (offsets[0].offset_s + 0.15).abs() < 3.0 * offsets[0].std_s + 0.005, "{offsets:?}");
+}
+
+#[test]
+fn clocks_of_pose_and_torques_are_found_in_rows_of_their_own_and_in_those_of_others() {
+    let log = recorded(60.0, 5, None);
+    let pose = [names::X, names::Y, names::HEADING];
+    let torques = [names::TORQUE_LEFT, names::TORQUE_RIGHT];
+    for (channels, id, rows) in [(&pose[..], "pose", 150), (&torques[..], "torque", -80)] {
+        let moved = shifted(&log, channels, rows);
+        let clocks = set(&moved, None);
+        let [offset] = &clocks.offsets[..] else { panic!("{id}: {:?}", clocks.offsets) };
+        let late_s = 0.01 * rows as f64;
+        assert!(offset.channel == id && (offset.offset_s - late_s).abs() < 3.0 * offset.std_s, "{offset:?}");
+        // by whole rows it is back where it was
+        let back = clocks.fit[0].get(channels[0]).unwrap();
+        let there = back.iter().zip(log.get(channels[0]).unwrap()).filter(|(a, _)| a.is_finite());
+        assert!(there.clone().count() > 200 && there.clone().all(|(a, b)| a == b), "{id}");
+    }
+    // positions alone: by the way between them
+    let moved = shifted(&without(log, &[names::HEADING]), &pose[..2], 150);
+    let offsets = set(&moved, None).offsets;
+    assert!(offsets.len() == 1 && offsets[0].channel == "pose", "{offsets:?}");
+    assert!((offsets[0].offset_s - 1.5).abs() < 3.0 * offsets[0].std_s, "{offsets:?}");
+}
+
+#[test]
+fn a_wheel_that_reads_backwards_is_refused_with_its_mend() {
+    let log = recorded(60.0, 6, None);
+    let turned = |name: &str| {
+        let mut log = log.clone();
+        log.channels.iter_mut().filter(|c| c.name == name).for_each(|c| c.values.iter_mut().for_each(|v| *v *= -1.0));
+        log
+    };
+    let refused = |log: &Log| {
+        let drive = Drive { log, since_power_on_s: 0.0 };
+        agree(&robot(), &[drive], &[]).err().map(|e| e.to_string())
+    };
+    for (name, words) in [
+        (names::WHEEL_LEFT, "the left wheel reads backwards"),
+        (names::WHEEL_RIGHT, "the right wheel reads backwards"),
+        (names::GYRO_Z, "opposite ways"),
+    ] {
+        let text = refused(&turned(name)).unwrap();
+        assert!(text.contains(words) && text.contains("=-COLUMN"), "{text}");
+    }
+    assert_eq!(refused(&log), None);
+}
+
+#[test]
+fn what_stops_half_way_is_judged_where_all_is_there() {
+    let log = recorded(60.0, 7, None);
+    let mut stopped = log.clone();
+    let wheels = stopped.channels.iter_mut().filter(|c| WHEELS.contains(&c.name.as_str()));
+    wheels.for_each(|c| c.values[3500..].fill(f64::NAN));
+    let clocks = set(&stopped, None);
+    assert_eq!(clocks.fit[0].len(), 3500);
+    assert!(clocks.notes.len() == 1 && clocks.notes[0].contains("judged where both do"), "{:?}", clocks.notes);
+}

@@ -1,0 +1,82 @@
+//! ln p(z | set) - ln p(z | set without e), all others fitted anew: by how many nats an effect is missed
+//!
+//! In one linearisation an effect may be worth much beside others that stand where they were fitted with it. What it is worth is
+//! what the drive is explained less without it, once the others have settled there. What is missed by less than its prior asks
+//! is not named.
+
+use super::branch::Branch;
+use super::candidates::Kind;
+use super::fit::Compared;
+use rayon::prelude::*;
+
+/// Effects that may be left out one after another.
+const ROUNDS: usize = 3;
+/// Groups that a set without an effect may hold beside its own: those that may take its place.
+const INSTEAD: usize = 8;
+
+/// An effect whose place no other can take at once by this many nats is missed by more than its prior asks, however the others
+/// settle: what several together win back by moving is a part of what they were fitted to.
+const SURE_NATS: f64 = 60.0;
+
+/// A set without one of its effects.
+struct Without {
+    id: String,
+    /// ln prior odds of the effect.
+    ln_prior: f64,
+    /// What it gains beside the others where they stand, ln weight.
+    gain: f64,
+    /// The others settled anew, and what may take its place beside them; none where it is sure to be missed.
+    compared: Option<Compared>,
+}
+
+impl Without {
+    /// By how many nats the effect is missed in a set of ln weight `top`.
+    fn missed_nats(&self, top: f64) -> f64 {
+        self.compared.as_ref().map_or(self.gain, |c| top - c.top()) - self.ln_prior
+    }
+}
+
+impl Branch {
+    /// Goes on without effects that are not missed, and tells by how much the others are.
+    pub(super) fn leave_out(&mut self) {
+        for round in 0..ROUNDS {
+            let top = self.compared.top();
+            let without = self.without_each();
+            self.missed_by = without.iter().map(|w| (w.id.clone(), w.missed_nats(top))).collect();
+            let settled = without.into_iter().filter_map(|w| w.compared);
+            let best = settled.max_by(|a, b| a.top().total_cmp(&b.top()));
+            let Some(best) = best.filter(|b| b.top() > top && round + 1 < ROUNDS) else { return };
+            let all = self.compared.candidates.clone();
+            let there = Compared::wide(&self.record, &self.noise, all, best.next().0);
+            if there.has_diverged() || there.top() <= top {
+                return;
+            }
+            self.compared = there;
+        }
+    }
+
+    /// The best set without each of its effects, the others settled anew, and what may take its place beside them.
+    fn without_each(&self) -> Vec<Without> {
+        let c = &self.compared;
+        let members = &c.sets[0].members;
+        let changes = |g: usize| matches!(c.candidates.kinds[g], Kind::Change(_));
+        let left_out: Vec<usize> = members.iter().map(|m| m.0).filter(|g| changes(*g)).collect();
+        let one = |g: usize| {
+            let group = &c.candidates.groups[g];
+            let rest: Vec<_> = members.iter().copied().filter(|m| m.0 != g).collect();
+            let (own, mut added): (Vec<_>, Vec<_>) =
+                c.problem.additions(&rest).into_iter().partition(|(m, _)| c.candidates.groups[m.0].id == group.id);
+            added.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let gain = own.iter().map(|a| a.1).fold(f64::NEG_INFINITY, f64::max);
+            let without = |compared| Without { id: group.id.clone(), ln_prior: group.ln_prior, gain, compared };
+            if gain - added.first().map_or(0.0, |a| a.1.max(0.0)) > SURE_NATS {
+                return without(None);
+            }
+            let instead: Vec<usize> = added.iter().take(INSTEAD).map(|a| a.0.0).collect();
+            let few = c.candidates.only(|x| rest.iter().any(|m| m.0 == x) || instead.contains(&x));
+            let from = few.without(&group.id, &c.theta);
+            without(Some(Compared::narrow(&self.record, &self.noise, few, from, None)))
+        };
+        left_out.into_par_iter().map(one).collect()
+    }
+}

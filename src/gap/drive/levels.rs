@@ -1,0 +1,278 @@
+//! σ² = σ²_nominal n²:   ln p(z | n) over ln p(z | 1), with n where it is most likely
+//!
+//! Noise that is not as large as believed: of an instrument as a whole, which has a name, or of one channel alone. What a settled
+//! model leaves tells how much; the likelihood then tells n, its error and what it gains. Noise that has a level and no more is
+//! alike wherever the robot is and whatever it does, and remembers nothing: where it is not, the level only resembles it.
+
+use super::branch::{Branch, described};
+use super::evidence::Member;
+use super::judge::Options;
+use super::pass::{Channel, Noise};
+use super::record::Record;
+use crate::effects::Parameters;
+use crate::effects::drive::noise_level::OVER;
+use crate::effects::drive::{DriveExplanation, Driving};
+use crate::gap::findings::Part;
+use crate::model::drive::Instrument;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Fewest readings that tell a level.
+const FEWEST: usize = 16;
+/// Nats by which a level must be worth more than it costs.
+const WORTH: f64 = 3.0;
+/// Classes of equal size in which noise is compared.
+const CLASSES: usize = 8;
+/// Rows on either side that tell how the robot moves.
+const BESIDE: usize = 5;
+/// Share of what a level explains that may vary until it is as likely something else: as of coefficients that are not constant.
+const CONSTANT: f64 = 0.1;
+/// Steps towards the most likely level.
+const STEPS: usize = 6;
+
+/// A whitened innovation: channel, row, ν/√S.
+pub(super) type Residual = (Channel, usize, f64);
+
+/// What some of an instrument's channels are called alone, and their places.
+type Named = (&'static str, Range<usize>);
+
+/// Channels of each instrument.
+const CHANNELS: [(Instrument, &str, &[Named]); 3] = [
+    (Instrument::Wheels, "the wheels", &[("wheel_left", 0..1), ("wheel_right", 1..2)]),
+    (Instrument::Gyro, "the gyro", &[("gyro", 2..3)]),
+    (Instrument::Pose, "the reference", &[("position", 3..5), ("heading", 5..6)]),
+];
+
+/// The level of an instrument's noise, by its name.
+#[derive(Clone)]
+pub(super) struct Level {
+    /// Its effect.
+    pub(super) id: &'static str,
+    instrument: Instrument,
+    /// Readings that tell it.
+    count: usize,
+    /// ln weight with it over that without it.
+    pub(super) margin: f64,
+    /// What says that it is no level, or no level alone: the condition it follows, and nats.
+    departs: Option<(&'static str, f64)>,
+}
+
+/// How many residuals the channels have, and the sum of their squares.
+fn summed(residuals: &[Residual], channels: &Range<usize>) -> (usize, f64) {
+    let own = residuals.iter().filter(|r| channels.contains(&(r.0 as usize)));
+    own.fold((0, 0.0), |(n, sum), r| (n + 1, sum + r.2 * r.2))
+}
+
+/// What another variance explains more of `n` residuals, nats.
+fn gain(n: usize, square: f64) -> f64 {
+    let ratio = (square / n.max(1) as f64).max(f64::MIN_POSITIVE);
+    0.5 * n as f64 * (ratio - 1.0 - ratio.ln())
+}
+
+/// What not knowing it costs, nats.
+fn price(n: usize) -> f64 {
+    0.5 * (n.max(1) as f64).ln()
+}
+
+impl Branch {
+    /// Noise that is not as large as believed; returns whether there is any.
+    pub(super) fn level(
+        &mut self,
+        effects: &[&'static dyn Driving],
+        options: &Options,
+        residuals: &[Residual],
+    ) -> bool {
+        let mut any = false;
+        for (instrument, _, channels) in CHANNELS {
+            // how the robot accelerates is no more than a diffusion where no torques tell it, and noise takes what that lacks
+            let diffuse = self.record.torques_n_m.is_none() && instrument != Instrument::Pose;
+            let known = effects.iter().map(|e| (e.about().id, e.explanation()));
+            let named = known
+                .filter(|k| matches!(k.1, DriveExplanation::NoiseLevel(of) if of == instrument))
+                .map(|k| k.0)
+                .next()
+                .filter(|_| !diffuse);
+            let sums: Vec<(&str, &Range<usize>, usize, f64)> = channels
+                .iter()
+                .map(|(name, places)| (*name, places, summed(residuals, places)))
+                .map(|(name, places, (n, square))| (name, places, n, square))
+                .filter(|s| s.2 >= FEWEST)
+                .collect();
+            let worth = |n: usize, square: f64, prior: f64| gain(n, square) - price(n) + prior;
+            let alone: f64 = sums.iter().map(|s| worth(s.2, s.3, options.prior.ln_free)).filter(|w| *w >= WORTH).sum();
+            let (n, square) = sums.iter().fold((0, 0.0), |(n, q), s| (n + s.2, q + s.3));
+            let together = worth(n, square, options.prior.ln_named);
+            let is_known = self.levels.iter().any(|l| l.instrument == instrument);
+            if let Some(id) = named
+                && n >= FEWEST
+                && (is_known || together >= WORTH && together >= alone)
+            {
+                let ratio = square / n as f64;
+                if is_known && gain(n, square) < WORTH {
+                    continue;
+                }
+                sums.iter().flat_map(|s| s.1.clone()).for_each(|c| self.noise.reading[c] *= ratio);
+                if !is_known {
+                    let places = channels.iter().flat_map(|c| c.1.clone()).collect::<Vec<_>>();
+                    let departs = departs(&self.record, residuals, &places);
+                    self.extra_weight += options.prior.ln_named - price(n);
+                    self.levels.push(Level { id, instrument, count: n, margin: together, departs });
+                }
+                any = true;
+                continue;
+            }
+            for (name, places, n, square) in sums {
+                if worth(n, square, options.prior.ln_free) < WORTH {
+                    continue;
+                }
+                let ratio = square / n as f64;
+                places.clone().for_each(|c| self.noise.reading[c] *= ratio);
+                any = true;
+                if !diffuse {
+                    self.free_level(options, name, places.start, n);
+                }
+            }
+        }
+        any
+    }
+
+    /// The part that says that one channel's noise is not as large as believed.
+    fn free_level(&mut self, options: &Options, name: &str, place: usize, n: usize) {
+        let id = format!("free.level.{name}");
+        let again = self.extra_parts.iter().any(|p| p.id == id);
+        let total = self.noise.reading[place] / self.believed.reading[place];
+        let text = format!("the noise of {name} is {:.2} times as large as believed", total.sqrt());
+        self.extra_parts.retain(|p| p.id != id);
+        self.extra_parts.push(described(&id, false, gain(n, total * n as f64), text));
+        if !again {
+            // the better noise is in the evidence itself; what it costs is said here
+            self.extra_weight += options.prior.ln_free - price(n);
+        }
+    }
+
+    /// Brings the levels that have a name to where they are most likely beside the best set, and tells them.
+    pub(super) fn tell_levels(&mut self) {
+        for level in self.levels.clone() {
+            let places: Vec<usize> = CHANNELS
+                .iter()
+                .filter(|c| c.0 == level.instrument)
+                .flat_map(|c| c.2.iter().flat_map(|(_, places)| places.clone()))
+                .collect();
+            let times = |noise: &Noise, ln: f64| {
+                let mut noise = *noise;
+                places.iter().for_each(|c| noise.reading[*c] *= ln.exp());
+                noise
+            };
+            // standard deviation of the logarithm of a variance by so many readings
+            let apart = 2.0 * (2.0 / level.count as f64).sqrt();
+            let mut std = 0.5 * apart;
+            for _ in 0..STEPS {
+                let weighed: Vec<f64> =
+                    [-apart, 0.0, apart].par_iter().map(|ln| self.weigh(&times(&self.noise, *ln))).collect();
+                let bend = (weighed[0] + weighed[2] - 2.0 * weighed[1]) / (apart * apart);
+                let slope = 0.5 * (weighed[2] - weighed[0]) / apart;
+                if !(bend < 0.0 && slope.is_finite()) {
+                    break;
+                }
+                std = (-bend).sqrt().recip();
+                let step = (-slope / bend).clamp(-4.0 * apart, 4.0 * apart);
+                self.noise = times(&self.noise, step);
+                if step.abs() < 0.1 * std {
+                    break;
+                }
+            }
+            let mut without = self.noise;
+            places.iter().for_each(|c| without.reading[*c] = self.believed.reading[*c]);
+            let share = self.weigh(&self.noise) - self.weigh(&without);
+            self.tell(&level, places[0], std, share);
+        }
+    }
+
+    fn tell(&mut self, level: &Level, place: usize, ln_std: f64, share: f64) {
+        let b = &self.record.belief;
+        let (found, believed) = (self.noise.reading[place], self.believed.reading[place]);
+        let white = match level.instrument {
+            Instrument::Gyro => b.gyro_std_rad_s.powi(2),
+            Instrument::Wheels => b.wheel_std_rad_s.powi(2),
+            Instrument::Pose => b.position_std_m.powi(2),
+        };
+        // what a lattice adds is not the instrument's
+        let over = ((found - (believed - white)) / white).max(1e-4).sqrt();
+        let name = CHANNELS.iter().find(|c| c.0 == level.instrument).map_or("", |c| c.1);
+        // the energy of a level in the logarithm of the variance, in which that of what varies is counted, too
+        let energy = 0.25 * level.count as f64 * (found / believed).ln().powi(2);
+        let moved = level.departs.map_or(0.0, |(_, nats)| nats / (nats + CONSTANT * energy));
+        let text = format!("the white noise of {name} is {over:.2} times as large as stated");
+        let mut part = described(level.id, true, share * (1.0 - moved), text);
+        part.parameters = Parameters::from([(OVER.into(), over)]);
+        part.std = Parameters::from([(OVER.into(), 0.5 * ln_std * found / (white * over))]);
+        self.extra_parts.retain(|p| p.id != level.id);
+        self.extra_parts.push(part);
+        if let Some((condition, _)) = level.departs {
+            let short = match level.instrument {
+                Instrument::Gyro => "gyro",
+                Instrument::Wheels => "wheels",
+                Instrument::Pose => "pose",
+            };
+            let id = format!("free.level.{short}.{condition}");
+            let text = format!("the noise of {name} is not the same throughout: {}", condition.replace('_', " "));
+            self.extra_parts.retain(|p: &Part| p.id != id);
+            self.extra_parts.push(described(&id, false, share * moved, text));
+        }
+    }
+
+    /// ln weight of the best set where the noise is this.
+    pub(super) fn weigh(&self, noise: &Noise) -> f64 {
+        let c = &self.compared;
+        let mut inside: Vec<Member> = c.sets[0].members.clone();
+        inside.sort_unstable();
+        let few = c.candidates.only(|g| inside.iter().any(|m| m.0 == g));
+        let members: Vec<Member> = inside.iter().enumerate().map(|(place, m)| (place, m.1)).collect();
+        few.linearise(&self.record, noise, &c.theta).ln_weight(&members)
+    }
+}
+
+/// Whether the residuals of these channels are other than white noise of one variance: what shows it most, and by how many nats
+/// more than what looking for it costs.
+fn departs(record: &Record, residuals: &[Residual], places: &[usize]) -> Option<(&'static str, f64)> {
+    let own: Vec<&Residual> = residuals.iter().filter(|r| places.contains(&(r.0 as usize))).collect();
+    let n = own.len() as f64;
+    let mean = own.iter().map(|r| r.2 * r.2).sum::<f64>() / n;
+    // readings beside a row know the motion, and nothing of the noise in it
+    let around = |k: usize| -> [f64; 2] {
+        let drive = record.drive_around(k);
+        let rows = k.saturating_sub(BESIDE).max(drive.start)..(k + BESIDE + 1).min(drive.end);
+        let (n, sum) = rows.filter(|row| *row != k).fold((0.0, [0.0; 2]), |(n, sum), row| {
+            let [l, r] = [0, 1].map(|i| record.wheels_rad_s[i][row]);
+            if l.is_finite() && r.is_finite() { (n + 1.0, [sum[0] + l, sum[1] + r]) } else { (n, sum) }
+        });
+        sum.map(|s| s / n)
+    };
+    let torque = |k: usize| record.torques(k).iter().map(|u| u.abs()).sum::<f64>();
+    let conditions: [(&'static str, &dyn Fn(usize) -> f64); 4] = [
+        ("speed", &|k| around(k).iter().sum::<f64>().abs()),
+        ("yaw_rate", &|k| (around(k)[1] - around(k)[0]).abs()),
+        ("elapsed_time", &|k| k as f64),
+        ("torque", &torque),
+    ];
+    let classes = |of: &dyn Fn(usize) -> f64| {
+        let mut by: Vec<(f64, f64)> = own.iter().map(|r| (of(r.1), r.2 * r.2)).filter(|b| b.0.is_finite()).collect();
+        by.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let each = by.len().div_ceil(CLASSES).max(1);
+        let of_class = |c: &[(f64, f64)]| {
+            let mean = c.iter().map(|b| b.1).sum::<f64>() / c.len() as f64;
+            -0.5 * c.len() as f64 * mean.max(f64::MIN_POSITIVE).ln()
+        };
+        let all = if by.is_empty() { 0.0 } else { of_class(&by) };
+        by.chunks(each).map(of_class).sum::<f64>() - all - (CLASSES - 1) as f64 * price(each)
+    };
+    let mut found: Vec<(&'static str, f64)> = conditions.iter().map(|(name, of)| (*name, classes(of))).collect();
+    // what it remembers from one reading to the next, channel by channel
+    let remembered = |place: &usize| {
+        let one: Vec<f64> = residuals.iter().filter(|r| r.0 as usize == *place).map(|r| r.2).collect();
+        let product = one.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / (mean * one.len().max(1) as f64);
+        -0.5 * one.len() as f64 * (1.0 - product.clamp(-0.99, 0.99).powi(2)).ln() - price(one.len())
+    };
+    found.push(("coloured", places.iter().map(remembered).sum()));
+    found.into_iter().filter(|f| f.1 >= WORTH).max_by(|a, b| a.1.total_cmp(&b.1))
+}

@@ -1,0 +1,196 @@
+//! What a recording shows beside its spectrum, seen in the series that one hypothesis has whitened: tails, events, bursts,
+//! energy that moves. Every set of effects is judged in its own series; series that hardly differ are looked at once.
+
+use super::evidence::Likelihood;
+use super::findings::Part;
+use super::hypothesis::{Hypothesis, Kind, variance_profile};
+use super::layers::{amplitude, bursts, events, track};
+use super::search::{Prior, whitened};
+use rayon::prelude::*;
+
+/// What the looks at all series have in common.
+pub(super) struct Looks {
+    /// Samples that were put aside, and by how much they are off what stands in their place, rad/s.
+    pub aside: Vec<(usize, f64)>,
+    pub step_s: f64,
+    pub start_s: f64,
+    pub prior: Prior,
+    /// Whether the recording lies on so coarse a lattice that no distribution of samples is normal.
+    pub coarse: bool,
+    /// Whether rare large samples have a name.
+    pub outliers: bool,
+}
+
+/// A whitened series, and the standard deviation of a sample's noise in each row, rad/s.
+#[derive(Debug, Clone)]
+pub(super) struct Seen {
+    w: Vec<f64>,
+    noise_std: f64,
+    /// Relative level of the noise by stretches.
+    profile: Vec<f64>,
+}
+
+/// What a whitened series shows, each with ln weight over nothing of the kind. One of each list is at work.
+pub(super) struct Layers {
+    amplitudes: Vec<(Option<Part>, f64)>,
+    free: Vec<(Option<Part>, f64)>,
+    /// Whitened residual in rad/s.
+    pub white: Vec<f64>,
+}
+
+/// One of each list of [`Layers`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Choice([usize; 2]);
+
+/// Series that differ by less than this many nats of a normal density show the same.
+const SAME_NATS: f64 = 10.0;
+/// Once so many series are looked at, the others are judged by one that is this near.
+const MANY: usize = 16;
+const NEAR_NATS: f64 = 100.0;
+/// Most series that are looked at.
+const MOST: usize = 40;
+/// What is less probable than this beside a set is not worth a set of its own, ln.
+const LEAST: f64 = -12.0;
+
+impl Seen {
+    /// The recording of `l` as `h` whitens it.
+    pub fn new(l: &Likelihood, h: &Hypothesis) -> Self {
+        let frame = l.frame;
+        let white = h.white_spectrum(frame, l.candidates);
+        let power: f64 = white.iter().zip(&frame.bins.count).map(|(s, n)| s * n).sum();
+        let mut profile = vec![1.0];
+        for part in h.noises.iter().filter(|n| matches!(l.candidates[n.candidate].kind, Kind::Variance(_))) {
+            let own = variance_profile(frame, part);
+            let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
+            if profile.len() < own.len() {
+                profile = vec![profile[0]; own.len()];
+            }
+            profile.iter_mut().zip(&own).for_each(|(p, v)| *p *= (v / mean).sqrt());
+        }
+        Self { w: whitened(l, h), noise_std: (power / frame.len().max(1) as f64).sqrt(), profile }
+    }
+
+    fn std_at(&self, row: usize) -> f64 {
+        let long = self.w.len().div_ceil(self.profile.len()).max(1);
+        self.noise_std * self.profile[(row / long).min(self.profile.len() - 1)]
+    }
+
+    /// By how many nats of a normal density two series differ.
+    fn distance(&self, other: &Self) -> f64 {
+        0.5 * self.w.iter().zip(&other.w).map(|(a, b)| (a - b).powi(2)).sum::<f64>()
+    }
+}
+
+/// Series that differ, and what they show.
+#[derive(Default)]
+pub(super) struct Views {
+    seen: Vec<Seen>,
+    pub layers: Vec<Layers>,
+}
+
+impl Views {
+    /// Number of the view that shows what `seen` does; none once there are too many.
+    pub fn of(&mut self, seen: Seen) -> Option<usize> {
+        let distances = self.seen.iter().map(|s| s.distance(&seen)).enumerate();
+        let same = if self.seen.len() < MANY { SAME_NATS } else { NEAR_NATS };
+        match distances.min_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((at, nats)) if nats < same => Some(at),
+            _ if self.seen.len() == MOST => None,
+            _ => {
+                self.seen.push(seen);
+                Some(self.seen.len() - 1)
+            }
+        }
+    }
+
+    /// Looks at what was not looked at yet.
+    pub fn look(&mut self, looks: &Looks) {
+        let new: Vec<Layers> = self.seen[self.layers.len()..].par_iter().map(|s| looks.at(s)).collect();
+        self.layers.extend(new);
+    }
+}
+
+impl Looks {
+    fn at(&self, seen: &Seen) -> Layers {
+        let Self { step_s, start_s, prior, coarse, .. } = *self;
+        let mut w = seen.w.clone();
+        // what the ends leak into is no sample of the noise
+        let edge = (w.len() / 400).min(100);
+        let range = edge..w.len() - edge;
+        for (row, off) in &self.aside {
+            w[*row] += off / seen.std_at(*row);
+        }
+        let amplitude = amplitude::judge(&amplitude::levelled(&w[range.clone()]));
+        let white = w[range].iter().map(|v| v * seen.noise_std).collect();
+        let mut w = seen.w.clone();
+        if amplitude.outliers > 3.0 {
+            amplitude::limit(&mut w, &amplitude);
+        }
+        let (events, track) = (events::judge(&w), track::judge(&w, step_s));
+        let bursts = bursts::judge(&w, step_s);
+        let free = |id: &str, share: f64, description: String| Part {
+            description,
+            missed_nats: Some(share),
+            ..Part::new(&format!("free.{id}"), false, share)
+        };
+        let mut amplitudes = vec![(None, 0.0)];
+        if self.outliers {
+            let part = super::parts::outliers(&amplitude, seen.noise_std);
+            amplitudes.push((Some(part), amplitude.outliers + prior.ln_named));
+        }
+        let tails = if amplitude.shape > 0.0 { "heavier" } else { "of another shape" };
+        let text = format!("the samples' distribution is not normal: tails {tails}");
+        if !coarse {
+            amplitudes.push((Some(free("amplitude", amplitude.free, text)), amplitude.free + prior.ln_free));
+        }
+        let mut forms = vec![(None, 0.0)];
+        let length_s = events.samples as f64 * step_s;
+        let text = format!("rare events of about {length_s:.3} s, in {:.1} % of the time", 100.0 * events.share);
+        forms.push((Some(free("events", events.ln_evidence, text)), events.ln_evidence + prior.ln_free));
+        let [low, high] = track.band_hz;
+        let mut part = free("track", track.ln_evidence, format!("energy that moves between {low:.4} and {high:.4} Hz"));
+        part.frequency_hz = Some(track.band_hz);
+        part.time_s = Some(track.time_s.map(|t| t + start_s));
+        forms.push((Some(part), track.ln_evidence + prior.ln_free));
+        let text = format!(
+            "noise in bursts of about {:.2} s, in {:.1} % of the time",
+            bursts.samples as f64 * step_s,
+            100.0 * bursts.share
+        );
+        forms.push((Some(free("bursts", bursts.ln_bursts, text)), bursts.ln_bursts + prior.ln_free));
+        let text = format!("the noise's level is periodic: {:.3} s", 1.0 / bursts.frequency_hz.max(1e-300));
+        forms.push((Some(free("periodic_level", bursts.ln_periodic, text)), bursts.ln_periodic + prior.ln_free));
+        Layers { amplitudes, free: forms, white }
+    }
+}
+
+impl Layers {
+    /// What can be seen together. Heavy tails, bursts and events are all seen in the same excess: of free forms there is
+    /// one at a time, and beside the nominal level (`alone`) nothing else; beside what is `followed` freely already, none.
+    pub fn choices(&self, alone: bool, followed: bool) -> Vec<Choice> {
+        let mut all = Vec::new();
+        for (i, (a, wa)) in self.amplitudes.iter().enumerate() {
+            for (k, (f, wf)) in self.free.iter().enumerate() {
+                let double = a.as_ref().is_some_and(|a| alone || !a.named) && f.is_some();
+                let second = followed && (f.is_some() || a.as_ref().is_some_and(|a| !a.named));
+                let known = (wa + wf).is_finite() && wa + wf > LEAST;
+                if known && !double && !second {
+                    all.push(Choice([i, k]));
+                }
+            }
+        }
+        all
+    }
+
+    /// The parts of a choice.
+    pub fn parts(&self, choice: Choice) -> impl Iterator<Item = &Part> {
+        let Choice([a, f]) = choice;
+        self.amplitudes[a].0.iter().chain(&self.free[f].0)
+    }
+
+    /// ln weight of a choice over nothing of the kind.
+    pub fn ln_weight(&self, choice: Choice) -> f64 {
+        let Choice([a, f]) = choice;
+        self.amplitudes[a].1 + self.free[f].1
+    }
+}

@@ -1,0 +1,110 @@
+//! Streams that end before the drive does, or begin after it; and readings that stay what they were to the end.
+
+use super::channels;
+use crate::signal::{Log, names};
+
+/// Part of the drive's length that a stream may lack at either end ...
+const SHARE: f64 = 0.05;
+/// ... and how many times its longest gap.
+const GAPS: f64 = 3.0;
+
+/// Channels of sensors that never stay at one value while they read.
+const RESTLESS: [&str; 7] = [
+    names::GYRO_Z,
+    names::WHEEL_LEFT,
+    names::WHEEL_RIGHT,
+    names::WHEEL_LEFT_SPEED,
+    names::WHEEL_RIGHT_SPEED,
+    names::ODO_SPEED,
+    names::ODO_YAW_RATE,
+];
+
+/// What the streams of a drive lack, in sentences; each log with its times on the drive's clock, s.
+pub(super) fn lacking(logs: &[(Log, Vec<f64>)]) -> Vec<String> {
+    let ends = |l: &(Log, Vec<f64>)| l.1.first().copied().zip(l.1.last().copied());
+    let all = logs.iter().filter_map(ends);
+    let (start, end) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (c, d)| (a.min(c), b.max(d)));
+    let several = logs.len() > 1;
+    let mut out: Vec<(String, String, Vec<&str>)> = Vec::new();
+    for (log, times) in logs {
+        for channel in log.channels.iter().filter(|c| channels::of(&c.name).is_some()) {
+            let Some((what, mend)) = lack(&channel.name, &channel.values, times, [start, end]) else { continue };
+            let what = if several { format!("{} {what}", log.source) } else { what };
+            match out.iter_mut().find(|(other, _, _)| *other == what) {
+                Some((_, _, names)) => names.push(&channel.name),
+                None => out.push((what, mend, vec![&channel.name])),
+            }
+        }
+    }
+    out.into_iter().map(|(what, mend, names)| format!("{} of {what}; {mend}", names.join(", "))).collect()
+}
+
+/// What a channel lacks, and the mend.
+fn lack(name: &str, values: &[f64], times: &[f64], [start, end]: [f64; 2]) -> Option<(String, String)> {
+    let there: Vec<usize> = (0..values.len()).filter(|&k| values[k].is_finite()).collect();
+    let (first, last) = (times[*there.first()?], times[*there.last()?]);
+    let longest = there.windows(2).map(|w| times[w[1]] - times[w[0]]).fold(0.0, f64::max);
+    let short = |missing: f64| missing > SHARE * (end - start) && missing > GAPS * longest;
+    let cut = || "cut all files to what they share, or record the drive again".to_string();
+    if short(end - last) {
+        return Some((format!("ends at {last:.1} s, the drive at {end:.1} s"), cut()));
+    }
+    if short(first - start) {
+        return Some((format!("begins at {first:.1} s, the drive at {start:.1} s"), cut()));
+    }
+    let value = values[*there.last()?];
+    let stays = there.iter().rev().take_while(|k| values[**k] == value).last()?;
+    (RESTLESS.contains(&name) && value != 0.0 && short(end - times[*stays])).then(|| {
+        let found = format!("stays at {value} from {:.1} s to the end", times[*stays]);
+        (found, "its sensor stopped there: cut the drive, or record it again".into())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::TimeAxis;
+
+    fn stream(source: &str, times: &[f64], channels: &[(&str, &[f64])]) -> (Log, Vec<f64>) {
+        let mut log = Log::new(source, TimeAxis::Explicit(times.to_vec()));
+        channels.iter().for_each(|(name, values)| log.push(*name, values.to_vec()).unwrap());
+        (log, times.to_vec())
+    }
+
+    fn even(step: f64, rows: usize) -> Vec<f64> {
+        (0..rows).map(|k| step * k as f64).collect()
+    }
+
+    #[test]
+    fn a_stream_that_stops_half_way_is_told() {
+        let (imu, wheels) = (even(0.01, 10_000), even(0.15, 333));
+        let moving = |n: usize| (0..n).map(|k| (k as f64).sin()).collect::<Vec<f64>>();
+        let wheel = moving(333);
+        let a = stream("imu.csv", &imu, &[(names::GYRO_Z, &moving(10_000))]);
+        let b = stream("wheels.csv", &wheels, &[(names::WHEEL_LEFT, &wheel), (names::WHEEL_RIGHT, &wheel)]);
+        let told = lacking(&[a.clone(), b]);
+        let said = "wheel_left_rad_s, wheel_right_rad_s of wheels.csv ends at 49.8 s, the drive at 100.0 s; cut all";
+        assert!(told.len() == 1 && told[0].starts_with(said), "{told:?}");
+        // a second less is nothing
+        let c = stream("wheels.csv", &even(0.15, 661), &[(names::WHEEL_LEFT, &moving(661))]);
+        assert_eq!(lacking(&[a, c]), [""; 0]);
+    }
+
+    #[test]
+    fn missing_values_and_a_stuck_sensor_end_a_stream_too_and_a_stop_does_not() {
+        let times = even(0.1, 1000);
+        let until =
+            |rest: f64| (0..1000).map(|k| if k < 600 { f64::from(k).sin() } else { rest }).collect::<Vec<f64>>();
+        for (rest, said) in [(f64::NAN, Some("ends at 59.9 s")), (0.25, Some("stays at 0.25 from 60.0 s")), (0.0, None)]
+        {
+            let told = lacking(&[stream("d.csv", &times, &[(names::WHEEL_LEFT, &until(rest))])]);
+            assert_eq!(told.len(), usize::from(said.is_some()), "{told:?}");
+            assert!(said.is_none_or(|said| told[0].contains(said)), "{told:?}");
+        }
+        // a late beginning
+        let mut late = until(0.0);
+        late[..200].fill(f64::NAN);
+        let told = lacking(&[stream("d.csv", &times, &[(names::GYRO_Z, &late)])]);
+        assert!(told.len() == 1 && told[0].contains("begins at 20.0 s"), "{told:?}");
+    }
+}
