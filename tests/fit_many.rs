@@ -114,8 +114,8 @@ fn resumed_work_fits_what_is_new_alone() {
     assert_eq!((&json["fitted"], &json["resumed"]), (&Value::from(1), &Value::from(3)));
     let (_, json) = fit(&logs, &[&resume[..], &["--loss", "huber"]].concat());
     assert_eq!((&json["fitted"], &json["resumed"]), (&Value::from(4), &Value::from(0)));
-    // without --resume the work begins anew
-    let (_, json) = fit(&logs, &resume[..2]);
+    // without --resume the work begins anew, and a table that others may have written is replaced only if that is said
+    let (_, json) = fit(&logs, &[&resume[..2], &["--force"]].concat());
     assert_eq!(json["fitted"], 4);
     assert_ne!(json["rows"][0]["c1_rad_s"], 0.0123);
     fs::write(&results, "something,else\n1,2\n").unwrap();

@@ -30,6 +30,10 @@ impl<T: Law> Driving for T {
     }
 }
 
+/// How true stamps are, as a share of the sample time: a reading is taken within its row, and simulators and robots integrate
+/// from row to row. A lag no longer than that says nothing of a sensor.
+pub(super) const STAMPED_ROWS: f64 = 0.03;
+
 /// One constant of the robot or of a sensor that is not what it is believed to be: the effect's first parameter, zero where it is.
 pub(super) trait Constant: Law {
     /// As in [`Coordinate`].
@@ -40,6 +44,9 @@ pub(super) trait Constant: Law {
     const TOUCHES: Touches = Touches::ROBOT;
     /// What a log must hold for it to be knowable.
     const NEEDS: Needs = Needs::NOTHING;
+
+    /// What every robot has a little of: standard deviation, in sample times.
+    const USUAL_ROWS: f64 = 0.0;
 
     /// Its coordinate in a robot that steers like this, where that makes a difference.
     fn steered(steering: Option<Steering>) -> Option<&'static [Coordinate]> {
@@ -70,6 +77,10 @@ impl<T: Constant> ModelChange for T {
 
     fn touches(&self) -> Touches {
         T::TOUCHES
+    }
+
+    fn usual_std(&self, sample_time_s: f64) -> f64 {
+        T::USUAL_ROWS * sample_time_s
     }
 
     fn is_rigid(&self) -> bool {

@@ -142,6 +142,13 @@ pub trait ModelChange: Sync + Send {
         Vec::new()
     }
 
+    /// What every robot has a little of, and no recording is asked for: standard deviation of the first coordinate where readings
+    /// are `sample_time_s` apart; zero where there is nothing of the kind.
+    fn usual_std(&self, sample_time_s: f64) -> f64 {
+        let _ = sample_time_s;
+        0.0
+    }
+
     /// Whether its coordinates are constants of the robot, and no law that may bend.
     fn is_rigid(&self) -> bool {
         false

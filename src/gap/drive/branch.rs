@@ -213,7 +213,7 @@ impl Branch {
         let few = c.candidates.only(|g| inside.contains(&g));
         let coefficients = c.problem.coefficients(members);
         // columns keep their order: nuisances first, then the members'
-        let mut wide: Vec<usize> = c.candidates.nuisance.iter().map(|n| n.0).collect();
+        let mut wide: Vec<usize> = c.candidates.nuisance.iter().map(|n| n.column).collect();
         wide.extend(
             c.candidates
                 .groups

@@ -1,7 +1,7 @@
 //! What may be missing from the model of a drive: effects of the library and free forms, as groups of columns.
 
 use super::column::{CONSTANT, COSINES, Column, Equation, Follows, Scoped, nuisances, variations};
-use super::evidence::{Group, Rank};
+use super::evidence::{Group, Nuisance, Rank};
 use super::record::Record;
 use super::twins;
 use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
@@ -81,8 +81,8 @@ pub struct Candidates {
     pub sizes: Vec<Vec<Coordinate>>,
     /// Columns of the pass.
     pub columns: Vec<Scoped>,
-    /// Columns that are always in, and their prior standard deviations.
-    pub nuisance: Vec<(usize, f64)>,
+    /// Columns that are always in.
+    pub nuisance: Vec<Nuisance>,
     /// What each group is.
     pub kinds: Vec<Kind>,
     /// The groups; those of free forms have no nodes until the Gram matrix is known.
@@ -147,7 +147,7 @@ impl Candidates {
             groups: Vec::new(),
         };
         for (column, std) in nuisances(record) {
-            all.nuisance.push((all.columns.len(), std));
+            all.nuisance.push(Nuisance::new(all.columns.len(), std));
             all.columns.push(column);
         }
         for effect in effects.iter().filter(|e| knowable(**e, record)) {
@@ -214,6 +214,11 @@ impl Candidates {
         let place = self.changes.len();
         let sizes = twins::sizes(record, effect.about().id, change);
         self.changes.push((effect, change));
+        let std = change.usual_std(record.step_s);
+        if std > 0.0 && record.torques_n_m.is_some() {
+            self.nuisance.push(Nuisance { column: self.columns.len(), std, usual: Some(effect.about().id) });
+            self.columns.push(Column::Usual(place).into());
+        }
         let columns = (0..sizes.len()).map(|j| Column::Coordinate(place, j).into()).collect();
         self.push(Kind::Change(place), effect.about().id, true, columns, nodes(&sizes, 1.0), ln_prior);
         self.sizes.push(sizes);
@@ -382,9 +387,9 @@ impl Candidates {
             kinds: Vec::new(),
             groups: Vec::new(),
         };
-        for &(column, std) in &self.nuisance {
-            out.nuisance.push((out.columns.len(), std));
-            out.columns.push(self.columns[column]);
+        for one in &self.nuisance {
+            out.nuisance.push(Nuisance { column: out.columns.len(), ..one.clone() });
+            out.columns.push(self.columns[one.column]);
         }
         for (g, group) in self.groups.iter().enumerate().filter(|(g, _)| keep(*g)) {
             let first = out.columns.len();

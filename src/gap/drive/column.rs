@@ -326,6 +326,8 @@ pub enum Column {
     Coordinate(usize, usize),
     /// The same coordinate, times function `.2` of the table: it is not constant
     Varying(usize, usize, usize),
+    /// The first coordinate of the model change in this place, as far as every robot has a little of it
+    Usual(usize),
     /// Function `.1` of the table added to an equation
     Free(Equation, usize),
     /// 1 at this time, s since the log began, and falling to zero within so many seconds on both sides, added to an equation
@@ -362,6 +364,11 @@ impl From<Column> for Scoped {
 }
 
 impl Column {
+    /// The column whose derivatives are its own.
+    pub(super) fn evaluated(self) -> Self {
+        if let Self::Usual(change) = self { Self::Coordinate(change, 0) } else { self }
+    }
+
     /// What is added to an equation, and to which.
     #[inline]
     pub(super) fn added(self, functions: &[f64; FUNCTIONS], t_s: f64) -> Option<(Equation, f64)> {

@@ -46,6 +46,25 @@ pub struct Group {
     pub varies: Option<usize>,
 }
 
+/// A column that is in every set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Nuisance {
+    /// The column.
+    pub column: usize,
+    /// Prior standard deviation of its coefficient.
+    pub std: f64,
+    /// The effect that is more of the same, if one is: where that is in the set, it holds the coefficient.
+    pub usual: Option<&'static str>,
+}
+
+impl Nuisance {
+    /// Of every set.
+    #[must_use]
+    pub fn new(column: usize, std: f64) -> Self {
+        Self { column, std, usual: None }
+    }
+}
+
 /// Normal equations of one linearisation, in total coefficients.
 pub struct Problem {
     gram: Mat<f64>,
@@ -53,8 +72,7 @@ pub struct Problem {
     /// Σ z² + Σ ln 2πS
     null: f64,
     groups: Vec<Group>,
-    /// Columns that are always in, with their prior standard deviations.
-    nuisance: Vec<(usize, f64)>,
+    nuisance: Vec<Nuisance>,
 }
 
 /// A group in a set, with the node of its prior.
@@ -97,7 +115,7 @@ impl Problem {
         ln_volume: f64,
         here: &[f64],
         groups: Vec<Group>,
-        nuisance: Vec<(usize, f64)>,
+        nuisance: Vec<Nuisance>,
     ) -> Self {
         let p = summed.ncols() - 1;
         let gram = Mat::from_fn(p, p, |i, j| summed[(i, j)]);
@@ -115,9 +133,15 @@ impl Problem {
         self.groups[group].named
     }
 
+    /// Those that no member is more of.
+    fn nuisances(&self, members: &[Member]) -> impl Iterator<Item = &Nuisance> {
+        let held = |id: &str| members.iter().any(|m| self.groups[m.0].id == id);
+        self.nuisance.iter().filter(move |n| !n.usual.is_some_and(held))
+    }
+
     fn prior(&self, members: &[Member]) -> (Vec<usize>, Vec<f64>) {
-        let mut columns: Vec<usize> = self.nuisance.iter().map(|n| n.0).collect();
-        let mut stds: Vec<f64> = self.nuisance.iter().map(|n| n.1).collect();
+        let (mut columns, mut stds): (Vec<usize>, Vec<f64>) =
+            self.nuisances(members).map(|n| (n.column, n.std)).unzip();
         for &(g, node) in members {
             columns.extend(&self.groups[g].columns);
             stds.extend(&self.groups[g].nodes[node]);
@@ -202,7 +226,7 @@ impl Problem {
     /// What coefficients of effects cost that lie far beyond the widest prior: along directions that a drive hardly knows
     /// they would run away.
     fn implausible(&self, members: &[Member], inside: &Conditioned) -> f64 {
-        let mut at = self.nuisance.len();
+        let mut at = self.nuisances(members).count();
         let mut cost = 0.0;
         for &(g, _) in members {
             let group = &self.groups[g];
@@ -427,7 +451,7 @@ mod tests {
             varies: None,
         };
         let groups = vec![group("a", vec![1]), group("b", vec![2])];
-        Problem::new(&summed, 3.0, &[0.0, 0.2, 0.0], groups, vec![(0, 0.5)])
+        Problem::new(&summed, 3.0, &[0.0, 0.2, 0.0], groups, vec![Nuisance::new(0, 0.5)])
     }
 
     #[test]

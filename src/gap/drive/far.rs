@@ -7,7 +7,7 @@
 
 use super::bursts::Bursts;
 use super::column::{COSINES, Column, nuisances};
-use super::evidence::{Group, Problem};
+use super::evidence::{Group, Nuisance, Problem};
 use super::model::{Claimed, Effects};
 use super::own::own;
 use super::pass::{Channel, Noise, Process, run};
@@ -130,7 +130,7 @@ fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f
     });
     let own = nuisances(record).into_iter().map(|(one, std)| (one.column, std));
     for (column, std) in own.chain(walk) {
-        nuisance.push((columns.len(), std));
+        nuisance.push(Nuisance::new(columns.len(), std));
         columns.push(column);
     }
     let first = columns.len();

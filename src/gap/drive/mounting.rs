@@ -102,7 +102,7 @@ pub fn find(record: &Record, noise: &Noise, effects: &[&'static dyn Driving], pr
     let candidates = Candidates::new(record, effects, prior, false, &[]);
     let place = |i: usize| {
         let is = |c: &usize| candidates.columns[*c] == MOUNTING[i].into();
-        candidates.nuisance.iter().map(|n| n.0).find(is)
+        candidates.nuisance.iter().map(|n| n.column).find(is)
     };
     let places = [0, 1, 2, 3].map(place);
     if places.iter().all(Option::is_none) {

@@ -278,11 +278,11 @@ impl Stretch {
 /// made of.
 fn parts(columns: &[Column], most: usize) -> Vec<Vec<usize>> {
     // a coordinate is a model of its own to evaluate
-    let cost = |c: &Column| if matches!(c, Column::Coordinate(..)) { 10 } else { 1 };
+    let cost = |c: &Column| if matches!(c, Column::Coordinate(..) | Column::Usual(_)) { 10 } else { 1 };
     let mut units: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
     for (c, column) in columns.iter().enumerate() {
         let unit = match *column {
-            Column::Coordinate(i, _) | Column::Varying(i, ..) => (i, 0),
+            Column::Coordinate(i, _) | Column::Varying(i, ..) | Column::Usual(i) => (i, 0),
             _ => (usize::MAX, c),
         };
         units.entry(unit).or_default().push(c);

@@ -42,6 +42,7 @@ impl Shapes {
 impl<'a> Tangents<'a> {
     /// All zero. A coordinate that varies comes after the column of the coordinate itself.
     pub fn new(columns: Vec<Column>, models: &'a Models, forced: bool) -> Self {
+        let columns: Vec<Column> = columns.into_iter().map(Column::evaluated).collect();
         let zero = || vec![0.0; columns.len()];
         let constant = |i, j| columns.iter().position(|c| *c == Column::Coordinate(i, j));
         let of = |(c, column): (usize, &Column)| match *column {
@@ -104,7 +105,7 @@ impl<'a> Tangents<'a> {
                         channel[c] = value * channel[of];
                     }
                 }
-                Column::Free(..) | Column::Hat(..) => {
+                Column::Usual(_) | Column::Free(..) | Column::Hat(..) => {
                     let Some((equation, value)) = column.added(&row.functions, row.at.t_s) else { continue };
                     match equation {
                         Equation::WheelLeft => d[0][c] = value,
