@@ -30,9 +30,10 @@ impl<T: Law> Driving for T {
     }
 }
 
-/// How true stamps are, as a share of the sample time: a reading is taken within its row, and simulators and robots integrate
-/// from row to row. A lag no longer than that says nothing of a sensor.
-pub(super) const STAMPED_ROWS: f64 = 0.03;
+/// How true times are, as a share of the sample time: a reading is taken within its row, and simulators and robots integrate
+/// from row to row. A lag no longer than that says nothing of a sensor, nor does the chord that a step takes in the place of its
+/// arc say that the robot slides.
+pub(super) const TIMED_ROWS: f64 = 0.05;
 
 /// One constant of the robot or of a sensor that is not what it is believed to be: the effect's first parameter, zero where it is.
 pub(super) trait Constant: Law {

@@ -1,6 +1,6 @@
 //! reading(t) = ω(t - τ)
 
-use super::change::{Constant, Law, STAMPED_ROWS};
+use super::change::{Constant, Law, TIMED_ROWS};
 use super::{Needs, Touches};
 use crate::effects::{About, Parameter};
 use crate::model::InFilter;
@@ -32,7 +32,7 @@ impl Law for GyroDelay {
 
 impl Constant for GyroDelay {
     const SCALE: [f64; 2] = [1e-3, 0.05];
-    const USUAL_ROWS: f64 = STAMPED_ROWS;
+    const USUAL_ROWS: f64 = TIMED_ROWS;
     const SIZES: &'static str = "Furgale et al. (2013): some milliseconds on a bus, some tens where messages queue";
     const TOUCHES: Touches = Touches::GYRO;
     const NEEDS: Needs = Needs { gyro: true, ..Needs::NOTHING };

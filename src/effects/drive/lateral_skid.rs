@@ -1,6 +1,6 @@
 //! s = -[k + q (|v ω| - 0.4 m/s²)] v ω + p d(v ω)/dt
 
-use super::change::Law;
+use super::change::{Law, TIMED_ROWS};
 use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Moving};
@@ -75,6 +75,10 @@ impl ModelChange for LateralSkid {
 
     fn theta(&self, parameters: &Parameters) -> Vec<f64> {
         [SLIP, BEND, LATE].map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
+    }
+
+    fn usual_std(&self, sample_time_s: f64) -> f64 {
+        TIMED_ROWS * sample_time_s
     }
 
     fn needs(&self) -> Needs {

@@ -1,6 +1,6 @@
 //! reading(t) = [x, y, θ](t - τ) of the external reference
 
-use super::change::{Constant, Law, STAMPED_ROWS};
+use super::change::{Constant, Law, TIMED_ROWS};
 use super::{Needs, Touches};
 use crate::effects::{About, Parameter};
 use crate::model::InFilter;
@@ -32,7 +32,7 @@ impl Law for PoseDelay {
 
 impl Constant for PoseDelay {
     const SCALE: [f64; 2] = [1e-3, 0.05];
-    const USUAL_ROWS: f64 = STAMPED_ROWS;
+    const USUAL_ROWS: f64 = TIMED_ROWS;
     const SIZES: &'static str = "Furgale et al. (2013): a camera is some tens of milliseconds late";
     const TOUCHES: Touches = Touches::POSE;
     const NEEDS: Needs = Needs { pose: true, ..Needs::NOTHING };

@@ -1,7 +1,7 @@
 //! reading_i(t) = wheel_i(t - τ) of both wheels
 
 use super::Touches;
-use super::change::{Constant, Law, STAMPED_ROWS};
+use super::change::{Constant, Law, TIMED_ROWS};
 use crate::effects::{About, Parameter};
 use crate::model::InFilter;
 use crate::model::drive::{DriveEffect, Moving, Robot};
@@ -32,7 +32,7 @@ impl Law for WheelDelay {
 
 impl Constant for WheelDelay {
     const SCALE: [f64; 2] = [1e-3, 0.05];
-    const USUAL_ROWS: f64 = STAMPED_ROWS;
+    const USUAL_ROWS: f64 = TIMED_ROWS;
     const SIZES: &'static str = "Furgale et al. (2013): some milliseconds on a bus, some tens where messages queue";
     const TOUCHES: Touches = Touches::WHEELS;
 

@@ -48,6 +48,8 @@ pub(super) struct Branch {
     pub(super) put_aside: [usize; 3],
     /// Whether lost ticks were put back: none are sought any more
     pub(super) restored: bool,
+    /// What was put back closes, where its law bends, nats
+    pub(super) bent_nats: f64,
     pub(super) extra_weight: f64,
     pub(super) extra_parts: Vec<Part>,
     /// Noise levels that are not as stated
@@ -60,7 +62,7 @@ impl Branch {
     pub(super) fn new(record: Record, noise: Noise, compared: Compared, onsets_s: Onsets) -> Self {
         let (promising, put_aside, extra_weight, extra_parts) = (None, [0; 3], 0.0, Vec::new());
         let believed = noise;
-        let restored = false;
+        let (restored, bent_nats) = (false, 0.0);
         let (levels, missed_by) = (Vec::new(), BTreeMap::new());
         Self {
             record,
@@ -71,6 +73,7 @@ impl Branch {
             promising,
             put_aside,
             restored,
+            bent_nats,
             extra_weight,
             extra_parts,
             levels,

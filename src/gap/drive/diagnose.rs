@@ -156,9 +156,6 @@ pub fn diagnose(
             effect.gap_closed_ci95 = closed.ci95;
         }
     }
-    for effect in &mut answer.effects {
-        effect.evidence_nats = judged.missed_by.get(&effect.id).copied();
-    }
     account::settle(&mut answer, &tested, Some(&far.together), |id| place(findings, library, id));
     if let (Some(share), true) = (far.together.estimate, together.len() > 1) {
         answer.notes.push(format!("All that were found close {:.1} % of the gap together.", 100.0 * share));

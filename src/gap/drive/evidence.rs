@@ -110,13 +110,7 @@ const TINY: f64 = 1e-12;
 impl Problem {
     /// From the Gram matrix with the innovations as its last column, linearised at `here` (by column; zero where linear).
     #[must_use]
-    pub fn new(
-        summed: &Mat<f64>,
-        ln_volume: f64,
-        here: &[f64],
-        groups: Vec<Group>,
-        nuisance: Vec<Nuisance>,
-    ) -> Self {
+    pub fn new(summed: &Mat<f64>, ln_volume: f64, here: &[f64], groups: Vec<Group>, nuisance: Vec<Nuisance>) -> Self {
         let p = summed.ncols() - 1;
         let gram = Mat::from_fn(p, p, |i, j| summed[(i, j)]);
         let product: Vec<f64> = (0..p).map(|i| (0..p).map(|j| gram[(i, j)] * here[j]).sum()).collect();

@@ -57,8 +57,6 @@ pub struct Judged {
     pub wheels_late_s: Option<f64>,
     /// Classes of effects that this drive cannot tell apart, whatever chance makes of it.
     pub alike: Vec<Alike>,
-    /// By how many nats each effect is missed where it is left out of the likeliest account and all others are fitted anew.
-    pub missed_by: BTreeMap<String, f64>,
     /// Noise that the nominal filter assumes, with how fast speeds diffuse where there are no torques.
     pub nominal_noise: Noise,
 }
@@ -131,7 +129,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     for set in &mut sets {
         set.parts.extend(lattice.iter().cloned());
     }
-    let findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
+    let mut findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
     // the drive as it is in the likeliest account of it
     let others = others.iter().map(|o| &o.0).chain(in_time.iter().map(|i| &i.branch));
     let best = others.fold(&branch, |best, other| if other.top() > best.top() { other } else { best });
@@ -146,9 +144,12 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let mut alike = alike(&best.record, &best.compared);
     alike.extend(twins.class(&best.record, &findings));
     let levels = best.levels.iter().map(|l| (l.id.to_owned(), l.margin - options.prior.ln_named));
-    let missed_by = best.missed_by.clone().into_iter().chain(levels).collect();
+    let missed_by: BTreeMap<String, f64> = best.missed_by.clone().into_iter().chain(levels).collect();
+    for part in findings.sets.iter_mut().flat_map(|set| &mut set.parts) {
+        part.missed_nats = missed_by.get(&part.id).copied();
+    }
     let nominal_noise = Noise { process: best.noise.process, ..nominal };
-    Judged { findings, closest, wheels_late_s, alike, missed_by, nominal_noise }
+    Judged { findings, closest, wheels_late_s, alike, nominal_noise }
 }
 
 /// `record` with all candidates compared from `begin`, and settled.
@@ -193,6 +194,7 @@ impl Believed {
         }
         let noise = ripple::before(record, &noise);
         let nominal = Noise { process: noise.process, ..Noise::believed(record, None) };
+        let noise = Noise { wheel_lsb_rad_s: lsb.unwrap_or(0.0), ..noise };
         Self { lsb, noise, nominal }
     }
 }
@@ -247,7 +249,10 @@ fn restored(
     let all = &as_is.compared.candidates;
     let (zero, begin, here) =
         (all.zero(), all.without(LOST_TICKS, begin), all.without(LOST_TICKS, &as_is.compared.theta));
-    let mut from = vec![&zero, &begin, &here];
+    // beside a set that settled and leaves nothing to any free form nothing else is known
+    let c = &as_is.compared;
+    let quiet = c.sets[0].members.iter().all(|m| c.candidates.groups[m.0].named) && c.next().1;
+    let mut from = if quiet && as_is.extra_parts.is_empty() { vec![&here] } else { vec![&zero, &begin, &here] };
     from.dedup();
     // a model that is off slowly looks like bursts, and long bursts like a model that is off slowly: both are tried
     let tried: Vec<(&Theta, usize)> = from.into_iter().flat_map(|theta| [0, 1].map(|side| (theta, side))).collect();
@@ -280,8 +285,10 @@ fn restored(
         let hopeless = top - own - HOPELESS;
         let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
         let onsets_s = onset::of_each(&restored);
+        let compared_top = compared.top();
         let mut other = Branch::new(restored, fresh, compared, onsets_s);
         other.restored = true;
+        other.bent_nats = (compared_top + own - top).max(0.0);
         other.promising.clone_from(&as_is.promising);
         other.extra_weight += own;
         if other.top() > top - HOPELESS {
@@ -361,8 +368,16 @@ fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Comp
         return compared;
     }
     let mut starts = vec![begin.clone()];
-    if gap >= LARGE {
-        starts.extend(best_alone(record, noise, &compared));
+    if gap >= LARGE
+        && let Some(theta) = best_alone(record, noise, &compared)
+    {
+        // where that leaves nothing to any free form, and keeps more than any far step promises, all is said
+        let there = Compared::wide(record, noise, all.clone(), theta.clone());
+        let only_named = there.sets[0].members.iter().all(|m| all.groups[m.0].named);
+        if only_named && there.next().1 && there.top() >= compared.top() {
+            return there;
+        }
+        starts.push(theta);
     }
     // of all times at which the bias may step, the most likely one in each drive will do
     let steps = compared.likely_steps();

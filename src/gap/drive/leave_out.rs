@@ -18,9 +18,23 @@ const INSTEAD: usize = 8;
 /// settle: what several together win back by moving is a part of what they were fitted to.
 const SURE_NATS: f64 = 60.0;
 
+/// How far the form of a law that may bend is off, as a share of what the law does, and over how many directions that is spread:
+/// about as many as the library has coordinates. The same tenth as of coefficients that are not constant.
+pub(super) const FORM: f64 = 0.1;
+const DIRECTIONS: f64 = 40.0;
+
+/// What the form of laws that may bend explains of something worth `nats`, which is no more than that: along any one direction it
+/// is off by a normal variable of variance s² = 2 E δ²/K, whitened, where these laws close E nats.
+fn form_nats(nats: f64, bent_nats: f64) -> f64 {
+    let square = 2.0 * bent_nats.max(0.0) * FORM * FORM / DIRECTIONS;
+    (nats.max(0.0) * square / (1.0 + square) - 0.5 * square.ln_1p()).max(0.0)
+}
+
 /// A set without one of its effects.
 struct Without {
     id: String,
+    /// What the others close whose laws may bend, nats.
+    bent_nats: f64,
     /// ln prior odds of the effect.
     ln_prior: f64,
     /// What it gains beside the others where they stand, ln weight.
@@ -32,7 +46,8 @@ struct Without {
 impl Without {
     /// By how many nats the effect is missed in a set of ln weight `top`.
     fn missed_nats(&self, top: f64) -> f64 {
-        self.compared.as_ref().map_or(self.gain, |c| top - c.top()) - self.ln_prior
+        let nats = self.compared.as_ref().map_or(self.gain, |c| top - c.top()) - self.ln_prior;
+        nats - form_nats(nats, self.bent_nats)
     }
 }
 
@@ -55,6 +70,17 @@ impl Branch {
         }
     }
 
+    /// What the best set closes by laws that may bend, beside the effect `id`, nats.
+    pub(super) fn bent_nats_beside(&self, id: &str) -> f64 {
+        let c = &self.compared;
+        let members = &c.sets[0].members;
+        let bent = |g: usize| matches!(c.candidates.kinds[g], Kind::Change(i) if !c.candidates.changes[i].1.is_rigid());
+        let beside = |g: usize| bent(g) && c.candidates.groups[g].id != id;
+        let shares = c.problem.shares(members);
+        let own = members.iter().zip(&shares).filter(|(m, _)| beside(m.0)).map(|(_, share)| share.max(0.0));
+        self.bent_nats + own.sum::<f64>()
+    }
+
     /// The best set without each of its effects, the others settled anew, and what may take its place beside them.
     fn without_each(&self) -> Vec<Without> {
         let c = &self.compared;
@@ -68,7 +94,9 @@ impl Branch {
                 c.problem.additions(&rest).into_iter().partition(|(m, _)| c.candidates.groups[m.0].id == group.id);
             added.sort_by(|a, b| b.1.total_cmp(&a.1));
             let gain = own.iter().map(|a| a.1).fold(f64::NEG_INFINITY, f64::max);
-            let without = |compared| Without { id: group.id.clone(), ln_prior: group.ln_prior, gain, compared };
+            let bent_nats = self.bent_nats_beside(&group.id);
+            let without =
+                |compared| Without { id: group.id.clone(), bent_nats, ln_prior: group.ln_prior, gain, compared };
             if gain - added.first().map_or(0.0, |a| a.1.max(0.0)) > SURE_NATS {
                 return without(None);
             }

@@ -7,7 +7,8 @@
 use super::branch::{Branch, described};
 use super::evidence::Member;
 use super::judge::Options;
-use super::pass::{Channel, Noise};
+use super::leave_out::FORM;
+use super::pass::{Channel, Noise, Process};
 use super::record::Record;
 use crate::effects::Parameters;
 use crate::effects::drive::noise_level::OVER;
@@ -75,7 +76,8 @@ fn price(n: usize) -> f64 {
 }
 
 impl Branch {
-    /// Noise that is not as large as believed; returns whether there is any.
+    /// Noise that is not as large as believed; returns whether there is any. Of wheels on a lattice that is coarser than their noise
+    /// nothing tells how large that is.
     pub(super) fn level(
         &mut self,
         effects: &[&'static dyn Driving],
@@ -91,7 +93,7 @@ impl Branch {
                 .filter(|k| matches!(k.1, DriveExplanation::NoiseLevel(of) if of == instrument))
                 .map(|k| k.0)
                 .next()
-                .filter(|_| !diffuse);
+                .filter(|_| !diffuse && (instrument != Instrument::Wheels || !self.is_coarse()));
             let sums: Vec<(&str, &Range<usize>, usize, f64)> = channels
                 .iter()
                 .map(|(name, places)| (*name, places, summed(residuals, places)))
@@ -134,6 +136,10 @@ impl Branch {
             }
         }
         any
+    }
+
+    fn is_coarse(&self) -> bool {
+        self.believed.reading[0] > 2.0 * self.record.belief.wheel_std_rad_s.powi(2)
     }
 
     /// The part that says that one channel's noise is not as large as believed.
@@ -184,11 +190,17 @@ impl Branch {
             let mut without = self.noise;
             places.iter().for_each(|c| without.reading[*c] = self.believed.reading[*c]);
             let share = self.weigh(&self.noise) - self.weigh(&without);
-            self.tell(&level, places[0], std, share);
+            // with torques as noisy as stated it is no level that points the other way
+            let holds = self.noise.process.ripple == 0.0 || {
+                let stated = Noise { process: Process { ripple: 0.0, ..without.process }, ..without };
+                let [smaller, larger] = [-apart, apart].map(|ln| self.weigh(&times(&stated, ln)));
+                (larger > smaller) == (self.noise.reading[places[0]] > without.reading[places[0]])
+            };
+            self.tell(&level, places[0], std, share, holds);
         }
     }
 
-    fn tell(&mut self, level: &Level, place: usize, ln_std: f64, share: f64) {
+    fn tell(&mut self, level: &Level, place: usize, ln_std: f64, share: f64, holds: bool) {
         let b = &self.record.belief;
         let (found, believed) = (self.noise.reading[place], self.believed.reading[place]);
         let white = match level.instrument {
@@ -202,12 +214,18 @@ impl Branch {
         // the energy of a level in the logarithm of the variance, in which that of what varies is counted, too
         let energy = 0.25 * level.count as f64 * (found / believed).ln().powi(2);
         let moved = level.departs.map_or(0.0, |(_, nats)| nats / (nats + CONSTANT * energy));
+        // what the form of laws that may bend leaves is in all directions
+        let excess = 0.5 * level.count as f64 * (found / believed - 1.0);
+        let bent = excess > 0.0 && excess < 2.0 * FORM * FORM * self.bent_nats_beside(level.id);
         let text = format!("the white noise of {name} is {over:.2} times as large as stated");
         let mut part = described(level.id, true, share * (1.0 - moved), text);
         part.parameters = Parameters::from([(OVER.into(), over)]);
         part.std = Parameters::from([(OVER.into(), 0.5 * ln_std * found / (white * over))]);
         self.extra_parts.retain(|p| p.id != level.id);
-        self.extra_parts.push(part);
+        // what is more likely another thing has not this name
+        if holds && !bent && moved < 0.5 {
+            self.extra_parts.push(part);
+        }
         if let Some((condition, _)) = level.departs {
             let short = match level.instrument {
                 Instrument::Gyro => "gyro",

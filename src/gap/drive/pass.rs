@@ -57,6 +57,8 @@ pub struct Noise {
     pub torque: f64,
     /// How the robot moves beyond its model
     pub process: Process,
+    /// Lattice of the wheels on which a reading that is the last one's tells nothing new, rad/s; zero where each is a reading
+    pub wheel_lsb_rad_s: f64,
     /// Of one reading of each channel, in its unit squared
     pub reading: [f64; 6],
 }
@@ -77,6 +79,7 @@ impl Noise {
         Self {
             torque,
             process: Process::default(),
+            wheel_lsb_rad_s: 0.0,
             reading: [wheel, wheel, b.gyro_std_rad_s.powi(2), position, position, heading],
         }
     }
