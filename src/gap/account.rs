@@ -6,7 +6,7 @@
 
 use super::answer::{Answer, Place, Remainder, Verdict};
 use super::far::{Closed, block_rows, block_sums};
-use super::findings::Findings;
+use super::findings::{BEYOND_DOUBT, Findings};
 use crate::effects::Parameters;
 use crate::error::Result;
 use crate::math::NORMAL_975;
@@ -14,8 +14,6 @@ use statrs::function::erf::erfc;
 
 /// An effect that can be expected to gain less than this, nats, closes nothing: a superfluous parameter gains as much by chance.
 const LEAST_NATS: f64 = 2.0;
-/// An effect at least as probable is there beyond doubt.
-const BEYOND_DOUBT: f64 = 0.9;
 /// Series of fewer scores than this are of blocks already.
 const FEWEST_ROWS: usize = 80;
 /// Part of the gap that the named effects close together where they explain most of it.

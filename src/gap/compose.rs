@@ -2,7 +2,6 @@
 
 use super::answer::{Alike, Answer, EffectAnswer, FreeFormAnswer, Place, Verdict};
 use super::findings::{Findings, Main, Part};
-use super::search::Prior;
 use crate::effects::Parameters;
 
 /// Effects less probable than this are not listed.
@@ -70,8 +69,8 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
     }
     let mut together = if verdict == Verdict::None { Vec::new() } else { findings.together(main.as_deref()) };
     // what the others explain as well, fitted anew, is not named
-    let least = -Prior::default().ln_named;
-    together.retain(|id| effects.iter().any(|e| e.id == *id && e.evidence_nats.is_none_or(|nats| nats >= least)));
+    let worth = |e: &EffectAnswer| findings.is_worth_naming(e.evidence_nats, e.probability);
+    together.retain(|id| effects.iter().any(|e| e.id == *id && worth(e)));
     if let Some(m) = &main {
         // it comes first, and is one of them
         together.retain(|id| id != m);

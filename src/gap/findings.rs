@@ -83,12 +83,17 @@ pub struct Findings {
     pub sets: Vec<WeightedSet>,
     /// Effects that were set aside as idle, each with its probability of being present.
     pub idle: Vec<(Part, f64)>,
+    /// What an effect must at least be missed by to be named: what its prior asks, nats.
+    pub least_nats: f64,
     /// What is to be said about the recording.
     pub notes: Vec<String>,
 }
 
 /// What closes fewer nats than this is a side effect: it may be named, and need not be.
 const MATTERS: f64 = 6.0;
+
+/// An effect at least as probable is there beyond doubt.
+pub(super) const BEYOND_DOUBT: f64 = 0.9;
 
 /// What can be the main thing.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -123,7 +128,7 @@ impl Findings {
             set.probability = believed * (v - top).exp() / total;
         }
         sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        Self { sets, idle: Vec::new(), notes }
+        Self { sets, idle: Vec::new(), least_nats: -prior.ln_named, notes }
     }
 
     /// Takes the effects `ids` out of every set: a set that held nothing else then lacks nothing.
@@ -133,6 +138,12 @@ impl Findings {
             self.idle.extend(part.map(|part| (part, self.presence(id))));
         }
         self.sets.iter_mut().for_each(|s| s.parts.retain(|p| !ids.contains(&p.id)));
+    }
+
+    /// Whether an effect that is `missed` by so many nats beside the others is worth its name: by more than its prior asks, or, where
+    /// that was not asked, beyond doubt with this probability of being present.
+    pub fn is_worth_naming(&self, missed_nats: Option<f64>, presence: f64) -> bool {
+        missed_nats.map_or(presence >= BEYOND_DOUBT, |nats| nats >= self.least_nats)
     }
 
     /// Probability of each main thing, most probable first.

@@ -115,8 +115,8 @@ pub struct Along<'a> {
     next: usize,
     /// Last reading of each wheel, and how often it has come in a row
     repeats: [(f64, f64); 2],
-    /// What a reading adds to its variance where it is the last one's, by the square of how often it has come
-    repeated: f64,
+    /// Variance of the lattice's error, rad²/s², and the correlation of two of them where a reading repeats
+    lattice: (f64, f64),
     /// Σ ln(2πS) so far
     pub ln_volume: f64,
 }
@@ -152,7 +152,7 @@ impl<'a> Along<'a> {
             span_s: (record.times_s[rows.clone()].last().copied().unwrap_or(start_s) - start_s).max(1e-9),
             next: rows.start,
             repeats: [(f64::NAN, 0.0); 2],
-            repeated: repeated(noise),
+            lattice: lattice(noise),
             rows,
             ln_volume: 0.0,
         }
@@ -259,7 +259,7 @@ impl<'a> Along<'a> {
             let again = self.repeats.get_mut(place).map_or(0.0, |last| {
                 let times = if last.0 == value { last.1 + 1.0 } else { 1.0 };
                 *last = (value, times);
-                self.repeated * (times * times - 1.0)
+                repeated(self.lattice, times)
             });
             // what earlier readings of this row have moved already
             let moved: f64 = (0..N).map(|i| h[i] * (self.filter.state[i] - prior[i])).sum();
@@ -336,16 +336,23 @@ impl<'a> Along<'a> {
     }
 }
 
-/// q²/12 exp(-4π² σ²/q²): what is left of a lattice's error from one reading to the next where the speed stays, for white noise σ
-/// that shakes it (Widrow and Kollár, Quantization noise, 2008). Readings that repeat are then one reading: with a variance that
-/// grows by the square of how often it has come, a run tells no more than 1.6 of them.
-fn repeated(noise: &Noise) -> f64 {
-    let lattice = noise.wheel_lsb_rad_s.powi(2);
-    if lattice == 0.0 {
-        return 0.0;
+/// q²/12, rad²/s², and exp(-4π² σ²/q²): variance of the error of a lattice, and the correlation of two such errors where the speed
+/// stays, for white noise σ that shakes it (Widrow and Kollár, Quantization noise, 2008).
+fn lattice(noise: &Noise) -> (f64, f64) {
+    let square = noise.wheel_lsb_rad_s.powi(2);
+    if square == 0.0 {
+        return (0.0, 0.0);
     }
-    let white = (noise.reading[0] - lattice / 12.0).max(0.0);
-    lattice / 12.0 * (-4.0 * std::f64::consts::PI.powi(2) * white / lattice).exp()
+    let white = (noise.reading[0] - square / 12.0).max(0.0);
+    // a reading without any noise repeats for ever, and is one
+    (square / 12.0, (-4.0 * std::f64::consts::PI.powi(2) * white / square).exp().min(0.999))
+}
+
+/// What the variance of a reading grows by where it comes in a row for the `times`-th time. Of m errors of variance v with
+/// correlation ρ the information is m/(v (1 - ρ + m ρ)); the m-th adds the reciprocal of v (1 - ρ + m ρ)(1 - ρ + (m - 1) ρ)/(1 - ρ).
+fn repeated((variance, correlation): (f64, f64), times: f64) -> f64 {
+    let of = |m: f64| 1.0 - correlation + m * correlation;
+    variance * (of(times) * of(times - 1.0) / (1.0 - correlation) - 1.0)
 }
 
 fn expected(model: &DriveModel, at: &Moving) -> [f64; 3] {

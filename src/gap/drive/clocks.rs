@@ -22,6 +22,8 @@ const LONGEST_DELAY_S: f64 = 0.2;
 const DIFFERS: f64 = 4.0;
 /// Rows by which one may besides: a clock is set no finer than rows tell.
 const ROWS: f64 = 2.0;
+/// Standard deviation of a lag that is known to the row, in rows.
+const TO_THE_ROW: f64 = 0.5;
 /// A stream that stops this long before another has stopped half way, s.
 const STOPPED_S: f64 = 2.0;
 /// Correlation by which a wheel's sign is certain, and below which the one that is stated is wrong.
@@ -245,9 +247,12 @@ fn look(config: &Config, log: &Log) -> Result<Seen> {
                 }
             }
         }
-        lags[0] = found.filter(|l| l.correlation > 0.0);
-        // in the rows of the gyro the wheels have the same clock
-        let own = lags[0].filter(|_| !shares_rows(log, Stream::Wheels));
+        // in the rows of the gyro the wheels have the same clock, and rims that slip run ahead of the robot: only a lag that is known
+        // to the row is one of the whole clock
+        let shared = shares_rows(log, Stream::Wheels);
+        let whole = |l: &Lag| l.lag_s.abs() > LONGEST_DELAY_S || l.std_s <= TO_THE_ROW * log.time.median_step_s();
+        lags[0] = found.filter(|l| l.correlation > 0.0 && (!shared || whole(l)));
+        let own = lags[0].filter(|_| !shared);
         track = own.and_then(|about| wander::track(yaw, gyro, &about));
     }
     let wheels_lag = lags[0];

@@ -103,6 +103,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let mut nominal = branch.noise;
         nominal.reading[0] = record.belief.wheel_std_rad_s.powi(2);
         nominal.reading[1] = nominal.reading[0];
+        nominal.wheel_lsb_rad_s = 0.0;
         let here = branch.ln_likelihood(&branch.noise) - branch.ln_likelihood(&nominal);
         lattice_part(lsb, here.max(1.0), knows(effects, "encoder.quantization"))
     });
@@ -110,7 +111,8 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     if knows(effects, LOST_TICKS)
         && let Some((other, bursts)) = restored(record, &branch, &begin, &noise, effects, options)
     {
-        let part = missed_part(&bursts, other.top() - branch.top());
+        let gained = other.top() - branch.top();
+        let part = Part { missed_nats: Some(gained - options.prior.ln_named), ..missed_part(&bursts, gained) };
         others.push((other, part));
     }
     let mut wheels_late_s = None;
@@ -146,7 +148,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let levels = best.levels.iter().map(|l| (l.id.to_owned(), l.margin - options.prior.ln_named));
     let missed_by: BTreeMap<String, f64> = best.missed_by.clone().into_iter().chain(levels).collect();
     for part in findings.sets.iter_mut().flat_map(|set| &mut set.parts) {
-        part.missed_nats = missed_by.get(&part.id).copied();
+        part.missed_nats = part.missed_nats.or(missed_by.get(&part.id).copied());
     }
     let nominal_noise = Noise { process: best.noise.process, ..nominal };
     Judged { findings, closest, wheels_late_s, alike, nominal_noise }

@@ -76,8 +76,8 @@ fn price(n: usize) -> f64 {
 }
 
 impl Branch {
-    /// Noise that is not as large as believed; returns whether there is any. Of wheels on a lattice that is coarser than their noise
-    /// nothing tells how large that is.
+    /// Noise that is not as large as believed; returns whether there is any. Of wheels on a lattice as coarse as their noise nothing
+    /// tells how large that is.
     pub(super) fn level(
         &mut self,
         effects: &[&'static dyn Driving],
@@ -86,6 +86,9 @@ impl Branch {
     ) -> bool {
         let mut any = false;
         for (instrument, _, channels) in CHANNELS {
+            if instrument == Instrument::Wheels && self.is_coarse() {
+                continue;
+            }
             // how the robot accelerates is no more than a diffusion where no torques tell it, and noise takes what that lacks
             let diffuse = self.record.torques_n_m.is_none() && instrument != Instrument::Pose;
             let known = effects.iter().map(|e| (e.about().id, e.explanation()));
@@ -93,7 +96,7 @@ impl Branch {
                 .filter(|k| matches!(k.1, DriveExplanation::NoiseLevel(of) if of == instrument))
                 .map(|k| k.0)
                 .next()
-                .filter(|_| !diffuse && (instrument != Instrument::Wheels || !self.is_coarse()));
+                .filter(|_| !diffuse);
             let sums: Vec<(&str, &Range<usize>, usize, f64)> = channels
                 .iter()
                 .map(|(name, places)| (*name, places, summed(residuals, places)))
@@ -139,7 +142,7 @@ impl Branch {
     }
 
     fn is_coarse(&self) -> bool {
-        self.believed.reading[0] > 2.0 * self.record.belief.wheel_std_rad_s.powi(2)
+        self.believed.wheel_lsb_rad_s > self.record.belief.wheel_std_rad_s
     }
 
     /// The part that says that one channel's noise is not as large as believed.
@@ -214,9 +217,11 @@ impl Branch {
         // the energy of a level in the logarithm of the variance, in which that of what varies is counted, too
         let energy = 0.25 * level.count as f64 * (found / believed).ln().powi(2);
         let moved = level.departs.map_or(0.0, |(_, nats)| nats / (nats + CONSTANT * energy));
-        // what the form of laws that may bend leaves is in all directions
+        // what the form of laws that may bend leaves is in all directions; how uncertain they are is a guess, and less noise may make
+        // up for that
         let excess = 0.5 * level.count as f64 * (found / believed - 1.0);
-        let bent = excess > 0.0 && excess < 2.0 * FORM * FORM * self.bent_nats_beside(level.id);
+        let by_laws = self.bent_nats_beside(level.id);
+        let bent = by_laws > 0.0 && excess < 2.0 * FORM * FORM * by_laws;
         let text = format!("the white noise of {name} is {over:.2} times as large as stated");
         let mut part = described(level.id, true, share * (1.0 - moved), text);
         part.parameters = Parameters::from([(OVER.into(), over)]);
