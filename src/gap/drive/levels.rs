@@ -26,8 +26,9 @@ const WORTH: f64 = 3.0;
 const CLASSES: usize = 8;
 /// Rows on either side that tell how the robot moves.
 const BESIDE: usize = 5;
-/// Share of what a level explains that may vary until it is as likely something else: as of coefficients that are not constant.
-const CONSTANT: f64 = 0.1;
+/// Share of a level's energy that may vary until it is as likely something else: its logarithm is alike to a sixth. A level is a
+/// constant, and no law whose form may be off.
+const CONSTANT: f64 = 0.03;
 /// Steps towards the most likely level.
 const STEPS: usize = 6;
 
