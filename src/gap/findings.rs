@@ -265,4 +265,12 @@ mod tests {
         assert_eq!(Main::of(&named), Main::Effect("gyro.tone".into()));
         assert_eq!(Main::of(&set(&[], 1.0)), Main::None);
     }
+
+    #[test]
+    fn what_was_not_left_out_is_named_beyond_doubt_alone() {
+        let f = Findings { least_nats: 3.0, ..Findings::default() };
+        let worth = |missed, presence| f.is_worth_naming(missed, presence);
+        assert!(worth(Some(3.1), 0.6) && !worth(Some(2.9), 0.99));
+        assert!(worth(None, 0.95) && !worth(None, 0.8));
+    }
 }

@@ -368,3 +368,37 @@ fn readings(record: &Record, k: usize) -> Option<[f64; 6]> {
     let values = [l[k], r[k], gyro, pose[0], pose[1], pose[2]];
     values.iter().any(|v| v.is_finite()).then_some(values)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn readings_that_repeat_tell_no_more_than_their_errors_are_independent() {
+        let variance = 0.03;
+        for correlation in [0.0, 0.03, 0.7, 0.999] {
+            let mut information = 0.0;
+            for times in 1..=200 {
+                let times = f64::from(times);
+                information += (variance + repeated((variance, correlation), times)).recip();
+                let known = times / (variance * (1.0 - correlation + times * correlation));
+                assert!((information / known - 1.0).abs() < 1e-9, "{correlation} {times}");
+            }
+        }
+    }
+
+    #[test]
+    fn noise_that_shakes_a_lattice_makes_its_errors_independent() {
+        let of = |std: f64| {
+            let lsb = 0.1_f64;
+            let mut reading = [0.0; 6];
+            reading[0] = std * std + lsb * lsb / 12.0;
+            lattice(&Noise { torque: 0.0, process: Default::default(), wheel_lsb_rad_s: lsb, reading })
+        };
+        assert!((of(0.01).0 - 0.01 / 12.0).abs() < 1e-15);
+        // a tenth of a step leaves two thirds, half a step next to nothing
+        assert!((of(0.01).1 - 0.674).abs() < 1e-3 && of(0.05).1 < 1e-4 && of(0.0).1 < 1.0);
+        let none = Noise { torque: 0.0, process: Default::default(), wheel_lsb_rad_s: 0.0, reading: [1.0; 6] };
+        assert_eq!(repeated(lattice(&none), 50.0), 0.0);
+    }
+}

@@ -5,8 +5,12 @@
 //! length of a burst scatter by. Loss, length and share of the bursts lie on a grid; each burst then has a
 //! loss of its own, λ_i ~ N(λ, (λ/4)²). The chain begins anew in each drive.
 
+use super::branch::described;
+use super::candidates::LOST_TICKS;
 use super::pass::{Channel, Models, Noise, run};
 use super::record::Record;
+use crate::effects::Parameters;
+use crate::gap::findings::Part;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -393,4 +397,19 @@ impl Bursts {
     pub fn ln_jacobian(&self) -> f64 {
         -self.lost.iter().map(|l| (-l).ln_1p()).sum::<f64>()
     }
+}
+
+/// Lost ticks of one wheel as a part of an account of which they close `share` nats.
+pub(super) fn missed_part(bursts: &Bursts, share: f64) -> Part {
+    use crate::effects::drive::missed_ticks::{BURST, LOSS, SHARE, SIDE};
+    let side = if bursts.side == 0 { "left" } else { "right" };
+    let mut part = described(LOST_TICKS, true, share, format!("the {side} wheel reads low in bursts"));
+    part.parameters = Parameters::from([
+        (LOSS.into(), bursts.loss),
+        (SIDE.into(), bursts.side as f64),
+        (BURST.into(), bursts.length_s),
+        (SHARE.into(), bursts.share),
+    ]);
+    part.std = Parameters::from([(LOSS.into(), bursts.loss_std)]);
+    part
 }

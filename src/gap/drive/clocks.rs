@@ -16,6 +16,8 @@ use crate::vehicle::{Odometry, Rolling};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
+/// A recording to diagnose from, in the answer.
+const FIT: &str = "fit";
 /// Longest lag that is a delay of a sensor, s.
 const LONGEST_DELAY_S: f64 = 0.2;
 /// Standard deviations by which a lag differs from another.
@@ -89,6 +91,24 @@ pub(super) struct Clocks<'a> {
 }
 
 impl Clocks<'_> {
+    /// Whether the clock of this stream of the recordings to diagnose from was set.
+    fn was_set(&self, stream: Stream) -> bool {
+        self.offsets.iter().any(|o| o.recording.starts_with(FIT) && o.channel == stream.id())
+    }
+
+    /// Whether that of the wheels was.
+    pub(super) fn wheels_were_set(&self) -> bool {
+        self.was_set(Stream::Wheels)
+    }
+
+    /// Effects that are lags of streams whose clocks were set: those were set as finely as the recordings tell.
+    pub(super) fn lags(&self) -> Vec<&'static str> {
+        let wheels: &[_] =
+            if self.was_set(Stream::Wheels) { &["sensor.wheel_delay", "sensor.gyro_delay"] } else { &[] };
+        let pose: &[_] = if self.was_set(Stream::Pose) { &["sensor.pose_delay"] } else { &[] };
+        [wheels, pose].concat()
+    }
+
     /// The recordings with the time since power-on of their first rows: those that were given, in order.
     pub(super) fn drives(&self, fit: &[Drive<'_>], hold: &[Drive<'_>]) -> [Vec<Drive<'_>>; 2] {
         let set = |logs: &'_ [Cow<'_, Log>], given: &[Drive<'_>]| -> Vec<f64> {
@@ -137,7 +157,7 @@ pub(super) fn agree<'a>(config: &Config, fit: &[Drive<'a>], hold: &[Drive<'a>]) 
     let mut clocks = Clocks { fit: Vec::new(), hold: Vec::new(), offsets: Vec::new(), notes: Vec::new() };
     for (place, ((log, seen), out)) in logs.iter().zip(&seen).zip(taken_out).enumerate() {
         let (kind, number, of) = match place.checked_sub(fit.len()) {
-            None => ("fit", place, fit.len()),
+            None => (FIT, place, fit.len()),
             Some(place) => ("hold", place, hold.len()),
         };
         let recording = if of > 1 { format!("{kind} {}", number + 1) } else { kind.into() };

@@ -55,10 +55,13 @@ pub fn diagnose(
     }
     let clocks = clocks::agree(config, fit, hold)?;
     let [fit, hold] = &clocks.drives(fit, hold);
-    let record = Record::of_drives(config, fit)?;
+    let wheels_were_set = clocks.wheels_were_set();
+    let record = Record { wheels_were_set, ..Record::of_drives(config, fit)? };
     let kept = (!hold.is_empty()).then(|| Record::of_drives(config, hold)).transpose()?;
     observe(Stage::Compare);
-    let effects: Vec<&'static dyn Driving> = library.driving().collect();
+    let set = clocks.lags();
+    let (lags, effects): (Vec<&'static dyn Driving>, Vec<_>) =
+        library.driving().partition(|e| set.contains(&e.about().id));
     let judge_options = &options.judge_drives;
     let mounting = mounting(&record, &effects, judge_options);
     // the same robot carries the same reference in the recording kept back
@@ -93,7 +96,7 @@ pub fn diagnose(
     answer.notes.extend(clocks.notes.iter().cloned());
     answer.notes.extend(together_note(&record));
     answer.notes.extend(mounting.map(|m| m.said()));
-    let hidden: Vec<_> = unknowable(&record, &effects).collect();
+    let hidden: Vec<_> = unknowable(&record, &effects).chain(lags.iter().map(|e| e.about().id)).collect();
     if !hidden.is_empty() {
         answer.notes.push(format!("This log cannot tell whether there is any of {}.", hidden.join(", ")));
     }

@@ -4,12 +4,13 @@
 //! anew. Standard deviations come from the curvature there.
 
 use super::branch::Branch;
-use super::bursts::{self, Bursts, Sought};
+use super::bursts::{self, Bursts, Sought, missed_part};
 use super::candidates::{Candidates, Kind, LOST_TICKS, knowable};
 use super::clocks;
 use super::far;
 use super::fit::{Compared, Theta};
-use super::judge::{Believed, Options, WORTH, lattice_part, missed_part, mounting, start};
+use super::judge::{Believed, Options, WORTH, mounting, start};
+use super::levels::lattice_part;
 use super::onset;
 use super::pass::{Noise, Process, run};
 use super::record::Record;

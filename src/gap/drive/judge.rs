@@ -5,14 +5,15 @@
 //! ticks of one wheel put back, and with wheels or gyro put back to when they were true, if that looks worth it.
 
 use super::alike::alike;
-use super::branch::{Branch, described};
-use super::bursts::{self, Bursts, Predicted, Sought};
+use super::branch::Branch;
+use super::bursts::{self, Bursts, Predicted, Sought, missed_part};
 use super::candidates::{Candidates, Kind, LOST_TICKS, Prior, knowable};
 use super::closest::{Closest, alone, closest};
 use super::column::Equation;
 use super::fit::{Compared, Theta};
 use super::lag;
 use super::late::{self, Late};
+use super::levels::lattice_part;
 use super::mounting::{self, Mounting};
 use super::onset::{self, Onsets};
 use super::pass::{Models, Noise, run};
@@ -20,7 +21,6 @@ use super::record::Record;
 use super::ripple;
 use super::twins::Twins;
 use super::unforced;
-use crate::effects::Parameters;
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::gap::Calibration;
 use crate::gap::answer::Alike;
@@ -116,7 +116,9 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         others.push((other, part));
     }
     let mut wheels_late_s = None;
-    if let Some((other, late)) = wheels_in_time(record, &branch, effects, options) {
+    if !record.wheels_were_set
+        && let Some((other, late)) = wheels_in_time(record, &branch, effects, options)
+    {
         let part = late.part(other.top() - branch.top(), knows(effects, late::WHEELS_LATE.0));
         others.push((other, part));
         wheels_late_s = Some(late.delay_s);
@@ -449,30 +451,6 @@ pub(super) fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> 
         }
     }
     best.1
-}
-
-pub(super) fn lattice_part(lsb: f64, share: f64, named: bool) -> Part {
-    let id = if named { "encoder.quantization" } else { "free.lattice.wheels" };
-    let mut part = described(id, named, share, format!("wheel speeds lie on a lattice of {lsb:.5} rad/s"));
-    if named {
-        part.parameters = Parameters::from([("lsb_rad_s".into(), lsb)]);
-        part.std = Parameters::from([("lsb_rad_s".into(), 1e-6 * lsb)]);
-    }
-    part
-}
-
-pub(super) fn missed_part(bursts: &Bursts, share: f64) -> Part {
-    use crate::effects::drive::missed_ticks::{BURST, LOSS, SHARE, SIDE};
-    let side = if bursts.side == 0 { "left" } else { "right" };
-    let mut part = described(LOST_TICKS, true, share, format!("the {side} wheel reads low in bursts"));
-    part.parameters = Parameters::from([
-        (LOSS.into(), bursts.loss),
-        (SIDE.into(), bursts.side as f64),
-        (BURST.into(), bursts.length_s),
-        (SHARE.into(), bursts.share),
-    ]);
-    part.std = Parameters::from([(LOSS.into(), bursts.loss_std)]);
-    part
 }
 
 /// The equation that a free form of this id lies in.

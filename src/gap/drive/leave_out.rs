@@ -108,3 +108,22 @@ impl Branch {
         left_out.into_par_iter().map(one).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::form_nats;
+
+    #[test]
+    fn the_form_of_a_law_explains_what_is_small_beside_it_and_nothing_large() {
+        // without a law that bends nothing is taken back, and never more than there is
+        assert_eq!(form_nats(50.0, 0.0), 0.0);
+        for nats in [-3.0, 0.0, 1.0, 20.0, 1e4] {
+            let form = form_nats(nats, 1e5);
+            assert!(form >= 0.0 && form <= nats.max(0.0), "{nats}: {form}");
+        }
+        // beside 1e5 nats a direction is off by s² = 50: of 20 nats hardly any is missed, of 1e4 a fiftieth still is
+        assert!(20.0 - form_nats(20.0, 1e5) < 3.0);
+        let left = 1e4 - form_nats(1e4, 1e5);
+        assert!((left - (1e4 / 51.0 + 0.5 * 51_f64.ln())).abs() < 1e-9, "{left}");
+    }
+}

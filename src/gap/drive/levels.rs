@@ -256,6 +256,17 @@ impl Branch {
     }
 }
 
+/// A lattice of the wheels, rad/s, as a part of an account of which it closes `share` nats.
+pub(super) fn lattice_part(lsb: f64, share: f64, named: bool) -> Part {
+    let id = if named { "encoder.quantization" } else { "free.lattice.wheels" };
+    let mut part = described(id, named, share, format!("wheel speeds lie on a lattice of {lsb:.5} rad/s"));
+    if named {
+        part.parameters = Parameters::from([("lsb_rad_s".into(), lsb)]);
+        part.std = Parameters::from([("lsb_rad_s".into(), 1e-6 * lsb)]);
+    }
+    part
+}
+
 /// Whether the residuals of these channels are other than white noise of one variance: what shows it most, and by how many nats
 /// more than what looking for it costs.
 fn departs(record: &Record, residuals: &[Residual], places: &[usize]) -> Option<(&'static str, f64)> {

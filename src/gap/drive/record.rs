@@ -42,6 +42,8 @@ pub struct Record {
     pub temperature_c: Option<Vec<f64>>,
     /// What is believed.
     pub belief: Belief,
+    /// Whether the clock of the wheels was set: what is left of their lag is a matter of that.
+    pub wheels_were_set: bool,
     /// What was assumed, and what cannot be told, in sentences.
     pub notes: Vec<String>,
 }
@@ -188,6 +190,7 @@ impl Record {
             pose,
             temperature_c: column(names::TEMPERATURE).filter(|t| t.iter().any(|v| v.is_finite())),
             belief,
+            wheels_were_set: false,
             notes,
         };
         Ok(record.with_start_heading())

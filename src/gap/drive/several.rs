@@ -95,6 +95,7 @@ impl Record {
             pose: self.pose.as_ref().map(|p| p.each_ref().map(cut)),
             temperature_c: self.temperature_c.as_ref().map(cut),
             belief: self.belief,
+            wheels_were_set: self.wheels_were_set,
             notes: Vec::new(),
         }
     }

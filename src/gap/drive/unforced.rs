@@ -147,6 +147,7 @@ pub(super) mod tests {
             pose: None,
             temperature_c: None,
             belief,
+            wheels_were_set: false,
             notes: Vec::new(),
         }
     }

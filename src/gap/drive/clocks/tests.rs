@@ -186,3 +186,20 @@ fn what_stops_half_way_is_judged_where_all_is_there() {
     assert_eq!(clocks.fit[0].len(), 3500);
     assert!(clocks.notes.len() == 1 && clocks.notes[0].contains("judged where both do"), "{:?}", clocks.notes);
 }
+
+#[test]
+fn rims_that_run_ahead_are_no_clock() {
+    // wheels that spin lead the gyro by tens of milliseconds, in every run
+    let logs = [5, 6].map(|seed| recorded(60.0, seed, Some(("wheel.slip", "compliance", 1.0))));
+    let clocks = set(&logs[0], Some(&logs[1]));
+    assert!(clocks.offsets.is_empty() && clocks.lags().is_empty(), "{:?}", clocks.offsets);
+    // a clock that is off by as much is one, and known to a part of a row
+    let early = [11, 12].map(|seed| shifted(&recorded(60.0, seed, None), &WHEELS, -9));
+    let clocks = set(&early[0], Some(&early[1]));
+    assert_eq!(clocks.offsets.len(), 2, "{:?}", clocks.offsets);
+    for o in &clocks.offsets {
+        assert!((o.offset_s + 0.09).abs() < 4.0 * o.std_s + 0.01 && o.std_s < 0.005, "{o:?}");
+    }
+    // and then what is left of the wheels' lag has no name
+    assert_eq!(clocks.lags(), ["sensor.wheel_delay", "sensor.gyro_delay"]);
+}
