@@ -46,7 +46,7 @@ pub(super) trait Constant: Law {
     /// What a log must hold for it to be knowable.
     const NEEDS: Needs = Needs::NOTHING;
 
-    /// What every robot has a little of: standard deviation, in sample times.
+    /// Standard deviation of the constant in robots that lack nothing, in sample times.
     const USUAL_ROWS: f64 = 0.0;
 
     /// Its coordinate in a robot that steers like this, where that makes a difference.

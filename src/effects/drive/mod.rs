@@ -142,8 +142,8 @@ pub trait ModelChange: Sync + Send {
         Vec::new()
     }
 
-    /// What every robot has a little of, and no recording is asked for: standard deviation of the first coordinate where readings
-    /// are `sample_time_s` apart; zero where there is nothing of the kind.
+    /// Standard deviation of the first coordinate, in its unit, in robots that lack nothing and are read every `sample_time_s`: every
+    /// recording may have as much of it. Zero where it is exact.
     fn usual_std(&self, sample_time_s: f64) -> f64 {
         let _ = sample_time_s;
         0.0

@@ -4,6 +4,8 @@
 //! negative, longer, or another in each recording is a matter of clocks. Stamps of the gyro are taken as true (without a
 //! gyro, those of the wheels), unless all other streams agree that it is these that are late.
 
+use super::lag::LATE;
+use super::late::WHEELS_LATE;
 use super::offset::{Integral, Lag, lag};
 use super::wander::{self, Track};
 use crate::config::Config;
@@ -103,8 +105,7 @@ impl Clocks<'_> {
 
     /// Effects that are lags of streams whose clocks were set: those were set as finely as the recordings tell.
     pub(super) fn lags(&self) -> Vec<&'static str> {
-        let wheels: &[_] =
-            if self.was_set(Stream::Wheels) { &["sensor.wheel_delay", "sensor.gyro_delay"] } else { &[] };
+        let wheels: &[_] = if self.was_set(Stream::Wheels) { &[WHEELS_LATE.0, LATE.0] } else { &[] };
         let pose: &[_] = if self.was_set(Stream::Pose) { &["sensor.pose_delay"] } else { &[] };
         [wheels, pose].concat()
     }
