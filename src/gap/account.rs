@@ -67,6 +67,11 @@ impl Tested {
         Gain::of(&vec![0.0; self.rows.len()], &self.rows)
     }
 
+    /// Whether the recording on which the gap is measured contradicts it: it loses there, first and last, beyond chance.
+    fn is_refuted(&self) -> bool {
+        [self.first, self.last].iter().all(|gain| gain.ci95()[1] < -LEAST_NATS)
+    }
+
     /// Whether it is there beyond doubt, with this probability of being present, and closes nothing that can be measured: neither
     /// interval lies above zero, nor is a gain worth the name to be expected where it is as large as it was found to be.
     fn is_idle(&self, presence: f64) -> bool {
@@ -105,6 +110,21 @@ pub fn test(
         Ok(Tested { id: effect.0.clone(), first, last, expected_nats, rows })
     };
     effects.iter().enumerate().map(one).collect()
+}
+
+/// Whether the scores `after` are better than those `before` beyond chance.
+pub fn is_better(before: &[f64], after: &[f64]) -> bool {
+    Gain::of(before, after).ci95()[0] > 0.0
+}
+
+/// The effects of `tested` but for the first that gain nothing beyond chance beside all others.
+pub fn superfluous(tested: &[Tested]) -> Vec<String> {
+    tested.iter().skip(1).filter(|t| t.last.ci95()[0] <= 0.0).map(|t| t.id.clone()).collect()
+}
+
+/// The effects of `tested` that a recording kept back contradicts.
+pub fn refuted(tested: &[Tested]) -> Vec<String> {
+    tested.iter().filter(|t| t.is_refuted()).map(|t| t.id.clone()).collect()
 }
 
 /// The effects of `tested` that are idle.
@@ -259,6 +279,34 @@ mod tests {
         let answer = crate::gap::compose::answer(&found, |_| None);
         assert_eq!((answer.verdict, answer.together.len(), answer.main), (Verdict::None, 0, None));
         assert!(answer.effects[0].idle && answer.effects[0].id == "lattice");
+    }
+
+    #[test]
+    fn what_the_recording_kept_back_contradicts_has_no_name() {
+        // one that loses as much as a true one gains, and two whose loss is within chance and next to nothing
+        let all = tested(&[("false", -0.1), ("chance", -1.0 / 4000.0), ("true", 0.1)]);
+        assert_eq!(refuted(&all), ["false"]);
+        let mut found = findings(&["false", "true"]);
+        found.refute(&refuted(&all));
+        assert_eq!((found.presence("true"), found.sets[0].parts.len()), (1.0, 1));
+        // alone, something is there that it is not the cause of
+        let mut found = findings(&["false"]);
+        found.refute(&refuted(&all));
+        let left = &found.sets[0].parts[0];
+        assert!(left.id == "free.refuted.false" && !left.named && left.share == 9.0 && left.parameters.is_empty());
+    }
+
+    #[test]
+    fn what_leads_leaves_the_rest_to_the_others() {
+        let all = tested(&[("one", 0.1), ("other", 0.1), ("nothing", -1.0 / 4000.0)]);
+        assert_eq!(superfluous(&all), ["nothing"]);
+        let (zero, some) = (vec![0.0; 4000], scores(&[("one", 0.1)], &[("one".into(), Parameters::new())], 4000));
+        assert!(is_better(&zero, &some) && !is_better(&some, &zero));
+        let mut found = findings(&["other", "nothing"]);
+        found.sets[0].parts.push(Part::new("free.form", false, 40.0));
+        found.lead(&Part::new("one", true, 30.0), &superfluous(&all));
+        let parts: Vec<_> = found.sets[0].parts.iter().map(|p| (p.id.as_str(), p.share)).collect();
+        assert_eq!(parts, [("other", 9.0), ("free.form", 10.0), ("one", 40.0)]);
     }
 
     #[test]

@@ -92,6 +92,9 @@ pub struct Findings {
 /// What closes fewer nats than this is a side effect: it may be named, and need not be.
 const MATTERS: f64 = 6.0;
 
+/// How the id of what an effect explains begins whose name was taken from it; the effect's own follows.
+pub(super) const REFUTED: &str = "free.refuted.";
+
 /// An effect at least as probable is there beyond doubt.
 pub(super) const BEYOND_DOUBT: f64 = 0.9;
 
@@ -138,6 +141,32 @@ impl Findings {
             self.idle.extend(part.map(|part| (part, self.presence(id))));
         }
         self.sets.iter_mut().for_each(|s| s.parts.retain(|p| !ids.contains(&p.id)));
+    }
+
+    /// Takes the effects `ids` out of every set: they are no cause of what they explain. In a set that holds nothing else, what they
+    /// explain stays, without a name.
+    pub fn refute(&mut self, ids: &[String]) {
+        for set in &mut self.sets {
+            let (refuted, mut left): (Vec<Part>, Vec<Part>) = set.parts.drain(..).partition(|p| ids.contains(&p.id));
+            if left.is_empty() {
+                left.extend(refuted.into_iter().map(|part| {
+                    let description = format!("what {} explains here and not in the recording kept back", part.id);
+                    Part { description, ..Part::new(&format!("{REFUTED}{}", part.id), false, part.share) }
+                }));
+            }
+            set.parts = left;
+        }
+    }
+
+    /// Puts `part` into every set in the place of the effects `ids`, and before the free forms: these have what it leaves.
+    pub fn lead(&mut self, part: &Part, ids: &[String]) {
+        for set in &mut self.sets {
+            set.parts.retain(|p| p.id != part.id && !ids.contains(&p.id));
+            let unnamed: f64 = set.parts.iter().filter(|p| !p.named).map(|p| p.share.max(0.0)).sum();
+            let left = if unnamed > part.share { 1.0 - part.share / unnamed } else { 0.0 };
+            set.parts.iter_mut().filter(|p| !p.named).for_each(|p| p.share *= left);
+            set.parts.push(Part { share: part.share.max(unnamed), ..part.clone() });
+        }
     }
 
     /// Whether an effect that is `missed` by so many nats beside the others is worth its name: by more than its prior asks, or, where

@@ -95,15 +95,15 @@ impl Branch {
         changed
     }
 
-    /// Without torques: takes how speeds change from a settled model; returns whether that is otherwise than before. Gains of
-    /// gyro and wheels say how large all speeds are, and while how these change is still that of the gap, they make up for it.
-    fn diffuse(&mut self) -> bool {
+    /// Without torques: takes how speeds change, and how loud wheels and gyro are, from a settled model; returns whether that is
+    /// otherwise than before. Gains of gyro and wheels say how large all speeds are, and while how these change is still that of
+    /// the gap, they make up for it.
+    pub(super) fn diffuse(&mut self) -> bool {
         if self.record.torques_n_m.is_some() {
             return false;
         }
         let (candidates, theta) = (&self.compared.candidates, &self.compared.theta);
-        let process = unforced::likely(&self.record, &Self::models_at(&self.record, candidates, theta), &self.noise);
-        let changed = Noise { process, ..self.noise };
+        let changed = unforced::likely(&self.record, &Self::models_at(&self.record, candidates, theta), &self.noise);
         let better = self.ln_likelihood(&changed) > self.ln_likelihood(&self.noise) + BETTER;
         if better {
             self.noise = changed;

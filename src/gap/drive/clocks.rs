@@ -268,9 +268,9 @@ fn look(config: &Config, log: &Log) -> Result<Seen> {
                 }
             }
         }
-        // in the rows of the gyro the wheels have the same clock, and rims that slip run ahead of the robot: only a lag that is known
+        // in all rows of the gyro the wheels have the same clock, and rims that slip run ahead of the robot: only a lag that is known
         // to the row is one of the whole clock
-        let shared = shares_rows(log, Stream::Wheels);
+        let shared = shares_rows(log, Stream::Wheels) && is_as_fast(log, Stream::Wheels);
         let whole = |l: &Lag| l.lag_s.abs() > LONGEST_DELAY_S || l.std_s <= TO_THE_ROW * log.time.median_step_s();
         lags[0] = found.filter(|l| l.correlation > 0.0 && (!shared || whole(l)));
         let own = lags[0].filter(|_| !shared);
@@ -397,6 +397,13 @@ fn shares_rows(log: &Log, stream: Stream) -> bool {
     let [own, others] = rows_of(log, stream);
     let read = own.iter().filter(|there| **there).count();
     2 * own.iter().zip(&others).filter(|(own, other)| **own && **other).count() > read
+}
+
+/// Whether a stream reads in most of the rows in which others do: one of a rate of its own has a clock of its own, even where its
+/// readings were put into the rows of others.
+fn is_as_fast(log: &Log, stream: Stream) -> bool {
+    let [own, others] = rows_of(log, stream).map(|rows| rows.into_iter().filter(|there| *there).count());
+    2 * own > others
 }
 
 /// `log` with the readings of one stream stamped earlier by what it is late. Where they stand in the rows of other sensors they are

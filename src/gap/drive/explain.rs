@@ -12,7 +12,7 @@ use super::fit::{Compared, Theta};
 use super::judge::{Believed, Options, WORTH, mounting, start};
 use super::levels::lattice_part;
 use super::onset;
-use super::pass::{Noise, Process, run};
+use super::pass::{Noise, run};
 use super::record::Record;
 use crate::config::Config;
 use crate::effects::drive::{DriveExplanation, Driving};
@@ -87,8 +87,8 @@ impl Asked {
 /// A drive explained by effects that were given.
 struct Fit {
     parts: Vec<Part>,
-    /// How speeds change where no torques tell it, as the nominal filter takes it.
-    process: Process,
+    /// Noise that the nominal filter assumes; where there are no torques, with how speeds change and how loud wheels and gyro are.
+    nominal: Noise,
     notes: Vec<String>,
 }
 
@@ -148,7 +148,7 @@ pub(in crate::gap) fn known_gain(
     };
     let fit = fit(&record, &asked, &options);
     let found: Vec<(String, Parameters)> = fit.parts.into_iter().map(|p| (p.id, p.parameters)).collect();
-    Ok(far::gain(&kept, library, &found, fit.process))
+    Ok(far::gain(&kept.as_loud_as(&fit.nominal), library, &found, fit.nominal.process))
 }
 
 fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
@@ -158,12 +158,12 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let mut notes = Vec::new();
     let mut parts = Vec::new();
     let mut as_is = Branch::new(record.clone(), noise, settled(record, &noise, &candidates), Vec::new());
-    // how torques change within a step was judged by the model without the effects
-    if as_is.ripple() {
+    // how torques change within a step, and how the robot moves without them, was judged by the model without the effects
+    if as_is.ripple() | as_is.diffuse() {
         as_is.compared = settled(record, &as_is.noise, &candidates);
     }
     let noise = as_is.noise;
-    let nominal = Noise { process: noise.process, ..nominal };
+    let nominal = noise.nominal_beside(&nominal, record);
     // single bursts, where they tell more than that a wheel reads low on average
     let lost = asked.has(|e| matches!(e, DriveExplanation::MissedTicks(_))).then(|| {
         let others = settled(record, &noise, &candidates.except(LOST_TICKS));
@@ -204,7 +204,7 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     if !c.next().1 {
         notes.push("The parameters had not settled when the fit was ended: their intervals may be too narrow.".into());
     }
-    Fit { parts, process: nominal.process, notes }
+    Fit { parts, nominal, notes }
 }
 
 /// All candidates together: from zero, from where a change that bends much may begin, and from where each alone settles.
@@ -272,9 +272,9 @@ mod tests {
             let before = ripple::before(&record, &Noise::believed(&record, None)).process.ripple;
             let fit = fit(&record, &Asked::of(&library, &["gyro.scale_factor"]).unwrap(), &Options::default());
             let all = record.belief.torque_noise_n_m_sqrt_s.powi(2);
-            println!("{parts}: {} before, {} with the gain", before / all, fit.process.ripple / all);
+            println!("{parts}: {} before, {} with the gain", before / all, fit.nominal.process.ripple / all);
             assert!(before > 0.0);
-            assert_eq!(fit.process.ripple, whole * all);
+            assert_eq!(fit.nominal.process.ripple, whole * all);
             let (k, std) = (fit.parts[0].parameters["relative"], fit.parts[0].std["relative"]);
             assert!((k - GAIN).abs() < 5.0 * std, "{k} {std}");
         }

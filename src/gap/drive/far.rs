@@ -305,7 +305,7 @@ pub fn expected_gains(
 ) -> Vec<f64> {
     let (with, nominal) = (Claimed::new(effects, library), Claimed::new(&[], library));
     let gain = |log: u64| {
-        let record = own(kept, &with, process.ripple, options.seed.wrapping_add(log));
+        let record = own(kept, &with, process, options.seed.wrapping_add(log));
         let total = |claimed: &Claimed| Under { record: &record, claimed, process }.score().rows.iter().sum::<f64>();
         total(&with) - total(&nominal)
     };
@@ -328,7 +328,7 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, process: Proce
     let all = found.as_ref().unwrap_or(&nominal);
     let logs: Vec<Record> = (0..options.simulated_logs as u64)
         .into_par_iter()
-        .map(|i| own(kept, all, process.ripple, options.seed.wrapping_add(i)))
+        .map(|i| own(kept, all, process, options.seed.wrapping_add(i)))
         .collect();
     let singles: Vec<Claimed> = listed.iter().map(|one| Claimed::new(std::slice::from_ref(one), library)).collect();
     let single = |i: usize| if together == &listed[i..=i] { all } else { &singles[i] };

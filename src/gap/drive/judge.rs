@@ -51,13 +51,20 @@ impl Default for Options {
 pub struct Judged {
     /// Sets with their probabilities.
     pub findings: Findings,
-    /// Where no effect explains most: the one that explains most alone, and its share of what was explained, 0 to 1.
+    /// Where no effect explains most, or noise is not as stated: the one that explains most alone, and its share of what was
+    /// explained, 0 to 1.
     pub closest: Option<(Closest, f64)>,
+    /// Whether no effect explains most.
+    pub unknown: bool,
+    /// Whether the noise of wheels and gyro, estimated where no torques tell how the robot moves, is as stated. Noise that is not is
+    /// seldom white: the evidence counts more readings than are independent then.
+    pub as_stated: bool,
     /// Wheels whose readings come late, s, where that is what explains most.
     pub wheels_late_s: Option<f64>,
     /// Classes of effects that this drive cannot tell apart, whatever chance makes of it.
     pub alike: Vec<Alike>,
-    /// Noise that the nominal filter assumes, with how fast speeds diffuse where there are no torques.
+    /// Noise that the nominal filter assumes; where there are no torques, with how fast speeds diffuse and how loud wheels and gyro
+    /// are.
     pub nominal_noise: Noise,
 }
 
@@ -100,10 +107,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let branch = settled(record.clone(), noise, all, &begin, onsets_s, effects, options);
     // what the lattice closes: the same model with the nominal noise of the wheels beside it
     let lattice = lsb.map(|lsb| {
-        let mut nominal = branch.noise;
-        nominal.reading[0] = record.belief.wheel_std_rad_s.powi(2);
-        nominal.reading[1] = nominal.reading[0];
-        nominal.wheel_lsb_rad_s = 0.0;
+        let nominal = branch.noise.without_lattice(record);
         let here = branch.ln_likelihood(&branch.noise) - branch.ln_likelihood(&nominal);
         lattice_part(lsb, here.max(1.0), knows(effects, "encoder.quantization"))
     });
@@ -138,7 +142,8 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let others = others.iter().map(|o| &o.0).chain(in_time.iter().map(|i| &i.branch));
     let best = others.fold(&branch, |best, other| if other.top() > best.top() { other } else { best });
     let unknown = matches!(findings.mains().first(), Some((Main::Unknown, _)));
-    let nearest = if unknown { closest(&best.record, &best.noise, effects, options) } else { None };
+    let as_stated = record.torques_n_m.is_some() || unforced::is_as_stated(record, &best.noise);
+    let nearest = if unknown || !as_stated { closest(&best.record, &best.noise, effects, options) } else { None };
     let closest = nearest.map(|(one, nothing)| {
         let c = &best.compared;
         let explained = c.problem.ln_evidence(&c.sets[0].members) - nothing;
@@ -146,14 +151,16 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         (Closest { part: twins.plausible(one.part), ..one }, share)
     });
     let mut alike = alike(&best.record, &best.compared);
-    alike.extend(twins.class(&best.record, &findings));
+    let first = findings.sets.first().and_then(|set| twins.class(&best.record, &set.parts));
+    let near = closest.as_ref().and_then(|c| twins.class(&best.record, std::slice::from_ref(&c.0.part)));
+    alike.extend(first.or(near));
     let levels = best.levels.iter().map(|l| (l.id.to_owned(), l.margin - options.prior.ln_named));
     let missed_by: BTreeMap<String, f64> = best.missed_by.clone().into_iter().chain(levels).collect();
     for part in findings.sets.iter_mut().flat_map(|set| &mut set.parts) {
         part.missed_nats = part.missed_nats.or(missed_by.get(&part.id).copied());
     }
-    let nominal_noise = Noise { process: best.noise.process, ..nominal };
-    Judged { findings, closest, wheels_late_s, alike, nominal_noise }
+    let nominal_noise = best.noise.nominal_beside(&nominal, record);
+    Judged { findings, closest, unknown, as_stated, wheels_late_s, alike, nominal_noise }
 }
 
 /// `record` with all candidates compared from `begin`, and settled.
@@ -184,7 +191,7 @@ pub(super) struct Believed {
     pub(super) lsb: Option<f64>,
     /// Noise with that.
     pub(super) noise: Noise,
-    /// Noise that the nominal filter assumes.
+    /// Noise that the nominal filter assumes: without the lattice.
     pub(super) nominal: Noise,
 }
 
@@ -192,13 +199,12 @@ impl Believed {
     pub(super) fn of(record: &Record) -> Self {
         let steps = record.wheels_rad_s.iter().filter_map(|w| lattice::step(w));
         let lsb = steps.reduce(f64::min).filter(|lsb| *lsb > FINE * record.belief.wheel_std_rad_s);
-        let mut noise = Noise::believed(record, lsb);
+        let mut noise = Noise { wheel_lsb_rad_s: lsb.unwrap_or(0.0), ..Noise::believed(record, lsb) };
         if record.torques_n_m.is_none() {
-            noise.process = unforced::likely(record, &plain(record), &noise);
+            noise = unforced::likely(record, &plain(record), &noise);
         }
         let noise = ripple::before(record, &noise);
-        let nominal = Noise { process: noise.process, ..Noise::believed(record, None) };
-        let noise = Noise { wheel_lsb_rad_s: lsb.unwrap_or(0.0), ..noise };
+        let nominal = noise.without_lattice(record);
         Self { lsb, noise, nominal }
     }
 }
@@ -218,8 +224,7 @@ fn wheels_in_time(
     // the delay is looked for again with what is known then of the robot and of the noise
     for _ in 0..SETTLING {
         let moved = late::put_back(record, late.delay_s);
-        let process = unforced::likely(&moved, &plain(&moved), &as_is.believed);
-        let noise = Noise { process, ..as_is.believed };
+        let noise = unforced::likely(&moved, &plain(&moved), &as_is.believed);
         let all = Candidates::new(&moved, effects, &options.prior, true, &[]);
         let (noise, nearest) = diffused(&moved, noise, &all);
         let begin = start(&moved, &noise, &all);
@@ -354,7 +359,7 @@ fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<M
     match fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())) {
         Some(best) if best.top() > nothing => {
             let models = Branch::models_at(record, &best.candidates, &best.next().0);
-            (Noise { process: unforced::likely(record, &models, &noise), ..noise }, Some(models))
+            (unforced::likely(record, &models, &noise), Some(models))
         }
         _ => (noise, None),
     }

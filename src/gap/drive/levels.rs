@@ -90,14 +90,16 @@ impl Branch {
             if instrument == Instrument::Wheels && self.is_coarse() {
                 continue;
             }
-            // how the robot accelerates is no more than a diffusion where no torques tell it, and noise takes what that lacks
-            let diffuse = self.record.torques_n_m.is_none() && instrument != Instrument::Pose;
+            // how the robot accelerates is no more than a diffusion where no torques tell it, and noise takes what that lacks: both were
+            // estimated together
+            if self.record.torques_n_m.is_none() && instrument != Instrument::Pose {
+                continue;
+            }
             let known = effects.iter().map(|e| (e.about().id, e.explanation()));
             let named = known
                 .filter(|k| matches!(k.1, DriveExplanation::NoiseLevel(of) if of == instrument))
                 .map(|k| k.0)
-                .next()
-                .filter(|_| !diffuse);
+                .next();
             let sums: Vec<(&str, &Range<usize>, usize, f64)> = channels
                 .iter()
                 .map(|(name, places)| (*name, places, summed(residuals, places)))
@@ -134,9 +136,7 @@ impl Branch {
                 let ratio = square / n as f64;
                 places.clone().for_each(|c| self.noise.reading[c] *= ratio);
                 any = true;
-                if !diffuse {
-                    self.free_level(options, name, places.start, n);
-                }
+                self.free_level(options, name, places.start, n);
             }
         }
         any

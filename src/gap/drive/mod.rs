@@ -27,6 +27,7 @@ mod navigating;
 mod offset;
 pub mod onset;
 pub mod own;
+mod pace;
 pub mod pass;
 mod pinpoint;
 pub mod record;

@@ -73,6 +73,11 @@ impl Integral {
         Self { times_s, sums, step_s }
     }
 
+    /// Typical time between readings, s.
+    pub(super) fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
     /// First and last time, s.
     pub(super) fn span_s(&self) -> Option<[f64; 2]> {
         Some([*self.times_s.first()?, *self.times_s.last()?])

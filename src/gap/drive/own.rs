@@ -1,7 +1,10 @@
 //! What the model with its effects would have recorded: same torques, rows and channels, noise of its own.
 
+use super::along::{Along, Followed};
+use super::column::Scales;
 use super::filter::Slopes;
 use super::model::{Claimed, Lost};
+use super::pass::Process;
 use super::record::Record;
 use crate::math::random::Stream;
 use crate::model::drive::{Moving, Past, Robot};
@@ -40,16 +43,29 @@ pub(super) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
     (0..like.len()).map(near).collect()
 }
 
-/// A recording of the model's own; what is drawn anew in each run is drawn anew in each drive. `ripple`: torque noise of each
-/// wheel that changes within a step, N²·m²·s.
+/// The same as the filter of this model has them: they diffuse as fast as `process` says.
+fn filtered(like: &Record, claimed: &Claimed, process: Process) -> Vec<[f64; 2]> {
+    let (record, models) = claimed.read(like);
+    let (noise, scales) = (claimed.noise(&record, process), Scales::of(&record));
+    let mut along = Along::new(&record, 0..record.len(), &scales, &models, &noise, &[]);
+    let mut row = Followed::default();
+    let mut speeds = Vec::with_capacity(record.len());
+    while along.row(&mut row) {
+        speeds.push(row.speeds);
+    }
+    speeds
+}
+
+/// A recording of the model's own; what is drawn anew in each run is drawn anew in each drive. `process`: how it moves beyond the model.
 #[must_use]
-pub fn own(like: &Record, claimed: &Claimed, ripple: f64, seed: u64) -> Record {
+pub fn own(like: &Record, claimed: &Claimed, process: Process, seed: u64) -> Record {
     like.by_drive(|drive, like| {
-        own_drive(like, claimed, ripple, &mut Stream::new(seed, STREAM + ((drive as u64) << 32)))
+        own_drive(like, claimed, process, &mut Stream::new(seed, STREAM + ((drive as u64) << 32)))
     })
 }
 
-fn own_drive(like: &Record, claimed: &Claimed, ripple: f64, draw: &mut Stream) -> Record {
+fn own_drive(like: &Record, claimed: &Claimed, process: Process, draw: &mut Stream) -> Record {
+    let Process { ripple, .. } = process;
     let mut out = like.clone();
     let models = claimed.models(like);
     let model = &models.here;
@@ -79,7 +95,7 @@ fn own_drive(like: &Record, claimed: &Claimed, ripple: f64, draw: &mut Stream) -
         }
     }
     // without torques it drives as it was driven
-    let driven = like.torques_n_m.is_none().then(|| driven(like, &like.belief.robot));
+    let driven = like.torques_n_m.is_none().then(|| filtered(like, claimed, process));
     if let Some(first) = driven.as_ref().and_then(|d| d.first()) {
         [s[3], s[4]] = *first;
     }
@@ -188,7 +204,7 @@ mod tests {
             let said = [("loss_fraction", loss), ("right", 1.0), ("burst_s", burst_s), ("share_of_time", share)];
             let parameters: Parameters = said.iter().map(|(name, value)| ((*name).into(), *value)).collect();
             let claimed = Claimed::new(&[("encoder.missed_ticks".into(), parameters)], &Library::new());
-            own(&like, &claimed, 0.0, 3).wheels_rad_s
+            own(&like, &claimed, Process::default(), 3).wheels_rad_s
         };
         // the same draws, with and without a loss
         let ([left, right], [whole_left, whole_right]) = (simulated(0.4), simulated(0.0));

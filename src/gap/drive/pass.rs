@@ -64,6 +64,26 @@ pub struct Noise {
 }
 
 impl Noise {
+    /// The same without what a lattice of the wheels adds; no less than what is believed of `record`.
+    #[must_use]
+    pub fn without_lattice(&self, record: &Record) -> Self {
+        let mut plain = Self { wheel_lsb_rad_s: 0.0, ..*self };
+        let least = record.belief.wheel_std_rad_s.powi(2).min(self.reading[0]);
+        plain.reading[..2].iter_mut().for_each(|r| *r = (*r - self.wheel_lsb_rad_s.powi(2) / 12.0).max(least));
+        plain
+    }
+
+    /// What the nominal filter assumes beside a settled model of this noise, `before` being what it assumed without one: how the robot
+    /// moves, and, where no torques tell that, how loud wheels and gyro are.
+    #[must_use]
+    pub fn nominal_beside(&self, before: &Self, record: &Record) -> Self {
+        let mut nominal = Self { process: self.process, ..*before };
+        if record.torques_n_m.is_none() {
+            nominal.reading[..3].copy_from_slice(&self.without_lattice(record).reading[..3]);
+        }
+        nominal
+    }
+
     /// As believed; lattice steps of the wheels add their twelfth.
     #[must_use]
     pub fn believed(record: &Record, wheel_lsb_rad_s: Option<f64>) -> Self {

@@ -1,5 +1,7 @@
 //! A drive as the diagnosis needs it: the rows, which channels there are, and what the configuration believes.
 
+use super::pace;
+use super::pass::Noise;
 use super::start_heading;
 use crate::bias::WarmUp;
 use crate::config::{Config, Gyro, Kind, Steering};
@@ -104,6 +106,17 @@ impl Record {
         self.torques_n_m.is_none() && self.pose.is_none()
     }
 
+    /// With wheels and gyro as loud as `noise` has them, where no torques tell how the robot moves: this and that are estimated
+    /// together then.
+    #[must_use]
+    pub fn as_loud_as(mut self, noise: &Noise) -> Self {
+        if self.torques_n_m.is_none() {
+            let [wheel, _, gyro, ..] = noise.reading.map(f64::sqrt);
+            (self.belief.wheel_std_rad_s, self.belief.gyro_std_rad_s) = (wheel, gyro);
+        }
+        self
+    }
+
     /// Torques of row `k`, held over missing ones.
     #[must_use]
     #[inline]
@@ -193,6 +206,7 @@ impl Record {
             wheels_were_set: false,
             notes,
         };
+        let record = pace::at_wheels(&record, FEWEST_ROWS).unwrap_or(record);
         Ok(record.with_start_heading())
     }
 

@@ -20,7 +20,7 @@ use crate::config::Steering;
 use crate::effects::Parameters;
 use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, by_id};
 use crate::gap::answer::Alike;
-use crate::gap::findings::{Findings, Part, WeightedSet};
+use crate::gap::findings::{Part, WeightedSet};
 
 /// The effects that are the same, and whether they are 1/(1 + track) - 1.
 const SAME: [(&str, bool); 3] =
@@ -116,9 +116,9 @@ impl Twins {
         law(id).map_or([f64::MIN_POSITIVE, 1.0], |law| law.coordinates_of(self.steering)[0].scale)
     }
 
-    /// The class of those that are the same to this drive, the one that is told first, if one of them is.
-    pub(super) fn class(&self, record: &Record, findings: &Findings) -> Option<Alike> {
-        let told = findings.sets.first()?.parts.iter().find(|p| self.same.iter().any(|s| s.0 == p.id))?;
+    /// The class of those that are the same to this drive, the one that is told first, if one of them is among `parts`.
+    pub(super) fn class(&self, record: &Record, parts: &[Part]) -> Option<Alike> {
+        let told = parts.iter().find(|p| self.same.iter().any(|s| s.0 == p.id))?;
         let others = self.same.iter().map(|s| s.0).filter(|id| *id != told.id);
         let ids: Vec<String> = std::iter::once(told.id.as_str()).chain(others).map(str::to_owned).collect();
         (ids.len() > 1).then(|| Alike { ids, overlap: 1.0, separate_by: separate_by(record, None) })

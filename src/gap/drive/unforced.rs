@@ -1,82 +1,198 @@
-//! q̂ = argmax ln p(z | q, φ):   a_{k+1} = φ a_k,  v and ω diffuse with q
+//! q̂, σ̂ = argmax ln p(z | q, φ, σ):   a_{k+1} = φ a_k,  v and ω diffuse with q,  wheels and gyro read with σ
 //!
-//! How a robot moves whose torques were not logged. At the maximum the likelihood does not care, to first order, whether all
-//! speeds are a little larger. It must not: away from the maximum a common scale of all speeds has evidence of its own, which
-//! wheels and gyro alone do not contradict, and a pose does not either where free forms stand between it and the speeds.
+//! How a robot moves whose torques were not logged, and how loud its sensors are while it does. At the maximum the likelihood
+//! does not care, to first order, whether all speeds are a little larger. It must not: away from the maximum a common scale of
+//! all speeds has evidence of its own, which wheels and gyro alone do not contradict, and a pose does not either where free forms
+//! stand between it and the speeds.
+//!
+//! Where σ is stated too small, q grows in its place, readings of the same yaw rate no longer have it in common, and what a track or
+//! a gain explains is lost. So σ is estimated with q where that explains more than it costs; what is stated is what holds
+//! otherwise.
 
-use super::pass::{Models, Noise, Process, run};
+use super::pass::{Channel, Models, Noise, Process, run};
 use super::record::Record;
+use crate::math::robust::{MAD_TO_STD, median};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Where the search begins.
 const BEGIN: Process = Process { diffusion: [0.001, 0.002], lasting: 0.9, ripple: 0.0 };
 /// Shares of an acceleration that may last from row to row.
 const LASTING: [f64; 6] = [0.0, 0.5, 0.75, 0.9, 0.95, 1.0];
-/// Factors on q by which the search goes: the first, and the smallest.
+/// Factors by which the search goes: the first, and the smallest.
 const FACTORS: [f64; 2] = [8.0, 1.3];
 /// Rounds of parabolas; each takes the error of the one before to the third power.
 const ROUNDS: usize = 2;
 /// Diffusions within these are sensible, m²/s³ and rad²/s³.
-const SENSIBLE: std::ops::Range<f64> = 1e-9..1e4;
+const SENSIBLE: Range<f64> = 1e-9..1e4;
+/// A first step towards louder noise, as a factor on its variance, and the nats by which it must gain to be followed.
+const FIRST: f64 = 2.0;
+const WORTH: f64 = 3.0;
+/// ln prior odds of a noise that is not as large as stated.
+const LN_OTHER: f64 = -7.0;
+/// Variance of a second difference of white noise of variance one.
+const SECOND_DIFFERENCE: f64 = 6.0;
 
-/// The most likely, under `models`.
-#[must_use]
-pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Process {
-    let weigh = |process: Process| run(record, models, &Noise { process, ..*noise }, &[], |_| {}).ln_likelihood();
-    let two = |[a, b]: [Process; 2]| rayon::join(|| weigh(a), || weigh(b));
-    let times = |from: Process, i: usize, factor: f64| {
-        let mut next = from;
-        next.diffusion[i] *= factor;
+/// What is varied: how fast v and ω diffuse, the variances of wheels and gyro.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Varied {
+    Diffusion(usize),
+    Wheels,
+    Gyro,
+}
+
+impl Varied {
+    const MOTION: [Self; 2] = [Self::Diffusion(0), Self::Diffusion(1)];
+
+    fn places(self) -> Range<usize> {
+        match self {
+            Self::Diffusion(_) => 0..0,
+            Self::Wheels => Channel::WheelLeft as usize..Channel::WheelRight as usize + 1,
+            Self::Gyro => Channel::Gyro as usize..Channel::Gyro as usize + 1,
+        }
+    }
+
+    fn times(self, from: &Noise, factor: f64) -> Noise {
+        let mut next = *from;
+        match self {
+            Self::Diffusion(i) => next.process.diffusion[i] *= factor,
+            Self::Wheels | Self::Gyro => {
+                next.reading[self.places()].iter_mut().for_each(|variance| *variance *= factor)
+            }
+        }
         next
+    }
+
+    /// What they read, reading by reading.
+    fn read(self, record: &Record) -> Vec<&Vec<f64>> {
+        match self {
+            Self::Diffusion(_) => Vec::new(),
+            Self::Wheels => record.wheels_rad_s.iter().collect(),
+            Self::Gyro => record.gyro_rad_s.iter().collect(),
+        }
+    }
+
+    /// How many readings there are, and their variance by how they scatter from row to row.
+    fn scatter(self, record: &Record) -> (usize, f64) {
+        let (mut count, mut bends) = (0, Vec::new());
+        for values in self.read(record) {
+            let there: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+            count += there.len();
+            bends.extend(there.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()));
+        }
+        let middle = if bends.is_empty() { 0.0 } else { median(&mut bends) };
+        (count, (MAD_TO_STD * middle).powi(2) / SECOND_DIFFERENCE)
+    }
+}
+
+/// Whether wheels and gyro are as loud as is stated.
+pub(super) fn is_as_stated(record: &Record, noise: &Noise) -> bool {
+    noise.reading[..3] == stated(record, noise).reading[..3]
+}
+
+fn stated(record: &Record, noise: &Noise) -> Noise {
+    Noise::believed(record, (noise.wheel_lsb_rad_s > 0.0).then_some(noise.wheel_lsb_rad_s))
+}
+
+/// `noise` with the most likely diffusions under `models`, and with variances of wheels and gyro as stated, or the most likely ones
+/// where they explain more than they cost.
+#[must_use]
+pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
+    let stated = stated(record, noise);
+    let mut begin = Noise { process: Process { ripple: noise.process.ripple, ..BEGIN }, ..*noise };
+    let mut levels = vec![Varied::Wheels];
+    levels.extend(record.gyro_rad_s.as_ref().map(|_| Varied::Gyro));
+    levels.iter().flat_map(|v| v.places()).for_each(|c| begin.reading[c] = stated.reading[c]);
+    let climb = Climb { record, models, least: begin.reading };
+    let as_stated = climb.from(begin, &Varied::MOTION);
+    let first: Vec<f64> = levels.par_iter().map(|v| climb.weigh(&v.times(&as_stated.1, FIRST))).collect();
+    if first.iter().all(|ln| *ln <= as_stated.0 + WORTH) {
+        return as_stated.1;
+    }
+    // one of them may be as stated, and the motion beside each is another: each has a maximum of its own
+    let loud = |some: &[Varied]| {
+        let (mut from, mut cost) = (begin, 0.0);
+        for level in some {
+            let (count, variance) = level.scatter(record);
+            from.reading[level.places()].iter_mut().for_each(|own| *own = own.max(variance));
+            cost += 0.5 * (count as f64).ln() - LN_OTHER;
+        }
+        let (ln, noise) = climb.from(from, &[&Varied::MOTION[..], some].concat());
+        (ln - cost, noise)
     };
-    let sensible = |u: &Process| u.diffusion.iter().all(|q| SENSIBLE.contains(q));
-    let mut here = Process { ripple: noise.process.ripple, ..BEGIN };
-    let mut best = weigh(here);
-    let mut factor = FACTORS[0];
-    while factor > FACTORS[1] {
-        let mut moved = false;
-        for i in 0..2 {
-            let [up, down] = [factor, 1.0 / factor].map(|by| times(here, i, by));
-            let (above, below) = two([up, down]);
-            let from = here;
-            if above > best && sensible(&up) {
-                (best, here, moved) = (above, up, true);
-            }
-            // from where that has led
-            let back = times(here, i, 1.0 / factor);
-            let below = if here == from { below } else { weigh(back) };
-            if below > best && sensible(&back) {
-                (best, here, moved) = (below, back, true);
-            }
-        }
-        if !moved {
-            factor = factor.sqrt();
-        }
+    let mut some: Vec<&[Varied]> = levels.chunks(1).collect();
+    some.push(&levels);
+    let other: Vec<(f64, Noise)> = some.par_iter().map(|some| loud(some)).collect();
+    other.into_iter().fold(as_stated, |a, b| if b.0 > a.0 { b } else { a }).1
+}
+
+struct Climb<'a> {
+    record: &'a Record,
+    models: &'a Models,
+    /// Variances that are stated: of readings that are less loud nothing tells which motion takes the place of what they lack
+    least: [f64; 6],
+}
+
+impl Climb<'_> {
+    fn weigh(&self, noise: &Noise) -> f64 {
+        run(self.record, self.models, noise, &[], |_| {}).ln_likelihood()
     }
-    let lasting = LASTING.map(|lasting| Process { lasting, ..here });
-    let weights: Vec<f64> = lasting.par_iter().map(|next| weigh(*next)).collect();
-    for (next, weight) in lasting.into_iter().zip(weights) {
-        if weight > best {
-            (best, here) = (weight, next);
-        }
-    }
-    let mut step = factor.ln();
-    for _ in 0..ROUNDS {
-        for i in 0..2 {
-            let (below, above) = two([-step, step].map(|s| times(here, i, s.exp())));
-            let bend = 2.0 * best - below - above;
-            if bend > 0.0 {
-                let by = (0.5 * step * (above - below) / bend).clamp(-step, step);
-                let next = times(here, i, by.exp());
-                let weight = weigh(next);
-                if weight > best && sensible(&next) {
-                    (best, here) = (weight, next);
+
+    /// ln p and the noise at its maximum over what is `varied`.
+    fn from(&self, begin: Noise, varied: &[Varied]) -> (f64, Noise) {
+        let two = |[a, b]: [Noise; 2]| rayon::join(|| self.weigh(&a), || self.weigh(&b));
+        let sensible = |u: &Noise| {
+            let louder = u.reading.iter().zip(&self.least).all(|(own, least)| own >= least);
+            louder && u.process.diffusion.iter().all(|q| SENSIBLE.contains(q))
+        };
+        let mut here = begin;
+        let mut best = self.weigh(&here);
+        let mut factor = FACTORS[0];
+        while factor > FACTORS[1] {
+            let mut moved = false;
+            for one in varied {
+                let [up, down] = [factor, 1.0 / factor].map(|by| one.times(&here, by));
+                let (above, below) = two([up, down]);
+                let from = here;
+                if above > best && sensible(&up) {
+                    (best, here, moved) = (above, up, true);
+                }
+                // from where that has led
+                let back = one.times(&here, 1.0 / factor);
+                let below = if here == from { below } else { self.weigh(&back) };
+                if below > best && sensible(&back) {
+                    (best, here, moved) = (below, back, true);
                 }
             }
+            if !moved {
+                factor = factor.sqrt();
+            }
         }
-        step *= 0.5;
+        let lasting = LASTING.map(|lasting| Noise { process: Process { lasting, ..here.process }, ..here });
+        let weights: Vec<f64> = lasting.par_iter().map(|next| self.weigh(next)).collect();
+        for (next, weight) in lasting.into_iter().zip(weights) {
+            if weight > best {
+                (best, here) = (weight, next);
+            }
+        }
+        let mut step = factor.ln();
+        for _ in 0..ROUNDS {
+            for one in varied {
+                let (below, above) = two([-step, step].map(|s| one.times(&here, s.exp())));
+                let bend = 2.0 * best - below - above;
+                if bend > 0.0 {
+                    let by = (0.5 * step * (above - below) / bend).clamp(-step, step);
+                    let next = one.times(&here, by.exp());
+                    let weight = self.weigh(&next);
+                    if weight > best && sensible(&next) {
+                        (best, here) = (weight, next);
+                    }
+                }
+            }
+            step *= 0.5;
+        }
+        (best, here)
     }
-    here
 }
 
 #[cfg(test)]
@@ -153,12 +269,34 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn noise_that_is_louder_than_stated_is_found_with_the_diffusions() {
+        let truth = [0.02, 0.3];
+        let mut record = walking(truth);
+        let draw = &mut Stream::new(5, 8);
+        let louder = 8.0 * record.belief.gyro_std_rad_s;
+        record.gyro_rad_s.iter_mut().flatten().for_each(|g| *g += louder * draw.normal());
+        let models = Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() };
+        let noise = Noise::believed(&record, None);
+        let found = likely(&record, &models, &noise);
+        assert!(!is_as_stated(&record, &found) && is_as_stated(&record, &noise));
+        assert_eq!(found.reading[..2], noise.reading[..2], "the wheels are as stated");
+        // ln σ² is known to √(2/n) from n readings of nothing else; motion that wheels read as well takes no more than half of that
+        let variance = louder.powi(2) + record.belief.gyro_std_rad_s.powi(2);
+        assert!((found.reading[2] / variance).ln().abs() < 5.0 * (4.0 / ROWS as f64).sqrt(), "{found:?}");
+        for (q, truth) in found.process.diffusion.iter().zip(truth) {
+            assert!((q / truth).ln().abs() < 10.0 * (2.0 / ROWS as f64).sqrt(), "{found:?}");
+        }
+    }
+
+    #[test]
     fn diffusions_are_found_at_the_maximum() {
         let truth = [0.02, 0.3];
         let record = walking(truth);
         let models = Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() };
         let noise = Noise::believed(&record, None);
         let found = likely(&record, &models, &noise);
+        assert_eq!(found.reading, noise.reading, "as large as stated");
+        let found = found.process;
         assert!(found.lasting.abs() < 1e-12, "{found:?}");
         for (q, truth) in found.diffusion.iter().zip(truth) {
             // ln q is known to √(2/n) from n rows: five standard deviations

@@ -43,7 +43,7 @@ fn part(log: &Log, channels: &[&str], every: usize, late_s: f64) -> Part {
 const WHEELS: [&str; 2] = [names::WHEEL_LEFT, names::WHEEL_RIGHT];
 
 /// Gyro at 100 Hz and wheels at 6.7 Hz whose clock is late.
-fn two_files(log: &Log, late_s: f64) -> Log {
+pub(in crate::gap::drive) fn two_files(log: &Log, late_s: f64) -> Log {
     merge(vec![part(log, &[names::GYRO_Z], 1, 0.0), part(log, &WHEELS, 15, late_s)]).unwrap().0
 }
 
@@ -62,6 +62,32 @@ fn shifted(log: &Log, channels: &[&str], rows: isize) -> Log {
         }
     }
     out
+}
+
+/// Stamps that were made of a nominal rate while rows were lost: the wheels' clock loses half a second at each of two times.
+#[test]
+fn a_clock_of_wheels_read_seldom_wanders_and_is_followed() {
+    let log = recorded(150.0, 8, None);
+    let late = |t: f64| 0.4 + 0.5 * f64::from(u8::from(t > 50.0)) + 0.5 * f64::from(u8::from(t > 100.0));
+    let mut wheels = part(&log, &WHEELS, 15, 0.0);
+    let at_s = wheels.log.time.to_vec().into_iter().map(|t| t + late(t)).collect();
+    wheels.log.time = TimeAxis::Explicit(at_s);
+    // in files of their own, their readings are put into the gyro's rows
+    let both = merge(vec![part(&log, &[names::GYRO_Z], 1, 0.0), wheels]).unwrap().0;
+    let clocks = set(&both, None);
+    assert!(clocks.notes[0].contains("wanders"), "{:?}", clocks.notes);
+    let truth = log.get(names::WHEEL_LEFT).unwrap();
+    let left = clocks.fit[0].get(names::WHEEL_LEFT).unwrap();
+    let near: Vec<bool> = (0..clocks.fit[0].len())
+        .filter(|k| left[*k].is_finite())
+        .map(|k| {
+            let row = ((clocks.fit[0].time.at(k) - log.time.at(0)) / 0.01).round() as usize;
+            truth[row.saturating_sub(15)..(row + 16).min(truth.len())].contains(&left[k])
+        })
+        .collect();
+    // beside the jumps, which take a knot of four seconds either way, to a row of the wheels
+    let right = near.iter().filter(|n| **n).count() as f64 / near.len() as f64;
+    assert!(right > 1.0 - 2.0 * 8.0 / 150.0 - 0.05, "{right}");
 }
 
 #[test]

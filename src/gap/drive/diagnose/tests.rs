@@ -32,6 +32,41 @@ fn what_makes_the_simulator_worse_is_not_offered() {
     assert!(offered(&record, &library, of_both(-0.3, -0.3), process, &mut answer).is_empty());
 }
 
+/// A skid-steered robot whose body sways and shakes as no wheel turns: gyro at 100 Hz, wheels at 6.7 Hz, a clock each, no torques.
+#[test]
+fn a_track_is_named_though_the_gyro_shakes() {
+    use super::super::clocks::tests::{recorded, robot, two_files};
+    use crate::math::random::Stream;
+    use crate::signal::names;
+    let shaken = |seed: u64| {
+        let mut log = recorded(150.0, seed, Some(("vehicle.track_width", "relative", 0.45)));
+        let gyro = log.channels.iter_mut().find(|c| c.name == names::GYRO_Z).unwrap();
+        let draw = &mut Stream::new(seed, 77);
+        let mut sway = 0.0;
+        for value in &mut gyro.values {
+            // 0.02 rad/s that lasts 0.1 s, and white noise of thirty times what is stated
+            sway = 0.9 * sway + 0.02 * (1.0 - 0.81_f64).sqrt() * draw.normal();
+            *value += sway + 0.045 * draw.normal();
+        }
+        two_files(&log, 0.3 * seed as f64)
+    };
+    let (fit, hold) = (shaken(1), shaken(2));
+    let drive = |log| Drive { log, since_power_on_s: 0.0 };
+    let found = diagnose(&robot(), &[drive(&fit)], &[drive(&hold)], &Library::new(), &Options::default(), &mut |_| {});
+    let answer = found.unwrap().answer;
+    assert_eq!(
+        (answer.verdict, answer.main.as_deref()),
+        (Verdict::Identified, Some("vehicle.track_width")),
+        "{answer:?}"
+    );
+    let track = answer.effects.iter().find(|e| e.id == "vehicle.track_width").unwrap();
+    let (off, std) = (track.parameters["relative"] - 0.45, track.std["relative"]);
+    assert!(off.abs() < 4.0 * std && std < 0.05, "{off} {std}");
+    assert!(track.gap_closed.unwrap() > 0.5, "{:?}", track.gap_closed);
+    let loud = answer.notes.iter().any(|n| n.contains("times what the simulator states"));
+    assert!(loud, "{:?}", answer.notes);
+}
+
 /// A robot that creeps below the noise of its encoders is not at rest, and its gyro no other one.
 #[test]
 fn a_robot_that_creeps_has_no_other_bias() {

@@ -1,0 +1,104 @@
+//! ω̄_k = 1/h ∫ ω dt from t_k - h/2 to t_k + h/2:   the gyro at the pace of wheels that are read seldom, every h
+//!
+//! Without torques nothing tells how the robot moves between two readings of its wheels, and what shakes a gyro there turns no
+//! wheel. Compared reading by reading that is an error in the variable that a track or a gain multiplies, and draws both towards
+//! zero. The mean over the wheels' interval is what both turn by; of white noise it has variance σ² Δt/h.
+
+use super::offset::Integral;
+use super::record::Record;
+use crate::math::robust::median;
+
+/// Readings of the gyro to one of the wheels from which on it is read at their pace.
+const SELDOM: f64 = 2.5;
+
+/// The wheels' interval, s, where they are read so much more seldom than the gyro.
+fn interval_s(record: &Record) -> Option<f64> {
+    let steps = |there: &dyn Fn(usize) -> bool| -> f64 {
+        let times_s: Vec<f64> = (0..record.len()).filter(|k| there(*k)).map(|k| record.times_s[k]).collect();
+        let mut steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
+        median(&mut steps)
+    };
+    let gyro = record.gyro_rad_s.as_ref().filter(|_| record.torques_n_m.is_none())?;
+    let wheels_s = steps(&|k| is_read(record, k));
+    (wheels_s >= SELDOM * steps(&|k| gyro[k].is_finite())).then_some(wheels_s)
+}
+
+fn is_read(record: &Record, k: usize) -> bool {
+    record.wheels_rad_s.iter().all(|w| w[k].is_finite())
+}
+
+/// One drive at the pace of its wheels: rows in which they are read, or a pose is. None where the gyro is not much faster, or
+/// torques tell what lies between.
+pub(super) fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
+    let interval_s = interval_s(record)?;
+    let gyro = record.gyro_rad_s.as_ref()?;
+    let of_pose = |k: usize| record.pose.as_ref().is_some_and(|p| p.iter().any(|p| p[k].is_finite()));
+    let rows: Vec<usize> = (0..record.len()).filter(|k| is_read(record, *k) || of_pose(*k)).collect();
+    if rows.len() < fewest_rows {
+        return None;
+    }
+    let turned = Integral::of(&record.times_s, gyro);
+    let mean = |k: &usize| if is_read(record, *k) { turned.mean(record.times_s[*k], interval_s) } else { f64::NAN };
+    let kept = |v: &Vec<f64>| -> Vec<f64> { rows.iter().map(|k| v[*k]).collect() };
+    let mut belief = record.belief;
+    belief.gyro_std_rad_s *= (turned.step_s() / interval_s).sqrt();
+    let mut notes = record.notes.clone();
+    notes.push(format!(
+        "The wheels are read every {interval_s:.3} s, the gyro every {:.3} s: without torques they are compared as means over the wheels' \
+         interval, and what the gyro reads faster than that is not judged.",
+        turned.step_s()
+    ));
+    let times_s = kept(&record.times_s);
+    let mut steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
+    Some(Record {
+        step_s: median(&mut steps),
+        since_power_on_s: kept(&record.since_power_on_s),
+        starts: vec![0],
+        sources: record.sources.clone(),
+        torques_n_m: None,
+        gyro_rad_s: Some(rows.iter().map(mean).collect()),
+        wheels_rad_s: record.wheels_rad_s.each_ref().map(kept),
+        pose: record.pose.as_ref().map(|p| p.each_ref().map(kept)),
+        temperature_c: record.temperature_c.as_ref().map(kept),
+        times_s,
+        belief,
+        wheels_were_set: record.wheels_were_set,
+        notes,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::clocks::tests::{recorded, robot, two_files, without};
+    use super::*;
+    use crate::signal::names;
+
+    #[test]
+    fn the_gyro_is_read_at_the_pace_of_wheels_that_are_read_seldom() {
+        let log = without(
+            recorded(90.0, 5, None),
+            &[names::TORQUE_LEFT, names::TORQUE_RIGHT, names::X, names::Y, names::HEADING],
+        );
+        let every = Record::new(&robot(), &log, 0.0).unwrap();
+        // in its own rows nothing is done
+        assert!((every.step_s - 0.01).abs() < 1e-9 && every.len() == log.len());
+        let seldom = Record::new(&robot(), &two_files(&log, 0.0), 0.0).unwrap();
+        assert!((seldom.step_s - 0.15).abs() < 1e-9 && seldom.len() == log.len().div_ceil(15), "{}", seldom.len());
+        assert!(seldom.notes.iter().any(|n| n.contains("means over the wheels' interval")), "{:?}", seldom.notes);
+        let (gyro, means) = (log.get(names::GYRO_Z).unwrap(), seldom.gyro_rad_s.as_ref().unwrap());
+        // fourteen whole steps and half a one at either end
+        let k = 20 * 15;
+        let mean = (gyro[k - 7..=k + 7].iter().sum::<f64>()
+            + 0.25 * (gyro[k - 8] + gyro[k + 8] - gyro[k - 7] - gyro[k + 7]))
+            / 15.0;
+        assert!((means[20] - mean).abs() < 1e-12, "{} {mean}", means[20]);
+        // white noise of means over fifteen readings
+        let ratio = seldom.belief.gyro_std_rad_s / every.belief.gyro_std_rad_s;
+        assert!((ratio - 15_f64.sqrt().recip()).abs() < 1e-9, "{ratio}");
+        // torques tell what lies between
+        assert!(
+            at_wheels(&Record { torques_n_m: Some([vec![0.0; every.len()], vec![0.0; every.len()]]), ..every }, 16)
+                .is_none()
+        );
+    }
+}
