@@ -60,8 +60,12 @@ pub fn diagnose(
     let clocks = clocks::agree(config, fit, hold)?;
     let [fit, hold] = &clocks.drives(fit, hold);
     let wheels_were_set = clocks.wheels_were_set();
-    let record = Record { wheels_were_set, ..Record::of_drives(config, fit)? };
-    let kept = (!hold.is_empty()).then(|| Record::of_drives(config, hold)).transpose()?;
+    let made_ready = |drives: &[Drive<'_>]| {
+        let record = Record { wheels_were_set, ..Record::of_drives(config, drives)? };
+        Ok(if wheels_were_set { record.at_wheels() } else { record })
+    };
+    let record = made_ready(fit)?;
+    let kept = (!hold.is_empty()).then(|| made_ready(hold)).transpose()?;
     observe(Stage::Compare);
     let set = clocks.lags();
     let (lags, effects): (Vec<&'static dyn Driving>, Vec<_>) =

@@ -5,11 +5,28 @@
 //! zero. The mean over the wheels' interval is what both turn by; of white noise it has variance σ² Δt/h.
 
 use super::offset::Integral;
-use super::record::Record;
+use super::record::{FEWEST_ROWS, Record};
 use crate::math::robust::median;
 
 /// Readings of the gyro to one of the wheels from which on it is read at their pace.
 const SELDOM: f64 = 2.5;
+
+impl Record {
+    /// Each drive at the pace of its wheels, where these are read much more seldom than the gyro and no torques tell what lies
+    /// between. Their clock is to be set before: rows that are so few tell no lag.
+    #[must_use]
+    pub(super) fn at_wheels(self) -> Self {
+        let mut paced = self.by_drive(|_, drive| at_wheels(drive, FEWEST_ROWS).unwrap_or_else(|| drive.clone()));
+        if paced.len() < self.len() {
+            paced.notes.push(format!(
+                "The wheels are read every {:.3} s, the gyro every {:.3} s: without torques they are compared as means over the wheels' \
+                 interval, and what the gyro reads faster than that is not judged.",
+                paced.step_s, self.step_s
+            ));
+        }
+        paced
+    }
+}
 
 /// The wheels' interval, s, where they are read so much more seldom than the gyro.
 fn interval_s(record: &Record) -> Option<f64> {
@@ -29,7 +46,7 @@ fn is_read(record: &Record, k: usize) -> bool {
 
 /// One drive at the pace of its wheels: rows in which they are read, or a pose is. None where the gyro is not much faster, or
 /// torques tell what lies between.
-pub(super) fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
+fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
     let interval_s = interval_s(record)?;
     let gyro = record.gyro_rad_s.as_ref()?;
     let of_pose = |k: usize| record.pose.as_ref().is_some_and(|p| p.iter().any(|p| p[k].is_finite()));
@@ -42,12 +59,6 @@ pub(super) fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
     let kept = |v: &Vec<f64>| -> Vec<f64> { rows.iter().map(|k| v[*k]).collect() };
     let mut belief = record.belief;
     belief.gyro_std_rad_s *= (turned.step_s() / interval_s).sqrt();
-    let mut notes = record.notes.clone();
-    notes.push(format!(
-        "The wheels are read every {interval_s:.3} s, the gyro every {:.3} s: without torques they are compared as means over the wheels' \
-         interval, and what the gyro reads faster than that is not judged.",
-        turned.step_s()
-    ));
     let times_s = kept(&record.times_s);
     let mut steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
     Some(Record {
@@ -63,7 +74,7 @@ pub(super) fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
         times_s,
         belief,
         wheels_were_set: record.wheels_were_set,
-        notes,
+        notes: record.notes.clone(),
     })
 }
 
@@ -79,10 +90,10 @@ mod tests {
             recorded(90.0, 5, None),
             &[names::TORQUE_LEFT, names::TORQUE_RIGHT, names::X, names::Y, names::HEADING],
         );
-        let every = Record::new(&robot(), &log, 0.0).unwrap();
+        let every = Record::new(&robot(), &log, 0.0).unwrap().at_wheels();
         // in its own rows nothing is done
         assert!((every.step_s - 0.01).abs() < 1e-9 && every.len() == log.len());
-        let seldom = Record::new(&robot(), &two_files(&log, 0.0), 0.0).unwrap();
+        let seldom = Record::new(&robot(), &two_files(&log, 0.0), 0.0).unwrap().at_wheels();
         assert!((seldom.step_s - 0.15).abs() < 1e-9 && seldom.len() == log.len().div_ceil(15), "{}", seldom.len());
         assert!(seldom.notes.iter().any(|n| n.contains("means over the wheels' interval")), "{:?}", seldom.notes);
         let (gyro, means) = (log.get(names::GYRO_Z).unwrap(), seldom.gyro_rad_s.as_ref().unwrap());

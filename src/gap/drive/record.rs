@@ -1,6 +1,5 @@
 //! A drive as the diagnosis needs it: the rows, which channels there are, and what the configuration believes.
 
-use super::pace;
 use super::pass::Noise;
 use super::start_heading;
 use crate::bias::WarmUp;
@@ -15,7 +14,7 @@ const TURN_ON_STD_RAD_S: f64 = 5e-3;
 /// The same of C1 and T, relatively.
 const WARM_UP_STD: f64 = 0.1;
 /// Fewest rows that can be judged.
-const FEWEST_ROWS: usize = 512;
+pub(super) const FEWEST_ROWS: usize = 512;
 /// Noise of a pose reference that the configuration does not describe.
 const POSE_STD: [f64; 2] = [0.02, 0.02];
 
@@ -206,7 +205,6 @@ impl Record {
             wheels_were_set: false,
             notes,
         };
-        let record = pace::at_wheels(&record, FEWEST_ROWS).unwrap_or(record);
         Ok(record.with_start_heading())
     }
 
