@@ -73,7 +73,7 @@ impl Noise {
         plain
     }
 
-    /// What the nominal filter assumes beside a settled model of this noise, `before` being what it assumed without one: how the robot
+    /// Noise of the nominal filter beside a settled model of this noise, `before` being that of the filter without one: how the robot
     /// moves, and, where no torques tell that, how loud wheels and gyro are.
     #[must_use]
     pub fn nominal_beside(&self, before: &Self, record: &Record) -> Self {

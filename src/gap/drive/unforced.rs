@@ -33,7 +33,7 @@ const LN_OTHER: f64 = -7.0;
 /// Variance of a second difference of white noise of variance one.
 const SECOND_DIFFERENCE: f64 = 6.0;
 
-/// What is varied: how fast v and ω diffuse, the variances of wheels and gyro.
+/// A quantity that is varied: how fast v or ω diffuses (m²/s³, rad²/s³), or the variance of wheels or gyro (rad²/s²).
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Varied {
     Diffusion(usize),
@@ -63,7 +63,7 @@ impl Varied {
         next
     }
 
-    /// What they read, reading by reading.
+    /// Readings of left and right wheel, or of the gyro, rad/s; NaN where a row has none.
     fn read(self, record: &Record) -> Vec<&Vec<f64>> {
         match self {
             Self::Diffusion(_) => Vec::new(),
