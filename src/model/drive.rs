@@ -281,6 +281,11 @@ pub trait DriveEffect: Send + Sync {
         rate_rad_s
     }
 
+    /// How late the gyro is read, s.
+    fn gyro_delay_s(&self) -> f64 {
+        0.0
+    }
+
     /// How late the external reference comes, s.
     fn pose_delay_s(&self) -> f64 {
         0.0
@@ -461,6 +466,13 @@ impl DriveModel {
     #[inline]
     pub fn gyro_rad_s(&self, at: &Moving) -> f64 {
         self.effects.iter().fold(at.yaw_rate_rad_s, |rate, e| e.gyro_rad_s(at, rate))
+    }
+
+    /// How late the gyro is read, s.
+    #[must_use]
+    #[inline]
+    pub fn gyro_delay_s(&self) -> f64 {
+        self.effects.iter().map(|e| e.gyro_delay_s()).sum()
     }
 
     /// How late the external reference comes, s.

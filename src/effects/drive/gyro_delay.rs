@@ -49,6 +49,10 @@ impl DriveEffect for Work {
         rate_rad_s + at.ago(self.0)[1] - at.yaw_rate_rad_s
     }
 
+    fn gyro_delay_s(&self) -> f64 {
+        self.0
+    }
+
     fn in_filter(&self) -> InFilter {
         InFilter::GyroDelay(self.0)
     }

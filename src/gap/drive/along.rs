@@ -10,6 +10,9 @@ use std::ops::Range;
 
 /// Lags of the torques, s.
 const LAGS_S: [f64; 2] = [0.05, 0.5];
+/// Order in which the readings of a row are taken in where the gyro is late: it knows nothing of what the others say of this instant.
+const GYRO_FIRST: [Channel; 6] =
+    [Channel::Gyro, Channel::WheelLeft, Channel::WheelRight, Channel::X, Channel::Y, Channel::Heading];
 
 /// A reading as the filter took it in.
 #[derive(Debug, Clone, Copy)]
@@ -232,8 +235,13 @@ impl<'a> Along<'a> {
         let (sin, cos) = (at.heading_rad + 0.5 * turned).sin_cos();
         let prior = self.filter.state;
         let mut volume = 1.0;
-        for (channel, value) in Channel::ALL.into_iter().zip(readings).filter(|(_, value)| value.is_finite()) {
+        let gyro_late = self.gyro_late(k);
+        for channel in if gyro_late > 0.0 { GYRO_FIRST } else { Channel::ALL } {
             let place = channel as usize;
+            let value = readings[place];
+            if !value.is_finite() {
+                continue;
+            }
             let mut h = [0.0; N];
             let nu = match channel {
                 Channel::WheelLeft | Channel::WheelRight | Channel::Gyro => {
@@ -264,7 +272,8 @@ impl<'a> Along<'a> {
             // what earlier readings of this row have moved already
             let moved: f64 = (0..N).map(|i| h[i] * (self.filter.state[i] - prior[i])).sum();
             let variance = self.noise.reading[place] + uncertain.get(place).unwrap_or(&0.0) + again;
-            let (nu, variance, gain) = self.filter.correct(nu - moved, &h, variance);
+            let late = if channel == Channel::Gyro { gyro_late } else { 0.0 };
+            let (nu, variance, gain) = self.filter.correct_late(nu - moved, &h, variance, late);
             let std = variance.sqrt();
             out.taken.push(Taken { channel, h, gain, white: nu / std, std });
             volume *= std::f64::consts::TAU * variance;
@@ -274,6 +283,16 @@ impl<'a> Along<'a> {
             }
         }
         self.ln_volume += volume.ln();
+    }
+
+    /// Share of the step before row `k` by which the gyro is late; zero where it is not, or by more than that step.
+    fn gyro_late(&self, k: usize) -> f64 {
+        let delay_s = self.models.here.gyro_delay_s();
+        if !(delay_s > 0.0 && k > self.rows.start) {
+            return 0.0;
+        }
+        let share = delay_s / (self.record.times_s[k] - self.record.times_s[k - 1]);
+        if share <= 1.0 { share } else { 0.0 }
     }
 
     /// From row `k` to the next.

@@ -13,6 +13,7 @@ use super::pass::{Noise, Process};
 use super::pinpoint::pinpoint;
 use super::record::{Belief, Record};
 use super::testable::nothing_twice;
+use super::unforced::LOUDER;
 use crate::config::{Config, EffectTable, Kind};
 use crate::effects::drive::Driving;
 use crate::effects::drive::missed_ticks::{is_mean, side_of};
@@ -33,8 +34,6 @@ const MEASURED: usize = 4;
 const SIMULATED: usize = 6;
 /// Standard deviations by which a gyro's bias may differ between two runs of one unit.
 const OTHER_UNIT: f64 = 4.0;
-/// Logarithm by which noise differs from what is stated so that it is told.
-const LOUDER: f64 = 0.1;
 /// Fewest rows at rest that tell a bias, and parts of them whose means are held against each other.
 const AT_REST: usize = 64;
 const PARTS: usize = 8;

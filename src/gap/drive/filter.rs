@@ -1,5 +1,9 @@
 //! P⁻ = F P F' + Q,  S = H P⁻ H' + R,  K = P⁻ H'/S: the extended Kalman filter that [`super::pass`] runs, one scalar reading at
-//! a time.
+//! a time. A reading of the state a share δ of the last step ago holds only a part of what the noise w has done in that step,
+//!
+//!     H (ξ - w_δ),  S = H P⁻ H' - 2 δ H C H' + (δ² + ρ (δ - δ²)) H W H' + R,  K = (P⁻ - δ C) H'/S
+//!
+//! with W = Var w, C = Cov(ξ, w), and ρ the share of w that is white within the step; the rest is constant over it.
 
 use super::column::Scales;
 use super::pass::{LASTING_S, Noise};
@@ -53,6 +57,8 @@ pub struct Filter<'a> {
     /// x, y, θ, v, ω
     pub state: Vector,
     covariance: Matrix,
+    /// Covariance of the state, and of v and ω alone, with what noise changed of v and ω in the last step
+    shaken: ([[f64; 2]; N], [[f64; 2]; 2]),
     noise: &'a Noise,
     by_torque: [[f64; 2]; 2],
 }
@@ -89,13 +95,34 @@ impl<'a> Filter<'a> {
         let speed = 2.0 * rl * noise.reading[0].sqrt();
         covariance[V][V] = speed * speed;
         covariance[W][W] = (speed / b.robot.half_track_m).powi(2);
-        Self { state, covariance, noise, by_torque }
+        Self { state, covariance, shaken: Default::default(), noise, by_torque }
+    }
+
+    /// Share of what noise does in a step that is white within it.
+    fn within(&self) -> f64 {
+        let all = self.noise.torque;
+        if all > 0.0 { (self.noise.process.ripple / all).clamp(0.0, 1.0) } else { 1.0 }
     }
 
     /// One scalar reading; returns innovation, its variance and the gain.
     pub fn correct(&mut self, nu: f64, h: &Vector, variance: f64) -> (f64, f64, Vector) {
-        let ph: Vector = std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * h[j]).sum());
-        let s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>();
+        self.correct_late(nu, h, variance, 0.0)
+    }
+
+    /// The same of the state a share `late` of the last step ago, 0 to 1: the first reading of its row.
+    pub fn correct_late(&mut self, nu: f64, h: &Vector, variance: f64, late: f64) -> (f64, f64, Vector) {
+        let mut ph: Vector = std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * h[j]).sum());
+        let mut s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>();
+        if late > 0.0 {
+            let by = [h[V], h[W]];
+            let times = |row: &[f64; 2]| row[0] * by[0] + row[1] * by[1];
+            let (state, own) = &self.shaken;
+            let both = state.each_ref().map(times);
+            let alone: f64 = own.iter().zip(by).map(|(row, by)| times(row) * by).sum();
+            let together: f64 = both.iter().zip(h).map(|(c, h)| c * h).sum();
+            s += (late * late + self.within() * (late - late * late)) * alone - 2.0 * late * together;
+            ph.iter_mut().zip(both).for_each(|(ph, c)| *ph -= late * c);
+        }
         let gain = ph.map(|v| v / s);
         for ((state, row), k) in self.state.iter_mut().zip(&mut self.covariance).zip(gain) {
             *state += k * nu;
@@ -209,6 +236,10 @@ impl<'a> Filter<'a> {
         let half = 0.5 * dt;
         let along: Vector = [half * cos, half * sin, 0.0, 1.0, 0.0];
         let about: Vector = [-0.5 * half * dt * v * sin, 0.5 * half * dt * v * cos, half, 0.0, 1.0];
+        self.shaken = (
+            std::array::from_fn(|i| [vv * along[i] + vw * about[i], vw * along[i] + ww * about[i]]),
+            [[vv, vw], [vw, ww]],
+        );
         for i in 0..N {
             for j in 0..N {
                 let own = vv * along[i] * along[j] + ww * about[i] * about[j];
@@ -252,8 +283,71 @@ impl Slopes {
 
 #[cfg(test)]
 mod tests {
+    use super::super::pass::{Channel, Models, Process, run};
     use super::super::ripple::tests::shaken;
+    use super::super::unforced::tests::{belief, recorded};
     use super::*;
+    use crate::effects::drive::{DriveExplanation, by_id};
+    use crate::math::random::Stream;
+
+    const ROWS: usize = 12_000;
+    const STEP_S: f64 = 0.02;
+    const TORQUE_NOISE: f64 = 0.01;
+
+    /// A robot that torque noise alone turns, its gyro late by this share of a step; the noise is constant over a step, or white.
+    fn late(share: f64, white: bool) -> Record {
+        let mut belief = belief();
+        belief.torque_noise_n_m_sqrt_s = TORQUE_NOISE;
+        belief.gyro_std_rad_s = 1e-3;
+        let draw = &mut Stream::new(11, 4);
+        let robot = belief.robot;
+        let [ahead, about] = DriveModel::new(robot, Vec::new()).by_torque();
+        let [mut v, mut w] = [0.0; 2];
+        let (mut wheels, mut gyro, mut read) = ([Vec::new(), Vec::new()], Vec::new(), 0.0);
+        for _ in 0..ROWS {
+            for (values, side) in wheels.iter_mut().zip([-1.0, 1.0]) {
+                let wheel = (v + side * robot.half_track_m * w) / robot.radius_m[0];
+                values.push(wheel + belief.wheel_std_rad_s * draw.normal());
+            }
+            gyro.push(read + belief.gyro_std_rad_s * draw.normal());
+            // both parts of the step, before and after the gyro's instant
+            let whole = [0, 1].map(|_| TORQUE_NOISE / STEP_S.sqrt() * draw.normal());
+            for part in [1.0 - share, share] {
+                read = w;
+                let torques =
+                    if white { [0, 1].map(|_| TORQUE_NOISE / (part * STEP_S).sqrt() * draw.normal()) } else { whole };
+                v += part * STEP_S * (ahead[0] * torques[0] + ahead[1] * torques[1]);
+                w += part * STEP_S * (about[0] * torques[0] + about[1] * torques[1]);
+            }
+        }
+        let mut record = recorded(belief, STEP_S, wheels, gyro);
+        record.torques_n_m = Some([vec![0.0; ROWS], vec![0.0; ROWS]]);
+        record
+    }
+
+    #[test]
+    fn a_late_gyro_knows_a_part_of_what_the_last_step_has_done() {
+        let Some(DriveExplanation::Model(change)) = by_id("sensor.gyro_delay").map(|e| e.explanation()) else {
+            panic!("a late gyro changes the model")
+        };
+        for (share, white) in [(0.3, false), (0.6, false), (0.6, true), (0.9, true)] {
+            let record = late(share, white);
+            let here = DriveModel::new(record.belief.robot, vec![change.at(&[share * STEP_S])]);
+            let mut noise = Noise::believed(&record, None);
+            noise.process = Process { ripple: if white { noise.torque } else { 0.0 }, ..noise.process };
+            let (mut n, mut sum, mut turned) = (0.0, [0.0; 3], 0.0);
+            let _ = run(&record, &Models { here, beside: Vec::new() }, &noise, &[], |i| {
+                n += 1.0 / 3.0;
+                sum[i.channel as usize] += i.white * i.white;
+                turned += if i.channel == Channel::Gyro { i.std.powi(2) } else { 0.0 };
+            });
+            // six standard deviations of the mean of n squares of standard normal variables
+            let means = sum.map(|s| s / n);
+            assert!(means.iter().all(|m| (m - 1.0).abs() < 6.0 * (2.0 / n).sqrt()), "{share} {white}: {means:?}");
+            // the noise of the torques is more than that of the gyro, so that it would show
+            assert!(turned / n > 2.0 * noise.reading[2]);
+        }
+    }
 
     #[test]
     fn the_covariance_stays_one_where_motion_is_unstable() {

@@ -7,20 +7,24 @@
 //!
 //! Where σ is stated too small, q grows in its place, readings of the same yaw rate no longer have it in common, and what a track or
 //! a gain explains is lost. So σ is estimated with q where that explains more than it costs; what is stated is what holds
-//! otherwise.
+//! otherwise. Accelerations that come in bursts are no Gaussian diffusion, and noise is not to make up for that: whatever the robot
+//! does, second differences of readings have a variance of 6 σ² and more: what is beyond what torque noise as stated adds is at most
+//! noise.
 
 use super::pass::{Channel, Models, Noise, Process, run};
-use super::record::Record;
+use super::record::{Belief, Record};
 use crate::math::robust::{MAD_TO_STD, median};
+use crate::model::drive::DriveModel;
 use rayon::prelude::*;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// Where the search begins.
 const BEGIN: Process = Process { diffusion: [0.001, 0.002], lasting: 0.9, ripple: 0.0 };
 /// Shares of an acceleration that may last from row to row.
 const LASTING: [f64; 6] = [0.0, 0.5, 0.75, 0.9, 0.95, 1.0];
-/// Factors by which the search goes: the first, and the smallest.
-const FACTORS: [f64; 2] = [8.0, 1.3];
+/// Factors by which the search goes: the first where nothing is known, and from an estimate that was made before; and the smallest.
+const FIRST_FACTORS: [f64; 2] = [8.0, 2.8];
+const LAST_FACTOR: f64 = 1.3;
 /// Rounds of parabolas; each takes the error of the one before to the third power.
 const ROUNDS: usize = 2;
 /// Diffusions within these are sensible, m²/s³ and rad²/s³.
@@ -32,6 +36,14 @@ const WORTH: f64 = 3.0;
 const LN_OTHER: f64 = -7.0;
 /// Variance of a second difference of white noise of variance one.
 const SECOND_DIFFERENCE: f64 = 6.0;
+/// Standard deviation of a variance by the median size of n second differences of white noise, relative and times √n: 2.3 for
+/// independent ones, more as these overlap.
+const BY_MEDIAN: f64 = 3.0;
+/// Standard deviations by which readings scatter more than is stated where noise may be louder.
+const BEYOND_CHANCE: f64 = 4.0;
+/// Logarithm by which a standard deviation is larger than what is stated so that it matters, and is told: smooth motion adds as much
+/// to second differences.
+pub(super) const LOUDER: f64 = 0.1;
 
 /// A quantity that is varied: how fast v or ω diffuses (m²/s³, rad²/s³), or the variance of wheels or gyro (rad²/s²).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,8 +84,20 @@ impl Varied {
         }
     }
 
-    /// How many readings there are, and their variance by how they scatter from row to row.
-    fn scatter(self, record: &Record) -> (usize, f64) {
+    /// Variance of what torque noise as stated changes of the readings from row to row, rad²/s².
+    fn shaken(self, record: &Record, model: &DriveModel) -> f64 {
+        let Belief { robot, torque_noise_n_m_sqrt_s, .. } = &record.belief;
+        let [ahead, about] = model.by_torque();
+        let by = |torque: usize| match self {
+            Self::Gyro => about[torque],
+            _ => (ahead[torque] + robot.half_track_m * about[torque]) / robot.radius_m[1],
+        };
+        torque_noise_n_m_sqrt_s.powi(2) * record.step_s * (0..2).map(|torque| by(torque).powi(2)).sum::<f64>()
+    }
+
+    /// How many readings there are, and the most that the variance of their white noise may be by how they scatter from row to row
+    /// beside what torque noise as stated does.
+    fn scatter(self, record: &Record, model: &DriveModel) -> (usize, f64) {
         let (mut count, mut bends) = (0, Vec::new());
         for values in self.read(record) {
             let there: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
@@ -81,7 +105,9 @@ impl Varied {
             bends.extend(there.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()));
         }
         let middle = if bends.is_empty() { 0.0 } else { median(&mut bends) };
-        (count, (MAD_TO_STD * middle).powi(2) / SECOND_DIFFERENCE)
+        // two changes of speed and three readings
+        let white = (MAD_TO_STD * middle).powi(2) - 2.0 * self.shaken(record, model);
+        (count, white.max(0.0) / SECOND_DIFFERENCE)
     }
 }
 
@@ -99,11 +125,23 @@ fn stated(record: &Record, noise: &Noise) -> Noise {
 #[must_use]
 pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
     let stated = stated(record, noise);
-    let mut begin = Noise { process: Process { ripple: noise.process.ripple, ..BEGIN }, ..*noise };
+    let known = noise.process.diffusion.iter().all(|q| *q > 0.0);
+    let mut begin = *noise;
+    if !known {
+        begin.process = Process { ripple: noise.process.ripple, ..BEGIN };
+    }
     let mut levels = vec![Varied::Wheels];
     levels.extend(record.gyro_rad_s.as_ref().map(|_| Varied::Gyro));
     levels.iter().flat_map(|v| v.places()).for_each(|c| begin.reading[c] = stated.reading[c]);
-    let climb = Climb { record, models, least: begin.reading };
+    let mut sensible = begin.reading.map(|stated| stated..=stated);
+    levels.retain(|level| {
+        let (count, variance) = level.scatter(record, &models.here);
+        let chance = 1.0 + BEYOND_CHANCE * BY_MEDIAN / (count.max(1) as f64).sqrt();
+        let matters = chance * (2.0 * LOUDER).exp();
+        level.places().for_each(|c| sensible[c] = stated.reading[c]..=variance.max(stated.reading[c]));
+        level.places().any(|c| variance > matters * stated.reading[c])
+    });
+    let climb = Climb { record, models, sensible, first_factor: FIRST_FACTORS[usize::from(known)] };
     let as_stated = climb.from(begin, &Varied::MOTION);
     let first: Vec<f64> = levels.par_iter().map(|v| climb.weigh(&v.times(&as_stated.1, FIRST))).collect();
     if first.iter().all(|ln| *ln <= as_stated.0 + WORTH) {
@@ -113,7 +151,7 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
     let loud = |some: &[Varied]| {
         let (mut from, mut cost) = (begin, 0.0);
         for level in some {
-            let (count, variance) = level.scatter(record);
+            let (count, variance) = level.scatter(record, &models.here);
             from.reading[level.places()].iter_mut().for_each(|own| *own = own.max(variance));
             cost += 0.5 * (count as f64).ln() - LN_OTHER;
         }
@@ -129,8 +167,10 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
 struct Climb<'a> {
     record: &'a Record,
     models: &'a Models,
-    /// Variances that are stated: of readings that are less loud nothing tells which motion takes the place of what they lack
-    least: [f64; 6],
+    /// Variances from what is stated to what readings scatter by: of readings that are less loud nothing tells which motion takes
+    /// the place of what they lack
+    sensible: [RangeInclusive<f64>; 6],
+    first_factor: f64,
 }
 
 impl Climb<'_> {
@@ -142,13 +182,13 @@ impl Climb<'_> {
     fn from(&self, begin: Noise, varied: &[Varied]) -> (f64, Noise) {
         let two = |[a, b]: [Noise; 2]| rayon::join(|| self.weigh(&a), || self.weigh(&b));
         let sensible = |u: &Noise| {
-            let louder = u.reading.iter().zip(&self.least).all(|(own, least)| own >= least);
-            louder && u.process.diffusion.iter().all(|q| SENSIBLE.contains(q))
+            let noise = u.reading.iter().zip(&self.sensible).all(|(own, sensible)| sensible.contains(own));
+            noise && u.process.diffusion.iter().all(|q| SENSIBLE.contains(q))
         };
         let mut here = begin;
         let mut best = self.weigh(&here);
-        let mut factor = FACTORS[0];
-        while factor > FACTORS[1] {
+        let mut factor = self.first_factor;
+        while factor > LAST_FACTOR {
             let mut moved = false;
             for one in varied {
                 let [up, down] = [factor, 1.0 / factor].map(|by| one.times(&here, by));
@@ -199,9 +239,8 @@ impl Climb<'_> {
 pub(super) mod tests {
     use super::*;
     use crate::bias::WarmUp;
-    use crate::gap::drive::record::Belief;
     use crate::math::random::Stream;
-    use crate::model::drive::{DriveModel, Robot};
+    use crate::model::drive::Robot;
 
     const ROWS: usize = 4000;
     const STEP_S: f64 = 0.01;
