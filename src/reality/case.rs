@@ -3,9 +3,12 @@
 use super::catalogue::{COMMON, draw};
 use super::draw::{chance, log_between};
 use super::effect::Effect;
+use super::files::{Files, split};
+use super::habits::{HABITS, Habits, noise_rad_s};
 use super::label::{Label, Parameters, Strength};
 use super::plan::Spec;
 use super::run::{Run, Unit};
+use super::warm_up::WarmUp;
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
@@ -26,6 +29,19 @@ pub struct Case {
     pub hold: Log,
     /// What is in it.
     pub label: Label,
+    /// In which files its recordings lie.
+    pub kept_in: Files,
+}
+
+impl Case {
+    /// File names and logs of both recordings.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Column`] where two channels of a log are called alike.
+    pub fn files(&self) -> Result<Vec<(String, Log)>> {
+        let fit = split("fit", &self.fit, self.kept_in)?;
+        Ok(fit.into_iter().chain(split("hold", &self.hold, self.kept_in)?).collect())
+    }
 }
 
 /// Streams of a case's seed; those of effect i in run r follow from the last two.
@@ -86,13 +102,22 @@ pub(super) fn case_seed(seed: u64, index: usize) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Makes case `index` of the bench with this `seed`.
+/// The unit that the team believes in: of some units' warm-up it knows nothing.
+fn believed(unit: Unit, spec: &Spec, seed: u64) -> Unit {
+    let is_unstated = |(slot, (id, _)): (usize, &(&str, Strength))| {
+        *id == "gyro.warm_up" && WarmUp::draw(&unit, &mut Stream::new(seed, FORM + slot as u64)).is_unstated()
+    };
+    if spec.effects.iter().enumerate().any(is_unstated) { unit.without_warm_up() } else { unit }
+}
+
+/// Makes case `index` of the bench with this `seed`; its logs have each habit with probability `habits`.
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] if `spec` names an effect that the generator does not know.
-pub fn make(seed: u64, index: usize, spec: &Spec) -> Result<Case> {
+pub fn make(seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<Case> {
     let seed = case_seed(seed, index);
-    let unit = Unit::draw(&mut Stream::new(seed, UNIT));
+    let habits = Habits::draw(habits, &mut Stream::new(seed, HABITS)).at_rest();
+    let unit = believed(Unit::draw(&mut Stream::new(seed, UNIT)), spec, seed);
     let [fit, hold] = [0, 1].map(|r| Run::draw(&unit, &mut Stream::new(seed, ENVIRONMENT + r)));
 
     let s = &mut Stream::new(seed, STRENGTHS);
@@ -134,14 +159,17 @@ pub fn make(seed: u64, index: usize, spec: &Spec) -> Result<Case> {
             .map(|p| (p.effect.id().to_string(), p.effect.place(&fit, &p.fit_path)))
             .collect::<BTreeMap<_, _>>(),
         without: Vec::new(),
+        time_offsets: Vec::new(),
+        kept: habits.names(),
     };
-    let fit_log = record("fit", 0, &fit, &present, seed)?;
-    let hold_log = record("hold", 1, &hold, &present, seed)?;
-    Ok(Case { name: format!("stationary-{index:06}"), config: unit.config(), fit: fit_log, hold: hold_log, label })
+    let name = format!("stationary-{index:06}");
+    let [fit, hold] =
+        [("fit", 0, &fit), ("hold", 1, &hold)].map(|(source, r, run)| record(source, r, run, &present, &habits, seed));
+    Ok(Case { name, config: unit.config(), fit: fit?, hold: hold?, label, kept_in: habits.files })
 }
 
 /// What is recorded in `run`.
-fn record(source: &str, r: u64, run: &Run, present: &[Present], seed: u64) -> Result<Log> {
+fn record(source: &str, r: u64, run: &Run, present: &[Present], habits: &Habits, seed: u64) -> Result<Log> {
     let mut streams: Vec<Stream> = present.iter().map(|p| change_stream(seed, p.slot, r)).collect();
     let mut reading: Vec<f64> = run.times_s().map(|t| run.warm_up_rad_s(t)).collect();
     for p in present {
@@ -149,9 +177,7 @@ fn record(source: &str, r: u64, run: &Run, present: &[Present], seed: u64) -> Re
             0 => Cow::Borrowed(&p.fit_path),
             _ => Cow::Owned(p.effect.path(run, &mut path_stream(seed, p.slot, r))),
         };
-        for (y, x) in reading.iter_mut().zip(path.iter()) {
-            *y += p.strength * x;
-        }
+        p.effect.add(p.strength, &path, run, &mut reading);
     }
     let mut noise = Stream::new(seed, WHITE + r);
     let mut white: Vec<f64> = (0..run.len).map(|_| noise.normal()).collect();
@@ -170,6 +196,10 @@ fn record(source: &str, r: u64, run: &Run, present: &[Present], seed: u64) -> Re
         for (p, s) in present.iter().zip(&mut streams).filter(|(p, _)| lattice(p) == last) {
             p.effect.output(p.strength, &mut reading, run, s);
         }
+    }
+    if let Some(printed) = habits.printed {
+        let noise_rad_s = noise_rad_s(&reading, std);
+        printed.print(&mut reading, noise_rad_s);
     }
     let instruments = &mut Stream::new(seed, INSTRUMENTS + r);
     let mut log = Log::new(source, TimeAxis::Uniform { start_s: 0.0, step_s: run.step_s(), len: run.len });

@@ -2,15 +2,17 @@
 
 use super::bias::{Ramp, SecondExponential, Step, Supply, Telegraph, Temperature, Tone, TurnOnShift};
 use super::effect::Effect;
+use super::noise_level::NoiseLevel;
 use super::run::Unit;
 use super::sensor::{Bandwidth, Lattice, NoiseGrowth, Outliers};
-use super::unlisted::{Bursts, Chirp, Law, Periodic, Resonance, Response, Ringing, Shots};
+use super::unlisted::{Bursts, Chirp, Law, Periodic, Response, Ringing, Shots};
 use super::unlisted_noise::{HeavyTails, Held, Level, Saturation};
-use super::wandering::{Flicker, GaussMarkov, RandomWalk};
+use super::wandering::{Flicker, GaussMarkov, NarrowBand, RandomWalk};
+use super::warm_up::WarmUp;
 use crate::math::random::Stream;
 
 /// Effects of a gyro at rest that have a name in the contract.
-pub const LISTED: [&str; 15] = [
+pub const LISTED: [&str; 18] = [
     "gyro.rate_random_walk",
     "gyro.bias_instability",
     "gyro.gauss_markov",
@@ -26,12 +28,14 @@ pub const LISTED: [&str; 15] = [
     "gyro.bandwidth",
     "gyro.noise_growth",
     "gyro.turn_on_shift",
+    "gyro.warm_up",
+    "gyro.noise_level",
+    "gyro.narrow_band_noise",
 ];
 
 /// Effects that are in no list.
-pub const UNLISTED: [&str; 18] = [
+pub const UNLISTED: [&str; 16] = [
     "x.chirp",
-    "x.drifting_resonance",
     "x.pulse_train",
     "x.sawtooth",
     "x.square_wave",
@@ -43,7 +47,6 @@ pub const UNLISTED: [&str; 18] = [
     "x.modulated_tone",
     "x.noise_bursts",
     "x.noise_modulation",
-    "x.noise_level",
     "x.heavy_tails",
     "x.saturation",
     "x.stuck_samples",
@@ -81,8 +84,10 @@ pub(super) fn draw(id: &str, unit: &Unit, s: &mut Stream) -> Option<Box<dyn Effe
         "gyro.bandwidth" => Box::new(Bandwidth::draw(s)),
         "gyro.noise_growth" => Box::new(NoiseGrowth::draw(unit, s)),
         "gyro.turn_on_shift" => Box::new(TurnOnShift::draw(s)),
+        "gyro.warm_up" => Box::new(WarmUp::draw(unit, s)),
+        "gyro.noise_level" => Box::new(NoiseLevel::draw(s)),
+        "gyro.narrow_band_noise" => Box::new(NarrowBand::draw(unit, s)),
         "x.chirp" => Box::new(Chirp::draw(unit, s)),
-        "x.drifting_resonance" => Box::new(Resonance::draw(unit, s)),
         "x.pulse_train" => Box::new(Periodic::pulses(s)),
         "x.sawtooth" => Box::new(Periodic::saw(s)),
         "x.square_wave" => Box::new(Periodic::square(s)),
@@ -94,7 +99,6 @@ pub(super) fn draw(id: &str, unit: &Unit, s: &mut Stream) -> Option<Box<dyn Effe
         "x.modulated_tone" => Box::new(Bursts::draw(unit, s)),
         "x.noise_bursts" => Box::new(Level::bursts(s)),
         "x.noise_modulation" => Box::new(Level::periodic(s)),
-        "x.noise_level" => Box::new(Level::constant(s)),
         "x.heavy_tails" => Box::new(HeavyTails),
         "x.saturation" => Box::new(Saturation),
         "x.stuck_samples" => Box::new(Held::stuck(s)),

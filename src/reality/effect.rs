@@ -24,6 +24,14 @@ pub(super) trait Effect: Send + Sync {
         Vec::new()
     }
 
+    /// Adds it to the readings, rad/s, at `strength`.
+    fn add(&self, strength: f64, path: &[f64], run: &Run, reading_rad_s: &mut [f64]) {
+        let _ = run;
+        for (y, x) in reading_rad_s.iter_mut().zip(path) {
+            *y += strength * x;
+        }
+    }
+
     /// Two-sided PSD at unit strength, 1/Hz: for noises, whose nats come from it and not from one path's energy.
     fn psd(&self, f_hz: f64) -> Option<f64> {
         let _ = f_hz;

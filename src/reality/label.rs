@@ -72,6 +72,17 @@ impl Place {
     }
 }
 
+/// A clock that disagrees with the gyro's in one recording (in a log without a gyro: with the wheels').
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ClockOffset {
+    /// `wheels` or `pose`.
+    pub channel: String,
+    /// `fit` or `hold`.
+    pub recording: String,
+    /// By how much the channel is stamped late, s; negative: early.
+    pub offset_s: f64,
+}
+
 /// The label of one case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Label {
@@ -90,4 +101,10 @@ pub struct Label {
     /// Channels that the log lacks.
     #[serde(default)]
     pub without: Vec<String>,
+    /// Clocks that disagree; no effect.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub time_offsets: Vec<ClockOffset>,
+    /// Habits with which the logs are kept; no effects: `printed`, `csv`, `apart`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kept: Vec<String>,
 }

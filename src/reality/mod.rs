@@ -7,6 +7,9 @@
 //! How strong an effect is, is said by how clearly it shows: its expected log-likelihood ratio against the nominal simulator
 //! over the log of the fit, in nats ([`Strength`]).
 //!
+//! How the logs are kept is no effect ([`make_kept`]): few decimals, CSV, a file a sensor, wheels that are read seldom, clocks that
+//! disagree. Labels say it beside the effects.
+//!
 //! [`plan`] says which effects the cases of a bench hold, [`make`] makes one case. Each case draws from its own seed: the same
 //! plan gives the same bytes on one thread or many.
 
@@ -16,18 +19,23 @@ mod catalogue;
 mod draw;
 pub mod drive;
 mod effect;
+mod files;
+mod habits;
 mod label;
 mod nats;
+mod noise_level;
 mod plan;
 mod run;
 mod sensor;
 mod unlisted;
 mod unlisted_noise;
 mod wandering;
+mod warm_up;
 
 pub use case::Case;
 pub use catalogue::{COMMON, LISTED, UNLISTED};
-pub use label::{Label, Parameters, Place, Strength};
+pub use files::Files;
+pub use label::{ClockOffset, Label, Parameters, Place, Strength};
 pub use plan::{Mix, Spec, plan};
 
 use crate::config::Kind;
@@ -38,9 +46,28 @@ use crate::error::Result;
 /// # Errors
 /// [`crate::ErrorKind::Usage`] if `spec` names an effect that the generator does not know.
 pub fn make(kind: Kind, seed: u64, index: usize, spec: &Spec) -> Result<Case> {
+    make_kept(kind, seed, index, spec, 0.0)
+}
+
+/// The same, its logs kept as people do: each habit with probability `habits`, 0 to 1.
+///
+/// - Rates of gyro and wheels are printed with few decimals, in rad/s or deg/s; a step of the decimals is a tenth of the white
+///   noise of a sample at most.
+/// - The logs are CSV.
+/// - A robot's configuration says that it turns by `skid` or `differential`; a track may be up to twice the nominal where it skids.
+/// - With half of that probability the wheels of a drive are read at 10 to 20 Hz, into a file of their own.
+/// - With half of it clocks of wheels, pose or both are off by up to 1.5 s, in each recording by another offset; not
+///   beside effects that are lags themselves.
+///
+/// All are drawn from a stream of their own: what is in a case stays the same, but for the track of a robot that skids, and for
+/// nats of what wheels tell that are read more seldom.
+///
+/// # Errors
+/// As [`make`].
+pub fn make_kept(kind: Kind, seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<Case> {
     match kind {
-        Kind::Stationary => case::make(seed, index, spec),
-        Kind::Driving => drive::make(seed, index, spec),
+        Kind::Stationary => case::make(seed, index, spec, habits),
+        Kind::Driving => drive::make(seed, index, spec, habits),
     }
 }
 

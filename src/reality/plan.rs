@@ -9,7 +9,7 @@ use crate::math::random::Stream;
 use serde::{Deserialize, Serialize};
 
 /// How many cases, and what share of them holds what. What is left holds one listed effect.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Mix {
     /// Number of cases.
     pub cases: usize,
@@ -22,6 +22,9 @@ pub struct Mix {
     /// Of the cases with one listed effect, the share that holds a little of others too; of pairs and unlisted ones, half
     /// that share.
     pub messy: f64,
+    /// Share of the cases that have each of the habits of who records: see [`super::make_kept`].
+    #[serde(default)]
+    pub habits: f64,
 }
 
 /// What one case holds.
@@ -38,7 +41,13 @@ pub struct Spec {
 /// # Errors
 /// [`ErrorKind::Usage`] for shares that are none, or add up to more than 1.
 pub fn plan(mix: &Mix, kind: Kind, seed: u64) -> Result<Vec<Spec>> {
-    let shares = [("none", mix.none), ("pairs", mix.pairs), ("unlisted", mix.unlisted), ("messy", mix.messy)];
+    let shares = [
+        ("none", mix.none),
+        ("pairs", mix.pairs),
+        ("unlisted", mix.unlisted),
+        ("messy", mix.messy),
+        ("habits", mix.habits),
+    ];
     for (name, share) in shares {
         if !(0.0..=1.0).contains(&share) {
             return Err(Error::new(ErrorKind::Usage, "bench", format!("{share} is not a share"))

@@ -67,6 +67,16 @@ impl Unit {
         Self { step_s, ..self }
     }
 
+    /// The same unit, of whose warm-up the team knows nothing.
+    pub fn without_warm_up(self) -> Self {
+        Self { c1_rad_s: 0.0, ..self }
+    }
+
+    /// Time constant with which its body heats, s.
+    pub fn heating_s(&self) -> f64 {
+        self.heating_s
+    }
+
     /// Standard deviation of a sample's white noise, rad/s.
     pub fn white_std_rad_s(&self) -> f64 {
         self.angle_random_walk_rad_sqrt_s / self.step_s.sqrt()

@@ -1,7 +1,7 @@
 //! Each effect of the generator does to a log what it should; bounds are from the theory of the statistic.
 
 use super::bias::Telegraph;
-use super::case::make;
+use super::case;
 use super::catalogue::draw;
 use super::effect::Effect;
 use super::run::{Run, Unit};
@@ -11,6 +11,14 @@ use crate::math::spectra::Periodogram;
 use crate::signal::names;
 use std::collections::BTreeSet;
 use std::path::Path;
+
+mod kept;
+mod new;
+
+/// Case `index` as one machine records it.
+fn make(seed: u64, index: usize, spec: &Spec) -> Result<Case> {
+    case::make(seed, index, spec, 0.0)
+}
 
 fn run(seed: u64) -> Run {
     let unit = Unit::draw(&mut Stream::new(seed, 1));
@@ -153,7 +161,7 @@ fn cases_repeat_and_differ_by_seed_and_index() {
 
 #[test]
 fn a_plan_holds_the_shares_that_were_asked_for_evenly() {
-    let mix = Mix { cases: 400, none: 0.15, pairs: 0.2, unlisted: 0.1, messy: 0.5 };
+    let mix = Mix { cases: 400, none: 0.15, pairs: 0.2, unlisted: 0.1, messy: 0.5, habits: 0.0 };
     let plan = plan(&mix, Kind::Stationary, 9).unwrap();
     let count = |f: &dyn Fn(&Spec) -> bool| plan.iter().filter(|s| f(s)).count();
     assert_eq!(plan.len(), 400);
@@ -161,10 +169,10 @@ fn a_plan_holds_the_shares_that_were_asked_for_evenly() {
     assert_eq!(count(&|s| s.effects.len() == 2), 80);
     assert!(plan.iter().all(|s| s.effects.len() < 2 || s.effects[0].0 != s.effects[1].0));
     assert_eq!(count(&|s| s.effects.len() == 1 && s.effects[0].0.starts_with("x.")), 40);
-    // 220 of 15: each 14 or 15 times, each strength of it 4 or 5
+    // 220 of 18: each 12 or 13 times, each strength of it 4 or 5
     for id in LISTED {
         let n = count(&|s| s.effects.len() == 1 && s.effects[0].0 == id);
-        assert!((14..=15).contains(&n), "{id}: {n}");
+        assert!((12..=13).contains(&n), "{id}: {n}");
         let weak = count(&|s| s.effects == [(id, Strength::Weak)]);
         assert!((4..=5).contains(&weak), "{id}: {weak} weak");
     }
@@ -225,8 +233,6 @@ fn coloured_noises_have_the_spectrum_by_which_they_are_scaled() {
             // tails are heavier than normal by a factor below 2 in variance; averaging takes a third of a sample
             assert!((ratio - 1.0).abs() < 5.0 * (4.0 / d.len() as f64).sqrt() + 0.02, "{ratio} over {}", d.len());
         }
-        let x = path("x.drifting_resonance", &run, seed);
-        assert!((0.3..3.0).contains(&variance(&x)), "{}", variance(&x));
     }
 }
 
@@ -341,10 +347,6 @@ fn unlisted_noises_change_what_they_should() {
     for seed in 0..4 {
         let run = run(seed);
         let n = run.len as f64;
-        let level = white("x.noise_level", &run, seed, 0.1);
-        let ratio = (0.5 * variance(&level).ln()).abs();
-        assert!((ratio - 0.1).abs() < 5.0 * (0.5 / n).sqrt(), "{ratio}");
-
         let bursts = white("x.noise_bursts", &run, seed, 1.0);
         let mut blocks: Vec<f64> = bursts.chunks(run.len / 200).map(variance).collect();
         let quiet = crate::math::robust::quantile(&mut blocks, 0.05);

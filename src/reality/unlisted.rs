@@ -46,68 +46,6 @@ impl Effect for Chirp {
     }
 }
 
-/// Narrow-band noise: a resonance that white noise drives, its centre drifting
-pub(super) struct Resonance {
-    centre_hz: f64,
-    width_hz: f64,
-    drift: f64,
-}
-
-impl Resonance {
-    pub fn draw(unit: &Unit, s: &mut Stream) -> Self {
-        let centre_hz = log_between(s, 0.03, 0.35 / unit.step_s);
-        Self { centre_hz, width_hz: centre_hz * log_between(s, 0.005, 0.06), drift: between(s, -0.25, 0.25) }
-    }
-}
-
-impl Effect for Resonance {
-    fn id(&self) -> &'static str {
-        "x.drifting_resonance"
-    }
-
-    /// A phasor that forgets with the rate π width, seen through a carrier: x = Re(z exp(iφ)), E x² = 1.
-    fn path(&self, run: &Run, s: &mut Stream) -> Vec<f64> {
-        let dt = run.step_s();
-        let keep = (-std::f64::consts::PI * self.width_hz * dt).exp();
-        let fresh = (1.0 - keep * keep).sqrt();
-        let (mut a, mut b, mut phase) = (s.normal(), s.normal(), 0.0_f64);
-        run.times_s()
-            .map(|t| {
-                (a, b) = (keep * a + fresh * s.normal(), keep * b + fresh * s.normal());
-                phase += TAU * dt * self.centre_hz * (1.0 + self.drift * (t / run.span_s() - 0.5));
-                a * phase.cos() - b * phase.sin()
-            })
-            .collect()
-    }
-
-    /// Where it stands at one moment: the nats of each moment are the same while the centre drifts.
-    fn psd(&self, f_hz: f64) -> Option<f64> {
-        let rate = std::f64::consts::PI * self.width_hz;
-        let line = |f: f64| rate / (rate * rate + (TAU * f).powi(2));
-        Some(line(f_hz - self.centre_hz) + line(f_hz + self.centre_hz))
-    }
-
-    /// The integral over ln k would step over a narrow line: sums around the centre instead.
-    fn nats(&self, run: &Run, _: &[f64], strength: f64) -> f64 {
-        const REACH: f64 = 30.0;
-        let white = run.unit.white_std_rad_s().powi(2) * run.step_s();
-        let [low, high] = [-REACH, REACH].map(|r| self.centre_hz + r * self.width_hz);
-        let (low, high) = (low.max(0.0), high.min(0.5 / run.step_s()));
-        let nodes = 600;
-        let width_hz = (high - low) / f64::from(nodes);
-        let one = |i: i32| {
-            let r = strength * strength * self.psd(low + (f64::from(i) + 0.5) * width_hz).unwrap_or(0.0) / white;
-            0.5 * (r - r.ln_1p())
-        };
-        (0..nodes).map(one).sum::<f64>() * width_hz * 2.0 * run.span_s()
-    }
-
-    fn place(&self, _: &Run, _: &[f64]) -> Place {
-        let half = 0.5 * self.drift.abs();
-        Place { frequency_hz: Some([1.0 - half, 1.0 + half].map(|x| x * self.centre_hz)), ..Place::gyro() }
-    }
-}
-
 /// Wave forms of [`Periodic`].
 #[derive(Clone, Copy)]
 pub(super) enum Wave {

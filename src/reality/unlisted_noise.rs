@@ -14,8 +14,6 @@ enum Moves {
     Bursts { burst_s: f64, pause_s: f64 },
     /// Up and down with this period, s.
     Periodic { period_s: f64 },
-    /// Wrong all the time, too loud or too quiet.
-    Constant { louder: bool },
 }
 
 /// σ' = σ exp(strength · m(t))
@@ -30,10 +28,6 @@ impl Level {
     pub fn periodic(s: &mut Stream) -> Self {
         Self(Moves::Periodic { period_s: log_between(s, 20.0, 900.0) })
     }
-
-    pub fn constant(s: &mut Stream) -> Self {
-        Self(Moves::Constant { louder: chance(s, 0.6) })
-    }
 }
 
 impl Effect for Level {
@@ -41,7 +35,6 @@ impl Effect for Level {
         match self.0 {
             Moves::Bursts { .. } => "x.noise_bursts",
             Moves::Periodic { .. } => "x.noise_modulation",
-            Moves::Constant { .. } => "x.noise_level",
         }
     }
 
@@ -53,7 +46,6 @@ impl Effect for Level {
                 let one = |i: i32| nats::level((strength * (TAU * f64::from(i) / 32.0).cos()).exp());
                 n * (0..32).map(one).sum::<f64>() / 32.0
             }
-            Moves::Constant { louder } => n * nats::level(if louder { strength } else { -strength }.exp()),
         }
     }
 
@@ -80,10 +72,6 @@ impl Effect for Level {
                 for (w, t) in white.iter_mut().zip(run.times_s()) {
                     *w *= (strength * (TAU * t / period_s + phase).cos()).exp();
                 }
-            }
-            Moves::Constant { louder } => {
-                let factor = if louder { strength } else { -strength }.exp();
-                white.iter_mut().for_each(|w| *w *= factor);
             }
         }
     }

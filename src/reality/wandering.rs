@@ -4,10 +4,10 @@
 
 use super::draw::{between, log_between};
 use super::effect::Effect;
-use super::label::Parameters;
-use super::run::Run;
+use super::label::{Parameters, Place};
+use super::run::{Run, Unit};
 use crate::math::random::Stream;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Substeps of a sample.
 const SUBSTEPS: usize = 10;
@@ -182,5 +182,90 @@ impl Effect for Flicker {
 
     fn parameters(&self, _: &Run, _: &[f64], strength: f64) -> Parameters {
         [("bias_instability_rad_s".to_string(), strength)].into()
+    }
+}
+
+/// Narrow-band noise: a resonance that white noise drives, its centre wandering about the middle of a band
+///
+/// x = Re(z exp(iφ)), z a phasor that forgets with the rate π w, dφ/dt = 2π (f + s u(t)), u an Ornstein-Uhlenbeck process of
+/// unit variance: one line at each moment, a band over the log.
+pub(super) struct NarrowBand {
+    center_hz: f64,
+    /// w, Hz.
+    line_hz: f64,
+    /// s, Hz, and the time over which u forgets, s.
+    wander_hz: f64,
+    wander_s: f64,
+}
+
+impl NarrowBand {
+    pub fn draw(unit: &Unit, s: &mut Stream) -> Self {
+        let center_hz = log_between(s, 0.05, 0.35 / unit.step_s);
+        let line_hz = center_hz * log_between(s, 0.006, 0.08);
+        Self { center_hz, line_hz, wander_hz: line_hz * between(s, 0.2, 0.8), wander_s: log_between(s, 40.0, 600.0) }
+    }
+
+    /// Full width at half height of the spectrum over the log: a Lorentzian line smeared by a normal wander.
+    fn width_hz(&self) -> f64 {
+        // Olivero and Longbothum, J. Quant. Spectrosc. Radiat. Transfer 17 (1977) 233
+        let normal = 2.354_82 * self.wander_hz;
+        0.534_6 * self.line_hz + (0.216_6 * self.line_hz.powi(2) + normal.powi(2)).sqrt()
+    }
+}
+
+impl Effect for NarrowBand {
+    fn id(&self) -> &'static str {
+        "gyro.narrow_band_noise"
+    }
+
+    fn path(&self, run: &Run, s: &mut Stream) -> Vec<f64> {
+        let dt = run.step_s();
+        let step = |rate: f64| {
+            let keep = (-rate * dt).exp();
+            (keep, (1.0 - keep * keep).sqrt())
+        };
+        let ((keep, fresh), (stay, stir)) = (step(PI * self.line_hz), step(1.0 / self.wander_s));
+        let (mut a, mut b, mut u, mut phase) = (s.normal(), s.normal(), s.normal(), 0.0_f64);
+        (0..run.len)
+            .map(|_| {
+                (a, b) = (keep * a + fresh * s.normal(), keep * b + fresh * s.normal());
+                u = stay * u + stir * s.normal();
+                phase += TAU * dt * (self.center_hz + self.wander_hz * u);
+                a * phase.cos() - b * phase.sin()
+            })
+            .collect()
+    }
+
+    /// Of the whole log, as a line of the band's width: what a diagnosis has that does not follow the wander.
+    fn psd(&self, f_hz: f64) -> Option<f64> {
+        let rate = PI * self.width_hz();
+        let line = |f: f64| rate / (rate * rate + (TAU * f).powi(2));
+        Some(line(f_hz - self.center_hz) + line(f_hz + self.center_hz))
+    }
+
+    /// The integral over ln k would step over a narrow line: sums around the centre instead.
+    fn nats(&self, run: &Run, _: &[f64], strength: f64) -> f64 {
+        const REACH: f64 = 30.0;
+        const NODES: u32 = 600;
+        let white = run.unit.white_std_rad_s().powi(2) * run.step_s();
+        let [low, high] = [-REACH, REACH].map(|r| self.center_hz + r * self.width_hz());
+        let (low, high) = (low.max(0.0), high.min(0.5 / run.step_s()));
+        let width_hz = (high - low) / f64::from(NODES);
+        let one = |i: u32| {
+            let r = strength * strength * self.psd(low + (f64::from(i) + 0.5) * width_hz).unwrap_or(0.0) / white;
+            0.5 * (r - r.ln_1p())
+        };
+        (0..NODES).map(one).sum::<f64>() * width_hz * 2.0 * run.span_s()
+    }
+
+    fn parameters(&self, _: &Run, _: &[f64], strength: f64) -> Parameters {
+        [("center_hz", self.center_hz), ("bandwidth_hz", self.width_hz()), ("std_rad_s", strength)]
+            .map(|(name, value)| (name.to_string(), value))
+            .into()
+    }
+
+    fn place(&self, _: &Run, _: &[f64]) -> Place {
+        let half = 0.5 * self.width_hz();
+        Place { frequency_hz: Some([-half, half].map(|x| self.center_hz + x)), ..Place::gyro() }
     }
 }

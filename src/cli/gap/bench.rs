@@ -17,8 +17,9 @@ use std::path::{Path, PathBuf};
 
 /// Try the diagnosis on recordings whose truth is sealed: make cases, run the diagnosis, score its answers
 ///
-/// Cases are logs of real-looking units, at rest or driving, with no effect, one, two, or one that is in no list; the labels are
-/// encrypted with a key that lies elsewhere, and a commitment to them is published before the diagnosis runs.
+/// Cases are logs of real-looking units, at rest or driving, with no effect, one, two, or one that is in no list, kept as people
+/// keep logs (CSV, few decimals, a file a sensor, clocks that disagree), which is no effect. The labels are encrypted with a key
+/// that lies elsewhere, and a commitment to them is published before the diagnosis runs.
 #[derive(Debug, Args)]
 #[command(arg_required_else_help = true)]
 pub(crate) struct BenchArgs {
@@ -51,6 +52,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<Outcome> {
 #[command(after_help = "Examples:\n  \
     gyroid gap bench make bench/ --cases 500\n  \
     gyroid gap bench make bench/ --kind driving --cases 200\n  \
+    gyroid gap bench make bench/ --kind driving --cases 200 --habits 0\n  \
     gyroid gap bench make bench/ --cases 300 --seed 7 --unlisted 0.3 --key bench.key")]
 struct MakeArgs {
     /// Folder to make; must be new or empty
@@ -77,6 +79,11 @@ struct MakeArgs {
     /// Share of cases with one effect that hold a little of others too (pairs, unlisted: half of it)
     #[arg(long, value_name = "SHARE", default_value_t = 0.4)]
     messy: f64,
+    /// Share of cases for each habit of who records: rates printed with few decimals; CSV instead of Parquet; of drives also how the
+    /// robot steers is stated, and for half of the share wheels read at 10 to 20 Hz into a file of their own, and clocks that
+    /// disagree. None of it is an effect. 0: Parquet, one file a recording
+    #[arg(long, value_name = "SHARE", default_value_t = 0.33)]
+    habits: f64,
     /// Write the key to the labels to FILE [default: DIR.key, beside the folder]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
@@ -120,6 +127,7 @@ fn make(args: &MakeArgs) -> Result<Outcome> {
         pairs: args.pairs,
         unlisted: args.unlisted,
         messy: args.messy,
+        habits: args.habits,
     };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads.unwrap_or(0).into())

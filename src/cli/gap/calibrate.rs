@@ -97,8 +97,8 @@ fn text(found: &Calibrated, made: &[bench::Bench]) -> String {
         let seed = bench.seed.map_or_else(String::new, |s| format!(" --seed {s}"));
         let m = &bench.mix;
         text += &format!(
-            "#   gyroid gap bench make learn/{kind} --cases {}{seed} --none {} --pairs {} --unlisted {} --messy {}\n",
-            m.cases, m.none, m.pairs, m.unlisted, m.messy
+            "#   gyroid gap bench make learn/{kind} --cases {}{seed} --none {} --pairs {} --unlisted {} --messy {} --habits {}\n",
+            m.cases, m.none, m.pairs, m.unlisted, m.messy, m.habits
         );
     }
     text += "#   gyroid gap bench calibrate learn/ -o calibration.toml\n";

@@ -6,14 +6,14 @@
 
 use super::folder::names;
 use super::intervals::{expected_calibration_error, perfect_calibration_p95};
+use super::runner::case_logs;
 use super::workers::each;
-use crate::config::{Config, Kind};
+use crate::config::Kind;
 use crate::effects::Library;
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::calibration::{Calibration, counts};
 use crate::gap::findings::{Findings, Main};
 use crate::gap::{JudgeOptions, Options, Prior, compare, drive};
-use crate::ingest::read_log;
 use crate::reality::Label;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -253,9 +253,7 @@ pub fn examples(
     let effects: Vec<_> = library.driving().collect();
     let one = |name: &String| -> Result<Option<Example>> {
         let Some(label) = labels.get(name) else { return Ok(None) };
-        let case = folder.join(name);
-        let config = Config::read(case.join("sim.toml"))?;
-        let log = read_log(case.join("fit.parquet"))?;
+        let (config, log, _) = case_logs(&folder.join(name))?;
         if config.kind == Kind::Driving {
             let record = drive::record::Record::new(&config, &log, options.since_power_on_s)?;
             let findings = drive::judge::judge(&record, &effects, &driving).findings;
@@ -294,6 +292,8 @@ mod tests {
             strength: Strength::None,
             places: Default::default(),
             without: Vec::new(),
+            time_offsets: Vec::new(),
+            kept: Vec::new(),
         }
     }
 

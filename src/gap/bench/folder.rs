@@ -1,15 +1,18 @@
 //! A bench on disk: one folder a case (`sim.toml`, `fit.parquet`, `hold.parquet`), sealed labels, what was asked for.
+//!
+//! Some cases have `fit.csv` instead, or a file a sensor: `fit_imu.csv`, `fit_wheels.csv`, `fit_pose.csv`.
 
 use super::seal::{SealKey, random_bytes, seal};
 use super::workers::each;
 use crate::config::Kind;
 use crate::error::{Error, ErrorKind, Result};
 use crate::files::OutputFile;
-use crate::ingest::write_log;
+use crate::ingest::{DriveQuery, read_drive, write_log};
 use crate::reality::{self, Case, Label, Mix};
+use crate::signal::Log;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// File with the sealed labels.
@@ -75,7 +78,7 @@ pub fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Re
     let done = AtomicUsize::new(0);
     // as many at a time as the caller's pool has threads
     let made = each(&plan, rayon::current_num_threads(), |index, spec| {
-        let case = reality::make(order.kind, seed, index, spec)?;
+        let case = reality::make_kept(order.kind, seed, index, spec, order.mix.habits)?;
         write(folder, &case)?;
         progress(done.fetch_add(1, Ordering::Relaxed) + 1);
         Ok((case.name, case.label))
@@ -101,8 +104,38 @@ fn write(folder: &Path, case: &Case) -> Result<()> {
     let place = folder.join(&case.name);
     std::fs::create_dir(&place).map_err(|e| Error::io(&place, &e))?;
     put(&place.join("sim.toml"), case.config.to_toml()?.as_bytes())?;
-    write_log(place.join("fit.parquet"), &case.fit)?;
-    write_log(place.join("hold.parquet"), &case.hold)
+    case.files()?.iter().try_for_each(|(name, log)| write_log(place.join(name), log))
+}
+
+/// Files of one recording, `fit` or `hold`, of the case in this folder: one, or those of its sensors in alphabetical order;
+/// none where it has no such recording.
+///
+/// # Errors
+/// [`ErrorKind::Io`].
+pub fn recording_files(case: &Path, recording: &str) -> Result<Vec<PathBuf>> {
+    let is_log = |path: &Path| {
+        let extension = path.extension().and_then(|e| e.to_str());
+        let rest = path.file_stem().and_then(|s| s.to_str()).and_then(|s| s.strip_prefix(recording));
+        matches!(extension, Some("parquet" | "csv")) && rest.is_some_and(|r| r.is_empty() || r.starts_with('_'))
+    };
+    let entries = std::fs::read_dir(case).map_err(|e| Error::io(case, &e))?;
+    let paths = entries.map(|entry| entry.map(|e| e.path()).map_err(|e| Error::io(case, &e)));
+    let mut files: Vec<PathBuf> = paths.collect::<Result<_>>()?;
+    files.retain(|path| is_log(path));
+    files.sort();
+    Ok(files)
+}
+
+/// One recording, `fit` or `hold`, of the case in this folder; none where it has no such recording.
+///
+/// # Errors
+/// As [`read_drive`].
+pub(super) fn recording(case: &Path, recording: &str) -> Result<Option<Log>> {
+    let files = recording_files(case, recording)?;
+    if files.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(read_drive(&files, &DriveQuery::default())?.log))
 }
 
 /// Writes a file whole or not at all.
@@ -120,13 +153,13 @@ pub fn names(folder: &Path) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|e| Error::io(folder, &e))? {
         let path = entry.map_err(|e| Error::io(folder, &e))?.path();
-        if path.join("sim.toml").is_file() && path.join("fit.parquet").is_file() {
+        if path.join("sim.toml").is_file() && !recording_files(&path, "fit")?.is_empty() {
             names.extend(path.file_name().map(|n| n.to_string_lossy().into_owned()));
         }
     }
     if names.is_empty() {
         return Err(Error::new(ErrorKind::Usage, folder.display(), "holds no case")
-            .mend("a case is a folder with sim.toml and fit.parquet; make some with gyroid gap bench make"));
+            .mend("a case is a folder with sim.toml and fit.parquet (or fit.csv, fit_imu.csv, ...); make some with gyroid gap bench make"));
     }
     names.sort();
     Ok(names)

@@ -3,7 +3,7 @@
 //! One answer against one label, by the contract's rules: what an answer leaves out is read as the rules read it, so that
 //! answers of other tools can be scored too.
 
-use crate::reality::{Label, Place};
+use crate::reality::{ClockOffset, Label, Place};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
@@ -56,6 +56,8 @@ pub struct Judged {
     pub confidence: Option<f64>,
     /// Probability that the answer gives 'unknown'.
     pub unknown_probability: Option<f64>,
+    /// Of each clock's offset in the case, whether the answer has it; none without an answer.
+    pub offsets: Vec<bool>,
     /// Probability that the answer gives each true effect.
     pub truth_probability: BTreeMap<String, f64>,
 }
@@ -126,10 +128,27 @@ pub fn judge(name: &str, label: &Label, answer: Option<&Value>) -> Judged {
         gap_closed: of(&answered).and_then(|e| e["gap_closed"].as_f64()),
         confidence,
         unknown_probability: answer["unknown_probability"].as_f64(),
+        offsets: if verdict == "missing" { Vec::new() } else { offsets(label, answer) },
         truth_probability,
         truth,
         answered,
     }
+}
+
+/// An offset of a clock is right within so many of its standard deviations, and within so much, s: rows tell no more.
+const OFFSET_STDS: f64 = 4.0;
+const OFFSET_S: f64 = 0.03;
+
+/// Whether each clock's offset is in the answer; one that is not there is taken as zero.
+fn offsets(label: &Label, answer: &Value) -> Vec<bool> {
+    let told: Vec<&Value> = answer["time_offsets"].as_array().into_iter().flatten().collect();
+    let one = |truth: &ClockOffset| {
+        let is_it = |o: &&&Value| o["channel"] == truth.channel.as_str() && o["recording"] == truth.recording.as_str();
+        let found = told.iter().find(is_it);
+        let number = |name: &str| found.and_then(|o| o[name].as_f64()).unwrap_or(0.0);
+        (number("offset_s") - truth.offset_s).abs() <= (OFFSET_STDS * number("std_s")).max(OFFSET_S)
+    };
+    label.time_offsets.iter().map(one).collect()
 }
 
 /// Both wheels are one channel.

@@ -21,7 +21,7 @@ mod table;
 mod workers;
 
 pub use calibrate::{Calibrated, Example, Fit, calibrate, examples, prior_of};
-pub use folder::{BENCH, Bench, COMMITMENT, Made, Order, SEALED, make, names};
+pub use folder::{BENCH, Bench, COMMITMENT, Made, Order, SEALED, make, names, recording_files};
 pub use intervals::{Rate, Roc, expected_calibration_error, perfect_calibration_p95, roc};
 pub use judge::{Judged, Wanted, judge};
 pub use oracle::{Gains, OfOracle, oracle};

@@ -3,12 +3,11 @@
 //! Answers are written whole or not at all, so that a run that was broken off goes on where it stopped. Beside each answer
 //! lies `CASE.seconds`, and `timings.json` gathers them.
 
-use super::folder::{names, put};
+use super::folder::{names, put, recording};
 use super::workers::each;
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::Answer;
-use crate::ingest::read_log;
 use crate::signal::Log;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -93,10 +92,11 @@ pub fn run(
 /// Nominal simulator, recording to diagnose from, recording kept back, of the case in this folder.
 pub(super) fn case_logs(case: &Path) -> Result<(Config, Log, Option<Log>)> {
     let config = Config::read(case.join("sim.toml"))?;
-    let fit = read_log(case.join("fit.parquet"))?;
-    let hold = case.join("hold.parquet");
-    let hold = hold.is_file().then(|| read_log(&hold)).transpose()?;
-    Ok((config, fit, hold))
+    let fit = recording(case, "fit")?.ok_or_else(|| {
+        Error::new(ErrorKind::Usage, case.display(), "holds no recording to diagnose from")
+            .mend("a case has fit.parquet, fit.csv, or a file a sensor such as fit_imu.csv")
+    })?;
+    Ok((config, fit, recording(case, "hold")?))
 }
 
 fn answer(case: &Path, diagnosis: &impl Diagnosis) -> Result<(Answer, f64)> {

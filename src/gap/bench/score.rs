@@ -231,6 +231,7 @@ pub fn score(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>
         ("unlisted effect: said unknown", Rate::count(of(Wanted::Unknown).map(right))),
         ("channel right, where the effect is", Rate::count(judged.iter().filter_map(|j| j.channel))),
         ("frequency or condition right, where the effect is", Rate::count(judged.iter().filter_map(|j| j.place))),
+        ("clock that disagrees: offset found", Rate::count(judged.iter().flat_map(|j| j.offsets.iter().copied()))),
     ];
     let closed = |right: bool| {
         let named = judged.iter().filter(move |j| j.right == right);

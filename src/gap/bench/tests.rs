@@ -18,7 +18,7 @@ fn fixture() -> (BTreeMap<String, Label>, BTreeMap<String, Value>) {
 fn order(seed: u64, cases: usize) -> Order {
     Order {
         kind: Kind::Stationary,
-        mix: Mix { cases, none: 0.25, pairs: 0.25, unlisted: 0.25, messy: 0.5 },
+        mix: Mix { cases, none: 0.25, pairs: 0.25, unlisted: 0.25, messy: 0.5, habits: 0.0 },
         seed: Some(seed),
     }
 }
@@ -217,6 +217,77 @@ fn driving_cases_are_made_run_and_scored_like_those_at_rest() {
     let score = score(&labels, &answers(&out, &labels).unwrap(), &seconds(&out));
     assert_eq!((score.cases, score.missing), (4, 0));
     assert!(score.text().contains("no effect: said none"));
+}
+
+#[test]
+fn cases_in_csv_and_in_a_file_a_sensor_are_answered_like_others() {
+    let root = tempfile::tempdir().unwrap();
+    for kind in [Kind::Stationary, Kind::Driving] {
+        let mut order = Order { kind, ..order(8, 4) };
+        order.mix.habits = 1.0;
+        let folder = root.path().join(format!("{kind:?}"));
+        let made = make(&folder, &order, |_| ()).unwrap();
+        assert!(made.labels.values().all(|l| l.kept.iter().any(|k| k == "printed")));
+        let plan = crate::reality::plan(&order.mix, kind, 8).unwrap();
+        for (index, (name, spec)) in names(&folder).unwrap().iter().zip(&plan).enumerate() {
+            let case = crate::reality::make_kept(kind, 8, index, spec, 1.0).unwrap();
+            let apart = made.labels[name].kept.iter().any(|k| k == "apart");
+            let (_, fit, hold) = super::runner::case_logs(&folder.join(name)).unwrap();
+            for (what, read, made) in [("fit", fit, &case.fit), ("hold", hold.unwrap(), &case.hold)] {
+                let files = recording_files(&folder.join(name), what).unwrap();
+                assert_eq!(files.len() > 1, apart, "{files:?}");
+                assert!(files.iter().all(|f| f.extension().unwrap() == "csv"));
+                let there = |log: &crate::signal::Log, channel: &str| -> Vec<(i64, f64)> {
+                    let values = log.get(channel).unwrap();
+                    let rows = (0..log.len()).filter(|k| !values[*k].is_nan());
+                    rows.map(|k| ((log.time.at(k) * 1e6).round() as i64, values[k])).collect()
+                };
+                // torques and time since power-on hold between their rows
+                for channel in made.channels.iter().map(|c| c.name.as_str()) {
+                    let held = apart && (channel.starts_with("torque") || channel.starts_with("time"));
+                    assert!(held || there(&read, channel) == there(made, channel), "{name} {what} {channel}");
+                }
+            }
+        }
+        let out = root.path().join(format!("{kind:?} answers"));
+        let seen = |config: &crate::config::Config, fit: &crate::signal::Log, hold: Option<&crate::signal::Log>| {
+            assert!(config.kind == kind && !fit.is_empty() && hold.is_some());
+            Ok(plain(Verdict::None))
+        };
+        let ran = run(&folder, &out, 1, &seen, |_, _| ()).unwrap();
+        assert_eq!((ran.answered, ran.refused.len()), (4, 0));
+    }
+    // what was asked for before there were habits
+    let mix: Mix = serde_json::from_str(r#"{"cases": 3, "none": 0.1, "pairs": 0, "unlisted": 0, "messy": 0}"#).unwrap();
+    assert_eq!(mix.habits, 0.0);
+}
+
+#[test]
+fn clocks_that_disagree_are_no_effect_and_their_offsets_are_counted() {
+    let label: Label = serde_json::from_value(serde_json::json!({
+        "effects": {}, "kind": "driving", "strength": "none", "where": {},
+        "time_offsets": [
+            {"channel": "wheels", "recording": "fit", "offset_s": -0.7},
+            {"channel": "wheels", "recording": "hold", "offset_s": 0.4},
+            {"channel": "pose", "recording": "fit", "offset_s": 1.1},
+            {"channel": "pose", "recording": "hold", "offset_s": 0.02},
+        ],
+    }))
+    .unwrap();
+    let told = |recording: &str, offset_s: f64| serde_json::json!({"channel": "wheels", "recording": recording, "offset_s": offset_s, "std_s": 0.01});
+    // within 30 ms; beyond that and four standard deviations; not there; not there, and next to nothing
+    let answer = serde_json::json!({
+        "verdict": "none", "effects": [], "none_probability": 0.9,
+        "time_offsets": [told("fit", -0.675), told("hold", 0.45)],
+    });
+    let judged = judge("a", &label, Some(&answer));
+    assert!(judged.right && judged.wanted == Wanted::None);
+    assert_eq!(judged.offsets, [true, false, false, true]);
+    assert!(judge("a", &label, None).offsets.is_empty());
+    let score = score(&[("a".to_string(), label)].into(), &[("a".to_string(), answer)].into(), &[]);
+    let (_, rate) = score.rates.iter().find(|(w, _)| w.starts_with("clock that disagrees")).unwrap();
+    assert_eq!((rate.right, rate.of), (2, 4));
+    assert!(score.text().contains("clock that disagrees"));
 }
 
 /// An answer that says nothing but its verdict.

@@ -196,7 +196,7 @@ impl Motion {
             mass: vehicle.mass_kg * body.mass_factor * kept,
             inertia: vehicle.yaw_inertia_kg_m2 * body.inertia_factor * kept,
             offset: body.com_offset_m * (1.0 - body.slosh_s2_m * self.acceleration),
-            half_track: vehicle.half_track_m * world.wheels.track_factor,
+            half_track: vehicle.half_track_m * world.wheels.half_track_factor(self.v),
             radius: [0, 1].map(|i| vehicle.wheel_radius_m * self.radius_factor(world, i, t)),
             wheel_inertia: vehicle.wheel_inertia_kg_m2,
             viscous: vehicle.viscous_friction_n_m_s,

@@ -2,18 +2,20 @@
 
 use super::super::case::{Case, case_seed};
 use super::super::draw::{between, chance, index as pick, log_between};
+use super::super::habits::{HABITS, Habits};
 use super::super::label::{Label, Parameters, Strength};
 use super::super::plan::Spec;
 use super::super::run::Run;
 use super::catalogue::{COMMON, draw};
-use super::effect::{Effect, Need, Scene};
+use super::effect::{Effect, Need, Scene, Shows};
+use super::keep::{Keep, log};
 use super::machine::{Course, Machine};
-use super::nats::{Innovations, Reader, Sensors, of_noise, of_rare, of_signal};
+use super::nats::{Innovations, Reader, Sensors, of_level, of_noise, of_rare, of_signal};
 use super::record::{DriveRun, GYRO, Trace, drive};
 use super::world::World;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
-use crate::signal::{Log, TimeAxis, names};
+use crate::signal::{Log, names};
 use std::collections::BTreeMap;
 
 /// Streams of a case's seed; those of effect i in run r follow from the last two.
@@ -32,8 +34,15 @@ const BACKGROUND: f64 = 0.4;
 /// A background effect's nats over the weakest main effect's, and the least that counts.
 const BACKGROUND_SHARE: [f64; 2] = [0.003, 0.1];
 const BACKGROUND_NATS: f64 = 0.3;
+/// More nats of a main effect do not make what lies beside it larger.
+const MOST: f64 = 2e6;
 /// Forms that are tried for an effect, and robots for a case, until the effects show.
 const TRIES: u64 = 8;
+/// Least nats of a main effect: four fifths of what is called weak.
+const LEAST: f64 = 3.2;
+/// Effects that are lags themselves: beside them a clock's offset has no truth.
+const LAGS: [&str; 5] =
+    ["sensor.gyro_delay", "sensor.wheel_delay", "sensor.pose_delay", "x.pose_clock_drift", "x.encoder_low_pass"];
 /// Keeps the seeds of drives apart from those of rest, and of a case's robots from each other.
 const DRIVING: u64 = 0x5DEE_CE66_0D12_141F;
 
@@ -137,10 +146,11 @@ impl<'a> Judge<'a> {
         let trace = drive(self.scene.machine, self.scene.run, &world, 1.0);
         let gyro = gyro_channel(self.scene.run, 0, &world, &trace, &[present], self.seed);
         let with = self.reader.innovations(&trace, &gyro);
-        let nats = match &present.effect {
-            effect if effect.rare => of_rare,
-            effect if effect.noise => of_noise,
-            _ => of_signal,
+        let nats = match present.effect.shows {
+            Shows::Signal => of_signal,
+            Shows::Noise => of_noise,
+            Shows::Level => of_level,
+            Shows::Rare => of_rare,
         };
         let found = nats(&with, &self.nominal);
         if found.is_finite() { found } else { f64::MAX }
@@ -180,8 +190,15 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Draws a form of effect `id` that reaches `target` nats, at least `least`; none if there is none.
-fn present(id: &'static str, slot: u64, target: f64, least: f64, judge: &Judge<'_>) -> Result<Option<(Present, f64)>> {
+/// Draws a form of effect `id` that reaches `target` nats, at least [`LEAST`], or has its own size where it `is_strong`; none if
+/// there is none.
+fn present(
+    id: &'static str,
+    slot: u64,
+    target: f64,
+    is_strong: bool,
+    judge: &Judge<'_>,
+) -> Result<Option<(Present, f64)>> {
     for turn in 0..TRIES {
         let form = &mut Stream::new(judge.seed, FORM + 100 * turn + slot);
         let effect = draw(id, judge.scene.machine, form).ok_or_else(|| {
@@ -189,8 +206,14 @@ fn present(id: &'static str, slot: u64, target: f64, least: f64, judge: &Judge<'
                 .mend("take one of reality::drive::LISTED or reality::drive::UNLISTED")
         })?;
         let mut present = Present { effect, slot, strength: 0.0 };
-        let nats = judge.fit(&mut present, target, 0.05, 9);
-        if nats >= least {
+        let nats = match present.effect.large {
+            Some(large) if is_strong => {
+                present.strength = large;
+                judge.nats(&present)
+            }
+            _ => judge.fit(&mut present, target, 0.05, 9),
+        };
+        if nats >= LEAST {
             return Ok(Some((present, nats)));
         }
     }
@@ -210,14 +233,15 @@ fn sensors(mains: &[Need], s: &mut Stream) -> Sensors {
     }
 }
 
-/// Makes driving case `index` of the bench with this `seed`.
+/// Makes driving case `index` of the bench with this `seed`; its logs have each habit with probability `habits`.
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] if `spec` names an effect that the generator does not know; [`ErrorKind::Numeric`] if one cannot show.
-pub fn make(seed: u64, index: usize, spec: &Spec) -> Result<Case> {
+pub fn make(seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<Case> {
     let first = case_seed(seed, index) ^ DRIVING;
+    let habits = Habits::draw(habits, &mut Stream::new(first, HABITS));
     for turn in 0..TRIES {
-        if let Some(case) = attempt(first.wrapping_add(turn.wrapping_mul(DRIVING)), index, spec)? {
+        if let Some(case) = attempt(first.wrapping_add(turn.wrapping_mul(DRIVING)), index, spec, &habits)? {
             return Ok(case);
         }
     }
@@ -228,9 +252,10 @@ pub fn make(seed: u64, index: usize, spec: &Spec) -> Result<Case> {
 }
 
 /// The case of one robot; none where an effect cannot show: who never reverses never turns a caster.
-fn attempt(seed: u64, index: usize, spec: &Spec) -> Result<Option<Case>> {
+fn attempt(seed: u64, index: usize, spec: &Spec, habits: &Habits) -> Result<Option<Case>> {
     let s = &mut Stream::new(seed, UNIT);
-    let machine = Machine::draw(s);
+    let mut machine = Machine::draw(s);
+    machine.vehicle.steering = habits.steering;
     let span_s = log_between(s, 60.0, 600.0);
     let fit = draw_run(&machine, span_s, seed, 0);
     let hold = draw_run(&machine, span_s * between(s, 0.8, 1.2), seed, 1);
@@ -241,13 +266,14 @@ fn attempt(seed: u64, index: usize, spec: &Spec) -> Result<Option<Case>> {
         .iter()
         .filter_map(|(id, _)| Some(draw(id, &machine, &mut Stream::new(seed, FORM))?.need))
         .collect();
-    let has = sensors(&needs, s);
+    let mut has = sensors(&needs, s);
+    has.wheel_rows = habits.wheels_hz.map_or(1, |hz| (1.0 / (hz * machine.step_s)).round().max(1.0) as usize);
     let judge = Judge::new(Scene { machine: &machine, run: &fit }, has, seed);
     let mut inside = Vec::new();
     let mut weakest = f64::INFINITY;
     for (slot, (id, strength)) in spec.effects.iter().enumerate() {
         let target = draw_nats(*strength, s);
-        let found = present(id, slot as u64, target, 0.8 * Strength::Weak.nats()[0], &judge)?;
+        let found = present(id, slot as u64, target, *strength == Strength::Strong, &judge)?;
         let Some((one, nats)) = found else { return Ok(None) };
         weakest = weakest.min(nats);
         inside.push(one);
@@ -255,7 +281,7 @@ fn attempt(seed: u64, index: usize, spec: &Spec) -> Result<Option<Case>> {
     let mains = inside.len();
     let mut background = Vec::new();
     if spec.messy {
-        let [low, high] = BACKGROUND_SHARE.map(|share| (share * weakest).max(BACKGROUND_NATS));
+        let [low, high] = BACKGROUND_SHARE.map(|share| (share * weakest.min(MOST)).max(BACKGROUND_NATS));
         for (k, id) in COMMON.iter().enumerate() {
             let (there, target) = (chance(s, BACKGROUND), log_between(s, low, high));
             if there && spec.effects.iter().all(|(main, _)| main != id) {
@@ -275,8 +301,10 @@ fn attempt(seed: u64, index: usize, spec: &Spec) -> Result<Option<Case>> {
     }
 
     let all: Vec<&Present> = inside.iter().collect();
+    let lags = inside.iter().any(|p| LAGS.contains(&p.effect.id));
+    let keep = Keep::new(habits, lags, has, machine.step_s);
     let [(fit_log, trace), (hold_log, _)] =
-        [("fit", 0, &fit), ("hold", 1, &hold)].map(|(name, r, run)| record(name, r, &machine, run, &all, has, seed));
+        [("fit", 0, &fit), ("hold", 1, &hold)].map(|(name, r, run)| record(name, r, &machine, run, &all, &keep, seed));
     let told = |p: &Present| -> (String, Parameters) {
         let unlisted = p.effect.id.starts_with("x.");
         let s = &mut path_stream(seed, p.slot, 0);
@@ -292,9 +320,11 @@ fn attempt(seed: u64, index: usize, spec: &Spec) -> Result<Option<Case>> {
         strength: if mains == 0 { Strength::None } else { strength_of(weakest) },
         places: inside[..mains].iter().map(place).collect::<BTreeMap<_, _>>(),
         without: without(has),
+        time_offsets: keep.labels(),
+        kept: habits.names(),
     };
     let name = format!("driving-{index:06}");
-    Ok(Some(Case { name, config: machine.config(), fit: fit_log?, hold: hold_log?, label }))
+    Ok(Some(Case { name, config: machine.config(), fit: fit_log?, hold: hold_log?, label, kept_in: habits.files }))
 }
 
 fn without(has: Sensors) -> Vec<String> {
@@ -318,35 +348,12 @@ fn record(
     machine: &Machine,
     run: &DriveRun,
     present: &[&Present],
-    has: Sensors,
+    keep: &Keep,
     seed: u64,
 ) -> (Result<Log>, Trace) {
-    let world = world_of(present, Scene { machine, run }, r, seed);
+    let scene = Scene { machine, run };
+    let world = world_of(present, scene, r, seed);
     let trace = drive(machine, run, &world, 1.0);
     let gyro = gyro_channel(run, r, &world, &trace, present, seed);
-    (log(source, machine, run, &trace, gyro, has), trace)
-}
-
-/// The log, its sensors in single precision, as loggers keep them.
-fn log(source: &str, machine: &Machine, run: &DriveRun, trace: &Trace, gyro: Vec<f64>, has: Sensors) -> Result<Log> {
-    let len = run.course.len();
-    let mut log = Log::new(source, TimeAxis::Uniform { start_s: 0.0, step_s: machine.step_s, len });
-    let power_on = (0..len).map(|k| run.since_power_on_s + k as f64 * machine.step_s).collect();
-    log.push(names::SINCE_POWER_ON, power_on)?;
-    let single = |values: &[f64]| values.iter().map(|v| f64::from(*v as f32)).collect::<Vec<f64>>();
-    if has.torque {
-        log.push(names::TORQUE_LEFT, single(&trace.torque_n_m[0]))?;
-        log.push(names::TORQUE_RIGHT, single(&trace.torque_n_m[1]))?;
-    }
-    if has.gyro {
-        log.push(names::GYRO_Z, single(&gyro))?;
-    }
-    log.push(names::WHEEL_LEFT, single(&trace.wheel_rad_s[0]))?;
-    log.push(names::WHEEL_RIGHT, single(&trace.wheel_rad_s[1]))?;
-    if has.pose {
-        for (name, values) in [names::X, names::Y, names::HEADING].iter().zip(&trace.pose) {
-            log.push(*name, single(values))?;
-        }
-    }
-    Ok(log)
+    (log(source, r as usize, scene, &world, &trace, gyro, keep), trace)
 }

@@ -36,6 +36,19 @@ impl Need {
     }
 }
 
+/// How an effect shows in what is recorded, which says how its nats are counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shows {
+    /// The same whenever it is driven.
+    Signal,
+    /// Its traces are drawn.
+    Noise,
+    /// As another size of a noise that is there.
+    Level,
+    /// Rare and large: single readings tell.
+    Rare,
+}
+
 type Set = dyn Fn(f64, &mut World, Scene<'_>, &mut Stream) + Send + Sync;
 type Tell = dyn Fn(f64, &Trace) -> f64 + Send + Sync;
 
@@ -47,10 +60,9 @@ pub(super) struct Effect {
     /// A strength from which the right one is sought, and the largest that is possible.
     pub start: f64,
     pub most: f64,
-    /// Whether its traces are drawn, so that its nats are those of a noise.
-    pub noise: bool,
-    /// Whether it is rare and large, so that its nats are those of single readings.
-    pub rare: bool,
+    pub shows: Shows,
+    /// The strength that it has where it is strong, whatever its nats; else the nats say.
+    pub large: Option<f64>,
     /// Condition that it follows, as the contract has them; for effects that are in no list.
     pub condition: Option<&'static str>,
     set: Option<Box<Set>>,
@@ -61,13 +73,17 @@ pub(super) struct Effect {
 impl Effect {
     pub fn new(id: &'static str, channel: &'static str, need: Need, [start, most]: [f64; 2]) -> Self {
         let (set, tell, rest, condition) = (None, Vec::new(), None, None);
-        Self { id, channel, need, start, most, noise: false, rare: false, condition, set, tell, rest }
+        Self { id, channel, need, start, most, shows: Shows::Signal, large: None, condition, set, tell, rest }
     }
 
     /// One of a gyro's own effects, which it has at rest too.
     pub fn at_rest(rest: Box<dyn AtRest>, machine: &Machine) -> Self {
         let white = machine.gyro.white_std_rad_s();
-        let (rare, noise) = (rest.id() == "gyro.outliers", rest.psd(1.0).is_some());
+        let shows = match rest.id() {
+            "gyro.outliers" => Shows::Rare,
+            _ if rest.psd(1.0).is_some() => Shows::Noise,
+            _ => Shows::Signal,
+        };
         let range = match rest.id() {
             "gyro.outliers" => [5.0, 300.0],
             "gyro.rate_random_walk" => [0.02 * white, 10.0 * white],
@@ -75,7 +91,7 @@ impl Effect {
             _ => [0.1 * white, 10.0 * white],
         };
         let id = rest.id();
-        Self { noise, rare, rest: Some(rest), ..Self::new(id, "gyro", Need::Gyro, range) }
+        Self { shows, rest: Some(rest), ..Self::new(id, "gyro", Need::Gyro, range) }
     }
 
     pub fn sets(self, set: impl Fn(f64, &mut World, Scene<'_>, &mut Stream) + Send + Sync + 'static) -> Self {
@@ -88,12 +104,12 @@ impl Effect {
         self
     }
 
-    pub fn noisy(self) -> Self {
-        Self { noise: true, ..self }
+    pub fn shows(self, shows: Shows) -> Self {
+        Self { shows, ..self }
     }
 
-    pub fn rarely(self) -> Self {
-        Self { rare: true, ..self }
+    pub fn at_large(self, strength: f64) -> Self {
+        Self { large: Some(strength), ..self }
     }
 
     pub fn following(self, condition: &'static str) -> Self {

@@ -5,9 +5,12 @@
 //! over what the robot did in the fit's run.
 
 use super::super::draw::{between, chance, exponential, index, log_between, sign};
-use super::effect::{Effect, Need};
+use super::super::noise_level::Loudness;
+use super::effect::{Effect, Need, Shows};
 use super::grip::Grip;
-use super::world::Rolling;
+use super::machine::Machine;
+use super::world::{Rolling, World};
+use crate::config::Steering;
 use crate::math::random::Stream;
 use std::f64::consts::PI;
 
@@ -54,6 +57,15 @@ pub(super) fn radius_scale(s: &mut Stream) -> Effect {
         .tells("relative", move |a, _| side * a)
 }
 
+/// One wheel's radius, the other's is nominal.
+pub(super) fn one_radius(wheel: usize, s: &mut Stream) -> Effect {
+    let side = sign(s);
+    let id = ["wheel.radius_left", "wheel.radius_right"][wheel];
+    Effect::new(id, "wheels", Need::Anything, [0.003, 0.08])
+        .sets(move |a, world, _, _| world.wheels.radius_factor[wheel] *= 1.0 + side * a)
+        .tells("relative", move |a, _| side * a)
+}
+
 pub(super) fn rolling_resistance(s: &mut Stream) -> Effect {
     let form = Rolling {
         coefficient: 1.0,
@@ -84,11 +96,29 @@ pub(super) fn lateral_skid(s: &mut Stream) -> Effect {
         })
 }
 
-pub(super) fn track_width(s: &mut Stream) -> Effect {
+pub(super) fn track_width(machine: &Machine, s: &mut Stream) -> Effect {
     let side = sign(s);
+    if machine.vehicle.steering == Some(Steering::Skid) {
+        return skidding_track(s);
+    }
     Effect::new("vehicle.track_width", "wheels", Need::Anything, [0.005, 0.15])
         .sets(move |a, world, _, _| world.wheels.track_factor *= 1.0 + side * a)
         .tells("relative", move |a, _| side * a)
+}
+
+/// Of wheels that skid where the robot turns: as if the track were wider, and a little otherwise where it is fast.
+fn skidding_track(s: &mut Stream) -> Effect {
+    let (large, bend_s_m) = (log_between(s, 0.1, 1.0), between(s, -0.04, 0.04));
+    Effect::new("vehicle.track_width", "wheels", Need::Anything, [0.005, 1.0])
+        .at_large(large)
+        .sets(move |a, world, _, _| {
+            world.wheels.track_factor *= 1.0 + a;
+            world.wheels.track_bend_s_m = a * bend_s_m;
+        })
+        .tells("relative", move |a, trace| {
+            let rows = trace.v_m_s.iter().zip(&trace.w_rad_s);
+            a * through_origin(rows.map(|(v, w)| (*w, w * (1.0 + bend_s_m * (v.abs() - 0.5)))))
+        })
 }
 
 pub(super) fn payload(s: &mut Stream) -> Effect {
@@ -125,7 +155,7 @@ pub(super) fn torque_gain(s: &mut Stream) -> Effect {
 pub(super) fn encoder_quantization(s: &mut Stream) -> Effect {
     let offset = [0.0, 0.5, s.uniform()][index(s, 3)];
     Effect::new("encoder.quantization", "wheels", Need::Anything, [0.08, 0.6])
-        .noisy()
+        .shows(Shows::Noise)
         .sets(move |a, world, _, _| (world.encoders.lsb_rad_s, world.encoders.offset) = (a, offset))
         .tells("lsb_rad_s", |a, _| a)
 }
@@ -185,6 +215,50 @@ pub(super) fn gyro_delay(s: &mut Stream) -> Effect {
     Effect::new("sensor.gyro_delay", "gyro", Need::Gyro, [0.01, 0.15])
         .sets(move |a, world, _, _| (world.gyro.delay_s, world.gyro.delay_jitter) = (a, jitter))
         .tells("delay_s", |a, _| a)
+}
+
+pub(super) fn wheel_delay(s: &mut Stream) -> Effect {
+    let jitter = between(s, 0.0, 0.15);
+    Effect::new("sensor.wheel_delay", "wheels", Need::Anything, [0.01, 0.12])
+        .sets(move |a, world, _, _| (world.encoders.delay_s, world.encoders.delay_jitter) = (a, jitter))
+        .tells("delay_s", |a, _| a)
+}
+
+pub(super) fn pose_delay(s: &mut Stream) -> Effect {
+    let jitter = between(s, 0.0, 0.15);
+    // longer ones are a clock's affair
+    Effect::new("sensor.pose_delay", "pose", Need::Pose, [0.02, 0.19])
+        .sets(move |a, world, _, _| (world.pose.delay_s, world.pose.delay_jitter) = (a, jitter))
+        .tells("delay_s", |a, _| a)
+}
+
+/// A sensor whose white noise is another than stated; `of` is its loudness. Strength is the mean of |ln σ'/σ|.
+fn noise_level(
+    [id, channel]: [&'static str; 2],
+    need: Need,
+    of: fn(&mut World) -> &mut Loudness,
+    machine: &Machine,
+    s: &mut Stream,
+) -> Effect {
+    let (form, step_s) = (Loudness::draw([60.0, 600.0], s), machine.step_s);
+    Effect::new(id, channel, need, [0.05, 1.4])
+        .shows(Shows::Level)
+        .sets(move |a, world, _, _| *of(world) = form.times(a))
+        .tells("noise_over_nominal", move |a, trace| {
+            form.times(a).rms((0..trace.v_m_s.len()).map(|k| k as f64 * step_s))
+        })
+}
+
+pub(super) fn gyro_noise(machine: &Machine, s: &mut Stream) -> Effect {
+    noise_level(["gyro.noise_level", "gyro"], Need::Gyro, |world| &mut world.gyro.loud, machine, s)
+}
+
+pub(super) fn encoder_noise(machine: &Machine, s: &mut Stream) -> Effect {
+    noise_level(["encoder.noise_level", "wheels"], Need::Anything, |world| &mut world.encoders.loud, machine, s)
+}
+
+pub(super) fn pose_noise(machine: &Machine, s: &mut Stream) -> Effect {
+    noise_level(["pose.noise_level", "pose"], Need::Pose, |world| &mut world.pose.loud, machine, s)
 }
 
 pub(super) fn ground_slope(s: &mut Stream) -> Effect {

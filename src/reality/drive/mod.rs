@@ -11,6 +11,7 @@ mod case;
 mod catalogue;
 mod effect;
 mod grip;
+mod keep;
 mod listed;
 mod machine;
 mod nats;
@@ -18,7 +19,7 @@ mod record;
 mod unlisted;
 mod world;
 
-pub use case::make;
+pub(super) use case::make;
 pub use catalogue::{COMMON, LISTED, UNLISTED};
 
 #[cfg(test)]

@@ -12,9 +12,13 @@
 //! Of an effect that is rare and large, readings are what tells: z of the share p that it moves by more than half a standard
 //! deviation, with mean square s² of these moves, and nats = Σ ln[(1 - p) + p N(z; 0, 1 + s²)/N(z; 0, 1)].
 //!
+//! Of an effect that is the size of a noise, each channel's innovations have a variance v times as large, and
+//! nats = n/2 (v - 1 - ln v).
+//!
 //! A log without torques is read with a random walk of both speeds, whose steps are those of the run: an effect counts there as
 //! far as wheels, gyro and pose contradict each other.
 
+use super::super::nats::level;
 use super::machine::Machine;
 use super::record::{DriveRun, Trace};
 use crate::math::spectra::Periodogram;
@@ -39,10 +43,12 @@ pub(super) struct Sensors {
     pub torque: bool,
     pub pose: bool,
     pub gyro: bool,
+    /// Rows from one reading of the wheels to the next.
+    pub wheel_rows: usize,
 }
 
 impl Sensors {
-    pub const ALL: Self = Self { torque: true, pose: true, gyro: true };
+    pub const ALL: Self = Self { torque: true, pose: true, gyro: true, wheel_rows: 1 };
 }
 
 /// The nominal simulator as a filter.
@@ -99,7 +105,7 @@ impl<'a> Reader<'a> {
         p[(WARM, WARM)] = unit.relative_std.powi(2);
         let mut out: Innovations = Default::default();
         for (k, rate) in gyro.iter().enumerate() {
-            for (i, side) in [(0, -1.0), (1, 1.0)] {
+            for (i, side) in [(0, -1.0), (1, 1.0)].into_iter().filter(|_| k % self.sensors.wheel_rows == 0) {
                 let h = [(V, 1.0 / r), (W, side * b / r)];
                 out[i].push(update(&mut x, &mut p, &h, trace.wheel_rad_s[i][k], m.wheel_std_rad_s.powi(2)));
             }
@@ -210,6 +216,16 @@ fn update(x: &mut Vector, p: &mut Matrix, h: &[(usize, f64)], y: f64, variance: 
 pub(super) fn of_signal(with: &Innovations, without: &Innovations) -> f64 {
     let energy = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     0.5 * with.iter().zip(without).map(energy).sum::<f64>()
+}
+
+/// Of an effect that is the size of a noise.
+pub(super) fn of_level(with: &Innovations, without: &Innovations) -> f64 {
+    let square = |e: &[f64]| e.iter().map(|v| v * v).sum::<f64>();
+    let one = |(a, b): (&Vec<f64>, &Vec<f64>)| match a.len() {
+        0 => 0.0,
+        n => n as f64 * level((square(a) / square(b)).sqrt()),
+    };
+    with.iter().zip(without).map(one).sum()
 }
 
 /// Of an effect that is noise.

@@ -43,6 +43,8 @@ const WHEEL: u64 = 2;
 const POSE: u64 = 3;
 const JITTER: u64 = 4;
 pub(super) const GYRO: u64 = 5;
+const WHEEL_JITTER: u64 = 6;
+const POSE_JITTER: u64 = 7;
 
 /// Longest substep, s.
 const SUBSTEP_S: f64 = 0.001;
@@ -80,9 +82,11 @@ struct Wheels {
 }
 
 impl Wheels {
-    fn read(&mut self, machine: &Machine, world: &World, ring: &Ring, t: f64, noise: [f64; 2]) -> [f64; 2] {
+    /// What both say at `t`; `draws` are of the noises, and of the delay's jitter between -1 and 1.
+    fn read(&mut self, machine: &Machine, world: &World, ring: &Ring, t: f64, draws: [f64; 3]) -> [f64; 2] {
         let e = &world.encoders;
-        let past = ring.at(e.delay_s);
+        let [.., jitter] = draws;
+        let past = ring.at(e.delay_s * (1.0 + e.delay_jitter * jitter));
         let follow = if e.lag_s > 0.0 { -(-machine.step_s / e.lag_s).exp_m1() } else { 1.0 };
         std::array::from_fn(|i| {
             self.held[i] += follow * (past[1 + i] - self.held[i]);
@@ -93,8 +97,8 @@ impl Wheels {
             {
                 speed *= 1.0 - lost;
             }
-            let loud = 1.0 + e.noise_growth_s * speed.abs();
-            speed += machine.wheel_std_rad_s * loud * noise[i];
+            let loud = (1.0 + e.noise_growth_s * speed.abs()) * e.loud.at(t);
+            speed += machine.wheel_std_rad_s * loud * draws[i];
             match e.lsb_rad_s {
                 0.0 => speed,
                 lsb => lsb * ((speed / lsb - e.offset).round() + e.offset),
@@ -165,8 +169,8 @@ pub(super) fn drive(machine: &Machine, run: &DriveRun, world: &World, noise: f64
     let (len, dt, vehicle) = (run.course.len(), machine.step_s, &machine.vehicle);
     let substeps = (dt / SUBSTEP_S - 1e-9).ceil().max(1.0) as usize;
     let h = dt / substeps as f64;
-    let [mut torques, mut wheel_noise, mut pose_noise, mut jitter] =
-        [TORQUE, WHEEL, POSE, JITTER].map(|k| Stream::new(run.seed, k));
+    let [mut torques, mut wheel_noise, mut pose_noise, mut jitter, mut wheel_jitter, mut pose_jitter] =
+        [TORQUE, WHEEL, POSE, JITTER, WHEEL_JITTER, POSE_JITTER].map(|k| Stream::new(run.seed, k));
     let torque_std = noise * vehicle.torque_noise_n_m_sqrt_s / h.sqrt();
     let room = || Vec::with_capacity(len);
     let mut out = Trace {
@@ -185,16 +189,23 @@ pub(super) fn drive(machine: &Machine, run: &DriveRun, world: &World, noise: f64
     let follow = if world.motors.lag_s > 0.0 { -(-h / world.motors.lag_s).exp_m1() } else { 1.0 };
     for k in 0..len {
         let t = k as f64 * dt;
-        let measured =
-            wheels.read(machine, world, &ring, t, [wheel_noise.normal(), wheel_noise.normal()].map(|n| noise * n));
+        let draws = [noise * wheel_noise.normal(), noise * wheel_noise.normal(), 2.0 * wheel_jitter.uniform() - 1.0];
+        let measured = wheels.read(machine, world, &ring, t, draws);
         let (b, r) = (vehicle.half_track_m, vehicle.wheel_radius_m);
         let (v, w) = (run.course.speed_m_s[k], run.course.yaw_rate_rad_s[k]);
         let command = control.torque([(v - b * w) / r, (v + b * w) / r], measured, dt);
         out.gyro_rad_s.push(rectifier.read(dt, world, &ring, &motion, 2.0 * jitter.uniform() - 1.0));
-        out.gyro_noise.push(1.0 + world.gyro.noise_growth_s_m * motion.v.abs());
+        out.gyro_noise.push((1.0 + world.gyro.noise_growth_s_m * motion.v.abs()) * world.gyro.loud.at(t));
         let pose = (k % machine.pose_rows == 0).then(|| {
             let draws = [pose_noise.normal(), pose_noise.normal(), pose_noise.normal(), pose_noise.uniform()];
-            read_pose(machine, world, &ring, t, draws, noise)
+            let late = 1.0 + world.pose.delay_jitter * (2.0 * pose_jitter.uniform() - 1.0);
+            read_pose(
+                machine,
+                world,
+                ring.at(world.pose.delay_s * late + world.pose.drift * t),
+                draws,
+                noise * world.pose.loud.at(t),
+            )
         });
         for i in 0..3 {
             out.pose[i].push(pose.map_or(f64::NAN, |p| p[i]));
@@ -218,10 +229,10 @@ pub(super) fn drive(machine: &Machine, run: &DriveRun, world: &World, noise: f64
     out
 }
 
-/// What the reference says at `t`.
-fn read_pose(machine: &Machine, world: &World, ring: &Ring, t: f64, draws: [f64; 4], noise: f64) -> [f64; 3] {
+/// What the reference says of where the robot was `past`.
+fn read_pose(machine: &Machine, world: &World, past: [f64; 6], draws: [f64; 4], noise: f64) -> [f64; 3] {
     let p = &world.pose;
-    let [.., x, y, heading] = ring.at(p.delay_s + p.drift * t);
+    let [.., x, y, heading] = past;
     let (sin, cos) = heading.sin_cos();
     let wild = if draws[3] < p.outliers { p.outlier_size } else { 0.0 };
     let [along, across, turn, _] = draws;

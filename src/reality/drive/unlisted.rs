@@ -1,7 +1,7 @@
 //! Effects that are in no list, as real robots have them: a diagnosis should say 'unknown'.
 
 use super::super::draw::{between, chance, index, log_between, sign};
-use super::effect::{Effect, Need};
+use super::effect::{Effect, Need, Shows};
 use super::machine::Machine;
 use crate::math::random::Stream;
 use std::f64::consts::PI;
@@ -26,7 +26,7 @@ pub(super) fn heading_error(s: &mut Stream) -> Effect {
 pub(super) fn gyro_rattle(_: &mut Stream) -> Effect {
     Effect::new("x.gyro_noise_with_speed", "gyro", Need::Gyro, [0.1, 8.0])
         .following("speed")
-        .noisy()
+        .shows(Shows::Noise)
         .sets(|a, world, _, _| world.gyro.noise_growth_s_m = a)
 }
 
@@ -95,18 +95,11 @@ pub(super) fn encoder_low_pass(_: &mut Stream) -> Effect {
         .sets(|a, world, _, _| world.encoders.lag_s = a)
 }
 
-/// Encoders are late.
-pub(super) fn encoder_delay(_: &mut Stream) -> Effect {
-    Effect::new("x.encoder_delay", "wheels", Need::Anything, [0.01, 0.12])
-        .following("acceleration")
-        .sets(|a, world, _, _| world.encoders.delay_s = a)
-}
-
 /// Encoders get louder with speed.
 pub(super) fn encoder_rattle(_: &mut Stream) -> Effect {
     Effect::new("x.encoder_noise_with_speed", "wheels", Need::Anything, [0.02, 1.5])
         .following("speed")
-        .noisy()
+        .shows(Shows::Noise)
         .sets(|a, world, _, _| world.encoders.noise_growth_s = a)
 }
 
@@ -149,13 +142,6 @@ pub(super) fn caster_kick(machine: &Machine, s: &mut Stream) -> Effect {
         .sets(move |a, world, _, _| (world.body.caster_n_m, world.body.caster_way_m) = (side * a, way_m))
 }
 
-/// The reference is late.
-pub(super) fn pose_delay(_: &mut Stream) -> Effect {
-    Effect::new("x.pose_delay", "pose", Need::Pose, [0.02, 0.5])
-        .following("speed")
-        .sets(|a, world, _, _| world.pose.delay_s = a)
-}
-
 /// The reference's clock runs otherwise.
 pub(super) fn clock_drift(_: &mut Stream) -> Effect {
     Effect::new("x.pose_clock_drift", "pose", Need::Pose, [1e-4, 1.5e-3])
@@ -183,6 +169,6 @@ pub(super) fn lever_arm(s: &mut Stream) -> Effect {
 pub(super) fn pose_outliers(s: &mut Stream) -> Effect {
     let share = log_between(s, 0.003, 0.05);
     Effect::new("x.pose_outliers", "pose", Need::Pose, [5.0, 400.0])
-        .rarely()
+        .shows(Shows::Rare)
         .sets(move |a, world, _, _| (world.pose.outliers, world.pose.outlier_size) = (share, a))
 }

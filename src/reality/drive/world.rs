@@ -2,6 +2,7 @@
 //!
 //! [`World::nominal`] differs in nothing. An effect sets its own fields; several effects set theirs side by side.
 
+use super::super::noise_level::Loudness;
 use super::grip::Grip;
 
 /// All that is different.
@@ -77,6 +78,9 @@ pub(super) struct Motors {
 pub(super) struct Wheels {
     pub radius_factor: [f64; 2],
     pub track_factor: f64,
+    /// What the half track over the nominal one grows by for each m/s above half a metre a second: who skids turns about
+    /// another point where it is fast.
+    pub track_bend_s_m: f64,
     /// Relative growth of both radii for each m/s.
     pub growth_s_m: f64,
     /// Relative growth of both radii when warm, and how fast they warm, s.
@@ -100,8 +104,11 @@ pub(super) struct Encoders {
     pub missed: Option<(usize, Vec<[f64; 3]>)>,
     pub lag_s: f64,
     pub delay_s: f64,
+    /// Relative jitter of the delay.
+    pub delay_jitter: f64,
     /// Noise grows by this for each rad/s.
     pub noise_growth_s: f64,
+    pub loud: Loudness,
 }
 
 /// The gyro.
@@ -122,6 +129,7 @@ pub(super) struct Gyro {
     pub heading_error: [f64; 3],
     /// Noise grows by this for each m/s.
     pub noise_growth_s_m: f64,
+    pub loud: Loudness,
     /// Added to the bias, one value a row; empty for nothing.
     pub path_rad_s: Vec<f64>,
 }
@@ -130,12 +138,22 @@ pub(super) struct Gyro {
 #[derive(Debug, Clone)]
 pub(super) struct Pose {
     pub delay_s: f64,
+    /// Relative jitter of the delay.
+    pub delay_jitter: f64,
     pub drift: f64,
     pub scale: f64,
     pub lever_m: [f64; 2],
     /// Share of samples that are off, and their size over the noise.
     pub outliers: f64,
     pub outlier_size: f64,
+    pub loud: Loudness,
+}
+
+impl Wheels {
+    /// Half the track over the nominal one at the forward speed `v`, m/s.
+    pub fn half_track_factor(&self, v: f64) -> f64 {
+        self.track_factor + self.track_bend_s_m * (v.abs() - 0.5)
+    }
 }
 
 impl World {
@@ -174,6 +192,7 @@ impl World {
             wheels: Wheels {
                 radius_factor: [1.0; 2],
                 track_factor: 1.0,
+                track_bend_s_m: 0.0,
                 growth_s_m: 0.0,
                 heating: 0.0,
                 heating_s: 100.0,
@@ -189,7 +208,9 @@ impl World {
                 missed: None,
                 lag_s: 0.0,
                 delay_s: 0.0,
+                delay_jitter: 0.0,
                 noise_growth_s: 0.0,
+                loud: Loudness::NOMINAL,
             },
             gyro: Gyro {
                 scale: 0.0,
@@ -203,9 +224,19 @@ impl World {
                 g_sensitivity_s_m: 0.0,
                 heading_error: [0.0, 1.0, 0.0],
                 noise_growth_s_m: 0.0,
+                loud: Loudness::NOMINAL,
                 path_rad_s: Vec::new(),
             },
-            pose: Pose { delay_s: 0.0, drift: 0.0, scale: 1.0, lever_m: [0.0; 2], outliers: 0.0, outlier_size: 0.0 },
+            pose: Pose {
+                delay_s: 0.0,
+                delay_jitter: 0.0,
+                drift: 0.0,
+                scale: 1.0,
+                lever_m: [0.0; 2],
+                outliers: 0.0,
+                outlier_size: 0.0,
+                loud: Loudness::NOMINAL,
+            },
         }
     }
 }

@@ -86,6 +86,16 @@ fn of_wheels_and_track() {
         near(right / left - 1.0, c.label["right_over_left_minus_one"], 1e-6);
         near(0.5 * (left + right), c.machine.vehicle.wheel_radius_m, 1e-9);
 
+        for (id, wheel) in [("wheel.radius_left", 0), ("wheel.radius_right", 1)] {
+            let c = Case::new(id, seed, 0.02);
+            let b = c.machine.vehicle.half_track_m;
+            let [left, right] = [(0, -1.0), (1, 1.0)]
+                .map(|(i, side)| ratio(c.rows().map(|k| (c.trace.wheel_rad_s[i][k], c.v(k) + side * b * c.w(k)))));
+            let (own, other) = if wheel == 0 { (left, right) } else { (right, left) };
+            near(own / c.machine.vehicle.wheel_radius_m - 1.0, c.label["relative"], 1e-6);
+            near(other, c.machine.vehicle.wheel_radius_m, 1e-9);
+        }
+
         let c = Case::new("vehicle.track_width", seed, 0.03);
         let (r, b) = (c.machine.vehicle.wheel_radius_m, c.machine.vehicle.half_track_m);
         let across = |k: usize| 0.5 * r * (c.trace.wheel_rad_s[1][k] - c.trace.wheel_rad_s[0][k]);
@@ -189,6 +199,25 @@ fn of_sensors() {
         let c = Case::new("sensor.gyro_delay", seed, 0.004);
         let rate = |k: usize| (c.w(k + 1) - c.w(k - 1)) / (2.0 * c.machine.step_s);
         near(ratio(c.rows().map(|k| (rate(k), c.w(k) - c.trace.gyro_rad_s[k]))), c.label["delay_s"], 0.1);
+
+        let c = Case::new("sensor.wheel_delay", seed, 0.03);
+        let (r, b) = (c.machine.vehicle.wheel_radius_m, c.machine.vehicle.half_track_m);
+        let late = |k: usize| 0.5 * r / b * (c.trace.wheel_rad_s[1][k] - c.trace.wheel_rad_s[0][k]);
+        let rate = |k: usize| (c.w(k + 1) - c.w(k - 1)) / (2.0 * c.machine.step_s);
+        // where the rate changes evenly a delay is the difference over the rate's rate; else it is less by the bend
+        near(ratio(c.rows().map(|k| (rate(k), c.w(k) - late(k)))), c.label["delay_s"], 0.3);
+
+        let c = Case::new("sensor.pose_delay", seed, 0.1);
+        let mut turned = 0.0;
+        let pairs: Vec<(f64, f64)> = c
+            .rows()
+            .filter_map(|k| {
+                turned += 0.5 * c.machine.step_s * (c.w(k - 1) + c.w(k));
+                let heading = c.trace.pose[2][k];
+                (!heading.is_nan()).then_some((c.w(k), turned - heading))
+            })
+            .collect();
+        near(ratio(pairs.into_iter()), c.label["delay_s"], 0.15);
 
         let c = Case::new("gyro.bias_step", seed, 0.002);
         let path = &c.world.gyro.path_rad_s;
