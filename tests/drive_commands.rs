@@ -447,3 +447,32 @@ fn wheels_that_lack_or_turn_against_the_gyro_are_told_with_the_mend() {
     let text = p.ok("gap diagnose robot.toml --fit positions.csv");
     assert!(text.contains("CANNOT TELL"), "{text}");
 }
+
+#[test]
+fn commanded_speeds_are_inputs_where_nothing_measures_the_wheels() {
+    let p = new();
+    p.ok("simulate robot.toml --course figure_eight --duration 40 --seed 5 -o drive.parquet --truth truth.parquet");
+    let read = |name: &str| gyroid::ingest::read_log(p.path(name)).unwrap();
+    let (log, truth) = (read("drive.parquet"), read("truth.parquet"));
+    // commands that the robot follows at once, ten times a second
+    let row = |k: usize| {
+        let [v, w] = ["speed_m_s", "yaw_rate_rad_s"].map(|name| truth.get(name).unwrap()[k]);
+        format!("{},{v},{w}\n", log.time.at(k))
+    };
+    let rows: String = (0..log.len()).step_by(10).map(row).collect();
+    p.write("cmd_vel.csv", &format!("time,cmd_vel.linear.x,cmd_vel.angular.z\n{rows}"));
+    let gyro = log.get("gyro_z_rad_s").unwrap();
+    let rows: String = gyro.iter().enumerate().map(|(k, w)| format!("{},{w}\n", log.time.at(k))).collect();
+    p.write("imu.csv", &format!("time,gyro_z_rad_s\n{rows}"));
+    let said = "Commanded speeds stand for the wheels', which nothing in the log measures";
+    let output = p.run("navigate robot.toml imu.csv cmd_vel.csv -o pose.parquet");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains(said) && p.has("pose.parquet"), "{text}");
+    let answer = p.ok("gap diagnose robot.toml --fit imu.csv cmd_vel.csv");
+    assert!(answer.contains(said) && answer.contains("Forces, masses, motors and slip cannot be judged"), "{answer}");
+    let text = p.ok("simulate robot.toml --inputs cmd_vel.csv -o replayed.parquet --truth replayed_truth.parquet");
+    assert!(text.contains(said), "{text}");
+    let end = |log: &gyroid::signal::Log| ["x_m", "y_m"].map(|name| *log.get(name).unwrap().last().unwrap());
+    let (a, b) = (end(&truth), end(&read("replayed_truth.parquet")));
+    assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 0.05, "{a:?} {b:?}");
+}

@@ -262,7 +262,7 @@ fn fitted(
                 }
                 None => (fit.residuals(time, rate), fit.jacobian(time)),
             };
-            let validation = validate::whiteness(time, &residuals, &directions, whiteness);
+            let validation = validate::whiteness(time, &fit.without_colour(residuals.clone()), &directions, whiteness);
             let report = finished(facts, fit, by_temperature, validation);
             let picture = drawn.then(|| fit_picture(&report, time, rate, &residuals)).transpose()?;
             Ok((report, picture))

@@ -8,10 +8,10 @@ use super::output::{Common, Output};
 use super::places;
 use clap::Args;
 use gyroid::bias::Against;
-use gyroid::config::Config;
+use gyroid::config::{Config, Gyro, Noise};
 use gyroid::files::Plan;
 use gyroid::report::ModelCheck;
-use gyroid::signal::{Course, bridged, names};
+use gyroid::signal::{Course, TimeAxis, bridged, names};
 use gyroid::validate::{self, Residuals};
 use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
@@ -72,6 +72,16 @@ fn against(args: &ValidateArgs, config: &Config) -> Result<Against> {
     }
 }
 
+/// Residuals without the low-pass and the bands that the configuration states.
+fn without_colour(gyro: &Gyro, time: &TimeAxis, residuals: &[f64]) -> Vec<f64> {
+    let mut left = residuals.to_vec();
+    if let Some(colour) = gyro.noise.as_ref().map(Noise::colour).filter(|colour| !colour.is_white()) {
+        let step_s = time.median_step_s();
+        colour.take_out(gyro.angle_random_walk_rad_sqrt_s / step_s.sqrt(), step_s, &mut left);
+    }
+    left
+}
+
 /// The configuration's model held against a log. Nothing was fitted to this log; its mean is the turn-on bias, which is judged
 /// by itself.
 fn held(
@@ -90,7 +100,10 @@ fn held(
         LogRead::Whole(recording, time) => {
             let rate = recording.log.require(names::GYRO_Z)?;
             let facts = args.log.facts(recording);
-            let test = |residuals: &[f64]| validate::whiteness(time, residuals, &[vec![1.0; residuals.len()]], options);
+            let test = |residuals: &[f64]| {
+                let constant = vec![1.0; residuals.len()];
+                validate::whiteness(time, &without_colour(gyro, time, residuals), &[constant], options)
+            };
             let Some(thermal) = thermal else {
                 let residuals: Vec<f64> =
                     rate.iter().enumerate().map(|(i, y)| y - model.error_rad_s(time.at(i))).collect();

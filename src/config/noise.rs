@@ -1,6 +1,6 @@
 //! `[gyro.noise]`: what is known of a gyro's noise beside the angle random walk.
 
-use crate::noise::{BandForm, LowPass};
+use crate::noise::{Band, BandForm, Colour, LowPass};
 use serde::{Deserialize, Serialize};
 
 /// `[gyro.noise]`: terms identified beside the angle random walk.
@@ -29,6 +29,23 @@ pub struct Noise {
     /// The terms of the joint noise model, with how well each is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terms: Option<NoiseTerms>,
+}
+
+impl Noise {
+    /// The low-pass and the bands that it states.
+    #[must_use]
+    pub fn colour(&self) -> Colour {
+        let band = |b: &NarrowBand| Band {
+            form: b.form.unwrap_or(BandForm::Resonance),
+            center_hz: b.center_hz,
+            bandwidth_hz: b.bandwidth_hz,
+            std_rad_s: b.std_rad_s,
+        };
+        Colour {
+            low_pass: self.bandwidth_cutoff_hz.map(|cutoff| (self.bandwidth_form.unwrap_or_default(), cutoff)),
+            bands: self.narrow_band.iter().map(band).collect(),
+        }
+    }
 }
 
 /// `[[gyro.noise.narrow_band]]`: a vibration, as noise in a band about a frequency.

@@ -83,7 +83,13 @@ impl EffectSource for Library {
                 format!("no effect at rest is called {id:?}, and none of drives")
             };
             let driving = self.driving().map(|e| e.about().id);
-            let ids: Vec<&str> = self.effects().map(|e| e.about().id).chain(driving).collect();
+            let mut ids: Vec<&str> = self.effects().map(|e| e.about().id).collect();
+            // some act at rest and in drives
+            driving.for_each(|id| {
+                if !ids.contains(&id) {
+                    ids.push(id)
+                }
+            });
             Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`").mend(one_of(id, &ids))
         })?;
         effect.simulated(parameters, scene, seed)

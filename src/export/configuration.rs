@@ -1,5 +1,6 @@
 //! From a validated fit to the configuration that filter, simulator and gap read.
 
+use super::noise::coloured;
 use crate::bias::{Discrete, Scheme};
 use crate::config::{
     Config, Covariance, Gyro, Kind, Noise, Provenance, SCHEMA, Temperature, TemperatureCovariance, Validation,
@@ -50,7 +51,8 @@ pub fn configuration(report: &FitReport, base: Option<&Config>, options: &Config
         cooling_time_constant_s: old.and_then(|g| g.cooling_time_constant_s),
         covariance: Some(Covariance::from_matrix(&fit.covariance)),
         discrete: Some(Discrete::new(&model, sample_time_s, options.scheme)?),
-        noise: walk.map(|k| Noise { rate_random_walk_rad_s_sqrt_s: Some(k), ..Noise::default() }),
+        noise: (walk.is_some() || !fit.colour.is_empty())
+            .then(|| Noise { rate_random_walk_rad_s_sqrt_s: walk, ..coloured(&fit.colour) }),
         temperature: thermal.map(|t| Temperature {
             reference_c: t.reference_c,
             bias_rad_s: t.bias_rad_s.estimate,

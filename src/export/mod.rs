@@ -5,6 +5,7 @@
 //! stands at the top of the target's file. One file a target, one line in [`registry()`].
 
 mod configuration;
+mod effects;
 mod noise;
 mod number;
 mod population;

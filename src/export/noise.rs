@@ -64,15 +64,11 @@ pub fn with_noise(config: &Config, report: &NoiseReport, options: &NoiseOptions)
     if let Some(n) = terms.angle_random_walk_rad_sqrt_s {
         gyro.angle_random_walk_rad_sqrt_s = n.estimate;
     }
-    let low_pass = report.model.term(TermKind::Bandwidth);
     gyro.noise = Some(Noise {
         rate_random_walk_rad_s_sqrt_s: terms.rate_random_walk_rad_s_sqrt_s.map(|k| k.estimate),
         quantization_lsb_rad_s: gyro.noise.as_ref().and_then(|n| n.quantization_lsb_rad_s),
-        bandwidth_cutoff_hz: low_pass.map(|t| t.estimate),
-        bandwidth_cutoff_ci95_hz: low_pass.map(|t| t.ci95),
-        bandwidth_form: low_pass.and_then(|t| t.low_pass),
-        narrow_band: report.model.terms.iter().filter_map(band).collect(),
         terms: Some(terms),
+        ..coloured(&report.model.terms)
     });
     let mut out = config.clone();
     out.gyro = Some(gyro);
@@ -86,6 +82,18 @@ pub fn with_noise(config: &Config, report: &NoiseReport, options: &NoiseOptions)
         });
     }
     Ok(out)
+}
+
+/// The low-pass and the bands among `terms`, with their intervals.
+pub(super) fn coloured(terms: &[TermEstimate]) -> Noise {
+    let low_pass = terms.iter().find(|t| t.id == TermKind::Bandwidth);
+    Noise {
+        bandwidth_cutoff_hz: low_pass.map(|t| t.estimate),
+        bandwidth_cutoff_ci95_hz: low_pass.map(|t| t.ci95),
+        bandwidth_form: low_pass.and_then(|t| t.low_pass),
+        narrow_band: terms.iter().filter_map(band).collect(),
+        ..Noise::default()
+    }
 }
 
 fn band(t: &TermEstimate) -> Option<NarrowBand> {

@@ -1,5 +1,6 @@
 //! What a configuration says, as the numbers that other programs ask for.
 
+use super::effects;
 use super::number::{Known, digits};
 use crate::config::{Config, EffectTable, Gyro};
 use crate::error::{Error, ErrorKind, Result};
@@ -42,12 +43,14 @@ pub struct Origin {
 }
 
 /// A configuration that is to be exported.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Source<'a> {
     /// All of it.
     pub config: &'a Config,
-    /// Its `[gyro]`.
-    pub gyro: &'a Gyro,
+    /// Its `[gyro]`, with what its effects change of it.
+    pub gyro: Gyro,
+    /// What became of the effects, in sentences.
+    pub effects: Vec<String>,
     /// Where it comes from.
     pub origin: &'a Origin,
     /// What the user said of the target.
@@ -110,7 +113,8 @@ impl<'a> Source<'a> {
             let found = format!("{topic:?} is no topic");
             return Err(Error::new(ErrorKind::Usage, "--topic", found).mend("write it as ROS does: /imu/data"));
         }
-        Ok(Self { config, gyro: config.require_gyro()?, origin, options })
+        let (gyro, effects) = effects::folded(config.require_gyro()?, &config.effects);
+        Ok(Self { config, gyro, effects, origin, options })
     }
 
     /// Why the configuration is not fit for use, where its validation failed.
@@ -178,7 +182,9 @@ impl<'a> Source<'a> {
         let value = self.gyro.angle_random_walk_rad_sqrt_s;
         if value > 0.0 {
             let term = self.terms().and_then(|t| t.angle_random_walk_rad_sqrt_s);
-            return Ok(Known { value, ci95: term.map(|t| t.ci95) });
+            // an interval about another level is none of this one
+            let ci95 = term.map(|t| t.ci95).filter(|[low, high]| (*low..=*high).contains(&value));
+            return Ok(Known { value, ci95 });
         }
         Err(Error::new(
             ErrorKind::Config,
@@ -277,8 +283,10 @@ impl<'a> Source<'a> {
     /// T, s.
     #[must_use]
     pub fn time_constant(&self) -> Known {
+        let value = self.gyro.time_constant_s;
         let ci95 = self.config.validation.as_ref().map(|v| v.time_constant_ci95_s);
-        Known { value: self.gyro.time_constant_s, ci95 }
+        // an effect's time constant is not the fitted one
+        Known { value, ci95: ci95.filter(|[low, high]| (*low..=*high).contains(&value)) }
     }
 
     /// The stochastic terms that are known, in SI, for the head of the file: no target takes all of them.

@@ -152,7 +152,8 @@ fn head(about: &About, source: &Source<'_>, sheet: &mut Sheet) {
         "identified at rest: vibration, scale factor and timing errors of a moving robot are not in these numbers; \
          no filter should assume less",
     );
-    let g = source.gyro;
+    source.effects.iter().for_each(|text| sheet.note(text));
+    let g = &source.gyro;
     if let Some(cutoff_hz) = g.noise.as_ref().and_then(|n| n.bandwidth_cutoff_hz) {
         sheet.note(format!(
             "N is that of the plateau below the sensor's low-pass, half power at {cutoff_hz:.4e} Hz: it is what a filter needs; \

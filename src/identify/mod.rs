@@ -34,6 +34,7 @@ use projection::Projection;
 use reach::Reach;
 use search::Minimum;
 use surface::Surface;
+use terms::Plateau;
 
 const LEVEL: f64 = 0.95;
 
@@ -58,13 +59,18 @@ pub fn fit(time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit>
     .map(|fit| of_plateau(fit, |fit| terms::plateau(time, values, fit)))
 }
 
-/// The fit with N of the plateau, where a low-pass or a vibration shows.
-fn of_plateau(mut fit: Fit, plateau: impl Fn(&Fit) -> Option<f64>) -> Fit {
-    if let Some(n) = plateau(&fit) {
-        let all = std::iter::once(&mut fit.noise).chain(fit.other_weighting.as_mut().map(|o| &mut o.noise));
-        all.for_each(|noise| noise.angle_random_walk_rad_sqrt_s = n);
+/// The fit with N of the plateau, where a low-pass or a vibration shows, and with these.
+fn of_plateau(mut fit: Fit, plateau: impl Fn(&Fit) -> Option<Plateau>) -> Fit {
+    if let Some(plateau) = plateau(&fit) {
+        let other = fit.other_weighting.take().map(|other| Box::new(coloured(*other, &plateau)));
+        fit = Fit { other_weighting: other, ..coloured(fit, &plateau) };
     }
     fit
+}
+
+fn coloured(mut fit: Fit, plateau: &Plateau) -> Fit {
+    fit.noise.angle_random_walk_rad_sqrt_s = plateau.angle_random_walk_rad_sqrt_s;
+    Fit { colour: plateau.colour.clone(), ..fit }
 }
 
 /// Fits the warm-up model to a log of which one pass kept the moments; its times count from power-on.
@@ -326,6 +332,7 @@ fn complete(
         comparison: context.comparison,
         line: context.line,
         other_weighting: None,
+        colour: Vec::new(),
         advice: Vec::new(),
     };
     out.advice = advise(surface, noise, &out, free_t);

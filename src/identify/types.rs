@@ -1,5 +1,6 @@
 //! What the fit is asked, and what it answers.
 
+use super::terms::{TermEstimate, colour};
 use super::{Advice, Comparison, Termination};
 use crate::bias::WarmUp;
 use crate::signal::TimeAxis;
@@ -123,6 +124,8 @@ pub struct Fit {
     pub span_s: f64,
     /// Noise of the residuals.
     pub noise: NoiseEstimate,
+    /// The sensor's low-pass and vibrations, where the residuals show them; N is then that of the plateau.
+    pub colour: Vec<TermEstimate>,
     /// Constant, straight line and warm-up; `None` where C1 or T are given, or samples are too few.
     pub comparison: Option<Comparison>,
     /// The straight line through the log.
@@ -159,6 +162,17 @@ impl Fit {
     #[must_use]
     pub fn warm_up_found(&self) -> bool {
         self.comparison.is_none_or(|c| c.against_constant.p_value < 0.05)
+    }
+
+    /// `residuals`, rad/s, as white as the low-pass and the vibrations that were found let them be: what colours them near the
+    /// sample rate is no error of the model.
+    #[must_use]
+    pub fn without_colour(&self, mut residuals: Vec<f64>) -> Vec<f64> {
+        if !self.colour.is_empty() {
+            let white_std_rad_s = self.noise.angle_random_walk_rad_sqrt_s * self.sample_rate_hz.sqrt();
+            colour(&self.colour).take_out(white_std_rad_s, 1.0 / self.sample_rate_hz, &mut residuals);
+        }
+        residuals
     }
 
     /// Standard deviation of the model's error at `t_s` since power-on, rad/s.

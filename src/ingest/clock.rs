@@ -106,6 +106,8 @@ const SLOWEST_HZ: f64 = 0.01;
 const FASTEST_HZ: f64 = 4e4;
 /// Sample rates between which a guess is made, Hz.
 const USUAL_HZ: std::ops::RangeInclusive<f64> = 0.5..=1e4;
+/// Clocks that count in fractions of a unit below the second, and faster than this, are rather in seconds, Hz.
+const USUAL_FRACTIONS_HZ: f64 = 2e3;
 /// Steps looked at for the median.
 const SAMPLE: usize = 10_000;
 
@@ -271,6 +273,17 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
             .at(format!("column {:?}", head.name))
             .mend(format!("leave out --time-unit {stated}, or state {other}")));
     }
+    if let Some(stated) = stated.filter(|stated| !date && written != Some(*stated))
+        && let Some(other) = contradicted(stated, written, step, valid.iter().take(SAMPLE).any(|v| v.fract() != 0.0))
+    {
+        let found = format!(
+            "read in {stated}, its steps of {step} make a sample rate of {rate_hz:.3e} Hz; in {other} they make {:.4} Hz",
+            1.0 / (step * other.to_s())
+        );
+        return Err(Error::new(ErrorKind::Unit, &table.source, found).at(format!("column {:?}", head.name)).mend(
+            format!("leave out --time-unit {stated}; if it is right, say so in the column's name: time_{stated}"),
+        ));
+    }
     if let (Some(stated), Some(written)) = (stated, written)
         && stated != written
     {
@@ -339,6 +352,18 @@ fn clock_note(clock: Clock, name: &str) -> Option<String> {
             "{name:?} does not count from power-on: time is counted from the first sample, so C1 and C2 hold for that moment"
         )),
     }
+}
+
+/// The unit in which a time column makes a usual sample rate, where the stated one makes none: that of its name, or seconds
+/// where the stated one makes fractions of itself faster than most gyros are.
+fn contradicted(stated: TimeUnit, written: Option<TimeUnit>, step: f64, fractional: bool) -> Option<TimeUnit> {
+    let rate_hz = |unit: TimeUnit| 1.0 / (step * unit.to_s());
+    let too_fast = fractional && stated != TimeUnit::S && rate_hz(stated) > USUAL_FRACTIONS_HZ;
+    let other = match written {
+        Some(written) => (!USUAL_HZ.contains(&rate_hz(stated))).then_some(written),
+        None => too_fast.then_some(TimeUnit::S),
+    };
+    other.filter(|other| step > 0.0 && USUAL_HZ.contains(&rate_hz(*other)))
 }
 
 /// Median of the positive steps: duplicates and a few jumps do not move it.

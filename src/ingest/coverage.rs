@@ -29,14 +29,14 @@ pub(super) fn lacking(logs: &[(Log, Vec<f64>)]) -> Vec<String> {
     for (log, times) in logs {
         for channel in log.channels.iter().filter(|c| channels::of(&c.name).is_some()) {
             let Some((what, mend)) = lack(&channel.name, &channel.values, times, [start, end]) else { continue };
-            let what = if several { format!("{} {what}", log.source) } else { what };
+            let what = if several { format!("of {} {what}", log.source) } else { what };
             match out.iter_mut().find(|(other, _, _)| *other == what) {
                 Some((_, _, names)) => names.push(&channel.name),
                 None => out.push((what, mend, vec![&channel.name])),
             }
         }
     }
-    out.into_iter().map(|(what, mend, names)| format!("{} of {what}; {mend}", names.join(", "))).collect()
+    out.into_iter().map(|(what, mend, names)| format!("{} {what}; {mend}", names.join(", "))).collect()
 }
 
 /// What a channel lacks, and the mend.
@@ -99,7 +99,7 @@ mod tests {
         {
             let told = lacking(&[stream("d.csv", &times, &[(names::WHEEL_LEFT, &until(rest))])]);
             assert_eq!(told.len(), usize::from(said.is_some()), "{told:?}");
-            assert!(said.is_none_or(|said| told[0].contains(said)), "{told:?}");
+            assert!(said.is_none_or(|said| told[0].starts_with(&format!("wheel_left_rad_s {said}"))), "{told:?}");
         }
         // a late beginning
         let mut late = until(0.0);

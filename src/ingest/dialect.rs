@@ -1,6 +1,7 @@
 //! How a text file is written: delimiter, decimal separator, header, units row, comments. All from its first bytes.
 
 use super::cell::{self, Cell};
+use super::names;
 use super::table::{Head, Kind};
 use crate::units::{RateUnit, TimeUnit};
 
@@ -113,7 +114,8 @@ pub(super) fn sniff(head: &[u8], head_is_all: bool) -> Dialect {
 }
 
 /// How many lines a device spoke before its table began: up to the header, which has as many fields as the rows have, or up to
-/// the first row where a line without any delimiter stands before it.
+/// the first row where a line without any delimiter stands before it. Of several lines with as many fields the header is the
+/// first that names a column of a gyro's log, else the first.
 fn spoken(delimiter: Delimiter, comma: bool, lines: &[Line]) -> usize {
     let split: Vec<Vec<String>> = lines.iter().map(|l| delimiter.split(l.text)).collect();
     let numbers = |row: &[String]| row.iter().filter(|f| is_number(f, comma)).count();
@@ -121,17 +123,23 @@ fn spoken(delimiter: Delimiter, comma: bool, lines: &[Line]) -> usize {
     let width = modal_width(&rows);
     let fits =
         |row: &[String]| row.len() == width || row.len() == width + 1 && row.last().is_some_and(String::is_empty);
-    if width < 2 || split.first().is_none_or(|first| fits(first)) {
+    if width < 2 {
         return 0;
     }
     // a row of numbers is believed with the one behind it
     let is_row =
         |k: usize| fits(&split[k]) && 2 * numbers(&split[k]) >= width && split.get(k + 1).is_none_or(|r| fits(r));
     let Some(data) = (0..split.len()).find(|&k| is_row(k)) else { return 0 };
-    // header, and a row of units
-    let header = (0..data).rev().take_while(|&k| fits(&split[k])).last();
-    match header {
-        Some(header) => header,
+    // what the device said with as many delimiters, header, and a row of units
+    let first = (0..data).rev().take_while(|&k| fits(&split[k])).last();
+    if split.first().is_some_and(|line| fits(line)) && first != Some(0) {
+        return 0;
+    }
+    let names_a_column = |k: &usize| {
+        numbers(&split[*k]) == 0 && split[*k].iter().any(|name| names::parse(name).role != names::Role::Other)
+    };
+    match first {
+        Some(first) => (first..data).find(names_a_column).unwrap_or(first),
         None if split[..data].iter().all(|r| r.len() == 1) => data,
         None => 0,
     }
@@ -356,6 +364,18 @@ mod tests {
         assert_eq!((d.width, d.heads.len()), (2, 2));
         let d = sniff(b"a,b,\n0,1,\n1,2,\n", true);
         assert_eq!(names(&d), ["a", "b", "column_3"]);
+    }
+
+    #[test]
+    fn what_a_device_says_with_a_delimiter_in_it_is_no_header() {
+        for before in ["MPU6050 ready, range 250\n", "boot\nMPU6050 ready, range 250\n"] {
+            let d = sniff(format!("{before}t_s,gz_dps\n0,1.5\n1,2.5\n").as_bytes(), true);
+            assert_eq!(names(&d), ["t_s", "gz_dps"]);
+            assert!(d.notes[0].contains("before the table"), "{:?}", d.notes);
+        }
+        // names that say nothing, and a row of units under names that do
+        assert_eq!(names(&sniff(b"a,b\nfloat,float\n0,1.5\n1,2.5\n", true)), ["a", "b"]);
+        assert_eq!(names(&sniff(b"time,gz\ns,deg/s\n0,1.5\n1,2.5\n", true)), ["time", "gz"]);
     }
 
     #[test]

@@ -114,7 +114,8 @@ fn read(value: &Value) -> Read {
 fn flatten(value: &Value, key: &mut String, depth: usize, give: &mut dyn FnMut(&str, &Value)) {
     let length = key.len();
     let mut inside = |part: &str, value: &Value| {
-        if length > 0 {
+        // members of a list are told by their place: gyro[2]
+        if length > 0 && !part.starts_with('[') {
             key.push('.');
         }
         key.push_str(part);
@@ -124,7 +125,7 @@ fn flatten(value: &Value, key: &mut String, depth: usize, give: &mut dyn FnMut(&
     match value {
         Value::Object(map) if depth < DEEPEST => map.iter().for_each(|(part, value)| inside(part, value)),
         Value::Array(list) if depth < DEEPEST => {
-            list.iter().enumerate().for_each(|(i, value)| inside(&i.to_string(), value));
+            list.iter().enumerate().for_each(|(i, value)| inside(&format!("[{i}]"), value));
         }
         _ => give(key, value),
     }

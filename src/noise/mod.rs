@@ -18,6 +18,7 @@
 //! ```
 
 pub mod allan;
+mod colour;
 pub mod confidence;
 pub mod datasheet;
 mod low_pass;
@@ -25,6 +26,7 @@ mod narrow_band;
 mod terms;
 
 pub use allan::{AllanPoint, Deviation};
+pub use colour::{Band, Colour};
 pub use low_pass::LowPass;
 pub use narrow_band::BandForm;
 pub use terms::{TermKind, Unit};

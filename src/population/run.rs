@@ -323,8 +323,10 @@ impl Work<'_> {
         }
         let named = |e: Error| if e.input == "log" { e.named(path.display()) } else { e };
         let fit = identify::fit(&time, rate, &settings.fit).map_err(named)?;
-        let validation =
-            validate::whiteness(&time, &fit.residuals(&time, rate), &fit.jacobian(&time), &settings.whiteness);
+        let validation = {
+            let left = fit.without_colour(fit.residuals(&time, rate));
+            validate::whiteness(&time, &left, &fit.jacobian(&time), &settings.whiteness)
+        };
         row.earth_rate_rad_s = settings.earth.map(|e| e.vertical_rad_s);
         Ok(row.fitted(&recording, &fit, &validation))
     }

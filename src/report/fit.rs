@@ -1,5 +1,6 @@
 //! The report of a fit: verdict first, then numbers, then evidence.
 
+use super::colour::coloured_text;
 use super::numbers::{known_digits, probability, significant};
 use super::temperature::{temperature_json, temperature_text};
 use crate::bias::{Against, EarthRate};
@@ -230,6 +231,9 @@ impl FitReport {
             significant(n.angle_random_walk_rad_sqrt_s, 3),
             significant(n.angle_random_walk_rad_sqrt_s / crate::units::RAD_SQRT_S_PER_DEG_SQRT_H, 3),
         );
+        for line in coloured_text(&self.fit.colour) {
+            let _ = writeln!(out, "  {line}");
+        }
         let _ = if n.rate_random_walk_probability > 0.5 {
             writeln!(
                 out,
@@ -348,6 +352,7 @@ impl FitReport {
             "residual_sum_of_squares_rad2_s2": fit.residual_sum_of_squares_rad2_s2,
             "degrees_of_freedom": fit.degrees_of_freedom,
             "noise": fit.noise,
+            "colour": fit.colour,
             "comparison": fit.comparison,
             "straight_line": fit.line,
             "advice": fit.advice,

@@ -1,6 +1,7 @@
 //! Floor 6: what people and programs read: text, JSON, pictures.
 
 mod check;
+mod colour;
 mod figure;
 pub mod fit;
 mod gap;

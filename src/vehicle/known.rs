@@ -2,8 +2,9 @@
 //!
 //! Robots log the speed over ground that a wheel stands for, and the current of its motor. The nominal radius makes the first
 //! a wheel speed again, whatever the true radius is: it is the one by which the robot made a speed of its encoder. The torque
-//! constant makes the second a torque at the wheel.
+//! constant makes the second a torque at the wheel. Where nothing measures the wheels, what they were commanded stands for them.
 
+use super::{Odometry, Rolling};
 use crate::config::Vehicle;
 use crate::signal::{Log, names};
 use std::borrow::Cow;
@@ -13,8 +14,9 @@ const BACKWARD_ROWS: usize = 3;
 /// Speeds beyond this part of the highest one are no noise about zero.
 const BACKWARD_SHARE: f64 = 0.05;
 
-/// `log` with wheel speeds where it has speeds over ground of both wheels, and torques where it has motor currents and
-/// `vehicle` states the constant; what was made, and why something was not, in sentences. Channels that are there stay.
+/// `log` with wheel speeds where it has speeds over ground of both wheels, or commanded speeds and nothing that tells how the
+/// robot is driven; and torques where it has motor currents and `vehicle` states the constant; what was made, and why something
+/// was not, in sentences. Channels that are there stay.
 #[must_use]
 pub fn known_by<'a>(vehicle: &Vehicle, log: &'a Log) -> (Cow<'a, Log>, Vec<String>) {
     let mut notes = Vec::new();
@@ -54,16 +56,25 @@ pub fn known_by<'a>(vehicle: &Vehicle, log: &'a Log) -> (Cow<'a, Log>, Vec<Strin
             }
         }
     }
-    let commands = [names::COMMAND_LEFT, names::COMMAND_RIGHT, names::COMMAND_SPEED, names::COMMAND_YAW_RATE];
     if lacks(torques[0], torques[1])
         && !made.iter().any(|(name, _)| *name == torques[0])
-        && commands.iter().any(|name| log.get(name).is_some())
+        && let Some(commanded) = commanded(vehicle, log)
     {
-        notes.push(
-            "Commanded speeds are read and not used: what a controller makes of them is not known. Without torques or motor \
-             currents, forces, masses and motors cannot be judged."
-                .into(),
-        );
+        if drives(log) {
+            notes.push(
+                "Commanded speeds are not used beside measured ones: what a controller makes of them is not known. Without \
+                 torques or motor currents, forces, masses and motors cannot be judged."
+                    .into(),
+            );
+        } else {
+            made.extend(wheels.into_iter().zip(commanded));
+            notes.push(
+                "Commanded speeds stand for the wheels', which nothing in the log measures. What is said of the wheels is said of \
+                 them and of the control that drives them: its lag is theirs, and a wheel that falls short of its command looks \
+                 like a smaller one. Forces, masses, motors and slip cannot be judged; log the wheels' speeds."
+                    .into(),
+            );
+        }
     }
     if made.is_empty() {
         return (Cow::Borrowed(log), notes);
@@ -75,6 +86,25 @@ pub fn known_by<'a>(vehicle: &Vehicle, log: &'a Log) -> (Cow<'a, Log>, Vec<Strin
         out.channels.push(crate::signal::Channel { name: name.into(), values });
     }
     (Cow::Owned(out), notes)
+}
+
+/// Speeds that both wheels were commanded, rad/s: their own, or those that a speed and a yaw rate stand for.
+fn commanded(vehicle: &Vehicle, log: &Log) -> Option<[Vec<f64>; 2]> {
+    let pair = |a: &str, b: &str| Some([log.get(a)?, log.get(b)?]);
+    if let Some(wheels) = pair(names::COMMAND_LEFT, names::COMMAND_RIGHT) {
+        return Some(wheels.map(<[f64]>::to_vec));
+    }
+    let [speed, yaw_rate] = pair(names::COMMAND_SPEED, names::COMMAND_YAW_RATE)?;
+    let wheel =
+        |[by_speed, by_yaw]: [f64; 2]| speed.iter().zip(yaw_rate).map(|(v, w)| by_speed * v + by_yaw * w).collect();
+    Some(Rolling::new(vehicle).wheel_by_motion().map(wheel))
+}
+
+/// Whether something in the log measures how the robot is driven: wheels, ticks, one of them, or an odometry.
+fn drives(log: &Log) -> bool {
+    let one =
+        [names::WHEEL_LEFT, names::WHEEL_RIGHT, names::ODO_SPEED, names::WHEEL_LEFT_SPEED, names::WHEEL_RIGHT_SPEED];
+    one.iter().any(|name| reads(log, name)) || Odometry::counts(log).is_some()
 }
 
 /// What a log lacks that tells one wheel's speed alone, and the mend.
@@ -165,12 +195,30 @@ mod tests {
     }
 
     #[test]
-    fn commands_are_told_only_where_no_torque_is_known() {
-        let command: (&str, &[f64]) = (names::COMMAND_SPEED, &[1.0]);
-        let (_, notes) = known_by(&robot(None), &log(&[command]));
-        assert!(notes.len() == 1 && notes[0].starts_with("Commanded speeds"), "{notes:?}");
+    fn commands_stand_for_wheels_that_nothing_measures() {
+        let commands: [(&str, &[f64]); 2] = [(names::COMMAND_SPEED, &[0.33]), (names::COMMAND_YAW_RATE, &[0.1])];
+        let alone = log(&commands);
+        let (known, notes) = known_by(&robot(None), &alone);
+        assert!(notes.len() == 1 && notes[0].starts_with("Commanded speeds stand for"), "{notes:?}");
+        let [left, right] = [names::WHEEL_LEFT, names::WHEEL_RIGHT].map(|name| known.get(name).unwrap()[0]);
+        assert!((left - (0.33 - 0.028) / 0.165).abs() < 1e-12 && (right - (0.33 + 0.028) / 0.165).abs() < 1e-12);
+        let wheels: [(&str, &[f64]); 2] = [(names::COMMAND_LEFT, &[1.0]), (names::COMMAND_RIGHT, &[2.0])];
+        let both = log(&wheels);
+        assert_eq!(known_by(&robot(None), &both).0.get(names::WHEEL_RIGHT), Some(&[2.0][..]));
+        // measured wheels, and torques, come first
+        for beside in [
+            [(names::WHEEL_LEFT, &[7.0][..]), (names::WHEEL_RIGHT, &[7.0])],
+            [(names::ODO_SPEED, &[7.0]), (names::ODO_YAW_RATE, &[0.0])],
+        ] {
+            let log = log(&[commands, beside].concat());
+            let (known, notes) = known_by(&robot(None), &log);
+            assert!(
+                matches!(known, Cow::Borrowed(_)) && notes[0].contains("not used beside measured ones"),
+                "{notes:?}"
+            );
+        }
         let torques: [(&str, &[f64]); 2] = [(names::TORQUE_LEFT, &[1.0]), (names::TORQUE_RIGHT, &[1.0])];
-        assert_eq!(known_by(&robot(None), &log(&[torques[0], torques[1], command])).1, [""; 0]);
+        assert_eq!(known_by(&robot(None), &log(&[torques, commands].concat())).1, [""; 0]);
     }
 
     #[test]

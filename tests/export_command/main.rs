@@ -4,6 +4,7 @@
 mod command;
 #[path = "../common/mod.rs"]
 mod common;
+mod effects;
 
 use common::{data, gyroid, run, warm_up_csv};
 use gyroid::config::{Config, NoiseProvenance, Provenance, Validation};

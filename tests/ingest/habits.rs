@@ -87,6 +87,14 @@ fn a_unit_of_time_that_contradicts_the_data_is_asked_about() {
     refused(read_gyro(&path, &query(TimeUnit::Ms)), K::Unit, &["read in ms", "1.000e5 Hz", "--time-unit"]);
     let path = files.put("x.csv", stamped("time", |i| format!("{:.2}", 1.7e9 + 3.0 * i as f64)));
     refused(read_gyro(&path, &query(TimeUnit::Us)), K::Unit, &["read in us"]);
+    let path = files.put("x.csv", stamped("time", |i| digits(0.1 * i as f64).to_string()));
+    refused(
+        read_gyro(&path, &query(TimeUnit::Ms)),
+        K::Unit,
+        &["in s they make 10.0000 Hz", "leave out --time-unit ms"],
+    );
+    let path = files.put("x.csv", stamped("t_ms", |i| (100 * i).to_string()));
+    refused(read_gyro(&path, &query(TimeUnit::S)), K::Unit, &["in ms they make 10.0000 Hz", "time_s"]);
     // against the name, and right: told
     let path = files.put("x.csv", stamped("t_s", |i| (10 * i).to_string()));
     let recording = read_gyro(&path, &query(TimeUnit::Ms)).unwrap();
@@ -153,6 +161,11 @@ fn bad_rows_are_left_out_when_that_is_asked_for_and_told() {
     let quoted = late.replacen("\n300,", "\n300,\"", 1);
     let recording = read_gyro(files.put("q.csv", quoted), &query).unwrap();
     assert_eq!(recording.audit.samples, 39_999);
+    // a serial line that drops out leaves zero bytes
+    let zeros = csv("gz_rad_s", 1.0, ROWS).replacen("\n1,", "\n1,\0", 1);
+    let path = files.put("0.csv", zeros);
+    refused(read(&path), K::Value, &["gz_rad_s"]);
+    assert_eq!(read_gyro(path, &query).unwrap().audit.samples, ROWS - 1);
     // a whole file is read as without the option
     let whole = files.put("w.csv", csv("gz_rad_s", 1.0, ROWS));
     assert_eq!(gyro(&read_gyro(&whole, &query).unwrap()), gyro(&read(&whole).unwrap()));
@@ -194,7 +207,7 @@ fn json_lines_are_read_with_nested_keys() {
     let files = Files::new();
     let line = |(i, x): (usize, &f64)| {
         format!(
-            "{{\"header\": {{\"stamp\": {{\"sec\": {}, \"nanosec\": {}}}}}, \"imu\": {{\"angular_velocity\": [0, 0, 1], \"gyro_z_rad_s\": {x}}}, \
+            "{{\"header\": {{\"stamp\": {{\"sec\": {}, \"nanosec\": {}}}}}, \"imu\": {{\"orientation\": [0, 0, 1], \"gyro_z_rad_s\": {x}}}, \
              \"note\": \"a\", \"temperature_c\": null}}\n",
             1_700_000_000 + i / 100,
             i % 100 * 10_000_000
@@ -207,6 +220,12 @@ fn json_lines_are_read_with_nested_keys() {
         assert!((recording.log.time.at(ROWS - 1) - 0.01 * (ROWS - 1) as f64).abs() < 1e-6);
         assert_eq!(gyro(&recording), rates(ROWS));
     }
+    // an axis by its place in a list
+    let list = text
+        .replace("orientation\": [0, 0, 1], \"gyro_z_rad_s\": ", "gyro_rad_s\": [0, 0, ")
+        .replace("}, \"note\"", "]}, \"note\"");
+    let recording = read(&files.put("l.jsonl", &list)).unwrap();
+    assert_eq!((recording.column.as_str(), gyro(&recording)), ("imu.gyro_rad_s[2]", &rates(ROWS)[..]));
     let odd = text.replacen("{\"header\"", "noise {\"header\"", 3).replacen("noise ", "", 2);
     let path = files.put("x.jsonl", &odd);
     refused(read(&path), K::Format, &["line 3", "--skip-bad-rows"]);

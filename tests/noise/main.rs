@@ -5,6 +5,8 @@
 
 mod command;
 mod logs;
+#[path = "../common/place.rs"]
+mod place;
 mod shape;
 mod study;
 

@@ -1,11 +1,13 @@
 //! A sensor's low-pass and a vibration: found, with intervals that cover, and N is that of the plateau.
 
+use crate::place::Place;
 use gyroid::config::Config;
 use gyroid::identify::terms::{NoiseModel, TermOptions, noise_model};
 use gyroid::identify::{FitOptions, fit};
 use gyroid::noise::TermKind;
 use gyroid::signal::{TimeAxis, names};
 use gyroid::simulate;
+use gyroid::validate::{Options, whiteness};
 use rayon::prelude::*;
 
 const N: f64 = 1e-4;
@@ -94,6 +96,50 @@ fn both_at_once_and_the_fit_has_n_of_the_plateau() {
         assert!((n / N - 1.0).abs() < 0.03, "{n}");
         assert!((found.time_constant_s.estimate - 20.0).abs() < 5.0 * found.time_constant_s.std);
     }
+}
+
+/// A resonance at 5 Hz, whose foot at zero frequency is a tenth of the white noise, behind a pole at 20 Hz.
+const FOOT: &str = "[[gyro.noise.narrow_band]]\ncenter_hz = 5.0\nbandwidth_hz = 0.3\nstd_rad_s = 7e-4\n";
+
+#[test]
+fn a_fit_takes_low_pass_and_vibration_out_of_what_it_judges() {
+    let (time, rate) = simulated(&(low_pass("one_pole", 20.0) + FOOT), 120_000, 5);
+    let found = fit(&time, &rate, &FitOptions::default()).unwrap();
+    let known = |kind: TermKind| found.colour.iter().find(|t| t.id == kind).unwrap();
+    let (cutoff, band) = (known(TermKind::Bandwidth), known(TermKind::NarrowBandNoise));
+    assert_eq!(found.colour.len(), 2, "{:?}", found.colour);
+    assert!((cutoff.estimate - 20.0).abs() < 4.0 * cutoff.std && cutoff.ci95[0] < 20.5 && cutoff.ci95[1] > 19.5);
+    let center = band.center_hz.unwrap();
+    assert!(
+        (center.estimate - 5.0).abs() < 4.0 * center.std && (band.estimate - 7e-4).abs() < 4.0 * band.std,
+        "{band:?}"
+    );
+    let n = found.noise.angle_random_walk_rad_sqrt_s;
+    assert!((n / N - 1.0).abs() < 0.02, "{n}");
+    let judged = |left: &[f64]| whiteness(&time, left, &found.jacobian(&time), &Options::default());
+    let left = found.residuals(&time, &rate);
+    assert!(!judged(&left).white);
+    let left = judged(&found.without_colour(left));
+    assert!(left.white, "{}", left.joint_p_value);
+}
+
+#[test]
+fn what_fit_writes_of_a_coloured_log_validates_it_and_leaves_no_gap() {
+    let (time, rate) = simulated(&(low_pass("one_pole", 20.0) + FOOT), 60_000, 6);
+    let rows: String = rate.iter().enumerate().map(|(i, w)| format!("{},{w}\n", time.at(i))).collect();
+    let place = Place::with(&[("log.csv", &format!("t_s,gyro_z_rad_s\n{rows}"))]);
+    let text = place.ok("fit log.csv -o gyroid.toml --no-plot");
+    assert!(
+        text.starts_with("FIT FOR USE")
+            && text.contains("low-pass with half power at")
+            && text.contains("vibration of"),
+        "{text}"
+    );
+    let written = place.read("gyroid.toml");
+    assert!(written.contains("bandwidth_cutoff_hz") && written.contains("[[gyro.noise.narrow_band]]"), "{written}");
+    place.ok("validate gyroid.toml log.csv");
+    let text = place.ok("gap diagnose gyroid.toml --fit log.csv");
+    assert!(text.starts_with("NO GAP"), "{text}");
 }
 
 #[test]

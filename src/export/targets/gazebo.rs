@@ -107,7 +107,7 @@ impl Target for Gazebo {
 
 /// What the noise model cannot do.
 fn limits(source: &Source<'_>, sheet: &mut Sheet) {
-    let g = source.gyro;
+    let g = &source.gyro;
     if g.c1_rad_s != 0.0 {
         sheet.note(format!(
             "Gazebo flips the sign of the first bias in half of all runs: the warm-up then starts at C2 + 2 C1 = {:.4e} \

@@ -49,7 +49,7 @@ pub use goodness::{Band, Goodness};
 pub use ledger::{Ledger, LedgerEntry};
 pub use observed::{EvenLog, SpectralLine};
 pub use types::{
-    NoiseModel, Refusal, SetScore, TermEstimate, TermOptions, TimeEstimate, WarmUpInfluence, WarmUpRemoval,
+    NoiseModel, Refusal, SetScore, TermEstimate, TermOptions, TimeEstimate, WarmUpInfluence, WarmUpRemoval, colour,
 };
 pub use wavelet::WaveletFit;
 
@@ -59,8 +59,9 @@ use crate::noise::{Deviation, TermKind};
 use crate::signal::{Course, Reduced, TimeAxis};
 use kept::Evidence;
 use model::{Likelihood, Model, Peak};
+use nalgebra::DMatrix;
 use observed::Column;
-pub(super) use plateau::{plateau, plateau_reduced};
+pub(super) use plateau::{Plateau, plateau, plateau_reduced};
 use select::{Candidate, Views};
 use shape::{Found, Shape};
 use types::{estimate_of_ln, ordered};
@@ -305,6 +306,14 @@ fn estimates(views: &Views, likelihood: &Likelihood, best: &Candidate) -> Vec<Te
         out.advice = Some(advice).filter(|a| a.longer_by_s.is_none_or(|s| s > 0.0));
         out
     };
+    let shapes = shaped(likelihood, best, covariance.as_ref());
+    ordered(best.kinds.iter().map(|kind| one(*kind)).chain(shapes).collect())
+}
+
+/// The low-pass and the bands at their mode, with intervals.
+fn shaped(likelihood: &Likelihood, best: &Candidate, covariance: Option<&DMatrix<f64>>) -> Vec<TermEstimate> {
+    let peak = &best.peak;
+    let std = |i: usize| covariance.map_or(f64::NAN, |c| c[(i, i)].sqrt());
     let of_ln = |i: usize| estimate_of_ln(peak.x[i].exp(), std(i), interval::interval(likelihood, peak, i, std(i)));
     let mut at = likelihood.model.base();
     let mut shapes = Vec::new();
@@ -320,7 +329,7 @@ fn estimates(views: &Views, likelihood: &Likelihood, best: &Candidate) -> Vec<Te
         shapes.push(TermEstimate { band: Some(*form), center_hz: Some(center), bandwidth_hz: Some(width), ..term });
         at += 3;
     }
-    ordered(best.kinds.iter().map(|kind| one(*kind)).chain(shapes).collect())
+    shapes
 }
 
 fn advise(likelihood: &Likelihood, x: &[f64], kind: TermKind) -> RecordingAdvice {

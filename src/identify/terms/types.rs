@@ -7,7 +7,7 @@ use super::ledger::Ledger;
 use super::observed::SpectralLine;
 use super::wavelet::WaveletFit;
 use crate::identify::Fit;
-use crate::noise::{AllanPoint, BandForm, Deviation, LowPass, TermKind};
+use crate::noise::{AllanPoint, Band, BandForm, Colour, Deviation, LowPass, TermKind};
 use serde::Serialize;
 
 /// Whether the warm-up is taken out first.
@@ -156,6 +156,20 @@ fn band_allan_variance(center_hz: f64, width_hz: f64, tau_s: f64) -> f64 {
     };
     let (sum, all) = (0..NODES).map(node).fold((0.0, 0.0), |(s, a), (w, v)| (s + w * v, a + w));
     sum / all
+}
+
+/// The colour of the noise that a low-pass and bands among `terms` give.
+#[must_use]
+pub fn colour(terms: &[TermEstimate]) -> Colour {
+    let band = |t: &TermEstimate| {
+        let (form, center, width) = (t.band?, t.center_hz?, t.bandwidth_hz?);
+        let (center_hz, bandwidth_hz) = (center.estimate, width.estimate);
+        Some(Band { form, center_hz, bandwidth_hz, std_rad_s: t.estimate })
+    };
+    Colour {
+        low_pass: terms.iter().find_map(|t| Some((t.low_pass?, t.estimate))),
+        bands: terms.iter().filter_map(band).collect(),
+    }
 }
 
 /// Terms in order: the low-pass and then bands at the end, the largest first.

@@ -162,12 +162,14 @@ pub(super) fn parameters(out: &mut String, effect: &EffectAnswer) {
         let (name, unit) = name_and_unit(parameter);
         let std = effect.std.get(parameter).copied();
         let meaning = about.and_then(|a| a.parameters.iter().find(|p| p.name == parameter)).map_or("", |p| p.meaning);
+        // a symbol alone reads as a unit
+        let symbol = if !meaning.is_empty() && meaning.chars().count() <= 2 { " of the equation" } else { "" };
         let shown = match std {
             // known to the last digit, as a lattice is
             Some(std) if std < KNOWN * value.abs() => significant(*value, 7),
             Some(std) => format!("{} ± {}", known_digits(*value, std), significant(std, 2)),
             None => significant(*value, 4),
         };
-        let _ = writeln!(out, "    {name:<21} {:<29} {meaning}", format!("{shown} {unit}"));
+        let _ = writeln!(out, "    {name:<21} {:<29} {meaning}{symbol}", format!("{shown} {unit}"));
     }
 }

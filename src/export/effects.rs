@@ -1,0 +1,80 @@
+//! What `[[effect]]` tables change of the numbers that go out, and what they hold that no target has a key for.
+//!
+//! The level of the white noise multiplies N, another warm-up takes the nominal one's place, a shifted turn-on adds to C2; the
+//! sensor's low-pass, its vibrations and its lattice stand where `[gyro.noise]` has them.
+
+use crate::config::{EffectTable, Gyro, NarrowBand, Noise};
+
+/// Effects that targets ask for by themselves, where they have a key.
+const BY_TARGET: [&str; 4] =
+    ["gyro.rate_random_walk", "gyro.bias_instability", "gyro.gauss_markov", "gyro.temperature_sensitivity"];
+
+/// `gyro` as `effects` have it, and what became of each, in sentences.
+pub(super) fn folded(gyro: &Gyro, effects: &[EffectTable]) -> (Gyro, Vec<String>) {
+    let mut out = gyro.clone();
+    let mut notes = Vec::new();
+    let (mut of_gyro, mut of_robot) = (Vec::new(), Vec::new());
+    for effect in effects {
+        match fold(&mut out, effect) {
+            Some(note) => notes.push(format!("[[effect]] {}: {note}", effect.id)),
+            None if BY_TARGET.contains(&effect.id.as_str()) => {}
+            None if effect.id.starts_with("gyro.") => of_gyro.push(effect.id.as_str()),
+            None => of_robot.push(effect.id.as_str()),
+        }
+    }
+    for (ids, why) in [(of_gyro, "no number of this file stands for it"), (of_robot, "of the robot, not of its gyro")] {
+        if !ids.is_empty() {
+            notes.push(format!("[[effect]] {} left out: {why}", ids.join(", ")));
+        }
+    }
+    (out, notes)
+}
+
+/// Puts an effect where `[gyro]` has a key for it; what it did.
+fn fold(gyro: &mut Gyro, effect: &EffectTable) -> Option<String> {
+    let value = |name: &str| effect.parameters.get(name).copied();
+    match effect.id.as_str() {
+        "gyro.noise_level" => {
+            let over = value("noise_over_nominal")?;
+            gyro.angle_random_walk_rad_sqrt_s *= over;
+            Some(format!("N is {over:.4} times that of [gyro]"))
+        }
+        "gyro.warm_up" => {
+            (gyro.c1_rad_s, gyro.time_constant_s) = (value("c1_rad_s")?, value("time_constant_s")?);
+            (gyro.covariance, gyro.discrete) = (None, None);
+            Some("C1 and T are its, not those of [gyro]".into())
+        }
+        "gyro.turn_on_shift" => {
+            let shift = value("shift_rad_s")?;
+            gyro.c2_rad_s += shift;
+            gyro.discrete = None;
+            Some(format!("C2 is {shift:.4e} rad/s above that of [gyro]"))
+        }
+        "gyro.bandwidth" => {
+            noise(gyro).bandwidth_cutoff_hz = Some(value("cutoff_hz")?);
+            Some("N is that of the plateau below its low-pass".into())
+        }
+        "gyro.narrow_band_noise" => {
+            let band = NarrowBand {
+                center_hz: value("center_hz")?,
+                bandwidth_hz: value("bandwidth_hz")?,
+                std_rad_s: value("std_rad_s")?,
+                form: None,
+                center_ci95_hz: None,
+                bandwidth_ci95_hz: None,
+                std_ci95_rad_s: None,
+            };
+            noise(gyro).narrow_band.push(band);
+            Some("N is without it".into())
+        }
+        "gyro.quantization" => {
+            noise(gyro).quantization_lsb_rad_s = Some(value("lsb_rad_s")?);
+            Some("its step is that of the lattice, where the file has one".into())
+        }
+        _ => None,
+    }
+}
+
+fn noise(gyro: &mut Gyro) -> &mut Noise {
+    gyro.noise.get_or_insert_with(Noise::default)
+}

@@ -1,0 +1,36 @@
+//! What `[[effect]]` tables change of an export, and what they hold that no key stands for.
+
+use super::{bare, close, many, of, one};
+use gyroid::config::EffectTable;
+
+#[test]
+fn what_effects_change_goes_out_and_what_has_no_key_is_said() {
+    let mut config = bare();
+    let table = |id: &str, parameters: &[(&str, f64)]| EffectTable {
+        id: id.into(),
+        parameters: parameters.iter().map(|(name, value)| ((*name).to_string(), *value)).collect(),
+    };
+    let nominal = of(&config, "kalibr");
+    assert!(!nominal.notes.iter().any(|n| n.contains("[[effect]]")), "{:?}", nominal.notes);
+    config.effects = vec![
+        table("gyro.noise_level", &[("noise_over_nominal", 2.5)]),
+        table("gyro.warm_up", &[("c1_rad_s", -1e-3), ("time_constant_s", 77.0)]),
+        table("gyro.turn_on_shift", &[("shift_rad_s", 1e-4)]),
+        table("gyro.narrow_band_noise", &[("center_hz", 21.0), ("bandwidth_hz", 0.5), ("std_rad_s", 1e-3)]),
+        table("gyro.tone", &[("frequency_hz", 3.0), ("amplitude_rad_s", 1e-4)]),
+        table("wheel.radius_left", &[("relative", 0.03)]),
+    ];
+    let changed = of(&config, "kalibr");
+    close(one(&changed, "gyroscope_noise_density"), 2.5 * one(&nominal, "gyroscope_noise_density"));
+    for said in [
+        "gyro.noise_level: N is 2.5000 times",
+        "a vibration of 1.000e-3 rad/s at 21.0000 Hz",
+        "gyro.tone left out: no number of this file",
+        "wheel.radius_left left out: of the robot",
+        "(1 - exp(-t / 7.700000e1 s))",
+    ] {
+        assert!(changed.notes.iter().any(|n| n.contains(said)), "{said}: {:?}", changed.notes);
+    }
+    let c2 = config.gyro.as_ref().unwrap().c2_rad_s;
+    close(many(&of(&config, "matlab"), "ConstantBias")[2], -1e-3 + c2 + 1e-4);
+}
