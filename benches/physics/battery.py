@@ -147,7 +147,8 @@ def unlisted_cases():
     odd = lambda name, **rest: Case(name, "unlisted", **rest)
     length_s = Course().length_s
     return [
-        odd("motor-saturates", world=World(torque_limit_n_m=0.3)),
+        odd("motor-saturates", world=World(torque_limit_n_m=0.45)),
+        odd("motor-saturates-much", world=World(torque_limit_n_m=0.3), note="half of what is asked for: the controller winds up"),
         odd("battery-sags", world=World(hooks=(Sag(0.7, length_s),))),
         odd("wheel-eccentric", world=World(guided=True, eccentric_m=0.0015)),
         odd("air-drag", world=World(hooks=(AirDrag(6.0),)), acts_as=("wheel.rolling_resistance",)),

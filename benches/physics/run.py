@@ -1,10 +1,11 @@
 """gyroid's diagnosis of drives on a physics engine that others wrote (MuJoCo).
 
-    python benches/physics/run.py --gyroid target/release/gyroid --out DIR [--cases NAME...] [--jobs 2] [--check] [--remake]
+    python benches/physics/run.py --gyroid target/release/gyroid --out DIR [--cases NAME...] [--jobs 2] [--check] [--remake] [--table]
 
 Makes each case's folder in DIR (sim.toml, fit.parquet, hold.parquet), has `gyroid gap diagnose` diagnose it, and scores the
 answers; prints a table, writes DIR/results.json and DIR/table.md. Folders that are there are used again; --remake makes them
-anew. --check instead measures how far the engine's robot without effects departs from the nominal equations.
+anew, and --table prints what the last diagnoses of all cases said. --check instead measures how far the engine's robot without
+effects departs from the nominal equations.
 Where a constant that was found has a place in the nominal simulator, it is entered there and the case diagnosed once more: the
 effect must not be named again. Needs mujoco, numpy, polars.
 """
@@ -60,15 +61,17 @@ def entered(folder, answer):
 
 
 def one(gyroid, out, remake, case):
-    """Makes a case, diagnoses it, and again with what was found; its row of the table."""
+    """Makes a case, diagnoses it, and again with what was found; its row of the table, which is kept in the folder."""
     folder = out / case.name
+    folder.mkdir(parents=True, exist_ok=True)
+    os.chdir(folder)  # where MuJoCo writes its warnings
     if remake or not (folder / "truth.json").exists():
         make(case, folder)
     answer, seconds, said = diagnose(gyroid, folder, "sim.toml", "answer.json", "--write-sim", "augmented.toml")
     if answer is None:
         raise RuntimeError(f"{case.name}: {said}")
     row = judged(case, answer) | {"seconds": seconds}
-    if answer["together"]:
+    if answer["verdict"] == "identified" and case.kind in ("single", "pair"):
         again, _, said = diagnose(gyroid, folder, "augmented.toml", "again.json")
         row["augmented"] = said.splitlines()[0] if again is None else again["together"]
         done = entered(folder, answer)
@@ -76,6 +79,7 @@ def one(gyroid, out, remake, case):
             again = diagnose(gyroid, folder, "entered.toml", "again.json")[0]
             row["again"] = sorted(set(again["together"]) & set(done))
             row["again_verdict"], row["again_together"] = again["verdict"], again["together"]
+    (folder / "row.json").write_text(json.dumps(row) + "\n")
     print(f"{case.name:26} {row['verdict']:10} {row['main'] or '-':28} {'' if row['right'] else 'MISS':5} {', '.join(row['together'])}", flush=True)
     return row
 
@@ -113,18 +117,22 @@ def main():
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--remake", action="store_true")
+    parser.add_argument("--table", action="store_true")
     options = parser.parse_args()
     if options.check:
         return check()
-    if not (options.gyroid and options.out):
-        parser.error("--gyroid and --out, or --check")
+    if not options.out or not (options.gyroid or options.table):
+        parser.error("--gyroid and --out, --table and --out, or --check")
     cases = [c for c in all_cases() if not options.cases or c.name in options.cases]
-    gyroid = os.path.abspath(options.gyroid)
-    with ProcessPoolExecutor(options.jobs, get_context("spawn")) as pool:
-        rows = list(pool.map(partial(one, gyroid, options.out, options.remake), cases))
+    out = options.out.resolve()
+    if options.table:
+        rows = [json.loads(row.read_text()) for row in (out / c.name / "row.json" for c in cases) if row.exists()]
+    else:
+        with ProcessPoolExecutor(options.jobs, get_context("spawn")) as pool:
+            rows = list(pool.map(partial(one, os.path.abspath(options.gyroid), out, options.remake), cases))
     found = rates(rows)
-    (options.out / "results.json").write_text(json.dumps({"rates": found, "cases": rows}, indent=1) + "\n")
-    (options.out / "table.md").write_text(table(rows) + "\n")
+    (out / "results.json").write_text(json.dumps({"rates": found, "cases": rows}, indent=1) + "\n")
+    (out / "table.md").write_text(table(rows) + "\n")
     print("\n" + table(rows) + "\n")
     for name, (right, of) in found.items():
         if of:

@@ -6,6 +6,7 @@ use super::believe::believed;
 use super::compose;
 use super::far::{self, Claim, Far};
 use super::findings::{Findings, Main};
+use super::given::Given;
 use super::judge::{Options as JudgeOptions, judge};
 use super::prepare::{Prepared, prepare};
 use super::state_space::{Believed, blocked_log_score};
@@ -116,11 +117,12 @@ pub fn diagnose_observed(
         return super::drive::diagnose(config, &[drive(fit)], &kept, library, options, observe);
     }
     observe(Stage::Prepare);
-    let prepared = prepare(config, fit, options.since_power_on_s)?;
+    let given = Given::of(config, library)?;
+    let prepared = prepare(&given.bare, fit, options.since_power_on_s)?;
     // a recording kept back that cannot be used is refused before the work begins
-    let kept = hold.map(|hold| prepare(config, hold, options.since_power_on_s)).transpose()?;
+    let kept = hold.map(|hold| prepare(&given.bare, hold, options.since_power_on_s)).transpose()?;
     observe(Stage::Compare);
-    let mut findings = judged(&prepared, library, options);
+    let mut findings = judged(&prepared, library, &given, options);
     let found = compose::found(&findings);
     observe(Stage::Measure);
     let scored = kept.as_ref().unwrap_or(&prepared);
@@ -132,9 +134,10 @@ pub fn diagnose_observed(
     };
     let tested = account::test(
         &found,
-        |effects| score(&believed(&scored.scene, library, effects)?, &recorded),
+        |effects| score(&believed(&scored.scene, library, &given.with(effects))?, &recorded),
         |effect| {
-            let [with, nominal] = [std::slice::from_ref(effect), &[]].map(|e| believed(&scored.scene, library, e));
+            let [with, nominal] =
+                [std::slice::from_ref(effect), &[]].map(|e| believed(&scored.scene, library, &given.with(e)));
             let (with, nominal) = (with?, nominal?);
             let gain = |log: u64| {
                 let mut y = with.simulate(options.seed, log)?;
@@ -154,10 +157,10 @@ pub fn diagnose_observed(
             let new = kept.notes.iter().filter(|n| !prepared.notes.contains(n));
             answer.notes.extend(new.map(|n| format!("Of the recording kept back: {n}")));
             other_unit(&prepared, &kept, &mut answer.notes);
-            Some(measure(&kept, library, &together, &listed, &answer, options)?)
+            Some(measure(&kept, library, &given, [&together, &listed], &answer, options)?)
         }
         None => {
-            cross_validate(&prepared, library, &together, &mut answer)?;
+            cross_validate(&prepared, library, &given, &together, &mut answer)?;
             None
         }
     };
@@ -174,8 +177,9 @@ pub fn diagnose_observed(
     let closed = far.as_ref().map(|far| &far.closed);
     account::settle(&mut answer, &tested, closed, |id| place(&findings, library, id, &prepared));
     let mut augmented = config.clone();
-    augmented.effects.extend(together.into_iter().map(|(id, parameters)| EffectTable { id, parameters }));
-    if !augmented.effects.is_empty() {
+    augmented.effects =
+        given.with(&together).into_iter().map(|(id, parameters)| EffectTable { id, parameters }).collect();
+    if augmented.effects != config.effects {
         augmented.provenance = None;
     }
     observe(Stage::Done);
@@ -201,10 +205,11 @@ pub fn diagnose_drives(
     super::drive::diagnose(config, fit, kept, library, options, observe)
 }
 
-fn judged(prepared: &Prepared, library: &Library, options: &Options) -> Findings {
+fn judged(prepared: &Prepared, library: &Library, given: &Given, options: &Options) -> Findings {
     let effects: Vec<&'static dyn Effect> = library.effects().collect();
     let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
     findings.notes.splice(0..0, prepared.notes.iter().cloned());
+    given.take_out(&mut findings);
     findings
 }
 
@@ -221,8 +226,9 @@ fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer
 /// # Errors
 /// What [`prepare`] refuses; [`crate::ErrorKind::Config`] if the configuration is of a drive or incomplete.
 pub fn compare(config: &Config, fit: &Log, library: &Library, options: &Options) -> Result<(Findings, Answer)> {
-    let prepared = prepare(config, fit, options.since_power_on_s)?;
-    let findings = judged(&prepared, library, options);
+    let given = Given::of(config, library)?;
+    let prepared = prepare(&given.bare, fit, options.since_power_on_s)?;
+    let findings = judged(&prepared, library, &given, options);
     let answer = answer(&findings, library, &prepared);
     Ok((findings, answer))
 }
@@ -277,17 +283,15 @@ fn place(findings: &Findings, library: &Library, id: Option<&str>, prepared: &Pr
 fn measure(
     kept: &Prepared,
     library: &Library,
-    together: &[(String, Parameters)],
-    listed: &[(String, Parameters)],
+    given: &Given,
+    [together, listed]: [&[(String, Parameters)]; 2],
     answer: &Answer,
     options: &Options,
 ) -> Result<Far> {
-    let nominal = Believed::nominal(&kept.scene);
-    let augmented = believed(&kept.scene, library, together)?;
-    let alone: Vec<(String, Believed)> = listed
-        .iter()
-        .filter_map(|e| Some((e.0.clone(), believed(&kept.scene, library, std::slice::from_ref(e)).ok()?)))
-        .collect();
+    let with = |effects: &[(String, Parameters)]| believed(&kept.scene, library, &given.with(effects));
+    let (nominal, augmented) = (with(&[])?, with(together)?);
+    let alone: Vec<(String, Believed)> =
+        listed.iter().filter_map(|e| Some((e.0.clone(), with(std::slice::from_ref(e)).ok()?))).collect();
     let claims: Vec<Claim> = alone.iter().map(|(id, b)| Claim { id, believed: b }).collect();
     let far_options = far::Options {
         seed: options.seed,
@@ -309,6 +313,7 @@ fn blocks(rows: usize) -> Vec<std::ops::Range<usize>> {
 fn cross_validate(
     prepared: &Prepared,
     library: &Library,
+    given: &Given,
     together: &[(String, Parameters)],
     answer: &mut Answer,
 ) -> Result<()> {
@@ -318,8 +323,8 @@ fn cross_validate(
     let score = |b: &Believed| -> Result<f64> {
         Ok(blocked_log_score(b, &recorded, &blocks)?.iter().sum::<f64>() / rows as f64)
     };
-    let nominal = Believed::nominal(&prepared.scene);
-    let augmented = believed(&prepared.scene, library, together)?;
+    let [nominal, augmented] = [&[], together].map(|effects| believed(&prepared.scene, library, &given.with(effects)));
+    let (nominal, augmented) = (nominal?, augmented?);
     let (before, after) = (score(&nominal)?, score(&augmented)?);
     let own = (0..4).map(|s| blocked_own(&augmented, &blocks, s)).collect::<Result<Vec<f64>>>()?;
     let floor = own.iter().sum::<f64>() / own.len() as f64;

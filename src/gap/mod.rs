@@ -18,6 +18,7 @@ mod flatten;
 mod frame;
 mod free;
 mod gaussian;
+mod given;
 mod hypothesis;
 mod judge;
 mod known;

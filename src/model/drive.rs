@@ -281,13 +281,9 @@ pub trait DriveEffect: Send + Sync {
         rate_rad_s
     }
 
-    /// How late the gyro is read, s.
-    fn gyro_delay_s(&self) -> f64 {
-        0.0
-    }
-
-    /// How late the external reference comes, s.
-    fn pose_delay_s(&self) -> f64 {
+    /// Delay of an instrument's readings, s.
+    fn delay_s(&self, instrument: Instrument) -> f64 {
+        let _ = instrument;
         0.0
     }
 
@@ -468,18 +464,11 @@ impl DriveModel {
         self.effects.iter().fold(at.yaw_rate_rad_s, |rate, e| e.gyro_rad_s(at, rate))
     }
 
-    /// How late the gyro is read, s.
+    /// Delay of an instrument's readings, s.
     #[must_use]
     #[inline]
-    pub fn gyro_delay_s(&self) -> f64 {
-        self.effects.iter().map(|e| e.gyro_delay_s()).sum()
-    }
-
-    /// How late the external reference comes, s.
-    #[must_use]
-    #[inline]
-    pub fn pose_delay_s(&self) -> f64 {
-        self.effects.iter().map(|e| e.pose_delay_s()).sum()
+    pub fn delay_s(&self, instrument: Instrument) -> f64 {
+        self.effects.iter().map(|e| e.delay_s(instrument)).sum()
     }
 
     /// Standard deviation of an instrument's white noise over the nominal one.

@@ -258,7 +258,8 @@ impl GapReport<'_> {
             parameters(out, effect);
         }
         if let Some(left) = &a.remainder {
-            let place = left.place.as_ref();
+            // of nothing there is no place
+            let place = left.place.as_ref().filter(|_| left.share >= 0.005);
             let place = place.map(|p| format!(": {}", p.description.as_deref().unwrap_or(&p.equation)));
             let _ = writeln!(out, "\n  left over: {} of the gap{}", percent(left.share), place.unwrap_or_default());
         }

@@ -75,7 +75,7 @@ impl Changed {
     }
 
     fn remember(&mut self, t_s: f64) {
-        let late_s = self.model.pose_delay_s();
+        let late_s = self.model.delay_s(Instrument::Pose);
         if late_s > 0.0 {
             self.tracked.push_back((t_s, self.motion));
             while self.tracked.len() > 2 && self.tracked[1].0 <= t_s - late_s {
@@ -86,7 +86,7 @@ impl Changed {
 
     /// The motion that the external reference reads now: straight lines between the parts of a step.
     pub fn tracked(&self) -> Motion {
-        let at_s = self.at.t_s - self.model.pose_delay_s();
+        let at_s = self.at.t_s - self.model.delay_s(Instrument::Pose);
         let after = self.tracked.iter().position(|(t_s, _)| *t_s > at_s);
         let Some(&(from_s, from)) = after.map_or(self.tracked.back(), |i| self.tracked.get(i.saturating_sub(1))) else {
             return self.motion;

@@ -4,7 +4,7 @@ use super::*;
 use crate::config::{Config, EffectTable, Vehicle};
 use crate::effects::{Library, Parameter};
 use crate::math::random::Stream;
-use crate::model::drive::{DriveModel, Moving, Past, Robot};
+use crate::model::drive::{DriveModel, Instrument, Moving, Past, Robot};
 use crate::model::{EffectSource, GyroEffect, Scene};
 use crate::signal::{Log, names};
 use crate::simulate::{Course, Drive, Options, drive, drive_with, replay_with, truth_names};
@@ -312,7 +312,7 @@ fn an_effect_changes_the_equations_that_it_says_and_no_other() {
             moved[2] |= model.sideways_m_s(&at) != 0.0;
             let at = Moving { past: Some(&past), ..at };
             moved[3] |= model.wheels_rad_s(&at) != nominal.wheels_rad_s(&at);
-            moved[5] |= at.pose_ago(model.pose_delay_s()) != at.pose_ago(nominal.pose_delay_s());
+            moved[5] |= at.pose_ago(model.delay_s(Instrument::Pose)) != at.pose_ago(nominal.delay_s(Instrument::Pose));
             moved[4] |= model.gyro_rad_s(&at) != nominal.gyro_rad_s(&at);
         }
         let motion = moved[..3].contains(&true);

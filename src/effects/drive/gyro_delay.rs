@@ -4,7 +4,7 @@ use super::change::{Constant, Law, TIMED_ROWS};
 use super::{Needs, Touches};
 use crate::effects::{About, Parameter};
 use crate::model::InFilter;
-use crate::model::drive::{DriveEffect, Moving};
+use crate::model::drive::{DriveEffect, Instrument, Moving};
 
 /// Late gyro.
 pub(super) struct GyroDelay;
@@ -49,8 +49,8 @@ impl DriveEffect for Work {
         rate_rad_s + at.ago(self.0)[1] - at.yaw_rate_rad_s
     }
 
-    fn gyro_delay_s(&self) -> f64 {
-        self.0
+    fn delay_s(&self, instrument: Instrument) -> f64 {
+        if instrument == Instrument::Gyro { self.0 } else { 0.0 }
     }
 
     fn in_filter(&self) -> InFilter {

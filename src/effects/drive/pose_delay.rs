@@ -4,7 +4,7 @@ use super::change::{Constant, Law, TIMED_ROWS};
 use super::{Needs, Touches};
 use crate::effects::{About, Parameter};
 use crate::model::InFilter;
-use crate::model::drive::DriveEffect;
+use crate::model::drive::{DriveEffect, Instrument};
 
 /// A reference that is stamped late.
 pub(super) struct PoseDelay;
@@ -45,8 +45,8 @@ impl Constant for PoseDelay {
 struct Work(f64);
 
 impl DriveEffect for Work {
-    fn pose_delay_s(&self) -> f64 {
-        self.0
+    fn delay_s(&self, instrument: Instrument) -> f64 {
+        if instrument == Instrument::Pose { self.0 } else { 0.0 }
     }
 
     fn in_filter(&self) -> InFilter {

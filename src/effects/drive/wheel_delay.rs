@@ -4,7 +4,7 @@ use super::Touches;
 use super::change::{Constant, Law, TIMED_ROWS};
 use crate::effects::{About, Parameter};
 use crate::model::InFilter;
-use crate::model::drive::{DriveEffect, Moving, Robot};
+use crate::model::drive::{DriveEffect, Instrument, Moving, Robot};
 
 /// Wheels that are stamped late.
 pub(super) struct WheelDelay;
@@ -49,6 +49,10 @@ impl DriveEffect for Work {
         // the difference of a motion to itself is zero, and leaves the last digit alone
         let moved = robot.wheels_rad_s(speed - at.speed_m_s, yaw_rate - at.yaw_rate_rad_s);
         std::array::from_fn(|i| wheels_rad_s[i] + moved[i])
+    }
+
+    fn delay_s(&self, instrument: Instrument) -> f64 {
+        if instrument == Instrument::Wheels { self.0 } else { 0.0 }
     }
 
     fn in_filter(&self) -> InFilter {

@@ -2,17 +2,14 @@
 //! one thread can run ahead with the filter while others follow with the columns.
 
 use super::column::{COSINES, Column, FUNCTIONS, Row, Scales, cosines_of};
-use super::filter::{Filter, Matrix, N, Slopes, Step, TH, V, Vector, W};
+use super::filter::{Corrected, Filter, Matrix, N, Slopes, Step, TH, V, Vector, W};
 use super::pass::{Channel, Models, Noise};
 use super::record::Record;
-use crate::model::drive::{DriveModel, Moving, Past};
+use crate::model::drive::{DriveModel, Instrument, Moving, Past};
 use std::ops::Range;
 
 /// Lags of the torques, s.
 const LAGS_S: [f64; 2] = [0.05, 0.5];
-/// Order in which the readings of a row are taken in where the gyro is late: it knows nothing of what the others say of this instant.
-const GYRO_FIRST: [Channel; 6] =
-    [Channel::Gyro, Channel::WheelLeft, Channel::WheelRight, Channel::X, Channel::Y, Channel::Heading];
 
 /// A reading as the filter took it in.
 #[derive(Debug, Clone, Copy)]
@@ -21,8 +18,12 @@ pub struct Taken {
     pub channel: Channel,
     /// ∂(expected reading)/∂state
     pub h: Vector,
+    /// δ h: by how much it is less for what noise has changed of v and ω in the last step
+    pub late: [f64; 2],
     /// K
     pub gain: Vector,
+    /// K of what noise has changed in the last step
+    pub shaken_gain: [f64; 2],
     /// ν/√S
     pub white: f64,
     /// √S
@@ -229,19 +230,15 @@ impl<'a> Along<'a> {
         let by_speed = expected(&models.here, &Moving { speed_m_s: at.speed_m_s + step[0], ..at });
         let by_rate = expected(&models.here, &Moving { yaw_rate_rad_s: at.yaw_rate_rad_s + step[1], ..at });
         let uncertain = models.here.wheel_variance_rad2_s2(&at);
-        let late_s = models.here.pose_delay_s();
+        let late_s = models.here.delay_s(Instrument::Pose);
         out.pose_ago = at.pose_ago(late_s);
         let [back_x, back_y, turned] = out.pose_ago;
         let (sin, cos) = (at.heading_rad + 0.5 * turned).sin_cos();
         let prior = self.filter.state;
         let mut volume = 1.0;
-        let gyro_late = self.gyro_late(k);
-        for channel in if gyro_late > 0.0 { GYRO_FIRST } else { Channel::ALL } {
+        let late = self.late(k);
+        for (channel, value) in Channel::ALL.into_iter().zip(readings).filter(|(_, value)| value.is_finite()) {
             let place = channel as usize;
-            let value = readings[place];
-            if !value.is_finite() {
-                continue;
-            }
             let mut h = [0.0; N];
             let nu = match channel {
                 Channel::WheelLeft | Channel::WheelRight | Channel::Gyro => {
@@ -272,10 +269,13 @@ impl<'a> Along<'a> {
             // what earlier readings of this row have moved already
             let moved: f64 = (0..N).map(|i| h[i] * (self.filter.state[i] - prior[i])).sum();
             let variance = self.noise.reading[place] + uncertain.get(place).unwrap_or(&0.0) + again;
-            let late = if channel == Channel::Gyro { gyro_late } else { 0.0 };
-            let (nu, variance, gain) = self.filter.correct_late(nu - moved, &h, variance, late);
+            let of = late.map(|late| late.get(place).copied().unwrap_or(0.0));
+            let late = [V, W].map(|i| of.unwrap_or(0.0) * h[i]);
+            let shaken: f64 = late.iter().zip(self.filter.shaken.mean).map(|(by, mean)| by * mean).sum();
+            let nu = nu - moved + shaken;
+            let Corrected { variance, gain, shaken_gain } = self.filter.correct(nu, &h, variance, of);
             let std = variance.sqrt();
-            out.taken.push(Taken { channel, h, gain, white: nu / std, std });
+            out.taken.push(Taken { channel, h, late, gain, shaken_gain, white: nu / std, std });
             volume *= std::f64::consts::TAU * variance;
             // six variances of any size may leave the range of numbers
             if !(1e-150..1e150).contains(&volume) {
@@ -285,14 +285,16 @@ impl<'a> Along<'a> {
         self.ln_volume += volume.ln();
     }
 
-    /// Share of the step before row `k` by which the gyro is late; zero where it is not, or by more than that step.
-    fn gyro_late(&self, k: usize) -> f64 {
-        let delay_s = self.models.here.gyro_delay_s();
-        if !(delay_s > 0.0 && k > self.rows.start) {
-            return 0.0;
+    /// Shares of the step before row `k` by which left wheel, right wheel and gyro are late; none where neither is, or by more than
+    /// that step.
+    fn late(&self, k: usize) -> Option<[f64; 3]> {
+        let [wheels_s, gyro_s] = [Instrument::Wheels, Instrument::Gyro].map(|of| self.models.here.delay_s(of));
+        if k == self.rows.start || !(wheels_s > 0.0 || gyro_s > 0.0) {
+            return None;
         }
-        let share = delay_s / (self.record.times_s[k] - self.record.times_s[k - 1]);
-        if share <= 1.0 { share } else { 0.0 }
+        let dt = self.record.times_s[k] - self.record.times_s[k - 1];
+        let share = |delay_s: f64| if (0.0..=dt).contains(&delay_s) { delay_s / dt } else { 0.0 };
+        Some([share(wheels_s), share(wheels_s), share(gyro_s)])
     }
 
     /// From row `k` to the next.

@@ -198,6 +198,14 @@ impl Branch {
         run(&self.record, &models, noise, &[], |_| {}).ln_likelihood()
     }
 
+    /// The nuisance that stands for an effect too small to have a name, beside the best set, and its standard deviation.
+    pub(super) fn usual(&self, id: &str) -> Option<(f64, f64)> {
+        let c = &self.compared;
+        let own = c.candidates.nuisance.iter().find(|n| n.usual == Some(id))?;
+        let all = c.problem.coefficients(&c.sets[0].members);
+        all.iter().find(|x| x.0 == own.column).map(|x| (x.1, x.2))
+    }
+
     pub(super) fn top(&self) -> f64 {
         self.compared.top() + self.extra_weight
     }
@@ -323,8 +331,11 @@ impl Branch {
             gyro[k] - 0.5 * (right - left) / robot.half_track_m
         };
         let drive = r.drive_around(row);
-        let around = row.saturating_sub(NEIGHBOURS).max(drive.start)..(row + NEIGHBOURS + 1).min(drive.end);
-        let mut near: Vec<f64> = around.filter(|k| *k != row).map(apart).filter(|v| v.is_finite()).collect();
+        // wheels may be read in few rows
+        let read = |v: &f64| v.is_finite();
+        let before = (drive.start..row).rev().map(apart).filter(read).take(NEIGHBOURS);
+        let after = (row + 1..drive.end).map(apart).filter(read).take(NEIGHBOURS);
+        let mut near: Vec<f64> = before.chain(after).collect();
         near.sort_by(f64::total_cmp);
         let Some(middle) = near.get(near.len() / 2).copied() else { return true };
         let wheel = robot.radius_m[0] * self.noise.reading[0].sqrt() / robot.half_track_m;

@@ -233,7 +233,6 @@ impl Horizons {
     /// Those of one drive, if it is long enough.
     fn add(&mut self, record: &Record, lost: Option<&Bursts>, under: &Under, alone: bool) {
         let claimed = under.claimed;
-        let Some(pose) = &record.pose else { return };
         let longest = HORIZONS_S[2];
         if record.span_s() < 1.5 * longest {
             return;
@@ -253,6 +252,7 @@ impl Horizons {
         let record = restored.as_ref().unwrap_or(record);
         let (record, models) = claimed.read(record);
         let record = record.as_ref();
+        let Some(pose) = &record.pose else { return };
         let mut from = 0;
         while let Some(begin) = (from..record.len()).find(|k| pose.iter().all(|p| p[*k].is_finite())) {
             let start_s = record.times_s[begin];

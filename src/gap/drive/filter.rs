@@ -52,13 +52,35 @@ pub struct Step {
     pub dt: f64,
 }
 
+/// What noise w changed of v (m/s) and ω (rad/s) in the last step, as far as readings since tell.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Shaken {
+    /// E w
+    pub mean: [f64; 2],
+    /// Cov(ξ, w), Var w, and Var w before any reading
+    with_state: [[f64; 2]; N],
+    own: [[f64; 2]; 2],
+    first: [[f64; 2]; 2],
+}
+
+/// How a reading was taken in.
+#[derive(Debug, Clone, Copy)]
+pub struct Corrected {
+    /// S
+    pub variance: f64,
+    /// K of the state
+    pub gain: Vector,
+    /// K of what noise changed of v and ω in the last step
+    pub shaken_gain: [f64; 2],
+}
+
 /// State and covariance.
 pub struct Filter<'a> {
     /// x, y, θ, v, ω
     pub state: Vector,
     covariance: Matrix,
-    /// Covariance of the state, and of v and ω alone, with what noise changed of v and ω in the last step
-    shaken: ([[f64; 2]; N], [[f64; 2]; 2]),
+    /// What noise changed of v and ω in the last step.
+    pub shaken: Shaken,
     noise: &'a Noise,
     by_torque: [[f64; 2]; 2],
 }
@@ -95,7 +117,7 @@ impl<'a> Filter<'a> {
         let speed = 2.0 * rl * noise.reading[0].sqrt();
         covariance[V][V] = speed * speed;
         covariance[W][W] = (speed / b.robot.half_track_m).powi(2);
-        Self { state, covariance, shaken: Default::default(), noise, by_torque }
+        Self { state, covariance, shaken: Shaken::default(), noise, by_torque }
     }
 
     /// Share of what noise does in a step that is white within it.
@@ -104,31 +126,40 @@ impl<'a> Filter<'a> {
         if all > 0.0 { (self.noise.process.ripple / all).clamp(0.0, 1.0) } else { 1.0 }
     }
 
-    /// One scalar reading; returns innovation, its variance and the gain.
-    pub fn correct(&mut self, nu: f64, h: &Vector, variance: f64) -> (f64, f64, Vector) {
-        self.correct_late(nu, h, variance, 0.0)
-    }
-
-    /// The same of the state a share `late` of the last step ago, 0 to 1: the first reading of its row.
-    pub fn correct_late(&mut self, nu: f64, h: &Vector, variance: f64, late: f64) -> (f64, f64, Vector) {
+    /// One scalar reading h·(ξ - δ w); where any reading of the row is late, `late` is the share δ of the last step by which this one
+    /// is, 0 to 1.
+    pub fn correct(&mut self, nu: f64, h: &Vector, variance: f64, late: Option<f64>) -> Corrected {
         let mut ph: Vector = std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * h[j]).sum());
         let mut s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>();
-        if late > 0.0 {
+        let mut shaken_gain = [0.0; 2];
+        if let Some(late) = late {
             let by = [h[V], h[W]];
+            let within = self.within() * (late - late * late);
+            let Shaken { with_state, own, first, .. } = &mut self.shaken;
             let times = |row: &[f64; 2]| row[0] * by[0] + row[1] * by[1];
-            let (state, own) = &self.shaken;
-            let both = state.each_ref().map(times);
-            let alone: f64 = own.iter().zip(by).map(|(row, by)| times(row) * by).sum();
-            let together: f64 = both.iter().zip(h).map(|(c, h)| c * h).sum();
-            s += (late * late + self.within() * (late - late * late)) * alone - 2.0 * late * together;
+            let (both, alone) = (with_state.each_ref().map(times), own.each_ref().map(times));
+            // Cov(w, reading)
+            let pw: [f64; 2] =
+                std::array::from_fn(|a| (0..N).map(|i| with_state[i][a] * h[i]).sum::<f64>() - late * alone[a]);
+            let white: f64 = first.iter().zip(by).map(|(row, by)| times(row) * by).sum();
             ph.iter_mut().zip(both).for_each(|(ph, c)| *ph -= late * c);
+            s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>() - late * (by[0] * pw[0] + by[1] * pw[1])
+                + within * white;
+            shaken_gain = pw.map(|p| p / s);
+            for (row, p) in with_state.iter_mut().zip(ph) {
+                row.iter_mut().zip(shaken_gain).for_each(|(c, k)| *c -= p * k);
+            }
+            for (row, p) in own.iter_mut().zip(pw) {
+                row.iter_mut().zip(shaken_gain).for_each(|(c, k)| *c -= p * k);
+            }
+            self.shaken.mean.iter_mut().zip(shaken_gain).for_each(|(m, k)| *m += k * nu);
         }
         let gain = ph.map(|v| v / s);
         for ((state, row), k) in self.state.iter_mut().zip(&mut self.covariance).zip(gain) {
             *state += k * nu;
             row.iter_mut().zip(ph).for_each(|(p, ph)| *p -= k * ph);
         }
-        (nu, s, gain)
+        Corrected { variance: s, gain, shaken_gain }
     }
 
     /// ∂(state ahead)/∂state; `forces`: those of the effects at `at`, `middle`: sine and cosine of the heading half way.
@@ -236,10 +267,9 @@ impl<'a> Filter<'a> {
         let half = 0.5 * dt;
         let along: Vector = [half * cos, half * sin, 0.0, 1.0, 0.0];
         let about: Vector = [-0.5 * half * dt * v * sin, 0.5 * half * dt * v * cos, half, 0.0, 1.0];
-        self.shaken = (
-            std::array::from_fn(|i| [vv * along[i] + vw * about[i], vw * along[i] + ww * about[i]]),
-            [[vv, vw], [vw, ww]],
-        );
+        let first = [[vv, vw], [vw, ww]];
+        let with_state = std::array::from_fn(|i| [vv * along[i] + vw * about[i], vw * along[i] + ww * about[i]]);
+        self.shaken = Shaken { mean: [0.0; 2], with_state, own: first, first };
         for i in 0..N {
             for j in 0..N {
                 let own = vv * along[i] * along[j] + ww * about[i] * about[j];
@@ -289,31 +319,34 @@ mod tests {
     use super::*;
     use crate::effects::drive::{DriveExplanation, by_id};
     use crate::math::random::Stream;
+    use crate::model::drive::Instrument;
 
     const ROWS: usize = 12_000;
     const STEP_S: f64 = 0.02;
     const TORQUE_NOISE: f64 = 0.01;
 
-    /// A robot that torque noise alone turns, its gyro late by this share of a step; the noise is constant over a step, or white.
-    fn late(share: f64, white: bool) -> Record {
+    /// A robot that torque noise alone moves, one instrument late by this share of a step; the noise is constant over a step, or white.
+    fn late(of: Instrument, share: f64, white: bool) -> Record {
         let mut belief = belief();
         belief.torque_noise_n_m_sqrt_s = TORQUE_NOISE;
-        belief.gyro_std_rad_s = 1e-3;
+        (belief.gyro_std_rad_s, belief.wheel_std_rad_s) = (3e-4, 3e-3);
         let draw = &mut Stream::new(11, 4);
         let robot = belief.robot;
         let [ahead, about] = DriveModel::new(robot, Vec::new()).by_torque();
         let [mut v, mut w] = [0.0; 2];
-        let (mut wheels, mut gyro, mut read) = ([Vec::new(), Vec::new()], Vec::new(), 0.0);
+        let (mut wheels, mut gyro, mut then) = ([Vec::new(), Vec::new()], Vec::new(), [0.0; 2]);
         for _ in 0..ROWS {
+            let read = |instrument| if instrument == of { then } else { [v, w] };
             for (values, side) in wheels.iter_mut().zip([-1.0, 1.0]) {
+                let [v, w] = read(Instrument::Wheels);
                 let wheel = (v + side * robot.half_track_m * w) / robot.radius_m[0];
                 values.push(wheel + belief.wheel_std_rad_s * draw.normal());
             }
-            gyro.push(read + belief.gyro_std_rad_s * draw.normal());
-            // both parts of the step, before and after the gyro's instant
+            gyro.push(read(Instrument::Gyro)[1] + belief.gyro_std_rad_s * draw.normal());
+            // both parts of the step, before and after the instant that is read
             let whole = [0, 1].map(|_| TORQUE_NOISE / STEP_S.sqrt() * draw.normal());
             for part in [1.0 - share, share] {
-                read = w;
+                then = [v, w];
                 let torques =
                     if white { [0, 1].map(|_| TORQUE_NOISE / (part * STEP_S).sqrt() * draw.normal()) } else { whole };
                 v += part * STEP_S * (ahead[0] * torques[0] + ahead[1] * torques[1]);
@@ -326,12 +359,20 @@ mod tests {
     }
 
     #[test]
-    fn a_late_gyro_knows_a_part_of_what_the_last_step_has_done() {
-        let Some(DriveExplanation::Model(change)) = by_id("sensor.gyro_delay").map(|e| e.explanation()) else {
-            panic!("a late gyro changes the model")
-        };
-        for (share, white) in [(0.3, false), (0.6, false), (0.6, true), (0.9, true)] {
-            let record = late(share, white);
+    fn what_is_late_knows_a_part_of_what_the_last_step_has_done() {
+        let (gyro, wheels) = ((Instrument::Gyro, "sensor.gyro_delay"), (Instrument::Wheels, "sensor.wheel_delay"));
+        for ((of, id), share, white) in [
+            (gyro, 0.3, false),
+            (gyro, 0.6, false),
+            (gyro, 0.6, true),
+            (gyro, 0.9, true),
+            (wheels, 0.6, false),
+            (wheels, 0.5, true),
+        ] {
+            let Some(DriveExplanation::Model(change)) = by_id(id).map(|e| e.explanation()) else {
+                panic!("{id} changes the model")
+            };
+            let record = late(of, share, white);
             let here = DriveModel::new(record.belief.robot, vec![change.at(&[share * STEP_S])]);
             let mut noise = Noise::believed(&record, None);
             noise.process = Process { ripple: if white { noise.torque } else { 0.0 }, ..noise.process };
@@ -343,9 +384,9 @@ mod tests {
             });
             // six standard deviations of the mean of n squares of standard normal variables
             let means = sum.map(|s| s / n);
-            assert!(means.iter().all(|m| (m - 1.0).abs() < 6.0 * (2.0 / n).sqrt()), "{share} {white}: {means:?}");
-            // the noise of the torques is more than that of the gyro, so that it would show
-            assert!(turned / n > 2.0 * noise.reading[2]);
+            assert!(means.iter().all(|m| (m - 1.0).abs() < 6.0 * (2.0 / n).sqrt()), "{id} {share} {white}: {means:?}");
+            // noise of the torques is more than that of the gyro, so that it would show
+            assert!(turned / n > 1.5 * noise.reading[2], "{id}");
         }
     }
 
@@ -374,11 +415,11 @@ mod tests {
                 let even = |j: usize| (row[j] - filter.covariance[j][i]).abs() <= 1e-12 * size(j);
                 assert!((0..N).all(even), "{k}: {:?}", filter.covariance);
             }
-            filter.correct(0.0, &h, 1e-3);
-            filter.correct(0.0, &[0.0, 0.0, 0.0, 0.4, 1.0], 1e-3);
-            filter.correct(0.0, &[1.0, 0.0, 0.0, 0.0, 0.0], 1e-2);
-            filter.correct(0.0, &[0.0, 1.0, 0.0, 0.0, 0.0], 1e-2);
-            filter.correct(0.0, &[0.0, 0.0, 1.0, 0.0, 0.0], 1e-2);
+            filter.correct(0.0, &h, 1e-3, None);
+            filter.correct(0.0, &[0.0, 0.0, 0.0, 0.4, 1.0], 1e-3, None);
+            filter.correct(0.0, &[1.0, 0.0, 0.0, 0.0, 0.0], 1e-2, None);
+            filter.correct(0.0, &[0.0, 1.0, 0.0, 0.0, 0.0], 1e-2, None);
+            filter.correct(0.0, &[0.0, 0.0, 1.0, 0.0, 0.0], 1e-2, None);
         }
     }
 }

@@ -11,7 +11,7 @@ use super::pass::{Beside, Models, Noise, run_scoped};
 use super::record::Record;
 use super::search::{best as best_set, search};
 use crate::effects::drive::ModelChange;
-use crate::model::drive::{DriveEffect, DriveModel};
+use crate::model::drive::DriveEffect;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Coordinates of every change, by its place.
@@ -49,9 +49,10 @@ pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &The
         |theta: &Theta| -> Vec<usize> { (0..changes.len()).filter(|i| theta[*i].iter().any(|v| *v != 0.0)).collect() };
     let build = |theta: &Theta| {
         let effects: Vec<Box<dyn DriveEffect>> = at_work(theta).into_iter().map(|i| changes[i].at(&theta[i])).collect();
-        DriveModel::new(record.belief.robot, effects)
+        record.model(effects)
     };
     let here = build(theta);
+    let given = record.given.len();
     let there = at_work(theta);
     let mut beside = Vec::new();
     if slopes {
@@ -61,13 +62,16 @@ pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &The
                 let mut moved = theta.clone();
                 moved[i][j] += step;
                 let model = build(&moved);
+                // what is given stands before them
+                let alike = |place: &usize| model.pushes_alike(*place, &here.robot);
                 let known = |(place, own): (usize, &usize)| {
-                    let same = there.iter().position(|c| c == own).filter(|_| *own != i);
-                    same.filter(|_| model.pushes_alike(place, &here.robot))
+                    let same = there.iter().position(|c| c == own).filter(|_| *own != i)?;
+                    Some(given + same).filter(|_| alike(&(given + place)))
                 };
                 let there = at_work(&moved);
-                let known = there.iter().enumerate().map(known).collect();
-                let own = there.iter().position(|c| *c == i).filter(|place| model.pushes_alike(*place, &here.robot));
+                let same = (0..given).map(|place| Some(place).filter(alike));
+                let known = same.chain(there.iter().enumerate().map(known)).collect();
+                let own = there.iter().position(|c| *c == i).map(|place| given + place).filter(alike);
                 Beside { model, step, touches: change.touches(), known, own }
             });
             beside.push(one.collect());

@@ -26,7 +26,6 @@ use crate::gap::Calibration;
 use crate::gap::answer::Alike;
 use crate::gap::findings::{Findings, Main, Part, WeightedSet};
 use crate::gap::layers::lattice;
-use crate::model::drive::DriveModel;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -70,6 +69,8 @@ pub struct Judged {
 
 /// A wheel lattice finer than this share of the noise is how the file keeps its numbers.
 const FINE: f64 = 0.01;
+/// Logarithm by which two steps of a lattice may differ and be the same.
+const SAME_STEP: f64 = 0.01;
 /// Evidence from which lost ticks are looked into, nats.
 pub(super) const WORTH: f64 = 8.0;
 /// A gap so large that the slopes at zero need not say what causes it, nats.
@@ -106,7 +107,8 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let begin = start(record, &noise, &all);
     let branch = settled(record.clone(), noise, all, &begin, onsets_s, effects, options);
     // what the lattice closes: the same model with the nominal noise of the wheels beside it
-    let lattice = lsb.map(|lsb| {
+    let given = record.given.wheel_lsb_rad_s;
+    let lattice = lsb.filter(|lsb| given.is_none_or(|given| (lsb / given).ln().abs() > SAME_STEP)).map(|lsb| {
         let nominal = branch.noise.without_lattice(record);
         let here = branch.ln_likelihood(&branch.noise) - branch.ln_likelihood(&nominal);
         lattice_part(lsb, here.max(1.0), knows(effects, "encoder.quantization"))
@@ -182,7 +184,7 @@ pub(super) fn settled(
 
 /// The robot without any effect.
 pub(super) fn plain(record: &Record) -> Models {
-    Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() }
+    Models { here: record.model(Vec::new()), beside: Vec::new() }
 }
 
 /// How well readings and motion are known before anything else is.

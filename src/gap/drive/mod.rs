@@ -16,6 +16,7 @@ mod explain;
 pub mod far;
 mod filter;
 pub mod fit;
+mod given;
 pub mod judge;
 mod lag;
 pub mod late;

@@ -11,7 +11,7 @@ use crate::effects::drive::missed_ticks::{BURST, BURST_S, LOSS, SHARE, SHARE_OF_
 use crate::effects::drive::noise_level::OVER;
 use crate::effects::drive::{DriveExplanation, ModelChange};
 use crate::model::InFilter;
-use crate::model::drive::{DriveEffect, DriveModel, Instrument};
+use crate::model::drive::{DriveEffect, Instrument};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -24,9 +24,9 @@ const WEIGHED: usize = 4;
 /// What effects come to in a drive.
 pub struct Claimed {
     /// Changes of the equations, with their coordinates.
-    changes: Vec<(&'static dyn ModelChange, Vec<f64>)>,
+    pub(super) changes: Vec<(&'static dyn ModelChange, Vec<f64>)>,
     /// Which of them are sensors that are late.
-    late: Vec<(usize, Instrument)>,
+    pub(super) late: Vec<(usize, Instrument)>,
     /// Step of the wheels' lattice, rad/s.
     pub wheel_lsb_rad_s: Option<f64>,
     /// Size of a step of the gyro's bias, rad/s; its time is another in each run.
@@ -124,7 +124,7 @@ impl Claimed {
             None => change.at(theta),
         };
         let effects: Vec<Box<dyn DriveEffect>> = self.changes.iter().enumerate().map(at).collect();
-        Models { here: DriveModel::new(record.belief.robot, effects), beside: Vec::new() }
+        Models { here: record.model(effects), beside: Vec::new() }
     }
 
     /// The drive as a filter reads it, and the robot that it takes it for: what a sensor read that is late by more than a row says of
@@ -181,7 +181,7 @@ impl Claimed {
 
 /// A drive whose readings of one instrument, late by `delay_s`, are put back by whole rows, and what is left of the delay; none where it
 /// is less than a row, or the readings do not come with the rows.
-fn in_time(record: &Record, of: Instrument, delay_s: f64) -> (Option<Record>, f64) {
+pub(super) fn in_time(record: &Record, of: Instrument, delay_s: f64) -> (Option<Record>, f64) {
     if of == Instrument::Gyro {
         return match by_whole_rows(record, delay_s) {
             (Cow::Owned(moved), left_s) => (Some(moved), left_s),

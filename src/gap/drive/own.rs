@@ -7,7 +7,7 @@ use super::model::{Claimed, Lost};
 use super::pass::Process;
 use super::record::Record;
 use crate::math::random::Stream;
-use crate::model::drive::{Moving, Past, Robot};
+use crate::model::drive::{Instrument, Moving, Past, Robot};
 
 /// Stream of the floor's recordings.
 const STREAM: u64 = 0xD12;
@@ -84,6 +84,8 @@ fn own_drive(like: &Record, claimed: &Claimed, process: Process, draw: &mut Stre
     let step_at_s = like.span_s() * draw.uniform();
     let mut walk = 0.0;
     let mut past = Past::default();
+    let pose_late_s = model.delay_s(Instrument::Pose);
+    let mut been: Vec<[f64; 3]> = Vec::with_capacity(like.len());
     // motion: x, y, θ, v, ω from the first reading on
     let first = |values: &[f64]| values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
     let [rl, rr] = b.robot.radius_m;
@@ -138,11 +140,13 @@ fn own_drive(like: &Record, claimed: &Claimed, process: Process, draw: &mut Stre
             let bias = warm_up.error_rad_s(like.since_power_on_s[k]) + walk + step;
             gyro[k] = model.gyro_rad_s(&at) + bias + b.gyro_std_rad_s * draw.normal();
         }
+        been.push([s[0], s[1], s[2]]);
         if let Some(pose) = out.pose.as_mut() {
+            let there = ago(&like.times_s[..=k], &been, pose_late_s);
             let stds = [b.position_std_m, b.position_std_m, b.heading_std_rad];
             for (i, std) in stds.into_iter().enumerate() {
                 if pose[i][k].is_finite() {
-                    pose[i][k] = s[i] + std * draw.normal();
+                    pose[i][k] = there[i] + std * draw.normal();
                 }
             }
         }
@@ -188,6 +192,17 @@ fn own_drive(like: &Record, claimed: &Claimed, process: Process, draw: &mut Stre
         };
     }
     out
+}
+
+/// The last of `poses` (x, y in m, heading in rad) less `delay_s`: straight lines between the rows; the first before them.
+fn ago(times_s: &[f64], poses: &[[f64; 3]], delay_s: f64) -> [f64; 3] {
+    let last = poses.len() - 1;
+    let at_s = times_s[last] - delay_s;
+    let from = times_s.partition_point(|t| *t <= at_s).saturating_sub(1).min(last);
+    let to = (from + 1).min(last);
+    let span_s = times_s[to] - times_s[from];
+    let share = if span_s > 0.0 { ((at_s - times_s[from]) / span_s).clamp(0.0, 1.0) } else { 0.0 };
+    std::array::from_fn(|i| poses[from][i] + share * (poses[to][i] - poses[from][i]))
 }
 
 #[cfg(test)]

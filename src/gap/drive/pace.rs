@@ -74,6 +74,7 @@ fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
         times_s,
         belief,
         wheels_were_set: record.wheels_were_set,
+        given: record.given.clone(),
         notes: record.notes.clone(),
     })
 }

@@ -1,5 +1,6 @@
 //! A drive as the diagnosis needs it: the rows, which channels there are, and what the configuration believes.
 
+use super::given::Given;
 use super::pass::Noise;
 use super::start_heading;
 use crate::bias::WarmUp;
@@ -45,6 +46,8 @@ pub struct Record {
     pub belief: Belief,
     /// Whether the clock of the wheels was set: what is left of their lag is a matter of that.
     pub wheels_were_set: bool,
+    /// Effects that the nominal simulator holds.
+    pub given: Given,
     /// What was assumed, and what cannot be told, in sentences.
     pub notes: Vec<String>,
 }
@@ -134,11 +137,6 @@ impl Record {
                 .at("`kind`")
                 .mend("give the configuration of the robot, kind = \"driving\""));
         }
-        if !config.effects.is_empty() {
-            return Err(Error::new(ErrorKind::Config, "configuration", "the nominal simulator holds effects already")
-                .at("`[[effect]]`")
-                .mend("delete these tables: the diagnosis finds what they hold"));
-        }
         if log.len() < FEWEST_ROWS {
             return Err(Error::new(ErrorKind::TooShort, &log.source, format!("{} rows", log.len()))
                 .mend(format!("a drive needs at least {FEWEST_ROWS} rows to be judged")));
@@ -203,9 +201,10 @@ impl Record {
             temperature_c: column(names::TEMPERATURE).filter(|t| t.iter().any(|v| v.is_finite())),
             belief,
             wheels_were_set: false,
+            given: Given::default(),
             notes,
         };
-        Ok(record.with_start_heading())
+        record.with_start_heading().with_given(config)
     }
 
     /// With a heading at the start where the reference tells positions alone; without the reference where these do not tell it.

@@ -96,6 +96,7 @@ impl Record {
             temperature_c: self.temperature_c.as_ref().map(cut),
             belief: self.belief,
             wheels_were_set: self.wheels_were_set,
+            given: self.given.clone(),
             notes: Vec::new(),
         }
     }

@@ -1,4 +1,5 @@
-//! dν = h·D + d,  D⁺ = D - K dν,  D⁻ = F D⁺ + ∂f/∂β: the derivatives D of the state by every coordinate β.
+//! dν = h·D + d,  D⁺ = D - K dν,  D⁻ = F D⁺ + ∂f/∂β: the derivatives D of the state by every coordinate β; those of the noise of the
+//! last step, which late readings of a row hold a part of, likewise.
 //!
 //! One array for each state, so that the loops over some two hundred columns run on vectors.
 
@@ -6,7 +7,7 @@ use super::along::{Followed, Taken};
 use super::column::{Column, Equation};
 use super::filter::{N, Step, TH, V, W, X, Y};
 use super::pass::{Beside, Models};
-use crate::model::drive::{DriveEffect, Moving, Past, Robot, Shape};
+use crate::model::drive::{DriveEffect, Instrument, Moving, Past, Robot, Shape};
 
 /// Derivatives of the state, and of the readings of the row at hand, by some of the columns.
 pub struct Tangents<'a> {
@@ -16,6 +17,8 @@ pub struct Tangents<'a> {
     /// ∂(expected reading)/∂β at a fixed state, by channel
     direct: [Vec<f64>; 6],
     moved: Vec<f64>,
+    /// Of what noise has changed of v and ω in the last step, as far as readings of this row tell
+    shaken: [Vec<f64>; 2],
     /// For a coordinate that varies, the column of the coordinate
     varies: Vec<usize>,
     /// What each coordinate adds to dv/dt, dω/dt and the sideways speed
@@ -54,6 +57,7 @@ impl<'a> Tangents<'a> {
             state: std::array::from_fn(|_| zero()),
             direct: std::array::from_fn(|_| zero()),
             moved: zero(),
+            shaken: [zero(), zero()],
             varies: columns.iter().enumerate().map(of).collect(),
             adds: vec![[0.0; 3]; columns.len()],
             shapes: Shapes::default(),
@@ -66,6 +70,7 @@ impl<'a> Tangents<'a> {
     pub fn follow(&mut self, row: &Followed, slopes: &mut Vec<f64>) {
         if !row.taken.is_empty() {
             self.expect(row);
+            self.shaken.iter_mut().for_each(|s| s.fill(0.0));
             row.taken.iter().for_each(|taken| self.correct(taken, slopes));
         }
         if let Some(past) = &mut self.past {
@@ -93,7 +98,7 @@ impl<'a> Tangents<'a> {
                         d[2][c] = (model.gyro_rad_s(&at) - row.here[2]) / step;
                     }
                     if touches.pose {
-                        let there = at.pose_ago(model.pose_delay_s());
+                        let there = at.pose_ago(model.delay_s(Instrument::Pose));
                         for (channel, (there, here)) in d[3..].iter_mut().zip(there.into_iter().zip(row.pose_ago)) {
                             channel[c] = (there - here) / step;
                         }
@@ -141,6 +146,12 @@ impl<'a> Tangents<'a> {
             if *h != 0.0 {
                 self.moved.iter_mut().zip(state).for_each(|(m, s)| *m += h * s);
             }
+        }
+        for (by, shaken) in taken.late.iter().zip(&self.shaken).filter(|(by, _)| **by != 0.0) {
+            self.moved.iter_mut().zip(shaken).for_each(|(m, s)| *m -= by * s);
+        }
+        for (gain, shaken) in taken.shaken_gain.iter().zip(&mut self.shaken).filter(|(gain, _)| **gain != 0.0) {
+            shaken.iter_mut().zip(&self.moved).for_each(|(s, m)| *s -= gain * m);
         }
         for (gain, state) in taken.gain.iter().zip(&mut self.state) {
             state.iter_mut().zip(&self.moved).for_each(|(s, m)| *s -= gain * m);

@@ -8,15 +8,14 @@
 //! Where σ is stated too small, q grows in its place, readings of the same yaw rate no longer have it in common, and what a track or
 //! a gain explains is lost. So σ is estimated with q where that explains more than it costs; what is stated is what holds
 //! otherwise. Accelerations that come in bursts are no Gaussian diffusion, and noise is not to make up for that: whatever the robot
-//! does, second differences of readings have a variance of 6 σ² and more: what is beyond what torque noise as stated adds is at most
-//! noise.
+//! does, second differences of readings have a variance of 6 σ² and what torque noise adds. Where that is what is stated, so is σ.
 
 use super::pass::{Channel, Models, Noise, Process, run};
 use super::record::{Belief, Record};
 use crate::math::robust::{MAD_TO_STD, median};
 use crate::model::drive::DriveModel;
 use rayon::prelude::*;
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 
 /// Where the search begins.
 const BEGIN: Process = Process { diffusion: [0.001, 0.002], lasting: 0.9, ripple: 0.0 };
@@ -95,8 +94,8 @@ impl Varied {
         torque_noise_n_m_sqrt_s.powi(2) * record.step_s * (0..2).map(|torque| by(torque).powi(2)).sum::<f64>()
     }
 
-    /// How many readings there are, and the most that the variance of their white noise may be by how they scatter from row to row
-    /// beside what torque noise as stated does.
+    /// How many readings there are, and the variance of their white noise by how they scatter from row to row beside what torque noise
+    /// as stated does: at most that, where the robot accelerates evenly.
     fn scatter(self, record: &Record, model: &DriveModel) -> (usize, f64) {
         let (mut count, mut bends) = (0, Vec::new());
         for values in self.read(record) {
@@ -133,15 +132,13 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
     let mut levels = vec![Varied::Wheels];
     levels.extend(record.gyro_rad_s.as_ref().map(|_| Varied::Gyro));
     levels.iter().flat_map(|v| v.places()).for_each(|c| begin.reading[c] = stated.reading[c]);
-    let mut sensible = begin.reading.map(|stated| stated..=stated);
     levels.retain(|level| {
         let (count, variance) = level.scatter(record, &models.here);
         let chance = 1.0 + BEYOND_CHANCE * BY_MEDIAN / (count.max(1) as f64).sqrt();
         let matters = chance * (2.0 * LOUDER).exp();
-        level.places().for_each(|c| sensible[c] = stated.reading[c]..=variance.max(stated.reading[c]));
         level.places().any(|c| variance > matters * stated.reading[c])
     });
-    let climb = Climb { record, models, sensible, first_factor: FIRST_FACTORS[usize::from(known)] };
+    let climb = Climb { record, models, least: begin.reading, first_factor: FIRST_FACTORS[usize::from(known)] };
     let as_stated = climb.from(begin, &Varied::MOTION);
     let first: Vec<f64> = levels.par_iter().map(|v| climb.weigh(&v.times(&as_stated.1, FIRST))).collect();
     if first.iter().all(|ln| *ln <= as_stated.0 + WORTH) {
@@ -167,9 +164,8 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
 struct Climb<'a> {
     record: &'a Record,
     models: &'a Models,
-    /// Variances from what is stated to what readings scatter by: of readings that are less loud nothing tells which motion takes
-    /// the place of what they lack
-    sensible: [RangeInclusive<f64>; 6],
+    /// Variances that are stated: of readings that are less loud nothing tells which motion takes the place of what they lack
+    least: [f64; 6],
     first_factor: f64,
 }
 
@@ -182,8 +178,8 @@ impl Climb<'_> {
     fn from(&self, begin: Noise, varied: &[Varied]) -> (f64, Noise) {
         let two = |[a, b]: [Noise; 2]| rayon::join(|| self.weigh(&a), || self.weigh(&b));
         let sensible = |u: &Noise| {
-            let noise = u.reading.iter().zip(&self.sensible).all(|(own, sensible)| sensible.contains(own));
-            noise && u.process.diffusion.iter().all(|q| SENSIBLE.contains(q))
+            let louder = u.reading.iter().zip(&self.least).all(|(own, least)| own >= least);
+            louder && u.process.diffusion.iter().all(|q| SENSIBLE.contains(q))
         };
         let mut here = begin;
         let mut best = self.weigh(&here);
@@ -303,6 +299,7 @@ pub(super) mod tests {
             temperature_c: None,
             belief,
             wheels_were_set: false,
+            given: Default::default(),
             notes: Vec::new(),
         }
     }

@@ -18,6 +18,8 @@ const TURNS: usize = 4;
 /// Windows that are compared between two knots, at most, and in all.
 const BETWEEN: f64 = 40.0;
 const MOST: f64 = 6000.0;
+/// Steps of the grid that a walk spans at least.
+const FEWEST_STATES: f64 = 2.0;
 /// Nats by which a walk has to be likelier than none.
 const SURE: f64 = 3.0;
 
@@ -109,7 +111,10 @@ pub(super) fn track(of: &Integral, by: &Integral, about: &Lag) -> Option<Track> 
         walks = chains[best].0 > chains[0].0 + SURE + (WALKS_S.len() as f64).ln();
         states.clone_from(&chains[best].1);
     }
-    walks.then(|| Track {
+    // within a state of the grid there is nothing to tell a walk from what straight lines between readings do
+    let [least, most] =
+        [f64::min as fn(f64, f64) -> f64, f64::max].map(|of| states.iter().copied().fold(half as f64, of));
+    (walks && most - least > FEWEST_STATES).then(|| Track {
         times_s: (0..knots).map(|k| begin_s + (k as f64 + 0.5) * KNOT_S).collect(),
         lags_s: states.into_iter().map(lag_of).collect(),
     })

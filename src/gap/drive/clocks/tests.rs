@@ -91,6 +91,16 @@ fn a_clock_of_wheels_read_seldom_wanders_and_is_followed() {
 }
 
 #[test]
+fn wheels_of_the_same_clock_read_seldom_do_not_wander() {
+    for seed in 1..5 {
+        let log = recorded(90.0, seed, None);
+        let both = merge(vec![part(&log, &[names::GYRO_Z], 1, 0.0), part(&log, &WHEELS, 10, 0.0)]).unwrap().0;
+        let clocks = set(&both, None);
+        assert!(clocks.offsets.is_empty(), "{seed}: {:?}", clocks.notes);
+    }
+}
+
+#[test]
 fn clocks_of_two_files_are_found_and_set() {
     for (seed, late_s) in [(1, -3.2), (2, 0.35), (3, 12.0)] {
         // a track that is not what is believed moves nothing

@@ -1,0 +1,116 @@
+//! |θ̂ - θ₀| ≤ 4 σ̂:   effects that the nominal simulator holds, as large as the recording has them, are no finding
+//!
+//! The recording is compared with the simulator without its `[[effect]]` tables: what is in them has to be estimated beside
+//! everything else, since a tone or a walk is another in each run. What is found to be as large as it is given is then taken out of
+//! every set; what is not is named with the size that the recording has. Scores are those of the simulator with its effects.
+
+use super::findings::{Findings, Part};
+use crate::config::Config;
+use crate::effects::{Library, Parameters};
+use crate::error::{Error, ErrorKind, Result};
+
+/// Standard deviations within which an estimate is what is given.
+const DIFFERS: f64 = 4.0;
+/// An effect less probable than this does not show.
+const SHOWS: f64 = 0.5;
+
+/// Effects of the nominal simulator of a gyro at rest.
+pub(super) struct Given {
+    /// Identifiers and parameters.
+    effects: Vec<(String, Parameters)>,
+    /// The simulator without them.
+    pub(super) bare: Config,
+}
+
+impl Given {
+    /// Those of `config`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] for an effect that `library` does not know at rest.
+    pub(super) fn of(config: &Config, library: &Library) -> Result<Self> {
+        if let Some(unknown) = config.effects.iter().find(|e| library.by_id(&e.id).is_none()) {
+            let found = format!("no effect at rest is called {:?}", unknown.id);
+            return Err(Error::new(ErrorKind::Config, "configuration", found)
+                .at("`[[effect]]`")
+                .mend("delete this table; gyroid gap diagnose --help lists the effects"));
+        }
+        let effects = config.effects.iter().map(|e| (e.id.clone(), e.parameters.clone())).collect();
+        Ok(Self { effects, bare: Config { effects: Vec::new(), ..config.clone() } })
+    }
+
+    /// The given effects with `found` beside them, and in their place where both have one name.
+    pub(super) fn with(&self, found: &[(String, Parameters)]) -> Vec<(String, Parameters)> {
+        let kept = self.effects.iter().filter(|given| found.iter().all(|one| one.0 != given.0));
+        kept.chain(found).cloned().collect()
+    }
+
+    /// Takes out of `findings` what is as it is given; says what of it does not show.
+    pub(super) fn take_out(&self, findings: &mut Findings) {
+        for (id, parameters) in &self.effects {
+            let presence = findings.presence(id);
+            if presence < SHOWS {
+                findings.notes.push(format!(
+                    "The nominal simulator holds {id}, which this recording does not show (probability {presence:.2}): the effect may be \
+                     smaller than it is given, or gone."
+                ));
+            }
+            for set in &mut findings.sets {
+                set.parts.retain(|part| part.id != *id || !is_as_given(part, parameters));
+            }
+        }
+    }
+}
+
+fn is_as_given(part: &Part, given: &Parameters) -> bool {
+    given.iter().all(|(name, value)| {
+        let estimate = part.parameters.get(name).zip(part.std.get(name));
+        estimate.is_none_or(|(found, std)| (found - value).abs() <= DIFFERS * std)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::findings::{Main, WeightedSet};
+    use super::*;
+
+    fn config(effects: &str) -> Config {
+        let text = format!(
+            "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.1\n[gyro]\nc1_rad_s = 2e-3\nc2_rad_s = 4e-3\n\
+             time_constant_s = 200.0\nangle_random_walk_rad_sqrt_s = 1e-4\n{effects}"
+        );
+        Config::parse(&text, "sim.toml").unwrap()
+    }
+
+    #[test]
+    fn what_is_as_large_as_it_is_given_is_taken_out_and_the_rest_stays() {
+        let ramp = "[[effect]]\nid = \"gyro.rate_ramp\"\nramp_rad_s2 = 1e-7\n";
+        let given = Given::of(&config(ramp), &Library::new()).unwrap();
+        assert!(given.bare.effects.is_empty());
+        let found = |ramp_rad_s2: f64| {
+            let mut part = Part::new("gyro.rate_ramp", true, 30.0);
+            part.parameters.insert("ramp_rad_s2".into(), ramp_rad_s2);
+            part.std.insert("ramp_rad_s2".into(), 1e-9);
+            let parts = vec![part, Part::new("gyro.tone", true, 9.0)];
+            Findings { sets: vec![WeightedSet { parts, ln_weight: 0.0, probability: 1.0 }], ..Findings::default() }
+        };
+        let mut same = found(1.03e-7);
+        given.take_out(&mut same);
+        assert_eq!((same.mains()[0].0.clone(), same.notes.len()), (Main::Effect("gyro.tone".into()), 0));
+        let mut other = found(1.05e-7);
+        given.take_out(&mut other);
+        assert_eq!(other.mains()[0].0, Main::Effect("gyro.rate_ramp".into()));
+        let mut gone = Findings::default();
+        given.take_out(&mut gone);
+        assert!(gone.notes[0].contains("does not show"), "{:?}", gone.notes);
+        // found anew it stands in the place of what is given
+        let anew = [("gyro.rate_ramp".to_owned(), [("ramp_rad_s2".to_owned(), 2e-7)].into())];
+        assert_eq!(given.with(&anew), anew);
+        assert_eq!(given.with(&[]).len(), 1);
+    }
+
+    #[test]
+    fn an_effect_of_drives_is_refused_by_name() {
+        let refused = Given::of(&config("[[effect]]\nid = \"wheel.slip\"\ncompliance = 0.1\n"), &Library::new());
+        assert!(refused.is_err_and(|e| e.to_string().contains("wheel.slip")));
+    }
+}
