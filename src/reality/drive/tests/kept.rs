@@ -75,7 +75,7 @@ fn kept(habits: &Habits, lags: bool, has: Sensors) -> (Vec<Log>, Keep, Machine) 
 }
 
 /// Times and values of a channel, where it has any.
-fn series<'a>(log: &'a Log, name: &str) -> Vec<(f64, f64)> {
+fn series(log: &Log, name: &str) -> Vec<(f64, f64)> {
     let values = log.get(name).unwrap();
     (0..log.len()).filter(|k| !values[*k].is_nan()).map(|k| (log.time.at(k), values[k])).collect()
 }
