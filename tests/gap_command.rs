@@ -96,8 +96,8 @@ fn what_cannot_be_diagnosed_is_refused_by_name() {
         1,
         &["fit.csv", "no wheels", "drive.toml", "mend:", "--map"],
     );
-    place.write("real.toml", &format!("{REST}{TONE}"));
-    place.refused("gap diagnose real.toml --fit fit.csv", 1, &["real.toml", "[[effect]]", "mend:"]);
+    place.write("slips.toml", &format!("{REST}[[effect]]\nid = \"wheel.slip\"\ncompliance = 0.1\n"));
+    place.refused("gap diagnose slips.toml --fit fit.csv", 1, &["wheel.slip", "[[effect]]", "mend:"]);
     place.refused("gap diagnose no.toml --fit fit.csv", 1, &["no.toml", "mend:"]);
     place.refused("gap diagnose sim.toml --fit no.csv", 1, &["no.csv", "mend:"]);
     place.refused("gap diagnose sim.toml --fit fit.csv --hold no.csv", 1, &["no.csv"]);

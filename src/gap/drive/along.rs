@@ -18,7 +18,7 @@ pub struct Taken {
     pub channel: Channel,
     /// ∂(expected reading)/∂state
     pub h: Vector,
-    /// δ h: by how much it is less for what noise has changed of v and ω in the last step
+    /// By how much it is less for what noise has changed of v and ω since
     pub late: [f64; 2],
     /// K
     pub gain: Vector,
@@ -236,7 +236,10 @@ impl<'a> Along<'a> {
         let (sin, cos) = (at.heading_rad + 0.5 * turned).sin_cos();
         let prior = self.filter.state;
         let mut volume = 1.0;
-        let late = self.late(k);
+        let late = self.late(k).map(|(share, late)| {
+            self.filter.since(share);
+            late
+        });
         for (channel, value) in Channel::ALL.into_iter().zip(readings).filter(|(_, value)| value.is_finite()) {
             let place = channel as usize;
             let mut h = [0.0; N];
@@ -285,16 +288,17 @@ impl<'a> Along<'a> {
         self.ln_volume += volume.ln();
     }
 
-    /// Shares of the step before row `k` by which left wheel, right wheel and gyro are late; none where neither is, or by more than
-    /// that step.
-    fn late(&self, k: usize) -> Option<[f64; 3]> {
-        let [wheels_s, gyro_s] = [Instrument::Wheels, Instrument::Gyro].map(|of| self.models.here.delay_s(of));
-        if k == self.rows.start || !(wheels_s > 0.0 || gyro_s > 0.0) {
+    /// Share of the step before row `k` by which readings are late, and how much of that left wheel, right wheel and gyro are; none where
+    /// neither is, or by more than that step.
+    fn late(&self, k: usize) -> Option<(f64, [f64; 3])> {
+        let delays_s = [Instrument::Wheels, Instrument::Gyro].map(|of| self.models.here.delay_s(of));
+        if k == self.rows.start || delays_s.iter().all(|delay_s| *delay_s <= 0.0) {
             return None;
         }
         let dt = self.record.times_s[k] - self.record.times_s[k - 1];
-        let share = |delay_s: f64| if (0.0..=dt).contains(&delay_s) { delay_s / dt } else { 0.0 };
-        Some([share(wheels_s), share(wheels_s), share(gyro_s)])
+        let [wheels, gyro] = delays_s.map(|delay_s| if (0.0..=dt).contains(&delay_s) { delay_s / dt } else { 0.0 });
+        let share = wheels.max(gyro);
+        (share > 0.0).then(|| (share, [wheels, wheels, gyro].map(|own| own / share)))
     }
 
     /// From row `k` to the next.

@@ -1,9 +1,9 @@
 //! P⁻ = F P F' + Q,  S = H P⁻ H' + R,  K = P⁻ H'/S: the extended Kalman filter that [`super::pass`] runs, one scalar reading at
-//! a time. A reading of the state a share δ of the last step ago holds only a part of what the noise w has done in that step,
+//! a time. A reading of the state a share δ of the last step ago is H (ξ - u), u what the noise w has done since,
 //!
-//!     H (ξ - w_δ),  S = H P⁻ H' - 2 δ H C H' + (δ² + ρ (δ - δ²)) H W H' + R,  K = (P⁻ - δ C) H'/S
+//!     Var u = (δ² + ρ (δ - δ²)) Var w,  Cov(ξ, u) = δ Cov(ξ, w),
 //!
-//! with W = Var w, C = Cov(ξ, w), and ρ the share of w that is white within the step; the rest is constant over it.
+//! ρ being the share of w that is white within the step; the rest is constant over it. Both wheels hold the same u.
 
 use super::column::Scales;
 use super::pass::{LASTING_S, Noise};
@@ -52,15 +52,14 @@ pub struct Step {
     pub dt: f64,
 }
 
-/// What noise w changed of v (m/s) and ω (rad/s) in the last step, as far as readings since tell.
+/// What noise has changed of v (m/s) and ω (rad/s) in the last step, or in its last part, as far as readings since tell.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Shaken {
-    /// E w
+    /// Its mean
     pub mean: [f64; 2],
-    /// Cov(ξ, w), Var w, and Var w before any reading
+    /// Its covariance with the state, and its own
     with_state: [[f64; 2]; N],
     own: [[f64; 2]; 2],
-    first: [[f64; 2]; 2],
 }
 
 /// How a reading was taken in.
@@ -126,25 +125,29 @@ impl<'a> Filter<'a> {
         if all > 0.0 { (self.noise.process.ripple / all).clamp(0.0, 1.0) } else { 1.0 }
     }
 
-    /// One scalar reading h·(ξ - δ w); where any reading of the row is late, `late` is the share δ of the last step by which this one
-    /// is, 0 to 1.
+    /// Of the last step, what noise has changed in this share of it at its end alone, 0 to 1.
+    pub fn since(&mut self, share: f64) {
+        let variance = share * share + self.within() * (share - share * share);
+        let Shaken { with_state, own, .. } = &mut self.shaken;
+        with_state.iter_mut().flatten().for_each(|c| *c *= share);
+        own.iter_mut().flatten().for_each(|c| *c *= variance);
+    }
+
+    /// One scalar reading h·(ξ - late u); where any reading of the row is late, `late` is 1 for those that are and 0 for the others.
     pub fn correct(&mut self, nu: f64, h: &Vector, variance: f64, late: Option<f64>) -> Corrected {
         let mut ph: Vector = std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * h[j]).sum());
         let mut s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>();
         let mut shaken_gain = [0.0; 2];
         if let Some(late) = late {
             let by = [h[V], h[W]];
-            let within = self.within() * (late - late * late);
-            let Shaken { with_state, own, first, .. } = &mut self.shaken;
+            let Shaken { with_state, own, .. } = &mut self.shaken;
             let times = |row: &[f64; 2]| row[0] * by[0] + row[1] * by[1];
             let (both, alone) = (with_state.each_ref().map(times), own.each_ref().map(times));
-            // Cov(w, reading)
+            // Cov(u, reading)
             let pw: [f64; 2] =
                 std::array::from_fn(|a| (0..N).map(|i| with_state[i][a] * h[i]).sum::<f64>() - late * alone[a]);
-            let white: f64 = first.iter().zip(by).map(|(row, by)| times(row) * by).sum();
             ph.iter_mut().zip(both).for_each(|(ph, c)| *ph -= late * c);
-            s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>() - late * (by[0] * pw[0] + by[1] * pw[1])
-                + within * white;
+            s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>() - late * (by[0] * pw[0] + by[1] * pw[1]);
             shaken_gain = pw.map(|p| p / s);
             for (row, p) in with_state.iter_mut().zip(ph) {
                 row.iter_mut().zip(shaken_gain).for_each(|(c, k)| *c -= p * k);
@@ -267,9 +270,8 @@ impl<'a> Filter<'a> {
         let half = 0.5 * dt;
         let along: Vector = [half * cos, half * sin, 0.0, 1.0, 0.0];
         let about: Vector = [-0.5 * half * dt * v * sin, 0.5 * half * dt * v * cos, half, 0.0, 1.0];
-        let first = [[vv, vw], [vw, ww]];
         let with_state = std::array::from_fn(|i| [vv * along[i] + vw * about[i], vw * along[i] + ww * about[i]]);
-        self.shaken = Shaken { mean: [0.0; 2], with_state, own: first, first };
+        self.shaken = Shaken { mean: [0.0; 2], with_state, own: [[vv, vw], [vw, ww]] };
         for i in 0..N {
             for j in 0..N {
                 let own = vv * along[i] * along[j] + ww * about[i] * about[j];

@@ -25,7 +25,7 @@ use crate::effects::drive::{DriveExplanation, Driving};
 use crate::gap::Calibration;
 use crate::gap::answer::Alike;
 use crate::gap::findings::{Findings, Main, Part, WeightedSet};
-use crate::gap::layers::lattice;
+use crate::gap::layers::lattice::Grain;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -67,8 +67,6 @@ pub struct Judged {
     pub nominal_noise: Noise,
 }
 
-/// A wheel lattice finer than this share of the noise is how the file keeps its numbers.
-const FINE: f64 = 0.01;
 /// Logarithm by which two steps of a lattice may differ and be the same.
 const SAME_STEP: f64 = 0.01;
 /// Evidence from which lost ticks are looked into, nats.
@@ -199,8 +197,8 @@ pub(super) struct Believed {
 
 impl Believed {
     pub(super) fn of(record: &Record) -> Self {
-        let steps = record.wheels_rad_s.iter().filter_map(|w| lattice::step(w));
-        let lsb = steps.reduce(f64::min).filter(|lsb| *lsb > FINE * record.belief.wheel_std_rad_s);
+        let white = record.belief.wheel_std_rad_s;
+        let lsb = record.wheels_rad_s.iter().filter_map(|w| Grain::of(w, white).lsb_rad_s).reduce(f64::min);
         let mut noise = Noise { wheel_lsb_rad_s: lsb.unwrap_or(0.0), ..Noise::believed(record, lsb) };
         if record.torques_n_m.is_none() {
             noise = unforced::likely(record, &plain(record), &noise);

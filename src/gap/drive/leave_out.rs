@@ -85,8 +85,8 @@ impl Branch {
     fn without_each(&self) -> Vec<Without> {
         let c = &self.compared;
         let members = &c.sets[0].members;
-        let changes = |g: usize| matches!(c.candidates.kinds[g], Kind::Change(_));
-        let left_out: Vec<usize> = members.iter().map(|m| m.0).filter(|g| changes(*g)).collect();
+        let tested = |g: usize| matches!(c.candidates.kinds[g], Kind::Change(_) | Kind::Step(..));
+        let left_out: Vec<usize> = members.iter().map(|m| m.0).filter(|g| tested(*g)).collect();
         let one = |g: usize| {
             let group = &c.candidates.groups[g];
             let rest: Vec<_> = members.iter().copied().filter(|m| m.0 != g).collect();

@@ -55,8 +55,14 @@ pub(super) struct Level {
     count: usize,
     /// ln weight with it over that without it.
     pub(super) margin: f64,
-    /// What says that it is no level, or no level alone: the condition it follows, and nats.
-    departs: Option<(&'static str, f64)>,
+}
+
+impl Level {
+    /// Places of its instrument's channels.
+    fn places(&self) -> Vec<usize> {
+        let own = CHANNELS.iter().filter(|c| c.0 == self.instrument);
+        own.flat_map(|c| c.2.iter().flat_map(|(_, places)| places.clone())).collect()
+    }
 }
 
 /// How many residuals the channels have, and the sum of their squares.
@@ -121,10 +127,8 @@ impl Branch {
                 }
                 sums.iter().flat_map(|s| s.1.clone()).for_each(|c| self.noise.reading[c] *= ratio);
                 if !is_known {
-                    let places = channels.iter().flat_map(|c| c.1.clone()).collect::<Vec<_>>();
-                    let departs = departs(&self.record, residuals, &places);
                     self.extra_weight += options.prior.ln_named - price(n);
-                    self.levels.push(Level { id, instrument, count: n, margin: together, departs });
+                    self.levels.push(Level { id, instrument, count: n, margin: together });
                 }
                 any = true;
                 continue;
@@ -162,12 +166,10 @@ impl Branch {
 
     /// Brings the levels that have a name to where they are most likely beside the best set, and tells them.
     pub(super) fn tell_levels(&mut self) {
-        for level in self.levels.clone() {
-            let places: Vec<usize> = CHANNELS
-                .iter()
-                .filter(|c| c.0 == level.instrument)
-                .flat_map(|c| c.2.iter().flat_map(|(_, places)| places.clone()))
-                .collect();
+        let levels = self.levels.clone();
+        let mut told = Vec::new();
+        for level in &levels {
+            let places = level.places();
             let times = |noise: &Noise, ln: f64| {
                 let mut noise = *noise;
                 places.iter().for_each(|c| noise.reading[*c] *= ln.exp());
@@ -200,11 +202,18 @@ impl Branch {
                 let [smaller, larger] = [-apart, apart].map(|ln| self.weigh(&times(&stated, ln)));
                 (larger > smaller) == (self.noise.reading[places[0]] > without.reading[places[0]])
             };
-            self.tell(&level, places[0], std, share, holds);
+            told.push((std, share, holds));
+        }
+        // a filter that takes noise for louder or quieter than it is leaves innovations that remember: under the levels as they are
+        let residuals = if levels.is_empty() { Vec::new() } else { self.residuals() };
+        for (level, (std, share, holds)) in levels.iter().zip(told) {
+            let departs = departs(&self.record, &residuals, &level.places());
+            self.tell(level, std, share, holds, departs);
         }
     }
 
-    fn tell(&mut self, level: &Level, place: usize, ln_std: f64, share: f64, holds: bool) {
+    fn tell(&mut self, level: &Level, ln_std: f64, share: f64, holds: bool, departs: Option<(&'static str, f64)>) {
+        let place = level.places()[0];
         let b = &self.record.belief;
         let (found, believed) = (self.noise.reading[place], self.believed.reading[place]);
         let white = match level.instrument {
@@ -217,7 +226,7 @@ impl Branch {
         let name = CHANNELS.iter().find(|c| c.0 == level.instrument).map_or("", |c| c.1);
         // the energy of a level in the logarithm of the variance, in which that of what varies is counted, too
         let energy = 0.25 * level.count as f64 * (found / believed).ln().powi(2);
-        let moved = level.departs.map_or(0.0, |(_, nats)| nats / (nats + CONSTANT * energy));
+        let moved = departs.map_or(0.0, |(_, nats)| nats / (nats + CONSTANT * energy));
         // what the form of laws that may bend leaves is in all directions; how uncertain they are is a guess, and less noise may make
         // up for that
         let excess = 0.5 * level.count as f64 * (found / believed - 1.0);
@@ -232,7 +241,7 @@ impl Branch {
         if holds && !bent && moved < 0.5 {
             self.extra_parts.push(part);
         }
-        if let Some((condition, _)) = level.departs {
+        if let Some((condition, _)) = departs {
             let short = match level.instrument {
                 Instrument::Gyro => "gyro",
                 Instrument::Wheels => "wheels",
