@@ -1,9 +1,7 @@
 //! P⁻ = F P F' + Q,  S = H P⁻ H' + R,  K = P⁻ H'/S: the extended Kalman filter that [`super::pass`] runs, one scalar reading at
-//! a time. A reading of the state a share δ of the last step ago is H (ξ - u), u what the noise w has done since,
-//!
-//!     Var u = (δ² + ρ (δ - δ²)) Var w,  Cov(ξ, u) = δ Cov(ξ, w),
-//!
-//! ρ being the share of w that is white within the step; the rest is constant over it. Both wheels hold the same u.
+//! a time. A reading of the state a share δ of the last step ago is H (ξ - u), u what the noise w has done since:
+//! Var u = (δ² + ρ (δ - δ²)) Var w and Cov(ξ, u) = δ Cov(ξ, w), ρ being the share of w that is white within the step; the rest is
+//! constant over it. Both wheels hold the same u.
 
 use super::column::Scales;
 use super::pass::{LASTING_S, Noise};
