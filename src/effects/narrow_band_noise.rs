@@ -51,6 +51,8 @@ static ABOUT: About = About {
 const PERIODS: f64 = 2.0;
 /// Widest band that is called narrow, relative to its middle: beyond, it is noise of low frequencies.
 const WIDEST: f64 = 0.33;
+/// Slowest vibration, Hz: what turns more slowly is the wander of the bias (IEEE Std 952-1997, C.1).
+const SLOWEST_HZ: f64 = 0.02;
 /// Smallest and largest σ in standard deviations of the white noise.
 const STDS: [f64; 2] = [1e-3, 30.0];
 
@@ -102,6 +104,11 @@ fn within(ranges: &[[f64; 2]], theta: [f64; 3]) -> Vec<f64> {
     theta.iter().zip(ranges).map(|(v, [low, high])| v.clamp(*low, *high)).collect()
 }
 
+/// Hz in a rad/sample.
+fn hz(scene: &Scene) -> f64 {
+    1.0 / (TAU * scene.step_s)
+}
+
 /// ω₀ and the rate of decay in rad/sample.
 fn per_sample(scene: &Scene, theta: &[f64]) -> Option<[f64; 3]> {
     let &[center_hz, width_hz, std] = theta else { return None };
@@ -125,7 +132,8 @@ impl Noise for NarrowBandNoise {
     fn range(&self, scene: &Scene) -> Vec<[f64; 2]> {
         let (nyquist, white) = (0.5 / scene.step_s, white_std_rad_s(scene));
         let line = PERIODS / scene.span_s();
-        vec![[2.5 * line, nyquist.max(5.0 * line)], [line, (0.5 * nyquist).max(2.0 * line)], STDS.map(|s| s * white)]
+        let slowest = SLOWEST_HZ.clamp(2.5 * line, 0.5 * nyquist.max(5.0 * line));
+        vec![[slowest, nyquist.max(5.0 * line)], [line, (0.5 * nyquist).max(2.0 * line)], STDS.map(|s| s * white)]
     }
 
     /// Wide bands; narrow ones are found where they stand out.
@@ -138,12 +146,12 @@ impl Noise for NarrowBandNoise {
     fn starts_at(&self, scene: &Scene, peaks: &[Peak]) -> Vec<Vec<f64>> {
         let ranges = self.range(scene);
         let at = |peak: &Peak, factor: f64| {
-            let hz = 1.0 / (TAU * scene.step_s);
             let width = (factor * peak.width).min(0.5 * WIDEST * peak.omega);
-            let theta = [peak.omega * hz, width * hz, peak.variance.max(0.0).sqrt()];
+            let theta = [peak.omega * hz(scene), width * hz(scene), peak.variance.max(0.0).sqrt()];
             within(&ranges, theta)
         };
-        peaks.iter().flat_map(|p| [0.3, 1.0].map(|factor| at(p, factor))).collect()
+        let fast = peaks.iter().filter(|p| p.omega * hz(scene) >= ranges[0][0]);
+        fast.flat_map(|p| [0.3, 1.0].map(|factor| at(p, factor))).collect()
     }
 
     /// The middle moves by a part of the width.

@@ -105,6 +105,9 @@ pub struct Along<'a> {
     past: Past,
     /// Accelerations and forces under the torques before this row: sensors are read before the new ones act
     before: ([f64; 2], [f64; 2]),
+    /// Accelerations by which the filter has come to this row: readings that are late are of the way that it took, beside what noise has
+    /// changed since
+    stepped: [f64; 2],
     slopes: Slopes,
     row: Row,
     wheel_angles_rad: [f64; 2],
@@ -145,6 +148,7 @@ impl<'a> Along<'a> {
             filter: Filter::new(record, rows.clone(), noise, models.here.by_torque()),
             past: Past::default(),
             before: ([0.0; 2], [0.0; 2]),
+            stepped: [0.0; 2],
             slopes: Slopes::default(),
             row: Row { wheel_angles: [(0.0, 1.0); 2], ..Row::default() },
             wheel_angles_rad: [0.0; 2],
@@ -201,6 +205,9 @@ impl<'a> Along<'a> {
         let (record, models, scales) = (self.record, self.models, self.scales);
         out.taken.clear();
         out.at = self.moving(k);
+        if record.torques_n_m.is_none() {
+            [out.at.acceleration_m_s2, out.at.yaw_acceleration_rad_s2] = self.stepped;
+        }
         if self.timed {
             cosines_of(out.at.t_s / self.span_s, &mut out.cosines);
         }
@@ -220,8 +227,7 @@ impl<'a> Along<'a> {
             self.row.speed = at.speed_m_s;
             self.row.yaw_rate = at.yaw_rate_rad_s;
             self.row.heading = out.heading;
-            self.row.acceleration = at.acceleration_m_s2;
-            self.row.yaw_acceleration = at.yaw_acceleration_rad_s2;
+            [self.row.acceleration, self.row.yaw_acceleration] = self.before.0;
             self.row.torques = record.torques(k.saturating_sub(1).max(self.rows.start));
             self.row.functions(scales, &out.cosines, &mut out.functions);
         }
@@ -326,7 +332,9 @@ impl<'a> Along<'a> {
         out.middle = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
         out.f = self.filter.jacobian(model, &at, &out.forces, &out.step, out.middle, self.scales);
         self.before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);
+        let from = [self.filter.state[V], self.filter.state[W]];
         self.filter.predict(model, &at, &out.step, &out.f);
+        self.stepped = [(V, from[0]), (W, from[1])].map(|(i, from)| (self.filter.state[i] - from) / dt);
         if record.torques_n_m.is_none() {
             // without torques the accelerations are what speeds have done, and the forces what that takes
             self.before = self.slopes.push(dt, [self.filter.state[V], self.filter.state[W]], model);

@@ -57,6 +57,9 @@ pub(super) const LOST_TICKS: &str = "encoder.missed_ticks";
 /// How the id of a coordinate that varies begins; the id of its effect follows.
 pub const VARYING: &str = "free.varying.";
 
+/// The walk of the gyro's bias: known from recordings at rest, and at work in drives too.
+pub(super) const WALK: &str = "gyro.rate_random_walk";
+
 /// What a group is.
 #[derive(Clone, Copy)]
 pub enum Kind {
@@ -274,7 +277,7 @@ impl Candidates {
         };
         let nodes = [0.03, 0.1, 0.3, 1.0, 3.0].iter().map(node).collect();
         let columns = every().map(|(d, n, _)| Column::GyroCosine(n).of_drive(d)).collect();
-        self.push(Kind::Walk, "gyro.rate_random_walk", true, columns, nodes, prior.ln_rest);
+        self.push(Kind::Walk, WALK, true, columns, nodes, prior.ln_rest);
     }
 
     fn free(&mut self, record: &Record, prior: &Prior) {

@@ -1,7 +1,7 @@
 //! The whole diagnosis of a drive, or of several of one robot: which equation, which effect, how far.
 
 use super::alike::{LARGEST, separate_by};
-use super::candidates::VARYING;
+use super::candidates::{VARYING, WALK};
 use super::clocks;
 use super::closest::Closest;
 use super::far::{self, DriveFar};
@@ -122,6 +122,8 @@ pub fn diagnose(
     });
     told_apart(&mut answer, &record, &judged.alike);
     drop_inconstant(&mut answer, findings);
+    let wanders = told_as_wander(&mut answer);
+    answer.notes.extend(wanders);
     answer.equations = pinpoint(&record, &judged.nominal_noise, options.corrections);
     answer.time_offsets.clone_from(&clocks.offsets);
     answer.notes.extend(clocks.notes.iter().cloned());
@@ -404,6 +406,20 @@ fn drop_inconstant(answer: &mut Answer, findings: &Findings) {
     }
     let Some(set) = findings.best_unknown() else { return };
     answer.together.retain(|id| set.parts.iter().all(|p| p.id.strip_prefix(VARYING) != Some(id)));
+}
+
+/// A drive is too short to tell a walk of the gyro's bias from any other slow wander. Where it is not what matters most it has no name:
+/// it stands in the list, and a note says what would tell.
+fn told_as_wander(answer: &mut Answer) -> Option<String> {
+    if answer.main.as_deref() == Some(WALK) || !answer.together.iter().any(|id| id == WALK) {
+        return None;
+    }
+    answer.together.retain(|id| id != WALK);
+    Some(
+        "The gyro's bias wanders within the drive, like a walk as large as listed; drives are too short to tell which slow process \
+         that is. Diagnose a recording at rest, an hour or longer, to know."
+            .into(),
+    )
 }
 
 /// Where the effect that explains most alone stands in the list: at the end if it was not in it. Unless it was found, its

@@ -5,7 +5,7 @@
 
 use super::branch::Branch;
 use super::bursts::{self, Bursts, Sought, missed_part};
-use super::candidates::{Candidates, Kind, LOST_TICKS, knowable};
+use super::candidates::{Candidates, Kind, LOST_TICKS, WALK, knowable};
 use super::clocks;
 use super::far;
 use super::fit::{Compared, Theta};
@@ -23,8 +23,6 @@ use crate::gap::explain::{Explained, Explanations, told};
 use crate::gap::findings::Part;
 use crate::signal::Log;
 
-/// The walk of the gyro's bias: known from recordings at rest, and at work in drives too.
-const WALK: &str = "gyro.rate_random_walk";
 /// Times that lost ticks are sought, with the model as it is known by then.
 const SOUGHT: usize = 2;
 

@@ -348,7 +348,7 @@ pub(super) fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
 /// Without torques: the noise with how speeds change as it is beside the effect that explains most alone, and the robot with
 /// that effect, if any explains something. A gap makes speeds of wheels and gyro scatter that do not, and the gyro's gain, which
 /// says how large all yaw rates are, would make up for that; where a pose knows better, with the help of free forms.
-fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<Models>) {
+pub(super) fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<Models>) {
     if record.torques_n_m.is_some() {
         return (noise, None);
     }

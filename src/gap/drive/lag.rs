@@ -7,11 +7,12 @@
 
 use super::branch::Branch;
 use super::candidates::Candidates;
-use super::judge::{LARGE, Options, knows, plain, settled, start};
+use super::judge::{LARGE, Options, diffused, knows, plain, settled, start};
 use super::late::{earlier, share_rows};
 use super::onset;
 use super::pass::{Channel, Noise, run};
 use super::record::Record;
+use super::unforced;
 use crate::effects::Parameters;
 use crate::effects::drive::Driving;
 use crate::gap::findings::{Part, WeightedSet};
@@ -71,7 +72,7 @@ pub(super) fn gyro_in_time(
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> Vec<InTime> {
-    if !knows(effects, LATE.0) || record.torques_n_m.is_none() || !share_rows(record) {
+    if !knows(effects, LATE.0) || !share_rows(record) {
         return Vec::new();
     }
     lags(record, &as_is.believed).into_iter().map(|rows| in_time(record, as_is, rows, effects, options)).collect()
@@ -87,7 +88,11 @@ fn in_time(
     let moved = put_back(record, rows);
     let onsets_s = onset::of_each(&moved);
     let all = Candidates::new(&moved, effects, &options.prior, true, &onsets_s);
-    let noise = as_is.believed;
+    let noise = match record.torques_n_m {
+        Some(_) => as_is.believed,
+        // how the robot moves was told by a gyro that is late
+        None => diffused(&moved, unforced::likely(&moved, &plain(&moved), &as_is.believed), &all).0,
+    };
     let begin = start(&moved, &noise, &all);
     let mut branch = settled(moved, noise, all, &begin, onsets_s, effects, options);
     // every number of rows is as probable
@@ -113,7 +118,7 @@ fn put_back(record: &Record, rows: usize) -> Record {
 /// row, or cannot be put back by rows.
 pub(super) fn by_whole_rows(record: &Record, delay_s: f64) -> (Cow<'_, Record>, f64) {
     let rows = (delay_s / record.step_s * (1.0 + 1e-9)).floor();
-    if rows < 1.0 || record.torques_n_m.is_none() || !share_rows(record) {
+    if rows < 1.0 || !share_rows(record) {
         return (Cow::Borrowed(record), delay_s);
     }
     (Cow::Owned(put_back(record, rows as usize)), (delay_s - rows * record.step_s).max(0.0))

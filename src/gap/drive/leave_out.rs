@@ -5,8 +5,9 @@
 //! is not named.
 
 use super::branch::Branch;
-use super::candidates::Kind;
-use super::fit::Compared;
+use super::candidates::{Candidates, Kind};
+use super::fit::{Compared, Theta};
+use super::pass::run;
 use rayon::prelude::*;
 
 /// Effects that may be left out one after another.
@@ -81,11 +82,22 @@ impl Branch {
         self.bent_nats + own.sum::<f64>()
     }
 
+    /// What the drive is explained less without the effect, all others where they are, nats: no more than that can be missed, however
+    /// much one linearisation promises of a law that bends.
+    fn lost_without(&self, id: &str) -> f64 {
+        let c = &self.compared;
+        let of = |candidates: &Candidates, theta: &Theta| {
+            let models = Self::models_at(&self.record, candidates, theta);
+            run(&self.record, &models, &self.noise, &[], |_| {}).ln_likelihood()
+        };
+        of(&c.candidates, &c.theta) - of(&c.candidates, &c.candidates.without(id, &c.theta))
+    }
+
     /// The best set without each of its effects, the others settled anew, and what may take its place beside them.
     fn without_each(&self) -> Vec<Without> {
         let c = &self.compared;
         let members = &c.sets[0].members;
-        let tested = |g: usize| matches!(c.candidates.kinds[g], Kind::Change(_) | Kind::Step(..));
+        let tested = |g: usize| matches!(c.candidates.kinds[g], Kind::Change(_) | Kind::Step(..) | Kind::Walk);
         let left_out: Vec<usize> = members.iter().map(|m| m.0).filter(|g| tested(*g)).collect();
         let one = |g: usize| {
             let group = &c.candidates.groups[g];
@@ -97,7 +109,9 @@ impl Branch {
             let bent_nats = self.bent_nats_beside(&group.id);
             let without =
                 |compared| Without { id: group.id.clone(), bent_nats, ln_prior: group.ln_prior, gain, compared };
-            if gain - added.first().map_or(0.0, |a| a.1.max(0.0)) > SURE_NATS {
+            let sure = gain - added.first().map_or(0.0, |a| a.1.max(0.0)) > SURE_NATS;
+            let bends = matches!(c.candidates.kinds[g], Kind::Change(_));
+            if sure && (!bends || self.lost_without(&group.id) > SURE_NATS) {
                 return without(None);
             }
             let instead: Vec<usize> = added.iter().take(INSTEAD).map(|a| a.0.0).collect();

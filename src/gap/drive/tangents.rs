@@ -156,7 +156,8 @@ impl<'a> Tangents<'a> {
         for (gain, state) in taken.gain.iter().zip(&mut self.state) {
             state.iter_mut().zip(&self.moved).for_each(|(s, m)| *s -= gain * m);
         }
-        slopes.extend(self.moved.iter().map(|m| m / taken.std));
+        let whitens = taken.std.recip();
+        slopes.extend(self.moved.iter().map(|m| m * whitens));
     }
 
     /// On to the next row.

@@ -12,6 +12,8 @@ use crate::math::random::Stream;
 const FEWEST_BLOCKS: usize = 20;
 /// A gain below this is no gap: it is what a single superfluous parameter may bring by chance.
 const LEAST_GAIN_NATS: f64 = 2.0;
+/// A level of white noise that gains less than this, nats, has no name: its prior, and ln n / 2 for one more parameter of n rows.
+const UNNAMED_NATS: f64 = 8.0;
 /// Blocks to begin with.
 const MOST_BLOCKS: usize = 400;
 
@@ -85,8 +87,10 @@ fn std(values: &[f64]) -> f64 {
 
 /// Share of the gap that is closed.
 ///
-/// The score of a recording scatters by √(rows/2) nats from chance in the white noise alone. A gap that does not exceed two
-/// standard deviations of that, and every gap where [`Options::whole_log`], is measured in pairs: the floor is what the nominal
+/// The score of a recording scatters by √(rows/2) nats from chance in the white noise alone. White noise that is 1 + δ times as large
+/// lowers it by rows·δ, which no model can win back: knowing δ gains rows·δ², and what gains less than [`UNNAMED_NATS`] has no name.
+/// A gap that does not exceed two standard deviations of chance and that, and every gap where [`Options::whole_log`], is measured in
+/// pairs: the floor is what the nominal
 /// simulator scores on the recording plus the gain to be expected, so that this chance cancels; the interval is then that
 /// of the gain over simulated recordings. None where not even a gain of 2 nats is expected.
 #[must_use]
@@ -100,7 +104,9 @@ pub fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Options) -> 
     let expected_gain_nats = gains.iter().sum::<f64>() / logs;
     let gained_nats = after - before;
     let gap = floor - before;
-    if !options.whole_log && floors.len() >= 2 && gap > 2.0 * std(&floors) {
+    // rows·δ of √(rows/2), the standard deviation, at the largest δ without a name
+    let by_noise = (2.0 * UNNAMED_NATS).sqrt();
+    if !options.whole_log && floors.len() >= 2 && gap > (2.0 + by_noise) * std(&floors) {
         let ci95 = resampled(scores, block_rows, options);
         return Closed { estimate: Some(gained_nats / gap), ci95, paired: false, gained_nats, expected_gain_nats };
     }
