@@ -93,6 +93,19 @@ impl Branch {
         of(&c.candidates, &c.theta) - of(&c.candidates, &c.candidates.without(id, &c.theta))
     }
 
+    /// Whether a group is a free form of the equation and the quantity that the effect `id` lies in, or its coefficient that varies.
+    fn holds_law_of(&self, group: usize, id: &str) -> bool {
+        let candidates = &self.compared.candidates;
+        let known = candidates.changes.iter().map(|c| c.0.about()).find(|about| about.id == id);
+        match (candidates.kinds[group], known) {
+            (Kind::Varying(i), _) => candidates.changes[i].0.about().id == id,
+            (Kind::Free(equation, follows), Some(about)) => {
+                equation.channel() == about.channel && about.condition == Some(follows.id())
+            }
+            _ => false,
+        }
+    }
+
     /// The best set without each of its effects, the others settled anew, and what may take its place beside them.
     fn without_each(&self) -> Vec<Without> {
         let c = &self.compared;
@@ -104,6 +117,8 @@ impl Branch {
             let rest: Vec<_> = members.iter().copied().filter(|m| m.0 != g).collect();
             let (own, mut added): (Vec<_>, Vec<_>) =
                 c.problem.additions(&rest).into_iter().partition(|(m, _)| c.candidates.groups[m.0].id == group.id);
+            // a form that holds its law whatever the law does cannot do without it
+            added.retain(|a| !self.holds_law_of(a.0.0, &group.id));
             added.sort_by(|a, b| b.1.total_cmp(&a.1));
             let gain = own.iter().map(|a| a.1).fold(f64::NEG_INFINITY, f64::max);
             let bent_nats = self.bent_nats_beside(&group.id);
