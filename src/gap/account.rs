@@ -6,7 +6,7 @@
 
 use super::answer::{Answer, Place, Remainder, Verdict};
 use super::far::{Closed, block_rows, block_sums};
-use super::findings::{BEYOND_DOUBT, Findings};
+use super::findings::Findings;
 use crate::effects::Parameters;
 use crate::error::Result;
 use crate::math::NORMAL_975;
@@ -72,11 +72,11 @@ impl Tested {
         [self.first, self.last].iter().all(|gain| gain.ci95()[1] < -LEAST_NATS)
     }
 
-    /// Whether it is there beyond doubt, with this probability of being present, and closes nothing that can be measured: neither
-    /// interval lies above zero, nor is a gain worth the name to be expected where it is as large as it was found to be.
-    fn is_idle(&self, presence: f64) -> bool {
+    /// Whether it closes nothing that can be measured: neither interval lies above zero, nor is a gain worth the name to be expected
+    /// where it is as large as it was found to be.
+    fn is_idle(&self) -> bool {
         let n = self.expected_nats.len() as f64;
-        n > 0.0 && presence >= BEYOND_DOUBT && self.expected_nats.iter().sum::<f64>() / n < LEAST_NATS
+        n > 0.0 && self.expected_nats.iter().sum::<f64>() / n < LEAST_NATS
     }
 }
 
@@ -127,9 +127,10 @@ pub fn refuted(tested: &[Tested]) -> Vec<String> {
     tested.iter().filter(|t| t.is_refuted()).map(|t| t.id.clone()).collect()
 }
 
-/// The effects of `tested` that are idle.
+/// The effects of `tested` that are there beyond doubt and idle.
 pub fn idle(tested: &[Tested], findings: &Findings) -> Vec<String> {
-    tested.iter().filter(|t| t.is_idle(findings.presence(&t.id))).map(|t| t.id.clone()).collect()
+    let there = |t: &&Tested| findings.is_beyond_doubt(findings.presence(&t.id));
+    tested.iter().filter(|t| t.is_idle()).filter(there).map(|t| t.id.clone()).collect()
 }
 
 /// Brings main effect, verdict and remainder of `answer` into line with what was measured: `tested`, effect by effect, and

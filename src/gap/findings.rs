@@ -85,6 +85,8 @@ pub struct Findings {
     pub idle: Vec<(Part, f64)>,
     /// What an effect must at least be missed by to be named: what its prior asks, nats.
     pub least_nats: f64,
+    /// Probability that what causes a gap is none of what was compared.
+    pub doubt: f64,
     /// What is to be said about the recording.
     pub notes: Vec<String>,
 }
@@ -95,8 +97,8 @@ const MATTERS: f64 = 6.0;
 /// How the id of what an effect explains begins whose name was taken from it; the effect's own follows.
 pub(super) const REFUTED: &str = "free.refuted.";
 
-/// An effect at least as probable is there beyond doubt.
-pub(super) const BEYOND_DOUBT: f64 = 0.9;
+/// An effect at least as probable is there beyond doubt, if the cause is among what was compared.
+const BEYOND_DOUBT: f64 = 0.9;
 
 /// What can be the main thing.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -131,7 +133,7 @@ impl Findings {
             set.probability = believed * (v - top).exp() / total;
         }
         sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        Self { sets, idle: Vec::new(), least_nats: -prior.ln_named, notes }
+        Self { sets, idle: Vec::new(), least_nats: -prior.ln_named, doubt: calibration.doubt, notes }
     }
 
     /// Takes the effects `ids` out of every set: a set that held nothing else then lacks nothing.
@@ -172,7 +174,12 @@ impl Findings {
     /// Whether an effect that is `missed` by so many nats beside the others is worth its name: by more than its prior asks, or, where
     /// that was not asked, beyond doubt with this probability of being present.
     pub fn is_worth_naming(&self, missed_nats: Option<f64>, presence: f64) -> bool {
-        missed_nats.map_or(presence >= BEYOND_DOUBT, |nats| nats >= self.least_nats)
+        missed_nats.map_or(self.is_beyond_doubt(presence), |nats| nats >= self.least_nats)
+    }
+
+    /// Whether what is present with this probability is there beyond doubt, if the cause is among what was compared.
+    pub fn is_beyond_doubt(&self, presence: f64) -> bool {
+        presence >= BEYOND_DOUBT * (1.0 - self.doubt)
     }
 
     /// Probability of each main thing, most probable first.
@@ -301,5 +308,7 @@ mod tests {
         let worth = |missed, presence| f.is_worth_naming(missed, presence);
         assert!(worth(Some(3.1), 0.6) && !worth(Some(2.9), 0.99));
         assert!(worth(None, 0.95) && !worth(None, 0.8));
+        // of a calibration that leaves room for what was not compared nothing is more probable than that leaves
+        assert!(Findings { doubt: 0.15, ..f }.is_beyond_doubt(0.8));
     }
 }

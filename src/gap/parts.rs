@@ -187,6 +187,7 @@ pub fn outliers(a: &Amplitude, white_std_rad_s: f64) -> Part {
     part.parameters.insert("probability_per_sample".into(), a.probability[0]);
     part.std.insert("probability_per_sample".into(), a.probability[1]);
     part.parameters.insert("amplitude_rad_s".into(), a.outlier_std * white_std_rad_s);
+    part.missed_nats = Some(a.outliers);
     part
 }
 

@@ -139,7 +139,8 @@ fn parameters(c: &Calibration) -> [f64; 6] {
 
 fn calibration(x: &[f64; 6]) -> Calibration {
     let doubt = 1.0 / (1.0 + (-x[5]).exp());
-    Calibration { temperature: x[0].exp(), ln_effect: [x[1], x[2]], ln_free: [x[3], x[4]], doubt }
+    // what has no name is no likelier than any one effect
+    Calibration { temperature: x[0].exp(), ln_effect: [x[1], x[2]], ln_free: [x[3].min(x[1]), x[4]], doubt }
 }
 
 /// The calibration of largest posterior density for `examples`.

@@ -170,11 +170,12 @@ fn lag(record: &Record, noise: &Noise) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::clocks::tests::{recorded, robot};
+    use super::super::clocks::tests::{recorded, robot, without};
     use super::super::judge::judge;
     use super::*;
     use crate::effects::drive::registry;
     use crate::gap::findings::Main;
+    use crate::signal::names;
     use rayon::prelude::*;
 
     /// Rows are 10 ms apart. Of the delays those that are not found, with what is told of them. A twentieth of a
@@ -199,6 +200,23 @@ mod tests {
     #[test]
     fn a_gyro_that_is_late_by_a_row_and_a_little_is_found() {
         assert_eq!(not_found(&[0.01008]), []);
+    }
+
+    /// Without torques nothing tells accelerations but the speeds themselves: how far the filter has come in the last step, and what noise
+    /// has added.
+    #[test]
+    fn without_torques_a_late_gyro_is_found_to_a_tenth() {
+        for (seed, delay_s) in [(51, 0.004), (52, 0.013)] {
+            let log = recorded(60.0, seed, Some((LATE.0, LATE.1, delay_s)));
+            let log = without(log, &[names::TORQUE_LEFT, names::TORQUE_RIGHT]);
+            let record = Record::new(&robot(), &log, 0.0).unwrap();
+            let findings = judge(&record, registry(), &Options::default()).findings;
+            let set = findings.best_with(LATE.0, false).unwrap();
+            let part = set.part(LATE.0).unwrap();
+            let (found, std) = (part.parameters[LATE.1], part.std[LATE.1]);
+            assert!((found - delay_s).abs() < 4.0 * std + 0.1 * delay_s, "{delay_s} s: {found} ± {std}");
+            assert!(std < 0.001, "{std}");
+        }
     }
 
     #[test]

@@ -140,7 +140,30 @@ impl Branch {
 
 #[cfg(test)]
 mod tests {
-    use super::form_nats;
+    use super::super::candidates::Prior;
+    use super::super::clocks::tests::{recorded, robot};
+    use super::super::pass::Noise;
+    use super::super::record::Record;
+    use super::*;
+    use crate::effects::drive::registry;
+
+    #[test]
+    fn a_form_that_holds_a_law_does_not_do_without_it() {
+        let record = Record::new(&robot(), &recorded(20.0, 3, None), 0.0).unwrap();
+        let noise = Noise::believed(&record, None);
+        let all = Candidates::new(&record, registry(), &Prior::default(), true, &[]);
+        let compared = Compared::wide(&record, &noise, all.clone(), all.zero());
+        let branch = Branch::new(record, noise, compared, Vec::new());
+        let holds = |form: &str, id: &str| {
+            let place = all.groups.iter().position(|g| g.id == form).unwrap();
+            branch.holds_law_of(place, id)
+        };
+        let scale = "gyro.scale_factor";
+        assert!(holds("free.gyro.yaw_rate", scale) && holds("free.varying.gyro.scale_factor", scale));
+        for other in ["free.gyro.speed", "free.moment.heading", "free.varying.wheel.radius_scale", scale] {
+            assert!(!holds(other, scale), "{other}");
+        }
+    }
 
     #[test]
     fn the_form_of_a_law_explains_what_is_small_beside_it_and_nothing_large() {

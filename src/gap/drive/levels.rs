@@ -328,3 +328,30 @@ fn departs(record: &Record, residuals: &[Residual], places: &[usize]) -> Option<
     found.push(("coloured", places.iter().map(remembered).sum()));
     found.into_iter().filter(|f| f.1 >= WORTH).max_by(|a, b| a.1.total_cmp(&b.1))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::clocks::tests::{recorded, robot};
+    use super::super::judge::judge;
+    use super::*;
+    use crate::effects::drive::registry;
+    use crate::gap::findings::Main;
+
+    /// A drive whose positions and headings are so many times less loud than stated.
+    fn main_of(position: f64, heading: f64) -> Main {
+        let mut record = Record::new(&robot(), &recorded(60.0, 8, None), 0.0).unwrap();
+        record.belief.position_std_m *= position;
+        record.belief.heading_std_rad *= heading;
+        let findings = judge(&record, registry(), &Options::default()).findings;
+        findings.mains()[0].0.clone()
+    }
+
+    #[test]
+    fn channels_that_are_all_less_loud_have_one_level() {
+        let level = Main::Effect("pose.noise_level".into());
+        // what keeps a log adds a little to each
+        assert_eq!(main_of(4.0, 3.4), level);
+        // a heading alone is no reference
+        assert_eq!(main_of(1.0, 4.0), Main::Unknown);
+    }
+}

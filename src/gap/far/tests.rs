@@ -2,6 +2,7 @@
 
 use super::super::state_space::{Believed, Coefficient, Markov, Run, Telegraph};
 use super::*;
+use crate::math::random::Stream;
 
 const ROWS: usize = 6000;
 
@@ -86,6 +87,35 @@ fn a_half_right_model_closes_part() {
     assert!((all.estimate.unwrap() - 1.0).abs() < 0.1, "{all:?}");
     assert!(half.estimate.unwrap() < 0.99 && half.estimate.unwrap() > 0.0, "{half:?}");
     assert!(half.ci95.unwrap()[1] < all.ci95.unwrap()[1], "{half:?} {all:?}");
+}
+
+/// Scores of 4000 rows of white noise 1 + δ times as large as stated, of which an effect gains 40 nats on the recording and on
+/// simulated ones alike.
+fn louder(delta: f64) -> Closed {
+    const LOGS: usize = 8;
+    let (rows, gain) = (4000, 0.01);
+    let score = |log: u64, size: f64| -> Vec<f64> {
+        let mut draw = Stream::new(5, log);
+        (0..rows).map(|_| -0.5 * (size * draw.normal()).powi(2)).collect()
+    };
+    let after = score(0, 1.0 + delta);
+    let before: Vec<f64> = after.iter().map(|a| a - gain).collect();
+    let floor: Vec<Vec<f64>> = (1..=LOGS as u64).map(|log| score(log, 1.0)).collect();
+    let own_before: Vec<f64> =
+        floor.iter().map(|f| f.iter().sum::<f64>() - gain * rows as f64 + 4.0 * f[0].signum()).collect();
+    let scores =
+        Scores { before: &before, after: &after, floor: floor.iter().map(Vec::as_slice).collect(), own_before };
+    gap_closed(&scores, 40, &quick())
+}
+
+#[test]
+fn noise_that_is_a_little_louder_is_no_other_cause() {
+    // 4000 δ² = 6 nats have no name, and lower the score by 4000 δ = 155 nats, four times what the effect gains
+    let little = louder((6.0_f64 / 4000.0).sqrt());
+    assert!(little.paired && (little.estimate.unwrap() - 1.0).abs() < 0.3, "{little:?}");
+    // six times as loud it is another cause
+    let much = louder(5.0);
+    assert!(!much.paired && much.ci95.unwrap()[1] < 0.1, "{much:?}");
 }
 
 #[test]

@@ -67,6 +67,19 @@ fn a_track_is_named_though_the_gyro_shakes() {
     assert!(loud, "{:?}", answer.notes);
 }
 
+#[test]
+fn what_wanders_beside_something_else_is_told_and_not_named() {
+    let (answer, _) = of(vec![part(RADIUS, true, 90.0, 0.02), part(WALK, true, 20.0, 0.0)]);
+    let (mut beside, mut alone) = (answer.clone(), answer);
+    assert!(beside.together.iter().any(|id| id == WALK), "{:?}", beside.together);
+    assert!(told_as_wander(&mut beside).is_some_and(|note| note.contains("at rest")));
+    assert_eq!(beside.together, [RADIUS]);
+    assert!(beside.effects.iter().any(|e| e.id == WALK), "it stays in the list");
+    // where it matters most it is what there is
+    alone.main = Some(WALK.into());
+    assert!(told_as_wander(&mut alone).is_none() && alone.together.iter().any(|id| id == WALK));
+}
+
 /// A robot that creeps below the noise of its encoders is not at rest, and its gyro no other one.
 #[test]
 fn a_robot_that_creeps_has_no_other_bias() {
