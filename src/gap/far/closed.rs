@@ -88,7 +88,7 @@ fn std(values: &[f64]) -> f64 {
 /// Share of the gap that is closed.
 ///
 /// The score of a recording scatters by √(rows/2) nats from chance in the white noise alone. White noise that is 1 + δ times as large
-/// lowers it by rows·δ, which no model can win back: knowing δ gains rows·δ², and what gains less than [`UNNAMED_NATS`] has no name.
+/// lowers it by rows·δ, which no model can win back: knowing δ gains rows·δ², and what gains less than 8 nats has no name.
 /// A gap that does not exceed two standard deviations of chance and that, and every gap where [`Options::whole_log`], is measured in
 /// pairs: the floor is what the nominal
 /// simulator scores on the recording plus the gain to be expected, so that this chance cancels; the interval is then that
