@@ -175,7 +175,7 @@ impl<'a> Along<'a> {
         self.next += 1;
         out.row = k;
         self.read(k, out);
-        let [v, w] = [self.filter.state[V], self.filter.state[W]];
+        let [v, w] = self.speeds();
         out.speeds = [v, w];
         self.past.push(self.record.times_s[k] - self.start_s, v, w);
         out.goes_on = self.next < self.rows.end;
@@ -183,6 +183,11 @@ impl<'a> Along<'a> {
             self.go(k, out);
         }
         true
+    }
+
+    /// Speed, m/s, and yaw rate, rad/s.
+    fn speeds(&self) -> [f64; 2] {
+        [self.filter.state[V], self.filter.state[W]]
     }
 
     fn moving(&self, k: usize) -> Moving<'static> {
@@ -332,12 +337,13 @@ impl<'a> Along<'a> {
         out.middle = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
         out.f = self.filter.jacobian(model, &at, &out.forces, &out.step, out.middle, self.scales);
         self.before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);
-        let from = [self.filter.state[V], self.filter.state[W]];
+        let from = self.speeds();
         self.filter.predict(model, &at, &out.step, &out.f);
-        self.stepped = [(V, from[0]), (W, from[1])].map(|(i, from)| (self.filter.state[i] - from) / dt);
+        let to = self.speeds();
+        self.stepped = [0, 1].map(|i| (to[i] - from[i]) / dt);
         if record.torques_n_m.is_none() {
             // without torques the accelerations are what speeds have done, and the forces what that takes
-            self.before = self.slopes.push(dt, [self.filter.state[V], self.filter.state[W]], model);
+            self.before = self.slopes.push(dt, to, model);
         }
     }
 

@@ -194,7 +194,12 @@ impl Branch {
     }
 
     pub(super) fn ln_likelihood(&self, noise: &Noise) -> f64 {
-        let models = Self::models_at(&self.record, &self.compared.candidates, &self.compared.theta);
+        self.ln_likelihood_at(&self.compared.theta, noise)
+    }
+
+    /// ln p of the readings with the changes at `theta`, nats.
+    pub(super) fn ln_likelihood_at(&self, theta: &Theta, noise: &Noise) -> f64 {
+        let models = Self::models_at(&self.record, &self.compared.candidates, theta);
         run(&self.record, &models, noise, &[], |_| {}).ln_likelihood()
     }
 

@@ -224,9 +224,8 @@ fn wheels_in_time(
     // the delay is looked for again with what is known then of the robot and of the noise
     for _ in 0..SETTLING {
         let moved = late::put_back(record, late.delay_s);
-        let noise = unforced::likely(&moved, &plain(&moved), &as_is.believed);
         let all = Candidates::new(&moved, effects, &options.prior, true, &[]);
-        let (noise, nearest) = diffused(&moved, noise, &all);
+        let (noise, nearest) = rediffused(&moved, &as_is.believed, &all);
         let begin = start(&moved, &noise, &all);
         let mut other = settled(moved, noise, all, &begin, Vec::new(), effects, options);
         other.extra_weight += options.prior.ln_free - 0.5 * (record.len() as f64).ln();
@@ -345,10 +344,19 @@ pub(super) fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
     effects.iter().any(|e| e.about().id == id)
 }
 
+/// [`diffused`] of a drive whose readings were put back: without torques, how the robot moves was told by readings that come late.
+pub(super) fn rediffused(moved: &Record, believed: &Noise, all: &Candidates) -> (Noise, Option<Models>) {
+    let noise = match moved.torques_n_m {
+        Some(_) => *believed,
+        None => unforced::likely(moved, &plain(moved), believed),
+    };
+    diffused(moved, noise, all)
+}
+
 /// Without torques: the noise with how speeds change as it is beside the effect that explains most alone, and the robot with
 /// that effect, if any explains something. A gap makes speeds of wheels and gyro scatter that do not, and the gyro's gain, which
 /// says how large all yaw rates are, would make up for that; where a pose knows better, with the help of free forms.
-pub(super) fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<Models>) {
+fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<Models>) {
     if record.torques_n_m.is_some() {
         return (noise, None);
     }

@@ -7,12 +7,11 @@
 
 use super::branch::Branch;
 use super::candidates::Candidates;
-use super::judge::{LARGE, Options, diffused, knows, plain, settled, start};
+use super::judge::{LARGE, Options, knows, plain, rediffused, settled, start};
 use super::late::{earlier, share_rows};
 use super::onset;
 use super::pass::{Channel, Noise, run};
 use super::record::Record;
-use super::unforced;
 use crate::effects::Parameters;
 use crate::effects::drive::Driving;
 use crate::gap::findings::{Part, WeightedSet};
@@ -88,11 +87,7 @@ fn in_time(
     let moved = put_back(record, rows);
     let onsets_s = onset::of_each(&moved);
     let all = Candidates::new(&moved, effects, &options.prior, true, &onsets_s);
-    let noise = match record.torques_n_m {
-        Some(_) => as_is.believed,
-        // how the robot moves was told by a gyro that is late
-        None => diffused(&moved, unforced::likely(&moved, &plain(&moved), &as_is.believed), &all).0,
-    };
+    let (noise, _) = rediffused(&moved, &as_is.believed, &all);
     let begin = start(&moved, &noise, &all);
     let mut branch = settled(moved, noise, all, &begin, onsets_s, effects, options);
     // every number of rows is as probable

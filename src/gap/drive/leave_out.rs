@@ -5,9 +5,8 @@
 //! is not named.
 
 use super::branch::Branch;
-use super::candidates::{Candidates, Kind};
-use super::fit::{Compared, Theta};
-use super::pass::run;
+use super::candidates::Kind;
+use super::fit::Compared;
 use rayon::prelude::*;
 
 /// Effects that may be left out one after another.
@@ -82,17 +81,6 @@ impl Branch {
         self.bent_nats + own.sum::<f64>()
     }
 
-    /// What the drive is explained less without the effect, all others where they are, nats: no more than that can be missed, however
-    /// much one linearisation promises of a law that bends.
-    fn lost_without(&self, id: &str) -> f64 {
-        let c = &self.compared;
-        let of = |candidates: &Candidates, theta: &Theta| {
-            let models = Self::models_at(&self.record, candidates, theta);
-            run(&self.record, &models, &self.noise, &[], |_| {}).ln_likelihood()
-        };
-        of(&c.candidates, &c.theta) - of(&c.candidates, &c.candidates.without(id, &c.theta))
-    }
-
     /// Whether a group is a free form of the equation and the quantity that the effect `id` lies in, or its coefficient that varies.
     fn holds_law_of(&self, group: usize, id: &str) -> bool {
         let candidates = &self.compared.candidates;
@@ -111,6 +99,9 @@ impl Branch {
         let c = &self.compared;
         let members = &c.sets[0].members;
         let tested = |g: usize| matches!(c.candidates.kinds[g], Kind::Change(_) | Kind::Step(..) | Kind::Walk);
+        let here = self.ln_likelihood(&self.noise);
+        // no more than that can be missed, however much one linearisation promises of a law
+        let lost_without = |id: &str| here - self.ln_likelihood_at(&c.candidates.without(id, &c.theta), &self.noise);
         let left_out: Vec<usize> = members.iter().map(|m| m.0).filter(|g| tested(*g)).collect();
         let one = |g: usize| {
             let group = &c.candidates.groups[g];
@@ -125,8 +116,8 @@ impl Branch {
             let without =
                 |compared| Without { id: group.id.clone(), bent_nats, ln_prior: group.ln_prior, gain, compared };
             let sure = gain - added.first().map_or(0.0, |a| a.1.max(0.0)) > SURE_NATS;
-            let bends = matches!(c.candidates.kinds[g], Kind::Change(_));
-            if sure && (!bends || self.lost_without(&group.id) > SURE_NATS) {
+            let linear = !matches!(c.candidates.kinds[g], Kind::Change(_));
+            if sure && (linear || lost_without(&group.id) > SURE_NATS) {
                 return without(None);
             }
             let instead: Vec<usize> = added.iter().take(INSTEAD).map(|a| a.0.0).collect();
@@ -140,7 +131,7 @@ impl Branch {
 
 #[cfg(test)]
 mod tests {
-    use super::super::candidates::Prior;
+    use super::super::candidates::{Candidates, Prior};
     use super::super::clocks::tests::{recorded, robot};
     use super::super::pass::Noise;
     use super::super::record::Record;

@@ -113,17 +113,14 @@ impl Branch {
                 .filter(|s| s.2 >= FEWEST)
                 .collect();
             let worth = |n: usize, square: f64, prior: f64| gain(n, square) - price(n) + prior;
-            let alone: f64 = sums.iter().map(|s| worth(s.2, s.3, options.prior.ln_free)).filter(|w| *w >= WORTH).sum();
+            let each: Vec<f64> = sums.iter().map(|s| worth(s.2, s.3, options.prior.ln_free)).collect();
+            let alone: f64 = each.iter().filter(|w| **w >= WORTH).sum();
             let (n, square) = sums.iter().fold((0, 0.0), |(n, q), s| (n + s.2, q + s.3));
             let together = worth(n, square, options.prior.ln_named);
             // of channels that are all louder, or all less loud, one level is the name, though other things add to each
-            let alike = |louder: bool| {
-                let one = |s: &(&str, &Range<usize>, usize, f64)| {
-                    (s.3 > s.2 as f64) == louder && worth(s.2, s.3, options.prior.ln_free) >= WORTH
-                };
-                sums.iter().all(one)
-            };
-            let most = (alike(true) || alike(false)) && 2.0 * gain(n, square) > alone;
+            let louder = sums.iter().filter(|s| s.3 > s.2 as f64).count();
+            let alike = (louder == 0 || louder == sums.len()) && each.iter().all(|w| *w >= WORTH);
+            let most = alike && 2.0 * gain(n, square) > alone;
             let is_known = self.levels.iter().any(|l| l.instrument == instrument);
             if let Some(id) = named
                 && n >= FEWEST

@@ -1,6 +1,7 @@
 //! A set of effects as the filter and the simulator of a drive take it.
 
 use super::bursts::{self, Bursts, Predicted, Sought};
+use super::candidates::WALK;
 use super::lag::by_whole_rows;
 use super::late::{earlier, share_rows};
 use super::pass::{Models, Noise, Process};
@@ -80,7 +81,7 @@ impl Claimed {
         };
         for (id, parameters) in effects {
             let value = |name: &str| parameters.get(name).copied();
-            if id == "gyro.rate_random_walk" {
+            if id == WALK {
                 out.walk_rad_s_sqrt_s = value("rate_random_walk_rad_s_sqrt_s");
             }
             let Some(effect) = library.driving_by_id(id) else { continue };

@@ -101,8 +101,7 @@ fn louder(delta: f64) -> Closed {
     let after = score(0, 1.0 + delta);
     let before: Vec<f64> = after.iter().map(|a| a - gain).collect();
     let floor: Vec<Vec<f64>> = (1..=LOGS as u64).map(|log| score(log, 1.0)).collect();
-    let own_before: Vec<f64> =
-        floor.iter().map(|f| f.iter().sum::<f64>() - gain * rows as f64 + 4.0 * f[0].signum()).collect();
+    let own_before: Vec<f64> = floor.iter().map(|f| f.iter().sum::<f64>() - gain * rows as f64).collect();
     let scores =
         Scores { before: &before, after: &after, floor: floor.iter().map(Vec::as_slice).collect(), own_before };
     gap_closed(&scores, 40, &quick())
