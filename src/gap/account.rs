@@ -145,25 +145,37 @@ pub fn settle(
         return;
     }
     lead(answer, tested);
-    let share = closed.and_then(|c| Some((c.estimate?, c.ci95?)));
-    if let Some((estimate, [low, high])) = share {
+    if let Some((closed, estimate, ci95)) = closed.and_then(|c| Some((c, c.estimate?, c.ci95?))) {
+        let [low, high] = ci95;
         let std = (0.5 * (high - low) / NORMAL_975).max(f64::MIN_POSITIVE);
         // probability that they close less than half
         let less = 0.5 * erfc((estimate - MOST) / (std * std::f64::consts::SQRT_2));
-        // a gap that is small against what chance makes of a recording is no proof of another cause
-        let measured = closed.is_some_and(|c| !c.paired);
-        if answer.verdict == Verdict::Identified && high < MOST && measured {
-            answer.verdict = Verdict::Unknown;
-            answer.unknown_probability = less.max(answer.unknown_probability);
-            answer.main_probability *= 1.0 - less;
-            answer.notes.push(format!(
-                "What has a name is there, and closes {:.0} % of the gap (95 %: {:.0} to {:.0} %), less than half: most of it has \
-                 another cause.",
-                100.0 * estimate,
-                100.0 * low,
-                100.0 * high
-            ));
-            answer.place = place(None).or(answer.place.take());
+        let told = format!("{:.0} % of the gap (95 %: {:.0} to {:.0} %)", 100.0 * estimate, 100.0 * low, 100.0 * high);
+        let presence = answer.main.as_ref().and_then(|id| answer.effects.iter().find(|e| e.id == *id));
+        let presence = presence.map_or(0.0, |e| e.probability);
+        match answer.verdict {
+            // a gap that is small against what chance makes of a recording is no proof of another cause
+            Verdict::Identified if high < MOST && !closed.paired => {
+                answer.verdict = Verdict::Unknown;
+                answer.unknown_probability = less.max(answer.unknown_probability);
+                answer.main_probability *= 1.0 - less;
+                answer.notes.push(format!(
+                    "What has a name is there, and closes {told}, less than half: most of it has another cause."
+                ));
+                answer.place = place(None).or(answer.place.take());
+            }
+            Verdict::Unknown if low > MOST && presence * (1.0 - less) > MOST => {
+                answer.verdict = Verdict::Identified;
+                answer.unknown_probability = less.max(1.0 - presence).min(1.0 - answer.none_probability);
+                let left = 1.0 - answer.none_probability - answer.unknown_probability;
+                answer.main_probability = (presence * (1.0 - less)).min(left);
+                answer.notes.push(format!(
+                    "In the fit, corrections that are in no simulator had the larger share; measured, what has a name closes {told}, \
+                     more than half."
+                ));
+                answer.place = place(answer.main.as_deref()).or(answer.place.take());
+            }
+            _ => {}
         }
     }
     let share = if answer.together.is_empty() { Some(1.0) } else { closed.and_then(|c| c.estimate).map(|c| 1.0 - c) };
@@ -326,6 +338,25 @@ mod tests {
         let mut answer = answered(Verdict::Unknown, None, &["one"]);
         settle(&mut answer, &tested(&[("one", 0.1)]), None, |_| None);
         assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Unknown, Some("one")));
+    }
+
+    #[test]
+    fn more_than_half_is_identified_whatever_free_forms_took_in_the_fit() {
+        let all = tested(&[("one", 0.1)]);
+        let settled = |ci95, presence| {
+            let mut answer = answered(Verdict::Unknown, None, &["one"]);
+            (answer.unknown_probability, answer.main_probability) = (0.97, 0.03);
+            answer.effects[0].probability = presence;
+            settle(&mut answer, &all, Some(&closed(0.8, ci95)), |id| id.map(|_| Place::default()));
+            answer
+        };
+        let most = settled([0.7, 0.9], 0.97);
+        assert_eq!((most.verdict, most.main.as_deref()), (Verdict::Identified, Some("one")));
+        assert!((most.main_probability - 0.97).abs() < 1e-6 && (most.unknown_probability - 0.03).abs() < 1e-6);
+        assert!(most.place.is_some() && most.notes[0].contains("80 % of the gap (95 %: 70 to 90 %)"));
+        // not where it may be less than half, nor where the effect itself is in doubt
+        assert_eq!(settled([0.4, 1.2], 0.97).verdict, Verdict::Unknown);
+        assert_eq!(settled([0.7, 0.9], 0.45).verdict, Verdict::Unknown);
     }
 
     #[test]

@@ -73,6 +73,28 @@ impl Equation {
             Self::PoseHeading => "pose measurement: the heading",
         }
     }
+
+    /// The one that the free form of this id lies in.
+    #[must_use]
+    pub fn of_free_form(id: &str) -> Option<Self> {
+        let mut words = id.split('.').skip(1);
+        let first = words.next()?;
+        let what = if matches!(first, "outliers" | "level" | "lattice") { words.next()? } else { first };
+        Some(match what {
+            "force" => Self::Force,
+            "moment" => Self::Moment,
+            "sideways" => Self::Sideways,
+            "along" => Self::Along,
+            "turn" => Self::Turn,
+            "delay" | "wheel_left" | "wheels" => Self::WheelLeft,
+            "wheel_right" => Self::WheelRight,
+            "gyro" => Self::Gyro,
+            "pose_along" | "pose" | "position" => Self::PoseAlong,
+            "pose_across" => Self::PoseAcross,
+            "pose_heading" | "heading" => Self::PoseHeading,
+            _ => return None,
+        })
+    }
 }
 
 /// What a free form may follow.

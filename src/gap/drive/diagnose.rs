@@ -4,8 +4,9 @@ use super::alike::{LARGEST, separate_by};
 use super::candidates::{VARYING, WALK};
 use super::clocks;
 use super::closest::Closest;
+use super::column::{Equation, Follows};
 use super::far::{self, DriveFar};
-use super::judge::{Judged, equation_of, judge, mounting, unknowable};
+use super::judge::{Judged, judge, mounting, unknowable};
 use super::late;
 use super::model::Claimed;
 use super::navigating::filter_gain;
@@ -322,16 +323,16 @@ fn place(findings: &Findings, library: &Library, id: Option<&str>) -> Option<Pla
                     ..Place::default()
                 });
             }
-            let equation = equation_of(&part.id);
+            let equation = Equation::of_free_form(&part.id);
             let follows = part.id.rsplit('.').next().unwrap_or_default();
             let condition = match follows {
                 "turning" => Some("yaw_rate"),
                 "torque_rate" => Some("torque"),
-                other => super::column::Follows::ALL.iter().map(|f| f.condition()).find(|c| *c == other),
+                other => Follows::ALL.iter().map(|f| f.condition()).find(|c| *c == other),
             };
             Some(Place {
-                channel: equation.map_or("wheels", super::column::Equation::channel).into(),
-                equation: equation.map_or("wheel measurement", super::column::Equation::words).into(),
+                channel: equation.map_or("wheels", Equation::channel).into(),
+                equation: equation.map_or("wheel measurement", Equation::words).into(),
                 time_s: part.time_s,
                 frequency_hz: part.frequency_hz,
                 condition: condition.map(Into::into),

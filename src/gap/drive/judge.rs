@@ -9,7 +9,6 @@ use super::branch::Branch;
 use super::bursts::{self, Bursts, Predicted, Sought, missed_part};
 use super::candidates::{Candidates, Kind, LOST_TICKS, Prior, knowable};
 use super::closest::{Closest, alone, closest};
-use super::column::Equation;
 use super::fit::{Compared, Theta};
 use super::lag;
 use super::late::{self, Late};
@@ -464,31 +463,6 @@ pub(super) fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> 
         }
     }
     best.1
-}
-
-/// The equation that a free form of this id lies in.
-#[must_use]
-pub fn equation_of(id: &str) -> Option<Equation> {
-    use Equation::{
-        Along, Force, Gyro, Moment, PoseAcross, PoseAlong, PoseHeading, Sideways, Turn, WheelLeft, WheelRight,
-    };
-    let mut words = id.split('.').skip(1);
-    let first = words.next()?;
-    let what = if matches!(first, "outliers" | "level" | "lattice") { words.next()? } else { first };
-    Some(match what {
-        "force" => Force,
-        "moment" => Moment,
-        "sideways" => Sideways,
-        "along" => Along,
-        "turn" => Turn,
-        "delay" | "wheel_left" | "wheels" => WheelLeft,
-        "wheel_right" => WheelRight,
-        "gyro" => Gyro,
-        "pose_along" | "pose" | "position" => PoseAlong,
-        "pose_across" => PoseAcross,
-        "pose_heading" | "heading" => PoseHeading,
-        _ => return None,
-    })
 }
 
 /// Effects of the library that this drive cannot tell anything of, with their ids.
