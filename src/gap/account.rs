@@ -345,7 +345,7 @@ mod tests {
         let all = tested(&[("one", 0.1)]);
         let settled = |ci95, presence| {
             let mut answer = answered(Verdict::Unknown, None, &["one"]);
-            (answer.unknown_probability, answer.main_probability) = (0.97, 0.03);
+            (answer.none_probability, answer.unknown_probability, answer.main_probability) = (0.0, 0.97, 0.03);
             answer.effects[0].probability = presence;
             settle(&mut answer, &all, Some(&closed(0.8, ci95)), |id| id.map(|_| Place::default()));
             answer

@@ -5,6 +5,9 @@ use std::borrow::Cow;
 /// Factor from the median absolute deviation to the standard deviation of a normal distribution, 1/Φ⁻¹(3/4).
 pub const MAD_TO_STD: f64 = 1.482_602_218_505_602;
 
+/// Variance of a second difference of white noise of variance one.
+pub const SECOND_DIFFERENCE: f64 = 6.0;
+
 /// Quantile `p` in 0..=1 of `values` by linear interpolation between order statistics (Hyndman and Fan's type 7);
 /// NaN for an empty slice. May reorder the slice. Values are to be free of NaN.
 #[must_use]

@@ -87,7 +87,7 @@ impl Default for Followed {
             leaving: still,
             forces: Vec::new(),
             f: [[0.0; N]; N],
-            step: Step { torques: [0.0; 2], sideways: 0.0, drift: [0.0; 2], dt: 0.0 },
+            step: Step { torques: [0.0; 2], sideways: 0.0, drift: [0.0; 2], diffusion: [0.0; 2], dt: 0.0 },
             middle: (0.0, 1.0),
             functions_ahead: [0.0; FUNCTIONS],
         }
@@ -327,13 +327,15 @@ impl<'a> Along<'a> {
         }
         // without torques the robot goes on accelerating as it did
         let drift = if record.torques_n_m.is_none() {
-            let [a, alpha] = self.before.0;
+            let [a, alpha] = self.scales.classes.lasting(&self.noise.process.agility, self.before.0, k);
             [a - at.acceleration_m_s2, alpha - at.yaw_acceleration_rad_s2].map(|d| self.noise.process.lasting * d)
         } else {
             [0.0; 2]
         };
         out.leaving = at;
-        out.step = Step { torques, sideways: model.sideways_m_s(&at), drift, dt };
+        let ratios = self.scales.classes.ratios(&self.noise.process.agility, k);
+        let diffusion = [0, 1].map(|i| self.noise.process.diffusion[i] * ratios[i]);
+        out.step = Step { torques, sideways: model.sideways_m_s(&at), drift, diffusion, dt };
         out.middle = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
         out.f = self.filter.jacobian(model, &at, &out.forces, &out.step, out.middle, self.scales);
         self.before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);
@@ -355,7 +357,7 @@ impl<'a> Along<'a> {
         row.heading = at.heading_rad.sin_cos();
         [row.acceleration, row.yaw_acceleration] = match &self.record.torques_n_m {
             Some(_) => [at.acceleration_m_s2, at.yaw_acceleration_rad_s2],
-            None => self.before.0,
+            None => self.scales.classes.lasting(&self.noise.process.agility, self.before.0, out.row),
         };
         row.torques = torques;
         if self.keep.0 != dt {

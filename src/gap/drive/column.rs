@@ -1,5 +1,6 @@
 //! ∂(equations)/∂β of everything that may be missing from the model, row by row.
 
+use super::agility::Classes;
 use super::record::Record;
 use std::f64::consts::PI;
 
@@ -215,7 +216,7 @@ pub struct Row {
 }
 
 /// Scales at which a function bends: typical values in this drive.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Scales {
     /// m/s
     pub speed: f64,
@@ -223,10 +224,12 @@ pub struct Scales {
     pub yaw_rate: f64,
     /// N·m
     pub torque: f64,
+    /// How much the motion changes in each row, where no torques tell it
+    pub classes: Classes,
 }
 
 impl Scales {
-    /// Root mean squares of the recorded wheels and torques.
+    /// Root mean squares of the recorded wheels and torques, and classes of the rows.
     #[must_use]
     pub fn of(record: &Record) -> Self {
         let rms = |values: &mut dyn Iterator<Item = f64>| {
@@ -242,6 +245,7 @@ impl Scales {
             speed: rms(&mut pairs().map(|(l, r)| 0.5 * (rl * l + rr * r))).max(1e-3),
             yaw_rate: rms(&mut pairs().map(|(l, r)| 0.5 * (rr * r - rl * l) / robot.half_track_m)).max(1e-3),
             torque: torque.max(1e-6),
+            classes: Classes::of(record),
         }
     }
 }

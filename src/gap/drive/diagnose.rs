@@ -16,8 +16,8 @@ use super::record::{Belief, Record};
 use super::testable::nothing_twice;
 use super::unforced::LOUDER;
 use crate::config::{Config, EffectTable, Kind};
-use crate::effects::drive::Driving;
 use crate::effects::drive::missed_ticks::{is_mean, side_of};
+use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{Library, Parameters};
 use crate::error::Result;
 use crate::gap::account;
@@ -95,7 +95,9 @@ pub fn diagnose(
     let total = |rows: &[f64]| rows.iter().sum::<f64>();
     if let Some((closest, share)) = judged.closest.as_ref().filter(|_| !judged.as_stated)
         && let one = (closest.part.id.clone(), closest.part.parameters.clone())
-        && let alone = rows(std::slice::from_ref(&one))
+        // a lattice is read off the readings, whatever moves the robot
+        && let lattice = found.iter().filter(|other| other.0 != one.0 && is_lattice(library, &other.0))
+        && let alone = rows(&std::iter::once(&one).chain(lattice).cloned().collect::<Vec<_>>())
         && let others = [rows(&[]), rows(&found)]
         && others.iter().all(|other| total(&alone) > total(other))
         && (*share > MOST || others.iter().all(|other| account::is_better(other, &alone)))
@@ -251,6 +253,10 @@ fn together_note(record: &Record) -> Option<String> {
             sources.join("; ")
         )
     })
+}
+
+fn is_lattice(library: &Library, id: &str) -> bool {
+    library.driving_by_id(id).is_some_and(|e| matches!(e.explanation(), DriveExplanation::WheelLattice))
 }
 
 /// What is closed in each of several drives kept back.

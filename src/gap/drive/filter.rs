@@ -46,6 +46,8 @@ pub struct Step {
     pub sideways: f64,
     /// Accelerations beyond the model's, m/s² and rad/s²
     pub drift: [f64; 2],
+    /// Of v (m²/s³) and ω (rad²/s³)
+    pub diffusion: [f64; 2],
     /// s
     pub dt: f64,
 }
@@ -231,7 +233,7 @@ impl<'a> Filter<'a> {
 
     /// Moves on by one step.
     pub fn predict(&mut self, model: &DriveModel, at: &Moving, step: &Step, f: &Matrix) {
-        let Step { torques, sideways, drift, dt } = *step;
+        let Step { torques, sideways, drift, diffusion: [qv, qw], dt } = *step;
         let s = self.state;
         // the midpoint rule for speed and yaw rate, an arc for the position
         let mut middle = *at;
@@ -260,7 +262,6 @@ impl<'a> Filter<'a> {
         let q = self.noise.torque * dt;
         // an uncertain force lasts for some steps, not for one
         let [vv, vw, ww] = model.force_covariance(at).map(|c| c * dt * LASTING_S);
-        let [qv, qw] = self.noise.process.diffusion;
         let vv = vv + q * (a * a + b * b) + qv * dt;
         let ww = ww + q * (c * c + d * d) + qw * dt;
         let vw = vw + q * (a * c + b * d);
@@ -291,7 +292,7 @@ pub struct Slopes {
 
 impl Slopes {
     /// Time over which speeds are compared, s.
-    const OVER_S: f64 = 0.06;
+    pub(super) const OVER_S: f64 = 0.06;
 
     /// Accelerations, and the wheel forces that they take, after `dt_s` more.
     pub fn push(&mut self, dt_s: f64, speeds: [f64; 2], model: &DriveModel) -> ([f64; 2], [f64; 2]) {
@@ -397,7 +398,13 @@ mod tests {
         let model = DriveModel::new(record.belief.robot, Vec::new());
         let mut filter = Filter::new(&record, 0..record.len(), &noise, model.by_torque());
         let still = Moving { speed_m_s: 0.3, yaw_rate_rad_s: -0.7, ..Moving::default() };
-        let step = Step { torques: [0.0; 2], sideways: 0.0, drift: [0.0; 2], dt: record.step_s };
+        let step = Step {
+            torques: [0.0; 2],
+            sideways: 0.0,
+            drift: [0.0; 2],
+            diffusion: noise.process.diffusion,
+            dt: record.step_s,
+        };
         // what grows by a tenth each step, and turns into one another
         let mut f: Matrix = [[0.0; N]; N];
         for (i, row) in f.iter_mut().enumerate() {

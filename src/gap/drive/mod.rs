@@ -1,6 +1,7 @@
 //! The gap of a drive: which equation, which effect, how far.
 
-pub mod alike;
+pub mod agility;
+mod alike;
 mod along;
 mod branch;
 mod bursts;

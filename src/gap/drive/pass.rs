@@ -5,6 +5,7 @@
 //! accelerates. The whitened derivatives are summed up in one Gram matrix: all that the comparison of effects needs. Several
 //! drives have a pass each, whose sums add up.
 
+use super::agility::{EVEN, Ratios};
 use super::along::{Along, Followed, Taken};
 use super::column::{Column, Scales, Scoped};
 use super::record::{Belief, Record};
@@ -40,14 +41,22 @@ impl Channel {
 }
 
 /// How the robot moves beyond its model: where no torques tell it, accelerations last, and speeds diffuse.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Process {
-    /// Diffusion of v (m²/s³) and ω (rad²/s³)
+    /// Diffusion of v (m²/s³) and ω (rad²/s³), the mean over time
     pub diffusion: [f64; 2],
+    /// The same of rows in which motion changes little or much, over the mean
+    pub agility: Ratios,
     /// How much of an acceleration is there in the next row, 0 to 1
     pub lasting: f64,
     /// Torque noise of each wheel that changes within a step, squared: N²·m²·s
     pub ripple: f64,
+}
+
+impl Default for Process {
+    fn default() -> Self {
+        Self { diffusion: [0.0; 2], agility: EVEN, lasting: 0.0, ripple: 0.0 }
+    }
 }
 
 /// Variances that the filter assumes.

@@ -10,18 +10,22 @@
 //! otherwise. Accelerations that come in bursts are no Gaussian diffusion, and noise is not to make up for that: whatever the robot
 //! does, second differences of readings have a variance of 6 σ² and what torque noise adds. Where that is what is stated, so is σ.
 
+use super::agility;
 use super::pass::{Channel, Models, Noise, Process, run};
 use super::record::{Belief, Record};
-use crate::math::robust::{MAD_TO_STD, median};
+use crate::math::robust::{MAD_TO_STD, SECOND_DIFFERENCE, median};
 use crate::model::drive::DriveModel;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Where the search begins.
-const BEGIN: Process = Process { diffusion: [0.001, 0.002], lasting: 0.9, ripple: 0.0 };
 /// Shares of an acceleration that may last from row to row.
 const LASTING: [f64; 6] = [0.0, 0.5, 0.75, 0.9, 0.95, 1.0];
-/// Factors by which the search goes: the first where nothing is known, and from an estimate that was made before; and the smallest.
+/// Where the search begins if all rows are alike.
+const BEGIN: Process = Process { diffusion: [0.001, 0.002], agility: agility::EVEN, lasting: 0.9, ripple: 0.0 };
+/// Nats a row that a diffusion for each class must explain more. Rows that are told apart by what they did explain a hundredth more
+/// where all are alike; where motion is even but for corners it is one and more.
+const CLASSES_WORTH: f64 = 0.1;
+/// Factors by which the search goes: the first where all rows are alike and nothing is known, and otherwise; and the smallest.
 const FIRST_FACTORS: [f64; 2] = [8.0, 2.8];
 const LAST_FACTOR: f64 = 1.3;
 /// Rounds of parabolas; each takes the error of the one before to the third power.
@@ -33,8 +37,6 @@ const FIRST: f64 = 2.0;
 const WORTH: f64 = 3.0;
 /// ln prior odds of a noise that is not as large as stated.
 const LN_OTHER: f64 = -7.0;
-/// Variance of a second difference of white noise of variance one.
-const SECOND_DIFFERENCE: f64 = 6.0;
 /// Standard deviation of a variance by the median size of n second differences of white noise, relative and times √n: 2.3 for
 /// independent ones, more as these overlap.
 const BY_MEDIAN: f64 = 3.0;
@@ -126,9 +128,6 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
     let stated = stated(record, noise);
     let known = noise.process.diffusion.iter().all(|q| *q > 0.0);
     let mut begin = *noise;
-    if !known {
-        begin.process = Process { ripple: noise.process.ripple, ..BEGIN };
-    }
     let mut levels = vec![Varied::Wheels];
     levels.extend(record.gyro_rad_s.as_ref().map(|_| Varied::Gyro));
     levels.iter().flat_map(|v| v.places()).for_each(|c| begin.reading[c] = stated.reading[c]);
@@ -138,8 +137,20 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
         let matters = chance * (2.0 * LOUDER).exp();
         level.places().any(|c| variance > matters * stated.reading[c])
     });
-    let climb = Climb { record, models, least: begin.reading, first_factor: FIRST_FACTORS[usize::from(known)] };
-    let as_stated = climb.from(begin, &Varied::MOTION);
+    let climb = Climb { record, models, least: begin.reading };
+    // one way of moving for all rows, or one for each class of them: whichever explains more
+    let best = |from: Noise, varied: &[Varied]| {
+        if known {
+            return climb.from(from, varied);
+        }
+        let ripple = noise.process.ripple;
+        let (diffusion, agility, lasting) = agility::likely(record, &from, &SENSIBLE);
+        let ways = [Process { ripple, ..BEGIN }, Process { diffusion, agility, lasting, ripple }];
+        let [one, classes] = ways.map(|process| Noise { process, ..from });
+        let (one, classes) = rayon::join(|| climb.from(one, varied), || climb.from(classes, varied));
+        if classes.0 > one.0 + CLASSES_WORTH * record.len() as f64 { classes } else { one }
+    };
+    let as_stated = best(begin, &Varied::MOTION);
     let first: Vec<f64> = levels.par_iter().map(|v| climb.weigh(&v.times(&as_stated.1, FIRST))).collect();
     if first.iter().all(|ln| *ln <= as_stated.0 + WORTH) {
         return as_stated.1;
@@ -152,7 +163,7 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
             from.reading[level.places()].iter_mut().for_each(|own| *own = own.max(variance));
             cost += 0.5 * (count as f64).ln() - LN_OTHER;
         }
-        let (ln, noise) = climb.from(from, &[&Varied::MOTION[..], some].concat());
+        let (ln, noise) = best(from, &[&Varied::MOTION[..], some].concat());
         (ln - cost, noise)
     };
     let mut some: Vec<&[Varied]> = levels.chunks(1).collect();
@@ -166,7 +177,6 @@ struct Climb<'a> {
     models: &'a Models,
     /// Variances that are stated: of readings that are less loud nothing tells which motion takes the place of what they lack
     least: [f64; 6],
-    first_factor: f64,
 }
 
 impl Climb<'_> {
@@ -183,7 +193,7 @@ impl Climb<'_> {
         };
         let mut here = begin;
         let mut best = self.weigh(&here);
-        let mut factor = self.first_factor;
+        let mut factor = FIRST_FACTORS[usize::from(begin.process != Process { ripple: begin.process.ripple, ..BEGIN })];
         while factor > LAST_FACTOR {
             let mut moved = false;
             for one in varied {
