@@ -42,9 +42,7 @@ pub struct Drive {
 ///
 /// Torques are the inverse dynamics of the course plus feedback of the true pose and velocity (Kanayama et al., "A
 /// stable tracking control method for an autonomous mobile robot", ICRA 1990), so that torque noise does not lead
-/// the robot astray; where wheels slip, the velocity that is fed back is the wheels', as in a robot's speed control, which reads
-/// them with noise of its own. One that saw the true velocity would write it into the torques: a log of them would tell more of
-/// the motion than its sensors do.
+/// the robot astray; where wheels slip, the velocity that is fed back is the wheels', as in a robot's speed control.
 /// The torques are commanded per row and logged.
 ///
 /// # Errors
@@ -87,7 +85,7 @@ fn driven(
     let (mut plant, mut recorder) = robot(config, options, source, len, scene)?;
     let mut noise = TorqueNoise::new(config, options)?;
     let profile = course.profile(time.at(len - 1) + step_s, options.seeds.motion);
-    let mut tracker = Tracker::new(config, step_s, options)?;
+    let tracker = Tracker::new(step_s);
     let mut torques = [Vec::with_capacity(len), Vec::with_capacity(len)];
 
     let mut reference = Motion::default();
@@ -240,31 +238,16 @@ struct Tracker {
     pose_per_s: f64,
     heading_per_s: f64,
     lateral_per_m2: f64,
-    /// Of the speeds of the wheels that it sees, rad/s
-    std_rad_s: f64,
-    streams: [Stream; 2],
 }
 
-/// Noise of a wheel's speed as a control reads it, over that of a speed that is logged: it does so over a shorter time.
-const CONTROL_NOISE: f64 = 3.0;
-
 impl Tracker {
-    fn new(config: &Config, step_s: f64, options: &Options) -> Result<Self> {
+    fn new(step_s: f64) -> Self {
         // gain times sample time: at most 0.5 in the inner loop, a quarter of that in the outer one
         let inner = 5f64.min(0.5 / step_s);
-        Ok(Self {
-            velocity_per_s: inner,
-            pose_per_s: inner / 5.0,
-            heading_per_s: inner / 2.5,
-            lateral_per_m2: inner / 2.5,
-            std_rad_s: CONTROL_NOISE * config.require_encoder()?.speed_noise_std_rad_s,
-            streams: [Purpose::SpeedLeft, Purpose::SpeedRight].map(|p| p.stream(options.seeds.motion)),
-        })
+        Self { velocity_per_s: inner, pose_per_s: inner / 5.0, heading_per_s: inner / 2.5, lateral_per_m2: inner / 2.5 }
     }
 
-    fn torques(&mut self, robot: &Rolling, motion: &Motion, reference: &Motion, planned: &Forcing) -> [f64; 2] {
-        let noise = self.streams.each_mut().map(|stream| self.std_rad_s * stream.normal());
-        let [speed_noise_m_s, yaw_rate_noise_rad_s] = robot.speed_and_yaw_rate(noise);
+    fn torques(&self, robot: &Rolling, motion: &Motion, reference: &Motion, planned: &Forcing) -> [f64; 2] {
         let (sin, cos) = motion.heading_rad.sin_cos();
         let (dx, dy) = (reference.x_m - motion.x_m, reference.y_m - motion.y_m);
         let (ahead, aside) = (cos * dx + sin * dy, cos * dy - sin * dx);
@@ -275,9 +258,8 @@ impl Tracker {
             + self.lateral_per_m2 * reference.speed_m_s * aside;
         robot.torques_for(
             motion,
-            planned.acceleration_m_s2 + self.velocity_per_s * (speed - motion.speed_m_s - speed_noise_m_s),
-            planned.yaw_acceleration_rad_s2
-                + self.velocity_per_s * (yaw_rate - motion.yaw_rate_rad_s - yaw_rate_noise_rad_s),
+            planned.acceleration_m_s2 + self.velocity_per_s * (speed - motion.speed_m_s),
+            planned.yaw_acceleration_rad_s2 + self.velocity_per_s * (yaw_rate - motion.yaw_rate_rad_s),
         )
     }
 }

@@ -81,8 +81,6 @@ enum Purpose {
     GyroBand = 105,
     TorqueLeft = 111,
     TorqueRight = 112,
-    SpeedLeft = 113,
-    SpeedRight = 114,
     EncoderLeft = 121,
     EncoderRight = 122,
     TickLeft = 123,
