@@ -104,7 +104,11 @@ fn a_larger_radius_and_lost_ticks_are_one_class_without_torques() {
     let mains = found.findings.mains();
     let told = |id: &str| mains.iter().find(|m| m.0 == Main::Effect(id.into())).map_or(0.0, |m| m.1);
     let (radius, ticks) = (told("wheel.radius_left"), told("encoder.missed_ticks"));
-    assert!(radius > ticks && ticks > 0.05 && radius + ticks > 0.8, "{mains:?}");
+    // how their odds divide hangs on how motion is modelled where no torques tell it: that they are one class is told in any case
+    assert!(radius > ticks && radius + ticks > 0.8, "{mains:?}");
+    let both = ["wheel.radius_left", "encoder.missed_ticks"];
+    let told = found.alike.iter().any(|class| both.iter().all(|id| class.ids.iter().any(|own| own == id)));
+    assert!(told, "{:?}", found.alike);
     let found = judged("", &effect, 8, |_| {});
     let mains = found.findings.mains();
     assert!(mains[0].0 == Main::Effect("wheel.radius_left".into()) && mains[0].1 > 0.9, "{mains:?}");
