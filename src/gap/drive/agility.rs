@@ -5,7 +5,7 @@
 //! before, and whatever bends near zero seems to follow them. So each class has a diffusion of its own. A class is told by the
 //! slope of the readings around a row, in units of what noise makes of it: like torques it is an input, the same before and after an
 //! effect is added. Ratios of the classes are the most likely ones of a random walk with one state; how large all are is estimated
-//! with the model ([`super::unforced`]).
+//! with the model beside them.
 
 use super::filter::Slopes;
 use super::pass::{Channel, Noise};

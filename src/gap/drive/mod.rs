@@ -1,7 +1,7 @@
 //! The gap of a drive: which equation, which effect, how far.
 
 pub mod agility;
-mod alike;
+pub mod alike;
 mod along;
 mod branch;
 mod bursts;
