@@ -98,6 +98,15 @@ pub fn median(values: &mut [f64]) -> f64 {
     quantile(values, 0.5)
 }
 
+/// Standard deviation of the second differences of `series`, all alike, by their median size: of white noise it is √6 times that of the
+/// values ([`SECOND_DIFFERENCE`]), and a slope does not matter. Zero where no series has three values.
+#[must_use]
+pub fn second_difference_std<'a>(series: impl IntoIterator<Item = &'a [f64]>) -> f64 {
+    let bend = |w: &[f64]| w[0] - 2.0 * w[1] + w[2];
+    let mut bends: Vec<f64> = series.into_iter().flat_map(|values| values.windows(3).map(bend)).collect();
+    if bends.is_empty() { 0.0 } else { mad_std(&mut bends, 0.0) }
+}
+
 /// `values`, or of more than `most` about as many: stretches of neighbours, evenly spread, that show noise, jitter and drift
 /// alike.
 #[must_use]
@@ -174,6 +183,17 @@ mod tests {
         // neighbours all of the time
         assert_eq!(few.windows(2).filter(|w| w[1] - w[0] == 1.0).count(), 64 * 99);
         assert_eq!(stretches(&x[..64], 1), &x[..64]);
+    }
+
+    #[test]
+    fn second_differences_tell_the_noise_on_a_slope() {
+        let mut draw = Stream::new(4, 9);
+        let mut ramp = |std: f64| -> Vec<f64> { (0..20_000).map(|k| 0.3 * f64::from(k) + std * draw.normal()).collect() };
+        let (a, b) = (ramp(2.0), ramp(2.0));
+        let std = second_difference_std([a.as_slice(), &b]) / SECOND_DIFFERENCE.sqrt();
+        // a median of 40 000 overlapping differences: relative standard deviation below 3/√n
+        assert!((std / 2.0 - 1.0).abs() < 4.0 * 1.5 / 40_000f64.sqrt(), "{std}");
+        assert_eq!(second_difference_std([&a[..2]]), 0.0);
     }
 
     #[test]

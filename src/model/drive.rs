@@ -76,6 +76,14 @@ impl Robot {
         [(speed_m_s - turn) / self.radius_m[0], (speed_m_s + turn) / self.radius_m[1]]
     }
 
+    /// Speed (m/s) and yaw rate (rad/s) at which the wheels turn like this (left, right; rad/s) where they roll.
+    #[must_use]
+    #[inline]
+    pub fn speed_and_yaw_rate(&self, wheels_rad_s: [f64; 2]) -> [f64; 2] {
+        let [left, right]: [f64; 2] = std::array::from_fn(|i| self.radius_m[i] * wheels_rad_s[i]);
+        [0.5 * (left + right), 0.5 * (right - left) / self.half_track_m]
+    }
+
     /// Speed of the ground under each wheel, left and right, m/s.
     #[must_use]
     #[inline]

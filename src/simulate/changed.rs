@@ -110,9 +110,7 @@ impl Changed {
 
     /// Speed (m/s) and yaw rate (rad/s) at which the wheels of this robot turn like this, left and right.
     pub fn speed_and_yaw_rate(&self, wheels_rad_s: [f64; 2]) -> [f64; 2] {
-        let robot = &self.model.robot;
-        let [left, right]: [f64; 2] = std::array::from_fn(|i| robot.radius_m[i] * wheels_rad_s[i]);
-        [0.5 * (left + right), 0.5 * (right - left) / robot.half_track_m]
+        self.model.robot.speed_and_yaw_rate(wheels_rad_s)
     }
 
     /// What the wheels turn with, under the torques that acted last.

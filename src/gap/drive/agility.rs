@@ -10,12 +10,13 @@
 use super::filter::Slopes;
 use super::pass::{Channel, Noise};
 use super::record::Record;
-use crate::math::robust::{MAD_TO_STD, SECOND_DIFFERENCE, median};
+use crate::math::robust::{SECOND_DIFFERENCE, second_difference_std};
 use std::ops::Range;
 
 /// Number of classes, from even motion to the hardest.
 pub(super) const CLASSES: usize = 5;
-/// Diffusion of each class over the mean, of v and of ω.
+/// Diffusion of each class over the mean, of v and of ω. The five are [`CLASSES`], which the compiler (rustc 1.95) does not get through
+/// here: it panics over a constant in the type of another one.
 pub type Ratios = [[f64; 5]; 2];
 /// One class is like another.
 pub const EVEN: Ratios = [[1.0; 5]; 2];
@@ -81,20 +82,13 @@ struct Source {
 fn sources(record: &Record, rows: &Range<usize>) -> [Vec<Source>; 2] {
     let b = &record.belief;
     let [rl, rr] = b.robot.radius_m;
-    let both = |k: usize| -> [f64; 2] { [0, 1].map(|i| b.robot.radius_m[i] * record.wheels_rad_s[i][k]) };
-    let wheels = |value: &dyn Fn([f64; 2]) -> f64, std: f64| {
-        let there: Vec<usize> = rows.clone().filter(|k| both(*k).iter().all(|v| v.is_finite())).collect();
-        Source {
-            channel: Channel::WheelLeft,
-            values: there.iter().map(|k| value(both(*k))).collect(),
-            rows: there,
-            std,
-        }
-    };
     let std = 0.5 * rl.hypot(rr) * b.wheel_std_rad_s;
-    let half = b.robot.half_track_m;
-    let speed = wheels(&|[l, r]| 0.5 * (l + r), std);
-    let turning = wheels(&|[l, r]| 0.5 * (r - l) / half, std / half);
+    let wheels = |mode: usize, std: f64| {
+        let there: Vec<usize> = rows.clone().filter(|k| record.rolling(*k)[mode].is_finite()).collect();
+        let values = there.iter().map(|k| record.rolling(*k)[mode]).collect();
+        Source { channel: Channel::WheelLeft, values, rows: there, std }
+    };
+    let (speed, turning) = (wheels(0, std), wheels(1, std / b.robot.half_track_m));
     let gyro = record.gyro_rad_s.as_ref().map(|gyro| {
         let there: Vec<usize> = rows.clone().filter(|k| gyro[*k].is_finite()).collect();
         let rate = |k: &usize| gyro[*k] - b.warm_up.error_rad_s(record.since_power_on_s[*k]);
@@ -113,8 +107,7 @@ impl Source {
         }
         let mean = |range: Range<usize>| self.values[range].iter().sum::<f64>() / BESIDE as f64;
         // vibration makes a gyro louder than its data sheet while it moves: then what scatters from reading to reading
-        let mut bends: Vec<f64> = self.values.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
-        let std = self.std.max(MAD_TO_STD * median(&mut bends) / SECOND_DIFFERENCE.sqrt());
+        let std = self.std.max(second_difference_std([self.values.as_slice()]) / SECOND_DIFFERENCE.sqrt());
         let noise = 2.0 * std * std / BESIDE as f64;
         let class = |j: usize| {
             let at = j.clamp(BESIDE, n - BESIDE);

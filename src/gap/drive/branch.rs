@@ -331,10 +331,7 @@ impl Branch {
         let r = &self.record;
         let (None, Some(gyro), true) = (&r.torques_n_m, &r.gyro_rad_s, channel <= Channel::Gyro) else { return true };
         let robot = &r.belief.robot;
-        let apart = |k: usize| {
-            let [left, right] = [0, 1].map(|i| robot.radius_m[i] * r.wheels_rad_s[i][k]);
-            gyro[k] - 0.5 * (right - left) / robot.half_track_m
-        };
+        let apart = |k: usize| gyro[k] - r.rolling(k)[1];
         let drive = r.drive_around(row);
         // wheels may be read in few rows
         let read = |v: &f64| v.is_finite();

@@ -1,6 +1,6 @@
 //! ∂(equations)/∂β of everything that may be missing from the model, row by row.
 
-use super::agility::Classes;
+use super::agility::{Classes, EVEN, Ratios};
 use super::record::Record;
 use std::f64::consts::PI;
 
@@ -224,28 +224,25 @@ pub struct Scales {
     pub yaw_rate: f64,
     /// N·m
     pub torque: f64,
-    /// How much the motion changes in each row, where no torques tell it
+    /// How much the motion changes in each row, where that matters
     pub classes: Classes,
 }
 
 impl Scales {
-    /// Root mean squares of the recorded wheels and torques, and classes of the rows.
+    /// Root mean squares of the recorded wheels and torques, and classes of the rows where `agility` tells them apart.
     #[must_use]
-    pub fn of(record: &Record) -> Self {
+    pub fn of(record: &Record, agility: &Ratios) -> Self {
         let rms = |values: &mut dyn Iterator<Item = f64>| {
             let (sum, n) = values.filter(|v| v.is_finite()).fold((0.0, 0), |(s, n), v| (s + v * v, n + 1));
             (sum / f64::from(n.max(1))).sqrt()
         };
-        let robot = &record.belief.robot;
-        let [l, r] = &record.wheels_rad_s;
-        let [rl, rr] = robot.radius_m;
-        let pairs = || l.iter().zip(r);
+        let rolling = |mode: usize| rms(&mut (0..record.len()).map(|k| record.rolling(k)[mode])).max(1e-3);
         let torque = record.torques_n_m.as_ref().map_or(0.0, |[l, r]| rms(&mut l.iter().chain(r).copied()));
         Self {
-            speed: rms(&mut pairs().map(|(l, r)| 0.5 * (rl * l + rr * r))).max(1e-3),
-            yaw_rate: rms(&mut pairs().map(|(l, r)| 0.5 * (rr * r - rl * l) / robot.half_track_m)).max(1e-3),
+            speed: rolling(0),
+            yaw_rate: rolling(1),
             torque: torque.max(1e-6),
-            classes: Classes::of(record),
+            classes: if *agility == EVEN { Classes::default() } else { Classes::of(record) },
         }
     }
 }

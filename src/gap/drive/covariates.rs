@@ -73,7 +73,7 @@ fn of_row(row: &Row, scales: &Scales, t_s: f64, temperature_c: f64) -> [(f64, Ve
 
 /// Those that `record` knows, about `knots` of each of its drives, as the filter of `models` sees them.
 pub fn about(record: &Record, models: &Models, noise: &Noise, knots: &[Knots]) -> Vec<Covariate> {
-    let scales = Scales::of(record);
+    let scales = Scales::of(record, &noise.process.agility);
     let total: usize = knots.iter().map(|k| k.count).sum();
     let mut sums: Vec<Vec<(f64, Vec<f64>)>> = Vec::with_capacity(NAMES.len());
     let mut weights = vec![[0.0; NAMES.len()]; total];

@@ -451,8 +451,7 @@ fn bias_at_rest(r: &Record) -> Option<(f64, f64)> {
     let (gyro, robot) = (r.gyro_rad_s.as_ref()?, &r.belief.robot);
     let still = |k: &usize| r.wheels_rad_s.iter().all(|w| !(w[*k].abs() > 5.0 * r.belief.wheel_std_rad_s));
     let off = |k: usize| {
-        let [left, right] = [0, 1].map(|i| robot.radius_m[i] * r.wheels_rad_s[i][k]);
-        gyro[k] - r.belief.warm_up.error_rad_s(r.since_power_on_s[k]) - 0.5 * (right - left) / robot.half_track_m
+        gyro[k] - r.belief.warm_up.error_rad_s(r.since_power_on_s[k]) - r.rolling(k)[1]
     };
     let begin = r.drives().next()?;
     let values: Vec<f64> = begin.take_while(still).map(off).filter(|v| v.is_finite()).collect();

@@ -109,11 +109,9 @@ impl<'a> Filter<'a> {
             }
         }
         let first = |values: &[f64]| values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
-        let [l, r] = [0, 1].map(|i| first(&record.wheels_rad_s[i][rows.clone()]));
-        let [rl, rr] = b.robot.radius_m;
-        state[V] = 0.5 * (rl * l + rr * r);
-        state[W] = 0.5 * (rr * r - rl * l) / b.robot.half_track_m;
-        let speed = 2.0 * rl * noise.reading[0].sqrt();
+        let wheels = [0, 1].map(|i| first(&record.wheels_rad_s[i][rows.clone()]));
+        [state[V], state[W]] = b.robot.speed_and_yaw_rate(wheels);
+        let speed = 2.0 * b.robot.radius_m[0] * noise.reading[0].sqrt();
         covariance[V][V] = speed * speed;
         covariance[W][W] = (speed / b.robot.half_track_m).powi(2);
         Self { state, covariance, shaken: Shaken::default(), noise, by_torque }

@@ -34,11 +34,9 @@ pub fn or(known: Onsets, may: &[Option<f64>]) -> Onsets {
 #[must_use]
 pub fn of(record: &Record) -> Option<f64> {
     let gyro = record.gyro_rad_s.as_ref()?;
-    let (robot, warm_up) = (&record.belief.robot, &record.belief.warm_up);
-    let [left, right] = &record.wheels_rad_s;
+    let warm_up = &record.belief.warm_up;
     let row = |k: usize| {
-        let [l, r] = [robot.radius_m[0] * left[k], robot.radius_m[1] * right[k]];
-        let (rate, speed) = (0.5 * (r - l) / robot.half_track_m, 0.5 * (l + r));
+        let [speed, rate] = record.rolling(k);
         let since_s = record.since_power_on_s[k];
         let risen = -(-since_s / warm_up.time_constant_s).exp_m1();
         let d = gyro[k] - warm_up.error_rad_s(since_s) - rate;

@@ -19,8 +19,7 @@ const SMOOTH_S: f64 = 0.05;
 pub(super) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
     let speeds: Vec<[f64; 2]> = (0..like.len())
         .map(|k| {
-            let [l, r] = [0, 1].map(|i| robot.radius_m[i] * like.wheels_rad_s[i][k]);
-            [0.5 * (l + r), 0.5 * (r - l) / robot.half_track_m]
+            robot.speed_and_yaw_rate([0, 1].map(|i| like.wheels_rad_s[i][k]))
         })
         .collect();
     let (mut from, mut to) = (0, 0);
@@ -46,7 +45,7 @@ pub(super) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
 /// The same as the filter of this model has them: they diffuse as fast as `process` says.
 fn filtered(like: &Record, claimed: &Claimed, process: Process) -> Vec<[f64; 2]> {
     let (record, models) = claimed.read(like);
-    let (noise, scales) = (claimed.noise(&record, process), Scales::of(&record));
+    let (noise, scales) = (claimed.noise(&record, process), Scales::of(&record, &process.agility));
     let mut along = Along::new(&record, 0..record.len(), &scales, &models, &noise, &[]);
     let mut row = Followed::default();
     let mut speeds = Vec::with_capacity(record.len());
@@ -88,9 +87,8 @@ fn own_drive(like: &Record, claimed: &Claimed, process: Process, draw: &mut Stre
     let mut been: Vec<[f64; 3]> = Vec::with_capacity(like.len());
     // motion: x, y, θ, v, ω from the first reading on
     let first = |values: &[f64]| values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
-    let [rl, rr] = b.robot.radius_m;
-    let [l, r] = [first(&like.wheels_rad_s[0]), first(&like.wheels_rad_s[1])];
-    let mut s = [0.0, 0.0, 0.0, 0.5 * (rl * l + rr * r), 0.5 * (rr * r - rl * l) / b.robot.half_track_m];
+    let [v, w] = b.robot.speed_and_yaw_rate([0, 1].map(|i| first(&like.wheels_rad_s[i])));
+    let mut s = [0.0, 0.0, 0.0, v, w];
     if let Some(pose) = &like.pose {
         for (state, values) in s.iter_mut().zip(pose) {
             *state = first(values);

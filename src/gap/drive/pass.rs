@@ -197,7 +197,7 @@ pub fn run_scoped(
 ) -> Summed {
     let p = columns.len();
     // one scale for all drives: a free form is the same function in each
-    let scales = Scales::of(record);
+    let scales = Scales::of(record, &noise.process.agility);
     let mut summed = Summed { gram: Mat::zeros(p + 1, p + 1), ln_volume: 0.0 };
     let mut slopes = vec![0.0; p];
     for (drive, rows) in record.drives().enumerate() {

@@ -84,6 +84,12 @@ pub struct Belief {
 }
 
 impl Record {
+    /// Speed (m/s) and yaw rate (rad/s) of row `k` as its wheels tell them; NaN where it has none.
+    #[must_use]
+    pub fn rolling(&self, k: usize) -> [f64; 2] {
+        self.belief.robot.speed_and_yaw_rate([0, 1].map(|i| self.wheels_rad_s[i][k]))
+    }
+
     /// Number of rows.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -215,7 +215,7 @@ mod tests {
         let at = Moving { speed_m_s: v, yaw_rate_rad_s: yaw_rate, wheel_force_n: [-force, force], ..Moving::default() };
         let DriveExplanation::Model(law) = by_id(SLIP.0).unwrap().explanation() else { panic!() };
         let turned = law.at(&law.theta(&slip.parameters)).wheels_rad_s(&robot, &at, wheels);
-        let of = |w: [f64; 2]| 0.5 * (w[1] * robot.radius_m[1] - w[0] * robot.radius_m[0]) / robot.half_track_m;
+        let of = |w: [f64; 2]| robot.speed_and_yaw_rate(w)[1];
         let ahead = of(turned) - of(wheels);
         assert!((ahead / (delay_s * about) - 1.0).abs() < 0.05, "{ahead} {}", delay_s * about);
         assert!((slip.std[SLIP.1[0]] / slip.parameters[SLIP.1[0]] - 0.025).abs() < 1e-9);

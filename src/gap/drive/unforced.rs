@@ -13,7 +13,7 @@
 use super::agility;
 use super::pass::{Channel, Models, Noise, Process, run};
 use super::record::{Belief, Record};
-use crate::math::robust::{MAD_TO_STD, SECOND_DIFFERENCE, median};
+use crate::math::robust::{SECOND_DIFFERENCE, second_difference_std};
 use crate::model::drive::DriveModel;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -25,8 +25,9 @@ const BEGIN: Process = Process { diffusion: [0.001, 0.002], agility: agility::EV
 /// Nats a row that a diffusion for each class must explain more. Rows that are told apart by what they did explain a hundredth more
 /// where all are alike; where motion is even but for corners it is one and more.
 const CLASSES_WORTH: f64 = 0.1;
-/// Factors by which the search goes: the first where all rows are alike and nothing is known, and otherwise; and the smallest.
-const FIRST_FACTORS: [f64; 2] = [8.0, 2.8];
+/// Factors by which the search goes: the first where nothing is known, and where something is; and the smallest.
+const FAR: f64 = 8.0;
+const NEAR: f64 = 2.8;
 const LAST_FACTOR: f64 = 1.3;
 /// Rounds of parabolas; each takes the error of the one before to the third power.
 const ROUNDS: usize = 2;
@@ -99,15 +100,12 @@ impl Varied {
     /// How many readings there are, and the variance of their white noise by how they scatter from row to row beside what torque noise
     /// as stated does: at most that, where the robot accelerates evenly.
     fn scatter(self, record: &Record, model: &DriveModel) -> (usize, f64) {
-        let (mut count, mut bends) = (0, Vec::new());
-        for values in self.read(record) {
-            let there: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-            count += there.len();
-            bends.extend(there.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()));
-        }
-        let middle = if bends.is_empty() { 0.0 } else { median(&mut bends) };
+        let finite = |values: &Vec<f64>| values.iter().copied().filter(|v| v.is_finite()).collect::<Vec<f64>>();
+        let there: Vec<Vec<f64>> = self.read(record).into_iter().map(finite).collect();
+        let count = there.iter().map(Vec::len).sum();
         // two changes of speed and three readings
-        let white = (MAD_TO_STD * middle).powi(2) - 2.0 * self.shaken(record, model);
+        let bend = second_difference_std(there.iter().map(Vec::as_slice));
+        let white = bend.powi(2) - 2.0 * self.shaken(record, model);
         (count, white.max(0.0) / SECOND_DIFFERENCE)
     }
 }
@@ -141,13 +139,13 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
     // one way of moving for all rows, or one for each class of them: whichever explains more
     let best = |from: Noise, varied: &[Varied]| {
         if known {
-            return climb.from(from, varied);
+            return climb.from(from, NEAR, varied);
         }
         let ripple = noise.process.ripple;
         let (diffusion, agility, lasting) = agility::likely(record, &from, &SENSIBLE);
         let ways = [Process { ripple, ..BEGIN }, Process { diffusion, agility, lasting, ripple }];
         let [one, classes] = ways.map(|process| Noise { process, ..from });
-        let (one, classes) = rayon::join(|| climb.from(one, varied), || climb.from(classes, varied));
+        let (one, classes) = rayon::join(|| climb.from(one, FAR, varied), || climb.from(classes, NEAR, varied));
         if classes.0 > one.0 + CLASSES_WORTH * record.len() as f64 { classes } else { one }
     };
     let as_stated = best(begin, &Varied::MOTION);
@@ -184,8 +182,8 @@ impl Climb<'_> {
         run(self.record, self.models, noise, &[], |_| {}).ln_likelihood()
     }
 
-    /// ln p and the noise at its maximum over what is `varied`.
-    fn from(&self, begin: Noise, varied: &[Varied]) -> (f64, Noise) {
+    /// ln p and the noise at its maximum over what is `varied`, the first steps by `first_factor`.
+    fn from(&self, begin: Noise, first_factor: f64, varied: &[Varied]) -> (f64, Noise) {
         let two = |[a, b]: [Noise; 2]| rayon::join(|| self.weigh(&a), || self.weigh(&b));
         let sensible = |u: &Noise| {
             let louder = u.reading.iter().zip(&self.least).all(|(own, least)| own >= least);
@@ -193,7 +191,7 @@ impl Climb<'_> {
         };
         let mut here = begin;
         let mut best = self.weigh(&here);
-        let mut factor = FIRST_FACTORS[usize::from(begin.process != Process { ripple: begin.process.ripple, ..BEGIN })];
+        let mut factor = first_factor;
         while factor > LAST_FACTOR {
             let mut moved = false;
             for one in varied {
