@@ -188,7 +188,8 @@ mod tests {
     #[test]
     fn second_differences_tell_the_noise_on_a_slope() {
         let mut draw = Stream::new(4, 9);
-        let mut ramp = |std: f64| -> Vec<f64> { (0..20_000).map(|k| 0.3 * f64::from(k) + std * draw.normal()).collect() };
+        let mut ramp =
+            |std: f64| -> Vec<f64> { (0..20_000).map(|k| 0.3 * f64::from(k) + std * draw.normal()).collect() };
         let (a, b) = (ramp(2.0), ramp(2.0));
         let std = second_difference_std([a.as_slice(), &b]) / SECOND_DIFFERENCE.sqrt();
         // a median of 40 000 overlapping differences: relative standard deviation below 3/√n

@@ -48,7 +48,7 @@ const CLOSER: f64 = 4.0;
 const SETTLING_S: [f64; 3] = [0.4, 1.6, 6.4];
 
 /// Share of the lost ticks whose bursts do not show singly.
-const UNSEEN: f64 = 0.5;
+pub(super) const UNSEEN: f64 = 0.5;
 /// Effects that are known by a length.
 const LENGTHS: [&str; 3] = ["wheel.radius_scale", "wheel.radius_left", "wheel.radius_right"];
 /// Lost ticks.
@@ -163,11 +163,13 @@ impl Candidates {
                     }
                 },
                 DriveExplanation::GyroStep => all.steps(record, effect.about().id, prior, near_s),
-                DriveExplanation::MissedTicks(sides) => {
+                // else its wheel's radius is compared
+                DriveExplanation::MissedTicks(sides) if !twins::is_lost_by_radius(record, effects) => {
                     let ln_prior = prior.ln_named + (UNSEEN / sides.len() as f64).ln();
                     sides.iter().for_each(|side| all.change(record, *effect, *side, ln_prior));
                 }
-                DriveExplanation::WheelLattice | DriveExplanation::NoiseLevel(_) => {}
+                DriveExplanation::MissedTicks(_) | DriveExplanation::WheelLattice | DriveExplanation::NoiseLevel(_) => {
+                }
             }
         }
         if record.gyro_rad_s.is_some() {

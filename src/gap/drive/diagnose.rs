@@ -450,9 +450,7 @@ fn list_closest(closest: &Closest, answer: &mut Answer) -> usize {
 fn bias_at_rest(r: &Record) -> Option<(f64, f64)> {
     let (gyro, robot) = (r.gyro_rad_s.as_ref()?, &r.belief.robot);
     let still = |k: &usize| r.wheels_rad_s.iter().all(|w| !(w[*k].abs() > 5.0 * r.belief.wheel_std_rad_s));
-    let off = |k: usize| {
-        gyro[k] - r.belief.warm_up.error_rad_s(r.since_power_on_s[k]) - r.rolling(k)[1]
-    };
+    let off = |k: usize| gyro[k] - r.belief.warm_up.error_rad_s(r.since_power_on_s[k]) - r.rolling(k)[1];
     let begin = r.drives().next()?;
     let values: Vec<f64> = begin.take_while(still).map(off).filter(|v| v.is_finite()).collect();
     if values.len() < AT_REST {

@@ -421,7 +421,7 @@ fn best_node(group: &Group, gram: &[f64], moment: &[f64]) -> Option<(usize, f64)
 }
 
 /// ln 2Φ(z): a prior of which the negative half is impossible holds this much more, or less, of the posterior.
-fn ln_possible(z: f64) -> f64 {
+pub(super) fn ln_possible(z: f64) -> f64 {
     statrs::function::erf::erfc(-z / std::f64::consts::SQRT_2).max(1e-300).ln()
 }
 

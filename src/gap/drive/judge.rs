@@ -132,14 +132,17 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     for (other, part) in &others {
         sets.extend(other.sets().into_iter().map(|set| beside(set, part)));
     }
-    let mut sets: Vec<WeightedSet> = sets.into_iter().flat_map(|set| twins.all(set)).collect();
-    for set in &mut sets {
-        set.parts.extend(lattice.iter().cloned());
-    }
-    let mut findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
     // the drive as it is in the likeliest account of it
     let others = others.iter().map(|o| &o.0).chain(in_time.iter().map(|i| &i.branch));
     let best = others.fold(&branch, |best, other| if other.top() > best.top() { other } else { best });
+    let levels = best.levels.iter().map(|l| (l.id.to_owned(), l.margin - options.prior.ln_named));
+    let missed_by: BTreeMap<String, f64> = best.missed_by.clone().into_iter().chain(levels).collect();
+    for set in &mut sets {
+        set.parts.extend(lattice.iter().cloned());
+        set.parts.iter_mut().for_each(|p| p.missed_nats = p.missed_nats.or(missed_by.get(&p.id).copied()));
+    }
+    let sets = sets.into_iter().flat_map(|set| twins.all(set)).collect();
+    let findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
     let unknown = matches!(findings.mains().first(), Some((Main::Unknown, _)));
     let as_stated = record.torques_n_m.is_some() || unforced::is_as_stated(record, &best.noise);
     let nearest = if unknown || !as_stated { closest(&best.record, &best.noise, effects, options) } else { None };
@@ -150,14 +153,11 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         (Closest { part: twins.plausible(one.part), ..one }, share)
     });
     let mut alike = alike(&best.record, &best.compared);
-    let first = findings.sets.first().and_then(|set| twins.class(&best.record, &set.parts));
-    let near = closest.as_ref().and_then(|c| twins.class(&best.record, std::slice::from_ref(&c.0.part)));
-    alike.extend(first.or(near));
-    let levels = best.levels.iter().map(|l| (l.id.to_owned(), l.margin - options.prior.ln_named));
-    let missed_by: BTreeMap<String, f64> = best.missed_by.clone().into_iter().chain(levels).collect();
-    for part in findings.sets.iter_mut().flat_map(|set| &mut set.parts) {
-        part.missed_nats = part.missed_nats.or(missed_by.get(&part.id).copied());
+    let mut classes = findings.sets.first().map_or_else(Vec::new, |set| twins.classes(&set.parts));
+    if classes.is_empty() {
+        classes.extend(closest.iter().flat_map(|c| twins.classes(std::slice::from_ref(&c.0.part))));
     }
+    alike.extend(classes);
     let nominal_noise = best.noise.nominal_beside(&nominal, record);
     Judged { findings, closest, unknown, as_stated, wheels_late_s, alike, nominal_noise }
 }

@@ -17,11 +17,8 @@ const SMOOTH_S: f64 = 0.05;
 
 /// Speed and yaw rate in every row of one drive, as the wheels of `robot` tell them.
 pub(super) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
-    let speeds: Vec<[f64; 2]> = (0..like.len())
-        .map(|k| {
-            robot.speed_and_yaw_rate([0, 1].map(|i| like.wheels_rad_s[i][k]))
-        })
-        .collect();
+    let speeds: Vec<[f64; 2]> =
+        (0..like.len()).map(|k| robot.speed_and_yaw_rate([0, 1].map(|i| like.wheels_rad_s[i][k]))).collect();
     let (mut from, mut to) = (0, 0);
     let mut last = [0.0; 2];
     let near = |k: usize| {

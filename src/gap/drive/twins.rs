@@ -1,4 +1,5 @@
 //! b/(1 + radius) = (1 + track) b = b/(1 + gyro scale):   z = (v ∓ ω b)/r of the wheels and ω of the gyro are the same
+//! 1/(1 + radius of one wheel) = 1 - its lost ticks:   z_i is the same
 //! ω(t - τ) ≈ ω - τ dω/dt,   ω of slipping wheels ≈ ω + κ J |v| / (b² M g) dω/dt
 //!
 //! Without torques and pose no reading knows a length, nor which of two yaw rates is right: wheels with larger radii are wheels
@@ -8,27 +9,88 @@
 //! The likelihood is the same, θ' = θ'(θ), so that p(θ' | z) : p(θ | z) = p(θ') |dθ'/dθ| : p(θ): what is known of such parts
 //! decides, a gyro's gain by its data sheet and a track by how the robot steers.
 //!
+//! A wheel with a larger radius turns less on the same way, and seems to where ticks are lost on average: its radius is compared. Torques tell
+//! them apart, for what they move turns with the wheel.
+//!
 //! Without torques nothing tells the force by which wheels slip, so that slip is not compared. Wheels whose rims run ahead of the
 //! ground where the robot turns faster and faster run ahead of the gyro, as they do where the gyro is late: what looks like a late
 //! gyro may as well be slip. The likelihood does not decide: forces would have to come from accelerations of the same wheels, slip
 //! follows their noise, and wins where the gyro is late, too.
 
-use super::alike::separate_by;
+use super::candidates::{LOST_TICKS, UNSEEN};
+use super::evidence::ln_possible;
 use super::lag::LATE;
 use super::record::Record;
 use crate::config::Steering;
 use crate::effects::Parameters;
+use crate::effects::drive::missed_ticks::{is_mean, side_of};
 use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, by_id};
 use crate::gap::answer::Alike;
 use crate::gap::findings::{Part, WeightedSet};
 
-/// The effects that are the same, and whether they are 1/(1 + track) - 1.
-const SAME: [(&str, bool); 3] =
-    [("gyro.scale_factor", true), ("vehicle.track_width", false), ("wheel.radius_scale", true)];
+/// An effect that another stands for, which is compared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Twin {
+    /// The one that is compared.
+    of: &'static str,
+    id: &'static str,
+    way: Way,
+    /// The wheel that it is of, where that matters: 0 left, 1 right.
+    side: usize,
+}
+
+/// What its coordinate is, that of the one that is compared being x.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Way {
+    /// x
+    Same,
+    /// 1/(1 + x) - 1
+    Inverse,
+    /// x/(1 + x), no less than zero
+    Loss,
+}
+
+const TWINS: [Twin; 4] = [
+    Twin { of: "gyro.scale_factor", id: "vehicle.track_width", way: Way::Inverse, side: 0 },
+    Twin { of: "gyro.scale_factor", id: "wheel.radius_scale", way: Way::Same, side: 0 },
+    Twin { of: "wheel.radius_left", id: LOST_TICKS, way: Way::Loss, side: 0 },
+    Twin { of: "wheel.radius_right", id: LOST_TICKS, way: Way::Loss, side: 1 },
+];
+
+impl Way {
+    fn value(self, x: f64) -> f64 {
+        match self {
+            Self::Same => x,
+            Self::Inverse => -x / (1.0 + x),
+            Self::Loss => x / (1.0 + x),
+        }
+    }
+
+    /// How fast that changes with x.
+    fn slope(self, x: f64) -> f64 {
+        if self == Self::Same { 1.0 } else { (1.0 + x).powi(-2) }
+    }
+}
+
+impl Twin {
+    /// Whether they are the same to this drive.
+    fn is_same(&self, record: &Record) -> bool {
+        if self.way == Way::Loss { record.torques_n_m.is_none() } else { record.is_blind() }
+    }
+
+    /// ln odds beside those of what is compared, apart from what is known of their sizes; `sure`: the value over its standard deviation.
+    fn ln_odds(&self, sure: f64) -> f64 {
+        // of lost ticks those whose bursts show are looked for elsewhere, and half of them are the other wheel's
+        if self.way == Way::Loss { (0.5 * UNSEEN).ln() + ln_possible(sure) } else { 0.0 }
+    }
+
+    fn law(&self) -> Option<&'static dyn ModelChange> {
+        law(self.id, self.side)
+    }
+}
+
 /// Scales over which a prior is summed.
 const NODES: usize = 48;
-/// Their parameter.
-const RELATIVE: &str = "relative";
 /// Wheels that slip, and the parameters: what is proportional to the force, and what is not.
 const SLIP: (&str, [&str; 2]) = ("wheel.slip", ["compliance", "cubic_compliance"]);
 
@@ -39,8 +101,8 @@ const LAST: f64 = 1e-6;
 pub(super) struct Twins {
     /// The effects, but for those that another stands for.
     pub(super) told_apart: Vec<&'static dyn Driving>,
-    /// Those that are the same, the one that is compared first.
-    same: Vec<(&'static str, bool)>,
+    /// Those that another stands for.
+    same: Vec<Twin>,
     /// κ/τ, 1/s, where slip and a late gyro are alike.
     compliance_per_s: Option<f64>,
     /// How the robot steers, where that is stated.
@@ -51,15 +113,16 @@ impl Twins {
     /// Of `effects` in this drive.
     pub(super) fn of(record: &Record, effects: &[&'static dyn Driving]) -> Self {
         let has = |id: &str| effects.iter().any(|e| e.about().id == id);
-        let same: Vec<_> = SAME.into_iter().filter(|s| record.is_blind() && has(s.0)).collect();
-        let stood_for = |e: &&&'static dyn Driving| same.iter().skip(1).any(|s| s.0 == e.about().id);
+        let same: Vec<Twin> = same(record, effects).collect();
+        // single bursts of lost ticks are looked for all the same
+        let stood_for = |e: &&&'static dyn Driving| same.iter().any(|t| t.id == e.about().id && t.way != Way::Loss);
         let told_apart = effects.iter().filter(|e| !stood_for(e)).copied().collect();
         let alike = record.torques_n_m.is_none() && record.gyro_rad_s.is_some() && has(LATE.0) && has(SLIP.0);
         let compliance_per_s = alike.then(|| compliance_per_s(record)).filter(|c| c.is_finite());
         Self { told_apart, same, compliance_per_s, steering: record.belief.steering }
     }
 
-    /// The set, and those with each of the others in the place of the one that was compared, as probable.
+    /// The set, and those with each of the others in the place of the one that was compared.
     pub(super) fn all(&self, set: WeightedSet) -> Vec<WeightedSet> {
         let slips = self.slips(&set);
         std::iter::once(set).chain(slips).flat_map(|set| self.scaled(set)).collect()
@@ -81,28 +144,40 @@ impl Twins {
         (delay_s > 0.0).then_some(twin)
     }
 
+    /// Each part that stands for others as itself, and as each of these.
     fn scaled(&self, set: WeightedSet) -> Vec<WeightedSet> {
-        let Some(&(first, inverse)) = self.same.first() else { return vec![set] };
-        let Some(at) = set.parts.iter().position(|p| p.id == first) else { return vec![set] };
-        let found = set.parts[at].parameters.get(RELATIVE).copied().unwrap_or(0.0);
-        let compared = 1.0 + found;
-        let widest = self.same.iter().map(|s| self.scale(s.0)[1]).fold(0.0, f64::max);
-        let used = ln_density([self.scale(first)[0], widest], found);
-        let with = |&(id, other): &(&'static str, bool)| {
-            let mut twin = set.clone();
-            let part = &mut twin.parts[at];
-            part.id = id.into();
-            let mut value = found;
-            if other != inverse {
-                value = 1.0 / compared - 1.0;
-                part.parameters.insert(RELATIVE.into(), value);
-                part.std.values_mut().for_each(|std| *std /= compared * compared);
-                twin.ln_weight -= 2.0 * compared.abs().ln();
-            }
-            twin.ln_weight += ln_density(self.scale(id), value) - used;
-            twin
+        let mut all = vec![set];
+        for at in 0..all[0].parts.len() {
+            all = all.into_iter().flat_map(|set| self.scaled_at(set, at)).collect();
+        }
+        all
+    }
+
+    fn scaled_at(&self, set: WeightedSet, at: usize) -> Vec<WeightedSet> {
+        let part = &set.parts[at];
+        let twins = || self.same.iter().filter(|t| t.of == part.id);
+        let (Some(one), Some(own)) = (twins().next(), law(&part.id, 0)) else { return vec![set] };
+        let x = own.theta(&part.parameters)[0];
+        let std = part.std.values().copied().fold(0.0, f64::max);
+        let scale = |law: &dyn ModelChange| law.coordinates_of(self.steering)[0].scale;
+        let used = ln_density([scale(own)[0], widest(one.of, &self.same, self.steering).max(scale(own)[1])], x);
+        let with = |twin: &Twin| {
+            let (law, value, slope) = (twin.law()?, twin.way.value(x), twin.way.slope(x));
+            let mut other = set.clone();
+            let part = &mut other.parts[at];
+            part.id = twin.id.into();
+            part.parameters = law.parameters(&[value]);
+            // parameters are linear in the coordinate
+            let beside = law.parameters(&[value + 1.0]);
+            part.std =
+                part.parameters.iter().map(|(name, v)| (name.clone(), (beside[name] - v) * std * slope)).collect();
+            other.ln_weight += ln_density(scale(law), value) + slope.ln() - used + twin.ln_odds(x / std);
+            let is_possible = twin.way != Way::Loss || value > 0.0;
+            (is_possible && !set.parts.iter().any(|p| p.id == twin.id)).then_some(other)
         };
-        self.same.iter().map(with).collect()
+        let others: Vec<WeightedSet> = twins().filter_map(with).collect();
+        let ln_weight = set.ln_weight + ln_density(scale(own), x) - used;
+        std::iter::once(WeightedSet { ln_weight, ..set }).chain(others).collect()
     }
 
     /// Of those that a part stands for the one that is the most plausible.
@@ -112,35 +187,54 @@ impl Twins {
         best.and_then(|set| set.parts.into_iter().next()).unwrap_or(part)
     }
 
-    fn scale(&self, id: &str) -> [f64; 2] {
-        law(id).map_or([f64::MIN_POSITIVE, 1.0], |law| law.coordinates_of(self.steering)[0].scale)
-    }
-
-    /// The class of those that are the same to this drive, the one that is told first, if one of them is among `parts`.
-    pub(super) fn class(&self, record: &Record, parts: &[Part]) -> Option<Alike> {
-        let told = parts.iter().find(|p| self.same.iter().any(|s| s.0 == p.id))?;
-        let others = self.same.iter().map(|s| s.0).filter(|id| *id != told.id);
-        let ids: Vec<String> = std::iter::once(told.id.as_str()).chain(others).map(str::to_owned).collect();
-        (ids.len() > 1).then(|| Alike { ids, overlap: 1.0, separate_by: separate_by(record, None) })
+    /// The classes of those that are the same to this drive, of each part that is in one, which is told first.
+    pub(super) fn classes(&self, parts: &[Part]) -> Vec<Alike> {
+        let class = |told: &Part| {
+            let is_mean = is_mean(&told.parameters);
+            let lost = |t: &Twin| t.way != Way::Loss || is_mean && side_of(&told.parameters) == t.side;
+            let found = self.same.iter().find(|t| t.of == told.id || t.id == told.id && lost(t))?;
+            let all = std::iter::once(found.of).chain(self.same.iter().filter(|t| t.of == found.of).map(|t| t.id));
+            let others = all.filter(|id| *id != told.id);
+            let ids = std::iter::once(told.id.as_str()).chain(others).map(str::to_owned).collect();
+            let pose = if found.way == Way::Loss { "" } else { "a pose reference, or " };
+            Some(Alike { ids, overlap: 1.0, separate_by: format!("{pose}the wheels' torques in the log") })
+        };
+        parts.iter().filter_map(class).collect()
     }
 }
 
-/// The change of the equations that an effect is.
-fn law(id: &str) -> Option<&'static dyn ModelChange> {
+/// Those of `effects` that another one stands for in this drive.
+fn same(record: &Record, effects: &[&'static dyn Driving]) -> impl Iterator<Item = Twin> {
+    let has = |id: &str| effects.iter().any(|e| e.about().id == id);
+    TWINS.into_iter().filter(move |t| t.is_same(record) && has(t.of) && has(t.id))
+}
+
+/// Whether the mean loss of ticks is told by one wheel's radius, for which it is the same.
+pub(super) fn is_lost_by_radius(record: &Record, effects: &[&'static dyn Driving]) -> bool {
+    same(record, effects).any(|t| t.id == LOST_TICKS)
+}
+
+/// The change of the equations that an effect is; of one wheel where it has one for each.
+fn law(id: &str, side: usize) -> Option<&'static dyn ModelChange> {
     match by_id(id)?.explanation() {
         DriveExplanation::Model(law) => Some(law),
+        DriveExplanation::MissedTicks(laws) => Some(laws[side]),
         _ => None,
     }
+}
+
+/// The largest scale of those for which `of` stands.
+fn widest(of: &str, same: &[Twin], steering: Option<Steering>) -> f64 {
+    let laws = same.iter().filter(|t| t.of == of).filter_map(Twin::law);
+    laws.map(|law| law.coordinates_of(steering)[0].scale[1]).fold(0.0, f64::max)
 }
 
 /// The coordinates of an effect in this drive with the sizes that they have in such a robot: where it stands for others, also theirs.
 pub(super) fn sizes(record: &Record, id: &str, change: &dyn ModelChange) -> Vec<Coordinate> {
     let steering = record.belief.steering;
     let mut own = change.coordinates_of(steering).to_vec();
-    if record.is_blind() && id == SAME[0].0 {
-        let others = SAME.iter().filter_map(|s| law(s.0)).map(|law| law.coordinates_of(steering)[0].scale[1]);
-        own[0].scale[1] = others.fold(own[0].scale[1], f64::max);
-    }
+    let same: Vec<Twin> = TWINS.into_iter().filter(|t| t.is_same(record)).collect();
+    own[0].scale[1] = own[0].scale[1].max(widest(id, &same, steering));
     own
 }
 
@@ -169,9 +263,11 @@ fn compliance_per_s(record: &Record) -> f64 {
 mod tests {
     use super::*;
 
+    const RELATIVE: &str = "relative";
+
     #[test]
     fn each_of_the_same_stands_in_with_its_own_parameter() {
-        let twins = Twins { told_apart: Vec::new(), same: SAME.to_vec(), compliance_per_s: None, steering: None };
+        let twins = Twins { told_apart: Vec::new(), same: TWINS.to_vec(), compliance_per_s: None, steering: None };
         let mut part = Part::new("gyro.scale_factor", true, 5.0);
         part.parameters.insert(RELATIVE.into(), 0.25);
         part.std.insert(RELATIVE.into(), 0.01);
@@ -189,6 +285,35 @@ mod tests {
         assert!(all[1].ln_weight > all[2].ln_weight + 5.0 && all[2].ln_weight > all[0].ln_weight + 10.0, "{all:?}");
         let other = WeightedSet { parts: vec![Part::new("wheel.slip", true, 1.0)], ln_weight: 0.0, probability: 0.0 };
         assert_eq!(twins.all(other.clone()), vec![other]);
+    }
+
+    #[test]
+    fn a_larger_radius_may_be_lost_ticks_of_the_same_wheel() {
+        let twins = Twins { told_apart: Vec::new(), same: TWINS.to_vec(), compliance_per_s: None, steering: None };
+        let found = |relative: f64| {
+            let mut part = Part::new("wheel.radius_right", true, 5.0);
+            part.parameters.insert(RELATIVE.into(), relative);
+            part.std.insert(RELATIVE.into(), 1e-3);
+            WeightedSet { parts: vec![part], ln_weight: -3.0, probability: 0.0 }
+        };
+        let all = twins.all(found(0.02));
+        assert_eq!(all.len(), 2);
+        let ticks = &all[1].parts[0];
+        assert!(ticks.id == LOST_TICKS && is_mean(&ticks.parameters) && side_of(&ticks.parameters) == 1, "{ticks:?}");
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} {b}");
+        close(ticks.parameters["loss_fraction"], 0.02 / 1.02);
+        close(ticks.std["loss_fraction"], 1e-3 / 1.02f64.powi(2));
+        close(ticks.std["right"], 0.0);
+        // a quarter is of this wheel and does not show in bursts, none of which could be negative; scales are those of a radius
+        assert!((all[1].ln_weight - all[0].ln_weight - 0.5f64.ln()).abs() < 0.05, "{all:?}");
+        let class = &twins.classes(&all[1].parts)[0];
+        assert_eq!(class.ids, [LOST_TICKS, "wheel.radius_right"]);
+        assert_eq!(class.separate_by, "the wheels' torques in the log");
+        // no ticks are gained, and none are lost on average beside those whose bursts are found
+        assert_eq!(twins.all(found(-0.02)).len(), 1);
+        let mut bursts = found(0.02);
+        bursts.parts.push(Part::new(LOST_TICKS, true, 9.0));
+        assert_eq!(twins.all(bursts).len(), 1);
     }
 
     /// Wheels that slip in proportion to the force, and a late gyro beside wheels that roll: what the gyro lags in yaw.
