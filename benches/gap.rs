@@ -7,7 +7,7 @@
 
 use gyroid::config::{Config, EffectTable, Kind};
 use gyroid::effects::Library;
-use gyroid::effects::drive::{DriveExplanation, registry};
+use gyroid::effects::drive::{DriveExplanation, Driving, registry};
 use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, place};
 use gyroid::reality::{Spec, Strength, make};
 use gyroid::signal::Log;
@@ -107,17 +107,18 @@ fn at_rest(which: &str) -> Outcome<()> {
     Ok(())
 }
 
-/// Effects that change the equations, each with parameters of half its largest usual size.
+/// Effects that change the equations, each of half its largest usual size; what it need not state is left to it.
 fn typical() -> Vec<EffectTable> {
-    let law = |explanation| match explanation {
-        DriveExplanation::Model(law) => Some(law),
-        _ => None,
+    let table = |effect: &&'static dyn Driving| {
+        let DriveExplanation::Model(law) = effect.explanation() else { return None };
+        let mut theta = vec![0.0; law.coordinates().len()];
+        theta[0] = 0.5 * law.coordinates()[0].scale[1];
+        let about = effect.about();
+        let mut parameters = law.parameters(&theta);
+        parameters.retain(|name, _| about.parameters.iter().any(|p| p.name == name && p.required));
+        Some(EffectTable { id: about.id.into(), parameters })
     };
-    let table = |(id, law): (&str, &dyn gyroid::effects::drive::ModelChange)| {
-        let theta: Vec<f64> = law.coordinates().iter().map(|c| 0.5 * c.scale[1]).collect();
-        EffectTable { id: id.into(), parameters: law.parameters(&theta) }
-    };
-    registry().iter().filter_map(|e| Some((e.about().id, law(e.explanation())?))).map(table).collect()
+    registry().iter().filter_map(table).collect()
 }
 
 /// The drive number `case`: courses and effects take turns, and every other one has two effects.

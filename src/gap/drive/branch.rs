@@ -211,6 +211,13 @@ impl Branch {
         all.iter().find(|x| x.0 == own.column).map(|x| (x.1, x.2))
     }
 
+    /// Whether its best set has settled, and leaves nothing to any free form.
+    pub(super) fn is_quiet(&self) -> bool {
+        let c = &self.compared;
+        let named = c.sets[0].members.iter().all(|m| c.candidates.groups[m.0].named);
+        named && self.extra_parts.is_empty() && c.next().1
+    }
+
     pub(super) fn top(&self) -> f64 {
         self.compared.top() + self.extra_weight
     }

@@ -3,13 +3,14 @@
 //! What each of them adds is ln p with all of them over ln p without it, at θ̂ and with the coefficients of the others fitted
 //! anew. Standard deviations come from the curvature there.
 
+use super::begin::start;
 use super::branch::Branch;
 use super::bursts::{self, Bursts, Sought, missed_part};
 use super::candidates::{Candidates, Kind, LOST_TICKS, WALK, knowable};
 use super::clocks;
 use super::far;
 use super::fit::{Compared, Theta};
-use super::judge::{Believed, Options, WORTH, mounting, start};
+use super::judge::{Believed, Options, WORTH, mounting};
 use super::levels::lattice_part;
 use super::onset;
 use super::pass::{Noise, run};

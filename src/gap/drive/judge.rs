@@ -5,6 +5,7 @@
 //! ticks of one wheel put back, and with wheels or gyro put back to when they were true, if that looks worth it.
 
 use super::alike::alike;
+use super::begin::{ALONE, first, start};
 use super::branch::Branch;
 use super::bursts::{self, Bursts, Predicted, Sought, missed_part};
 use super::candidates::{Candidates, Kind, LOST_TICKS, Prior, knowable};
@@ -15,7 +16,7 @@ use super::late::{self, Late};
 use super::levels::lattice_part;
 use super::mounting::{self, Mounting};
 use super::onset::{self, Onsets};
-use super::pass::{Models, Noise, run};
+use super::pass::{Models, Noise};
 use super::record::Record;
 use super::ripple;
 use super::twins::Twins;
@@ -72,8 +73,6 @@ const SAME_STEP: f64 = 0.01;
 pub(super) const WORTH: f64 = 8.0;
 /// A gap so large that the slopes at zero need not say what causes it, nats.
 pub(super) const LARGE: f64 = 300.0;
-/// Effects that are then fitted alone.
-const ALONE: usize = 4;
 /// Times that a delay of the wheels is looked for again with what is known by then.
 const SETTLING: usize = 5;
 /// Accounts of lost ticks that are tried.
@@ -215,10 +214,13 @@ fn wheels_in_time(
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> Option<(Branch, Late)> {
+    // where one effect leaves nothing to explain, a delay would have to explain all of it, or stand beside it for nothing
+    let alone = as_is.compared.sets[0].members.len() < 2 && as_is.is_quiet();
     let zero = as_is.compared.candidates.zero();
     // with the noise that was believed: what was found since may have taken in what the delay does
     let nominal = Branch::models_at(record, &as_is.compared.candidates, &zero);
-    let mut late = late::find(record, &nominal, &as_is.believed).filter(|l| l.gain > LARGE)?;
+    let worth = if alone { as_is.compared.gap().max(LARGE) } else { LARGE };
+    let mut late = late::find(record, &nominal, &as_is.believed).filter(|l| l.gain > worth)?;
     let mut found = None;
     // the delay is looked for again with what is known then of the robot and of the noise
     for _ in 0..SETTLING {
@@ -257,9 +259,7 @@ fn restored(
     let (zero, begin, here) =
         (all.zero(), all.without(LOST_TICKS, begin), all.without(LOST_TICKS, &as_is.compared.theta));
     // beside a set that settled and leaves nothing to any free form nothing else is known
-    let c = &as_is.compared;
-    let quiet = c.sets[0].members.iter().all(|m| c.candidates.groups[m.0].named) && c.next().1;
-    let mut from = if quiet && as_is.extra_parts.is_empty() { vec![&here] } else { vec![&zero, &begin, &here] };
+    let mut from = if as_is.is_quiet() { vec![&here] } else { vec![&zero, &begin, &here] };
     from.dedup();
     // a model that is off slowly looks like bursts, and long bursts like a model that is off slowly: both are tried
     let tried: Vec<(&Theta, usize)> = from.into_iter().flat_map(|theta| [0, 1].map(|side| (theta, side))).collect();
@@ -370,99 +370,6 @@ fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<M
         }
         _ => (noise, None),
     }
-}
-
-/// All sets compared at `begin`; and where a free form is in the best one, also where the named effects settle without any.
-///
-/// Free forms are linear in the innovations of one pass. An effect that is strong bends these, and a free form takes what the
-/// bend leaves: the effect has to be compared at its own coordinates.
-fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Compared {
-    let compared = Compared::wide(record, noise, all.clone(), begin.clone());
-    let gap = compared.gap();
-    let only_named = compared.sets[0].members.iter().all(|m| all.groups[m.0].named);
-    if only_named && gap < LARGE {
-        return compared;
-    }
-    let mut starts = vec![begin.clone()];
-    if gap >= LARGE
-        && let Some(theta) = best_alone(record, noise, &compared)
-    {
-        // where that leaves nothing to any free form, and keeps more than any far step promises, all is said
-        let there = Compared::wide(record, noise, all.clone(), theta.clone());
-        let only_named = there.sets[0].members.iter().all(|m| all.groups[m.0].named);
-        if only_named && there.next().1 && there.top() >= compared.top() {
-            return there;
-        }
-        starts.push(theta);
-    }
-    // of all times at which the bias may step, the most likely one in each drive will do
-    let steps = compared.likely_steps();
-    let named = all.only(|g| match all.kinds[g] {
-        Kind::Step(..) => steps.contains(&g),
-        _ => all.groups[g].named,
-    });
-    let settled = |from: Theta| Compared::narrow(record, noise, named.clone(), from, None);
-    if gap < LARGE {
-        let Some(theta) = best_of(starts.into_par_iter().map(settled).collect()).map(|b| b.next().0) else {
-            return compared;
-        };
-        let there = Compared::wide(record, noise, all, theta);
-        return if there.top() > compared.top() { there } else { compared };
-    }
-    // also all of them together: what only looks large because another is missing shrinks, and needs no free form beside it
-    let joint = |from: &Theta| Compared::all_in(record, noise, named.clone(), from.clone());
-    let (joint, settled): (Vec<Compared>, Vec<Compared>) = rayon::join(
-        || starts.par_iter().map(joint).collect(),
-        || starts.par_iter().map(|from| settled(from.clone())).collect(),
-    );
-    let ends = [best_of(joint), best_of(settled)].into_iter().flatten().map(|b| b.next().0);
-    let mut there: Vec<Compared> = ends
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .map(|theta| Compared::wide(record, noise, all.clone(), theta))
-        .collect();
-    there.push(compared);
-    // what far steps promise they need not keep
-    let kept = |c: Compared| (Compared::narrow(record, noise, c.plausible(), c.theta.clone(), None).top(), c);
-    let kept: Vec<(f64, Compared)> = there.into_par_iter().map(kept).collect();
-    let best = kept.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, best)| best);
-    best.unwrap_or_else(|| Compared::wide(record, noise, all, begin.clone()))
-}
-
-/// The one with the most weight.
-fn best_of(all: Vec<Compared>) -> Option<Compared> {
-    all.into_iter().max_by(|a, b| a.top().total_cmp(&b.top()))
-}
-
-/// Where the effect that explains most alone settles: in a large gap the slopes at zero mislead, and whatever they make of an
-/// effect is then explained by others.
-fn best_alone(record: &Record, noise: &Noise, compared: &Compared) -> Option<Theta> {
-    best_of(alone(record, noise, &compared.candidates, &compared.problem, ALONE)).map(|c| c.next().0)
-}
-
-/// Where to begin: at zero, or where a change that bends much explains far more.
-pub(super) fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> Theta {
-    let zero = candidates.zero();
-    let weigh = |theta: &Theta| {
-        let models = Branch::models_at(record, candidates, theta);
-        run(record, &models, noise, &[], |_| {}).ln_likelihood()
-    };
-    let mut tried = vec![zero.clone()];
-    for (i, (_, change)) in candidates.changes.iter().enumerate() {
-        for start in change.starts() {
-            let mut theta = zero.clone();
-            theta[i][..start.len()].copy_from_slice(&start);
-            tried.push(theta);
-        }
-    }
-    let weights: Vec<f64> = tried.par_iter().map(weigh).collect();
-    let mut best = (weights[0] + 50.0, zero);
-    for (theta, weight) in tried.into_iter().zip(weights).skip(1) {
-        if weight > best.0 {
-            best = (weight, theta);
-        }
-    }
-    best.1
 }
 
 /// Effects of the library that this drive cannot tell anything of, with their ids.

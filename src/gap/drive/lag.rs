@@ -5,9 +5,10 @@
 //! explain more than any delay on the way there. So the gyro is put back by whole rows, which changes no density; what is
 //! left of the delay is less than a row, late still, and an effect like any other.
 
+use super::begin::start;
 use super::branch::Branch;
 use super::candidates::Candidates;
-use super::judge::{LARGE, Options, knows, plain, rediffused, settled, start};
+use super::judge::{LARGE, Options, knows, plain, rediffused, settled};
 use super::late::{earlier, share_rows};
 use super::onset;
 use super::pass::{Channel, Noise, run};

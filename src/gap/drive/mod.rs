@@ -3,6 +3,7 @@
 pub mod agility;
 pub mod alike;
 mod along;
+mod begin;
 mod branch;
 mod bursts;
 pub mod candidates;
