@@ -79,7 +79,7 @@ const SETTLING: usize = 5;
 const TRIED: usize = 4;
 /// Nats by which one may fall short before free forms have been tried beside it, and before its model has settled.
 const SHORT: f64 = 50.0;
-const HOPELESS: f64 = 500.0;
+pub(super) const HOPELESS: f64 = 500.0;
 
 /// How the reference of `record` sits on the robot, where the configuration leaves that open.
 #[must_use]

@@ -8,7 +8,8 @@
 use super::begin::start;
 use super::branch::Branch;
 use super::candidates::Candidates;
-use super::judge::{LARGE, Options, knows, plain, rediffused, settled};
+use super::fit::Compared;
+use super::judge::{HOPELESS, LARGE, Options, knows, plain, rediffused, settled};
 use super::late::{earlier, share_rows};
 use super::onset;
 use super::pass::{Channel, Noise, run};
@@ -75,7 +76,21 @@ pub(super) fn gyro_in_time(
     if !knows(effects, LATE.0) || !share_rows(record) {
         return Vec::new();
     }
-    lags(record, &as_is.believed).into_iter().map(|rows| in_time(record, as_is, rows, effects, options)).collect()
+    let tried =
+        lags(record, &as_is.believed).into_iter().filter_map(|rows| in_time(record, as_is, rows, effects, options));
+    tried.collect()
+}
+
+/// Whether one effect leaves nothing to explain in `as_is`, and falls far short with the gyro put back, whatever is left of the delay
+/// beside it.
+fn is_hopeless(moved: &Record, as_is: &Branch) -> bool {
+    let c = &as_is.compared;
+    let members = &c.sets[0].members;
+    if members.len() != 1 || !as_is.is_quiet() {
+        return false;
+    }
+    let own = c.candidates.only(|g| g == members[0].0 || c.candidates.groups[g].id == LATE.0);
+    Compared::narrow(moved, &as_is.noise, own, c.theta.clone(), None).top() < c.top() - HOPELESS
 }
 
 fn in_time(
@@ -84,8 +99,11 @@ fn in_time(
     rows: usize,
     effects: &[&'static dyn Driving],
     options: &Options,
-) -> InTime {
+) -> Option<InTime> {
     let moved = put_back(record, rows);
+    if is_hopeless(&moved, as_is) {
+        return None;
+    }
     let onsets_s = onset::of_each(&moved);
     let all = Candidates::new(&moved, effects, &options.prior, true, &onsets_s);
     let (noise, _) = rediffused(&moved, &as_is.believed, &all);
@@ -96,7 +114,7 @@ fn in_time(
     let of = |record: &Record| run(record, &plain(record), &branch.noise, &[], |_| {}).ln_likelihood();
     let share = of(&branch.record) - of(record);
     let step_s = record.step_s;
-    InTime { branch, lag_s: rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named }
+    Some(InTime { branch, lag_s: rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named })
 }
 
 /// `record` with the readings of its gyro this many rows earlier, in each drive; the last rows are without.
