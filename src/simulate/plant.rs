@@ -103,12 +103,13 @@ impl Plant {
         self.slipping.map(|robot| robot.slips(&self.state).map(|s| s.slip))
     }
 
-    /// The true pose, with the speed and yaw rate of wheels that turn like this: what a robot's own control sees. Speeds that are
-    /// not there yet (NaN) are zero: the robot stands.
-    pub fn indicated(&self, wheels_rad_s: [f64; 2]) -> Motion {
-        let held = wheels_rad_s.map(|speed| if speed.is_finite() { speed } else { 0.0 });
-        let [speed_m_s, yaw_rate_rad_s] = self.rolling.speed_and_yaw_rate(held);
-        Motion { speed_m_s, yaw_rate_rad_s, ..*self.motion() }
+    /// The pose, with the speed and yaw rate that the wheels show: what a robot's own speed control sees.
+    pub fn indicated(&self) -> Motion {
+        if self.slipping.is_none() {
+            return *self.motion();
+        }
+        let [speed_m_s, yaw_rate_rad_s] = self.rolling.speed_and_yaw_rate(self.state.wheels_rad_s);
+        Motion { speed_m_s, yaw_rate_rad_s, ..self.state.motion }
     }
 
     /// Lets the torques act for `dt_s`.
