@@ -15,7 +15,7 @@ use std::ops::Range;
 
 /// Number of classes, from even motion to the hardest.
 pub(super) const CLASSES: usize = 5;
-/// Diffusion of each class over the mean, of v and of ω. The five are [`CLASSES`], which the compiler (rustc 1.95) does not get through
+/// Diffusion of each class over the mean, of v and of ω. The five are `CLASSES`, which the compiler (rustc 1.95) does not get through
 /// here: it panics over a constant in the type of another one.
 pub type Ratios = [[f64; 5]; 2];
 /// One class is like another.

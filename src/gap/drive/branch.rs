@@ -218,6 +218,11 @@ impl Branch {
         named && self.extra_parts.is_empty() && c.next().1
     }
 
+    /// Whether one effect is all of its best set, and leaves nothing.
+    pub(super) fn is_told_by_one(&self) -> bool {
+        self.compared.sets[0].members.len() == 1 && self.is_quiet()
+    }
+
     pub(super) fn top(&self) -> f64 {
         self.compared.top() + self.extra_weight
     }

@@ -77,8 +77,9 @@ pub(super) const LARGE: f64 = 300.0;
 const SETTLING: usize = 5;
 /// Accounts of lost ticks that are tried.
 const TRIED: usize = 4;
-/// Nats by which one may fall short before free forms have been tried beside it, and before its model has settled.
+/// Nats by which one may fall short before free forms have been tried beside it ...
 const SHORT: f64 = 50.0;
+/// ... and nats by which any account may before its model has settled.
 pub(super) const HOPELESS: f64 = 500.0;
 
 /// How the reference of `record` sits on the robot, where the configuration leaves that open.
@@ -214,12 +215,11 @@ fn wheels_in_time(
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> Option<(Branch, Late)> {
-    // where one effect leaves nothing to explain, a delay would have to explain all of it, or stand beside it for nothing
-    let alone = as_is.compared.sets[0].members.len() < 2 && as_is.is_quiet();
     let zero = as_is.compared.candidates.zero();
     // with the noise that was believed: what was found since may have taken in what the delay does
     let nominal = Branch::models_at(record, &as_is.compared.candidates, &zero);
-    let worth = if alone { as_is.compared.gap().max(LARGE) } else { LARGE };
+    // where one effect leaves nothing to explain, a delay would have to explain all of it, or stand beside it for nothing
+    let worth = if as_is.is_told_by_one() { as_is.compared.gap().max(LARGE) } else { LARGE };
     let mut late = late::find(record, &nominal, &as_is.believed).filter(|l| l.gain > worth)?;
     let mut found = None;
     // the delay is looked for again with what is known then of the robot and of the noise

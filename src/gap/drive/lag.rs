@@ -86,7 +86,7 @@ pub(super) fn gyro_in_time(
 fn is_hopeless(moved: &Record, as_is: &Branch) -> bool {
     let c = &as_is.compared;
     let members = &c.sets[0].members;
-    if members.len() != 1 || !as_is.is_quiet() {
+    if !as_is.is_told_by_one() {
         return false;
     }
     let own = c.candidates.only(|g| g == members[0].0 || c.candidates.groups[g].id == LATE.0);

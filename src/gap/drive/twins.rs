@@ -39,7 +39,7 @@ struct Twin {
     side: usize,
 }
 
-/// What its coordinate is, that of the one that is compared being x.
+/// Coordinate of a twin, as a function of x, that of the effect that is compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Way {
     /// x
@@ -160,7 +160,7 @@ impl Twins {
         let x = own.theta(&part.parameters)[0];
         let std = part.std.values().copied().fold(0.0, f64::max);
         let scale = |law: &dyn ModelChange| law.coordinates_of(self.steering)[0].scale;
-        let used = ln_density([scale(own)[0], widest(one.of, &self.same, self.steering).max(scale(own)[1])], x);
+        let used = ln_density(widened(one.of, own, &self.same, self.steering), x);
         let with = |twin: &Twin| {
             let (law, value, slope) = (twin.law()?, twin.way.value(x), twin.way.slope(x));
             let mut other = set.clone();
@@ -223,10 +223,12 @@ fn law(id: &str, side: usize) -> Option<&'static dyn ModelChange> {
     }
 }
 
-/// The largest scale of those for which `of` stands.
-fn widest(of: &str, same: &[Twin], steering: Option<Steering>) -> f64 {
-    let laws = same.iter().filter(|t| t.of == of).filter_map(Twin::law);
-    laws.map(|law| law.coordinates_of(steering)[0].scale[1]).fold(0.0, f64::max)
+/// Scales of the first coordinate of the effect `of`, `own` its change, up to the largest of those for which it stands.
+fn widened(of: &str, own: &dyn ModelChange, same: &[Twin], steering: Option<Steering>) -> [f64; 2] {
+    let scale = |law: &dyn ModelChange| law.coordinates_of(steering)[0].scale;
+    let [least, most] = scale(own);
+    let others = same.iter().filter(|t| t.of == of).filter_map(Twin::law);
+    [least, others.map(|law| scale(law)[1]).fold(most, f64::max)]
 }
 
 /// The coordinates of an effect in this drive with the sizes that they have in such a robot: where it stands for others, also theirs.
@@ -234,7 +236,7 @@ pub(super) fn sizes(record: &Record, id: &str, change: &dyn ModelChange) -> Vec<
     let steering = record.belief.steering;
     let mut own = change.coordinates_of(steering).to_vec();
     let same: Vec<Twin> = TWINS.into_iter().filter(|t| t.is_same(record)).collect();
-    own[0].scale[1] = own[0].scale[1].max(widest(id, &same, steering));
+    own[0].scale = widened(id, change, &same, steering);
     own
 }
 
