@@ -46,7 +46,8 @@ pub(crate) struct SimulateArgs {
     /// Seed of all random numbers
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Seed of the sensors' noise, to record the same motion anew [default: --seed]
+    /// Seed of the sensors' noise, to record the motion of a log (--inputs) anew; on a course the speed control reads the encoders,
+    /// and hands a little of their noise on [default: --seed]
     #[arg(long, value_name = "N")]
     sensor_seed: Option<u64>,
     #[command(flatten)]

@@ -26,8 +26,8 @@ pub(crate) fn merge(parts: Vec<Part>) -> Result<(Log, Vec<String>)> {
     let Some(first) = parts.iter().map(|p| p.zero_s).next().filter(|_| several) else {
         let one = parts.into_iter().next().map(|p| {
             let times = p.log.time.to_vec();
-            let alone = [(p.log, times)];
-            let notes = coverage::lacking(&alone);
+            let mut alone = [(p.log, times)];
+            let notes = coverage::lacking(&mut alone);
             let [(log, _)] = alone;
             (log, notes)
         });
@@ -43,7 +43,7 @@ pub(crate) fn merge(parts: Vec<Part>) -> Result<(Log, Vec<String>)> {
             .mend("name a time column that both files have with --time, or write one file's times anew"));
     }
     let zero_s = parts.iter().filter_map(|p| p.zero_s).fold(f64::INFINITY, f64::min);
-    let logs: Vec<(Log, Vec<f64>)> = parts
+    let mut logs: Vec<(Log, Vec<f64>)> = parts
         .into_iter()
         .map(|p| {
             let shift = p.zero_s.map_or(0.0, |own| own - zero_s);
@@ -52,7 +52,7 @@ pub(crate) fn merge(parts: Vec<Part>) -> Result<(Log, Vec<String>)> {
         })
         .collect();
     check_overlap(&logs)?;
-    notes.extend(coverage::lacking(&logs));
+    notes.extend(coverage::lacking(&mut logs));
     let times = union(logs.iter().map(|l| l.1.as_slice()));
     let sources: Vec<_> = logs.iter().map(|l| l.0.source.clone()).collect();
     let mut out = Log::new(sources.join(" + "), TimeAxis::Explicit(times));

@@ -40,10 +40,10 @@ pub struct Drive {
 
 /// A drive along `course` for `duration_s`, from rest at x = y = θ = 0.
 ///
-/// Torques are the inverse dynamics of the course plus feedback of the true pose and velocity (Kanayama et al., "A
-/// stable tracking control method for an autonomous mobile robot", ICRA 1990), so that torque noise does not lead
-/// the robot astray; where wheels slip, the velocity that is fed back is the wheels', as in a robot's speed control.
-/// The torques are commanded per row and logged.
+/// Torques are the inverse dynamics of the course plus feedback of the true pose and of the wheels' speeds as they are
+/// recorded (Kanayama et al., "A stable tracking control method for an autonomous mobile robot", ICRA 1990), so that torque
+/// noise does not lead the robot astray. Fed back from the true velocity, they would tell a filter more of the motion than all
+/// sensors do. The torques are commanded per row and logged.
 ///
 /// # Errors
 /// [`ErrorKind::Config`] if a table or the sample time is missing, or the configuration holds effects ([`drive_with`]
@@ -54,7 +54,7 @@ pub fn drive(config: &Config, course: Course, duration_s: f64, options: &Options
 
 /// As [`drive`], with the effects of the configuration, which `effects` makes.
 ///
-/// The planned torques are those of the nominal robot; what it lacks is left to the feedback, which sees the true motion.
+/// The planned torques are those of the nominal robot; what it lacks is left to the feedback.
 /// Wheel slip by an effect moves the readings of the wheels, and its force is that of the wheel that rolls.
 ///
 /// # Errors
@@ -91,14 +91,14 @@ fn driven(
     let mut reference = Motion::default();
     for k in 0..len {
         let t = time.at(k);
-        recorder.record(t, start_s + t, &mut plant);
+        let wheels_rad_s = recorder.record(t, start_s + t, &mut plant);
         let [speed, yaw_rate] = profile.at(t + step_s);
         let planned = Forcing {
             acceleration_m_s2: (speed - reference.speed_m_s) / step_s,
             yaw_acceleration_rad_s2: (yaw_rate - reference.yaw_rate_rad_s) / step_s,
             ..Forcing::default()
         };
-        let command = tracker.torques(plant.rolling(), &plant.indicated(), &reference, &planned);
+        let command = tracker.torques(plant.rolling(), &plant.indicated(wheels_rad_s), &reference, &planned);
         torques[0].push(command[0]);
         torques[1].push(command[1]);
         plant.drive(noise.on(command, step_s), step_s);
@@ -373,8 +373,8 @@ impl Recorder {
         }
     }
 
-    /// One row at `t_s` of the log's own clock.
-    fn record(&mut self, t_s: f64, since_power_on_s: f64, plant: &mut Plant) {
+    /// One row at `t_s` of the log's own clock; the speeds of the wheels that it records, rad/s.
+    fn record(&mut self, t_s: f64, since_power_on_s: f64, plant: &mut Plant) -> [f64; 2] {
         let begun_s = *self.first_s.get_or_insert(t_s);
         plant.clock(t_s - begun_s, since_power_on_s);
         let motion = *plant.motion();
@@ -408,6 +408,7 @@ impl Recorder {
         for (column, value) in self.truth.iter_mut().zip(row.into_iter().chain(slips)) {
             column.1.push(value);
         }
+        reading.wheels_rad_s
     }
 
     fn finish(self, time: TimeAxis, torques: Option<[Vec<f64>; 2]>) -> Result<Drive> {

@@ -37,7 +37,8 @@ use crate::math::random::Stream;
 pub struct Seeds {
     /// Of the course and the torque noise: how the robot moves.
     pub motion: u64,
-    /// Of gyro, encoder and pose noise: how the motion is recorded.
+    /// Of gyro, encoder and pose noise: how the motion is recorded. A speed control that reads the encoders hands a little of theirs on to
+    /// the motion; replayed torques do not.
     pub sensors: u64,
     /// Of what differs from one power-on to the next.
     pub turn_on: u64,

@@ -103,13 +103,14 @@ impl Plant {
         self.slipping.map(|robot| robot.slips(&self.state).map(|s| s.slip))
     }
 
-    /// The pose, with the speed and yaw rate that the wheels show: what a robot's own speed control sees.
-    pub fn indicated(&self) -> Motion {
-        if self.slipping.is_none() {
-            return *self.motion();
-        }
-        let [speed_m_s, yaw_rate_rad_s] = self.rolling.speed_and_yaw_rate(self.state.wheels_rad_s);
-        Motion { speed_m_s, yaw_rate_rad_s, ..self.state.motion }
+    /// The true pose, with the speed and yaw rate of wheels that turn as they were recorded: what a robot's own control sees. Speeds
+    /// that are not there yet (NaN) are zero: the robot stands. Where wheels slip, the noise that the control would hand on is more
+    /// than the slip is linear in, so that it sees how they turn.
+    pub fn indicated(&self, recorded_rad_s: [f64; 2]) -> Motion {
+        let seen = if self.slipping.is_some() { self.state.wheels_rad_s } else { recorded_rad_s };
+        let held = seen.map(|speed| if speed.is_finite() { speed } else { 0.0 });
+        let [speed_m_s, yaw_rate_rad_s] = self.rolling.speed_and_yaw_rate(held);
+        Motion { speed_m_s, yaw_rate_rad_s, ..*self.motion() }
     }
 
     /// Lets the torques act for `dt_s`.

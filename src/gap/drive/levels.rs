@@ -297,7 +297,11 @@ fn departs(record: &Record, residuals: &[Residual], places: &[usize]) -> Option<
         });
         sum.map(|s| s / n)
     };
-    let torque = |k: usize| record.torques(k).iter().map(|u| u.abs()).sum::<f64>();
+    // what acted before the reading: a speed control makes the torque of a row of that row's readings, noise and all
+    let torque = |k: usize| match k.checked_sub(1) {
+        Some(before) if record.drive_around(k).contains(&before) => record.torques(before).iter().map(|u| u.abs()).sum(),
+        _ => f64::NAN,
+    };
     let conditions: [(&'static str, &dyn Fn(usize) -> f64); 4] = [
         ("speed", &|k| around(k).iter().sum::<f64>().abs()),
         ("yaw_rate", &|k| (around(k)[1] - around(k)[0]).abs()),
