@@ -173,3 +173,26 @@ fn files_stay_short_and_the_library_silent() {
         }
     }
 }
+
+/// The code of a file but for comments and its tests.
+fn shipped(text: &str) -> String {
+    let shipped = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or(text);
+    shipped.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+}
+
+/// An effect is one file and one line in its registry: what the engine must know of it, the effect's own file says.
+#[test]
+fn the_engine_knows_no_effect_by_its_name() {
+    use gyroid::effects::{drive, registry};
+    let ids = registry().iter().map(|e| e.about().id).chain(drive::registry().iter().map(|e| e.about().id));
+    let names: BTreeSet<String> = ids.map(|id| format!("\"{id}\"")).collect();
+    let mut files = Vec::new();
+    rust_files(Path::new("src/gap"), &mut files);
+    let of_tests = |path: &&PathBuf| path.ends_with("tests.rs");
+    let mut found = Vec::new();
+    for path in files.iter().filter(|path| !of_tests(path)) {
+        let code = shipped(&fs::read_to_string(path).unwrap());
+        found.extend(names.iter().filter(|name| code.contains(*name)).map(|name| format!("{}: {name}", path.display())));
+    }
+    assert!(names.len() > 40 && found.is_empty(), "{found:#?}");
+}

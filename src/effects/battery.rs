@@ -359,7 +359,7 @@ fn columns_are_those_of_the_simulated_signals() {
 fn the_scatter_of_a_tone_is_that_of_its_phase() {
     let scene = scene(200, 0.05);
     let parameters = of([("frequency_hz", 2.0), ("amplitude_rad_s", 0.3)]);
-    let Some(Explanation::Signal(signal)) = by_id("gyro.tone").unwrap().explanation(&scene) else { unreachable!() };
+    let Some(Explanation::Line(signal)) = by_id("gyro.tone").unwrap().explanation(&scene) else { unreachable!() };
     let columns = signal.columns(&scene, &[2.0]);
     let std = signal.prior_std(&parameters).unwrap();
     // whole periods: the columns are orthogonal, of norm² n/2

@@ -8,7 +8,7 @@
 
 use super::parts::{
     Bias, Checked, OrnsteinUhlenbeck, exponential_spectrum, log_spaced, step_s, stream, white_std_rad_s,
-};
+, LONGER};
 use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -92,6 +92,10 @@ fn averaged_spectrum(omega: f64) -> f64 {
 impl Effect for BiasInstability {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn separated_by(&self) -> Option<&'static str> {
+        Some(LONGER)
     }
 
     fn simulated(&self, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {

@@ -1,6 +1,6 @@
 //! b(t) = s for t ≥ t₁, else 0; t₁ is another in each run
 
-use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, single, stream};
+use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, single, stream, POWERED_AGAIN};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -54,6 +54,10 @@ impl Effect for BiasStep {
         &ABOUT
     }
 
+    fn separated_by(&self) -> Option<&'static str> {
+        Some(POWERED_AGAIN)
+    }
+
     fn simulated(&self, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {
         let checked = Checked::of(&ABOUT, parameters)?;
         let step = checked.value(STEP)?;
@@ -72,6 +76,10 @@ impl Effect for BiasStep {
 }
 
 impl Signal for BiasStep {
+    fn is_event(&self) -> bool {
+        true
+    }
+
     fn shapes(&self, scene: &Scene) -> Vec<Vec<f64>> {
         let [low, high] = range_s(scene);
         let at = |i: usize| vec![low + (high - low) * i as f64 / (NODES - 1) as f64];

@@ -3,7 +3,7 @@
 use super::parts::{
     Bias, Checked, OrnsteinUhlenbeck, RATE_BOUND_RAD_S, TIME_BOUNDS_S, exponential_spectrum, log_spaced, step_s,
     stream, white_std_rad_s,
-};
+, LONGER};
 use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -32,6 +32,10 @@ pub(super) struct GaussMarkov;
 impl Effect for GaussMarkov {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn separated_by(&self) -> Option<&'static str> {
+        Some(LONGER)
     }
 
     fn simulated(&self, parameters: &Parameters, _: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {

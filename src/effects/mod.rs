@@ -12,11 +12,11 @@ mod library;
 mod narrow_band_noise;
 mod noise_growth;
 mod noise_level;
-mod outliers;
+pub(crate) mod outliers;
 mod parts;
 mod quantization;
 mod rate_ramp;
-mod rate_random_walk;
+pub(crate) mod rate_random_walk;
 mod second_time_constant;
 mod supply_sensitivity;
 mod telegraph_noise;
@@ -133,6 +133,11 @@ pub trait Effect: Sync + Send {
         None
     }
 
+    /// A recording that separates it from what looks alike; none where only a longer one does.
+    fn separated_by(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Values of parameters at which it changes nothing in this scene, where they are not the same everywhere
     /// ([`Parameter::null`]).
     fn nominal(&self, scene: &Scene) -> Parameters {
@@ -145,6 +150,8 @@ pub trait Effect: Sync + Send {
 pub enum Explanation {
     /// y(t) += Σ_j β_j x_j(t; shape)
     Signal(Box<dyn Signal>),
+    /// y(t) += β₁ cos 2πft + β₂ sin 2πft: a signal whose shape is a frequency and whose coefficients are a phase
+    Line(Box<dyn Signal>),
     /// y(t) += stationary (or integrated) Gaussian noise with a spectrum
     Noise(Box<dyn Noise>),
     /// the white noise passes a filter: its spectrum is multiplied by |H|²
@@ -199,6 +206,11 @@ pub trait Signal: Sync + Send {
     fn coefficients(&self, scene: &Scene, shape: &[f64], parameters: &Parameters) -> Option<Vec<f64>> {
         let _ = (scene, shape, parameters);
         None
+    }
+
+    /// Whether its shape is the time at which it happens, another in each run.
+    fn is_event(&self) -> bool {
+        false
     }
 
     /// Standard deviation of the coefficients over runs where they are drawn anew.

@@ -2,7 +2,7 @@
 //!
 //! log variance = 2 k ΔT + 2 m ΔT²: the columns hold twice ΔT, so that their coefficients are k and m.
 
-use super::parts::{Bent, Checked, covariate, temperature_rise_c};
+use super::parts::{Bent, Checked, covariate, temperature_rise_c, REHEATED};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -63,6 +63,10 @@ impl GyroEffect for Growing {
 impl Effect for NoiseGrowth {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn separated_by(&self) -> Option<&'static str> {
+        Some(REHEATED)
     }
 
     /// `relative_per_c` is needed here, though an answer may be without it.

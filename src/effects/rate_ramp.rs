@@ -1,6 +1,6 @@
 //! b(t) = a t, t from power-on
 
-use super::parts::{Bias, Checked, single};
+use super::parts::{Bias, Checked, single, POWERED_AGAIN};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -28,6 +28,10 @@ pub(super) struct RateRamp;
 impl Effect for RateRamp {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn separated_by(&self) -> Option<&'static str> {
+        Some(POWERED_AGAIN)
     }
 
     fn simulated(&self, parameters: &Parameters, _: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {

@@ -1,6 +1,6 @@
 //! b(t) = C3 (1 - exp(-t/τ)), t from power-on, τ < T
 
-use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, TIME_BOUNDS_S, log_spaced};
+use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, TIME_BOUNDS_S, log_spaced, POWERED_AGAIN};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -44,6 +44,10 @@ pub(super) struct SecondTimeConstant;
 impl Effect for SecondTimeConstant {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn separated_by(&self) -> Option<&'static str> {
+        Some(POWERED_AGAIN)
     }
 
     fn simulated(&self, parameters: &Parameters, _: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {

@@ -50,6 +50,10 @@ impl Effect for SupplySensitivity {
         &ABOUT
     }
 
+    fn separated_by(&self) -> Option<&'static str> {
+        Some("a recording in which the supply is stepped by 50 mV or more")
+    }
+
     fn simulated(&self, parameters: &Parameters, scene: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {
         let checked = Checked::of(&ABOUT, parameters)?;
         let (slope, bend) = (checked.value(SLOPE)?, checked.optional(BEND).unwrap_or(0.0));

@@ -55,6 +55,10 @@ impl Effect for TelegraphNoise {
         &ABOUT
     }
 
+    fn separated_by(&self) -> Option<&'static str> {
+        Some("a recording with ten times as many jumps, or a histogram of the smoothed rate")
+    }
+
     fn simulated(&self, parameters: &Parameters, _: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {
         let checked = Checked::of(&ABOUT, parameters)?;
         let (spacing, dwell_s) = (checked.value(SPACING)?, checked.value(DWELL)?);

@@ -3,7 +3,7 @@
 //! The lag is that between the temperature sensor and what makes the bias. ΔT counts from the mean of the log's first
 //! second; a constant error of it lands in C2. k is the slope at power-on.
 
-use super::parts::{Bent, Checked, covariate, lagged, log_spaced, path, temperature_rise_c};
+use super::parts::{Bent, Checked, covariate, lagged, log_spaced, path, temperature_rise_c, REHEATED};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, Scene};
@@ -55,6 +55,10 @@ pub(super) struct TemperatureSensitivity;
 impl Effect for TemperatureSensitivity {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn separated_by(&self) -> Option<&'static str> {
+        Some(REHEATED)
     }
 
     fn simulated(&self, parameters: &Parameters, scene: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {

@@ -67,7 +67,7 @@ impl Effect for Tone {
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {
-        Some(Explanation::Signal(Box::new(Self)))
+        Some(Explanation::Line(Box::new(Self)))
     }
 }
 

@@ -33,6 +33,10 @@ impl Effect for TurnOnShift {
         &ABOUT
     }
 
+    fn separated_by(&self) -> Option<&'static str> {
+        Some("five or more power-ons: their scatter tells a shifted mean from an unlucky draw")
+    }
+
     fn simulated(&self, parameters: &Parameters, _: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {
         let shift = Checked::of(&ABOUT, parameters)?.value(SHIFT)?;
         Ok(Box::new(Bias(move |_, _: &Scene| shift, GyroInFilter::Known)))

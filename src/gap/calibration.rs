@@ -38,10 +38,6 @@ struct File {
     calibration: Calibration,
 }
 
-/// Parts that are read off the numbers themselves: every set has them, whatever its evidence.
-const CERTAIN: [&str; 5] =
-    ["gyro.quantization", "free.lattice", "free.repeats", "encoder.quantization", "free.lattice.wheels"];
-
 impl Calibration {
     /// Evidence as it is, under the prior of the search.
     #[must_use]
@@ -84,7 +80,7 @@ impl Calibration {
 
 /// Effects of the library and free forms that a set claims beyond what is read off the numbers.
 pub fn counts(set: &WeightedSet) -> (usize, usize) {
-    let claimed = || set.parts.iter().filter(|p| !CERTAIN.contains(&p.id.as_str()));
+    let claimed = || set.parts.iter().filter(|p| !p.certain);
     (claimed().filter(|p| p.named).count(), claimed().filter(|p| !p.named).count())
 }
 
@@ -109,7 +105,7 @@ mod tests {
     use crate::gap::findings::Part;
 
     fn set(parts: &[(&str, bool)], ln_weight: f64) -> WeightedSet {
-        let part = |(id, named): &(&str, bool)| Part::new(id, *named, 1.0);
+        let part = |(id, named): &(&str, bool)| Part { certain: id.ends_with("lattice"), ..Part::new(id, *named, 1.0) };
         WeightedSet { parts: parts.iter().map(part).collect(), ln_weight, probability: 0.0 }
     }
 
@@ -128,7 +124,7 @@ mod tests {
     fn the_search_s_prior_is_taken_back_and_what_is_certain_is_free() {
         let prior = Prior { ln_named: -2.0, ln_free: -4.0 };
         let c = Calibration { temperature: 2.0, ln_effect: [-1.0, -3.0], ln_free: [-5.0, -6.0], doubt: 0.0 };
-        let s = set(&[("a", true), ("b", true), ("free.c", false), ("gyro.quantization", true)], 10.0);
+        let s = set(&[("a", true), ("b", true), ("free.c", false), ("gyro.lattice", true)], 10.0);
         // evidence 10 + 2 · 2 + 4 = 18
         assert!((c.ln_weight(&s, &prior) - (9.0 - 1.0 - 3.0 - 5.0)).abs() < 1e-12);
         assert!((Calibration::none(&prior).ln_weight(&s, &prior) - 10.0).abs() < 1e-12);

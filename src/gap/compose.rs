@@ -2,7 +2,7 @@
 
 use super::answer::{Alike, Answer, EffectAnswer, FreeFormAnswer, Place, Verdict};
 use super::findings::{Findings, Main, Part};
-use crate::effects::Parameters;
+use crate::effects::{Parameters, by_id};
 
 /// Effects less probable than this are not listed.
 const LISTED: f64 = 0.01;
@@ -139,27 +139,11 @@ fn classes(findings: &Findings, rivals: &[(String, f64)]) -> (Vec<Vec<String>>, 
 }
 
 fn separate(class: &[String]) -> String {
-    let has = |id: &str| class.iter().any(|c| c == id);
-    let mut what = Vec::new();
-    if has("gyro.temperature_sensitivity") || has("gyro.noise_growth") {
-        what.push("a recording in which temperature moves otherwise than with time since power-on: reheated when warm");
-    }
-    if has("gyro.supply_sensitivity") {
-        what.push("a recording in which the supply is stepped by 50 mV or more");
-    }
-    if has("gyro.rate_random_walk") || has("gyro.gauss_markov") || has("gyro.bias_instability") {
-        what.push("a recording four times as long, which shows whether the bias keeps wandering");
-    }
-    if has("gyro.rate_ramp") || has("gyro.second_time_constant") || has("gyro.bias_step") {
-        what.push(
-            "a second power-on of the same length: what belongs to the unit repeats, what is drawn anew does not",
-        );
-    }
-    if has("gyro.turn_on_shift") {
-        what.push("five or more power-ons: their scatter tells a shifted mean from an unlucky draw");
-    }
-    if has("gyro.telegraph_noise") {
-        what.push("a recording with ten times as many jumps, or a histogram of the smoothed rate");
+    let mut what: Vec<&str> = Vec::new();
+    for one in class.iter().filter_map(|id| by_id(id)?.separated_by()) {
+        if !what.contains(&one) {
+            what.push(one);
+        }
     }
     if what.is_empty() {
         what.push("a longer recording");

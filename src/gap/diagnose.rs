@@ -11,7 +11,7 @@ use super::judge::{Options as JudgeOptions, judge};
 use super::prepare::{Prepared, prepare};
 use super::state_space::{Believed, blocked_log_score};
 use crate::config::{Config, EffectTable, Kind};
-use crate::effects::{Effect, Library, Parameters};
+use crate::effects::{Effect, Explanation, Library, Parameters};
 use crate::error::Result;
 use crate::signal::Log;
 
@@ -293,11 +293,12 @@ fn measure(
     let alone: Vec<(String, Believed)> =
         listed.iter().filter_map(|e| Some((e.0.clone(), with(std::slice::from_ref(e)).ok()?))).collect();
     let claims: Vec<Claim> = alone.iter().map(|(id, b)| Claim { id, believed: b }).collect();
+    let main = answer.main.as_deref().and_then(|id| library.by_id(id));
     let far_options = far::Options {
         seed: options.seed,
         simulated_logs: options.simulated_logs,
         draws: 500,
-        whole_log: answer.main.as_deref() == Some("gyro.turn_on_shift"),
+        whole_log: matches!(main.and_then(|effect| effect.explanation(&kept.scene)), Some(Explanation::TurnOn)),
         ..far::Options::default()
     };
     far::measure(&kept.recorded_rad_s(), &nominal, &augmented, &claims, &far_options)

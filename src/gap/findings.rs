@@ -12,6 +12,8 @@ pub struct Part {
     pub id: String,
     /// Whether it is an effect of the library.
     pub named: bool,
+    /// Whether it is read off the numbers themselves: every set has it then, whatever its evidence.
+    pub certain: bool,
     /// Share of what the set closes, nats.
     pub share: f64,
     /// Parameters and their standard deviations; empty for free forms.
@@ -35,6 +37,7 @@ impl Part {
         Self {
             id: id.to_owned(),
             named,
+            certain: false,
             share,
             parameters: Parameters::new(),
             std: Parameters::new(),

@@ -1,7 +1,7 @@
 //! A hypothesis: which candidates are at work in the slow and coloured part of a recording, with their parameters.
 
 use super::frame::{ColumnId, Frame};
-use crate::effects::{Noise, Signal};
+use crate::effects::{Noise, NoiseState, Signal};
 
 /// What may be at work.
 pub struct Candidate {
@@ -31,6 +31,15 @@ pub enum Kind {
     Level(Box<dyn Noise>),
     /// A factor on the whole spectrum, with a normal prior of the parameters around null instead of a range.
     Shape(Box<dyn Noise>),
+}
+
+impl Kind {
+    /// Whether it is exponentially correlated noise: what two levels look like to whoever sees the spectrum alone.
+    #[must_use]
+    pub fn is_exponential(&self) -> bool {
+        let Self::Noise(noise) = self else { return false };
+        matches!(noise.state(&vec![1.0; noise.names().len()]), Some(NoiseState::Exponential { .. }))
+    }
 }
 
 /// A signal at one shape.

@@ -12,7 +12,7 @@ use super::looks::{Choice, Looks, Seen, Views};
 use super::parts::parts;
 use super::popcorn::{Popcorn, beside};
 use super::search::{Prior, Search};
-use crate::effects::{Effect, Explanation};
+use crate::effects::{Effect, Explanation, NoiseState};
 use crate::model::Scene;
 
 /// Candidates in one scene: the effects that it can show, and the free forms.
@@ -21,7 +21,7 @@ pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candida
     for effect in effects {
         let id = effect.about().id.to_owned();
         let kind = match effect.explanation(scene) {
-            Some(Explanation::Signal(s)) if id == "gyro.tone" => Kind::Line(s, 1),
+            Some(Explanation::Line(s)) => Kind::Line(s, 1),
             Some(Explanation::Signal(s)) => Kind::Signal(s),
             Some(Explanation::Noise(n)) => Kind::Noise(n),
             Some(Explanation::Filter(n)) => Kind::Filter(n),
@@ -97,7 +97,9 @@ struct Account {
 /// Judges one recording: `recorded` as it is, in `scene`.
 pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], options: &Options) -> Findings {
     let prior = options.prior;
-    let knows = |id: &str| effects.iter().any(|e| e.about().id == id);
+    let named = |of: fn(&Explanation) -> bool| {
+        effects.iter().find(|e| e.explanation(scene).as_ref().is_some_and(of)).map(|e| e.about().id)
+    };
     let mut scene = scene.clone();
     let nominal = scene.white_std_rad_s;
     let grain = lattice::Grain::of(recorded, nominal);
@@ -116,7 +118,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     let levels: Vec<usize> = best.fitted.hypothesis.candidates().filter(|c| candidates[*c].kind.is_level()).collect();
     // a level that was fitted hides what makes it: bursts are judged beside the nominal level too
     let unlevelled = search.meet_without(&best, &levels);
-    if let Some(noise) = candidates.iter().position(|c| c.id == "gyro.gauss_markov") {
+    if let Some(noise) = candidates.iter().position(|c| c.kind.is_exponential()) {
         // two levels are looked for where a correlated noise may be
         search.meet_with(&best, noise);
     }
@@ -134,7 +136,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
         prior,
         // on a coarse lattice no distribution of samples is normal
         coarse: grain.lsb_rad_s.is_some_and(|lsb| lsb > 0.3 * nominal),
-        outliers: knows("gyro.outliers"),
+        outliers: named(|e| matches!(e, Explanation::Outliers)),
     };
     let all = search.posterior();
     let keys: Vec<Vec<usize>> = all.iter().map(|m| key(&m.fitted.hypothesis)).collect();
@@ -171,8 +173,8 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
             beside_path.push(Account { parts: Some(parts), without, ln_weight, view, nominal_level: false });
         };
         let missed = |part: Part, ln: f64, ln_prior: f64| Part { missed_nats: Some(ln - ln_prior - without), ..part };
-        if knows("gyro.telegraph_noise") {
-            let part = super::parts::telegraph(&found, &frame.scene, (ln_weight - without).max(0.1));
+        if let Some(id) = named(|e| matches!(e, Explanation::TwoLevels)) {
+            let part = super::parts::telegraph(id, &found, &frame.scene, (ln_weight - without).max(0.1));
             push(missed(part, ln_weight, prior.ln_named), ln_weight);
         }
         let part = super::parts::shots(&shots, (ln_shots - without).max(0.1));
@@ -204,7 +206,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     let lattice = grain.lsb_rad_s.map(|lsb| {
         let gain = lattice::gain(white(0), lsb, nominal, nominal);
         // the digits prove it: no evidence of the others' is weighed against it
-        super::parts::lattice(lsb, recorded, gain, knows("gyro.quantization"))
+        super::parts::lattice(lsb, recorded, gain, named(|e| matches!(e, Explanation::Lattice)))
     });
     let repeats = repeats::judge(recorded, scene.white_std_rad_s, |v| grain.step_rad_s(v));
     let repeats = (repeats.ln_evidence + prior.ln_free > 0.0).then(|| super::parts::repeats(&repeats));
@@ -262,9 +264,7 @@ fn popcorn(
     for met in sets.iter().filter(|m| m.ln_weight > top - 9.0 && !m.fitted.hypothesis.noises.is_empty()).take(5) {
         let whole = &met.fitted.hypothesis;
         for part in &whole.noises {
-            if !matches!(candidates[part.candidate].kind, Kind::Noise(_)) {
-                continue;
-            }
+            let Kind::Noise(noise) = &candidates[part.candidate].kind else { continue };
             let base: Hypothesis = whole.without(part.candidate);
             let mut key: Vec<usize> = base.candidates().collect();
             key.sort_unstable();
@@ -274,8 +274,8 @@ fn popcorn(
             tried.push(key);
             // the path's standard deviation and correlation time, where the noise in its place has them
             let theta: Vec<f64> = part.ln_theta.iter().map(|v| v.exp()).collect();
-            let start = match candidates[part.candidate].id.as_str() {
-                "gyro.gauss_markov" => [2.0 * theta[1], 2.0 * theta[0]],
+            let start = match noise.state(&theta) {
+                Some(NoiseState::Exponential { time_s, std_rad_s }) => [2.0 * std_rad_s, 2.0 * time_s],
                 _ => {
                     let slow: f64 = frame
                         .series(&likelihood.followed(whole, &likelihood.remainder(whole)))

@@ -17,8 +17,8 @@ pub(super) struct Looks {
     pub prior: Prior,
     /// Whether the recording lies on so coarse a lattice that no distribution of samples is normal.
     pub coarse: bool,
-    /// Whether rare large samples have a name.
-    pub outliers: bool,
+    /// The effect that rare large samples are, if there is one.
+    pub outliers: Option<&'static str>,
 }
 
 /// A whitened series, and the standard deviation of a sample's noise in each row, rad/s.
@@ -134,8 +134,8 @@ impl Looks {
             ..Part::new(&format!("free.{id}"), false, share)
         };
         let mut amplitudes = vec![(None, 0.0)];
-        if self.outliers {
-            let part = super::parts::outliers(&amplitude, seen.noise_std);
+        if let Some(id) = self.outliers {
+            let part = super::parts::outliers(id, &amplitude, seen.noise_std);
             amplitudes.push((Some(part), amplitude.outliers + prior.ln_named));
         }
         let tails = if amplitude.shape > 0.0 { "heavier" } else { "of another shape" };

@@ -49,7 +49,7 @@ pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
             }
             _ => part.description = describe(&c.id),
         }
-        if c.id == "gyro.bias_step" {
+        if matches!(&c.kind, Kind::Signal(k) if k.is_event()) {
             let t = s.shape.first().copied().unwrap_or(0.0);
             let blurred = l.frame.coarse.step_s;
             part.time_s = Some([t - blurred, t + blurred]);
@@ -134,7 +134,7 @@ fn signal(
     let p = mean.len();
     // a bend that does not stand out would only blur the slope
     let bent = |j: usize| mean[j].abs() > 2.5 * covariance(j, j).max(0.0).sqrt();
-    let phases = part.id == "gyro.tone";
+    let phases = matches!(l.candidates[s.candidate].kind, Kind::Line(..));
     let kept: Vec<f64> = (0..p).map(|j| if j == 0 || phases || bent(j) { mean[j] } else { 0.0 }).collect();
     let mean = kept.as_slice();
     part.parameters = k.parameters(scene, &s.shape, mean);
@@ -157,8 +157,8 @@ fn signal(
 }
 
 /// Two levels.
-pub fn telegraph(found: &Popcorn, scene: &Scene, share: f64) -> Part {
-    let mut part = Part::new("gyro.telegraph_noise", true, share);
+pub fn telegraph(id: &str, found: &Popcorn, scene: &Scene, share: f64) -> Part {
+    let mut part = Part::new(id, true, share);
     let chain = &found.chain;
     let [low_s, high_s] = [chain.dwell_low, chain.dwell_high].map(|d| d * scene.step_s);
     let [spacing, low, high] = chain.relative_std;
@@ -182,8 +182,8 @@ pub fn shots(found: &Shots, share: f64) -> Part {
 }
 
 /// Rare large samples.
-pub fn outliers(a: &Amplitude, white_std_rad_s: f64) -> Part {
-    let mut part = Part::new("gyro.outliers", true, a.outliers.max(0.0));
+pub fn outliers(id: &str, a: &Amplitude, white_std_rad_s: f64) -> Part {
+    let mut part = Part::new(id, true, a.outliers.max(0.0));
     part.parameters.insert("probability_per_sample".into(), a.probability[0]);
     part.std.insert("probability_per_sample".into(), a.probability[1]);
     part.parameters.insert("amplitude_rad_s".into(), a.outlier_std * white_std_rad_s);
@@ -191,10 +191,10 @@ pub fn outliers(a: &Amplitude, white_std_rad_s: f64) -> Part {
     part
 }
 
-/// Values on a lattice.
-pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: bool) -> Part {
-    let id = if named { "gyro.quantization" } else { "free.lattice" };
-    let mut part = Part::new(id, named, gain.max(1e-3));
+/// Values on a lattice; `named`: the effect that it is.
+pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: Option<&str>) -> Part {
+    let mut part =
+        Part { certain: true, ..Part::new(named.unwrap_or("free.lattice"), named.is_some(), gain.max(1e-3)) };
     part.parameters.insert("lsb_rad_s".into(), lsb);
     // the step is the span over its count: both ends are off the lattice by what the file rounds
     let [low, high] = recorded.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
@@ -208,7 +208,7 @@ pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: bool) -> Part {
 
 /// Exactly equal readings.
 pub fn repeats(r: &Repeats) -> Part {
-    let mut part = Part::new("free.repeats", false, r.ln_evidence);
+    let mut part = Part { certain: true, ..Part::new("free.repeats", false, r.ln_evidence) };
     part.description = if r.most > r.held + 2 {
         let what = if r.extreme { "clipped at" } else { "stuck at" };
         format!("{} readings are exactly {:.6e} rad/s: {what} that value", r.most, r.value_rad_s)

@@ -1,11 +1,11 @@
 //! θ ↦ equations: what the effects that change the robot's equations have in common.
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
+use super::{Coordinate, DriveExplanation, Driving, Equivalent, ModelChange, Needs, Touches};
 use crate::config::Steering;
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameters};
 use crate::error::Result;
-use crate::model::drive::DriveEffect;
+use crate::model::drive::{DriveEffect, Instrument};
 
 /// An effect that is simulated just as it is fitted.
 pub(super) trait Law: ModelChange + Sized + 'static {
@@ -45,7 +45,12 @@ pub(super) trait Constant: Law {
     const TOUCHES: Touches = Touches::ROBOT;
     /// What a log must hold for it to be knowable.
     const NEEDS: Needs = Needs::NOTHING;
-
+    /// Whether it is positive in practice.
+    const IS_POSITIVE: bool = false;
+    /// The instrument whose readings come late by it.
+    const LAGS: Option<Instrument> = None;
+    /// Effects that it stands for where readings cannot tell them apart.
+    const EQUIVALENTS: &'static [Equivalent] = &[];
     /// Standard deviation of the constant in robots that lack nothing, in sample times.
     const USUAL_ROWS: f64 = 0.0;
 
@@ -86,6 +91,18 @@ impl<T: Constant> ModelChange for T {
 
     fn is_rigid(&self) -> bool {
         true
+    }
+
+    fn positive(&self) -> usize {
+        usize::from(T::IS_POSITIVE)
+    }
+
+    fn lags(&self) -> Option<Instrument> {
+        T::LAGS
+    }
+
+    fn equivalents(&self) -> &'static [Equivalent] {
+        T::EQUIVALENTS
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {

@@ -18,8 +18,10 @@ pub(crate) const SHARE: &str = "share_of_time";
 pub(crate) const BURST_S: f64 = 0.3;
 pub(crate) const SHARE_OF_TIME: f64 = 0.05;
 
+pub(crate) const ID: &str = "encoder.missed_ticks";
+
 static ABOUT: About = About {
-    id: "encoder.missed_ticks",
+    id: ID,
     title: "missed encoder ticks",
     equation: "reading = (1 - λ) reading of one wheel inside bursts",
     source: "Borenstein, Everett and Feng, Where am I? (1996), section 1.1: encoders lose counts",
@@ -113,6 +115,10 @@ impl ModelChange for MeanLoss {
 
     fn is_rigid(&self) -> bool {
         true
+    }
+
+    fn positive(&self) -> usize {
+        1
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {

@@ -7,6 +7,7 @@ mod bias_step;
 mod change;
 mod com_offset;
 mod encoder_quantization;
+mod equivalent;
 mod gyro_delay;
 mod lateral_skid;
 pub(crate) mod missed_ticks;
@@ -19,12 +20,14 @@ mod radius_scale;
 mod rolling_resistance;
 mod scale_asymmetry;
 mod scale_factor;
-mod slip;
+pub(crate) mod slip;
 mod slope;
 mod torque_gain;
 mod track_width;
 mod vibration_rectification;
 mod wheel_delay;
+
+pub use equivalent::{Equivalent, Map, Within};
 
 use super::{About, Parameters};
 use crate::config::Steering;
@@ -69,6 +72,16 @@ pub fn registry() -> &'static [&'static dyn Driving] {
 #[must_use]
 pub fn by_id(id: &str) -> Option<&'static dyn Driving> {
     registry().iter().copied().find(|e| e.about().id == id)
+}
+
+/// The effect that the readings of this instrument come late.
+pub(crate) const fn late(of: Instrument) -> &'static About {
+    use change::Law;
+    match of {
+        Instrument::Gyro => gyro_delay::GyroDelay::ABOUT,
+        Instrument::Wheels => wheel_delay::WheelDelay::ABOUT,
+        Instrument::Pose => pose_delay::PoseDelay::ABOUT,
+    }
 }
 
 /// An effect of drives.
@@ -160,6 +173,21 @@ pub trait ModelChange: Sync + Send {
         &[]
     }
 
+    /// How many of its coordinates, from the first one, are positive in practice.
+    fn positive(&self) -> usize {
+        0
+    }
+
+    /// The instrument whose readings come late, by its first coordinate in s.
+    fn lags(&self) -> Option<Instrument> {
+        None
+    }
+
+    /// Effects that it stands for where readings cannot tell them apart.
+    fn equivalents(&self) -> &'static [Equivalent] {
+        &[]
+    }
+
     /// What a log must hold for θ to be knowable at all.
     fn needs(&self) -> Needs {
         Needs::NOTHING
@@ -201,11 +229,13 @@ pub struct Needs {
     pub gyro: bool,
     /// Position and heading.
     pub pose: bool,
+    /// Any of the three: wheels alone know no length.
+    pub length: bool,
 }
 
 impl Needs {
     /// None.
-    pub const NOTHING: Self = Self { torques: false, gyro: false, pose: false };
+    pub const NOTHING: Self = Self { torques: false, gyro: false, pose: false, length: false };
 }
 
 /// One coordinate of a change.

@@ -1,6 +1,8 @@
 //! r_i = (1 + s) r_nominal of one wheel, the other's is nominal
 
 use super::change::{Constant, Law};
+use super::missed_ticks::MissedTicks;
+use super::{Equivalent, Map, Needs, Within};
 use crate::effects::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
 
@@ -32,6 +34,9 @@ impl Law for RadiusLeft {
 impl Constant for RadiusLeft {
     const SCALE: [f64; 2] = [1e-3, 0.03];
     const SIZES: &'static str = SIZES;
+    const NEEDS: Needs = Needs { length: true, ..Needs::NOTHING };
+    const EQUIVALENTS: &'static [Equivalent] =
+        &[Equivalent { effect: &MissedTicks, map: Map::Loss, side: 0, within: Within::NoTorques }];
 
     fn off_by(value: f64) -> Box<dyn DriveEffect> {
         Box::new(Work { side: 0, by: value })
@@ -59,6 +64,9 @@ impl Law for RadiusRight {
 impl Constant for RadiusRight {
     const SCALE: [f64; 2] = [1e-3, 0.03];
     const SIZES: &'static str = SIZES;
+    const NEEDS: Needs = Needs { length: true, ..Needs::NOTHING };
+    const EQUIVALENTS: &'static [Equivalent] =
+        &[Equivalent { effect: &MissedTicks, map: Map::Loss, side: 1, within: Within::NoTorques }];
 
     fn off_by(value: f64) -> Box<dyn DriveEffect> {
         Box::new(Work { side: 1, by: value })

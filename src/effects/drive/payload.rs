@@ -64,6 +64,11 @@ impl ModelChange for Payload {
         vec![mass, value("inertia_relative").unwrap_or(mass)]
     }
 
+    /// Mass and yaw inertia.
+    fn positive(&self) -> usize {
+        2
+    }
+
     fn needs(&self) -> Needs {
         Needs { torques: true, ..Needs::NOTHING }
     }

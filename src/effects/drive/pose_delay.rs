@@ -32,6 +32,8 @@ impl Law for PoseDelay {
 
 impl Constant for PoseDelay {
     const SCALE: [f64; 2] = [1e-3, 0.05];
+    const IS_POSITIVE: bool = true;
+    const LAGS: Option<Instrument> = Some(Instrument::Pose);
     const USUAL_ROWS: f64 = TIMED_ROWS;
     const SIZES: &'static str = "Furgale et al. (2013): a camera is some tens of milliseconds late";
     const TOUCHES: Touches = Touches::POSE;

@@ -1,5 +1,6 @@
 //! r_l, r_r: both (1 + s) times their nominal value
 
+use super::Needs;
 use super::change::{Constant, Law};
 use crate::effects::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
@@ -31,6 +32,7 @@ impl Law for RadiusScale {
 impl Constant for RadiusScale {
     const SCALE: [f64; 2] = [2e-3, 0.05];
     const SIZES: &'static str = "Borenstein and Feng (1996): load and wear change rubber tyres by some percent";
+    const NEEDS: Needs = Needs { length: true, ..Needs::NOTHING };
 
     fn off_by(value: f64) -> Box<dyn DriveEffect> {
         Box::new(Work(value))

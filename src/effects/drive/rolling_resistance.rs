@@ -125,6 +125,10 @@ impl ModelChange for RollingResistance {
         NAMES.map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
     }
 
+    fn positive(&self) -> usize {
+        1
+    }
+
     fn needs(&self) -> Needs {
         Needs { torques: true, ..Needs::NOTHING }
     }
@@ -167,6 +171,10 @@ impl ModelChange for Form {
     fn theta(&self, parameters: &Parameters) -> Vec<f64> {
         let all = RollingResistance.theta(parameters);
         vec![all[0], all[1], all[2], all[3] + all[4], all[5], all[6]]
+    }
+
+    fn positive(&self) -> usize {
+        1
     }
 
     fn needs(&self) -> Needs {

@@ -1,7 +1,9 @@
 //! reading = (1 + k) ω
 
 use super::change::{Constant, Law};
-use super::{Needs, Touches};
+use super::radius_scale::RadiusScale;
+use super::track_width::TrackWidth;
+use super::{Equivalent, Map, Needs, Touches, Within};
 use crate::effects::{About, Parameter};
 use crate::model::drive::{DriveEffect, Moving};
 
@@ -35,6 +37,10 @@ impl Constant for ScaleFactor {
         "MPU-6000 data sheet, revision 3.4 (2013): sensitivity within 3 %, and 2 % more over temperature";
     const TOUCHES: Touches = Touches::GYRO;
     const NEEDS: Needs = Needs { gyro: true, ..Needs::NOTHING };
+    const EQUIVALENTS: &'static [Equivalent] = &[
+        Equivalent { effect: &TrackWidth, map: Map::Inverse, side: 0, within: Within::GyroAndWheels },
+        Equivalent { effect: &RadiusScale, map: Map::Same, side: 0, within: Within::GyroAndWheels },
+    ];
 
     fn off_by(value: f64) -> Box<dyn DriveEffect> {
         Box::new(Work(value))

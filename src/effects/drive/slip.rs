@@ -5,8 +5,12 @@ use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Moving, Robot};
 
+pub(crate) const ID: &str = "wheel.slip";
+/// κ, and what more than proportional slip adds.
+pub(crate) const COMPLIANCES: [&str; 2] = ["compliance", "cubic_compliance"];
+
 static ABOUT: About = About {
-    id: "wheel.slip",
+    id: ID,
     title: "wheel slip",
     equation: "the rim runs ahead of the ground by slip λ = κ f + κ₃ f³, f the force of the wheel over its load: the inverse of a saturating μ(λ)",
     source: "Alessandri et al.; Gillespie (1992), chapter 10",
@@ -15,14 +19,14 @@ static ABOUT: About = About {
     condition: Some("torque"),
     parameters: &[
         Parameter {
-            name: "compliance",
+            name: COMPLIANCES[0],
             meaning: "κ = dλ/df at zero",
             bounds: [-1.0, 10.0],
             null: Some(0.0),
             required: false,
         },
         Parameter {
-            name: "cubic_compliance",
+            name: COMPLIANCES[1],
             meaning: "κ₃, more slip near the limit of adhesion",
             bounds: [-1000.0, 1000.0],
             null: Some(0.0),
@@ -70,6 +74,10 @@ impl ModelChange for Slip {
     }
 
     /// The force must be known apart from the wheel that it moves: accelerations from the same wheel would follow its noise.
+    fn positive(&self) -> usize {
+        1
+    }
+
     fn needs(&self) -> Needs {
         Needs { torques: true, ..Needs::NOTHING }
     }

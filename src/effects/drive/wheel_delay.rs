@@ -32,6 +32,8 @@ impl Law for WheelDelay {
 
 impl Constant for WheelDelay {
     const SCALE: [f64; 2] = [1e-3, 0.05];
+    const IS_POSITIVE: bool = true;
+    const LAGS: Option<Instrument> = Some(Instrument::Wheels);
     const USUAL_ROWS: f64 = TIMED_ROWS;
     const SIZES: &'static str = "Furgale et al. (2013): some milliseconds on a bus, some tens where messages queue";
     const TOUCHES: Touches = Touches::WHEELS;

@@ -123,7 +123,7 @@ pub fn judge(name: &str, label: &Label, answer: Option<&Value>) -> Judged {
         fair: right || answered == "none" || in_class,
         exact,
         channel: found.map(|t| wheels(place["channel"].as_str().unwrap_or("")) == wheels(&t.channel)),
-        place: found.and_then(|t| placed(&answered, place, t)),
+        place: found.and_then(|t| placed(place, t)),
         errors: if found.is_some() { errors(&label.effects[&answered], of(&answered)) } else { BTreeMap::new() },
         gap_closed: of(&answered).and_then(|e| e["gap_closed"].as_f64()),
         confidence,
@@ -157,9 +157,9 @@ fn wheels(channel: &str) -> &str {
 }
 
 /// Whether the frequency of a tone, or the condition, is right; none where the truth has neither.
-fn placed(id: &str, place: &Value, truth: &Place) -> Option<bool> {
-    if id == "gyro.tone" {
-        let [at, _] = truth.frequency_hz?;
+fn placed(place: &Value, truth: &Place) -> Option<bool> {
+    // a line: a band is as wide as the noise in it
+    if let Some([at, _]) = truth.frequency_hz.filter(|[low, high]| low == high) {
         let band = &place["frequency_hz"];
         let low = band.as_f64().or_else(|| band[0].as_f64()).unwrap_or(f64::NAN);
         let high = band.as_f64().or_else(|| band[1].as_f64()).unwrap_or(f64::NAN);

@@ -1,7 +1,7 @@
 //! One way of reading a drive: sets are compared where the best one lies, readings far off put aside, and noise levels taken
 //! from what a settled model leaves.
 
-use super::candidates::{Candidates, Kind, LOST_TICKS};
+use super::candidates::{Candidates, Kind};
 use super::column::{Column, Scoped};
 use super::evidence::Member;
 use super::fit::{Compared, Theta, models};
@@ -12,6 +12,8 @@ use super::pass::{Channel, Models, Noise, run, run_scoped};
 use super::record::Record;
 use super::ripple;
 use super::unforced;
+use crate::effects::outliers::ID as OUTLIERS;
+use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::Parameters;
 use crate::effects::drive::{Coordinate, Driving};
 use crate::gap::findings::{Part, WeightedSet};
@@ -285,7 +287,7 @@ impl Branch {
         }
         let mut any = false;
         for (place, (id, named, channels)) in [
-            ("gyro.outliers", true, &Channel::ALL[2..3]),
+            (OUTLIERS, true, &Channel::ALL[2..3]),
             ("free.outliers.pose", false, &Channel::ALL[3..6]),
             ("free.outliers.wheels", false, &Channel::ALL[0..2]),
         ]

@@ -6,9 +6,9 @@
 //! loss of its own, λ_i ~ N(λ, (λ/4)²). The chain begins anew in each drive.
 
 use super::branch::described;
-use super::candidates::LOST_TICKS;
 use super::pass::{Channel, Models, Noise, run};
 use super::record::Record;
+use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::Parameters;
 use crate::gap::findings::Part;
 use rayon::prelude::*;

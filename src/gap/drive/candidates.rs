@@ -4,6 +4,7 @@ use super::column::{CONSTANT, COSINES, Column, Equation, Follows, Scoped, nuisan
 use super::evidence::{Group, Nuisance, Rank};
 use super::record::Record;
 use super::twins;
+use crate::effects::rate_random_walk::ID as WALK;
 use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
 use crate::model::drive::Instrument;
 
@@ -49,16 +50,8 @@ const SETTLING_S: [f64; 3] = [0.4, 1.6, 6.4];
 
 /// Share of the lost ticks whose bursts do not show singly.
 pub(super) const UNSEEN: f64 = 0.5;
-/// Effects that are known by a length.
-const LENGTHS: [&str; 3] = ["wheel.radius_scale", "wheel.radius_left", "wheel.radius_right"];
-/// Lost ticks.
-pub(super) const LOST_TICKS: &str = "encoder.missed_ticks";
-
 /// How the id of a coordinate that varies begins; the id of its effect follows.
 pub const VARYING: &str = "free.varying.";
-
-/// The walk of the gyro's bias: known from recordings at rest, and at work in drives too.
-pub(super) const WALK: &str = "gyro.rate_random_walk";
 
 /// What a group is.
 #[derive(Clone, Copy)]
@@ -93,9 +86,11 @@ pub struct Candidates {
 }
 
 fn can(needs: Needs, record: &Record) -> bool {
-    (!needs.torques || record.torques_n_m.is_some())
-        && (!needs.gyro || record.gyro_rad_s.is_some())
-        && (!needs.pose || record.pose.is_some())
+    let [torques, gyro, pose] = [record.torques_n_m.is_some(), record.gyro_rad_s.is_some(), record.pose.is_some()];
+    (!needs.torques || torques)
+        && (!needs.gyro || gyro)
+        && (!needs.pose || pose)
+        && (!needs.length || torques || gyro || pose)
 }
 
 /// Whether the log holds anything that the effect could be known by.
@@ -103,12 +98,9 @@ fn can(needs: Needs, record: &Record) -> bool {
 pub fn knowable(effect: &dyn Driving, record: &Record) -> bool {
     match effect.explanation() {
         DriveExplanation::Model(change) => {
-            let reference = record.pose.is_some() || record.torques_n_m.is_some();
             can(change.needs(), record)
-                // only the pose or the forces know a length
-                && (!LENGTHS.contains(&effect.about().id) || reference || record.gyro_rad_s.is_some())
                 // without torques it is a gyro that leads
-                && (effect.about().id != "sensor.wheel_delay" || record.torques_n_m.is_some())
+                && (change.lags() != Some(Instrument::Wheels) || record.torques_n_m.is_some())
                 // where the configuration leaves open how late the reference comes, that is no effect
                 && !(change.touches().pose && record.belief.pose_delay_std_s > 0.0)
         }
@@ -186,17 +178,7 @@ impl Candidates {
         let first = self.columns.len();
         let places = (first..first + columns.len()).collect();
         self.columns.extend(columns);
-        let positive = match id {
-            "wheel.rolling_resistance"
-            | "wheel.slip"
-            | "sensor.gyro_delay"
-            | "sensor.wheel_delay"
-            | "sensor.pose_delay"
-            | LOST_TICKS => 1,
-            // mass and yaw inertia
-            "vehicle.payload" => 2,
-            _ => 0,
-        };
+        let positive = if let Kind::Change(i) = kind { self.changes[i].1.positive() } else { 0 };
         let rank = match kind {
             Kind::Walk => Rank::Process,
             Kind::Free(Equation::Gyro, Follows::Time) => Rank::Path,
@@ -345,11 +327,11 @@ impl Candidates {
         for g in 0..self.groups.len() {
             let Kind::Change(i) = self.kinds[g] else { continue };
             // a loss that comes and goes is what bursts are
-            if self.groups[g].id == LOST_TICKS {
+            if matches!(self.changes[i].0.explanation(), DriveExplanation::MissedTicks(_)) {
                 continue;
             }
             // without torques a lag is told by the gyro's own past, and so would be whatever follows its changes
-            if record.torques_n_m.is_none() && self.groups[g].id == "sensor.gyro_delay" {
+            if record.torques_n_m.is_none() && self.changes[i].1.lags() == Some(Instrument::Gyro) {
                 continue;
             }
             let with = match self.changes[i].1.is_rigid() {

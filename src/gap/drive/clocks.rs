@@ -9,10 +9,12 @@ use super::late::WHEELS_LATE;
 use super::offset::{Integral, Lag, lag};
 use super::wander::{self, Track};
 use crate::config::Config;
+use crate::effects::drive::late;
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::answer::TimeOffset;
 use crate::gap::diagnose::Drive;
 use crate::ingest::merge::{Part, merge};
+use crate::model::drive::Instrument;
 use crate::signal::{Log, TimeAxis, names};
 use crate::vehicle::{Odometry, Rolling};
 use rayon::prelude::*;
@@ -105,8 +107,8 @@ impl Clocks<'_> {
 
     /// Effects that are lags of streams whose clocks were set: those were set as finely as the recordings tell.
     pub(super) fn lags(&self) -> Vec<&'static str> {
-        let wheels: &[_] = if self.was_set(Stream::Wheels) { &[WHEELS_LATE.0, LATE.0] } else { &[] };
-        let pose: &[_] = if self.was_set(Stream::Pose) { &["sensor.pose_delay"] } else { &[] };
+        let wheels: &[_] = if self.was_set(Stream::Wheels) { &[WHEELS_LATE, LATE] } else { &[] };
+        let pose: &[_] = if self.was_set(Stream::Pose) { &[late(Instrument::Pose).id] } else { &[] };
         [wheels, pose].concat()
     }
 

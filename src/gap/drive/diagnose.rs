@@ -1,7 +1,7 @@
 //! The whole diagnosis of a drive, or of several of one robot: which equation, which effect, how far.
 
 use super::alike::{LARGEST, separate_by};
-use super::candidates::{VARYING, WALK};
+use super::candidates::VARYING;
 use super::clocks;
 use super::closest::Closest;
 use super::column::{Equation, Follows};
@@ -15,6 +15,7 @@ use super::pinpoint::pinpoint;
 use super::record::{Belief, Record};
 use super::testable::nothing_twice;
 use super::unforced::LOUDER;
+use crate::effects::rate_random_walk::ID as WALK;
 use crate::config::{Config, EffectTable, Kind};
 use crate::effects::drive::missed_ticks::{is_mean, side_of};
 use crate::effects::drive::{DriveExplanation, Driving};

@@ -6,7 +6,7 @@
 use super::begin::start;
 use super::branch::Branch;
 use super::bursts::{self, Bursts, Sought, missed_part};
-use super::candidates::{Candidates, Kind, LOST_TICKS, WALK, knowable};
+use super::candidates::{Candidates, Kind, knowable};
 use super::clocks;
 use super::far;
 use super::fit::{Compared, Theta};
@@ -15,6 +15,8 @@ use super::levels::lattice_part;
 use super::onset;
 use super::pass::{Noise, run};
 use super::record::Record;
+use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
+use crate::effects::rate_random_walk::ID as WALK;
 use crate::config::Config;
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{Library, Parameters};

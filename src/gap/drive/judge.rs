@@ -8,7 +8,7 @@ use super::alike::alike;
 use super::begin::{ALONE, first, start};
 use super::branch::Branch;
 use super::bursts::{self, Bursts, Predicted, Sought, missed_part};
-use super::candidates::{Candidates, Kind, LOST_TICKS, Prior, knowable};
+use super::candidates::{Candidates, Kind, Prior, knowable};
 use super::closest::{Closest, alone, closest};
 use super::fit::{Compared, Theta};
 use super::lag;
@@ -21,6 +21,7 @@ use super::record::Record;
 use super::ripple;
 use super::twins::Twins;
 use super::unforced;
+use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::gap::Calibration;
 use crate::gap::answer::Alike;
@@ -108,7 +109,8 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let lattice = lsb.filter(|lsb| given.is_none_or(|given| (lsb / given).ln().abs() > SAME_STEP)).map(|lsb| {
         let nominal = branch.noise.without_lattice(record);
         let here = branch.ln_likelihood(&branch.noise) - branch.ln_likelihood(&nominal);
-        lattice_part(lsb, here.max(1.0), knows(effects, "encoder.quantization"))
+        let named = effects.iter().find(|e| matches!(e.explanation(), DriveExplanation::WheelLattice));
+        lattice_part(lsb, here.max(1.0), named.map(|e| e.about().id))
     });
     let mut others = Vec::new();
     if knows(effects, LOST_TICKS)
@@ -122,7 +124,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     if !record.wheels_were_set
         && let Some((other, late)) = wheels_in_time(record, &branch, effects, options)
     {
-        let part = late.part(other.top() - branch.top(), knows(effects, late::WHEELS_LATE.0));
+        let part = late.part(other.top() - branch.top(), knows(effects, late::WHEELS_LATE));
         others.push((other, part));
         wheels_late_s = Some(late.delay_s);
     }
@@ -327,7 +329,7 @@ fn restored(
 /// A set with one more part. What the set has of the same delay is what is left of it after the readings were put back.
 fn beside(mut set: WeightedSet, part: &Part) -> WeightedSet {
     let mut part = part.clone();
-    let same = |p: &Part| p.id == part.id && part.id == late::WHEELS_LATE.0;
+    let same = |p: &Part| p.id == part.id && part.id == late::WHEELS_LATE;
     if let Some(at) = set.parts.iter().position(same) {
         let left = set.parts.swap_remove(at);
         part.share += left.share;

@@ -15,8 +15,9 @@ use super::onset;
 use super::pass::{Channel, Noise, run};
 use super::record::Record;
 use crate::effects::Parameters;
-use crate::effects::drive::Driving;
+use crate::effects::drive::{Driving, late};
 use crate::gap::findings::{Part, WeightedSet};
+use crate::model::drive::Instrument;
 use std::borrow::Cow;
 
 /// Longest delay that is looked for, s: what past yaw rates are kept for.
@@ -27,8 +28,10 @@ const ASIDE: f64 = 1e10;
 const NEAR: f64 = 0.3;
 /// Fewest rows that are held against each other.
 const FEWEST: f64 = 64.0;
-/// The effect, and its parameter.
-pub(super) const LATE: (&str, &str) = ("sensor.gyro_delay", "delay_s");
+/// The effect ...
+pub(super) const LATE: &str = late(Instrument::Gyro).id;
+/// ... and its parameter, s.
+pub(super) const DELAY: &str = late(Instrument::Gyro).parameters[0].name;
 
 /// A drive whose gyro was put back to when it was true.
 pub(super) struct InTime {
@@ -47,15 +50,15 @@ impl InTime {
     /// The sets that explain it, the delay among their parts: whole rows, and what is left of it, which where it is no effect of its own is
     /// the nuisance that every set has.
     pub(super) fn sets(&self) -> Vec<WeightedSet> {
-        let (rest_s, std_s) = self.branch.usual(LATE.0).unwrap_or((0.0, self.step_s / 12f64.sqrt()));
+        let (rest_s, std_s) = self.branch.usual(LATE).unwrap_or((0.0, self.step_s / 12f64.sqrt()));
         let with = |mut set: WeightedSet| {
-            if let Some(rest) = set.parts.iter_mut().find(|p| p.id == LATE.0) {
+            if let Some(rest) = set.parts.iter_mut().find(|p| p.id == LATE) {
                 rest.share += self.share;
-                *rest.parameters.entry(LATE.1.into()).or_insert(0.0) += self.lag_s;
+                *rest.parameters.entry(DELAY.into()).or_insert(0.0) += self.lag_s;
             } else {
-                let mut part = Part::new(LATE.0, true, self.share);
-                part.parameters = Parameters::from([(LATE.1.into(), self.lag_s + rest_s)]);
-                part.std = Parameters::from([(LATE.1.into(), std_s)]);
+                let mut part = Part::new(LATE, true, self.share);
+                part.parameters = Parameters::from([(DELAY.into(), self.lag_s + rest_s)]);
+                part.std = Parameters::from([(DELAY.into(), std_s)]);
                 set.parts.insert(0, part);
                 set.ln_weight += self.ln_prior;
             }
@@ -73,7 +76,7 @@ pub(super) fn gyro_in_time(
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> Vec<InTime> {
-    if !knows(effects, LATE.0) || !share_rows(record) {
+    if !knows(effects, LATE) || !share_rows(record) {
         return Vec::new();
     }
     let tried =
@@ -89,7 +92,7 @@ fn is_hopeless(moved: &Record, as_is: &Branch) -> bool {
     if !as_is.is_told_by_one() {
         return false;
     }
-    let own = c.candidates.only(|g| g == members[0].0 || c.candidates.groups[g].id == LATE.0);
+    let own = c.candidates.only(|g| g == members[0].0 || c.candidates.groups[g].id == LATE);
     Compared::narrow(moved, &as_is.noise, own, c.theta.clone(), None).top() < c.top() - HOPELESS
 }
 
@@ -196,16 +199,16 @@ mod tests {
     /// row is what stamps are true to.
     fn not_found(delays_s: &[f64]) -> Vec<(f64, f64, f64)> {
         let tried = |(i, delay_s): (usize, f64)| {
-            let log = recorded(40.0, 41 + i as u64, Some((LATE.0, LATE.1, delay_s)));
+            let log = recorded(40.0, 41 + i as u64, Some((LATE, DELAY, delay_s)));
             let record = Record::new(&robot(), &log, 0.0).unwrap();
             let findings = judge(&record, registry(), &Options::default()).findings;
             let mains = findings.mains();
-            let set = findings.best_with(LATE.0, false);
+            let set = findings.best_with(LATE, false);
             let [found, std] = set
-                .and_then(|s| s.part(LATE.0))
-                .map_or([f64::NAN; 2], |part| [&part.parameters, &part.std].map(|of| of[LATE.1]));
+                .and_then(|s| s.part(LATE))
+                .map_or([f64::NAN; 2], |part| [&part.parameters, &part.std].map(|of| of[DELAY]));
             println!("{delay_s} s: {found:.6} ± {std:.6}, {:?}", mains[0]);
-            let right = mains[0].0 == Main::Effect(LATE.0.into());
+            let right = mains[0].0 == Main::Effect(LATE.into());
             (!right || !((found - delay_s).abs() < 3.0 * std) || std > 0.0005).then_some((delay_s, found, std))
         };
         delays_s.to_vec().into_par_iter().enumerate().filter_map(tried).collect()
@@ -221,13 +224,13 @@ mod tests {
     #[test]
     fn without_torques_a_late_gyro_is_found_to_a_tenth() {
         for (seed, delay_s) in [(51, 0.004), (52, 0.013)] {
-            let log = recorded(60.0, seed, Some((LATE.0, LATE.1, delay_s)));
+            let log = recorded(60.0, seed, Some((LATE, DELAY, delay_s)));
             let log = without(log, &[names::TORQUE_LEFT, names::TORQUE_RIGHT]);
             let record = Record::new(&robot(), &log, 0.0).unwrap();
             let findings = judge(&record, registry(), &Options::default()).findings;
-            let set = findings.best_with(LATE.0, false).unwrap();
-            let part = set.part(LATE.0).unwrap();
-            let (found, std) = (part.parameters[LATE.1], part.std[LATE.1]);
+            let set = findings.best_with(LATE, false).unwrap();
+            let part = set.part(LATE).unwrap();
+            let (found, std) = (part.parameters[DELAY], part.std[DELAY]);
             assert!((found - delay_s).abs() < 4.0 * std + 0.1 * delay_s, "{delay_s} s: {found} ± {std}");
             assert!(std < 0.001, "{std}");
         }

@@ -8,7 +8,9 @@ use super::branch::described;
 use super::pass::{Models, Noise, run};
 use super::record::Record;
 use crate::effects::Parameters;
+use crate::effects::drive::late;
 use crate::gap::findings::Part;
+use crate::model::drive::Instrument;
 use rayon::prelude::*;
 
 /// Longest delay that is looked for, s: what is longer is a clock.
@@ -21,8 +23,10 @@ const FINE: f64 = 0.02;
 const PARTS: usize = 8;
 /// Delays that are tried in each, on either side, and a parabola through the best.
 const NEAR: i32 = 6;
-/// The effect, and its parameter.
-pub(super) const WHEELS_LATE: (&str, &str) = ("sensor.wheel_delay", "delay_s");
+/// The effect ...
+pub(super) const WHEELS_LATE: &str = late(Instrument::Wheels).id;
+/// ... and its parameter, s.
+const DELAY: &str = late(Instrument::Wheels).parameters[0].name;
 /// Rows of the same time, s.
 const SAME_S: f64 = 1e-9;
 
@@ -48,9 +52,9 @@ impl Late {
         if !known {
             return described("free.delay.wheels", false, share, text);
         }
-        let mut part = described(WHEELS_LATE.0, true, share, text);
-        part.parameters = Parameters::from([(WHEELS_LATE.1.into(), self.delay_s)]);
-        part.std = Parameters::from([(WHEELS_LATE.1.into(), self.std_s)]);
+        let mut part = described(WHEELS_LATE, true, share, text);
+        part.parameters = Parameters::from([(DELAY.into(), self.delay_s)]);
+        part.std = Parameters::from([(DELAY.into(), self.std_s)]);
         part
     }
 }

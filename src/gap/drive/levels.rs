@@ -270,11 +270,12 @@ impl Branch {
     }
 }
 
-/// A lattice of the wheels, rad/s, as a part of an account of which it closes `share` nats.
-pub(super) fn lattice_part(lsb: f64, share: f64, named: bool) -> Part {
-    let id = if named { "encoder.quantization" } else { "free.lattice.wheels" };
-    let mut part = described(id, named, share, format!("wheel speeds lie on a lattice of {lsb:.5} rad/s"));
-    if named {
+/// A lattice of the wheels, rad/s, as a part of an account of which it closes `share` nats; `named`: the effect that it is.
+pub(super) fn lattice_part(lsb: f64, share: f64, named: Option<&str>) -> Part {
+    let id = named.unwrap_or("free.lattice.wheels");
+    let text = format!("wheel speeds lie on a lattice of {lsb:.5} rad/s");
+    let mut part = Part { certain: true, ..described(id, named.is_some(), share, text) };
+    if named.is_some() {
         part.parameters = Parameters::from([("lsb_rad_s".into(), lsb)]);
         part.std = Parameters::from([("lsb_rad_s".into(), 1e-6 * lsb)]);
     }

@@ -1,17 +1,16 @@
 //! A set of effects as the filter and the simulator of a drive take it.
 
 use super::bursts::{self, Bursts, Predicted, Sought};
-use super::candidates::WALK;
 use super::lag::by_whole_rows;
 use super::late::{earlier, share_rows};
 use super::pass::{Models, Noise, Process};
 use super::record::{Belief, Record};
+use crate::effects::rate_random_walk::ID as WALK;
 use crate::effects::Library;
 use crate::effects::Parameters;
 use crate::effects::drive::missed_ticks::{BURST, BURST_S, LOSS, SHARE, SHARE_OF_TIME, is_mean, side_of};
 use crate::effects::drive::noise_level::OVER;
 use crate::effects::drive::{DriveExplanation, ModelChange};
-use crate::model::InFilter;
 use crate::model::drive::{DriveEffect, Instrument};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -87,15 +86,8 @@ impl Claimed {
             let Some(effect) = library.driving_by_id(id) else { continue };
             match effect.explanation() {
                 DriveExplanation::Model(change) => {
-                    let theta = change.theta(parameters);
-                    let late = match change.at(&theta).in_filter() {
-                        InFilter::GyroDelay(_) => Some(Instrument::Gyro),
-                        InFilter::WheelDelay(_) => Some(Instrument::Wheels),
-                        InFilter::PoseDelay(_) => Some(Instrument::Pose),
-                        _ => None,
-                    };
-                    out.late.extend(late.map(|of| (out.changes.len(), of)));
-                    out.changes.push((change, theta));
+                    out.late.extend(change.lags().map(|of| (out.changes.len(), of)));
+                    out.changes.push((change, change.theta(parameters)));
                 }
                 DriveExplanation::GyroStep => out.step_rad_s = value("step_rad_s"),
                 DriveExplanation::MissedTicks(sides) if is_mean(parameters) => {

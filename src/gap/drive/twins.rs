@@ -17,83 +17,65 @@
 //! gyro may as well be slip. The likelihood does not decide: forces would have to come from accelerations of the same wheels, slip
 //! follows their noise, and wins where the gyro is late, too.
 
-use super::candidates::{LOST_TICKS, UNSEEN};
+use super::candidates::UNSEEN;
 use super::evidence::ln_possible;
-use super::lag::LATE;
+use super::lag::{DELAY, LATE};
 use super::record::Record;
+use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::config::Steering;
 use crate::effects::Parameters;
 use crate::effects::drive::missed_ticks::{is_mean, side_of};
-use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, by_id};
+use crate::effects::drive::slip::{COMPLIANCES, ID as SLIP};
+use crate::effects::drive::{Coordinate, DriveExplanation, Driving, Equivalent, Map, ModelChange, Within, by_id, registry};
 use crate::gap::answer::Alike;
 use crate::gap::findings::{Part, WeightedSet};
 
-/// An effect that another stands for, which is compared.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// An effect, and another one that it stands for.
+#[derive(Clone, Copy)]
 struct Twin {
     /// The one that is compared.
     of: &'static str,
     id: &'static str,
-    way: Way,
-    /// The wheel that it is of, where that matters: 0 left, 1 right.
-    side: usize,
+    to: Equivalent,
 }
 
-/// Coordinate of a twin, as a function of x, that of the effect that is compared.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Way {
-    /// x
-    Same,
-    /// 1/(1 + x) - 1
-    Inverse,
-    /// x/(1 + x), no less than zero
-    Loss,
-}
-
-const TWINS: [Twin; 4] = [
-    Twin { of: "gyro.scale_factor", id: "vehicle.track_width", way: Way::Inverse, side: 0 },
-    Twin { of: "gyro.scale_factor", id: "wheel.radius_scale", way: Way::Same, side: 0 },
-    Twin { of: "wheel.radius_left", id: LOST_TICKS, way: Way::Loss, side: 0 },
-    Twin { of: "wheel.radius_right", id: LOST_TICKS, way: Way::Loss, side: 1 },
-];
-
-impl Way {
-    fn value(self, x: f64) -> f64 {
-        match self {
-            Self::Same => x,
-            Self::Inverse => -x / (1.0 + x),
-            Self::Loss => x / (1.0 + x),
-        }
-    }
-
-    /// How fast that changes with x.
-    fn slope(self, x: f64) -> f64 {
-        if self == Self::Same { 1.0 } else { (1.0 + x).powi(-2) }
-    }
+/// Every one of the library.
+fn twins() -> impl Iterator<Item = Twin> {
+    registry().iter().flat_map(|effect| {
+        let to = match effect.explanation() {
+            DriveExplanation::Model(law) => law.equivalents(),
+            _ => &[],
+        };
+        to.iter().map(|to| Twin { of: effect.about().id, id: to.effect.about().id, to: *to })
+    })
 }
 
 impl Twin {
     /// Whether they are the same to this drive.
     fn is_same(&self, record: &Record) -> bool {
-        if self.way == Way::Loss { record.torques_n_m.is_none() } else { record.is_blind() }
+        match self.to.within {
+            Within::NoTorques => record.torques_n_m.is_none(),
+            Within::GyroAndWheels => record.is_blind(),
+        }
+    }
+
+    fn is_loss(&self) -> bool {
+        self.to.map == Map::Loss
     }
 
     /// ln odds beside those of what is compared, apart from what is known of their sizes; `sure`: the value over its standard deviation.
     fn ln_odds(&self, sure: f64) -> f64 {
         // of lost ticks those whose bursts show are looked for elsewhere, and half of them are the other wheel's
-        if self.way == Way::Loss { (0.5 * UNSEEN).ln() + ln_possible(sure) } else { 0.0 }
+        if self.is_loss() { (0.5 * UNSEEN).ln() + ln_possible(sure) } else { 0.0 }
     }
 
     fn law(&self) -> Option<&'static dyn ModelChange> {
-        law(self.id, self.side)
+        law(self.id, self.to.side)
     }
 }
 
 /// Scales over which a prior is summed.
 const NODES: usize = 48;
-/// Wheels that slip, and the parameters: what is proportional to the force, and what is not.
-const SLIP: (&str, [&str; 2]) = ("wheel.slip", ["compliance", "cubic_compliance"]);
-
 /// Of equals the one that was compared is told first, and counts among what was found: nats that make no difference otherwise.
 const LAST: f64 = 1e-6;
 
@@ -115,9 +97,9 @@ impl Twins {
         let has = |id: &str| effects.iter().any(|e| e.about().id == id);
         let same: Vec<Twin> = same(record, effects).collect();
         // single bursts of lost ticks are looked for all the same
-        let stood_for = |e: &&&'static dyn Driving| same.iter().any(|t| t.id == e.about().id && t.way != Way::Loss);
+        let stood_for = |e: &&&'static dyn Driving| same.iter().any(|t| t.id == e.about().id && !t.is_loss());
         let told_apart = effects.iter().filter(|e| !stood_for(e)).copied().collect();
-        let alike = record.torques_n_m.is_none() && record.gyro_rad_s.is_some() && has(LATE.0) && has(SLIP.0);
+        let alike = record.torques_n_m.is_none() && record.gyro_rad_s.is_some() && has(LATE) && has(SLIP);
         let compliance_per_s = alike.then(|| compliance_per_s(record)).filter(|c| c.is_finite());
         Self { told_apart, same, compliance_per_s, steering: record.belief.steering }
     }
@@ -131,15 +113,15 @@ impl Twins {
     /// The set with wheels that slip in the place of a late gyro.
     fn slips(&self, set: &WeightedSet) -> Option<WeightedSet> {
         let per_s = self.compliance_per_s?;
-        let at = set.parts.iter().position(|p| p.id == LATE.0)?;
-        let delay_s = *set.parts[at].parameters.get(LATE.1)?;
-        let std_s = set.parts[at].std.get(LATE.1).copied().unwrap_or(0.0);
+        let at = set.parts.iter().position(|p| p.id == LATE)?;
+        let delay_s = *set.parts[at].parameters.get(DELAY)?;
+        let std_s = set.parts[at].std.get(DELAY).copied().unwrap_or(0.0);
         let mut twin = WeightedSet { ln_weight: set.ln_weight - LAST, ..set.clone() };
         let part = &mut twin.parts[at];
-        part.id = SLIP.0.into();
+        part.id = SLIP.into();
         // what is no constant share of the force is not told at all
-        part.parameters = SLIP.1.map(str::to_owned).into_iter().zip([per_s * delay_s, 0.0]).collect();
-        part.std = Parameters::from([(SLIP.1[0].into(), per_s * std_s)]);
+        part.parameters = COMPLIANCES.map(str::to_owned).into_iter().zip([per_s * delay_s, 0.0]).collect();
+        part.std = Parameters::from([(COMPLIANCES[0].into(), per_s * std_s)]);
         // wheels that lag the gyro do not slip
         (delay_s > 0.0).then_some(twin)
     }
@@ -162,7 +144,7 @@ impl Twins {
         let scale = |law: &dyn ModelChange| law.coordinates_of(self.steering)[0].scale;
         let used = ln_density(widened(one.of, own, &self.same, self.steering), x);
         let with = |twin: &Twin| {
-            let (law, value, slope) = (twin.law()?, twin.way.value(x), twin.way.slope(x));
+            let (law, value, slope) = (twin.law()?, twin.to.map.value(x), twin.to.map.slope(x));
             let mut other = set.clone();
             let part = &mut other.parts[at];
             part.id = twin.id.into();
@@ -172,7 +154,7 @@ impl Twins {
             part.std =
                 part.parameters.iter().map(|(name, v)| (name.clone(), (beside[name] - v) * std * slope)).collect();
             other.ln_weight += ln_density(scale(law), value) + slope.ln() - used + twin.ln_odds(x / std);
-            let is_possible = twin.way != Way::Loss || value > 0.0;
+            let is_possible = !twin.is_loss() || value > 0.0;
             (is_possible && !set.parts.iter().any(|p| p.id == twin.id)).then_some(other)
         };
         let others: Vec<WeightedSet> = twins().filter_map(with).collect();
@@ -191,12 +173,12 @@ impl Twins {
     pub(super) fn classes(&self, parts: &[Part]) -> Vec<Alike> {
         let class = |told: &Part| {
             let is_mean = is_mean(&told.parameters);
-            let lost = |t: &Twin| t.way != Way::Loss || is_mean && side_of(&told.parameters) == t.side;
+            let lost = |t: &Twin| !t.is_loss() || is_mean && side_of(&told.parameters) == t.to.side;
             let found = self.same.iter().find(|t| t.of == told.id || t.id == told.id && lost(t))?;
             let all = std::iter::once(found.of).chain(self.same.iter().filter(|t| t.of == found.of).map(|t| t.id));
             let others = all.filter(|id| *id != told.id);
             let ids = std::iter::once(told.id.as_str()).chain(others).map(str::to_owned).collect();
-            let pose = if found.way == Way::Loss { "" } else { "a pose reference, or " };
+            let pose = if found.is_loss() { "" } else { "a pose reference, or " };
             Some(Alike { ids, overlap: 1.0, separate_by: format!("{pose}the wheels' torques in the log") })
         };
         parts.iter().filter_map(class).collect()
@@ -206,7 +188,7 @@ impl Twins {
 /// Those of `effects` that another one stands for in this drive.
 fn same(record: &Record, effects: &[&'static dyn Driving]) -> impl Iterator<Item = Twin> {
     let has = |id: &str| effects.iter().any(|e| e.about().id == id);
-    TWINS.into_iter().filter(move |t| t.is_same(record) && has(t.of) && has(t.id))
+    twins().filter(move |t| t.is_same(record) && has(t.of) && has(t.id))
 }
 
 /// Whether the mean loss of ticks is told by one wheel's radius, for which it is the same.
@@ -235,7 +217,7 @@ fn widened(of: &str, own: &dyn ModelChange, same: &[Twin], steering: Option<Stee
 pub(super) fn sizes(record: &Record, id: &str, change: &dyn ModelChange) -> Vec<Coordinate> {
     let steering = record.belief.steering;
     let mut own = change.coordinates_of(steering).to_vec();
-    let same: Vec<Twin> = TWINS.into_iter().filter(|t| t.is_same(record)).collect();
+    let same: Vec<Twin> = twins().filter(|t| t.is_same(record)).collect();
     own[0].scale = widened(id, change, &same, steering);
     own
 }
@@ -329,23 +311,23 @@ mod tests {
         let (v, yaw_rate, about, delay_s) = (0.6, 0.2, 0.5, 0.004);
         let wheels = robot.wheels_rad_s(v, yaw_rate);
         let record = recorded(belief, 0.02, wheels.map(|w| vec![w; 400]), vec![yaw_rate; 400]);
-        let mut part = Part::new(LATE.0, true, 50.0);
-        part.parameters.insert(LATE.1.into(), delay_s);
-        part.std.insert(LATE.1.into(), 1e-4);
+        let mut part = Part::new(LATE, true, 50.0);
+        part.parameters.insert(DELAY.into(), delay_s);
+        part.std.insert(DELAY.into(), 1e-4);
         let set = WeightedSet { parts: vec![part], ln_weight: -1.0, probability: 0.0 };
         let all = Twins::of(&record, registry()).all(set.clone());
-        assert_eq!(all.iter().map(|s| s.parts[0].id.as_str()).collect::<Vec<_>>(), [LATE.0, SLIP.0]);
+        assert_eq!(all.iter().map(|s| s.parts[0].id.as_str()).collect::<Vec<_>>(), [LATE, SLIP]);
         let slip = &all[1].parts[0];
         assert!(all[1].ln_weight < set.ln_weight && set.ln_weight - all[1].ln_weight < 1e-5);
         // the law of slip itself, at this yaw acceleration
         let force = 0.5 * robot.yaw_inertia_kg_m2 * about / robot.half_track_m;
         let at = Moving { speed_m_s: v, yaw_rate_rad_s: yaw_rate, wheel_force_n: [-force, force], ..Moving::default() };
-        let DriveExplanation::Model(law) = by_id(SLIP.0).unwrap().explanation() else { panic!() };
+        let DriveExplanation::Model(law) = by_id(SLIP).unwrap().explanation() else { panic!() };
         let turned = law.at(&law.theta(&slip.parameters)).wheels_rad_s(&robot, &at, wheels);
         let of = |w: [f64; 2]| robot.speed_and_yaw_rate(w)[1];
         let ahead = of(turned) - of(wheels);
         assert!((ahead / (delay_s * about) - 1.0).abs() < 0.05, "{ahead} {}", delay_s * about);
-        assert!((slip.std[SLIP.1[0]] / slip.parameters[SLIP.1[0]] - 0.025).abs() < 1e-9);
+        assert!((slip.std[COMPLIANCES[0]] / slip.parameters[COMPLIANCES[0]] - 0.025).abs() < 1e-9);
         // with torques the force is known, and slip is compared itself
         let mut driven = record.clone();
         driven.torques_n_m = Some([vec![0.0; 400], vec![0.0; 400]]);

@@ -136,19 +136,19 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
     let data = frame.data(cleaned);
     let nuisance = nuisances(&frame);
 
-    let asks = |wanted: fn(&Explanation) -> bool| {
-        effects.iter().any(|e| e.explanation(&frame.scene).as_ref().is_some_and(wanted))
+    let asked_for = |wanted: fn(&Explanation) -> bool| {
+        effects.iter().find(|e| e.explanation(&frame.scene).as_ref().is_some_and(wanted)).map(|e| e.about().id)
     };
-    let two_levels = asks(|e| matches!(e, Explanation::TwoLevels));
+    let two_levels = asked_for(|e| matches!(e, Explanation::TwoLevels));
     let mut all: Vec<Candidate> = candidates(effects, &frame.scene).into_iter().filter(|c| c.named).collect();
     let asked = all.len();
-    if let Some(noise) = crate::effects::by_id("gyro.gauss_markov").filter(|_| two_levels) {
+    if two_levels.is_some() {
         // stands where the two levels will be
-        all.extend(candidates(&[noise], &frame.scene).into_iter().filter(|c| c.named));
+        all.extend(candidates(crate::effects::registry(), &frame.scene).into_iter().find(|c| c.kind.is_exponential()));
     }
     let likelihood = Likelihood::new(&frame, &data, &all, &nuisance);
     let gaussian = together(&likelihood, 0..asked);
-    let found = two_levels.then(|| levels(&likelihood, &nuisance, &gaussian, asked)).flatten();
+    let found = two_levels.and_then(|id| Some((id, levels(&likelihood, &nuisance, &gaussian, asked)?)));
 
     let mut explained: Vec<Explained> = Vec::new();
     let tell = |l: &Likelihood, fitted: &Fitted| {
@@ -158,30 +158,31 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
     };
     // what is left, whitened: by the set beside two levels where there are two
     let (gaussian_parts, white) = match &found {
-        Some((popcorn, gain)) => {
+        Some((id, (popcorn, gain))) => {
             let left: Vec<f64> = data.values_rad_s.iter().zip(&popcorn.path).map(|(y, p)| y - p).collect();
             let rest = frame.data_undithered(left);
             let beside = Likelihood::new(&frame, &rest, &all, &nuisance);
-            explained.extend(two_levels_told(&beside, popcorn, &data.values_rad_s, *gain));
+            explained.extend(two_levels_told(id, &beside, popcorn, &data.values_rad_s, *gain));
             tell(&beside, &popcorn.fitted)
         }
         None => tell(&likelihood, &gaussian),
     };
     explained.extend(gaussian_parts);
-    if asks(|e| matches!(e, Explanation::Outliers)) {
+    if let Some(id) = asked_for(|e| matches!(e, Explanation::Outliers)) {
         let mut w = white.clone();
         for i in &aside {
             w[*i] += (deviation[*i] - data.values_rad_s[*i]) / frame.scene.white_std_rad_s;
         }
         // what the ends leak into is no sample of the noise
         let edge = (w.len() / 400).min(100);
-        explained.extend(rare::judge(&w[edge..w.len() - edge]).map(|r| outliers_told(&r, frame.scene.white_std_rad_s)));
+        explained.extend(rare::judge(&w[edge..w.len() - edge]).map(|r| outliers_told(id, &r, frame.scene.white_std_rad_s)));
     } else if !aside.is_empty() {
         notes.push(format!("{} samples stand out and were put aside before anything else was fitted.", aside.len()));
     }
-    if let Some(lsb) = lsb.filter(|_| asks(|e| matches!(e, Explanation::Lattice))) {
+    let lattice_id = asked_for(|e| matches!(e, Explanation::Lattice));
+    if let Some(lsb) = lsb.filter(|_| lattice_id.is_some()) {
         let residual: Vec<f64> = white.iter().map(|v| v * frame.scene.white_std_rad_s).collect();
-        let part = parts::lattice(lsb, recorded, lattice::gain(&residual, lsb, nominal, nominal), true);
+        let part = parts::lattice(lsb, recorded, lattice::gain(&residual, lsb, nominal, nominal), lattice_id);
         explained.extend(library_effect(effects, &part.id).map(|e| told(e.about(), &part)));
     }
     let place = |id: &str| effects.iter().position(|e| e.about().id == id);
@@ -198,7 +199,7 @@ fn library_effect(effects: &[&'static dyn Effect], id: &str) -> Option<&'static 
 }
 
 /// Two levels by the recursion over all samples, from what the alternation of chain and Gaussian part found.
-fn two_levels_told(beside: &Likelihood, popcorn: &Popcorn, values_rad_s: &[f64], gain: f64) -> Option<Explained> {
+fn two_levels_told(id: &str, beside: &Likelihood, popcorn: &Popcorn, values_rad_s: &[f64], gain: f64) -> Option<Explained> {
     let (frame, h) = (beside.frame, &popcorn.fitted.hypothesis);
     let scene = &frame.scene;
     let levels = h.white_spectrum(frame, beside.candidates);
@@ -230,7 +231,7 @@ fn two_levels_told(beside: &Likelihood, popcorn: &Popcorn, values_rad_s: &[f64],
     let samples = chain::Beside { y: &y, columns: &columns, white_std_rad_s: white, step_s: scene.step_s };
     let found = samples.fit(start.spacing, dwell_s)?;
     Some(Explained {
-        id: "gyro.telegraph_noise".into(),
+        id: id.into(),
         gain_nats: gain,
         parameters: [
             ("level_spacing_rad_s".into(), found.spacing_rad_s),
@@ -242,14 +243,14 @@ fn two_levels_told(beside: &Likelihood, popcorn: &Popcorn, values_rad_s: &[f64],
     })
 }
 
-fn outliers_told(rare: &rare::Rare, white_std_rad_s: f64) -> Explained {
+fn outliers_told(id: &str, rare: &rare::Rare, white_std_rad_s: f64) -> Explained {
     let scaled = |e: Estimate| Estimate {
         estimate: e.estimate * white_std_rad_s,
         std: e.std * white_std_rad_s,
         ci95: e.ci95.map(|v| v * white_std_rad_s),
     };
     Explained {
-        id: "gyro.outliers".into(),
+        id: id.into(),
         gain_nats: rare.gain_nats,
         parameters: [
             ("probability_per_sample".into(), rare.probability),

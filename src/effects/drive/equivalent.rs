@@ -1,0 +1,54 @@
+//! θ' = θ'(θ): effects that leave every reading of some drives as another one does.
+
+use super::Driving;
+
+/// An effect that another one stands for in drives whose readings cannot tell them apart.
+#[derive(Clone, Copy)]
+pub struct Equivalent {
+    /// The one that is stood for.
+    pub effect: &'static dyn Driving,
+    /// Its coordinate.
+    pub map: Map,
+    /// The wheel that it is of, where that matters: 0 left, 1 right.
+    pub side: usize,
+    /// Drives in which they are the same.
+    pub within: Within,
+}
+
+/// Coordinate of the equivalent effect as a function of x, that of the effect that is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Map {
+    /// x
+    Same,
+    /// 1/(1 + x) - 1
+    Inverse,
+    /// x/(1 + x), a share that is lost: no less than zero
+    Loss,
+}
+
+/// Drives, by what was not logged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Within {
+    /// Nothing but gyro and wheels was logged.
+    GyroAndWheels,
+    /// Torques were not logged.
+    NoTorques,
+}
+
+impl Map {
+    /// The coordinate of the equivalent effect.
+    #[must_use]
+    pub fn value(self, x: f64) -> f64 {
+        match self {
+            Self::Same => x,
+            Self::Inverse => -x / (1.0 + x),
+            Self::Loss => x / (1.0 + x),
+        }
+    }
+
+    /// |dθ'/dθ|
+    #[must_use]
+    pub fn slope(self, x: f64) -> f64 {
+        if self == Self::Same { 1.0 } else { (1.0 + x).powi(-2) }
+    }
+}
