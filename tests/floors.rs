@@ -192,7 +192,8 @@ fn the_engine_knows_no_effect_by_its_name() {
     let mut found = Vec::new();
     for path in files.iter().filter(|path| !of_tests(path)) {
         let code = shipped(&fs::read_to_string(path).unwrap());
-        found.extend(names.iter().filter(|name| code.contains(*name)).map(|name| format!("{}: {name}", path.display())));
+        found
+            .extend(names.iter().filter(|name| code.contains(*name)).map(|name| format!("{}: {name}", path.display())));
     }
     assert!(names.len() > 40 && found.is_empty(), "{found:#?}");
 }

@@ -7,8 +7,8 @@
 //! half the sample rate eight. Below that band the spectrum is flat.
 
 use super::parts::{
-    Bias, Checked, OrnsteinUhlenbeck, exponential_spectrum, log_spaced, step_s, stream, white_std_rad_s,
-, LONGER};
+    Bias, Checked, LONGER, OrnsteinUhlenbeck, exponential_spectrum, log_spaced, step_s, stream, white_std_rad_s,
+};
 use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};

@@ -1,6 +1,6 @@
 //! b(t) = s for t ≥ t₁, else 0; t₁ is another in each run
 
-use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, single, stream, POWERED_AGAIN};
+use super::parts::{Bias, Checked, POWERED_AGAIN, RATE_BOUND_RAD_S, single, stream};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};

@@ -1,9 +1,9 @@
 //! db = -b/τ dt + σ √(2/τ) dW;  S(ω) = σ² (1 - φ²) / (1 - 2 φ cos ω + φ²), φ = exp(-Δt/τ)
 
 use super::parts::{
-    Bias, Checked, OrnsteinUhlenbeck, RATE_BOUND_RAD_S, TIME_BOUNDS_S, exponential_spectrum, log_spaced, step_s,
-    stream, white_std_rad_s,
-, LONGER};
+    Bias, Checked, LONGER, OrnsteinUhlenbeck, RATE_BOUND_RAD_S, TIME_BOUNDS_S, exponential_spectrum, log_spaced,
+    step_s, stream, white_std_rad_s,
+};
 use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};

@@ -2,7 +2,7 @@
 //!
 //! log variance = 2 k ΔT + 2 m ΔT²: the columns hold twice ΔT, so that their coefficients are k and m.
 
-use super::parts::{Bent, Checked, covariate, temperature_rise_c, REHEATED};
+use super::parts::{Bent, Checked, REHEATED, covariate, temperature_rise_c};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};

@@ -9,11 +9,12 @@ use crate::error::Result;
 use crate::math::random::Stream;
 use crate::model::{GyroEffect, GyroInFilter, Scene, Switch, Way};
 
+pub(crate) const ID: &str = "gyro.outliers";
 const PROBABILITY: &str = "probability_per_sample";
 const AMPLITUDE: &str = "amplitude_rad_s";
 
 static ABOUT: About = About {
-    id: "gyro.outliers",
+    id: ID,
     title: "outliers",
     equation: "output = reading ± A with probability p a sample: rare samples far from the others",
     source: "Tukey, A survey of sampling from contaminated distributions (1960); Huber, Robust Statistics (1981)",

@@ -10,8 +10,7 @@ use crate::signal::TimeAxis;
 pub(super) const REHEATED: &str =
     "a recording in which temperature moves otherwise than with time since power-on: reheated when warm";
 /// What separates noises that wander.
-pub(super) const LONGER: &str =
-    "a recording four times as long, which shows whether the bias keeps wandering";
+pub(super) const LONGER: &str = "a recording four times as long, which shows whether the bias keeps wandering";
 /// What separates drifts that belong to the unit from those of one run.
 pub(super) const POWERED_AGAIN: &str =
     "a second power-on of the same length: what belongs to the unit repeats, what is drawn anew does not";

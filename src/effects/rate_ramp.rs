@@ -1,6 +1,6 @@
 //! b(t) = a t, t from power-on
 
-use super::parts::{Bias, Checked, single, POWERED_AGAIN};
+use super::parts::{Bias, Checked, POWERED_AGAIN, single};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};

@@ -2,7 +2,7 @@
 //!
 //! The walk starts at power-on. The cosine transform diagonalises it exactly (see [`crate::math::dct`]).
 
-use super::parts::{Bias, Checked, log_spaced, step_s, stream, white_std_rad_s, LONGER};
+use super::parts::{Bias, Checked, LONGER, log_spaced, step_s, stream, white_std_rad_s};
 use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};

@@ -1,6 +1,6 @@
 //! b(t) = C3 (1 - exp(-t/τ)), t from power-on, τ < T
 
-use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, TIME_BOUNDS_S, log_spaced, POWERED_AGAIN};
+use super::parts::{Bias, Checked, POWERED_AGAIN, RATE_BOUND_RAD_S, TIME_BOUNDS_S, log_spaced};
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};

@@ -31,7 +31,8 @@ pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters
             Error::new(ErrorKind::Column, "recording", found).mend("log it, or leave the effect out")
         };
         match effect.explanation(scene).ok_or_else(missing)? {
-            Explanation::Signal(s) | Explanation::Line(s) => match s.shape(scene, parameters).filter(|_| !s.is_event()) {
+            Explanation::Signal(s) | Explanation::Line(s) => match s.shape(scene, parameters).filter(|_| !s.is_event())
+            {
                 None => b.step = Some(any_time(scene, value("step_rad_s")?)),
                 Some(shape) => {
                     let columns = s.columns(scene, &shape);

@@ -22,7 +22,7 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
             _ => None,
         })
         .collect();
-    let top = mains.first().map_or(Main::None, |m| m.0.clone());
+    let top = findings.top();
     let verdict = match &top {
         Main::None => Verdict::None,
         Main::Unknown => Verdict::Unknown,

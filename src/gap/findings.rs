@@ -97,6 +97,9 @@ pub struct Findings {
 /// What closes fewer nats than this is a side effect: it may be named, and need not be.
 const MATTERS: f64 = 6.0;
 
+/// A gap that is not there, and is searched for, costs so many times what a weak one costs that is not named.
+const FALSE_ALARM: f64 = 4.0;
+
 /// How the id of what an effect explains begins whose name was taken from it; the effect's own follows.
 pub(super) const REFUTED: &str = "free.refuted.";
 
@@ -194,6 +197,15 @@ impl Findings {
         let mut all: Vec<(Main, f64)> = sums.into_iter().collect();
         all.sort_by(|a, b| b.1.total_cmp(&a.1));
         all
+    }
+
+    /// The main thing to answer with: of the least expected cost. A gap is asserted where it is more than [`FALSE_ALARM`] times as
+    /// probable as none: then the most probable main thing is told.
+    pub fn top(&self) -> Main {
+        let mains = self.mains();
+        let none = mains.iter().find(|m| m.0 == Main::None).map_or(0.0, |m| m.1);
+        let first = mains.into_iter().next().filter(|_| none * (1.0 + FALSE_ALARM) < 1.0);
+        first.map_or(Main::None, |m| m.0)
     }
 
     /// Probability that `id` is present.
@@ -303,6 +315,17 @@ mod tests {
         let named = set(&[("gyro.tone", 50.0), ("free.time", 30.0), ("free.supply", -900.0)], 1.0);
         assert_eq!(Main::of(&named), Main::Effect("gyro.tone".into()));
         assert_eq!(Main::of(&set(&[], 1.0)), Main::None);
+    }
+
+    #[test]
+    fn a_gap_is_asserted_where_it_is_four_times_as_probable_as_none() {
+        let top = |none: f64| {
+            let effect = set(&[("gyro.tone", 9.0)], 0.6 * (1.0 - none));
+            let other = set(&[("free.time", 9.0)], 0.4 * (1.0 - none));
+            findings(vec![effect, other, set(&[], none)]).top()
+        };
+        assert_eq!([top(0.19), top(0.21)], [Main::Effect("gyro.tone".into()), Main::None]);
+        assert_eq!(findings(Vec::new()).top(), Main::None);
     }
 
     #[test]

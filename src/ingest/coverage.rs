@@ -36,7 +36,9 @@ pub(super) fn lacking(logs: &mut [(Log, Vec<f64>)]) -> Vec<String> {
     let mut out: Vec<(String, String, Vec<String>)> = Vec::new();
     for (log, times) in logs {
         for channel in log.channels.iter_mut().filter(|c| channels::of(&c.name).is_some()) {
-            let Some((what, mend)) = lack(&channel.name, &mut channel.values, times, [start, end, changed]) else { continue };
+            let Some((what, mend)) = lack(&channel.name, &mut channel.values, times, [start, end, changed]) else {
+                continue;
+            };
             let what = if several { format!("of {} {what}", log.source) } else { what };
             match out.iter_mut().find(|(other, _, _)| *other == what) {
                 Some((_, _, names)) => names.push(channel.name.clone()),
@@ -126,7 +128,8 @@ mod tests {
             |rest: f64| (0..1000).map(|k| if k < 600 { f64::from(k).sin() } else { rest }).collect::<Vec<f64>>();
         for (rest, said) in [(f64::NAN, Some("ends at 59.9 s")), (0.25, Some("stays at 0.25 from 60.0 s")), (0.0, None)]
         {
-            let mut logs = [stream("d.csv", &times, &[(names::WHEEL_LEFT, &until(rest)), (names::GYRO_Z, &moving(1000))])];
+            let mut logs =
+                [stream("d.csv", &times, &[(names::WHEEL_LEFT, &until(rest)), (names::GYRO_Z, &moving(1000))])];
             let told = lacking(&mut logs);
             assert_eq!(told.len(), usize::from(said.is_some()), "{told:?}");
             assert!(said.is_none_or(|said| told[0].starts_with(&format!("wheel_left_rad_s {said}"))), "{told:?}");

@@ -52,6 +52,9 @@ impl GapReport<'_> {
                 a.main_probability,
                 self.closes(main)
             ),
+            (Verdict::None, _) if self.is_open() => {
+                format!("NO GAP THAT THIS RECORDING PROVES: probability that there is none {:.2}", a.none_probability)
+            }
             (Verdict::None, _) => {
                 format!("NO GAP: the nominal simulator explains the recording, probability {:.2}", a.none_probability)
             }
@@ -64,6 +67,11 @@ impl GapReport<'_> {
                 main.map(|id| format!("; nearest: {} ({id}){}", title(id), self.closes(id))).unwrap_or_default()
             ),
         }
+    }
+
+    /// Whether a gap is more probable than none, and too little for a claim.
+    fn is_open(&self) -> bool {
+        self.answer.verdict == Verdict::None && self.answer.none_probability < 0.5
     }
 
     /// Share of the gap that an effect closes, for a headline; empty where it closes none.
@@ -227,6 +235,13 @@ impl GapReport<'_> {
                     parameters(out, effect);
                 }
             }
+            (Verdict::None, _) if self.is_open() => {
+                let _ = writeln!(
+                    out,
+                    "  None that is proven; that the nominal simulator suffices has probability {:.2}",
+                    a.none_probability
+                );
+            }
             (Verdict::None, _) => {
                 let _ = writeln!(out, "  None: the nominal simulator suffices, probability {:.2}", a.none_probability);
             }
@@ -367,6 +382,12 @@ impl GapReport<'_> {
     fn remedy(&self, out: &mut String) {
         let a = self.answer;
         match a.verdict {
+            Verdict::None if self.is_open() => {
+                let _ = writeln!(
+                    out,
+                    "  Record again, for longer: --fit given several times diagnoses all recordings together."
+                );
+            }
             Verdict::None => {
                 let _ = writeln!(
                     out,

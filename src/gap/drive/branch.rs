@@ -12,10 +12,10 @@ use super::pass::{Channel, Models, Noise, run, run_scoped};
 use super::record::Record;
 use super::ripple;
 use super::unforced;
-use crate::effects::outliers::ID as OUTLIERS;
-use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::Parameters;
+use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::drive::{Coordinate, Driving};
+use crate::effects::outliers::ID as OUTLIERS;
 use crate::gap::findings::{Part, WeightedSet};
 use std::collections::{BTreeMap, BTreeSet};
 

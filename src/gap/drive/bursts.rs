@@ -8,8 +8,8 @@
 use super::branch::described;
 use super::pass::{Channel, Models, Noise, run};
 use super::record::Record;
-use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::Parameters;
+use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::gap::findings::Part;
 use rayon::prelude::*;
 use std::ops::Range;

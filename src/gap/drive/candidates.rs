@@ -4,8 +4,8 @@ use super::column::{CONSTANT, COSINES, Column, Equation, Follows, Scoped, nuisan
 use super::evidence::{Group, Nuisance, Rank};
 use super::record::Record;
 use super::twins;
-use crate::effects::rate_random_walk::ID as WALK;
 use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
+use crate::effects::rate_random_walk::ID as WALK;
 use crate::model::drive::Instrument;
 
 /// Prior odds.

@@ -15,10 +15,10 @@ use super::levels::lattice_part;
 use super::onset;
 use super::pass::{Noise, run};
 use super::record::Record;
-use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
-use crate::effects::rate_random_walk::ID as WALK;
 use crate::config::Config;
+use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::drive::{DriveExplanation, Driving};
+use crate::effects::rate_random_walk::ID as WALK;
 use crate::effects::{Library, Parameters};
 use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::gap::diagnose::Drive;
@@ -80,8 +80,9 @@ impl Asked {
         }
     }
 
-    fn has(&self, wanted: fn(&DriveExplanation) -> bool) -> bool {
-        self.drives.iter().any(|e| wanted(&e.explanation()))
+    /// The first of those that are asked for that explains a drive in this way.
+    fn first(&self, wanted: fn(&DriveExplanation) -> bool) -> Option<&'static str> {
+        self.drives.iter().find(|e| wanted(&e.explanation())).map(|e| e.about().id)
     }
 }
 
@@ -166,7 +167,7 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let noise = as_is.noise;
     let nominal = noise.nominal_beside(&nominal, record);
     // single bursts, where they tell more than that a wheel reads low on average
-    let lost = asked.has(|e| matches!(e, DriveExplanation::MissedTicks(_))).then(|| {
+    let lost = asked.first(|e| matches!(e, DriveExplanation::MissedTicks(_))).map(|_| {
         let others = settled(record, &noise, &candidates.except(LOST_TICKS));
         let on_average = as_is.compared.top() - others.top();
         lost_ticks(record, &noise, &others).filter(|lost| lost.3 > on_average)
@@ -179,7 +180,7 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
         None => (as_is, None),
     };
     parts.extend(gained.map(|(bursts, gained)| missed_part(&bursts, gained)));
-    if asked.has(|e| matches!(e, DriveExplanation::NoiseLevel(_))) {
+    if asked.first(|e| matches!(e, DriveExplanation::NoiseLevel(_))).is_some() {
         let residuals = branch.residuals();
         if branch.level(&asked.drives, options, &residuals) {
             branch.compared = settled(&branch.record, &branch.noise, &branch.compared.candidates);
@@ -196,11 +197,11 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
         let gain = c.problem.ln_evidence(members) - c.problem.ln_evidence(&others);
         parts.push(branch.part(group, gain, &coefficients));
     }
-    if asked.has(|e| matches!(e, DriveExplanation::WheelLattice))
+    if let Some(id) = asked.first(|e| matches!(e, DriveExplanation::WheelLattice))
         && let Some(lsb) = lsb
     {
         let gained = branch.ln_likelihood(&noise) - branch.ln_likelihood(&nominal);
-        parts.push(lattice_part(lsb, gained, true));
+        parts.push(lattice_part(lsb, gained, Some(id)));
     }
     if !c.next().1 {
         notes.push("The parameters had not settled when the fit was ended: their intervals may be too narrow.".into());

@@ -145,7 +145,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     }
     let sets = sets.into_iter().flat_map(|set| twins.all(set)).collect();
     let findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
-    let unknown = matches!(findings.mains().first(), Some((Main::Unknown, _)));
+    let unknown = findings.top() == Main::Unknown;
     let as_stated = record.torques_n_m.is_some() || unforced::is_as_stated(record, &best.noise);
     let nearest = if unknown || !as_stated { closest(&best.record, &best.noise, effects, options) } else { None };
     let closest = nearest.map(|(one, nothing)| {

@@ -300,7 +300,9 @@ fn departs(record: &Record, residuals: &[Residual], places: &[usize]) -> Option<
     };
     // what acted before the reading: a speed control makes the torque of a row of that row's readings, noise and all
     let torque = |k: usize| match k.checked_sub(1) {
-        Some(before) if record.drive_around(k).contains(&before) => record.torques(before).iter().map(|u| u.abs()).sum(),
+        Some(before) if record.drive_around(k).contains(&before) => {
+            record.torques(before).iter().map(|u| u.abs()).sum()
+        }
         _ => f64::NAN,
     };
     let conditions: [(&'static str, &dyn Fn(usize) -> f64); 4] = [

@@ -21,12 +21,14 @@ use super::candidates::UNSEEN;
 use super::evidence::ln_possible;
 use super::lag::{DELAY, LATE};
 use super::record::Record;
-use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::config::Steering;
 use crate::effects::Parameters;
+use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::drive::missed_ticks::{is_mean, side_of};
 use crate::effects::drive::slip::{COMPLIANCES, ID as SLIP};
-use crate::effects::drive::{Coordinate, DriveExplanation, Driving, Equivalent, Map, ModelChange, Within, by_id, registry};
+use crate::effects::drive::{
+    Coordinate, DriveExplanation, Driving, Equivalent, Map, ModelChange, Within, by_id, registry,
+};
 use crate::gap::answer::Alike;
 use crate::gap::findings::{Part, WeightedSet};
 

@@ -175,7 +175,8 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
         }
         // what the ends leak into is no sample of the noise
         let edge = (w.len() / 400).min(100);
-        explained.extend(rare::judge(&w[edge..w.len() - edge]).map(|r| outliers_told(id, &r, frame.scene.white_std_rad_s)));
+        explained
+            .extend(rare::judge(&w[edge..w.len() - edge]).map(|r| outliers_told(id, &r, frame.scene.white_std_rad_s)));
     } else if !aside.is_empty() {
         notes.push(format!("{} samples stand out and were put aside before anything else was fitted.", aside.len()));
     }
@@ -199,7 +200,13 @@ fn library_effect(effects: &[&'static dyn Effect], id: &str) -> Option<&'static 
 }
 
 /// Two levels by the recursion over all samples, from what the alternation of chain and Gaussian part found.
-fn two_levels_told(id: &str, beside: &Likelihood, popcorn: &Popcorn, values_rad_s: &[f64], gain: f64) -> Option<Explained> {
+fn two_levels_told(
+    id: &str,
+    beside: &Likelihood,
+    popcorn: &Popcorn,
+    values_rad_s: &[f64],
+    gain: f64,
+) -> Option<Explained> {
     let (frame, h) = (beside.frame, &popcorn.fitted.hypothesis);
     let scene = &frame.scene;
     let levels = h.white_spectrum(frame, beside.candidates);
