@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn each_of_the_same_stands_in_with_its_own_parameter() {
-        let twins = Twins { told_apart: Vec::new(), same: TWINS.to_vec(), compliance_per_s: None, steering: None };
+        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), compliance_per_s: None, steering: None };
         let mut part = Part::new("gyro.scale_factor", true, 5.0);
         part.parameters.insert(RELATIVE.into(), 0.25);
         part.std.insert(RELATIVE.into(), 0.01);
@@ -275,7 +275,7 @@ mod tests {
 
     #[test]
     fn a_larger_radius_may_be_lost_ticks_of_the_same_wheel() {
-        let twins = Twins { told_apart: Vec::new(), same: TWINS.to_vec(), compliance_per_s: None, steering: None };
+        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), compliance_per_s: None, steering: None };
         let found = |relative: f64| {
             let mut part = Part::new("wheel.radius_right", true, 5.0);
             part.parameters.insert(RELATIVE.into(), relative);
