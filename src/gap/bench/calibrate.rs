@@ -13,7 +13,7 @@ use crate::effects::Library;
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::calibration::{Calibration, counts};
 use crate::gap::findings::{Findings, Main};
-use crate::gap::{JudgeOptions, Options, Prior, compare, drive};
+use crate::gap::{Drive, JudgeOptions, Options, Prior, compare, drive};
 use crate::reality::Label;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -251,13 +251,12 @@ pub fn examples(
     let library = Library::new();
     let of_drives = drive::candidates::Prior::default();
     let driving = drive::judge::Options { prior: of_drives, calibration: Calibration::none(&of_drives.of_search()) };
-    let effects: Vec<_> = library.driving().collect();
     let one = |name: &String| -> Result<Option<Example>> {
         let Some(label) = labels.get(name) else { return Ok(None) };
         let (config, log, _) = case_logs(&folder.join(name))?;
         if config.kind == Kind::Driving {
-            let record = drive::record::Record::new(&config, &log, options.since_power_on_s)?;
-            let findings = drive::judge::judge(&record, &effects, &driving).findings;
+            let fit = Drive { log: &log, since_power_on_s: options.since_power_on_s };
+            let findings = drive::ready::compare(&config, &fit, &library, &driving)?;
             return Ok(Some(Example::new(&findings, label, &of_drives.of_search())));
         }
         let (findings, _) = compare(&config, &log, &library, &options)?;

@@ -6,12 +6,13 @@ use super::clocks;
 use super::closest::Closest;
 use super::column::{Equation, Follows};
 use super::far::{self, DriveFar};
-use super::judge::{Judged, judge, mounting, unknowable};
+use super::judge::{Judged, judge, unknowable};
 use super::late;
 use super::model::Claimed;
 use super::navigating::filter_gain;
 use super::pass::{Noise, Process};
 use super::pinpoint::pinpoint;
+use super::ready::{Ready, ready};
 use super::record::{Belief, Record};
 use super::testable::nothing_twice;
 use super::unforced::LOUDER;
@@ -60,26 +61,10 @@ pub fn diagnose(
     }
     let clocks = clocks::agree(config, fit, hold)?;
     let [fit, hold] = &clocks.drives(fit, hold);
-    let wheels_were_set = clocks.wheels_were_set();
-    let made_ready = |drives: &[Drive<'_>]| {
-        let record = Record { wheels_were_set, ..Record::of_drives(config, drives)? };
-        Ok(if wheels_were_set { record.at_wheels() } else { record })
-    };
-    let record = made_ready(fit)?;
-    let kept = (!hold.is_empty()).then(|| made_ready(hold)).transpose()?;
+    let Ready { record, kept, effects, lags, mounting } =
+        ready(config, &clocks, [fit, hold], library, &options.judge_drives)?;
     observe(Stage::Compare);
-    let set = clocks.lags();
-    let (lags, effects): (Vec<&'static dyn Driving>, Vec<_>) =
-        library.driving().partition(|e| set.contains(&e.about().id));
-    let judge_options = &options.judge_drives;
-    let mounting = mounting(&record, &effects, judge_options);
-    // the same robot carries the same reference in the recording kept back
-    let taken_out = |r: Record| match &mounting {
-        Some(mounting) => mounting.taken_out(&r),
-        None => r,
-    };
-    let (record, kept) = (taken_out(record), kept.map(taken_out));
-    let mut judged = judge(&record, &effects, judge_options);
+    let mut judged = judge(&record, &effects, &options.judge_drives);
     let loud = loud_note(&record.belief, &judged.nominal_noise).filter(|_| record.torques_n_m.is_none());
     let record = record.as_loud_as(&judged.nominal_noise);
     let kept = kept.map(|kept| kept.as_loud_as(&judged.nominal_noise));

@@ -33,6 +33,7 @@ pub mod own;
 mod pace;
 pub mod pass;
 mod pinpoint;
+pub(in crate::gap) mod ready;
 pub mod record;
 mod ripple;
 pub mod search;

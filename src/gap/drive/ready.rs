@@ -1,0 +1,63 @@
+//! Drives as they are judged: clocks set, readings ready, effects that can be told, the reference where it sits.
+
+use super::clocks::{self, Clocks};
+use super::judge::{Options, judge, mounting};
+use super::mounting::Mounting;
+use super::record::Record;
+use crate::config::Config;
+use crate::effects::Library;
+use crate::effects::drive::Driving;
+use crate::error::Result;
+use crate::gap::diagnose::Drive;
+use crate::gap::findings::Findings;
+
+/// Drives with their clocks set, and what they are compared with.
+pub(super) struct Ready {
+    pub(super) record: Record,
+    pub(super) kept: Option<Record>,
+    /// Effects that are compared.
+    pub(super) effects: Vec<&'static dyn Driving>,
+    /// Those that are lags of streams whose clocks were set.
+    pub(super) lags: Vec<&'static dyn Driving>,
+    /// How the reference sits on the robot, which was taken out.
+    pub(super) mounting: Option<Mounting>,
+}
+
+pub(super) fn ready(
+    config: &Config,
+    clocks: &Clocks<'_>,
+    [fit, hold]: [&[Drive<'_>]; 2],
+    library: &Library,
+    options: &Options,
+) -> Result<Ready> {
+    let wheels_were_set = clocks.wheels_were_set();
+    let recorded = |drives: &[Drive<'_>]| {
+        let record = Record { wheels_were_set, ..Record::of_drives(config, drives)? };
+        Ok(if wheels_were_set { record.at_wheels() } else { record })
+    };
+    let record = recorded(fit)?;
+    let kept = (!hold.is_empty()).then(|| recorded(hold)).transpose()?;
+    let set = clocks.lags();
+    let (lags, effects): (Vec<&'static dyn Driving>, Vec<_>) =
+        library.driving().partition(|e| set.contains(&e.about().id));
+    let mounting = mounting(&record, &effects, options);
+    // the same robot carries the same reference in the recording kept back
+    let taken_out = |r: Record| match &mounting {
+        Some(mounting) => mounting.taken_out(&r),
+        None => r,
+    };
+    let (record, kept) = (taken_out(record), kept.map(taken_out));
+    Ok(Ready { record, kept, effects, lags, mounting })
+}
+
+/// What the comparison of a drive comes to, prepared as the diagnosis does, and not measured.
+///
+/// # Errors
+/// What [`Record::of_drives`] refuses.
+pub fn compare(config: &Config, fit: &Drive<'_>, library: &Library, options: &Options) -> Result<Findings> {
+    let fit = std::slice::from_ref(fit);
+    let clocks = clocks::agree(config, fit, &[])?;
+    let [fit, _] = &clocks.drives(fit, &[]);
+    let Ready { record, effects, .. } = ready(config, &clocks, [fit, &[]], library, options)?;
+    Ok(judge(&record, &effects, options).findings)
+}
