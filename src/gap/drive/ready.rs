@@ -61,3 +61,19 @@ pub fn compare(config: &Config, fit: &Drive<'_>, library: &Library, options: &Op
     let Ready { record, effects, .. } = ready(config, &clocks, [fit, &[]], library, options)?;
     Ok(judge(&record, &effects, options).findings)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::clocks::tests::{recorded, robot, two_files};
+    use super::*;
+    use crate::gap::findings::Main;
+
+    /// What a calibration compares is what the diagnosis does: an offset of a clock is no effect.
+    #[test]
+    fn clocks_are_set_before_drives_are_compared() {
+        let log = two_files(&recorded(90.0, 4, None), 0.9);
+        let fit = Drive { log: &log, since_power_on_s: 0.0 };
+        let found = compare(&robot(), &fit, &Library::new(), &Options::default()).unwrap();
+        assert_eq!(found.top(), Main::None, "{:?}", found.mains());
+    }
+}
