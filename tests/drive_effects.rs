@@ -142,7 +142,7 @@ fn most(n: u64, p: f64) -> u64 {
 fn alarms(drives: u64) -> BTreeMap<Main, u64> {
     let mut all = BTreeMap::new();
     for seed in 0..drives {
-        let main = judged(&recording(&[], 7000 + seed), registry(), &Options::default()).mains().swap_remove(0).0;
+        let main = judged(&recording(&[], 7000 + seed), registry(), &Options::default()).top();
         if main != Main::None {
             *all.entry(main).or_default() += 1;
         }
@@ -244,7 +244,7 @@ fn lost_ticks_are_found_whatever_the_loss() {
             let ticks = of(&[("loss_fraction", loss), ("right", 1.0), ("burst_s", 0.3), ("share_of_time", 0.05)]);
             let findings =
                 judged(&recording(&[("encoder.missed_ticks", ticks)], seed), registry(), &Options::default());
-            let main = findings.mains().swap_remove(0).0;
+            let main = findings.top();
             println!("loss {loss}, seed {seed}: {main:?}");
             if main != Main::Effect("encoder.missed_ticks".into()) {
                 missed.push((loss, seed));

@@ -120,7 +120,7 @@ fn what_physics_confounds_is_one_class_until_a_channel_separates_it() {
     }
     // the pose knows the yaw rate itself
     let seen = judged(track, 7, |_| {});
-    assert_eq!(seen.findings.mains()[0].0, Main::Effect("vehicle.track_width".into()));
+    assert_eq!(seen.findings.top(), Main::Effect("vehicle.track_width".into()));
     assert!(seen.findings.mains()[0].1 > 0.8 && seen.alike.is_empty(), "{:?}", seen.alike);
 }
 

@@ -67,7 +67,7 @@ fn judged(record: &Record) -> Judged {
 }
 
 fn main_of(judged: &Judged) -> Main {
-    judged.findings.mains().swap_remove(0).0
+    judged.findings.top()
 }
 
 #[test]

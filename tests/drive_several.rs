@@ -52,7 +52,7 @@ fn judged(record: &Record) -> Judged {
 }
 
 fn main_of(judged: &Judged) -> Main {
-    judged.findings.mains().swap_remove(0).0
+    judged.findings.top()
 }
 
 fn without(mut log: Log, lost: &[&str]) -> Log {

@@ -38,7 +38,7 @@ fn blind(record: &mut Record) {
 }
 
 fn main_of(judged: &Judged) -> Main {
-    judged.findings.mains().swap_remove(0).0
+    judged.findings.top()
 }
 
 fn part<'a>(judged: &'a Judged, id: &str) -> &'a Part {

@@ -309,7 +309,10 @@ fn columns_are_those_of_the_simulated_signals() {
         ("gyro.bias_step", of([("step_rad_s", -3e-4), ("time_s", 70.0)])),
         ("gyro.warm_up", of([("c1_rad_s", 3e-3), ("time_constant_s", 41.0)])),
     ] {
-        let Some(Explanation::Signal(signal)) = by_id(id).unwrap().explanation(&scene) else { unreachable!("{id}") };
+        let Some(Explanation::Signal(signal) | Explanation::Line(signal)) = by_id(id).unwrap().explanation(&scene)
+        else {
+            unreachable!("{id}")
+        };
         let shape = signal.shape(&scene, &parameters).unwrap();
         let coefficients = signal.coefficients(&scene, &shape, &parameters).unwrap();
         let columns = signal.columns(&scene, &shape);

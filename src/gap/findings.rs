@@ -199,7 +199,7 @@ impl Findings {
         all
     }
 
-    /// The main thing to answer with: of the least expected cost. A gap is asserted where it is more than [`FALSE_ALARM`] times as
+    /// The main thing to answer with: of the least expected cost. A gap is asserted where it is more than four times as
     /// probable as none: then the most probable main thing is told.
     pub fn top(&self) -> Main {
         let mains = self.mains();

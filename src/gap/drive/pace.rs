@@ -2,7 +2,9 @@
 //!
 //! Without torques nothing tells how the robot moves between two readings of its wheels, and what shakes a gyro there turns no
 //! wheel. Compared reading by reading that is an error in the variable that a track or a gain multiplies, and draws both towards
-//! zero. The mean over the wheels' interval is what both turn by; of white noise it has variance σ² Δt/h.
+//! zero. The mean over the wheels' interval is what both turn by; of white noise it has variance σ² Δt/h. Where wheels tell the speed of
+//! the moment, such a mean is less than they read wherever the turning is brisk, and a gain makes up for it: h is then shorter. Of a few h
+//! the one holds whose means scatter least about a line in what the wheels tell.
 
 use super::offset::Integral;
 use super::record::{FEWEST_ROWS, Record};
@@ -20,7 +22,7 @@ impl Record {
         if paced.len() < self.len() {
             paced.notes.push(format!(
                 "The wheels are read every {:.3} s, the gyro every {:.3} s: without torques they are compared as means over the wheels' \
-                 interval, and what the gyro reads faster than that is not judged.",
+                 interval, or the part of it that their readings resemble most, and what the gyro reads faster than that is not judged.",
                 paced.step_s, self.step_s
             ));
         }
@@ -44,6 +46,27 @@ fn is_read(record: &Record, k: usize) -> bool {
     record.wheels_rad_s.iter().all(|w| w[k].is_finite())
 }
 
+/// Parts of the wheels' interval that their reading may be the mean of: counts from one reading to the next, a filtered speed, that of the moment.
+const PARTS: [f64; 3] = [1.0, 0.5, 0.0];
+
+/// Over how long, s, means of the gyro resemble most what the wheels tell of the turning.
+fn resembling_s(record: &Record, turned: &Integral, interval_s: f64) -> f64 {
+    let told: Vec<(f64, f64)> =
+        (0..record.len()).filter(|k| is_read(record, *k)).map(|k| (record.times_s[k], record.rolling(k)[1])).collect();
+    // mean square of what is left of the wheels' about the line through the gyro's
+    let scatter = |over_s: f64| {
+        let pairs = told.iter().map(|(t_s, y)| (turned.mean(*t_s, over_s), *y)).filter(|(x, _)| x.is_finite());
+        let sums = pairs.fold([0.0; 6], |[n, x, y, xx, xy, yy], (a, b)| {
+            [n + 1.0, x + a, y + b, xx + a * a, xy + a * b, yy + b * b]
+        });
+        let [n, x, y, xx, xy, yy] = sums;
+        let [xx, xy, yy] = [xx - x * x / n, xy - x * y / n, yy - y * y / n];
+        (yy - if xx > 0.0 { xy * xy / xx } else { 0.0 }) / n
+    };
+    let widths = PARTS.map(|part| (part * interval_s).max(turned.step_s()));
+    widths.into_iter().min_by(|a, b| scatter(*a).total_cmp(&scatter(*b))).unwrap_or(interval_s)
+}
+
 /// One drive at the pace of its wheels: rows in which they are read, or a pose is. None where the gyro is not much faster, or
 /// torques tell what lies between.
 fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
@@ -55,10 +78,11 @@ fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
         return None;
     }
     let turned = Integral::of(&record.times_s, gyro);
-    let mean = |k: &usize| if is_read(record, *k) { turned.mean(record.times_s[*k], interval_s) } else { f64::NAN };
+    let over_s = resembling_s(record, &turned, interval_s);
+    let mean = |k: &usize| if is_read(record, *k) { turned.mean(record.times_s[*k], over_s) } else { f64::NAN };
     let kept = |v: &Vec<f64>| -> Vec<f64> { rows.iter().map(|k| v[*k]).collect() };
     let mut belief = record.belief;
-    belief.gyro_std_rad_s *= (turned.step_s() / interval_s).sqrt();
+    belief.gyro_std_rad_s *= (turned.step_s() / over_s).sqrt();
     let times_s = kept(&record.times_s);
     let mut steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
     Some(Record {
@@ -97,9 +121,24 @@ mod tests {
         let seldom = Record::new(&robot(), &two_files(&log, 0.0), 0.0).unwrap().at_wheels();
         assert!((seldom.step_s - 0.15).abs() < 1e-9 && seldom.len() == log.len().div_ceil(15), "{}", seldom.len());
         assert!(seldom.notes.iter().any(|n| n.contains("means over the wheels' interval")), "{:?}", seldom.notes);
-        let (gyro, means) = (log.get(names::GYRO_Z).unwrap(), seldom.gyro_rad_s.as_ref().unwrap());
+        // they tell the speed of the moment: half a step at either side
+        let (gyro, k) = (log.get(names::GYRO_Z).unwrap(), 20 * 15);
+        let near = 0.75 * gyro[k] + 0.125 * (gyro[k - 1] + gyro[k + 1]);
+        let means = seldom.gyro_rad_s.as_ref().unwrap();
+        assert!((means[20] - near).abs() < 1e-12, "{} {near}", means[20]);
+        assert_eq!(seldom.belief.gyro_std_rad_s, every.belief.gyro_std_rad_s);
+        // wheels whose ticks are counted from one reading to the next
+        let mut counted = log.clone();
+        for c in
+            counted.channels.iter_mut().filter(|c| [names::WHEEL_LEFT, names::WHEEL_RIGHT].contains(&c.name.as_str()))
+        {
+            let each = c.values.clone();
+            let around = |k: usize| &each[k.saturating_sub(7)..(k + 8).min(each.len())];
+            c.values = (0..each.len()).map(|k| around(k).iter().sum::<f64>() / around(k).len() as f64).collect();
+        }
+        let seldom = Record::new(&robot(), &two_files(&counted, 0.0), 0.0).unwrap().at_wheels();
+        let means = seldom.gyro_rad_s.as_ref().unwrap();
         // fourteen whole steps and half a one at either end
-        let k = 20 * 15;
         let mean = (gyro[k - 7..=k + 7].iter().sum::<f64>()
             + 0.25 * (gyro[k - 8] + gyro[k + 8] - gyro[k - 7] - gyro[k + 7]))
             / 15.0;
