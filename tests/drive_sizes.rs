@@ -110,7 +110,10 @@ fn a_larger_radius_and_lost_ticks_are_one_class_without_torques() {
     assert!(told, "{:?}", found.alike);
     let found = judged("", &effect, 8, |_| {});
     let mains = found.findings.mains();
-    assert!(mains[0].0 == Main::Effect("wheel.radius_left".into()) && mains[0].1 > 0.9 * (1.0 - found.findings.doubt), "{mains:?}");
+    assert!(
+        mains[0].0 == Main::Effect("wheel.radius_left".into()) && mains[0].1 > 0.9 * (1.0 - found.findings.doubt),
+        "{mains:?}"
+    );
 }
 
 #[test]
