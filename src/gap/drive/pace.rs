@@ -4,7 +4,7 @@
 //! wheel. Compared reading by reading that is an error in the variable that a track or a gain multiplies, and draws both towards
 //! zero. The mean over the wheels' interval is what both turn by; of white noise it has variance σ² Δt/h. Where wheels tell the speed of
 //! the moment, such a mean is less than they read wherever the turning is brisk, and a gain makes up for it: h is then shorter. Of a few h
-//! the one holds whose means scatter least about a line in what the wheels tell.
+//! the one holds about whose means, but for their white noise, what the wheels tell scatters least.
 
 use super::offset::Integral;
 use super::record::{FEWEST_ROWS, Record};
@@ -53,7 +53,8 @@ const PARTS: [f64; 3] = [1.0, 0.5, 0.0];
 fn resembling_s(record: &Record, turned: &Integral, interval_s: f64) -> f64 {
     let told: Vec<(f64, f64)> =
         (0..record.len()).filter(|k| is_read(record, *k)).map(|k| (record.times_s[k], record.rolling(k)[1])).collect();
-    // mean square of what is left of the wheels' about the line through the gyro's
+    let white = record.belief.gyro_std_rad_s.powi(2) * turned.step_s();
+    // mean square of what is left of the wheels' about the line through the gyro's, but for the white noise of these
     let scatter = |over_s: f64| {
         let pairs = told.iter().map(|(t_s, y)| (turned.mean(*t_s, over_s), *y)).filter(|(x, _)| x.is_finite());
         let sums = pairs.fold([0.0; 6], |[n, x, y, xx, xy, yy], (a, b)| {
@@ -61,7 +62,8 @@ fn resembling_s(record: &Record, turned: &Integral, interval_s: f64) -> f64 {
         });
         let [n, x, y, xx, xy, yy] = sums;
         let [xx, xy, yy] = [xx - x * x / n, xy - x * y / n, yy - y * y / n];
-        (yy - if xx > 0.0 { xy * xy / xx } else { 0.0 }) / n
+        let slope = if xx > 0.0 { xy / xx } else { 0.0 };
+        (yy - slope * xy) / n - slope * slope * white / over_s
     };
     let widths = PARTS.map(|part| (part * interval_s).max(turned.step_s()));
     widths.into_iter().min_by(|a, b| scatter(*a).total_cmp(&scatter(*b))).unwrap_or(interval_s)
@@ -107,14 +109,31 @@ fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
 mod tests {
     use super::super::clocks::tests::{recorded, robot, two_files, without};
     use super::*;
-    use crate::signal::names;
+    use crate::signal::{Log, names};
+    use std::f64::consts::TAU;
+
+    /// A drive that turns slowly and fast, without noise.
+    fn turning() -> Log {
+        let lost = [names::TORQUE_LEFT, names::TORQUE_RIGHT, names::X, names::Y, names::HEADING];
+        let mut log = without(recorded(90.0, 5, None), &lost);
+        let rate = |t: f64| 0.4 * (TAU * 0.2 * t).sin() + 0.4 * (TAU * 1.7 * t).cos();
+        let rolling = Record::new(&robot(), &log, 0.0).unwrap().belief.robot;
+        let rates: Vec<f64> = (0..log.len()).map(|k| rate(log.time.at(k))).collect();
+        for c in &mut log.channels {
+            let wheel = |i: usize| rates.iter().map(|w| rolling.wheels_rad_s(0.5, *w)[i]).collect();
+            match c.name.as_str() {
+                names::GYRO_Z => c.values.clone_from(&rates),
+                names::WHEEL_LEFT => c.values = wheel(0),
+                names::WHEEL_RIGHT => c.values = wheel(1),
+                _ => {}
+            }
+        }
+        log
+    }
 
     #[test]
     fn the_gyro_is_read_at_the_pace_of_wheels_that_are_read_seldom() {
-        let log = without(
-            recorded(90.0, 5, None),
-            &[names::TORQUE_LEFT, names::TORQUE_RIGHT, names::X, names::Y, names::HEADING],
-        );
+        let log = turning();
         let every = Record::new(&robot(), &log, 0.0).unwrap().at_wheels();
         // in its own rows nothing is done
         assert!((every.step_s - 0.01).abs() < 1e-9 && every.len() == log.len());
@@ -123,7 +142,7 @@ mod tests {
         assert!(seldom.notes.iter().any(|n| n.contains("means over the wheels' interval")), "{:?}", seldom.notes);
         // they tell the speed of the moment: half a step at either side
         let (gyro, k) = (log.get(names::GYRO_Z).unwrap(), 20 * 15);
-        let near = 0.75 * gyro[k] + 0.125 * (gyro[k - 1] + gyro[k + 1]);
+        let near = 0.5 * gyro[k] + 0.25 * (gyro[k - 1] + gyro[k + 1]);
         let means = seldom.gyro_rad_s.as_ref().unwrap();
         assert!((means[20] - near).abs() < 1e-12, "{} {near}", means[20]);
         assert_eq!(seldom.belief.gyro_std_rad_s, every.belief.gyro_std_rad_s);
