@@ -6,12 +6,12 @@ use crate::math::random::Stream;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 use crate::signal::TimeAxis;
 
-/// What separates effects of temperature from those of time.
+/// Advice: the recording that separates effects of temperature from those of time.
 pub(super) const REHEATED: &str =
     "a recording in which temperature moves otherwise than with time since power-on: reheated when warm";
-/// What separates noises that wander.
+/// Advice: the recording that separates noises that wander.
 pub(super) const LONGER: &str = "a recording four times as long, which shows whether the bias keeps wandering";
-/// What separates drifts that belong to the unit from those of one run.
+/// Advice: the recording that separates drifts of the unit from those of one run.
 pub(super) const POWERED_AGAIN: &str =
     "a second power-on of the same length: what belongs to the unit repeats, what is drawn anew does not";
 

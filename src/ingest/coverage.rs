@@ -21,8 +21,8 @@ const RESTLESS: [&str; 7] = [
     names::ODO_YAW_RATE,
 ];
 
-/// What the streams of a drive lack, in sentences; each log with its times on the drive's clock, s. What a sensor repeats after it has
-/// stopped is no reading: it becomes NaN, which is said.
+/// Sentences on what the streams of a drive lack; each log with its times on the drive's clock, s. The value that a sensor repeats after
+/// it has stopped is no reading: it becomes NaN, which is said.
 pub(super) fn lacking(logs: &mut [(Log, Vec<f64>)]) -> Vec<String> {
     let ends = |l: &(Log, Vec<f64>)| l.1.first().copied().zip(l.1.last().copied());
     let all = logs.iter().filter_map(ends);
@@ -30,7 +30,7 @@ pub(super) fn lacking(logs: &mut [(Log, Vec<f64>)]) -> Vec<String> {
     let several = logs.len() > 1;
     let changed = |l: &(Log, Vec<f64>)| {
         let restless = l.0.channels.iter().filter(|c| RESTLESS.contains(&c.name.as_str()));
-        restless.filter_map(|c| stays(&c.values).first().map(|k| l.1[*k])).fold(start, f64::max)
+        restless.filter_map(|c| still_from(&c.values).map(|k| l.1[k])).fold(start, f64::max)
     };
     let changed = logs.iter().map(changed).fold(start, f64::max);
     let mut out: Vec<(String, String, Vec<String>)> = Vec::new();
@@ -49,15 +49,14 @@ pub(super) fn lacking(logs: &mut [(Log, Vec<f64>)]) -> Vec<String> {
     out.into_iter().map(|(what, mend, names)| format!("{} {what}; {mend}", names.join(", "))).collect()
 }
 
-/// The readings at the end that are all the same, by their rows.
-fn stays(values: &[f64]) -> Vec<usize> {
-    let there: Vec<usize> = (0..values.len()).filter(|&k| values[k].is_finite()).collect();
-    let same = there.iter().rev().take_while(|k| values[**k] == values[there[there.len() - 1]]).count();
-    there[there.len() - same..].to_vec()
+/// Row from which on all readings to the end are the same; none without readings.
+fn still_from(values: &[f64]) -> Option<usize> {
+    let last = values.iter().rposition(|v| v.is_finite())?;
+    (0..=last).rev().filter(|k| values[*k].is_finite()).take_while(|k| values[*k] == values[last]).last()
 }
 
-/// What a channel lacks of the drive from `start` to `end`, and the mend. What it repeats to the end is taken out where another sensor's
-/// reading still changes, at last `changed`: a simulator without noise repeats itself as well. All in s.
+/// A channel's lack of the drive from `start` to `end`, and the mend. The value that it repeats to the end is taken out where another
+/// sensor's reading still changes, at last `changed`: a simulator without noise repeats itself as well. All in s.
 fn lack(name: &str, values: &mut [f64], times: &[f64], [start, end, changed]: [f64; 3]) -> Option<(String, String)> {
     let there: Vec<usize> = (0..values.len()).filter(|&k| values[k].is_finite()).collect();
     let (first, last) = (times[*there.first()?], times[*there.last()?]);
@@ -70,10 +69,9 @@ fn lack(name: &str, values: &mut [f64], times: &[f64], [start, end, changed]: [f
     if short(first - start) {
         return Some((format!("begins at {first:.1} s, the drive at {start:.1} s"), cut()));
     }
-    let value = values[*there.last()?];
-    let stays = stays(values);
-    let before = &there[..there.len() - stays.len()];
-    let since = times[stays[0]];
+    let from = still_from(values)?;
+    let (before, stays) = there.split_at(there.partition_point(|k| *k < from));
+    let (value, since) = (values[from], times[from]);
     if !RESTLESS.contains(&name) || value == 0.0 || !short(end - since) {
         return None;
     }

@@ -66,7 +66,8 @@ fn resembling_s(record: &Record, turned: &Integral, interval_s: f64) -> f64 {
         (yy - slope * xy) / n - slope * slope * white / over_s
     };
     let widths = PARTS.map(|part| (part * interval_s).max(turned.step_s()));
-    widths.into_iter().min_by(|a, b| scatter(*a).total_cmp(&scatter(*b))).unwrap_or(interval_s)
+    let scattered = widths.map(|over_s| (scatter(over_s), over_s)).into_iter();
+    scattered.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(interval_s, |best| best.1)
 }
 
 /// One drive at the pace of its wheels: rows in which they are read, or a pose is. None where the gyro is not much faster, or

@@ -23,6 +23,10 @@ pub(super) struct Ready {
     pub(super) mounting: Option<Mounting>,
 }
 
+/// The drives to diagnose from and those kept back, as `clocks` set them.
+///
+/// # Errors
+/// Those of [`Record::of_drives`].
 pub(super) fn ready(
     config: &Config,
     clocks: &Clocks<'_>,
@@ -50,10 +54,10 @@ pub(super) fn ready(
     Ok(Ready { record, kept, effects, lags, mounting })
 }
 
-/// What the comparison of a drive comes to, prepared as the diagnosis does, and not measured.
+/// Sets of effects with their probabilities for one drive, prepared as the diagnosis does; the gap is not measured.
 ///
 /// # Errors
-/// What [`Record::of_drives`] refuses.
+/// Those of [`Record::of_drives`].
 pub fn compare(config: &Config, fit: &Drive<'_>, library: &Library, options: &Options) -> Result<Findings> {
     let fit = std::slice::from_ref(fit);
     let clocks = clocks::agree(config, fit, &[])?;
@@ -69,7 +73,7 @@ mod tests {
     use crate::effects::drive::late;
     use crate::model::drive::Instrument;
 
-    /// What a calibration compares is what the diagnosis does: an offset of a clock is no effect.
+    /// A calibration compares the drives that the diagnosis does: an offset of a clock is no effect.
     #[test]
     fn clocks_are_set_before_drives_are_compared() {
         let log = two_files(&recorded(90.0, 4, None), 0.9);
