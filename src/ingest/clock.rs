@@ -100,7 +100,7 @@ fn joined(seconds: &[f64], nanoseconds: &[f64], origin: i64) -> Vec<f64> {
 }
 
 /// Plain times that start below this count from power-on, s: 11 days.
-const POWER_ON_BELOW_S: f64 = 1e6;
+pub(super) const POWER_ON_BELOW_S: f64 = 1e6;
 /// Sample rates that a gyro log can have, Hz: the fastest gyros put out 32 kHz.
 const SLOWEST_HZ: f64 = 0.01;
 const FASTEST_HZ: f64 = 4e4;

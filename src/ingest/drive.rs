@@ -2,7 +2,7 @@
 
 use super::channel_map::{ChannelMap, Mapped};
 use super::channels::{self, Found};
-use super::clock::{self, Clock, TimeColumn};
+use super::clock::{self, Clock, POWER_ON_BELOW_S, TimeColumn};
 use super::decimals;
 use super::format::Source;
 use super::formats::{self, Choice};
@@ -284,10 +284,10 @@ fn to_part(
         log.push(name, values)?;
     }
     let zero_s = match times.clock {
-        Clock::PowerOn { .. } => None,
-        Clock::FirstSample { file_s } => Some(file_s),
+        Clock::PowerOn { .. } => 0.0,
+        Clock::FirstSample { file_s } => file_s,
     };
-    Ok((Part { log, zero_s }, notes))
+    Ok((Part { log, zero_s, dated: zero_s.abs() >= POWER_ON_BELOW_S }, notes))
 }
 
 /// The numbers of a column, which are cells and `origin`, in SI.

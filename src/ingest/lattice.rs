@@ -1,10 +1,9 @@
 //! The lattice on which a sensor's numbers lie: x = x0 + k q.
 //!
-//! The levels that occur more than once are taken in order; the lower quartile of their distances is q wherever
-//! neighbouring levels are both visited, which noise of more than a fraction of q sees to. Least squares on a growing
-//! stretch of levels then sharpens q, and the lattice counts only if nearly all samples lie on it.
+//! It is drawn through the levels that occur more than once, and counts only if nearly all samples lie on it.
 
-use crate::math::robust::{MAD_TO_STD, median, quantile, sorted};
+use crate::math::lattice;
+use crate::math::robust::{MAD_TO_STD, median, sorted};
 
 /// Samples looked at: evenly spread over the log.
 const SAMPLE: usize = 100_000;
@@ -28,34 +27,8 @@ pub(super) fn step(values: &[f64]) -> Option<f64> {
             levels.push(cluster[cluster.len() / 2]);
         }
     }
-    if levels.len() < 3 {
-        return None;
-    }
-    let mut distances: Vec<f64> = levels.windows(2).map(|w| w[1] - w[0]).collect();
-    let mut q = quantile(&mut distances, 0.25);
-    // sharpen from the middle outwards: the level's number must be certain before it is used
-    let centre = levels.len() / 2;
-    let x0 = levels[centre];
-    let mut reach = 8.0;
-    while reach < 1e7 {
-        let (mut kk, mut kx) = (0.0, 0.0);
-        for &x in &levels {
-            let k = ((x - x0) / q).round();
-            if k.abs() <= reach {
-                kk += k * k;
-                kx += k * (x - x0);
-            }
-        }
-        if kk == 0.0 {
-            return None;
-        }
-        q = kx / kk;
-        reach *= 2.0;
-    }
-    let on = sorted.iter().filter(|&&x| {
-        let k = (x - x0) / q;
-        (k - k.round()).abs() <= NEAR + same / q
-    });
+    let (x0, q) = lattice::through(&levels)?;
+    let on = sorted.iter().filter(|&&x| lattice::off((x0, q), x) <= NEAR + same / q);
     if (on.count() as f64) < SHARE * sorted.len() as f64 || same > q / 4.0 {
         return None;
     }

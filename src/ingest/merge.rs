@@ -12,8 +12,10 @@ use std::path::Path;
 /// One file's log, and where its time begins.
 pub(crate) struct Part {
     pub log: Log,
-    /// Time of its zero, s since 1970, where its stamps are dates; else it counts as the file says.
-    pub zero_s: Option<f64>,
+    /// Time of its zero by the file's clock, s.
+    pub zero_s: f64,
+    /// Whether that clock counts from 1970.
+    pub dated: bool,
 }
 
 /// Stamps closer than this are of one moment: files round the same stamp differently, s.
@@ -23,7 +25,7 @@ const SAME_S: f64 = 1e-6;
 pub(crate) fn merge(parts: Vec<Part>) -> Result<(Log, Vec<String>)> {
     let several = parts.len() > 1;
     let mut notes = Vec::new();
-    let Some(first) = parts.iter().map(|p| p.zero_s).next().filter(|_| several) else {
+    let Some(dated) = parts.first().map(|p| p.dated).filter(|_| several) else {
         let one = parts.into_iter().next().map(|p| {
             let times = p.log.time.to_vec();
             let mut alone = [(p.log, times)];
@@ -33,20 +35,19 @@ pub(crate) fn merge(parts: Vec<Part>) -> Result<(Log, Vec<String>)> {
         });
         return one.ok_or_else(|| Error::new(ErrorKind::Usage, "drive", "no file is given"));
     };
-    if let Some(other) = parts.iter().find(|p| p.zero_s.is_some() != first.is_some()) {
-        let (dates, plain) = match first {
-            Some(_) => (&parts[0].log.source, &other.log.source),
-            None => (&other.log.source, &parts[0].log.source),
-        };
+    if let Some(other) = parts.iter().find(|p| p.dated != dated) {
+        let (dates, plain) = if dated { (&parts[0], other) } else { (other, &parts[0]) };
+        let (dates, plain) = (&dates.log.source, &plain.log.source);
         let found = format!("its time counts from 1970, that of {plain} does not: they are on two clocks");
         return Err(Error::new(ErrorKind::Time, dates, found)
             .mend("name a time column that both files have with --time, or write one file's times anew"));
     }
-    let zero_s = parts.iter().filter_map(|p| p.zero_s).fold(f64::INFINITY, f64::min);
+    // a plain clock stays as it is, unless it begins before its zero
+    let zero_s = parts.iter().map(|p| p.zero_s).fold(if dated { f64::INFINITY } else { 0.0 }, f64::min);
     let mut logs: Vec<(Log, Vec<f64>)> = parts
         .into_iter()
         .map(|p| {
-            let shift = p.zero_s.map_or(0.0, |own| own - zero_s);
+            let shift = p.zero_s - zero_s;
             let times = p.log.time.to_vec().into_iter().map(|t| t + shift).collect();
             (p.log, times)
         })
@@ -168,7 +169,7 @@ mod tests {
     fn part(source: &str, zero_s: Option<f64>, times: &[f64], channels: &[(&str, &[f64])]) -> Part {
         let mut log = Log::new(source, TimeAxis::Explicit(times.to_vec()));
         channels.iter().for_each(|(name, values)| log.push(*name, values.to_vec()).unwrap());
-        Part { log, zero_s }
+        Part { log, zero_s: zero_s.unwrap_or_default(), dated: zero_s.is_some() }
     }
 
     /// NaN written as -1, which no test value is.
@@ -204,6 +205,13 @@ mod tests {
         let a = part("a.csv", Some(1000.5), &[0.0, 1.0], &[("p", &[1.0, 2.0])]);
         let b = part("b.csv", Some(1000.0), &[0.0, 1.0], &[("q", &[1.0, 2.0])]);
         assert_eq!(merge(vec![a, b]).unwrap().0.time.to_vec(), [0.0, 0.5, 1.0, 1.5]);
+    }
+
+    #[test]
+    fn a_clock_that_begins_before_its_zero_is_no_date() {
+        let early = Part { dated: false, ..part("a.csv", Some(-0.5), &[0.0, 1.0], &[("p", &[1.0, 2.0])]) };
+        let plain = part("b.csv", None, &[0.0, 1.0], &[("q", &[1.0, 2.0])]);
+        assert_eq!(merge(vec![early, plain]).unwrap().0.time.to_vec(), [0.0, 0.5, 1.0, 1.5]);
     }
 
     #[test]

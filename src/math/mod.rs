@@ -6,6 +6,7 @@ pub mod brent;
 pub mod dct;
 pub mod distributions;
 pub mod expsum;
+pub mod lattice;
 pub mod legendre;
 pub mod lsq;
 pub mod minimum_phase;

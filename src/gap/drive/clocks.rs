@@ -442,7 +442,7 @@ fn retimed(log: &Log, stream: Stream, off: &Off) -> Result<Log> {
         for channel in log.channels.iter().filter(|c| wanted(&c.name)) {
             part.push(channel.name.clone(), kept.iter().map(|k| channel.values[*k]).collect())?;
         }
-        Ok(Part { log: part, zero_s: None })
+        Ok(Part { log: part, zero_s: 0.0, dated: false })
     };
     let parts = vec![part(&others, &|name| !is_own(name), &|_| 0.0)?, part(&own, &is_own, &|t| off.at(t))?];
     let (mut out, _) = merge(parts)?;

@@ -1,8 +1,14 @@
 //! y ∈ { offset + k · lsb }: values on a lattice; ln p(y) = ln [Φ((y + lsb/2 - m)/σ) - Φ((y - lsb/2 - m)/σ)] - ln lsb
 
+use crate::math::lattice;
 use crate::units::RAD_S_PER_DEG_S;
 use statrs::function::erf::erfc;
 use std::f64::consts::{SQRT_2, TAU};
+
+/// A printed value is this close to its level at most, in steps.
+const NEAR: f64 = 0.1;
+/// Probability of values on no lattice to be taken for some on one.
+const CHANCE: f64 = 1e-3;
 
 /// Step of the lattice on which the values lie; none where they lie on none.
 ///
@@ -33,7 +39,7 @@ pub fn step(values: &[f64]) -> Option<f64> {
     let least =
         differences.iter().copied().filter(|d| *d > 1.5 * least.min(rounding * 2.0)).fold(f64::INFINITY, f64::min);
     let exact = (1..=4).map(|q| least / f64::from(q)).find(|lsb| on_lattice(*lsb));
-    let mut lsb = exact.or_else(|| rounded(&differences, sorted.len()))?;
+    let mut lsb = exact.or_else(|| rounded(&sorted, rounding))?;
     // sharpened by the whole range
     let span = sorted.last()? - sorted.first()?;
     let count = (span / lsb).round();
@@ -43,19 +49,18 @@ pub fn step(values: &[f64]) -> Option<f64> {
     Some(lsb)
 }
 
-/// The step where a text file has rounded the values: few different ones, whose distances are multiples to a hundredth.
-fn rounded(differences: &[f64], count: usize) -> Option<f64> {
-    if 4 * differences.len() > count {
+/// The step where a text file has rounded the values: few different ones, nearly all closer to the levels of one lattice than chance
+/// would have them.
+fn rounded(sorted: &[f64], rounding: f64) -> Option<f64> {
+    let levels: Vec<f64> = sorted.chunk_by(|a, b| b - a <= rounding).map(|same| same[same.len() / 2]).collect();
+    if 4 * levels.len() > sorted.len() {
         return None;
     }
-    let typical = crate::math::robust::quantile(&mut differences.to_vec(), 0.2);
-    let near: Vec<f64> = differences.iter().copied().filter(|d| (d / typical - 1.0).abs() < 0.02).collect();
-    let lsb = crate::math::robust::median(&mut near.clone());
-    let fits = differences.iter().filter(|d| {
-        let k = *d / lsb;
-        k.round() >= 1.0 && (k - k.round()).abs() <= 0.01 + 1e-4 * k
-    });
-    (near.len() > 2 && fits.count() * 200 >= differences.len() * 199).then_some(lsb)
+    let found = lattice::through(&levels)?;
+    // values on no lattice lie within ε of one with probability 2ε each, but for the two by which it was drawn
+    let near = (0.5 * CHANCE.powf(1.0 / (levels.len() as f64 - 2.0))).min(NEAR);
+    let on = levels.iter().filter(|x| lattice::off(found, **x) <= near).count();
+    (on * 200 >= levels.len() * 199).then_some(found.1)
 }
 
 /// Units in which a file may state a rate, in rad/s: rad/s, °/s, °/h.
@@ -214,7 +219,17 @@ mod tests {
         let text = |v: f64| format!("{:.6e}", (v / lsb).round() * lsb).parse::<f64>().unwrap();
         let written: Vec<f64> = noise.iter().map(|v| text(v + 0.02)).collect();
         assert!((step(&written).unwrap() / lsb - 1.0).abs() < 1e-3);
+        // printed with a last digit of a fortieth and of a sixth of the step: 3.95 °/s with one decimal, 0.63 °/s likewise
+        for lsb in [3.95, 0.63] {
+            let text = |v: f64| format!("{:.1}", (v / lsb).round() * lsb).parse::<f64>().unwrap() * RAD_S_PER_DEG_S;
+            let written: Vec<f64> = noise.iter().map(|v| text(1e4 * v)).collect();
+            assert!((step(&written).unwrap() / (lsb * RAD_S_PER_DEG_S) - 1.0).abs() < 1e-3, "{lsb}");
+        }
+        // ticks timed over a whole period each: few different values, on no lattice
+        let timed: Vec<f64> = noise.iter().map(|v| 1.0 / (40.0 + (1e4 * v).round())).collect();
+        assert_eq!(step(&timed), None);
     }
+
     #[test]
     fn print_is_told_from_a_lattice_in_every_unit() {
         let mut draw = Stream::new(2, 0);

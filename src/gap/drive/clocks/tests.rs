@@ -37,7 +37,7 @@ fn part(log: &Log, channels: &[&str], every: usize, late_s: f64) -> Part {
     for name in channels {
         out.push(*name, rows.iter().map(|k| log.get(name).unwrap()[*k]).collect()).unwrap();
     }
-    Part { log: out, zero_s: None }
+    Part { log: out, zero_s: 0.0, dated: false }
 }
 
 const WHEELS: [&str; 2] = [names::WHEEL_LEFT, names::WHEEL_RIGHT];
