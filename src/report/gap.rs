@@ -358,7 +358,10 @@ impl GapReport<'_> {
                 let _ = writeln!(out, "  {} alone closes {closed} of the gap in log score", title(&effect.id));
             }
         }
-        let _ = writeln!(out, "  floor: what the augmented simulator scores on its own recordings");
+        let _ = writeln!(
+            out,
+            "  floor: what the augmented simulator scores on its own recordings; without torques, before plus what it gains on them"
+        );
         if let Some(gain) = &a.navigation {
             let _ = writeln!(
                 out,

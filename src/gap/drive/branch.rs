@@ -6,7 +6,7 @@ use super::column::{Column, Scoped};
 use super::evidence::Member;
 use super::fit::{Compared, Theta, models};
 use super::judge::{LARGE, Options};
-use super::levels::Level;
+use super::levels::{Level, Residual};
 use super::onset::{self, Onsets};
 use super::pass::{Channel, Models, Noise, run, run_scoped};
 use super::record::Record;
@@ -229,8 +229,8 @@ impl Branch {
         self.compared.top() + self.extra_weight
     }
 
-    /// Innovations whitened under the best set, coefficients included: channel, row, ν/√S.
-    pub(super) fn residuals(&self) -> Vec<(Channel, usize, f64)> {
+    /// Innovations under the best set, coefficients included.
+    pub(super) fn residuals(&self) -> Vec<Residual> {
         let c = &self.compared;
         let members = &c.sets[0].members;
         let groups = || members.iter().map(|m| m.0);
@@ -267,18 +267,18 @@ impl Branch {
         let mut out = Vec::new();
         let _ = run_scoped(&self.record, &models, &self.noise, &few.columns, |i| {
             let explained: f64 = i.slopes.iter().zip(&here).map(|(s, b)| s * b).sum();
-            out.push((i.channel, i.row, i.white - explained));
+            out.push((i.channel, i.row, i.white - explained, i.std));
         });
         out
     }
 
     /// Single readings far off are put aside; returns whether there were any.
-    fn put_outliers_aside(&mut self, options: &Options, residuals: &[(Channel, usize, f64)]) -> bool {
+    fn put_outliers_aside(&mut self, options: &Options, residuals: &[Residual]) -> bool {
         let mut found: Vec<(Channel, usize, f64)> = Vec::new();
         let mut counts = [0usize; 6];
         // what is far off is so for noise as large as it is
         let scales = scales(residuals);
-        for &(channel, row, white) in residuals {
+        for &(channel, row, white, _) in residuals {
             counts[channel as usize] += 1;
             let white = white / scales[channel as usize];
             if white.abs() > OUTLYING {
@@ -461,7 +461,7 @@ impl Branch {
 }
 
 /// Standard deviation of the residuals of each channel by their median, which single readings far off do not move; at least one.
-fn scales(residuals: &[(Channel, usize, f64)]) -> [f64; 6] {
+fn scales(residuals: &[Residual]) -> [f64; 6] {
     /// Median of the size of a standard normal variable.
     const MEDIAN: f64 = 0.674_489_75;
     let mut sizes: [Vec<f64>; 6] = Default::default();

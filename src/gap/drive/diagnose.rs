@@ -73,7 +73,7 @@ pub fn diagnose(
     let measured = kept.as_ref().or(half.as_ref()).unwrap_or(&record);
     let mut found = compose::found(&judged.findings);
     let process = judged.nominal_noise.process;
-    let far_options = far_options(options);
+    let far_options = far_options(options, measured);
     let rows = |effects: &[(String, Parameters)]| far::rows(measured, library, effects, process);
     let expect = |one: &_| Ok(far::expected_gains(measured, library, std::slice::from_ref(one), process, &far_options));
     let mut tested = account::test(&found, |effects| Ok(rows(effects)), expect)?;
@@ -271,9 +271,12 @@ fn measure(
     far::measure(kept, library, &sought, judged.nominal_noise.process, options)
 }
 
-fn far_options(options: &Options) -> FarOptions {
+/// How the gap is measured on `measured`. A simulator without torques drives as the filter says that it was driven, more smoothly than
+/// any robot, and scores better on its own recordings than on any other.
+fn far_options(options: &Options, measured: &Record) -> FarOptions {
     let simulated_logs = options.simulated_logs.min(SIMULATED);
-    FarOptions { seed: options.seed, simulated_logs, ..FarOptions::default() }
+    let in_pairs = measured.torques_n_m.is_none();
+    FarOptions { seed: options.seed, simulated_logs, in_pairs, ..FarOptions::default() }
 }
 
 /// Where the effect `id` shows, or without one what the library does not know.

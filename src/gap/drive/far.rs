@@ -360,7 +360,9 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, process: Proce
     };
     let closed = |after: &[f64]| closed_in(after, 0..kept.len());
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
-    let floor = floors.iter().map(|f| mean(f)).sum::<f64>() / floors.len().max(1) as f64;
+    let mean_of = |all: &[&Vec<f64>]| all.iter().map(|rows| mean(rows)).sum::<f64>() / all.len().max(1) as f64;
+    let floor =
+        if options.in_pairs { mean(before) + mean_of(&floors) - mean_of(&own_before) } else { mean_of(&floors) };
     let log_score =
         |after: &[f64]| Metric { metric: "log_score".into(), before: mean(before), after: mean(after), floor };
     let mut metrics = vec![log_score(after)];

@@ -31,9 +31,11 @@ const BESIDE: usize = 5;
 const CONSTANT: f64 = 0.03;
 /// Steps towards the most likely level.
 const STEPS: usize = 6;
+/// Standard deviations of a mean square beyond which it is no chance.
+const BEYOND_CHANCE: f64 = 3.0;
 
-/// A whitened innovation: channel, row, ν/√S.
-pub(super) type Residual = (Channel, usize, f64);
+/// An innovation: channel, row, ν/√S, √S.
+pub(super) type Residual = (Channel, usize, f64, f64);
 
 /// What some of an instrument's channels are called alone, and their places.
 type Named = (&'static str, Range<usize>);
@@ -213,11 +215,29 @@ impl Branch {
         let residuals = if levels.is_empty() { Vec::new() } else { self.residuals() };
         for (level, (std, share, holds)) in levels.iter().zip(told) {
             let departs = departs(&self.record, &residuals, &level.places());
-            self.tell(level, std, share, holds, departs);
+            let proven = self.is_proven_quieter(&residuals, &level.places());
+            self.tell(level, std, share, [holds, proven], departs);
         }
     }
 
-    fn tell(&mut self, level: &Level, ln_std: f64, share: f64, holds: bool, departs: Option<(&'static str, f64)>) {
+    /// Whether innovations of these channels are smaller than the noise that is believed of their readings: E ν² = H P H' + R is no
+    /// less than R, however well a filter knows the motion.
+    fn is_proven_quieter(&self, residuals: &[Residual], places: &[usize]) -> bool {
+        let own = residuals.iter().filter(|r| places.contains(&(r.0 as usize)));
+        let (n, square) = own.fold((0.0, 0.0), |(n, sum), (channel, _, white, std)| {
+            (n + 1.0, sum + (white * std).powi(2) / self.believed.reading[*channel as usize])
+        });
+        square < n - BEYOND_CHANCE * f64::sqrt(2.0 * n)
+    }
+
+    fn tell(
+        &mut self,
+        level: &Level,
+        ln_std: f64,
+        share: f64,
+        [holds, proven]: [bool; 2],
+        departs: Option<(&'static str, f64)>,
+    ) {
         let place = level.places()[0];
         let b = &self.record.belief;
         let (found, believed) = (self.noise.reading[place], self.believed.reading[place]);
@@ -233,10 +253,10 @@ impl Branch {
         let energy = 0.25 * level.count as f64 * (found / believed).ln().powi(2);
         let moved = departs.map_or(0.0, |(_, nats)| nats / (nats + CONSTANT * energy));
         // what the form of laws that may bend leaves is in all directions; how uncertain they are is a guess, and less noise may make
-        // up for that
+        // up for that, unless it is less than any motion leaves
         let excess = 0.5 * level.count as f64 * (found / believed - 1.0);
         let by_laws = self.bent_nats_beside(level.id);
-        let bent = by_laws > 0.0 && excess < 2.0 * FORM * FORM * by_laws;
+        let bent = !proven && by_laws > 0.0 && excess < 2.0 * FORM * FORM * by_laws;
         let text = format!("the white noise of {name} is {over:.2} times as large as stated");
         let mut part = described(level.id, true, share * (1.0 - moved), text);
         part.parameters = Parameters::from([(OVER.into(), over)]);
@@ -348,6 +368,18 @@ mod tests {
         record.belief.heading_std_rad *= heading;
         let findings = judge(&record, registry(), &Options::default()).findings;
         findings.mains()[0].0.clone()
+    }
+
+    #[test]
+    fn a_reference_that_is_quieter_than_any_motion_leaves_is_told_beside_laws_that_bend() {
+        let payload = Some(("vehicle.payload", "mass_relative", 0.3));
+        let mut record = Record::new(&robot(), &recorded(60.0, 8, payload), 0.0).unwrap();
+        record.belief.position_std_m *= 4.0;
+        record.belief.heading_std_rad *= 4.0;
+        let top = judge(&record, registry(), &Options::default()).findings.sets.swap_remove(0);
+        for id in ["vehicle.payload", "pose.noise_level"] {
+            assert!(top.parts.iter().any(|p| p.id == id), "{:?}", top.parts);
+        }
     }
 
     #[test]

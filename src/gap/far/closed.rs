@@ -89,10 +89,10 @@ fn std(values: &[f64]) -> f64 {
 ///
 /// The score of a recording scatters by √(rows/2) nats from chance in the white noise alone. White noise that is 1 + δ times as large
 /// lowers it by rows·δ, which no model can win back: knowing δ gains rows·δ², and what gains less than 8 nats has no name.
-/// A gap that does not exceed two standard deviations of chance and that, and every gap where [`Options::whole_log`], is measured in
-/// pairs: the floor is what the nominal
-/// simulator scores on the recording plus the gain to be expected, so that this chance cancels; the interval is then that
-/// of the gain over simulated recordings. None where not even a gain of 2 nats is expected.
+/// A gap that does not exceed two standard deviations of chance and that, and every gap where [`Options::whole_log`] or
+/// [`Options::in_pairs`], is measured in pairs: the floor is what the nominal simulator scores on the recording plus the gain to be
+/// expected, so that this chance cancels; the interval is then that of the gain over simulated recordings. None where not even a gain
+/// of 2 nats is expected.
 #[must_use]
 pub fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Options) -> Closed {
     let total = |v: &[f64]| v.iter().sum::<f64>();
@@ -106,7 +106,7 @@ pub fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Options) -> 
     let gap = floor - before;
     // rows·δ of √(rows/2), the standard deviation, at the largest δ without a name
     let by_noise = (2.0 * UNNAMED_NATS).sqrt();
-    if !options.whole_log && floors.len() >= 2 && gap > (2.0 + by_noise) * std(&floors) {
+    if !options.whole_log && !options.in_pairs && floors.len() >= 2 && gap > (2.0 + by_noise) * std(&floors) {
         let ci95 = resampled(scores, block_rows, options);
         return Closed { estimate: Some(gained_nats / gap), ci95, paired: false, gained_nats, expected_gain_nats };
     }

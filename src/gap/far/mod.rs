@@ -46,12 +46,15 @@ pub struct Options {
     /// Whether the log score is that of the whole recording rather than of a row: for what is drawn once in a
     /// recording, such as the turn-on bias. Gap and interval then come from pairs (see [`gap_closed`]).
     pub whole_log: bool,
+    /// Whether gap and interval come from pairs whatever the floor is: where nothing tells what the recording should hold, such as
+    /// the motion of a robot whose torques were not logged.
+    pub in_pairs: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
         let horizons_s = vec![1.0, 10.0, 60.0, 600.0];
-        Self { seed: 1, simulated_logs: 12, draws: 2000, horizons_s, whole_log: false }
+        Self { seed: 1, simulated_logs: 12, draws: 2000, horizons_s, whole_log: false, in_pairs: false }
     }
 }
 
