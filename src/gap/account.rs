@@ -156,13 +156,10 @@ pub fn settle(
         match answer.verdict {
             // a gap that is small against what chance makes of a recording is no proof of another cause
             Verdict::Identified if high < MOST && !closed.paired => {
-                answer.verdict = Verdict::Unknown;
-                answer.unknown_probability = less.max(answer.unknown_probability);
-                answer.main_probability *= 1.0 - less;
-                answer.notes.push(format!(
+                let why = format!(
                     "What has a name is there, and closes {told}, less than half: most of it has another cause."
-                ));
-                answer.place = place(None).or(answer.place.take());
+                );
+                unseat(answer, less, why, place(None));
             }
             Verdict::Unknown if low > MOST && presence * (1.0 - less) > MOST => {
                 answer.verdict = Verdict::Identified;
@@ -182,6 +179,15 @@ pub fn settle(
     if let Some(share) = share {
         answer.remainder = Some(Remainder { share: share.clamp(0.0, 1.0), place: place(None) });
     }
+}
+
+/// Makes the cause of `answer` unknown with this probability, for the reason `why`; `place`: where the remainder shows.
+pub fn unseat(answer: &mut Answer, probability: f64, why: String, place: Option<Place>) {
+    answer.verdict = Verdict::Unknown;
+    answer.unknown_probability = probability.max(answer.unknown_probability);
+    answer.main_probability *= 1.0 - probability;
+    answer.notes.push(why);
+    answer.place = place.or(answer.place.take());
 }
 
 /// Puts the effect that closes most first: where it was `identified` by its evidence, another one only if it gains more beyond

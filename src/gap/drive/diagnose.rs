@@ -28,6 +28,7 @@ use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
 use crate::gap::far::{Closed, Options as FarOptions};
 use crate::gap::findings::{Findings, Main, Part, REFUTED};
+use statrs::function::erf::erfc;
 
 /// Share of what was explained that is most of it.
 const MOST: f64 = 0.5;
@@ -35,6 +36,8 @@ const MOST: f64 = 0.5;
 const MEASURED: usize = 4;
 /// Recordings simulated for the floor.
 const SIMULATED: usize = 6;
+/// Standard deviations by which a filter errs more with an effect than chance would have it: what is there makes none worse.
+const MISLED: f64 = 3.0;
 /// Standard deviations by which a gyro's bias may differ between two runs of one unit.
 const OTHER_UNIT: f64 = 4.0;
 /// Fewest rows at rest that tell a bias, and parts of them whose means are held against each other.
@@ -197,6 +200,11 @@ pub fn diagnose(
         }
     }
     account::settle(&mut answer, &tested, Some(&far.together), |id| place(findings, library, id));
+    if answer.verdict == Verdict::Identified && kept.is_some() && far.misled > MISLED {
+        let why = "The navigation filter errs more with what has a name than without, and more than it may: in a simulator that has it                    instead of the true cause, filters are tuned to the wrong robot.";
+        let probability = 0.5 * erfc(-far.misled / std::f64::consts::SQRT_2);
+        account::unseat(&mut answer, probability, why.into(), place(findings, library, None));
+    }
     if let (Some(share), true) = (far.together.estimate, together.len() > 1) {
         answer.notes.push(format!("All that were found close {:.1} % of the gap together.", 100.0 * share));
     }

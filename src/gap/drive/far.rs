@@ -24,6 +24,8 @@ use std::ops::Range;
 const STEPS: usize = 96;
 /// Horizons, s.
 const HORIZONS_S: [f64; 3] = [1.0, 5.0, 20.0];
+/// Windows that tell whether a filter errs more, at least.
+const FEWEST_WINDOWS: usize = 5;
 /// Variance of a channel that takes no part, relative.
 const ASIDE: f64 = 1e10;
 
@@ -40,6 +42,9 @@ pub struct DriveFar {
     pub nearest: Option<(String, Vec<Metric>)>,
     /// Of several drives kept back, what all together close in each, or, where nothing was found, the nearest effect.
     pub each: Vec<(String, Closed)>,
+    /// By how many standard deviations the navigation filter's position errs more with all together than with none, and than it may;
+    /// the lesser of both.
+    pub misled: f64,
 }
 
 /// Effects whose shares of the gap are measured.
@@ -88,14 +93,11 @@ impl Under<'_> {
         Scored { lost, rows }
     }
 
-    /// Root mean square of position (m) and heading (rad) at each horizon, ticks lost where `lost` says; `alone`: without
-    /// readings on the way.
-    fn horizons(&self, lost: &[Option<Bursts>], alone: bool) -> Option<[[f64; 2]; 3]> {
+    /// Errors at each horizon, ticks lost where `lost` says; `alone`: without readings on the way.
+    fn horizons(&self, lost: &[Option<Bursts>], alone: bool) -> Horizons {
         let mut all = Horizons::default();
         self.record.apart().zip(lost).for_each(|(drive, lost)| all.add(&drive, lost.as_ref(), self, alone));
-        let Horizons { sums, counts } = all;
-        let rms = |h: usize| sums[h].map(|s: f64| (s / counts[h] as f64).sqrt());
-        counts.iter().all(|n| *n > 0).then(|| std::array::from_fn(rms))
+        all
     }
 }
 
@@ -222,14 +224,27 @@ pub fn second_half(record: &Record) -> Record {
     start_heading::told(&half).map_or(half, |told| told.0)
 }
 
-/// Squared errors of position and heading at each horizon, and how many.
+/// Squared errors of position (m²) and heading (rad²) at each horizon, window by window.
 #[derive(Default)]
-struct Horizons {
-    sums: [[f64; 2]; 3],
-    counts: [usize; 3],
-}
+struct Horizons([Vec<[f64; 2]>; 3]);
 
 impl Horizons {
+    /// Root mean square of position (m) and heading (rad) at each horizon.
+    fn rms(&self) -> Option<[[f64; 2]; 3]> {
+        let mean = |h: usize, i: usize| self.0[h].iter().map(|e| e[i]).sum::<f64>() / self.0[h].len() as f64;
+        let rms = |h: usize| [0, 1].map(|i| mean(h, i).sqrt());
+        self.0.iter().all(|h| !h.is_empty()).then(|| std::array::from_fn(rms))
+    }
+
+    /// Logarithms of the position's squared errors, window by window: the mean over horizons beyond the first, at which readings of
+    /// the wheels leave little to a model.
+    fn ln_positions(&self) -> Vec<f64> {
+        let later = &self.0[1..];
+        let windows = later.iter().map(Vec::len).min().unwrap_or(0);
+        let ln = |n: usize| later.iter().map(|h| h[n][0].max(f64::MIN_POSITIVE).ln()).sum::<f64>() / later.len() as f64;
+        (0..windows).map(ln).collect()
+    }
+
     /// Those of one drive, if it is long enough.
     fn add(&mut self, record: &Record, lost: Option<&Bursts>, under: &Under, alone: bool) {
         let claimed = under.claimed;
@@ -278,9 +293,7 @@ impl Horizons {
             });
             for (h, errors) in last.iter().enumerate() {
                 if let [Some(x), Some(y), Some(turn)] = errors {
-                    self.sums[h][0] += x * x + y * y;
-                    self.sums[h][1] += turn * turn;
-                    self.counts[h] += 1;
+                    self.0[h].push([x * x + y * y, turn * turn]);
                 }
             }
             from = end;
@@ -372,22 +385,24 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, process: Proce
     let drives = [("", true), ("filter_", false)];
     let of = |at: usize, alone: bool| sought[at].horizons(&scored[at].lost, alone);
     let of_near = |alone: bool| match near_at {
-        Some(i) => of(listed_at[i], alone),
+        Some(i) => of(listed_at[i], alone).rms(),
         None => near.as_ref().and_then(|near| {
             let near = under(kept, near);
-            near.horizons(&near.lost(), alone)
+            near.horizons(&near.lost(), alone).rms()
         }),
     };
-    let reached = |(_, alone): &(&str, bool)| -> [Option<[[f64; 2]; 3]>; 4] {
-        let floor = || floors_at.first().and_then(|at| of(at[0], *alone));
+    let reached = |(_, alone): &(&str, bool)| {
+        let floor = || floors_at.first().map(|at| of(at[0], *alone)).unwrap_or_default();
         let (kept, others) = rayon::join(
             || rayon::join(|| of(before_at, *alone), || of(after_at, *alone)),
             || rayon::join(floor, || of_near(*alone)),
         );
-        [kept.0, kept.1, others.0, others.1]
+        ([kept.0, kept.1, others.0], others.1)
     };
     let horizons: Vec<_> = drives.par_iter().map(reached).collect();
-    for ((prefix, _), [before, after, floor, near]) in drives.into_iter().zip(horizons) {
+    let misled = misled(&horizons[1].0.each_ref().map(Horizons::ln_positions));
+    for ((prefix, _), (errors, near)) in drives.into_iter().zip(horizons) {
+        let [before, after, floor] = errors.map(|e| e.rms());
         let Some((before, floor)) = before.zip(floor) else { continue };
         let told = |after: [[f64; 2]; 3]| horizon_metrics(prefix, [before, after, floor]);
         metrics.extend(after.into_iter().flat_map(told));
@@ -410,7 +425,24 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, process: Proce
     let together = closed(after);
     let several = kept.sources.iter().cloned().zip(kept.drives()).filter(|_| kept.starts.len() > 1);
     let each = several.map(|(source, rows)| (source, closed_in(found, rows))).collect();
-    DriveFar { metrics, alone, together, nearest, each }
+    DriveFar { metrics, alone, together, nearest, each, misled }
+}
+
+/// By how many standard deviations the logarithms `after` lie above those `before`, in pairs, and above those of the `floor`; the
+/// lesser of both, zero of too few.
+fn misled([before, after, floor]: &[Vec<f64>; 3]) -> f64 {
+    if before.len() != after.len() || [after, floor].iter().any(|v| v.len() < FEWEST_WINDOWS) {
+        return 0.0;
+    }
+    // mean and the variance of the mean
+    let mean = |values: &[f64]| {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        (mean, values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n * (n - 1.0)))
+    };
+    let more: Vec<f64> = after.iter().zip(before).map(|(a, b)| a - b).collect();
+    let ((more, more_var), (after, after_var), (floor, floor_var)) = (mean(&more), mean(after), mean(floor));
+    (more / more_var.sqrt()).min((after - floor) / (after_var + floor_var).sqrt()).max(0.0)
 }
 
 /// Root mean squares of position and heading at each horizon: before, after, floor.

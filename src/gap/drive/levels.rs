@@ -33,6 +33,9 @@ const CONSTANT: f64 = 0.03;
 const STEPS: usize = 6;
 /// Standard deviations of a mean square beyond which it is no chance.
 const BEYOND_CHANCE: f64 = 3.0;
+/// Share of what a filter does not know of the motion that torques may tell beyond the readings of a log: a speed control acts on more
+/// readings than are logged.
+const TOLD_BY_TORQUES: f64 = 0.25;
 
 /// An innovation: channel, row, ν/√S, √S.
 pub(super) type Residual = (Channel, usize, f64, f64);
@@ -57,6 +60,8 @@ pub(super) struct Level {
     count: usize,
     /// ln weight with it over that without it.
     pub(super) margin: f64,
+    /// What it costs, nats.
+    cost: f64,
 }
 
 impl Level {
@@ -65,6 +70,17 @@ impl Level {
         let own = CHANNELS.iter().filter(|c| c.0 == self.instrument);
         own.flat_map(|c| c.2.iter().flat_map(|(_, places)| places.clone())).collect()
     }
+}
+
+/// How sure it is that noise is as loud as was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Proof {
+    /// Motion that torques tell may look like it.
+    None,
+    /// The filter says so.
+    Likely,
+    /// No motion can look like it.
+    Beyond,
 }
 
 /// How many residuals the channels have, and the sum of their squares.
@@ -134,8 +150,9 @@ impl Branch {
                 }
                 sums.iter().flat_map(|s| s.1.clone()).for_each(|c| self.noise.reading[c] *= ratio);
                 if !is_known {
-                    self.extra_weight += options.prior.ln_named - price(n);
-                    self.levels.push(Level { id, instrument, count: n, margin: together });
+                    let cost = price(n) - options.prior.ln_named;
+                    self.extra_weight -= cost;
+                    self.levels.push(Level { id, instrument, count: n, margin: together, cost });
                 }
                 any = true;
                 continue;
@@ -215,19 +232,31 @@ impl Branch {
         let residuals = if levels.is_empty() { Vec::new() } else { self.residuals() };
         for (level, (std, share, holds)) in levels.iter().zip(told) {
             let departs = departs(&self.record, &residuals, &level.places());
-            let proven = self.is_proven_quieter(&residuals, &level.places());
-            self.tell(level, std, share, [holds, proven], departs);
+            let proof = self.proof(&residuals, &level.places());
+            self.tell(level, std, share, (holds, proof), departs);
         }
     }
 
-    /// Whether innovations of these channels are smaller than the noise that is believed of their readings: E ν² = H P H' + R is no
-    /// less than R, however well a filter knows the motion.
-    fn is_proven_quieter(&self, residuals: &[Residual], places: &[usize]) -> bool {
+    /// How sure it is that the noise of these channels is as loud as was found. E ν² = H P H' + R is no less than R, however well a filter
+    /// knows the motion: innovations below that prove that it is less. What is between may be motion that torques tell better
+    /// than the filter believes, as far as they can.
+    fn proof(&self, residuals: &[Residual], places: &[usize]) -> Proof {
         let own = residuals.iter().filter(|r| places.contains(&(r.0 as usize)));
-        let (n, square) = own.fold((0.0, 0.0), |(n, sum), (channel, _, white, std)| {
-            (n + 1.0, sum + (white * std).powi(2) / self.believed.reading[*channel as usize])
+        let [n, square, motion, less] = own.fold([0.0; 4], |[n, square, motion, less], (channel, _, white, std)| {
+            let (believed, found) = (self.believed.reading[*channel as usize], self.noise.reading[*channel as usize]);
+            let ratio = found / believed;
+            [
+                n + 1.0,
+                square + (white * std).powi(2) / believed,
+                motion + std * std / believed - ratio,
+                less + 1.0 - ratio,
+            ]
         });
-        square < n - BEYOND_CHANCE * f64::sqrt(2.0 * n)
+        if square < n - BEYOND_CHANCE * f64::sqrt(2.0 * n) {
+            return Proof::Beyond;
+        }
+        let by_torques = self.record.torques_n_m.is_some() && less > 0.0 && less < TOLD_BY_TORQUES * motion;
+        if by_torques { Proof::None } else { Proof::Likely }
     }
 
     fn tell(
@@ -235,7 +264,7 @@ impl Branch {
         level: &Level,
         ln_std: f64,
         share: f64,
-        [holds, proven]: [bool; 2],
+        (holds, proof): (bool, Proof),
         departs: Option<(&'static str, f64)>,
     ) {
         let place = level.places()[0];
@@ -256,14 +285,14 @@ impl Branch {
         // up for that, unless it is less than any motion leaves
         let excess = 0.5 * level.count as f64 * (found / believed - 1.0);
         let by_laws = self.bent_nats_beside(level.id);
-        let bent = !proven && by_laws > 0.0 && excess < 2.0 * FORM * FORM * by_laws;
+        let bent = proof != Proof::Beyond && by_laws > 0.0 && excess < 2.0 * FORM * FORM * by_laws;
         let text = format!("the white noise of {name} is {over:.2} times as large as stated");
         let mut part = described(level.id, true, share * (1.0 - moved), text);
         part.parameters = Parameters::from([(OVER.into(), over)]);
         part.std = Parameters::from([(OVER.into(), 0.5 * ln_std * found / (white * over))]);
         self.extra_parts.retain(|p| p.id != level.id);
         // what is more likely another thing has not this name
-        if holds && !bent && moved < 0.5 {
+        if holds && !bent && moved < 0.5 && proof != Proof::None && share > level.cost {
             self.extra_parts.push(part);
         }
         if let Some((condition, _)) = departs {
