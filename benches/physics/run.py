@@ -1,10 +1,10 @@
 """gyroid's diagnosis of drives on a physics engine that others wrote (MuJoCo).
 
-    python benches/physics/run.py --gyroid target/release/gyroid --out DIR [--cases NAME...] [--jobs 2] [--check] [--remake] [--table]
+    python benches/physics/run.py --gyroid target/release/gyroid --out DIR [--cases NAME...] [--jobs 2] [--strict] [--check] [--remake] [--table]
 
 Makes each case's folder in DIR (sim.toml, fit.parquet, hold.parquet), has `gyroid gap diagnose` diagnose it, and scores the
 answers; prints a table, writes DIR/results.json and DIR/table.md. Folders that are there are used again; --remake makes them
-anew, and --table prints what the last diagnoses of all cases said. --check instead measures how far the engine's robot without
+anew, and --table prints what the last diagnoses of all cases said; with --strict it is an error if one is wrong. --check instead measures how far the engine's robot without
 effects departs from the nominal equations.
 Where a constant that was found has a place in the nominal simulator, it is entered there and the case diagnosed once more: the
 effect must not be named again. Needs mujoco, numpy, polars.
@@ -118,6 +118,7 @@ def main():
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--remake", action="store_true")
     parser.add_argument("--table", action="store_true")
+    parser.add_argument("--strict", action="store_true")
     options = parser.parse_args()
     if options.check:
         return check()
@@ -138,6 +139,9 @@ def main():
         if of:
             aim = f"   aim {AIMS[name]:.2f}" if name in AIMS else ""
             print(f"{name:32} {right}/{of} = {right / of:.3f}{aim}")
+    wrong = [row["case"] for row in rows if not row["right"]]
+    if options.strict and (wrong or len(rows) != len(options.cases or cases)):
+        raise SystemExit(f"wrong: {wrong}; {len(rows)} cases")
 
 
 if __name__ == "__main__":

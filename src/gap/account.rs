@@ -159,9 +159,10 @@ pub fn settle(
                 let why = format!(
                     "What has a name is there, and closes {told}, less than half: most of it has another cause."
                 );
-                unseat(answer, less, why, place(None));
+                unseat(answer, less * presence, why, place(None));
             }
-            Verdict::Unknown if low > MOST && presence * (1.0 - less) > MOST => {
+            // in pairs everything is closed that can be expected to be
+            Verdict::Unknown if low > MOST && !closed.paired && presence * (1.0 - less) > MOST => {
                 answer.verdict = Verdict::Identified;
                 answer.unknown_probability = less.max(1.0 - presence).min(1.0 - answer.none_probability);
                 let left = 1.0 - answer.none_probability - answer.unknown_probability;
@@ -349,13 +350,14 @@ mod tests {
     #[test]
     fn more_than_half_is_identified_whatever_free_forms_took_in_the_fit() {
         let all = tested(&[("one", 0.1)]);
-        let settled = |ci95, presence| {
+        let settled_by = |paired, ci95, presence| {
             let mut answer = answered(Verdict::Unknown, None, &["one"]);
             (answer.none_probability, answer.unknown_probability, answer.main_probability) = (0.0, 0.97, 0.03);
             answer.effects[0].probability = presence;
-            settle(&mut answer, &all, Some(&closed(0.8, ci95)), |id| id.map(|_| Place::default()));
+            settle(&mut answer, &all, Some(&Closed { paired, ..closed(0.8, ci95) }), |id| id.map(|_| Place::default()));
             answer
         };
+        let settled = |ci95, presence| settled_by(false, ci95, presence);
         let most = settled([0.7, 0.9], 0.97);
         assert_eq!((most.verdict, most.main.as_deref()), (Verdict::Identified, Some("one")));
         assert!((most.main_probability - 0.97).abs() < 1e-6 && (most.unknown_probability - 0.03).abs() < 1e-6);
@@ -363,6 +365,8 @@ mod tests {
         // not where it may be less than half, nor where the effect itself is in doubt
         assert_eq!(settled([0.4, 1.2], 0.97).verdict, Verdict::Unknown);
         assert_eq!(settled([0.7, 0.9], 0.45).verdict, Verdict::Unknown);
+        // nor where the floor is what was found itself
+        assert_eq!(settled_by(true, [0.7, 0.9], 0.97).verdict, Verdict::Unknown);
     }
 
     #[test]
@@ -371,7 +375,9 @@ mod tests {
         let mut answer = answered(Verdict::Identified, Some("one"), &["one"]);
         settle(&mut answer, &all, Some(&closed(0.24, [0.2, 0.28])), |id| id.is_none().then(Place::default));
         assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Unknown, Some("one")));
-        assert!(answer.unknown_probability > 0.97 && answer.main_probability < 0.03 && answer.place.is_some());
+        // no surer than that the effect is there
+        assert!((answer.unknown_probability - 0.97).abs() < 1e-6 && answer.main_probability < 0.031);
+        assert!(answer.place.is_some());
         // a gap that chance would hide is no proof of another cause
         let mut answer = answered(Verdict::Identified, Some("one"), &["one"]);
         let small = Closed { paired: true, ..closed(0.24, [0.2, 0.28]) };

@@ -8,9 +8,10 @@
 use super::bursts::Bursts;
 use super::column::{COSINES, Column, nuisances};
 use super::evidence::{Group, Nuisance, Problem};
+use super::horizons::{Horizons, horizon_metrics, misled};
 use super::model::{Claimed, Effects};
 use super::own::own;
-use super::pass::{Channel, Noise, Process, run};
+use super::pass::{Channel, Process, run};
 use super::record::Record;
 use super::start_heading;
 use crate::effects::{Library, Parameters};
@@ -22,12 +23,6 @@ use std::ops::Range;
 
 /// Times at which a step may lie.
 const STEPS: usize = 96;
-/// Horizons, s.
-const HORIZONS_S: [f64; 3] = [1.0, 5.0, 20.0];
-/// Windows that tell whether a filter errs more, at least.
-const FEWEST_WINDOWS: usize = 5;
-/// Variance of a channel that takes no part, relative.
-const ASIDE: f64 = 1e10;
 
 /// Measures of the gap on the recording kept back.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,10 +55,10 @@ pub struct Sought<'a> {
 
 /// A recording under a model.
 #[derive(Clone, Copy)]
-struct Under<'a> {
-    record: &'a Record,
-    claimed: &'a Claimed,
-    process: Process,
+pub(super) struct Under<'a> {
+    pub(super) record: &'a Record,
+    pub(super) claimed: &'a Claimed,
+    pub(super) process: Process,
 }
 
 /// What a recording scores under a model.
@@ -224,83 +219,6 @@ pub fn second_half(record: &Record) -> Record {
     start_heading::told(&half).map_or(half, |told| told.0)
 }
 
-/// Squared errors of position (m²) and heading (rad²) at each horizon, window by window.
-#[derive(Default)]
-struct Horizons([Vec<[f64; 2]>; 3]);
-
-impl Horizons {
-    /// Root mean square of position (m) and heading (rad) at each horizon.
-    fn rms(&self) -> Option<[[f64; 2]; 3]> {
-        let mean = |h: usize, i: usize| self.0[h].iter().map(|e| e[i]).sum::<f64>() / self.0[h].len() as f64;
-        let rms = |h: usize| [0, 1].map(|i| mean(h, i).sqrt());
-        self.0.iter().all(|h| !h.is_empty()).then(|| std::array::from_fn(rms))
-    }
-
-    /// Logarithms of the position's squared errors, window by window: the mean over horizons beyond the first, at which readings of
-    /// the wheels leave little to a model.
-    fn ln_positions(&self) -> Vec<f64> {
-        let later = &self.0[1..];
-        let windows = later.iter().map(Vec::len).min().unwrap_or(0);
-        let ln = |n: usize| later.iter().map(|h| h[n][0].max(f64::MIN_POSITIVE).ln()).sum::<f64>() / later.len() as f64;
-        (0..windows).map(ln).collect()
-    }
-
-    /// Those of one drive, if it is long enough.
-    fn add(&mut self, record: &Record, lost: Option<&Bursts>, under: &Under, alone: bool) {
-        let claimed = under.claimed;
-        let longest = HORIZONS_S[2];
-        if record.span_s() < 1.5 * longest {
-            return;
-        }
-        let mut noise: Noise = claimed.noise(record, under.process);
-        for channel in 3..6 {
-            noise.reading[channel] *= ASIDE;
-        }
-        if alone {
-            noise.reading[2] *= ASIDE;
-            if record.torques_n_m.is_some() {
-                noise.reading[0] *= ASIDE;
-                noise.reading[1] *= ASIDE;
-            }
-        }
-        let restored = lost.map(|b| b.restored(record));
-        let record = restored.as_ref().unwrap_or(record);
-        let (record, models) = claimed.read(record);
-        let record = record.as_ref();
-        let Some(pose) = &record.pose else { return };
-        let mut from = 0;
-        while let Some(begin) = (from..record.len()).find(|k| pose.iter().all(|p| p[*k].is_finite())) {
-            let start_s = record.times_s[begin];
-            let end = record.times_s.partition_point(|t| *t <= start_s + longest);
-            if end >= record.len() {
-                break;
-            }
-            let part = record.window(begin..end);
-            let mut last = [[None; 3]; 3];
-            let _ = run(&part, &models, &noise, &[], |i| {
-                let channel = match i.channel {
-                    Channel::X => 0,
-                    Channel::Y => 1,
-                    Channel::Heading => 2,
-                    _ => return,
-                };
-                let t = part.times_s[i.row] - start_s;
-                for (h, horizon) in HORIZONS_S.iter().enumerate() {
-                    if t > 0.5 * horizon && t <= *horizon {
-                        last[h][channel] = Some(i.white * i.std);
-                    }
-                }
-            });
-            for (h, errors) in last.iter().enumerate() {
-                if let [Some(x), Some(y), Some(turn)] = errors {
-                    self.0[h].push([x * x + y * y, turn * turn]);
-                }
-            }
-            from = end;
-        }
-    }
-}
-
 /// ln densities of the rows of `kept` under the nominal simulator with `effects`.
 #[must_use]
 pub fn rows(kept: &Record, library: &Library, effects: &Effects, process: Process) -> Vec<f64> {
@@ -368,6 +286,7 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, process: Proce
             after: &after[rows.clone()],
             floor: floors.iter().map(|f| &f[rows.clone()]).collect(),
             own_before: own_before.iter().map(|o| o[rows.clone()].iter().sum()).collect(),
+            level_nats: 0.0,
         };
         gap_closed(&scores, block_rows(scores.before, scores.after), options)
     };
@@ -426,33 +345,4 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, process: Proce
     let several = kept.sources.iter().cloned().zip(kept.drives()).filter(|_| kept.starts.len() > 1);
     let each = several.map(|(source, rows)| (source, closed_in(found, rows))).collect();
     DriveFar { metrics, alone, together, nearest, each, misled }
-}
-
-/// By how many standard deviations the logarithms `after` lie above those `before`, in pairs, and above those of the `floor`; the
-/// lesser of both, zero of too few.
-fn misled([before, after, floor]: &[Vec<f64>; 3]) -> f64 {
-    if before.len() != after.len() || [after, floor].iter().any(|v| v.len() < FEWEST_WINDOWS) {
-        return 0.0;
-    }
-    // mean and the variance of the mean
-    let mean = |values: &[f64]| {
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        (mean, values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n * (n - 1.0)))
-    };
-    let more: Vec<f64> = after.iter().zip(before).map(|(a, b)| a - b).collect();
-    let ((more, more_var), (after, after_var), (floor, floor_var)) = (mean(&more), mean(after), mean(floor));
-    (more / more_var.sqrt()).min((after - floor) / (after_var + floor_var).sqrt()).max(0.0)
-}
-
-/// Root mean squares of position and heading at each horizon: before, after, floor.
-fn horizon_metrics(prefix: &str, [before, after, floor]: [[[f64; 2]; 3]; 3]) -> Vec<Metric> {
-    let mut all = Vec::with_capacity(2 * HORIZONS_S.len());
-    for (quantity, i) in [("position_rms_m", 0), ("heading_rms_rad", 1)] {
-        for (h, horizon) in HORIZONS_S.iter().enumerate() {
-            let metric = format!("{prefix}{quantity}_{horizon}s");
-            all.push(Metric { metric, before: before[h][i], after: after[h][i], floor: floor[h][i] });
-        }
-    }
-    all
 }

@@ -412,6 +412,17 @@ mod tests {
     }
 
     #[test]
+    fn what_torques_may_tell_is_no_quieter_gyro() {
+        let quieter = |by: f64| {
+            let mut record = Record::new(&robot(), &recorded(60.0, 8, None), 0.0).unwrap();
+            record.belief.gyro_std_rad_s *= by;
+            let findings = judge(&record, registry(), &Options::default()).findings;
+            findings.sets[0].parts.iter().any(|p| p.id == "gyro.noise_level")
+        };
+        assert!(!quieter(1.06) && quieter(3.0));
+    }
+
+    #[test]
     fn channels_that_are_all_less_loud_have_one_level() {
         let level = Main::Effect("pose.noise_level".into());
         // what keeps a log adds a little to each

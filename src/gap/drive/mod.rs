@@ -19,6 +19,7 @@ pub mod far;
 mod filter;
 pub mod fit;
 mod given;
+mod horizons;
 pub mod judge;
 mod lag;
 pub mod late;

@@ -44,6 +44,8 @@ pub struct Scores<'a> {
     pub floor: Vec<&'a [f64]>,
     /// Total of the nominal simulator on these recordings.
     pub own_before: Vec<f64>,
+    /// ½ Σ ln r, r the variance of the recording's white noise over that of these recordings: what the floor is lower by, nats.
+    pub level_nats: f64,
 }
 
 /// Sums of blocks of `rows` rows; a rest shorter than half a block joins the last one.
@@ -88,7 +90,8 @@ fn std(values: &[f64]) -> f64 {
 /// Share of the gap that is closed.
 ///
 /// The score of a recording scatters by √(rows/2) nats from chance in the white noise alone. White noise that is 1 + δ times as large
-/// lowers it by rows·δ, which no model can win back: knowing δ gains rows·δ², and what gains less than 8 nats has no name.
+/// lowers it by rows·δ, which no model can win back: knowing δ gains rows·δ², and what gains less than 8 nats has no name. The floor of
+/// a recording that is louder is lower by as much ([`Scores::level_nats`]), as far as its white noise tells.
 /// A gap that does not exceed two standard deviations of chance and that, and every gap where [`Options::whole_log`] or
 /// [`Options::in_pairs`], is measured in pairs: the floor is what the nominal simulator scores on the recording plus the gain to be
 /// expected, so that this chance cancels; the interval is then that of the gain over simulated recordings. None where not even a gain
@@ -103,7 +106,7 @@ pub fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Options) -> 
     let floor = floors.iter().sum::<f64>() / logs;
     let expected_gain_nats = gains.iter().sum::<f64>() / logs;
     let gained_nats = after - before;
-    let gap = floor - before;
+    let gap = floor - before - scores.level_nats;
     // rows·δ of √(rows/2), the standard deviation, at the largest δ without a name
     let by_noise = (2.0 * UNNAMED_NATS).sqrt();
     if !options.whole_log && !options.in_pairs && floors.len() >= 2 && gap > (2.0 + by_noise) * std(&floors) {
@@ -128,6 +131,7 @@ fn resampled(scores: &Scores<'_>, block_rows: usize, options: &Options) -> Optio
     let mut pick = |n: usize| ((draw.uniform() * n as f64) as usize).min(n - 1);
     let mut ratios = Vec::with_capacity(options.draws);
     let mut floor = vec![0.0; blocks];
+    let level_nats = scores.level_nats / blocks as f64;
     for _ in 0..options.draws {
         floor.fill(0.0);
         for _ in 0..logs {
@@ -138,7 +142,7 @@ fn resampled(scores: &Scores<'_>, block_rows: usize, options: &Options) -> Optio
         for _ in 0..blocks {
             let b = pick(blocks);
             gained += after[b] - before[b];
-            gap += floor[b] - before[b];
+            gap += floor[b] - before[b] - level_nats;
         }
         if gap > 0.0 {
             ratios.push(gained / gap);

@@ -28,9 +28,13 @@ pub use shape::Band;
 use super::answer::Metric;
 use super::state_space::Believed;
 use crate::error::{Error, ErrorKind, Result};
+use crate::math::robust::mad_std;
 use heading::heading_errors;
 use rayon::prelude::*;
 use shape::{Residuals, Shape};
+
+/// Standard deviations beyond which a second difference is of a single reading far off.
+const FAR_OFF: f64 = 6.0;
 
 /// How the gap is measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,6 +97,7 @@ struct OwnLog {
     log_density: Vec<f64>,
     nominal_total: f64,
     heading: Vec<HeadingError>,
+    white_variance: f64,
     augmented_shape: Shape,
     nominal_shape: Shape,
 }
@@ -137,12 +142,15 @@ pub fn measure(
         .collect::<Result<_>>()?;
 
     let block_rows = block_rows(&before.log_density, &after.log_density);
+    let louder = white_variance(hold_rad_s) / mean(own.iter().map(|o| o.white_variance));
+    let level_nats = if louder > 0.0 && louder.is_finite() { 0.5 * present as f64 * louder.ln() } else { 0.0 };
     let close = |log_density: &[f64]| {
         let scores = Scores {
             before: &before.log_density,
             after: log_density,
             floor: own.iter().map(|o| o.log_density.as_slice()).collect(),
             own_before: own.iter().map(|o| o.nominal_total).collect(),
+            level_nats,
         };
         gap_closed(&scores, block_rows, options)
     };
@@ -196,6 +204,15 @@ pub fn measure(
     Ok(Far { metrics, closed, alone, floor_std_error, block_rows, allan_deviation: bands.0, spectrum: bands.1, notes })
 }
 
+/// Variance of the white noise of `readings` by their second differences, times six, single ones far off left out; NaN are missing.
+fn white_variance(readings: &[f64]) -> f64 {
+    let bends: Vec<f64> =
+        readings.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).filter(|bend| bend.is_finite()).collect();
+    let far = FAR_OFF * mad_std(&mut bends.clone(), 0.0);
+    let near = || bends.iter().filter(|bend| bend.abs() <= far);
+    near().map(|bend| bend * bend).sum::<f64>() / near().count() as f64
+}
+
 /// A recording of each simulator with the gaps of the real one.
 fn own_log(
     hold_rad_s: &[f64],
@@ -213,6 +230,7 @@ fn own_log(
     let run = augmented.run(&y, horizons)?;
     Ok(OwnLog {
         heading: heading_errors(&y, &run, horizons, augmented.step_s),
+        white_variance: white_variance(&y),
         log_density: run.log_density,
         nominal_total: nominal.score(&y)?.total(),
         augmented_shape: Shape::new(&y, residuals),

@@ -102,8 +102,13 @@ fn louder(delta: f64) -> Closed {
     let before: Vec<f64> = after.iter().map(|a| a - gain).collect();
     let floor: Vec<Vec<f64>> = (1..=LOGS as u64).map(|log| score(log, 1.0)).collect();
     let own_before: Vec<f64> = floor.iter().map(|f| f.iter().sum::<f64>() - gain * rows as f64).collect();
-    let scores =
-        Scores { before: &before, after: &after, floor: floor.iter().map(Vec::as_slice).collect(), own_before };
+    let scores = Scores {
+        before: &before,
+        after: &after,
+        floor: floor.iter().map(Vec::as_slice).collect(),
+        own_before,
+        level_nats: 0.0,
+    };
     gap_closed(&scores, 40, &quick())
 }
 
@@ -165,6 +170,7 @@ fn intervals_cover_the_share_of_long_recordings() {
                 after: &w.log_density,
                 floor: floor.iter().map(Vec::as_slice).collect(),
                 own_before: vec![0.0; 12],
+                level_nats: 0.0,
             };
             let rows = block_rows(scores.before, scores.after);
             let [low, high] = gap_closed(&scores, rows, &quick()).ci95.unwrap();
@@ -191,6 +197,37 @@ fn the_whole_log_counts_where_a_thing_is_drawn_once() {
     assert!((7.0..20.0).contains(&far.closed.expected_gain_nats), "{:?}", far.closed);
     let [low, high] = far.closed.ci95.unwrap();
     assert!(far.closed.paired && low < 1.0 && 1.0 < high && high - low < 3.0, "{:?}", far.closed);
+}
+
+#[test]
+fn pairs_do_not_ask_how_far_the_floor_is() {
+    // the recording scores a tenth of a nat a row less than the floor for a reason that no effect has; all that is to be gained is
+    let (before, after) = (vec![-0.1; ROWS], vec![-0.09; ROWS]);
+    let floor = [vec![0.0; ROWS], vec![0.0; ROWS]];
+    let scores = Scores {
+        before: &before,
+        after: &after,
+        floor: floor.iter().map(Vec::as_slice).collect(),
+        own_before: vec![-0.01 * ROWS as f64; 2],
+        level_nats: 0.0,
+    };
+    let share = |in_pairs| gap_closed(&scores, 10, &Options { in_pairs, ..quick() }).estimate.unwrap();
+    assert!((share(true) - 1.0).abs() < 1e-9 && (share(false) - 0.1).abs() < 1e-9);
+}
+
+#[test]
+fn noise_that_is_louder_is_no_gap_that_an_effect_closes() {
+    let (before, after) = (nominal(), truth());
+    let mut draw = Stream::new(9, 9);
+    // a variance of a tenth more: 6000/2 ln 1.1 = 286 nats of the floor, of a gap of some 2000
+    let louder = 0.1_f64.sqrt() * 1e-3;
+    let mut hold = after.simulate(7, 0).unwrap();
+    hold.iter_mut().for_each(|y| *y += louder * draw.normal());
+    let far = measure(&hold, &before, &after, &[], &quick()).unwrap();
+    let m = &far.metrics[0];
+    let by_floor = (m.after - m.before) / (m.floor - m.before);
+    let closed = far.closed.estimate.unwrap();
+    assert!(!far.closed.paired && by_floor < 0.95 && (closed - 1.0).abs() < 0.06, "{by_floor}, {:?}", far.closed);
 }
 
 #[test]
