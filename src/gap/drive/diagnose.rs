@@ -217,11 +217,10 @@ pub fn diagnose(
         answer.notes.push(format!("All that were found close {:.1} % of the gap together.", 100.0 * share));
     }
     if far_options.in_pairs && !together.is_empty() {
-        answer.notes.push(
-            "Without torques nothing tells how the robot should have moved: the gap is the gain to be expected of what was found, and \
-             what else is left is not in it."
-                .into(),
-        );
+        answer.remainder = None;
+        let note = "Without torques nothing tells how the robot should have moved: the gap is the gain to be expected of what was found, \
+                    and what else is left is not known.";
+        answer.notes.push(note.into());
     }
     if let Some(gain) = filter_gain {
         match gain {
