@@ -196,26 +196,6 @@ fn what_is_withheld_is_unknown() {
     assert!(place.description.is_some_and(|d| d.contains("spectrum") || d.contains("noise")));
 }
 
-/// `log` with noise that a converter limits softly to 1.3 standard deviations around what is slow.
-fn limited(log: &Log, seed: u64) -> Log {
-    let (std, beside, mut draw) = (1e-4 / 0.2_f64.sqrt(), 50, Stream::new(seed, 3));
-    let rate = log.get(names::GYRO_Z).unwrap();
-    let one = |k: usize| {
-        let near = &rate[k.saturating_sub(beside)..(k + beside + 1).min(rate.len())];
-        let slow = near.iter().sum::<f64>() / near.len() as f64;
-        slow + (rate[k] - slow).clamp(-1.3 * std, 1.3 * std) + 0.2 * std * draw.normal()
-    };
-    with_gyro(log, (0..rate.len()).map(one).collect())
-}
-
-/// Noise whose large deviations are cut off is less loud, too: one thing that is in no list, and no quieter sensor.
-#[test]
-fn noise_that_is_limited_is_no_other_level() {
-    let [fit, hold] = [7, 1007].map(|seed| limited(&recording(&[], seed), seed));
-    let answer = diagnose(&nominal(), &fit, Some(&hold), &Library::new(), &Options::default()).unwrap().answer;
-    assert_eq!(answer.verdict, Verdict::Unknown, "{:?} {:?}", answer.main, answer.effects);
-}
-
 #[test]
 fn a_recording_without_covariates_is_judged_and_says_so() {
     let config = nominal();

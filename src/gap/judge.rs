@@ -161,7 +161,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
         let ln_shots = ln_weight - found.ln_chain - prior.ln_named + shots.ln_evidence + prior.ln_free;
         // what is left of a path of jumps shows no events where there are none
         let in_reach = ln_weight.max(ln_shots) > best.ln_weight - DEPTH;
-        let seen = Seen::new(if in_reach { &likelihood } else { search.likelihood() }, h, false);
+        let seen = Seen::new(if in_reach { &likelihood } else { search.likelihood() }, h);
         let mut others = parts(&likelihood, &found.fitted);
         for (part, c) in others.iter_mut().zip(h.candidates()) {
             part.missed_nats = Some(found.fitted.ln_evidence - likelihood.fit(&h.without(c)).ln_evidence);
@@ -187,13 +187,12 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     for i in order {
         let h = &all[i].fitted.hypothesis;
         let one = |c: usize| Some((number(&h.without(c))?, prior.of(candidates[c].named)));
-        let nominal_level = !levels.is_empty() && !h.candidates().any(|c| candidates[c].kind.is_level());
-        accounts[i] = views.of(Seen::new(&likelihood, h, nominal_level)).map(|view| Account {
+        accounts[i] = views.of(Seen::new(&likelihood, h)).map(|view| Account {
             parts: None,
             without: h.candidates().map(one).collect(),
             ln_weight: all[i].ln_weight,
             view,
-            nominal_level,
+            nominal_level: !levels.is_empty() && !h.candidates().any(|c| candidates[c].kind.is_level()),
         });
     }
     accounts.extend(beside_path.into_iter().map(Some));

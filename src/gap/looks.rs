@@ -28,8 +28,6 @@ pub(super) struct Seen {
     noise_std: f64,
     /// Relative level of the noise by stretches.
     profile: Vec<f64>,
-    /// Whether its noise has the nominal level, where the best set has another: what makes the samples' distribution may make that, too.
-    nominal_level: bool,
 }
 
 /// What a whitened series shows, each with ln weight over nothing of the kind. One of each list is at work.
@@ -56,7 +54,7 @@ const LEAST: f64 = -12.0;
 
 impl Seen {
     /// The recording of `l` as `h` whitens it.
-    pub fn new(l: &Likelihood, h: &Hypothesis, nominal_level: bool) -> Self {
+    pub fn new(l: &Likelihood, h: &Hypothesis) -> Self {
         let frame = l.frame;
         let white = h.white_spectrum(frame, l.candidates);
         let power: f64 = white.iter().zip(&frame.bins.count).map(|(s, n)| s * n).sum();
@@ -69,7 +67,7 @@ impl Seen {
             }
             profile.iter_mut().zip(&own).for_each(|(p, v)| *p *= (v / mean).sqrt());
         }
-        Self { w: whitened(l, h), noise_std: (power / frame.len().max(1) as f64).sqrt(), profile, nominal_level }
+        Self { w: whitened(l, h), noise_std: (power / frame.len().max(1) as f64).sqrt(), profile }
     }
 
     fn std_at(&self, row: usize) -> f64 {
@@ -123,7 +121,6 @@ impl Looks {
             w[*row] += off / seen.std_at(*row);
         }
         let amplitude = amplitude::judge(&amplitude::levelled(&w[range.clone()]));
-        let whole = seen.nominal_level.then(|| amplitude::judge(&w[range.clone()])).unwrap_or(amplitude);
         let white = w[range].iter().map(|v| v * seen.noise_std).collect();
         let mut w = seen.w.clone();
         if amplitude.outliers > 3.0 {
@@ -141,10 +138,10 @@ impl Looks {
             let part = super::parts::outliers(id, &amplitude, seen.noise_std);
             amplitudes.push((Some(part), amplitude.outliers + prior.ln_named));
         }
-        let tails = if whole.shape > 0.0 { "heavier" } else { "of another shape" };
+        let tails = if amplitude.shape > 0.0 { "heavier" } else { "of another shape" };
         let text = format!("the samples' distribution is not normal: tails {tails}");
         if !coarse {
-            amplitudes.push((Some(free("amplitude", whole.free, text)), whole.free + prior.ln_free));
+            amplitudes.push((Some(free("amplitude", amplitude.free, text)), amplitude.free + prior.ln_free));
         }
         let mut forms = vec![(None, 0.0)];
         let length_s = events.samples as f64 * step_s;

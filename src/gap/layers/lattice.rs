@@ -39,14 +39,11 @@ pub fn step(values: &[f64]) -> Option<f64> {
     let least =
         differences.iter().copied().filter(|d| *d > 1.5 * least.min(rounding * 2.0)).fold(f64::INFINITY, f64::min);
     let exact = (1..=4).map(|q| least / f64::from(q)).find(|lsb| on_lattice(*lsb));
-    let mut lsb = exact.or_else(|| rounded(&sorted, rounding))?;
+    let Some(lsb) = exact else { return rounded(&sorted, rounding) };
     // sharpened by the whole range
     let span = sorted.last()? - sorted.first()?;
     let count = (span / lsb).round();
-    if count >= 1.0 {
-        lsb = span / count;
-    }
-    Some(lsb)
+    Some(if count >= 1.0 { span / count } else { lsb })
 }
 
 /// The step where a text file has rounded the values: few different ones, nearly all closer to the levels of one lattice than chance
@@ -223,7 +220,10 @@ mod tests {
         for lsb in [3.95, 0.63] {
             let text = |v: f64| format!("{:.1}", (v / lsb).round() * lsb).parse::<f64>().unwrap() * RAD_S_PER_DEG_S;
             let written: Vec<f64> = noise.iter().map(|v| text(1e4 * v)).collect();
-            assert!((step(&written).unwrap() / (lsb * RAD_S_PER_DEG_S) - 1.0).abs() < 1e-3, "{lsb}");
+            // the levels at both ends are known to half a digit each
+            let ends = written.iter().fold([0.0_f64; 2], |[low, high], v| [low.min(*v), high.max(*v)]);
+            let digits = (ends[1] - ends[0]) / (0.1 * RAD_S_PER_DEG_S);
+            assert!((step(&written).unwrap() / (lsb * RAD_S_PER_DEG_S) - 1.0).abs() * digits < 1.0, "{lsb}");
         }
         // ticks timed over a whole period each: few different values, on no lattice
         let timed: Vec<f64> = noise.iter().map(|v| 1.0 / (40.0 + (1e4 * v).round())).collect();
