@@ -283,11 +283,17 @@ fn to_part(
         let name = merge::free_name(&name, &table.source, &taken);
         log.push(name, values)?;
     }
-    let zero_s = match times.clock {
-        Clock::PowerOn { .. } => 0.0,
-        Clock::FirstSample { file_s } => file_s,
-    };
-    Ok((Part { log, zero_s, dated: zero_s.abs() >= POWER_ON_BELOW_S }, notes))
+    let (zero_s, dated) = zero_of(times.clock);
+    Ok((Part { log, zero_s, dated }, notes))
+}
+
+/// Time of a log's zero by its file's clock, s, and whether that clock is of dates or of the time of day: a plain one may begin before
+/// its zero.
+fn zero_of(clock: Clock) -> (f64, bool) {
+    match clock {
+        Clock::PowerOn { .. } => (0.0, false),
+        Clock::FirstSample { file_s } => (file_s, !(-POWER_ON_BELOW_S..0.0).contains(&file_s)),
+    }
 }
 
 /// The numbers of a column, which are cells and `origin`, in SI.
@@ -414,5 +420,21 @@ pub(super) fn check_names(log: &Log) -> Result<()> {
             Err(Error::new(ErrorKind::Column, &log.source, format!("a channel is called {TIME:?} like the time"))
                 .mend("give the channel another name"))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_of_day_are_stamps_and_a_plain_clock_may_begin_early() {
+        let first = |file_s| zero_of(Clock::FirstSample { file_s });
+        // ten o'clock, midnight, a date
+        for file_s in [36_000.0, 0.0, 1.7e9] {
+            assert_eq!(first(file_s), (file_s, true));
+        }
+        assert_eq!(first(-0.4), (-0.4, false));
+        assert_eq!(zero_of(Clock::PowerOn { first_s: 3.0, stated: false }), (0.0, false));
     }
 }

@@ -14,7 +14,7 @@ pub(crate) struct Part {
     pub log: Log,
     /// Time of its zero by the file's clock, s.
     pub zero_s: f64,
-    /// Whether that clock counts from 1970.
+    /// Whether that clock is of dates or of the time of day.
     pub dated: bool,
 }
 

@@ -60,7 +60,7 @@ pub(super) struct Level {
     count: usize,
     /// ln weight with it over that without it.
     pub(super) margin: f64,
-    /// What it costs, nats.
+    /// Cost of naming it, nats: the uncertainty of one parameter, and its prior odds.
     cost: f64,
 }
 
