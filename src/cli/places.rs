@@ -1,10 +1,11 @@
 //! Whether files are what their places on the command line ask for.
 
+use gyroid::files::sha256;
 use gyroid::ingest::{self, GyroRecording};
 use gyroid::signal::{Log, names};
 use gyroid::vehicle::Odometry;
 use gyroid::{Error, ErrorKind, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A larger file is no configuration, bytes.
 const MOST_BYTES: u64 = 1 << 20;
@@ -33,6 +34,22 @@ pub(crate) fn check<'a, P: AsRef<Path> + 'a + ?Sized>(
         format!("is no configuration, and {log} is one, in the place of the log"),
     )
     .mend(format!("swap them: gyroid {command} {log} {between}{config}")))
+}
+
+/// Refuses a recording that is diagnosed from and kept back at once: what it holds would prove what it led to.
+pub(crate) fn check_kept_back<'a>(fit: &'a [Vec<PathBuf>], hold: &'a [Vec<PathBuf>]) -> Result<()> {
+    let size = |path: &Path| std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file).map(|m| m.len());
+    for kept in hold.iter().flatten() {
+        for own in fit.iter().flatten().filter(|own| size(own).is_some() && size(own) == size(kept)) {
+            if sha256(own)? == sha256(kept)? {
+                let found =
+                    format!("is kept back (--hold), and the same as {}, which is diagnosed from", own.display());
+                return Err(Error::new(ErrorKind::Usage, kept.display(), found)
+                    .mend("keep another recording back, or leave out --hold"));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Whether a file is TOML with a table or key of a configuration.

@@ -5,29 +5,23 @@
 
 use crate::config::{EffectTable, Gyro, NarrowBand, Noise};
 
-/// Effects that targets ask for by themselves, where they have a key.
-const BY_TARGET: [&str; 4] =
-    ["gyro.rate_random_walk", "gyro.bias_instability", "gyro.gauss_markov", "gyro.temperature_sensitivity"];
-
-/// `gyro` as `effects` have it, and what became of each, in sentences.
-pub(super) fn folded(gyro: &Gyro, effects: &[EffectTable]) -> (Gyro, Vec<String>) {
+/// `gyro` as `effects` have it; those that it has a key for, each with what it did, in a sentence.
+pub(super) fn folded(gyro: &Gyro, effects: &[EffectTable]) -> (Gyro, Vec<(String, String)>) {
     let mut out = gyro.clone();
-    let mut notes = Vec::new();
-    let (mut of_gyro, mut of_robot) = (Vec::new(), Vec::new());
-    for effect in effects {
-        match fold(&mut out, effect) {
-            Some(note) => notes.push(format!("[[effect]] {}: {note}", effect.id)),
-            None if BY_TARGET.contains(&effect.id.as_str()) => {}
-            None if effect.id.starts_with("gyro.") => of_gyro.push(effect.id.as_str()),
-            None => of_robot.push(effect.id.as_str()),
-        }
-    }
-    for (ids, why) in [(of_gyro, "no number of this file stands for it"), (of_robot, "of the robot, not of its gyro")] {
-        if !ids.is_empty() {
-            notes.push(format!("[[effect]] {} left out: {why}", ids.join(", ")));
-        }
-    }
+    let notes = effects.iter().filter_map(|effect| {
+        let note = fold(&mut out, effect)?;
+        Some((effect.id.clone(), format!("[[effect]] {}: {note}", effect.id)))
+    });
+    let notes = notes.collect();
     (out, notes)
+}
+
+/// What is said of effects that the file has no number for.
+pub(super) fn left_out<'a>(ids: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let (of_gyro, of_robot): (Vec<&str>, Vec<&str>) = ids.partition(|id| id.starts_with("gyro."));
+    let why = [(of_gyro, "no number of this file stands for it"), (of_robot, "of the robot, not of its gyro")];
+    let there = why.into_iter().filter(|(ids, _)| !ids.is_empty());
+    there.map(|(ids, why)| format!("[[effect]] {} left out: {why}", ids.join(", "))).collect()
 }
 
 /// Puts an effect where `[gyro]` has a key for it; what it did.

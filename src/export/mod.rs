@@ -19,6 +19,6 @@ pub use noise::{NoiseOptions, check_origin, with_noise};
 pub use number::{Known, digits, written};
 pub use population::population_configuration;
 pub use sheet::{Comment, LeftOut, Shape, Sheet, Written};
-pub use source::{GaussMarkov, Options, Origin, Source, Thermal};
+pub use source::{GaussMarkov, Geometry, Options, Origin, Source, Thermal};
 pub use target::{About, Export, Key, Target, export};
 pub use targets::{by_id, registry};

@@ -3,8 +3,12 @@
 use super::effects;
 use super::number::{Known, digits};
 use crate::config::{Config, EffectTable, Gyro};
+use crate::effects::drive::by_id;
 use crate::error::{Error, ErrorKind, Result};
 use crate::ingest::Axis;
+use crate::model::drive::Robot;
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 
 /// Standard normal quantile of 0.975.
 const Z975: f64 = 1.959_963_984_540_054;
@@ -55,6 +59,19 @@ pub struct Source<'a> {
     pub origin: &'a Origin,
     /// What the user said of the target.
     pub options: &'a Options,
+    /// Effects that are in `gyro`, and those that the target has asked for by themselves.
+    asked: RefCell<BTreeSet<String>>,
+}
+
+/// What effects make of the robot's geometry, as factors on the nominal one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Geometry {
+    /// Of the half track.
+    pub track: f64,
+    /// Of the radii of the left and the right wheel.
+    pub radii: [f64; 2],
+    /// Effects that change it.
+    pub effects: Vec<&'static str>,
 }
 
 /// σ and τ of a first-order Gauss-Markov process.
@@ -113,8 +130,9 @@ impl<'a> Source<'a> {
             let found = format!("{topic:?} is no topic");
             return Err(Error::new(ErrorKind::Usage, "--topic", found).mend("write it as ROS does: /imu/data"));
         }
-        let (gyro, effects) = effects::folded(config.require_gyro()?, &config.effects);
-        Ok(Self { config, gyro, effects, origin, options })
+        let (gyro, folded) = effects::folded(config.require_gyro()?, &config.effects);
+        let (asked, effects): (BTreeSet<String>, Vec<String>) = folded.into_iter().unzip();
+        Ok(Self { config, gyro, effects, origin, options, asked: RefCell::new(asked) })
     }
 
     /// Why the configuration is not fit for use, where its validation failed.
@@ -349,11 +367,44 @@ impl<'a> Source<'a> {
         })
     }
 
+    /// Half track (m) and radius of left and right wheel (m) over the nominal ones, where `[vehicle]` and effects have them.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] if an effect's parameter is missing, unknown or out of bounds.
+    pub fn geometry(&self) -> Result<Option<Geometry>> {
+        let Some(vehicle) = &self.config.vehicle else { return Ok(None) };
+        let nominal = Robot::from(vehicle);
+        let (mut robot, mut effects) = (nominal, Vec::new());
+        for table in &self.config.effects {
+            let Some(effect) = by_id(&table.id) else { continue };
+            let before = robot;
+            effect.simulated(&table.parameters, 1.0, 0)?.robot(&mut robot);
+            if (before.half_track_m, before.radius_m) != (robot.half_track_m, robot.radius_m) {
+                self.asked.borrow_mut().insert(table.id.clone());
+                effects.push(effect.about().id);
+            }
+        }
+        Ok(Some(Geometry {
+            track: robot.half_track_m / nominal.half_track_m,
+            radii: [0, 1].map(|side| robot.radius_m[side] / nominal.radius_m[side]),
+            effects,
+        }))
+    }
+
+    /// Effects that no number of the target's file stands for, and those that are of the robot and not of its gyro, as far as nothing
+    /// has asked for them.
+    pub(super) fn left_out(&self) -> Vec<String> {
+        let asked = self.asked.borrow();
+        let left = self.config.effects.iter().map(|e| e.id.as_str()).filter(|id| !asked.contains(*id));
+        effects::left_out(left)
+    }
+
     fn terms(&self) -> Option<crate::config::NoiseTerms> {
         self.gyro.noise.as_ref().and_then(|n| n.terms)
     }
 
     fn effect_value(&self, id: &str, key: &str) -> Option<f64> {
+        self.asked.borrow_mut().insert(id.to_owned());
         let find = |e: &&EffectTable| e.id == id;
         self.config.effects.iter().find(find).and_then(|e| e.parameters.get(key)).copied()
     }

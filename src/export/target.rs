@@ -95,6 +95,7 @@ pub fn export(target: &dyn Target, source: &Source<'_>) -> Result<Export> {
     let mut sheet = Sheet::new(about);
     head(about, source, &mut sheet);
     target.fill(source, &mut sheet)?;
+    source.left_out().iter().for_each(|text| sheet.note(text));
     let (body, written, left_out, notes) = sheet.into_parts();
     let text = target.first_line().map_or_else(String::new, |line| format!("{line}\n")) + &body;
     let (axis, axis_assumed) = source.axis();

@@ -122,7 +122,7 @@ pub fn diagnose_observed(
     // a recording kept back that cannot be used is refused before the work begins
     let kept = hold.map(|hold| prepare(&given.bare, hold, options.since_power_on_s)).transpose()?;
     observe(Stage::Compare);
-    let mut findings = judged(&prepared, library, &given, options);
+    let mut findings = judged(&prepared, library, &given, options).weighed(&fit.source)?;
     let found = compose::found(&findings);
     observe(Stage::Measure);
     let scored = kept.as_ref().unwrap_or(&prepared);
@@ -228,7 +228,7 @@ fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer
 pub fn compare(config: &Config, fit: &Log, library: &Library, options: &Options) -> Result<(Findings, Answer)> {
     let given = Given::of(config, library)?;
     let prepared = prepare(&given.bare, fit, options.since_power_on_s)?;
-    let findings = judged(&prepared, library, &given, options);
+    let findings = judged(&prepared, library, &given, options).weighed(&fit.source)?;
     let answer = answer(&findings, library, &prepared);
     Ok((findings, answer))
 }

@@ -7,6 +7,7 @@
 use super::frame::{ColumnId, Data, Frame};
 use super::gaussian::{DataProducts, Picked, Posterior, columns, spectral};
 use super::hypothesis::{Candidate, Hypothesis, Kind, NoisePart, VARIANCE_STDS, variance_profile};
+use crate::math::curvature::curvature;
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -282,39 +283,21 @@ impl<'a> Likelihood<'a> {
         for round in 0..rounds {
             Self::set(h, &x);
             let steps = self.steps(h);
-            let step = |i: usize| steps[i];
-            let mut gradient = vec![0.0; d];
-            let mut plus = vec![0.0; d];
-            for (a, &i) in which.iter().enumerate() {
-                let (x0, e) = (x[i], step(i));
-                x[i] = x0 + e;
-                plus[a] = f(&x);
-                x[i] = x0 - e;
-                let minus = f(&x);
-                x[i] = x0;
-                gradient[a] = (plus[a] - minus) / (2.0 * e);
-                hessian[a * d + a] = -(plus[a] - 2.0 * best + minus) / (e * e);
-            }
-            for a in 0..d {
-                for b in 0..a {
-                    let (i, j) = (which[a], which[b]);
-                    let (x0, y0) = (x[i], x[j]);
-                    x[i] += step(i);
-                    x[j] += step(j);
-                    let both = f(&x);
-                    x[i] = x0;
-                    x[j] = y0;
-                    let mixed = -(both - plus[a] - plus[b] + best) / (step(i) * step(j));
-                    hessian[a * d + b] = mixed;
-                    hessian[b * d + a] = mixed;
-                }
-            }
+            let beside = |free: &[f64]| {
+                let mut y = x.clone();
+                which.iter().zip(free).for_each(|(i, v)| y[*i] = *v);
+                f(&y)
+            };
+            let of = |all: &[f64]| which.iter().map(|i| all[*i]).collect::<Vec<f64>>();
+            let gradient;
+            (gradient, hessian) = curvature(beside, &of(&x), best, &of(&steps));
             if round + 1 == rounds {
                 break;
             }
             let mut gained = 0.0;
+            let (inside, pull) = within(&hessian, &gradient, |a| (x[which[a]], bounds[which[a]]));
             for _ in 0..8 {
-                let Some(delta) = damped(&hessian, &gradient, damping) else {
+                let Some(delta) = damped(&inside, &pull, damping) else {
                     damping = (damping * 10.0_f64).max(1e-2);
                     continue;
                 };
@@ -413,6 +396,23 @@ impl<'a> Likelihood<'a> {
         }
         Fitted { hypothesis: h, ln_evidence, ln_mode: value, std }
     }
+}
+
+/// `hessian` and `gradient` of what may move: what the gradient presses against its bound, as `at` tells them, stays.
+fn within(hessian: &[f64], gradient: &[f64], at: impl Fn(usize) -> (f64, [f64; 2])) -> (Vec<f64>, Vec<f64>) {
+    let d = gradient.len();
+    let (mut hessian, mut gradient) = (hessian.to_vec(), gradient.to_vec());
+    for a in 0..d {
+        let (x, [low, high]) = at(a);
+        if (x <= low && gradient[a] < 0.0) || (x >= high && gradient[a] > 0.0) {
+            gradient[a] = 0.0;
+            for b in 0..d {
+                (hessian[a * d + b], hessian[b * d + a]) = (0.0, 0.0);
+            }
+            hessian[a * d + a] = 1.0;
+        }
+    }
+    (hessian, gradient)
 }
 
 /// Solution of (H + λ diag|H|) x = g; none where it is not definite.

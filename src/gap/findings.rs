@@ -3,6 +3,7 @@
 use super::calibration::Calibration;
 use super::search::Prior;
 use crate::effects::Parameters;
+use crate::error::{Error, ErrorKind, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// An effect or free form with what it does in one set.
@@ -140,6 +141,18 @@ impl Findings {
         }
         sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         Self { sets, idle: Vec::new(), least_nats: -prior.ln_named, doubt: calibration.doubt, notes }
+    }
+
+    /// Refuses sets that could not be weighed.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Numeric`], with the name of the `input`, where a probability is no number.
+    pub fn weighed(self, input: &str) -> Result<Self> {
+        if self.sets.iter().all(|set| set.probability.is_finite()) {
+            return Ok(self);
+        }
+        Err(Error::new(ErrorKind::Numeric, input, "the recording has no finite likelihood under the nominal simulator")
+            .mend("look for readings or noise levels that are off by orders of magnitude: gyroid inspect"))
     }
 
     /// Takes the effects `ids` out of every set: a set that held nothing else then lacks nothing.

@@ -3,6 +3,7 @@
 pub mod basis;
 pub mod binned;
 pub mod brent;
+pub mod curvature;
 pub mod dct;
 pub mod distributions;
 pub mod expsum;

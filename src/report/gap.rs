@@ -386,10 +386,12 @@ impl GapReport<'_> {
         let a = self.answer;
         match a.verdict {
             Verdict::None if self.is_open() => {
-                let _ = writeln!(
-                    out,
+                let again = if self.is_drive() {
                     "  Record again, for longer: --fit given several times diagnoses all recordings together."
-                );
+                } else {
+                    "  Record again, for longer."
+                };
+                let _ = writeln!(out, "{again}");
             }
             Verdict::None => {
                 let _ = writeln!(

@@ -1,15 +1,55 @@
 //! What `[[effect]]` tables change of an export, and what they hold that no key stands for.
 
-use super::{bare, close, many, of, one};
+use super::{bare, close, full, many, of, one};
 use gyroid::config::EffectTable;
+use gyroid::export::registry;
+
+fn table(id: &str, parameters: &[(&str, f64)]) -> EffectTable {
+    EffectTable {
+        id: id.into(),
+        parameters: parameters.iter().map(|(name, value)| ((*name).to_string(), *value)).collect(),
+    }
+}
+
+#[test]
+fn no_target_drops_an_effect_without_a_word() {
+    const ID: &str = "gyro.temperature_sensitivity";
+    for target in registry() {
+        let target = target.about().id;
+        let mut config = full();
+        let without = of(&config, target);
+        config.effects = vec![table(ID, &[("coefficient_rad_s_per_c", 1e-5)])];
+        let with = of(&config, target);
+        let said =
+            with.notes.iter().any(|n| n.contains(ID)) || with.left_out.iter().any(|l| l.why.contains("temperature"));
+        assert!(said || with.written.len() > without.written.len(), "{target}: {}", with.text);
+    }
+}
+
+#[test]
+fn ros_takes_what_effects_make_of_the_geometry() {
+    let mut config = full();
+    config.effects = vec![
+        table("vehicle.track_width", &[("relative", 0.5)]),
+        table("wheel.radius_left", &[("relative", -0.03)]),
+        table("vehicle.payload", &[("mass_relative", 0.2)]),
+    ];
+    let export = of(&config, "ros2-control");
+    let key = |name: &str| one(&export, &format!("diff_drive_controller/ros__parameters/{name}"));
+    for (name, value) in [
+        ("wheel_separation", 0.34),
+        ("wheel_separation_multiplier", 1.5),
+        ("left_wheel_radius_multiplier", 0.97),
+        ("right_wheel_radius_multiplier", 1.0),
+    ] {
+        close(key(name), value);
+    }
+    assert!(export.notes.iter().any(|n| n.contains("vehicle.payload left out")), "{:?}", export.notes);
+}
 
 #[test]
 fn what_effects_change_goes_out_and_what_has_no_key_is_said() {
     let mut config = bare();
-    let table = |id: &str, parameters: &[(&str, f64)]| EffectTable {
-        id: id.into(),
-        parameters: parameters.iter().map(|(name, value)| ((*name).to_string(), *value)).collect(),
-    };
     let nominal = of(&config, "kalibr");
     assert!(!nominal.notes.iter().any(|n| n.contains("[[effect]]")), "{:?}", nominal.notes);
     config.effects = vec![

@@ -57,6 +57,7 @@ pub(crate) struct DiagnoseArgs {
 pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let Recordings { fit, hold } = &args.recordings;
     places::check("gap diagnose", &args.config, "--fit ", fit.iter().chain(hold).flatten())?;
+    places::check_kept_back(fit, hold)?;
     let plan = Plan::new().reads([&args.config]).reads(fit.iter().chain(hold).flatten());
     let plan = plan.writes("--write-sim", &args.write_sim).writes("--plot", &args.plot);
     let output = Output::open(&args.common, "gap.diagnose", plan)?;
@@ -120,11 +121,11 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     };
     let mut diagnosis = diagnosed.map_err(named)?;
     diagnosis.answer.notes.extend(notes);
-    let found = &diagnosis.augmented.effects[config.effects.len()..];
     let curves = match &diagnosis.prepared {
         Some(prepared) => {
             working.show("simulating recordings");
-            place::of_prepared(prepared, found, &library, args.seed).map_err(named)?
+            let effects = [config.effects.as_slice(), &diagnosis.augmented.effects];
+            place::of_prepared(prepared, effects, &library, args.seed).map_err(named)?
         }
         None => Vec::new(),
     };
@@ -148,7 +149,8 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         let target = file.target().display().to_string();
         file.write_all(diagnosis.augmented.to_toml().map_err(|e| e.named(&target))?.as_bytes())?;
         file.commit()?;
-        output.say(format!("wrote {target}: {}", effects_text(found.len())));
+        let found = diagnosis.augmented.effects.iter().filter(|e| !config.effects.contains(e)).count();
+        output.say(format!("wrote {target}: {}", effects_text(found)));
     }
     let mut json = serde_json::json!(diagnosis.answer);
     json["curves"] = serde_json::json!(curves);

@@ -1,4 +1,4 @@
-//! ros2_control: static_covariance_angular_velocity = N² f I; wheel_separation = 2 b, wheel_radius = r
+//! ros2_control: static_covariance_angular_velocity = N² f I; wheel_separation = 2 b, wheel_radius = r, and b, r_l, r_r over these
 //!
 //! Discrete, and squared: imu_sensor_broadcaster copies the nine numbers, row by row, into
 //! `sensor_msgs/Imu.angular_velocity_covariance`, the covariance of one message in (rad/s)². Neither message nor
@@ -6,7 +6,7 @@
 
 use super::super::number::Known;
 use super::super::sheet::{Comment, Shape, Sheet};
-use super::super::source::Source;
+use super::super::source::{Geometry, Source};
 use super::super::target::{About, Key, SUBTRACT, Target};
 use crate::error::Result;
 
@@ -22,6 +22,13 @@ static ABOUT: About = About {
         },
         Key { name: "wheel_separation", unit: "m", meaning: "twice [vehicle] half_track_m" },
         Key { name: "wheel_radius", unit: "m", meaning: "[vehicle] wheel_radius_m" },
+        Key { name: "wheel_separation_multiplier", unit: "", meaning: "half track with [[effect]]s, over [vehicle]" },
+        Key { name: "left_wheel_radius_multiplier", unit: "", meaning: "left radius with [[effect]]s, over [vehicle]" },
+        Key {
+            name: "right_wheel_radius_multiplier",
+            unit: "",
+            meaning: "right radius with [[effect]]s, over [vehicle]",
+        },
     ],
     needs: "N and the rate at which messages are published; [vehicle] for the wheels; the other parameters from you",
     convention: "discrete: the covariance of one message, N^2 f; f is the rate of the messages",
@@ -63,6 +70,21 @@ impl Target for Ros2Control {
             sheet.put("wheel_separation", separation, Shape::Scalar, |v| format!("wheel_separation: {v}"));
             let radius = Known::exact(vehicle.wheel_radius_m);
             sheet.put("wheel_radius", radius, Shape::Scalar, |v| format!("wheel_radius: {v}"));
+            if let Some(Geometry { track, radii: [left, right], effects }) =
+                source.geometry()?.filter(|g| !g.effects.is_empty())
+            {
+                sheet.note(format!(
+                    "multipliers of [[effect]] {}: how this robot differs from [vehicle]",
+                    effects.join(", ")
+                ));
+                for (key, factor) in [
+                    ("wheel_separation_multiplier", track),
+                    ("left_wheel_radius_multiplier", left),
+                    ("right_wheel_radius_multiplier", right),
+                ] {
+                    sheet.put(key, Known::exact(factor), Shape::Scalar, |v| format!("{key}: {v}"));
+                }
+            }
         } else {
             let mend = "fit with --base ROBOT.toml, which brings [vehicle]";
             sheet.leave_out("wheel_separation, wheel_radius", "the configuration has no [vehicle]", mend);

@@ -149,7 +149,7 @@ impl<'a> Along<'a> {
             past: Past::default(),
             before: ([0.0; 2], [0.0; 2]),
             stepped: [0.0; 2],
-            slopes: Slopes::default(),
+            slopes: Slopes::new(scales.slopes_over_s),
             row: Row { wheel_angles: [(0.0, 1.0); 2], ..Row::default() },
             wheel_angles_rad: [0.0; 2],
             keep: (f64::NAN, [0.0; 2]),

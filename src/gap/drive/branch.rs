@@ -8,25 +8,16 @@ use super::fit::{Compared, Theta, models};
 use super::judge::{LARGE, Options};
 use super::levels::{Level, Residual};
 use super::onset::{self, Onsets};
-use super::pass::{Channel, Models, Noise, run, run_scoped};
+use super::pass::{Models, Noise, run, run_scoped};
 use super::record::Record;
 use super::ripple;
 use super::unforced;
 use crate::effects::Parameters;
 use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::drive::{Coordinate, Driving};
-use crate::effects::outliers::ID as OUTLIERS;
 use crate::gap::findings::{Part, WeightedSet};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Innovations beyond this many standard deviations may be outliers.
-const OUTLYING: f64 = 6.0;
-/// Readings on either side that it is held against.
-const NEIGHBOURS: usize = 5;
-/// More of them than this share is no matter of single readings.
-const MANY: f64 = 0.02;
-/// ln odds that one reading is an outlier, and of its size.
-const LN_OUTLIER: f64 = -9.0;
 /// Comparisons of all sets at most.
 const WIDE: usize = 3;
 /// What other diffusions have to explain more to be taken, nats.
@@ -272,93 +263,6 @@ impl Branch {
         out
     }
 
-    /// Single readings far off are put aside; returns whether there were any.
-    fn put_outliers_aside(&mut self, options: &Options, residuals: &[Residual]) -> bool {
-        let mut found: Vec<(Channel, usize, f64)> = Vec::new();
-        let mut counts = [0usize; 6];
-        // what is far off is so for noise as large as it is
-        let scales = scales(residuals);
-        for &(channel, row, white, _) in residuals {
-            counts[channel as usize] += 1;
-            let white = white / scales[channel as usize];
-            if white.abs() > OUTLYING {
-                found.push((channel, row, white));
-            }
-        }
-        let mut any = false;
-        for (place, (id, named, channels)) in [
-            (OUTLIERS, true, &Channel::ALL[2..3]),
-            ("free.outliers.pose", false, &Channel::ALL[3..6]),
-            ("free.outliers.wheels", false, &Channel::ALL[0..2]),
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            let own = |f: &&(Channel, usize, f64)| channels.contains(&f.0) && self.stands_out(f.0, f.1);
-            let here: Vec<&(Channel, usize, f64)> = found.iter().filter(own).collect();
-            let all: usize = channels.iter().map(|c| counts[*c as usize]).sum();
-            let gain: f64 = here.iter().map(|f| 0.5 * f.2 * f.2 + LN_OUTLIER).sum();
-            let prior = if named { options.prior.ln_rest } else { options.prior.ln_free };
-            // neighbours that are off together are no single readings
-            let rows: std::collections::BTreeSet<usize> = here.iter().map(|f| f.1).collect();
-            let next = |r: usize| rows.contains(&(r + 1)) && !self.record.starts.contains(&(r + 1));
-            let alone = rows.iter().filter(|r| !next(**r)).count();
-            if here.is_empty()
-                || here.len() as f64 > MANY * all as f64
-                || 3 * alone < 2 * rows.len()
-                || gain + prior < 3.0
-            {
-                continue;
-            }
-            for (channel, row, _) in here {
-                let column = match channel {
-                    Channel::Gyro => self.record.gyro_rad_s.as_mut().map(|g| &mut g[*row]),
-                    Channel::WheelLeft => Some(&mut self.record.wheels_rad_s[0][*row]),
-                    Channel::WheelRight => Some(&mut self.record.wheels_rad_s[1][*row]),
-                    Channel::X | Channel::Y | Channel::Heading => {
-                        self.record.pose.as_mut().map(|p| &mut p[*channel as usize - 3][*row])
-                    }
-                };
-                if let Some(value) = column {
-                    *value = f64::NAN;
-                }
-            }
-            let again = self.put_aside[place] > 0;
-            self.put_aside[place] += rows.len();
-            let count = self.put_aside[place];
-            let share = count as f64 / all.max(1) as f64;
-            let mut part = described(id, named, gain, format!("{count} single readings are far off"));
-            if named {
-                part.parameters = Parameters::from([("probability_per_sample".into(), share)]);
-                part.std = Parameters::from([("probability_per_sample".into(), share / (count as f64).sqrt())]);
-            }
-            self.extra_weight += if again { gain } else { gain + prior };
-            self.add(part);
-            any = true;
-        }
-        any
-    }
-
-    /// Without torques a robot that starts to move looks like a reading far off, but then gyro and wheels agree: whether this
-    /// reading departs from what the others make of the yaw rate, more than they do around it.
-    pub(super) fn stands_out(&self, channel: Channel, row: usize) -> bool {
-        let r = &self.record;
-        let (None, Some(gyro), true) = (&r.torques_n_m, &r.gyro_rad_s, channel <= Channel::Gyro) else { return true };
-        let robot = &r.belief.robot;
-        let apart = |k: usize| gyro[k] - r.rolling(k)[1];
-        let drive = r.drive_around(row);
-        // wheels may be read in few rows
-        let read = |v: &f64| v.is_finite();
-        let before = (drive.start..row).rev().map(apart).filter(read).take(NEIGHBOURS);
-        let after = (row + 1..drive.end).map(apart).filter(read).take(NEIGHBOURS);
-        let mut near: Vec<f64> = before.chain(after).collect();
-        near.sort_by(f64::total_cmp);
-        let Some(middle) = near.get(near.len() / 2).copied() else { return true };
-        let wheel = robot.radius_m[0] * self.noise.reading[0].sqrt() / robot.half_track_m;
-        let std = (self.noise.reading[2] + 0.5 * wheel * wheel).sqrt();
-        (apart(row) - middle).abs() > OUTLYING * std
-    }
-
     /// One part an id.
     pub(super) fn add(&mut self, mut part: Part) {
         if let Some(at) = self.extra_parts.iter().position(|p| p.id == part.id) {
@@ -458,21 +362,6 @@ impl Branch {
         }
         part
     }
-}
-
-/// Standard deviation of the residuals of each channel by their median, which single readings far off do not move; at least one.
-fn scales(residuals: &[Residual]) -> [f64; 6] {
-    /// Median of the size of a standard normal variable.
-    const MEDIAN: f64 = 0.674_489_75;
-    let mut sizes: [Vec<f64>; 6] = Default::default();
-    residuals.iter().for_each(|r| sizes[r.0 as usize].push(r.2.abs()));
-    sizes.map(|mut sizes| {
-        let middle = sizes.len() / 2;
-        if sizes.is_empty() {
-            return 1.0;
-        }
-        (*sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN).max(1.0)
-    })
 }
 
 /// What comes anew in each drive is one part, with the parameters of the drive that it matters most in.

@@ -1,6 +1,7 @@
 //! ∂(equations)/∂β of everything that may be missing from the model, row by row.
 
 use super::agility::{Classes, EVEN, Ratios};
+use super::filter::Slopes;
 use super::record::Record;
 use std::f64::consts::PI;
 
@@ -224,6 +225,9 @@ pub struct Scales {
     pub yaw_rate: f64,
     /// N·m
     pub torque: f64,
+    /// Time over which v and ω are compared for their slopes, s: no less than from one reading to the next. Over less, what a reading
+    /// corrects would be taken for an acceleration, and grow until the next one.
+    pub slopes_over_s: [f64; 2],
     /// How much the motion changes in each row, where that matters
     pub classes: Classes,
 }
@@ -242,9 +246,16 @@ impl Scales {
             speed: rolling(0),
             yaw_rate: rolling(1),
             torque: torque.max(1e-6),
+            slopes_over_s: slopes_over_s(record),
             classes: if *agility == EVEN { Classes::default() } else { Classes::of(record) },
         }
     }
+}
+
+/// Time over which v and ω are compared for their slopes, s; torques tell them where there are any.
+fn slopes_over_s(record: &Record) -> [f64; 2] {
+    let every_s = record.torques_n_m.is_none().then(|| record.read_every_s());
+    every_s.unwrap_or_default().map(|every_s| every_s.max(Slopes::OVER_S))
 }
 
 impl Row {

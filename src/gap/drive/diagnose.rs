@@ -68,6 +68,7 @@ pub fn diagnose(
         ready(config, &clocks, [fit, hold], library, &options.judge_drives)?;
     observe(Stage::Compare);
     let mut judged = judge(&record, &effects, &options.judge_drives);
+    judged.findings = judged.findings.weighed(&record.sources.join("; "))?;
     let loud = loud_note(&record.belief, &judged.nominal_noise).filter(|_| record.torques_n_m.is_none());
     let record = record.as_loud_as(&judged.nominal_noise);
     let kept = kept.map(|kept| kept.as_loud_as(&judged.nominal_noise));

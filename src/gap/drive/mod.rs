@@ -30,6 +30,7 @@ pub mod mounting;
 mod navigating;
 mod offset;
 pub mod onset;
+mod outlying;
 pub mod own;
 mod pace;
 pub mod pass;

@@ -97,7 +97,7 @@ fn own_drive(like: &Record, claimed: &Claimed, process: Process, draw: &mut Stre
         [s[3], s[4]] = *first;
     }
     let mut before = ([0.0; 2], [0.0; 2]);
-    let mut slopes = Slopes::default();
+    let mut slopes = Slopes::new(Scales::of(like, &process.agility).slopes_over_s);
     let mut lost = false;
     let start_s = like.times_s.first().copied().unwrap_or(0.0);
     for k in 0..like.len() {

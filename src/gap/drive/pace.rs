@@ -2,13 +2,14 @@
 //!
 //! Without torques nothing tells how the robot moves between two readings of its wheels, and what shakes a gyro there turns no
 //! wheel. Compared reading by reading that is an error in the variable that a track or a gain multiplies, and draws both towards
-//! zero. The mean over the wheels' interval is what both turn by; of white noise it has variance σ² Δt/h. Where wheels tell the speed of
+//! zero; where nothing does, each reading tells more. The mean over the wheels' interval is what both turn by; of white noise it has variance σ² Δt/h. Where wheels tell the speed of
 //! the moment, such a mean is less than they read wherever the turning is brisk, and a gain makes up for it: h is then shorter. Of a few h
 //! the one holds about whose means, but for their white noise, what the wheels tell scatters least.
 
-use super::offset::Integral;
-use super::record::{FEWEST_ROWS, Record};
-use crate::math::robust::median;
+use super::offset::{Integral, fitted};
+use super::record::{Belief, FEWEST_ROWS, Record};
+use super::unforced::{BEYOND_CHANCE, BY_MEDIAN, LOUDER};
+use crate::math::robust::{mad_std, median};
 
 /// Readings of the gyro to one of the wheels from which on it is read at their pace.
 const SELDOM: f64 = 2.5;
@@ -28,31 +29,68 @@ impl Record {
         }
         paced
     }
+
+    /// Whether, in some drive whose wheels are read seldom, the gyro scatters about what these tell of the turning beyond noise as stated
+    /// and chance: what shakes it, or what else the two do not have in common.
+    #[must_use]
+    pub(super) fn is_shaken(&self) -> bool {
+        self.drives().any(|rows| is_shaken(&self.window(rows)))
+    }
+
+    /// Typical time, s, from one reading of v and of ω to the next: by the wheels, ω by the gyro where it is read more often.
+    #[must_use]
+    pub(super) fn read_every_s(&self) -> [f64; 2] {
+        let every_s = |there: &dyn Fn(usize) -> bool| -> f64 {
+            let read = |rows: std::ops::Range<usize>| rows.filter(|k| there(*k)).map(|k| self.times_s[k]);
+            let of_drive =
+                |rows: std::ops::Range<usize>| read(rows.clone()).zip(read(rows).skip(1)).map(|(from, to)| to - from);
+            let mut steps: Vec<f64> = self.drives().flat_map(of_drive).collect();
+            median(&mut steps)
+        };
+        let wheels_s = every_s(&|k| is_read(self, k));
+        let gyro_s = self.gyro_rad_s.as_ref().map_or(f64::INFINITY, |gyro| every_s(&|k| gyro[k].is_finite()));
+        [wheels_s, wheels_s.min(gyro_s)]
+    }
 }
 
 /// The wheels' interval, s, where they are read so much more seldom than the gyro.
 fn interval_s(record: &Record) -> Option<f64> {
-    let steps = |there: &dyn Fn(usize) -> bool| -> f64 {
-        let times_s: Vec<f64> = (0..record.len()).filter(|k| there(*k)).map(|k| record.times_s[k]).collect();
-        let mut steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
-        median(&mut steps)
-    };
-    let gyro = record.gyro_rad_s.as_ref().filter(|_| record.torques_n_m.is_none())?;
-    let wheels_s = steps(&|k| is_read(record, k));
-    (wheels_s >= SELDOM * steps(&|k| gyro[k].is_finite())).then_some(wheels_s)
+    record.gyro_rad_s.as_ref().filter(|_| record.torques_n_m.is_none())?;
+    let [wheels_s, gyro_s] = record.read_every_s();
+    (wheels_s >= SELDOM * gyro_s).then_some(wheels_s)
 }
 
 fn is_read(record: &Record, k: usize) -> bool {
     record.wheels_rad_s.iter().all(|w| w[k].is_finite())
 }
 
+/// Speeds of the wheels as turning, rad/s, with their times, s.
+fn told(record: &Record) -> impl Iterator<Item = (f64, f64)> + '_ {
+    (0..record.len()).filter(|k| is_read(record, *k)).map(|k| (record.times_s[k], record.rolling(k)[1]))
+}
+
+fn is_shaken(record: &Record) -> bool {
+    let (Some(_), Some(gyro)) = (interval_s(record), &record.gyro_rad_s) else { return false };
+    let turned = Integral::of(&record.times_s, gyro);
+    let pairs = told(record).map(|(t_s, y)| [turned.mean(t_s, turned.step_s()), y]).filter(|p| p[0].is_finite());
+    let pairs: Vec<[f64; 2]> = pairs.collect();
+    let Some(([_, slope], mut errors)) = fitted(&pairs) else { return true };
+    let Belief { robot, gyro_std_rad_s, wheel_std_rad_s, .. } = record.belief;
+    let wheels = 0.5 * robot.radius_m[0].hypot(robot.radius_m[1]) * wheel_std_rad_s / robot.half_track_m;
+    let stated = wheels.powi(2) + OF_ONE_STEP * (slope * gyro_std_rad_s).powi(2);
+    let chance = 1.0 + BEYOND_CHANCE * BY_MEDIAN / (errors.len() as f64).sqrt();
+    mad_std(&mut errors, 0.0).powi(2) > chance * (2.0 * LOUDER).exp() * stated
+}
+
+/// Variance of a mean over one step between means of neighbours, in that of one reading: (1/4)² + (1/2)² + (1/4)².
+const OF_ONE_STEP: f64 = 0.375;
+
 /// Parts of the wheels' interval that their reading may be the mean of: counts from one reading to the next, a filtered speed, that of the moment.
 const PARTS: [f64; 3] = [1.0, 0.5, 0.0];
 
 /// Over how long, s, means of the gyro resemble most what the wheels tell of the turning.
 fn resembling_s(record: &Record, turned: &Integral, interval_s: f64) -> f64 {
-    let told: Vec<(f64, f64)> =
-        (0..record.len()).filter(|k| is_read(record, *k)).map(|k| (record.times_s[k], record.rolling(k)[1])).collect();
+    let told: Vec<(f64, f64)> = told(record).collect();
     let white = record.belief.gyro_std_rad_s.powi(2) * turned.step_s();
     // mean square of what is left of the wheels' about the line through the gyro's, but for the white noise of these
     let scatter = |over_s: f64| {
@@ -109,7 +147,11 @@ fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
 #[cfg(test)]
 mod tests {
     use super::super::clocks::tests::{recorded, robot, two_files, without};
+    use super::super::filter::Slopes;
+    use super::super::judge::{Options, judge};
     use super::*;
+    use crate::effects::drive::registry;
+    use crate::gap::findings::Main;
     use crate::signal::{Log, names};
     use std::f64::consts::TAU;
 
@@ -130,6 +172,16 @@ mod tests {
             }
         }
         log
+    }
+
+    /// The mean acceleration over less than from one reading to the next was what that reading corrected, and grew beyond all numbers.
+    #[test]
+    fn wheels_that_are_read_seldom_beside_a_pose_tell_that_nothing_lacks() {
+        let log = without(recorded(90.0, 5, None), &[names::TORQUE_LEFT, names::TORQUE_RIGHT]);
+        let record = Record::new(&robot(), &two_files(&log, 0.0), 0.0).unwrap();
+        assert!(record.pose.is_some() && record.read_every_s()[0] > 2.0 * Slopes::OVER_S);
+        let findings = judge(&record, registry(), &Options::default()).findings.weighed("drive").unwrap();
+        assert_eq!(findings.mains()[0].0, Main::None, "{:?}", findings.mains());
     }
 
     #[test]

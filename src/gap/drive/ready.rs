@@ -35,12 +35,15 @@ pub(super) fn ready(
     options: &Options,
 ) -> Result<Ready> {
     let wheels_were_set = clocks.wheels_were_set();
-    let recorded = |drives: &[Drive<'_>]| {
-        let record = Record { wheels_were_set, ..Record::of_drives(config, drives)? };
-        Ok(if wheels_were_set { record.at_wheels() } else { record })
-    };
+    let recorded = |drives: &[Drive<'_>]| Ok(Record { wheels_were_set, ..Record::of_drives(config, drives)? });
     let record = recorded(fit)?;
     let kept = (!hold.is_empty()).then(|| recorded(hold)).transpose()?;
+    // between readings of the wheels nothing tells what shakes the gyro from turning
+    let (record, kept) = if wheels_were_set && record.is_shaken() {
+        (record.at_wheels(), kept.map(Record::at_wheels))
+    } else {
+        (record, kept)
+    };
     let set = clocks.lags();
     let (lags, effects): (Vec<&'static dyn Driving>, Vec<_>) =
         library.driving().partition(|e| set.contains(&e.about().id));

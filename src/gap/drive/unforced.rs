@@ -40,9 +40,9 @@ const WORTH: f64 = 3.0;
 const LN_OTHER: f64 = -7.0;
 /// Standard deviation of a variance by the median size of n second differences of white noise, relative and times √n: 2.3 for
 /// independent ones, more as these overlap.
-const BY_MEDIAN: f64 = 3.0;
+pub(super) const BY_MEDIAN: f64 = 3.0;
 /// Standard deviations by which readings scatter more than is stated where noise may be louder.
-const BEYOND_CHANCE: f64 = 4.0;
+pub(super) const BEYOND_CHANCE: f64 = 4.0;
 /// Logarithm by which a standard deviation is larger than what is stated so that it matters, and is told: smooth motion adds as much
 /// to second differences.
 pub(super) const LOUDER: f64 = 0.1;
@@ -178,8 +178,10 @@ struct Climb<'a> {
 }
 
 impl Climb<'_> {
+    /// ln p; where the filter diverges, nothing is less likely.
     fn weigh(&self, noise: &Noise) -> f64 {
-        run(self.record, self.models, noise, &[], |_| {}).ln_likelihood()
+        let ln = run(self.record, self.models, noise, &[], |_| {}).ln_likelihood();
+        if ln.is_finite() { ln } else { f64::NEG_INFINITY }
     }
 
     /// ln p and the noise at its maximum over what is `varied`, the first steps by `first_factor`.

@@ -64,12 +64,16 @@ pub(super) fn track(of: &Integral, by: &Integral, about: &Lag) -> Option<Track> 
     let half = (FAR_S / STEP_S).round() as usize;
     let tried = 2 * half + 1;
     let lag_of = |state: f64| about.lag_s + (state - half as f64) * STEP_S;
+    // where x has stopped for longer than a lag may wander, no lag is told
+    let [low_s, high_s] = by.span_s()?;
+    let from_s = if begin_s - about.lag_s < low_s - FAR_S { low_s } else { f64::NEG_INFINITY };
+    let to_s = if end_s - about.lag_s > high_s + FAR_S { high_s } else { f64::INFINITY };
     // windows with a reading of y, and x at every lag
     let count = ((end_s - begin_s) / apart_s) as usize;
     let windows: Vec<(f64, f64)> = (0..=count)
         .map(|i| begin_s + i as f64 * apart_s)
         .map(|t| (t, of.mean(t, window_s)))
-        .filter(|w| w.1.is_finite())
+        .filter(|w| w.1.is_finite() && (from_s..=to_s).contains(&(w.0 - about.lag_s)))
         .collect();
     let there: Vec<Vec<f64>> =
         windows.iter().map(|(t, _)| (0..tried).map(|j| by.mean(t - lag_of(j as f64), window_s)).collect()).collect();

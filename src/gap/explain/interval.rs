@@ -1,6 +1,7 @@
 //! Estimates with their intervals, and the maximum of a smooth function with its curvature.
 
 use crate::math::NORMAL_975;
+use crate::math::curvature::curvature;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -34,25 +35,11 @@ pub(super) fn maximum(f: impl Fn(&[f64]) -> f64, x: &mut [f64], steps: &[f64]) -
     const ROUNDS: usize = 30;
     const FAR_ENOUGH: f64 = 1e-4;
     let d = x.len();
-    let moved = |x: &[f64], by: &[(usize, f64)]| {
-        let mut y = x.to_vec();
-        by.iter().for_each(|(i, e)| y[*i] += e);
-        f(&y)
-    };
     let mut best = f(x);
     let mut damping = 1e-3;
     for round in 0..=ROUNDS {
-        let ends: Vec<[f64; 2]> = (0..d).map(|i| [moved(x, &[(i, steps[i])]), moved(x, &[(i, -steps[i])])]).collect();
-        let gradient = DVector::from_fn(d, |i, _| (ends[i][0] - ends[i][1]) / (2.0 * steps[i]));
-        let mut curvature = DMatrix::zeros(d, d);
-        for i in 0..d {
-            curvature[(i, i)] = (2.0 * best - ends[i][0] - ends[i][1]) / (steps[i] * steps[i]);
-            for j in 0..i {
-                let both = moved(x, &[(i, steps[i]), (j, steps[j])]);
-                let mixed = -(both - ends[i][0] - ends[j][0] + best) / (steps[i] * steps[j]);
-                (curvature[(i, j)], curvature[(j, i)]) = (mixed, mixed);
-            }
-        }
+        let (gradient, curved) = curvature(&f, x, best, steps);
+        let (gradient, curvature) = (DVector::from_vec(gradient), DMatrix::from_row_slice(d, d, &curved));
         let mut gained = 0.0;
         for _ in 0..10 {
             let damped = DMatrix::from_fn(d, d, |i, j| {

@@ -5,6 +5,7 @@
 //! levels are two.
 
 use crate::gap::evidence::{damped, ln_det_and_std};
+use crate::math::curvature::curvature;
 use std::f64::consts::TAU;
 
 /// The chain at its best parameters.
@@ -149,21 +150,8 @@ pub fn evidence(x: &[f64], std: f64, start: &TwoLevels) -> (TwoLevels, f64) {
     let mut best = f(&u);
     let (mut damping, mut hessian) = (1e-2, vec![0.0; 9]);
     for round in 0..6 {
-        let moved = |moves: &[(usize, f64)]| {
-            let mut v = u;
-            moves.iter().for_each(|(i, e)| v[*i] += e);
-            f(&v)
-        };
-        let plus = [0, 1, 2].map(|i| moved(&[(i, STEP)]));
-        let minus = [0, 1, 2].map(|i| moved(&[(i, -STEP)]));
-        let gradient: Vec<f64> = (0..3).map(|i| (plus[i] - minus[i]) / (2.0 * STEP)).collect();
-        for i in 0..3 {
-            hessian[4 * i] = (2.0 * best - plus[i] - minus[i]) / (STEP * STEP);
-            for j in 0..i {
-                let mixed = -(moved(&[(i, STEP), (j, STEP)]) - plus[i] - plus[j] + best) / (STEP * STEP);
-                (hessian[3 * i + j], hessian[3 * j + i]) = (mixed, mixed);
-            }
-        }
+        let gradient;
+        (gradient, hessian) = curvature(|v| f(&[v[0], v[1], v[2]]), &u, best, &[STEP; 3]);
         let mut gained = 0.0;
         for _ in 0..if round == 5 { 0 } else { 6 } {
             let delta = damped(&hessian, &gradient, damping);

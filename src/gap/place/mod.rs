@@ -118,8 +118,8 @@ pub struct Curve {
     pub most_in: Option<[f64; 2]>,
 }
 
-/// [`curves`] of a log under the simulator `config`, without and with `effects`; nothing but the names of the channels is
-/// asked of the log (see [`prepare`]).
+/// [`curves`] of a log under the simulator `config`, and under the same with `effects` in place of its own; nothing but the names of
+/// the channels is asked of the log (see [`prepare`]).
 ///
 /// # Errors
 /// As [`curves`], [`prepare`] and [`believed`].
@@ -131,18 +131,25 @@ pub fn of_log(
     since_power_on_s: f64,
     seed: u64,
 ) -> Result<Vec<Curve>> {
-    of_prepared(&prepare(config, log, since_power_on_s)?, effects, library, seed)
+    of_prepared(&prepare(config, log, since_power_on_s)?, [&config.effects, effects], library, seed)
 }
 
-/// The same of a log that was made ready already.
+/// The same of a log that was made ready already; `effects`: those of the nominal simulator, and those of the augmented one.
 ///
 /// # Errors
 /// As [`curves`] and [`believed`].
-pub fn of_prepared(prepared: &Prepared, effects: &[EffectTable], library: &Library, seed: u64) -> Result<Vec<Curve>> {
-    let before = believed(&prepared.scene, library, &[])?;
-    let effects: Vec<_> = effects.iter().map(|e| (e.id.clone(), e.parameters.clone())).collect();
-    let after = believed(&prepared.scene, library, &effects)?;
-    curves(&prepared.scene, &prepared.recorded_rad_s(), &before, &after, seed)
+pub fn of_prepared(
+    prepared: &Prepared,
+    effects: [&[EffectTable]; 2],
+    library: &Library,
+    seed: u64,
+) -> Result<Vec<Curve>> {
+    let simulator = |effects: &[EffectTable]| {
+        let effects: Vec<_> = effects.iter().map(|e| (e.id.clone(), e.parameters.clone())).collect();
+        believed(&prepared.scene, library, &effects)
+    };
+    let [before, after] = effects.map(simulator);
+    curves(&prepared.scene, &prepared.recorded_rad_s(), &before?, &after?, seed)
 }
 
 /// Where the recording leaves what `before` (the nominal simulator) and `after` (the augmented one) would have recorded.

@@ -1,0 +1,180 @@
+//! |ν/√S| > 6, and beside its neighbours:   single readings that are far off, put aside
+
+use super::branch::{Branch, described};
+use super::judge::Options;
+use super::levels::Residual;
+use super::pass::Channel;
+use crate::effects::Parameters;
+use crate::effects::outliers::ID as OUTLIERS;
+
+/// Innovations beyond this many standard deviations may be outliers.
+const OUTLYING: f64 = 6.0;
+/// Readings on either side that it is held against.
+const NEIGHBOURS: usize = 5;
+/// More of them than this share is no matter of single readings.
+const MANY: f64 = 0.02;
+/// ln odds that one reading is an outlier, and of its size.
+const LN_OUTLIER: f64 = -9.0;
+
+impl Branch {
+    /// Single readings far off are put aside; returns whether there were any.
+    pub(super) fn put_outliers_aside(&mut self, options: &Options, residuals: &[Residual]) -> bool {
+        let mut found: Vec<(Channel, usize, f64)> = Vec::new();
+        let mut counts = [0usize; 6];
+        // what is far off is so for noise as large as it is
+        let scales = scales(residuals);
+        for &(channel, row, white, _) in residuals {
+            counts[channel as usize] += 1;
+            let white = white / scales[channel as usize];
+            if white.abs() > OUTLYING {
+                found.push((channel, row, white));
+            }
+        }
+        let mut any = false;
+        for (place, (id, named, channels)) in [
+            (OUTLIERS, true, &Channel::ALL[2..3]),
+            ("free.outliers.pose", false, &Channel::ALL[3..6]),
+            ("free.outliers.wheels", false, &Channel::ALL[0..2]),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let own = |f: &&(Channel, usize, f64)| channels.contains(&f.0) && self.stands_out(f.0, f.1);
+            let here: Vec<&(Channel, usize, f64)> = found.iter().filter(own).collect();
+            let all: usize = channels.iter().map(|c| counts[*c as usize]).sum();
+            let gain: f64 = here.iter().map(|f| 0.5 * f.2 * f.2 + LN_OUTLIER).sum();
+            let prior = if named { options.prior.ln_rest } else { options.prior.ln_free };
+            // neighbours that are off together are no single readings
+            let rows: std::collections::BTreeSet<usize> = here.iter().map(|f| f.1).collect();
+            let next = |r: usize| rows.contains(&(r + 1)) && !self.record.starts.contains(&(r + 1));
+            let alone = rows.iter().filter(|r| !next(**r)).count();
+            if here.is_empty()
+                || here.len() as f64 > MANY * all as f64
+                || 3 * alone < 2 * rows.len()
+                || gain + prior < 3.0
+            {
+                continue;
+            }
+            for (channel, row, _) in here {
+                let column = match channel {
+                    Channel::Gyro => self.record.gyro_rad_s.as_mut().map(|g| &mut g[*row]),
+                    Channel::WheelLeft => Some(&mut self.record.wheels_rad_s[0][*row]),
+                    Channel::WheelRight => Some(&mut self.record.wheels_rad_s[1][*row]),
+                    Channel::X | Channel::Y | Channel::Heading => {
+                        self.record.pose.as_mut().map(|p| &mut p[*channel as usize - 3][*row])
+                    }
+                };
+                if let Some(value) = column {
+                    *value = f64::NAN;
+                }
+            }
+            let again = self.put_aside[place] > 0;
+            self.put_aside[place] += rows.len();
+            let count = self.put_aside[place];
+            let share = count as f64 / all.max(1) as f64;
+            let mut part = described(id, named, gain, format!("{count} single readings are far off"));
+            if named {
+                part.parameters = Parameters::from([("probability_per_sample".into(), share)]);
+                part.std = Parameters::from([("probability_per_sample".into(), share / (count as f64).sqrt())]);
+            }
+            self.extra_weight += if again { gain } else { gain + prior };
+            self.add(part);
+            any = true;
+        }
+        any
+    }
+
+    /// Without torques a robot that starts to move looks like a reading far off. But then gyro and wheels agree: whether this
+    /// reading departs from what the others make of the yaw rate, more than they do around it. Without a gyro, whether it departs
+    /// the same way from the readings before and after it: a robot that has begun to move goes on. So, too, where a row has no wheels.
+    fn stands_out(&self, channel: Channel, row: usize) -> bool {
+        let r = &self.record;
+        if r.torques_n_m.is_some() || channel > Channel::Gyro {
+            return true;
+        }
+        let Some(gyro) = r.gyro_rad_s.as_ref().filter(|_| r.rolling(row)[1].is_finite()) else {
+            return self.departs_from_both(channel, row);
+        };
+        let robot = &r.belief.robot;
+        let drive = r.drive_around(row);
+        // streams with clocks of their own are read in rows of their own: the gyro on the line between the readings about that time
+        let turning = |k: usize| {
+            let read = |j: usize| Some((r.times_s[j], gyro[j])).filter(|g| g.1.is_finite());
+            let (Some((t0, from)), Some((t1, to))) =
+                ((drive.start..=k).rev().find_map(read), (k..drive.end).find_map(read))
+            else {
+                return f64::NAN;
+            };
+            if t1 > t0 { from + (to - from) * (r.times_s[k] - t0) / (t1 - t0) } else { from }
+        };
+        let apart = |k: usize| {
+            let rolling = r.rolling(k)[1];
+            // most rows have no wheels
+            if rolling.is_finite() { turning(k) - rolling } else { f64::NAN }
+        };
+        let read = |v: &f64| v.is_finite();
+        let before = (drive.start..row).rev().map(apart).filter(read).take(NEIGHBOURS);
+        let after = (row + 1..drive.end).map(apart).filter(read).take(NEIGHBOURS);
+        let mut near: Vec<f64> = before.chain(after).collect();
+        near.sort_by(f64::total_cmp);
+        let Some(middle) = near.get(near.len() / 2).copied() else { return true };
+        let wheel = robot.radius_m[0] * self.noise.reading[0].sqrt() / robot.half_track_m;
+        let std = (self.noise.reading[2] + 0.5 * wheel * wheel).sqrt();
+        (apart(row) - middle).abs() > OUTLYING * std
+    }
+
+    /// Whether this reading of a wheel or the gyro is far above the one before and the one after it, or far below both.
+    fn departs_from_both(&self, channel: Channel, row: usize) -> bool {
+        let r = &self.record;
+        let values = match channel {
+            Channel::WheelLeft | Channel::WheelRight => Some(&r.wheels_rad_s[channel as usize]),
+            _ => r.gyro_rad_s.as_ref(),
+        };
+        let Some(values) = values else { return true };
+        let drive = r.drive_around(row);
+        let read = |k: usize| Some(values[k]).filter(|v| v.is_finite());
+        let sides = [(drive.start..row).rev().find_map(read), (row + 1..drive.end).find_map(read)];
+        let far = OUTLYING * (2.0 * self.noise.reading[channel as usize]).sqrt();
+        let departs = |sign: f64| sides.iter().flatten().all(|side| sign * (values[row] - side) > far);
+        departs(1.0) || departs(-1.0)
+    }
+}
+
+/// Standard deviation of the residuals of each channel by their median, which single readings far off do not move; at least one.
+fn scales(residuals: &[Residual]) -> [f64; 6] {
+    /// Median of the size of a standard normal variable.
+    const MEDIAN: f64 = 0.674_489_75;
+    let mut sizes: [Vec<f64>; 6] = Default::default();
+    residuals.iter().for_each(|r| sizes[r.0 as usize].push(r.2.abs()));
+    sizes.map(|mut sizes| {
+        let middle = sizes.len() / 2;
+        if sizes.is_empty() {
+            return 1.0;
+        }
+        (*sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN).max(1.0)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::clocks::tests::{recorded, robot, without};
+    use super::super::judge::{Options, judge};
+    use super::super::record::Record;
+    use crate::effects::drive::registry;
+    use crate::gap::findings::Main;
+    use crate::signal::names;
+
+    /// Of a robot that only its wheels and a pose tell about.
+    #[test]
+    fn a_robot_that_starts_to_move_is_no_reading_that_is_far_off() {
+        let lost = [names::TORQUE_LEFT, names::TORQUE_RIGHT, names::GYRO_Z];
+        let found = |spoilt: &[usize]| {
+            let mut record = Record::new(&robot(), &without(recorded(60.0, 2, None), &lost), 0.0).unwrap();
+            spoilt.iter().for_each(|k| record.wheels_rad_s[0][*k] += 3.0);
+            judge(&record, registry(), &Options::default()).findings
+        };
+        assert_eq!(found(&[]).mains()[0].0, Main::None, "{:?}", found(&[]).mains());
+        let far_off = found(&[1000, 2500, 4100]);
+        assert!(far_off.presence("free.outliers.wheels") > 0.99, "{:?}", far_off.mains());
+    }
+}
