@@ -97,7 +97,7 @@ fn at_rest(which: &str) -> Outcome<()> {
     let diagnosis = diagnose_observed(&config, &fit, Some(&hold), &library, &Options::default(), &mut observe)?;
     place::of_prepared(
         diagnosis.prepared.as_ref().expect("a recording at rest"),
-        &diagnosis.augmented.effects,
+        [&config.effects, &diagnosis.augmented.effects],
         &library,
         1,
     )?;

@@ -48,11 +48,13 @@ pub struct Error {
 }
 
 /// The one of `known` that `name` was probably meant for: the one that is turned into it by the fewest letters left out, put in,
-/// replaced or swapped, case aside, as a whole or by what follows its last point; none where that is more than a third of its
-/// letters.
+/// replaced or swapped, case aside, as a whole or by what follows its last point, no more than a third of its letters; else the first
+/// one that goes on after it with a unit or the like (`gyro_z` for `gyro_z_rad_s`).
 #[must_use]
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.trim().to_lowercase();
+    let known: Vec<&str> = known.into_iter().collect();
+    let goes_on = |known: &&&str| name.len() > 2 && known.strip_prefix(&name).is_some_and(|rest| rest.starts_with('_'));
     let most = (name.chars().count() / 3).max(1);
     let near = |word: &str| {
         let far = strsim::damerau_levenshtein(&name, &word.to_lowercase());
@@ -62,7 +64,8 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         let tail = known.rsplit('.').next().unwrap_or(known);
         Some((near(known).into_iter().chain(near(tail)).min()?, known))
     };
-    known.into_iter().filter_map(distance).min_by_key(|(far, _)| *far).map(|(_, known)| known)
+    let near = known.iter().copied().filter_map(distance).min_by_key(|(far, _)| *far).map(|(_, known)| known);
+    near.or_else(|| known.iter().find(goes_on).copied())
 }
 
 /// The mend for a `name` that is none of `known`: the nearest one, and all there are.
@@ -172,6 +175,8 @@ mod tests {
             ("gyro_z_rads", Some("gyro_z_rad_s")),
             ("GYRO_Z_RAD_S", Some("gyro_z_rad_s")),
             ("wehel_left_rad_s", Some("wheel_left_rad_s")),
+            ("gyro_z", Some("gyro_z_rad_s")),
+            ("gyro_zz", None),
             ("t", None),
             ("temperature", None),
         ] {

@@ -33,7 +33,19 @@ fn swapped_arguments_are_said_to_be_swapped() {
     ] {
         place.refused(line, 2, &["is no configuration", "swap them", mend]);
     }
-    place.refused("navigate robot.toml rest.toml", 2, &["rest.toml", "is a configuration, in the place of a log"]);
+    for line in ["navigate robot.toml rest.toml", "fit rest.csv rest.toml", "noise rest.toml", "inspect rest.toml"] {
+        place.refused(line, 2, &["rest.toml", "is a configuration, in the place of a log"]);
+    }
+}
+
+#[test]
+fn a_recording_proves_nothing_that_it_led_to() {
+    let place = place();
+    std::fs::copy(place.path("rest.csv"), place.path("copy.csv")).unwrap();
+    for kept in ["rest.csv", "copy.csv"] {
+        let line = format!("gap diagnose rest.toml --fit rest.csv --hold {kept}");
+        place.refused(&line, 2, &[kept, "kept back", "the same as rest.csv", "keep another recording back"]);
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@ use super::Outcome;
 use super::axes::{self, Section};
 use super::log_args::{ColumnArgs, LogArgs, LogRead, MemoryArgs};
 use super::output::{Common, Output, command_line};
+use super::places;
 use clap::Args;
 use gyroid::bias::{Against, EarthRate, Scheme};
 use gyroid::config::Config;
@@ -171,6 +172,7 @@ fn parse_fixed(text: &str) -> std::result::Result<(Parameter, f64), String> {
 }
 
 pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
+    places::check_logs(&args.logs)?;
     let earth = earth(args)?;
     let log = match &args.logs[..] {
         [one] if !one.is_dir() && !args.many.asked_for() && !args.columns.several_topics() => {

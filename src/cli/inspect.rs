@@ -3,6 +3,7 @@
 use super::Outcome;
 use super::log_args::TopicArgs;
 use super::output::{Common, Output};
+use super::places;
 use clap::Args;
 use gyroid::files::Plan;
 use gyroid::ingest::{self, AxisReport, Clock, Inspection, Motion, Sampling, TimeReport, Topic};
@@ -24,6 +25,7 @@ pub(crate) struct Inspect {
 
 impl Inspect {
     pub fn run(&self) -> Result<Outcome> {
+        places::check_logs([&self.log])?;
         let output = Output::open(&self.common, "inspect", Plan::new().reads([&self.log]))?;
         let report = ingest::inspect_topic(&self.log, self.topics.one()?, self.topics.stamp())?;
         if output.talks() {

@@ -5,6 +5,7 @@ use super::axes::{self, Section};
 use super::log_args::{LogArgs, LogRead};
 use super::noise_write::WriteArgs;
 use super::output::{Common, Output};
+use super::places;
 use clap::Args;
 use gyroid::config::Config;
 use gyroid::files::{OutputFile, Plan};
@@ -104,6 +105,7 @@ fn parse_duration(text: &str) -> std::result::Result<f64, String> {
 const WORK: usize = 7;
 
 pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
+    places::check_logs([args.log.path()])?;
     let log_args = args.log.for_work(WORK);
     if args.log.axes().len() > 1 {
         axes::refuse(&[("--write", args.write.write.is_some()), ("--plot", !args.plot.is_empty())])?;

@@ -24,8 +24,7 @@ pub(crate) fn check<'a, P: AsRef<Path> + 'a + ?Sized>(
 ) -> Result<()> {
     let Some(log) = logs.into_iter().map(AsRef::as_ref).find(|log| is_configuration(log)) else { return Ok(()) };
     if is_configuration(config) || !config.is_file() {
-        return Err(Error::new(ErrorKind::Usage, log.display(), "is a configuration, in the place of a log")
-            .mend("name the recording there"));
+        return check_logs([log]);
     }
     let (config, log) = (config.display(), log.display());
     Err(Error::new(
@@ -34,6 +33,13 @@ pub(crate) fn check<'a, P: AsRef<Path> + 'a + ?Sized>(
         format!("is no configuration, and {log} is one, in the place of the log"),
     )
     .mend(format!("swap them: gyroid {command} {log} {between}{config}")))
+}
+
+/// Refuses a configuration in the place of a log, where the command takes logs alone.
+pub(crate) fn check_logs<'a, P: AsRef<Path> + 'a + ?Sized>(logs: impl IntoIterator<Item = &'a P>) -> Result<()> {
+    let Some(log) = logs.into_iter().map(AsRef::as_ref).find(|log| is_configuration(log)) else { return Ok(()) };
+    Err(Error::new(ErrorKind::Usage, log.display(), "is a configuration, in the place of a log")
+        .mend("name the recording there"))
 }
 
 /// Refuses a recording that is diagnosed from and kept back at once: what it holds would prove what it led to.

@@ -39,6 +39,7 @@ pub(super) fn scene(len: usize, step_s: f64) -> Scene {
         time: TimeAxis::Uniform { start_s, step_s, len },
         step_s,
         temperature_c: Some((0..len).map(|i| 31.0 - 9.0 * (-t(i) / 20.0).exp() + (6.0 * t(i) / span).sin()).collect()),
+        power_on_temperature_c: None,
         supply_v: Some((0..len).map(|i| 5.0 - 0.1 * t(i) / span + 0.03 * (0.7 * t(i)).sin()).collect()),
         warm_up: WarmUp { c1_rad_s: 2e-3, c2_rad_s: -3e-3, time_constant_s: 180.0 },
         white_std_rad_s: 1.5e-3,

@@ -119,11 +119,10 @@ pub(super) fn log_spaced(low: f64, high: f64, count: usize) -> Vec<f64> {
     (0..count).map(at).collect()
 }
 
-/// Temperature above its value at power-on, °C: above the mean of the first second, that a log knows of it.
+/// Temperature above its value at power-on, °C.
 pub(super) fn temperature_rise_c(scene: &Scene) -> Option<Vec<f64>> {
     let values = scene.temperature_c.as_ref().filter(|t| varies(t))?;
-    let rows = ((1.0 / scene.step_s).round().max(1.0) as usize).min(values.len());
-    let first = values[..rows].iter().sum::<f64>() / rows as f64;
+    let first = scene.first_temperature_c()?;
     Some(values.iter().map(|v| v - first).collect())
 }
 

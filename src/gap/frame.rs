@@ -92,6 +92,8 @@ impl Frame {
             time: axis(start_s + 0.5 * (coarse_step - scene.step_s), coarse_step, blocks),
             step_s: coarse_step,
             temperature_c: scene.temperature_c.as_ref().map(|v| means(v, block)),
+            // the mean of a block may be well above it
+            power_on_temperature_c: scene.first_temperature_c(),
             supply_v: scene.supply_v.as_ref().map(|v| means(v, block)),
             white_std_rad_s: scene.white_std_rad_s / (block as f64).sqrt(),
             ..scene.clone()
@@ -235,5 +237,32 @@ impl Frame {
     pub fn add_column(&self, z: &mut [f64], column: ColumnId, factor: f64) {
         let store = self.store.borrow();
         z.iter_mut().zip(&store.columns[column as usize].low).for_each(|(z, c)| *z += factor * c);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bias::WarmUp;
+
+    /// A block that warms up by a degree would count its rise from half of that.
+    #[test]
+    fn blocks_count_the_temperature_from_power_on() {
+        let len = 4 * BLOCKS;
+        let scene = Scene {
+            time: TimeAxis::Uniform { start_s: 0.0, step_s: 0.1, len },
+            step_s: 0.1,
+            temperature_c: Some((0..len).map(|k| 25.0 + 0.5 * k as f64).collect()),
+            power_on_temperature_c: None,
+            supply_v: None,
+            warm_up: WarmUp { c1_rad_s: 0.0, c2_rad_s: 0.0, time_constant_s: 1.0 },
+            white_std_rad_s: 1e-3,
+            turn_on_bias_std_rad_s: 0.0,
+            warm_up_relative_std: 0.0,
+        };
+        let coarse = Frame::new(&scene).coarse;
+        assert_eq!(coarse.first_temperature_c(), scene.first_temperature_c());
+        assert_eq!(scene.first_temperature_c(), Some(25.0 + 0.5 * 4.5));
+        assert_eq!(coarse.temperature_c.unwrap()[0], 25.0 + 0.5 * 1.5);
     }
 }

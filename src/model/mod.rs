@@ -20,6 +20,8 @@ pub struct Scene {
     pub step_s: f64,
     /// Temperature, °C, one value a row, without gaps; none where it was not logged.
     pub temperature_c: Option<Vec<f64>>,
+    /// Temperature at power-on, °C; none where it is that of the first second.
+    pub power_on_temperature_c: Option<f64>,
     /// Supply, V, one value a row, without gaps; none where it was not logged.
     pub supply_v: Option<Vec<f64>>,
     /// Nominal warm-up.
@@ -43,6 +45,14 @@ impl Scene {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Temperature at power-on, °C: else the mean of the first second, which is what a log knows of it.
+    #[must_use]
+    pub fn first_temperature_c(&self) -> Option<f64> {
+        let values = self.temperature_c.as_ref().filter(|t| !t.is_empty())?;
+        let rows = ((1.0 / self.step_s).round().max(1.0) as usize).min(values.len());
+        self.power_on_temperature_c.or_else(|| Some(values[..rows].iter().sum::<f64>() / rows as f64))
     }
 
     /// Length of the recording, s.

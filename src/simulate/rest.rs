@@ -127,6 +127,7 @@ pub(super) fn bare(config: &Config, time: TimeAxis, step_s: f64, options: &Optio
         time,
         step_s,
         temperature_c: None,
+        power_on_temperature_c: None,
         supply_v: None,
         warm_up: age_s.map_or(warm_up, |restart| warm_up.seen_from(restart.age_s(warm_up.time_constant_s))),
         white_std_rad_s: gyro.angle_random_walk_rad_sqrt_s / step_s.sqrt(),

@@ -90,6 +90,7 @@ pub fn simulated(truth: &Truth, seed: u64) -> Vec<f64> {
             time: time(truth),
             step_s: dt,
             temperature_c: None,
+            power_on_temperature_c: None,
             supply_v: None,
             warm_up: WarmUp { c1_rad_s: 0.0, c2_rad_s: 0.0, time_constant_s: 1.0 },
             white_std_rad_s: truth.angle_random_walk / dt.sqrt(),

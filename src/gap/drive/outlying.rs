@@ -11,6 +11,8 @@ use crate::effects::outliers::ID as OUTLIERS;
 const OUTLYING: f64 = 6.0;
 /// Readings on either side that it is held against.
 const NEIGHBOURS: usize = 5;
+/// Readings no further apart than this, in steps, have none missing between them.
+const ONE_STEP: f64 = 1.5;
 /// More of them than this share is no matter of single readings.
 const MANY: f64 = 0.02;
 /// ln odds that one reading is an outlier, and of its size.
@@ -97,6 +99,7 @@ impl Branch {
         };
         let robot = &r.belief.robot;
         let drive = r.drive_around(row);
+        let [_, every_s] = r.read_every_s();
         // streams with clocks of their own are read in rows of their own: the gyro on the line between the readings about that time
         let turning = |k: usize| {
             let read = |j: usize| Some((r.times_s[j], gyro[j])).filter(|g| g.1.is_finite());
@@ -105,7 +108,12 @@ impl Branch {
             else {
                 return f64::NAN;
             };
-            if t1 > t0 { from + (to - from) * (r.times_s[k] - t0) / (t1 - t0) } else { from }
+            // none where one has been put aside
+            match t1 - t0 {
+                0.0 => from,
+                apart_s if apart_s < ONE_STEP * every_s => from + (to - from) * (r.times_s[k] - t0) / apart_s,
+                _ => f64::NAN,
+            }
         };
         let apart = |k: usize| {
             let rolling = r.rolling(k)[1];
@@ -135,7 +143,8 @@ impl Branch {
         let read = |k: usize| Some(values[k]).filter(|v| v.is_finite());
         let sides = [(drive.start..row).rev().find_map(read), (row + 1..drive.end).find_map(read)];
         let far = OUTLYING * (2.0 * self.noise.reading[channel as usize]).sqrt();
-        let departs = |sign: f64| sides.iter().flatten().all(|side| sign * (values[row] - side) > far);
+        let [Some(before), Some(after)] = sides else { return false };
+        let departs = |sign: f64| [before, after].iter().all(|side| sign * (values[row] - side) > far);
         departs(1.0) || departs(-1.0)
     }
 }

@@ -152,6 +152,7 @@ mod tests {
     use super::*;
     use crate::effects::drive::registry;
     use crate::gap::findings::Main;
+    use crate::math::random::Stream;
     use crate::signal::{Log, names};
     use std::f64::consts::TAU;
 
@@ -177,11 +178,27 @@ mod tests {
     /// The mean acceleration over less than from one reading to the next was what that reading corrected, and grew beyond all numbers.
     #[test]
     fn wheels_that_are_read_seldom_beside_a_pose_tell_that_nothing_lacks() {
-        let log = without(recorded(90.0, 5, None), &[names::TORQUE_LEFT, names::TORQUE_RIGHT]);
-        let record = Record::new(&robot(), &two_files(&log, 0.0), 0.0).unwrap();
+        let mut log = without(recorded(90.0, 5, None), &[names::TORQUE_LEFT, names::TORQUE_RIGHT]);
+        for c in log.channels.iter_mut().filter(|c| [names::WHEEL_LEFT, names::WHEEL_RIGHT].contains(&c.name.as_str()))
+        {
+            c.values.iter_mut().enumerate().filter(|(k, _)| k % 15 != 0).for_each(|(_, v)| *v = f64::NAN);
+        }
+        let record = Record::new(&robot(), &log, 0.0).unwrap();
         assert!(record.pose.is_some() && record.read_every_s()[0] > 2.0 * Slopes::OVER_S);
         let findings = judge(&record, registry(), &Options::default()).findings.weighed("drive").unwrap();
         assert_eq!(findings.mains()[0].0, Main::None, "{:?}", findings.mains());
+    }
+
+    #[test]
+    fn what_shakes_a_gyro_is_more_than_its_noise() {
+        let log = without(recorded(90.0, 5, None), &[names::TORQUE_LEFT, names::TORQUE_RIGHT]);
+        let mut record = Record::new(&robot(), &two_files(&log, 0.0), 0.0).unwrap();
+        assert!(!record.is_shaken());
+        let draw = &mut Stream::new(4, 2);
+        record.gyro_rad_s.iter_mut().flatten().for_each(|rate| *rate += 0.03 * draw.normal());
+        assert!(record.is_shaken());
+        // wheels that are read as often tell it themselves
+        assert!(!Record::new(&robot(), &log, 0.0).unwrap().is_shaken());
     }
 
     #[test]

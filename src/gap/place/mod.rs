@@ -23,13 +23,12 @@ mod repeatability;
 mod tests;
 
 use super::believe::believed;
-use super::prepare::{Prepared, prepare};
+use super::prepare::Prepared;
 use super::state_space::Believed;
-use crate::config::{Config, EffectTable};
+use crate::config::EffectTable;
 use crate::effects::Library;
 use crate::error::{Error, ErrorKind, Result};
 use crate::model::Scene;
-use crate::signal::Log;
 use measure::Instrument;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -118,23 +117,7 @@ pub struct Curve {
     pub most_in: Option<[f64; 2]>,
 }
 
-/// [`curves`] of a log under the simulator `config`, and under the same with `effects` in place of its own; nothing but the names of
-/// the channels is asked of the log (see [`prepare`]).
-///
-/// # Errors
-/// As [`curves`], [`prepare`] and [`believed`].
-pub fn of_log(
-    config: &Config,
-    effects: &[EffectTable],
-    library: &Library,
-    log: &Log,
-    since_power_on_s: f64,
-    seed: u64,
-) -> Result<Vec<Curve>> {
-    of_prepared(&prepare(config, log, since_power_on_s)?, [&config.effects, effects], library, seed)
-}
-
-/// The same of a log that was made ready already; `effects`: those of the nominal simulator, and those of the augmented one.
+/// [`curves`] of a log that was made ready; `effects`: those of the nominal simulator, and those of the augmented one.
 ///
 /// # Errors
 /// As [`curves`] and [`believed`].

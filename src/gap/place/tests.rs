@@ -15,6 +15,7 @@ fn scene() -> Scene {
         time: TimeAxis::Uniform { start_s: 0.0, step_s: STEP_S, len: ROWS },
         step_s: STEP_S,
         temperature_c: Some((0..ROWS).map(temperature).collect()),
+        power_on_temperature_c: None,
         supply_v: Some((0..ROWS).map(|i| 5.0 + 0.1 * (t(i) / 37.0).cos()).collect()),
         warm_up: WarmUp { c1_rad_s: 2e-3, c2_rad_s: -4e-3, time_constant_s: 200.0 },
         white_std_rad_s: WHITE_RAD_S,

@@ -98,6 +98,7 @@ fn seen(coefficient_rad_s_per_c: f64) -> Vec<Curve> {
         time: TimeAxis::Uniform { start_s: 0.0, step_s, len: rows },
         step_s,
         temperature_c: Some(temperature.clone()),
+        power_on_temperature_c: None,
         supply_v: None,
         warm_up: WarmUp { c1_rad_s: 2e-3, c2_rad_s: -4e-3, time_constant_s: 200.0 },
         white_std_rad_s: 5e-4,

@@ -223,6 +223,23 @@ fn what_stops_half_way_is_judged_where_all_is_there() {
     assert!(clocks.notes.len() == 1 && clocks.notes[0].contains("judged where both do"), "{:?}", clocks.notes);
 }
 
+/// Lags that a gyro that is no more there would have are no wandering clock.
+#[test]
+fn a_clock_is_followed_no_further_than_the_gyro_reads() {
+    for seed in 1..5 {
+        let log = recorded(90.0, seed, None);
+        let mut gyro = part(&log, &[names::GYRO_Z], 1, 0.0);
+        let rows = log.len() / 2;
+        let at_s = (0..rows).map(|k| log.time.at(k)).collect();
+        let mut first_half = Log::new("part", TimeAxis::Explicit(at_s));
+        first_half.push(names::GYRO_Z, log.get(names::GYRO_Z).unwrap()[..rows].to_vec()).unwrap();
+        gyro.log = first_half;
+        let both = merge(vec![gyro, part(&log, &WHEELS, 10, 0.0)]).unwrap().0;
+        let clocks = set(&both, None);
+        assert!(clocks.offsets.is_empty(), "{seed}: {:?}", clocks.notes);
+    }
+}
+
 #[test]
 fn rims_that_run_ahead_are_no_clock() {
     // wheels that spin lead the gyro by tens of milliseconds, in every run
