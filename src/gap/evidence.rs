@@ -6,7 +6,7 @@
 
 use super::frame::{ColumnId, Data, Frame};
 use super::gaussian::{DataProducts, Picked, Posterior, columns, spectral};
-use super::hypothesis::{Candidate, Hypothesis, Kind, NoisePart, VARIANCE_STDS, variance_profile};
+use super::hypothesis::{Candidate, Hypothesis, Kind, NoisePart, VARIANCE_STDS};
 use crate::math::curvature::curvature;
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -145,13 +145,13 @@ impl<'a> Likelihood<'a> {
     }
 
     /// What the course of the noise's level over the blocks gains over a constant level.
-    fn variance_gain(&self, part: &NoisePart) -> f64 {
-        let profile = variance_profile(self.frame, part);
-        let mean = profile.iter().sum::<f64>() / profile.len().max(1) as f64;
-        let term = |(s, v): (&f64, &f64)| (s / mean).ln() + v * (mean / s - 1.0);
-        -0.5 * self.block_power.1 * profile.iter().zip(&self.block_power.0).map(term).sum::<f64>()
+    fn level_gain(&self, h: &Hypothesis) -> f64 {
+        let (level, _) = h.level(self.frame, self.candidates);
+        let term = |(s, v): (&f64, &f64)| s.ln() + v * (1.0 / s - 1.0);
+        -0.5 * self.block_power.1 * level.iter().zip(&self.block_power.0).map(term).sum::<f64>()
     }
 
+    /// ln prior of the noises' parameters, and what the course of their level gains.
     pub(super) fn ln_prior(&self, h: &Hypothesis) -> f64 {
         let one = |n: &NoisePart| match &self.candidates[n.candidate].kind {
             Kind::Noise(k) | Kind::Filter(k) | Kind::Level(k) => {
@@ -168,11 +168,11 @@ impl<'a> Likelihood<'a> {
                     let term = |v: &f64| -0.5 * (v / std).powi(2) - (std * TAU.sqrt()).ln();
                     n.ln_theta.iter().map(term).sum::<f64>()
                 };
-                ln_mean_exp(&VARIANCE_STDS.map(at), VARIANCE_STDS.len() as f64) + self.variance_gain(n)
+                ln_mean_exp(&VARIANCE_STDS.map(at), VARIANCE_STDS.len() as f64)
             }
             Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn => 0.0,
         };
-        h.noises.iter().map(one).sum()
+        h.noises.iter().map(one).sum::<f64>() + self.level_gain(h)
     }
 
     /// ln p(z) with the parts for which `keep` holds, spectra at their parameters, coefficients at the posterior means that
@@ -195,9 +195,7 @@ impl<'a> Likelihood<'a> {
         let picked = Picked::new(self.frame, &data, &DataProducts::default(), ids, &[]);
         let stds: Vec<f64> = self.nuisance.iter().map(|n| n.1).collect();
         let columns = columns(&picked, &stds, &inverse, false)?.log_marginal;
-        let is_variance = |n: &&NoisePart| matches!(self.candidates[n.candidate].kind, Kind::Variance(_));
-        let profile: f64 = kept.noises.iter().filter(is_variance).map(|n| self.variance_gain(n)).sum();
-        Some(spectral(&self.frame.bins.count, &data.power, &spectrum) + columns + profile)
+        Some(spectral(&self.frame.bins.count, &data.power, &spectrum) + columns + self.level_gain(&kept))
     }
 
     /// Posterior of the coefficients, nuisances first.

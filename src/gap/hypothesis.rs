@@ -84,19 +84,6 @@ pub struct Hypothesis {
 /// Standard deviations of ln variance, root mean square, that the prior holds equally probable.
 pub const VARIANCE_STDS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
 
-/// Factor on the variance of the white noise in each block.
-pub fn variance_profile(frame: &Frame, part: &NoisePart) -> Vec<f64> {
-    let columns = frame.variance_columns(part.candidate);
-    let blocks = columns.first().map_or(0, Vec::len);
-    let ln = |j: usize| columns.iter().zip(&part.ln_theta).map(|(c, a)| a * c[j]).sum::<f64>();
-    (0..blocks).map(|j| ln(j).clamp(-20.0, 20.0).exp()).collect()
-}
-
-fn variance_mean(frame: &Frame, part: &NoisePart) -> f64 {
-    let profile = variance_profile(frame, part);
-    profile.iter().sum::<f64>() / profile.len().max(1) as f64
-}
-
 impl Kind {
     /// Whether it changes how large the noise is: as a whole, or over time.
     pub fn is_level(&self) -> bool {
@@ -133,6 +120,25 @@ impl Hypothesis {
         self.signals.len() + self.noises.len()
     }
 
+    /// Factor on the variance of the white noise in each block over its mean, and that mean: of all that makes it vary together. Empty
+    /// and one where nothing does.
+    pub fn level(&self, frame: &Frame, candidates: &[Candidate]) -> (Vec<f64>, f64) {
+        let mut ln: Vec<f64> = Vec::new();
+        for part in self.noises.iter().filter(|n| matches!(candidates[n.candidate].kind, Kind::Variance(_))) {
+            for (column, by) in frame.variance_columns(part.candidate).iter().zip(&part.ln_theta) {
+                ln.resize(column.len(), 0.0);
+                ln.iter_mut().zip(column).for_each(|(sum, v)| *sum += by * v);
+            }
+        }
+        let mut profile: Vec<f64> = ln.into_iter().map(|v| v.clamp(-20.0, 20.0).exp()).collect();
+        if profile.is_empty() {
+            return (profile, 1.0);
+        }
+        let mean = profile.iter().sum::<f64>() / profile.len() as f64;
+        profile.iter_mut().for_each(|v| *v /= mean);
+        (profile, mean)
+    }
+
     /// Spectrum in each bin, rad²/s².
     pub fn spectrum(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<f64> {
         self.spectra(frame, candidates).iter().map(|[added, white]| added + white).collect()
@@ -146,17 +152,9 @@ impl Hypothesis {
     /// Added noises, and the white noise with its filters, in each bin.
     fn spectra(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<[f64; 2]> {
         let scene = &frame.scene;
-        let white = scene.white_std_rad_s.powi(2) * (2.0 * self.ln_white).exp();
+        let white = scene.white_std_rad_s.powi(2) * (2.0 * self.ln_white).exp() * self.level(frame, candidates).1;
         let dither = frame.dither_variance();
         let theta: Vec<Vec<f64>> = self.noises.iter().map(|n| n.ln_theta.iter().map(|v| v.exp()).collect()).collect();
-        let mean: Vec<f64> = self
-            .noises
-            .iter()
-            .map(|n| match candidates[n.candidate].kind {
-                Kind::Variance(_) => variance_mean(frame, n),
-                _ => 1.0,
-            })
-            .collect();
         let bands = frame.bins.bands();
         frame
             .bins
@@ -165,13 +163,12 @@ impl Hypothesis {
             .zip(bands)
             .map(|(omega, band)| {
                 let (mut total, mut filtered, mut factor) = (0.0, white, 1.0);
-                for ((part, theta), mean) in self.noises.iter().zip(&theta).zip(&mean) {
+                for (part, theta) in self.noises.iter().zip(&theta) {
                     match &candidates[part.candidate].kind {
                         Kind::Noise(n) => total += n.mean_spectrum(scene, theta, *omega, band),
                         Kind::Filter(n) | Kind::Level(n) => filtered *= n.spectrum(scene, theta, *omega),
                         Kind::Shape(n) => factor *= n.spectrum(scene, theta, *omega),
-                        Kind::Variance(_) => filtered *= mean,
-                        Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn => {}
+                        Kind::Variance(_) | Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn => {}
                     }
                 }
                 [factor * total, factor * filtered + dither]

@@ -3,7 +3,7 @@
 
 use super::evidence::Likelihood;
 use super::findings::Part;
-use super::hypothesis::{Hypothesis, Kind, variance_profile};
+use super::hypothesis::Hypothesis;
 use super::layers::{amplitude, bursts, events, track};
 use super::search::{Prior, whitened};
 use rayon::prelude::*;
@@ -58,15 +58,8 @@ impl Seen {
         let frame = l.frame;
         let white = h.white_spectrum(frame, l.candidates);
         let power: f64 = white.iter().zip(&frame.bins.count).map(|(s, n)| s * n).sum();
-        let mut profile = vec![1.0];
-        for part in h.noises.iter().filter(|n| matches!(l.candidates[n.candidate].kind, Kind::Variance(_))) {
-            let own = variance_profile(frame, part);
-            let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
-            if profile.len() < own.len() {
-                profile = vec![profile[0]; own.len()];
-            }
-            profile.iter_mut().zip(&own).for_each(|(p, v)| *p *= (v / mean).sqrt());
-        }
+        let (level, _) = h.level(frame, l.candidates);
+        let profile = if level.is_empty() { vec![1.0] } else { level.into_iter().map(f64::sqrt).collect() };
         Self { w: whitened(l, h), noise_std: (power / frame.len().max(1) as f64).sqrt(), profile }
     }
 

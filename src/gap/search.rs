@@ -4,7 +4,7 @@
 //! keeps its evidence and takes part in the posterior probabilities.
 
 use super::evidence::{Fitted, Likelihood};
-use super::hypothesis::{Hypothesis, Kind, variance_profile};
+use super::hypothesis::{Hypothesis, Kind};
 use super::lines::Lines;
 use std::collections::BTreeMap;
 
@@ -52,13 +52,10 @@ pub fn whitened(l: &Likelihood, h: &Hypothesis) -> Vec<f64> {
         z[e[0]..e[1]].iter_mut().for_each(|v| *v *= scale);
     }
     let mut w = l.frame.series(&z);
-    for part in h.noises.iter().filter(|n| matches!(l.candidates[n.candidate].kind, Kind::Variance(_))) {
-        let profile = variance_profile(l.frame, part);
-        let mean = profile.iter().sum::<f64>() / profile.len().max(1) as f64;
-        let long = w.len().div_ceil(profile.len().max(1)).max(1);
-        for (block, s) in w.chunks_mut(long).zip(&profile) {
-            block.iter_mut().for_each(|v| *v *= (mean / s).sqrt());
-        }
+    let (profile, _) = h.level(l.frame, l.candidates);
+    let long = w.len().div_ceil(profile.len().max(1)).max(1);
+    for (block, s) in w.chunks_mut(long).zip(&profile) {
+        block.iter_mut().for_each(|v| *v /= s.sqrt());
     }
     w
 }
