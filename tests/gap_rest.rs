@@ -4,7 +4,7 @@
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::{Library, Parameters};
 use gyroid::gap::answer::{Answer, Verdict};
-use gyroid::gap::{Options, diagnose};
+use gyroid::gap::{Options, diagnose, diagnose_observed, place};
 use gyroid::math::random::Stream;
 use gyroid::signal::{Log, TimeAxis, names};
 use gyroid::simulate::{self, stationary_like};
@@ -92,6 +92,8 @@ each! {
     two_levels_are_found: "gyro.telegraph_noise", ["level_spacing_rad_s" = 3e-4, "mean_dwell_s" = 60.0], ["level_spacing_rad_s", "mean_dwell_s"];
     a_low_pass_is_found: "gyro.bandwidth", ["cutoff_hz" = 1.0], ["cutoff_hz"];
     growing_noise_is_found: "gyro.noise_growth", ["relative_per_c" = 0.01], ["relative_per_c"];
+    // the level of all noises that vary is one: beside growth no slow course of the level gains anything
+    strongly_growing_noise_is_found: "gyro.noise_growth", ["relative_per_c" = 0.08], ["relative_per_c"];
     a_shifted_turn_on_is_found: "gyro.turn_on_shift", ["shift_rad_s" = 3e-3], [];
     another_warm_up_is_found: "gyro.warm_up", ["c1_rad_s" = 1.6e-3, "time_constant_s" = 150.0], ["c1_rad_s", "time_constant_s"];
     louder_noise_is_found: "gyro.noise_level", ["noise_over_nominal" = 2.2], ["noise_over_nominal"];
@@ -104,6 +106,30 @@ fn nothing_is_found_where_nothing_is() {
     // eight recordings at a stated false-alarm rate of at most 5 %: three or more alarms have a probability below 0.6 %
     let alarms = (0..8).filter(|s| diagnosed(&[], 40 + s, &Library::new()).verdict != Verdict::None).count();
     assert!(alarms <= 2, "{alarms} false alarms in 8");
+}
+
+#[test]
+fn a_simulator_that_holds_the_truth_lacks_nothing() {
+    let tone: [(&str, &[(&str, f64)]); 1] = [("gyro.tone", &[("frequency_hz", 0.4321), ("amplitude_rad_s", 2e-4)])];
+    let mut simulator = nominal();
+    let parameters = tone[0].1.iter().map(|(name, value)| ((*name).to_string(), *value)).collect();
+    simulator.effects.push(EffectTable { id: tone[0].0.into(), parameters });
+    let (library, mut alarms) = (Library::new(), 0);
+    for seed in 60..64 {
+        let (fit, hold) = (recording(&tone, seed), recording(&tone, seed + 1000));
+        let found =
+            diagnose_observed(&simulator, &fit, Some(&hold), &library, &Options::default(), &mut |_| {}).unwrap();
+        alarms += usize::from(found.answer.verdict != Verdict::None);
+        // what is given is in the curves of the nominal simulator
+        let excess = |given: &[EffectTable]| -> f64 {
+            let curves = place::of_prepared(found.prepared.as_ref().unwrap(), [given, given], &library, 1).unwrap();
+            curves.iter().map(|c| c.excess_before).sum()
+        };
+        let (with, without) = (excess(&simulator.effects), excess(&[]));
+        assert!(without > 100.0 && with < 0.05 * without, "{with} {without}");
+    }
+    // at 5 % two or more have a probability of 1.4 %
+    assert!(alarms <= 1, "{alarms} false alarms in 4");
 }
 
 /// The same log with its rates written with so many decimals of `unit_rad_s`.

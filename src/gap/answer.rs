@@ -37,10 +37,10 @@ pub struct Answer {
     /// Effects judged present that are not idle, whatever the verdict.
     pub together: Vec<String>,
     /// Part of the gap that the named effects leave, and where it lies; none where there is no gap.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub remainder: Option<Remainder>,
     /// Clocks that disagree, each recording on its own.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub time_offsets: Vec<TimeOffset>,
     /// Where no effect explains most: the one of the library that explains most alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -77,10 +77,10 @@ pub struct EffectAnswer {
     /// Posterior probability that it is present.
     pub probability: f64,
     /// ln evidence that the account loses if this effect is left out and all others are fitted anew, nats.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub evidence_nats: Option<f64>,
     /// Whether it is present beyond doubt, and yet closes nothing of the gap that can be measured.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default)]
     pub idle: bool,
     /// Parameters (posterior mode).
     pub parameters: Parameters,

@@ -209,7 +209,7 @@ fn judged(prepared: &Prepared, library: &Library, given: &Given, options: &Optio
     let effects: Vec<&'static dyn Effect> = library.effects().collect();
     let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
     findings.notes.splice(0..0, prepared.notes.iter().cloned());
-    given.take_out(&mut findings);
+    given.take_out(&mut findings, &options.judge.calibration);
     findings
 }
 

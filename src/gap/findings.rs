@@ -1,6 +1,6 @@
 //! What the comparison of hypotheses comes to: probabilities, shares and parameters, whatever the kind of effect.
 
-use super::calibration::Calibration;
+use super::calibration::{Calibration, counts};
 use super::search::Prior;
 use crate::effects::Parameters;
 use crate::error::{Error, ErrorKind, Result};
@@ -153,6 +153,25 @@ impl Findings {
         }
         Err(Error::new(ErrorKind::Numeric, input, "the recording has no finite likelihood under the nominal simulator")
             .mend("look for readings or noise levels that are off by orders of magnitude: gyroid inspect"))
+    }
+
+    /// Takes parts that are given out of every set, and the sets' probabilities to what they are where these are known beforehand: what
+    /// is given claims nothing, and a further effect is the first one.
+    pub fn take_out_given(&mut self, calibration: &Calibration, is_given: impl Fn(&Part) -> bool) {
+        let ln_prior = |set: &WeightedSet| {
+            let (effects, free) = counts(set);
+            calibration.ln_prior(effects, free)
+        };
+        let believed = |set: &WeightedSet| if set.parts.is_empty() { 1.0 } else { 1.0 - calibration.doubt };
+        let mut total = 0.0;
+        for set in &mut self.sets {
+            let before = believed(set) * ln_prior(set).exp();
+            set.parts.retain(|part| !is_given(part));
+            set.probability *= ln_prior(set).exp() / before;
+            total += set.probability;
+        }
+        self.sets.iter_mut().for_each(|set| set.probability *= believed(set) / total);
+        self.sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     }
 
     /// Takes the effects `ids` out of every set: a set that held nothing else then lacks nothing.

@@ -1,9 +1,10 @@
-//! |θ̂ - θ₀| ≤ 4 σ̂:   effects that the nominal simulator holds, as large as the recording has them, are no finding
+//! |θ̂ - θ₀| ≤ 4 σ̂, of θ or of ln θ:   effects that the nominal simulator holds, as large as the recording has them, are no finding
 //!
 //! The recording is compared with the simulator without its `[[effect]]` tables: what is in them has to be estimated beside
 //! everything else, since a tone or a walk is another in each run. What is found to be as large as it is given is then taken out of
 //! every set; what is not is named with the size that the recording has. Scores are those of the simulator with its effects.
 
+use super::calibration::Calibration;
 use super::findings::{Findings, Part};
 use crate::config::Config;
 use crate::effects::{Library, Parameters};
@@ -45,26 +46,30 @@ impl Given {
     }
 
     /// Takes out of `findings` what is as it is given; says what of it does not show.
-    pub(super) fn take_out(&self, findings: &mut Findings) {
-        for (id, parameters) in &self.effects {
-            let presence = findings.presence(id);
+    pub(super) fn take_out(&self, findings: &mut Findings, calibration: &Calibration) {
+        for (id, _) in &self.effects {
+            let presence = findings.presence(id).max(0.0);
             if presence < SHOWS {
                 findings.notes.push(format!(
                     "The nominal simulator holds {id}, which this recording does not show (probability {presence:.2}): the effect may be \
                      smaller than it is given, or gone."
                 ));
             }
-            for set in &mut findings.sets {
-                set.parts.retain(|part| part.id != *id || !is_as_given(part, parameters));
-            }
         }
+        findings.take_out_given(calibration, |part| {
+            self.effects.iter().any(|(id, parameters)| part.id == *id && is_as_given(part, parameters))
+        });
     }
 }
 
 fn is_as_given(part: &Part, given: &Parameters) -> bool {
     given.iter().all(|(name, value)| {
         let estimate = part.parameters.get(name).zip(part.std.get(name));
-        estimate.is_none_or(|(found, std)| (found - value).abs() <= DIFFERS * std)
+        estimate.is_none_or(|(found, std)| {
+            // sizes that the recording hardly shows are known in their logarithm
+            let in_logarithm = *found > 0.0 && *value > 0.0 && (found / value).ln().abs() <= DIFFERS * std / found;
+            in_logarithm || (found - value).abs() <= DIFFERS * std
+        })
     })
 }
 
@@ -94,13 +99,13 @@ mod tests {
             Findings { sets: vec![WeightedSet { parts, ln_weight: 0.0, probability: 1.0 }], ..Findings::default() }
         };
         let mut same = found(1.03e-7);
-        given.take_out(&mut same);
+        given.take_out(&mut same, &Calibration::default());
         assert_eq!((same.mains()[0].0.clone(), same.notes.len()), (Main::Effect("gyro.tone".into()), 0));
         let mut other = found(1.05e-7);
-        given.take_out(&mut other);
+        given.take_out(&mut other, &Calibration::default());
         assert_eq!(other.mains()[0].0, Main::Effect("gyro.rate_ramp".into()));
         let mut gone = Findings::default();
-        given.take_out(&mut gone);
+        given.take_out(&mut gone, &Calibration::default());
         assert!(gone.notes[0].contains("does not show"), "{:?}", gone.notes);
         // found anew it stands in the place of what is given
         let anew = [("gyro.rate_ramp".to_owned(), [("ramp_rad_s2".to_owned(), 2e-7)].into())];

@@ -200,7 +200,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
 
     let mut notes = Vec::new();
     if !aside.is_empty() {
-        notes.push(format!("{} samples stand out and were put aside before anything else was judged.", aside.len()));
+        notes.push(format!("Samples that stand out were put aside before anything else was judged: {}.", aside.len()));
     }
     let white = |at: usize| accounts[at].as_ref().map_or(&[][..], |a| &views.layers[a.view].white);
     let lattice = grain.lsb_rad_s.map(|lsb| {

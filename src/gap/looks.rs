@@ -141,7 +141,8 @@ impl Looks {
         let text = format!("rare events of about {length_s:.3} s, in {:.1} % of the time", 100.0 * events.share);
         forms.push((Some(free("events", events.ln_evidence, text)), events.ln_evidence + prior.ln_free));
         let [low, high] = track.band_hz;
-        let mut part = free("track", track.ln_evidence, format!("energy that moves between {low:.4} and {high:.4} Hz"));
+        let mut part =
+            free("track", track.ln_evidence, format!("energy that moves between {low:.2e} and {high:.2e} Hz"));
         part.frequency_hz = Some(track.band_hz);
         part.time_s = Some(track.time_s.map(|t| t + start_s));
         forms.push((Some(part), track.ln_evidence + prior.ln_free));

@@ -74,7 +74,16 @@ impl Branch {
             self.put_aside[place] += rows.len();
             let count = self.put_aside[place];
             let share = count as f64 / all.max(1) as f64;
-            let mut part = described(id, named, gain, format!("{count} single readings are far off"));
+            let mut part = described(
+                id,
+                named,
+                gain,
+                if count == 1 {
+                    "a single reading is far off".into()
+                } else {
+                    format!("{count} single readings are far off")
+                },
+            );
             if named {
                 part.parameters = Parameters::from([("probability_per_sample".into(), share)]);
                 part.std = Parameters::from([("probability_per_sample".into(), share / (count as f64).sqrt())]);

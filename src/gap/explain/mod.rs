@@ -178,7 +178,7 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
         explained
             .extend(rare::judge(&w[edge..w.len() - edge]).map(|r| outliers_told(id, &r, frame.scene.white_std_rad_s)));
     } else if !aside.is_empty() {
-        notes.push(format!("{} samples stand out and were put aside before anything else was fitted.", aside.len()));
+        notes.push(format!("Samples that stand out were put aside before anything else was fitted: {}.", aside.len()));
     }
     let lattice_id = asked_for(|e| matches!(e, Explanation::Lattice));
     if let Some(lsb) = lsb.filter(|_| lattice_id.is_some()) {

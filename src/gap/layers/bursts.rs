@@ -9,6 +9,8 @@ use crate::gap::lines::Lines;
 
 /// Samples whose squares are summed before the recursion.
 const PER: usize = 8;
+/// Nats by which bursts have to be likelier than noise of another constant level.
+const OVER_CONSTANT: f64 = 3.0;
 
 /// ln p(sums | bursts) - ln p(sums | none), both levels relative to the series'.
 fn ln_ratio(sums: &[f64], [quiet, loud]: [f64; 2], dwell: [f64; 2]) -> f64 {
@@ -34,6 +36,13 @@ fn ln_ratio(sums: &[f64], [quiet, loud]: [f64; 2], dwell: [f64; 2]) -> f64 {
         }
     }
     ln + product.ln()
+}
+
+/// ln p(sums | the most likely constant level) - ln p(sums | the series' own).
+fn ln_constant(sums: &[f64]) -> f64 {
+    let n = (PER * sums.len()) as f64;
+    let mean = sums.iter().sum::<f64>() / n;
+    if mean > 0.0 { 0.5 * n * (mean - 1.0 - mean.ln()) } else { 0.0 }
 }
 
 /// Bursts and periodic changes of the noise's level.
@@ -84,8 +93,11 @@ pub fn judge(w: &[f64], step_s: f64) -> Bursts {
     let line = lines.comb(3.0, 3).filter(|_| level.len() >= 64);
     // six coefficients, each costs about what its own noise gains and its prior's width
     let ln_periodic = line.map_or(0.0, |l| l.gain + lines.ln_shape(&l, 3.0) - 6.0);
+    // a burst that never ends is a level, and costs a chain little more
+    let ln_bursts = if values.is_empty() { 0.0 } else { ln_mean_exp(&values, values.len() as f64) };
+    let constant = ln_constant(&sums);
     Bursts {
-        ln_bursts: if values.is_empty() { 0.0 } else { ln_mean_exp(&values, values.len() as f64) },
+        ln_bursts: if ln_bursts > constant + OVER_CONSTANT { ln_bursts } else { ln_bursts.min(0.0) },
         samples: best.1,
         share: best.2,
         ln_periodic,
@@ -103,6 +115,9 @@ mod tests {
         let mut draw = Stream::new(6, 0);
         let white: Vec<f64> = (0..40_000).map(|_| draw.normal()).collect();
         assert!(judge(&white, 0.1).ln_bursts < 2.0, "{:?}", judge(&white, 0.1));
+        // nor has white noise of another level
+        let louder: Vec<f64> = white.iter().map(|w| 1.2 * w).collect();
+        assert!(judge(&louder, 0.1).ln_bursts <= 0.0, "{:?}", judge(&louder, 0.1));
         let mut on = false;
         let loud: Vec<f64> = white
             .iter()
