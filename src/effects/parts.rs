@@ -45,14 +45,14 @@ impl<'a> Checked<'a> {
                     .mend(format!("expected a number from {low} to {high}: {}", known.meaning)));
             }
         }
+        let checked = Self { about, parameters };
+        for needed in about.parameters.iter().filter(|p| p.required) {
+            checked.value(needed.name)?;
+        }
         if let (true, Some(first)) = (parameters.is_empty(), about.parameters.first()) {
             let names: Vec<_> = about.parameters.iter().map(|p| p.name).collect();
             return Err(error(about, first.name, "no parameter is stated: the effect would change nothing")
                 .mend(format!("state one of {}", names.join(", "))));
-        }
-        let checked = Self { about, parameters };
-        for needed in about.parameters.iter().filter(|p| p.required) {
-            checked.value(needed.name)?;
         }
         Ok(checked)
     }

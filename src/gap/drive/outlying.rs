@@ -96,8 +96,8 @@ impl Branch {
     }
 
     /// Without torques a robot that starts to move looks like a reading far off. But then gyro and wheels agree: whether this
-    /// reading departs from what the others make of the yaw rate, more than they do around it. Without a gyro, whether it departs
-    /// the same way from the readings before and after it: a robot that has begun to move goes on. So, too, where a row has no wheels.
+    /// reading departs from what the others make of the yaw rate, more than they do around it. Without a gyro, and
+    /// where a row has no wheels, whether it departs from what is before and after it.
     fn stands_out(&self, channel: Channel, row: usize) -> bool {
         let r = &self.record;
         if r.torques_n_m.is_some() || channel > Channel::Gyro {
@@ -140,7 +140,8 @@ impl Branch {
         (apart(row) - middle).abs() > OUTLYING * std
     }
 
-    /// Whether this reading of a wheel or the gyro is far above the one before and the one after it, or far below both.
+    /// Whether this reading of a wheel or the gyro is far above what both the two before it and the two after it lead to, or far below
+    /// both: where a robot begins to move, stops or turns round, one of them leads to it.
     fn departs_from_both(&self, channel: Channel, row: usize) -> bool {
         let r = &self.record;
         let values = match channel {
@@ -150,9 +151,12 @@ impl Branch {
         let Some(values) = values else { return true };
         let drive = r.drive_around(row);
         let read = |k: usize| Some(values[k]).filter(|v| v.is_finite());
-        let sides = [(drive.start..row).rev().find_map(read), (row + 1..drive.end).find_map(read)];
-        let far = OUTLYING * (2.0 * self.noise.reading[channel as usize]).sqrt();
-        let [Some(before), Some(after)] = sides else { return false };
+        let led_to = |near: &mut dyn Iterator<Item = f64>| Some(2.0 * near.next()? - near.next()?);
+        let before = led_to(&mut (drive.start..row).rev().filter_map(read));
+        let after = led_to(&mut (row + 1..drive.end).filter_map(read));
+        let (Some(before), Some(after)) = (before, after) else { return false };
+        // of the reading itself, twice the nearer one and the other
+        let far = OUTLYING * (6.0 * self.noise.reading[channel as usize]).sqrt();
         let departs = |sign: f64| [before, after].iter().all(|side| sign * (values[row] - side) > far);
         departs(1.0) || departs(-1.0)
     }
@@ -193,6 +197,6 @@ mod tests {
         };
         assert_eq!(found(&[]).mains()[0].0, Main::None, "{:?}", found(&[]).mains());
         let far_off = found(&[1000, 2500, 4100]);
-        assert!(far_off.presence("free.outliers.wheels") > 0.99, "{:?}", far_off.mains());
+        assert!(far_off.presence("free.outliers.wheels") > 0.8, "{:?}", far_off.mains());
     }
 }

@@ -30,8 +30,8 @@ impl Record {
         paced
     }
 
-    /// Whether, in some drive whose wheels are read seldom, the gyro scatters about what these tell of the turning beyond noise as stated
-    /// and chance: what shakes it, or what else the two do not have in common.
+    /// Whether, in some drive whose wheels are read seldom, means of the gyro resemble what these tell of the turning more than its
+    /// readings do, or these scatter about it beyond noise as stated and chance: what shakes it, or what else the two do not share.
     #[must_use]
     pub(super) fn is_shaken(&self) -> bool {
         self.drives().any(|rows| is_shaken(&self.window(rows)))
@@ -70,8 +70,11 @@ fn told(record: &Record) -> impl Iterator<Item = (f64, f64)> + '_ {
 }
 
 fn is_shaken(record: &Record) -> bool {
-    let (Some(_), Some(gyro)) = (interval_s(record), &record.gyro_rad_s) else { return false };
+    let (Some(interval_s), Some(gyro)) = (interval_s(record), &record.gyro_rad_s) else { return false };
     let turned = Integral::of(&record.times_s, gyro);
+    if resembling_s(record, &turned, interval_s) > turned.step_s() {
+        return true;
+    }
     let pairs = told(record).map(|(t_s, y)| [turned.mean(t_s, turned.step_s()), y]).filter(|p| p[0].is_finite());
     let pairs: Vec<[f64; 2]> = pairs.collect();
     let Some(([_, slope], mut errors)) = fitted(&pairs) else { return true };
