@@ -1,8 +1,8 @@
 //! What `[[effect]]` tables change of an export, and what they hold that no key stands for.
 
-use super::{bare, close, full, many, of, one};
+use super::{bare, close, exported, full, many, of, one, options};
 use gyroid::config::EffectTable;
-use gyroid::export::registry;
+use gyroid::export::{Options, registry};
 
 fn table(id: &str, parameters: &[(&str, f64)]) -> EffectTable {
     EffectTable {
@@ -17,9 +17,10 @@ fn no_target_drops_an_effect_without_a_word() {
     for target in registry() {
         let target = target.about().id;
         let mut config = full();
-        let without = of(&config, target);
+        let with_device = Options { device_id: Some(1), ..options() };
+        let without = exported(&config, target, &with_device).unwrap();
         config.effects = vec![table(ID, &[("coefficient_rad_s_per_c", 1e-5)])];
-        let with = of(&config, target);
+        let with = exported(&config, target, &with_device).unwrap();
         let said =
             with.notes.iter().any(|n| n.contains(ID)) || with.left_out.iter().any(|l| l.why.contains("temperature"));
         assert!(said || with.written.len() > without.written.len(), "{target}: {}", with.text);

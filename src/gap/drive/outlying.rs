@@ -6,6 +6,7 @@ use super::levels::Residual;
 use super::pass::Channel;
 use crate::effects::Parameters;
 use crate::effects::outliers::ID as OUTLIERS;
+use crate::math::robust::{SECOND_DIFFERENCE, second_difference_std};
 
 /// Innovations beyond this many standard deviations may be outliers.
 const OUTLYING: f64 = 6.0;
@@ -155,8 +156,10 @@ impl Branch {
         let before = led_to(&mut (drive.start..row).rev().filter_map(read));
         let after = led_to(&mut (row + 1..drive.end).filter_map(read));
         let (Some(before), Some(after)) = (before, after) else { return false };
-        // of the reading itself, twice the nearer one and the other
-        let far = OUTLYING * (6.0 * self.noise.reading[channel as usize]).sqrt();
+        // of white noise as stated, or of what else changes the readings from one to the next
+        let all: Vec<f64> = drive.filter_map(read).collect();
+        let white = (SECOND_DIFFERENCE * self.noise.reading[channel as usize]).sqrt();
+        let far = OUTLYING * second_difference_std([all.as_slice()]).max(white);
         let departs = |sign: f64| [before, after].iter().all(|side| sign * (values[row] - side) > far);
         departs(1.0) || departs(-1.0)
     }
