@@ -34,6 +34,8 @@ const SHAPES: usize = 9;
 /// Where the grid ends, nats below the top.
 const FALLEN: f64 = 4.0;
 const MOST_DOUBLINGS: usize = 5;
+/// Rounds of Newton's method at most: a level that is far from constant is many of them away, and unsettled gains nothing.
+const UNTIL_SETTLED: usize = 40;
 /// Places at which a noise is started that may stand anywhere in the spectrum.
 const MOST_PEAKS: usize = 6;
 
@@ -129,7 +131,7 @@ impl Likelihood<'_> {
         free[0] = true;
         free.extend((0..size).map(|_| true));
         let picked = self.pick(base);
-        let (value, hessian) = self.newton(&mut h, &picked, &free, 8);
+        let (value, hessian) = self.newton(&mut h, &picked, &free, UNTIL_SETTLED);
         let value = value + self.occam(&h, &free, hessian);
         Some((h, value))
     }

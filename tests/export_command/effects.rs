@@ -17,6 +17,7 @@ fn no_target_drops_an_effect_without_a_word() {
     for target in registry() {
         let target = target.about().id;
         let mut config = full();
+        config.effects.clear();
         let with_device = Options { device_id: Some(1), ..options() };
         let without = exported(&config, target, &with_device).unwrap();
         config.effects = vec![table(ID, &[("coefficient_rad_s_per_c", 1e-5)])];

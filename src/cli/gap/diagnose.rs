@@ -57,10 +57,10 @@ pub(crate) struct DiagnoseArgs {
 pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let Recordings { fit, hold } = &args.recordings;
     places::check("gap diagnose", &args.config, "--fit ", fit.iter().chain(hold).flatten())?;
-    places::check_kept_back(fit, hold)?;
     let plan = Plan::new().reads([&args.config]).reads(fit.iter().chain(hold).flatten());
     let plan = plan.writes("--write-sim", &args.write_sim).writes("--plot", &args.plot);
     let output = Output::open(&args.common, "gap.diagnose", plan)?;
+    places::check_kept_back(fit, hold)?;
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let write_sim = args.write_sim.as_ref().map(OutputFile::claim).transpose()?;

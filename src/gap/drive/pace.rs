@@ -151,9 +151,11 @@ fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
 mod tests {
     use super::super::clocks::tests::{recorded, robot, two_files, without};
     use super::super::filter::Slopes;
-    use super::super::judge::{Options, judge};
+    use super::super::judge::Options;
+    use super::super::ready::compare;
     use super::*;
-    use crate::effects::drive::registry;
+    use crate::effects::Library;
+    use crate::gap::diagnose::Drive;
     use crate::gap::findings::Main;
     use crate::math::random::Stream;
     use crate::signal::{Log, names};
@@ -188,7 +190,8 @@ mod tests {
         }
         let record = Record::new(&robot(), &log, 0.0).unwrap();
         assert!(record.pose.is_some() && record.read_every_s()[0] > 2.0 * Slopes::OVER_S);
-        let findings = judge(&record, registry(), &Options::default()).findings.weighed("drive").unwrap();
+        let fit = Drive { log: &log, since_power_on_s: 0.0 };
+        let findings = compare(&robot(), &fit, &Library::new(), &Options::default()).unwrap().weighed("drive").unwrap();
         assert_eq!(findings.mains()[0].0, Main::None, "{:?}", findings.mains());
     }
 
