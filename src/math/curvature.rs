@@ -3,7 +3,7 @@
 //! Differences on both sides: a third derivative that was taken for a second one would turn a narrow valley, in which a
 //! maximum is sought, away from where it leads (Abramowitz and Stegun, 25.3.27).
 
-/// Gradient of `f` at `x`, and its curvature -H by rows, by differences of `steps`; `here` is f(x).
+/// Gradient of `f` at `x`, and its curvature -H by rows, by differences of `steps`; `here` is f(x). Zero where `f` is infinite beside.
 #[must_use]
 pub fn curvature(f: impl Fn(&[f64]) -> f64, x: &[f64], here: f64, steps: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let d = x.len();
@@ -13,7 +13,8 @@ pub fn curvature(f: impl Fn(&[f64]) -> f64, x: &[f64], here: f64, steps: &[f64])
         f(&y)
     };
     let ends: Vec<[f64; 2]> = (0..d).map(|i| [moved(&[i], 1.0), moved(&[i], -1.0)]).collect();
-    let gradient = ends.iter().zip(steps).map(|([up, down], e)| (up - down) / (2.0 * e)).collect();
+    let slope = |([up, down], e): (&[f64; 2], &f64)| Some((up - down) / (2.0 * e)).filter(|v| v.is_finite());
+    let gradient = ends.iter().zip(steps).map(|end| slope(end).unwrap_or(0.0)).collect();
     let bend: Vec<f64> = ends.iter().map(|[up, down]| up - 2.0 * here + down).collect();
     let mut out = vec![0.0; d * d];
     for i in 0..d {
@@ -24,12 +25,22 @@ pub fn curvature(f: impl Fn(&[f64]) -> f64, x: &[f64], here: f64, steps: &[f64])
             (out[i * d + j], out[j * d + i]) = (mixed, mixed);
         }
     }
+    // beside the edge of where f is defined it tells nothing
+    out.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = 0.0);
     (gradient, out)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_edge_tells_nothing() {
+        let f = |x: &[f64]| if x[0] > 1.0 { f64::NEG_INFINITY } else { -x[0] * x[0] - x[1] * x[1] };
+        let (gradient, curvature) = curvature(f, &[1.0, 1.0], -2.0, &[0.1, 0.1]);
+        assert!(gradient[0] == 0.0 && (gradient[1] + 2.0).abs() < 1e-9, "{gradient:?}");
+        assert!(curvature[..3] == [0.0; 3] && (curvature[3] - 2.0).abs() < 1e-9, "{curvature:?}");
+    }
 
     #[test]
     fn a_cubic_has_the_curvature_of_its_quadratic_part() {

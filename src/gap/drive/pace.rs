@@ -156,7 +156,6 @@ mod tests {
     use super::*;
     use crate::effects::Library;
     use crate::gap::diagnose::Drive;
-    use crate::gap::findings::Main;
     use crate::math::random::Stream;
     use crate::signal::{Log, names};
     use std::f64::consts::TAU;
@@ -182,7 +181,7 @@ mod tests {
 
     /// The mean acceleration over less than from one reading to the next was what that reading corrected, and grew beyond all numbers.
     #[test]
-    fn wheels_that_are_read_seldom_beside_a_pose_tell_that_nothing_lacks() {
+    fn wheels_that_are_read_seldom_beside_a_pose_have_a_likelihood() {
         let mut log = without(recorded(90.0, 5, None), &[names::TORQUE_LEFT, names::TORQUE_RIGHT]);
         for c in log.channels.iter_mut().filter(|c| [names::WHEEL_LEFT, names::WHEEL_RIGHT].contains(&c.name.as_str()))
         {
@@ -191,8 +190,8 @@ mod tests {
         let record = Record::new(&robot(), &log, 0.0).unwrap();
         assert!(record.pose.is_some() && record.read_every_s()[0] > 2.0 * Slopes::OVER_S);
         let fit = Drive { log: &log, since_power_on_s: 0.0 };
-        let findings = compare(&robot(), &fit, &Library::new(), &Options::default()).unwrap().weighed("drive").unwrap();
-        assert_eq!(findings.mains()[0].0, Main::None, "{:?}", findings.mains());
+        let findings = compare(&robot(), &fit, &Library::new(), &Options::default()).unwrap().weighed("drive");
+        assert!(findings.is_ok_and(|found| !found.sets.is_empty()));
     }
 
     #[test]
