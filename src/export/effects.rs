@@ -16,7 +16,7 @@ pub(super) fn folded(gyro: &Gyro, effects: &[EffectTable]) -> (Gyro, Vec<(String
     (out, notes)
 }
 
-/// What is said of effects that the file has no number for.
+/// Sentences about the effects `ids`, which the file has no number for.
 pub(super) fn left_out<'a>(ids: impl Iterator<Item = &'a str>) -> Vec<String> {
     let (of_gyro, of_robot): (Vec<&str>, Vec<&str>) = ids.partition(|id| id.starts_with("gyro."));
     let why = [(of_gyro, "no number of this file stands for it"), (of_robot, "of the robot, not of its gyro")];

@@ -63,7 +63,7 @@ pub struct Source<'a> {
     asked: RefCell<BTreeSet<String>>,
 }
 
-/// What effects make of the robot's geometry, as factors on the nominal one.
+/// Half track and radii of the wheels with the effects of the configuration, as factors on the nominal ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Geometry {
     /// Of the half track.
@@ -367,7 +367,7 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// Half track (m) and radius of left and right wheel (m) over the nominal ones, where `[vehicle]` and effects have them.
+    /// The robot's geometry with the effects over that of `[vehicle]`; none without `[vehicle]`.
     ///
     /// # Errors
     /// [`ErrorKind::Config`] if an effect's parameter is missing, unknown or out of bounds.

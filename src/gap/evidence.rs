@@ -144,7 +144,7 @@ impl<'a> Likelihood<'a> {
         (if value.is_nan() { f64::NEG_INFINITY } else { value }, full.then_some(posterior))
     }
 
-    /// What the course of the noise's level over the blocks gains over a constant level.
+    /// ln p that the course of the noise's level over the blocks gains over a constant level, nats.
     fn level_gain(&self, h: &Hypothesis) -> f64 {
         let (level, _) = h.level(self.frame, self.candidates);
         let term = |(s, v): (&f64, &f64)| s.ln() + v * (1.0 / s - 1.0);
