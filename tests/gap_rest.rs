@@ -93,7 +93,7 @@ each! {
     a_low_pass_is_found: "gyro.bandwidth", ["cutoff_hz" = 1.0], ["cutoff_hz"];
     growing_noise_is_found: "gyro.noise_growth", ["relative_per_c" = 0.01], ["relative_per_c"];
     // the level of all noises that vary is one: beside growth no slow course of the level gains anything
-    strongly_growing_noise_is_found: "gyro.noise_growth", ["relative_per_c" = 0.05], ["relative_per_c"];
+    strongly_growing_noise_is_found: "gyro.noise_growth", ["relative_per_c" = 0.08], ["relative_per_c"];
     a_shifted_turn_on_is_found: "gyro.turn_on_shift", ["shift_rad_s" = 3e-3], [];
     another_warm_up_is_found: "gyro.warm_up", ["c1_rad_s" = 1.6e-3, "time_constant_s" = 150.0], ["c1_rad_s", "time_constant_s"];
     louder_noise_is_found: "gyro.noise_level", ["noise_over_nominal" = 2.2], ["noise_over_nominal"];

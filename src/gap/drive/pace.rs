@@ -156,6 +156,7 @@ mod tests {
     use super::*;
     use crate::effects::Library;
     use crate::gap::diagnose::Drive;
+    use crate::gap::findings::Main;
     use crate::math::random::Stream;
     use crate::signal::{Log, names};
     use std::f64::consts::TAU;
@@ -191,7 +192,8 @@ mod tests {
         assert!(record.pose.is_some() && record.read_every_s()[0] > 2.0 * Slopes::OVER_S);
         let fit = Drive { log: &log, since_power_on_s: 0.0 };
         let findings = compare(&robot(), &fit, &Library::new(), &Options::default()).unwrap().weighed("drive");
-        assert!(findings.is_ok_and(|found| !found.sets.is_empty()));
+        let found = findings.unwrap();
+        assert_eq!(found.mains()[0].0, Main::None, "{:?}", found.mains());
     }
 
     #[test]
