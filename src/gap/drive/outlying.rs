@@ -22,17 +22,18 @@ const LN_OUTLIER: f64 = -9.0;
 impl Branch {
     /// Single readings far off are put aside; returns whether there were any.
     pub(super) fn put_outliers_aside(&mut self, options: &Options, residuals: &[Residual]) -> bool {
-        let mut found: Vec<(Channel, usize, f64)> = Vec::new();
+        let mut found: Vec<(Channel, usize, f64, f64)> = Vec::new();
         let mut counts = [0usize; 6];
         // what is far off is so for noise as large as it is
         let scales = scales(residuals);
-        for &(channel, row, white, _) in residuals {
+        for &(channel, row, white, std) in residuals {
             counts[channel as usize] += 1;
-            let white = white / scales[channel as usize];
-            if white.abs() > OUTLYING {
-                found.push((channel, row, white));
+            let scale = scales[channel as usize];
+            if white.abs() > OUTLYING * scale {
+                found.push((channel, row, white / scale, std * scale));
             }
         }
+        let [_, every_s] = self.record.read_every_s();
         let mut any = false;
         for (place, (id, named, channels)) in [
             (OUTLIERS, true, &Channel::ALL[2..3]),
@@ -42,8 +43,8 @@ impl Branch {
         .into_iter()
         .enumerate()
         {
-            let own = |f: &&(Channel, usize, f64)| channels.contains(&f.0) && self.stands_out(f.0, f.1);
-            let here: Vec<&(Channel, usize, f64)> = found.iter().filter(own).collect();
+            let own = |f: &&(Channel, usize, f64, f64)| channels.contains(&f.0) && self.stands_out(f.0, f.1, every_s);
+            let here: Vec<&(Channel, usize, f64, f64)> = found.iter().filter(own).collect();
             let all: usize = channels.iter().map(|c| counts[*c as usize]).sum();
             let gain: f64 = here.iter().map(|f| 0.5 * f.2 * f.2 + LN_OUTLIER).sum();
             let prior = if named { options.prior.ln_rest } else { options.prior.ln_free };
@@ -58,7 +59,9 @@ impl Branch {
             {
                 continue;
             }
-            for (channel, row, _) in here {
+            // the likelihood gains ν²/2S + ln √S where a reading is put aside: what it costs is said here
+            let cost: f64 = here.iter().map(|f| f.3.ln() - LN_OUTLIER).sum();
+            for (channel, row, ..) in here {
                 let column = match channel {
                     Channel::Gyro => self.record.gyro_rad_s.as_mut().map(|g| &mut g[*row]),
                     Channel::WheelLeft => Some(&mut self.record.wheels_rad_s[0][*row]),
@@ -89,7 +92,7 @@ impl Branch {
                 part.parameters = Parameters::from([("probability_per_sample".into(), share)]);
                 part.std = Parameters::from([("probability_per_sample".into(), share / (count as f64).sqrt())]);
             }
-            self.extra_weight += if again { gain } else { gain + prior };
+            self.extra_weight += if again { -cost } else { prior - cost };
             self.add(part);
             any = true;
         }
@@ -99,7 +102,8 @@ impl Branch {
     /// Without torques a robot that starts to move looks like a reading far off. But then gyro and wheels agree: whether this
     /// reading departs from what the others make of the yaw rate, more than they do around it. Without a gyro, and
     /// where a row has no wheels, whether it departs from what is before and after it.
-    fn stands_out(&self, channel: Channel, row: usize) -> bool {
+    /// `every_s`: typical time from one reading of ω to the next, s.
+    fn stands_out(&self, channel: Channel, row: usize, every_s: f64) -> bool {
         let r = &self.record;
         if r.torques_n_m.is_some() || channel > Channel::Gyro {
             return true;
@@ -109,7 +113,6 @@ impl Branch {
         };
         let robot = &r.belief.robot;
         let drive = r.drive_around(row);
-        let [_, every_s] = r.read_every_s();
         // streams with clocks of their own are read in rows of their own: the gyro on the line between the readings about that time
         let turning = |k: usize| {
             let read = |j: usize| Some((r.times_s[j], gyro[j])).filter(|g| g.1.is_finite());
