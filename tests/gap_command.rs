@@ -7,6 +7,7 @@ use gyroid::config::Config;
 use gyroid::gap::Answer;
 use gyroid::gap::answer::Verdict;
 use gyroid::gap::place::{Curve, Over, Shown};
+use gyroid::gap::trace::{Decision, TraceStage};
 use place::Place;
 
 const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.2\n\
@@ -46,7 +47,7 @@ fn in_order(text: &str, parts: &[&str]) {
 fn a_tone_is_found_drawn_written_and_can_be_simulated() {
     let place = new(TONE);
     let line = "gap diagnose sim.toml --fit fit.csv --hold hold.csv --json a.json --write-sim augmented.toml \
-                --plot a.png --plot a.svg";
+                --plot a.png --plot a.svg --why why.md";
     let text = place.ok(line);
     in_order(&text, &["IDENTIFIED: tone", "1. Where", "2. Which", "0.31", "3. How far", "log score", "4. What to do"]);
     let (answer, curves) = answer(&place, "a.json");
@@ -61,6 +62,28 @@ fn a_tone_is_found_drawn_written_and_can_be_simulated() {
     assert_eq!((augmented.effects.len(), effect.id.as_str()), (1, "gyro.tone"));
     // Cramér-Rao: √24 σ / (2π a step n^1.5), five of them
     assert!((effect.parameters["frequency_hz"] - 0.31).abs() < 5.0 * 1.3e-5, "{effect:?}");
+    // the trail leads from the data to the same verdict, in the file for people and in the answer
+    let why = place.read("why.md");
+    let stages = [
+        "# Why: IDENTIFIED: tone",
+        "Screening",
+        "samples",
+        "Sets",
+        "Additions",
+        "Leaving one out",
+        "Probabilities",
+        "Hold-out",
+    ];
+    in_order(&why, &stages);
+    let taken = |stage| {
+        answer.trace.iter().any(|s| s.stage == stage && s.decision == Decision::Taken && s.subject == "gyro.tone")
+    };
+    let of_effects = [TraceStage::LeaveOneOut, TraceStage::Probabilities, TraceStage::HoldOut];
+    assert!(of_effects.into_iter().all(taken), "{:?}", answer.trace);
+    assert_eq!(why.matches("\n| taken | gyro.tone |").count(), of_effects.len() + usize::from(taken(TraceStage::Sets)));
+    // nothing more is worth its price beside the best set
+    let added = answer.trace.iter().filter(|s| s.stage == TraceStage::Additions);
+    assert!(added.clone().count() > 5 && added.into_iter().all(|s| s.nats.unwrap() <= 0.0), "{:?}", answer.trace);
     place.ok("simulate augmented.toml --inputs hold.csv --seed 1 -o predicted.csv");
     assert!(place.read("a.svg").contains("tone"));
     assert!(std::fs::read(place.path("a.png")).unwrap().starts_with(b"\x89PNG"));

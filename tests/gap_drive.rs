@@ -43,7 +43,7 @@ fn read(path: &Path) -> Answer {
 fn a_scale_factor_is_pinpointed_named_measured_written_and_drawn() {
     let dir = tempfile::tempdir().unwrap();
     drives(dir.path(), SCALE);
-    let line = "sim.toml --fit fit.parquet --hold hold.parquet --json a.json --write-sim augmented.toml --plot a.png";
+    let line = "sim.toml --fit fit.parquet --hold hold.parquet --json a.json --write-sim augmented.toml --plot a.png --why why.md";
     let (code, text, error) = diagnose(dir.path(), &line.split(' ').collect::<Vec<_>>());
     assert_eq!(code, 0, "{error}");
     let parts =
@@ -54,6 +54,18 @@ fn a_scale_factor_is_pinpointed_named_measured_written_and_drawn() {
     }
     let answer = read(&dir.path().join("a.json"));
     assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Identified, Some("gyro.scale_factor")));
+    // the trail leads from the drive to the same verdict
+    let why = std::fs::read_to_string(dir.path().join("why.md")).unwrap();
+    for heading in ["Screening", "Preprocessing", "Sets", "Leaving one out", "Probabilities", "Hold-out"] {
+        let own = why.split("\n## ").find(|part| part.lines().next().is_some_and(|line| line.ends_with(heading)));
+        let own = own.unwrap_or_else(|| panic!("{heading:?} is missing in\n{why}"));
+        let row = match heading {
+            "Preprocessing" => "\n| taken | as recorded |",
+            "Screening" => "\n| estimated | gyro.scale_factor |",
+            _ => "\n| taken | gyro.scale_factor |",
+        };
+        assert!(own.contains(row), "{own}");
+    }
     let effect = &answer.effects[0];
     let (estimate, std) = (effect.parameters["relative"], effect.std["relative"]);
     assert!((estimate - 0.012).abs() < 4.0 * std, "{estimate} ± {std}");

@@ -7,6 +7,7 @@
 use super::answer::{Answer, Place, Remainder, Verdict};
 use super::far::{Closed, block_rows, block_sums};
 use super::findings::Findings;
+use super::trace::{Decision, Step, TraceStage};
 use crate::effects::Parameters;
 use crate::error::Result;
 use crate::math::NORMAL_975;
@@ -133,6 +134,29 @@ pub fn idle(tested: &[Tested], findings: &Findings) -> Vec<String> {
     tested.iter().filter(|t| t.is_idle()).filter(there).map(|t| t.id.clone()).collect()
 }
 
+/// What each of `tested` gained on the recording on which the gap is measured, as steps of the trail, with the ids of those that
+/// are `refuted` and `idle`.
+pub fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> Vec<Step> {
+    let one = |t: &Tested| {
+        let mean = t.mean();
+        let (first, last) = (t.first.ci95(), t.last.ci95());
+        let gains = format!(
+            "mean of the gain in log score when added first ({:.1} to {:.1} nats, 95 %) and last ({:.1} to {:.1})",
+            first[0], first[1], last[0], last[1]
+        );
+        let (decision, reason) = if refuted.contains(&t.id) {
+            (Decision::Rejected, format!("{gains}: both intervals lie below zero"))
+        } else if idle.contains(&t.id) {
+            (Decision::Removed, format!("{gains}: idle, no gain worth the name is to be expected"))
+        } else {
+            (Decision::Taken, gains)
+        };
+        let step = Step::new(TraceStage::HoldOut, &t.id, decision, reason).nats(mean.nats);
+        step.limit("least gain that closes anything", LEAST_NATS, "nats")
+    };
+    tested.iter().map(one).collect()
+}
+
 /// Brings main effect, verdict and remainder of `answer` into line with what was measured: `tested`, effect by effect, and
 /// `closed`, by all that are not idle together. `place` says where an effect shows, and without one where the remainder does.
 pub fn settle(
@@ -153,6 +177,13 @@ pub fn settle(
         let told = format!("{:.0} % of the gap (95 %: {:.0} to {:.0} %)", 100.0 * estimate, 100.0 * low, 100.0 * high);
         let presence = answer.main.as_ref().and_then(|id| answer.effects.iter().find(|e| e.id == *id));
         let presence = presence.map_or(0.0, |e| e.probability);
+        let step = Step::new(
+            TraceStage::HoldOut,
+            "all that have a name",
+            if low > MOST { Decision::Taken } else { Decision::Rejected },
+            format!("they close {told}"),
+        );
+        answer.trace.push(step.limit("share that is most of the gap", MOST, ""));
         match answer.verdict {
             // a gap that is small against what chance makes of a recording is no proof of another cause
             Verdict::Identified if high < MOST && !closed.paired => {
@@ -187,6 +218,7 @@ pub fn unseat(answer: &mut Answer, probability: f64, why: String, place: Option<
     answer.verdict = Verdict::Unknown;
     answer.unknown_probability = probability.max(answer.unknown_probability);
     answer.main_probability *= 1.0 - probability;
+    answer.trace.push(Step::new(TraceStage::HoldOut, "the verdict 'identified'", Decision::Rejected, why.as_str()));
     answer.notes.push(why);
     answer.place = place.or(answer.place.take());
 }

@@ -1,5 +1,6 @@
 //! The answer of a diagnosis: what `--json` writes.
 
+use super::trace::Step;
 use crate::effects::Parameters;
 use crate::navigate::Summary;
 use serde::{Deserialize, Serialize};
@@ -67,6 +68,9 @@ pub struct Answer {
     /// How the gap was measured, and what could not be told, in sentences.
     #[serde(default)]
     pub notes: Vec<String>,
+    /// Everything that was tried, by stages, and why it was taken or not.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub trace: Vec<Step>,
 }
 
 /// One effect.

@@ -4,7 +4,7 @@ use crate::math::NORMAL_975;
 use crate::math::robust::{mad_std, median, quantile};
 
 /// Samples beyond this many robust standard deviations are put aside. A normal series of 10⁵ samples has 10⁻⁴ of them.
-const LIMIT: f64 = 6.0;
+pub(super) const LIMIT: f64 = 6.0;
 /// Stretches of the series whose scale is their own, of so many samples at least.
 const STRETCHES: usize = 64;
 const SHORTEST: usize = 500;

@@ -10,6 +10,7 @@ use super::given::Given;
 use super::judge::{Options as JudgeOptions, judge};
 use super::prepare::{Prepared, prepare};
 use super::state_space::{Believed, blocked_log_score};
+use super::trace;
 use crate::config::{Config, EffectTable, Kind};
 use crate::effects::{Effect, Explanation, Library, Parameters};
 use crate::error::Result;
@@ -147,7 +148,9 @@ pub fn diagnose_observed(
             (0..options.simulated_logs as u64).map(gain).collect()
         },
     )?;
-    findings.set_aside(&account::idle(&tested, &findings));
+    let idle = account::idle(&tested, &findings);
+    findings.set_aside(&idle);
+    findings.trace.extend(account::steps(&tested, &[], &idle));
     let mut answer = answer(&findings, library, &prepared);
     let together: Vec<(String, Parameters)> = found.into_iter().filter(|f| answer.together.contains(&f.0)).collect();
     let listed: Vec<(String, Parameters)> =
@@ -208,6 +211,7 @@ pub fn diagnose_drives(
 fn judged(prepared: &Prepared, library: &Library, given: &Given, options: &Options) -> Findings {
     let effects: Vec<&'static dyn Effect> = library.effects().collect();
     let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
+    findings.trace.splice(0..0, trace::of_notes(&prepared.notes));
     findings.notes.splice(0..0, prepared.notes.iter().cloned());
     given.take_out(&mut findings, &options.judge.calibration);
     findings

@@ -2,6 +2,7 @@
 
 use super::calibration::{Calibration, counts};
 use super::search::Prior;
+use super::trace::Step;
 use crate::effects::Parameters;
 use crate::error::{Error, ErrorKind, Result};
 use std::collections::{BTreeMap, BTreeSet};
@@ -93,6 +94,8 @@ pub struct Findings {
     pub doubt: f64,
     /// What is to be said about the recording.
     pub notes: Vec<String>,
+    /// What was tried before the sets were weighed.
+    pub trace: Vec<Step>,
 }
 
 /// What closes fewer nats than this is a side effect: it may be named, and need not be.
@@ -130,6 +133,9 @@ impl Main {
 }
 
 impl Findings {
+    /// A gap is asserted where the nominal simulator is less probable than this: an alarm costs [`FALSE_ALARM`] times a miss.
+    pub const LEAST_NONE: f64 = 1.0 / (1.0 + FALSE_ALARM);
+
     /// Sets with normalised probabilities under `calibration`, where their weights stand under `prior`.
     pub fn new(mut sets: Vec<WeightedSet>, prior: &Prior, calibration: &Calibration, notes: Vec<String>) -> Self {
         let ln: Vec<f64> = sets.iter().map(|s| calibration.ln_weight(s, prior)).collect();
@@ -140,7 +146,8 @@ impl Findings {
             set.probability = believed * (v - top).exp() / total;
         }
         sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        Self { sets, idle: Vec::new(), least_nats: -prior.ln_named, doubt: calibration.doubt, notes }
+        let (idle, trace) = (Vec::new(), Vec::new());
+        Self { sets, idle, least_nats: -prior.ln_named, doubt: calibration.doubt, notes, trace }
     }
 
     /// Refuses sets that could not be weighed.
@@ -236,7 +243,7 @@ impl Findings {
     pub fn top(&self) -> Main {
         let mains = self.mains();
         let none = mains.iter().find(|m| m.0 == Main::None).map_or(0.0, |m| m.1);
-        let first = mains.into_iter().next().filter(|_| none * (1.0 + FALSE_ALARM) < 1.0);
+        let first = mains.into_iter().next().filter(|_| none < Self::LEAST_NONE);
         first.map_or(Main::None, |m| m.0)
     }
 

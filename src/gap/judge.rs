@@ -1,7 +1,7 @@
 //! The comparison of one recording's hypotheses, Gaussian part and the rest together.
 
 use super::calibration::Calibration;
-use super::clean::clean;
+use super::clean::{LIMIT, clean};
 use super::evidence::{Fitted, Likelihood, nuisances};
 use super::findings::{Findings, Part, WeightedSet};
 use super::frame::{Data, Frame};
@@ -11,7 +11,8 @@ use super::layers::{lattice, repeats, shots};
 use super::looks::{Choice, Looks, Seen, Views};
 use super::parts::parts;
 use super::popcorn::{Popcorn, beside};
-use super::search::{Prior, Search};
+use super::search::{Prior, SCREENED, Search};
+use super::trace::{Decision, Step, TraceStage, of_additions};
 use crate::effects::{Effect, Explanation, NoiseState};
 use crate::model::Scene;
 
@@ -151,7 +152,9 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     number(&unlevelled.fitted.hypothesis).into_iter().for_each(|i| wanted[i] = true);
     let mut views = Views::default();
     let mut beside_path: Vec<Account> = Vec::new();
+    let mut by_levels = None;
     if let Some((found, ln_weight)) = popcorn(&likelihood, &nuisance, &search, prior) {
+        by_levels = Some(ln_weight - best.ln_weight);
         let h = &found.fitted.hypothesis;
         let without = search.weight_of(h);
         let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
@@ -199,8 +202,13 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     views.look(&looks);
 
     let mut notes = Vec::new();
+    let mut rows_removed = None;
     if !aside.is_empty() {
-        notes.push(format!("Samples that stand out were put aside before anything else was judged: {}.", aside.len()));
+        let note = format!("Samples that stand out were put aside before anything else was judged: {}.", aside.len());
+        let step = Step::new(TraceStage::Data, "samples that stand out", Decision::Removed, note.as_str());
+        rows_removed =
+            Some(step.limit("distance from the median of its neighbours", LIMIT, "robust standard deviations"));
+        notes.push(note);
     }
     let white = |at: usize| accounts[at].as_ref().map_or(&[][..], |a| &views.layers[a.view].white);
     let lattice = grain.lsb_rad_s.map(|lsb| {
@@ -240,7 +248,41 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
             combined.push(WeightedSet { parts: set, ln_weight: total(a, choice), probability: 0.0 });
         }
     }
-    Findings::new(combined, &prior, &options.calibration, notes)
+    let mut trace = tried(&search, &candidates, &best.fitted.hypothesis);
+    trace.extend(rows_removed);
+    trace.extend(by_levels.map(|nats| {
+        let reason = "two levels in the place of a correlated noise, over the best set without";
+        let decision = if nats > 0.0 { Decision::Taken } else { Decision::Rejected };
+        Step::new(TraceStage::Preprocessing, "a path of jumps between two levels", decision, reason).nats(nats)
+    }));
+    let weight = |a: &Account| choices(a).into_iter().map(|c| total(a, c)).fold(f64::NEG_INFINITY, f64::max);
+    let whole = there().max_by(|a, b| weight(a).total_cmp(&weight(b)));
+    trace.extend(whole.into_iter().flat_map(|a| layers(a).steps(a.nominal_level, a.parts.is_some())));
+    Findings { trace, ..Findings::new(combined, &prior, &options.calibration, notes) }
+}
+
+/// Each candidate alone, and beside the best set, as steps of the trail.
+fn tried(search: &Search, candidates: &[Candidate], best: &Hypothesis) -> Vec<Step> {
+    let alone = |(c, start, fitted): (usize, Option<f64>, Option<f64>)| {
+        let reason = match (start, fitted) {
+            (_, Some(_)) => "gain in ln weight over the nominal simulator, fitted",
+            (None, _) => "there is no start at which it gains anything",
+            _ => {
+                "gain in ln weight over the nominal simulator where it starts; not fitted alone, for another gains more"
+            }
+        };
+        let step = Step::new(TraceStage::Screening, &candidates[c].id, Decision::Estimated, reason);
+        let step = fitted.or(start).into_iter().fold(step, Step::nats);
+        step.limit("distance from the largest gain up to which one is fitted", SCREENED, "nats")
+    };
+    let mut steps: Vec<Step> = search.additions(&Hypothesis::default()).into_iter().map(alone).collect();
+    let gain = |step: &Step| step.nats.unwrap_or(f64::NEG_INFINITY);
+    steps.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
+    let beside = search.additions(best);
+    let gains: Vec<(&str, f64)> =
+        beside.iter().filter_map(|(c, start, fitted)| Some((candidates[*c].id.as_str(), fitted.or(*start)?))).collect();
+    steps.extend(of_additions(&gains));
+    steps
 }
 
 fn key(h: &Hypothesis) -> Vec<usize> {

@@ -6,6 +6,7 @@ use super::findings::Part;
 use super::hypothesis::Hypothesis;
 use super::layers::{amplitude, bursts, events, track};
 use super::search::{Prior, whitened};
+use super::trace::{Decision, Step, TraceStage};
 use rayon::prelude::*;
 
 /// What the looks at all series have in common.
@@ -180,6 +181,24 @@ impl Layers {
         all
     }
 
+    /// Each distribution and course of the level that was looked for, as steps of the trail; [`Layers::choices`] of `alone` and
+    /// `followed` are possible, and the one of most weight is taken.
+    pub fn steps(&self, alone: bool, followed: bool) -> Vec<Step> {
+        let possible = self.choices(alone, followed).into_iter();
+        let best = possible.max_by(|a, b| self.ln_weight(*a).total_cmp(&self.ln_weight(*b)));
+        let Some(Choice([amplitude, free])) = best else { return Vec::new() };
+        let lists = [(&self.amplitudes, amplitude), (&self.free, free)].into_iter();
+        let each = lists.flat_map(|(list, taken)| list.iter().enumerate().map(move |(i, one)| (one, i == taken)));
+        each.filter_map(|((part, nats), taken)| {
+            let part = part.as_ref()?;
+            let decision = if taken { Decision::Taken } else { Decision::Rejected };
+            let reason =
+                "gain in ln weight over normal samples of constant level, in the series that the best set whitens";
+            Some(Step::new(TraceStage::Samples, &part.id, decision, reason).nats(*nats))
+        })
+        .collect()
+    }
+
     /// The parts of a choice.
     pub fn parts(&self, choice: Choice) -> impl Iterator<Item = &Part> {
         let Choice([a, f]) = choice;
@@ -203,11 +222,8 @@ mod tests {
     fn series_of_another_level_are_not_the_same() {
         let draw = &mut Stream::new(3, 1);
         let normal: Vec<f64> = (0..36_000).map(|_| draw.normal()).collect();
-        let seen = |scale: f64| Seen {
-            w: normal.iter().map(|v| scale * v).collect(),
-            noise_std: 1.0,
-            profile: vec![1.0],
-        };
+        let seen =
+            |scale: f64| Seen { w: normal.iter().map(|v| scale * v).collect(), noise_std: 1.0, profile: vec![1.0] };
         let mut views = Views::default();
         let numbers = [1.0, 1.0001, 1.67, 1.66].map(|scale| views.of(seen(scale)));
         assert_eq!(numbers, [Some(0), Some(0), Some(1), Some(2)]);

@@ -31,6 +31,7 @@ mod popcorn;
 pub mod prepare;
 mod search;
 pub mod state_space;
+pub mod trace;
 
 pub use answer::Answer;
 pub use calibration::Calibration;

@@ -73,6 +73,12 @@ pub struct Search<'a> {
 
 /// Sets this much less probable than the best are not pursued, nats.
 const WINDOW: f64 = 12.0;
+/// Candidates that gain so many nats less than the best one where they start are not fitted ...
+pub(super) const SCREENED: f64 = 6.0;
+/// ... nor those that gain less than this.
+const LEAST_SCREENED: f64 = -4.0;
+/// Candidates that are fitted beside one set.
+const FITTED: usize = 5;
 /// Least number of cycles of a tone: what swings fewer times in a recording is a slow change, not a vibration.
 const TONE_CYCLES: f64 = 10.0;
 /// Most parts of a set.
@@ -175,8 +181,8 @@ impl<'a> Search<'a> {
         }
         screened.sort_by(|a, b| b.0.total_cmp(&a.0));
         let top = screened.first()?.0;
-        screened.retain(|s| s.0 > top - 6.0 && s.0 > -4.0);
-        screened.truncate(5);
+        screened.retain(|s| s.0 > top - SCREENED && s.0 > LEAST_SCREENED);
+        screened.truncate(FITTED);
         let met: Vec<Met> = screened.iter().map(|(_, h)| self.meet(h)).collect();
         met.into_iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight))
     }
@@ -258,7 +264,7 @@ impl<'a> Search<'a> {
                     }
                 }
                 screened.sort_by(|a, b| b.0.total_cmp(&a.0));
-                screened.truncate(5);
+                screened.truncate(FITTED);
                 for (_, h) in screened {
                     let met = self.meet(&h);
                     if met.ln_weight > best.ln_weight - 0.5 * WINDOW {
@@ -292,6 +298,24 @@ impl<'a> Search<'a> {
             }
         }
         met
+    }
+
+    /// Each candidate that was tried beside the set `base`: its number, its gain in ln weight where it started (none where it cannot
+    /// be there), and that of its fit, if it was fitted.
+    pub fn additions(&self, base: &Hypothesis) -> Vec<(usize, Option<f64>, Option<f64>)> {
+        let key = Self::key(base);
+        let Some(without) = self.met.get(&key) else { return Vec::new() };
+        let fitted = |candidate: usize| {
+            let mut with = key.clone();
+            with.push(candidate);
+            with.sort_unstable();
+            self.met.get(&with).map(|met| met.ln_weight - without.ln_weight)
+        };
+        let one = |(tried, extension): (&(Vec<usize>, usize), &Extension)| {
+            let start = extension.as_ref().map(|e| e.1 + self.ln_prior(&[tried.1]));
+            (tried.1, start, fitted(tried.1))
+        };
+        self.extensions.iter().filter(|(tried, _)| tried.0 == key).map(one).collect()
     }
 
     fn top(&self) -> Option<Met> {

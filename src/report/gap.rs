@@ -12,6 +12,8 @@ use words::{
     about_of, closed, correction, curve_name, degrees, errors, heading_horizon_s, metrics, parameters, percent, title,
 };
 
+#[path = "gap/why.rs"]
+mod why;
 #[path = "gap/words.rs"]
 pub(in crate::report) mod words;
 

@@ -26,6 +26,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:\n  \
     gyroid gap diagnose sim.toml --fit fit.parquet --hold hold.parquet --plot gap.png\n  \
     gyroid gap diagnose sim.toml --fit fit.csv --json answer.json --write-sim augmented.toml\n  \
+    gyroid gap diagnose sim.toml --fit fit.csv --why why.md\n  \
     gyroid gap diagnose husky.toml --fit imu.csv wheels.csv --map gyro_z_rad_s=gy_rad_s\n  \
     gyroid gap diagnose robot.toml --fit run2.csv --fit run3.csv --hold run4.csv --hold run5.csv")]
 pub(crate) struct DiagnoseArgs {
@@ -36,6 +37,9 @@ pub(crate) struct DiagnoseArgs {
     /// Write the configuration with the effects that were found as tables [[effect]]
     #[arg(long, value_name = "FILE")]
     write_sim: Option<PathBuf>,
+    /// Write everything that was tried, stage by stage, and why it was taken or not, as Markdown
+    #[arg(long, value_name = "FILE")]
+    why: Option<PathBuf>,
     /// Draw the page; the format follows the ending, .svg or .png; may be given more than once
     #[arg(long, value_name = "FILE")]
     plot: Vec<PathBuf>,
@@ -58,12 +62,13 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let Recordings { fit, hold } = &args.recordings;
     places::check("gap diagnose", &args.config, "--fit ", fit.iter().chain(hold).flatten())?;
     let plan = Plan::new().reads([&args.config]).reads(fit.iter().chain(hold).flatten());
-    let plan = plan.writes("--write-sim", &args.write_sim).writes("--plot", &args.plot);
+    let plan = plan.writes("--write-sim", &args.write_sim).writes("--plot", &args.plot).writes("--why", &args.why);
     let output = Output::open(&args.common, "gap.diagnose", plan)?;
     places::check_kept_back(fit, hold)?;
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let write_sim = args.write_sim.as_ref().map(OutputFile::claim).transpose()?;
+    let why = args.why.as_ref().map(OutputFile::claim).transpose()?;
     let library = library(&args.without)?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
     let drives = config.kind == Kind::Driving;
@@ -144,6 +149,12 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         let names: Vec<String> = plots.iter().map(|p| p.target().display().to_string()).collect();
         plots.into_iter().try_for_each(|file| picture.write(file))?;
         output.say(format!("\ndrew {}", names.join(", ")));
+    }
+    if let Some(mut file) = why {
+        let target = file.target().display().to_string();
+        file.write_all(report.why().as_bytes())?;
+        file.commit()?;
+        output.say(format!("wrote {target}: {} steps", diagnosis.answer.trace.len()));
     }
     if let Some(mut file) = write_sim {
         let target = file.target().display().to_string();

@@ -311,6 +311,7 @@ fn plain(verdict: Verdict) -> Answer {
         gap: Vec::new(),
         navigation: None,
         notes: Vec::new(),
+        trace: Vec::new(),
     }
 }
 

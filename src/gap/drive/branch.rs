@@ -16,6 +16,7 @@ use crate::effects::Parameters;
 use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::drive::{Coordinate, Driving};
 use crate::gap::findings::{Part, WeightedSet};
+use crate::gap::trace::{Decision, Step, TraceStage};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Comparisons of all sets at most.
@@ -49,6 +50,8 @@ pub(super) struct Branch {
     pub(super) levels: Vec<Level>,
     /// By how many nats each effect of the best set is missed where it is left out
     pub(super) missed_by: BTreeMap<String, f64>,
+    /// What was tried.
+    pub(super) trace: Vec<Step>,
 }
 
 impl Branch {
@@ -56,7 +59,7 @@ impl Branch {
         let (promising, put_aside, extra_weight, extra_parts) = (None, [0; 3], 0.0, Vec::new());
         let believed = noise;
         let (restored, bent_nats) = (false, 0.0);
-        let (levels, missed_by) = (Vec::new(), BTreeMap::new());
+        let (levels, missed_by, trace) = (Vec::new(), BTreeMap::new(), Vec::new());
         Self {
             record,
             believed,
@@ -71,6 +74,7 @@ impl Branch {
             extra_parts,
             levels,
             missed_by,
+            trace,
         }
     }
 
@@ -97,9 +101,13 @@ impl Branch {
         }
         let (candidates, theta) = (&self.compared.candidates, &self.compared.theta);
         let changed = unforced::likely(&self.record, &Self::models_at(&self.record, candidates, theta), &self.noise);
-        let better = self.ln_likelihood(&changed) > self.ln_likelihood(&self.noise) + BETTER;
+        let gained = self.ln_likelihood(&changed) - self.ln_likelihood(&self.noise);
+        let better = gained > BETTER;
         if better {
             self.noise = changed;
+            let reason = "without torques: how speeds change, and noise levels, estimated beside the best set";
+            let step = Step::new(TraceStage::Readings, "diffusion of the speeds", Decision::Estimated, reason);
+            self.note(step.nats(gained).limit("least gain to be taken", BETTER, "nats"));
         }
         better
     }

@@ -14,6 +14,7 @@ use super::pass::{Noise, Process};
 use super::pinpoint::pinpoint;
 use super::ready::{Ready, ready};
 use super::record::{Belief, Record};
+use super::same_unit::other_robot;
 use super::testable::nothing_twice;
 use super::unforced::LOUDER;
 use crate::config::{Config, EffectTable, Kind};
@@ -23,11 +24,12 @@ use crate::effects::rate_random_walk::ID as WALK;
 use crate::effects::{Library, Parameters};
 use crate::error::Result;
 use crate::gap::account;
-use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, Verdict};
+use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, TimeOffset, Verdict};
 use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
 use crate::gap::far::{Closed, Options as FarOptions};
 use crate::gap::findings::{Findings, Main, Part, REFUTED};
+use crate::gap::trace::{Decision, Step, TraceStage};
 use statrs::function::erf::erfc;
 
 /// Share of what was explained that is most of it.
@@ -38,11 +40,6 @@ const MEASURED: usize = 4;
 const SIMULATED: usize = 6;
 /// Standard deviations by which a filter errs more with an effect than chance would have it: what is there makes none worse.
 const MISLED: f64 = 3.0;
-/// Standard deviations by which a gyro's bias may differ between two runs of one unit.
-const OTHER_UNIT: f64 = 4.0;
-/// Fewest rows at rest that tell a bias, and parts of them whose means are held against each other.
-const AT_REST: usize = 64;
-const PARTS: usize = 8;
 
 /// Diagnoses drives; see [`crate::gap::diagnose_drives`].
 ///
@@ -97,6 +94,9 @@ pub fn diagnose(
         found.insert(0, one);
         tested = account::test(&found, |effects| Ok(rows(effects)), expect)?;
         let superfluous = account::superfluous(&tested);
+        let beside = "gains nothing beyond chance beside the effect that explains most alone";
+        let removed = |id: &String| Step::new(TraceStage::HoldOut, id, Decision::Removed, beside);
+        judged.findings.trace.extend(superfluous.iter().map(removed));
         judged.findings.lead(&Part { share: closest.gain, ..closest.part.clone() }, &superfluous);
         tested.retain(|t| !superfluous.contains(&t.id));
         found.retain(|one| !superfluous.contains(&one.0));
@@ -105,8 +105,12 @@ pub fn diagnose(
     judged.closest = judged.closest.filter(|_| judged.unknown && vouched.is_none());
     let refuted = if kept.is_some() { account::refuted(&tested) } else { Vec::new() };
     judged.findings.refute(&refuted);
+    let all = tested.clone();
     tested.retain(|t| !refuted.contains(&t.id));
-    judged.findings.set_aside(&account::idle(&tested, &judged.findings));
+    let idle = account::idle(&tested, &judged.findings);
+    judged.findings.set_aside(&idle);
+    judged.findings.trace.splice(0..0, clocks.offsets.iter().map(clock_step));
+    judged.findings.trace.extend(account::steps(&all, &refuted, &idle));
     let findings = &judged.findings;
     let mut answer = compose::answer(findings, |top| match top {
         Main::None => None,
@@ -122,13 +126,16 @@ pub fn diagnose(
     answer.notes.extend(clocks.notes.iter().cloned());
     answer.notes.extend(together_note(&record));
     answer.notes.extend(loud);
-    answer.notes.extend(vouched.map(|id| {
-        format!(
+    let vouched = vouched.map(|id| {
+        let why = format!(
             "{id} explains most alone of the recordings diagnosed from, and predicts the one on which the gap is measured better than \
              all that was found beside each other. It leads: noise that is not as stated is seldom white, and their own evidence counts more readings \
              than are independent."
-        )
-    }));
+        );
+        answer.trace.push(Step::new(TraceStage::HoldOut, &id, Decision::Taken, why.as_str()));
+        why
+    });
+    answer.notes.extend(vouched);
     answer.notes.extend((!refuted.is_empty()).then(|| {
         format!(
             "The recording kept back contradicts {}: with it the simulator predicts that recording worse, beyond chance. It is no \
@@ -264,6 +271,14 @@ fn together_note(record: &Record) -> Option<String> {
     })
 }
 
+/// A clock that was set, as a step of the trail.
+fn clock_step(offset: &TimeOffset) -> Step {
+    let subject = format!("{} of {}", offset.channel, offset.recording);
+    let reason =
+        format!("stamped late by {:.4} ± {:.4} s: set before anything is judged", offset.offset_s, offset.std_s);
+    Step::new(TraceStage::Clocks, &subject, Decision::Estimated, reason)
+}
+
 fn is_lattice(library: &Library, id: &str) -> bool {
     library.driving_by_id(id).is_some_and(|e| matches!(e.explanation(), DriveExplanation::WheelLattice))
 }
@@ -387,11 +402,13 @@ fn offered(
     let kept = most.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |g| g.1);
     let left_out = together.split_off(kept);
     let ids: Vec<&str> = left_out.iter().map(|one| one.0.as_str()).collect();
-    answer.notes.push(format!(
-        "The augmented simulator is without {}: what corrects it beside the effects is in no simulator, and with them alone it \
-         would predict this very recording worse than the nominal one does.",
-        ids.join(", ")
-    ));
+    let ids = ids.join(", ");
+    let why = format!(
+        "The augmented simulator is without {ids}: what corrects it beside the effects is in no simulator, and with them alone it \
+         would predict this very recording worse than the nominal one does."
+    );
+    answer.trace.push(Step::new(TraceStage::HoldOut, &ids, Decision::Removed, why.as_str()));
+    answer.notes.push(why);
     together
 }
 
@@ -424,7 +441,11 @@ fn drop_inconstant(answer: &mut Answer, findings: &Findings) {
         return;
     }
     let Some(set) = findings.best_unknown() else { return };
-    answer.together.retain(|id| set.parts.iter().all(|p| p.id.strip_prefix(VARYING) != Some(id)));
+    let varies = |id: &String| set.parts.iter().any(|p| p.id.strip_prefix(VARYING) == Some(id));
+    let (gone, left): (Vec<String>, Vec<String>) = answer.together.drain(..).partition(varies);
+    let why = "its coefficient is not constant, and the cause is unknown: it is not simulated with a constant one";
+    answer.trace.extend(gone.iter().map(|id| Step::new(TraceStage::HoldOut, id, Decision::Removed, why)));
+    answer.together = left;
 }
 
 /// A drive is too short to tell a walk of the gyro's bias from any other slow wander. Where it is not what matters most it has no name:
@@ -434,11 +455,10 @@ fn told_as_wander(answer: &mut Answer) -> Option<String> {
         return None;
     }
     answer.together.retain(|id| id != WALK);
-    Some(
-        "The gyro's bias wanders within the drive, like a walk as large as listed; drives are too short to tell which slow process \
-         that is. Diagnose a recording at rest, an hour or longer, to know."
-            .into(),
-    )
+    let why = "The gyro's bias wanders within the drive, like a walk as large as listed; drives are too short to tell which slow process \
+               that is. Diagnose a recording at rest, an hour or longer, to know.";
+    answer.trace.push(Step::new(TraceStage::HoldOut, WALK, Decision::Removed, why));
+    Some(why.into())
 }
 
 /// Where the effect that explains most alone stands in the list: at the end if it was not in it. Unless it was found, its
@@ -454,46 +474,6 @@ fn list_closest(closest: &Closest, answer: &mut Answer) -> usize {
         (effect.parameters, effect.std) = (part.parameters.clone(), part.std.clone());
     }
     at
-}
-
-/// What the gyro reads off its model before the wheels turn, rad/s, and the variance of that. The wheels' own yaw rate is taken out:
-/// below their noise a robot may still turn, as noise of its torques makes it do. The variance is that of means over parts of
-/// the time, at least that of white noise.
-fn bias_at_rest(r: &Record) -> Option<(f64, f64)> {
-    let (gyro, robot) = (r.gyro_rad_s.as_ref()?, &r.belief.robot);
-    let still = |k: &usize| r.wheels_rad_s.iter().all(|w| !(w[*k].abs() > 5.0 * r.belief.wheel_std_rad_s));
-    let off = |k: usize| gyro[k] - r.belief.warm_up.error_rad_s(r.since_power_on_s[k]) - r.rolling(k)[1];
-    let begin = r.drives().next()?;
-    let values: Vec<f64> = begin.take_while(still).map(off).filter(|v| v.is_finite()).collect();
-    if values.len() < AT_REST {
-        return None;
-    }
-    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
-    let parts: Vec<f64> = values.chunks_exact(values.len() / PARTS).map(mean).collect();
-    let all = mean(&values);
-    let scatter = parts.iter().map(|m| (m - all).powi(2)).sum::<f64>() / (parts.len() * (parts.len() - 1)) as f64;
-    let wheels = 0.5 * (robot.radius_m[0] * r.belief.wheel_std_rad_s / robot.half_track_m).powi(2);
-    Some((all, scatter.max((r.belief.gyro_std_rad_s.powi(2) + wheels) / values.len() as f64)))
-}
-
-/// Says so if the gyro at rest in the beginning of a drive reads as another unit's than that of the first drive would.
-fn other_robot(record: &Record, kept: Option<&Record>, notes: &mut Vec<String>) {
-    let drives: Vec<Record> = record.apart().chain(kept.into_iter().flat_map(Record::apart)).collect();
-    let mut known = drives.iter().filter_map(|r| Some((r, bias_at_rest(r)?)));
-    let Some((first, (a, own))) = known.next() else { return };
-    for (other, (b, others)) in known {
-        let std = (2.0 * record.belief.turn_on_bias_std_rad_s.powi(2) + own + others).sqrt();
-        if (a - b).abs() > OTHER_UNIT * std {
-            let [one, two] = match drives.len() {
-                2 => ["one recording".into(), "the other".into()],
-                _ => [first, other].map(|r| r.sources.join(", ")),
-            };
-            notes.push(format!(
-                "Before it moves the gyro reads {a:.2e} rad/s off its model in {one} and {b:.2e} in {two}, more than one unit's \
-                 turn-on bias varies: are they of the same unit?"
-            ));
-        }
-    }
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ use super::onset::{self, Onsets};
 use super::pass::{Models, Noise};
 use super::record::Record;
 use super::ripple;
+use super::trail;
 use super::twins::Twins;
 use super::unforced;
 use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
@@ -27,6 +28,7 @@ use crate::gap::Calibration;
 use crate::gap::answer::Alike;
 use crate::gap::findings::{Findings, Main, Part, WeightedSet};
 use crate::gap::layers::lattice::Grain;
+use crate::gap::trace::{self, Step, TraceStage};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -113,9 +115,14 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         lattice_part(lsb, here.max(1.0), named.map(|e| e.about().id))
     });
     let mut others = Vec::new();
+    let mut tried: Vec<(String, Option<usize>)> = Vec::new();
+    if knows(effects, LOST_TICKS) {
+        tried.push(("lost ticks restored".into(), None));
+    }
     if knows(effects, LOST_TICKS)
         && let Some((other, bursts)) = restored(record, &branch, &begin, &noise, effects, options)
     {
+        tried[0].1 = Some(others.len());
         let gained = other.top() - branch.top();
         let part = Part { missed_nats: Some(gained - options.prior.ln_named), ..missed_part(&bursts, gained) };
         others.push((other, part));
@@ -125,8 +132,11 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         && let Some((other, late)) = wheels_in_time(record, &branch, effects, options)
     {
         let part = late.part(other.top() - branch.top(), knows(effects, late::WHEELS_LATE));
+        tried.push((format!("wheels {:.4} s earlier", late.delay_s), Some(others.len())));
         others.push((other, part));
         wheels_late_s = Some(late.delay_s);
+    } else {
+        tried.push(("late wheels put back in time".into(), None));
     }
     let mut sets = branch.sets();
     let in_time = lag::gyro_in_time(record, &branch, effects, options);
@@ -134,6 +144,11 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     for (other, part) in &others {
         sets.extend(other.sets().into_iter().map(|set| beside(set, part)));
     }
+    let mut ways: Vec<(String, Option<&Branch>)> =
+        tried.into_iter().map(|(name, at)| (name, at.map(|at| &others[at].0))).collect();
+    ways.extend(in_time.iter().map(|i| (format!("gyro {:.4} s earlier", i.lag_s), Some(&i.branch))));
+    let mut trace: Vec<Step> = trace::of_notes(&record.notes).chain(twins.steps()).collect();
+    let readings = trail::readings(&branch, &ways);
     // the drive as it is in the likeliest account of it
     let others = others.iter().map(|o| &o.0).chain(in_time.iter().map(|i| &i.branch));
     let best = others.fold(&branch, |best, other| if other.top() > best.top() { other } else { best });
@@ -144,7 +159,12 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         set.parts.iter_mut().for_each(|p| p.missed_nats = p.missed_nats.or(missed_by.get(&p.id).copied()));
     }
     let sets = sets.into_iter().flat_map(|set| twins.all(set)).collect();
-    let findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
+    let mut findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
+    let screening = |step: &&Step| step.stage == TraceStage::Screening;
+    trace.extend(branch.trace.iter().filter(screening).cloned());
+    trace.extend(best.trace.iter().filter(|step| !screening(step)).cloned().chain(readings));
+    trace.extend(trail::added(&best.compared));
+    findings.trace = trace;
     let unknown = findings.top() == Main::Unknown;
     let as_stated = record.torques_n_m.is_some() || unforced::is_as_stated(record, &best.noise);
     let nearest = if unknown || !as_stated { closest(&best.record, &best.noise, effects, options) } else { None };
@@ -176,6 +196,7 @@ pub(super) fn settled(
 ) -> Branch {
     let compared = first(&record, &noise, all, begin);
     let mut branch = Branch::new(record, noise, compared, onsets_s);
+    branch.trace = trail::screened(&branch.compared);
     branch.look_at_promising();
     branch.settle(effects, options);
     branch

@@ -37,7 +37,8 @@ pub(super) const DELAY: &str = late(Instrument::Gyro).parameters[0].name;
 pub(super) struct InTime {
     /// What explains it then.
     pub(super) branch: Branch,
-    lag_s: f64,
+    /// Time by which its gyro was put back, s.
+    pub(super) lag_s: f64,
     /// Time between rows, s.
     step_s: f64,
     /// What putting it back explains alone, nats.

@@ -14,6 +14,7 @@ use crate::effects::Parameters;
 use crate::effects::drive::noise_level::OVER;
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::gap::findings::Part;
+use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::model::drive::Instrument;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -149,6 +150,9 @@ impl Branch {
                     continue;
                 }
                 sums.iter().flat_map(|s| s.1.clone()).for_each(|c| self.noise.reading[c] *= ratio);
+                let reason = format!("noise {:.3} times as large as it was, by {n} innovations", ratio.sqrt());
+                let step = Step::new(TraceStage::Readings, id, Decision::Estimated, reason).nats(together);
+                self.note(step.limit("least evidence of another level", WORTH, "nats"));
                 if !is_known {
                     let cost = price(n) - options.prior.ln_named;
                     self.extra_weight -= cost;
@@ -164,6 +168,10 @@ impl Branch {
                 let ratio = square / n as f64;
                 places.clone().for_each(|c| self.noise.reading[c] *= ratio);
                 any = true;
+                let reason = format!("noise {:.3} times as large as it was, by {n} innovations", ratio.sqrt());
+                let step = Step::new(TraceStage::Readings, name, Decision::Estimated, reason);
+                let step = step.nats(worth(n, square, options.prior.ln_free));
+                self.note(step.limit("least evidence of another level", WORTH, "nats"));
                 self.free_level(options, name, places.start, n);
             }
         }

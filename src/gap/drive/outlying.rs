@@ -6,6 +6,7 @@ use super::levels::Residual;
 use super::pass::Channel;
 use crate::effects::Parameters;
 use crate::effects::outliers::ID as OUTLIERS;
+use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::math::robust::{SECOND_DIFFERENCE, second_difference_std};
 
 /// Innovations beyond this many standard deviations may be outliers.
@@ -88,6 +89,8 @@ impl Branch {
                     format!("{count} single readings are far off")
                 },
             );
+            let step = Step::new(TraceStage::Readings, id, Decision::Removed, part.description.as_str());
+            self.note(step.nats(gain + prior).limit("least size of an innovation", OUTLYING, "standard deviations"));
             if named {
                 part.parameters = Parameters::from([("probability_per_sample".into(), share)]);
                 part.std = Parameters::from([("probability_per_sample".into(), share / (count as f64).sqrt())]);

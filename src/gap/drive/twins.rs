@@ -31,6 +31,7 @@ use crate::effects::drive::{
 };
 use crate::gap::answer::Alike;
 use crate::gap::findings::{Part, WeightedSet};
+use crate::gap::trace::{Decision, Step, TraceStage};
 
 /// An effect, and another one that it stands for.
 #[derive(Clone, Copy)]
@@ -104,6 +105,15 @@ impl Twins {
         let alike = record.torques_n_m.is_none() && record.gyro_rad_s.is_some() && has(LATE) && has(SLIP);
         let compliance_per_s = alike.then(|| compliance_per_s(record)).filter(|c| c.is_finite());
         Self { told_apart, same, compliance_per_s, steering: record.belief.steering }
+    }
+
+    /// Effects that are not compared, with the one that is compared in their place, as steps of the trail.
+    pub(super) fn steps(&self) -> Vec<Step> {
+        let one = |twin: &Twin| {
+            let reason = format!("the same to this drive as {}, which is compared in its place", twin.of);
+            Step::new(TraceStage::Screening, twin.id, Decision::Removed, reason)
+        };
+        self.same.iter().filter(|t| !t.is_loss()).map(one).collect()
     }
 
     /// The set, and those with each of the others in the place of the one that was compared.

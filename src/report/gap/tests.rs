@@ -62,6 +62,7 @@ fn identified() -> Answer {
         ],
         navigation: None,
         notes: vec!["the configuration states no repeatability".into()],
+        trace: Vec::new(),
     }
 }
 
