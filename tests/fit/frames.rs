@@ -1,9 +1,7 @@
 //! How a sensor is mounted, what of its bias is the Earth's, and several sensors in one log, as a user meets them.
 
-mod common;
-
+use crate::common::{self, data, gyroid, run};
 use assert_cmd::Command;
-use common::{data, gyroid, run};
 use gyroid::ErrorKind;
 use gyroid::bias::EARTH_RATE_RAD_S;
 use gyroid::config::Config;

@@ -1,8 +1,6 @@
 //! Several axes of one log: read once, and each as if it were read alone.
 
-mod common;
-
-use common::{data, gyroid, run};
+use crate::common::{self, data, gyroid, run};
 use gyroid::identify::{FitOptions, fit_reduced};
 use gyroid::ingest::{Axis, GyroQuery, Reading, StreamedRecording, read_axes_within, read_gyro_within};
 use gyroid::math::random::Stream;

@@ -1,8 +1,6 @@
 //! Logs that are read in one pass and not held give what logs in memory give.
 
-mod common;
-
-use common::{data, gyroid, run, warm_up_csv};
+use crate::common::{data, gyroid, run, warm_up_csv};
 use gyroid::identify::terms::{NoiseModel, TermOptions, noise_model, noise_model_reduced};
 use gyroid::identify::{Fit, FitOptions, fit, fit_reduced};
 use gyroid::ingest::{GyroQuery, GyroRecording, Reading, StreamedRecording, read_gyro, read_gyro_within, write_log};

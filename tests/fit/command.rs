@@ -1,8 +1,6 @@
 //! `gyroid fit` and `gyroid validate` as a user runs them.
 
-mod common;
-
-use common::{data, gyroid, run, warm_up_csv};
+use crate::common::{data, gyroid, run, warm_up_csv};
 use serde_json::Value;
 use std::fs;
 

@@ -1,8 +1,6 @@
 //! `gyroid fit` of many logs as a user runs it.
 
-mod common;
-
-use common::{data, gyroid, run, warm_up_csv};
+use crate::common::{data, gyroid, run, warm_up_csv};
 use gyroid::config::Config;
 use serde_json::Value;
 use std::fs;

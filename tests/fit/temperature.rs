@@ -1,8 +1,6 @@
 //! The gyro's error by temperature as a user meets it: `fit`, `validate` and `navigate`.
 
-mod common;
-
-use common::{data, gyroid, run, warm_up_csv};
+use crate::common::{data, gyroid, run, warm_up_csv};
 use gyroid::config::Config;
 use gyroid::ingest::write_log;
 use gyroid::math::random::Stream;

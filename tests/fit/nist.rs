@@ -1,6 +1,6 @@
 //! NIST's certified nonlinear problems of the warm-up's shape: how many digits agree.
 //!
-//! `cargo test --test nist -- --nocapture` prints the table. Source and models: `tests/nist/README.md`.
+//! `cargo test --test fit nist:: -- --nocapture` prints the table. Source and models: `tests/nist/README.md`.
 
 use gyroid::identify::{self, FitOptions, Fixed, Loss, Weighting};
 use gyroid::math::expsum::{Shape, fit};
