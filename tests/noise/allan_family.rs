@@ -32,7 +32,7 @@ fn series(name: &str) -> Vec<f64> {
 }
 
 fn expected() -> Value {
-    serde_json::from_str(include_str!("allan/expected.json")).unwrap()
+    serde_json::from_str(include_str!("../allan/expected.json")).unwrap()
 }
 
 fn number(v: &Value) -> f64 {
