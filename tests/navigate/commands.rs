@@ -1,9 +1,6 @@
 //! `gyroid simulate` and `gyroid navigate` as a user runs them.
 
-#[path = "common/place.rs"]
-mod place;
-
-use place::Place;
+use crate::place::Place;
 use std::path::Path;
 
 const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\

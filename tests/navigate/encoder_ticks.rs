@@ -236,7 +236,7 @@ fn rounding_does_not_add_up_in_dead_reckoning() {
 #[test]
 fn wheels_that_slip_are_read_by_their_ticks_too() {
     let mut config = calm();
-    let study = include_str!("../data/study.toml");
+    let study = include_str!("../../data/study.toml");
     config.traction = Config::parse(study, "study.toml").unwrap().traction;
     let outcomes = over_runs(|seed| {
         let log = recorded(&config, 30.0, seed).log;

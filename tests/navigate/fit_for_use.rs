@@ -1,13 +1,10 @@
 //! Whether a filter is fit for use, and the path given the whole drive.
 
-#[path = "common/place.rs"]
-mod place;
-
+use crate::place::Place;
 use gyroid::config::Config;
 use gyroid::navigate::{Run, Settings, run};
 use gyroid::signal::names;
 use gyroid::simulate::{Course, Drive, Options, drive};
-use place::Place;
 use rayon::prelude::*;
 use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF};
 

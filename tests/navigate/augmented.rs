@@ -11,7 +11,7 @@ use gyroid::simulate::{Course, Options, drive, drive_with, replay_with};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-const ROBOT: &str = include_str!("common/robot.toml");
+const ROBOT: &str = include_str!("../common/robot.toml");
 const RUNS: u64 = 6;
 const SPAN_S: f64 = 60.0;
 

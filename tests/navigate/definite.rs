@@ -120,7 +120,7 @@ fn slip_at_tiny_noise() {
 }
 
 #[test]
-#[ignore = "a minute: cargo test --release --test definite -- --ignored"]
+#[ignore = "a minute: cargo test --release --test navigate definite:: -- --ignored"]
 fn both_over_ten_million_steps() {
     rolling(&config(), 10_000_000);
     let (filter, motion) = slip(&config(), 10_000_000);

@@ -114,7 +114,7 @@ fn a_robot_that_is_held_teaches_the_gyro_error() {
 #[test]
 fn a_filter_with_slip_learns_at_stops_as_well() {
     let mut config = config();
-    let study = include_str!("../data/study.toml");
+    let study = include_str!("../../data/study.toml");
     config.traction = Config::parse(study, "study.toml").unwrap().traction;
     let outcomes = over_runs(|seed| {
         let (summary, nees) = outcome(&config, &held(&config, seed, true), Some(Standstill::EXACT));
