@@ -6,7 +6,7 @@ use gyroid::gap::Answer;
 use gyroid::gap::answer::Verdict;
 use std::path::Path;
 
-const ROBOT: &str = include_str!("common/robot.toml");
+const ROBOT: &str = include_str!("../common/robot.toml");
 const SCALE: &str = "[[effect]]\nid = \"gyro.scale_factor\"\nrelative = 0.012\n";
 
 fn gyroid() -> Command {

@@ -9,7 +9,7 @@ use gyroid::gap::drive::record::Record;
 use gyroid::gap::findings::{Main, Part};
 use gyroid::simulate::{self, Course, drive_with};
 
-const ROBOT: &str = include_str!("common/robot.toml");
+const ROBOT: &str = include_str!("../common/robot.toml");
 
 /// The robot, how it steers stated.
 fn robot(steering: &str) -> Config {

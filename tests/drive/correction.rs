@@ -10,7 +10,7 @@ use gyroid::math::random::Stream;
 use gyroid::simulate::{self, Course, drive};
 use rayon::prelude::*;
 
-const ROBOT: &str = include_str!("common/robot.toml");
+const ROBOT: &str = include_str!("../common/robot.toml");
 const EQUATIONS: [Equation; 11] = [
     Equation::Force,
     Equation::Moment,

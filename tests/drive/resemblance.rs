@@ -1,6 +1,6 @@
 //! Which effects of drives look like which: what each effect alone, fitted to the end, gains on a drive that another made.
 //!
-//! `cargo test --test drive_resemblance -- --ignored --nocapture` prints the table. Lattices, lost ticks and steps of the
+//! `cargo test --test drive resemblance:: -- --ignored --nocapture` prints the table. Lattices, lost ticks and steps of the
 //! bias are no smooth changes of the equations: they make drives here, and are not fitted.
 
 use gyroid::config::{Config, EffectTable};
@@ -12,7 +12,7 @@ use gyroid::gap::drive::pass::{Noise, Summed, run};
 use gyroid::gap::drive::record::Record;
 use gyroid::simulate::{self, Course, drive_with};
 
-const ROBOT: &str = include_str!("common/robot.toml");
+const ROBOT: &str = include_str!("../common/robot.toml");
 /// C2, ln C1 and ln T of the run, with their standard deviations as the configuration states them.
 const NUISANCES: [(Column, f64); 3] = [(Column::TurnOn, 2e-4), (Column::WarmUpSize, 0.03), (Column::WarmUpTime, 0.03)];
 

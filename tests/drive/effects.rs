@@ -1,6 +1,6 @@
 //! Every effect of drives: what the simulator puts in, the diagnosis finds again.
 //!
-//! `cargo test --test drive_effects -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
+//! `cargo test --test drive effects:: -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
 //! coverage of the intervals and the false alarms.
 
 use gyroid::config::{Config, EffectTable};
@@ -15,7 +15,7 @@ use gyroid::simulate::{self, Course, drive_with};
 use statrs::distribution::{Binomial, DiscreteCDF};
 use std::collections::BTreeMap;
 
-const ROBOT: &str = include_str!("common/robot.toml");
+const ROBOT: &str = include_str!("../common/robot.toml");
 /// Length of a drive: 6000 rows.
 const SPAN_S: f64 = 60.0;
 /// Probability that an honest diagnosis fails a count.

@@ -15,7 +15,7 @@ use gyroid::ingest::read_log;
 use gyroid::reality::Mix;
 use std::path::Path;
 
-const ROBOT: &str = include_str!("common/robot.toml");
+const ROBOT: &str = include_str!("../common/robot.toml");
 
 /// Exit code, standard output, standard error.
 fn gyroid(dir: &Path, line: &str) -> (i32, String, String) {
