@@ -1,7 +1,7 @@
 //! Every effect at rest: known parameters injected by the simulator lie in the 95 % intervals of `gap::explain` as often as
 //! they should.
 //!
-//! `cargo test --test effects_coverage -- --ignored --nocapture --test-threads 1` takes 200 recordings an effect, and prints
+//! `cargo test --test gap coverage:: -- --ignored --nocapture --test-threads 1` takes 200 recordings an effect, and prints
 //! the tables of `data/gap_effects.md`.
 
 use gyroid::config::{Config, EffectTable};

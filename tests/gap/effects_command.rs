@@ -1,12 +1,9 @@
 //! `gyroid simulate` with the effects of `[[effect]]`, as a user runs it.
 
-#[path = "common/place.rs"]
-mod place;
-
+use crate::place::Place;
 use gyroid::effects::registry;
 use gyroid::ingest::read_log;
 use gyroid::signal::names;
-use place::Place;
 
 const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.05\n\
     [gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\ntime_constant_s = 120.0\nangle_random_walk_rad_sqrt_s = 1e-4\n";

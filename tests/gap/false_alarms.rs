@@ -1,6 +1,6 @@
 //! No effect is found in clean recordings more often than is stated: one in twenty.
 //!
-//! `cargo test --test effects_false_alarms -- --ignored --nocapture` goes through 200 recordings.
+//! `cargo test --test gap false_alarms:: -- --ignored --nocapture` goes through 200 recordings.
 
 use gyroid::config::Config;
 use gyroid::effects::Library;

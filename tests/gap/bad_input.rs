@@ -1,13 +1,10 @@
 //! `gyroid gap diagnose` on recordings as users have them: what is refused is refused by name, what is used is used with a
 //! word about it.
 
-#[path = "common/place.rs"]
-mod place;
-
+use crate::place::Place;
 use gyroid::gap::Answer;
 use gyroid::gap::answer::Verdict;
 use gyroid::math::random::Stream;
-use place::Place;
 
 const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.2\n\
     [gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\ntime_constant_s = 60.0\nangle_random_walk_rad_sqrt_s = 1e-4\n\
