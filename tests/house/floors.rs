@@ -98,7 +98,11 @@ fn edges() -> BTreeSet<(String, String)> {
         if module == "lib" || module == "main" {
             continue;
         }
-        assert!(floors.contains_key(module.as_str()), "{} has no floor: add it in tests/floors.rs", file.display());
+        assert!(
+            floors.contains_key(module.as_str()),
+            "{} has no floor: add it in tests/house/floors.rs",
+            file.display()
+        );
         let text = fs::read_to_string(&file).unwrap();
         let code: String = text.lines().filter(|l| !l.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
         let root = if module == "cli" { "gyroid::" } else { "crate::" };

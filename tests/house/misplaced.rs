@@ -1,9 +1,6 @@
 //! Arguments in each other's place, slips of the pen, and logs of another kind are said as such.
 
-#[path = "common/place.rs"]
-mod place;
-
-use place::Place;
+use crate::place::Place;
 
 const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.02\n\
     [gyro]\nc1_rad_s = -2.4e-3\nc2_rad_s = 8e-3\ntime_constant_s = 240.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\

@@ -1,9 +1,6 @@
 //! Nothing of the user's is overwritten: an output is no input, and what gyroid did not write stays unless --force says so.
 
-#[path = "common/place.rs"]
-mod place;
-
-use place::Place;
+use crate::place::Place;
 
 const SIM: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.5\n[gyro]\nc1_rad_s = 2e-3\nc2_rad_s = -5e-3\n\
                    time_constant_s = 200.0\nangle_random_walk_rad_sqrt_s = 2e-4\n";
