@@ -3,6 +3,7 @@
 //!
 //! `cargo test --release --test noise -- --ignored --nocapture` runs the study of 2000 logs and prints its figures.
 
+mod allan_family;
 mod command;
 mod logs;
 #[path = "../common/place.rs"]

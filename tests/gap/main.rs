@@ -1,0 +1,12 @@
+//! The diagnosis of recordings at rest: its intervals and false alarms, and `gyroid gap` and effects as a user meets
+//! them.
+
+mod bad_input;
+mod bench_command;
+mod command;
+mod coverage;
+mod effects_command;
+mod false_alarms;
+#[path = "../common/place.rs"]
+mod place;
+mod rest;
