@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What kind of thing went wrong, for programs that react to it. The text for people is in [`Error`].
+/// Kind of error, for programs that react to it. The text for people is in [`Error`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ErrorKind {
@@ -35,15 +35,15 @@ pub enum ErrorKind {
 /// Names the input, the place in it, what was found there, and what to do about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error {
-    /// What kind of thing went wrong.
+    /// Kind of error.
     pub kind: ErrorKind,
     /// The file or argument that is at fault.
     pub input: String,
     /// Row, column, key or byte in it, where there is one.
     pub place: Option<String>,
-    /// What was found.
+    /// Description of the fault.
     pub found: String,
-    /// What to do about it.
+    /// Advice on how to correct it.
     pub mend: Option<String>,
 }
 

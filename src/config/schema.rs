@@ -8,7 +8,7 @@ use crate::traction::TractionLaw;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What the simulator of this configuration simulates.
+/// Kind of simulator that a configuration describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -56,10 +56,10 @@ pub struct Config {
     /// The external reference.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose: Option<Pose>,
-    /// What reality adds to the nominal simulator; kept as id and parameters.
+    /// Effects that are added to the nominal simulator, kept as id and parameters.
     #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTable>,
-    /// What was tested of the model, and with which result.
+    /// Tests of the model, and their results.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub validation: Option<Validation>,
     /// Where the file comes from, and its checksum.

@@ -1,4 +1,4 @@
-//! What several effects share: checked parameters, random streams, covariates and their bends, correlated noise.
+//! Parts that several effects share: checked parameters, random streams, covariates and their bends, correlated noise.
 
 use super::{About, Column, Parameters};
 use crate::error::{Error, ErrorKind, Result};

@@ -1,4 +1,4 @@
-//! What `[[effect]]` tables change of the numbers that go out, and what they hold that no target has a key for.
+//! Changes of the exported numbers by `[[effect]]` tables, and effects that no target has a key for.
 //!
 //! The level of the white noise multiplies N, another warm-up takes the nominal one's place, a shifted turn-on adds to C2; the
 //! sensor's low-pass, its vibrations and its lattice stand where `[gyro.noise]` has them.

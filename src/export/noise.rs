@@ -21,8 +21,8 @@ pub struct NoiseOptions {
     pub version: String,
 }
 
-/// Whether the noise of `log` may be written into `config`: without more ado that of the log and axis that were fitted.
-/// What an unsigned configuration does not say is not asked for.
+/// Checks that the noise of `log` may be written into `config`. By default that is only the noise of the log and axis
+/// that were fitted. A configuration without provenance is not checked.
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] if the log or its axis is another, and `options` do not allow that.

@@ -1,4 +1,4 @@
-//! What a command reads and writes, checked before it reads anything.
+//! Files that a command reads and writes, checked before it reads anything.
 
 use super::mark;
 use crate::error::{Error, ErrorKind, Result};
@@ -18,7 +18,7 @@ struct Planned {
     replaces: Replaces,
 }
 
-/// What an output may replace.
+/// Files that an output may replace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Replaces {
     /// A file that gyroid wrote and that this command does not read.
@@ -117,7 +117,7 @@ fn other_name(one: &Path, other: &Path) -> String {
     if one == other { String::new() } else { format!(", as {}", other.display()) }
 }
 
-/// What is the same for all names of one file.
+/// Identity of a file, equal for all its names.
 #[derive(Debug)]
 struct Identity {
     /// Without links and detours.

@@ -9,9 +9,9 @@ use crate::model::drive::{DriveEffect, Instrument};
 
 /// An effect that is simulated just as it is fitted.
 pub(super) trait Law: ModelChange + Sized + 'static {
-    /// The one there is.
+    /// The only value of the type.
     const ITSELF: &'static Self;
-    /// What it is.
+    /// Description of the effect.
     const ABOUT: &'static About;
 }
 
@@ -43,7 +43,7 @@ pub(super) trait Constant: Law {
     const SIZES: &'static str;
     /// Which equations hold the constant.
     const TOUCHES: Touches = Touches::ROBOT;
-    /// What a log must hold for it to be knowable.
+    /// Requirements on a log for the constant to be identifiable.
     const NEEDS: Needs = Needs::NOTHING;
     /// Whether it is positive in practice.
     const IS_POSITIVE: bool = false;

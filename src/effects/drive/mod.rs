@@ -1,4 +1,4 @@
-//! What reality adds to a drive. One file an effect, one line in [`registry()`].
+//! Effects of reality on a drive. One file an effect, one line in [`registry()`].
 //!
 //! An effect is defined once, as a change of the robot's equations ([`DriveEffect`]): the simulator integrates it, the
 //! filter predicts with it, and its derivatives with respect to its coordinates are what the likelihood is fitted by.
@@ -86,7 +86,7 @@ pub(crate) const fn late(of: Instrument) -> &'static About {
 
 /// An effect of drives.
 pub trait Driving: Sync + Send {
-    /// What it is.
+    /// Description of the effect.
     fn about(&self) -> &'static About;
 
     /// How it enters the likelihood of a drive.
@@ -188,7 +188,7 @@ pub trait ModelChange: Sync + Send {
         &[]
     }
 
-    /// What a log must hold for θ to be knowable at all.
+    /// Requirements on a log for θ to be identifiable.
     fn needs(&self) -> Needs {
         Needs::NOTHING
     }
