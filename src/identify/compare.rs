@@ -125,7 +125,7 @@ pub(super) fn compare(p: &Projection, free_time_constant: bool) -> Option<Compar
     Some(Comparison { constant: score(0), line: score(1), warm_up: score(2), against_constant, against_line })
 }
 
-/// What is left of y after the null columns, and their basis.
+/// Residual of y after projection on the null columns, and an orthonormal basis of these.
 struct Space {
     null: Basis,
     residual: Vec<f64>,

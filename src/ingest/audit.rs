@@ -1,4 +1,4 @@
-//! What is wrong with a stationary log, with the place, the amount, and what was done about it.
+//! Defects of a stationary log, with place, amount, and how each was handled.
 
 use super::lattice;
 use super::motion::{self, Motion};
@@ -18,7 +18,7 @@ pub(super) const WITNESSES: usize = 1 << 18;
 /// Runs of fewer samples at the end of the range are no saturation.
 pub(super) const SATURATED_RUN: usize = 3;
 
-/// What was done about a finding.
+/// How a finding was handled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Handling {
@@ -251,7 +251,7 @@ impl Intervals {
     }
 }
 
-/// What was met before the samples were in order.
+/// Findings from before the samples were put in order.
 pub(super) struct Before {
     pub rows: usize,
     pub duplicates: Duplicates,

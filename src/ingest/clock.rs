@@ -10,7 +10,7 @@ use crate::math::scan::{self, Odd};
 use crate::units::TimeUnit;
 use std::borrow::Cow;
 
-/// What the times of a recording count from.
+/// Zero of the times of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[serde(tag = "counts_from", rename_all = "snake_case")]
 pub enum Clock {
@@ -53,7 +53,7 @@ impl TimeColumn {
 pub(super) struct Times {
     /// Seconds, NaN where missing.
     pub seconds: Vec<f64>,
-    /// What the times are rounded to in the file, s.
+    /// Resolution of the times in the file, s.
     pub resolution_s: f64,
     pub clock: Clock,
     pub notes: Vec<String>,

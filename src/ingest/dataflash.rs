@@ -1,6 +1,6 @@
 //! ArduPilot's DataFlash logs (`.bin`): messages that begin with a3 95 and a type, and FMT messages that describe them.
 //!
-//! What is no message is passed over up to the next one, as ground stations do, and told.
+//! Bytes that are no message are skipped up to the next message, as ground stations do, and reported.
 
 use super::bytes::{Bytes, Little};
 use super::fill::{Fill, Number};

@@ -98,7 +98,7 @@ pub(super) fn gyro_topics(path: &Path) -> Result<Option<Vec<Topic>>> {
     Ok(Some(gyros.into_iter().map(|i| listing.topics[i].clone()).collect()))
 }
 
-/// What is missing may be what was lost.
+/// Appends the notes on damage to an error: a missing item may be one that was lost.
 fn told_of_damage(mut error: Error, notes: &[String]) -> Error {
     for note in notes {
         error.found = format!("{}; {note}", error.found);

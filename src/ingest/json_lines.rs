@@ -84,7 +84,7 @@ impl Keys {
     }
 }
 
-/// What a value says.
+/// Content of a JSON value.
 enum Read {
     Number(Number),
     /// ns since 1970, or since midnight.

@@ -25,16 +25,16 @@ pub(super) struct Progress {
     pub unbroken: bool,
 }
 
-/// What ends the reading.
+/// Reason that the reading ended.
 pub(super) enum Stop<E> {
     Io(io::Error),
     /// A row of so many fields, in the line that is counted from 1.
     Ragged(usize, u64),
-    /// Whoever takes the rows does not want them.
+    /// An error of the caller that takes the rows.
     Taken(E),
 }
 
-/// What is left of a file.
+/// The part of a file that is yet to be read.
 type Rest<'a> = Box<dyn Read + Send + 'a>;
 
 /// Why no more can be read.
@@ -165,7 +165,7 @@ impl Block {
         }
     }
 
-    /// What is left of a file behind its last line's end.
+    /// The bytes of a file after its last complete line.
     fn end(rest: &[u8]) -> Self {
         Self { text: rest.to_vec(), length: rest.len(), whole: 0, last: true }
     }

@@ -88,7 +88,7 @@ pub(super) struct Mounted {
     heads: Vec<Head>,
     /// Columns of the sensor's rates that count, and their weights.
     parts: Vec<(usize, f64)>,
-    /// What tells of gravity, where the sensor rests.
+    /// The accelerometer, which shows gravity while the sensor rests; `None` without one.
     accelerometer: Option<Accelerometer>,
     gravity: Gravity,
 }

@@ -130,7 +130,7 @@ fn kind(plain: &Plain) -> Kind {
     }
 }
 
-/// What a date counts in.
+/// Nanoseconds in the unit of a date; `None` for other units.
 fn nanoseconds(plain: &Plain) -> Option<i64> {
     Some(match plain.unit.as_str() {
         "s" => 1_000_000_000,

@@ -148,7 +148,7 @@ impl Skipped {
         self.cut_off = Some(line);
     }
 
-    /// What there is to tell beside `rows` that were read.
+    /// Notes on the rows that were left out, beside `rows` that were read.
     ///
     /// # Errors
     /// [`ErrorKind::Format`] where more rows do not parse than do: that is no table.

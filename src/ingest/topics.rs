@@ -74,7 +74,7 @@ impl Count {
     }
 }
 
-/// What every file with topics tells of itself.
+/// Contents of a file with topics.
 #[derive(Debug, Clone)]
 pub(super) struct Listing {
     /// The file; its notes are what was found when the topics were listed.
@@ -92,7 +92,7 @@ impl Listing {
 
 /// A file with topics.
 pub(super) trait Container {
-    /// What is in it.
+    /// The file and its topics.
     fn listing(&self) -> &Listing;
     /// The messages of one of [`Listing::topics`] as a table.
     fn open(self: Box<Self>, topic: usize, stamp: Stamp) -> Result<Box<dyn Source>>;

@@ -16,7 +16,7 @@ pub const FORCE_LASTING_S: f64 = 0.05;
 /// Standard gravity, m/s².
 pub const GRAVITY_M_S2: f64 = 9.806_65;
 
-/// What the equations of motion hold.
+/// Constants of the equations of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Robot {
     /// M, kg
@@ -31,7 +31,7 @@ pub struct Robot {
     pub wheel_inertia_kg_m2: f64,
     /// c, N·m·s
     pub viscous_friction_n_m_s: f64,
-    /// What each motor makes of its command, left and right
+    /// Torque of each motor over its command, left and right
     pub torque_gain: [f64; 2],
     /// d, m
     pub com_offset_m: f64,
@@ -68,7 +68,7 @@ impl Robot {
         }
     }
 
-    /// What the wheels turn with where they roll, left and right, rad/s.
+    /// Wheel speeds without slip, left and right, rad/s.
     #[must_use]
     #[inline]
     pub fn wheels_rad_s(&self, speed_m_s: f64, yaw_rate_rad_s: f64) -> [f64; 2] {
@@ -109,7 +109,7 @@ impl Robot {
     }
 }
 
-/// What a drive is measured with.
+/// Instruments of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Instrument {
     /// The gyro.
@@ -178,7 +178,7 @@ pub struct Moving<'a> {
     pub acceleration_m_s2: f64,
     /// dω/dt, rad/s²
     pub yaw_acceleration_rad_s2: f64,
-    /// What each wheel's rim pushes with against the ground, left and right, N
+    /// Force of each wheel's rim on the ground, left and right, N
     pub wheel_force_n: [f64; 2],
     /// Speeds and yaw rates so far
     pub past: Option<&'a Past>,
@@ -209,7 +209,7 @@ impl Moving<'_> {
     }
 }
 
-/// What the force of an effect follows.
+/// Variables that the force of an effect depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ForceFollows {
     /// Heading.
@@ -236,12 +236,13 @@ pub trait DriveEffect: Send + Sync {
         [0.0; 2]
     }
 
-    /// What [`Self::force`] follows.
+    /// Variables that [`Self::force`] depends on.
     fn force_follows(&self) -> ForceFollows {
         ForceFollows { heading: true, speeds: true, accelerations: true }
     }
 
-    /// What [`Self::force`] is made of whatever the effect's parameters are, for [`Self::force_of`].
+    /// Functions of the motion from which [`Self::force_of`] makes the force. They do not depend on the effect's
+    /// parameters.
     fn shape(&self, robot: &Robot, at: &Moving) -> Shape {
         let _ = (robot, at);
         Shape::default()
@@ -264,26 +265,26 @@ pub trait DriveEffect: Send + Sync {
         0.0
     }
 
-    /// What the wheels turn with instead of `wheels_rad_s`, left and right.
+    /// Wheel speeds under the effect, left and right, rad/s; without it they are `wheels_rad_s`.
     fn wheels_rad_s(&self, robot: &Robot, at: &Moving, wheels_rad_s: [f64; 2]) -> [f64; 2] {
         let _ = (robot, at);
         wheels_rad_s
     }
 
-    /// How uncertain the effect makes what the wheels turn with, left and right: standard deviation, rad/s. A filter adds
-    /// it to the encoders' noise.
+    /// Standard deviation of the wheel speeds that the effect leaves uncertain, left and right, rad/s. A filter adds it
+    /// to the encoders' noise.
     fn wheel_std_rad_s(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
         let _ = (robot, at);
         [0.0; 2]
     }
 
-    /// How uncertain the effect makes the force of each wheel, left and right: standard deviation, N.
+    /// Standard deviation of the force of each wheel that the effect leaves uncertain, left and right, N.
     fn force_std_n(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
         let _ = (robot, at);
         [0.0; 2]
     }
 
-    /// What the gyro reads instead of `rate_rad_s`, before its own error and noise.
+    /// Reading of the gyro under the effect, before the gyro's own error and noise, rad/s; without it `rate_rad_s`.
     fn gyro_rad_s(&self, at: &Moving, rate_rad_s: f64) -> f64 {
         let _ = at;
         rate_rad_s
@@ -301,12 +302,12 @@ pub trait DriveEffect: Send + Sync {
         1.0
     }
 
-    /// What the recorder makes of one row's readings, noise included: lost ticks, lattices. Rows ascend.
+    /// Changes one row's readings, noise included, as the recorder does: lost ticks, quantization. Rows ascend.
     fn recorded(&mut self, reading: &mut Reading) {
         let _ = reading;
     }
 
-    /// What a filter makes of it, where that is not the equations above as they stand.
+    /// Form of the effect in a filter, where that is not the equations above as they stand.
     fn in_filter(&self) -> InFilter {
         InFilter::Equations
     }
@@ -427,7 +428,7 @@ impl DriveModel {
         self.effects.iter().map(|e| e.sideways_m_s(at)).sum()
     }
 
-    /// What the wheels turn with, left and right, rad/s.
+    /// Wheel speeds, left and right, rad/s.
     #[must_use]
     #[inline]
     pub fn wheels_rad_s(&self, at: &Moving) -> [f64; 2] {
@@ -465,7 +466,7 @@ impl DriveModel {
         })
     }
 
-    /// What the gyro reads, without its own error and noise, rad/s.
+    /// Reading of the gyro without its own error and noise, rad/s.
     #[must_use]
     #[inline]
     pub fn gyro_rad_s(&self, at: &Moving) -> f64 {
@@ -485,7 +486,7 @@ impl DriveModel {
         self.effects.iter().map(|e| e.noise_over_nominal(instrument)).product()
     }
 
-    /// What the recorder makes of a row.
+    /// Changes a row's readings as the recorder does.
     pub fn record(&mut self, reading: &mut Reading) {
         self.effects.iter_mut().for_each(|e| e.recorded(reading));
     }

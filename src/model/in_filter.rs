@@ -1,11 +1,11 @@
 //! reading = gain · expected + offset + noise, of two kinds between which a sensor switches at random
 //!
-//! What a filter makes of an effect. A simulator draws random numbers and knows when each row is read; a filter knows
-//! neither the draws nor, of a sensor that is late, what it reads now. The rest it takes from the same equations.
+//! Form of an effect in a filter. A simulator draws random numbers and knows when each row is read. A filter knows
+//! neither the draws nor the present reading of a sensor that is late. The rest it takes from the same equations.
 
 use super::drive::Instrument;
 
-/// What a filter makes of an effect of drives ([`super::drive::DriveEffect`]).
+/// Form of an effect of drives ([`super::drive::DriveEffect`]) in a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum InFilter {
     /// The equations as they stand.
@@ -27,7 +27,7 @@ pub enum InFilter {
     WheelLattice(f64),
 }
 
-/// What a filter makes of an effect of the gyro ([`super::GyroEffect`]).
+/// Form of an effect of the gyro ([`super::GyroEffect`]) in a filter.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GyroInFilter {
     /// Bias and scale of the white noise follow from row and scene: the effect itself tells them.

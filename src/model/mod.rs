@@ -76,24 +76,24 @@ pub trait GyroEffect: Send {
         1.0
     }
 
-    /// What a filter inside the sensor makes of its input, rad/s.
+    /// Output of a filter inside the sensor for the input `rate_rad_s`, rad/s.
     fn filtered(&mut self, rate_rad_s: f64) -> f64 {
         rate_rad_s
     }
 
-    /// What the sensor puts out instead of `reading_rad_s`.
+    /// Output of the sensor, rad/s; without the effect it is `reading_rad_s`.
     fn output(&mut self, row: usize, reading_rad_s: f64) -> f64 {
         let _ = row;
         reading_rad_s
     }
 
-    /// What a filter makes of it.
+    /// Form of the effect in a filter.
     fn in_filter(&self) -> GyroInFilter {
         GyroInFilter::Unrepresented("what it does to the readings only a simulator knows")
     }
 }
 
-/// What an effect of drives acts through.
+/// Inputs of a filter through which an effect of drives acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Through {
     /// The torques.

@@ -118,11 +118,11 @@ pub struct Row {
     pub temperature_low_c: Option<f64>,
     /// Highest temperature, °C.
     pub temperature_high_c: Option<f64>,
-    /// What was guessed, dropped or is odd, joined by `; `.
+    /// Guesses, omissions and oddities, joined by `; `.
     pub notes: Option<String>,
 }
 
-/// What is in a column, for files that have types.
+/// Type of a column, for files that have types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Text,

@@ -61,7 +61,7 @@ pub struct Settings {
     pub trim_motion: bool,
     /// Their first samples are this long after power-on, s.
     pub start_offset_s: Option<f64>,
-    /// What of C2 is the Earth's rotation, of logs that were recorded in one place.
+    /// The Earth's rotation as part of C2, for logs that were recorded in one place.
     pub earth: Option<EarthRate>,
     /// Options of the fit.
     pub fit: FitOptions,
@@ -126,7 +126,7 @@ pub enum Origin {
     Resumed,
 }
 
-/// What was done.
+/// Result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Done {
     /// One row a log, gyro and axis, in the order of the logs.
@@ -213,7 +213,7 @@ pub fn fit_all(
     Ok(Done { fitted, resumed: rows.len() - fitted, rows })
 }
 
-/// What is read at once: it becomes a row an axis.
+/// One log and topic, read at once; it becomes a row an axis.
 struct Task<'a> {
     path: &'a Path,
     topic: Option<String>,

@@ -107,7 +107,7 @@ fn drives(log: &Log) -> bool {
     one.iter().any(|name| reads(log, name)) || Odometry::counts(log).is_some()
 }
 
-/// What a log lacks that tells one wheel's speed alone, and the mend.
+/// Fault and remedy of a log with the speed of one wheel alone; `None` for any other log.
 #[must_use]
 pub fn one_wheel(log: &Log) -> Option<(String, String)> {
     let sides = [
@@ -123,7 +123,7 @@ pub fn one_wheel(log: &Log) -> Option<(String, String)> {
     Some((found, format!("name the column of the other: --map {other}=COLUMN[:UNIT], or add its file")))
 }
 
-/// What a log lacks that holds positions and neither gyro nor wheels, and the mend.
+/// Fault and remedy of a log with positions and neither gyro nor wheels; `None` for any other log.
 #[must_use]
 pub fn positions_only(log: &Log) -> Option<(String, String)> {
     let moves = [names::GYRO_Z, names::ODO_SPEED, names::TORQUE_LEFT, names::WHEEL_LEFT, names::WHEEL_LEFT_TICKS];

@@ -26,7 +26,7 @@ pub struct Motion {
     pub yaw_rate_rad_s: f64,
 }
 
-/// What acts on the motion over a step.
+/// Accelerations and damping of the motion over a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Forcing {
     /// a, m/s².

@@ -18,7 +18,7 @@ const WORSE: f64 = 4.0;
 /// Fewest means that are compared.
 const FEWEST: usize = 8;
 
-/// What speaks against the signs of wheels, gyro and pose, in sentences with the mend.
+/// Evidence against the signs of wheels, gyro and pose, in sentences with the remedy.
 #[must_use]
 pub fn wrong_signs(vehicle: &Vehicle, log: &Log) -> Vec<String> {
     let mut found = Vec::new();

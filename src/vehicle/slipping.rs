@@ -36,7 +36,7 @@ pub struct SlippingState {
 
 /// Number of velocities: v, ω, φ̇L, φ̇R.
 const VELOCITIES: usize = 4;
-/// What a step's velocities depend on: the velocities before, and the two torques.
+/// Number of inputs to a step's velocities: the velocities before, and the two torques.
 const CAUSES: usize = VELOCITIES + 2;
 
 /// Derivatives of a step.

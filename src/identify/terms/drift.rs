@@ -26,7 +26,7 @@ const BEND: f64 = 0.3;
 /// Block means that show the slow part.
 const SLOW_BLOCKS: usize = 64;
 
-/// What may explain a drift.
+/// Candidate explanation of a drift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Explanation {

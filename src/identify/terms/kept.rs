@@ -1,4 +1,4 @@
-//! What the terms are estimated from: every sample of a log, or what one pass over it kept
+//! Data that the terms are estimated from: every sample of a log, or the summary of one pass over it
 
 use super::observed::{Column, EvenLog, Observed, neighbours};
 use crate::bias::WarmUp;
@@ -88,7 +88,7 @@ pub(super) fn bridged(values: &[f64]) -> Option<Vec<f64>> {
 }
 
 impl<'a> Evidence<'a> {
-    /// What one pass kept; where it kept all samples, they are the log.
+    /// The summary of one pass. Where the pass kept all samples, they are the log.
     ///
     /// # Errors
     /// [`ErrorKind::TooShort`] where a log is shorter than [`EvenLog::new`] asks for, or most of it is missing.

@@ -337,7 +337,7 @@ fn advise(likelihood: &Likelihood, x: &[f64], kind: TermKind) -> RecordingAdvice
     advice::advise(&likelihood.model, x, kind, log.len, log.step_s, log.columns())
 }
 
-/// What can be said of a term that was not chosen, beside those that were.
+/// Upper bound of a term that was not chosen, estimated beside those that were, and advice on a longer log.
 fn refusal(views: &Views, best: &Candidate, kind: TermKind, probability: f64) -> Refusal {
     let mut out = Refusal::bare(kind, probability);
     if kind == TermKind::RateRamp {

@@ -23,7 +23,7 @@ pub(super) struct Stage {
     inverse: [[f64; 2]; 2],
 }
 
-/// Forces tried: what they lead to.
+/// Wheel speeds under trial forces, their derivatives, and `miss`: traction minus force, N.
 #[derive(Clone, Copy, Default)]
 struct Trial {
     wheels: [f64; 2],
@@ -104,7 +104,7 @@ impl Slipping {
         settle.then(|| self.solved(base, &at, f, inverse, g))
     }
 
-    /// What the forces `f` lead to; `reach`: ground speed of a wheel by its own force, and by the other's.
+    /// Result of the trial forces `f` (N); `reach`: ground speed of a wheel by its own force, and by the other's.
     #[inline]
     fn trial(&self, base: &Velocities, torques: [f64; 2], by_torque: f64, reach: [f64; 2], f: [f64; 2]) -> Trial {
         let lead = self.half_track_m * base[1];
