@@ -106,13 +106,13 @@ pub(super) struct ChangedModel<const N: usize> {
     lattice_variance: f64,
     t_s: f64,
     since_power_on_s: f64,
-    /// What acted last; nothing before the first step.
+    /// Input of the last step; `None` before the first.
     input: Option<Input>,
     watched: Vec<Watched>,
     colours: Vec<Colour>,
 }
 
-/// What a changed model is made of.
+/// Parts of a changed model.
 pub(super) struct Changes {
     pub robot: DriveModel,
     pub torque_noise_density: f64,
@@ -203,7 +203,8 @@ impl<const N: usize> ChangedModel<N> {
         motion
     }
 
-    /// What `sensor` reads, one of gyro and wheels, with wheels that read by these gains.
+    /// Reading of `sensor` (gyro, wheels or speed) without noise, in its unit; `gains` are factors on the wheels'
+    /// readings.
     fn reads(&self, sensor: Sensor, at: &Moving, gains: [f64; 2]) -> f64 {
         if sensor == Sensor::Gyro {
             return self.robot.gyro_rad_s(at);

@@ -113,7 +113,7 @@ pub(super) fn aligned_errors(
     Some(ReferenceErrors { alignment: Some(alignment), ..sums.finish()? })
 }
 
-/// What to say where a track could not be laid on the reference.
+/// Note on a track that could not be aligned with the reference.
 pub(super) const NOT_ALIGNED: &str =
     "the first part of the track has no two places with a reference: it cannot be laid on it, and errors are not known";
 

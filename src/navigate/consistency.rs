@@ -160,7 +160,8 @@ impl Gatherer {
         nis
     }
 
-    /// What came of it; `lags` is the number of lags at which unknown accelerations were measured.
+    /// Statistics of the innovations; `lags` is the number of lags at which unknown accelerations were measured, if
+    /// they were.
     pub fn finish(&self, lags: Option<f64>) -> Consistency {
         let readings: u64 = self.sensors.iter().map(|s| s.readings).sum();
         let nis: f64 = self.sensors.iter().map(|s| s.nis).sum();

@@ -69,11 +69,11 @@ pub struct Filter<const N: usize, M> {
     noise_variances: [f64; Sensor::ALL.len()],
     encoder: Encoder,
     wheel_radius_m: f64,
-    /// Growth of the variance of what each sensor of the wheels reads in the last step, in its unit squared a second.
+    /// Growth rate of the variance of each wheel sensor's reading in the last step, in its unit squared a second.
     wheel_walks: [f64; WHEELS.len()],
     ln_time_constant_bounds: [f64; 2],
     gate_nis: f64,
-    /// What the filter does, where the rows are to be smoothed.
+    /// Record of the filter's pass, where the rows are to be smoothed.
     pub(super) tape: Option<Box<Tape<N>>>,
 }
 
@@ -427,7 +427,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
     }
 }
 
-/// What each sensor reads of the states, in the order of [`Sensor::ALL`]: every one is linear in them.
+/// Measurement row of each sensor by the states, in the order of [`Sensor::ALL`]: every one is linear in them.
 fn rows<const N: usize, M: MotionModel<N>>(model: &M, wheel_radius_m: f64) -> [Row<N>; Sensor::ALL.len()] {
     Sensor::ALL.map(|sensor| {
         let mut h = SVector::<f64, N>::zeros();

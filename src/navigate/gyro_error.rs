@@ -90,7 +90,7 @@ impl Decay {
 pub(super) struct Prior {
     pub mean: [f64; 3],
     pub covariance: Matrix3<f64>,
-    /// What the user should know about it.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 

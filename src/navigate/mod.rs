@@ -77,7 +77,7 @@ pub use table::{WheelSlip, names};
 pub use ud::UdCovariance;
 pub use unscented::UnscentedFilter;
 
-/// What the filter holds the gyro's error to be.
+/// Model of the gyro's error in the filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ErrorModel {
     /// The configuration's warm-up model, estimated along with the pose.
@@ -124,7 +124,7 @@ pub struct Settings {
     /// A warm restart: how long the gyro was off since the run that `[gyro.last_run]` tells of, s. Without it, or
     /// after a long pause, the gyro was cold at power-on.
     pub off_time_s: Option<f64>,
-    /// What counts as standing still; `None`: nothing does.
+    /// Rule for standstill; `None`: no row counts as standstill.
     pub standstill: Option<Standstill>,
     /// Whether to smooth: each row's estimate given all readings of the log ([`Run::smoothed`]), beside that given the readings up
     /// to it.

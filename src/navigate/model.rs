@@ -1,4 +1,4 @@
-//! What a filter needs to know of the robot: how its state moves, and what its wheels read.
+//! The filter's interface to a robot: motion of the state, and readings of the wheels.
 //!
 //! The states that every model has are those of [`state`]; a model may add its own behind them. Pose, speed and yaw rate
 //! are the model's to carry, the gyro's error is the filter's.
@@ -28,7 +28,7 @@ pub mod state {
     pub const LN_TIME_CONSTANT: usize = 7;
 }
 
-/// What drives the robot until the next row.
+/// Input to the robot until the next row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Input {
     /// Commanded torques, left and right, N·m.
@@ -63,7 +63,7 @@ impl<const N: usize> Transition<N> {
     }
 }
 
-/// What a reading says where a model expects its sensors to read no fixed row.
+/// Linearised reading of a sensor whose row the model does not fix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expected<const N: usize> {
     /// Reading minus expectation.
@@ -133,8 +133,8 @@ pub trait MotionModel<const N: usize>: Clone {
         None
     }
 
-    /// What `reading` of `sensor`, its noise of this variance, says of the states; `None` where the sensor reads its row. It
-    /// is asked once a reading, in the order in which they are taken in.
+    /// `reading` of `sensor`, its noise of this variance, linearised in the states; `None` where the sensor reads its
+    /// row. It is asked once a reading, in the order in which they are taken in.
     #[inline(always)]
     fn expected(
         &mut self,
@@ -154,7 +154,7 @@ pub trait MotionModel<const N: usize>: Clone {
         let _ = (input, dt_s);
     }
 
-    /// What the model found out beside the states, for the user.
+    /// Findings of the model besides the states, for the user.
     fn found(&self) -> Vec<String> {
         Vec::new()
     }

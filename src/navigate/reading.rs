@@ -30,7 +30,7 @@ impl Sensor {
 /// Those that read the wheels, and may count ticks.
 pub(super) const WHEELS: [Sensor; 3] = [Sensor::WheelLeft, Sensor::WheelRight, Sensor::Speed];
 
-/// What a reading said against what was expected.
+/// Innovation of one reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Innovation {
     /// Reading minus expectation, in the sensor's unit.

@@ -16,7 +16,7 @@ pub(super) struct Sensors<'a> {
     pub means: Vec<MeanSpeed>,
     /// Columns of the wheels, however they are read, and of sensors that are late.
     wheels: Vec<(Sensor, &'a [f64])>,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 

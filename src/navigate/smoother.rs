@@ -16,10 +16,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
-/// Bytes that a tape may take: 600 000 rows of eight states.
+/// Bytes that a tape may take: about 700 000 rows of eight states.
 const MOST_BYTES: usize = 1 << 30;
 
-/// What the filter did, in order.
+/// Record of the filter's pass, in order.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Tape<const N: usize> {
     order: Vec<Event>,

@@ -223,7 +223,7 @@ impl<const N: usize> Row<N> {
     }
 }
 
-/// What a scalar measurement is in the factors of a covariance.
+/// A scalar measurement projected on the factors of a covariance.
 #[derive(Debug, Clone)]
 pub(super) struct Projection<const N: usize> {
     /// Uᵀ h.

@@ -78,7 +78,7 @@ pub(super) struct Habits {
     /// Rates of gyro and wheels are printed with few decimals.
     pub printed: Option<Printed>,
     pub files: Files,
-    /// What the configuration says of it.
+    /// Steering that the configuration states; `None` where it states none.
     pub steering: Option<Steering>,
     /// Rate of the wheels' own file, Hz.
     pub wheels_hz: Option<f64>,

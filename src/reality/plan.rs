@@ -27,7 +27,7 @@ pub struct Mix {
     pub habits: f64,
 }
 
-/// What one case holds.
+/// Content of one case.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Spec {
     /// Main effects and how strong each is.

@@ -22,7 +22,7 @@ const HARDLY: f64 = 0.95;
 /// Less probable effects are not listed.
 const LEAST_PROBABILITY: f64 = 0.005;
 
-/// What the gap was measured on.
+/// Recording that the gap was measured on, in words.
 pub(in crate::report) fn measured_on(kept_back: bool) -> &'static str {
     if kept_back { "on the recording kept back" } else { "on this very recording" }
 }
@@ -428,7 +428,7 @@ impl GapReport<'_> {
         }
     }
 
-    /// What the heading gains over the longest horizon.
+    /// Writes how much less the heading drifts over the longest horizon.
     fn gain(&self, out: &mut String) {
         let longest = self
             .answer

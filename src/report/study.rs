@@ -18,7 +18,7 @@ use std::fmt::Write;
 /// A study, and what was run beside it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudyReport {
-    /// What was studied.
+    /// Setup of the study.
     pub setup: Setup,
     /// Name of the configuration.
     pub robot: String,
@@ -142,7 +142,7 @@ impl StudyReport {
         out
     }
 
-    /// What is compared with what, as far as it ran: id, words, numbers.
+    /// Comparisons of two estimators, as far as both ran: id, words, numbers.
     fn comparisons(&self) -> Vec<(&'static str, &'static str, Comparison)> {
         use Estimator::*;
         let all = [
@@ -286,7 +286,7 @@ impl StudyReport {
     }
 }
 
-/// What every set of runs has.
+/// JSON of the results that every set of runs has.
 fn results_json(study: &Study) -> Value {
     let nees = |n: &Nees| {
         json!({

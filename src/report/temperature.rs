@@ -1,4 +1,4 @@
-//! What a report says of the error by temperature, and of time against temperature.
+//! Report of the error by temperature, and of time against temperature.
 
 use super::fit::equals;
 use super::numbers::{known_digits, probability, significant};

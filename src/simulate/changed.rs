@@ -20,7 +20,7 @@ const HALVINGS: u32 = 6;
 /// A change of speed over half a part (m/s, or rad/s) that is too small to matter, however fast it decays.
 const NO_MATTER: f64 = 1e-9;
 
-/// What moves the robot over a step.
+/// Input that moves the robot over a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Push {
     /// Torques, left and right, N·m.
@@ -113,17 +113,17 @@ impl Changed {
         self.model.robot.speed_and_yaw_rate(wheels_rad_s)
     }
 
-    /// What the wheels turn with, under the torques that acted last.
+    /// Wheel speeds under the torques that acted last, left and right, rad/s.
     pub fn wheels_rad_s(&self) -> [f64; 2] {
         self.model.wheels_rad_s(&Moving { past: Some(&self.past), ..self.now() })
     }
 
-    /// What the gyro reads, without its own error and noise.
+    /// Reading of the gyro without its own error and noise, rad/s.
     pub fn gyro_rad_s(&self) -> f64 {
         self.model.gyro_rad_s(&Moving { past: Some(&self.past), ..self.now() })
     }
 
-    /// What the recorder makes of a row.
+    /// Changes a row's readings as the recorder does.
     pub fn record(&mut self, reading: &mut Reading) {
         self.model.record(reading);
     }

@@ -1,4 +1,4 @@
-//! What `[gyro.noise]` says of the spectrum near the sample rate: white noise behind a low-pass, and bands of vibration
+//! The noise of `[gyro.noise]` near the sample rate: white noise behind a low-pass, and bands of vibration
 //!
 //! The low-pass is the causal filter of least delay that has its gain; it colours the noise, and leaves the rate alone. A
 //! resonance is z ← r e^{iω₀} z + drive, of which the real part is seen, r = exp(-πΔ Δt); a wandering frequency is white

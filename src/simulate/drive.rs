@@ -29,10 +29,10 @@ pub mod truth_names {
 /// A simulated drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
-    /// What was recorded: `time_since_power_on_s`, torques where there are any, gyro, wheels, their ticks where they are
-    /// counted, pose.
+    /// Recorded channels: `time_since_power_on_s`, torques where there are any, gyro, wheels, their ticks where they
+    /// are counted, pose.
     pub log: Log,
-    /// What was true at each row: `x_m`, `y_m`, `heading_rad` and the channels of [`truth_names`].
+    /// True values at each row: `x_m`, `y_m`, `heading_rad` and the channels of [`truth_names`].
     pub truth: Log,
     /// The gyro's warm-up in this run, as it is after a cold power-on.
     pub warm_up: WarmUp,

@@ -50,7 +50,7 @@ impl From<u64> for Seeds {
     }
 }
 
-/// What a simulation needs to know beside configuration and motion.
+/// Options of a simulation, besides configuration and motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Seeds of the random streams.
@@ -98,7 +98,7 @@ impl Purpose {
     }
 }
 
-/// What logs made here are called in messages.
+/// Name of simulated logs in messages.
 const SOURCE: &str = "simulation";
 
 /// More rows than this are a slip of the pen (200 million: 55 h at 1 kHz), and would only exhaust the memory.

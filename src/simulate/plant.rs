@@ -20,7 +20,7 @@ pub(super) struct Plant {
     state: SlippingState,
     parts: u32,
     angles_rad: [f64; 2],
-    /// What moves instead of all this, where there are effects.
+    /// The robot with effects, which then moves in place of all this; `None` without effects.
     changed: Option<Changed>,
 }
 
@@ -75,12 +75,12 @@ impl Plant {
         self.changed.as_ref().map_or(self.state.wheels_rad_s, Changed::wheels_rad_s)
     }
 
-    /// What the gyro reads, without its own error and noise.
+    /// Reading of the gyro without its own error and noise, rad/s.
     pub fn gyro_rad_s(&self) -> f64 {
         self.changed.as_ref().map_or(self.state.motion.yaw_rate_rad_s, Changed::gyro_rad_s)
     }
 
-    /// What the recorder makes of a row.
+    /// Changes a row's readings as the recorder does.
     pub fn record(&mut self, reading: &mut Reading) {
         if let Some(changed) = &mut self.changed {
             changed.record(reading);

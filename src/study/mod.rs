@@ -28,7 +28,7 @@ use rayon::prelude::*;
 /// The robot that is studied where the user gives none.
 pub const DEFAULT_CONFIG: &str = include_str!("../../data/study.toml");
 
-/// What estimates the pose.
+/// An estimator of the pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Estimator {
     /// The filter with slip.
@@ -110,12 +110,12 @@ impl Estimator {
 /// Errors are kept of x, y (m) and heading (rad).
 pub const QUANTITIES: [&str; 3] = ["x_m", "y_m", "heading_rad"];
 
-/// What is studied.
+/// Setup of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
     /// Robot and gyro of reality; must have `[traction]`.
     pub truth: Config,
-    /// What the filter believes; the same but in studies of sensitivity.
+    /// Configuration of the filters; that of the truth except in studies of sensitivity.
     pub believed: Config,
     /// The drive.
     pub course: Course,
@@ -127,7 +127,7 @@ pub struct Setup {
     pub runs: usize,
     /// Seed of the first run; the others follow.
     pub seed: u64,
-    /// What estimates the pose.
+    /// Estimators of the pose.
     pub estimators: Vec<Estimator>,
 }
 

@@ -9,7 +9,7 @@ use super::{Estimator, Example, RunErrors, Setup};
 use crate::math::NORMAL_975;
 use crate::math::distributions::chi_squared_interval95;
 
-/// What the runs say.
+/// Statistics of the runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
     /// Number of runs.

@@ -1,4 +1,5 @@
-//! What the paper leaves out: friction from ice to dry, wrong traction parameters, and how many runs are enough.
+//! Studies that the paper leaves out: friction from ice to dry, wrong traction parameters, and how many runs are
+//! enough.
 
 use super::{Comparison, Estimator, Setup, Study, study};
 use crate::config::{Config, Traction};
@@ -36,7 +37,7 @@ pub fn by_ground(setup: &Setup, progress: impl Fn(usize)) -> Result<Vec<Ground>>
     Ok(grounds)
 }
 
-/// What the filter believes of the ground, against what it is.
+/// The study with a filter whose traction parameters are wrong by these factors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Belief {
     /// Believed friction over true friction.

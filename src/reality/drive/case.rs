@@ -220,7 +220,7 @@ fn present(
     Ok(None)
 }
 
-/// What the log of a case lacks: only what its main effects can do without.
+/// Sensors of a case's log. One at most is missing, and none that a main effect needs.
 fn sensors(mains: &[Need], s: &mut Stream) -> Sensors {
     let all = Sensors::ALL;
     let without = [Sensors { torque: false, ..all }, Sensors { pose: false, ..all }, Sensors { gyro: false, ..all }];
@@ -341,7 +341,7 @@ fn without(has: Sensors) -> Vec<String> {
     out.into_iter().map(String::from).collect()
 }
 
-/// What is recorded in run `r`, and what the robot did.
+/// The log of run `r`, and the true motion.
 fn record(
     source: &str,
     r: u64,

@@ -15,10 +15,10 @@ pub(super) struct Scene<'a> {
     pub run: &'a DriveRun,
 }
 
-/// What a log must have for the effect to show.
+/// Sensor that a log must have for the effect to show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Need {
-    /// Whatever is there.
+    /// No particular one.
     Anything,
     Torque,
     Pose,

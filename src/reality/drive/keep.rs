@@ -10,7 +10,7 @@ use super::world::World;
 use crate::error::Result;
 use crate::signal::{Log, TimeAxis, names};
 
-/// What has a clock of its own, in the order of [`Habits::offsets_s`].
+/// Sensors with a clock of their own, in the order of [`Habits::offsets_s`].
 const OWN: [&str; 2] = ["wheels", "pose"];
 /// Recordings as labels name them.
 const RECORDINGS: [&str; 2] = ["fit", "hold"];

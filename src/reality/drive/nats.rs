@@ -37,7 +37,7 @@ const BIAS: usize = 5;
 const C1: usize = 6;
 const WARM: usize = 7;
 
-/// What a log has.
+/// Sensors in a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Sensors {
     pub torque: bool,

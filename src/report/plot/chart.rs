@@ -5,7 +5,7 @@ use super::palette::{Color, Stroke};
 use super::{LARGEST, bad};
 use crate::error::Result;
 
-/// What is drawn, in the units of the axes.
+/// Elements of a chart, in the units of the axes.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Mark {
     /// A line through points.

@@ -89,7 +89,7 @@ fn path(track: &Track, unit: Quantity, extent: f64) -> Vec<[f64; 2]> {
     out
 }
 
-/// What an error is an error of.
+/// Dimension of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dimension {
     /// Metres.

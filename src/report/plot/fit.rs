@@ -57,7 +57,7 @@ impl<'a> From<&'a Level> for WhitenessLevel<'a> {
     }
 }
 
-/// What the page of a fit shows.
+/// Content of the page of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitFigure<'a> {
     /// Title: log and axis.

@@ -258,7 +258,7 @@ pub struct SweepFigure<'a> {
     pub title: &'a str,
     /// A sentence under it.
     pub subtitle: &'a str,
-    /// What is swept, for the axis; its scale is logarithmic.
+    /// Name of the swept setting, for the axis; its scale is logarithmic.
     pub setting: &'a str,
     /// Settings with a name of their own.
     pub named: &'a [(f64, &'a str)],
@@ -396,7 +396,7 @@ impl SlipFigure<'_> {
     }
 }
 
-/// What is worth showing of values that leap at standstill: all but the outermost part in two hundred, and some room.
+/// Range to show of values that leap at standstill: from the 0.5 % to the 99.5 % quantile, and some room.
 fn shown_range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let mut all: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     all.sort_unstable_by(f64::total_cmp);
