@@ -278,7 +278,7 @@ mod tests {
     fn a_gain_is_known_as_well_as_its_rows_scatter() {
         let all = tested(&[("a", 0.01)]);
         let one = &all[0];
-        // 4000 rows of mean 0.01 and variance 0.02: 40 ± 8.9 nats, the scatter itself known to a few percent of 400 blocks
+        // 4000 rows of mean 0.01 and variance 0.02: 40 ± 8.9 nats; 400 blocks tell that scatter to a few percent
         assert!((one.first.std_nats / 80_f64.sqrt() - 1.0).abs() < 0.2, "{:?}", one.first);
         assert!((one.first.nats - 40.0).abs() < 4.0 * 80_f64.sqrt());
         // alone, it is first and last

@@ -16,10 +16,10 @@ use std::path::Path;
 const KEY_LEN: usize = 32;
 const NONCE_LEN: usize = 24;
 
-/// What is sealed.
+/// The sealed content.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Labels {
-    /// Random, so that nobody guesses the labels from the commitment.
+    /// Random salt, so that the labels cannot be guessed from the commitment.
     pub salt: String,
     /// Seed of the cases.
     pub seed: u64,
@@ -100,7 +100,7 @@ pub fn commitment(plain: &[u8]) -> String {
 pub struct Sealed {
     /// Nonce and ciphertext.
     pub bytes: Vec<u8>,
-    /// SHA-256 of what is inside.
+    /// SHA-256 of the plain labels.
     pub commitment: String,
 }
 

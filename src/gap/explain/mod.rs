@@ -57,9 +57,9 @@ const CYCLES: f64 = 3.0;
 /// Rounds in which every signal is fitted anew beside all others.
 const ROUNDS: usize = 2;
 
-/// Fits the effects `ids` of `library`, and no others, to `log`, beside what `config` models: of a gyro at rest warm-up and
-/// white noise, of a drive the robot and its sensors. The time of the first row since power-on is `since_power_on_s` where the
-/// log's time counts from something else.
+/// Fits the effects `ids` of `library`, and no others, to `log`, beside what `config` models: for a gyro at rest
+/// warm-up and white noise, for a drive the robot and its sensors. The time of the first row since power-on is
+/// `since_power_on_s` where the log's time counts from something else.
 ///
 /// ```no_run
 /// use gyroid::{config::Config, effects::Library, gap};
