@@ -50,7 +50,7 @@ pub(crate) struct FitArgs {
     /// axis alone, pointing up
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     latitude: Option<f64>,
-    /// Loss function; huber shrugs at outliers
+    /// Loss function; huber is robust to outliers
     #[arg(long, value_enum, default_value_t = LossName::Squares)]
     loss: LossName,
     /// How samples are weighed; uniform is ordinary least squares, walk finds a warm-up that a random walk of the bias hides

@@ -182,7 +182,7 @@ impl DriveArgs {
     }
 }
 
-/// A drive with what the robot's dimensions make of its channels.
+/// A drive with the channels that follow from its own by the robot's dimensions (see [`known_by`]).
 fn known(mut recording: DriveRecording, config: &Config) -> DriveRecording {
     if let Some(vehicle) = &config.vehicle {
         let (log, notes) = known_by(vehicle, &recording.log);

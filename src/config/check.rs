@@ -154,7 +154,7 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
     Ok(())
 }
 
-/// A term is where its interval is, and says what the key that simulator and filter read says.
+/// Checks that each term lies inside its interval, and agrees with the key that simulator and filter read.
 fn noise_terms(gyro: &Gyro, terms: &NoiseTerms, name: &str) -> Result<()> {
     let refuse = |key: &str, found: String, mend: &str| {
         Err(Error::new(ErrorKind::Config, name, found).at(format!("`gyro.noise.terms.{key}`")).mend(mend))

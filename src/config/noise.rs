@@ -1,4 +1,4 @@
-//! `[gyro.noise]`: what is known of a gyro's noise beside the angle random walk.
+//! `[gyro.noise]`: parameters of a gyro's noise besides the angle random walk.
 
 use crate::noise::{Band, BandForm, Colour, LowPass};
 use serde::{Deserialize, Serialize};

@@ -50,10 +50,10 @@ pub fn check_origin(config: &Config, log: &LogFacts, options: &NoiseOptions) -> 
     Ok(())
 }
 
-/// `config` with the terms of `report` in place of what it said of the noise: `[gyro.noise.terms]` with 95 % intervals,
-/// and N and K where simulator and filter read them. A walk that the fit found and these terms do not hold is taken out:
-/// what it described is described by them. The lattice of the output stays. A signed configuration gets
-/// `[provenance.noise]`; its checksum is made anew when it is written.
+/// `config` with the terms of `report` in place of its own noise: `[gyro.noise.terms]` with 95 % intervals, and N and K
+/// where simulator and filter read them. A walk that the fit found and that is not among these terms is removed: they
+/// describe its contribution. The output's quantization step stays. A signed configuration gets `[provenance.noise]`;
+/// its checksum is made anew when it is written.
 ///
 /// # Errors
 /// As [`check_origin`]; [`ErrorKind::Config`] without `[gyro]`; [`ErrorKind::Numeric`] if a term has no standard deviation.

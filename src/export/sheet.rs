@@ -213,7 +213,7 @@ fn interval_text([low, high]: [f64; 2]) -> String {
     format!("{} to {}", end(low), end(high))
 }
 
-/// Without what would end a comment or begin a new line: names of logs and commands are anybody's text.
+/// `text` without characters that would end a comment or begin a new line: names of logs and commands may hold any.
 fn plain(text: &str, comment: Comment) -> String {
     let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     match comment {

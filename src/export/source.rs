@@ -59,16 +59,16 @@ pub struct Source<'a> {
     pub origin: &'a Origin,
     /// Facts about the target, stated by the user.
     pub options: &'a Options,
-    /// Effects that are in `gyro`, and those that the target has asked for by themselves.
+    /// Effects that `gyro` includes, and those that the target has asked for.
     asked: RefCell<BTreeSet<String>>,
 }
 
-/// Half track and radii of the wheels with the effects of the configuration, as factors on the nominal ones.
+/// Half track and radii of the wheels under the effects of the configuration, as factors on the nominal ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Geometry {
-    /// Of the half track.
+    /// Factor on the half track.
     pub track: f64,
-    /// Of the radii of the left and the right wheel.
+    /// Factors on the radii of the left and the right wheel.
     pub radii: [f64; 2],
     /// Effects that change it.
     pub effects: Vec<&'static str>,
@@ -287,7 +287,8 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// That `key` keeps the Earth's rotation, where the configuration knows it: for a `program` whose world stands still.
+    /// Sentence that `key` keeps the Earth's rotation, for a `program` whose world does not rotate; `None` where it is
+    /// not known.
     #[must_use]
     pub fn earth_stays_text(&self, key: &str, program: &str) -> Option<String> {
         self.gyro.earth_rate_rad_s.map(|earth| {

@@ -155,8 +155,8 @@ pub trait ModelChange: Sync + Send {
         Vec::new()
     }
 
-    /// Standard deviation of the first coordinate, in its unit, in robots that lack nothing and are read every `sample_time_s`: every
-    /// recording may have as much of it. Zero where it is exact.
+    /// Standard deviation of the first coordinate, in its unit, in robots without a fault that are read every
+    /// `sample_time_s`: every recording may have as much of it. Zero where it is exact.
     fn usual_std(&self, sample_time_s: f64) -> f64 {
         let _ = sample_time_s;
         0.0
@@ -167,8 +167,8 @@ pub trait ModelChange: Sync + Send {
         false
     }
 
-    /// Coordinates beyond those of the effect: what they say departs from its law, so that it is something else which
-    /// resembles it. They follow the others in θ, and are zero in the effect itself.
+    /// Coordinates beyond those of the effect, zero in the effect itself. They follow the others in θ. Where they
+    /// differ from zero, the recording departs from the effect's law: it is another effect that resembles this one.
     fn departures(&self) -> &'static [Coordinate] {
         &[]
     }
