@@ -80,7 +80,7 @@ pub struct Duplicates {
 pub struct OutOfOrder {
     /// How many rows were earlier than the one before.
     pub count: usize,
-    /// Without leave to sort, they are an error.
+    /// How they were handled; where sorting is not allowed, they are an error.
     pub handling: Handling,
 }
 
@@ -209,7 +209,7 @@ struct Intervals {
     missing_s: f64,
     longest_s: f64,
     longest_at_s: Option<f64>,
-    /// How many are no gaps, and the sums of what they differ by from the median, and of its square.
+    /// Number of intervals that are no gaps, sum of their deviations from the median, and sum of the squares.
     inside: usize,
     sum: f64,
     squares: f64,

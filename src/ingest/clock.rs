@@ -35,7 +35,7 @@ pub(super) enum TimeColumn {
     One(usize),
     /// Whole seconds and nanoseconds.
     Parts(usize, usize),
-    /// None: rows are evenly spaced by what the user says.
+    /// No column: rows are evenly spaced, at the user's rate.
     Rows,
 }
 
@@ -212,7 +212,7 @@ pub(super) fn take(table: &mut Table, column: TimeColumn, stated: Option<TimeUni
     Ok(Times { seconds, ..times })
 }
 
-/// How the cells of one column become seconds, which are left out, with what is odd about them, shift and factor.
+/// The times of one column without their values (`seconds` is empty), its odd cells, and shift and factor to seconds.
 fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, Odd, f64, f64)> {
     let cells = table.numbers(index)?;
     let head = &table.heads[index];

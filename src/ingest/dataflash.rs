@@ -39,7 +39,7 @@ struct Field {
 #[derive(Debug, Clone, PartialEq)]
 struct Described {
     name: String,
-    /// With the header.
+    /// Length with the header, bytes.
     length: usize,
     fields: Vec<Field>,
     /// Place of the number of the sensor, where several log the same message.

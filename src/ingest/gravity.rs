@@ -106,7 +106,7 @@ pub(super) struct Gravity {
 }
 
 impl Gravity {
-    /// Of a gyro mounted so in a robot whose z axis points up, or `down`.
+    /// Sums for a gyro with this mounting in a robot whose z axis points up, or `down`.
     pub fn new(mounting: &Mounting, down: bool) -> Self {
         let aligned = *mounting == Mounting::ALIGNED;
         Self { z: mounting.axis(Axis::Z), down, aligned, sum: [0.0; 3], rows: 0 }

@@ -43,8 +43,8 @@ enum Halt {
     Ragged(usize, u64),
 }
 
-/// Reads `stream` into `columns` as far as it is plain; after each block `full` is called with their cells, of which it takes
-/// what it wants, and the number of all rows so far. Returns what is left.
+/// Reads `stream` into `columns` as long as it is plain. After each block `full` is called with the cells, of which it
+/// takes some or all, and with the number of all rows so far. Returns the unread rest.
 pub(super) fn read<'a, R: Read + Send + 'a, E>(
     stream: R,
     delimiter: u8,
@@ -133,7 +133,7 @@ struct Cells {
 
 /// Bytes of the file of which the first `whole` are whole lines.
 struct Block {
-    /// A buffer; what is behind the first `length` bytes is left from before.
+    /// A buffer; the bytes behind the first `length` are old.
     text: Vec<u8>,
     length: usize,
     whole: usize,

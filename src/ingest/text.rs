@@ -45,7 +45,7 @@ impl Source for Text {
         &self.dialect.heads
     }
 
-    /// By the length of the first lines.
+    /// Number of rows, estimated from the length of the first lines.
     fn rows(&self) -> Option<u64> {
         if self.input.gzipped {
             return None;

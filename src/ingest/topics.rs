@@ -148,7 +148,7 @@ fn named(source: &str, topics: &[Topic], name: &str) -> Result<usize> {
     }
 }
 
-/// Those with messages of a gyro.
+/// Indices of the topics with messages of a gyro.
 pub(super) fn with_gyro(source: &str, topics: &[Topic]) -> Result<Vec<usize>> {
     let gyros: Vec<usize> = (0..topics.len()).filter(|&i| topics[i].gyro && topics[i].messages > 0).collect();
     if gyros.is_empty() {

@@ -58,7 +58,7 @@ impl Explanation {
 pub struct DriftCause {
     /// ln evidence of each explanation above the best, and its probability, even odds before.
     pub explanations: Vec<(Explanation, f64, f64)>,
-    /// The one that is believed; `None` where the log cannot tell.
+    /// The explanation that the evidence decides for; `None` where the log cannot tell.
     pub decided: Option<Explanation>,
     /// Range of the temperature, °C.
     pub temperature_range_c: f64,

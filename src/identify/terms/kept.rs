@@ -13,7 +13,7 @@ use crate::signal::{Reduced, Stretch};
 /// Stretches with a larger share of missing slots are no witnesses of fast noise.
 const MOST_MISSING: f64 = 0.2;
 
-/// A log as far as it is there.
+/// The data of a log: all samples, or the summary of one pass.
 #[derive(Debug, Clone)]
 pub(super) enum Evidence<'a> {
     /// All of it.

@@ -32,7 +32,7 @@ pub struct LedgerEntry {
     pub heading_std_rad: Option<f64>,
     /// Share of the variance of those that count.
     pub share: f64,
-    /// Whether it is part of the sum; the others are what it costs to leave something out.
+    /// Whether it is part of the sum; the others show the cost of leaving something out.
     pub counted: bool,
 }
 

@@ -104,8 +104,8 @@ pub fn noise_model_reduced(log: &Reduced, options: &TermOptions) -> Result<Noise
     estimate(&raw, warm_up, temperature.as_deref(), log.samples(), options)
 }
 
-/// The warm-up that is taken out of a log whose noise is asked for: where it walks, that of squares weighed by the walk,
-/// which is what the terms will say of it.
+/// The warm-up that is subtracted from a log before its noise is estimated. Where the residuals walk, it is the fit
+/// with squares weighed by the walk, which agrees with the terms.
 fn nuisance(mut fit: Fit) -> Fit {
     match fit.other_weighting.take() {
         Some(weighed) => *weighed,

@@ -191,8 +191,8 @@ pub struct Refusal {
     pub id: TermKind,
     /// Its probability.
     pub probability: f64,
-    /// It is below this with 95 % probability, beside the terms that were chosen; none of a Gauss-Markov term, which a long
-    /// enough or short enough correlation time hides at any size.
+    /// Upper bound of its size with 95 % probability, beside the terms that were chosen; `None` for a Gauss-Markov
+    /// term, which a long enough or short enough correlation time hides at any size.
     pub upper95: Option<f64>,
     /// Unit of the bound.
     pub unit: &'static str,
