@@ -2,8 +2,8 @@
 //! A = [[M + Jw (1/rl² + 1/rr²), Jw b (1/rr² - 1/rl²)], [Jw b (1/rr² - 1/rl²), Jc + M d² + Jw b² (1/rl² + 1/rr²)]]
 //! wheel_l = (v - b ω)/rl,  wheel_r = (v + b ω)/rr,  dx/dt = v cos θ - s sin θ,  dy/dt = v sin θ + s cos θ,  dθ/dt = ω
 //!
-//! The robot on two wheels as effects may change it: radii rl, rr and motor gains gl, gr of their own, the centre of mass d
-//! ahead of the axle, extra force F and moment N, sideways speed s, and whatever sensors make of wheel speeds and yaw rate.
+//! The robot on two wheels as effects may change it: separate radii rl, rr and motor gains gl, gr, the centre of mass d
+//! ahead of the axle, extra force F and moment N, sideways speed s, and sensors that change wheel speeds and yaw rate.
 //! With rl = rr, gl = gr = 1, d = F = N = s = 0 it is the nominal robot ([`crate::vehicle::Rolling`]).
 
 use super::InFilter;
@@ -198,8 +198,8 @@ impl Moving<'_> {
         }
     }
 
-    /// How x, y and heading were `delay_s` ago less how they are, where speed and yaw rate stayed what they are: the chord of
-    /// an arc.
+    /// x, y (m) and heading (rad) `delay_s` ago, less the present ones, at constant speed and yaw rate: the chord of an
+    /// arc.
     #[must_use]
     pub fn pose_ago(&self, delay_s: f64) -> [f64; 3] {
         let turn = -delay_s * self.yaw_rate_rad_s;

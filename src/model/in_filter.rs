@@ -13,15 +13,15 @@ pub enum InFilter {
     Equations,
     /// The gyro's readings are this late, s (negative: early): they are compared with the state at their own time.
     GyroDelay(f64),
-    /// The wheels' readings are, likewise.
+    /// The same for the wheels' readings.
     WheelDelay(f64),
-    /// The external reference is: a filter that drives by wheels and gyro does not use it.
+    /// The same for the external reference: a filter that drives by wheels and gyro does not use it.
     PoseDelay(f64),
     /// Standard deviation of an instrument's white noise over the nominal one.
     Noise(Instrument, f64),
     /// The gyro switches between two ways of reading.
     GyroSwitch(Switch),
-    /// A wheel (left 0, right 1) does.
+    /// A wheel (left 0, right 1) switches between two ways of reading.
     WheelSwitch(usize, Switch),
     /// The wheels' readings lie on a lattice of this step, rad/s.
     WheelLattice(f64),
@@ -63,7 +63,7 @@ pub struct Way {
 }
 
 impl Way {
-    /// As the sensor should.
+    /// Reading without gain, offset or additional noise.
     pub const PLAIN: Self = Self { gain: 1.0, offset: 0.0, variance: 0.0 };
 }
 

@@ -11,7 +11,7 @@ pub use in_filter::{GyroInFilter, InFilter, Switch, Way};
 use crate::bias::WarmUp;
 use crate::signal::TimeAxis;
 
-/// The circumstances of one recording: its rows, what was measured beside the rate, and what the nominal simulator believes.
+/// The conditions of one recording: its rows, the covariates that were measured beside the rate, and the nominal model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// Rows, s since power-on.
@@ -47,7 +47,7 @@ impl Scene {
         self.len() == 0
     }
 
-    /// Temperature at power-on, °C: else the mean of the first second, which is what a log knows of it.
+    /// Temperature at power-on, °C; else the mean of the first second; `None` without a temperature.
     #[must_use]
     pub fn first_temperature_c(&self) -> Option<f64> {
         let values = self.temperature_c.as_ref().filter(|t| !t.is_empty())?;

@@ -276,7 +276,7 @@ impl Made {
         over_log(filter, all(more), &config, log, &settings, start_s, &gyro)
     }
 
-    /// White noise of an instrument as it is.
+    /// Multiplies the standard deviation of an instrument's white noise by `over`.
     fn louder(&mut self, of: Instrument, over: f64, config: &mut Config) {
         match of {
             Instrument::Gyro => {

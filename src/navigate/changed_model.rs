@@ -39,7 +39,7 @@ const LONGEST_S: f64 = 2e-3;
 /// A bound on the parts of a step: motion through a gap of minutes means little, and must not cost much.
 const PARTS_LIMIT: f64 = 1e4;
 
-/// States that the motion comes from, and what a step moves.
+/// States that the motion depends on, and states that a step changes.
 const CAUSES: [usize; 3] = [HEADING, SPEED, YAW_RATE];
 const MOVED: [usize; 5] = [X, Y, HEADING, SPEED, YAW_RATE];
 /// Reach of the differences: rad, m/s, rad/s, and of a disturbance in its unit. Below the least, rounding shows; beyond the
@@ -83,7 +83,7 @@ impl Switched {
     }
 }
 
-/// A switch with what is known of it.
+/// A switch, with its probability and times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Watched {
     of: Switched,
@@ -261,7 +261,7 @@ impl<const N: usize> ChangedModel<N> {
         }
     }
 
-    /// Variances of the disturbances: torque noise, and what uncertain forces come to as torques.
+    /// Variances of the disturbances: torque noise, and uncertain forces as torques.
     fn disturbing(&self, motion: &[f64; 5], input: Input, dt_s: f64) -> [f64; 2] {
         let torques = match input {
             Input::Accelerations(densities) => return densities.map(|d| d / dt_s),

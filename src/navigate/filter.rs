@@ -38,7 +38,7 @@ use std::marker::PhantomData;
 
 /// Noise sources of a prediction: two torques or accelerations, and the rate random walk.
 pub(super) const NOISES: usize = 3;
-/// With those of a step that bends.
+/// Number of noises of a step with the columns for its curvature.
 const ALL_NOISES: usize = NOISES + BENDS;
 
 /// A zero noise in the configuration would mean infinite trust: standard deviations of a measurement are at least this
@@ -248,7 +248,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         self.model.moved(input, dt_s);
     }
 
-    /// Growth of the variance of what each sensor of the wheels reads. Takes Γ by value and is not inlined: looked up by
+    /// Growth rates of the variances of the wheel sensors' readings. Takes Γ by value and is not inlined: looked up by
     /// indices that the compiler does not know, it would have to lie in memory at every step, ticks or not.
     #[inline(never)]
     fn wheel_walks_in(
@@ -264,8 +264,8 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         })
     }
 
-    /// Takes in the mean of what a sensor of the wheels reads over `interval_s`, made of ticks, in the middle of that
-    /// interval; `None` if it is missing.
+    /// Takes in a wheel sensor's mean over `interval_s`, made of ticks, at the middle of that interval; `None` if it is
+    /// missing.
     pub fn update_mean(&mut self, sensor: Sensor, mean: f64, interval_s: f64) -> Option<Innovation> {
         let walk = WHEELS.iter().position(|s| *s == sensor).map_or(0.0, |at| self.wheel_walks[at]);
         let variance = self.variance_over(sensor, interval_s) + walk * interval_s / 12.0;
@@ -317,7 +317,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         self.take(&seen, expected.residual, Some(row))
     }
 
-    /// Takes in a residual, unless the gate keeps it out; the tape wants to know of which row.
+    /// Takes in a residual, unless the gate rejects it; `row` is its measurement row, for the tape.
     #[inline(always)]
     fn take(&mut self, seen: &Projection<N>, residual: f64, row: Option<Row<N>>) -> Innovation {
         let mut innovation = Innovation { residual, variance: seen.variance, used: true };

@@ -48,7 +48,8 @@ pub struct Transition<const N: usize> {
     pub gamma: SMatrix<f64, N, NOISES>,
     /// Their variances over the step.
     pub variances: SVector<f64, NOISES>,
-    /// Columns of what the step bends within the state's uncertainty, each of variance one; see [`super::SlipModel`].
+    /// Noise columns for the step's curvature within the state's uncertainty, each of variance one; see
+    /// [`super::SlipModel`].
     pub bend: Option<SMatrix<f64, N, BENDS>>,
 }
 
@@ -148,7 +149,7 @@ pub trait MotionModel<const N: usize>: Clone {
         None
     }
 
-    /// That the filter was carried on for `dt_s` under `input`.
+    /// Notifies the model that the filter was carried on for `dt_s` under `input`.
     #[inline(always)]
     fn moved(&mut self, input: Input, dt_s: f64) {
         let _ = (input, dt_s);

@@ -317,7 +317,7 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
     Ok(Run { summary, pose: table.finish(&log.source, log.time.clone())?, smoothed })
 }
 
-/// Goes back over what the filter did; `reference` comes with the share of the way over which tracks are laid on it.
+/// Smooths the filter's pass; `reference` comes with the share of the path over which tracks are aligned with it.
 fn smoothed<const N: usize, M: MotionModel<N>>(
     tape: Tape<N>,
     model: &M,

@@ -10,9 +10,9 @@
 //! with the filter's x, P, Φ, gain k, innovation ν and its variance S (Bierman, *Factorization Methods for Discrete Sequential
 //! Estimation*, Academic Press 1977, chapter X). No matrix is inverted.
 //!
-//! The filter's estimate at a row is what was known then. A later reading tells more of the gyro's error, which turns the whole
-//! way since the start: the next row's estimate lies on another path, and the sequence of estimates jumps from one to the next.
-//! Given all readings, the rows lie on one path.
+//! The filter's estimate at a row is based on the readings up to that row. A later reading improves the estimate of the
+//! gyro's error, which turns the whole path since the start: the next row's estimate lies on another path, and the
+//! sequence of estimates jumps. Given all readings, the rows lie on one path.
 
 use nalgebra::{SMatrix, SVector};
 

@@ -5,7 +5,7 @@
 
 use super::reading::Sensor;
 
-/// A mean of what a sensor reads, and where it belongs; or a reading of a gyro that is late, over no interval.
+/// A mean of a sensor's readings with its interval; or a reading of a gyro that is late, over no interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MeanSpeed {
     /// Row after which its middle lies, or at which.

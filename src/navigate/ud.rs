@@ -238,7 +238,7 @@ pub(super) struct Projection<const N: usize> {
 /// The Kalman gain as it grows column by column.
 struct Gain<const N: usize> {
     sums: [f64; N],
-    /// Of the measurement, by the columns so far.
+    /// Variance of the measurement, by the columns so far.
     variance: f64,
     inverse: f64,
 }

@@ -39,7 +39,7 @@ impl fmt::Display for AxisChoice {
 /// Which gyros of a log are fitted, where it holds messages of several topics.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Topics {
-    /// The one that the query names, or the only one with a gyro.
+    /// The topic that the query names, or the only one with a gyro.
     #[default]
     Only,
     /// These, of every log.
@@ -246,7 +246,7 @@ fn tasks<'a>(logs: &'a [PathBuf], settings: &Settings) -> Vec<Task<'a>> {
 struct Work<'a> {
     settings: &'a Settings,
     options: &'a str,
-    /// By hash, topic and axis.
+    /// Known rows by hash, topic and axis.
     known: HashMap<(&'a str, Option<String>, String), &'a Row>,
 }
 

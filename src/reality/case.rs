@@ -1,4 +1,4 @@
-//! One case: two power-ons of one unit, and what is in them.
+//! One case: two power-ons of one unit, and the truth about them.
 
 use super::catalogue::{COMMON, draw};
 use super::draw::{chance, log_between};
@@ -89,7 +89,7 @@ fn path_stream(seed: u64, slot: u64, run: u64) -> Stream {
     Stream::new(seed, PATH + 10 * slot + run)
 }
 
-/// Of what an effect does to noise and output.
+/// Random stream for an effect's changes of noise and output.
 fn change_stream(seed: u64, slot: u64, run: u64) -> Stream {
     Stream::new(seed, PATH + 10 * slot + 2 + run)
 }

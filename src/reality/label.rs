@@ -93,7 +93,7 @@ pub struct Label {
     pub effects: BTreeMap<String, Parameters>,
     /// `stationary` or `driving`.
     pub kind: String,
-    /// Of the weakest main effect.
+    /// Strength of the weakest main effect.
     pub strength: Strength,
     /// Where each main effect shows.
     #[serde(rename = "where")]

@@ -8,7 +8,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
 use serde::{Deserialize, Serialize};
 
-/// How many cases, and what share of them holds what. What is left holds one listed effect.
+/// Number of cases, and shares of their kinds. The remaining share holds one listed effect.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Mix {
     /// Number of cases.

@@ -203,7 +203,7 @@ impl ModelCheck {
         })
     }
 
-    /// Offset in standard deviations of what is expected.
+    /// Offset over its expected standard deviation.
     #[must_use]
     pub fn offset_in_std(&self) -> f64 {
         self.offset_rad_s / self.offset_expected_std_rad_s

@@ -75,7 +75,7 @@ impl FitReport {
         self.temperature.as_ref().filter(|_| self.against == Against::Temperature)
     }
 
-    /// The verdict: what is most wrong comes first.
+    /// The verdict; of several faults the worst.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         if let Some(thermal) = self.thermal() {

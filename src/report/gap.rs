@@ -36,7 +36,7 @@ pub struct GapReport<'a> {
     pub kept_back: Option<&'a str>,
     /// The answer.
     pub answer: &'a Answer,
-    /// Where the recording leaves what the simulators would have recorded.
+    /// Deviations of the recording from simulated ones.
     pub curves: &'a [Curve],
 }
 
@@ -304,7 +304,7 @@ impl GapReport<'_> {
         }
     }
 
-    /// Of the library, what comes nearest to an unknown cause.
+    /// Writes which effect of the library comes nearest to an unknown cause.
     fn nearest(&self, out: &mut String) {
         let Some(nearest) = &self.answer.nearest else { return };
         let Some(effect) = self.effect(&nearest.id) else { return };

@@ -15,7 +15,7 @@ use crate::units::{RAD_S_PER_DEG_S, duration_text};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// A study, and what was run beside it.
+/// A study, and the further runs of its report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudyReport {
     /// Setup of the study.
@@ -32,7 +32,7 @@ pub struct StudyReport {
     pub longer: Option<Study>,
     /// The study on every ground; empty where that was not asked for.
     pub grounds: Vec<Ground>,
-    /// The study with a filter that is wrong about traction; likewise.
+    /// The study with a filter that is wrong about traction; empty where that was not asked for.
     pub beliefs: Vec<Belief>,
 }
 

@@ -33,7 +33,7 @@ pub(super) enum Push {
 pub(super) struct Changed {
     model: DriveModel,
     motion: Motion,
-    /// Times, accelerations and forces; what it holds of the motion is set when it is used.
+    /// Times, accelerations and forces; the fields of the motion are set on use.
     at: Moving<'static>,
     past: Past,
     /// Motion so far, no longer than the reference is late

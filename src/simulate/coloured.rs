@@ -107,7 +107,7 @@ pub(super) struct Coloured {
 }
 
 impl Coloured {
-    /// Of the noise that is stated, `white_std_rad_s` being that of the plateau.
+    /// A generator of the stated noise; `white_std_rad_s` is the standard deviation of the plateau.
     pub fn new(noise: &Noise, white_std_rad_s: f64, step_s: f64, seed: u64) -> Self {
         let filter = |cutoff_hz: f64| {
             let form = noise.bandwidth_form.unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Floor 3: the nominal simulator: what a configuration says should be recorded.
+//! Floor 3: the nominal simulator: readings by the model of a configuration.
 //!
 //! - [`stationary`]: a gyro at rest; [`stationary_with`] and [`stationary_like`]: with effects of reality
 //! - [`drive`]: a robot that follows a [`Course`]; [`drive_with`]: with effects
@@ -32,15 +32,15 @@ use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
 
-/// Seeds of what is drawn at random.
+/// Seeds of the random numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Seeds {
-    /// Of the course and the torque noise: how the robot moves.
+    /// Seed of the course and the torque noise: how the robot moves.
     pub motion: u64,
     /// Of gyro, encoder and pose noise: how the motion is recorded. A speed control that reads the encoders hands a little of theirs on to
     /// the motion; replayed torques do not.
     pub sensors: u64,
-    /// Of what differs from one power-on to the next.
+    /// Seed of the differences from one power-on to the next.
     pub turn_on: u64,
 }
 

@@ -103,9 +103,9 @@ impl Plant {
         self.slipping.map(|robot| robot.slips(&self.state).map(|s| s.slip))
     }
 
-    /// The true pose, with the speed and yaw rate of wheels that turn as they were recorded: what a robot's own control sees. Speeds
-    /// that are not there yet (NaN) are zero: the robot stands. Where wheels slip, the noise that the control would hand on is more
-    /// than the slip is linear in, so that it sees how they turn.
+    /// The true pose, with the speed and yaw rate that follow from the recorded wheel speeds: the input of a robot's
+    /// own control. Speeds that are not there yet (NaN) are zero: the robot stands. Where wheels slip, it is their true
+    /// speeds: the slip is not linear over the noise that the control would pass on.
     pub fn indicated(&self, recorded_rad_s: [f64; 2]) -> Motion {
         let seen = if self.slipping.is_some() { self.state.wheels_rad_s } else { recorded_rad_s };
         let held = seen.map(|speed| if speed.is_finite() { speed } else { 0.0 });

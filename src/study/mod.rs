@@ -5,9 +5,9 @@
 //! sensors' noise, and the gyro's turn-on inside its repeatability. Beside the two filters: both without the gyro's
 //! error model, and dead reckoning.
 //!
-//! - [`study`]: the runs, and what they say
+//! - [`study`]: the runs, and their statistics
 //! - [`run_errors`]: one run
-//! - [`by_ground`], [`wrong_beliefs`], [`convergence`]: what the paper leaves out
+//! - [`by_ground`], [`wrong_beliefs`], [`convergence`]: studies that the paper leaves out
 //!
 //! Same setup, same numbers, on one thread or many: runs are drawn from their own seeds and summed in their order.
 

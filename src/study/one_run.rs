@@ -29,7 +29,7 @@ pub struct RunErrors {
 /// Errors of one estimator in one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimatorErrors {
-    /// Whose.
+    /// The estimator.
     pub estimator: Estimator,
     /// Mean squares of x, y (m²) and heading (rad²) over all rows.
     pub mean_squares: [f64; 3],
@@ -37,7 +37,7 @@ pub struct EstimatorErrors {
     pub errors: Vec<[f64; 3]>,
     /// NEES of (x, y, θ) at the kept rows, where the estimator has a covariance.
     pub nees: Option<Vec<f64>>,
-    /// Mean NIS, likewise.
+    /// Mean NIS, where the estimator has one.
     pub nis: Option<f64>,
 }
 

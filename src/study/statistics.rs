@@ -39,7 +39,7 @@ impl Study {
 /// Errors of one estimator over the runs; arrays are x, y (m) and heading (rad).
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimatorResult {
-    /// Whose.
+    /// The estimator.
     pub estimator: Estimator,
     /// Root mean square over runs and time.
     pub rms: [f64; 3],

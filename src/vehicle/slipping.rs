@@ -306,7 +306,7 @@ impl SlippingJacobian {
         Self { velocities, pose: [[0.0; CAUSES]; 3], position_by_heading: [0.0; 2] }
     }
 
-    /// Of a step whose pose was carried with the accelerations (after - before)/dt.
+    /// Derivatives of a step whose pose was carried with the accelerations (after - before)/dt.
     fn new(velocities: [[f64; CAUSES]; VELOCITIES], by: &MotionJacobian, dt_s: f64) -> Self {
         let mut pose = [[0.0; CAUSES]; 3];
         let rate = 1.0 / dt_s;

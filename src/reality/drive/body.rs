@@ -26,7 +26,7 @@ const GRAVITY_M_S2: f64 = 9.806_65;
 /// How the robot moves.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Motion {
-    /// Of the middle of the axle: forwards, m/s, and yaw rate, rad/s.
+    /// Speed forwards, m/s, and yaw rate, rad/s, of the middle of the axle.
     pub v: f64,
     pub w: f64,
     pub x: f64,

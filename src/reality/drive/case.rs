@@ -1,4 +1,4 @@
-//! One driving case: two drives of one robot, and what is in them.
+//! One driving case: two drives of one robot, and the truth about them.
 
 use super::super::case::{Case, case_seed};
 use super::super::draw::{between, chance, index as pick, log_between};
@@ -27,7 +27,7 @@ const PATH: u64 = 10_000;
 
 /// Share of cases whose log lacks torques, pose or gyro.
 const WITHOUT: f64 = 0.25;
-/// Share of strong effects that nobody could miss.
+/// Share of the strong effects that are obvious.
 const COARSE: f64 = 0.35;
 /// Share of real robots' common effects that one robot has.
 const BACKGROUND: f64 = 0.4;

@@ -76,7 +76,7 @@ impl Ring {
     }
 }
 
-/// Both encoders and what they remember.
+/// Both encoders and their low-pass states.
 struct Wheels {
     held: [f64; 2],
 }
@@ -129,7 +129,7 @@ impl Rectifier {
     }
 }
 
-/// The controller and what it remembers.
+/// The controller and its states.
 struct Control<'a> {
     driver: &'a Driver,
     filtered: [f64; 2],

@@ -112,7 +112,7 @@ pub(super) fn degrees(rad: f64) -> f64 {
     rad / RAD_S_PER_DEG_S
 }
 
-/// Measures of the gap on what `on` names; `after` heads what they are then.
+/// Writes the measures of the gap on the recording `on`; `after` heads their values with the explanation.
 pub(super) fn metrics(out: &mut String, on: &str, after: &str, gap: &[Metric]) {
     let _ = writeln!(out, "  {on:<34}{:>12}{:>12}{:>12}", "before", after, "floor");
     for metric in gap {
@@ -149,7 +149,7 @@ pub(super) fn closed(effect: &EffectAnswer) -> Option<String> {
     Some(percent(share) + &interval.unwrap_or_default())
 }
 
-/// A relative standard deviation that nobody needs to be told.
+/// Relative standard deviation below which a parameter is printed without it.
 const KNOWN: f64 = 1e-8;
 
 pub(super) fn parameters(out: &mut String, effect: &EffectAnswer) {

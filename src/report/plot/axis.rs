@@ -86,7 +86,7 @@ impl Axis {
         Ok(if self.limits.is_some() { scale } else { scale.widened(margin) })
     }
 
-    /// The label with its unit, and with what the tick labels leave out.
+    /// The label with its unit, and with the offset and power of ten that the tick labels omit.
     pub(super) fn text(&self, left_out: LeftOut) -> String {
         let LeftOut { offset, exponent } = left_out;
         let mut text = self.label.clone();

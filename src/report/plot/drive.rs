@@ -1,4 +1,4 @@
-//! Drives: paths on a map, and errors against time with what the filter thinks of them.
+//! Drives: paths on a map, and errors over time with the filter's own standard deviations.
 
 use super::envelope::outline;
 use super::geometry::{Point, thin};

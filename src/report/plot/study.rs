@@ -1,4 +1,4 @@
-//! The study of filters over many simulated runs: errors over time, one run, consistency, and what they depend on.
+//! The study of filters over many simulated runs: errors over time, one run, consistency, and sensitivities.
 //!
 //! Filters keep the order, and so the colour, in which they are given: the same order in all figures of a study.
 
@@ -407,7 +407,7 @@ fn shown_range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// The axis for series whose greatest values are `greatest`, SI: linear from zero, or in decades from the least of them
-/// over `depth`; and what of a value it can show.
+/// over `depth`; and the function that makes a value NaN where the axis cannot show it.
 fn size_axis(label: &str, unit: Quantity, greatest: &[f64], depth: f64) -> (Axis, fn(f64) -> f64) {
     let there = || greatest.iter().copied().filter(|g| *g > 0.0);
     let (low, high) = there().fold((f64::INFINITY, 0.0_f64), |(l, h), g| (l.min(g), h.max(g)));

@@ -50,7 +50,7 @@ pub struct Claim {
     pub here: String,
 }
 
-/// In the place of a measurement whose estimators were left out.
+/// Text in place of a measurement whose estimators were left out.
 const NOT_RUN: &str = "the estimators that would tell did not run";
 
 fn claim(place: &'static str, says: &'static str, status: Status, here: impl Into<String>) -> Claim {
@@ -265,7 +265,7 @@ impl StudyReport {
         })
     }
 
-    /// A factor in heading of the error model, by what it helps.
+    /// Claim on the error model: heading error without it over that with it, for filters and the gyro alone.
     fn error_model_row(&self) -> Claim {
         let heading = |this: Estimator, other: Estimator| self.study.compare(this, other);
         let text =

@@ -1,6 +1,6 @@
 //! z = z* + g f(z): one stage of the implicit step, by Newton's method on the two traction forces
 //!
-//! Given the forces, v, ω and the wheels' speeds are affine; F = N μ(λ(F)) is what is left to solve. The last matrix of
+//! Given the forces, v, ω and the wheels' speeds are affine; F = N μ(λ(F)) remains to be solved. The last matrix of
 //! Newton's method carries changes of z* and of the torques to changes of z (implicit function theorem).
 
 use super::{Slipping, Velocities};
@@ -11,7 +11,7 @@ const ITERATIONS: usize = 25;
 /// Once the forces miss by less than this part of the load, one more iteration is the last: it leaves the square of that.
 const NEAR: f64 = 1e-7;
 
-/// A stage's solution, and the inverse of Newton's matrix with what it is made of.
+/// A stage's solution, and the inverse of Newton's matrix with its factors.
 #[derive(Clone, Copy)]
 pub(super) struct Stage {
     pub velocities: Velocities,
