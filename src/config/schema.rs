@@ -193,7 +193,7 @@ pub struct Vehicle {
     pub yaw_inertia_kg_m2: f64,
     /// b, half the distance between the wheels, m.
     pub half_track_m: f64,
-    /// How it turns; where it is not stated, either. It says how far the track that the motion shows may lie from `half_track_m`.
+    /// How it turns; without it either is possible. It limits how far the effective track may lie from `half_track_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steering: Option<Steering>,
     /// r, m.
@@ -213,7 +213,7 @@ pub struct Vehicle {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Traction {
-    /// Under this speed slip is taken over this speed: the regularisation at standstill, m/s.
+    /// v_low: smallest denominator of slip, its regularisation at standstill, m/s.
     #[serde(default = "Traction::default_low_speed_m_s")]
     pub low_speed_m_s: f64,
     /// Part of the weight that the driven wheels carry; castors carry the rest.

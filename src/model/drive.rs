@@ -10,7 +10,7 @@ use super::InFilter;
 use crate::config::Vehicle;
 use std::collections::VecDeque;
 
-/// A wheel's force that is uncertain ([`DriveEffect::force_std_n`]) lasts so long, s: for some steps, not for one.
+/// Time for which an uncertain force of a wheel ([`DriveEffect::force_std_n`]) lasts, s: several steps, not one.
 pub const FORCE_LASTING_S: f64 = 0.05;
 
 /// Standard gravity, m/s².
@@ -138,13 +138,14 @@ impl Past {
         }
     }
 
-    /// Whether a rate is known at `t_s` or later.
+    /// Whether a rate is known later than `t_s`.
     #[must_use]
     pub fn reaches(&self, t_s: f64) -> bool {
         self.rates.back().is_some_and(|last| last.0 > t_s)
     }
 
-    /// Speed and yaw rate `delay_s` before `now`, straight lines between the rows up to then; the oldest known before them.
+    /// Speed (m/s) and yaw rate (rad/s) `delay_s` before `now`, interpolated linearly; before the first known ones,
+    /// these.
     #[must_use]
     pub fn before(&self, delay_s: f64, now: &Moving) -> [f64; 2] {
         let t_s = now.t_s - delay_s;
@@ -161,7 +162,7 @@ impl Past {
     }
 }
 
-/// The robot at one instant; by default it stands still at the origin of everything.
+/// The robot at one instant; by default at rest at the origin, at time zero.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moving<'a> {
     /// s since the log began
@@ -185,8 +186,8 @@ pub struct Moving<'a> {
 }
 
 impl Moving<'_> {
-    /// Speed and yaw rate `delay_s` ago; since the last row, without a past, or ahead of its time, as far as the accelerations tell:
-    /// past rates of a filter are estimates, whose errors would pass for a delay.
+    /// Speed (m/s) and yaw rate (rad/s) `delay_s` ago. Within the last row, without a past, or ahead of time they are
+    /// extrapolated with the accelerations: past rates of a filter are estimates, whose errors would look like a delay.
     #[must_use]
     pub fn ago(&self, delay_s: f64) -> [f64; 2] {
         match self.past {
@@ -223,7 +224,7 @@ pub struct ForceFollows {
 /// Functions of the motion that the force of an effect is made of.
 pub type Shape = [f64; 12];
 
-/// An effect at work in one drive. What its parameters are, is fixed when it is made.
+/// An effect at work in one drive. Its parameters are fixed when it is made.
 pub trait DriveEffect: Send + Sync {
     /// Changes the robot's constants.
     fn robot(&self, robot: &mut Robot) {
@@ -358,7 +359,8 @@ impl DriveModel {
         self.accelerate_with(at, torques_n_m, |_, _| None);
     }
 
-    /// The same where `known` tells force and moment of some effects, by their place: those of [`Self::forces`].
+    /// The same, where `known` gives force (N) and moment (N·m) of some effects by their index, as [`Self::forces`] has
+    /// them.
     #[inline]
     pub fn accelerate_with(
         &self,
@@ -393,14 +395,14 @@ impl DriveModel {
         out.extend(self.effects.iter().map(|e| e.force(&self.robot, at)));
     }
 
-    /// Renews those of [`Self::forces`] that follow accelerations, for those now in `at`.
+    /// Recomputes those of [`Self::forces`] that depend on accelerations, for those now in `at`.
     pub fn renew_forces(&self, at: &Moving, forces: &mut [[f64; 2]]) {
         for (effect, force) in self.effects.iter().zip(forces).filter(|(e, _)| e.force_follows().accelerations) {
             *force = effect.force(&self.robot, at);
         }
     }
 
-    /// Whether the effect in this place pushes `other` just as it pushes this robot.
+    /// Whether the effect of index `place` exerts the same force on `other` as on this robot.
     #[must_use]
     pub fn pushes_alike(&self, place: usize, other: &Robot) -> bool {
         self.effects[place].pushes_alike(&self.robot, other)
@@ -436,7 +438,7 @@ impl DriveModel {
         self.effects.iter().fold(rolling, |wheels, e| e.wheels_rad_s(&self.robot, at, wheels))
     }
 
-    /// Covariance [v v, v ω, ω ω] of what uncertain wheel forces do to dv/dt and dω/dt.
+    /// Covariance of dv/dt and dω/dt by uncertain wheel forces: [v v, v ω, ω ω], SI.
     #[must_use]
     pub fn force_covariance(&self, at: &Moving) -> [f64; 3] {
         let mut sum = [0.0; 3];

@@ -23,7 +23,7 @@ pub enum InFilter {
     GyroSwitch(Switch),
     /// A wheel (left 0, right 1) switches between two ways of reading.
     WheelSwitch(usize, Switch),
-    /// The wheels' readings lie on a lattice of this step, rad/s.
+    /// The wheels' readings are quantized with this step, rad/s.
     WheelLattice(f64),
 }
 
@@ -47,16 +47,16 @@ pub enum GyroInFilter {
     },
     /// The gyro switches between two ways of reading.
     Switching(Switch),
-    /// A filter has nothing for it; why, as the rest of a sentence.
+    /// A filter cannot represent it; the reason, as the rest of a sentence.
     Unrepresented(&'static str),
 }
 
 /// One way of reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Way {
-    /// Factor on what is expected.
+    /// Factor on the expected reading.
     pub gain: f64,
-    /// Added to it, in the sensor's unit.
+    /// Added to the expected reading, in the sensor's unit.
     pub offset: f64,
     /// Variance of noise beyond the sensor's own, its unit squared.
     pub variance: f64,
@@ -72,11 +72,12 @@ impl Way {
 pub struct Switch {
     /// The two ways.
     pub ways: [Way; 2],
-    /// Probability of the second way in the end.
+    /// Stationary probability of the second way.
     pub share: f64,
-    /// Rate at which its probability tends to `share`, 1/s; infinite where each reading is drawn anew.
+    /// Rate at which the probability of the second way tends to `share`, 1/s; infinite where each reading is drawn
+    /// anew.
     pub rate_per_s: f64,
-    /// Its probability at first.
+    /// Initial probability of the second way.
     pub start: f64,
 }
 

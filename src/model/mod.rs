@@ -28,9 +28,9 @@ pub struct Scene {
     pub warm_up: WarmUp,
     /// Nominal standard deviation of a sample's white noise, rad/s.
     pub white_std_rad_s: f64,
-    /// How much C2 varies from one power-on to the next, rad/s.
+    /// Standard deviation of C2 from one power-on to the next, rad/s.
     pub turn_on_bias_std_rad_s: f64,
-    /// How much C1 and T do, relatively.
+    /// Relative standard deviation of C1 and T from one power-on to the next.
     pub warm_up_relative_std: f64,
 }
 
@@ -102,7 +102,7 @@ pub struct Through {
     pub gyro: bool,
 }
 
-/// Makes effects from the tables `[[effect]]` of a configuration. Whoever simulates gets one handed down, so that the
+/// Makes effects from the tables `[[effect]]` of a configuration. The caller of a simulator passes one in, so that the
 /// simulator need not know the library of effects.
 pub trait EffectSource: Sync {
     /// The effect `id` with `parameters` in a recording of `scene`, its random numbers from `seed`.
@@ -122,8 +122,8 @@ pub trait EffectSource: Sync {
     /// [`EffectSource::gyro_effect`] knows it too.
     fn is_of_drives(&self, id: &str) -> bool;
 
-    /// Whether the drive effect `id` acts through the torques, and whether through the gyro alone: a filter without them
-    /// has nothing that it could change.
+    /// Inputs of a filter, torques and gyro, that the drive effect `id` acts through. A filter without them is not
+    /// changed by it.
     fn acts_through(&self, id: &str) -> Through {
         let _ = id;
         Through::default()

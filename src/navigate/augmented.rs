@@ -137,7 +137,7 @@ struct Made {
     white_variance: f64,
     delay_s: f64,
     wheel_delay_s: f64,
-    /// White noise of instruments over nominal.
+    /// Standard deviation of instruments' white noise over the nominal one.
     noise_over: Vec<(Instrument, f64)>,
     notes: Vec<String>,
 }

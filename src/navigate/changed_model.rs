@@ -160,7 +160,7 @@ impl<const N: usize> ChangedModel<N> {
         }
     }
 
-    /// The robot in this state, under what acted last.
+    /// The robot in this state, under the last input.
     fn pushed(&self, motion: &[f64; 5]) -> Moving<'static> {
         let mut at = self.at(motion);
         if let Some(Input::Torques(torques)) = self.input {

@@ -396,7 +396,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         self.walk_rad_s_sqrt_s * self.walk_rad_s_sqrt_s * dt_s
     }
 
-    /// Puts another state of knowledge in the place of this one.
+    /// Replaces mean and covariance.
     pub(super) fn set(&mut self, mean: SVector<f64, N>, covariance: UdCovariance<N>) {
         (self.mean, self.covariance) = (mean, covariance);
     }

@@ -88,8 +88,8 @@ pub const fn bits(indices: &[usize]) -> u32 {
 
 /// How a robot of `N` states moves.
 pub trait MotionModel<const N: usize>: Clone {
-    /// Bit k of entry i: whether state i after a step can depend on state k before it (see [`bits`]). What a model
-    /// does not declare here the filter takes as zero in Φ; rows of the gyro's error are the filter's to fill in.
+    /// Bit k of entry i: whether state i after a step can depend on state k before it (see [`bits`]). Dependences that
+    /// are not declared here are zero in the filter's Φ. Rows of the gyro's error are the filter's to fill in.
     const DEPENDS: [u32; N];
 
     /// Bit k of entry i: whether disturbance k can move state i.

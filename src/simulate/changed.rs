@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 const LONGEST_S: f64 = 2e-3;
 /// A bound on the parts of one step: motion through a gap of minutes means little, and must not cost much.
 const PARTS_LIMIT: f64 = 1e5;
-/// Largest h λ.
+/// Largest product h λ of step and decay rate.
 const LARGEST_DECAY: f64 = 0.5;
 /// Most halvings of one part: down to 30 µs.
 const HALVINGS: u32 = 6;
@@ -25,7 +25,7 @@ const NO_MATTER: f64 = 1e-9;
 pub(super) enum Push {
     /// Torques, left and right, N·m.
     Torques([f64; 2]),
-    /// Accelerations that were recorded, m/s² and rad/s²: forces are not asked.
+    /// Recorded accelerations, m/s² and rad/s²; forces are not computed.
     Recorded([f64; 2]),
 }
 
@@ -61,12 +61,12 @@ impl Changed {
         self.angles_rad
     }
 
-    /// Puts the robot there.
+    /// Sets the robot's motion.
     pub fn put(&mut self, motion: Motion) {
         self.motion = motion;
     }
 
-    /// Says what time it is: s since the log began, and since power-on.
+    /// Sets the time: s since the log began, and s since power-on.
     pub fn clock(&mut self, t_s: f64, since_power_on_s: f64) {
         self.at.t_s = t_s;
         self.at.since_power_on_s = since_power_on_s;

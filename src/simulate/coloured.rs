@@ -27,7 +27,7 @@ struct Fir {
 }
 
 impl Fir {
-    /// At work since long before the first sample.
+    /// A filter in its stationary state.
     fn new(taps: Vec<f64>, mut draw: impl FnMut() -> f64) -> Self {
         let inputs = taps.iter().map(|_| draw()).collect();
         Self { taps, inputs, newest: 0 }

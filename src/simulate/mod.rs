@@ -37,8 +37,8 @@ use crate::math::random::Stream;
 pub struct Seeds {
     /// Seed of the course and the torque noise: how the robot moves.
     pub motion: u64,
-    /// Of gyro, encoder and pose noise: how the motion is recorded. A speed control that reads the encoders hands a little of theirs on to
-    /// the motion; replayed torques do not.
+    /// Seed of gyro, encoder and pose noise: how the motion is recorded. A speed control that reads the encoders passes
+    /// a little of their noise on to the motion; replayed torques do not.
     pub sensors: u64,
     /// Seed of the differences from one power-on to the next.
     pub turn_on: u64,
@@ -101,7 +101,7 @@ impl Purpose {
 /// Name of simulated logs in messages.
 const SOURCE: &str = "simulation";
 
-/// More rows than this are a slip of the pen (200 million: 55 h at 1 kHz), and would only exhaust the memory.
+/// More rows than this are taken for a mistake: 200 million, 55 h at 1 kHz. They would exhaust the memory.
 const ROWS_LIMIT: f64 = 2e8;
 
 /// Sample time of simulator and sensors, s.

@@ -45,7 +45,7 @@ impl Plant {
         Ok(self)
     }
 
-    /// Says what time it is: s since the log began, and since power-on.
+    /// Sets the time: s since the log began, and s since power-on.
     pub fn clock(&mut self, t_s: f64, since_power_on_s: f64) {
         if let Some(changed) = &mut self.changed {
             changed.clock(t_s, since_power_on_s);
@@ -113,7 +113,7 @@ impl Plant {
         Motion { speed_m_s, yaw_rate_rad_s, ..*self.motion() }
     }
 
-    /// Lets the torques act for `dt_s`.
+    /// Moves on by `dt_s` under these torques.
     pub fn drive(&mut self, torques_n_m: [f64; 2], dt_s: f64) {
         if let Some(changed) = &mut self.changed {
             return changed.advance(Push::Torques(torques_n_m), dt_s);
@@ -136,7 +136,7 @@ impl Plant {
         }
     }
 
-    /// Rolls on for `dt_s` as it was recorded.
+    /// Moves on by `dt_s` with wheels that roll as recorded.
     pub fn roll(&mut self, forcing: &Forcing, dt_s: f64) {
         if let Some(changed) = &mut self.changed {
             let recorded = [forcing.acceleration_m_s2, forcing.yaw_acceleration_rad_s2];
@@ -149,7 +149,7 @@ impl Plant {
         self.put(advance(&motion, forcing, dt_s));
     }
 
-    /// Puts the robot there, its wheels rolling.
+    /// Sets the robot's motion, its wheels rolling.
     pub fn put(&mut self, motion: Motion) {
         if let Some(changed) = &mut self.changed {
             changed.put(motion);

@@ -107,7 +107,7 @@ impl Estimator {
     }
 }
 
-/// Errors are kept of x, y (m) and heading (rad).
+/// Quantities whose errors are kept: x, y (m) and heading (rad).
 pub const QUANTITIES: [&str; 3] = ["x_m", "y_m", "heading_rad"];
 
 /// Setup of a study.
@@ -175,7 +175,7 @@ const BATCH: usize = 64;
 /// Runs the study; `progress` hears how many runs are done.
 ///
 /// # Errors
-/// [`ErrorKind::Value`] without runs or estimators; what the simulator and the filters refuse.
+/// [`ErrorKind::Value`] without runs or estimators; errors of the simulator and of the filters.
 pub fn study(setup: &Setup, progress: impl Fn(usize)) -> Result<Study> {
     if setup.runs == 0 {
         return Err(Error::new(ErrorKind::Value, "study", "no runs").at("runs").mend("ask for at least one"));

@@ -20,7 +20,7 @@ const KEPT_PER_S: f64 = 10.0;
 pub struct RunErrors {
     /// Times of the kept rows, s.
     pub times_s: Vec<f64>,
-    /// Each estimator's.
+    /// Errors of each estimator.
     pub estimators: Vec<EstimatorErrors>,
     /// The run itself, where it was asked for.
     pub example: Option<Example>,

@@ -156,7 +156,7 @@ impl Slipping {
         0.5 * (v * v / self.inverse_mass + w * w / self.inverse_yaw_inertia + wheels / self.inverse_wheel_inertia)
     }
 
-    /// The rate at which slip decays at speed `speed_m_s`, 1/s: what makes an explicit step diverge.
+    /// Decay rate of slip at speed `speed_m_s`, 1/s: the stiffness that limits an explicit step.
     #[must_use]
     pub fn slip_rate_per_s(&self, speed_m_s: f64) -> f64 {
         let slope = self.law.friction(0.0)[1];
@@ -235,8 +235,8 @@ impl Slipping {
         (state, all)
     }
 
-    /// One step, or in how many parts to take it: a stage has no solution near, or the error is too large. What has been
-    /// split often enough is taken as it is.
+    /// One step, or the number of parts to take it in, where a stage has no solution near or the error is too large. A
+    /// step at the limit of splitting is accepted.
     fn whole<const JACOBIAN: bool>(
         &self,
         state: &SlippingState,

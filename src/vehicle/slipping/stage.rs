@@ -8,7 +8,8 @@ use crate::traction::Slip;
 
 /// Newton's method takes two to five iterations where the contact grips.
 const ITERATIONS: usize = 25;
-/// Once the forces miss by less than this part of the load, one more iteration is the last: it leaves the square of that.
+/// One more iteration is the last once the forces miss by less than this part of the load: it leaves the square of
+/// that.
 const NEAR: f64 = 1e-7;
 
 /// A stage's solution, and the inverse of Newton's matrix with its factors.
@@ -157,7 +158,7 @@ impl Slipping {
         }
     }
 
-    /// How a change of a stage's base and torques changes its solution.
+    /// Change of a stage's solution by a change of its base and torques.
     pub(super) fn carry(&self, stage: &Stage, base: &Velocities, torques: [f64; 2], g: f64) -> Velocities {
         let (b, r) = (self.half_track_m, self.radius_m);
         let by_torque = g * self.inverse_wheel_inertia;
