@@ -19,7 +19,7 @@ pub struct Prepared {
     pub rate_rad_s: Vec<f64>,
     /// Indices of the rows that were filled.
     pub filled: Vec<usize>,
-    /// What was changed or assumed, in sentences.
+    /// Changes and assumptions, in sentences.
     pub notes: Vec<String>,
 }
 
