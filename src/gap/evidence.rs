@@ -1,4 +1,5 @@
-//! ln p(z | hypothesis): coefficients integrated exactly, scales and spectra by Laplace's method, shapes by a sum over nodes
+//! ln p(z | hypothesis): coefficients integrated exactly, scales and spectra by Laplace's method, shapes by a sum over
+//! nodes
 //!
 //! Priors: the white noise's level is the nominal one to [`WHITE_STD`]; parameters of spectra are uniform in their
 //! logarithm over the range that their effect states; coefficients are normal with a scale that is uniform in its
@@ -381,7 +382,8 @@ impl<'a> Likelihood<'a> {
         }
         let bounds = self.bounds(&h);
         let d = bounds.len();
-        // a direction in which the data say nothing is as wide as its range: a uniform density of range r has variance r²/12
+        // a direction in which the data say nothing is as wide as its range: a uniform density of range r has variance
+        // r²/12
         let mut curvature = hessian;
         for i in 0..d {
             let width = bounds[i][1] - bounds[i][0];

@@ -107,8 +107,8 @@ fn write(folder: &Path, case: &Case) -> Result<()> {
     case.files()?.iter().try_for_each(|(name, log)| write_log(place.join(name), log))
 }
 
-/// Files of one recording, `fit` or `hold`, of the case in this folder: one, or those of its sensors in alphabetical order;
-/// none where it has no such recording.
+/// Files of one recording, `fit` or `hold`, of the case in this folder: one, or those of its sensors in alphabetical
+/// order; none where it has no such recording.
 ///
 /// # Errors
 /// [`ErrorKind::Io`].

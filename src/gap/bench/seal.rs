@@ -1,7 +1,8 @@
-//! sealed = nonce ‖ XChaCha20-Poly1305(key, nonce, plain),  commitment = SHA-256(plain),  plain = JSON with a random salt
+//! sealed = nonce ‖ XChaCha20-Poly1305(key, nonce, plain),  commitment = SHA-256(plain),  plain = JSON with a random
+//! salt
 //!
-//! XChaCha20-Poly1305 (draft-irtf-cfrg-xchacha-03) is authenticated: another key or a changed byte is found out, and its
-//! nonces of 24 bytes may be drawn at random. Without the salt the commitment could be guessed from likely labels.
+//! XChaCha20-Poly1305 (draft-irtf-cfrg-xchacha-03) is authenticated: another key or a changed byte is found out, and
+//! its nonces of 24 bytes may be drawn at random. Without the salt the commitment could be guessed from likely labels.
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::reality::Label;

@@ -85,8 +85,8 @@ mod tests {
     use super::*;
     use faer::Mat;
 
-    /// Two effects of one coefficient each, whose columns have the energy `g` and the correlation `rho`; the readings have the
-    /// moments `b` with them.
+    /// Two effects of one coefficient each, whose columns have the energy `g` and the correlation `rho`; the readings
+    /// have the moments `b` with them.
     fn of(g: f64, rho: f64, b: [f64; 2]) -> (Problem, Vec<Group>) {
         let group = |i: usize| Group {
             id: format!("effect.{i}"),

@@ -162,8 +162,8 @@ impl Errors {
         scatter(&self.whitened, &self.drives, (length_s / record.step_s).round() as usize)
     }
 
-    /// ln likelihood ratio of the chain over no burst, over all drives; with `posterior`, the probability of each row to lie in
-    /// one.
+    /// ln likelihood ratio of the chain over no burst, over all drives; with `posterior`, the probability of each row
+    /// to lie in one.
     fn forward(&self, odds: &[f64], rates: [f64; 2], mut posterior: Option<&mut [f64]>) -> f64 {
         let of = |drive: &Range<usize>| {
             let posterior = posterior.as_mut().map(|p| &mut p[drive.clone()]);
@@ -307,7 +307,8 @@ fn transitions(step_s: f64, length_s: f64, share: f64) -> [f64; 2] {
     [leave * share / (1.0 - share), leave]
 }
 
-/// ln likelihood ratio of the chain over no burst in one drive; with `posterior`, the probability of each row to lie in one.
+/// ln likelihood ratio of the chain over no burst in one drive; with `posterior`, the probability of each row to lie in
+/// one.
 fn forward(odds: &[f64], [enter, leave]: [f64; 2], posterior: Option<&mut [f64]>) -> f64 {
     let mut inside = enter / (enter + leave);
     let mut ln_total = 0.0;

@@ -110,7 +110,8 @@ const CONSTANT: f64 = 0.1;
 const TINY: f64 = 1e-12;
 
 impl Problem {
-    /// From the Gram matrix with the innovations as its last column, linearised at `here` (by column; zero where linear).
+    /// From the Gram matrix with the innovations as its last column, linearised at `here` (by column; zero where
+    /// linear).
     #[must_use]
     pub fn new(summed: &Mat<f64>, ln_volume: f64, here: &[f64], groups: Vec<Group>, nuisance: Vec<Nuisance>) -> Self {
         let p = summed.ncols() - 1;

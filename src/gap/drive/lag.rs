@@ -1,4 +1,5 @@
-//! gyro(t) = ω(t - τ), τ longer than a row:   min over τ of Σ_k (g_k - c - ŵ(t_k - τ))²,  ŵ: yaw rate as told without the gyro
+//! gyro(t) = ω(t - τ), τ longer than a row:   min over τ of Σ_k (g_k - c - ŵ(t_k - τ))²,  ŵ: yaw rate as told without
+//! the gyro
 //!
 //! A derivative by τ says little about a delay of several rows. The gyro then does not read the present yaw rate, the
 //! likelihood has a valley no wider than the gyro's noise over the yaw acceleration, and free forms of accelerations

@@ -1,4 +1,5 @@
-//! max over τ of (Σ_{k≥τ} e_k)² / (n_τ - x_τ' G⁻¹ x_τ),   e = d - X G⁻¹ X'd,  G = X'X,  x_τ = Σ_{k≥τ} X_k,  n_τ = rows from τ on
+//! max over τ of (Σ_{k≥τ} e_k)² / (n_τ - x_τ' G⁻¹ x_τ),   e = d - X G⁻¹ X'd,  G = X'X,  x_τ = Σ_{k≥τ} X_k,  n_τ = rows
+//! from τ on
 //!
 //! Time at which a gyro's bias jumps: the generalised likelihood ratio of a step in d, the gyro's reading less the yaw
 //! rate of the wheels, beside a constant, warm-up and errors of scale (X). It only proposes a time: the comparison of

@@ -1,4 +1,5 @@
-//! ∫∫ w dt² given ∫ w dt ~ N(½ Δt ∫ w dt, ρ q Δt³/12):  ρ = 0 where the torque noise w is constant over a step Δt, 1 where it is white
+//! ∫∫ w dt² given ∫ w dt ~ N(½ Δt ∫ w dt, ρ q Δt³/12):  ρ = 0 where the torque noise w is constant over a step Δt, 1
+//! where it is white
 //!
 //! The simulator states the standard deviation of torque noise over a step, which does not tell how it changes within
 //! one. A real motor's noise is white there too, so heading and position depart from what the speeds at both ends of

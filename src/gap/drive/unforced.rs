@@ -39,8 +39,8 @@ const FIRST: f64 = 2.0;
 const WORTH: f64 = 3.0;
 /// ln prior odds of a noise that is not as large as stated.
 const LN_OTHER: f64 = -7.0;
-/// Standard deviation of a variance by the median size of n second differences of white noise, relative and times √n: 2.3 for
-/// independent ones, more as these overlap.
+/// Standard deviation of a variance by the median size of n second differences of white noise, relative and times √n:
+/// 2.3 for independent ones, more as these overlap.
 pub(super) const BY_MEDIAN: f64 = 3.0;
 /// Standard deviations by which the scatter of readings must exceed the stated noise before louder noise is considered.
 pub(super) const BEYOND_CHANCE: f64 = 4.0;
@@ -327,7 +327,8 @@ pub(super) mod tests {
         let found = likely(&record, &models, &noise);
         assert!(!is_as_stated(&record, &found) && is_as_stated(&record, &noise));
         assert_eq!(found.reading[..2], noise.reading[..2], "the wheels are as stated");
-        // ln σ² is known to √(2/n) from n readings of nothing else; motion that wheels read as well takes no more than half of that
+        // ln σ² is known to √(2/n) from n readings of nothing else; motion that wheels read as well takes no more than
+        // half of that
         let variance = louder.powi(2) + record.belief.gyro_std_rad_s.powi(2);
         assert!((found.reading[2] / variance).ln().abs() < 5.0 * (4.0 / ROWS as f64).sqrt(), "{found:?}");
         for (q, truth) in found.process.diffusion.iter().zip(truth) {

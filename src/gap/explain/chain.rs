@@ -1,4 +1,5 @@
-//! y_k = Σ_j β_j x_jk ± Δ/2 + noise, the sign a two-state Markov chain: ln p(y | β, Δ, dwell times), its mode and curvature
+//! y_k = Σ_j β_j x_jk ± Δ/2 + noise, the sign a two-state Markov chain: ln p(y | β, Δ, dwell times), its mode and
+//! curvature
 //!
 //! The forward recursion over every sample (Rabiner, Proc. IEEE 77 (1989) 257) sums over all paths. Dwell times that
 //! are not long against the sample time, and levels that overlap in the noise, are therefore not biased. The nuisances
@@ -49,7 +50,8 @@ impl Beside<'_> {
         for (k, y) in self.y.iter().enumerate() {
             let nuisance: f64 = beta.iter().zip(self.columns).map(|(b, c)| b * c[k]).sum();
             let off = y - nuisance;
-            // density at the upper level over that at the lower: exp(Δ off); the factor common to both is -(off² + Δ²/4)/2
+            // density at the upper level over that at the lower: exp(Δ off); the factor common to both is -(off² +
+            // Δ²/4)/2
             let half = (0.5 * spacing * off).clamp(-300.0, 300.0).exp();
             let (low, high) = ((1.0 - p) / half, p * half);
             let total = low + high;

@@ -63,8 +63,8 @@ pub(in crate::gap) fn block_sums(values: &[f64], rows: usize) -> Vec<f64> {
     sums
 }
 
-/// Length of a block, rows: doubled until the gains of neighbouring blocks are no longer correlated beyond chance, as long as
-/// 20 blocks remain.
+/// Length of a block, rows: doubled until the gains of neighbouring blocks are no longer correlated beyond chance, as
+/// long as 20 blocks remain.
 #[must_use]
 pub fn block_rows(before: &[f64], after: &[f64]) -> usize {
     let gain: Vec<f64> = before.iter().zip(after).map(|(b, a)| a - b).collect();

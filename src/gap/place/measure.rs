@@ -1,4 +1,5 @@
-//! d(x) of one recording, for every curve: block means, spectrum, Allan deviation, amplitudes, means and noise by conditions
+//! d(x) of one recording, for every curve: block means, spectrum, Allan deviation, amplitudes, means and noise by
+//! conditions
 
 use super::axes::{amplitudes, bands, blocks, has_lines, octaves};
 use super::calm::without_outliers;

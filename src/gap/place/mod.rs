@@ -1,4 +1,5 @@
-//! z(x) = (d_recorded(x) - mean d_simulated(x)) / std d_simulated(x), for d over time, frequency, amplitude and conditions
+//! z(x) = (d_recorded(x) - mean d_simulated(x)) / std d_simulated(x), for d over time, frequency, amplitude and
+//! conditions
 //!
 //! Where the gap lies. The recording and 39 recordings of a simulator are measured alike: block means, spectrum, Allan
 //! deviation, amplitudes, and means and noise levels by temperature, its rate, supply and time since power-on. The
@@ -67,8 +68,8 @@ pub enum Over {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shown {
-    /// Mean deviation from the nominal warm-up, its repeatability taken out, rad/s; over a condition, less the mean of the
-    /// whole recording.
+    /// Mean deviation from the nominal warm-up, its repeatability taken out, rad/s; over a condition, less the mean of
+    /// the whole recording.
     Deviation,
     /// Two-sided power spectral density, mean over the band, rad²/s²/Hz.
     Power,
@@ -141,7 +142,8 @@ pub fn of_prepared(
 /// out.
 ///
 /// # Errors
-/// [`ErrorKind::TooShort`] for fewer than 64 samples; [`ErrorKind::Value`] if lengths differ, and as [`Believed::check`].
+/// [`ErrorKind::TooShort`] for fewer than 64 samples; [`ErrorKind::Value`] if lengths differ, and as
+/// [`Believed::check`].
 pub fn curves(
     scene: &Scene,
     recorded_rad_s: &[f64],

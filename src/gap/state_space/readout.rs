@@ -1,4 +1,5 @@
-//! p(y | past) = (1-p) p_cell(y; m, S) + p p_cell(y; m, S + A²): one reading, given mean m and variance S of what is read
+//! p(y | past) = (1-p) p_cell(y; m, S) + p p_cell(y; m, S + A²): one reading, given mean m and variance S of what is
+//! read
 //!
 //! For every readout the mean of the state moves by `shift` · P h, and its covariance loses `shrink` · P h hᵀ P.
 //! With z = h'x + noise jointly Gaussian, E[x|y] = x̂ + P h (E[z|y] - m)/S and
