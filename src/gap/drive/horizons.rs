@@ -131,7 +131,8 @@ mod tests {
     fn a_filter_that_errs_more_is_told_from_chance() {
         let draw = &mut Stream::new(31, 0);
         let windows = |draw: &mut Stream, at: f64| -> Vec<f64> { (0..20).map(|_| at + draw.normal()).collect() };
-        // the lesser of two normal variables exceeds one standard deviation in some percent of cases, three in a thousandth at most
+        // the lesser of two normal variables exceeds one standard deviation in some percent of cases, three in a
+        // thousandth at most
         let chance = |draw: &mut Stream| misled(&[0.0, 0.0, 0.0].map(|at| windows(draw, at)));
         let far = (0..2000).filter(|_| chance(draw) > 3.0).count();
         assert!(far <= 10, "{far} of 2000");

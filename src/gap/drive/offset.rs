@@ -1,4 +1,5 @@
-//! y(t) ≈ β₀ + Σ_j β_j x_j(t - τ):   τ̂ = argmax R²(τ),   var τ̂ = Σ_kl s_k e_k e_l s_l / (Σ s²)²,  s = ∂(fit)/∂τ beyond the β
+//! y(t) ≈ β₀ + Σ_j β_j x_j(t - τ):   τ̂ = argmax R²(τ),   var τ̂ = Σ_kl s_k e_k e_l s_l / (Σ s²)²,  s = ∂(fit)/∂τ
+//! beyond the β
 //!
 //! Time offset of one stream against another. All gains are free, so that a wrong radius, track or gyro gain has no
 //! influence. Streams of any rates are compared by means over the same window, taken from their running integrals: that

@@ -1,9 +1,9 @@
 //! Deficient equations of the nominal model, before any effect is named: the gain of a free correction of each
 //! equation.
 //!
-//! In the manner of Kristensen, Madsen and Jørgensen (Automatica 40, 2004, 225): there a diffusion is added to each equation
-//! and the smoothed state is regressed on candidates; here the regression goes straight into the likelihood. The smoothed signal of
-//! the equations that gain most, and the diffusion that they need, are in [`super::correction`].
+//! In the manner of Kristensen, Madsen and Jørgensen (Automatica 40, 2004, 225): there a diffusion is added to each
+//! equation and the smoothed state is regressed on candidates; here the regression goes straight into the likelihood.
+//! The smoothed signal of the equations that gain most, and the diffusion that they need, are in [`super::correction`].
 
 use super::candidates::{Candidates, Kind, Prior};
 use super::column::Equation;

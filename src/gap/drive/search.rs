@@ -197,7 +197,8 @@ mod tests {
         Group { id, drive: 0, named, columns, nodes, ln_prior: -4.0, rank, positive: 0, varies: None }
     }
 
-    /// Readings of an effect (column 0, whitened size `effect`) and of functions that its law lacks (columns 1 to 4, size
+    /// Readings of an effect (column 0, whitened size `effect`) and of functions that its law lacks (columns 1 to 4,
+    /// size
     /// `left` each), and a free form of five functions, one of which is the effect's own.
     fn bent(effect: f64, left: f64) -> Problem {
         // orthonormal columns: 0 the law, 1 to 4 the others, 5 the law once more as a function of the form

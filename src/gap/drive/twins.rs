@@ -293,7 +293,8 @@ mod tests {
         close(ticks.parameters["loss_fraction"], 0.02 / 1.02);
         close(ticks.std["loss_fraction"], 1e-3 / 1.02f64.powi(2));
         close(ticks.std["right"], 0.0);
-        // a quarter is of this wheel and does not show in bursts, none of which could be negative; scales are those of a radius
+        // a quarter is of this wheel and does not show in bursts, none of which could be negative; scales are those of
+        // a radius
         assert!((all[1].ln_weight - all[0].ln_weight - 0.5f64.ln()).abs() < 0.05, "{all:?}");
         let class = &twins.classes(&all[1].parts)[0];
         assert_eq!(class.ids, [LOST_TICKS, "wheel.radius_right"]);

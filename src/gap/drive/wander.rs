@@ -1,4 +1,5 @@
-//! y(t) = β₀ + β₁ x(t - τ(t)) + e:   τ a random walk over knots, read by the forward and backward recursion of a hidden chain
+//! y(t) = β₀ + β₁ x(t - τ(t)) + e:   τ a random walk over knots, read by the forward and backward recursion of a hidden
+//! chain
 //!
 //! A clock that runs unevenly against another, as do stamps that were made of a nominal rate while rows were lost. The
 //! size of the walk from knot to knot is chosen by evidence, with no walk among the choices (Rabiner 1989); gains and
