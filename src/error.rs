@@ -1,8 +1,8 @@
-//! The one error of the library: which file or input, where in it, what was found, and the mend.
+//! The library's error type: file or input, place in it, fault, and advice.
 
 use std::fmt;
 
-/// What kind of thing went wrong, for programs that react to it. The text for people is in [`Error`].
+/// Kind of error, for programs that react to it. The text for people is in [`Error`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ErrorKind {
@@ -32,24 +32,25 @@ pub enum ErrorKind {
     Usage,
 }
 
-/// Names the input, the place in it, what was found there, and what to do about it.
+/// An error with the input, the place in it, the fault that was found, and advice.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error {
-    /// What kind of thing went wrong.
+    /// Kind of error.
     pub kind: ErrorKind,
     /// The file or argument that is at fault.
     pub input: String,
     /// Row, column, key or byte in it, where there is one.
     pub place: Option<String>,
-    /// What was found.
+    /// Description of the fault.
     pub found: String,
-    /// What to do about it.
+    /// Advice on how to correct it.
     pub mend: Option<String>,
 }
 
-/// The one of `known` that `name` was probably meant for: the one that is turned into it by the fewest letters left out, put in,
-/// replaced or swapped, case aside, as a whole or by what follows its last point, no more than a third of its letters; else the first
-/// one that goes on after it with a unit or the like (`gyro_z` for `gyro_z_rad_s`).
+/// The name in `known` that `name` was probably meant for. It is the one with the fewest letters left out, put in,
+/// replaced or swapped, but no more than a third of its letters; case does not count, and whole names as well as the
+/// parts after the last point are compared. Else it is the first one that continues `name` with a unit or the like
+/// (`gyro_z` for `gyro_z_rad_s`).
 #[must_use]
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.trim().to_lowercase();
@@ -79,7 +80,7 @@ pub fn one_of(name: &str, known: &[&str]) -> String {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// An error in `input`: `found` says what was met there.
+    /// An error in `input`; `found` describes the fault.
     pub fn new(kind: ErrorKind, input: impl fmt::Display, found: impl fmt::Display) -> Self {
         Self { kind, input: input.to_string(), place: None, found: found.to_string(), mend: None }
     }
@@ -91,14 +92,14 @@ impl Error {
         self
     }
 
-    /// Adds what the user can do.
+    /// Adds the advice.
     #[must_use]
     pub fn mend(mut self, mend: impl fmt::Display) -> Self {
         self.mend = Some(mend.to_string());
         self
     }
 
-    /// Puts the name that was probably meant before what the user can do.
+    /// Puts the name that was probably meant before the advice.
     #[must_use]
     pub fn meant(mut self, name: Option<&str>) -> Self {
         if let Some(name) = name {

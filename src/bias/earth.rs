@@ -1,8 +1,9 @@
-//! y = ω sin φ: what a gyro at rest measures of the Earth about the vertical at latitude φ
+//! y = ω sin φ: the Earth's rotation as a gyro at rest measures it about the vertical at latitude φ
 //!
-//! Upwards and counter-clockwise are positive, so that it is positive in the north. A robot on level ground keeps measuring
-//! it wherever it drives and however it turns: a filter that counts the heading from the ground has to take it off together
-//! with the bias. About an axis that lies down it depends on where the axis points, and is not told by the latitude.
+//! Upwards and counter-clockwise are positive, so that it is positive in the north. A robot on level ground measures it
+//! at rest and in motion, at any heading: a filter whose heading is relative to the ground has to subtract it together
+//! with the bias. About a horizontal axis it depends on the axis's azimuth, and the latitude alone does not determine
+//! it.
 
 use crate::error::{Error, ErrorKind, Result};
 use serde::Serialize;

@@ -12,8 +12,8 @@
 //! is time on since a cold power-on, or the time that would have warmed the gyro as far; so one number carries any
 //! number of restarts, as long as it is read with the T that it was made with.
 //!
-//! What is lacking, m = 1 - h0 = (1 - exp(-d/Tc)) + exp(-a/T - d/Tc), is a sum of positive terms and keeps its digits
-//! where h0 is near one. Its derivative by ln T, a and d held, is
+//! The missing part m = 1 - h0 = (1 - exp(-d/Tc)) + exp(-a/T - d/Tc) is a sum of positive terms, so that it keeps its
+//! precision where h0 is near one. Its derivative by ln T, with a and d held, is
 //!
 //! ```text
 //!     ∂m/∂ln T = (a/T) exp(-a/T - d/Tc)                                     Tc a constant of its own
@@ -37,7 +37,7 @@ pub struct Restart {
     cooling_time_constant_s: Option<f64>,
 }
 
-/// What a restart lacks of the warm state.
+/// Share of the warm-up that is still to come at a restart.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lack {
     /// 1 - h0: 1 for a cold gyro, 0 for a warm one.
@@ -47,7 +47,7 @@ pub struct Lack {
 }
 
 impl Lack {
-    /// A cold power-on lacks everything, whatever T is.
+    /// A cold power-on: all of the warm-up is still to come, whatever T is.
     pub const COLD: Self = Self { share: 1.0, by_ln_time_constant: 0.0 };
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What the error of a gyro at rest is held to follow.
+/// Independent variable of the model of a gyro's error at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Against {

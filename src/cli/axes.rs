@@ -6,7 +6,7 @@ use super::output::Output;
 use gyroid::{Error, ErrorKind, Result};
 use serde_json::{Map, Value, json};
 
-/// What a command makes of one axis.
+/// Result of a command for one axis: text, JSON, and whether it is fit for use.
 pub(crate) struct Section {
     pub text: String,
     pub json: Value,
@@ -14,7 +14,7 @@ pub(crate) struct Section {
     pub fit: bool,
 }
 
-/// Refuses options that write what is of one axis, each with whether it was given.
+/// Refuses options that write a file of one axis; each comes with whether it was given.
 pub(crate) fn refuse(options: &[(&str, bool)]) -> Result<()> {
     match options.iter().find(|(_, given)| *given) {
         Some((option, _)) => Err(Error::new(ErrorKind::Usage, option, "is of one axis, and several are named")
@@ -23,7 +23,7 @@ pub(crate) fn refuse(options: &[(&str, bool)]) -> Result<()> {
     }
 }
 
-/// Reads the log once for all its axes, and says what `section` makes of each.
+/// Reads the log once for all its axes, and reports the `section` of each.
 pub(crate) fn each(
     log: &LogArgs,
     output: Output,

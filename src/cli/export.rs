@@ -1,4 +1,4 @@
-//! `gyroid export`: what a configuration says, as the file of another program.
+//! `gyroid export`: a configuration as the file of another program.
 
 use super::Outcome;
 use super::output::{Common, Output, command_line};

@@ -50,13 +50,14 @@ pub(crate) struct FitArgs {
     /// axis alone, pointing up
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     latitude: Option<f64>,
-    /// Loss function; huber shrugs at outliers
+    /// Loss function; huber is robust to outliers
     #[arg(long, value_enum, default_value_t = LossName::Squares)]
     loss: LossName,
     /// How samples are weighed; uniform is ordinary least squares, walk finds a warm-up that a random walk of the bias hides
     #[arg(long, value_enum, default_value_t = WeightingName::Uniform)]
     weighting: WeightingName,
-    /// What the model goes by; temperature is written as [gyro.temperature], which validate and navigate then go by
+    /// Independent variable of the model; temperature is written as [gyro.temperature], which validate and navigate
+    /// then use
     #[arg(long, value_enum, default_value_t = AgainstName::Time)]
     against: AgainstName,
     /// Configuration to copy: brings [vehicle], [encoder], the filter's sample time
@@ -119,7 +120,7 @@ enum Parameter {
     TimeConstant,
 }
 
-/// What a model goes by.
+/// Independent variable of a model, as named on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum AgainstName {
     /// Elapsed time since power-on
@@ -350,7 +351,8 @@ fn configuration_options(args: &FitArgs) -> ConfigurationOptions {
     }
 }
 
-/// What of C2 is the Earth's: the latitude tells it of the vertical axis alone.
+/// The Earth's rotation at `--latitude`; `None` without it. An axis other than the vertical one is refused: its share
+/// depends on the heading.
 fn earth(args: &FitArgs) -> Result<Option<EarthRate>> {
     let Some(latitude_deg) = args.latitude else { return Ok(None) };
     if let Some(lying) = args.many.axes_or(args.columns.axes()).iter().find(|a| a.axis != Axis::Z) {
@@ -393,7 +395,7 @@ fn fit_options(args: &FitArgs) -> Result<FitOptions> {
     Ok(FitOptions { fixed, loss, weighting })
 }
 
-/// What is read and written.
+/// Files that the command reads and writes.
 fn plan(args: &FitArgs) -> Plan {
     let plan = Plan::new().reads(&args.logs).reads(&args.base).writes("--out", &args.out);
     args.many.planned(plan.writes("--plot", plots(args)))

@@ -65,7 +65,7 @@ enum ClockName {
     Receipt,
 }
 
-/// What is written for every topic with a gyro.
+/// Value of `--topic` that stands for every topic with a gyro.
 const EVERY_TOPIC: &str = "all";
 
 impl TopicArgs {
@@ -182,7 +182,7 @@ impl DriveArgs {
     }
 }
 
-/// A drive with what the robot's dimensions make of its channels.
+/// A drive with the channels that follow from its own by the robot's dimensions (see [`known_by`]).
 fn known(mut recording: DriveRecording, config: &Config) -> DriveRecording {
     if let Some(vehicle) = &config.vehicle {
         let (log, notes) = known_by(vehicle, &recording.log);
@@ -234,7 +234,7 @@ impl ColumnArgs {
         }
     }
 
-    /// What the reader is asked for.
+    /// The options as a query to the reader.
     pub fn query(&self) -> Result<GyroQuery> {
         self.query_of(self.axis()?)
     }
@@ -412,7 +412,7 @@ impl LogArgs {
             .mend(format!("log it in a column such as temperature_c, or {mend}"))
     }
 
-    /// What the report says of the log.
+    /// Facts about the log for the report.
     pub fn facts(&self, recording: &GyroRecording) -> LogFacts {
         let range = |values: &[f64]| {
             let there = values.iter().copied().filter(|v| v.is_finite());
@@ -447,7 +447,7 @@ impl LogArgs {
         self.log.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
     }
 
-    /// What was decided about the log, and what is wrong with it; `mend` says what to do about motion.
+    /// Notes on the log: decisions of the reader, then gaps, findings and motion. `mend` ends the note on motion.
     fn notes(&self, decided: &[String], audit: &Audit, mend: &str) -> Vec<String> {
         let mut notes = decided.to_vec();
         notes.extend(audit.gaps.text());

@@ -23,7 +23,7 @@ use clap::{Parser, Subcommand};
 use gyroid::Result;
 use std::process::ExitCode;
 
-/// What a command that ran to its end leaves behind.
+/// Outcome of a command that ran to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// The result is fit for use.

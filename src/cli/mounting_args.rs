@@ -23,7 +23,7 @@ pub(crate) struct MountingArgs {
 }
 
 impl MountingArgs {
-    /// What was said, if anything.
+    /// The mounting that was stated; `None` without either option.
     pub fn given(&self) -> Option<Mounting> {
         self.mounting.or(self.mounting_quaternion)
     }

@@ -101,7 +101,7 @@ enum WheelsName {
     Slip,
 }
 
-/// What came out of one drive.
+/// Results of the filters and of dead reckoning over one drive.
 struct Results {
     /// `None` where the drive has no gyro whose error could be modelled.
     with: Option<Run>,
@@ -267,7 +267,7 @@ fn pose(run: &Run) -> &Log {
     run.smoothed.as_ref().map_or(&run.pose, |s| &s.pose)
 }
 
-/// What speaks against a filter; empty where it is fit for use.
+/// Report of the sensors whose mean NIS is out of bounds, with the remedy; empty where the filter is fit for use.
 fn unfit(args: &NavigateArgs, consistency: &Consistency) -> String {
     let outside = consistency.sensors.iter().filter(|s| !s.fit_for_use).map(|s| {
         let [low, high] = s.nis_mean_bounds999;
@@ -363,7 +363,7 @@ fn text(args: &NavigateArgs, config: &Config, results: &Results, reading: &[Stri
     t + &unfit(args, judged)
 }
 
-/// What the filters went by.
+/// Sensors that the filters used, in words.
 fn sensors(results: &Results, summary: &Summary) -> String {
     let encoders = if results.encoders.is_some() { "encoders" } else { "speed" };
     match (summary.torques_used, results.gyro.is_some()) {

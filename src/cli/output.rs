@@ -1,4 +1,4 @@
-//! What every command shares: text on standard output, JSON to a file or standard output, errors on standard error.
+//! Output of every command: text on standard output, JSON to a file or standard output, errors on standard error.
 
 use clap::Args;
 use gyroid::files::{OutputFile, Plan, mark};

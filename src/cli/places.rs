@@ -42,7 +42,8 @@ pub(crate) fn check_logs<'a, P: AsRef<Path> + 'a + ?Sized>(logs: impl IntoIterat
         .mend("name the recording there"))
 }
 
-/// Refuses a recording that is diagnosed from and kept back at once: what it holds would prove what it led to.
+/// Refuses a recording that is both diagnosed from and held out: a finding cannot be verified on the data that led to
+/// it.
 pub(crate) fn check_kept_back<'a>(fit: &'a [Vec<PathBuf>], hold: &'a [Vec<PathBuf>]) -> Result<()> {
     let size = |path: &Path| std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file).map(|m| m.len());
     for kept in hold.iter().flatten() {

@@ -57,7 +57,7 @@ pub(crate) struct StudyArgs {
     /// Follow the errors up to this many runs [default: --runs]
     #[arg(long, value_name = "N")]
     convergence: Option<u32>,
-    /// What estimates the pose
+    /// Estimators of the pose
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = estimator, help = estimator_help())]
     estimators: Vec<Estimator>,
     /// Log of a gyro at rest, to identify its error model from [default: one simulated from the configuration]

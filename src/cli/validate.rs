@@ -58,7 +58,8 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
     Ok(if passed { Outcome::Done } else { Outcome::Unfit })
 }
 
-/// Which model of the configuration: the one that was asked for, or that by temperature where there is one.
+/// The model of the configuration that is tested: the one that was asked for, else that by temperature where there is
+/// one.
 fn against(args: &ValidateArgs, config: &Config) -> Result<Against> {
     let there = config.require_gyro()?.temperature.is_some();
     match args.against {
@@ -82,8 +83,8 @@ fn without_colour(gyro: &Gyro, time: &TimeAxis, residuals: &[f64]) -> Vec<f64> {
     left
 }
 
-/// The configuration's model held against a log. Nothing was fitted to this log; its mean is the turn-on bias, which is judged
-/// by itself.
+/// Tests the configuration's model against a log. Nothing was fitted to this log. Its mean residual is the turn-on
+/// bias, which is judged separately.
 fn held(
     args: &ValidateArgs,
     config: &Config,

@@ -154,7 +154,7 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
     Ok(())
 }
 
-/// A term is where its interval is, and says what the key that simulator and filter read says.
+/// Checks that each term lies inside its interval, and agrees with the key that simulator and filter read.
 fn noise_terms(gyro: &Gyro, terms: &NoiseTerms, name: &str) -> Result<()> {
     let refuse = |key: &str, found: String, mend: &str| {
         Err(Error::new(ErrorKind::Config, name, found).at(format!("`gyro.noise.terms.{key}`")).mend(mend))
@@ -210,7 +210,8 @@ fn noise_terms(gyro: &Gyro, terms: &NoiseTerms, name: &str) -> Result<()> {
     Ok(())
 }
 
-/// Temperatures are those of electronics, and over ten degrees the error stays a gyro's.
+/// Checks that temperatures are plausible for electronics, and that over ten degrees the error stays within a gyro's
+/// bounds.
 fn temperature(t: &Temperature, name: &str, one: &dyn Fn(&str, f64, Range) -> Result<()>) -> Result<()> {
     use Range::Within;
     one("gyro.temperature.reference_c", t.reference_c, Within(HOTTEST_C))?;
@@ -227,7 +228,7 @@ fn temperature(t: &Temperature, name: &str, one: &dyn Fn(&str, f64, Range) -> Re
     }
 }
 
-/// A covariance has no negative variance and no correlation beyond one.
+/// Checks that no variance is negative and no correlation is beyond one.
 fn covariance(m: &[[f64; 3]; 3], name: &str, table: &str, keys: [&str; 3]) -> Result<()> {
     for i in 0..3 {
         for j in 0..=i {
@@ -243,7 +244,7 @@ fn covariance(m: &[[f64; 3]; 3], name: &str, table: &str, keys: [&str; 3]) -> Re
     Ok(())
 }
 
-/// decay, drive and initial must be those of the model, else filter and simulator would disagree.
+/// Checks that decay, drive and initial are those of the model; otherwise filter and simulator would disagree.
 fn discrete(d: &Discrete, config: &Config, name: &str) -> Result<()> {
     let Some(gyro) = &config.gyro else { return Ok(()) };
     let model = gyro.warm_up();

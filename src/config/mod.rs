@@ -1,4 +1,4 @@
-//! Floor 2: the configuration file, schema 1: what the fit writes, and filter, simulator and gap read.
+//! Floor 2: the configuration file, schema 1. The fit writes it; filter, simulator and gap read it.
 //!
 //! TOML, SI, the unit in the key. Unknown keys, missing keys, unphysical values, another schema and a changed file
 //! are refused by name. The checksum in `[provenance]` covers every byte but itself (line ends aside); a file
@@ -107,7 +107,8 @@ impl Config {
         self.gyro.as_ref().ok_or_else(|| missing_table("gyro"))
     }
 
-    /// The same without `[gyro.temperature]`, for what knows the warm-up by elapsed time alone, and what to say of that.
+    /// The same without `[gyro.temperature]`, for users of the warm-up by elapsed time alone, and a note where the
+    /// table was there.
     #[must_use]
     pub fn by_elapsed_time(mut self) -> (Self, Option<String>) {
         let table = self.gyro.as_mut().and_then(|g| g.temperature.take());

@@ -1,4 +1,4 @@
-//! `[gyro.noise]`: what is known of a gyro's noise beside the angle random walk.
+//! `[gyro.noise]`: parameters of a gyro's noise besides the angle random walk.
 
 use crate::noise::{Band, BandForm, Colour, LowPass};
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ pub struct Noise {
     /// K: the bias performs a random walk, rad/s/√s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_random_walk_rad_s_sqrt_s: Option<f64>,
-    /// Step of the lattice on which the output lies, rad/s.
+    /// Quantization step of the output, rad/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantization_lsb_rad_s: Option<f64>,
     /// The sensor's low-pass: the density of the white noise is half of its plateau here, Hz. The angle random walk is that
@@ -56,7 +56,7 @@ pub struct NarrowBand {
     pub center_hz: f64,
     /// Full width at half the peak, Hz.
     pub bandwidth_hz: f64,
-    /// Standard deviation of its part of a sample, rad/s.
+    /// Standard deviation of the vibration in a sample, rad/s.
     pub std_rad_s: f64,
     /// `resonance` (where it is not stated) or `wander`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -79,7 +79,7 @@ pub struct NarrowBand {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NoiseTerms {
-    /// Q of the integrated angle, rad: not the lattice of the rate, which is `quantization_lsb_rad_s`.
+    /// Q of the integrated angle, rad: not the quantization step of the rate, which is `quantization_lsb_rad_s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantization_rad: Option<NoiseTerm>,
     /// N, rad/√s.

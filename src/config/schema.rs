@@ -8,7 +8,7 @@ use crate::traction::TractionLaw;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What the simulator of this configuration simulates.
+/// Kind of simulator that a configuration describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -56,10 +56,10 @@ pub struct Config {
     /// The external reference.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose: Option<Pose>,
-    /// What reality adds to the nominal simulator; kept as id and parameters.
+    /// Effects that are added to the nominal simulator, kept as id and parameters.
     #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTable>,
-    /// What was tested of the model, and with which result.
+    /// Tests of the model, and their results.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub validation: Option<Validation>,
     /// Where the file comes from, and its checksum.
@@ -79,9 +79,10 @@ pub struct Gyro {
     pub time_constant_s: f64,
     /// White noise: standard deviation of a sample is this / sqrt(sample time), rad/√s.
     pub angle_random_walk_rad_sqrt_s: f64,
-    /// The part of c2 that is the Earth's rotation about this axis, rad/s, where `gyroid fit --latitude` told it apart. c2 keeps
-    /// it: simulator and filter count the heading from the ground, and a robot on level ground measures it at rest and on
-    /// its way. The gyro's own bias is c2 less this; exports to programs that know of the Earth's rotation take it off.
+    /// The Earth's rotation about this axis as part of c2, rad/s; `None` where `gyroid fit --latitude` did not separate
+    /// it. c2 includes it: simulator and filter measure the heading from the ground, and a robot on level ground
+    /// measures it at rest and in motion. The gyro's own bias is c2 less this; exports to programs that model the
+    /// Earth's rotation subtract it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub earth_rate_rad_s: Option<f64>,
     /// How much c2 varies from one power-on to the next, rad/s.
@@ -110,7 +111,7 @@ pub struct Gyro {
     pub last_run: Option<LastRun>,
 }
 
-/// `[gyro.last_run]`: what a warm restart needs to know.
+/// `[gyro.last_run]`: data for a warm restart.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LastRun {
@@ -192,7 +193,7 @@ pub struct Vehicle {
     pub yaw_inertia_kg_m2: f64,
     /// b, half the distance between the wheels, m.
     pub half_track_m: f64,
-    /// How it turns; where it is not stated, either. It says how far the track that the motion shows may lie from `half_track_m`.
+    /// How it turns; without it either is possible. It limits how far the effective track may lie from `half_track_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steering: Option<Steering>,
     /// r, m.
@@ -212,7 +213,7 @@ pub struct Vehicle {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Traction {
-    /// Under this speed slip is taken over this speed: the regularisation at standstill, m/s.
+    /// v_low: smallest denominator of slip, its regularisation at standstill, m/s.
     #[serde(default = "Traction::default_low_speed_m_s")]
     pub low_speed_m_s: f64,
     /// Part of the weight that the driven wheels carry; castors carry the rest.
@@ -296,14 +297,14 @@ pub struct Pose {
     pub position_std_m: f64,
     /// White noise of the heading, rad.
     pub heading_std_rad: f64,
-    /// How well it is known that the middle of the axle is what is tracked: standard deviation of the point ahead of it and
-    /// to its left, m. None: it is.
+    /// Standard deviation of the tracked point from the middle of the axle, ahead of it and to its left, m. None: it is
+    /// the middle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lever_arm_std_m: Option<f64>,
-    /// How well it is known that the tracked heading is the robot's: standard deviation, rad. None: it is.
+    /// Standard deviation of the tracked heading's offset from the robot's, rad. None: there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_offset_std_rad: Option<f64>,
-    /// How well it is known that it is in time: standard deviation of its delay, s. None: it is.
+    /// Standard deviation of its delay, s. None: there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay_std_s: Option<f64>,
     /// How long an error of the reference lasts, s: readings closer than this are not independent. None: they are.
@@ -321,7 +322,7 @@ pub struct EffectTable {
     pub parameters: BTreeMap<String, f64>,
 }
 
-/// `[validation]`: what was tested on the log of the fit, with which result, and where the model is valid.
+/// `[validation]`: tests on the log of the fit, their results, and the range where the model is valid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Validation {

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 /// `[gyro.temperature]`: e(θ) = bias + sensitivity (θ - reference) + curvature (θ - reference)².
 ///
-/// `validate` and `navigate` go by it and ask for the temperature; c1, c2 and the time constant, of the same log, stay for what
-/// has no thermometer. The temperatures that it was fitted on stand in `[validation]`.
+/// `validate` and `navigate` use it and need the temperature. c1, c2 and the time constant, of the same log, remain for
+/// users without a thermometer. The temperatures that it was fitted on stand in `[validation]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Temperature {

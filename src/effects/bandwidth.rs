@@ -9,9 +9,9 @@
 //! | Butterworth of order k by the bilinear transform | k | 1 | 1 | 0 |
 //! | mean of the last L samples, M = sin(Lω/2)/(L sin(ω/2)) | | | | 1 |
 //!
-//! What lies between is a smooth form of its own. A pole that is so weak that even at half the sample rate more than half
-//! the power passes has its f_c above that: sin(ω_c/2) goes on as cosh((ω_c - π)/2). cos(ω/2) is kept above 0.01, and
-//! |H|² above 1e-5 in the spectrum, where the ends of a log leak as much.
+//! Other q, m, z and δ give smooth forms between these. A pole so weak that even at half the sample rate more than half
+//! the power passes has its f_c above half the sample rate: sin(ω_c/2) is continued as cosh((ω_c - π)/2). cos(ω/2) is
+//! kept above 0.01, and |H|² in the spectrum above 1e-5, because the ends of a log leak as much.
 
 use super::parts::{Checked, log_spaced, stream, white_std_rad_s};
 use super::{About, Effect, Explanation, Noise, Parameter, Parameters};

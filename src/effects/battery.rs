@@ -1,4 +1,4 @@
-//! What every effect of the library passes, and what each way of explaining must agree with.
+//! Tests that every effect of the library passes, and references that each way of explaining must agree with.
 
 use super::*;
 use crate::bias::WarmUp;

@@ -125,7 +125,7 @@ impl Effect for BiasInstability {
         Some(Explanation::Noise(Box::new(Self)))
     }
 
-    /// Up to where it meets the white noise.
+    /// From zero to the frequency where its density equals that of the white noise, Hz.
     fn band_hz(&self, parameters: &Parameters, scene: &Scene) -> Option<[f64; 2]> {
         let power = parameters.get(INSTABILITY)?.powi(2);
         Some([0.0, power / (2.0 * PI * white_std_rad_s(scene).powi(2) * scene.step_s)])

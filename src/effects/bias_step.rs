@@ -92,7 +92,7 @@ impl Signal for BiasStep {
         vec![Column { values, relative_scale: 1.0 }]
     }
 
-    /// Without the time, which another run does not share; it is the shape.
+    /// The size alone. The time is the shape, which another run does not share.
     fn parameters(&self, _: &Scene, _: &[f64], coefficients: &[f64]) -> Parameters {
         single(STEP, coefficients.first().copied().unwrap_or(0.0))
     }

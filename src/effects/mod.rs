@@ -68,7 +68,7 @@ pub fn by_id(id: &str) -> Option<&'static dyn Effect> {
     registry().iter().copied().find(|e| e.about().id == id)
 }
 
-/// What an effect is.
+/// Description of an effect.
 #[derive(Debug, Clone, Copy)]
 pub struct About {
     /// Identifier of the contract, such as `gyro.rate_ramp`.
@@ -87,7 +87,7 @@ pub struct About {
     pub condition: Option<&'static str>,
     /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// What to do about it: one sentence.
+    /// Advice on how to remove or model it: one sentence.
     pub remedy: &'static str,
 }
 
@@ -96,7 +96,7 @@ pub struct About {
 pub struct Parameter {
     /// Name with unit.
     pub name: &'static str,
-    /// What it is.
+    /// Symbol, physical meaning and unit.
     pub meaning: &'static str,
     /// Smallest and largest value that is physically possible.
     pub bounds: [f64; 2],
@@ -108,7 +108,7 @@ pub struct Parameter {
 
 /// An effect of the library.
 pub trait Effect: Sync + Send {
-    /// What it is.
+    /// Description of the effect.
     fn about(&self) -> &'static About;
 
     /// The effect at work in one recording. What is drawn anew in each run (the phase of a tone, the time of a step, a
@@ -258,20 +258,20 @@ pub trait Noise: Sync + Send {
         self.spectrum(scene, theta, omega)
     }
 
-    /// The states that make it in continuous time; none for a filter.
+    /// State-space form of the noise in continuous time; `None` for a filter.
     fn state(&self, theta: &[f64]) -> Option<NoiseState> {
         let _ = theta;
         None
     }
 
-    /// Starting points at what stands out of the spectrum; none where [`Noise::starts`] are all there are.
+    /// Starting points at the peaks of the spectrum; empty where [`Noise::starts`] are all there are.
     fn starts_at(&self, scene: &Scene, peaks: &[Peak]) -> Vec<Vec<f64>> {
         let _ = (scene, peaks);
         Vec::new()
     }
 }
 
-/// What makes a noise, for what runs along the recording.
+/// Stochastic process of a noise in continuous time, for estimators that run along the recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NoiseState {
     /// Random walk from zero: K, rad/s/√s.
@@ -296,7 +296,7 @@ pub enum NoiseState {
     },
 }
 
-/// What stands out of a spectrum.
+/// A peak of a spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peak {
     /// Middle, rad/sample.

@@ -1,4 +1,4 @@
-//! What several effects share: checked parameters, random streams, covariates and their bends, correlated noise.
+//! Parts that several effects share: checked parameters, random streams, covariates and their bends, correlated noise.
 
 use super::{About, Column, Parameters};
 use crate::error::{Error, ErrorKind, Result};
@@ -74,7 +74,7 @@ fn error(about: &About, name: &str, found: impl std::fmt::Display) -> Error {
     Error::new(ErrorKind::Config, "configuration", found).at(format!("`effect.{}.{name}`", about.id))
 }
 
-/// An effect that adds to the bias: a function of row and scene, and what a filter makes of it.
+/// An effect that adds to the bias: a function of row and scene, rad/s, and the effect's form in a filter.
 pub(super) struct Bias<F>(pub F, pub GyroInFilter);
 
 impl<F: FnMut(usize, &Scene) -> f64 + Send> GyroEffect for Bias<F> {
@@ -176,7 +176,7 @@ pub(super) fn lagged(scene: &Scene, values: &[f64], lag_s: f64) -> Vec<f64> {
     out
 }
 
-/// x, and its bend: x² without what a constant and x explain of it. x² = bend + slope · x + constant.
+/// x, and its bend: the residual of x² after regression on a constant and x. x² = bend + slope · x + constant.
 pub(super) struct Bent {
     pub linear: Vec<f64>,
     pub bend: Vec<f64>,

@@ -58,7 +58,7 @@ impl Effect for RateRandomWalk {
         Some(Explanation::Noise(Box::new(Self)))
     }
 
-    /// Up to where the walk meets the white noise.
+    /// From zero to the frequency where its density equals that of the white noise, Hz.
     fn band_hz(&self, parameters: &Parameters, scene: &Scene) -> Option<[f64; 2]> {
         let density = white_std_rad_s(scene) * scene.step_s.sqrt();
         Some([0.0, parameters.get(WALK)? / (std::f64::consts::TAU * density)])

@@ -21,12 +21,11 @@ pub struct ConfigurationOptions {
     pub version: String,
 }
 
-/// The configuration of a fit, in a copy of `base` where there is one: `[gyro]`, `[validation]` and `[provenance]`
-/// The configuration of a fit, in a copy of `base` where there is one: `[gyro]`, `[validation]` and `[provenance]`
-/// are new, everything else is the base's. A model by temperature ([`FitReport::against`]) is written as `[gyro.temperature]` beside
-/// that by elapsed time. What the base says of the spread from one power-on to the next
-/// (`turn_on_bias_std_rad_s`, `warm_up_relative_std`) and of its cooling (`cooling_time_constant_s`) stays, because one log cannot know it;
-/// what it says of the Earth's rotation does not, for it belongs to the place of its log.
+/// The configuration of a fit, in a copy of `base` where there is one: `[gyro]`, `[validation]` and `[provenance]` are
+/// new, everything else is the base's. A model by temperature ([`FitReport::against`]) is written as
+/// `[gyro.temperature]` beside that by elapsed time. The base's spread from one power-on to the next
+/// (`turn_on_bias_std_rad_s`, `warm_up_relative_std`) and its cooling (`cooling_time_constant_s`) stay, because one log
+/// cannot tell them. Its rotation of the Earth does not: it belongs to the place of its log.
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if the sample time does not suit the scheme.
@@ -90,7 +89,7 @@ pub fn configuration(report: &FitReport, base: Option<&Config>, options: &Config
     Ok(on_base(base, sample_time_s, gyro, validation, provenance))
 }
 
-/// The configuration of a gyro, with what `base` knows of the robot.
+/// The configuration of a gyro, with the robot's tables from `base`.
 pub(super) fn on_base(
     base: Option<&Config>,
     sample_time_s: f64,

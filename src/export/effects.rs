@@ -1,11 +1,11 @@
-//! What `[[effect]]` tables change of the numbers that go out, and what they hold that no target has a key for.
+//! Changes of the exported numbers by `[[effect]]` tables, and effects that no target has a key for.
 //!
 //! The level of the white noise multiplies N, another warm-up takes the nominal one's place, a shifted turn-on adds to C2; the
 //! sensor's low-pass, its vibrations and its lattice stand where `[gyro.noise]` has them.
 
 use crate::config::{EffectTable, Gyro, NarrowBand, Noise};
 
-/// `gyro` as `effects` have it; those that it has a key for, each with what it did, in a sentence.
+/// `gyro` as changed by `effects`, and the id of each effect that changed it, with a sentence on the change.
 pub(super) fn folded(gyro: &Gyro, effects: &[EffectTable]) -> (Gyro, Vec<(String, String)>) {
     let mut out = gyro.clone();
     let notes = effects.iter().filter_map(|effect| {
@@ -24,7 +24,7 @@ pub(super) fn left_out<'a>(ids: impl Iterator<Item = &'a str>) -> Vec<String> {
     there.map(|(ids, why)| format!("[[effect]] {} left out: {why}", ids.join(", "))).collect()
 }
 
-/// Puts an effect where `[gyro]` has a key for it; what it did.
+/// Applies an effect where `[gyro]` has a key for it, and describes the change; `None` where it has none.
 fn fold(gyro: &mut Gyro, effect: &EffectTable) -> Option<String> {
     let value = |name: &str| effect.parameters.get(name).copied();
     match effect.id.as_str() {

@@ -1,4 +1,4 @@
-//! Floor 6: what a fit becomes for others to read: the project's own configuration, and the files of other programs.
+//! Floor 6: results of a fit for other readers: the project's own configuration, and the files of other programs.
 //!
 //! N: angle random walk, rad/√s (the same as rad/s/√Hz); K: rate random walk, rad/s/√s; f: rate of the gyro, Hz; dt: step of
 //! the target's filter, s; two-sided spectra throughout. A number goes out as the target's own code takes it; the derivation

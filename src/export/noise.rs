@@ -21,8 +21,8 @@ pub struct NoiseOptions {
     pub version: String,
 }
 
-/// Whether the noise of `log` may be written into `config`: without more ado that of the log and axis that were fitted.
-/// What an unsigned configuration does not say is not asked for.
+/// Checks that the noise of `log` may be written into `config`. By default that is only the noise of the log and axis
+/// that were fitted. A configuration without provenance is not checked.
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] if the log or its axis is another, and `options` do not allow that.
@@ -50,10 +50,10 @@ pub fn check_origin(config: &Config, log: &LogFacts, options: &NoiseOptions) -> 
     Ok(())
 }
 
-/// `config` with the terms of `report` in place of what it said of the noise: `[gyro.noise.terms]` with 95 % intervals,
-/// and N and K where simulator and filter read them. A walk that the fit found and these terms do not hold is taken out:
-/// what it described is described by them. The lattice of the output stays. A signed configuration gets
-/// `[provenance.noise]`; its checksum is made anew when it is written.
+/// `config` with the terms of `report` in place of its own noise: `[gyro.noise.terms]` with 95 % intervals, and N and K
+/// where simulator and filter read them. A walk that the fit found and that is not among these terms is removed: they
+/// describe its contribution. The output's quantization step stays. A signed configuration gets `[provenance.noise]`;
+/// its checksum is made anew when it is written.
 ///
 /// # Errors
 /// As [`check_origin`]; [`ErrorKind::Config`] without `[gyro]`; [`ErrorKind::Numeric`] if a term has no standard deviation.

@@ -52,7 +52,7 @@ pub fn digits(value: f64) -> String {
     }
 }
 
-/// What the file holds for `value`: the number that its digits say.
+/// `value` rounded to the digits that the file holds.
 #[must_use]
 pub fn written(value: f64) -> f64 {
     digits(value).parse().unwrap_or(value)

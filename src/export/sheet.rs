@@ -52,7 +52,7 @@ pub struct Written {
     pub values: Vec<f64>,
     /// Unit of the target.
     pub unit: &'static str,
-    /// What it is.
+    /// Meaning of the key.
     pub meaning: &'static str,
     /// 95 % interval of the number that is not zero, in the target's unit.
     pub ci95: Option<[f64; 2]>,
@@ -65,7 +65,7 @@ pub struct LeftOut {
     pub key: String,
     /// Why.
     pub why: String,
-    /// What to do about it.
+    /// Advice on how to supply it.
     pub mend: String,
 }
 
@@ -112,7 +112,7 @@ impl Sheet {
         }
     }
 
-    /// What the user should know about the file as a whole.
+    /// Adds a note for the user on the file as a whole: as a comment in the file, and to the notes of the export.
     pub fn note(&mut self, text: impl Into<String>) {
         let text = text.into();
         self.comment(&text);
@@ -213,7 +213,7 @@ fn interval_text([low, high]: [f64; 2]) -> String {
     format!("{} to {}", end(low), end(high))
 }
 
-/// Without what would end a comment or begin a new line: names of logs and commands are anybody's text.
+/// `text` without characters that would end a comment or begin a new line: names of logs and commands may hold any.
 fn plain(text: &str, comment: Comment) -> String {
     let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     match comment {

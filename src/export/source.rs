@@ -1,4 +1,4 @@
-//! What a configuration says, as the numbers that other programs ask for.
+//! The numbers of a configuration that other programs ask for.
 
 use super::effects;
 use super::number::{Known, digits};
@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 const Z975: f64 = 1.959_963_984_540_054;
 const ABSOLUTE_ZERO_C: f64 = -273.15;
 
-/// What the configuration cannot know of the program that will read the file.
+/// Facts about the program that will read the file, which the configuration does not hold.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     /// Axis of the target's IMU that was fitted; by default what the column's name says, else z.
@@ -53,22 +53,22 @@ pub struct Source<'a> {
     pub config: &'a Config,
     /// Its `[gyro]`, with what its effects change of it.
     pub gyro: Gyro,
-    /// What became of the effects, in sentences.
+    /// Changes by the effects that `gyro` includes, one sentence each.
     pub effects: Vec<String>,
     /// Where it comes from.
     pub origin: &'a Origin,
-    /// What the user said of the target.
+    /// Facts about the target, stated by the user.
     pub options: &'a Options,
-    /// Effects that are in `gyro`, and those that the target has asked for by themselves.
+    /// Effects that `gyro` includes, and those that the target has asked for.
     asked: RefCell<BTreeSet<String>>,
 }
 
-/// Half track and radii of the wheels with the effects of the configuration, as factors on the nominal ones.
+/// Half track and radii of the wheels under the effects of the configuration, as factors on the nominal ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Geometry {
-    /// Of the half track.
+    /// Factor on the half track.
     pub track: f64,
-    /// Of the radii of the left and the right wheel.
+    /// Factors on the radii of the left and the right wheel.
     pub radii: [f64; 2],
     /// Effects that change it.
     pub effects: Vec<&'static str>,
@@ -272,7 +272,7 @@ impl<'a> Source<'a> {
         Known { value: value - earth, ci95: ci95.map(|ends| ends.map(|v| v - earth)) }
     }
 
-    /// What became of the Earth's rotation in `key` of a `program` that counts with it.
+    /// Sentence for a `program` that models the Earth's rotation itself: whether it was subtracted from `key`.
     #[must_use]
     pub fn earth_text(&self, key: &str, program: &str) -> String {
         match self.gyro.earth_rate_rad_s {
@@ -287,7 +287,8 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// That `key` keeps the Earth's rotation, where the configuration knows it: for a `program` whose world stands still.
+    /// Sentence that `key` keeps the Earth's rotation, for a `program` whose world does not rotate; `None` where it is
+    /// not known.
     #[must_use]
     pub fn earth_stays_text(&self, key: &str, program: &str) -> Option<String> {
         self.gyro.earth_rate_rad_s.map(|earth| {
@@ -340,7 +341,7 @@ impl<'a> Source<'a> {
     /// is missing.
     ///
     /// # Errors
-    /// What is missing and the mend, as text for the file.
+    /// The missing information and the remedy, as text for the file.
     pub fn thermal(&self) -> std::result::Result<Thermal, [&'static str; 2]> {
         const EFFECT: &str = "gyro.temperature_sensitivity";
         let Some(slope_rad_s_c) = self.effect_value(EFFECT, "coefficient_rad_s_per_c") else {

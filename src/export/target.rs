@@ -1,4 +1,4 @@
-//! What a target is: another program, the file that it reads, and the keys that a gyro's configuration can fill.
+//! Export targets: another program, the file that it reads, and the keys that a gyro's configuration can fill.
 
 use super::sheet::{Comment, LeftOut, Sheet, Written};
 use super::source::Source;
@@ -13,11 +13,11 @@ pub struct Key {
     pub name: &'static str,
     /// Unit that the target expects.
     pub unit: &'static str,
-    /// What it is, in the terms of IEEE Std 952.
+    /// Meaning, in the terms of IEEE Std 952.
     pub meaning: &'static str,
 }
 
-/// What a target is.
+/// Description of a target.
 #[derive(Debug, Clone, Copy)]
 pub struct About {
     /// Name on the command line.
@@ -28,28 +28,28 @@ pub struct About {
     pub file: &'static str,
     /// The keys that are filled.
     pub keys: &'static [Key],
-    /// What the configuration must hold, and what is left out without it.
+    /// Tables that the configuration must hold, and the keys that are left out without them.
     pub needs: &'static str,
     /// How the program takes its noise from the numbers: why they are continuous or discrete.
     pub convention: &'static str,
     /// Where the convention stands.
     pub source: &'static str,
-    /// What becomes of the warm-up e(t), which only simulators of a moving bias can hold.
+    /// Treatment of the warm-up e(t): only simulators with a bias that varies in time can hold it.
     pub warm_up: &'static str,
     /// How a comment is marked.
     pub comment: Comment,
 }
 
-/// What becomes of the warm-up before a filter, be its bias a state or not.
+/// Advice on the warm-up for a filter, whether its bias is a state or not.
 pub(super) const SUBTRACT: &str =
     "subtract it before the filter (gyroid navigate does), or wait for three time constants";
 
-/// A program that reads what a fit says of a gyro.
+/// A program that reads the results of a fit of a gyro.
 pub trait Target: Sync + Send {
-    /// What it is.
+    /// Description of the target.
     fn about(&self) -> &'static About;
 
-    /// What must stand at the very beginning of the file, before any comment.
+    /// Line at the very beginning of the file, before any comment; `None` where the format needs none.
     fn first_line(&self) -> Option<&'static str> {
         None
     }
@@ -72,7 +72,7 @@ pub struct Export {
     pub written: Vec<Written>,
     /// The keys that are not in it.
     pub left_out: Vec<LeftOut>,
-    /// What the user should know about it.
+    /// Notes for the user on the file.
     pub notes: Vec<String>,
     /// Axis of the target that the numbers belong to.
     pub axis: Axis,
@@ -102,7 +102,7 @@ pub fn export(target: &dyn Target, source: &Source<'_>) -> Result<Export> {
     Ok(Export { target: about.id, text, written, left_out, notes, axis, axis_assumed })
 }
 
-/// What stands above the numbers: program, provenance, validation, axis, convention.
+/// Writes the lines above the numbers: program, provenance, validation, axis, convention.
 fn head(about: &About, source: &Source<'_>, sheet: &mut Sheet) {
     let (config, origin) = (source.config, source.origin);
     sheet.comment(&format!("{} ({}), written by gyroid {}", about.program, about.file, origin.version));

@@ -23,7 +23,7 @@ use std::path::Path;
 const PARQUET_KEY: &str = "gyroid";
 /// Keyword of the text chunk in PNG files, from the PNG specification's list.
 const PNG_KEYWORD: &str = "Software";
-/// What a mark in text begins with; a version follows.
+/// Beginning of a mark in text; a version follows.
 const TEXT: &str = "written by gyroid ";
 /// The first bytes of a text, in which its mark must lie.
 const HEAD_BYTES: usize = 4096;

@@ -1,4 +1,4 @@
-//! What a command reads and writes, checked before it reads anything.
+//! Files that a command reads and writes, checked before it reads anything.
 
 use super::mark;
 use crate::error::{Error, ErrorKind, Result};
@@ -18,7 +18,7 @@ struct Planned {
     replaces: Replaces,
 }
 
-/// What an output may replace.
+/// Files that an output may replace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Replaces {
     /// A file that gyroid wrote and that this command does not read.
@@ -36,26 +36,26 @@ impl Plan {
         Self::default()
     }
 
-    /// It reads these.
+    /// Adds files that the command reads.
     #[must_use]
     pub fn reads<P: AsRef<Path>>(mut self, paths: impl IntoIterator<Item = P>) -> Self {
         self.reads.extend(paths.into_iter().map(|p| p.as_ref().to_path_buf()));
         self
     }
 
-    /// It writes these, which `option` names.
+    /// Adds files that the command writes, named by `option`.
     #[must_use]
     pub fn writes<P: AsRef<Path>>(self, option: &'static str, paths: impl IntoIterator<Item = P>) -> Self {
         self.with(option, paths, Replaces::Result)
     }
 
-    /// It writes a new version of a file that it may read.
+    /// Adds files of which the command writes a new version; it may read them too.
     #[must_use]
     pub fn updates<P: AsRef<Path>>(self, option: &'static str, paths: impl IntoIterator<Item = P>) -> Self {
         self.with(option, paths, Replaces::Input)
     }
 
-    /// It adds to a table of results.
+    /// Adds tables of results that the command appends to.
     #[must_use]
     pub fn resumes<P: AsRef<Path>>(self, option: &'static str, paths: impl IntoIterator<Item = P>) -> Self {
         self.with(option, paths, Replaces::Table)
@@ -117,7 +117,7 @@ fn other_name(one: &Path, other: &Path) -> String {
     if one == other { String::new() } else { format!(", as {}", other.display()) }
 }
 
-/// What is the same for all names of one file.
+/// Identity of a file, equal for all its names.
 #[derive(Debug)]
 struct Identity {
     /// Without links and detours.

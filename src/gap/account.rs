@@ -1,8 +1,8 @@
 //! gain = Σ_rows [ln p(row | with the effect) - ln p(row | without it)]
 //!
-//! Gains in log score, nats, of each effect that was found, on the recording on which the gap is measured: added first (to the
-//! nominal simulator) and last (to all the others). From them follow, for the answer: idle effects, the main one, the verdict, the
-//! remainder.
+//! Gains in log score, nats, of each effect found, on the recording on which the gap is measured: added first (to the
+//! nominal simulator) and added last (to all other effects). From them follow the idle effects, the main effect, the
+//! verdict and the remainder of the answer.
 
 use super::answer::{Answer, Place, Remainder, Verdict};
 use super::far::{Closed, block_rows, block_sums};
@@ -13,24 +13,24 @@ use crate::error::Result;
 use crate::math::NORMAL_975;
 use statrs::function::erf::erfc;
 
-/// An effect that can be expected to gain less than this, nats, closes nothing: a superfluous parameter gains as much by chance.
+/// Expected gain below which an effect is idle, nats: a superfluous parameter gains as much by chance.
 const LEAST_NATS: f64 = 2.0;
-/// Series of fewer scores than this are of blocks already.
+/// Fewest scores that are taken for rows; shorter series hold one score a block already.
 const FEWEST_ROWS: usize = 80;
-/// Part of the gap that the named effects close together where they explain most of it.
+/// Share of the gap above which the named effects explain most of it.
 const MOST: f64 = 0.5;
 
 /// A gain in log score with its standard deviation, nats.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gain {
-    /// Its estimate.
+    /// The gain.
     pub nats: f64,
-    /// Standard deviation by blocks of time long enough to be independent.
+    /// Its standard deviation, from blocks of time long enough to be independent.
     pub std_nats: f64,
 }
 
 impl Gain {
-    /// The gain of the log densities `after` over those `before`, row by row.
+    /// Gain of the log densities `after` over `before`, row by row.
     fn of(before: &[f64], after: &[f64]) -> Self {
         let gained: Vec<f64> = before.iter().zip(after).map(|(b, a)| a - b).collect();
         let rows = if gained.len() < FEWEST_ROWS { 1 } else { block_rows(before, after) };
@@ -47,45 +47,46 @@ impl Gain {
     }
 }
 
-/// An effect that was found, with what it gains.
+/// Gains of an effect that was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tested {
     /// Identifier.
     pub id: String,
     /// Gain over the nominal simulator.
     pub first: Gain,
-    /// Gain over the simulator with all others that were found.
+    /// Gain over the simulator with all other effects that were found.
     pub last: Gain,
-    /// Where neither lies above zero: what the effect alone gains on recordings of a simulator that has it, nats.
+    /// Gains of the effect alone on simulated recordings that hold it, nats; empty where `first` or `last` lies above
+    /// zero.
     expected_nats: Vec<f64>,
-    /// ln densities: half of the sum of both gains, row by row.
+    /// Half the sum of both gains in each row (or block), nats.
     rows: Vec<f64>,
 }
 
 impl Tested {
-    /// The mean of what it gains first and last.
+    /// Mean of the gains added first and added last.
     fn mean(&self) -> Gain {
         Gain::of(&vec![0.0; self.rows.len()], &self.rows)
     }
 
-    /// Whether the recording on which the gap is measured contradicts it: it loses there, first and last, beyond chance.
+    /// Whether the measured recording contradicts it: both gains lie below zero beyond chance.
     fn is_refuted(&self) -> bool {
         [self.first, self.last].iter().all(|gain| gain.ci95()[1] < -LEAST_NATS)
     }
 
-    /// Whether it closes nothing that can be measured: neither interval lies above zero, nor is a gain worth the name to be expected
-    /// where it is as large as it was found to be.
+    /// Whether it closes no measurable part of the gap: neither gain lies above zero beyond chance, and the gain to be
+    /// expected of an effect of the size found is below [`LEAST_NATS`].
     fn is_idle(&self) -> bool {
         let n = self.expected_nats.len() as f64;
         n > 0.0 && self.expected_nats.iter().sum::<f64>() / n < LEAST_NATS
     }
 }
 
-/// Gains of each of `effects`; `score` gives the ln densities by row (or by block) under the nominal simulator with some of them,
-/// `expect` what one of them gains over the nominal simulator on some recordings of a simulator that has it, nats.
+/// Gains of each of `effects`. `score`: ln densities by row (or by block) under the nominal simulator with some of
+/// them. `expect`: gains of one of them over the nominal simulator on simulated recordings that hold it, nats.
 ///
 /// # Errors
-/// What `score` and `expect` do.
+/// Errors of `score` and `expect`.
 pub fn test(
     effects: &[(String, Parameters)],
     score: impl Fn(&[(String, Parameters)]) -> Result<Vec<f64>>,
@@ -118,24 +119,24 @@ pub fn is_better(before: &[f64], after: &[f64]) -> bool {
     Gain::of(before, after).ci95()[0] > 0.0
 }
 
-/// The effects of `tested` but for the first that gain nothing beyond chance beside all others.
+/// Effects of `tested`, the first excepted, whose gain added last is not above zero beyond chance.
 pub fn superfluous(tested: &[Tested]) -> Vec<String> {
     tested.iter().skip(1).filter(|t| t.last.ci95()[0] <= 0.0).map(|t| t.id.clone()).collect()
 }
 
-/// The effects of `tested` that a recording kept back contradicts.
+/// Effects of `tested` that the hold-out recording contradicts.
 pub fn refuted(tested: &[Tested]) -> Vec<String> {
     tested.iter().filter(|t| t.is_refuted()).map(|t| t.id.clone()).collect()
 }
 
-/// The effects of `tested` that are there beyond doubt and idle.
+/// Effects of `tested` that are present beyond doubt and idle.
 pub fn idle(tested: &[Tested], findings: &Findings) -> Vec<String> {
     let there = |t: &&Tested| findings.is_beyond_doubt(findings.presence(&t.id));
     tested.iter().filter(|t| t.is_idle()).filter(there).map(|t| t.id.clone()).collect()
 }
 
-/// What each of `tested` gained on the recording on which the gap is measured, as steps of the trail, with the ids of those that
-/// are `refuted` and `idle`.
+/// Gains of `tested` on the recording on which the gap is measured, as steps of the trail; `refuted` and `idle`: ids of
+/// those effects.
 pub fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> Vec<Step> {
     let one = |t: &Tested| {
         let mean = t.mean();
@@ -157,8 +158,8 @@ pub fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> Vec<Step
     tested.iter().map(one).collect()
 }
 
-/// Brings main effect, verdict and remainder of `answer` into line with what was measured: `tested`, effect by effect, and
-/// `closed`, by all that are not idle together. `place` says where an effect shows, and without one where the remainder does.
+/// Adapts main effect, verdict and remainder of `answer` to the measured gains: `tested` of each effect, `closed` of
+/// all effects that are not idle together. `place` gives the place of an effect, with `None` that of the remainder.
 pub fn settle(
     answer: &mut Answer,
     tested: &[Tested],
@@ -185,14 +186,14 @@ pub fn settle(
         );
         answer.trace.push(step.limit("share that is most of the gap", MOST, ""));
         match answer.verdict {
-            // a gap that is small against what chance makes of a recording is no proof of another cause
+            // a gap within the scatter of the score of one recording is no proof of another cause
             Verdict::Identified if high < MOST && !closed.paired => {
                 let why = format!(
                     "What has a name is there, and closes {told}, less than half: most of it has another cause."
                 );
                 unseat(answer, less * presence, why, place(None));
             }
-            // in pairs everything is closed that can be expected to be
+            // a paired floor is the expected gain itself: its closed share proves nothing
             Verdict::Unknown if low > MOST && !closed.paired && presence * (1.0 - less) > MOST => {
                 answer.verdict = Verdict::Identified;
                 answer.unknown_probability = less.max(1.0 - presence).min(1.0 - answer.none_probability);
@@ -213,7 +214,8 @@ pub fn settle(
     }
 }
 
-/// Makes the cause of `answer` unknown with this probability, for the reason `why`; `place`: where the remainder shows.
+/// Sets the verdict of `answer` to unknown with this probability, for the reason `why`; `place`: where the remainder
+/// lies.
 pub fn unseat(answer: &mut Answer, probability: f64, why: String, place: Option<Place>) {
     answer.verdict = Verdict::Unknown;
     answer.unknown_probability = probability.max(answer.unknown_probability);
@@ -223,8 +225,8 @@ pub fn unseat(answer: &mut Answer, probability: f64, why: String, place: Option<
     answer.place = place.or(answer.place.take());
 }
 
-/// Puts the effect that closes most first: where it was `identified` by its evidence, another one only if it gains more beyond
-/// doubt; where the cause is unknown, the one with the largest gain above zero.
+/// Makes the effect that closes most the main one: in place of one that the evidence identified only if it gains more
+/// beyond chance; where there is none, only if its gain is above zero beyond chance.
 fn lead(answer: &mut Answer, tested: &[Tested]) {
     let there = |t: &&Tested| answer.together.contains(&t.id);
     let best = tested.iter().filter(there).max_by(|a, b| a.mean().nats.total_cmp(&b.mean().nats));
@@ -259,7 +261,7 @@ mod tests {
     use crate::gap::findings::{Part, WeightedSet};
     use crate::math::random::Stream;
 
-    /// ln densities of rows, each effect adding its own mean per row, and the scatter of a true model's gain: variance 2 × mean.
+    /// ln densities of rows: each effect present adds its mean gain a row, with variance 2 × mean as of a true model.
     fn scores(gains: &[(&str, f64)], present: &[(String, Parameters)], rows: usize) -> Vec<f64> {
         let mut total = vec![0.0; rows];
         for (i, (id, mean)) in gains.iter().enumerate() {
@@ -281,7 +283,7 @@ mod tests {
         test(&effects, |some| Ok(scores(gains, some, 4000)), expect).unwrap()
     }
 
-    /// Gains in a row of effects as large as they were found to be, nats.
+    /// Gain a row of effects as large as found, nats.
     const EXPECTED: [(&str, f64); 1] = [("weak", 6.0 / 4000.0)];
 
     fn findings(ids: &[&str]) -> Findings {
@@ -308,7 +310,7 @@ mod tests {
     fn a_gain_is_known_as_well_as_its_rows_scatter() {
         let all = tested(&[("a", 0.01)]);
         let one = &all[0];
-        // 4000 rows of mean 0.01 and variance 0.02: 40 ± 8.9 nats, the scatter itself known to a few percent of 400 blocks
+        // 4000 rows of mean 0.01 and variance 0.02: 40 ± 8.9 nats; 400 blocks tell that scatter to a few percent
         assert!((one.first.std_nats / 80_f64.sqrt() - 1.0).abs() < 0.2, "{:?}", one.first);
         assert!((one.first.nats - 40.0).abs() < 4.0 * 80_f64.sqrt());
         // alone, it is first and last
@@ -317,12 +319,12 @@ mod tests {
 
     #[test]
     fn beyond_doubt_and_closing_nothing_is_idle_and_weak_is_not() {
-        // no gain is to be expected of the first; the second gains as little as chance allows, the third as it should
+        // of the first no gain is expected; the second gains as little as chance allows, the third as expected
         let effects = [("lattice", 0.0), ("weak", -1.0 / 4000.0), ("strong", 0.1)];
         let all = tested(&effects);
         let ids = ["lattice", "weak", "strong"];
         assert_eq!(idle(&all, &findings(&ids)), ["lattice"]);
-        // where it is not there beyond doubt, nothing is idle
+        // an effect that is not present beyond doubt is not idle
         let mut doubtful = findings(&ids);
         doubtful.sets[0].probability = 0.8;
         assert!(idle(&all, &doubtful).is_empty());
@@ -335,13 +337,14 @@ mod tests {
 
     #[test]
     fn what_the_recording_kept_back_contradicts_has_no_name() {
-        // one that loses as much as a true one gains, and two whose loss is within chance and next to nothing
+        // one that loses as much as a true one gains, one whose loss is within chance and below the least gain, and a
+        // true one
         let all = tested(&[("false", -0.1), ("chance", -1.0 / 4000.0), ("true", 0.1)]);
         assert_eq!(refuted(&all), ["false"]);
         let mut found = findings(&["false", "true"]);
         found.refute(&refuted(&all));
         assert_eq!((found.presence("true"), found.sets[0].parts.len()), (1.0, 1));
-        // alone, something is there that it is not the cause of
+        // alone it leaves a free form: there is a gap, with another cause
         let mut found = findings(&["false"]);
         found.refute(&refuted(&all));
         let left = &found.sets[0].parts[0];
@@ -368,7 +371,7 @@ mod tests {
         settle(&mut answer, &all, Some(&closed(0.9, [0.8, 1.0])), |_| None);
         assert_eq!((answer.main.as_deref(), answer.together[0].as_str()), (Some("large"), "large"));
         assert!((answer.remainder.as_ref().unwrap().share - 0.1).abs() < 1e-12);
-        // of two that close as much the one that the evidence chose
+        // of two that close as much the one that the evidence chose remains first
         let all = tested(&[("one", 0.02), ("other", 0.0201)]);
         let mut answer = answered(Verdict::Identified, Some("one"), &["one", "other"]);
         settle(&mut answer, &all, None, |_| None);
@@ -394,10 +397,10 @@ mod tests {
         assert_eq!((most.verdict, most.main.as_deref()), (Verdict::Identified, Some("one")));
         assert!((most.main_probability - 0.97).abs() < 1e-6 && (most.unknown_probability - 0.03).abs() < 1e-6);
         assert!(most.place.is_some() && most.notes[0].contains("80 % of the gap (95 %: 70 to 90 %)"));
-        // not where it may be less than half, nor where the effect itself is in doubt
+        // not where the interval reaches below one half, nor where the effect itself is in doubt
         assert_eq!(settled([0.4, 1.2], 0.97).verdict, Verdict::Unknown);
         assert_eq!(settled([0.7, 0.9], 0.45).verdict, Verdict::Unknown);
-        // nor where the floor is what was found itself
+        // nor with a paired floor
         assert_eq!(settled_by(true, [0.7, 0.9], 0.97).verdict, Verdict::Unknown);
     }
 
@@ -407,15 +410,15 @@ mod tests {
         let mut answer = answered(Verdict::Identified, Some("one"), &["one"]);
         settle(&mut answer, &all, Some(&closed(0.24, [0.2, 0.28])), |id| id.is_none().then(Place::default));
         assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Unknown, Some("one")));
-        // no surer than that the effect is there
+        // the probability is that of the effect being present
         assert!((answer.unknown_probability - 0.97).abs() < 1e-6 && answer.main_probability < 0.031);
         assert!(answer.place.is_some());
-        // a gap that chance would hide is no proof of another cause
+        // with a paired floor the gap is no proof of another cause
         let mut answer = answered(Verdict::Identified, Some("one"), &["one"]);
         let small = Closed { paired: true, ..closed(0.24, [0.2, 0.28]) };
         settle(&mut answer, &all, Some(&small), |_| None);
         assert_eq!(answer.verdict, Verdict::Identified);
-        // where the interval reaches a half, it may be most
+        // an interval that reaches one half does not contradict the verdict
         let mut answer = answered(Verdict::Identified, Some("one"), &["one"]);
         settle(&mut answer, &all, Some(&closed(0.45, [0.3, 0.6])), |_| None);
         assert_eq!(answer.verdict, Verdict::Identified);

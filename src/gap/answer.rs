@@ -5,7 +5,7 @@ use crate::effects::Parameters;
 use crate::navigate::Summary;
 use serde::{Deserialize, Serialize};
 
-/// What the diagnosis comes to.
+/// Verdict of the diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -15,7 +15,7 @@ pub enum Verdict {
     Identified,
     /// There is a gap, and the named effects together do not explain most of it.
     Unknown,
-    /// The channels that are there test nothing: no two of them say the same thing twice (drives only).
+    /// The recorded channels are not redundant: none can contradict another (drives only).
     CannotTell,
 }
 
@@ -24,31 +24,32 @@ pub enum Verdict {
 pub struct Answer {
     /// The verdict.
     pub verdict: Verdict,
-    /// The effect that closes most of the gap in held-out log score. Never one that is idle; under `unknown` the named effect that
-    /// closes most, if there is one; none under `none` and `cannot_tell`.
+    /// The effect that closes most of the gap in held-out log score; never an idle one. Under `unknown` the named
+    /// effect that closes most, if there is one; none under `none` and `cannot_tell`.
     pub main: Option<String>,
     /// Probability that `main` is right.
     pub main_probability: f64,
     /// Probability that the nominal simulator lacks nothing.
     pub none_probability: f64,
-    /// Probability that what it lacks most is not in the library.
+    /// Probability that the main cause is not in the library.
     pub unknown_probability: f64,
     /// Effects that were considered, most probable first.
     pub effects: Vec<EffectAnswer>,
     /// Effects judged present that are not idle, whatever the verdict.
     pub together: Vec<String>,
-    /// Part of the gap that the named effects leave, and where it lies; none where there is no gap.
+    /// Part of the gap that the named effects leave, and where it lies; none where there is no gap or it was not
+    /// measured.
     #[serde(default)]
     pub remainder: Option<Remainder>,
-    /// Clocks that disagree, each recording on its own.
+    /// Time offsets of clocks that disagree, each recording on its own.
     #[serde(default)]
     pub time_offsets: Vec<TimeOffset>,
-    /// Where no effect explains most: the one of the library that explains most alone.
+    /// Where no effect explains most of the gap: the effect of the library that explains most alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nearest: Option<Nearest>,
     /// Classes of effects that this log cannot separate.
     pub cannot_tell_apart: Vec<Vec<String>>,
-    /// For each class, in the same order: how alike, and what would separate them.
+    /// For each class, in the same order: similarity, and the experiment that would separate them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub alike: Vec<Alike>,
     /// Where the main effect, or the unknown, shows; none where the verdict is none.
@@ -60,9 +61,10 @@ pub struct Answer {
     /// Of drives: which equations of the nominal model are deficient, before any effect is named; the worst first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub equations: Vec<EquationAnswer>,
-    /// The gap on the recording kept back.
+    /// Measures of the gap on the hold-out recording, or without one on the recording itself.
     pub gap: Vec<Metric>,
-    /// Of drives with a pose in the recording kept back: the navigation filter on it, before and after it got what was found.
+    /// Drives with a pose in the hold-out recording: errors of the navigation filter on it, without and with the
+    /// effects found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub navigation: Option<FilterGain>,
     /// How the gap was measured, and what could not be told, in sentences.
@@ -80,10 +82,10 @@ pub struct EffectAnswer {
     pub id: String,
     /// Posterior probability that it is present.
     pub probability: f64,
-    /// ln evidence that the account loses if this effect is left out and all others are fitted anew, nats.
+    /// ln evidence lost when this effect is left out and all others are fitted anew, nats; none where not computed.
     #[serde(default)]
     pub evidence_nats: Option<f64>,
-    /// Whether it is present beyond doubt, and yet closes nothing of the gap that can be measured.
+    /// Whether it is present beyond doubt, but closes no measurable part of the gap.
     #[serde(default)]
     pub idle: bool,
     /// Parameters (posterior mode).
@@ -92,9 +94,9 @@ pub struct EffectAnswer {
     pub std: Parameters,
     /// (before - after) / (before - floor) in log score, of this effect alone.
     pub gap_closed: Option<f64>,
-    /// Its interval, by blocks of time.
+    /// 95 % interval of `gap_closed`, by resampling blocks of time.
     pub gap_closed_ci95: Option<[f64; 2]>,
-    /// Its share of what all that were found close together (mean of first in and last in).
+    /// Share, 0 to 1, of the log-likelihood gained by its most probable set (mean of added first and added last).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
 }
@@ -127,7 +129,7 @@ pub struct Remainder {
     pub place: Option<Place>,
 }
 
-/// A stream whose clock disagrees with the gyro's (without a gyro: with the wheels').
+/// Time offset of a channel against the gyro (without a gyro: against the wheels).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TimeOffset {
     /// `wheels`, `pose`, `torque`.
@@ -145,20 +147,20 @@ pub struct TimeOffset {
 pub struct Nearest {
     /// Identifier.
     pub id: String,
-    /// What it explains alone of what was explained in the recording, 0 to 1.
+    /// Gain of this effect alone over the gain of the best explanation of the recording, 0 to 1.
     pub share: f64,
-    /// The gap on the recording kept back, `after` with it alone.
+    /// The gap on the hold-out recording, `after` with this effect alone.
     pub gap: Vec<Metric>,
 }
 
-/// A class of effects that look alike on this log.
+/// A class of effects with similar signatures on this log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Alike {
     /// Their ids.
     pub ids: Vec<String>,
-    /// Overlap of what they do to this log, 0 to 1.
+    /// Similarity of their signatures on this log, 0 to 1.
     pub overlap: f64,
-    /// What would separate them.
+    /// The experiment or channel that would separate them.
     pub separate_by: String,
 }
 
@@ -169,13 +171,13 @@ pub struct Place {
     pub channel: String,
     /// The deficient equation, in words.
     pub equation: String,
-    /// From when to when, s, as in the fit log.
+    /// Interval of time in which it shows, s, as in the fit log.
     pub time_s: Option<[f64; 2]>,
-    /// From which to which frequency, Hz.
+    /// Frequency band in which it shows, Hz.
     pub frequency_hz: Option<[f64; 2]>,
-    /// What it follows.
+    /// Quantity that it depends on, such as `temperature_c`.
     pub condition: Option<String>,
-    /// For an unknown: what it looks like, in words.
+    /// For an unknown cause: description in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub description: Option<String>,
 }
@@ -183,57 +185,58 @@ pub struct Place {
 /// A free form that competed as 'unknown'.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FreeFormAnswer {
-    /// What is free: `time`, `temperature`, `temperature_rate`, `supply`, `phase`, `spectrum`, ...
+    /// Identifier; the quantity it is a function of: `free.time`, `free.temperature`, `free.spectrum`, ...
     pub id: String,
-    /// Probability that it is what the model lacks most.
+    /// Probability that it is present.
     pub probability: f64,
-    /// What it looks like, in words.
+    /// Description in words.
     pub description: String,
 }
 
-/// An equation of the nominal model that a free correction would mend.
+/// A deficient equation of the nominal model: a free correction of it raises the evidence.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EquationAnswer {
-    /// In words.
+    /// The equation, in words.
     pub equation: String,
     /// Channel of the answer.
     pub channel: String,
-    /// What the best correction gains in ln evidence.
+    /// Gain of the best correction in ln evidence, nats.
     pub gain_nats: f64,
-    /// What the best correction follows.
+    /// Quantity that the best correction is a function of.
     pub follows: String,
-    /// The correction as a signal, of the equations that gain most.
+    /// The correction as a signal, of the equations with the largest gains.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correction: Option<Correction>,
 }
 
-/// What has to be added to an equation in the course of a drive: a random walk, as the smoother sees it.
+/// Correction added to an equation in the course of a drive: a random walk, estimated by the smoother.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Correction {
-    /// The process noise that the equation needs, in its unit per √s.
+    /// Process noise that the equation needs: diffusion of the walk, in `unit` per √s.
     pub diffusion: f64,
-    /// The equation's unit.
+    /// Unit of the equation.
     pub unit: String,
-    /// What the walk gains in ln likelihood over a constant.
+    /// Gain of the walk over a constant in ln likelihood, nats.
     pub gain_nats: f64,
-    /// Probability of as much gain or more where a constant is enough.
+    /// p-value of that gain under a constant correction (upper bound).
     pub p_value: f64,
-    /// Whether the signal is about its mean: the level of this equation varies from one run to the next, or cannot be told.
+    /// Whether the mean is removed from the signal: the level of this equation varies from run to run, or is not
+    /// observable.
     pub about_mean: bool,
-    /// Independent values that the drive knows of the signal.
+    /// Effective number of independent values of the signal (trace of the smoother).
     pub degrees_of_freedom: f64,
-    /// Knots, s, as in the fit log.
+    /// Times of the knots, s, as in the fit log.
     pub times_s: Vec<f64>,
-    /// Of several drives: the first knot of each.
+    /// Several drives: index of the first knot of each; empty for one drive.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub starts: Vec<usize>,
-    /// The signal there; straight between them.
+    /// The correction at the knots, in `unit`; linear between them.
     pub values: Vec<f64>,
-    /// Its standard deviation.
+    /// Its standard deviation at the knots, in `unit`.
     pub std: Vec<f64>,
-    /// What it was regressed on, the largest share first.
+    /// States and inputs that it was regressed on, largest share first.
     pub regressors: Vec<Regressor>,
-    /// The first of them at the knots.
+    /// Values of the first regressor at the knots.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Against>,
 }
@@ -243,7 +246,7 @@ pub struct Correction {
 pub struct Regressor {
     /// `speed`, `yaw_rate`, ...
     pub name: String,
-    /// Share of the signal's variance, adjusted for the functions that were fitted.
+    /// Share of the signal's variance that it explains, 0 to 1, adjusted for the number of fitted functions.
     pub share: f64,
 }
 
@@ -254,11 +257,11 @@ pub struct Against {
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// Its mean about each knot.
+    /// Its mean about each knot, in `unit`.
     pub values: Vec<f64>,
 }
 
-/// The navigation filter on the recording kept back.
+/// Errors of the navigation filter on the hold-out recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FilterGain {
     /// With the nominal model.
@@ -267,7 +270,7 @@ pub struct FilterGain {
     pub after: FilterFigures,
 }
 
-/// How well a filter navigated.
+/// Errors of one run of a navigation filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FilterFigures {
     /// Root mean square distance from the reference, m.
@@ -276,12 +279,12 @@ pub struct FilterFigures {
     pub heading_rms_rad: Option<f64>,
     /// Mean normalised innovation squared of gyro and wheels; expected: 1.
     pub nis_mean: f64,
-    /// Between these it lies in 95 % of runs if the model holds.
+    /// Interval of `nis_mean` in 95 % of runs if the model holds.
     pub nis_mean_bounds95: [f64; 2],
 }
 
 impl FilterFigures {
-    /// Of a run; none without a reference.
+    /// Figures of a run; none without a reference.
     #[must_use]
     pub fn of(summary: &Summary) -> Option<Self> {
         let reference = summary.reference.as_ref()?;
@@ -294,15 +297,15 @@ impl FilterFigures {
     }
 }
 
-/// One measure of the gap on the recording kept back.
+/// One measure of the gap on the hold-out recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Metric {
     /// `log_score`, `heading_drift_rms_rad_60s`, ...
     pub metric: String,
-    /// Under the nominal simulator.
+    /// Its value under the nominal simulator.
     pub before: f64,
-    /// Under the augmented one.
+    /// Its value under the augmented simulator.
     pub after: f64,
-    /// Of the augmented simulator on its own logs.
+    /// Its value for the augmented simulator on its own logs: the best to be expected.
     pub floor: f64,
 }

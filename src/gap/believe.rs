@@ -1,19 +1,19 @@
-//! What a simulator with effects believes about a recording: effects and parameters → [`Believed`]
+//! State-space model of a simulator with effects: effects and parameters → [`Believed`]
 
 use super::state_space::{Believed, Coefficient, LowPass, Markov, Oscillator, Outliers, Step, Telegraph, flicker};
 use crate::effects::{Explanation, Library, NoiseState, Parameters};
 use crate::error::{Error, ErrorKind, Result};
 use crate::model::Scene;
 
-/// States of the filter that colours the white noise.
+/// Order of the ARMA filter that colours the white noise.
 const LOW_PASS_ORDER: usize = 12;
 
-/// What the nominal simulator with `effects` believes about a recording in `scene`. What is drawn anew in each run (the
-/// phase of a tone, the time of a step, a random path) is left open.
+/// Predictive model of the nominal simulator with `effects` for a recording in `scene`. Quantities drawn anew in each
+/// run (phase of a tone, time of a step, random path) are random in the model.
 ///
 /// # Errors
 /// [`ErrorKind::Config`] if the library does not know an effect or a parameter is missing; [`ErrorKind::Column`] if the
-/// recording lacks what an effect follows.
+/// recording lacks the quantity that an effect is a function of.
 pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters)]) -> Result<Believed> {
     let mut b = Believed::nominal(scene);
     for (id, parameters) in effects {

@@ -1,24 +1,24 @@
 //! ln p(set | recording) = ln evidence / T + prior(k, m) + constant: k effects of the library, m free forms;
 //! p(set) → (1 - ε) p(set) for every set but the empty one
 //!
-//! What the comparison's evidences are worth, learned from recordings whose truth is known: Laplace's method and the
-//! searched part of the hypotheses make an evidence too sure by a factor T, and how often real recordings lack nothing,
-//! one thing, or more is no matter of a recording's evidence. The numbers that ship were fitted by `gyroid gap bench
-//! calibrate`; their provenance stands in the file. They hold for a world like that of the bench, in which one recording
-//! in eight lacks nothing: where gaps are rarer, 'none' deserves more than it is given.
-//! ε is the share of the recordings with a gap in which the truth is none of what was compared, however large the evidence:
-//! thousands of nats between two wrong models prove neither, and no temperature heals that.
+//! Calibration of evidences, learned from recordings whose truth is known. Laplace's method and the search over sets
+//! make evidences too confident by a factor T. How often real recordings lack nothing, one effect or more is a prior,
+//! which no evidence tells. The numbers that ship were fitted by `gyroid gap bench calibrate`; the file states their
+//! provenance. They hold for recordings like those of the bench, of which one in eight lacks nothing: where gaps are
+//! rarer, 'none' is more probable than stated.
+//! ε is the share of the recordings with a gap whose cause is none of the candidates, however large the evidence:
+//! thousands of nats between two wrong models prove neither, and no temperature corrects that.
 
 use super::findings::WeightedSet;
 use super::search::Prior;
 use crate::error::{Error, ErrorKind, Result};
 use serde::{Deserialize, Serialize};
 
-/// The files that ship.
+/// The files that ship: for recordings at rest and for drives.
 const SHIPPED: &str = include_str!("calibration.toml");
 const SHIPPED_DRIVES: &str = include_str!("drive/calibration.toml");
 
-/// How evidences become probabilities.
+/// Calibration of evidences to probabilities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
@@ -28,7 +28,7 @@ pub struct Calibration {
     pub ln_effect: [f64; 2],
     /// The same of free forms.
     pub ln_free: [f64; 2],
-    /// ε: where there is a gap, the probability that what causes it is none of what was compared.
+    /// ε: probability, given a gap, that its cause is none of the candidates.
     #[serde(default)]
     pub doubt: f64,
 }
@@ -39,7 +39,7 @@ struct File {
 }
 
 impl Calibration {
-    /// Evidence as it is, under the prior of the search.
+    /// No calibration: evidences as they are, under the prior of the search.
     #[must_use]
     pub fn none(prior: &Prior) -> Self {
         Self { temperature: 1.0, ln_effect: [prior.ln_named; 2], ln_free: [prior.ln_free; 2], doubt: 0.0 }
@@ -48,7 +48,7 @@ impl Calibration {
     /// Reads a calibration that `gyroid gap bench calibrate` wrote.
     ///
     /// # Errors
-    /// [`ErrorKind::Config`] for a file that is none, or a temperature that is not positive.
+    /// [`ErrorKind::Config`] for a file that is no calibration, or values out of range.
     pub fn from_toml(text: &str, source: &str) -> Result<Self> {
         let mend = "make it again with gyroid gap bench calibrate";
         let file: File =
@@ -69,7 +69,7 @@ impl Calibration {
         one(self.ln_effect, effects) + one(self.ln_free, free)
     }
 
-    /// ln of the posterior weight of a set whose weight in the search stood under `prior`.
+    /// ln posterior weight of a set; its weight in the search includes the prior odds `prior`.
     #[must_use]
     pub fn ln_weight(&self, set: &WeightedSet, prior: &Prior) -> f64 {
         let (effects, free) = counts(set);
@@ -78,14 +78,14 @@ impl Calibration {
     }
 }
 
-/// Effects of the library and free forms that a set claims beyond what is read off the numbers.
+/// Numbers of effects and of free forms that a set claims, without those read directly off the readings.
 pub fn counts(set: &WeightedSet) -> (usize, usize) {
     let claimed = || set.parts.iter().filter(|p| !p.certain);
     (claimed().filter(|p| p.named).count(), claimed().filter(|p| !p.named).count())
 }
 
 impl Calibration {
-    /// The one of drives that ships. Its search stands under `prior`.
+    /// The calibration for drives that ships; `prior` is that of their search.
     #[must_use]
     pub fn of_drives(prior: &Prior) -> Self {
         Self::from_toml(SHIPPED_DRIVES, "drive/calibration.toml").unwrap_or_else(|_| Self::none(prior))
@@ -93,7 +93,8 @@ impl Calibration {
 }
 
 impl Default for Calibration {
-    /// The one that ships. A test reads it; were it damaged all the same, evidences stand as they are.
+    /// The calibration for recordings at rest that ships. A test reads it; if it were damaged, evidences are used as
+    /// they are.
     fn default() -> Self {
         Self::from_toml(SHIPPED, "calibration.toml").unwrap_or_else(|_| Self::none(&Prior::default()))
     }
@@ -114,7 +115,7 @@ mod tests {
         for text in [SHIPPED, SHIPPED_DRIVES] {
             let c = Calibration::from_toml(text, "calibration.toml").unwrap();
             assert!((0.8..6.0).contains(&c.temperature), "{c:?}");
-            // nothing is likelier than any one thing, and a free form no cheaper than a named effect
+            // every effect has prior odds below one, and a free form no better ones than a named effect
             assert!(c.ln_effect[0] < 0.0 && c.ln_free[0] <= c.ln_effect[0], "{c:?}");
             assert!(c.ln_effect[1] < 0.0 && c.ln_free[1] < 0.0, "{c:?}");
         }

@@ -16,20 +16,21 @@ use crate::effects::{Effect, Explanation, Library, Parameters};
 use crate::error::Result;
 use crate::signal::Log;
 
-/// How a diagnosis is made.
+/// Settings of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Seed of the simulated recordings.
     pub seed: u64,
-    /// How hypotheses are compared, of recordings at rest.
+    /// Settings of the comparison of hypotheses, for recordings at rest.
     pub judge: JudgeOptions,
-    /// The same of drives.
+    /// Settings of the comparison of hypotheses, for drives.
     pub judge_drives: super::drive::judge::Options,
     /// Time since power-on at the first row, s, where the logs' time counts from something else.
     pub since_power_on_s: f64,
-    /// Recordings simulated for the floor.
+    /// Number of recordings simulated for the floor of the log score.
     pub simulated_logs: usize,
-    /// Of drives: whether the corrections that equations need are worked out as signals, which nothing else depends on.
+    /// Drives only: whether to estimate the corrections of equations as signals over time; no other result depends on
+    /// it.
     pub corrections: bool,
 }
 
@@ -55,41 +56,42 @@ pub struct Drive<'a> {
     pub since_power_on_s: f64,
 }
 
-/// What a diagnosis comes to.
+/// Result of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnosis {
     /// The answer.
     pub answer: Answer,
-    /// The nominal simulator with what was found as `[[effect]]` tables.
+    /// The nominal configuration with the effects found added as `[[effect]]` tables.
     pub augmented: Config,
-    /// All sets that were compared.
+    /// Sets of effects that were compared, with their probabilities.
     pub findings: Findings,
-    /// The measures on the recording kept back; none without one, and of a drive, whose measures are in the answer.
+    /// Measures on the hold-out recording; none without one, and none of a drive, whose measures are in the answer.
     pub far: Option<Far>,
-    /// The recording that was diagnosed, as it was made ready; none of a drive.
+    /// The diagnosed recording on an even grid; none of a drive.
     pub prepared: Option<Prepared>,
 }
 
-/// What a diagnosis is about to do.
+/// Stages of a diagnosis, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
     /// Put the rows of a recording on an even grid.
     Prepare,
     /// Compare sets of effects.
     Compare,
-    /// Measure on the recording kept back, or across blocks of the only one.
+    /// Measure the gap on the hold-out recording, or without one by cross-validation on the recording itself.
     Measure,
-    /// Nothing more.
+    /// The diagnosis is finished.
     Done,
 }
 
-/// Most effects whose share of the gap is measured one by one.
+/// Largest number of effects whose share of the gap is measured one by one.
 const MEASURED: usize = 5;
 
 /// Diagnoses `fit` against the nominal simulator `config`, and measures on `hold` how far the gap shrinks.
 ///
 /// # Errors
-/// What [`prepare`] refuses of either log; [`crate::ErrorKind::Config`] if the configuration is of a drive or incomplete.
+/// As [`prepare`] for either log, of a drive as [`diagnose_drives`]; [`crate::ErrorKind::Config`] if the configuration
+/// is incomplete; [`crate::ErrorKind::Numeric`] if the recording has no finite likelihood.
 pub fn diagnose(
     config: &Config,
     fit: &Log,
@@ -120,7 +122,7 @@ pub fn diagnose_observed(
     observe(Stage::Prepare);
     let given = Given::of(config, library)?;
     let prepared = prepare(&given.bare, fit, options.since_power_on_s)?;
-    // a recording kept back that cannot be used is refused before the work begins
+    // an unusable hold-out recording is refused before the comparison begins
     let kept = hold.map(|hold| prepare(&given.bare, hold, options.since_power_on_s)).transpose()?;
     observe(Stage::Compare);
     let mut findings = judged(&prepared, library, &given, options).weighed(&fit.source)?;
@@ -189,13 +191,13 @@ pub fn diagnose_observed(
     Ok(Diagnosis { answer, augmented, findings, far, prepared: Some(prepared) })
 }
 
-/// Diagnoses several drives of one robot together against the nominal simulator `config`: the same effects with the same
-/// parameters in all of them, while the start, the turn-on bias and the wander of the gyro are each drive's own. Measures on the
-/// drives in `kept`, which may be none, how far the gap shrinks. Each drive states its own time since power-on, that in
+/// Diagnoses several drives of one robot jointly against the nominal simulator `config`. Effects and their parameters
+/// are common to all drives; initial state, turn-on bias and random walk of the gyro are separate for each. The gap is
+/// measured on the hold-out drives `kept`, which may be empty. Each drive states its own time since power-on; that in
 /// `options` is not used. `observe` is told each stage as it begins.
 ///
 /// # Errors
-/// What [`super::drive::record::Record::of_drives`] refuses: [`crate::ErrorKind::Config`] if the configuration is not of a drive,
+/// As [`super::drive::record::Record::of_drives`]: [`crate::ErrorKind::Config`] if the configuration is not of a drive,
 /// otherwise with the name of the log.
 pub fn diagnose_drives(
     config: &Config,
@@ -225,10 +227,11 @@ fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer
     })
 }
 
-/// What the diagnosis of `fit` compares and answers, without measuring how far the gap shrinks: a part of its time.
+/// Sets compared and answer of the diagnosis of `fit`, without measuring how far the gap shrinks: faster than
+/// [`diagnose`].
 ///
 /// # Errors
-/// What [`prepare`] refuses; [`crate::ErrorKind::Config`] if the configuration is of a drive or incomplete.
+/// As [`prepare`]; [`crate::ErrorKind::Config`] if the configuration is of a drive or incomplete.
 pub fn compare(config: &Config, fit: &Log, library: &Library, options: &Options) -> Result<(Findings, Answer)> {
     let given = Given::of(config, library)?;
     let prepared = prepare(&given.bare, fit, options.since_power_on_s)?;
@@ -237,7 +240,8 @@ pub fn compare(config: &Config, fit: &Log, library: &Library, options: &Options)
     Ok((findings, answer))
 }
 
-/// Where the effect `id` shows, or without one what the library does not know.
+/// Channel, equation, time and band in which the effect `id` shows; with `None`, those of the largest free form of the
+/// most probable set whose main cause is unknown.
 fn place(findings: &Findings, library: &Library, id: Option<&str>, prepared: &Prepared) -> Option<Place> {
     let scene = &prepared.scene;
     match id {
@@ -308,13 +312,14 @@ fn measure(
     far::measure(&kept.recorded_rad_s(), &nominal, &augmented, &claims, &far_options)
 }
 
-/// Rows of the eighths of a recording.
+/// Row ranges of eight equal blocks of a recording.
 fn blocks(rows: usize) -> Vec<std::ops::Range<usize>> {
     const BLOCKS: usize = 8;
     (0..BLOCKS).map(|b| b * rows / BLOCKS..(b + 1) * rows / BLOCKS).collect()
 }
 
-/// Without a recording kept back: each block's density given all the others.
+/// Log score without a hold-out recording, nats a row: each block's density given all other blocks, written to
+/// `answer.gap`.
 fn cross_validate(
     prepared: &Prepared,
     library: &Library,
@@ -347,12 +352,12 @@ fn blocked_own(b: &Believed, blocks: &[std::ops::Range<usize>], seed: u64) -> Re
     Ok(blocked_log_score(b, &own, blocks)?.iter().sum::<f64>() / own.len() as f64)
 }
 
-/// Six digits: the rest is rounding of the times.
+/// Rounds to six significant digits: further digits of a sample time are rounding errors.
 fn short(v: f64) -> f64 {
     format!("{v:.5e}").parse().unwrap_or(v)
 }
 
-/// Mean deviation from the nominal warm-up, rad/s, and the standard deviation of that of eighths of the recording.
+/// Mean deviation from the nominal warm-up, and the standard deviation of the means of eight equal blocks, both rad/s.
 fn offset(p: &Prepared) -> [f64; 2] {
     const PARTS: usize = 8;
     let rows = p.rate_rad_s.len();
@@ -366,7 +371,8 @@ fn offset(p: &Prepared) -> [f64; 2] {
     [all, (parts.iter().map(|m| (m - all).powi(2)).sum::<f64>() / (PARTS - 1) as f64).sqrt()]
 }
 
-/// Says so if the recording kept back cannot be of the unit that was diagnosed.
+/// Adds a note if noise or turn-on bias show that the hold-out recording is of another unit, or if the sample times
+/// differ.
 fn other_unit(fit: &Prepared, kept: &Prepared, notes: &mut Vec<String>) {
     let level = |p: &Prepared| {
         let d: f64 = p

@@ -1,8 +1,9 @@
-//! ln p(z | hypothesis): coefficients integrated exactly, scales and spectra by Laplace's method, shapes by a sum over nodes
+//! ln p(z | hypothesis): coefficients integrated exactly, scales and spectra by Laplace's method, shapes by a sum over
+//! nodes
 //!
 //! Priors: the white noise's level is the nominal one to [`WHITE_STD`]; parameters of spectra are uniform in their
 //! logarithm over the range that their effect states; coefficients are normal with a scale that is uniform in its
-//! logarithm from what changes nothing to what nobody could overlook ([`SCALE_RANGE`]).
+//! logarithm over [`SCALE_RANGE`].
 
 use super::frame::{ColumnId, Data, Frame};
 use super::gaussian::{DataProducts, Picked, Posterior, columns, spectral};
@@ -13,16 +14,16 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// Relative standard deviation of the white noise's level beside its nominal value: about what a log of 10⁵ samples tells
-/// of it. A wider one would let a level that grew by a few per cent pass for the nominal one.
+/// Relative standard deviation of the prior of the white noise's level about its nominal value: about the precision of
+/// a log of 10⁵ samples. A wider prior would let a level that grew by a few percent pass for the nominal one.
 pub const WHITE_STD: f64 = 0.003;
-/// Range of a signal's prior scale in multiples of the smallest that the white noise would show at one standard
-/// deviation, as logarithms.
+/// Range of ln of a signal's prior scale, in multiples of the standard deviation that white noise gives its
+/// coefficient.
 pub const SCALE_RANGE: [f64; 2] = [0.0, 7.0];
 /// Step of the finite differences in the coefficients of ln variance.
 const STEP: f64 = 0.03;
 
-/// A hypothesis at its best parameters.
+/// A hypothesis at its posterior mode, with its evidence.
 #[derive(Debug, Clone)]
 pub struct Fitted {
     /// With the parameters at their posterior mode.
@@ -35,15 +36,15 @@ pub struct Fitted {
     pub std: Vec<f64>,
 }
 
-/// A candidate at a shape, bit by bit.
+/// A candidate's index and the bits of its shape parameters.
 type ShapeKey = (usize, Vec<u64>);
-/// Columns of a signal at a shape.
+/// Columns of a signal at one shape.
 #[derive(Clone)]
 pub(super) struct Columns {
     pub ids: Vec<ColumnId>,
     /// Their prior standard deviations at scale one.
     pub unit: Vec<f64>,
-    /// What is added whatever the coefficients are.
+    /// Column added independently of the coefficients; none where the signal has none.
     pub offset: Option<ColumnId>,
 }
 
@@ -53,7 +54,7 @@ pub struct Likelihood<'a> {
     pub frame: &'a Frame,
     /// The recording.
     pub data: &'a Data,
-    /// What may be at work.
+    /// Candidate explanations.
     pub candidates: &'a [Candidate],
     pub(super) products: DataProducts,
     pub(super) nuisance: Vec<(ColumnId, f64)>,
@@ -76,7 +77,7 @@ pub fn ln_add(a: f64, b: f64) -> f64 {
     top + ((a - top).exp() + (b - top).exp()).ln()
 }
 
-/// Columns of the nuisances of the warm-up (C2, C1, T) with the standard deviations of their deviations.
+/// Columns of the warm-up's nuisance parameters (C1, C2, T), with the prior standard deviations of their deviations.
 pub fn nuisances(frame: &Frame) -> Vec<(ColumnId, f64)> {
     let scene = &frame.coarse;
     let warm = scene.warm_up;
@@ -110,7 +111,7 @@ impl<'a> Likelihood<'a> {
         Picked::new(self.frame, self.data, &self.products, self.column_ids(h), &h.offsets())
     }
 
-    /// Σ z² in each bin, the recording without the columns `offsets`.
+    /// Power in each bin of the recording less the columns `offsets`, rad²/s².
     fn power(&self, offsets: &[ColumnId]) -> Cow<'_, [f64]> {
         let mut power = Cow::Borrowed(self.data.power.as_slice());
         for (i, a) in offsets.iter().enumerate() {
@@ -124,7 +125,8 @@ impl<'a> Likelihood<'a> {
         power
     }
 
-    /// ln p(z, parameters) of the spectrum alone: all but what the columns add and the prior of the noises.
+    /// ln p(z) of the spectrum and ln prior of the white level, nats: without columns and without the prior of the
+    /// noises.
     pub(super) fn spectral_value(&self, h: &Hypothesis, offsets: &[ColumnId], spectrum: &[f64]) -> f64 {
         let white = -0.5 * (h.ln_white / WHITE_STD).powi(2) - (WHITE_STD * TAU.sqrt()).ln();
         spectral(&self.frame.bins.count, &self.power(offsets), spectrum) + white
@@ -144,20 +146,20 @@ impl<'a> Likelihood<'a> {
         (if value.is_nan() { f64::NEG_INFINITY } else { value }, full.then_some(posterior))
     }
 
-    /// ln p that the course of the noise's level over the blocks gains over a constant level, nats.
+    /// Gain in ln p of the noise level's course over the blocks, against a constant level, nats.
     fn level_gain(&self, h: &Hypothesis) -> f64 {
         let (level, _) = h.level(self.frame, self.candidates);
         let term = |(s, v): (&f64, &f64)| s.ln() + v * (1.0 / s - 1.0);
         -0.5 * self.block_power.1 * level.iter().zip(&self.block_power.0).map(term).sum::<f64>()
     }
 
-    /// ln prior of the noises' parameters, and what the course of their level gains.
+    /// ln prior of the noises' parameters, plus the gain of the course of their level, nats.
     pub(super) fn ln_prior(&self, h: &Hypothesis) -> f64 {
         let one = |n: &NoisePart| match &self.candidates[n.candidate].kind {
             Kind::Noise(k) | Kind::Filter(k) | Kind::Level(k) => {
                 k.range(&self.frame.scene).iter().map(|r| -(r[1] / r[0]).ln().ln()).sum::<f64>()
             }
-            // standard deviations are the upper ends
+            // the upper ends of the ranges are prior standard deviations
             Kind::Shape(k) => {
                 let ranges = k.range(&self.frame.scene);
                 let term = |(v, r): (&f64, &[f64; 2])| -0.5 * (v / r[1].ln()).powi(2) - (r[1].ln() * TAU.sqrt()).ln();
@@ -175,8 +177,9 @@ impl<'a> Likelihood<'a> {
         h.noises.iter().map(one).sum::<f64>() + self.level_gain(h)
     }
 
-    /// ln p(z) with the parts for which `keep` holds, spectra at their parameters, coefficients at the posterior means that
-    /// they have without the others; nuisances integrated out: what a simulator with these effects alone scores.
+    /// ln p(z) with the parts (by candidate) for which `keep` holds: spectra at their parameters, coefficients at their
+    /// posterior means without the other parts, nuisances integrated out. This is the score of a simulator with these
+    /// effects alone.
     pub fn plug_in(&self, h: &Hypothesis, keep: &dyn Fn(usize) -> bool) -> Option<f64> {
         let mut kept = h.clone();
         kept.signals.retain(|s| keep(s.candidate));
@@ -203,7 +206,7 @@ impl<'a> Likelihood<'a> {
         self.value(h, &self.pick(h), true).1
     }
 
-    /// What is left when posterior means of nuisances and signals are taken out, in the cosine basis.
+    /// The recording less the posterior means of nuisances and signals and the signals' offsets, in the cosine basis.
     pub fn remainder(&self, h: &Hypothesis) -> Vec<f64> {
         let mut z = self.data.z.clone();
         if let Some(p) = self.coefficients(h) {
@@ -213,7 +216,7 @@ impl<'a> Likelihood<'a> {
         z
     }
 
-    /// What the noises of a hypothesis follow of `remainder` (what [`Likelihood::remainder`] leaves), in the cosine basis.
+    /// Wiener estimate of the added noises in `remainder` (see [`Likelihood::remainder`]), in the cosine basis.
     pub fn followed(&self, h: &Hypothesis, remainder: &[f64]) -> Vec<f64> {
         let mut z = remainder.to_vec();
         let spectrum = h.spectrum(self.frame, self.candidates);
@@ -263,7 +266,7 @@ impl<'a> Likelihood<'a> {
         }
     }
 
-    /// Newton's method on the spectra's parameters; returns the mode's value and the Hessian of -ln p there.
+    /// Newton's method on the parameters of the spectra; returns ln p at the mode and the Hessian of -ln p there.
     pub(super) fn newton(&self, h: &mut Hypothesis, picked: &Picked, free: &[bool], rounds: usize) -> (f64, Vec<f64>) {
         let bounds = self.bounds(h);
         let mut x = Self::parameters(h);
@@ -347,7 +350,7 @@ impl<'a> Likelihood<'a> {
         }
     }
 
-    /// ln of the volume that the data leave of the free parameters but the first (the white noise's level, which every
+    /// ln of the posterior volume of the free parameters, the first excepted (the white noise's level, which every
     /// hypothesis has).
     pub(super) fn occam(&self, h: &Hypothesis, free: &[bool], mut curvature: Vec<f64>) -> f64 {
         let bounds = self.bounds(h);
@@ -361,7 +364,7 @@ impl<'a> Likelihood<'a> {
         0.5 * ((d as f64 - 1.0) * TAU.ln() - ln_det_and_std(&curvature, d).0 + level.ln())
     }
 
-    /// The hypothesis at its mode, with its evidence.
+    /// The hypothesis at its mode, with its evidence by Laplace's method.
     pub fn fit(&self, start: &Hypothesis) -> Fitted {
         let mut h = start.clone();
         let picked = self.pick(&h);
@@ -379,7 +382,8 @@ impl<'a> Likelihood<'a> {
         }
         let bounds = self.bounds(&h);
         let d = bounds.len();
-        // a direction in which the data say nothing is as wide as its range: a uniform density of range r has variance r²/12
+        // a direction in which the data say nothing is as wide as its range: a uniform density of range r has variance
+        // r²/12
         let mut curvature = hessian;
         for i in 0..d {
             let width = bounds[i][1] - bounds[i][0];
@@ -388,17 +392,18 @@ impl<'a> Likelihood<'a> {
         let (ln_det, std) = ln_det_and_std(&curvature, d);
         let mut ln_evidence = value + 0.5 * (d as f64 * TAU.ln() - ln_det);
         for s in &h.signals {
-            // curvature of the marginal likelihood in ln scale is two a column where coefficients stand out
+            // the marginal likelihood has a curvature in ln scale of two a column, where coefficients stand out
             let width = (TAU / (2.0 * s.columns.len() as f64)).sqrt();
             ln_evidence += (width / (SCALE_RANGE[1] - SCALE_RANGE[0])).ln() + s.ln_shapes;
         }
-        // what cannot be weighed is no account, and must not come before all others
+        // an evidence that is not a number must not rank before all others
         let ln_evidence = if ln_evidence.is_nan() { f64::NEG_INFINITY } else { ln_evidence };
         Fitted { hypothesis: h, ln_evidence, ln_mode: value, std }
     }
 }
 
-/// `hessian` and `gradient` of what may move: what the gradient presses against its bound, as `at` tells them, stays.
+/// Hessian and gradient for Newton's step: a parameter that the gradient presses against its bound is held. `at` gives
+/// value and bounds of a parameter.
 fn within(hessian: &[f64], gradient: &[f64], at: impl Fn(usize) -> (f64, [f64; 2])) -> (Vec<f64>, Vec<f64>) {
     let d = gradient.len();
     let (mut hessian, mut gradient) = (hessian.to_vec(), gradient.to_vec());
@@ -415,7 +420,7 @@ fn within(hessian: &[f64], gradient: &[f64], at: impl Fn(usize) -> (f64, [f64; 2
     (hessian, gradient)
 }
 
-/// Solution of (H + λ diag|H|) x = g; none where it is not definite.
+/// Solution of (H + λ diag|H|) x = g; none where the matrix is not positive definite.
 pub(super) fn damped(hessian: &[f64], gradient: &[f64], damping: f64) -> Option<Vec<f64>> {
     let d = gradient.len();
     let diagonal = |i: usize| hessian[i * d + i].abs().max(1e-6);
@@ -425,7 +430,7 @@ pub(super) fn damped(hessian: &[f64], gradient: &[f64], damping: f64) -> Option<
     solved.iter().all(|v| v.is_finite()).then(|| solved.as_slice().to_vec())
 }
 
-/// ln det and the square roots of the inverse's diagonal; directions that curve the wrong way count by their size.
+/// ln determinant, and square roots of the diagonal of the inverse; eigenvalues count by their absolute value.
 pub(super) fn ln_det_and_std(curvature: &[f64], d: usize) -> (f64, Vec<f64>) {
     let matrix = nalgebra::DMatrix::from_fn(d, d, |i, j| 0.5 * (curvature[i * d + j] + curvature[j * d + i]));
     let eigen = matrix.symmetric_eigen();

@@ -1,4 +1,4 @@
-//! A hypothesis with one more candidate: at its best shape, or from its best start.
+//! A hypothesis with one more candidate, at its best shape or from its best start.
 
 use super::evidence::{Columns, Likelihood, ln_mean_exp};
 use super::frame::ColumnId;
@@ -6,12 +6,12 @@ use super::gaussian::{Picked, solve};
 use super::hypothesis::{Hypothesis, Kind, NoisePart, SignalPart};
 use crate::effects::{Peak, Signal};
 
-/// A hypothesis to which a signal is added, everything of it held.
+/// A hypothesis with fixed parameters, to which a signal is added.
 struct Base<'a> {
     h: &'a Hypothesis,
     spectrum: Vec<f64>,
     inverse: Vec<f64>,
-    /// ln p of the spectrum alone, and of the noises' prior.
+    /// ln p of the spectrum alone, plus the ln prior of the noises, nats.
     value: f64,
     ln_prior: f64,
     columns: Vec<ColumnId>,
@@ -19,24 +19,25 @@ struct Base<'a> {
     stds: Vec<f64>,
 }
 
-/// A signal at one shape of a grid.
+/// A signal at one node of a grid of shapes.
 pub struct AtShape {
-    /// Posterior probability of the shape.
+    /// Posterior probability of the node.
     pub weight: f64,
-    /// The shape.
+    /// Shape parameter.
     pub shape: f64,
-    /// Posterior means of the signal's coefficients there.
+    /// Posterior means of the signal's coefficients at this shape.
     pub mean: Vec<f64>,
 }
 
-/// Shapes of a grid over what the data leave open.
+/// Nodes of the grid over a shape parameter.
 const SHAPES: usize = 9;
-/// Where the grid ends, nats below the top.
+/// Depth of ln p below its maximum at which the grid ends, nats.
 const FALLEN: f64 = 4.0;
 const MOST_DOUBLINGS: usize = 5;
-/// Rounds of Newton's method at most: a level that is far from constant is many of them away, and unsettled gains nothing.
+/// Most rounds of Newton's method for a variance: a level far from constant takes many, and one not converged gains
+/// nothing.
 const UNTIL_SETTLED: usize = 40;
-/// Places at which a noise is started that may stand anywhere in the spectrum.
+/// Most peaks of the spectrum at which a noise of free frequency is started.
 const MOST_PEAKS: usize = 6;
 
 impl Likelihood<'_> {
@@ -48,7 +49,7 @@ impl Likelihood<'_> {
         }
         let made = signal.columns(&self.frame.coarse, shape);
         let ids: Vec<_> = made.iter().map(|c| self.frame.store(&c.values)).collect();
-        // one standard deviation of what the white noise leaves uncertain of a column of this size
+        // standard deviation, by white noise, of the coefficient of a column of this size
         let noise = self.frame.scene.white_std_rad_s / (self.frame.len() as f64).sqrt();
         let unit = |id: &ColumnId, relative: f64| {
             let rms = self.frame.rms(*id);
@@ -59,7 +60,7 @@ impl Likelihood<'_> {
         self.stored.borrow_mut().entry(key).insert_entry(Columns { ids, unit, offset }).get().clone()
     }
 
-    /// `base` with C2 set free, at the best of a few scales.
+    /// `base` with C2 set free, at the best of 13 prior scales, and its ln p.
     pub fn add_turn_on(&self, base: &Hypothesis, candidate: usize) -> (Hypothesis, f64) {
         let scene = &self.frame.coarse;
         let columns = vec![self.frame.store(&vec![1.0; scene.len()])];
@@ -87,7 +88,7 @@ impl Likelihood<'_> {
         best
     }
 
-    /// `base` with a line or comb at `frequency_hz` added.
+    /// `base` with a periodic signal added, its frequency in `shape`.
     pub fn add_line(
         &self,
         base: &Hypothesis,
@@ -114,7 +115,7 @@ impl Likelihood<'_> {
         h
     }
 
-    /// `base` with the noise's level following `signal`.
+    /// `base` with ln variance of the white noise following `signal`, and its ln p; none where it has no columns.
     pub fn add_variance(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal) -> Option<(Hypothesis, f64)> {
         if self.frame.variance_columns(candidate).is_empty() {
             let shape = signal.shapes(&self.frame.coarse).into_iter().nth(1).unwrap_or_default();
@@ -136,7 +137,7 @@ impl Likelihood<'_> {
         Some((h, value))
     }
 
-    /// `base` with a signal added at its best shape, everything else kept.
+    /// `base` with a signal added at its best shape, all else fixed, and its ln p; none where it has no shapes.
     pub fn add_signal(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal) -> Option<(Hypothesis, f64)> {
         let nodes = signal.shapes(&self.frame.coarse);
         let fixed = self.base(base);
@@ -146,7 +147,7 @@ impl Likelihood<'_> {
         let (mut shape, mut top) = (nodes[best].clone(), values[best]);
         let mut all: Vec<f64> = values.iter().map(|v| v.0).collect();
         if let (Some(range), 1) = (signal.refine(&self.frame.coarse), shape.len()) {
-            // the peak may be narrower than the distance of the nodes
+            // the peak may be narrower than the distance between nodes
             let around = |k: usize| nodes.get(k).map(|n| n[0]);
             let low = best.checked_sub(1).and_then(around).unwrap_or(range[0][0]);
             let high = around(best + 1).unwrap_or(range[0][1]);
@@ -174,7 +175,7 @@ impl Likelihood<'_> {
                 }
                 width *= 0.5;
             }
-            // two node distances in sixteen pieces stand for the node and its halves
+            // sixteen pieces over two node distances stand for the node and half of each neighbour
             let piece = (2.0 / FINE as f64).ln();
             all[best] = f64::NEG_INFINITY;
             all.extend(fine.iter().map(|(_, v)| v.0 + piece));
@@ -192,7 +193,7 @@ impl Likelihood<'_> {
         Some((h, top.0))
     }
 
-    /// ln p with the signal at `shape`, at the best of a few scales, and that scale's logarithm.
+    /// ln p with the signal at `shape` and at the best of a few prior scales, and ln of that scale.
     fn try_shape(&self, base: &Base, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (f64, f64) {
         let added = self.signal_columns(candidate, signal, shape);
         let (picked, value) = self.picked(base, &added);
@@ -212,7 +213,7 @@ impl Likelihood<'_> {
         best
     }
 
-    /// What stays the same while one more signal is tried.
+    /// Precomputed terms of `h` that do not depend on the signal added.
     fn base<'h>(&self, h: &'h Hypothesis) -> Base<'h> {
         let spectrum = h.spectrum(self.frame, self.candidates);
         let (offsets, ln_prior) = (h.offsets(), self.ln_prior(h));
@@ -228,7 +229,7 @@ impl Likelihood<'_> {
         }
     }
 
-    /// The columns of `base` with those `added`, and ln p of the spectrum and the noises' prior beside them.
+    /// Products of the columns of `base` and `added`, and ln p of the spectrum with the ln prior of the noises.
     fn picked(&self, base: &Base, added: &Columns) -> (Picked, f64) {
         let ids = base.columns.iter().chain(&added.ids).copied();
         let Some(offset) = added.offset else {
@@ -239,8 +240,8 @@ impl Likelihood<'_> {
         (picked, self.spectral_value(base.h, &offsets, &base.spectrum) + base.ln_prior)
     }
 
-    /// A signal's single shape parameter given the recording, everything but the coefficients of `h` held; empty where
-    /// the shape is no continuous parameter.
+    /// Posterior of a signal's single shape parameter, all else in `h` but the coefficients fixed; empty where the
+    /// shape is no single continuous parameter.
     pub fn over_shape(&self, h: &Hypothesis, part: &SignalPart, signal: &dyn Signal) -> Vec<AtShape> {
         let ([x], Some(range)) = (part.shape.as_slice(), signal.refine(&self.frame.coarse)) else { return Vec::new() };
         let [low, high] = range[0];
@@ -261,7 +262,7 @@ impl Likelihood<'_> {
         let top = value(*x);
         let first = (0.02 * x.abs()).max(1e-3 * (high - low).min(x.abs().max(1.0)));
         let reach = |sign: f64| {
-            // to where the density has fallen to a hundredth
+            // to where the density has fallen by FALLEN nats, to a fiftieth
             let mut by = first;
             let curved = 2.0 * (top - value(x + sign * first)) / (first * first);
             if curved > 0.0 {
@@ -285,7 +286,7 @@ impl Likelihood<'_> {
         all.into_iter().map(|a| a.1).collect()
     }
 
-    /// `base` with a noise or filter added at the best of its starts, everything else kept.
+    /// `base` with a noise or filter added at the best of its starts, everything else fixed, and its ln p.
     pub fn add_noise(&self, base: &Hypothesis, candidate: usize) -> Option<(Hypothesis, f64)> {
         let (Kind::Noise(kind) | Kind::Filter(kind) | Kind::Level(kind) | Kind::Shape(kind)) =
             &self.candidates[candidate].kind
@@ -320,14 +321,14 @@ impl Likelihood<'_> {
         best
     }
 
-    /// What stands out of the spectrum of `base`, most beyond chance first.
+    /// Peaks of the recording's spectrum above that of `base`, the most significant first.
     fn peaks(&self, base: &Hypothesis) -> Vec<Peak> {
         let bins = &self.frame.bins;
         let spectrum = base.spectrum(self.frame, self.candidates);
         let left = bins.power(&self.remainder(base));
         let bands: Vec<[f64; 2]> = bins.bands().collect();
         let excess: Vec<f64> = left.iter().zip(&bins.count).zip(&spectrum).map(|((p, n), s)| p / n / s - 1.0).collect();
-        // of n squares of deviates of variance 1 + x, over variance one
+        // ln likelihood ratio of the variance 1 + excess over one, of n squared deviates
         let beyond =
             |b: usize| if excess[b] > 0.0 { 0.5 * bins.count[b] * (excess[b] - excess[b].ln_1p()) } else { 0.0 };
         let mut order: Vec<usize> = (1..bins.len()).collect();

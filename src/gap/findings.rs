@@ -1,4 +1,4 @@
-//! What the comparison of hypotheses comes to: probabilities, shares and parameters, whatever the kind of effect.
+//! Result of the comparison of hypotheses: sets of effects with probabilities, shares and parameters.
 
 use super::calibration::{Calibration, counts};
 use super::search::Prior;
@@ -7,33 +7,33 @@ use crate::effects::Parameters;
 use crate::error::{Error, ErrorKind, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// An effect or free form with what it does in one set.
+/// An effect or free form as part of one set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
     /// Identifier of the effect, or of the free form (`free.…`).
     pub id: String,
     /// Whether it is an effect of the library.
     pub named: bool,
-    /// Whether it is read off the numbers themselves: every set has it then, whatever its evidence.
+    /// Whether it is read directly off the readings, as quantization is: every set has it then, whatever its evidence.
     pub certain: bool,
-    /// Share of what the set closes, nats.
+    /// Gain in log-likelihood attributed to it within the set, nats.
     pub share: f64,
-    /// Parameters and their standard deviations; empty for free forms.
+    /// Parameters; empty for free forms.
     pub parameters: Parameters,
     /// Standard deviations of the parameters.
     pub std: Parameters,
-    /// Where it shows in time, s, and in frequency, Hz.
+    /// Interval in which it shows, s; none where it shows all the time.
     pub time_s: Option<[f64; 2]>,
-    /// Band, Hz.
+    /// Frequency band in which it shows, Hz; none where it has none.
     pub frequency_hz: Option<[f64; 2]>,
-    /// What it looks like, in words.
+    /// Description in words.
     pub description: String,
-    /// ln evidence that the set loses without it, all others fitted anew, nats; none where that was not asked.
+    /// ln evidence lost when it is left out and all others are fitted anew, nats; none where not computed.
     pub missed_nats: Option<f64>,
 }
 
 impl Part {
-    /// A part of which nothing else is known yet.
+    /// A part with its share; everything else is empty.
     #[must_use]
     pub fn new(id: &str, named: bool, share: f64) -> Self {
         Self {
@@ -63,7 +63,8 @@ pub struct WeightedSet {
 }
 
 impl WeightedSet {
-    /// The effect with the largest share; where free forms together close more than it does, the largest of them.
+    /// The effect with the largest share; the largest free form, where the shares of all free forms together exceed
+    /// that.
     pub fn main(&self) -> Option<&Part> {
         let largest = |named: bool| {
             self.parts.iter().filter(move |p| p.named == named).max_by(|a, b| a.share.total_cmp(&b.share))
@@ -84,45 +85,45 @@ impl WeightedSet {
 /// All sets, most probable first.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Findings {
-    /// The sets.
+    /// The sets, most probable first.
     pub sets: Vec<WeightedSet>,
-    /// Effects that were set aside as idle, each with its probability of being present.
+    /// Effects set aside as idle (present, but closing nothing of the gap), each with its probability of being present.
     pub idle: Vec<(Part, f64)>,
-    /// What an effect must at least be missed by to be named: what its prior asks, nats.
+    /// Least [`Part::missed_nats`] of an effect that is named, nats: minus the ln of its prior odds.
     pub least_nats: f64,
-    /// Probability that what causes a gap is none of what was compared.
+    /// Probability, given a gap, that its cause is none of the candidates.
     pub doubt: f64,
-    /// What is to be said about the recording.
+    /// Remarks on the recording, in sentences.
     pub notes: Vec<String>,
-    /// What was tried before the sets were weighed.
+    /// Steps of the stages before the sets were weighed.
     pub trace: Vec<Step>,
 }
 
-/// What closes fewer nats than this is a side effect: it may be named, and need not be.
+/// Share from which on an effect has to be named, nats; a smaller side effect may be named.
 const MATTERS: f64 = 6.0;
 
-/// A gap that is not there, and is searched for, costs so many times what a weak one costs that is not named.
+/// Cost of a false alarm relative to the cost of missing a gap.
 const FALSE_ALARM: f64 = 4.0;
 
-/// How the id of what an effect explains begins whose name was taken from it; the effect's own follows.
+/// Prefix of the id of the free form that replaces a refuted effect; the effect's id follows.
 pub(super) const REFUTED: &str = "free.refuted.";
 
-/// An effect at least as probable is there beyond doubt, if the cause is among what was compared.
+/// Least probability of an effect that counts as present beyond doubt, given that the cause is among the candidates.
 const BEYOND_DOUBT: f64 = 0.9;
 
-/// What can be the main thing.
+/// Main cause of a gap.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Main {
-    /// Nothing.
+    /// None: there is no gap.
     None,
-    /// A free form.
+    /// A free form: the cause is not in the library.
     Unknown,
-    /// An effect.
+    /// An effect, by its id.
     Effect(String),
 }
 
 impl Main {
-    /// The main thing of a set.
+    /// The main cause in a set.
     pub fn of(set: &WeightedSet) -> Self {
         match set.main() {
             None => Self::None,
@@ -133,10 +134,10 @@ impl Main {
 }
 
 impl Findings {
-    /// A gap is asserted where the nominal simulator is less probable than this: an alarm costs [`FALSE_ALARM`] times a miss.
+    /// Probability of the nominal simulator below which a gap is asserted: a false alarm costs four times a missed gap.
     pub const LEAST_NONE: f64 = 1.0 / (1.0 + FALSE_ALARM);
 
-    /// Sets with normalised probabilities under `calibration`, where their weights stand under `prior`.
+    /// Sets with normalised probabilities under `calibration`; `prior` is the one that their `ln_weight` includes.
     pub fn new(mut sets: Vec<WeightedSet>, prior: &Prior, calibration: &Calibration, notes: Vec<String>) -> Self {
         let ln: Vec<f64> = sets.iter().map(|s| calibration.ln_weight(s, prior)).collect();
         let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -150,10 +151,10 @@ impl Findings {
         Self { sets, idle, least_nats: -prior.ln_named, doubt: calibration.doubt, notes, trace }
     }
 
-    /// Refuses sets that could not be weighed.
+    /// Refuses sets whose probability is not finite.
     ///
     /// # Errors
-    /// [`ErrorKind::Numeric`], with the name of the `input`, where a probability is no number.
+    /// [`ErrorKind::Numeric`] with the name of the `input`.
     pub fn weighed(self, input: &str) -> Result<Self> {
         if self.sets.iter().all(|set| set.probability.is_finite()) {
             return Ok(self);
@@ -162,8 +163,8 @@ impl Findings {
             .mend("look for readings or noise levels that are off by orders of magnitude: gyroid inspect"))
     }
 
-    /// Takes parts that are given out of every set, and the sets' probabilities to what they are where these are known beforehand: what
-    /// is given claims nothing, and a further effect is the first one.
+    /// Removes given parts (those that the configuration states) from every set, and changes the probabilities
+    /// accordingly: a given part has no prior cost, and a further effect counts as the first one.
     pub fn take_out_given(&mut self, calibration: &Calibration, is_given: impl Fn(&Part) -> bool) {
         let ln_prior = |set: &WeightedSet| {
             let (effects, free) = counts(set);
@@ -181,7 +182,7 @@ impl Findings {
         self.sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     }
 
-    /// Takes the effects `ids` out of every set: a set that held nothing else then lacks nothing.
+    /// Moves the effects `ids` out of every set into `idle`. A set that held nothing else is then empty: no gap.
     pub fn set_aside(&mut self, ids: &[String]) {
         for id in ids {
             let part = self.best_with(id, false).and_then(|s| s.part(id)).cloned();
@@ -190,8 +191,8 @@ impl Findings {
         self.sets.iter_mut().for_each(|s| s.parts.retain(|p| !ids.contains(&p.id)));
     }
 
-    /// Takes the effects `ids` out of every set: they are no cause of what they explain. In a set that holds nothing else, what they
-    /// explain stays, without a name.
+    /// Removes the effects `ids` from every set, because the hold-out recording contradicts them. In a set that holds
+    /// nothing else, free forms with the same shares replace them.
     pub fn refute(&mut self, ids: &[String]) {
         for set in &mut self.sets {
             let (refuted, mut left): (Vec<Part>, Vec<Part>) = set.parts.drain(..).partition(|p| ids.contains(&p.id));
@@ -205,7 +206,8 @@ impl Findings {
         }
     }
 
-    /// Puts `part` into every set in the place of the effects `ids`, and before the free forms: these have what it leaves.
+    /// Adds `part` to every set, removes the effects `ids`, and lowers the shares of the free forms by the share of
+    /// `part`.
     pub fn lead(&mut self, part: &Part, ids: &[String]) {
         for set in &mut self.sets {
             set.parts.retain(|p| p.id != part.id && !ids.contains(&p.id));
@@ -216,18 +218,18 @@ impl Findings {
         }
     }
 
-    /// Whether an effect that is `missed` by so many nats beside the others is worth its name: by more than its prior asks, or, where
-    /// that was not asked, beyond doubt with this probability of being present.
+    /// Whether an effect is worth naming: `missed_nats` reaches [`Findings::least_nats`], or, where it was not
+    /// computed, the effect is present beyond doubt with this probability.
     pub fn is_worth_naming(&self, missed_nats: Option<f64>, presence: f64) -> bool {
         missed_nats.map_or(self.is_beyond_doubt(presence), |nats| nats >= self.least_nats)
     }
 
-    /// Whether what is present with this probability is there beyond doubt, if the cause is among what was compared.
+    /// Whether this probability of presence is beyond doubt, given that the cause is among the candidates.
     pub fn is_beyond_doubt(&self, presence: f64) -> bool {
         presence >= BEYOND_DOUBT * (1.0 - self.doubt)
     }
 
-    /// Probability of each main thing, most probable first.
+    /// Probability of each main cause, most probable first.
     pub fn mains(&self) -> Vec<(Main, f64)> {
         let mut sums: BTreeMap<Main, f64> = BTreeMap::new();
         for s in &self.sets {
@@ -238,8 +240,8 @@ impl Findings {
         all
     }
 
-    /// The main thing to answer with: of the least expected cost. A gap is asserted where it is more than four times as
-    /// probable as none: then the most probable main thing is told.
+    /// The main cause to answer with, at least expected cost: the most probable one where a gap is more than four times
+    /// as probable as none, else none.
     pub fn top(&self) -> Main {
         let mains = self.mains();
         let none = mains.iter().find(|m| m.0 == Main::None).map_or(0.0, |m| m.1);
@@ -252,9 +254,9 @@ impl Findings {
         self.sets.iter().filter(|s| s.part(id).is_some()).map(|s| s.probability).sum()
     }
 
-    /// The effects to be named together: the set T with the largest probability that all that matters is in T, and all of T
-    /// is there; it holds `main`. Of several effects that explain the same (each with less than one half) T has the most
-    /// probable one.
+    /// Effects to be named together: of the sets T that hold `main`, the one with the largest probability that T holds
+    /// every effect that matters and that all of T is present. Of effects that explain the same (each below one half) T
+    /// has the most probable one.
     pub fn together(&self, main: Option<&str>) -> Vec<String> {
         type Ids<'a> = BTreeSet<&'a str>;
         let mut known: BTreeMap<(Ids, Ids), f64> = BTreeMap::new();
@@ -270,12 +272,12 @@ impl Findings {
         };
         let wanted = |t: &&Ids| main.is_none_or(|m| t.contains(m));
         let best = known.keys().flat_map(|k| [&k.0, &k.1]).filter(wanted).map(|t| (score(t), t.len(), t));
-        // of equals the larger set: what is there and small is welcome
+        // of equally probable sets the larger: naming a small effect that is present is welcome
         let best = best.max_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         best.map(|b| b.2.iter().map(|id| (*id).to_owned()).collect()).unwrap_or_default()
     }
 
-    /// Ids of everything that is in a set, most probable first.
+    /// Id, whether it is an effect of the library, and probability of presence of every part, most probable first.
     pub fn ids(&self) -> Vec<(String, bool, f64)> {
         let mut seen: Vec<(String, bool, f64)> = Vec::new();
         for s in &self.sets {
@@ -290,12 +292,12 @@ impl Findings {
         seen
     }
 
-    /// The most probable set that holds `id` (and, if asked, in which it is the main thing).
+    /// The most probable set that holds `id`; if `as_main`, in which it is the main cause.
     pub fn best_with(&self, id: &str, as_main: bool) -> Option<&WeightedSet> {
         self.sets.iter().find(|s| s.part(id).is_some() && (!as_main || s.main().is_some_and(|m| m.id == id)))
     }
 
-    /// The most probable set whose main thing is a free form.
+    /// The most probable set whose main cause is a free form.
     pub fn best_unknown(&self) -> Option<&WeightedSet> {
         self.sets.iter().find(|s| s.main().is_some_and(|m| !m.named))
     }
@@ -316,7 +318,7 @@ mod tests {
 
     #[test]
     fn of_effects_that_stand_in_for_each_other_the_most_probable_is_named() {
-        // each noise is present with less than one half, one of them surely
+        // each noise is present with a probability below one half, one of the two with 0.85
         let f = findings(vec![
             set(&[("gyro.tone", 90.0), ("gyro.gauss_markov", 30.0)], 0.45),
             set(&[("gyro.tone", 90.0), ("gyro.rate_random_walk", 29.0)], 0.40),
@@ -335,10 +337,10 @@ mod tests {
                 set(&[("gyro.tone", 90.0)], 1.0 - p),
             ])
         };
-        // leaving it out costs nothing, naming it where it is not would
+        // leaving a small effect out costs nothing, naming one that is absent does
         assert_eq!(side(0.9).together(None), ["gyro.tone"]);
         assert_eq!(side(1.0).together(None), ["gyro.rate_ramp", "gyro.tone"]);
-        // what closes more has to be named
+        // an effect with a larger share has to be named
         let f = findings(vec![
             set(&[("gyro.tone", 90.0), ("gyro.rate_ramp", 15.0)], 0.6),
             set(&[("gyro.tone", 90.0)], 0.4),
@@ -373,7 +375,7 @@ mod tests {
         let worth = |missed, presence| f.is_worth_naming(missed, presence);
         assert!(worth(Some(3.1), 0.6) && !worth(Some(2.9), 0.99));
         assert!(worth(None, 0.95) && !worth(None, 0.8));
-        // of a calibration that leaves room for what was not compared nothing is more probable than that leaves
+        // with a doubt of 0.15 no effect is more probable than 0.85, and the limit is lower accordingly
         assert!(Findings { doubt: 0.15, ..f }.is_beyond_doubt(0.8));
     }
 }

@@ -1,14 +1,16 @@
-//! What `[gyro.noise]` states of the spectrum near the sample rate is nominal: it is taken out before anything is judged
+//! Removal of the low-pass and noise bands that `[gyro.noise]` states: they are nominal, and taken out before the
+//! diagnosis
 //!
-//! Of what the readings are off the nominal warm-up each cosine coefficient is divided by √(|H(ω)|² + bands/(N²/Δt)): a
-//! recording with exactly the stated low-pass and bands then has the white noise of the plateau, which is what the nominal
-//! simulator is compared with. The feet of wide bands reach down to zero frequency: what is slow and not nominal gets
-//! smaller by that, as it shows less above them. A lattice of the output does not survive, and is not looked for.
+//! Each cosine coefficient of the deviation from the nominal warm-up is divided by √(|H(ω)|² + bands/(N²/Δt)). A
+//! recording with exactly the stated low-pass and bands then has white noise of the plateau's level, which the nominal
+//! simulator is compared with. Wide bands reach down to zero frequency: a slow effect appears smaller by the factor of
+//! the bands there. Quantization of the output does not survive, and is not looked for.
 
 use crate::config::Noise;
 use crate::model::Scene;
 
-/// Takes the stated low-pass and bands out of `rate_rad_s`, one reading a row of `scene`; a sentence if there were any.
+/// Takes the stated low-pass and bands out of `rate_rad_s`, one reading per row of `scene`; returns a note, none where
+/// nothing is stated.
 pub fn flatten(noise: Option<&Noise>, scene: &Scene, rate_rad_s: &mut Vec<f64>) -> Option<String> {
     let colour = noise.map(Noise::colour).filter(|colour| !colour.is_white())?;
     let nominal: Vec<f64> = (0..scene.len()).map(|i| scene.warm_up.error_rad_s(scene.time.at(i))).collect();

@@ -1,9 +1,9 @@
 //! z = C y: the recording in the orthonormal cosine basis C, in bins of frequency
 //!
-//! Random walks and white noise are independent there ([`crate::math::dct`]), other spectra nearly so. Columns of signals
-//! are kept as their lowest coefficients, computed from block means; what two columns, or a column and the recording, have
-//! in common is kept by bins, so that a likelihood under any smooth spectrum costs a few hundred products whatever the
-//! length of the recording.
+//! Random walks and white noise are independent there ([`crate::math::dct`]), other spectra nearly so. Columns of
+//! signals are stored as their lowest coefficients, computed from block means. Inner products of columns with each
+//! other and with the recording are stored by bins, so that a likelihood under any smooth spectrum costs a few hundred
+//! products whatever the length of the recording.
 
 use crate::math::binned::{Bins, BlockCosine};
 use crate::math::dct::Cosine;
@@ -14,23 +14,23 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// Blocks that stand for the slow part of a recording.
+/// Most blocks, whose means hold the slow part of a recording.
 const BLOCKS: usize = 2048;
-/// Standard deviation of the white noise that is added to every recording, relative to the nominal white noise: where a
-/// low-pass leaves next to nothing, what the ends of the recording leak into is not taken for a signal. It costs 0.2 % of
-/// the information where nothing was filtered.
+/// Standard deviation of white noise that is added to every recording (dither), relative to the nominal white noise:
+/// where a low-pass leaves next to nothing, leakage from the ends of the recording would be taken for a signal. It
+/// costs 0.2 % of the information where nothing was filtered.
 const DITHER: f64 = 0.045;
-/// Blocks over which the level of the noise is followed.
+/// Most blocks over which the noise level is followed.
 const LEVEL_BLOCKS: usize = 128;
 
-/// A column of a signal in the cosine basis: its slow part, or all of it.
+/// A column in the cosine basis: its lowest coefficients, or all of them.
 struct Stored {
     low: Vec<f64>,
     /// Root mean square over the recording.
     rms: f64,
 }
 
-/// Number of a stored column.
+/// Index of a stored column.
 pub type ColumnId = u32;
 
 #[derive(Default)]
@@ -41,11 +41,11 @@ struct Store {
     variance_scales: HashMap<usize, Rc<Vec<f64>>>,
 }
 
-/// What does not change while hypotheses about one recording are compared.
+/// Quantities common to all hypotheses about one recording: scene, bins, stored columns and their products.
 pub struct Frame {
-    /// The recording's circumstances, a whole number of blocks.
+    /// The recording's scene, cut to a whole number of blocks.
     pub scene: Scene,
-    /// The same by block means.
+    /// The scene with block means in place of samples.
     pub coarse: Scene,
     /// Samples in a block.
     pub block: usize,
@@ -56,7 +56,7 @@ pub struct Frame {
     store: RefCell<Store>,
 }
 
-/// The recording, or what is left of it when something was taken out.
+/// A series in this frame: the recording, or its remainder after a part was taken out.
 #[derive(Clone)]
 pub struct Data {
     /// Deviation from the nominal warm-up, rad/s.
@@ -92,7 +92,7 @@ impl Frame {
             time: axis(start_s + 0.5 * (coarse_step - scene.step_s), coarse_step, blocks),
             step_s: coarse_step,
             temperature_c: scene.temperature_c.as_ref().map(|v| means(v, block)),
-            // the mean of a block may be well above it
+            // the mean of the first block may be well above the temperature at power-on
             power_on_temperature_c: scene.first_temperature_c(),
             supply_v: scene.supply_v.as_ref().map(|v| means(v, block)),
             white_std_rad_s: scene.white_std_rad_s / (block as f64).sqrt(),
@@ -109,7 +109,7 @@ impl Frame {
         }
     }
 
-    /// The same with bins as narrow as the bands that stand out of `values_rad_s`.
+    /// The same with bins made as narrow as the bands that stand out of `values_rad_s`.
     #[must_use]
     pub fn resolving(self, values_rad_s: &[f64]) -> Self {
         let z = self.cosine.forward(&values_rad_s[..self.len()]);
@@ -121,12 +121,12 @@ impl Frame {
         (DITHER * self.scene.white_std_rad_s).powi(2)
     }
 
-    /// Samples used.
+    /// Number of samples used.
     pub fn len(&self) -> usize {
         self.cosine.len()
     }
 
-    /// The recording in this frame.
+    /// The recording in this frame, with dither added.
     pub fn data(&self, mut values_rad_s: Vec<f64>) -> Data {
         values_rad_s.truncate(self.len());
         let dither = DITHER * self.scene.white_std_rad_s;
@@ -135,14 +135,14 @@ impl Frame {
         self.data_undithered(values_rad_s)
     }
 
-    /// The same of values that have the dither in them already.
+    /// As [`Frame::data`], of values that hold the dither already.
     pub fn data_undithered(&self, values_rad_s: Vec<f64>) -> Data {
         let z = self.cosine.forward(&values_rad_s);
         let power = self.bins.power(&z);
         Data { values_rad_s, z, power }
     }
 
-    /// The series that has the coefficients `z`.
+    /// The series with the cosine coefficients `z`.
     pub fn series(&self, z: &[f64]) -> Vec<f64> {
         self.cosine.inverse(z)
     }
@@ -152,7 +152,7 @@ impl Frame {
         self.keep(self.slow.forward(block_means), block_means)
     }
 
-    /// Stores a column given by all its samples: for what is not slow.
+    /// Stores a column given by all its samples, for signals that are not slow.
     pub fn store_whole(&self, values: &[f64]) -> ColumnId {
         self.keep(self.cosine.forward(values), values)
     }
@@ -164,8 +164,8 @@ impl Frame {
         (store.columns.len() - 1) as ColumnId
     }
 
-    /// Keeps the columns by which `candidate` changes the noise's variance, a value a block, scaled so that a coefficient
-    /// of one is a root mean square change of ln variance of the column's relative scale.
+    /// Stores the columns by which `candidate` changes ln variance of the noise, one value a level block, scaled so
+    /// that a coefficient of one is a root mean square change of ln variance by the column's relative scale.
     pub fn store_variance(&self, candidate: usize, columns: &[crate::effects::Column]) {
         let per = self.coarse.len().div_ceil(LEVEL_BLOCKS).max(1);
         let columns: Vec<crate::effects::Column> = columns
@@ -184,18 +184,18 @@ impl Frame {
         store.variance_scales.insert(candidate, Rc::new(scales));
     }
 
-    /// Factors from the kept coefficients to those of the columns as they were given.
+    /// Factors from coefficients of the stored columns to coefficients of the columns as given.
     pub fn variance_scales(&self, candidate: usize) -> Rc<Vec<f64>> {
         self.store.borrow().variance_scales.get(&candidate).map(Rc::clone).unwrap_or_default()
     }
 
-    /// Columns kept by [`Frame::store_variance`].
+    /// Columns stored by [`Frame::store_variance`].
     pub fn variance_columns(&self, candidate: usize) -> Rc<Vec<Vec<f64>>> {
         self.store.borrow().variance.get(&candidate).map(Rc::clone).unwrap_or_default()
     }
 
-    /// Mean square in each block of what lies above the blocks' own frequencies, the spectrum made flat: one on average,
-    /// of a chi-squared distribution over the returned degrees of freedom where the noise's level is constant.
+    /// Mean square in each level block of the whitened series above the blocks' own frequencies (one on average), and
+    /// the degrees of freedom of its chi-squared distribution under a constant noise level.
     pub fn block_power(&self, data: &Data) -> (Vec<f64>, f64) {
         let mut z = vec![0.0; self.len()];
         for b in self.bins.low..self.bins.len() {
@@ -215,7 +215,7 @@ impl Frame {
         self.store.borrow().columns[column as usize].rms
     }
 
-    /// What two columns have in common, by bins.
+    /// Inner product of two columns in each bin.
     pub fn gram(&self, a: ColumnId, b: ColumnId) -> Rc<Vec<f64>> {
         let key = (a.min(b), a.max(b));
         if let Some(found) = self.store.borrow().gram.get(&key) {
@@ -228,7 +228,7 @@ impl Frame {
         products
     }
 
-    /// What a column and the recording have in common, by bins.
+    /// Inner product of a column with the recording in each bin.
     pub fn with_data(&self, column: ColumnId, data: &Data) -> Vec<f64> {
         self.bins.products(&self.store.borrow().columns[column as usize].low, &data.z)
     }
@@ -245,7 +245,7 @@ mod tests {
     use super::*;
     use crate::bias::WarmUp;
 
-    /// A block that warms up by a degree would count its rise from half of that.
+    /// The coarse scene counts the temperature from power-on, not from the mean of its first block.
     #[test]
     fn blocks_count_the_temperature_from_power_on() {
         let len = 4 * BLOCKS;

@@ -1,31 +1,32 @@
 //! z ~ N(X β, diag S), β ~ N(0, diag P): ln p(z) = -½ [Σ ln 2πS + Σ z²/S - bᵀ A⁻¹ b + ln det A + ln det P]
 //!
-//! by [`crate::math::binned`]: products of columns are kept, so that a spectrum costs a few hundred multiplications.
+//! Computed by [`crate::math::binned`]: products of columns are stored, so that a spectrum costs a few hundred
+//! multiplications.
 
 use super::frame::{ColumnId, Data, Frame};
 pub use crate::math::binned::{Posterior, solve, spectral};
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// Columns picked for repeated evaluation: what they have in common with each other and the recording.
+/// Inner products of selected columns with each other and with the recording, by bins, for repeated evaluation.
 pub struct Picked {
     gram: Vec<Rc<Vec<f64>>>,
     data: Vec<Rc<Vec<f64>>>,
 }
 
-/// Products of columns with the recording, kept.
+/// Stored inner products of columns with one recording, by bins.
 #[derive(Default)]
 pub struct DataProducts(std::cell::RefCell<HashMap<ColumnId, Rc<Vec<f64>>>>);
 
 impl DataProducts {
-    /// Products of `column` with `data`, by bins.
+    /// Inner product of `column` with `data` in each bin.
     pub fn get(&self, frame: &Frame, data: &Data, column: ColumnId) -> Rc<Vec<f64>> {
         Rc::clone(self.0.borrow_mut().entry(column).or_insert_with(|| Rc::new(frame.with_data(column, data))))
     }
 }
 
 impl Picked {
-    /// Picks `columns`; the recording is taken without the columns `offsets`.
+    /// Selects `columns`; the columns `offsets` are subtracted from the recording.
     pub fn new(
         frame: &Frame,
         data: &Data,
@@ -57,7 +58,8 @@ impl Picked {
     }
 }
 
-/// What the columns add to [`spectral`], coefficients integrated out; none where the matrix is not definite.
+/// Contribution of the columns to [`spectral`], coefficients integrated out; none where the matrix is not positive
+/// definite.
 pub fn columns(picked: &Picked, std: &[f64], inverse_spectrum: &[f64], full: bool) -> Option<Posterior> {
     solve(&picked.normal(inverse_spectrum), std, full)
 }

@@ -1,15 +1,15 @@
-//! A hypothesis: which candidates are at work in the slow and coloured part of a recording, with their parameters.
+//! A hypothesis: the candidates at work in the Gaussian part of a recording, with their parameters.
 
 use super::frame::{ColumnId, Frame};
 use crate::effects::{Noise, NoiseState, Signal};
 
-/// What may be at work.
+/// A candidate explanation: an effect of the library or a free form.
 pub struct Candidate {
     /// Identifier of the effect or the free form.
     pub id: String,
     /// Whether it is an effect of the library (else a free form, which stands for 'unknown').
     pub named: bool,
-    /// How it enters.
+    /// How it enters the Gaussian likelihood.
     pub kind: Kind,
 }
 
@@ -19,22 +19,23 @@ pub enum Kind {
     Signal(Box<dyn Signal>),
     /// ln variance of the white noise by columns, with a normal prior of the coefficients.
     Variance(Box<dyn Signal>),
-    /// Columns of something periodic of so many harmonics, at full rate; its frequency is searched in the periodogram.
+    /// Columns of a periodic signal with this number of harmonics, sampled at full rate; the periodogram gives its
+    /// frequency.
     Line(Box<dyn Signal>, usize),
-    /// C2 anywhere.
+    /// A constant with a prior wider than the stated repeatability of C2.
     TurnOn,
-    /// A spectrum added.
+    /// Noise whose spectrum is added.
     Noise(Box<dyn Noise>),
-    /// A factor on the white noise's spectrum.
+    /// A factor on the spectrum of the white noise that depends on frequency.
     Filter(Box<dyn Noise>),
-    /// The same factor at every frequency.
+    /// A factor on the spectrum of the white noise, equal at every frequency.
     Level(Box<dyn Noise>),
-    /// A factor on the whole spectrum, with a normal prior of the parameters around null instead of a range.
+    /// A factor on the whole spectrum; ln of each parameter has a normal prior about zero instead of a range.
     Shape(Box<dyn Noise>),
 }
 
 impl Kind {
-    /// Whether it is exponentially correlated noise: what two levels look like to whoever sees the spectrum alone.
+    /// Whether it is exponentially correlated (Gauss-Markov) noise, whose spectrum telegraph noise has too.
     #[must_use]
     pub fn is_exponential(&self) -> bool {
         let Self::Noise(noise) = self else { return false };
@@ -42,35 +43,35 @@ impl Kind {
     }
 }
 
-/// A signal at one shape.
+/// A signal with fixed shape parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignalPart {
-    /// Number of the candidate.
+    /// Index of the candidate.
     pub candidate: usize,
-    /// Nonlinear parameters.
+    /// Shape (nonlinear) parameters.
     pub shape: Vec<f64>,
-    /// Columns.
+    /// Stored columns, one for each coefficient.
     pub columns: Vec<ColumnId>,
-    /// What it adds whatever the coefficients are.
+    /// Column added independently of the coefficients; none where the signal has none.
     pub offset: Option<ColumnId>,
     /// Prior standard deviation of each coefficient at scale one.
     pub unit: Vec<f64>,
-    /// Logarithm of the prior's scale.
+    /// ln of the prior's scale, the factor on `unit`.
     pub ln_scale: f64,
-    /// ln of the mean over shapes of the likelihood, relative to this shape's.
+    /// ln of the mean likelihood over shapes, relative to that of this shape.
     pub ln_shapes: f64,
 }
 
 /// A noise or filter with its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoisePart {
-    /// Number of the candidate.
+    /// Index of the candidate.
     pub candidate: usize,
     /// Logarithms of the parameters.
     pub ln_theta: Vec<f64>,
 }
 
-/// Candidates at work together.
+/// Candidates at work together, with their parameters.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Hypothesis {
     /// Signals.
@@ -81,7 +82,7 @@ pub struct Hypothesis {
     pub ln_white: f64,
 }
 
-/// Standard deviations of ln variance, root mean square, that the prior holds equally probable.
+/// Prior standard deviations of the root mean square change of ln variance, equally probable.
 pub const VARIANCE_STDS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
 
 impl Kind {
@@ -92,12 +93,12 @@ impl Kind {
 }
 
 impl Hypothesis {
-    /// Numbers of the candidates at work.
+    /// Indices of the candidates at work.
     pub fn candidates(&self) -> impl Iterator<Item = usize> + '_ {
         self.signals.iter().map(|s| s.candidate).chain(self.noises.iter().map(|n| n.candidate))
     }
 
-    /// What its signals add whatever the coefficients are.
+    /// Columns that its signals add independently of the coefficients.
     pub fn offsets(&self) -> Vec<ColumnId> {
         self.signals.iter().filter_map(|s| s.offset).collect()
     }
@@ -115,13 +116,13 @@ impl Hypothesis {
         rest
     }
 
-    /// Number of parts.
+    /// Number of signals and noises.
     pub fn size(&self) -> usize {
         self.signals.len() + self.noises.len()
     }
 
-    /// Factor on the variance of the white noise in each block over its mean, and that mean: of all that makes it vary together. Empty
-    /// and one where nothing does.
+    /// Variance of the white noise in each block relative to its mean, and that mean relative to the constant variance:
+    /// product over all candidates that change the variance. Empty and one where there is none.
     pub fn level(&self, frame: &Frame, candidates: &[Candidate]) -> (Vec<f64>, f64) {
         let mut ln: Vec<f64> = Vec::new();
         for part in self.noises.iter().filter(|n| matches!(candidates[n.candidate].kind, Kind::Variance(_))) {
@@ -144,12 +145,12 @@ impl Hypothesis {
         self.spectra(frame, candidates).iter().map(|[added, white]| added + white).collect()
     }
 
-    /// What is left of the spectrum in each bin without the noises that are added: the white noise, filtered, rad²/s².
+    /// Spectrum in each bin without the added noises: filtered white noise and dither, rad²/s².
     pub fn white_spectrum(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<f64> {
         self.spectra(frame, candidates).iter().map(|s| s[1]).collect()
     }
 
-    /// Added noises, and the white noise with its filters, in each bin.
+    /// Spectra of the added noises and of the filtered white noise with dither, in each bin, rad²/s².
     fn spectra(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<[f64; 2]> {
         let scene = &frame.scene;
         let white = scene.white_std_rad_s.powi(2) * (2.0 * self.ln_white).exp() * self.level(frame, candidates).1;

@@ -1,4 +1,4 @@
-//! The comparison of one recording's hypotheses, Gaussian part and the rest together.
+//! Comparison of all hypotheses about one recording: Gaussian part and non-Gaussian features.
 
 use super::calibration::Calibration;
 use super::clean::{LIMIT, clean};
@@ -50,8 +50,8 @@ pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candida
     all
 }
 
-/// What each part of a fitted set closes: the mean of what it closes first and last, nats. The others have the
-/// coefficients that they take without it, so that of two that can stand in for each other neither is taken for
+/// Share of each part of a fitted set, nats, by candidate: the mean of its gains in ln p when added first and last.
+/// Other parts have the coefficients that they take without it, so that of two interchangeable parts neither counts as
 /// indispensable.
 pub fn shares(likelihood: &Likelihood, fitted: &Fitted) -> Vec<(usize, f64)> {
     let h = &fitted.hypothesis;
@@ -66,36 +66,36 @@ pub fn shares(likelihood: &Likelihood, fitted: &Fitted) -> Vec<(usize, f64)> {
     h.candidates().filter_map(share).collect()
 }
 
-/// Sets this much less probable than the best take no part in the answer, nats.
+/// Sets further below the best in ln weight take no part in the answer, nats.
 const DEPTH: f64 = 9.0;
-/// Beyond that, what the whitened series shows may weigh less by so much.
+/// Further distance below the best at which a combination with a non-Gaussian feature still takes part, nats.
 const LAYER_DEPTH: f64 = 12.0;
-/// Most sets of the Gaussian part that do.
+/// Most sets of the Gaussian part that take part.
 const SETS: usize = 60;
 
 /// How hypotheses are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Options {
-    /// Prior odds under which sets are searched.
+    /// Prior odds of the search.
     pub prior: Prior,
-    /// How their evidences become probabilities.
+    /// Calibration of evidences to probabilities.
     pub calibration: Calibration,
 }
 
-/// A set before what its whitened series shows is added to it.
+/// A set before the non-Gaussian features of its whitened series are added.
 struct Account {
-    /// Its parts, `missed_nats` being what the evidence of the Gaussian part loses without each; none where it is in the list
-    /// only for the sake of others.
+    /// Its parts beside a path of jumps, `missed_nats` being ln evidence lost by the Gaussian part; none of a set of
+    /// the search, whose parts follow from its fit.
     parts: Option<Vec<Part>>,
-    /// For each part the set without it: its number, and the ln prior of the part.
+    /// For each part: index of the account without it, and ln prior of the part; none where that was not fitted.
     without: Vec<Option<(usize, f64)>>,
     ln_weight: f64,
     view: usize,
-    /// Whether it has the nominal level, where the best set has another.
+    /// Whether it has the nominal noise level where the best set has another.
     nominal_level: bool,
 }
 
-/// Judges one recording: `recorded` as it is, in `scene`.
+/// Compares all hypotheses about one recording: readings `recorded` in rad/s, one per row of `scene`.
 pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], options: &Options) -> Findings {
     let prior = options.prior;
     let named = |of: fn(&Explanation) -> bool| {
@@ -117,13 +117,13 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     let mut search = Search::new(&likelihood, prior);
     let best = search.run();
     let levels: Vec<usize> = best.fitted.hypothesis.candidates().filter(|c| candidates[*c].kind.is_level()).collect();
-    // a level that was fitted hides what makes it: bursts are judged beside the nominal level too
+    // a fitted noise level hides its cause: bursts are judged beside the nominal level too
     let unlevelled = search.meet_without(&best, &levels);
     if let Some(noise) = candidates.iter().position(|c| c.kind.is_exponential()) {
-        // two levels are looked for where a correlated noise may be
+        // telegraph noise is looked for where correlated noise may be
         search.meet_with(&best, noise);
     }
-    // what a set of weight loses without each of its parts
+    // sets without one part, for the evidence that each part is missed by
     for met in search.posterior().iter().filter(|m| m.ln_weight > best.ln_weight - DEPTH).take(SETS) {
         for c in met.fitted.hypothesis.candidates() {
             search.meet_without(met, &[c]);
@@ -135,7 +135,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
         step_s: frame.scene.step_s,
         start_s: frame.scene.time.at(0),
         prior,
-        // on a coarse lattice no distribution of samples is normal
+        // with coarse quantization no distribution of samples is normal
         coarse: grain.lsb_rad_s.is_some_and(|lsb| lsb > 0.3 * nominal),
         outliers: named(|e| matches!(e, Explanation::Outliers)),
     };
@@ -162,7 +162,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
         let likelihood = Likelihood::new(&frame, &rest, &candidates, &nuisance);
         let shots = shots::judge(&found.series, found.std, found.step_s);
         let ln_shots = ln_weight - found.ln_chain - prior.ln_named + shots.ln_evidence + prior.ln_free;
-        // what is left of a path of jumps shows no events where there are none
+        // events are looked for in the remainder beside the path, if the path is probable enough
         let in_reach = ln_weight.max(ln_shots) > best.ln_weight - DEPTH;
         let seen = Seen::new(if in_reach { &likelihood } else { search.likelihood() }, h);
         let mut others = parts(&likelihood, &found.fitted);
@@ -185,7 +185,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     }
     let mut accounts: Vec<Option<Account>> = all.iter().map(|_| None).collect();
     let mut order: Vec<usize> = (0..all.len()).filter(|i| wanted[*i]).collect();
-    // what takes part before what that is compared with
+    // sets that take part first, then those that they are compared with
     order.sort_by_key(|i| !deep[*i]);
     for i in order {
         let h = &all[i].fitted.hypothesis;
@@ -213,7 +213,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     let white = |at: usize| accounts[at].as_ref().map_or(&[][..], |a| &views.layers[a.view].white);
     let lattice = grain.lsb_rad_s.map(|lsb| {
         let gain = lattice::gain(white(0), lsb, nominal, nominal);
-        // the digits prove it: no evidence of the others' is weighed against it
+        // quantization is read off the digits: no evidence is weighed against it
         super::parts::lattice(lsb, recorded, gain, named(|e| matches!(e, Explanation::Lattice)))
     });
     let repeats = repeats::judge(recorded, scene.white_std_rad_s, |v| grain.step_rad_s(v));
@@ -291,7 +291,7 @@ fn key(h: &Hypothesis) -> Vec<usize> {
     key
 }
 
-/// The best of the sets with two levels in the place of a noise, with its ln weight.
+/// The best set with telegraph noise in the place of a noise, and its ln weight; none where no set has a noise.
 fn popcorn(
     likelihood: &Likelihood,
     nuisance: &[(super::frame::ColumnId, f64)],
@@ -314,7 +314,8 @@ fn popcorn(
                 continue;
             }
             tried.push(key);
-            // the path's standard deviation and correlation time, where the noise in its place has them
+            // spacing and dwell time from standard deviation and correlation time of the noise in the path's place, if
+            // it has them
             let theta: Vec<f64> = part.ln_theta.iter().map(|v| v.exp()).collect();
             let start = match noise.state(&theta) {
                 Some(NoiseState::Exponential { time_s, std_rad_s }) => [2.0 * std_rad_s, 2.0 * time_s],
@@ -337,7 +338,7 @@ fn popcorn(
         }
     }
     let (mut found, weight) = best?;
-    // what stood beside the noise need not stand beside the path
+    // a part that was needed beside the noise may be superfluous beside the path
     let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
     let rest = frame.data_undithered(left);
     let beside_path = Likelihood::new(frame, &rest, candidates, nuisance);
@@ -347,7 +348,7 @@ fn popcorn(
     if h.size() == found.fitted.hypothesis.size() {
         return Some((found, weight));
     }
-    // beside the same path
+    // evidence of the settled set with the same path
     found.ln_evidence += settled.fitted.ln_evidence - found.fitted.ln_evidence;
     found.fitted = settled.fitted.clone();
     let weight = found.ln_evidence + ln_prior(h);

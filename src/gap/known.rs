@@ -1,7 +1,7 @@
 //! gain = (ln p(hold | effects, fitted to fit) - ln p(hold | nominal)) / rows
 //!
-//! What a diagnosis would close of the gap if it were told which effects are at work, and only had to find how large they are:
-//! the oracle that others are held against.
+//! Gain of an oracle: it is told which effects are at work, and only fits their parameters. Answers are compared with
+//! it.
 
 use super::believe::believed;
 use super::drive;
@@ -13,11 +13,11 @@ use crate::effects::{Library, Parameters};
 use crate::error::Result;
 use crate::signal::Log;
 
-/// What the effects `ids`, fitted to `fit`, gain on `hold` over the nominal simulator, in the unit of the answer's `log_score`:
-/// nats a row.
+/// Gain of the effects `ids`, fitted to `fit`, on `hold` over the nominal simulator, in nats a row, the unit of the
+/// answer's `log_score`.
 ///
 /// # Errors
-/// As [`explain`]; what [`prepare`] refuses of `hold`.
+/// As [`explain`]; as [`prepare`] of `hold`.
 pub fn known_gain(config: &Config, fit: &Log, hold: &Log, library: &Library, ids: &[&str]) -> Result<f64> {
     if config.kind == Kind::Driving {
         return drive::known_gain(config, fit, hold, library, ids);

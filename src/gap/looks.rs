@@ -1,5 +1,6 @@
-//! What a recording shows beside its spectrum, seen in the series that one hypothesis has whitened: tails, events, bursts,
-//! energy that moves. Every set of effects is judged in its own series; series that hardly differ are looked at once.
+//! Non-Gaussian features of a recording, seen in the series that one hypothesis has whitened: heavy tails, events,
+//! bursts, energy that moves in frequency. Every set of effects is judged in its own series; series that hardly differ
+//! are examined once.
 
 use super::evidence::Likelihood;
 use super::findings::Part;
@@ -9,52 +10,53 @@ use super::search::{Prior, whitened};
 use super::trace::{Decision, Step, TraceStage};
 use rayon::prelude::*;
 
-/// What the looks at all series have in common.
+/// Settings common to all series.
 pub(super) struct Looks {
-    /// Samples that were put aside, and by how much they are off what stands in their place, rad/s.
+    /// Samples that were cleaned: row, and recorded value minus its replacement, rad/s.
     pub aside: Vec<(usize, f64)>,
     pub step_s: f64,
     pub start_s: f64,
     pub prior: Prior,
-    /// Whether the recording lies on so coarse a lattice that no distribution of samples is normal.
+    /// Whether quantization is so coarse that no distribution of samples is normal.
     pub coarse: bool,
-    /// The effect that rare large samples are, if there is one.
+    /// Id of the effect of rare large samples; none where the library lacks it.
     pub outliers: Option<&'static str>,
 }
 
-/// A whitened series, and the standard deviation of a sample's noise in each row, rad/s.
+/// A whitened series with the standard deviation of its noise.
 #[derive(Debug, Clone)]
 pub(super) struct Seen {
     w: Vec<f64>,
     noise_std: f64,
-    /// Relative level of the noise by stretches.
+    /// Standard deviation of the noise in each level block over the mean one.
     profile: Vec<f64>,
 }
 
-/// What a whitened series shows, each with ln weight over nothing of the kind. One of each list is at work.
+/// Alternatives of non-Gaussian features, each with its ln weight over the absence of all. One entry of each list is at
+/// work.
 pub(super) struct Layers {
     amplitudes: Vec<(Option<Part>, f64)>,
     free: Vec<(Option<Part>, f64)>,
-    /// Whitened residual in rad/s.
+    /// The whitened residual, rad/s, without the ends.
     pub white: Vec<f64>,
 }
 
-/// One of each list of [`Layers`].
+/// Index of the chosen entry in each list of [`Layers`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Choice([usize; 2]);
 
-/// Series that differ by less than this many nats of a normal density show the same.
+/// Distance in nats of a normal density below which two series count as the same.
 const SAME_NATS: f64 = 10.0;
-/// Once so many series are looked at, the others are judged by one that is this near.
+/// From so many series on, one within `NEAR_NATS` counts as the same.
 const MANY: usize = 16;
 const NEAR_NATS: f64 = 100.0;
-/// Most series that are looked at.
+/// Most series that are examined.
 const MOST: usize = 40;
-/// What is less probable than this beside a set is not worth a set of its own, ln.
+/// ln weight below which a feature is not considered.
 const LEAST: f64 = -12.0;
 
 impl Seen {
-    /// The recording of `l` as `h` whitens it.
+    /// The recording of `l` whitened by `h`.
     pub fn new(l: &Likelihood, h: &Hypothesis) -> Self {
         let frame = l.frame;
         let white = h.white_spectrum(frame, l.candidates);
@@ -69,8 +71,8 @@ impl Seen {
         self.noise_std * self.profile[(row / long).min(self.profile.len() - 1)]
     }
 
-    /// By how many nats of a normal density two series differ: from each other, and in what the density is of each. The latter
-    /// is of first order in their difference where neither is of variance one, and what they show is told over it.
+    /// Distance of two series in nats of a normal density: half the sum of squared differences, or the difference of their
+    /// log densities, which is of first order where neither has variance one.
     fn distance(&self, other: &Self) -> f64 {
         let pairs = self.w.iter().zip(&other.w);
         let [apart, density] =
@@ -79,7 +81,7 @@ impl Seen {
     }
 }
 
-/// Series that differ, and what they show.
+/// Distinct whitened series, and their features.
 #[derive(Default)]
 pub(super) struct Views {
     seen: Vec<Seen>,
@@ -87,7 +89,7 @@ pub(super) struct Views {
 }
 
 impl Views {
-    /// Number of the view that shows what `seen` does; none once there are too many.
+    /// Index of the series that is near `seen`, which is added where none is; none once there are [`MOST`].
     pub fn of(&mut self, seen: Seen) -> Option<usize> {
         let distances = self.seen.iter().map(|s| s.distance(&seen)).enumerate();
         let same = if self.seen.len() < MANY { SAME_NATS } else { NEAR_NATS };
@@ -101,7 +103,7 @@ impl Views {
         }
     }
 
-    /// Looks at what was not looked at yet.
+    /// Examines the series that were added since the last call.
     pub fn look(&mut self, looks: &Looks) {
         let new: Vec<Layers> = self.seen[self.layers.len()..].par_iter().map(|s| looks.at(s)).collect();
         self.layers.extend(new);
@@ -112,7 +114,7 @@ impl Looks {
     fn at(&self, seen: &Seen) -> Layers {
         let Self { step_s, start_s, prior, coarse, .. } = *self;
         let mut w = seen.w.clone();
-        // what the ends leak into is no sample of the noise
+        // samples near the ends hold leakage
         let edge = (w.len() / 400).min(100);
         let range = edge..w.len() - edge;
         for (row, off) in &self.aside {
@@ -164,8 +166,9 @@ impl Looks {
 }
 
 impl Layers {
-    /// What can be seen together. Heavy tails, bursts and events are all seen in the same excess: of free forms there is
-    /// one at a time, and beside the nominal level (`alone`) nothing else; beside what is `followed` freely already, none.
+    /// Combinations of features. Heavy tails, bursts and events all explain the same excess: at most one free form is
+    /// taken, and beside the nominal noise level (`alone`) no other feature with it. None is taken beside a path that
+    /// follows anything slow (`followed`).
     pub fn choices(&self, alone: bool, followed: bool) -> Vec<Choice> {
         let mut all = Vec::new();
         for (i, (a, wa)) in self.amplitudes.iter().enumerate() {
@@ -199,13 +202,13 @@ impl Layers {
         .collect()
     }
 
-    /// The parts of a choice.
+    /// Parts of a choice.
     pub fn parts(&self, choice: Choice) -> impl Iterator<Item = &Part> {
         let Choice([a, f]) = choice;
         self.amplitudes[a].0.iter().chain(&self.free[f].0)
     }
 
-    /// ln weight of a choice over nothing of the kind.
+    /// ln weight of a choice over the absence of all features.
     pub fn ln_weight(&self, choice: Choice) -> f64 {
         let Choice([a, f]) = choice;
         self.amplitudes[a].1 + self.free[f].1

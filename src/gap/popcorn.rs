@@ -1,7 +1,9 @@
-//! y = b(t) + path(t) + noise: two levels beside everything Gaussian, by alternating (mean-field) improvement
+//! y = b(t) + path(t) + noise: telegraph (popcorn) noise beside a Gaussian part, by alternating (mean-field)
+//! improvement
 //!
-//! ln evidence ≈ ln p(y - E path | Gaussian part) + [ln p(x | chain) - ln p(x | E path)], x = y - E b: the bound of the
-//! factorised posterior, in which each half sees the other by its mean (Jordan et al., Machine Learning 37 (1999) 183).
+//! ln evidence ≈ ln p(y - E path | Gaussian part) + [ln p(x | chain) - ln p(x | E path)], x = y - E b: the lower bound
+//! of the factorised posterior, each factor given the mean of the other (Jordan et al., Machine Learning 37 (1999)
+//! 183).
 
 use super::evidence::{Fitted, Likelihood};
 use super::frame::{ColumnId, Data, Frame};
@@ -9,28 +11,28 @@ use super::hypothesis::{Candidate, Hypothesis};
 use super::layers::two_levels::{self, TwoLevels, fit};
 use std::f64::consts::TAU;
 
-/// Two levels and what the Gaussian part is beside them.
+/// Telegraph noise and the Gaussian part fitted beside it.
 #[derive(Debug, Clone)]
 pub struct Popcorn {
-    /// The Gaussian part, fitted to the recording without the path.
+    /// The Gaussian part, fitted to the recording less the path.
     pub fitted: Fitted,
-    /// ln evidence of both.
+    /// ln evidence of chain and Gaussian part together, nats.
     pub ln_evidence: f64,
-    /// The chain; times in samples of the recording.
+    /// The two-state Markov chain; dwell times in samples of the recording.
     pub chain: TwoLevels,
-    /// E path - its mean, at each sample.
+    /// Expected path less its mean at each sample, rad/s.
     pub path: Vec<f64>,
-    /// ln evidence of the chain alone, in `series`.
+    /// ln evidence of the chain alone, in `series`, nats.
     pub ln_chain: f64,
-    /// The recording without what the Gaussian part predicts, by means over `step_s`.
+    /// The recording less the predicted Gaussian part, averaged over `step_s`, rad/s.
     pub series: Vec<f64>,
-    /// Standard deviation of the white noise in it.
+    /// Standard deviation of the white noise of a value of `series`, rad/s.
     pub std: f64,
-    /// Time between its values, s.
+    /// Time between values of `series`, s.
     pub step_s: f64,
 }
 
-/// What the Gaussian part predicts of the recording beside its white noise, given the recording.
+/// Prediction of the recording by the Gaussian part without its white noise, given the recording, rad/s.
 fn baseline(l: &Likelihood, h: &Hypothesis) -> Vec<f64> {
     let remainder = l.remainder(h);
     let mut z: Vec<f64> = l.data.z.iter().zip(&remainder).map(|(a, b)| a - b).collect();
@@ -40,9 +42,10 @@ fn baseline(l: &Likelihood, h: &Hypothesis) -> Vec<f64> {
     l.frame.series(&z)
 }
 
-/// Variance of means over `per` samples of noise with the spectrum `white`, rad²/s², and the covariance of neighbouring ones.
+/// Variance of means over `per` samples of noise with the spectrum `white` (rad²/s²), and covariance of neighbouring
+/// means, both rad²/s².
 fn mean_noise(frame: &Frame, white: &[f64], per: usize) -> [f64; 2] {
-    /// Points in a bin: the response to a mean over many samples is narrower than a bin.
+    /// Points of integration in a bin: the response to a mean over many samples is narrower than a bin.
     const POINTS: usize = 16;
     let (n, m) = (frame.len().max(1) as f64, per as f64);
     let mut sums = [0.0, 0.0];
@@ -59,10 +62,10 @@ fn mean_noise(frame: &Frame, white: &[f64], per: usize) -> [f64; 2] {
     sums
 }
 
-/// Neighbouring means are white where they have less in common than this.
+/// Largest correlation of neighbouring means that count as white.
 const IN_COMMON: f64 = 0.1;
 
-/// Fewest samples over which the means of noise with the spectrum `white` are white.
+/// Smallest power of two of samples over which the means of noise with the spectrum `white` are white.
 fn whitening(frame: &Frame, white: &[f64]) -> usize {
     let most = (frame.len() / 256).max(1);
     let mut per = 1;
@@ -76,8 +79,8 @@ fn whitening(frame: &Frame, white: &[f64]) -> usize {
     per
 }
 
-/// Two levels beside `base`, starting from the bias that `whole` (which has a noise in their place) leaves, at a spacing in
-/// rad/s and a dwell time in s.
+/// Telegraph noise beside `base`. `whole` is `base` with a noise in the place of the telegraph noise; the search starts
+/// from its remainder, at a level spacing in rad/s and a mean dwell time in s.
 pub fn beside(
     frame: &Frame,
     data: &Data,
@@ -97,7 +100,7 @@ pub fn beside(
         chunks.map(|(y, b)| y.iter().zip(b).map(|(y, b)| y - b).sum::<f64>() / per as f64).collect()
     };
     let first = Likelihood::new(frame, data, candidates, nuisance);
-    // the start sees only nuisances and signals: what the noise follows may be the path
+    // the start takes out only nuisances and signals: what a noise follows may be the path itself
     let remainder = first.remainder(whole);
     let z: Vec<f64> = data.z.iter().zip(&remainder).map(|(a, b)| a - b).collect();
     let mut x = decimated(&frame.series(&z));
@@ -119,7 +122,7 @@ pub fn beside(
     }
     let fitted = fitted?;
     let white = |residual: f64| -0.5 * ((residual / std).powi(2) + (TAU * std * std).ln());
-    // what the alternation ends with is improved by itself, the other half held
+    // at the end the chain is improved with the Gaussian part held fixed
     let (improved, ln_chain) = two_levels::evidence(&x, std, &chain);
     let mean_path: f64 = x.iter().zip(&chain.high).map(|(x, h)| white(x - chain.low - chain.spacing * h)).sum();
     chain = improved;

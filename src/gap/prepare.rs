@@ -1,4 +1,5 @@
-//! A log as the diagnosis needs it: even rows, no gaps, covariates beside, and what the configuration believes about it.
+//! A log prepared for the diagnosis: even rows without gaps, covariates, and the scene that the configuration
+//! describes.
 
 use super::layers::lattice;
 use crate::config::{Config, Kind};
@@ -9,21 +10,21 @@ use crate::signal::slots::fill;
 use crate::signal::{Log, TimeAxis, names};
 use crate::simulate::{self, scene};
 
-/// A log made ready.
+/// A recording on an even grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared {
-    /// Its circumstances.
+    /// Times, covariates and nominal parameters.
     pub scene: Scene,
     /// Gyro readings, rad/s; rows that were missing are filled.
     pub rate_rad_s: Vec<f64>,
-    /// Which rows were filled.
+    /// Indices of the rows that were filled.
     pub filled: Vec<usize>,
-    /// What was done, in sentences.
+    /// Changes and assumptions, in sentences.
     pub notes: Vec<String>,
 }
 
 impl Prepared {
-    /// The readings with NaN where there was none: for what can do without.
+    /// Gyro readings with NaN where none was recorded, rad/s: for likelihoods that skip missing readings.
     #[must_use]
     pub fn recorded_rad_s(&self) -> Vec<f64> {
         let mut rate = self.rate_rad_s.clone();
@@ -32,18 +33,19 @@ impl Prepared {
     }
 }
 
-/// Where the configuration does not state how much C2 varies: a cheap gyro's data sheet says 0.1 to 1 °/s.
+/// Assumed standard deviation of C2, rad/s, where the configuration states none: data sheets of cheap gyros say 0.1 to
+/// 1 °/s.
 const TURN_ON_STD_RAD_S: f64 = 5e-3;
-/// The same of C1 and T, relatively.
+/// Assumed relative standard deviation of C1 and T, where the configuration states none.
 const WARM_UP_STD: f64 = 0.1;
-/// Rows on each side of a gap from whose means it is filled.
+/// Rows on each side of a gap whose mean fills it.
 const NEIGHBOURS: usize = 16;
-/// Fewest rows that can be judged.
+/// Fewest rows that can be diagnosed.
 const FEWEST_ROWS: usize = 512;
 /// Largest share of the rows that may be missing.
 const MISSING: f64 = 0.2;
 
-/// Makes a log ready.
+/// Puts a log on an even grid and fills its gaps.
 ///
 /// # Errors
 /// [`ErrorKind::Config`] if the configuration is not of a gyro at rest; [`ErrorKind::Column`] without a gyro channel;
@@ -110,7 +112,7 @@ pub fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prep
     Ok(Prepared { scene, rate_rad_s, filled: rows, notes })
 }
 
-/// Puts the rows on an even grid; returns the rates (NaN where there is none) and which rows are missing.
+/// Puts the rows on an even grid; returns the rates (NaN where there is none) and the indices of missing rows.
 fn even(log: &Log, rate: &[f64], scene: &mut Scene) -> Result<(Vec<f64>, Vec<usize>)> {
     let missing = |v: &[f64]| (0..v.len()).filter(|i| !v[*i].is_finite()).collect::<Vec<_>>();
     if let TimeAxis::Uniform { .. } = scene.time {
@@ -149,7 +151,7 @@ fn even(log: &Log, rate: &[f64], scene: &mut Scene) -> Result<(Vec<f64>, Vec<usi
     Ok((rates, rows))
 }
 
-/// Puts filled rows on the lattice of the recorded ones: a single value beside it would hide it.
+/// Rounds filled rows to the quantization step of the recorded ones: a single value beside it would hide it.
 fn on_lattice(values: &mut [f64], recorded: &[f64], rows: &[usize]) {
     let Some(origin) = recorded.iter().copied().find(|v| v.is_finite()).filter(|_| !rows.is_empty()) else { return };
     if let Some(lsb) = lattice::step(recorded) {
@@ -157,7 +159,7 @@ fn on_lattice(values: &mut [f64], recorded: &[f64], rows: &[usize]) {
     }
 }
 
-/// Says so if the samples scatter by 180/π times what the configuration believes, to a fifth.
+/// A note if the samples scatter by 180/π times the configured white noise, within 20 %: the unit may be °/s.
 fn in_degrees(rate_rad_s: &[f64], white_std_rad_s: f64) -> Option<String> {
     let mut differences: Vec<f64> = rate_rad_s.windows(2).map(|w| w[1] - w[0]).collect();
     let ratio = mad_std(&mut differences, 0.0) / (std::f64::consts::SQRT_2 * white_std_rad_s);

@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
-/// What a planned log would know of T.
+/// Length and number of the logs that would give T to ±10 %.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Advice {
     /// The time constant that is assumed, s: the estimate, or where T is not known one that the log allows.

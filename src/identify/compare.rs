@@ -32,7 +32,8 @@ pub struct Score {
 /// Test of the warm-up against a simpler model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GainTest {
-    /// (gain in the sum of squares / extra parameters) / (what is left / degrees of freedom), whitened.
+    /// F statistic: (gain in the sum of squares / extra parameters) / (residual sum of squares / degrees of freedom),
+    /// whitened.
     pub f: f64,
     /// Probability of as large a gain where the simpler model is true.
     pub p_value: f64,
@@ -125,7 +126,7 @@ pub(super) fn compare(p: &Projection, free_time_constant: bool) -> Option<Compar
     Some(Comparison { constant: score(0), line: score(1), warm_up: score(2), against_constant, against_line })
 }
 
-/// What is left of y after the null columns, and their basis.
+/// Residual of y after projection on the null columns, and an orthonormal basis of these.
 struct Space {
     null: Basis,
     residual: Vec<f64>,
@@ -143,7 +144,7 @@ impl Space {
         Self { null, residual, rss }
     }
 
-    /// How much of what is left the column explains.
+    /// Reduction of the residual sum of squares by the column.
     fn gain(&self, column: &[f64]) -> f64 {
         let norm = dot(column, column);
         let outside = norm - self.null.columns.iter().map(|b| dot(b, column).powi(2)).sum::<f64>();

@@ -215,7 +215,7 @@ fn solve(moments: &Moments, by_differences: impl Fn() -> f64, options: &FitOptio
     Ok(fit)
 }
 
-/// What both weightings share.
+/// Inputs that the fits with both weightings share.
 struct Context<'a, 'm> {
     p: &'a Projection<'m>,
     free_t: bool,

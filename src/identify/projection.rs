@@ -53,7 +53,7 @@ pub(super) struct Linear {
     pub rss: f64,
 }
 
-/// What a class of blocks contributes at one T, its blocks' positions aside.
+/// Sums over a class of blocks at one T, without the blocks' positions.
 #[derive(Clone, Copy)]
 struct ClassAt {
     n: f64,

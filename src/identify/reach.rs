@@ -1,4 +1,4 @@
-//! φ(T) = v(T̂)/v(T): how much of S(T) - S_min a walk makes, against what it makes next to the minimum
+//! φ(T) = v(T̂)/v(T): contribution of a random walk to S(T) - S_min, relative to its contribution next to the minimum
 //!
 //! If T is the truth, the sum of squares at T̂ is smaller by (u·y)² at most, u being the unit vector of g(T̂) less its part
 //! along the columns at T: exactly so many squares does g(T̂) explain beside g(T) and 1. u·y has the variance
@@ -26,7 +26,8 @@ impl Reach {
         Self { points: Vec::new() }
     }
 
-    /// Of plain least squares with its minimum at `min`, linearised at `pivot` (s), and the noise of its residuals.
+    /// φ for plain least squares with its minimum at `min`, linearised at `pivot` (s), and for the noise of its
+    /// residuals.
     pub fn new(p: &Projection, min: &Minimum, pivot: f64, noise: &NoiseFit) -> Self {
         let white = noise.mean(|m| m.white_variance);
         let walk = noise.mean(|m| m.walk_variance_rate);

@@ -15,7 +15,7 @@ pub(super) trait Surface {
     /// Time since power-on of the zero of g's clock, s.
     fn clock_s(&self) -> f64;
 
-    /// What c2 counts from, rad/s.
+    /// Rate that c2 is measured from, rad/s.
     fn reference(&self) -> f64;
 
     /// The sum of squares at ln T.

@@ -1,4 +1,4 @@
-//! What the fit is asked, and what it answers.
+//! Options and results of the fit.
 
 use super::terms::{TermEstimate, colour};
 use super::{Advice, Comparison, Termination};
@@ -41,7 +41,7 @@ pub enum Weighting {
     Walk,
 }
 
-/// What the fit is asked for.
+/// Options of the fit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FitOptions {
     /// Known parameters.
@@ -78,7 +78,7 @@ pub struct NoiseEstimate {
     pub rate_random_walk_upper95_rad_s_sqrt_s: f64,
 }
 
-/// What a log that is too short to know T does know.
+/// Straight line through a log that is too short to identify T.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StraightLine {
     /// Error at the first sample, rad/s: C2, where the log begins at power-on.

@@ -29,7 +29,7 @@ pub(super) struct WeightedFit<'a, 'm> {
     pub noise: NoiseFit,
 }
 
-/// Means of the groups: y less what is given, and the free columns g, 1.
+/// Means of the groups: y less the given terms, and the free columns g, 1.
 fn series(p: &Projection, groups: &[BlockSum]) -> Vec<Vec<f64>> {
     let given = |g: &BlockSum| p.c1.map_or(0.0, |c1| c1 * g.g / g.n) + p.c2.map_or(0.0, |c2| c2 - p.moments.reference);
     let mut out = vec![groups.iter().map(|g| g.y / g.n - given(g)).collect()];

@@ -246,7 +246,7 @@ impl Source for Group {
     }
 }
 
-/// A column's numbers, whole ones less their first, and what they are rounded to.
+/// A column's numbers, whole ones less their first, and their resolution.
 fn column(loaded: &Loaded, first: usize, stride: usize, rows: usize) -> (Column, f64) {
     let numbers = (0..rows).map(|i| loaded.get(first + i * stride));
     let mut origin = None;

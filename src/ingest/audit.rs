@@ -1,4 +1,4 @@
-//! What is wrong with a stationary log, with the place, the amount, and what was done about it.
+//! Defects of a stationary log, with place, amount, and how each was handled.
 
 use super::lattice;
 use super::motion::{self, Motion};
@@ -18,7 +18,7 @@ pub(super) const WITNESSES: usize = 1 << 18;
 /// Runs of fewer samples at the end of the range are no saturation.
 pub(super) const SATURATED_RUN: usize = 3;
 
-/// What was done about a finding.
+/// How a finding was handled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Handling {
@@ -80,7 +80,7 @@ pub struct Duplicates {
 pub struct OutOfOrder {
     /// How many rows were earlier than the one before.
     pub count: usize,
-    /// Without leave to sort, they are an error.
+    /// How they were handled; where sorting is not allowed, they are an error.
     pub handling: Handling,
 }
 
@@ -209,7 +209,7 @@ struct Intervals {
     missing_s: f64,
     longest_s: f64,
     longest_at_s: Option<f64>,
-    /// How many are no gaps, and the sums of what they differ by from the median, and of its square.
+    /// Number of intervals that are no gaps, sum of their deviations from the median, and sum of the squares.
     inside: usize,
     sum: f64,
     squares: f64,
@@ -251,7 +251,7 @@ impl Intervals {
     }
 }
 
-/// What was met before the samples were in order.
+/// Findings from before the samples were put in order.
 pub(super) struct Before {
     pub rows: usize,
     pub duplicates: Duplicates,

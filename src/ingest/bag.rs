@@ -47,7 +47,7 @@ struct Bag {
     listing: Listing,
 }
 
-/// What [`walk`] meets.
+/// An item that [`walk`] hands over.
 enum Met<'a> {
     Connection {
         id: u32,
@@ -198,9 +198,9 @@ impl MessageFile for Bag {
 enum Flaw {
     /// The file ends here.
     Cut,
-    /// What stands here is no record.
+    /// No valid record begins here, or it cannot be unpacked; the text says why.
     Damaged(String),
-    /// Whoever meets the records does not want them, or the disk refuses.
+    /// An error of the caller that takes the records, or of the disk.
     Error(Error),
 }
 

@@ -1,6 +1,6 @@
 //! One field of a text file: a number, nothing, a date, or words.
 
-/// What a field says.
+/// Content of a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Cell {
     Number(f64),

@@ -63,7 +63,7 @@ impl ChannelMap {
         [self.channel, over_ground].contains(&channel)
     }
 
-    /// What stands right of the `=`: sign, column and unit.
+    /// Text right of the `=`: sign, column and unit.
     #[must_use]
     pub fn column(&self) -> &str {
         &self.column

@@ -307,7 +307,7 @@ pub(super) struct Found {
     pub conversion: Conversion,
 }
 
-/// Columns whose names leave no doubt; what was in doubt is told in `notes`. Channels that are `taken` are left alone.
+/// Columns with unambiguous names; ambiguous ones are reported in `notes`. Channels that are `taken` are skipped.
 pub(super) fn recognise(heads: &[Head], taken: &dyn Fn(&str) -> bool, notes: &mut Vec<String>) -> Vec<Found> {
     let mut found: Vec<Found> = Vec::new();
     let east = |heads: &[Head], i: usize| names::words_of(&heads[i].name).iter().any(|w| w == "east");
@@ -380,8 +380,8 @@ impl Entry {
     }
 }
 
-/// Whether a file holds what a filter or a simulator put out: nobody records the gyro's error, or a standard deviation
-/// beside a yaw rate.
+/// Whether a file holds the output of a filter or a simulator: no recorder writes the gyro's error, or a standard
+/// deviation beside a yaw rate.
 pub(super) fn is_result(heads: &[Head]) -> bool {
     heads.iter().any(|h| ["gyro_error_rad_s", "yaw_rate_std_rad_s"].contains(&h.name.as_str()))
 }

@@ -10,7 +10,7 @@ use crate::math::scan::{self, Odd};
 use crate::units::TimeUnit;
 use std::borrow::Cow;
 
-/// What the times of a recording count from.
+/// Zero of the times of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[serde(tag = "counts_from", rename_all = "snake_case")]
 pub enum Clock {
@@ -35,7 +35,7 @@ pub(super) enum TimeColumn {
     One(usize),
     /// Whole seconds and nanoseconds.
     Parts(usize, usize),
-    /// None: rows are evenly spaced by what the user says.
+    /// No column: rows are evenly spaced, at the user's rate.
     Rows,
 }
 
@@ -53,7 +53,7 @@ impl TimeColumn {
 pub(super) struct Times {
     /// Seconds, NaN where missing.
     pub seconds: Vec<f64>,
-    /// What the times are rounded to in the file, s.
+    /// Resolution of the times in the file, s.
     pub resolution_s: f64,
     pub clock: Clock,
     pub notes: Vec<String>,
@@ -212,7 +212,7 @@ pub(super) fn take(table: &mut Table, column: TimeColumn, stated: Option<TimeUni
     Ok(Times { seconds, ..times })
 }
 
-/// How the cells of one column become seconds, which are left out, with what is odd about them, shift and factor.
+/// The times of one column without their values (`seconds` is empty), its odd cells, and shift and factor to seconds.
 fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, Odd, f64, f64)> {
     let cells = table.numbers(index)?;
     let head = &table.heads[index];

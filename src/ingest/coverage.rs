@@ -1,4 +1,4 @@
-//! Streams that end before the drive does, or begin after it; and readings that stay what they were to the end.
+//! Streams that end before the drive does, or begin after it; and sensors that repeat their last value to the end.
 
 use super::channels;
 use crate::signal::{Log, names};
@@ -21,8 +21,8 @@ const RESTLESS: [&str; 7] = [
     names::ODO_YAW_RATE,
 ];
 
-/// Sentences on what the streams of a drive lack; each log with its times on the drive's clock, s. The value that a sensor repeats after
-/// it has stopped is no reading: it becomes NaN, which is said.
+/// Sentences on the spans that the streams of a drive miss; each log has its times on the drive's clock, s. A value
+/// that a sensor repeats after it has stopped is no reading: it is set to NaN, with a note.
 pub(super) fn lacking(logs: &mut [(Log, Vec<f64>)]) -> Vec<String> {
     let ends = |l: &(Log, Vec<f64>)| l.1.first().copied().zip(l.1.last().copied());
     let all = logs.iter().filter_map(ends);
@@ -55,8 +55,9 @@ fn still_from(values: &[f64]) -> Option<usize> {
     (0..=last).rev().filter(|k| values[*k].is_finite()).take_while(|k| values[*k] == values[last]).last()
 }
 
-/// A channel's lack of the drive from `start` to `end`, and the mend. The value that it repeats to the end is taken out where another
-/// sensor's reading still changes, at last `changed`: a simulator without noise repeats itself as well. All in s.
+/// The span of the drive from `start` to `end` that a channel misses, and the remedy. The value that it repeats to the
+/// end is removed only where another sensor's reading still changes, at last `changed`: a simulator without noise
+/// repeats itself as well. All in s.
 fn lack(name: &str, values: &mut [f64], times: &[f64], [start, end, changed]: [f64; 3]) -> Option<(String, String)> {
     let there: Vec<usize> = (0..values.len()).filter(|&k| values[k].is_finite()).collect();
     let (first, last) = (times[*there.first()?], times[*there.last()?]);

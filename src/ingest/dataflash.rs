@@ -1,6 +1,6 @@
 //! ArduPilot's DataFlash logs (`.bin`): messages that begin with a3 95 and a type, and FMT messages that describe them.
 //!
-//! What is no message is passed over up to the next one, as ground stations do, and told.
+//! Bytes that are no message are skipped up to the next message, as ground stations do, and reported.
 
 use super::bytes::{Bytes, Little};
 use super::fill::{Fill, Number};
@@ -39,7 +39,7 @@ struct Field {
 #[derive(Debug, Clone, PartialEq)]
 struct Described {
     name: String,
-    /// With the header.
+    /// Length with the header, bytes.
     length: usize,
     fields: Vec<Field>,
     /// Place of the number of the sensor, where several log the same message.

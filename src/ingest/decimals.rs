@@ -22,7 +22,7 @@ pub(super) struct Change {
 }
 
 impl Change {
-    /// What it says of a column.
+    /// Sentence about the change in the column `name`.
     pub fn text(self, name: &str) -> String {
         format!(
             "{name:?} is written with {} decimals up to about row {} and with {} after it: two recorders, or two settings of one; \

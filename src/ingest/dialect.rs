@@ -5,7 +5,7 @@ use super::names;
 use super::table::{Head, Kind};
 use crate::units::{RateUnit, TimeUnit};
 
-/// What stands between two fields.
+/// Separator between two fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Delimiter {
     Byte(u8),
@@ -279,7 +279,7 @@ fn is_units_row(row: &[String], comma: bool) -> bool {
         && row.iter().any(|f| RateUnit::parse(&word(f)).is_some() || TimeUnit::parse(&word(f)).is_some())
 }
 
-/// What most of a column's filled fields are; a column of empty fields is one of missing numbers.
+/// Kind of most of a column's filled fields; a column of empty fields is one of missing numbers.
 fn kind_of(rows: &[Vec<String>], column: usize, comma: bool) -> Kind {
     let (mut numbers, mut instants, mut words) = (0usize, 0usize, 0usize);
     for field in rows.iter().filter_map(|r| r.get(column)) {

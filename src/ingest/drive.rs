@@ -198,7 +198,7 @@ fn mapped(
     Ok(out)
 }
 
-/// Without the option that drives do not have.
+/// `error` without the advice to use an option that drives do not have.
 fn one_of_many(mut error: Error, query: &DriveQuery) -> Error {
     if error.kind == ErrorKind::Column && query.time.is_none() && error.found.starts_with("no time column") {
         error.mend = Some("name it with --time".into());
@@ -305,7 +305,7 @@ fn converted(mut cells: Vec<f64>, origin: f64, odd: Odd, conversion: Conversion)
     cells
 }
 
-/// A column that has to be numbers, none of them infinite; returns what is odd about them.
+/// Checks that a column holds numbers and none is infinite; returns the values that are not finite or negative zeros.
 fn finite(table: &Table, i: usize) -> Result<Odd> {
     let cells = table.numbers(i)?;
     let odd = scan::odd(&cells.values);

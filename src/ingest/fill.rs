@@ -117,12 +117,12 @@ impl Fill {
         }
     }
 
-    /// Forgets what was put into the row.
+    /// Clears the row.
     pub fn clear_row(&mut self) {
         self.row.fill(Number::Missing);
     }
 
-    /// Ends the row; what was not put is missing.
+    /// Ends the row; columns that were not set are missing.
     pub fn end_row(&mut self, take: Take<'_>) -> Result<()> {
         for ratio in &self.ratios {
             let interval_s = self.row[ratio.by].to_f64() * ratio.unit;

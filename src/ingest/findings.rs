@@ -5,7 +5,7 @@ use super::motion::Motion;
 use crate::units::{RAD_S_PER_DEG_S, duration_text};
 
 impl Handling {
-    /// What was done, as the end of a sentence.
+    /// The handling in words, as the end of a sentence.
     #[must_use]
     pub fn text(self) -> &'static str {
         match self {
@@ -46,7 +46,7 @@ impl Motion {
 }
 
 impl Audit {
-    /// What was found beside gaps and motion, one sentence each, with what was done about it.
+    /// Findings besides gaps and motion, one sentence each, with how each was handled.
     #[must_use]
     pub fn findings(&self) -> Vec<String> {
         let row = |r: Option<usize>| r.map_or(String::new(), |r| format!(", first in row {r}"));

@@ -1,4 +1,4 @@
-//! What a format is: how to know it, how to open it, and how its columns are handed over.
+//! File formats: how to recognise one, how to open it, and how its columns are handed over.
 
 use super::input::Input;
 use super::table::{BadCell, Head};
@@ -24,16 +24,16 @@ pub(super) struct Batch {
     pub columns: Vec<Column>,
 }
 
-/// What is known of a column when all of it was read.
+/// Facts about a column, known once all of it was read.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ColumnFacts {
-    /// What one unit in the last written digit is worth, 0 if unknown.
+    /// Value of one unit in the last written digit, 0 if unknown.
     pub resolution: f64,
     /// The first cell that is not a number, and how many there are.
     pub bad: Option<(BadCell, usize)>,
 }
 
-/// What is known of a table when all of it was read.
+/// Facts about a table, known once all of it was read.
 #[derive(Debug, Clone)]
 pub(super) struct Facts {
     /// Path, for messages.
@@ -46,7 +46,7 @@ pub(super) struct Facts {
     pub columns: Vec<ColumnFacts>,
     /// Line of the first row, where the rows are lines without a break.
     pub first_line: Option<u64>,
-    /// What the reader had to decide.
+    /// Decisions that the reader took.
     pub notes: Vec<String>,
 }
 
@@ -59,12 +59,12 @@ pub(super) struct About {
     pub format: &'static str,
     /// SHA-256 of the file's bytes, hexadecimal.
     pub sha256: String,
-    /// What was found when the file was opened.
+    /// Notes from the opening of the file.
     pub notes: Vec<String>,
 }
 
 impl About {
-    /// What is known of the file's table, or of the one called `part`, when all of it was read.
+    /// Facts about the file's table, or about the one called `part`, once all of it was read.
     pub fn facts(self, part: Option<&str>, columns: Vec<ColumnFacts>, notes: Vec<String>) -> Facts {
         let format = part.map_or(self.format.to_string(), |name| format!("{}, {name}", self.format));
         Facts { source: self.source, format, sha256: self.sha256, columns, first_line: None, notes }
@@ -89,7 +89,7 @@ pub(super) trait Source {
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts>;
 }
 
-/// What an opened file holds.
+/// Content of an opened file.
 pub(super) enum Opened {
     /// One table.
     Table(Box<dyn Source>),

@@ -13,7 +13,7 @@ use super::{bag, dataflash, json_lines, matlab, mcap, numpy, parquet, text, ulog
 use crate::error::{Error, ErrorKind, Result};
 use std::path::Path;
 
-/// In the order in which they are tried; text accepts whatever is not binary.
+/// All formats in the order in which they are tried; text accepts whatever is not binary.
 const FORMATS: &[Format] = &[
     parquet::FORMAT,
     bag::FORMAT,
@@ -59,7 +59,7 @@ pub(super) struct Choice<'a> {
     pub topic: Option<&'a str>,
     /// Which time of a message counts.
     pub stamp: Stamp,
-    /// Whether nobody asks for the hash of the file: it takes as long as the reading.
+    /// Whether the file's hash is not needed: it takes as long as the reading.
     pub unhashed: bool,
     /// Whether rows of text that do not parse are left out.
     pub skip_bad_rows: bool,
@@ -98,7 +98,7 @@ pub(super) fn gyro_topics(path: &Path) -> Result<Option<Vec<Topic>>> {
     Ok(Some(gyros.into_iter().map(|i| listing.topics[i].clone()).collect()))
 }
 
-/// What is missing may be what was lost.
+/// Appends the notes on damage to an error: a missing item may be one that was lost.
 fn told_of_damage(mut error: Error, notes: &[String]) -> Error {
     for note in notes {
         error.found = format!("{}; {note}", error.found);

@@ -106,7 +106,7 @@ pub(super) struct Gravity {
 }
 
 impl Gravity {
-    /// Of a gyro mounted so in a robot whose z axis points up, or `down`.
+    /// Sums for a gyro with this mounting in a robot whose z axis points up, or `down`.
     pub fn new(mounting: &Mounting, down: bool) -> Self {
         let aligned = *mounting == Mounting::ALIGNED;
         Self { z: mounting.axis(Axis::Z), down, aligned, sum: [0.0; 3], rows: 0 }
@@ -124,7 +124,7 @@ impl Gravity {
         }
     }
 
-    /// What it says of the mounting; nothing without an accelerometer.
+    /// Sentence that compares the mounting with the direction of gravity; `None` without accelerometer readings.
     pub fn text(&self) -> Option<String> {
         let length = self.sum.iter().map(|f| f * f).sum::<f64>().sqrt();
         if self.rows == 0 || !(length > 0.0 && length.is_finite()) {
@@ -188,7 +188,7 @@ mod tests {
         assert_eq!(Accelerometer::find(&two), None);
     }
 
-    /// What is said of a sensor at rest that measures `force`.
+    /// The sentence for a sensor at rest that measures `force` (m/s²).
     fn said(force: [f64; 3], angles_deg: [f64; 3], down: bool) -> String {
         let mounting = Mounting::from_roll_pitch_yaw_deg(angles_deg).unwrap();
         let mut gravity = Gravity::new(&mounting, down);

@@ -232,7 +232,7 @@ impl Read for FromStart {
     }
 }
 
-/// What a gzip error means to the one who has the file.
+/// Error of a gzip file that is truncated or damaged, with the remedy.
 pub(super) fn broken_gzip(path: &Path, error: &io::Error) -> Error {
     let what = match error.kind() {
         io::ErrorKind::UnexpectedEof => "the gzip file is truncated".to_string(),

@@ -1,4 +1,4 @@
-//! What is in a file, also when no fit can use it.
+//! Content of a file, also when no fit can use it.
 
 use super::audit::{self, Audit, Gaps, Sampling};
 use super::channels::{self, Found};
@@ -22,7 +22,7 @@ pub struct ColumnReport {
     pub name: String,
     /// The format's word for the type.
     pub type_name: String,
-    /// What it is taken for: `time`, `host time`, `gyro x`, `temperature`, ...; `-` where nothing needs it.
+    /// Recognised role: `time`, `host time`, `gyro x`, `temperature`, ...; `-` where nothing needs it.
     pub role: String,
     /// Unit in the name or the units row, as written.
     pub unit: Option<String>,
@@ -43,7 +43,7 @@ pub struct ColumnReport {
 pub struct TimeReport {
     /// Name of the column.
     pub column: String,
-    /// What the times count from.
+    /// Zero of the times.
     pub clock: Clock,
     /// First time, s.
     pub start_s: f64,
@@ -74,7 +74,7 @@ pub struct AxisReport {
     pub problem: Option<String>,
 }
 
-/// What is in a file.
+/// Content of a file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Inspection {
     /// Path.
@@ -95,7 +95,7 @@ pub struct Inspection {
     pub time: Option<TimeReport>,
     /// Axes of the gyro that are there.
     pub gyro: Vec<AxisReport>,
-    /// What stands in the way of a fit, with the mends.
+    /// Obstacles to a fit, with the remedies.
     pub problems: Vec<String>,
     /// Decisions that the reader took.
     pub notes: Vec<String>,

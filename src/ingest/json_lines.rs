@@ -31,7 +31,7 @@ struct Keys {
 }
 
 impl Keys {
-    /// Of the objects in the first bytes.
+    /// The columns of the objects in the first bytes.
     fn of(input: &Input) -> Result<Self> {
         let name = input.path.display();
         let mend = "write one object a line: jq -c . FILE, or jq -c '.[]' FILE where it is one list";
@@ -84,7 +84,7 @@ impl Keys {
     }
 }
 
-/// What a value says.
+/// Content of a JSON value.
 enum Read {
     Number(Number),
     /// ns since 1970, or since midnight.

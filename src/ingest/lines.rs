@@ -25,16 +25,16 @@ pub(super) struct Progress {
     pub unbroken: bool,
 }
 
-/// What ends the reading.
+/// Reason that the reading ended.
 pub(super) enum Stop<E> {
     Io(io::Error),
     /// A row of so many fields, in the line that is counted from 1.
     Ragged(usize, u64),
-    /// Whoever takes the rows does not want them.
+    /// An error of the caller that takes the rows.
     Taken(E),
 }
 
-/// What is left of a file.
+/// The part of a file that is yet to be read.
 type Rest<'a> = Box<dyn Read + Send + 'a>;
 
 /// Why no more can be read.
@@ -43,8 +43,8 @@ enum Halt {
     Ragged(usize, u64),
 }
 
-/// Reads `stream` into `columns` as far as it is plain; after each block `full` is called with their cells, of which it takes
-/// what it wants, and the number of all rows so far. Returns what is left.
+/// Reads `stream` into `columns` as long as it is plain. After each block `full` is called with the cells, of which it
+/// takes some or all, and with the number of all rows so far. Returns the unread rest.
 pub(super) fn read<'a, R: Read + Send + 'a, E>(
     stream: R,
     delimiter: u8,
@@ -133,7 +133,7 @@ struct Cells {
 
 /// Bytes of the file of which the first `whole` are whole lines.
 struct Block {
-    /// A buffer; what is behind the first `length` bytes is left from before.
+    /// A buffer; the bytes behind the first `length` are old.
     text: Vec<u8>,
     length: usize,
     whole: usize,
@@ -165,7 +165,7 @@ impl Block {
         }
     }
 
-    /// What is left of a file behind its last line's end.
+    /// The bytes of a file after its last complete line.
     fn end(rest: &[u8]) -> Self {
         Self { text: rest.to_vec(), length: rest.len(), whole: 0, last: true }
     }

@@ -25,7 +25,7 @@ const INT8: u32 = 1;
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
 
-/// What a matrix holds.
+/// Classes of a matrix: a structure, and numbers.
 const STRUCT: u8 = 2;
 const NUMBERS: std::ops::RangeInclusive<u8> = 6..=15;
 const CLASSES: [&str; 18] = [

@@ -60,7 +60,7 @@ struct Mcap {
     listing: Listing,
 }
 
-/// What [`walk`] meets.
+/// An item that [`walk`] hands over.
 enum Met<'a> {
     Schema(u16, Schema),
     Channel(u16, Channel),
@@ -171,9 +171,9 @@ impl MessageFile for Mcap {
 enum Flaw {
     /// The file ends here.
     Cut,
-    /// What stands here is no record.
+    /// No valid record begins here; the text says why.
     Damaged(String),
-    /// Whoever meets the records does not want them, or the disk refuses.
+    /// An error of the caller that takes the records, or of the disk.
     Error(Error),
 }
 

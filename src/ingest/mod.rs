@@ -92,7 +92,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::signal::Limits;
 use std::path::Path;
 
-/// What is kept of each of several axes that are read in one pass.
+/// Limits of the summary of each axis where several are read in one pass.
 const OF_SEVERAL: Limits = Limits { blocks: 1 << 18, stretch: 1 << 17, stretches: 8 };
 
 /// Reads one axis of a gyro that was at rest.
@@ -159,7 +159,7 @@ pub const MEMORY_BYTES: usize = 512 << 20;
 pub enum Reading {
     /// All samples.
     Whole(Box<GyroRecording>),
-    /// What one pass kept of them.
+    /// The summary that one pass kept of them.
     Streamed(Box<StreamedRecording>),
 }
 

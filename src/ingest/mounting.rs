@@ -84,11 +84,11 @@ impl Mounting {
 /// A table with the rate about an axis of the robot in the place of the sensor's rates.
 pub(super) struct Mounted {
     inner: Box<dyn Source>,
-    /// Those of the table, and after them the rate's.
+    /// Heads of the table, and after them that of the rate.
     heads: Vec<Head>,
     /// Columns of the sensor's rates that count, and their weights.
     parts: Vec<(usize, f64)>,
-    /// What tells of gravity, where the sensor rests.
+    /// The accelerometer, which shows gravity while the sensor rests; `None` without one.
     accelerometer: Option<Accelerometer>,
     gravity: Gravity,
 }
@@ -154,7 +154,7 @@ pub(super) fn has_gyro(heads: &[Head]) -> bool {
     heads.iter().any(|h| matches!(h.named().role, Role::Gyro(_)) && !tells_motion(&h.name))
 }
 
-/// The columns of the gyro's axes, and what of each the rate has. Axes of which it has nothing need not be there.
+/// The columns of the gyro's axes and their weights in the rate. Axes of weight zero need not be there.
 fn parts(source: &str, heads: &[Head], weights: [f64; 3]) -> Result<Vec<(usize, f64)>> {
     let mut parts: Vec<(usize, f64)> = Vec::new();
     let needed: Vec<String> =

@@ -1,4 +1,4 @@
-//! What a column is, by its name: words, axis and unit, in the spellings of common recorders.
+//! Meaning of a column by its name: words, axis and unit, in the spellings of common recorders.
 
 use crate::units::{RateUnit, TimeUnit};
 
@@ -61,7 +61,7 @@ pub(super) enum TimeKind {
     Host,
 }
 
-/// What a column is.
+/// Meaning of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     /// Rate of the gyro; without an axis if the name gives none.
@@ -418,8 +418,8 @@ fn environment_role(words: &[String], bracketed: Option<&str>) -> Option<Named> 
     Some(Named { role, unit })
 }
 
-/// What stands before the last word of a name that ends like one of a pair of seconds and nanoseconds, and whether it is the
-/// nanoseconds.
+/// The words before the last one of a name that ends like one of a pair of seconds and nanoseconds, and whether it is
+/// the nanoseconds; `None` for other names.
 pub(super) fn time_part(name: &str) -> Option<(String, bool)> {
     let mut words = words_of(name);
     let nanoseconds = match words.pop()?.as_str() {

@@ -35,7 +35,7 @@ const MOST_ARRAYS: usize = 4096;
 /// One array: in the file, or in a file of the archive.
 #[derive(Debug, Clone)]
 struct Stored {
-    /// In the archive.
+    /// Index in the archive.
     index: usize,
     name: String,
     /// Where the numbers begin.
@@ -49,7 +49,7 @@ struct Npy {
     archive: Option<ZipArchive<BufReader<File>>>,
     source: String,
     entries: Vec<Entry>,
-    /// For each entry, which array and which field of it.
+    /// Array and field of each entry.
     places: Vec<(Stored, Field)>,
 }
 
@@ -130,7 +130,7 @@ fn kind(plain: &Plain) -> Kind {
     }
 }
 
-/// What a date counts in.
+/// Nanoseconds in the unit of a date; `None` for other units.
 fn nanoseconds(plain: &Plain) -> Option<i64> {
     Some(match plain.unit.as_str() {
         "s" => 1_000_000_000,

@@ -9,7 +9,7 @@ pub(super) struct Plain {
     pub letter: char,
     /// Bytes.
     pub size: usize,
-    /// What a date counts in.
+    /// Unit of a date, such as `ns`; empty for other types.
     pub unit: String,
 }
 
@@ -24,7 +24,7 @@ pub(super) struct Field {
     pub count: usize,
 }
 
-/// What the header says.
+/// Content of the header.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Header {
     pub fields: Vec<Field>,

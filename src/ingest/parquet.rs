@@ -238,7 +238,7 @@ impl Filling<'_> {
         Ok(values)
     }
 
-    /// What the values are rounded to, when all were read.
+    /// Rounding of the values in their unit, 0 if unknown; valid once all were read.
     fn resolution(&self) -> f64 {
         match self.data_type {
             _ if self.whole() => self.factor() as f64,

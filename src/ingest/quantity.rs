@@ -1,4 +1,4 @@
-//! What a channel measures, and the units in which files hold it.
+//! Quantity of a channel, and the units in which files hold it.
 
 use super::names::{self, Role};
 use crate::units::{RateUnit, TimeUnit};
@@ -66,7 +66,7 @@ impl Quantity {
         }
     }
 
-    /// What there is to write, for messages.
+    /// Accepted units, as a list for messages.
     pub fn units(self) -> &'static str {
         match self {
             Self::Rate => "rad/s, mrad/s, deg/s, mdeg/s, deg/h, rpm, rev/s, deg/min",

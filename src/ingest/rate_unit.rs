@@ -55,7 +55,7 @@ const KNOWN_STEPS_DEG_S: [f64; 16] = [
 ];
 const STEP_TOLERANCE: f64 = 2e-3;
 
-/// What the numbers of a column at rest say about their unit, in that unit.
+/// Statistics of a column at rest, in the file's unit, from which the unit is guessed or doubted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Evidence {
     pub samples: usize,

@@ -17,7 +17,7 @@ use crate::signal::{Log, TimeAxis, names as channel};
 use crate::units::{RateUnit, TimeUnit};
 use std::borrow::Cow;
 
-/// What to read, where the file leaves a choice.
+/// The user's choices in reading a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct GyroQuery {
     /// Name of the rate column; otherwise it is found by its name and `axis`.
@@ -60,9 +60,9 @@ pub struct GyroRecording {
     pub unit: RateUnit,
     /// Whether the unit was guessed.
     pub unit_guessed: bool,
-    /// What the times count from.
+    /// Zero of the times.
     pub clock: Clock,
-    /// What is wrong with the log.
+    /// Defects of the log.
     pub audit: Audit,
     /// Decisions that the reader took, in words.
     pub notes: Vec<String>,

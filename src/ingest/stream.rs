@@ -20,7 +20,7 @@ pub(super) const HEAD_ROWS: usize = BATCH_ROWS;
 /// One axis of a gyro at rest that was read once, and not held.
 #[derive(Debug, Clone)]
 pub struct StreamedRecording {
-    /// What the pass kept: the rate in rad/s, temperature in °C where it is there.
+    /// Summary that the pass kept: the rate in rad/s, temperature in °C where it is there.
     pub log: Reduced,
     /// Name of the rate column in the file.
     pub column: String,
@@ -28,9 +28,9 @@ pub struct StreamedRecording {
     pub unit: RateUnit,
     /// Whether the unit was guessed.
     pub unit_guessed: bool,
-    /// What the times count from.
+    /// Zero of the times.
     pub clock: Clock,
-    /// What is wrong with the log. Percentiles of the steps come from intervals spread over the log, level, noise and lattice
+    /// Defects of the log. Percentiles of the steps come from intervals spread over the log, level, noise and lattice
     /// from the raw stretches, motion from the block means; all else from every row.
     pub audit: Audit,
     /// Lowest and highest temperature, °C.

@@ -17,12 +17,12 @@ pub(super) struct Gaps {
     missing_s: f64,
     longest_s: f64,
     longest_at_s: Option<f64>,
-    /// Intervals that are no gaps: count, sum and sum of squares of what they differ by from the median of the first ones.
+    /// Intervals that are no gaps: count, sum and sum of squares of their deviations from the median of the first ones.
     inside: (f64, f64, f64),
 }
 
 impl Gaps {
-    /// For steps of about `step_s`.
+    /// An empty account for steps of about `step_s`.
     pub fn new(step_s: f64) -> Self {
         Self { step_s, count: 0, missing_s: 0.0, longest_s: 0.0, longest_at_s: None, inside: (0.0, 0.0, 0.0) }
     }

@@ -1,10 +1,10 @@
-//! What a file's format hands over: columns by name, as numbers, before anyone knows what they mean.
+//! Columns that a file's format hands over: by name, as numbers, before their meaning is known.
 
 use super::format::{Batch, Column, ColumnFacts, Facts, Source};
 use super::names::{self, Named, Role};
 use crate::error::{Error, ErrorKind, Result};
 
-/// What the cells of a column hold.
+/// Type of the cells of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Numbers.
@@ -20,13 +20,13 @@ pub(super) enum Kind {
 pub(super) struct Head {
     /// Name as in the file.
     pub name: String,
-    /// What its cells hold.
+    /// Type of its cells.
     pub kind: Kind,
     /// The format's own word for the type.
     pub type_name: String,
     /// Unit that the file states beside the name (a units row), or that the format lays down.
     pub unit: Option<String>,
-    /// What the column is, where the format says so; otherwise its name tells.
+    /// Meaning of the column where the format states it; otherwise its name tells.
     pub role: Option<Role>,
 }
 
@@ -48,7 +48,7 @@ impl Head {
         self
     }
 
-    /// What the column is, and its unit.
+    /// Meaning of the column, and its unit.
     pub fn named(&self) -> Named {
         match self.role {
             Some(role) => Named { role, unit: self.unit.clone() },
@@ -71,7 +71,7 @@ pub(super) struct Cells {
     pub origin: i64,
     /// Value less `origin`; NaN where missing. Empty if the column was not asked for.
     pub values: Vec<f64>,
-    /// What one unit in the last written digit is worth: values are rounded to this, 0 if unknown.
+    /// Value of one unit in the last written digit: values are rounded to this, 0 if unknown.
     pub resolution: f64,
     /// The first cell that is not a number (NaN in `values`), and how many there are.
     pub bad: Option<(BadCell, usize)>,
@@ -102,7 +102,7 @@ pub(super) struct Table {
     pub rows: usize,
     /// Line of the first row, where the rows are lines without a break.
     pub first_line: Option<u64>,
-    /// What the reader had to decide.
+    /// Decisions that the reader took.
     pub notes: Vec<String>,
 }
 

@@ -45,7 +45,7 @@ impl Source for Text {
         &self.dialect.heads
     }
 
-    /// By the length of the first lines.
+    /// Number of rows, estimated from the length of the first lines.
     fn rows(&self) -> Option<u64> {
         if self.input.gzipped {
             return None;
@@ -148,7 +148,7 @@ impl Skipped {
         self.cut_off = Some(line);
     }
 
-    /// What there is to tell beside `rows` that were read.
+    /// Notes on the rows that were left out, beside `rows` that were read.
     ///
     /// # Errors
     /// [`ErrorKind::Format`] where more rows do not parse than do: that is no table.

@@ -203,7 +203,7 @@ impl Filling {
         Column { origin: self.column.origin, values: std::mem::take(&mut self.column.values) }
     }
 
-    /// What is known of it when all of it was read.
+    /// Its index, and its facts once all of it was read.
     pub fn finish(self) -> (usize, ColumnFacts) {
         let resolution = if self.instant {
             0.0

@@ -74,7 +74,7 @@ impl Count {
     }
 }
 
-/// What every file with topics tells of itself.
+/// Contents of a file with topics.
 #[derive(Debug, Clone)]
 pub(super) struct Listing {
     /// The file; its notes are what was found when the topics were listed.
@@ -92,7 +92,7 @@ impl Listing {
 
 /// A file with topics.
 pub(super) trait Container {
-    /// What is in it.
+    /// The file and its topics.
     fn listing(&self) -> &Listing;
     /// The messages of one of [`Listing::topics`] as a table.
     fn open(self: Box<Self>, topic: usize, stamp: Stamp) -> Result<Box<dyn Source>>;
@@ -148,7 +148,7 @@ fn named(source: &str, topics: &[Topic], name: &str) -> Result<usize> {
     }
 }
 
-/// Those with messages of a gyro.
+/// Indices of the topics with messages of a gyro.
 pub(super) fn with_gyro(source: &str, topics: &[Topic]) -> Result<Vec<usize>> {
     let gyros: Vec<usize> = (0..topics.len()).filter(|&i| topics[i].gyro && topics[i].messages > 0).collect();
     if gyros.is_empty() {

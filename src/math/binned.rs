@@ -185,8 +185,9 @@ pub fn spectral(count: &[f64], power: &[f64], spectrum: &[f64]) -> f64 {
     -0.5 * terms.map(|((n, p), s)| n * (TAU * s).ln() + p / s).sum::<f64>()
 }
 
-/// What columns add to [`spectral`], coefficients integrated out, from the normal matrix XᵀS⁻¹X (lower triangle row by
-/// row) and XᵀS⁻¹z; `std` are the prior standard deviations of the coefficients. None where the matrix is not definite.
+/// Increase of [`spectral`] by columns whose coefficients are integrated out, and with `full` the posterior of these.
+/// From the normal matrix XᵀS⁻¹X (lower triangle row by row) and XᵀS⁻¹z; `std` are the prior standard deviations of the
+/// coefficients. None where the matrix is not definite.
 #[must_use]
 pub fn solve((gram, b): &(Vec<f64>, Vec<f64>), std: &[f64], full: bool) -> Option<Posterior> {
     let p = b.len();

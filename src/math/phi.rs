@@ -1,4 +1,4 @@
-//! φ1(z) = (1 - exp(-z))/z,  φ2(z) = (1 - φ1(z))/z: what a decaying quantity adds up to over a step
+//! φ1(z) = (1 - exp(-z))/z,  φ2(z) = (1 - φ1(z))/z: integrals of a decaying quantity over a step
 //!
 //! By their series where z is small, so that both keep their digits at zero; φ2 = Σ (-z)^k / (k+2)!.
 

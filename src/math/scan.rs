@@ -25,7 +25,7 @@ pub fn first_after(values: &[f64], wanted: impl Fn(f64, f64) -> bool + Sync) -> 
     })
 }
 
-/// What stands in the way of taking values as they are.
+/// Whether a series holds values that are not finite, or negative zeros.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Odd {
     /// The first value that is not finite.

@@ -17,7 +17,7 @@ const SHORTEST: usize = 1 << 11;
 const DIRECT_LAGS: usize = 64;
 const DIRECT_SAMPLES: usize = 1 << 17;
 
-/// What one pass over a series sums up.
+/// Sums from one pass over a series.
 struct Products {
     /// Σ y\[i\] y\[i+k\], k = 0..=max_lag.
     lagged: Vec<f64>,

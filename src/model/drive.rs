@@ -2,21 +2,21 @@
 //! A = [[M + Jw (1/rl² + 1/rr²), Jw b (1/rr² - 1/rl²)], [Jw b (1/rr² - 1/rl²), Jc + M d² + Jw b² (1/rl² + 1/rr²)]]
 //! wheel_l = (v - b ω)/rl,  wheel_r = (v + b ω)/rr,  dx/dt = v cos θ - s sin θ,  dy/dt = v sin θ + s cos θ,  dθ/dt = ω
 //!
-//! The robot on two wheels as effects may change it: radii rl, rr and motor gains gl, gr of their own, the centre of mass d
-//! ahead of the axle, extra force F and moment N, sideways speed s, and whatever sensors make of wheel speeds and yaw rate.
+//! The robot on two wheels as effects may change it: separate radii rl, rr and motor gains gl, gr, the centre of mass d
+//! ahead of the axle, extra force F and moment N, sideways speed s, and sensors that change wheel speeds and yaw rate.
 //! With rl = rr, gl = gr = 1, d = F = N = s = 0 it is the nominal robot ([`crate::vehicle::Rolling`]).
 
 use super::InFilter;
 use crate::config::Vehicle;
 use std::collections::VecDeque;
 
-/// A wheel's force that is uncertain ([`DriveEffect::force_std_n`]) lasts so long, s: for some steps, not for one.
+/// Time for which an uncertain force of a wheel ([`DriveEffect::force_std_n`]) lasts, s: several steps, not one.
 pub const FORCE_LASTING_S: f64 = 0.05;
 
 /// Standard gravity, m/s².
 pub const GRAVITY_M_S2: f64 = 9.806_65;
 
-/// What the equations of motion hold.
+/// Constants of the equations of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Robot {
     /// M, kg
@@ -31,7 +31,7 @@ pub struct Robot {
     pub wheel_inertia_kg_m2: f64,
     /// c, N·m·s
     pub viscous_friction_n_m_s: f64,
-    /// What each motor makes of its command, left and right
+    /// Torque of each motor over its command, left and right
     pub torque_gain: [f64; 2],
     /// d, m
     pub com_offset_m: f64,
@@ -68,7 +68,7 @@ impl Robot {
         }
     }
 
-    /// What the wheels turn with where they roll, left and right, rad/s.
+    /// Wheel speeds without slip, left and right, rad/s.
     #[must_use]
     #[inline]
     pub fn wheels_rad_s(&self, speed_m_s: f64, yaw_rate_rad_s: f64) -> [f64; 2] {
@@ -109,7 +109,7 @@ impl Robot {
     }
 }
 
-/// What a drive is measured with.
+/// Instruments of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Instrument {
     /// The gyro.
@@ -138,13 +138,14 @@ impl Past {
         }
     }
 
-    /// Whether a rate is known at `t_s` or later.
+    /// Whether a rate is known later than `t_s`.
     #[must_use]
     pub fn reaches(&self, t_s: f64) -> bool {
         self.rates.back().is_some_and(|last| last.0 > t_s)
     }
 
-    /// Speed and yaw rate `delay_s` before `now`, straight lines between the rows up to then; the oldest known before them.
+    /// Speed (m/s) and yaw rate (rad/s) `delay_s` before `now`, interpolated linearly; before the first known ones,
+    /// these.
     #[must_use]
     pub fn before(&self, delay_s: f64, now: &Moving) -> [f64; 2] {
         let t_s = now.t_s - delay_s;
@@ -161,7 +162,7 @@ impl Past {
     }
 }
 
-/// The robot at one instant; by default it stands still at the origin of everything.
+/// The robot at one instant; by default at rest at the origin, at time zero.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moving<'a> {
     /// s since the log began
@@ -178,15 +179,15 @@ pub struct Moving<'a> {
     pub acceleration_m_s2: f64,
     /// dω/dt, rad/s²
     pub yaw_acceleration_rad_s2: f64,
-    /// What each wheel's rim pushes with against the ground, left and right, N
+    /// Force of each wheel's rim on the ground, left and right, N
     pub wheel_force_n: [f64; 2],
     /// Speeds and yaw rates so far
     pub past: Option<&'a Past>,
 }
 
 impl Moving<'_> {
-    /// Speed and yaw rate `delay_s` ago; since the last row, without a past, or ahead of its time, as far as the accelerations tell:
-    /// past rates of a filter are estimates, whose errors would pass for a delay.
+    /// Speed (m/s) and yaw rate (rad/s) `delay_s` ago. Within the last row, without a past, or ahead of time they are
+    /// extrapolated with the accelerations: past rates of a filter are estimates, whose errors would look like a delay.
     #[must_use]
     pub fn ago(&self, delay_s: f64) -> [f64; 2] {
         match self.past {
@@ -198,8 +199,8 @@ impl Moving<'_> {
         }
     }
 
-    /// How x, y and heading were `delay_s` ago less how they are, where speed and yaw rate stayed what they are: the chord of
-    /// an arc.
+    /// x, y (m) and heading (rad) `delay_s` ago, less the present ones, at constant speed and yaw rate: the chord of an
+    /// arc.
     #[must_use]
     pub fn pose_ago(&self, delay_s: f64) -> [f64; 3] {
         let turn = -delay_s * self.yaw_rate_rad_s;
@@ -209,7 +210,7 @@ impl Moving<'_> {
     }
 }
 
-/// What the force of an effect follows.
+/// Variables that the force of an effect depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ForceFollows {
     /// Heading.
@@ -223,7 +224,7 @@ pub struct ForceFollows {
 /// Functions of the motion that the force of an effect is made of.
 pub type Shape = [f64; 12];
 
-/// An effect at work in one drive. What its parameters are, is fixed when it is made.
+/// An effect at work in one drive. Its parameters are fixed when it is made.
 pub trait DriveEffect: Send + Sync {
     /// Changes the robot's constants.
     fn robot(&self, robot: &mut Robot) {
@@ -236,12 +237,13 @@ pub trait DriveEffect: Send + Sync {
         [0.0; 2]
     }
 
-    /// What [`Self::force`] follows.
+    /// Variables that [`Self::force`] depends on.
     fn force_follows(&self) -> ForceFollows {
         ForceFollows { heading: true, speeds: true, accelerations: true }
     }
 
-    /// What [`Self::force`] is made of whatever the effect's parameters are, for [`Self::force_of`].
+    /// Functions of the motion from which [`Self::force_of`] makes the force. They do not depend on the effect's
+    /// parameters.
     fn shape(&self, robot: &Robot, at: &Moving) -> Shape {
         let _ = (robot, at);
         Shape::default()
@@ -264,26 +266,26 @@ pub trait DriveEffect: Send + Sync {
         0.0
     }
 
-    /// What the wheels turn with instead of `wheels_rad_s`, left and right.
+    /// Wheel speeds under the effect, left and right, rad/s; without it they are `wheels_rad_s`.
     fn wheels_rad_s(&self, robot: &Robot, at: &Moving, wheels_rad_s: [f64; 2]) -> [f64; 2] {
         let _ = (robot, at);
         wheels_rad_s
     }
 
-    /// How uncertain the effect makes what the wheels turn with, left and right: standard deviation, rad/s. A filter adds
-    /// it to the encoders' noise.
+    /// Standard deviation of the wheel speeds that the effect leaves uncertain, left and right, rad/s. A filter adds it
+    /// to the encoders' noise.
     fn wheel_std_rad_s(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
         let _ = (robot, at);
         [0.0; 2]
     }
 
-    /// How uncertain the effect makes the force of each wheel, left and right: standard deviation, N.
+    /// Standard deviation of the force of each wheel that the effect leaves uncertain, left and right, N.
     fn force_std_n(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
         let _ = (robot, at);
         [0.0; 2]
     }
 
-    /// What the gyro reads instead of `rate_rad_s`, before its own error and noise.
+    /// Reading of the gyro under the effect, before the gyro's own error and noise, rad/s; without it `rate_rad_s`.
     fn gyro_rad_s(&self, at: &Moving, rate_rad_s: f64) -> f64 {
         let _ = at;
         rate_rad_s
@@ -301,12 +303,12 @@ pub trait DriveEffect: Send + Sync {
         1.0
     }
 
-    /// What the recorder makes of one row's readings, noise included: lost ticks, lattices. Rows ascend.
+    /// Changes one row's readings, noise included, as the recorder does: lost ticks, quantization. Rows ascend.
     fn recorded(&mut self, reading: &mut Reading) {
         let _ = reading;
     }
 
-    /// What a filter makes of it, where that is not the equations above as they stand.
+    /// Form of the effect in a filter, where that is not the equations above as they stand.
     fn in_filter(&self) -> InFilter {
         InFilter::Equations
     }
@@ -357,7 +359,8 @@ impl DriveModel {
         self.accelerate_with(at, torques_n_m, |_, _| None);
     }
 
-    /// The same where `known` tells force and moment of some effects, by their place: those of [`Self::forces`].
+    /// The same, where `known` gives force (N) and moment (N·m) of some effects by their index, as [`Self::forces`] has
+    /// them.
     #[inline]
     pub fn accelerate_with(
         &self,
@@ -392,14 +395,14 @@ impl DriveModel {
         out.extend(self.effects.iter().map(|e| e.force(&self.robot, at)));
     }
 
-    /// Renews those of [`Self::forces`] that follow accelerations, for those now in `at`.
+    /// Recomputes those of [`Self::forces`] that depend on accelerations, for those now in `at`.
     pub fn renew_forces(&self, at: &Moving, forces: &mut [[f64; 2]]) {
         for (effect, force) in self.effects.iter().zip(forces).filter(|(e, _)| e.force_follows().accelerations) {
             *force = effect.force(&self.robot, at);
         }
     }
 
-    /// Whether the effect in this place pushes `other` just as it pushes this robot.
+    /// Whether the effect of index `place` exerts the same force on `other` as on this robot.
     #[must_use]
     pub fn pushes_alike(&self, place: usize, other: &Robot) -> bool {
         self.effects[place].pushes_alike(&self.robot, other)
@@ -427,7 +430,7 @@ impl DriveModel {
         self.effects.iter().map(|e| e.sideways_m_s(at)).sum()
     }
 
-    /// What the wheels turn with, left and right, rad/s.
+    /// Wheel speeds, left and right, rad/s.
     #[must_use]
     #[inline]
     pub fn wheels_rad_s(&self, at: &Moving) -> [f64; 2] {
@@ -435,7 +438,7 @@ impl DriveModel {
         self.effects.iter().fold(rolling, |wheels, e| e.wheels_rad_s(&self.robot, at, wheels))
     }
 
-    /// Covariance [v v, v ω, ω ω] of what uncertain wheel forces do to dv/dt and dω/dt.
+    /// Covariance of dv/dt and dω/dt by uncertain wheel forces: [v v, v ω, ω ω], SI.
     #[must_use]
     pub fn force_covariance(&self, at: &Moving) -> [f64; 3] {
         let mut sum = [0.0; 3];
@@ -465,7 +468,7 @@ impl DriveModel {
         })
     }
 
-    /// What the gyro reads, without its own error and noise, rad/s.
+    /// Reading of the gyro without its own error and noise, rad/s.
     #[must_use]
     #[inline]
     pub fn gyro_rad_s(&self, at: &Moving) -> f64 {
@@ -485,7 +488,7 @@ impl DriveModel {
         self.effects.iter().map(|e| e.noise_over_nominal(instrument)).product()
     }
 
-    /// What the recorder makes of a row.
+    /// Changes a row's readings as the recorder does.
     pub fn record(&mut self, reading: &mut Reading) {
         self.effects.iter_mut().for_each(|e| e.recorded(reading));
     }

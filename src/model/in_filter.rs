@@ -1,11 +1,11 @@
 //! reading = gain · expected + offset + noise, of two kinds between which a sensor switches at random
 //!
-//! What a filter makes of an effect. A simulator draws random numbers and knows when each row is read; a filter knows
-//! neither the draws nor, of a sensor that is late, what it reads now. The rest it takes from the same equations.
+//! Form of an effect in a filter. A simulator draws random numbers and knows when each row is read. A filter knows
+//! neither the draws nor the present reading of a sensor that is late. The rest it takes from the same equations.
 
 use super::drive::Instrument;
 
-/// What a filter makes of an effect of drives ([`super::drive::DriveEffect`]).
+/// Form of an effect of drives ([`super::drive::DriveEffect`]) in a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum InFilter {
     /// The equations as they stand.
@@ -13,21 +13,21 @@ pub enum InFilter {
     Equations,
     /// The gyro's readings are this late, s (negative: early): they are compared with the state at their own time.
     GyroDelay(f64),
-    /// The wheels' readings are, likewise.
+    /// The same for the wheels' readings.
     WheelDelay(f64),
-    /// The external reference is: a filter that drives by wheels and gyro does not use it.
+    /// The same for the external reference: a filter that drives by wheels and gyro does not use it.
     PoseDelay(f64),
     /// Standard deviation of an instrument's white noise over the nominal one.
     Noise(Instrument, f64),
     /// The gyro switches between two ways of reading.
     GyroSwitch(Switch),
-    /// A wheel (left 0, right 1) does.
+    /// A wheel (left 0, right 1) switches between two ways of reading.
     WheelSwitch(usize, Switch),
-    /// The wheels' readings lie on a lattice of this step, rad/s.
+    /// The wheels' readings are quantized with this step, rad/s.
     WheelLattice(f64),
 }
 
-/// What a filter makes of an effect of the gyro ([`super::GyroEffect`]).
+/// Form of an effect of the gyro ([`super::GyroEffect`]) in a filter.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GyroInFilter {
     /// Bias and scale of the white noise follow from row and scene: the effect itself tells them.
@@ -47,23 +47,23 @@ pub enum GyroInFilter {
     },
     /// The gyro switches between two ways of reading.
     Switching(Switch),
-    /// A filter has nothing for it; why, as the rest of a sentence.
+    /// A filter cannot represent it; the reason, as the rest of a sentence.
     Unrepresented(&'static str),
 }
 
 /// One way of reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Way {
-    /// Factor on what is expected.
+    /// Factor on the expected reading.
     pub gain: f64,
-    /// Added to it, in the sensor's unit.
+    /// Added to the expected reading, in the sensor's unit.
     pub offset: f64,
     /// Variance of noise beyond the sensor's own, its unit squared.
     pub variance: f64,
 }
 
 impl Way {
-    /// As the sensor should.
+    /// Reading without gain, offset or additional noise.
     pub const PLAIN: Self = Self { gain: 1.0, offset: 0.0, variance: 0.0 };
 }
 
@@ -72,11 +72,12 @@ impl Way {
 pub struct Switch {
     /// The two ways.
     pub ways: [Way; 2],
-    /// Probability of the second way in the end.
+    /// Stationary probability of the second way.
     pub share: f64,
-    /// Rate at which its probability tends to `share`, 1/s; infinite where each reading is drawn anew.
+    /// Rate at which the probability of the second way tends to `share`, 1/s; infinite where each reading is drawn
+    /// anew.
     pub rate_per_s: f64,
-    /// Its probability at first.
+    /// Initial probability of the second way.
     pub start: f64,
 }
 

@@ -11,7 +11,7 @@ pub use in_filter::{GyroInFilter, InFilter, Switch, Way};
 use crate::bias::WarmUp;
 use crate::signal::TimeAxis;
 
-/// The circumstances of one recording: its rows, what was measured beside the rate, and what the nominal simulator believes.
+/// The conditions of one recording: its rows, the covariates that were measured beside the rate, and the nominal model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// Rows, s since power-on.
@@ -28,9 +28,9 @@ pub struct Scene {
     pub warm_up: WarmUp,
     /// Nominal standard deviation of a sample's white noise, rad/s.
     pub white_std_rad_s: f64,
-    /// How much C2 varies from one power-on to the next, rad/s.
+    /// Standard deviation of C2 from one power-on to the next, rad/s.
     pub turn_on_bias_std_rad_s: f64,
-    /// How much C1 and T do, relatively.
+    /// Relative standard deviation of C1 and T from one power-on to the next.
     pub warm_up_relative_std: f64,
 }
 
@@ -47,7 +47,7 @@ impl Scene {
         self.len() == 0
     }
 
-    /// Temperature at power-on, °C: else the mean of the first second, which is what a log knows of it.
+    /// Temperature at power-on, °C; else the mean of the first second; `None` without a temperature.
     #[must_use]
     pub fn first_temperature_c(&self) -> Option<f64> {
         let values = self.temperature_c.as_ref().filter(|t| !t.is_empty())?;
@@ -76,24 +76,24 @@ pub trait GyroEffect: Send {
         1.0
     }
 
-    /// What a filter inside the sensor makes of its input, rad/s.
+    /// Output of a filter inside the sensor for the input `rate_rad_s`, rad/s.
     fn filtered(&mut self, rate_rad_s: f64) -> f64 {
         rate_rad_s
     }
 
-    /// What the sensor puts out instead of `reading_rad_s`.
+    /// Output of the sensor, rad/s; without the effect it is `reading_rad_s`.
     fn output(&mut self, row: usize, reading_rad_s: f64) -> f64 {
         let _ = row;
         reading_rad_s
     }
 
-    /// What a filter makes of it.
+    /// Form of the effect in a filter.
     fn in_filter(&self) -> GyroInFilter {
         GyroInFilter::Unrepresented("what it does to the readings only a simulator knows")
     }
 }
 
-/// What an effect of drives acts through.
+/// Inputs of a filter through which an effect of drives acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Through {
     /// The torques.
@@ -102,7 +102,7 @@ pub struct Through {
     pub gyro: bool,
 }
 
-/// Makes effects from the tables `[[effect]]` of a configuration. Whoever simulates gets one handed down, so that the
+/// Makes effects from the tables `[[effect]]` of a configuration. The caller of a simulator passes one in, so that the
 /// simulator need not know the library of effects.
 pub trait EffectSource: Sync {
     /// The effect `id` with `parameters` in a recording of `scene`, its random numbers from `seed`.
@@ -122,8 +122,8 @@ pub trait EffectSource: Sync {
     /// [`EffectSource::gyro_effect`] knows it too.
     fn is_of_drives(&self, id: &str) -> bool;
 
-    /// Whether the drive effect `id` acts through the torques, and whether through the gyro alone: a filter without them
-    /// has nothing that it could change.
+    /// Inputs of a filter, torques and gyro, that the drive effect `id` acts through. A filter without them is not
+    /// changed by it.
     fn acts_through(&self, id: &str) -> Through {
         let _ = id;
         Through::default()

@@ -7,7 +7,7 @@
 
 use serde::Serialize;
 
-/// A place of the track and the reference's at the same time, m.
+/// Positions of track and reference at the same time, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pair {
     pub time_s: f64,
@@ -15,7 +15,7 @@ pub(super) struct Pair {
     pub reference: [f64; 2],
 }
 
-/// How a track was laid on the reference: reference = R(rotation) track + shift.
+/// Alignment of a track with the reference: reference = R(rotation) track + shift.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Alignment {
     /// Rotation, counter-clockwise, rad.
@@ -32,13 +32,13 @@ pub struct Alignment {
     pub until_s: f64,
     /// Reference positions in it.
     pub samples: u64,
-    /// Root mean square distance that is left in it, m.
+    /// Root mean square distance in it after the alignment, m.
     pub rms_m: f64,
 }
 
 impl Alignment {
-    /// Share of the path that is used where nothing is said: a fifth. A shorter part turns with the reference's noise, a
-    /// longer one takes up drift that should show.
+    /// Default share of the path: a fifth. On a shorter part the rotation follows the reference's noise; a longer one
+    /// absorbs drift that should show.
     pub const DEFAULT_SHARE: f64 = 0.2;
 
     /// A position of the track in the reference's frame.
@@ -49,7 +49,7 @@ impl Alignment {
         [cos * x - sin * y + self.x_m, sin * x + cos * y + self.y_m]
     }
 
-    /// Lays pairs (track, reference) on each other; `None` if the track does not spread.
+    /// Alignment of pairs (track, reference); `None` if the track does not spread.
     fn of(pairs: &[Pair]) -> Option<Self> {
         let n = pairs.len() as f64;
         let mean = |of: fn(&Pair) -> [f64; 2]| {
@@ -90,8 +90,8 @@ impl Alignment {
         (pairs.iter().map(square).sum::<f64>() / pairs.len() as f64).sqrt()
     }
 
-    /// Lays the first `share` of the way on the reference; steps of the reference below `still_m` are no way, so that
-    /// the noise of a robot that stands does not count.
+    /// Aligns the first `share` of the path with the reference. Steps of the reference below `still_m` do not count as
+    /// path, so that the noise of a robot at rest adds none.
     pub(super) fn of_first_part(pairs: &[Pair], share: f64, still_m: f64) -> Option<Self> {
         let mut from = pairs.first()?.reference;
         let mut gone_m = Vec::with_capacity(pairs.len());

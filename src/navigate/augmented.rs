@@ -27,13 +27,14 @@
 //! | `gyro.telegraph_noise`, `gyro.outliers` | a switch of the gyro |
 //! | `gyro.bandwidth` | refused: it filters rate and noise alike, which no state here does |
 //!
-//! What acts through torques changes f alone, and nothing of what a filter without torques uses: a note says so, and
-//! likewise of effects of a gyro that the log does not have. A delay moves e(t) by τ too, which in a warm-up is nothing:
-//! C1 τ/T. A part of the bias that is known is not in the gyro error that the filter writes.
+//! Effects that act through torques change f alone. A filter without torques uses nothing of them, which a note says.
+//! The same holds for effects of a gyro that the log does not have. A delay τ also shifts e(t), in a warm-up by at most
+//! C1 τ/T, which is negligible. The known part of the bias is not in the gyro error that the filter writes.
 //!
 //! A lattice is white noise as long as its step is below twice the noise's standard deviation (Widrow and Kollár, Quantization
 //! Noise (2008), chapter 4); on a coarser one the error stays where the speed stays, and the filter is surer than it should be.
-//! Without torques no acceleration is known: what of an effect follows it (a slide or a vibration that is late) is left out.
+//! Without torques no acceleration is known: the part of an effect that depends on it (a slide or a vibration that is
+//! late) is left out.
 //!
 //! The model itself, switches and states of correlated noise are in [`super::changed_model`].
 
@@ -49,7 +50,7 @@ use crate::model::{EffectSource, GyroInFilter, InFilter, Scene};
 use crate::signal::{Log, increasing_times, since_power_on};
 use crate::simulate::{Options, scene_of_drive};
 
-/// What effects make of the gyro's readings.
+/// The gyro's readings and noise, and the delays, as effects change them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct GyroChanges {
     /// Readings without the bias that is known, where there is any.
@@ -121,7 +122,7 @@ pub fn run_with(config: &Config, log: &Log, settings: &Settings, effects: &dyn E
     made.run(config, log, settings, start_s)
 }
 
-/// What the effects come to.
+/// The effects of a configuration, collected by their form in the filter.
 struct Made {
     scene: Scene,
     robot: Vec<Box<dyn crate::model::drive::DriveEffect>>,
@@ -136,7 +137,7 @@ struct Made {
     white_variance: f64,
     delay_s: f64,
     wheel_delay_s: f64,
-    /// White noise of instruments over nominal.
+    /// Standard deviation of instruments' white noise over the nominal one.
     noise_over: Vec<(Instrument, f64)>,
     notes: Vec<String>,
 }
@@ -275,7 +276,7 @@ impl Made {
         over_log(filter, all(more), &config, log, &settings, start_s, &gyro)
     }
 
-    /// White noise of an instrument as it is.
+    /// Multiplies the standard deviation of an instrument's white noise by `over`.
     fn louder(&mut self, of: Instrument, over: f64, config: &mut Config) {
         match of {
             Instrument::Gyro => {

@@ -39,7 +39,7 @@ const LONGEST_S: f64 = 2e-3;
 /// A bound on the parts of a step: motion through a gap of minutes means little, and must not cost much.
 const PARTS_LIMIT: f64 = 1e4;
 
-/// States that the motion comes from, and what a step moves.
+/// States that the motion depends on, and states that a step changes.
 const CAUSES: [usize; 3] = [HEADING, SPEED, YAW_RATE];
 const MOVED: [usize; 5] = [X, Y, HEADING, SPEED, YAW_RATE];
 /// Reach of the differences: rad, m/s, rad/s, and of a disturbance in its unit. Below the least, rounding shows; beyond the
@@ -83,7 +83,7 @@ impl Switched {
     }
 }
 
-/// A switch with what is known of it.
+/// A switch, with its probability and times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Watched {
     of: Switched,
@@ -106,13 +106,13 @@ pub(super) struct ChangedModel<const N: usize> {
     lattice_variance: f64,
     t_s: f64,
     since_power_on_s: f64,
-    /// What acted last; nothing before the first step.
+    /// Input of the last step; `None` before the first.
     input: Option<Input>,
     watched: Vec<Watched>,
     colours: Vec<Colour>,
 }
 
-/// What a changed model is made of.
+/// Parts of a changed model.
 pub(super) struct Changes {
     pub robot: DriveModel,
     pub torque_noise_density: f64,
@@ -160,7 +160,7 @@ impl<const N: usize> ChangedModel<N> {
         }
     }
 
-    /// The robot in this state, under what acted last.
+    /// The robot in this state, under the last input.
     fn pushed(&self, motion: &[f64; 5]) -> Moving<'static> {
         let mut at = self.at(motion);
         if let Some(Input::Torques(torques)) = self.input {
@@ -203,7 +203,8 @@ impl<const N: usize> ChangedModel<N> {
         motion
     }
 
-    /// What `sensor` reads, one of gyro and wheels, with wheels that read by these gains.
+    /// Reading of `sensor` (gyro, wheels or speed) without noise, in its unit; `gains` are factors on the wheels'
+    /// readings.
     fn reads(&self, sensor: Sensor, at: &Moving, gains: [f64; 2]) -> f64 {
         if sensor == Sensor::Gyro {
             return self.robot.gyro_rad_s(at);
@@ -260,7 +261,7 @@ impl<const N: usize> ChangedModel<N> {
         }
     }
 
-    /// Variances of the disturbances: torque noise, and what uncertain forces come to as torques.
+    /// Variances of the disturbances: torque noise, and uncertain forces as torques.
     fn disturbing(&self, motion: &[f64; 5], input: Input, dt_s: f64) -> [f64; 2] {
         let torques = match input {
             Input::Accelerations(densities) => return densities.map(|d| d / dt_s),

@@ -19,10 +19,10 @@ pub struct Track<'a> {
     pub heading_rad: &'a [f64],
 }
 
-/// A track beside the reference, laid on it where the settings or the lack of a heading ask for it.
+/// A track beside the reference, aligned with it where the settings or a missing heading require it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// How the track was laid on the reference.
+    /// The alignment; `None` where the track is compared as it is.
     pub alignment: Option<Alignment>,
     /// The track in the reference's frame, m, one a row of the log.
     pub x_m: Vec<f64>,
@@ -43,7 +43,7 @@ pub struct Comparison {
     pub heading_error_rad: Option<Vec<f64>>,
 }
 
-/// Compares a track with the reference of `log`; `None` if there is none, or the track cannot be laid on it.
+/// Compares a track with the reference of `log`; `None` if there is none, or the track cannot be aligned with it.
 ///
 /// # Errors
 /// [`ErrorKind::Time`] if time does not run forward; [`ErrorKind::Value`] if the track has another number
@@ -96,7 +96,7 @@ fn pairs(reference: &Reference, times: &[f64], track: &Track) -> (Vec<usize>, Ve
     times.iter().enumerate().filter_map(at).unzip()
 }
 
-/// Errors of a track after the first `share` of its path was laid on the reference; `None` if it does not spread.
+/// Errors of a track after its first `share` was aligned with the reference; `None` if that part does not spread.
 pub(super) fn aligned_errors(
     reference: &Reference,
     times: &[f64],
@@ -113,7 +113,7 @@ pub(super) fn aligned_errors(
     Some(ReferenceErrors { alignment: Some(alignment), ..sums.finish()? })
 }
 
-/// What to say where a track could not be laid on the reference.
+/// Note on a track that could not be aligned with the reference.
 pub(super) const NOT_ALIGNED: &str =
     "the first part of the track has no two places with a reference: it cannot be laid on it, and errors are not known";
 

@@ -61,11 +61,11 @@ pub struct SensorConsistency {
     pub nis_mean: f64,
     /// Between these `nis_mean` lies in 95 % of runs if the model holds.
     pub nis_mean_bounds95: [f64; 2],
-    /// As many independent NIS would tell the mean as well as these do; no more than the readings.
+    /// Number of independent NIS with the same variance of the mean; no more than the readings.
     pub nis_effective_readings: f64,
-    /// Between these `nis_mean` lies in 99.9 % of runs if the model holds, NIS being as autocorrelated as it is.
+    /// Interval of `nis_mean` in 99.9 % of runs if the model holds, with the autocorrelation that NIS shows.
     pub nis_mean_bounds999: [f64; 2],
-    /// Whether `nis_mean` lies inside them.
+    /// Whether `nis_mean` lies inside that interval.
     pub fit_for_use: bool,
     /// Part of the readings inside ±1.96 standard deviations; expected: 0.95.
     pub inside95: f64,
@@ -122,7 +122,7 @@ impl Gatherer {
         }
     }
 
-    /// That the readings of this sensor are means of ticks.
+    /// Declares the readings of this sensor to be means of ticks.
     pub fn of_ticks(&mut self, sensor: Sensor) {
         self.sensors[sensor as usize].ticks = true;
     }
@@ -160,7 +160,8 @@ impl Gatherer {
         nis
     }
 
-    /// What came of it; `lags` is the number of lags at which unknown accelerations were measured.
+    /// Statistics of the innovations; `lags` is the number of lags at which unknown accelerations were measured, if
+    /// they were.
     pub fn finish(&self, lags: Option<f64>) -> Consistency {
         let readings: u64 = self.sensors.iter().map(|s| s.readings).sum();
         let nis: f64 = self.sensors.iter().map(|s| s.nis).sum();

@@ -38,7 +38,7 @@ use std::marker::PhantomData;
 
 /// Noise sources of a prediction: two torques or accelerations, and the rate random walk.
 pub(super) const NOISES: usize = 3;
-/// With those of a step that bends.
+/// Number of noises of a step with the columns for its curvature.
 const ALL_NOISES: usize = NOISES + BENDS;
 
 /// A zero noise in the configuration would mean infinite trust: standard deviations of a measurement are at least this
@@ -69,11 +69,11 @@ pub struct Filter<const N: usize, M> {
     noise_variances: [f64; Sensor::ALL.len()],
     encoder: Encoder,
     wheel_radius_m: f64,
-    /// Growth of the variance of what each sensor of the wheels reads in the last step, in its unit squared a second.
+    /// Growth rate of the variance of each wheel sensor's reading in the last step, in its unit squared a second.
     wheel_walks: [f64; WHEELS.len()],
     ln_time_constant_bounds: [f64; 2],
     gate_nis: f64,
-    /// What the filter does, where the rows are to be smoothed.
+    /// Record of the filter's pass, where the rows are to be smoothed.
     pub(super) tape: Option<Box<Tape<N>>>,
 }
 
@@ -248,7 +248,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         self.model.moved(input, dt_s);
     }
 
-    /// Growth of the variance of what each sensor of the wheels reads. Takes Γ by value and is not inlined: looked up by
+    /// Growth rates of the variances of the wheel sensors' readings. Takes Γ by value and is not inlined: looked up by
     /// indices that the compiler does not know, it would have to lie in memory at every step, ticks or not.
     #[inline(never)]
     fn wheel_walks_in(
@@ -264,8 +264,8 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         })
     }
 
-    /// Takes in the mean of what a sensor of the wheels reads over `interval_s`, made of ticks, in the middle of that
-    /// interval; `None` if it is missing.
+    /// Takes in a wheel sensor's mean over `interval_s`, made of ticks, at the middle of that interval; `None` if it is
+    /// missing.
     pub fn update_mean(&mut self, sensor: Sensor, mean: f64, interval_s: f64) -> Option<Innovation> {
         let walk = WHEELS.iter().position(|s| *s == sensor).map_or(0.0, |at| self.wheel_walks[at]);
         let variance = self.variance_over(sensor, interval_s) + walk * interval_s / 12.0;
@@ -317,7 +317,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         self.take(&seen, expected.residual, Some(row))
     }
 
-    /// Takes in a residual, unless the gate keeps it out; the tape wants to know of which row.
+    /// Takes in a residual, unless the gate rejects it; `row` is its measurement row, for the tape.
     #[inline(always)]
     fn take(&mut self, seen: &Projection<N>, residual: f64, row: Option<Row<N>>) -> Innovation {
         let mut innovation = Innovation { residual, variance: seen.variance, used: true };
@@ -396,7 +396,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         self.walk_rad_s_sqrt_s * self.walk_rad_s_sqrt_s * dt_s
     }
 
-    /// Puts another state of knowledge in the place of this one.
+    /// Replaces mean and covariance.
     pub(super) fn set(&mut self, mean: SVector<f64, N>, covariance: UdCovariance<N>) {
         (self.mean, self.covariance) = (mean, covariance);
     }
@@ -427,7 +427,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
     }
 }
 
-/// What each sensor reads of the states, in the order of [`Sensor::ALL`]: every one is linear in them.
+/// Measurement row of each sensor by the states, in the order of [`Sensor::ALL`]: every one is linear in them.
 fn rows<const N: usize, M: MotionModel<N>>(model: &M, wheel_radius_m: f64) -> [Row<N>; Sensor::ALL.len()] {
     Sensor::ALL.map(|sensor| {
         let mut h = SVector::<f64, N>::zeros();

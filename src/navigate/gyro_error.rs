@@ -44,7 +44,8 @@ pub const LN_TIME_CONSTANT_STD_LIMIT: f64 = 0.5;
 /// ln T stays this close to its first value: four of the largest standard deviations.
 pub(super) const LN_TIME_CONSTANT_REACH: f64 = 4.0 * LN_TIME_CONSTANT_STD_LIMIT;
 
-/// Kept under the variances, so that the covariance of a model without any uncertainty is positive definite: 2e-4 °/h.
+/// Floor of the error's standard deviations, so that the covariance of a model without any uncertainty is positive
+/// definite: 2e-4 °/h.
 const ERROR_STD_FLOOR_RAD_S: f64 = 1e-9;
 const LN_TIME_CONSTANT_STD_FLOOR: f64 = 1e-6;
 
@@ -90,7 +91,7 @@ impl Decay {
 pub(super) struct Prior {
     pub mean: [f64; 3],
     pub covariance: Matrix3<f64>,
-    /// What the user should know about it.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 

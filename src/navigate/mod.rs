@@ -77,17 +77,17 @@ pub use table::{WheelSlip, names};
 pub use ud::UdCovariance;
 pub use unscented::UnscentedFilter;
 
-/// What the filter holds the gyro's error to be.
+/// Model of the gyro's error in the filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ErrorModel {
     /// The configuration's warm-up model, estimated along with the pose.
     #[default]
     WarmUp,
-    /// No error: what a user without the model has, for comparison.
+    /// No error: the filter of a user without the model, for comparison.
     Off,
 }
 
-/// How the filter holds the wheels to move.
+/// Motion of the wheels in the filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum WheelModel {
     /// With slip where the configuration has `[traction]` and the log has torques, else without.
@@ -110,8 +110,9 @@ pub struct Settings {
     pub use_pose: bool,
     /// Whether to start at the reference's first pose instead of x = y = θ = 0.
     pub start_at_reference: bool,
-    /// Share of the reference's path, from its beginning, over which the track is laid on the reference before they are compared
-    /// ([`Alignment`]); 0: not at all. Without: [`Alignment::DEFAULT_SHARE`] where the reference has no heading, else 0.
+    /// Share of the reference's path, from its beginning, over which the track is aligned with the reference before
+    /// they are compared ([`Alignment`]); 0: not at all. `None`: [`Alignment::DEFAULT_SHARE`] where the reference has
+    /// no heading, else 0.
     pub align_share: Option<f64>,
     /// Leave out readings whose NIS is beyond this quantile of chi-squared. Off by default: a gate hides from NIS what
     /// is wrong with a model, and a filter that begins wrong can shut out the readings that would mend it.
@@ -124,7 +125,7 @@ pub struct Settings {
     /// A warm restart: how long the gyro was off since the run that `[gyro.last_run]` tells of, s. Without it, or
     /// after a long pause, the gyro was cold at power-on.
     pub off_time_s: Option<f64>,
-    /// What counts as standing still; `None`: nothing does.
+    /// Rule for standstill; `None`: no row counts as standstill.
     pub standstill: Option<Standstill>,
     /// Whether to smooth: each row's estimate given all readings of the log ([`Run::smoothed`]), beside that given the readings up
     /// to it.

@@ -1,4 +1,4 @@
-//! What a filter needs to know of the robot: how its state moves, and what its wheels read.
+//! The filter's interface to a robot: motion of the state, and readings of the wheels.
 //!
 //! The states that every model has are those of [`state`]; a model may add its own behind them. Pose, speed and yaw rate
 //! are the model's to carry, the gyro's error is the filter's.
@@ -28,7 +28,7 @@ pub mod state {
     pub const LN_TIME_CONSTANT: usize = 7;
 }
 
-/// What drives the robot until the next row.
+/// Input to the robot until the next row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Input {
     /// Commanded torques, left and right, N·m.
@@ -48,7 +48,8 @@ pub struct Transition<const N: usize> {
     pub gamma: SMatrix<f64, N, NOISES>,
     /// Their variances over the step.
     pub variances: SVector<f64, NOISES>,
-    /// Columns of what the step bends within the state's uncertainty, each of variance one; see [`super::SlipModel`].
+    /// Noise columns for the step's curvature within the state's uncertainty, each of variance one; see
+    /// [`super::SlipModel`].
     pub bend: Option<SMatrix<f64, N, BENDS>>,
 }
 
@@ -63,7 +64,7 @@ impl<const N: usize> Transition<N> {
     }
 }
 
-/// What a reading says where a model expects its sensors to read no fixed row.
+/// Linearised reading of a sensor whose row the model does not fix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expected<const N: usize> {
     /// Reading minus expectation.
@@ -87,8 +88,8 @@ pub const fn bits(indices: &[usize]) -> u32 {
 
 /// How a robot of `N` states moves.
 pub trait MotionModel<const N: usize>: Clone {
-    /// Bit k of entry i: whether state i after a step can depend on state k before it (see [`bits`]). What a model
-    /// does not declare here the filter takes as zero in Φ; rows of the gyro's error are the filter's to fill in.
+    /// Bit k of entry i: whether state i after a step can depend on state k before it (see [`bits`]). Dependences that
+    /// are not declared here are zero in the filter's Φ. Rows of the gyro's error are the filter's to fill in.
     const DEPENDS: [u32; N];
 
     /// Bit k of entry i: whether disturbance k can move state i.
@@ -133,8 +134,8 @@ pub trait MotionModel<const N: usize>: Clone {
         None
     }
 
-    /// What `reading` of `sensor`, its noise of this variance, says of the states; `None` where the sensor reads its row. It
-    /// is asked once a reading, in the order in which they are taken in.
+    /// `reading` of `sensor`, its noise of this variance, linearised in the states; `None` where the sensor reads its
+    /// row. It is asked once a reading, in the order in which they are taken in.
     #[inline(always)]
     fn expected(
         &mut self,
@@ -148,13 +149,13 @@ pub trait MotionModel<const N: usize>: Clone {
         None
     }
 
-    /// That the filter was carried on for `dt_s` under `input`.
+    /// Notifies the model that the filter was carried on for `dt_s` under `input`.
     #[inline(always)]
     fn moved(&mut self, input: Input, dt_s: f64) {
         let _ = (input, dt_s);
     }
 
-    /// What the model found out beside the states, for the user.
+    /// Findings of the model besides the states, for the user.
     fn found(&self) -> Vec<String> {
         Vec::new()
     }

@@ -1,4 +1,4 @@
-//! innovation = reading - what was expected of the sensor,  NIS = innovation²/variance
+//! innovation = reading - expected reading,  NIS = innovation²/variance
 
 use crate::config::Encoder;
 
@@ -11,7 +11,7 @@ pub enum Sensor {
     WheelLeft,
     /// Right encoder, rad/s.
     WheelRight,
-    /// Speed by the mean of both wheels, m/s: what a car tells.
+    /// Speed as the mean of both wheels, m/s: the reading of a car's odometry.
     Speed,
     /// Reference position, m.
     PoseX,
@@ -30,7 +30,7 @@ impl Sensor {
 /// Those that read the wheels, and may count ticks.
 pub(super) const WHEELS: [Sensor; 3] = [Sensor::WheelLeft, Sensor::WheelRight, Sensor::Speed];
 
-/// What a reading said against what was expected.
+/// Innovation of one reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Innovation {
     /// Reading minus expectation, in the sensor's unit.

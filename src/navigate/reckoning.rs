@@ -41,7 +41,7 @@ pub fn dead_reckoning(config: &Config, log: &Log, settings: &Settings) -> Result
     integrate(config, log, settings, &times, &speed, &yaw_rate)
 }
 
-/// As [`dead_reckoning`], with the yaw rate of the gyro, nothing taken off it.
+/// As [`dead_reckoning`], with the yaw rate of the gyro as it reads, uncorrected.
 ///
 /// # Errors
 /// As [`dead_reckoning`], but for the encoders the speed is enough; [`crate::ErrorKind::Column`] without a gyro.

@@ -33,7 +33,7 @@ pub struct ReferenceErrors {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heading_end_rad: Option<f64>,
     /// Mean NEES of (x, y, θ); expected: 3, without heading of (x, y): 2. Absent where the estimate has no covariance,
-    /// or was laid on the reference, whose error the covariance does not hold.
+    /// or was aligned with the reference, whose error the covariance does not include.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nees_mean: Option<f64>,
     /// NEES at the last reference pose.
@@ -45,7 +45,7 @@ pub struct ReferenceErrors {
     /// Heading error at the last reference pose, squared, over its variance; expected: 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heading_nees_end: Option<f64>,
-    /// How the track was laid on the reference before it was compared.
+    /// Alignment with the reference before the comparison, if there was one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alignment: Option<Alignment>,
 }
@@ -109,7 +109,8 @@ impl<'a> Reference<'a> {
         })
     }
 
-    /// The share of the path over which a track is to be laid on the reference; `None` where it is compared as it is.
+    /// The share of the path over which a track is to be aligned with the reference; `None` where it is compared as it
+    /// is.
     pub fn share(&self, settings: &Settings) -> Option<f64> {
         let default = (!self.has_heading()).then_some(Alignment::DEFAULT_SHARE);
         settings.align_share.or(default).filter(|share| *share > 0.0)

@@ -25,7 +25,7 @@ use serde::Serialize;
 /// A filter's pass over a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// What came out, in numbers.
+    /// Results in numbers.
     pub summary: Summary,
     /// The estimate at each row, after its readings: pose, velocities, gyro error, their standard deviations, NIS.
     pub pose: Log,
@@ -66,7 +66,7 @@ pub struct Summary {
     /// Densities of unknown accelerations, (m/s²)²/Hz and (rad/s²)²/Hz, where rows had no torques.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acceleration_densities: Option<[f64; 2]>,
-    /// What was learnt while the robot stood still, where it did.
+    /// Reduction of the gyro error's uncertainty at standstill; `None` where no row counted as standstill.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standstill: Option<StandstillSummary>,
     /// NIS and whiteness of the innovations.
@@ -76,7 +76,7 @@ pub struct Summary {
     /// Errors against the reference pose, where the log has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceErrors>,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
@@ -317,7 +317,7 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
     Ok(Run { summary, pose: table.finish(&log.source, log.time.clone())?, smoothed })
 }
 
-/// Goes back over what the filter did; `reference` comes with the share of the way over which tracks are laid on it.
+/// Smooths the filter's pass; `reference` comes with the share of the path over which tracks are aligned with it.
 fn smoothed<const N: usize, M: MotionModel<N>>(
     tape: Tape<N>,
     model: &M,
@@ -356,7 +356,8 @@ fn age_at_start_s(config: &Config, settings: &Settings) -> Result<f64> {
     Ok(restart.map_or(0.0, |r| r.age_s(gyro.time_constant_s)))
 }
 
-/// What to know where the drive leaves the span of time that the model was fitted on.
+/// Note on a drive that leaves the span of time that the model was fitted on; `None` inside it, or where it is not
+/// stated.
 fn outside_validity(config: &Config, from_s: f64, to_s: f64) -> Option<String> {
     let valid = config.validation.as_ref()?;
     let (start, end) = (valid.valid_from_s, valid.valid_to_s);
@@ -385,7 +386,7 @@ pub(super) fn torques(log: &Log) -> Option<[&[f64]; 2]> {
     both[0].iter().zip(both[1]).any(|(l, r)| l.is_finite() && r.is_finite()).then_some(both)
 }
 
-/// What drives each row's prediction.
+/// Input to each row's prediction: torques, N·m, or densities of unknown accelerations, (m/s²)²/Hz and (rad/s²)²/Hz.
 struct Inputs<'a> {
     torques: Option<[&'a [f64]; 2]>,
     densities: Option<[f64; 2]>,

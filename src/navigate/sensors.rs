@@ -16,7 +16,7 @@ pub(super) struct Sensors<'a> {
     pub means: Vec<MeanSpeed>,
     /// Columns of the wheels, however they are read, and of sensors that are late.
     wheels: Vec<(Sensor, &'a [f64])>,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
@@ -75,7 +75,7 @@ pub(super) fn odometry<'a>(config: &Config, log: &'a Log) -> Result<Odometry<'a>
     })
 }
 
-/// The error of a log in which nothing tells the yaw rate.
+/// Error for a log without a source of the yaw rate.
 pub(super) fn no_yaw_rate(log: &Log) -> Error {
     let (gyro, odometry) = (names::GYRO_Z, names::ODO_YAW_RATE);
     let found = format!(
@@ -148,7 +148,7 @@ impl<'a> Sensors<'a> {
         Ok(Self { readings, means, wheels, notes })
     }
 
-    /// Has the gyro read these values instead of its column.
+    /// Replaces the gyro's column by these values.
     pub fn replace_gyro(&mut self, values: &'a [f64]) {
         self.readings.iter_mut().filter(|r| r.0 == Sensor::Gyro).for_each(|r| r.1 = values);
     }

@@ -31,7 +31,7 @@ const ROLLING_STD_RAD_S: f64 = 0.01;
 /// The states that the step's velocities come from.
 const CAUSES: [usize; 4] = [SPEED, YAW_RATE, WHEELS, WHEELS + 1];
 const CAUSING: u32 = bits(&CAUSES);
-/// Those that a step moves.
+/// States that a step changes.
 const MOVED: [usize; 7] = [X, Y, HEADING, SPEED, YAW_RATE, WHEELS, WHEELS + 1];
 
 /// Squared distance of the points over which a bent step is linearised, in variances: that of [`super::UnscentedFilter`].

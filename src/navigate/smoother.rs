@@ -10,16 +10,16 @@
 //! with the filter's x, P, Φ, gain k, innovation ν and its variance S (Bierman, *Factorization Methods for Discrete Sequential
 //! Estimation*, Academic Press 1977, chapter X). No matrix is inverted.
 //!
-//! The filter's estimate at a row is what was known then. A later reading tells more of the gyro's error, which turns the whole
-//! way since the start: the next row's estimate lies on another path, and the sequence of estimates jumps from one to the next.
-//! Given all readings, the rows lie on one path.
+//! The filter's estimate at a row is based on the readings up to that row. A later reading improves the estimate of the
+//! gyro's error, which turns the whole path since the start: the next row's estimate lies on another path, and the
+//! sequence of estimates jumps. Given all readings, the rows lie on one path.
 
 use nalgebra::{SMatrix, SVector};
 
-/// Bytes that a tape may take: 600 000 rows of eight states.
+/// Bytes that a tape may take: about 700 000 rows of eight states.
 const MOST_BYTES: usize = 1 << 30;
 
-/// What the filter did, in order.
+/// Record of the filter's pass, in order.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Tape<const N: usize> {
     order: Vec<Event>,

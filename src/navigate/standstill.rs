@@ -32,7 +32,7 @@ use crate::vehicle::{Odometry, Rolling};
 use serde::Serialize;
 use std::ops::RangeInclusive;
 
-/// What counts as standing still, and how still that is.
+/// Rule for standstill, and how still the robot is then.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standstill {
     /// Wheels must have read zero for so long, s. 0.5: longer than a wheel takes through the zero of a reversal.
@@ -58,7 +58,7 @@ impl Default for Standstill {
     }
 }
 
-/// What standing still was worth.
+/// Knowledge of the gyro error before and after standstill.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StandstillSummary {
     /// Rows at standstill.
@@ -238,7 +238,7 @@ fn mean(values: &[f64]) -> Option<(f64, f64)> {
 #[derive(Clone)]
 struct Wheel<'a> {
     values: &'a [f64],
-    /// What counts as zero.
+    /// Magnitude up to which a value counts as zero, in the unit of `values`.
     zero: f64,
     /// Whether they are counts, which stand still where they do not change.
     counted: bool,

@@ -1,7 +1,8 @@
 //! ω - s (θ - θr) - q (θ - θr)²: the gyro without the part of its error that the temperature tells
 //!
-//! What is left is b, with what varies from power-on to power-on and walks: a warm-up model with C1 = 0 and C2 = b. How well
-//! e(θ) is known depends on θ; the filter is given the worst of the drive, so that it is never surer than the fit was.
+//! The rest is b, with its variation between power-ons and its walk: a warm-up model with C1 = 0 and C2 = b. The
+//! uncertainty of e(θ) depends on θ. The filter is given the largest of the drive, so that it is never surer than the
+//! fit was.
 
 use super::run::Run;
 use super::table::names;
@@ -14,7 +15,7 @@ use crate::signal::{Log, bridged, names as channels};
 pub(super) struct Compensated {
     pub config: Config,
     pub log: Log,
-    /// What was taken off each reading, rad/s.
+    /// Part of each reading that the temperature tells and that was subtracted, rad/s.
     taken_rad_s: Vec<f64>,
     notes: Vec<String>,
 }

@@ -5,15 +5,15 @@
 
 use super::reading::Sensor;
 
-/// A mean of what a sensor reads, and where it belongs; or a reading of a gyro that is late, over no interval.
+/// A mean of a sensor's readings with its interval; or a reading of a gyro that is late, over no interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MeanSpeed {
-    /// Row after which its middle lies, or at which.
+    /// Row at or after which the middle of the interval lies.
     pub row: usize,
-    /// Its middle, s.
+    /// Middle of the interval, s.
     pub middle_s: f64,
     pub sensor: Sensor,
-    /// In the sensor's unit.
+    /// Mean, in the sensor's unit.
     pub mean: f64,
     pub interval_s: f64,
 }

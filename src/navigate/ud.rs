@@ -223,7 +223,7 @@ impl<const N: usize> Row<N> {
     }
 }
 
-/// What a scalar measurement is in the factors of a covariance.
+/// A scalar measurement projected on the factors of a covariance.
 #[derive(Debug, Clone)]
 pub(super) struct Projection<const N: usize> {
     /// Uᵀ h.
@@ -238,7 +238,7 @@ pub(super) struct Projection<const N: usize> {
 /// The Kalman gain as it grows column by column.
 struct Gain<const N: usize> {
     sums: [f64; N],
-    /// Of the measurement, by the columns so far.
+    /// Variance of the measurement, by the columns so far.
     variance: f64,
     inverse: f64,
 }
@@ -311,7 +311,7 @@ const fn sources<const N: usize>(phi: &[u32; N], gamma: &[u32; N], noises: usize
     rows
 }
 
-/// [Φ U, Γ], column by column, and the variances of what enters by each column.
+/// [Φ U, Γ], column by column, and the variance that each column carries.
 struct Sources<const N: usize, const Q: usize, S> {
     states: [[f64; N]; N],
     variances: [f64; N],
@@ -321,7 +321,8 @@ struct Sources<const N: usize, const Q: usize, S> {
 }
 
 impl<const N: usize, const Q: usize, S: Structure<N, Q>> Sources<N, Q, S> {
-    /// Makes the rows above row J orthogonal to it; what they had of it is column J of U, its length D. Returns that.
+    /// Makes the rows above row J orthogonal to it. Their projections are column J of U. Returns D, the squared length
+    /// of row J.
     #[inline(always)]
     fn eliminate<const J: usize>(&mut self, u: &mut [f64; N]) -> f64 {
         let sources = const { S::SOURCES }[J];

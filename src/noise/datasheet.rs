@@ -1,4 +1,4 @@
-//! What manufacturers state of a few usual gyros: typical values, in the datasheet's own units.
+//! Manufacturers' figures for a few common gyros: typical values, in the datasheet's own units.
 //!
 //! An in-run bias stability is the lowest point of the Allan deviation, which flicker noise has at √(2 ln 2/π) B = 0.664 B.
 
@@ -33,7 +33,7 @@ pub struct Datasheet {
 pub struct Stated {
     /// The term that it belongs to.
     pub id: TermKind,
-    /// What the datasheet calls it.
+    /// Name in the datasheet.
     pub name: &'static str,
     /// In the datasheet's unit.
     pub value: f64,
@@ -93,7 +93,7 @@ impl Datasheet {
         })
     }
 
-    /// What it states, in its own units and in SI.
+    /// Its figures, in its own units and in SI.
     #[must_use]
     pub fn stated(&self) -> Vec<Stated> {
         let white = match self.white {

@@ -42,7 +42,7 @@ pub enum TermKind {
 /// A unit that datasheets use, and how many of it are one SI unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    /// As it is written.
+    /// Name in reports and files.
     pub name: &'static str,
     /// Value in this unit of one SI unit.
     pub per_si: f64,

@@ -4,8 +4,9 @@ use crate::error::{Error, ErrorKind, Result};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// How names of logs end in a folder. What a file is its content says; these are for leaving out notes, pictures and settings,
-/// which a reader of text would try as tables. A file of another name is read if it is named itself.
+/// Endings of the names of logs in a folder. The format is found from a file's content; the endings exclude notes,
+/// pictures and settings, which a reader of text would try as tables. A file of another name is read if it is named
+/// itself.
 pub const EXTENSIONS: [&str; 18] = [
     "csv", "tsv", "csv.gz", "tsv.gz", "jsonl", "jsonl.gz", "parquet", "bag", "mcap", "db3", "ulg", "ulog", "bin",
     "mat", "h5", "hdf5", "npy", "npz",

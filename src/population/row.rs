@@ -9,10 +9,11 @@ use crate::validate::Validation;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// One log, gyro and axis: where it is from, how it was read, and what the fit found, or why it did not.
+/// One log, gyro and axis: source, options of the reader, and the results of the fit, or its error.
 ///
-/// SI throughout, the unit in the name. `None` (null, an empty cell) is what is not known: all of a fit that failed, and bounds
-/// that the log does not set. `*_std_*` allow for autocorrelated residuals, `*_std_white_*` do not; intervals are profile likelihood.
+/// SI throughout, the unit in the name. `None` (null, an empty cell) is an unknown value: all of a fit that failed, and
+/// bounds that the log does not set. `*_std_*` allow for autocorrelated residuals, `*_std_white_*` do not; intervals
+/// are profile likelihood.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
@@ -100,11 +101,11 @@ pub struct Row {
     pub rate_random_walk_rad_s_sqrt_s: Option<f64>,
     /// K is below this with 95 % probability.
     pub rate_random_walk_upper95_rad_s_sqrt_s: Option<f64>,
-    /// Of the residuals.
+    /// Standard deviation of the residuals, rad/s.
     pub residual_std_rad_s: Option<f64>,
     /// Samples less free parameters.
     pub degrees_of_freedom: Option<f64>,
-    /// Of the warm-up against a constant.
+    /// P value of the warm-up against a constant.
     pub warm_up_p_value: Option<f64>,
     /// Joint p value of whiteness at all averaging times.
     pub whiteness_p_value: Option<f64>,
@@ -118,11 +119,11 @@ pub struct Row {
     pub temperature_low_c: Option<f64>,
     /// Highest temperature, °C.
     pub temperature_high_c: Option<f64>,
-    /// What was guessed, dropped or is odd, joined by `; `.
+    /// Guesses, omissions and oddities, joined by `; `.
     pub notes: Option<String>,
 }
 
-/// What is in a column, for files that have types.
+/// Type of a column, for files that have types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Text,

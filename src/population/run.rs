@@ -39,7 +39,7 @@ impl fmt::Display for AxisChoice {
 /// Which gyros of a log are fitted, where it holds messages of several topics.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Topics {
-    /// The one that the query names, or the only one with a gyro.
+    /// The topic that the query names, or the only one with a gyro.
     #[default]
     Only,
     /// These, of every log.
@@ -61,7 +61,7 @@ pub struct Settings {
     pub trim_motion: bool,
     /// Their first samples are this long after power-on, s.
     pub start_offset_s: Option<f64>,
-    /// What of C2 is the Earth's rotation, of logs that were recorded in one place.
+    /// The Earth's rotation as part of C2, for logs that were recorded in one place.
     pub earth: Option<EarthRate>,
     /// Options of the fit.
     pub fit: FitOptions,
@@ -126,7 +126,7 @@ pub enum Origin {
     Resumed,
 }
 
-/// What was done.
+/// Result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Done {
     /// One row a log, gyro and axis, in the order of the logs.
@@ -213,7 +213,7 @@ pub fn fit_all(
     Ok(Done { fitted, resumed: rows.len() - fitted, rows })
 }
 
-/// What is read at once: it becomes a row an axis.
+/// One log and topic, read at once; it becomes a row an axis.
 struct Task<'a> {
     path: &'a Path,
     topic: Option<String>,
@@ -246,7 +246,7 @@ fn tasks<'a>(logs: &'a [PathBuf], settings: &Settings) -> Vec<Task<'a>> {
 struct Work<'a> {
     settings: &'a Settings,
     options: &'a str,
-    /// By hash, topic and axis.
+    /// Known rows by hash, topic and axis.
     known: HashMap<(&'a str, Option<String>, String), &'a Row>,
 }
 

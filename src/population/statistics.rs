@@ -1,4 +1,4 @@
-//! What the logs of an axis have in common, how far they differ, and which do not belong.
+//! Means and spreads over the logs of an axis, and the logs that are outliers.
 //!
 //! C2 and C1 are held to be normal from log to log, T log-normal, as the simulator draws them. The spread of C1, relative to its mean,
 //! and that of ln T are one number in the configuration (`warm_up_relative_std`): it is estimated from both, with the covariance of
@@ -88,7 +88,7 @@ pub struct OutlyingLog {
     pub p_value: f64,
 }
 
-/// What the counted logs cover together, and the noise they share.
+/// Ranges of time and temperature of the counted logs, and their common noise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Span {
     /// N, root mean square over the logs, rad/√s.
@@ -144,7 +144,7 @@ pub struct Population {
     pub warm_up: Option<Repeatability>,
     /// Covariance of the means of (C1, C2, T), SI.
     pub mean_covariance: [[f64; 3]; 3],
-    /// What they share.
+    /// Ranges and noise of the counted logs.
     pub span: Option<Span>,
 }
 

@@ -368,7 +368,7 @@ impl Effect for Telegraph {
         out.0
     }
 
-    /// Of a Markov chain of the same dwell times (Machlup, J. Appl. Phys. 25 (1954) 341).
+    /// PSD of a Markov chain of the same dwell times (Machlup, J. Appl. Phys. 25 (1954) 341).
     fn psd(&self, f_hz: f64) -> Option<f64> {
         let rate = 1.0 / self.dwell_s[0] + 1.0 / self.dwell_s[1];
         let variance = self.upper_share() * (1.0 - self.upper_share());

@@ -1,4 +1,4 @@
-//! One case: two power-ons of one unit, and what is in them.
+//! One case: two power-ons of one unit, and the truth about them.
 
 use super::catalogue::{COMMON, draw};
 use super::draw::{chance, log_between};
@@ -21,13 +21,13 @@ use std::collections::BTreeMap;
 pub struct Case {
     /// `stationary-000001` or `driving-000001`.
     pub name: String,
-    /// What the team believes.
+    /// Configuration of the nominal simulator.
     pub config: Config,
     /// The recording to diagnose from.
     pub fit: Log,
     /// Another power-on of the same unit.
     pub hold: Log,
-    /// What is in it.
+    /// The truth about the case.
     pub label: Label,
     /// In which files its recordings lie.
     pub kept_in: Files,
@@ -89,7 +89,7 @@ fn path_stream(seed: u64, slot: u64, run: u64) -> Stream {
     Stream::new(seed, PATH + 10 * slot + run)
 }
 
-/// Of what an effect does to noise and output.
+/// Random stream for an effect's changes of noise and output.
 fn change_stream(seed: u64, slot: u64, run: u64) -> Stream {
     Stream::new(seed, PATH + 10 * slot + 2 + run)
 }
@@ -168,7 +168,7 @@ pub fn make(seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<Case> {
     Ok(Case { name, config: unit.config(), fit: fit?, hold: hold?, label, kept_in: habits.files })
 }
 
-/// What is recorded in `run`.
+/// The log of `run`: `r` is 0 for the fit, 1 for the recording held out.
 fn record(source: &str, r: u64, run: &Run, present: &[Present], habits: &Habits, seed: u64) -> Result<Log> {
     let mut streams: Vec<Stream> = present.iter().map(|p| change_stream(seed, p.slot, r)).collect();
     let mut reading: Vec<f64> = run.times_s().map(|t| run.warm_up_rad_s(t)).collect();

@@ -53,7 +53,7 @@ pub const UNLISTED: [&str; 16] = [
     "x.dead_band",
 ];
 
-/// Those of which real units carry a little.
+/// Effects that real units commonly have in small amounts.
 pub const COMMON: [&str; 9] = [
     "gyro.bias_instability",
     "gyro.gauss_markov",

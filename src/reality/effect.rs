@@ -18,7 +18,7 @@ pub(super) trait Effect: Send + Sync {
     /// Identifier: of the contract, or `x.` and a name of its own.
     fn id(&self) -> &'static str;
 
-    /// What it adds to the bias at unit strength, one value a row; empty where it adds nothing.
+    /// Addition to the bias at unit strength, one value a row; empty where there is none.
     fn path(&self, run: &Run, s: &mut Stream) -> Vec<f64> {
         let _ = (run, s);
         Vec::new()

@@ -1,7 +1,7 @@
-//! log = files( clocks( print( reading ) ) ): how people keep their logs, beside what is in them
+//! log = files( clocks( print( reading ) ) ): how logs are written and kept, apart from their content
 //!
-//! None of it is an effect: rates printed with few decimals, files that are tables of text, sensors that are recorded by
-//! machines with clocks of their own, at rates of their own, and what is said of how a robot turns.
+//! No habit is an effect: rates printed with few decimals, files that are tables of text, sensors recorded by machines
+//! with clocks and rates of their own, and the steering that the configuration states.
 
 use super::draw::{between, chance};
 use super::files::Files;
@@ -78,7 +78,7 @@ pub(super) struct Habits {
     /// Rates of gyro and wheels are printed with few decimals.
     pub printed: Option<Printed>,
     pub files: Files,
-    /// What the configuration says of it.
+    /// Steering that the configuration states; `None` where it states none.
     pub steering: Option<Steering>,
     /// Rate of the wheels' own file, Hz.
     pub wheels_hz: Option<f64>,
@@ -117,13 +117,13 @@ impl Habits {
         Self { printed, files, steering, wheels_hz, offsets_s }
     }
 
-    /// Those of a gyro at rest.
+    /// The habits that apply to a gyro at rest.
     pub fn at_rest(self) -> Self {
         let files = if self.files == Files::Parquet { Files::Parquet } else { Files::Csv };
         Self { printed: self.printed, files, ..Self::PLAIN }
     }
 
-    /// As labels name them.
+    /// Names of the habits as labels have them.
     pub fn names(&self) -> Vec<String> {
         let printed = self.printed.map(|_| "printed");
         let files = match self.files {

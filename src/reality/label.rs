@@ -1,4 +1,4 @@
-//! What is in a case: the label that a diagnosis is scored against.
+//! Label of a case: the truth that a diagnosis is scored against.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -55,7 +55,7 @@ pub struct Place {
     /// From which to which frequency, Hz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frequency_hz: Option<[f64; 2]>,
-    /// What it follows.
+    /// Variable that the effect follows, such as `speed`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<String>,
 }
@@ -93,7 +93,7 @@ pub struct Label {
     pub effects: BTreeMap<String, Parameters>,
     /// `stationary` or `driving`.
     pub kind: String,
-    /// Of the weakest main effect.
+    /// Strength of the weakest main effect.
     pub strength: Strength,
     /// Where each main effect shows.
     #[serde(rename = "where")]

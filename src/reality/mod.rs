@@ -59,8 +59,8 @@ pub fn make(kind: Kind, seed: u64, index: usize, spec: &Spec) -> Result<Case> {
 /// - With half of it clocks of wheels, pose or both are off by up to 1.5 s, in each recording by another offset; not
 ///   beside effects that are lags themselves.
 ///
-/// All are drawn from a stream of their own: what is in a case stays the same, but for the track of a robot that skids, and for
-/// nats of what wheels tell that are read more seldom.
+/// All are drawn from a stream of their own: the content of a case stays the same, except for the track of a robot that
+/// skids, and for the nats of wheels that are read at a lower rate.
 ///
 /// # Errors
 /// As [`make`].

@@ -29,7 +29,7 @@ pub(super) fn signal_energy(run: &Run, signal: &[f64]) -> f64 {
     ((square - explained) / variance).max(0.0)
 }
 
-/// Of the lowest frequencies the warm-up and the level take this many.
+/// Number of the lowest frequencies that warm-up and level take.
 const TAKEN: usize = 2;
 /// Frequencies that are summed one by one; above, the sum is an integral over ln k.
 const SINGLE: usize = 40;

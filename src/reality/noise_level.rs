@@ -20,7 +20,7 @@ pub(super) struct Loudness {
 }
 
 impl Loudness {
-    /// As stated.
+    /// The nominal level.
     pub const NOMINAL: Self = Self { log: 0.0, depth: 0.0, period_s: 1.0, phase: 0.0 };
 
     /// A form whose `log` is 1 or -1; it breathes with a period between those of `periods_s`.

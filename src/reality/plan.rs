@@ -8,7 +8,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
 use serde::{Deserialize, Serialize};
 
-/// How many cases, and what share of them holds what. What is left holds one listed effect.
+/// Number of cases, and shares of their kinds. The remaining share holds one listed effect.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Mix {
     /// Number of cases.
@@ -27,7 +27,7 @@ pub struct Mix {
     pub habits: f64,
 }
 
-/// What one case holds.
+/// Content of one case.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Spec {
     /// Main effects and how strong each is.

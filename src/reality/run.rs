@@ -8,7 +8,7 @@ use super::draw::{between, chance, exponential, log_between, rounded, sign};
 use crate::config::{Config, Gyro, Kind, SCHEMA};
 use crate::math::random::Stream;
 
-/// What the team believes, and how the unit and its place behave otherwise.
+/// Nominal parameters of a unit, and the true behaviour of the unit and its surroundings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unit {
     pub step_s: f64,
@@ -166,14 +166,14 @@ impl Run {
         self.temperature_c.iter().map(|c| c - first).collect()
     }
 
-    /// What the thermometer says.
+    /// Readings of the thermometer with its noise and quantization, °C.
     pub fn thermometer_c(&self, s: &mut Stream) -> Vec<f64> {
         let lattice = self.unit.thermometer_lattice_c;
         let read = |c: &f64| ((c + self.unit.thermometer_std_c * s.normal()) / lattice).round() * lattice;
         self.temperature_c.iter().map(read).collect()
     }
 
-    /// What the voltmeter says.
+    /// Readings of the voltmeter with its noise, V.
     pub fn voltmeter_v(&self, s: &mut Stream) -> Vec<f64> {
         self.supply_v.iter().map(|v| v + self.unit.voltmeter_std_v * s.normal()).collect()
     }

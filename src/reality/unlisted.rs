@@ -107,7 +107,7 @@ impl Effect for Periodic {
     }
 }
 
-/// What an environment's change does, as [`Response`] has it.
+/// Variable of the surroundings that the bias follows, as [`Response`] has it.
 #[derive(Clone, Copy)]
 pub(super) enum Law {
     /// The sign of the temperature's rate, after a lag: hysteresis of a package under stress.

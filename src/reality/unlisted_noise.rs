@@ -138,7 +138,7 @@ impl Effect for Saturation {
         "x.saturation"
     }
 
-    /// By the variance that is lost.
+    /// Nats of the variance that is lost.
     fn nats(&self, run: &Run, _: &[f64], strength: f64) -> f64 {
         let (mut variance, mut weight) = (0.0, 0.0);
         for i in -80..=80 {
@@ -193,7 +193,7 @@ impl Effect for Held {
         }
     }
 
-    /// Of the correlation between neighbours that it makes: n ρ²/2.
+    /// Nats of the correlation between neighbours: n ρ²/2.
     fn nats(&self, run: &Run, _: &[f64], strength: f64) -> f64 {
         0.5 * run.len as f64 * strength * strength
     }

@@ -236,7 +236,7 @@ impl Effect for NarrowBand {
             .collect()
     }
 
-    /// Of the whole log, as a line of the band's width: what a diagnosis has that does not follow the wander.
+    /// PSD over the whole log, a line of the band's width: for a diagnosis that does not follow the wandering.
     fn psd(&self, f_hz: f64) -> Option<f64> {
         let rate = PI * self.width_hz();
         let line = |f: f64| rate / (rate * rate + (TAU * f).powi(2));

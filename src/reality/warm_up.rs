@@ -17,7 +17,7 @@ enum Form {
     Unstated { sign: f64, time_constant_s: f64 },
 }
 
-/// Another warm-up. What a run differs by inside the stated repeatability it differs by here too.
+/// Another warm-up. The deviation of a run within the stated repeatability applies to it too.
 pub(super) struct WarmUp {
     form: Form,
     stretch: f64,
@@ -68,7 +68,7 @@ impl WarmUp {
         }
     }
 
-    /// What is added to the run's own warm-up, rad/s, one value a row.
+    /// Addition to the run's own warm-up, rad/s, one value a row.
     fn added(&self, run: &Run, path: &[f64], strength: f64) -> Vec<f64> {
         let [c1_rad_s, time_s, stretch] = self.real(run, path, strength);
         let own = |t: f64| if self.is_unstated() { 0.0 } else { run.warm_up_rad_s(t) - run.c2_rad_s };
@@ -81,7 +81,8 @@ impl Effect for WarmUp {
         "gyro.warm_up"
     }
 
-    /// One normal draw: what C1' differs by in this run, in standard deviations, where the simulator's has none to differ.
+    /// One normal draw: deviation of C1' in this run, in standard deviations, where the simulator states no warm-up
+    /// that could vary.
     fn path(&self, _: &Run, s: &mut Stream) -> Vec<f64> {
         vec![s.normal()]
     }

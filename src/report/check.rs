@@ -21,13 +21,14 @@ pub struct ModelCheck {
     pub samples: usize,
     /// Mean residual: how far this turn-on lies from the model, rad/s.
     pub offset_rad_s: f64,
-    /// What the configuration expects of it: the covariance of the fit, and the turn-on spread where it is stated.
+    /// Standard deviation of it that the configuration expects, rad/s: from the covariance of the fit, the turn-on
+    /// spread where it is stated, and the residuals' own scatter.
     pub offset_expected_std_rad_s: f64,
     /// Whether the configuration states a turn-on spread.
     pub turn_on_stated: bool,
     /// Root mean square of the residuals about their mean, rad/s.
     pub residual_std_rad_s: f64,
-    /// What the angle random walk of the configuration gives at this log's sample time, rad/s.
+    /// Standard deviation of the residuals by the configuration's angle random walk at this log's sample time, rad/s.
     pub expected_std_rad_s: f64,
     /// Whether the model is that of the warm-up by elapsed time, or `[gyro.temperature]`.
     pub against: Against,
@@ -40,7 +41,7 @@ pub struct ModelCheck {
     pub validation: Validation,
 }
 
-/// What the residuals say of themselves.
+/// Statistics of the residuals.
 struct Seen {
     samples: usize,
     offset_rad_s: f64,
@@ -202,7 +203,7 @@ impl ModelCheck {
         })
     }
 
-    /// Offset in standard deviations of what is expected.
+    /// Offset over its expected standard deviation.
     #[must_use]
     pub fn offset_in_std(&self) -> f64 {
         self.offset_rad_s / self.offset_expected_std_rad_s

@@ -3,7 +3,8 @@
 use super::numbers::significant;
 use crate::identify::terms::TermEstimate;
 
-/// What was taken out of the residuals before they were judged, a line each; none where they are not coloured.
+/// The low-pass and vibrations that were taken out of the residuals before the tests, a line each; none where they are
+/// not coloured.
 pub(super) fn coloured_text(colour: &[TermEstimate]) -> Vec<String> {
     let ends = |[low, high]: [f64; 2]| format!("[{}, {}]", significant(low, 4), significant(high, 4));
     let mut lines: Vec<String> = colour

@@ -11,7 +11,7 @@ use crate::validate::Validation;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// What the report says of the log.
+/// Facts about the log for the report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogFacts {
     /// File name.
@@ -24,7 +24,7 @@ pub struct LogFacts {
     pub sha256: String,
     /// Lowest and highest temperature, °C, where the log has it.
     pub temperature_c: Option<[f64; 2]>,
-    /// What was guessed, dropped or is odd, one sentence each.
+    /// Guesses, omissions and oddities, one sentence each.
     pub notes: Vec<String>,
     /// The audit of the log as JSON; null where there is none.
     pub audit: Value,
@@ -54,7 +54,7 @@ pub struct FitReport {
     pub fit: Fit,
     /// Whiteness of the residuals: of the fit, or of the error by temperature where the model is `against` that.
     pub validation: Validation,
-    /// What of C2 is the Earth's rotation, where the latitude is known and the axis points up.
+    /// The Earth's rotation as part of C2, where the latitude is known and the axis points up.
     pub earth: Option<EarthRate>,
     /// The same error by temperature, where the log has it.
     pub temperature: Option<TemperatureFit>,
@@ -75,7 +75,7 @@ impl FitReport {
         self.temperature.as_ref().filter(|_| self.against == Against::Temperature)
     }
 
-    /// The verdict: what is most wrong comes first.
+    /// The verdict; of several faults the worst.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         if let Some(thermal) = self.thermal() {

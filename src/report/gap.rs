@@ -24,7 +24,7 @@ const HARDLY: f64 = 0.95;
 /// Less probable effects are not listed.
 const LEAST_PROBABILITY: f64 = 0.005;
 
-/// What the gap was measured on.
+/// Recording that the gap was measured on, in words.
 pub(in crate::report) fn measured_on(kept_back: bool) -> &'static str {
     if kept_back { "on the recording kept back" } else { "on this very recording" }
 }
@@ -38,7 +38,7 @@ pub struct GapReport<'a> {
     pub kept_back: Option<&'a str>,
     /// The answer.
     pub answer: &'a Answer,
-    /// Where the recording leaves what the simulators would have recorded.
+    /// Deviations of the recording from simulated ones.
     pub curves: &'a [Curve],
 }
 
@@ -306,7 +306,7 @@ impl GapReport<'_> {
         }
     }
 
-    /// Of the library, what comes nearest to an unknown cause.
+    /// Writes which effect of the library comes nearest to an unknown cause.
     fn nearest(&self, out: &mut String) {
         let Some(nearest) = &self.answer.nearest else { return };
         let Some(effect) = self.effect(&nearest.id) else { return };
@@ -430,7 +430,7 @@ impl GapReport<'_> {
         }
     }
 
-    /// What the heading gains over the longest horizon.
+    /// Writes how much less the heading drifts over the longest horizon.
     fn gain(&self, out: &mut String) {
         let longest = self
             .answer

@@ -13,7 +13,7 @@ use crate::units::{RAD_S_PER_DEG_H, RAD_S_PER_DEG_S, duration_text};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// The noise model of a log, with what it is held against.
+/// The noise model of a log, and references to compare it with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoiseReport {
     /// The log.

@@ -15,10 +15,10 @@ use crate::units::{RAD_S_PER_DEG_S, duration_text};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// A study, and what was run beside it.
+/// A study, and the further runs of its report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudyReport {
-    /// What was studied.
+    /// Setup of the study.
     pub setup: Setup,
     /// Name of the configuration.
     pub robot: String,
@@ -32,7 +32,7 @@ pub struct StudyReport {
     pub longer: Option<Study>,
     /// The study on every ground; empty where that was not asked for.
     pub grounds: Vec<Ground>,
-    /// The study with a filter that is wrong about traction; likewise.
+    /// The study with a filter that is wrong about traction; empty where that was not asked for.
     pub beliefs: Vec<Belief>,
 }
 
@@ -142,7 +142,7 @@ impl StudyReport {
         out
     }
 
-    /// What is compared with what, as far as it ran: id, words, numbers.
+    /// Comparisons of two estimators, as far as both ran: id, words, numbers.
     fn comparisons(&self) -> Vec<(&'static str, &'static str, Comparison)> {
         use Estimator::*;
         let all = [
@@ -286,7 +286,7 @@ impl StudyReport {
     }
 }
 
-/// What every set of runs has.
+/// JSON of the results that every set of runs has.
 fn results_json(study: &Study) -> Value {
     let nees = |n: &Nees| {
         json!({

@@ -1,4 +1,4 @@
-//! What a report says of the error by temperature, and of time against temperature.
+//! Report of the error by temperature, and of time against temperature.
 
 use super::fit::equals;
 use super::numbers::{known_digits, probability, significant};
@@ -45,7 +45,7 @@ pub(super) fn drift_json(d: &DriftCause) -> Value {
     })
 }
 
-/// Time against temperature, the fitted polynomial, and what to make of it; `used` where it is what the configuration gets.
+/// Writes time against temperature, the fitted polynomial, and advice; `used` where the configuration gets this model.
 pub(super) fn temperature_text(fit: &TemperatureFit, used: bool, out: &mut String) {
     if let Some(drift) = &fit.explanation {
         drift_text(drift, out);

@@ -4,14 +4,15 @@ use super::log::TimeAxis;
 use super::reduced::Reduced;
 use crate::error::{Error, ErrorKind, Result};
 
-/// A channel that is missing for a longer share of the samples on end is not made up.
+/// Largest gap that is bridged, as a share of the samples.
 const LONGEST_GAP: f64 = 0.1;
 
-/// `values` with missing ones (NaN) on the straight line in time between their neighbours; before the first and after the last
-/// they are held. `name` is the channel's, for messages.
+/// `values` with missing ones (NaN) interpolated linearly in time between their neighbours; before the first and after
+/// the last known one they are held. `name` is the channel's, for messages.
 ///
 /// # Errors
-/// [`ErrorKind::Column`] if lengths differ; [`ErrorKind::Value`] where a tenth of the values or more is missing on end.
+/// [`ErrorKind::Column`] if lengths differ; [`ErrorKind::Value`] where one gap is longer than a tenth of the values,
+/// and than one value.
 pub fn bridged(name: &str, time: &TimeAxis, values: &[f64]) -> Result<Vec<f64>> {
     if values.len() != time.len() {
         let found = format!("{} values on {} times", values.len(), time.len());

@@ -1,4 +1,4 @@
-//! Block moments: what a model that is smooth in time needs to know of a log, in one pass.
+//! Block moments: a sufficient summary of a log for models that are smooth in time, in one pass.
 //!
 //! The time axis is cut into blocks, the samples of each are projected on eight Legendre polynomials in
 //! x = (t - mid)/half. A function f = Σ c_k P_k(x) then has Σ f y = c·m and Σ f² = cᵀ G c over the block, with the

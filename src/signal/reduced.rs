@@ -57,7 +57,7 @@ pub struct Stretch {
     pub values: Vec<f64>,
 }
 
-/// What one pass kept of a log.
+/// Summary of a log from one pass.
 #[derive(Debug, Clone)]
 pub struct Reduced {
     /// Block moments of all samples.
@@ -108,7 +108,7 @@ impl Reduced {
         self
     }
 
-    /// What was kept, in a sentence for a report.
+    /// The extent of the summary, in a sentence for a report.
     #[must_use]
     pub fn text(&self) -> String {
         let c = &self.coarse;

@@ -110,7 +110,7 @@ impl Reducer {
         self.moments.count()
     }
 
-    /// What was kept.
+    /// Ends the pass: the summary of all samples.
     ///
     /// # Errors
     /// [`ErrorKind::TooShort`] with fewer than two samples; [`ErrorKind::Value`] if a rate was not finite.

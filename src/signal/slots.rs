@@ -43,8 +43,8 @@ pub fn block_means(slots: &[f64], size: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Fills missing `rows` (ascending) by a straight line between the means of their neighbours, plus white noise; `neighbours`
-/// says of how many on each side, from the length of the gap.
+/// Fills missing `rows` (ascending) by a straight line between the means of their neighbours, plus white noise;
+/// `neighbours` maps the length of a gap to the number of neighbours on each side.
 pub fn fill(values: &mut [f64], rows: &[usize], noise_std: f64, neighbours: impl Fn(usize) -> usize) {
     let mut draw = Stream::new(values.len() as u64, 2);
     let known = values.to_vec();

@@ -13,19 +13,19 @@ use std::collections::VecDeque;
 const LONGEST_S: f64 = 2e-3;
 /// A bound on the parts of one step: motion through a gap of minutes means little, and must not cost much.
 const PARTS_LIMIT: f64 = 1e5;
-/// Largest h λ.
+/// Largest product h λ of step and decay rate.
 const LARGEST_DECAY: f64 = 0.5;
 /// Most halvings of one part: down to 30 µs.
 const HALVINGS: u32 = 6;
 /// A change of speed over half a part (m/s, or rad/s) that is too small to matter, however fast it decays.
 const NO_MATTER: f64 = 1e-9;
 
-/// What moves the robot over a step.
+/// Input that moves the robot over a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Push {
     /// Torques, left and right, N·m.
     Torques([f64; 2]),
-    /// Accelerations that were recorded, m/s² and rad/s²: forces are not asked.
+    /// Recorded accelerations, m/s² and rad/s²; forces are not computed.
     Recorded([f64; 2]),
 }
 
@@ -33,7 +33,7 @@ pub(super) enum Push {
 pub(super) struct Changed {
     model: DriveModel,
     motion: Motion,
-    /// Times, accelerations and forces; what it holds of the motion is set when it is used.
+    /// Times, accelerations and forces; the fields of the motion are set on use.
     at: Moving<'static>,
     past: Past,
     /// Motion so far, no longer than the reference is late
@@ -61,12 +61,12 @@ impl Changed {
         self.angles_rad
     }
 
-    /// Puts the robot there.
+    /// Sets the robot's motion.
     pub fn put(&mut self, motion: Motion) {
         self.motion = motion;
     }
 
-    /// Says what time it is: s since the log began, and since power-on.
+    /// Sets the time: s since the log began, and s since power-on.
     pub fn clock(&mut self, t_s: f64, since_power_on_s: f64) {
         self.at.t_s = t_s;
         self.at.since_power_on_s = since_power_on_s;
@@ -113,17 +113,17 @@ impl Changed {
         self.model.robot.speed_and_yaw_rate(wheels_rad_s)
     }
 
-    /// What the wheels turn with, under the torques that acted last.
+    /// Wheel speeds under the torques that acted last, left and right, rad/s.
     pub fn wheels_rad_s(&self) -> [f64; 2] {
         self.model.wheels_rad_s(&Moving { past: Some(&self.past), ..self.now() })
     }
 
-    /// What the gyro reads, without its own error and noise.
+    /// Reading of the gyro without its own error and noise, rad/s.
     pub fn gyro_rad_s(&self) -> f64 {
         self.model.gyro_rad_s(&Moving { past: Some(&self.past), ..self.now() })
     }
 
-    /// What the recorder makes of a row.
+    /// Changes a row's readings as the recorder does.
     pub fn record(&mut self, reading: &mut Reading) {
         self.model.record(reading);
     }

@@ -1,4 +1,4 @@
-//! What `[gyro.noise]` says of the spectrum near the sample rate: white noise behind a low-pass, and bands of vibration
+//! The noise of `[gyro.noise]` near the sample rate: white noise behind a low-pass, and bands of vibration
 //!
 //! The low-pass is the causal filter of least delay that has its gain; it colours the noise, and leaves the rate alone. A
 //! resonance is z ← r e^{iω₀} z + drive, of which the real part is seen, r = exp(-πΔ Δt); a wandering frequency is white
@@ -27,7 +27,7 @@ struct Fir {
 }
 
 impl Fir {
-    /// At work since long before the first sample.
+    /// A filter in its stationary state.
     fn new(taps: Vec<f64>, mut draw: impl FnMut() -> f64) -> Self {
         let inputs = taps.iter().map(|_| draw()).collect();
         Self { taps, inputs, newest: 0 }
@@ -107,7 +107,7 @@ pub(super) struct Coloured {
 }
 
 impl Coloured {
-    /// Of the noise that is stated, `white_std_rad_s` being that of the plateau.
+    /// A generator of the stated noise; `white_std_rad_s` is the standard deviation of the plateau.
     pub fn new(noise: &Noise, white_std_rad_s: f64, step_s: f64, seed: u64) -> Self {
         let filter = |cutoff_hz: f64| {
             let form = noise.bandwidth_form.unwrap_or_default();

@@ -29,10 +29,10 @@ pub mod truth_names {
 /// A simulated drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
-    /// What was recorded: `time_since_power_on_s`, torques where there are any, gyro, wheels, their ticks where they are
-    /// counted, pose.
+    /// Recorded channels: `time_since_power_on_s`, torques where there are any, gyro, wheels, their ticks where they
+    /// are counted, pose.
     pub log: Log,
-    /// What was true at each row: `x_m`, `y_m`, `heading_rad` and the channels of [`truth_names`].
+    /// True values at each row: `x_m`, `y_m`, `heading_rad` and the channels of [`truth_names`].
     pub truth: Log,
     /// The gyro's warm-up in this run, as it is after a cold power-on.
     pub warm_up: WarmUp,
@@ -54,7 +54,7 @@ pub fn drive(config: &Config, course: Course, duration_s: f64, options: &Options
 
 /// As [`drive`], with the effects of the configuration, which `effects` makes.
 ///
-/// The planned torques are those of the nominal robot; what it lacks is left to the feedback.
+/// The planned torques are those of the nominal robot; the feedback makes up for the difference.
 /// Wheel slip by an effect moves the readings of the wheels, and its force is that of the wheel that rolls.
 ///
 /// # Errors
@@ -122,7 +122,7 @@ pub fn replay(config: &Config, inputs: &Log, options: &Options) -> Result<Drive>
 
 /// As [`replay`], with the effects of the configuration, which `effects` makes; temperature and supply are the log's own.
 ///
-/// Where the log has no torques, the wheels turn as recorded and the robot moves as *its* radii and track make of that.
+/// Where the log has no torques, the wheels turn as recorded, and the motion follows with the changed radii and track.
 /// Effects of forces then change nothing, and neither does slip, which follows them: no force is known.
 ///
 /// # Errors

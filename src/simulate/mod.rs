@@ -1,4 +1,4 @@
-//! Floor 3: the nominal simulator: what a configuration says should be recorded.
+//! Floor 3: the nominal simulator: readings by the model of a configuration.
 //!
 //! - [`stationary`]: a gyro at rest; [`stationary_with`] and [`stationary_like`]: with effects of reality
 //! - [`drive`]: a robot that follows a [`Course`]; [`drive_with`]: with effects
@@ -32,15 +32,15 @@ use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
 
-/// Seeds of what is drawn at random.
+/// Seeds of the random numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Seeds {
-    /// Of the course and the torque noise: how the robot moves.
+    /// Seed of the course and the torque noise: how the robot moves.
     pub motion: u64,
-    /// Of gyro, encoder and pose noise: how the motion is recorded. A speed control that reads the encoders hands a little of theirs on to
-    /// the motion; replayed torques do not.
+    /// Seed of gyro, encoder and pose noise: how the motion is recorded. A speed control that reads the encoders passes
+    /// a little of their noise on to the motion; replayed torques do not.
     pub sensors: u64,
-    /// Of what differs from one power-on to the next.
+    /// Seed of the differences from one power-on to the next.
     pub turn_on: u64,
 }
 
@@ -50,7 +50,7 @@ impl From<u64> for Seeds {
     }
 }
 
-/// What a simulation needs to know beside configuration and motion.
+/// Options of a simulation, besides configuration and motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Seeds of the random streams.
@@ -98,10 +98,10 @@ impl Purpose {
     }
 }
 
-/// What logs made here are called in messages.
+/// Name of simulated logs in messages.
 const SOURCE: &str = "simulation";
 
-/// More rows than this are a slip of the pen (200 million: 55 h at 1 kHz), and would only exhaust the memory.
+/// More rows than this are taken for a mistake: 200 million, 55 h at 1 kHz. They would exhaust the memory.
 const ROWS_LIMIT: f64 = 2e8;
 
 /// Sample time of simulator and sensors, s.

@@ -20,7 +20,7 @@ pub(super) struct Plant {
     state: SlippingState,
     parts: u32,
     angles_rad: [f64; 2],
-    /// What moves instead of all this, where there are effects.
+    /// The robot with effects, which then moves in place of all this; `None` without effects.
     changed: Option<Changed>,
 }
 
@@ -45,7 +45,7 @@ impl Plant {
         Ok(self)
     }
 
-    /// Says what time it is: s since the log began, and since power-on.
+    /// Sets the time: s since the log began, and s since power-on.
     pub fn clock(&mut self, t_s: f64, since_power_on_s: f64) {
         if let Some(changed) = &mut self.changed {
             changed.clock(t_s, since_power_on_s);
@@ -75,12 +75,12 @@ impl Plant {
         self.changed.as_ref().map_or(self.state.wheels_rad_s, Changed::wheels_rad_s)
     }
 
-    /// What the gyro reads, without its own error and noise.
+    /// Reading of the gyro without its own error and noise, rad/s.
     pub fn gyro_rad_s(&self) -> f64 {
         self.changed.as_ref().map_or(self.state.motion.yaw_rate_rad_s, Changed::gyro_rad_s)
     }
 
-    /// What the recorder makes of a row.
+    /// Changes a row's readings as the recorder does.
     pub fn record(&mut self, reading: &mut Reading) {
         if let Some(changed) = &mut self.changed {
             changed.record(reading);
@@ -103,9 +103,9 @@ impl Plant {
         self.slipping.map(|robot| robot.slips(&self.state).map(|s| s.slip))
     }
 
-    /// The true pose, with the speed and yaw rate of wheels that turn as they were recorded: what a robot's own control sees. Speeds
-    /// that are not there yet (NaN) are zero: the robot stands. Where wheels slip, the noise that the control would hand on is more
-    /// than the slip is linear in, so that it sees how they turn.
+    /// The true pose, with the speed and yaw rate that follow from the recorded wheel speeds: the input of a robot's
+    /// own control. Speeds that are not there yet (NaN) are zero: the robot stands. Where wheels slip, it is their true
+    /// speeds: the slip is not linear over the noise that the control would pass on.
     pub fn indicated(&self, recorded_rad_s: [f64; 2]) -> Motion {
         let seen = if self.slipping.is_some() { self.state.wheels_rad_s } else { recorded_rad_s };
         let held = seen.map(|speed| if speed.is_finite() { speed } else { 0.0 });
@@ -113,7 +113,7 @@ impl Plant {
         Motion { speed_m_s, yaw_rate_rad_s, ..*self.motion() }
     }
 
-    /// Lets the torques act for `dt_s`.
+    /// Moves on by `dt_s` under these torques.
     pub fn drive(&mut self, torques_n_m: [f64; 2], dt_s: f64) {
         if let Some(changed) = &mut self.changed {
             return changed.advance(Push::Torques(torques_n_m), dt_s);
@@ -136,7 +136,7 @@ impl Plant {
         }
     }
 
-    /// Rolls on for `dt_s` as it was recorded.
+    /// Moves on by `dt_s` with wheels that roll as recorded.
     pub fn roll(&mut self, forcing: &Forcing, dt_s: f64) {
         if let Some(changed) = &mut self.changed {
             let recorded = [forcing.acceleration_m_s2, forcing.yaw_acceleration_rad_s2];
@@ -149,7 +149,7 @@ impl Plant {
         self.put(advance(&motion, forcing, dt_s));
     }
 
-    /// Puts the robot there, its wheels rolling.
+    /// Sets the robot's motion, its wheels rolling.
     pub fn put(&mut self, motion: Motion) {
         if let Some(changed) = &mut self.changed {
             changed.put(motion);

@@ -72,8 +72,8 @@ fn lasting(config: &Config, duration_s: f64, options: &Options, effects: Option<
     Ok(log)
 }
 
-/// What the effects of `config` meet in a recording at the rows of `log`: times since power-on as [`stationary_like`]
-/// takes them, temperature and supply with their gaps bridged linearly, and what the configuration believes. Where it states no
+/// Inputs to the effects of `config` in a recording at the rows of `log`: times since power-on as [`stationary_like`]
+/// takes them, temperature and supply with their gaps bridged linearly, and the nominal model. Where it states no
 /// repeatability, that is zero here.
 ///
 /// # Errors
@@ -105,8 +105,8 @@ pub fn scene(config: &Config, log: &Log, options: &Options) -> Result<Scene> {
     Ok(covered(bare(config, time, step_s, options)?, log))
 }
 
-/// What the gyro's effects meet in a drive at the rows of `inputs`, the first at `since_power_on_s`: the covariates are the
-/// log's own.
+/// Inputs to the gyro's effects in a drive at the rows of `inputs`, the first at `since_power_on_s`: the covariates are
+/// the log's own.
 pub(crate) fn scene_of_drive(config: &Config, inputs: &Log, since_power_on_s: f64, options: &Options) -> Result<Scene> {
     let time = inputs.time.clone().shifted(since_power_on_s - inputs.time.at(0));
     Ok(covered(bare(config, time, sample_time(config)?, options)?, inputs))

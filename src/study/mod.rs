@@ -5,9 +5,9 @@
 //! sensors' noise, and the gyro's turn-on inside its repeatability. Beside the two filters: both without the gyro's
 //! error model, and dead reckoning.
 //!
-//! - [`study`]: the runs, and what they say
+//! - [`study`]: the runs, and their statistics
 //! - [`run_errors`]: one run
-//! - [`by_ground`], [`wrong_beliefs`], [`convergence`]: what the paper leaves out
+//! - [`by_ground`], [`wrong_beliefs`], [`convergence`]: studies that the paper leaves out
 //!
 //! Same setup, same numbers, on one thread or many: runs are drawn from their own seeds and summed in their order.
 
@@ -28,7 +28,7 @@ use rayon::prelude::*;
 /// The robot that is studied where the user gives none.
 pub const DEFAULT_CONFIG: &str = include_str!("../../data/study.toml");
 
-/// What estimates the pose.
+/// An estimator of the pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Estimator {
     /// The filter with slip.
@@ -107,15 +107,15 @@ impl Estimator {
     }
 }
 
-/// Errors are kept of x, y (m) and heading (rad).
+/// Quantities whose errors are kept: x, y (m) and heading (rad).
 pub const QUANTITIES: [&str; 3] = ["x_m", "y_m", "heading_rad"];
 
-/// What is studied.
+/// Setup of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
     /// Robot and gyro of reality; must have `[traction]`.
     pub truth: Config,
-    /// What the filter believes; the same but in studies of sensitivity.
+    /// Configuration of the filters; that of the truth except in studies of sensitivity.
     pub believed: Config,
     /// The drive.
     pub course: Course,
@@ -127,7 +127,7 @@ pub struct Setup {
     pub runs: usize,
     /// Seed of the first run; the others follow.
     pub seed: u64,
-    /// What estimates the pose.
+    /// Estimators of the pose.
     pub estimators: Vec<Estimator>,
 }
 
@@ -175,7 +175,7 @@ const BATCH: usize = 64;
 /// Runs the study; `progress` hears how many runs are done.
 ///
 /// # Errors
-/// [`ErrorKind::Value`] without runs or estimators; what the simulator and the filters refuse.
+/// [`ErrorKind::Value`] without runs or estimators; errors of the simulator and of the filters.
 pub fn study(setup: &Setup, progress: impl Fn(usize)) -> Result<Study> {
     if setup.runs == 0 {
         return Err(Error::new(ErrorKind::Value, "study", "no runs").at("runs").mend("ask for at least one"));

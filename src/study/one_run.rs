@@ -1,4 +1,4 @@
-//! One run: a simulated drive, and what each estimator makes of it.
+//! One run: a simulated drive, and the errors of each estimator in it.
 
 use super::{Estimator, Setup};
 use crate::config::Config;
@@ -12,7 +12,7 @@ use crate::simulate::{Drive, Options, drive, truth_names};
 use crate::vehicle::{Forcing, Motion, Rolling, advance};
 use nalgebra::{Matrix3, Vector3};
 
-/// Rows between those that are kept for the curves: ten a second at 100 Hz.
+/// Rows that are kept for the curves, 1/s.
 const KEPT_PER_S: f64 = 10.0;
 
 /// Errors of one run.
@@ -20,7 +20,7 @@ const KEPT_PER_S: f64 = 10.0;
 pub struct RunErrors {
     /// Times of the kept rows, s.
     pub times_s: Vec<f64>,
-    /// Each estimator's.
+    /// Errors of each estimator.
     pub estimators: Vec<EstimatorErrors>,
     /// The run itself, where it was asked for.
     pub example: Option<Example>,
@@ -29,7 +29,7 @@ pub struct RunErrors {
 /// Errors of one estimator in one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimatorErrors {
-    /// Whose.
+    /// The estimator.
     pub estimator: Estimator,
     /// Mean squares of x, y (m²) and heading (rad²) over all rows.
     pub mean_squares: [f64; 3],
@@ -37,7 +37,7 @@ pub struct EstimatorErrors {
     pub errors: Vec<[f64; 3]>,
     /// NEES of (x, y, θ) at the kept rows, where the estimator has a covariance.
     pub nees: Option<Vec<f64>>,
-    /// Mean NIS, likewise.
+    /// Mean NIS, where the estimator has one.
     pub nis: Option<f64>,
 }
 
@@ -59,7 +59,7 @@ pub struct Example {
 /// Simulates run `index` and runs every estimator over it.
 ///
 /// # Errors
-/// What the simulator and the filters refuse.
+/// Errors of the simulator and of the filters.
 pub fn run_errors(setup: &Setup, index: usize, with_example: bool) -> Result<RunErrors> {
     let options = Options {
         since_power_on_s: setup.since_power_on_s,
@@ -203,7 +203,7 @@ impl<const N: usize, M: MotionModel<N>> PoseFilter for UnscentedFilter<N, M> {
     }
 }
 
-/// What an estimator made of a run.
+/// Errors, poses and slips of an estimator in a run.
 struct Track {
     errors: EstimatorErrors,
     poses: Vec<[f64; 3]>,

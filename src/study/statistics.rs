@@ -9,7 +9,7 @@ use super::{Estimator, Example, RunErrors, Setup};
 use crate::math::NORMAL_975;
 use crate::math::distributions::chi_squared_interval95;
 
-/// What the runs say.
+/// Statistics of the runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
     /// Number of runs.
@@ -39,7 +39,7 @@ impl Study {
 /// Errors of one estimator over the runs; arrays are x, y (m) and heading (rad).
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimatorResult {
-    /// Whose.
+    /// The estimator.
     pub estimator: Estimator,
     /// Root mean square over runs and time.
     pub rms: [f64; 3],

@@ -1,4 +1,5 @@
-//! What the paper leaves out: friction from ice to dry, wrong traction parameters, and how many runs are enough.
+//! Studies that the paper leaves out: friction from ice to dry, wrong traction parameters, and how many runs are
+//! enough.
 
 use super::{Comparison, Estimator, Setup, Study, study};
 use crate::config::{Config, Traction};
@@ -36,14 +37,14 @@ pub fn by_ground(setup: &Setup, progress: impl Fn(usize)) -> Result<Vec<Ground>>
     Ok(grounds)
 }
 
-/// What the filter believes of the ground, against what it is.
+/// The study with a filter whose traction parameters are wrong by these factors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Belief {
     /// Believed friction over true friction.
     pub friction_factor: f64,
     /// Believed stiffness dμ/dλ at zero slip over the true one.
     pub stiffness_factor: f64,
-    /// The filter with slip against that without, which believes nothing of the ground.
+    /// The filter with slip against that without, which uses no traction parameters.
     pub against_rolling: Comparison,
     /// Root mean squares of the filter with slip: x, y (m), heading (rad).
     pub rms: [f64; 3],
@@ -51,7 +52,7 @@ pub struct Belief {
     pub nis_mean: f64,
 }
 
-/// Factors by which the believed ground is wrong.
+/// Factors on the filter's traction parameters.
 pub const FACTORS: [f64; 7] = [0.5, 0.8, 0.9, 1.0, 1.1, 1.25, 2.0];
 
 /// The study with wrong traction parameters in the filter: friction first, then stiffness, each by [`FACTORS`].

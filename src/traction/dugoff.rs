@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dugoff {
-    /// μ0: what μ tends to under full slip.
+    /// μ0: limit of μ under full slip.
     pub friction: f64,
     /// k: dμ/dλ at zero slip, longitudinal stiffness over load.
     pub stiffness: f64,

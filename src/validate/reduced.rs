@@ -14,7 +14,7 @@ const TESTED: usize = 1 << 21;
 /// Missing averages between stretches: more than the lags that are looked at.
 const BETWEEN: usize = 64;
 
-/// What is left of a log under a model.
+/// Residuals of a log under a model.
 #[derive(Debug, Clone)]
 pub struct Residuals<'a> {
     log: &'a Reduced,

@@ -1,8 +1,9 @@
-//! wheel = v_wheel / r,   u = k i: what a log says of the wheels by the robot's dimensions, in the channels that all go by
+//! wheel = v_wheel / r,   u = k i: wheel speeds and torques from logged speeds over ground and motor currents
 //!
-//! Robots log the speed over ground that a wheel stands for, and the current of its motor. The nominal radius makes the first
-//! a wheel speed again, whatever the true radius is: it is the one by which the robot made a speed of its encoder. The torque
-//! constant makes the second a torque at the wheel. Where nothing measures the wheels, what they were commanded stands for them.
+//! Robots log the speed over ground of a wheel, and the current of its motor. Division by the nominal radius recovers
+//! the wheel speed, whatever the true radius is: the robot computed the speed from its encoder with the nominal one.
+//! The torque constant turns the current into a torque at the wheel. Where nothing measures the wheels, their commanded
+//! speeds are used.
 
 use super::{Odometry, Rolling};
 use crate::config::Vehicle;
@@ -14,9 +15,9 @@ const BACKWARD_ROWS: usize = 3;
 /// Speeds beyond this part of the highest one are no noise about zero.
 const BACKWARD_SHARE: f64 = 0.05;
 
-/// `log` with wheel speeds where it has speeds over ground of both wheels, or commanded speeds and nothing that tells how the
-/// robot is driven; and torques where it has motor currents and `vehicle` states the constant; what was made, and why something
-/// was not, in sentences. Channels that are there stay.
+/// `log` with wheel speeds where it has speeds over ground of both wheels, or commanded speeds and no measured ones;
+/// and with torques where it has motor currents and `vehicle` states the constant. The sentences say which channels
+/// were added, and why others were not. Existing channels stay.
 #[must_use]
 pub fn known_by<'a>(vehicle: &Vehicle, log: &'a Log) -> (Cow<'a, Log>, Vec<String>) {
     let mut notes = Vec::new();
@@ -107,7 +108,7 @@ fn drives(log: &Log) -> bool {
     one.iter().any(|name| reads(log, name)) || Odometry::counts(log).is_some()
 }
 
-/// What a log lacks that tells one wheel's speed alone, and the mend.
+/// Fault and remedy of a log with the speed of one wheel alone; `None` for any other log.
 #[must_use]
 pub fn one_wheel(log: &Log) -> Option<(String, String)> {
     let sides = [
@@ -123,7 +124,7 @@ pub fn one_wheel(log: &Log) -> Option<(String, String)> {
     Some((found, format!("name the column of the other: --map {other}=COLUMN[:UNIT], or add its file")))
 }
 
-/// What a log lacks that holds positions and neither gyro nor wheels, and the mend.
+/// Fault and remedy of a log with positions and neither gyro nor wheels; `None` for any other log.
 #[must_use]
 pub fn positions_only(log: &Log) -> Option<(String, String)> {
     let moves = [names::GYRO_Z, names::ODO_SPEED, names::TORQUE_LEFT, names::WHEEL_LEFT, names::WHEEL_LEFT_TICKS];

@@ -4,7 +4,7 @@
 //! - [`Rolling`]: wheels that roll without slip
 //! - [`AsPrinted`]: the equations of Alessandri et al. as they are printed, for comparison
 //! - [`Slipping`]: wheels that slip, by a law of [`crate::traction`]
-//! - [`Odometry`]: what a log says of the wheels; [`known_by`]: what the robot's dimensions make of the rest
+//! - [`Odometry`]: the wheels' speeds in a log; [`known_by`]: channels that follow by the robot's dimensions
 //!
 //! One file a model of the contact between wheel and ground.
 

@@ -1,4 +1,4 @@
-//! wheel_left = (v - b ω)/r,  wheel_right = (v + b ω)/r: what a log says of the wheels, as speeds of the wheels
+//! wheel_left = (v - b ω)/r,  wheel_right = (v + b ω)/r: the wheels' speeds in a log, whatever form they have
 //!
 //! A robot's own odometry reports the speed v and the yaw rate ω that it made of its wheels; both go back into wheel
 //! speeds without loss, so that a filter takes them as what they are: two readings of two wheels, and no gyro. Counted

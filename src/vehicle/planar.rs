@@ -26,7 +26,7 @@ pub struct Motion {
     pub yaw_rate_rad_s: f64,
 }
 
-/// What acts on the motion over a step.
+/// Accelerations and damping of the motion over a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Forcing {
     /// a, m/s².
@@ -76,8 +76,8 @@ const PARTS_LIMIT: f64 = 100.0;
 const NODES: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
-/// Angles up to this are turned by Σ (-a²)^k / (2k+1)! and Σ (-a²)^k / (2k)!, of which is left out what is below
-/// 0.3¹³/13! = 3e-17 and 0.3¹⁴/14! = 5e-19.
+/// Angles up to this are turned by Σ (-a²)^k / (2k+1)! and Σ (-a²)^k / (2k)!; the omitted terms are below 0.3¹³/13! =
+/// 3e-17 and 0.3¹⁴/14! = 5e-19.
 const SERIES_LIMIT_RAD: f64 = 0.3;
 
 /// Each term's factorial over the next one's.
@@ -142,7 +142,7 @@ pub fn travel(motion: &Motion, forcing: &Forcing, dt_s: f64) -> [f64; 2] {
     ]
 }
 
-/// In how many parts a step is taken.
+/// Number of parts that a step is taken in.
 fn parts(motion: &Motion, forcing: &Forcing, dt_s: f64) -> u32 {
     let turn = (motion.yaw_rate_rad_s.abs() + 0.5 * forcing.yaw_acceleration_rad_s2.abs() * dt_s) * dt_s;
     if turn <= TURN_LIMIT_RAD {

@@ -47,7 +47,7 @@ impl Rolling {
         }
     }
 
-    /// What wheel torques `[left, right]` (N·m) do to the motion.
+    /// Accelerations and damping under wheel torques `[left, right]` (N·m).
     #[must_use]
     #[inline]
     pub fn forcing(&self, torques_n_m: [f64; 2]) -> Forcing {

@@ -13,12 +13,12 @@ use crate::signal::{Log, names};
 const MEAN_S: f64 = 1.0;
 /// Gains of a yaw rate by the wheels over the nominal one.
 const GAIN: [f64; 2] = [1.0 / 3.0, 1.5];
-/// Squares that a wrong sign leaves over those that the right one does, at least.
+/// Smallest ratio of the squares under a wrong sign to those under the right one.
 const WORSE: f64 = 4.0;
 /// Fewest means that are compared.
 const FEWEST: usize = 8;
 
-/// What speaks against the signs of wheels, gyro and pose, in sentences with the mend.
+/// Evidence against the signs of wheels, gyro and pose, in sentences with the remedy.
 #[must_use]
 pub fn wrong_signs(vehicle: &Vehicle, log: &Log) -> Vec<String> {
     let mut found = Vec::new();
@@ -75,7 +75,7 @@ fn means<const N: usize>(times: &[f64], channels: [&[f64]; N]) -> Vec<[f64; N]> 
     out
 }
 
-/// Squares that `y = k x + c` leaves, with k within bounds.
+/// Residual sum of squares of `y = k x + c`, with k within bounds.
 fn left_over(pairs: &[[f64; 2]], bounds: [f64; 2]) -> f64 {
     let n = pairs.len() as f64;
     let [mx, my] = [0, 1].map(|i| pairs.iter().map(|p| p[i]).sum::<f64>() / n);

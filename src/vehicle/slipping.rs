@@ -36,7 +36,7 @@ pub struct SlippingState {
 
 /// Number of velocities: v, ω, φ̇L, φ̇R.
 const VELOCITIES: usize = 4;
-/// What a step's velocities depend on: the velocities before, and the two torques.
+/// Number of inputs to a step's velocities: the velocities before, and the two torques.
 const CAUSES: usize = VELOCITIES + 2;
 
 /// Derivatives of a step.
@@ -156,7 +156,7 @@ impl Slipping {
         0.5 * (v * v / self.inverse_mass + w * w / self.inverse_yaw_inertia + wheels / self.inverse_wheel_inertia)
     }
 
-    /// The rate at which slip decays at speed `speed_m_s`, 1/s: what makes an explicit step diverge.
+    /// Decay rate of slip at speed `speed_m_s`, 1/s: the stiffness that limits an explicit step.
     #[must_use]
     pub fn slip_rate_per_s(&self, speed_m_s: f64) -> f64 {
         let slope = self.law.friction(0.0)[1];
@@ -235,8 +235,8 @@ impl Slipping {
         (state, all)
     }
 
-    /// One step, or in how many parts to take it: a stage has no solution near, or the error is too large. What has been
-    /// split often enough is taken as it is.
+    /// One step, or the number of parts to take it in, where a stage has no solution near or the error is too large. A
+    /// step at the limit of splitting is accepted.
     fn whole<const JACOBIAN: bool>(
         &self,
         state: &SlippingState,
@@ -306,7 +306,7 @@ impl SlippingJacobian {
         Self { velocities, pose: [[0.0; CAUSES]; 3], position_by_heading: [0.0; 2] }
     }
 
-    /// Of a step whose pose was carried with the accelerations (after - before)/dt.
+    /// Derivatives of a step whose pose was carried with the accelerations (after - before)/dt.
     fn new(velocities: [[f64; CAUSES]; VELOCITIES], by: &MotionJacobian, dt_s: f64) -> Self {
         let mut pose = [[0.0; CAUSES]; 3];
         let rate = 1.0 / dt_s;

@@ -55,13 +55,13 @@ impl ManyArgs {
         axes
     }
 
-    /// Adds what is written.
+    /// Adds the output files.
     pub fn planned(&self, plan: Plan) -> Plan {
         let plan = plan.writes("--config", &self.config);
         if self.resume { plan.resumes("--results", &self.results) } else { plan.writes("--results", &self.results) }
     }
 
-    /// Whether there is anything that only many logs are asked for.
+    /// Whether an option was given that only a fit of many logs has.
     pub fn asked_for(&self) -> bool {
         self.results.is_some() || self.config.is_some() || !self.axes.is_empty()
     }
@@ -220,7 +220,7 @@ struct Saved {
 }
 
 impl Saved {
-    /// Sees that the place can be written, and reads what is there if the work is to be resumed.
+    /// Checks that the file can be written, and reads the rows that it holds if the work is to be resumed.
     fn claim(path: PathBuf, resume: bool) -> Result<Self> {
         results::Format::of(&path)?;
         drop(OutputFile::claim(&path)?);
@@ -228,7 +228,7 @@ impl Saved {
         Ok(Self { path, rows: known.clone(), known, saved: Instant::now() })
     }
 
-    /// A row takes the place of what was known of its log, topic and axis.
+    /// Adds a row, in place of an earlier one of the same log, topic and axis.
     fn add(&mut self, row: &Row) -> Result<()> {
         match self.rows.iter_mut().find(|r| r.path == row.path && r.topic == row.topic && r.axis == row.axis) {
             Some(old) => old.clone_from(row),

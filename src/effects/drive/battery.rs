@@ -1,4 +1,4 @@
-//! What every effect of drives passes, and what the simulator makes of it.
+//! Tests that every effect of drives passes, and tests of the simulator with these effects.
 
 use super::*;
 use crate::config::{Config, EffectTable, Vehicle};
@@ -223,7 +223,8 @@ fn nothing_changes_where_an_effect_is_switched_off() {
     }
 }
 
-/// What each channel's readings differ by at most.
+/// Largest difference between the readings of channel `name` in two logs, in its unit, over the rows where both are
+/// known.
 fn apart(a: &Log, b: &Log, name: &str) -> f64 {
     let (a, b) = (a.get(name).unwrap(), b.get(name).unwrap());
     a.iter().zip(b).filter(|(a, _)| a.is_finite()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)

@@ -38,7 +38,7 @@ struct Step {
     step_rad_s: f64,
     since_power_on_s: f64,
     t_s: f64,
-    /// In which the time was drawn, where it is not stated.
+    /// Span in which the time was drawn, s; `None` where the time is stated.
     drawn_over_s: Option<f64>,
 }
 
@@ -48,7 +48,7 @@ impl DriveEffect for Step {
         if after { rate_rad_s + self.step_rad_s } else { rate_rad_s }
     }
 
-    /// A step at a time that nobody states comes once a drive on average, and stays.
+    /// A step whose time is not stated: once a drive on average, and permanent.
     fn in_filter(&self) -> InFilter {
         let Some(span_s) = self.drawn_over_s else { return InFilter::Equations };
         let jumped = Way { offset: self.step_rad_s, ..Way::PLAIN };

@@ -1,4 +1,4 @@
-//! θ ↦ equations: what the effects that change the robot's equations have in common.
+//! θ ↦ equations: the common interface of effects that change the robot's equations.
 
 use super::{Coordinate, DriveExplanation, Driving, Equivalent, ModelChange, Needs, Touches};
 use crate::config::Steering;
@@ -7,11 +7,11 @@ use crate::effects::{About, Parameters};
 use crate::error::Result;
 use crate::model::drive::{DriveEffect, Instrument};
 
-/// An effect that is simulated just as it is fitted.
+/// An effect that is simulated by the same equations as it is fitted.
 pub(super) trait Law: ModelChange + Sized + 'static {
-    /// The one there is.
+    /// The only value of the type.
     const ITSELF: &'static Self;
-    /// What it is.
+    /// Description of the effect.
     const ABOUT: &'static About;
 }
 
@@ -35,15 +35,16 @@ impl<T: Law> Driving for T {
 /// arc say that the robot slides.
 pub(super) const TIMED_ROWS: f64 = 0.05;
 
-/// One constant of the robot or of a sensor that is not what it is believed to be: the effect's first parameter, zero where it is.
+/// A constant of the robot or of a sensor that differs from its nominal value: the effect's first parameter, zero where
+/// it does not.
 pub(super) trait Constant: Law {
-    /// As in [`Coordinate`].
+    /// As `scale` in [`Coordinate`].
     const SCALE: [f64; 2];
-    /// Where these sizes are known from.
+    /// Source of these sizes.
     const SIZES: &'static str;
     /// Which equations hold the constant.
     const TOUCHES: Touches = Touches::ROBOT;
-    /// What a log must hold for it to be knowable.
+    /// Requirements on a log for the constant to be identifiable.
     const NEEDS: Needs = Needs::NOTHING;
     /// Whether it is positive in practice.
     const IS_POSITIVE: bool = false;
@@ -51,7 +52,7 @@ pub(super) trait Constant: Law {
     const LAGS: Option<Instrument> = None;
     /// Effects that it stands for where readings cannot tell them apart.
     const EQUIVALENTS: &'static [Equivalent] = &[];
-    /// Standard deviation of the constant in robots that lack nothing, in sample times.
+    /// Standard deviation of the constant in robots without a fault, in sample times.
     const USUAL_ROWS: f64 = 0.0;
 
     /// Its coordinate in a robot that steers like this, where that makes a difference.
@@ -60,7 +61,7 @@ pub(super) trait Constant: Law {
         None
     }
 
-    /// The effect where the constant is off by so much.
+    /// The effect with the constant `value` away from nominal.
     fn off_by(value: f64) -> Box<dyn DriveEffect>;
 }
 

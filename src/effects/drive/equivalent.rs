@@ -5,7 +5,7 @@ use super::Driving;
 /// An effect that another one stands for in drives whose readings cannot tell them apart.
 #[derive(Clone, Copy)]
 pub struct Equivalent {
-    /// The one that is stood for.
+    /// The effect that is equivalent.
     pub effect: &'static dyn Driving,
     /// Its coordinate.
     pub map: Map,
@@ -26,7 +26,7 @@ pub enum Map {
     Loss,
 }
 
-/// Drives, by what was not logged.
+/// Kinds of drives, by the channels that were not logged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Within {
     /// Nothing but gyro and wheels was logged.

@@ -162,7 +162,7 @@ impl DriveEffect for Work {
         }
     }
 
-    /// It enters at leave · share/(1 - share), so that both rates together are 1/(burst (1 - share)).
+    /// A burst begins at the rate leave · share/(1 - share), so that both rates together are 1/(burst (1 - share)).
     fn in_filter(&self) -> InFilter {
         let lost = Way { gain: 1.0 - self.loss, ..Way::PLAIN };
         let rate_per_s = 1.0 / (self.burst_s * (1.0 - self.share));

@@ -1,4 +1,4 @@
-//! What reality adds to a drive. One file an effect, one line in [`registry()`].
+//! Effects of reality on a drive. One file an effect, one line in [`registry()`].
 //!
 //! An effect is defined once, as a change of the robot's equations ([`DriveEffect`]): the simulator integrates it, the
 //! filter predicts with it, and its derivatives with respect to its coordinates are what the likelihood is fitted by.
@@ -86,7 +86,7 @@ pub(crate) const fn late(of: Instrument) -> &'static About {
 
 /// An effect of drives.
 pub trait Driving: Sync + Send {
-    /// What it is.
+    /// Description of the effect.
     fn about(&self) -> &'static About;
 
     /// How it enters the likelihood of a drive.
@@ -155,8 +155,8 @@ pub trait ModelChange: Sync + Send {
         Vec::new()
     }
 
-    /// Standard deviation of the first coordinate, in its unit, in robots that lack nothing and are read every `sample_time_s`: every
-    /// recording may have as much of it. Zero where it is exact.
+    /// Standard deviation of the first coordinate, in its unit, in robots without a fault that are read every
+    /// `sample_time_s`: every recording may have as much of it. Zero where it is exact.
     fn usual_std(&self, sample_time_s: f64) -> f64 {
         let _ = sample_time_s;
         0.0
@@ -167,8 +167,8 @@ pub trait ModelChange: Sync + Send {
         false
     }
 
-    /// Coordinates beyond those of the effect: what they say departs from its law, so that it is something else which
-    /// resembles it. They follow the others in θ, and are zero in the effect itself.
+    /// Coordinates beyond those of the effect, zero in the effect itself. They follow the others in θ. Where they
+    /// differ from zero, the recording departs from the effect's law: it is another effect that resembles this one.
     fn departures(&self) -> &'static [Coordinate] {
         &[]
     }
@@ -188,7 +188,7 @@ pub trait ModelChange: Sync + Send {
         &[]
     }
 
-    /// What a log must hold for θ to be knowable at all.
+    /// Requirements on a log for θ to be identifiable.
     fn needs(&self) -> Needs {
         Needs::NOTHING
     }

@@ -138,11 +138,11 @@ impl ModelChange for RollingResistance {
 const NAMES: [&str; 7] =
     ["coefficient", "soft_part", "softer_part", "turning_part", "body_part", "rise_s_per_m", "standstill_part"];
 
-/// What the resistance acts against.
+/// Motion that the resistance opposes.
 enum Form {
-    /// Each wheel's way
+    /// That of each wheel.
     Wheels,
-    /// The robot's way: dragged castors, a brush, a trailing cable
+    /// That of the robot: dragged castors, a brush, a trailing cable.
     Body,
 }
 
@@ -185,7 +185,7 @@ impl ModelChange for Form {
 struct Work {
     c: f64,
     soft: [f64; 2],
-    /// What holds against turning beyond that, over half the weight
+    /// t + p: resistance against turning beyond that of the wheels, over half the weight.
     turning: f64,
     rise: f64,
     standstill: f64,
@@ -222,7 +222,8 @@ fn shape(robot: &Robot, at: &Moving, wanted: [bool; 2]) -> Shape {
 }
 
 impl Work {
-    /// What resists at speed `v` over the load, and the sign that it does it with.
+    /// Resistance at speed `v` (m/s) over the load, with its sign, and that sign alone, softened as the resistance is.
+    /// The array holds the sign of `v`, sharp, soft and softer, and the nearness to standstill.
     fn resists(&self, v: f64, [sharp, soft, softer, near]: [f64; 4]) -> [f64; 2] {
         let gentle = [soft - sharp, softer - sharp];
         let near = if self.standstill == 0.0 { 0.0 } else { self.standstill * near };

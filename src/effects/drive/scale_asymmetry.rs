@@ -1,6 +1,6 @@
 //! reading = ω + |ω|/2 (a - Σ_i s_i exp(-|ω|/w_i)),  w = 0.02, 0.1 rad/s
 //!
-//! Between left and right turns the gain may change gradually: s_i is what of a is not there yet at small rates.
+//! The gain may change gradually between left and right turns: s_i is the part of a that is missing at small rates.
 
 use super::change::Law;
 use super::{Coordinate, ModelChange, Needs, Touches};

@@ -118,7 +118,7 @@ fn slip([kappa, cubic]: [f64; 2], f: f64) -> f64 {
     kappa * f * bend + plain
 }
 
-/// Of u²: so near the limit of adhesion that it makes no difference.
+/// Upper limit of u², so near the limit of adhesion that the difference is negligible.
 const LIMIT: f64 = 0.9999;
 
 /// The deeper the slip, the less the relation says: share of the rim's lead, and of the force, that is uncertain at λ = 1.

@@ -105,7 +105,7 @@ impl Target for Gazebo {
     }
 }
 
-/// What the noise model cannot do.
+/// Notes on the limits of Gazebo's noise model.
 fn limits(source: &Source<'_>, sheet: &mut Sheet) {
     let g = &source.gyro;
     if g.c1_rad_s != 0.0 {

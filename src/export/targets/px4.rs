@@ -21,7 +21,7 @@ const STEP_S: f64 = 0.01;
 /// MAV_PARAM_TYPE_REAL32 and MAV_PARAM_TYPE_INT32.
 const REAL: u8 = 9;
 const INTEGER: u8 = 6;
-/// What the parameters' metadata allow.
+/// Ranges of EKF2_GYR_NOISE (rad/s) and EKF2_GYR_B_NOISE (rad/s²) in the metadata of PX4's parameters.
 const NOISE_RANGE: [f64; 2] = [1e-4, 0.1];
 const BIAS_NOISE_RANGE: [f64; 2] = [0.0, 0.01];
 

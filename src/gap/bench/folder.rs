@@ -1,4 +1,4 @@
-//! A bench on disk: one folder a case (`sim.toml`, `fit.parquet`, `hold.parquet`), sealed labels, what was asked for.
+//! A bench on disk: one folder a case (`sim.toml`, `fit.parquet`, `hold.parquet`), sealed labels, and the order.
 //!
 //! Some cases have `fit.csv` instead, or a file a sensor: `fit_imu.csv`, `fit_wheels.csv`, `fit_pose.csv`.
 
@@ -19,21 +19,21 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 pub const SEALED: &str = "labels.sealed";
 /// File with the commitment to them.
 pub const COMMITMENT: &str = "commitment.txt";
-/// File that says what was asked for.
+/// File with the description of the bench: [`Bench`].
 pub const BENCH: &str = "bench.json";
 
-/// What is to be made.
+/// Order of a bench.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Order {
     /// At rest or driving.
     pub kind: Kind,
-    /// How many cases of what.
+    /// Numbers of cases of each sort.
     pub mix: Mix,
-    /// Seed; drawn at random and sealed with the labels where there is none, so that nobody can make the labels again.
+    /// Seed; without one it is drawn at random and sealed with the labels, so that nobody can make the labels again.
     pub seed: Option<u64>,
 }
 
-/// What a bench says of itself.
+/// Public description of a bench, without its labels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Bench {
     /// Version that made it.
@@ -43,7 +43,7 @@ pub struct Bench {
     /// At rest or driving.
     #[serde(default)]
     pub kind: Kind,
-    /// What was asked for.
+    /// Numbers of cases of each sort that were ordered.
     pub mix: Mix,
     /// SHA-256 of the plain labels.
     pub commitment: String,
@@ -52,15 +52,15 @@ pub struct Bench {
 /// A bench that was made.
 #[derive(Debug, Clone)]
 pub struct Made {
-    /// What stands in `bench.json`.
+    /// Content of `bench.json`.
     pub bench: Bench,
-    /// The key to the labels: to be kept away from the folder.
+    /// The key to the labels: to be stored away from the folder.
     pub key: SealKey,
     /// The labels, in the open: for development only.
     pub labels: BTreeMap<String, Label>,
 }
 
-/// Makes the cases of `order` in `folder`, which must be new or empty; `progress` hears how many are done.
+/// Makes the cases of `order` in `folder`, which must be new or empty; `progress` is called with the number done.
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] for a folder that holds something, or shares that do not add up; [`ErrorKind::Io`].
@@ -76,7 +76,7 @@ pub fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Re
         return Err(Error::new(ErrorKind::Usage, folder.display(), "is not empty").mend("name a new folder"));
     }
     let done = AtomicUsize::new(0);
-    // as many at a time as the caller's pool has threads
+    // as many at once as the caller's pool has threads
     let made = each(&plan, rayon::current_num_threads(), |index, spec| {
         let case = reality::make_kept(order.kind, seed, index, spec, order.mix.habits)?;
         write(folder, &case)?;
@@ -107,8 +107,8 @@ fn write(folder: &Path, case: &Case) -> Result<()> {
     case.files()?.iter().try_for_each(|(name, log)| write_log(place.join(name), log))
 }
 
-/// Files of one recording, `fit` or `hold`, of the case in this folder: one, or those of its sensors in alphabetical order;
-/// none where it has no such recording.
+/// Files of one recording, `fit` or `hold`, of the case in this folder: one, or those of its sensors in alphabetical
+/// order; none where it has no such recording.
 ///
 /// # Errors
 /// [`ErrorKind::Io`].

@@ -1,8 +1,8 @@
 //! share = (after - before) of the answer / (after - before) of an oracle
 //!
-//! The oracle is told which effects a case holds, and only fits how large they are; both gains are of the log score on the
-//! recording kept back. Where small amounts of others lie beside the main effects the oracle is told of these too, if it does
-//! better with them.
+//! The oracle is told which effects a case holds, and only fits their parameters; both gains are in the log score of
+//! the hold-out recording. Where a case holds small amounts of other effects, the oracle is told of these too, if it
+//! does better with them.
 
 use super::runner::case_logs;
 use super::score::Middle;
@@ -17,31 +17,31 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What the answer gains and what the oracle does, nats a row of the recording kept back.
+/// Gains in log score of the answer and of the oracle, nats a row of the hold-out recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gains {
-    /// With what was answered.
+    /// Gain with the effects of the answer.
     pub answer: f64,
-    /// With what is there.
+    /// Gain with the effects of the label.
     pub oracle: f64,
 }
 
-/// Answers beside an oracle's.
+/// Gains of answers relative to an oracle's.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OfOracle {
-    /// Share of the oracle's gain, over the cases.
+    /// Answer's gain over the oracle's: median and quartiles over the cases.
     pub share: Middle,
-    /// Gain of all answers over that of all oracles.
+    /// Summed gain of all answers over that of all oracles.
     pub total: f64,
-    /// Cases whose effects their recording does not let an oracle gain by, or cannot show.
+    /// Cases without a ratio: the oracle gains nothing, cannot be fitted, or the answer has no log score.
     pub without: usize,
 }
 
-/// Gains in log score of answers and oracle, for every case with listed effects and a recording kept back, `jobs` at a time (0:
-/// one a core); none where an oracle gains nothing. `progress` hears (done, all).
+/// Gains in log score of answers and oracle, for every case with listed effects and an answer, `jobs` at a time (0: one
+/// a core); none for a case without a ratio. `progress` is called with (done, all).
 ///
 /// # Errors
-/// What reading a case refuses.
+/// Errors of reading a case.
 pub fn oracle(
     folder: &Path,
     labels: &BTreeMap<String, Label>,
@@ -61,7 +61,7 @@ pub fn oracle(
         let beside = label.background.iter().map(String::as_str).filter(known);
         let all: Vec<&str> = main.iter().copied().chain(beside).collect();
         let told = if all.len() > main.len() { vec![main, all] } else { vec![main] };
-        // what a recording cannot show no oracle can fit
+        // an effect that the recording cannot show cannot be fitted
         let gain = |ids: &Vec<&str>| known_gain(&config, &fit, hold.as_ref()?, &library, ids).ok();
         let oracle = told.iter().filter_map(gain).filter(|g| *g > 0.0).reduce(f64::max);
         let gains = oracle.zip(answered(&answers[*name])).map(|(oracle, answer)| Gains { answer, oracle });
@@ -71,14 +71,14 @@ pub fn oracle(
     Ok(found.into_iter().collect())
 }
 
-/// What an answer gains in log score.
+/// Gain of an answer in log score, nats a row; none where it states none.
 fn answered(answer: &Value) -> Option<f64> {
     let score = answer["gap"].as_array()?.iter().find(|m| m["metric"] == "log_score")?;
     Some(score["after"].as_f64()? - score["before"].as_f64()?)
 }
 
 impl OfOracle {
-    /// Of all cases; none without any.
+    /// Over all cases; none without any ratio.
     #[must_use]
     pub fn of(gains: &BTreeMap<String, Option<Gains>>) -> Option<Self> {
         let there: Vec<Gains> = gains.values().copied().flatten().collect();

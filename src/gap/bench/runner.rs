@@ -1,6 +1,6 @@
 //! answers[case] = diagnosis(sim.toml, fit, hold), for every case that has no answer yet
 //!
-//! Answers are written whole or not at all, so that a run that was broken off goes on where it stopped. Beside each answer
+//! Answers are written whole or not at all, so that an interrupted run continues where it stopped. Beside each answer
 //! lies `CASE.seconds`, and `timings.json` gathers them.
 
 use super::folder::{names, put, recording};
@@ -15,12 +15,12 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// A diagnosis: nominal simulator, recording to diagnose from, recording kept back.
+/// A diagnosis: nominal simulator, fit recording, hold-out recording.
 pub trait Diagnosis: Sync {
     /// Diagnoses one case.
     ///
     /// # Errors
-    /// What the diagnosis refuses; the case then stays without an answer.
+    /// Errors of the diagnosis; the case then stays without an answer.
     fn diagnose(&self, config: &Config, fit: &Log, hold: Option<&Log>) -> Result<Answer>;
 }
 
@@ -37,7 +37,7 @@ pub struct Timing {
     pub seconds: f64,
 }
 
-/// What a run came to.
+/// Summary of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ran {
     /// Cases that were answered now.
@@ -48,7 +48,8 @@ pub struct Ran {
     pub refused: Vec<(String, Error)>,
 }
 
-/// Runs `diagnosis` over the cases of `folder`, `jobs` at a time (0: one a core); `progress` hears (done, all).
+/// Runs `diagnosis` over the cases of `folder`, `jobs` at a time (0: one a core); `progress` is called with (done,
+/// all).
 ///
 /// # Errors
 /// [`ErrorKind::Io`], [`ErrorKind::Usage`] for a folder without cases. What the diagnosis refuses is in the result.
@@ -70,7 +71,7 @@ pub fn run(
             Ok((answer, seconds)) => {
                 let text = serde_json::to_string_pretty(&answer)
                     .map_err(|e| Error::new(ErrorKind::Numeric, name, format!("the answer is no JSON: {e}")))?;
-                // the time first: an answer that is there has its time beside it
+                // the time first: every answer has its time beside it
                 put(&answers.join(format!("{name}.seconds")), format!("{seconds:.4}\n").as_bytes())?;
                 put(&answers.join(format!("{name}.json")), format!("{text}\n").as_bytes())?;
             }
@@ -89,7 +90,7 @@ pub fn run(
     Ok(Ran { answered: open.len() - refused.len(), there, refused })
 }
 
-/// Nominal simulator, recording to diagnose from, recording kept back, of the case in this folder.
+/// Nominal simulator, fit recording and hold-out recording of the case in this folder.
 pub(super) fn case_logs(case: &Path) -> Result<(Config, Log, Option<Log>)> {
     let config = Config::read(case.join("sim.toml"))?;
     let fit = recording(case, "fit")?.ok_or_else(|| {

@@ -38,8 +38,8 @@ pub fn labels(folder: &Path, key: &SealKey, published: Option<&str>) -> Result<L
     Ok(labels)
 }
 
-/// Labels for a diagnosis whose library lacks `ids`: what was one listed effect is then unlisted, and pairs with one of them
-/// are left aside.
+/// Labels for a diagnosis whose library lacks `ids`: the single effect of a case then counts as unlisted, and cases
+/// with two effects, one of them in `ids`, are dropped.
 #[must_use]
 pub fn left_out(labels: BTreeMap<String, Label>, ids: &[String]) -> BTreeMap<String, Label> {
     let lacks = |label: &Label| label.effects.keys().any(|id| ids.contains(id));
@@ -51,14 +51,14 @@ pub fn left_out(labels: BTreeMap<String, Label>, ids: &[String]) -> BTreeMap<Str
                 label.effects = label.effects.into_keys().map(|id| (format!("x.{id}"), BTreeMap::new())).collect();
                 label.places = label.places.into_iter().map(|(id, place)| (format!("x.{id}"), place)).collect();
             }
-            // nor can what the library lacks be named beside another
+            // an effect that the library lacks cannot be named as a background effect either
             label.background.retain(|id| !ids.contains(id));
             (name, label)
         })
         .collect()
 }
 
-/// Reads the answers to the cases of `labels`: a JSON file each; none where there is no file.
+/// Reads the answers to the cases of `labels`, a JSON file each; cases without a file are missing in the result.
 ///
 /// # Errors
 /// [`ErrorKind::Io`], [`ErrorKind::Format`] for a file that is no JSON.
@@ -78,7 +78,7 @@ pub fn answers(folder: &Path, labels: &BTreeMap<String, Label>) -> Result<BTreeM
     Ok(out)
 }
 
-/// Reads the seconds that each answer took, where the run wrote them.
+/// Reads the durations of the answers, s; empty where the run did not write them.
 #[must_use]
 pub fn seconds(folder: &Path) -> Vec<f64> {
     let read = || {
@@ -94,18 +94,18 @@ pub struct Miss {
     /// The answer, judged.
     #[serde(flatten)]
     pub judged: Judged,
-    /// What kind of miss it is, in words.
+    /// Kind of miss, in words.
     pub cause: String,
 }
 
-/// Median and how many.
+/// Median and quartiles of a set of values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Middle {
     /// Median.
     pub median: f64,
     /// Lower and upper quartile.
     pub quartiles: [f64; 2],
-    /// Over how many.
+    /// Number of values.
     pub of: usize,
 }
 
@@ -126,19 +126,19 @@ impl Middle {
 pub struct Bin {
     /// Mean confidence of its answers.
     pub confidence: f64,
-    /// How many of them were right.
+    /// Share of its answers that are right.
     #[serde(flatten)]
     pub rate: Rate,
 }
 
-/// How far confidence can be believed.
+/// Reliability of the stated confidence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Calibration {
     /// Expected calibration error over ten bins; none without confidences.
     pub ece: Option<f64>,
     /// 95th percentile of the ECE that a perfectly calibrated method would score with the same confidences.
     pub ece_perfect_p95: Option<f64>,
-    /// Answers with a confidence.
+    /// Number of answers with a confidence.
     pub of: usize,
     /// Bins that hold an answer.
     pub bins: Vec<Bin>,
@@ -151,7 +151,7 @@ pub struct Calibration {
 pub struct ByEffect {
     /// The effect.
     pub id: String,
-    /// All of it.
+    /// Rate over all strengths.
     pub all: Rate,
     /// By strength: `weak`, `medium`, `strong`.
     pub strengths: BTreeMap<&'static str, Rate>,
@@ -159,7 +159,7 @@ pub struct ByEffect {
     pub parameter_errors: BTreeMap<String, Middle>,
 }
 
-/// Who was taken for whom: counts of cases with one effect, none, or an unlisted one.
+/// Confusion matrix of cases with one effect, none, or an unlisted one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Confusion {
     /// Truths, the rows.
@@ -177,33 +177,33 @@ pub struct Score {
     pub cases: usize,
     /// Cases without an answer; they count as wrong.
     pub missing: usize,
-    /// Rates by name, in the order in which they are told: words, rate.
+    /// Rates by name, in the order of the report: words, rate.
     pub rates: Vec<(&'static str, Rate)>,
     /// One effect, by effect and strength.
     pub by_effect: Vec<ByEffect>,
-    /// Unlisted effects that were said to be unknown, by effect.
+    /// Unlisted effects, with the rate of answers of unknown, by effect.
     pub unlisted: Vec<(String, Rate)>,
-    /// Calibration of the verdict's own confidence.
+    /// Calibration of the confidence in the verdict.
     pub calibration: Calibration,
     /// `unknown_probability` against the truth.
     pub unknown_roc: Option<Roc>,
-    /// Share of the gap that a right main effect closed, and a wrong one.
+    /// Share of the gap closed by right answers.
     pub gap_closed_right: Option<Middle>,
-    /// The same of a wrong one.
+    /// Share of the gap closed by wrong answers.
     pub gap_closed_wrong: Option<Middle>,
-    /// Answers beside those of an oracle that is told the effects; none where that was not asked for.
+    /// Gains relative to an oracle that is told the effects; none where not computed.
     pub of_oracle: Option<OfOracle>,
     /// Relative error over all parameters of effects that were named right.
     pub parameter_error: Option<Middle>,
     /// Seconds a case: median and 95th percentile.
     pub seconds: Option<[f64; 2]>,
-    /// Who was taken for whom.
+    /// Confusion matrix.
     pub confusion: Confusion,
-    /// What was answered wrong.
+    /// Wrong answers.
     pub misses: Vec<Miss>,
 }
 
-/// Seed of the simulated perfect methods: the same answers, the same score.
+/// Seed of the simulated perfectly calibrated methods, fixed so that equal answers have equal scores.
 const PERFECT_SEED: u64 = 1;
 
 /// Scores `answers` (by case; one that is missing is wrong) against `labels`; `seconds` are those of the answers.
@@ -325,7 +325,7 @@ fn confusion(judged: &[Judged]) -> Confusion {
         names.into_iter().map(String::from).collect()
     };
     let truths = order(all.iter().map(|p| p.0).collect());
-    // every truth has its column, so that what is right lies on the diagonal
+    // every truth has its column: right answers lie on the diagonal
     let answers = order(all.iter().flat_map(|p| [p.0, p.1]).collect());
     let count = |truth: &String, answer: &String| all.iter().filter(|p| p.0 == truth && p.1 == answer).count();
     let counts = truths.iter().flat_map(|t| answers.iter().map(move |a| count(t, a))).collect();

@@ -1,7 +1,8 @@
-//! sealed = nonce ‖ XChaCha20-Poly1305(key, nonce, plain),  commitment = SHA-256(plain),  plain = JSON with a random salt
+//! sealed = nonce ‖ XChaCha20-Poly1305(key, nonce, plain),  commitment = SHA-256(plain),  plain = JSON with a random
+//! salt
 //!
-//! XChaCha20-Poly1305 (draft-irtf-cfrg-xchacha-03) is authenticated: another key or a changed byte is found out, and its
-//! nonces of 24 bytes may be drawn at random. Without the salt the commitment could be guessed from likely labels.
+//! XChaCha20-Poly1305 (draft-irtf-cfrg-xchacha-03) is authenticated: another key or a changed byte is found out, and
+//! its nonces of 24 bytes may be drawn at random. Without the salt the commitment could be guessed from likely labels.
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::reality::Label;
@@ -16,10 +17,10 @@ use std::path::Path;
 const KEY_LEN: usize = 32;
 const NONCE_LEN: usize = 24;
 
-/// What is sealed.
+/// The sealed content.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Labels {
-    /// Random, so that nobody guesses the labels from the commitment.
+    /// Random salt, so that the labels cannot be guessed from the commitment.
     pub salt: String,
     /// Seed of the cases.
     pub seed: u64,
@@ -100,7 +101,7 @@ pub fn commitment(plain: &[u8]) -> String {
 pub struct Sealed {
     /// Nonce and ciphertext.
     pub bytes: Vec<u8>,
-    /// SHA-256 of what is inside.
+    /// SHA-256 of the plain labels.
     pub commitment: String,
 }
 

@@ -1,11 +1,11 @@
-//! q_k = q r_c(k):   how fast v and ω diffuse in row k, c the class of the row by how much they change around it
+//! q_k = q r_c(k):   diffusion of v and ω in row k, c the class of the row by how much they change around it
 //!
-//! A robot whose torques were not logged mostly drives evenly, and now and then starts, stops or turns. One diffusion for both is too small
-//! for this and far too large for that: there the filter trusts each reading too much, innovations remember the error of the one
-//! before, and whatever bends near zero seems to follow them. So each class has a diffusion of its own. A class is told by the
-//! slope of the readings around a row, in units of what noise makes of it: like torques it is an input, the same before and after an
-//! effect is added. Ratios of the classes are the most likely ones of a random walk with one state; how large all are is estimated
-//! with the model beside them.
+//! A robot whose torques were not logged mostly drives evenly, and now and then starts, stops or turns. One diffusion
+//! for both is too small for the latter and far too large for the former. In even motion the filter then trusts each
+//! reading too much, innovations are correlated with the one before, and functions that bend near zero seem to follow
+//! them. So each class of rows has a diffusion of its own. The class is that of the slope of the readings around a row,
+//! relative to noise: an input like torques, the same before and after an effect is added. The ratios of the classes
+//! are the most likely ones of a random walk with one state; their common size is estimated with the model.
 
 use super::filter::Slopes;
 use super::pass::{Channel, Noise};
@@ -15,22 +15,22 @@ use std::ops::Range;
 
 /// Number of classes, from even motion to the hardest.
 pub(super) const CLASSES: usize = 5;
-/// Diffusion of each class over the mean, of v and of ω. The five are `CLASSES`, which the compiler (rustc 1.95) does not get through
-/// here: it panics over a constant in the type of another one.
+/// Diffusion of each class over the mean, of v and of ω. The five are `CLASSES`, which rustc 1.95 cannot take here: it
+/// panics over a constant in the type of another one.
 pub type Ratios = [[f64; 5]; 2];
-/// One class is like another.
+/// The same diffusion in all classes.
 pub const EVEN: Ratios = [[1.0; 5]; 2];
 
-/// Readings on either side of a row whose means are held against each other.
+/// Readings on either side of a row whose means are compared.
 const BESIDE: usize = 5;
-/// Squares of a slope, in variances of noise alone, at which the next class begins.
+/// Squares of a slope, in variances by noise alone, at which the next class begins.
 const BEGINS: [f64; CLASSES - 1] = [4.0, 40.0, 400.0, 4000.0];
-/// The first class in which an acceleration is beyond doubt, and may last.
+/// The first class in which an acceleration is significant, and may last.
 const LASTS: u8 = 2;
-/// Factors by which diffusions are sought, and rounds of each.
+/// Factors of the search for diffusions, and rounds of each.
 const FACTORS: [f64; 4] = [30.0, 6.0, 2.4, 1.5];
 const ROUNDS: usize = 3;
-/// Shares of an acceleration that last, of which the likeliest is where the search begins.
+/// Shares of an acceleration that last, of which the more likely one starts the search.
 const LASTING: [f64; 2] = [0.0, 0.9];
 
 /// Class of each row, for v and for ω; empty where torques tell how the robot moves.
@@ -38,7 +38,7 @@ const LASTING: [f64; 2] = [0.0, 0.9];
 pub struct Classes([Vec<u8>; 2]);
 
 impl Classes {
-    /// Of the rows of `record`.
+    /// Classes of the rows of `record`.
     #[must_use]
     pub fn of(record: &Record) -> Self {
         if record.torques_n_m.is_some() {
@@ -59,7 +59,7 @@ impl Classes {
         [0, 1].map(|i| self.0[i].get(k).map_or(1.0, |class| ratios[i][usize::from(*class)]))
     }
 
-    /// Accelerations of v and ω of row `k` that may last: where rows are told apart, those that are beyond doubt.
+    /// Accelerations of v and ω of row `k` that may last: where rows have classes, only significant ones.
     #[must_use]
     pub fn lasting(&self, ratios: &Ratios, accelerations: [f64; 2], k: usize) -> [f64; 2] {
         if *ratios == EVEN {
@@ -74,7 +74,7 @@ struct Source {
     channel: Channel,
     rows: Vec<usize>,
     values: Vec<f64>,
-    /// Of the white noise of a value as it is stated
+    /// Stated standard deviation of the white noise of a value
     std: f64,
 }
 
@@ -99,14 +99,15 @@ fn sources(record: &Record, rows: &Range<usize>) -> [Vec<Source>; 2] {
 }
 
 impl Source {
-    /// Raises the classes of rows, the first of which is `first`, to what this source tells.
+    /// Raises the classes of rows, the first of which is `first`, by the slopes of this source.
     fn classify(&self, classes: &mut [u8], first: usize) {
         let n = self.values.len();
         if n < 2 * BESIDE {
             return;
         }
         let mean = |range: Range<usize>| self.values[range].iter().sum::<f64>() / BESIDE as f64;
-        // vibration makes a gyro louder than its data sheet while it moves: then what scatters from reading to reading
+        // vibration makes a moving gyro noisier than its data sheet: the actual scatter from reading to reading then
+        // counts
         let std = self.std.max(second_difference_std([self.values.as_slice()]) / SECOND_DIFFERENCE.sqrt());
         let noise = 2.0 * std * std / BESIDE as f64;
         let class = |j: usize| {
@@ -115,7 +116,7 @@ impl Source {
             BEGINS.iter().take_while(|begin| slope * slope > *begin * noise).count() as u8
         };
         for j in 0..n {
-            // rows between two readings move as these say
+            // rows between two readings have the class of these
             let to = self.rows.get(j + 1).map_or(classes.len(), |next| next - first);
             let class = class(j);
             classes[self.rows[j] - first..to].iter_mut().for_each(|own| *own = (*own).max(class));
@@ -182,8 +183,8 @@ impl Walk {
     }
 }
 
-/// Diffusions of v (m²/s³) and ω (rad²/s³) averaged over time, ratios of the classes, and the share of an acceleration that lasts,
-/// under the noise of wheels and gyro in `noise`.
+/// Diffusions of v (m²/s³) and ω (rad²/s³) averaged over time, ratios of the classes, and the share of an acceleration
+/// that lasts, under the noise of wheels and gyro in `noise`.
 #[must_use]
 pub fn likely(record: &Record, noise: &Noise, bounds: &Range<f64>) -> ([f64; 2], Ratios, f64) {
     let classes = Classes::of(record);
@@ -238,7 +239,7 @@ mod tests {
 
     const BOUNDS: Range<f64> = 1e-9..1e4;
 
-    /// Along a course, with some channels lost.
+    /// A drive along a course, without the channels `lost`.
     fn along(course: Course, seed: u64, lost: &[&str]) -> Record {
         let mut config = robot();
         if let Some(vehicle) = &mut config.vehicle {
@@ -271,7 +272,8 @@ mod tests {
         assert_eq!(forced.ratios(&agility, 5), [1.0; 2]);
     }
 
-    /// One diffusion for all rows found a gain that differs between left and right in every one of these, or an unknown cause.
+    /// With one diffusion for all rows, every one of these had a gain that differs between left and right, or an
+    /// unknown cause.
     #[test]
     fn a_drive_around_corners_lacks_nothing() {
         let none = |course, lost: &[&str]| {

@@ -1,32 +1,33 @@
-//! E[ln B] = ½ s'(I + A U² A')⁻¹s of the effect - the same of its rival,   s = A β: what the effect does to the innovations
+//! E[ln B] = ½ s'(I + A U² A')⁻¹s of the effect - the same of its rival,   s = A β: change of the innovations by the
+//! effect
 //!
-//! Effects that a drive cannot tell apart, from the information matrix alone. The readings that the best set would give on
-//! average are compared, rather than those that were recorded: what an effect would be missed by if it were taken out, and
-//! how much of that each other effect takes over, beside everything else that is in the set and all that is not known of the
-//! run. Chance in this one recording plays no part: that is in the posterior.
+//! Effects that a drive cannot tell apart, from the information matrix alone. The readings that the best set predicts
+//! on average are compared, not those recorded: the evidence lost without an effect, and how much of it each other
+//! effect takes over, beside the rest of the set and the nuisances of the run. Chance in this one recording plays no
+//! part: it is in the posterior.
 
 use super::evidence::{Group, Member, Problem, Rank};
 use super::fit::Compared;
 use super::record::Record;
 use crate::gap::answer::Alike;
 
-/// Expected odds below which two effects are not told apart, ln: as for rivals of the posterior.
+/// Expected ln odds below which two effects are not told apart: as for rivals in the posterior.
 const LN_ODDS: f64 = 3.0;
-/// Largest class that is told.
+/// Largest class that is reported.
 pub(super) const LARGEST: usize = 3;
-/// Recordings this much longer are no mend.
+/// Factor on the length of a drive beyond which a longer one is not proposed.
 const LONGER: f64 = 30.0;
 
-/// An effect and those that are like it.
+/// An effect and those that resemble it.
 struct Class {
     ids: Vec<String>,
-    /// What the last of them takes over, 0 to 1.
+    /// Least share of the effect's evidence that a member takes over, 0 to 1.
     overlap: f64,
-    /// Expected evidence of the effect over the one that is most like it, nats.
+    /// Expected evidence of the effect over its most similar rival, nats.
     apart: f64,
 }
 
-/// For each effect of the library in the best set, its class of effects that this drive cannot tell from it, if there are any.
+/// Classes of effects that this drive cannot tell apart: one for each effect of the best set that has similar effects.
 #[must_use]
 pub fn alike(record: &Record, compared: &Compared) -> Vec<Alike> {
     let classes = classes(&compared.problem, &compared.candidates.groups, &compared.sets[0].members);
@@ -49,7 +50,7 @@ fn classes(problem: &Problem, groups: &[Group], members: &[Member]) -> Vec<Class
         let id = groups[own.0].id.as_str();
         let gain = gains.iter().find(|g| g.0 == id)?.1;
         let mut class = Class { ids: vec![id.into()], overlap: 1.0, apart: f64::INFINITY };
-        // what is hardly there itself is like everything
+        // an effect with little evidence resembles everything
         for (rival, other) in gains.into_iter().filter(|g| gain > LN_ODDS && gain - g.1 < LN_ODDS) {
             if class.ids.len() < LARGEST && class.ids.iter().all(|c| c != rival) {
                 class.ids.push(rival.into());
@@ -62,8 +63,8 @@ fn classes(problem: &Problem, groups: &[Group], members: &[Member]) -> Vec<Class
     members.iter().filter(|m| has_law(m)).filter_map(class).collect()
 }
 
-/// What would separate effects whose expected evidence lies `apart` nats apart, if that is known: it grows with the length of
-/// the drive.
+/// Advice for separating effects whose expected evidence differs by `apart` nats (none: unknown): missing channels, and
+/// a longer drive, with whose length the evidence grows.
 pub(super) fn separate_by(record: &Record, apart: Option<f64>) -> String {
     let channels = [
         ("a pose reference", record.pose.is_none()),
@@ -84,8 +85,8 @@ mod tests {
     use super::*;
     use faer::Mat;
 
-    /// Two effects of one coefficient each, whose columns have the energy `g` and the correlation `rho`; the readings have the
-    /// moments `b` with them.
+    /// Two effects of one coefficient each, whose columns have the energy `g` and the correlation `rho`; the readings
+    /// have the moments `b` with them.
     fn of(g: f64, rho: f64, b: [f64; 2]) -> (Problem, Vec<Group>) {
         let group = |i: usize| Group {
             id: format!("effect.{i}"),
@@ -122,7 +123,7 @@ mod tests {
 
     #[test]
     fn chance_in_the_recording_plays_no_part() {
-        // the readings say one nat more, or less, of the rival than they would on average
+        // the readings say one nat more, or less, in favour of the rival than on average
         let (g, beta, rho) = (1e4, 0.2, 0.99f64.sqrt());
         for luck in [-10.0, 10.0] {
             let (problem, groups) = of(g, rho, [g * beta, rho * g * beta + luck]);

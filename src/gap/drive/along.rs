@@ -1,5 +1,5 @@
-//! The filter over the rows of one drive, and what derivatives follow in each: nothing of that depends on the columns, so that
-//! one thread can run ahead with the filter while others follow with the columns.
+//! The filter over the rows of one drive, and the quantities that derivatives need in each row. Nothing of that depends
+//! on the columns, so that one thread can run ahead with the filter while others follow with the columns.
 
 use super::column::{COSINES, Column, FUNCTIONS, Row, Scales, cosines_of};
 use super::filter::{Corrected, Filter, Matrix, N, Slopes, Step, TH, V, Vector, W};
@@ -8,21 +8,21 @@ use super::record::Record;
 use crate::model::drive::{DriveModel, Instrument, Moving, Past};
 use std::ops::Range;
 
-/// Lags of the torques, s.
+/// Time constants of the lagged torques, s.
 const LAGS_S: [f64; 2] = [0.05, 0.5];
 
-/// A reading as the filter took it in.
+/// A reading as the filter used it.
 #[derive(Debug, Clone, Copy)]
 pub struct Taken {
     /// Channel.
     pub channel: Channel,
     /// ∂(expected reading)/∂state
     pub h: Vector,
-    /// By how much it is less for what noise has changed of v and ω since
+    /// Decrease of a late reading per change of v and ω by noise since it was true
     pub late: [f64; 2],
-    /// K
+    /// K, gain of the state
     pub gain: Vector,
-    /// K of what noise has changed in the last step
+    /// Gain of the change of v and ω by noise in the last step
     pub shaken_gain: [f64; 2],
     /// ν/√S
     pub white: f64,
@@ -30,7 +30,7 @@ pub struct Taken {
     pub std: f64,
 }
 
-/// One row.
+/// One row as the filter went through it.
 #[derive(Debug, Clone)]
 pub struct Followed {
     /// Row of the log.
@@ -39,21 +39,21 @@ pub struct Followed {
     pub at: Moving<'static>,
     /// Sine and cosine of the heading there.
     pub heading: (f64, f64),
-    /// What left wheel, right wheel and gyro are expected to read under the model at β, rad/s.
+    /// Expected readings of left wheel, right wheel and gyro (without its bias) under the model at β, rad/s.
     pub here: [f64; 3],
-    /// What x, y and heading were when they are read, less what they are, under the model at β.
+    /// x, y and heading at the time that their readings are of, less the present ones, under the model at β.
     pub pose_ago: [f64; 3],
-    /// Functions that free forms are made of, before the readings.
+    /// Values of the functions of free forms, before the readings.
     pub functions: [f64; FUNCTIONS],
-    /// cos(nπu)
+    /// cos(nπu), u from 0 to 1 over the drive
     pub cosines: [f64; COSINES],
     /// ∂(gyro)/∂(ln C1, ln T), rad/s
     pub warm_up: [f64; 2],
-    /// Readings, in the order in which they were taken in.
+    /// Readings, in the order in which they were used.
     pub taken: Vec<Taken>,
     /// v (m/s) and ω (rad/s) after the readings
     pub speeds: [f64; 2],
-    /// Whether there is a next row, which the rest is about.
+    /// Whether there is a next row; the fields below are about the step to it.
     pub goes_on: bool,
     /// Motion after the readings, accelerations included.
     pub leaving: Moving<'static>,
@@ -61,11 +61,11 @@ pub struct Followed {
     pub forces: Vec<[f64; 2]>,
     /// ∂(state in the next row)/∂state
     pub f: Matrix,
-    /// What moves the robot there.
+    /// Inputs of the step.
     pub step: Step,
     /// Sine and cosine of the heading half way there.
     pub middle: (f64, f64),
-    /// Functions that free forms are made of, on the way there.
+    /// Values of the functions of free forms, on the way to the next row.
     pub functions_ahead: [f64; FUNCTIONS],
 }
 
@@ -94,7 +94,7 @@ impl Default for Followed {
     }
 }
 
-/// The filter on its way through a drive.
+/// The filter on its way through the rows of a drive.
 pub struct Along<'a> {
     record: &'a Record,
     rows: Range<usize>,
@@ -105,15 +105,15 @@ pub struct Along<'a> {
     past: Past,
     /// Accelerations and forces under the torques before this row: sensors are read before the new ones act
     before: ([f64; 2], [f64; 2]),
-    /// Accelerations by which the filter has come to this row: readings that are late are of the way that it took, beside what noise has
-    /// changed since
+    /// Mean accelerations of the filter in the last step: a late reading holds a part of that step, and of the change
+    /// by noise in it
     stepped: [f64; 2],
     slopes: Slopes,
     row: Row,
     wheel_angles_rad: [f64; 2],
-    /// Time between two rows, s, and what is left of the lagging torques after it
+    /// Time step, s, and the factors by which lagged torques decay in it
     keep: (f64, [f64; 2]),
-    /// Whether there are columns, and which functions they ask for: any, and those of time
+    /// Whether there are columns; whether these need any functions of the table, and those of time
     followed: bool,
     free: bool,
     timed: bool,
@@ -122,14 +122,14 @@ pub struct Along<'a> {
     next: usize,
     /// Last reading of each wheel, and how often it has come in a row
     repeats: [(f64, f64); 2],
-    /// Variance of the lattice's error, rad²/s², and the correlation of two of them where a reading repeats
+    /// Variance of the quantization error, rad²/s², and the correlation of the errors of two equal readings
     lattice: (f64, f64),
     /// Σ ln(2πS) so far
     pub ln_volume: f64,
 }
 
 impl<'a> Along<'a> {
-    /// Before the first of `rows`, which are those of one drive.
+    /// At the first of `rows`, which are those of one drive.
     pub fn new(
         record: &'a Record,
         rows: Range<usize>,
@@ -166,7 +166,7 @@ impl<'a> Along<'a> {
         }
     }
 
-    /// Through one row, of which `out` then tells; false after the last.
+    /// Filters one row and writes it to `out`; false after the last.
     pub fn row(&mut self, out: &mut Followed) -> bool {
         let k = self.next;
         if k >= self.rows.end {
@@ -205,7 +205,7 @@ impl<'a> Along<'a> {
         }
     }
 
-    /// Takes in the readings of row `k`.
+    /// Updates by the readings of row `k`.
     fn read(&mut self, k: usize, out: &mut Followed) {
         let (record, models, scales) = (self.record, self.models, self.scales);
         out.taken.clear();
@@ -280,7 +280,7 @@ impl<'a> Along<'a> {
                 *last = (value, times);
                 repeated(self.lattice, times)
             });
-            // what earlier readings of this row have moved already
+            // change of the state by earlier readings of this row
             let moved: f64 = (0..N).map(|i| h[i] * (self.filter.state[i] - prior[i])).sum();
             let variance = self.noise.reading[place] + uncertain.get(place).unwrap_or(&0.0) + again;
             let of = late.map(|late| late.get(place).copied().unwrap_or(0.0));
@@ -291,7 +291,7 @@ impl<'a> Along<'a> {
             let std = variance.sqrt();
             out.taken.push(Taken { channel, h, late, gain, shaken_gain, white: nu / std, std });
             volume *= std::f64::consts::TAU * variance;
-            // six variances of any size may leave the range of numbers
+            // the product of six variances may leave the range of numbers
             if !(1e-150..1e150).contains(&volume) {
                 self.ln_volume += f64::ln(std::mem::replace(&mut volume, 1.0));
             }
@@ -299,8 +299,8 @@ impl<'a> Along<'a> {
         self.ln_volume += volume.ln();
     }
 
-    /// Share of the step before row `k` by which readings are late, and how much of that left wheel, right wheel and gyro are; none where
-    /// neither is, or by more than that step.
+    /// Largest delay in row `k` as a share of the step before it, and the delays of left wheel, right wheel and gyro
+    /// relative to that; none where no delay lies within the step.
     fn late(&self, k: usize) -> Option<(f64, [f64; 3])> {
         let delays_s = [Instrument::Wheels, Instrument::Gyro].map(|of| self.models.here.delay_s(of));
         if k == self.rows.start || delays_s.iter().all(|delay_s| *delay_s <= 0.0) {
@@ -312,7 +312,7 @@ impl<'a> Along<'a> {
         (share > 0.0).then(|| (share, [wheels, wheels, gyro].map(|own| own / share)))
     }
 
-    /// From row `k` to the next.
+    /// Predicts from row `k` to the next.
     fn go(&mut self, k: usize, out: &mut Followed) {
         let (record, models) = (self.record, self.models);
         let model = &models.here;
@@ -325,7 +325,7 @@ impl<'a> Along<'a> {
         if self.free {
             self.look_ahead(&at, torques, dt, out);
         }
-        // without torques the robot goes on accelerating as it did
+        // without torques accelerations last
         let drift = if record.torques_n_m.is_none() {
             let [a, alpha] = self.scales.classes.lasting(&self.noise.process.agility, self.before.0, k);
             [a - at.acceleration_m_s2, alpha - at.yaw_acceleration_rad_s2].map(|d| self.noise.process.lasting * d)
@@ -344,12 +344,12 @@ impl<'a> Along<'a> {
         let to = self.speeds();
         self.stepped = [0, 1].map(|i| (to[i] - from[i]) / dt);
         if record.torques_n_m.is_none() {
-            // without torques the accelerations are what speeds have done, and the forces what that takes
+            // without torques accelerations come from the change of the speeds, and forces from the accelerations
             self.before = self.slopes.push(dt, to, model);
         }
     }
 
-    /// The functions on the way to the next row.
+    /// Functions of free forms on the way to the next row.
     fn look_ahead(&mut self, at: &Moving, torques: [f64; 2], dt: f64, out: &mut Followed) {
         let row = &mut self.row;
         row.speed = at.speed_m_s;
@@ -377,20 +377,21 @@ impl<'a> Along<'a> {
     }
 }
 
-/// q²/12, rad²/s², and exp(-4π² σ²/q²): variance of the error of a lattice, and the correlation of two such errors where the speed
-/// stays, for white noise σ that shakes it (Widrow and Kollár, Quantization noise, 2008).
+/// Variance q²/12 of the quantization error, rad²/s², and the correlation exp(-4π² σ²/q²) of two errors at constant
+/// speed, for white noise σ before quantization (Widrow and Kollár, Quantization noise, 2008).
 fn lattice(noise: &Noise) -> (f64, f64) {
     let square = noise.wheel_lsb_rad_s.powi(2);
     if square == 0.0 {
         return (0.0, 0.0);
     }
     let white = (noise.reading[0] - square / 12.0).max(0.0);
-    // a reading without any noise repeats for ever, and is one
+    // without noise a reading repeats for ever: the correlation is limited
     (square / 12.0, (-4.0 * std::f64::consts::PI.powi(2) * white / square).exp().min(0.999))
 }
 
-/// Variance, rad²/s², that a reading gains where it comes in a row for the `times`-th time. Of m errors of variance v with
-/// correlation ρ the information is m/(v (1 - ρ + m ρ)); the m-th adds the reciprocal of v (1 - ρ + m ρ)(1 - ρ + (m - 1) ρ)/(1 - ρ).
+/// Variance, rad²/s², that a reading gains where it comes in a row for the `times`-th time. Of m errors of variance v
+/// with correlation ρ the information is m/(v (1 - ρ + m ρ)); the m-th adds the reciprocal of v (1 - ρ + m ρ)(1 - ρ +
+/// (m - 1) ρ)/(1 - ρ).
 fn repeated((variance, correlation): (f64, f64), times: f64) -> f64 {
     let of = |m: f64| 1.0 - correlation + m * correlation;
     variance * (of(times) * of(times - 1.0) / (1.0 - correlation) - 1.0)
@@ -401,7 +402,7 @@ fn expected(model: &DriveModel, at: &Moving) -> [f64; 3] {
     [l, r, model.gyro_rad_s(at)]
 }
 
-/// Readings of row `k` by channel, if there are any.
+/// Readings of row `k` by channel; none where all are missing.
 fn readings(record: &Record, k: usize) -> Option<[f64; 6]> {
     let [l, r] = &record.wheels_rad_s;
     let gyro = record.gyro_rad_s.as_ref().map_or(f64::NAN, |g| g[k]);
@@ -437,7 +438,7 @@ mod tests {
             lattice(&Noise { torque: 0.0, process: Default::default(), wheel_lsb_rad_s: lsb, reading })
         };
         assert!((of(0.01).0 - 0.01 / 12.0).abs() < 1e-15);
-        // a tenth of a step leaves two thirds, half a step next to nothing
+        // noise of a tenth of a step leaves a correlation of two thirds, of half a step next to none
         assert!((of(0.01).1 - 0.674).abs() < 1e-3 && of(0.05).1 < 1e-4 && of(0.0).1 < 1.0);
         let none = Noise { torque: 0.0, process: Default::default(), wheel_lsb_rad_s: 0.0, reading: [1.0; 6] };
         assert_eq!(repeated(lattice(&none), 50.0), 0.0);

@@ -1,5 +1,5 @@
-//! One way of reading a drive: sets are compared where the best one lies, readings far off put aside, and noise levels taken
-//! from what a settled model leaves.
+//! One interpretation of a drive: sets are compared where the best one lies, outliers removed, and noise levels
+//! estimated from the residuals of a settled model.
 
 use super::candidates::{Candidates, Kind};
 use super::column::{Column, Scoped};
@@ -19,38 +19,38 @@ use crate::gap::findings::{Part, WeightedSet};
 use crate::gap::trace::{Decision, Step, TraceStage};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Comparisons of all sets at most.
+/// Most comparisons of all sets.
 const WIDE: usize = 3;
-/// What other diffusions have to explain more to be taken, nats.
+/// Gain needed to change the diffusion, nats.
 const BETTER: f64 = 1.0;
-/// Free forms that are looked at again in a large gap.
+/// Free forms that are retained in a large gap.
 const PROMISING: usize = 20;
-/// Sets that take part in the answer.
+/// Most sets that take part in the answer.
 const SETS: usize = 60;
 
-/// One way of reading the drive: as it is, or with lost ticks put back.
+/// One interpretation of the drive: as it is, or with lost ticks restored.
 pub(super) struct Branch {
     pub(super) record: Record,
     pub(super) believed: Noise,
     pub(super) noise: Noise,
     pub(super) compared: Compared,
-    /// When the gyro's bias most likely jumps in each drive, if it does
+    /// Most likely time of a bias step in each drive, s since it began
     onsets_s: Onsets,
-    /// Free forms that are worth a look, where the gap is so large that no other counts
+    /// Ids of the free forms that are retained in a large gap; none: all
     pub(super) promising: Option<BTreeSet<String>>,
-    /// Readings of gyro, pose and wheels
+    /// Numbers of outliers removed: gyro, pose and wheels
     pub(super) put_aside: [usize; 3],
-    /// Whether lost ticks were put back: none are sought any more
+    /// Whether lost ticks were restored: they are not searched again
     pub(super) restored: bool,
-    /// What was put back closes, where its law bends, nats
+    /// Nats closed by the restored ticks, as a law that may bend
     pub(super) bent_nats: f64,
     pub(super) extra_weight: f64,
     pub(super) extra_parts: Vec<Part>,
-    /// Noise levels that are not as stated
+    /// Named noise levels that are not as stated
     pub(super) levels: Vec<Level>,
-    /// By how many nats each effect of the best set is missed where it is left out
+    /// Evidence lost without each effect of the best set, nats, by id
     pub(super) missed_by: BTreeMap<String, f64>,
-    /// What was tried.
+    /// Steps of the trail.
     pub(super) trace: Vec<Step>,
 }
 
@@ -78,11 +78,12 @@ impl Branch {
         }
     }
 
-    /// Puts outliers aside and takes noise levels from what is left; if there are any, settles again.
+    /// Removes outliers, estimates noise levels from the remaining residuals, and settles again if there were any;
+    /// returns that.
     pub(super) fn clean(&mut self, effects: &[&'static dyn Driving], options: &Options) -> bool {
         let residuals = self.residuals();
         let any = self.put_outliers_aside(options, &residuals);
-        // what is left, where readings were put aside
+        // residuals without the outliers
         let residuals = if any { self.residuals() } else { residuals };
         let changed = any | self.level(effects, options, &residuals) | self.diffuse() | self.ripple();
         if changed {
@@ -92,9 +93,9 @@ impl Branch {
         changed
     }
 
-    /// Without torques: takes how speeds change, and how loud wheels and gyro are, from a settled model; returns whether that is
-    /// otherwise than before. Gains of gyro and wheels say how large all speeds are, and while how these change is still that of
-    /// the gap, they make up for it.
+    /// Without torques: estimates diffusion and noise of wheels and gyro from a settled model; returns whether that
+    /// changed them. Gains of gyro and wheels scale all speeds, and would make up for a diffusion that still includes
+    /// the gap.
     pub(super) fn diffuse(&mut self) -> bool {
         if self.record.torques_n_m.is_some() {
             return false;
@@ -112,13 +113,13 @@ impl Branch {
         better
     }
 
-    /// Takes how torques change within a step from a settled model; returns whether that is otherwise than before.
+    /// Estimates the torque noise within a step from a settled model; returns whether that changed it.
     pub(super) fn ripple(&mut self) -> bool {
         let likely = ripple::likely(&self.record, &self.noise, |noise| self.weigh(noise));
         std::mem::replace(&mut self.noise, likely) != likely
     }
 
-    /// Compares all sets where the best one lies; in a large gap, of free forms only those that were promising.
+    /// Compares all sets where the best one lies; in a large gap, of the free forms only those that are retained.
     pub(super) fn widen(&mut self, effects: &[&'static dyn Driving], options: &Options, near_s: Onsets) {
         let near_s = onset::or(near_s, &self.onsets_s);
         let mut candidates = Candidates::new(&self.record, effects, &options.prior, true, &near_s);
@@ -138,11 +139,11 @@ impl Branch {
         self.look_at_promising();
     }
 
-    /// After all sets were compared.
+    /// In a large gap retains the most promising free forms, after all sets were compared.
     pub(super) fn look_at_promising(&mut self) {
         if self.compared.gap() > LARGE {
             let found = self.compared.promising(PROMISING);
-            // what was promising once stays so
+            // retained forms stay so
             self.promising = Some(match self.promising.take() {
                 Some(before) if before.len() < 2 * PROMISING => before.into_iter().chain(found).collect(),
                 Some(before) => before,
@@ -151,11 +152,11 @@ impl Branch {
         }
     }
 
-    /// After all sets were compared: moves to the best one's coordinates and compares again, until that settles; then cleans,
-    /// and once more.
+    /// After all sets were compared: moves to the coordinates of the best one and compares again, until that settles;
+    /// then removes outliers and estimates noise levels, and compares once more.
     pub(super) fn settle(&mut self, effects: &[&'static dyn Driving], options: &Options) {
         self.converge(effects, options);
-        // noise is judged by what a settled model leaves
+        // noise is estimated from the residuals of a settled model
         if self.clean(effects, options) {
             self.widen(effects, options, self.compared.steps_s());
             self.converge(effects, options);
@@ -183,8 +184,8 @@ impl Branch {
         }
     }
 
-    /// Where to go on: where the best set lies; in a large gap, where that is far off, from here, so that steps are measured by
-    /// what they come to.
+    /// θ to continue from: that of the best set; in a large gap, where that is far off, the present one, so that steps
+    /// are judged by their actual gain.
     fn onward(&self) -> Theta {
         let (next, settled) = self.compared.next();
         if settled || self.compared.gap() < LARGE { next } else { self.compared.theta.clone() }
@@ -204,7 +205,8 @@ impl Branch {
         run(&self.record, &models, noise, &[], |_| {}).ln_likelihood()
     }
 
-    /// The nuisance that stands for an effect too small to have a name, beside the best set, and its standard deviation.
+    /// Coefficient and standard deviation of the nuisance for the small amount of this effect that every robot has;
+    /// none without one.
     pub(super) fn usual(&self, id: &str) -> Option<(f64, f64)> {
         let c = &self.compared;
         let own = c.candidates.nuisance.iter().find(|n| n.usual == Some(id))?;
@@ -212,14 +214,14 @@ impl Branch {
         all.iter().find(|x| x.0 == own.column).map(|x| (x.1, x.2))
     }
 
-    /// Whether its best set has settled, and leaves nothing to any free form.
+    /// Whether its best set has settled, and no free form or further part is needed.
     pub(super) fn is_quiet(&self) -> bool {
         let c = &self.compared;
         let named = c.sets[0].members.iter().all(|m| c.candidates.groups[m.0].named);
         named && self.extra_parts.is_empty() && c.next().1
     }
 
-    /// Whether one effect is all of its best set, and leaves nothing.
+    /// Whether its best set is one effect, settled, and nothing else is needed.
     pub(super) fn is_told_by_one(&self) -> bool {
         self.compared.sets[0].members.len() == 1 && self.is_quiet()
     }
@@ -228,12 +230,12 @@ impl Branch {
         self.compared.top() + self.extra_weight
     }
 
-    /// Innovations under the best set, coefficients included.
+    /// Innovations under the best set, at the posterior mean of its coefficients.
     pub(super) fn residuals(&self) -> Vec<Residual> {
         let c = &self.compared;
         let members = &c.sets[0].members;
         let groups = || members.iter().map(|m| m.0);
-        // what varies is computed from what it varies about
+        // a varying column is computed from that of its coordinate
         let constant = |g: usize| match c.candidates.kinds[g] {
             Kind::Varying(i) => c.candidates.kinds.iter().position(|k| matches!(k, Kind::Change(j) if *j == i)),
             _ => None,
@@ -271,7 +273,7 @@ impl Branch {
         out
     }
 
-    /// One part an id.
+    /// Adds a part; with one of the same id it is merged.
     pub(super) fn add(&mut self, mut part: Part) {
         if let Some(at) = self.extra_parts.iter().position(|p| p.id == part.id) {
             part.share += self.extra_parts.swap_remove(at).share;
@@ -281,7 +283,7 @@ impl Branch {
 
     pub(super) fn sets(&self) -> Vec<WeightedSet> {
         let c = &self.compared;
-        // what sets close is counted before what larger noise closes: with the noise that was believed
+        // shares are counted with the believed noise, before larger noise lowers them
         let believed = Noise { process: self.noise.process, ..self.believed };
         let changed = believed != self.noise && self.record.torques_n_m.is_some();
         let with_believed = changed.then(|| c.candidates.linearise(&self.record, &believed, &c.theta));
@@ -296,7 +298,7 @@ impl Branch {
             ln_weight: w.ln_weight + self.extra_weight,
             probability: 0.0,
         });
-        // a level that gains little over what it costs may as well not be there
+        // a level that gains little over its cost may be absent
         let mut sets: Vec<WeightedSet> = whole.collect();
         for level in &self.levels {
             let without = |set: &WeightedSet| WeightedSet {
@@ -372,7 +374,8 @@ impl Branch {
     }
 }
 
-/// What comes anew in each drive is one part, with the parameters of the drive that it matters most in.
+/// Merges parts of one id, as of effects drawn anew in each drive: the sum of the shares, the parameters of the
+/// largest.
 fn one_an_id(parts: impl Iterator<Item = Part>) -> Vec<Part> {
     let mut all: Vec<(f64, Part)> = Vec::new();
     for part in parts {
@@ -391,7 +394,7 @@ fn one_an_id(parts: impl Iterator<Item = Part>) -> Vec<Part> {
     all.into_iter().map(|(_, part)| part).collect()
 }
 
-/// A part in words.
+/// A part with a description.
 pub(super) fn described(id: &str, named: bool, share: f64, description: String) -> Part {
     Part { description, ..Part::new(id, named, share) }
 }

@@ -1,8 +1,8 @@
-//! e_k = wheel_k - what the other sensors and the model expect;  e ~ N(0, s²) or, inside a burst, N(-λ wheel_k, s²)
+//! e_k = wheel_k - its prediction by other sensors and model;  e ~ N(0, s²) or, inside a burst, N(-λ wheel_k, s²)
 //!
-//! Missed ticks of one wheel: a hidden Markov chain of two states (Rabiner 1989) over the wheel's prediction error, the
-//! wheel itself taking no part in the prediction. Errors of the prediction last for some time; s is what their means over the
-//! length of a burst scatter by. Loss, length and share of the bursts lie on a grid; each burst then has a
+//! Missed ticks of one wheel: a hidden Markov chain of two states (Rabiner 1989) over the wheel's prediction error,
+//! with the wheel itself excluded from the prediction. Prediction errors are correlated in time: s is the scatter of
+//! their means over the length of a burst. Loss, length and share of the bursts lie on a grid; each burst then has a
 //! loss of its own, λ_i ~ N(λ, (λ/4)²). The chain begins anew in each drive.
 
 use super::branch::described;
@@ -14,24 +14,24 @@ use crate::gap::findings::Part;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Losses that are tried.
+/// Grid of losses λ.
 const LOSSES: [f64; 16] =
     [4e-4, 7e-4, 1.2e-3, 2.2e-3, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1, 0.15, 0.22, 0.33, 0.5, 0.8];
-/// Mean lengths of a burst, s.
+/// Grid of mean lengths of a burst, s.
 const LENGTHS_S: [f64; 5] = [0.06, 0.2, 0.7, 2.5, 8.0];
-/// Shares of time in bursts.
+/// Grid of shares of time in bursts.
 const SHARES: [f64; 4] = [0.004, 0.02, 0.1, 0.3];
-/// Slow errors of the prediction are no bursts: medians over this time are taken out, s. Bursts fill less than half of it.
+/// Time over which medians of the prediction error are subtracted as slow errors, s. Bursts fill less than half of it.
 const SLOW_S: f64 = 40.0;
-/// How much the loss of single bursts varies, relatively.
+/// Relative standard deviation of the loss of single bursts.
 const UNEVEN: f64 = 0.25;
-/// Errors are independent over a time if their means scatter at least this much of what they do over the longest.
+/// Errors count as independent over a time if their means scatter by this share of the scatter over the longest time.
 const HARDLY_MORE: f64 = 0.8;
-/// Fewest stretches whose means are held against each other.
+/// Fewest stretches for a scatter of means.
 const FEWEST: usize = 16;
 /// Median of the square of a standard normal variable.
 const MEDIAN: f64 = 0.4549;
-/// Variance of the wheel while it takes no part, relative.
+/// Factor on the wheel's variance that excludes it from a pass of the filter.
 const ASIDE: f64 = 1e6;
 
 /// Bursts in which one wheel read low.
@@ -41,45 +41,46 @@ pub struct Bursts {
     pub side: usize,
     /// Share lost in each row, zero outside bursts.
     pub lost: Vec<f64>,
-    /// λ
+    /// λ, share of the speed lost inside bursts.
     pub loss: f64,
     /// Its standard deviation.
     pub loss_std: f64,
-    /// Mean length, s.
+    /// Mean length of a burst, s.
     pub length_s: f64,
-    /// Share of the rows.
+    /// Share of the rows in bursts.
     pub share: f64,
-    /// ln evidence over no burst, every node of the grid equally probable, as far as errors are independent over longer times.
+    /// ln evidence over no burst, every node of the grid equally probable; exact if errors are independent over longer
+    /// times.
     pub ln_evidence: f64,
-    /// ln of the evidence over the likelihood with these very bursts and losses: what it costs that nobody knows them.
+    /// ln evidence less ln likelihood with these bursts and losses: cost of not knowing them.
     pub ln_path: f64,
 }
 
-/// What is looked for.
+/// Settings of a search for bursts.
 #[derive(Debug, Clone, Copy)]
 pub struct Sought {
     /// 0 left, 1 right.
     pub side: usize,
-    /// λ, where it is known.
+    /// λ, if it is known; none: over the grid.
     pub loss: Option<f64>,
-    /// Whether the model may be off slowly. What is then taken out takes a part of long bursts along.
+    /// Whether slow errors of the model are subtracted, and with them a part of long bursts.
     pub slow: bool,
 }
 
-/// Looks for bursts of one wheel: the best account of them at each mean length, where there is one.
+/// Best account of bursts of one wheel at each mean length; none for lengths without evidence.
 #[must_use]
 pub fn accounts(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> Vec<Bursts> {
     Predicted::of(record, models, noise, sought.side).accounts(record, sought)
 }
 
-/// What the other sensors and the model expect of one wheel.
+/// Prediction errors of one wheel, by the other sensors and the model.
 pub struct Predicted {
-    /// Row, error and its variance
+    /// Row, error in rad/s and its variance in rad²/s²
     rows: Vec<(usize, f64, f64)>,
 }
 
 impl Predicted {
-    /// In a pass of which the wheel of this side takes no part.
+    /// From a pass of the filter that excludes the wheel of this side.
     #[must_use]
     pub fn of(record: &Record, models: &Models, noise: &Noise, side: usize) -> Self {
         let mut aside = *noise;
@@ -95,7 +96,7 @@ impl Predicted {
         Self { rows }
     }
 
-    /// As [`accounts`]; the side that is sought is the one that was predicted.
+    /// As [`accounts`]; `sought` has the side that was predicted.
     #[must_use]
     pub fn accounts(&self, record: &Record, sought: Sought) -> Vec<Bursts> {
         let Some(errors) = Errors::of(record, &self.rows, sought) else { return Vec::new() };
@@ -115,22 +116,22 @@ impl Predicted {
 /// ln evidence of one loss at each length and share.
 type Evidences = [[f64; SHARES.len()]; LENGTHS_S.len()];
 
-/// ln p of the drive with the lost ticks put back, what it costs that nobody knows the bursts included, under `models`. The
-/// chain takes errors of the prediction for independent, as they are not; the filter knows how they hang together.
+/// ln p of the drive with the lost ticks restored under `models`, including the cost of not knowing the bursts. The
+/// chain takes prediction errors for independent, which they are not; the filter knows their correlation.
 #[must_use]
 pub fn weight(record: &Record, models: &Models, noise: &Noise, bursts: &Bursts) -> f64 {
     let restored = run(&bursts.restored(record), models, noise, &[], |_| {});
     restored.ln_likelihood() + bursts.ln_path + bursts.ln_jacobian()
 }
 
-/// Errors of what the other sensors expect of one wheel.
+/// Prediction errors of one wheel, in order of rows.
 struct Errors {
     rows: Vec<usize>,
     errors: Vec<f64>,
     speeds: Vec<f64>,
     variances: Vec<f64>,
     whitened: Vec<f64>,
-    /// Which of them lie in each drive
+    /// Index range of the errors of each drive
     drives: Vec<Range<usize>>,
 }
 
@@ -161,8 +162,8 @@ impl Errors {
         scatter(&self.whitened, &self.drives, (length_s / record.step_s).round() as usize)
     }
 
-    /// ln likelihood ratio of the chain over no burst, over all drives; with `posterior`, the probability of each row to lie in
-    /// one.
+    /// ln likelihood ratio of the chain over no burst, over all drives; with `posterior`, the probability of each row
+    /// to lie in one.
     fn forward(&self, odds: &[f64], rates: [f64; 2], mut posterior: Option<&mut [f64]>) -> f64 {
         let of = |drive: &Range<usize>| {
             let posterior = posterior.as_mut().map(|p| &mut p[drive.clone()]);
@@ -171,7 +172,7 @@ impl Errors {
         self.drives.iter().map(of).sum()
     }
 
-    /// Odds of each row to lie in a burst of this loss.
+    /// Likelihood ratio of each row: in a burst of this loss, over not.
     fn odds(&self, loss: f64, scatter: f64) -> Vec<f64> {
         let odds = |k: usize| {
             let shift = -loss * self.speeds[k];
@@ -181,12 +182,12 @@ impl Errors {
         (0..self.errors.len()).map(odds).collect()
     }
 
-    /// ln evidence of this loss.
+    /// ln evidence of this loss, at each length and share.
     fn evidences(&self, step_s: f64, loss: f64, scatters: &[f64; LENGTHS_S.len()]) -> Evidences {
         let mut out = Evidences::default();
         let mut known: Option<(f64, Vec<f64>)> = None;
         for ((out, length_s), scatter) in out.iter_mut().zip(LENGTHS_S).zip(*scatters) {
-            // white errors scatter alike at every length
+            // white errors have the same scatter at every length
             let (_, odds) = match known.take() {
                 Some(same) if same.0 == scatter => known.insert(same),
                 _ => known.insert((scatter, self.odds(loss, scatter))),
@@ -196,7 +197,7 @@ impl Errors {
         out
     }
 
-    /// The best account of bursts of the mean length in this place, from the evidence of each loss at it.
+    /// Best account of bursts of the mean length number `place`, from the evidence of each loss at it.
     fn account(
         &self,
         record: &Record,
@@ -218,7 +219,7 @@ impl Errors {
         }
         let (top, [loss, share]) = best?;
         let mean = total.iter().map(|e| (e - top).exp()).sum::<f64>() / total.len() as f64;
-        // every length is as probable as the others
+        // every length is equally probable
         let ln_evidence = top + mean.ln() - (LENGTHS_S.len() as f64).ln();
         if ln_evidence.is_nan() || ln_evidence <= 0.0 {
             return None;
@@ -249,7 +250,7 @@ impl Errors {
         if square <= 0.0 {
             return None;
         }
-        // where errors last longer than a burst, the chain finds more ways to have the same bursts than there are
+        // with errors correlated over more than a burst, the chain counts one path of bursts too often
         let independent = scatter >= HARDLY_MORE * scatters[LENGTHS_S.len() - 1];
         let by_chain = ln_evidence - likelihood;
         let count = lost.iter().filter(|l| **l > 0.0).count();
@@ -269,8 +270,8 @@ impl Errors {
         })
     }
 
-    /// ln of what it costs not to know these bursts, given as rows and information on the loss: how probable the chain takes
-    /// them for, the rows by which their ends may move at no cost, and losses of their own.
+    /// ln of the cost of not knowing these bursts, each given by its rows and information on the loss: their prior
+    /// probability under the chain, the rows by which their ends may move, and losses of their own.
     fn ln_unknown(&self, losses: usize, [enter, leave]: [f64; 2], loss: f64, spans: &[(usize, f64)]) -> f64 {
         let inside: usize = spans.iter().map(|s| s.0).sum();
         let outside = self.errors.len() - inside;
@@ -288,8 +289,8 @@ impl Errors {
     }
 }
 
-/// How much more the mean of `length` errors scatters than that of white noise of their variance, at least one: the model may
-/// be off, and what the other sensors expect is off for some time. By the median, which bursts do not move.
+/// Variance of the mean of `length` errors over that of white noise, at least one: errors of model and sensors last for
+/// some time. From the median of squares, which bursts do not move.
 fn scatter(whitened: &[f64], drives: &[Range<usize>], length: usize) -> f64 {
     let longest = drives.iter().map(Range::len).max().unwrap_or(1).max(1);
     let length = length.clamp(1, (whitened.len() / FEWEST).max(1)).min(longest);
@@ -300,13 +301,14 @@ fn scatter(whitened: &[f64], drives: &[Range<usize>], length: usize) -> f64 {
     (squares[squares.len() / 2] / MEDIAN).max(1.0)
 }
 
-/// Probability of entering and of leaving a burst, each row.
+/// Probabilities of entering and of leaving a burst, each row.
 fn transitions(step_s: f64, length_s: f64, share: f64) -> [f64; 2] {
     let leave = 1.0 - (-step_s / length_s).exp();
     [leave * share / (1.0 - share), leave]
 }
 
-/// ln likelihood ratio of the chain over no burst in one drive; with `posterior`, the probability of each row to lie in one.
+/// ln likelihood ratio of the chain over no burst in one drive; with `posterior`, the probability of each row to lie in
+/// one.
 fn forward(odds: &[f64], [enter, leave]: [f64; 2], posterior: Option<&mut [f64]>) -> f64 {
     let mut inside = enter / (enter + leave);
     let mut ln_total = 0.0;
@@ -342,7 +344,7 @@ fn forward(odds: &[f64], [enter, leave]: [f64; 2], posterior: Option<&mut [f64]>
     ln_total
 }
 
-/// Errors without their slow parts in each drive: relative ones (radius, track, gain) first, then offsets.
+/// Errors less their slow parts in each drive: first relative ones (radius, track, gain), then offsets.
 fn without_slow(rows: &[(usize, f64, f64)], wheel: &[f64], step_s: f64, drives: &[Range<usize>]) -> Vec<f64> {
     let window = (SLOW_S / step_s) as usize;
     let slow_of =
@@ -356,7 +358,7 @@ fn without_slow(rows: &[(usize, f64, f64)], wheel: &[f64], step_s: f64, drives: 
     even.iter().zip(slow).map(|(e, s)| e - s).collect()
 }
 
-/// Medians of blocks, straight lines between them; values that are no number take no part.
+/// Medians of blocks, linear between them; values that are NaN are ignored.
 fn medians(values: &[f64], window: usize) -> Vec<f64> {
     let size = window.clamp(16, values.len().max(16));
     let mut nodes: Vec<(f64, f64)> = Vec::new();
@@ -384,7 +386,7 @@ fn medians(values: &[f64], window: usize) -> Vec<f64> {
 }
 
 impl Bursts {
-    /// The drive with the lost ticks put back.
+    /// The drive with the lost ticks restored.
     #[must_use]
     pub fn restored(&self, record: &Record) -> Record {
         let mut out = record.clone();
@@ -392,14 +394,14 @@ impl Bursts {
         out
     }
 
-    /// What restoring does to densities: Σ ln 1/(1-λ) over the rows.
+    /// ln Jacobian of restoring: Σ ln 1/(1-λ) over the rows.
     #[must_use]
     pub fn ln_jacobian(&self) -> f64 {
         -self.lost.iter().map(|l| (-l).ln_1p()).sum::<f64>()
     }
 }
 
-/// Lost ticks of one wheel as a part of an account of which they close `share` nats.
+/// Part of lost ticks of one wheel in a set, of which they close `share` nats.
 pub(super) fn missed_part(bursts: &Bursts, share: f64) -> Part {
     use crate::effects::drive::missed_ticks::{BURST, LOSS, SHARE, SIDE};
     let side = if bursts.side == 0 { "left" } else { "right" };

@@ -1,4 +1,4 @@
-//! What may be missing from the model of a drive: effects of the library and free forms, as groups of columns.
+//! Candidates for what a drive's model lacks: effects of the library and free forms, as groups of columns.
 
 use super::column::{CONSTANT, COSINES, Column, Equation, Follows, Scoped, nuisances, variations};
 use super::evidence::{Group, Nuisance, Rank};
@@ -13,56 +13,56 @@ use crate::model::drive::Instrument;
 pub struct Prior {
     /// ln odds of each effect of the library.
     pub ln_named: f64,
-    /// ln odds of an effect that is known from recordings at rest.
+    /// ln odds of an effect known from recordings at rest.
     pub ln_rest: f64,
     /// ln odds of each free form.
     pub ln_free: f64,
 }
 
 impl Default for Prior {
-    /// Half the mass on none of some twenty effects; a tenth on any of the free forms. What recordings at rest are known for is
-    /// seldom what a drive is about: a walk or a few outliers lie beside its effects.
+    /// Half the probability on none of some twenty effects, a tenth on any of the free forms. Effects known from
+    /// recordings at rest are seldom the main one of a drive: a walk or a few outliers lie beside its effects.
     fn default() -> Self {
         Self { ln_named: 0.05f64.ln(), ln_rest: 0.0005f64.ln(), ln_free: 0.0008f64.ln() }
     }
 }
 
 impl Prior {
-    /// What a calibration takes back.
+    /// The prior odds of the search, which a calibration replaces.
     #[must_use]
     pub fn of_search(&self) -> crate::gap::Prior {
         crate::gap::Prior { ln_named: self.ln_named, ln_free: self.ln_free }
     }
 }
 
-/// Nodes of the prior scales of a coordinate.
+/// Nodes of the prior scale of a coordinate.
 const NODES: usize = 6;
-/// Least share of an effect's smallest scale that its prior reaches down to: beyond, a drive is not that sure of anything.
+/// Lower limit of the prior scale, as a share of an effect's smallest plausible size.
 const LEAST: f64 = 1e-3;
-/// Scales of free forms: whitened size over the whole drive.
+/// Prior scales of free forms: root of the whitened column's energy over the whole drive.
 const FREE_SIZES: [f64; 5] = [3.0, 10.0, 30.0, 100.0, 300.0];
-/// Times at which the gyro's bias may jump.
+/// Intervals of the grid of times at which the gyro's bias may jump.
 const STEPS: usize = 24;
-/// How much closer each next time is to where the last look found a jump.
+/// Ratio of the distances of successive times from the proposed time of a jump.
 const CLOSER: f64 = 4.0;
-/// Times within which a bias that jumped may settle, s.
+/// Time constants with which a bias may settle after a jump, s.
 const SETTLING_S: [f64; 3] = [0.4, 1.6, 6.4];
 
-/// Share of the lost ticks whose bursts do not show singly.
+/// Prior share of lost ticks whose bursts do not show singly.
 pub(super) const UNSEEN: f64 = 0.5;
-/// How the id of a coordinate that varies begins; the id of its effect follows.
+/// Prefix of the id of a coordinate that varies; the id of its effect follows.
 pub const VARYING: &str = "free.varying.";
 
-/// What a group is.
+/// Kind of a group.
 #[derive(Clone, Copy)]
 pub enum Kind {
-    /// A change of the model, in this place among the changes.
+    /// Change of the model, by its index.
     Change(usize),
-    /// The bias jumps in this drive, this long after it began, s.
+    /// Jump of the bias in this drive (index), at this time, s since it began.
     Step(usize, f64),
-    /// The bias walks.
+    /// Random walk of the bias.
     Walk,
-    /// The first coordinate of the change in this place is not constant.
+    /// Variation of the first coordinate of this change (index).
     Varying(usize),
     /// A function of a covariate in an equation.
     Free(Equation, Follows),
@@ -71,15 +71,15 @@ pub enum Kind {
 /// All candidates in one drive.
 #[derive(Clone)]
 pub struct Candidates {
-    /// Model changes.
+    /// Model changes, with their effects.
     pub changes: Vec<(&'static dyn Driving, &'static dyn ModelChange)>,
-    /// The coordinates of each, with the sizes that they have in such a robot.
+    /// Coordinates of each change, with plausible sizes for this robot.
     pub sizes: Vec<Vec<Coordinate>>,
     /// Columns of the pass.
     pub columns: Vec<Scoped>,
-    /// Columns that are always in.
+    /// Nuisance columns, which are in every set.
     pub nuisance: Vec<Nuisance>,
-    /// What each group is.
+    /// Kind of each group.
     pub kinds: Vec<Kind>,
     /// The groups; those of free forms have no nodes until the Gram matrix is known.
     pub groups: Vec<Group>,
@@ -93,29 +93,29 @@ fn can(needs: Needs, record: &Record) -> bool {
         && (!needs.length || torques || gyro || pose)
 }
 
-/// Whether the log holds anything that the effect could be known by.
+/// Whether the log has the channels that tell the effect.
 #[must_use]
 pub fn knowable(effect: &dyn Driving, record: &Record) -> bool {
     match effect.explanation() {
         DriveExplanation::Model(change) => {
             can(change.needs(), record)
-                // without torques it is a gyro that leads
+                // without torques a delay of the wheels equals a lead of the gyro
                 && (change.lags() != Some(Instrument::Wheels) || record.torques_n_m.is_some())
-                // where the configuration leaves open how late the reference comes, that is no effect
+                // a delay of the pose that the configuration leaves open is no effect
                 && !(change.touches().pose && record.belief.pose_delay_std_s > 0.0)
         }
         DriveExplanation::GyroStep => record.gyro_rad_s.is_some(),
         DriveExplanation::MissedTicks(_) | DriveExplanation::WheelLattice => true,
         DriveExplanation::NoiseLevel(Instrument::Pose) => record.pose.is_some(),
-        // without torques how the robot accelerates is too roughly known
+        // without torques the accelerations are too roughly known
         DriveExplanation::NoiseLevel(of) => {
             record.torques_n_m.is_some() && (of == Instrument::Wheels || record.gyro_rad_s.is_some())
         }
     }
 }
 
-/// A constant offset of a pose is where it begins: no effect; and a constant speed that wheels and gyro do not read takes the
-/// place of a radius in a robot that drives evenly.
+/// Whether free forms of `equation` lack the constant: that of the sideways speed always, and without torques those of
+/// speed and turning over ground, which would take the place of a radius in a robot that drives evenly.
 #[must_use]
 pub(super) fn no_constant(record: &Record, equation: Equation) -> bool {
     let speed = matches!(equation, Equation::Along | Equation::Turn);
@@ -123,8 +123,8 @@ pub(super) fn no_constant(record: &Record, equation: Equation) -> bool {
 }
 
 impl Candidates {
-    /// Those of `effects` that this drive can show, and the free forms. `near_s`: when the bias may jump in each drive, s since
-    /// that drive began.
+    /// Those of `effects` that this drive can show, and, if `free`, the free forms. `near_s`: proposed time of a jump
+    /// of the bias in each drive, s since that drive began.
     #[must_use]
     pub fn new(
         record: &Record,
@@ -155,7 +155,7 @@ impl Candidates {
                     }
                 },
                 DriveExplanation::GyroStep => all.steps(record, effect.about().id, prior, near_s),
-                // else its wheel's radius is compared
+                // otherwise it equals an error of its wheel's radius, which is compared
                 DriveExplanation::MissedTicks(sides) if !twins::is_lost_by_radius(record, effects) => {
                     let ln_prior = prior.ln_named + (UNSEEN / sides.len() as f64).ln();
                     sides.iter().for_each(|side| all.change(record, *effect, *side, ln_prior));
@@ -211,9 +211,9 @@ impl Candidates {
         self.sizes.push(sizes);
     }
 
-    /// Steps at times spread over each drive, and closer and closer around the one in `near_s`, down to one row: a step of many
-    /// standard deviations is worth knowing to the row, and there it may also take a while to settle. Each stands for the times
-    /// that are nearest to it, all equally probable.
+    /// Jumps at times spread over each drive, and closer and closer around the one in `near_s`, down to one row: a jump
+    /// of many standard deviations is worth knowing to the row. There the bias may also settle with time constants.
+    /// Each time stands for those nearest to it, all equally probable.
     fn steps(&mut self, record: &Record, id: &str, prior: &Prior, near_s: &[Option<f64>]) {
         let total = record.span_s();
         for (drive, span) in record.spans_s().into_iter().enumerate() {
@@ -249,7 +249,8 @@ impl Candidates {
         }
     }
 
-    /// A random walk of size K√T over the longest drive, another path in each: coefficient of cos(nπu) K√(2T)/(nπ).
+    /// A random walk of size K√T over the longest drive, a path of its own in each: coefficients K√(2T)/(nπ) of
+    /// cos(nπu).
     fn walk(&mut self, record: &Record, prior: &Prior) {
         let sigma = record.belief.gyro_std_rad_s;
         let spans = record.spans_s();
@@ -286,12 +287,12 @@ impl Candidates {
                 let known = !forced || record.torques_n_m.is_some();
                 let sensible = match equation {
                     Force | Moment => !matches!(follows, Follows::Acceleration | Follows::YawAcceleration),
-                    // with nothing but wheels and gyro, what both wheels do together is motion, and what they do against each
-                    // other is the gyro's form; a pattern of one wheel's turns is neither
+                    // with wheels and gyro alone, common changes of both wheels are motion, and opposite ones equal the
+                    // gyro's form; only a pattern over one wheel's angle is neither
                     WheelLeft | WheelRight => !record.is_blind() || follows == Follows::WheelAngle,
                     Gyro => !torque,
-                    // speeds are then what wheels and gyro make of them: a pose that contradicts all of these alike says
-                    // how they read, and beside such a form no reading would know how large speeds are
+                    // speeds then come from wheels and gyro: a pose that contradicts all of these alike tells how they
+                    // read, and beside such a form no reading would tell the scale of the speeds
                     Turn if record.torques_n_m.is_none() => {
                         !torque && !matches!(follows, Follows::WheelAngle | Follows::YawRate | Follows::Turning)
                     }
@@ -319,18 +320,19 @@ impl Candidates {
         }
     }
 
-    /// What a change would be if its first coordinate were no constant: a load that falls off, a gain that sags, a radius
-    /// that grows; and what departs from its law otherwise. Constancy is what sets an effect of the library apart from what only resembles it (Nyblom 1989). An effect
-    /// whose law has a form of its own may bend with speed and acceleration, and varies with time alone. Of several drives each
-    /// may vary with time in its own way, and have another coefficient than the first.
+    /// Variation of a change's first coordinate (a load that falls off, a gain that sags, a radius that grows), and
+    /// departures from its law. A constant coefficient sets an effect of the library apart from what only resembles it
+    /// (Nyblom 1989). An effect whose law has a form of its own may bend with speed and acceleration, and varies with
+    /// time alone. Of several drives each may vary with time in its own way, and have another coefficient than the
+    /// first.
     fn varying(&mut self, record: &Record, prior: &Prior) {
         for g in 0..self.groups.len() {
             let Kind::Change(i) = self.kinds[g] else { continue };
-            // a loss that comes and goes is what bursts are
+            // a loss that varies is what bursts are
             if matches!(self.changes[i].0.explanation(), DriveExplanation::MissedTicks(_)) {
                 continue;
             }
-            // without torques a lag is told by the gyro's own past, and so would be whatever follows its changes
+            // without torques a lag is told by the gyro's own past, as would be any function of its changes
             if record.torques_n_m.is_none() && self.changes[i].1.lags() == Some(Instrument::Gyro) {
                 continue;
             }
@@ -399,9 +401,10 @@ impl Candidates {
         self.only(|g| self.groups[g].id != id)
     }
 
-    /// Gives free forms their scales: sizes of the whitened column over the whole drive. Columns without any are dropped. The
-    /// scales of effects begin at the least that this drive can show, where that is less than what robots mostly have: from there
-    /// on up every order of magnitude is equally probable, and what is no more than that is not held against a wide prior.
+    /// The groups with their prior scales; `square`: energy of a whitened column. Free forms: sizes of the whitened
+    /// column over the whole drive; columns without energy are dropped. Effects: from the least size that this drive
+    /// can show, where that is below the plausible ones, every order of magnitude equally probable. A small effect is
+    /// then not penalised by a wide prior.
     #[must_use]
     pub fn scaled(&self, square: impl Fn(usize) -> f64) -> Vec<Group> {
         let mut groups = self.groups.clone();
@@ -422,7 +425,8 @@ impl Candidates {
     }
 }
 
-/// Scales of an effect's coordinates, which grow together from `least` times the smallest to the largest.
+/// Prior scales of an effect's coordinates, which grow together from `least` times the smallest plausible size to the
+/// largest.
 fn nodes(coordinates: &[Coordinate], least: f64) -> Vec<Vec<f64>> {
     let node = |i: usize| {
         let u = i as f64 / (NODES - 1) as f64;
@@ -468,12 +472,12 @@ mod tests {
             [nodes[0][0], nodes[NODES - 1][0]]
         };
         let near = |a: [f64; 2], b: [f64; 2]| a.iter().zip(&b).all(|(a, b)| (a / b - 1.0).abs() < 1e-9);
-        // it stands for a wider track here, which may be twice the nominal
+        // a gain stands for a wider track here, which may be twice the nominal
         let widest = 0.5;
         // a drive that hardly shows a hundredth keeps the prior of most robots, which begins at 0.001
         assert!(near(scales(0.01), [1e-3, widest]));
         assert!(near(scales(2e-5), [2e-5, widest]));
-        // and none is sure of anything at all
+        // no prior reaches below the limit
         assert!(near(scales(1e-12), [1e-3 * LEAST, widest]));
     }
 }

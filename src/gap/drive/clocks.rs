@@ -1,8 +1,8 @@
-//! stream(t) = true(t - τ), τ of each recording its own: clocks that disagree, found and set before anything is judged
+//! stream(t) = true(t - τ), τ of each recording its own: time offsets of clocks, corrected before the diagnosis
 //!
-//! A sensor that queues is late by the same tenth of a second in every run: an effect, which stays in the data. What is
-//! negative, longer, or another in each recording is a matter of clocks. Stamps of the gyro are taken as true (without a
-//! gyro, those of the wheels), unless all other streams agree that it is these that are late.
+//! A sensor that queues is late by the same tenth of a second in every run: an effect, which stays in the data. A lag
+//! that is negative, longer, or different in each recording is that of a clock. Stamps of the gyro are taken as true
+//! (without a gyro, those of the wheels), unless all other streams agree that it is the gyro that is late.
 
 use super::lag::LATE;
 use super::late::WHEELS_LATE;
@@ -20,23 +20,23 @@ use crate::vehicle::{Odometry, Rolling};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// A recording to diagnose from, in the answer.
+/// Name of the recordings to diagnose from, in the answer.
 const FIT: &str = "fit";
-/// Longest lag that is a delay of a sensor, s.
+/// Longest lag that counts as the delay of a sensor, s.
 const LONGEST_DELAY_S: f64 = 0.2;
-/// Standard deviations by which a lag differs from another.
+/// Standard deviations from which on two lags differ.
 const DIFFERS: f64 = 4.0;
-/// Rows by which one may besides: a clock is set no finer than rows tell.
+/// Rows by which they may differ besides: a clock is set no finer than the rows.
 const ROWS: f64 = 2.0;
 /// Standard deviation of a lag that is known to the row, in rows.
 const TO_THE_ROW: f64 = 0.5;
-/// A stream that stops this long before another has stopped half way, s.
+/// Time from which on a stream that ends before another counts as stopped, s.
 const STOPPED_S: f64 = 2.0;
-/// Correlation by which a wheel's sign is certain, and below which the one that is stated is wrong.
+/// Correlation from which on a wheel's sign is certain, and below which the stated one is doubted.
 const CERTAIN: f64 = 0.8;
 const WRONG: f64 = 0.4;
 
-/// What has a clock of its own.
+/// A stream of readings with a clock of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stream {
     Wheels,
@@ -62,7 +62,7 @@ impl Stream {
         }
     }
 
-    /// In the answer.
+    /// Channel in the answer.
     fn id(self) -> &'static str {
         match self {
             Self::Wheels => "wheels",
@@ -71,8 +71,8 @@ impl Stream {
         }
     }
 
-    /// Lags that are a delay, s. How fast motors and wheels answer a command shows as a lead of the torques, and differs from
-    /// course to course.
+    /// Range of lags that count as a delay, s. The response times of motors and wheels show as a lead of the torques,
+    /// which differs from course to course.
     fn delays_s(self) -> [f64; 2] {
         [if self == Self::Torque { -LONGEST_DELAY_S } else { 0.0 }, LONGEST_DELAY_S]
     }
@@ -82,37 +82,37 @@ impl Stream {
     }
 }
 
-/// Recordings whose streams agree on the time.
+/// Recordings with corrected clocks.
 pub(super) struct Clocks<'a> {
-    /// Those to diagnose from.
+    /// Recordings to diagnose from.
     pub(super) fit: Vec<Cow<'a, Log>>,
-    /// Those kept back.
+    /// Hold-out recordings.
     pub(super) hold: Vec<Cow<'a, Log>>,
-    /// What was taken out.
+    /// Time offsets that were removed.
     pub(super) offsets: Vec<TimeOffset>,
-    /// The same in sentences, and where a stream stopped.
+    /// Notes on these, and on streams that stopped.
     pub(super) notes: Vec<String>,
 }
 
 impl Clocks<'_> {
-    /// Whether the clock of this stream of the recordings to diagnose from was set.
+    /// Whether the clock of this stream was set in any recording to diagnose from.
     fn was_set(&self, stream: Stream) -> bool {
         self.offsets.iter().any(|o| o.recording.starts_with(FIT) && o.channel == stream.id())
     }
 
-    /// Whether that of the wheels was.
+    /// Whether that of the wheels was set.
     pub(super) fn wheels_were_set(&self) -> bool {
         self.was_set(Stream::Wheels)
     }
 
-    /// Effects that are lags of streams whose clocks were set: those were set as finely as the recordings tell.
+    /// Ids of the effects that are lags of streams whose clocks were set, as finely as the recordings tell.
     pub(super) fn lags(&self) -> Vec<&'static str> {
         let wheels: &[_] = if self.was_set(Stream::Wheels) { &[WHEELS_LATE, LATE] } else { &[] };
         let pose: &[_] = if self.was_set(Stream::Pose) { &[late(Instrument::Pose).id] } else { &[] };
         [wheels, pose].concat()
     }
 
-    /// The recordings with the time since power-on of their first rows: those that were given, in order.
+    /// The corrected recordings with the times since power-on of their first rows, in the order given.
     pub(super) fn drives(&self, fit: &[Drive<'_>], hold: &[Drive<'_>]) -> [Vec<Drive<'_>>; 2] {
         let set = |logs: &'_ [Cow<'_, Log>], given: &[Drive<'_>]| -> Vec<f64> {
             let begins = |(log, given): (&Cow<'_, Log>, &Drive<'_>)| {
@@ -130,13 +130,13 @@ impl Clocks<'_> {
 /// Lags of one recording's streams, in the order of [`Stream::ALL`], and its typical time between rows, s.
 struct Seen {
     lags: [Option<Lag>; 3],
-    /// How the wheels' clock wanders.
+    /// Lag of the wheels' clock over time, if it wanders.
     wheels: Option<Track>,
     step_s: f64,
     has_gyro: bool,
 }
 
-/// What is taken out of one stream.
+/// Correction of the clock of one stream.
 #[derive(Debug, Clone)]
 struct Off {
     lag: Lag,
@@ -183,7 +183,7 @@ pub(super) fn agree<'a>(config: &Config, fit: &[Drive<'a>], hold: &[Drive<'a>]) 
     Ok(clocks)
 }
 
-/// Which lags are clocks, of each recording and stream.
+/// Clock offsets to correct, by recording and stream; none for lags that count as delays of sensors.
 fn offsets(seen: &[Seen]) -> Vec<[Option<Off>; 3]> {
     let mut out = vec![[const { None }; 3]; seen.len()];
     let step_s = seen.iter().map(|s| s.step_s).fold(0.0, f64::max);
@@ -220,8 +220,8 @@ fn offsets(seen: &[Seen]) -> Vec<[Option<Off>; 3]> {
     out
 }
 
-/// Whether all other streams say alike, in all recordings, that it is the gyro (without one: the wheels) that comes late, by no
-/// more than a sensor may.
+/// Whether all other streams agree, in all recordings, that the gyro (without one: the wheels) is late, by no more than
+/// a sensor's delay.
 fn reference_is_late(seen: &[Seen], step_s: f64) -> bool {
     let lags: Vec<Lag> = seen.iter().flat_map(|s| s.lags).flatten().collect();
     let slack_s = |l: &Lag| DIFFERS * l.std_s + ROWS * step_s;
@@ -236,7 +236,7 @@ fn look(config: &Config, log: &Log) -> Result<Seen> {
     let Some(vehicle) = config.vehicle.as_ref() else { return Ok(nothing) };
     let times_s = log.time.to_vec();
     if times_s.windows(2).any(|w| !(w[1] > w[0])) {
-        // refused in words of its own where the rows are read
+        // refused with a message of its own where the rows are read
         return Ok(nothing);
     }
     let there = |name: &str| log.get(name).filter(|v| v.iter().any(|v| v.is_finite()));
@@ -270,8 +270,8 @@ fn look(config: &Config, log: &Log) -> Result<Seen> {
                 }
             }
         }
-        // in all rows of the gyro the wheels have the same clock, and rims that slip run ahead of the robot: only a lag that is known
-        // to the row is one of the whole clock
+        // wheels in all rows of the gyro share its clock, and slipping wheels run ahead of the robot: only a lag that
+        // is known to the row is that of a clock
         let shared = shares_rows(log, Stream::Wheels) && is_as_fast(log, Stream::Wheels);
         let whole = |l: &Lag| l.lag_s.abs() > LONGEST_DELAY_S || l.std_s <= TO_THE_ROW * log.time.median_step_s();
         lags[0] = found.filter(|l| l.correlation > 0.0 && (!shared || whole(l)));
@@ -285,7 +285,7 @@ fn look(config: &Config, log: &Log) -> Result<Seen> {
         lags[1] = lag(&heading, std::slice::from_ref(reference));
     }
     if let (None, Some((speed, _)), (Some(x), Some(y))) = (lags[1], &moving, (there(names::X), there(names::Y))) {
-        // on the way, by the wheels' clock
+        // by distance travelled, against the clock of the wheels
         let speed: Vec<f64> = speed.iter().map(|v| v.abs()).collect();
         lags[1] = lag(&way(&times_s, x, y), &[Integral::of(&times_s, &speed)]).filter(|l| l.correlation > 0.0);
         if let (Some(lag), Some(wheels)) = (&mut lags[1], wheels_lag) {
@@ -313,7 +313,7 @@ fn look(config: &Config, log: &Log) -> Result<Seen> {
     Ok(Seen { lags, wheels: track, step_s: log.time.median_step_s(), has_gyro: gyro.is_some() })
 }
 
-/// Signs of the wheels that may be wrong, what is then found, and its mend.
+/// Wrong signs of the wheels, with error message and mend.
 const BACKWARDS: [([f64; 2], [&str; 2]); 3] = [
     (
         [-1.0, 1.0],
@@ -338,7 +338,7 @@ const BACKWARDS: [([f64; 2], [&str; 2]); 3] = [
     ),
 ];
 
-/// A heading without its jumps by a full turn; itself the integral of the yaw rate.
+/// A heading without its jumps by full turns: the integral of the yaw rate.
 fn unwrapped(times_s: &[f64], heading_rad: &[f64]) -> Integral {
     let (mut at_s, mut headings): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     for (t, h) in times_s.iter().zip(heading_rad).filter(|r| r.1.is_finite()) {
@@ -349,7 +349,7 @@ fn unwrapped(times_s: &[f64], heading_rad: &[f64]) -> Integral {
     Integral::nodes(at_s, headings)
 }
 
-/// The way between positions, summed up; itself the integral of the speed.
+/// Distance along the positions: the integral of the speed.
 fn way(times_s: &[f64], x_m: &[f64], y_m: &[f64]) -> Integral {
     let (mut at_s, mut ways) = (Vec::new(), Vec::new());
     let (mut last, mut sum) = (None::<(f64, f64)>, 0.0);
@@ -362,7 +362,7 @@ fn way(times_s: &[f64], x_m: &[f64], y_m: &[f64]) -> Integral {
     Integral::nodes(at_s, ways)
 }
 
-/// What was found of a clock, in a sentence.
+/// Note on the offset of a clock.
 fn said(source: &str, stream: Stream, off: &Off, has_gyro: bool) -> String {
     let (id, reference) = (stream.id(), if has_gyro { "gyro" } else { "wheels" });
     let Lag { lag_s, std_s, .. } = off.lag;
@@ -382,10 +382,10 @@ fn said(source: &str, stream: Stream, off: &Off, has_gyro: bool) -> String {
     )
 }
 
-/// Rows in which a stream reads, and in which others do.
+/// Rows in which a stream has readings, and rows in which others have.
 fn rows_of(log: &Log, stream: Stream) -> [Vec<bool>; 2] {
     let is_own = |name: &str| stream.channels().contains(&name);
-    // what is held, or runs on, stands in every row
+    // values that are held, or run on, stand in every row
     let is_read = |name: &str| !Stream::Torque.channels().contains(&name) && name != names::SINCE_POWER_ON;
     let rows = |wanted: &dyn Fn(&str) -> bool| -> Vec<bool> {
         let channels: Vec<_> = log.channels.iter().filter(|c| wanted(&c.name)).collect();
@@ -401,15 +401,15 @@ fn shares_rows(log: &Log, stream: Stream) -> bool {
     2 * own.iter().zip(&others).filter(|(own, other)| **own && **other).count() > read
 }
 
-/// Whether a stream reads in most of the rows in which others do: one of a rate of its own has a clock of its own, even where its
-/// readings were put into the rows of others.
+/// Whether a stream has readings in most of the rows in which others have. A stream with a rate of its own has its own
+/// clock, even where its readings were put into the rows of others.
 fn is_as_fast(log: &Log, stream: Stream) -> bool {
     let [own, others] = rows_of(log, stream).map(|rows| rows.into_iter().filter(|there| *there).count());
     2 * own > others
 }
 
-/// `log` with the readings of one stream stamped earlier by what it is late. Where they stand in the rows of other sensors they are
-/// moved to the nearest of these: how speeds diffuse depends on the rows. Else they keep rows of their own.
+/// `log` with the readings of one stream moved earlier by its offset. Readings in the rows of other sensors move to the
+/// nearest of these, as the diffusion of the speeds depends on the rows. Others keep rows of their own.
 fn retimed(log: &Log, stream: Stream, off: &Off) -> Result<Log> {
     let times_s = log.time.to_vec();
     let is_own = |name: &str| stream.channels().contains(&name);
@@ -430,7 +430,7 @@ fn retimed(log: &Log, stream: Stream, off: &Off) -> Result<Log> {
     let part = |rows: &[bool], wanted: &dyn Fn(&str) -> bool, late_s: &dyn Fn(f64) -> f64| -> Result<Part> {
         let mut kept: Vec<usize> = (0..log.len()).filter(|k| rows[*k]).collect();
         let mut last_s = f64::NEG_INFINITY;
-        // a clock that wanders far may turn stamps round
+        // a clock that wanders far may reverse the order of stamps
         kept.retain(|k| {
             let at_s = times_s[*k] - late_s(times_s[*k]);
             let ahead = at_s > last_s;
@@ -450,7 +450,7 @@ fn retimed(log: &Log, stream: Stream, off: &Off) -> Result<Log> {
     Ok(out)
 }
 
-/// The row nearest to a time, if it is no further than half a row.
+/// Row nearest to a time; none where it is further than half a row.
 fn nearest(times_s: &[f64], t_s: f64) -> Option<usize> {
     let after = times_s.partition_point(|t| *t < t_s);
     let found = [after.checked_sub(1), Some(after).filter(|k| *k < times_s.len())].into_iter().flatten();
@@ -459,7 +459,7 @@ fn nearest(times_s: &[f64], t_s: f64) -> Option<usize> {
     ((times_s[best] - t_s).abs() <= 0.51 * (times_s[beside] - times_s[best]).abs()).then_some(best)
 }
 
-/// The part of a recording in which gyro and wheels both read, where one of them begins or stops so much before the other.
+/// Part of a recording in which gyro and wheels both read, if one begins or ends over `apart_s` from the other.
 fn whole<'a>(log: Cow<'a, Log>, apart_s: f64, notes: &mut Vec<String>) -> Result<Cow<'a, Log>> {
     let there = |names: &[&str]| {
         let any = |k: &usize| names.iter().any(|n| log.get(n).is_some_and(|v| v[*k].is_finite()));

@@ -1,7 +1,8 @@
-//! ln p(z | e alone) - ln p(z | nothing) over ln p(z | best set) - ln p(z | nothing): how much of a gap one effect explains
+//! (ln p(z | e alone) - ln p(z | nothing)) / (ln p(z | best set) - ln p(z | nothing)): share of a gap that one effect
+//! explains
 //!
-//! Where free forms explain a gap in every detail, no effect is left anything to explain beside them, and the answer is that
-//! the cause is not in the library. Which effect comes nearest is worth knowing all the same.
+//! Where free forms explain a gap in every detail, no effect is needed beside them, and the answer is that the cause is
+//! not in the library. The nearest effect is reported all the same.
 
 use super::branch::Branch;
 use super::candidates::{Candidates, Kind};
@@ -14,19 +15,19 @@ use crate::effects::drive::Driving;
 use crate::gap::findings::Part;
 use rayon::prelude::*;
 
-/// Effects that are fitted alone.
+/// Most effects that are fitted alone.
 const FITTED: usize = 6;
 
 /// The effect that explains most alone.
 #[derive(Debug, Clone)]
 pub struct Closest {
-    /// The effect, with its parameters alone.
+    /// The effect, with the parameters of its fit alone.
     pub part: Part,
-    /// ln p with it alone over ln p with nothing, nats.
+    /// Gain in ln p over no effect, nats.
     pub gain: f64,
 }
 
-/// Each of the `most` changes of the model that add most in `problem`, of `all` that take part in it, settled alone from zero.
+/// The `most` model changes of `all` that add most in `problem`, each fitted alone from zero.
 pub(super) fn alone(record: &Record, noise: &Noise, all: &Candidates, problem: &Problem, most: usize) -> Vec<Compared> {
     let changes = |m: &Member| matches!(all.kinds[m.0], Kind::Change(_));
     let mut worth: Vec<(Member, f64)> = problem.additions(&[]).into_iter().filter(|(m, _)| changes(m)).collect();
@@ -34,7 +35,7 @@ pub(super) fn alone(record: &Record, noise: &Noise, all: &Candidates, problem: &
     worth.truncate(most);
     let fit =
         |((group, _), _): (Member, f64)| Compared::narrow(record, noise, all.only(|g| g == group), all.zero(), None);
-    // in their order: of equals the same one wins on any number of cores
+    // in order: among equals the same one wins on any number of cores
     worth.into_par_iter().map(fit).collect()
 }
 

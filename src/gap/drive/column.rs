@@ -1,4 +1,4 @@
-//! ∂(equations)/∂β of everything that may be missing from the model, row by row.
+//! Columns: derivatives of the equations by the coefficient β of everything that may be missing from the model, by row.
 
 use super::agility::{Classes, EVEN, Ratios};
 use super::filter::Slopes;
@@ -33,7 +33,7 @@ pub enum Equation {
 }
 
 impl Equation {
-    /// Unit of what is added to it.
+    /// Unit of a term added to it.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -58,7 +58,7 @@ impl Equation {
         }
     }
 
-    /// In words.
+    /// The equation, in words.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -76,7 +76,7 @@ impl Equation {
         }
     }
 
-    /// The one that the free form of this id lies in.
+    /// Equation of the free form with this id; none for other ids.
     #[must_use]
     pub fn of_free_form(id: &str) -> Option<Self> {
         let mut words = id.split('.').skip(1);
@@ -99,14 +99,14 @@ impl Equation {
     }
 }
 
-/// What a free form may follow.
+/// Quantity that a free form is a function of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Follows {
     /// Forward speed
     Speed,
     /// Yaw rate
     YawRate,
-    /// Products of both
+    /// Products of forward speed and yaw rate
     Turning,
     /// dv/dt
     Acceleration,
@@ -116,7 +116,7 @@ pub enum Follows {
     Heading,
     /// Commanded torques
     Torque,
-    /// How torques changed just before
+    /// Recent change of the torques: lagged torques less the torques
     TorqueRate,
     /// Angle of the wheels
     WheelAngle,
@@ -124,7 +124,7 @@ pub enum Follows {
     Time,
 }
 
-/// Functions of time among the covariates.
+/// Number of cosines of time in the table.
 const TIMES: usize = 8;
 
 impl Follows {
@@ -142,7 +142,7 @@ impl Follows {
         Self::Time,
     ];
 
-    /// How many functions of it there are.
+    /// Number of its functions in the table.
     #[must_use]
     pub fn count(self) -> usize {
         match self {
@@ -153,13 +153,13 @@ impl Follows {
         }
     }
 
-    /// Place of its first function in the table.
+    /// Index of its first function in the table.
     #[must_use]
     pub fn first(self) -> usize {
         Self::ALL.iter().take_while(|f| **f != self).map(|f| f.count()).sum()
     }
 
-    /// `condition` of the answer.
+    /// Value of `condition` in the answer.
     #[must_use]
     pub fn condition(self) -> &'static str {
         match self {
@@ -174,7 +174,7 @@ impl Follows {
         }
     }
 
-    /// In an id.
+    /// Name in the id of a free form.
     #[must_use]
     pub fn id(self) -> &'static str {
         match self {
@@ -185,7 +185,7 @@ impl Follows {
     }
 }
 
-/// What a coefficient may vary with: two cosines of time, speed, acceleration.
+/// Indices of the functions with which a coefficient may vary: two cosines of time, |speed|, |acceleration|.
 #[must_use]
 pub fn variations() -> [usize; 4] {
     let time = Follows::Time.first();
@@ -195,7 +195,7 @@ pub fn variations() -> [usize; 4] {
 /// Number of functions in the table.
 pub const FUNCTIONS: usize = 5 + 5 + 3 + 3 + 3 + 4 + 4 + 4 + 4 + TIMES;
 
-/// What the functions of one row are made of.
+/// Quantities in one row of which the functions are made.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Row {
     /// m/s
@@ -216,7 +216,7 @@ pub struct Row {
     pub wheel_angles: [(f64, f64); 2],
 }
 
-/// Scales at which a function bends: typical values in this drive.
+/// Typical values in this drive, by which the functions are scaled.
 #[derive(Debug, Clone)]
 pub struct Scales {
     /// m/s
@@ -225,15 +225,16 @@ pub struct Scales {
     pub yaw_rate: f64,
     /// N·m
     pub torque: f64,
-    /// Time over which v and ω are compared for their slopes, s: no less than from one reading to the next. Over less, what a reading
-    /// corrects would be taken for an acceleration, and grow until the next one.
+    /// Time over which differences of v and ω give accelerations, s: at least the time between readings. Over less, the
+    /// correction by a reading would be taken for an acceleration, and grow until the next reading.
     pub slopes_over_s: [f64; 2],
-    /// How much the motion changes in each row, where that matters
+    /// Classes of the rows by how much the motion changes, where they are distinguished
     pub classes: Classes,
 }
 
 impl Scales {
-    /// Root mean squares of the recorded wheels and torques, and classes of the rows where `agility` tells them apart.
+    /// Root mean squares of the recorded wheels and torques, and classes of the rows where `agility` distinguishes
+    /// them.
     #[must_use]
     pub fn of(record: &Record, agility: &Ratios) -> Self {
         let rms = |values: &mut dyn Iterator<Item = f64>| {
@@ -252,21 +253,21 @@ impl Scales {
     }
 }
 
-/// Time over which v and ω are compared for their slopes, s; torques tell them where there are any.
+/// Time over which differences of v and ω give accelerations, s; the least where torques tell these.
 fn slopes_over_s(record: &Record) -> [f64; 2] {
     let every_s = record.torques_n_m.is_none().then(|| record.read_every_s());
     every_s.unwrap_or_default().map(|every_s| every_s.max(Slopes::OVER_S))
 }
 
 impl Row {
-    /// The functions, in the order of [`Follows::ALL`]; those of time are the first `cosines`.
+    /// Values of the functions, in the order of [`Follows::ALL`]; those of time are the first `cosines`.
     pub fn functions(&self, scales: &Scales, cosines: &[f64; COSINES], out: &mut [f64; FUNCTIONS]) {
         let v = self.speed / scales.speed;
         let w = self.yaw_rate / scales.yaw_rate;
         let (a, alpha) = (self.acceleration, self.yaw_acceleration);
         let (sin, cos) = self.heading;
         let [ul, ur] = self.torques.map(|u| u / scales.torque);
-        // ±1 but near zero
+        // a smooth sign function
         let sign = |x: f64| 20.0 * x / (1.0 + 400.0 * x * x).sqrt();
         let (forward, left) = (sign(v), sign(w));
         let angles = self.wheel_angles;
@@ -281,7 +282,7 @@ impl Row {
         put(&[a, a.abs(), a * forward]);
         put(&[alpha, alpha.abs(), alpha * left]);
         put(&[cos, sin, cos * cos - sin * sin, 2.0 * sin * cos]);
-        // nothing that bends near zero: a speed control puts what it knows of the state into small torques
+        // no function bends near zero: a speed control puts its knowledge of the state into small torques
         put(&[ul, ur, ul * ul.abs(), ur * ur.abs()]);
         let lag = |i: usize, j: usize| (self.lagged[i][j] - self.torques[j]) / scales.torque;
         put(&[lag(0, 0), lag(0, 1), lag(1, 0), lag(1, 1)]);
@@ -290,7 +291,7 @@ impl Row {
     }
 }
 
-/// Cosines of time, one more than a random walk is made of.
+/// Number of cosines of time, the constant included; a random walk is made of the others.
 pub const COSINES: usize = 25;
 
 /// cos(nπu), n from zero: cos((n+1)x) = 2 cos x cos nx - cos((n-1)x).
@@ -305,17 +306,16 @@ pub fn cosines_of(progress: f64, out: &mut [f64]) {
     }
 }
 
-/// 1 at zero, and falling to zero within `within` on both sides.
+/// Triangle function: 1 at `from` = 0, falling linearly to 0 at ±`within`.
 #[inline]
 pub(super) fn hat(from: f64, within: f64) -> f64 {
     (1.0 - from.abs() / within).max(0.0)
 }
 
-/// How much of an acceleration lasts to the next row is known to this, where no torques tell.
+/// Prior standard deviation of the change in how much of an acceleration lasts to the next row, without torques.
 const LASTING_STD: f64 = 0.3;
 
-/// Where the tracked point lies, ahead and to the left, how far its heading is off, and how late it comes: what a pose reads
-/// beyond the robot's.
+/// Mounting of the tracked point: offsets ahead and to the left, offset of the heading, and delay of the pose.
 pub const MOUNTING: [Column; 4] = [
     Column::Free(Equation::PoseAlong, CONSTANT),
     Column::Free(Equation::PoseAcross, CONSTANT),
@@ -323,11 +323,12 @@ pub const MOUNTING: [Column; 4] = [
     Column::PoseDelay,
 ];
 
-/// The constant, which is the first of the cosines of time.
+/// Index of the constant, the first of the cosines of time.
 pub(super) const CONSTANT: usize = FUNCTIONS - TIMES;
 
-/// Columns that are always in, with the standard deviations of their priors: what varies from one power-on to the next, each
-/// drive's own, where there is a gyro; how accelerations last, where there are no torques; how the reference sits on the robot.
+/// Nuisance columns, which are in every set, with their prior standard deviations. With a gyro: what varies from one
+/// power-on to the next, for each drive. Without torques: how accelerations last. With a pose: the mounting of the
+/// reference.
 #[must_use]
 pub fn nuisances(record: &Record) -> Vec<(Scoped, f64)> {
     let mut all = Vec::new();
@@ -353,41 +354,41 @@ pub fn nuisances(record: &Record) -> Vec<(Scoped, f64)> {
     all
 }
 
-/// One column.
+/// A column: the derivatives by one coefficient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Column {
     /// Coordinate `.1` of the model change in place `.0`
     Coordinate(usize, usize),
-    /// The same coordinate, times function `.2` of the table: it is not constant
+    /// That coordinate times function `.2` of the table: the coordinate is not constant
     Varying(usize, usize, usize),
-    /// The first coordinate of the model change in this place, as far as every robot has a little of it
+    /// The first coordinate of this model change, in the small amount that every robot has
     Usual(usize),
     /// Function `.1` of the table added to an equation
     Free(Equation, usize),
-    /// 1 at this time, s since the log began, and falling to zero within so many seconds on both sides, added to an equation
+    /// Triangle added to an equation: 1 at the time `.1`, s since the log began, zero from `.2` s away on
     Hat(Equation, f64, f64),
-    /// How late the pose comes, s
+    /// Delay of the pose, s
     PoseDelay,
-    /// C2 of this run
+    /// Deviation of C2 in this run
     TurnOn,
-    /// ln C1 of this run
+    /// Deviation of ln C1 in this run
     WarmUpSize,
-    /// ln T of this run
+    /// Deviation of ln T in this run
     WarmUpTime,
     /// cos(nπu) on the gyro, u from 0 to 1 over the drive
     GyroCosine(usize),
-    /// The gyro's bias, from this time on, s since the log began
+    /// Step of the gyro's bias at this time, s since the log began
     GyroStep(f64),
-    /// What it still lacks of its new value, from that time on, settling with this time constant, s
+    /// -exp(-(t - t0)/τ) after a step at t0 = `.0`, τ = `.1`, s: the part of the change still to come
     GyroSettling(f64, f64),
 }
 
-/// A column, and where its coefficient holds.
+/// A column, and the drives in which its coefficient holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scoped {
     /// The column.
     pub column: Column,
-    /// The drive whose own it is, from zero; none where it is one coefficient for all.
+    /// Index of the only drive in which it acts; none: in all drives.
     pub drive: Option<usize>,
 }
 
@@ -398,12 +399,12 @@ impl From<Column> for Scoped {
 }
 
 impl Column {
-    /// The column whose derivatives are its own.
+    /// The column whose derivatives it has: of [`Column::Usual`] the first coordinate, of others itself.
     pub(super) fn evaluated(self) -> Self {
         if let Self::Usual(change) = self { Self::Coordinate(change, 0) } else { self }
     }
 
-    /// What is added to an equation, and to which.
+    /// Equation and value of the term that it adds there; none for a column that is no free function.
     #[inline]
     pub(super) fn added(self, functions: &[f64; FUNCTIONS], t_s: f64) -> Option<(Equation, f64)> {
         match self {
@@ -413,7 +414,7 @@ impl Column {
         }
     }
 
-    /// Of one drive alone, from zero.
+    /// The column in one drive alone, by index.
     #[must_use]
     pub fn of_drive(self, drive: usize) -> Scoped {
         Scoped { column: self, drive: Some(drive) }

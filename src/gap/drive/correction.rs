@@ -1,13 +1,13 @@
 //! ẋ = f(x, u) + b,  z = h(x) + b,  db = s dW:   ŝ = argmax ln p(z | s),  b̂ = E(b | z, ŝ)
 //!
-//! What an equation of the nominal model lacks, before any effect is named: the process noise s that it would need, and the
-//! course b̂ of the correction (Kristensen, Madsen and Jørgensen, Automatica 40, 2004, 225). b is a random walk in each drive,
-//! straight between knots; the innovations of one pass of the filter are linear in it, so that its likelihood for every s
-//! follows from one Gram matrix.
+//! Correction that an equation of the nominal model needs, before any effect is named: the process noise s, and the
+//! course b̂ of the correction (Kristensen, Madsen and Jørgensen, Automatica 40, 2004, 225). b is a random walk in each
+//! drive, linear between knots. The innovations of one pass of the filter are linear in b, so the likelihood for every
+//! s follows from one Gram matrix.
 //!
-//! s = 0 leaves a constant. Whether more is needed is a likelihood ratio on the boundary: half of it is χ² with one degree of
-//! freedom, the other half zero (Self and Liang, J. Am. Stat. Assoc. 82, 1987, 605). Of one walk more than half is zero
-//! (Crainiceanu and Ruppert, J. R. Stat. Soc. B 66, 2004, 165): the probability that is stated is an upper bound.
+//! s = 0 leaves a constant. The test of s > 0 is a likelihood ratio on the boundary: half of it is χ² with one degree
+//! of freedom, the other half zero (Self and Liang, J. Am. Stat. Assoc. 82, 1987, 605). For a single walk more than
+//! half is zero (Crainiceanu and Ruppert, J. R. Stat. Soc. B 66, 2004, 165): the stated p-value is an upper bound.
 
 use super::candidates::no_constant;
 use super::column::{Column, Equation, Scoped, nuisances};
@@ -20,25 +20,25 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use statrs::function::erf::erfc;
 
-/// Time between knots, s, unless there would be too many.
+/// Least time between knots, s.
 const STEP_S: f64 = 1.0;
 /// Most knots of all drives together.
 const KNOTS: usize = 300;
-/// Fewest of one drive.
+/// Fewest knots of one drive.
 const FEWEST: usize = 3;
-/// Standard deviation of a level in units of what the drives alone know it to: as good as none is known.
+/// Prior standard deviation of a level in units of the drive's own error of it: practically flat.
 const LEVEL: f64 = 1e4;
-/// Values of s that are tried before the best of them is refined, and steps of that.
+/// Grid points of the walk's variance, and steps of the refinement about the best of them.
 const GRID: usize = 240;
 const REFINED: usize = 60;
-/// Variances of the walk from this share on of what would show.
+/// Lowest grid point of the variance, as a share of the variance that would show.
 const LEAST: f64 = 1e-4;
-/// A function that the others make up but for this share of its variance is not fitted.
+/// Share of a function's variance beside the others below which it counts as collinear and is not fitted.
 const COLLINEAR: f64 = 1e-6;
-/// Independent values of the signal for each function that is fitted.
+/// Independent values of the signal needed for each fitted function.
 const PER_FUNCTION: f64 = 3.0;
 
-/// The correction that `equation` of the nominal model needs; none where no reading knows it.
+/// Estimated correction of `equation` of the nominal model; none where no reading determines it.
 #[must_use]
 pub fn of(record: &Record, noise: &Noise, equation: Equation) -> Option<Correction> {
     let knots = knots(record);
@@ -85,7 +85,7 @@ pub fn of(record: &Record, noise: &Noise, equation: Equation) -> Option<Correcti
     })
 }
 
-/// An even time apart in each drive.
+/// Knots of each drive, at even distances.
 fn knots(record: &Record) -> Vec<Knots> {
     let spans = record.spans_s();
     let step_s = (spans.iter().sum::<f64>() / KNOTS.saturating_sub(2 * spans.len()).max(1) as f64).max(STEP_S);
@@ -96,7 +96,7 @@ fn knots(record: &Record) -> Vec<Knots> {
     spans.iter().map(of).collect()
 }
 
-/// Whether the level of an equation is another in each run, or takes the place of something else.
+/// Whether the level of an equation differs from run to run, or is confounded with another quantity.
 fn has_own_level(record: &Record, equation: Equation) -> bool {
     let varies = |(scoped, _): &(Scoped, f64)| match scoped.column {
         Column::TurnOn => equation == Equation::Gyro,
@@ -108,16 +108,16 @@ fn has_own_level(record: &Record, equation: Equation) -> bool {
     no_constant(record, equation) || nuisances(record).iter().any(varies)
 }
 
-/// Normal equations of one pass in coordinates x: nuisances, the level of each drive, and what the walk does from knot to knot
-/// about its mean, in units of √(time between them).
+/// Normal equations of one pass in coordinates x: nuisances, the level of each drive, and the increments of the walk
+/// from knot to knot about its mean, in units of √(time between them).
 struct Smoother {
-    /// Of x.
+    /// Gram matrix of x.
     gram: Mat<f64>,
-    /// Of x with the innovations.
+    /// Products of x with the innovations.
     moment: Mat<f64>,
-    /// Of x with the knots.
+    /// Products of x with the columns of the knots.
     with_knots: Mat<f64>,
-    /// Knots by x: what is shown of it.
+    /// The signal at the knots as a linear function of x: knots by x.
     shown: Mat<f64>,
     /// Prior standard deviations of nuisances and levels.
     fixed: Vec<f64>,
@@ -174,7 +174,7 @@ impl Smoother {
         })
     }
 
-    /// The signal where the walk has this variance, per s.
+    /// The signal at the knots where the walk has this variance per s; none where the matrix is not positive definite.
     fn smooth(&self, variance: f64) -> Option<Smoothed> {
         let size = self.gram.ncols();
         let std: Vec<f64> = (0..size).map(|i| self.fixed.get(i).copied().unwrap_or(variance.sqrt())).collect();
@@ -190,7 +190,7 @@ impl Smoother {
     }
 }
 
-/// The signal at the knots.
+/// The smoothed signal at the knots, and the smoother.
 struct Smoothed {
     std_of_x: Vec<f64>,
     /// (I + U G U)⁻¹ U shown'
@@ -200,17 +200,17 @@ struct Smoothed {
 }
 
 impl Smoothed {
-    /// What the smoother makes of innovations with this moment.
+    /// Output of the smoother for innovations with this moment.
     fn of(&self, moment: &Mat<f64>) -> Vec<f64> {
         let size = self.std_of_x.len();
         let at = |k: usize| (0..size).map(|i| self.spread[(i, k)] * self.std_of_x[i] * moment[(i, 0)]).sum();
         (0..self.spread.ncols()).map(at).collect()
     }
 
-    /// Share of the signal's variance that functions of a covariate explain, less what as many functions explain of anything.
+    /// Share of the signal's variance, 0 to 1, that functions of a covariate explain, adjusted for their number.
     ///
-    /// Each function is smoothed as the signal was: what the smoother would have made of a correction that follows it exactly.
-    /// Knots weigh with the precision that the signal has there.
+    /// Each function is smoothed as the signal was, so that it is what the smoother shows of a correction that follows
+    /// it exactly. Knots are weighted by the precision of the signal.
     fn share(&self, smoother: &Smoother, covariate: &Covariate, degrees_of_freedom: f64) -> f64 {
         let weights: Vec<f64> = self.std.iter().map(|s| if *s > 0.0 { s.powi(-2) } else { 0.0 }).collect();
         let total: f64 = weights.iter().sum();
@@ -250,10 +250,10 @@ impl Smoothed {
     }
 }
 
-/// ln p(z | s) - ln p(z | 0) = ½ Σ_i [s² β_i² / (1 + s² μ_i) - ln(1 + s² μ_i)]: the walk along the eigenvectors of what is known
-/// of it, with nuisances and levels integrated out.
+/// ln p(z | s) - ln p(z | 0) = ½ Σ_i [s² β_i² / (1 + s² μ_i) - ln(1 + s² μ_i)]: likelihood ratio of the walk in the
+/// eigenvectors of its information matrix, with nuisances and levels integrated out.
 struct Walk {
-    /// μ and β²
+    /// μ and β² of each eigenvector
     terms: Vec<[f64; 2]>,
 }
 
@@ -276,7 +276,7 @@ impl Walk {
         let beta = eigen.U().transpose() * left;
         let mu = eigen.S().column_vector();
         let largest = (0..steps).map(|i| mu[i]).fold(0.0, f64::max);
-        // what rounding leaves of nothing
+        // eigenvalues that are rounding errors are dropped
         let terms: Vec<[f64; 2]> =
             (0..steps).filter(|i| mu[*i] > 1e-12 * largest).map(|i| [mu[i], beta[(i, 0)].powi(2)]).collect();
         (!terms.is_empty()).then_some(Self { terms })
@@ -287,7 +287,7 @@ impl Walk {
         0.5 * self.terms.iter().map(term).sum::<f64>()
     }
 
-    /// The walk's variance per s, and what it gains over none.
+    /// Most likely variance of the walk per s, and its gain over none, nats.
     fn most_likely(&self) -> (f64, f64) {
         // each term is largest at β²/μ² - 1/μ
         let highest = self.terms.iter().map(|[mu, square]| square / (mu * mu) - 1.0 / mu).fold(0.0, f64::max);
@@ -299,7 +299,7 @@ impl Walk {
         let at = |i: f64| lowest * (step * i).exp();
         let best = (0..GRID).max_by(|a, b| self.gain(at(*a as f64)).total_cmp(&self.gain(at(*b as f64))));
         let Some(best) = best else { return (0.0, 0.0) };
-        // thirds of what lies between its neighbours
+        // ternary search between the neighbours of the best grid point
         let (mut low, mut high) = (best as f64 - 1.0, best as f64 + 1.0);
         for _ in 0..REFINED {
             let [a, b] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
@@ -310,7 +310,7 @@ impl Walk {
         if gain > 0.0 { (variance, gain) } else { (0.0, 0.0) }
     }
 
-    /// Trace of the smoother.
+    /// Effective degrees of freedom: the trace of the smoother.
     fn degrees_of_freedom(&self, variance: f64) -> f64 {
         self.terms.iter().map(|[mu, _]| variance * mu / (1.0 + variance * mu)).sum()
     }

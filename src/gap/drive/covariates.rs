@@ -1,7 +1,7 @@
 //! x̄_k = Σ_t hat_k(t) x(t) / Σ_t hat_k(t): states and inputs about the knots of a correction.
 //!
-//! Their functions are averaged after they are made: a mean of squares is not the square of a mean. The angles of the wheels are
-//! not among them: a wheel turns several times between two knots, so that what follows its angle is left to the regression
+//! Functions are evaluated before they are averaged: a mean of squares is not the square of a mean. Wheel angles are
+//! not included: a wheel turns several times between two knots, so a dependence on its angle is left to the regression
 //! in the likelihood.
 
 use super::along::{Along, Followed};
@@ -9,24 +9,24 @@ use super::column::{COSINES, FUNCTIONS, Follows, Row, Scales, hat};
 use super::pass::{Models, Noise};
 use super::record::Record;
 
-/// A state or an input.
+/// A state or an input, averaged about the knots.
 pub struct Covariate {
-    /// As conditions of an answer are called, where it is one.
+    /// Name, as in the conditions of an answer where it is one of these.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// At each knot.
+    /// Mean about each knot, in `unit`.
     pub values: Vec<f64>,
-    /// Functions of it at each knot, the plainest first.
+    /// Means of functions of it about each knot, simplest first.
     pub functions: Vec<Vec<f64>>,
 }
 
-/// Knots an even time apart in one drive.
+/// Knots at even distances in one drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Knots {
-    /// From one to the next, s.
+    /// Time from one knot to the next, s.
     pub step_s: f64,
-    /// How many.
+    /// Number of knots.
     pub count: usize,
 }
 
@@ -47,7 +47,7 @@ const NAMES: [(&str, &str); 12] = [
     ("temperature", "°C"),
 ];
 
-/// What each is in one row, and functions of it.
+/// Value and functions of each covariate in one row, in the order of [`NAMES`].
 fn of_row(row: &Row, scales: &Scales, t_s: f64, temperature_c: f64) -> [(f64, Vec<f64>); NAMES.len()] {
     let mut table = [0.0; FUNCTIONS];
     row.functions(scales, &[0.0; COSINES], &mut table);
@@ -61,7 +61,7 @@ fn of_row(row: &Row, scales: &Scales, t_s: f64, temperature_c: f64) -> [(f64, Ve
         (row.acceleration, of(Follows::Acceleration, 3)),
         (row.yaw_acceleration, of(Follows::YawAcceleration, 3)),
         (0.0, of(Follows::Heading, 2)),
-        // more of time than its trend would be the signal itself
+        // more functions of time could follow any signal
         (t_s, vec![t_s]),
         (ul + ur, bent(ul + ur)),
         (ur - ul, bent(ur - ul)),
@@ -71,7 +71,7 @@ fn of_row(row: &Row, scales: &Scales, t_s: f64, temperature_c: f64) -> [(f64, Ve
     ]
 }
 
-/// Those that `record` knows, about `knots` of each of its drives, as the filter of `models` sees them.
+/// Covariates that `record` holds, about `knots` of each of its drives, from the states of the filter of `models`.
 pub fn about(record: &Record, models: &Models, noise: &Noise, knots: &[Knots]) -> Vec<Covariate> {
     let scales = Scales::of(record, &noise.process.agility);
     let total: usize = knots.iter().map(|k| k.count).sum();
@@ -117,7 +117,7 @@ pub fn about(record: &Record, models: &Models, noise: &Noise, knots: &[Knots]) -
         let there = !TORQUES.contains(&c) || record.torques_n_m.is_some();
         there && weights.iter().any(|w| w[c] > 0.0)
     };
-    // where a recording pauses for longer than between two knots: as at the knot before
+    // in a pause longer than the distance of knots: the value at the knot before
     let mean = |of: &dyn Fn(usize) -> f64, c: usize| -> Vec<f64> {
         let mut last = (0..total).find(|k| weights[*k][c] > 0.0).map_or(0.0, |k| of(k) / weights[k][c]);
         let mut at = |k: usize| {

@@ -1,4 +1,4 @@
-//! The whole diagnosis of a drive, or of several of one robot: which equation, which effect, how far.
+//! The whole diagnosis of a drive, or of several of one robot: which equation, which effect, how far the gap shrinks.
 
 use super::alike::{LARGEST, separate_by};
 use super::candidates::VARYING;
@@ -32,19 +32,19 @@ use crate::gap::findings::{Findings, Main, Part, REFUTED};
 use crate::gap::trace::{Decision, Step, TraceStage};
 use statrs::function::erf::erfc;
 
-/// Share of what was explained that is most of it.
+/// Share of the explained gap above which an effect explains most of it.
 const MOST: f64 = 0.5;
-/// Most effects whose share of the gap is measured one by one.
+/// Largest number of effects whose share of the gap is measured one by one.
 const MEASURED: usize = 4;
-/// Recordings simulated for the floor.
+/// Most recordings simulated for the floor.
 const SIMULATED: usize = 6;
-/// Standard deviations by which a filter errs more with an effect than chance would have it: what is there makes none worse.
+/// Standard deviations by which the filter's error may grow with an effect: the true effect makes no filter worse.
 const MISLED: f64 = 3.0;
 
 /// Diagnoses drives; see [`crate::gap::diagnose_drives`].
 ///
 /// # Errors
-/// What [`Record::of_drives`] refuses of either.
+/// As [`Record::of_drives`] of either; also if a recording has no finite likelihood.
 pub fn diagnose(
     config: &Config,
     fit: &[Drive<'_>],
@@ -82,7 +82,7 @@ pub fn diagnose(
     let total = |rows: &[f64]| rows.iter().sum::<f64>();
     if let Some((closest, share)) = judged.closest.as_ref().filter(|_| !judged.as_stated)
         && let one = (closest.part.id.clone(), closest.part.parameters.clone())
-        // a lattice is read off the readings, whatever moves the robot
+        // quantization is read off the readings, whatever moves the robot
         && let lattice = found.iter().filter(|other| other.0 != one.0 && is_lattice(library, &other.0))
         && let alone = rows(&std::iter::once(&one).chain(lattice).cloned().collect::<Vec<_>>())
         && let others = [rows(&[]), rows(&found)]
@@ -208,7 +208,7 @@ pub fn diagnose(
         }
     }
     account::settle(&mut answer, &tested, Some(&far.together), |id| place(findings, library, id));
-    // what comes at a time of its own in each run no filter knows
+    // no filter knows an effect whose time differs from run to run
     let law =
         |id: &str| library.driving_by_id(id).is_some_and(|e| matches!(e.explanation(), DriveExplanation::Model(_)));
     if answer.verdict == Verdict::Identified
@@ -240,7 +240,7 @@ pub fn diagnose(
     Ok(Diagnosis { answer, augmented, findings: judged.findings, far: None, prepared: None })
 }
 
-/// How loud wheels and gyro are, where that is not as stated.
+/// Note on the noise of wheels and gyro, where it is not as stated.
 fn loud_note(stated: &Belief, found: &Noise) -> Option<String> {
     let [wheel, _, gyro, ..] = found.reading.map(f64::sqrt);
     let over = [("the wheels", wheel / stated.wheel_std_rad_s), ("the gyro", gyro / stated.gyro_std_rad_s)];
@@ -258,7 +258,7 @@ fn loud_note(stated: &Belief, found: &Noise) -> Option<String> {
     })
 }
 
-/// How many drives took part, where it is more than one.
+/// Note on the drives that were fitted together; none for one drive.
 fn together_note(record: &Record) -> Option<String> {
     let sources = &record.sources;
     (sources.len() > 1).then(|| {
@@ -283,7 +283,7 @@ fn is_lattice(library: &Library, id: &str) -> bool {
     library.driving_by_id(id).is_some_and(|e| matches!(e.explanation(), DriveExplanation::WheelLattice))
 }
 
-/// What is closed in each of several drives kept back.
+/// Note on the share closed in each of several hold-out drives.
 fn each_note(far: &DriveFar, together: &[(String, Parameters)]) -> Option<String> {
     let share = |(source, closed): &(String, Closed)| Some(format!("{source} {:.0} %", 100.0 * closed.estimate?));
     let shares = far.each.iter().map(share).collect::<Option<Vec<_>>>()?;
@@ -309,20 +309,20 @@ fn measure(
     far::measure(kept, library, &sought, judged.nominal_noise.process, options)
 }
 
-/// How the gap is measured on `measured`. A simulator without torques drives as the filter says that it was driven, more smoothly than
-/// any robot, and scores better on its own recordings than on any other.
+/// Settings of the measurement on `measured`. Without torques the simulator follows filtered speeds, smoother than any
+/// robot's, and scores better on its own recordings than on any other: the gap is then measured in pairs.
 fn far_options(options: &Options, measured: &Record) -> FarOptions {
     let simulated_logs = options.simulated_logs.min(SIMULATED);
     let in_pairs = measured.torques_n_m.is_none();
     FarOptions { seed: options.seed, simulated_logs, in_pairs, ..FarOptions::default() }
 }
 
-/// Where the effect `id` shows, or without one what the library does not know.
+/// Place of the effect `id`; with `None`, of the largest free form of the most probable set of unknown cause.
 fn place(findings: &Findings, library: &Library, id: Option<&str>) -> Option<Place> {
     match id {
         Some(id) => {
             let part = findings.best_with(id, true).or_else(|| findings.best_with(id, false))?.part(id)?;
-            // of several drives: in which one that time is
+            // of several drives the description names the one of that time
             let described = part.time_s.is_some() && !part.description.is_empty();
             let description = described.then(|| part.description.clone());
             let mut place = Place { time_s: part.time_s, description, ..Place::default() };
@@ -375,9 +375,9 @@ fn place(findings: &Findings, library: &Library, id: Option<&str>) -> Option<Pla
     }
 }
 
-/// Of effects that were found `together`, those that the augmented simulator is to hold. They were fitted beside free forms, which it
-/// does not have: where it predicts the very drive that they were fitted to worse than the nominal one does, as one that runs
-/// away, those that close least are left out, as many as it is best without.
+/// Effects of `together` that the augmented simulator is to hold. They were fitted beside free forms, which it does not
+/// have. Where it predicts the fitted drive worse than the nominal one, the effects with the smallest shares are left
+/// out, as many as is best for the prediction.
 fn offered(
     record: &Record,
     library: &Library,
@@ -385,7 +385,7 @@ fn offered(
     process: Process,
     answer: &mut Answer,
 ) -> Vec<(String, Parameters)> {
-    // a simulator that runs away gains no number at all
+    // the gain of a simulator that diverges is not finite
     let gain = |effects: &[(String, Parameters)]| {
         let gain = far::gain(record, library, effects, process);
         if gain.is_finite() { gain } else { f64::NEG_INFINITY }
@@ -412,7 +412,7 @@ fn offered(
     together
 }
 
-/// Adds what the information in the drive cannot tell from what was found to the rivals that the posterior leaves.
+/// Merges classes of effects with similar signatures into the classes of rivals in the posterior.
 fn told_apart(answer: &mut Answer, record: &Record, alike: &[Alike]) {
     for class in &mut answer.alike {
         class.separate_by = separate_by(record, None);
@@ -434,8 +434,8 @@ fn told_apart(answer: &mut Answer, record: &Record, alike: &[Alike]) {
     }
 }
 
-/// Where the cause is unknown, an effect whose coefficient was found not to be constant is not simulated with a constant one: beside
-/// what varies that may be anything.
+/// Where the cause is unknown, removes effects from `together` whose coefficient was found not to be constant: beside
+/// the part that varies, the constant may have any value.
 fn drop_inconstant(answer: &mut Answer, findings: &Findings) {
     if answer.verdict != Verdict::Unknown {
         return;
@@ -448,8 +448,8 @@ fn drop_inconstant(answer: &mut Answer, findings: &Findings) {
     answer.together = left;
 }
 
-/// A drive is too short to tell a walk of the gyro's bias from any other slow wander. Where it is not what matters most it has no name:
-/// it stands in the list, and a note says what would tell.
+/// Removes a random walk of the gyro's bias from `together` unless it is the main effect, and returns a note. A drive
+/// is too short to tell it from other slow processes.
 fn told_as_wander(answer: &mut Answer) -> Option<String> {
     if answer.main.as_deref() == Some(WALK) || !answer.together.iter().any(|id| id == WALK) {
         return None;
@@ -461,8 +461,8 @@ fn told_as_wander(answer: &mut Answer) -> Option<String> {
     Some(why.into())
 }
 
-/// Where the effect that explains most alone stands in the list: at the end if it was not in it. Unless it was found, its
-/// parameters are those that it has alone: beside free corrections which hold what it would explain they say nothing.
+/// Index of the effect that explains most alone in the list, appended if it is missing. Unless it was found, its
+/// parameters are those of its fit alone: beside free forms that explain the same they say nothing.
 fn list_closest(closest: &Closest, answer: &mut Answer) -> usize {
     let part = &closest.part;
     let at = answer.effects.iter().position(|e| e.id == part.id).unwrap_or_else(|| {

@@ -6,16 +6,16 @@
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
 
-/// In which order what explains the same is counted.
+/// Order in which the shares of groups that explain the same are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rank {
-    /// What has a law
+    /// An effect with a law
     Law,
     /// A free form: a function of something that was measured, or a coefficient that varies
     Form,
-    /// A process: its path follows nothing
+    /// A process: its path is random
     Process,
-    /// A function of time where a process has its path
+    /// A function of time, in the place of a process's path
     Path,
 }
 
@@ -23,12 +23,13 @@ impl Rank {
     const ALL: [Self; 4] = [Self::Law, Self::Form, Self::Process, Self::Path];
 }
 
-/// Columns that come and go together.
+/// Columns that enter a set together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
     /// Identifier of the effect, or of a free form.
     pub id: String,
-    /// The drive in which it acts, where an effect comes anew in each run; zero otherwise. Of one id and drive only one is in a set.
+    /// Index of the drive in which it acts, for effects that are drawn anew in each run; else zero. A set holds one of
+    /// each id and drive.
     pub drive: usize,
     /// Whether it is an effect of the library.
     pub named: bool,
@@ -38,34 +39,35 @@ pub struct Group {
     pub nodes: Vec<Vec<f64>>,
     /// ln of its prior odds.
     pub ln_prior: f64,
-    /// What it closes is counted beyond what those of lower rank do.
+    /// Its share is counted beyond those of lower rank.
     pub rank: Rank,
-    /// How many of its first coefficients cannot be negative.
+    /// Number of its first coefficients that cannot be negative.
     pub positive: usize,
-    /// The column that its own are multiples of, row by row: what varies here is that column's coefficient.
+    /// Column whose coefficient varies in this group: the group's columns are multiples of it, row by row.
     pub varies: Option<usize>,
 }
 
-/// A column that is in every set.
+/// A column of every set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nuisance {
     /// The column.
     pub column: usize,
     /// Prior standard deviation of its coefficient.
     pub std: f64,
-    /// The effect that is more of the same, if one is: where that is in the set, it holds the coefficient.
+    /// The effect of which every robot has this small amount, if there is one: in a set with the effect, that holds the
+    /// coefficient.
     pub usual: Option<&'static str>,
 }
 
 impl Nuisance {
-    /// Of every set.
+    /// A nuisance without such an effect.
     #[must_use]
     pub fn new(column: usize, std: f64) -> Self {
         Self { column, std, usual: None }
     }
 }
 
-/// Normal equations of one linearisation, in total coefficients.
+/// Normal equations of one linearisation, in total coefficients (not differences from it).
 pub struct Problem {
     gram: Mat<f64>,
     moment: Vec<f64>,
@@ -75,7 +77,7 @@ pub struct Problem {
     nuisance: Vec<Nuisance>,
 }
 
-/// A group in a set, with the node of its prior.
+/// Index of a group in a set, and index of the node of its prior.
 pub type Member = (usize, usize);
 
 /// A set with its weight: ln evidence + ln prior.
@@ -90,7 +92,7 @@ pub struct Weighed {
 /// Coefficients of a set: column, estimate, standard deviation.
 pub type Coefficients = Vec<(usize, f64, f64)>;
 
-/// Cholesky factor of the members' normal equations, and what is conditioned on it.
+/// Posterior of a set: columns, Cholesky factor of the scaled normal equations, mean coefficients, ln evidence.
 struct Conditioned {
     columns: Vec<usize>,
     factor: Llt<f64>,
@@ -98,17 +100,18 @@ struct Conditioned {
     ln_evidence: f64,
 }
 
-/// Widest prior standard deviations beyond which an effect is not plausible.
+/// Multiple of the widest prior standard deviation beyond which an effect is not plausible.
 const FAR: f64 = 4.0;
-/// What it costs to be twice as far, nats.
+/// Cost of twice that, nats.
 const IMPLAUSIBLE: f64 = 1e4;
-/// Share of an effect's energy that may vary until it is as likely something else.
+/// Share of an effect's energy that may vary until another cause is as likely.
 const CONSTANT: f64 = 0.1;
-/// What counts as nothing.
+/// Lower limit in place of zero.
 const TINY: f64 = 1e-12;
 
 impl Problem {
-    /// From the Gram matrix with the innovations as its last column, linearised at `here` (by column; zero where linear).
+    /// From the Gram matrix with the innovations as its last column, linearised at `here` (by column; zero where
+    /// linear).
     #[must_use]
     pub fn new(summed: &Mat<f64>, ln_volume: f64, here: &[f64], groups: Vec<Group>, nuisance: Vec<Nuisance>) -> Self {
         let p = summed.ncols() - 1;
@@ -127,7 +130,7 @@ impl Problem {
         self.groups[group].named
     }
 
-    /// Those that no member is more of.
+    /// Nuisances whose effect is not in the set.
     fn nuisances(&self, members: &[Member]) -> impl Iterator<Item = &Nuisance> {
         let held = |id: &str| members.iter().any(|m| self.groups[m.0].id == id);
         self.nuisance.iter().filter(move |n| !n.usual.is_some_and(held))
@@ -148,7 +151,7 @@ impl Problem {
         self.integrated(columns, &stds, |c| self.moment[c], self.null)
     }
 
-    /// Normal equations of `columns` with the moments `moment`, what they do not explain being `null`.
+    /// Posterior of `columns` with the moments `moment`; `null`: Σ z² + Σ ln 2πS without them.
     fn integrated(
         &self,
         columns: Vec<usize>,
@@ -171,13 +174,13 @@ impl Problem {
         Some(Conditioned { columns, factor, mean, ln_evidence: -0.5 * (null + ln_det - gain) })
     }
 
-    /// ln p of the drive under the set, without its prior.
+    /// ln evidence of the set: ln p of the drive, without the set's prior odds.
     #[must_use]
     pub fn ln_evidence(&self, members: &[Member]) -> f64 {
         self.condition(members).map_or(f64::NEG_INFINITY, |c| c.ln_evidence)
     }
 
-    /// ln weight of the set: evidence, prior odds, and what not knowing the scales costs.
+    /// ln weight of the set: evidence, prior odds, and the cost of unknown scales.
     #[must_use]
     pub fn ln_weight(&self, members: &[Member]) -> f64 {
         let Some(inside) = self.condition(members) else { return f64::NEG_INFINITY };
@@ -196,8 +199,8 @@ impl Problem {
         inside.ln_evidence + priors + possible - self.implausible(members, &inside)
     }
 
-    /// ln of the density of the drive, the set and those coefficients of it that are `pinned`, column and value; the rest is
-    /// integrated out. Where a linearisation was made it is exact, and does not hang on how far that holds.
+    /// ln density of the drive, the set and its coefficients that are `pinned` (column and value); all others are
+    /// integrated out. Exact at the point of linearisation, whatever the range of that.
     #[must_use]
     pub fn ln_density(&self, members: &[Member], pinned: &[(usize, f64)]) -> f64 {
         let (columns, stds) = self.prior(members);
@@ -217,8 +220,8 @@ impl Problem {
         inside.map_or(f64::NEG_INFINITY, |c| priors + c.ln_evidence)
     }
 
-    /// What coefficients of effects cost that lie far beyond the widest prior: along directions that a drive hardly knows
-    /// they would run away.
+    /// Cost of effects' coefficients far beyond their widest prior, nats: in directions that a drive hardly tells they
+    /// would diverge.
     fn implausible(&self, members: &[Member], inside: &Conditioned) -> f64 {
         let mut at = self.nuisances(members).count();
         let mut cost = 0.0;
@@ -234,7 +237,7 @@ impl Problem {
         cost
     }
 
-    /// What every other group would add to `members`: group, its best node, gain in ln weight.
+    /// Every group outside `members` with its best node, and the gain in ln weight when it is added.
     #[must_use]
     pub fn additions(&self, members: &[Member]) -> Vec<(Member, f64)> {
         let Some(inside) = self.condition(members) else { return Vec::new() };
@@ -272,8 +275,8 @@ impl Problem {
         out
     }
 
-    /// All groups together, each with the node of its prior that explains most beside the others; of groups with one id, the
-    /// one that does.
+    /// All groups together, each with the node of its prior that explains most beside the others; of groups with one
+    /// id, the one that explains most.
     #[must_use]
     pub fn together(&self) -> Weighed {
         let mut open: Vec<&str> = self.groups.iter().map(|g| g.id.as_str()).collect();
@@ -300,7 +303,7 @@ impl Problem {
         Weighed { ln_weight: self.ln_weight(&members), members }
     }
 
-    /// The same with the readings that the set would give on average: moments G β at its posterior mean β.
+    /// The same with the readings that the set predicts on average: moments G β at its posterior mean β.
     #[must_use]
     pub fn expected(&self, members: &[Member]) -> Self {
         let coefficients = self.coefficients(members);
@@ -323,12 +326,13 @@ impl Problem {
         (0..n).map(|i| (inside.columns[i], inside.mean[i], stds[i] * inverse[(i, i)].max(0.0).sqrt())).collect()
     }
 
-    /// What each member closes, nats of evidence, with the coefficients of what is there fitted anew each time.
+    /// Share of each member, nats of evidence, with the coefficients of the others fitted anew each time.
     ///
-    /// What has a law comes first, each rank beyond those before it: what can be anything can also be what a law says, and what a
-    /// law says needs no more. So can the path of a process be any function of what was measured, as long as that is slow, and no
-    /// path follows a heading by chance. Within a rank it is the mean of what a member closes first, alone, and last, beside all
-    /// others of the rank; two of the orders that Shapley's value is the mean of.
+    /// The ranks are counted in order, each beyond those before it. Laws come first: a free form that can be anything
+    /// can also be what a law says, and a law needs no more. Likewise the path of a process can be any slow function of
+    /// a measured quantity, and no random path follows a heading by chance. Within a rank the share is the mean of the
+    /// gains when a member is added first, alone, and last, beside all others of the rank: two of the orders that
+    /// Shapley's value is the mean of.
     #[must_use]
     pub fn shares(&self, members: &[Member]) -> Vec<f64> {
         let mut shares = vec![0.0; members.len()];
@@ -355,9 +359,10 @@ impl Problem {
         shares
     }
 
-    /// Effects of the set whose coefficient is not constant, where in the set what it varies by stands, and how much of what
-    /// they close is that other thing's: it only looked like the effect. With the energies E of the constant part and V of
-    /// the rest of the whitened innovations' change, V/(V + E/10): who lacks a tenth is half refuted.
+    /// Effects of the set whose coefficient is not constant: index of the effect, index of its varying part, and the
+    /// part of the effect's share that belongs to the latter, as the cause only resembles the effect. With the energies
+    /// E of the constant and V of the varying part in the whitened innovations it is V/(V + E/10): V = E/10 refutes by
+    /// half.
     fn inconstant(&self, members: &[Member]) -> Vec<(usize, usize, f64)> {
         let varying: Vec<usize> = (0..members.len()).filter(|i| self.groups[members[*i].0].varies.is_some()).collect();
         if varying.is_empty() {
@@ -383,7 +388,7 @@ impl Problem {
     }
 }
 
-/// The node with the most evidence, and the ln of the mean evidence of all.
+/// The node with the most evidence, and ln of the mean evidence of all nodes; none where that is not finite.
 fn best_node(group: &Group, gram: &[f64], moment: &[f64]) -> Option<(usize, f64)> {
     let k = moment.len();
     let mut factor = vec![0.0; k * k];
@@ -408,7 +413,7 @@ fn best_node(group: &Group, gram: &[f64], moment: &[f64]) -> Option<(usize, f64)
             gain += 0.5 * solved[i] * solved[i] - factor[i * k + i].ln();
         }
         if group.positive > 0 {
-            // half of the prior is impossible: what the other half holds of the posterior
+            // half of the prior is impossible: the posterior's share in the other half
             let scaled = stds[0] * stds[0] * gram[0];
             gain += ln_possible(stds[0] * moment[0] / (1.0 + scaled).sqrt());
         }
@@ -420,7 +425,8 @@ fn best_node(group: &Group, gram: &[f64], moment: &[f64]) -> Option<(usize, f64)
     (top.is_finite()).then(|| (node, top + mean.ln()))
 }
 
-/// ln 2Φ(z): a prior of which the negative half is impossible holds this much more, or less, of the posterior.
+/// ln 2Φ(z): gain in evidence by a prior without its negative half, z being the posterior mean over its standard
+/// deviation.
 pub(super) fn ln_possible(z: f64) -> f64 {
     statrs::function::erf::erfc(-z / std::f64::consts::SQRT_2).max(1e-300).ln()
 }

@@ -1,7 +1,7 @@
-//! θ̂ = argmax ln p(z | θ) + ln p(θ): effects that are known to be at work in a drive, fitted together, and no others
+//! θ̂ = argmax ln p(z | θ) + ln p(θ): given effects, and no others, fitted together to a drive
 //!
-//! What each of them adds is ln p with all of them over ln p without it, at θ̂ and with the coefficients of the others fitted
-//! anew. Standard deviations come from the curvature there.
+//! The gain of an effect is ln p with all of them over ln p without it, at θ̂ and with the coefficients of the others
+//! fitted anew. Standard deviations come from the curvature there.
 
 use super::begin::start;
 use super::branch::Branch;
@@ -26,10 +26,10 @@ use crate::gap::explain::{Explained, Explanations, told};
 use crate::gap::findings::Part;
 use crate::signal::Log;
 
-/// Times that lost ticks are sought, with the model as it is known by then.
+/// Rounds of the search for lost ticks, each with the model fitted by then.
 const SOUGHT: usize = 2;
 
-/// Effects by which a drive is explained.
+/// Effects that are asked for.
 struct Asked {
     drives: Vec<&'static dyn Driving>,
     walk: bool,
@@ -80,16 +80,17 @@ impl Asked {
         }
     }
 
-    /// The first of those that are asked for that explains a drive in this way.
+    /// Id of the first effect asked for whose explanation is `wanted`; none where there is none.
     fn first(&self, wanted: fn(&DriveExplanation) -> bool) -> Option<&'static str> {
         self.drives.iter().find(|e| wanted(&e.explanation())).map(|e| e.about().id)
     }
 }
 
-/// A drive explained by effects that were given.
+/// Fit of given effects to a drive.
 struct Fit {
     parts: Vec<Part>,
-    /// Noise that the nominal filter assumes; where there are no torques, with how speeds change and how loud wheels and gyro are.
+    /// Noise that the nominal filter assumes; without torques, with the estimated diffusion and noise of wheels and
+    /// gyro.
     nominal: Noise,
     notes: Vec<String>,
 }
@@ -127,8 +128,8 @@ pub fn explain(
     Ok(Explanations { effects, notes })
 }
 
-/// What ids that are fitted to `fit` gain on `hold` over the nominal simulator, nats a row: what a diagnosis that is told the
-/// effects would close of the gap.
+/// Gain on `hold` over the nominal simulator of the effects `ids`, fitted to `fit_log`, in nats a row: the gain of an
+/// oracle that is told the effects.
 ///
 /// # Errors
 /// As [`explain`].
@@ -160,13 +161,13 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let mut notes = Vec::new();
     let mut parts = Vec::new();
     let mut as_is = Branch::new(record.clone(), noise, settled(record, &noise, &candidates), Vec::new());
-    // how torques change within a step, and how the robot moves without them, was judged by the model without the effects
+    // torque noise within a step, and diffusion without torques, were estimated by the model without the effects
     if as_is.ripple() | as_is.diffuse() {
         as_is.compared = settled(record, &as_is.noise, &candidates);
     }
     let noise = as_is.noise;
     let nominal = noise.nominal_beside(&nominal, record);
-    // single bursts, where they tell more than that a wheel reads low on average
+    // single bursts, where they explain more than a wheel that reads low on average
     let lost = asked.first(|e| matches!(e, DriveExplanation::MissedTicks(_))).map(|_| {
         let others = settled(record, &noise, &candidates.except(LOST_TICKS));
         let on_average = as_is.compared.top() - others.top();
@@ -209,7 +210,8 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     Fit { parts, nominal, notes }
 }
 
-/// All candidates together: from zero, from where a change that bends much may begin, and from where each alone settles.
+/// All candidates fitted together: from zero, from the start for strongly nonlinear changes, and from the fit of each
+/// alone.
 fn settled(record: &Record, noise: &Noise, candidates: &Candidates) -> Compared {
     let zero = candidates.zero();
     let begin = start(record, noise, candidates);
@@ -228,15 +230,15 @@ fn settled(record: &Record, noise: &Noise, candidates: &Candidates) -> Compared 
     ends.fold(first, |best, end| if end.top() > best.top() { end } else { best })
 }
 
-/// The drive with the lost ticks of one wheel put back, what then explains it, where they were lost, and what that gains; none
-/// where no account of them does.
+/// The drive with the lost ticks of one wheel restored, the fit to it, the bursts, and their gain in ln likelihood,
+/// nats; none where no account of bursts has evidence.
 fn lost_ticks(record: &Record, noise: &Noise, as_is: &Compared) -> Option<(Record, Compared, Bursts, f64)> {
     let candidates = &as_is.candidates;
     let mut theta = as_is.next().0;
     let mut found: Option<(Record, Compared, Bursts, f64)> = None;
     for round in 0..SOUGHT {
         let models = Branch::models_at(record, candidates, &theta);
-        // once the lost ticks are put back nothing slow is left to be taken out
+        // slow errors are taken out only in the first round: a model with the ticks restored has none
         let sought = [0, 1].iter().flat_map(|side| [true, false].map(|slow| Sought { side: *side, loss: None, slow }));
         let accounts = sought
             .filter(|s| round == 0 || !s.slow)
@@ -263,7 +265,7 @@ mod tests {
     use super::super::ripple::tests::shaken;
     use super::*;
 
-    /// A gain that is far off looks like torques that change within a step: gyro and heading part.
+    /// A large gyro gain looks like torque noise within a step: gyro and heading diverge.
     #[test]
     fn how_torques_change_within_a_step_is_judged_with_the_effects() {
         const GAIN: f64 = 0.2;

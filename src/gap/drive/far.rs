@@ -1,9 +1,10 @@
-//! How far a set of effects closes the gap of a drive, on a recording that was kept back.
+//! Share of the gap of a drive that a set of effects closes, on a hold-out recording.
 //!
-//! Log score: Σ ln p(reading | readings before), C2, C1, T and what is drawn anew in each run integrated over their priors:
-//! ln p = -½ Σ (ν²/S + ln 2πS) - ½ ln det(I + U G U) + ½ b'(G + U⁻²)⁻¹ b. On a lattice the density is probability / lsb.
-//! Horizons: the model drives on alone, with the recorded torques (where there are none: with the wheels), from the pose
-//! at the beginning of each window; and the filter of the model does, with wheels and gyro.
+//! Log score: Σ ln p(reading | readings before). C2, C1, T and all else that is drawn anew in each run are integrated
+//! over their priors: ln p = -½ Σ (ν²/S + ln 2πS) - ½ ln det(I + U G U) + ½ b'(G + U⁻²)⁻¹ b. With quantization the
+//! density is probability / lsb.
+//! Horizons: the model drives without readings, with the recorded torques (where there are none: with the wheels), from
+//! the pose at the beginning of each window; and the filter of the model does, with wheels and gyro.
 
 use super::bursts::Bursts;
 use super::column::{COSINES, Column, nuisances};
@@ -21,24 +22,25 @@ use rayon::prelude::*;
 use statrs::function::erf::erfc;
 use std::ops::Range;
 
-/// Times at which a step may lie.
+/// Intervals of the grid of times at which a bias step may lie.
 const STEPS: usize = 96;
 
-/// Measures of the gap on the recording kept back.
+/// Measures of the gap on the hold-out recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DriveFar {
-    /// Before, after and floor.
+    /// Measures, `log_score` first: before, after and floor.
     pub metrics: Vec<Metric>,
-    /// What each effect alone closes.
+    /// Share that each effect closes alone.
     pub alone: Vec<(String, Closed)>,
-    /// What all together close.
+    /// Share that all effects together close.
     pub together: Closed,
-    /// The effect that comes nearest where the cause is not known, and before, after and floor with it alone.
+    /// The effect nearest to an unknown cause, and the measures with it alone; none where there is no such effect.
     pub nearest: Option<(String, Vec<Metric>)>,
-    /// Of several drives kept back, what all together close in each, or, where nothing was found, the nearest effect.
+    /// Of several hold-out drives, the share closed in each by all effects together or, where none were found, by the
+    /// nearest one.
     pub each: Vec<(String, Closed)>,
-    /// By how many standard deviations the navigation filter's position errs more with all together than with none, and than it may;
-    /// the lesser of both.
+    /// Standard deviations by which the navigation filter's position error with all effects together exceeds that
+    /// without, or the error that it may have; the lesser of both.
     pub misled: f64,
 }
 
@@ -49,11 +51,11 @@ pub struct Sought<'a> {
     pub together: &'a Effects,
     /// Each of them alone.
     pub listed: &'a Effects,
-    /// The one that comes nearest where the cause is not known.
+    /// Effect that is added alone.
     pub nearest: Option<&'a (String, Parameters)>,
 }
 
-/// A recording under a model.
+/// A recording, and a model under which it is scored.
 #[derive(Clone, Copy)]
 pub(super) struct Under<'a> {
     pub(super) record: &'a Record,
@@ -61,11 +63,11 @@ pub(super) struct Under<'a> {
     pub(super) process: Process,
 }
 
-/// What a recording scores under a model.
+/// Score of a recording under a model.
 struct Scored {
-    /// Where each drive lost ticks, if that is claimed
+    /// Bursts of lost ticks in each drive, where they are claimed
     lost: Vec<Option<Bursts>>,
-    /// ln densities of its rows
+    /// ln densities of its rows, nats
     rows: Vec<f64>,
 }
 
@@ -74,13 +76,14 @@ impl Under<'_> {
         std::ptr::eq(self.record, other.record) && std::ptr::eq(self.claimed, other.claimed)
     }
 
-    /// Where each drive lost ticks, if that is claimed.
+    /// Bursts of lost ticks in each drive, where they are claimed.
     fn lost(&self) -> Vec<Option<Bursts>> {
         let of = |drive: Record| self.claimed.bursts(&drive, &self.claimed.noise(&drive, self.process));
         self.record.apart().map(of).collect()
     }
 
-    /// ln densities of the rows, of each drive by itself: the parameters are known, and the rest is its own.
+    /// ln densities of the rows, nats, of each drive by itself: effects have known parameters, all else is the drive's
+    /// own.
     fn score(&self) -> Scored {
         let lost = self.lost();
         let one = |(drive, lost): (Record, &Option<Bursts>)| score_drive(&drive, lost.as_ref(), self);
@@ -88,7 +91,7 @@ impl Under<'_> {
         Scored { lost, rows }
     }
 
-    /// Errors at each horizon, ticks lost where `lost` says; `alone`: without readings on the way.
+    /// Errors at each horizon, with ticks lost as in `lost`; `alone`: without readings within the window.
     fn horizons(&self, lost: &[Option<Bursts>], alone: bool) -> Horizons {
         let mut all = Horizons::default();
         self.record.apart().zip(lost).for_each(|(drive, lost)| all.add(&drive, lost.as_ref(), self, alone));
@@ -96,7 +99,7 @@ impl Under<'_> {
     }
 }
 
-/// An innovation that is kept, without its slopes.
+/// An innovation without its slopes.
 struct Kept {
     row: usize,
     channel: Channel,
@@ -117,7 +120,7 @@ fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f
     };
     let (record, models) = claimed.read(record);
     let record = record.as_ref();
-    // what is drawn anew in each run: columns with their priors
+    // quantities drawn anew in each run: columns with their priors
     let mut columns = Vec::new();
     let mut nuisance = Vec::new();
     let walk = claimed.walk_rad_s_sqrt_s.filter(|_| record.gyro_rad_s.is_some());
@@ -136,7 +139,7 @@ fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f
     if step.is_some() {
         columns.extend(times.iter().map(|t| Column::GyroStep(*t)));
     }
-    // slopes by all times at which it may step would be many
+    // slopes by all possible times of a step would need much memory
     let (mut kept, mut slopes) = (Vec::new(), Vec::new());
     let summed = run(record, &models, &noise, &columns, |i| {
         if step.is_none() {
@@ -146,7 +149,7 @@ fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f
     });
     let here = vec![0.0; columns.len()];
     let plain = Problem::new(&summed.gram, summed.ln_volume, &here, Vec::<Group>::new(), nuisance.clone());
-    // the step's time: the likeliest, and what not knowing it costs
+    // the most likely time of the step, and the cost of not knowing it
     let mut shift = vec![0.0; columns.len()];
     let mut chosen = plain;
     let mut at_best = None;
@@ -154,7 +157,7 @@ fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f
         let at = |i: usize| {
             let mut shift = vec![0.0; columns.len()];
             shift[first + i] = -step;
-            // data less the step: as if linearised the other way round
+            // the data less the step: linearised with the opposite sign
             Problem::new(&summed.gram, summed.ln_volume, &shift, Vec::<Group>::new(), nuisance.clone())
         };
         let (best, problem) = (0..times.len())
@@ -187,7 +190,7 @@ fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f
         };
     };
     if let Some(best) = at_best {
-        // of the times that of the step alone
+        // of the columns of a step, only that of the chosen time
         let own: Vec<usize> = (0..first).chain([best]).collect();
         let (columns, shift): (Vec<Column>, Vec<f64>) = own.into_iter().map(|c| (columns[c], shift[c])).unzip();
         let _ = run(record, &models, &noise, &columns, |i| {
@@ -197,7 +200,7 @@ fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f
         let p = columns.len();
         kept.iter().enumerate().for_each(|(n, i)| take(i, &slopes[n * p..(n + 1) * p], &shift));
     }
-    // what integrating costs, spread evenly
+    // the cost of the integration is spread evenly over the rows
     let rest = (total + lattice - rows.iter().sum::<f64>()) / rows.len() as f64;
     rows.iter_mut().for_each(|r| *r += rest);
     rows
@@ -206,7 +209,7 @@ fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f
 /// ln [Φ((e + q/2)/s) - Φ((e - q/2)/s)] - ln q
 fn on_lattice(error: f64, std: f64, lsb: f64) -> f64 {
     let z = |x: f64| x / (std * std::f64::consts::SQRT_2);
-    // the tail on the side where it is small
+    // computed from the small tail
     let e = error.abs();
     let mass = 0.5 * (erfc(z(e - 0.5 * lsb)) - erfc(z(e + 0.5 * lsb)));
     mass.max(1e-300).ln() - lsb.ln()
@@ -225,7 +228,7 @@ pub fn rows(kept: &Record, library: &Library, effects: &Effects, process: Proces
     Under { record: kept, claimed: &Claimed::new(effects, library), process }.score().rows
 }
 
-/// What `effects` gain over the nominal simulator on recordings like `kept` of a simulator that has them, nats.
+/// Gains of `effects` over the nominal simulator on simulated recordings like `kept` that hold them, nats.
 #[must_use]
 pub fn expected_gains(
     kept: &Record,
@@ -243,14 +246,14 @@ pub fn expected_gains(
     (0..options.simulated_logs as u64).into_par_iter().map(gain).collect()
 }
 
-/// What `effects` gain on `kept` over the nominal simulator, nats a row.
+/// Gain of `effects` on `kept` over the nominal simulator, nats a row.
 #[must_use]
 pub fn gain(kept: &Record, library: &Library, effects: &Effects, process: Process) -> f64 {
     let total = |effects: &Effects| rows(kept, library, effects, process).iter().sum::<f64>();
     (total(effects) - total(&[])) / kept.len().max(1) as f64
 }
 
-/// Measures what is sought on `kept`.
+/// Measures the gap on `kept`, with the effects of `sought`.
 #[must_use]
 pub fn measure(kept: &Record, library: &Library, sought: &Sought, process: Process, options: &Options) -> DriveFar {
     let Sought { together, listed, nearest } = *sought;
@@ -263,7 +266,7 @@ pub fn measure(kept: &Record, library: &Library, sought: &Sought, process: Proce
         .collect();
     let singles: Vec<Claimed> = listed.iter().map(|one| Claimed::new(std::slice::from_ref(one), library)).collect();
     let single = |i: usize| if together == &listed[i..=i] { all } else { &singles[i] };
-    // each recording under each model once, all of them side by side
+    // each recording under each model once, in parallel
     let under = |record, claimed| Under { record, claimed, process };
     let mut sought: Vec<Under> = Vec::new();
     let mut place = |record, claimed| {

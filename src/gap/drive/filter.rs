@@ -1,7 +1,9 @@
-//! P⁻ = F P F' + Q,  S = H P⁻ H' + R,  K = P⁻ H'/S: the extended Kalman filter that [`super::pass`] runs, one scalar reading at
-//! a time. A reading of the state a share δ of the last step ago is H (ξ - u), u what the noise w has done since:
-//! Var u = (δ² + ρ (δ - δ²)) Var w and Cov(ξ, u) = δ Cov(ξ, w), ρ being the share of w that is white within the step; the rest is
-//! constant over it. Both wheels hold the same u.
+//! P⁻ = F P F' + Q,  S = H P⁻ H' + R,  K = P⁻ H'/S: the extended Kalman filter of [`super::pass`], one scalar reading
+//! at a time
+//!
+//! A reading that is late by the share δ of the last step reads H (ξ - u), where u is the change of the state by noise
+//! w since then: Var u = (δ² + ρ (δ - δ²)) Var w and Cov(ξ, u) = δ Cov(ξ, w). The share ρ of w is white within the
+//! step, the rest constant over it. Both wheels read the same u.
 
 use super::column::Scales;
 use super::pass::{LASTING_S, Noise};
@@ -26,7 +28,7 @@ pub type Vector = [f64; N];
 /// A matrix of the state, rows then columns.
 pub type Matrix = [[f64; N]; N];
 
-/// F d
+/// F d: the derivatives `d` of the state moved to the next row
 pub fn ahead(f: &Matrix, d: &Vector) -> Vector {
     let mut out = *d;
     out[X] += f[X][TH] * d[TH] + f[X][V] * d[V] + f[X][W] * d[W];
@@ -37,39 +39,39 @@ pub fn ahead(f: &Matrix, d: &Vector) -> Vector {
     out
 }
 
-/// What moves the robot from one row to the next.
+/// Inputs of one step, from one row to the next.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
-    /// N·m
+    /// Torques, left and right, N·m
     pub torques: [f64; 2],
-    /// m/s
+    /// Sideways speed, m/s
     pub sideways: f64,
     /// Accelerations beyond the model's, m/s² and rad/s²
     pub drift: [f64; 2],
-    /// Of v (m²/s³) and ω (rad²/s³)
+    /// Diffusion of v (m²/s³) and ω (rad²/s³)
     pub diffusion: [f64; 2],
-    /// s
+    /// Length of the step, s
     pub dt: f64,
 }
 
-/// What noise has changed of v (m/s) and ω (rad/s) in the last step, or in its last part, as far as readings since tell.
+/// Change of v (m/s) and ω (rad/s) by noise in the last step, or in its last part, estimated from the readings since.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Shaken {
     /// Its mean
     pub mean: [f64; 2],
-    /// Its covariance with the state, and its own
+    /// Covariance with the state, and own covariance
     with_state: [[f64; 2]; N],
     own: [[f64; 2]; 2],
 }
 
-/// How a reading was taken in.
+/// Result of an update by one reading.
 #[derive(Debug, Clone, Copy)]
 pub struct Corrected {
-    /// S
+    /// S, variance of the innovation
     pub variance: f64,
-    /// K of the state
+    /// K, gain of the state
     pub gain: Vector,
-    /// K of what noise changed of v and ω in the last step
+    /// Gain of the change of v and ω by noise in the last step
     pub shaken_gain: [f64; 2],
 }
 
@@ -78,14 +80,14 @@ pub struct Filter<'a> {
     /// x, y, θ, v, ω
     pub state: Vector,
     covariance: Matrix,
-    /// What noise changed of v and ω in the last step.
+    /// Change of v and ω by noise in the last step.
     pub shaken: Shaken,
     noise: &'a Noise,
     by_torque: [[f64; 2]; 2],
 }
 
 impl<'a> Filter<'a> {
-    /// At the first pose of the drive in `rows`, else at zero; at rest as far as its first wheel speeds tell.
+    /// At the first pose of the drive in `rows`, without one at zero; speeds from its first wheel readings.
     pub fn new(record: &Record, rows: Range<usize>, noise: &'a Noise, by_torque: [[f64; 2]; 2]) -> Self {
         let mut state = [0.0; N];
         let mut covariance = [[0.0; N]; N];
@@ -96,7 +98,7 @@ impl<'a> Filter<'a> {
         {
             for (i, p) in pose.iter().enumerate() {
                 if !p[first].is_finite() {
-                    // any heading is as probable
+                    // any heading is equally probable
                     covariance[i][i] = std::f64::consts::PI.powi(2) / 3.0;
                     continue;
                 }
@@ -117,13 +119,13 @@ impl<'a> Filter<'a> {
         Self { state, covariance, shaken: Shaken::default(), noise, by_torque }
     }
 
-    /// Share of what noise does in a step that is white within it.
+    /// Share of the torque noise that is white within a step, 0 to 1.
     fn within(&self) -> f64 {
         let all = self.noise.torque;
         if all > 0.0 { (self.noise.process.ripple / all).clamp(0.0, 1.0) } else { 1.0 }
     }
 
-    /// Of the last step, what noise has changed in this share of it at its end alone, 0 to 1.
+    /// Restricts the change by noise in the last step to this share of it, at its end, 0 to 1.
     pub fn since(&mut self, share: f64) {
         let variance = share * share + self.within() * (share - share * share);
         let Shaken { with_state, own, .. } = &mut self.shaken;
@@ -131,7 +133,8 @@ impl<'a> Filter<'a> {
         own.iter_mut().flatten().for_each(|c| *c *= variance);
     }
 
-    /// One scalar reading h·(ξ - late u); where any reading of the row is late, `late` is 1 for those that are and 0 for the others.
+    /// Update by one scalar reading h·(ξ - late u). `late`: none where no reading of the row is late, else the delay of
+    /// this one over the largest in the row, 0 to 1.
     pub fn correct(&mut self, nu: f64, h: &Vector, variance: f64, late: Option<f64>) -> Corrected {
         let mut ph: Vector = std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * h[j]).sum());
         let mut s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>();
@@ -163,7 +166,7 @@ impl<'a> Filter<'a> {
         Corrected { variance: s, gain, shaken_gain }
     }
 
-    /// ∂(state ahead)/∂state; `forces`: those of the effects at `at`, `middle`: sine and cosine of the heading half way.
+    /// ∂(next state)/∂state; `forces`: those of the effects at `at`, `middle`: sine and cosine of the heading half way.
     pub fn jacobian(
         &self,
         model: &DriveModel,
@@ -212,8 +215,8 @@ impl<'a> Filter<'a> {
         f
     }
 
-    /// What torques that change within a step of `dt` s do to the pose beyond half of what they do to the speeds: of white
-    /// noise w, ∫∫w dt is known from ∫w dt up to a variance of q dt³/12.
+    /// Adds the variance of the pose by torque noise that changes within a step of `dt` s, beyond half of the change of
+    /// the speeds: for white noise w, ∫∫w dt given ∫w dt has the variance q dt³/12.
     fn ripple(&mut self, dt: f64, (sin, cos): (f64, f64)) {
         let [[a, b], [c, d]] = self.by_torque;
         let q = self.noise.process.ripple * dt.powi(3) / 12.0;
@@ -229,7 +232,7 @@ impl<'a> Filter<'a> {
         self.covariance[TH][TH] += turn;
     }
 
-    /// Moves on by one step.
+    /// Predicts the state one step ahead.
     pub fn predict(&mut self, model: &DriveModel, at: &Moving, step: &Step, f: &Matrix) {
         let Step { torques, sideways, drift, diffusion: [qv, qw], dt } = *step;
         let s = self.state;
@@ -254,16 +257,16 @@ impl<'a> Filter<'a> {
         // P = F P F' + Q
         let columns: Matrix = std::array::from_fn(|j| ahead(f, &self.covariance.map(|row| row[j])));
         let full: Matrix = std::array::from_fn(|i| ahead(f, &columns.map(|column| column[i])));
-        // what rounding makes of the two halves grows apart where the motion is unstable, until P is no covariance
+        // rounding differences between the two halves grow where the motion is unstable, until P is no covariance
         self.covariance = std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (full[i][j] + full[j][i])));
         let [[a, b], [c, d]] = self.by_torque;
         let q = self.noise.torque * dt;
-        // an uncertain force lasts for some steps, not for one
+        // an uncertain force lasts for several steps
         let [vv, vw, ww] = model.force_covariance(at).map(|c| c * dt * LASTING_S);
         let vv = vv + q * (a * a + b * b) + qv * dt;
         let ww = ww + q * (c * c + d * d) + qw * dt;
         let vw = vw + q * (a * c + b * d);
-        // what changes speeds within a step has moved the pose by half of it
+        // noise that has changed the speeds within a step has moved the pose by half of that
         let half = 0.5 * dt;
         let along: Vector = [half * cos, half * sin, 0.0, 1.0, 0.0];
         let about: Vector = [-0.5 * half * dt * v * sin, 0.5 * half * dt * v * cos, half, 0.0, 1.0];
@@ -281,7 +284,7 @@ impl<'a> Filter<'a> {
     }
 }
 
-/// Accelerations from the speeds of the last rows, where no torques tell them.
+/// Accelerations from differences of the speeds over the last rows, where no torques tell them.
 pub struct Slopes {
     over_s: [f64; 2],
     speeds: std::collections::VecDeque<(f64, [f64; 2])>,
@@ -289,7 +292,7 @@ pub struct Slopes {
 }
 
 impl Slopes {
-    /// Time over which speeds are compared where readings are closer, s.
+    /// Least time over which speeds are compared, s.
     pub(super) const OVER_S: f64 = 0.06;
 
     /// `over_s`: time over which v and ω are compared, s.
@@ -297,7 +300,7 @@ impl Slopes {
         Self { over_s, speeds: std::collections::VecDeque::new(), t_s: 0.0 }
     }
 
-    /// Accelerations, and the wheel forces that they take, after `dt_s` more.
+    /// Accelerations (m/s², rad/s²), and the wheel forces (N) that they take, `dt_s` after the last call.
     pub fn push(&mut self, dt_s: f64, speeds: [f64; 2], model: &DriveModel) -> ([f64; 2], [f64; 2]) {
         self.t_s += dt_s;
         self.speeds.push_back((self.t_s, speeds));
@@ -333,7 +336,8 @@ mod tests {
     const STEP_S: f64 = 0.02;
     const TORQUE_NOISE: f64 = 0.01;
 
-    /// A robot that torque noise alone moves, one instrument late by this share of a step; the noise is constant over a step, or white.
+    /// A robot moved by torque noise alone, one instrument late by this share of a step; the noise is constant over a
+    /// step, or white.
     fn late(of: Instrument, share: f64, white: bool) -> Record {
         let mut belief = belief();
         belief.torque_noise_n_m_sqrt_s = TORQUE_NOISE;
@@ -351,7 +355,7 @@ mod tests {
                 values.push(wheel + belief.wheel_std_rad_s * draw.normal());
             }
             gyro.push(read(Instrument::Gyro)[1] + belief.gyro_std_rad_s * draw.normal());
-            // both parts of the step, before and after the instant that is read
+            // both parts of the step, before and after the instant of a late reading
             let whole = [0, 1].map(|_| TORQUE_NOISE / STEP_S.sqrt() * draw.normal());
             for part in [1.0 - share, share] {
                 then = [v, w];
@@ -393,7 +397,7 @@ mod tests {
             // six standard deviations of the mean of n squares of standard normal variables
             let means = sum.map(|s| s / n);
             assert!(means.iter().all(|m| (m - 1.0).abs() < 6.0 * (2.0 / n).sqrt()), "{id} {share} {white}: {means:?}");
-            // noise of the torques is more than that of the gyro, so that it would show
+            // torque noise exceeds the gyro's, so that an error of the former would show
             assert!(turned / n > 1.5 * noise.reading[2], "{id}");
         }
     }
@@ -412,7 +416,7 @@ mod tests {
             diffusion: noise.process.diffusion,
             dt: record.step_s,
         };
-        // what grows by a tenth each step, and turns into one another
+        // growth by a tenth in each step, with coupling
         let mut f: Matrix = [[0.0; N]; N];
         for (i, row) in f.iter_mut().enumerate() {
             row[i] = 1.0;
@@ -425,7 +429,7 @@ mod tests {
             for (i, row) in filter.covariance.iter().enumerate() {
                 assert!(row[i] > 0.0, "{k}: {:?}", filter.covariance);
                 let size = |j: usize| (row[i] * filter.covariance[j][j]).sqrt();
-                // rounding of one step, and not what it has grown to
+                // rounding errors of one step, which must not have grown
                 let even = |j: usize| (row[j] - filter.covariance[j][i]).abs() <= 1e-12 * size(j);
                 assert!((0..N).all(even), "{k}: {:?}", filter.covariance);
             }

@@ -1,7 +1,7 @@
 //! θ ← θ + posterior mean of the linearised difference, until it settles; sets are compared at every step
 //!
-//! Gauss-Newton over the coordinates of model changes. Two kinds of step: a wide one, with every candidate's columns, to
-//! choose the set; narrow ones, with the named effects and what is in the set, to settle its coordinates.
+//! Gauss-Newton over the coordinates of model changes. Wide steps, with the columns of every candidate, choose the set;
+//! narrow steps, with those of the named effects and of the set, settle its coordinates.
 
 use super::candidates::{Candidates, Kind};
 use super::column::{Column, Equation, Follows, Scoped};
@@ -14,35 +14,35 @@ use crate::effects::drive::ModelChange;
 use crate::model::drive::DriveEffect;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Coordinates of every change, by its place.
+/// Coordinates θ of every change, by change and coordinate.
 pub type Theta = Vec<Vec<f64>>;
 
-/// Narrow steps after each at most.
+/// Most narrow steps after a wide one.
 const NARROW: usize = 6;
-/// The same where it is known what is in the set.
+/// Most steps where the members of the set are known.
 const TOGETHER: usize = 12;
 /// Narrow steps before a model that explains far less than another is given up.
 const PATIENT: usize = 1;
-/// Settled when no coordinate moves by more than this of its standard deviation.
+/// Largest move of a coordinate that counts as settled, in its standard deviations.
 const SETTLED: f64 = 0.15;
-/// What an effect may take from the best set's weight and still be looked at in narrow steps, nats.
+/// Least change of the best set's ln weight by an effect that remains a candidate in narrow steps, nats.
 const FUTILE: f64 = -6.0;
 /// Evidence that a step may lose before it is halved, nats.
 const LOSS: f64 = 3.0;
 
-/// A linearisation and the sets that were compared there.
+/// A linearisation, and the sets that were compared there.
 pub struct Compared {
-    /// Where.
+    /// Coordinates at which it was linearised.
     pub theta: Theta,
     /// Candidates and their columns.
     pub candidates: Candidates,
-    /// Normal equations.
+    /// Normal equations there.
     pub problem: Problem,
     /// Sets, the most probable first.
     pub sets: Vec<Weighed>,
 }
 
-/// The model at θ, and beside it for every coordinate that has a column.
+/// The model at θ and, if `slopes`, the models moved by a step in each coordinate that has a column.
 #[must_use]
 pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &Theta, slopes: bool) -> Models {
     let at_work =
@@ -62,7 +62,7 @@ pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &The
                 let mut moved = theta.clone();
                 moved[i][j] += step;
                 let model = build(&moved);
-                // what is given stands before them
+                // given effects stand before them
                 let alike = |place: &usize| model.pushes_alike(*place, &here.robot);
                 let known = |(place, own): (usize, &usize)| {
                     let same = there.iter().position(|c| c == own).filter(|_| *own != i)?;
@@ -81,7 +81,7 @@ pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &The
 }
 
 impl Candidates {
-    /// The changes alone.
+    /// The model changes alone.
     #[must_use]
     pub fn change_list(&self) -> Vec<&'static dyn ModelChange> {
         self.changes.iter().map(|c| c.1).collect()
@@ -93,7 +93,7 @@ impl Candidates {
         self.changes.iter().map(|c| vec![0.0; c.1.coordinates().len() + c.1.departures().len()]).collect()
     }
 
-    /// θ with the changes that are forms of this effect at zero.
+    /// θ with all changes of this effect at zero.
     #[must_use]
     pub fn without(&self, id: &str, theta: &Theta) -> Theta {
         let mut out = theta.clone();
@@ -113,8 +113,8 @@ impl Candidates {
         self.columns.iter().map(value).collect()
     }
 
-    /// θ of a set: its coefficients, inside their bounds; zero for changes that are not in it. Also whether it is close to
-    /// where it was.
+    /// θ of a set: its coefficients, inside their bounds; zero for changes outside the set. Also whether it has
+    /// settled, close to `before`.
     #[must_use]
     pub fn theta_of(&self, members: &[Member], coefficients: &Coefficients, before: &Theta) -> (Theta, bool) {
         let mut theta = self.zero();
@@ -128,14 +128,14 @@ impl Candidates {
                 settled &= (theta[i][j] - before[i][j]).abs() <= SETTLED * std + 1e-12;
             }
         }
-        // what left the set has moved too
+        // a change that left the set has moved too
         for (new, old) in theta.iter().zip(before) {
             settled &= new.iter().any(|v| *v != 0.0) || old.iter().all(|v| *v == 0.0);
         }
         (theta, settled)
     }
 
-    /// Coordinates of the set's changes: column and value at θ.
+    /// Columns of the set's changes, with their values at θ.
     fn pinned(&self, members: &[Member], theta: &Theta) -> Vec<(usize, f64)> {
         let of = |m: &Member| match self.kinds[m.0] {
             Kind::Change(i) => self.groups[m.0].columns.iter().copied().zip(theta[i].iter().copied()).collect(),
@@ -144,7 +144,7 @@ impl Candidates {
         members.iter().flat_map(of).collect()
     }
 
-    /// One pass at θ, and its normal equations.
+    /// Normal equations of one pass of the filter at θ.
     #[must_use]
     pub fn linearise(&self, record: &Record, noise: &Noise, theta: &Theta) -> Problem {
         let models = models(record, &self.change_list(), theta, true);
@@ -153,7 +153,7 @@ impl Candidates {
         Problem::new(&summed.gram, summed.ln_volume, &self.here(theta), groups, self.nuisance.clone())
     }
 
-    /// When the bias steps in this set in each drive.
+    /// Time of the bias step among `groups` in each drive, s since that drive began.
     #[must_use]
     pub fn steps_of(&self, groups: impl IntoIterator<Item = usize>) -> Onsets {
         let mut steps = Onsets::new();
@@ -167,7 +167,7 @@ impl Candidates {
 }
 
 impl Compared {
-    /// Every set of `candidates` worth comparing, linearised at `theta`.
+    /// Compares the sets of `candidates`, linearised at `theta`.
     #[must_use]
     pub fn wide(record: &Record, noise: &Noise, candidates: Candidates, theta: Theta) -> Self {
         let problem = candidates.linearise(record, noise, &theta);
@@ -175,14 +175,14 @@ impl Compared {
         Self { theta, candidates, problem, sets }
     }
 
-    /// Settles θ for the groups of `candidates`, all of which may come and go; the best set alone. Gives up after some steps
-    /// if its ln weight is still below `hopeless`.
+    /// Settles θ for the best set of `candidates`, which may change at every step. Gives up after some steps if its ln
+    /// weight is still below `hopeless`.
     #[must_use]
     pub fn narrow(record: &Record, noise: &Noise, candidates: Candidates, from: Theta, hopeless: Option<f64>) -> Self {
         Self::climb(record, noise, candidates, from, NARROW, hopeless, best_set)
     }
 
-    /// Settles θ for all groups of `candidates` together; of those with one id, only the one that explains most.
+    /// Settles θ for all groups of `candidates` together; of groups with one id, only the one that explains most.
     #[must_use]
     pub fn all_in(record: &Record, noise: &Noise, candidates: Candidates, from: Theta) -> Self {
         Self::climb(record, noise, candidates, from, TOGETHER, None, Problem::together)
@@ -203,14 +203,14 @@ impl Compared {
             let problem = candidates.linearise(record, noise, &theta);
             let top = choose(&problem);
             if best.is_none() && !top.ln_weight.is_finite() {
-                // a start at which the filter diverges: nearer to the nominal model, where it does not
+                // the filter diverges at the start: nearer to the nominal model it does not
                 theta.iter_mut().flatten().for_each(|coordinate| *coordinate *= 0.5);
                 continue;
             }
             if let Some(best) = &best
                 && !(top.ln_weight.is_finite() && best.gained(&problem, &theta) >= -LOSS)
             {
-                // beyond what the linearisation holds for
+                // beyond the range of the linearisation
                 for (new, old) in theta.iter_mut().flatten().zip(best.theta.iter().flatten()) {
                     *new = 0.5 * (*new + old);
                 }
@@ -228,15 +228,15 @@ impl Compared {
         best.unwrap_or_else(|| Self::wide(record, noise, candidates, theta))
     }
 
-    /// ln density that the best set has gained at θ `there`, where `problem` was linearised, over here: what it is worth, not
-    /// what it promised.
+    /// Gain in ln density of the best set at θ `there`, where `problem` was linearised: the actual gain of a step, not
+    /// the predicted one.
     fn gained(&self, problem: &Problem, there: &Theta) -> f64 {
         let members = &self.sets[0].members;
         let density = |problem: &Problem, theta| problem.ln_density(members, &self.candidates.pinned(members, theta));
         density(problem, there) - density(&self.problem, &self.theta)
     }
 
-    /// ln weight of the best set; where the filter has diverged, less than any.
+    /// ln weight of the best set; `f64::MIN` where the filter has diverged.
     #[must_use]
     pub fn top(&self) -> f64 {
         if self.has_diverged() { f64::MIN } else { self.sets[0].ln_weight }
@@ -248,15 +248,15 @@ impl Compared {
         !self.sets[0].ln_weight.is_finite()
     }
 
-    /// Where the best set lies, and whether that is close to where it was linearised.
+    /// θ of the best set, and whether it is close to where this was linearised.
     #[must_use]
     pub fn next(&self) -> (Theta, bool) {
         let members = &self.sets[0].members;
         self.candidates.theta_of(members, &self.problem.coefficients(members), &self.theta)
     }
 
-    /// When the bias steps in the best set in each drive; where a walk or a function of time stands there in its place, when it
-    /// would most likely step.
+    /// Time of the bias step in each drive in the best set, s since the drive began; where a walk or a function of time
+    /// takes its place, the most likely time of a step.
     #[must_use]
     pub fn steps_s(&self) -> Onsets {
         let members = &self.sets[0].members;
@@ -267,7 +267,7 @@ impl Compared {
         there
     }
 
-    /// Of the steps of the bias in each drive the one that explains most beside what else is in the best set.
+    /// Group of the bias step in each drive that explains most beside the rest of the best set.
     #[must_use]
     pub fn likely_steps(&self) -> Vec<usize> {
         let drive = |m: &Member| match self.candidates.kinds[m.0] {
@@ -287,18 +287,18 @@ impl Compared {
         best.into_values().map(|b| b.0).collect()
     }
 
-    /// Whether it can take the place of a step: a walk, or a function of time on the gyro.
+    /// Whether it can replace a bias step: a random walk, or a function of time on the gyro.
     fn is_slow(&self, member: &Member) -> bool {
         matches!(self.candidates.kinds[member.0], Kind::Walk | Kind::Free(Equation::Gyro, Follows::Time))
     }
 
-    /// How far the best set lies above none, nats.
+    /// ln weight of the best set over that of the empty set, nats.
     #[must_use]
     pub fn gap(&self) -> f64 {
         self.top() - self.problem.ln_weight(&[])
     }
 
-    /// Ids of the free forms and varying coefficients that add most to the best set, or are in it.
+    /// Ids of the members of the best set, and of the free forms and varying coefficients that add most to it.
     #[must_use]
     pub fn promising(&self, most: usize) -> BTreeSet<String> {
         let members = &self.sets[0].members;
@@ -309,7 +309,7 @@ impl Compared {
         members.iter().chain(added.iter().take(most).map(|a| &a.0)).map(id).collect()
     }
 
-    /// What is in the best set, and the named effects that may yet come into it.
+    /// Groups of the best set, and named effects that may yet enter it.
     #[must_use]
     pub fn plausible(&self) -> Candidates {
         let members = &self.sets[0].members;

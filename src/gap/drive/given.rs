@@ -1,7 +1,7 @@
-//! ξ' = f(ξ) + g(ξ), g the `[[effect]]` tables of the nominal simulator: what is given is there from the start, and no finding
+//! ξ' = f(ξ) + g(ξ), g the `[[effect]]` tables of the nominal simulator: given effects, which are no findings
 //!
-//! A simulator that a diagnosis has led to is a nominal simulator like any other. Effects that are found beside what is given add to
-//! it: a radius 1 % larger than one that is given as 2 % larger.
+//! A simulator that a diagnosis has augmented is a nominal simulator like any other. Effects that are found beside
+//! given ones add to them: a radius 1 % larger than one that is given as 2 % larger.
 
 use super::model::{Claimed, in_time};
 use super::record::Record;
@@ -13,12 +13,12 @@ use crate::model::drive::{DriveEffect, DriveModel};
 use std::fmt;
 use std::sync::Arc;
 
-/// Effects of the nominal simulator.
+/// Effects that the nominal simulator holds.
 #[derive(Clone, Default)]
 pub struct Given {
     /// Changes of the equations, with their coordinates.
     changes: Arc<[(&'static dyn ModelChange, Vec<f64>)]>,
-    /// Step of the wheels' lattice, rad/s.
+    /// Quantization step of the wheels, rad/s.
     pub wheel_lsb_rad_s: Option<f64>,
 }
 
@@ -33,13 +33,13 @@ impl fmt::Debug for Given {
 }
 
 impl Given {
-    /// How many change the equations.
+    /// Number of changes of the equations.
     #[must_use]
     pub fn len(&self) -> usize {
         self.changes.len()
     }
 
-    /// Whether none does.
+    /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.changes.is_empty()
@@ -47,14 +47,14 @@ impl Given {
 }
 
 impl Record {
-    /// The robot with the effects that are given, and `effects` after them.
+    /// The model of the robot with the given effects, and `effects` after them.
     #[must_use]
     pub fn model(&self, effects: Vec<Box<dyn DriveEffect>>) -> DriveModel {
         let given = self.given.changes.iter().map(|(change, theta)| change.at(theta));
         DriveModel::new(self.belief.robot, given.chain(effects).collect())
     }
 
-    /// With the effects of `config` as given; sensors that are late are put back by whole rows.
+    /// With the effects of `config` as given; readings of late sensors are moved earlier by whole rows.
     ///
     /// # Errors
     /// [`ErrorKind::Config`] for effects that are no drive's, or that are drawn anew in each run.
@@ -120,7 +120,7 @@ mod tests {
             let record = Record::new(&with(id, name, value), &log, 0.0).unwrap();
             let found = judge(&record, registry(), &Options::default());
             assert_eq!(found.findings.mains()[0].0, Main::None, "{id}");
-            // the nominal simulator alone says what it said with the effect added
+            // the nominal simulator with the effect given scores as the plain one with the effect added
             let plain = Record::new(&robot(), &log, 0.0).unwrap();
             let effects = [(id.to_owned(), [(name.to_owned(), value)].into())];
             let score = |record: &Record, effects: &[_]| -> f64 {

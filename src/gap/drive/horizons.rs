@@ -1,7 +1,7 @@
 //! e_h = |p̂(t + h) - p(t + h)| from the pose at t, windows of the longest horizon one after another
 //!
-//! How far a model errs that drives on without a reference: alone, with the recorded torques (where there are none: with the wheels),
-//! or as a navigation filter with wheels and gyro.
+//! Error of a model that drives on without a reference: alone, with the recorded torques (where there are none: with
+//! the wheels), or as a navigation filter with wheels and gyro.
 
 use super::bursts::Bursts;
 use super::far::Under;
@@ -11,9 +11,9 @@ use crate::gap::answer::Metric;
 
 /// Horizons, s.
 const HORIZONS_S: [f64; 3] = [1.0, 5.0, 20.0];
-/// Windows that tell whether a filter errs more, at least.
+/// Fewest windows for a comparison of the errors of filters.
 const FEWEST_WINDOWS: usize = 5;
-/// Variance of a channel that takes no part, relative.
+/// Factor on the variance of a channel that excludes it from a pass of the filter.
 const ASIDE: f64 = 1e10;
 
 /// Squared errors of position (m²) and heading (rad²) at each horizon, window by window.
@@ -21,15 +21,15 @@ const ASIDE: f64 = 1e10;
 pub(super) struct Horizons([Vec<[f64; 2]>; 3]);
 
 impl Horizons {
-    /// Root mean square of position (m) and heading (rad) at each horizon.
+    /// Root mean square of position (m) and heading (rad) at each horizon; none where a horizon has no window.
     pub(super) fn rms(&self) -> Option<[[f64; 2]; 3]> {
         let mean = |h: usize, i: usize| self.0[h].iter().map(|e| e[i]).sum::<f64>() / self.0[h].len() as f64;
         let rms = |h: usize| [0, 1].map(|i| mean(h, i).sqrt());
         self.0.iter().all(|h| !h.is_empty()).then(|| std::array::from_fn(rms))
     }
 
-    /// Logarithms of the position's squared errors, window by window: the mean over horizons beyond the first, at which readings of
-    /// the wheels leave little to a model.
+    /// ln of the squared position errors (m²), window by window: the mean over the horizons beyond the first, at which
+    /// the wheels' readings leave little to a model.
     pub(super) fn ln_positions(&self) -> Vec<f64> {
         let later = &self.0[1..];
         let windows = later.iter().map(Vec::len).min().unwrap_or(0);
@@ -37,7 +37,7 @@ impl Horizons {
         (0..windows).map(ln).collect()
     }
 
-    /// Those of one drive, if it is long enough.
+    /// Adds the errors of one drive, if it is long enough.
     pub(super) fn add(&mut self, record: &Record, lost: Option<&Bursts>, under: &Under, alone: bool) {
         let claimed = under.claimed;
         let longest = HORIZONS_S[2];
@@ -93,8 +93,8 @@ impl Horizons {
     }
 }
 
-/// By how many standard deviations the logarithms `after` lie above those `before`, in pairs, and above those of the `floor`; the
-/// lesser of both, zero of too few.
+/// Standard deviations by which `after` exceeds `before`, in pairs, and exceeds `floor`, all ln of squared errors by
+/// window: the lesser of both, zero for too few windows.
 pub(super) fn misled([before, after, floor]: &[Vec<f64>; 3]) -> f64 {
     if before.len() != after.len() || [after, floor].iter().any(|v| v.len() < FEWEST_WINDOWS) {
         return 0.0;
@@ -131,14 +131,15 @@ mod tests {
     fn a_filter_that_errs_more_is_told_from_chance() {
         let draw = &mut Stream::new(31, 0);
         let windows = |draw: &mut Stream, at: f64| -> Vec<f64> { (0..20).map(|_| at + draw.normal()).collect() };
-        // the lesser of two normal variables exceeds one standard deviation in some percent of cases, three in a thousandth at most
+        // the lesser of two normal variables exceeds one standard deviation in some percent of cases, three in a
+        // thousandth at most
         let chance = |draw: &mut Stream| misled(&[0.0, 0.0, 0.0].map(|at| windows(draw, at)));
         let far = (0..2000).filter(|_| chance(draw) > 3.0).count();
         assert!(far <= 10, "{far} of 2000");
         // two standard deviations of a window more than before, and than the floor: 2 √(20/2) = 6.3 of the mean
         let [low, high] = [misled(&[0.0, 2.0, 0.0].map(|at| windows(draw, at))), 12.0];
         assert!(low > 3.0 && low < high, "{low}");
-        // no more than it may, or better than before: nothing is wrong; and few windows tell nothing
+        // no more than the floor, or better than before: the filter is not misled; and few windows tell nothing
         assert!(misled(&[0.0, 2.0, 2.5].map(|at| windows(draw, at))) < 1.0);
         assert_eq!(misled(&[2.0, 0.0, 0.0].map(|at| windows(draw, at))), 0.0);
         assert_eq!(misled(&[0.0, 2.0, 0.0].map(|at| windows(draw, at)[..FEWEST_WINDOWS - 1].to_vec())), 0.0);

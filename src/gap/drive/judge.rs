@@ -1,8 +1,9 @@
-//! Judges one drive: which sets of effects and free forms explain it, how probable each is, and what each closes.
+//! Comparison for one drive: which sets of effects and free forms explain it, their probabilities, and their shares.
 //!
-//! Order: lattice of the wheels, how speeds change where there are no torques, a start for what bends too much, in a large gap
-//! the effects that explain most, each alone; the comparison of sets, single outliers, noise levels; then the same with the lost
-//! ticks of one wheel put back, and with wheels or gyro put back to when they were true, if that looks worth it.
+//! Order: quantization of the wheels; diffusion of the speeds where there are no torques; a start for strongly
+//! nonlinear changes, and in a large gap the effects that explain most, each alone; the comparison of sets, outliers,
+//! noise levels. Then the same with the lost ticks of one wheel restored, and with the readings of wheels or gyro moved
+//! to their true times, if that looks worth it.
 
 use super::alike::alike;
 use super::begin::{ALONE, first, start};
@@ -32,12 +33,12 @@ use crate::gap::trace::{self, Step, TraceStage};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// How drives are judged.
+/// Settings of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Prior odds.
     pub prior: Prior,
-    /// How evidences become probabilities.
+    /// Calibration of evidences to probabilities.
     pub calibration: Calibration,
 }
 
@@ -48,54 +49,54 @@ impl Default for Options {
     }
 }
 
-/// What was found in one drive, and what its simulator needs to know.
+/// Result of the comparison for one drive.
 #[derive(Debug, Clone)]
 pub struct Judged {
     /// Sets with their probabilities.
     pub findings: Findings,
-    /// Where no effect explains most, or noise is not as stated: the one that explains most alone, and its share of what was
-    /// explained, 0 to 1.
+    /// Where no effect explains most, or noise is not as stated: the effect that explains most alone, and its share of
+    /// what the best set explains, 0 to 1; else none.
     pub closest: Option<(Closest, f64)>,
-    /// Whether no effect explains most.
+    /// Whether the cause is unknown: no effect explains most.
     pub unknown: bool,
-    /// Whether the noise of wheels and gyro, estimated where no torques tell how the robot moves, is as stated. Noise that is not is
-    /// seldom white: the evidence counts more readings than are independent then.
+    /// Whether the noise of wheels and gyro is as stated; it is estimated only without torques. Noise that is not as
+    /// stated is seldom white: the evidence then counts more readings than are independent.
     pub as_stated: bool,
-    /// Wheels whose readings come late, s, where that is what explains most.
+    /// Delay of the wheels' readings, s, where moving them explains the drive better; else none.
     pub wheels_late_s: Option<f64>,
-    /// Classes of effects that this drive cannot tell apart, whatever chance makes of it.
+    /// Classes of effects that this drive cannot tell apart, independent of chance in the readings.
     pub alike: Vec<Alike>,
-    /// Noise that the nominal filter assumes; where there are no torques, with how fast speeds diffuse and how loud wheels and gyro
-    /// are.
+    /// Noise that the nominal filter assumes; without torques, with the estimated diffusion of the speeds and noise of
+    /// wheels and gyro.
     pub nominal_noise: Noise,
 }
 
-/// Logarithm by which two steps of a lattice may differ and be the same.
+/// ln of the ratio of two quantization steps up to which they are the same.
 const SAME_STEP: f64 = 0.01;
-/// Evidence from which lost ticks are looked into, nats.
+/// Evidence from which on lost ticks are examined, nats.
 pub(super) const WORTH: f64 = 8.0;
-/// A gap so large that the slopes at zero need not say what causes it, nats.
+/// Size of a gap from which on the derivatives at zero need not tell its cause, nats.
 pub(super) const LARGE: f64 = 300.0;
-/// Times that a delay of the wheels is looked for again with what is known by then.
+/// Most searches for a delay of the wheels, each with the model found so far.
 const SETTLING: usize = 5;
-/// Accounts of lost ticks that are tried.
+/// Most accounts of lost ticks that are compared.
 const TRIED: usize = 4;
-/// Nats by which one may fall short before free forms have been tried beside it ...
+/// Nats by which an account may fall short before free forms have been tried beside it ...
 const SHORT: f64 = 50.0;
-/// ... and nats by which any account may before its model has settled.
+/// ... and nats by which it may fall short before its model has settled.
 pub(super) const HOPELESS: f64 = 500.0;
 
-/// How the reference of `record` sits on the robot, where the configuration leaves that open.
+/// Mounting of the reference on the robot, where the configuration leaves it open; else none.
 #[must_use]
 pub fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Option<Mounting> {
-    // how speeds diffuse takes many passes: not for those who know their reference
+    // the diffusion takes many passes to estimate: not done where the mounting is known
     if !mounting::is_open(record) {
         return None;
     }
     mounting::find(record, &Believed::of(record).nominal, effects, &options.prior)
 }
 
-/// Judges `record` with `effects`.
+/// Compares sets of `effects` and free forms on `record`.
 #[must_use]
 pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Judged {
     let twins = Twins::of(record, effects);
@@ -106,7 +107,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let (noise, _) = diffused(record, noise, &all);
     let begin = start(record, &noise, &all);
     let branch = settled(record.clone(), noise, all, &begin, onsets_s, effects, options);
-    // what the lattice closes: the same model with the nominal noise of the wheels beside it
+    // share of the quantization: gain over the same model with the nominal noise of the wheels
     let given = record.given.wheel_lsb_rad_s;
     let lattice = lsb.filter(|lsb| given.is_none_or(|given| (lsb / given).ln().abs() > SAME_STEP)).map(|lsb| {
         let nominal = branch.noise.without_lattice(record);
@@ -149,7 +150,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     ways.extend(in_time.iter().map(|i| (format!("gyro {:.4} s earlier", i.lag_s), Some(&i.branch))));
     let mut trace: Vec<Step> = trace::of_notes(&record.notes).chain(twins.steps()).collect();
     let readings = trail::readings(&branch, &ways);
-    // the drive as it is in the likeliest account of it
+    // the interpretation that explains the drive best
     let others = others.iter().map(|o| &o.0).chain(in_time.iter().map(|i| &i.branch));
     let best = others.fold(&branch, |best, other| if other.top() > best.top() { other } else { best });
     let levels = best.levels.iter().map(|l| (l.id.to_owned(), l.margin - options.prior.ln_named));
@@ -184,7 +185,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     Judged { findings, closest, unknown, as_stated, wheels_late_s, alike, nominal_noise }
 }
 
-/// `record` with all candidates compared from `begin`, and settled.
+/// Compares all candidates on `record` from `begin`, and settles the best set.
 pub(super) fn settled(
     record: Record,
     noise: Noise,
@@ -202,18 +203,18 @@ pub(super) fn settled(
     branch
 }
 
-/// The robot without any effect.
+/// The model of the robot without any effect.
 pub(super) fn plain(record: &Record) -> Models {
     Models { here: record.model(Vec::new()), beside: Vec::new() }
 }
 
-/// How well readings and motion are known before anything else is.
+/// Noise and motion beyond the model, before any effect is known.
 pub(super) struct Believed {
-    /// Step of the wheels' lattice, rad/s, where they lie on one.
+    /// Quantization step of the wheels, rad/s; none: not quantized.
     pub(super) lsb: Option<f64>,
-    /// Noise with that.
+    /// Noise, quantization included.
     pub(super) noise: Noise,
-    /// Noise that the nominal filter assumes: without the lattice.
+    /// Noise that the nominal filter assumes: without quantization.
     pub(super) nominal: Noise,
 }
 
@@ -231,7 +232,7 @@ impl Believed {
     }
 }
 
-/// The drive with the readings of its wheels put back to when they were true; none where they do not come late.
+/// The drive with the readings of its wheels moved earlier by their delay; none where they are not late.
 fn wheels_in_time(
     record: &Record,
     as_is: &Branch,
@@ -239,13 +240,13 @@ fn wheels_in_time(
     options: &Options,
 ) -> Option<(Branch, Late)> {
     let zero = as_is.compared.candidates.zero();
-    // with the noise that was believed: what was found since may have taken in what the delay does
+    // with the believed noise: what was found since may have absorbed the delay
     let nominal = Branch::models_at(record, &as_is.compared.candidates, &zero);
-    // where one effect leaves nothing to explain, a delay would have to explain all of it, or stand beside it for nothing
+    // where one effect explains all, a delay must explain as much, or is superfluous
     let worth = if as_is.is_told_by_one() { as_is.compared.gap().max(LARGE) } else { LARGE };
     let mut late = late::find(record, &nominal, &as_is.believed).filter(|l| l.gain > worth)?;
     let mut found = None;
-    // the delay is looked for again with what is known then of the robot and of the noise
+    // the delay is searched again with the model and noise found so far
     for _ in 0..SETTLING {
         let moved = late::put_back(record, late.delay_s);
         let all = Candidates::new(&moved, effects, &options.prior, true, &[]);
@@ -253,7 +254,7 @@ fn wheels_in_time(
         let begin = start(&moved, &noise, &all);
         let mut other = settled(moved, noise, all, &begin, Vec::new(), effects, options);
         other.extra_weight += options.prior.ln_free - 0.5 * (record.len() as f64).ln();
-        // a free form may hold what an effect would have, and these models are without any: the effect alone knows more then
+        // a free form may hold an effect that these models lack: the effect fitted alone is tried too
         let models = Branch::models_at(record, &other.compared.candidates, &other.compared.theta);
         let known = nearest.into_iter().map(|models| (models, noise)).chain([(models, other.noise)]);
         let looks = known.filter_map(|(models, noise)| late::find(record, &models, &noise));
@@ -267,8 +268,8 @@ fn wheels_in_time(
     found.filter(|(other, _)| other.top() > as_is.top())
 }
 
-/// The drive with the lost ticks of one wheel put back, in the account that explains it best; none where none comes near
-/// `as_is`.
+/// The drive with the lost ticks of one wheel restored, in the account that explains it best; none where no account
+/// comes near `as_is`.
 fn restored(
     record: &Record,
     as_is: &Branch,
@@ -277,14 +278,14 @@ fn restored(
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> Option<(Branch, Bursts)> {
-    // what is put back is not missing on average, too
+    // restored ticks are not also missing on average
     let all = &as_is.compared.candidates;
     let (zero, begin, here) =
         (all.zero(), all.without(LOST_TICKS, begin), all.without(LOST_TICKS, &as_is.compared.theta));
-    // beside a set that settled and leaves nothing to any free form nothing else is known
+    // beside a settled set without free forms no other start is needed
     let mut from = if as_is.is_quiet() { vec![&here] } else { vec![&zero, &begin, &here] };
     from.dedup();
-    // a model that is off slowly looks like bursts, and long bursts like a model that is off slowly: both are tried
+    // slow errors of the model look like bursts, and long bursts like slow errors: both are tried
     let tried: Vec<(&Theta, usize)> = from.into_iter().flat_map(|theta| [0, 1].map(|side| (theta, side))).collect();
     let found = |(theta, side): (&'_ Theta, usize)| -> Vec<(f64, Bursts, Theta)> {
         let models = Branch::models_at(record, &as_is.compared.candidates, theta);
@@ -330,7 +331,7 @@ fn restored(
     let accounts: Vec<(Branch, Bursts)> =
         all.into_par_iter().map(|(_, bursts, theta)| settled(bursts, &theta)).collect();
     let best = accounts.into_iter().max_by(better)?;
-    // once more with the model as it is then, from which nothing slow has to be taken out
+    // once more with the model found so far, without taking out slow errors
     let theta = best.0.compared.next().0;
     let models = Branch::models_at(record, &best.0.compared.candidates, &theta);
     let sought = Sought { side: best.1.side, loss: None, slow: false };
@@ -340,14 +341,15 @@ fn restored(
         .collect();
     let again = again.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, bursts)| settled(bursts, &theta));
     let best = again.into_iter().chain([best]).max_by(better);
-    // among the plausible sets alone it may fall short by what free forms have gained
+    // compared with plausible sets alone, it may fall short by the gain of free forms
     let (mut other, bursts) = best.filter(|b| b.0.top() > top - SHORT)?;
     other.widen(effects, options, other.compared.steps_s());
     other.settle(effects, options);
     (other.top() > top - SHORT).then_some((other, bursts))
 }
 
-/// A set with one more part. What the set has of the same delay is what is left of it after the readings were put back.
+/// A set with one more part. A part of the same delay in the set is the rest after the readings were moved, and is
+/// added to it.
 fn beside(mut set: WeightedSet, part: &Part) -> WeightedSet {
     let mut part = part.clone();
     let same = |p: &Part| p.id == part.id && part.id == late::WHEELS_LATE;
@@ -366,7 +368,8 @@ pub(super) fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
     effects.iter().any(|e| e.about().id == id)
 }
 
-/// [`diffused`] of a drive whose readings were put back: without torques, how the robot moves was told by readings that come late.
+/// [`diffused`] for a drive whose readings were moved: without torques the motion, which the late readings told, is
+/// estimated anew.
 pub(super) fn rediffused(moved: &Record, believed: &Noise, all: &Candidates) -> (Noise, Option<Models>) {
     let noise = match moved.torques_n_m {
         Some(_) => *believed,
@@ -375,9 +378,9 @@ pub(super) fn rediffused(moved: &Record, believed: &Noise, all: &Candidates) -> 
     diffused(moved, noise, all)
 }
 
-/// Without torques: the noise with how speeds change as it is beside the effect that explains most alone, and the robot with
-/// that effect, if any explains something. A gap makes speeds of wheels and gyro scatter that do not, and the gyro's gain, which
-/// says how large all yaw rates are, would make up for that; where a pose knows better, with the help of free forms.
+/// Without torques: the noise with the diffusion estimated beside the effect that explains most alone, and the model
+/// with that effect; none if none explains anything. Otherwise a gap would add to the diffusion, and the gyro's gain,
+/// which scales all yaw rates, would make up for that; where a pose contradicts, with the help of free forms.
 fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<Models>) {
     if record.torques_n_m.is_some() {
         return (noise, None);
@@ -395,7 +398,7 @@ fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<M
     }
 }
 
-/// Effects of the library that this drive cannot tell anything of, with their ids.
+/// Ids of the effects of the library that this drive cannot show.
 pub fn unknowable<'a>(
     record: &'a Record,
     effects: &'a [&'static dyn Driving],

@@ -1,9 +1,10 @@
-//! gyro(t) = ω(t - τ), τ longer than a row:   min over τ of Σ_k (g_k - c - ŵ(t_k - τ))²,  ŵ: yaw rate as told without the gyro
+//! gyro(t) = ω(t - τ), τ longer than a row:   min over τ of Σ_k (g_k - c - ŵ(t_k - τ))²,  ŵ: yaw rate as told without
+//! the gyro
 //!
-//! A slope in τ says little of a delay of several rows: what the gyro reads is then no reading of the yaw rate that is, the
-//! likelihood is a valley no wider than what the gyro's noise makes of yaw accelerations, and free forms that follow these
-//! explain more than any delay on the way there. So the gyro is put back by whole rows, which changes no density; what is
-//! left of the delay is less than a row, late still, and an effect like any other.
+//! A derivative by τ says little about a delay of several rows. The gyro then does not read the present yaw rate, the
+//! likelihood has a valley no wider than the gyro's noise over the yaw acceleration, and free forms of accelerations
+//! explain more than any delay on the way there. So the gyro's readings are moved by whole rows, which changes no
+//! density. The remaining delay is less than a row, and an effect like any other.
 
 use super::begin::start;
 use super::branch::Branch;
@@ -20,36 +21,36 @@ use crate::gap::findings::{Part, WeightedSet};
 use crate::model::drive::Instrument;
 use std::borrow::Cow;
 
-/// Longest delay that is looked for, s: what past yaw rates are kept for.
+/// Longest delay that is looked for, s: past yaw rates are stored for this time.
 const LONGEST_S: f64 = 0.4;
-/// Variance of the gyro while it takes no part, relative.
+/// Factor on the gyro's variance that excludes it from a pass of the filter.
 const ASIDE: f64 = 1e10;
-/// Rows by which a lag may be near a whole number of them.
+/// Distance from a whole number of rows, in rows, within which the neighbouring number is tried too.
 const NEAR: f64 = 0.3;
-/// Fewest rows that are held against each other.
+/// Fewest pairs of rows that are compared.
 const FEWEST: f64 = 64.0;
-/// The effect ...
+/// Id of the effect ...
 pub(super) const LATE: &str = late(Instrument::Gyro).id;
 /// ... and its parameter, s.
 pub(super) const DELAY: &str = late(Instrument::Gyro).parameters[0].name;
 
-/// A drive whose gyro was put back to when it was true.
+/// A drive whose gyro readings were moved earlier by whole rows.
 pub(super) struct InTime {
-    /// What explains it then.
+    /// The comparison of sets on that drive.
     pub(super) branch: Branch,
     /// Time by which its gyro was put back, s.
     pub(super) lag_s: f64,
     /// Time between rows, s.
     step_s: f64,
-    /// What putting it back explains alone, nats.
+    /// Gain in ln likelihood of the move alone, nats.
     share: f64,
-    /// ln odds of the effect.
+    /// ln prior odds of the effect.
     ln_prior: f64,
 }
 
 impl InTime {
-    /// The sets that explain it, the delay among their parts: whole rows, and what is left of it, which where it is no effect of its own is
-    /// the nuisance that every set has.
+    /// Sets that explain the drive, each with the delay: whole rows and the remainder. In a set without the effect the
+    /// remainder is the nuisance's, and where there is none, zero with the standard deviation of a uniform row.
     pub(super) fn sets(&self) -> Vec<WeightedSet> {
         let (rest_s, std_s) = self.branch.usual(LATE).unwrap_or((0.0, self.step_s / 12f64.sqrt()));
         let with = |mut set: WeightedSet| {
@@ -69,8 +70,8 @@ impl InTime {
     }
 }
 
-/// The drive with its gyro put back by whole rows, by each number of them that comes near; none where it is on time, or nothing
-/// else but the gyro tells the yaw rate.
+/// The drive with its gyro moved earlier by each plausible number of whole rows; empty where the gyro is on time, or
+/// nothing else tells the yaw rate.
 pub(super) fn gyro_in_time(
     record: &Record,
     as_is: &Branch,
@@ -85,7 +86,7 @@ pub(super) fn gyro_in_time(
     tried.collect()
 }
 
-/// Whether one effect leaves nothing to explain in `as_is`, and falls far short with the gyro put back, whatever is left of the delay
+/// Whether one effect alone explains all in `as_is`, but falls far short of that on `moved`, with any remaining delay
 /// beside it.
 fn is_hopeless(moved: &Record, as_is: &Branch) -> bool {
     let c = &as_is.compared;
@@ -113,7 +114,7 @@ fn in_time(
     let (noise, _) = rediffused(&moved, &as_is.believed, &all);
     let begin = start(&moved, &noise, &all);
     let mut branch = settled(moved, noise, all, &begin, onsets_s, effects, options);
-    // every number of rows is as probable
+    // every number of rows is equally probable
     branch.extra_weight -= (LONGEST_S / record.step_s).max(1.0).ln();
     let of = |record: &Record| run(record, &plain(record), &branch.noise, &[], |_| {}).ln_likelihood();
     let share = of(&branch.record) - of(record);
@@ -121,7 +122,7 @@ fn in_time(
     Some(InTime { branch, lag_s: rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named })
 }
 
-/// `record` with the readings of its gyro this many rows earlier, in each drive; the last rows are without.
+/// `record` with its gyro readings this many rows earlier, in each drive; the last rows have none.
 fn put_back(record: &Record, rows: usize) -> Record {
     record.by_drive(|_, drive| {
         let mut out = drive.clone();
@@ -132,8 +133,8 @@ fn put_back(record: &Record, rows: usize) -> Record {
     })
 }
 
-/// `record` with a gyro that is late by `delay_s` put back by whole rows, and what is left of the delay; as it is where it is less than a
-/// row, or cannot be put back by rows.
+/// `record` with its gyro, late by `delay_s`, moved earlier by whole rows, and the remaining delay, s; unchanged where
+/// that is less than a row, or the gyro does not share the rows of the wheels.
 pub(super) fn by_whole_rows(record: &Record, delay_s: f64) -> (Cow<'_, Record>, f64) {
     let rows = (delay_s / record.step_s * (1.0 + 1e-9)).floor();
     if rows < 1.0 || !share_rows(record) {
@@ -142,8 +143,8 @@ pub(super) fn by_whole_rows(record: &Record, delay_s: f64) -> (Cow<'_, Record>, 
     (Cow::Owned(put_back(record, rows as usize)), (delay_s - rows * record.step_s).max(0.0))
 }
 
-/// By how many rows the gyro is late, where that explains much: whole ones, and a row more or less where what is left is near
-/// one.
+/// Numbers of rows by which the gyro may be late, where that explains much: the whole part of the lag, and its
+/// neighbour where the rest is near that. Empty where the gyro is on time.
 fn lags(record: &Record, noise: &Noise) -> Vec<usize> {
     let Some(rows) = lag(record, noise) else { return Vec::new() };
     let whole = rows.floor();
@@ -155,7 +156,7 @@ fn lag(record: &Record, noise: &Noise) -> Option<f64> {
     let gyro = record.gyro_rad_s.as_ref()?;
     let mut aside = *noise;
     aside.reading[Channel::Gyro as usize] *= ASIDE;
-    // what the gyro reads but for its own error, and what it should
+    // the gyro's reading without its own error, and its prediction
     let mut reads = vec![f64::NAN; record.len()];
     let mut should = reads.clone();
     let _ = run(record, &plain(record), &aside, &[], |i| {
@@ -196,8 +197,8 @@ mod tests {
     use crate::signal::names;
     use rayon::prelude::*;
 
-    /// Rows are 10 ms apart. Of the delays those that are not found, with what is told of them. A twentieth of a
-    /// row is what stamps are true to.
+    /// Delays that are not found, each with its estimate and standard deviation, s. Rows are 10 ms apart; stamps are
+    /// accurate to a twentieth of a row.
     fn not_found(delays_s: &[f64]) -> Vec<(f64, f64, f64)> {
         let tried = |(i, delay_s): (usize, f64)| {
             let log = recorded(40.0, 41 + i as u64, Some((LATE, DELAY, delay_s)));
@@ -220,8 +221,7 @@ mod tests {
         assert_eq!(not_found(&[0.01008]), []);
     }
 
-    /// Without torques nothing tells accelerations but the speeds themselves: how far the filter has come in the last step, and what noise
-    /// has added.
+    /// Without torques only the speeds tell accelerations: by the last step of the filter, and by noise in it.
     #[test]
     fn without_torques_a_late_gyro_is_found_to_a_tenth() {
         for (seed, delay_s) in [(51, 0.004), (52, 0.013)] {

@@ -1,8 +1,8 @@
-//! wheels(t) = w(t - τ), τ > 0: readings of the wheels that come late, put back to when they were true
+//! wheels(t) = w(t - τ), τ > 0: readings of the wheels that come late, moved to their true times
 //!
-//! Where messages queue, the odometry lags the gyro by some tenths of a second: too far for a slope in τ, and a delay of the
-//! gyro, which the library knows, has the other sign. Stamping the readings τ earlier changes no density, so that the
-//! likelihood of the drive at each τ can be compared as it is.
+//! Where messages queue, the odometry lags the gyro by some tenths of a second: too far for a derivative by τ, and a
+//! delay of the gyro, which the library knows, has the other sign. Stamping the readings τ earlier changes no density,
+//! so that the likelihoods of the drive for different τ are comparable.
 
 use super::branch::described;
 use super::pass::{Models, Noise, run};
@@ -13,38 +13,38 @@ use crate::gap::findings::Part;
 use crate::model::drive::Instrument;
 use rayon::prelude::*;
 
-/// Longest delay that is looked for, s: what is longer is a clock.
+/// Longest delay that is looked for, s: longer ones are offsets of a clock.
 const LONGEST_S: f64 = 0.4;
 /// Delays that are tried first.
 const TRIED: usize = 20;
-/// A delay is refined until its steps are this share of the time between rows.
+/// Step at which the refinement of a delay ends, as a share of the time between rows.
 const FINE: f64 = 0.02;
-/// Parts of a drive whose delays are held against each other.
+/// Parts of a drive whose delays are compared.
 const PARTS: usize = 8;
-/// Delays that are tried in each, on either side, and a parabola through the best.
+/// Delays that are tried in each part, on either side, with a parabola through the best.
 const NEAR: i32 = 6;
-/// The effect ...
+/// Id of the effect ...
 pub(super) const WHEELS_LATE: &str = late(Instrument::Wheels).id;
 /// ... and its parameter, s.
 const DELAY: &str = late(Instrument::Wheels).parameters[0].name;
-/// Rows of the same time, s.
+/// Difference of the times of one row at most, s.
 const SAME_S: f64 = 1e-9;
 
-/// Wheels that come late.
+/// A delay of the wheels' readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Late {
     /// τ, s.
     pub delay_s: f64,
-    /// Its standard deviation, by how it scatters between parts of the drive, s.
+    /// Its standard deviation, from the scatter between parts of the drive, s.
     pub std_s: f64,
-    /// ln p with it, nats.
+    /// ln p with the readings moved, nats.
     pub ln_likelihood: f64,
-    /// The same over ln p without it, nats.
+    /// Gain in ln p over no delay, nats.
     pub gain: f64,
 }
 
 impl Late {
-    /// The part of a set that it is: the effect of the library, if that is `known`.
+    /// Part of a set that states it: the effect of the library, if that is `known`.
     #[must_use]
     pub fn part(&self, share: f64, known: bool) -> Part {
         let text =
@@ -59,15 +59,16 @@ impl Late {
     }
 }
 
-/// `record` with the readings of its wheels stamped `delay_s` earlier. Those from before the log began are left out. Where
-/// wheels and gyro share their rows, they are moved by whole rows: how speeds diffuse depends on the rows.
+/// `record` with the readings of its wheels stamped `delay_s` earlier. Those from before the log began are dropped.
+/// Where wheels and gyro share their rows, they are moved by whole rows: the diffusion of the speeds depends on the
+/// rows.
 #[must_use]
 pub fn put_back(record: &Record, delay_s: f64) -> Record {
     let by_rows = share_rows(record);
     record.by_drive(|_, drive| put_back_in(drive, delay_s, by_rows))
 }
 
-/// Readings this many rows earlier; the last rows are without.
+/// Moves readings this many rows earlier; the last rows are without.
 pub(super) fn earlier(readings: &mut [f64], rows: usize) {
     let rows = rows.min(readings.len());
     readings.rotate_left(rows);
@@ -122,8 +123,8 @@ fn put_back_in(record: &Record, delay_s: f64, by_rows: bool) -> Record {
     out
 }
 
-/// The delay of the wheels that explains `record` best under `models`; none without a gyro to hold them against, and none
-/// where forces are known: then a delay shows otherwise.
+/// The delay of the wheels that explains `record` best under `models`. None without a gyro to compare with, and none
+/// with torques: a delay then shows otherwise.
 #[must_use]
 pub fn find(record: &Record, models: &Models, noise: &Noise) -> Option<Late> {
     if record.gyro_rad_s.is_none() || record.torques_n_m.is_some() || record.span_s() < 4.0 * LONGEST_S {
@@ -169,7 +170,7 @@ pub(super) fn share_rows(record: &Record) -> bool {
     2 * both > wheels.iter().filter(|w| w.is_finite()).count()
 }
 
-/// ln p with the wheels put back by `delay_s` over ln p as it is, nats, under `models`.
+/// Gain in ln p, nats, with the readings of the wheels moved `delay_s` earlier, under `models`.
 #[must_use]
 pub fn gain(record: &Record, models: &Models, noise: &Noise, delay_s: f64) -> f64 {
     let whole = without_begin(record);
@@ -177,7 +178,7 @@ pub fn gain(record: &Record, models: &Models, noise: &Noise, delay_s: f64) -> f6
     weigh(&put_back(&whole, delay_s)) - weigh(&whole)
 }
 
-/// `record` without the first readings of its wheels: as many are left at every delay.
+/// `record` without the first readings of its wheels, so that the same number is left at every delay.
 fn without_begin(record: &Record) -> Record {
     let mut out = record.clone();
     for rows in record.drives() {
@@ -190,8 +191,8 @@ fn without_begin(record: &Record) -> Record {
     out
 }
 
-/// Standard deviation of a delay by how it scatters between parts of the drive: what the innovations hold beside white noise
-/// lasts, and the curvature of the likelihood would promise too much.
+/// Standard deviation of a delay from its scatter between parts of the drive: innovations are correlated beside white
+/// noise, and the curvature of the likelihood would be too optimistic.
 fn scatter(record: &Record, delay_s: f64, weigh: impl Fn(&Record, f64) -> f64 + Sync) -> f64 {
     let n = record.len();
     let of = |part: usize| {

@@ -1,50 +1,51 @@
-//! ln p(z | set) - ln p(z | set without e), all others fitted anew: by how many nats an effect is missed
+//! ln p(z | set) - ln p(z | set without e), all others fitted anew: evidence that is lost without an effect
 //!
-//! In one linearisation an effect may be worth much beside others that stand where they were fitted with it. What it is worth is
-//! what the drive is explained less without it, once the others have settled there. What is missed by less than its prior asks
-//! is not named.
+//! In one linearisation an effect may seem worth much beside others that were fitted together with it. Its worth is
+//! what is lost without it once the others have been fitted anew. An effect whose loss is below what its prior asks is
+//! not named.
 
 use super::branch::Branch;
 use super::candidates::Kind;
 use super::fit::Compared;
 use rayon::prelude::*;
 
-/// Effects that may be left out one after another.
+/// Most rounds in which an effect is removed.
 const ROUNDS: usize = 3;
-/// Groups that a set without an effect may hold beside its own: those that may take its place.
+/// Most groups outside the set that may replace the removed effect.
 const INSTEAD: usize = 8;
 
-/// An effect whose place no other can take at once by this many nats is missed by more than its prior asks, however the others
-/// settle: what several together win back by moving is a part of what they were fitted to.
+/// Loss beyond any single replacement, in nats, from which an effect is missed for certain: the others cannot win it
+/// back by settling anew.
 const SURE_NATS: f64 = 60.0;
 
-/// How far the form of a law that may bend is off, as a share of what the law does, and over how many directions that is spread:
-/// about as many as the library has coordinates. The same tenth as of coefficients that are not constant.
+/// Relative error of the form of a law that may bend, and number of directions over which it is spread: about the
+/// number of coordinates in the library. The same tenth as for coefficients that are not constant.
 pub(super) const FORM: f64 = 0.1;
 const DIRECTIONS: f64 = 40.0;
 
-/// What the form of laws that may bend explains of something worth `nats`, which is no more than that: along any one direction it
-/// is off by a normal variable of variance s² = 2 E δ²/K, whitened, where these laws close E nats.
+/// Part of `nats` that errors in the form of other, bendable laws may explain, nats, at most all of it. Along one
+/// direction the whitened error of the form is normal with variance s² = 2 E δ²/K, where these laws close E =
+/// `bent_nats`.
 fn form_nats(nats: f64, bent_nats: f64) -> f64 {
     let square = 2.0 * bent_nats.max(0.0) * FORM * FORM / DIRECTIONS;
     (nats.max(0.0) * square / (1.0 + square) - 0.5 * square.ln_1p()).max(0.0)
 }
 
-/// A set without one of its effects.
+/// The best set without one of its effects.
 struct Without {
     id: String,
-    /// What the others close whose laws may bend, nats.
+    /// Nats that the other members close by laws that may bend.
     bent_nats: f64,
     /// ln prior odds of the effect.
     ln_prior: f64,
-    /// What it gains beside the others where they stand, ln weight.
+    /// Gain in ln weight of the effect beside the others as they were fitted.
     gain: f64,
-    /// The others settled anew, and what may take its place beside them; none where it is sure to be missed.
+    /// The others fitted anew, with possible replacements; none where the effect is missed for certain.
     compared: Option<Compared>,
 }
 
 impl Without {
-    /// By how many nats the effect is missed in a set of ln weight `top`.
+    /// Evidence lost without the effect, in a set of ln weight `top`, less what errors of other laws explain, nats.
     fn missed_nats(&self, top: f64) -> f64 {
         let nats = self.compared.as_ref().map_or(self.gain, |c| top - c.top()) - self.ln_prior;
         nats - form_nats(nats, self.bent_nats)
@@ -52,7 +53,7 @@ impl Without {
 }
 
 impl Branch {
-    /// Goes on without effects that are not missed, and tells by how much the others are.
+    /// Removes effects that are not missed, and sets `missed_by` for those that remain.
     pub(super) fn leave_out(&mut self) {
         for round in 0..ROUNDS {
             let top = self.compared.top();
@@ -70,7 +71,7 @@ impl Branch {
         }
     }
 
-    /// What the best set closes by laws that may bend, beside the effect `id`, nats.
+    /// Nats that the best set closes by laws that may bend, without the effect `id`.
     pub(super) fn bent_nats_beside(&self, id: &str) -> f64 {
         let c = &self.compared;
         let members = &c.sets[0].members;
@@ -81,7 +82,7 @@ impl Branch {
         self.bent_nats + own.sum::<f64>()
     }
 
-    /// Whether a group is a free form of the equation and the quantity that the effect `id` lies in, or its coefficient that varies.
+    /// Whether a group is a free form of the same equation and quantity as the effect `id`, or its varying coefficient.
     fn holds_law_of(&self, group: usize, id: &str) -> bool {
         let candidates = &self.compared.candidates;
         let known = candidates.changes.iter().map(|c| c.0.about()).find(|about| about.id == id);
@@ -94,13 +95,13 @@ impl Branch {
         }
     }
 
-    /// The best set without each of its effects, the others settled anew, and what may take its place beside them.
+    /// The best set without each of its effects, the others fitted anew, with possible replacements.
     fn without_each(&self) -> Vec<Without> {
         let c = &self.compared;
         let members = &c.sets[0].members;
         let tested = |g: usize| matches!(c.candidates.kinds[g], Kind::Change(_) | Kind::Step(..) | Kind::Walk);
         let here = self.ln_likelihood(&self.noise);
-        // no more than that can be missed, however much one linearisation promises of a law
+        // the loss cannot exceed this, whatever one linearisation promises
         let lost_without = |id: &str| here - self.ln_likelihood_at(&c.candidates.without(id, &c.theta), &self.noise);
         let left_out: Vec<usize> = members.iter().map(|m| m.0).filter(|g| tested(*g)).collect();
         let one = |g: usize| {
@@ -108,7 +109,7 @@ impl Branch {
             let rest: Vec<_> = members.iter().copied().filter(|m| m.0 != g).collect();
             let (own, mut added): (Vec<_>, Vec<_>) =
                 c.problem.additions(&rest).into_iter().partition(|(m, _)| c.candidates.groups[m.0].id == group.id);
-            // a form that holds its law whatever the law does cannot do without it
+            // a free form that can hold the effect's law is no replacement
             added.retain(|a| !self.holds_law_of(a.0.0, &group.id));
             added.sort_by(|a, b| b.1.total_cmp(&a.1));
             let gain = own.iter().map(|a| a.1).fold(f64::NEG_INFINITY, f64::max);
@@ -158,13 +159,13 @@ mod tests {
 
     #[test]
     fn the_form_of_a_law_explains_what_is_small_beside_it_and_nothing_large() {
-        // without a law that bends nothing is taken back, and never more than there is
+        // without a bendable law nothing is explained, and never more than there is
         assert_eq!(form_nats(50.0, 0.0), 0.0);
         for nats in [-3.0, 0.0, 1.0, 20.0, 1e4] {
             let form = form_nats(nats, 1e5);
             assert!(form >= 0.0 && form <= nats.max(0.0), "{nats}: {form}");
         }
-        // beside 1e5 nats a direction is off by s² = 50: of 20 nats hardly any is missed, of 1e4 a fiftieth still is
+        // beside 1e5 nats s² = 50 along a direction: of 20 nats hardly any is missed, of 1e4 still a fiftieth
         assert!(20.0 - form_nats(20.0, 1e5) < 3.0);
         let left = 1e4 - form_nats(1e4, 1e5);
         assert!((left - (1e4 / 51.0 + 0.5 * 51_f64.ln())).abs() < 1e-9, "{left}");

@@ -1,8 +1,9 @@
 //! σ² = σ²_nominal n²:   ln p(z | n) over ln p(z | 1), with n where it is most likely
 //!
-//! Noise that is not as large as believed: of an instrument as a whole, which has a name, or of one channel alone. What a settled
-//! model leaves tells how much; the likelihood then tells n, its error and what it gains. Noise that has a level and no more is
-//! alike wherever the robot is and whatever it does, and remembers nothing: where it is not, the level only resembles it.
+//! Noise that is larger or smaller than stated: of an instrument as a whole (a named effect), or of one channel alone
+//! (a free form). The residuals of a settled model tell how much; the likelihood then tells n, its error and its gain.
+//! A mere noise level is the same wherever the robot is and whatever it does, and white. Where the residuals are not,
+//! the level only resembles another cause.
 
 use super::branch::{Branch, described};
 use super::evidence::Member;
@@ -19,64 +20,63 @@ use crate::model::drive::Instrument;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Fewest readings that tell a level.
+/// Fewest residuals that determine a level.
 const FEWEST: usize = 16;
-/// Nats by which a level must be worth more than it costs.
+/// Least net gain of a level, nats.
 const WORTH: f64 = 3.0;
-/// Classes of equal size in which noise is compared.
+/// Classes of equal size in which noise levels are compared.
 const CLASSES: usize = 8;
-/// Rows on either side that tell how the robot moves.
+/// Rows on either side whose wheel speeds tell the motion at a row.
 const BESIDE: usize = 5;
-/// Share of a level's energy that may vary until it is as likely something else: its logarithm is alike to a sixth. A level is a
-/// constant, and no law whose form may be off.
+/// Share of a level's energy that may vary until another cause is as likely: ln of the level is constant to a sixth.
 const CONSTANT: f64 = 0.03;
-/// Steps towards the most likely level.
+/// Newton steps towards the most likely level.
 const STEPS: usize = 6;
-/// Standard deviations of a mean square beyond which it is no chance.
+/// Standard deviations of a mean square beyond which it is not chance.
 const BEYOND_CHANCE: f64 = 3.0;
-/// Share of what a filter does not know of the motion that torques may tell beyond the readings of a log: a speed control acts on more
-/// readings than are logged.
+/// Share of the predicted variance of the motion that torques may tell beyond the logged readings: a speed control acts
+/// on more readings than are logged.
 const TOLD_BY_TORQUES: f64 = 0.25;
 
-/// An innovation: channel, row, ν/√S, √S.
+/// An innovation: channel, row, ν/√S, √S (in the channel's unit).
 pub(super) type Residual = (Channel, usize, f64, f64);
 
-/// What some of an instrument's channels are called alone, and their places.
+/// Name of a channel, or of channels alike, and their indices.
 type Named = (&'static str, Range<usize>);
 
-/// Channels of each instrument.
+/// Channels of each instrument, and its name in texts.
 const CHANNELS: [(Instrument, &str, &[Named]); 3] = [
     (Instrument::Wheels, "the wheels", &[("wheel_left", 0..1), ("wheel_right", 1..2)]),
     (Instrument::Gyro, "the gyro", &[("gyro", 2..3)]),
     (Instrument::Pose, "the reference", &[("position", 3..5), ("heading", 5..6)]),
 ];
 
-/// The level of an instrument's noise, by its name.
+/// Noise level of an instrument, as a named effect.
 #[derive(Clone)]
 pub(super) struct Level {
-    /// Its effect.
+    /// Id of the effect.
     pub(super) id: &'static str,
     instrument: Instrument,
-    /// Readings that tell it.
+    /// Number of its residuals.
     count: usize,
-    /// ln weight with it over that without it.
+    /// ln weight with it over that without it, nats.
     pub(super) margin: f64,
-    /// Cost of naming it, nats: the uncertainty of one parameter, and its prior odds.
+    /// Cost of naming it, nats: uncertainty of one parameter, and prior odds.
     cost: f64,
 }
 
 impl Level {
-    /// Places of its instrument's channels.
+    /// Indices of its instrument's channels.
     fn places(&self) -> Vec<usize> {
         let own = CHANNELS.iter().filter(|c| c.0 == self.instrument);
         own.flat_map(|c| c.2.iter().flat_map(|(_, places)| places.clone())).collect()
     }
 }
 
-/// How sure it is that noise is as loud as was found.
+/// Certainty that a noise level is as found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Proof {
-    /// Motion that torques tell may look like it.
+    /// None: motion that torques tell may look like it.
     None,
     /// The filter says so.
     Likely,
@@ -84,26 +84,26 @@ enum Proof {
     Beyond,
 }
 
-/// How many residuals the channels have, and the sum of their squares.
+/// Number of residuals of the channels, and the sum of their squares.
 fn summed(residuals: &[Residual], channels: &Range<usize>) -> (usize, f64) {
     let own = residuals.iter().filter(|r| channels.contains(&(r.0 as usize)));
     own.fold((0, 0.0), |(n, sum), r| (n + 1, sum + r.2 * r.2))
 }
 
-/// What another variance explains more of `n` residuals, nats.
+/// Gain in ln likelihood of `n` residuals with another variance, nats; `square`: sum of their squares.
 fn gain(n: usize, square: f64) -> f64 {
     let ratio = (square / n.max(1) as f64).max(f64::MIN_POSITIVE);
     0.5 * n as f64 * (ratio - 1.0 - ratio.ln())
 }
 
-/// What not knowing it costs, nats.
+/// Cost of one unknown parameter, nats: ½ ln n.
 fn price(n: usize) -> f64 {
     0.5 * (n.max(1) as f64).ln()
 }
 
 impl Branch {
-    /// Noise that is not as large as believed; returns whether there is any. Of wheels on a lattice as coarse as their noise nothing
-    /// tells how large that is.
+    /// Estimates noise levels that differ from the stated ones; returns whether there are any. Wheels quantized more
+    /// coarsely than their noise are skipped.
     pub(super) fn level(
         &mut self,
         effects: &[&'static dyn Driving],
@@ -115,7 +115,7 @@ impl Branch {
             if instrument == Instrument::Wheels && self.is_coarse() {
                 continue;
             }
-            // how the robot accelerates is no more than a diffusion where no torques tell it, and noise takes what that lacks: both were
+            // without torques accelerations are only a diffusion, and noise makes up for its errors: both were
             // estimated together
             if self.record.torques_n_m.is_none() && instrument != Instrument::Pose {
                 continue;
@@ -136,7 +136,7 @@ impl Branch {
             let alone: f64 = each.iter().filter(|w| **w >= WORTH).sum();
             let (n, square) = sums.iter().fold((0, 0.0), |(n, q), s| (n + s.2, q + s.3));
             let together = worth(n, square, options.prior.ln_named);
-            // of channels that are all louder, or all less loud, one level is the name, though other things add to each
+            // where all channels are louder, or all quieter, one level is named, even if each has further causes
             let louder = sums.iter().filter(|s| s.3 > s.2 as f64).count();
             let alike = (louder == 0 || louder == sums.len()) && each.iter().all(|w| *w >= WORTH);
             let most = alike && 2.0 * gain(n, square) > alone;
@@ -182,7 +182,7 @@ impl Branch {
         self.believed.wheel_lsb_rad_s > self.record.belief.wheel_std_rad_s
     }
 
-    /// The part that says that one channel's noise is not as large as believed.
+    /// Adds the part of a free form: the noise level of one channel.
     fn free_level(&mut self, options: &Options, name: &str, place: usize, n: usize) {
         let id = format!("free.level.{name}");
         let again = self.extra_parts.iter().any(|p| p.id == id);
@@ -191,12 +191,12 @@ impl Branch {
         self.extra_parts.retain(|p| p.id != id);
         self.extra_parts.push(described(&id, false, gain(n, total * n as f64), text));
         if !again {
-            // the better noise is in the evidence itself; what it costs is said here
+            // the gain of the other noise is in the evidence itself; its cost is added here
             self.extra_weight += options.prior.ln_free - price(n);
         }
     }
 
-    /// Brings the levels that have a name to where they are most likely beside the best set, and tells them.
+    /// Fits the named levels beside the best set by maximum weight, and adds their parts.
     pub(super) fn tell_levels(&mut self) {
         let levels = self.levels.clone();
         let mut told = Vec::new();
@@ -228,7 +228,7 @@ impl Branch {
             let mut without = self.noise;
             places.iter().for_each(|c| without.reading[*c] = self.believed.reading[*c]);
             let share = self.weigh(&self.noise) - self.weigh(&without);
-            // with torques as noisy as stated it is no level that points the other way
+            // with the stated torque noise within a step the level must lie on the same side
             let holds = self.noise.process.ripple == 0.0 || {
                 let stated = Noise { process: Process { ripple: 0.0, ..without.process }, ..without };
                 let [smaller, larger] = [-apart, apart].map(|ln| self.weigh(&times(&stated, ln)));
@@ -236,7 +236,7 @@ impl Branch {
             };
             told.push((std, share, holds));
         }
-        // a filter that takes noise for louder or quieter than it is leaves innovations that remember: under the levels as they are
+        // a filter with a wrong noise level leaves correlated innovations: they are judged under the fitted levels
         let residuals = if levels.is_empty() { Vec::new() } else { self.residuals() };
         for (level, (std, share, holds)) in levels.iter().zip(told) {
             let departs = departs(&self.record, &residuals, &level.places());
@@ -245,9 +245,9 @@ impl Branch {
         }
     }
 
-    /// How sure it is that the noise of these channels is as loud as was found. E ν² = H P H' + R is no less than R, however well a filter
-    /// knows the motion: innovations below that prove that it is less. What is between may be motion that torques tell better
-    /// than the filter believes, as far as they can.
+    /// Certainty that the noise of these channels is as found. E ν² = H P H' + R is no less than R, however well a
+    /// filter knows the motion: innovations below the believed R prove that the noise is less. Otherwise the difference
+    /// may be motion that the torques tell better than the filter assumes, within limits.
     fn proof(&self, residuals: &[Residual], places: &[usize]) -> Proof {
         let own = residuals.iter().filter(|r| places.contains(&(r.0 as usize)));
         let [n, square, motion, less] = own.fold([0.0; 4], |[n, square, motion, less], (channel, _, white, std)| {
@@ -283,14 +283,14 @@ impl Branch {
             Instrument::Wheels => b.wheel_std_rad_s.powi(2),
             Instrument::Pose => b.position_std_m.powi(2),
         };
-        // what a lattice adds is not the instrument's
+        // quantization noise is not the instrument's
         let over = ((found - (believed - white)) / white).max(1e-4).sqrt();
         let name = CHANNELS.iter().find(|c| c.0 == level.instrument).map_or("", |c| c.1);
-        // the energy of a level in the logarithm of the variance, in which that of what varies is counted, too
+        // energy of a level in ln variance, comparable to that of a varying one
         let energy = 0.25 * level.count as f64 * (found / believed).ln().powi(2);
         let moved = departs.map_or(0.0, |(_, nats)| nats / (nats + CONSTANT * energy));
-        // what the form of laws that may bend leaves is in all directions; how uncertain they are is a guess, and less noise may make
-        // up for that, unless it is less than any motion leaves
+        // errors in the form of laws that may bend add to innovations in all directions; less noise may make up for
+        // that assumption, unless the noise is below that of any motion
         let excess = 0.5 * level.count as f64 * (found / believed - 1.0);
         let by_laws = self.bent_nats_beside(level.id);
         let bent = proof != Proof::Beyond && by_laws > 0.0 && excess < 2.0 * FORM * FORM * by_laws;
@@ -299,7 +299,7 @@ impl Branch {
         part.parameters = Parameters::from([(OVER.into(), over)]);
         part.std = Parameters::from([(OVER.into(), 0.5 * ln_std * found / (white * over))]);
         self.extra_parts.retain(|p| p.id != level.id);
-        // what is more likely another thing has not this name
+        // a level that is more probably due to another cause is not named
         if holds && !bent && moved < 0.5 && proof != Proof::None && share > level.cost {
             self.extra_parts.push(part);
         }
@@ -316,7 +316,7 @@ impl Branch {
         }
     }
 
-    /// ln weight of the best set where the noise is this.
+    /// ln weight of the best set with `noise`.
     pub(super) fn weigh(&self, noise: &Noise) -> f64 {
         let c = &self.compared;
         let mut inside: Vec<Member> = c.sets[0].members.clone();
@@ -327,7 +327,8 @@ impl Branch {
     }
 }
 
-/// A lattice of the wheels, rad/s, as a part of an account of which it closes `share` nats; `named`: the effect that it is.
+/// Part for quantization of the wheels by `lsb`, rad/s, which closes `share` nats; `named`: id of its effect, none: a
+/// free form.
 pub(super) fn lattice_part(lsb: f64, share: f64, named: Option<&str>) -> Part {
     let id = named.unwrap_or("free.lattice.wheels");
     let text = format!("wheel speeds lie on a lattice of {lsb:.5} rad/s");
@@ -339,13 +340,13 @@ pub(super) fn lattice_part(lsb: f64, share: f64, named: Option<&str>) -> Part {
     part
 }
 
-/// Whether the residuals of these channels are other than white noise of one variance: what shows it most, and by how many nats
-/// more than what looking for it costs.
+/// Departure of the residuals of these channels from white noise of one variance: the condition that shows it most, and
+/// its evidence beyond the cost of looking for it, nats; none where that is below [`WORTH`].
 fn departs(record: &Record, residuals: &[Residual], places: &[usize]) -> Option<(&'static str, f64)> {
     let own: Vec<&Residual> = residuals.iter().filter(|r| places.contains(&(r.0 as usize))).collect();
     let n = own.len() as f64;
     let mean = own.iter().map(|r| r.2 * r.2).sum::<f64>() / n;
-    // readings beside a row know the motion, and nothing of the noise in it
+    // readings beside a row tell the motion, and nothing of the noise in the row
     let around = |k: usize| -> [f64; 2] {
         let drive = record.drive_around(k);
         let rows = k.saturating_sub(BESIDE).max(drive.start)..(k + BESIDE + 1).min(drive.end);
@@ -355,7 +356,8 @@ fn departs(record: &Record, residuals: &[Residual], places: &[usize]) -> Option<
         });
         sum.map(|s| s / n)
     };
-    // what acted before the reading: a speed control makes the torque of a row of that row's readings, noise and all
+    // the torque before the reading: a speed control computes the torque of a row from that row's readings, noise
+    // included
     let torque = |k: usize| match k.checked_sub(1) {
         Some(before) if record.drive_around(k).contains(&before) => {
             record.torques(before).iter().map(|u| u.abs()).sum()
@@ -380,7 +382,7 @@ fn departs(record: &Record, residuals: &[Residual], places: &[usize]) -> Option<
         by.chunks(each).map(of_class).sum::<f64>() - all - (CLASSES - 1) as f64 * price(each)
     };
     let mut found: Vec<(&'static str, f64)> = conditions.iter().map(|(name, of)| (*name, classes(of))).collect();
-    // what it remembers from one reading to the next, channel by channel
+    // correlation from one reading to the next, by channel
     let remembered = |place: &usize| {
         let one: Vec<f64> = residuals.iter().filter(|r| r.0 as usize == *place).map(|r| r.2).collect();
         let product = one.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / (mean * one.len().max(1) as f64);
@@ -398,7 +400,7 @@ mod tests {
     use crate::effects::drive::registry;
     use crate::gap::findings::Main;
 
-    /// A drive whose positions and headings are so many times less loud than stated.
+    /// Main cause of a drive whose noise of positions and headings is overstated by these factors.
     fn main_of(position: f64, heading: f64) -> Main {
         let mut record = Record::new(&robot(), &recorded(60.0, 8, None), 0.0).unwrap();
         record.belief.position_std_m *= position;
@@ -433,9 +435,9 @@ mod tests {
     #[test]
     fn channels_that_are_all_less_loud_have_one_level() {
         let level = Main::Effect("pose.noise_level".into());
-        // what keeps a log adds a little to each
+        // the two factors differ a little, as other noise adds to each
         assert_eq!(main_of(4.0, 3.4), level);
-        // a heading alone is no reference
+        // a heading alone is not the whole reference
         assert_eq!(main_of(1.0, 4.0), Main::Unknown);
     }
 }

@@ -1,4 +1,4 @@
-//! A set of effects as the filter and the simulator of a drive take it.
+//! A set of effects in the form that filter and simulator of a drive use.
 
 use super::bursts::{self, Bursts, Predicted, Sought};
 use super::lag::by_whole_rows;
@@ -18,24 +18,24 @@ use std::borrow::Cow;
 /// Effects with their parameters.
 pub type Effects = [(String, Parameters)];
 
-/// Accounts of lost ticks that the filter weighs.
+/// Most accounts of lost ticks that the filter weighs.
 const WEIGHED: usize = 4;
 
-/// What effects come to in a drive.
+/// Changes that a set of effects makes to a drive.
 pub struct Claimed {
     /// Changes of the equations, with their coordinates.
     pub(super) changes: Vec<(&'static dyn ModelChange, Vec<f64>)>,
-    /// Which of them are sensors that are late.
+    /// Index in `changes` and instrument of each delay.
     pub(super) late: Vec<(usize, Instrument)>,
-    /// Step of the wheels' lattice, rad/s.
+    /// Quantization step of the wheels, rad/s.
     pub wheel_lsb_rad_s: Option<f64>,
-    /// Size of a step of the gyro's bias, rad/s; its time is another in each run.
+    /// Size of a step of the gyro's bias, rad/s; its time differs from run to run.
     pub step_rad_s: Option<f64>,
     /// Random walk of the gyro's bias, rad/s/√s.
     pub walk_rad_s_sqrt_s: Option<f64>,
     /// Ticks that a wheel loses in bursts.
     pub lost: Option<Lost>,
-    /// White noise over nominal: gyro, wheels, pose.
+    /// Standard deviation of the white noise over the nominal one: gyro, wheels, pose.
     pub noise_over: [f64; 3],
 }
 
@@ -53,7 +53,7 @@ pub struct Lost {
 }
 
 impl Lost {
-    /// As `parameters` of the effect say.
+    /// From the `parameters` of the effect; none without a loss.
     fn of(parameters: &Parameters) -> Option<Self> {
         let value = |name: &str| parameters.get(name).copied();
         Some(Self {
@@ -66,7 +66,7 @@ impl Lost {
 }
 
 impl Claimed {
-    /// Of `effects`; what the library does not know of drives changes nothing.
+    /// From `effects`; those that the library does not know of drives change nothing.
     #[must_use]
     pub fn new(effects: &Effects, library: &Library) -> Self {
         let mut out = Self {
@@ -102,7 +102,7 @@ impl Claimed {
         out
     }
 
-    /// The robot with them.
+    /// The model of the robot with these changes.
     #[must_use]
     pub fn models(&self, record: &Record) -> Models {
         self.with_delays(record, &[])
@@ -120,8 +120,8 @@ impl Claimed {
         Models { here: record.model(effects), beside: Vec::new() }
     }
 
-    /// The drive as a filter reads it, and the robot that it takes it for: what a sensor read that is late by more than a row says of
-    /// the motion then, and nothing of that now.
+    /// The drive as a filter of these effects reads it, with its model: readings that are late by more than a row are
+    /// moved earlier by whole rows, and the model holds the remaining delay.
     #[must_use]
     pub fn read<'a>(&self, record: &'a Record) -> (Cow<'a, Record>, Models) {
         let mut read = Cow::Borrowed(record);
@@ -145,7 +145,7 @@ impl Claimed {
         Noise { process, ..Noise::of(&louder, record.torques_n_m.is_some(), self.wheel_lsb_rad_s) }
     }
 
-    /// What is believed of white noise, with what is claimed of it.
+    /// Multiplies the believed white noise by [`Claimed::noise_over`].
     pub fn believe(&self, belief: &mut Belief) {
         let [gyro, wheels, pose] = self.noise_over;
         belief.gyro_std_rad_s *= gyro;
@@ -154,7 +154,7 @@ impl Claimed {
         belief.heading_std_rad *= pose;
     }
 
-    /// Where this drive lost ticks, if that is claimed.
+    /// Most probable bursts of lost ticks in this drive; none where no loss is claimed, or no bursts are found.
     #[must_use]
     pub fn bursts(&self, record: &Record, noise: &Noise) -> Option<Bursts> {
         let lost = self.lost?;
@@ -163,7 +163,7 @@ impl Claimed {
         let predicted = Predicted::of(record, &models, noise, lost.side);
         let account = |slow: bool| predicted.accounts(record, Sought { side: lost.side, loss: Some(lost.loss), slow });
         let mut all: Vec<Bursts> = [false, true].into_par_iter().flat_map_iter(account).collect();
-        // a pass of the filter each: for those that the chain takes for likely
+        // each needs a pass of the filter: only the most probable ones by the chain are weighed
         all.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
         all.truncate(WEIGHED);
         let weighed: Vec<(f64, Bursts)> =
@@ -172,8 +172,8 @@ impl Claimed {
     }
 }
 
-/// A drive whose readings of one instrument, late by `delay_s`, are put back by whole rows, and what is left of the delay; none where it
-/// is less than a row, or the readings do not come with the rows.
+/// A drive with the readings of one instrument, late by `delay_s`, moved earlier by whole rows, and the remaining
+/// delay, s. The drive is none where the delay is less than a row, or the readings do not share rows.
 pub(super) fn in_time(record: &Record, of: Instrument, delay_s: f64) -> (Option<Record>, f64) {
     if of == Instrument::Gyro {
         return match by_whole_rows(record, delay_s) {

@@ -1,10 +1,11 @@
-//! pose(t) = (x, y) + R(θ) l, θ + δ, all at t - τ;  so (x, y)(t) = pose(t) - R(θ) l + τ R(θ) (v, 0), θ = pose θ - δ + τ ω
+//! pose(t) = (x, y) + R(θ) l, θ + δ, all at t - τ;  so (x, y)(t) = pose(t) - R(θ) l + τ R(θ) (v, 0), θ = pose θ - δ + τ
+//! ω
 //!
-//! How a reference sits on the robot: the tracked point is l ahead and to the left of the middle of the axle, the tracked
-//! heading is δ off, and all comes τ late. Where the configuration says that this is known to some standard deviation only, it
-//! is fitted beside the effects and taken out of the recording before anything is judged: it is a matter of the reference, not
-//! of the robot. What is left of it stays among the nuisances. The filter is linear in l, δ and τ only while they are small
-//! against its noise, so that they are taken out in steps, each linearised anew.
+//! Mounting of a reference on the robot: the tracked point is l ahead and to the left of the middle of the axle, the
+//! tracked heading is δ off, and all comes τ late. Where the configuration states only a standard deviation of this, it
+//! is fitted beside the effects and removed from the recording before the comparison: it is a property of the
+//! reference, not of the robot. The remainder stays among the nuisances. The filter is linear in l, δ and τ only while
+//! they are small against its noise, so they are removed in steps, each linearised anew.
 
 use super::candidates::{Candidates, Prior};
 use super::column::{MOUNTING, nuisances};
@@ -15,24 +16,24 @@ use super::record::Record;
 use crate::effects::drive::Driving;
 use crate::model::drive::Robot;
 
-/// Steps at most.
+/// Most steps.
 const STEPS: usize = 8;
-/// Settled when no more than this of its standard deviation is left to take out.
+/// Remainder that counts as settled, in its standard deviations.
 const SETTLED: f64 = 0.2;
 
-/// Where the tracked point lies, how its heading is turned, and how late it comes.
+/// Offsets of the tracked point and of its heading, and delay of the readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mounting {
     /// Ahead and to the left of the middle of the axle, m; heading, to the left, rad; delay, s.
     pub offset: [f64; 4],
-    /// Standard deviations of the same; zero for what was believed.
+    /// Standard deviations of the same; zero for offsets that are stated.
     pub std: [f64; 4],
-    /// The robot as it was fitted beside: its wheels tell how far it goes in the delay.
+    /// The robot as fitted at the same time: its wheels tell the distance driven during the delay.
     robot: Robot,
 }
 
 impl Mounting {
-    /// `record` as it would read if the middle of the axle had been tracked, in time.
+    /// `record` as it would read if the middle of the axle had been tracked, without delay.
     #[must_use]
     pub fn taken_out(&self, record: &Record) -> Record {
         record.by_drive(|_, drive| self.taken_out_of(drive))
@@ -64,7 +65,7 @@ impl Mounting {
         out
     }
 
-    /// In a sentence.
+    /// Note on the mounting.
     #[must_use]
     pub fn said(&self) -> String {
         let value = |i: usize, unit: f64| format!("{:.2} ± {:.2}", unit * self.offset[i], unit * self.std[i]);
@@ -80,7 +81,7 @@ impl Mounting {
     }
 }
 
-/// The speeds at `t_s`, on the straight line through rows `k` and the next.
+/// The speeds at `t_s`, linear between row `k` and the next.
 fn between(times_s: &[f64], speeds: &[[f64; 2]], k: usize, t_s: f64) -> [f64; 2] {
     let next = (k + 1).min(speeds.len() - 1);
     let span_s = times_s[next] - times_s[k];
@@ -88,7 +89,7 @@ fn between(times_s: &[f64], speeds: &[[f64; 2]], k: usize, t_s: f64) -> [f64; 2]
     std::array::from_fn(|i| speeds[k][i] + u * (speeds[next][i] - speeds[k][i]))
 }
 
-/// Whether the configuration leaves open how the reference of `record` sits on the robot.
+/// Whether the configuration leaves the mounting of the reference of `record` open.
 #[must_use]
 pub fn is_open(record: &Record) -> bool {
     // a lever arm turns with a heading
@@ -96,7 +97,7 @@ pub fn is_open(record: &Record) -> bool {
     2 * reads(2) > reads(0) && nuisances(record).iter().any(|(one, _)| MOUNTING.contains(&one.column))
 }
 
-/// How the reference of `record` sits on the robot; none where that is believed to be known.
+/// Estimated mounting of the reference of `record`; none where it is stated.
 #[must_use]
 pub fn find(record: &Record, noise: &Noise, effects: &[&'static dyn Driving], prior: &Prior) -> Option<Mounting> {
     let candidates = Candidates::new(record, effects, prior, false, &[]);

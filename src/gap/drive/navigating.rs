@@ -1,4 +1,4 @@
-//! What the navigation filter gains on drives kept back when it gets the model with what was found.
+//! Errors of the navigation filter on hold-out drives, with the nominal model and with the effects found.
 
 use crate::config::Config;
 use crate::error::Result;
@@ -8,13 +8,14 @@ use crate::model::EffectSource;
 use crate::navigate::{Settings, Summary, run_with};
 use crate::signal::{Log, names};
 
-/// Runs the filter over each of `kept`, nominal and augmented, from its first pose on; the pose is only compared with.
+/// Runs the filter over each of `kept`, nominal and augmented, from its first pose on, which is otherwise only compared
+/// with.
 ///
-/// `None` where nothing can be told: no effects were found, a drive has no pose, or the nominal filter cannot run (its tables
-/// are missing).
+/// `None` where there is nothing to compare: no effects were found, a drive has no pose, or the nominal filter cannot
+/// run (its tables are missing).
 ///
 /// # Errors
-/// Why the augmented filter cannot run.
+/// Errors of the augmented filter.
 pub fn filter_gain(
     nominal: &Config,
     augmented: &Config,
@@ -43,8 +44,8 @@ pub fn filter_gain(
     }
 }
 
-/// Figures over all drives: squares by their numbers of readings. The mean of NIS of independent drives scatters about its
-/// expectation by the root of the squares of what each does.
+/// Figures over all drives: mean squares weighted by numbers of readings. The bounds of the mean NIS combine those of
+/// the independent drives by root sum of squares.
 fn together(drives: &[Summary]) -> Option<FilterFigures> {
     let each = drives.iter().map(FilterFigures::of).collect::<Option<Vec<_>>>()?;
     if let [one] = each[..] {

@@ -1,9 +1,10 @@
-//! y(t) ≈ β₀ + Σ_j β_j x_j(t - τ):   τ̂ = argmax R²(τ),   var τ̂ = Σ_kl s_k e_k e_l s_l / (Σ s²)²,  s = ∂(fit)/∂τ beyond the β
+//! y(t) ≈ β₀ + Σ_j β_j x_j(t - τ):   τ̂ = argmax R²(τ),   var τ̂ = Σ_kl s_k e_k e_l s_l / (Σ s²)²,  s = ∂(fit)/∂τ
+//! beyond the β
 //!
-//! By how much one stream's stamps are late against another's. All gains are free, so that a wrong radius, track or gyro gain
-//! moves nothing. Streams of any rates are compared as means over the same window, taken from their running integrals: that
-//! is symmetric in time, and no reading is held or resampled. The variance is that of correlated residuals (Newey and West,
-//! 1987).
+//! Time offset of one stream against another. All gains are free, so that a wrong radius, track or gyro gain has no
+//! influence. Streams of any rates are compared by means over the same window, taken from their running integrals: that
+//! is symmetric in time, and no reading is held or resampled. The variance allows for correlated residuals (Newey and
+//! West, 1987).
 
 use crate::math::robust::median;
 
@@ -12,27 +13,27 @@ const LONGEST_S: f64 = 60.0;
 /// Step of the first look, s, and most steps of a drive.
 const COARSE_S: f64 = 0.05;
 const MOST_STEPS: f64 = 6000.0;
-/// Means are over no less than this, s: what the noise of one reading does then depends little on where between rows τ lies.
+/// Least length of a window, s: the influence of one reading's noise then depends little on where between rows τ lies.
 const WINDOW_S: f64 = 0.1;
-/// Windows that overlap by three quarters hold all that there is.
+/// Distance of windows, in their lengths: overlapping by three quarters, they hold all information.
 pub(super) const WINDOWS_APART: f64 = 0.25;
-/// Shifts that are tried on either side, and how often with finer ones.
+/// Shifts that are tried on either side, and number of refinements.
 const BESIDE: i32 = 8;
 const FINER: usize = 3;
-/// Residuals further apart than this are independent, s.
+/// Distance beyond which residuals are independent, s.
 const LASTING_S: f64 = 2.0;
-/// Nats by which an offset has to be likelier than chance, or another offset.
+/// Nats by which an offset has to be more likely than chance, or than another offset.
 const SURE: f64 = 3.0;
-/// Readings that are this many times their usual distance apart have a gap between them.
+/// Multiple of the usual distance of readings that counts as a gap.
 const GAP: f64 = 4.0;
-/// Most signals on the right.
+/// Most signals x.
 const MOST: usize = 2;
-/// Constant, signals, y.
+/// Columns: constant, signals, y.
 const WIDTH: usize = MOST + 2;
 /// Fewest windows that are compared.
 const FEWEST: usize = 32;
 
-/// A signal as its running integral, straight between its nodes.
+/// A signal as its running integral, linear between its nodes.
 #[derive(Debug, Clone)]
 pub(super) struct Integral {
     times_s: Vec<f64>,
@@ -41,7 +42,7 @@ pub(super) struct Integral {
 }
 
 impl Integral {
-    /// Of what was read at these times; NaN is no reading.
+    /// Integral of values read at these times; NaN is no reading.
     pub(super) fn of(times_s: &[f64], values: &[f64]) -> Self {
         let there: Vec<(f64, f64)> =
             times_s.iter().copied().zip(values.iter().copied()).filter(|r| r.1.is_finite()).collect();
@@ -54,7 +55,7 @@ impl Integral {
         Self::nodes(there.into_iter().map(|r| r.0).collect(), sums)
     }
 
-    /// Of what holds from its row to the next.
+    /// Integral of values that hold from their row to the next.
     pub(super) fn held(times_s: &[f64], values: &[f64]) -> Self {
         let mut sum = 0.0;
         let rows = times_s.windows(2).zip(values);
@@ -66,14 +67,14 @@ impl Integral {
         Self::nodes(times_s.to_vec(), sums)
     }
 
-    /// Of what was read as an integral.
+    /// From readings of the integral itself, such as a heading.
     pub(super) fn nodes(times_s: Vec<f64>, sums: Vec<f64>) -> Self {
         let mut steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
         let step_s = median(&mut steps);
         Self { times_s, sums, step_s }
     }
 
-    /// Typical time between readings, s.
+    /// Median time between readings, s.
     pub(super) fn step_s(&self) -> f64 {
         self.step_s
     }
@@ -94,7 +95,7 @@ impl Integral {
         there.then(|| self.sums[next - 1] + share * (self.sums[next] - self.sums[next - 1]))
     }
 
-    /// Mean over a window about `t_s`; NaN where it is not all there.
+    /// Mean over a window about `t_s`; NaN where the window is not covered.
     pub(super) fn mean(&self, t_s: f64, window_s: f64) -> f64 {
         let ends = [0.5, -0.5].map(|half| self.at(t_s + half * window_s));
         let whole = self.at(t_s).is_some();
@@ -105,7 +106,7 @@ impl Integral {
     }
 }
 
-/// How late one stream is stamped against another.
+/// Time offset of one stream against another; positive: stamped late.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lag {
     /// τ, s.
@@ -124,7 +125,7 @@ struct Products {
 }
 
 impl Products {
-    /// `row`: one, signals, y; the place of those that are not there holds zero.
+    /// Adds a row: one, signals, y; missing signals are zero.
     fn add(&mut self, row: &[f64; WIDTH]) {
         self.count += 1;
         for (sums, by) in self.sums.iter_mut().zip(row) {
@@ -137,7 +138,7 @@ impl Products {
         let mut m = self.sums;
         let y = WIDTH - 1;
         let total = m[y][y] - m[0][y] * m[0][y] / m[0][0];
-        // the sweep of each column leaves β in the last one and what is left in the corner
+        // the sweep of each column leaves β in the last one and the residual in the corner
         for i in 0..=signals {
             let pivot = m[i][i];
             if !(pivot > 1e-12 * self.sums[i][i]) {
@@ -155,12 +156,12 @@ impl Products {
     }
 }
 
-/// Means over this are compared: of no less than two readings of each stream.
+/// Length of the windows, s: no less than two readings of each stream.
 pub(super) fn window_s(of: &Integral, by: &[Integral]) -> f64 {
     by.iter().map(|x| 2.0 * x.step_s).fold((2.0 * of.step_s).max(WINDOW_S), f64::max)
 }
 
-/// β₀, β₁ and what they leave of y, of pairs of x and y.
+/// β₀, β₁ and the residuals of y, for pairs of x and y.
 pub(super) fn fitted(pairs: &[[f64; 2]]) -> Option<([f64; 2], Vec<f64>)> {
     let mut products = Products::default();
     for [x, y] in pairs {
@@ -172,7 +173,7 @@ pub(super) fn fitted(pairs: &[[f64; 2]]) -> Option<([f64; 2], Vec<f64>)> {
     Some(([beta[0], beta[1]], pairs.iter().map(|[x, y]| y - beta[0] - beta[1] * x).collect()))
 }
 
-/// How late `of` is against `by`; none where they do not have enough in common to tell.
+/// Time offset of `of` against `by`; none where they do not have enough in common to tell.
 pub(super) fn lag(of: &Integral, by: &[Integral]) -> Option<Lag> {
     let by = &by[..by.len().min(MOST)];
     let slowest_s = by.iter().map(|x| x.step_s).fold(of.step_s, f64::max);
@@ -218,7 +219,7 @@ pub(super) fn lag(of: &Integral, by: &[Integral]) -> Option<Lag> {
     fine(of, by, shifts[best] as f64 * step_s, step_s, window_s)
 }
 
-/// Independent values a row of two series (Bartlett: n/(1 + 2 Σ ρ_x ρ_y)), and after how many rows they are.
+/// Independent values per row of two series (Bartlett: n/(1 + 2 Σ ρ_x ρ_y)), and the rows from one to the next.
 pub(super) fn independent(y: &[f64], x: &[f64]) -> (f64, usize) {
     let centred = |v: &[f64]| -> Vec<f64> {
         let there: Vec<f64> = v.iter().copied().filter(|v| v.is_finite()).collect();
@@ -243,7 +244,7 @@ pub(super) fn independent(y: &[f64], x: &[f64]) -> (f64, usize) {
     (1.0 / (1.0 + 2.0 * sum), width)
 }
 
-/// The offset near `about_s`.
+/// Refined offset near `about_s`.
 fn fine(of: &Integral, by: &[Integral], about_s: f64, step_s: f64, window_s: f64) -> Option<Lag> {
     let mut times_s: Vec<f64> = Vec::new();
     for t in &of.times_s {
@@ -277,7 +278,7 @@ fn fine(of: &Integral, by: &[Integral], about_s: f64, step_s: f64, window_s: f64
     let bend = below + above - 2.0 * middle;
     let lag_s = here + if bend > 0.0 { (0.5 * wide_s * (below - above) / bend).clamp(-wide_s, wide_s) } else { 0.0 };
     let (beta, left) = solved(lag_s)?;
-    // what τ moves beyond what the β do
+    // influence of τ beyond that of the β
     let beside_s = 0.25 * window_s;
     let slope = |r: (f64, f64)| {
         let [later, sooner] = [beside_s, -beside_s].map(|by| row(r, lag_s + by));

@@ -1,8 +1,9 @@
-//! max over τ of (Σ_{k≥τ} e_k)² / (n_τ - x_τ' G⁻¹ x_τ),   e = d - X G⁻¹ X'd,  G = X'X,  x_τ = Σ_{k≥τ} X_k,  n_τ = rows from τ on
+//! max over τ of (Σ_{k≥τ} e_k)² / (n_τ - x_τ' G⁻¹ x_τ),   e = d - X G⁻¹ X'd,  G = X'X,  x_τ = Σ_{k≥τ} X_k,  n_τ = rows
+//! from τ on
 //!
-//! When a gyro's bias jumps: the generalised likelihood ratio of a step in d, what the gyro reads beyond the yaw rate of the
-//! wheels, beside whatever constant, warm-up and errors of scale there may be (X). It is only a place to look at: the
-//! comparison of effects weighs the step itself, in the filter.
+//! Time at which a gyro's bias jumps: the generalised likelihood ratio of a step in d, the gyro's reading less the yaw
+//! rate of the wheels, beside a constant, warm-up and errors of scale (X). It only proposes a time: the comparison of
+//! effects weighs the step itself, in the filter.
 
 use super::record::Record;
 use faer::linalg::solvers::Solve;
@@ -10,10 +11,11 @@ use faer::{Mat, Side};
 
 /// Columns of X: 1, warm-up, ω, |ω|, v².
 const COLUMNS: usize = 5;
-/// Relative size of what makes G regular.
+/// Relative size of the ridge that makes G regular.
 const RIDGE: f64 = 1e-9;
 
-/// When the bias jumps in each drive, if it does, s since that drive began. Drives beyond the last have none.
+/// Time of a bias step in each drive, s since that drive began; none for a drive without one, and for drives beyond the
+/// last.
 pub type Onsets = Vec<Option<f64>>;
 
 /// [`of`] each drive.
@@ -22,7 +24,7 @@ pub fn of_each(record: &Record) -> Onsets {
     record.apart().map(|drive| of(&drive)).collect()
 }
 
-/// What is known, and where nothing is, what may be.
+/// The times of `known`, and those of `may` for drives where `known` has none.
 #[must_use]
 pub fn or(known: Onsets, may: &[Option<f64>]) -> Onsets {
     let count = known.len().max(may.len());
@@ -68,7 +70,7 @@ pub fn of(record: &Record) -> Option<f64> {
         let known: f64 = (0..COLUMNS * COLUMNS)
             .map(|ij| after[ij / COLUMNS] * inverse[(ij / COLUMNS, ij % COLUMNS)] * after[ij % COLUMNS])
             .sum();
-        // a step at the very beginning or end is no step: nothing is left to tell it by
+        // a step at the very beginning or end has no rows on one side to tell it by
         let left = count - known;
         if left > 1.0 && sum * sum / left > best.0 {
             best = (sum * sum / left, Some(record.times_s[*k] - record.times_s[0]));

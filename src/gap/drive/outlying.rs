@@ -1,4 +1,4 @@
-//! |ν/√S| > 6, and beside its neighbours:   single readings that are far off, put aside
+//! |ν/√S| > 6, and beside its neighbours:   outliers, single readings that are removed
 
 use super::branch::{Branch, described};
 use super::judge::Options;
@@ -9,23 +9,23 @@ use crate::effects::outliers::ID as OUTLIERS;
 use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::math::robust::{SECOND_DIFFERENCE, second_difference_std};
 
-/// Innovations beyond this many standard deviations may be outliers.
+/// Standard deviations of an innovation beyond which a reading may be an outlier.
 const OUTLYING: f64 = 6.0;
-/// Readings on either side that it is held against.
+/// Readings on either side with which it is compared.
 const NEIGHBOURS: usize = 5;
-/// Readings no further apart than this, in steps, have none missing between them.
+/// Largest distance, in steps, of readings without a missing one between them.
 const ONE_STEP: f64 = 1.5;
-/// More of them than this share is no matter of single readings.
+/// Largest share of a channel's readings that may be single outliers.
 const MANY: f64 = 0.02;
-/// ln odds that one reading is an outlier, and of its size.
+/// ln odds that one reading is an outlier, its size included.
 const LN_OUTLIER: f64 = -9.0;
 
 impl Branch {
-    /// Single readings far off are put aside; returns whether there were any.
+    /// Removes outliers; returns whether there were any.
     pub(super) fn put_outliers_aside(&mut self, options: &Options, residuals: &[Residual]) -> bool {
         let mut found: Vec<(Channel, usize, f64, f64)> = Vec::new();
         let mut counts = [0usize; 6];
-        // what is far off is so for noise as large as it is
+        // innovations are compared with the actual level of their noise
         let scales = scales(residuals);
         for &(channel, row, white, std) in residuals {
             counts[channel as usize] += 1;
@@ -49,7 +49,7 @@ impl Branch {
             let all: usize = channels.iter().map(|c| counts[*c as usize]).sum();
             let gain: f64 = here.iter().map(|f| 0.5 * f.2 * f.2 + LN_OUTLIER).sum();
             let prior = if named { options.prior.ln_rest } else { options.prior.ln_free };
-            // neighbours that are off together are no single readings
+            // neighbouring rows that are off together are no single outliers
             let rows: std::collections::BTreeSet<usize> = here.iter().map(|f| f.1).collect();
             let next = |r: usize| rows.contains(&(r + 1)) && !self.record.starts.contains(&(r + 1));
             let alone = rows.iter().filter(|r| !next(**r)).count();
@@ -102,10 +102,10 @@ impl Branch {
         any
     }
 
-    /// Without torques a robot that starts to move looks like a reading far off. But then gyro and wheels agree: whether this
-    /// reading departs from what the others make of the yaw rate, more than they do around it. Without a gyro, and
-    /// where a row has no wheels, whether it departs from what is before and after it.
-    /// `every_s`: typical time from one reading of ω to the next, s.
+    /// Without torques a robot that starts to move looks like an outlier, but gyro and wheels agree then. Whether the
+    /// yaw rate of this reading departs from that of the other sensor, more than those around it do. Without a gyro,
+    /// and where a row has no wheels, whether it departs from the readings before and after it. `every_s`: typical time
+    /// between readings of the yaw rate, s.
     fn stands_out(&self, channel: Channel, row: usize, every_s: f64) -> bool {
         let r = &self.record;
         if r.torques_n_m.is_some() || channel > Channel::Gyro {
@@ -116,7 +116,7 @@ impl Branch {
         };
         let robot = &r.belief.robot;
         let drive = r.drive_around(row);
-        // streams with clocks of their own are read in rows of their own: the gyro on the line between the readings about that time
+        // streams with clocks of their own have rows of their own: the gyro is interpolated between readings
         let turning = |k: usize| {
             let read = |j: usize| Some((r.times_s[j], gyro[j])).filter(|g| g.1.is_finite());
             let (Some((t0, from)), Some((t1, to))) =
@@ -124,7 +124,7 @@ impl Branch {
             else {
                 return f64::NAN;
             };
-            // none where one has been put aside
+            // none where one has been removed
             match t1 - t0 {
                 0.0 => from,
                 apart_s if apart_s < ONE_STEP * every_s => from + (to - from) * (r.times_s[k] - t0) / apart_s,
@@ -147,8 +147,8 @@ impl Branch {
         (apart(row) - middle).abs() > OUTLYING * std
     }
 
-    /// Whether this reading of a wheel or the gyro is far above what both the two before it and the two after it lead to, or far below
-    /// both: where a robot begins to move, stops or turns round, one of them leads to it.
+    /// Whether this reading of a wheel or the gyro is far above the extrapolations of both the two before it and the
+    /// two after it, or far below both: where a robot begins to move, stops or turns round, one of them fits.
     fn departs_from_both(&self, channel: Channel, row: usize) -> bool {
         let r = &self.record;
         let values = match channel {
@@ -162,7 +162,7 @@ impl Branch {
         let before = led_to(&mut (drive.start..row).rev().filter_map(read));
         let after = led_to(&mut (row + 1..drive.end).filter_map(read));
         let (Some(before), Some(after)) = (before, after) else { return false };
-        // of white noise as stated, or of what else changes the readings from one to the next
+        // of stated white noise, or of the actual scatter from one reading to the next
         let all: Vec<f64> = drive.filter_map(read).collect();
         let white = (SECOND_DIFFERENCE * self.noise.reading[channel as usize]).sqrt();
         let far = OUTLYING * second_difference_std([all.as_slice()]).max(white);
@@ -171,7 +171,8 @@ impl Branch {
     }
 }
 
-/// Standard deviation of the residuals of each channel by their median, which single readings far off do not move; at least one.
+/// Standard deviation of the residuals of each channel from their median size, which outliers do not move; at least
+/// one.
 fn scales(residuals: &[Residual]) -> [f64; 6] {
     /// Median of the size of a standard normal variable.
     const MEDIAN: f64 = 0.674_489_75;
@@ -195,7 +196,7 @@ mod tests {
     use crate::gap::findings::Main;
     use crate::signal::names;
 
-    /// Of a robot that only its wheels and a pose tell about.
+    /// With a robot that has only wheels and a pose.
     #[test]
     fn a_robot_that_starts_to_move_is_no_reading_that_is_far_off() {
         let lost = [names::TORQUE_LEFT, names::TORQUE_RIGHT, names::GYRO_Z];

@@ -1,4 +1,5 @@
-//! What the model with its effects would have recorded: same torques, rows and channels, noise of its own.
+//! Recordings of a simulated model with effects: same torques, rows and channels as a given recording, with noise of
+//! their own.
 
 use super::along::{Along, Followed};
 use super::column::Scales;
@@ -9,13 +10,13 @@ use super::record::Record;
 use crate::math::random::Stream;
 use crate::model::drive::{Instrument, Moving, Past, Robot};
 
-/// Stream of the floor's recordings.
+/// First random stream of the floor's recordings.
 const STREAM: u64 = 0xD12;
 
-/// Readings of the wheels are averaged over this time on either side, s.
+/// Wheel speeds are averaged over this time on either side, s.
 const SMOOTH_S: f64 = 0.05;
 
-/// Speed and yaw rate in every row of one drive, as the wheels of `robot` tell them.
+/// Speed (m/s) and yaw rate (rad/s) in every row of one drive, from its wheel speeds and the geometry of `robot`.
 pub(super) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
     let speeds: Vec<[f64; 2]> =
         (0..like.len()).map(|k| robot.speed_and_yaw_rate([0, 1].map(|i| like.wheels_rad_s[i][k]))).collect();
@@ -39,7 +40,7 @@ pub(super) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
     (0..like.len()).map(near).collect()
 }
 
-/// The same as the filter of this model has them: they diffuse as fast as `process` says.
+/// The same as estimated by the filter of this model, with the diffusion of `process`.
 fn filtered(like: &Record, claimed: &Claimed, process: Process) -> Vec<[f64; 2]> {
     let (record, models) = claimed.read(like);
     let (noise, scales) = (claimed.noise(&record, process), Scales::of(&record, &process.agility));
@@ -52,7 +53,8 @@ fn filtered(like: &Record, claimed: &Claimed, process: Process) -> Vec<[f64; 2]>
     speeds
 }
 
-/// A recording of the model's own; what is drawn anew in each run is drawn anew in each drive. `process`: how it moves beyond the model.
+/// A simulated recording; quantities that differ from run to run are drawn for each drive. `process`: motion beyond the
+/// model.
 #[must_use]
 pub fn own(like: &Record, claimed: &Claimed, process: Process, seed: u64) -> Record {
     like.by_drive(|drive, like| {
@@ -91,7 +93,7 @@ fn own_drive(like: &Record, claimed: &Claimed, process: Process, draw: &mut Stre
             *state = first(values);
         }
     }
-    // without torques it drives as it was driven
+    // without torques it follows the filtered speeds of the recording
     let driven = like.torques_n_m.is_none().then(|| filtered(like, claimed, process));
     if let Some(first) = driven.as_ref().and_then(|d| d.first()) {
         [s[3], s[4]] = *first;
@@ -189,7 +191,8 @@ fn own_drive(like: &Record, claimed: &Claimed, process: Process, draw: &mut Stre
     out
 }
 
-/// The last of `poses` (x, y in m, heading in rad) less `delay_s`: straight lines between the rows; the first before them.
+/// The pose (x, y in m, heading in rad) `delay_s` before the last of `poses`: linear between the rows; the first before
+/// them.
 fn ago(times_s: &[f64], poses: &[[f64; 3]], delay_s: f64) -> [f64; 3] {
     let last = poses.len() - 1;
     let at_s = times_s[last] - delay_s;
@@ -223,7 +226,8 @@ mod tests {
         for (a, b) in right.iter().zip(&whole_right).filter(|(a, b)| a != b) {
             assert!((a / b - 0.6).abs() < 1e-12, "{a} {b}");
         }
-        // the share of a chain of two states scatters by share (1 - share) √(2 τ/T), τ = burst (1 - share): five of these
+        // the share of a chain of two states has the standard deviation share (1 - share) √(2 τ/T), τ = burst (1 -
+        // share)
         let found = lost.iter().filter(|l| **l).count() as f64 / lost.len() as f64;
         let std = share * (1.0 - share) * (2.0 * burst_s * (1.0 - share) / like.span_s()).sqrt();
         assert!((found - share).abs() < 5.0 * std, "{found}");

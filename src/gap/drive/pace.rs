@@ -1,22 +1,24 @@
-//! ω̄_k = 1/h ∫ ω dt from t_k - h/2 to t_k + h/2:   the gyro at the pace of wheels that are read seldom, every h
+//! ω̄_k = 1/h ∫ ω dt from t_k - h/2 to t_k + h/2:   the gyro averaged over the interval h of wheels that are read
+//! seldom
 //!
-//! Without torques nothing tells how the robot moves between two readings of its wheels, and what shakes a gyro there turns no
-//! wheel. Compared reading by reading that is an error in the variable that a track or a gain multiplies, and draws both towards
-//! zero; where nothing does, each reading tells more. The mean over the wheels' interval is what both turn by; of white noise it has variance σ² Δt/h. Where wheels tell the speed of
-//! the moment, such a mean is less than they read wherever the turning is brisk, and a gain makes up for it: h is then shorter. Of a few h
-//! the one holds about whose means, but for their white noise, what the wheels tell scatters least.
+//! Without torques nothing tells how the robot moves between two readings of its wheels, and shaking of the gyro there
+//! turns no wheel. Compared reading by reading that is an error in the variable that a track or a gain multiplies, and
+//! draws both towards zero; without shaking, each reading tells more. The mean over the wheels' interval is what both
+//! turn by; its white noise has the variance σ² Δt/h. Where the wheels tell the speed of the moment, such a mean is
+//! less than they read wherever the turning is brisk, and a gain makes up for it: h is then shorter. Of a few h the one
+//! is taken about whose means, their white noise aside, the readings of the wheels scatter least.
 
 use super::offset::{Integral, fitted};
 use super::record::{Belief, FEWEST_ROWS, Record};
 use super::unforced::{BEYOND_CHANCE, BY_MEDIAN, LOUDER};
 use crate::math::robust::{mad_std, median};
 
-/// Readings of the gyro to one of the wheels from which on it is read at their pace.
+/// Readings of the gyro to one of the wheels from which on it is averaged.
 const SELDOM: f64 = 2.5;
 
 impl Record {
-    /// Each drive at the pace of its wheels, where these are read much more seldom than the gyro and no torques tell what lies
-    /// between. Their clock is to be set before: rows that are so few tell no lag.
+    /// Each drive with rows at the wheels' rate, where these are read much more seldom than the gyro and no torques
+    /// tell the motion between. Clocks are to be set before: so few rows tell no lag.
     #[must_use]
     pub(super) fn at_wheels(self) -> Self {
         let mut paced = self.by_drive(|_, drive| at_wheels(drive, FEWEST_ROWS).unwrap_or_else(|| drive.clone()));
@@ -30,14 +32,15 @@ impl Record {
         paced
     }
 
-    /// Whether, in some drive whose wheels are read seldom, means of the gyro resemble what these tell of the turning more than its
-    /// readings do, or these scatter about it beyond noise as stated and chance: what shakes it, or what else the two do not share.
+    /// Whether, in some drive whose wheels are read seldom, means of the gyro agree better with the wheels' yaw rate
+    /// than its readings do, or the readings scatter about it beyond stated noise and chance: by shaking, for example.
     #[must_use]
     pub(super) fn is_shaken(&self) -> bool {
         self.drives().any(|rows| is_shaken(&self.window(rows)))
     }
 
-    /// Typical time, s, from one reading of v and of ω to the next: by the wheels, ω by the gyro where it is read more often.
+    /// Median time, s, from one reading of v and of ω to the next: by the wheels, ω by the gyro where it is read more
+    /// often.
     #[must_use]
     pub(super) fn read_every_s(&self) -> [f64; 2] {
         let every_s = |there: &dyn Fn(usize) -> bool| -> f64 {
@@ -53,7 +56,7 @@ impl Record {
     }
 }
 
-/// The wheels' interval, s, where they are read so much more seldom than the gyro.
+/// The wheels' interval, s; none where the gyro is not read much more often, or torques were logged.
 fn interval_s(record: &Record) -> Option<f64> {
     record.gyro_rad_s.as_ref().filter(|_| record.torques_n_m.is_none())?;
     let [wheels_s, gyro_s] = record.read_every_s();
@@ -64,7 +67,7 @@ fn is_read(record: &Record, k: usize) -> bool {
     record.wheels_rad_s.iter().all(|w| w[k].is_finite())
 }
 
-/// Speeds of the wheels as turning, rad/s, with their times, s.
+/// Times, s, and yaw rates from the wheels, rad/s.
 fn told(record: &Record) -> impl Iterator<Item = (f64, f64)> + '_ {
     (0..record.len()).filter(|k| is_read(record, *k)).map(|k| (record.times_s[k], record.rolling(k)[1]))
 }
@@ -88,14 +91,15 @@ fn is_shaken(record: &Record) -> bool {
 /// Variance of a mean over one step between means of neighbours, in that of one reading: (1/4)² + (1/2)² + (1/4)².
 const OF_ONE_STEP: f64 = 0.375;
 
-/// Parts of the wheels' interval that their reading may be the mean of: counts from one reading to the next, a filtered speed, that of the moment.
+/// Shares of the wheels' interval over which their reading may be a mean: counts over the interval, a filtered speed,
+/// the speed of the moment.
 const PARTS: [f64; 3] = [1.0, 0.5, 0.0];
 
-/// Over how long, s, means of the gyro resemble most what the wheels tell of the turning.
+/// Averaging time, s, at which the gyro agrees best with the yaw rate of the wheels.
 fn resembling_s(record: &Record, turned: &Integral, interval_s: f64) -> f64 {
     let told: Vec<(f64, f64)> = told(record).collect();
     let white = record.belief.gyro_std_rad_s.powi(2) * turned.step_s();
-    // mean square of what is left of the wheels' about the line through the gyro's, but for the white noise of these
+    // mean square of the wheels' residuals about a line in the gyro's means, less the white noise of these
     let scatter = |over_s: f64| {
         let pairs = told.iter().map(|(t_s, y)| (turned.mean(*t_s, over_s), *y)).filter(|(x, _)| x.is_finite());
         let sums = pairs.fold([0.0; 6], |[n, x, y, xx, xy, yy], (a, b)| {
@@ -111,8 +115,8 @@ fn resembling_s(record: &Record, turned: &Integral, interval_s: f64) -> f64 {
     scattered.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(interval_s, |best| best.1)
 }
 
-/// One drive at the pace of its wheels: rows in which they are read, or a pose is. None where the gyro is not much faster, or
-/// torques tell what lies between.
+/// One drive with the rows in which its wheels or a pose are read. None where the gyro is not much faster, or torques
+/// tell the motion between.
 fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
     let interval_s = interval_s(record)?;
     let gyro = record.gyro_rad_s.as_ref()?;
@@ -180,7 +184,7 @@ mod tests {
         log
     }
 
-    /// The mean acceleration over less than from one reading to the next was what that reading corrected, and grew beyond all numbers.
+    /// An acceleration over less than the distance of readings was the correction by a reading, and diverged.
     #[test]
     fn wheels_that_are_read_seldom_beside_a_pose_have_a_likelihood() {
         let mut log = without(recorded(90.0, 5, None), &[names::TORQUE_LEFT, names::TORQUE_RIGHT]);
@@ -212,7 +216,7 @@ mod tests {
     fn the_gyro_is_read_at_the_pace_of_wheels_that_are_read_seldom() {
         let log = turning();
         let every = Record::new(&robot(), &log, 0.0).unwrap().at_wheels();
-        // in its own rows nothing is done
+        // with equal rates nothing is changed
         assert!((every.step_s - 0.01).abs() < 1e-9 && every.len() == log.len());
         let seldom = Record::new(&robot(), &two_files(&log, 0.0), 0.0).unwrap().at_wheels();
         assert!((seldom.step_s - 0.15).abs() < 1e-9 && seldom.len() == log.len().div_ceil(15), "{}", seldom.len());
@@ -242,7 +246,7 @@ mod tests {
         // white noise of means over fifteen readings
         let ratio = seldom.belief.gyro_std_rad_s / every.belief.gyro_std_rad_s;
         assert!((ratio - 15_f64.sqrt().recip()).abs() < 1e-9, "{ratio}");
-        // torques tell what lies between
+        // torques tell the motion between
         assert!(
             at_wheels(&Record { torques_n_m: Some([vec![0.0; every.len()], vec![0.0; every.len()]]), ..every }, 16)
                 .is_none()

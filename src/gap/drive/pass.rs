@@ -1,9 +1,10 @@
-//! ν_k = z_k - h(ξ_k), S_k = H P H' + R;  ln p = -½ Σ (ν²/S + ln 2πS);  ∂ν/∂β = -(H D + ∂h/∂β),  D⁺ = D + K ∂ν/∂β,  D⁻ = F D⁺ + ∂f/∂β
+//! ν_k = z_k - h(ξ_k), S_k = H P H' + R;  ln p = -½ Σ (ν²/S + ln 2πS);  ∂ν/∂β = -(H D + ∂h/∂β),  D⁺ = D + K ∂ν/∂β,  D⁻
+//! = F D⁺ + ∂f/∂β
 //!
-//! One pass of the extended Kalman filter over a drive, with the derivatives of every innovation by every coordinate β of
-//! what may be missing. State ξ: x, y, θ, v, ω. Where torques were not logged, v and ω diffuse as fast as this robot
-//! accelerates. The whitened derivatives are summed up in one Gram matrix: all that the comparison of effects needs. Several
-//! drives have a pass each, whose sums add up.
+//! One pass of the extended Kalman filter over a drive, with the derivatives of every innovation by every coefficient β
+//! of what may be missing. State ξ: x, y, θ, v, ω. Where torques were not logged, v and ω diffuse as fast as this robot
+//! accelerates. The whitened derivatives are summed up in one Gram matrix, which is all that the comparison of effects
+//! needs. Several drives have a pass each, whose sums are added.
 
 use super::agility::{EVEN, Ratios};
 use super::along::{Along, Followed, Taken};
@@ -18,38 +19,39 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// What a reading is of.
+/// Quantity that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
-    /// rad/s
+    /// Speed of the left wheel, rad/s
     WheelLeft,
-    /// rad/s
+    /// Speed of the right wheel, rad/s
     WheelRight,
-    /// rad/s
+    /// Yaw rate, rad/s
     Gyro,
-    /// m
+    /// Position, m
     X,
-    /// m
+    /// Position, m
     Y,
-    /// rad
+    /// Heading, rad
     Heading,
 }
 
 impl Channel {
-    /// All.
+    /// All channels, in order.
     pub const ALL: [Self; 6] = [Self::WheelLeft, Self::WheelRight, Self::Gyro, Self::X, Self::Y, Self::Heading];
 }
 
-/// How the robot moves beyond its model: where no torques tell it, accelerations last, and speeds diffuse.
+/// Motion beyond the model: without torques, accelerations last and speeds diffuse; torque noise may change within a
+/// step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Process {
     /// Diffusion of v (m²/s³) and ω (rad²/s³), the mean over time
     pub diffusion: [f64; 2],
-    /// The same of rows in which motion changes little or much, over the mean
+    /// Diffusion in rows with little and with much change of motion, relative to that mean
     pub agility: Ratios,
-    /// How much of an acceleration is there in the next row, 0 to 1
+    /// Share of an acceleration that lasts to the next row, 0 to 1
     pub lasting: f64,
-    /// Torque noise of each wheel that changes within a step, squared: N²·m²·s
+    /// Torque noise of each wheel that is white within a step, squared: N²·m²·s
     pub ripple: f64,
 }
 
@@ -64,16 +66,17 @@ impl Default for Process {
 pub struct Noise {
     /// Torque noise of each wheel, squared: N²·m²·s
     pub torque: f64,
-    /// How the robot moves beyond its model
+    /// Motion beyond the model
     pub process: Process,
-    /// Lattice of the wheels on which a reading that is the last one's tells nothing new, rad/s; zero where each is a reading
+    /// Quantization step of the wheels by which repeated readings are correlated, rad/s; zero: all readings are
+    /// independent
     pub wheel_lsb_rad_s: f64,
-    /// Of one reading of each channel, in its unit squared
+    /// Variance of one reading of each channel, in its unit squared
     pub reading: [f64; 6],
 }
 
 impl Noise {
-    /// The same without what a lattice of the wheels adds; no less than what is believed of `record`.
+    /// The same without the noise of the wheels' quantization, but no less than the stated noise of `record`.
     #[must_use]
     pub fn without_lattice(&self, record: &Record) -> Self {
         let mut plain = Self { wheel_lsb_rad_s: 0.0, ..*self };
@@ -82,8 +85,8 @@ impl Noise {
         plain
     }
 
-    /// Noise of the nominal filter beside a settled model of this noise, `before` being that of the filter without one: how the robot
-    /// moves, and, where no torques tell that, how loud wheels and gyro are.
+    /// Noise of the nominal filter: `before`, the noise without effects, with the motion beyond the model of this noise
+    /// and, without torques, also its noise of wheels and gyro.
     #[must_use]
     pub fn nominal_beside(&self, before: &Self, record: &Record) -> Self {
         let mut nominal = Self { process: self.process, ..*before };
@@ -93,13 +96,13 @@ impl Noise {
         nominal
     }
 
-    /// As believed; lattice steps of the wheels add their twelfth.
+    /// As stated in the configuration; quantization of the wheels adds a twelfth of its step squared.
     #[must_use]
     pub fn believed(record: &Record, wheel_lsb_rad_s: Option<f64>) -> Self {
         Self::of(&record.belief, record.torques_n_m.is_some(), wheel_lsb_rad_s)
     }
 
-    /// The same of a robot whose torques are known or not.
+    /// The same from `b`; `forced`: whether torques were logged.
     #[must_use]
     pub fn of(b: &Belief, forced: bool, wheel_lsb_rad_s: Option<f64>) -> Self {
         let wheel = b.wheel_std_rad_s.powi(2) + wheel_lsb_rad_s.map_or(0.0, |q| q * q / 12.0);
@@ -114,25 +117,26 @@ impl Noise {
     }
 }
 
-/// The model of one pass: the robot, and the same at β ± step for each coordinate.
+/// Models of one pass: at β, and moved by a step in each coordinate.
 pub struct Models {
-    /// At β.
+    /// Model at β.
     pub here: DriveModel,
-    /// For each change, for each coordinate.
+    /// Moved models, by change and coordinate.
     pub beside: Vec<Vec<Beside>>,
 }
 
-/// The model a step beside β along one coordinate.
+/// The model moved from β by a step in one coordinate.
 pub struct Beside {
-    /// There.
+    /// Moved model.
     pub model: DriveModel,
-    /// How far.
+    /// Size of the step, in the coordinate's unit.
     pub step: f64,
-    /// Which equations the coordinate changes.
+    /// Equations that the coordinate changes.
     pub touches: Touches,
-    /// For each of its effects the place, in the model at β, of the one that pushes just the same.
+    /// For each of its effects, index of the effect with identical force in the model at β, whose force is reused;
+    /// none: computed.
     pub known: Vec<Option<usize>>,
-    /// The place among them of the one that the coordinate belongs to, if on this robot it has the shape that it has at β.
+    /// Index of the coordinate's own effect, if on this robot it has the same shape as at β.
     pub own: Option<usize>,
 }
 
@@ -147,11 +151,11 @@ pub struct Innovation<'a> {
     pub white: f64,
     /// √S
     pub std: f64,
-    /// Whitened derivatives: ν/√S = Σ_j slopes_j β_j + white noise.
+    /// Whitened derivatives by the coefficients: ν/√S = Σ_j slopes_j β_j + white noise.
     pub slopes: &'a [f64],
 }
 
-/// What a pass sums up: [A b; b' yy] of the whitened innovations, and ln p at β.
+/// Sums of a pass: [A b; b' yy] of the whitened innovations, and ln p at β.
 #[derive(Debug, Clone)]
 pub struct Summed {
     /// Gram matrix of the slopes, the innovations in the last row and column.
@@ -169,10 +173,10 @@ impl Summed {
     }
 }
 
-/// How long an uncertain force keeps its sign, s.
+/// Time for which an uncertain force keeps its sign, s.
 pub(super) const LASTING_S: f64 = crate::model::drive::FORCE_LASTING_S;
 
-/// Rows that are summed up at once.
+/// Rows that are added to the Gram matrix at once.
 const BLOCK: usize = 192;
 
 /// Runs the filter over `record`; every column is one coefficient for all its drives.
@@ -245,14 +249,14 @@ fn one(
         let forced = record.torques_n_m.is_some();
         let part = |places: &Vec<usize>| Tangents::new(places.iter().map(|c| columns[*c]).collect(), models, forced);
         let tangents: Vec<Tangents> = parts.iter().map(part).collect();
-        // inside the pool from the beginning, rather than anew at every stretch
+        // the pool is entered once, rather than at every stretch
         rayon::scope(|_| in_stretches(&mut along, tangents, &parts, &mut sum));
     }
     sum.whole(along.ln_volume)
 }
 
-/// One thread runs ahead with the filter, others follow with a part of the columns each, and one sums up what they have
-/// written. No sum depends on who does what.
+/// One thread runs ahead with the filter, others follow with a part of the columns each, and one sums what they have
+/// written. The sums do not depend on the division of work.
 fn in_stretches(
     along: &mut Along,
     mut tangents: Vec<Tangents>,
@@ -282,7 +286,7 @@ fn in_stretches(
     }
 }
 
-/// Rows that are handed on at once.
+/// Rows that are handed from thread to thread at once.
 #[derive(Default)]
 struct Stretch {
     rows: Vec<Followed>,
@@ -290,7 +294,7 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// Enough that handing it on does not count, and few enough to stay in a cache.
+    /// Enough that handing over costs little, and few enough to stay in a cache.
     const ROWS: usize = 64;
 
     fn fill(&mut self, along: &mut Along) {
@@ -306,10 +310,10 @@ impl Stretch {
     }
 }
 
-/// The columns dealt out to `most` at most, so that all have as much to do. Those of one change stay together: they share what it is
-/// made of.
+/// Distributes the columns over at most `most` parts of similar work. Columns of one change stay together: they share
+/// its shape.
 fn parts(columns: &[Column], most: usize) -> Vec<Vec<usize>> {
-    // a coordinate is a model of its own to evaluate
+    // a coordinate needs a model evaluation of its own
     let cost = |c: &Column| if matches!(c, Column::Coordinate(..) | Column::Usual(_)) { 10 } else { 1 };
     let mut units: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
     for (c, column) in columns.iter().enumerate() {
@@ -343,7 +347,8 @@ impl<E: FnMut(&Innovation)> Sum<E> {
         Self { gram: Mat::zeros(width, width), block: vec![0.0; BLOCK * width], filled: 0, each }
     }
 
-    /// Adds the readings of `rows`. Of each part of the columns their places, and the slopes by them, reading by reading.
+    /// Adds the readings of `rows`. `parts`: for each part of the columns their indices, and the slopes by them,
+    /// reading by reading.
     fn add(&mut self, rows: &[Followed], parts: &[(&[usize], &Vec<f64>)]) {
         let width = self.gram.ncols();
         let taken = rows.iter().flat_map(|row| row.taken.iter().map(|taken| (row.row, taken)));

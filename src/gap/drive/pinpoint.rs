@@ -1,9 +1,9 @@
-//! Which equation of the nominal model is deficient, before any effect is named: what a correction of each equation, free in
-//! what it follows, would gain.
+//! Deficient equations of the nominal model, before any effect is named: the gain of a free correction of each
+//! equation.
 //!
-//! In the manner of Kristensen, Madsen and Jørgensen (Automatica 40, 2004, 225): there a diffusion is added to each equation
-//! and the smoothed state is regressed on candidates; here the regression goes straight into the likelihood. The smoothed signal of
-//! the equations that gain most, and the diffusion that they need, are in [`super::correction`].
+//! In the manner of Kristensen, Madsen and Jørgensen (Automatica 40, 2004, 225): there a diffusion is added to each
+//! equation and the smoothed state is regressed on candidates; here the regression goes straight into the likelihood.
+//! The smoothed signal of the equations that gain most, and the diffusion that they need, are in [`super::correction`].
 
 use super::candidates::{Candidates, Kind, Prior};
 use super::column::Equation;
@@ -13,15 +13,15 @@ use super::record::Record;
 use crate::gap::answer::EquationAnswer;
 use rayon::prelude::*;
 
-/// A gain below this is chance: some fifty forms are tried, each with up to eight functions.
+/// Gain below which a correction counts as chance, nats: some fifty forms are tried, each with up to eight functions.
 const LEAST_NATS: f64 = 8.0;
 /// Most equations that are listed.
 const LISTED: usize = 9;
-/// Most equations whose correction is worked out as a signal.
+/// Most equations whose correction is estimated as a signal.
 const SMOOTHED: usize = 3;
 
-/// Gains of free corrections to each equation of the nominal model, the largest first; for each its best form.
-/// With `corrections`, those that gain most have theirs as a signal.
+/// Gains of free corrections to each equation of the nominal model, the largest first; for each its best form. With
+/// `corrections`, the equations with the largest gains have theirs as a signal.
 #[must_use]
 pub fn pinpoint(record: &Record, noise: &Noise, corrections: bool) -> Vec<EquationAnswer> {
     let candidates = Candidates::new(record, &[], &Prior { ln_named: -1e9, ln_rest: -1e9, ln_free: 0.0 }, true, &[]);

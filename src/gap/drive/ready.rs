@@ -1,4 +1,5 @@
-//! Drives as they are judged: clocks set, readings ready, effects that can be told, the reference where it sits.
+//! Drives prepared for the comparison: clocks set, effects selected that can be told, mounting of the reference
+//! removed.
 
 use super::clocks::{self, Clocks};
 use super::judge::{Options, judge, mounting};
@@ -11,19 +12,19 @@ use crate::error::Result;
 use crate::gap::diagnose::Drive;
 use crate::gap::findings::Findings;
 
-/// Drives with their clocks set, and what they are compared with.
+/// Drives with their clocks set, and the effects that are compared on them.
 pub(super) struct Ready {
     pub(super) record: Record,
     pub(super) kept: Option<Record>,
     /// Effects that are compared.
     pub(super) effects: Vec<&'static dyn Driving>,
-    /// Those that are lags of streams whose clocks were set.
+    /// Effects that are lags of streams whose clocks were set: not compared.
     pub(super) lags: Vec<&'static dyn Driving>,
-    /// How the reference sits on the robot, which was taken out.
+    /// Mounting of the reference, which was removed from the readings; none where it is stated.
     pub(super) mounting: Option<Mounting>,
 }
 
-/// The drives to diagnose from and those kept back, as `clocks` set them.
+/// Prepares the drives to diagnose from and the hold-out drives, as corrected by `clocks`.
 ///
 /// # Errors
 /// Those of [`Record::of_drives`].
@@ -38,7 +39,7 @@ pub(super) fn ready(
     let recorded = |drives: &[Drive<'_>]| Ok(Record { wheels_were_set, ..Record::of_drives(config, drives)? });
     let record = recorded(fit)?;
     let kept = (!hold.is_empty()).then(|| recorded(hold)).transpose()?;
-    // between readings of the wheels nothing tells what shakes the gyro from turning
+    // between readings of the wheels nothing tells shaking of the gyro from turning
     let (record, kept) = if wheels_were_set && record.is_shaken() {
         (record.at_wheels(), kept.map(Record::at_wheels))
     } else {
@@ -48,7 +49,7 @@ pub(super) fn ready(
     let (lags, effects): (Vec<&'static dyn Driving>, Vec<_>) =
         library.driving().partition(|e| set.contains(&e.about().id));
     let mounting = mounting(&record, &effects, options);
-    // the same robot carries the same reference in the recording kept back
+    // the same robot carries the same reference in the hold-out recording
     let taken_out = |r: Record| match &mounting {
         Some(mounting) => mounting.taken_out(&r),
         None => r,

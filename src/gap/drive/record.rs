@@ -1,4 +1,4 @@
-//! A drive as the diagnosis needs it: the rows, which channels there are, and what the configuration believes.
+//! A drive prepared for the diagnosis: rows, channels, and the nominal parameters of the configuration.
 
 use super::given::Given;
 use super::pass::Noise;
@@ -10,81 +10,82 @@ use crate::model::drive::Robot;
 use crate::signal::{Log, increasing_times, names, since_power_on};
 use crate::vehicle::{Odometry, Rolling, one_wheel, positions_only};
 
-/// Where the configuration does not state how much C2 varies: a cheap gyro's data sheet says 0.1 to 1 °/s.
+/// Assumed standard deviation of C2, rad/s, where the configuration states none: data sheets of cheap gyros say 0.1 to
+/// 1 °/s.
 const TURN_ON_STD_RAD_S: f64 = 5e-3;
-/// The same of C1 and T, relatively.
+/// Assumed relative standard deviation of C1 and T, where the configuration states none.
 const WARM_UP_STD: f64 = 0.1;
-/// Fewest rows that can be judged.
+/// Fewest rows that can be diagnosed.
 pub(super) const FEWEST_ROWS: usize = 512;
-/// Noise of a pose reference that the configuration does not describe.
+/// Assumed noise of a pose that the configuration does not describe: position, m, and heading, rad.
 const POSE_STD: [f64; 2] = [0.02, 0.02];
 
-/// A drive made ready, or several of one robot.
+/// A prepared drive, or several of one robot.
 #[derive(Debug, Clone)]
 pub struct Record {
-    /// Of the rows, s, ascending within a drive; each drive has its own clock.
+    /// Times of the rows, s, ascending within a drive; each drive has its own clock.
     pub times_s: Vec<f64>,
-    /// Of the rows, s.
+    /// Times of the rows since power-on, s.
     pub since_power_on_s: Vec<f64>,
     /// Rows at which a drive begins, ascending; the first is zero.
     pub starts: Vec<usize>,
-    /// What each drive is called in messages.
+    /// Name of each drive in messages.
     pub sources: Vec<String>,
-    /// Typical time between rows, s.
+    /// Median time between rows, s.
     pub step_s: f64,
-    /// Left and right, N·m; none where they were not logged.
+    /// Torques, left and right, N·m; none where they were not logged.
     pub torques_n_m: Option<[Vec<f64>; 2]>,
-    /// NaN where a row has none.
+    /// Readings of the gyro, rad/s; NaN where a row has none; none without a gyro.
     pub gyro_rad_s: Option<Vec<f64>>,
-    /// Left and right; NaN where a row has none.
+    /// Wheel speeds, left and right, rad/s; NaN where a row has none.
     pub wheels_rad_s: [Vec<f64>; 2],
-    /// x, y in m, heading in rad; NaN between its samples.
+    /// x, y in m, heading in rad; NaN between samples; none without a pose.
     pub pose: Option<[Vec<f64>; 3]>,
-    /// Of the gyro, °C; none where it was not logged.
+    /// Temperature of the gyro, °C; none where it was not logged.
     pub temperature_c: Option<Vec<f64>>,
-    /// What is believed.
+    /// Nominal parameters and noise.
     pub belief: Belief,
-    /// Whether the clock of the wheels was set: what is left of their lag is a matter of that.
+    /// Whether the clock of the wheels was set: a remaining lag is then an error of that.
     pub wheels_were_set: bool,
     /// Effects that the nominal simulator holds.
     pub given: Given,
-    /// What was assumed, and what cannot be told, in sentences.
+    /// Assumptions, and what cannot be told, in sentences.
     pub notes: Vec<String>,
 }
 
-/// What the configuration believes about a drive.
+/// Nominal parameters and noise that the configuration states for a drive.
 #[derive(Debug, Clone, Copy)]
 pub struct Belief {
     /// The robot.
     pub robot: Robot,
-    /// How it steers, where that is stated.
+    /// Steering, where it is stated.
     pub steering: Option<Steering>,
     /// Torque noise of each wheel, N·m·√s.
     pub torque_noise_n_m_sqrt_s: f64,
-    /// White noise of a gyro sample, rad/s.
+    /// White noise of a gyro sample, standard deviation, rad/s.
     pub gyro_std_rad_s: f64,
-    /// White noise of a wheel speed, rad/s.
+    /// White noise of a wheel speed, standard deviation, rad/s.
     pub wheel_std_rad_s: f64,
-    /// White noise of a position, m.
+    /// White noise of a position, standard deviation, m.
     pub position_std_m: f64,
-    /// White noise of a heading, rad.
+    /// White noise of a heading, standard deviation, rad.
     pub heading_std_rad: f64,
-    /// How far the tracked point may lie from the middle of the axle, ahead and to the left, m.
+    /// Standard deviation of the tracked point's offset from the middle of the axle, ahead and to the left, m.
     pub lever_arm_std_m: f64,
-    /// How far the tracked heading may be off the robot's, rad.
+    /// Standard deviation of the tracked heading's offset from the robot's, rad.
     pub heading_offset_std_rad: f64,
-    /// How late the pose may come, s.
+    /// Standard deviation of the pose's delay, s.
     pub pose_delay_std_s: f64,
     /// Nominal warm-up.
     pub warm_up: WarmUp,
-    /// How much C2 varies, rad/s.
+    /// Standard deviation of C2 over power-ons, rad/s.
     pub turn_on_bias_std_rad_s: f64,
-    /// How much C1 and T vary, relatively.
+    /// Relative standard deviation of C1 and T over power-ons.
     pub warm_up_relative_std: f64,
 }
 
 impl Record {
-    /// Speed (m/s) and yaw rate (rad/s) of row `k` as its wheels tell them; NaN where it has none.
+    /// Speed (m/s) and yaw rate (rad/s) of row `k` from its wheel speeds; NaN where it has none.
     #[must_use]
     pub fn rolling(&self, k: usize) -> [f64; 2] {
         self.belief.robot.speed_and_yaw_rate([0, 1].map(|i| self.wheels_rad_s[i][k]))
@@ -108,14 +109,14 @@ impl Record {
         self.spans_s().iter().sum()
     }
 
-    /// Whether nothing but gyro and wheels was logged: no reading then knows a length, nor which yaw rate is right.
+    /// Whether only gyro and wheels were logged: no reading then tells a length, nor which yaw rate is right.
     #[must_use]
     pub fn is_blind(&self) -> bool {
         self.torques_n_m.is_none() && self.pose.is_none()
     }
 
-    /// With wheels and gyro as loud as `noise` has them, where no torques tell how the robot moves: this and that are estimated
-    /// together then.
+    /// With the noise of wheels and gyro of `noise` if no torques were logged: motion and noise are then estimated
+    /// together.
     #[must_use]
     pub fn as_loud_as(mut self, noise: &Noise) -> Self {
         if self.torques_n_m.is_none() {
@@ -125,18 +126,18 @@ impl Record {
         self
     }
 
-    /// Torques of row `k`, held over missing ones.
+    /// Torques of row `k`, N·m, missing ones held; zero where they were not logged.
     #[must_use]
     #[inline]
     pub fn torques(&self, k: usize) -> [f64; 2] {
         self.torques_n_m.as_ref().map_or([0.0; 2], |[l, r]| [l[k], r[k]])
     }
 
-    /// A log made ready.
+    /// Prepares the log of one drive.
     ///
     /// # Errors
-    /// [`ErrorKind::Config`] if the configuration is not of a drive, or lacks a table; [`ErrorKind::Column`] without wheel
-    /// speeds; [`ErrorKind::TooShort`] below 512 rows; [`ErrorKind::Time`] if time does not run forward.
+    /// [`ErrorKind::Config`] if the configuration is not of a drive, or lacks a table; [`ErrorKind::Column`] without
+    /// wheel speeds; [`ErrorKind::TooShort`] below 512 rows; [`ErrorKind::Time`] if time does not run forward.
     pub fn new(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Self> {
         if config.kind != Kind::Driving {
             return Err(Error::new(ErrorKind::Config, "configuration", "kind is \"stationary\"")
@@ -213,7 +214,8 @@ impl Record {
         record.with_start_heading().with_given(config)
     }
 
-    /// With a heading at the start where the reference tells positions alone; without the reference where these do not tell it.
+    /// Adds an initial heading where the reference has positions alone, estimated from these; without the reference
+    /// where they do not tell it.
     fn with_start_heading(self) -> Self {
         let Some([_, _, heading]) = &self.pose else { return self };
         if heading.iter().any(|h| h.is_finite()) {
@@ -268,7 +270,7 @@ fn belief(config: &Config, has_gyro: bool, notes: &mut Vec<String>) -> Result<Be
             default
         })
     };
-    // a robot without a gyro needs none
+    // a robot without a gyro needs no table for it
     let gyro = match &config.gyro {
         None if !has_gyro => None,
         _ => Some(config.require_gyro()?),
@@ -295,7 +297,7 @@ fn belief(config: &Config, has_gyro: bool, notes: &mut Vec<String>) -> Result<Be
     })
 }
 
-/// Leaves one reading of the pose in `lasting_s`.
+/// Keeps one reading of the pose in `lasting_s`.
 fn thin(pose: &mut [Vec<f64>; 3], times_s: &[f64], lasting_s: f64) {
     let mut last_s = f64::NEG_INFINITY;
     for (k, t_s) in times_s.iter().enumerate() {
@@ -308,7 +310,7 @@ fn thin(pose: &mut [Vec<f64>; 3], times_s: &[f64], lasting_s: f64) {
     }
 }
 
-/// Missing values hold the last one; zero before the first.
+/// Replaces missing values by the last one before; by zero at the start.
 fn hold(values: &mut [f64]) {
     let mut last = 0.0;
     for v in values {

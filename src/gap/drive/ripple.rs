@@ -1,24 +1,26 @@
-//! ∫∫ w dt² given ∫ w dt ~ N(½ Δt ∫ w dt, ρ q Δt³/12):  ρ = 0 where the torque noise w is constant over a step Δt, 1 where it is white
+//! ∫∫ w dt² given ∫ w dt ~ N(½ Δt ∫ w dt, ρ q Δt³/12):  ρ = 0 where the torque noise w is constant over a step Δt, 1
+//! where it is white
 //!
-//! The simulator's torque noise has a standard deviation over a step, which says nothing of what it does within one. A real
-//! motor's is white there too, and heading and position then depart from what the speeds at both ends of the step tell. To a
-//! filter that does not know, that is an angle random walk of √q Δt/√12 between gyro and pose, and what walks slowly in the
-//! gyro's bias. The log says how much of it there is.
+//! The simulator states the standard deviation of torque noise over a step, which does not tell how it changes within
+//! one. A real motor's noise is white there too, so heading and position depart from what the speeds at both ends of
+//! the step imply. To a filter without it this looks like an angle random walk of √q Δt/√12 between gyro and pose, and
+//! like a slow walk of the gyro's bias. The log tells the share ρ.
 
 use super::candidates::{Candidates, Prior};
 use super::pass::Noise;
 use super::record::Record;
 use rayon::prelude::*;
 
-/// Shares of the torque noise that may change within a step.
+/// Values of ρ, the share of the torque noise that changes within a step, that are compared.
 const SHARES: [f64; 3] = [0.0, 0.5, 1.0];
-/// What another share has to explain more to be taken, nats: by chance one does so by a nat now and then, and the simulator's own
-/// is the one to refute.
+/// Gain in ln likelihood needed to change the share, nats: by chance another one gains about one, and the simulator's
+/// share is the hypothesis to be refuted.
 const BETTER: f64 = 3.0;
 
-/// The noise with the most likely share, `weigh` being the ln of the likelihood; `noise` itself where no other is much better.
+/// The noise with the most likely share, `weigh` being ln likelihood; unchanged where no other gains enough, or without
+/// a pose.
 pub(super) fn likely(record: &Record, noise: &Noise, weigh: impl Fn(&Noise) -> f64 + Sync) -> Noise {
-    // only a pose tells where the robot was between two rows
+    // only a pose tells the motion between two rows
     if record.pose.is_none() {
         return *noise;
     }
@@ -41,7 +43,7 @@ pub(super) fn likely(record: &Record, noise: &Noise, weigh: impl Fn(&Noise) -> f
     best.1
 }
 
-/// The same before any effect is known: the bias of the run and where the reference sits are open.
+/// [`likely`] before any effect is known: only nuisances, such as bias and mounting of the reference, are free.
 pub(super) fn before(record: &Record, noise: &Noise) -> Noise {
     let nothing = Candidates::new(record, &[], &Prior::default(), false, &[]).only(|_| false);
     likely(record, noise, |noise| nothing.linearise(record, noise, &nothing.zero()).ln_weight(&[]))
@@ -59,7 +61,8 @@ pub(super) mod tests {
     const STEP_S: f64 = 0.02;
     const TORQUE_NOISE: f64 = 0.01;
 
-    /// A robot that torque noise alone moves, the noise drawn anew in each of `parts` parts of a step. Sums over a part are exact.
+    /// A robot moved by torque noise alone, which is drawn anew in each of `parts` parts of a step. Sums over a part
+    /// are exact.
     pub(in crate::gap::drive) fn shaken(parts: usize, seed: u64) -> Record {
         let mut belief = belief();
         belief.torque_noise_n_m_sqrt_s = TORQUE_NOISE;
@@ -116,7 +119,7 @@ pub(super) mod tests {
             // six standard deviations of the mean of n squares of standard normal variables
             let (mean, n) = heading_nis(&record, &found);
             assert!((mean - 1.0).abs() < 6.0 * (2.0 / n).sqrt(), "{parts}: {mean}");
-            // and the other is refuted
+            // the other share is refuted
             let mut other = found;
             other.process.ripple = (1.0 - share) * TORQUE_NOISE.powi(2);
             let (mean, n) = heading_nis(&record, &other);

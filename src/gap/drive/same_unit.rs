@@ -1,16 +1,16 @@
-//! Whether recordings are of one unit: the gyro's bias before the wheels turn, held against the stated turn-on bias
+//! Whether recordings are of one unit: the gyro's bias before the wheels turn, compared with the stated turn-on bias.
 
 use super::record::Record;
 
 /// Standard deviations by which a gyro's bias may differ between two runs of one unit.
 const OTHER_UNIT: f64 = 4.0;
-/// Fewest rows at rest that tell a bias, and parts of them whose means are held against each other.
+/// Fewest rows at rest for an estimate of the bias, and number of parts whose means give its scatter.
 const AT_REST: usize = 64;
 const PARTS: usize = 8;
 
-/// What the gyro reads off its model before the wheels turn, rad/s, and the variance of that. The wheels' own yaw rate is taken out:
-/// below their noise a robot may still turn, as noise of its torques makes it do. The variance is that of means over parts of
-/// the time, at least that of white noise.
+/// Deviation of the gyro from its model before the wheels turn, rad/s, and its variance: from means over parts of the
+/// time, at least that of white noise. None without a gyro or rows at rest. The wheels' yaw rate is subtracted: below
+/// their noise torque noise may turn the robot.
 fn bias_at_rest(r: &Record) -> Option<(f64, f64)> {
     let (gyro, robot) = (r.gyro_rad_s.as_ref()?, &r.belief.robot);
     let still = |k: &usize| r.wheels_rad_s.iter().all(|w| !(w[*k].abs() > 5.0 * r.belief.wheel_std_rad_s));
@@ -28,7 +28,7 @@ fn bias_at_rest(r: &Record) -> Option<(f64, f64)> {
     Some((all, scatter.max((r.belief.gyro_std_rad_s.powi(2) + wheels) / values.len() as f64)))
 }
 
-/// Says so if the gyro at rest in the beginning of a drive reads as another unit's than that of the first drive would.
+/// Adds a note if the gyro's bias at rest before a drive is too far from the first drive's for one unit.
 pub(super) fn other_robot(record: &Record, kept: Option<&Record>, notes: &mut Vec<String>) {
     let drives: Vec<Record> = record.apart().chain(kept.into_iter().flat_map(Record::apart)).collect();
     let mut known = drives.iter().filter_map(|r| Some((r, bias_at_rest(r)?)));

@@ -1,4 +1,4 @@
-//! The sets worth comparing: greedy growth, exchange, and everything one step beside.
+//! Search for the sets worth comparing: greedy growth, exchange, and all sets one step from the best.
 
 use super::evidence::{Member, Problem, Weighed};
 use std::collections::BTreeMap;
@@ -7,16 +7,16 @@ use std::collections::BTreeMap;
 const LARGEST: usize = 12;
 /// Rounds of growth and exchange.
 const ROUNDS: usize = 3;
-/// Exchanges in a round at most.
+/// Most exchanges in a round.
 const EXCHANGES: usize = 6;
-/// Effects that may take a free form's place in part.
+/// Most effects that are tried as a partial replacement of a free form.
 const PARTED: usize = 3;
-/// Sets within this of the best are compared, nats.
+/// Distance from the best set up to which sets are compared, nats of ln weight.
 const DEPTH: f64 = 14.0;
-/// Most sets whose neighbours are looked at.
+/// Most sets whose neighbours are compared.
 const CENTRES: usize = 3;
 
-/// The best set alone: growth and exchange without a look at what is beside it.
+/// The best set alone: by growth and exchange, without its neighbours.
 #[must_use]
 pub fn best(problem: &Problem) -> Weighed {
     let mut met = Met { problem, weights: BTreeMap::new() };
@@ -26,7 +26,7 @@ pub fn best(problem: &Problem) -> Weighed {
     met.sorted().swap_remove(0)
 }
 
-/// All sets that were met, the most probable first.
+/// All sets that were compared, the most probable first.
 #[must_use]
 pub fn search(problem: &Problem) -> Vec<Weighed> {
     let mut met = Met { problem, weights: BTreeMap::new() };
@@ -40,7 +40,7 @@ pub fn search(problem: &Problem) -> Vec<Weighed> {
             break;
         }
     }
-    // everything beside the best sets
+    // all sets one step from the best ones
     let mut looked = Vec::new();
     for _ in 0..CENTRES {
         let Some(centre) = met.sorted().into_iter().find(|w| !looked.contains(&w.members)) else { break };
@@ -116,7 +116,7 @@ fn grow(met: &mut Met, mut set: Vec<Member>) -> Vec<Member> {
     set
 }
 
-/// Drops what is not worth its prior, and replaces a member by whatever explains more in its place.
+/// Removes members that are not worth their prior, and replaces a member by one that explains more in its place.
 fn exchange(met: &mut Met, mut set: Vec<Member>) -> Vec<Member> {
     for _ in 0..EXCHANGES {
         let here = met.weigh(&set);
@@ -146,8 +146,9 @@ fn exchange(met: &mut Met, mut set: Vec<Member>) -> Vec<Member> {
     set
 }
 
-/// Sets in which an effect says what a free form was taken for, and the form has what is left, on the scale of that. Beside the
-/// form as it stood, which can do what any law can, an effect gains nothing; it is far cheaper where its law is nearly right.
+/// Sets in which an effect replaces a free form in part: the form holds the remainder, with a prior on that scale.
+/// Beside the form at its first scale, which can represent any law, an effect gains nothing; with the smaller scale the
+/// set is far cheaper where the effect's law is nearly right.
 fn parted(problem: &Problem, rest: &[Member], form: Member, additions: &[(Member, f64)]) -> Vec<Vec<Member>> {
     if problem.is_named(form.0) {
         return Vec::new();
@@ -196,7 +197,8 @@ mod tests {
         Group { id, drive: 0, named, columns, nodes, ln_prior: -4.0, rank, positive: 0, varies: None }
     }
 
-    /// Readings of an effect (column 0, whitened size `effect`) and of functions that its law lacks (columns 1 to 4, size
+    /// Readings of an effect (column 0, whitened size `effect`) and of functions that its law lacks (columns 1 to 4,
+    /// size
     /// `left` each), and a free form of five functions, one of which is the effect's own.
     fn bent(effect: f64, left: f64) -> Problem {
         // orthonormal columns: 0 the law, 1 to 4 the others, 5 the law once more as a function of the form
@@ -219,9 +221,9 @@ mod tests {
         let problem = bent(700.0, 9.0);
         let best = best(&problem);
         assert_eq!(best.members.iter().map(|m| m.0).collect::<Vec<_>>(), [0, 1], "{best:?}");
-        // on the scale of what is left, and not of the effect
+        // on the scale of the remainder, and not of the effect
         assert!(STD_NODES[best.members[1].1] < 31.0, "{best:?}");
-        // growth alone goes for the form, beside which the effect is worth nothing
+        // growth alone chooses the form, beside which the effect is worth nothing
         let form = problem.additions(&[]).into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0;
         assert_eq!(form.0, 1);
         let effect = problem.additions(&[form]).into_iter().find(|a| a.0.0 == 0).unwrap();

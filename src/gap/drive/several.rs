@@ -1,8 +1,8 @@
 //! ln p(drives | θ) = Σ_d ln p(drive d | θ)
 //!
-//! Several drives of one robot as one record: effects and their parameters are the same in all, what is drawn anew in each run
-//! (where it starts, the turn-on bias, how the gyro's error wanders) is each drive's own. Nothing goes on from one to the next:
-//! whoever walks over rows asks [`Record::drives`] where one ends.
+//! Several drives of one robot as one record. Effects and their parameters are the same in all drives; quantities that
+//! are drawn anew in each run (start, turn-on bias, walk of the gyro's bias) are separate for each drive. No state is
+//! carried from one drive to the next: [`Record::drives`] gives their rows.
 
 use super::record::Record;
 use crate::config::Config;
@@ -10,17 +10,17 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::gap::diagnose::Drive;
 use std::ops::Range;
 
-/// Sample times may differ by this factor. What is believed of white noise is that of one reading, and goes with the square
-/// root of the rate: by a factor of 1.25 it is an eighth off.
+/// Largest ratio of sample times. The stated white noise is that of one reading, and scales with the square root of the
+/// rate: a ratio of 1.25 changes it by an eighth.
 const RATES: f64 = 1.25;
 
 impl Record {
-    /// Several drives of one robot.
+    /// Joins several drives of one robot.
     ///
     /// # Errors
-    /// What [`Record::new`] refuses of each; [`ErrorKind::Column`] where one has torques, a gyro or a pose and another has not;
-    /// [`ErrorKind::Time`] where wheels or gyro are read at rates that differ by more than a quarter; [`ErrorKind::TooShort`]
-    /// without any drive.
+    /// As [`Record::new`] of each; [`ErrorKind::Column`] where one has torques, a gyro or a pose and another has not;
+    /// [`ErrorKind::Time`] where wheels or gyro are read at rates that differ by more than a quarter;
+    /// [`ErrorKind::TooShort`] without any drive.
     pub fn of_drives(config: &Config, drives: &[Drive<'_>]) -> Result<Self> {
         let parts = drives.iter().map(|d| Self::new(config, d.log, d.since_power_on_s)).collect::<Result<Vec<_>>>()?;
         let Some((first, others)) = parts.split_first() else {
@@ -41,13 +41,13 @@ impl Record {
         Ok(joined)
     }
 
-    /// Rows of each drive.
+    /// Row range of each drive.
     pub fn drives(&self) -> impl ExactSizeIterator<Item = Range<usize>> + '_ {
         let end = |d: usize| self.starts.get(d + 1).copied().unwrap_or(self.len());
         self.starts.iter().enumerate().map(move |(d, start)| *start..end(d))
     }
 
-    /// The rows of the drive that row `k` lies in.
+    /// Row range of the drive that holds row `k`; all rows where none does.
     #[must_use]
     pub fn drive_around(&self, k: usize) -> Range<usize> {
         self.drives().find(|rows| rows.contains(&k)).unwrap_or(0..self.len())
@@ -63,12 +63,12 @@ impl Record {
         self.drives().map(span).collect()
     }
 
-    /// Each drive by itself, in their order.
+    /// Each drive as a record of its own, in order.
     pub(super) fn apart(&self) -> impl ExactSizeIterator<Item = Self> + '_ {
         self.drives().map(|rows| self.window(rows))
     }
 
-    /// What `change` makes of each drive, given with its place, as one record again.
+    /// Applies `change` to each drive, given with its index, and joins the results to one record.
     pub(super) fn by_drive(&self, mut change: impl FnMut(usize, &Self) -> Self) -> Self {
         if self.starts.len() < 2 {
             return change(0, self);
@@ -78,7 +78,7 @@ impl Record {
         Self { notes: self.notes.clone(), ..first.followed_by(changed) }
     }
 
-    /// A part of it, with the drives that it holds a part of.
+    /// The rows `rows` as a record, with the drives that they belong to.
     pub(super) fn window(&self, rows: Range<usize>) -> Self {
         let cut = |v: &Vec<f64>| v[rows.clone()].to_vec();
         let within = |(_, drive): &(usize, Range<usize>)| drive.start < rows.end && rows.start < drive.end;
@@ -101,11 +101,11 @@ impl Record {
         }
     }
 
-    /// With more drives after it, of the same channels; belief, step and notes stay.
+    /// Appends drives with the same channels; belief, step and notes stay.
     fn followed_by(mut self, others: impl Iterator<Item = Self>) -> Self {
         for other in others {
             let rows = self.len();
-            // one that only some have is left out
+            // a temperature that only some drives have is dropped
             self.temperature_c = self.temperature_c.zip(other.temperature_c).map(|(own, other)| [own, other].concat());
             self.starts.extend(other.starts.iter().map(|start| start + rows));
             self.sources.extend(other.sources);
@@ -135,7 +135,7 @@ fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// A name of a drive in messages.
+/// Name of a drive in messages.
 fn source(record: &Record) -> &str {
     record.sources.first().map_or("recording", String::as_str)
 }
@@ -159,7 +159,7 @@ fn same_channels(first: &Record, other: &Record) -> Result<()> {
     Ok(())
 }
 
-/// Wheels and gyro; a pose may come as it likes.
+/// Refuses different rates of wheels or gyro; the rate of the pose may differ.
 fn same_rates(first: &Record, other: &Record) -> Result<()> {
     for (what, of) in [("wheels", wheels as fn(&Record) -> Option<&Vec<f64>>), ("gyro", gyro)] {
         let [Some(a), Some(b)] = [first, other].map(|r| of(r).map(|values| interval_s(r, values))) else { continue };
@@ -182,13 +182,13 @@ fn gyro(record: &Record) -> Option<&Vec<f64>> {
     record.gyro_rad_s.as_ref()
 }
 
-/// Typical time between readings, s.
+/// Median time between readings, s.
 fn interval_s(record: &Record, values: &[f64]) -> f64 {
     let read: Vec<f64> = record.times_s.iter().zip(values).filter(|(_, v)| v.is_finite()).map(|(t, _)| *t).collect();
     median(&mut read.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>())
 }
 
-/// What holds of all drives once, and what holds of some with their names.
+/// Notes of all drives: common ones once, the others with the name of their drive.
 fn merged_notes(parts: &[Record]) -> Vec<String> {
     let mut notes: Vec<String> = Vec::new();
     for part in parts {

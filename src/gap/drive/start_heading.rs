@@ -1,18 +1,19 @@
-//! p_k ≈ t + R(θ₀) d_k,  d: where the nominal robot believes to be, counted from where it began:   θ̂₀ = arg Σ (p_k - p̄)* (d_k - d̄)
+//! p_k ≈ t + R(θ₀) d_k,  d: where the nominal robot believes to be, counted from where it began:   θ̂₀ = arg Σ (p_k -
+//! p̄)* (d_k - d̄)
 //!
-//! A reference that knows positions alone, as GPS does, says nothing of where the robot looked at first. The first part of the
-//! way does: dead reckoning laid on the positions. The heading stands in the record as one reading at the first position, with
-//! a wide standard deviation: positions tell the filter the rest.
+//! A reference that knows positions alone, as GPS does, does not tell the initial heading. The first part of the path
+//! does: dead reckoning is fitted to the positions. The heading stands in the record as one reading at the first
+//! position, with a wide standard deviation: positions tell the filter the rest.
 
 use super::own::driven;
 use super::record::Record;
 
-/// Standard deviations of a position that the robot has to be away from its start: the heading is then known to a fraction of
-/// a tenth of a radian, and dead reckoning has not yet gone astray.
+/// Distance from the start, in standard deviations of a position, from which on the heading is estimated. It is then
+/// known to a fraction of a tenth of a radian, and dead reckoning has not yet drifted.
 const AWAY: f64 = 40.0;
-/// Fewest positions on that way.
+/// Fewest positions on that path.
 const FEWEST: usize = 12;
-/// How much wider than the fit says the heading is believed: the same positions are read again.
+/// Factor on the fitted standard deviation of the heading: the filter reads the same positions again.
 const WIDER: f64 = 3.0;
 
 /// `record` with a heading at the first position of each drive that has positions and no heading, and the largest standard
@@ -38,7 +39,8 @@ pub(super) fn told(record: &Record) -> Option<(Record, f64)> {
     (widest > 0.0).then_some((out, widest))
 }
 
-/// First row with a position, the heading there and its standard deviation, rad.
+/// First row with a position, the heading there and its standard deviation, rad; none where the positions do not tell
+/// it.
 fn of(drive: &Record) -> Option<(usize, f64, f64)> {
     let [x, y, _] = drive.pose.as_ref()?;
     let first = (0..drive.len()).find(|k| x[*k].is_finite() && y[*k].is_finite())?;
@@ -80,7 +82,7 @@ fn of(drive: &Record) -> Option<(usize, f64, f64)> {
         return None;
     }
     let heading_rad = across.atan2(along);
-    // what the rotation leaves, scale and all
+    // residual of the fit by rotation and scale
     let misfit = ((away - along.hypot(across).powi(2) / square).max(0.0) / n).sqrt();
     let std_rad = WIDER * drive.belief.position_std_m.max(misfit) / square.sqrt();
     Some((first, heading_rad, std_rad))

@@ -1,5 +1,5 @@
-//! dν = h·D + d,  D⁺ = D - K dν,  D⁻ = F D⁺ + ∂f/∂β: the derivatives D of the state by every coordinate β; those of the noise of the
-//! last step, which late readings of a row hold a part of, likewise.
+//! dν = h·D + d,  D⁺ = D - K dν,  D⁻ = F D⁺ + ∂f/∂β: the derivatives D of the state by every coefficient β; likewise
+//! those of the change by noise in the last step, a part of which late readings hold.
 //!
 //! One array for each state, so that the loops over some two hundred columns run on vectors.
 
@@ -9,7 +9,7 @@ use super::filter::{N, Step, TH, V, W, X, Y};
 use super::pass::{Beside, Models};
 use crate::model::drive::{DriveEffect, Instrument, Moving, Past, Robot, Shape};
 
-/// Derivatives of the state, and of the readings of the row at hand, by some of the columns.
+/// Derivatives of the state, and of the readings of the current row, by some of the columns.
 pub struct Tangents<'a> {
     columns: Vec<Column>,
     models: &'a Models,
@@ -17,19 +17,19 @@ pub struct Tangents<'a> {
     /// ∂(expected reading)/∂β at a fixed state, by channel
     direct: [Vec<f64>; 6],
     moved: Vec<f64>,
-    /// Of what noise has changed of v and ω in the last step, as far as readings of this row tell
+    /// Of the change of v and ω by noise in the last step, as estimated from the readings of this row
     shaken: [Vec<f64>; 2],
-    /// For a coordinate that varies, the column of the coordinate
+    /// For a coordinate that varies, the index of the coordinate's own column; for others, their own index
     varies: Vec<usize>,
-    /// What each coordinate adds to dv/dt, dω/dt and the sideways speed
+    /// Derivatives of dv/dt, dω/dt and the sideways speed by each coordinate
     adds: Vec<[f64; 3]>,
-    /// What the change at hand is made of
+    /// Shape of the change whose coordinates are being evaluated
     shapes: Shapes,
-    /// Speeds and yaw rates so far, where torques tell how the robot moves
+    /// Past speeds and yaw rates, where torques were logged
     past: Option<Past>,
 }
 
-/// The shape of the change whose coordinates are being followed, in this row.
+/// Cached shape of the change whose coordinates are being evaluated, in this row.
 #[derive(Default)]
 struct Shapes {
     of_row: Option<(usize, Shape)>,
@@ -43,7 +43,8 @@ impl Shapes {
 }
 
 impl<'a> Tangents<'a> {
-    /// All zero. A coordinate that varies comes after the column of the coordinate itself.
+    /// All zero. A coordinate that varies stands after the column of the coordinate itself. `forced`: whether torques
+    /// were logged.
     pub fn new(columns: Vec<Column>, models: &'a Models, forced: bool) -> Self {
         let columns: Vec<Column> = columns.into_iter().map(Column::evaluated).collect();
         let zero = || vec![0.0; columns.len()];
@@ -66,7 +67,7 @@ impl<'a> Tangents<'a> {
         }
     }
 
-    /// Through one row; the whitened derivatives of its readings are appended to `slopes`.
+    /// Moves the derivatives through one row; the whitened derivatives of its readings are appended to `slopes`.
     pub fn follow(&mut self, row: &Followed, slopes: &mut Vec<f64>) {
         if !row.taken.is_empty() {
             self.expect(row);
@@ -81,7 +82,7 @@ impl<'a> Tangents<'a> {
         }
     }
 
-    /// Takes in how the expected readings of a row depend on β directly.
+    /// Direct derivatives of a row's expected readings by β, at a fixed state.
     fn expect(&mut self, row: &Followed) {
         let (sin, cos) = row.heading;
         let at = Moving { past: self.past.as_ref(), ..row.at };
@@ -139,7 +140,7 @@ impl<'a> Tangents<'a> {
         }
     }
 
-    /// One scalar reading.
+    /// Update by one scalar reading.
     fn correct(&mut self, taken: &Taken, slopes: &mut Vec<f64>) {
         self.moved.copy_from_slice(&self.direct[taken.channel as usize]);
         for (h, state) in taken.h.iter().zip(&self.state) {
@@ -160,7 +161,7 @@ impl<'a> Tangents<'a> {
         slopes.extend(self.moved.iter().map(|m| m * whitens));
     }
 
-    /// On to the next row.
+    /// Prediction to the next row.
     fn predict(&mut self, row: &Followed) {
         let (at, f, functions) = (&row.leaving, &row.f, &row.functions_ahead);
         let Step { torques, sideways, dt, .. } = row.step;
@@ -200,7 +201,7 @@ impl<'a> Tangents<'a> {
                 }
                 Column::Varying(_, _, f) => self.adds[self.varies[c]].map(|a| a * functions[f]),
                 _ => match column.added(functions, at.t_s) {
-                    // outside its two intervals a hat adds nothing
+                    // outside its two intervals a triangle adds nothing
                     Some((_, 0.0)) => continue,
                     Some((Equation::Force, value)) => [value, 0.0, 0.0],
                     Some((Equation::Moment, value)) => [0.0, value, 0.0],

@@ -1,4 +1,5 @@
-//! A recording tests a model where two of its channels say the same thing: how fast the robot drives, or how fast it turns.
+//! A recording tests a model only where two of its channels are redundant, in speed or in yaw rate. Channels that tell
+//! each:
 //!
 //! | | speed | yaw rate |
 //! |---|---|---|
@@ -17,7 +18,7 @@ use crate::gap::findings::{Findings, WeightedSet};
 use crate::signal::{Log, names};
 use crate::vehicle::Odometry;
 
-/// What there is in a log, and what it says.
+/// Channels of a log, and the numbers of those that tell speed and yaw rate.
 struct Said {
     channels: Vec<&'static str>,
     speeds: usize,
@@ -49,7 +50,7 @@ impl Said {
     }
 }
 
-/// The diagnosis of recordings in which nothing is said twice; none where something is, or where there is nothing at all.
+/// The diagnosis of recordings without redundant channels; none where a recording has some, or no channel at all.
 pub(super) fn nothing_twice(config: &Config, fit: &[Drive<'_>], options: &Options) -> Option<Diagnosis> {
     let said: Vec<Said> = fit.iter().map(|d| Said::of(d.log)).collect();
     let tests = |s: &Said| s.speeds > 1 || s.yaw_rates > 1 || s.channels.is_empty();
@@ -123,7 +124,7 @@ mod tests {
         ] {
             assert!(verdict(&kept, speed).is_none(), "{kept:?}");
         }
-        // nothing at all is refused where the rows are read
+        // a log without any channel is refused where its rows are read
         assert!(verdict(&[], false).is_none());
     }
 }

@@ -2,20 +2,21 @@
 //! 1/(1 + radius of one wheel) = 1 - its lost ticks:   z_i is the same
 //! ω(t - τ) ≈ ω - τ dω/dt,   ω of slipping wheels ≈ ω + κ J |v| / (b² M g) dω/dt
 //!
-//! Without torques and pose no reading knows a length, nor which of two yaw rates is right: wheels with larger radii are wheels
-//! on a narrower track of a robot that drives farther, and either is a gyro that reads too much. One of the three is compared,
-//! and stands for all of them: the gyro's, which leaves the motion as the wheels tell it. With another one beside the free
-//! forms of the gyro, the scale of all speeds would be open, and how speeds change is too roughly known to tell it.
-//! The likelihood is the same, θ' = θ'(θ), so that p(θ' | z) : p(θ | z) = p(θ') |dθ'/dθ| : p(θ): what is known of such parts
-//! decides, a gyro's gain by its data sheet and a track by how the robot steers.
+//! Without torques and pose no reading tells a length, nor which of two yaw rates is right. Wheels with larger radii
+//! equal wheels on a narrower track of a robot that drives farther, and either equals a gyro that reads too much. One
+//! of the three is compared and represents all: the gyro's scale, which leaves the motion as the wheels tell it. With
+//! another one beside the free forms of the gyro, the scale of all speeds would be open, and the diffusion of the
+//! speeds is too roughly known to tell it.
+//! The likelihood is the same, θ' = θ'(θ), so that p(θ' | z) : p(θ | z) = p(θ') |dθ'/dθ| : p(θ). The priors decide: of
+//! a gyro's gain by its data sheet, of a track by how the robot steers.
 //!
-//! A wheel with a larger radius turns less on the same way, and seems to where ticks are lost on average: its radius is compared. Torques tell
-//! them apart, for what they move turns with the wheel.
+//! A wheel with a larger radius turns less on the same way, and seems to where ticks are lost on average: its radius is
+//! compared. Torques tell them apart, since they move the wheel and not its reading.
 //!
-//! Without torques nothing tells the force by which wheels slip, so that slip is not compared. Wheels whose rims run ahead of the
-//! ground where the robot turns faster and faster run ahead of the gyro, as they do where the gyro is late: what looks like a late
-//! gyro may as well be slip. The likelihood does not decide: forces would have to come from accelerations of the same wheels, slip
-//! follows their noise, and wins where the gyro is late, too.
+//! Without torques nothing tells the force by which wheels slip, so that slip is not compared. Rims that run ahead of
+//! the ground while the yaw rate grows run ahead of the gyro, as they do where the gyro is late: an apparent delay of
+//! the gyro may be slip. The likelihood does not decide: forces would have to come from accelerations of the same
+//! wheels, and slip would follow their noise and win even where the gyro is late.
 
 use super::candidates::UNSEEN;
 use super::evidence::ln_possible;
@@ -33,16 +34,16 @@ use crate::gap::answer::Alike;
 use crate::gap::findings::{Part, WeightedSet};
 use crate::gap::trace::{Decision, Step, TraceStage};
 
-/// An effect, and another one that it stands for.
+/// An effect, and the equivalent effect that is compared in its place.
 #[derive(Clone, Copy)]
 struct Twin {
-    /// The one that is compared.
+    /// Id of the effect that is compared.
     of: &'static str,
     id: &'static str,
     to: Equivalent,
 }
 
-/// Every one of the library.
+/// All pairs of the library.
 fn twins() -> impl Iterator<Item = Twin> {
     registry().iter().flat_map(|effect| {
         let to = match effect.explanation() {
@@ -54,7 +55,7 @@ fn twins() -> impl Iterator<Item = Twin> {
 }
 
 impl Twin {
-    /// Whether they are the same to this drive.
+    /// Whether both are the same to this drive.
     fn is_same(&self, record: &Record) -> bool {
         match self.to.within {
             Within::NoTorques => record.torques_n_m.is_none(),
@@ -66,9 +67,10 @@ impl Twin {
         self.to.map == Map::Loss
     }
 
-    /// ln odds beside those of what is compared, apart from what is known of their sizes; `sure`: the value over its standard deviation.
+    /// ln prior odds relative to the compared effect, without the priors of their sizes; `sure`: the value over its
+    /// standard deviation.
     fn ln_odds(&self, sure: f64) -> f64 {
-        // of lost ticks those whose bursts show are looked for elsewhere, and half of them are the other wheel's
+        // lost ticks whose bursts show are looked for elsewhere, and half of the others are those of the other wheel
         if self.is_loss() { (0.5 * UNSEEN).ln() + ln_possible(sure) } else { 0.0 }
     }
 
@@ -77,25 +79,25 @@ impl Twin {
     }
 }
 
-/// Scales over which a prior is summed.
+/// Nodes of the sum over the scales of a prior.
 const NODES: usize = 48;
-/// Of equals the one that was compared is told first, and counts among what was found: nats that make no difference otherwise.
+/// Nats by which the compared one of two equal effects comes first: too few to matter otherwise.
 const LAST: f64 = 1e-6;
 
-/// Effects that are one and the same to a drive.
+/// Effects that are equivalent in a drive.
 pub(super) struct Twins {
-    /// The effects, but for those that another stands for.
+    /// The effects without those that another one represents.
     pub(super) told_apart: Vec<&'static dyn Driving>,
-    /// Those that another stands for.
+    /// The effects that another one represents.
     same: Vec<Twin>,
-    /// κ/τ, 1/s, where slip and a late gyro are alike.
+    /// κ/τ, 1/s, where slip and a late gyro are equivalent; else none.
     compliance_per_s: Option<f64>,
-    /// How the robot steers, where that is stated.
+    /// Steering, where it is stated.
     steering: Option<Steering>,
 }
 
 impl Twins {
-    /// Of `effects` in this drive.
+    /// Equivalences of `effects` in this drive.
     pub(super) fn of(record: &Record, effects: &[&'static dyn Driving]) -> Self {
         let has = |id: &str| effects.iter().any(|e| e.about().id == id);
         let same: Vec<Twin> = same(record, effects).collect();
@@ -116,13 +118,13 @@ impl Twins {
         self.same.iter().filter(|t| !t.is_loss()).map(one).collect()
     }
 
-    /// The set, and those with each of the others in the place of the one that was compared.
+    /// The set, and the sets with each equivalent effect in the place of the compared one.
     pub(super) fn all(&self, set: WeightedSet) -> Vec<WeightedSet> {
         let slips = self.slips(&set);
         std::iter::once(set).chain(slips).flat_map(|set| self.scaled(set)).collect()
     }
 
-    /// The set with wheels that slip in the place of a late gyro.
+    /// The set with slipping wheels in the place of a late gyro; none where that does not apply.
     fn slips(&self, set: &WeightedSet) -> Option<WeightedSet> {
         let per_s = self.compliance_per_s?;
         let at = set.parts.iter().position(|p| p.id == LATE)?;
@@ -131,14 +133,14 @@ impl Twins {
         let mut twin = WeightedSet { ln_weight: set.ln_weight - LAST, ..set.clone() };
         let part = &mut twin.parts[at];
         part.id = SLIP.into();
-        // what is no constant share of the force is not told at all
+        // slip that is not proportional to the force cannot be told
         part.parameters = COMPLIANCES.map(str::to_owned).into_iter().zip([per_s * delay_s, 0.0]).collect();
         part.std = Parameters::from([(COMPLIANCES[0].into(), per_s * std_s)]);
         // wheels that lag the gyro do not slip
         (delay_s > 0.0).then_some(twin)
     }
 
-    /// Each part that stands for others as itself, and as each of these.
+    /// The set with each part as itself, and as each effect that it represents.
     fn scaled(&self, set: WeightedSet) -> Vec<WeightedSet> {
         let mut all = vec![set];
         for at in 0..all[0].parts.len() {
@@ -174,14 +176,14 @@ impl Twins {
         std::iter::once(WeightedSet { ln_weight, ..set }).chain(others).collect()
     }
 
-    /// Of those that a part stands for the one that is the most plausible.
+    /// The most plausible of the effects that a part represents, itself included.
     pub(super) fn plausible(&self, part: Part) -> Part {
         let set = WeightedSet { parts: vec![part.clone()], ln_weight: 0.0, probability: 0.0 };
         let best = self.scaled(set).into_iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
         best.and_then(|set| set.parts.into_iter().next()).unwrap_or(part)
     }
 
-    /// The classes of those that are the same to this drive, of each part that is in one, which is told first.
+    /// Classes of effects equivalent to a part, for each part that has some; the part itself is first.
     pub(super) fn classes(&self, parts: &[Part]) -> Vec<Alike> {
         let class = |told: &Part| {
             let is_mean = is_mean(&told.parameters);
@@ -197,18 +199,18 @@ impl Twins {
     }
 }
 
-/// Those of `effects` that another one stands for in this drive.
+/// Those of `effects` that another one represents in this drive.
 fn same(record: &Record, effects: &[&'static dyn Driving]) -> impl Iterator<Item = Twin> {
     let has = |id: &str| effects.iter().any(|e| e.about().id == id);
     twins().filter(move |t| t.is_same(record) && has(t.of) && has(t.id))
 }
 
-/// Whether the mean loss of ticks is told by one wheel's radius, for which it is the same.
+/// Whether the mean loss of ticks is represented by one wheel's radius, to which it is equivalent.
 pub(super) fn is_lost_by_radius(record: &Record, effects: &[&'static dyn Driving]) -> bool {
     same(record, effects).any(|t| t.id == LOST_TICKS)
 }
 
-/// The change of the equations that an effect is; of one wheel where it has one for each.
+/// Model change of an effect; of one wheel where it has one for each.
 fn law(id: &str, side: usize) -> Option<&'static dyn ModelChange> {
     match by_id(id)?.explanation() {
         DriveExplanation::Model(law) => Some(law),
@@ -217,7 +219,8 @@ fn law(id: &str, side: usize) -> Option<&'static dyn ModelChange> {
     }
 }
 
-/// Scales of the first coordinate of the effect `of`, `own` its change, up to the largest of those for which it stands.
+/// Prior scales of the first coordinate of the effect `of`, `own` its change, up to the largest of those that it
+/// represents.
 fn widened(of: &str, own: &dyn ModelChange, same: &[Twin], steering: Option<Steering>) -> [f64; 2] {
     let scale = |law: &dyn ModelChange| law.coordinates_of(steering)[0].scale;
     let [least, most] = scale(own);
@@ -225,7 +228,7 @@ fn widened(of: &str, own: &dyn ModelChange, same: &[Twin], steering: Option<Stee
     [least, others.map(|law| scale(law)[1]).fold(most, f64::max)]
 }
 
-/// The coordinates of an effect in this drive with the sizes that they have in such a robot: where it stands for others, also theirs.
+/// Coordinates of an effect with plausible sizes for this robot, also those of the effects that it represents.
 pub(super) fn sizes(record: &Record, id: &str, change: &dyn ModelChange) -> Vec<Coordinate> {
     let steering = record.belief.steering;
     let mut own = change.coordinates_of(steering).to_vec();
@@ -234,7 +237,7 @@ pub(super) fn sizes(record: &Record, id: &str, change: &dyn ModelChange) -> Vec<
     own
 }
 
-/// ln ∫ N(value; 0, s²) d ln s / ln(s1/s0): scales evenly in the logarithm, from the least that shows.
+/// ln ∫ N(value; 0, s²) d ln s / ln(s1/s0): scales s uniform in their logarithm, from the least that shows.
 fn ln_density([least, most]: [f64; 2], value: f64) -> f64 {
     let least = least.min(value.abs().max(1e-12));
     let span = (most / least).ln();
@@ -242,7 +245,7 @@ fn ln_density([least, most]: [f64; 2], value: f64) -> f64 {
         let s = least * (span * (i as f64 + 0.5) / NODES as f64).exp();
         (-0.5 * (value / s).powi(2)).exp() / (s * std::f64::consts::TAU.sqrt())
     };
-    // where none of them reaches, the widest decides
+    // beyond the reach of all, the widest scale decides
     let far = -0.5 * (value / most).powi(2) - (most * std::f64::consts::TAU.sqrt() * NODES as f64).ln();
     ((0..NODES).map(one).sum::<f64>() / NODES as f64).ln().max(far)
 }
@@ -300,7 +303,8 @@ mod tests {
         close(ticks.parameters["loss_fraction"], 0.02 / 1.02);
         close(ticks.std["loss_fraction"], 1e-3 / 1.02f64.powi(2));
         close(ticks.std["right"], 0.0);
-        // a quarter is of this wheel and does not show in bursts, none of which could be negative; scales are those of a radius
+        // a quarter is of this wheel and does not show in bursts, none of which could be negative; scales are those of
+        // a radius
         assert!((all[1].ln_weight - all[0].ln_weight - 0.5f64.ln()).abs() < 0.05, "{all:?}");
         let class = &twins.classes(&all[1].parts)[0];
         assert_eq!(class.ids, [LOST_TICKS, "wheel.radius_right"]);
@@ -312,7 +316,7 @@ mod tests {
         assert_eq!(twins.all(bursts).len(), 1);
     }
 
-    /// Wheels that slip in proportion to the force, and a late gyro beside wheels that roll: what the gyro lags in yaw.
+    /// Wheels that slip in proportion to the force look like a gyro that is late beside wheels that roll.
     #[test]
     fn a_late_gyro_may_be_wheels_that_slip() {
         use super::super::unforced::tests::{belief, recorded};
@@ -340,7 +344,7 @@ mod tests {
         let ahead = of(turned) - of(wheels);
         assert!((ahead / (delay_s * about) - 1.0).abs() < 0.05, "{ahead} {}", delay_s * about);
         assert!((slip.std[COMPLIANCES[0]] / slip.parameters[COMPLIANCES[0]] - 0.025).abs() < 1e-9);
-        // with torques the force is known, and slip is compared itself
+        // with torques the force is known, and slip itself is compared
         let mut driven = record.clone();
         driven.torques_n_m = Some([vec![0.0; 400], vec![0.0; 400]]);
         assert_eq!(Twins::of(&driven, registry()).all(set).len(), 1);

@@ -1,14 +1,15 @@
 //! q̂, σ̂ = argmax ln p(z | q, φ, σ):   a_{k+1} = φ a_k,  v and ω diffuse with q,  wheels and gyro read with σ
 //!
-//! How a robot moves whose torques were not logged, and how loud its sensors are while it does. At the maximum the likelihood
-//! does not care, to first order, whether all speeds are a little larger. It must not: away from the maximum a common scale of
-//! all speeds has evidence of its own, which wheels and gyro alone do not contradict, and a pose does not either where free forms
-//! stand between it and the speeds.
+//! Motion of a robot whose torques were not logged, and the noise of its sensors. At the maximum the likelihood does
+//! not depend, to first order, on a common scale of all speeds. That is needed: away from the maximum such a scale has
+//! evidence of its own, which wheels and gyro alone do not contradict, nor does a pose where free forms stand between
+//! it and the speeds.
 //!
-//! Where σ is stated too small, q grows in its place, readings of the same yaw rate no longer have it in common, and what a track or
-//! a gain explains is lost. So σ is estimated with q where that explains more than it costs; what is stated is what holds
-//! otherwise. Accelerations that come in bursts are no Gaussian diffusion, and noise is not to make up for that: whatever the robot
-//! does, second differences of readings have a variance of 6 σ² and what torque noise adds. Where that is what is stated, so is σ.
+//! Where σ is stated too small, q grows in its place, readings of the same yaw rate are no longer correlated, and what
+//! a track or a gain explains is lost. So σ is estimated with q where that gains more than it costs; otherwise it is as
+//! stated. Accelerations in bursts are no Gaussian diffusion, and noise is not to make up for that: whatever the robot
+//! does, second differences of readings have a variance of 6 σ² and what torque noise adds. Where they agree with the
+//! stated σ, that is kept.
 
 use super::agility;
 use super::pass::{Channel, Models, Noise, Process, run};
@@ -18,36 +19,36 @@ use crate::model::drive::DriveModel;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Shares of an acceleration that may last from row to row.
+/// Values of the share of an acceleration that lasts from row to row.
 const LASTING: [f64; 6] = [0.0, 0.5, 0.75, 0.9, 0.95, 1.0];
-/// Where the search begins if all rows are alike.
+/// Start of the search with one diffusion for all rows.
 const BEGIN: Process = Process { diffusion: [0.001, 0.002], agility: agility::EVEN, lasting: 0.9, ripple: 0.0 };
-/// Nats a row that a diffusion for each class must explain more. Rows that are told apart by what they did explain a hundredth more
-/// where all are alike; where motion is even but for corners it is one and more.
+/// Gain needed for a diffusion of each class of rows, nats a row. Classes chosen by the motion itself gain a hundredth
+/// where all rows are alike; where motion is even but for corners they gain one and more.
 const CLASSES_WORTH: f64 = 0.1;
-/// Factors by which the search goes: the first where nothing is known, and where something is; and the smallest.
+/// Factors of the search: the first where nothing is known, the first where something is, and the last.
 const FAR: f64 = 8.0;
 const NEAR: f64 = 2.8;
 const LAST_FACTOR: f64 = 1.3;
-/// Rounds of parabolas; each takes the error of the one before to the third power.
+/// Rounds of parabolic refinement; each takes the error of the one before to the third power.
 const ROUNDS: usize = 2;
-/// Diffusions within these are sensible, m²/s³ and rad²/s³.
+/// Range of diffusions that are considered, m²/s³ and rad²/s³.
 const SENSIBLE: Range<f64> = 1e-9..1e4;
-/// A first step towards louder noise, as a factor on its variance, and the nats by which it must gain to be followed.
+/// First factor on the variance towards louder noise, and the gain in nats from which on it is pursued.
 const FIRST: f64 = 2.0;
 const WORTH: f64 = 3.0;
 /// ln prior odds of a noise that is not as large as stated.
 const LN_OTHER: f64 = -7.0;
-/// Standard deviation of a variance by the median size of n second differences of white noise, relative and times √n: 2.3 for
-/// independent ones, more as these overlap.
+/// Standard deviation of a variance by the median size of n second differences of white noise, relative and times √n:
+/// 2.3 for independent ones, more as these overlap.
 pub(super) const BY_MEDIAN: f64 = 3.0;
-/// Standard deviations by which readings scatter more than is stated where noise may be louder.
+/// Standard deviations by which the scatter of readings must exceed the stated noise before louder noise is considered.
 pub(super) const BEYOND_CHANCE: f64 = 4.0;
-/// Logarithm by which a standard deviation is larger than what is stated so that it matters, and is told: smooth motion adds as much
-/// to second differences.
+/// ln of the ratio of standard deviations from which on louder noise matters and is reported: smooth motion adds as
+/// much to second differences.
 pub(super) const LOUDER: f64 = 0.1;
 
-/// A quantity that is varied: how fast v or ω diffuses (m²/s³, rad²/s³), or the variance of wheels or gyro (rad²/s²).
+/// A quantity that is varied: diffusion of v or ω (m²/s³, rad²/s³), or the variance of wheels or gyro (rad²/s²).
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Varied {
     Diffusion(usize),
@@ -86,7 +87,7 @@ impl Varied {
         }
     }
 
-    /// Variance of what torque noise as stated changes of the readings from row to row, rad²/s².
+    /// Variance of the change of the readings from row to row by the stated torque noise, rad²/s².
     fn shaken(self, record: &Record, model: &DriveModel) -> f64 {
         let Belief { robot, torque_noise_n_m_sqrt_s, .. } = &record.belief;
         let [ahead, about] = model.by_torque();
@@ -97,8 +98,8 @@ impl Varied {
         torque_noise_n_m_sqrt_s.powi(2) * record.step_s * (0..2).map(|torque| by(torque).powi(2)).sum::<f64>()
     }
 
-    /// How many readings there are, and the variance of their white noise by how they scatter from row to row beside what torque noise
-    /// as stated does: at most that, where the robot accelerates evenly.
+    /// Number of readings, and the variance of their white noise from second differences, less the share of the stated
+    /// torque noise, rad²/s²: an upper limit, reached where the robot accelerates evenly.
     fn scatter(self, record: &Record, model: &DriveModel) -> (usize, f64) {
         let finite = |values: &Vec<f64>| values.iter().copied().filter(|v| v.is_finite()).collect::<Vec<f64>>();
         let there: Vec<Vec<f64>> = self.read(record).into_iter().map(finite).collect();
@@ -110,7 +111,7 @@ impl Varied {
     }
 }
 
-/// Whether wheels and gyro are as loud as is stated.
+/// Whether the noise of wheels and gyro is as stated.
 pub(super) fn is_as_stated(record: &Record, noise: &Noise) -> bool {
     noise.reading[..3] == stated(record, noise).reading[..3]
 }
@@ -119,8 +120,8 @@ fn stated(record: &Record, noise: &Noise) -> Noise {
     Noise::believed(record, (noise.wheel_lsb_rad_s > 0.0).then_some(noise.wheel_lsb_rad_s))
 }
 
-/// `noise` with the most likely diffusions under `models`, and with variances of wheels and gyro as stated, or the most likely ones
-/// where they explain more than they cost.
+/// `noise` with the most likely diffusions under `models`; the variances of wheels and gyro are as stated, or the most
+/// likely ones where these gain more than they cost.
 #[must_use]
 pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
     let stated = stated(record, noise);
@@ -136,7 +137,7 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
         level.places().any(|c| variance > matters * stated.reading[c])
     });
     let climb = Climb { record, models, least: begin.reading };
-    // one way of moving for all rows, or one for each class of them: whichever explains more
+    // one diffusion for all rows, or one for each class of rows: whichever gains more
     let best = |from: Noise, varied: &[Varied]| {
         if known {
             return climb.from(from, NEAR, varied);
@@ -153,7 +154,7 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
     if first.iter().all(|ln| *ln <= as_stated.0 + WORTH) {
         return as_stated.1;
     }
-    // one of them may be as stated, and the motion beside each is another: each has a maximum of its own
+    // one of them may be as stated, and the motion differs with each choice: every choice has a maximum of its own
     let loud = |some: &[Varied]| {
         let (mut from, mut cost) = (begin, 0.0);
         for level in some {
@@ -173,18 +174,18 @@ pub(super) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
 struct Climb<'a> {
     record: &'a Record,
     models: &'a Models,
-    /// Variances that are stated: of readings that are less loud nothing tells which motion takes the place of what they lack
+    /// Stated variances, the lower limits: below them noise and motion cannot be told apart
     least: [f64; 6],
 }
 
 impl Climb<'_> {
-    /// ln p; where the filter diverges, nothing is less likely.
+    /// ln p; -∞ where the filter diverges.
     fn weigh(&self, noise: &Noise) -> f64 {
         let ln = run(self.record, self.models, noise, &[], |_| {}).ln_likelihood();
         if ln.is_finite() { ln } else { f64::NEG_INFINITY }
     }
 
-    /// ln p and the noise at its maximum over what is `varied`, the first steps by `first_factor`.
+    /// ln p and the noise at its maximum over the quantities `varied`; the first steps are by `first_factor`.
     fn from(&self, begin: Noise, first_factor: f64, varied: &[Varied]) -> (f64, Noise) {
         let two = |[a, b]: [Noise; 2]| rayon::join(|| self.weigh(&a), || self.weigh(&b));
         let sensible = |u: &Noise| {
@@ -203,7 +204,7 @@ impl Climb<'_> {
                 if above > best && sensible(&up) {
                     (best, here, moved) = (above, up, true);
                 }
-                // from where that has led
+                // from the result of the step up
                 let back = one.times(&here, 1.0 / factor);
                 let below = if here == from { below } else { self.weigh(&back) };
                 if below > best && sensible(&back) {
@@ -251,7 +252,7 @@ pub(super) mod tests {
     const ROWS: usize = 4000;
     const STEP_S: f64 = 0.01;
 
-    /// What is believed of a small robot without noise of its torques.
+    /// Nominal parameters of a small robot without torque noise.
     pub(in crate::gap::drive) fn belief() -> Belief {
         let robot = Robot::small();
         Belief {
@@ -271,7 +272,7 @@ pub(super) mod tests {
         }
     }
 
-    /// A robot whose speeds walk with these diffusions, and its wheels.
+    /// A robot whose speeds are random walks with these diffusions.
     fn walking(diffusion: [f64; 2]) -> Record {
         let belief = belief();
         let draw = &mut Stream::new(3, 8);
@@ -326,7 +327,8 @@ pub(super) mod tests {
         let found = likely(&record, &models, &noise);
         assert!(!is_as_stated(&record, &found) && is_as_stated(&record, &noise));
         assert_eq!(found.reading[..2], noise.reading[..2], "the wheels are as stated");
-        // ln σ² is known to √(2/n) from n readings of nothing else; motion that wheels read as well takes no more than half of that
+        // ln σ² is known to √(2/n) from n readings of nothing else; motion that wheels read as well takes no more than
+        // half of that
         let variance = louder.powi(2) + record.belief.gyro_std_rad_s.powi(2);
         assert!((found.reading[2] / variance).ln().abs() < 5.0 * (4.0 / ROWS as f64).sqrt(), "{found:?}");
         for (q, truth) in found.process.diffusion.iter().zip(truth) {

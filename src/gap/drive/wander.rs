@@ -1,39 +1,40 @@
-//! y(t) = β₀ + β₁ x(t - τ(t)) + e:   τ a random walk over knots, read by the forward and backward recursion of a hidden chain
+//! y(t) = β₀ + β₁ x(t - τ(t)) + e:   τ a random walk over knots, read by the forward and backward recursion of a hidden
+//! chain
 //!
-//! A clock that runs unevenly against another, as stamps do that were made of a nominal rate while rows were lost. How far τ
-//! walks from knot to knot is chosen by evidence, not to walk at all among the choices (Rabiner 1989; the gains are fitted anew
-//! in turn).
+//! A clock that runs unevenly against another, as do stamps that were made of a nominal rate while rows were lost. The
+//! size of the walk from knot to knot is chosen by evidence, with no walk among the choices (Rabiner 1989); gains and
+//! walk are fitted in turn.
 
 use super::offset::{Integral, Lag, WINDOWS_APART, fitted, independent, window_s};
 
 /// Distance of knots, s.
 const KNOT_S: f64 = 4.0;
-/// How far τ may lie from where it is on average, s, and the steps in which it is sought.
+/// Largest distance of τ from its mean, s, and step of its grid.
 const FAR_S: f64 = 3.0;
 const STEP_S: f64 = 0.04;
-/// How far it may walk from one knot to the next, s.
+/// Sizes of the walk from one knot to the next that are tried, s.
 const WALKS_S: [f64; 7] = [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4];
-/// Times that gains and walk are fitted in turn.
+/// Rounds in which gains and walk are fitted in turn.
 const TURNS: usize = 4;
-/// Windows that are compared between two knots, at most, and in all.
+/// Most windows that are compared between two knots, and in all.
 const BETWEEN: f64 = 40.0;
 const MOST: f64 = 6000.0;
-/// Steps of the grid that a walk spans at least.
+/// Least range of a walk, in steps of the grid.
 const FEWEST_STATES: f64 = 2.0;
-/// Nats by which a walk has to be likelier than none.
+/// Nats by which a walk has to be more likely than none.
 const SURE: f64 = 3.0;
 
-/// A lag that wanders.
+/// A lag that varies with time.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Track {
-    /// Knots, s, by the late stream's stamps.
+    /// Times of the knots, s, by the late stream's stamps.
     times_s: Vec<f64>,
-    /// Lags there, s.
+    /// Lags at the knots, s.
     pub(super) lags_s: Vec<f64>,
 }
 
 impl Track {
-    /// The lag at `t_s`, straight between knots.
+    /// The lag at `t_s`, linear between knots.
     pub(super) fn at(&self, t_s: f64) -> f64 {
         let next = self.times_s.partition_point(|t| *t < t_s);
         let last = self.times_s.len() - 1;
@@ -44,7 +45,7 @@ impl Track {
         self.lags_s[next - 1] + share * (self.lags_s[next] - self.lags_s[next - 1])
     }
 
-    /// Mean and root mean square about it, s.
+    /// Mean lag, and root mean square about it, s.
     pub(super) fn mean_and_spread_s(&self) -> [f64; 2] {
         let n = self.lags_s.len() as f64;
         let mean = self.lags_s.iter().sum::<f64>() / n;
@@ -52,7 +53,7 @@ impl Track {
     }
 }
 
-/// How the lag of `of` against `by` wanders about a constant one; none where it does not.
+/// Lag of `of` against `by` as it wanders about a constant one; none where it does not.
 pub(super) fn track(of: &Integral, by: &Integral, about: &Lag) -> Option<Track> {
     let [begin_s, end_s] = of.span_s()?;
     let knots = ((end_s - begin_s) / KNOT_S).floor() as usize;
@@ -64,7 +65,7 @@ pub(super) fn track(of: &Integral, by: &Integral, about: &Lag) -> Option<Track> 
     let half = (FAR_S / STEP_S).round() as usize;
     let tried = 2 * half + 1;
     let lag_of = |state: f64| about.lag_s + (state - half as f64) * STEP_S;
-    // where x has stopped for longer than a lag may wander, no lag is told
+    // where x has stopped for longer than a lag may wander, no lag can be told
     let [low_s, high_s] = by.span_s()?;
     let from_s = if begin_s - about.lag_s < low_s - FAR_S { low_s } else { f64::NEG_INFINITY };
     let to_s = if end_s - about.lag_s > high_s + FAR_S { high_s } else { f64::INFINITY };
@@ -115,7 +116,7 @@ pub(super) fn track(of: &Integral, by: &Integral, about: &Lag) -> Option<Track> 
         walks = chains[best].0 > chains[0].0 + SURE + (WALKS_S.len() as f64).ln();
         states.clone_from(&chains[best].1);
     }
-    // within a state of the grid there is nothing to tell a walk from what straight lines between readings do
+    // within a state of the grid a walk cannot be told from errors of interpolation
     let [least, most] =
         [f64::min as fn(f64, f64) -> f64, f64::max].map(|of| states.iter().copied().fold(half as f64, of));
     (walks && most - least > FEWEST_STATES).then(|| Track {
@@ -124,7 +125,7 @@ pub(super) fn track(of: &Integral, by: &Integral, about: &Lag) -> Option<Track> 
     })
 }
 
-/// ln evidence of a chain that walks by so many states from knot to knot, and the mean state in each.
+/// ln evidence of a chain that walks by `walk` states from knot to knot, and the mean state at each knot.
 fn chain(likelihood: &[Vec<f64>], walk: f64) -> (f64, Vec<f64>) {
     let tried = likelihood[0].len();
     let reach = (4.0 * walk).ceil() as usize;
@@ -139,7 +140,7 @@ fn chain(likelihood: &[Vec<f64>], walk: f64) -> (f64, Vec<f64>) {
         };
         (0..tried).map(one).collect()
     };
-    // in each knot relative to the likeliest state there
+    // at each knot relative to the likeliest state there
     let tops: Vec<f64> = likelihood.iter().map(|l| l.iter().copied().fold(f64::NEG_INFINITY, f64::max)).collect();
     let odds = |k: usize, p: &[f64]| -> (f64, Vec<f64>) {
         let p: Vec<f64> = p.iter().zip(&likelihood[k]).map(|(p, l)| p * (l - tops[k]).exp()).collect();

@@ -1,12 +1,13 @@
-//! y_k = Σ_j β_j x_jk ± Δ/2 + noise, the sign a two-state Markov chain: ln p(y | β, Δ, dwell times), its mode and curvature
+//! y_k = Σ_j β_j x_jk ± Δ/2 + noise, the sign a two-state Markov chain: ln p(y | β, Δ, dwell times), its mode and
+//! curvature
 //!
-//! The forward recursion over every sample (Rabiner, Proc. IEEE 77 (1989) 257) sums over all paths, so dwell times that are
-//! not long against the sample time, and levels that overlap in the noise, are neither too long nor too close. The
-//! nuisances β (turn-on bias and warm-up) keep their priors: a level and a turn-on bias look alike where flips are few.
+//! The forward recursion over every sample (Rabiner, Proc. IEEE 77 (1989) 257) sums over all paths. Dwell times that
+//! are not long against the sample time, and levels that overlap in the noise, are therefore not biased. The nuisances
+//! β (turn-on bias and warm-up) keep their priors: a level and a turn-on bias look alike where flips are few.
 
 use super::interval::{Estimate, maximum};
 
-/// What is known of the recording beside the chain.
+/// Readings and noise model of the recording beside the chain.
 pub(super) struct Beside<'a> {
     /// Readings less everything but nuisances and the chain, in standard deviations of the white noise.
     pub y: &'a [f64],
@@ -18,7 +19,7 @@ pub(super) struct Beside<'a> {
     pub step_s: f64,
 }
 
-/// The chain's parameters.
+/// Estimated parameters of the chain.
 pub(super) struct Chain {
     /// Distance of the levels, rad/s.
     pub spacing_rad_s: Estimate,
@@ -28,9 +29,9 @@ pub(super) struct Chain {
     pub dwell_ratio: Estimate,
 }
 
-/// Standard deviation of ln dwell ratio before the recording is seen: a factor of seven.
+/// Prior standard deviation of ln dwell ratio: a factor of seven.
 const LN_RATIO_STD: f64 = 2.0;
-/// Steps of the differences: a part of what a chain of hundreds of flips tells.
+/// Steps of the finite differences of ln parameters: a fraction of their uncertainty with hundreds of flips.
 const STEP: f64 = 0.02;
 
 impl Beside<'_> {
@@ -40,16 +41,17 @@ impl Beside<'_> {
         let &[ln_spacing, ln_dwell, ln_ratio] = chain else { return f64::NEG_INFINITY };
         let (spacing, dwell_s, ratio) = (ln_spacing.exp(), ln_dwell.exp(), ln_ratio.exp());
         let upper = ratio / (1.0 + ratio);
-        // mean dwell times 2 τ p and 2 τ (1 - p): the memory fades with the sum of the rates
+        // mean dwell times 2 τ p and 2 τ (1 - p): the correlation decays with the sum of the leaving rates
         let stays = (-self.step_s / (2.0 * dwell_s * upper * (1.0 - upper))).exp();
         let mut p = upper;
         let mut sum = 0.0;
-        // products of the norms, their logarithm only when they leave the range
+        // the logarithm of the product of norms is taken only when it leaves its range
         let mut norm: f64 = 1.0;
         for (k, y) in self.y.iter().enumerate() {
             let nuisance: f64 = beta.iter().zip(self.columns).map(|(b, c)| b * c[k]).sum();
             let off = y - nuisance;
-            // density at the upper level over that at the lower: exp(Δ off); the factor common to both is -(off² + Δ²/4)/2
+            // density at the upper level over that at the lower: exp(Δ off); the factor common to both is -(off² +
+            // Δ²/4)/2
             let half = (0.5 * spacing * off).clamp(-300.0, 300.0).exp();
             let (low, high) = ((1.0 - p) / half, p * half);
             let total = low + high;
@@ -73,7 +75,7 @@ impl Beside<'_> {
         x.extend([(spacing_rad_s / self.white_std_rad_s).ln(), (0.5 * (low + high)).ln(), (high / low).ln()]);
         let start = self.start(&x);
         x[..n].copy_from_slice(&start);
-        // nuisances are known to a part of the white noise over √n
+        // nuisances are known to a fraction of the white noise over √n
         let fine = 0.3 / (self.y.len() as f64).sqrt();
         let reach = |c: &Vec<f64>| (c.iter().map(|v| v * v).sum::<f64>() / c.len().max(1) as f64).sqrt();
         let mut steps: Vec<f64> = self.columns.iter().map(|c| (fine / reach(c).max(1e-12)).min(0.1)).collect();
@@ -90,7 +92,7 @@ impl Beside<'_> {
         })
     }
 
-    /// Nuisances at which the mean of the readings is that of the chain: by least squares with the prior.
+    /// Nuisances by least squares with their prior, the chain replaced by its mean and variance.
     fn start(&self, x: &[f64]) -> Vec<f64> {
         let n = self.columns.len();
         let ratio = x[n + 2].exp();

@@ -1,8 +1,8 @@
-//! Just these effects: argmax p(log, θ | effects), with an interval for each parameter
+//! Fit of given effects and no others: argmax p(log, θ | effects), with an interval for each parameter
 //!
-//! The likelihood is the diagnosis's ([`crate::gap::diagnose()`]), the search over sets is left out: whoever knows what is at
-//! work asks how large it is. Parameters that are positive by nature have intervals that are symmetric in their logarithm,
-//! where the likelihood is close to normal; the others are symmetric about the estimate.
+//! The likelihood is the diagnosis's ([`crate::gap::diagnose()`]), without the search over sets. Parameters that are
+//! positive by nature have intervals that are symmetric in their logarithm, where the likelihood is close to normal;
+//! the others are symmetric about the estimate.
 
 mod chain;
 mod interval;
@@ -34,11 +34,11 @@ use std::collections::BTreeMap;
 pub struct Explained {
     /// Its identifier.
     pub id: String,
-    /// What it adds to the log-likelihood of the recording, nats; small numbers mean that the recording hardly shows it.
+    /// Its gain in the log-likelihood of the recording, nats; a small gain means that the recording hardly shows it.
     pub gain_nats: f64,
-    /// Parameters that the recording tells. Without those that describe the form and are not known better than by default.
+    /// Parameters that the recording tells, without form parameters that it tells no better than their default.
     pub parameters: BTreeMap<String, Estimate>,
-    /// When it shows, s, where it does not all the time.
+    /// Interval in which it shows, s; none where it shows all the time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_s: Option<[f64; 2]>,
 }
@@ -46,20 +46,20 @@ pub struct Explained {
 /// Effects fitted together to one recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Explanations {
-    /// The effects, in the order asked for; those of which the recording has no trace are missing, and a note says so.
+    /// The effects, in the order asked for; those that the recording does not show are missing, and a note says so.
     pub effects: Vec<Explained>,
-    /// What was assumed, and what could not be fitted, in sentences.
+    /// Assumptions, and effects that could not be fitted, in sentences.
     pub notes: Vec<String>,
 }
 
 /// Least number of cycles of a tone in the recording.
 const CYCLES: f64 = 3.0;
-/// Rounds in which every signal is sought anew beside all the others.
+/// Rounds in which every signal is fitted anew beside all others.
 const ROUNDS: usize = 2;
 
-/// Fits the effects `ids` of `library`, and no others, to `log`, beside what `config` models: of a gyro at rest warm-up and
-/// white noise, of a drive the robot and its sensors. The time of the first row since power-on is `since_power_on_s` where the
-/// log's time counts from something else.
+/// Fits the effects `ids` of `library`, and no others, to `log`, beside what `config` models: for a gyro at rest
+/// warm-up and white noise, for a drive the robot and its sensors. The time of the first row since power-on is
+/// `since_power_on_s` where the log's time counts from something else.
 ///
 /// ```no_run
 /// use gyroid::{config::Config, effects::Library, gap};
@@ -73,8 +73,8 @@ const ROUNDS: usize = 2;
 /// ```
 ///
 /// # Errors
-/// As [`prepare`], of a drive as [`super::drive::record::Record::new`]; [`ErrorKind::Usage`] if an id is unknown or stands twice, or there is none; [`ErrorKind::Column`] if the
-/// log lacks what an effect follows.
+/// As [`prepare`], of a drive as [`super::drive::record::Record::new`]; [`ErrorKind::Usage`] if an id is unknown or
+/// given twice, or there is none; [`ErrorKind::Column`] if the log lacks the quantity that an effect is a function of.
 pub fn explain(
     config: &Config,
     log: &Log,
@@ -119,7 +119,7 @@ fn chosen(library: &Library, ids: &[&str]) -> Result<Vec<&'static dyn Effect>> {
     Ok(effects)
 }
 
-/// Fits `effects` to a recording that was made ready.
+/// Fits `effects` to a prepared recording.
 pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Explanations {
     let mut notes = prepared.notes.clone();
     let recorded = &prepared.rate_rad_s;
@@ -143,7 +143,7 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
     let mut all: Vec<Candidate> = candidates(effects, &frame.scene).into_iter().filter(|c| c.named).collect();
     let asked = all.len();
     if two_levels.is_some() {
-        // stands where the two levels will be
+        // correlated noise holds the place of the two levels at the start
         all.extend(candidates(crate::effects::registry(), &frame.scene).into_iter().find(|c| c.kind.is_exponential()));
     }
     let likelihood = Likelihood::new(&frame, &data, &all, &nuisance);
@@ -156,7 +156,7 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
             parts::parts(l, fitted).into_iter().filter_map(|p| Some(told(library_effect(effects, &p.id)?.about(), &p)));
         (told.collect::<Vec<_>>(), Search::new(l, Prior::default()).whitened(&fitted.hypothesis))
     };
-    // what is left, whitened: by the set beside two levels where there are two
+    // the whitened remainder, beside the two levels where they are asked for and found
     let (gaussian_parts, white) = match &found {
         Some((id, (popcorn, gain))) => {
             let left: Vec<f64> = data.values_rad_s.iter().zip(&popcorn.path).map(|(y, p)| y - p).collect();
@@ -173,7 +173,7 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
         for i in &aside {
             w[*i] += (deviation[*i] - data.values_rad_s[*i]) / frame.scene.white_std_rad_s;
         }
-        // what the ends leak into is no sample of the noise
+        // samples near the ends hold leakage
         let edge = (w.len() / 400).min(100);
         explained
             .extend(rare::judge(&w[edge..w.len() - edge]).map(|r| outliers_told(id, &r, frame.scene.white_std_rad_s)));
@@ -199,7 +199,7 @@ fn library_effect(effects: &[&'static dyn Effect], id: &str) -> Option<&'static 
     effects.iter().copied().find(|e| e.about().id == id)
 }
 
-/// Two levels by the recursion over all samples, from what the alternation of chain and Gaussian part found.
+/// Telegraph noise by the recursion over all samples, started from the result of alternating chain and Gaussian part.
 fn two_levels_told(
     id: &str,
     beside: &Likelihood,
@@ -212,7 +212,7 @@ fn two_levels_told(
     let levels = h.white_spectrum(frame, beside.candidates);
     let power: f64 = levels.iter().zip(&frame.bins.count).map(|(s, n)| s * n).sum();
     let white = (power / frame.len().max(1) as f64).sqrt();
-    // the Gaussian part without its nuisances: signals at their means, and what the noises follow
+    // the Gaussian part without its nuisances: signals at their posterior means, and the estimate of the noises
     let posterior = beside.coefficients(h)?;
     let mut z = vec![0.0; frame.len()];
     let ids = h.signals.iter().flat_map(|s| s.columns.iter());
@@ -268,7 +268,7 @@ fn outliers_told(id: &str, rare: &rare::Rare, white_std_rad_s: f64) -> Explained
     }
 }
 
-/// A part as it is told.
+/// An effect as explained, from its part in a set.
 pub(super) fn told(about: &About, part: &Part) -> Explained {
     let one = |(name, value): (&String, &f64)| {
         let std = *part.std.get(name)?;
@@ -283,10 +283,10 @@ pub(super) fn told(about: &About, part: &Part) -> Explained {
     }
 }
 
-/// The candidates `which` at work together, at their mode.
+/// The candidates `which` fitted together, at their mode.
 ///
-/// A walk can take a ramp for itself and the other way round: which comes first may decide where the climb ends, so both
-/// orders are gone and the more probable end is taken.
+/// A random walk can take up a ramp, and the reverse: the order in which they are added may decide which maximum is
+/// reached. Both orders are tried, and the more probable result is taken.
 fn together(l: &Likelihood, which: std::ops::Range<usize>) -> Fitted {
     let is_signal = |c: &usize| matches!(l.candidates[*c].kind, Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn);
     let (signals, noises): (Vec<usize>, Vec<usize>) = which.partition(is_signal);
@@ -323,7 +323,7 @@ fn together(l: &Likelihood, which: std::ops::Range<usize>) -> Fitted {
     if second.ln_evidence > first.ln_evidence { second } else { first }
 }
 
-/// `h` with `candidate` at its best start; as it is where the recording cannot show it.
+/// `h` with `candidate` added at its best start; unchanged where the recording cannot show it.
 fn with(l: &Likelihood, h: &Hypothesis, candidate: usize) -> Hypothesis {
     let added = match &l.candidates[candidate].kind {
         Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(|a| a.0),
@@ -341,7 +341,8 @@ fn with(l: &Likelihood, h: &Hypothesis, candidate: usize) -> Hypothesis {
     added.unwrap_or_else(|| h.clone())
 }
 
-/// Two levels beside `gaussian`, and what they gain; `noise` is the candidate that holds their place at the start.
+/// Telegraph noise beside `gaussian`, and its gain in ln evidence, nats; the candidate `noise` holds its place at the
+/// start.
 fn levels(l: &Likelihood, nuisance: &[(ColumnId, f64)], gaussian: &Fitted, noise: usize) -> Option<(Popcorn, f64)> {
     let base = &gaussian.hypothesis;
     let whole = l.fit(&l.add_noise(base, noise)?.0).hypothesis;

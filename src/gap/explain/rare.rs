@@ -1,32 +1,32 @@
 //! w ~ (1 - p) N(0, s²) + p ∫ N(±a, s²) dG(a), G any law of sizes from [`LEAST`] standard deviations up
 //!
-//! The law of false samples is nobody's to know: a fixed size, exponential, one side or both. It is estimated with p
-//! (non-parametric maximum likelihood: Kiefer and Wolfowitz, Ann. Math. Statist. 27 (1956) 887), by expectation and
-//! maximisation over a grid of sizes; the interval of p is that of its profile likelihood. A normal law would count the
-//! false samples that it expects, and nobody saw, among the small ones.
+//! The distribution of false samples is unknown: a fixed size, exponential, on one side or both. It is estimated with p
+//! by non-parametric maximum likelihood (Kiefer and Wolfowitz, Ann. Math. Statist. 27 (1956) 887), by expectation
+//! maximisation over a grid of sizes; the interval of p is that of its profile likelihood. A normal distribution would
+//! also count expected false samples that are too small to be seen.
 
 use super::interval::Estimate;
 use crate::math::NORMAL_975;
 use std::f64::consts::TAU;
 
-/// Smallest size of a false sample, in standard deviations of the noise: below it they are not told from the noise.
+/// Smallest size of a false sample, in standard deviations of the noise; smaller ones cannot be told from noise.
 pub(super) const LEAST: f64 = 4.0;
 /// Ratio of neighbouring sizes.
 const NEXT: f64 = 1.2;
-/// The noise's level may differ from one by this.
+/// Largest relative deviation of the noise's level from one.
 const LEVEL: f64 = 0.03;
 const ROUNDS: usize = 300;
 const LEVEL_ROUNDS: usize = 4;
-/// As good as no false sample in any recording.
+/// Value of p that stands for no false samples.
 const NONE: f64 = 1e-12;
-/// Range of p, as often as it may be while the others are the rule.
+/// Range of p.
 const RANGE: [f64; 2] = [1e-7, 0.3];
 
-/// What the rare samples are like.
+/// Estimated rare (false) samples.
 pub(super) struct Rare {
     /// Probability of a sample to be false.
     pub probability: Estimate,
-    /// Root mean square of what is added to them, in standard deviations of the noise.
+    /// Root mean square of the values added to them, in standard deviations of the noise.
     pub size: Estimate,
     /// Gain in log-likelihood over noise alone.
     pub gain_nats: f64,
@@ -37,7 +37,7 @@ struct Mixture {
     centre: Vec<f64>,
     count: Vec<f64>,
     sizes: Vec<f64>,
-    /// Of the noise.
+    /// Standard deviation of the noise, near one.
     level: f64,
     quiet: Vec<f64>,
     rare: Vec<Vec<f64>>,
@@ -80,8 +80,8 @@ impl Mixture {
         self.rare = self.centre.iter().map(|x| self.sizes.iter().map(|a| self.density(*x, *a)).collect()).collect();
     }
 
-    /// Sizes of neighbouring atoms are further apart than the noise is wide where they are large: each atom stands for a
-    /// stretch of sizes, and is as wide.
+    /// Density at |w| = `x` of a false sample of the size `size`. Large neighbouring sizes are further apart than the
+    /// noise is wide: each node is widened to the interval of sizes that it stands for.
     fn density(&self, x: f64, size: f64) -> f64 {
         let wide = self.level * self.level + (size * (NEXT - 1.0)).powi(2) / 12.0;
         let one = |d: f64| (-0.5 * d * d / wide).exp();
@@ -92,8 +92,8 @@ impl Mixture {
         2.0 * (-0.5 * (x / self.level).powi(2)).exp() / (TAU.sqrt() * self.level)
     }
 
-    /// ln p(w) of `p` at the best law from a start, to which the law moves; a free p moves too. With it the variance of
-    /// the noise, were it free.
+    /// Expectation maximisation from the distribution of sizes `weights`, which it improves, and over `p` if `free`.
+    /// Returns ln p(w), and the variance that the noise would have if it were free.
     fn climb(&self, p: &mut f64, free: bool, weights: &mut [f64]) -> [f64; 2] {
         let mut last = [f64::NEG_INFINITY, 1.0];
         let mut sums = vec![0.0; weights.len()];
@@ -129,7 +129,7 @@ impl Mixture {
     }
 }
 
-/// Judges the rare samples of a whitened series; none where it has no samples.
+/// Estimates the rare samples of a whitened series; none where it has no samples.
 pub(super) fn judge(w: &[f64]) -> Option<Rare> {
     let mut mixture = Mixture::new(w);
     let n: f64 = mixture.count.iter().sum();
@@ -163,13 +163,13 @@ pub(super) fn judge(w: &[f64]) -> Option<Rare> {
     let probability = Estimate { estimate: p, std: 0.5 * (ci95[1] - ci95[0]) / NORMAL_975, ci95 };
     let moment = |k: i32| law.iter().zip(&mixture.sizes).map(|(w, a)| w * a.powi(k)).sum::<f64>();
     let (square, fourth, count) = (moment(2), moment(4), (n * p).max(1.0));
-    // of the sizes themselves, and of the noise on each
+    // from the scatter of the sizes, and from the noise on each
     let relative = ((0.25 * (fourth / (square * square) - 1.0)).max(0.0) + 1.0 / square) / count;
     let size = Estimate::normal(square.sqrt(), (square * relative).sqrt(), true);
     Some(Rare { probability, size, gain_nats: (top - none).max(0.0) })
 }
 
-/// E c²/E c of the lengths c of runs of samples that are rather false than not, at least one.
+/// E c²/E c of the lengths c of runs of samples that are more probably false than not; at least one.
 fn clusters(w: &[f64], p: f64, law: &[f64], mixture: &Mixture) -> f64 {
     let is_rare = |v: &f64| {
         let a = v.abs();
@@ -209,7 +209,7 @@ mod tests {
                 w.push(draw.normal() + if rare { sign * size } else { 0.0 });
             }
             let found = judge(&w).unwrap().probability;
-            // all of these are seen; what is left is the draw of the count
+            // all of these are seen: the remaining error is that of the drawn count
             let share = count / f64::from(n);
             assert!((found.estimate / share - 1.0).abs() < 0.06, "law {k}: {found:?}, drawn {share}");
             let poisson = (p / f64::from(n)).sqrt();

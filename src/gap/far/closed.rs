@@ -1,35 +1,36 @@
 //! gap closed = (after - before)/(floor - before) in log score, with an interval by blocks of time
 //!
-//! The interval: blocks of rows are drawn with replacement, the same for both models and the floor, and the simulated
-//! recordings of the floor too; the middle 95 % of the ratios (moving to blocks keeps the correlation that a wrong model
-//! leaves: Künsch, Annals of Statistics 17 (1989) 1217; here the blocks do not overlap).
+//! The interval is by bootstrap: blocks of rows are drawn with replacement, the same for both models and the floor, and
+//! the simulated recordings of the floor too; it holds the middle 95 % of the ratios. Blocks keep the correlation that
+//! a wrong model leaves (Künsch, Annals of Statistics 17 (1989) 1217; here the blocks do not overlap).
 
 use super::Options;
 use crate::math::NORMAL_975;
 use crate::math::random::Stream;
 
-/// Blocks that a recording is cut into, at least.
+/// Fewest blocks of a recording.
 const FEWEST_BLOCKS: usize = 20;
-/// A gain below this is no gap: it is what a single superfluous parameter may bring by chance.
+/// Least expected gain of a gap, nats: a single superfluous parameter may gain as much by chance.
 const LEAST_GAIN_NATS: f64 = 2.0;
-/// A level of white noise that gains less than this, nats, has no name: its prior, and ln n / 2 for one more parameter of n rows.
+/// Gain below which a level of white noise is not named, nats: its prior, and ln n / 2 for one more parameter of n
+/// rows.
 const UNNAMED_NATS: f64 = 8.0;
-/// Blocks to begin with.
+/// Largest number of blocks, with which [`block_rows`] begins.
 const MOST_BLOCKS: usize = 400;
 
 /// Share of the gap that a model closes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Closed {
-    /// The share; none where there is no gap to speak of.
+    /// The share; none where there is no measurable gap.
     pub estimate: Option<f64>,
-    /// Its 95 % interval; none where the share is, or where it has no bounds.
+    /// Its 95 % interval; none where the share is none or the interval is unbounded.
     pub ci95: Option<[f64; 2]>,
-    /// Whether the floor is that of the recording itself, before plus the expected gain (see [`gap_closed`]).
+    /// Whether the floor is the score before plus the expected gain (see [`gap_closed`]).
     pub paired: bool,
-    /// What the log score of the whole recording gains, nats.
+    /// Gain in the log score of the whole recording, nats.
     pub gained_nats: f64,
-    /// What the augmented simulator gains over the nominal one on its own recordings, nats: the gain to be expected if
-    /// it were right. It does not suffer from chance in the white noise as the floor does.
+    /// Gain of the augmented simulator over the nominal one on its own recordings, nats: the gain to be expected if it
+    /// were right. Unlike in the floor, chance in the white noise cancels in it.
     pub expected_gain_nats: f64,
 }
 
@@ -40,15 +41,15 @@ pub struct Scores<'a> {
     pub before: &'a [f64],
     /// Under the model in question.
     pub after: &'a [f64],
-    /// Of the augmented simulator on its own recordings.
+    /// Of the augmented simulator on each of its own recordings.
     pub floor: Vec<&'a [f64]>,
-    /// Total of the nominal simulator on these recordings.
+    /// Total of the nominal simulator on each of these recordings, nats.
     pub own_before: Vec<f64>,
-    /// ½ Σ ln r, r the variance of the recording's white noise over that of these recordings: what the floor is lower by, nats.
+    /// ½ Σ ln r, r the variance of the recording's white noise over that of these recordings: lowers the floor, nats.
     pub level_nats: f64,
 }
 
-/// Sums of blocks of `rows` rows; a rest shorter than half a block joins the last one.
+/// Sums over blocks of `rows` rows; a remainder shorter than half a block is added to the last block.
 pub(in crate::gap) fn block_sums(values: &[f64], rows: usize) -> Vec<f64> {
     let rows = rows.max(1);
     let mut sums: Vec<f64> = values.chunks(rows).map(|b| b.iter().sum()).collect();
@@ -62,8 +63,8 @@ pub(in crate::gap) fn block_sums(values: &[f64], rows: usize) -> Vec<f64> {
     sums
 }
 
-/// Length of a block, rows: doubled until the gains of neighbouring blocks are no longer correlated beyond chance, as long as
-/// 20 blocks remain.
+/// Length of a block, rows: doubled until the gains of neighbouring blocks are no longer correlated beyond chance, as
+/// long as 20 blocks remain.
 #[must_use]
 pub fn block_rows(before: &[f64], after: &[f64]) -> usize {
     let gain: Vec<f64> = before.iter().zip(after).map(|(b, a)| a - b).collect();
@@ -89,13 +90,13 @@ fn std(values: &[f64]) -> f64 {
 
 /// Share of the gap that is closed.
 ///
-/// The score of a recording scatters by √(rows/2) nats from chance in the white noise alone. White noise that is 1 + δ times as large
-/// lowers it by rows·δ, which no model can win back: knowing δ gains rows·δ², and what gains less than 8 nats has no name. The floor of
-/// a recording that is louder is lower by as much ([`Scores::level_nats`]), as far as its white noise tells.
-/// A gap that does not exceed two standard deviations of chance and that, and every gap where [`Options::whole_log`] or
-/// [`Options::in_pairs`], is measured in pairs: the floor is what the nominal simulator scores on the recording plus the gain to be
-/// expected, so that this chance cancels; the interval is then that of the gain over simulated recordings. None where not even a gain
-/// of 2 nats is expected.
+/// The score of a recording scatters by √(rows/2) nats from chance in the white noise alone. White noise larger by the
+/// factor 1 + δ lowers it by rows·δ, which no model can recover: knowing δ gains rows·δ², and a level that gains less
+/// than 8 nats is not named. The floor of a recording with louder noise is lower by [`Scores::level_nats`].
+/// A gap that does not exceed two standard deviations of this chance plus that of an unnamed level, and every gap under
+/// [`Options::whole_log`] or [`Options::in_pairs`], is measured in pairs. The floor is then the nominal score on the
+/// recording plus the expected gain, so that chance cancels; the interval is that of the gain over simulated
+/// recordings. The share is none where the expected gain is not above 2 nats.
 #[must_use]
 pub fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Options) -> Closed {
     let total = |v: &[f64]| v.iter().sum::<f64>();
@@ -107,7 +108,7 @@ pub fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Options) -> 
     let expected_gain_nats = gains.iter().sum::<f64>() / logs;
     let gained_nats = after - before;
     let gap = floor - before - scores.level_nats;
-    // rows·δ of √(rows/2), the standard deviation, at the largest δ without a name
+    // rows·δ at the largest δ that is not named, in standard deviations √(rows/2) of the score
     let by_noise = (2.0 * UNNAMED_NATS).sqrt();
     if !options.whole_log && !options.in_pairs && floors.len() >= 2 && gap > (2.0 + by_noise) * std(&floors) {
         let ci95 = resampled(scores, block_rows, options);
@@ -122,7 +123,7 @@ pub fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Options) -> 
     Closed { estimate, ci95, paired: true, gained_nats, expected_gain_nats }
 }
 
-/// Middle 95 % of the ratio over resampled blocks and recordings; none where the resampled gap may vanish.
+/// Middle 95 % of the ratio over resampled blocks and recordings; none where more than one gap in 40 is not positive.
 fn resampled(scores: &Scores<'_>, block_rows: usize, options: &Options) -> Option<[f64; 2]> {
     let (before, after) = (block_sums(scores.before, block_rows), block_sums(scores.after, block_rows));
     let floors: Vec<Vec<f64>> = scores.floor.iter().map(|f| block_sums(f, block_rows)).collect();

@@ -1,7 +1,7 @@
 //! gap closed = (before - after)/(before - floor)
 //!
-//! How far the gap shrinks on a recording that was kept back. *Before* is the measure under the nominal simulator, *after*
-//! under the augmented one, *floor* what the augmented simulator scores on its own recordings: no model of this noise can do
+//! How far the gap shrinks on a hold-out recording. *Before* is the measure under the nominal simulator, *after* under
+//! the augmented one, *floor* the score of the augmented simulator on its own recordings: no model of this noise does
 //! better on average.
 //!
 //! | measure | is |
@@ -11,8 +11,8 @@
 //! | `allan_deviation_ln_rms` | distance of ln Allan deviation from the mean of simulated recordings, over octaves |
 //! | `spectrum_ln_rms` | the same of the ln power spectrum, over half octaves |
 //!
-//! The last two are shapes: 0.1 is about 10 %. Their floor is the distance of the augmented simulator's recordings from
-//! each other.
+//! The last two are distances of curves: 0.1 is about 10 %. Their floor is the distance of the augmented simulator's
+//! recordings from each other.
 
 mod closed;
 mod heading;
@@ -33,25 +33,25 @@ use heading::heading_errors;
 use rayon::prelude::*;
 use shape::{Residuals, Shape};
 
-/// Standard deviations beyond which a second difference is of a single reading far off.
+/// Robust standard deviations beyond which a second difference is that of an outlier.
 const FAR_OFF: f64 = 6.0;
 
-/// How the gap is measured.
+/// Settings of the measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Seed of the simulated recordings and of the resampling.
     pub seed: u64,
     /// Recordings simulated for the floor, at least 2.
     pub simulated_logs: usize,
-    /// Resamplings for an interval.
+    /// Number of resamplings for an interval.
     pub draws: usize,
     /// Horizons of the heading drift, s.
     pub horizons_s: Vec<f64>,
-    /// Whether the log score is that of the whole recording rather than of a row: for what is drawn once in a
-    /// recording, such as the turn-on bias. Gap and interval then come from pairs (see [`gap_closed`]).
+    /// Whether the log score is that of the whole recording rather than of a row: for quantities that are drawn once in
+    /// a recording, such as the turn-on bias. Gap and interval then come from pairs (see [`gap_closed`]).
     pub whole_log: bool,
-    /// Whether gap and interval come from pairs whatever the floor is: where nothing tells what the recording should hold, such as
-    /// the motion of a robot whose torques were not logged.
+    /// Whether gap and interval come from pairs whatever the floor is: where the simulator cannot know the motion, such
+    /// as that of a robot whose torques were not logged.
     pub in_pairs: bool,
 }
 
@@ -67,18 +67,18 @@ impl Default for Options {
 pub struct Claim<'a> {
     /// Identifier of the effect.
     pub id: &'a str,
-    /// What the simulator with it believes about the recording kept back.
+    /// Predictive model of the simulator with it, for the hold-out recording.
     pub believed: &'a Believed,
 }
 
-/// The gap on the recording kept back.
+/// The gap on the hold-out recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Far {
     /// The measures, `log_score` first.
     pub metrics: Vec<Metric>,
-    /// What all that was found closes.
+    /// Share closed by all effects found together.
     pub closed: Closed,
-    /// What each effect closes alone, against the same floor.
+    /// Share closed by each effect alone, against the same floor.
     pub alone: Vec<(String, Closed)>,
     /// Standard error of the floor of `log_score`.
     pub floor_std_error: f64,
@@ -88,11 +88,11 @@ pub struct Far {
     pub allan_deviation: Vec<Band>,
     /// Power spectrum, two-sided, rad²/s over Hz, with the range of the simulated recordings.
     pub spectrum: Vec<Band>,
-    /// What could not be told, in sentences.
+    /// Remarks on the measurement, in sentences.
     pub notes: Vec<String>,
 }
 
-/// What one simulated recording is scored as.
+/// Scores of one simulated recording of each simulator.
 struct OwnLog {
     log_density: Vec<f64>,
     nominal_total: f64,
@@ -107,8 +107,8 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     values.sum::<f64>() / n as f64
 }
 
-/// Measures the gap on `hold_rad_s` (missing readings are NaN) between `nominal` and reality, and how far `augmented` and each
-/// effect of `alone` close it.
+/// Measures the gap on `hold_rad_s` (missing readings are NaN) between `nominal` and reality, and the shares of it that
+/// `augmented` and each effect of `alone` close.
 ///
 /// # Errors
 /// As [`Believed::score`]; [`ErrorKind::TooShort`] for fewer than 64 readings; [`ErrorKind::Usage`] for fewer than two
@@ -204,7 +204,7 @@ pub fn measure(
     Ok(Far { metrics, closed, alone, floor_std_error, block_rows, allan_deviation: bands.0, spectrum: bands.1, notes })
 }
 
-/// Variance of the white noise of `readings` by their second differences, times six, single ones far off left out; NaN are missing.
+/// Six times the variance of the white noise, from second differences without outliers; missing readings are NaN.
 fn white_variance(readings: &[f64]) -> f64 {
     let bends: Vec<f64> =
         readings.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).filter(|bend| bend.is_finite()).collect();
@@ -213,7 +213,7 @@ fn white_variance(readings: &[f64]) -> f64 {
     near().map(|bend| bend * bend).sum::<f64>() / near().count() as f64
 }
 
-/// A recording of each simulator with the gaps of the real one.
+/// Simulates a recording of each simulator with the missing readings of the real one, and scores it.
 fn own_log(
     hold_rad_s: &[f64],
     (nominal, augmented): (&Believed, &Believed),

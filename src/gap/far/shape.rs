@@ -1,23 +1,23 @@
 //! distance = root mean square over octaves of ln(hold) - mean ln(simulated)
 //!
-//! Allan deviation (overlapping; IEEE Std 1139) and power spectrum (Hann window) of what a least-squares fit of the nominal
-//! coefficients leaves, the same for real and simulated recordings: their difference is the simulator's.
+//! Allan deviation (overlapping; IEEE Std 1139) and power spectrum (Hann window) of the residuals of a least-squares
+//! fit of the nominal coefficients, the same for real and simulated recordings: their difference is the simulator's.
 
 use super::super::answer::Metric;
 use crate::gap::state_space::Believed;
 use crate::math::spectra::{Periodogram, quick_len};
 use std::f64::consts::{SQRT_2, TAU};
 
-/// A curve of the recording kept back at one averaging time or frequency, with what simulated ones range over.
+/// A curve of the hold-out recording at one averaging time or frequency, with the ranges of simulated recordings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
     /// Averaging time, s, or frequency, Hz.
     pub at: f64,
-    /// Of the recording.
+    /// Value of the hold-out recording.
     pub hold: f64,
-    /// Of the nominal simulator: two standard deviations of the logarithm about its mean.
+    /// Range of the nominal simulator: two standard deviations of the logarithm about its mean.
     pub nominal: [f64; 2],
-    /// Of the augmented simulator.
+    /// The same of the augmented simulator.
     pub augmented: [f64; 2],
 }
 
@@ -30,12 +30,12 @@ pub(super) struct Shape {
     ln_power: Vec<f64>,
 }
 
-/// What takes the coefficients of the nominal simulator, fitted freely, out of recordings with the same readings missing.
+/// Removal of the nominal simulator's coefficients, by least squares, from recordings with the same readings missing.
 pub(super) struct Residuals {
     step_s: f64,
     there: Vec<bool>,
     fixed: Option<Vec<f64>>,
-    /// Orthonormal over the rows that are there, zero in the others.
+    /// Orthonormal over the rows that are present, zero in the others.
     columns: Vec<Vec<f64>>,
     periodogram: Periodogram,
 }
@@ -73,7 +73,7 @@ impl Residuals {
         Self { step_s: nominal.step_s, there, fixed: nominal.fixed_rad_s.clone(), columns, periodogram }
     }
 
-    /// What is left of a recording; 0 where a reading is missing.
+    /// Residual of a recording, rad/s; 0 where a reading is missing.
     fn of(&self, reading_rad_s: &[f64]) -> Vec<f64> {
         let fixed = |k: usize| self.fixed.as_ref().map_or(0.0, |f| f[k]);
         let there = self.there.iter().zip(reading_rad_s).enumerate();
@@ -105,7 +105,7 @@ fn allan_deviation(rate_rad_s: &[f64], step_s: f64) -> Vec<(f64, f64)> {
         .take_while(|m| 8 * m <= rate_rad_s.len())
         .map(|m| {
             // second differences of the angle
-            // starts a thirty-second of τ apart know what all starts know
+            // starts τ/32 apart lose hardly any information
             let starts = (0..angle.len() - 2 * m).step_by((m / 32).max(1));
             let n = starts.len();
             let square: f64 = starts.map(|i| (angle[i + 2 * m] - 2.0 * angle[i + m] + angle[i]).powi(2)).sum();
@@ -134,7 +134,7 @@ fn spectrum(rate_rad_s: &[f64], step_s: f64, mut periodogram: Periodogram) -> Ve
     out
 }
 
-/// Mean and standard deviation of curve `at` over recordings.
+/// Mean and standard deviation of the value `at` of a curve, over recordings.
 fn moments(curves: &[&Vec<f64>], at: usize) -> (f64, f64) {
     let n = curves.len() as f64;
     let mean = curves.iter().map(|c| c[at]).sum::<f64>() / n;
@@ -147,7 +147,7 @@ fn distance(curve: &[f64], others: &[&Vec<f64>]) -> f64 {
     ((0..curve.len()).map(square).sum::<f64>() / curve.len().max(1) as f64).sqrt()
 }
 
-/// Both distances; the floor is that of each augmented recording from the mean of the others.
+/// Both distances; the floor is that of each augmented recording from the mean of the other augmented recordings.
 pub(super) fn metrics(hold: &Shape, nominal: &[&Shape], augmented: &[&Shape]) -> [Metric; 2] {
     let metric = |name: &str, curve: &dyn Fn(&Shape) -> &Vec<f64>| {
         fn pick<'s>(shapes: &[&'s Shape], curve: &dyn Fn(&Shape) -> &Vec<f64>) -> Vec<&'s Vec<f64>> {

@@ -6,22 +6,22 @@ use crate::gap::evidence::{ln_add, ln_mean_exp};
 use statrs::function::gamma::ln_gamma;
 use std::f64::consts::{LN_2, PI, TAU};
 
-/// Evidences in nats over normal samples.
+/// ln evidences over normal samples, nats, with the parameters found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Amplitude {
-    /// Rare large samples.
+    /// ln evidence of rare large samples.
     pub outliers: f64,
-    /// Their probability per sample (posterior mean) and its standard deviation.
+    /// Probability of a rare large sample: posterior mean and standard deviation.
     pub probability: [f64; 2],
-    /// Their root mean square, in standard deviations of the noise.
+    /// A, posterior mean: standard deviation of the excess of rare samples, in standard deviations of the noise.
     pub outlier_std: f64,
-    /// Any other symmetric distribution: Student's t and the generalised normal.
+    /// ln evidence of any other symmetric distribution: Student's t and the generalised normal.
     pub free: f64,
     /// Shape of the best free distribution: degrees of freedom, or minus the exponent.
     pub shape: f64,
 }
 
-/// |w| in bins that keep ln densities to a part in a thousand.
+/// Histogram of |w| with bins that keep ln densities to a part in a thousand.
 struct Histogram {
     centre: Vec<f64>,
     count: Vec<f64>,
@@ -52,7 +52,7 @@ fn ln_normal(x: f64, variance: f64) -> f64 {
     -0.5 * (x * x / variance + (TAU * variance).ln())
 }
 
-/// Holds the samples that are rather outliers than noise at three standard deviations, for what looks at energy.
+/// Clips samples that are more probably outliers than noise at three standard deviations.
 pub fn limit(w: &mut [f64], a: &Amplitude) {
     let [p, _] = a.probability;
     let variance = 1.0 + a.outlier_std * a.outlier_std;
@@ -63,16 +63,16 @@ pub fn limit(w: &mut [f64], a: &Amplitude) {
     }
 }
 
-/// Samples whose level is taken together, at least; and the most stretches.
+/// Fewest samples of a stretch over which the level is constant; most stretches.
 const LEVEL_SAMPLES: usize = 1000;
 const LEVELS: usize = 64;
-/// What lies beyond this many standard deviations does not count in the level; how much of a normal sample's variance
-/// lies within.
+/// Samples beyond this many standard deviations do not count in the level; variance of a normal sample within that
+/// limit.
 const WITHIN: f64 = 3.0;
 const VARIANCE_WITHIN: f64 = 0.973_339;
 const LEVEL_ROUNDS: usize = 8;
 
-/// The series over its own level, which may change slowly: tails are what is left after that.
+/// The series divided by its own slowly varying level, so that a changing level does not look like heavy tails.
 #[must_use]
 pub fn levelled(w: &[f64]) -> Vec<f64> {
     let n = w.len();
@@ -102,7 +102,7 @@ pub fn levelled(w: &[f64]) -> Vec<f64> {
 pub fn judge(w: &[f64]) -> Amplitude {
     let h = Histogram::new(w);
     let n: f64 = h.count.iter().sum();
-    // the level is known to about one part in a hundred
+    // the level is known to about one percent
     let scales: Vec<f64> = (-3..=3).map(|i| (1.0 + 0.01 * f64::from(i)).powi(2)).collect();
     let normal: Vec<f64> = scales.iter().map(|s| h.ln_likelihood(|x| ln_normal(x, *s))).collect();
     let normal = ln_mean_exp(&normal, scales.len() as f64);
@@ -173,7 +173,8 @@ mod tests {
         let mut rare = grown;
         (0..60).for_each(|k| rare[997 * k] += 9.0 * (0.9 * 997.0 * k as f64 / f64::from(n)).exp());
         let found = judge(&levelled(&rare));
-        // each is worth 9²/2 - ln(1/p) and more; a normal law of sizes expects small ones too, that nobody sees
+        // each outlier is worth 9²/2 - ln(1/p) and more; a normal distribution of sizes expects small ones that cannot
+        // be seen
         assert!(found.outliers > 1200.0 && (found.probability[0] * f64::from(n) / 60.0).ln().abs() < 0.7, "{found:?}");
     }
 }

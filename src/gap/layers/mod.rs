@@ -1,5 +1,6 @@
-//! What a Gaussian likelihood cannot see: the distribution of amplitudes, the lattice, two levels, energy that moves in
-//! time and frequency. Each is judged on the series that the Gaussian part has whitened.
+//! Non-Gaussian features of a recording: distribution of amplitudes, quantization, telegraph noise and shots, repeated
+//! values, events, bursts, energy that moves in time and frequency. They are judged on the readings or on the series
+//! that the Gaussian part has whitened.
 
 pub mod amplitude;
 pub mod bursts;

@@ -1,31 +1,32 @@
 //! x(t) = ± Σ_i A_i exp(-(t - t_i)/τ) + noise, t_i Poisson, A_i exponential: shots that relax
 //!
-//! Free form beside the two levels, which shots resemble where their decays are taken for the way back: a hidden chain over
-//! the height of the relaxation, which decays by one rung of a logarithmic ladder at a time and leaps anywhere above it. Forward recursion (Rabiner, Proc. IEEE 77 (1989) 257); evidence by a sum over the parameters' grid.
+//! Free form that competes with telegraph noise, which shots resemble where a decay is taken for the way back. A hidden
+//! Markov chain over the height of the relaxation: it falls by one rung of a logarithmic ladder at a time, and leaps to
+//! any rung above. Forward recursion (Rabiner, Proc. IEEE 77 (1989) 257); evidence by a sum over a grid of parameters.
 
 use crate::gap::evidence::ln_mean_exp;
 
-/// What the series shows of shots.
+/// Shots found in a series.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shots {
-    /// ln p(series), parameters summed out.
+    /// ln p(series), summed over the grid of parameters, nats.
     pub ln_evidence: f64,
     /// Relaxation time of the best shots, s.
     pub relax_s: f64,
-    /// Mean time between them, s.
+    /// Mean time between the best shots, s.
     pub every_s: f64,
 }
 
-/// Rungs of the ladder; the lowest is silence.
+/// Rungs of the ladder; the lowest is height zero.
 const RUNGS: usize = 14;
 /// Ratio of neighbouring heights.
 const RATIO: f64 = 1.45;
 /// The top rung, in mean heights of a shot.
 const TOP: f64 = 4.0;
-/// Longest series that is worth the recursion; longer ones are averaged.
+/// Most samples of the recursion; longer series are averaged.
 const MOST: usize = 2500;
 
-/// Probability of each rung after a shot on nothing, heights exponential of mean one.
+/// Probability of each rung after a shot from height zero, heights exponential of mean one.
 fn leap() -> [f64; RUNGS] {
     let height = |j: usize| TOP / RATIO.powi((RUNGS - 1 - j) as i32);
     let mut p = [0.0; RUNGS];
@@ -37,17 +38,18 @@ fn leap() -> [f64; RUNGS] {
     p
 }
 
-/// ln p(x) with shots of mean height `size`, relaxing over `relax` samples, every `every` samples.
+/// ln p(x) with shots of mean height `size` (unit of x) that relax over `relax` samples, one every `every` samples on
+/// average.
 fn forward(x: &[f64], std: f64, size: f64, relax: f64, every: f64) -> f64 {
     let leap = leap();
     let height: Vec<f64> =
         (0..RUNGS).map(|j| if j == 0 { 0.0 } else { size * TOP / RATIO.powi((RUNGS - 1 - j) as i32) }).collect();
-    // the mean of all shots is where the series' own mean lies
+    // the series has mean zero: the mean of all shots is subtracted
     let floor = -size * relax / every;
     let slope: Vec<f64> = height.iter().map(|h| (h + floor) / (std * std)).collect();
     let square: Vec<f64> = height.iter().map(|h| -0.5 * ((h + floor) / std).powi(2)).collect();
     let down = (1.0 / (relax * RATIO.ln())).min(1.0);
-    // more rungs than one a sample where it relaxes at once
+    // several rungs a sample where the relaxation is fast
     let falls = (1.0 / (relax * RATIO.ln())).ceil().max(1.0) as usize;
     let fall = down.min(1.0 / (relax * RATIO.ln()) / falls as f64);
     let shot = 1.0 - (-1.0 / every).exp();
@@ -65,7 +67,7 @@ fn forward(x: &[f64], std: f64, size: f64, relax: f64, every: f64) -> f64 {
         let mut below = 0.0;
         for j in 0..RUNGS {
             let here = p[j];
-            // a leap ends on a rung above: what would end below stays
+            // a leap ends on a rung above: one that would end below changes nothing
             p[j] = here * (1.0 - shot) + shot * (leap[j] * below + here * leap[..=j].iter().sum::<f64>());
             below += here;
         }
@@ -82,15 +84,15 @@ fn forward(x: &[f64], std: f64, size: f64, relax: f64, every: f64) -> f64 {
     ln + noise - x.len() as f64 * (std * std::f64::consts::TAU.sqrt()).ln()
 }
 
-/// Judges a series of white noise `std` beside what is looked for, sampled every `step_s`; its evidence is comparable to
-/// that of other explanations of the same series.
+/// Judges a series with white noise of standard deviation `std`, sampled every `step_s`. Its ln evidence is comparable
+/// to that of other explanations of the same series.
 #[must_use]
 pub fn judge(series: &[f64], std: f64, step_s: f64) -> Shots {
     let per = series.len().div_ceil(MOST).max(1);
     let mean = series.iter().sum::<f64>() / series.len().max(1) as f64;
     let x: Vec<f64> = series.chunks_exact(per).map(|c| c.iter().sum::<f64>() / per as f64 - mean).collect();
     let noise = std / (per as f64).sqrt();
-    // what the means do not see is noise under every hypothesis
+    // the part of the series that averaging removes is noise under every hypothesis
     let within: f64 = {
         let ln = |v: f64, s: f64| -0.5 * ((v / s).powi(2) + (std::f64::consts::TAU * s * s).ln());
         let all: f64 = series[..x.len() * per].iter().map(|v| ln(v - mean, std)).sum();

@@ -1,4 +1,5 @@
-//! d(x) of one recording, for every curve: block means, spectrum, Allan deviation, amplitudes, means and noise by conditions
+//! d(x) of one recording, for every curve: block means, spectrum, Allan deviation, amplitudes, means and noise by
+//! conditions
 
 use super::axes::{amplitudes, bands, blocks, has_lines, octaves};
 use super::calm::without_outliers;
@@ -13,18 +14,18 @@ use std::f64::consts::SQRT_2;
 const RATE: &str = "rad/s";
 const POWER: &str = "rad²/s²/Hz";
 
-/// How the values of a curve scatter.
+/// Scatter of the values of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Scatter {
-    /// Alike everywhere.
+    /// The same standard deviation everywhere.
     Normal,
-    /// In proportion to themselves.
+    /// A standard deviation in proportion to the value.
     Logarithmic,
-    /// As counts out of so many.
+    /// That of counts out of this total.
     Counts(f64),
 }
 
-/// One curve before anything is measured.
+/// Definition of one curve.
 pub(super) struct Recipe {
     pub over: Over,
     pub shown: Shown,
@@ -56,7 +57,7 @@ impl Recipe {
     }
 }
 
-/// What measures recordings of one scene, all with the same samples missing.
+/// Measurement of recordings of one scene, all with the same samples missing.
 pub(super) struct Instrument {
     pub recipes: Vec<Recipe>,
     step_s: f64,
@@ -74,14 +75,14 @@ pub(super) struct Instrument {
 }
 
 impl Instrument {
-    /// For recordings of `scene` that have the samples that `recorded_rad_s` has.
+    /// For recordings of `scene` in which the same samples are missing as in `recorded_rad_s`.
     pub fn new(scene: &Scene, recorded_rad_s: &[f64]) -> Self {
         let rows = scene.len();
         let there: Vec<bool> = recorded_rad_s.iter().map(|v| v.is_finite()).collect();
         let step_s = scene.step_s;
         let blocks: Vec<[usize; 2]> =
             blocks(rows).into_iter().filter(|[a, b]| there[*a..*b].iter().any(|t| *t)).collect();
-        // the spectrum is that of the rows that transform quickly
+        // the spectrum is that of the largest number of rows with a fast transform
         let transformed = quick_len(rows);
         let bands = bands((transformed - 1) / 2);
         let octaves = octaves(rows);
@@ -133,11 +134,11 @@ impl Instrument {
         }
     }
 
-    /// The values of every recipe, in their order.
+    /// Values of every recipe, in the order of the recipes.
     pub fn read(&self, y_rad_s: &[f64]) -> Vec<Vec<f64>> {
         let differences = |y: &[f64]| -> Vec<f64> { y.windows(2).map(|w| w[1] - w[0]).collect() };
         let shares = self.shares(&differences(y_rad_s));
-        // rare large samples are the amplitudes' affair
+        // outliers count in the curve of the amplitudes alone
         let y_rad_s = without_outliers(y_rad_s);
         let mut deviation: Vec<f64> = y_rad_s.iter().zip(&self.warm_up_rad_s).map(|(y, e)| y - e).collect();
         self.repeatability.remove(&mut deviation);
@@ -156,7 +157,7 @@ impl Instrument {
             shares,
         ];
         for c in &self.conditions {
-            // what is alike everywhere follows no condition: offsets show over time, levels over frequency
+            // a constant offset or level depends on no condition: offsets show over time, levels over frequency
             let mean = mean_there(&deviation);
             out.push(by_bin(c, &deviation, |v| v - mean));
             let squares = differences.iter().map(|v| v * v);
@@ -176,7 +177,7 @@ impl Instrument {
             angle.push(sum);
         }
         let at = |m: &usize| {
-            // starts a thirty-second of τ apart know what all starts know
+            // starts τ/32 apart lose hardly any information
             let starts = (0..angle.len() - 2 * m).step_by((m / 32).max(1));
             let count = starts.len() as f64;
             let squares: f64 = starts.map(|k| (angle[k + 2 * m] - 2.0 * angle[k + m] + angle[k]).powi(2)).sum();
@@ -185,11 +186,11 @@ impl Instrument {
         self.octaves.iter().map(at).collect()
     }
 
-    /// Shares of the differences by size, in their own robust standard deviations: their level is the spectrum's affair.
+    /// Shares of the differences by size, in their own robust standard deviations; their level shows in the spectrum.
     fn shares(&self, differences: &[f64]) -> Vec<f64> {
         let mut sizes: Vec<f64> = differences.iter().filter(|d| d.is_finite()).map(|d| d.abs()).collect();
         let own = MAD_TO_STD * median(&mut sizes);
-        // on a coarse lattice most differences are zero
+        // with coarse quantization most differences are zero
         let scale = if own > 0.0 { own } else { SQRT_2 * self.white_std_rad_s };
         let mut counts = vec![0_usize; self.amplitudes.len() - 1];
         for size in &sizes {

@@ -1,17 +1,19 @@
-//! z(x) = (d_recorded(x) - mean d_simulated(x)) / std d_simulated(x), for d over time, frequency, amplitude and conditions
+//! z(x) = (d_recorded(x) - mean d_simulated(x)) / std d_simulated(x), for d over time, frequency, amplitude and
+//! conditions
 //!
 //! Where the gap lies. The recording and 39 recordings of a simulator are measured alike: block means, spectrum, Allan
-//! deviation, amplitudes, means and noise by temperature, its rate, supply and time since power-on. The range of 39
-//! simulated values is an exact 95 % prediction interval for the recorded one, whatever its distribution: 2 in 40.
+//! deviation, amplitudes, and means and noise levels by temperature, its rate, supply and time since power-on. The
+//! range of 39 simulated values is an exact 95 % prediction interval for the recorded one, whatever its distribution: 2
+//! in 40.
 //!
-//! What the warm-up may do from one power-on to the next is taken out of all of them first (C2, C1 and T, linear, at most
-//! three stated standard deviations each), or the bands of slow curves would be as wide as the turn-on bias varies.
+//! The stated repeatability of the warm-up is first taken out of all of them (C2, C1 and T, linear, at most three
+//! stated standard deviations each). Otherwise the bands of slow curves would be as wide as the turn-on bias varies.
 //!
-//! Rare large samples count in the curve of the amplitudes alone, and are taken out of the others: beyond six robust
-//! standard deviations from the median of their neighbours.
+//! Outliers count in the curve of the amplitudes alone. From the other curves, samples beyond six robust standard
+//! deviations from the median of their neighbours are removed.
 //!
-//! An effect shows in several curves: a tone in the spectrum and in the Allan deviation. The shares are weights, largest
-//! where the effect stands out most, and no partition.
+//! An effect shows in several curves: a tone in the spectrum and in the Allan deviation. The shares are weights,
+//! largest where the effect stands out most; they do not partition the gap.
 
 mod axes;
 mod calm;
@@ -33,14 +35,14 @@ use measure::Instrument;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Recordings simulated for each band: the 40th lies outside their range with a probability of 2/40.
+/// Recordings simulated for each band: a 40th lies outside their range with a probability of 2/40.
 const LOGS: usize = 39;
-/// Fewer rows have no bands worth showing.
+/// Fewest samples for bands.
 const FEWEST_ROWS: usize = 64;
 /// First random stream of these simulations; others of the diagnosis use small numbers.
 const STREAMS: u64 = 1 << 32;
 
-/// What a curve runs over.
+/// Abscissa of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Over {
@@ -62,12 +64,12 @@ pub enum Over {
     ElapsedTime,
 }
 
-/// What a curve shows.
+/// Quantity that a curve shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shown {
-    /// Mean deviation from the nominal warm-up, its repeatability taken out, rad/s; over a condition, less the mean of the
-    /// whole recording.
+    /// Mean deviation from the nominal warm-up, its repeatability taken out, rad/s; over a condition, less the mean of
+    /// the whole recording.
     Deviation,
     /// Two-sided power spectral density, mean over the band, rad²/s²/Hz.
     Power,
@@ -84,19 +86,19 @@ pub enum Shown {
 /// The recording and the 95 % bands of two simulators, over one quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
-    /// What it runs over.
+    /// Abscissa.
     pub over: Over,
     /// Unit of `x`.
     pub x_unit: String,
-    /// What it shows.
+    /// Quantity shown.
     pub shown: Shown,
     /// Unit of the values.
     pub unit: String,
     /// Middle of each bin.
     pub x: Vec<f64>,
-    /// From where to where each bin reaches.
+    /// Limits of each bin.
     pub bins: Vec<[f64; 2]>,
-    /// The recording.
+    /// Values of the recording.
     pub recorded: Vec<f64>,
     /// 95 % band of the nominal simulator.
     pub before: Vec<[f64; 2]>,
@@ -106,18 +108,18 @@ pub struct Curve {
     pub outside_before: f64,
     /// The same for the augmented simulator.
     pub outside_after: f64,
-    /// Chi-squared of the recording under the nominal simulator in excess of what its own recordings have; 0 unless beyond
-    /// all of them.
+    /// Chi-squared of the recording under the nominal simulator in excess of that of its own recordings; 0 unless it
+    /// exceeds all of them.
     pub excess_before: f64,
     /// The same for the augmented simulator.
     pub excess_after: f64,
     /// This curve's share of the excess of all curves under the nominal simulator.
     pub share: f64,
-    /// The shortest stretch of x that holds four fifths of the excess; none where there is none.
+    /// Shortest interval of x that holds four fifths of the excess; none where there is none.
     pub most_in: Option<[f64; 2]>,
 }
 
-/// [`curves`] of a log that was made ready; `effects`: those of the nominal simulator, and those of the augmented one.
+/// [`curves`] of a prepared log; `effects`: those of the nominal simulator, and those of the augmented one.
 ///
 /// # Errors
 /// As [`curves`] and [`believed`].
@@ -135,11 +137,13 @@ pub fn of_prepared(
     curves(&prepared.scene, &prepared.recorded_rad_s(), &before?, &after?, seed)
 }
 
-/// Where the recording leaves what `before` (the nominal simulator) and `after` (the augmented one) would have recorded.
-/// Missing samples of the recording are NaN. Curves over conditions that were not logged, or did not vary, are left out.
+/// Compares a recording with recordings simulated by `before` (the nominal simulator) and `after` (the augmented one).
+/// Missing samples of the recording are NaN. Curves over conditions that were not logged, or did not vary, are left
+/// out.
 ///
 /// # Errors
-/// [`ErrorKind::TooShort`] for fewer than 64 samples; [`ErrorKind::Value`] if lengths differ, and as [`Believed::check`].
+/// [`ErrorKind::TooShort`] for fewer than 64 samples; [`ErrorKind::Value`] if lengths differ, and as
+/// [`Believed::check`].
 pub fn curves(
     scene: &Scene,
     recorded_rad_s: &[f64],
@@ -172,7 +176,7 @@ pub fn curves(
             .collect()
     };
     let nominal = simulated(before)?;
-    // nothing found: both simulators are the same
+    // both simulators are the same where nothing was found
     let augmented = if after == before { None } else { Some(simulated(after)?) };
     let mut curves: Vec<Curve> = instrument
         .recipes

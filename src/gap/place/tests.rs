@@ -28,7 +28,7 @@ fn of(curves: &[Curve], over: Over, shown: Shown) -> &Curve {
     curves.iter().find(|c| c.over == over && c.shown == shown).unwrap()
 }
 
-/// What a failing test prints.
+/// Summary that a failing test prints.
 fn told(curves: &[Curve]) -> String {
     let one = |c: &Curve| {
         let out = [c.outside_before, c.outside_after].map(|v| (100.0 * v).round());
@@ -57,7 +57,7 @@ fn a_recording_of_the_simulator_lies_in_its_bands() {
     let (mut out, mut points, mut false_alarms, mut seen) = (0.0, 0.0, 0, 0);
     for seed in 0..12 {
         let mut y = nominal.simulate(100 + seed, 7).unwrap();
-        // a gap changes nothing
+        // missing samples change nothing
         y[3000..3100].fill(f64::NAN);
         for c in curves(&scene, &y, &nominal, &nominal, seed).unwrap() {
             out += c.outside_before * c.x.len() as f64;
@@ -67,7 +67,7 @@ fn a_recording_of_the_simulator_lies_in_its_bands() {
             assert_eq!((c.outside_before, &c.before), (c.outside_after, &c.after));
         }
     }
-    // 2 in 40 by construction. Points of one curve hang together: about 60 independent ones in each of 12 recordings
+    // 2 in 40 by construction. Points of one curve are correlated: about 60 independent ones in each of 12 recordings
     let share = out / points;
     assert!((share - 0.05).abs() < 5.0 * (0.05 * 0.95_f64 / 720.0).sqrt(), "{share}");
     assert!(false_alarms * 20 <= seen, "{false_alarms} of {seen}");
@@ -78,7 +78,7 @@ fn a_ramp_shows_over_time_and_elapsed_time() {
     let scene = scene();
     let nominal = Believed::nominal(&scene);
     let mut after = nominal.clone();
-    // 0.6 mrad/s in the end: more than the repeatability of C1 and C2 can be
+    // 0.6 mrad/s at the end: more than the repeatability of C1 and C2 allows
     let slope = 5e-7;
     after.coefficients.push(Coefficient {
         column: (0..ROWS).map(|i| i as f64 * STEP_S).collect(),
@@ -103,9 +103,9 @@ fn what_follows_the_temperature_shows_over_temperature() {
     let nominal = Believed::nominal(&scene);
     let curves = with(|i, _| 3e-5 * (temperature[i] - 25.0), &nominal, 4);
     let c = of(&curves, Over::TemperatureC, Shown::Deviation);
-    // six times what chance leaves outside
+    // six times the share that is outside by chance
     assert!(c.outside_before > 0.3 && c.share > 0.1, "{}", told(&curves));
-    // as much of it as over time, in half as many bins
+    // nearly as much excess as over time, in half as many bins
     assert!(c.excess_before > 0.7 * of(&curves, Over::Time, Shown::Deviation).excess_before);
     assert!(c.share > 2.0 * of(&curves, Over::SupplyV, Shown::Deviation).share);
     // it rises from bin to bin

@@ -1,9 +1,9 @@
-//! y_k = fixed_k + Σ_j x_jk β_j + Σ_i s_ik + level_k + v_k: the parts, their units, and what is refused.
+//! y_k = fixed_k + Σ_j x_jk β_j + Σ_i s_ik + level_k + v_k: the parts, their units, and their checks.
 
 use crate::error::{Error, ErrorKind, Result};
 use std::ops::Range;
 
-/// What is believed about one recording at rest, before its samples are seen. All rates in rad/s; one entry a row where a
+/// Predictive model of one recording at rest, before its samples are seen. All rates in rad/s; one entry a row where a
 /// vector has rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Believed {
@@ -23,16 +23,16 @@ pub struct Believed {
     pub markov: Vec<Markov>,
     /// Independent damped oscillators, the first component of each added up: noise in a band.
     pub oscillators: Vec<Oscillator>,
-    /// What colours the white noise; none: it stays white.
+    /// ARMA filter of the white noise; none: it stays white.
     pub low_pass: Option<LowPass>,
-    /// Spacing of the lattice that readings are rounded to, rad/s; the log density of a row is then
-    /// ln(probability of its cell / spacing).
+    /// Quantization step of the readings, rad/s; none: not quantized. The log density of a row is then ln(probability
+    /// of its cell / step).
     pub lattice_lsb_rad_s: Option<f64>,
-    /// Rare samples of another distribution.
+    /// Rare samples with additional variance; none: no outliers.
     pub outliers: Option<Outliers>,
-    /// Two levels between which the bias jumps at random.
+    /// Telegraph noise: two levels between which the bias jumps at random.
     pub telegraph: Option<Telegraph>,
-    /// One jump at an unknown row.
+    /// One jump of the bias at an unknown row.
     pub step: Option<Step>,
 }
 
@@ -59,7 +59,7 @@ pub struct Markov {
 }
 
 impl Markov {
-    /// A random walk that begins at zero: its offset is what the turn-on bias is for. `rate_random_walk` is in rad/s/√s.
+    /// A random walk that begins at zero, since the turn-on bias holds its offset. `rate_random_walk` is in rad/s/√s.
     #[must_use]
     pub fn random_walk(rate_random_walk_rad_s_sqrt_s: f64, step_s: f64) -> Self {
         Self { decay: 1.0, variance: rate_random_walk_rad_s_sqrt_s.powi(2) * step_s, initial_variance: 0.0 }
@@ -82,7 +82,7 @@ pub struct Oscillator {
     pub decay: f64,
     /// Angle from row to row, rad.
     pub angle_rad: f64,
-    /// Variance of what is read, rad²/s²; the imaginary part has the same.
+    /// Variance of the real part, rad²/s²; the imaginary part has the same.
     pub variance: f64,
 }
 
@@ -105,9 +105,10 @@ impl Oscillator {
     }
 }
 
-/// z\[k\] = Σ_j ma\[j\] x\[k-j\], x\[k\] = Σ_i ar\[i-1\] x\[k-i\] + white\[k\]: an ARMA filter of the white noise, stationary from the first row.
+/// z\[k\] = Σ_j ma\[j\] x\[k-j\], x\[k\] = Σ_i ar\[i-1\] x\[k-i\] + white\[k\]: an ARMA filter of the white noise,
+/// stationary from the first row.
 ///
-/// Only the white noise passes it: what else is believed in must be slow against the cut-off.
+/// Only the white noise passes it: all else in the model must be slow against the cut-off.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LowPass {
     /// a_1 … a_p, roots inside the unit circle.
@@ -116,19 +117,19 @@ pub struct LowPass {
     pub ma: Vec<f64>,
 }
 
-/// With `probability` a sample has N(0, std²) added, after the filter and before the lattice.
+/// With `probability` a sample has N(0, std²) added, after the filter and before quantization.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outliers {
     /// Probability per sample.
     pub probability: f64,
-    /// Standard deviation of what is added, rad/s.
+    /// Standard deviation of the added value, rad/s.
     pub std_rad_s: f64,
 }
 
 /// A bias that jumps between two levels as a Markov chain, stationary from the first row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Telegraph {
-    /// The two levels, rad/s. About zero mean if the turn-on bias is to keep its meaning.
+    /// The two levels, rad/s. Their time average should be zero, so that the turn-on bias keeps its meaning.
     pub levels_rad_s: [f64; 2],
     /// Mean dwell time in each, s; at least one sample time.
     pub mean_dwell_s: [f64; 2],
@@ -142,12 +143,12 @@ impl Telegraph {
         Self { levels_rad_s: [-spacing_rad_s * high, spacing_rad_s * (1.0 - high)], mean_dwell_s }
     }
 
-    /// Probabilities to leave each level at a row.
+    /// Probabilities of leaving each level at a row.
     pub(super) fn leave(&self, step_s: f64) -> [f64; 2] {
         self.mean_dwell_s.map(|dwell_s| step_s / dwell_s)
     }
 
-    /// Probability of the second level over a long time.
+    /// Stationary probability of the second level.
     pub(super) fn high_probability(&self) -> f64 {
         self.mean_dwell_s[1] / (self.mean_dwell_s[0] + self.mean_dwell_s[1])
     }
@@ -163,7 +164,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// Probability that the step has not happened at `row` (in it or before), no sample seen.
+    /// Prior probability that the step has not happened at `row` (in it or before).
     pub(super) fn before(&self, row: usize) -> f64 {
         if row < self.at.start {
             return 1.0;
@@ -219,7 +220,7 @@ impl Believed {
         }
     }
 
-    /// Refuses a model whose likelihood would be no number.
+    /// Refuses a model whose likelihood would not be a number.
     ///
     /// # Errors
     /// [`ErrorKind::Value`] that names the part: lengths, numbers that are not finite, and values out of range.
@@ -284,7 +285,7 @@ impl Believed {
         self.white_std_rad_s * self.white_scale.as_ref().map_or(1.0, |scale| scale[row])
     }
 
-    /// What is known of the reading at `row`, rad/s.
+    /// Known part of the reading at `row`, rad/s.
     #[inline]
     pub(super) fn fixed_at(&self, row: usize) -> f64 {
         self.fixed_rad_s.as_ref().map_or(0.0, |fixed| fixed[row])
@@ -292,7 +293,7 @@ impl Believed {
 }
 
 impl LowPass {
-    /// Number of past values of x that z and the next x need.
+    /// Number of past values of x needed for z and the next x.
     pub(super) fn order(&self) -> usize {
         self.ar.len().max(self.ma.len())
     }
@@ -310,8 +311,8 @@ impl LowPass {
         Ok(())
     }
 
-    /// Reflection coefficients by the step-down recursion (Schur, Cohn); none unless all are inside (-1, 1), which is
-    /// stability.
+    /// Reflection coefficients by the step-down recursion (Schur, Cohn); none unless all are inside (-1, 1), the
+    /// condition of stability.
     fn reflections(&self) -> Option<Vec<f64>> {
         let mut a = self.ar.clone();
         let mut out = Vec::new();

@@ -8,16 +8,16 @@ use super::{Believed, Step};
 use crate::error::{Error, ErrorKind, Result};
 use std::ops::Range;
 
-/// Rounding is taken out of P once in so many rows.
+/// Rows from one removal of rounding errors in P to the next.
 const CLEAN_EVERY: usize = 64;
 
-/// Pieces are dropped and joined once in so many rows.
+/// Rows from one reduction of the number of pieces to the next.
 const REDUCE_EVERY: usize = 16;
 
-/// A share below this changes nothing that the collapsing does not change more.
+/// Share of a mode below which mixing changes less than collapsing does.
 const NO_SHARE: f64 = 1e-14;
 
-/// What the filter made of a recording, one entry a row.
+/// Output of the filter for a recording, one entry a row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     /// Log density of the reading given those before it; 0 where it is missing.
@@ -41,14 +41,14 @@ pub struct Forecast {
     pub increment_rad: f64,
 }
 
-/// Rows in which forecasts are made.
+/// Rows at which forecasts are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Horizon {
     /// Length in rows.
     pub rows: usize,
     /// First row.
     pub first: usize,
-    /// From one start to the next.
+    /// Rows from one start to the next.
     pub every: usize,
 }
 
@@ -94,9 +94,9 @@ struct Bank<'a> {
     pieces: Option<Pieces>,
     modes: Vec<Hypothesis>,
     weights: Vec<f64>,
-    /// Level of each of the `kinds` modes.
+    /// Level of each of the `kinds` modes, rad/s.
     levels_rad_s: Vec<f64>,
-    /// How far apart in the list the two states of the step are.
+    /// Distance in `modes` between the states before and after the step.
     step_apart: usize,
 }
 
@@ -134,7 +134,7 @@ impl<'a> Bank<'a> {
         Ok(Self { believed, dynamics, readout, kinds, pieces, modes, weights, levels_rad_s, step_apart })
     }
 
-    /// Lets the modes change on the way into `row`.
+    /// Applies the transitions of the modes into `row`.
     fn change_modes(&mut self, row: usize) {
         if let Some(telegraph) = self.believed.telegraph.as_ref().filter(|_| row > 0) {
             self.change(1, telegraph.leave(self.believed.step_s));
@@ -147,7 +147,8 @@ impl<'a> Bank<'a> {
         }
     }
 
-    /// A chain whose two states are `apart` in the list moves from each with the probabilities `leave`.
+    /// Transitions of a two-state chain whose states are `apart` in the list, with the probabilities `leave` of leaving
+    /// each.
     fn change(&mut self, apart: usize, leave: [f64; 2]) {
         for at in (0..self.modes.len()).filter(|at| (at / apart).is_multiple_of(2)) {
             self.change_pair((at, at + apart), leave);
@@ -159,7 +160,7 @@ impl<'a> Bank<'a> {
         let (stay, come) = (wa * (1.0 - leave[0]), wb * leave[1]);
         let (go, rest) = (wa * leave[0], wb * (1.0 - leave[1]));
         (self.weights[a], self.weights[b]) = (stay + come, go + rest);
-        // an empty mode takes whatever is there
+        // the state of a mode without weight is arbitrary
         let first = if stay + come > 0.0 { stay / (stay + come) } else { 1.0 };
         let second = if go + rest > 0.0 { go / (go + rest) } else { 0.0 };
         if 1.0 - first < NO_SHARE && second < NO_SHARE {
@@ -217,7 +218,7 @@ impl<'a> Bank<'a> {
         Ok(run)
     }
 
-    /// Probability of each mode, whatever the piece.
+    /// Probability of each mode, summed over the pieces.
     fn kind_weights(&self) -> Vec<f64> {
         let mut sums = vec![0.0; self.kinds];
         for piece in self.weights.chunks(self.kinds) {
@@ -234,7 +235,7 @@ impl<'a> Bank<'a> {
         }
     }
 
-    /// Predicts the reading of `row`, scores it, and weighs the modes anew.
+    /// Predicts the reading of `row`, scores it, and updates the weights of the modes.
     #[inline]
     fn read(&mut self, row: usize, y: f64, h: &[f64], told: &mut [Told], run: &mut Run) -> Result<()> {
         let fixed = self.believed.fixed_at(row);
@@ -249,7 +250,7 @@ impl<'a> Bank<'a> {
             }
             let weight = self.weights[at];
             first += weight * mean;
-            // about the fixed part, so that a large bias costs no digits
+            // about the fixed part, to keep digits beside a large bias
             second += weight * (variance + (mean - fixed).powi(2));
             told[at] = if y.is_finite() {
                 self.readout.read(y - mean, variance)
@@ -264,7 +265,7 @@ impl<'a> Bank<'a> {
         if self.modes.len() > 1 {
             let mut sum = 0.0;
             for (weight, told) in self.weights.iter_mut().zip(told.iter()) {
-                // an impossible mode may have a large density: its weight is zero
+                // a mode without weight may have a large density: its weight stays zero
                 *weight = if *weight > 0.0 { *weight * (told.log_density - largest).exp() } else { 0.0 };
                 sum += *weight;
             }
@@ -285,9 +286,9 @@ impl<'a> Bank<'a> {
     }
 }
 
-/// Log density of each block of `reading_rad_s` given all the other rows, before and after it: the log likelihood of all
-/// rows minus that without the block. For recordings that leave no other run to hold out; the blocks should be long
-/// against the correlation of what is believed in, or the neighbours give the block away.
+/// Log density of each block of `reading_rad_s` given all the other rows, before and after it: the log likelihood of
+/// all rows minus that without the block. For recordings without a hold-out recording. The blocks should be long
+/// against the correlation of the model, or neighbouring rows predict the block.
 ///
 /// # Errors
 /// As [`Believed::score`]; [`ErrorKind::Value`] if a block goes beyond the rows.

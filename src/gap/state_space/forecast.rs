@@ -1,6 +1,6 @@
 //! ∫ ŷ dt over the next h rows = step_s Σ_{l<h} (fixed + Σ x β̂ + Σ φ^l ŝ + E level)
 //!
-//! Sums in closed form: prefix sums of what is known, geometric series of what decays.
+//! Sums in closed form: prefix sums of known columns, geometric series of decaying states.
 
 use super::Believed;
 use super::filter::Horizon;
@@ -9,7 +9,7 @@ use nalgebra::Complex;
 
 type Complex64 = Complex<f64>;
 
-/// Tables for the forecasts of one recording.
+/// Precomputed sums for the forecasts of one recording.
 pub(super) struct Forecaster<'a> {
     believed: &'a Believed,
     coefficients: usize,
@@ -24,9 +24,9 @@ pub(super) struct Forecaster<'a> {
 /// Sums over one horizon.
 struct Sums {
     rows: usize,
-    /// What one unit of each state adds, coefficients aside.
+    /// Contribution of one unit of each state but the coefficients to the sum.
     states: Vec<f64>,
-    /// Σ_l λ^l of the telegraph's memory.
+    /// Σ_l λ^l, λ the correlation of the telegraph noise from row to row.
     telegraph: f64,
 }
 
@@ -43,7 +43,7 @@ fn prefix(values: impl Iterator<Item = f64>) -> Vec<f64> {
 /// Σ_{l<n} r^l.
 fn geometric(ratio: f64, n: usize) -> f64 {
     if ratio > 0.0 && ratio < 1.0 {
-        // digits of ratios close to one
+        // keeps the digits of ratios close to one
         let log = (ratio - 1.0).ln_1p();
         return (n as f64 * log).exp_m1() / (ratio - 1.0);
     }
@@ -69,7 +69,7 @@ impl<'a> Forecaster<'a> {
                 (states[at], states[at + 1]) = (sum.re, -sum.im);
             }
             if let Some(low_pass) = &believed.low_pass {
-                // the response to each unit start, which dies away long before a long horizon ends
+                // the response to a unit of each state, up to where it has died away
                 for at in dynamics.block..dynamics.len {
                     let mut x = vec![0.0; low_pass.order()];
                     x[at - dynamics.block] = 1.0;
@@ -101,7 +101,8 @@ impl<'a> Forecaster<'a> {
         }
     }
 
-    /// Increment of the heading over horizon `at` from `row` on, from the mean state and the weights of the modes at `row`.
+    /// Predicted increment of the heading, rad, over the horizon number `at` from `row` on, from the mean state and the
+    /// weights of the modes at `row`.
     pub(super) fn increment_rad(&self, at: usize, row: usize, mean: &[f64], weights: &[f64]) -> f64 {
         let Sums { rows, states, telegraph } = &self.horizons[at];
         let span = |sums: &[f64]| sums[row + rows] - sums[row];
@@ -110,7 +111,7 @@ impl<'a> Forecaster<'a> {
         sum += states.iter().zip(mean).skip(self.coefficients).map(|(s, m)| s * m).sum::<f64>();
         let n = *rows as f64;
         if let Some(t) = &self.believed.telegraph {
-            // P(high) relaxes from its present value to that of a long time
+            // P(high) relaxes from its present value to the stationary one
             let high = weights.iter().skip(1).step_by(2).sum::<f64>();
             let rest = t.high_probability();
             let high_rows = n * rest + (high - rest) * telegraph;

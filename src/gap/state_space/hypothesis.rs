@@ -1,11 +1,11 @@
 //! x ← F (x + shift P h),  P ← F (P - shrink P h hᵀ P) Fᵀ + Q,  F = diag(1, φ_i, companion of the low-pass)
 //!
-//! One mode's belief about the state, the update by a scalar reading and the step to the next row in one pass over P.
+//! State estimate of one mode: the update by a scalar reading and the step to the next row in one pass over P.
 
 use super::{Believed, LowPass};
 use crate::error::Result;
 
-/// Where the states lie in the vector, and what moves them. Rows of P are padded to an even length, the padding stays zero.
+/// Layout of the state vector, and its dynamics. Rows of P are padded to an even length; the padding stays zero.
 #[derive(Debug, Clone)]
 pub(super) struct Dynamics {
     /// Number of static coefficients; they come first.
@@ -18,16 +18,16 @@ pub(super) struct Dynamics {
     pub len: usize,
     /// Length of a row of P.
     pub stride: usize,
-    /// Decay of each state (one for the low-pass's, which the companion matrix moves).
+    /// Decay factor of each state (one for the low-pass's, which the companion matrix moves).
     decay: Vec<f64>,
     /// decay_i · decay_j, laid out as P.
     decay_product: Vec<f64>,
-    /// Process noise of the independent states, rad²/s².
+    /// Variance of the process noise of the independent states, rad²/s².
     noise: Vec<f64>,
     /// Cosine and sine of each oscillator's angle from row to row.
     turns: Vec<[f64; 2]>,
     low_pass: Option<LowPass>,
-    /// One row of P.
+    /// Scratch space: one row of P.
     spare: Vec<f64>,
 }
 
@@ -47,7 +47,7 @@ impl Dynamics {
         }
         for (i, o) in believed.oscillators.iter().enumerate() {
             decay[pairs + 2 * i..pairs + 2 * i + 2].fill(o.decay);
-            // alike in both components: turning does not change it
+            // equal in both components: the rotation does not change it
             noise[pairs + 2 * i..pairs + 2 * i + 2].fill(o.drive_variance());
         }
         let turn = |angle: f64| [angle.cos(), angle.sin()];
@@ -58,8 +58,8 @@ impl Dynamics {
         Self { coefficients, pairs, block, len, stride, decay, decay_product, noise, turns, low_pass, spare }
     }
 
-    /// What a reading is made of: ones for the Markov states and the first of each oscillator's, the moving average of the low-pass; the columns of the
-    /// coefficients come with each row.
+    /// Observation vector h: ones for the Markov states and the first of each oscillator's, the moving average of the
+    /// low-pass. The elements of the coefficients change with the row and are set there.
     pub(super) fn reading(&self) -> Vec<f64> {
         let mut h = vec![0.0; self.stride];
         h[self.coefficients..self.pairs].fill(1.0);
@@ -72,7 +72,7 @@ impl Dynamics {
         h
     }
 
-    /// Belief before the first row.
+    /// State estimate before the first row.
     pub(super) fn prior(&self, believed: &Believed) -> Result<Hypothesis> {
         let mut mean = vec![0.0; self.stride];
         let mut covariance = vec![0.0; self.len * self.stride];
@@ -98,7 +98,7 @@ impl Dynamics {
         Ok(Hypothesis { mean, covariance, gain: vec![0.0; self.stride] })
     }
 
-    /// Moves a mean one row on.
+    /// Moves a mean to the next row.
     #[inline]
     pub(super) fn advance_mean(&self, mean: &mut [f64]) {
         for (m, f) in mean.iter_mut().zip(&self.decay) {
@@ -110,7 +110,7 @@ impl Dynamics {
         }
     }
 
-    /// Turns each oscillator's pair of a vector of states.
+    /// Rotates each oscillator's pair of a vector of states.
     #[inline]
     fn turn(&self, x: &mut [f64]) {
         for (pair, [cos, sin]) in x[self.pairs..self.block].chunks_exact_mut(2).zip(&self.turns) {
@@ -118,7 +118,7 @@ impl Dynamics {
         }
     }
 
-    /// Turns the oscillators on both sides of P.
+    /// Rotates the oscillators on both sides of P.
     fn turn_block(&self, p: &mut [f64]) {
         for row in p.chunks_exact_mut(self.stride) {
             self.turn(row);
@@ -132,7 +132,7 @@ impl Dynamics {
         }
     }
 
-    /// Companion matrix on both sides of P.
+    /// Applies the companion matrix of the low-pass on both sides of P.
     fn advance_block(&mut self, p: &mut [f64], white_variance: f64) {
         let Some(low_pass) = &self.low_pass else { return };
         let (from, to, stride) = (self.block, self.len, self.stride);
@@ -150,13 +150,13 @@ impl Dynamics {
     }
 }
 
-/// Mean and covariance of the state, before the row's reading.
+/// Mean and covariance of the state in one mode, before the row's reading.
 #[derive(Debug, Clone)]
 pub(super) struct Hypothesis {
     pub mean: Vec<f64>,
-    /// `len` rows of `stride`.
+    /// `len` rows of length `stride`.
     pub covariance: Vec<f64>,
-    /// P h of the row at hand.
+    /// P h of the current row.
     gain: Vec<f64>,
 }
 
@@ -179,7 +179,7 @@ impl Hypothesis {
         (mean, variance)
     }
 
-    /// Takes in a reading (both factors zero where there is none) and moves on to the next row.
+    /// Updates by a reading (both factors zero where there is none) and moves to the next row.
     #[inline]
     pub(super) fn update_and_advance(
         &mut self,
@@ -212,7 +212,8 @@ impl Hypothesis {
         }
     }
 
-    /// Becomes the Gaussian with mean and covariance of the mixture of itself, weight `share`, and `other`.
+    /// Becomes the Gaussian with the mean and covariance of the mixture of itself, weight `share`, and `other`, the
+    /// rest.
     pub(super) fn join(&mut self, other: &Self, stride: usize, share: f64) {
         if stride == 0 {
             return;
@@ -233,7 +234,7 @@ impl Hypothesis {
         }
     }
 
-    /// Removes what rounding adds: P becomes symmetric again, its variances not negative.
+    /// Removes rounding errors: P becomes symmetric again, its variances not negative.
     pub(super) fn clean(&mut self, len: usize, stride: usize) {
         for i in 0..len {
             for j in 0..i {
@@ -247,13 +248,13 @@ impl Hypothesis {
     }
 }
 
-/// Two beliefs become two mixtures of them with the same means and covariances: the first keeps the share `first` of
-/// itself, the second takes the share `second` of the first.
+/// Replaces two estimates by Gaussians with the means and covariances of two mixtures of them: `a` keeps the share
+/// `first` of itself, `b` takes the share `second` of `a`.
 pub(super) fn mix(a: &mut Hypothesis, b: &mut Hypothesis, stride: usize, first: f64, second: f64) {
     if stride == 0 {
         return;
     }
-    // the means' distance goes where P h is kept between readings
+    // the difference of the means is stored in `gain`, which is free between readings
     for ((d, x), y) in a.gain.iter_mut().zip(&a.mean).zip(&b.mean) {
         *d = x - y;
     }

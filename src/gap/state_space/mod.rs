@@ -8,15 +8,15 @@
 //! mode_k: telegraph low/high × before/after the step   Markov chain of two or four states
 //! ```
 //!
-//! What is believed about a recording at rest ([`Believed`]) and the log density of the recording under it
+//! The predictive model of a recording at rest ([`Believed`]) and the log density of the recording under it
 //! ([`Believed::score`]), one row after the other, each given the rows before it: the sum is the log likelihood with
 //! everything marginalised. Missing samples (NaN) are skipped.
 //!
-//! Where neither lattice, outliers, telegraph nor step are believed in, the Kalman filter is exact. Otherwise the belief is
-//! replaced after every row by the Gaussian with the same mean and covariance, one for each mode (interacting multiple
-//! models: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780). The tests hold the error of that against
-//! sums over all histories: below 1 nat (root mean square) for a whole recording. A wide prior of the turn-on bias is cut
-//! into pieces first, or it would be mistaken for a level.
+//! Without quantization, outliers, telegraph noise and step the Kalman filter is exact. Otherwise the state's
+//! distribution is replaced after every row by the Gaussian with the same mean and covariance, one for each mode
+//! (interacting multiple models: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780). The tests compare
+//! with sums over all histories: the error is below 1 nat (root mean square) for a whole recording. A wide prior of the
+//! turn-on bias is cut into pieces first, or it would be mistaken for a level.
 //!
 //! ```
 //! use gyroid::gap::state_space::{Believed, Coefficient, Markov};

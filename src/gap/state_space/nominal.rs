@@ -1,11 +1,13 @@
-//! y(t) = e(t; C1, C2, T) + white noise, with C1, C2 and T inside their stated repeatability, linear in what they vary by
+//! y(t) = e(t; C1, C2, T) + white noise, with C1, C2 and T inside their stated repeatability, linearised about nominal
+//! values
 
 use super::{Believed, Coefficient};
 use crate::model::Scene;
 
 impl Believed {
-    /// What the nominal simulator believes about a recording of `scene`: coefficients 0, 1 and 2 are the deviations of C2
-    /// (rad/s), of C1 (rad/s) and of T (s). T enters through its derivative: second order in its relative deviation.
+    /// Predictive model of the nominal simulator for a recording of `scene`: coefficients 0, 1 and 2 are the deviations
+    /// of C2 (rad/s), of C1 (rad/s) and of T (s). T enters through its derivative: the error is of second order in its
+    /// relative deviation.
     #[must_use]
     pub fn nominal(scene: &Scene) -> Self {
         let rows = scene.len();

@@ -1,25 +1,26 @@
-//! p(y | past) = (1-p) p_cell(y; m, S) + p p_cell(y; m, S + A²): one reading, given mean m and variance S of what is read
+//! p(y | past) = (1-p) p_cell(y; m, S) + p p_cell(y; m, S + A²): one reading, given mean m and variance S of what is
+//! read
 //!
-//! Whatever the readout does, the belief's mean moves by `shift` · P h and its covariance shrinks by `shrink` · P h hᵀ P:
-//! with z = h'x + noise jointly Gaussian, E[x|y] = x̂ + P h (E[z|y] - m)/S and
+//! For every readout the mean of the state moves by `shift` · P h, and its covariance loses `shrink` · P h hᵀ P.
+//! With z = h'x + noise jointly Gaussian, E[x|y] = x̂ + P h (E[z|y] - m)/S and
 //! Cov[x|y] = P - P h hᵀ P (S - Var[z|y])/S².
 
 use super::lattice::Cell;
 use super::{Believed, Outliers};
 use std::f64::consts::TAU;
 
-/// What a reading tells.
+/// Update by one reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Told {
-    /// ln p(y | past); on a lattice of probability over spacing.
+    /// ln p(y | past); with quantization, of the cell's probability over its width.
     pub log_density: f64,
     /// Factor of P h in the change of the mean.
     pub shift: f64,
-    /// Factor of P h hᵀ P in what the covariance loses.
+    /// Factor of P h hᵀ P in the reduction of the covariance.
     pub shrink: f64,
 }
 
-/// How the sensor puts out what it measures.
+/// Readout of the sensor: quantization and outliers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Readout {
     lsb_rad_s: Option<f64>,
@@ -32,7 +33,7 @@ impl Readout {
         Self { lsb_rad_s: believed.lattice_lsb_rad_s, outliers }
     }
 
-    /// A reading `innovation` above its predicted mean, the variance of what is read being `variance`.
+    /// Update by a reading that is `innovation` above its predicted mean, with predicted variance `variance`.
     #[inline]
     pub(super) fn read(&self, innovation: f64, variance: f64) -> Told {
         let usual = self.cell(innovation, variance);

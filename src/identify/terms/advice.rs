@@ -15,7 +15,7 @@ const WANTED: f64 = 0.20;
 /// Longer logs than so many times this one are no advice.
 const LONGEST: f64 = 1e4;
 
-/// What a longer log would know.
+/// Length of the log that would give the size of a term to a wanted precision.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RecordingAdvice {
     /// The size that is assumed, SI: the estimate, or the upper bound where there is none.

@@ -26,7 +26,7 @@ const BEND: f64 = 0.3;
 /// Block means that show the slow part.
 const SLOW_BLOCKS: usize = 64;
 
-/// What may explain a drift.
+/// Candidate explanation of a drift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Explanation {
@@ -58,7 +58,7 @@ impl Explanation {
 pub struct DriftCause {
     /// ln evidence of each explanation above the best, and its probability, even odds before.
     pub explanations: Vec<(Explanation, f64, f64)>,
-    /// The one that is believed; `None` where the log cannot tell.
+    /// The explanation that the evidence decides for; `None` where the log cannot tell.
     pub decided: Option<Explanation>,
     /// Range of the temperature, °C.
     pub temperature_range_c: f64,

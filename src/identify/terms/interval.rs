@@ -60,7 +60,8 @@ pub(super) fn interval(likelihood: &Likelihood, peak: &Peak, i: usize, std: f64)
     [-1.0, 1.0].map(|direction| end(likelihood, peak, i, std, direction, DROP).exp())
 }
 
-/// What the size of `kind` is below with 95 % probability, beside the terms of `likelihood`'s model, which must hold it.
+/// Upper bound of the size of `kind` with 95 % probability, beside the terms of `likelihood`'s model. The model must
+/// hold `kind`; else the bound is infinite.
 pub(super) fn upper(likelihood: &Likelihood, peak: &Peak, kind: TermKind) -> f64 {
     let Some(i) = likelihood.model.place(kind) else { return f64::INFINITY };
     let std = likelihood.covariance(&peak.point).map_or(1.0, |c| c[(i, i)].sqrt());

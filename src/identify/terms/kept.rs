@@ -1,4 +1,4 @@
-//! What the terms are estimated from: every sample of a log, or what one pass over it kept
+//! Data that the terms are estimated from: every sample of a log, or the summary of one pass over it
 
 use super::observed::{Column, EvenLog, Observed, neighbours};
 use crate::bias::WarmUp;
@@ -13,7 +13,7 @@ use crate::signal::{Reduced, Stretch};
 /// Stretches with a larger share of missing slots are no witnesses of fast noise.
 const MOST_MISSING: f64 = 0.2;
 
-/// A log as far as it is there.
+/// The data of a log: all samples, or the summary of one pass.
 #[derive(Debug, Clone)]
 pub(super) enum Evidence<'a> {
     /// All of it.
@@ -88,7 +88,7 @@ pub(super) fn bridged(values: &[f64]) -> Option<Vec<f64>> {
 }
 
 impl<'a> Evidence<'a> {
-    /// What one pass kept; where it kept all samples, they are the log.
+    /// The summary of one pass. Where the pass kept all samples, they are the log.
     ///
     /// # Errors
     /// [`ErrorKind::TooShort`] where a log is shorter than [`EvenLog::new`] asks for, or most of it is missing.

@@ -1,4 +1,4 @@
-//! What adds how much to the heading error over a horizon h, in place of 'multiply by ten'
+//! Contribution of each cause to the heading error over a horizon h, in place of 'multiply by ten'
 //!
 //! A filter that knew the whole past without error would still not know what the noise does next. That innovation of the
 //! integrated rate has the variance
@@ -26,13 +26,13 @@ use serde::Serialize;
 pub struct LedgerEntry {
     /// Identifier: of a term, `turn_on_spread`, `warm_up_residual` or `warm_up_not_removed`.
     pub id: String,
-    /// What it is.
+    /// Description of the cause.
     pub cause: String,
     /// Standard deviation (of a ramp and a warm-up: size) of the heading error that it leaves, rad; `None` where it is not known.
     pub heading_std_rad: Option<f64>,
     /// Share of the variance of those that count.
     pub share: f64,
-    /// Whether it is part of the sum; the others are what it costs to leave something out.
+    /// Whether it is part of the sum; the others show the cost of leaving something out.
     pub counted: bool,
 }
 
@@ -82,7 +82,8 @@ fn vibration(t: &TermEstimate) -> f64 {
     t.center_hz.map_or(0.0, |f| 2.0 / (std::f64::consts::TAU * f.estimate).powi(2))
 }
 
-/// What the causes add over `horizon_s` after power-on. `turn_on_std_rad_s` is known from many power-ons alone.
+/// Contributions to the heading error over `horizon_s` after power-on. `turn_on_std_rad_s` is known from many power-ons
+/// alone.
 pub(super) fn ledger(
     terms: &[TermEstimate],
     warm_up: Option<&Fit>,

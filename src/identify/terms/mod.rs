@@ -104,8 +104,8 @@ pub fn noise_model_reduced(log: &Reduced, options: &TermOptions) -> Result<Noise
     estimate(&raw, warm_up, temperature.as_deref(), log.samples(), options)
 }
 
-/// The warm-up that is taken out of a log whose noise is asked for: where it walks, that of squares weighed by the walk,
-/// which is what the terms will say of it.
+/// The warm-up that is subtracted from a log before its noise is estimated. Where the residuals walk, it is the fit
+/// with squares weighed by the walk, which agrees with the terms.
 fn nuisance(mut fit: Fit) -> Fit {
     match fit.other_weighting.take() {
         Some(weighed) => *weighed,
@@ -337,7 +337,7 @@ fn advise(likelihood: &Likelihood, x: &[f64], kind: TermKind) -> RecordingAdvice
     advice::advise(&likelihood.model, x, kind, log.len, log.step_s, log.columns())
 }
 
-/// What can be said of a term that was not chosen, beside those that were.
+/// Upper bound of a term that was not chosen, estimated beside those that were, and advice on a longer log.
 fn refusal(views: &Views, best: &Candidate, kind: TermKind, probability: f64) -> Refusal {
     let mut out = Refusal::bare(kind, probability);
     if kind == TermKind::RateRamp {

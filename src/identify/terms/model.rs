@@ -30,7 +30,7 @@ const LARGEST_MOVE: f64 = 1.5;
 pub(super) struct Point {
     pub value: f64,
     pub spectrum: Vec<f64>,
-    /// Power that is left by bins, with what the columns' uncertainty puts there.
+    /// Residual power by bins, the share of the columns' uncertainty included.
     pub left: Vec<f64>,
     pub gradient: Vec<f64>,
     pub information: DMatrix<f64>,
@@ -136,7 +136,7 @@ impl<'a> Likelihood<'a> {
         Self { log, units, omega: log.omega(), bounds: log.bounds(&model), model }
     }
 
-    /// The spectrum, and what each parameter does to it.
+    /// The spectrum, and its derivative by each parameter.
     fn slopes(&self, x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
         self.model.spectrum(x, self.log.step_s, &self.omega, |i, kind, ln_time| match kind {
             TermKind::GaussMarkov => self.log.unit(kind, ln_time.exp()),

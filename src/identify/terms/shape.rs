@@ -1,4 +1,4 @@
-//! What shapes the spectrum near the sample rate: the sensor's low-pass, and bands of vibration
+//! Shape of the spectrum near the sample rate: the sensor's low-pass, and bands of vibration
 //!
 //! N is that of the plateau, N² |H(f)|² what is seen. Parameters are ln f_c, and ln f₀, ln Δ and ln σ of each band. Forms and
 //! the number of bands are found before the other terms are chosen, beside N, B and K, by the evidence of `select`: first the
@@ -107,7 +107,7 @@ impl Shape {
     }
 }
 
-/// What was found, and ln of the odds of what was not: of a low-pass, and of one more band.
+/// The shape that was chosen, and ln of the odds of a low-pass and of one more band.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Found {
     pub shape: Shape,

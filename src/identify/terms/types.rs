@@ -1,4 +1,4 @@
-//! What the joint estimation is asked, and what it answers.
+//! Options and results of the joint estimation of noise terms.
 
 use super::advice::RecordingAdvice;
 use super::drift::DriftCause;
@@ -22,7 +22,7 @@ pub enum WarmUpRemoval {
     Never,
 }
 
-/// What is asked for.
+/// Options of the estimation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TermOptions {
     /// Terms among which the log chooses; N is always one.
@@ -191,12 +191,12 @@ pub struct Refusal {
     pub id: TermKind,
     /// Its probability.
     pub probability: f64,
-    /// It is below this with 95 % probability, beside the terms that were chosen; none of a Gauss-Markov term, which a long
-    /// enough or short enough correlation time hides at any size.
+    /// Upper bound of its size with 95 % probability, beside the terms that were chosen; `None` for a Gauss-Markov
+    /// term, which a long enough or short enough correlation time hides at any size.
     pub upper95: Option<f64>,
     /// Unit of the bound.
     pub unit: &'static str,
-    /// What would help.
+    /// Length of a log that would show the term; `None` where it cannot be told.
     pub advice: Option<RecordingAdvice>,
 }
 
@@ -220,7 +220,7 @@ pub struct SetScore {
     pub bic_above_best: f64,
 }
 
-/// What the warm-up would have done to the random walk.
+/// Influence of the warm-up on the estimate of the random walk.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WarmUpInfluence {
     /// Whether it was taken out.
@@ -257,11 +257,11 @@ pub struct NoiseModel {
     pub with_warm_up: Vec<AllanPoint>,
     /// The warm-up that was fitted.
     pub warm_up: Option<Fit>,
-    /// What it would have done to the random walk.
+    /// Its influence on the estimate of the random walk.
     pub warm_up_influence: WarmUpInfluence,
     /// Time or temperature, where the log has one that varies.
     pub drift: Option<DriftCause>,
-    /// What adds how much to the heading error.
+    /// Contribution of each cause to the heading error.
     pub ledger: Ledger,
     /// Lines of the spectrum that were left out of the fit; the deviations hold them.
     pub lines: Vec<SpectralLine>,

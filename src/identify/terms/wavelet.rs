@@ -19,7 +19,7 @@ const LONGEST_PART: usize = 8;
 const NODES: usize = 3000;
 const NORMAL: f64 = crate::math::NORMAL_975;
 
-/// What the wavelet moments say.
+/// Estimate from the wavelet moments.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WaveletFit {
     /// The terms that were asked for.

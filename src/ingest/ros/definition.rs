@@ -17,7 +17,7 @@ pub(in crate::ingest) enum Primitive {
     Duration,
 }
 
-/// What a field holds.
+/// Type of a field.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::ingest) enum Shape {
     Number(Primitive),

@@ -33,15 +33,15 @@ struct Version {
 /// A message type that can be read.
 #[derive(Debug, Clone)]
 pub(super) struct Message {
-    /// That of the file, or the newest of those that are assumed.
+    /// Definition in the file, or the newest of those that are assumed.
     version: Version,
-    /// Those before it.
+    /// Older definitions that are assumed.
     older: Vec<Version>,
     encoding: Encoding,
     /// Columns: the time of receipt, and the message's numbers.
     heads: Vec<Head>,
     ratios: Vec<Ratio>,
-    /// Column of the stamp that counts, and what it counts in, ns.
+    /// Column of the stamp that counts, and its unit, ns.
     stamp: Option<(usize, i64)>,
     /// Whether the definition was not in the file: then the length has to agree.
     assumed: bool,
@@ -101,7 +101,7 @@ impl Message {
         heads
     }
 
-    /// The newest version that is as long as `message`; the oldest says what is amiss with one that none fits.
+    /// The newest version that is as long as `message`; if none is, the oldest, whose parser reports the fault.
     fn version_of(&self, message: &[u8]) -> &Version {
         let fits = |v: &&Version| {
             let Ok(mut cursor) = Cursor::new(message, self.encoding) else { return false };

@@ -21,9 +21,9 @@ pub(in crate::ingest) type MeetMessage<'a> = &'a mut dyn FnMut(&[u8], i64, Place
 
 /// A file with messages of ROS.
 pub(in crate::ingest) trait MessageFile: Container {
-    /// What tells the messages of a topic.
+    /// Identifier of the publishers of a topic.
     type Id;
-    /// What to do about a message that is damaged.
+    /// Remedy for a message that is damaged.
     const MEND: &'static str;
     /// Hands every message of `topic`, whose publishers are `own`, to `meet` in the file's order. Says what was lost.
     fn walk(&self, own: &[Self::Id], topic: &str, meet: MeetMessage<'_>) -> Result<Option<String>>;

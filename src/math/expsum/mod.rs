@@ -32,7 +32,7 @@ const POLISH_STEPS: usize = 40;
 
 const INPUT: &str = "sum of exponentials";
 
-/// What is fitted.
+/// Form of the sum that is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shape {
     /// Number of exponentials, 1 to [`MAX_TERMS`].

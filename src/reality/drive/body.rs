@@ -26,7 +26,7 @@ const GRAVITY_M_S2: f64 = 9.806_65;
 /// How the robot moves.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Motion {
-    /// Of the middle of the axle: forwards, m/s, and yaw rate, rad/s.
+    /// Speed forwards, m/s, and yaw rate, rad/s, of the middle of the axle.
     pub v: f64,
     pub w: f64,
     pub x: f64,
@@ -40,7 +40,7 @@ pub(super) struct Motion {
     pub lateral: f64,
     /// Forward acceleration, m/s².
     pub acceleration: f64,
-    /// What is left of the casters' turning round: 1 just after a reversal to forwards, -1 to backwards.
+    /// Moment of the casters over its largest: 1 just after a reversal to forwards, -1 to backwards, then decaying.
     pub caster: f64,
     /// Forces of the wheels on the ground where they slip, N.
     pub grip_n: [f64; 2],
@@ -48,7 +48,7 @@ pub(super) struct Motion {
     pub direction: f64,
 }
 
-/// What does not change within a substep.
+/// Quantities that are constant within a substep, SI.
 struct Now<'a> {
     world: &'a World,
     mass: f64,
@@ -113,8 +113,8 @@ impl Now<'_> {
 
     /// One stage of wheels that slip: z = base + q f(z), and f(z). `forces` of the wheels are a guess and become the solution.
     ///
-    /// What changes slowly (friction, floor, the offset's terms) is taken at `base`. The wheels' forces couple weakly through
-    /// the body: each is solved for in its turn, and both once more.
+    /// Slow terms (friction, floor, those of the offset) are evaluated at `base`. The wheels' forces couple weakly
+    /// through the body: each is solved for in its turn, and both once more.
     fn stage(&self, grip: &Grip, base: [f64; 4], q: f64, at: &Motion, forces: &mut [f64; 2]) -> ([f64; 4], [f64; 4]) {
         let (m, d, b) = (self.mass, self.offset, self.half_track);
         let yaw = self.inertia + m * d * d;

@@ -1,4 +1,4 @@
-//! One driving case: two drives of one robot, and what is in them.
+//! One driving case: two drives of one robot, and the truth about them.
 
 use super::super::case::{Case, case_seed};
 use super::super::draw::{between, chance, index as pick, log_between};
@@ -27,7 +27,7 @@ const PATH: u64 = 10_000;
 
 /// Share of cases whose log lacks torques, pose or gyro.
 const WITHOUT: f64 = 0.25;
-/// Share of strong effects that nobody could miss.
+/// Share of the strong effects that are obvious.
 const COARSE: f64 = 0.35;
 /// Share of real robots' common effects that one robot has.
 const BACKGROUND: f64 = 0.4;
@@ -220,7 +220,7 @@ fn present(
     Ok(None)
 }
 
-/// What the log of a case lacks: only what its main effects can do without.
+/// Sensors of a case's log. One at most is missing, and none that a main effect needs.
 fn sensors(mains: &[Need], s: &mut Stream) -> Sensors {
     let all = Sensors::ALL;
     let without = [Sensors { torque: false, ..all }, Sensors { pose: false, ..all }, Sensors { gyro: false, ..all }];
@@ -341,7 +341,7 @@ fn without(has: Sensors) -> Vec<String> {
     out.into_iter().map(String::from).collect()
 }
 
-/// What is recorded in run `r`, and what the robot did.
+/// The log of run `r`, and the true motion.
 fn record(
     source: &str,
     r: u64,

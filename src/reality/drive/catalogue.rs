@@ -59,7 +59,7 @@ pub const UNLISTED: [&str; 20] = [
     "x.pose_outliers",
 ];
 
-/// Those of which real robots carry a little; the last are a gyro's own.
+/// Effects that real robots commonly have in small amounts; the last are a gyro's own.
 pub const COMMON: [&str; 18] = [
     "wheel.radius_mismatch",
     "wheel.radius_scale",

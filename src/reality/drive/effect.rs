@@ -8,17 +8,17 @@ use super::record::{DriveRun, Trace};
 use super::world::World;
 use crate::math::random::Stream;
 
-/// A robot in a run: what an effect may know when it is set.
+/// A robot in a run: the facts that an effect may use when it is set.
 #[derive(Clone, Copy)]
 pub(super) struct Scene<'a> {
     pub machine: &'a Machine,
     pub run: &'a DriveRun,
 }
 
-/// What a log must have for the effect to show.
+/// Sensor that a log must have for the effect to show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Need {
-    /// Whatever is there.
+    /// No particular one.
     Anything,
     Torque,
     Pose,
@@ -36,16 +36,16 @@ impl Need {
     }
 }
 
-/// How an effect shows in what is recorded, which says how its nats are counted.
+/// How an effect shows in a recording, by which its nats are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Shows {
-    /// The same whenever it is driven.
+    /// Identical in every repetition of the drive.
     Signal,
-    /// Its traces are drawn.
+    /// Random: drawn anew in each drive.
     Noise,
-    /// As another size of a noise that is there.
+    /// A changed size of a noise that is there.
     Level,
-    /// Rare and large: single readings tell.
+    /// Rare and large: single readings show it.
     Rare,
 }
 
@@ -98,7 +98,7 @@ impl Effect {
         Self { set: Some(Box::new(set)), ..self }
     }
 
-    /// One of its parameters as the contract names it, from the strength and what the robot did in the fit's run.
+    /// Adds a parameter by its name in the contract: its value from the strength and the signals of the fit's run.
     pub fn tells(mut self, name: &'static str, value: impl Fn(f64, &Trace) -> f64 + Send + Sync + 'static) -> Self {
         self.tell.push((name, Box::new(value)));
         self

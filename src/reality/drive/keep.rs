@@ -1,4 +1,5 @@
-//! log(t + offset of the stream) = reading(t): what of a drive is written down, when it is said to be, with how many decimals
+//! log(t + offset of the stream) = reading(t): which signals of a drive are recorded, with which time stamps and
+//! decimals
 
 use super::super::files::Files;
 use super::super::habits::{Habits, Printed};
@@ -10,7 +11,7 @@ use super::world::World;
 use crate::error::Result;
 use crate::signal::{Log, TimeAxis, names};
 
-/// What has a clock of its own, in the order of [`Habits::offsets_s`].
+/// Sensors with a clock of their own, in the order of [`Habits::offsets_s`].
 const OWN: [&str; 2] = ["wheels", "pose"];
 /// Recordings as labels name them.
 const RECORDINGS: [&str; 2] = ["fit", "hold"];
@@ -26,8 +27,9 @@ pub(super) struct Keep {
 }
 
 impl Keep {
-    /// As `habits` have it, of what there `is`: clocks are right beside `lags`, and those of the wheels where there is no gyro that
-    /// they could disagree with. In a file that all sensors share they are off by whole rows of `step_s`.
+    /// The habits that apply to a drive with these sensors. Beside effects that are `lags` clocks are right, and so are
+    /// those of the wheels where there is no gyro to disagree with. In a file that all sensors share they are off by
+    /// whole rows of `step_s`.
     pub fn new(habits: &Habits, lags: bool, has: Sensors, step_s: f64) -> Self {
         let own = [has.gyro, has.pose];
         let mut offsets_s = [[0.0; 2]; 2];

@@ -1,8 +1,8 @@
 //! The driving effects that the contract names, each otherwise than its formula: transitions are smooth, speeds lag, forces
 //! bend, bursts differ, floors wave.
 //!
-//! A parameter is what the contract's formula would have to hold to come nearest: where the form bends, the least squares
-//! over what the robot did in the fit's run.
+//! A parameter is the value with which the contract's formula comes nearest: where the form bends, the least squares
+//! over the motion of the fit's run.
 
 use super::super::draw::{between, chance, exponential, index, log_between, sign};
 use super::super::noise_level::Loudness;
@@ -106,7 +106,7 @@ pub(super) fn track_width(machine: &Machine, s: &mut Stream) -> Effect {
         .tells("relative", move |a, _| side * a)
 }
 
-/// Of wheels that skid where the robot turns: as if the track were wider, and a little otherwise where it is fast.
+/// Wheels that skid where the robot turns: the track is effectively wider, and a little different at speed.
 fn skidding_track(s: &mut Stream) -> Effect {
     let (large, bend_s_m) = (log_between(s, 0.1, 1.0), between(s, -0.04, 0.04));
     Effect::new("vehicle.track_width", "wheels", Need::Anything, [0.005, 1.0])

@@ -1,4 +1,4 @@
-//! u = limit( kp (w* - ŵ) + ki ∫ (w* - ŵ) ),  w* = (v* ∓ b ω*)/r: a robot, what is believed of it, and who drives it
+//! u = limit( kp (w* - ŵ) + ki ∫ (w* - ŵ) ),  w* = (v* ∓ b ω*)/r: a robot, its nominal model, and its driver
 //!
 //! Speeds are commanded, a controller on the measured wheel speeds makes torques of them, as on real robots; it does not
 //! know the reference or the gyro. Torques of a log are what it commanded.
@@ -29,7 +29,7 @@ pub(super) struct Driver {
     pub integral_n_m: f64,
     pub filter_s: f64,
     pub limit_n_m: f64,
-    /// Largest speeds that are asked for.
+    /// Largest speeds that are commanded, m/s and rad/s.
     pub speed_m_s: f64,
     pub yaw_rate_rad_s: f64,
     /// Limit of the commanded acceleration, m/s²; infinite where commands jump.

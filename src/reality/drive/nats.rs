@@ -37,7 +37,7 @@ const BIAS: usize = 5;
 const C1: usize = 6;
 const WARM: usize = 7;
 
-/// What a log has.
+/// Sensors in a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Sensors {
     pub torque: bool,
@@ -64,7 +64,7 @@ pub(super) struct Reader<'a> {
 pub(super) type Innovations = [Vec<f64>; 6];
 
 impl<'a> Reader<'a> {
-    /// A reader of logs of `run`, of which `nominal` is what the nominal robot does.
+    /// A filter for logs of `run`; `nominal` holds the signals of the nominal robot in it.
     pub fn new(machine: &'a Machine, run: &'a DriveRun, sensors: Sensors, nominal: &Trace) -> Self {
         let steps = if sensors.torque {
             let (v, dt) = (&machine.vehicle, machine.step_s);
@@ -212,13 +212,13 @@ fn update(x: &mut Vector, p: &mut Matrix, h: &[(usize, f64)], y: f64, variance: 
     innovation / s.sqrt()
 }
 
-/// Of an effect that is the same whenever it is driven.
+/// Nats of an effect that is identical in every repetition of the drive.
 pub(super) fn of_signal(with: &Innovations, without: &Innovations) -> f64 {
     let energy = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     0.5 * with.iter().zip(without).map(energy).sum::<f64>()
 }
 
-/// Of an effect that is the size of a noise.
+/// Nats of an effect that changes the size of a noise.
 pub(super) fn of_level(with: &Innovations, without: &Innovations) -> f64 {
     let square = |e: &[f64]| e.iter().map(|v| v * v).sum::<f64>();
     let one = |(a, b): (&Vec<f64>, &Vec<f64>)| match a.len() {
@@ -228,7 +228,7 @@ pub(super) fn of_level(with: &Innovations, without: &Innovations) -> f64 {
     with.iter().zip(without).map(one).sum()
 }
 
-/// Of an effect that is noise.
+/// Nats of an effect that is noise.
 pub(super) fn of_noise(with: &Innovations, without: &Innovations) -> f64 {
     let one = |(a, b): (&Vec<f64>, &Vec<f64>)| {
         let d: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
@@ -254,7 +254,7 @@ pub(super) fn of_noise(with: &Innovations, without: &Innovations) -> f64 {
 /// From this move on a reading counts as moved, standard deviations.
 const MOVED: f64 = 0.5;
 
-/// Of an effect that is rare and large: what knowing its law is worth, not when it comes.
+/// Nats of an effect that is rare and large, if its law is known but not its times.
 pub(super) fn of_rare(with: &Innovations, without: &Innovations) -> f64 {
     let one = |(with, without): (&Vec<f64>, &Vec<f64>)| {
         let moves = || with.iter().zip(without).map(|(a, b)| (a - b).powi(2));

@@ -20,7 +20,7 @@ pub(super) struct DriveRun {
     pub gyro: super::super::run::Run,
 }
 
-/// What one world does in a run.
+/// Signals of a run in one world: left and right wheel, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Trace {
     /// Commanded, left and right.
@@ -66,7 +66,7 @@ impl Ring {
         self.next = (self.next + 1) % self.rows.len();
     }
 
-    /// What was `delay_s` before the last.
+    /// The row `delay_s` before the last one, interpolated linearly.
     fn at(&self, delay_s: f64) -> [f64; 6] {
         let n = self.rows.len();
         let back = (delay_s / self.h).clamp(0.0, (n - 2) as f64);
@@ -76,13 +76,13 @@ impl Ring {
     }
 }
 
-/// Both encoders and what they remember.
+/// Both encoders and their low-pass states.
 struct Wheels {
     held: [f64; 2],
 }
 
 impl Wheels {
-    /// What both say at `t`; `draws` are of the noises, and of the delay's jitter between -1 and 1.
+    /// Readings of both encoders at `t`, rad/s; `draws` are of the noises, and of the delay's jitter between -1 and 1.
     fn read(&mut self, machine: &Machine, world: &World, ring: &Ring, t: f64, draws: [f64; 3]) -> [f64; 2] {
         let e = &world.encoders;
         let [.., jitter] = draws;
@@ -129,7 +129,7 @@ impl Rectifier {
     }
 }
 
-/// The controller and what it remembers.
+/// The controller and its states.
 struct Control<'a> {
     driver: &'a Driver,
     filtered: [f64; 2],
@@ -229,7 +229,7 @@ pub(super) fn drive(machine: &Machine, run: &DriveRun, world: &World, noise: f64
     out
 }
 
-/// What the reference says of where the robot was `past`.
+/// Reading of the pose reference, x, y (m) and heading (rad), for the row `past` of the robot.
 fn read_pose(machine: &Machine, world: &World, past: [f64; 6], draws: [f64; 4], noise: f64) -> [f64; 3] {
     let p = &world.pose;
     let [.., x, y, heading] = past;

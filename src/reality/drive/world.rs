@@ -78,8 +78,8 @@ pub(super) struct Motors {
 pub(super) struct Wheels {
     pub radius_factor: [f64; 2],
     pub track_factor: f64,
-    /// What the half track over the nominal one grows by for each m/s above half a metre a second: who skids turns about
-    /// another point where it is fast.
+    /// Growth of the half track over the nominal one for each m/s above 0.5 m/s: a robot that skids turns about another
+    /// point when it is fast.
     pub track_bend_s_m: f64,
     /// Relative growth of both radii for each m/s.
     pub growth_s_m: f64,

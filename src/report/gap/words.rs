@@ -8,7 +8,7 @@ use crate::report::numbers::{known_digits, probability, significant};
 use crate::units::{RAD_S_PER_DEG_S, duration_text};
 use std::fmt::Write;
 
-/// What an effect is, at rest or in drives.
+/// Description of an effect, at rest or in drives; `None` where the library does not know it.
 pub(super) fn about_of(id: &str) -> Option<&'static About> {
     by_id(id).map(|e| e.about()).or_else(|| drive::by_id(id).map(|e| e.about()))
 }
@@ -18,7 +18,7 @@ pub(in crate::report) fn title(id: &str) -> &str {
     about_of(id).map_or(id, |about| about.title)
 }
 
-/// What a curve shows over what, in words.
+/// Quantity of a curve and its independent variable, in words.
 pub(in crate::report) fn curve_name(curve: &Curve) -> String {
     let shown = match curve.shown {
         Shown::Deviation => "deviation",
@@ -31,7 +31,7 @@ pub(in crate::report) fn curve_name(curve: &Curve) -> String {
     format!("{shown} over {}", over_name(curve.over))
 }
 
-/// What a curve runs over, in words.
+/// Independent variable of a curve, in words.
 fn over_name(over: Over) -> &'static str {
     match over {
         Over::Time => "time",
@@ -92,7 +92,7 @@ pub(in crate::report) fn without_kind(equation: &str) -> &str {
     equation.split(": ").last().unwrap_or(equation)
 }
 
-/// What an equation needs, in one line.
+/// Correction that an equation needs, in one line.
 pub(super) fn correction(equation: &str, c: &Correction) -> String {
     let name = without_kind(equation);
     let rms = (c.values.iter().map(|v| v * v).sum::<f64>() / c.values.len().max(1) as f64).sqrt();
@@ -112,7 +112,7 @@ pub(super) fn degrees(rad: f64) -> f64 {
     rad / RAD_S_PER_DEG_S
 }
 
-/// Measures of the gap on what `on` names; `after` heads what they are then.
+/// Writes the measures of the gap on the recording `on`; `after` heads their values with the explanation.
 pub(super) fn metrics(out: &mut String, on: &str, after: &str, gap: &[Metric]) {
     let _ = writeln!(out, "  {on:<34}{:>12}{:>12}{:>12}", "before", after, "floor");
     for metric in gap {
@@ -149,7 +149,7 @@ pub(super) fn closed(effect: &EffectAnswer) -> Option<String> {
     Some(percent(share) + &interval.unwrap_or_default())
 }
 
-/// A relative standard deviation that nobody needs to be told.
+/// Relative standard deviation below which a parameter is printed without it.
 const KNOWN: f64 = 1e-8;
 
 pub(super) fn parameters(out: &mut String, effect: &EffectAnswer) {

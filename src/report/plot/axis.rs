@@ -3,7 +3,7 @@
 use super::{LARGEST, bad};
 use crate::error::Result;
 
-/// What an axis shows.
+/// Quantity, unit, scale and limits of an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     pub(super) label: String,
@@ -86,7 +86,7 @@ impl Axis {
         Ok(if self.limits.is_some() { scale } else { scale.widened(margin) })
     }
 
-    /// The label with its unit, and with what the tick labels leave out.
+    /// The label with its unit, and with the offset and power of ten that the tick labels omit.
     pub(super) fn text(&self, left_out: LeftOut) -> String {
         let LeftOut { offset, exponent } = left_out;
         let mut text = self.label.clone();
@@ -191,7 +191,7 @@ fn round_step(least: f64) -> f64 {
     digit.unwrap_or(10.0) * power
 }
 
-/// What is subtracted from, and divided out of, the values that tick labels show.
+/// Offset and power of ten that are taken out of the values that tick labels show.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct LeftOut {
     /// Subtracted, as text.

@@ -13,7 +13,7 @@ use crate::error::Result;
 pub struct Bar {
     /// Length, 0 to 1 of the room there is.
     pub length: f64,
-    /// What stands behind it.
+    /// Text after the bar.
     pub text: String,
     /// Its colour.
     pub color: Color,

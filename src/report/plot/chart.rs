@@ -1,11 +1,11 @@
-//! A chart: two axes, what is drawn between them, and a legend above, clear of the data.
+//! A chart: two axes, elements between them, and a legend above, clear of the data.
 
 use super::axis::Axis;
 use super::palette::{Color, Stroke};
 use super::{LARGEST, bad};
 use crate::error::Result;
 
-/// What is drawn, in the units of the axes.
+/// Elements of a chart, in the units of the axes.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Mark {
     /// A line through points.
@@ -31,7 +31,7 @@ pub(super) struct Series {
     pub mark: Mark,
 }
 
-/// Axes and what is drawn between them.
+/// Axes and the elements between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
     pub(super) title: String,

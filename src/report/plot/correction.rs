@@ -1,4 +1,4 @@
-//! The corrections that equations of a drive need, over time and against what they go with: what an engineer looks at first.
+//! Corrections that the equations of a drive need, over time and against their best regressors.
 
 use super::gap::capitalised;
 use super::quantity::{self, Quantity};
@@ -9,7 +9,7 @@ use crate::report::gap::words::{LITTLE, without_kind};
 /// Half the width of a 95 % band in standard deviations.
 const BAND: f64 = 1.96;
 
-/// A row of corrections over time, and under each what it goes with; none where there are none.
+/// A row of corrections over time, and below it each against its best regressor; `None` without corrections.
 pub(super) fn rows(equations: &[EquationAnswer]) -> Option<[Vec<Panel>; 2]> {
     let all = equations.iter().filter_map(|e| Some((short(&e.equation), e.correction.as_ref()?)));
     let (over_time, against): (Vec<Panel>, Vec<Panel>) =

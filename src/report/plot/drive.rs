@@ -1,4 +1,4 @@
-//! Drives: paths on a map, and errors against time with what the filter thinks of them.
+//! Drives: paths on a map, and errors over time with the filter's own standard deviations.
 
 use super::envelope::outline;
 use super::geometry::{Point, thin};
@@ -89,7 +89,7 @@ fn path(track: &Track, unit: Quantity, extent: f64) -> Vec<[f64; 2]> {
     out
 }
 
-/// What an error is an error of.
+/// Dimension of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dimension {
     /// Metres.

@@ -1,4 +1,4 @@
-//! What a long log looks like: its extremes and means in slices of time, in one pass.
+//! Envelope of a long log: its extremes and means in slices of time, in one pass.
 
 use super::{LARGEST, bad};
 use crate::error::Result;

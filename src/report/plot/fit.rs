@@ -57,7 +57,7 @@ impl<'a> From<&'a Level> for WhitenessLevel<'a> {
     }
 }
 
-/// What the page of a fit shows.
+/// Content of the page of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitFigure<'a> {
     /// Title: log and axis.
@@ -88,7 +88,7 @@ const MOST_DOTS: usize = 500;
 const COLUMNS: usize = 500;
 /// Means that show the course of the log.
 const COURSE: f64 = 60.0;
-/// In the place of charts about whiteness that there is nothing to draw for.
+/// Text in place of charts about whiteness that have no data.
 const NOTHING: &str = "Too few samples, or residuals that do not vary.";
 
 impl FitFigure<'_> {

@@ -73,7 +73,7 @@ impl GapFigure<'_> {
             .draw()
     }
 
-    /// What free corrections of the nominal equations gain.
+    /// Log-likelihood that free corrections of the nominal equations gain, nats.
     fn equations(&self) -> Panel {
         let name = "Which equation: what a free correction gains, nats";
         let all = &self.answer.equations;

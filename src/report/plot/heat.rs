@@ -50,7 +50,7 @@ impl HeatMap {
         self
     }
 
-    /// What rows and columns are.
+    /// Sets the labels of rows and columns.
     #[must_use]
     pub fn labels(mut self, rows: impl Into<String>, columns: impl Into<String>) -> Self {
         self.labels = [rows.into(), columns.into()];

@@ -23,7 +23,7 @@ pub(super) const CAP: f64 = 0.73;
 const SWATCH: f64 = 30.0;
 const GAP: f64 = 8.0;
 
-/// What a stack of charts imposes on each of them.
+/// Settings that a stack of charts imposes on each of them.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Shared {
     /// Room on the left for tick labels and the label of y, pixels; measured where it is `None`.

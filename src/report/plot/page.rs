@@ -19,7 +19,7 @@ const BETWEEN: f64 = 30.0;
 /// Smaller pages have no room for labels, larger ones need gigabytes.
 const SIDES: std::ops::RangeInclusive<u32> = 200..=5000;
 
-/// What stands in one place of a page.
+/// Content of one place of a page.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Panel {
     /// One chart.
@@ -39,7 +39,7 @@ pub enum Panel {
     Bars(BarChart),
     /// Words in the place of a chart that could not be made, and why.
     Notice {
-        /// What would have been here.
+        /// Title of the missing chart.
         title: String,
         /// Why it is not.
         text: String,

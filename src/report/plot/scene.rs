@@ -1,4 +1,4 @@
-//! What is on a page, before it becomes SVG or PNG: shapes in the order in which they are painted.
+//! Content of a page before it becomes SVG or PNG: shapes in the order in which they are painted.
 
 use super::font;
 use super::geometry::{Point, Rect, dashes, thin};

@@ -1,4 +1,4 @@
-//! The study of filters over many simulated runs: errors over time, one run, consistency, and what they depend on.
+//! The study of filters over many simulated runs: errors over time, one run, consistency, and sensitivities.
 //!
 //! Filters keep the order, and so the colour, in which they are given: the same order in all figures of a study.
 
@@ -258,7 +258,7 @@ pub struct SweepFigure<'a> {
     pub title: &'a str,
     /// A sentence under it.
     pub subtitle: &'a str,
-    /// What is swept, for the axis; its scale is logarithmic.
+    /// Name of the swept setting, for the axis; its scale is logarithmic.
     pub setting: &'a str,
     /// Settings with a name of their own.
     pub named: &'a [(f64, &'a str)],
@@ -396,7 +396,7 @@ impl SlipFigure<'_> {
     }
 }
 
-/// What is worth showing of values that leap at standstill: all but the outermost part in two hundred, and some room.
+/// Range to show of values that leap at standstill: from the 0.5 % to the 99.5 % quantile, and some room.
 fn shown_range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let mut all: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     all.sort_unstable_by(f64::total_cmp);
@@ -407,7 +407,7 @@ fn shown_range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// The axis for series whose greatest values are `greatest`, SI: linear from zero, or in decades from the least of them
-/// over `depth`; and what of a value it can show.
+/// over `depth`; and the function that makes a value NaN where the axis cannot show it.
 fn size_axis(label: &str, unit: Quantity, greatest: &[f64], depth: f64) -> (Axis, fn(f64) -> f64) {
     let there = || greatest.iter().copied().filter(|g| *g > 0.0);
     let (low, high) = there().fold((f64::INFINITY, 0.0_f64), |(l, h), g| (l.min(g), h.max(g)));

@@ -1,4 +1,4 @@
-//! What the paper says, row by row, and what became of it: its equations, its figures, its claims.
+//! Statements of the paper, row by row, and whether they hold: its equations, its figures, its claims.
 //!
 //! Rows that a measurement decides take their status from the study at hand.
 
@@ -42,15 +42,15 @@ impl Status {
 pub struct Claim {
     /// Equation, figure or section.
     pub place: &'static str,
-    /// What it says, in words of our own.
+    /// The statement in words of our own.
     pub says: &'static str,
-    /// What became of it.
+    /// Whether it holds here.
     pub status: Status,
     /// Where it is in the library, what was changed, what was measured.
     pub here: String,
 }
 
-/// In the place of a measurement whose estimators were left out.
+/// Text in place of a measurement whose estimators were left out.
 const NOT_RUN: &str = "the estimators that would tell did not run";
 
 fn claim(place: &'static str, says: &'static str, status: Status, here: impl Into<String>) -> Claim {
@@ -265,7 +265,7 @@ impl StudyReport {
         })
     }
 
-    /// A factor in heading of the error model, by what it helps.
+    /// Claim on the error model: heading error without it over that with it, for filters and the gyro alone.
     fn error_model_row(&self) -> Claim {
         let heading = |this: Estimator, other: Estimator| self.study.compare(this, other);
         let text =
@@ -456,7 +456,7 @@ impl StudyReport {
         ]
     }
 
-    /// What the slip model is worth where the ground grips, if that was studied.
+    /// Factors of the slip model on dry asphalt, in words; empty if that was not studied.
     fn on_grip(&self) -> String {
         let dry = self.grounds.iter().find(|g| g.surface == Surface::DryAsphalt);
         let factors = dry.and_then(|g| g.study.compare(Estimator::Slip, Estimator::Rolling));

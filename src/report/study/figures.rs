@@ -15,7 +15,7 @@ use crate::units::duration_text;
 const AXES: [(&str, Dimension); 3] =
     [("x", Dimension::Length), ("y", Dimension::Length), ("heading", Dimension::Angle)];
 
-/// Estimators that show what the gyro's error model is worth.
+/// Estimators that show the benefit of the gyro's error model.
 const WITH_AND_WITHOUT: [Estimator; 6] = [
     Estimator::Slip,
     Estimator::Rolling,
@@ -25,7 +25,7 @@ const WITH_AND_WITHOUT: [Estimator; 6] = [
     Estimator::GyroReckoningModelled,
 ];
 
-/// Estimators whose NEES is drawn: those that hold the gyro's error to be what it is.
+/// Estimators whose NEES is drawn: those with the gyro's error model.
 const CONSISTENT: [Estimator; 3] = [Estimator::Slip, Estimator::Rolling, Estimator::SlipUnscented];
 
 impl StudyReport {

@@ -1,6 +1,6 @@
 //! z = z* + g f(z): one stage of the implicit step, by Newton's method on the two traction forces
 //!
-//! Given the forces, v, ω and the wheels' speeds are affine; F = N μ(λ(F)) is what is left to solve. The last matrix of
+//! Given the forces, v, ω and the wheels' speeds are affine; F = N μ(λ(F)) remains to be solved. The last matrix of
 //! Newton's method carries changes of z* and of the torques to changes of z (implicit function theorem).
 
 use super::{Slipping, Velocities};
@@ -8,10 +8,11 @@ use crate::traction::Slip;
 
 /// Newton's method takes two to five iterations where the contact grips.
 const ITERATIONS: usize = 25;
-/// Once the forces miss by less than this part of the load, one more iteration is the last: it leaves the square of that.
+/// One more iteration is the last once the forces miss by less than this part of the load: it leaves the square of
+/// that.
 const NEAR: f64 = 1e-7;
 
-/// A stage's solution, and the inverse of Newton's matrix with what it is made of.
+/// A stage's solution, and the inverse of Newton's matrix with its factors.
 #[derive(Clone, Copy)]
 pub(super) struct Stage {
     pub velocities: Velocities,
@@ -23,7 +24,7 @@ pub(super) struct Stage {
     inverse: [[f64; 2]; 2],
 }
 
-/// Forces tried: what they lead to.
+/// Wheel speeds under trial forces, their derivatives, and `miss`: traction minus force, N.
 #[derive(Clone, Copy, Default)]
 struct Trial {
     wheels: [f64; 2],
@@ -104,7 +105,7 @@ impl Slipping {
         settle.then(|| self.solved(base, &at, f, inverse, g))
     }
 
-    /// What the forces `f` lead to; `reach`: ground speed of a wheel by its own force, and by the other's.
+    /// Result of the trial forces `f` (N); `reach`: ground speed of a wheel by its own force, and by the other's.
     #[inline]
     fn trial(&self, base: &Velocities, torques: [f64; 2], by_torque: f64, reach: [f64; 2], f: [f64; 2]) -> Trial {
         let lead = self.half_track_m * base[1];
@@ -157,7 +158,7 @@ impl Slipping {
         }
     }
 
-    /// How a change of a stage's base and torques changes its solution.
+    /// Change of a stage's solution by a change of its base and torques.
     pub(super) fn carry(&self, stage: &Stage, base: &Velocities, torques: [f64; 2], g: f64) -> Velocities {
         let (b, r) = (self.half_track_m, self.radius_m);
         let by_torque = g * self.inverse_wheel_inertia;

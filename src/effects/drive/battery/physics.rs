@@ -1,4 +1,4 @@
-//! What effects do to a drive, against closed forms.
+//! Effects in simulated drives, against closed forms.
 
 use super::*;
 use crate::effects;

@@ -40,7 +40,7 @@ fn all_ids() -> BTreeSet<&'static str> {
     LISTED.iter().chain(&UNLISTED).chain(&COMMON).copied().collect()
 }
 
-/// What the robot does with `effect`.
+/// The world with `effect` alone at `strength`, and its signals.
 fn driven(machine: &Machine, run: &DriveRun, effect: &Effect, strength: f64, noise: f64) -> (World, Trace) {
     let mut world = World::nominal();
     effect.set(strength, &mut world, Scene { machine, run }, &mut Stream::new(9, 4));
