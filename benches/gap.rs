@@ -66,7 +66,7 @@ impl Stages {
         let name = match stage {
             Stage::Prepare => "prepare",
             Stage::Compare => "compare effects",
-            Stage::Measure => "measure on the log kept back",
+            Stage::Measure => "measure on the log held out",
             Stage::Done => "place in time, frequency, ...",
         };
         self.begun.push((name, Instant::now()));

@@ -44,7 +44,7 @@ pub struct Error {
     /// Description of the fault.
     pub found: String,
     /// Advice on how to correct it.
-    pub mend: Option<String>,
+    pub hint: Option<String>,
 }
 
 /// The name in `known` that `name` was probably meant for. It is the one with the fewest letters left out, put in,
@@ -69,7 +69,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     near.or_else(|| known.iter().find(goes_on).copied())
 }
 
-/// The mend for a `name` that is none of `known`: the nearest one, and all there are.
+/// The hint for a `name` that is none of `known`: the nearest one, and all there are.
 #[must_use]
 pub fn one_of(name: &str, known: &[&str]) -> String {
     let all = format!("there are {}", known.join(", "));
@@ -82,7 +82,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl Error {
     /// An error in `input`; `found` describes the fault.
     pub fn new(kind: ErrorKind, input: impl fmt::Display, found: impl fmt::Display) -> Self {
-        Self { kind, input: input.to_string(), place: None, found: found.to_string(), mend: None }
+        Self { kind, input: input.to_string(), place: None, found: found.to_string(), hint: None }
     }
 
     /// Adds the row, column, key or byte.
@@ -94,8 +94,8 @@ impl Error {
 
     /// Adds the advice.
     #[must_use]
-    pub fn mend(mut self, mend: impl fmt::Display) -> Self {
-        self.mend = Some(mend.to_string());
+    pub fn hint(mut self, hint: impl fmt::Display) -> Self {
+        self.hint = Some(hint.to_string());
         self
     }
 
@@ -104,7 +104,7 @@ impl Error {
     pub fn meant(mut self, name: Option<&str>) -> Self {
         if let Some(name) = name {
             let question = format!("did you mean {name:?}?");
-            self.mend = Some(self.mend.map_or(question.clone(), |mend| format!("{question} {mend}")));
+            self.hint = Some(self.hint.map_or(question.clone(), |hint| format!("{question} {hint}")));
         }
         self
     }
@@ -116,17 +116,17 @@ impl Error {
         self
     }
 
-    /// An operating system error on `path`, with the mend that fits its kind.
+    /// An operating system error on `path`, with the hint that fits its kind.
     pub fn io(path: impl AsRef<std::path::Path>, error: &std::io::Error) -> Self {
         use std::io::ErrorKind as K;
-        let mend = match error.kind() {
+        let hint = match error.kind() {
             K::NotFound => "check the path",
             K::PermissionDenied => "check the permissions, or choose another place",
             K::IsADirectory => "name a file in it",
             K::StorageFull => "free some space, or choose another place",
             _ => "check the file and its disk",
         };
-        Self::new(ErrorKind::Io, path.as_ref().display(), error).mend(mend)
+        Self::new(ErrorKind::Io, path.as_ref().display(), error).hint(hint)
     }
 }
 
@@ -137,8 +137,8 @@ impl fmt::Display for Error {
             write!(f, "{place}: ")?;
         }
         write!(f, "{}", self.found)?;
-        match &self.mend {
-            Some(mend) => write!(f, " ({mend})"),
+        match &self.hint {
+            Some(hint) => write!(f, " ({hint})"),
             None => Ok(()),
         }
     }
@@ -183,7 +183,7 @@ mod tests {
         ] {
             assert_eq!(nearest(name, names), meant, "{name}");
         }
-        let error = Error::new(ErrorKind::Column, "a.csv", "no column").mend("name one").meant(Some("t_s"));
+        let error = Error::new(ErrorKind::Column, "a.csv", "no column").hint("name one").meant(Some("t_s"));
         assert_eq!(error.to_string(), "a.csv: no column (did you mean \"t_s\"? name one)");
     }
 }

@@ -31,7 +31,7 @@ impl OutputFile {
         let target = target.as_ref().to_path_buf();
         if target.is_dir() {
             return Err(Error::new(ErrorKind::Io, target.display(), "is a directory, not a file to write")
-                .mend("name a file in it"));
+                .hint("name a file in it"));
         }
         // through a link, which stays; renaming would put the file in the place of the link
         let place = target.canonicalize().unwrap_or_else(|_| target.clone());
@@ -41,7 +41,7 @@ impl OutputFile {
         };
         let cannot = |e: &std::io::Error| {
             Error::new(ErrorKind::Io, target.display(), format!("cannot be written: {e}"))
-                .mend("create the directory, check its permissions, or choose another place")
+                .hint("create the directory, check its permissions, or choose another place")
         };
         if !directory.is_dir() {
             let why =
@@ -51,7 +51,7 @@ impl OutputFile {
         if let Ok(meta) = std::fs::metadata(&target) {
             if !meta.is_file() {
                 return Err(Error::new(ErrorKind::Io, target.display(), "is a device or a pipe, not a file to write")
-                    .mend("name a file; --json - writes JSON to standard output"));
+                    .hint("name a file; --json - writes JSON to standard output"));
             }
             if meta.permissions().readonly() {
                 return Err(cannot(&std::io::Error::from(std::io::ErrorKind::PermissionDenied)));

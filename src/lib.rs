@@ -51,7 +51,7 @@
 //! | 7 | the command line |
 //!
 //! The library never prints, never exits, and does not panic on input: every [`Error`] names the input, the place in
-//! it, what was found and the mend.
+//! it, what was found and the hint.
 //!
 //! # From samples to a configuration
 //!

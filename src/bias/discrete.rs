@@ -85,7 +85,7 @@ impl Discrete {
             let found = format!("forward Euler is unstable at {sample_time_s} s with T = {} s", model.time_constant_s);
             return Err(Error::new(ErrorKind::Value, "discretisation", found)
                 .at("scheme")
-                .mend("use the exact scheme, or a sample time below 2 T"));
+                .hint("use the exact scheme, or a sample time below 2 T"));
         }
         // 1 - decay without the cancellation at small steps
         let h = sample_time_s / model.time_constant_s;

@@ -28,7 +28,7 @@ impl EarthRate {
     pub fn at(latitude_deg: f64) -> Result<Self> {
         if !(latitude_deg.abs() <= 90.0) {
             return Err(Error::new(ErrorKind::Usage, "--latitude", format!("{latitude_deg} is no latitude"))
-                .mend("give degrees north of the equator, between -90 and 90"));
+                .hint("give degrees north of the equator, between -90 and 90"));
         }
         Ok(Self { latitude_deg, vertical_rad_s: EARTH_RATE_RAD_S * latitude_deg.to_radians().sin() })
     }

@@ -62,11 +62,11 @@ impl Restart {
         };
         for (place, value) in [("warm-up age", warm_up_age_s), ("off time", off_s)] {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(error(place, value, "no duration").mend("give zero or a positive number of seconds"));
+                return Err(error(place, value, "no duration").hint("give zero or a positive number of seconds"));
             }
         }
         if let Some(tc) = cooling_time_constant_s.filter(|tc| !(tc.is_finite() && *tc > 0.0)) {
-            return Err(error("cooling time constant", tc, "not a positive time").mend("leave it out to take it as T"));
+            return Err(error("cooling time constant", tc, "not a positive time").hint("leave it out to take it as T"));
         }
         Ok(Self { warm_up_age_s, off_s, cooling_time_constant_s })
     }

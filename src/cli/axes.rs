@@ -18,7 +18,7 @@ pub(crate) struct Section {
 pub(crate) fn refuse(options: &[(&str, bool)]) -> Result<()> {
     match options.iter().find(|(_, given)| *given) {
         Some((option, _)) => Err(Error::new(ErrorKind::Usage, option, "is of one axis, and several are named")
-            .mend("name the one: --axis z (a navigation filter takes the yaw axis)")),
+            .hint("name the one: --axis z (a navigation filter takes the yaw axis)")),
         None => Ok(()),
     }
 }

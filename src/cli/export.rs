@@ -148,7 +148,7 @@ fn summary(done: &Export, target: &dyn Target, name: &str) -> String {
         out += &format!("\n  {} = {}{unit}: {}", w.key, digits.join(", "), w.meaning);
     }
     for l in &done.left_out {
-        out += &format!("\n  {} left out: {}\n    mend: {}", l.key, l.why, l.mend);
+        out += &format!("\n  {} left out: {}\n    hint: {}", l.key, l.why, l.hint);
     }
     out
 }

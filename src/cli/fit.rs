@@ -107,7 +107,7 @@ impl WhitenessArgs {
         if !(self.level > 0.0 && self.level < 1.0) || (self.draws as f64) < 1.0 / self.level - 1.0 {
             let found = format!("level {} with {} draws cannot be decided", self.level, self.draws);
             return Err(Error::new(ErrorKind::Usage, "--level, --draws", found)
-                .mend("give a level between 0 and 1, and at least 1/level draws"));
+                .hint("give a level between 0 and 1, and at least 1/level draws"));
         }
         Ok(validate::Options { level: self.level, draws: self.draws, seed: self.seed })
     }
@@ -324,7 +324,7 @@ fn held_against(
     let wanted = against == AgainstName::Temperature;
     if wanted && fit.loss != Loss::Squares {
         return Err(Error::new(ErrorKind::Usage, "--loss", "the fit against temperature knows squares alone")
-            .mend("leave out --loss, or --against temperature"));
+            .hint("leave out --loss, or --against temperature"));
     }
     match by_temperature {
         None if wanted => Err(log.no_temperature("fit with --against time")),
@@ -359,7 +359,7 @@ fn earth(args: &FitArgs) -> Result<Option<EarthRate>> {
         let found = format!(
             "axis {lying} lies down in a robot on level ground: what it measures of the Earth depends on its heading"
         );
-        return Err(Error::new(ErrorKind::Usage, "--latitude", found).mend(
+        return Err(Error::new(ErrorKind::Usage, "--latitude", found).hint(
             "fit the vertical axis; if the sensor is turned, say how with --mounting, and --axis z is the robot's",
         ));
     }

@@ -185,7 +185,7 @@ fn gyro(axis: &AxisReport, line: &mut dyn FnMut(String)) {
     let guessed = if axis.unit_guessed { " (guessed)" } else { "" };
     line(format!("{title:<9} {column:?} in {unit}{guessed}, {} of {} rows usable", audit.samples, audit.rows));
     let rest = &audit.rest;
-    let lattice = rest.lattice_step_rad_s.map_or(String::new(), |q| format!(", lattice step {}", both(q)));
+    let lattice = rest.lattice_step_rad_s.map_or(String::new(), |q| format!(", quantization step {}", both(q)));
     line(format!(
         "{:<9} median {}, noise {}, drift {}{lattice}",
         "  rest",

@@ -75,11 +75,11 @@ impl TopicArgs {
             [] => Ok(None),
             [all] if all == EVERY_TOPIC => {
                 Err(Error::new(ErrorKind::Usage, "--topic all", "is more than one topic of a log at rest")
-                    .mend("name one topic; gyroid fit takes all"))
+                    .hint("name one topic; gyroid fit takes all"))
             }
             [one] => Ok(Some(one)),
             several => Err(Error::new(ErrorKind::Usage, "--topic", format!("{} topics are named", several.len()))
-                .mend("name one topic of a log at rest")),
+                .hint("name one topic of a log at rest")),
         }
     }
 
@@ -251,7 +251,7 @@ impl ColumnArgs {
         }
         if self.start_offset.len() > 1 {
             let found = format!("{} are given, and only several drives may have one each", self.start_offset.len());
-            return Err(Error::new(ErrorKind::Usage, "--start-offset", found).mend("give one"));
+            return Err(Error::new(ErrorKind::Usage, "--start-offset", found).hint("give one"));
         }
         Ok(GyroQuery {
             column: self.column.clone(),
@@ -281,7 +281,7 @@ impl ColumnArgs {
         match self.axes() {
             [one] => Ok(*one),
             several => Err(Error::new(ErrorKind::Usage, "--axis", format!("{} axes are named", several.len()))
-                .mend("name one: --axis z")),
+                .hint("name one: --axis z")),
         }
     }
 
@@ -324,7 +324,7 @@ impl ColumnArgs {
             ref some => {
                 let found = format!("{} are given for {drives} drives", some.len());
                 Err(Error::new(ErrorKind::Usage, "--start-offset", found)
-                    .mend("give one for all, or one for each, first those of --fit, then those of --hold: 20,35,5"))
+                    .hint("give one for all, or one for each, first those of --fit, then those of --hold: 20,35,5"))
             }
         }
     }
@@ -392,7 +392,7 @@ impl LogArgs {
             }
             Reading::Streamed(_) if self.columns.trim_motion => {
                 Err(Error::new(ErrorKind::Usage, "--trim-motion", "needs all samples of the log at once")
-                    .mend("raise --memory so that the log is held, or cut the motion off"))
+                    .hint("raise --memory so that the log is held, or cut the motion off"))
             }
             Reading::Streamed(recording) => {
                 let mut recording = *recording;
@@ -406,10 +406,10 @@ impl LogArgs {
     }
 
     /// The error of a model by temperature on a log without one.
-    pub fn no_temperature(&self, mend: &str) -> Error {
+    pub fn no_temperature(&self, hint: &str) -> Error {
         Error::new(ErrorKind::Column, self.log.display(), "no temperature of the sensor stands beside the rate")
             .at(format!("channel {:?}", names::TEMPERATURE))
-            .mend(format!("log it in a column such as temperature_c, or {mend}"))
+            .hint(format!("log it in a column such as temperature_c, or {hint}"))
     }
 
     /// Facts about the log for the report.
@@ -447,13 +447,13 @@ impl LogArgs {
         self.log.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
     }
 
-    /// Notes on the log: decisions of the reader, then gaps, findings and motion. `mend` ends the note on motion.
-    fn notes(&self, decided: &[String], audit: &Audit, mend: &str) -> Vec<String> {
+    /// Notes on the log: decisions of the reader, then gaps, findings and motion. `hint` ends the note on motion.
+    fn notes(&self, decided: &[String], audit: &Audit, hint: &str) -> Vec<String> {
         let mut notes = decided.to_vec();
         notes.extend(audit.gaps.text());
         notes.extend(audit.findings());
         if let (false, Some(motion)) = (self.columns.trim_motion, audit.motion.text()) {
-            notes.push(format!("the log moves, {motion}{mend}"));
+            notes.push(format!("the log moves, {motion}{hint}"));
         }
         notes
     }

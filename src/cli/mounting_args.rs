@@ -45,5 +45,5 @@ fn numbers<const N: usize>(text: &str, wanted: &str) -> std::result::Result<[f64
 }
 
 fn refused(error: &Error) -> String {
-    format!("{}; {}", error.found, error.mend.as_deref().unwrap_or_default())
+    format!("{}; {}", error.found, error.hint.as_deref().unwrap_or_default())
 }

@@ -226,7 +226,7 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     args.power.check(log)?;
     if save.is_some() && !has_gyro(log) {
         let found = format!("{} has no gyro that could be left warm", log.source);
-        return Err(Error::new(ErrorKind::Usage, "--save-config", found).mend("leave out --save-config"));
+        return Err(Error::new(ErrorKind::Usage, "--save-config", found).hint("leave out --save-config"));
     }
     let results = Results::of(args, &config, log).map_err(named)?;
     drop(working);

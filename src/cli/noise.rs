@@ -83,7 +83,7 @@ fn parse_term(text: &str) -> std::result::Result<TermKind, String> {
 }
 
 fn parse_datasheet(text: &str) -> std::result::Result<Datasheet, String> {
-    Datasheet::find(text).map_err(|e| format!("{}; {}", e.found, e.mend.unwrap_or_default()))
+    Datasheet::find(text).map_err(|e| format!("{}; {}", e.found, e.hint.unwrap_or_default()))
 }
 
 fn parse_duration(text: &str) -> std::result::Result<f64, String> {
@@ -183,7 +183,7 @@ fn options(args: &NoiseArgs) -> Result<TermOptions> {
     if !(args.level > 0.0 && args.level < 1.0) || (args.draws as f64) < 1.0 / args.level - 1.0 {
         let found = format!("level {} with {} draws cannot be decided", args.level, args.draws);
         return Err(Error::new(ErrorKind::Usage, "--level, --draws", found)
-            .mend("give a level between 0 and 1, and at least 1/level draws"));
+            .hint("give a level between 0 and 1, and at least 1/level draws"));
     }
     let config = args.config.as_ref().or(args.write.write.as_ref()).map(Config::read).transpose()?;
     let stated = config.and_then(|c| c.gyro).and_then(|g| g.turn_on_bias_std_rad_s);

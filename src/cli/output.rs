@@ -122,13 +122,13 @@ pub(crate) fn with_schema(command: &str, value: &serde_json::Value) -> serde_jso
     marked
 }
 
-/// Prints an error: what and where on the first line, the mend on the second.
+/// Prints an error: what and where on the first line, the hint on the second.
 pub(crate) fn report(error: &Error) {
     let place = error.place.as_ref().map(|p| format!("{p}: ")).unwrap_or_default();
     let mut err = std::io::stderr().lock();
     let _ = writeln!(err, "error: {}: {place}{}", error.input, error.found);
-    if let Some(mend) = &error.mend {
-        let _ = writeln!(err, "  mend: {mend}");
+    if let Some(hint) = &error.hint {
+        let _ = writeln!(err, "  hint: {hint}");
     }
 }
 

@@ -32,27 +32,26 @@ pub(crate) fn check<'a, P: AsRef<Path> + 'a + ?Sized>(
         &config,
         format!("is no configuration, and {log} is one, in the place of the log"),
     )
-    .mend(format!("swap them: gyroid {command} {log} {between}{config}")))
+    .hint(format!("swap them: gyroid {command} {log} {between}{config}")))
 }
 
 /// Refuses a configuration in the place of a log, where the command takes logs alone.
 pub(crate) fn check_logs<'a, P: AsRef<Path> + 'a + ?Sized>(logs: impl IntoIterator<Item = &'a P>) -> Result<()> {
     let Some(log) = logs.into_iter().map(AsRef::as_ref).find(|log| is_configuration(log)) else { return Ok(()) };
     Err(Error::new(ErrorKind::Usage, log.display(), "is a configuration, in the place of a log")
-        .mend("name the recording there"))
+        .hint("name the recording there"))
 }
 
 /// Refuses a recording that is both diagnosed from and held out: a finding cannot be verified on the data that led to
 /// it.
-pub(crate) fn check_kept_back<'a>(fit: &'a [Vec<PathBuf>], hold: &'a [Vec<PathBuf>]) -> Result<()> {
+pub(crate) fn check_held_out<'a>(fit: &'a [Vec<PathBuf>], hold: &'a [Vec<PathBuf>]) -> Result<()> {
     let size = |path: &Path| std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file).map(|m| m.len());
     for kept in hold.iter().flatten() {
         for own in fit.iter().flatten().filter(|own| size(own).is_some() && size(own) == size(kept)) {
             if sha256(own)? == sha256(kept)? {
-                let found =
-                    format!("is kept back (--hold), and the same as {}, which is diagnosed from", own.display());
+                let found = format!("is held out (--hold), and the same as {}, which is diagnosed from", own.display());
                 return Err(Error::new(ErrorKind::Usage, kept.display(), found)
-                    .mend("keep another recording back, or leave out --hold"));
+                    .hint("hold out another recording, or leave out --hold"));
             }
         }
     }
@@ -75,7 +74,7 @@ pub(crate) fn check_rest(log: &Path, config: &Path, recording: &GyroRecording) -
     let Ok(drive) = ingest::read_log(log) else { return Ok(()) };
     let Some(channel) = DRIVEN.into_iter().find(|name| drive.get(name).is_some()) else { return Ok(()) };
     let found = format!("is a drive ({channel}; it moves, {motion}), and {} is of a gyro at rest", config.display());
-    Err(Error::new(ErrorKind::Value, log.display(), found).mend(
+    Err(Error::new(ErrorKind::Value, log.display(), found).hint(
         "give a log of the robot standing still, or a configuration with kind = \"driving\", [vehicle] and [encoder]",
     ))
 }
@@ -91,7 +90,7 @@ pub(crate) fn check_drive(log: &Log, config: &Path) -> Result<()> {
         "has a gyro and no wheels, torques or pose, and {} is of a drive (kind = \"driving\")",
         config.display()
     );
-    Err(Error::new(ErrorKind::Column, &log.source, found).mend(format!(
+    Err(Error::new(ErrorKind::Column, &log.source, found).hint(format!(
         "if the gyro stood still, set kind = \"stationary\" in a configuration without [vehicle] and [encoder]; else name the \
          wheels' columns: --map {}=COLUMN[:UNIT]",
         names::WHEEL_LEFT

@@ -35,6 +35,6 @@ impl PowerArgs {
         let found = format!("{given} s, and {} begins {logged} s after power-on", log.source);
         Err(Error::new(ErrorKind::Usage, "--off-time", found)
             .at("--start-offset")
-            .mend("leave out --start-offset: with --off-time both count from the new power-on, the age is the file's"))
+            .hint("leave out --start-offset: with --off-time both count from the new power-on, the age is the file's"))
     }
 }

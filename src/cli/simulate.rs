@@ -103,7 +103,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     if at_rest && args.course.is_some() {
         return Err(Error::new(ErrorKind::Usage, &name, "is stationary: its gyro drives no course")
             .at("`kind`")
-            .mend("set kind = \"driving\" and add [vehicle] and [encoder], or leave out --course"));
+            .hint("set kind = \"driving\" and add [vehicle] and [encoder], or leave out --course"));
     }
     let driven = args.course.is_some() || (args.inputs.is_some() && !at_rest);
     if args.truth.is_some() && !driven {

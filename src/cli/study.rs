@@ -163,12 +163,12 @@ fn setup(args: &StudyArgs, config: Config, robot: &str) -> Result<Setup> {
     if config.kind == Kind::Stationary {
         return Err(Error::new(ErrorKind::Usage, robot, "is stationary, and a study drives")
             .at("`kind`")
-            .mend("set kind = \"driving\" and add [vehicle] and [encoder], or give no configuration"));
+            .hint("set kind = \"driving\" and add [vehicle] and [encoder], or give no configuration"));
     }
     if config.traction.is_none() && args.surface.is_none() {
         return Err(Error::new(ErrorKind::Config, robot, "the table is missing: its wheels do not slip")
             .at("[traction]")
-            .mend("add it, or name a ground with --surface"));
+            .hint("add it, or name a ground with --surface"));
     }
     let mut estimators = Estimator::ALL.to_vec();
     match args.estimators.as_slice() {

@@ -65,7 +65,7 @@ fn against(args: &ValidateArgs, config: &Config) -> Result<Against> {
     match args.against {
         Some(AgainstName::Temperature) if !there => {
             Err(Error::new(ErrorKind::Config, args.config.display(), "the table [gyro.temperature] is missing")
-                .mend("write it with gyroid fit --against temperature, or leave out --against temperature"))
+                .hint("write it with gyroid fit --against temperature, or leave out --against temperature"))
         }
         Some(name) => Ok(name.into()),
         None if there => Ok(Against::Temperature),

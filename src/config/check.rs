@@ -64,7 +64,7 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
         }
         Err(Error::new(ErrorKind::Config, name, format!("{value} is not physical"))
             .at(format!("`{key}`"))
-            .mend(format!("expected {}", range.words())))
+            .hint(format!("expected {}", range.words())))
     };
     let maybe = |key: &str, value: Option<f64>, range| value.map_or(Ok(()), |v| one(key, v, range));
     use Range::{AtMostOne, Finite, NotNegative, Positive, Share, Within};
@@ -149,15 +149,15 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
     if needs_robot && (config.vehicle.is_none() || config.encoder.is_none()) {
         return Err(Error::new(ErrorKind::Config, name, "kind is \"driving\", and [vehicle] or [encoder] is missing")
             .at("`kind`")
-            .mend("add the table, or set kind = \"stationary\""));
+            .hint("add the table, or set kind = \"stationary\""));
     }
     Ok(())
 }
 
 /// Checks that each term lies inside its interval, and agrees with the key that simulator and filter read.
 fn noise_terms(gyro: &Gyro, terms: &NoiseTerms, name: &str) -> Result<()> {
-    let refuse = |key: &str, found: String, mend: &str| {
-        Err(Error::new(ErrorKind::Config, name, found).at(format!("`gyro.noise.terms.{key}`")).mend(mend))
+    let refuse = |key: &str, found: String, hint: &str| {
+        Err(Error::new(ErrorKind::Config, name, found).at(format!("`gyro.noise.terms.{key}`")).hint(hint))
     };
     let markov = terms.gauss_markov_rad_s;
     let sigma = markov.map(|m| NoiseTerm { estimate: m.estimate, std: m.std, ci95: m.ci95 });
@@ -237,7 +237,7 @@ fn covariance(m: &[[f64; 3]; 3], name: &str, table: &str, keys: [&str; 3]) -> Re
                 let found = format!("{} for {} and {} is no covariance", m[i][j], keys[j], keys[i]);
                 return Err(Error::new(ErrorKind::Config, name, found)
                     .at(format!("`{table}`"))
-                    .mend("variances are not negative, and correlations lie between -1 and 1"));
+                    .hint("variances are not negative, and correlations lie between -1 and 1"));
             }
         }
     }
@@ -263,7 +263,7 @@ fn discrete(d: &Discrete, config: &Config, name: &str) -> Result<()> {
                 format!("{found} does not belong to this model: {wanted}"),
             )
             .at(format!("`gyro.discrete.{key}`"))
-            .mend("write the file anew with gyroid fit, or delete [gyro.discrete]"));
+            .hint("write the file anew with gyroid fit, or delete [gyro.discrete]"));
         }
     }
     Ok(())

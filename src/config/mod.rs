@@ -33,7 +33,7 @@ impl Config {
         let config = Self::parse(&config, &name)?;
         if config.gyro.is_none() {
             return Err(Error::new(ErrorKind::Config, name, "the table [gyro] is missing")
-                .mend("make one with: gyroid fit LOG --base THIS_FILE -o CONFIG"));
+                .hint("make one with: gyroid fit LOG --base THIS_FILE -o CONFIG"));
         }
         Ok(config)
     }
@@ -60,12 +60,12 @@ impl Config {
                 let found = format!("schema {other}, and this version reads schema {SCHEMA}");
                 return Err(Error::new(ErrorKind::Config, name, found)
                     .at("schema")
-                    .mend("use the gyroid that wrote it"));
+                    .hint("use the gyroid that wrote it"));
             }
             None => {
                 return Err(Error::new(ErrorKind::Config, name, "the key is missing")
                     .at("schema")
-                    .mend(format!("add: schema = {SCHEMA}")));
+                    .hint(format!("add: schema = {SCHEMA}")));
             }
         }
         let config: Self = toml::from_str(text).map_err(|e| schema::toml_error(&e, text, name))?;
@@ -144,7 +144,7 @@ impl Config {
 
 fn missing_table(table: &str) -> Error {
     Error::new(ErrorKind::Config, "configuration", format!("the table [{table}] is missing"))
-        .mend("fit with --base ROBOT.toml, which brings it, or add it by hand")
+        .hint("fit with --base ROBOT.toml, which brings it, or add it by hand")
 }
 
 fn read_text(path: &Path) -> Result<(String, String)> {

@@ -134,7 +134,7 @@ impl Gyro {
     pub fn restart(&self, off_s: f64) -> Result<Restart> {
         let last = self.last_run.ok_or_else(|| {
             let found = "the table is missing: how warm the gyro was when it was switched off is not known";
-            Error::new(ErrorKind::Config, "configuration", found).at("[gyro.last_run]").mend(
+            Error::new(ErrorKind::Config, "configuration", found).at("[gyro.last_run]").hint(
                 "write it after a drive with gyroid navigate --save-config FILE, or add warm_up_age_s = the seconds \
                  that the gyro had been on",
             )
@@ -406,10 +406,10 @@ pub(super) fn toml_error(error: &toml::de::Error, text: &str, name: &str) -> Err
         let shown = text.lines().nth(line - 1).unwrap_or("").trim();
         out = out.at(if shown.is_empty() { format!("line {line}") } else { format!("line {line}, `{shown}`") });
     }
-    out.mend(meant(error.message()).unwrap_or_else(|| "correct the key, or write the file anew with gyroid fit".into()))
+    out.hint(meant(error.message()).unwrap_or_else(|| "correct the key, or write the file anew with gyroid fit".into()))
 }
 
-/// The mend for a key or a value that serde does not know: in its message that comes first, and after it those that it does.
+/// The hint for a key or a value that serde does not know: in its message that comes first, and after it those that it does.
 fn meant(message: &str) -> Option<String> {
     if !message.starts_with("unknown ") {
         return None;

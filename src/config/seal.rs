@@ -46,5 +46,5 @@ pub(super) fn verify(text: &str, config: &Config, name: &str) -> Result<()> {
     }
     Err(Error::new(ErrorKind::Checksum, name, "the file was changed after gyroid wrote it: its checksum does not fit")
         .at("`provenance.checksum`")
-        .mend("restore it, or, if the change was meant, delete the table [provenance]"))
+        .hint("restore it, or, if the change was meant, delete the table [provenance]"))
 }

@@ -70,7 +70,7 @@ impl EffectSource for Library {
             let ids: Vec<_> = self.driving().map(|e| e.about().id).collect();
             Error::new(ErrorKind::Config, "configuration", format!("no effect of drives is called {id:?}"))
                 .at("`[[effect]]`")
-                .mend(one_of(id, &ids))
+                .hint(one_of(id, &ids))
         })?;
         effect.simulated(parameters, span_s, seed)
     }
@@ -90,7 +90,7 @@ impl EffectSource for Library {
                     ids.push(id)
                 }
             });
-            Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`").mend(one_of(id, &ids))
+            Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`").hint(one_of(id, &ids))
         })?;
         effect.simulated(parameters, scene, seed)
     }

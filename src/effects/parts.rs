@@ -33,7 +33,7 @@ impl<'a> Checked<'a> {
         for (name, value) in parameters {
             let Some(known) = about.parameters.iter().find(|p| p.name == name) else {
                 let names: Vec<_> = about.parameters.iter().map(|p| p.name).collect();
-                return Err(error(about, name, "the parameter is unknown").mend(format!(
+                return Err(error(about, name, "the parameter is unknown").hint(format!(
                     "{} has {}",
                     about.id,
                     names.join(", ")
@@ -42,7 +42,7 @@ impl<'a> Checked<'a> {
             let [low, high] = known.bounds;
             if !(*value >= low && *value <= high) {
                 return Err(error(about, name, format!("{value} is not physical"))
-                    .mend(format!("expected a number from {low} to {high}: {}", known.meaning)));
+                    .hint(format!("expected a number from {low} to {high}: {}", known.meaning)));
             }
         }
         let checked = Self { about, parameters };
@@ -52,7 +52,7 @@ impl<'a> Checked<'a> {
         if let (true, Some(first)) = (parameters.is_empty(), about.parameters.first()) {
             let names: Vec<_> = about.parameters.iter().map(|p| p.name).collect();
             return Err(error(about, first.name, "no parameter is stated: the effect would change nothing")
-                .mend(format!("state one of {}", names.join(", "))));
+                .hint(format!("state one of {}", names.join(", "))));
         }
         Ok(checked)
     }
@@ -61,7 +61,7 @@ impl<'a> Checked<'a> {
     pub fn value(&self, name: &str) -> Result<f64> {
         self.optional(name).ok_or_else(|| {
             let meaning = self.about.parameters.iter().find(|p| p.name == name).map_or("", |p| p.meaning);
-            error(self.about, name, "the parameter is missing").mend(format!("add {name} = ...: {meaning}"))
+            error(self.about, name, "the parameter is missing").hint(format!("add {name} = ...: {meaning}"))
         })
     }
 
@@ -152,7 +152,7 @@ pub(super) fn covariate(values: Option<Vec<f64>>, about: &About, channel: &str, 
         };
         Error::new(ErrorKind::Config, "configuration", found)
             .at(format!("`effect.{}`", about.id))
-            .mend(format!("give a log with the column {channel}: gyroid simulate CONFIG --inputs LOG"))
+            .hint(format!("give a log with the column {channel}: gyroid simulate CONFIG --inputs LOG"))
     })
 }
 

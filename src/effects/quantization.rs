@@ -12,14 +12,14 @@ const LSB: &str = "lsb_rad_s";
 static ABOUT: About = About {
     id: "gyro.quantization",
     title: "quantization",
-    equation: "output = lsb · round(reading/lsb): the output lies on a lattice",
+    equation: "output = lsb · round(reading/lsb): the output is quantized",
     source: "Widrow and Kollár, Quantization Noise, Cambridge 2008",
     channel: "gyro",
-    deficient: "gyro measurement: the readings lie on a lattice",
+    deficient: "gyro measurement: the readings are quantized",
     condition: None,
     parameters: &[Parameter {
         name: LSB,
-        meaning: "step of the lattice, rad/s",
+        meaning: "quantization step, rad/s",
         bounds: [0.0, RATE_BOUND_RAD_S],
         null: Some(0.0),
         required: true,

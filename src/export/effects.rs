@@ -63,7 +63,7 @@ fn fold(gyro: &mut Gyro, effect: &EffectTable) -> Option<String> {
         }
         "gyro.quantization" => {
             noise(gyro).quantization_lsb_rad_s = Some(value("lsb_rad_s")?);
-            Some("its step is that of the lattice, where the file has one".into())
+            Some("its step is the quantization step, where the file has one".into())
         }
         _ => None,
     }

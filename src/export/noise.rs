@@ -32,7 +32,7 @@ pub fn check_origin(config: &Config, log: &LogFacts, options: &NoiseOptions) -> 
         (Some(a), Some(b)) => a == b,
         _ => fitted.column.is_empty() || fitted.column == log.column,
     };
-    let refuse = |found: String, mend: &str| Err(Error::new(ErrorKind::Usage, "configuration", found).mend(mend));
+    let refuse = |found: String, hint: &str| Err(Error::new(ErrorKind::Usage, "configuration", found).hint(hint));
     if !same_axis && !options.other_axis {
         let found = format!("was fitted to column {:?}, and these are the terms of {:?}", fitted.column, log.column);
         return refuse(found, "name the fitted axis with --axis, or write them all the same with --other-axis");
@@ -142,7 +142,7 @@ fn number(t: &TermEstimate) -> Result<NoiseTerm> {
 
 fn not_known(t: &TermEstimate, what: &str) -> Error {
     let found = format!("the {what} of {} could not be computed", t.id.title());
-    Error::new(ErrorKind::Numeric, "log", found).mend("leave the term out with --terms, or record a longer log")
+    Error::new(ErrorKind::Numeric, "log", found).hint("leave the term out with --terms, or record a longer log")
 }
 
 fn short(sha256: &str) -> &str {

@@ -27,7 +27,7 @@ pub fn population_configuration(
     let too_few = || {
         let found = format!("{} of {} logs of axis {} count", counted.len(), population.logs, population.axis);
         Error::new(ErrorKind::TooShort, "population", found)
-            .mend(format!("a spread needs {FEWEST} logs that are fit for use: record more power-ons"))
+            .hint(format!("a spread needs {FEWEST} logs that are fit for use: record more power-ons"))
     };
     if counted.len() < FEWEST {
         return Err(too_few());

@@ -1,5 +1,5 @@
 //! The file of a target as it is filled: each number with its unit, meaning and interval above it in a comment, what is
-//! left out with the reason and the mend; the same once more as JSON.
+//! left out with the reason and the hint; the same once more as JSON.
 
 use super::number::{Known, digits, written};
 use super::target::{About, Key};
@@ -66,7 +66,7 @@ pub struct LeftOut {
     /// Why.
     pub why: String,
     /// Advice on how to supply it.
-    pub mend: String,
+    pub hint: String,
 }
 
 /// A file being filled.
@@ -147,9 +147,9 @@ impl Sheet {
     }
 
     /// A key that the configuration does not support.
-    pub fn leave_out(&mut self, key: &str, why: &str, mend: &str) {
-        self.comment(&format!("left out: {key}: {why}. Mend: {mend}."));
-        self.left_out.push(LeftOut { key: key.to_string(), why: why.to_string(), mend: mend.to_string() });
+    pub fn leave_out(&mut self, key: &str, why: &str, hint: &str) {
+        self.comment(&format!("left out: {key}: {why}. Hint: {hint}."));
+        self.left_out.push(LeftOut { key: key.to_string(), why: why.to_string(), hint: hint.to_string() });
     }
 
     /// The keys of the accelerometer, which no gyro log can give.
@@ -204,7 +204,7 @@ impl LeftOut {
     /// The stable form of an omission.
     #[must_use]
     pub fn json(&self) -> Value {
-        json!({ "key": self.key, "why": self.why, "mend": self.mend })
+        json!({ "key": self.key, "why": self.why, "hint": self.hint })
     }
 }
 

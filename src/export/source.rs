@@ -122,13 +122,13 @@ impl<'a> Source<'a> {
             && (id == 0 || i32::try_from(id).is_err())
         {
             let found = format!("{id} is no device id: PX4 keeps them as positive 32 bit integers");
-            return Err(Error::new(ErrorKind::Usage, "--device-id", found).mend("read CAL_GYRO0_ID of the vehicle"));
+            return Err(Error::new(ErrorKind::Usage, "--device-id", found).hint("read CAL_GYRO0_ID of the vehicle"));
         }
         if let Some(topic) = &options.topic
             && !topic_is_named_as_ros_names(topic)
         {
             let found = format!("{topic:?} is no topic");
-            return Err(Error::new(ErrorKind::Usage, "--topic", found).mend("write it as ROS does: /imu/data"));
+            return Err(Error::new(ErrorKind::Usage, "--topic", found).hint("write it as ROS does: /imu/data"));
         }
         let (gyro, folded) = effects::folded(config.require_gyro()?, &config.effects);
         let (asked, effects): (BTreeSet<String>, Vec<String>) = folded.into_iter().unzip();
@@ -175,7 +175,7 @@ impl<'a> Source<'a> {
                 "the key is missing, and this target needs the gyro's rate",
             )
             .at("`sample_time_s`")
-            .mend("add it, or give --rate HZ")
+            .hint("add it, or give --rate HZ")
         })
     }
 
@@ -210,7 +210,7 @@ impl<'a> Source<'a> {
             "is 0: without white noise no filter can be told its weight",
         )
         .at("`gyro.angle_random_walk_rad_sqrt_s`")
-        .mend("fit a log, or state the datasheet's noise density"))
+        .hint("fit a log, or state the datasheet's noise density"))
     }
 
     /// K, rad/s/√s: of `[gyro.noise]`, and of an effect that adds a walk of its own.

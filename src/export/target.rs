@@ -89,7 +89,7 @@ pub fn export(target: &dyn Target, source: &Source<'_>) -> Result<Export> {
     if let Some(why) = source.failed().filter(|_| !source.options.accept) {
         return Err(Error::new(ErrorKind::Config, &source.origin.file, format!("the model is not fit for use: {why}"))
             .at("[validation]")
-            .mend("record longer or look into the residuals; --accept exports it all the same"));
+            .hint("record longer or look into the residuals; --accept exports it all the same"));
     }
     let about = target.about();
     let mut sheet = Sheet::new(about);
@@ -179,7 +179,7 @@ fn head(about: &About, source: &Source<'_>, sheet: &mut Sheet) {
 impl Export {
     /// The stable form: `target`; `axis` and whether it is assumed; `keys`, each `{"key", "value", "unit", "meaning",
     /// "ci95"}` with the value as the file holds it (an array where the key is one) and the interval in the same unit, null
-    /// where it is not known or not bounded; `left_out`, each `{"key", "why", "mend"}`; `notes`; `text`, the file itself.
+    /// where it is not known or not bounded; `left_out`, each `{"key", "why", "hint"}`; `notes`; `text`, the file itself.
     #[must_use]
     pub fn json(&self) -> Value {
         json!({

@@ -81,8 +81,8 @@ impl Plan {
         let reads: Vec<(&PathBuf, Identity)> = self.reads.iter().map(|path| (path, Identity::of(path))).collect();
         let writes: Vec<(&Planned, Identity)> = self.writes.iter().map(|w| (w, Identity::of(&w.path))).collect();
         for (i, (write, here)) in writes.iter().enumerate() {
-            let usage = |found: String, mend: &str| {
-                Err(Error::new(ErrorKind::Usage, write.path.display(), found).at(write.option).mend(mend))
+            let usage = |found: String, hint: &str| {
+                Err(Error::new(ErrorKind::Usage, write.path.display(), found).at(write.option).hint(hint))
             };
             if let Some((read, _)) = reads.iter().find(|(_, read)| here.is(read))
                 && write.replaces == Replaces::Result
@@ -102,11 +102,11 @@ impl Plan {
             let foreign = write.path.is_file() && write.replaces != Replaces::Table && !mark::is_own(&write.path);
             if foreign && !force {
                 let found = "is there already, and gyroid did not write it, or it was changed since";
-                let mend = match write.replaces {
+                let hint = match write.replaces {
                     Replaces::Input => "write a copy instead, or replace it and its comments with --force",
                     _ => "name another file, or replace it with --force",
                 };
-                return Err(Error::new(ErrorKind::Exists, write.path.display(), found).at(write.option).mend(mend));
+                return Err(Error::new(ErrorKind::Exists, write.path.display(), found).at(write.option).hint(hint));
             }
         }
         Ok(())

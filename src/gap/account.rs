@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_recording_kept_back_contradicts_has_no_name() {
+    fn what_the_recording_held_out_contradicts_has_no_name() {
         // one that loses as much as a true one gains, one whose loss is within chance and below the least gain, and a
         // true one
         let all = tested(&[("false", -0.1), ("chance", -1.0 / 4000.0), ("true", 0.1)]);

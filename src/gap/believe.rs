@@ -28,7 +28,7 @@ pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters
         };
         let missing = || {
             let found = format!("nothing that {id} could follow: temperature or supply is not logged, or constant");
-            Error::new(ErrorKind::Column, "recording", found).mend("log it, or leave the effect out")
+            Error::new(ErrorKind::Column, "recording", found).hint("log it, or leave the effect out")
         };
         match effect.explanation(scene).ok_or_else(missing)? {
             Explanation::Signal(s) | Explanation::Line(s) => match s.shape(scene, parameters).filter(|_| !s.is_event())

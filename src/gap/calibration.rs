@@ -50,14 +50,14 @@ impl Calibration {
     /// # Errors
     /// [`ErrorKind::Config`] for a file that is no calibration, or values out of range.
     pub fn from_toml(text: &str, source: &str) -> Result<Self> {
-        let mend = "make it again with gyroid gap bench calibrate";
+        let hint = "make it again with gyroid gap bench calibrate";
         let file: File =
-            toml::from_str(text).map_err(|e| Error::new(ErrorKind::Config, source, e.message()).mend(mend))?;
+            toml::from_str(text).map_err(|e| Error::new(ErrorKind::Config, source, e.message()).hint(hint))?;
         let c = file.calibration;
         let finite = c.ln_effect.iter().chain(&c.ln_free).all(|v| v.is_finite());
         if !(c.temperature > 0.0 && c.temperature.is_finite() && finite && (0.0..1.0).contains(&c.doubt)) {
             let found = format!("{c:?} is no calibration");
-            return Err(Error::new(ErrorKind::Config, source, found).at("[calibration]").mend(mend));
+            return Err(Error::new(ErrorKind::Config, source, found).at("[calibration]").hint(hint));
         }
         Ok(c)
     }

@@ -160,7 +160,7 @@ pub fn diagnose_observed(
     let far = match kept {
         Some(kept) => {
             let new = kept.notes.iter().filter(|n| !prepared.notes.contains(n));
-            answer.notes.extend(new.map(|n| format!("Of the recording kept back: {n}")));
+            answer.notes.extend(new.map(|n| format!("Of the recording held out: {n}")));
             other_unit(&prepared, &kept, &mut answer.notes);
             Some(measure(&kept, library, &given, [&together, &listed], &answer, options)?)
         }
@@ -340,7 +340,7 @@ fn cross_validate(
     let floor = own.iter().sum::<f64>() / own.len() as f64;
     answer.gap = vec![Metric { metric: "log_score".into(), before, after, floor }];
     answer.notes.push(
-        "No recording was kept back: the log score is that of each eighth of this one given the others, with parameters \
+        "No recording was held out: the log score is that of each eighth of this one given the others, with parameters \
          that have seen all of it. Record the unit again to know how far the gap shrinks."
             .into(),
     );
@@ -386,7 +386,7 @@ fn other_unit(fit: &Prepared, kept: &Prepared, notes: &mut Vec<String>) {
     let (a, b) = (level(fit), level(kept));
     if (a / b).ln().abs() > 0.2 {
         notes.push(format!(
-            "The recording kept back does not seem to be of the same unit: its noise is {:.2} times that of the one that was \
+            "The recording held out does not seem to be of the same unit: its noise is {:.2} times that of the one that was \
              diagnosed. What it says of the gap is then not to be relied on.",
             b / a
         ));
@@ -396,7 +396,7 @@ fn other_unit(fit: &Prepared, kept: &Prepared, notes: &mut Vec<String>) {
     let scatter = stated.hypot(own_a).hypot(own_b);
     if (mean_b - mean_a).abs() > 6.0 * scatter {
         notes.push(format!(
-            "The recording kept back does not seem to be of the same unit: its turn-on bias differs by {:.1e} rad/s from that \
+            "The recording held out does not seem to be of the same unit: its turn-on bias differs by {:.1e} rad/s from that \
              of the one that was diagnosed, {:.0} standard deviations of what is stated and of what the bias does within a \
              recording.",
             mean_b - mean_a,

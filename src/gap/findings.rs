@@ -160,7 +160,7 @@ impl Findings {
             return Ok(self);
         }
         Err(Error::new(ErrorKind::Numeric, input, "the recording has no finite likelihood under the nominal simulator")
-            .mend("look for readings or noise levels that are off by orders of magnitude: gyroid inspect"))
+            .hint("look for readings or noise levels that are off by orders of magnitude: gyroid inspect"))
     }
 
     /// Removes given parts (those that the configuration states) from every set, and changes the probabilities
@@ -198,7 +198,7 @@ impl Findings {
             let (refuted, mut left): (Vec<Part>, Vec<Part>) = set.parts.drain(..).partition(|p| ids.contains(&p.id));
             if left.is_empty() {
                 left.extend(refuted.into_iter().map(|part| {
-                    let description = format!("what {} explains here and not in the recording kept back", part.id);
+                    let description = format!("what {} explains here and not in the recording held out", part.id);
                     Part { description, ..Part::new(&format!("{REFUTED}{}", part.id), false, part.share) }
                 }));
             }

@@ -19,7 +19,7 @@ pub fn flatten(noise: Option<&Noise>, scene: &Scene, rate_rad_s: &mut Vec<f64>) 
     rate_rad_s.iter_mut().zip(&nominal).for_each(|(rate, e)| *rate += e);
     Some(
         "The low-pass and the bands that the configuration states were taken out of the readings before they were judged; a \
-         lattice of the output is not looked for then."
+         quantization of the output is not looked for then."
             .into(),
     )
 }

@@ -33,7 +33,7 @@ impl Given {
             let found = format!("no effect at rest is called {:?}", unknown.id);
             return Err(Error::new(ErrorKind::Config, "configuration", found)
                 .at("`[[effect]]`")
-                .mend("delete this table; gyroid gap diagnose --help lists the effects"));
+                .hint("delete this table; gyroid gap diagnose --help lists the effects"));
         }
         let effects = config.effects.iter().map(|e| (e.id.clone(), e.parameters.clone())).collect();
         Ok(Self { effects, bare: Config { effects: Vec::new(), ..config.clone() } })

@@ -54,21 +54,21 @@ pub fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prep
     if config.kind != Kind::Stationary {
         return Err(Error::new(ErrorKind::Config, "configuration", "kind is \"driving\"")
             .at("`kind`")
-            .mend("a recording at rest is judged by the configuration of the gyro, kind = \"stationary\""));
+            .hint("a recording at rest is judged by the configuration of the gyro, kind = \"stationary\""));
     }
     if !config.effects.is_empty() {
         return Err(Error::new(ErrorKind::Config, "configuration", "the nominal simulator holds effects already")
             .at("`[[effect]]`")
-            .mend("delete these tables: the diagnosis finds what they hold"));
+            .hint("delete these tables: the diagnosis finds what they hold"));
     }
     let rate = log.get(names::GYRO_Z).ok_or_else(|| {
         Error::new(ErrorKind::Column, &log.source, format!("no channel {}", names::GYRO_Z))
-            .mend("name the gyro's column with --column, or its axis with --axis")
+            .hint("name the gyro's column with --column, or its axis with --axis")
     })?;
     if log.len() < FEWEST_ROWS {
         let found = format!("{} rows", log.len());
         return Err(Error::new(ErrorKind::TooShort, &log.source, found)
-            .mend(format!("a recording needs at least {FEWEST_ROWS} rows to be judged")));
+            .hint(format!("a recording needs at least {FEWEST_ROWS} rows to be judged")));
     }
     let options = simulate::Options { since_power_on_s, ..simulate::Options::from(0) };
     let mut scene = scene(config, log, &options)?;
@@ -175,7 +175,7 @@ fn refuse_gaps(log: &Log, missing: usize, len: usize) -> Result<()> {
     if missing as f64 > MISSING * len as f64 {
         let found = format!("{missing} of {len} rows are missing");
         return Err(Error::new(ErrorKind::Time, &log.source, found)
-            .mend("cut the log to a part without long gaps; at most a fifth may be missing"));
+            .hint("cut the log to a part without long gaps; at most a fifth may be missing"));
     }
     Ok(())
 }

@@ -48,7 +48,7 @@ pub fn fit(time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit>
     let free = check_options(&options.fixed)?;
     if values.len() < free + 1 || values.len() < 3 {
         let found = format!("{} samples for {free} free parameters", values.len());
-        return Err(Error::new(ErrorKind::TooShort, "log", found).mend("record a longer log, or fix a parameter"));
+        return Err(Error::new(ErrorKind::TooShort, "log", found).hint("record a longer log, or fix a parameter"));
     }
     let moments = Moments::new(time, values)?;
     check_spread(&moments, values[0])?;
@@ -81,12 +81,12 @@ pub fn fit_reduced(log: &Reduced, options: &FitOptions) -> Result<Fit> {
     let free = check_options(&options.fixed)?;
     if options.loss != Loss::Squares {
         return Err(Error::new(ErrorKind::Usage, "--loss", "a robust loss needs all samples at once, several times")
-            .mend("use the default loss, or raise --memory so that the log is held"));
+            .hint("use the default loss, or raise --memory so that the log is held"));
     }
     let moments = &log.moments;
     if moments.count < (free + 1).max(3) {
         let found = format!("{} samples for {free} free parameters", moments.count);
-        return Err(Error::new(ErrorKind::TooShort, "log", found).mend("record a longer log, or fix a parameter"));
+        return Err(Error::new(ErrorKind::TooShort, "log", found).hint("record a longer log, or fix a parameter"));
     }
     check_spread(moments, moments.reference)?;
     let fit = solve(moments, || log.difference_variance, options)?;
@@ -100,7 +100,7 @@ fn check_spread(moments: &Moments, value: f64) -> Result<()> {
         return Ok(());
     }
     Err(Error::new(ErrorKind::Value, "log", format!("all samples are {value}"))
-        .mend("a gyro at rest is never constant: check that the sensor is on, and the column"))
+        .hint("a gyro at rest is never constant: check that the sensor is on, and the column"))
 }
 
 /// Half the mean square of successive differences.
@@ -120,7 +120,7 @@ fn check_options(fixed: &Fixed) -> Result<usize> {
     }
     match given.iter().filter(|v| v.is_none()).count() {
         0 => Err(Error::new(ErrorKind::Usage, "fixed parameters", "all are given, and nothing is left to fit")
-            .mend("free one, or validate the model with gyroid validate")),
+            .hint("free one, or validate the model with gyroid validate")),
         free => Ok(free),
     }
 }
@@ -140,7 +140,7 @@ fn huber(first: &Moments, time: &TimeAxis, values: &[f64], options: &FitOptions)
         if !(scale > 0.0) {
             return Err(Error::new(ErrorKind::Numeric, "log", "more than half of the samples are the same")
                 .at("--loss huber")
-                .mend("use the default loss"));
+                .hint("use the default loss"));
         }
         let replaced = robust::replaced(time, &model, &r, scale);
         let moments = Moments::new(time, &replaced)?;
@@ -194,7 +194,7 @@ fn solve(moments: &Moments, by_differences: impl Fn() -> f64, options: &FitOptio
     let plain = search::minimum(&p, given_t);
     let singular = || {
         Error::new(ErrorKind::Numeric, "log", "the parameters cannot be told apart on these samples")
-            .mend("record a longer log, or fix a parameter with --fix")
+            .hint("record a longer log, or fix a parameter with --fix")
     };
     let noise = plain_noise(&p, &plain, given_t.is_none()).ok_or_else(singular)?;
     let asked = options.weighting == Weighting::Walk;

@@ -201,7 +201,7 @@ impl Solved {
 fn solve(blocks: &[Block], step_s: f64, by_differences: impl Fn() -> f64) -> Result<TemperatureFit> {
     if blocks.len() < FEWEST {
         let found = format!("{} means of rate and temperature", blocks.len());
-        return Err(Error::new(ErrorKind::TooShort, "log", found).mend("record a longer log"));
+        return Err(Error::new(ErrorKind::TooShort, "log", found).hint("record a longer log"));
     }
     let count: f64 = blocks.iter().map(|b| b.n).sum();
     let over = |of: &dyn Fn(&Block) -> f64| blocks.iter().map(|b| b.n * of(b)).sum::<f64>() / count;
@@ -211,7 +211,7 @@ fn solve(blocks: &[Block], step_s: f64, by_differences: impl Fn() -> f64) -> Res
     let constant = || {
         Error::new(ErrorKind::Value, "log", format!("the temperature is {mean_c:.2} °C throughout"))
             .at(format!("channel {:?}", names::TEMPERATURE))
-            .mend("record a log in which the sensor warms or cools")
+            .hint("record a log in which the sensor warms or cools")
     };
     if !(high - low > CONSTANT_C) {
         return Err(constant());

@@ -13,7 +13,7 @@ use super::surface::Surface;
 use crate::math::brent;
 use nalgebra::DVector;
 
-/// Turns of ratio and T at most; a second one mends the grid's T, a third finds nothing left to do.
+/// Turns of ratio and T at most; a second one corrects the grid's T, a third finds nothing left to do.
 const TURNS: u32 = 5;
 
 /// The weighed sum of squares.

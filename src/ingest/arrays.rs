@@ -97,7 +97,7 @@ pub(super) fn open(arrays: Box<dyn Arrays>, about: About) -> Result<Opened> {
             let there: Vec<String> = arrays.entries().iter().map(described).collect();
             let there = if there.is_empty() { "nothing".to_string() } else { there.join(", ") };
             Err(Error::new(ErrorKind::Column, &about.source, format!("holds no columns of numbers; there is {there}"))
-                .mend("save time and rates as vectors of numbers of one length"))
+                .hint("save time and rates as vectors of numbers of one length"))
         }
         Err(tables) => {
             let topics = tables.iter().map(|(name, layout)| Topic {
@@ -234,7 +234,7 @@ impl Source for Group {
                 let found = format!("{} numbers, its shape has more", loaded.len());
                 return Err(Error::new(ErrorKind::Format, &about.source, found)
                     .at(format!("array {:?}", layout.heads[i].name))
-                    .mend("write the file again"));
+                    .hint("write the file again"));
             }
             (batch.columns[i], columns[i].resolution) = column(&loaded, first, stride, layout.rows);
             last = Some((entry, loaded));

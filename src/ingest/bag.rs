@@ -103,7 +103,7 @@ impl Bag {
                 format!("begins with {version:?}, not with V2.0"),
             )
             .at("byte 0")
-            .mend("convert an old bag with `rosbag fix`"));
+            .hint("convert an old bag with `rosbag fix`"));
         }
         let (file, sha256) = input.into_file()?;
         let mut connections = BTreeMap::new();
@@ -163,7 +163,7 @@ impl Container for Bag {
         let unreadable = |why: &str| {
             Error::new(ErrorKind::Format, &self.listing.about.source, format!("{}: {why}", topic.type_name))
                 .at(format!("topic {}", topic.name))
-                .mend("name another topic with --topic")
+                .hint("name another topic with --topic")
         };
         let mut message: Option<&Message> = None;
         for id in &own {
@@ -239,7 +239,7 @@ fn walk(bytes: &mut Bytes, meet: Meet<'_>) -> Result<Option<String>> {
         };
         return Err(bytes
             .damaged(at, format!("the bag is damaged: {what}"))
-            .mend("copy the bag again; `rosbag reindex` saves what can be read of it"));
+            .hint("copy the bag again; `rosbag reindex` saves what can be read of it"));
     }
     Ok(None)
 }

@@ -33,16 +33,16 @@ impl ChannelMap {
     pub fn parse(text: &str) -> Result<Self> {
         let usage = |found: String| Error::new(ErrorKind::Usage, "--map", found);
         let (channel, column) = text.split_once('=').ok_or_else(|| {
-            usage(format!("{text:?} has no \"=\"")).mend("write CHANNEL=COLUMN, such as gyro_z_rad_s=-wz:deg/s")
+            usage(format!("{text:?} has no \"=\"")).hint("write CHANNEL=COLUMN, such as gyro_z_rad_s=-wz:deg/s")
         })?;
         let entry = channels::of(channel.trim()).ok_or_else(|| {
             let all: Vec<_> = TABLE.iter().map(|e| e.channel).collect();
             let meant = nearest(channel, all.iter().copied());
-            usage(format!("no channel {:?}", channel.trim())).mend(format!("there are {}", all.join(", "))).meant(meant)
+            usage(format!("no channel {:?}", channel.trim())).hint(format!("there are {}", all.join(", "))).meant(meant)
         })?;
         let column = column.trim().to_string();
         if column.trim_start_matches('-').is_empty() {
-            return Err(usage(format!("{text:?} names no column")).mend("write CHANNEL=COLUMN"));
+            return Err(usage(format!("{text:?} names no column")).hint("write CHANNEL=COLUMN"));
         }
         Ok(Self { channel: entry.channel, column })
     }
@@ -89,20 +89,20 @@ impl ChannelMap {
         let at = |kind: ErrorKind, found: String| Error::new(kind, source, found).at(format!("column {:?}", head.name));
         if head.kind != Kind::Number {
             return Err(at(ErrorKind::Column, format!("holds {}, not numbers", head.type_name))
-                .mend(format!("map a column of numbers to {}", self.channel)));
+                .hint(format!("map a column of numbers to {}", self.channel)));
         }
         let (channel, quantity) = self.meant(head, unit);
         let named = stem(&head.name, quantity).unit;
         let written = unit.or(named.as_deref()).or(head.unit.as_deref()).map(|u| u.trim_matches(['(', ')', '[', ']']));
-        let mend = || format!("state the unit: --map {}={}:UNIT with {}", self.channel, head.name, quantity.units());
+        let hint = || format!("state the unit: --map {}={}:UNIT with {}", self.channel, head.name, quantity.units());
         let conversion = match written {
             Some(text) => quantity
                 .parse_scaled(text)
-                .ok_or_else(|| at(ErrorKind::Unit, format!("{text:?} is no unit of {}", self.channel)).mend(mend()))?,
+                .ok_or_else(|| at(ErrorKind::Unit, format!("{text:?} is no unit of {}", self.channel)).hint(hint()))?,
             None => match other_unit(&head.name, quantity) {
                 Some(other) => {
                     let found = format!("its name ends in {other:?}, which is no unit of {}", self.channel);
-                    return Err(at(ErrorKind::Unit, found).mend(mend()));
+                    return Err(at(ErrorKind::Unit, found).hint(hint()));
                 }
                 None => Conversion { factor: 1.0, offset: 0.0 },
             },
@@ -143,7 +143,7 @@ impl ChannelMap {
         };
         let found = format!("no column {:?} for {}; there are {}", self.column, self.channel, there.join("; "));
         Error::new(ErrorKind::Column, sources.join(", "), found)
-            .mend(format!("name one of them: --map {}=COLUMN[:UNIT]", self.channel))
+            .hint(format!("name one of them: --map {}=COLUMN[:UNIT]", self.channel))
             .meant(nearest(self.bare_column(), files.iter().flat_map(|f| f.1).map(|h| h.name.as_str())))
     }
 }

@@ -119,7 +119,7 @@ pub(super) fn choose(source: &str, heads: &[Head], wanted: Option<&str>, from_lo
         if heads[index].kind == Kind::Other {
             let found = format!("the time column {name:?} holds {}", heads[index].type_name);
             return Err(
-                Error::new(ErrorKind::Column, source, found).mend("name a column of numbers or dates with --time")
+                Error::new(ErrorKind::Column, source, found).hint("name a column of numbers or dates with --time")
             );
         }
         return Ok(beside(heads, index).map_or(TimeColumn::One(index), |n| TimeColumn::Parts(index, n)));
@@ -148,7 +148,7 @@ pub(super) fn choose(source: &str, heads: &[Head], wanted: Option<&str>, from_lo
     let Some(best) = candidates.iter().map(|c| rank(c.0)).min() else {
         let found = format!("no time column; there are {}", list(heads));
         return Err(Error::new(ErrorKind::Column, source, found)
-            .mend("name it with --time, or state the sample rate with --rate if the rows are evenly spaced"));
+            .hint("name it with --time, or state the sample rate with --rate if the rows are evenly spaced"));
     };
     let best: Vec<_> = candidates.into_iter().filter(|c| rank(c.0) == best).map(|c| c.1).collect();
     match best[..] {
@@ -156,7 +156,7 @@ pub(super) fn choose(source: &str, heads: &[Head], wanted: Option<&str>, from_lo
         _ => {
             let names: Vec<_> = best.iter().filter_map(|c| c.index()).map(|i| heads[i].name.as_str()).collect();
             let found = format!("several columns could be the time: {}", names.join(", "));
-            Err(Error::new(ErrorKind::Column, source, found).mend("name one with --time"))
+            Err(Error::new(ErrorKind::Column, source, found).hint("name one with --time"))
         }
     }
 }
@@ -167,7 +167,7 @@ pub(super) fn find(source: &str, heads: &[Head], name: &str, option: &str) -> Re
     exact.or_else(|| heads.iter().position(|h| h.name.trim().eq_ignore_ascii_case(name.trim()))).ok_or_else(|| {
         let found = format!("no column {name:?}; there are {}", list(heads));
         let meant = nearest(name, heads.iter().map(|h| h.name.as_str()));
-        Error::new(ErrorKind::Column, source, found).mend(format!("name one of them with {option}")).meant(meant)
+        Error::new(ErrorKind::Column, source, found).hint(format!("name one of them with {option}")).meant(meant)
     })
 }
 
@@ -220,7 +220,7 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
     let mut notes = Vec::new();
     let odd = scan::odd(&cells.values);
     if let Some(row) = odd.first.and_then(|_| cells.values.iter().position(|v| v.is_infinite())) {
-        return Err(table.error_at(ErrorKind::Time, row, index, "an infinite time").mend("correct or delete the row"));
+        return Err(table.error_at(ErrorKind::Time, row, index, "an infinite time").hint("correct or delete the row"));
     }
     let valid: Cow<[f64]> = if odd.first.is_some() {
         cells.values.iter().copied().filter(|v| !v.is_nan()).collect()
@@ -231,7 +231,7 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
         let found = format!("all {} times are missing", table.rows);
         return Err(Error::new(ErrorKind::Time, &table.source, found)
             .at(format!("column {:?}", head.name))
-            .mend("name another time column with --time"));
+            .hint("name another time column with --time"));
     };
     let first = cells.origin as f64 + first;
     let step = typical_step(&valid);
@@ -249,7 +249,7 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
             let (unit, why) = guess_unit(step, first, fractional).map_err(|why| {
                 Error::new(ErrorKind::Unit, &table.source, why)
                     .at(format!("column {:?}", head.name))
-                    .mend("state the unit: --time-unit s, ms, us or ns")
+                    .hint("state the unit: --time-unit s, ms, us or ns")
             })?;
             notes.push(format!("time unit of {:?} guessed: {unit}, because {why}", head.name));
             unit
@@ -261,7 +261,7 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
         let found = format!("read in {unit}, its steps of {step} make a sample rate of {rate_hz:.3e} Hz");
         return Err(Error::new(ErrorKind::Unit, &table.source, found)
             .at(format!("column {:?}", head.name))
-            .mend("state the unit with --time-unit s, ms, us or ns, or name another column with --time"));
+            .hint("state the unit with --time-unit s, ms, us or ns, or name another column with --time"));
     }
     if let (Some(stated), false, Some(other)) = (stated, USUAL_HZ.contains(&rate_hz), unix_unit(first))
         && other != stated
@@ -271,7 +271,7 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
             format!("read in {stated}, it is no date of this century and {rate_hz:.3e} Hz; in {other} it is both");
         return Err(Error::new(ErrorKind::Unit, &table.source, found)
             .at(format!("column {:?}", head.name))
-            .mend(format!("leave out --time-unit {stated}, or state {other}")));
+            .hint(format!("leave out --time-unit {stated}, or state {other}")));
     }
     if let Some(stated) = stated.filter(|stated| !date && written != Some(*stated))
         && let Some(other) = contradicted(stated, written, step, valid.iter().take(SAMPLE).any(|v| v.fract() != 0.0))
@@ -280,7 +280,7 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
             "read in {stated}, its steps of {step} make a sample rate of {rate_hz:.3e} Hz; in {other} they make {:.4} Hz",
             1.0 / (step * other.to_s())
         );
-        return Err(Error::new(ErrorKind::Unit, &table.source, found).at(format!("column {:?}", head.name)).mend(
+        return Err(Error::new(ErrorKind::Unit, &table.source, found).at(format!("column {:?}", head.name)).hint(
             format!("leave out --time-unit {stated}; if it is right, say so in the column's name: time_{stated}"),
         ));
     }
@@ -315,7 +315,7 @@ fn parts(table: &Table, seconds: usize, nanoseconds: usize) -> Result<Times> {
         let found = format!("{} is no part of a second in nanoseconds", part.values[row] + part.origin as f64);
         return Err(table
             .error_at(ErrorKind::Time, row, nanoseconds, found)
-            .mend("name a column that holds the whole time with --time"));
+            .hint("name a column that holds the whole time with --time"));
     }
     let mut values = joined(&whole.values, &part.values, part.origin);
     let Some(&first) = values.iter().find(|v| !v.is_nan()) else {

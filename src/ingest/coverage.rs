@@ -36,17 +36,17 @@ pub(super) fn lacking(logs: &mut [(Log, Vec<f64>)]) -> Vec<String> {
     let mut out: Vec<(String, String, Vec<String>)> = Vec::new();
     for (log, times) in logs {
         for channel in log.channels.iter_mut().filter(|c| channels::of(&c.name).is_some()) {
-            let Some((what, mend)) = lack(&channel.name, &mut channel.values, times, [start, end, changed]) else {
+            let Some((what, hint)) = lack(&channel.name, &mut channel.values, times, [start, end, changed]) else {
                 continue;
             };
             let what = if several { format!("of {} {what}", log.source) } else { what };
             match out.iter_mut().find(|(other, _, _)| *other == what) {
                 Some((_, _, names)) => names.push(channel.name.clone()),
-                None => out.push((what, mend, vec![channel.name.clone()])),
+                None => out.push((what, hint, vec![channel.name.clone()])),
             }
         }
     }
-    out.into_iter().map(|(what, mend, names)| format!("{} {what}; {mend}", names.join(", "))).collect()
+    out.into_iter().map(|(what, hint, names)| format!("{} {what}; {hint}", names.join(", "))).collect()
 }
 
 /// Row from which on all readings to the end are the same; none without readings.

@@ -225,7 +225,7 @@ impl Container for DataFlash {
         let described = self.described.values().find(|d| d.name == type_name).cloned().ok_or_else(|| {
             Error::new(ErrorKind::Format, &self.listing.about.source, "is not described")
                 .at(format!("topic {topic}"))
-                .mend("name another topic with --topic")
+                .hint("name another topic with --topic")
         })?;
         let heads = described.heads(stamp);
         Ok(Box::new(OneTopic { described, heads, topic, file: *self }))
@@ -326,7 +326,7 @@ fn walk(bytes: &mut Bytes, meet: Meet<'_>) -> Result<(BTreeMap<u8, Described>, V
     if described.is_empty() {
         return Err(bytes
             .damaged(0, "the log is damaged or cut off: it describes no message")
-            .mend("copy the log again"));
+            .hint("copy the log again"));
     }
     Ok((described, notes))
 }

@@ -44,7 +44,7 @@ impl Db3 {
             let found = format!(
                 "is an SQLite file and no ROS 2 bag: it needs the tables topics and messages; there are {there}"
             );
-            return Err(Error::new(ErrorKind::Format, &name, found).mend("export the gyro's table as CSV or Parquet"));
+            return Err(Error::new(ErrorKind::Format, &name, found).hint("export the gyro's table as CSV or Parquet"));
         }
         let definitions = match tables.iter().any(|t| t == "message_definitions") {
             true => definitions(&database).map_err(|e| damaged(&name, "table message_definitions", &e))?,
@@ -129,7 +129,7 @@ fn listed(database: &Connection) -> rusqlite::Result<Vec<Listed>> {
 fn damaged(name: &str, place: &str, error: &rusqlite::Error) -> Error {
     Error::new(ErrorKind::Format, name, format!("the SQLite file is damaged or truncated: {error}"))
         .at(place)
-        .mend("copy the file again; `sqlite3 FILE .recover` saves what can be read of it")
+        .hint("copy the file again; `sqlite3 FILE .recover` saves what can be read of it")
 }
 
 impl Container for Db3 {
@@ -142,7 +142,7 @@ impl Container for Db3 {
         let message = self.channels[topic].message.as_ref().map_err(|why| {
             Error::new(ErrorKind::Format, &self.listing.about.source, format!("{type_name}: {why}"))
                 .at(format!("topic {name}"))
-                .mend("convert the bag to MCAP where its types are known: `ros2 bag convert`")
+                .hint("convert the bag to MCAP where its types are known: `ros2 bag convert`")
         })?;
         let (message, name, ids) = (message.clone(), name.clone(), self.channels[topic].ids.clone());
         Ok(Box::new(OneTopic::new(*self, ids, message, stamp, name)))

@@ -102,7 +102,7 @@ pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<Dri
             name(first),
             format!("no file has a topic {}", query.topics.join(", ")),
         )
-        .mend("see what is there with `gyroid inspect`"));
+        .hint("see what is there with `gyroid inspect`"));
     }
     if let (Some(scale), Some((first, source))) =
         (query.scales.iter().zip(&used).find(|(_, used)| !**used).map(|s| s.0), sources.first())
@@ -117,7 +117,7 @@ pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<Dri
     let several = sources.len() > 1;
     let heads: Vec<(String, &[Head])> = sources.iter().map(|(name, s)| (name.clone(), s.heads())).collect();
     let Some((first, _)) = heads.first() else {
-        return Err(Error::new(ErrorKind::Usage, "drive", "no file is given").mend("name one log at least"));
+        return Err(Error::new(ErrorKind::Usage, "drive", "no file is given").hint("name one log at least"));
     };
     if let Some(time) = &query.time
         && heads.iter().all(|(source, heads)| clock::find(source, heads, time, "--time").is_err())
@@ -142,11 +142,11 @@ pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<Dri
 fn check_mounting(source: &str, turned: bool, query: &DriveQuery) -> Result<()> {
     if query.maps.iter().any(|m| m.channel() == channel::GYRO_Z) {
         let found = format!("turns three columns into {}, and --map names one", channel::GYRO_Z);
-        return Err(Error::new(ErrorKind::Usage, "--mounting", found).mend("leave out one of them"));
+        return Err(Error::new(ErrorKind::Usage, "--mounting", found).hint("leave out one of them"));
     }
     if !turned {
         return Err(Error::new(ErrorKind::Column, source, "there is no gyro, and --mounting says how it is mounted")
-            .mend("leave it out, or add the log of the gyro"));
+            .hint("leave it out, or add the log of the gyro"));
     }
     Ok(())
 }
@@ -179,7 +179,7 @@ fn mapped(
     for (k, map) in query.maps.iter().enumerate() {
         if query.maps[..k].iter().any(|m| m.channel() == map.channel()) {
             let found = format!("{} is mapped twice", map.channel());
-            return Err(Error::new(ErrorKind::Usage, "--map", found).mend("map a channel once"));
+            return Err(Error::new(ErrorKind::Usage, "--map", found).hint("map a channel once"));
         }
         let mut files = Vec::new();
         for (i, (source, heads)) in heads.iter().enumerate() {
@@ -201,7 +201,7 @@ fn mapped(
 /// `error` without the advice to use an option that drives do not have.
 fn one_of_many(mut error: Error, query: &DriveQuery) -> Error {
     if error.kind == ErrorKind::Column && query.time.is_none() && error.found.starts_with("no time column") {
-        error.mend = Some("name it with --time".into());
+        error.hint = Some("name it with --time".into());
     }
     error
 }
@@ -231,12 +231,12 @@ fn to_part(
     if !times.complete
         && let Some(row) = scan::first_where(&t, |_, v| v.is_nan())
     {
-        return Err(table.error_at(ErrorKind::Time, row, column, "no time").mend("delete the row"));
+        return Err(table.error_at(ErrorKind::Time, row, column, "no time").hint("delete the row"));
     }
     if let Some(k) = scan::first_after(&t, |a, b| b <= a) {
         let found = format!("time does not increase: {} s after {} s", t[k], t[k - 1]);
         let error = table.error_at(ErrorKind::Time, k, column, found);
-        return Err(error.mend("delete the row, or cut the log there if it was started anew"));
+        return Err(error.hint("delete the row, or cut the log there if it was started anew"));
     }
     let step_s = t.last().zip(t.first()).map_or(0.0, |(b, a)| (b - a) / (t.len().max(2) - 1) as f64);
     let tolerance = if step_s > 0.0 { (times.resolution_s / step_s).clamp(1e-6, 0.5) } else { 0.0 };
@@ -313,7 +313,7 @@ fn finite(table: &Table, i: usize) -> Result<Odd> {
     match odd.first.and_then(|_| scan::first_where(&cells.values, infinite)) {
         None => Ok(odd),
         Some(row) => {
-            Err(table.error_at(ErrorKind::Value, row, i, "an infinite value").mend("correct or delete the row"))
+            Err(table.error_at(ErrorKind::Value, row, i, "an infinite value").hint("correct or delete the row"))
         }
     }
 }
@@ -348,8 +348,8 @@ fn unstated_unit(table: &Table, gyro: usize, notes: &mut Vec<String>) -> Option<
         Ok(Some(_)) => return None,
         Ok(None) => {}
         Err(error) => {
-            let mend = error.mend.unwrap_or_default();
-            notes.push(format!("{name:?} is not used: {}; {mend}", error.found));
+            let hint = error.hint.unwrap_or_default();
+            notes.push(format!("{name:?} is not used: {}; {hint}", error.found));
             return None;
         }
     }
@@ -418,7 +418,7 @@ pub(super) fn check_names(log: &Log) -> Result<()> {
         None => Ok(()),
         Some(_) => {
             Err(Error::new(ErrorKind::Column, &log.source, format!("a channel is called {TIME:?} like the time"))
-                .mend("give the channel another name"))
+                .hint("give the channel another name"))
         }
     }
 }

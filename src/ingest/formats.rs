@@ -84,7 +84,7 @@ pub(super) fn open(path: &Path, choice: Choice<'_>) -> Result<Chosen> {
         Opened::Table(source) => match choice.topic {
             None => Ok(Chosen { source, note: None }),
             Some(name) => Err(Error::new(ErrorKind::Usage, path.display(), format!("has no topics, so no {name:?}"))
-                .mend("leave out --topic; name its column with --column")),
+                .hint("leave out --topic; name its column with --column")),
         },
     }
 }
@@ -143,17 +143,17 @@ fn opened(path: &Path, choice: Choice<'_>) -> Result<Opened> {
     let mut input = Input::open(path)?;
     (input.hashed, input.skip_bad_rows) = (!choice.unhashed, choice.skip_bad_rows);
     if input.head.is_empty() {
-        return Err(Error::new(ErrorKind::TooShort, path.display(), "is empty").mend("record the log again"));
+        return Err(Error::new(ErrorKind::TooShort, path.display(), "is empty").hint("record the log again"));
     }
-    if let Some((_, what, mend)) = FOREIGN.iter().find(|(magic, _, _)| foreign(&input.head, magic)) {
-        return Err(Error::new(ErrorKind::Format, path.display(), format!("is {what}, which is not read")).mend(mend));
+    if let Some((_, what, hint)) = FOREIGN.iter().find(|(magic, _, _)| foreign(&input.head, magic)) {
+        return Err(Error::new(ErrorKind::Format, path.display(), format!("is {what}, which is not read")).hint(hint));
     }
     match FORMATS.iter().find(|f| (f.accepts)(&input.head)) {
         Some(format) => (format.open)(input),
         None => {
             let known: Vec<_> = FORMATS.iter().map(|f| f.name).collect();
             Err(Error::new(ErrorKind::Format, path.display(), "is a binary file of an unknown format")
-                .mend(format!("convert it to one of: {}", known.join(", "))))
+                .hint(format!("convert it to one of: {}", known.join(", "))))
         }
     }
 }

@@ -145,5 +145,5 @@ fn damaged(source: &str, place: &str, why: &str) -> Error {
     let why = why.lines().next().unwrap_or_default();
     Error::new(ErrorKind::Format, source, format!("is damaged, truncated, or not read: {why}"))
         .at(place)
-        .mend("copy the file again; in MATLAB, save('log.mat', 't', 'gyro', '-v7') writes the older format")
+        .hint("copy the file again; in MATLAB, save('log.mat', 't', 'gyro', '-v7') writes the older format")
 }

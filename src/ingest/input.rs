@@ -78,7 +78,7 @@ impl Input {
         let mut file = File::open(path).map_err(|e| fail(&e))?;
         if file.metadata().map_err(|e| fail(&e))?.is_dir() {
             return Err(
-                Error::new(ErrorKind::Io, path.display(), "is a directory, not a log").mend("name a file in it")
+                Error::new(ErrorKind::Io, path.display(), "is a directory, not a log").hint("name a file in it")
             );
         }
         let mut raw_head = Vec::new();
@@ -134,7 +134,7 @@ impl Input {
         let ordinary = self.file.metadata().map_err(|e| fail(&e))?.is_file();
         if self.gzipped || !ordinary {
             let found = "this format cannot be read from a gzip file or a pipe";
-            return Err(Error::new(ErrorKind::Format, self.path.display(), found).mend("unpack it into a file first"));
+            return Err(Error::new(ErrorKind::Format, self.path.display(), found).hint("unpack it into a file first"));
         }
         self.file.seek(SeekFrom::Start(0)).map_err(|e| fail(&e))?;
         let hash = PendingHash::of(&self.path, &self.file, self.hashed)?;
@@ -239,7 +239,7 @@ pub(super) fn broken_gzip(path: &Path, error: &io::Error) -> Error {
         _ => format!("the gzip file is damaged: {error}"),
     };
     Error::new(ErrorKind::Format, path.display(), what)
-        .mend("copy the file again; `zcat FILE > part.csv` saves what can be read")
+        .hint("copy the file again; `zcat FILE > part.csv` saves what can be read")
 }
 
 #[cfg(test)]

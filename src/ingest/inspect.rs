@@ -70,7 +70,7 @@ pub struct AxisReport {
     pub unit_guessed: bool,
     /// Findings; none if the fit cannot use the axis.
     pub audit: Option<Audit>,
-    /// Why the fit cannot use the axis, with the mend.
+    /// Why the fit cannot use the axis, with the hint.
     pub problem: Option<String>,
 }
 
@@ -180,8 +180,8 @@ pub fn inspect_topic(path: impl AsRef<Path>, topic: Option<&str>, stamp: Stamp) 
 /// An error without the file's name, which stands above.
 fn told(error: &crate::Error) -> String {
     let place = error.place.as_ref().map(|p| format!("{p}: ")).unwrap_or_default();
-    let mend = error.mend.as_ref().map(|m| format!(" ({m})")).unwrap_or_default();
-    format!("{place}{}{mend}", error.found)
+    let hint = error.hint.as_ref().map(|m| format!(" ({m})")).unwrap_or_default();
+    format!("{place}{}{hint}", error.found)
 }
 
 fn column(table: &Table, i: usize, channels: &[Found]) -> ColumnReport {

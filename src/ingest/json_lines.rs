@@ -34,9 +34,9 @@ impl Keys {
     /// The columns of the objects in the first bytes.
     fn of(input: &Input) -> Result<Self> {
         let name = input.path.display();
-        let mend = "write one object a line: jq -c . FILE, or jq -c '.[]' FILE where it is one list";
+        let hint = "write one object a line: jq -c . FILE, or jq -c '.[]' FILE where it is one list";
         if input.head.trim_ascii_start().starts_with(b"[") {
-            return Err(Error::new(ErrorKind::Format, name, "is one list of JSON").at("line 1").mend(mend));
+            return Err(Error::new(ErrorKind::Format, name, "is one list of JSON").at("line 1").hint(hint));
         }
         let mut kinds: Vec<(String, [usize; 3])> = Vec::new();
         let mut places: HashMap<String, usize> = HashMap::new();
@@ -70,7 +70,7 @@ impl Keys {
         }
         if places.is_empty() {
             let (line, why) = first_error.unwrap_or((1, "holds no object".to_string()));
-            return Err(Error::new(ErrorKind::Format, name, why).at(format!("line {line}")).mend(mend));
+            return Err(Error::new(ErrorKind::Format, name, why).at(format!("line {line}")).hint(hint));
         }
         let head = |(name, [numbers, instants, words]): (String, [usize; 3])| {
             let (kind, type_name) = match () {
@@ -204,7 +204,7 @@ impl Source for JsonLines {
                 Some(why) => {
                     return Err(Error::new(ErrorKind::Format, path.display(), why)
                         .at(format!("line {number}"))
-                        .mend("correct or delete the line, or leave out such lines with --skip-bad-rows"));
+                        .hint("correct or delete the line, or leave out such lines with --skip-bad-rows"));
                 }
             }
         }

@@ -56,7 +56,7 @@ fn open(input: Input) -> Result<Opened> {
     let (file, sha256) = input.into_file()?;
     let mut bytes = Bytes::open(&path, &file, 0)?;
     if !known || !bytes.skip(HEADER_BYTES)? {
-        return Err(bytes.damaged(124, "the header of 128 bytes is cut off or damaged").mend(MEND));
+        return Err(bytes.damaged(124, "the header of 128 bytes is cut off or damaged").hint(MEND));
     }
     let mut mat = Mat { entries: Vec::new(), numbers: Vec::new() };
     let (mut tag, mut body) = (Vec::new(), Vec::new());
@@ -68,7 +68,7 @@ fn open(input: Input) -> Result<Opened> {
                     at,
                     format!("the file is cut off or damaged: this variable goes on after byte {}", bytes.len()),
                 )
-                .mend(MEND)
+                .hint(MEND)
         };
         if !bytes.next(8, &mut tag)? {
             return Err(cut(&bytes));
@@ -84,7 +84,7 @@ fn open(input: Input) -> Result<Opened> {
                 let mut out = Vec::new();
                 let end = ZlibDecoder::new(body.as_slice()).take(LARGEST).read_to_end(&mut out);
                 end.map_err(|e| {
-                    bytes.damaged(at, format!("the file is damaged: a variable cannot be unpacked: {e}")).mend(MEND)
+                    bytes.damaged(at, format!("the file is damaged: a variable cannot be unpacked: {e}")).hint(MEND)
                 })?;
                 unpacked = out;
                 Elements { rest: &unpacked, big }.next()
@@ -97,11 +97,11 @@ fn open(input: Input) -> Result<Opened> {
             Some(_) => Some(()),
             None => None,
         };
-        done.ok_or_else(|| bytes.damaged(at, "the file is damaged: a variable contradicts itself").mend(MEND))?;
+        done.ok_or_else(|| bytes.damaged(at, "the file is damaged: a variable contradicts itself").hint(MEND))?;
     }
     let opened = arrays::open(Box::new(mat), About { source, format: FORMAT.name, sha256, notes: Vec::new() });
     opened.map_err(|e| match e.kind {
-        ErrorKind::Column => e.mend(
+        ErrorKind::Column => e.hint(
             "save time and rates as vectors of numbers; of a timetable: t = seconds(tt.Time); gyro = tt.gyro; save('log.mat', 't', 'gyro')",
         ),
         _ => e,

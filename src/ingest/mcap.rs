@@ -135,7 +135,7 @@ impl Container for Mcap {
         let unreadable = |why: &str| {
             Error::new(ErrorKind::Format, &self.listing.about.source, format!("{}: {why}", topic.type_name))
                 .at(format!("topic {}", topic.name))
-                .mend("name another topic with --topic, or record it anew with `ros2 bag record`")
+                .hint("name another topic with --topic, or record it anew with `ros2 bag record`")
         };
         let mut own = BTreeMap::new();
         for (id, channel) in self.channels.iter().filter(|(_, c)| c.topic == topic.name) {
@@ -208,7 +208,7 @@ fn walk(bytes: &mut Bytes, meet: Meet<'_>) -> Result<Option<String>> {
         };
         return Err(bytes
             .damaged(at, format!("the file is damaged: {what}"))
-            .mend("copy the file again; `mcap recover` saves what can be read of it"));
+            .hint("copy the file again; `mcap recover` saves what can be read of it"));
     }
 }
 

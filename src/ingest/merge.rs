@@ -40,7 +40,7 @@ pub(crate) fn merge(parts: Vec<Part>) -> Result<(Log, Vec<String>)> {
         let (dates, plain) = (&dates.log.source, &plain.log.source);
         let found = format!("its time counts from 1970, that of {plain} does not: they are on two clocks");
         return Err(Error::new(ErrorKind::Time, dates, found)
-            .mend("name a time column that both files have with --time, or write one file's times anew"));
+            .hint("name a time column that both files have with --time, or write one file's times anew"));
     }
     // a plain clock stays as it is, unless it begins before its zero
     let zero_s = parts.iter().map(|p| p.zero_s).fold(if dated { f64::INFINITY } else { 0.0 }, f64::min);
@@ -114,7 +114,7 @@ fn check_overlap(logs: &[(Log, Vec<f64>)]) -> Result<()> {
                     earlier.0.source
                 );
                 return Err(Error::new(ErrorKind::Time, &later.0.source, found)
-                    .mend("give files of one drive on one clock, or name its column with --time"));
+                    .hint("give files of one drive on one clock, or name its column with --time"));
             }
         }
     }

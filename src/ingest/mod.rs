@@ -124,7 +124,7 @@ fn opened(path: &Path, query: &GyroQuery) -> Result<(Box<dyn format::Source>, re
         && !(rate_hz.is_finite() && rate_hz > 0.0)
     {
         let found = format!("a sample rate of {rate_hz} Hz");
-        return Err(Error::new(ErrorKind::Usage, "--rate", found).mend("state a positive rate in Hz"));
+        return Err(Error::new(ErrorKind::Usage, "--rate", found).hint("state a positive rate in Hz"));
     }
     let choice = formats::Choice {
         topic: query.topic.as_deref(),
@@ -254,7 +254,7 @@ pub fn read_axes_within(
         return Ok(readings);
     }
     if passes.is_empty() {
-        return Err(Error::new(ErrorKind::TooShort, &name, "no rows").mend("record the log again"));
+        return Err(Error::new(ErrorKind::TooShort, &name, "no rows").hint("record the log again"));
     }
     passes.into_iter().map(|pass| Ok(Reading::Streamed(Box::new(pass.finish(facts.clone())?)))).collect()
 }
@@ -268,7 +268,7 @@ fn plans(
 ) -> Result<Vec<recording::Plan>> {
     if queries.len() > 1 && queries.iter().any(|q| q.column.is_some()) {
         return Err(Error::new(ErrorKind::Usage, "--column", "names one column, and several axes are asked for")
-            .mend("name one axis, or leave the columns to their names"));
+            .hint("name one axis, or leave the columns to their names"));
     }
     // what was noted when the file was opened stands in the first
     let mut plans = vec![first];
@@ -281,7 +281,7 @@ fn plans(
                 "column {:?} is all there is of the gyro, and several axes are asked for",
                 heads[plan.gyro].name
             );
-            return Err(Error::new(ErrorKind::Column, name, found).mend("name one axis: --axis z"));
+            return Err(Error::new(ErrorKind::Column, name, found).hint("name one axis: --axis z"));
         }
         plans.push(plan);
     }

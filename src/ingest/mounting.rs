@@ -39,7 +39,7 @@ impl Mounting {
     pub fn from_roll_pitch_yaw_deg(angles_deg: [f64; 3]) -> Result<Self> {
         if let Some(angle) = angles_deg.iter().find(|a| !a.is_finite()) {
             return Err(Error::new(ErrorKind::Usage, "--mounting", format!("{angle} is no angle"))
-                .mend("give roll, pitch and yaw in degrees: --mounting 180,0,0"));
+                .hint("give roll, pitch and yaw in degrees: --mounting 180,0,0"));
         }
         let [roll, pitch, yaw] = angles_deg.map(f64::to_radians);
         Ok(Self::of(&Rotation3::from_euler_angles(roll, pitch, yaw)))
@@ -58,7 +58,7 @@ impl Mounting {
                 "--mounting-quaternion",
                 format!("its length is {length}, not 1"),
             )
-            .mend("check the numbers and their order: x, y, z, w"));
+            .hint("check the numbers and their order: x, y, z, w"));
         }
         Ok(Self::of(&UnitQuaternion::new_normalize(quaternion).to_rotation_matrix()))
     }
@@ -103,7 +103,7 @@ impl Mounted {
     ) -> Result<(Self, Option<String>)> {
         if query.column.is_some() {
             return Err(Error::new(ErrorKind::Usage, "--column", "names one column, and a mounting turns three")
-                .mend("leave out --column, or --mounting"));
+                .hint("leave out --column, or --mounting"));
         }
         let mut heads = inner.heads().to_vec();
         let aligned = *mounting == Mounting::ALIGNED;
@@ -143,7 +143,7 @@ impl Mounted {
                 source,
                 "the columns of the gyro that is to be turned name no unit",
             )
-            .mend("name it in all of them, such as gyro_x_rad_s or gx_dps"));
+            .hint("name it in all of them, such as gyro_x_rad_s or gx_dps"));
         }
         Ok((Self { accelerometer: None, ..turned }, told))
     }
@@ -159,15 +159,15 @@ fn parts(source: &str, heads: &[Head], weights: [f64; 3]) -> Result<Vec<(usize, 
     let mut parts: Vec<(usize, f64)> = Vec::new();
     let needed: Vec<String> =
         Axis::ALL.iter().zip(weights).filter(|(_, w)| *w != 0.0).map(|(a, _)| a.to_string()).collect();
-    let mend = format!(
+    let hint = format!(
         "this mounting needs the rates of the sensor's axes {}, in columns whose names say so, such as gyro_x",
         needed.join(", ")
     );
     for (axis, weight) in Axis::ALL.into_iter().zip(weights).filter(|(_, w)| *w != 0.0) {
-        let column = find_gyro(source, heads, axis).map_err(|e| e.mend(&mend))?;
+        let column = find_gyro(source, heads, axis).map_err(|e| e.hint(&hint))?;
         if parts.iter().any(|p| p.0 == column) {
             let found = format!("column {:?} is the only gyro, and its name says no axis", heads[column].name);
-            return Err(Error::new(ErrorKind::Column, source, found).mend(&mend));
+            return Err(Error::new(ErrorKind::Column, source, found).hint(&hint));
         }
         parts.push((column, weight));
     }
@@ -184,7 +184,7 @@ fn unit(source: &str, heads: &[Head], parts: &[(usize, f64)], query: &GyroQuery)
             let (a, b) = (&heads[parts[0].0].name, &heads[other.0].name);
             let found = format!("{a:?} and {b:?} name different units: {} and {}", said(first), said(of(other)));
             Err(Error::new(ErrorKind::Unit, source, found)
-                .mend("a mounting adds them: name the same unit in all three columns, or state it with --unit"))
+                .hint("a mounting adds them: name the same unit in all three columns, or state it with --unit"))
         }
         _ => Ok(first),
     }

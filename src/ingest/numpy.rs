@@ -91,7 +91,7 @@ fn open(input: Input, zipped: bool) -> Result<Opened> {
 fn broken(source: &str, place: &str, why: &dyn std::fmt::Display) -> Error {
     Error::new(ErrorKind::Format, source, format!("is damaged or truncated: {why}"))
         .at(place)
-        .mend("write the file again with numpy.save or numpy.savez")
+        .hint("write the file again with numpy.save or numpy.savez")
 }
 
 /// The header, and how many bytes it takes.

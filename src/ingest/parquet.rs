@@ -69,7 +69,7 @@ impl Source for Parquet {
         let Self { path, file, hash, heads, types, rows, held } = *self;
         if rows == 0 {
             return Err(
-                Error::new(ErrorKind::TooShort, path.display(), "has columns and no rows").mend("record the log again")
+                Error::new(ErrorKind::TooShort, path.display(), "has columns and no rows").hint("record the log again")
             );
         }
         let columns: Vec<usize> = (0..heads.len()).filter(|&i| wanted[i] && heads[i].kind != Kind::Other).collect();
@@ -261,7 +261,7 @@ fn guarded<T>(work: impl FnOnce() -> PolarsResult<T>) -> std::result::Result<T, 
 fn damaged(path: &std::path::Path, why: &str) -> Error {
     let why = why.lines().next().unwrap_or_default();
     Error::new(ErrorKind::Format, path.display(), format!("the Parquet file is damaged or truncated: {why}"))
-        .mend("copy or write the file again; Parquet has its index at the end and cannot be read in part")
+        .hint("copy or write the file again; Parquet has its index at the end and cannot be read in part")
 }
 
 #[cfg(test)]

@@ -98,7 +98,7 @@ impl Plan {
         };
         if heads[gyro].kind != Kind::Number {
             let found = format!("column {:?} holds {}, not numbers", heads[gyro].name, heads[gyro].type_name);
-            return Err(Error::new(ErrorKind::Column, source, found).mend("name a column of numbers with --column"));
+            return Err(Error::new(ErrorKind::Column, source, found).hint("name a column of numbers with --column"));
         }
         let time = match query.rate_hz {
             Some(_) => TimeColumn::Rows,
@@ -106,7 +106,7 @@ impl Plan {
         };
         if time.index() == Some(gyro) {
             let found = format!("column {:?} cannot be both the time and the rate", heads[gyro].name);
-            return Err(Error::new(ErrorKind::Column, source, found).mend("name them with --time and --column"));
+            return Err(Error::new(ErrorKind::Column, source, found).hint("name them with --time and --column"));
         }
         let mut beside = |role: Role, canonical: &str| one_of(heads, role, canonical, &mut notes);
         let temperature = beside(Role::Temperature, channel::TEMPERATURE);
@@ -153,12 +153,12 @@ pub(super) fn find_gyro(source: &str, heads: &[Head], axis: Axis) -> Result<usiz
         [] => {
             let found = format!("no column of the gyro's {axis} axis; there are {}", list(heads));
             Err(Error::new(ErrorKind::Column, source, found)
-                .mend("name the column with --column, or the axis with --axis"))
+                .hint("name the column with --column, or the axis with --axis"))
         }
         _ => {
             let names: Vec<_> = candidates.iter().map(|&i| heads[i].name.as_str()).collect();
             let found = format!("several columns could be the gyro's {axis} axis: {}", names.join(", "));
-            Err(Error::new(ErrorKind::Column, source, found).mend(format!("name one: --column {:?}", names[0])))
+            Err(Error::new(ErrorKind::Column, source, found).hint(format!("name one: --column {:?}", names[0])))
         }
     }
 }
@@ -207,7 +207,7 @@ pub(super) fn assemble(mut table: Table, plan: &Plan, query: &GyroQuery) -> Resu
     }
     let odd = scan::first_where(&values, |_, v| !v.is_finite());
     if let Some(row) = odd.and_then(|_| values.iter().position(|v| v.is_infinite())) {
-        return Err(table.error_at(ErrorKind::Value, row, gyro, "an infinite rate").mend("correct or delete the row"));
+        return Err(table.error_at(ErrorKind::Value, row, gyro, "an infinite rate").hint("correct or delete the row"));
     }
     let lacks = |i: usize| values[i].is_nan() || times.seconds[i].is_nan();
     let no_time = if times.complete { None } else { scan::first_where(&times.seconds, |_, t| t.is_nan()) };
@@ -225,13 +225,13 @@ pub(super) fn assemble(mut table: Table, plan: &Plan, query: &GyroQuery) -> Resu
         let found = format!("all {} values are missing", table.rows);
         return Err(Error::new(ErrorKind::Value, &table.source, found)
             .at(format!("column {:?}", table.heads[gyro].name))
-            .mend("name another column with --column"));
+            .hint("name another column with --column"));
     }
     let (mut time_s, duplicates, out_of_order) =
         rows::in_order(table, plan, times.seconds, &values, &mut rows, query.sort_time)?;
     if rows.len() < FEWEST {
         let found = format!("{} usable samples of {} rows; a fit needs {FEWEST}", rows.len(), table.rows);
-        return Err(Error::new(ErrorKind::TooShort, &table.source, found).mend("record longer"));
+        return Err(Error::new(ErrorKind::TooShort, &table.source, found).hint("record longer"));
     }
     // rows that were sorted or left out may have moved the first sample
     let clock = match times.clock {
@@ -247,7 +247,7 @@ pub(super) fn assemble(mut table: Table, plan: &Plan, query: &GyroQuery) -> Resu
         let found = format!("the rate is {} in all {} samples", values[0], values.len());
         return Err(Error::new(ErrorKind::Value, &table.source, found)
             .at(format!("column {:?}", table.heads[gyro].name))
-            .mend("check that the sensor was read, or name another column with --column"));
+            .hint("check that the sensor was read, or name another column with --column"));
     }
     let step_s = median(&mut audit::intervals(&time_s));
     let decision = unit_of(table, gyro, query, &stretches(&values, audit::WITNESSES), step_s)?;
@@ -259,7 +259,7 @@ pub(super) fn assemble(mut table: Table, plan: &Plan, query: &GyroQuery) -> Resu
         let found = format!("a rate of {:e} {}, beyond any gyro", values[k], decision.unit);
         return Err(table
             .error_at(ErrorKind::Value, rows.at(k), gyro, found)
-            .mend("correct or delete the row, or state the right unit with --unit"));
+            .hint("correct or delete the row, or state the right unit with --unit"));
     }
     if factor != 1.0 {
         scan::replace(&mut values, |v| v * factor);
@@ -309,14 +309,14 @@ pub(super) fn named_unit(table: &Table, column: usize) -> Result<Option<RateUnit
         if names::is_raw(text) {
             return Error::new(ErrorKind::Unit, &table.source, "holds the sensor's own counts")
                 .at(format!("column {:?}", head.name))
-                .mend(format!(
+                .hint(format!(
                     "state what one is worth, by the data sheet: --scale {}=1/131:deg/s is an MPU-6050 at ±250 deg/s",
                     head.name
                 ));
         }
         Error::new(ErrorKind::Unit, &table.source, format!("the unit {text:?} is not known"))
             .at(format!("column {:?}", head.name))
-            .mend("state it: --unit rad/s, mrad/s, deg/s, mdeg/s or deg/h")
+            .hint("state it: --unit rad/s, mrad/s, deg/s, mdeg/s or deg/h")
     })
 }
 
@@ -334,7 +334,7 @@ pub(super) fn unit_of(
     rate_unit::decide(query.unit, named, &Evidence::of(rate, step_s)).map_err(|question| {
         Error::new(ErrorKind::Unit, &table.source, question)
             .at(format!("column {:?}", table.heads[gyro].name))
-            .mend("state the unit: --unit rad/s or --unit deg/s; the log must be one at rest")
+            .hint("state the unit: --unit rad/s or --unit deg/s; the log must be one at rest")
     })
 }
 
@@ -406,7 +406,7 @@ impl GyroRecording {
         if time_s.len() < FEWEST {
             let found = format!("only {} samples are at rest; a fit needs {FEWEST}", time_s.len());
             return Err(Error::new(ErrorKind::TooShort, &self.log.source, found)
-                .mend("record the gyro at rest, or fit the whole log without --trim-motion"));
+                .hint("record the gyro at rest, or fit the whole log without --trim-motion"));
         }
         let mut log = Log::new(&self.log.source, TimeAxis::Explicit(time_s));
         for c in &self.log.channels {

@@ -73,7 +73,7 @@ fn order(table: &Table, plan: &Plan, seconds: &[f64], rows: &mut Rows, sort: boo
             let found = format!("time goes back by {} s", short(t(k - 1) - t(k)));
             return Err(table
                 .error_at(ErrorKind::Time, rows.at(k), column, found)
-                .mend("cut the log there if it was started anew, or put its rows in order with --sort-time"));
+                .hint("cut the log there if it was started anew, or put its rows in order with --sort-time"));
         }
         count += 1;
     }
@@ -105,7 +105,7 @@ fn separate(
         if let Some(column) = plan.time.index() {
             error = error.at(format!("column {:?}", table.heads[column].name));
         }
-        return Err(error.mend("name another time column with --time, or state the sample rate with --rate"));
+        return Err(error.hint("name another time column with --time, or state the sample rate with --rate"));
     }
     let same_value = again.iter().filter(|&&k| values[rows.at(k)] == values[rows.at(k - 1)]).count();
     // rows that were written twice repeat the value too

@@ -23,7 +23,7 @@ impl Scale {
     /// [`ErrorKind::Usage`] without `=`, or where no number other than zero stands behind it.
     pub fn parse(text: &str) -> Result<Self> {
         let usage = |found: String| {
-            Error::new(ErrorKind::Usage, "--scale", found).mend("write NAME=FACTOR[:UNIT], such as gz_raw=1/131:deg/s")
+            Error::new(ErrorKind::Usage, "--scale", found).hint("write NAME=FACTOR[:UNIT], such as gz_raw=1/131:deg/s")
         };
         let (name, value) = text.rsplit_once('=').ok_or_else(|| usage(format!("{text:?} has no \"=\"")))?;
         let (factor, unit) = quantity::factor_and_unit(value)
@@ -54,7 +54,7 @@ impl Scale {
     pub(super) fn missing(&self, source: &str, heads: &[Head]) -> Error {
         let found = format!("no column of numbers {:?}; there are {}", self.name, list(heads));
         Error::new(ErrorKind::Column, source, found)
-            .mend("name one of them: --scale COLUMN=FACTOR:UNIT")
+            .hint("name one of them: --scale COLUMN=FACTOR:UNIT")
             .meant(nearest(&self.name, heads.iter().map(|h| h.name.as_str())))
     }
 }

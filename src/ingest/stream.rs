@@ -83,7 +83,7 @@ impl<'a> Pass<'a> {
     pub fn new(head: &Table, plan: &'a Plan, query: &'a GyroQuery, limits: Limits) -> Result<Self> {
         if query.sort_time {
             return Err(Error::new(ErrorKind::Usage, "--sort-time", "needs all rows of the log at once")
-                .mend("raise --memory so that the log is held, or sort the file"));
+                .hint("raise --memory so that the log is held, or sort the file"));
         }
         let times = match query.rate_hz {
             Some(rate_hz) => clock::by_rows(head.rows, rate_hz),
@@ -97,7 +97,7 @@ impl<'a> Pass<'a> {
         if steps.is_empty() {
             let found = format!("no two usable samples in the first {} rows", head.rows);
             return Err(Error::new(ErrorKind::TooShort, &head.source, found)
-                .mend("cut the beginning off, or raise --memory so that the log is held"));
+                .hint("cut the beginning off, or raise --memory so that the log is held"));
         }
         let middle = median(&mut steps);
         // a clock that is coarser than the sampling has steps about its mean
@@ -201,13 +201,13 @@ impl<'a> Pass<'a> {
             (false, Some(column)) => self.about.error_at(ErrorKind::Time, row, column, "an infinite time"),
             _ => self.about.error_at(ErrorKind::Value, row, self.plan.gyro, "an infinite rate"),
         };
-        error.mend("correct or delete the row")
+        error.hint("correct or delete the row")
     }
 
     fn backwards(&self, row: usize, by_s: f64) -> Error {
         let column = self.plan.time.index().unwrap_or(self.plan.gyro);
         let found = format!("time goes back by {} s", short(by_s));
-        self.about.error_at(ErrorKind::Time, row, column, found).mend(
+        self.about.error_at(ErrorKind::Time, row, column, found).hint(
             "cut the log there if it was started anew, or sort the file; --sort-time needs the log in memory (--memory)",
         )
     }
@@ -227,7 +227,7 @@ impl<'a> Pass<'a> {
         let count = self.reducer.count();
         if count < FEWEST {
             let found = format!("{count} usable samples of {} rows; a fit needs {FEWEST}", self.rows);
-            return Err(Error::new(ErrorKind::TooShort, &self.about.source, found).mend("record longer"));
+            return Err(Error::new(ErrorKind::TooShort, &self.about.source, found).hint("record longer"));
         }
         let name = self.about.heads[gyro].name.clone();
         if !self.varies {
@@ -235,7 +235,7 @@ impl<'a> Pass<'a> {
             let found = format!("the rate is {value} in all {count} samples");
             return Err(Error::new(ErrorKind::Value, &self.about.source, found)
                 .at(format!("column {name:?}"))
-                .mend("check that the sensor was read, or name another column with --column"));
+                .hint("check that the sensor was read, or name another column with --column"));
         }
         let source = self.about.source.clone();
         let log = self.reducer.finish().map_err(|e| e.named(&source))?;
@@ -254,7 +254,7 @@ impl<'a> Pass<'a> {
             return Err(self
                 .about
                 .error_at(ErrorKind::Value, row, gyro, found)
-                .mend("correct or delete the row, or state the right unit with --unit"));
+                .hint("correct or delete the row, or state the right unit with --unit"));
         }
         notes.extend(decision.note.iter().map(|n| format!("{name:?}: {n}")));
         let factor = if self.query.reversed { -to_si } else { to_si };
@@ -296,7 +296,7 @@ impl<'a> Pass<'a> {
             if let Some(column) = self.plan.time.index() {
                 error = error.at(format!("column {:?}", self.about.heads[column].name));
             }
-            return Err(error.mend(
+            return Err(error.hint(
                 "state the sample rate with --rate, or raise --memory so that the log is held and its stamps are spread",
             ));
         }

@@ -167,7 +167,7 @@ impl Table {
                 let found = format!("{:?} is not a number{more}", bad.text);
                 Err(self
                     .error_at(ErrorKind::Value, bad.row, column, found)
-                    .mend("correct or delete the row, or leave out such rows with --skip-bad-rows; missing values are written as nan, null or an empty field"))
+                    .hint("correct or delete the row, or leave out such rows with --skip-bad-rows; missing values are written as nan, null or an empty field"))
             }
         }
     }

@@ -28,7 +28,7 @@ pub(super) const FORMAT: Format = Format {
                 input.path.display(),
                 "holds no table, only blank lines or comments",
             )
-            .mend("record the log again"));
+            .hint("record the log again"));
         }
         Ok(Opened::Table(Box::new(Text { path: input.path.clone(), input, dialect })))
     },
@@ -59,13 +59,13 @@ impl Source for Text {
         let Self { path, input, dialect } = *self;
         if !dialect.has_rows {
             let found = "has a header and no rows";
-            return Err(Error::new(ErrorKind::TooShort, path.display(), found).mend("record the log again"));
+            return Err(Error::new(ErrorKind::TooShort, path.display(), found).hint("record the log again"));
         }
         if dialect.width != dialect.heads.len() {
             let found = format!("the header has {} names, the rows have {} fields", dialect.heads.len(), dialect.width);
             return Err(Error::new(ErrorKind::Format, path.display(), found)
                 .at(format!("line {}", dialect.first_line))
-                .mend("correct the header, or delete it: columns are then named column_1, column_2, ..."));
+                .hint("correct the header, or delete it: columns are then named column_1, column_2, ..."));
         }
         let (gzipped, skip_bad_rows) = (input.gzipped, input.skip_bad_rows);
         // a quotation mark in the noise of a serial line begins no field
@@ -89,7 +89,7 @@ impl Source for Text {
             RowError::Io(e) => fail(&e),
             RowError::Format(found, line) => Error::new(ErrorKind::Format, path.display(), found)
                 .at(format!("line {line}"))
-                .mend("correct or delete the line, or leave out such lines with --skip-bad-rows"),
+                .hint("correct or delete the line, or leave out such lines with --skip-bad-rows"),
             RowError::Taken(e) => e,
         })?;
         let mut notes = dialect.notes;
@@ -157,7 +157,7 @@ impl Skipped {
         let told = format!("{}{more}", self.first.join(", "));
         if self.count > rows {
             let found = format!("{} rows do not parse, and {rows} do: {told}", self.count);
-            return Err(Error::new(ErrorKind::Format, source, found).mend("correct the file, or record the log again"));
+            return Err(Error::new(ErrorKind::Format, source, found).hint("correct the file, or record the log again"));
         }
         let cut = self.cut_off.map(|line| format!("line {line}: the last row is cut off and left out"));
         let left = (self.count > 0).then(|| {

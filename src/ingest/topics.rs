@@ -139,11 +139,11 @@ fn named(source: &str, topics: &[Topic], name: &str) -> Result<usize> {
         Some(several) => {
             let names: Vec<_> = several.iter().map(|&i| topics[i].name.as_str()).collect();
             let found = format!("several topics are called {name:?}: {}", names.join(", "));
-            Err(Error::new(ErrorKind::Column, source, found).mend(format!("name one: --topic {}", names[0])))
+            Err(Error::new(ErrorKind::Column, source, found).hint(format!("name one: --topic {}", names[0])))
         }
         None => {
             let found = format!("no topic {name:?}; there are {}", list(topics));
-            Err(Error::new(ErrorKind::Column, source, found).mend("name one of them with --topic"))
+            Err(Error::new(ErrorKind::Column, source, found).hint("name one of them with --topic"))
         }
     }
 }
@@ -154,7 +154,7 @@ pub(super) fn with_gyro(source: &str, topics: &[Topic]) -> Result<Vec<usize>> {
     if gyros.is_empty() {
         let found = format!("no topic holds a gyro; there are {}", list(topics));
         return Err(Error::new(ErrorKind::Column, source, found)
-            .mend("record the IMU's topic, or name the topic that holds the rates with --topic"));
+            .hint("record the IMU's topic, or name the topic that holds the rates with --topic"));
     }
     Ok(gyros)
 }
@@ -169,8 +169,8 @@ fn only(source: &str, topics: &[Topic]) -> Result<(usize, Option<String>)> {
         _ => {
             let there: Vec<Topic> = gyros.iter().map(|&i| topics[i].clone()).collect();
             let found = format!("several topics hold a gyro: {}", list(&there));
-            let mend = format!("name one: --topic {}; gyroid fit --topic all fits each of them", there[0].name);
-            Err(Error::new(ErrorKind::Column, source, found).mend(mend))
+            let hint = format!("name one: --topic {}; gyroid fit --topic all fits each of them", there[0].name);
+            Err(Error::new(ErrorKind::Column, source, found).hint(hint))
         }
     }
 }

@@ -201,7 +201,7 @@ impl Container for Ulog {
         let unreadable = |why: &str| {
             Error::new(ErrorKind::Format, &self.listing.about.source, why)
                 .at(format!("topic {topic}"))
-                .mend("name another topic with --topic")
+                .hint("name another topic with --topic")
         };
         let first = own.first().map(|id| &self.logged[id]).ok_or_else(|| unreadable("is not logged"))?;
         let layout = first.layout.clone().map_err(|why| unreadable(&why))?;
@@ -256,7 +256,7 @@ impl Source for OneTopic {
             let found = format!("messages of {length} bytes, their format has {}", layout.size);
             return Err(Error::new(ErrorKind::Format, &file.listing.about.source, found)
                 .at(format!("byte {at}, topic {topic}"))
-                .mend("copy the log again"));
+                .hint("copy the log again"));
         }
         if !notes.is_empty() {
             notes.push(format!("{rows} messages of {topic} are read"));
@@ -277,7 +277,7 @@ fn walk(bytes: &mut Bytes, meet: Meet<'_>) -> Result<Vec<String>> {
     if !bytes.next(HEADER_BYTES, &mut body)? {
         return Err(bytes
             .damaged(bytes.at(), format!("the log is cut off in its header of {HEADER_BYTES} bytes"))
-            .mend("copy the log again"));
+            .hint("copy the log again"));
     }
     let mut seen = 0u64;
     while bytes.left() > 0 {
@@ -305,7 +305,7 @@ fn walk(bytes: &mut Bytes, meet: Meet<'_>) -> Result<Vec<String>> {
         let Some(to) = to.filter(|_| seen > 0) else {
             return Err(bytes
                 .damaged(at, "the log is damaged: this is no message, and there is no synchronisation after it")
-                .mend("copy the log again"));
+                .hint("copy the log again"));
         };
         bytes.seek(to)?;
         stretches += 1;

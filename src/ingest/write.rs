@@ -41,7 +41,7 @@ impl LogWriter {
             Target::Csv
         } else {
             return Err(Error::new(ErrorKind::Usage, path.display(), "a log cannot be written with this extension")
-                .mend("call it .parquet, .csv or .csv.gz"));
+                .hint("call it .parquet, .csv or .csv.gz"));
         };
         Ok(Self { target, file: OutputFile::claim(path)? })
     }
@@ -56,7 +56,7 @@ impl LogWriter {
         let fail = |e: &io::Error| Error::io(&path, e);
         match self.target {
             Target::Parquet => parquet(log, self.file.file())
-                .map_err(|why| Error::new(ErrorKind::Io, path.display(), why).mend("check the disk"))?,
+                .map_err(|why| Error::new(ErrorKind::Io, path.display(), why).hint("check the disk"))?,
             Target::Csv => csv(log, BufWriter::new(self.file.file())).map_err(|e| fail(&e)).map(drop)?,
             Target::GzippedCsv => {
                 let packer = GzEncoder::new(BufWriter::new(self.file.file()), Compression::default());

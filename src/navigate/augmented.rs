@@ -85,11 +85,11 @@ pub fn run_with(config: &Config, log: &Log, settings: &Settings, effects: &dyn E
         let found = "effects change a robot that rolls, and this filter's slips by [traction]";
         return Err(Error::new(ErrorKind::Config, "configuration", found)
             .at("`[[effect]]`")
-            .mend("let it roll (--wheels rolling), or delete [traction]; the effect wheel.slip slips as well"));
+            .hint("let it roll (--wheels rolling), or delete [traction]; the effect wheel.slip slips as well"));
     }
     if log.len() < 2 {
         let found = format!("{} rows, and a drive needs two", log.len());
-        return Err(Error::new(ErrorKind::TooShort, &log.source, found).mend("give a longer log"));
+        return Err(Error::new(ErrorKind::TooShort, &log.source, found).hint("give a longer log"));
     }
     let mut settings = *settings;
     let mut config = config.clone();
@@ -206,7 +206,7 @@ impl Made {
                     format!("the filter cannot take it: {why}"),
                 )
                 .at(format!("`effect.{id}`"))
-                .mend(format!("delete the table of {id} to navigate without it")));
+                .hint(format!("delete the table of {id} to navigate without it")));
             }
         }
         Ok(())
@@ -227,7 +227,7 @@ impl Made {
             let found = format!("tones and correlated noise of the gyro take more than {COLOURS} states");
             return Err(Error::new(ErrorKind::Config, "configuration", found)
                 .at("`[[effect]]`")
-                .mend("delete the smaller ones: a tone takes two, correlated noise one at least"));
+                .hint("delete the smaller ones: a tone takes two, correlated noise one at least"));
         }
         let merged = merged(slow, COLOURS - used);
         colours.extend(merged.into_iter().map(|[std, time_s]| Colour::Decaying { std, time_s }));
@@ -239,7 +239,7 @@ impl Made {
         if self.lattice_rad_s > 0.0 && settings.standstill.is_some_and(|rule| !rule.within_noise) {
             settings.standstill = None;
             self.notes.push(
-                "wheel speeds on a lattice read zero also while the wheels creep: zeros are not taken for standing still \
+                "quantized wheel speeds read zero also while the wheels creep: zeros are not taken for standing still \
                  (--zero-updates does)"
                     .into(),
             );

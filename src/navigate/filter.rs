@@ -114,7 +114,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         let gyro = config.require_gyro()?;
         if gyro.temperature.is_some() && settings.error_model == ErrorModel::WarmUp {
             let found = "a filter that is run step by step is not told the temperature";
-            return Err(Error::new(ErrorKind::Config, "configuration", found).at("`[gyro.temperature]`").mend(
+            return Err(Error::new(ErrorKind::Config, "configuration", found).at("`[gyro.temperature]`").hint(
                 "run it over a log with the temperature, or delete the table: the gyro then warms up by elapsed time",
             ));
         }
@@ -144,7 +144,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
         let covariance = UdCovariance::factor(&p).ok_or_else(|| {
             Error::new(ErrorKind::Config, "configuration", "is no covariance: a combination has a negative variance")
                 .at("`gyro.covariance`")
-                .mend("write the file anew with gyroid fit")
+                .hint("write the file anew with gyroid fit")
         })?;
 
         let lattice = gyro.noise.as_ref().and_then(|n| n.quantization_lsb_rad_s).unwrap_or(0.0);
@@ -475,7 +475,7 @@ fn sample_time(config: &Config) -> Result<f64> {
     config.sample_time_s.or_else(of_fit).ok_or_else(|| {
         Error::new(ErrorKind::Config, "configuration", "the key is missing")
             .at("`sample_time_s`")
-            .mend("add it at the top of the file: white noise depends on it")
+            .hint("add it at the top of the file: white noise depends on it")
     })
 }
 
@@ -486,7 +486,7 @@ fn gate(probability: Option<f64>) -> Result<f64> {
         let found = format!("{p} is not a probability between 0 and 1");
         return Err(Error::new(ErrorKind::Value, "navigation", found)
             .at("gate")
-            .mend("0.9999 leaves out one sound reading in ten thousand"));
+            .hint("0.9999 leaves out one sound reading in ten thousand"));
     }
     let one = ChiSquared::new(1.0).map_err(|e| Error::new(ErrorKind::Numeric, "navigation", e))?;
     Ok(one.inverse_cdf(p))

@@ -69,7 +69,7 @@ impl Decay {
                 format!("forward Euler at {} s with T = {} s oscillates", discrete.sample_time_s, gyro.time_constant_s);
             return Err(Error::new(ErrorKind::Config, "configuration", found)
                 .at("`gyro.discrete.scheme`")
-                .mend(format!("export the exact scheme, or a sample time below {shortest_s:.3} s")));
+                .hint(format!("export the exact scheme, or a sample time below {shortest_s:.3} s")));
         }
         Ok(Self { scheme: discrete.scheme, sample_time_s: discrete.sample_time_s })
     }

@@ -115,7 +115,7 @@ pub struct Settings {
     /// no heading, else 0.
     pub align_share: Option<f64>,
     /// Leave out readings whose NIS is beyond this quantile of chi-squared. Off by default: a gate hides from NIS what
-    /// is wrong with a model, and a filter that begins wrong can shut out the readings that would mend it.
+    /// is wrong with a model, and a filter that begins wrong can shut out the readings that would correct it.
     pub gate_probability: Option<f64>,
     /// Time since power-on at the first row, s, for logs that do not say.
     pub since_power_on_s: f64,

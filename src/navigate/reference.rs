@@ -126,11 +126,11 @@ pub(super) fn start(log: &Log, reference: Option<&Reference>, settings: &Setting
     if let Some(share) = settings.align_share {
         if !(0.0..=1.0).contains(&share) {
             let found = format!("{share} is no share of the path between 0 and 1");
-            return Err(Error::new(ErrorKind::Usage, "--align", found).mend("0.2 takes the first fifth"));
+            return Err(Error::new(ErrorKind::Usage, "--align", found).hint("0.2 takes the first fifth"));
         }
         if settings.start_at_reference && share > 0.0 {
             return Err(Error::new(ErrorKind::Usage, "--align", "a track that starts at the reference lies on it")
-                .mend("leave out --align or --start-at-reference"));
+                .hint("leave out --align or --start-at-reference"));
         }
     }
     if !settings.start_at_reference {
@@ -140,7 +140,7 @@ pub(super) fn start(log: &Log, reference: Option<&Reference>, settings: &Setting
     pose.map(Some).ok_or_else(|| {
         let missing = if reference.is_some() { "heading" } else { "pose" };
         let found = format!("there is no reference {missing} to start at");
-        Error::new(ErrorKind::Column, &log.source, found).mend("leave out --start-at-reference")
+        Error::new(ErrorKind::Column, &log.source, found).hint("leave out --start-at-reference")
     })
 }
 

@@ -127,7 +127,7 @@ pub fn run(config: &Config, log: &Log, settings: &Settings) -> Result<Run> {
     if sensors::gyro(log).is_none() {
         if settings.off_time_s.is_some() {
             let found = format!("{} has no gyro that was off", log.source);
-            return Err(Error::new(ErrorKind::Usage, "--off-time", found).mend("leave out --off-time"));
+            return Err(Error::new(ErrorKind::Usage, "--off-time", found).hint("leave out --off-time"));
         }
         let settings = Settings { error_model: ErrorModel::Off, ..*settings };
         return nominal(&sensors::without_gyro(config), log, &settings);
@@ -175,7 +175,7 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
 ) -> Result<Run> {
     if log.len() < 2 {
         let found = format!("{} rows, and a drive needs two", log.len());
-        return Err(Error::new(ErrorKind::TooShort, &log.source, found).mend("give a longer log"));
+        return Err(Error::new(ErrorKind::TooShort, &log.source, found).hint("give a longer log"));
     }
     let times = increasing_times(log)?;
     let assumed = log.get(channels::SINCE_POWER_ON).is_none();
@@ -246,7 +246,7 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
         if !filter.mean().iter().all(|v| v.is_finite()) {
             return Err(Error::new(ErrorKind::Numeric, &log.source, "the filter's state is no longer finite")
                 .at(format!("row {}", k + 1))
-                .mend("look for absurd readings in this row and those before"));
+                .hint("look for absurd readings in this row and those before"));
         }
         if let (Some(reference), None) = (&reference, laid_on) {
             let m = filter.mean();
@@ -281,7 +281,7 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
     let consistency = gatherer.finish(inputs.densities.map(|_| log.time.span_s() / sensors::LAG_S));
     if consistency.readings == 0 {
         return Err(Error::new(ErrorKind::Value, &log.source, "no reading of gyro or wheels is a finite number")
-            .mend("check the columns: gyroid inspect LOG"));
+            .hint("check the columns: gyroid inspect LOG"));
     }
     let errors = match (&reference, laid_on) {
         (Some(reference), Some(share)) => {
@@ -377,7 +377,7 @@ fn refuse_effects(config: &Config) -> Result<()> {
     let found = format!("the nominal filter has no effects, and the file has {}", ids.join(", "));
     Err(Error::new(ErrorKind::Config, "configuration", found)
         .at("`[[effect]]`")
-        .mend("delete the tables [[effect]] to navigate with the nominal robot"))
+        .hint("delete the tables [[effect]] to navigate with the nominal robot"))
 }
 
 /// The torques, if any row has both.

@@ -58,10 +58,10 @@ pub(super) fn odometry<'a>(config: &Config, log: &'a Log) -> Result<Odometry<'a>
             let found = format!("the key is missing, and {} has ticks and no speeds", log.source);
             return Error::new(ErrorKind::Config, "configuration", found)
                 .at("`encoder.ticks_per_revolution`")
-                .mend("add the ticks of one turn of the wheel, gear included");
+                .hint("add the ticks of one turn of the wheel, gear included");
         }
-        if let Some((found, mend)) = one_wheel(log) {
-            return Error::new(ErrorKind::Column, &log.source, found).mend(mend);
+        if let Some((found, hint)) = one_wheel(log) {
+            return Error::new(ErrorKind::Column, &log.source, found).hint(hint);
         }
         let [left, right, speed] = [names::WHEEL_LEFT, names::WHEEL_RIGHT, names::ODO_SPEED];
         let empty = log.get(speed).is_some() || (log.get(left).is_some() && log.get(right).is_some());
@@ -71,7 +71,7 @@ pub(super) fn odometry<'a>(config: &Config, log: &'a Log) -> Result<Odometry<'a>
              the channels are {}",
             listed(log)
         );
-        Error::new(kind, &log.source, found).mend(format!("name the column that does: --map {speed}=COLUMN[:UNIT]"))
+        Error::new(kind, &log.source, found).hint(format!("name the column that does: --map {speed}=COLUMN[:UNIT]"))
     })
 }
 
@@ -83,7 +83,7 @@ pub(super) fn no_yaw_rate(log: &Log) -> Error {
         listed(log)
     );
     Error::new(ErrorKind::Column, &log.source, found)
-        .mend(format!("name the column that does: --map {gyro}=COLUMN[:UNIT], or {odometry} if it is by the wheels"))
+        .hint(format!("name the column that does: --map {gyro}=COLUMN[:UNIT], or {odometry} if it is by the wheels"))
 }
 
 fn listed(log: &Log) -> String {
@@ -137,7 +137,7 @@ impl<'a> Sensors<'a> {
         if settings.use_pose {
             if config.pose.is_none() {
                 return Err(Error::new(ErrorKind::Config, "configuration", "the table [pose] is missing")
-                    .mend("add it with the reference's standard deviations, or do not use the pose"));
+                    .hint("add it with the reference's standard deviations, or do not use the pose"));
             }
             for (sensor, name) in
                 [(Sensor::PoseX, names::X), (Sensor::PoseY, names::Y), (Sensor::PoseHeading, names::HEADING)]
@@ -219,7 +219,7 @@ impl<'a> Sensors<'a> {
         let yaw_rate = yaw_rates.into_iter().find_map(|(variance, s)| density(&s, variance));
         speed.zip(yaw_rate).map(|(v, w)| [v, w]).ok_or_else(|| {
             Error::new(ErrorKind::Value, &log.source, "neither torques nor pairs of wheel speeds to go by")
-                .mend("give a log with torques or with both wheel speeds in the same rows")
+                .hint("give a log with torques or with both wheel speeds in the same rows")
         })
     }
 }

@@ -128,7 +128,7 @@ impl<'a> Detector<'a> {
                 let found = format!("{value} is not a positive number");
                 return Err(Error::new(ErrorKind::Value, "standstill", found)
                     .at(place)
-                    .mend("leave it at its default"));
+                    .hint("leave it at its default"));
             }
         }
         let (vehicle, encoder) = (config.require_vehicle()?, *config.require_encoder()?);

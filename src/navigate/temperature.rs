@@ -65,7 +65,7 @@ fn no_temperature(log: &Log) -> Error {
         "no channel {channel:?}, and [gyro.temperature] of the configuration needs it; there are {}",
         there.join(", ")
     );
-    Error::new(ErrorKind::Column, &log.source, found).mend(format!(
+    Error::new(ErrorKind::Column, &log.source, found).hint(format!(
         "name the column that holds it: --map {channel}=COLUMN; or delete [gyro.temperature] (and [provenance]) from a copy of \
          the configuration: the gyro then warms up by elapsed time"
     ))

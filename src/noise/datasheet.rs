@@ -89,7 +89,7 @@ impl Datasheet {
         DATASHEETS.into_iter().find(|d| key(d.name) == key(name)).ok_or_else(|| {
             let all: Vec<_> = DATASHEETS.iter().map(|d| d.name).collect();
             Error::new(ErrorKind::Usage, "--datasheet", format!("no gyro {name:?} in the table"))
-                .mend(format!("there are {}", all.join(", ")))
+                .hint(format!("there are {}", all.join(", ")))
         })
     }
 

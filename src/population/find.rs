@@ -29,7 +29,7 @@ pub fn find<P: AsRef<Path>>(paths: &[P], except: &[PathBuf]) -> Result<Vec<PathB
             if here.is_empty() {
                 let found = "the directory holds no log of a known format";
                 return Err(Error::new(ErrorKind::Io, path.display(), found)
-                    .mend(format!("logs in it are files called .{}; name others themselves", EXTENSIONS.join(", ."))));
+                    .hint(format!("logs in it are files called .{}; name others themselves", EXTENSIONS.join(", ."))));
             }
         } else {
             here.push(path.to_path_buf());

@@ -32,7 +32,7 @@ impl Format {
             "parquet" => Ok(Self::Parquet),
             "csv" => Ok(Self::Csv),
             _ => Err(Error::new(ErrorKind::Usage, path.display(), "results cannot be written with this ending")
-                .mend("call the file .parquet or .csv; --json FILE writes the rows as JSON")),
+                .hint("call the file .parquet or .csv; --json FILE writes the rows as JSON")),
         }
     }
 }
@@ -65,7 +65,7 @@ pub fn read(path: &Path) -> Result<Vec<Row>> {
     let file = File::open(path).map_err(|e| Error::io(path, &e))?;
     let other = |why: &str| {
         Error::new(ErrorKind::Format, path.display(), format!("is not a file of results of this version: {why}"))
-            .mend("name another file with --results, or begin anew without --resume")
+            .hint("name another file with --results, or begin anew without --resume")
     };
     let first_line = |text: String| text.lines().next().unwrap_or_default().to_string();
     let tables = match format {
@@ -83,7 +83,7 @@ pub fn read(path: &Path) -> Result<Vec<Row>> {
 }
 
 fn cannot(path: &Path, why: &str) -> Error {
-    Error::new(ErrorKind::Io, path.display(), format!("cannot be written: {why}")).mend("check the disk")
+    Error::new(ErrorKind::Io, path.display(), format!("cannot be written: {why}")).hint("check the disk")
 }
 
 /// The rows as objects, keys in the order of the fields.

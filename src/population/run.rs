@@ -166,7 +166,7 @@ pub fn fit_all(
     let axes = settings.axes.len();
     let jobs = jobs.clamp(1, (logs.len() * axes).max(1));
     let no_threads = |e: &dyn fmt::Display| {
-        Error::new(ErrorKind::Numeric, "--jobs", format!("no thread can be started: {e}")).mend("ask for fewer jobs")
+        Error::new(ErrorKind::Numeric, "--jobs", format!("no thread can be started: {e}")).hint("ask for fewer jobs")
     };
     // the tests of a log are parallel themselves: in one pool all keep to `jobs` threads
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| no_threads(&e))?;
@@ -335,5 +335,5 @@ impl Work<'_> {
 fn program_fault(path: &Path, fault: &(dyn Any + Send)) -> Error {
     let said = fault.downcast_ref::<String>().map(String::as_str).or(fault.downcast_ref::<&str>().copied());
     let found = format!("the program failed on this log: {}", said.unwrap_or("it does not say why"));
-    Error::new(ErrorKind::Numeric, path.display(), found).mend("report it with the log")
+    Error::new(ErrorKind::Numeric, path.display(), found).hint("report it with the log")
 }

@@ -50,7 +50,7 @@ fn folders_are_searched_for_logs_alone() {
     // a file that is named itself is taken at its word, and none is taken twice
     assert_eq!(names, ["a.csv.gz", "b/x.ulg", "z.CSV", "notes.md"]);
     let error = find(&[root.join("b/.git")], &[root.join("b/.git/y.csv")]).unwrap_err();
-    assert!(error.to_string().contains("holds no log") && error.mend.unwrap().contains("parquet"));
+    assert!(error.to_string().contains("holds no log") && error.hint.unwrap().contains("parquet"));
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn results_come_back_whole_in_every_format() {
         let path = dir.path().join(name);
         std::fs::write(&path, content).unwrap();
         let error = results::read(&path).unwrap_err();
-        assert!(error.to_string().contains(name) && error.mend.is_some(), "{error}");
+        assert!(error.to_string().contains(name) && error.hint.is_some(), "{error}");
     }
     assert_eq!(results::write(&dir.path().join("r.xlsx"), &rows).unwrap_err().kind, crate::ErrorKind::Usage);
 }

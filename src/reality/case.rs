@@ -70,7 +70,7 @@ impl Present {
     fn new(id: &str, slot: u64, nats: f64, seed: u64, unit: &Unit, fit: &Run) -> Result<Self> {
         let effect = draw(id, unit, &mut Stream::new(seed, FORM + slot)).ok_or_else(|| {
             Error::new(ErrorKind::Usage, "bench", format!("{id:?} is no effect of the generator"))
-                .mend("take one of reality::LISTED or reality::UNLISTED")
+                .hint("take one of reality::LISTED or reality::UNLISTED")
         })?;
         let fit_path = effect.path(fit, &mut path_stream(seed, slot, 0));
         let strength = effect.strength(fit, &fit_path, nats);

@@ -52,14 +52,14 @@ pub fn plan(mix: &Mix, kind: Kind, seed: u64) -> Result<Vec<Spec>> {
         if !(0.0..=1.0).contains(&share) {
             return Err(Error::new(ErrorKind::Usage, "bench", format!("{share} is not a share"))
                 .at(name)
-                .mend("give a number from 0 to 1"));
+                .hint("give a number from 0 to 1"));
         }
     }
     let together = mix.none + mix.pairs + mix.unlisted;
     if together > 1.0 + 1e-9 {
         return Err(Error::new(ErrorKind::Usage, "bench", format!("the shares add up to {together}"))
             .at("none, pairs, unlisted")
-            .mend("let them add up to 1 at most; the rest holds one listed effect"));
+            .hint("let them add up to 1 at most; the rest holds one listed effect"));
     }
     let (listed, unlisted_ids, strengths): (&[_], &[_], &[_]) = match kind {
         Kind::Stationary => (&catalogue::LISTED, &catalogue::UNLISTED, &ALL_STRENGTHS),

@@ -84,7 +84,7 @@ fn mean_gradient(all: impl ExactSizeIterator<Item = [f64; 3]>) -> [f64; 3] {
 fn table(config: &Config) -> Result<&Temperature> {
     config.require_gyro()?.temperature.as_ref().ok_or_else(|| {
         Error::new(ErrorKind::Config, "configuration", "the table [gyro.temperature] is missing")
-            .mend("write it with gyroid fit --against temperature")
+            .hint("write it with gyroid fit --against temperature")
     })
 }
 
@@ -162,7 +162,7 @@ impl ModelCheck {
         let gyro = config.require_gyro()?;
         if seen.samples < 3 || !seen.offset_rad_s.is_finite() {
             let found = format!("{} samples", seen.samples);
-            return Err(Error::new(ErrorKind::TooShort, &log.name, found).mend("record a longer log"));
+            return Err(Error::new(ErrorKind::TooShort, &log.name, found).hint("record a longer log"));
         }
         let g = &seen.gradient;
         let covariance = match seen.against {

@@ -25,8 +25,8 @@ const HARDLY: f64 = 0.95;
 const LEAST_PROBABILITY: f64 = 0.005;
 
 /// Recording that the gap was measured on, in words.
-pub(in crate::report) fn measured_on(kept_back: bool) -> &'static str {
-    if kept_back { "on the recording kept back" } else { "on this very recording" }
+pub(in crate::report) fn measured_on(held_out: bool) -> &'static str {
+    if held_out { "on the recording held out" } else { "on this very recording" }
 }
 
 /// A diagnosis for people.
@@ -34,8 +34,8 @@ pub(in crate::report) fn measured_on(kept_back: bool) -> &'static str {
 pub struct GapReport<'a> {
     /// Name of the recording that was diagnosed.
     pub recording: &'a str,
-    /// Name of the recording that was kept back, where there is one.
-    pub kept_back: Option<&'a str>,
+    /// Name of the recording that was held out, where there is one.
+    pub held_out: Option<&'a str>,
     /// The answer.
     pub answer: &'a Answer,
     /// Deviations of the recording from simulated ones.
@@ -87,8 +87,8 @@ impl GapReport<'_> {
     pub fn text(&self) -> String {
         // writing to a String cannot fail
         let mut out = String::new();
-        let kept_back = self.kept_back.map(|name| format!(", kept back: {name}")).unwrap_or_default();
-        let _ = writeln!(out, "{}\n\nrecording: {}{kept_back}", self.verdict_line(), self.recording);
+        let held_out = self.held_out.map(|name| format!(", hold-out: {name}")).unwrap_or_default();
+        let _ = writeln!(out, "{}\n\nrecording: {}{held_out}", self.verdict_line(), self.recording);
         let _ = writeln!(out, "\n1. Where does the gap lie?\n");
         self.place(&mut out);
         let _ = writeln!(out, "\n2. Which effect causes it?\n");
@@ -114,7 +114,7 @@ impl GapReport<'_> {
     pub fn picture(&self) -> Result<Picture> {
         GapFigure {
             title: self.recording,
-            kept_back: self.kept_back.is_some(),
+            held_out: self.held_out.is_some(),
             verdict: &self.verdict_line(),
             answer: self.answer,
             curves: self.curves,
@@ -138,7 +138,7 @@ impl GapReport<'_> {
         self.answer.gap.iter().any(|m| m.metric.starts_with("filter_")) || !self.answer.equations.is_empty()
     }
 
-    /// Which equations a free correction would mend.
+    /// Which equations a free correction would correct.
     fn equations(&self, out: &mut String) {
         if self.answer.equations.is_empty() {
             let _ = writeln!(
@@ -345,15 +345,15 @@ impl GapReport<'_> {
     fn how_far(&self, out: &mut String) {
         let a = self.answer;
         if a.gap.is_empty() {
-            let why = if self.kept_back.is_some() {
+            let why = if self.held_out.is_some() {
                 "Not measured."
             } else {
-                "Not measured: that takes another recording of the same unit, kept back from the fit (--hold)."
+                "Not measured: that takes another recording of the same unit, held out from the fit (--hold)."
             };
             let _ = writeln!(out, "  {why}");
             return;
         }
-        let on = measured_on(self.kept_back.is_some());
+        let on = measured_on(self.held_out.is_some());
         metrics(out, on, "after", &a.gap);
         for effect in self.judged_present() {
             if let Some(closed) = closed(effect) {

@@ -15,7 +15,7 @@ pub fn increasing_times(log: &Log) -> Result<Vec<f64>> {
             let found = format!("time goes from {} s to {} s, and must increase", times[k], times[k + 1]);
             Err(Error::new(ErrorKind::Time, &log.source, found)
                 .at(format!("row {}", k + 2))
-                .mend("sort the rows by time, and keep one row for each time"))
+                .hint("sort the rows by time, and keep one row for each time"))
         }
     }
 }
@@ -30,7 +30,7 @@ pub fn since_power_on(log: &Log, start_s: f64) -> Result<Vec<f64>> {
         if !(start_s.is_finite() && start_s >= 0.0) {
             return Err(Error::new(ErrorKind::Time, &log.source, format!("{start_s} s is not a time after power-on"))
                 .at("start offset")
-                .mend("give zero or a positive number of seconds"));
+                .hint("give zero or a positive number of seconds"));
         }
         return Ok((0..log.len()).map(|k| start_s + (log.time.at(k) - log.time.at(0))).collect());
     };
@@ -41,7 +41,7 @@ pub fn since_power_on(log: &Log, start_s: f64) -> Result<Vec<f64>> {
             let place = format!("row {}, column {:?}", k + 1, names::SINCE_POWER_ON);
             Err(Error::new(ErrorKind::Time, &log.source, found)
                 .at(place)
-                .mend("correct the column, or leave it out and give the start with --start-offset"))
+                .hint("correct the column, or leave it out and give the start with --start-offset"))
         }
     }
 }

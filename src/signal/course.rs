@@ -30,7 +30,7 @@ pub fn bridged(name: &str, time: &TimeAxis, values: &[f64]) -> Result<Vec<f64>> 
         };
         return Err(Error::new(ErrorKind::Value, "log", found)
             .at(format!("channel {name:?}"))
-            .mend("cut the log to where the channel was logged"));
+            .hint("cut the log to where the channel was logged"));
     }
     let mut out = Vec::with_capacity(values.len());
     let mut next = 0;

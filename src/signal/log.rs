@@ -234,7 +234,7 @@ impl Log {
         self.get(name).ok_or_else(|| {
             let there: Vec<_> = self.channels.iter().map(|c| c.name.as_str()).collect();
             Error::new(ErrorKind::Column, &self.source, format!("no channel {name:?}; there are {}", there.join(", ")))
-                .mend("call the column that in the log, or write the log anew under that name")
+                .hint("call the column that in the log, or write the log anew under that name")
         })
     }
 

@@ -71,7 +71,7 @@ impl Moments {
             return Err(Error::new(ErrorKind::Column, "log", found));
         }
         if values.is_empty() {
-            return Err(Error::new(ErrorKind::TooShort, "log", "no samples").mend("record a longer log"));
+            return Err(Error::new(ErrorKind::TooShort, "log", "no samples").hint("record a longer log"));
         }
         let head = &values[..values.len().min(4096)];
         let reference = head.iter().sum::<f64>() / head.len() as f64;
@@ -134,7 +134,7 @@ impl Moments {
                 let found = format!("time {} s follows {} s", t[i], t[i - 1]);
                 return Err(Error::new(ErrorKind::Time, "log", found)
                     .at(format!("sample {}", i + 1))
-                    .mend("times must increase: sort the log, or cut it at the jump"));
+                    .hint("times must increase: sort the log, or cut it at the jump"));
             }
             spans.push(start..end);
             start = end;
@@ -270,8 +270,8 @@ fn not_finite(values: &[f64]) -> Error {
     match values.iter().position(|v| !v.is_finite()) {
         Some(i) => Error::new(ErrorKind::Value, "log", format!("{} is not finite", values[i]))
             .at(format!("sample {}", i + 1))
-            .mend("remove the sample"),
-        None => Error::new(ErrorKind::Value, "log", "values are too large to square").mend("check the unit"),
+            .hint("remove the sample"),
+        None => Error::new(ErrorKind::Value, "log", "values are too large to square").hint("check the unit"),
     }
 }
 

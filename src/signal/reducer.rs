@@ -117,7 +117,7 @@ impl Reducer {
     pub fn finish(self) -> Result<Reduced> {
         let count = self.moments.count();
         if count < 2 {
-            return Err(Error::new(ErrorKind::TooShort, "log", format!("{count} samples")).mend("record a longer log"));
+            return Err(Error::new(ErrorKind::TooShort, "log", format!("{count} samples")).hint("record a longer log"));
         }
         let slots = self.slot + 1;
         let mean = (self.last_s - self.first_s) / self.slot as f64;
@@ -125,7 +125,7 @@ impl Reducer {
         let step_s = if (mean / self.step_s - 1.0).abs() < 0.01 { mean } else { self.step_s };
         let moments = self.moments.finish(self.first_s, self.last_s, step_s);
         if !moments.square_sum.is_finite() {
-            return Err(Error::new(ErrorKind::Value, "log", "a rate is not finite").mend("remove the sample"));
+            return Err(Error::new(ErrorKind::Value, "log", "a rate is not finite").hint("remove the sample"));
         }
         let block = self.blocks.block();
         let temperature_c = self.beside.map(|beside| beside.means_over(block, slots / block));

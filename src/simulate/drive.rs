@@ -156,7 +156,7 @@ fn replayed(config: &Config, inputs: &Log, options: &Options, source: Option<&dy
         let Some(wheels) = odometry.as_ref().and_then(Odometry::wheels) else {
             let found = "neither torques nor wheel speeds to replay";
             return Err(Error::new(ErrorKind::Column, &inputs.source, found)
-                .mend(format!("name the columns that hold them: --map {}=COLUMN[:UNIT]", names::WHEEL_LEFT)));
+                .hint(format!("name the columns that hold them: --map {}=COLUMN[:UNIT]", names::WHEEL_LEFT)));
         };
         let [left, right] = wheels.map(held);
         let velocity = |plant: &Plant, k: usize| plant.speed_and_yaw_rate([left[k], right[k]]);
@@ -430,7 +430,7 @@ impl Recorder {
             let found = format!("the robot runs away from t = {:.3} s on", time.at(row.unwrap_or(0)));
             return Err(Error::new(ErrorKind::Value, "configuration", found)
                 .at("`[[effect]]`")
-                .mend("give parameters under which its speeds stay finite"));
+                .hint("give parameters under which its speeds stay finite"));
         }
         let mut truth = Log::new(SOURCE, time);
         for (name, values) in self.truth {

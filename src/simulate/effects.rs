@@ -56,7 +56,7 @@ pub(super) fn of_drive(
                     format!("{id} changes a robot that rolls, and this one slips by [traction]"),
                 )
                 .at("`[[effect]]`")
-                .mend("delete the table [traction]; the effect wheel.slip slips as well"));
+                .hint("delete the table [traction]; the effect wheel.slip slips as well"));
             }
             made.robot.push(source.drive_effect(id, parameters, span_s, seed)?);
         } else {
@@ -75,7 +75,7 @@ fn refuse(config: &Config, what: &str) -> Result<()> {
     let found = format!("the nominal {what} has no effects, and the file has {}", ids.join(", "));
     Err(Error::new(ErrorKind::Config, "configuration", found)
         .at("`[[effect]]`")
-        .mend(format!("delete the tables [[effect]] to simulate the nominal {what}")))
+        .hint(format!("delete the tables [[effect]] to simulate the nominal {what}")))
 }
 
 /// The tables, each with its seed: an effect that stands there twice draws twice.

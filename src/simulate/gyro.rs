@@ -112,7 +112,7 @@ fn turn_on(gyro: &Gyro, seed: u64) -> Result<WarmUp> {
     if gyro.turn_on_bias_std_rad_s.is_none() && gyro.warm_up_relative_std.is_none() {
         return Err(Error::new(ErrorKind::Config, "configuration", "states no variation from power-on to power-on")
             .at("`gyro`")
-            .mend("add turn_on_bias_std_rad_s or warm_up_relative_std, or simulate the nominal gyro"));
+            .hint("add turn_on_bias_std_rad_s or warm_up_relative_std, or simulate the nominal gyro"));
     }
     let mut stream = Purpose::TurnOn.stream(seed);
     let relative = gyro.warm_up_relative_std.unwrap_or(0.0);

@@ -109,7 +109,7 @@ fn sample_time(config: &Config) -> Result<f64> {
     config.sample_time_s.ok_or_else(|| {
         Error::new(ErrorKind::Config, "configuration", "the key is missing")
             .at("`sample_time_s`")
-            .mend("add it at the top of the file: white noise depends on it")
+            .hint("add it at the top of the file: white noise depends on it")
     })
 }
 
@@ -120,14 +120,14 @@ fn start(options: &Options) -> Result<f64> {
     }
     Err(Error::new(ErrorKind::Value, "simulation", format!("{start_s} s is not a time after power-on"))
         .at("start offset")
-        .mend("give zero or a positive number of seconds"))
+        .hint("give zero or a positive number of seconds"))
 }
 
 /// Rows from 0 to `duration_s`, both included.
 fn rows(duration_s: f64, step_s: f64) -> Result<usize> {
     // a duration of a whole number of steps must not lose its last row to rounding
     let steps = (duration_s / step_s * (1.0 + 1e-12)).floor();
-    let error = |found: String, mend: &str| Err(Error::new(ErrorKind::Value, SOURCE, found).at("duration").mend(mend));
+    let error = |found: String, hint: &str| Err(Error::new(ErrorKind::Value, SOURCE, found).at("duration").hint(hint));
     if !(duration_s.is_finite() && steps >= 1.0) {
         return error(
             format!("{duration_s} s is less than one sample time of {step_s} s"),

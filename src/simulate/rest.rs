@@ -97,7 +97,7 @@ pub fn scene(config: &Config, log: &Log, options: &Options) -> Result<Scene> {
         let found = format!("the first row is at {} s, before power-on", time.at(0));
         return Err(Error::new(ErrorKind::Time, &log.source, found)
             .at("row 1")
-            .mend("state the time since power-on at the first row with --start-offset"));
+            .hint("state the time since power-on at the first row with --start-offset"));
     }
     let measured_s = time.median_step_s();
     let near = |s: &f64| (s / measured_s - 1.0).abs() <= STEP_TOLERANCE;

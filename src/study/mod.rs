@@ -178,10 +178,10 @@ const BATCH: usize = 64;
 /// [`ErrorKind::Value`] without runs or estimators; errors of the simulator and of the filters.
 pub fn study(setup: &Setup, progress: impl Fn(usize)) -> Result<Study> {
     if setup.runs == 0 {
-        return Err(Error::new(ErrorKind::Value, "study", "no runs").at("runs").mend("ask for at least one"));
+        return Err(Error::new(ErrorKind::Value, "study", "no runs").at("runs").hint("ask for at least one"));
     }
     if setup.estimators.is_empty() {
-        return Err(Error::new(ErrorKind::Value, "study", "no estimators").at("estimators").mend("name at least one"));
+        return Err(Error::new(ErrorKind::Value, "study", "no estimators").at("estimators").hint("name at least one"));
     }
     let mut sums = statistics::Sums::new();
     let mut example = None;

@@ -225,8 +225,8 @@ mod tests {
     #[test]
     fn one_wheel_and_positions_alone_are_told() {
         let x: (&str, &[f64]) = (names::X, &[0.0, 1.0]);
-        let (found, mend) = one_wheel(&log(&[(names::WHEEL_RIGHT, &[1.0, 1.0]), x])).unwrap();
-        assert!(found.contains("one wheel only") && mend.contains("wheel_left_rad_s=COLUMN"), "{found}; {mend}");
+        let (found, hint) = one_wheel(&log(&[(names::WHEEL_RIGHT, &[1.0, 1.0]), x])).unwrap();
+        assert!(found.contains("one wheel only") && hint.contains("wheel_left_rad_s=COLUMN"), "{found}; {hint}");
         let (found, _) = positions_only(&log(&[x])).unwrap();
         assert!(found.contains("positions only"), "{found}");
         assert_eq!(one_wheel(&log(&[x])), None);

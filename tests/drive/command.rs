@@ -96,7 +96,7 @@ fn a_drive_without_a_gap_and_columns_by_other_names() {
     drives(dir.path(), "");
     let (code, text, error) = diagnose(dir.path(), &["sim.toml", "--fit", "fit.parquet", "--json", "a.json"]);
     assert_eq!(code, 0, "{error}");
-    assert!(text.contains("NO GAP") && text.contains("No recording was kept back"), "{text}");
+    assert!(text.contains("NO GAP") && text.contains("No recording was held out"), "{text}");
     let answer = read(&dir.path().join("a.json"));
     assert!(answer.place.is_none() && answer.together.is_empty());
 

@@ -77,11 +77,11 @@ fn effects_that_are_known_are_fitted_together_with_intervals() {
 fn what_cannot_be_fitted_is_refused_with_its_mend() {
     let dir = tempfile::tempdir().unwrap();
     drive(dir.path(), "", 6);
-    for (ids, found, mend) in
+    for (ids, found, hint) in
         [("gyro.tone", "gyro.tone", "wheel.slip"), ("wheel.slip wheel.slip", "twice", "name some of")]
     {
         let (code, _, error) = gyroid(dir.path(), &format!("gap explain sim.toml --fit fit.parquet --effect {ids}"));
-        assert!(code == 2 && error.contains(found) && error.contains(mend), "{code} {error}");
+        assert!(code == 2 && error.contains(found) && error.contains(hint), "{code} {error}");
     }
     let wheels = "t_s,wheel_left_rad_s,wheel_right_rad_s\n";
     let rows: String = (0..600).map(|k| format!("{},1,1\n", f64::from(k) * 0.01)).collect();

@@ -282,7 +282,7 @@ fn each_fit_begins_a_drive() {
     let line = "gap diagnose sim.toml --fit 1.csv --fit 2.csv --hold 3.csv --hold 4.csv --json a.json --write-sim augmented.toml";
     let (code, text, error) = run(dir, line);
     assert_eq!(code, 0, "{error}");
-    assert!(text.contains("recording: 1.csv; 2.csv, kept back: 3.csv; 4.csv"), "{text}");
+    assert!(text.contains("recording: 1.csv; 2.csv, hold-out: 3.csv; 4.csv"), "{text}");
     assert!(text.contains("2 drives are fitted together: 1.csv; 2.csv"), "{text}");
     let read =
         |name: &str| -> Answer { serde_json::from_str(&std::fs::read_to_string(dir.join(name)).unwrap()).unwrap() };

@@ -33,7 +33,7 @@ fn the_command_writes_what_it_says() {
     assert_eq!(json["keys"][0]["value"].as_f64(), Some(N));
     assert_eq!(json["keys"][0]["ci95"][0].as_f64(), Some(1.68e-4));
     assert_eq!(json["keys"][0]["unit"], "rad/s/sqrt(Hz), continuous");
-    assert!(json["left_out"][0]["mend"].is_string() && json["text"].as_str().unwrap().contains("update_rate: 200.0"));
+    assert!(json["left_out"][0]["hint"].is_string() && json["text"].as_str().unwrap().contains("update_rate: 200.0"));
 }
 
 #[test]
@@ -68,10 +68,10 @@ fn bad_input_is_named_and_has_its_exit_code() {
     };
     let bare = fs::read_to_string(fixture("bare.toml")).unwrap();
     let full = fs::read_to_string(fixture("full.toml")).unwrap();
-    refused(bare.replace("schema = 1", "schema = 7"), 1, &["schema 7", "mend:"]);
-    refused(bare.replace("schema = 1\n", ""), 1, &["schema", "mend:"]);
-    refused("schema = 1\n".into(), 1, &["[gyro] is missing", "mend:"]);
-    refused(bare.replace("1.7e-4", "0.0"), 1, &["angle_random_walk_rad_sqrt_s", "mend:"]);
+    refused(bare.replace("schema = 1", "schema = 7"), 1, &["schema 7", "hint:"]);
+    refused(bare.replace("schema = 1\n", ""), 1, &["schema", "hint:"]);
+    refused("schema = 1\n".into(), 1, &["[gyro] is missing", "hint:"]);
+    refused(bare.replace("1.7e-4", "0.0"), 1, &["angle_random_walk_rad_sqrt_s", "hint:"]);
     refused(bare.replace("1.7e-4", "-1.7e-4"), 1, &["not physical"]);
     refused(full.replace("estimate = 2.0e-5", "estimate = 2.1e-5"), 1, &["rate_random_walk_rad_s_sqrt_s", "the same"]);
     refused(full.replace("ci95 = [1.68e-4, 1.72e-4]", "ci95 = [1.72e-4, 1.68e-4]"), 1, &["outside its interval"]);

@@ -281,7 +281,7 @@ fn ros_takes_the_covariance_of_a_message() {
     assert_eq!(one(&export, "diff_drive_controller/ros__parameters/wheel_radius"), 0.05);
     let without = of(&bare(), "ros2-control");
     assert!(!without.text.contains("diff_drive_controller:"));
-    assert!(without.left_out.iter().any(|l| l.key.contains("wheel_radius") && l.mend.contains("--base")));
+    assert!(without.left_out.iter().any(|l| l.key.contains("wheel_radius") && l.hint.contains("--base")));
     let filter = of(&full(), "robot-localization");
     close(filter.written[0].values[0], N * N * RATE_HZ);
     assert!(filter.text.contains("angular_velocity_covariance[8] = 5.78e-06"), "{}", filter.text);
@@ -373,10 +373,10 @@ fn every_target_passes_the_battery() {
                 }
             }
             for l in &export.left_out {
-                let said = format!("left out: {}: {}. Mend: {}.", l.key, l.why, l.mend);
+                let said = format!("left out: {}: {}. Hint: {}.", l.key, l.why, l.hint);
                 let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
                 assert!(comment.contains(&said), "{said}: {place}");
-                assert!(!l.mend.is_empty() && !l.why.is_empty(), "{place}");
+                assert!(!l.hint.is_empty() && !l.why.is_empty(), "{place}");
             }
             // what is left out is not written
             assert!(export.left_out.iter().all(|l| export.written.iter().all(|w| w.key != l.key)), "{place}");
@@ -401,7 +401,7 @@ fn no_walk_is_left_out_with_the_mend_and_never_invented() {
     ] {
         let export = of(&bare(), id);
         let left = export.left_out.iter().find(|l| l.key == key).unwrap_or_else(|| panic!("{id}: {key}"));
-        assert!(left.mend.contains("gyroid noise"), "{}", left.mend);
+        assert!(left.hint.contains("gyroid noise"), "{}", left.hint);
         assert!(read_back(&export.text).keys().all(|k| !k.ends_with(key)), "{id}");
     }
     let kf = of(&bare(), "kf-gins");
@@ -412,7 +412,7 @@ fn no_walk_is_left_out_with_the_mend_and_never_invented() {
 fn thermal_keys_need_a_curve_temperatures_and_a_device() {
     let left = |export: &Export, key: &str| {
         let found = export.left_out.iter().find(|l| l.key.contains(key)).unwrap_or_else(|| panic!("{key}"));
-        format!("{} {}", found.why, found.mend)
+        format!("{} {}", found.why, found.hint)
     };
     assert!(left(&of(&bare(), "px4"), "TC_G0").contains("gyro.temperature_sensitivity"));
     let nameless = exported(&full(), "px4", &Options::default()).unwrap();

@@ -182,14 +182,14 @@ fn quiet_is_quiet_and_a_bad_output_is_found_before_the_work() {
     }
 }
 
-/// A file with this content, fitted: the exit code must be 1, the message must name file and finding, and a mend.
+/// A file with this content, fitted: the exit code must be 1, the message must name file and finding, and a hint.
 fn refused(name: &str, content: &[u8], arguments: &[&str], parts: &[&str]) {
     let dir = tempfile::tempdir().unwrap();
     let log = dir.path().join(name);
     fs::write(&log, content).unwrap();
     let (code, out, err) = run(gyroid().arg("fit").arg(&log).args(arguments));
     assert_eq!(code, 1, "{name}: {out}{err}");
-    assert!(err.contains(name) && err.contains("mend:"), "{name}: {err}");
+    assert!(err.contains(name) && err.contains("hint:"), "{name}: {err}");
     for part in parts {
         assert!(err.to_lowercase().contains(&part.to_lowercase()), "{name}: {err:?} lacks {part:?}");
     }
@@ -284,7 +284,7 @@ fn a_directory_a_missing_file_and_a_cut_parquet_are_named() {
     let (code, _, err) = run(gyroid().arg("fit").arg(dir.path()));
     assert!(code == 1 && err.contains("directory"), "{err}");
     let (code, _, err) = run(gyroid().args(["fit", "no_such_log.csv"]));
-    assert!(code == 1 && err.contains("no_such_log.csv") && err.contains("mend: "), "{err}");
+    assert!(code == 1 && err.contains("no_such_log.csv") && err.contains("hint: "), "{err}");
     let whole = fs::read(data("drive.parquet")).unwrap();
     refused("cut.parquet", &whole[..whole.len() / 2], &[], &[]);
 }

@@ -317,11 +317,11 @@ fn every_gyro_of_a_log_is_a_row() {
     let seen: Vec<(bool, Option<&str>)> = rows.iter().map(|r| (r["error"].is_null(), r["topic"].as_str())).collect();
     assert_eq!(seen, [(true, Some("/front/imu")), (true, Some("/rear/imu")), (true, None), (false, None)], "{mixed:#}");
     assert_eq!(code, 3);
-    for (arguments, mend) in [(["-o", "g.toml"], "one log of one topic"), (["--config", "g.toml"], "--topic")] {
+    for (arguments, hint) in [(["-o", "g.toml"], "one log of one topic"), (["--config", "g.toml"], "--topic")] {
         let mut command = gyroid();
         let (code, _, err) =
             run(command.current_dir(dir.path()).arg("fit").arg(&log).args(["--topic", "all"]).args(arguments));
-        assert!(code == 2 && err.contains(mend), "{arguments:?}: {code} {err}");
+        assert!(code == 2 && err.contains(hint), "{arguments:?}: {code} {err}");
     }
 }
 

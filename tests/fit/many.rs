@@ -119,7 +119,7 @@ fn resumed_work_fits_what_is_new_alone() {
     fs::write(&results, "something,else\n1,2\n").unwrap();
     let mut command = gyroid();
     let (code, _, err) = run(command.arg("fit").arg(&logs).args(resume));
-    assert!(code == 1 && err.contains("results.csv") && err.contains("mend:"), "{err}");
+    assert!(code == 1 && err.contains("results.csv") && err.contains("hint:"), "{err}");
     assert_eq!(fs::read_to_string(&results).unwrap(), "something,else\n1,2\n");
 }
 
@@ -149,10 +149,10 @@ fn every_axis_is_a_row_and_options_for_one_log_are_refused() {
         (&["--axes", "x,z", "--config", "g.toml"], "--axis"),
         (&["--results", "r.xlsx"], ".parquet"),
     ];
-    for (arguments, mend) in refused {
+    for (arguments, hint) in refused {
         let mut command = gyroid();
         let (code, _, err) = run(command.current_dir(dir.path()).arg("fit").arg(&log).arg(&copy).args(arguments));
-        assert!(code == 2 && err.contains(mend), "{arguments:?}: {code} {err}");
+        assert!(code == 2 && err.contains(hint), "{arguments:?}: {code} {err}");
     }
     assert_eq!(run(gyroid().arg("fit").arg(&log).arg(&copy).arg("--resume")).0, 2);
     assert_eq!(run(gyroid().arg("fit").arg(&log).arg(&copy).args(["--jobs", "0"])).0, 2);

@@ -124,7 +124,7 @@ fn what_cannot_be_fitted_against_temperature_is_refused_with_a_mend() {
     let dir = tempfile::tempdir().unwrap();
     let plain = write(dir.path(), "plain.csv", 5, 25.0, false);
     let (code, _, err) = json(&["fit", text(&plain), "--against", "temperature"]);
-    assert!(code == 1 && err.contains("plain.csv") && err.contains("temperature_c") && err.contains("mend"), "{err}");
+    assert!(code == 1 && err.contains("plain.csv") && err.contains("temperature_c") && err.contains("hint"), "{err}");
     let log = write(dir.path(), "room.csv", 5, 25.0, true);
     let (code, _, err) = json(&["fit", text(&log), "--against", "temperature", "--loss", "huber"]);
     assert!(code == 2 && err.contains("--loss"), "{err}");

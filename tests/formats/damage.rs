@@ -63,7 +63,7 @@ fn read(case: &Case, bytes: &[u8], what: &str) -> gyroid::Result<GyroRecording> 
     if let Err(error) = &result {
         let text = error.to_string();
         assert!(text.contains(case.file), "{name}: {text}");
-        assert!(error.mend.is_some(), "{name}: no mend: {text}");
+        assert!(error.hint.is_some(), "{name}: no hint: {text}");
     }
     result
 }

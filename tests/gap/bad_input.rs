@@ -51,8 +51,7 @@ fn refused(place: &Place, line: &str, parts: &[&str]) {
 #[test]
 fn without_covariates_the_answer_says_what_it_cannot_tell() {
     let place = new();
-    let answer =
-        noted(&place, "sim.toml --fit fit.csv", &["No temperature", "No supply", "No recording was kept back"]);
+    let answer = noted(&place, "sim.toml --fit fit.csv", &["No temperature", "No supply", "No recording was held out"]);
     assert_eq!(answer.verdict, Verdict::None);
     assert!(answer.effects.iter().all(|e| !e.id.contains("temperature") && !e.id.contains("supply")));
 }
@@ -112,10 +111,10 @@ fn gaps_in_time_are_filled_up_to_a_fifth() {
     let answer = noted(&place, "sim.toml --fit gaps.csv", &["rows are missing"]);
     assert_eq!(answer.verdict, Verdict::None, "{:?}", answer.effects);
     // a tenth of the hold log too
-    noted(&place, "sim.toml --fit fit.csv --hold gaps.csv", &["Of the recording kept back: 123 of 1959 rows"]);
+    noted(&place, "sim.toml --fit fit.csv --hold gaps.csv", &["Of the recording held out: 123 of 1959 rows"]);
     let few: Vec<(f64, f64)> = all.iter().copied().enumerate().filter(|(i, _)| i % 500 > 200).map(|x| x.1).collect();
     place.write("holes.csv", &csv(&few));
-    refused(&place, "sim.toml --fit holes.csv", &["holes.csv", "rows are missing", "mend:", "a fifth"]);
+    refused(&place, "sim.toml --fit holes.csv", &["holes.csv", "rows are missing", "hint:", "a fifth"]);
 }
 
 #[test]
@@ -149,7 +148,7 @@ fn missing_values_are_filled_and_said() {
     assert_eq!(diagnosed(&place, "sim.toml --fit lattice.csv").main.as_deref(), Some("gyro.quantization"));
     let none: String = rows(ROWS, 0.2, 1).iter().map(|(t, _)| format!("{t:.4},NaN\n")).collect();
     place.write("none.csv", &format!("t_s,gyro_z_rad_s\n{none}"));
-    refused(&place, "sim.toml --fit none.csv", &["none.csv", "mend:"]);
+    refused(&place, "sim.toml --fit none.csv", &["none.csv", "hint:"]);
 }
 
 #[test]
@@ -173,7 +172,7 @@ fn a_clock_that_runs_backwards_is_refused_with_its_row() {
     let mut all = rows(ROWS, 0.2, 1);
     all.swap(700, 710);
     place.write("back.csv", &csv(&all));
-    refused(&place, "sim.toml --fit back.csv", &["back.csv", "row", "mend:", "--sort-time"]);
+    refused(&place, "sim.toml --fit back.csv", &["back.csv", "row", "hint:", "--sort-time"]);
     diagnosed(&place, "sim.toml --fit back.csv --sort-time");
 }
 
@@ -181,13 +180,13 @@ fn a_clock_that_runs_backwards_is_refused_with_its_row() {
 fn an_empty_hold_log_is_refused_before_the_work() {
     let place = new();
     place.write("empty.csv", "t_s,gyro_z_rad_s\n");
-    refused(&place, "sim.toml --fit fit.csv --hold empty.csv", &["empty.csv", "mend:"]);
+    refused(&place, "sim.toml --fit fit.csv --hold empty.csv", &["empty.csv", "hint:"]);
     place.write("nothing.csv", "");
     refused(&place, "sim.toml --fit fit.csv --hold nothing.csv", &["nothing.csv"]);
     place.write("few.csv", &csv(&rows(100, 0.2, 2)));
-    refused(&place, "sim.toml --fit fit.csv --hold few.csv", &["few.csv", "100 rows", "mend:"]);
+    refused(&place, "sim.toml --fit fit.csv --hold few.csv", &["few.csv", "100 rows", "hint:"]);
     place.write("cold.csv", "t_s,temperature_c\n0,20\n0.2,20\n0.4,20\n");
-    refused(&place, "sim.toml --fit fit.csv --hold cold.csv", &["cold.csv", "mend:"]);
+    refused(&place, "sim.toml --fit fit.csv --hold cold.csv", &["cold.csv", "hint:"]);
 }
 
 #[test]

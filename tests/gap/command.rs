@@ -114,14 +114,14 @@ fn what_cannot_be_diagnosed_is_refused_by_name() {
     place.refused(
         "gap diagnose drive.toml --fit fit.csv",
         1,
-        &["fit.csv", "no wheels", "drive.toml", "mend:", "--map"],
+        &["fit.csv", "no wheels", "drive.toml", "hint:", "--map"],
     );
     place.write("slips.toml", &format!("{REST}[[effect]]\nid = \"wheel.slip\"\ncompliance = 0.1\n"));
-    place.refused("gap diagnose slips.toml --fit fit.csv", 1, &["wheel.slip", "[[effect]]", "mend:"]);
-    place.refused("gap diagnose no.toml --fit fit.csv", 1, &["no.toml", "mend:"]);
-    place.refused("gap diagnose sim.toml --fit no.csv", 1, &["no.csv", "mend:"]);
+    place.refused("gap diagnose slips.toml --fit fit.csv", 1, &["wheel.slip", "[[effect]]", "hint:"]);
+    place.refused("gap diagnose no.toml --fit fit.csv", 1, &["no.toml", "hint:"]);
+    place.refused("gap diagnose sim.toml --fit no.csv", 1, &["no.csv", "hint:"]);
     place.refused("gap diagnose sim.toml --fit fit.csv --hold no.csv", 1, &["no.csv"]);
-    place.refused("gap diagnose sim.toml --fit fit.csv --column wz", 1, &["fit.csv", "wz", "mend:"]);
+    place.refused("gap diagnose sim.toml --fit fit.csv --column wz", 1, &["fit.csv", "wz", "hint:"]);
     place.write("short.csv", "t_s,gyro_z_rad_s\n0,1e-3\n0.2,1e-3\n0.4,1.1e-3\n");
     place.refused("gap diagnose sim.toml --fit short.csv", 1, &["short.csv", "3 rows"]);
     place.refused("gap diagnose sim.toml --fit fit.csv --without gyro.tune", 2, &["gyro.tune", "gyro.tone"]);

@@ -228,7 +228,7 @@ fn a_recording_without_covariates_is_judged_and_says_so() {
     let log = simulate::stationary(&config, 3600.0, &5.into()).unwrap();
     let answer = diagnose(&config, &log, None, &Library::new(), &Options::default()).unwrap().answer;
     assert!(answer.notes.iter().any(|n| n.contains("temperature")));
-    assert!(answer.notes.iter().any(|n| n.contains("kept back")));
+    assert!(answer.notes.iter().any(|n| n.contains("held out")));
     assert_eq!(answer.gap[0].metric, "log_score");
 }
 

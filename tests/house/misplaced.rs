@@ -20,7 +20,7 @@ fn place() -> Place {
 #[test]
 fn swapped_arguments_are_said_to_be_swapped() {
     let place = place();
-    for (line, mend) in [
+    for (line, hint) in [
         ("navigate drive.parquet robot.toml", "gyroid navigate robot.toml drive.parquet"),
         ("navigate drive.csv robot.toml", "gyroid navigate robot.toml drive.csv"),
         ("validate rest.csv rest.toml", "gyroid validate rest.toml rest.csv"),
@@ -28,7 +28,7 @@ fn swapped_arguments_are_said_to_be_swapped() {
         ("gap explain rest.csv --fit rest.toml --effect gyro.tone", "gyroid gap explain rest.toml --fit rest.csv"),
         ("simulate drive.csv --inputs robot.toml -o x.parquet", "gyroid simulate robot.toml --inputs drive.csv"),
     ] {
-        place.refused(line, 2, &["is no configuration", "swap them", mend]);
+        place.refused(line, 2, &["is no configuration", "swap them", hint]);
     }
     for line in ["navigate robot.toml rest.toml", "fit rest.csv rest.toml", "noise rest.toml", "inspect rest.toml"] {
         place.refused(line, 2, &["rest.toml", "is a configuration, in the place of a log"]);
@@ -41,7 +41,7 @@ fn a_recording_proves_nothing_that_it_led_to() {
     std::fs::copy(place.path("rest.csv"), place.path("copy.csv")).unwrap();
     for kept in ["rest.csv", "copy.csv"] {
         let line = format!("gap diagnose rest.toml --fit rest.csv --hold {kept}");
-        place.refused(&line, 2, &[kept, "kept back", "the same as rest.csv", "keep another recording back"]);
+        place.refused(&line, 2, &[kept, "held out", "the same as rest.csv", "hold out another recording"]);
     }
 }
 

@@ -40,7 +40,7 @@ fn an_output_is_never_an_input_under_any_name() {
         "inspect log.csv --json log.csv",
     ];
     for line in lines {
-        place.refused(line, 2, &["is an input of this command", "mend: name another file"]);
+        place.refused(line, 2, &["is an input of this command", "hint: name another file"]);
         assert_eq!((place.read("log.csv"), place.read("hand.toml")), (log.clone(), SIM.to_string()), "{line}");
     }
 }

@@ -53,7 +53,7 @@ fn bad_input_ends_with_one_and_names_the_mend() {
     let files = Files::new();
     let (code, out, err) = gyroid(&["inspect", files.path("absent.csv").to_str().unwrap()]);
     assert_eq!((code, out.as_str()), (1, ""));
-    assert!(err.contains("absent.csv") && err.contains("mend: check the path"), "{err}");
+    assert!(err.contains("absent.csv") && err.contains("hint: check the path"), "{err}");
     let path = files.put("rest.csv", csv("gz_rad_s", 1.0, 100));
     let (code, out, _) = gyroid(&["inspect", path.to_str().unwrap(), "--json", "/no/such/dir/x.json"]);
     assert_eq!((code, out.as_str()), (1, ""));

@@ -81,5 +81,5 @@ fn refused<T: std::fmt::Debug>(result: gyroid::Result<T>, kind: gyroid::ErrorKin
     for part in parts {
         assert!(text.contains(part), "{part:?} is not in: {text}");
     }
-    assert!(error.mend.is_some(), "no mend: {text}");
+    assert!(error.hint.is_some(), "no hint: {text}");
 }

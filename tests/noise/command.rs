@@ -137,11 +137,11 @@ fn what_was_found_is_written_and_exported_with_its_interval() {
     let config = dir.path().join("gyroid.toml");
     let (code, out, err) = run(&["fit", text(&short), "--no-plot", "-o", text(&config)]);
     assert_eq!(code, 0, "{out}{err}");
-    // without a walk its key is left out, and the mend names the command that finds one
+    // without a walk its key is left out, and the hint names the command that finds one
     for (target, walk) in [("kalibr", "gyroscope_random_walk"), ("openvins", "gyroscope_random_walk")] {
         let json = exported(&config, target);
         let left = json["left_out"].as_array().unwrap().iter().find(|l| l["key"] == walk).unwrap();
-        assert!(left["mend"].as_str().unwrap().contains("gyroid noise LOG --write CONFIG"), "{left}");
+        assert!(left["hint"].as_str().unwrap().contains("gyroid noise LOG --write CONFIG"), "{left}");
     }
     let before = fs::read_to_string(&config).unwrap();
     let write = [text(&long), "--draws", "99", "--write", text(&config)];

@@ -126,7 +126,7 @@ pub(super) fn run(args: &FitArgs, earth: Option<EarthRate>) -> Result<Outcome> {
                 json["configuration"] = name.into();
             }
             Err(e) if e.kind == ErrorKind::TooShort => {
-                output.say(format!("{name} not written: {}; {}", e.found, e.mend.unwrap_or_default()));
+                output.say(format!("{name} not written: {}; {}", e.found, e.hint.unwrap_or_default()));
                 fit = false;
             }
             Err(e) => return Err(e),
@@ -142,8 +142,8 @@ pub(super) fn run(args: &FitArgs, earth: Option<EarthRate>) -> Result<Outcome> {
 }
 
 fn refuse_what_is_for_one(args: &FitArgs) -> Result<()> {
-    let usage = |option: &str, mend: &str| {
-        Err(Error::new(ErrorKind::Usage, option, "is for one log, and this is a table of many").mend(mend))
+    let usage = |option: &str, hint: &str| {
+        Err(Error::new(ErrorKind::Usage, option, "is for one log, and this is a table of many").hint(hint))
     };
     if args.out.is_some() {
         return usage(
@@ -159,12 +159,12 @@ fn refuse_what_is_for_one(args: &FitArgs) -> Result<()> {
     }
     if args.many.config.is_some() && args.columns.several_topics() {
         return Err(Error::new(ErrorKind::Usage, "--config", "is of one gyro, and several topics are named")
-            .mend("name one with --topic"));
+            .hint("name one with --topic"));
     }
     let axes = args.many.axes_or(args.columns.axes());
     if args.many.config.is_some() && axes.len() > 1 {
         let found = format!("is of one axis, and {} are named", axes.len());
-        return Err(Error::new(ErrorKind::Usage, "--config", found).mend("name one with --axis"));
+        return Err(Error::new(ErrorKind::Usage, "--config", found).hint("name one with --axis"));
     }
     Ok(())
 }
@@ -191,7 +191,7 @@ fn write_configuration(
     base: Option<&Config>,
 ) -> Result<String> {
     let [population] = &report.populations[..] else {
-        return Err(Error::new(ErrorKind::Usage, "--config", "is of one axis").mend("name one with --axis"));
+        return Err(Error::new(ErrorKind::Usage, "--config", "is of one axis").hint("name one with --axis"));
     };
     let config = population_configuration(population, &report.rows, base, &configuration_options(args))?;
     let name = file.target().display().to_string();

@@ -246,7 +246,7 @@ struct ScoreArgs {
     /// Score only the cases that have an answer, instead of counting the others as wrong; says how many there are
     #[arg(long)]
     answered: bool,
-    /// Hold what answers gain on the recording kept back against an oracle that is told the effects; takes seconds a case
+    /// Hold what answers gain on the recording held out against an oracle that is told the effects; takes seconds a case
     #[arg(long)]
     oracle: bool,
     /// Draw the confusion matrix, the reliability diagram and the ROC into this folder, as SVG and PNG

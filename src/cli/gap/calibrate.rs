@@ -47,7 +47,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<Outcome> {
     let output = Output::open(&args.common, "gap.bench.calibrate", plan)?;
     if !args.key.is_empty() && args.key.len() != args.folders.len() {
         let found = format!("{} keys for {} folders", args.key.len(), args.folders.len());
-        return Err(Error::new(ErrorKind::Usage, "gap bench calibrate", found).at("--key").mend("give one for each"));
+        return Err(Error::new(ErrorKind::Usage, "gap bench calibrate", found).at("--key").hint("give one for each"));
     }
     let mut file = OutputFile::claim(&args.output)?;
     let working = output.working("diagnosing");
@@ -63,7 +63,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<Outcome> {
     let kind = provenance.first().map(|b| b.kind).unwrap_or_default();
     if provenance.iter().any(|b| b.kind != kind) {
         let found = "cases at rest and drives together";
-        return Err(Error::new(ErrorKind::Usage, "gap bench calibrate", found).mend("calibrate each kind for itself"));
+        return Err(Error::new(ErrorKind::Usage, "gap bench calibrate", found).hint("calibrate each kind for itself"));
     }
     let found = bench::calibrate(&examples, &bench::prior_of(kind))?;
     file.write_all(text(&found, &provenance).as_bytes())?;

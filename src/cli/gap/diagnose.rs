@@ -64,7 +64,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let plan = Plan::new().reads([&args.config]).reads(fit.iter().chain(hold).flatten());
     let plan = plan.writes("--write-sim", &args.write_sim).writes("--plot", &args.plot).writes("--why", &args.why);
     let output = Output::open(&args.common, "gap.diagnose", plan)?;
-    places::check_kept_back(fit, hold)?;
+    places::check_held_out(fit, hold)?;
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let write_sim = args.write_sim.as_ref().map(OutputFile::claim).transpose()?;
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
             "--map",
             "names columns of a drive, and the configuration is of a gyro at rest",
         )
-        .mend("name the gyro's column with --column"));
+        .hint("name the gyro's column with --column"));
     }
     let working = output.working("reading");
     let mut notes: Vec<String> = by_time.into_iter().collect();
@@ -95,7 +95,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
             let found =
                 "its channels are all in the files before it, and files after one option are sensors of one drive";
             return Err(Error::new(ErrorKind::Usage, file, found)
-                .mend(format!("if it is another drive, give the option again: {}", apart(option, paths))));
+                .hint(format!("if it is another drive, give the option again: {}", apart(option, paths))));
         }
         for note in recording.notes {
             if !notes.contains(&note) {
@@ -136,13 +136,9 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     };
     drop(working);
 
-    let kept_back = (!hold.is_empty()).then(|| names(hold));
-    let report = GapReport {
-        recording: &names(fit),
-        kept_back: kept_back.as_deref(),
-        answer: &diagnosis.answer,
-        curves: &curves,
-    };
+    let held_out = (!hold.is_empty()).then(|| names(hold));
+    let report =
+        GapReport { recording: &names(fit), held_out: held_out.as_deref(), answer: &diagnosis.answer, curves: &curves };
     output.say(report.text());
     if !plots.is_empty() {
         let picture = report.picture()?;
@@ -206,10 +202,10 @@ fn one_at_rest(recordings: &[Vec<PathBuf>], option: &str) -> Result<()> {
         [] => Ok(()),
         [files] if files.len() == 1 => Ok(()),
         [_] => {
-            Err(at_rest("several files").mend("give one recording; several files on one clock can only be of a drive"))
+            Err(at_rest("several files").hint("give one recording; several files on one clock can only be of a drive"))
         }
         _ => Err(at_rest("several recordings")
-            .mend(format!("give {option} once: only drives are fitted together; diagnose each recording by itself"))),
+            .hint(format!("give {option} once: only drives are fitted together; diagnose each recording by itself"))),
     }
 }
 
@@ -223,7 +219,7 @@ fn library(without: &[String]) -> Result<Library> {
     ids.dedup();
     match without.iter().find(|w| !ids.contains(&w.as_str())) {
         Some(unknown) => Err(Error::new(ErrorKind::Usage, "--without", format!("no effect is called {unknown:?}"))
-            .mend(one_of(unknown, &ids))),
+            .hint(one_of(unknown, &ids))),
         None => Ok(Library::without(without.iter().cloned())),
     }
 }

@@ -57,7 +57,7 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
         (Kind::Stationary, _) => {
             let found = "several files, or --map, and the configuration is of a gyro at rest";
             return Err(Error::new(ErrorKind::Usage, "--fit", found)
-                .mend("give one recording, and name the gyro's column with --column"));
+                .hint("give one recording, and name the gyro's column with --column"));
         }
     };
     working.show("fitting");

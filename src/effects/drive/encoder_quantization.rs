@@ -11,11 +11,11 @@ const LSB: &str = "lsb_rad_s";
 
 static ABOUT: About = About {
     id: "encoder.quantization",
-    title: "wheel speeds on a lattice",
+    title: "quantized wheel speeds",
     equation: "reading = q · round(reading/q) of both wheels",
     source: "Widrow and Kollár, Quantization Noise (2008), chapter 3",
     channel: "wheels",
-    deficient: "wheel measurement: it comes on a lattice",
+    deficient: "wheel measurement: the speeds are quantized",
     condition: None,
     parameters: &[Parameter { name: LSB, meaning: "q, rad/s", bounds: [0.0, 100.0], null: Some(0.0), required: true }],
     remedy: "Count ticks over a longer time, or time the edges: give ticks_per_revolution and log the counts.",

@@ -72,7 +72,7 @@ impl Target for ArduPilot {
 fn thermal(source: &Source<'_>, sheet: &mut Sheet) {
     let polynomial = match source.thermal() {
         Ok(polynomial) => polynomial,
-        Err([why, mend]) => return sheet.leave_out("INS_TCAL1_*", why, mend),
+        Err([why, hint]) => return sheet.leave_out("INS_TCAL1_*", why, hint),
     };
     let [low, high] = polynomial.range_c;
     if high - low < SHORTEST_RANGE_C {

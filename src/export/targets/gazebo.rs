@@ -40,7 +40,7 @@ static ABOUT: About = About {
             meaning: "what drives the bias: K, or a negligible number that lets it decay",
         },
         Key { name: "dynamic_bias_correlation_time", unit: "s", meaning: "T, the time constant of the warm-up" },
-        Key { name: "precision", unit: "rad/s", meaning: "step of the lattice on which the output lies" },
+        Key { name: "precision", unit: "rad/s", meaning: "quantization step of the output" },
     ],
     needs: "C1, C2, T, N and the IMU's rate; K if it was identified; quantization_lsb_rad_s for precision",
     convention: "stddev is of a sample (N sqrt(f)); dynamic_bias_stddev is the driving density of an Ornstein-Uhlenbeck process",

@@ -67,8 +67,8 @@ impl Target for KfGins {
             ),
         }
         sheet.leave_out_accelerometer("vrw, abstd, asstd");
-        let mend = "take it from the datasheet";
-        sheet.leave_out("gsstd", "a gyro at rest says nothing of its scale factor", mend);
+        let hint = "take it from the datasheet";
+        sheet.leave_out("gsstd", "a gyro at rest says nothing of its scale factor", hint);
         Ok(())
     }
 }

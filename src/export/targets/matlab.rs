@@ -31,7 +31,7 @@ static ABOUT: About = About {
         Key { name: "RandomWalk", unit: "(rad/s)*sqrt(Hz), continuous, single-sided", meaning: "rate random walk K" },
         Key { name: "BiasInstability", unit: "rad/s", meaning: "bias instability B" },
         Key { name: "ConstantBias", unit: "rad/s", meaning: "C1 + C2, the bias of the warm gyro" },
-        Key { name: "Resolution", unit: "(rad/s)/LSB", meaning: "step of the lattice on which the output lies" },
+        Key { name: "Resolution", unit: "(rad/s)/LSB", meaning: "quantization step of the output" },
         Key {
             name: "TemperatureBias",
             unit: "(rad/s)/degC",
@@ -105,7 +105,7 @@ impl Target for Matlab {
                 }
                 sheet.put("TemperatureBias", Known::exact(slope), Shape::OnAxis(axis), property("TemperatureBias"));
             }
-            Err([why, mend]) => sheet.leave_out("TemperatureBias", why, mend),
+            Err([why, hint]) => sheet.leave_out("TemperatureBias", why, hint),
         }
         Ok(())
     }

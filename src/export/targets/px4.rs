@@ -103,7 +103,7 @@ fn in_range(sheet: &mut Sheet, name: &str, value: f64, [low, high]: [f64; 2]) {
 fn thermal(source: &Source<'_>, sheet: &mut Sheet) {
     let polynomial = match source.thermal() {
         Ok(polynomial) => polynomial,
-        Err([why, mend]) => return sheet.leave_out("TC_G_ENABLE, TC_G0_*", why, mend),
+        Err([why, hint]) => return sheet.leave_out("TC_G_ENABLE, TC_G0_*", why, hint),
     };
     let Some(device) = source.options.device_id else {
         return sheet.leave_out(

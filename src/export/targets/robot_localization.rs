@@ -39,7 +39,7 @@ impl Target for RobotLocalization {
             let found = "a yaw rate is fused, and the fitted axis is not the vertical one";
             return Err(Error::new(ErrorKind::Config, &source.origin.file, found)
                 .at("axis")
-                .mend("fit the yaw axis; if the IMU is mounted so that this axis is vertical, give --axis z"));
+                .hint("fit the yaw axis; if the IMU is mounted so that this axis is vertical, give --axis z"));
         }
         let rate = source.rate_hz()?;
         let variance = source.angle_random_walk()?.squared().times(rate);

@@ -59,8 +59,8 @@ impl Target for Ros2Control {
         sheet.put("static_covariance_angular_velocity", variance, Shape::Diagonal, |v| {
             format!("static_covariance_angular_velocity: [{v}]")
         });
-        let mend = "name the sensor of your ros2_control description";
-        sheet.leave_out("sensor_name, frame_id", "a log does not name them", mend);
+        let hint = "name the sensor of your ros2_control description";
+        sheet.leave_out("sensor_name, frame_id", "a log does not name them", hint);
         sheet.indent("");
         if let Some(vehicle) = &source.config.vehicle {
             sheet.line("diff_drive_controller:");
@@ -86,8 +86,8 @@ impl Target for Ros2Control {
                 }
             }
         } else {
-            let mend = "fit with --base ROBOT.toml, which brings [vehicle]";
-            sheet.leave_out("wheel_separation, wheel_radius", "the configuration has no [vehicle]", mend);
+            let hint = "fit with --base ROBOT.toml, which brings [vehicle]";
+            sheet.leave_out("wheel_separation, wheel_radius", "the configuration has no [vehicle]", hint);
         }
         Ok(())
     }

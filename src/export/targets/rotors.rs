@@ -63,11 +63,11 @@ impl Target for Rotors {
             sheet.put("gyroscopeRandomWalk", driven, Shape::Scalar, walk);
             element(sheet, "gyroscopeBiasCorrelationTime", tau);
             if source.rate_random_walk().is_some() {
-                let mend = "export K to another target, or delete the Gauss-Markov term";
+                let hint = "export K to another target, or delete the Gauss-Markov term";
                 sheet.leave_out(
                     "rate random walk K",
                     "the plugin has one bias process, and the Gauss-Markov term has it",
-                    mend,
+                    hint,
                 );
             }
         } else {

@@ -201,7 +201,7 @@ pub fn calibrate(examples: &[Example], prior: &Prior) -> Result<Calibrated> {
     if examples.len() < 5 * FOLDS {
         let found = format!("{} cases", examples.len());
         return Err(Error::new(ErrorKind::TooShort, "bench", found)
-            .mend(format!("a calibration needs at least {} cases, better 500", 5 * FOLDS)));
+            .hint(format!("a calibration needs at least {} cases, better 500", 5 * FOLDS)));
     }
     let none = Calibration::none(prior);
     let (mut verdicts, mut truths) = (Vec::new(), Vec::new());

@@ -73,7 +73,7 @@ pub fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Re
     std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, &e))?;
     let holds = std::fs::read_dir(folder).map_err(|e| Error::io(folder, &e))?.next().is_some();
     if holds {
-        return Err(Error::new(ErrorKind::Usage, folder.display(), "is not empty").mend("name a new folder"));
+        return Err(Error::new(ErrorKind::Usage, folder.display(), "is not empty").hint("name a new folder"));
     }
     let done = AtomicUsize::new(0);
     // as many at once as the caller's pool has threads
@@ -159,7 +159,7 @@ pub fn names(folder: &Path) -> Result<Vec<String>> {
     }
     if names.is_empty() {
         return Err(Error::new(ErrorKind::Usage, folder.display(), "holds no case")
-            .mend("a case is a folder with sim.toml and fit.parquet (or fit.csv, fit_imu.csv, ...); make some with gyroid gap bench make"));
+            .hint("a case is a folder with sim.toml and fit.parquet (or fit.csv, fit_imu.csv, ...); make some with gyroid gap bench make"));
     }
     names.sort();
     Ok(names)

@@ -95,7 +95,7 @@ pub(super) fn case_logs(case: &Path) -> Result<(Config, Log, Option<Log>)> {
     let config = Config::read(case.join("sim.toml"))?;
     let fit = recording(case, "fit")?.ok_or_else(|| {
         Error::new(ErrorKind::Usage, case.display(), "holds no recording to diagnose from")
-            .mend("a case has fit.parquet, fit.csv, or a file a sensor such as fit_imu.csv")
+            .hint("a case has fit.parquet, fit.csv, or a file a sensor such as fit_imu.csv")
     })?;
     Ok((config, fit, recording(case, "hold")?))
 }

@@ -33,7 +33,7 @@ pub fn labels(folder: &Path, key: &SealKey, published: Option<&str>) -> Result<L
     if let Some(name) = there.iter().find(|n| !labels.labels.contains_key(*n)) {
         return Err(Error::new(ErrorKind::Checksum, folder.display(), "holds a case that is not in the sealed labels")
             .at(name)
-            .mend("score the folder as it was made"));
+            .hint("score the folder as it was made"));
     }
     Ok(labels)
 }

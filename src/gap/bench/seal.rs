@@ -64,7 +64,7 @@ impl SealKey {
         match bytes.and_then(|b| <[u8; KEY_LEN]>::try_from(b).ok()) {
             Some(bytes) if text.len() == 2 * KEY_LEN => Ok(Self(bytes)),
             _ => Err(Error::new(ErrorKind::Format, input, "is no key")
-                .mend("a key is 64 hexadecimal digits, as gyroid gap bench make wrote them")),
+                .hint("a key is 64 hexadecimal digits, as gyroid gap bench make wrote them")),
         }
     }
 
@@ -132,7 +132,7 @@ pub fn seal(labels: BTreeMap<String, Label>, seed: u64, key: &SealKey) -> Result
 pub fn unseal(bytes: &[u8], key: &SealKey, committed: &str, input: &str) -> Result<Labels> {
     let broken = || {
         Error::new(ErrorKind::Checksum, input, "does not open: the key is another, or the file was changed")
-            .mend("take the key that gap bench make wrote for this folder, and the file as it was made")
+            .hint("take the key that gap bench make wrote for this folder, and the file as it was made")
     };
     let nonce: [u8; NONCE_LEN] = bytes.get(..NONCE_LEN).and_then(|n| n.try_into().ok()).ok_or_else(broken)?;
     let cipher = XChaCha20Poly1305::new(&Key::from(key.0));
@@ -141,7 +141,7 @@ pub fn unseal(bytes: &[u8], key: &SealKey, committed: &str, input: &str) -> Resu
     if found != committed.trim() {
         return Err(Error::new(ErrorKind::Checksum, input, format!("holds labels with the SHA-256 {found}"))
             .at(format!("commitment {}", committed.trim()))
-            .mend("these are not the labels that were committed to: score the folder as it was made"));
+            .hint("these are not the labels that were committed to: score the folder as it was made"));
     }
     serde_json::from_slice(&plain).map_err(|e| Error::new(ErrorKind::Format, input, format!("holds no labels: {e}")))
 }

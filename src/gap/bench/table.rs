@@ -64,7 +64,7 @@ impl Score {
         for (what, middle) in [
             ("share of the gap closed, main effect right", &self.gap_closed_right),
             ("share of the gap closed, main effect wrong", &self.gap_closed_wrong),
-            ("gain on the recording kept back, share of an oracle's", &self.of_oracle.as_ref().map(|o| o.share)),
+            ("gain on the recording held out, share of an oracle's", &self.of_oracle.as_ref().map(|o| o.share)),
             ("relative error of a parameter", &self.parameter_error),
         ] {
             if let Some(Middle { median, quartiles: [low, high], of }) = middle {

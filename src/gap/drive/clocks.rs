@@ -263,10 +263,10 @@ fn look(config: &Config, log: &Log) -> Result<Seen> {
         let found = lag(yaw, by);
         let correlation = |found: &Option<Lag>| found.map_or(0.0, |l| l.correlation);
         if correlation(&found) < WRONG {
-            for (signs, mend) in BACKWARDS {
+            for (signs, hint) in BACKWARDS {
                 let other = with_signs(signs).and_then(|(_, yaw)| lag(&yaw, by));
                 if correlation(&other) > CERTAIN {
-                    return Err(Error::new(ErrorKind::Column, &log.source, mend[0]).mend(mend[1]));
+                    return Err(Error::new(ErrorKind::Column, &log.source, hint[0]).hint(hint[1]));
                 }
             }
         }
@@ -313,7 +313,7 @@ fn look(config: &Config, log: &Log) -> Result<Seen> {
     Ok(Seen { lags, wheels: track, step_s: log.time.median_step_s(), has_gyro: gyro.is_some() })
 }
 
-/// Wrong signs of the wheels, with error message and mend.
+/// Wrong signs of the wheels, with error message and hint.
 const BACKWARDS: [([f64; 2], [&str; 2]); 3] = [
     (
         [-1.0, 1.0],

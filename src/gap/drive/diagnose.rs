@@ -138,7 +138,7 @@ pub fn diagnose(
     answer.notes.extend(vouched);
     answer.notes.extend((!refuted.is_empty()).then(|| {
         format!(
-            "The recording kept back contradicts {}: with it the simulator predicts that recording worse, beyond chance. It is no \
+            "The recording held out contradicts {}: with it the simulator predicts that recording worse, beyond chance. It is no \
              cause of what it explains of the recordings diagnosed from.",
             refuted.join(", ")
         )
@@ -175,14 +175,14 @@ pub fn diagnose(
     match &kept {
         Some(kept) => {
             let new = kept.notes.iter().filter(|n| !record.notes.contains(n));
-            answer.notes.extend(new.map(|n| format!("Of the recording kept back: {n}")));
+            answer.notes.extend(new.map(|n| format!("Of the recording held out: {n}")));
             other_robot(&record, Some(kept), &mut answer.notes);
         }
         None => {
             other_robot(&record, None, &mut answer.notes);
             let halves = if fit.len() > 1 { "halves of these" } else { "half of this one" };
             answer.notes.push(format!(
-                "No recording was kept back: the gap is measured on the second {halves}, which took part in choosing and fitting \
+                "No recording was held out: the gap is measured on the second {halves}, which took part in choosing and fitting \
                  the effects, so that the shares are somewhat too large."
             ));
         }
@@ -194,7 +194,7 @@ pub fn diagnose(
         let gain = late::gain(kept, &nominal, &judged.nominal_noise, delay_s);
         answer.notes.push(format!(
             "With the readings of the wheels stamped {delay_s:.3} s earlier the nominal simulator gains {gain:.0} nats on the \
-             recording kept back."
+             recording held out."
         ));
     }
     if let Some((id, gap)) = far.nearest {

@@ -41,7 +41,7 @@ impl Asked {
     fn of(library: &Library, ids: &[&str]) -> Result<Self> {
         let refused = |found: String| {
             let known: Vec<_> = library.driving().map(|e| e.about().id).chain([WALK]).collect();
-            Error::new(ErrorKind::Usage, "effects", found).mend(format!("name some of {}", known.join(", ")))
+            Error::new(ErrorKind::Usage, "effects", found).hint(format!("name some of {}", known.join(", ")))
         };
         if ids.is_empty() {
             return Err(refused("no effect is named".into()));
@@ -57,7 +57,7 @@ impl Asked {
                 let effect = library.driving_by_id(id);
                 let unknown = || {
                     let known: Vec<_> = library.driving().map(|e| e.about().id).chain([WALK]).collect();
-                    refused(format!("no effect of drives is called {id:?}")).mend(one_of(id, &known))
+                    refused(format!("no effect of drives is called {id:?}")).hint(one_of(id, &known))
                 };
                 asked.drives.push(effect.ok_or_else(unknown)?);
             }
@@ -75,7 +75,7 @@ impl Asked {
             Some(id) => {
                 let found = format!("nothing that would show {id}");
                 Err(Error::new(ErrorKind::Column, source, found)
-                    .mend("log the wheels' torques, the gyro or a pose beside the wheels, or leave the effect out"))
+                    .hint("log the wheels' torques, the gyro or a pose beside the wheels, or leave the effect out"))
             }
         }
     }

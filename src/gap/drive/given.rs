@@ -72,7 +72,7 @@ impl Record {
             });
             if !lasts {
                 let found = format!("{:?} is no part of a nominal simulator of drives", table.id);
-                return Err(Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`").mend(
+                return Err(Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`").hint(
                     "delete this table: when and where it acts is another in each run, and the diagnosis finds it",
                 ));
             }

@@ -331,7 +331,7 @@ impl Branch {
 /// free form.
 pub(super) fn lattice_part(lsb: f64, share: f64, named: Option<&str>) -> Part {
     let id = named.unwrap_or("free.lattice.wheels");
-    let text = format!("wheel speeds lie on a lattice of {lsb:.5} rad/s");
+    let text = format!("wheel speeds are quantized in steps of {lsb:.5} rad/s");
     let mut part = Part { certain: true, ..described(id, named.is_some(), share, text) };
     if named.is_some() {
         part.parameters = Parameters::from([("lsb_rad_s".into(), lsb)]);

@@ -142,11 +142,11 @@ impl Record {
         if config.kind != Kind::Driving {
             return Err(Error::new(ErrorKind::Config, "configuration", "kind is \"stationary\"")
                 .at("`kind`")
-                .mend("give the configuration of the robot, kind = \"driving\""));
+                .hint("give the configuration of the robot, kind = \"driving\""));
         }
         if log.len() < FEWEST_ROWS {
             return Err(Error::new(ErrorKind::TooShort, &log.source, format!("{} rows", log.len()))
-                .mend(format!("a drive needs at least {FEWEST_ROWS} rows to be judged")));
+                .hint(format!("a drive needs at least {FEWEST_ROWS} rows to be judged")));
         }
         let mut notes = Vec::new();
         let column = |name: &str| log.get(name).map(<[f64]>::to_vec);
@@ -238,7 +238,7 @@ impl Record {
 }
 
 fn no_wheels(log: &Log, one_speed: bool) -> Error {
-    let refused = |found: &str, mend: String| Error::new(ErrorKind::Column, &log.source, found).mend(mend);
+    let refused = |found: &str, hint: String| Error::new(ErrorKind::Column, &log.source, found).hint(hint);
     if one_speed {
         return refused(
             "one speed for the whole robot, and not how fast each side drives",
@@ -248,8 +248,8 @@ fn no_wheels(log: &Log, one_speed: bool) -> Error {
             ),
         );
     }
-    if let Some((found, mend)) = one_wheel(log).or_else(|| positions_only(log)) {
-        return refused(&found, mend);
+    if let Some((found, hint)) = one_wheel(log).or_else(|| positions_only(log)) {
+        return refused(&found, hint);
     }
     refused(
         "no wheel speeds, neither of both wheels nor of an odometry that stands for them",
@@ -262,7 +262,7 @@ fn belief(config: &Config, has_gyro: bool, notes: &mut Vec<String>) -> Result<Be
     let step_s = config.sample_time_s.ok_or_else(|| {
         Error::new(ErrorKind::Config, "configuration", "the key is missing")
             .at("`sample_time_s`")
-            .mend("add it at the top of the file: white noise depends on it")
+            .hint("add it at the top of the file: white noise depends on it")
     })?;
     let mut assumed = |value: Option<f64>, default: f64, key: &str| {
         value.unwrap_or_else(|| {

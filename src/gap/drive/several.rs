@@ -24,7 +24,7 @@ impl Record {
     pub fn of_drives(config: &Config, drives: &[Drive<'_>]) -> Result<Self> {
         let parts = drives.iter().map(|d| Self::new(config, d.log, d.since_power_on_s)).collect::<Result<Vec<_>>>()?;
         let Some((first, others)) = parts.split_first() else {
-            return Err(Error::new(ErrorKind::TooShort, "recordings", "no drive").mend("give at least one recording"));
+            return Err(Error::new(ErrorKind::TooShort, "recordings", "no drive").hint("give at least one recording"));
         };
         if others.is_empty() {
             return Ok(first.clone());
@@ -150,7 +150,7 @@ fn same_channels(first: &Record, other: &Record) -> Result<()> {
                 true => (format!("it has {what}, and {} has not", source(first)), source(other)),
                 false => (format!("it has no {what}, and {} has", source(first)), source(first)),
             };
-            return Err(Error::new(ErrorKind::Column, source(other), found).mend(format!(
+            return Err(Error::new(ErrorKind::Column, source(other), found).hint(format!(
                 "drives that are taken together need the same channels: leave the {what} of {with} out, or diagnose each \
                  drive by itself"
             )));
@@ -165,7 +165,7 @@ fn same_rates(first: &Record, other: &Record) -> Result<()> {
         let [Some(a), Some(b)] = [first, other].map(|r| of(r).map(|values| interval_s(r, values))) else { continue };
         if !((b / a).ln().abs() <= RATES.ln()) {
             let found = format!("its {what} are read every {b:.4} s, and those of {} every {a:.4} s", source(first));
-            return Err(Error::new(ErrorKind::Time, source(other), found).mend(
+            return Err(Error::new(ErrorKind::Time, source(other), found).hint(
                 "drives that are taken together need the same sample time, for which the configuration states the noise: \
                  resample one of them, or diagnose each by itself",
             ));

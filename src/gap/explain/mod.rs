@@ -91,7 +91,7 @@ pub fn explain(
         if effect.explanation(&prepared.scene).is_none() {
             let found = format!("nothing that {} could follow: it is not logged, or constant", effect.about().id);
             return Err(Error::new(ErrorKind::Column, &log.source, found)
-                .mend("log it (temperature_c, supply_v), or leave the effect out"));
+                .hint("log it (temperature_c, supply_v), or leave the effect out"));
         }
     }
     Ok(fit(&prepared, &effects))
@@ -100,7 +100,7 @@ pub fn explain(
 fn chosen(library: &Library, ids: &[&str]) -> Result<Vec<&'static dyn Effect>> {
     let refused = |found: String| {
         let known: Vec<_> = library.effects().map(|e| e.about().id).collect();
-        Error::new(ErrorKind::Usage, "effects", found).mend(format!("name some of {}", known.join(", ")))
+        Error::new(ErrorKind::Usage, "effects", found).hint(format!("name some of {}", known.join(", ")))
     };
     if ids.is_empty() {
         return Err(refused("no effect is named".into()));
@@ -112,7 +112,7 @@ fn chosen(library: &Library, ids: &[&str]) -> Result<Vec<&'static dyn Effect>> {
         }
         let effect = library.by_id(id).ok_or_else(|| {
             let known: Vec<_> = library.effects().map(|e| e.about().id).collect();
-            refused(format!("no effect at rest is called {id:?}")).mend(one_of(id, &known))
+            refused(format!("no effect at rest is called {id:?}")).hint(one_of(id, &known))
         })?;
         effects.push(effect);
     }

@@ -123,11 +123,11 @@ pub fn measure(
     let present = hold_rad_s.iter().filter(|y| y.is_finite()).count();
     if present < 64 {
         let found = format!("{present} readings");
-        return Err(Error::new(ErrorKind::TooShort, "recording kept back", found).mend("give at least 64"));
+        return Err(Error::new(ErrorKind::TooShort, "recording held out", found).hint("give at least 64"));
     }
     if options.simulated_logs < 2 {
         let found = format!("{} simulated recordings", options.simulated_logs);
-        return Err(Error::new(ErrorKind::Usage, "floor", found).mend("simulate at least 2"));
+        return Err(Error::new(ErrorKind::Usage, "floor", found).hint("simulate at least 2"));
     }
     let (horizons_s, horizons) = heading_horizons(hold_rad_s.len(), nominal.step_s, &options.horizons_s);
     let before = nominal.run(hold_rad_s, &horizons)?;

@@ -160,7 +160,7 @@ pub fn curves(
     let samples = recorded_rad_s.iter().filter(|v| v.is_finite()).count();
     if samples < FEWEST_ROWS {
         let found = format!("{samples} samples");
-        return Err(Error::new(ErrorKind::TooShort, "log", found).mend(format!("record at least {FEWEST_ROWS}")));
+        return Err(Error::new(ErrorKind::TooShort, "log", found).hint(format!("record at least {FEWEST_ROWS}")));
     }
     let instrument = Instrument::new(scene, recorded_rad_s);
     let recorded = instrument.read(recorded_rad_s);

@@ -173,8 +173,8 @@ impl Step {
     }
 }
 
-fn refuse(place: impl std::fmt::Display, found: impl std::fmt::Display, mend: &str) -> Error {
-    Error::new(ErrorKind::Value, "state-space model", found).at(place).mend(mend)
+fn refuse(place: impl std::fmt::Display, found: impl std::fmt::Display, hint: &str) -> Error {
+    Error::new(ErrorKind::Value, "state-space model", found).at(place).hint(hint)
 }
 
 fn column(place: &str, values: &[f64], rows: usize) -> Result<()> {

@@ -78,7 +78,7 @@ impl Believed {
         self.check()?;
         if reading_rad_s.len() != self.rows {
             let found = format!("{} readings for {} rows", reading_rad_s.len(), self.rows);
-            return Err(Error::new(ErrorKind::Value, "state-space model", found).mend("build it for this recording"));
+            return Err(Error::new(ErrorKind::Value, "state-space model", found).hint("build it for this recording"));
         }
         Bank::new(self)?.run(reading_rad_s, horizons)
     }
@@ -276,7 +276,7 @@ impl<'a> Bank<'a> {
             let found = format!("the log density of {y} rad/s is {log_density}");
             return Err(Error::new(ErrorKind::Numeric, "state-space model", found)
                 .at(format!("row {row}"))
-                .mend("let the model hold outliers, or remove the reading"));
+                .hint("let the model hold outliers, or remove the reading"));
         }
         run.log_density.push(log_density);
         run.predicted_rad_s.push(first);
@@ -298,7 +298,7 @@ pub fn blocked_log_score(believed: &Believed, reading_rad_s: &[f64], blocks: &[R
         let mut rest = reading_rad_s.to_vec();
         let Some(rows) = rest.get_mut(block.clone()) else {
             let found = format!("rows {} to {} of {}", block.start, block.end, reading_rad_s.len());
-            return Err(Error::new(ErrorKind::Value, "blocks", found).mend("name rows of the recording"));
+            return Err(Error::new(ErrorKind::Value, "blocks", found).hint("name rows of the recording"));
         };
         rows.fill(f64::NAN);
         Ok(all - believed.score(&rest)?.total())

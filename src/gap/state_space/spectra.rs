@@ -49,7 +49,7 @@ pub fn markov_sum(spectrum: impl Fn(f64) -> f64, omega_low: f64, states: usize) 
     if !(omega_low > 0.0 && omega_low < PI) || states == 0 {
         let found = format!("{states} states from {omega_low} rad/sample");
         return Err(
-            Error::new(ErrorKind::Value, "spectrum", found).mend("a band below π rad/sample, one state or more")
+            Error::new(ErrorKind::Value, "spectrum", found).hint("a band below π rad/sample, one state or more")
         );
     }
     let decades = (PI / omega_low).log10();
@@ -58,7 +58,7 @@ pub fn markov_sum(spectrum: impl Fn(f64) -> f64, omega_low: f64, states: usize) 
     let target: Vec<f64> = omegas.iter().map(|w| spectrum(*w)).collect();
     if let Some(at) = target.iter().position(|s| !(*s > 0.0 && s.is_finite())) {
         let found = format!("{} at {} rad/sample", target[at], omegas[at]);
-        return Err(Error::new(ErrorKind::Value, "spectrum", found).mend("a positive spectrum"));
+        return Err(Error::new(ErrorKind::Value, "spectrum", found).hint("a positive spectrum"));
     }
     // from somewhat below the band to what is all but white
     let (slow, fast) = (0.5 * omega_low, 3.0_f64);

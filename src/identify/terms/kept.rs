@@ -98,7 +98,7 @@ impl<'a> Evidence<'a> {
         if there < super::observed::FEWEST || 2 * there < coarse.means.len() {
             let found = format!("{} samples in {} slots of time", log.samples(), coarse.slots());
             return Err(Error::new(ErrorKind::TooShort, "log", found)
-                .mend("noise terms need a log without long gaps: cut it at the gaps"));
+                .hint("noise terms need a log without long gaps: cut it at the gaps"));
         }
         let slow = even(coarse.middle_s(0), coarse.block_s(), coarse.means.clone());
         if coarse.block == 1 {
@@ -112,7 +112,7 @@ impl<'a> Evidence<'a> {
         let kept: Vec<&Stretch> = log.stretches.iter().filter(usable).collect();
         if kept.is_empty() {
             return Err(Error::new(ErrorKind::TooShort, "log", "no stretch of it is without many gaps")
-                .mend("cut the log at its gaps, or hold all of it with --memory"));
+                .hint("cut the log at its gaps, or hold all of it with --memory"));
         }
         Ok(Self::Kept(Kept {
             slow,

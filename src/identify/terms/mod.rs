@@ -135,7 +135,7 @@ fn estimate(
     };
     let Some(best) = all.first() else {
         return Err(Error::new(ErrorKind::Numeric, "log", "no set of noise terms has a likelihood with a maximum")
-            .mend("look at the log with gyroid inspect; give fewer terms with --terms"));
+            .hint("look at the log with gyroid inspect; give fewer terms with --terms"));
     };
     let peak = &best.peak;
     let seen = views.of(&best.kinds);

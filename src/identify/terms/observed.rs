@@ -67,16 +67,16 @@ impl EvenLog {
         if values.len() < FEWEST {
             let found = format!("{} samples", values.len());
             return Err(Error::new(ErrorKind::TooShort, "log", found)
-                .mend(format!("noise terms need at least {FEWEST} samples, and hours of them to tell a random walk")));
+                .hint(format!("noise terms need at least {FEWEST} samples, and hours of them to tell a random walk")));
         }
         if let Some(row) = values.iter().position(|v| !v.is_finite()) {
             return Err(Error::new(ErrorKind::Value, "log", format!("{} is not finite", values[row]))
                 .at(format!("sample {}", row + 1))
-                .mend("remove the sample"));
+                .hint("remove the sample"));
         }
         if values.iter().all(|v| *v == values[0]) {
             return Err(Error::new(ErrorKind::Value, "log", format!("all samples are {}", values[0]))
-                .mend("a gyro at rest is never constant: check that the sensor is on, and the column"));
+                .hint("a gyro at rest is never constant: check that the sensor is on, and the column"));
         }
         let mut even = slots(time, values);
         let missing: Vec<usize> = (0..even.len()).filter(|i| !even[*i].is_finite()).collect();

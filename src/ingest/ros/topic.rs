@@ -69,7 +69,7 @@ impl<F: MessageFile> Source for OneTopic<F> {
                         #[cfg(feature = "db3")]
                         Place::Id(id) => format!("table messages, id {id}"),
                     };
-                    Error::new(ErrorKind::Format, &about.source, why).at(at).mend(F::MEND)
+                    Error::new(ErrorKind::Format, &about.source, why).at(at).hint(F::MEND)
                 }
             })
         })?;

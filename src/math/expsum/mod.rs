@@ -136,7 +136,7 @@ pub fn fit(x: &[f64], y: &[f64], shape: Shape) -> Result<ExpSum> {
 
 fn unsupported(shape: Shape) -> Error {
     let found = format!("the data do not support {} exponentials: rates merge or run away", shape.terms);
-    Error::new(ErrorKind::Numeric, INPUT, found).mend("fit fewer exponentials, or give a longer or cleaner record")
+    Error::new(ErrorKind::Numeric, INPUT, found).hint("fit fewer exponentials, or give a longer or cleaner record")
 }
 
 /// The samples by ascending x, both axes scaled to order one.
@@ -167,13 +167,13 @@ impl Samples {
                 let found = format!("{} is not finite", values[i]);
                 return Err(Error::new(ErrorKind::Value, INPUT, found)
                     .at(format!("{axis}, sample {}", i + 1))
-                    .mend("leave the sample out"));
+                    .hint("leave the sample out"));
             }
         }
         let need = shape.parameters();
         if x.len() <= need {
             return Err(Error::new(ErrorKind::TooShort, INPUT, format!("{} samples for {need} parameters", x.len()))
-                .mend("give more samples or fit fewer exponentials"));
+                .hint("give more samples or fit fewer exponentials"));
         }
         let mut pairs: Vec<(f64, f64)> = x.iter().copied().zip(y.iter().copied()).collect();
         // by y too, so that the order given never shows in the last digit
@@ -185,7 +185,7 @@ impl Samples {
                 INPUT,
                 format!("{different} different x for {need} parameters"),
             )
-            .mend("give samples at more places or fit fewer exponentials"));
+            .hint("give samples at more places or fit fewer exponentials"));
         }
         let (x_first, x_span) = (pairs[0].0, pairs[pairs.len() - 1].0 - pairs[0].0);
         let y_unit = pairs.iter().fold(0.0_f64, |m, (_, y)| m.max(y.abs()));
@@ -265,7 +265,7 @@ impl Samples {
         let rss = (fit.rss * self.y_unit) * self.y_unit;
         if !values.iter().chain(covariance.iter().flatten()).chain([&rss]).all(|v| v.is_finite()) {
             return Err(Error::new(ErrorKind::Numeric, INPUT, "the answer overflows")
-                .mend("bring y nearer to 1, and count x from the first sample: amplitudes are those at x = 0"));
+                .hint("bring y nearer to 1, and count x from the first sample: amplitudes are those at x = 0"));
         }
         let rates = values.split_off(first + m);
         let amplitudes = values.split_off(first);

@@ -68,7 +68,7 @@ pub(super) fn starts(samples: &Samples, shape: Shape) -> Result<(Scan, Vec<Vec<f
     let mut found = search.found;
     if found.is_empty() {
         return Err(Error::new(ErrorKind::Numeric, super::INPUT, "no combination of rates has a finite fit")
-            .mend("check the range of x and y"));
+            .hint("check the range of x and y"));
     }
     let combinations = found.len();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));

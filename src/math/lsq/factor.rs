@@ -40,7 +40,7 @@ impl QrFactor {
         }
         if rows < cols {
             let found = format!("{rows} samples for {cols} unknowns");
-            return Err(Error::new(ErrorKind::TooShort, INPUT, found).mend("give more samples or fit fewer unknowns"));
+            return Err(Error::new(ErrorKind::TooShort, INPUT, found).hint("give more samples or fit fewer unknowns"));
         }
         let mut scale = Vec::with_capacity(cols);
         for (j, column) in columns.iter().enumerate() {
@@ -50,10 +50,10 @@ impl QrFactor {
             }
             let length = norm(column);
             if !length.is_finite() {
-                let mend = "bring the data nearer to 1";
+                let hint = "bring the data nearer to 1";
                 return Err(Error::new(ErrorKind::Numeric, INPUT, "the length of a column overflows")
                     .at(format!("column {}", j + 1))
-                    .mend(mend));
+                    .hint(hint));
             }
             scale.push(if length > 0.0 { length } else { 1.0 });
         }

@@ -123,7 +123,7 @@ pub fn polish(
     }
     if !finite || start.iter().any(|p| !p.is_finite()) {
         let found = format!("the model is not finite at the start {start:?}");
-        return Err(Error::new(ErrorKind::Value, INPUT, found).mend("check the data for values that are not finite"));
+        return Err(Error::new(ErrorKind::Value, INPUT, found).hint("check the data for values that are not finite"));
     }
     let mut previous = f64::INFINITY;
     let mut lingering = 0;
@@ -178,7 +178,7 @@ fn factor(point: &Point) -> Result<QrFactor> {
         let found = "the data cannot tell it from the others";
         return Err(Error::new(ErrorKind::Numeric, INPUT, found)
             .at(format!("parameter {}", j + 1))
-            .mend("fix this parameter, or give data that depend on it"));
+            .hint("fix this parameter, or give data that depend on it"));
     }
     Ok(factor)
 }

@@ -203,7 +203,7 @@ fn present(
         let form = &mut Stream::new(judge.seed, FORM + 100 * turn + slot);
         let effect = draw(id, judge.scene.machine, form).ok_or_else(|| {
             Error::new(ErrorKind::Usage, "bench", format!("{id:?} is no driving effect of the generator"))
-                .mend("take one of reality::drive::LISTED or reality::drive::UNLISTED")
+                .hint("take one of reality::drive::LISTED or reality::drive::UNLISTED")
         })?;
         let mut present = Present { effect, slot, strength: 0.0 };
         let nats = match present.effect.large {
@@ -248,7 +248,7 @@ pub fn make(seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<Case> {
     let ids: Vec<&str> = spec.effects.iter().map(|(id, _)| *id).collect();
     Err(Error::new(ErrorKind::Numeric, "bench", format!("{} cannot show in any drive", ids.join(" and ")))
         .at(format!("case {index}"))
-        .mend("take another seed"))
+        .hint("take another seed"))
 }
 
 /// The case of one robot; none where an effect cannot show: who never reverses never turns a caster.

@@ -115,7 +115,7 @@ fn seen(coefficient_rad_s_per_c: f64) -> Vec<Curve> {
 }
 
 fn page(answer: &Answer, curves: &[Curve]) -> String {
-    GapReport { recording: "fit.parquet", kept_back: Some("hold.parquet"), answer, curves }.text()
+    GapReport { recording: "fit.parquet", held_out: Some("hold.parquet"), answer, curves }.text()
 }
 
 #[track_caller]
@@ -189,7 +189,7 @@ fn unknown_and_none_say_what_can_be_said() {
     let nothing = seen(0.0);
     let text = page(&none(), &nothing);
     in_order(&text, &["NO GAP", "0.91", "No curve leaves", "None", "Not measured.", "Nothing: the simulator"]);
-    let alone = GapReport { recording: "a", kept_back: None, answer: &none(), curves: &[] }.text();
+    let alone = GapReport { recording: "a", held_out: None, answer: &none(), curves: &[] }.text();
     in_order(&alone, &["Not compared", "(--hold)"]);
 }
 
@@ -209,7 +209,7 @@ fn every_parameter_of_the_library_has_its_unit() {
 fn the_figure_holds_the_numbers_of_the_answer() {
     let curves = seen(3e-5);
     let draw = |answer: &Answer, curves: &[Curve]| {
-        GapReport { recording: "fit.parquet", kept_back: None, answer, curves }.picture().unwrap().svg().unwrap()
+        GapReport { recording: "fit.parquet", held_out: None, answer, curves }.picture().unwrap().svg().unwrap()
     };
     let svg = draw(&identified(), &curves);
     for part in
@@ -273,7 +273,7 @@ fn of_a_drive() -> Answer {
 #[test]
 fn corrections_are_told_in_a_line_each_and_drawn_in_two_rows() {
     let answer = of_a_drive();
-    let report = GapReport { recording: "fit.parquet", kept_back: None, answer: &answer, curves: &[] };
+    let report = GapReport { recording: "fit.parquet", held_out: None, answer: &answer, curves: &[] };
     let text = report.text();
     let lines = [
         "the force along the robot: 0.012 m/s²/√s (p < 0.001); 0.0350 m/s² rms, 93 % of it with speed",
@@ -315,7 +315,7 @@ fn what_is_left_over_and_what_is_idle_is_told_after_what_matters() {
         ..identified()
     };
     answer.effects.push(EffectAnswer { idle: true, ..lattice });
-    let report = GapReport { recording: "fit.parquet", kept_back: None, answer: &answer, curves: &[] };
+    let report = GapReport { recording: "fit.parquet", held_out: None, answer: &answer, curves: &[] };
     let text = report.text();
     let lines = [
         "IDENTIFIED: temperature sensitivity",
@@ -333,12 +333,12 @@ fn what_is_left_over_and_what_is_idle_is_told_after_what_matters() {
         ..unknown()
     };
     let line =
-        |answer: &Answer| GapReport { recording: "fit.parquet", kept_back: None, answer, curves: &[] }.verdict_line();
+        |answer: &Answer| GapReport { recording: "fit.parquet", held_out: None, answer, curves: &[] }.verdict_line();
     let nearest = "nearest: temperature sensitivity (gyro.temperature_sensitivity)";
     let closes = format!("{nearest}; it closes 96 % (95 %: 93 % to 98 %) of the gap");
     assert!(line(&answer).ends_with(&closes), "{}", line(&answer));
     answer.effects[0].gap_closed = Some(-0.48);
     assert!(line(&answer).ends_with("(gyro.temperature_sensitivity)"), "{}", line(&answer));
-    let report = GapReport { recording: "fit.parquet", kept_back: None, answer: &answer, curves: &[] };
+    let report = GapReport { recording: "fit.parquet", held_out: None, answer: &answer, curves: &[] };
     assert!(report.text().contains("also temperature sensitivity"));
 }

@@ -101,7 +101,7 @@ impl GapReport<'_> {
         let mut out = String::new();
         // writing to a String cannot fail
         let _ = writeln!(out, "# Why: {}\n\nRecording: {}.", self.verdict_line(), self.recording);
-        if let Some(name) = self.kept_back {
+        if let Some(name) = self.held_out {
             let _ = writeln!(out, "Hold-out: {name}.");
         }
         let _ = writeln!(

@@ -21,8 +21,8 @@ const FLOOR: palette::Color = palette::GREEN;
 pub struct GapFigure<'a> {
     /// Title.
     pub title: &'a str,
-    /// Whether a recording was kept back, on which the gap was measured.
-    pub kept_back: bool,
+    /// Whether a recording was held out, on which the gap was measured.
+    pub held_out: bool,
     /// The verdict in one line.
     pub verdict: &'a str,
     /// The answer.
@@ -109,10 +109,10 @@ impl GapFigure<'_> {
     }
 
     fn how_far(&self) -> Panel {
-        let name = format!("How far the gap shrinks, {}", measured_on(self.kept_back));
+        let name = format!("How far the gap shrinks, {}", measured_on(self.held_out));
         let rows: Vec<(String, [(f64, String); 3])> = self.answer.gap.iter().filter_map(row).collect();
         if rows.is_empty() {
-            return Panel::Notice { title: name, text: "no recording was kept back to measure it on".into() };
+            return Panel::Notice { title: name, text: "no recording was held out to measure it on".into() };
         }
         let mut chart = BarChart::new(name).legend("before", BEFORE).legend("after", AFTER).legend("floor", FLOOR);
         for (name, bars) in rows {

@@ -48,7 +48,7 @@ impl Rect {
         if self.width() >= LEAST && self.height() >= LEAST {
             return Ok(());
         }
-        Err(bad(format!("chart {title:?}"), "the page leaves no room for it").mend("make the page larger"))
+        Err(bad(format!("chart {title:?}"), "the page leaves no room for it").hint("make the page larger"))
     }
 
     /// The point of the rectangle next to `p`: where a line of 10⁹⁹ pixels is cut, rounding alone leads off the page.

@@ -26,7 +26,7 @@ impl Format {
             Some("svg") => Ok(Self::Svg),
             Some("png") => Ok(Self::Png),
             _ => Err(Error::new(ErrorKind::Usage, path.display(), "is not the name of a picture that can be written")
-                .mend("let the name end in .svg or .png")),
+                .hint("let the name end in .svg or .png")),
         }
     }
 }
