@@ -162,7 +162,7 @@ impl Grain {
     #[must_use]
     pub fn step_rad_s(&self, value_rad_s: f64) -> f64 {
         let printed = self.print.as_ref().map_or(0.0, |p| p.step_rad_s(value_rad_s));
-        // where the decimals vary with the size of the number, the finest is everybody's
+        // where the number of decimals varies with the size of the numbers, the lattice is only that of the finest ones
         let lattice = if printed > 0.0 && self.lsb_rad_s.is_none() { None } else { self.lattice_rad_s };
         printed.max(lattice.unwrap_or(0.0)).max(self.resolution)
     }
