@@ -234,7 +234,8 @@ pub fn prior_of(kind: Kind) -> Prior {
     }
 }
 
-/// Diagnoses the cases of `folder`, `jobs` at a time (0: one a core), without calibration and without measuring the gap;
+/// Diagnoses the cases of `folder`, `jobs` at a time (0: one a core), without calibration and without measuring the
+/// gap;
 /// `progress` hears (done, all).
 ///
 /// # Errors

@@ -6,8 +6,8 @@
 //! - [`score()`]: labels unsealed, the commitment checked, answers judged by the contract's rules
 //! - [`calibrate()`]: temperature and prior odds under which the truth is most probable
 //!
-//! The labels are encrypted with a key that is not in the folder. The commitment is the SHA-256 of the labels with a random
-//! salt: who has the commitment from before can tell afterwards that the labels are the same.
+//! The labels are encrypted with a key that is not in the folder. The commitment is the SHA-256 of the labels with a
+//! random salt: who has the commitment from before can tell afterwards that the labels are the same.
 
 mod calibrate;
 mod folder;

@@ -16,8 +16,8 @@ const FEWEST: usize = 12;
 /// Factor on the fitted standard deviation of the heading: the filter reads the same positions again.
 const WIDER: f64 = 3.0;
 
-/// `record` with a heading at the first position of each drive that has positions and no heading, and the largest standard
-/// deviation of these, rad; none where no drive lacks one. Drives that hardly move are left without.
+/// `record` with a heading at the first position of each drive that has positions and no heading, and the largest
+/// standard deviation of these, rad; none where no drive lacks one. Drives that hardly move are left without.
 pub(super) fn told(record: &Record) -> Option<(Record, f64)> {
     let lacks = |r: &Record| {
         r.pose

@@ -64,7 +64,8 @@ fn shifted(log: &Log, channels: &[&str], rows: isize) -> Log {
     out
 }
 
-/// Stamps that were made of a nominal rate while rows were lost: the wheels' clock loses half a second at each of two times.
+/// Stamps that were made of a nominal rate while rows were lost: the wheels' clock loses half a second at each of two
+/// times.
 #[test]
 fn a_clock_of_wheels_read_seldom_wanders_and_is_followed() {
     let log = recorded(150.0, 8, None);
