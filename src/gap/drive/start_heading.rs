@@ -1,5 +1,4 @@
-//! p_k ≈ t + R(θ₀) d_k,  d: where the nominal robot believes to be, counted from where it began:   θ̂₀ = arg Σ (p_k -
-//! p̄)* (d_k - d̄)
+//! p_k ≈ t + R(θ₀) d_k,  d: dead reckoning of the nominal robot from its start:   θ̂₀ = arg Σ (p_k - p̄)* (d_k - d̄)
 //!
 //! A reference that knows positions alone, as GPS does, does not tell the initial heading. The first part of the path
 //! does: dead reckoning is fitted to the positions. The heading stands in the record as one reading at the first
