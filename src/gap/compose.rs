@@ -1,4 +1,4 @@
-//! From the sets that were compared to the answer: verdict, effects, what belongs together, what cannot be told apart.
+//! The answer from the sets compared: verdict, effects, effects named together, effects that cannot be told apart.
 
 use super::answer::{Alike, Answer, EffectAnswer, FreeFormAnswer, Place, Verdict};
 use super::findings::{Findings, Main, Part};
@@ -6,11 +6,11 @@ use crate::effects::{Parameters, by_id};
 
 /// Effects less probable than this are not listed.
 const LISTED: f64 = 0.01;
-/// A rival main effect at least this probable, relative to the main one, cannot be told apart.
+/// Least probability of a rival main effect, relative to the main one, that cannot be told apart from it.
 const RIVAL: f64 = 0.05;
-/// Probabilities are told to this.
+/// Free forms are ranked by their probabilities rounded to one over this.
 const PERCENT: f64 = 100.0;
-/// The answer that `findings` come to; `place` says where its main thing shows.
+/// The answer that follows from `findings`; `place`: where its main cause shows.
 pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> Answer {
     let mains = findings.mains();
     let probability = |m: &Main| mains.iter().find(|x| x.0 == *m).map_or(0.0, |x| x.1);
@@ -49,7 +49,7 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
             free_forms.push(FreeFormAnswer { id, probability: presence, description: part.description.clone() });
         }
     }
-    // of forms that are there alike, the one that closes most first
+    // of free forms equally probable to a percent, the one with the largest share first
     let closes = |f: &FreeFormAnswer| share(findings, &f.id).unwrap_or(0.0);
     free_forms.sort_by(|a, b| {
         let rank = |f: &FreeFormAnswer| (PERCENT * f.probability).round();
@@ -68,7 +68,7 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
         effects.insert(0, first);
     }
     let mut together = if verdict == Verdict::None { Vec::new() } else { findings.together(main.as_deref()) };
-    // what the others explain as well, fitted anew, is not named
+    // an effect whose loss the other effects make up for is not named
     let worth = |e: &EffectAnswer| findings.is_worth_naming(e.evidence_nats, e.probability);
     together.retain(|id| effects.iter().any(|e| e.id == *id && worth(e)));
     if let Some(m) = &main {
@@ -109,16 +109,17 @@ pub fn found(findings: &Findings) -> Vec<(String, Parameters)> {
     answer(findings, |_| None).together.into_iter().filter_map(one).collect()
 }
 
-/// Share of what the most probable set with the effect closes.
+/// Share of the effect in the most probable set that holds it, 0 to 1; none where that set gains nothing.
 fn share(findings: &Findings, id: &str) -> Option<f64> {
     let set = findings.best_with(id, false)?;
     let total: f64 = set.parts.iter().map(|p| p.share.max(0.0)).sum();
     (total > 0.0).then(|| set.part(id).map_or(0.0, |p| p.share.max(0.0)) / total)
 }
 
-/// Main effects between which this recording does not decide, and why.
+/// Main effects of similar probability, which this recording cannot tell apart: at most one class, with its
+/// description.
 fn classes(findings: &Findings, rivals: &[(String, f64)]) -> (Vec<Vec<String>>, Vec<Alike>) {
-    // between effects that are not even listed nothing needs to be told apart
+    // main effects too improbable to be listed form no class
     let Some((first, p)) = rivals.first().filter(|r| r.1 >= LISTED) else { return Default::default() };
     let class: Vec<String> = rivals.iter().filter(|r| r.1 >= RIVAL * p).take(3).map(|r| r.0.clone()).collect();
     if class.len() < 2 {
@@ -130,7 +131,7 @@ fn classes(findings: &Findings, rivals: &[(String, f64)]) -> (Vec<Vec<String>>, 
         .iter()
         .filter_map(|id| {
             let (a, b) = (weight(first)?, weight(id)?);
-            // the share of the evidence that the rival reaches too; evidence is counted from no effect at all
+            // share of the evidence over no effect that the rival reaches too
             let base = none.unwrap_or(a.min(b) - 10.0);
             Some(((b - base).max(0.0) / (a - base).max(1e-9)).clamp(0.0, 1.0))
         })

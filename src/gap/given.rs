@@ -1,8 +1,10 @@
-//! |θ̂ - θ₀| ≤ 4 σ̂, of θ or of ln θ:   effects that the nominal simulator holds, as large as the recording has them, are no finding
+//! |θ̂ - θ₀| ≤ 4 σ̂, of θ or of ln θ:   effects of the nominal simulator whose sizes the recording confirms are no
+//! finding
 //!
-//! The recording is compared with the simulator without its `[[effect]]` tables: what is in them has to be estimated beside
-//! everything else, since a tone or a walk is another in each run. What is found to be as large as it is given is then taken out of
-//! every set; what is not is named with the size that the recording has. Scores are those of the simulator with its effects.
+//! The recording is compared with the simulator without its `[[effect]]` tables: their effects have to be estimated
+//! beside everything else, since a tone or a walk differs from run to run. An effect whose given size is confirmed is
+//! then taken out of every set; another one is named with the size that the recording has. Scores are those of the
+//! simulator with its effects.
 
 use super::calibration::Calibration;
 use super::findings::{Findings, Part};
@@ -10,9 +12,9 @@ use crate::config::Config;
 use crate::effects::{Library, Parameters};
 use crate::error::{Error, ErrorKind, Result};
 
-/// Standard deviations within which an estimate is what is given.
+/// Standard deviations within which an estimate agrees with the given value.
 const DIFFERS: f64 = 4.0;
-/// An effect less probable than this does not show.
+/// Least probability of a given effect that shows in the recording.
 const SHOWS: f64 = 0.5;
 
 /// Effects of the nominal simulator of a gyro at rest.
@@ -24,7 +26,7 @@ pub(super) struct Given {
 }
 
 impl Given {
-    /// Those of `config`.
+    /// The effects of `config`.
     ///
     /// # Errors
     /// [`ErrorKind::Config`] for an effect that `library` does not know at rest.
@@ -39,13 +41,13 @@ impl Given {
         Ok(Self { effects, bare: Config { effects: Vec::new(), ..config.clone() } })
     }
 
-    /// The given effects with `found` beside them, and in their place where both have one name.
+    /// The given effects with `found` beside them; an effect found replaces a given one of the same id.
     pub(super) fn with(&self, found: &[(String, Parameters)]) -> Vec<(String, Parameters)> {
         let kept = self.effects.iter().filter(|given| found.iter().all(|one| one.0 != given.0));
         kept.chain(found).cloned().collect()
     }
 
-    /// Takes out of `findings` what is as it is given; says what of it does not show.
+    /// Takes given effects of confirmed size out of `findings`, and adds a note on those that do not show.
     pub(super) fn take_out(&self, findings: &mut Findings, calibration: &Calibration) {
         for (id, _) in &self.effects {
             let presence = findings.presence(id).max(0.0);
@@ -66,7 +68,7 @@ fn is_as_given(part: &Part, given: &Parameters) -> bool {
     given.iter().all(|(name, value)| {
         let estimate = part.parameters.get(name).zip(part.std.get(name));
         estimate.is_none_or(|(found, std)| {
-            // sizes that the recording hardly shows are known in their logarithm
+            // where a size is hardly known, its logarithm is compared
             let in_logarithm = *found > 0.0 && *value > 0.0 && (found / value).ln().abs() <= DIFFERS * std / found;
             in_logarithm || (found - value).abs() <= DIFFERS * std
         })

@@ -132,7 +132,7 @@ fn signal(
     scene: &Scene,
 ) {
     let p = mean.len();
-    // a bend that does not stand out would only blur the slope
+    // an insignificant term of higher order would only blur the slope
     let bent = |j: usize| mean[j].abs() > 2.5 * covariance(j, j).max(0.0).sqrt();
     let phases = matches!(l.candidates[s.candidate].kind, Kind::Line(..));
     let kept: Vec<f64> = (0..p).map(|j| if j == 0 || phases || bent(j) { mean[j] } else { 0.0 }).collect();
@@ -146,7 +146,8 @@ fn signal(
             spread(part, &k.parameters(scene, &s.shape, &moved));
         }
     }
-    // coefficients go with the shape: a longer time constant has a larger amplitude; a tone's does not depend on its frequency
+    // coefficients vary with the shape: a longer time constant has a larger amplitude; that of a tone does not depend
+    // on its frequency
     let shapes = if phases { Vec::new() } else { l.over_shape(h, s, k) };
     for at in shapes {
         let moved: Vec<f64> = (0..p).map(|j| if mean[j] == 0.0 { 0.0 } else { at.mean[j] }).collect();
@@ -156,7 +157,7 @@ fn signal(
     root(part);
 }
 
-/// Two levels.
+/// Part for telegraph noise.
 pub fn telegraph(id: &str, found: &Popcorn, scene: &Scene, share: f64) -> Part {
     let mut part = Part::new(id, true, share);
     let chain = &found.chain;
@@ -172,7 +173,7 @@ pub fn telegraph(id: &str, found: &Popcorn, scene: &Scene, share: f64) -> Part {
     part
 }
 
-/// Shots that relax.
+/// Part for shots that relax.
 pub fn shots(found: &Shots, share: f64) -> Part {
     let mut part = Part::new("free.shots", false, share);
     let Shots { relax_s, every_s, .. } = found;
@@ -181,7 +182,7 @@ pub fn shots(found: &Shots, share: f64) -> Part {
     part
 }
 
-/// Rare large samples.
+/// Part for rare large samples.
 pub fn outliers(id: &str, a: &Amplitude, white_std_rad_s: f64) -> Part {
     let mut part = Part::new(id, true, a.outliers.max(0.0));
     part.parameters.insert("probability_per_sample".into(), a.probability[0]);
@@ -191,12 +192,12 @@ pub fn outliers(id: &str, a: &Amplitude, white_std_rad_s: f64) -> Part {
     part
 }
 
-/// Values on a lattice; `named`: the effect that it is.
+/// Part for quantization; `named`: id of its effect, none: a free form.
 pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: Option<&str>) -> Part {
     let mut part =
         Part { certain: true, ..Part::new(named.unwrap_or("free.lattice"), named.is_some(), gain.max(1e-3)) };
     part.parameters.insert("lsb_rad_s".into(), lsb);
-    // the step is the span over its count: both ends are off the lattice by what the file rounds
+    // the step is the span over its count: both ends are off by the rounding of the file
     let [low, high] = recorded.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
     let off = |v: &f64| ((v - low) / lsb - ((v - low) / lsb).round()) * lsb;
     let rounding = (recorded.iter().map(|v| off(v).powi(2)).sum::<f64>() / recorded.len().max(1) as f64).sqrt();
@@ -206,7 +207,7 @@ pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: Option<&str>) -> Pa
     part
 }
 
-/// Exactly equal readings.
+/// Part for exactly equal readings.
 pub fn repeats(r: &Repeats) -> Part {
     let mut part = Part { certain: true, ..Part::new("free.repeats", false, r.ln_evidence) };
     part.description = if r.most > r.held + 2 {

@@ -1,7 +1,7 @@
-//! Which sets of candidates explain the slow and coloured part, and how probable each set is
+//! Search for the sets of candidates that explain the Gaussian part of a recording, with their probabilities
 //!
-//! Grown one by one by evidence, pruned, and each part exchanged against every other candidate; every set that was met
-//! keeps its evidence and takes part in the posterior probabilities.
+//! Sets are grown by one candidate at a time, pruned, and each part is exchanged against every other candidate. Every
+//! set that was fitted keeps its evidence and takes part in the posterior probabilities.
 
 use super::evidence::{Fitted, Likelihood};
 use super::hypothesis::{Hypothesis, Kind};
@@ -31,7 +31,7 @@ impl Default for Prior {
     }
 }
 
-/// A set that was met.
+/// A set that was fitted.
 #[derive(Debug, Clone)]
 pub struct Met {
     /// At its best parameters.
@@ -67,7 +67,7 @@ pub struct Search<'a> {
     /// Least number of cycles in the recording of anything periodic.
     cycles: f64,
     met: BTreeMap<Vec<usize>, Met>,
-    /// Extensions of sets by each candidate, with their gains, as far as they were asked for.
+    /// Extensions of sets by each candidate, with their gains, as far as computed.
     extensions: BTreeMap<(Vec<usize>, usize), Extension>,
 }
 
@@ -87,7 +87,7 @@ const MOST: usize = 9;
 const MOST_FREE: usize = 2;
 
 impl<'a> Search<'a> {
-    /// A search that has met nothing.
+    /// A search without any fitted set.
     pub fn new(likelihood: &'a Likelihood<'a>, prior: Prior) -> Self {
         Self { likelihood, prior, cycles: 3.0, met: BTreeMap::new(), extensions: BTreeMap::new() }
     }
@@ -119,7 +119,7 @@ impl<'a> Search<'a> {
         met
     }
 
-    /// `base` with `candidate` added at a good start, and the gain in ln p there; none where it cannot be.
+    /// `base` with `candidate` added at a good start, and the gain in ln p there; none where it cannot be added.
     fn extended(
         &mut self,
         base: &Met,
@@ -209,7 +209,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The set of `start` without what makes it less probable.
+    /// The set of `start` without the parts that make it less probable.
     pub fn settled(&mut self, start: &Hypothesis) -> Met {
         let met = self.meet(start);
         self.pruned(met, 0)
@@ -225,7 +225,7 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Searches; every set that was met is in [`Search::posterior`] afterwards.
+    /// Searches; every set that was fitted is in [`Search::posterior`] afterwards.
     pub fn run(&mut self) -> Met {
         let all: Vec<usize> = (0..self.likelihood.candidates.len()).collect();
         let nothing = self.meet(&Hypothesis::default());
@@ -238,7 +238,7 @@ impl<'a> Search<'a> {
             if by_name.ln_weight > best.ln_weight {
                 best = by_name;
             }
-            // what a filter took, a nominal level that was read off the filtered noise lacks already
+            // a nominal level that was read off filtered noise lacks what the filter removed: both are added together
             for together in self.filters_with_levels(&nothing) {
                 let filtered = self.climb(together, &all);
                 if filtered.ln_weight > best.ln_weight {
@@ -268,7 +268,7 @@ impl<'a> Search<'a> {
                 for (_, h) in screened {
                     let met = self.meet(&h);
                     if met.ln_weight > best.ln_weight - 0.5 * WINDOW {
-                        // what this part left over may need another one
+                        // the remainder of this part may need another one
                         self.climb(met, &all);
                     }
                 }
@@ -322,7 +322,7 @@ impl<'a> Search<'a> {
         self.met.values().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight)).cloned()
     }
 
-    /// Adds the set of `base` with `candidate`, however improbable, to what was met.
+    /// Fits the set of `base` with `candidate`, however improbable.
     pub fn meet_with(&mut self, base: &Met, candidate: usize) {
         if !base.fitted.hypothesis.holds(candidate)
             && let Some((h, _)) = self.extended(base, candidate, &mut None)
@@ -342,7 +342,7 @@ impl<'a> Search<'a> {
         self.meet(h).ln_weight
     }
 
-    /// All sets met, most probable first.
+    /// All sets fitted, most probable first.
     pub fn posterior(&self) -> Vec<Met> {
         let mut all: Vec<Met> = self.met.values().cloned().collect();
         all.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));

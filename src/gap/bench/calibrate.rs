@@ -1,8 +1,9 @@
 //! max Σ_cases ln p(truth | recording) over temperature and prior odds: the calibration of the diagnosis
 //!
-//! p(truth) is what the diagnosis gives the true main effect (either of two), 'none' or 'unknown', and a share of its doubt. A weak normal prior of
-//! standard deviation [`SPREAD`] about the uncalibrated values keeps what few cases decide from running away. What is
-//! reported is cross-validated: every case is judged by a calibration that has not seen it.
+//! p(truth) is the probability that the diagnosis gives the true main effect (either of two), 'none' or 'unknown', and
+//! a share of its doubt. A weak normal prior of standard deviation [`SPREAD`] about the uncalibrated values bounds
+//! parameters that few cases determine. The reported figures are cross-validated: every case is judged by a calibration
+//! that has not seen it.
 
 use super::folder::names;
 use super::intervals::{expected_calibration_error, perfect_calibration_p95};
@@ -24,15 +25,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const SPREAD: f64 = 2.0;
 /// Parts of the cross-validation.
 const FOLDS: usize = 10;
-/// Among so many things that may be the truth doubt is divided.
+/// Number of alternative truths over which doubt is divided.
 const ALTERNATIVES: f64 = 20.0;
-/// Doubt that the fit begins with, ln odds.
+/// Doubt at the start of the fit, ln odds.
 const DOUBT: f64 = -3.0;
-/// Least probability that a truth is given: one case that no set explains does not decide alone.
+/// Least probability that a truth is given, so that a single case that no set explains does not decide.
 const FLOOR: f64 = 1e-4;
 const PERFECT_SEED: u64 = 1;
 
-/// A set of one case: ln evidence, effects, free forms, and the number of its main thing.
+/// A set of one case: ln evidence, numbers of effects and free forms, and the index of its main cause.
 struct Set {
     ln_evidence: f64,
     effects: usize,
@@ -43,13 +44,13 @@ struct Set {
 /// One case as the calibration sees it.
 pub struct Example {
     sets: Vec<Set>,
-    /// For each main thing, whether naming it is right.
+    /// For each main cause, whether naming it is right.
     right: Vec<bool>,
-    /// For each main thing, whether it is nothing.
+    /// For each main cause, whether it is none.
     nothing: Vec<bool>,
 }
 
-/// How well probabilities fit what was true.
+/// Agreement of probabilities with the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Fit {
     /// Mean of -ln p(truth), nats a case.
@@ -62,16 +63,16 @@ pub struct Fit {
     pub ece_perfect_p95: f64,
 }
 
-/// A calibration that was fitted, and what it is worth.
+/// A fitted calibration with its figures of merit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Calibrated {
     /// The calibration, from all cases.
     pub calibration: Calibration,
-    /// Cases.
+    /// Number of cases.
     pub cases: usize,
     /// Without calibration.
     pub before: Fit,
-    /// Each tenth of the cases under the calibration of the others.
+    /// Each tenth of the cases under the calibration of the other nine.
     pub cross_validated: Fit,
 }
 
@@ -107,7 +108,7 @@ impl Example {
         }
     }
 
-    /// Probability of each main thing.
+    /// Probability of each main cause.
     fn mains(&self, c: &Calibration) -> Vec<f64> {
         let ln = |s: &Set| s.ln_evidence / c.temperature + c.ln_prior(s.effects, s.free);
         let top = self.sets.iter().map(ln).fold(f64::NEG_INFINITY, f64::max);
@@ -139,7 +140,7 @@ fn parameters(c: &Calibration) -> [f64; 6] {
 
 fn calibration(x: &[f64; 6]) -> Calibration {
     let doubt = 1.0 / (1.0 + (-x[5]).exp());
-    // what has no name is no likelier than any one effect
+    // an unknown cause is no likelier than any one effect
     Calibration { temperature: x[0].exp(), ln_effect: [x[1], x[2]], ln_free: [x[3].min(x[1]), x[4]], doubt }
 }
 
@@ -224,7 +225,7 @@ pub fn calibrate(examples: &[Example], prior: &Prior) -> Result<Calibrated> {
     })
 }
 
-/// The prior under which the search compares sets, which a calibration of that kind takes back.
+/// The prior odds of the search for this kind, which a calibration replaces.
 #[must_use]
 pub fn prior_of(kind: Kind) -> Prior {
     match kind {
@@ -233,7 +234,8 @@ pub fn prior_of(kind: Kind) -> Prior {
     }
 }
 
-/// Diagnoses the cases of `folder`, `jobs` at a time (0: one a core), without calibration and without measuring the gap;
+/// Diagnoses the cases of `folder`, `jobs` at a time (0: one a core), without calibration and without measuring the
+/// gap;
 /// `progress` hears (done, all).
 ///
 /// # Errors

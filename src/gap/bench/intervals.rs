@@ -6,12 +6,12 @@ use crate::math::NORMAL_975;
 use crate::math::random::Stream;
 use serde::Serialize;
 
-/// So many of so many.
+/// A rate with its interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rate {
-    /// How many were right.
+    /// Number of right answers.
     pub right: usize,
-    /// How many were asked.
+    /// Number of cases.
     pub of: usize,
     /// Their ratio; none where nothing was asked.
     pub rate: Option<f64>,
@@ -33,7 +33,7 @@ impl Rate {
         Self { right, of, rate: Some(p), ci95: Some([(centre - half).max(0.0), (centre + half).min(1.0)]) }
     }
 
-    /// The rate of what is true.
+    /// The rate of true values.
     pub fn count(all: impl IntoIterator<Item = bool>) -> Self {
         let (mut right, mut of) = (0, 0);
         for one in all {

@@ -2,12 +2,12 @@
 //!
 //! - [`make`]: cases of [`crate::reality`] in a folder, their labels sealed, a commitment to them in the open
 //! - [`run`]: a diagnosis over every case that has no answer yet
-//! - [`oracle()`]: what who is told the effects would close
+//! - [`oracle()`]: the gain of an oracle that is told the effects
 //! - [`score()`]: labels unsealed, the commitment checked, answers judged by the contract's rules
 //! - [`calibrate()`]: temperature and prior odds under which the truth is most probable
 //!
-//! The labels are encrypted with a key that is not in the folder. The commitment is the SHA-256 of the labels with a random
-//! salt: who has the commitment from before can tell afterwards that the labels are the same.
+//! The labels are encrypted with a key that is not in the folder. The commitment is the SHA-256 of the labels with a
+//! random salt: who has the commitment from before can tell afterwards that the labels are the same.
 
 mod calibrate;
 mod folder;

@@ -390,8 +390,8 @@ fn lattice(noise: &Noise) -> (f64, f64) {
 }
 
 /// Variance, rad²/s², that a reading gains where it comes in a row for the `times`-th time. Of m errors of variance v
-/// with correlation ρ the information is m/(v (1 - ρ + m ρ)); the m-th adds the reciprocal of v (1 - ρ + m ρ)(1 - ρ +
-/// (m - 1) ρ)/(1 - ρ).
+/// with correlation ρ the information is m/(v (1 - ρ + m ρ)); the m-th adds the reciprocal of
+/// v (1 - ρ + m ρ)(1 - ρ + (m - 1) ρ)/(1 - ρ).
 fn repeated((variance, correlation): (f64, f64), times: f64) -> f64 {
     let of = |m: f64| 1.0 - correlation + m * correlation;
     variance * (of(times) * of(times - 1.0) / (1.0 - correlation) - 1.0)

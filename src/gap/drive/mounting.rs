@@ -1,5 +1,5 @@
-//! pose(t) = (x, y) + R(θ) l, θ + δ, all at t - τ;  so (x, y)(t) = pose(t) - R(θ) l + τ R(θ) (v, 0), θ = pose θ - δ + τ
-//! ω
+//! pose(t) = (x, y) + R(θ) l, θ + δ, all at t - τ;
+//! so (x, y)(t) = pose(t) - R(θ) l + τ R(θ) (v, 0), θ = pose θ - δ + τ ω
 //!
 //! Mounting of a reference on the robot: the tracked point is l ahead and to the left of the middle of the axle, the
 //! tracked heading is δ off, and all comes τ late. Where the configuration states only a standard deviation of this, it

@@ -1,5 +1,5 @@
-//! ν_k = z_k - h(ξ_k), S_k = H P H' + R;  ln p = -½ Σ (ν²/S + ln 2πS);  ∂ν/∂β = -(H D + ∂h/∂β),  D⁺ = D + K ∂ν/∂β,  D⁻
-//! = F D⁺ + ∂f/∂β
+//! ν_k = z_k - h(ξ_k), S_k = H P H' + R;  ln p = -½ Σ (ν²/S + ln 2πS);  ∂ν/∂β = -(H D + ∂h/∂β),
+//! D⁺ = D + K ∂ν/∂β,  D⁻ = F D⁺ + ∂f/∂β
 //!
 //! One pass of the extended Kalman filter over a drive, with the derivatives of every innovation by every coefficient β
 //! of what may be missing. State ξ: x, y, θ, v, ω. Where torques were not logged, v and ω diffuse as fast as this robot

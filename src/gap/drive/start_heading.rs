@@ -1,5 +1,4 @@
-//! p_k ≈ t + R(θ₀) d_k,  d: where the nominal robot believes to be, counted from where it began:   θ̂₀ = arg Σ (p_k -
-//! p̄)* (d_k - d̄)
+//! p_k ≈ t + R(θ₀) d_k,  d: dead reckoning of the nominal robot from its start:   θ̂₀ = arg Σ (p_k - p̄)* (d_k - d̄)
 //!
 //! A reference that knows positions alone, as GPS does, does not tell the initial heading. The first part of the path
 //! does: dead reckoning is fitted to the positions. The heading stands in the record as one reading at the first
@@ -16,8 +15,8 @@ const FEWEST: usize = 12;
 /// Factor on the fitted standard deviation of the heading: the filter reads the same positions again.
 const WIDER: f64 = 3.0;
 
-/// `record` with a heading at the first position of each drive that has positions and no heading, and the largest standard
-/// deviation of these, rad; none where no drive lacks one. Drives that hardly move are left without.
+/// `record` with a heading at the first position of each drive that has positions and no heading, and the largest
+/// standard deviation of these, rad; none where no drive lacks one. Drives that hardly move are left without.
 pub(super) fn told(record: &Record) -> Option<(Record, f64)> {
     let lacks = |r: &Record| {
         r.pose

@@ -12,8 +12,8 @@ const CHANCE: f64 = 1e-3;
 
 /// Step of the lattice on which the values lie; none where they lie on none.
 ///
-/// The step is the largest of which all differences are multiples: the smallest difference is a multiple of it, so it is
-/// that or a small fraction of it.
+/// The step is the largest of which all differences are multiples: the smallest difference is a multiple of it, so it
+/// is that or a small fraction of it.
 #[must_use]
 pub fn step(values: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
@@ -46,8 +46,8 @@ pub fn step(values: &[f64]) -> Option<f64> {
     Some(if count >= 1.0 { span / count } else { lsb })
 }
 
-/// The step where a text file has rounded the values: few different ones, nearly all closer to the levels of one lattice than chance
-/// would have them.
+/// The step where a text file has rounded the values: few different ones, nearly all closer to the levels of one
+/// lattice than chance would have them.
 fn rounded(sorted: &[f64], rounding: f64) -> Option<f64> {
     let levels: Vec<f64> = sorted.chunk_by(|a, b| b - a <= rounding).map(|same| same[same.len() / 2]).collect();
     if 4 * levels.len() > sorted.len() {
@@ -162,7 +162,7 @@ impl Grain {
     #[must_use]
     pub fn step_rad_s(&self, value_rad_s: f64) -> f64 {
         let printed = self.print.as_ref().map_or(0.0, |p| p.step_rad_s(value_rad_s));
-        // where the decimals vary with the size of the number, the finest is everybody's
+        // where the number of decimals varies with the size of the numbers, the lattice is only that of the finest ones
         let lattice = if printed > 0.0 && self.lsb_rad_s.is_none() { None } else { self.lattice_rad_s };
         printed.max(lattice.unwrap_or(0.0)).max(self.resolution)
     }
@@ -216,7 +216,8 @@ mod tests {
         let text = |v: f64| format!("{:.6e}", (v / lsb).round() * lsb).parse::<f64>().unwrap();
         let written: Vec<f64> = noise.iter().map(|v| text(v + 0.02)).collect();
         assert!((step(&written).unwrap() / lsb - 1.0).abs() < 1e-3);
-        // printed with a last digit of a fortieth and of a sixth of the step: 3.95 °/s with one decimal, 0.63 °/s likewise
+        // printed with a last digit of a fortieth and of a sixth of the step: 3.95 °/s with one decimal, 0.63 °/s
+        // likewise
         for lsb in [3.95, 0.63] {
             let text = |v: f64| format!("{:.1}", (v / lsb).round() * lsb).parse::<f64>().unwrap() * RAD_S_PER_DEG_S;
             let written: Vec<f64> = noise.iter().map(|v| text(1e4 * v)).collect();

@@ -1,4 +1,4 @@
-//! S = Σ_x z(x)², and how far it exceeds what simulated recordings have against the others
+//! S = Σ_x z(x)², and its excess over that of simulated recordings against each other
 
 use super::Curve;
 use super::measure::{Recipe, Scatter};

@@ -64,7 +64,8 @@ fn shifted(log: &Log, channels: &[&str], rows: isize) -> Log {
     out
 }
 
-/// Stamps that were made of a nominal rate while rows were lost: the wheels' clock loses half a second at each of two times.
+/// Stamps that were made of a nominal rate while rows were lost: the wheels' clock loses half a second at each of two
+/// times.
 #[test]
 fn a_clock_of_wheels_read_seldom_wanders_and_is_followed() {
     let log = recorded(150.0, 8, None);
@@ -253,6 +254,6 @@ fn rims_that_run_ahead_are_no_clock() {
     for o in &clocks.offsets {
         assert!((o.offset_s + 0.09).abs() < 4.0 * o.std_s + 0.01 && o.std_s < 0.005, "{o:?}");
     }
-    // and then what is left of the wheels' lag has no name
+    // then the remaining lag of the wheels is named as no effect
     assert_eq!(clocks.lags(), ["sensor.wheel_delay", "sensor.gyro_delay"]);
 }
