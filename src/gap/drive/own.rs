@@ -4,9 +4,10 @@
 use super::along::{Along, Followed};
 use super::column::Scales;
 use super::filter::Slopes;
-use super::model::{Claimed, Lost};
+use super::model::Claimed;
 use super::pass::Process;
 use super::record::Record;
+use crate::effects::drive::Lost;
 use crate::math::random::Stream;
 use crate::model::drive::{Instrument, Moving, Past, Robot};
 

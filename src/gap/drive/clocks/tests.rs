@@ -255,5 +255,5 @@ fn rims_that_run_ahead_are_no_clock() {
         assert!((o.offset_s + 0.09).abs() < 4.0 * o.std_s + 0.01 && o.std_s < 0.005, "{o:?}");
     }
     // then the remaining lag of the wheels is named as no effect
-    assert_eq!(clocks.lags(), ["sensor.wheel_delay", "sensor.gyro_delay"]);
+    assert_eq!(clocks.lags(), [Instrument::Wheels, Instrument::Gyro]);
 }
