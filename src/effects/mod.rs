@@ -8,6 +8,8 @@ mod bias_instability;
 mod bias_step;
 pub mod drive;
 mod gauss_markov;
+#[cfg(test)]
+pub(crate) mod ids;
 mod library;
 mod narrow_band_noise;
 mod noise_growth;

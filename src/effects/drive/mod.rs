@@ -9,6 +9,8 @@ mod com_offset;
 mod encoder_quantization;
 mod equivalent;
 mod gyro_delay;
+#[cfg(test)]
+pub(crate) mod ids;
 mod lateral_skid;
 mod loss;
 mod missed_ticks;

@@ -457,7 +457,7 @@ fn short(equation: Equation) -> &'static str {
 mod tests {
     use super::super::unforced::tests::{belief, recorded};
     use super::*;
-    use crate::effects::drive::registry;
+    use crate::effects::drive::{ids, registry};
 
     fn candidates() -> Candidates {
         let record = recorded(belief(), 0.02, [vec![5.0; 400], vec![5.0; 400]], vec![0.0; 400]);
@@ -467,7 +467,7 @@ mod tests {
     #[test]
     fn the_prior_of_an_effect_begins_at_what_the_drive_can_show() {
         let all = candidates();
-        let at = all.groups.iter().position(|g| g.id == "gyro.scale_factor").unwrap();
+        let at = all.groups.iter().position(|g| g.id == ids::scale_factor()).unwrap();
         let scales = |shown: f64| {
             let nodes = &all.scaled(|_| (FREE_SIZES[0] / shown).powi(2))[at].nodes;
             assert!(nodes.len() == NODES && nodes.windows(2).all(|n| n[0][0] < n[1][0]));

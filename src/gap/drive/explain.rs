@@ -260,6 +260,7 @@ mod tests {
     use super::super::ripple;
     use super::super::ripple::tests::shaken;
     use super::*;
+    use crate::effects::drive::ids;
 
     /// A large gyro gain looks like torque noise within a step: gyro and heading diverge.
     #[test]
@@ -270,7 +271,7 @@ mod tests {
             let mut record = shaken(parts, 11);
             record.gyro_rad_s.iter_mut().flatten().for_each(|w| *w *= 1.0 + GAIN);
             let before = ripple::before(&record, &Noise::believed(&record, None)).process.ripple;
-            let fit = fit(&record, &Asked::of(&library, &["gyro.scale_factor"]).unwrap(), &Options::default());
+            let fit = fit(&record, &Asked::of(&library, &[ids::scale_factor()]).unwrap(), &Options::default());
             let all = record.belief.torque_noise_n_m_sqrt_s.powi(2);
             println!("{parts}: {} before, {} with the gain", before / all, fit.nominal.process.ripple / all);
             assert!(before > 0.0);

@@ -189,7 +189,7 @@ mod tests {
     use super::super::clocks::tests::{recorded, robot, without};
     use super::super::judge::judge;
     use super::*;
-    use crate::effects::drive::registry;
+    use crate::effects::drive::{ids, registry};
     use crate::gap::findings::Main;
     use crate::signal::names;
     use rayon::prelude::*;
@@ -198,16 +198,16 @@ mod tests {
     /// accurate to a twentieth of a row.
     fn not_found(delays_s: &[f64]) -> Vec<(f64, f64, f64)> {
         let tried = |(i, delay_s): (usize, f64)| {
-            let log = recorded(40.0, 41 + i as u64, Some((LATE, DELAY, delay_s)));
+            let log = recorded(40.0, 41 + i as u64, Some((ids::gyro_delay(), "delay_s", delay_s)));
             let record = Record::new(&robot(), &log, 0.0).unwrap();
             let findings = judge(&record, registry(), &Options::default()).findings;
             let mains = findings.mains();
-            let set = findings.best_with(LATE, false);
+            let set = findings.best_with(ids::gyro_delay(), false);
             let [found, std] = set
-                .and_then(|s| s.part(LATE))
-                .map_or([f64::NAN; 2], |part| [&part.parameters, &part.std].map(|of| of[DELAY]));
+                .and_then(|s| s.part(ids::gyro_delay()))
+                .map_or([f64::NAN; 2], |part| [&part.parameters, &part.std].map(|of| of["delay_s"]));
             println!("{delay_s} s: {found:.6} ± {std:.6}, {:?}", mains[0]);
-            let right = mains[0].0 == Main::Effect(LATE.into());
+            let right = mains[0].0 == Main::Effect(ids::gyro_delay().into());
             (!right || !((found - delay_s).abs() < 3.0 * std) || std > 0.0005).then_some((delay_s, found, std))
         };
         delays_s.to_vec().into_par_iter().enumerate().filter_map(tried).collect()
@@ -222,13 +222,13 @@ mod tests {
     #[test]
     fn without_torques_a_late_gyro_is_found_to_a_tenth() {
         for (seed, delay_s) in [(51, 0.004), (52, 0.013)] {
-            let log = recorded(60.0, seed, Some((LATE, DELAY, delay_s)));
+            let log = recorded(60.0, seed, Some((ids::gyro_delay(), "delay_s", delay_s)));
             let log = without(log, &[names::TORQUE_LEFT, names::TORQUE_RIGHT]);
             let record = Record::new(&robot(), &log, 0.0).unwrap();
             let findings = judge(&record, registry(), &Options::default()).findings;
-            let set = findings.best_with(LATE, false).unwrap();
-            let part = set.part(LATE).unwrap();
-            let (found, std) = (part.parameters[DELAY], part.std[DELAY]);
+            let set = findings.best_with(ids::gyro_delay(), false).unwrap();
+            let part = set.part(ids::gyro_delay()).unwrap();
+            let (found, std) = (part.parameters["delay_s"], part.std["delay_s"]);
             assert!((found - delay_s).abs() < 4.0 * std + 0.1 * delay_s, "{delay_s} s: {found} ± {std}");
             assert!(std < 0.001, "{std}");
         }

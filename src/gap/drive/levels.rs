@@ -396,7 +396,7 @@ mod tests {
     use super::super::clocks::tests::{recorded, robot};
     use super::super::judge::judge;
     use super::*;
-    use crate::effects::drive::registry;
+    use crate::effects::drive::{ids, registry};
     use crate::gap::findings::Main;
 
     /// Main cause of a drive whose noise of positions and headings is overstated by these factors.
@@ -410,12 +410,12 @@ mod tests {
 
     #[test]
     fn a_reference_that_is_quieter_than_any_motion_leaves_is_told_beside_laws_that_bend() {
-        let payload = Some(("vehicle.payload", "mass_relative", 0.3));
+        let payload = Some((ids::payload(), "mass_relative", 0.3));
         let mut record = Record::new(&robot(), &recorded(60.0, 8, payload), 0.0).unwrap();
         record.belief.position_std_m *= 4.0;
         record.belief.heading_std_rad *= 4.0;
         let top = judge(&record, registry(), &Options::default()).findings.sets.swap_remove(0);
-        for id in ["vehicle.payload", "pose.noise_level"] {
+        for id in [ids::payload(), ids::pose_noise()] {
             assert!(top.parts.iter().any(|p| p.id == id), "{:?}", top.parts);
         }
     }
@@ -426,14 +426,14 @@ mod tests {
             let mut record = Record::new(&robot(), &recorded(60.0, 8, None), 0.0).unwrap();
             record.belief.gyro_std_rad_s *= by;
             let findings = judge(&record, registry(), &Options::default()).findings;
-            findings.sets[0].parts.iter().any(|p| p.id == "gyro.noise_level")
+            findings.sets[0].parts.iter().any(|p| p.id == ids::gyro_noise())
         };
         assert!(!quieter(1.06) && quieter(3.0));
     }
 
     #[test]
     fn channels_that_are_all_less_loud_have_one_level() {
-        let level = Main::Effect("pose.noise_level".into());
+        let level = Main::Effect(ids::pose_noise().into());
         // the two factors differ a little, as other noise adds to each
         assert_eq!(main_of(4.0, 3.4), level);
         // a heading alone is not the whole reference

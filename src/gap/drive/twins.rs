@@ -280,13 +280,14 @@ fn mean_speed_m_s(record: &Record) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::drive::ids;
 
     const RELATIVE: &str = "relative";
 
     #[test]
     fn each_of_the_same_stands_in_with_its_own_parameter() {
-        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), compliance_per_s: None, steering: None };
-        let mut part = Part::new("gyro.scale_factor", true, 5.0);
+        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), slip: None, steering: None };
+        let mut part = Part::new(ids::scale_factor(), true, 5.0);
         part.parameters.insert(RELATIVE.into(), 0.25);
         part.std.insert(RELATIVE.into(), 0.01);
         let set = WeightedSet { parts: vec![part], ln_weight: -3.0, probability: 0.0 };
@@ -294,22 +295,22 @@ mod tests {
         let told: Vec<(&str, f64)> =
             all.iter().map(|s| (s.parts[0].id.as_str(), s.parts[0].parameters[RELATIVE])).collect();
         // a gyro that reads 5/4 of what the wheels do, or wheels on a track of 4/5, or with radii of 5/4
-        assert_eq!(told[0], ("gyro.scale_factor", 0.25));
-        assert!(told[1].0 == "vehicle.track_width" && (told[1].1 + 0.2).abs() < 1e-12, "{told:?}");
-        assert_eq!(told[2], ("wheel.radius_scale", 0.25));
+        assert_eq!(told[0], (ids::scale_factor(), 0.25));
+        assert!(told[1].0 == ids::track_width() && (told[1].1 + 0.2).abs() < 1e-12, "{told:?}");
+        assert_eq!(told[2], (ids::radius_scale(), 0.25));
         assert!((all[1].parts[0].std[RELATIVE] - 0.0064).abs() < 1e-12);
-        assert_eq!(twins.plausible(all[0].parts[0].clone()).id, "vehicle.track_width");
+        assert_eq!(twins.plausible(all[0].parts[0].clone()).id, ids::track_width());
         // no gyro and no radius is off by a quarter, and a track of four fifths is well within what robots have
         assert!(all[1].ln_weight > all[2].ln_weight + 5.0 && all[2].ln_weight > all[0].ln_weight + 10.0, "{all:?}");
-        let other = WeightedSet { parts: vec![Part::new("wheel.slip", true, 1.0)], ln_weight: 0.0, probability: 0.0 };
+        let other = WeightedSet { parts: vec![Part::new(ids::slip(), true, 1.0)], ln_weight: 0.0, probability: 0.0 };
         assert_eq!(twins.all(other.clone()), vec![other]);
     }
 
     #[test]
     fn a_larger_radius_may_be_lost_ticks_of_the_same_wheel() {
-        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), compliance_per_s: None, steering: None };
+        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), slip: None, steering: None };
         let found = |relative: f64| {
-            let mut part = Part::new("wheel.radius_right", true, 5.0);
+            let mut part = Part::new(ids::radius_right(), true, 5.0);
             part.parameters.insert(RELATIVE.into(), relative);
             part.std.insert(RELATIVE.into(), 1e-3);
             WeightedSet { parts: vec![part], ln_weight: -3.0, probability: 0.0 }
@@ -317,7 +318,9 @@ mod tests {
         let all = twins.all(found(0.02));
         assert_eq!(all.len(), 2);
         let ticks = &all[1].parts[0];
-        assert!(ticks.id == LOST_TICKS && is_mean(&ticks.parameters) && side_of(&ticks.parameters) == 1, "{ticks:?}");
+        let loss = by_id(ids::missed_ticks()).and_then(|e| e.tick_loss()).unwrap();
+        assert!(ticks.id == ids::missed_ticks() && loss.is_mean(&ticks.parameters), "{ticks:?}");
+        assert_eq!(loss.side(&ticks.parameters), 1);
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} {b}");
         close(ticks.parameters["loss_fraction"], 0.02 / 1.02);
         close(ticks.std["loss_fraction"], 1e-3 / 1.02f64.powi(2));
@@ -326,12 +329,12 @@ mod tests {
         // a radius
         assert!((all[1].ln_weight - all[0].ln_weight - 0.5f64.ln()).abs() < 0.05, "{all:?}");
         let class = &twins.classes(&all[1].parts)[0];
-        assert_eq!(class.ids, [LOST_TICKS, "wheel.radius_right"]);
+        assert_eq!(class.ids, [ids::missed_ticks(), ids::radius_right()]);
         assert_eq!(class.separate_by, "the wheels' torques in the log");
         // no ticks are gained, and none are lost on average beside those whose bursts are found
         assert_eq!(twins.all(found(-0.02)).len(), 1);
         let mut bursts = found(0.02);
-        bursts.parts.push(Part::new(LOST_TICKS, true, 9.0));
+        bursts.parts.push(Part::new(ids::missed_ticks(), true, 9.0));
         assert_eq!(twins.all(bursts).len(), 1);
     }
 
@@ -339,30 +342,29 @@ mod tests {
     #[test]
     fn a_late_gyro_may_be_wheels_that_slip() {
         use super::super::unforced::tests::{belief, recorded};
-        use crate::effects::drive::{DriveExplanation, by_id, registry};
         use crate::model::drive::{Moving, Robot};
         let belief = belief();
         let robot: Robot = belief.robot;
         let (v, yaw_rate, about, delay_s) = (0.6, 0.2, 0.5, 0.004);
         let wheels = robot.wheels_rad_s(v, yaw_rate);
         let record = recorded(belief, 0.02, wheels.map(|w| vec![w; 400]), vec![yaw_rate; 400]);
-        let mut part = Part::new(LATE, true, 50.0);
-        part.parameters.insert(DELAY.into(), delay_s);
-        part.std.insert(DELAY.into(), 1e-4);
+        let mut part = Part::new(ids::gyro_delay(), true, 50.0);
+        part.parameters.insert("delay_s".into(), delay_s);
+        part.std.insert("delay_s".into(), 1e-4);
         let set = WeightedSet { parts: vec![part], ln_weight: -1.0, probability: 0.0 };
         let all = Twins::of(&record, registry()).all(set.clone());
-        assert_eq!(all.iter().map(|s| s.parts[0].id.as_str()).collect::<Vec<_>>(), [LATE, SLIP]);
+        assert_eq!(all.iter().map(|s| s.parts[0].id.as_str()).collect::<Vec<_>>(), [ids::gyro_delay(), ids::slip()]);
         let slip = &all[1].parts[0];
         assert!(all[1].ln_weight < set.ln_weight && set.ln_weight - all[1].ln_weight < 1e-5);
         // the law of slip itself, at this yaw acceleration
         let force = 0.5 * robot.yaw_inertia_kg_m2 * about / robot.half_track_m;
         let at = Moving { speed_m_s: v, yaw_rate_rad_s: yaw_rate, wheel_force_n: [-force, force], ..Moving::default() };
-        let DriveExplanation::Model(law) = by_id(SLIP).unwrap().explanation() else { panic!() };
+        let law = by_id(ids::slip()).and_then(|e| e.change()).unwrap();
         let turned = law.at(&law.theta(&slip.parameters)).wheels_rad_s(&robot, &at, wheels);
         let of = |w: [f64; 2]| robot.speed_and_yaw_rate(w)[1];
         let ahead = of(turned) - of(wheels);
         assert!((ahead / (delay_s * about) - 1.0).abs() < 0.05, "{ahead} {}", delay_s * about);
-        assert!((slip.std[COMPLIANCES[0]] / slip.parameters[COMPLIANCES[0]] - 0.025).abs() < 1e-9);
+        assert!((slip.std["compliance"] / slip.parameters["compliance"] - 0.025).abs() < 1e-9);
         // with torques the force is known, and slip itself is compared
         let mut driven = record.clone();
         driven.torques_n_m = Some([vec![0.0; 400], vec![0.0; 400]]);
