@@ -8,15 +8,17 @@ mod bias_instability;
 mod bias_step;
 pub mod drive;
 mod gauss_markov;
+#[cfg(test)]
+pub(crate) mod ids;
 mod library;
 mod narrow_band_noise;
 mod noise_growth;
 mod noise_level;
-pub(crate) mod outliers;
+mod outliers;
 mod parts;
 mod quantization;
 mod rate_ramp;
-pub(crate) mod rate_random_walk;
+mod rate_random_walk;
 mod second_time_constant;
 mod supply_sensitivity;
 mod telegraph_noise;
@@ -68,6 +70,11 @@ pub fn by_id(id: &str) -> Option<&'static dyn Effect> {
     registry().iter().copied().find(|e| e.about().id == id)
 }
 
+/// The effect that enters the likelihood of a drive in this way.
+pub(crate) fn in_drives(way: InDrives) -> Option<&'static About> {
+    registry().iter().find(|e| e.in_drives() == Some(way)).map(|e| e.about())
+}
+
 /// Description of an effect.
 #[derive(Debug, Clone, Copy)]
 pub struct About {
@@ -89,6 +96,14 @@ pub struct About {
     pub parameters: &'static [Parameter],
     /// Advice on how to remove or model it: one sentence.
     pub remedy: &'static str,
+}
+
+impl About {
+    /// Name of the parameter that says how large it is: the first one.
+    #[must_use]
+    pub fn size(&self) -> &'static str {
+        self.parameters.first().map_or("", |p| p.name)
+    }
 }
 
 /// One parameter of an effect.
@@ -120,6 +135,11 @@ pub trait Effect: Sync + Send {
 
     /// How it enters the likelihood of a recording; none where this recording cannot show it (no such covariate).
     fn explanation(&self, scene: &Scene) -> Option<Explanation>;
+
+    /// How it enters the likelihood of a drive, beside the effects of drives; none where drives are not searched for it.
+    fn in_drives(&self) -> Option<InDrives> {
+        None
+    }
 
     /// Which equation of the nominal model it adds to, in words, with these parameters.
     fn deficient(&self, parameters: &Parameters) -> String {
@@ -168,6 +188,15 @@ pub enum Explanation {
     Outliers,
     /// values on a lattice
     Lattice,
+}
+
+/// The ways in which an effect of a gyro at rest can explain a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InDrives {
+    /// The bias walks at random: its first parameter is the size of the walk, rad/s/√s.
+    Walk,
+    /// Single readings are far off: its first parameter is their share.
+    Outliers,
 }
 
 /// One column of a signal.

@@ -4,17 +4,16 @@
 //! far from what a transmission error would give. The engine fits its own distribution of the rare samples.
 
 use super::parts::{Checked, RATE_BOUND_RAD_S, stream, white_std_rad_s};
-use super::{About, Effect, Explanation, Parameter, Parameters};
+use super::{About, Effect, Explanation, InDrives, Parameter, Parameters};
 use crate::error::Result;
 use crate::math::random::Stream;
 use crate::model::{GyroEffect, GyroInFilter, Scene, Switch, Way};
 
-pub(crate) const ID: &str = "gyro.outliers";
 const PROBABILITY: &str = "probability_per_sample";
 const AMPLITUDE: &str = "amplitude_rad_s";
 
 static ABOUT: About = About {
-    id: ID,
+    id: "gyro.outliers",
     title: "outliers",
     equation: "output = reading ± A with probability p a sample: rare samples far from the others",
     source: "Tukey, A survey of sampling from contaminated distributions (1960); Huber, Robust Statistics (1981)",
@@ -84,6 +83,10 @@ impl Effect for Outliers {
             amplitude_rad_s: checked.optional(AMPLITUDE).unwrap_or(usual),
             draw: stream(&ABOUT, seed),
         }))
+    }
+
+    fn in_drives(&self) -> Option<InDrives> {
+        Some(InDrives::Outliers)
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {

@@ -3,15 +3,14 @@
 //! The walk starts at power-on. The cosine transform diagonalises it exactly (see [`crate::math::dct`]).
 
 use super::parts::{Bias, Checked, LONGER, log_spaced, step_s, stream, white_std_rad_s};
-use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
+use super::{About, Effect, Explanation, InDrives, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 
-pub(crate) const ID: &str = "gyro.rate_random_walk";
 const WALK: &str = "rate_random_walk_rad_s_sqrt_s";
 
 static ABOUT: About = About {
-    id: ID,
+    id: "gyro.rate_random_walk",
     title: "rate random walk",
     equation: "db = K dW: the bias performs a random walk, its variance grows by K² a second",
     source: "IEEE Std 952-1997, annex C; El-Sheimy, Hou, Niu, IEEE Trans. Instrum. Meas. 57 (2008) 140",
@@ -34,6 +33,10 @@ pub(super) struct RateRandomWalk;
 impl Effect for RateRandomWalk {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn in_drives(&self) -> Option<InDrives> {
+        Some(InDrives::Walk)
     }
 
     fn separated_by(&self) -> Option<&'static str> {

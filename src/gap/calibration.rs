@@ -125,7 +125,7 @@ mod tests {
     fn the_search_s_prior_is_taken_back_and_what_is_certain_is_free() {
         let prior = Prior { ln_named: -2.0, ln_free: -4.0 };
         let c = Calibration { temperature: 2.0, ln_effect: [-1.0, -3.0], ln_free: [-5.0, -6.0], doubt: 0.0 };
-        let s = set(&[("a", true), ("b", true), ("free.c", false), ("gyro.lattice", true)], 10.0);
+        let s = set(&[("a", true), ("b", true), ("free.c", false), ("lattice", true)], 10.0);
         // evidence 10 + 2 · 2 + 4 = 18
         assert!((c.ln_weight(&s, &prior) - (9.0 - 1.0 - 3.0 - 5.0)).abs() < 1e-12);
         assert!((Calibration::none(&prior).ln_weight(&s, &prior) - 10.0).abs() < 1e-12);

@@ -306,9 +306,10 @@ impl Findings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::ids::{gauss_markov, rate_ramp, rate_random_walk, tone};
 
     fn set(parts: &[(&str, f64)], probability: f64) -> WeightedSet {
-        let part = |(id, share): &(&str, f64)| Part::new(id, id.starts_with("gyro."), *share);
+        let part = |(id, share): &(&str, f64)| Part::new(id, !id.starts_with("free."), *share);
         WeightedSet { parts: parts.iter().map(part).collect(), ln_weight: 0.0, probability }
     }
 
@@ -320,52 +321,45 @@ mod tests {
     fn of_effects_that_stand_in_for_each_other_the_most_probable_is_named() {
         // each noise is present with a probability below one half, one of the two with 0.85
         let f = findings(vec![
-            set(&[("gyro.tone", 90.0), ("gyro.gauss_markov", 30.0)], 0.45),
-            set(&[("gyro.tone", 90.0), ("gyro.rate_random_walk", 29.0)], 0.40),
-            set(&[("gyro.tone", 90.0)], 0.15),
+            set(&[(tone(), 90.0), (gauss_markov(), 30.0)], 0.45),
+            set(&[(tone(), 90.0), (rate_random_walk(), 29.0)], 0.40),
+            set(&[(tone(), 90.0)], 0.15),
         ]);
-        assert!(f.presence("gyro.gauss_markov") < 0.5);
-        assert_eq!(f.together(Some("gyro.tone")), ["gyro.gauss_markov", "gyro.tone"]);
-        assert_eq!(f.together(Some("gyro.rate_random_walk")), ["gyro.rate_random_walk", "gyro.tone"]);
+        assert!(f.presence(gauss_markov()) < 0.5);
+        assert_eq!(f.together(Some(tone())), [gauss_markov(), tone()]);
+        assert_eq!(f.together(Some(rate_random_walk())), [rate_random_walk(), tone()]);
     }
 
     #[test]
     fn a_side_effect_is_named_only_where_that_is_no_risk() {
-        let side = |p: f64| {
-            findings(vec![
-                set(&[("gyro.tone", 90.0), ("gyro.rate_ramp", 3.0)], p),
-                set(&[("gyro.tone", 90.0)], 1.0 - p),
-            ])
-        };
+        let side =
+            |p: f64| findings(vec![set(&[(tone(), 90.0), (rate_ramp(), 3.0)], p), set(&[(tone(), 90.0)], 1.0 - p)]);
         // leaving a small effect out costs nothing, naming one that is absent does
-        assert_eq!(side(0.9).together(None), ["gyro.tone"]);
-        assert_eq!(side(1.0).together(None), ["gyro.rate_ramp", "gyro.tone"]);
+        assert_eq!(side(0.9).together(None), [tone()]);
+        assert_eq!(side(1.0).together(None), [rate_ramp(), tone()]);
         // an effect with a larger share has to be named
-        let f = findings(vec![
-            set(&[("gyro.tone", 90.0), ("gyro.rate_ramp", 15.0)], 0.6),
-            set(&[("gyro.tone", 90.0)], 0.4),
-        ]);
-        assert_eq!(f.together(None), ["gyro.rate_ramp", "gyro.tone"]);
+        let f = findings(vec![set(&[(tone(), 90.0), (rate_ramp(), 15.0)], 0.6), set(&[(tone(), 90.0)], 0.4)]);
+        assert_eq!(f.together(None), [rate_ramp(), tone()]);
     }
 
     #[test]
     fn what_no_effect_explains_is_counted_together() {
-        let split = set(&[("gyro.tone", 50.0), ("free.time", 30.0), ("free.supply", 31.0)], 1.0);
+        let split = set(&[(tone(), 50.0), ("free.time", 30.0), ("free.supply", 31.0)], 1.0);
         assert_eq!(Main::of(&split), Main::Unknown);
         assert_eq!(split.main().map(|p| p.id.as_str()), Some("free.supply"));
-        let named = set(&[("gyro.tone", 50.0), ("free.time", 30.0), ("free.supply", -900.0)], 1.0);
-        assert_eq!(Main::of(&named), Main::Effect("gyro.tone".into()));
+        let named = set(&[(tone(), 50.0), ("free.time", 30.0), ("free.supply", -900.0)], 1.0);
+        assert_eq!(Main::of(&named), Main::Effect(tone().into()));
         assert_eq!(Main::of(&set(&[], 1.0)), Main::None);
     }
 
     #[test]
     fn a_gap_is_asserted_where_it_is_four_times_as_probable_as_none() {
         let top = |none: f64| {
-            let effect = set(&[("gyro.tone", 9.0)], 0.6 * (1.0 - none));
+            let effect = set(&[(tone(), 9.0)], 0.6 * (1.0 - none));
             let other = set(&[("free.time", 9.0)], 0.4 * (1.0 - none));
             findings(vec![effect, other, set(&[], none)]).top()
         };
-        assert_eq!([top(0.19), top(0.21)], [Main::Effect("gyro.tone".into()), Main::None]);
+        assert_eq!([top(0.19), top(0.21)], [Main::Effect(tone().into()), Main::None]);
         assert_eq!(findings(Vec::new()).top(), Main::None);
     }
 

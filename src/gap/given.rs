@@ -79,6 +79,7 @@ fn is_as_given(part: &Part, given: &Parameters) -> bool {
 mod tests {
     use super::super::findings::{Main, WeightedSet};
     use super::*;
+    use crate::effects::{drive, ids};
 
     fn config(effects: &str) -> Config {
         let text = format!(
@@ -88,36 +89,41 @@ mod tests {
         Config::parse(&text, "sim.toml").unwrap()
     }
 
+    /// A table of the effect `id` in a configuration.
+    fn table(id: &str, parameter: &str) -> String {
+        format!("[[effect]]\nid = \"{id}\"\n{parameter}\n")
+    }
+
     #[test]
     fn what_is_as_large_as_it_is_given_is_taken_out_and_the_rest_stays() {
-        let ramp = "[[effect]]\nid = \"gyro.rate_ramp\"\nramp_rad_s2 = 1e-7\n";
-        let given = Given::of(&config(ramp), &Library::new()).unwrap();
+        let given = Given::of(&config(&table(ids::rate_ramp(), "ramp_rad_s2 = 1e-7")), &Library::new()).unwrap();
         assert!(given.bare.effects.is_empty());
         let found = |ramp_rad_s2: f64| {
-            let mut part = Part::new("gyro.rate_ramp", true, 30.0);
+            let mut part = Part::new(ids::rate_ramp(), true, 30.0);
             part.parameters.insert("ramp_rad_s2".into(), ramp_rad_s2);
             part.std.insert("ramp_rad_s2".into(), 1e-9);
-            let parts = vec![part, Part::new("gyro.tone", true, 9.0)];
+            let parts = vec![part, Part::new(ids::tone(), true, 9.0)];
             Findings { sets: vec![WeightedSet { parts, ln_weight: 0.0, probability: 1.0 }], ..Findings::default() }
         };
         let mut same = found(1.03e-7);
         given.take_out(&mut same, &Calibration::default());
-        assert_eq!((same.mains()[0].0.clone(), same.notes.len()), (Main::Effect("gyro.tone".into()), 0));
+        assert_eq!((same.mains()[0].0.clone(), same.notes.len()), (Main::Effect(ids::tone().into()), 0));
         let mut other = found(1.05e-7);
         given.take_out(&mut other, &Calibration::default());
-        assert_eq!(other.mains()[0].0, Main::Effect("gyro.rate_ramp".into()));
+        assert_eq!(other.mains()[0].0, Main::Effect(ids::rate_ramp().into()));
         let mut gone = Findings::default();
         given.take_out(&mut gone, &Calibration::default());
         assert!(gone.notes[0].contains("does not show"), "{:?}", gone.notes);
         // found anew it stands in the place of what is given
-        let anew = [("gyro.rate_ramp".to_owned(), [("ramp_rad_s2".to_owned(), 2e-7)].into())];
+        let anew = [(ids::rate_ramp().to_owned(), [("ramp_rad_s2".to_owned(), 2e-7)].into())];
         assert_eq!(given.with(&anew), anew);
         assert_eq!(given.with(&[]).len(), 1);
     }
 
     #[test]
     fn an_effect_of_drives_is_refused_by_name() {
-        let refused = Given::of(&config("[[effect]]\nid = \"wheel.slip\"\ncompliance = 0.1\n"), &Library::new());
-        assert!(refused.is_err_and(|e| e.to_string().contains("wheel.slip")));
+        let slip = drive::ids::slip();
+        let refused = Given::of(&config(&table(slip, "compliance = 0.1")), &Library::new());
+        assert!(refused.is_err_and(|e| e.to_string().contains(slip)));
     }
 }

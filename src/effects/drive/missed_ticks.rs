@@ -1,7 +1,7 @@
 //! reading_i = (1 - λ) reading_i inside bursts, which begin and end as a Markov chain of two states
 //! reading_i = (1 - E[λ]) reading_i where single bursts are lost in noise: their mean is all that a drive can show
 
-use super::{Coordinate, DriveExplanation, Driving, ModelChange, Touches};
+use super::{Coordinate, DriveExplanation, Driving, Lost, ModelChange, TickLoss, Touches};
 use crate::effects::parts::{Checked, stream};
 use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
@@ -9,19 +9,17 @@ use crate::math::random::Stream;
 use crate::model::drive::{DriveEffect, Moving, Reading, Robot};
 use crate::model::{InFilter, Switch, Way};
 
-pub(crate) const LOSS: &str = "loss_fraction";
-pub(crate) const SIDE: &str = "right";
-pub(crate) const BURST: &str = "burst_s";
-pub(crate) const SHARE: &str = "share_of_time";
+const LOSS: &str = "loss_fraction";
+const SIDE: &str = "right";
+const BURST: &str = "burst_s";
+const SHARE: &str = "share_of_time";
 
 /// Mean length of a burst where it is not stated, s, and share of the time in bursts.
-pub(crate) const BURST_S: f64 = 0.3;
-pub(crate) const SHARE_OF_TIME: f64 = 0.05;
-
-pub(crate) const ID: &str = "encoder.missed_ticks";
+const BURST_S: f64 = 0.3;
+const SHARE_OF_TIME: f64 = 0.05;
 
 static ABOUT: About = About {
-    id: ID,
+    id: "encoder.missed_ticks",
     title: "missed encoder ticks",
     equation: "reading = (1 - λ) reading of one wheel inside bursts",
     source: "Borenstein, Everett and Feng, Where am I? (1996), section 1.1: encoders lose counts",
@@ -64,18 +62,22 @@ impl Driving for MissedTicks {
     }
 
     fn explanation(&self) -> DriveExplanation {
-        DriveExplanation::MissedTicks(&MEAN_LOSS)
+        DriveExplanation::MissedTicks(&MissedTicks)
+    }
+
+    fn channel(&self, parameters: &Parameters) -> &'static str {
+        [ABOUT.channel, "wheel_right"][self.side(parameters)]
     }
 
     fn simulated(&self, parameters: &Parameters, _: f64, seed: u64) -> Result<Box<dyn DriveEffect>> {
         let checked = Checked::of(&ABOUT, parameters)?;
-        if is_mean(parameters) {
-            let law = MEAN_LOSS[side_of(parameters)];
+        if self.is_mean(parameters) {
+            let law = MEAN_LOSS[self.side(parameters)];
             return Ok(law.at(&law.theta(parameters)));
         }
         Ok(Box::new(Work {
             loss: checked.value(LOSS)?,
-            side: side_of(parameters),
+            side: self.side(parameters),
             burst_s: checked.optional(BURST).unwrap_or(BURST_S),
             share: checked.optional(SHARE).unwrap_or(SHARE_OF_TIME).clamp(0.0, 1.0 - 1e-6),
             lost: false,
@@ -84,14 +86,37 @@ impl Driving for MissedTicks {
     }
 }
 
-/// 0 left, 1 right.
-pub(crate) fn side_of(parameters: &Parameters) -> usize {
-    usize::from(parameters.get(SIDE).is_some_and(|side| *side >= 0.5))
-}
+impl TickLoss for MissedTicks {
+    fn mean(&self) -> &'static [&'static dyn ModelChange; 2] {
+        &MEAN_LOSS
+    }
 
-/// Whether the loss is its mean over all of a drive.
-pub(crate) fn is_mean(parameters: &Parameters) -> bool {
-    parameters.get(SHARE).is_some_and(|share| *share >= 1.0)
+    fn is_mean(&self, parameters: &Parameters) -> bool {
+        parameters.get(SHARE).is_some_and(|share| *share >= 1.0)
+    }
+
+    fn side(&self, parameters: &Parameters) -> usize {
+        usize::from(parameters.get(SIDE).is_some_and(|side| *side >= 0.5))
+    }
+
+    fn lost(&self, parameters: &Parameters) -> Option<Lost> {
+        let value = |name: &str| parameters.get(name).copied();
+        Some(Lost {
+            loss: value(LOSS)?,
+            side: self.side(parameters),
+            length_s: value(BURST).unwrap_or(BURST_S),
+            share: value(SHARE).unwrap_or(SHARE_OF_TIME).clamp(0.0, 1.0 - 1e-6),
+        })
+    }
+
+    fn parameters(&self, lost: &Lost) -> Parameters {
+        Parameters::from([
+            (LOSS.into(), lost.loss),
+            (SIDE.into(), lost.side as f64),
+            (BURST.into(), lost.length_s),
+            (SHARE.into(), lost.share),
+        ])
+    }
 }
 
 /// The mean loss of the left wheel, and of the right one.

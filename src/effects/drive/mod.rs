@@ -9,9 +9,12 @@ mod com_offset;
 mod encoder_quantization;
 mod equivalent;
 mod gyro_delay;
+#[cfg(test)]
+pub(crate) mod ids;
 mod lateral_skid;
-pub(crate) mod missed_ticks;
-pub(crate) mod noise_level;
+mod loss;
+mod missed_ticks;
+mod noise_level;
 mod one_radius;
 mod payload;
 mod pose_delay;
@@ -20,7 +23,7 @@ mod radius_scale;
 mod rolling_resistance;
 mod scale_asymmetry;
 mod scale_factor;
-pub(crate) mod slip;
+mod slip;
 mod slope;
 mod torque_gain;
 mod track_width;
@@ -28,11 +31,12 @@ mod vibration_rectification;
 mod wheel_delay;
 
 pub use equivalent::{Equivalent, Map, Within};
+pub use loss::{Lost, TickLoss};
 
 use super::{About, Parameters};
 use crate::config::Steering;
 use crate::error::Result;
-use crate::model::drive::{DriveEffect, Instrument};
+use crate::model::drive::{DriveEffect, Instrument, Robot};
 
 /// Every effect of drives, one line each.
 static REGISTRY: [&dyn Driving; 24] = [
@@ -74,14 +78,9 @@ pub fn by_id(id: &str) -> Option<&'static dyn Driving> {
     registry().iter().copied().find(|e| e.about().id == id)
 }
 
-/// The effect that the readings of this instrument come late.
-pub(crate) const fn late(of: Instrument) -> &'static About {
-    use change::Law;
-    match of {
-        Instrument::Gyro => gyro_delay::GyroDelay::ABOUT,
-        Instrument::Wheels => wheel_delay::WheelDelay::ABOUT,
-        Instrument::Pose => pose_delay::PoseDelay::ABOUT,
-    }
+/// The one of `effects` by which the readings of this instrument come late.
+pub(crate) fn late(effects: &[&'static dyn Driving], of: Instrument) -> Option<&'static About> {
+    effects.iter().find(|e| e.delays() == Some(of)).map(|e| e.about())
 }
 
 /// An effect of drives.
@@ -91,6 +90,33 @@ pub trait Driving: Sync + Send {
 
     /// How it enters the likelihood of a drive.
     fn explanation(&self) -> DriveExplanation;
+
+    /// The change of the robot's equations that it is; none where it enters the likelihood in another way.
+    fn change(&self) -> Option<&'static dyn ModelChange> {
+        match self.explanation() {
+            DriveExplanation::Model(change) => Some(change),
+            _ => None,
+        }
+    }
+
+    /// The instrument whose readings come late by it.
+    fn delays(&self) -> Option<Instrument> {
+        self.change()?.lags()
+    }
+
+    /// The loss of ticks that it is.
+    fn tick_loss(&self) -> Option<&'static dyn TickLoss> {
+        match self.explanation() {
+            DriveExplanation::MissedTicks(loss) => Some(loss),
+            _ => None,
+        }
+    }
+
+    /// Channel of the answer with these parameters: one of `wheels`, `wheel_left`, `wheel_right`, `torque`, `gyro`, `pose`.
+    fn channel(&self, parameters: &Parameters) -> &'static str {
+        let _ = parameters;
+        self.about().channel
+    }
 
     /// The effect at work in one drive of `span_s` seconds. What is drawn anew in each run comes from `seed`, unless
     /// `parameters` hold it.
@@ -107,8 +133,8 @@ pub enum DriveExplanation {
     Model(&'static dyn ModelChange),
     /// The gyro's bias jumps once
     GyroStep,
-    /// One wheel reads low in bursts; the mean loss of the left wheel and of the right one, where no burst shows by itself
-    MissedTicks(&'static [&'static dyn ModelChange; 2]),
+    /// One wheel reads low in bursts
+    MissedTicks(&'static dyn TickLoss),
     /// Wheel speeds on a lattice
     WheelLattice,
     /// White noise of an instrument that is not as large as stated
@@ -180,6 +206,13 @@ pub trait ModelChange: Sync + Send {
 
     /// The instrument whose readings come late, by its first coordinate in s.
     fn lags(&self) -> Option<Instrument> {
+        None
+    }
+
+    /// θ for each second by which the gyro of `robot` seems late where no torques are logged, at this mean speed of its
+    /// wheels over ground, m/s; none where it does not look like a late gyro.
+    fn like_late_gyro(&self, robot: &Robot, speed_m_s: f64) -> Option<Vec<f64>> {
+        let _ = (robot, speed_m_s);
         None
     }
 

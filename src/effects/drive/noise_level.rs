@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::model::InFilter;
 use crate::model::drive::{DriveEffect, Instrument};
 
-pub(crate) const OVER: &str = "noise_over_nominal";
+const OVER: &str = "noise_over_nominal";
 const PARAMETERS: &[Parameter] =
     &[Parameter { name: OVER, meaning: "n", bounds: [0.01, 100.0], null: Some(1.0), required: true }];
 

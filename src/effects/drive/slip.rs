@@ -5,12 +5,11 @@ use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Moving, Robot};
 
-pub(crate) const ID: &str = "wheel.slip";
 /// κ, and what more than proportional slip adds.
-pub(crate) const COMPLIANCES: [&str; 2] = ["compliance", "cubic_compliance"];
+const COMPLIANCES: [&str; 2] = ["compliance", "cubic_compliance"];
 
 static ABOUT: About = About {
-    id: ID,
+    id: "wheel.slip",
     title: "wheel slip",
     equation: "the rim runs ahead of the ground by slip λ = κ f + κ₃ f³, f the force of the wheel over its load: the inverse of a saturating μ(λ)",
     source: "Alessandri et al.; Gillespie (1992), chapter 10",
@@ -83,12 +82,18 @@ impl ModelChange for Slip {
     }
 
     fn parameters(&self, theta: &[f64]) -> Parameters {
-        Parameters::from([("compliance".into(), theta[0]), ("cubic_compliance".into(), theta[1])])
+        COMPLIANCES.map(str::to_owned).into_iter().zip(theta.iter().copied()).collect()
     }
 
     fn theta(&self, parameters: &Parameters) -> Vec<f64> {
-        let value = |name: &str| parameters.get(name).copied().unwrap_or(0.0);
-        vec![value("compliance"), value("cubic_compliance")]
+        COMPLIANCES.map(|name| parameters.get(name).copied().unwrap_or(0.0)).to_vec()
+    }
+
+    /// κ/τ = b² M g / (J |v|): rims that run ahead of the ground while the yaw rate grows run ahead of the gyro. Slip that
+    /// is not proportional to the force cannot be told.
+    fn like_late_gyro(&self, robot: &Robot, speed_m_s: f64) -> Option<Vec<f64>> {
+        let per_s = 2.0 * robot.wheel_load_n() * robot.half_track_m.powi(2) / (robot.yaw_inertia_kg_m2 * speed_m_s);
+        Some(vec![per_s, 0.0])
     }
 }
 

@@ -282,7 +282,7 @@ mod tests {
     use crate::reality::Strength;
 
     fn set(id: Option<&str>, ln_weight: f64) -> WeightedSet {
-        let part = |id: &str| Part::new(id, id.starts_with("gyro."), 5.0);
+        let part = |id: &str| Part::new(id, !id.starts_with("free."), 5.0);
         WeightedSet { parts: id.map(part).into_iter().collect(), ln_weight, probability: 0.0 }
     }
 
@@ -303,8 +303,8 @@ mod tests {
     /// nothing is then exact. It is overstated by `temperature`.
     fn cases(number: usize, temperature: f64, odds: [f64; 2], prior: &Prior) -> Vec<Example> {
         let mut draw = Stream::new(8, 0);
-        let truths = [None, Some("gyro.a"), Some("gyro.b"), Some("x.c")];
-        let sets = [None, Some("gyro.a"), Some("gyro.b"), Some("free.c")];
+        let truths = [None, Some("a"), Some("b"), Some("x.c")];
+        let sets = [None, Some("a"), Some("b"), Some("free.c")];
         let weights = [1.0, odds[0].exp(), odds[0].exp(), odds[1].exp()];
         let one = |_| {
             let mut u = draw.uniform() * weights.iter().sum::<f64>();

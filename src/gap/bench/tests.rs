@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::config::Kind;
+use crate::effects::ids;
 use crate::error::{Error, ErrorKind};
 use crate::gap::Answer;
 use crate::gap::answer::Verdict;
@@ -60,10 +61,10 @@ fn the_score_is_that_of_the_contracts_script() {
     assert_eq!(rate("frequency or condition right, where the effect is"), (3, 4));
     let misses: Vec<_> = score.misses.iter().map(|m| (m.judged.name.as_str(), m.judged.answered.as_str())).collect();
     let expected = [
-        ("b-class", "gyro.gauss_markov"),
+        ("b-class", ids::gauss_markov()),
         ("c-none", "none"),
-        ("g-nothing", "gyro.bias_step"),
-        ("i-tails", "gyro.outliers"),
+        ("g-nothing", ids::bias_step()),
+        ("i-tails", ids::outliers()),
         ("j-missing", "missing"),
     ];
     assert_eq!(misses, expected);
@@ -89,7 +90,7 @@ fn judged_one_by_one_as_by_hand() {
     assert_eq!(judged("e-pair").channel, Some(false));
     assert_eq!((judged("d-pair").place, judged("d-pair").exact), (Some(false), true));
     // no main, no main_probability: the most probable effect and its probability
-    assert_eq!((judged("k-bare").answered.as_str(), judged("k-bare").confidence), ("gyro.bandwidth", Some(0.7)));
+    assert_eq!((judged("k-bare").answered.as_str(), judged("k-bare").confidence), (ids::bandwidth(), Some(0.7)));
     // either wheel is "wheels"; an error beyond 1 counts as 1
     assert_eq!((judged("l-ticks").channel, judged("l-ticks").errors["loss_fraction"]), (Some(true), 1.0));
     // headings are on the circle: 3.1 and -3.1 are 0.083 apart
@@ -102,7 +103,7 @@ fn judged_one_by_one_as_by_hand() {
 #[test]
 fn an_effect_that_was_left_out_is_unlisted() {
     let (labels, answers) = fixture();
-    let labels = left_out(labels, &["gyro.tone".to_string(), "gyro.outliers".into()]);
+    let labels = left_out(labels, &[ids::tone().to_string(), ids::outliers().into()]);
     // the pair with outliers is left aside
     assert_eq!(labels.len(), 12);
     let tone = judge("a-tone", &labels["a-tone"], answers.get("a-tone"));

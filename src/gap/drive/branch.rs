@@ -12,9 +12,8 @@ use super::pass::{Models, Noise, run, run_scoped};
 use super::record::Record;
 use super::ripple;
 use super::unforced;
-use crate::effects::Parameters;
-use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::drive::{Coordinate, Driving};
+use crate::effects::{self, About, InDrives, Parameters};
 use crate::gap::findings::{Part, WeightedSet};
 use crate::gap::trace::{Decision, Step, TraceStage};
 use std::collections::{BTreeMap, BTreeSet};
@@ -124,7 +123,7 @@ impl Branch {
         let near_s = onset::or(near_s, &self.onsets_s);
         let mut candidates = Candidates::new(&self.record, effects, &options.prior, true, &near_s);
         if self.restored {
-            candidates = candidates.except(LOST_TICKS);
+            candidates = candidates.without_lost_ticks();
         }
         if let Some(promising) = &self.promising {
             candidates = candidates.only(|g| {
@@ -302,7 +301,7 @@ impl Branch {
         let mut sets: Vec<WeightedSet> = whole.collect();
         for level in &self.levels {
             let without = |set: &WeightedSet| WeightedSet {
-                parts: set.parts.iter().filter(|p| p.id != level.id).cloned().collect(),
+                parts: set.parts.iter().filter(|p| p.id != level.about.id).cloned().collect(),
                 ln_weight: set.ln_weight - level.margin,
                 probability: 0.0,
             };
@@ -337,8 +336,9 @@ impl Branch {
             }
             Kind::Step(drive, t) => {
                 let (step, std) = value(g.columns[0]);
-                part.parameters = Parameters::from([("step_rad_s".into(), step)]);
-                part.std = Parameters::from([("step_rad_s".into(), std)]);
+                let name = effects::drive::by_id(&g.id).map_or("", |e| e.about().size());
+                part.parameters = Parameters::from([(name.into(), step)]);
+                part.std = Parameters::from([(name.into(), std)]);
                 let at = self.record.times_s[self.record.starts[drive]] + t;
                 part.time_s = Some([at, at]);
                 if self.record.starts.len() > 1 {
@@ -356,8 +356,9 @@ impl Branch {
                 });
                 let k = (squares.sum::<f64>() / g.columns.len() as f64).sqrt();
                 let relative = (0.5 / g.columns.len() as f64).sqrt();
-                part.parameters = Parameters::from([("rate_random_walk_rad_s_sqrt_s".into(), k)]);
-                part.std = Parameters::from([("rate_random_walk_rad_s_sqrt_s".into(), k * relative)]);
+                let name = effects::in_drives(InDrives::Walk).map_or("", About::size);
+                part.parameters = Parameters::from([(name.into(), k)]);
+                part.std = Parameters::from([(name.into(), k * relative)]);
             }
             Kind::Varying(i) => {
                 let title = candidates.changes[i].0.about().title;

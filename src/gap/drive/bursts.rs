@@ -9,7 +9,7 @@ use super::branch::described;
 use super::pass::{Channel, Models, Noise, run};
 use super::record::Record;
 use crate::effects::Parameters;
-use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
+use crate::effects::drive::{Driving, Lost};
 use crate::gap::findings::Part;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -401,17 +401,13 @@ impl Bursts {
     }
 }
 
-/// Part of lost ticks of one wheel in a set, of which they close `share` nats.
-pub(super) fn missed_part(bursts: &Bursts, share: f64) -> Part {
-    use crate::effects::drive::missed_ticks::{BURST, LOSS, SHARE, SIDE};
+/// Part of lost ticks of one wheel in a set, of which they close `share` nats; `effect`: that which loses them.
+pub(super) fn missed_part(effect: &dyn Driving, bursts: &Bursts, share: f64) -> Part {
     let side = if bursts.side == 0 { "left" } else { "right" };
-    let mut part = described(LOST_TICKS, true, share, format!("the {side} wheel reads low in bursts"));
-    part.parameters = Parameters::from([
-        (LOSS.into(), bursts.loss),
-        (SIDE.into(), bursts.side as f64),
-        (BURST.into(), bursts.length_s),
-        (SHARE.into(), bursts.share),
-    ]);
-    part.std = Parameters::from([(LOSS.into(), bursts.loss_std)]);
+    let about = effect.about();
+    let mut part = described(about.id, true, share, format!("the {side} wheel reads low in bursts"));
+    let lost = Lost { loss: bursts.loss, side: bursts.side, length_s: bursts.length_s, share: bursts.share };
+    part.parameters = effect.tick_loss().map_or_else(Parameters::new, |of| of.parameters(&lost));
+    part.std = Parameters::from([(about.size().into(), bursts.loss_std)]);
     part
 }

@@ -5,7 +5,7 @@ use super::evidence::{Group, Nuisance, Rank};
 use super::record::Record;
 use super::twins;
 use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
-use crate::effects::rate_random_walk::ID as WALK;
+use crate::effects::{InDrives, in_drives};
 use crate::model::drive::Instrument;
 
 /// Prior odds.
@@ -156,7 +156,8 @@ impl Candidates {
                 },
                 DriveExplanation::GyroStep => all.steps(record, effect.about().id, prior, near_s),
                 // otherwise it equals an error of its wheel's radius, which is compared
-                DriveExplanation::MissedTicks(sides) if !twins::is_lost_by_radius(record, effects) => {
+                DriveExplanation::MissedTicks(loss) if !twins::is_lost_by_radius(record, effects) => {
+                    let sides = loss.mean();
                     let ln_prior = prior.ln_named + (UNSEEN / sides.len() as f64).ln();
                     sides.iter().for_each(|side| all.change(record, *effect, *side, ln_prior));
                 }
@@ -252,6 +253,7 @@ impl Candidates {
     /// A random walk of size K√T over the longest drive, a path of its own in each: coefficients K√(2T)/(nπ) of
     /// cos(nπu).
     fn walk(&mut self, record: &Record, prior: &Prior) {
+        let Some(walk) = in_drives(InDrives::Walk) else { return };
         let sigma = record.belief.gyro_std_rad_s;
         let spans = record.spans_s();
         let longest = spans.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
@@ -262,7 +264,7 @@ impl Candidates {
         };
         let nodes = [0.03, 0.1, 0.3, 1.0, 3.0].iter().map(node).collect();
         let columns = every().map(|(d, n, _)| Column::GyroCosine(n).of_drive(d)).collect();
-        self.push(Kind::Walk, WALK, true, columns, nodes, prior.ln_rest);
+        self.push(Kind::Walk, walk.id, true, columns, nodes, prior.ln_rest);
     }
 
     fn free(&mut self, record: &Record, prior: &Prior) {
@@ -329,7 +331,7 @@ impl Candidates {
         for g in 0..self.groups.len() {
             let Kind::Change(i) = self.kinds[g] else { continue };
             // a loss that varies is what bursts are
-            if matches!(self.changes[i].0.explanation(), DriveExplanation::MissedTicks(_)) {
+            if self.changes[i].0.tick_loss().is_some() {
                 continue;
             }
             // without torques a lag is told by the gyro's own past, as would be any function of its changes
@@ -395,10 +397,10 @@ impl Candidates {
         out
     }
 
-    /// Without the groups of this id.
+    /// Without the mean losses of ticks.
     #[must_use]
-    pub fn except(&self, id: &str) -> Self {
-        self.only(|g| self.groups[g].id != id)
+    pub fn without_lost_ticks(&self) -> Self {
+        self.only(|g| !matches!(self.kinds[g], Kind::Change(i) if self.changes[i].0.tick_loss().is_some()))
     }
 
     /// The groups with their prior scales; `square`: energy of a whitened column. Free forms: sizes of the whitened
@@ -455,7 +457,7 @@ fn short(equation: Equation) -> &'static str {
 mod tests {
     use super::super::unforced::tests::{belief, recorded};
     use super::*;
-    use crate::effects::drive::registry;
+    use crate::effects::drive::{ids, registry};
 
     fn candidates() -> Candidates {
         let record = recorded(belief(), 0.02, [vec![5.0; 400], vec![5.0; 400]], vec![0.0; 400]);
@@ -465,7 +467,7 @@ mod tests {
     #[test]
     fn the_prior_of_an_effect_begins_at_what_the_drive_can_show() {
         let all = candidates();
-        let at = all.groups.iter().position(|g| g.id == "gyro.scale_factor").unwrap();
+        let at = all.groups.iter().position(|g| g.id == ids::scale_factor()).unwrap();
         let scales = |shown: f64| {
             let nodes = &all.scaled(|_| (FREE_SIZES[0] / shown).powi(2))[at].nodes;
             assert!(nodes.len() == NODES && nodes.windows(2).all(|n| n[0][0] < n[1][0]));

@@ -4,12 +4,9 @@
 //! that is negative, longer, or different in each recording is that of a clock. Stamps of the gyro are taken as true
 //! (without a gyro, those of the wheels), unless all other streams agree that it is the gyro that is late.
 
-use super::lag::LATE;
-use super::late::WHEELS_LATE;
 use super::offset::{Integral, Lag, lag};
 use super::wander::{self, Track};
 use crate::config::Config;
-use crate::effects::drive::late;
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::answer::TimeOffset;
 use crate::gap::diagnose::Drive;
@@ -105,10 +102,10 @@ impl Clocks<'_> {
         self.was_set(Stream::Wheels)
     }
 
-    /// Ids of the effects that are lags of streams whose clocks were set, as finely as the recordings tell.
-    pub(super) fn lags(&self) -> Vec<&'static str> {
-        let wheels: &[_] = if self.was_set(Stream::Wheels) { &[WHEELS_LATE, LATE] } else { &[] };
-        let pose: &[_] = if self.was_set(Stream::Pose) { &[late(Instrument::Pose).id] } else { &[] };
+    /// Instruments whose delays are lags of streams whose clocks were set, as finely as the recordings tell.
+    pub(super) fn lags(&self) -> Vec<Instrument> {
+        let wheels: &[_] = if self.was_set(Stream::Wheels) { &[Instrument::Wheels, Instrument::Gyro] } else { &[] };
+        let pose: &[_] = if self.was_set(Stream::Pose) { &[Instrument::Pose] } else { &[] };
         [wheels, pose].concat()
     }
 

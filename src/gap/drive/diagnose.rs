@@ -18,10 +18,8 @@ use super::same_unit::other_robot;
 use super::testable::nothing_twice;
 use super::unforced::LOUDER;
 use crate::config::{Config, EffectTable, Kind};
-use crate::effects::drive::missed_ticks::{is_mean, side_of};
 use crate::effects::drive::{DriveExplanation, Driving};
-use crate::effects::rate_random_walk::ID as WALK;
-use crate::effects::{Library, Parameters};
+use crate::effects::{InDrives, Library, Parameters, in_drives};
 use crate::error::Result;
 use crate::gap::account;
 use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, TimeOffset, Verdict};
@@ -149,7 +147,10 @@ pub fn diagnose(
         answer.notes.push(format!("This log cannot tell whether there is any of {}.", hidden.join(", ")));
     }
     let together: Vec<(String, Parameters)> = found.into_iter().filter(|f| answer.together.contains(&f.0)).collect();
-    answer.notes.extend(together.iter().any(|one| is_mean(&one.1)).then(|| {
+    let is_mean = |(id, parameters): &(String, Parameters)| {
+        library.driving_by_id(id).and_then(Driving::tick_loss).is_some_and(|loss| loss.is_mean(parameters))
+    };
+    answer.notes.extend(together.iter().any(is_mean).then(|| {
         "Ticks are lost in bursts too weak to show singly: the loss that is told is the mean over all of the drive."
             .into()
     }));
@@ -328,12 +329,9 @@ fn place(findings: &Findings, library: &Library, id: Option<&str>) -> Option<Pla
             let mut place = Place { time_s: part.time_s, description, ..Place::default() };
             if let Some(effect) = library.driving_by_id(id) {
                 let about = effect.about();
-                place.channel = about.channel.into();
+                place.channel = effect.channel(&part.parameters).into();
                 place.equation = about.deficient.into();
                 place.condition = about.condition.map(Into::into);
-                if side_of(&part.parameters) == 1 {
-                    place.channel = "wheel_right".into();
-                }
             } else {
                 let about = library.by_id(id).map(crate::effects::Effect::about);
                 place.channel = "gyro".into();
@@ -451,13 +449,14 @@ fn drop_inconstant(answer: &mut Answer, findings: &Findings) {
 /// Removes a random walk of the gyro's bias from `together` unless it is the main effect, and returns a note. A drive
 /// is too short to tell it from other slow processes.
 fn told_as_wander(answer: &mut Answer) -> Option<String> {
-    if answer.main.as_deref() == Some(WALK) || !answer.together.iter().any(|id| id == WALK) {
+    let walk = in_drives(InDrives::Walk)?.id;
+    if answer.main.as_deref() == Some(walk) || !answer.together.iter().any(|id| id == walk) {
         return None;
     }
-    answer.together.retain(|id| id != WALK);
+    answer.together.retain(|id| id != walk);
     let why = "The gyro's bias wanders within the drive, like a walk as large as listed; drives are too short to tell which slow process \
                that is. Diagnose a recording at rest, an hour or longer, to know.";
-    answer.trace.push(Step::new(TraceStage::HoldOut, WALK, Decision::Removed, why));
+    answer.trace.push(Step::new(TraceStage::HoldOut, walk, Decision::Removed, why));
     Some(why.into())
 }
 

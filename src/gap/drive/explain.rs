@@ -16,10 +16,8 @@ use super::onset;
 use super::pass::{Noise, run};
 use super::record::Record;
 use crate::config::Config;
-use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
 use crate::effects::drive::{DriveExplanation, Driving};
-use crate::effects::rate_random_walk::ID as WALK;
-use crate::effects::{Library, Parameters};
+use crate::effects::{self, About, InDrives, Library, Parameters};
 use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::gap::diagnose::Drive;
 use crate::gap::explain::{Explained, Explanations, told};
@@ -32,33 +30,32 @@ const SOUGHT: usize = 2;
 /// Effects that are asked for.
 struct Asked {
     drives: Vec<&'static dyn Driving>,
-    walk: bool,
+    /// The random walk of the gyro's bias; none where it is not asked for.
+    walk: Option<&'static About>,
 }
 
 impl Asked {
     /// # Errors
     /// [`ErrorKind::Usage`] for an id that is unknown or stands twice, and for none.
     fn of(library: &Library, ids: &[&str]) -> Result<Self> {
+        let walk = effects::in_drives(InDrives::Walk);
+        let known: Vec<_> = library.driving().map(|e| e.about().id).chain(walk.map(|w| w.id)).collect();
         let refused = |found: String| {
-            let known: Vec<_> = library.driving().map(|e| e.about().id).chain([WALK]).collect();
             Error::new(ErrorKind::Usage, "effects", found).hint(format!("name some of {}", known.join(", ")))
         };
         if ids.is_empty() {
             return Err(refused("no effect is named".into()));
         }
-        let mut asked = Self { drives: Vec::new(), walk: false };
+        let mut asked = Self { drives: Vec::new(), walk: None };
         for (i, id) in ids.iter().enumerate() {
             if ids[..i].contains(id) {
                 return Err(refused(format!("{id} is named twice")));
             }
-            if *id == WALK {
-                asked.walk = true;
+            if let Some(walk) = walk.filter(|w| w.id == *id) {
+                asked.walk = Some(walk);
             } else {
                 let effect = library.driving_by_id(id);
-                let unknown = || {
-                    let known: Vec<_> = library.driving().map(|e| e.about().id).chain([WALK]).collect();
-                    refused(format!("no effect of drives is called {id:?}")).hint(one_of(id, &known))
-                };
+                let unknown = || refused(format!("no effect of drives is called {id:?}")).hint(one_of(id, &known));
                 asked.drives.push(effect.ok_or_else(unknown)?);
             }
         }
@@ -68,9 +65,9 @@ impl Asked {
     /// # Errors
     /// [`ErrorKind::Column`] if the drive cannot show one of them.
     fn shown_by(&self, record: &Record, source: &str) -> Result<()> {
-        let walks = record.gyro_rad_s.is_some() || !self.walk;
+        let walk = self.walk.filter(|_| record.gyro_rad_s.is_none()).map(|w| w.id);
         let unseen = self.drives.iter().find(|e| !knowable(**e, record)).map(|e| e.about().id);
-        match unseen.or((!walks).then_some(WALK)) {
+        match unseen.or(walk) {
             None => Ok(()),
             Some(id) => {
                 let found = format!("nothing that would show {id}");
@@ -80,9 +77,9 @@ impl Asked {
         }
     }
 
-    /// Id of the first effect asked for whose explanation is `wanted`; none where there is none.
-    fn first(&self, wanted: fn(&DriveExplanation) -> bool) -> Option<&'static str> {
-        self.drives.iter().find(|e| wanted(&e.explanation())).map(|e| e.about().id)
+    /// The first effect asked for whose explanation is `wanted`; none where there is none.
+    fn first(&self, wanted: fn(&DriveExplanation) -> bool) -> Option<&'static dyn Driving> {
+        self.drives.iter().copied().find(|e| wanted(&e.explanation()))
     }
 }
 
@@ -117,7 +114,7 @@ pub fn explain(
     let record = mounting.as_ref().map_or_else(|| record.clone(), |m| m.taken_out(&record));
     let mut fit = fit(&record, &asked, &options);
     let about = |id: &str| {
-        library.driving_by_id(id).map(Driving::about).or_else(|| library.by_id(id).map(crate::effects::Effect::about))
+        library.driving_by_id(id).map(Driving::about).or_else(|| library.by_id(id).map(effects::Effect::about))
     };
     let mut effects: Vec<Explained> = fit.parts.iter().filter_map(|part| Some(told(about(&part.id)?, part))).collect();
     effects.sort_by_key(|e| ids.iter().position(|id| *id == e.id));
@@ -157,7 +154,7 @@ pub(in crate::gap) fn known_gain(
 fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let Believed { lsb, noise, nominal } = Believed::of(record);
     let every = Candidates::new(record, &asked.drives, &options.prior, false, &onset::of_each(record));
-    let candidates = every.only(|g| asked.walk || !matches!(every.kinds[g], Kind::Walk));
+    let candidates = every.only(|g| asked.walk.is_some() || !matches!(every.kinds[g], Kind::Walk));
     let mut notes = Vec::new();
     let mut parts = Vec::new();
     let mut as_is = Branch::new(record.clone(), noise, settled(record, &noise, &candidates), Vec::new());
@@ -168,19 +165,18 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let noise = as_is.noise;
     let nominal = noise.nominal_beside(&nominal, record);
     // single bursts, where they explain more than a wheel that reads low on average
-    let lost = asked.first(|e| matches!(e, DriveExplanation::MissedTicks(_))).map(|_| {
-        let others = settled(record, &noise, &candidates.except(LOST_TICKS));
+    let lost = asked.first(|e| matches!(e, DriveExplanation::MissedTicks(_))).and_then(|effect| {
+        let others = settled(record, &noise, &candidates.without_lost_ticks());
         let on_average = as_is.compared.top() - others.top();
-        lost_ticks(record, &noise, &others).filter(|lost| lost.3 > on_average)
+        Some((effect, lost_ticks(record, &noise, &others).filter(|lost| lost.3 > on_average)?))
     });
-    let lost = lost.flatten();
-    let (mut branch, gained) = match lost {
-        Some((restored, compared, bursts, gained)) => {
-            (Branch::new(restored, noise, compared, Vec::new()), Some((bursts, gained)))
+    let mut branch = match lost {
+        Some((effect, (restored, compared, bursts, gained))) => {
+            parts.push(missed_part(effect, &bursts, gained));
+            Branch::new(restored, noise, compared, Vec::new())
         }
-        None => (as_is, None),
+        None => as_is,
     };
-    parts.extend(gained.map(|(bursts, gained)| missed_part(&bursts, gained)));
     if asked.first(|e| matches!(e, DriveExplanation::NoiseLevel(_))).is_some() {
         let residuals = branch.residuals();
         if branch.level(&asked.drives, options, &residuals) {
@@ -198,11 +194,11 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
         let gain = c.problem.ln_evidence(members) - c.problem.ln_evidence(&others);
         parts.push(branch.part(group, gain, &coefficients));
     }
-    if let Some(id) = asked.first(|e| matches!(e, DriveExplanation::WheelLattice))
+    if let Some(effect) = asked.first(|e| matches!(e, DriveExplanation::WheelLattice))
         && let Some(lsb) = lsb
     {
         let gained = branch.ln_likelihood(&noise) - branch.ln_likelihood(&nominal);
-        parts.push(lattice_part(lsb, gained, Some(id)));
+        parts.push(lattice_part(lsb, gained, Some(effect.about())));
     }
     if !c.next().1 {
         notes.push("The parameters had not settled when the fit was ended: their intervals may be too narrow.".into());
@@ -264,6 +260,7 @@ mod tests {
     use super::super::ripple;
     use super::super::ripple::tests::shaken;
     use super::*;
+    use crate::effects::drive::ids;
 
     /// A large gyro gain looks like torque noise within a step: gyro and heading diverge.
     #[test]
@@ -274,7 +271,7 @@ mod tests {
             let mut record = shaken(parts, 11);
             record.gyro_rad_s.iter_mut().flatten().for_each(|w| *w *= 1.0 + GAIN);
             let before = ripple::before(&record, &Noise::believed(&record, None)).process.ripple;
-            let fit = fit(&record, &Asked::of(&library, &["gyro.scale_factor"]).unwrap(), &Options::default());
+            let fit = fit(&record, &Asked::of(&library, &[ids::scale_factor()]).unwrap(), &Options::default());
             let all = record.belief.torque_noise_n_m_sqrt_s.powi(2);
             println!("{parts}: {} before, {} with the gain", before / all, fit.nominal.process.ripple / all);
             assert!(before > 0.0);

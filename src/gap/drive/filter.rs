@@ -328,7 +328,7 @@ mod tests {
     use super::super::ripple::tests::shaken;
     use super::super::unforced::tests::{belief, recorded};
     use super::*;
-    use crate::effects::drive::{DriveExplanation, by_id};
+    use crate::effects::drive::{by_id, ids};
     use crate::math::random::Stream;
     use crate::model::drive::Instrument;
 
@@ -372,7 +372,7 @@ mod tests {
 
     #[test]
     fn what_is_late_knows_a_part_of_what_the_last_step_has_done() {
-        let (gyro, wheels) = ((Instrument::Gyro, "sensor.gyro_delay"), (Instrument::Wheels, "sensor.wheel_delay"));
+        let (gyro, wheels) = ((Instrument::Gyro, ids::gyro_delay()), (Instrument::Wheels, ids::wheel_delay()));
         for ((of, id), share, white) in [
             (gyro, 0.3, false),
             (gyro, 0.6, false),
@@ -381,9 +381,7 @@ mod tests {
             (wheels, 0.6, false),
             (wheels, 0.5, true),
         ] {
-            let Some(DriveExplanation::Model(change)) = by_id(id).map(|e| e.explanation()) else {
-                panic!("{id} changes the model")
-            };
+            let change = by_id(id).and_then(|e| e.change()).unwrap();
             let record = late(of, share, white);
             let here = DriveModel::new(record.belief.robot, vec![change.at(&[share * STEP_S])]);
             let mut noise = Noise::believed(&record, None);

@@ -10,7 +10,7 @@ use super::onset::{Onsets, or};
 use super::pass::{Beside, Models, Noise, run_scoped};
 use super::record::Record;
 use super::search::{best as best_set, search};
-use crate::effects::drive::ModelChange;
+use crate::effects::drive::{Driving, ModelChange};
 use crate::model::drive::DriveEffect;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -96,9 +96,19 @@ impl Candidates {
     /// θ with all changes of this effect at zero.
     #[must_use]
     pub fn without(&self, id: &str, theta: &Theta) -> Theta {
+        self.at_zero(|effect| effect.about().id == id, theta)
+    }
+
+    /// θ with the mean losses of ticks at zero.
+    #[must_use]
+    pub fn without_lost_ticks_in(&self, theta: &Theta) -> Theta {
+        self.at_zero(|effect| effect.tick_loss().is_some(), theta)
+    }
+
+    fn at_zero(&self, which: impl Fn(&dyn Driving) -> bool, theta: &Theta) -> Theta {
         let mut out = theta.clone();
         for (values, (effect, _)) in out.iter_mut().zip(&self.changes) {
-            if effect.about().id == id {
+            if which(*effect) {
                 values.fill(0.0);
             }
         }

@@ -99,7 +99,7 @@ mod tests {
     use super::super::judge::{Options, judge};
     use super::*;
     use crate::config::EffectTable;
-    use crate::effects::drive::registry;
+    use crate::effects::drive::{ids, registry};
     use crate::gap::findings::Main;
 
     fn with(id: &str, name: &str, value: f64) -> Config {
@@ -111,10 +111,10 @@ mod tests {
     #[test]
     fn what_is_given_is_not_found_again() {
         for (id, name, value) in [
-            ("vehicle.payload", "mass_relative", 0.2),
-            ("gyro.scale_factor", "relative", 0.02),
-            ("sensor.gyro_delay", "delay_s", 0.026),
-            ("encoder.noise_level", "noise_over_nominal", 2.0),
+            (ids::payload(), "mass_relative", 0.2),
+            (ids::scale_factor(), "relative", 0.02),
+            (ids::gyro_delay(), "delay_s", 0.026),
+            (ids::wheel_noise(), "noise_over_nominal", 2.0),
         ] {
             let log = recorded(60.0, 17, Some((id, name, value)));
             let record = Record::new(&with(id, name, value), &log, 0.0).unwrap();
@@ -133,11 +133,11 @@ mod tests {
 
     #[test]
     fn what_differs_from_what_is_given_is_what_is_found() {
-        let log = recorded(60.0, 18, Some(("vehicle.payload", "mass_relative", 0.3)));
-        let record = Record::new(&with("vehicle.payload", "mass_relative", 0.1), &log, 0.0).unwrap();
+        let log = recorded(60.0, 18, Some((ids::payload(), "mass_relative", 0.3)));
+        let record = Record::new(&with(ids::payload(), "mass_relative", 0.1), &log, 0.0).unwrap();
         let found = judge(&record, registry(), &Options::default());
-        assert_eq!(found.findings.mains()[0].0, Main::Effect("vehicle.payload".into()));
-        let part = found.findings.sets[0].part("vehicle.payload").unwrap();
+        assert_eq!(found.findings.mains()[0].0, Main::Effect(ids::payload().into()));
+        let part = found.findings.sets[0].part(ids::payload()).unwrap();
         let (value, std) = (part.parameters["mass_relative"], part.std["mass_relative"]);
         assert!((value - (1.3 / 1.1 - 1.0)).abs() < 4.0 * std, "{value} ± {std}");
     }
@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn what_is_drawn_anew_in_each_run_is_refused() {
         let log = recorded(20.0, 19, None);
-        let refused = Record::new(&with("gyro.bias_step", "step_rad_s", 0.01), &log, 0.0).unwrap_err();
-        assert!(refused.to_string().contains("gyro.bias_step"), "{refused}");
+        let refused = Record::new(&with(ids::bias_step(), "step_rad_s", 0.01), &log, 0.0).unwrap_err();
+        assert!(refused.to_string().contains(ids::bias_step()), "{refused}");
     }
 }

@@ -23,13 +23,14 @@ use super::ripple;
 use super::trail;
 use super::twins::Twins;
 use super::unforced;
-use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
-use crate::effects::drive::{DriveExplanation, Driving};
+use crate::effects::About;
+use crate::effects::drive::{self, DriveExplanation, Driving};
 use crate::gap::Calibration;
 use crate::gap::answer::Alike;
 use crate::gap::findings::{Findings, Main, Part, WeightedSet};
 use crate::gap::layers::lattice::Grain;
 use crate::gap::trace::{self, Step, TraceStage};
+use crate::model::drive::Instrument;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -113,26 +114,28 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let nominal = branch.noise.without_lattice(record);
         let here = branch.ln_likelihood(&branch.noise) - branch.ln_likelihood(&nominal);
         let named = effects.iter().find(|e| matches!(e.explanation(), DriveExplanation::WheelLattice));
-        lattice_part(lsb, here.max(1.0), named.map(|e| e.about().id))
+        lattice_part(lsb, here.max(1.0), named.map(|e| e.about()))
     });
     let mut others = Vec::new();
     let mut tried: Vec<(String, Option<usize>)> = Vec::new();
-    if knows(effects, LOST_TICKS) {
+    let loses = effects.iter().find(|e| e.tick_loss().is_some());
+    if loses.is_some() {
         tried.push(("lost ticks restored".into(), None));
     }
-    if knows(effects, LOST_TICKS)
+    if let Some(loses) = loses
         && let Some((other, bursts)) = restored(record, &branch, &begin, &noise, effects, options)
     {
         tried[0].1 = Some(others.len());
         let gained = other.top() - branch.top();
-        let part = Part { missed_nats: Some(gained - options.prior.ln_named), ..missed_part(&bursts, gained) };
+        let part = Part { missed_nats: Some(gained - options.prior.ln_named), ..missed_part(*loses, &bursts, gained) };
         others.push((other, part));
     }
+    let late_wheels = drive::late(effects, Instrument::Wheels);
     let mut wheels_late_s = None;
     if !record.wheels_were_set
         && let Some((other, late)) = wheels_in_time(record, &branch, effects, options)
     {
-        let part = late.part(other.top() - branch.top(), knows(effects, late::WHEELS_LATE));
+        let part = late.part(other.top() - branch.top(), late_wheels);
         tried.push((format!("wheels {:.4} s earlier", late.delay_s), Some(others.len())));
         others.push((other, part));
         wheels_late_s = Some(late.delay_s);
@@ -143,7 +146,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let in_time = lag::gyro_in_time(record, &branch, effects, options);
     sets.extend(in_time.iter().flat_map(lag::InTime::sets));
     for (other, part) in &others {
-        sets.extend(other.sets().into_iter().map(|set| beside(set, part)));
+        sets.extend(other.sets().into_iter().map(|set| beside(set, part, late_wheels)));
     }
     let mut ways: Vec<(String, Option<&Branch>)> =
         tried.into_iter().map(|(name, at)| (name, at.map(|at| &others[at].0))).collect();
@@ -153,7 +156,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     // the interpretation that explains the drive best
     let others = others.iter().map(|o| &o.0).chain(in_time.iter().map(|i| &i.branch));
     let best = others.fold(&branch, |best, other| if other.top() > best.top() { other } else { best });
-    let levels = best.levels.iter().map(|l| (l.id.to_owned(), l.margin - options.prior.ln_named));
+    let levels = best.levels.iter().map(|l| (l.about.id.to_owned(), l.margin - options.prior.ln_named));
     let missed_by: BTreeMap<String, f64> = best.missed_by.clone().into_iter().chain(levels).collect();
     for set in &mut sets {
         set.parts.extend(lattice.iter().cloned());
@@ -281,7 +284,7 @@ fn restored(
     // restored ticks are not also missing on average
     let all = &as_is.compared.candidates;
     let (zero, begin, here) =
-        (all.zero(), all.without(LOST_TICKS, begin), all.without(LOST_TICKS, &as_is.compared.theta));
+        (all.zero(), all.without_lost_ticks_in(begin), all.without_lost_ticks_in(&as_is.compared.theta));
     // beside a settled set without free forms no other start is needed
     let mut from = if as_is.is_quiet() { vec![&here] } else { vec![&zero, &begin, &here] };
     from.dedup();
@@ -308,7 +311,7 @@ fn restored(
     });
     all.truncate(TRIED);
     let fresh = Noise { process: as_is.noise.process, ..*noise };
-    let plausible = as_is.compared.plausible().except(LOST_TICKS);
+    let plausible = as_is.compared.plausible().without_lost_ticks();
     let top = as_is.top();
     let settled = |bursts: Bursts, theta: &Theta| {
         let restored = bursts.restored(record);
@@ -348,11 +351,11 @@ fn restored(
     (other.top() > top - SHORT).then_some((other, bursts))
 }
 
-/// A set with one more part. A part of the same delay in the set is the rest after the readings were moved, and is
-/// added to it.
-fn beside(mut set: WeightedSet, part: &Part) -> WeightedSet {
+/// A set with one more part. A part of the same delay, `late`, in the set is the rest after the readings were moved, and
+/// is added to it.
+fn beside(mut set: WeightedSet, part: &Part, late: Option<&About>) -> WeightedSet {
     let mut part = part.clone();
-    let same = |p: &Part| p.id == part.id && part.id == late::WHEELS_LATE;
+    let same = |p: &Part| p.id == part.id && late.is_some_and(|late| part.id == late.id);
     if let Some(at) = set.parts.iter().position(same) {
         let left = set.parts.swap_remove(at);
         part.share += left.share;
@@ -362,10 +365,6 @@ fn beside(mut set: WeightedSet, part: &Part) -> WeightedSet {
     }
     set.parts.push(part);
     set
-}
-
-pub(super) fn knows(effects: &[&'static dyn Driving], id: &str) -> bool {
-    effects.iter().any(|e| e.about().id == id)
 }
 
 /// [`diffused`] for a drive whose readings were moved: without torques the motion, which the late readings told, is

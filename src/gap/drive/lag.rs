@@ -10,13 +10,13 @@ use super::begin::start;
 use super::branch::Branch;
 use super::candidates::Candidates;
 use super::fit::Compared;
-use super::judge::{HOPELESS, LARGE, Options, knows, plain, rediffused, settled};
+use super::judge::{HOPELESS, LARGE, Options, plain, rediffused, settled};
 use super::late::{earlier, share_rows};
 use super::onset;
 use super::pass::{Channel, Noise, run};
 use super::record::Record;
-use crate::effects::Parameters;
 use crate::effects::drive::{Driving, late};
+use crate::effects::{About, Parameters};
 use crate::gap::findings::{Part, WeightedSet};
 use crate::model::drive::Instrument;
 use std::borrow::Cow;
@@ -29,13 +29,11 @@ const ASIDE: f64 = 1e10;
 const NEAR: f64 = 0.3;
 /// Fewest pairs of rows that are compared.
 const FEWEST: f64 = 64.0;
-/// Id of the effect ...
-pub(super) const LATE: &str = late(Instrument::Gyro).id;
-/// ... and its parameter, s.
-pub(super) const DELAY: &str = late(Instrument::Gyro).parameters[0].name;
 
 /// A drive whose gyro readings were moved earlier by whole rows.
 pub(super) struct InTime {
+    /// The effect of a late gyro.
+    effect: &'static About,
     /// The comparison of sets on that drive.
     pub(super) branch: Branch,
     /// Time by which its gyro was put back, s.
@@ -52,15 +50,16 @@ impl InTime {
     /// Sets that explain the drive, each with the delay: whole rows and the remainder. In a set without the effect the
     /// remainder is the nuisance's, and where there is none, zero with the standard deviation of a uniform row.
     pub(super) fn sets(&self) -> Vec<WeightedSet> {
-        let (rest_s, std_s) = self.branch.usual(LATE).unwrap_or((0.0, self.step_s / 12f64.sqrt()));
+        let (late, name) = (self.effect.id, self.effect.size());
+        let (rest_s, std_s) = self.branch.usual(late).unwrap_or((0.0, self.step_s / 12f64.sqrt()));
         let with = |mut set: WeightedSet| {
-            if let Some(rest) = set.parts.iter_mut().find(|p| p.id == LATE) {
+            if let Some(rest) = set.parts.iter_mut().find(|p| p.id == late) {
                 rest.share += self.share;
-                *rest.parameters.entry(DELAY.into()).or_insert(0.0) += self.lag_s;
+                *rest.parameters.entry(name.into()).or_insert(0.0) += self.lag_s;
             } else {
-                let mut part = Part::new(LATE, true, self.share);
-                part.parameters = Parameters::from([(DELAY.into(), self.lag_s + rest_s)]);
-                part.std = Parameters::from([(DELAY.into(), std_s)]);
+                let mut part = Part::new(late, true, self.share);
+                part.parameters = Parameters::from([(name.into(), self.lag_s + rest_s)]);
+                part.std = Parameters::from([(name.into(), std_s)]);
                 set.parts.insert(0, part);
                 set.ln_weight += self.ln_prior;
             }
@@ -78,35 +77,33 @@ pub(super) fn gyro_in_time(
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> Vec<InTime> {
-    if !knows(effects, LATE) || !share_rows(record) {
-        return Vec::new();
-    }
-    let tried =
-        lags(record, &as_is.believed).into_iter().filter_map(|rows| in_time(record, as_is, rows, effects, options));
-    tried.collect()
+    let Some(late) = late(effects, Instrument::Gyro).filter(|_| share_rows(record)) else { return Vec::new() };
+    let tried = lags(record, &as_is.believed).into_iter();
+    tried.filter_map(|rows| in_time(record, as_is, late, rows, effects, options)).collect()
 }
 
 /// Whether one effect alone explains all in `as_is`, but falls far short of that on `moved`, with any remaining delay
 /// beside it.
-fn is_hopeless(moved: &Record, as_is: &Branch) -> bool {
+fn is_hopeless(moved: &Record, as_is: &Branch, late: &About) -> bool {
     let c = &as_is.compared;
     let members = &c.sets[0].members;
     if !as_is.is_told_by_one() {
         return false;
     }
-    let own = c.candidates.only(|g| g == members[0].0 || c.candidates.groups[g].id == LATE);
+    let own = c.candidates.only(|g| g == members[0].0 || c.candidates.groups[g].id == late.id);
     Compared::narrow(moved, &as_is.noise, own, c.theta.clone(), None).top() < c.top() - HOPELESS
 }
 
 fn in_time(
     record: &Record,
     as_is: &Branch,
+    effect: &'static About,
     rows: usize,
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> Option<InTime> {
     let moved = put_back(record, rows);
-    if is_hopeless(&moved, as_is) {
+    if is_hopeless(&moved, as_is, effect) {
         return None;
     }
     let onsets_s = onset::of_each(&moved);
@@ -119,7 +116,7 @@ fn in_time(
     let of = |record: &Record| run(record, &plain(record), &branch.noise, &[], |_| {}).ln_likelihood();
     let share = of(&branch.record) - of(record);
     let step_s = record.step_s;
-    Some(InTime { branch, lag_s: rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named })
+    Some(InTime { effect, branch, lag_s: rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named })
 }
 
 /// `record` with its gyro readings this many rows earlier, in each drive; the last rows have none.
@@ -192,7 +189,7 @@ mod tests {
     use super::super::clocks::tests::{recorded, robot, without};
     use super::super::judge::judge;
     use super::*;
-    use crate::effects::drive::registry;
+    use crate::effects::drive::{ids, registry};
     use crate::gap::findings::Main;
     use crate::signal::names;
     use rayon::prelude::*;
@@ -201,16 +198,16 @@ mod tests {
     /// accurate to a twentieth of a row.
     fn not_found(delays_s: &[f64]) -> Vec<(f64, f64, f64)> {
         let tried = |(i, delay_s): (usize, f64)| {
-            let log = recorded(40.0, 41 + i as u64, Some((LATE, DELAY, delay_s)));
+            let log = recorded(40.0, 41 + i as u64, Some((ids::gyro_delay(), "delay_s", delay_s)));
             let record = Record::new(&robot(), &log, 0.0).unwrap();
             let findings = judge(&record, registry(), &Options::default()).findings;
             let mains = findings.mains();
-            let set = findings.best_with(LATE, false);
+            let set = findings.best_with(ids::gyro_delay(), false);
             let [found, std] = set
-                .and_then(|s| s.part(LATE))
-                .map_or([f64::NAN; 2], |part| [&part.parameters, &part.std].map(|of| of[DELAY]));
+                .and_then(|s| s.part(ids::gyro_delay()))
+                .map_or([f64::NAN; 2], |part| [&part.parameters, &part.std].map(|of| of["delay_s"]));
             println!("{delay_s} s: {found:.6} ± {std:.6}, {:?}", mains[0]);
-            let right = mains[0].0 == Main::Effect(LATE.into());
+            let right = mains[0].0 == Main::Effect(ids::gyro_delay().into());
             (!right || !((found - delay_s).abs() < 3.0 * std) || std > 0.0005).then_some((delay_s, found, std))
         };
         delays_s.to_vec().into_par_iter().enumerate().filter_map(tried).collect()
@@ -225,13 +222,13 @@ mod tests {
     #[test]
     fn without_torques_a_late_gyro_is_found_to_a_tenth() {
         for (seed, delay_s) in [(51, 0.004), (52, 0.013)] {
-            let log = recorded(60.0, seed, Some((LATE, DELAY, delay_s)));
+            let log = recorded(60.0, seed, Some((ids::gyro_delay(), "delay_s", delay_s)));
             let log = without(log, &[names::TORQUE_LEFT, names::TORQUE_RIGHT]);
             let record = Record::new(&robot(), &log, 0.0).unwrap();
             let findings = judge(&record, registry(), &Options::default()).findings;
-            let set = findings.best_with(LATE, false).unwrap();
-            let part = set.part(LATE).unwrap();
-            let (found, std) = (part.parameters[DELAY], part.std[DELAY]);
+            let set = findings.best_with(ids::gyro_delay(), false).unwrap();
+            let part = set.part(ids::gyro_delay()).unwrap();
+            let (found, std) = (part.parameters["delay_s"], part.std["delay_s"]);
             assert!((found - delay_s).abs() < 4.0 * std + 0.1 * delay_s, "{delay_s} s: {found} ± {std}");
             assert!(std < 0.001, "{std}");
         }

@@ -7,10 +7,8 @@
 use super::branch::described;
 use super::pass::{Models, Noise, run};
 use super::record::Record;
-use crate::effects::Parameters;
-use crate::effects::drive::late;
+use crate::effects::{About, Parameters};
 use crate::gap::findings::Part;
-use crate::model::drive::Instrument;
 use rayon::prelude::*;
 
 /// Longest delay that is looked for, s: longer ones are offsets of a clock.
@@ -23,10 +21,6 @@ const FINE: f64 = 0.02;
 const PARTS: usize = 8;
 /// Delays that are tried in each part, on either side, with a parabola through the best.
 const NEAR: i32 = 6;
-/// Id of the effect ...
-pub(super) const WHEELS_LATE: &str = late(Instrument::Wheels).id;
-/// ... and its parameter, s.
-const DELAY: &str = late(Instrument::Wheels).parameters[0].name;
 /// Difference of the times of one row at most, s.
 const SAME_S: f64 = 1e-9;
 
@@ -44,17 +38,17 @@ pub struct Late {
 }
 
 impl Late {
-    /// Part of a set that states it: the effect of the library, if that is `known`.
+    /// Part of a set that states it; `known`: the effect of the library, none: a free form.
     #[must_use]
-    pub fn part(&self, share: f64, known: bool) -> Part {
+    pub fn part(&self, share: f64, known: Option<&About>) -> Part {
         let text =
             format!("the wheels lag the gyro by {:.3} ± {:.3} s: their readings come late", self.delay_s, self.std_s);
-        if !known {
+        let Some(known) = known else {
             return described("free.delay.wheels", false, share, text);
-        }
-        let mut part = described(WHEELS_LATE, true, share, text);
-        part.parameters = Parameters::from([(DELAY.into(), self.delay_s)]);
-        part.std = Parameters::from([(DELAY.into(), self.std_s)]);
+        };
+        let mut part = described(known.id, true, share, text);
+        part.parameters = Parameters::from([(known.size().into(), self.delay_s)]);
+        part.std = Parameters::from([(known.size().into(), self.std_s)]);
         part
     }
 }

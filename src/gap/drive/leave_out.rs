@@ -132,12 +132,13 @@ impl Branch {
 
 #[cfg(test)]
 mod tests {
+    use super::super::candidates::VARYING;
     use super::super::candidates::{Candidates, Prior};
     use super::super::clocks::tests::{recorded, robot};
     use super::super::pass::Noise;
     use super::super::record::Record;
     use super::*;
-    use crate::effects::drive::registry;
+    use crate::effects::drive::{ids, registry};
 
     #[test]
     fn a_form_that_holds_a_law_does_not_do_without_it() {
@@ -150,9 +151,10 @@ mod tests {
             let place = all.groups.iter().position(|g| g.id == form).unwrap();
             branch.holds_law_of(place, id)
         };
-        let scale = "gyro.scale_factor";
-        assert!(holds("free.gyro.yaw_rate", scale) && holds("free.varying.gyro.scale_factor", scale));
-        for other in ["free.gyro.speed", "free.moment.heading", "free.varying.wheel.radius_scale", scale] {
+        let scale = ids::scale_factor();
+        let varying = |id: &str| format!("{VARYING}{id}");
+        assert!(holds("free.gyro.yaw_rate", scale) && holds(&varying(scale), scale));
+        for other in ["free.gyro.speed", "free.moment.heading", &varying(ids::radius_scale()), scale] {
             assert!(!holds(other, scale), "{other}");
         }
     }

@@ -11,9 +11,8 @@ use super::judge::Options;
 use super::leave_out::FORM;
 use super::pass::{Channel, Noise, Process};
 use super::record::Record;
-use crate::effects::Parameters;
-use crate::effects::drive::noise_level::OVER;
 use crate::effects::drive::{DriveExplanation, Driving};
+use crate::effects::{About, Parameters};
 use crate::gap::findings::Part;
 use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::model::drive::Instrument;
@@ -54,8 +53,8 @@ const CHANNELS: [(Instrument, &str, &[Named]); 3] = [
 /// Noise level of an instrument, as a named effect.
 #[derive(Clone)]
 pub(super) struct Level {
-    /// Id of the effect.
-    pub(super) id: &'static str,
+    /// The effect.
+    pub(super) about: &'static About,
     instrument: Instrument,
     /// Number of its residuals.
     count: usize,
@@ -120,7 +119,7 @@ impl Branch {
             if self.record.torques_n_m.is_none() && instrument != Instrument::Pose {
                 continue;
             }
-            let known = effects.iter().map(|e| (e.about().id, e.explanation()));
+            let known = effects.iter().map(|e| (e.about(), e.explanation()));
             let named = known
                 .filter(|k| matches!(k.1, DriveExplanation::NoiseLevel(of) if of == instrument))
                 .map(|k| k.0)
@@ -141,7 +140,7 @@ impl Branch {
             let alike = (louder == 0 || louder == sums.len()) && each.iter().all(|w| *w >= WORTH);
             let most = alike && 2.0 * gain(n, square) > alone;
             let is_known = self.levels.iter().any(|l| l.instrument == instrument);
-            if let Some(id) = named
+            if let Some(about) = named
                 && n >= FEWEST
                 && (is_known || together >= WORTH && (together >= alone || most))
             {
@@ -151,12 +150,12 @@ impl Branch {
                 }
                 sums.iter().flat_map(|s| s.1.clone()).for_each(|c| self.noise.reading[c] *= ratio);
                 let reason = format!("noise {:.3} times as large as it was, by {n} innovations", ratio.sqrt());
-                let step = Step::new(TraceStage::Readings, id, Decision::Estimated, reason).nats(together);
+                let step = Step::new(TraceStage::Readings, about.id, Decision::Estimated, reason).nats(together);
                 self.note(step.limit("least evidence of another level", WORTH, "nats"));
                 if !is_known {
                     let cost = price(n) - options.prior.ln_named;
                     self.extra_weight -= cost;
-                    self.levels.push(Level { id, instrument, count: n, margin: together, cost });
+                    self.levels.push(Level { about, instrument, count: n, margin: together, cost });
                 }
                 any = true;
                 continue;
@@ -292,13 +291,13 @@ impl Branch {
         // errors in the form of laws that may bend add to innovations in all directions; less noise may make up for
         // that assumption, unless the noise is below that of any motion
         let excess = 0.5 * level.count as f64 * (found / believed - 1.0);
-        let by_laws = self.bent_nats_beside(level.id);
+        let by_laws = self.bent_nats_beside(level.about.id);
         let bent = proof != Proof::Beyond && by_laws > 0.0 && excess < 2.0 * FORM * FORM * by_laws;
         let text = format!("the white noise of {name} is {over:.2} times as large as stated");
-        let mut part = described(level.id, true, share * (1.0 - moved), text);
-        part.parameters = Parameters::from([(OVER.into(), over)]);
-        part.std = Parameters::from([(OVER.into(), 0.5 * ln_std * found / (white * over))]);
-        self.extra_parts.retain(|p| p.id != level.id);
+        let mut part = described(level.about.id, true, share * (1.0 - moved), text);
+        part.parameters = Parameters::from([(level.about.size().into(), over)]);
+        part.std = Parameters::from([(level.about.size().into(), 0.5 * ln_std * found / (white * over))]);
+        self.extra_parts.retain(|p| p.id != level.about.id);
         // a level that is more probably due to another cause is not named
         if holds && !bent && moved < 0.5 && proof != Proof::None && share > level.cost {
             self.extra_parts.push(part);
@@ -327,15 +326,15 @@ impl Branch {
     }
 }
 
-/// Part for quantization of the wheels by `lsb`, rad/s, which closes `share` nats; `named`: id of its effect, none: a
-/// free form.
-pub(super) fn lattice_part(lsb: f64, share: f64, named: Option<&str>) -> Part {
-    let id = named.unwrap_or("free.lattice.wheels");
+/// Part for quantization of the wheels by `lsb`, rad/s, which closes `share` nats; `named`: its effect, none: a free
+/// form.
+pub(super) fn lattice_part(lsb: f64, share: f64, named: Option<&About>) -> Part {
+    let id = named.map_or("free.lattice.wheels", |e| e.id);
     let text = format!("wheel speeds are quantized in steps of {lsb:.5} rad/s");
     let mut part = Part { certain: true, ..described(id, named.is_some(), share, text) };
-    if named.is_some() {
-        part.parameters = Parameters::from([("lsb_rad_s".into(), lsb)]);
-        part.std = Parameters::from([("lsb_rad_s".into(), 1e-6 * lsb)]);
+    if let Some(name) = named.map(About::size) {
+        part.parameters = Parameters::from([(name.into(), lsb)]);
+        part.std = Parameters::from([(name.into(), 1e-6 * lsb)]);
     }
     part
 }
@@ -397,7 +396,7 @@ mod tests {
     use super::super::clocks::tests::{recorded, robot};
     use super::super::judge::judge;
     use super::*;
-    use crate::effects::drive::registry;
+    use crate::effects::drive::{ids, registry};
     use crate::gap::findings::Main;
 
     /// Main cause of a drive whose noise of positions and headings is overstated by these factors.
@@ -411,12 +410,12 @@ mod tests {
 
     #[test]
     fn a_reference_that_is_quieter_than_any_motion_leaves_is_told_beside_laws_that_bend() {
-        let payload = Some(("vehicle.payload", "mass_relative", 0.3));
+        let payload = Some((ids::payload(), "mass_relative", 0.3));
         let mut record = Record::new(&robot(), &recorded(60.0, 8, payload), 0.0).unwrap();
         record.belief.position_std_m *= 4.0;
         record.belief.heading_std_rad *= 4.0;
         let top = judge(&record, registry(), &Options::default()).findings.sets.swap_remove(0);
-        for id in ["vehicle.payload", "pose.noise_level"] {
+        for id in [ids::payload(), ids::pose_noise()] {
             assert!(top.parts.iter().any(|p| p.id == id), "{:?}", top.parts);
         }
     }
@@ -427,14 +426,14 @@ mod tests {
             let mut record = Record::new(&robot(), &recorded(60.0, 8, None), 0.0).unwrap();
             record.belief.gyro_std_rad_s *= by;
             let findings = judge(&record, registry(), &Options::default()).findings;
-            findings.sets[0].parts.iter().any(|p| p.id == "gyro.noise_level")
+            findings.sets[0].parts.iter().any(|p| p.id == ids::gyro_noise())
         };
         assert!(!quieter(1.06) && quieter(3.0));
     }
 
     #[test]
     fn channels_that_are_all_less_loud_have_one_level() {
-        let level = Main::Effect("pose.noise_level".into());
+        let level = Main::Effect(ids::pose_noise().into());
         // the two factors differ a little, as other noise adds to each
         assert_eq!(main_of(4.0, 3.4), level);
         // a heading alone is not the whole reference

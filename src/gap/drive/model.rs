@@ -5,12 +5,8 @@ use super::lag::by_whole_rows;
 use super::late::{earlier, share_rows};
 use super::pass::{Models, Noise, Process};
 use super::record::{Belief, Record};
-use crate::effects::Library;
-use crate::effects::Parameters;
-use crate::effects::drive::missed_ticks::{BURST, BURST_S, LOSS, SHARE, SHARE_OF_TIME, is_mean, side_of};
-use crate::effects::drive::noise_level::OVER;
-use crate::effects::drive::{DriveExplanation, ModelChange};
-use crate::effects::rate_random_walk::ID as WALK;
+use crate::effects::drive::{DriveExplanation, Lost, ModelChange};
+use crate::effects::{InDrives, Library, Parameters, in_drives};
 use crate::model::drive::{DriveEffect, Instrument};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -39,32 +35,6 @@ pub struct Claimed {
     pub noise_over: [f64; 3],
 }
 
-/// Ticks that one wheel loses in bursts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lost {
-    /// Share of the speed that is lost inside a burst.
-    pub loss: f64,
-    /// 0 left, 1 right.
-    pub side: usize,
-    /// Mean length of a burst, s.
-    pub length_s: f64,
-    /// Share of the time that lies in bursts.
-    pub share: f64,
-}
-
-impl Lost {
-    /// From the `parameters` of the effect; none without a loss.
-    fn of(parameters: &Parameters) -> Option<Self> {
-        let value = |name: &str| parameters.get(name).copied();
-        Some(Self {
-            loss: value(LOSS)?,
-            side: side_of(parameters),
-            length_s: value(BURST).unwrap_or(BURST_S),
-            share: value(SHARE).unwrap_or(SHARE_OF_TIME).clamp(0.0, 1.0 - 1e-6),
-        })
-    }
-}
-
 impl Claimed {
     /// From `effects`; those that the library does not know of drives change nothing.
     #[must_use]
@@ -79,24 +49,24 @@ impl Claimed {
             noise_over: [1.0; 3],
         };
         for (id, parameters) in effects {
-            let value = |name: &str| parameters.get(name).copied();
-            if id == WALK {
-                out.walk_rad_s_sqrt_s = value("rate_random_walk_rad_s_sqrt_s");
+            if let Some(walk) = in_drives(InDrives::Walk).filter(|walk| walk.id == id) {
+                out.walk_rad_s_sqrt_s = parameters.get(walk.size()).copied();
             }
             let Some(effect) = library.driving_by_id(id) else { continue };
+            let size = parameters.get(effect.about().size()).copied();
             match effect.explanation() {
                 DriveExplanation::Model(change) => {
                     out.late.extend(change.lags().map(|of| (out.changes.len(), of)));
                     out.changes.push((change, change.theta(parameters)));
                 }
-                DriveExplanation::GyroStep => out.step_rad_s = value("step_rad_s"),
-                DriveExplanation::MissedTicks(sides) if is_mean(parameters) => {
-                    let law = sides[side_of(parameters)];
+                DriveExplanation::GyroStep => out.step_rad_s = size,
+                DriveExplanation::MissedTicks(loss) if loss.is_mean(parameters) => {
+                    let law = loss.mean()[loss.side(parameters)];
                     out.changes.push((law, law.theta(parameters)));
                 }
-                DriveExplanation::MissedTicks(_) => out.lost = Lost::of(parameters),
-                DriveExplanation::WheelLattice => out.wheel_lsb_rad_s = value("lsb_rad_s"),
-                DriveExplanation::NoiseLevel(of) => out.noise_over[of as usize] *= value(OVER).unwrap_or(1.0),
+                DriveExplanation::MissedTicks(loss) => out.lost = loss.lost(parameters),
+                DriveExplanation::WheelLattice => out.wheel_lsb_rad_s = size,
+                DriveExplanation::NoiseLevel(of) => out.noise_over[of as usize] *= size.unwrap_or(1.0),
             }
         }
         out

@@ -4,8 +4,7 @@ use super::branch::{Branch, described};
 use super::judge::Options;
 use super::levels::Residual;
 use super::pass::Channel;
-use crate::effects::Parameters;
-use crate::effects::outliers::ID as OUTLIERS;
+use crate::effects::{About, InDrives, Parameters, in_drives};
 use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::math::robust::{SECOND_DIFFERENCE, second_difference_std};
 
@@ -36,14 +35,15 @@ impl Branch {
         }
         let [_, every_s] = self.record.read_every_s();
         let mut any = false;
-        for (place, (id, named, channels)) in [
-            (OUTLIERS, true, &Channel::ALL[2..3]),
-            ("free.outliers.pose", false, &Channel::ALL[3..6]),
-            ("free.outliers.wheels", false, &Channel::ALL[0..2]),
+        for (place, (known, free, channels)) in [
+            (in_drives(InDrives::Outliers), "free.outliers.gyro", &Channel::ALL[2..3]),
+            (None, "free.outliers.pose", &Channel::ALL[3..6]),
+            (None, "free.outliers.wheels", &Channel::ALL[0..2]),
         ]
         .into_iter()
         .enumerate()
         {
+            let (id, named) = (known.map_or(free, |e| e.id), known.is_some());
             let own = |f: &&(Channel, usize, f64, f64)| channels.contains(&f.0) && self.stands_out(f.0, f.1, every_s);
             let here: Vec<&(Channel, usize, f64, f64)> = found.iter().filter(own).collect();
             let all: usize = channels.iter().map(|c| counts[*c as usize]).sum();
@@ -91,9 +91,9 @@ impl Branch {
             );
             let step = Step::new(TraceStage::Readings, id, Decision::Removed, part.description.as_str());
             self.note(step.nats(gain + prior).limit("least size of an innovation", OUTLYING, "standard deviations"));
-            if named {
-                part.parameters = Parameters::from([("probability_per_sample".into(), share)]);
-                part.std = Parameters::from([("probability_per_sample".into(), share / (count as f64).sqrt())]);
+            if let Some(name) = known.map(About::size) {
+                part.parameters = Parameters::from([(name.into(), share)]);
+                part.std = Parameters::from([(name.into(), share / (count as f64).sqrt())]);
             }
             self.extra_weight += if again { -cost } else { prior - cost };
             self.add(part);

@@ -4,9 +4,10 @@
 use super::along::{Along, Followed};
 use super::column::Scales;
 use super::filter::Slopes;
-use super::model::{Claimed, Lost};
+use super::model::Claimed;
 use super::pass::Process;
 use super::record::Record;
+use crate::effects::drive::Lost;
 use crate::math::random::Stream;
 use crate::model::drive::{Instrument, Moving, Past, Robot};
 
@@ -207,6 +208,7 @@ fn ago(times_s: &[f64], poses: &[[f64; 3]], delay_s: f64) -> [f64; 3] {
 mod tests {
     use super::super::clocks::tests::{recorded, robot};
     use super::*;
+    use crate::effects::drive::ids;
     use crate::effects::{Library, Parameters};
 
     #[test]
@@ -216,7 +218,7 @@ mod tests {
         let simulated = |loss: f64| {
             let said = [("loss_fraction", loss), ("right", 1.0), ("burst_s", burst_s), ("share_of_time", share)];
             let parameters: Parameters = said.iter().map(|(name, value)| ((*name).into(), *value)).collect();
-            let claimed = Claimed::new(&[("encoder.missed_ticks".into(), parameters)], &Library::new());
+            let claimed = Claimed::new(&[(ids::missed_ticks().into(), parameters)], &Library::new());
             own(&like, &claimed, Process::default(), 3).wheels_rad_s
         };
         // the same draws, with and without a loss

@@ -47,7 +47,7 @@ pub(super) fn ready(
     };
     let set = clocks.lags();
     let (lags, effects): (Vec<&'static dyn Driving>, Vec<_>) =
-        library.driving().partition(|e| set.contains(&e.about().id));
+        library.driving().partition(|e| e.delays().is_some_and(|of| set.contains(&of)));
     let mounting = mounting(&record, &effects, options);
     // the same robot carries the same reference in the hold-out recording
     let taken_out = |r: Record| match &mounting {
@@ -74,7 +74,7 @@ pub fn compare(config: &Config, fit: &Drive<'_>, library: &Library, options: &Op
 mod tests {
     use super::super::clocks::tests::{recorded, robot, two_files};
     use super::*;
-    use crate::effects::drive::late;
+    use crate::effects::drive::{late, registry};
     use crate::model::drive::Instrument;
 
     /// A calibration compares the drives that the diagnosis does: an offset of a clock is no effect.
@@ -83,7 +83,7 @@ mod tests {
         let log = two_files(&recorded(90.0, 4, None), 0.9);
         let fit = Drive { log: &log, since_power_on_s: 0.0 };
         let found = compare(&robot(), &fit, &Library::new(), &Options::default()).unwrap();
-        let late = [late(Instrument::Wheels).id, "free.delay.wheels"];
+        let late = [late(registry(), Instrument::Wheels).unwrap().id, "free.delay.wheels"];
         assert!(late.iter().all(|id| found.presence(id) == 0.0), "{:?}", found.mains());
     }
 }

@@ -212,7 +212,7 @@ mod tests {
         });
         let form: Vec<Vec<f64>> = STD_NODES.iter().map(|s| vec![*s; 5]).collect();
         let law: Vec<Vec<f64>> = STD_NODES.iter().map(|s| vec![*s]).collect();
-        let groups = vec![group("gyro.law", true, vec![0], law), group("free.form", false, vec![5, 1, 2, 3, 4], form)];
+        let groups = vec![group("law", true, vec![0], law), group("free.form", false, vec![5, 1, 2, 3, 4], form)];
         Problem::new(&gram, 0.0, &[0.0; 6], groups, Vec::new())
     }
 

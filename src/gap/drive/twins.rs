@@ -20,19 +20,16 @@
 
 use super::candidates::UNSEEN;
 use super::evidence::ln_possible;
-use super::lag::{DELAY, LATE};
 use super::record::Record;
 use crate::config::Steering;
-use crate::effects::Parameters;
-use crate::effects::drive::missed_ticks::ID as LOST_TICKS;
-use crate::effects::drive::missed_ticks::{is_mean, side_of};
-use crate::effects::drive::slip::{COMPLIANCES, ID as SLIP};
 use crate::effects::drive::{
-    Coordinate, DriveExplanation, Driving, Equivalent, Map, ModelChange, Within, by_id, registry,
+    Coordinate, DriveExplanation, Driving, Equivalent, Map, ModelChange, Within, by_id, late, registry,
 };
+use crate::effects::{About, Parameters};
 use crate::gap::answer::Alike;
 use crate::gap::findings::{Part, WeightedSet};
 use crate::gap::trace::{Decision, Step, TraceStage};
+use crate::model::drive::Instrument;
 
 /// An effect, and the equivalent effect that is compared in its place.
 #[derive(Clone, Copy)]
@@ -46,10 +43,7 @@ struct Twin {
 /// All pairs of the library.
 fn twins() -> impl Iterator<Item = Twin> {
     registry().iter().flat_map(|effect| {
-        let to = match effect.explanation() {
-            DriveExplanation::Model(law) => law.equivalents(),
-            _ => &[],
-        };
+        let to = effect.change().map_or(&[][..], ModelChange::equivalents);
         to.iter().map(|to| Twin { of: effect.about().id, id: to.effect.about().id, to: *to })
     })
 }
@@ -84,14 +78,40 @@ const NODES: usize = 48;
 /// Nats by which the compared one of two equal effects comes first: too few to matter otherwise.
 const LAST: f64 = 1e-6;
 
+/// An effect that looks like a late gyro where nothing tells the force by which wheels slip.
+struct Slip {
+    about: &'static About,
+    law: &'static dyn ModelChange,
+    /// θ over the delay, 1/s.
+    per_s: Vec<f64>,
+    /// The effect of a late gyro.
+    late: &'static About,
+}
+
+impl Slip {
+    /// The one of `effects` in this drive; none where torques are logged, or no gyro.
+    fn of(record: &Record, effects: &[&'static dyn Driving]) -> Option<Self> {
+        if record.torques_n_m.is_some() || record.gyro_rad_s.is_none() {
+            return None;
+        }
+        let late = late(effects, Instrument::Gyro)?;
+        let speed_m_s = mean_speed_m_s(record);
+        effects.iter().find_map(|effect| {
+            let law = effect.change()?;
+            let per_s = law.like_late_gyro(&record.belief.robot, speed_m_s)?;
+            per_s.iter().all(|v| v.is_finite()).then_some(Self { about: effect.about(), law, per_s, late })
+        })
+    }
+}
+
 /// Effects that are equivalent in a drive.
 pub(super) struct Twins {
     /// The effects without those that another one represents.
     pub(super) told_apart: Vec<&'static dyn Driving>,
     /// The effects that another one represents.
     same: Vec<Twin>,
-    /// κ/τ, 1/s, where slip and a late gyro are equivalent; else none.
-    compliance_per_s: Option<f64>,
+    /// Slip, where it and a late gyro are equivalent; else none.
+    slip: Option<Slip>,
     /// Steering, where it is stated.
     steering: Option<Steering>,
 }
@@ -99,14 +119,11 @@ pub(super) struct Twins {
 impl Twins {
     /// Equivalences of `effects` in this drive.
     pub(super) fn of(record: &Record, effects: &[&'static dyn Driving]) -> Self {
-        let has = |id: &str| effects.iter().any(|e| e.about().id == id);
         let same: Vec<Twin> = same(record, effects).collect();
         // single bursts of lost ticks are looked for all the same
         let stood_for = |e: &&&'static dyn Driving| same.iter().any(|t| t.id == e.about().id && !t.is_loss());
         let told_apart = effects.iter().filter(|e| !stood_for(e)).copied().collect();
-        let alike = record.torques_n_m.is_none() && record.gyro_rad_s.is_some() && has(LATE) && has(SLIP);
-        let compliance_per_s = alike.then(|| compliance_per_s(record)).filter(|c| c.is_finite());
-        Self { told_apart, same, compliance_per_s, steering: record.belief.steering }
+        Self { told_apart, same, slip: Slip::of(record, effects), steering: record.belief.steering }
     }
 
     /// Effects that are not compared, with the one that is compared in their place, as steps of the trail.
@@ -126,16 +143,15 @@ impl Twins {
 
     /// The set with slipping wheels in the place of a late gyro; none where that does not apply.
     fn slips(&self, set: &WeightedSet) -> Option<WeightedSet> {
-        let per_s = self.compliance_per_s?;
-        let at = set.parts.iter().position(|p| p.id == LATE)?;
-        let delay_s = *set.parts[at].parameters.get(DELAY)?;
-        let std_s = set.parts[at].std.get(DELAY).copied().unwrap_or(0.0);
+        let Slip { about, law, per_s, late } = self.slip.as_ref()?;
+        let at = set.parts.iter().position(|p| p.id == late.id)?;
+        let delay_s = *set.parts[at].parameters.get(late.size())?;
+        let std_s = set.parts[at].std.get(late.size()).copied().unwrap_or(0.0);
         let mut twin = WeightedSet { ln_weight: set.ln_weight - LAST, ..set.clone() };
         let part = &mut twin.parts[at];
-        part.id = SLIP.into();
-        // slip that is not proportional to the force cannot be told
-        part.parameters = COMPLIANCES.map(str::to_owned).into_iter().zip([per_s * delay_s, 0.0]).collect();
-        part.std = Parameters::from([(COMPLIANCES[0].into(), per_s * std_s)]);
+        part.id = about.id.into();
+        part.parameters = law.parameters(&per_s.iter().map(|each| each * delay_s).collect::<Vec<_>>());
+        part.std = Parameters::from([(about.size().into(), per_s[0] * std_s)]);
         // wheels that lag the gyro do not slip
         (delay_s > 0.0).then_some(twin)
     }
@@ -186,8 +202,11 @@ impl Twins {
     /// Classes of effects equivalent to a part, for each part that has some; the part itself is first.
     pub(super) fn classes(&self, parts: &[Part]) -> Vec<Alike> {
         let class = |told: &Part| {
-            let is_mean = is_mean(&told.parameters);
-            let lost = |t: &Twin| !t.is_loss() || is_mean && side_of(&told.parameters) == t.to.side;
+            let is_mean_of = |t: &Twin| {
+                let loss = t.to.effect.tick_loss();
+                loss.is_some_and(|l| l.is_mean(&told.parameters) && l.side(&told.parameters) == t.to.side)
+            };
+            let lost = |t: &Twin| !t.is_loss() || is_mean_of(t);
             let found = self.same.iter().find(|t| t.of == told.id || t.id == told.id && lost(t))?;
             let all = std::iter::once(found.of).chain(self.same.iter().filter(|t| t.of == found.of).map(|t| t.id));
             let others = all.filter(|id| *id != told.id);
@@ -207,14 +226,14 @@ fn same(record: &Record, effects: &[&'static dyn Driving]) -> impl Iterator<Item
 
 /// Whether the mean loss of ticks is represented by one wheel's radius, to which it is equivalent.
 pub(super) fn is_lost_by_radius(record: &Record, effects: &[&'static dyn Driving]) -> bool {
-    same(record, effects).any(|t| t.id == LOST_TICKS)
+    same(record, effects).any(|t| t.is_loss())
 }
 
 /// Model change of an effect; of one wheel where it has one for each.
 fn law(id: &str, side: usize) -> Option<&'static dyn ModelChange> {
     match by_id(id)?.explanation() {
         DriveExplanation::Model(law) => Some(law),
-        DriveExplanation::MissedTicks(laws) => Some(laws[side]),
+        DriveExplanation::MissedTicks(loss) => Some(loss.mean()[side]),
         _ => None,
     }
 }
@@ -250,24 +269,25 @@ fn ln_density([least, most]: [f64; 2], value: f64) -> f64 {
     ((0..NODES).map(one).sum::<f64>() / NODES as f64).ln().max(far)
 }
 
-/// κ/τ = b² M g / (J |v|) at the drive's mean speed.
-fn compliance_per_s(record: &Record) -> f64 {
+/// Mean speed of the wheels over ground, m/s.
+fn mean_speed_m_s(record: &Record) -> f64 {
     let robot = &record.belief.robot;
     let ground = |i: usize| record.wheels_rad_s[i].iter().map(move |w| (w * robot.radius_m[i]).abs());
     let (sum, n) = ground(0).chain(ground(1)).filter(|v| v.is_finite()).fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
-    2.0 * robot.wheel_load_n() * robot.half_track_m.powi(2) / (robot.yaw_inertia_kg_m2 * (sum / n))
+    sum / n
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::drive::ids;
 
     const RELATIVE: &str = "relative";
 
     #[test]
     fn each_of_the_same_stands_in_with_its_own_parameter() {
-        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), compliance_per_s: None, steering: None };
-        let mut part = Part::new("gyro.scale_factor", true, 5.0);
+        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), slip: None, steering: None };
+        let mut part = Part::new(ids::scale_factor(), true, 5.0);
         part.parameters.insert(RELATIVE.into(), 0.25);
         part.std.insert(RELATIVE.into(), 0.01);
         let set = WeightedSet { parts: vec![part], ln_weight: -3.0, probability: 0.0 };
@@ -275,22 +295,22 @@ mod tests {
         let told: Vec<(&str, f64)> =
             all.iter().map(|s| (s.parts[0].id.as_str(), s.parts[0].parameters[RELATIVE])).collect();
         // a gyro that reads 5/4 of what the wheels do, or wheels on a track of 4/5, or with radii of 5/4
-        assert_eq!(told[0], ("gyro.scale_factor", 0.25));
-        assert!(told[1].0 == "vehicle.track_width" && (told[1].1 + 0.2).abs() < 1e-12, "{told:?}");
-        assert_eq!(told[2], ("wheel.radius_scale", 0.25));
+        assert_eq!(told[0], (ids::scale_factor(), 0.25));
+        assert!(told[1].0 == ids::track_width() && (told[1].1 + 0.2).abs() < 1e-12, "{told:?}");
+        assert_eq!(told[2], (ids::radius_scale(), 0.25));
         assert!((all[1].parts[0].std[RELATIVE] - 0.0064).abs() < 1e-12);
-        assert_eq!(twins.plausible(all[0].parts[0].clone()).id, "vehicle.track_width");
+        assert_eq!(twins.plausible(all[0].parts[0].clone()).id, ids::track_width());
         // no gyro and no radius is off by a quarter, and a track of four fifths is well within what robots have
         assert!(all[1].ln_weight > all[2].ln_weight + 5.0 && all[2].ln_weight > all[0].ln_weight + 10.0, "{all:?}");
-        let other = WeightedSet { parts: vec![Part::new("wheel.slip", true, 1.0)], ln_weight: 0.0, probability: 0.0 };
+        let other = WeightedSet { parts: vec![Part::new(ids::slip(), true, 1.0)], ln_weight: 0.0, probability: 0.0 };
         assert_eq!(twins.all(other.clone()), vec![other]);
     }
 
     #[test]
     fn a_larger_radius_may_be_lost_ticks_of_the_same_wheel() {
-        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), compliance_per_s: None, steering: None };
+        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), slip: None, steering: None };
         let found = |relative: f64| {
-            let mut part = Part::new("wheel.radius_right", true, 5.0);
+            let mut part = Part::new(ids::radius_right(), true, 5.0);
             part.parameters.insert(RELATIVE.into(), relative);
             part.std.insert(RELATIVE.into(), 1e-3);
             WeightedSet { parts: vec![part], ln_weight: -3.0, probability: 0.0 }
@@ -298,7 +318,9 @@ mod tests {
         let all = twins.all(found(0.02));
         assert_eq!(all.len(), 2);
         let ticks = &all[1].parts[0];
-        assert!(ticks.id == LOST_TICKS && is_mean(&ticks.parameters) && side_of(&ticks.parameters) == 1, "{ticks:?}");
+        let loss = by_id(ids::missed_ticks()).and_then(|e| e.tick_loss()).unwrap();
+        assert!(ticks.id == ids::missed_ticks() && loss.is_mean(&ticks.parameters), "{ticks:?}");
+        assert_eq!(loss.side(&ticks.parameters), 1);
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} {b}");
         close(ticks.parameters["loss_fraction"], 0.02 / 1.02);
         close(ticks.std["loss_fraction"], 1e-3 / 1.02f64.powi(2));
@@ -307,12 +329,12 @@ mod tests {
         // a radius
         assert!((all[1].ln_weight - all[0].ln_weight - 0.5f64.ln()).abs() < 0.05, "{all:?}");
         let class = &twins.classes(&all[1].parts)[0];
-        assert_eq!(class.ids, [LOST_TICKS, "wheel.radius_right"]);
+        assert_eq!(class.ids, [ids::missed_ticks(), ids::radius_right()]);
         assert_eq!(class.separate_by, "the wheels' torques in the log");
         // no ticks are gained, and none are lost on average beside those whose bursts are found
         assert_eq!(twins.all(found(-0.02)).len(), 1);
         let mut bursts = found(0.02);
-        bursts.parts.push(Part::new(LOST_TICKS, true, 9.0));
+        bursts.parts.push(Part::new(ids::missed_ticks(), true, 9.0));
         assert_eq!(twins.all(bursts).len(), 1);
     }
 
@@ -320,30 +342,29 @@ mod tests {
     #[test]
     fn a_late_gyro_may_be_wheels_that_slip() {
         use super::super::unforced::tests::{belief, recorded};
-        use crate::effects::drive::{DriveExplanation, by_id, registry};
         use crate::model::drive::{Moving, Robot};
         let belief = belief();
         let robot: Robot = belief.robot;
         let (v, yaw_rate, about, delay_s) = (0.6, 0.2, 0.5, 0.004);
         let wheels = robot.wheels_rad_s(v, yaw_rate);
         let record = recorded(belief, 0.02, wheels.map(|w| vec![w; 400]), vec![yaw_rate; 400]);
-        let mut part = Part::new(LATE, true, 50.0);
-        part.parameters.insert(DELAY.into(), delay_s);
-        part.std.insert(DELAY.into(), 1e-4);
+        let mut part = Part::new(ids::gyro_delay(), true, 50.0);
+        part.parameters.insert("delay_s".into(), delay_s);
+        part.std.insert("delay_s".into(), 1e-4);
         let set = WeightedSet { parts: vec![part], ln_weight: -1.0, probability: 0.0 };
         let all = Twins::of(&record, registry()).all(set.clone());
-        assert_eq!(all.iter().map(|s| s.parts[0].id.as_str()).collect::<Vec<_>>(), [LATE, SLIP]);
+        assert_eq!(all.iter().map(|s| s.parts[0].id.as_str()).collect::<Vec<_>>(), [ids::gyro_delay(), ids::slip()]);
         let slip = &all[1].parts[0];
         assert!(all[1].ln_weight < set.ln_weight && set.ln_weight - all[1].ln_weight < 1e-5);
         // the law of slip itself, at this yaw acceleration
         let force = 0.5 * robot.yaw_inertia_kg_m2 * about / robot.half_track_m;
         let at = Moving { speed_m_s: v, yaw_rate_rad_s: yaw_rate, wheel_force_n: [-force, force], ..Moving::default() };
-        let DriveExplanation::Model(law) = by_id(SLIP).unwrap().explanation() else { panic!() };
+        let law = by_id(ids::slip()).and_then(|e| e.change()).unwrap();
         let turned = law.at(&law.theta(&slip.parameters)).wheels_rad_s(&robot, &at, wheels);
         let of = |w: [f64; 2]| robot.speed_and_yaw_rate(w)[1];
         let ahead = of(turned) - of(wheels);
         assert!((ahead / (delay_s * about) - 1.0).abs() < 0.05, "{ahead} {}", delay_s * about);
-        assert!((slip.std[COMPLIANCES[0]] / slip.parameters[COMPLIANCES[0]] - 0.025).abs() < 1e-9);
+        assert!((slip.std["compliance"] / slip.parameters["compliance"] - 0.025).abs() < 1e-9);
         // with torques the force is known, and slip itself is compared
         let mut driven = record.clone();
         driven.torques_n_m = Some([vec![0.0; 400], vec![0.0; 400]]);

@@ -62,12 +62,13 @@ const ROUNDS: usize = 2;
 /// `since_power_on_s` where the log's time counts from something else.
 ///
 /// ```no_run
-/// use gyroid::{config::Config, effects::Library, gap};
+/// use gyroid::{config::Config, effects::{self, Library}, gap};
 /// # fn main() -> gyroid::Result<()> {
 /// # let log = gyroid::signal::Log::new("fit.csv", gyroid::signal::TimeAxis::Uniform { start_s: 0.0, step_s: 0.1, len: 0 });
 /// let config = Config::read("sim.toml")?;
-/// let fitted = gap::explain(&config, &log, &Library::new(), &["gyro.tone"], 0.0)?;
-/// let [low_hz, high_hz] = fitted.effects[0].parameters["frequency_hz"].ci95;
+/// let tone = effects::registry().iter().map(|e| e.about()).find(|about| about.title == "tone").unwrap();
+/// let fitted = gap::explain(&config, &log, &Library::new(), &[tone.id], 0.0)?;
+/// let [low, high] = fitted.effects[0].parameters[tone.size()].ci95;
 /// # Ok(())
 /// # }
 /// ```

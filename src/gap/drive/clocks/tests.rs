@@ -1,6 +1,7 @@
 use super::*;
 use crate::config::EffectTable;
 use crate::effects::Library;
+use crate::effects::drive::ids;
 use crate::simulate::{Course, Options, drive_with};
 
 const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
@@ -105,7 +106,7 @@ fn wheels_of_the_same_clock_read_seldom_do_not_wander() {
 fn clocks_of_two_files_are_found_and_set() {
     for (seed, late_s) in [(1, -3.2), (2, 0.35), (3, 12.0)] {
         // a track that is not what is believed moves nothing
-        let log = recorded(90.0, seed, Some(("vehicle.track_width", "relative", 0.4)));
+        let log = recorded(90.0, seed, Some((ids::track_width(), "relative", 0.4)));
         let both = two_files(&log, late_s);
         let clocks = set(&both, None);
         let [offset] = &clocks.offsets[..] else { panic!("{late_s}: {:?}", clocks.offsets) };
@@ -159,7 +160,7 @@ fn a_lag_that_is_alike_in_all_recordings_is_an_effect() {
 
 #[test]
 fn a_gyro_that_is_late_against_all_others_is_an_effect_and_no_clock() {
-    let log = recorded(60.0, 4, Some(("sensor.gyro_delay", "delay_s", 0.09)));
+    let log = recorded(60.0, 4, Some((ids::gyro_delay(), "delay_s", 0.09)));
     assert_eq!(set(&log, None).offsets, []);
     // wheels that are early against gyro, pose and torques are a clock
     let early = shifted(&recorded(60.0, 4, None), &WHEELS, -15);
@@ -244,7 +245,7 @@ fn a_clock_is_followed_no_further_than_the_gyro_reads() {
 #[test]
 fn rims_that_run_ahead_are_no_clock() {
     // wheels that spin lead the gyro by tens of milliseconds, in every run
-    let logs = [5, 6].map(|seed| recorded(60.0, seed, Some(("wheel.slip", "compliance", 1.0))));
+    let logs = [5, 6].map(|seed| recorded(60.0, seed, Some((ids::slip(), "compliance", 1.0))));
     let clocks = set(&logs[0], Some(&logs[1]));
     assert!(clocks.offsets.is_empty() && clocks.lags().is_empty(), "{:?}", clocks.offsets);
     // a clock that is off by as much is one, and known to a part of a row
@@ -255,5 +256,5 @@ fn rims_that_run_ahead_are_no_clock() {
         assert!((o.offset_s + 0.09).abs() < 4.0 * o.std_s + 0.01 && o.std_s < 0.005, "{o:?}");
     }
     // then the remaining lag of the wheels is named as no effect
-    assert_eq!(clocks.lags(), ["sensor.wheel_delay", "sensor.gyro_delay"]);
+    assert_eq!(clocks.lags(), [Instrument::Wheels, Instrument::Gyro]);
 }

@@ -1,15 +1,18 @@
 use super::super::judge::Options as JudgeOptions;
 use super::*;
+use crate::effects::{self, drive::ids};
 use crate::gap::Calibration;
 use crate::gap::findings::{Part, WeightedSet};
 
-const RADIUS: &str = "wheel.radius_scale";
+fn scale() -> &'static str {
+    ids::radius_scale()
+}
 
 /// A robot of which each of two wheels reads 2 % less than the gyro and the torques say.
 #[test]
 fn what_makes_the_simulator_worse_is_not_offered() {
     use super::super::unforced::tests::{belief, recorded};
-    let track = "vehicle.track_width";
+    let track = ids::track_width();
     let robot = belief().robot;
     let (v, rate) = (0.6, 0.4);
     let wheels = robot.wheels_rad_s(v, rate).map(|w| vec![0.98 * w; 400]);
@@ -18,16 +21,16 @@ fn what_makes_the_simulator_worse_is_not_offered() {
     let library = Library::new();
     let of_both = |radius: f64, width: f64| {
         let one = |id: &str, value| (id.to_owned(), Parameters::from([("relative".to_owned(), value)]));
-        vec![one(track, width), one(RADIUS, radius)]
+        vec![one(track, width), one(scale(), radius)]
     };
-    let (mut answer, _) = of(vec![part(RADIUS, true, 90.0, 0.02), part(track, true, 5.0, 0.0)]);
+    let (mut answer, _) = of(vec![part(scale(), true, 90.0, 0.02), part(track, true, 5.0, 0.0)]);
     let right = of_both(0.02, 0.0);
     let all = offered(&record, &library, right.clone(), process, &mut answer);
     assert_eq!((all, answer.notes.len()), (right, 0));
     // a track that belongs to a free form beside it
     let kept = offered(&record, &library, of_both(0.02, -0.3), process, &mut answer);
-    assert_eq!(kept.iter().map(|k| k.0.as_str()).collect::<Vec<_>>(), [RADIUS]);
-    assert!(answer.notes[0].contains(track) && !answer.notes[0].contains(RADIUS), "{}", answer.notes[0]);
+    assert_eq!(kept.iter().map(|k| k.0.as_str()).collect::<Vec<_>>(), [scale()]);
+    assert!(answer.notes[0].contains(track) && !answer.notes[0].contains(scale()), "{}", answer.notes[0]);
     // nothing of it
     assert!(offered(&record, &library, of_both(-0.3, -0.3), process, &mut answer).is_empty());
 }
@@ -39,7 +42,7 @@ fn a_track_is_named_though_the_gyro_shakes() {
     use crate::math::random::Stream;
     use crate::signal::names;
     let shaken = |seed: u64| {
-        let mut log = recorded(150.0, seed, Some(("vehicle.track_width", "relative", 0.45)));
+        let mut log = recorded(150.0, seed, Some((ids::track_width(), "relative", 0.45)));
         let gyro = log.channels.iter_mut().find(|c| c.name == names::GYRO_Z).unwrap();
         let draw = &mut Stream::new(seed, 77);
         let mut sway = 0.0;
@@ -54,12 +57,8 @@ fn a_track_is_named_though_the_gyro_shakes() {
     let drive = |log| Drive { log, since_power_on_s: 0.0 };
     let found = diagnose(&robot(), &[drive(&fit)], &[drive(&hold)], &Library::new(), &Options::default(), &mut |_| {});
     let answer = found.unwrap().answer;
-    assert_eq!(
-        (answer.verdict, answer.main.as_deref()),
-        (Verdict::Identified, Some("vehicle.track_width")),
-        "{answer:?}"
-    );
-    let track = answer.effects.iter().find(|e| e.id == "vehicle.track_width").unwrap();
+    assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Identified, Some(ids::track_width())), "{answer:?}");
+    let track = answer.effects.iter().find(|e| e.id == ids::track_width()).unwrap();
     let (off, std) = (track.parameters["relative"] - 0.45, track.std["relative"]);
     assert!(off.abs() < 4.0 * std && std < 0.05, "{off} {std}");
     assert!(track.gap_closed.unwrap() > 0.5, "{:?}", track.gap_closed);
@@ -69,15 +68,16 @@ fn a_track_is_named_though_the_gyro_shakes() {
 
 #[test]
 fn what_wanders_beside_something_else_is_told_and_not_named() {
-    let (answer, _) = of(vec![part(RADIUS, true, 90.0, 0.02), part(WALK, true, 20.0, 0.0)]);
+    let walk = effects::ids::rate_random_walk();
+    let (answer, _) = of(vec![part(scale(), true, 90.0, 0.02), part(walk, true, 20.0, 0.0)]);
     let (mut beside, mut alone) = (answer.clone(), answer);
-    assert!(beside.together.iter().any(|id| id == WALK), "{:?}", beside.together);
+    assert!(beside.together.iter().any(|id| id == walk), "{:?}", beside.together);
     assert!(told_as_wander(&mut beside).is_some_and(|note| note.contains("at rest")));
-    assert_eq!(beside.together, [RADIUS]);
-    assert!(beside.effects.iter().any(|e| e.id == WALK), "it stays in the list");
+    assert_eq!(beside.together, [scale()]);
+    assert!(beside.effects.iter().any(|e| e.id == walk), "it stays in the list");
     // where it matters most it is what there is
-    alone.main = Some(WALK.into());
-    assert!(told_as_wander(&mut alone).is_none() && alone.together.iter().any(|id| id == WALK));
+    alone.main = Some(walk.into());
+    assert!(told_as_wander(&mut alone).is_none() && alone.together.iter().any(|id| id == walk));
 }
 
 /// A robot that creeps below the noise of its encoders is not at rest, and its gyro no other one.
@@ -121,36 +121,36 @@ fn relative(answer: &Answer, id: &str) -> f64 {
 
 #[test]
 fn what_is_not_constant_is_not_simulated_with_a_constant() {
-    let varying = format!("{VARYING}{RADIUS}");
+    let varying = format!("{VARYING}{}", scale());
     let parts = |share: f64| {
         vec![
             part(&varying, false, share, 0.0),
-            part(RADIUS, true, 90.0, -0.17),
-            part("gyro.bias_step", true, 20.0, 0.0),
+            part(scale(), true, 90.0, -0.17),
+            part(ids::bias_step(), true, 20.0, 0.0),
         ]
     };
     let (mut answer, findings) = of(parts(500.0));
     assert_eq!((answer.verdict, answer.together.len()), (Verdict::Unknown, 2));
     drop_inconstant(&mut answer, &findings);
-    assert_eq!(answer.together, ["gyro.bias_step"]);
+    assert_eq!(answer.together, [ids::bias_step()]);
     // alone it is another number
-    let closest = Closest { part: part(RADIUS, true, 30.0, -0.02), gain: 30.0 };
+    let closest = Closest { part: part(scale(), true, 30.0, -0.02), gain: 30.0 };
     let at = list_closest(&closest, &mut answer);
-    assert_eq!((answer.effects[at].id.as_str(), relative(&answer, RADIUS)), (RADIUS, -0.02));
+    assert_eq!((answer.effects[at].id.as_str(), relative(&answer, scale())), (scale(), -0.02));
     // what varies a little beside what explains most is a constant still
     let (mut answer, findings) = of(parts(10.0));
-    assert_eq!(answer.main.as_deref(), Some(RADIUS));
+    assert_eq!(answer.main.as_deref(), Some(scale()));
     drop_inconstant(&mut answer, &findings);
-    assert!(answer.together.iter().any(|id| id == RADIUS));
+    assert!(answer.together.iter().any(|id| id == scale()));
 }
 
 #[test]
 fn what_comes_nearest_is_listed_once() {
-    let (mut answer, _) = of(vec![part("free.along.time", false, 500.0, 0.0), part(RADIUS, true, 90.0, -0.01)]);
+    let (mut answer, _) = of(vec![part("free.along.time", false, 500.0, 0.0), part(scale(), true, 90.0, -0.01)]);
     // what was found keeps what it has beside the rest
-    list_closest(&Closest { part: part(RADIUS, true, 30.0, -0.02), gain: 30.0 }, &mut answer);
-    assert_eq!((answer.effects.len(), relative(&answer, RADIUS)), (1, -0.01));
-    let track = "wheel.track_width";
+    list_closest(&Closest { part: part(scale(), true, 30.0, -0.02), gain: 30.0 }, &mut answer);
+    assert_eq!((answer.effects.len(), relative(&answer, scale())), (1, -0.01));
+    let track = ids::track_width();
     let at = list_closest(&Closest { part: part(track, true, 30.0, 0.03), gain: 30.0 }, &mut answer);
     assert_eq!((at, answer.effects.len(), relative(&answer, track)), (1, 2, 0.03));
 }
