@@ -11,7 +11,7 @@
 use super::noise::{Whitened, ratios, whiten};
 use super::projection::{self, BlockSum, Projection};
 use crate::math::basis::Basis;
-use crate::math::lsq::dot;
+use crate::math::basis::dot;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 

@@ -1,8 +1,6 @@
 //! Orthonormal basis grown column by column (Gram-Schmidt, each column orthogonalised twice: twice is enough; Kahan,
 //! in Parlett 1980).
 
-use super::lsq::dot;
-
 /// Orthonormal columns of equal length.
 #[derive(Debug, Clone, Default)]
 pub struct Basis {
@@ -35,6 +33,12 @@ impl Basis {
             v.iter_mut().zip(b).for_each(|(v, b)| *v -= along * b);
         }
     }
+}
+
+/// Inner product. Partial sums of 256 keep the rounding error of long series near that of pairwise summation.
+#[must_use]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.chunks(256).zip(b.chunks(256)).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>()).sum()
 }
 
 #[cfg(test)]
