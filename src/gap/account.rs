@@ -139,21 +139,29 @@ pub fn idle(tested: &[Tested], findings: &Findings) -> Vec<String> {
 /// those effects.
 pub fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> Vec<Step> {
     let one = |t: &Tested| {
-        let mean = t.mean();
         let (first, last) = (t.first.ci95(), t.last.ci95());
-        let gains = format!(
-            "mean of the gain in log score when added first ({:.1} to {:.1} nats, 95 %) and last ({:.1} to {:.1})",
-            first[0], first[1], last[0], last[1]
-        );
-        let (decision, reason) = if refuted.contains(&t.id) {
-            (Decision::Rejected, format!("{gains}: both intervals lie below zero"))
-        } else if idle.contains(&t.id) {
-            (Decision::Removed, format!("{gains}: idle, no gain worth the name is to be expected"))
+        let gains = if tested.len() == 1 {
+            format!("gain in log score ({:.1} to {:.1} nats, 95 %)", first[0], first[1])
         } else {
-            (Decision::Taken, gains)
+            format!(
+                "mean of the gain in log score when added first ({:.1} to {:.1} nats, 95 %) and last ({:.1} to {:.1})",
+                first[0], first[1], last[0], last[1]
+            )
         };
-        let step = Step::new(TraceStage::HoldOut, &t.id, decision, reason).nats(mean.nats);
-        step.limit("least gain that closes anything", LEAST_NATS, "nats")
+        let step = |decision, what: &str| {
+            Step::new(TraceStage::HoldOut, &t.id, decision, format!("{gains}{what}")).nats(t.mean().nats)
+        };
+        if refuted.contains(&t.id) {
+            let step = step(Decision::Rejected, ": this recording contradicts it");
+            step.limit("upper end of both intervals below which one is contradicted", -LEAST_NATS, "nats")
+        } else if idle.contains(&t.id) {
+            let step = step(Decision::Removed, ": idle, no gain worth the name is to be expected of it");
+            step.limit("least gain to be expected", LEAST_NATS, "nats")
+        } else if first[0].max(last[0]) > 0.0 {
+            step(Decision::Taken, "").limit("lower end of an interval above which one closes something", 0.0, "nats")
+        } else {
+            step(Decision::Estimated, ": not told from no gain; it stays by the evidence of the fit")
+        }
     };
     tested.iter().map(one).collect()
 }
@@ -178,20 +186,20 @@ pub fn settle(
         let told = format!("{:.0} % of the gap (95 %: {:.0} to {:.0} %)", 100.0 * estimate, 100.0 * low, 100.0 * high);
         let presence = answer.main.as_ref().and_then(|id| answer.effects.iter().find(|e| e.id == *id));
         let presence = presence.map_or(0.0, |e| e.probability);
-        let step = Step::new(
-            TraceStage::HoldOut,
-            "all that have a name",
-            if low > MOST { Decision::Taken } else { Decision::Rejected },
-            format!("they close {told}"),
-        );
-        answer.trace.push(step.limit("share that is most of the gap", MOST, ""));
+        if !answer.together.is_empty() {
+            let why =
+                if closed.paired { ", of the gain that is to be expected of them: it decides nothing" } else { "" };
+            let reason = format!("they close {told}{why}");
+            answer.trace.push(Step::new(TraceStage::HoldOut, "all that have a name", Decision::Estimated, reason));
+        }
         match answer.verdict {
             // a gap within the scatter of the score of one recording is no proof of another cause
             Verdict::Identified if high < MOST && !closed.paired => {
                 let why = format!(
                     "What has a name is there, and closes {told}, less than half: most of it has another cause."
                 );
-                unseat(answer, less * presence, why, place(None));
+                let step = Step::new(TraceStage::Naming, IDENTIFIED, Decision::Rejected, why);
+                unseat(answer, less * presence, step.limit(SHARE, MOST, ""), place(None));
             }
             // a paired floor is the expected gain itself: its closed share proves nothing
             Verdict::Unknown if low > MOST && !closed.paired && presence * (1.0 - less) > MOST => {
@@ -199,10 +207,13 @@ pub fn settle(
                 answer.unknown_probability = less.max(1.0 - presence).min(1.0 - answer.none_probability);
                 let left = 1.0 - answer.none_probability - answer.unknown_probability;
                 answer.main_probability = (presence * (1.0 - less)).min(left);
-                answer.notes.push(format!(
+                let why = format!(
                     "In the fit, corrections that are in no simulator had the larger share; measured, what has a name closes {told}, \
                      more than half."
-                ));
+                );
+                let step = Step::new(TraceStage::Naming, "the verdict 'unknown'", Decision::Rejected, why.as_str());
+                answer.trace.push(step.limit(SHARE, MOST, ""));
+                answer.notes.push(why);
                 answer.place = place(answer.main.as_deref()).or(answer.place.take());
             }
             _ => {}
@@ -214,14 +225,18 @@ pub fn settle(
     }
 }
 
-/// Sets the verdict of `answer` to unknown with this probability, for the reason `why`; `place`: where the remainder
-/// lies.
-pub fn unseat(answer: &mut Answer, probability: f64, why: String, place: Option<Place>) {
+/// Names of the verdict that is withdrawn, and of the limit of [`MOST`], in the trail.
+pub const IDENTIFIED: &str = "the verdict 'identified'";
+const SHARE: &str = "share that is most of the gap";
+
+/// Makes the cause of `answer` unknown with this probability, for the reason that `step` tells; `place`: place of the
+/// remainder.
+pub fn unseat(answer: &mut Answer, probability: f64, step: Step, place: Option<Place>) {
     answer.verdict = Verdict::Unknown;
     answer.unknown_probability = probability.max(answer.unknown_probability);
     answer.main_probability *= 1.0 - probability;
-    answer.trace.push(Step::new(TraceStage::HoldOut, "the verdict 'identified'", Decision::Rejected, why.as_str()));
-    answer.notes.push(why);
+    answer.notes.push(step.reason.clone());
+    answer.trace.push(step);
     answer.place = place.or(answer.place.take());
 }
 
@@ -242,6 +257,9 @@ fn lead(answer: &mut Answer, tested: &[Tested]) {
     if !led {
         return;
     }
+    let reason =
+        "closes more on the recording on which the gap is measured than the main effect of the fit, beyond chance";
+    answer.trace.push(Step::new(TraceStage::Naming, &best.id, Decision::Taken, reason).nats(best.mean().nats));
     answer.main = Some(best.id.clone());
     if let Some(at) = answer.effects.iter().position(|e| e.id == best.id) {
         let first = answer.effects.remove(at);

@@ -96,7 +96,7 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
         gap: Vec::new(),
         navigation: None,
         notes: findings.notes.clone(),
-        trace: findings.trace.iter().cloned().chain(findings.steps()).collect(),
+        trace: findings.trace.clone(),
     }
 }
 

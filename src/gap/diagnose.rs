@@ -153,6 +153,10 @@ pub fn diagnose_observed(
     let idle = account::idle(&tested, &findings);
     findings.set_aside(&idle);
     findings.trace.extend(account::steps(&tested, &[], &idle));
+    if !idle.is_empty() {
+        let steps = findings.of_probabilities(trace::TraceStage::HoldOut);
+        findings.trace.extend(steps);
+    }
     let mut answer = answer(&findings, library, &prepared);
     let together: Vec<(String, Parameters)> = found.into_iter().filter(|f| answer.together.contains(&f.0)).collect();
     let listed: Vec<(String, Parameters)> =
@@ -216,6 +220,8 @@ fn judged(prepared: &Prepared, library: &Library, given: &Given, options: &Optio
     findings.trace.splice(0..0, trace::of_notes(&prepared.notes));
     findings.notes.splice(0..0, prepared.notes.iter().cloned());
     given.take_out(&mut findings, &options.judge.calibration);
+    let steps = findings.steps();
+    findings.trace.extend(steps);
     findings
 }
 

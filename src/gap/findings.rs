@@ -226,7 +226,12 @@ impl Findings {
 
     /// Whether this probability of presence is beyond doubt, given that the cause is among the candidates.
     pub fn is_beyond_doubt(&self, presence: f64) -> bool {
-        presence >= BEYOND_DOUBT * (1.0 - self.doubt)
+        presence >= self.least_presence()
+    }
+
+    /// Least probability of being present of what is there beyond doubt, if the cause is among what was compared.
+    pub(super) fn least_presence(&self) -> f64 {
+        BEYOND_DOUBT * (1.0 - self.doubt)
     }
 
     /// Probability of each main cause, most probable first.

@@ -11,7 +11,7 @@ use super::layers::{lattice, repeats, shots};
 use super::looks::{Choice, Looks, Seen, Views};
 use super::parts::parts;
 use super::popcorn::{Popcorn, beside};
-use super::search::{Prior, SCREENED, Search};
+use super::search::{LEAST_SCREENED, Prior, SCREENED, Search};
 use super::trace::{Decision, Step, TraceStage, of_additions};
 use crate::effects::{Effect, Explanation, NoiseState};
 use crate::model::Scene;
@@ -152,9 +152,8 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     number(&unlevelled.fitted.hypothesis).into_iter().for_each(|i| wanted[i] = true);
     let mut views = Views::default();
     let mut beside_path: Vec<Account> = Vec::new();
-    let mut by_levels = None;
+    let mut by_levels: Option<Vec<(&str, f64)>> = None;
     if let Some((found, ln_weight)) = popcorn(&likelihood, &nuisance, &search, prior) {
-        by_levels = Some(ln_weight - best.ln_weight);
         let h = &found.fitted.hypothesis;
         let without = search.weight_of(h);
         let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
@@ -182,6 +181,8 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
         }
         let part = super::parts::shots(&shots, (ln_shots - without).max(0.1));
         push(missed(part, ln_shots, prior.ln_free), ln_shots);
+        let jumps = named(|e| matches!(e, Explanation::TwoLevels)).map(|id| (id, ln_weight - best.ln_weight));
+        by_levels = Some(jumps.into_iter().chain([("free.shots", ln_shots - best.ln_weight)]).collect());
     }
     let mut accounts: Vec<Option<Account>> = all.iter().map(|_| None).collect();
     let mut order: Vec<usize> = (0..all.len()).filter(|i| wanted[*i]).collect();
@@ -250,10 +251,10 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
     }
     let mut trace = tried(&search, &candidates, &best.fitted.hypothesis);
     trace.extend(rows_removed);
-    trace.extend(by_levels.map(|nats| {
-        let reason = "two levels in the place of a correlated noise, over the best set without";
+    trace.extend(by_levels.into_iter().flatten().map(|(subject, nats)| {
+        let reason = "in the place of a correlated noise, over the best set without";
         let decision = if nats > 0.0 { Decision::Taken } else { Decision::Rejected };
-        Step::new(TraceStage::Preprocessing, "a path of jumps between two levels", decision, reason).nats(nats)
+        Step::new(TraceStage::Preprocessing, subject, decision, reason).nats(nats)
     }));
     let weight = |a: &Account| choices(a).into_iter().map(|c| total(a, c)).fold(f64::NEG_INFINITY, f64::max);
     let whole = there().max_by(|a, b| weight(a).total_cmp(&weight(b)));
@@ -264,24 +265,27 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
 /// Each candidate alone, and beside the best set, as steps of the trail.
 fn tried(search: &Search, candidates: &[Candidate], best: &Hypothesis) -> Vec<Step> {
     let alone = |(c, start, fitted): (usize, Option<f64>, Option<f64>)| {
-        let reason = match (start, fitted) {
-            (_, Some(_)) => "gain in ln weight over the nominal simulator, fitted",
-            (None, _) => "there is no start at which it gains anything",
-            _ => {
-                "gain in ln weight over the nominal simulator where it starts; not fitted alone, for another gains more"
+        let step = |reason: &str| Step::new(TraceStage::Screening, &candidates[c].id, Decision::Estimated, reason);
+        match (start, fitted) {
+            (_, Some(gain)) => step("gain, fitted").nats(gain),
+            (None, None) => step("cannot be added alone: there is no start"),
+            (Some(gain), None) if gain <= LEAST_SCREENED => {
+                let step = step("gain where it starts: too little to be fitted").nats(gain);
+                step.limit("gain from which on one is fitted", LEAST_SCREENED, "nats")
             }
-        };
-        let step = Step::new(TraceStage::Screening, &candidates[c].id, Decision::Estimated, reason);
-        let step = fitted.or(start).into_iter().fold(step, Step::nats);
-        step.limit("distance from the largest gain up to which one is fitted", SCREENED, "nats")
+            (Some(gain), None) => {
+                let step = step("gain where it starts; others gained more, so that it was not fitted alone").nats(gain);
+                step.limit("distance from the largest gain up to which one is fitted", SCREENED, "nats")
+            }
+        }
     };
     let mut steps: Vec<Step> = search.additions(&Hypothesis::default()).into_iter().map(alone).collect();
     let gain = |step: &Step| step.nats.unwrap_or(f64::NEG_INFINITY);
     steps.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
     let beside = search.additions(best);
-    let gains: Vec<(&str, f64)> =
-        beside.iter().filter_map(|(c, start, fitted)| Some((candidates[*c].id.as_str(), fitted.or(*start)?))).collect();
-    steps.extend(of_additions(&gains));
+    let gain =
+        |(c, start, fitted): &(usize, Option<f64>, Option<f64>)| Some((candidates[*c].id.as_str(), fitted.or(*start)?));
+    steps.extend(of_additions(beside.iter().filter_map(gain)));
     steps
 }
 

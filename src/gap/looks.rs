@@ -195,8 +195,12 @@ impl Layers {
         each.filter_map(|((part, nats), taken)| {
             let part = part.as_ref()?;
             let decision = if taken { Decision::Taken } else { Decision::Rejected };
-            let reason =
-                "gain in ln weight over normal samples of constant level, in the series that the best set whitens";
+            let reason = if !taken && *nats > 0.0 {
+                "gain over normal samples of constant level; not combined: one free form at most describes the samples, and \
+                 none beside a path of jumps or the nominal level"
+            } else {
+                "gain in ln weight over normal samples of constant level, in the series that the best set whitens"
+            };
             Some(Step::new(TraceStage::Samples, &part.id, decision, reason).nats(*nats))
         })
         .collect()

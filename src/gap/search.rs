@@ -76,7 +76,7 @@ const WINDOW: f64 = 12.0;
 /// Candidates that gain so many nats less than the best one where they start are not fitted ...
 pub(super) const SCREENED: f64 = 6.0;
 /// ... nor those that gain less than this.
-const LEAST_SCREENED: f64 = -4.0;
+pub(super) const LEAST_SCREENED: f64 = -4.0;
 /// Candidates that are fitted beside one set.
 const FITTED: usize = 5;
 /// Least number of cycles of a tone: what swings fewer times in a recording is a slow change, not a vibration.

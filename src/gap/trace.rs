@@ -1,7 +1,8 @@
 //! The trail of a diagnosis: everything that was tried between the recording and the verdict, and why it was taken or not.
 
-use super::findings::{Findings, Main, Part, WeightedSet};
+use super::findings::{Findings, Main, Part};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Stage of the diagnosis, in the order in which a reader follows the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -29,6 +30,8 @@ pub enum TraceStage {
     Probabilities,
     /// Log score on the recording on which the gap is measured.
     HoldOut,
+    /// Names: what of all that was found is told, leads, and is written into the augmented simulator.
+    Naming,
 }
 
 /// Outcome of one step.
@@ -41,8 +44,10 @@ pub enum Decision {
     Rejected,
     /// Was taken out of the data or out of the account.
     Removed,
-    /// A quantity that was estimated, and is used from here on.
+    /// A quantity that was estimated.
     Estimated,
+    /// A fact that the following stages rest on.
+    Noted,
 }
 
 /// A constant that decided.
@@ -82,10 +87,10 @@ impl Step {
         Self { stage, subject: subject.to_owned(), decision, nats: None, limit: None, reason: reason.into() }
     }
 
-    /// With its evidence, nats; none where that is no finite number.
+    /// With its evidence, nats; none where there is none, or no finite number.
     #[must_use]
-    pub fn nats(self, nats: f64) -> Self {
-        Self { nats: nats.is_finite().then_some(nats), ..self }
+    pub fn nats(self, nats: impl Into<Option<f64>>) -> Self {
+        Self { nats: nats.into().filter(|nats| nats.is_finite()), ..self }
     }
 
     /// With the constant that decided.
@@ -101,105 +106,147 @@ const TOLD: usize = 12;
 pub const NOMINAL: &str = "nominal simulator";
 
 /// Notes on a recording as steps of the stage [`TraceStage::Data`].
-pub(super) fn of_notes<'a>(notes: impl IntoIterator<Item = &'a String>) -> impl Iterator<Item = Step> {
-    notes.into_iter().map(|note| Step::new(TraceStage::Data, "recording", Decision::Estimated, note.as_str()))
+pub fn of_notes<'a>(notes: impl IntoIterator<Item = &'a String>) -> impl Iterator<Item = Step> {
+    notes.into_iter().map(|note| Step::new(TraceStage::Data, "recording", Decision::Noted, note.as_str()))
 }
 
-/// Ids of the parts of a set, largest share first.
+/// Ids of the parts of a set, but for those that every set has.
 fn subject(parts: &[Part]) -> String {
-    let mut all: Vec<&Part> = parts.iter().collect();
-    all.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let ids: Vec<&str> = all.iter().map(|p| p.id.as_str()).collect();
+    let mut ids: Vec<&str> = parts.iter().filter(|p| !p.certain).map(|p| p.id.as_str()).collect();
+    ids.sort_unstable();
     if ids.is_empty() { NOMINAL.into() } else { ids.join(" + ") }
+}
+
+/// The largest gain of each id, nats, largest first.
+pub(super) fn largest<'a>(gains: impl IntoIterator<Item = (&'a str, f64)>) -> Vec<(&'a str, f64)> {
+    let mut by_id: BTreeMap<&str, f64> = BTreeMap::new();
+    for (id, gain) in gains {
+        by_id.entry(id).and_modify(|known| *known = known.max(gain)).or_insert(gain);
+    }
+    let mut all: Vec<(&str, f64)> = by_id.into_iter().collect();
+    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    all
 }
 
 impl Findings {
     /// Steps of the stages that recordings at rest and drives have in common: sets, leaving one out, probabilities.
     #[must_use]
     pub fn steps(&self) -> Vec<Step> {
-        let mut steps = Vec::new();
-        let Some(best) = self.sets.first() else { return steps };
-        let told = |(i, set): (usize, &WeightedSet)| {
-            let decision = if i == 0 { Decision::Taken } else { Decision::Rejected };
-            let reason = format!("probability {:.3}", set.probability);
-            Step::new(TraceStage::Sets, &subject(&set.parts), decision, reason).nats(set.ln_weight - best.ln_weight)
+        [self.of_sets(), self.of_leaving_out(), self.of_probabilities(TraceStage::Probabilities)].concat()
+    }
+
+    /// The sets, those of the same effects as one; nats: ln odds against the most probable.
+    fn of_sets(&self) -> Vec<Step> {
+        struct Same {
+            probability: f64,
+            ln_weight: f64,
+        }
+        let mut by_subject: BTreeMap<String, Same> = BTreeMap::new();
+        for set in &self.sets {
+            let same = by_subject
+                .entry(subject(&set.parts))
+                .or_insert(Same { probability: 0.0, ln_weight: f64::NEG_INFINITY });
+            same.probability += set.probability;
+            same.ln_weight = same.ln_weight.max(set.ln_weight);
+        }
+        let mut all: Vec<(String, Same)> = by_subject.into_iter().collect();
+        all.sort_by(|a, b| b.1.probability.total_cmp(&a.1.probability).then(b.1.ln_weight.total_cmp(&a.1.ln_weight)));
+        let Some(Same { probability: most, ln_weight: top }) = all.first().map(|(_, same)| Same { ..*same }) else {
+            return Vec::new();
         };
-        // the nominal simulator, however improbable
-        let is_told = |(i, set): &(usize, &WeightedSet)| {
-            *i == 0 || set.parts.is_empty() || *i < TOLD && set.probability > LEAST_SET
+        // what is too improbable for a number of its own stands by its weight
+        let odds = |same: &Same| {
+            Some((same.probability / most).ln()).filter(|o| o.is_finite()).unwrap_or(same.ln_weight - top)
         };
-        let (those, rest): (Vec<_>, Vec<_>) = self.sets.iter().enumerate().partition(is_told);
-        steps.extend(those.into_iter().map(told));
-        let nearest = rest.iter().map(|(_, set)| set.ln_weight).reduce(f64::max);
-        steps.extend(nearest.map(|nearest| {
-            let probability: f64 = rest.iter().map(|(_, set)| set.probability).sum();
-            let reason = format!("together probability {probability:.3}; nats of the best of them");
-            let step = Step::new(TraceStage::Sets, &format!("{} further sets", rest.len()), Decision::Rejected, reason);
-            step.nats(nearest - best.ln_weight)
-        }));
-        for part in best.parts.iter().filter(|p| p.named) {
+        let is_told = |(i, (subject, same)): &(usize, (String, Same))| {
+            *i == 0 || subject == NOMINAL || *i < TOLD && same.probability > LEAST_SET
+        };
+        let (those, rest): (Vec<_>, Vec<_>) = all.into_iter().enumerate().partition(is_told);
+        let told = |(i, (subject, same)): &(usize, (String, Same))| {
+            let decision = if *i == 0 { Decision::Taken } else { Decision::Estimated };
+            Step::new(TraceStage::Sets, subject, decision, format!("probability {:.3}", same.probability))
+                .nats(odds(same))
+        };
+        let mut steps: Vec<Step> = those.iter().map(told).collect();
+        if let Some((_, (_, nearest))) = rest.first() {
+            let probability: f64 = rest.iter().map(|(_, (_, same))| same.probability).sum();
+            let reason = format!("together probability {probability:.3}; nats of the most probable of them");
+            let step =
+                Step::new(TraceStage::Sets, &format!("{} further sets", rest.len()), Decision::Estimated, reason);
+            steps.push(step.nats(odds(nearest)));
+        }
+        steps
+    }
+
+    /// The effects of the most probable set, and the evidence that is lost without each.
+    fn of_leaving_out(&self) -> Vec<Step> {
+        let named = self.sets.first().into_iter().flat_map(|best| best.parts.iter().filter(|p| p.named));
+        let one = |part: &Part| {
             let presence = self.presence(&part.id);
             let worth = self.is_worth_naming(part.missed_nats, presence);
             let decision = if worth { Decision::Taken } else { Decision::Rejected };
-            let reason = match part.missed_nats {
-                Some(_) => "evidence that the account loses without it",
-                None if part.certain => "read off the numbers themselves",
-                None => "not asked: it stands or falls with the probability of being present",
-            };
-            let step = Step::new(TraceStage::LeaveOneOut, &part.id, decision, reason);
-            let step = part.missed_nats.into_iter().fold(step, Step::nats);
-            steps.push(step.limit("price of one more effect", self.least_nats, "nats"));
-        }
-        let top = self.top();
-        for (main, probability) in self.mains() {
-            let (name, decision) = (
-                match &main {
-                    Main::None => NOMINAL,
-                    Main::Unknown => "a free form: unknown",
-                    Main::Effect(id) => id,
-                },
-                if main == top { Decision::Taken } else { Decision::Rejected },
-            );
-            if probability < LEAST_TOLD && main != top {
-                continue;
+            match part.missed_nats {
+                Some(nats) => {
+                    let reason = "evidence that the account loses without it";
+                    let step = Step::new(TraceStage::LeaveOneOut, &part.id, decision, reason).nats(nats);
+                    step.limit("price of one more effect", self.least_nats, "nats")
+                }
+                None if part.certain => {
+                    Step::new(TraceStage::LeaveOneOut, &part.id, decision, "read off the numbers themselves")
+                }
+                None => {
+                    let reason = format!("not left out: probability {presence:.3} of being present");
+                    let step = Step::new(TraceStage::LeaveOneOut, &part.id, decision, reason);
+                    step.limit("least probability of being present", self.least_presence(), "")
+                }
             }
-            let step = Step::new(
-                TraceStage::Probabilities,
-                name,
-                decision,
-                format!("probability {probability:.3} of being the largest part of the gap"),
-            );
-            steps.push(if main == Main::None {
-                step.limit("a gap is asserted where none is less probable than", Self::LEAST_NONE, "")
-            } else {
-                step
-            });
+        };
+        named.map(one).collect()
+    }
+
+    /// Probability of each largest cause, as steps of `stage`.
+    #[must_use]
+    pub fn of_probabilities(&self, stage: TraceStage) -> Vec<Step> {
+        let top = self.top();
+        let mains = self.mains();
+        let none = mains.iter().find(|m| m.0 == Main::None).map_or(0.0, |m| m.1);
+        let mut steps = Vec::new();
+        for (main, probability) in mains.iter().filter(|m| m.1 >= LEAST_TOLD || m.0 == top) {
+            let decision = if *main == top { Decision::Taken } else { Decision::Rejected };
+            let of_cause = format!("probability {probability:.3} that it is the largest part of the gap");
+            let step = match main {
+                Main::None => {
+                    let reason = format!("probability {probability:.3} that there is no gap");
+                    Step::new(stage, NOMINAL, decision, reason)
+                }
+                Main::Unknown => Step::new(stage, "a free form: unknown", decision, of_cause),
+                Main::Effect(id) => Step::new(stage, id, decision, of_cause),
+            };
+            let is_none = *main == Main::None;
+            let limit = "probability of no gap from which on none is asserted";
+            steps.push(if is_none { step.limit(limit, Self::LEAST_NONE, "") } else { step });
         }
-        if self.doubt > 0.0 && !best.parts.is_empty() {
-            let reason = format!("probability {:.3}, from how often such answers are wrong", self.doubt);
-            let subject = "none of what was compared";
-            steps.push(Step::new(TraceStage::Probabilities, subject, Decision::Estimated, reason));
+        let left = self.doubt * (1.0 - none);
+        if left >= LEAST_TOLD {
+            let reason = format!("probability {left:.3}, from how often such answers are wrong");
+            steps.push(Step::new(stage, "none of what was compared", Decision::Estimated, reason));
         }
         steps
     }
 }
 
 /// Steps of the stage [`TraceStage::Additions`]: ids with the gain in ln weight beside the best set, nats.
-pub(super) fn of_additions(gains: &[(&str, f64)]) -> Vec<Step> {
-    let one = |(id, gain): &(&str, f64)| {
-        let reason = "gain in ln weight beside the best set, with the prior odds of one more";
-        let step = Step::new(TraceStage::Additions, id, Decision::Rejected, reason).nats(*gain);
+pub(super) fn of_additions<'a>(gains: impl IntoIterator<Item = (&'a str, f64)>) -> Vec<Step> {
+    let one = |(id, gain): (&str, f64)| {
+        let reason = if gain > 0.0 {
+            "gain where it starts; not added, for its fit gains less or the set is full"
+        } else {
+            "gain in ln weight beside the best set, with the prior odds of one more"
+        };
+        let step = Step::new(TraceStage::Additions, id, Decision::Rejected, reason).nats(gain);
         step.limit("gain above which it would be added", 0.0, "nats")
     };
-    let mut largest: Vec<(&str, f64)> = Vec::new();
-    for (id, gain) in gains {
-        match largest.iter_mut().find(|known| known.0 == *id) {
-            Some(known) => known.1 = known.1.max(*gain),
-            None => largest.push((id, *gain)),
-        }
-    }
-    largest.sort_by(|a, b| b.1.total_cmp(&a.1));
-    largest.iter().map(one).collect()
+    largest(gains).into_iter().map(one).collect()
 }
 
 /// Sets less probable than this are counted, not told.
@@ -210,6 +257,7 @@ const LEAST_TOLD: f64 = 0.005;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gap::findings::WeightedSet;
     use crate::gap::{Calibration, Prior};
 
     #[test]
@@ -219,16 +267,19 @@ mod tests {
         let sets = vec![
             set(Vec::new(), 0.0),
             set(vec![part("small", 1.0), part("large", 40.0)], 41.0),
-            set(vec![part("large", 40.0)], 40.0),
+            set(vec![part("large", 40.0)], 41.0),
+            set(vec![part("large", 40.0)], 41.0),
         ];
         let prior = Prior::default();
         let findings = Findings::new(sets, &prior, &Calibration::default(), Vec::new());
         let steps = findings.steps();
         let of = |stage| steps.iter().filter(move |s| s.stage == stage).collect::<Vec<_>>();
+        // sets of the same effects are one, and the nominal simulator is told however improbable
         let sets = of(TraceStage::Sets);
-        assert_eq!(sets.len(), 3);
+        assert_eq!((sets.len(), sets[0].subject.as_str(), sets[1].subject.as_str()), (3, "large", "large + small"));
         assert_eq!(sets.iter().filter(|s| s.decision == Decision::Taken).count(), 1);
-        assert!(sets[2].subject == NOMINAL && sets[2].nats.is_some_and(|n| n < -39.0), "{sets:?}");
+        assert!(sets[0].nats == Some(0.0) && sets[2].subject == NOMINAL, "{sets:?}");
+        assert!(sets.iter().is_sorted_by(|a, b| a.nats >= b.nats) && sets[2].nats.unwrap() < -30.0, "{sets:?}");
         for step in of(TraceStage::LeaveOneOut) {
             let limit = step.limit.as_ref().unwrap();
             assert_eq!(limit.value, -prior.ln_named);

@@ -10,7 +10,7 @@ use gyroid::config::{Config, Kind};
 use gyroid::effects::{Library, registry};
 use gyroid::error::one_of;
 use gyroid::files::{OutputFile, Plan};
-use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, place};
+use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, place, trace};
 use gyroid::report::GapReport;
 use gyroid::report::plot::Format;
 use gyroid::signal::Log;
@@ -125,6 +125,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         diagnose_observed(&config, &fit_logs[0], hold_logs.first(), &library, &options, &mut show)
     };
     let mut diagnosis = diagnosed.map_err(named)?;
+    diagnosis.answer.trace.extend(trace::of_notes(&notes));
     diagnosis.answer.notes.extend(notes);
     let curves = match &diagnosis.prepared {
         Some(prepared) => {

@@ -105,7 +105,7 @@ impl Branch {
         let better = gained > BETTER;
         if better {
             self.noise = changed;
-            let reason = "without torques: how speeds change, and noise levels, estimated beside the best set";
+            let reason = "without torques: how speeds change, and noise levels, estimated beside the best set; nats of the last round";
             let step = Step::new(TraceStage::Readings, "diffusion of the speeds", Decision::Estimated, reason);
             self.note(step.nats(gained).limit("least gain to be taken", BETTER, "nats"));
         }

@@ -87,6 +87,8 @@ pub(super) struct Clocks<'a> {
     pub(super) hold: Vec<Cow<'a, Log>>,
     /// Time offsets that were removed.
     pub(super) offsets: Vec<TimeOffset>,
+    /// A sentence on each of them.
+    pub(super) said: Vec<String>,
     /// Notes on these, and on streams that stopped.
     pub(super) notes: Vec<String>,
 }
@@ -154,7 +156,8 @@ pub(super) fn agree<'a>(config: &Config, fit: &[Drive<'a>], hold: &[Drive<'a>]) 
     let logs: Vec<&'a Log> = fit.iter().chain(hold).map(|d| d.log).collect();
     let seen = logs.par_iter().map(|log| look(config, log)).collect::<Result<Vec<_>>>()?;
     let taken_out = offsets(&seen);
-    let mut clocks = Clocks { fit: Vec::new(), hold: Vec::new(), offsets: Vec::new(), notes: Vec::new() };
+    let mut clocks =
+        Clocks { fit: Vec::new(), hold: Vec::new(), offsets: Vec::new(), said: Vec::new(), notes: Vec::new() };
     for (place, ((log, seen), out)) in logs.iter().zip(&seen).zip(taken_out).enumerate() {
         let (kind, number, of) = match place.checked_sub(fit.len()) {
             None => (FIT, place, fit.len()),
@@ -165,7 +168,7 @@ pub(super) fn agree<'a>(config: &Config, fit: &[Drive<'a>], hold: &[Drive<'a>]) 
         for (stream, off) in Stream::ALL.into_iter().zip(out).filter_map(|(s, l)| Some((s, l?))) {
             set = Cow::Owned(retimed(&set, stream, &off)?);
             let lag = off.lag;
-            clocks.notes.push(said(&log.source, stream, &off, seen.has_gyro));
+            clocks.said.push(said(&log.source, stream, &off, seen.has_gyro));
             clocks.offsets.push(TimeOffset {
                 channel: stream.id().into(),
                 recording: recording.clone(),

@@ -27,7 +27,7 @@ use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
 use crate::gap::far::{Closed, Options as FarOptions};
 use crate::gap::findings::{Findings, Main, Part, REFUTED};
-use crate::gap::trace::{Decision, Step, TraceStage};
+use crate::gap::trace::{self, Decision, Step, TraceStage};
 use statrs::function::erf::erfc;
 
 /// Share of the explained gap above which an effect explains most of it.
@@ -64,6 +64,8 @@ pub fn diagnose(
     observe(Stage::Compare);
     let mut judged = judge(&record, &effects, &options.judge_drives);
     judged.findings = judged.findings.weighed(&record.sources.join("; "))?;
+    let steps = judged.findings.steps();
+    judged.findings.trace.extend(steps);
     let loud = loud_note(&record.belief, &judged.nominal_noise).filter(|_| record.torques_n_m.is_none());
     let record = record.as_loud_as(&judged.nominal_noise);
     let kept = kept.map(|kept| kept.as_loud_as(&judged.nominal_noise));
@@ -92,7 +94,7 @@ pub fn diagnose(
         found.insert(0, one);
         tested = account::test(&found, |effects| Ok(rows(effects)), expect)?;
         let superfluous = account::superfluous(&tested);
-        let beside = "gains nothing beyond chance beside the effect that explains most alone";
+        let beside = "gains nothing beyond chance on this recording beside the effect that explains most alone";
         let removed = |id: &String| Step::new(TraceStage::HoldOut, id, Decision::Removed, beside);
         judged.findings.trace.extend(superfluous.iter().map(removed));
         judged.findings.lead(&Part { share: closest.gain, ..closest.part.clone() }, &superfluous);
@@ -107,8 +109,18 @@ pub fn diagnose(
     tested.retain(|t| !refuted.contains(&t.id));
     let idle = account::idle(&tested, &judged.findings);
     judged.findings.set_aside(&idle);
-    judged.findings.trace.splice(0..0, clocks.offsets.iter().map(clock_step));
+    judged.findings.trace.splice(0..0, trace::of_notes(&clocks.notes));
+    judged.findings.trace.extend(
+        loud.iter().map(|loud| {
+            Step::new(TraceStage::Readings, "noise of wheels and gyro", Decision::Estimated, loud.as_str())
+        }),
+    );
+    judged.findings.trace.splice(0..0, clocks.offsets.iter().zip(&clocks.said).map(clock_step));
     judged.findings.trace.extend(account::steps(&all, &refuted, &idle));
+    if vouched.is_some() || !refuted.is_empty() || !idle.is_empty() {
+        let after = judged.findings.of_probabilities(TraceStage::HoldOut);
+        judged.findings.trace.extend(after);
+    }
     let findings = &judged.findings;
     let mut answer = compose::answer(findings, |top| match top {
         Main::None => None,
@@ -121,7 +133,7 @@ pub fn diagnose(
     answer.notes.extend(wanders);
     answer.equations = pinpoint(&record, &judged.nominal_noise, options.corrections);
     answer.time_offsets.clone_from(&clocks.offsets);
-    answer.notes.extend(clocks.notes.iter().cloned());
+    answer.notes.extend(clocks.said.iter().chain(&clocks.notes).cloned());
     answer.notes.extend(together_note(&record));
     answer.notes.extend(loud);
     let vouched = vouched.map(|id| {
@@ -130,7 +142,7 @@ pub fn diagnose(
              all that was found beside each other. It leads: noise that is not as stated is seldom white, and their own evidence counts more readings \
              than are independent."
         );
-        answer.trace.push(Step::new(TraceStage::HoldOut, &id, Decision::Taken, why.as_str()));
+        answer.trace.push(Step::new(TraceStage::Naming, &id, Decision::Taken, why.as_str()));
         why
     });
     answer.notes.extend(vouched);
@@ -220,7 +232,12 @@ pub fn diagnose(
         let why = "The navigation filter errs more with what has a name than without, and more than it may: in a simulator that has it \
                    instead of the true cause, filters are tuned to the wrong robot.";
         let probability = 0.5 * erfc(-far.misled / std::f64::consts::SQRT_2) * answer.main_probability;
-        account::unseat(&mut answer, probability, why.into(), place(findings, library, None));
+        let step = Step::new(TraceStage::Naming, account::IDENTIFIED, Decision::Rejected, why).limit(
+            "standard deviations by which the filter may err more",
+            MISLED,
+            "",
+        );
+        account::unseat(&mut answer, probability, step, place(findings, library, None));
     }
     if let (Some(share), true) = (far.together.estimate, together.len() > 1) {
         answer.notes.push(format!("All that were found close {:.1} % of the gap together.", 100.0 * share));
@@ -272,12 +289,10 @@ fn together_note(record: &Record) -> Option<String> {
     })
 }
 
-/// A clock that was set, as a step of the trail.
-fn clock_step(offset: &TimeOffset) -> Step {
+/// A clock that was set, with the sentence that tells it, as a step of the trail.
+fn clock_step((offset, said): (&TimeOffset, &String)) -> Step {
     let subject = format!("{} of {}", offset.channel, offset.recording);
-    let reason =
-        format!("stamped late by {:.4} ± {:.4} s: set before anything is judged", offset.offset_s, offset.std_s);
-    Step::new(TraceStage::Clocks, &subject, Decision::Estimated, reason)
+    Step::new(TraceStage::Clocks, &subject, Decision::Estimated, said.as_str())
 }
 
 fn is_lattice(library: &Library, id: &str) -> bool {
@@ -405,7 +420,7 @@ fn offered(
         "The augmented simulator is without {ids}: what corrects it beside the effects is in no simulator, and with them alone it \
          would predict this very recording worse than the nominal one does."
     );
-    answer.trace.push(Step::new(TraceStage::HoldOut, &ids, Decision::Removed, why.as_str()));
+    answer.trace.push(Step::new(TraceStage::Naming, &ids, Decision::Removed, why.as_str()));
     answer.notes.push(why);
     together
 }
@@ -442,7 +457,7 @@ fn drop_inconstant(answer: &mut Answer, findings: &Findings) {
     let varies = |id: &String| set.parts.iter().any(|p| p.id.strip_prefix(VARYING) == Some(id));
     let (gone, left): (Vec<String>, Vec<String>) = answer.together.drain(..).partition(varies);
     let why = "its coefficient is not constant, and the cause is unknown: it is not simulated with a constant one";
-    answer.trace.extend(gone.iter().map(|id| Step::new(TraceStage::HoldOut, id, Decision::Removed, why)));
+    answer.trace.extend(gone.iter().map(|id| Step::new(TraceStage::Naming, id, Decision::Removed, why)));
     answer.together = left;
 }
 
@@ -456,7 +471,7 @@ fn told_as_wander(answer: &mut Answer) -> Option<String> {
     answer.together.retain(|id| id != walk);
     let why = "The gyro's bias wanders within the drive, like a walk as large as listed; drives are too short to tell which slow process \
                that is. Diagnose a recording at rest, an hour or longer, to know.";
-    answer.trace.push(Step::new(TraceStage::HoldOut, walk, Decision::Removed, why));
+    answer.trace.push(Step::new(TraceStage::Naming, walk, Decision::Removed, why));
     Some(why.into())
 }
 

@@ -20,7 +20,7 @@ use super::onset::{self, Onsets};
 use super::pass::{Models, Noise};
 use super::record::Record;
 use super::ripple;
-use super::trail;
+use super::trail::{self, Way};
 use super::twins::Twins;
 use super::unforced;
 use crate::effects::About;
@@ -29,7 +29,7 @@ use crate::gap::Calibration;
 use crate::gap::answer::Alike;
 use crate::gap::findings::{Findings, Main, Part, WeightedSet};
 use crate::gap::layers::lattice::Grain;
-use crate::gap::trace::{self, Step, TraceStage};
+use crate::gap::trace::{self, Decision, Step, TraceStage};
 use crate::model::drive::Instrument;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -117,30 +117,34 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         lattice_part(lsb, here.max(1.0), named.map(|e| e.about()))
     });
     let mut others = Vec::new();
-    let mut tried: Vec<(String, Option<usize>)> = Vec::new();
+    let mut ways: Vec<Way<'_>> = Vec::new();
     let loses = effects.iter().find(|e| e.tick_loss().is_some());
-    if loses.is_some() {
-        tried.push(("lost ticks restored".into(), None));
-    }
+    let mut lost = Err("there are no bursts worth a look, or their account falls short by far");
     if let Some(loses) = loses
         && let Some((other, bursts)) = restored(record, &branch, &begin, &noise, effects, options)
     {
-        tried[0].1 = Some(others.len());
+        lost = Ok(other.top());
         let gained = other.top() - branch.top();
         let part = Part { missed_nats: Some(gained - options.prior.ln_named), ..missed_part(*loses, &bursts, gained) };
         others.push((other, part));
     }
+    ways.extend(loses.map(|_| Way { name: "lost ticks restored".into(), top: lost }));
     let late_wheels = drive::late(effects, Instrument::Wheels);
     let mut wheels_late_s = None;
     if !record.wheels_were_set
         && let Some((other, late)) = wheels_in_time(record, &branch, effects, options)
     {
         let part = late.part(other.top() - branch.top(), late_wheels);
-        tried.push((format!("wheels {:.4} s earlier", late.delay_s), Some(others.len())));
+        ways.push(Way { name: format!("wheels {:.4} s earlier", late.delay_s), top: Ok(other.top()) });
         others.push((other, part));
         wheels_late_s = Some(late.delay_s);
     } else {
-        tried.push(("late wheels put back in time".into(), None));
+        let why = if record.wheels_were_set {
+            "not tried: the clock of the wheels was set before"
+        } else {
+            "no delay gains as much as a large gap holds, or no set with it is better"
+        };
+        ways.push(Way { name: "late wheels put back in time".into(), top: Err(why) });
     }
     let mut sets = branch.sets();
     let in_time = lag::gyro_in_time(record, &branch, effects, options);
@@ -148,11 +152,18 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     for (other, part) in &others {
         sets.extend(other.sets().into_iter().map(|set| beside(set, part, late_wheels)));
     }
-    let mut ways: Vec<(String, Option<&Branch>)> =
-        tried.into_iter().map(|(name, at)| (name, at.map(|at| &others[at].0))).collect();
-    ways.extend(in_time.iter().map(|i| (format!("gyro {:.4} s earlier", i.lag_s), Some(&i.branch))));
+    ways.extend(in_time.iter().map(|i| Way { name: format!("gyro {:.4} s earlier", i.lag_s), top: Ok(i.top()) }));
+    let readings = trail::readings(branch.top(), &ways);
     let mut trace: Vec<Step> = trace::of_notes(&record.notes).chain(twins.steps()).collect();
-    let readings = trail::readings(&branch, &ways);
+    trace.extend(
+        unknowable(record, effects).map(|id| {
+            Step::new(TraceStage::Screening, id, Decision::Removed, "the channels of this log cannot show it")
+        }),
+    );
+    trace.extend(lattice.iter().map(|part| {
+        let step = Step::new(TraceStage::Readings, &part.id, Decision::Estimated, part.description.as_str());
+        step.nats(part.share)
+    }));
     // the interpretation that explains the drive best
     let others = others.iter().map(|o| &o.0).chain(in_time.iter().map(|i| &i.branch));
     let best = others.fold(&branch, |best, other| if other.top() > best.top() { other } else { best });

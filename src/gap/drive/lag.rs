@@ -47,6 +47,11 @@ pub(super) struct InTime {
 }
 
 impl InTime {
+    /// ln weight of its best set, the prior odds of the delay included, which every set of it has.
+    pub(super) fn top(&self) -> f64 {
+        self.branch.top() + self.ln_prior
+    }
+
     /// Sets that explain the drive, each with the delay: whole rows and the remainder. In a set without the effect the
     /// remainder is the nuisance's, and where there is none, zero with the standard deviation of a uniform row.
     pub(super) fn sets(&self) -> Vec<WeightedSet> {

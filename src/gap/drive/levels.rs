@@ -100,6 +100,11 @@ fn price(n: usize) -> f64 {
     0.5 * (n.max(1) as f64).ln()
 }
 
+/// Id of the free form of one channel's noise level.
+fn free_id(name: &str) -> String {
+    format!("free.level.{name}")
+}
+
 impl Branch {
     /// Estimates noise levels that differ from the stated ones; returns whether there are any. Wheels quantized more
     /// coarsely than their noise are skipped.
@@ -149,9 +154,9 @@ impl Branch {
                     continue;
                 }
                 sums.iter().flat_map(|s| s.1.clone()).for_each(|c| self.noise.reading[c] *= ratio);
-                let reason = format!("noise {:.3} times as large as it was, by {n} innovations", ratio.sqrt());
-                let step = Step::new(TraceStage::Readings, about.id, Decision::Estimated, reason).nats(together);
-                self.note(step.limit("least evidence of another level", WORTH, "nats"));
+                let place = channels[0].1.start;
+                let before = self.levels.iter().find(|l| l.instrument == instrument).map(|l| l.margin);
+                self.note_level(about.id, place, n, before.unwrap_or(together));
                 if !is_known {
                     let cost = price(n) - options.prior.ln_named;
                     self.extra_weight -= cost;
@@ -167,10 +172,7 @@ impl Branch {
                 let ratio = square / n as f64;
                 places.clone().for_each(|c| self.noise.reading[c] *= ratio);
                 any = true;
-                let reason = format!("noise {:.3} times as large as it was, by {n} innovations", ratio.sqrt());
-                let step = Step::new(TraceStage::Readings, name, Decision::Estimated, reason);
-                let step = step.nats(worth(n, square, options.prior.ln_free));
-                self.note(step.limit("least evidence of another level", WORTH, "nats"));
+                self.note_level(&free_id(name), places.start, n, worth(n, square, options.prior.ln_free));
                 self.free_level(options, name, places.start, n);
             }
         }
@@ -181,9 +183,17 @@ impl Branch {
         self.believed.wheel_lsb_rad_s > self.record.belief.wheel_std_rad_s
     }
 
+    /// Notes in the trail how loud the channel at `place` is, by `n` innovations; `nats`: evidence of another level.
+    fn note_level(&mut self, id: &str, place: usize, n: usize, nats: f64) {
+        let ratio = (self.noise.reading[place] / self.believed.reading[place]).sqrt();
+        let reason = format!("the noise is {ratio:.3} times as large as stated, by {n} innovations");
+        let step = Step::new(TraceStage::Readings, id, Decision::Estimated, reason).nats(nats);
+        self.note(step.limit("least evidence of another level", WORTH, "nats"));
+    }
+
     /// Adds the part of a free form: the noise level of one channel.
     fn free_level(&mut self, options: &Options, name: &str, place: usize, n: usize) {
-        let id = format!("free.level.{name}");
+        let id = free_id(name);
         let again = self.extra_parts.iter().any(|p| p.id == id);
         let total = self.noise.reading[place] / self.believed.reading[place];
         let text = format!("the noise of {name} is {:.2} times as large as believed", total.sqrt());

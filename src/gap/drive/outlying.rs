@@ -18,11 +18,23 @@ const ONE_STEP: f64 = 1.5;
 const MANY: f64 = 0.02;
 /// ln odds that one reading is an outlier, its size included.
 const LN_OUTLIER: f64 = -9.0;
+/// Least evidence for which outliers are removed, nats.
+const WORTH: f64 = 3.0;
+
+/// A reading that is far off.
+struct Far {
+    channel: Channel,
+    row: usize,
+    /// Innovation over its standard deviation, as large as the noise is.
+    white: f64,
+    /// That standard deviation, in the channel's unit.
+    std: f64,
+}
 
 impl Branch {
     /// Removes outliers; returns whether there were any.
     pub(super) fn put_outliers_aside(&mut self, options: &Options, residuals: &[Residual]) -> bool {
-        let mut found: Vec<(Channel, usize, f64, f64)> = Vec::new();
+        let mut found: Vec<Far> = Vec::new();
         let mut counts = [0usize; 6];
         // innovations are compared with the actual level of their noise
         let scales = scales(residuals);
@@ -30,7 +42,7 @@ impl Branch {
             counts[channel as usize] += 1;
             let scale = scales[channel as usize];
             if white.abs() > OUTLYING * scale {
-                found.push((channel, row, white / scale, std * scale));
+                found.push(Far { channel, row, white: white / scale, std: std * scale });
             }
         }
         let [_, every_s] = self.record.read_every_s();
@@ -44,25 +56,40 @@ impl Branch {
         .enumerate()
         {
             let (id, named) = (known.map_or(free, |e| e.id), known.is_some());
-            let own = |f: &&(Channel, usize, f64, f64)| channels.contains(&f.0) && self.stands_out(f.0, f.1, every_s);
-            let here: Vec<&(Channel, usize, f64, f64)> = found.iter().filter(own).collect();
+            let own = |f: &&Far| channels.contains(&f.channel) && self.stands_out(f.channel, f.row, every_s);
+            let here: Vec<&Far> = found.iter().filter(own).collect();
             let all: usize = channels.iter().map(|c| counts[*c as usize]).sum();
-            let gain: f64 = here.iter().map(|f| 0.5 * f.2 * f.2 + LN_OUTLIER).sum();
+            let gain: f64 = here.iter().map(|f| 0.5 * f.white * f.white + LN_OUTLIER).sum();
             let prior = if named { options.prior.ln_rest } else { options.prior.ln_free };
             // neighbouring rows that are off together are no single outliers
-            let rows: std::collections::BTreeSet<usize> = here.iter().map(|f| f.1).collect();
+            let rows: std::collections::BTreeSet<usize> = here.iter().map(|f| f.row).collect();
             let next = |r: usize| rows.contains(&(r + 1)) && !self.record.starts.contains(&(r + 1));
             let alone = rows.iter().filter(|r| !next(**r)).count();
-            if here.is_empty()
-                || here.len() as f64 > MANY * all as f64
-                || 3 * alone < 2 * rows.len()
-                || gain + prior < 3.0
-            {
+            if here.is_empty() {
+                continue;
+            }
+            let step = |decision, reason: String| Step::new(TraceStage::Readings, id, decision, reason);
+            let refused = if here.len() as f64 > MANY * all as f64 {
+                Some(step(Decision::Rejected, "too many readings are far off for single ones".into()).limit(
+                    "largest share of all readings",
+                    MANY,
+                    "",
+                ))
+            } else if 3 * alone < 2 * rows.len() {
+                Some(step(Decision::Rejected, "the readings far off stand in neighbouring rows".into()))
+            } else if gain + prior < WORTH {
+                let step = step(Decision::Rejected, "readings are far off, by too little".into()).nats(gain + prior);
+                Some(step.limit("least evidence", WORTH, "nats"))
+            } else {
+                None
+            };
+            if let Some(step) = refused {
+                self.note_unless_known(step);
                 continue;
             }
             // the likelihood gains ν²/2S + ln √S where a reading is put aside: what it costs is said here
-            let cost: f64 = here.iter().map(|f| f.3.ln() - LN_OUTLIER).sum();
-            for (channel, row, ..) in here {
+            let cost: f64 = here.iter().map(|f| f.std.ln() - LN_OUTLIER).sum();
+            for Far { channel, row, .. } in here {
                 let column = match channel {
                     Channel::Gyro => self.record.gyro_rad_s.as_mut().map(|g| &mut g[*row]),
                     Channel::WheelLeft => Some(&mut self.record.wheels_rad_s[0][*row]),
@@ -89,14 +116,17 @@ impl Branch {
                     format!("{count} single readings are far off")
                 },
             );
-            let step = Step::new(TraceStage::Readings, id, Decision::Removed, part.description.as_str());
-            self.note(step.nats(gain + prior).limit("least size of an innovation", OUTLYING, "standard deviations"));
+            let reason = format!("{count} single readings lie more than {OUTLYING} standard deviations off");
+            let step = step(Decision::Removed, reason);
             if let Some(name) = known.map(About::size) {
                 part.parameters = Parameters::from([(name.into(), share)]);
                 part.std = Parameters::from([(name.into(), share / (count as f64).sqrt())]);
             }
             self.extra_weight += if again { -cost } else { prior - cost };
             self.add(part);
+            // of all rounds
+            let share = self.extra_parts.iter().find(|p| p.id == id).map_or(0.0, |p| p.share);
+            self.note(step.nats(share + prior).limit("least evidence", WORTH, "nats"));
             any = true;
         }
         any

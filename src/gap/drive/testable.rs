@@ -15,6 +15,7 @@ use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Drive};
 use crate::gap::drive::judge::Options;
 use crate::gap::findings::{Findings, WeightedSet};
+use crate::gap::trace;
 use crate::signal::{Log, names};
 use crate::vehicle::Odometry;
 
@@ -85,6 +86,7 @@ pub(super) fn nothing_twice(config: &Config, fit: &[Drive<'_>], options: &Option
         main_probability: 0.0,
         none_probability: 0.0,
         unknown_probability: 0.0,
+        trace: trace::of_notes(&notes).collect(),
         notes,
         ..compose::answer(&findings, |_| None)
     };

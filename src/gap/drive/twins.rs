@@ -129,7 +129,10 @@ impl Twins {
     /// Effects that are not compared, with the one that is compared in their place, as steps of the trail.
     pub(super) fn steps(&self) -> Vec<Step> {
         let one = |twin: &Twin| {
-            let reason = format!("the same to this drive as {}, which is compared in its place", twin.of);
+            let reason = format!(
+                "this drive cannot tell it from {}, which is compared for both; the priors of their sizes decide",
+                twin.of
+            );
             Step::new(TraceStage::Screening, twin.id, Decision::Removed, reason)
         };
         self.same.iter().filter(|t| !t.is_loss()).map(one).collect()

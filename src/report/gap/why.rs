@@ -4,31 +4,38 @@ use super::{GapReport, significant};
 use crate::gap::trace::{Decision, Limit, Step, TraceStage};
 use std::fmt::Write;
 
-/// Heading of a stage, and what is decided there.
+/// Heading of a stage, and what its table compares.
 fn heading(stage: TraceStage) -> [&'static str; 2] {
     match stage {
         TraceStage::Data => ["Data", "Rows and readings that are used, filled in or removed."],
         TraceStage::Clocks => ["Clocks", "Time offsets between the streams of a recording."],
-        TraceStage::Screening => {
-            ["Screening", "Each effect of the library and each free form, added alone to the nominal simulator."]
-        }
+        TraceStage::Screening => [
+            "Screening",
+            "Each effect of the library and each free form, added alone to the nominal simulator: gain in ln weight, prior odds \
+             included.",
+        ],
         TraceStage::Readings => ["Readings", "Noise levels as the innovations have them, and single readings far off."],
         TraceStage::Preprocessing => ["Preprocessing", "The same recording, read in other ways."],
         TraceStage::Samples => [
             "Distribution of the samples",
-            "What is left once the set's spectrum is taken out: heavy tails, bursts, events, a level that varies.",
+            "The series without the set's spectrum: heavy tails, bursts, events, a level that varies.",
         ],
-        TraceStage::Sets => ["Sets", "Effects together, by the evidence of the whole set; nats under the best set."],
+        TraceStage::Sets => [
+            "Sets",
+            "Effects together, most probable first; nats are the ln odds against the first. All keep their probability.",
+        ],
         TraceStage::Additions => [
             "Additions",
-            "Each further effect and free form, added to the best set of correlated terms: none gains what one more costs.",
+            "Each further effect and free form that is still considered, added to the best set of correlated terms.",
         ],
         TraceStage::LeaveOneOut => [
             "Leaving one out",
-            "Each effect of the best set is taken out, and all others are fitted again. An effect that is not missed has no name.",
+            "Each effect of the best set is taken out, and the others are fitted again where the loss is not beyond doubt. An \
+             effect that is not missed has no name.",
         ],
-        TraceStage::Probabilities => ["Probabilities", "What the largest part of the gap is."],
+        TraceStage::Probabilities => ["Probabilities", "The largest part of the gap, by all sets."],
         TraceStage::HoldOut => ["Hold-out", "Gain in log score on the recording on which the gap is measured."],
+        TraceStage::Naming => ["Names", "Effects that lead, or that are not told after all."],
     }
 }
 
@@ -38,6 +45,7 @@ fn decision(decision: Decision) -> &'static str {
         Decision::Rejected => "rejected",
         Decision::Removed => "removed",
         Decision::Estimated => "estimated",
+        Decision::Noted => "noted",
     }
 }
 
@@ -78,10 +86,11 @@ fn table(out: &mut String, steps: &[&Step]) {
     ];
     let against = Column::of("held against", steps, |step| step.limit.as_ref().map_or_else(String::new, limit));
     let reason = Column::of("reason", steps, |step| step.reason.clone());
-    for (column, title) in [(reason, "Nats"), (against, "Held against")] {
+    let has_nats = steps.iter().any(|step| step.nats.is_some());
+    for (column, title) in [(reason, if has_nats { "Nats" } else { "Reason" }), (against, "Held against")] {
         match column.common() {
             Some("") => {}
-            Some(text) => _ = writeln!(out, "{title}: {text}.\n"),
+            Some(text) => _ = writeln!(out, "{title}: {}.\n", text.trim_end_matches('.')),
             None => columns.push(column),
         }
     }
@@ -106,8 +115,8 @@ impl GapReport<'_> {
         }
         let _ = writeln!(
             out,
-            "\nNats are the natural logarithm of odds: 3 nats are 20 to 1, 7 nats are 1000 to 1. They say by how much the recording, \
-             with the prior odds, speaks for the subject of a row and against the alternative."
+            "\nNats are natural logarithms of odds: 3 nats are 20 to 1, 7 nats are 1100 to 1. Each table says what its nats compare. \
+             Ids that begin with `free.` are free forms: corrections that stand for causes outside the library."
         );
         let mut stages: Vec<TraceStage> = self.answer.trace.iter().map(|s| s.stage).collect();
         stages.sort_unstable();

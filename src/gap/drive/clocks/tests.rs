@@ -77,7 +77,7 @@ fn a_clock_of_wheels_read_seldom_wanders_and_is_followed() {
     // in files of their own, their readings are put into the gyro's rows
     let both = merge(vec![part(&log, &[names::GYRO_Z], 1, 0.0), wheels]).unwrap().0;
     let clocks = set(&both, None);
-    assert!(clocks.notes[0].contains("wanders"), "{:?}", clocks.notes);
+    assert!(clocks.said[0].contains("wanders"), "{:?}", clocks.said);
     let truth = log.get(names::WHEEL_LEFT).unwrap();
     let left = clocks.fit[0].get(names::WHEEL_LEFT).unwrap();
     let near: Vec<bool> = (0..clocks.fit[0].len())
@@ -125,7 +125,7 @@ fn clocks_of_two_files_are_found_and_set() {
         }
         // nothing is left in which one of them does not read
         assert!(set(&clocks.fit[0], None).offsets.is_empty());
-        assert!(clocks.notes[0].contains("set before anything was judged"), "{:?}", clocks.notes);
+        assert!(clocks.said[0].contains("set before anything was judged"), "{:?}", clocks.said);
     }
 }
 
