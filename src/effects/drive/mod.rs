@@ -27,6 +27,8 @@ mod slip;
 mod slope;
 mod torque_gain;
 mod track_width;
+#[cfg(test)]
+mod tried;
 mod vibration_rectification;
 mod wheel_delay;
 
@@ -90,6 +92,10 @@ pub trait Driving: Sync + Send {
 
     /// How it enters the likelihood of a drive.
     fn explanation(&self) -> DriveExplanation;
+
+    /// Entry of the battery: a plain size of it, and the readings that it moves.
+    #[cfg(test)]
+    fn tried(&self) -> tried::Tried;
 
     /// The change of the robot's equations that it is; none where it enters the likelihood in another way.
     fn change(&self) -> Option<&'static dyn ModelChange> {
