@@ -24,6 +24,8 @@ mod supply_sensitivity;
 mod telegraph_noise;
 mod temperature_sensitivity;
 mod tone;
+#[cfg(test)]
+mod tried;
 mod turn_on_shift;
 mod warm_up;
 
@@ -125,6 +127,10 @@ pub struct Parameter {
 pub trait Effect: Sync + Send {
     /// Description of the effect.
     fn about(&self) -> &'static About;
+
+    /// Entry of the battery: what the tests of all effects try it with.
+    #[cfg(test)]
+    fn tried(&self) -> tried::Tried;
 
     /// The effect at work in one recording. What is drawn anew in each run (the phase of a tone, the time of a step, a
     /// random path) comes from `seed`, unless `parameters` hold it.
