@@ -79,7 +79,7 @@ impl Effect for Outliers {
 
     #[cfg(test)]
     fn tried(&self) -> Tried {
-        Tried::size(&[("probability_per_sample", 0.003)])
+        Tried::size(&[("probability_per_sample", 0.01)])
     }
 
     fn simulated(&self, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {
