@@ -14,6 +14,8 @@
 //! kept above 0.01, and |H|² in the spectrum above 1e-5, because the ends of a log leak as much.
 
 use super::parts::{Checked, log_spaced, stream, white_std_rad_s};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Effect, Explanation, Noise, Parameter, Parameters};
 use crate::error::Result;
 use crate::math::minimum_phase::minimum_phase;
@@ -221,6 +223,17 @@ fn filter(form: &Form, scene: &Scene, mut draw: Stream) -> Box<dyn GyroEffect> {
 impl Effect for Bandwidth {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        // rate 20 Hz: one pole, one that is weak, two poles, the bilinear Butterworth, and something between
+        Tried::size(&[("cutoff_hz", 5.0)])
+            .spectrum(&[2.0, 1.0, 1.0, 0.0, 0.0], 4, 0.03)
+            .spectrum(&[14.0, 1.0, 1.0, 0.0, 0.0], 4, 0.03)
+            .spectrum(&[3.0, 1.0, 2.0, 0.0, 0.0], 4, 0.03)
+            .spectrum(&[4.0, 2.0, 1.0, 0.3, 0.0], 4, 0.03)
+            .spectrum(&[1.5, 1.3, 1.2, 0.2, 0.1], 4, 0.03)
     }
 
     fn simulated(&self, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {

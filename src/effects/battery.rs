@@ -1,5 +1,6 @@
 //! Tests that every effect of the library passes, and references that each way of explaining must agree with.
 
+use super::tried::Spectrum;
 use super::*;
 use crate::bias::WarmUp;
 use crate::config::{Config, EffectTable};
@@ -8,27 +9,6 @@ use crate::math::random::Stream;
 use crate::model::EffectSource;
 use crate::signal::{Log, TimeAxis, names};
 use crate::simulate::{Options, stationary_like, stationary_with};
-
-const IDS: [&str; 18] = [
-    "gyro.rate_random_walk",
-    "gyro.bias_instability",
-    "gyro.gauss_markov",
-    "gyro.quantization",
-    "gyro.rate_ramp",
-    "gyro.second_time_constant",
-    "gyro.temperature_sensitivity",
-    "gyro.supply_sensitivity",
-    "gyro.tone",
-    "gyro.bias_step",
-    "gyro.outliers",
-    "gyro.telegraph_noise",
-    "gyro.bandwidth",
-    "gyro.noise_growth",
-    "gyro.turn_on_shift",
-    "gyro.warm_up",
-    "gyro.noise_level",
-    "gyro.narrow_band_noise",
-];
 
 /// A recording with a temperature that rises and swings, and a supply that sags and ripples.
 pub(super) fn scene(len: usize, step_s: f64) -> Scene {
@@ -94,11 +74,18 @@ fn bias(id: &str, parameters: &Parameters, scene: &Scene, seed: u64) -> Vec<f64>
 }
 
 #[test]
-fn ids_are_those_of_the_contract_each_once() {
-    let ids: Vec<_> = registry().iter().map(|e| e.about().id).collect();
-    assert_eq!(ids, IDS);
-    for id in IDS {
-        assert_eq!(by_id(id).unwrap().about().id, id);
+fn an_id_stands_once_and_parameters_are_those_that_users_know() {
+    for (i, effect) in registry().iter().enumerate() {
+        let (about, tried) = (effect.about(), effect.tried());
+        let well_formed = |part: &str| !part.is_empty() && part.bytes().all(|c| c.is_ascii_lowercase() || c == b'_');
+        assert!(about.id.split_once('.').is_some_and(|(on, of)| well_formed(on) && well_formed(of)), "{}", about.id);
+        assert!(registry()[..i].iter().all(|other| other.about().id != about.id), "{} twice", about.id);
+        assert_eq!(by_id(about.id).unwrap().about().id, about.id);
+        assert!(!tried.sizes.is_empty(), "{}", about.id);
+        for parameters in tried.sizes.iter().chain(&tried.drawn) {
+            let work = effect.simulated(parameters, &scene(400, 0.05), 1);
+            assert!(work.is_ok(), "{} {parameters:?}: {:?}", about.id, work.err());
+        }
     }
     assert!(by_id("gyro.unheard_of").is_none());
 }
@@ -160,15 +147,10 @@ fn logs_are_finite_inside_the_bounds_and_repeat_with_their_seed() {
 #[test]
 fn what_is_drawn_anew_differs_from_run_to_run_and_from_table_to_table() {
     let scene = scene(400, 0.05);
-    for (id, parameters) in [
-        ("gyro.rate_random_walk", of([("rate_random_walk_rad_s_sqrt_s", 1e-3)])),
-        ("gyro.bias_instability", of([("bias_instability_rad_s", 1e-3)])),
-        ("gyro.gauss_markov", of([("correlation_time_s", 1.0), ("std_rad_s", 1e-3)])),
-        ("gyro.tone", of([("frequency_hz", 1.0), ("amplitude_rad_s", 1e-3)])),
-        ("gyro.bias_step", of([("step_rad_s", 1e-3)])),
-        ("gyro.narrow_band_noise", of([("center_hz", 3.0), ("bandwidth_hz", 0.4), ("std_rad_s", 1e-3)])),
-        ("gyro.telegraph_noise", of([("level_spacing_rad_s", 1e-3), ("mean_dwell_s", 0.5)])),
-    ] {
+    let mut random = 0;
+    for effect in registry() {
+        let (id, Some(parameters)) = (effect.about().id, effect.tried().drawn) else { continue };
+        random += 1;
         assert_ne!(bias(id, &parameters, &scene, 1), bias(id, &parameters, &scene, 2), "{id}");
         let table = EffectTable { id: id.into(), parameters: parameters.clone() };
         let sum = |n: usize| {
@@ -182,6 +164,7 @@ fn what_is_drawn_anew_differs_from_run_to_run_and_from_table_to_table() {
         let (one, two) = (sum(1), sum(2));
         assert!(one.iter().zip(&two).any(|(a, b)| (2.0 * a - b).abs() > 1e-5), "{id}: both tables drew the same");
     }
+    assert!(random >= 7, "{random}");
 }
 
 /// Mean power of `logs` simulated series in bands of coefficients, over what `spectrum` says.
@@ -217,21 +200,19 @@ fn agrees(
 fn spectra_are_those_of_the_simulated_noise() {
     let n = 2000;
     let scene = scene(n, 0.05);
-    // a walk is diagonal exactly; the ends of a stationary log leak into coefficients where there is little power, and
-    // 1/f noise is fitted within four percent
-    for (id, theta, lowest, ends) in [
-        ("gyro.rate_random_walk", vec![3e-4], 1, 0.0),
-        ("gyro.bias_instability", vec![2e-4], 4, 0.06),
-        ("gyro.gauss_markov", vec![1.0, 3e-4], 4, 0.03),
-        ("gyro.gauss_markov", vec![0.04, 3e-4], 4, 0.03),
-        // of a band little power lies far below it
-        ("gyro.narrow_band_noise", vec![3.3, 1.0, 3e-4], 512, 0.03),
-        ("gyro.narrow_band_noise", vec![7.0, 2.0, 3e-4], 1024, 0.03),
-    ] {
-        let Some(Explanation::Noise(noise)) = by_id(id).unwrap().explanation(&scene) else { unreachable!() };
-        let parameters: Parameters = noise.names().into_iter().map(str::to_string).zip(theta.clone()).collect();
-        agrees(id, n, |w| noise.spectrum(&scene, &theta, w), lowest, ends, |seed| bias(id, &parameters, &scene, seed));
+    let mut compared = 0;
+    for effect in registry() {
+        let Some(Explanation::Noise(noise)) = effect.explanation(&scene) else { continue };
+        let (id, spectra) = (effect.about().id, effect.tried().spectra);
+        assert!(!spectra.is_empty(), "{id} brings no spectrum to compare");
+        for Spectrum { theta, lowest, error } in spectra {
+            let parameters: Parameters = noise.names().into_iter().map(str::to_string).zip(theta.clone()).collect();
+            let log = |seed| bias(id, &parameters, &scene, seed);
+            agrees(id, n, |w| noise.spectrum(&scene, &theta, w), lowest, error, log);
+            compared += 1;
+        }
     }
+    assert!(compared >= 6, "{compared}");
 }
 
 #[test]
@@ -267,29 +248,19 @@ fn gains_are_those_of_the_simulated_filters() {
     let mut scene = scene(n, 0.05);
     scene.white_std_rad_s = 1.0;
     scene.warm_up = WarmUp { c1_rad_s: 0.0, c2_rad_s: 0.0, time_constant_s: 180.0 };
-    let effect = by_id("gyro.bandwidth").unwrap();
-    let Some(Explanation::Filter(filter)) = effect.explanation(&scene) else { unreachable!() };
-    // rate 20 Hz: one pole, one that is weak, two poles, the bilinear Butterworth, and something between
-    for theta in [
-        [2.0, 1.0, 1.0, 0.0, 0.0],
-        [14.0, 1.0, 1.0, 0.0, 0.0],
-        [3.0, 1.0, 2.0, 0.0, 0.0],
-        [4.0, 2.0, 1.0, 0.3, 0.0],
-        [1.5, 1.3, 1.2, 0.2, 0.1],
-    ] {
-        let parameters: Parameters = filter.names().into_iter().map(str::to_string).zip(theta).collect();
-        agrees(
-            &format!("{theta:?}"),
-            n,
-            |w| filter.spectrum(&scene, &theta, w),
-            4,
-            0.03,
-            |seed| {
+    for effect in registry() {
+        let Some(Explanation::Filter(filter)) = effect.explanation(&scene) else { continue };
+        let (id, spectra) = (effect.about().id, effect.tried().spectra);
+        assert!(!spectra.is_empty(), "{id} brings no gain to compare");
+        for Spectrum { theta, lowest, error } in spectra {
+            let parameters: Parameters = filter.names().into_iter().map(str::to_string).zip(theta.clone()).collect();
+            let log = |seed| {
                 let mut work = effect.simulated(&parameters, &scene, seed).unwrap();
                 let mut white = Stream::new(seed, 9);
                 (0..n).map(|_| work.filtered(white.normal())).collect()
-            },
-        );
+            };
+            agrees(&format!("{id} {theta:?}"), n, |w| filter.spectrum(&scene, &theta, w), lowest, error, log);
+        }
     }
 }
 
@@ -297,23 +268,15 @@ fn gains_are_those_of_the_simulated_filters() {
 fn columns_are_those_of_the_simulated_signals() {
     let scene = scene(3000, 0.05);
     let mut stream = Stream::new(4, 1);
-    for (id, parameters) in [
-        ("gyro.rate_ramp", of([("ramp_rad_s2", 2e-6)])),
-        ("gyro.second_time_constant", of([("c3_rad_s", -4e-4), ("time_constant_s", 17.0)])),
-        (
-            "gyro.temperature_sensitivity",
-            of([("coefficient_rad_s_per_c", 3e-5), ("bend_rad_s_per_c2", -4e-6), ("lag_s", 31.0)]),
-        ),
-        ("gyro.temperature_sensitivity", of([("coefficient_rad_s_per_c", 3e-5)])),
-        ("gyro.supply_sensitivity", of([("coefficient_rad_s_per_v", 3e-3), ("bend_rad_s_per_v2", 2e-2)])),
-        ("gyro.tone", of([("frequency_hz", 1.37), ("amplitude_rad_s", 2e-4), ("phase_rad", 1.1)])),
-        ("gyro.bias_step", of([("step_rad_s", -3e-4), ("time_s", 70.0)])),
-        ("gyro.warm_up", of([("c1_rad_s", 3e-3), ("time_constant_s", 41.0)])),
-    ] {
-        let Some(Explanation::Signal(signal) | Explanation::Line(signal)) = by_id(id).unwrap().explanation(&scene)
-        else {
-            unreachable!("{id}")
+    let mut compared = 0;
+    let tried =
+        registry().iter().flat_map(|effect| effect.tried().sizes.into_iter().map(move |sizes| (*effect, sizes)));
+    for (effect, parameters) in tried {
+        let Some(Explanation::Signal(signal) | Explanation::Line(signal)) = effect.explanation(&scene) else {
+            continue;
         };
+        compared += 1;
+        let (id, up_to_constant) = (effect.about().id, effect.tried().up_to_constant);
         let shape = signal.shape(&scene, &parameters).unwrap();
         let coefficients = signal.coefficients(&scene, &shape, &parameters).unwrap();
         let columns = signal.columns(&scene, &shape);
@@ -326,12 +289,12 @@ fn columns_are_those_of_the_simulated_signals() {
             })
             .collect();
         // covariates are told up to a constant, which C2 takes
-        let constant = if id.ends_with("sensitivity") { gap[0] } else { 0.0 };
+        let constant = if up_to_constant { gap[0] } else { 0.0 };
         let size = simulated.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         assert!(size > 1e-5 && gap.iter().all(|g| (g - constant).abs() < 1e-9 * size), "{id}");
         // a bend is free of what the first column and a constant explain
         if let [first, bend] = &columns[..]
-            && id.ends_with("sensitivity")
+            && up_to_constant
         {
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let norm = |a: &[f64]| dot(a, a).sqrt();
@@ -344,7 +307,7 @@ fn columns_are_those_of_the_simulated_signals() {
             let shape = &shapes[(stream.uniform() * shapes.len() as f64) as usize];
             let drawn: Vec<f64> = coefficients.iter().map(|_| stream.normal()).collect();
             let told = signal.parameters(&scene, shape, &drawn);
-            let about = by_id(id).unwrap().about();
+            let about = effect.about();
             assert!(told.keys().all(|k| about.parameters.iter().any(|p| p.name == k)), "{id}");
             assert!(about.parameters.iter().all(|p| !p.required || told.contains_key(p.name)), "{id}");
             if let Some(back) = signal.coefficients(&scene, shape, &told) {
@@ -357,6 +320,7 @@ fn columns_are_those_of_the_simulated_signals() {
             }
         }
     }
+    assert!(compared >= 8, "{compared}");
 }
 
 #[test]
@@ -378,20 +342,23 @@ fn the_scatter_of_a_tone_is_that_of_its_phase() {
 }
 
 #[test]
-fn the_columns_of_noise_growth_are_the_log_variance() {
+fn the_columns_of_a_varying_level_are_its_log_variance() {
     let scene = scene(3000, 0.05);
-    let parameters = of([("relative_per_c", 0.02), ("relative_bend_per_c2", 1e-3)]);
-    let effect = by_id("gyro.noise_growth").unwrap();
-    let Some(Explanation::Variance(signal)) = effect.explanation(&scene) else { unreachable!() };
-    let coefficients = signal.coefficients(&scene, &[], &parameters).unwrap();
-    let columns = signal.columns(&scene, &[]);
-    let mut work = effect.simulated(&parameters, &scene, 1).unwrap();
-    for i in 0..scene.len() {
-        let log: f64 = columns.iter().zip(&coefficients).map(|(c, b)| c.values[i] * b).sum();
-        assert!((2.0 * work.white_scale(i, &scene).ln() - log).abs() < 1e-9, "row {i}");
+    for effect in registry() {
+        let Some(Explanation::Variance(signal)) = effect.explanation(&scene) else { continue };
+        for parameters in effect.tried().sizes {
+            let coefficients = signal.coefficients(&scene, &[], &parameters).unwrap();
+            let columns = signal.columns(&scene, &[]);
+            let mut work = effect.simulated(&parameters, &scene, 1).unwrap();
+            for i in 0..scene.len() {
+                let log: f64 = columns.iter().zip(&coefficients).map(|(c, b)| c.values[i] * b).sum();
+                let level = 2.0 * work.white_scale(i, &scene).ln();
+                assert!((level - log).abs() < 1e-9, "{}, row {i}", effect.about().id);
+            }
+            let back = signal.parameters(&scene, &[], &coefficients);
+            assert!(back.iter().zip(&parameters).all(|(a, b)| a.0 == b.0 && (a.1 - b.1).abs() < 1e-12), "{back:?}");
+        }
     }
-    let back = signal.parameters(&scene, &[], &coefficients);
-    assert!(back.iter().zip(&parameters).all(|(a, b)| a.0 == b.0 && (a.1 - b.1).abs() < 1e-12), "{back:?}");
 }
 
 #[test]
@@ -484,6 +451,6 @@ fn errors_name_effect_parameter_and_what_there_is() {
     let tone = of([("frequency_hz", 1.0), ("amplitude_rad_s", 1.0)]);
     assert!(Library::new().gyro_effect("gyro.tone", &tone, &scene, 1).is_ok());
     assert!(library.gyro_effect("gyro.tone", &tone, &scene, 1).is_err());
-    assert_eq!(library.effects().count(), IDS.len() - 1);
+    assert_eq!(library.effects().count(), registry().len() - 1);
     assert!(library.by_id("gyro.tone").is_none() && library.by_id("gyro.bandwidth").is_some());
 }

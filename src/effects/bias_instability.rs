@@ -9,6 +9,8 @@
 use super::parts::{
     Bias, Checked, LONGER, OrnsteinUhlenbeck, exponential_spectrum, log_spaced, step_s, stream, white_std_rad_s,
 };
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -92,6 +94,13 @@ fn averaged_spectrum(omega: f64) -> f64 {
 impl Effect for BiasInstability {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        // 1/f noise is fitted within four percent, and the ends of a log leak
+        let flicker = [("bias_instability_rad_s", 1e-3)];
+        Tried::size(&flicker).drawn(&flicker).spectrum(&[2e-4], 4, 0.06)
     }
 
     fn separated_by(&self) -> Option<&'static str> {

@@ -1,6 +1,8 @@
 //! b(t) = s for t ≥ t₁, else 0; t₁ is another in each run
 
 use super::parts::{Bias, Checked, POWERED_AGAIN, RATE_BOUND_RAD_S, single, stream};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -52,6 +54,11 @@ fn range_s(scene: &Scene) -> [f64; 2] {
 impl Effect for BiasStep {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("step_rad_s", -3e-4), ("time_s", 70.0)]).drawn(&[("step_rad_s", 1e-3)])
     }
 
     fn separated_by(&self) -> Option<&'static str> {

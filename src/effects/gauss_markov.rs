@@ -4,6 +4,8 @@ use super::parts::{
     Bias, Checked, LONGER, OrnsteinUhlenbeck, RATE_BOUND_RAD_S, TIME_BOUNDS_S, exponential_spectrum, log_spaced,
     step_s, stream, white_std_rad_s,
 };
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -32,6 +34,13 @@ pub(super) struct GaussMarkov;
 impl Effect for GaussMarkov {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        // the ends of a stationary log leak into coefficients where there is little power
+        let markov = [("correlation_time_s", 1.0), ("std_rad_s", 1e-3)];
+        Tried::size(&markov).drawn(&markov).spectrum(&[1.0, 3e-4], 4, 0.03).spectrum(&[0.04, 3e-4], 4, 0.03)
     }
 
     fn separated_by(&self) -> Option<&'static str> {

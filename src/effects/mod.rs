@@ -2,6 +2,134 @@
 //!
 //! An effect is defined once: the same definition changes the simulator ([`Effect::simulated`]) and explains a recording
 //! ([`Effect::explanation`]). The engine that compares effects ([`crate::gap`]) knows the ways of explaining, and no effect.
+//!
+//! # Adding an effect
+//!
+//! 1. One file, `src/effects/creep.rs` say. It describes the effect ([`About`]), simulates it and says how it explains a
+//!    recording: as one of the variants of [`Explanation`], or of [`drive::DriveExplanation`] for an effect of drives.
+//! 2. One line in the registry: `&creep::Creep`, and `mod creep;` above it.
+//!
+//! Nothing else names the effect. Configurations, simulator, diagnosis, reports and exports take it from the registry. In the
+//! same file, compiled with the tests alone, it brings its entry of the battery: plain sizes, with which the tests of all
+//! effects try it,
+//!
+//! ```text
+//! #[cfg(test)]
+//! fn tried(&self) -> Tried {
+//!     Tried::size(&[("creep_rad_s_sqrt_s", 2e-6)])
+//! }
+//! ```
+//!
+//! The generator of benchmark cases ([`crate::reality`]) shares nothing with the library on purpose. A test asks that it either
+//! models the effect, in a form of its own, or lists it as left out with the reason.
+//!
+//! The whole of an effect that the library lacks:
+//!
+//! ```
+//! use gyroid::effects::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
+//! use gyroid::model::{GyroEffect, GyroInFilter, Scene};
+//! use gyroid::{Error, ErrorKind, Result};
+//!
+//! const SIZE: &str = "creep_rad_s_sqrt_s";
+//!
+//! static ABOUT: About = About {
+//!     id: "gyro.creep",
+//!     title: "creep",
+//!     equation: "b(t) = k √t: the bias follows a mounting that creeps",
+//!     source: "Findley, Lai and Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials (1976)",
+//!     channel: "gyro",
+//!     deficient: "gyro bias: a term that grows with the root of time",
+//!     condition: Some("elapsed_time"),
+//!     parameters: &[Parameter {
+//!         name: SIZE,
+//!         meaning: "k, rad/s/√s",
+//!         bounds: [-0.1, 0.1],
+//!         null: Some(0.0),
+//!         required: true,
+//!     }],
+//!     remedy: "Let the mounting relax before calibration, or estimate the bias as a state of the filter.",
+//! };
+//!
+//! /// The bias creeps.
+//! struct Creep;
+//!
+//! /// Creep at work in one recording: k, rad/s/√s.
+//! struct Work(f64);
+//!
+//! impl GyroEffect for Work {
+//!     fn bias_rad_s(&mut self, row: usize, scene: &Scene) -> f64 {
+//!         self.0 * scene.time.at(row).max(0.0).sqrt()
+//!     }
+//!
+//!     fn in_filter(&self) -> GyroInFilter {
+//!         GyroInFilter::Known
+//!     }
+//! }
+//!
+//! impl Effect for Creep {
+//!     fn about(&self) -> &'static About {
+//!         &ABOUT
+//!     }
+//!
+//!     fn simulated(&self, parameters: &Parameters, _: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {
+//!         // inside the library `parts::Checked` refuses all that the description does not allow
+//!         let missing = || Error::new(ErrorKind::Config, "configuration", format!("{SIZE} is missing"));
+//!         Ok(Box::new(Work(*parameters.get(SIZE).ok_or_else(missing)?)))
+//!     }
+//!
+//!     fn explanation(&self, _: &Scene) -> Option<Explanation> {
+//!         Some(Explanation::Signal(Box::new(Creep)))
+//!     }
+//! }
+//!
+//! impl Signal for Creep {
+//!     // no nonlinear parameter: one shape, which is empty
+//!     fn shapes(&self, _: &Scene) -> Vec<Vec<f64>> {
+//!         vec![Vec::new()]
+//!     }
+//!
+//!     fn columns(&self, scene: &Scene, _: &[f64]) -> Vec<Column> {
+//!         let values = scene.time.to_vec().iter().map(|t| t.max(0.0).sqrt()).collect();
+//!         vec![Column { values, relative_scale: 1.0 }]
+//!     }
+//!
+//!     fn parameters(&self, _: &Scene, _: &[f64], coefficients: &[f64]) -> Parameters {
+//!         Parameters::from([(SIZE.to_owned(), coefficients[0])])
+//!     }
+//!
+//!     fn shape(&self, _: &Scene, _: &Parameters) -> Option<Vec<f64>> {
+//!         Some(Vec::new())
+//!     }
+//!
+//!     fn coefficients(&self, _: &Scene, _: &[f64], parameters: &Parameters) -> Option<Vec<f64>> {
+//!         Some(vec![*parameters.get(SIZE)?])
+//!     }
+//! }
+//!
+//! // what the battery checks of every signal: simulator and explanation are one definition
+//! use gyroid::{bias::WarmUp, signal::TimeAxis};
+//! let scene = Scene {
+//!     time: TimeAxis::Uniform { start_s: 0.0, step_s: 0.5, len: 200 },
+//!     step_s: 0.5,
+//!     temperature_c: None,
+//!     power_on_temperature_c: None,
+//!     supply_v: None,
+//!     warm_up: WarmUp { c1_rad_s: 2e-3, c2_rad_s: -3e-3, time_constant_s: 180.0 },
+//!     white_std_rad_s: 1e-3,
+//!     turn_on_bias_std_rad_s: 0.0,
+//!     warm_up_relative_std: 0.0,
+//! };
+//! let size = Parameters::from([(SIZE.to_owned(), 2e-6)]);
+//! let mut work = Creep.simulated(&size, &scene, 1)?;
+//! let coefficients = Creep.coefficients(&scene, &[], &size).unwrap();
+//! let columns = Creep.columns(&scene, &[]);
+//! for row in 0..scene.len() {
+//!     assert_eq!(work.bias_rad_s(row, &scene), coefficients[0] * columns[0].values[row]);
+//! }
+//! assert_eq!(Creep.parameters(&scene, &[], &coefficients), size);
+//! assert!(Creep.simulated(&Parameters::new(), &scene, 1).is_err());
+//! # Ok::<(), gyroid::Error>(())
+//! ```
 
 mod bandwidth;
 mod bias_instability;
@@ -24,6 +152,8 @@ mod supply_sensitivity;
 mod telegraph_noise;
 mod temperature_sensitivity;
 mod tone;
+#[cfg(test)]
+mod tried;
 mod turn_on_shift;
 mod warm_up;
 
@@ -37,7 +167,7 @@ use std::collections::BTreeMap;
 pub type Parameters = BTreeMap<String, f64>;
 
 /// Every effect of the library, one line each.
-static REGISTRY: [&dyn Effect; 18] = [
+static REGISTRY: &[&dyn Effect] = &[
     &rate_random_walk::RateRandomWalk,
     &bias_instability::BiasInstability,
     &gauss_markov::GaussMarkov,
@@ -61,7 +191,7 @@ static REGISTRY: [&dyn Effect; 18] = [
 /// Every effect of the library.
 #[must_use]
 pub fn registry() -> &'static [&'static dyn Effect] {
-    &REGISTRY
+    REGISTRY
 }
 
 /// The effect `id`.
@@ -125,6 +255,10 @@ pub struct Parameter {
 pub trait Effect: Sync + Send {
     /// Description of the effect.
     fn about(&self) -> &'static About;
+
+    /// Entry of the battery: what the tests of all effects try it with.
+    #[cfg(test)]
+    fn tried(&self) -> tried::Tried;
 
     /// The effect at work in one recording. What is drawn anew in each run (the phase of a tone, the time of a step, a
     /// random path) comes from `seed`, unless `parameters` hold it.

@@ -4,6 +4,8 @@
 //! S(ω) = σ² ½ [P(ω - ω₀) + P(ω + ω₀)], P(x) = (1 - φ²)/(1 - 2 φ cos x + φ²), φ = exp(-π w Δt).
 
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, exponential_spectrum, step_s, stream, white_std_rad_s};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters, Peak};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -62,6 +64,14 @@ pub(super) struct NarrowBandNoise;
 impl Effect for NarrowBandNoise {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        // of a band little power lies far below it
+        let band = [("center_hz", 3.0), ("bandwidth_hz", 0.4), ("std_rad_s", 1e-3)];
+        let tried = Tried::size(&band).drawn(&band);
+        tried.spectrum(&[3.3, 1.0, 3e-4], 512, 0.03).spectrum(&[7.0, 2.0, 3e-4], 1024, 0.03)
     }
 
     fn simulated(&self, parameters: &Parameters, _: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {

@@ -3,6 +3,8 @@
 //! log variance = 2 k ΔT + 2 m ΔT²: the columns hold twice ΔT, so that their coefficients are k and m.
 
 use super::parts::{Bent, Checked, REHEATED, covariate, temperature_rise_c};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -63,6 +65,11 @@ impl GyroEffect for Growing {
 impl Effect for NoiseGrowth {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("relative_per_c", 0.02), ("relative_bend_per_c2", 1e-3)])
     }
 
     fn separated_by(&self) -> Option<&'static str> {

@@ -1,6 +1,8 @@
 //! standard deviation of the white noise = g · nominal
 
 use super::parts::Checked;
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Effect, Explanation, Noise, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -45,6 +47,11 @@ impl GyroEffect for Scaled {
 impl Effect for NoiseLevel {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("noise_over_nominal", 2.0)])
     }
 
     fn simulated(&self, parameters: &Parameters, _: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {

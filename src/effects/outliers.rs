@@ -4,6 +4,8 @@
 //! far from what a transmission error would give. The engine fits its own distribution of the rare samples.
 
 use super::parts::{Checked, RATE_BOUND_RAD_S, stream, white_std_rad_s};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Effect, Explanation, InDrives, Parameter, Parameters};
 use crate::error::Result;
 use crate::math::random::Stream;
@@ -73,6 +75,11 @@ impl GyroEffect for Contaminated {
 impl Effect for Outliers {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("probability_per_sample", 0.01)])
     }
 
     fn simulated(&self, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {

@@ -3,6 +3,8 @@
 //! Where lsb is small beside the noise, it acts as white noise of standard deviation lsb/√12 beside it.
 
 use super::parts::{Checked, RATE_BOUND_RAD_S};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Effect, Explanation, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -47,6 +49,11 @@ impl GyroEffect for Lattice {
 impl Effect for Quantization {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("lsb_rad_s", 0.25)])
     }
 
     fn simulated(&self, parameters: &Parameters, _: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {

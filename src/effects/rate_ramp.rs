@@ -1,6 +1,8 @@
 //! b(t) = a t, t from power-on
 
 use super::parts::{Bias, Checked, POWERED_AGAIN, single};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -28,6 +30,11 @@ pub(super) struct RateRamp;
 impl Effect for RateRamp {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("ramp_rad_s2", 2e-6)])
     }
 
     fn separated_by(&self) -> Option<&'static str> {

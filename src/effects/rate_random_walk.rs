@@ -3,6 +3,8 @@
 //! The walk starts at power-on. The cosine transform diagonalises it exactly (see [`crate::math::dct`]).
 
 use super::parts::{Bias, Checked, LONGER, log_spaced, step_s, stream, white_std_rad_s};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Effect, Explanation, InDrives, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -33,6 +35,13 @@ pub(super) struct RateRandomWalk;
 impl Effect for RateRandomWalk {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        // a walk is diagonal exactly
+        let walk = [("rate_random_walk_rad_s_sqrt_s", 1e-3)];
+        Tried::size(&walk).drawn(&walk).spectrum(&[3e-4], 1, 0.0)
     }
 
     fn in_drives(&self) -> Option<InDrives> {

@@ -1,6 +1,8 @@
 //! b(t) = C3 (1 - exp(-t/τ)), t from power-on, τ < T
 
 use super::parts::{Bias, Checked, POWERED_AGAIN, RATE_BOUND_RAD_S, TIME_BOUNDS_S, log_spaced};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -44,6 +46,11 @@ pub(super) struct SecondTimeConstant;
 impl Effect for SecondTimeConstant {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("c3_rad_s", -4e-4), ("time_constant_s", 17.0)])
     }
 
     fn separated_by(&self) -> Option<&'static str> {

@@ -3,6 +3,8 @@
 //! The mean is known better than the first value where the supply is noisy; the constant between them lands in C2.
 
 use super::parts::{Bent, Checked, covariate, path, supply_deviation_v};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, Scene};
@@ -48,6 +50,11 @@ pub(super) struct SupplySensitivity;
 impl Effect for SupplySensitivity {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("coefficient_rad_s_per_v", 3e-3), ("bend_rad_s_per_v2", 2e-2)]).up_to_constant()
     }
 
     fn separated_by(&self) -> Option<&'static str> {

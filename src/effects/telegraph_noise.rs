@@ -5,6 +5,8 @@
 //! lower level: exact for any Δt.
 
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, TIME_BOUNDS_S, step_s, stream};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Effect, Explanation, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene, Switch, Way};
@@ -53,6 +55,12 @@ pub(super) struct TelegraphNoise;
 impl Effect for TelegraphNoise {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        let levels = [("level_spacing_rad_s", 1e-3), ("mean_dwell_s", 0.5)];
+        Tried::size(&levels).drawn(&levels)
     }
 
     fn separated_by(&self) -> Option<&'static str> {

@@ -4,6 +4,8 @@
 //! second; a constant error of it lands in C2. k is the slope at power-on.
 
 use super::parts::{Bent, Checked, REHEATED, covariate, lagged, log_spaced, path, temperature_rise_c};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, Scene};
@@ -55,6 +57,13 @@ pub(super) struct TemperatureSensitivity;
 impl Effect for TemperatureSensitivity {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("coefficient_rad_s_per_c", 3e-5), ("bend_rad_s_per_c2", -4e-6), ("lag_s", 31.0)])
+            .or_size(&[("coefficient_rad_s_per_c", 3e-5)])
+            .up_to_constant()
     }
 
     fn separated_by(&self) -> Option<&'static str> {

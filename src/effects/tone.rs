@@ -1,6 +1,8 @@
 //! b(t) = A cos(2π f t + φ), t from power-on; φ is another in each run
 
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, stream};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -50,6 +52,12 @@ pub(super) struct Tone;
 impl Effect for Tone {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("frequency_hz", 1.37), ("amplitude_rad_s", 2e-4), ("phase_rad", 1.1)])
+            .drawn(&[("frequency_hz", 1.0), ("amplitude_rad_s", 1e-3)])
     }
 
     fn simulated(&self, parameters: &Parameters, _: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {

@@ -1,6 +1,8 @@
 //! C2 := C2 + s, s far beyond the stated repeatability
 
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Effect, Explanation, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -31,6 +33,11 @@ pub(super) struct TurnOnShift;
 impl Effect for TurnOnShift {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("shift_rad_s", -0.125)])
     }
 
     fn separated_by(&self) -> Option<&'static str> {

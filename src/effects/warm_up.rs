@@ -1,6 +1,8 @@
 //! b(t) = C1' (1 - exp(-t/T')) - C1 (1 - exp(-t/T)), t from power-on: another warm-up in the place of the nominal one
 
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, TIME_BOUNDS_S, log_spaced};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
@@ -52,6 +54,11 @@ fn rise(t_s: f64, time_constant_s: f64) -> f64 {
 impl Effect for AnotherWarmUp {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::size(&[("c1_rad_s", 3e-3), ("time_constant_s", 41.0)])
     }
 
     fn simulated(&self, parameters: &Parameters, _: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {

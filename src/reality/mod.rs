@@ -33,7 +33,7 @@ mod wandering;
 mod warm_up;
 
 pub use case::Case;
-pub use catalogue::{COMMON, LISTED, UNLISTED};
+pub use catalogue::{COMMON, LEFT_OUT, LISTED, UNLISTED};
 pub use files::Files;
 pub use label::{ClockOffset, Label, Parameters, Place, Strength};
 pub use plan::{Mix, Spec, plan};

@@ -1,6 +1,7 @@
 //! The house as a whole: its modules, and what holds of the command line whatever the command.
 
 mod floors;
+mod generator;
 mod misplaced;
 mod output_files;
 #[path = "../common/place.rs"]

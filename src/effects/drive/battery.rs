@@ -10,34 +10,6 @@ use crate::signal::{Log, names};
 use crate::simulate::{Course, Drive, Options, drive, drive_with, replay_with, truth_names};
 use crate::vehicle::{Motion, Rolling};
 
-/// Ids and parameters as users know them.
-const CONTRACT: [(&str, &[&str]); 24] = [
-    ("wheel.slip", &[]),
-    ("wheel.radius_mismatch", &["right_over_left_minus_one"]),
-    ("wheel.radius_scale", &["relative"]),
-    ("wheel.radius_left", &["relative"]),
-    ("wheel.radius_right", &["relative"]),
-    ("wheel.rolling_resistance", &["coefficient"]),
-    ("wheel.lateral_skid", &["lateral_slip_s"]),
-    ("vehicle.track_width", &["relative"]),
-    ("vehicle.payload", &["mass_relative"]),
-    ("vehicle.com_offset", &["offset_m"]),
-    ("motor.torque_gain", &["right_over_left_minus_one"]),
-    ("encoder.quantization", &["lsb_rad_s"]),
-    ("encoder.missed_ticks", &["loss_fraction"]),
-    ("gyro.scale_factor", &["relative"]),
-    ("gyro.scale_asymmetry", &["relative"]),
-    ("gyro.vibration_rectification", &["coefficient_rad_s_per_m2_s2"]),
-    ("gyro.bias_step", &["step_rad_s"]),
-    ("sensor.gyro_delay", &["delay_s"]),
-    ("sensor.wheel_delay", &["delay_s"]),
-    ("sensor.pose_delay", &["delay_s"]),
-    ("gyro.noise_level", &["noise_over_nominal"]),
-    ("encoder.noise_level", &["noise_over_nominal"]),
-    ("pose.noise_level", &["noise_over_nominal"]),
-    ("ground.slope", &["slope_rad", "uphill_heading_rad"]),
-];
-
 const TEXT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
     [gyro]\nc1_rad_s = 2.9e-3\nc2_rad_s = -4.7e-3\ntime_constant_s = 181.0\nangle_random_walk_rad_sqrt_s = 1.7e-4\n\
     [vehicle]\nmass_kg = 17.1\nyaw_inertia_kg_m2 = 0.61\nhalf_track_m = 0.24\nwheel_radius_m = 0.066\n\
@@ -100,35 +72,22 @@ fn change_of(effect: &dyn Driving) -> Option<&'static dyn ModelChange> {
     }
 }
 
-/// A plain size of each effect.
+/// A plain size of the effect `id`.
 fn usual(id: &str) -> Parameters {
-    match id {
-        "wheel.slip" => of([("compliance", 0.3), ("cubic_compliance", 1.0)]),
-        "wheel.rolling_resistance" => of([("coefficient", 0.02)]),
-        "wheel.lateral_skid" => of([("lateral_slip_s", 0.05)]),
-        "vehicle.payload" => of([("mass_relative", 0.2)]),
-        "vehicle.com_offset" => of([("offset_m", 0.05)]),
-        "encoder.quantization" => of([("lsb_rad_s", 0.1)]),
-        "encoder.missed_ticks" => of([("loss_fraction", 0.4), ("share_of_time", 0.2)]),
-        "gyro.vibration_rectification" => of([("coefficient_rad_s_per_m2_s2", 0.01)]),
-        "gyro.bias_step" => of([("step_rad_s", 0.01)]),
-        "sensor.gyro_delay" | "sensor.wheel_delay" | "sensor.pose_delay" => of([("delay_s", 0.03)]),
-        "gyro.noise_level" | "encoder.noise_level" | "pose.noise_level" => of([("noise_over_nominal", 2.0)]),
-        "ground.slope" => of([("slope_rad", 0.02), ("uphill_heading_rad", 0.7)]),
-        "motor.torque_gain" | "wheel.radius_mismatch" => of([("right_over_left_minus_one", 0.05)]),
-        _ => of([("relative", 0.03)]),
-    }
+    by_id(id).unwrap().tried().parameters()
 }
 
 #[test]
-fn ids_and_parameters_are_those_of_the_contract_each_once() {
-    let ids: Vec<_> = registry().iter().map(|e| e.about().id).collect();
-    assert_eq!(ids, CONTRACT.map(|c| c.0));
-    for (id, parameters) in CONTRACT {
-        let about = by_id(id).unwrap().about();
-        assert_eq!(about.id, id);
+fn an_id_stands_once_and_parameters_are_those_that_users_know() {
+    for (i, effect) in registry().iter().enumerate() {
+        let (about, tried) = (effect.about(), effect.tried());
+        let well_formed = |part: &str| !part.is_empty() && part.bytes().all(|c| c.is_ascii_lowercase() || c == b'_');
+        assert!(about.id.split_once('.').is_some_and(|(on, of)| well_formed(on) && well_formed(of)), "{}", about.id);
+        assert!(registry()[..i].iter().all(|other| other.about().id != about.id), "{} twice", about.id);
+        assert_eq!(by_id(about.id).unwrap().about().id, about.id);
         let required: Vec<_> = about.parameters.iter().filter(|p| p.required).map(|p| p.name).collect();
-        assert_eq!(required, parameters, "{id}");
+        assert_eq!(required, tried.required.iter().map(|p| p.0).collect::<Vec<_>>(), "{}", about.id);
+        assert!(effect.simulated(&tried.parameters(), 10.0, 1).is_ok(), "{}: {tried:?}", about.id);
     }
     assert!(by_id("wheel.unheard_of").is_none());
 }
@@ -347,17 +306,7 @@ fn a_replay_differs_where_the_effect_acts_and_nowhere_else() {
         let id = effect.about().id;
         let log = again(&config(&[(id, &usual(id))]), &Library::new()).unwrap().log;
         let moved = all.map(|name| apart(&base, &log, name) > 0.0);
-        let expected = match id {
-            "wheel.lateral_skid" => [false, false, false, true, false],
-            "wheel.slip" | "encoder.quantization" | "encoder.noise_level" | "sensor.wheel_delay" => {
-                [false, true, true, false, false]
-            }
-            "pose.noise_level" | "sensor.pose_delay" => [false, false, false, true, true],
-            "encoder.missed_ticks" => [false, true, false, false, false],
-            _ if effect.about().channel == "gyro" => [true, false, false, false, false],
-            _ => [true; 5],
-        };
-        assert_eq!(moved, expected, "{id}");
+        assert_eq!(moved, effect.tried().moves, "{id}");
     }
 }
 

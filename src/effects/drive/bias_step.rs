@@ -1,5 +1,7 @@
 //! b(t) = s for t ≥ t₁, else 0: the step of [`crate::effects`] at rest, in a drive
 
+#[cfg(test)]
+use super::tried::Tried;
 use super::{DriveExplanation, Driving};
 use crate::effects::parts::{Checked, stream};
 use crate::effects::{About, Parameters, bias_step};
@@ -13,6 +15,11 @@ pub(super) struct BiasStep;
 impl Driving for BiasStep {
     fn about(&self) -> &'static About {
         &bias_step::ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::gyro(&[("step_rad_s", 0.01)])
     }
 
     fn explanation(&self) -> DriveExplanation {

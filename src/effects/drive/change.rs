@@ -1,5 +1,7 @@
 //! θ ↦ equations: the common interface of effects that change the robot's equations.
 
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Coordinate, DriveExplanation, Driving, Equivalent, ModelChange, Needs, Touches};
 use crate::config::Steering;
 use crate::effects::parts::Checked;
@@ -13,11 +15,19 @@ pub(super) trait Law: ModelChange + Sized + 'static {
     const ITSELF: &'static Self;
     /// Description of the effect.
     const ABOUT: &'static About;
+    /// Entry of the battery.
+    #[cfg(test)]
+    const TRIED: Tried;
 }
 
 impl<T: Law> Driving for T {
     fn about(&self) -> &'static About {
         T::ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        T::TRIED
     }
 
     fn explanation(&self) -> DriveExplanation {

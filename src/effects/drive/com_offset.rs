@@ -2,6 +2,8 @@
 
 use super::Needs;
 use super::change::{Constant, Law};
+#[cfg(test)]
+use super::tried::Tried;
 use crate::effects::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
 
@@ -10,6 +12,8 @@ pub(super) struct ComOffset;
 
 impl Law for ComOffset {
     const ITSELF: &'static Self = &ComOffset;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::motion(&[("offset_m", 0.05)]);
     const ABOUT: &'static About = &About {
         id: "vehicle.com_offset",
         title: "centre of mass off the axle",

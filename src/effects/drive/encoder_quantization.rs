@@ -1,5 +1,7 @@
 //! reading = q · round(reading/q) of both wheels
 
+#[cfg(test)]
+use super::tried::Tried;
 use super::{DriveExplanation, Driving};
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameter, Parameters};
@@ -27,6 +29,11 @@ pub(super) struct EncoderQuantization;
 impl Driving for EncoderQuantization {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried::wheels(&[("lsb_rad_s", 0.1)])
     }
 
     fn explanation(&self) -> DriveExplanation {

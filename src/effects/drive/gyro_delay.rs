@@ -1,6 +1,8 @@
 //! reading(t) = ω(t - τ)
 
 use super::change::{Constant, Law, TIMED_ROWS};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Needs, Touches};
 use crate::effects::{About, Parameter};
 use crate::model::InFilter;
@@ -11,6 +13,8 @@ pub(super) struct GyroDelay;
 
 impl Law for GyroDelay {
     const ITSELF: &'static Self = &GyroDelay;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::gyro(&[("delay_s", 0.03)]);
     const ABOUT: &'static About = &About {
         id: "sensor.gyro_delay",
         title: "late gyro",

@@ -1,6 +1,8 @@
 //! s = -[k + q (|v ω| - 0.4 m/s²)] v ω + p d(v ω)/dt
 
 use super::change::{Law, TIMED_ROWS};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Moving};
@@ -45,6 +47,9 @@ pub(super) struct LateralSkid;
 
 impl Law for LateralSkid {
     const ITSELF: &'static Self = &LateralSkid;
+    #[cfg(test)]
+    const TRIED: Tried =
+        Tried { moves: [false, false, false, true, false], ..Tried::motion(&[("lateral_slip_s", 0.05)]) };
     const ABOUT: &'static About = &ABOUT;
 }
 

@@ -1,6 +1,8 @@
 //! reading_i = (1 - λ) reading_i inside bursts, which begin and end as a Markov chain of two states
 //! reading_i = (1 - E[λ]) reading_i where single bursts are lost in noise: their mean is all that a drive can show
 
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Coordinate, DriveExplanation, Driving, Lost, ModelChange, TickLoss, Touches};
 use crate::effects::parts::{Checked, stream};
 use crate::effects::{About, Parameter, Parameters};
@@ -59,6 +61,15 @@ pub(super) struct MissedTicks;
 impl Driving for MissedTicks {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        Tried {
+            optional: &[("share_of_time", 0.2)],
+            moves: [false, true, false, false, false],
+            ..Tried::wheels(&[("loss_fraction", 0.4)])
+        }
     }
 
     fn explanation(&self) -> DriveExplanation {

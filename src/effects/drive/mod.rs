@@ -2,6 +2,9 @@
 //!
 //! An effect is defined once, as a change of the robot's equations ([`DriveEffect`]): the simulator integrates it, the
 //! filter predicts with it, and its derivatives with respect to its coordinates are what the likelihood is fitted by.
+//! How one is added, [`crate::effects`] tells. What the diagnosis must know of an effect, the effect says: that it delays an
+//! instrument ([`Driving::delays`]), loses ticks ([`Driving::tick_loss`]), looks like a late gyro
+//! ([`ModelChange::like_late_gyro`]), equals another effect ([`ModelChange::equivalents`]).
 
 mod bias_step;
 mod change;
@@ -27,6 +30,8 @@ mod slip;
 mod slope;
 mod torque_gain;
 mod track_width;
+#[cfg(test)]
+mod tried;
 mod vibration_rectification;
 mod wheel_delay;
 
@@ -39,7 +44,7 @@ use crate::error::Result;
 use crate::model::drive::{DriveEffect, Instrument, Robot};
 
 /// Every effect of drives, one line each.
-static REGISTRY: [&dyn Driving; 24] = [
+static REGISTRY: &[&dyn Driving] = &[
     &slip::Slip,
     &radius_mismatch::RadiusMismatch,
     &radius_scale::RadiusScale,
@@ -69,7 +74,7 @@ static REGISTRY: [&dyn Driving; 24] = [
 /// Every effect of drives.
 #[must_use]
 pub fn registry() -> &'static [&'static dyn Driving] {
-    &REGISTRY
+    REGISTRY
 }
 
 /// The effect `id`.
@@ -90,6 +95,10 @@ pub trait Driving: Sync + Send {
 
     /// How it enters the likelihood of a drive.
     fn explanation(&self) -> DriveExplanation;
+
+    /// Entry of the battery: a plain size of it, and the readings that it moves.
+    #[cfg(test)]
+    fn tried(&self) -> tried::Tried;
 
     /// The change of the robot's equations that it is; none where it enters the likelihood in another way.
     fn change(&self) -> Option<&'static dyn ModelChange> {

@@ -1,5 +1,7 @@
 //! white noise of an instrument ~ N(0, (n σ_nominal)²)
 
+#[cfg(test)]
+use super::tried::Tried;
 use super::{DriveExplanation, Driving};
 use crate::effects::parts::Checked;
 use crate::effects::{About, Parameter, Parameters};
@@ -71,6 +73,15 @@ impl Driving for NoiseLevel {
             Instrument::Gyro => &GYRO.about,
             Instrument::Wheels => &WHEELS.about,
             Instrument::Pose => &POSE.about,
+        }
+    }
+
+    #[cfg(test)]
+    fn tried(&self) -> Tried {
+        match self.instrument {
+            Instrument::Gyro => Tried::gyro(&[("noise_over_nominal", 2.0)]),
+            Instrument::Wheels => Tried::wheels(&[("noise_over_nominal", 2.0)]),
+            Instrument::Pose => Tried::pose(&[("noise_over_nominal", 2.0)]),
         }
     }
 

@@ -2,6 +2,8 @@
 
 use super::change::{Constant, Law};
 use super::missed_ticks::MissedTicks;
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Equivalent, Map, Needs, Within};
 use crate::effects::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
@@ -18,6 +20,8 @@ pub(super) struct RadiusLeft;
 
 impl Law for RadiusLeft {
     const ITSELF: &'static Self = &RadiusLeft;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::motion(&[("relative", 0.03)]);
     const ABOUT: &'static About = &About {
         id: "wheel.radius_left",
         title: "left wheel's radius off nominal",
@@ -48,6 +52,8 @@ pub(super) struct RadiusRight;
 
 impl Law for RadiusRight {
     const ITSELF: &'static Self = &RadiusRight;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::motion(&[("relative", 0.03)]);
     const ABOUT: &'static About = &About {
         id: "wheel.radius_right",
         title: "right wheel's radius off nominal",

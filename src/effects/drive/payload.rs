@@ -1,6 +1,8 @@
 //! M = (1 + m) M_nominal,  Jc = (1 + j) Jc_nominal
 
 use super::change::Law;
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Coordinate, ModelChange, Needs};
 use crate::effects::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Robot};
@@ -31,6 +33,8 @@ pub(super) struct Payload;
 
 impl Law for Payload {
     const ITSELF: &'static Self = &Payload;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::motion(&[("mass_relative", 0.2)]);
     const ABOUT: &'static About = &ABOUT;
 }
 

@@ -1,6 +1,8 @@
 //! reading(t) = [x, y, θ](t - τ) of the external reference
 
 use super::change::{Constant, Law, TIMED_ROWS};
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Needs, Touches};
 use crate::effects::{About, Parameter};
 use crate::model::InFilter;
@@ -11,6 +13,8 @@ pub(super) struct PoseDelay;
 
 impl Law for PoseDelay {
     const ITSELF: &'static Self = &PoseDelay;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::pose(&[("delay_s", 0.03)]);
     const ABOUT: &'static About = &About {
         id: "sensor.pose_delay",
         title: "late reference",

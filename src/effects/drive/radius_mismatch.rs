@@ -1,6 +1,8 @@
 //! r_r/r_l = 1 + ρ, (r_l + r_r)/2 = r
 
 use super::change::{Constant, Law};
+#[cfg(test)]
+use super::tried::Tried;
 use crate::effects::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
 
@@ -9,6 +11,8 @@ pub(super) struct RadiusMismatch;
 
 impl Law for RadiusMismatch {
     const ITSELF: &'static Self = &RadiusMismatch;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::motion(&[("right_over_left_minus_one", 0.05)]);
     const ABOUT: &'static About = &About {
         id: "wheel.radius_mismatch",
         title: "unequal wheel radii",

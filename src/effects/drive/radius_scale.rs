@@ -2,6 +2,8 @@
 
 use super::Needs;
 use super::change::{Constant, Law};
+#[cfg(test)]
+use super::tried::Tried;
 use crate::effects::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
 
@@ -10,6 +12,8 @@ pub(super) struct RadiusScale;
 
 impl Law for RadiusScale {
     const ITSELF: &'static Self = &RadiusScale;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::motion(&[("relative", 0.03)]);
     const ABOUT: &'static About = &About {
         id: "wheel.radius_scale",
         title: "wheel radius off nominal",

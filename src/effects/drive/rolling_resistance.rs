@@ -7,6 +7,8 @@
 //! each wheel's. Of a drive it is all at the wheels or all against the robot's way: two forms, and one of them holds.
 
 use super::change::Law;
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Coordinate, ModelChange, Needs};
 use crate::effects::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, ForceFollows, Moving, Robot, Shape};
@@ -78,6 +80,8 @@ pub(super) struct RollingResistance;
 
 impl Law for RollingResistance {
     const ITSELF: &'static Self = &RollingResistance;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::motion(&[("coefficient", 0.02)]);
     const ABOUT: &'static About = &ABOUT;
 }
 

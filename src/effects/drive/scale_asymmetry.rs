@@ -3,6 +3,8 @@
 //! The gain may change gradually between left and right turns: s_i is the part of a that is missing at small rates.
 
 use super::change::Law;
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Moving};
@@ -52,6 +54,8 @@ pub(super) struct ScaleAsymmetry;
 
 impl Law for ScaleAsymmetry {
     const ITSELF: &'static Self = &ScaleAsymmetry;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::gyro(&[("relative", 0.03)]);
     const ABOUT: &'static About = &ABOUT;
 }
 

@@ -3,6 +3,8 @@
 use super::change::{Constant, Law};
 use super::radius_scale::RadiusScale;
 use super::track_width::TrackWidth;
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Equivalent, Map, Needs, Touches, Within};
 use crate::effects::{About, Parameter};
 use crate::model::drive::{DriveEffect, Moving};
@@ -12,6 +14,8 @@ pub(super) struct ScaleFactor;
 
 impl Law for ScaleFactor {
     const ITSELF: &'static Self = &ScaleFactor;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::gyro(&[("relative", 0.03)]);
     const ABOUT: &'static About = &About {
         id: "gyro.scale_factor",
         title: "gyro scale factor",

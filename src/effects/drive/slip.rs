@@ -1,6 +1,8 @@
 //! rim = g + λ max(|rim|, |g|, v_low),  λ = κ f artanh(u)/u ≈ κ f + κ₃ f³,  u² = 3 κ₃ f²/κ,  f = F_i/(M g/2)
 
 use super::change::Law;
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Moving, Robot};
@@ -40,6 +42,8 @@ pub(super) struct Slip;
 
 impl Law for Slip {
     const ITSELF: &'static Self = &Slip;
+    #[cfg(test)]
+    const TRIED: Tried = Tried { optional: &[("compliance", 0.3), ("cubic_compliance", 1.0)], ..Tried::wheels(&[]) };
     const ABOUT: &'static About = &ABOUT;
 }
 

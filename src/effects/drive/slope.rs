@@ -1,6 +1,8 @@
 //! F = -M g sin(α) cos(θ - ψ) = -M g (p cos θ + q sin θ)
 
 use super::change::Law;
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, ForceFollows, GRAVITY_M_S2, Moving, Robot};
@@ -25,6 +27,8 @@ pub(super) struct Slope;
 
 impl Law for Slope {
     const ITSELF: &'static Self = &Slope;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::motion(&[("slope_rad", 0.02), ("uphill_heading_rad", 0.7)]);
     const ABOUT: &'static About = &ABOUT;
 }
 

@@ -2,6 +2,8 @@
 
 use super::Needs;
 use super::change::{Constant, Law};
+#[cfg(test)]
+use super::tried::Tried;
 use crate::effects::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
 
@@ -10,6 +12,8 @@ pub(super) struct TorqueGain;
 
 impl Law for TorqueGain {
     const ITSELF: &'static Self = &TorqueGain;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::motion(&[("right_over_left_minus_one", 0.05)]);
     const ABOUT: &'static About = &About {
         id: "motor.torque_gain",
         title: "unequal motors",

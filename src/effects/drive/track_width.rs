@@ -2,6 +2,8 @@
 
 use super::Coordinate;
 use super::change::{Constant, Law};
+#[cfg(test)]
+use super::tried::Tried;
 use crate::config::Steering;
 use crate::effects::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
@@ -11,6 +13,8 @@ pub(super) struct TrackWidth;
 
 impl Law for TrackWidth {
     const ITSELF: &'static Self = &TrackWidth;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::motion(&[("relative", 0.03)]);
     const ABOUT: &'static About = &About {
         id: "vehicle.track_width",
         title: "half track off nominal",

@@ -1,6 +1,8 @@
 //! reading = ω + q v² + q₃ v² (|v| - 0.7 m/s) - p d(v²)/dt
 
 use super::change::Law;
+#[cfg(test)]
+use super::tried::Tried;
 use super::{Coordinate, ModelChange, Needs, Touches};
 use crate::effects::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Moving};
@@ -51,6 +53,8 @@ pub(super) struct VibrationRectification;
 
 impl Law for VibrationRectification {
     const ITSELF: &'static Self = &VibrationRectification;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::gyro(&[("coefficient_rad_s_per_m2_s2", 0.01)]);
     const ABOUT: &'static About = &ABOUT;
 }
 

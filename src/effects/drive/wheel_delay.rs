@@ -2,6 +2,8 @@
 
 use super::Touches;
 use super::change::{Constant, Law, TIMED_ROWS};
+#[cfg(test)]
+use super::tried::Tried;
 use crate::effects::{About, Parameter};
 use crate::model::InFilter;
 use crate::model::drive::{DriveEffect, Instrument, Moving, Robot};
@@ -11,6 +13,8 @@ pub(super) struct WheelDelay;
 
 impl Law for WheelDelay {
     const ITSELF: &'static Self = &WheelDelay;
+    #[cfg(test)]
+    const TRIED: Tried = Tried::wheels(&[("delay_s", 0.03)]);
     const ABOUT: &'static About = &About {
         id: "sensor.wheel_delay",
         title: "late wheels",

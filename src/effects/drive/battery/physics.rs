@@ -139,39 +139,33 @@ fn counters_lose_the_ticks_that_the_speeds_lack() {
 #[test]
 fn effects_of_a_gyro_at_rest_work_in_drives_too() {
     let nominal = config(&[]);
-    let mut inputs = drive(&nominal, Course::Brisk, 20.0, &Options::from(2)).unwrap().log;
+    let inputs = drive(&nominal, Course::Brisk, 20.0, &Options::from(2)).unwrap().log;
     let base = replay_with(&nominal, &inputs, &Options::from(3), &Library::new()).unwrap().log;
-    let warm: Vec<f64> = (0..inputs.len()).map(|k| 20.0 + 0.005 * k as f64).collect();
-    let sizes = [
-        ("gyro.rate_random_walk", of([("rate_random_walk_rad_s_sqrt_s", 1e-3)])),
-        ("gyro.bias_instability", of([("bias_instability_rad_s", 1e-3)])),
-        ("gyro.gauss_markov", of([("correlation_time_s", 1.0), ("std_rad_s", 1e-3)])),
-        ("gyro.quantization", of([("lsb_rad_s", 1e-2)])),
-        ("gyro.rate_ramp", of([("ramp_rad_s2", 1e-4)])),
-        ("gyro.second_time_constant", of([("c3_rad_s", 1e-3), ("time_constant_s", 5.0)])),
-        ("gyro.temperature_sensitivity", of([("coefficient_rad_s_per_c", 1e-3)])),
-        ("gyro.tone", of([("frequency_hz", 3.0), ("amplitude_rad_s", 1e-3)])),
-        ("gyro.outliers", of([("probability_per_sample", 0.01)])),
-        ("gyro.telegraph_noise", of([("level_spacing_rad_s", 1e-3), ("mean_dwell_s", 0.5)])),
-        ("gyro.bandwidth", of([("cutoff_hz", 5.0)])),
-        ("gyro.noise_growth", of([("relative_per_c", 0.05)])),
-        ("gyro.turn_on_shift", of([("shift_rad_s", 1e-3)])),
-    ];
-    for (id, parameters) in &sizes {
-        assert!(effects::by_id(id).is_some() && by_id(id).is_none());
-        let config = config(&[(id, parameters)]);
-        let needs_temperature = ["gyro.temperature_sensitivity", "gyro.noise_growth"].contains(id);
-        if needs_temperature {
-            let error = replay_with(&config, &inputs, &Options::from(3), &Library::new()).unwrap_err().to_string();
-            assert!(error.contains("temperature"), "{error}");
-            inputs.push(names::TEMPERATURE, warm.clone()).unwrap();
-        }
-        let log = replay_with(&config, &inputs, &Options::from(3), &Library::new()).unwrap().log;
-        inputs.channels.retain(|c| c.name != names::TEMPERATURE);
-        for ((name, here), (_, there)) in bits(&log).into_iter().zip(bits(&base)) {
-            assert_eq!(here == there, name != names::GYRO_Z, "{id} {name}");
+    let mut measured = inputs.clone();
+    let along = |at: f64, slope: f64| (0..inputs.len()).map(|k| at + slope * k as f64).collect();
+    measured.push(names::TEMPERATURE, along(20.0, 0.005)).unwrap();
+    measured.push(names::SUPPLY, along(5.0, -1e-4)).unwrap();
+    let mut followed = 0;
+    for effect in effects::registry().iter().filter(|e| by_id(e.about().id).is_none()) {
+        let id = effect.about().id;
+        let config = config(&[(id, &effect.tried().sizes[0])]);
+        let replayed = |inputs: &Log| replay_with(&config, inputs, &Options::from(3), &Library::new());
+        let log = match replayed(&inputs) {
+            Ok(drive) => drive.log,
+            Err(error) => {
+                followed += 1;
+                let error = error.to_string();
+                assert!(error.contains(names::TEMPERATURE) || error.contains(names::SUPPLY), "{id}: {error}");
+                replayed(&measured).unwrap().log
+            }
+        };
+        for channel in &base.channels {
+            let here = log.get(&channel.name).unwrap();
+            let same = here.iter().zip(&channel.values).all(|(a, b)| a.to_bits() == b.to_bits());
+            assert_eq!(same, channel.name != names::GYRO_Z, "{id} {}", channel.name);
         }
     }
+    assert!(followed >= 3, "temperature, supply and noise that grows with temperature: {followed}");
     let ramp = config(&[("gyro.rate_ramp", &of([("ramp_rad_s2", 1e-4)]))]);
     let options = Options { since_power_on_s: 10.0, ..Options::from(3) };
     let late = drive_with(&ramp, Course::Square, 5.0, &options, &Library::new()).unwrap().truth;
