@@ -9,9 +9,9 @@
 //!    recording: as one of the variants of [`Explanation`], or of [`drive::DriveExplanation`] for an effect of drives.
 //! 2. One line in the registry: `&creep::Creep`, and `mod creep;` above it.
 //!
-//! Nothing else names the effect. Configurations, simulator, diagnosis, reports and exports take it from the registry. In the
-//! same file, compiled with the tests alone, it brings its entry of the battery: plain sizes, with which the tests of all
-//! effects try it,
+//! Nothing else need name the effect: configurations, simulator, diagnosis and reports take it from the registry, and an export
+//! says that it is left out until a target has a number for it. In the same file, compiled with the tests alone, it brings its
+//! entry of the battery: plain sizes, with which the tests of all effects try it,
 //!
 //! ```text
 //! #[cfg(test)]
@@ -229,10 +229,16 @@ pub struct About {
 }
 
 impl About {
+    /// Name of the parameter `i` in the order of [`About::parameters`]; empty where there are fewer.
+    #[must_use]
+    pub fn name(&self, i: usize) -> &'static str {
+        self.parameters.get(i).map_or("", |p| p.name)
+    }
+
     /// Name of the parameter that says how large it is: the first one.
     #[must_use]
     pub fn size(&self) -> &'static str {
-        self.parameters.first().map_or("", |p| p.name)
+        self.name(0)
     }
 }
 
@@ -304,7 +310,8 @@ pub trait Effect: Sync + Send {
 pub enum Explanation {
     /// y(t) += Σ_j β_j x_j(t; shape)
     Signal(Box<dyn Signal>),
-    /// y(t) += β₁ cos 2πft + β₂ sin 2πft: a signal whose shape is a frequency and whose coefficients are a phase
+    /// y(t) += β₁ cos 2πft + β₂ sin 2πft: a signal whose shape is a frequency and whose coefficients are a phase. The first
+    /// parameter is the frequency, Hz
     Line(Box<dyn Signal>),
     /// y(t) += stationary (or integrated) Gaussian noise with a spectrum
     Noise(Box<dyn Noise>),
@@ -314,13 +321,17 @@ pub enum Explanation {
     Level(Box<dyn Noise>),
     /// log variance of the white noise += β x(t)
     Variance(Box<dyn Signal>),
-    /// C2 lies anywhere
+    /// C2 lies anywhere. The first parameter is its shift, rad/s
     TurnOn,
-    /// two levels between which the bias jumps as a Markov chain
+    /// two levels between which the bias jumps as a Markov chain. The parameters are the distance of the levels, rad/s, the
+    /// mean time at a level, s, and the time at the upper level over that at the lower, 1 where it is not stated
     TwoLevels,
-    /// rare samples of another distribution
-    Outliers,
-    /// values on a lattice
+    /// rare samples of another distribution. The parameters are their share and their size, rad/s
+    Outliers {
+        /// Size where it is not stated, in nominal standard deviations of the white noise.
+        usual_size: f64,
+    },
+    /// values on a lattice. The first parameter is its step, rad/s
     Lattice,
 }
 
@@ -371,7 +382,7 @@ pub trait Signal: Sync + Send {
         None
     }
 
-    /// Whether its shape is the time at which it happens, another in each run.
+    /// Whether its shape is the time at which it happens, another in each run. The first parameter is then its size, rad/s.
     fn is_event(&self) -> bool {
         false
     }
@@ -399,6 +410,12 @@ pub trait Signal: Sync + Send {
 pub trait Noise: Sync + Send {
     /// Names of the parameters, in the order of θ.
     fn names(&self) -> Vec<&'static str>;
+
+    /// Value of the parameter `name` where it is not stated; none where it must be.
+    fn unless_stated(&self, name: &str) -> Option<f64> {
+        let _ = name;
+        None
+    }
 
     /// Range of each parameter in this scene: the prior is uniform in its logarithm.
     fn range(&self, scene: &Scene) -> Vec<[f64; 2]>;
