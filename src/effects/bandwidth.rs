@@ -28,6 +28,8 @@ const ORDER: &str = "order";
 const SECTIONS: &str = "sections";
 const ZERO: &str = "nyquist_zero";
 const AVERAGE: &str = "moving_average_share";
+/// Parameters of the form, and their values where they are not stated.
+const FORM: [(&str, f64); 4] = [(ORDER, 1.0), (SECTIONS, 1.0), (ZERO, 0.0), (AVERAGE, 0.0)];
 
 /// Above this nothing is filtered at any rate that a gyro is read at.
 const OPEN_HZ: f64 = 1e7;
@@ -238,8 +240,7 @@ impl Effect for Bandwidth {
 
     fn simulated(&self, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {
         let checked = Checked::of(&ABOUT, parameters)?;
-        let or = |name: &str, default: f64| checked.optional(name).unwrap_or(default);
-        let shape = [or(ORDER, 1.0), or(SECTIONS, 1.0), or(ZERO, 0.0), or(AVERAGE, 0.0)];
+        let shape = FORM.map(|(name, usual)| checked.optional(name).unwrap_or(usual));
         Ok(filter(&Form::new(checked.value(CUTOFF)?, shape, scene.step_s), scene, stream(&ABOUT, seed)))
     }
 
@@ -256,6 +257,10 @@ impl Effect for Bandwidth {
 impl Noise for Bandwidth {
     fn names(&self) -> Vec<&'static str> {
         vec![CUTOFF, ORDER, SECTIONS, ZERO, AVERAGE]
+    }
+
+    fn unless_stated(&self, name: &str) -> Option<f64> {
+        FORM.iter().find(|(form, _)| *form == name).map(|(_, usual)| *usual)
     }
 
     /// Cutoff: from a hundred periods in the log, below which the bias itself would be filtered, to three sample rates,

@@ -97,6 +97,6 @@ impl Effect for Outliers {
     }
 
     fn explanation(&self, _: &Scene) -> Option<Explanation> {
-        Some(Explanation::Outliers)
+        Some(Explanation::Outliers { usual_size: AMPLITUDE_IN_WHITE_STD })
     }
 }

@@ -20,6 +20,7 @@ pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters
         let effect = library.by_id(id).ok_or_else(|| {
             Error::new(ErrorKind::Config, "configuration", format!("no effect at rest is called {id:?}"))
         })?;
+        let about = effect.about();
         let value = |name: &str| {
             parameters.get(name).copied().ok_or_else(|| {
                 Error::new(ErrorKind::Config, "configuration", "the parameter is missing")
@@ -33,7 +34,12 @@ pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters
         match effect.explanation(scene).ok_or_else(missing)? {
             Explanation::Signal(s) | Explanation::Line(s) => match s.shape(scene, parameters).filter(|_| !s.is_event())
             {
-                None => b.step = Some(any_time(scene, value("step_rad_s")?)),
+                None if s.is_event() => b.step = Some(any_time(scene, value(about.size())?)),
+                // without a shape a parameter is missing
+                None => {
+                    about.parameters.iter().filter(|p| p.required).try_for_each(|p| value(p.name).map(drop))?;
+                    return Err(missing());
+                }
                 Some(shape) => {
                     let columns = s.columns(scene, &shape);
                     match s.coefficients(scene, &shape, parameters) {
@@ -76,12 +82,11 @@ pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters
                 b.white_std_rad_s *= n.spectrum(scene, &theta, std::f64::consts::PI).sqrt();
             }
             Explanation::Filter(n) => {
-                let or = |name: &str| match name {
-                    "cutoff_hz" => value(name),
-                    "order" | "sections" => Ok(parameters.get(name).copied().unwrap_or(1.0)),
-                    _ => Ok(parameters.get(name).copied().unwrap_or(0.0)),
+                let or_usual = |name: &str| match n.unless_stated(name) {
+                    Some(usual) => Ok(parameters.get(name).copied().unwrap_or(usual)),
+                    None => value(name),
                 };
-                let theta = n.names().into_iter().map(or).collect::<Result<Vec<f64>>>()?;
+                let theta = n.names().into_iter().map(or_usual).collect::<Result<Vec<f64>>>()?;
                 b.low_pass = Some(LowPass::from_power(|omega| n.spectrum(scene, &theta, omega), LOW_PASS_ORDER)?);
             }
             Explanation::Variance(s) => {
@@ -92,22 +97,23 @@ pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters
             }
             Explanation::TurnOn => {
                 if let Some(c2) = b.coefficients.first_mut() {
-                    c2.mean += value("shift_rad_s")?;
+                    c2.mean += value(about.size())?;
                 }
             }
             Explanation::TwoLevels => {
-                let (spacing, dwell) = (value("level_spacing_rad_s")?, value("mean_dwell_s")?);
-                let ratio = parameters.get("dwell_ratio").copied().unwrap_or(1.0);
+                let (spacing, dwell) = (value(about.name(0))?, value(about.name(1))?);
+                let ratio = parameters.get(about.name(2)).copied().unwrap_or(1.0);
                 // the ratio is of the upper level's dwell time over the lower one's, their mean is given
                 let low = 2.0 * dwell / (1.0 + ratio);
                 let least = scene.step_s;
                 b.telegraph = Some(Telegraph::centred(spacing, [low.max(least), (ratio * low).max(least)]));
             }
-            Explanation::Outliers => {
-                let std_rad_s = parameters.get("amplitude_rad_s").copied().unwrap_or(20.0 * scene.white_std_rad_s);
-                b.outliers = Some(Outliers { probability: value("probability_per_sample")?, std_rad_s });
+            Explanation::Outliers { usual_size } => {
+                let size_rad_s = parameters.get(about.name(1)).copied();
+                let std_rad_s = size_rad_s.unwrap_or(usual_size * scene.white_std_rad_s);
+                b.outliers = Some(Outliers { probability: value(about.size())?, std_rad_s });
             }
-            Explanation::Lattice => b.lattice_lsb_rad_s = Some(value("lsb_rad_s")?),
+            Explanation::Lattice => b.lattice_lsb_rad_s = Some(value(about.size())?),
         }
     }
     Ok(b)

@@ -137,7 +137,7 @@ pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], o
         prior,
         // with coarse quantization no distribution of samples is normal
         coarse: grain.lsb_rad_s.is_some_and(|lsb| lsb > 0.3 * nominal),
-        outliers: named(|e| matches!(e, Explanation::Outliers)),
+        outliers: named(|e| matches!(e, Explanation::Outliers { .. })),
     };
     let all = search.posterior();
     let keys: Vec<Vec<usize>> = all.iter().map(|m| key(&m.fitted.hypothesis)).collect();

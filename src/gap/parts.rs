@@ -8,9 +8,14 @@ use super::layers::amplitude::Amplitude;
 use super::layers::repeats::Repeats;
 use super::layers::shots::Shots;
 use super::popcorn::Popcorn;
-use crate::effects::{Parameters, Signal};
+use crate::effects::{Parameters, Signal, by_id};
 use crate::model::Scene;
 use std::f64::consts::{SQRT_2, TAU};
+
+/// Name of the parameter `i` of the effect `id`, in the order in which its way of explaining has them.
+pub(super) fn name(id: &str, i: usize) -> &'static str {
+    by_id(id).map_or("", |e| e.about().name(i))
+}
 
 /// The parts of a fitted set.
 pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
@@ -35,11 +40,11 @@ pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
                 part.frequency_hz = Some([f, f]);
                 // Cramér-Rao bound of the frequency (Rife and Boorstyn 1974)
                 let gain = part.share.max(1.0);
-                part.std.insert("frequency_hz".into(), (6.0 / gain).sqrt() / (TAU * l.frame.scene.span_s()));
+                part.std.insert(name(&c.id, 0).into(), (6.0 / gain).sqrt() / (TAU * l.frame.scene.span_s()));
             }
             Kind::TurnOn => {
-                part.parameters.insert("shift_rad_s".into(), mean[0]);
-                part.std.insert("shift_rad_s".into(), covariance(0, 0).max(0.0).sqrt());
+                part.parameters.insert(name(&c.id, 0).into(), mean[0]);
+                part.std.insert(name(&c.id, 0).into(), covariance(0, 0).max(0.0).sqrt());
             }
             Kind::Line(..) => {
                 let f = s.shape.first().copied().unwrap_or(0.0);
@@ -163,13 +168,13 @@ pub fn telegraph(id: &str, found: &Popcorn, scene: &Scene, share: f64) -> Part {
     let chain = &found.chain;
     let [low_s, high_s] = [chain.dwell_low, chain.dwell_high].map(|d| d * scene.step_s);
     let [spacing, low, high] = chain.relative_std;
-    let mut set = |name: &str, value: f64, std: f64| {
-        part.parameters.insert(name.into(), value);
-        part.std.insert(name.into(), std);
+    let mut set = |i: usize, value: f64, std: f64| {
+        part.parameters.insert(name(id, i).into(), value);
+        part.std.insert(name(id, i).into(), std);
     };
-    set("level_spacing_rad_s", chain.spacing, chain.spacing * spacing);
-    set("mean_dwell_s", 0.5 * (low_s + high_s), 0.5 * (low_s * low).hypot(high_s * high));
-    set("dwell_ratio", high_s / low_s, high_s / low_s * low.hypot(high));
+    set(0, chain.spacing, chain.spacing * spacing);
+    set(1, 0.5 * (low_s + high_s), 0.5 * (low_s * low).hypot(high_s * high));
+    set(2, high_s / low_s, high_s / low_s * low.hypot(high));
     part
 }
 
@@ -185,9 +190,9 @@ pub fn shots(found: &Shots, share: f64) -> Part {
 /// Part for rare large samples.
 pub fn outliers(id: &str, a: &Amplitude, white_std_rad_s: f64) -> Part {
     let mut part = Part::new(id, true, a.outliers.max(0.0));
-    part.parameters.insert("probability_per_sample".into(), a.probability[0]);
-    part.std.insert("probability_per_sample".into(), a.probability[1]);
-    part.parameters.insert("amplitude_rad_s".into(), a.outlier_std * white_std_rad_s);
+    part.parameters.insert(name(id, 0).into(), a.probability[0]);
+    part.std.insert(name(id, 0).into(), a.probability[1]);
+    part.parameters.insert(name(id, 1).into(), a.outlier_std * white_std_rad_s);
     part.missed_nats = Some(a.outliers);
     part
 }
@@ -196,13 +201,14 @@ pub fn outliers(id: &str, a: &Amplitude, white_std_rad_s: f64) -> Part {
 pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: Option<&str>) -> Part {
     let mut part =
         Part { certain: true, ..Part::new(named.unwrap_or("free.lattice"), named.is_some(), gain.max(1e-3)) };
-    part.parameters.insert("lsb_rad_s".into(), lsb);
+    let step = named.map_or("lsb_rad_s", |id| name(id, 0));
+    part.parameters.insert(step.into(), lsb);
     // the step is the span over its count: both ends are off by the rounding of the file
     let [low, high] = recorded.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
     let off = |v: &f64| ((v - low) / lsb - ((v - low) / lsb).round()) * lsb;
     let rounding = (recorded.iter().map(|v| off(v).powi(2)).sum::<f64>() / recorded.len().max(1) as f64).sqrt();
     let least = f64::EPSILON * low.abs().max(high.abs());
-    part.std.insert("lsb_rad_s".into(), SQRT_2 * rounding.max(least) / ((high - low) / lsb).round().max(1.0));
+    part.std.insert(step.into(), SQRT_2 * rounding.max(least) / ((high - low) / lsb).round().max(1.0));
     part.description = format!("all values are multiples of {lsb:.6e} rad/s apart");
     part
 }

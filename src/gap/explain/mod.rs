@@ -169,7 +169,7 @@ pub(super) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
         None => tell(&likelihood, &gaussian),
     };
     explained.extend(gaussian_parts);
-    if let Some(id) = asked_for(|e| matches!(e, Explanation::Outliers)) {
+    if let Some(id) = asked_for(|e| matches!(e, Explanation::Outliers { .. })) {
         let mut w = white.clone();
         for i in &aside {
             w[*i] += (deviation[*i] - data.values_rad_s[*i]) / frame.scene.white_std_rad_s;
@@ -242,9 +242,9 @@ fn two_levels_told(
         id: id.into(),
         gain_nats: gain,
         parameters: [
-            ("level_spacing_rad_s".into(), found.spacing_rad_s),
-            ("mean_dwell_s".into(), found.mean_dwell_s),
-            ("dwell_ratio".into(), found.dwell_ratio),
+            (parts::name(id, 0).into(), found.spacing_rad_s),
+            (parts::name(id, 1).into(), found.mean_dwell_s),
+            (parts::name(id, 2).into(), found.dwell_ratio),
         ]
         .into(),
         time_s: None,
@@ -260,11 +260,8 @@ fn outliers_told(id: &str, rare: &rare::Rare, white_std_rad_s: f64) -> Explained
     Explained {
         id: id.into(),
         gain_nats: rare.gain_nats,
-        parameters: [
-            ("probability_per_sample".into(), rare.probability),
-            ("amplitude_rad_s".into(), scaled(rare.size)),
-        ]
-        .into(),
+        parameters: [(parts::name(id, 0).into(), rare.probability), (parts::name(id, 1).into(), scaled(rare.size))]
+            .into(),
         time_s: None,
     }
 }
