@@ -78,7 +78,7 @@ impl OutputFile {
     }
 
     /// The temporary file, for writers that stream.
-    pub fn file(&mut self) -> &mut std::fs::File {
+    pub(crate) fn file(&mut self) -> &mut std::fs::File {
         self.temporary.as_file_mut()
     }
 

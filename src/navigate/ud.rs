@@ -30,7 +30,7 @@ pub struct UdCovariance<const N: usize> {
 impl<const N: usize> UdCovariance<N> {
     /// Factors of `p`; `None` if it is not positive semidefinite beyond rounding.
     #[must_use]
-    pub fn factor(p: &SMatrix<f64, N, N>) -> Option<Self> {
+    pub(crate) fn factor(p: &SMatrix<f64, N, N>) -> Option<Self> {
         let mut rest = *p;
         let mut out = Self { u: identity(), d: [0.0; N] };
         for j in (0..N).rev() {
@@ -58,7 +58,7 @@ impl<const N: usize> UdCovariance<N> {
 
     /// P.
     #[must_use]
-    pub fn covariance(&self) -> SMatrix<f64, N, N> {
+    pub(crate) fn covariance(&self) -> SMatrix<f64, N, N> {
         SMatrix::from_fn(|a, b| {
             let (i, j) = (a.min(b), a.max(b));
             (j..N).map(|k| self.u[k][i] * self.u[k][j] * self.d[k]).sum()
@@ -67,13 +67,13 @@ impl<const N: usize> UdCovariance<N> {
 
     /// The element of P in row `i` and column `j`.
     #[must_use]
-    pub fn element(&self, i: usize, j: usize) -> f64 {
+    pub(crate) fn element(&self, i: usize, j: usize) -> f64 {
         (i.max(j)..N).map(|k| self.u[k][i] * self.u[k][j] * self.d[k]).sum()
     }
 
     /// The diagonal of P.
     #[must_use]
-    pub fn variances(&self) -> SVector<f64, N> {
+    pub(crate) fn variances(&self) -> SVector<f64, N> {
         SVector::from_fn(|i, _| (i..N).map(|k| self.u[k][i] * self.u[k][i] * self.d[k]).sum())
     }
 
@@ -91,7 +91,7 @@ impl<const N: usize> UdCovariance<N> {
 
     /// hᵀ P h + r.
     #[must_use]
-    pub fn innovation_variance(&self, h: &SVector<f64, N>, r: f64) -> f64 {
+    pub(crate) fn innovation_variance(&self, h: &SVector<f64, N>, r: f64) -> f64 {
         self.project(&Row::new(h), r).variance
     }
 
@@ -195,7 +195,7 @@ pub(super) struct Row<const N: usize> {
 }
 
 impl<const N: usize> Row<N> {
-    pub fn new(h: &SVector<f64, N>) -> Self {
+    pub(crate) fn new(h: &SVector<f64, N>) -> Self {
         let mut out = Self { entries: [(0, 0.0); N], len: 0 };
         for (i, h) in h.iter().enumerate().filter(|(_, h)| **h != 0.0) {
             out.entries[out.len] = (i, *h);
@@ -206,12 +206,12 @@ impl<const N: usize> Row<N> {
 
     /// Index and value of what is not zero.
     #[inline]
-    pub fn entries(&self) -> &[(usize, f64)] {
+    pub(crate) fn entries(&self) -> &[(usize, f64)] {
         &self.entries[..self.len]
     }
 
     /// With its zeros.
-    pub fn dense(&self) -> SVector<f64, N> {
+    pub(crate) fn dense(&self) -> SVector<f64, N> {
         let mut out = SVector::zeros();
         self.entries().iter().for_each(|(i, h)| out[*i] = *h);
         out

@@ -93,7 +93,7 @@ impl Deviation {
 
     /// Equivalent degrees of freedom with `m` of `rates` samples averaged.
     #[must_use]
-    pub fn degrees_of_freedom(self, alpha: NoiseExponent, m: usize, rates: usize) -> f64 {
+    pub(crate) fn degrees_of_freedom(self, alpha: NoiseExponent, m: usize, rates: usize) -> f64 {
         match self {
             // the published coefficients are those of many samples averaged; with few it is all but the overlapping one
             Self::Total if m > FEW_AVERAGED && alpha <= 0 => total_degrees_of_freedom(alpha, m, rates),

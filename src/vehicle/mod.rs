@@ -1,6 +1,6 @@
 //! Floor 2: the robot on two driven wheels: how it moves, and how torques move it.
 //!
-//! - [`Motion`], [`Forcing`], [`advance`], [`travel`]: planar motion under constant forcing, with its derivatives
+//! - [`Motion`], [`Forcing`], `advance`, `travel`: planar motion under constant forcing, with its derivatives
 //! - [`Rolling`]: wheels that roll without slip
 //! - [`AsPrinted`]: the equations of Alessandri et al. as they are printed, for comparison
 //! - [`Slipping`]: wheels that slip, by a law of [`crate::traction`]
@@ -17,9 +17,11 @@ mod signs;
 mod slipping;
 
 pub use as_printed::{AsPrinted, PrintedState};
-pub use known::{known_by, one_wheel, positions_only};
+pub use known::known_by;
+pub(crate) use known::{one_wheel, positions_only};
 pub use odometry::Odometry;
-pub use planar::{Forcing, Motion, MotionJacobian, advance, advance_with_jacobian, travel};
+pub use planar::{Forcing, Motion};
+pub(crate) use planar::{advance, advance_with_jacobian, travel};
 pub use rolling::Rolling;
 pub use signs::wrong_signs;
-pub use slipping::{Slipping, SlippingJacobian, SlippingState};
+pub use slipping::{Slipping, SlippingState};

@@ -41,7 +41,7 @@ pub struct Forcing {
 
 /// Derivatives of the motion after a step; those of v and ω are diagonal.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct MotionJacobian {
+pub(crate) struct MotionJacobian {
     /// ∂(x, y)/∂θ, m/rad.
     pub position_by_heading: [f64; 2],
     /// ∂(x, y)/∂v, s.
@@ -98,7 +98,7 @@ fn sin_cos(angles: [f64; 2]) -> [(f64, f64); 2] {
 
 /// The motion `dt_s` later.
 #[must_use]
-pub fn advance(motion: &Motion, forcing: &Forcing, dt_s: f64) -> Motion {
+pub(crate) fn advance(motion: &Motion, forcing: &Forcing, dt_s: f64) -> Motion {
     let parts = parts(motion, forcing, dt_s);
     let h = dt_s / f64::from(parts);
     (0..parts).fold(*motion, |m, _| step::<false>(&m, forcing, h).0)
@@ -107,7 +107,7 @@ pub fn advance(motion: &Motion, forcing: &Forcing, dt_s: f64) -> Motion {
 /// The motion `dt_s` later, and its derivatives by the motion before and by the accelerations.
 #[must_use]
 #[inline]
-pub fn advance_with_jacobian(motion: &Motion, forcing: &Forcing, dt_s: f64) -> (Motion, MotionJacobian) {
+pub(crate) fn advance_with_jacobian(motion: &Motion, forcing: &Forcing, dt_s: f64) -> (Motion, MotionJacobian) {
     let parts = parts(motion, forcing, dt_s);
     if parts > 1 {
         return advance_in_parts(motion, forcing, dt_s, parts);
@@ -131,7 +131,7 @@ fn advance_in_parts(motion: &Motion, forcing: &Forcing, dt_s: f64, parts: u32) -
 
 /// Way (m) and turn (rad) within `dt_s`, backwards and clockwise negative; exact: ∫v dt = v τ φ1(λτ) + a τ² φ2(λτ).
 #[must_use]
-pub fn travel(motion: &Motion, forcing: &Forcing, dt_s: f64) -> [f64; 2] {
+pub(crate) fn travel(motion: &Motion, forcing: &Forcing, dt_s: f64) -> [f64; 2] {
     let over = |rate: f64, by: f64, damping: f64| {
         let [[_, first, second]] = exponentials([damping * dt_s]);
         rate * dt_s * first + by * dt_s * dt_s * second

@@ -41,7 +41,7 @@ const CAUSES: usize = VELOCITIES + 2;
 
 /// Derivatives of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SlippingJacobian {
+pub(crate) struct SlippingJacobian {
     /// ∂(v, ω, φ̇L, φ̇R)/∂(v, ω, φ̇L, φ̇R, uL, uR): row by row.
     pub velocities: [[f64; CAUSES]; VELOCITIES],
     /// ∂(x, y, θ)/∂(v, ω, φ̇L, φ̇R, uL, uR): row by row.
@@ -109,27 +109,27 @@ impl Slipping {
 
     /// The same with steps split until a speed's error is estimated below `tolerance_m_s` (3e-4 m/s without this call).
     #[must_use]
-    pub fn with_tolerance(self, tolerance_m_s: f64) -> Self {
+    pub(crate) fn with_tolerance(self, tolerance_m_s: f64) -> Self {
         Self { tolerance_m_s, ..self }
     }
 
     /// Speed of each wheel's centre over ground, m/s.
     #[must_use]
-    pub fn ground_speeds_m_s(&self, motion: &Motion) -> [f64; 2] {
+    pub(crate) fn ground_speeds_m_s(&self, motion: &Motion) -> [f64; 2] {
         let lead = self.half_track_m * motion.yaw_rate_rad_s;
         [motion.speed_m_s - lead, motion.speed_m_s + lead]
     }
 
     /// λ of each wheel.
     #[must_use]
-    pub fn slips(&self, state: &SlippingState) -> [Slip; 2] {
+    pub(crate) fn slips(&self, state: &SlippingState) -> [Slip; 2] {
         let ground = self.ground_speeds_m_s(&state.motion);
         std::array::from_fn(|i| Slip::new(self.radius_m * state.wheels_rad_s[i], ground[i], self.low_speed_m_s))
     }
 
     /// ∂λ/∂(v, ω, φ̇) of each wheel, φ̇ being its own.
     #[must_use]
-    pub fn slip_derivatives(&self, state: &SlippingState) -> [[f64; 3]; 2] {
+    pub(crate) fn slip_derivatives(&self, state: &SlippingState) -> [[f64; 3]; 2] {
         let slips = self.slips(state);
         let arm = [-self.half_track_m, self.half_track_m];
         std::array::from_fn(|i| [slips[i].by_ground, slips[i].by_ground * arm[i], slips[i].by_rim * self.radius_m])
@@ -144,7 +144,7 @@ impl Slipping {
 
     /// The law of traction.
     #[must_use]
-    pub fn law(&self) -> &TractionLaw {
+    pub(crate) fn law(&self) -> &TractionLaw {
         &self.law
     }
 
@@ -158,7 +158,7 @@ impl Slipping {
 
     /// Decay rate of slip at speed `speed_m_s`, 1/s: the stiffness that limits an explicit step.
     #[must_use]
-    pub fn slip_rate_per_s(&self, speed_m_s: f64) -> f64 {
+    pub(crate) fn slip_rate_per_s(&self, speed_m_s: f64) -> f64 {
         let slope = self.law.friction(0.0)[1];
         let load = 0.5 * (self.loads_n[0] + self.loads_n[1]);
         let r = self.radius_m;
@@ -174,7 +174,7 @@ impl Slipping {
 
     /// The state `dt_s` later, and its derivatives.
     #[must_use]
-    pub fn step_with_jacobian(
+    pub(crate) fn step_with_jacobian(
         &self,
         state: &SlippingState,
         torques_n_m: [f64; 2],

@@ -16,7 +16,7 @@ const CELLS: usize = 1 << 14;
 
 /// A sum of first-order states, and how well it meets the spectrum.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MarkovSum {
+pub(crate) struct MarkovSum {
     /// The states, fastest last.
     pub states: Vec<Markov>,
     /// Largest |S_fit/S - 1| from the lowest frequency fitted up to half of Nyquist's. Above it first-order states flatten
@@ -27,7 +27,7 @@ pub struct MarkovSum {
 impl Markov {
     /// Spectrum at `omega` rad/sample, rad²/s².
     #[must_use]
-    pub fn spectrum(&self, omega: f64) -> f64 {
+    pub(crate) fn spectrum(&self, omega: f64) -> f64 {
         // 1 + φ² - 2φ cos ω without cancellation
         self.variance / ((1.0 - self.decay).powi(2) + 4.0 * self.decay * (0.5 * omega).sin().powi(2))
     }
@@ -45,7 +45,7 @@ impl Markov {
 ///
 /// # Errors
 /// [`ErrorKind::Value`] if the band is empty, there are no states, or the spectrum is not positive and finite.
-pub fn markov_sum(spectrum: impl Fn(f64) -> f64, omega_low: f64, states: usize) -> Result<MarkovSum> {
+pub(crate) fn markov_sum(spectrum: impl Fn(f64) -> f64, omega_low: f64, states: usize) -> Result<MarkovSum> {
     if !(omega_low > 0.0 && omega_low < PI) || states == 0 {
         let found = format!("{states} states from {omega_low} rad/sample");
         return Err(
@@ -110,7 +110,7 @@ fn nonnegative(columns: &[Vec<f64>], target: &[f64]) -> Vec<f64> {
 ///
 /// # Errors
 /// [`ErrorKind::Value`] if `bias_instability_rad_s` is not positive or there are fewer than two rows.
-pub fn flicker(bias_instability_rad_s: f64, rows: usize) -> Result<MarkovSum> {
+pub(crate) fn flicker(bias_instability_rad_s: f64, rows: usize) -> Result<MarkovSum> {
     let power = bias_instability_rad_s * bias_instability_rad_s;
     markov_sum(|omega| power / omega, PI / rows.max(1) as f64, 8)
 }
@@ -128,7 +128,7 @@ impl LowPass {
     ///
     /// # Errors
     /// [`ErrorKind::Value`] if the response is negative, not finite, or zero everywhere.
-    pub fn from_power(power: impl Fn(f64) -> f64, order: usize) -> Result<Self> {
+    pub(crate) fn from_power(power: impl Fn(f64) -> f64, order: usize) -> Result<Self> {
         let mut autocovariance = vec![0.0; order + 1];
         for cell in 0..CELLS {
             let omega = PI * (cell as f64 + 0.5) / CELLS as f64;

@@ -20,7 +20,7 @@ mod unlisted;
 mod world;
 
 pub(super) use case::make;
-pub use catalogue::{COMMON, LISTED, UNLISTED};
+pub use catalogue::{LISTED, UNLISTED};
 
 #[cfg(test)]
 mod tests;

@@ -11,7 +11,7 @@ use crate::vehicle::{Forcing, Motion, Slipping, advance};
 
 /// How a statement of the paper fares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Status {
+pub(crate) enum Status {
     /// It holds here as it stands.
     Reproduced,
     /// It holds after a change, which is named.
@@ -23,7 +23,7 @@ pub enum Status {
 impl Status {
     /// Its name in tables.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Reproduced => "reproduced",
             Self::Corrected => "corrected",
@@ -39,7 +39,7 @@ impl Status {
 
 /// A statement of the paper.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Claim {
+pub(crate) struct Claim {
     /// Equation, figure or section.
     pub place: &'static str,
     /// The statement in words of our own.
@@ -62,7 +62,7 @@ use Status::{Corrected, NotReproducible, Reproduced};
 impl StudyReport {
     /// All rows: equations, figures, claims in the order of the sections.
     #[must_use]
-    pub fn claims(&self) -> Vec<Claim> {
+    pub(crate) fn claims(&self) -> Vec<Claim> {
         let mut rows = self.equations();
         rows.extend(self.figure_rows());
         rows.extend(self.model_claims());
