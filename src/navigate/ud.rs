@@ -95,11 +95,6 @@ impl<const N: usize> UdCovariance<N> {
         self.project(&Row::new(h), r).variance
     }
 
-    /// Takes in a scalar measurement hᵀ x + noise of variance `r` > 0; returns the Kalman gain.
-    pub fn update(&mut self, h: &SVector<f64, N>, r: f64) -> SVector<f64, N> {
-        self.take_in(&self.project(&Row::new(h), r))
-    }
-
     /// A measurement hᵀ x + noise of variance `r` as the factors see it.
     #[must_use]
     #[inline(always)]
@@ -119,7 +114,8 @@ impl<const N: usize> UdCovariance<N> {
         Projection { f, r, variances, variance }
     }
 
-    /// [`Self::update`] by a measurement that was projected on these factors.
+    /// Takes in a scalar measurement hᵀ x + noise of variance `r` > 0 that was projected on these factors; returns the
+    /// Kalman gain.
     #[inline(always)]
     pub(super) fn take_in(&mut self, seen: &Projection<N>) -> SVector<f64, N> {
         let mut gain = Gain { sums: [0.0; N], variance: seen.r, inverse: 1.0 / seen.r };
@@ -135,17 +131,7 @@ impl<const N: usize> UdCovariance<N> {
         SVector::from(gain.sums.map(|g| g * gain.inverse))
     }
 
-    /// P := Φ P Φᵀ + Γ diag(q) Γᵀ.
-    pub fn predict<const Q: usize>(
-        &mut self,
-        phi: &SMatrix<f64, N, N>,
-        gamma: &SMatrix<f64, N, Q>,
-        q: &SVector<f64, Q>,
-    ) {
-        self.predict_sparse::<Q, Dense>(phi, gamma, q);
-    }
-
-    /// [`Self::predict`] by matrices of which `S` says where they can differ from zero.
+    /// P := Φ P Φᵀ + Γ diag(q) Γᵀ, by matrices of which `S` says where they can differ from zero.
     #[inline(always)]
     pub(super) fn predict_sparse<const Q: usize, S: Structure<N, Q>>(
         &mut self,
@@ -271,14 +257,6 @@ pub(super) trait Structure<const N: usize, const Q: usize> {
     const SOURCES: [u32; N] = sources(&Self::PHI, &Self::GAMMA, Q);
 }
 
-/// Nothing is known to be zero.
-struct Dense;
-
-impl<const N: usize, const Q: usize> Structure<N, Q> for Dense {
-    const PHI: [u32; N] = [(1 << N) - 1; N];
-    const GAMMA: [u32; N] = [(1 << Q) - 1; N];
-}
-
 const fn has(bits: u32, k: usize) -> bool {
     bits >> k & 1 == 1
 }
@@ -372,6 +350,31 @@ fn identity<const N: usize>() -> [[f64; N]; N] {
 mod tests {
     use super::*;
     use crate::math::random::Stream;
+
+    /// Nothing is known to be zero.
+    struct Dense;
+
+    impl<const N: usize, const Q: usize> Structure<N, Q> for Dense {
+        const PHI: [u32; N] = [(1 << N) - 1; N];
+        const GAMMA: [u32; N] = [(1 << Q) - 1; N];
+    }
+
+    impl<const N: usize> UdCovariance<N> {
+        /// Takes in a scalar measurement hᵀ x + noise of variance `r` > 0; returns the Kalman gain.
+        fn update(&mut self, h: &SVector<f64, N>, r: f64) -> SVector<f64, N> {
+            self.take_in(&self.project(&Row::new(h), r))
+        }
+
+        /// P := Φ P Φᵀ + Γ diag(q) Γᵀ.
+        fn predict<const Q: usize>(
+            &mut self,
+            phi: &SMatrix<f64, N, N>,
+            gamma: &SMatrix<f64, N, Q>,
+            q: &SVector<f64, Q>,
+        ) {
+            self.predict_sparse::<Q, Dense>(phi, gamma, q);
+        }
+    }
 
     fn random_matrix<const R: usize, const C: usize>(stream: &mut Stream) -> SMatrix<f64, R, C> {
         SMatrix::from_fn(|_, _| stream.normal())

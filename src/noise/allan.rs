@@ -55,17 +55,6 @@ impl Deviation {
     /// All members.
     pub const ALL: [Self; 4] = [Self::Overlapping, Self::Modified, Self::Hadamard, Self::Total];
 
-    /// Name for people.
-    #[must_use]
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Overlapping => "overlapping Allan deviation",
-            Self::Modified => "modified Allan deviation",
-            Self::Hadamard => "overlapping Hadamard deviation",
-            Self::Total => "total deviation",
-        }
-    }
-
     /// Key in JSON.
     #[must_use]
     pub fn id(self) -> &'static str {

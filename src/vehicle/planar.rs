@@ -98,7 +98,7 @@ fn sin_cos(angles: [f64; 2]) -> [(f64, f64); 2] {
 
 /// The motion `dt_s` later.
 #[must_use]
-pub(crate) fn advance(motion: &Motion, forcing: &Forcing, dt_s: f64) -> Motion {
+pub fn advance(motion: &Motion, forcing: &Forcing, dt_s: f64) -> Motion {
     let parts = parts(motion, forcing, dt_s);
     let h = dt_s / f64::from(parts);
     (0..parts).fold(*motion, |m, _| step::<false>(&m, forcing, h).0)
@@ -131,7 +131,7 @@ fn advance_in_parts(motion: &Motion, forcing: &Forcing, dt_s: f64, parts: u32) -
 
 /// Way (m) and turn (rad) within `dt_s`, backwards and clockwise negative; exact: ∫v dt = v τ φ1(λτ) + a τ² φ2(λτ).
 #[must_use]
-pub(crate) fn travel(motion: &Motion, forcing: &Forcing, dt_s: f64) -> [f64; 2] {
+pub fn travel(motion: &Motion, forcing: &Forcing, dt_s: f64) -> [f64; 2] {
     let over = |rate: f64, by: f64, damping: f64| {
         let [[_, first, second]] = exponentials([damping * dt_s]);
         rate * dt_s * first + by * dt_s * dt_s * second

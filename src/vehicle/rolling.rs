@@ -118,18 +118,19 @@ impl Rolling {
         let (by_speed, by_yaw) = (1.0 / self.radius_m, self.half_track_m / self.radius_m);
         [[by_speed, -by_yaw], [by_speed, by_yaw]]
     }
-
-    /// Energy of body and wheels in motion, J.
-    #[must_use]
-    pub fn kinetic_energy_j(&self, motion: &Motion) -> f64 {
-        let (v, w) = (motion.speed_m_s, motion.yaw_rate_rad_s);
-        0.5 * (self.effective_mass_kg * v * v + self.effective_inertia_kg_m2 * w * w)
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Rolling {
+        /// Energy of body and wheels in motion, J.
+        fn kinetic_energy_j(&self, motion: &Motion) -> f64 {
+            let (v, w) = (motion.speed_m_s, motion.yaw_rate_rad_s);
+            0.5 * (self.effective_mass_kg * v * v + self.effective_inertia_kg_m2 * w * w)
+        }
+    }
 
     fn robot(friction: f64) -> (Vehicle, Rolling) {
         let v = Vehicle {

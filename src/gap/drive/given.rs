@@ -38,12 +38,6 @@ impl Given {
     pub(crate) fn len(&self) -> usize {
         self.changes.len()
     }
-
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.changes.is_empty()
-    }
 }
 
 impl Record {

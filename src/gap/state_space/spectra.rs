@@ -5,7 +5,7 @@
 
 use super::{LowPass, Markov};
 use crate::error::{Error, ErrorKind, Result};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// Frequencies per decade at which a spectrum is fitted.
 const PER_DECADE: f64 = 20.0;
@@ -116,13 +116,6 @@ pub(crate) fn flicker(bias_instability_rad_s: f64, rows: usize) -> Result<Markov
 }
 
 impl LowPass {
-    /// First order, gain one at zero frequency: x\[k\] = φ x\[k-1\] + (1-φ) white, φ = exp(-2π cutoff step).
-    #[must_use]
-    pub fn one_pole(cutoff_hz: f64, step_s: f64) -> Self {
-        let rate = TAU * cutoff_hz * step_s;
-        Self { ar: vec![(-rate).exp()], ma: vec![-(-rate).exp_m1()] }
-    }
-
     /// All-pole filter of `order` with the first autocovariances of the power response |H(ω)|², `power`, ω in rad/sample
     /// (Levinson's recursion). Deep notches, as of a Butterworth filter at Nyquist, are met only as the order grows.
     ///
@@ -154,25 +147,26 @@ impl LowPass {
         }
         Ok(Self { ar, ma: vec![error.sqrt()] })
     }
-
-    /// |H(ω)|², ω in rad/sample.
-    #[must_use]
-    pub fn power(&self, omega: f64) -> f64 {
-        let square = |coefficients: &mut dyn Iterator<Item = (usize, f64)>| {
-            let (re, im) = coefficients.fold((0.0, 0.0), |(re, im), (lag, c)| {
-                let (sin, cos) = (lag as f64 * omega).sin_cos();
-                (re + c * cos, im + c * sin)
-            });
-            re * re + im * im
-        };
-        let top = square(&mut self.ma.iter().copied().enumerate());
-        top / square(&mut std::iter::once((0, 1.0)).chain(self.ar.iter().enumerate().map(|(i, a)| (i + 1, -a))))
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl LowPass {
+        /// |H(ω)|², ω in rad/sample.
+        fn power(&self, omega: f64) -> f64 {
+            let square = |coefficients: &mut dyn Iterator<Item = (usize, f64)>| {
+                let (re, im) = coefficients.fold((0.0, 0.0), |(re, im), (lag, c)| {
+                    let (sin, cos) = (lag as f64 * omega).sin_cos();
+                    (re + c * cos, im + c * sin)
+                });
+                re * re + im * im
+            };
+            let top = square(&mut self.ma.iter().copied().enumerate());
+            top / square(&mut std::iter::once((0, 1.0)).chain(self.ar.iter().enumerate().map(|(i, a)| (i + 1, -a))))
+        }
+    }
 
     #[test]
     fn flicker_is_one_over_f_within_a_few_percent() {
@@ -213,7 +207,6 @@ mod tests {
         for (a, b) in found.ar.iter().zip(&truth.ar).chain(found.ma.iter().zip(&truth.ma)) {
             assert!((a - b).abs() < 1e-6, "{found:?}");
         }
-        assert!((LowPass::one_pole(5.0, 0.01).power(0.0) - 1.0).abs() < 1e-14);
         assert!((truth.power(0.0) - 1.0).abs() < 1e-14);
     }
 
