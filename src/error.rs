@@ -52,7 +52,7 @@ pub struct Error {
 /// parts after the last point are compared. Else it is the first one that continues `name` with a unit or the like
 /// (`gyro_z` for `gyro_z_rad_s`).
 #[must_use]
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.trim().to_lowercase();
     let known: Vec<&str> = known.into_iter().collect();
     let goes_on = |known: &&&str| name.len() > 2 && known.strip_prefix(&name).is_some_and(|rest| rest.starts_with('_'));
@@ -101,7 +101,7 @@ impl Error {
 
     /// Puts the name that was probably meant before the advice.
     #[must_use]
-    pub fn meant(mut self, name: Option<&str>) -> Self {
+    pub(crate) fn meant(mut self, name: Option<&str>) -> Self {
         if let Some(name) = name {
             let question = format!("did you mean {name:?}?");
             self.hint = Some(self.hint.map_or(question.clone(), |hint| format!("{question} {hint}")));

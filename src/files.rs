@@ -71,14 +71,8 @@ impl OutputFile {
         &self.target
     }
 
-    /// Path of the temporary file, for writers that want a path of their own.
-    #[must_use]
-    pub fn temporary_path(&self) -> &Path {
-        self.temporary.path()
-    }
-
     /// The temporary file, for writers that stream.
-    pub fn file(&mut self) -> &mut std::fs::File {
+    pub(crate) fn file(&mut self) -> &mut std::fs::File {
         self.temporary.as_file_mut()
     }
 

@@ -11,6 +11,7 @@ mod warm_up;
 
 pub use discrete::{Discrete, Scheme};
 pub use earth::{EARTH_RATE_RAD_S, EarthRate};
-pub use restart::{Lack, Restart};
+pub(crate) use restart::Lack;
+pub use restart::Restart;
 pub use thermal::{Against, Thermal};
 pub use warm_up::WarmUp;

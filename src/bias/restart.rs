@@ -39,7 +39,7 @@ pub struct Restart {
 
 /// Share of the warm-up that is still to come at a restart.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lack {
+pub(crate) struct Lack {
     /// 1 - h0: 1 for a cold gyro, 0 for a warm one.
     pub share: f64,
     /// Its derivative by ln T.
@@ -73,7 +73,7 @@ impl Restart {
 
     /// 1 - h0 and its derivative, at the time constant T = `time_constant_s`.
     #[must_use]
-    pub fn lack(&self, time_constant_s: f64) -> Lack {
+    pub(crate) fn lack(&self, time_constant_s: f64) -> Lack {
         let warmed = self.warm_up_age_s / time_constant_s;
         let cooled = self.off_s / self.cooling_time_constant_s.unwrap_or(time_constant_s);
         let both = (-warmed - cooled).exp();

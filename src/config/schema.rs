@@ -177,7 +177,7 @@ impl Covariance {
 
     /// The symmetric matrix in the order C1, C2, T.
     #[must_use]
-    pub fn to_matrix(&self) -> [[f64; 3]; 3] {
+    pub fn to_matrix(self) -> [[f64; 3]; 3] {
         let (ab, at, bt) = (self.c1_c2_rad2_s2, self.c1_time_constant_rad, self.c2_time_constant_rad);
         [[self.c1_c1_rad2_s2, ab, at], [ab, self.c2_c2_rad2_s2, bt], [at, bt, self.time_constant_time_constant_s2]]
     }

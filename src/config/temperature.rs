@@ -74,7 +74,7 @@ impl TemperatureCovariance {
 
     /// The symmetric matrix in the order bias, sensitivity, curvature.
     #[must_use]
-    pub fn to_matrix(&self) -> [[f64; 3]; 3] {
+    pub fn to_matrix(self) -> [[f64; 3]; 3] {
         let (bs, bq) = (self.bias_sensitivity_rad2_s2_k, self.bias_curvature_rad2_s2_k2);
         let sq = self.sensitivity_curvature_rad2_s2_k3;
         let (ss, qq) = (self.sensitivity_sensitivity_rad2_s2_k2, self.curvature_curvature_rad2_s2_k4);

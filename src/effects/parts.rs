@@ -29,7 +29,7 @@ pub(super) struct Checked<'a> {
 }
 
 impl<'a> Checked<'a> {
-    pub fn of(about: &'static About, parameters: &'a Parameters) -> Result<Self> {
+    pub(crate) fn of(about: &'static About, parameters: &'a Parameters) -> Result<Self> {
         for (name, value) in parameters {
             let Some(known) = about.parameters.iter().find(|p| p.name == name) else {
                 let names: Vec<_> = about.parameters.iter().map(|p| p.name).collect();
@@ -58,14 +58,14 @@ impl<'a> Checked<'a> {
     }
 
     /// A parameter that the simulation cannot do without.
-    pub fn value(&self, name: &str) -> Result<f64> {
+    pub(crate) fn value(&self, name: &str) -> Result<f64> {
         self.optional(name).ok_or_else(|| {
             let meaning = self.about.parameters.iter().find(|p| p.name == name).map_or("", |p| p.meaning);
             error(self.about, name, "the parameter is missing").hint(format!("add {name} = ...: {meaning}"))
         })
     }
 
-    pub fn optional(&self, name: &str) -> Option<f64> {
+    pub(crate) fn optional(&self, name: &str) -> Option<f64> {
         self.parameters.get(name).copied()
     }
 }
@@ -184,7 +184,7 @@ pub(super) struct Bent {
 }
 
 impl Bent {
-    pub fn new(linear: Vec<f64>) -> Self {
+    pub(crate) fn new(linear: Vec<f64>) -> Self {
         let n = linear.len().max(1) as f64;
         let mean = linear.iter().sum::<f64>() / n;
         let mean_square = linear.iter().map(|x| x * x).sum::<f64>() / n;
@@ -199,7 +199,7 @@ impl Bent {
     }
 
     /// The same without a constant: x² = bend + slope · x.
-    pub fn through_origin(linear: Vec<f64>) -> Self {
+    pub(crate) fn through_origin(linear: Vec<f64>) -> Self {
         let square: f64 = linear.iter().map(|x| x * x).sum();
         let cube: f64 = linear.iter().map(|x| x * x * x).sum();
         let slope = if square > 0.0 { cube / square } else { 0.0 };
@@ -208,7 +208,7 @@ impl Bent {
     }
 
     /// The two columns, each times `factor`.
-    pub fn columns(self, factor: f64, bend_scale: f64) -> Vec<Column> {
+    pub(crate) fn columns(self, factor: f64, bend_scale: f64) -> Vec<Column> {
         let times = |x: Vec<f64>| x.into_iter().map(|v| factor * v).collect();
         vec![
             Column { values: times(self.linear), relative_scale: 1.0 },
@@ -218,13 +218,13 @@ impl Bent {
 
     /// [coefficient, bend] of coefficient · x + bend · x² from those of the columns: the same function, but for a
     /// constant where the bend was freed of one.
-    pub fn polynomial(&self, coefficients: &[f64]) -> [f64; 2] {
+    pub(crate) fn polynomial(&self, coefficients: &[f64]) -> [f64; 2] {
         let at = |i: usize| coefficients.get(i).copied().unwrap_or(0.0);
         [at(0) - self.slope * at(1), at(1)]
     }
 
     /// The way back.
-    pub fn column_coefficients(&self, coefficient: f64, bend: f64) -> Vec<f64> {
+    pub(crate) fn column_coefficients(&self, coefficient: f64, bend: f64) -> Vec<f64> {
         vec![coefficient + self.slope * bend, bend]
     }
 }
@@ -239,11 +239,11 @@ pub(super) struct OrnsteinUhlenbeck {
 }
 
 impl OrnsteinUhlenbeck {
-    pub fn new(std: f64, time_constant_s: f64) -> Self {
+    pub(crate) fn new(std: f64, time_constant_s: f64) -> Self {
         Self { std, time_constant_s, state: None, known: [0.0, 1.0, 0.0] }
     }
 
-    pub fn next(&mut self, dt_s: f64, draw: &mut Stream) -> f64 {
+    pub(crate) fn next(&mut self, dt_s: f64, draw: &mut Stream) -> f64 {
         if self.known[0] != dt_s {
             let rate = dt_s / self.time_constant_s;
             self.known = [dt_s, (-rate).exp(), self.std * (-(-2.0 * rate).exp_m1()).sqrt()];

@@ -16,9 +16,9 @@ mod targets;
 
 pub use configuration::{ConfigurationOptions, configuration};
 pub use noise::{NoiseOptions, check_origin, with_noise};
-pub use number::{Known, digits, written};
+pub use number::digits;
 pub use population::population_configuration;
-pub use sheet::{Comment, LeftOut, Shape, Sheet, Written};
-pub use source::{GaussMarkov, Geometry, Options, Origin, Source, Thermal};
+pub use sheet::{Comment, LeftOut, Sheet, Written};
+pub use source::{Options, Origin, Source};
 pub use target::{About, Export, Key, Target, export};
 pub use targets::{by_id, registry};

@@ -2,7 +2,7 @@
 
 /// A number with its 95 % interval, where that is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Known {
+pub(crate) struct Known {
     /// The number.
     pub value: f64,
     /// Its 95 % interval.
@@ -12,20 +12,20 @@ pub struct Known {
 impl Known {
     /// Stated, not estimated.
     #[must_use]
-    pub fn exact(value: f64) -> Self {
+    pub(crate) fn exact(value: f64) -> Self {
         Self { value, ci95: None }
     }
 
     /// In another unit, or scaled by an exact number.
     #[must_use]
-    pub fn times(self, factor: f64) -> Self {
+    pub(crate) fn times(self, factor: f64) -> Self {
         let scaled = self.ci95.map(|[a, b]| [a * factor, b * factor]);
         Self { value: self.value * factor, ci95: scaled.map(|[a, b]| if factor < 0.0 { [b, a] } else { [a, b] }) }
     }
 
     /// The square of a number that is not negative.
     #[must_use]
-    pub fn squared(self) -> Self {
+    pub(crate) fn squared(self) -> Self {
         Self { value: self.value * self.value, ci95: self.ci95.map(|[a, b]| [a * a, b * b]) }
     }
 }
@@ -54,7 +54,7 @@ pub fn digits(value: f64) -> String {
 
 /// `value` rounded to the digits that the file holds.
 #[must_use]
-pub fn written(value: f64) -> f64 {
+pub(crate) fn written(value: f64) -> f64 {
     digits(value).parse().unwrap_or(value)
 }
 

@@ -21,7 +21,7 @@ pub enum Comment {
 
 /// How a number of one axis stands in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub(crate) enum Shape {
     /// Once.
     Scalar,
     /// Three times: all axes are taken to be alike.
@@ -86,12 +86,12 @@ impl Sheet {
     }
 
     /// Indents what follows.
-    pub fn indent(&mut self, by: &'static str) {
+    pub(crate) fn indent(&mut self, by: &'static str) {
         self.indent = by;
     }
 
     /// A line of the target's language.
-    pub fn line(&mut self, line: &str) {
+    pub(crate) fn line(&mut self, line: &str) {
         if !line.is_empty() {
             self.text.push_str(self.indent);
             self.text.push_str(line);
@@ -100,7 +100,7 @@ impl Sheet {
     }
 
     /// A comment that is not worth repeating outside the file.
-    pub fn comment(&mut self, text: &str) {
+    pub(crate) fn comment(&mut self, text: &str) {
         let (open, close) = match self.about.comment {
             Comment::Hash => ("# ", ""),
             Comment::Percent => ("% ", ""),
@@ -113,19 +113,26 @@ impl Sheet {
     }
 
     /// Adds a note for the user on the file as a whole: as a comment in the file, and to the notes of the export.
-    pub fn note(&mut self, text: impl Into<String>) {
+    pub(crate) fn note(&mut self, text: impl Into<String>) {
         let text = text.into();
         self.comment(&text);
         self.notes.push(text);
     }
 
     /// A number of the key that `about` describes as `key`: `line` makes the line out of the digits.
-    pub fn put(&mut self, key: &'static str, number: Known, shape: Shape, line: impl Fn(&str) -> String) {
+    pub(crate) fn put(&mut self, key: &'static str, number: Known, shape: Shape, line: impl Fn(&str) -> String) {
         self.put_named(key, key, number, shape, line);
     }
 
     /// As [`Sheet::put`], under a name of its own (where `about` describes a family of keys).
-    pub fn put_named(&mut self, name: &str, key: &str, number: Known, shape: Shape, line: impl Fn(&str) -> String) {
+    pub(crate) fn put_named(
+        &mut self,
+        name: &str,
+        key: &str,
+        number: Known,
+        shape: Shape,
+        line: impl Fn(&str) -> String,
+    ) {
         let Key { unit, meaning, .. } = *self.key(key);
         let interval = number.ci95.map_or_else(String::new, |ci| format!("; 95 %: {}", interval_text(ci)));
         self.comment(&format!("{name}: {meaning}, {unit}{interval}"));
@@ -138,7 +145,7 @@ impl Sheet {
     }
 
     /// A whole number, which the target would not take with a decimal point.
-    pub fn put_integer(&mut self, key: &'static str, value: u32, line: impl Fn(&str) -> String) {
+    pub(crate) fn put_integer(&mut self, key: &'static str, value: u32, line: impl Fn(&str) -> String) {
         let Key { unit, meaning, .. } = *self.key(key);
         self.comment(&format!("{key}: {meaning}{}{unit}", if unit.is_empty() { "" } else { ", " }));
         self.line(&line(&value.to_string()));
@@ -147,13 +154,13 @@ impl Sheet {
     }
 
     /// A key that the configuration does not support.
-    pub fn leave_out(&mut self, key: &str, why: &str, hint: &str) {
+    pub(crate) fn leave_out(&mut self, key: &str, why: &str, hint: &str) {
         self.comment(&format!("left out: {key}: {why}. Hint: {hint}."));
         self.left_out.push(LeftOut { key: key.to_string(), why: why.to_string(), hint: hint.to_string() });
     }
 
     /// The keys of the accelerometer, which no gyro log can give.
-    pub fn leave_out_accelerometer(&mut self, keys: &str) {
+    pub(crate) fn leave_out_accelerometer(&mut self, keys: &str) {
         self.leave_out(
             keys,
             "a log of a gyro says nothing of the accelerometer",
@@ -162,7 +169,7 @@ impl Sheet {
     }
 
     /// K, or why it is not there.
-    pub fn put_walk(
+    pub(crate) fn put_walk(
         &mut self,
         key: &'static str,
         walk: Option<Known>,
@@ -194,7 +201,7 @@ impl Sheet {
 impl Written {
     /// The stable form of a number.
     #[must_use]
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         let value = if let [one] = self.values[..] { json!(one) } else { json!(self.values) };
         json!({ "key": self.key, "value": value, "unit": self.unit, "meaning": self.meaning, "ci95": self.ci95 })
     }
@@ -203,7 +210,7 @@ impl Written {
 impl LeftOut {
     /// The stable form of an omission.
     #[must_use]
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         json!({ "key": self.key, "why": self.why, "hint": self.hint })
     }
 }

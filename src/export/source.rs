@@ -65,7 +65,7 @@ pub struct Source<'a> {
 
 /// Half track and radii of the wheels under the effects of the configuration, as factors on the nominal ones.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Geometry {
+pub(crate) struct Geometry {
     /// Factor on the half track.
     pub track: f64,
     /// Factors on the radii of the left and the right wheel.
@@ -76,7 +76,7 @@ pub struct Geometry {
 
 /// σ and τ of a first-order Gauss-Markov process.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussMarkov {
+pub(crate) struct GaussMarkov {
     /// Stationary standard deviation, rad/s.
     pub std_rad_s: Known,
     /// Correlation time, s.
@@ -85,7 +85,7 @@ pub struct GaussMarkov {
 
 /// b = C2 + k z + m z², z the temperature above that at power-on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Thermal {
+pub(crate) struct Thermal {
     /// k, rad/s/°C.
     pub slope_rad_s_c: f64,
     /// m, rad/s/°C².
@@ -154,7 +154,7 @@ impl<'a> Source<'a> {
 
     /// The fitted axis as the target counts it, and whether that is an assumption.
     #[must_use]
-    pub fn axis(&self) -> (Axis, bool) {
+    pub(crate) fn axis(&self) -> (Axis, bool) {
         let column = self.config.provenance.as_ref().and_then(|p| Axis::of_column(&p.column));
         match self.options.axis.or(column) {
             Some(axis) => (axis, false),
@@ -166,7 +166,7 @@ impl<'a> Source<'a> {
     ///
     /// # Errors
     /// [`ErrorKind::Config`] if nothing states it.
-    pub fn rate_hz(&self) -> Result<f64> {
+    pub(crate) fn rate_hz(&self) -> Result<f64> {
         let stated = self.options.rate_hz.or(self.config.sample_time_s.map(|dt| 1.0 / dt));
         stated.or(self.config.validation.as_ref().map(|v| v.sample_rate_hz)).ok_or_else(|| {
             Error::new(
@@ -183,7 +183,7 @@ impl<'a> Source<'a> {
     ///
     /// # Errors
     /// As [`Source::rate_hz`].
-    pub fn rate_text(&self) -> Result<String> {
+    pub(crate) fn rate_text(&self) -> Result<String> {
         let origin = match (self.options.rate_hz, self.config.sample_time_s) {
             (Some(_), _) => "given with --rate",
             (None, Some(_)) => "sample_time_s of the configuration, unless --rate says otherwise",
@@ -196,7 +196,7 @@ impl<'a> Source<'a> {
     ///
     /// # Errors
     /// [`ErrorKind::Config`] if it is zero: no target takes a gyro without white noise.
-    pub fn angle_random_walk(&self) -> Result<Known> {
+    pub(crate) fn angle_random_walk(&self) -> Result<Known> {
         let value = self.gyro.angle_random_walk_rad_sqrt_s;
         if value > 0.0 {
             let term = self.terms().and_then(|t| t.angle_random_walk_rad_sqrt_s);
@@ -215,7 +215,7 @@ impl<'a> Source<'a> {
 
     /// K, rad/s/√s: of `[gyro.noise]`, and of an effect that adds a walk of its own.
     #[must_use]
-    pub fn rate_random_walk(&self) -> Option<Known> {
+    pub(crate) fn rate_random_walk(&self) -> Option<Known> {
         let term = self.terms().and_then(|t| t.rate_random_walk_rad_s_sqrt_s);
         let stated = self.gyro.noise.as_ref().and_then(|n| n.rate_random_walk_rad_s_sqrt_s);
         let own = stated.or(term.map(|t| t.estimate)).unwrap_or(0.0);
@@ -228,7 +228,7 @@ impl<'a> Source<'a> {
 
     /// B, rad/s.
     #[must_use]
-    pub fn bias_instability(&self) -> Option<Known> {
+    pub(crate) fn bias_instability(&self) -> Option<Known> {
         let term = self.terms().and_then(|t| t.bias_instability_rad_s);
         let effect = || self.effect_value("gyro.bias_instability", "bias_instability_rad_s").map(Known::exact);
         term.map(|t| Known { value: t.estimate, ci95: Some(t.ci95) }).or_else(effect).filter(|b| b.value > 0.0)
@@ -236,7 +236,7 @@ impl<'a> Source<'a> {
 
     /// The Gauss-Markov term, identified or added as an effect.
     #[must_use]
-    pub fn gauss_markov(&self) -> Option<GaussMarkov> {
+    pub(crate) fn gauss_markov(&self) -> Option<GaussMarkov> {
         let term = self.terms().and_then(|t| t.gauss_markov_rad_s).map(|t| GaussMarkov {
             std_rad_s: Known { value: t.estimate, ci95: Some(t.ci95) },
             correlation_time_s: Known { value: t.correlation_time_s, ci95: t.correlation_time_ci95_s },
@@ -252,21 +252,21 @@ impl<'a> Source<'a> {
 
     /// C1, rad/s.
     #[must_use]
-    pub fn warm_up(&self) -> Known {
+    pub(crate) fn warm_up(&self) -> Known {
         let variance = self.gyro.covariance.map(|c| c.c1_c1_rad2_s2);
         normal(self.gyro.c1_rad_s, variance)
     }
 
     /// C1 + C2, rad/s: the bias of the warm gyro.
     #[must_use]
-    pub fn warm_bias(&self) -> Known {
+    pub(crate) fn warm_bias(&self) -> Known {
         let variance = self.gyro.covariance.map(|c| c.c1_c1_rad2_s2 + 2.0 * c.c1_c2_rad2_s2 + c.c2_c2_rad2_s2);
         normal(self.gyro.c1_rad_s + self.gyro.c2_rad_s, variance)
     }
 
     /// C1 + C2 without the Earth's rotation, rad/s: for programs that count with that themselves.
     #[must_use]
-    pub fn warm_bias_without_earth(&self) -> Known {
+    pub(crate) fn warm_bias_without_earth(&self) -> Known {
         let Known { value, ci95 } = self.warm_bias();
         let earth = self.gyro.earth_rate_rad_s.unwrap_or(0.0);
         Known { value: value - earth, ci95: ci95.map(|ends| ends.map(|v| v - earth)) }
@@ -274,7 +274,7 @@ impl<'a> Source<'a> {
 
     /// Sentence for a `program` that models the Earth's rotation itself: whether it was subtracted from `key`.
     #[must_use]
-    pub fn earth_text(&self, key: &str, program: &str) -> String {
+    pub(crate) fn earth_text(&self, key: &str, program: &str) -> String {
         match self.gyro.earth_rate_rad_s {
             Some(earth) => format!(
                 "{program} counts with the Earth's rotation itself: {earth:.4e} rad/s of it are taken off {key} \
@@ -290,7 +290,7 @@ impl<'a> Source<'a> {
     /// Sentence that `key` keeps the Earth's rotation, for a `program` whose world does not rotate; `None` where it is
     /// not known.
     #[must_use]
-    pub fn earth_stays_text(&self, key: &str, program: &str) -> Option<String> {
+    pub(crate) fn earth_stays_text(&self, key: &str, program: &str) -> Option<String> {
         self.gyro.earth_rate_rad_s.map(|earth| {
             format!(
                 "{key} keeps {earth:.4e} rad/s of the Earth's rotation (gyro.earth_rate_rad_s): {program}'s world stands \
@@ -301,7 +301,7 @@ impl<'a> Source<'a> {
 
     /// T, s.
     #[must_use]
-    pub fn time_constant(&self) -> Known {
+    pub(crate) fn time_constant(&self) -> Known {
         let value = self.gyro.time_constant_s;
         let ci95 = self.config.validation.as_ref().map(|v| v.time_constant_ci95_s);
         // an effect's time constant is not the fitted one
@@ -310,7 +310,7 @@ impl<'a> Source<'a> {
 
     /// The stochastic terms that are known, in SI, for the head of the file: no target takes all of them.
     #[must_use]
-    pub fn terms_text(&self) -> String {
+    pub(crate) fn terms_text(&self) -> String {
         let own = Known::exact(self.gyro.angle_random_walk_rad_sqrt_s);
         let markov = self.gauss_markov();
         let named = [
@@ -327,13 +327,13 @@ impl<'a> Source<'a> {
 
     /// Spread of C2 from power-on to power-on, rad/s.
     #[must_use]
-    pub fn turn_on(&self) -> Option<f64> {
+    pub(crate) fn turn_on(&self) -> Option<f64> {
         self.gyro.turn_on_bias_std_rad_s.filter(|s| *s > 0.0)
     }
 
     /// Step of the rate's lattice, rad/s.
     #[must_use]
-    pub fn lattice(&self) -> Option<f64> {
+    pub(crate) fn lattice(&self) -> Option<f64> {
         self.gyro.noise.as_ref().and_then(|n| n.quantization_lsb_rad_s).filter(|lsb| *lsb > 0.0)
     }
 
@@ -342,7 +342,7 @@ impl<'a> Source<'a> {
     ///
     /// # Errors
     /// The missing information and the remedy, as text for the file.
-    pub fn thermal(&self) -> std::result::Result<Thermal, [&'static str; 2]> {
+    pub(crate) fn thermal(&self) -> std::result::Result<Thermal, [&'static str; 2]> {
         const EFFECT: &str = "gyro.temperature_sensitivity";
         let Some(slope_rad_s_c) = self.effect_value(EFFECT, "coefficient_rad_s_per_c") else {
             return Err([
@@ -372,7 +372,7 @@ impl<'a> Source<'a> {
     ///
     /// # Errors
     /// [`ErrorKind::Config`] if an effect's parameter is missing, unknown or out of bounds.
-    pub fn geometry(&self) -> Result<Option<Geometry>> {
+    pub(crate) fn geometry(&self) -> Result<Option<Geometry>> {
         let Some(vehicle) = &self.config.vehicle else { return Ok(None) };
         let nominal = Robot::from(vehicle);
         let (mut robot, mut effects) = (nominal, Vec::new());

@@ -22,7 +22,7 @@ const MOST: f64 = 0.5;
 
 /// A gain in log score with its standard deviation, nats.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gain {
+pub(crate) struct Gain {
     /// The gain.
     pub nats: f64,
     /// Its standard deviation, from blocks of time long enough to be independent.
@@ -49,7 +49,7 @@ impl Gain {
 
 /// Gains of an effect that was found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tested {
+pub(crate) struct Tested {
     /// Identifier.
     pub id: String,
     /// Gain over the nominal simulator.
@@ -87,7 +87,7 @@ impl Tested {
 ///
 /// # Errors
 /// Errors of `score` and `expect`.
-pub fn test(
+pub(crate) fn test(
     effects: &[(String, Parameters)],
     score: impl Fn(&[(String, Parameters)]) -> Result<Vec<f64>>,
     expect: impl Fn(&(String, Parameters)) -> Result<Vec<f64>>,
@@ -115,29 +115,29 @@ pub fn test(
 }
 
 /// Whether the scores `after` are better than those `before` beyond chance.
-pub fn is_better(before: &[f64], after: &[f64]) -> bool {
+pub(crate) fn is_better(before: &[f64], after: &[f64]) -> bool {
     Gain::of(before, after).ci95()[0] > 0.0
 }
 
 /// Effects of `tested`, the first excepted, whose gain added last is not above zero beyond chance.
-pub fn superfluous(tested: &[Tested]) -> Vec<String> {
+pub(crate) fn superfluous(tested: &[Tested]) -> Vec<String> {
     tested.iter().skip(1).filter(|t| t.last.ci95()[0] <= 0.0).map(|t| t.id.clone()).collect()
 }
 
 /// Effects of `tested` that the hold-out recording contradicts.
-pub fn refuted(tested: &[Tested]) -> Vec<String> {
+pub(crate) fn refuted(tested: &[Tested]) -> Vec<String> {
     tested.iter().filter(|t| t.is_refuted()).map(|t| t.id.clone()).collect()
 }
 
 /// Effects of `tested` that are present beyond doubt and idle.
-pub fn idle(tested: &[Tested], findings: &Findings) -> Vec<String> {
+pub(crate) fn idle(tested: &[Tested], findings: &Findings) -> Vec<String> {
     let there = |t: &&Tested| findings.is_beyond_doubt(findings.presence(&t.id));
     tested.iter().filter(|t| t.is_idle()).filter(there).map(|t| t.id.clone()).collect()
 }
 
 /// Gains of `tested` on the recording on which the gap is measured, as steps of the trail; `refuted` and `idle`: ids of
 /// those effects.
-pub fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> Vec<Step> {
+pub(crate) fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> Vec<Step> {
     let one = |t: &Tested| {
         let (first, last) = (t.first.ci95(), t.last.ci95());
         let gains = if tested.len() == 1 {
@@ -168,7 +168,7 @@ pub fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> Vec<Step
 
 /// Adapts main effect, verdict and remainder of `answer` to the measured gains: `tested` of each effect, `closed` of
 /// all effects that are not idle together. `place` gives the place of an effect, with `None` that of the remainder.
-pub fn settle(
+pub(crate) fn settle(
     answer: &mut Answer,
     tested: &[Tested],
     closed: Option<&Closed>,
@@ -226,12 +226,12 @@ pub fn settle(
 }
 
 /// Names of the verdict that is withdrawn, and of the limit of [`MOST`], in the trail.
-pub const IDENTIFIED: &str = "the verdict 'identified'";
+pub(crate) const IDENTIFIED: &str = "the verdict 'identified'";
 const SHARE: &str = "share that is most of the gap";
 
 /// Makes the cause of `answer` unknown with this probability, for the reason that `step` tells; `place`: place of the
 /// remainder.
-pub fn unseat(answer: &mut Answer, probability: f64, step: Step, place: Option<Place>) {
+pub(crate) fn unseat(answer: &mut Answer, probability: f64, step: Step, place: Option<Place>) {
     answer.verdict = Verdict::Unknown;
     answer.unknown_probability = probability.max(answer.unknown_probability);
     answer.main_probability *= 1.0 - probability;

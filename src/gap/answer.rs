@@ -104,7 +104,7 @@ pub struct EffectAnswer {
 impl EffectAnswer {
     /// An effect of which nothing but its probability of being present is known.
     #[must_use]
-    pub fn new(id: &str, probability: f64) -> Self {
+    pub(crate) fn new(id: &str, probability: f64) -> Self {
         Self {
             id: id.to_owned(),
             probability,
@@ -286,7 +286,7 @@ pub struct FilterFigures {
 impl FilterFigures {
     /// Figures of a run; none without a reference.
     #[must_use]
-    pub fn of(summary: &Summary) -> Option<Self> {
+    pub(crate) fn of(summary: &Summary) -> Option<Self> {
         let reference = summary.reference.as_ref()?;
         Some(Self {
             position_rms_m: reference.position_rms_m,

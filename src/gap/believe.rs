@@ -14,7 +14,7 @@ const LOW_PASS_ORDER: usize = 12;
 /// # Errors
 /// [`ErrorKind::Config`] if the library does not know an effect or a parameter is missing; [`ErrorKind::Column`] if the
 /// recording lacks the quantity that an effect is a function of.
-pub fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters)]) -> Result<Believed> {
+pub(crate) fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters)]) -> Result<Believed> {
     let mut b = Believed::nominal(scene);
     for (id, parameters) in effects {
         let effect = library.by_id(id).ok_or_else(|| {

@@ -41,7 +41,7 @@ struct File {
 impl Calibration {
     /// No calibration: evidences as they are, under the prior of the search.
     #[must_use]
-    pub fn none(prior: &Prior) -> Self {
+    pub(crate) fn none(prior: &Prior) -> Self {
         Self { temperature: 1.0, ln_effect: [prior.ln_named; 2], ln_free: [prior.ln_free; 2], doubt: 0.0 }
     }
 
@@ -49,7 +49,7 @@ impl Calibration {
     ///
     /// # Errors
     /// [`ErrorKind::Config`] for a file that is no calibration, or values out of range.
-    pub fn from_toml(text: &str, source: &str) -> Result<Self> {
+    pub(crate) fn from_toml(text: &str, source: &str) -> Result<Self> {
         let hint = "make it again with gyroid gap bench calibrate";
         let file: File =
             toml::from_str(text).map_err(|e| Error::new(ErrorKind::Config, source, e.message()).hint(hint))?;
@@ -64,14 +64,14 @@ impl Calibration {
 
     /// ln prior of `effects` effects of the library and `free` free forms.
     #[must_use]
-    pub fn ln_prior(&self, effects: usize, free: usize) -> f64 {
+    pub(crate) fn ln_prior(&self, effects: usize, free: usize) -> f64 {
         let one = |ln: [f64; 2], n: usize| if n == 0 { 0.0 } else { ln[0] + (n - 1) as f64 * ln[1] };
         one(self.ln_effect, effects) + one(self.ln_free, free)
     }
 
     /// ln posterior weight of a set; its weight in the search includes the prior odds `prior`.
     #[must_use]
-    pub fn ln_weight(&self, set: &WeightedSet, prior: &Prior) -> f64 {
+    pub(crate) fn ln_weight(&self, set: &WeightedSet, prior: &Prior) -> f64 {
         let (effects, free) = counts(set);
         let searched = effects as f64 * prior.ln_named + free as f64 * prior.ln_free;
         (set.ln_weight - searched) / self.temperature + self.ln_prior(effects, free)
@@ -79,7 +79,7 @@ impl Calibration {
 }
 
 /// Numbers of effects and of free forms that a set claims, without those read directly off the readings.
-pub fn counts(set: &WeightedSet) -> (usize, usize) {
+pub(crate) fn counts(set: &WeightedSet) -> (usize, usize) {
     let claimed = || set.parts.iter().filter(|p| !p.certain);
     (claimed().filter(|p| p.named).count(), claimed().filter(|p| !p.named).count())
 }
@@ -87,7 +87,7 @@ pub fn counts(set: &WeightedSet) -> (usize, usize) {
 impl Calibration {
     /// The calibration for drives that ships; `prior` is that of their search.
     #[must_use]
-    pub fn of_drives(prior: &Prior) -> Self {
+    pub(crate) fn of_drives(prior: &Prior) -> Self {
         Self::from_toml(SHIPPED_DRIVES, "drive/calibration.toml").unwrap_or_else(|_| Self::none(prior))
     }
 }

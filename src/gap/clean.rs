@@ -13,7 +13,7 @@ const SIDE: usize = 4;
 
 /// The series with its rare large samples replaced by the median of their neighbours, and which they were.
 #[must_use]
-pub fn clean(y: &[f64]) -> (Vec<f64>, Vec<usize>) {
+pub(crate) fn clean(y: &[f64]) -> (Vec<f64>, Vec<usize>) {
     let n = y.len();
     let mut around = Vec::with_capacity(2 * SIDE + 1);
     let centre: Vec<f64> = (0..n)

@@ -11,7 +11,7 @@ const RIVAL: f64 = 0.05;
 /// Free forms are ranked by their probabilities rounded to one over this.
 const PERCENT: f64 = 100.0;
 /// The answer that follows from `findings`; `place`: where its main cause shows.
-pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> Answer {
+pub(crate) fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> Answer {
     let mains = findings.mains();
     let probability = |m: &Main| mains.iter().find(|x| x.0 == *m).map_or(0.0, |x| x.1);
     let (none, unknown) = (probability(&Main::None), probability(&Main::Unknown));
@@ -101,7 +101,7 @@ pub fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> An
 }
 
 /// The effects judged present, each with its parameters.
-pub fn found(findings: &Findings) -> Vec<(String, Parameters)> {
+pub(crate) fn found(findings: &Findings) -> Vec<(String, Parameters)> {
     let one = |id: String| {
         let parameters = findings.best_with(&id, false)?.part(&id)?.parameters.clone();
         Some((id, parameters))

@@ -90,7 +90,7 @@ const MEASURED: usize = 5;
 /// Diagnoses `fit` against the nominal simulator `config`, and measures on `hold` how far the gap shrinks.
 ///
 /// # Errors
-/// As [`prepare`] for either log, of a drive as [`diagnose_drives`]; [`crate::ErrorKind::Config`] if the configuration
+/// As `prepare` for either log, of a drive as [`diagnose_drives`]; [`crate::ErrorKind::Config`] if the configuration
 /// is incomplete; [`crate::ErrorKind::Numeric`] if the recording has no finite likelihood.
 pub fn diagnose(
     config: &Config,
@@ -238,7 +238,7 @@ fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer
 ///
 /// # Errors
 /// As [`prepare`]; [`crate::ErrorKind::Config`] if the configuration is of a drive or incomplete.
-pub fn compare(config: &Config, fit: &Log, library: &Library, options: &Options) -> Result<(Findings, Answer)> {
+pub(crate) fn compare(config: &Config, fit: &Log, library: &Library, options: &Options) -> Result<(Findings, Answer)> {
     let given = Given::of(config, library)?;
     let prepared = prepare(&given.bare, fit, options.since_power_on_s)?;
     let findings = judged(&prepared, library, &given, options).weighed(&fit.source)?;

@@ -16,16 +16,16 @@ use std::f64::consts::TAU;
 
 /// Relative standard deviation of the prior of the white noise's level about its nominal value: about the precision of
 /// a log of 10⁵ samples. A wider prior would let a level that grew by a few percent pass for the nominal one.
-pub const WHITE_STD: f64 = 0.003;
+pub(crate) const WHITE_STD: f64 = 0.003;
 /// Range of ln of a signal's prior scale, in multiples of the standard deviation that white noise gives its
 /// coefficient.
-pub const SCALE_RANGE: [f64; 2] = [0.0, 7.0];
+pub(crate) const SCALE_RANGE: [f64; 2] = [0.0, 7.0];
 /// Step of the finite differences in the coefficients of ln variance.
 const STEP: f64 = 0.03;
 
 /// A hypothesis at its posterior mode, with its evidence.
 #[derive(Debug, Clone)]
-pub struct Fitted {
+pub(crate) struct Fitted {
     /// With the parameters at their posterior mode.
     pub hypothesis: Hypothesis,
     /// ln p(z | hypothesis), everything integrated out.
@@ -49,7 +49,7 @@ pub(super) struct Columns {
 }
 
 /// The likelihood of one recording.
-pub struct Likelihood<'a> {
+pub(crate) struct Likelihood<'a> {
     /// Its frame.
     pub frame: &'a Frame,
     /// The recording.
@@ -63,7 +63,7 @@ pub struct Likelihood<'a> {
 }
 
 /// ln of the mean of exp(v).
-pub fn ln_mean_exp(values: &[f64], count: f64) -> f64 {
+pub(crate) fn ln_mean_exp(values: &[f64], count: f64) -> f64 {
     let top = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if !top.is_finite() {
         return top;
@@ -72,13 +72,13 @@ pub fn ln_mean_exp(values: &[f64], count: f64) -> f64 {
 }
 
 /// ln(exp(a) + exp(b)).
-pub fn ln_add(a: f64, b: f64) -> f64 {
+pub(crate) fn ln_add(a: f64, b: f64) -> f64 {
     let top = a.max(b);
     top + ((a - top).exp() + (b - top).exp()).ln()
 }
 
 /// Columns of the warm-up's nuisance parameters (C1, C2, T), with the prior standard deviations of their deviations.
-pub fn nuisances(frame: &Frame) -> Vec<(ColumnId, f64)> {
+pub(crate) fn nuisances(frame: &Frame) -> Vec<(ColumnId, f64)> {
     let scene = &frame.coarse;
     let warm = scene.warm_up;
     let gradient: Vec<[f64; 3]> = (0..scene.len()).map(|i| warm.gradient(scene.time.at(i))).collect();
@@ -90,7 +90,12 @@ pub fn nuisances(frame: &Frame) -> Vec<(ColumnId, f64)> {
 
 impl<'a> Likelihood<'a> {
     /// The likelihood of `data`; `nuisance` from [`nuisances`] of the same frame.
-    pub fn new(frame: &'a Frame, data: &'a Data, candidates: &'a [Candidate], nuisance: &[(ColumnId, f64)]) -> Self {
+    pub(crate) fn new(
+        frame: &'a Frame,
+        data: &'a Data,
+        candidates: &'a [Candidate],
+        nuisance: &[(ColumnId, f64)],
+    ) -> Self {
         Self {
             frame,
             data,
@@ -180,7 +185,7 @@ impl<'a> Likelihood<'a> {
     /// ln p(z) with the parts (by candidate) for which `keep` holds: spectra at their parameters, coefficients at their
     /// posterior means without the other parts, nuisances integrated out. This is the score of a simulator with these
     /// effects alone.
-    pub fn plug_in(&self, h: &Hypothesis, keep: &dyn Fn(usize) -> bool) -> Option<f64> {
+    pub(crate) fn plug_in(&self, h: &Hypothesis, keep: &dyn Fn(usize) -> bool) -> Option<f64> {
         let mut kept = h.clone();
         kept.signals.retain(|s| keep(s.candidate));
         kept.noises.retain(|n| keep(n.candidate));
@@ -202,12 +207,12 @@ impl<'a> Likelihood<'a> {
     }
 
     /// Posterior of the coefficients, nuisances first.
-    pub fn coefficients(&self, h: &Hypothesis) -> Option<Posterior> {
+    pub(crate) fn coefficients(&self, h: &Hypothesis) -> Option<Posterior> {
         self.value(h, &self.pick(h), true).1
     }
 
     /// The recording less the posterior means of nuisances and signals and the signals' offsets, in the cosine basis.
-    pub fn remainder(&self, h: &Hypothesis) -> Vec<f64> {
+    pub(crate) fn remainder(&self, h: &Hypothesis) -> Vec<f64> {
         let mut z = self.data.z.clone();
         if let Some(p) = self.coefficients(h) {
             self.column_ids(h).zip(&p.mean).for_each(|(id, b)| self.frame.add_column(&mut z, id, -b));
@@ -217,7 +222,7 @@ impl<'a> Likelihood<'a> {
     }
 
     /// Wiener estimate of the added noises in `remainder` (see [`Likelihood::remainder`]), in the cosine basis.
-    pub fn followed(&self, h: &Hypothesis, remainder: &[f64]) -> Vec<f64> {
+    pub(crate) fn followed(&self, h: &Hypothesis, remainder: &[f64]) -> Vec<f64> {
         let mut z = remainder.to_vec();
         let spectrum = h.spectrum(self.frame, self.candidates);
         let white = h.white_spectrum(self.frame, self.candidates);
@@ -365,7 +370,7 @@ impl<'a> Likelihood<'a> {
     }
 
     /// The hypothesis at its mode, with its evidence by Laplace's method.
-    pub fn fit(&self, start: &Hypothesis) -> Fitted {
+    pub(crate) fn fit(&self, start: &Hypothesis) -> Fitted {
         let mut h = start.clone();
         let picked = self.pick(&h);
         let free = vec![true; Self::parameters(&h).len()];

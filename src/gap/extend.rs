@@ -20,7 +20,7 @@ struct Base<'a> {
 }
 
 /// A signal at one node of a grid of shapes.
-pub struct AtShape {
+pub(crate) struct AtShape {
     /// Posterior probability of the node.
     pub weight: f64,
     /// Shape parameter.
@@ -61,7 +61,7 @@ impl Likelihood<'_> {
     }
 
     /// `base` with C2 set free, at the best of 13 prior scales, and its ln p.
-    pub fn add_turn_on(&self, base: &Hypothesis, candidate: usize) -> (Hypothesis, f64) {
+    pub(crate) fn add_turn_on(&self, base: &Hypothesis, candidate: usize) -> (Hypothesis, f64) {
         let scene = &self.frame.coarse;
         let columns = vec![self.frame.store(&vec![1.0; scene.len()])];
         let unit = vec![scene.turn_on_bias_std_rad_s.max(1e-12)];
@@ -89,7 +89,7 @@ impl Likelihood<'_> {
     }
 
     /// `base` with a periodic signal added, its frequency in `shape`.
-    pub fn add_line(
+    pub(crate) fn add_line(
         &self,
         base: &Hypothesis,
         candidate: usize,
@@ -116,7 +116,12 @@ impl Likelihood<'_> {
     }
 
     /// `base` with ln variance of the white noise following `signal`, and its ln p; none where it has no columns.
-    pub fn add_variance(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal) -> Option<(Hypothesis, f64)> {
+    pub(crate) fn add_variance(
+        &self,
+        base: &Hypothesis,
+        candidate: usize,
+        signal: &dyn Signal,
+    ) -> Option<(Hypothesis, f64)> {
         if self.frame.variance_columns(candidate).is_empty() {
             let shape = signal.shapes(&self.frame.coarse).into_iter().nth(1).unwrap_or_default();
             self.frame.store_variance(candidate, &signal.columns(&self.frame.coarse, &shape));
@@ -138,7 +143,12 @@ impl Likelihood<'_> {
     }
 
     /// `base` with a signal added at its best shape, all else fixed, and its ln p; none where it has no shapes.
-    pub fn add_signal(&self, base: &Hypothesis, candidate: usize, signal: &dyn Signal) -> Option<(Hypothesis, f64)> {
+    pub(crate) fn add_signal(
+        &self,
+        base: &Hypothesis,
+        candidate: usize,
+        signal: &dyn Signal,
+    ) -> Option<(Hypothesis, f64)> {
         let nodes = signal.shapes(&self.frame.coarse);
         let fixed = self.base(base);
         let at = |shape: &[f64]| self.try_shape(&fixed, candidate, signal, shape);
@@ -242,7 +252,7 @@ impl Likelihood<'_> {
 
     /// Posterior of a signal's single shape parameter, all else in `h` but the coefficients fixed; empty where the
     /// shape is no single continuous parameter.
-    pub fn over_shape(&self, h: &Hypothesis, part: &SignalPart, signal: &dyn Signal) -> Vec<AtShape> {
+    pub(crate) fn over_shape(&self, h: &Hypothesis, part: &SignalPart, signal: &dyn Signal) -> Vec<AtShape> {
         let ([x], Some(range)) = (part.shape.as_slice(), signal.refine(&self.frame.coarse)) else { return Vec::new() };
         let [low, high] = range[0];
         let others = h.without(part.candidate);
@@ -287,7 +297,7 @@ impl Likelihood<'_> {
     }
 
     /// `base` with a noise or filter added at the best of its starts, everything else fixed, and its ln p.
-    pub fn add_noise(&self, base: &Hypothesis, candidate: usize) -> Option<(Hypothesis, f64)> {
+    pub(crate) fn add_noise(&self, base: &Hypothesis, candidate: usize) -> Option<(Hypothesis, f64)> {
         let (Kind::Noise(kind) | Kind::Filter(kind) | Kind::Level(kind) | Kind::Shape(kind)) =
             &self.candidates[candidate].kind
         else {

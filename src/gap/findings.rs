@@ -35,7 +35,7 @@ pub struct Part {
 impl Part {
     /// A part with its share; everything else is empty.
     #[must_use]
-    pub fn new(id: &str, named: bool, share: f64) -> Self {
+    pub(crate) fn new(id: &str, named: bool, share: f64) -> Self {
         Self {
             id: id.to_owned(),
             named,
@@ -65,7 +65,7 @@ pub struct WeightedSet {
 impl WeightedSet {
     /// The effect with the largest share; the largest free form, where the shares of all free forms together exceed
     /// that.
-    pub fn main(&self) -> Option<&Part> {
+    pub(crate) fn main(&self) -> Option<&Part> {
         let largest = |named: bool| {
             self.parts.iter().filter(move |p| p.named == named).max_by(|a, b| a.share.total_cmp(&b.share))
         };
@@ -124,7 +124,7 @@ pub enum Main {
 
 impl Main {
     /// The main cause in a set.
-    pub fn of(set: &WeightedSet) -> Self {
+    pub(crate) fn of(set: &WeightedSet) -> Self {
         match set.main() {
             None => Self::None,
             Some(p) if p.named => Self::Effect(p.id.clone()),
@@ -135,10 +135,15 @@ impl Main {
 
 impl Findings {
     /// Probability of the nominal simulator below which a gap is asserted: a false alarm costs four times a missed gap.
-    pub const LEAST_NONE: f64 = 1.0 / (1.0 + FALSE_ALARM);
+    pub(crate) const LEAST_NONE: f64 = 1.0 / (1.0 + FALSE_ALARM);
 
     /// Sets with normalised probabilities under `calibration`; `prior` is the one that their `ln_weight` includes.
-    pub fn new(mut sets: Vec<WeightedSet>, prior: &Prior, calibration: &Calibration, notes: Vec<String>) -> Self {
+    pub(crate) fn new(
+        mut sets: Vec<WeightedSet>,
+        prior: &Prior,
+        calibration: &Calibration,
+        notes: Vec<String>,
+    ) -> Self {
         let ln: Vec<f64> = sets.iter().map(|s| calibration.ln_weight(s, prior)).collect();
         let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let total: f64 = ln.iter().map(|v| (v - top).exp()).sum();
@@ -155,7 +160,7 @@ impl Findings {
     ///
     /// # Errors
     /// [`ErrorKind::Numeric`] with the name of the `input`.
-    pub fn weighed(self, input: &str) -> Result<Self> {
+    pub(crate) fn weighed(self, input: &str) -> Result<Self> {
         if self.sets.iter().all(|set| set.probability.is_finite()) {
             return Ok(self);
         }
@@ -165,7 +170,7 @@ impl Findings {
 
     /// Removes given parts (those that the configuration states) from every set, and changes the probabilities
     /// accordingly: a given part has no prior cost, and a further effect counts as the first one.
-    pub fn take_out_given(&mut self, calibration: &Calibration, is_given: impl Fn(&Part) -> bool) {
+    pub(crate) fn take_out_given(&mut self, calibration: &Calibration, is_given: impl Fn(&Part) -> bool) {
         let ln_prior = |set: &WeightedSet| {
             let (effects, free) = counts(set);
             calibration.ln_prior(effects, free)
@@ -183,7 +188,7 @@ impl Findings {
     }
 
     /// Moves the effects `ids` out of every set into `idle`. A set that held nothing else is then empty: no gap.
-    pub fn set_aside(&mut self, ids: &[String]) {
+    pub(crate) fn set_aside(&mut self, ids: &[String]) {
         for id in ids {
             let part = self.best_with(id, false).and_then(|s| s.part(id)).cloned();
             self.idle.extend(part.map(|part| (part, self.presence(id))));
@@ -193,7 +198,7 @@ impl Findings {
 
     /// Removes the effects `ids` from every set, because the hold-out recording contradicts them. In a set that holds
     /// nothing else, free forms with the same shares replace them.
-    pub fn refute(&mut self, ids: &[String]) {
+    pub(crate) fn refute(&mut self, ids: &[String]) {
         for set in &mut self.sets {
             let (refuted, mut left): (Vec<Part>, Vec<Part>) = set.parts.drain(..).partition(|p| ids.contains(&p.id));
             if left.is_empty() {
@@ -208,7 +213,7 @@ impl Findings {
 
     /// Adds `part` to every set, removes the effects `ids`, and lowers the shares of the free forms by the share of
     /// `part`.
-    pub fn lead(&mut self, part: &Part, ids: &[String]) {
+    pub(crate) fn lead(&mut self, part: &Part, ids: &[String]) {
         for set in &mut self.sets {
             set.parts.retain(|p| p.id != part.id && !ids.contains(&p.id));
             let unnamed: f64 = set.parts.iter().filter(|p| !p.named).map(|p| p.share.max(0.0)).sum();
@@ -220,12 +225,12 @@ impl Findings {
 
     /// Whether an effect is worth naming: `missed_nats` reaches [`Findings::least_nats`], or, where it was not
     /// computed, the effect is present beyond doubt with this probability.
-    pub fn is_worth_naming(&self, missed_nats: Option<f64>, presence: f64) -> bool {
+    pub(crate) fn is_worth_naming(&self, missed_nats: Option<f64>, presence: f64) -> bool {
         missed_nats.map_or(self.is_beyond_doubt(presence), |nats| nats >= self.least_nats)
     }
 
     /// Whether this probability of presence is beyond doubt, given that the cause is among the candidates.
-    pub fn is_beyond_doubt(&self, presence: f64) -> bool {
+    pub(crate) fn is_beyond_doubt(&self, presence: f64) -> bool {
         presence >= self.least_presence()
     }
 
@@ -255,7 +260,7 @@ impl Findings {
     }
 
     /// Probability that `id` is present.
-    pub fn presence(&self, id: &str) -> f64 {
+    pub(crate) fn presence(&self, id: &str) -> f64 {
         self.sets.iter().filter(|s| s.part(id).is_some()).map(|s| s.probability).sum()
     }
 
@@ -283,7 +288,7 @@ impl Findings {
     }
 
     /// Id, whether it is an effect of the library, and probability of presence of every part, most probable first.
-    pub fn ids(&self) -> Vec<(String, bool, f64)> {
+    pub(crate) fn ids(&self) -> Vec<(String, bool, f64)> {
         let mut seen: Vec<(String, bool, f64)> = Vec::new();
         for s in &self.sets {
             for p in &s.parts {
@@ -303,7 +308,7 @@ impl Findings {
     }
 
     /// The most probable set whose main cause is a free form.
-    pub fn best_unknown(&self) -> Option<&WeightedSet> {
+    pub(crate) fn best_unknown(&self) -> Option<&WeightedSet> {
         self.sets.iter().find(|s| s.main().is_some_and(|m| !m.named))
     }
 }

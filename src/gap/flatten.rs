@@ -11,7 +11,7 @@ use crate::model::Scene;
 
 /// Takes the stated low-pass and bands out of `rate_rad_s`, one reading per row of `scene`; returns a note, none where
 /// nothing is stated.
-pub fn flatten(noise: Option<&Noise>, scene: &Scene, rate_rad_s: &mut Vec<f64>) -> Option<String> {
+pub(crate) fn flatten(noise: Option<&Noise>, scene: &Scene, rate_rad_s: &mut Vec<f64>) -> Option<String> {
     let colour = noise.map(Noise::colour).filter(|colour| !colour.is_white())?;
     let nominal: Vec<f64> = (0..scene.len()).map(|i| scene.warm_up.error_rad_s(scene.time.at(i))).collect();
     rate_rad_s.iter_mut().zip(&nominal).for_each(|(rate, e)| *rate -= e);

@@ -31,7 +31,7 @@ struct Stored {
 }
 
 /// Index of a stored column.
-pub type ColumnId = u32;
+pub(crate) type ColumnId = u32;
 
 #[derive(Default)]
 struct Store {
@@ -42,7 +42,7 @@ struct Store {
 }
 
 /// Quantities common to all hypotheses about one recording: scene, bins, stored columns and their products.
-pub struct Frame {
+pub(crate) struct Frame {
     /// The recording's scene, cut to a whole number of blocks.
     pub scene: Scene,
     /// The scene with block means in place of samples.
@@ -58,7 +58,7 @@ pub struct Frame {
 
 /// A series in this frame: the recording, or its remainder after a part was taken out.
 #[derive(Clone)]
-pub struct Data {
+pub(crate) struct Data {
     /// Deviation from the nominal warm-up, rad/s.
     pub values_rad_s: Vec<f64>,
     /// Its cosine coefficients, rad/s.
@@ -74,7 +74,7 @@ fn means(values: &[f64], block: usize) -> Vec<f64> {
 impl Frame {
     /// The frame of a recording; rows after the last whole block are left out.
     #[must_use]
-    pub fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         let block = scene.len().div_ceil(BLOCKS).max(1);
         let blocks = scene.len() / block;
         let len = blocks * block;
@@ -111,23 +111,23 @@ impl Frame {
 
     /// The same with bins made as narrow as the bands that stand out of `values_rad_s`.
     #[must_use]
-    pub fn resolving(self, values_rad_s: &[f64]) -> Self {
+    pub(crate) fn resolving(self, values_rad_s: &[f64]) -> Self {
         let z = self.cosine.forward(&values_rad_s[..self.len()]);
         Self { bins: self.bins.resolving(&z), ..self }
     }
 
     /// Variance of the dither, rad²/s².
-    pub fn dither_variance(&self) -> f64 {
+    pub(crate) fn dither_variance(&self) -> f64 {
         (DITHER * self.scene.white_std_rad_s).powi(2)
     }
 
     /// Number of samples used.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.cosine.len()
     }
 
     /// The recording in this frame, with dither added.
-    pub fn data(&self, mut values_rad_s: Vec<f64>) -> Data {
+    pub(crate) fn data(&self, mut values_rad_s: Vec<f64>) -> Data {
         values_rad_s.truncate(self.len());
         let dither = DITHER * self.scene.white_std_rad_s;
         let mut draw = Stream::new(self.len() as u64, 1);
@@ -136,24 +136,24 @@ impl Frame {
     }
 
     /// As [`Frame::data`], of values that hold the dither already.
-    pub fn data_undithered(&self, values_rad_s: Vec<f64>) -> Data {
+    pub(crate) fn data_undithered(&self, values_rad_s: Vec<f64>) -> Data {
         let z = self.cosine.forward(&values_rad_s);
         let power = self.bins.power(&z);
         Data { values_rad_s, z, power }
     }
 
     /// The series with the cosine coefficients `z`.
-    pub fn series(&self, z: &[f64]) -> Vec<f64> {
+    pub(crate) fn series(&self, z: &[f64]) -> Vec<f64> {
         self.cosine.inverse(z)
     }
 
     /// Stores a column given by block means.
-    pub fn store(&self, block_means: &[f64]) -> ColumnId {
+    pub(crate) fn store(&self, block_means: &[f64]) -> ColumnId {
         self.keep(self.slow.forward(block_means), block_means)
     }
 
     /// Stores a column given by all its samples, for signals that are not slow.
-    pub fn store_whole(&self, values: &[f64]) -> ColumnId {
+    pub(crate) fn store_whole(&self, values: &[f64]) -> ColumnId {
         self.keep(self.cosine.forward(values), values)
     }
 
@@ -166,7 +166,7 @@ impl Frame {
 
     /// Stores the columns by which `candidate` changes ln variance of the noise, one value a level block, scaled so
     /// that a coefficient of one is a root mean square change of ln variance by the column's relative scale.
-    pub fn store_variance(&self, candidate: usize, columns: &[crate::effects::Column]) {
+    pub(crate) fn store_variance(&self, candidate: usize, columns: &[crate::effects::Column]) {
         let per = self.coarse.len().div_ceil(LEVEL_BLOCKS).max(1);
         let columns: Vec<crate::effects::Column> = columns
             .iter()
@@ -185,18 +185,18 @@ impl Frame {
     }
 
     /// Factors from coefficients of the stored columns to coefficients of the columns as given.
-    pub fn variance_scales(&self, candidate: usize) -> Rc<Vec<f64>> {
+    pub(crate) fn variance_scales(&self, candidate: usize) -> Rc<Vec<f64>> {
         self.store.borrow().variance_scales.get(&candidate).map(Rc::clone).unwrap_or_default()
     }
 
     /// Columns stored by [`Frame::store_variance`].
-    pub fn variance_columns(&self, candidate: usize) -> Rc<Vec<Vec<f64>>> {
+    pub(crate) fn variance_columns(&self, candidate: usize) -> Rc<Vec<Vec<f64>>> {
         self.store.borrow().variance.get(&candidate).map(Rc::clone).unwrap_or_default()
     }
 
     /// Mean square in each level block of the whitened series above the blocks' own frequencies (one on average), and
     /// the degrees of freedom of its chi-squared distribution under a constant noise level.
-    pub fn block_power(&self, data: &Data) -> (Vec<f64>, f64) {
+    pub(crate) fn block_power(&self, data: &Data) -> (Vec<f64>, f64) {
         let mut z = vec![0.0; self.len()];
         for b in self.bins.low..self.bins.len() {
             let range = self.bins.edges[b]..self.bins.edges[b + 1];
@@ -211,12 +211,12 @@ impl Frame {
     }
 
     /// Root mean square of a column.
-    pub fn rms(&self, column: ColumnId) -> f64 {
+    pub(crate) fn rms(&self, column: ColumnId) -> f64 {
         self.store.borrow().columns[column as usize].rms
     }
 
     /// Inner product of two columns in each bin.
-    pub fn gram(&self, a: ColumnId, b: ColumnId) -> Rc<Vec<f64>> {
+    pub(crate) fn gram(&self, a: ColumnId, b: ColumnId) -> Rc<Vec<f64>> {
         let key = (a.min(b), a.max(b));
         if let Some(found) = self.store.borrow().gram.get(&key) {
             return Rc::clone(found);
@@ -229,12 +229,12 @@ impl Frame {
     }
 
     /// Inner product of a column with the recording in each bin.
-    pub fn with_data(&self, column: ColumnId, data: &Data) -> Vec<f64> {
+    pub(crate) fn with_data(&self, column: ColumnId, data: &Data) -> Vec<f64> {
         self.bins.products(&self.store.borrow().columns[column as usize].low, &data.z)
     }
 
     /// z += factor · column.
-    pub fn add_column(&self, z: &mut [f64], column: ColumnId, factor: f64) {
+    pub(crate) fn add_column(&self, z: &mut [f64], column: ColumnId, factor: f64) {
         let store = self.store.borrow();
         z.iter_mut().zip(&store.columns[column as usize].low).for_each(|(z, c)| *z += factor * c);
     }

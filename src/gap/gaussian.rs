@@ -4,30 +4,30 @@
 //! multiplications.
 
 use super::frame::{ColumnId, Data, Frame};
-pub use crate::math::binned::{Posterior, solve, spectral};
+pub(crate) use crate::math::binned::{Posterior, solve, spectral};
 use std::collections::HashMap;
 use std::rc::Rc;
 
 /// Inner products of selected columns with each other and with the recording, by bins, for repeated evaluation.
-pub struct Picked {
+pub(crate) struct Picked {
     gram: Vec<Rc<Vec<f64>>>,
     data: Vec<Rc<Vec<f64>>>,
 }
 
 /// Stored inner products of columns with one recording, by bins.
 #[derive(Default)]
-pub struct DataProducts(std::cell::RefCell<HashMap<ColumnId, Rc<Vec<f64>>>>);
+pub(crate) struct DataProducts(std::cell::RefCell<HashMap<ColumnId, Rc<Vec<f64>>>>);
 
 impl DataProducts {
     /// Inner product of `column` with `data` in each bin.
-    pub fn get(&self, frame: &Frame, data: &Data, column: ColumnId) -> Rc<Vec<f64>> {
+    pub(crate) fn get(&self, frame: &Frame, data: &Data, column: ColumnId) -> Rc<Vec<f64>> {
         Rc::clone(self.0.borrow_mut().entry(column).or_insert_with(|| Rc::new(frame.with_data(column, data))))
     }
 }
 
 impl Picked {
     /// Selects `columns`; the columns `offsets` are subtracted from the recording.
-    pub fn new(
+    pub(crate) fn new(
         frame: &Frame,
         data: &Data,
         products: &DataProducts,
@@ -52,7 +52,7 @@ impl Picked {
     }
 
     /// XᵀS⁻¹X, lower triangle row by row, and XᵀS⁻¹z.
-    pub fn normal(&self, inverse_spectrum: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn normal(&self, inverse_spectrum: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let sum = |products: &Rc<Vec<f64>>| products.iter().zip(inverse_spectrum).map(|(g, w)| g * w).sum::<f64>();
         (self.gram.iter().map(sum).collect(), self.data.iter().map(sum).collect())
     }
@@ -60,6 +60,6 @@ impl Picked {
 
 /// Contribution of the columns to [`spectral`], coefficients integrated out; none where the matrix is not positive
 /// definite.
-pub fn columns(picked: &Picked, std: &[f64], inverse_spectrum: &[f64], full: bool) -> Option<Posterior> {
+pub(crate) fn columns(picked: &Picked, std: &[f64], inverse_spectrum: &[f64], full: bool) -> Option<Posterior> {
     solve(&picked.normal(inverse_spectrum), std, full)
 }

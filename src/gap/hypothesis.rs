@@ -4,7 +4,7 @@ use super::frame::{ColumnId, Frame};
 use crate::effects::{Noise, NoiseState, Signal};
 
 /// A candidate explanation: an effect of the library or a free form.
-pub struct Candidate {
+pub(crate) struct Candidate {
     /// Identifier of the effect or the free form.
     pub id: String,
     /// Whether it is an effect of the library (else a free form, which stands for 'unknown').
@@ -14,7 +14,7 @@ pub struct Candidate {
 }
 
 /// How a candidate enters the Gaussian likelihood.
-pub enum Kind {
+pub(crate) enum Kind {
     /// Columns with coefficients.
     Signal(Box<dyn Signal>),
     /// ln variance of the white noise by columns, with a normal prior of the coefficients.
@@ -37,7 +37,7 @@ pub enum Kind {
 impl Kind {
     /// Whether it is exponentially correlated (Gauss-Markov) noise, whose spectrum telegraph noise has too.
     #[must_use]
-    pub fn is_exponential(&self) -> bool {
+    pub(crate) fn is_exponential(&self) -> bool {
         let Self::Noise(noise) = self else { return false };
         matches!(noise.state(&vec![1.0; noise.names().len()]), Some(NoiseState::Exponential { .. }))
     }
@@ -45,7 +45,7 @@ impl Kind {
 
 /// A signal with fixed shape parameters.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SignalPart {
+pub(crate) struct SignalPart {
     /// Index of the candidate.
     pub candidate: usize,
     /// Shape (nonlinear) parameters.
@@ -64,7 +64,7 @@ pub struct SignalPart {
 
 /// A noise or filter with its parameters.
 #[derive(Debug, Clone, PartialEq)]
-pub struct NoisePart {
+pub(crate) struct NoisePart {
     /// Index of the candidate.
     pub candidate: usize,
     /// Logarithms of the parameters.
@@ -73,7 +73,7 @@ pub struct NoisePart {
 
 /// Candidates at work together, with their parameters.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Hypothesis {
+pub(crate) struct Hypothesis {
     /// Signals.
     pub signals: Vec<SignalPart>,
     /// Noises and filters.
@@ -83,33 +83,33 @@ pub struct Hypothesis {
 }
 
 /// Prior standard deviations of the root mean square change of ln variance, equally probable.
-pub const VARIANCE_STDS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
+pub(crate) const VARIANCE_STDS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
 
 impl Kind {
     /// Whether it changes how large the noise is: as a whole, or over time.
-    pub fn is_level(&self) -> bool {
+    pub(crate) fn is_level(&self) -> bool {
         matches!(self, Self::Variance(_) | Self::Shape(_) | Self::Level(_))
     }
 }
 
 impl Hypothesis {
     /// Indices of the candidates at work.
-    pub fn candidates(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn candidates(&self) -> impl Iterator<Item = usize> + '_ {
         self.signals.iter().map(|s| s.candidate).chain(self.noises.iter().map(|n| n.candidate))
     }
 
     /// Columns that its signals add independently of the coefficients.
-    pub fn offsets(&self) -> Vec<ColumnId> {
+    pub(crate) fn offsets(&self) -> Vec<ColumnId> {
         self.signals.iter().filter_map(|s| s.offset).collect()
     }
 
     /// Whether `candidate` is at work.
-    pub fn holds(&self, candidate: usize) -> bool {
+    pub(crate) fn holds(&self, candidate: usize) -> bool {
         self.candidates().any(|c| c == candidate)
     }
 
     /// The same without `candidate`.
-    pub fn without(&self, candidate: usize) -> Self {
+    pub(crate) fn without(&self, candidate: usize) -> Self {
         let mut rest = self.clone();
         rest.signals.retain(|s| s.candidate != candidate);
         rest.noises.retain(|n| n.candidate != candidate);
@@ -117,13 +117,13 @@ impl Hypothesis {
     }
 
     /// Number of signals and noises.
-    pub fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         self.signals.len() + self.noises.len()
     }
 
     /// Variance of the white noise in each block relative to its mean, and that mean relative to the constant variance:
     /// product over all candidates that change the variance. Empty and one where there is none.
-    pub fn level(&self, frame: &Frame, candidates: &[Candidate]) -> (Vec<f64>, f64) {
+    pub(crate) fn level(&self, frame: &Frame, candidates: &[Candidate]) -> (Vec<f64>, f64) {
         let mut ln: Vec<f64> = Vec::new();
         for part in self.noises.iter().filter(|n| matches!(candidates[n.candidate].kind, Kind::Variance(_))) {
             for (column, by) in frame.variance_columns(part.candidate).iter().zip(&part.ln_theta) {
@@ -141,12 +141,12 @@ impl Hypothesis {
     }
 
     /// Spectrum in each bin, rad²/s².
-    pub fn spectrum(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<f64> {
+    pub(crate) fn spectrum(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<f64> {
         self.spectra(frame, candidates).iter().map(|[added, white]| added + white).collect()
     }
 
     /// Spectrum in each bin without the added noises: filtered white noise and dither, rad²/s².
-    pub fn white_spectrum(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<f64> {
+    pub(crate) fn white_spectrum(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<f64> {
         self.spectra(frame, candidates).iter().map(|s| s[1]).collect()
     }
 

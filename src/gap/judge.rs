@@ -17,7 +17,7 @@ use crate::effects::{Effect, Explanation, NoiseState};
 use crate::model::Scene;
 
 /// Candidates in one scene: the effects that it can show, and the free forms.
-pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candidate> {
+pub(crate) fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candidate> {
     let mut all = Vec::new();
     for effect in effects {
         let id = effect.about().id.to_owned();
@@ -53,7 +53,7 @@ pub fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<Candida
 /// Share of each part of a fitted set, nats, by candidate: the mean of its gains in ln p when added first and last.
 /// Other parts have the coefficients that they take without it, so that of two interchangeable parts neither counts as
 /// indispensable.
-pub fn shares(likelihood: &Likelihood, fitted: &Fitted) -> Vec<(usize, f64)> {
+pub(crate) fn shares(likelihood: &Likelihood, fitted: &Fitted) -> Vec<(usize, f64)> {
     let h = &fitted.hypothesis;
     let score = |keep: &dyn Fn(usize) -> bool| likelihood.plug_in(h, keep);
     let (Some(all), Some(none)) = (score(&|_| true), score(&|_| false)) else { return Vec::new() };
@@ -96,7 +96,7 @@ struct Account {
 }
 
 /// Compares all hypotheses about one recording: readings `recorded` in rad/s, one per row of `scene`.
-pub fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], options: &Options) -> Findings {
+pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Effect], options: &Options) -> Findings {
     let prior = options.prior;
     let named = |of: fn(&Explanation) -> bool| {
         effects.iter().find(|e| e.explanation(scene).as_ref().is_some_and(of)).map(|e| e.about().id)

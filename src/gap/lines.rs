@@ -6,7 +6,7 @@ use realfft::RealFftPlanner;
 use std::f64::consts::{PI, TAU};
 
 /// A series whose lines are searched.
-pub struct Lines<'a> {
+pub(crate) struct Lines<'a> {
     w: &'a [f64],
     step_s: f64,
     /// P on a grid of spacing 1/(PAD · span).
@@ -18,7 +18,7 @@ const PAD: usize = 4;
 
 /// A line or comb that was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
+pub(crate) struct Line {
     /// Its frequency, Hz.
     pub frequency_hz: f64,
     /// Gain in log-likelihood, nats.
@@ -27,7 +27,7 @@ pub struct Line {
 
 impl<'a> Lines<'a> {
     /// Of `w`, sampled every `step_s`.
-    pub fn new(w: &'a [f64], step_s: f64) -> Self {
+    pub(crate) fn new(w: &'a [f64], step_s: f64) -> Self {
         let size = (PAD * w.len()).next_power_of_two();
         let plan = RealFftPlanner::<f64>::new().plan_fft_forward(size);
         let mut input = plan.make_input_vec();
@@ -46,7 +46,7 @@ impl<'a> Lines<'a> {
     }
 
     /// P at any frequency.
-    pub fn power_at(&self, frequency_hz: f64) -> f64 {
+    pub(crate) fn power_at(&self, frequency_hz: f64) -> f64 {
         // Goertzel's recursion drifts at low frequencies; a rotation kept normalised does not
         let (sin, cos) = (TAU * frequency_hz * self.step_s).sin_cos();
         let (mut c, mut s, mut re, mut im) = (1.0, 0.0, 0.0, 0.0);
@@ -67,7 +67,7 @@ impl<'a> Lines<'a> {
     }
 
     /// Frequencies of the highest peaks from `cycles` in the recording upwards, highest first.
-    pub fn peaks(&self, cycles: f64, count: usize) -> Vec<f64> {
+    pub(crate) fn peaks(&self, cycles: f64, count: usize) -> Vec<f64> {
         let p = &self.power;
         let mut found: Vec<usize> = (self.first(cycles)..p.len().saturating_sub(1))
             .filter(|k| p[*k] > 4.0 && p[*k] >= p[*k - 1] && p[*k] > p[*k + 1])
@@ -103,7 +103,7 @@ impl<'a> Lines<'a> {
     }
 
     /// The strongest line with at least `cycles` in the recording.
-    pub fn tone(&self, cycles: f64) -> Option<Line> {
+    pub(crate) fn tone(&self, cycles: f64) -> Option<Line> {
         let f = *self.peaks(cycles, 1).first()?;
         Some(self.climb(f, 0.5 * self.grid_hz, |f| self.power_at(f)))
     }
@@ -119,7 +119,7 @@ impl<'a> Lines<'a> {
     }
 
     /// The strongest comb of `harmonics`, its fundamental with at least `cycles` in the recording.
-    pub fn comb(&self, cycles: f64, harmonics: usize) -> Option<Line> {
+    pub(crate) fn comb(&self, cycles: f64, harmonics: usize) -> Option<Line> {
         let nyquist = 0.5 / self.step_s;
         let sum = |f: f64, at: &dyn Fn(f64) -> f64| {
             (1..=harmonics).map(|h| h as f64 * f).filter(|f| *f < nyquist).map(|f| (at(f) - 2.0).max(0.0)).sum::<f64>()
@@ -138,7 +138,7 @@ impl<'a> Lines<'a> {
 
     /// ln of the probability that a line prior, uniform in ln f between `cycles` in the recording and the Nyquist
     /// frequency, gives to the neighbourhood of `line` that the data allow.
-    pub fn ln_shape(&self, line: &Line, cycles: f64) -> f64 {
+    pub(crate) fn ln_shape(&self, line: &Line, cycles: f64) -> f64 {
         let (low, high) = (cycles / self.span_s(), 0.5 / self.step_s);
         // Cramér-Rao bound of the frequency: 12 / (2 (2π span)² · gain)
         let std = (6.0 / line.gain.max(1.0)).sqrt() / (TAU * self.span_s());

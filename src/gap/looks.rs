@@ -57,7 +57,7 @@ const LEAST: f64 = -12.0;
 
 impl Seen {
     /// The recording of `l` whitened by `h`.
-    pub fn new(l: &Likelihood, h: &Hypothesis) -> Self {
+    pub(crate) fn new(l: &Likelihood, h: &Hypothesis) -> Self {
         let frame = l.frame;
         let white = h.white_spectrum(frame, l.candidates);
         let power: f64 = white.iter().zip(&frame.bins.count).map(|(s, n)| s * n).sum();
@@ -90,7 +90,7 @@ pub(super) struct Views {
 
 impl Views {
     /// Index of the series that is near `seen`, which is added where none is; none once there are [`MOST`].
-    pub fn of(&mut self, seen: Seen) -> Option<usize> {
+    pub(crate) fn of(&mut self, seen: Seen) -> Option<usize> {
         let distances = self.seen.iter().map(|s| s.distance(&seen)).enumerate();
         let same = if self.seen.len() < MANY { SAME_NATS } else { NEAR_NATS };
         match distances.min_by(|a, b| a.1.total_cmp(&b.1)) {
@@ -104,7 +104,7 @@ impl Views {
     }
 
     /// Examines the series that were added since the last call.
-    pub fn look(&mut self, looks: &Looks) {
+    pub(crate) fn look(&mut self, looks: &Looks) {
         let new: Vec<Layers> = self.seen[self.layers.len()..].par_iter().map(|s| looks.at(s)).collect();
         self.layers.extend(new);
     }
@@ -169,7 +169,7 @@ impl Layers {
     /// Combinations of features. Heavy tails, bursts and events all explain the same excess: at most one free form is
     /// taken, and beside the nominal noise level (`alone`) no other feature with it. None is taken beside a path that
     /// follows anything slow (`followed`).
-    pub fn choices(&self, alone: bool, followed: bool) -> Vec<Choice> {
+    pub(crate) fn choices(&self, alone: bool, followed: bool) -> Vec<Choice> {
         let mut all = Vec::new();
         for (i, (a, wa)) in self.amplitudes.iter().enumerate() {
             for (k, (f, wf)) in self.free.iter().enumerate() {
@@ -186,7 +186,7 @@ impl Layers {
 
     /// Each distribution and course of the level that was looked for, as steps of the trail; [`Layers::choices`] of `alone` and
     /// `followed` are possible, and the one of most weight is taken.
-    pub fn steps(&self, alone: bool, followed: bool) -> Vec<Step> {
+    pub(crate) fn steps(&self, alone: bool, followed: bool) -> Vec<Step> {
         let possible = self.choices(alone, followed).into_iter();
         let best = possible.max_by(|a, b| self.ln_weight(*a).total_cmp(&self.ln_weight(*b)));
         let Some(Choice([amplitude, free])) = best else { return Vec::new() };
@@ -207,13 +207,13 @@ impl Layers {
     }
 
     /// Parts of a choice.
-    pub fn parts(&self, choice: Choice) -> impl Iterator<Item = &Part> {
+    pub(crate) fn parts(&self, choice: Choice) -> impl Iterator<Item = &Part> {
         let Choice([a, f]) = choice;
         self.amplitudes[a].0.iter().chain(&self.free[f].0)
     }
 
     /// ln weight of a choice over the absence of all features.
-    pub fn ln_weight(&self, choice: Choice) -> f64 {
+    pub(crate) fn ln_weight(&self, choice: Choice) -> f64 {
         let Choice([a, f]) = choice;
         self.amplitudes[a].1 + self.free[f].1
     }

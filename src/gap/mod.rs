@@ -2,12 +2,12 @@
 
 mod account;
 pub mod answer;
-pub mod believe;
+pub(crate) mod believe;
 pub mod bench;
-pub mod calibration;
+pub(crate) mod calibration;
 mod clean;
 mod compose;
-pub mod diagnose;
+pub(crate) mod diagnose;
 pub mod drive;
 mod evidence;
 pub mod explain;
@@ -35,7 +35,8 @@ pub mod trace;
 
 pub use answer::Answer;
 pub use calibration::Calibration;
-pub use diagnose::{Diagnosis, Drive, Options, Stage, compare, diagnose, diagnose_drives, diagnose_observed};
+pub(crate) use diagnose::compare;
+pub use diagnose::{Diagnosis, Drive, Options, Stage, diagnose, diagnose_drives, diagnose_observed};
 pub use explain::explain;
 pub use judge::Options as JudgeOptions;
 pub use known::known_gain;

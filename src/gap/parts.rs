@@ -18,7 +18,7 @@ pub(super) fn name(id: &str, i: usize) -> &'static str {
 }
 
 /// The parts of a fitted set.
-pub fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
+pub(crate) fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
     let h = &fitted.hypothesis;
     let Some(posterior) = l.coefficients(h) else { return Vec::new() };
     let size = posterior.mean.len();
@@ -163,7 +163,7 @@ fn signal(
 }
 
 /// Part for telegraph noise.
-pub fn telegraph(id: &str, found: &Popcorn, scene: &Scene, share: f64) -> Part {
+pub(crate) fn telegraph(id: &str, found: &Popcorn, scene: &Scene, share: f64) -> Part {
     let mut part = Part::new(id, true, share);
     let chain = &found.chain;
     let [low_s, high_s] = [chain.dwell_low, chain.dwell_high].map(|d| d * scene.step_s);
@@ -179,7 +179,7 @@ pub fn telegraph(id: &str, found: &Popcorn, scene: &Scene, share: f64) -> Part {
 }
 
 /// Part for shots that relax.
-pub fn shots(found: &Shots, share: f64) -> Part {
+pub(crate) fn shots(found: &Shots, share: f64) -> Part {
     let mut part = Part::new("free.shots", false, share);
     let Shots { relax_s, every_s, .. } = found;
     part.description =
@@ -188,7 +188,7 @@ pub fn shots(found: &Shots, share: f64) -> Part {
 }
 
 /// Part for rare large samples.
-pub fn outliers(id: &str, a: &Amplitude, white_std_rad_s: f64) -> Part {
+pub(crate) fn outliers(id: &str, a: &Amplitude, white_std_rad_s: f64) -> Part {
     let mut part = Part::new(id, true, a.outliers.max(0.0));
     part.parameters.insert(name(id, 0).into(), a.probability[0]);
     part.std.insert(name(id, 0).into(), a.probability[1]);
@@ -198,7 +198,7 @@ pub fn outliers(id: &str, a: &Amplitude, white_std_rad_s: f64) -> Part {
 }
 
 /// Part for quantization; `named`: id of its effect, none: a free form.
-pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: Option<&str>) -> Part {
+pub(crate) fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: Option<&str>) -> Part {
     let mut part =
         Part { certain: true, ..Part::new(named.unwrap_or("free.lattice"), named.is_some(), gain.max(1e-3)) };
     let step = named.map_or("lsb_rad_s", |id| name(id, 0));
@@ -214,7 +214,7 @@ pub fn lattice(lsb: f64, recorded: &[f64], gain: f64, named: Option<&str>) -> Pa
 }
 
 /// Part for exactly equal readings.
-pub fn repeats(r: &Repeats) -> Part {
+pub(crate) fn repeats(r: &Repeats) -> Part {
     let mut part = Part { certain: true, ..Part::new("free.repeats", false, r.ln_evidence) };
     part.description = if r.most > r.held + 2 {
         let what = if r.extreme { "clipped at" } else { "stuck at" };

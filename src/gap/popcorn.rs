@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 
 /// Telegraph noise and the Gaussian part fitted beside it.
 #[derive(Debug, Clone)]
-pub struct Popcorn {
+pub(crate) struct Popcorn {
     /// The Gaussian part, fitted to the recording less the path.
     pub fitted: Fitted,
     /// ln evidence of chain and Gaussian part together, nats.
@@ -81,7 +81,7 @@ fn whitening(frame: &Frame, white: &[f64]) -> usize {
 
 /// Telegraph noise beside `base`. `whole` is `base` with a noise in the place of the telegraph noise; the search starts
 /// from its remainder, at a level spacing in rad/s and a mean dwell time in s.
-pub fn beside(
+pub(crate) fn beside(
     frame: &Frame,
     data: &Data,
     candidates: &[Candidate],

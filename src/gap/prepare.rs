@@ -26,7 +26,7 @@ pub struct Prepared {
 impl Prepared {
     /// Gyro readings with NaN where none was recorded, rad/s: for likelihoods that skip missing readings.
     #[must_use]
-    pub fn recorded_rad_s(&self) -> Vec<f64> {
+    pub(crate) fn recorded_rad_s(&self) -> Vec<f64> {
         let mut rate = self.rate_rad_s.clone();
         self.filled.iter().for_each(|row| rate[*row] = f64::NAN);
         rate
@@ -50,7 +50,7 @@ const MISSING: f64 = 0.2;
 /// # Errors
 /// [`ErrorKind::Config`] if the configuration is not of a gyro at rest; [`ErrorKind::Column`] without a gyro channel;
 /// [`ErrorKind::TooShort`] below 512 rows; [`ErrorKind::Time`] if more than a fifth of the rows is missing.
-pub fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prepared> {
+pub(crate) fn prepare(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Prepared> {
     if config.kind != Kind::Stationary {
         return Err(Error::new(ErrorKind::Config, "configuration", "kind is \"driving\"")
             .at("`kind`")

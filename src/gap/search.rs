@@ -20,7 +20,7 @@ pub struct Prior {
 impl Prior {
     /// ln of the odds of one more part.
     #[must_use]
-    pub fn of(&self, named: bool) -> f64 {
+    pub(crate) fn of(&self, named: bool) -> f64 {
         if named { self.ln_named } else { self.ln_free }
     }
 }
@@ -33,7 +33,7 @@ impl Default for Prior {
 
 /// A set that was fitted.
 #[derive(Debug, Clone)]
-pub struct Met {
+pub(crate) struct Met {
     /// At its best parameters.
     pub fitted: Fitted,
     /// ln evidence + ln prior.
@@ -44,7 +44,7 @@ pub struct Met {
 type Extension = Option<(Hypothesis, f64)>;
 
 /// The recording whitened under a hypothesis: independent, of variance one, where it holds.
-pub fn whitened(l: &Likelihood, h: &Hypothesis) -> Vec<f64> {
+pub(crate) fn whitened(l: &Likelihood, h: &Hypothesis) -> Vec<f64> {
     let mut z = l.remainder(h);
     let s = h.spectrum(l.frame, l.candidates);
     for (b, e) in l.frame.bins.edges.windows(2).enumerate() {
@@ -61,7 +61,7 @@ pub fn whitened(l: &Likelihood, h: &Hypothesis) -> Vec<f64> {
 }
 
 /// The search over sets.
-pub struct Search<'a> {
+pub(crate) struct Search<'a> {
     likelihood: &'a Likelihood<'a>,
     prior: Prior,
     /// Least number of cycles in the recording of anything periodic.
@@ -88,12 +88,12 @@ const MOST_FREE: usize = 2;
 
 impl<'a> Search<'a> {
     /// A search without any fitted set.
-    pub fn new(likelihood: &'a Likelihood<'a>, prior: Prior) -> Self {
+    pub(crate) fn new(likelihood: &'a Likelihood<'a>, prior: Prior) -> Self {
         Self { likelihood, prior, cycles: 3.0, met: BTreeMap::new(), extensions: BTreeMap::new() }
     }
 
     /// The likelihood that is searched.
-    pub fn likelihood(&self) -> &'a Likelihood<'a> {
+    pub(crate) fn likelihood(&self) -> &'a Likelihood<'a> {
         self.likelihood
     }
 
@@ -161,7 +161,7 @@ impl<'a> Search<'a> {
     }
 
     /// The recording whitened under a hypothesis.
-    pub fn whitened(&self, h: &Hypothesis) -> Vec<f64> {
+    pub(crate) fn whitened(&self, h: &Hypothesis) -> Vec<f64> {
         whitened(self.likelihood, h)
     }
 
@@ -210,7 +210,7 @@ impl<'a> Search<'a> {
     }
 
     /// The set of `start` without the parts that make it less probable.
-    pub fn settled(&mut self, start: &Hypothesis) -> Met {
+    pub(crate) fn settled(&mut self, start: &Hypothesis) -> Met {
         let met = self.meet(start);
         self.pruned(met, 0)
     }
@@ -226,7 +226,7 @@ impl<'a> Search<'a> {
     }
 
     /// Searches; every set that was fitted is in [`Search::posterior`] afterwards.
-    pub fn run(&mut self) -> Met {
+    pub(crate) fn run(&mut self) -> Met {
         let all: Vec<usize> = (0..self.likelihood.candidates.len()).collect();
         let nothing = self.meet(&Hypothesis::default());
         let mut best = self.climb(nothing.clone(), &all);
@@ -302,7 +302,7 @@ impl<'a> Search<'a> {
 
     /// Each candidate that was tried beside the set `base`: its number, its gain in ln weight where it started (none where it cannot
     /// be there), and that of its fit, if it was fitted.
-    pub fn additions(&self, base: &Hypothesis) -> Vec<(usize, Option<f64>, Option<f64>)> {
+    pub(crate) fn additions(&self, base: &Hypothesis) -> Vec<(usize, Option<f64>, Option<f64>)> {
         let key = Self::key(base);
         let Some(without) = self.met.get(&key) else { return Vec::new() };
         let fitted = |candidate: usize| {
@@ -323,7 +323,7 @@ impl<'a> Search<'a> {
     }
 
     /// Fits the set of `base` with `candidate`, however improbable.
-    pub fn meet_with(&mut self, base: &Met, candidate: usize) {
+    pub(crate) fn meet_with(&mut self, base: &Met, candidate: usize) {
         if !base.fitted.hypothesis.holds(candidate)
             && let Some((h, _)) = self.extended(base, candidate, &mut None)
         {
@@ -332,18 +332,18 @@ impl<'a> Search<'a> {
     }
 
     /// The set of `base` without `parts`.
-    pub fn meet_without(&mut self, base: &Met, parts: &[usize]) -> Met {
+    pub(crate) fn meet_without(&mut self, base: &Met, parts: &[usize]) -> Met {
         let rest = parts.iter().fold(base.fitted.hypothesis.clone(), |h, c| h.without(*c));
         self.meet(&rest)
     }
 
     /// ln weight of the set with just these parts.
-    pub fn weight_of(&mut self, h: &Hypothesis) -> f64 {
+    pub(crate) fn weight_of(&mut self, h: &Hypothesis) -> f64 {
         self.meet(h).ln_weight
     }
 
     /// All sets fitted, most probable first.
-    pub fn posterior(&self) -> Vec<Met> {
+    pub(crate) fn posterior(&self) -> Vec<Met> {
         let mut all: Vec<Met> = self.met.values().cloned().collect();
         all.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
         all

@@ -83,19 +83,19 @@ pub struct Step {
 impl Step {
     /// A step that no evidence and no constant decided.
     #[must_use]
-    pub fn new(stage: TraceStage, subject: &str, decision: Decision, reason: impl Into<String>) -> Self {
+    pub(crate) fn new(stage: TraceStage, subject: &str, decision: Decision, reason: impl Into<String>) -> Self {
         Self { stage, subject: subject.to_owned(), decision, nats: None, limit: None, reason: reason.into() }
     }
 
     /// With its evidence, nats; none where there is none, or no finite number.
     #[must_use]
-    pub fn nats(self, nats: impl Into<Option<f64>>) -> Self {
+    pub(crate) fn nats(self, nats: impl Into<Option<f64>>) -> Self {
         Self { nats: nats.into().filter(|nats| nats.is_finite()), ..self }
     }
 
     /// With the constant that decided.
     #[must_use]
-    pub fn limit(self, name: &str, value: f64, unit: &str) -> Self {
+    pub(crate) fn limit(self, name: &str, value: f64, unit: &str) -> Self {
         Self { limit: Some(Limit { name: name.into(), value, unit: unit.into() }), ..self }
     }
 }
@@ -103,7 +103,7 @@ impl Step {
 /// Most sets that are told.
 const TOLD: usize = 12;
 /// Name of a set without effects.
-pub const NOMINAL: &str = "nominal simulator";
+pub(crate) const NOMINAL: &str = "nominal simulator";
 
 /// Notes on a recording as steps of the stage [`TraceStage::Data`].
 pub fn of_notes<'a>(notes: impl IntoIterator<Item = &'a String>) -> impl Iterator<Item = Step> {
@@ -131,7 +131,7 @@ pub(super) fn largest<'a>(gains: impl IntoIterator<Item = (&'a str, f64)>) -> Ve
 impl Findings {
     /// Steps of the stages that recordings at rest and drives have in common: sets, leaving one out, probabilities.
     #[must_use]
-    pub fn steps(&self) -> Vec<Step> {
+    pub(crate) fn steps(&self) -> Vec<Step> {
         [self.of_sets(), self.of_leaving_out(), self.of_probabilities(TraceStage::Probabilities)].concat()
     }
 

@@ -212,7 +212,7 @@ fn walk_normal(groups: &[BlockSum], columns: &Columns) -> DMatrix<f64> {
 
 impl NoiseFit {
     /// The mixture of `members` with these logarithms of weights. `None` without any.
-    pub fn weigh(
+    pub(crate) fn weigh(
         mut members: Vec<Member>,
         ln_weights: &[f64],
         inverse_normal: DMatrix<f64>,
@@ -227,24 +227,24 @@ impl NoiseFit {
     }
 
     /// Probability that the bias walks.
-    pub fn walk_probability(&self) -> f64 {
+    pub(crate) fn walk_probability(&self) -> f64 {
         self.mean(|m| f64::from(u8::from(m.walk_variance_rate > 0.0)))
     }
 
     /// Mean of f over the mixture.
-    pub fn mean(&self, f: impl Fn(&Member) -> f64) -> f64 {
+    pub(crate) fn mean(&self, f: impl Fn(&Member) -> f64) -> f64 {
         self.members.iter().map(|m| m.weight * f(m)).sum()
     }
 
     /// Probability that an error with the variance that each member gives it is as large as `value`: its sign does not matter.
-    pub fn p_value(&self, value: f64, variances: &[f64]) -> f64 {
+    pub(crate) fn p_value(&self, value: f64, variances: &[f64]) -> f64 {
         let Ok(t) = StudentsT::new(0.0, 1.0, self.degrees_of_freedom) else { return f64::NAN };
         self.members.iter().zip(variances).map(|(m, v)| m.weight * 2.0 * t.cdf(-value.abs() / v.max(0.0).sqrt())).sum()
     }
 
     /// Half width x with P(|error| > x) = 1 - level, for an error that is Student's t with
     /// the variance that each member gives it.
-    pub fn half_width(&self, variances: &[f64], level: f64) -> f64 {
+    pub(crate) fn half_width(&self, variances: &[f64], level: f64) -> f64 {
         let parts: Vec<(f64, f64)> =
             self.members.iter().zip(variances).map(|(m, v)| (m.weight, v.max(0.0).sqrt())).collect();
         // what is this improbable moves no digit of a 95 % interval

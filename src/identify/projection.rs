@@ -95,7 +95,7 @@ fn one_less(alpha: f64, e: f64) -> f64 {
 impl<'a> Projection<'a> {
     /// With C1 and C2 both free, g may count from the first sample: exp(-t0/T) only scales it, and so it keeps
     /// its digits however late the log begins. A known C1 or C2 is one at power-on, and g must count from there.
-    pub fn new(moments: &'a Moments, fixed: &Fixed) -> Self {
+    pub(crate) fn new(moments: &'a Moments, fixed: &Fixed) -> Self {
         let local = fixed.c1_rad_s.is_none() && fixed.c2_rad_s.is_none();
         Self { moments, offset_s: if local { 0.0 } else { moments.first_s }, c1: fixed.c1_rad_s, c2: fixed.c2_rad_s }
     }
@@ -141,7 +141,7 @@ impl<'a> Projection<'a> {
     }
 
     /// The sums at `time_constant`; those with d only where `derivative` asks for them.
-    pub fn sums(&self, time_constant: f64, derivative: bool) -> Sums {
+    pub(crate) fn sums(&self, time_constant: f64, derivative: bool) -> Sums {
         let classes = self.classes_at(time_constant, derivative);
         let mut s = Sums::default();
         for block in &self.moments.blocks {
@@ -176,14 +176,14 @@ impl<'a> Projection<'a> {
     }
 
     /// Block sums at `time_constant`, neighbours merged to at most about `most` groups.
-    pub fn groups(&self, time_constant: f64, most: usize) -> Vec<BlockSum> {
+    pub(crate) fn groups(&self, time_constant: f64, most: usize) -> Vec<BlockSum> {
         let per_group = self.moments.count as f64 / most as f64;
         self.merged(time_constant, |_| per_group)
     }
 
     /// Block sums at `time_constant` whose lengths grow with time up to those of [`Self::groups`]: a short warm-up in a
     /// long log lies in its first groups, and they show it.
-    pub fn growing_groups(&self, time_constant: f64, most: usize) -> Vec<BlockSum> {
+    pub(crate) fn growing_groups(&self, time_constant: f64, most: usize) -> Vec<BlockSum> {
         let count = self.moments.count as f64;
         let longest = count / most as f64;
         let shortest = (count / SHORTEST).max(FEWEST).min(longest);
@@ -233,7 +233,7 @@ impl<'a> Projection<'a> {
     }
 
     /// Best C1 and C2 (those that are free) for the sums of one T.
-    pub fn linear(&self, s: &Sums) -> Linear {
+    pub(crate) fn linear(&self, s: &Sums) -> Linear {
         let reference = self.moments.reference;
         let yy = self.moments.square_sum;
         match (self.c1, self.c2) {
@@ -264,21 +264,21 @@ impl<'a> Projection<'a> {
     }
 
     /// Σ r² over the samples at a minimum of whatever surface.
-    pub fn squares(&self, min: &Minimum) -> f64 {
+    pub(crate) fn squares(&self, min: &Minimum) -> f64 {
         let (s, l) = (self.sums(min.time_constant, false), min.linear);
         let along = l.c1 * s.gy + l.c2 * s.y - l.c1 * l.c2 * s.g;
         (self.moments.square_sum + l.c1 * l.c1 * s.gg + l.c2 * l.c2 * s.n - 2.0 * along).max(0.0)
     }
 
     /// Half the derivative of the sum of squares by ln T: by the envelope theorem the linear parameters stand still.
-    pub fn slope(&self, ln_t: f64) -> f64 {
+    pub(crate) fn slope(&self, ln_t: f64) -> f64 {
         let s = self.sums(ln_t.exp(), true);
         let l = self.linear(&s);
         l.c1 * (s.dy - l.c1 * s.gd - l.c2 * s.d)
     }
 
     /// Which of C1, C2 are free.
-    pub fn free(&self) -> [bool; 2] {
+    pub(crate) fn free(&self) -> [bool; 2] {
         [self.c1.is_none(), self.c2.is_none()]
     }
 }

@@ -22,13 +22,13 @@ pub(super) struct Reach {
 
 impl Reach {
     /// φ = 1: of a surface that is weighed by the walk already.
-    pub fn alike() -> Self {
+    pub(crate) fn alike() -> Self {
         Self { points: Vec::new() }
     }
 
     /// φ for plain least squares with its minimum at `min`, linearised at `pivot` (s), and for the noise of its
     /// residuals.
-    pub fn new(p: &Projection, min: &Minimum, pivot: f64, noise: &NoiseFit) -> Self {
+    pub(crate) fn new(p: &Projection, min: &Minimum, pivot: f64, noise: &NoiseFit) -> Self {
         let white = noise.mean(|m| m.white_variance);
         let walk = noise.mean(|m| m.walk_variance_rate);
         if !(walk > 0.0) || min.scan.is_empty() {
@@ -56,7 +56,7 @@ impl Reach {
     }
 
     /// φ at ln T.
-    pub fn factor(&self, ln_t: f64) -> f64 {
+    pub(crate) fn factor(&self, ln_t: f64) -> f64 {
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else { return 1.0 };
         let at = self.points.partition_point(|x| x.0 < ln_t);
         if at == 0 {

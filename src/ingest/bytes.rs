@@ -15,7 +15,7 @@ pub(super) struct Bytes {
 
 impl Bytes {
     /// Begins at byte `at` of `file`.
-    pub fn open(path: &Path, file: &File, at: u64) -> Result<Self> {
+    pub(crate) fn open(path: &Path, file: &File, at: u64) -> Result<Self> {
         let fail = |e: &std::io::Error| Error::io(path, e);
         let mut file = file.try_clone().map_err(|e| fail(&e))?;
         let len = file.metadata().map_err(|e| fail(&e))?.len();
@@ -24,23 +24,23 @@ impl Bytes {
     }
 
     /// Offset of the next byte.
-    pub fn at(&self) -> u64 {
+    pub(crate) fn at(&self) -> u64 {
         self.at
     }
 
     /// Bytes in the file.
-    pub fn len(&self) -> u64 {
+    pub(crate) fn len(&self) -> u64 {
         self.len
     }
 
     /// Bytes from here to the end.
-    pub fn left(&self) -> u64 {
+    pub(crate) fn left(&self) -> u64 {
         self.len.saturating_sub(self.at)
     }
 
     /// Replaces `buffer` by the next `n` bytes, or by fewer where the file ends; says whether all were there. What is
     /// asked for is never reserved before the file is known to hold it.
-    pub fn next(&mut self, n: u64, buffer: &mut Vec<u8>) -> Result<bool> {
+    pub(crate) fn next(&mut self, n: u64, buffer: &mut Vec<u8>) -> Result<bool> {
         buffer.clear();
         let there = n.min(self.left());
         let read = (&mut self.inner).take(there).read_to_end(buffer).map_err(|e| Error::io(&self.path, &e))?;
@@ -49,7 +49,7 @@ impl Bytes {
     }
 
     /// Passes over `n` bytes, or to the end; says whether all were there.
-    pub fn skip(&mut self, n: u64) -> Result<bool> {
+    pub(crate) fn skip(&mut self, n: u64) -> Result<bool> {
         let there = n.min(self.left());
         self.inner.seek_relative(there.cast_signed()).map_err(|e| Error::io(&self.path, &e))?;
         self.at += there;
@@ -57,7 +57,7 @@ impl Bytes {
     }
 
     /// Goes to byte `at`.
-    pub fn seek(&mut self, at: u64) -> Result<()> {
+    pub(crate) fn seek(&mut self, at: u64) -> Result<()> {
         let by = at.cast_signed().wrapping_sub(self.at.cast_signed());
         self.inner.seek_relative(by).map_err(|e| Error::io(&self.path, &e))?;
         self.at = at;
@@ -65,7 +65,7 @@ impl Bytes {
     }
 
     /// Damage at byte `at`.
-    pub fn damaged(&self, at: u64, found: impl std::fmt::Display) -> Error {
+    pub(crate) fn damaged(&self, at: u64, found: impl std::fmt::Display) -> Error {
         Error::new(ErrorKind::Format, self.path.display(), found).at(format!("byte {at}"))
     }
 }

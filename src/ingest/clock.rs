@@ -41,7 +41,7 @@ pub(super) enum TimeColumn {
 
 impl TimeColumn {
     /// Column to name in messages.
-    pub fn index(self) -> Option<usize> {
+    pub(crate) fn index(self) -> Option<usize> {
         match self {
             Self::One(i) | Self::Parts(i, _) => Some(i),
             Self::Rows => None,
@@ -76,7 +76,7 @@ pub(super) enum Scale {
 
 impl Scale {
     /// Seconds of the rows of `batch`, the first of which is row `first`; NaN where a time is missing.
-    pub fn seconds(&self, batch: &Batch, first: usize) -> Vec<f64> {
+    pub(crate) fn seconds(&self, batch: &Batch, first: usize) -> Vec<f64> {
         match *self {
             Self::Affine { column, shift, factor } => affine(&batch.columns[column].values, shift, factor),
             Self::Parts { seconds, nanoseconds, shift } => {

@@ -21,7 +21,7 @@ pub(super) struct Decimal {
 
 impl Decimal {
     /// Digits from the first that is not zero.
-    pub fn significant(&self) -> u32 {
+    pub(crate) fn significant(&self) -> u32 {
         self.digits.checked_ilog10().map_or(0, |last| last + 1)
     }
 }

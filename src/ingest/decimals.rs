@@ -23,7 +23,7 @@ pub(super) struct Change {
 
 impl Change {
     /// Sentence about the change in the column `name`.
-    pub fn text(self, name: &str) -> String {
+    pub(crate) fn text(self, name: &str) -> String {
         format!(
             "{name:?} is written with {} decimals up to about row {} and with {} after it: two recorders, or two settings of one; \
              cut the log there",

@@ -15,7 +15,7 @@ pub(super) enum Delimiter {
 
 impl Delimiter {
     /// Name for messages.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Byte(b',') => "commas",
             Self::Byte(b';') => "semicolons",

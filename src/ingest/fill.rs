@@ -16,11 +16,11 @@ pub(super) enum Number {
 
 impl Number {
     /// An unsigned number; beyond 2⁶³ only its leading digits.
-    pub fn unsigned(x: u64) -> Self {
+    pub(crate) fn unsigned(x: u64) -> Self {
         i64::try_from(x).map_or(Self::Double(x as f64), Self::Whole)
     }
 
-    pub fn to_f64(self) -> f64 {
+    pub(crate) fn to_f64(self) -> f64 {
         match self {
             Self::Missing => f64::NAN,
             Self::Double(x) => x,
@@ -94,7 +94,7 @@ pub(super) struct Ratio {
 
 impl Fill {
     /// A table of `wanted` columns (one flag a column).
-    pub fn new(wanted: &[bool]) -> Self {
+    pub(crate) fn new(wanted: &[bool]) -> Self {
         Self {
             row: vec![Number::Missing; wanted.len()],
             wanted: wanted.to_vec(),
@@ -105,25 +105,25 @@ impl Fill {
     }
 
     /// The same, with columns that are divided by others.
-    pub fn with_ratios(mut self, ratios: &[Ratio]) -> Self {
+    pub(crate) fn with_ratios(mut self, ratios: &[Ratio]) -> Self {
         self.ratios = ratios.to_vec();
         self
     }
 
     /// Sets a value of the row; columns beyond the table are left out.
-    pub fn put(&mut self, column: usize, number: Number) {
+    pub(crate) fn put(&mut self, column: usize, number: Number) {
         if let Some(place) = self.row.get_mut(column) {
             *place = number;
         }
     }
 
     /// Clears the row.
-    pub fn clear_row(&mut self) {
+    pub(crate) fn clear_row(&mut self) {
         self.row.fill(Number::Missing);
     }
 
     /// Ends the row; columns that were not set are missing.
-    pub fn end_row(&mut self, take: Take<'_>) -> Result<()> {
+    pub(crate) fn end_row(&mut self, take: Take<'_>) -> Result<()> {
         for ratio in &self.ratios {
             let interval_s = self.row[ratio.by].to_f64() * ratio.unit;
             let value = self.row[ratio.column].to_f64() / interval_s;
@@ -139,7 +139,7 @@ impl Fill {
     }
 
     /// Hands over the last rows.
-    pub fn finish(mut self, take: Take<'_>) -> Result<Vec<ColumnFacts>> {
+    pub(crate) fn finish(mut self, take: Take<'_>) -> Result<Vec<ColumnFacts>> {
         self.hand_over(take)?;
         Ok(self.columns.iter().map(Filling::facts).collect())
     }

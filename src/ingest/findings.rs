@@ -7,7 +7,7 @@ use crate::units::{RAD_S_PER_DEG_S, duration_text};
 impl Handling {
     /// The handling in words, as the end of a sentence.
     #[must_use]
-    pub fn text(self) -> &'static str {
+    pub(crate) fn text(self) -> &'static str {
         match self {
             Self::Kept => "kept",
             Self::Dropped => "left out",

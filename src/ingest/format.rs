@@ -65,7 +65,7 @@ pub(super) struct About {
 
 impl About {
     /// Facts about the file's table, or about the one called `part`, once all of it was read.
-    pub fn facts(self, part: Option<&str>, columns: Vec<ColumnFacts>, notes: Vec<String>) -> Facts {
+    pub(crate) fn facts(self, part: Option<&str>, columns: Vec<ColumnFacts>, notes: Vec<String>) -> Facts {
         let format = part.map_or(self.format.to_string(), |name| format!("{}, {name}", self.format));
         Facts { source: self.source, format, sha256: self.sha256, columns, first_line: None, notes }
     }

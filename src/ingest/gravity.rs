@@ -47,7 +47,7 @@ pub(super) struct Accelerometer {
 
 impl Accelerometer {
     /// The only three columns whose names are those of an accelerometer's axes.
-    pub fn find(heads: &[Head]) -> Option<Self> {
+    pub(crate) fn find(heads: &[Head]) -> Option<Self> {
         let mut found: [Vec<usize>; 3] = Default::default();
         for (i, head) in heads.iter().enumerate().filter(|(_, h)| h.kind == Kind::Number) {
             if let Some(axis) = axis_of(&head.name) {
@@ -107,13 +107,13 @@ pub(super) struct Gravity {
 
 impl Gravity {
     /// Sums for a gyro with this mounting in a robot whose z axis points up, or `down`.
-    pub fn new(mounting: &Mounting, down: bool) -> Self {
+    pub(crate) fn new(mounting: &Mounting, down: bool) -> Self {
         let aligned = *mounting == Mounting::ALIGNED;
         Self { z: mounting.axis(Axis::Z), down, aligned, sum: [0.0; 3], rows: 0 }
     }
 
     /// The next rows.
-    pub fn add(&mut self, batch: &Batch, accelerometer: Accelerometer) {
+    pub(crate) fn add(&mut self, batch: &Batch, accelerometer: Accelerometer) {
         let axes = accelerometer.columns.map(|c| &batch.columns[c]);
         for row in 0..batch.rows {
             let force = axes.map(|c| c.values.get(row).map_or(f64::NAN, |v| v + c.origin as f64));
@@ -125,7 +125,7 @@ impl Gravity {
     }
 
     /// Sentence that compares the mounting with the direction of gravity; `None` without accelerometer readings.
-    pub fn text(&self) -> Option<String> {
+    pub(crate) fn text(&self) -> Option<String> {
         let length = self.sum.iter().map(|f| f * f).sum::<f64>().sqrt();
         if self.rows == 0 || !(length > 0.0 && length.is_finite()) {
             return None;

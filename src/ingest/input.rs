@@ -62,7 +62,7 @@ impl Hash {
     }
 
     /// The hash so far as hexadecimal digits; empty where it is not wanted.
-    pub fn hex(&self) -> String {
+    pub(crate) fn hex(&self) -> String {
         self.state().map_or(String::new(), |hash| hex(hash.clone()))
     }
 }
@@ -73,7 +73,7 @@ fn hex(hash: Sha256) -> String {
 
 impl Input {
     /// Opens `path` and reads its head.
-    pub fn open(path: &Path) -> Result<Self> {
+    pub(crate) fn open(path: &Path) -> Result<Self> {
         let fail = |e: &io::Error| Error::io(path, e);
         let mut file = File::open(path).map_err(|e| fail(&e))?;
         if file.metadata().map_err(|e| fail(&e))?.is_dir() {
@@ -113,7 +113,7 @@ impl Input {
     }
 
     /// The unpacked content from its beginning, and the hash of the packed one, complete when the end was reached.
-    pub fn into_stream(self) -> (Box<dyn Read + Send>, Hash) {
+    pub(crate) fn into_stream(self) -> (Box<dyn Read + Send>, Hash) {
         let hash = Hash::new(self.hashed);
         let raw = Hashing { inner: Cursor::new(self.raw_head).chain(self.file), hash: hash.clone() };
         let raw = io::BufReader::with_capacity(128 * 1024, raw);
@@ -123,13 +123,13 @@ impl Input {
     }
 
     /// The file for readers that need to jump in it, and its hash.
-    pub fn into_file(self) -> Result<(File, String)> {
+    pub(crate) fn into_file(self) -> Result<(File, String)> {
         let (file, hash) = self.into_file_at_once()?;
         Ok((file, hash.hex()?))
     }
 
     /// The same, the hash still to come from another thread.
-    pub fn into_file_at_once(mut self) -> Result<(File, PendingHash)> {
+    pub(crate) fn into_file_at_once(mut self) -> Result<(File, PendingHash)> {
         let fail = |e: &io::Error| Error::io(&self.path, e);
         let ordinary = self.file.metadata().map_err(|e| fail(&e))?.is_file();
         if self.gzipped || !ordinary {
@@ -186,7 +186,7 @@ impl PendingHash {
     }
 
     /// The hash of all of the file as hexadecimal digits, when it is there.
-    pub fn hex(self) -> Result<String> {
+    pub(crate) fn hex(self) -> Result<String> {
         let Self { path, stop, thread } = self;
         let Some(thread) = thread else { return Ok(String::new()) };
         let done = thread.join().unwrap_or_else(|_| Err(io::Error::other("hashing it failed")));

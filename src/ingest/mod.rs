@@ -6,7 +6,7 @@
 //! [`read_gyro_within`] also of a log too large to be held, in one pass, [`read_axes_within`] several axes in the same; [`read_drive`]
 //! reads every channel of a drive, from one file or several; [`read_log`] one file without more ado; [`inspect()`] tells what is in a file; [`write_log`] writes a log.
 //!
-//! A sensor that is turned against its robot is read in the robot's frame ([`Mounting`]); [`gyro_topics`] lists the gyros of a log.
+//! A sensor that is turned against its robot is read in the robot's frame ([`Mounting`]); `gyro_topics` lists the gyros of a log.
 //!
 //! Nothing is dropped or guessed in silence: what was done about a finding stands in the [`Audit`], what was decided in the
 //! recording's notes, and what cannot be decided is an error that says which option decides it.

@@ -95,7 +95,7 @@ pub(super) struct Mounted {
 
 impl Mounted {
     /// The table `inner` of the file `source`, whose gyro is mounted as the query says. With what there is to tell.
-    pub fn new(
+    pub(crate) fn new(
         source: &str,
         inner: Box<dyn Source>,
         mounting: &Mounting,
@@ -135,7 +135,11 @@ impl Mounted {
 
     /// The table of a drive with the rate about the robot's z axis. The accelerometer is not asked: a robot that drives also
     /// accelerates.
-    pub fn of_drive(source: &str, inner: Box<dyn Source>, mounting: &Mounting) -> Result<(Self, Option<String>)> {
+    pub(crate) fn of_drive(
+        source: &str,
+        inner: Box<dyn Source>,
+        mounting: &Mounting,
+    ) -> Result<(Self, Option<String>)> {
         let (turned, told) = Self::new(source, inner, mounting, &GyroQuery::default())?;
         if let Some(Head { unit: None, .. }) = turned.heads.last() {
             return Err(Error::new(

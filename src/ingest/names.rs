@@ -17,7 +17,7 @@ pub enum Axis {
 
 impl Axis {
     /// All axes.
-    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+    pub(crate) const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
     /// Reads `x`, `y`, `z`.
     #[must_use]
@@ -32,7 +32,7 @@ impl Axis {
 
     /// The axis that the name of a gyro's column says: `gyro_z_rad_s`, `angular_velocity.x`, `wy`.
     #[must_use]
-    pub fn of_column(name: &str) -> Option<Self> {
+    pub(crate) fn of_column(name: &str) -> Option<Self> {
         match parse(name).role {
             Role::Gyro(axis) => axis,
             _ => None,

@@ -94,7 +94,7 @@ impl Plain {
 
 impl Header {
     /// Reads the text after the magic number; the error says what is amiss.
-    pub fn parse(text: &str) -> Result<Self, String> {
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let mut reader = Reader { rest: text };
         let Value::Dict(all) = reader.value(0)? else { return Err("the header is no dictionary".into()) };
         let get = |key: &str| {

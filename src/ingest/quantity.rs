@@ -51,7 +51,7 @@ impl Quantity {
     ];
 
     /// The unit inside.
-    pub fn si(self) -> &'static str {
+    pub(crate) fn si(self) -> &'static str {
         match self {
             Self::Rate => "rad/s",
             Self::Speed => "m/s",
@@ -67,7 +67,7 @@ impl Quantity {
     }
 
     /// Accepted units, as a list for messages.
-    pub fn units(self) -> &'static str {
+    pub(crate) fn units(self) -> &'static str {
         match self {
             Self::Rate => "rad/s, mrad/s, deg/s, mdeg/s, deg/h, rpm, rev/s, deg/min",
             Self::Speed => "m/s, cm/s, mm/s, km/h, mph, kn",
@@ -83,7 +83,7 @@ impl Quantity {
     }
 
     /// Reads a unit with a factor before it, or a factor alone, which is then one to SI: `1/131 deg/s`, `0.0175`.
-    pub fn parse_scaled(self, text: &str) -> Option<Conversion> {
+    pub(crate) fn parse_scaled(self, text: &str) -> Option<Conversion> {
         let Some((scale, unit)) = factor_and_unit(text) else { return self.parse(text) };
         let Conversion { factor, offset } =
             unit.map_or(Some(Conversion { factor: 1.0, offset: 0.0 }), |u| self.parse(u))?;
@@ -91,7 +91,7 @@ impl Quantity {
     }
 
     /// Reads a unit as people write it: `km/h`, `km_h`, `kph`.
-    pub fn parse(self, unit: &str) -> Option<Conversion> {
+    pub(crate) fn parse(self, unit: &str) -> Option<Conversion> {
         let key: String = unit
             .trim()
             .to_lowercase()

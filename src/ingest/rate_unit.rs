@@ -67,7 +67,7 @@ pub(super) struct Evidence {
 
 impl Evidence {
     /// Reads `values` (finite, in time order, `step_s` apart).
-    pub fn of(values: &[f64], step_s: f64) -> Self {
+    pub(crate) fn of(values: &[f64], step_s: f64) -> Self {
         let (lattice, (noise_std, (allan, median))) = rayon::join(
             || lattice::step(values),
             || (noise_std(values), (allan_density(values, step_s), median(&mut values.to_vec()))),

@@ -90,7 +90,7 @@ pub(super) struct Plan {
 
 impl Plan {
     /// Finds the columns by their names.
-    pub fn of(source: &str, heads: &[Head], query: &GyroQuery) -> Result<Self> {
+    pub(crate) fn of(source: &str, heads: &[Head], query: &GyroQuery) -> Result<Self> {
         let mut notes = Vec::new();
         let gyro = match &query.column {
             Some(name) => clock::find(source, heads, name, "--column")?,
@@ -115,7 +115,7 @@ impl Plan {
     }
 
     /// One flag a column.
-    pub fn wanted(&self, columns: usize) -> Vec<bool> {
+    pub(crate) fn wanted(&self, columns: usize) -> Vec<bool> {
         let mut wanted = vec![false; columns];
         let time = match self.time {
             TimeColumn::One(i) => [Some(i), None],

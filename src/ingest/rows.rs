@@ -18,7 +18,7 @@ pub(super) enum Rows {
 }
 
 impl Rows {
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self {
             Self::All(count) => *count,
             Self::These(rows) => rows.len(),
@@ -26,7 +26,7 @@ impl Rows {
     }
 
     /// The row of the k-th sample.
-    pub fn at(&self, k: usize) -> usize {
+    pub(crate) fn at(&self, k: usize) -> usize {
         match self {
             Self::All(_) => k,
             Self::These(rows) => rows[k],
@@ -38,7 +38,7 @@ impl Rows {
     }
 
     /// The values of these rows.
-    pub fn of<'a>(&self, all: Cow<'a, [f64]>) -> Cow<'a, [f64]> {
+    pub(crate) fn of<'a>(&self, all: Cow<'a, [f64]>) -> Cow<'a, [f64]> {
         match self {
             Self::All(_) => all,
             Self::These(rows) => rows.iter().map(|&i| all[i]).collect(),

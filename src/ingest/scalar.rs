@@ -20,7 +20,7 @@ pub(super) enum Scalar {
 
 impl Scalar {
     /// Its bytes.
-    pub fn size(self) -> usize {
+    pub(crate) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -30,7 +30,7 @@ impl Scalar {
     }
 
     /// The number at byte `at`, its least byte first, or last if `big`; none beyond the end.
-    pub fn read(self, bytes: &[u8], at: usize, big: bool) -> Option<Number> {
+    pub(crate) fn read(self, bytes: &[u8], at: usize, big: bool) -> Option<Number> {
         fn taken<const N: usize>(bytes: &[u8], at: usize, big: bool) -> Option<[u8; N]> {
             let mut number: [u8; N] = bytes.array(at)?;
             if big {

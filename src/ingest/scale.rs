@@ -68,7 +68,7 @@ pub(super) struct Scaled {
 
 impl Scaled {
     /// The table `inner` with those of `scales` that are in it, which are marked in `used`.
-    pub fn of(inner: Box<dyn Source>, scales: &[Scale], used: &mut [bool]) -> Box<dyn Source> {
+    pub(crate) fn of(inner: Box<dyn Source>, scales: &[Scale], used: &mut [bool]) -> Box<dyn Source> {
         let mut heads = inner.heads().to_vec();
         let mut factors = Vec::new();
         for (scale, used) in scales.iter().zip(used) {

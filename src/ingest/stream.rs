@@ -80,7 +80,7 @@ struct Temperature {
 impl<'a> Pass<'a> {
     /// A pass that keeps what `limits` allow. The `head` of a file says how its times are read and how far apart they are; its
     /// rows are still to be added.
-    pub fn new(head: &Table, plan: &'a Plan, query: &'a GyroQuery, limits: Limits) -> Result<Self> {
+    pub(crate) fn new(head: &Table, plan: &'a Plan, query: &'a GyroQuery, limits: Limits) -> Result<Self> {
         if query.sort_time {
             return Err(Error::new(ErrorKind::Usage, "--sort-time", "needs all rows of the log at once")
                 .hint("raise --memory so that the log is held, or sort the file"));
@@ -145,7 +145,7 @@ impl<'a> Pass<'a> {
     }
 
     /// Takes the next rows.
-    pub fn add(&mut self, batch: &Batch) -> Result<()> {
+    pub(crate) fn add(&mut self, batch: &Batch) -> Result<()> {
         let seconds = self.scale.seconds(batch, self.rows);
         let rate = &batch.columns[self.plan.gyro];
         let origin = rate.origin as f64;
@@ -192,7 +192,7 @@ impl<'a> Pass<'a> {
     }
 
     /// Rows so far.
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.rows
     }
 
@@ -213,7 +213,7 @@ impl<'a> Pass<'a> {
     }
 
     /// The recording, when all rows were read.
-    pub fn finish(mut self, facts: Facts) -> Result<StreamedRecording> {
+    pub(crate) fn finish(mut self, facts: Facts) -> Result<StreamedRecording> {
         let gyro = self.plan.gyro;
         self.about.source = facts.source;
         self.about.first_line = facts.first_line;

@@ -23,12 +23,12 @@ pub(super) struct Gaps {
 
 impl Gaps {
     /// An empty account for steps of about `step_s`.
-    pub fn new(step_s: f64) -> Self {
+    pub(crate) fn new(step_s: f64) -> Self {
         Self { step_s, count: 0, missing_s: 0.0, longest_s: 0.0, longest_at_s: None, inside: (0.0, 0.0, 0.0) }
     }
 
     /// An interval.
-    pub fn add(&mut self, from_s: f64, to_s: f64) {
+    pub(crate) fn add(&mut self, from_s: f64, to_s: f64) {
         let interval = to_s - from_s;
         let off = interval - self.step_s;
         if interval > GAP_STEPS * self.step_s {
@@ -43,7 +43,7 @@ impl Gaps {
     }
 
     /// The same on a clock that is `offset_s` ahead.
-    pub fn shifted(mut self, offset_s: f64) -> Self {
+    pub(crate) fn shifted(mut self, offset_s: f64) -> Self {
         self.longest_at_s = self.longest_at_s.map(|t| t + offset_s);
         self
     }
@@ -105,7 +105,7 @@ impl Default for Runs {
 
 impl Runs {
     /// The next sample.
-    pub fn add(&mut self, time_s: f64, value: f64) {
+    pub(crate) fn add(&mut self, time_s: f64, value: f64) {
         match &mut self.open {
             Some(run) if run.value == value => {
                 run.length += 1;
@@ -136,7 +136,7 @@ impl Runs {
     }
 
     /// The same on a clock that is `offset_s` ahead.
-    pub fn shifted(mut self, offset_s: f64) -> Self {
+    pub(crate) fn shifted(mut self, offset_s: f64) -> Self {
         self.close();
         self.long.values_mut().for_each(|run| run.2 += offset_s);
         self.high.first_at_s += offset_s;

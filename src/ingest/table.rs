@@ -32,24 +32,24 @@ pub(super) struct Head {
 
 impl Head {
     /// A column of numbers.
-    pub fn number(name: impl Into<String>, type_name: impl Into<String>) -> Self {
+    pub(crate) fn number(name: impl Into<String>, type_name: impl Into<String>) -> Self {
         Self { name: name.into(), kind: Kind::Number, type_name: type_name.into(), unit: None, role: None }
     }
 
     /// The same column, in `unit`.
-    pub fn with_unit(mut self, unit: &str) -> Self {
+    pub(crate) fn with_unit(mut self, unit: &str) -> Self {
         self.unit = Some(unit.to_string());
         self
     }
 
     /// The same column, which is `role` whatever its name says.
-    pub fn with_role(mut self, role: Role) -> Self {
+    pub(crate) fn with_role(mut self, role: Role) -> Self {
         self.role = Some(role);
         self
     }
 
     /// Meaning of the column, and its unit.
-    pub fn named(&self) -> Named {
+    pub(crate) fn named(&self) -> Named {
         match self.role {
             Some(role) => Named { role, unit: self.unit.clone() },
             None => names::parse(&self.name),
@@ -79,7 +79,7 @@ pub(super) struct Cells {
 
 impl Cells {
     /// Number of missing cells and the first row that lacks one.
-    pub fn missing(&self) -> (usize, Option<usize>) {
+    pub(crate) fn missing(&self) -> (usize, Option<usize>) {
         let count = self.values.iter().filter(|v| v.is_nan()).count();
         (count, self.values.iter().position(|v| v.is_nan()))
     }
@@ -108,23 +108,23 @@ pub(super) struct Table {
 
 impl Table {
     /// Where row `row` (counted from 0) lies: rows are told counted from 1, and the line where it is known.
-    pub fn place(&self, row: usize, column: &str) -> String {
+    pub(crate) fn place(&self, row: usize, column: &str) -> String {
         let line = self.first_line.map(|first| format!(" (line {})", first + row as u64)).unwrap_or_default();
         format!("row {}{line}, column {column:?}", row + 1)
     }
 
     /// Whether its numbers are written in decimals.
-    pub fn is_text(&self) -> bool {
+    pub(crate) fn is_text(&self) -> bool {
         ["text", "JSON"].iter().any(|kind| self.format.starts_with(kind))
     }
 
     /// An error at a row of a column.
-    pub fn error_at(&self, kind: ErrorKind, row: usize, column: usize, found: impl std::fmt::Display) -> Error {
+    pub(crate) fn error_at(&self, kind: ErrorKind, row: usize, column: usize, found: impl std::fmt::Display) -> Error {
         Error::new(kind, &self.source, found).at(self.place(row, &self.heads[column].name))
     }
 
     /// The same table with its first rows only.
-    pub fn first(&self, rows: usize) -> Self {
+    pub(crate) fn first(&self, rows: usize) -> Self {
         let few = |c: &Cells| {
             let values = c.values[..rows.min(c.values.len())].to_vec();
             Cells { values, origin: c.origin, resolution: c.resolution, bad: c.bad.clone() }
@@ -142,7 +142,7 @@ impl Table {
     }
 
     /// The same table with the cells of the columns that are `wanted` (one flag a column).
-    pub fn only(&self, wanted: &[bool]) -> Self {
+    pub(crate) fn only(&self, wanted: &[bool]) -> Self {
         let mut out = self.first(0);
         out.rows = self.rows;
         for ((own, cells), _) in out.cells.iter_mut().zip(&self.cells).zip(wanted).filter(|c| *c.1) {
@@ -152,13 +152,13 @@ impl Table {
     }
 
     /// Its cells as the rows of one batch.
-    pub fn into_batch(self) -> Batch {
+    pub(crate) fn into_batch(self) -> Batch {
         let column = |c: Cells| Column { origin: c.origin, values: c.values };
         Batch { rows: self.rows, columns: self.cells.into_iter().map(column).collect() }
     }
 
     /// The cells of a column that has to be all numbers.
-    pub fn numbers(&self, column: usize) -> Result<&Cells> {
+    pub(crate) fn numbers(&self, column: usize) -> Result<&Cells> {
         let cells = &self.cells[column];
         match &cells.bad {
             None => Ok(cells),
@@ -184,7 +184,7 @@ pub(super) struct Gathering {
 
 impl Gathering {
     /// The table of `source`, of which `most` rows at most are going to be held.
-    pub fn new(source: &dyn Source, most: usize) -> Self {
+    pub(crate) fn new(source: &dyn Source, most: usize) -> Self {
         let heads = source.heads().to_vec();
         let cells = vec![Cells::default(); heads.len()];
         let expected = source.rows().map_or(0, |rows| usize::try_from(rows).unwrap_or(usize::MAX).min(most));
@@ -192,7 +192,7 @@ impl Gathering {
     }
 
     /// Adds the next rows.
-    pub fn add(&mut self, batch: Batch) {
+    pub(crate) fn add(&mut self, batch: Batch) {
         self.rows += batch.rows;
         for (cells, column) in self.cells.iter_mut().zip(batch.columns) {
             cells.origin = column.origin;
@@ -207,17 +207,17 @@ impl Gathering {
         }
     }
 
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.rows
     }
 
     /// Bytes of the cells.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.cells.iter().map(|c| c.values.len() * size_of::<f64>()).sum()
     }
 
     /// The table, when all of it was read.
-    pub fn finish(mut self, facts: Facts) -> Table {
+    pub(crate) fn finish(mut self, facts: Facts) -> Table {
         for (cells, column) in self.cells.iter_mut().zip(facts.columns) {
             cells.resolution = column.resolution;
             cells.bad = column.bad;
@@ -235,7 +235,7 @@ impl Gathering {
     }
 
     /// The rows so far as a table, of which nothing but `source` is known yet.
-    pub fn beginning(self, source: &str) -> Table {
+    pub(crate) fn beginning(self, source: &str) -> Table {
         let columns = vec![ColumnFacts::default(); self.heads.len()];
         let (format, sha256) = (String::new(), String::new());
         let notes = Vec::new();

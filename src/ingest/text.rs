@@ -136,7 +136,7 @@ impl Skipped {
     const TOLD: usize = 5;
 
     /// Takes note of a row in line `line`, counted from 1.
-    pub fn add(&mut self, line: u64, why: impl std::fmt::Display) {
+    pub(crate) fn add(&mut self, line: u64, why: impl std::fmt::Display) {
         self.count += 1;
         if self.first.len() < Self::TOLD {
             self.first.push(format!("line {line} ({why})"));
@@ -144,7 +144,7 @@ impl Skipped {
     }
 
     /// Takes note of a last line without an end that does not parse.
-    pub fn cut_off(&mut self, line: u64) {
+    pub(crate) fn cut_off(&mut self, line: u64) {
         self.cut_off = Some(line);
     }
 
@@ -152,7 +152,7 @@ impl Skipped {
     ///
     /// # Errors
     /// [`ErrorKind::Format`] where more rows do not parse than do: that is no table.
-    pub fn notes(self, source: &str, rows: usize) -> Result<Vec<String>> {
+    pub(crate) fn notes(self, source: &str, rows: usize) -> Result<Vec<String>> {
         let more = if self.count > self.first.len() { ", ..." } else { "" };
         let told = format!("{}{more}", self.first.join(", "));
         if self.count > rows {

@@ -37,7 +37,7 @@ fn shows_digits(row: usize) -> bool {
 
 impl Filling {
     /// The columns that are `wanted`.
-    pub fn of(dialect: &Dialect, wanted: &[bool]) -> Vec<Self> {
+    pub(crate) fn of(dialect: &Dialect, wanted: &[bool]) -> Vec<Self> {
         let readable = |i: &usize| wanted[*i] && dialect.heads[*i].kind != Kind::Other;
         let empty = |index: usize| Self {
             index,
@@ -55,7 +55,7 @@ impl Filling {
     }
 
     /// Takes the field of the row `row`, counted from 0.
-    pub fn take(&mut self, field: &[u8], row: usize) {
+    pub(crate) fn take(&mut self, field: &[u8], row: usize) {
         let value = if self.instant {
             match cell::instant_ns(field) {
                 Some(ns) => {
@@ -87,14 +87,14 @@ impl Filling {
     }
 
     /// Whether a field is neither what the column holds nor missing.
-    pub fn is_words(&self, field: &[u8]) -> bool {
+    pub(crate) fn is_words(&self, field: &[u8]) -> bool {
         cell::read(field, self.comma) == Cell::Words && !(self.instant && cell::instant_ns(field).is_some())
             || self.instant && matches!(cell::read(field, self.comma), Cell::Number(_))
     }
 
     /// Takes the number that `text` begins with, if it is one as numbers mostly are and a field ends there; returns its length.
     #[inline]
-    pub fn take_plain(&mut self, text: &[u8], row: usize, delimiter: u8) -> Option<usize> {
+    pub(crate) fn take_plain(&mut self, text: &[u8], row: usize, delimiter: u8) -> Option<usize> {
         if self.instant || self.comma {
             return None;
         }
@@ -166,19 +166,19 @@ impl Filling {
     }
 
     /// A column like it to read later rows with, with room for so many.
-    pub fn like(&self, rows: usize) -> Self {
+    pub(crate) fn like(&self, rows: usize) -> Self {
         let column = Column { origin: self.column.origin, values: Vec::with_capacity(rows) };
         Self { column, bad: None, ..*self }
     }
 
     /// Whether `later`, which was begun like this one, was read as it would have been behind it: it did not find an origin of
     /// its own.
-    pub fn agrees(&self, later: &Self) -> bool {
+    pub(crate) fn agrees(&self, later: &Self) -> bool {
         self.exact == later.exact
     }
 
     /// Takes note of what was read with a column [like](Self::like) it, `rows` rows after its beginning, and returns the cells.
-    pub fn append(&mut self, later: Self, rows: usize) -> Column {
+    pub(crate) fn append(&mut self, later: Self, rows: usize) -> Column {
         self.started |= later.started;
         if later.exact {
             self.start_at(later.column.origin);
@@ -194,17 +194,17 @@ impl Filling {
     }
 
     /// Makes cells that were [returned](Self::append) and not handed over its own again.
-    pub fn put_back(&mut self, values: Vec<f64>) {
+    pub(crate) fn put_back(&mut self, values: Vec<f64>) {
         self.column.values = values;
     }
 
     /// Its rows since the last call.
-    pub fn batch(&mut self) -> Column {
+    pub(crate) fn batch(&mut self) -> Column {
         Column { origin: self.column.origin, values: std::mem::take(&mut self.column.values) }
     }
 
     /// Its index, and its facts once all of it was read.
-    pub fn finish(self) -> (usize, ColumnFacts) {
+    pub(crate) fn finish(self) -> (usize, ColumnFacts) {
         let resolution = if self.instant {
             0.0
         } else {

@@ -42,7 +42,7 @@ pub(super) struct Count {
 
 impl Count {
     /// One more message.
-    pub fn add(&mut self, time_ns: i64) {
+    pub(crate) fn add(&mut self, time_ns: i64) {
         if self.messages == 0 {
             (self.first_ns, self.last_ns) = (time_ns, time_ns);
         }
@@ -52,7 +52,7 @@ impl Count {
     }
 
     /// The messages of another publisher beside these.
-    pub fn join(&mut self, other: Self) {
+    pub(crate) fn join(&mut self, other: Self) {
         if self.messages == 0 {
             *self = other;
         } else if other.messages > 0 {
@@ -64,7 +64,7 @@ impl Count {
 
     /// All messages at once.
     #[cfg(feature = "db3")]
-    pub fn of(messages: u64, first_ns: i64, last_ns: i64) -> Self {
+    pub(crate) fn of(messages: u64, first_ns: i64, last_ns: i64) -> Self {
         Self { messages, first_ns, last_ns }
     }
 

@@ -3,7 +3,7 @@
 
 /// Orthonormal columns of equal length.
 #[derive(Debug, Clone, Default)]
-pub struct Basis {
+pub(crate) struct Basis {
     /// The columns, each of unit length.
     pub columns: Vec<Vec<f64>>,
 }
@@ -11,7 +11,7 @@ pub struct Basis {
 impl Basis {
     /// Direction of `column` outside the basis; `None` where only rounding is left of it.
     #[must_use]
-    pub fn direction(&self, column: &[f64]) -> Option<Vec<f64>> {
+    pub(crate) fn direction(&self, column: &[f64]) -> Option<Vec<f64>> {
         let mut v = column.to_vec();
         let norm = dot(&v, &v).sqrt();
         for _ in 0..2 {
@@ -22,12 +22,12 @@ impl Basis {
     }
 
     /// Adds the direction of `column`, if it has one.
-    pub fn push(&mut self, column: &[f64]) {
+    pub(crate) fn push(&mut self, column: &[f64]) {
         self.columns.extend(self.direction(column));
     }
 
     /// Takes the basis' directions out of `v`.
-    pub fn remove_from(&self, v: &mut [f64]) {
+    pub(crate) fn remove_from(&self, v: &mut [f64]) {
         for b in &self.columns {
             let along = dot(b, v);
             v.iter_mut().zip(b).for_each(|(v, b)| *v -= along * b);

@@ -22,7 +22,7 @@ const MOST_MORE: usize = 256;
 
 /// Bins of cosine coefficients.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Bins {
+pub(crate) struct Bins {
     /// Bin b holds the coefficients `edges[b]..edges[b+1]`.
     pub edges: Vec<usize>,
     /// Angular frequency of each bin, rad/sample.
@@ -36,13 +36,13 @@ pub struct Bins {
 impl Bins {
     /// Bins of `len` coefficients; the lowest `low_len` end with a bin.
     #[must_use]
-    pub fn new(len: usize, low_len: usize) -> Self {
+    pub(crate) fn new(len: usize, low_len: usize) -> Self {
         Self::no_wider(len, low_len, len.max(1))
     }
 
     /// The same with at most `most` coefficients in a bin.
     #[must_use]
-    pub fn no_wider(len: usize, low_len: usize, most: usize) -> Self {
+    pub(crate) fn no_wider(len: usize, low_len: usize, most: usize) -> Self {
         let mut edges: Vec<usize> = (0..=SINGLE.min(low_len)).collect();
         let mut low = edges.len() - 1;
         while edges[edges.len() - 1] < len {
@@ -73,7 +73,7 @@ impl Bins {
     /// The same with narrower bins where the power of the coefficients `z` varies within one: a narrow band is no smooth
     /// spectrum.
     #[must_use]
-    pub fn resolving(&self, z: &[f64]) -> Self {
+    pub(crate) fn resolving(&self, z: &[f64]) -> Self {
         let mut edges = vec![0];
         let mut waiting: Vec<[usize; 2]> = self.edges.windows(2).map(|e| [e[0], e[1]]).rev().collect();
         let mut more = MOST_MORE;
@@ -99,18 +99,12 @@ impl Bins {
 
     /// Number of bins.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.count.len()
     }
 
-    /// Whether there are no bins.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.count.is_empty()
-    }
-
     /// From where to where each bin reaches, rad/sample.
-    pub fn bands(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+    pub(crate) fn bands(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
         let len = self.edges.last().copied().unwrap_or(1) as f64;
         // a coefficient stands for half a step on each side
         let at = move |k: usize| (k as f64 - 0.5).max(0.0) * PI / len;
@@ -119,13 +113,13 @@ impl Bins {
 
     /// Σ z² over each bin.
     #[must_use]
-    pub fn power(&self, z: &[f64]) -> Vec<f64> {
+    pub(crate) fn power(&self, z: &[f64]) -> Vec<f64> {
         self.edges.windows(2).map(|e| z[e[0]..e[1]].iter().map(|v| v * v).sum()).collect()
     }
 
     /// Σ a b over each bin, as far as both reach.
     #[must_use]
-    pub fn products(&self, a: &[f64], b: &[f64]) -> Vec<f64> {
+    pub(crate) fn products(&self, a: &[f64], b: &[f64]) -> Vec<f64> {
         let reach = a.len().min(b.len());
         (0..self.len())
             .take_while(|i| self.edges[i + 1] <= reach)
@@ -138,7 +132,7 @@ impl Bins {
 }
 
 /// The lowest cosine coefficients of a series that is smooth within blocks, from its block means.
-pub struct BlockCosine {
+pub(crate) struct BlockCosine {
     cosine: Cosine,
     /// Factor from a block mean's coefficient to the series'.
     gain: Vec<f64>,
@@ -147,7 +141,7 @@ pub struct BlockCosine {
 impl BlockCosine {
     /// For `blocks` means over `block` samples each.
     #[must_use]
-    pub fn new(blocks: usize, block: usize) -> Self {
+    pub(crate) fn new(blocks: usize, block: usize) -> Self {
         let len = blocks * block;
         let half = |k: usize| PI * k as f64 / (2.0 * len as f64);
         let gain = |k: usize| if k == 0 { block as f64 } else { (half(k) * block as f64).sin() / half(k).sin() };
@@ -160,7 +154,7 @@ impl BlockCosine {
 
     /// The first coefficients of the series, as many as there are blocks.
     #[must_use]
-    pub fn forward(&self, block_means: &[f64]) -> Vec<f64> {
+    pub(crate) fn forward(&self, block_means: &[f64]) -> Vec<f64> {
         let mut low = self.cosine.forward(block_means);
         low.iter_mut().zip(&self.gain).for_each(|(c, g)| *c *= g);
         low
@@ -169,7 +163,7 @@ impl BlockCosine {
 
 /// The likelihood at one set of columns and spectrum.
 #[derive(Debug, Clone)]
-pub struct Posterior {
+pub(crate) struct Posterior {
     /// ln p(z), coefficients integrated out.
     pub log_marginal: f64,
     /// Posterior means of the coefficients.
@@ -180,7 +174,7 @@ pub struct Posterior {
 
 /// The part of the likelihood that the spectrum alone decides: -½ Σ [n ln 2πS + power/S].
 #[must_use]
-pub fn spectral(count: &[f64], power: &[f64], spectrum: &[f64]) -> f64 {
+pub(crate) fn spectral(count: &[f64], power: &[f64], spectrum: &[f64]) -> f64 {
     let terms = count.iter().zip(power).zip(spectrum);
     -0.5 * terms.map(|((n, p), s)| n * (TAU * s).ln() + p / s).sum::<f64>()
 }
@@ -189,7 +183,7 @@ pub fn spectral(count: &[f64], power: &[f64], spectrum: &[f64]) -> f64 {
 /// From the normal matrix XᵀS⁻¹X (lower triangle row by row) and XᵀS⁻¹z; `std` are the prior standard deviations of the
 /// coefficients. None where the matrix is not definite.
 #[must_use]
-pub fn solve((gram, b): &(Vec<f64>, Vec<f64>), std: &[f64], full: bool) -> Option<Posterior> {
+pub(crate) fn solve((gram, b): &(Vec<f64>, Vec<f64>), std: &[f64], full: bool) -> Option<Posterior> {
     let p = b.len();
     // scaled by the prior: B = I + P½ XᵀS⁻¹X P½ is well conditioned
     let mut factor = vec![0.0; p * p];

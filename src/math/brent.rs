@@ -15,7 +15,7 @@ impl<F: Fn(f64) -> f64> CostFunction for Scalar<F> {
 
 /// Where a search ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub(crate) struct Found {
     /// Argument.
     pub x: f64,
     /// Evaluations of the function, by argmin's iterations.
@@ -25,7 +25,7 @@ pub struct Found {
 /// Local minimum of `f` in `[low, high]` to a relative `tolerance` (half the digits of `f64` are the most that a
 /// minimiser of values alone can have). `None` if the bracket is not one or `f` is not finite there.
 #[must_use]
-pub fn minimum(f: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> Option<Found> {
+pub(crate) fn minimum(f: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> Option<Found> {
     if !(low < high && low.is_finite() && high.is_finite()) {
         return None;
     }
@@ -37,7 +37,7 @@ pub fn minimum(f: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> O
 
 /// Root of `f` in `[low, high]` to `tolerance`, or to the last digits where that is finer. `None` unless `f` has opposite signs at the ends.
 #[must_use]
-pub fn root(f: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> Option<Found> {
+pub(crate) fn root(f: impl Fn(f64) -> f64, low: f64, high: f64, tolerance: f64) -> Option<Found> {
     let (a, b) = (f(low), f(high));
     if !(low < high && a.is_finite() && b.is_finite() && a * b <= 0.0) {
         return None;

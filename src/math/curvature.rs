@@ -5,7 +5,7 @@
 
 /// Gradient of `f` at `x`, and its curvature -H by rows, by differences of `steps`; `here` is f(x). Zero where `f` is infinite beside.
 #[must_use]
-pub fn curvature(f: impl Fn(&[f64]) -> f64, x: &[f64], here: f64, steps: &[f64]) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn curvature(f: impl Fn(&[f64]) -> f64, x: &[f64], here: f64, steps: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let d = x.len();
     let moved = |by: &[usize], sign: f64| {
         let mut y = x.to_vec();

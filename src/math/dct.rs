@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Transforms of one length.
-pub struct Cosine {
+pub(crate) struct Cosine {
     len: usize,
     forward: Arc<dyn RealToComplex<f64>>,
     back: Arc<dyn ComplexToReal<f64>>,
@@ -21,7 +21,7 @@ pub struct Cosine {
 impl Cosine {
     /// Plans for series of `len` samples.
     #[must_use]
-    pub fn new(len: usize) -> Self {
+    pub(crate) fn new(len: usize) -> Self {
         let mut planner = RealFftPlanner::<f64>::new();
         let size = len.max(1);
         let angle = |k: usize| -PI * k as f64 / (2.0 * size as f64);
@@ -35,19 +35,13 @@ impl Cosine {
 
     /// Length of the series.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.len
-    }
-
-    /// Whether the series is empty.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
     }
 
     /// Coefficients of `x`; samples beyond the length are ignored, missing ones are zero.
     #[must_use]
-    pub fn forward(&self, x: &[f64]) -> Vec<f64> {
+    pub(crate) fn forward(&self, x: &[f64]) -> Vec<f64> {
         let n = self.len;
         if n == 0 {
             return Vec::new();
@@ -75,7 +69,7 @@ impl Cosine {
 
     /// The series that has the coefficients `c`.
     #[must_use]
-    pub fn inverse(&self, c: &[f64]) -> Vec<f64> {
+    pub(crate) fn inverse(&self, c: &[f64]) -> Vec<f64> {
         let n = self.len;
         if n == 0 {
             return Vec::new();

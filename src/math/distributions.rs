@@ -8,13 +8,13 @@ const EXACT_DEGREES: f64 = 10_000.0;
 
 /// Two-sided 95 % interval of chi-squared with `degrees` > 0 degrees of freedom.
 #[must_use]
-pub fn chi_squared_interval95(degrees: f64) -> [f64; 2] {
+pub(crate) fn chi_squared_interval95(degrees: f64) -> [f64; 2] {
     chi_squared_interval(degrees, 0.95)
 }
 
 /// Two-sided interval of chi-squared with `degrees` > 0 degrees of freedom that holds it with probability `level`.
 #[must_use]
-pub fn chi_squared_interval(degrees: f64, level: f64) -> [f64; 2] {
+pub(crate) fn chi_squared_interval(degrees: f64, level: f64) -> [f64; 2] {
     let (low, high) = (0.5 - 0.5 * level, 0.5 + 0.5 * level);
     match ChiSquared::new(degrees) {
         Ok(chi) if degrees <= EXACT_DEGREES => [chi.inverse_cdf(low), chi.inverse_cdf(high)],

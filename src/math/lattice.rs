@@ -7,7 +7,7 @@ use super::robust::quantile;
 /// The lower quartile of their distances is q wherever neighbouring levels are both visited. Least squares on a stretch around the
 /// middle, which doubles, sharpens both: the number k of a level must be certain before it is used.
 #[must_use]
-pub fn through(levels: &[f64]) -> Option<(f64, f64)> {
+pub(crate) fn through(levels: &[f64]) -> Option<(f64, f64)> {
     if levels.len() < 3 {
         return None;
     }
@@ -37,7 +37,7 @@ pub fn through(levels: &[f64]) -> Option<(f64, f64)> {
 
 /// Distance of `x` from the nearest point of the lattice, in steps.
 #[must_use]
-pub fn off((x0, q): (f64, f64), x: f64) -> f64 {
+pub(crate) fn off((x0, q): (f64, f64), x: f64) -> f64 {
     let k = (x - x0) / q;
     (k - k.round()).abs()
 }

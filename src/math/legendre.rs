@@ -4,12 +4,12 @@
 //! (Abramowitz and Stegun 10.2.36). Cut after degree 7 the error is about h⁸/15!!.
 
 /// Number of polynomials, degree 0 to 7.
-pub const COUNT: usize = 8;
+pub(crate) const COUNT: usize = 8;
 
 /// P_0(x) … P_7(x), by Bonnet's recursion.
 #[inline]
 #[must_use]
-pub fn polynomials(x: f64) -> [f64; COUNT] {
+pub(crate) fn polynomials(x: f64) -> [f64; COUNT] {
     let mut p = [1.0; COUNT];
     p[1] = x;
     for k in 1..COUNT - 1 {
@@ -21,7 +21,7 @@ pub fn polynomials(x: f64) -> [f64; COUNT] {
 
 /// Legendre coefficients of exp(-h x) and of x exp(-h x), degrees 0 to 7, and the first one less 1.
 #[derive(Debug, Clone, Copy)]
-pub struct Exponential {
+pub(crate) struct Exponential {
     /// Coefficients of exp(-h x).
     pub plain: [f64; COUNT],
     /// Coefficients of x exp(-h x).
@@ -32,7 +32,7 @@ pub struct Exponential {
 
 /// The series at `h >= 0`. All terms of the Bessel series are positive: no digits are lost at any h.
 #[must_use]
-pub fn exponential(h: f64) -> Exponential {
+pub(crate) fn exponential(h: f64) -> Exponential {
     let mut q = [0.0; COUNT + 1];
     let mut first_less_one = 0.0;
     // h^k/(2k+1)!!, the leading factor of i_k
@@ -72,7 +72,7 @@ pub fn exponential(h: f64) -> Exponential {
 /// Σ a_k b_k.
 #[inline]
 #[must_use]
-pub fn dot(a: &[f64; COUNT], b: &[f64; COUNT]) -> f64 {
+pub(crate) fn dot(a: &[f64; COUNT], b: &[f64; COUNT]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 

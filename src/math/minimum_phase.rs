@@ -16,7 +16,7 @@ const TAIL: f64 = 1e-12;
 /// `power(ω)`, cut where nothing of it is left, at most `2^ceil(log2(len))` samples long. `len` should be many times the
 /// filter's memory. Empty if a gain is not a number.
 #[must_use]
-pub fn minimum_phase(power: impl Fn(f64) -> f64, len: usize) -> Vec<f64> {
+pub(crate) fn minimum_phase(power: impl Fn(f64) -> f64, len: usize) -> Vec<f64> {
     let size = len.max(8).next_power_of_two();
     let half = size / 2;
     let mut planner = RealFftPlanner::<f64>::new();

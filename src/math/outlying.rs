@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 /// How far a number lies from the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outlying {
+pub(crate) struct Outlying {
     /// (y - m)/√(s² + τ²), with its sign.
     pub studentized: f64,
     /// Probability that the largest of an ordinary population lies as far.
@@ -23,7 +23,7 @@ pub struct Outlying {
 }
 
 /// Fewer numbers have no majority to differ from.
-pub const FEWEST: usize = 5;
+pub(crate) const FEWEST: usize = 5;
 
 /// Φ⁻¹(5/8): below it lies a quarter of the sizes of standard normal numbers.
 const QUARTER: f64 = 0.318_639_363_964_375_16;
@@ -34,7 +34,7 @@ const PARTNERS: usize = 32;
 /// Holds each of `values`, with the standard deviations `errors` of their own errors, against the others by `draws` simulated
 /// populations. `None` for fewer than [`FEWEST`], for numbers that are not finite, and where more than half are the same without error.
 #[must_use]
-pub fn outlying(values: &[f64], errors: &[f64], draws: usize, seed: u64) -> Option<Vec<Outlying>> {
+pub(crate) fn outlying(values: &[f64], errors: &[f64], draws: usize, seed: u64) -> Option<Vec<Outlying>> {
     let n = values.len();
     let usable = |e: &f64| e.is_finite() && *e >= 0.0;
     if n < FEWEST || errors.len() != n || !values.iter().all(|v| v.is_finite()) || !errors.iter().all(usable) {

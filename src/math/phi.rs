@@ -11,7 +11,7 @@ const INVERSE: [f64; 9] =
 /// Several at a time: the compiler then computes their series side by side.
 #[must_use]
 #[inline]
-pub fn exponentials<const K: usize>(z: [f64; K]) -> [[f64; 3]; K] {
+pub(crate) fn exponentials<const K: usize>(z: [f64; K]) -> [[f64; 3]; K] {
     let largest = z.iter().fold(0.0, |a: f64, b| a.max(*b));
     // what is left out is below 0.001⁵/7! = 2e-19 and 0.1⁹/11! = 3e-17
     let terms = match largest {

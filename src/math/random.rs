@@ -38,7 +38,7 @@ impl Stream {
     }
 
     /// Shuffles in place (Fisher and Yates).
-    pub fn shuffle<T>(&mut self, items: &mut [T]) {
+    pub(crate) fn shuffle<T>(&mut self, items: &mut [T]) {
         rand::seq::SliceRandom::shuffle(items, &mut self.0);
     }
 }

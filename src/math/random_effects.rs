@@ -18,7 +18,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 /// One vector with the covariance of its own error.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Observed<const P: usize> {
+pub(crate) struct Observed<const P: usize> {
     /// y.
     pub value: SVector<f64, P>,
     /// S, positive semidefinite.
@@ -28,14 +28,14 @@ pub struct Observed<const P: usize> {
 impl Observed<1> {
     /// A number with its standard deviation.
     #[must_use]
-    pub fn number(value: f64, std: f64) -> Self {
+    pub(crate) fn number(value: f64, std: f64) -> Self {
         Self { value: SVector::<f64, 1>::new(value), covariance: SMatrix::<f64, 1, 1>::new(std * std) }
     }
 }
 
 /// Spread and mean of a population.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread<const P: usize> {
+pub(crate) struct Spread<const P: usize> {
     /// τ, the spread net of the errors.
     pub std: f64,
     /// Its 95 % interval; the upper end is infinite if no τ is too large.
@@ -56,7 +56,7 @@ const TOLERANCE: f64 = 1e-9;
 /// Spread and mean of `observed`. `None` for fewer than two, for numbers that are not finite, and where neither errors nor
 /// differences are positive.
 #[must_use]
-pub fn spread<const P: usize>(observed: &[Observed<P>]) -> Option<Spread<P>> {
+pub(crate) fn spread<const P: usize>(observed: &[Observed<P>]) -> Option<Spread<P>> {
     let n = observed.len();
     let finite = |o: &Observed<P>| o.value.iter().chain(o.covariance.iter()).all(|v| v.is_finite());
     if n < 2 || P == 0 || !observed.iter().all(finite) {

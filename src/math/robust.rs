@@ -3,15 +3,15 @@
 use std::borrow::Cow;
 
 /// Factor from the median absolute deviation to the standard deviation of a normal distribution, 1/Φ⁻¹(3/4).
-pub const MAD_TO_STD: f64 = 1.482_602_218_505_602;
+pub(crate) const MAD_TO_STD: f64 = 1.482_602_218_505_602;
 
 /// Variance of a second difference of white noise of variance one.
-pub const SECOND_DIFFERENCE: f64 = 6.0;
+pub(crate) const SECOND_DIFFERENCE: f64 = 6.0;
 
 /// Quantile `p` in 0..=1 of `values` by linear interpolation between order statistics (Hyndman and Fan's type 7);
 /// NaN for an empty slice. May reorder the slice. Values are to be free of NaN.
 #[must_use]
-pub fn quantile(values: &mut [f64], p: f64) -> f64 {
+pub(crate) fn quantile(values: &mut [f64], p: f64) -> f64 {
     let n = values.len();
     if n == 0 {
         return f64::NAN;
@@ -66,7 +66,7 @@ fn order(value: f64) -> u64 {
 
 /// The values in the order of [`f64::total_cmp`]: by one digit of their `order` after the other, the last one first.
 #[must_use]
-pub fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+pub(crate) fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     const DIGIT_BITS: u32 = 11;
     const DIGITS: usize = u64::BITS.div_ceil(DIGIT_BITS) as usize;
     let mut keys: Vec<u64> = values.map(order).collect();
@@ -94,14 +94,14 @@ pub fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
 
 /// Median of `values`; NaN for an empty slice. May reorder the slice.
 #[must_use]
-pub fn median(values: &mut [f64]) -> f64 {
+pub(crate) fn median(values: &mut [f64]) -> f64 {
     quantile(values, 0.5)
 }
 
 /// Standard deviation of the second differences of `series`, all alike, by their median size: of white noise it is √6 times that of the
 /// values ([`SECOND_DIFFERENCE`]), and a slope does not matter. Zero where no series has three values.
 #[must_use]
-pub fn second_difference_std<'a>(series: impl IntoIterator<Item = &'a [f64]>) -> f64 {
+pub(crate) fn second_difference_std<'a>(series: impl IntoIterator<Item = &'a [f64]>) -> f64 {
     let bend = |w: &[f64]| w[0] - 2.0 * w[1] + w[2];
     let mut bends: Vec<f64> = series.into_iter().flat_map(|values| values.windows(3).map(bend)).collect();
     if bends.is_empty() { 0.0 } else { mad_std(&mut bends, 0.0) }
@@ -110,7 +110,7 @@ pub fn second_difference_std<'a>(series: impl IntoIterator<Item = &'a [f64]>) ->
 /// `values`, or of more than `most` about as many: stretches of neighbours, evenly spread, that show noise, jitter and drift
 /// alike.
 #[must_use]
-pub fn stretches(values: &[f64], most: usize) -> Cow<'_, [f64]> {
+pub(crate) fn stretches(values: &[f64], most: usize) -> Cow<'_, [f64]> {
     const STRETCHES: usize = 64;
     if values.len() <= most.max(STRETCHES) {
         return Cow::Borrowed(values);
@@ -124,7 +124,7 @@ pub fn stretches(values: &[f64], most: usize) -> Cow<'_, [f64]> {
 /// Standard deviation by the median absolute deviation from `centre`, for values that are normal but for a minority
 /// (Hampel 1974). Overwrites the slice.
 #[must_use]
-pub fn mad_std(values: &mut [f64], centre: f64) -> f64 {
+pub(crate) fn mad_std(values: &mut [f64], centre: f64) -> f64 {
     values.iter_mut().for_each(|x| *x = (*x - centre).abs());
     MAD_TO_STD * median(values)
 }

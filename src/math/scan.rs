@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 /// Samples of a piece. Sums over pieces do not depend on how many cores there are.
-pub const PIECE: usize = 1 << 16;
+pub(crate) const PIECE: usize = 1 << 16;
 
 /// The first value, told with its place, that is `wanted`.
-pub fn first_where(values: &[f64], wanted: impl Fn(usize, f64) -> bool + Sync) -> Option<usize> {
+pub(crate) fn first_where(values: &[f64], wanted: impl Fn(usize, f64) -> bool + Sync) -> Option<usize> {
     first_piece(values.len(), |from, to| {
         let part = &values[from..to];
         // without a way out the compiler compares side by side
@@ -16,7 +16,7 @@ pub fn first_where(values: &[f64], wanted: impl Fn(usize, f64) -> bool + Sync) -
 }
 
 /// The first value that is `wanted`, looked at together with the one before it.
-pub fn first_after(values: &[f64], wanted: impl Fn(f64, f64) -> bool + Sync) -> Option<usize> {
+pub(crate) fn first_after(values: &[f64], wanted: impl Fn(f64, f64) -> bool + Sync) -> Option<usize> {
     first_piece(values.len().saturating_sub(1), |from, to| {
         let (before, after) = (&values[from..to], &values[from + 1..=to]);
         let pairs = || before.iter().zip(after);
@@ -27,7 +27,7 @@ pub fn first_after(values: &[f64], wanted: impl Fn(f64, f64) -> bool + Sync) -> 
 
 /// Whether a series holds values that are not finite, or negative zeros.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Odd {
+pub(crate) struct Odd {
     /// The first value that is not finite.
     pub first: Option<usize>,
     /// Whether all are finite and none is a negative zero: adding 0 and multiplying by 1 would change no bit.
@@ -35,7 +35,7 @@ pub struct Odd {
 }
 
 /// Looks for values that are not finite, and for negative zeros.
-pub fn odd(values: &[f64]) -> Odd {
+pub(crate) fn odd(values: &[f64]) -> Odd {
     let strange = first_where(values, |_, v| !v.is_finite() | (v.to_bits() == (-0.0_f64).to_bits()));
     Odd { first: strange.and_then(|_| first_where(values, |_, v| !v.is_finite())), none: strange.is_none() }
 }
@@ -51,7 +51,7 @@ fn first_piece(len: usize, look: impl Fn(usize, usize) -> Option<usize> + Sync) 
 }
 
 /// Puts `new(value)` in the place of each value.
-pub fn replace(values: &mut [f64], new: impl Fn(f64) -> f64 + Sync) {
+pub(crate) fn replace(values: &mut [f64], new: impl Fn(f64) -> f64 + Sync) {
     let each = |part: &mut [f64]| part.iter_mut().for_each(|v| *v = new(*v));
     if values.len() <= PIECE { each(values) } else { values.par_chunks_mut(PIECE).for_each(each) }
 }

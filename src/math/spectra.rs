@@ -236,7 +236,7 @@ pub fn autocorrelation(x: &[f64], max_lag: usize) -> Option<Autocorrelation> {
 /// The largest even length up to `len` without prime factors above seven, within about a hundredth: a transform of it
 /// takes a quarter of the time that one of a length with large factors does. Short lengths stay as they are.
 #[must_use]
-pub fn quick_len(len: usize) -> usize {
+pub(crate) fn quick_len(len: usize) -> usize {
     const SHORT: usize = 4096;
     let smooth = |n: &usize| {
         [2, 3, 5, 7].iter().fold(*n, |mut n, p| {
@@ -251,7 +251,7 @@ pub fn quick_len(len: usize) -> usize {
 
 /// Reusable transform for the periodogram of series of one length.
 #[derive(Clone)]
-pub struct Periodogram {
+pub(crate) struct Periodogram {
     plan: Arc<dyn RealToComplex<f64>>,
     input: Vec<f64>,
     output: Vec<Complex<f64>>,
@@ -266,14 +266,14 @@ impl std::fmt::Debug for Periodogram {
 impl Periodogram {
     /// For series of `len` samples.
     #[must_use]
-    pub fn new(len: usize) -> Self {
+    pub(crate) fn new(len: usize) -> Self {
         let plan = RealFftPlanner::<f64>::new().plan_fft_forward(len.max(1));
         Self { input: plan.make_input_vec(), output: plan.make_output_vec(), plan }
     }
 
     /// |X_j|² at the Fourier frequencies j = 1 ..= (n-1)/2: neither zero nor Nyquist. Missing samples count as the
     /// mean. Empty if `x` has another length than the plan.
-    pub fn ordinates(&mut self, x: &[f64]) -> Vec<f64> {
+    pub(crate) fn ordinates(&mut self, x: &[f64]) -> Vec<f64> {
         if x.len() != self.input.len() || x.len() < 3 {
             return Vec::new();
         }

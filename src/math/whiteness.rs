@@ -39,26 +39,26 @@ pub struct Whiteness {
 impl Whiteness {
     /// The four p values, in the order of the fields.
     #[must_use]
-    pub fn p_values(&self) -> [f64; 4] {
+    pub(crate) fn p_values(&self) -> [f64; 4] {
         [self.lags_outside.p_value, self.ljung_box.p_value, self.cumulative_periodogram.p_value, self.runs.p_value]
     }
 
     /// Names of the four tests, for reports.
-    pub const TESTS: [&'static str; 4] = ["lags outside bounds", "Ljung-Box", "cumulative periodogram", "runs"];
+    pub(crate) const TESTS: [&'static str; 4] = ["lags outside bounds", "Ljung-Box", "cumulative periodogram", "runs"];
 }
 
 /// Lags that are looked at in a series of `n` samples: 40, or a quarter of the series.
 #[must_use]
-pub fn lags(n: usize) -> usize {
+pub(crate) fn lags(n: usize) -> usize {
     40.min(n / 4)
 }
 
 /// Fewest samples for which the tests are run.
-pub const FEWEST: usize = 12;
+pub(crate) const FEWEST: usize = 12;
 
 /// Runs all tests on `x`; `periodogram` must have been made for its length. `None` with too few samples, or where
 /// the series is constant.
-pub fn evaluate(x: &[f64], periodogram: &mut Periodogram) -> Option<Whiteness> {
+pub(crate) fn evaluate(x: &[f64], periodogram: &mut Periodogram) -> Option<Whiteness> {
     let n = x.iter().filter(|v| v.is_finite()).count();
     if n < FEWEST {
         return None;
@@ -93,7 +93,7 @@ fn ljung_box(c: &Autocorrelation, slots: usize) -> Option<TestResult> {
 
 /// The cumulative periodogram at its ordinates, from 1/m to 1.
 #[must_use]
-pub fn cumulative(ordinates: &[f64]) -> Vec<f64> {
+pub(crate) fn cumulative(ordinates: &[f64]) -> Vec<f64> {
     let total: f64 = ordinates.iter().sum();
     let mut sum = 0.0;
     ordinates
@@ -120,7 +120,7 @@ fn cumulative_periodogram(ordinates: &[f64]) -> Option<TestResult> {
 
 /// Distance of the cumulative periodogram's 95 % band from the diagonal, for `m` ordinates.
 #[must_use]
-pub fn kolmogorov_band95(m: usize) -> f64 {
+pub(crate) fn kolmogorov_band95(m: usize) -> f64 {
     let m = (m.max(2) - 1) as f64;
     1.358 / (m.sqrt() + 0.12 + 0.11 / m.sqrt())
 }

@@ -11,10 +11,10 @@ use crate::config::Vehicle;
 use std::collections::VecDeque;
 
 /// Time for which an uncertain force of a wheel ([`DriveEffect::force_std_n`]) lasts, s: several steps, not one.
-pub const FORCE_LASTING_S: f64 = 0.05;
+pub(crate) const FORCE_LASTING_S: f64 = 0.05;
 
 /// Standard gravity, m/s².
-pub const GRAVITY_M_S2: f64 = 9.806_65;
+pub(crate) const GRAVITY_M_S2: f64 = 9.806_65;
 
 /// Constants of the equations of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,7 +71,7 @@ impl Robot {
     /// Wheel speeds without slip, left and right, rad/s.
     #[must_use]
     #[inline]
-    pub fn wheels_rad_s(&self, speed_m_s: f64, yaw_rate_rad_s: f64) -> [f64; 2] {
+    pub(crate) fn wheels_rad_s(&self, speed_m_s: f64, yaw_rate_rad_s: f64) -> [f64; 2] {
         let turn = self.half_track_m * yaw_rate_rad_s;
         [(speed_m_s - turn) / self.radius_m[0], (speed_m_s + turn) / self.radius_m[1]]
     }
@@ -79,7 +79,7 @@ impl Robot {
     /// Speed (m/s) and yaw rate (rad/s) at which the wheels turn like this (left, right; rad/s) where they roll.
     #[must_use]
     #[inline]
-    pub fn speed_and_yaw_rate(&self, wheels_rad_s: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn speed_and_yaw_rate(&self, wheels_rad_s: [f64; 2]) -> [f64; 2] {
         let [left, right]: [f64; 2] = std::array::from_fn(|i| self.radius_m[i] * wheels_rad_s[i]);
         [0.5 * (left + right), 0.5 * (right - left) / self.half_track_m]
     }
@@ -87,14 +87,14 @@ impl Robot {
     /// Speed of the ground under each wheel, left and right, m/s.
     #[must_use]
     #[inline]
-    pub fn ground_speeds_m_s(&self, speed_m_s: f64, yaw_rate_rad_s: f64) -> [f64; 2] {
+    pub(crate) fn ground_speeds_m_s(&self, speed_m_s: f64, yaw_rate_rad_s: f64) -> [f64; 2] {
         let turn = self.half_track_m * yaw_rate_rad_s;
         [speed_m_s - turn, speed_m_s + turn]
     }
 
     /// Load of one wheel: half the weight, N.
     #[must_use]
-    pub fn wheel_load_n(&self) -> f64 {
+    pub(crate) fn wheel_load_n(&self) -> f64 {
         0.5 * self.mass_kg * GRAVITY_M_S2
     }
 
@@ -128,10 +128,10 @@ pub struct Past {
 
 impl Past {
     /// Longest lag that can be looked up, s.
-    pub const SPAN_S: f64 = 0.5;
+    pub(crate) const SPAN_S: f64 = 0.5;
 
     /// Appends speed and yaw rate at `t_s`; times ascend.
-    pub fn push(&mut self, t_s: f64, speed_m_s: f64, yaw_rate_rad_s: f64) {
+    pub(crate) fn push(&mut self, t_s: f64, speed_m_s: f64, yaw_rate_rad_s: f64) {
         self.rates.push_back((t_s, [speed_m_s, yaw_rate_rad_s]));
         while self.rates.len() > 2 && self.rates[1].0 < t_s - Self::SPAN_S {
             self.rates.pop_front();
@@ -140,14 +140,14 @@ impl Past {
 
     /// Whether a rate is known later than `t_s`.
     #[must_use]
-    pub fn reaches(&self, t_s: f64) -> bool {
+    pub(crate) fn reaches(&self, t_s: f64) -> bool {
         self.rates.back().is_some_and(|last| last.0 > t_s)
     }
 
     /// Speed (m/s) and yaw rate (rad/s) `delay_s` before `now`, interpolated linearly; before the first known ones,
     /// these.
     #[must_use]
-    pub fn before(&self, delay_s: f64, now: &Moving) -> [f64; 2] {
+    pub(crate) fn before(&self, delay_s: f64, now: &Moving) -> [f64; 2] {
         let t_s = now.t_s - delay_s;
         let mut later = (now.t_s, [now.speed_m_s, now.yaw_rate_rad_s]);
         for &earlier in self.rates.iter().rev() {
@@ -189,7 +189,7 @@ impl Moving<'_> {
     /// Speed (m/s) and yaw rate (rad/s) `delay_s` ago. Within the last row, without a past, or ahead of time they are
     /// extrapolated with the accelerations: past rates of a filter are estimates, whose errors would look like a delay.
     #[must_use]
-    pub fn ago(&self, delay_s: f64) -> [f64; 2] {
+    pub(crate) fn ago(&self, delay_s: f64) -> [f64; 2] {
         match self.past {
             Some(past) if delay_s > 0.0 && past.reaches(self.t_s - delay_s) => past.before(delay_s, self),
             _ => [
@@ -202,7 +202,7 @@ impl Moving<'_> {
     /// x, y (m) and heading (rad) `delay_s` ago, less the present ones, at constant speed and yaw rate: the chord of an
     /// arc.
     #[must_use]
-    pub fn pose_ago(&self, delay_s: f64) -> [f64; 3] {
+    pub(crate) fn pose_ago(&self, delay_s: f64) -> [f64; 3] {
         let turn = -delay_s * self.yaw_rate_rad_s;
         let (sin, cos) = (self.heading_rad + 0.5 * turn).sin_cos();
         let way = -delay_s * self.speed_m_s;
@@ -222,7 +222,7 @@ pub struct ForceFollows {
 }
 
 /// Functions of the motion that the force of an effect is made of.
-pub type Shape = [f64; 12];
+pub(crate) type Shape = [f64; 12];
 
 /// An effect at work in one drive. Its parameters are fixed when it is made.
 pub trait DriveEffect: Send + Sync {
@@ -338,7 +338,7 @@ pub struct DriveModel {
 impl DriveModel {
     /// `nominal` changed by `effects`, in their order.
     #[must_use]
-    pub fn new(nominal: Robot, effects: Vec<Box<dyn DriveEffect>>) -> Self {
+    pub(crate) fn new(nominal: Robot, effects: Vec<Box<dyn DriveEffect>>) -> Self {
         let mut robot = nominal;
         effects.iter().for_each(|e| e.robot(&mut robot));
         Self { robot, effects, inverse: robot.inverse_inertia() }
@@ -346,7 +346,7 @@ impl DriveModel {
 
     /// ∂[dv/dt, dω/dt]/∂[uL, uR], rows then columns.
     #[must_use]
-    pub fn by_torque(&self) -> [[f64; 2]; 2] {
+    pub(crate) fn by_torque(&self) -> [[f64; 2]; 2] {
         let [l, r] = [0, 1].map(|i| self.robot.torque_gain[i] / self.robot.radius_m[i]);
         let b = self.robot.half_track_m;
         let [p, q, s] = self.inverse;
@@ -355,14 +355,14 @@ impl DriveModel {
 
     /// Puts accelerations and wheel forces under `torques_n_m` (left, right; commanded) into `at`.
     #[inline]
-    pub fn accelerate(&self, at: &mut Moving, torques_n_m: [f64; 2]) {
+    pub(crate) fn accelerate(&self, at: &mut Moving, torques_n_m: [f64; 2]) {
         self.accelerate_with(at, torques_n_m, |_, _| None);
     }
 
     /// The same, where `known` gives force (N) and moment (N·m) of some effects by their index, as [`Self::forces`] has
     /// them.
     #[inline]
-    pub fn accelerate_with(
+    pub(crate) fn accelerate_with(
         &self,
         at: &mut Moving,
         torques_n_m: [f64; 2],
@@ -390,13 +390,13 @@ impl DriveModel {
     }
 
     /// Extra force (N, forwards) and moment (N·m, to the left) of each effect, under the accelerations in `at`.
-    pub fn forces(&self, at: &Moving, out: &mut Vec<[f64; 2]>) {
+    pub(crate) fn forces(&self, at: &Moving, out: &mut Vec<[f64; 2]>) {
         out.clear();
         out.extend(self.effects.iter().map(|e| e.force(&self.robot, at)));
     }
 
     /// Recomputes those of [`Self::forces`] that depend on accelerations, for those now in `at`.
-    pub fn renew_forces(&self, at: &Moving, forces: &mut [[f64; 2]]) {
+    pub(crate) fn renew_forces(&self, at: &Moving, forces: &mut [[f64; 2]]) {
         for (effect, force) in self.effects.iter().zip(forces).filter(|(e, _)| e.force_follows().accelerations) {
             *force = effect.force(&self.robot, at);
         }
@@ -404,14 +404,14 @@ impl DriveModel {
 
     /// Whether the effect of index `place` exerts the same force on `other` as on this robot.
     #[must_use]
-    pub fn pushes_alike(&self, place: usize, other: &Robot) -> bool {
+    pub(crate) fn pushes_alike(&self, place: usize, other: &Robot) -> bool {
         self.effects[place].pushes_alike(&self.robot, other)
     }
 
     /// d[x, y, θ, v, ω]/dt where the accelerations are those in `at`.
     #[must_use]
     #[inline]
-    pub fn rates(&self, at: &Moving) -> [f64; 5] {
+    pub(crate) fn rates(&self, at: &Moving) -> [f64; 5] {
         let sideways = self.sideways_m_s(at);
         let (sin, cos) = at.heading_rad.sin_cos();
         [
@@ -426,21 +426,21 @@ impl DriveModel {
     /// Sideways speed, m/s.
     #[must_use]
     #[inline]
-    pub fn sideways_m_s(&self, at: &Moving) -> f64 {
+    pub(crate) fn sideways_m_s(&self, at: &Moving) -> f64 {
         self.effects.iter().map(|e| e.sideways_m_s(at)).sum()
     }
 
     /// Wheel speeds, left and right, rad/s.
     #[must_use]
     #[inline]
-    pub fn wheels_rad_s(&self, at: &Moving) -> [f64; 2] {
+    pub(crate) fn wheels_rad_s(&self, at: &Moving) -> [f64; 2] {
         let rolling = self.robot.wheels_rad_s(at.speed_m_s, at.yaw_rate_rad_s);
         self.effects.iter().fold(rolling, |wheels, e| e.wheels_rad_s(&self.robot, at, wheels))
     }
 
     /// Covariance of dv/dt and dω/dt by uncertain wheel forces: [v v, v ω, ω ω], SI.
     #[must_use]
-    pub fn force_covariance(&self, at: &Moving) -> [f64; 3] {
+    pub(crate) fn force_covariance(&self, at: &Moving) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for effect in &self.effects {
             let [l, r] = effect.force_std_n(&self.robot, at);
@@ -461,7 +461,7 @@ impl DriveModel {
     /// Variance that the effects add to each wheel's reading, rad²/s².
     #[must_use]
     #[inline]
-    pub fn wheel_variance_rad2_s2(&self, at: &Moving) -> [f64; 2] {
+    pub(crate) fn wheel_variance_rad2_s2(&self, at: &Moving) -> [f64; 2] {
         self.effects.iter().fold([0.0; 2], |sum, e| {
             let std = e.wheel_std_rad_s(&self.robot, at);
             [sum[0] + std[0] * std[0], sum[1] + std[1] * std[1]]
@@ -471,25 +471,25 @@ impl DriveModel {
     /// Reading of the gyro without its own error and noise, rad/s.
     #[must_use]
     #[inline]
-    pub fn gyro_rad_s(&self, at: &Moving) -> f64 {
+    pub(crate) fn gyro_rad_s(&self, at: &Moving) -> f64 {
         self.effects.iter().fold(at.yaw_rate_rad_s, |rate, e| e.gyro_rad_s(at, rate))
     }
 
     /// Delay of an instrument's readings, s.
     #[must_use]
     #[inline]
-    pub fn delay_s(&self, instrument: Instrument) -> f64 {
+    pub(crate) fn delay_s(&self, instrument: Instrument) -> f64 {
         self.effects.iter().map(|e| e.delay_s(instrument)).sum()
     }
 
     /// Standard deviation of an instrument's white noise over the nominal one.
     #[must_use]
-    pub fn noise_over_nominal(&self, instrument: Instrument) -> f64 {
+    pub(crate) fn noise_over_nominal(&self, instrument: Instrument) -> f64 {
         self.effects.iter().map(|e| e.noise_over_nominal(instrument)).product()
     }
 
     /// Changes a row's readings as the recorder does.
-    pub fn record(&mut self, reading: &mut Reading) {
+    pub(crate) fn record(&mut self, reading: &mut Reading) {
         self.effects.iter_mut().for_each(|e| e.recorded(reading));
     }
 }

@@ -64,7 +64,7 @@ pub struct Way {
 
 impl Way {
     /// Reading without gain, offset or additional noise.
-    pub const PLAIN: Self = Self { gain: 1.0, offset: 0.0, variance: 0.0 };
+    pub(crate) const PLAIN: Self = Self { gain: 1.0, offset: 0.0, variance: 0.0 };
 }
 
 /// Two ways of reading, and how a sensor switches between them: a Markov chain.
@@ -84,7 +84,7 @@ pub struct Switch {
 impl Switch {
     /// Probability of the second way `dt_s` after it was `probability`.
     #[must_use]
-    pub fn after(&self, probability: f64, dt_s: f64) -> f64 {
+    pub(crate) fn after(&self, probability: f64, dt_s: f64) -> f64 {
         let stays = if self.rate_per_s.is_finite() { (-self.rate_per_s * dt_s).exp() } else { 0.0 };
         self.share + (probability - self.share) * stays
     }

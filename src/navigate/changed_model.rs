@@ -58,7 +58,7 @@ pub(super) enum Colour {
 
 impl Colour {
     /// How many states it takes.
-    pub fn states(&self) -> usize {
+    pub(crate) fn states(&self) -> usize {
         match self {
             Self::Decaying { .. } => 1,
             Self::Ringing { .. } => 2,
@@ -124,7 +124,7 @@ pub(super) struct Changes {
 
 impl<const N: usize> ChangedModel<N> {
     /// The robot at the beginning of a log, `since_power_on_s` after the gyro's power-on.
-    pub fn new(changes: Changes, since_power_on_s: f64) -> Self {
+    pub(crate) fn new(changes: Changes, since_power_on_s: f64) -> Self {
         let watch = |(of, switch): (Switched, Switch)| Watched {
             of,
             switch,

@@ -109,7 +109,7 @@ struct Sums {
 }
 
 impl Gatherer {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let interval = |readings: usize| if readings == 0 { [0.0; 2] } else { chi_squared_interval95(readings as f64) };
         Self {
             sensors: Default::default(),
@@ -123,11 +123,11 @@ impl Gatherer {
     }
 
     /// Declares the readings of this sensor to be means of ticks.
-    pub fn of_ticks(&mut self, sensor: Sensor) {
+    pub(crate) fn of_ticks(&mut self, sensor: Sensor) {
         self.sensors[sensor as usize].ticks = true;
     }
 
-    pub fn add(&mut self, sensor: Sensor, innovation: &Innovation) {
+    pub(crate) fn add(&mut self, sensor: Sensor, innovation: &Innovation) {
         if !innovation.used {
             self.gated += 1;
             return;
@@ -146,7 +146,7 @@ impl Gatherer {
     }
 
     /// Ends a row; its NIS, NaN without readings.
-    pub fn end_row(&mut self) -> f64 {
+    pub(crate) fn end_row(&mut self) -> f64 {
         let (nis, readings) = (self.row_nis, self.row_readings);
         (self.row_nis, self.row_readings) = (0.0, 0);
         if readings == 0 {
@@ -162,7 +162,7 @@ impl Gatherer {
 
     /// Statistics of the innovations; `lags` is the number of lags at which unknown accelerations were measured, if
     /// they were.
-    pub fn finish(&self, lags: Option<f64>) -> Consistency {
+    pub(crate) fn finish(&self, lags: Option<f64>) -> Consistency {
         let readings: u64 = self.sensors.iter().map(|s| s.readings).sum();
         let nis: f64 = self.sensors.iter().map(|s| s.nis).sum();
         let read = Sensor::ALL.iter().zip(&self.sensors).filter(|(_, sums)| sums.readings > 0);

@@ -349,7 +349,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
     /// Variance of a reading of `sensor` that is a mean over `interval_s`, in the square of its unit: only of ticks does
     /// it depend on the interval.
     #[must_use]
-    pub fn variance_over(&self, sensor: Sensor, interval_s: f64) -> f64 {
+    pub(crate) fn variance_over(&self, sensor: Sensor, interval_s: f64) -> f64 {
         if !WHEELS.contains(&sensor) {
             return self.noise_variance(sensor);
         }

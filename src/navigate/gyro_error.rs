@@ -39,7 +39,7 @@ use nalgebra::Matrix3;
 ///
 /// A fit that knows T less well is narrowed to this as by a measurement of T, which keeps what the fit knows of
 /// combinations, such as C1/T from a log much shorter than T.
-pub const LN_TIME_CONSTANT_STD_LIMIT: f64 = 0.5;
+pub(crate) const LN_TIME_CONSTANT_STD_LIMIT: f64 = 0.5;
 
 /// ln T stays this close to its first value: four of the largest standard deviations.
 pub(super) const LN_TIME_CONSTANT_REACH: f64 = 4.0 * LN_TIME_CONSTANT_STD_LIMIT;
@@ -58,7 +58,7 @@ pub(super) struct Decay {
 
 impl Decay {
     /// The configuration's discretisation; exact where it states none.
-    pub fn new(config: &Config) -> Result<Self> {
+    pub(crate) fn new(config: &Config) -> Result<Self> {
         let gyro = config.require_gyro()?;
         let Some(discrete) = &gyro.discrete else {
             return Ok(Self { scheme: Scheme::Exact, sample_time_s: 0.0 });
@@ -76,7 +76,7 @@ impl Decay {
 
     /// λ (1/s) and ∂λ/∂ln T (1/s) at time constant `t_s`.
     #[inline]
-    pub fn rate(&self, t_s: f64) -> (f64, f64) {
+    pub(crate) fn rate(&self, t_s: f64) -> (f64, f64) {
         let h = self.sample_time_s / t_s;
         match self.scheme {
             Scheme::Exact => (1.0 / t_s, -1.0 / t_s),
@@ -97,7 +97,7 @@ pub(super) struct Prior {
 
 impl Prior {
     /// The state of knowledge `since_power_on_s` after power-on, cold or as `restart` says.
-    pub fn new(gyro: &Gyro, decay: &Decay, restart: Option<&Restart>, since_power_on_s: f64) -> Self {
+    pub(crate) fn new(gyro: &Gyro, decay: &Decay, restart: Option<&Restart>, since_power_on_s: f64) -> Self {
         let model = gyro.warm_up();
         let (c1, t) = (model.c1_rad_s, model.time_constant_s);
         let (rate, rate_by_ln_t) = decay.rate(t);

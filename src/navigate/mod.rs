@@ -64,18 +64,17 @@ pub use augmented::run_with;
 pub use compare::{Comparison, Track, compare};
 pub use consistency::{Consistency, SensorConsistency};
 pub use filter::{Filter, RollingFilter, SlipFilter};
-pub use gyro_error::LN_TIME_CONSTANT_STD_LIMIT;
-pub use model::{BENDS, Expected, Input, MotionModel, Transition, bits, state};
+pub use model::{Expected, Input, MotionModel, Transition, state};
 pub use reading::{Innovation, Sensor};
 pub use reckoning::{Reckoning, dead_reckoning, gyro_reckoning};
 pub use reference::ReferenceErrors;
-pub use rolling_model::{ROLLING_STATES, RollingModel};
+pub use rolling_model::RollingModel;
 pub use run::{Estimate, FinalPose, Run, Smoothed, Summary, run};
-pub use slip_model::{SLIP_STATES, SlipModel, WHEELS};
+pub use slip_model::SlipModel;
 pub use standstill::{Standstill, StandstillSummary};
 pub use table::{WheelSlip, names};
 pub use ud::UdCovariance;
-pub use unscented::UnscentedFilter;
+pub(crate) use unscented::UnscentedFilter;
 
 /// Model of the gyro's error in the filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -111,7 +110,7 @@ pub struct Settings {
     /// Whether to start at the reference's first pose instead of x = y = θ = 0.
     pub start_at_reference: bool,
     /// Share of the reference's path, from its beginning, over which the track is aligned with the reference before
-    /// they are compared ([`Alignment`]); 0: not at all. `None`: [`Alignment::DEFAULT_SHARE`] where the reference has
+    /// they are compared ([`Alignment`]); 0: not at all. `None`: `Alignment::DEFAULT_SHARE` where the reference has
     /// no heading, else 0.
     pub align_share: Option<f64>,
     /// Leave out readings whose NIS is beyond this quantile of chi-squared. Off by default: a gate hides from NIS what
@@ -152,7 +151,7 @@ impl Default for Settings {
 
 /// The angle in (-π, π].
 #[must_use]
-pub fn wrap_angle(angle_rad: f64) -> f64 {
+pub(crate) fn wrap_angle(angle_rad: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     let wrapped = angle_rad.rem_euclid(TAU);
     if wrapped > PI { wrapped - TAU } else { wrapped }

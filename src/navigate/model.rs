@@ -54,7 +54,7 @@ pub struct Transition<const N: usize> {
 }
 
 /// Directions in which a step may bend: four velocities and two disturbances.
-pub const BENDS: usize = 6;
+pub(crate) const BENDS: usize = 6;
 
 impl<const N: usize> Transition<N> {
     /// A step in which nothing moves.
@@ -77,7 +77,7 @@ pub struct Expected<const N: usize> {
 
 /// A set of indices as bits.
 #[must_use]
-pub const fn bits(indices: &[usize]) -> u32 {
+pub(crate) const fn bits(indices: &[usize]) -> u32 {
     let (mut out, mut i) = (0, 0);
     while i < indices.len() {
         out |= 1 << indices[i];
@@ -88,7 +88,7 @@ pub const fn bits(indices: &[usize]) -> u32 {
 
 /// How a robot of `N` states moves.
 pub trait MotionModel<const N: usize>: Clone {
-    /// Bit k of entry i: whether state i after a step can depend on state k before it (see [`bits`]). Dependences that
+    /// Bit k of entry i: whether state i after a step can depend on state k before it (see `bits`). Dependences that
     /// are not declared here are zero in the filter's Φ. Rows of the gyro's error are the filter's to fill in.
     const DEPENDS: [u32; N];
 

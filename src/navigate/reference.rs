@@ -67,7 +67,7 @@ pub(super) struct ReferencePose {
 impl<'a> Reference<'a> {
     /// `None` if the log lacks a column of the position, or no row has both. The heading counts where some row has it
     /// beside the position.
-    pub fn new(log: &'a Log, pose: Option<&Pose>) -> Option<Self> {
+    pub(crate) fn new(log: &'a Log, pose: Option<&Pose>) -> Option<Self> {
         let position = [log.get(names::X)?, log.get(names::Y)?];
         let std = pose.map_or([0.0; 2], |p| [p.position_std_m, p.heading_std_rad]);
         let mut reference = Self { position, heading: log.get(names::HEADING), std };
@@ -80,24 +80,24 @@ impl<'a> Reference<'a> {
     }
 
     /// Whether headings can be compared.
-    pub fn has_heading(&self) -> bool {
+    pub(crate) fn has_heading(&self) -> bool {
         self.heading.is_some()
     }
 
     /// The reference at row `k`, if its position is there.
-    pub fn at(&self, k: usize) -> Option<ReferencePose> {
+    pub(crate) fn at(&self, k: usize) -> Option<ReferencePose> {
         let position = self.position.map(|c| c[k]);
         let heading = self.heading.map(|c| c[k]).filter(|h| h.is_finite());
         position.iter().all(|v| v.is_finite()).then_some(ReferencePose { position, heading })
     }
 
     /// Steps below this may be its noise, m: three standard deviations of the difference of two positions.
-    pub fn still_m(&self) -> f64 {
+    pub(crate) fn still_m(&self) -> f64 {
         3.0 * std::f64::consts::SQRT_2 * self.std[0]
     }
 
     /// The first position and its row.
-    pub fn first(&self) -> Option<(usize, ReferencePose)> {
+    pub(crate) fn first(&self) -> Option<(usize, ReferencePose)> {
         (0..self.position[0].len()).find_map(|k| Some((k, self.at(k)?)))
     }
 
@@ -111,7 +111,7 @@ impl<'a> Reference<'a> {
 
     /// The share of the path over which a track is to be aligned with the reference; `None` where it is compared as it
     /// is.
-    pub fn share(&self, settings: &Settings) -> Option<f64> {
+    pub(crate) fn share(&self, settings: &Settings) -> Option<f64> {
         let default = (!self.has_heading()).then_some(Alignment::DEFAULT_SHARE);
         settings.align_share.or(default).filter(|share| *share > 0.0)
     }
@@ -167,7 +167,13 @@ struct Nees {
 
 impl ErrorSums {
     /// Compares `estimate` (x, y, θ), with its covariance if there is one, with row `k`.
-    pub fn add(&mut self, reference: &Reference<'_>, k: usize, estimate: [f64; 3], covariance: Option<Matrix3<f64>>) {
+    pub(crate) fn add(
+        &mut self,
+        reference: &Reference<'_>,
+        k: usize,
+        estimate: [f64; 3],
+        covariance: Option<Matrix3<f64>>,
+    ) {
         let Some(pose) = reference.at(k) else { return };
         let d = Vector2::new(estimate[0] - pose.position[0], estimate[1] - pose.position[1]);
         self.samples += 1;
@@ -186,7 +192,7 @@ impl ErrorSums {
         }
     }
 
-    pub fn finish(self) -> Option<ReferenceErrors> {
+    pub(crate) fn finish(self) -> Option<ReferenceErrors> {
         if self.samples == 0 {
             return None;
         }

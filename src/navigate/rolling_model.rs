@@ -11,7 +11,7 @@ use nalgebra::{SMatrix, SVector};
 use state::{HEADING, SPEED, X, Y, YAW_RATE};
 
 /// Number of states.
-pub const ROLLING_STATES: usize = 8;
+pub(crate) const ROLLING_STATES: usize = 8;
 const N: usize = ROLLING_STATES;
 
 /// The rolling robot.

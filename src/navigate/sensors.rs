@@ -93,7 +93,7 @@ fn listed(log: &Log) -> String {
 impl<'a> Sensors<'a> {
     /// The sensors of `log` at `times`: the gyro where there is one, the wheels or else the speed, and the pose if it is to
     /// be used.
-    pub fn of(
+    pub(crate) fn of(
         odometry: &'a Odometry<'a>,
         log: &'a Log,
         times: &[f64],
@@ -149,13 +149,13 @@ impl<'a> Sensors<'a> {
     }
 
     /// Replaces the gyro's column by these values.
-    pub fn replace_gyro(&mut self, values: &'a [f64]) {
+    pub(crate) fn replace_gyro(&mut self, values: &'a [f64]) {
         self.readings.iter_mut().filter(|r| r.0 == Sensor::Gyro).for_each(|r| r.1 = values);
     }
 
     /// Takes each reading of these sensors in `delay_s` before its time; what lies before the first row is left out, and so is
     /// what lies after the last one.
-    pub fn delay(&mut self, late: &[Sensor], delay_s: f64, times: &[f64]) {
+    pub(crate) fn delay(&mut self, late: &[Sensor], delay_s: f64, times: &[f64]) {
         if delay_s == 0.0 {
             return;
         }
@@ -192,7 +192,7 @@ impl<'a> Sensors<'a> {
     /// [`super::run`]); the yaw rate is that of wheels or gyro, whichever is the less noisy: under the noise of wheels
     /// that stand close together slow turns cannot be told. `noise` is the variance of each sensor's readings that lie this
     /// far apart.
-    pub fn acceleration_densities(
+    pub(crate) fn acceleration_densities(
         &self,
         robot: &Rolling,
         log: &Log,

@@ -19,11 +19,11 @@ use nalgebra::{Matrix4, SMatrix, SVector};
 use state::{HEADING, SPEED, X, Y, YAW_RATE};
 
 /// Number of states.
-pub const SLIP_STATES: usize = 10;
+pub(crate) const SLIP_STATES: usize = 10;
 const N: usize = SLIP_STATES;
 
 /// Index of φ̇L, rad/s; that of φ̇R follows.
-pub const WHEELS: usize = 8;
+pub(crate) const WHEELS: usize = 8;
 
 /// Before the first reading a wheel is taken to roll, up to this standard deviation, rad/s.
 const ROLLING_STD_RAD_S: f64 = 0.01;

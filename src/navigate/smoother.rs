@@ -53,7 +53,7 @@ pub(super) struct Smoothed<const N: usize> {
 
 impl<const N: usize> Tape<N> {
     /// An empty tape; `None` for a log of so many rows that it would not be held.
-    pub fn for_rows(rows: usize) -> Option<Self> {
+    pub(crate) fn for_rows(rows: usize) -> Option<Self> {
         // a step, a row, and three readings
         let bytes = (2 * N * N + N + 3 * (2 * N + 2)) * size_of::<f64>();
         (rows.saturating_mul(bytes) <= MOST_BYTES).then(|| Self {
@@ -64,23 +64,23 @@ impl<const N: usize> Tape<N> {
         })
     }
 
-    pub fn step(&mut self, phi: &SMatrix<f64, N, N>) {
+    pub(crate) fn step(&mut self, phi: &SMatrix<f64, N, N>) {
         self.order.push(Event::Step);
         self.transitions.push(*phi);
     }
 
-    pub fn reading(&mut self, by_state: SVector<f64, N>, gain: SVector<f64, N>, residual: f64, variance: f64) {
+    pub(crate) fn reading(&mut self, by_state: SVector<f64, N>, gain: SVector<f64, N>, residual: f64, variance: f64) {
         self.order.push(Event::Reading);
         self.readings.push(Taken { by_state, gain, residual, variance });
     }
 
-    pub fn row(&mut self, mean: &SVector<f64, N>, covariance: SMatrix<f64, N, N>) {
+    pub(crate) fn row(&mut self, mean: &SVector<f64, N>, covariance: SMatrix<f64, N, N>) {
         self.order.push(Event::Row);
         self.rows.push((*mean, covariance));
     }
 
     /// The rows from the last to the first.
-    pub fn backwards(mut self, mut each: impl FnMut(&Smoothed<N>)) {
+    pub(crate) fn backwards(mut self, mut each: impl FnMut(&Smoothed<N>)) {
         let mut adjoint = SVector::<f64, N>::zeros();
         let mut information = SMatrix::<f64, N, N>::zeros();
         for event in self.order.iter().rev() {

@@ -112,7 +112,7 @@ pub(super) struct Detector<'a> {
 
 impl<'a> Detector<'a> {
     /// `log` with this odometry, at `times`.
-    pub fn new(
+    pub(crate) fn new(
         rule: Standstill,
         config: &Config,
         log: &'a Log,
@@ -162,7 +162,7 @@ impl<'a> Detector<'a> {
     }
 
     /// Variances of v (m²/s²) and ω (rad²/s²) as zero in row `k`, if the robot stands. To be asked row by row.
-    pub fn variances(&mut self, k: usize) -> Option<[f64; 2]> {
+    pub(crate) fn variances(&mut self, k: usize) -> Option<[f64; 2]> {
         let t = self.times[k];
         let hold_s = self.rule.hold_s;
         self.wheels.iter_mut().for_each(|w| w.look(k, t, hold_s));

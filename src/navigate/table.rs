@@ -70,13 +70,13 @@ pub(super) struct Table {
 }
 
 impl Table {
-    pub fn new(len: usize, slips: bool) -> Self {
+    pub(crate) fn new(len: usize, slips: bool) -> Self {
         let columns = || std::array::from_fn(|_| Vec::with_capacity(len));
         let slips = slips.then(|| std::array::from_fn(|_| Vec::with_capacity(len)));
         Self { values: columns(), std: columns(), slips, nis: Vec::with_capacity(len) }
     }
 
-    pub fn push<const N: usize>(
+    pub(crate) fn push<const N: usize>(
         &mut self,
         mean: &SVector<f64, N>,
         std: &SVector<f64, N>,
@@ -93,7 +93,7 @@ impl Table {
         self.nis.push(nis);
     }
 
-    pub fn slip(&self) -> Option<[WheelSlip; 2]> {
+    pub(crate) fn slip(&self) -> Option<[WheelSlip; 2]> {
         let columns = self.slips.as_ref()?;
         let rms = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
         let wheel = |slip: &[f64], std: &[f64]| WheelSlip {
@@ -105,28 +105,28 @@ impl Table {
     }
 
     /// An empty one of the same kind.
-    pub fn like(&self) -> Self {
+    pub(crate) fn like(&self) -> Self {
         Self::new(self.nis.len(), self.slips.is_some())
     }
 
     /// NIS of a row.
-    pub fn nis(&self, row: usize) -> f64 {
+    pub(crate) fn nis(&self, row: usize) -> f64 {
         self.nis[row]
     }
 
     /// Rows that were added from the last to the first come into their order.
-    pub fn reverse(&mut self) {
+    pub(crate) fn reverse(&mut self) {
         let columns = self.values.iter_mut().chain(&mut self.std).chain(self.slips.iter_mut().flatten());
         columns.chain([&mut self.nis]).for_each(|column| column.reverse());
     }
 
-    pub fn track(&self) -> Track<'_> {
+    pub(crate) fn track(&self) -> Track<'_> {
         let column = |state| COLUMNS.iter().position(|c| c.0 == state).map_or(&[][..], |at| &self.values[at]);
         let [x_m, y_m, heading_rad] = [state::X, state::Y, state::HEADING].map(column);
         Track { x_m, y_m, heading_rad }
     }
 
-    pub fn finish(self, source: &str, time: TimeAxis) -> Result<Log> {
+    pub(crate) fn finish(self, source: &str, time: TimeAxis) -> Result<Log> {
         let mut log = Log::new(source, time);
         for (values, (_, name, _)) in self.values.into_iter().zip(COLUMNS) {
             log.push(name, values)?;

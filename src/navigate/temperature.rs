@@ -83,7 +83,7 @@ fn outside_validity(config: &Config, model: &Thermal, low: f64, high: f64) -> Op
 
 impl Compensated {
     /// Gives the part that was taken off back to the gyro's error that a run reports.
-    pub fn given_back(self, mut run: Run) -> Run {
+    pub(crate) fn given_back(self, mut run: Run) -> Run {
         let smoothed = run.smoothed.iter_mut().flat_map(|s| &mut s.pose.channels);
         for channel in run.pose.channels.iter_mut().chain(smoothed).filter(|c| c.name == names::GYRO_ERROR) {
             channel.values.iter_mut().zip(&self.taken_rad_s).for_each(|(error, taken)| *error += taken);

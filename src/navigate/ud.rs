@@ -30,7 +30,7 @@ pub struct UdCovariance<const N: usize> {
 impl<const N: usize> UdCovariance<N> {
     /// Factors of `p`; `None` if it is not positive semidefinite beyond rounding.
     #[must_use]
-    pub fn factor(p: &SMatrix<f64, N, N>) -> Option<Self> {
+    pub(crate) fn factor(p: &SMatrix<f64, N, N>) -> Option<Self> {
         let mut rest = *p;
         let mut out = Self { u: identity(), d: [0.0; N] };
         for j in (0..N).rev() {
@@ -58,7 +58,7 @@ impl<const N: usize> UdCovariance<N> {
 
     /// P.
     #[must_use]
-    pub fn covariance(&self) -> SMatrix<f64, N, N> {
+    pub(crate) fn covariance(&self) -> SMatrix<f64, N, N> {
         SMatrix::from_fn(|a, b| {
             let (i, j) = (a.min(b), a.max(b));
             (j..N).map(|k| self.u[k][i] * self.u[k][j] * self.d[k]).sum()
@@ -67,13 +67,13 @@ impl<const N: usize> UdCovariance<N> {
 
     /// The element of P in row `i` and column `j`.
     #[must_use]
-    pub fn element(&self, i: usize, j: usize) -> f64 {
+    pub(crate) fn element(&self, i: usize, j: usize) -> f64 {
         (i.max(j)..N).map(|k| self.u[k][i] * self.u[k][j] * self.d[k]).sum()
     }
 
     /// The diagonal of P.
     #[must_use]
-    pub fn variances(&self) -> SVector<f64, N> {
+    pub(crate) fn variances(&self) -> SVector<f64, N> {
         SVector::from_fn(|i, _| (i..N).map(|k| self.u[k][i] * self.u[k][i] * self.d[k]).sum())
     }
 
@@ -91,13 +91,8 @@ impl<const N: usize> UdCovariance<N> {
 
     /// hᵀ P h + r.
     #[must_use]
-    pub fn innovation_variance(&self, h: &SVector<f64, N>, r: f64) -> f64 {
+    pub(crate) fn innovation_variance(&self, h: &SVector<f64, N>, r: f64) -> f64 {
         self.project(&Row::new(h), r).variance
-    }
-
-    /// Takes in a scalar measurement hᵀ x + noise of variance `r` > 0; returns the Kalman gain.
-    pub fn update(&mut self, h: &SVector<f64, N>, r: f64) -> SVector<f64, N> {
-        self.take_in(&self.project(&Row::new(h), r))
     }
 
     /// A measurement hᵀ x + noise of variance `r` as the factors see it.
@@ -119,7 +114,8 @@ impl<const N: usize> UdCovariance<N> {
         Projection { f, r, variances, variance }
     }
 
-    /// [`Self::update`] by a measurement that was projected on these factors.
+    /// Takes in a scalar measurement hᵀ x + noise of variance `r` > 0 that was projected on these factors; returns the
+    /// Kalman gain.
     #[inline(always)]
     pub(super) fn take_in(&mut self, seen: &Projection<N>) -> SVector<f64, N> {
         let mut gain = Gain { sums: [0.0; N], variance: seen.r, inverse: 1.0 / seen.r };
@@ -135,17 +131,7 @@ impl<const N: usize> UdCovariance<N> {
         SVector::from(gain.sums.map(|g| g * gain.inverse))
     }
 
-    /// P := Φ P Φᵀ + Γ diag(q) Γᵀ.
-    pub fn predict<const Q: usize>(
-        &mut self,
-        phi: &SMatrix<f64, N, N>,
-        gamma: &SMatrix<f64, N, Q>,
-        q: &SVector<f64, Q>,
-    ) {
-        self.predict_sparse::<Q, Dense>(phi, gamma, q);
-    }
-
-    /// [`Self::predict`] by matrices of which `S` says where they can differ from zero.
+    /// P := Φ P Φᵀ + Γ diag(q) Γᵀ, by matrices of which `S` says where they can differ from zero.
     #[inline(always)]
     pub(super) fn predict_sparse<const Q: usize, S: Structure<N, Q>>(
         &mut self,
@@ -195,7 +181,7 @@ pub(super) struct Row<const N: usize> {
 }
 
 impl<const N: usize> Row<N> {
-    pub fn new(h: &SVector<f64, N>) -> Self {
+    pub(crate) fn new(h: &SVector<f64, N>) -> Self {
         let mut out = Self { entries: [(0, 0.0); N], len: 0 };
         for (i, h) in h.iter().enumerate().filter(|(_, h)| **h != 0.0) {
             out.entries[out.len] = (i, *h);
@@ -206,12 +192,12 @@ impl<const N: usize> Row<N> {
 
     /// Index and value of what is not zero.
     #[inline]
-    pub fn entries(&self) -> &[(usize, f64)] {
+    pub(crate) fn entries(&self) -> &[(usize, f64)] {
         &self.entries[..self.len]
     }
 
     /// With its zeros.
-    pub fn dense(&self) -> SVector<f64, N> {
+    pub(crate) fn dense(&self) -> SVector<f64, N> {
         let mut out = SVector::zeros();
         self.entries().iter().for_each(|(i, h)| out[*i] = *h);
         out
@@ -269,14 +255,6 @@ pub(super) trait Structure<const N: usize, const Q: usize> {
     const GAMMA: [u32; N];
     /// Which of the columns of [Φ U, Γ] row i has when its turn comes.
     const SOURCES: [u32; N] = sources(&Self::PHI, &Self::GAMMA, Q);
-}
-
-/// Nothing is known to be zero.
-struct Dense;
-
-impl<const N: usize, const Q: usize> Structure<N, Q> for Dense {
-    const PHI: [u32; N] = [(1 << N) - 1; N];
-    const GAMMA: [u32; N] = [(1 << Q) - 1; N];
 }
 
 const fn has(bits: u32, k: usize) -> bool {
@@ -372,6 +350,31 @@ fn identity<const N: usize>() -> [[f64; N]; N] {
 mod tests {
     use super::*;
     use crate::math::random::Stream;
+
+    /// Nothing is known to be zero.
+    struct Dense;
+
+    impl<const N: usize, const Q: usize> Structure<N, Q> for Dense {
+        const PHI: [u32; N] = [(1 << N) - 1; N];
+        const GAMMA: [u32; N] = [(1 << Q) - 1; N];
+    }
+
+    impl<const N: usize> UdCovariance<N> {
+        /// Takes in a scalar measurement hᵀ x + noise of variance `r` > 0; returns the Kalman gain.
+        fn update(&mut self, h: &SVector<f64, N>, r: f64) -> SVector<f64, N> {
+            self.take_in(&self.project(&Row::new(h), r))
+        }
+
+        /// P := Φ P Φᵀ + Γ diag(q) Γᵀ.
+        fn predict<const Q: usize>(
+            &mut self,
+            phi: &SMatrix<f64, N, N>,
+            gamma: &SMatrix<f64, N, Q>,
+            q: &SVector<f64, Q>,
+        ) {
+            self.predict_sparse::<Q, Dense>(phi, gamma, q);
+        }
+    }
 
     fn random_matrix<const R: usize, const C: usize>(stream: &mut Stream) -> SMatrix<f64, R, C> {
         SMatrix::from_fn(|_, _| stream.normal())

@@ -17,7 +17,7 @@ const SPREAD: f64 = 3.0;
 
 /// A filter whose prediction runs on sigma points instead of derivatives.
 #[derive(Debug, Clone)]
-pub struct UnscentedFilter<const N: usize, M> {
+pub(crate) struct UnscentedFilter<const N: usize, M> {
     filter: Filter<N, M>,
 }
 

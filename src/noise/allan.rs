@@ -55,17 +55,6 @@ impl Deviation {
     /// All members.
     pub const ALL: [Self; 4] = [Self::Overlapping, Self::Modified, Self::Hadamard, Self::Total];
 
-    /// Name for people.
-    #[must_use]
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Overlapping => "overlapping Allan deviation",
-            Self::Modified => "modified Allan deviation",
-            Self::Hadamard => "overlapping Hadamard deviation",
-            Self::Total => "total deviation",
-        }
-    }
-
     /// Key in JSON.
     #[must_use]
     pub fn id(self) -> &'static str {
@@ -93,7 +82,7 @@ impl Deviation {
 
     /// Equivalent degrees of freedom with `m` of `rates` samples averaged.
     #[must_use]
-    pub fn degrees_of_freedom(self, alpha: NoiseExponent, m: usize, rates: usize) -> f64 {
+    pub(crate) fn degrees_of_freedom(self, alpha: NoiseExponent, m: usize, rates: usize) -> f64 {
         match self {
             // the published coefficients are those of many samples averaged; with few it is all but the overlapping one
             Self::Total if m > FEW_AVERAGED && alpha <= 0 => total_degrees_of_freedom(alpha, m, rates),

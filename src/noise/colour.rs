@@ -37,7 +37,7 @@ impl Colour {
 
     /// S(ω)/N² at `omega` (rad a sample) of samples `step_s` apart whose white noise has the standard deviation `white_std_rad_s`.
     #[must_use]
-    pub fn powers(&self, white_std_rad_s: f64, step_s: f64, omega: &[f64]) -> Vec<f64> {
+    pub(crate) fn powers(&self, white_std_rad_s: f64, step_s: f64, omega: &[f64]) -> Vec<f64> {
         let mut power = match self.low_pass {
             Some((form, cutoff_hz)) => form.powers(cutoff_hz, step_s, omega),
             None => vec![1.0; omega.len()],

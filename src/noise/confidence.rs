@@ -8,14 +8,14 @@ use crate::math::distributions::chi_squared_interval95;
 
 /// Exponent α of the spectrum of the rate, S ∝ f^α: 2 quantisation, 1 flicker of the angle, 0 white, -1 flicker, -2 random
 /// walk, -3 and -4 beyond.
-pub type NoiseExponent = i32;
+pub(crate) type NoiseExponent = i32;
 
 /// Beyond this many terms sums are replaced by their limits.
 const MOST_TERMS: f64 = 100.0;
 
 /// Two-sided 95 % interval of a deviation with `degrees` of freedom.
 #[must_use]
-pub fn interval95(deviation: f64, degrees: f64) -> [f64; 2] {
+pub(crate) fn interval95(deviation: f64, degrees: f64) -> [f64; 2] {
     let [low, high] = chi_squared_interval95(degrees.max(1e-3));
     [deviation * (degrees / high).sqrt(), if low > 0.0 { deviation * (degrees / low).sqrt() } else { f64::INFINITY }]
 }

@@ -30,7 +30,7 @@ pub struct Datasheet {
 
 /// One number of a datasheet.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Stated {
+pub(crate) struct Stated {
     /// The term that it belongs to.
     pub id: TermKind,
     /// Name in the datasheet.
@@ -48,7 +48,7 @@ const fn part(name: &'static str, white: White, stability_deg_h: Option<f64>, so
 }
 
 /// The table, by name.
-pub const DATASHEETS: [Datasheet; 15] = [
+pub(crate) const DATASHEETS: [Datasheet; 15] = [
     part(
         "ADIS16405",
         White::Density(0.05),
@@ -95,7 +95,7 @@ impl Datasheet {
 
     /// Its figures, in its own units and in SI.
     #[must_use]
-    pub fn stated(&self) -> Vec<Stated> {
+    pub(crate) fn stated(&self) -> Vec<Stated> {
         let white = match self.white {
             White::Density(value) => ("rate noise density", value, "°/s/√Hz", value * RAD_S_PER_DEG_S),
             White::Walk(value) => ("angle random walk", value, "°/√h", value * RAD_SQRT_S_PER_DEG_SQRT_H),

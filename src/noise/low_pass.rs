@@ -50,7 +50,7 @@ impl LowPass {
     }
 
     /// Power gain at angular frequencies, rad/sample, of the form with its half power at `cutoff_hz`.
-    pub fn filter(self, cutoff_hz: f64, step_s: f64) -> impl Fn(f64) -> f64 {
+    pub(crate) fn filter(self, cutoff_hz: f64, step_s: f64) -> impl Fn(f64) -> f64 {
         let omega_c = TAU * cutoff_hz * step_s;
         let sin_c = if omega_c < PI { (0.5 * omega_c).sin() } else { (0.5 * (omega_c - PI)).cosh() };
         let tan_c = (0.5 * omega_c.min(PI)).tan().clamp(0.0, TANGENT);
@@ -69,7 +69,7 @@ impl LowPass {
 
     /// The same at each of `omega`.
     #[must_use]
-    pub fn powers(self, cutoff_hz: f64, step_s: f64, omega: &[f64]) -> Vec<f64> {
+    pub(crate) fn powers(self, cutoff_hz: f64, step_s: f64, omega: &[f64]) -> Vec<f64> {
         let at = self.filter(cutoff_hz, step_s);
         omega.iter().map(|w| at(*w)).collect()
     }
@@ -77,7 +77,7 @@ impl LowPass {
     /// Bounds of the cutoff, Hz: from a hundredth of the sample rate, or what a log of `span_s` still tells from a drift, to
     /// where a pole takes less than a hundredth off the power. A Butterworth filter has none of it above half the sample rate.
     #[must_use]
-    pub fn range_hz(self, step_s: f64, span_s: f64) -> [f64; 2] {
+    pub(crate) fn range_hz(self, step_s: f64, span_s: f64) -> [f64; 2] {
         let high = if self == Self::Butterworth { 0.49 } else { 1.5 };
         [(0.01 / step_s).max(50.0 / span_s), high / step_s]
     }

@@ -29,4 +29,5 @@ pub use allan::{AllanPoint, Deviation};
 pub use colour::{Band, Colour};
 pub use low_pass::LowPass;
 pub use narrow_band::BandForm;
-pub use terms::{TermKind, Unit};
+pub use terms::TermKind;
+pub(crate) use terms::Unit;

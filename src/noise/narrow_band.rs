@@ -35,7 +35,7 @@ impl BandForm {
 
     /// Variance of the cosine coefficients at ω (rad/sample) per σ²: the density over the sample time, two-sided.
     #[must_use]
-    pub fn unit(self, center_hz: f64, bandwidth_hz: f64, step_s: f64, omega: &[f64]) -> Vec<f64> {
+    pub(crate) fn unit(self, center_hz: f64, bandwidth_hz: f64, step_s: f64, omega: &[f64]) -> Vec<f64> {
         let (center, width) = (TAU * center_hz * step_s, TAU * bandwidth_hz * step_s);
         let line = |x: f64| match self {
             Self::Resonance => {

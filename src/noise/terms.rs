@@ -41,7 +41,7 @@ pub enum TermKind {
 
 /// A unit that datasheets use, and how many of it are one SI unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unit {
+pub(crate) struct Unit {
     /// Name in reports and files.
     pub name: &'static str,
     /// Value in this unit of one SI unit.
@@ -66,7 +66,7 @@ impl TermKind {
     /// Whether it shapes the spectrum near the sample rate, by parameters of its own: [`super::LowPass`] and
     /// [`super::BandForm`] say how. Spectra and Allan variances here are zero for these.
     #[must_use]
-    pub fn shapes(self) -> bool {
+    pub(crate) fn shapes(self) -> bool {
         matches!(self, Self::Bandwidth | Self::NarrowBandNoise)
     }
 
@@ -137,7 +137,7 @@ impl TermKind {
 
     /// The units in which datasheets state the size, the usual one first.
     #[must_use]
-    pub fn datasheet_units(self) -> &'static [Unit] {
+    pub(crate) fn datasheet_units(self) -> &'static [Unit] {
         const HOUR: f64 = 3600.0;
         match self {
             Self::Quantization => &[Unit { name: "arcsec", per_si: DEG * 3600.0 }, Unit { name: "µrad", per_si: 1e6 }],
@@ -219,7 +219,7 @@ impl TermKind {
     /// White noise and random walk are exactly independent there. Of the others this is the exact expectation, ends
     /// included, or, of flicker noise, its limit for many samples: S(ω_k) alone would be wrong by 2/π²k of it.
     #[must_use]
-    pub fn cosine_variances(self, k: &[f64], len: usize, step_s: f64, correlation_time_s: f64) -> Vec<f64> {
+    pub(crate) fn cosine_variances(self, k: &[f64], len: usize, step_s: f64, correlation_time_s: f64) -> Vec<f64> {
         let n = len as f64;
         let half = |k: f64| 0.5 * PI * k / n;
         match self {

@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 /// Endings of the names of logs in a folder. The format is found from a file's content; the endings exclude notes,
 /// pictures and settings, which a reader of text would try as tables. A file of another name is read if it is named
 /// itself.
-pub const EXTENSIONS: [&str; 18] = [
+pub(crate) const EXTENSIONS: [&str; 18] = [
     "csv", "tsv", "csv.gz", "tsv.gz", "jsonl", "jsonl.gz", "parquet", "bag", "mcap", "db3", "ulg", "ulog", "bin",
     "mat", "h5", "hdf5", "npy", "npz",
 ];
 
 /// The logs that `paths` name: files as they are, and of folders, with their folders, the files whose names end like a log's
-/// ([`EXTENSIONS`]), by name. Hidden files and folders are passed over, links to folders not followed, and a file is listed
+/// (`EXTENSIONS`), by name. Hidden files and folders are passed over, links to folders not followed, and a file is listed
 /// once; those of `except`, such as results that lie beside the logs, are left out of folders.
 ///
 /// # Errors

@@ -6,8 +6,8 @@
 //!
 //! [`find()`] lists the logs of folders, [`fit_all`] fits them, some at a time, and takes over the [`Row`]s of an earlier run;
 //! [`results`] keeps the rows as Parquet or CSV. [`Population`] is what they have in common: τ of C2 is the turn-on
-//! repeatability, τ of C1 and ln T together that of the warm-up ([`crate::math::random_effects`]); logs that are not of one population
-//! with the others ([`crate::math::outlying`]) are named.
+//! repeatability, τ of C1 and ln T together that of the warm-up (`crate::math::random_effects`); logs that are not of one population
+//! with the others (`crate::math::outlying`) are named.
 //!
 //! ```no_run
 //! use gyroid::population::{self, Population, Settings};
@@ -29,7 +29,7 @@ mod statistics;
 #[cfg(test)]
 mod tests;
 
-pub use find::{EXTENSIONS, find};
+pub use find::find;
 pub use row::Row;
 pub use run::{AxisChoice, Done, Origin, Settings, Topics, fit_all};
 pub use statistics::{LeftOut, Options, OutlyingLog, Parameter, Population, Repeatability, Span};

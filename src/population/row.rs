@@ -134,7 +134,7 @@ pub(super) enum Kind {
 
 impl Kind {
     /// The type of the column called `name`.
-    pub fn of(name: &str) -> Self {
+    pub(crate) fn of(name: &str) -> Self {
         const TEXT: [&str; 13] = [
             "path",
             "topic",
@@ -240,7 +240,7 @@ impl Row {
 
     /// Estimates of (C1, C2, T) with their covariance, where all are known.
     #[must_use]
-    pub fn estimates(&self) -> Option<([f64; 3], [[f64; 3]; 3])> {
+    pub(crate) fn estimates(&self) -> Option<([f64; 3], [[f64; 3]; 3])> {
         let value = [self.c1_rad_s?, self.c2_rad_s?, self.time_constant_s?];
         let [a, b, c] = [self.c1_std_rad_s?, self.c2_std_rad_s?, self.time_constant_std_s?].map(|s| s * s);
         let ab = self.c1_c2_covariance_rad2_s2?;

@@ -87,7 +87,7 @@ impl Default for Settings {
 impl Settings {
     /// The options that are not defaults, axes and `topics` aside, as JSON: rows with the same text were made in the same way.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let (query, usual) = (&self.query, validate::Options::default());
         let fixed = self.fit.fixed;
         let all = [
@@ -138,7 +138,7 @@ pub struct Done {
 }
 
 /// Fits each axis of each gyro of each of `logs`, `jobs` (at least one) at a time, on as many threads. A row of `known` is taken over where
-/// the bytes of the log, the topic, the axis, the options ([`Settings::text`]) and the version are those that it was made of; rows with an
+/// the bytes of the log, the topic, the axis, the options (`Settings::text`) and the version are those that it was made of; rows with an
 /// error are tried anew. `each` sees every row as soon as it is there, in no certain order.
 ///
 /// # Errors

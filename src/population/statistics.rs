@@ -237,7 +237,7 @@ impl Population {
 
     /// Mean of (C1, C2, T) over the counted logs; a parameter that was given is what it was given as.
     #[must_use]
-    pub fn means(&self, rows: &[Row]) -> Option<[f64; 3]> {
+    pub(crate) fn means(&self, rows: &[Row]) -> Option<[f64; 3]> {
         let first = rows.get(*self.counted.first()?)?.estimates()?.0;
         let means = [self.c1, self.c2, self.time_constant];
         Some(std::array::from_fn(|k| means[k].map_or(first[k], |p| p.mean)))

@@ -21,7 +21,7 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         Self { bend: between(s, -0.06, 0.06), sign: sign(s) }
     }
 }
@@ -57,7 +57,7 @@ pub(super) struct SecondExponential {
 }
 
 impl SecondExponential {
-    pub fn draw(unit: &Unit, s: &mut Stream) -> Self {
+    pub(crate) fn draw(unit: &Unit, s: &mut Stream) -> Self {
         let time_constant_s = unit.time_constant_s * log_between(s, 0.05, 0.35);
         Self { time_constant_s, stretch: between(s, 0.88, 1.08), sign: sign(s) }
     }
@@ -90,7 +90,7 @@ pub(super) struct Temperature {
 }
 
 impl Temperature {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         let first = if chance(s, 0.7) { log_between(s, 8.0, 150.0) } else { 0.0 };
         let second = if chance(s, 0.3) { 0.3 * first } else { 0.0 };
         Self { lags_s: [first, second], bend: between(s, -0.12, 0.12), sign: sign(s) }
@@ -146,7 +146,7 @@ pub(super) struct Supply {
 }
 
 impl Supply {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         Self { bend: between(s, -0.1, 0.1), sign: sign(s) }
     }
 
@@ -182,7 +182,7 @@ pub(super) struct Step {
 }
 
 impl Step {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         Self { settle_s: log_between(s, 0.2, 12.0), logistic: chance(s, 0.5), sign: sign(s) }
     }
 }
@@ -223,7 +223,7 @@ pub(super) struct Tone {
 }
 
 impl Tone {
-    pub fn draw(unit: &Unit, s: &mut Stream) -> Self {
+    pub(crate) fn draw(unit: &Unit, s: &mut Stream) -> Self {
         let nyquist_hz = 0.5 / unit.step_s;
         let frequency_hz = if chance(s, 0.5) {
             log_between(s, 0.01, 0.95 * nyquist_hz)
@@ -272,7 +272,7 @@ pub(super) struct TurnOnShift {
 }
 
 impl TurnOnShift {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         Self { sign: sign(s) }
     }
 }
@@ -301,7 +301,7 @@ pub(super) struct Telegraph {
 }
 
 impl Telegraph {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         let mean_s = log_between(s, 4.0, 700.0);
         let uneven = log_between(s, 0.4, 2.5).sqrt();
         let norm = 0.5 * (uneven + 1.0 / uneven);
@@ -325,7 +325,7 @@ impl Telegraph {
         self.dwell_s[level] * relative.max(1e-3)
     }
 
-    pub fn once(&self, run: &Run, s: &mut Stream) -> (Vec<f64>, usize) {
+    pub(crate) fn once(&self, run: &Run, s: &mut Stream) -> (Vec<f64>, usize) {
         let dt = run.step_s();
         let mut level = usize::from(chance(s, self.upper_share()));
         let mut value = level as f64 + self.jitter * s.normal();

@@ -38,7 +38,7 @@ impl Case {
     ///
     /// # Errors
     /// [`ErrorKind::Column`] where two channels of a log are called alike.
-    pub fn files(&self) -> Result<Vec<(String, Log)>> {
+    pub(crate) fn files(&self) -> Result<Vec<(String, Log)>> {
         let fit = split("fit", &self.fit, self.kept_in)?;
         Ok(fit.into_iter().chain(split("hold", &self.hold, self.kept_in)?).collect())
     }
@@ -114,7 +114,7 @@ fn believed(unit: Unit, spec: &Spec, seed: u64) -> Unit {
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] if `spec` names an effect that the generator does not know.
-pub fn make(seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<Case> {
+pub(crate) fn make(seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<Case> {
     let seed = case_seed(seed, index);
     let habits = Habits::draw(habits, &mut Stream::new(seed, HABITS)).at_rest();
     let unit = believed(Unit::draw(&mut Stream::new(seed, UNIT)), spec, seed);

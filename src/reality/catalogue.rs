@@ -57,7 +57,7 @@ pub const UNLISTED: [&str; 16] = [
 ];
 
 /// Effects that real units commonly have in small amounts.
-pub const COMMON: [&str; 9] = [
+pub(crate) const COMMON: [&str; 9] = [
     "gyro.bias_instability",
     "gyro.gauss_markov",
     "gyro.rate_random_walk",

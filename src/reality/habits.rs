@@ -45,7 +45,7 @@ impl Printed {
     }
 
     /// Rounds rates, rad/s, to as few decimals as leave a noise of standard deviation `noise_rad_s` as it is.
-    pub fn print(self, values_rad_s: &mut [f64], noise_rad_s: f64) {
+    pub(crate) fn print(self, values_rad_s: &mut [f64], noise_rad_s: f64) {
         let (unit, steps) = (self.in_a_radian(), self.steps(noise_rad_s));
         for v in values_rad_s {
             *v = (*v * unit * steps).round() / steps / unit;
@@ -54,7 +54,7 @@ impl Printed {
 
     /// Step of the decimals that [`Self::print`] leaves, rad/s.
     #[cfg(test)]
-    pub fn step_rad_s(self, noise_rad_s: f64) -> f64 {
+    pub(crate) fn step_rad_s(self, noise_rad_s: f64) -> f64 {
         1.0 / self.steps(noise_rad_s) / self.in_a_radian()
     }
 }
@@ -88,11 +88,11 @@ pub(super) struct Habits {
 
 impl Habits {
     /// One machine records all that there is, with all its digits.
-    pub const PLAIN: Self =
+    pub(crate) const PLAIN: Self =
         Self { printed: None, files: Files::Parquet, steering: None, wheels_hz: None, offsets_s: [None; 2] };
 
     /// Each habit with probability `share`, the rarer ones with half of it.
-    pub fn draw(share: f64, s: &mut Stream) -> Self {
+    pub(crate) fn draw(share: f64, s: &mut Stream) -> Self {
         let unit = if chance(s, 0.5) { Printed::Radians } else { Printed::Degrees };
         let printed = chance(s, share).then_some(unit);
         let csv = chance(s, share);
@@ -118,13 +118,13 @@ impl Habits {
     }
 
     /// The habits that apply to a gyro at rest.
-    pub fn at_rest(self) -> Self {
+    pub(crate) fn at_rest(self) -> Self {
         let files = if self.files == Files::Parquet { Files::Parquet } else { Files::Csv };
         Self { printed: self.printed, files, ..Self::PLAIN }
     }
 
     /// Names of the habits as labels have them.
-    pub fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         let printed = self.printed.map(|_| "printed");
         let files = match self.files {
             Files::Parquet => None,

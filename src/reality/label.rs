@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Parameters by name, the unit in the name.
-pub type Parameters = BTreeMap<String, f64>;
+pub(crate) type Parameters = BTreeMap<String, f64>;
 
 /// How clearly the weakest main effect shows, by its expected log-likelihood ratio over the log of the fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -23,7 +23,7 @@ pub enum Strength {
 impl Strength {
     /// Its nats, from and to.
     #[must_use]
-    pub fn nats(self) -> [f64; 2] {
+    pub(crate) fn nats(self) -> [f64; 2] {
         match self {
             Self::None => [0.0, 0.0],
             Self::Weak => [4.0, 12.0],
@@ -34,7 +34,7 @@ impl Strength {
 
     /// Its name in labels.
     #[must_use]
-    pub fn id(self) -> &'static str {
+    pub(crate) fn id(self) -> &'static str {
         match self {
             Self::None => "none",
             Self::Weak => "weak",

@@ -7,10 +7,10 @@
 //! How strong an effect is, is said by how clearly it shows: its expected log-likelihood ratio against the nominal simulator
 //! over the log of the fit, in nats ([`Strength`]).
 //!
-//! How the logs are kept is no effect ([`make_kept`]): few decimals, CSV, a file a sensor, wheels that are read seldom, clocks that
+//! How the logs are kept is no effect (`make_kept`): few decimals, CSV, a file a sensor, wheels that are read seldom, clocks that
 //! disagree. Labels say it beside the effects.
 //!
-//! [`plan`] says which effects the cases of a bench hold, [`make`] makes one case. Each case draws from its own seed: the same
+//! `plan` says which effects the cases of a bench hold, [`make`] makes one case. Each case draws from its own seed: the same
 //! plan gives the same bytes on one thread or many.
 
 mod bias;
@@ -33,10 +33,11 @@ mod wandering;
 mod warm_up;
 
 pub use case::Case;
-pub use catalogue::{COMMON, LEFT_OUT, LISTED, UNLISTED};
+pub use catalogue::{LEFT_OUT, LISTED, UNLISTED};
 pub use files::Files;
-pub use label::{ClockOffset, Label, Parameters, Place, Strength};
-pub use plan::{Mix, Spec, plan};
+pub use label::{ClockOffset, Label, Place, Strength};
+pub(crate) use plan::plan;
+pub use plan::{Mix, Spec};
 
 use crate::config::Kind;
 use crate::error::Result;
@@ -64,7 +65,7 @@ pub fn make(kind: Kind, seed: u64, index: usize, spec: &Spec) -> Result<Case> {
 ///
 /// # Errors
 /// As [`make`].
-pub fn make_kept(kind: Kind, seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<Case> {
+pub(crate) fn make_kept(kind: Kind, seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<Case> {
     match kind {
         Kind::Stationary => case::make(seed, index, spec, habits),
         Kind::Driving => drive::make(seed, index, spec, habits),

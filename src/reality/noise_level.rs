@@ -21,10 +21,10 @@ pub(super) struct Loudness {
 
 impl Loudness {
     /// The nominal level.
-    pub const NOMINAL: Self = Self { log: 0.0, depth: 0.0, period_s: 1.0, phase: 0.0 };
+    pub(crate) const NOMINAL: Self = Self { log: 0.0, depth: 0.0, period_s: 1.0, phase: 0.0 };
 
     /// A form whose `log` is 1 or -1; it breathes with a period between those of `periods_s`.
-    pub fn draw(periods_s: [f64; 2], s: &mut Stream) -> Self {
+    pub(crate) fn draw(periods_s: [f64; 2], s: &mut Stream) -> Self {
         let log = if chance(s, 0.6) { 1.0 } else { -1.0 };
         let [short_s, long_s] = periods_s;
         Self {
@@ -36,12 +36,12 @@ impl Loudness {
     }
 
     /// The same, so many times as strong.
-    pub fn times(self, strength: f64) -> Self {
+    pub(crate) fn times(self, strength: f64) -> Self {
         Self { log: strength * self.log, ..self }
     }
 
     /// Standard deviation over the stated one at `t_s` since the log began.
-    pub fn at(&self, t_s: f64) -> f64 {
+    pub(crate) fn at(&self, t_s: f64) -> f64 {
         if self.log == 0.0 {
             return 1.0;
         }
@@ -49,7 +49,7 @@ impl Loudness {
     }
 
     /// Root mean square over these times, s.
-    pub fn rms(&self, times_s: impl Iterator<Item = f64>) -> f64 {
+    pub(crate) fn rms(&self, times_s: impl Iterator<Item = f64>) -> f64 {
         let (sum, of) = times_s.fold((0.0, 0.0), |(sum, of), t| (sum + self.at(t).powi(2), of + 1.0_f64));
         (sum / of.max(1.0)).sqrt()
     }
@@ -59,7 +59,7 @@ impl Loudness {
 pub(super) struct NoiseLevel(Loudness);
 
 impl NoiseLevel {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         Self(Loudness::draw([500.0, 4000.0], s))
     }
 }

@@ -22,7 +22,7 @@ pub struct Mix {
     /// Of the cases with one listed effect, the share that holds a little of others too; of pairs and unlisted ones, half
     /// that share.
     pub messy: f64,
-    /// Share of the cases that have each of the habits of who records: see [`super::make_kept`].
+    /// Share of the cases that have each of the habits of who records: see `super::make_kept`.
     #[serde(default)]
     pub habits: f64,
 }
@@ -40,7 +40,7 @@ pub struct Spec {
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] for shares that are none, or add up to more than 1.
-pub fn plan(mix: &Mix, kind: Kind, seed: u64) -> Result<Vec<Spec>> {
+pub(crate) fn plan(mix: &Mix, kind: Kind, seed: u64) -> Result<Vec<Spec>> {
     let shares = [
         ("none", mix.none),
         ("pairs", mix.pairs),

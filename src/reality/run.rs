@@ -31,7 +31,7 @@ pub(super) struct Unit {
 }
 
 impl Unit {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         let step_s = match s.uniform() {
             u if u < 0.32 => 0.1,
             u if u < 0.62 => 0.125,
@@ -63,27 +63,27 @@ impl Unit {
     }
 
     /// The same unit, sampled otherwise.
-    pub fn sampled(self, step_s: f64) -> Self {
+    pub(crate) fn sampled(self, step_s: f64) -> Self {
         Self { step_s, ..self }
     }
 
     /// The same unit, of whose warm-up the team knows nothing.
-    pub fn without_warm_up(self) -> Self {
+    pub(crate) fn without_warm_up(self) -> Self {
         Self { c1_rad_s: 0.0, ..self }
     }
 
     /// Time constant with which its body heats, s.
-    pub fn heating_s(&self) -> f64 {
+    pub(crate) fn heating_s(&self) -> f64 {
         self.heating_s
     }
 
     /// Standard deviation of a sample's white noise, rad/s.
-    pub fn white_std_rad_s(&self) -> f64 {
+    pub(crate) fn white_std_rad_s(&self) -> f64 {
         self.angle_random_walk_rad_sqrt_s / self.step_s.sqrt()
     }
 
     /// The nominal simulator's file.
-    pub fn config(&self) -> Config {
+    pub(crate) fn config(&self) -> Config {
         Config {
             schema: SCHEMA,
             kind: Kind::Stationary,
@@ -130,7 +130,7 @@ pub(super) struct Run {
 }
 
 impl Run {
-    pub fn draw(unit: &Unit, s: &mut Stream) -> Self {
+    pub(crate) fn draw(unit: &Unit, s: &mut Stream) -> Self {
         let len = (between(s, 7300.0, 8700.0) / unit.step_s) as usize;
         let c1_rad_s = unit.c1_rad_s * (1.0 + unit.relative_std * s.normal());
         let c2_rad_s = unit.c2_rad_s + unit.turn_on_std_rad_s * s.normal();
@@ -140,41 +140,41 @@ impl Run {
         Self { unit: *unit, len, c1_rad_s, c2_rad_s, time_constant_s, temperature_c, supply_v }
     }
 
-    pub fn step_s(&self) -> f64 {
+    pub(crate) fn step_s(&self) -> f64 {
         self.unit.step_s
     }
 
-    pub fn time_s(&self, row: usize) -> f64 {
+    pub(crate) fn time_s(&self, row: usize) -> f64 {
         row as f64 * self.unit.step_s
     }
 
-    pub fn times_s(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn times_s(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.len).map(|row| self.time_s(row))
     }
 
-    pub fn span_s(&self) -> f64 {
+    pub(crate) fn span_s(&self) -> f64 {
         self.len as f64 * self.unit.step_s
     }
 
-    pub fn warm_up_rad_s(&self, t_s: f64) -> f64 {
+    pub(crate) fn warm_up_rad_s(&self, t_s: f64) -> f64 {
         self.c1_rad_s * -(-t_s / self.time_constant_s).exp_m1() + self.c2_rad_s
     }
 
     /// Temperature since power-on, °C.
-    pub fn warming_c(&self) -> Vec<f64> {
+    pub(crate) fn warming_c(&self) -> Vec<f64> {
         let first = self.temperature_c.first().copied().unwrap_or(0.0);
         self.temperature_c.iter().map(|c| c - first).collect()
     }
 
     /// Readings of the thermometer with its noise and quantization, °C.
-    pub fn thermometer_c(&self, s: &mut Stream) -> Vec<f64> {
+    pub(crate) fn thermometer_c(&self, s: &mut Stream) -> Vec<f64> {
         let lattice = self.unit.thermometer_lattice_c;
         let read = |c: &f64| ((c + self.unit.thermometer_std_c * s.normal()) / lattice).round() * lattice;
         self.temperature_c.iter().map(read).collect()
     }
 
     /// Readings of the voltmeter with its noise, V.
-    pub fn voltmeter_v(&self, s: &mut Stream) -> Vec<f64> {
+    pub(crate) fn voltmeter_v(&self, s: &mut Stream) -> Vec<f64> {
         self.supply_v.iter().map(|v| v + self.unit.voltmeter_std_v * s.normal()).collect()
     }
 }

@@ -27,7 +27,7 @@ pub(super) struct Bandwidth {
 }
 
 impl Bandwidth {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         let filter = match s.uniform() {
             u if u < 0.6 => Filter::Poles(1 + index(s, 3)),
             u if u < 0.85 => Filter::Pair(between(s, 0.5, 0.95)),
@@ -98,7 +98,7 @@ impl Bandwidth {
 #[cfg(test)]
 impl Bandwidth {
     /// Which filter it is.
-    pub fn form(&self) -> &'static str {
+    pub(crate) fn form(&self) -> &'static str {
         match self.filter {
             Filter::Poles(_) => "poles",
             Filter::Pair(_) => "pair",
@@ -107,13 +107,13 @@ impl Bandwidth {
     }
 
     /// |H|² at `f_hz` before the averaging.
-    pub fn gain(&self, f_hz: f64, cutoff_hz: f64, step_s: f64) -> f64 {
+    pub(crate) fn gain(&self, f_hz: f64, cutoff_hz: f64, step_s: f64) -> f64 {
         let h = step_s / SUBSTEPS as f64;
         Self::power(&self.taps(cutoff_hz, h), 2.0 * PI * f_hz * h)
     }
 
     /// Spectrum of the samples over that of white noise.
-    pub fn sampled(&self, f_hz: f64, cutoff_hz: f64, step_s: f64) -> f64 {
+    pub(crate) fn sampled(&self, f_hz: f64, cutoff_hz: f64, step_s: f64) -> f64 {
         Self::spectrum(&self.taps(cutoff_hz, step_s / SUBSTEPS as f64), 2.0 * PI * f_hz * step_s)
     }
 }
@@ -183,7 +183,7 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         let offset = match s.uniform() {
             u if u < 0.4 => 0.0,
             u if u < 0.7 => 0.5,
@@ -232,7 +232,7 @@ pub(super) struct Outliers {
 }
 
 impl Outliers {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         let sizes = [Sizes::Uniform, Sizes::Exponential, Sizes::Normal][index(s, 3)];
         let one_sided = if chance(s, 0.25) { sign(s) } else { 0.0 };
         let cluster = if chance(s, 0.25) { 2 + index(s, 2) } else { 1 };
@@ -315,7 +315,7 @@ pub(super) struct NoiseGrowth {
 }
 
 impl NoiseGrowth {
-    pub fn draw(unit: &Unit, s: &mut Stream) -> Self {
+    pub(crate) fn draw(unit: &Unit, s: &mut Stream) -> Self {
         let law = [Growth::Linear, Growth::Exponential, Growth::Quadratic][index(s, 3)];
         let lag_s = if chance(s, 0.5) { log_between(s, 10.0, 120.0).max(2.0 * unit.step_s) } else { 0.0 };
         Self { law, lag_s }

@@ -2,7 +2,7 @@
 
 use super::bias::Telegraph;
 use super::case;
-use super::catalogue::draw;
+use super::catalogue::{COMMON, draw};
 use super::effect::Effect;
 use super::run::{Run, Unit};
 use super::*;

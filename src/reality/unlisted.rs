@@ -17,7 +17,7 @@ pub(super) struct Chirp {
 }
 
 impl Chirp {
-    pub fn draw(unit: &Unit, s: &mut Stream) -> Self {
+    pub(crate) fn draw(unit: &Unit, s: &mut Stream) -> Self {
         let nyquist_hz = 0.5 / unit.step_s;
         let from_hz = log_between(s, 0.002, 0.3 * nyquist_hz);
         let to_hz = (from_hz * log_between(s, 1.5, 8.0)).min(0.95 * nyquist_hz);
@@ -66,16 +66,16 @@ pub(super) struct Periodic {
 }
 
 impl Periodic {
-    pub fn pulses(s: &mut Stream) -> Self {
+    pub(crate) fn pulses(s: &mut Stream) -> Self {
         let wave = Wave::Pulse(log_between(s, 0.01, 0.12));
         Self { id: "x.pulse_train", wave, period_s: log_between(s, 15.0, 300.0), sign: sign(s) }
     }
 
-    pub fn saw(s: &mut Stream) -> Self {
+    pub(crate) fn saw(s: &mut Stream) -> Self {
         Self { id: "x.sawtooth", wave: Wave::Saw, period_s: log_between(s, 60.0, 1500.0), sign: sign(s) }
     }
 
-    pub fn square(s: &mut Stream) -> Self {
+    pub(crate) fn square(s: &mut Stream) -> Self {
         Self { id: "x.square_wave", wave: Wave::Square, period_s: log_between(s, 60.0, 1500.0), sign: 1.0 }
     }
 }
@@ -127,7 +127,7 @@ pub(super) struct Response {
 }
 
 impl Response {
-    pub fn draw(law: Law, s: &mut Stream) -> Self {
+    pub(crate) fn draw(law: Law, s: &mut Stream) -> Self {
         Self { law, lag_s: between(s, 15.0, 90.0), share: between(s, 0.3, 0.6), sign: sign(s) }
     }
 
@@ -199,7 +199,7 @@ pub(super) struct Shots {
 }
 
 impl Shots {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         Self { every_s: log_between(s, 150.0, 1200.0), relax_s: log_between(s, 4.0, 60.0), sign: sign(s) }
     }
 }
@@ -233,7 +233,7 @@ pub(super) struct Ringing {
 }
 
 impl Ringing {
-    pub fn draw(unit: &Unit, s: &mut Stream) -> Self {
+    pub(crate) fn draw(unit: &Unit, s: &mut Stream) -> Self {
         let period_s = unit.time_constant_s * log_between(s, 0.15, 0.8);
         Self { decay_s: period_s * between(s, 1.0, 4.0), period_s }
     }
@@ -263,7 +263,7 @@ pub(super) struct Bursts {
 }
 
 impl Bursts {
-    pub fn draw(unit: &Unit, s: &mut Stream) -> Self {
+    pub(crate) fn draw(unit: &Unit, s: &mut Stream) -> Self {
         let carrier_hz = log_between(s, 0.1, 0.45 / unit.step_s);
         let burst_s = log_between(s, 10.0, 60.0) / carrier_hz.max(0.5);
         Self { carrier_hz, burst_s, pause_s: burst_s * log_between(s, 2.0, 10.0) }

@@ -20,12 +20,12 @@ enum Moves {
 pub(super) struct Level(Moves);
 
 impl Level {
-    pub fn bursts(s: &mut Stream) -> Self {
+    pub(crate) fn bursts(s: &mut Stream) -> Self {
         let burst_s = log_between(s, 3.0, 60.0);
         Self(Moves::Bursts { burst_s, pause_s: burst_s * log_between(s, 3.0, 15.0) })
     }
 
-    pub fn periodic(s: &mut Stream) -> Self {
+    pub(crate) fn periodic(s: &mut Stream) -> Self {
         Self(Moves::Periodic { period_s: log_between(s, 20.0, 900.0) })
     }
 }
@@ -176,11 +176,11 @@ enum Sticks {
 pub(super) struct Held(Sticks);
 
 impl Held {
-    pub fn stuck(s: &mut Stream) -> Self {
+    pub(crate) fn stuck(s: &mut Stream) -> Self {
         Self(Sticks::Stuck { longest: 1 + index(s, 4) })
     }
 
-    pub fn dead_band() -> Self {
+    pub(crate) fn dead_band() -> Self {
         Self(Sticks::DeadBand)
     }
 }

@@ -20,7 +20,7 @@ pub(super) struct RandomWalk {
 }
 
 impl RandomWalk {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         Self { leak: log_between(s, 4.0, 60.0), tails: between(s, 0.0, 0.5) }
     }
 }
@@ -69,7 +69,7 @@ pub(super) struct GaussMarkov {
 }
 
 impl GaussMarkov {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         let correlation_time_s = log_between(s, 3.0, 300.0);
         Self { correlation_time_s, lag_s: correlation_time_s * between(s, 0.0, 0.12) }
     }
@@ -126,7 +126,7 @@ pub(super) struct Flicker {
 }
 
 impl Flicker {
-    pub fn draw(step_s: f64, s: &mut Stream) -> Self {
+    pub(crate) fn draw(step_s: f64, s: &mut Stream) -> Self {
         let factor = between(s, 2.2, 3.2);
         let slope = between(s, 0.93, 1.07);
         let mut times_s = vec![0.5 * step_s * between(s, 0.5, 1.5)];
@@ -199,7 +199,7 @@ pub(super) struct NarrowBand {
 }
 
 impl NarrowBand {
-    pub fn draw(unit: &Unit, s: &mut Stream) -> Self {
+    pub(crate) fn draw(unit: &Unit, s: &mut Stream) -> Self {
         let center_hz = log_between(s, 0.05, 0.35 / unit.step_s);
         let line_hz = center_hz * log_between(s, 0.006, 0.08);
         Self { center_hz, line_hz, wander_hz: line_hz * between(s, 0.2, 0.8), wander_s: log_between(s, 40.0, 600.0) }

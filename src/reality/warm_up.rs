@@ -24,7 +24,7 @@ pub(super) struct WarmUp {
 }
 
 impl WarmUp {
-    pub fn draw(unit: &Unit, s: &mut Stream) -> Self {
+    pub(crate) fn draw(unit: &Unit, s: &mut Stream) -> Self {
         // all draws whatever the form: it stays the same when the unit's C1 has become zero
         let (unstated, kind, side, stretch) = (chance(s, 0.3), s.uniform(), sign(s), between(s, 0.94, 1.06));
         let (size, time) = (between(s, 0.4, 1.0), between(s, 0.3, 1.0));
@@ -48,7 +48,7 @@ impl WarmUp {
     }
 
     /// Whether the simulator states none.
-    pub fn is_unstated(&self) -> bool {
+    pub(crate) fn is_unstated(&self) -> bool {
         matches!(self.form, Form::Unstated { .. })
     }
 

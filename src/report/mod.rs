@@ -3,7 +3,7 @@
 mod check;
 mod colour;
 mod figure;
-pub mod fit;
+pub(crate) mod fit;
 mod gap;
 mod noise;
 mod numbers;
@@ -18,4 +18,4 @@ pub use fit::{FitReport, LogFacts, Verdict};
 pub use gap::GapReport;
 pub use noise::NoiseReport;
 pub use population::PopulationReport;
-pub use study::{Claim, Status, StudyReport};
+pub use study::StudyReport;

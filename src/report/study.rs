@@ -4,8 +4,6 @@ mod claims;
 mod figures;
 mod page;
 
-pub use claims::{Claim, Status};
-
 use super::FitReport;
 use super::numbers::significant;
 use crate::study::{
@@ -42,7 +40,7 @@ const MAIN: [Estimator; 3] = [Estimator::Slip, Estimator::Rolling, Estimator::De
 impl StudyReport {
     /// How the RMS of an estimator settles with the number of runs.
     #[must_use]
-    pub fn convergence(&self, estimator: Estimator) -> Vec<RunCount> {
+    pub(crate) fn convergence(&self, estimator: Estimator) -> Vec<RunCount> {
         convergence(self.longer.as_ref().unwrap_or(&self.study), estimator)
     }
 
@@ -54,7 +52,7 @@ impl StudyReport {
     /// Part of the runs in which the filter with slip is nearer than that without in x, y and heading alike; zero
     /// where one of them did not run.
     #[must_use]
-    pub fn won_in_all(&self) -> f64 {
+    pub(crate) fn won_in_all(&self) -> f64 {
         let [slip, rolling] = Estimator::FILTERS.map(|e| self.study.of(e).map_or(&[][..], |e| &e.run_rms));
         let won = slip.iter().zip(rolling).filter(|(s, r)| s.iter().zip(*r).all(|(s, r)| s < r)).count();
         won as f64 / slip.len().max(1) as f64
@@ -63,7 +61,7 @@ impl StudyReport {
     /// Part of the times of the example run at which the true slips lie within two standard deviations of the
     /// estimated ones; `None` where there are no slips.
     #[must_use]
-    pub fn slips_inside_two_std(&self) -> Option<f64> {
+    pub(crate) fn slips_inside_two_std(&self) -> Option<f64> {
         let example = self.study.example.as_ref()?;
         let both = || example.true_slips.iter().zip(&example.slips).flat_map(|(t, e)| t.iter().zip(e));
         let inside = both().filter(|(truth, [estimate, std])| (estimate - *truth).abs() <= 2.0 * std).count();
@@ -73,14 +71,14 @@ impl StudyReport {
 
     /// Largest slip, in size, of the example run.
     #[must_use]
-    pub fn largest_slip(&self) -> Option<f64> {
+    pub(crate) fn largest_slip(&self) -> Option<f64> {
         let slips = self.study.example.as_ref()?.true_slips.iter().flatten();
         slips.map(|s| s.abs()).max_by(f64::total_cmp)
     }
 
     /// The study in a line.
     #[must_use]
-    pub fn heading(&self) -> String {
+    pub(crate) fn heading(&self) -> String {
         let s = &self.setup;
         format!(
             "{} runs of {} on {}, course {}, from {} after power-on, seed {}",

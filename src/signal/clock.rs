@@ -7,7 +7,7 @@ use crate::error::{Error, ErrorKind, Result};
 ///
 /// # Errors
 /// [`ErrorKind::Time`] with the row where time does not increase.
-pub fn increasing_times(log: &Log) -> Result<Vec<f64>> {
+pub(crate) fn increasing_times(log: &Log) -> Result<Vec<f64>> {
     let times = log.time.to_vec();
     match times.windows(2).position(|w| !(w[1] > w[0] && (w[1] - w[0]).is_finite())) {
         None => Ok(times),

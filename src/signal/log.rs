@@ -153,7 +153,7 @@ impl TimeAxis {
     /// Number of rows before the first whose time does not meet `predicate`, which the earlier rows all meet and the later ones
     /// do not.
     #[must_use]
-    pub fn partition_point(&self, predicate: impl Fn(f64) -> bool) -> usize {
+    pub(crate) fn partition_point(&self, predicate: impl Fn(f64) -> bool) -> usize {
         let (mut low, mut high) = (0, self.len());
         while low < high {
             let middle = low + (high - low) / 2;

@@ -1,18 +1,19 @@
 //! Floor 1: a log in memory, its blocks and their moments; a log of any length, reduced in one pass.
 
-pub mod clock;
+pub(crate) mod clock;
 mod course;
-pub mod log;
+pub(crate) mod log;
 pub mod moments;
-pub mod reduced;
+pub(crate) mod reduced;
 mod reducer;
-pub mod slots;
-pub mod ticks;
+pub(crate) mod slots;
+pub(crate) mod ticks;
 
-pub use clock::{increasing_times, since_power_on};
+pub(crate) use clock::increasing_times;
+pub use clock::since_power_on;
 pub use course::{Course, bridged};
 pub use log::{Channel, Log, TimeAxis, names};
 pub use moments::Moments;
 pub use reduced::{Coarse, Reduced, Stretch};
 pub use reducer::{Limits, Reducer};
-pub use ticks::tick_speeds_rad_s;
+pub(crate) use ticks::tick_speeds_rad_s;

@@ -31,19 +31,19 @@ pub struct Coarse {
 impl Coarse {
     /// Slots in whole blocks.
     #[must_use]
-    pub fn slots(&self) -> usize {
+    pub(crate) fn slots(&self) -> usize {
         self.means.len() * self.block
     }
 
     /// Middle of block `i`, s.
     #[must_use]
-    pub fn middle_s(&self, i: usize) -> f64 {
+    pub(crate) fn middle_s(&self, i: usize) -> f64 {
         self.first_s + self.step_s * ((i * self.block) as f64 + 0.5 * (self.block - 1) as f64)
     }
 
     /// Time from one block to the next, s.
     #[must_use]
-    pub fn block_s(&self) -> f64 {
+    pub(crate) fn block_s(&self) -> f64 {
         self.step_s * self.block as f64
     }
 }
@@ -83,7 +83,7 @@ impl Reduced {
 
     /// Averaging times from here on rest on block means, shorter ones on the stretches, samples.
     #[must_use]
-    pub fn coarse_from(&self) -> usize {
+    pub(crate) fn coarse_from(&self) -> usize {
         if self.coarse.block == 1 { 1 } else { 8 * self.coarse.block }
     }
 
@@ -99,7 +99,7 @@ impl Reduced {
 
     /// The same log with every rate multiplied by `factor`.
     #[must_use]
-    pub fn scaled(mut self, factor: f64) -> Self {
+    pub(crate) fn scaled(mut self, factor: f64) -> Self {
         self.moments.scale(factor);
         self.difference_variance *= factor * factor;
         self.coarse.means.iter_mut().for_each(|v| *v *= factor);
@@ -110,7 +110,7 @@ impl Reduced {
 
     /// The extent of the summary, in a sentence for a report.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let c = &self.coarse;
         if c.block == 1 {
             return format!("read in one pass; all of its {} slots are kept", c.means.len());

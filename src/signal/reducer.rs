@@ -106,7 +106,7 @@ impl Reducer {
 
     /// Samples so far.
     #[must_use]
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.moments.count()
     }
 

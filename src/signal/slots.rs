@@ -4,12 +4,12 @@ use super::log::TimeAxis;
 use crate::math::random::Stream;
 
 /// Intervals above this many median steps are gaps.
-pub const GAP_STEPS: f64 = 1.5;
+pub(crate) const GAP_STEPS: f64 = 1.5;
 
 /// `values` in order, with NaN where samples are missing. Jitter does not matter: a slot is missing only where an
 /// interval is longer than 1.5 median steps. Gaps take no more slots, all together, than there are samples.
 #[must_use]
-pub fn slots(time: &TimeAxis, values: &[f64]) -> Vec<f64> {
+pub(crate) fn slots(time: &TimeAxis, values: &[f64]) -> Vec<f64> {
     let TimeAxis::Explicit(t) = time else { return values.to_vec() };
     let step = time.median_step_s();
     let mut out = Vec::with_capacity(values.len());
@@ -30,7 +30,7 @@ pub fn slots(time: &TimeAxis, values: &[f64]) -> Vec<f64> {
 
 /// Means over blocks of `size` slots; NaN where fewer than half are there. A last, incomplete block is left out.
 #[must_use]
-pub fn block_means(slots: &[f64], size: usize) -> Vec<f64> {
+pub(crate) fn block_means(slots: &[f64], size: usize) -> Vec<f64> {
     if size <= 1 {
         return slots.to_vec();
     }
@@ -45,7 +45,7 @@ pub fn block_means(slots: &[f64], size: usize) -> Vec<f64> {
 
 /// Fills missing `rows` (ascending) by a straight line between the means of their neighbours, plus white noise;
 /// `neighbours` maps the length of a gap to the number of neighbours on each side.
-pub fn fill(values: &mut [f64], rows: &[usize], noise_std: f64, neighbours: impl Fn(usize) -> usize) {
+pub(crate) fn fill(values: &mut [f64], rows: &[usize], noise_std: f64, neighbours: impl Fn(usize) -> usize) {
     let mut draw = Stream::new(values.len() as u64, 2);
     let known = values.to_vec();
     let mean = |range: std::ops::Range<usize>| {

@@ -5,7 +5,7 @@
 /// Speeds (rad/s) of a wheel whose ticks of `tick_rad` were counted to `counts` at `times` (s). Missing (NaN) at the
 /// first row that was counted, and where the count is missing.
 #[must_use]
-pub fn tick_speeds_rad_s(times: &[f64], counts: &[f64], tick_rad: f64) -> Vec<f64> {
+pub(crate) fn tick_speeds_rad_s(times: &[f64], counts: &[f64], tick_rad: f64) -> Vec<f64> {
     let mut last: Option<(f64, f64)> = None;
     let speed = |(&t, &n): (&f64, &f64)| {
         if !n.is_finite() {

@@ -42,7 +42,7 @@ pub(super) struct Changed {
 }
 
 impl Changed {
-    pub fn new(nominal: Robot, effects: Vec<Box<dyn DriveEffect>>) -> Self {
+    pub(crate) fn new(nominal: Robot, effects: Vec<Box<dyn DriveEffect>>) -> Self {
         Self {
             model: DriveModel::new(nominal, effects),
             motion: Motion::default(),
@@ -53,21 +53,21 @@ impl Changed {
         }
     }
 
-    pub fn motion(&self) -> &Motion {
+    pub(crate) fn motion(&self) -> &Motion {
         &self.motion
     }
 
-    pub fn wheel_angles_rad(&self) -> [f64; 2] {
+    pub(crate) fn wheel_angles_rad(&self) -> [f64; 2] {
         self.angles_rad
     }
 
     /// Sets the robot's motion.
-    pub fn put(&mut self, motion: Motion) {
+    pub(crate) fn put(&mut self, motion: Motion) {
         self.motion = motion;
     }
 
     /// Sets the time: s since the log began, and s since power-on.
-    pub fn clock(&mut self, t_s: f64, since_power_on_s: f64) {
+    pub(crate) fn clock(&mut self, t_s: f64, since_power_on_s: f64) {
         self.at.t_s = t_s;
         self.at.since_power_on_s = since_power_on_s;
         self.past.push(t_s, self.motion.speed_m_s, self.motion.yaw_rate_rad_s);
@@ -85,7 +85,7 @@ impl Changed {
     }
 
     /// The motion that the external reference reads now: straight lines between the parts of a step.
-    pub fn tracked(&self) -> Motion {
+    pub(crate) fn tracked(&self) -> Motion {
         let at_s = self.at.t_s - self.model.delay_s(Instrument::Pose);
         let after = self.tracked.iter().position(|(t_s, _)| *t_s > at_s);
         let Some(&(from_s, from)) = after.map_or(self.tracked.back(), |i| self.tracked.get(i.saturating_sub(1))) else {
@@ -104,32 +104,32 @@ impl Changed {
     }
 
     /// Standard deviation of an instrument's white noise over the nominal one.
-    pub fn noise_over_nominal(&self, instrument: Instrument) -> f64 {
+    pub(crate) fn noise_over_nominal(&self, instrument: Instrument) -> f64 {
         self.model.noise_over_nominal(instrument)
     }
 
     /// Speed (m/s) and yaw rate (rad/s) at which the wheels of this robot turn like this, left and right.
-    pub fn speed_and_yaw_rate(&self, wheels_rad_s: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn speed_and_yaw_rate(&self, wheels_rad_s: [f64; 2]) -> [f64; 2] {
         self.model.robot.speed_and_yaw_rate(wheels_rad_s)
     }
 
     /// Wheel speeds under the torques that acted last, left and right, rad/s.
-    pub fn wheels_rad_s(&self) -> [f64; 2] {
+    pub(crate) fn wheels_rad_s(&self) -> [f64; 2] {
         self.model.wheels_rad_s(&Moving { past: Some(&self.past), ..self.now() })
     }
 
     /// Reading of the gyro without its own error and noise, rad/s.
-    pub fn gyro_rad_s(&self) -> f64 {
+    pub(crate) fn gyro_rad_s(&self) -> f64 {
         self.model.gyro_rad_s(&Moving { past: Some(&self.past), ..self.now() })
     }
 
     /// Changes a row's readings as the recorder does.
-    pub fn record(&mut self, reading: &mut Reading) {
+    pub(crate) fn record(&mut self, reading: &mut Reading) {
         self.model.record(reading);
     }
 
     /// Moves on for `dt_s`.
-    pub fn advance(&mut self, push: Push, dt_s: f64) {
+    pub(crate) fn advance(&mut self, push: Push, dt_s: f64) {
         let parts = (dt_s / LONGEST_S).ceil().clamp(1.0, PARTS_LIMIT);
         for _ in 0..parts as usize {
             self.step(push, dt_s / parts, HALVINGS);

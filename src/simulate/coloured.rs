@@ -108,7 +108,7 @@ pub(super) struct Coloured {
 
 impl Coloured {
     /// A generator of the stated noise; `white_std_rad_s` is the standard deviation of the plateau.
-    pub fn new(noise: &Noise, white_std_rad_s: f64, step_s: f64, seed: u64) -> Self {
+    pub(crate) fn new(noise: &Noise, white_std_rad_s: f64, step_s: f64, seed: u64) -> Self {
         let filter = |cutoff_hz: f64| {
             let form = noise.bandwidth_form.unwrap_or_default();
             let memory = (MEMORIES / (TAU * cutoff_hz * step_s)) as usize;
@@ -129,7 +129,7 @@ impl Coloured {
     }
 
     /// The noise of a sample whose white noise would be `white_rad_s`.
-    pub fn next(&mut self, white_rad_s: f64) -> f64 {
+    pub(crate) fn next(&mut self, white_rad_s: f64) -> f64 {
         let filtered = self.low_pass.as_mut().map_or(white_rad_s, |f| f.next(white_rad_s));
         filtered + self.bands.iter_mut().map(Band::next).sum::<f64>()
     }

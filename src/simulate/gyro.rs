@@ -44,7 +44,7 @@ pub(super) struct GyroSample {
 }
 
 impl GyroSensor {
-    pub fn new(gyro: &Gyro, sample_time_s: f64, options: &Options) -> Result<Self> {
+    pub(crate) fn new(gyro: &Gyro, sample_time_s: f64, options: &Options) -> Result<Self> {
         let noise = gyro.noise.clone().unwrap_or_default();
         let white_std_rad_s = gyro.angle_random_walk_rad_sqrt_s / sample_time_s.sqrt();
         let model = if options.vary_turn_on { turn_on(gyro, options.seeds.turn_on)? } else { gyro.warm_up() };
@@ -65,7 +65,7 @@ impl GyroSensor {
     }
 
     /// The same gyro with effects; it is then to be read once for each row of `scene`.
-    pub fn changed_by(mut self, effects: Vec<Box<dyn GyroEffect>>, scene: Scene) -> Self {
+    pub(crate) fn changed_by(mut self, effects: Vec<Box<dyn GyroEffect>>, scene: Scene) -> Self {
         if !effects.is_empty() {
             self.changed = Some(Changed { scene, effects, row: 0 });
         }
@@ -73,17 +73,17 @@ impl GyroSensor {
     }
 
     /// Its white noise times `over_nominal`.
-    pub fn louder(&mut self, over_nominal: f64) {
+    pub(crate) fn louder(&mut self, over_nominal: f64) {
         self.white_std_rad_s *= over_nominal;
     }
 
     /// The warm-up that this power-on has.
-    pub fn model(&self) -> WarmUp {
+    pub(crate) fn model(&self) -> WarmUp {
         self.model
     }
 
     /// Reads the gyro at `since_power_on_s`, which must not go backwards.
-    pub fn read(&mut self, rate_rad_s: f64, since_power_on_s: f64) -> GyroSample {
+    pub(crate) fn read(&mut self, rate_rad_s: f64, since_power_on_s: f64) -> GyroSample {
         let dt = (since_power_on_s - self.walked_until_s).max(0.0);
         self.walked_until_s = since_power_on_s;
         if self.walk_rad_s_sqrt_s > 0.0 {

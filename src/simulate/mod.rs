@@ -25,8 +25,9 @@ mod rest;
 
 pub use course::Course;
 pub use drive::{Drive, drive, drive_with, replay, replay_with, truth_names};
+pub(crate) use rest::scene;
 pub(crate) use rest::scene_of_drive;
-pub use rest::{scene, stationary, stationary_like, stationary_with};
+pub use rest::{stationary, stationary_like, stationary_with};
 
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};

@@ -25,7 +25,7 @@ pub(super) struct Plant {
 }
 
 impl Plant {
-    pub fn new(config: &Config) -> Result<Self> {
+    pub(crate) fn new(config: &Config) -> Result<Self> {
         let vehicle = config.require_vehicle()?;
         Ok(Self {
             rolling: Rolling::new(vehicle),
@@ -38,7 +38,7 @@ impl Plant {
     }
 
     /// The same robot with effects; without any, it stays what it is.
-    pub fn changed_by(mut self, effects: Vec<Box<dyn DriveEffect>>, config: &Config) -> Result<Self> {
+    pub(crate) fn changed_by(mut self, effects: Vec<Box<dyn DriveEffect>>, config: &Config) -> Result<Self> {
         if !effects.is_empty() {
             self.changed = Some(Changed::new(Robot::from(config.require_vehicle()?), effects));
         }
@@ -46,67 +46,67 @@ impl Plant {
     }
 
     /// Sets the time: s since the log began, and s since power-on.
-    pub fn clock(&mut self, t_s: f64, since_power_on_s: f64) {
+    pub(crate) fn clock(&mut self, t_s: f64, since_power_on_s: f64) {
         if let Some(changed) = &mut self.changed {
             changed.clock(t_s, since_power_on_s);
         }
     }
 
     /// The nominal robot as if it rolled: its kinematics and inverse dynamics.
-    pub fn rolling(&self) -> &Rolling {
+    pub(crate) fn rolling(&self) -> &Rolling {
         &self.rolling
     }
 
-    pub fn motion(&self) -> &Motion {
+    pub(crate) fn motion(&self) -> &Motion {
         self.changed.as_ref().map_or(&self.state.motion, Changed::motion)
     }
 
     /// The motion that the external reference reads now.
-    pub fn tracked(&self) -> Motion {
+    pub(crate) fn tracked(&self) -> Motion {
         self.changed.as_ref().map_or(self.state.motion, Changed::tracked)
     }
 
     /// Standard deviation of an instrument's white noise over the nominal one.
-    pub fn noise_over_nominal(&self, instrument: Instrument) -> f64 {
+    pub(crate) fn noise_over_nominal(&self, instrument: Instrument) -> f64 {
         self.changed.as_ref().map_or(1.0, |changed| changed.noise_over_nominal(instrument))
     }
 
-    pub fn wheels_rad_s(&self) -> [f64; 2] {
+    pub(crate) fn wheels_rad_s(&self) -> [f64; 2] {
         self.changed.as_ref().map_or(self.state.wheels_rad_s, Changed::wheels_rad_s)
     }
 
     /// Reading of the gyro without its own error and noise, rad/s.
-    pub fn gyro_rad_s(&self) -> f64 {
+    pub(crate) fn gyro_rad_s(&self) -> f64 {
         self.changed.as_ref().map_or(self.state.motion.yaw_rate_rad_s, Changed::gyro_rad_s)
     }
 
     /// Changes a row's readings as the recorder does.
-    pub fn record(&mut self, reading: &mut Reading) {
+    pub(crate) fn record(&mut self, reading: &mut Reading) {
         if let Some(changed) = &mut self.changed {
             changed.record(reading);
         }
     }
 
     /// Speed (m/s) and yaw rate (rad/s) at which the wheels turn like this, left and right.
-    pub fn speed_and_yaw_rate(&self, wheels_rad_s: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn speed_and_yaw_rate(&self, wheels_rad_s: [f64; 2]) -> [f64; 2] {
         let nominal = || self.rolling.speed_and_yaw_rate(wheels_rad_s);
         self.changed.as_ref().map_or_else(nominal, |changed| changed.speed_and_yaw_rate(wheels_rad_s))
     }
 
     /// How far the wheels have turned, rad.
-    pub fn wheel_angles_rad(&self) -> [f64; 2] {
+    pub(crate) fn wheel_angles_rad(&self) -> [f64; 2] {
         self.changed.as_ref().map_or(self.angles_rad, Changed::wheel_angles_rad)
     }
 
     /// λ of both wheels, where they slip.
-    pub fn slips(&self) -> Option<[f64; 2]> {
+    pub(crate) fn slips(&self) -> Option<[f64; 2]> {
         self.slipping.map(|robot| robot.slips(&self.state).map(|s| s.slip))
     }
 
     /// The true pose, with the speed and yaw rate that follow from the recorded wheel speeds: the input of a robot's
     /// own control. Speeds that are not there yet (NaN) are zero: the robot stands. Where wheels slip, it is their true
     /// speeds: the slip is not linear over the noise that the control would pass on.
-    pub fn indicated(&self, recorded_rad_s: [f64; 2]) -> Motion {
+    pub(crate) fn indicated(&self, recorded_rad_s: [f64; 2]) -> Motion {
         let seen = if self.slipping.is_some() { self.state.wheels_rad_s } else { recorded_rad_s };
         let held = seen.map(|speed| if speed.is_finite() { speed } else { 0.0 });
         let [speed_m_s, yaw_rate_rad_s] = self.rolling.speed_and_yaw_rate(held);
@@ -114,7 +114,7 @@ impl Plant {
     }
 
     /// Moves on by `dt_s` under these torques.
-    pub fn drive(&mut self, torques_n_m: [f64; 2], dt_s: f64) {
+    pub(crate) fn drive(&mut self, torques_n_m: [f64; 2], dt_s: f64) {
         if let Some(changed) = &mut self.changed {
             return changed.advance(Push::Torques(torques_n_m), dt_s);
         }
@@ -137,7 +137,7 @@ impl Plant {
     }
 
     /// Moves on by `dt_s` with wheels that roll as recorded.
-    pub fn roll(&mut self, forcing: &Forcing, dt_s: f64) {
+    pub(crate) fn roll(&mut self, forcing: &Forcing, dt_s: f64) {
         if let Some(changed) = &mut self.changed {
             let recorded = [forcing.acceleration_m_s2, forcing.yaw_acceleration_rad_s2];
             return changed.advance(Push::Recorded(recorded), dt_s);
@@ -150,7 +150,7 @@ impl Plant {
     }
 
     /// Sets the robot's motion, its wheels rolling.
-    pub fn put(&mut self, motion: Motion) {
+    pub(crate) fn put(&mut self, motion: Motion) {
         if let Some(changed) = &mut self.changed {
             changed.put(motion);
         }

@@ -78,7 +78,7 @@ fn lasting(config: &Config, duration_s: f64, options: &Options, effects: Option<
 ///
 /// # Errors
 /// As [`stationary_like`].
-pub fn scene(config: &Config, log: &Log, options: &Options) -> Result<Scene> {
+pub(crate) fn scene(config: &Config, log: &Log, options: &Options) -> Result<Scene> {
     if log.len() < 2 {
         let found = format!("{} rows, and a recording needs two", log.len());
         return Err(Error::new(ErrorKind::TooShort, &log.source, found));

@@ -6,8 +6,8 @@
 //! error model, and dead reckoning.
 //!
 //! - [`study`]: the runs, and their statistics
-//! - [`run_errors`]: one run
-//! - [`by_ground`], [`wrong_beliefs`], [`convergence`]: studies that the paper leaves out
+//! - `run_errors`: one run
+//! - [`by_ground`], [`wrong_beliefs`], `convergence`: studies that the paper leaves out
 //!
 //! Same setup, same numbers, on one thread or many: runs are drawn from their own seeds and summed in their order.
 
@@ -15,9 +15,11 @@ mod one_run;
 mod statistics;
 mod sweeps;
 
-pub use one_run::{EstimatorErrors, Example, RunErrors, run_errors, step_costs};
+pub use one_run::{Example, step_costs};
+pub(crate) use one_run::{RunErrors, run_errors};
 pub use statistics::{Comparison, EstimatorResult, Nees, Study};
-pub use sweeps::{Belief, FACTORS, Ground, RunCount, by_ground, convergence, wrong_beliefs};
+pub use sweeps::{Belief, FACTORS, Ground, by_ground, wrong_beliefs};
+pub(crate) use sweeps::{RunCount, convergence};
 
 use crate::config::{Config, Traction};
 use crate::error::{Error, ErrorKind, Result};
@@ -92,7 +94,7 @@ impl Estimator {
 
     /// Its name in words.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Slip => "filter with slip",
             Self::Rolling => "filter without slip",
@@ -160,7 +162,7 @@ impl Setup {
 
     /// The seed of run `index`.
     #[must_use]
-    pub fn run_seed(&self, index: usize) -> u64 {
+    pub(crate) fn run_seed(&self, index: usize) -> u64 {
         // runs of neighbouring seeds must have nothing in common: splitmix64's step, as in `Stream`
         let mut z = self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(index as u64);
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -17,7 +17,7 @@ const KEPT_PER_S: f64 = 10.0;
 
 /// Errors of one run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RunErrors {
+pub(crate) struct RunErrors {
     /// Times of the kept rows, s.
     pub times_s: Vec<f64>,
     /// Errors of each estimator.
@@ -28,7 +28,7 @@ pub struct RunErrors {
 
 /// Errors of one estimator in one run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct EstimatorErrors {
+pub(crate) struct EstimatorErrors {
     /// The estimator.
     pub estimator: Estimator,
     /// Mean squares of x, y (m²) and heading (rad²) over all rows.
@@ -60,7 +60,7 @@ pub struct Example {
 ///
 /// # Errors
 /// Errors of the simulator and of the filters.
-pub fn run_errors(setup: &Setup, index: usize, with_example: bool) -> Result<RunErrors> {
+pub(crate) fn run_errors(setup: &Setup, index: usize, with_example: bool) -> Result<RunErrors> {
     let options = Options {
         since_power_on_s: setup.since_power_on_s,
         vary_turn_on: varies(&setup.truth),
@@ -109,7 +109,7 @@ pub fn run_errors(setup: &Setup, index: usize, with_example: bool) -> Result<Run
 /// Seconds that a step of each filter takes on this machine: three readings and a prediction, on the first run.
 ///
 /// # Errors
-/// As [`run_errors`].
+/// As `run_errors`.
 pub fn step_costs(setup: &Setup) -> Result<Vec<(Estimator, f64)>> {
     let options = Options { since_power_on_s: setup.since_power_on_s, ..Options::from(setup.run_seed(0)) };
     let drive = drive(&setup.truth, setup.course, setup.duration_s, &options)?;

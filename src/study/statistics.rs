@@ -98,11 +98,11 @@ struct EstimatorSums {
 }
 
 impl Sums {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { times_s: Vec::new(), estimators: Vec::new() }
     }
 
-    pub fn add(&mut self, run: &RunErrors) {
+    pub(crate) fn add(&mut self, run: &RunErrors) {
         if self.estimators.is_empty() {
             self.times_s.clone_from(&run.times_s);
             self.estimators = run
@@ -129,7 +129,7 @@ impl Sums {
         }
     }
 
-    pub fn finish(self, setup: &Setup, example: Option<Example>) -> Study {
+    pub(crate) fn finish(self, setup: &Setup, example: Option<Example>) -> Study {
         Study {
             runs: setup.runs,
             estimators: self.estimators.iter().map(EstimatorSums::finish).collect(),

@@ -114,7 +114,7 @@ fn scaled(law: TractionLaw, friction: f64, stiffness: f64) -> TractionLaw {
 
 /// Root mean squares over the first so many runs, with their intervals.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RunCount {
+pub(crate) struct RunCount {
     /// Number of runs.
     pub runs: usize,
     /// x, y (m), heading (rad).
@@ -125,7 +125,7 @@ pub struct RunCount {
 
 /// How an estimator's RMS settles with the number of runs: 10, 20, 50, 100 … of those that the study has.
 #[must_use]
-pub fn convergence(study: &Study, estimator: Estimator) -> Vec<RunCount> {
+pub(crate) fn convergence(study: &Study, estimator: Estimator) -> Vec<RunCount> {
     let Some(result) = study.of(estimator) else { return Vec::new() };
     let counts = (1..).flat_map(|decade| [1, 2, 5].map(|m| m * 10usize.pow(decade)));
     let counts = counts.take_while(|n| *n < study.runs).chain([study.runs]);

@@ -24,7 +24,7 @@ pub use pacejka::Pacejka;
 use serde::{Deserialize, Serialize};
 
 /// A law of traction: friction coefficient against slip.
-pub trait Traction {
+pub(crate) trait Traction {
     /// μ and dμ/dλ at slip `slip`, 0 <= slip <= 1.
     fn at(&self, slip: f64) -> [f64; 2];
 
@@ -60,7 +60,7 @@ impl TractionLaw {
 
     /// Parameters by name.
     #[must_use]
-    pub fn parameters(&self) -> Vec<(&'static str, f64)> {
+    pub(crate) fn parameters(&self) -> Vec<(&'static str, f64)> {
         match self {
             Self::Burckhardt(law) => law.parameters(),
             Self::Pacejka(law) => law.parameters(),
@@ -72,7 +72,7 @@ impl TractionLaw {
     /// μ(λ) and dμ/dλ at any slip.
     #[must_use]
     #[inline]
-    pub fn friction(&self, slip: f64) -> [f64; 2] {
+    pub(crate) fn friction(&self, slip: f64) -> [f64; 2] {
         let size = slip.abs();
         let inside = size.min(1.0);
         let [mu, slope] = match self {
@@ -86,7 +86,7 @@ impl TractionLaw {
 
     /// The slip at which μ is greatest, and that μ; the smallest such slip for laws that level off.
     #[must_use]
-    pub fn peak(&self) -> [f64; 2] {
+    pub(crate) fn peak(&self) -> [f64; 2] {
         // μ rises to its peak and never rises again: bisection on the sign of its slope
         let (mut low, mut high) = (0.0, 1.0);
         if self.friction(high)[1] > 0.0 {
@@ -102,7 +102,7 @@ impl TractionLaw {
 
 /// The slip of a wheel, with its derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slip {
+pub(crate) struct Slip {
     /// λ.
     pub slip: f64,
     /// ∂λ/∂(rim speed), s/m; not negative but where the wheel turns backwards against the ground.
@@ -115,7 +115,7 @@ impl Slip {
     /// λ of a rim moving at `rim_m_s` over ground that passes at `ground_m_s`.
     #[must_use]
     #[inline]
-    pub fn new(rim_m_s: f64, ground_m_s: f64, low_speed_m_s: f64) -> Self {
+    pub(crate) fn new(rim_m_s: f64, ground_m_s: f64, low_speed_m_s: f64) -> Self {
         let (rim, ground) = (rim_m_s.abs(), ground_m_s.abs());
         let scale = rim.max(ground).max(low_speed_m_s);
         let inverse = 1.0 / scale;

@@ -42,7 +42,7 @@ pub struct Level {
     /// The tests with their textbook p values.
     #[serde(flatten)]
     pub whiteness: Whiteness,
-    /// p values of the four tests, in the order of [`Whiteness::TESTS`], by permutation; where there are more than
+    /// p values of the four tests, in the order of `Whiteness::TESTS`, by permutation; where there are more than
     /// 20 000 blocks the textbook ones, which are exact enough there.
     pub calibrated_p_values: [f64; 4],
     /// Cumulative periodogram, from the lowest frequency to Nyquist.

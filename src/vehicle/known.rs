@@ -110,7 +110,7 @@ fn drives(log: &Log) -> bool {
 
 /// Fault and remedy of a log with the speed of one wheel alone; `None` for any other log.
 #[must_use]
-pub fn one_wheel(log: &Log) -> Option<(String, String)> {
+pub(crate) fn one_wheel(log: &Log) -> Option<(String, String)> {
     let sides = [
         [names::WHEEL_LEFT, names::WHEEL_LEFT_SPEED, names::WHEEL_LEFT_TICKS],
         [names::WHEEL_RIGHT, names::WHEEL_RIGHT_SPEED, names::WHEEL_RIGHT_TICKS],
@@ -126,7 +126,7 @@ pub fn one_wheel(log: &Log) -> Option<(String, String)> {
 
 /// Fault and remedy of a log with positions and neither gyro nor wheels; `None` for any other log.
 #[must_use]
-pub fn positions_only(log: &Log) -> Option<(String, String)> {
+pub(crate) fn positions_only(log: &Log) -> Option<(String, String)> {
     let moves = [names::GYRO_Z, names::ODO_SPEED, names::TORQUE_LEFT, names::WHEEL_LEFT, names::WHEEL_LEFT_TICKS];
     (reads(log, names::X) && !moves.iter().any(|name| reads(log, name))).then(|| {
         let found = "positions only: nothing in the log says the same thing a second time";

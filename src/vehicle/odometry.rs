@@ -59,7 +59,7 @@ impl<'a> Odometry<'a> {
 
     /// Whether the wheels' speeds were made of the odometry's speed and yaw rate.
     #[must_use]
-    pub fn is_converted(&self) -> bool {
+    pub(crate) fn is_converted(&self) -> bool {
         matches!(self, Self::Wheels([Cow::Owned(_), _]))
     }
 }

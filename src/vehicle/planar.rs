@@ -41,7 +41,7 @@ pub struct Forcing {
 
 /// Derivatives of the motion after a step; those of v and ω are diagonal.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct MotionJacobian {
+pub(crate) struct MotionJacobian {
     /// ∂(x, y)/∂θ, m/rad.
     pub position_by_heading: [f64; 2],
     /// ∂(x, y)/∂v, s.
@@ -107,7 +107,7 @@ pub fn advance(motion: &Motion, forcing: &Forcing, dt_s: f64) -> Motion {
 /// The motion `dt_s` later, and its derivatives by the motion before and by the accelerations.
 #[must_use]
 #[inline]
-pub fn advance_with_jacobian(motion: &Motion, forcing: &Forcing, dt_s: f64) -> (Motion, MotionJacobian) {
+pub(crate) fn advance_with_jacobian(motion: &Motion, forcing: &Forcing, dt_s: f64) -> (Motion, MotionJacobian) {
     let parts = parts(motion, forcing, dt_s);
     if parts > 1 {
         return advance_in_parts(motion, forcing, dt_s, parts);

@@ -73,7 +73,7 @@ impl Rolling {
     }
 
     /// The motion `dt_s` later, `torques_n_m` (left, right) held; exact in speed, yaw rate and heading, the position
-    /// by quadrature of order 6 (see [`advance`]).
+    /// by quadrature of order 6 (see `advance`).
     #[must_use]
     pub fn step(&self, motion: &Motion, torques_n_m: [f64; 2], dt_s: f64) -> Motion {
         advance(motion, &self.forcing(torques_n_m), dt_s)
@@ -101,7 +101,7 @@ impl Rolling {
 
     /// How far the wheels turn (left, right; rad) on this way and turn (see [`super::travel`]).
     #[must_use]
-    pub fn wheel_turns(&self, way_m: f64, turn_rad: f64) -> [f64; 2] {
+    pub(crate) fn wheel_turns(&self, way_m: f64, turn_rad: f64) -> [f64; 2] {
         self.wheel_speeds(&Motion { speed_m_s: way_m, yaw_rate_rad_s: turn_rad, ..Motion::default() })
     }
 
@@ -118,18 +118,19 @@ impl Rolling {
         let (by_speed, by_yaw) = (1.0 / self.radius_m, self.half_track_m / self.radius_m);
         [[by_speed, -by_yaw], [by_speed, by_yaw]]
     }
-
-    /// Energy of body and wheels in motion, J.
-    #[must_use]
-    pub fn kinetic_energy_j(&self, motion: &Motion) -> f64 {
-        let (v, w) = (motion.speed_m_s, motion.yaw_rate_rad_s);
-        0.5 * (self.effective_mass_kg * v * v + self.effective_inertia_kg_m2 * w * w)
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Rolling {
+        /// Energy of body and wheels in motion, J.
+        fn kinetic_energy_j(&self, motion: &Motion) -> f64 {
+            let (v, w) = (motion.speed_m_s, motion.yaw_rate_rad_s);
+            0.5 * (self.effective_mass_kg * v * v + self.effective_inertia_kg_m2 * w * w)
+        }
+    }
 
     fn robot(friction: f64) -> (Vehicle, Rolling) {
         let v = Vehicle {

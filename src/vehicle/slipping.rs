@@ -41,7 +41,7 @@ const CAUSES: usize = VELOCITIES + 2;
 
 /// Derivatives of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SlippingJacobian {
+pub(crate) struct SlippingJacobian {
     /// ∂(v, ω, φ̇L, φ̇R)/∂(v, ω, φ̇L, φ̇R, uL, uR): row by row.
     pub velocities: [[f64; CAUSES]; VELOCITIES],
     /// ∂(x, y, θ)/∂(v, ω, φ̇L, φ̇R, uL, uR): row by row.
@@ -109,56 +109,41 @@ impl Slipping {
 
     /// The same with steps split until a speed's error is estimated below `tolerance_m_s` (3e-4 m/s without this call).
     #[must_use]
-    pub fn with_tolerance(self, tolerance_m_s: f64) -> Self {
+    pub(crate) fn with_tolerance(self, tolerance_m_s: f64) -> Self {
         Self { tolerance_m_s, ..self }
     }
 
     /// Speed of each wheel's centre over ground, m/s.
     #[must_use]
-    pub fn ground_speeds_m_s(&self, motion: &Motion) -> [f64; 2] {
+    pub(crate) fn ground_speeds_m_s(&self, motion: &Motion) -> [f64; 2] {
         let lead = self.half_track_m * motion.yaw_rate_rad_s;
         [motion.speed_m_s - lead, motion.speed_m_s + lead]
     }
 
     /// λ of each wheel.
     #[must_use]
-    pub fn slips(&self, state: &SlippingState) -> [Slip; 2] {
+    pub(crate) fn slips(&self, state: &SlippingState) -> [Slip; 2] {
         let ground = self.ground_speeds_m_s(&state.motion);
         std::array::from_fn(|i| Slip::new(self.radius_m * state.wheels_rad_s[i], ground[i], self.low_speed_m_s))
     }
 
     /// ∂λ/∂(v, ω, φ̇) of each wheel, φ̇ being its own.
     #[must_use]
-    pub fn slip_derivatives(&self, state: &SlippingState) -> [[f64; 3]; 2] {
+    pub(crate) fn slip_derivatives(&self, state: &SlippingState) -> [[f64; 3]; 2] {
         let slips = self.slips(state);
         let arm = [-self.half_track_m, self.half_track_m];
         std::array::from_fn(|i| [slips[i].by_ground, slips[i].by_ground * arm[i], slips[i].by_rim * self.radius_m])
     }
 
-    /// Traction of each wheel, N.
-    #[must_use]
-    pub fn tractions_n(&self, state: &SlippingState) -> [f64; 2] {
-        let slips = self.slips(state);
-        std::array::from_fn(|i| self.loads_n[i] * self.law.friction(slips[i].slip)[0])
-    }
-
     /// The law of traction.
     #[must_use]
-    pub fn law(&self) -> &TractionLaw {
+    pub(crate) fn law(&self) -> &TractionLaw {
         &self.law
-    }
-
-    /// Energy of body and wheels in motion, J.
-    #[must_use]
-    pub fn kinetic_energy_j(&self, state: &SlippingState) -> f64 {
-        let (v, w) = (state.motion.speed_m_s, state.motion.yaw_rate_rad_s);
-        let wheels: f64 = state.wheels_rad_s.iter().map(|s| s * s).sum();
-        0.5 * (v * v / self.inverse_mass + w * w / self.inverse_yaw_inertia + wheels / self.inverse_wheel_inertia)
     }
 
     /// Decay rate of slip at speed `speed_m_s`, 1/s: the stiffness that limits an explicit step.
     #[must_use]
-    pub fn slip_rate_per_s(&self, speed_m_s: f64) -> f64 {
+    pub(crate) fn slip_rate_per_s(&self, speed_m_s: f64) -> f64 {
         let slope = self.law.friction(0.0)[1];
         let load = 0.5 * (self.loads_n[0] + self.loads_n[1]);
         let r = self.radius_m;
@@ -174,41 +159,13 @@ impl Slipping {
 
     /// The state `dt_s` later, and its derivatives.
     #[must_use]
-    pub fn step_with_jacobian(
+    pub(crate) fn step_with_jacobian(
         &self,
         state: &SlippingState,
         torques_n_m: [f64; 2],
         dt_s: f64,
     ) -> (SlippingState, SlippingJacobian) {
         self.split::<true>(state, torques_n_m, dt_s, 0)
-    }
-
-    /// The explicit Euler step of (5a) to (5i), with the corrected equations.
-    #[must_use]
-    pub fn euler(&self, state: &SlippingState, torques_n_m: [f64; 2], dt_s: f64) -> SlippingState {
-        let m = &state.motion;
-        let [left, right] = self.tractions_n(state);
-        let wheels = std::array::from_fn(|i| {
-            let resisting = self.friction_n_m_s * state.wheels_rad_s[i] + self.rolling(i, state.wheels_rad_s[i]);
-            let torque = torques_n_m[i] - self.radius_m * [left, right][i] - resisting;
-            state.wheels_rad_s[i] + dt_s * self.inverse_wheel_inertia * torque
-        });
-        let (sin, cos) = m.heading_rad.sin_cos();
-        SlippingState {
-            motion: Motion {
-                x_m: m.x_m + dt_s * m.speed_m_s * cos,
-                y_m: m.y_m + dt_s * m.speed_m_s * sin,
-                heading_rad: m.heading_rad + dt_s * m.yaw_rate_rad_s,
-                speed_m_s: m.speed_m_s + dt_s * self.inverse_mass * (left + right),
-                yaw_rate_rad_s: m.yaw_rate_rad_s + dt_s * self.inverse_yaw_inertia * self.half_track_m * (right - left),
-            },
-            wheels_rad_s: wheels,
-        }
-    }
-
-    /// Torque of the rolling resistance of wheel `i`, N·m.
-    fn rolling(&self, i: usize, wheel_rad_s: f64) -> f64 {
-        self.rolling_n_m[i] * (self.radius_m * wheel_rad_s / self.low_speed_m_s).clamp(-1.0, 1.0)
     }
 
     /// A step in as many parts as it takes; `deep`: how many times it has been split already.

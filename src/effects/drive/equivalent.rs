@@ -38,7 +38,7 @@ pub enum Within {
 impl Map {
     /// The coordinate of the equivalent effect.
     #[must_use]
-    pub fn value(self, x: f64) -> f64 {
+    pub(crate) fn value(self, x: f64) -> f64 {
         match self {
             Self::Same => x,
             Self::Inverse => -x / (1.0 + x),
@@ -48,7 +48,7 @@ impl Map {
 
     /// |dθ'/dθ|
     #[must_use]
-    pub fn slope(self, x: f64) -> f64 {
+    pub(crate) fn slope(self, x: f64) -> f64 {
         if self == Self::Same { 1.0 } else { (1.0 + x).powi(-2) }
     }
 }

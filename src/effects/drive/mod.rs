@@ -251,15 +251,15 @@ pub struct Touches {
 
 impl Touches {
     /// Motion and wheels, as the robot's constants do.
-    pub const ROBOT: Self = Self { motion: true, wheels: true, gyro: false, pose: false };
+    pub(crate) const ROBOT: Self = Self { motion: true, wheels: true, gyro: false, pose: false };
     /// The gyro alone.
-    pub const GYRO: Self = Self { motion: false, wheels: false, gyro: true, pose: false };
+    pub(crate) const GYRO: Self = Self { motion: false, wheels: false, gyro: true, pose: false };
     /// The motion alone.
-    pub const MOTION: Self = Self { motion: true, wheels: false, gyro: false, pose: false };
+    pub(crate) const MOTION: Self = Self { motion: true, wheels: false, gyro: false, pose: false };
     /// The wheels alone.
-    pub const WHEELS: Self = Self { motion: false, wheels: true, gyro: false, pose: false };
+    pub(crate) const WHEELS: Self = Self { motion: false, wheels: true, gyro: false, pose: false };
     /// The external reference alone.
-    pub const POSE: Self = Self { motion: false, wheels: false, gyro: false, pose: true };
+    pub(crate) const POSE: Self = Self { motion: false, wheels: false, gyro: false, pose: true };
 }
 
 /// Channels.
@@ -277,7 +277,7 @@ pub struct Needs {
 
 impl Needs {
     /// None.
-    pub const NOTHING: Self = Self { torques: false, gyro: false, pose: false, length: false };
+    pub(crate) const NOTHING: Self = Self { torques: false, gyro: false, pose: false, length: false };
 }
 
 /// One coordinate of a change.

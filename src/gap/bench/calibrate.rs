@@ -88,7 +88,7 @@ fn is_right(main: &Main, label: &Label) -> bool {
 impl Example {
     /// A case from the uncalibrated findings under `prior`, and its label.
     #[must_use]
-    pub fn new(findings: &Findings, label: &Label, prior: &Prior) -> Self {
+    pub(crate) fn new(findings: &Findings, label: &Label, prior: &Prior) -> Self {
         let mut mains: Vec<Main> = Vec::new();
         let sets = findings.sets.iter().map(|set| {
             let main = Main::of(set);

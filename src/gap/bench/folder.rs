@@ -16,9 +16,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// File with the sealed labels.
-pub const SEALED: &str = "labels.sealed";
+pub(crate) const SEALED: &str = "labels.sealed";
 /// File with the commitment to them.
-pub const COMMITMENT: &str = "commitment.txt";
+pub(crate) const COMMITMENT: &str = "commitment.txt";
 /// File with the description of the bench: [`Bench`].
 pub const BENCH: &str = "bench.json";
 
@@ -112,7 +112,7 @@ fn write(folder: &Path, case: &Case) -> Result<()> {
 ///
 /// # Errors
 /// [`ErrorKind::Io`].
-pub fn recording_files(case: &Path, recording: &str) -> Result<Vec<PathBuf>> {
+pub(crate) fn recording_files(case: &Path, recording: &str) -> Result<Vec<PathBuf>> {
     let is_log = |path: &Path| {
         let extension = path.extension().and_then(|e| e.to_str());
         let rest = path.file_stem().and_then(|s| s.to_str()).and_then(|s| s.strip_prefix(recording));
@@ -149,7 +149,7 @@ pub(super) fn put(path: &Path, bytes: &[u8]) -> Result<()> {
 ///
 /// # Errors
 /// [`ErrorKind::Io`]; [`ErrorKind::Usage`] for a folder without cases.
-pub fn names(folder: &Path) -> Result<Vec<String>> {
+pub(crate) fn names(folder: &Path) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|e| Error::io(folder, &e))? {
         let path = entry.map_err(|e| Error::io(folder, &e))?.path();

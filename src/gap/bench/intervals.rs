@@ -22,7 +22,7 @@ pub struct Rate {
 impl Rate {
     /// The rate of `right` in `of`.
     #[must_use]
-    pub fn new(right: usize, of: usize) -> Self {
+    pub(crate) fn new(right: usize, of: usize) -> Self {
         if of == 0 {
             return Self { right, of, rate: None, ci95: None };
         }
@@ -34,7 +34,7 @@ impl Rate {
     }
 
     /// The rate of true values.
-    pub fn count(all: impl IntoIterator<Item = bool>) -> Self {
+    pub(crate) fn count(all: impl IntoIterator<Item = bool>) -> Self {
         let (mut right, mut of) = (0, 0);
         for one in all {
             of += 1;
@@ -54,7 +54,7 @@ pub(super) fn bin(confidence: f64) -> usize {
 
 /// Expected calibration error of (confidence, right); NaN without cases.
 #[must_use]
-pub fn expected_calibration_error(judged: &[(f64, bool)]) -> f64 {
+pub(crate) fn expected_calibration_error(judged: &[(f64, bool)]) -> f64 {
     let mut bins = [0.0; BINS];
     for (confidence, right) in judged {
         bins[bin(*confidence)] += confidence - f64::from(u8::from(*right));
@@ -67,7 +67,7 @@ const BENCHES: usize = 2000;
 
 /// 95th percentile of the ECE that a perfectly calibrated method scores with these confidences, by simulation.
 #[must_use]
-pub fn perfect_calibration_p95(confidences: &[f64], seed: u64) -> f64 {
+pub(crate) fn perfect_calibration_p95(confidences: &[f64], seed: u64) -> f64 {
     if confidences.is_empty() {
         return f64::NAN;
     }
@@ -94,7 +94,7 @@ pub struct Roc {
 
 /// The ROC of (score, positive); none unless there are both positives and negatives.
 #[must_use]
-pub fn roc(scored: &[(f64, bool)]) -> Option<Roc> {
+pub(crate) fn roc(scored: &[(f64, bool)]) -> Option<Roc> {
     let positives = scored.iter().filter(|s| s.1).count() as f64;
     let negatives = scored.len() as f64 - positives;
     if positives == 0.0 || negatives == 0.0 {

@@ -64,7 +64,7 @@ pub struct Judged {
 
 /// Judges `answer` (none: there is no answer) to the case `name` with this `label`.
 #[must_use]
-pub fn judge(name: &str, label: &Label, answer: Option<&Value>) -> Judged {
+pub(crate) fn judge(name: &str, label: &Label, answer: Option<&Value>) -> Judged {
     let missing = serde_json::json!({"verdict": "missing", "effects": []});
     let answer = answer.unwrap_or(&missing);
     let truth: Vec<String> = label.effects.keys().cloned().collect();

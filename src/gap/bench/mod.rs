@@ -21,15 +21,15 @@ mod table;
 mod workers;
 
 pub use calibrate::{Calibrated, Example, Fit, calibrate, examples, prior_of};
-pub use folder::{BENCH, Bench, COMMITMENT, Made, Order, SEALED, make, names, recording_files};
-pub use intervals::{Rate, Roc, expected_calibration_error, perfect_calibration_p95, roc};
-pub use judge::{Judged, Wanted, judge};
+pub use folder::{BENCH, Bench, Made, Order, make};
+pub use intervals::{Rate, Roc};
+pub use judge::{Judged, Wanted};
 pub use oracle::{Gains, OfOracle, oracle};
-pub use runner::{Diagnosis, Ran, Timing, run};
+pub use runner::{Diagnosis, Ran, run};
 pub use score::{
     Bin, ByEffect, Calibration, Confusion, Middle, Miss, Score, answers, labels, left_out, score, seconds,
 };
-pub use seal::{Labels, SealKey, Sealed, commitment, seal, unseal};
+pub use seal::{Labels, SealKey};
 
 #[cfg(test)]
 mod tests;

@@ -32,7 +32,7 @@ impl<F: Fn(&Config, &Log, Option<&Log>) -> Result<Answer> + Sync> Diagnosis for 
 
 /// How long one case took.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Timing {
+pub(crate) struct Timing {
     /// Wall time of the diagnosis without reading and writing, s.
     pub seconds: f64,
 }

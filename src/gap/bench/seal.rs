@@ -43,7 +43,7 @@ impl SealKey {
     ///
     /// # Errors
     /// [`ErrorKind::Io`] if the system has none.
-    pub fn random() -> Result<Self> {
+    pub(crate) fn random() -> Result<Self> {
         Ok(Self(random_bytes()?))
     }
 
@@ -57,7 +57,7 @@ impl SealKey {
     ///
     /// # Errors
     /// [`ErrorKind::Format`] for anything else.
-    pub fn from_hex(text: &str, input: &str) -> Result<Self> {
+    pub(crate) fn from_hex(text: &str, input: &str) -> Result<Self> {
         let text = text.trim();
         let digit = |i: usize| text.get(2 * i..2 * i + 2).and_then(|two| u8::from_str_radix(two, 16).ok());
         let bytes: Option<Vec<u8>> = (0..KEY_LEN).map(digit).collect();
@@ -92,13 +92,13 @@ pub(super) fn hex(bytes: &[u8]) -> String {
 
 /// SHA-256 of the plain labels, in hexadecimal digits.
 #[must_use]
-pub fn commitment(plain: &[u8]) -> String {
+pub(crate) fn commitment(plain: &[u8]) -> String {
     hex(&Sha256::digest(plain))
 }
 
 /// Sealed labels, and the commitment to them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Sealed {
+pub(crate) struct Sealed {
     /// Nonce and ciphertext.
     pub bytes: Vec<u8>,
     /// SHA-256 of the plain labels.
@@ -109,7 +109,7 @@ pub struct Sealed {
 ///
 /// # Errors
 /// [`ErrorKind::Io`] if the system has no random numbers.
-pub fn seal(labels: BTreeMap<String, Label>, seed: u64, key: &SealKey) -> Result<Sealed> {
+pub(crate) fn seal(labels: BTreeMap<String, Label>, seed: u64, key: &SealKey) -> Result<Sealed> {
     let labels = Labels { salt: hex(&random_bytes()?), seed, labels };
     let plain = serde_json::to_vec(&labels)
         .map_err(|e| Error::new(ErrorKind::Format, "labels", format!("cannot be written as JSON: {e}")))?;
@@ -129,7 +129,7 @@ pub fn seal(labels: BTreeMap<String, Label>, seed: u64, key: &SealKey) -> Result
 /// # Errors
 /// [`ErrorKind::Checksum`] if the key is another, a byte was changed, or the labels are not those of the commitment;
 /// [`ErrorKind::Format`] if there are no labels inside.
-pub fn unseal(bytes: &[u8], key: &SealKey, committed: &str, input: &str) -> Result<Labels> {
+pub(crate) fn unseal(bytes: &[u8], key: &SealKey, committed: &str, input: &str) -> Result<Labels> {
     let broken = || {
         Error::new(ErrorKind::Checksum, input, "does not open: the key is another, or the file was changed")
             .hint("take the key that gap bench make wrote for this folder, and the file as it was made")

@@ -17,9 +17,9 @@ use std::ops::Range;
 pub(super) const CLASSES: usize = 5;
 /// Diffusion of each class over the mean, of v and of ω. The five are `CLASSES`, which rustc 1.95 cannot take here: it
 /// panics over a constant in the type of another one.
-pub type Ratios = [[f64; 5]; 2];
+pub(crate) type Ratios = [[f64; 5]; 2];
 /// The same diffusion in all classes.
-pub const EVEN: Ratios = [[1.0; 5]; 2];
+pub(crate) const EVEN: Ratios = [[1.0; 5]; 2];
 
 /// Readings on either side of a row whose means are compared.
 const BESIDE: usize = 5;
@@ -35,12 +35,12 @@ const LASTING: [f64; 2] = [0.0, 0.9];
 
 /// Class of each row, for v and for ω; empty where torques tell how the robot moves.
 #[derive(Debug, Clone, Default)]
-pub struct Classes([Vec<u8>; 2]);
+pub(crate) struct Classes([Vec<u8>; 2]);
 
 impl Classes {
     /// Classes of the rows of `record`.
     #[must_use]
-    pub fn of(record: &Record) -> Self {
+    pub(crate) fn of(record: &Record) -> Self {
         if record.torques_n_m.is_some() {
             return Self::default();
         }
@@ -55,13 +55,13 @@ impl Classes {
 
     /// Ratios of the diffusions of v and ω in row `k`.
     #[must_use]
-    pub fn ratios(&self, ratios: &Ratios, k: usize) -> [f64; 2] {
+    pub(crate) fn ratios(&self, ratios: &Ratios, k: usize) -> [f64; 2] {
         [0, 1].map(|i| self.0[i].get(k).map_or(1.0, |class| ratios[i][usize::from(*class)]))
     }
 
     /// Accelerations of v and ω of row `k` that may last: where rows have classes, only significant ones.
     #[must_use]
-    pub fn lasting(&self, ratios: &Ratios, accelerations: [f64; 2], k: usize) -> [f64; 2] {
+    pub(crate) fn lasting(&self, ratios: &Ratios, accelerations: [f64; 2], k: usize) -> [f64; 2] {
         if *ratios == EVEN {
             return accelerations;
         }
@@ -186,7 +186,7 @@ impl Walk {
 /// Diffusions of v (m²/s³) and ω (rad²/s³) averaged over time, ratios of the classes, and the share of an acceleration
 /// that lasts, under the noise of wheels and gyro in `noise`.
 #[must_use]
-pub fn likely(record: &Record, noise: &Noise, bounds: &Range<f64>) -> ([f64; 2], Ratios, f64) {
+pub(crate) fn likely(record: &Record, noise: &Noise, bounds: &Range<f64>) -> ([f64; 2], Ratios, f64) {
     let classes = Classes::of(record);
     let walk = |mode: usize| {
         let (mut steps, mut variance) = (Vec::new(), f64::NAN);

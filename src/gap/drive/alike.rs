@@ -29,7 +29,7 @@ struct Class {
 
 /// Classes of effects that this drive cannot tell apart: one for each effect of the best set that has similar effects.
 #[must_use]
-pub fn alike(record: &Record, compared: &Compared) -> Vec<Alike> {
+pub(crate) fn alike(record: &Record, compared: &Compared) -> Vec<Alike> {
     let classes = classes(&compared.problem, &compared.candidates.groups, &compared.sets[0].members);
     let told = |c: Class| Alike { separate_by: separate_by(record, Some(c.apart)), ids: c.ids, overlap: c.overlap };
     classes.into_iter().map(told).collect()

@@ -13,7 +13,7 @@ const LAGS_S: [f64; 2] = [0.05, 0.5];
 
 /// A reading as the filter used it.
 #[derive(Debug, Clone, Copy)]
-pub struct Taken {
+pub(crate) struct Taken {
     /// Channel.
     pub channel: Channel,
     /// ∂(expected reading)/∂state
@@ -32,7 +32,7 @@ pub struct Taken {
 
 /// One row as the filter went through it.
 #[derive(Debug, Clone)]
-pub struct Followed {
+pub(crate) struct Followed {
     /// Row of the log.
     pub row: usize,
     /// Motion before the readings, without the past.
@@ -95,7 +95,7 @@ impl Default for Followed {
 }
 
 /// The filter on its way through the rows of a drive.
-pub struct Along<'a> {
+pub(crate) struct Along<'a> {
     record: &'a Record,
     rows: Range<usize>,
     scales: &'a Scales,
@@ -130,7 +130,7 @@ pub struct Along<'a> {
 
 impl<'a> Along<'a> {
     /// At the first of `rows`, which are those of one drive.
-    pub fn new(
+    pub(crate) fn new(
         record: &'a Record,
         rows: Range<usize>,
         scales: &'a Scales,
@@ -167,7 +167,7 @@ impl<'a> Along<'a> {
     }
 
     /// Filters one row and writes it to `out`; false after the last.
-    pub fn row(&mut self, out: &mut Followed) -> bool {
+    pub(crate) fn row(&mut self, out: &mut Followed) -> bool {
         let k = self.next;
         if k >= self.rows.end {
             return false;

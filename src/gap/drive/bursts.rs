@@ -36,7 +36,7 @@ const ASIDE: f64 = 1e6;
 
 /// Bursts in which one wheel read low.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Bursts {
+pub(crate) struct Bursts {
     /// 0 left, 1 right.
     pub side: usize,
     /// Share lost in each row, zero outside bursts.
@@ -58,7 +58,7 @@ pub struct Bursts {
 
 /// Settings of a search for bursts.
 #[derive(Debug, Clone, Copy)]
-pub struct Sought {
+pub(crate) struct Sought {
     /// 0 left, 1 right.
     pub side: usize,
     /// λ, if it is known; none: over the grid.
@@ -69,12 +69,12 @@ pub struct Sought {
 
 /// Best account of bursts of one wheel at each mean length; none for lengths without evidence.
 #[must_use]
-pub fn accounts(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> Vec<Bursts> {
+pub(crate) fn accounts(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> Vec<Bursts> {
     Predicted::of(record, models, noise, sought.side).accounts(record, sought)
 }
 
 /// Prediction errors of one wheel, by the other sensors and the model.
-pub struct Predicted {
+pub(crate) struct Predicted {
     /// Row, error in rad/s and its variance in rad²/s²
     rows: Vec<(usize, f64, f64)>,
 }
@@ -82,7 +82,7 @@ pub struct Predicted {
 impl Predicted {
     /// From a pass of the filter that excludes the wheel of this side.
     #[must_use]
-    pub fn of(record: &Record, models: &Models, noise: &Noise, side: usize) -> Self {
+    pub(crate) fn of(record: &Record, models: &Models, noise: &Noise, side: usize) -> Self {
         let mut aside = *noise;
         let variance = noise.reading[side];
         aside.reading[side] *= ASIDE;
@@ -98,7 +98,7 @@ impl Predicted {
 
     /// As [`accounts`]; `sought` has the side that was predicted.
     #[must_use]
-    pub fn accounts(&self, record: &Record, sought: Sought) -> Vec<Bursts> {
+    pub(crate) fn accounts(&self, record: &Record, sought: Sought) -> Vec<Bursts> {
         let Some(errors) = Errors::of(record, &self.rows, sought) else { return Vec::new() };
         let losses = sought.loss.map_or_else(|| LOSSES.to_vec(), |loss| vec![loss]);
         let scatters = LENGTHS_S.map(|length_s| errors.scatter(record, length_s));
@@ -119,7 +119,7 @@ type Evidences = [[f64; SHARES.len()]; LENGTHS_S.len()];
 /// ln p of the drive with the lost ticks restored under `models`, including the cost of not knowing the bursts. The
 /// chain takes prediction errors for independent, which they are not; the filter knows their correlation.
 #[must_use]
-pub fn weight(record: &Record, models: &Models, noise: &Noise, bursts: &Bursts) -> f64 {
+pub(crate) fn weight(record: &Record, models: &Models, noise: &Noise, bursts: &Bursts) -> f64 {
     let restored = run(&bursts.restored(record), models, noise, &[], |_| {});
     restored.ln_likelihood() + bursts.ln_path + bursts.ln_jacobian()
 }
@@ -388,7 +388,7 @@ fn medians(values: &[f64], window: usize) -> Vec<f64> {
 impl Bursts {
     /// The drive with the lost ticks restored.
     #[must_use]
-    pub fn restored(&self, record: &Record) -> Record {
+    pub(crate) fn restored(&self, record: &Record) -> Record {
         let mut out = record.clone();
         out.wheels_rad_s[self.side].iter_mut().zip(&self.lost).for_each(|(value, lost)| *value /= 1.0 - lost);
         out
@@ -396,7 +396,7 @@ impl Bursts {
 
     /// ln Jacobian of restoring: Σ ln 1/(1-λ) over the rows.
     #[must_use]
-    pub fn ln_jacobian(&self) -> f64 {
+    pub(crate) fn ln_jacobian(&self) -> f64 {
         -self.lost.iter().map(|l| (-l).ln_1p()).sum::<f64>()
     }
 }

@@ -30,7 +30,7 @@ impl Default for Prior {
 impl Prior {
     /// The prior odds of the search, which a calibration replaces.
     #[must_use]
-    pub fn of_search(&self) -> crate::gap::Prior {
+    pub(crate) fn of_search(&self) -> crate::gap::Prior {
         crate::gap::Prior { ln_named: self.ln_named, ln_free: self.ln_free }
     }
 }
@@ -51,7 +51,7 @@ const SETTLING_S: [f64; 3] = [0.4, 1.6, 6.4];
 /// Prior share of lost ticks whose bursts do not show singly.
 pub(super) const UNSEEN: f64 = 0.5;
 /// Prefix of the id of a coordinate that varies; the id of its effect follows.
-pub const VARYING: &str = "free.varying.";
+pub(crate) const VARYING: &str = "free.varying.";
 
 /// Kind of a group.
 #[derive(Clone, Copy)]
@@ -95,7 +95,7 @@ fn can(needs: Needs, record: &Record) -> bool {
 
 /// Whether the log has the channels that tell the effect.
 #[must_use]
-pub fn knowable(effect: &dyn Driving, record: &Record) -> bool {
+pub(crate) fn knowable(effect: &dyn Driving, record: &Record) -> bool {
     match effect.explanation() {
         DriveExplanation::Model(change) => {
             can(change.needs(), record)
@@ -369,7 +369,7 @@ impl Candidates {
 
     /// Only the groups for which `keep` holds, with their columns and the nuisances.
     #[must_use]
-    pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
+    pub(crate) fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         let mut out = Self {
             changes: self.changes.clone(),
             sizes: self.sizes.clone(),
@@ -399,7 +399,7 @@ impl Candidates {
 
     /// Without the mean losses of ticks.
     #[must_use]
-    pub fn without_lost_ticks(&self) -> Self {
+    pub(crate) fn without_lost_ticks(&self) -> Self {
         self.only(|g| !matches!(self.kinds[g], Kind::Change(i) if self.changes[i].0.tick_loss().is_some()))
     }
 
@@ -408,7 +408,7 @@ impl Candidates {
     /// can show, where that is below the plausible ones, every order of magnitude equally probable. A small effect is
     /// then not penalised by a wide prior.
     #[must_use]
-    pub fn scaled(&self, square: impl Fn(usize) -> f64) -> Vec<Group> {
+    pub(crate) fn scaled(&self, square: impl Fn(usize) -> f64) -> Vec<Group> {
         let mut groups = self.groups.clone();
         for (group, kind) in groups.iter_mut().zip(&self.kinds) {
             let (Kind::Change(i), Some(first)) = (kind, group.columns.first()) else { continue };

@@ -41,7 +41,7 @@ pub(super) fn alone(record: &Record, noise: &Noise, all: &Candidates, problem: &
 
 /// The effect of `effects` that explains most of `record` alone, and ln p of the drive with nothing.
 #[must_use]
-pub fn closest(
+pub(crate) fn closest(
     record: &Record,
     noise: &Noise,
     effects: &[&'static dyn Driving],

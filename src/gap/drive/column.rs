@@ -35,7 +35,7 @@ pub enum Equation {
 impl Equation {
     /// Unit of a term added to it.
     #[must_use]
-    pub fn unit(self) -> &'static str {
+    pub(crate) fn unit(self) -> &'static str {
         match self {
             Self::Force => "m/s²",
             Self::Moment => "rad/s²",
@@ -48,7 +48,7 @@ impl Equation {
 
     /// Channel of the answer.
     #[must_use]
-    pub fn channel(self) -> &'static str {
+    pub(crate) fn channel(self) -> &'static str {
         match self {
             Self::Force | Self::Moment => "torque",
             Self::WheelLeft => "wheel_left",
@@ -60,7 +60,7 @@ impl Equation {
 
     /// The equation, in words.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Force => "equations of motion: the force along the robot",
             Self::Moment => "equations of motion: the moment about the vertical axis",
@@ -78,7 +78,7 @@ impl Equation {
 
     /// Equation of the free form with this id; none for other ids.
     #[must_use]
-    pub fn of_free_form(id: &str) -> Option<Self> {
+    pub(crate) fn of_free_form(id: &str) -> Option<Self> {
         let mut words = id.split('.').skip(1);
         let first = words.next()?;
         let what = if matches!(first, "outliers" | "level" | "lattice") { words.next()? } else { first };
@@ -129,7 +129,7 @@ const TIMES: usize = 8;
 
 impl Follows {
     /// All, in the order of the table.
-    pub const ALL: [Self; 10] = [
+    pub(crate) const ALL: [Self; 10] = [
         Self::Speed,
         Self::YawRate,
         Self::Turning,
@@ -144,7 +144,7 @@ impl Follows {
 
     /// Number of its functions in the table.
     #[must_use]
-    pub fn count(self) -> usize {
+    pub(crate) fn count(self) -> usize {
         match self {
             Self::Speed | Self::YawRate => 5,
             Self::Turning | Self::Acceleration | Self::YawAcceleration => 3,
@@ -155,13 +155,13 @@ impl Follows {
 
     /// Index of its first function in the table.
     #[must_use]
-    pub fn first(self) -> usize {
+    pub(crate) fn first(self) -> usize {
         Self::ALL.iter().take_while(|f| **f != self).map(|f| f.count()).sum()
     }
 
     /// Value of `condition` in the answer.
     #[must_use]
-    pub fn condition(self) -> &'static str {
+    pub(crate) fn condition(self) -> &'static str {
         match self {
             Self::Speed => "speed",
             Self::YawRate | Self::Turning => "yaw_rate",
@@ -176,7 +176,7 @@ impl Follows {
 
     /// Name in the id of a free form.
     #[must_use]
-    pub fn id(self) -> &'static str {
+    pub(crate) fn id(self) -> &'static str {
         match self {
             Self::Turning => "turning",
             Self::TorqueRate => "torque_rate",
@@ -187,17 +187,17 @@ impl Follows {
 
 /// Indices of the functions with which a coefficient may vary: two cosines of time, |speed|, |acceleration|.
 #[must_use]
-pub fn variations() -> [usize; 4] {
+pub(crate) fn variations() -> [usize; 4] {
     let time = Follows::Time.first();
     [time + 1, time + 2, Follows::Speed.first() + 1, Follows::Acceleration.first() + 1]
 }
 
 /// Number of functions in the table.
-pub const FUNCTIONS: usize = 5 + 5 + 3 + 3 + 3 + 4 + 4 + 4 + 4 + TIMES;
+pub(crate) const FUNCTIONS: usize = 5 + 5 + 3 + 3 + 3 + 4 + 4 + 4 + 4 + TIMES;
 
 /// Quantities in one row of which the functions are made.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Row {
+pub(crate) struct Row {
     /// m/s
     pub speed: f64,
     /// rad/s
@@ -218,7 +218,7 @@ pub struct Row {
 
 /// Typical values in this drive, by which the functions are scaled.
 #[derive(Debug, Clone)]
-pub struct Scales {
+pub(crate) struct Scales {
     /// m/s
     pub speed: f64,
     /// rad/s
@@ -236,7 +236,7 @@ impl Scales {
     /// Root mean squares of the recorded wheels and torques, and classes of the rows where `agility` distinguishes
     /// them.
     #[must_use]
-    pub fn of(record: &Record, agility: &Ratios) -> Self {
+    pub(crate) fn of(record: &Record, agility: &Ratios) -> Self {
         let rms = |values: &mut dyn Iterator<Item = f64>| {
             let (sum, n) = values.filter(|v| v.is_finite()).fold((0.0, 0), |(s, n), v| (s + v * v, n + 1));
             (sum / f64::from(n.max(1))).sqrt()
@@ -261,7 +261,7 @@ fn slopes_over_s(record: &Record) -> [f64; 2] {
 
 impl Row {
     /// Values of the functions, in the order of [`Follows::ALL`]; those of time are the first `cosines`.
-    pub fn functions(&self, scales: &Scales, cosines: &[f64; COSINES], out: &mut [f64; FUNCTIONS]) {
+    pub(crate) fn functions(&self, scales: &Scales, cosines: &[f64; COSINES], out: &mut [f64; FUNCTIONS]) {
         let v = self.speed / scales.speed;
         let w = self.yaw_rate / scales.yaw_rate;
         let (a, alpha) = (self.acceleration, self.yaw_acceleration);
@@ -292,10 +292,10 @@ impl Row {
 }
 
 /// Number of cosines of time, the constant included; a random walk is made of the others.
-pub const COSINES: usize = 25;
+pub(crate) const COSINES: usize = 25;
 
 /// cos(nπu), n from zero: cos((n+1)x) = 2 cos x cos nx - cos((n-1)x).
-pub fn cosines_of(progress: f64, out: &mut [f64]) {
+pub(crate) fn cosines_of(progress: f64, out: &mut [f64]) {
     let first = (PI * progress).cos();
     for n in 0..out.len() {
         out[n] = match n {
@@ -316,7 +316,7 @@ pub(super) fn hat(from: f64, within: f64) -> f64 {
 const LASTING_STD: f64 = 0.3;
 
 /// Mounting of the tracked point: offsets ahead and to the left, offset of the heading, and delay of the pose.
-pub const MOUNTING: [Column; 4] = [
+pub(crate) const MOUNTING: [Column; 4] = [
     Column::Free(Equation::PoseAlong, CONSTANT),
     Column::Free(Equation::PoseAcross, CONSTANT),
     Column::Free(Equation::PoseHeading, CONSTANT),
@@ -330,7 +330,7 @@ pub(super) const CONSTANT: usize = FUNCTIONS - TIMES;
 /// power-on to the next, for each drive. Without torques: how accelerations last. With a pose: the mounting of the
 /// reference.
 #[must_use]
-pub fn nuisances(record: &Record) -> Vec<(Scoped, f64)> {
+pub(crate) fn nuisances(record: &Record) -> Vec<(Scoped, f64)> {
     let mut all = Vec::new();
     let b = &record.belief;
     if record.gyro_rad_s.is_some() {
@@ -416,7 +416,7 @@ impl Column {
 
     /// The column in one drive alone, by index.
     #[must_use]
-    pub fn of_drive(self, drive: usize) -> Scoped {
+    pub(crate) fn of_drive(self, drive: usize) -> Scoped {
         Scoped { column: self, drive: Some(drive) }
     }
 }

@@ -10,7 +10,7 @@ use super::pass::{Models, Noise};
 use super::record::Record;
 
 /// A state or an input, averaged about the knots.
-pub struct Covariate {
+pub(crate) struct Covariate {
     /// Name, as in the conditions of an answer where it is one of these.
     pub name: &'static str,
     /// Its unit.
@@ -23,7 +23,7 @@ pub struct Covariate {
 
 /// Knots at even distances in one drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Knots {
+pub(crate) struct Knots {
     /// Time from one knot to the next, s.
     pub step_s: f64,
     /// Number of knots.
@@ -72,7 +72,7 @@ fn of_row(row: &Row, scales: &Scales, t_s: f64, temperature_c: f64) -> [(f64, Ve
 }
 
 /// Covariates that `record` holds, about `knots` of each of its drives, from the states of the filter of `models`.
-pub fn about(record: &Record, models: &Models, noise: &Noise, knots: &[Knots]) -> Vec<Covariate> {
+pub(crate) fn about(record: &Record, models: &Models, noise: &Noise, knots: &[Knots]) -> Vec<Covariate> {
     let scales = Scales::of(record, &noise.process.agility);
     let total: usize = knots.iter().map(|k| k.count).sum();
     let mut sums: Vec<Vec<(f64, Vec<f64>)>> = Vec::with_capacity(NAMES.len());

@@ -62,13 +62,13 @@ pub struct Nuisance {
 impl Nuisance {
     /// A nuisance without such an effect.
     #[must_use]
-    pub fn new(column: usize, std: f64) -> Self {
+    pub(crate) fn new(column: usize, std: f64) -> Self {
         Self { column, std, usual: None }
     }
 }
 
 /// Normal equations of one linearisation, in total coefficients (not differences from it).
-pub struct Problem {
+pub(crate) struct Problem {
     gram: Mat<f64>,
     moment: Vec<f64>,
     /// Σ z² + Σ ln 2πS
@@ -78,11 +78,11 @@ pub struct Problem {
 }
 
 /// Index of a group in a set, and index of the node of its prior.
-pub type Member = (usize, usize);
+pub(crate) type Member = (usize, usize);
 
 /// A set with its weight: ln evidence + ln prior.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Weighed {
+pub(crate) struct Weighed {
     /// Members, ascending.
     pub members: Vec<Member>,
     /// ln weight.
@@ -90,7 +90,7 @@ pub struct Weighed {
 }
 
 /// Coefficients of a set: column, estimate, standard deviation.
-pub type Coefficients = Vec<(usize, f64, f64)>;
+pub(crate) type Coefficients = Vec<(usize, f64, f64)>;
 
 /// Posterior of a set: columns, Cholesky factor of the scaled normal equations, mean coefficients, ln evidence.
 struct Conditioned {
@@ -113,7 +113,13 @@ impl Problem {
     /// From the Gram matrix with the innovations as its last column, linearised at `here` (by column; zero where
     /// linear).
     #[must_use]
-    pub fn new(summed: &Mat<f64>, ln_volume: f64, here: &[f64], groups: Vec<Group>, nuisance: Vec<Nuisance>) -> Self {
+    pub(crate) fn new(
+        summed: &Mat<f64>,
+        ln_volume: f64,
+        here: &[f64],
+        groups: Vec<Group>,
+        nuisance: Vec<Nuisance>,
+    ) -> Self {
         let p = summed.ncols() - 1;
         let gram = Mat::from_fn(p, p, |i, j| summed[(i, j)]);
         let product: Vec<f64> = (0..p).map(|i| (0..p).map(|j| gram[(i, j)] * here[j]).sum()).collect();
@@ -126,7 +132,7 @@ impl Problem {
 
     /// Whether the group is an effect of the library.
     #[must_use]
-    pub fn is_named(&self, group: usize) -> bool {
+    pub(crate) fn is_named(&self, group: usize) -> bool {
         self.groups[group].named
     }
 
@@ -176,13 +182,13 @@ impl Problem {
 
     /// ln evidence of the set: ln p of the drive, without the set's prior odds.
     #[must_use]
-    pub fn ln_evidence(&self, members: &[Member]) -> f64 {
+    pub(crate) fn ln_evidence(&self, members: &[Member]) -> f64 {
         self.condition(members).map_or(f64::NEG_INFINITY, |c| c.ln_evidence)
     }
 
     /// ln weight of the set: evidence, prior odds, and the cost of unknown scales.
     #[must_use]
-    pub fn ln_weight(&self, members: &[Member]) -> f64 {
+    pub(crate) fn ln_weight(&self, members: &[Member]) -> f64 {
         let Some(inside) = self.condition(members) else { return f64::NEG_INFINITY };
         let priors: f64 =
             members.iter().map(|&(g, _)| self.groups[g].ln_prior - (self.groups[g].nodes.len() as f64).ln()).sum();
@@ -202,7 +208,7 @@ impl Problem {
     /// ln density of the drive, the set and its coefficients that are `pinned` (column and value); all others are
     /// integrated out. Exact at the point of linearisation, whatever the range of that.
     #[must_use]
-    pub fn ln_density(&self, members: &[Member], pinned: &[(usize, f64)]) -> f64 {
+    pub(crate) fn ln_density(&self, members: &[Member], pinned: &[(usize, f64)]) -> f64 {
         let (columns, stds) = self.prior(members);
         let pulls = |c: usize| pinned.iter().map(|p| self.gram[(c, p.0)] * p.1).sum::<f64>();
         let mut null = self.null;
@@ -239,7 +245,7 @@ impl Problem {
 
     /// Every group outside `members` with its best node, and the gain in ln weight when it is added.
     #[must_use]
-    pub fn additions(&self, members: &[Member]) -> Vec<(Member, f64)> {
+    pub(crate) fn additions(&self, members: &[Member]) -> Vec<(Member, f64)> {
         let Some(inside) = self.condition(members) else { return Vec::new() };
         let (_, stds) = self.prior(members);
         let n = inside.columns.len();
@@ -278,7 +284,7 @@ impl Problem {
     /// All groups together, each with the node of its prior that explains most beside the others; of groups with one
     /// id, the one that explains most.
     #[must_use]
-    pub fn together(&self) -> Weighed {
+    pub(crate) fn together(&self) -> Weighed {
         let mut open: Vec<&str> = self.groups.iter().map(|g| g.id.as_str()).collect();
         open.sort_unstable();
         open.dedup();
@@ -305,7 +311,7 @@ impl Problem {
 
     /// The same with the readings that the set predicts on average: moments G β at its posterior mean β.
     #[must_use]
-    pub fn expected(&self, members: &[Member]) -> Self {
+    pub(crate) fn expected(&self, members: &[Member]) -> Self {
         let coefficients = self.coefficients(members);
         let moment = |i: usize| coefficients.iter().map(|(j, mean, _)| self.gram[(i, *j)] * mean).sum();
         let moment: Vec<f64> = (0..self.gram.ncols()).map(moment).collect();
@@ -315,7 +321,7 @@ impl Problem {
 
     /// Posterior mean and standard deviation of every coefficient of the set.
     #[must_use]
-    pub fn coefficients(&self, members: &[Member]) -> Coefficients {
+    pub(crate) fn coefficients(&self, members: &[Member]) -> Coefficients {
         self.condition(members).map_or_else(Vec::new, |inside| self.coefficients_in(members, &inside))
     }
 
@@ -334,7 +340,7 @@ impl Problem {
     /// gains when a member is added first, alone, and last, beside all others of the rank: two of the orders that
     /// Shapley's value is the mean of.
     #[must_use]
-    pub fn shares(&self, members: &[Member]) -> Vec<f64> {
+    pub(crate) fn shares(&self, members: &[Member]) -> Vec<f64> {
         let mut shares = vec![0.0; members.len()];
         let mut before: Vec<Member> = Vec::new();
         for rank in Rank::ALL {

@@ -27,7 +27,7 @@ const STEPS: usize = 96;
 
 /// Measures of the gap on the hold-out recording.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DriveFar {
+pub(crate) struct DriveFar {
     /// Measures, `log_score` first: before, after and floor.
     pub metrics: Vec<Metric>,
     /// Share that each effect closes alone.
@@ -46,7 +46,7 @@ pub struct DriveFar {
 
 /// Effects whose shares of the gap are measured.
 #[derive(Debug, Clone, Copy)]
-pub struct Sought<'a> {
+pub(crate) struct Sought<'a> {
     /// Those judged present.
     pub together: &'a Effects,
     /// Each of them alone.
@@ -217,20 +217,20 @@ fn on_lattice(error: f64, std: f64, lsb: f64) -> f64 {
 
 /// The second half of each drive of a record.
 #[must_use]
-pub fn second_half(record: &Record) -> Record {
+pub(crate) fn second_half(record: &Record) -> Record {
     let half = record.by_drive(|_, drive| drive.window(drive.len() / 2..drive.len()));
     start_heading::told(&half).map_or(half, |told| told.0)
 }
 
 /// ln densities of the rows of `kept` under the nominal simulator with `effects`.
 #[must_use]
-pub fn rows(kept: &Record, library: &Library, effects: &Effects, process: Process) -> Vec<f64> {
+pub(crate) fn rows(kept: &Record, library: &Library, effects: &Effects, process: Process) -> Vec<f64> {
     Under { record: kept, claimed: &Claimed::new(effects, library), process }.score().rows
 }
 
 /// Gains of `effects` over the nominal simulator on simulated recordings like `kept` that hold them, nats.
 #[must_use]
-pub fn expected_gains(
+pub(crate) fn expected_gains(
     kept: &Record,
     library: &Library,
     effects: &Effects,
@@ -248,14 +248,20 @@ pub fn expected_gains(
 
 /// Gain of `effects` on `kept` over the nominal simulator, nats a row.
 #[must_use]
-pub fn gain(kept: &Record, library: &Library, effects: &Effects, process: Process) -> f64 {
+pub(crate) fn gain(kept: &Record, library: &Library, effects: &Effects, process: Process) -> f64 {
     let total = |effects: &Effects| rows(kept, library, effects, process).iter().sum::<f64>();
     (total(effects) - total(&[])) / kept.len().max(1) as f64
 }
 
 /// Measures the gap on `kept`, with the effects of `sought`.
 #[must_use]
-pub fn measure(kept: &Record, library: &Library, sought: &Sought, process: Process, options: &Options) -> DriveFar {
+pub(crate) fn measure(
+    kept: &Record,
+    library: &Library,
+    sought: &Sought,
+    process: Process,
+    options: &Options,
+) -> DriveFar {
     let Sought { together, listed, nearest } = *sought;
     let nominal = Claimed::new(&[], library);
     let found = (!together.is_empty()).then(|| Claimed::new(together, library));

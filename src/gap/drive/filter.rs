@@ -12,24 +12,24 @@ use crate::model::drive::{DriveModel, Moving};
 use std::ops::Range;
 
 /// Number of states: x, y, θ, v, ω.
-pub const N: usize = 5;
+pub(crate) const N: usize = 5;
 /// Place of x.
-pub const X: usize = 0;
+pub(crate) const X: usize = 0;
 /// Place of y.
-pub const Y: usize = 1;
+pub(crate) const Y: usize = 1;
 /// Place of θ.
-pub const TH: usize = 2;
+pub(crate) const TH: usize = 2;
 /// Place of v.
-pub const V: usize = 3;
+pub(crate) const V: usize = 3;
 /// Place of ω.
-pub const W: usize = 4;
+pub(crate) const W: usize = 4;
 /// A state.
-pub type Vector = [f64; N];
+pub(crate) type Vector = [f64; N];
 /// A matrix of the state, rows then columns.
-pub type Matrix = [[f64; N]; N];
+pub(crate) type Matrix = [[f64; N]; N];
 
 /// F d: the derivatives `d` of the state moved to the next row
-pub fn ahead(f: &Matrix, d: &Vector) -> Vector {
+pub(crate) fn ahead(f: &Matrix, d: &Vector) -> Vector {
     let mut out = *d;
     out[X] += f[X][TH] * d[TH] + f[X][V] * d[V] + f[X][W] * d[W];
     out[Y] += f[Y][TH] * d[TH] + f[Y][V] * d[V] + f[Y][W] * d[W];
@@ -41,7 +41,7 @@ pub fn ahead(f: &Matrix, d: &Vector) -> Vector {
 
 /// Inputs of one step, from one row to the next.
 #[derive(Debug, Clone, Copy)]
-pub struct Step {
+pub(crate) struct Step {
     /// Torques, left and right, N·m
     pub torques: [f64; 2],
     /// Sideways speed, m/s
@@ -56,7 +56,7 @@ pub struct Step {
 
 /// Change of v (m/s) and ω (rad/s) by noise in the last step, or in its last part, estimated from the readings since.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Shaken {
+pub(crate) struct Shaken {
     /// Its mean
     pub mean: [f64; 2],
     /// Covariance with the state, and own covariance
@@ -66,7 +66,7 @@ pub struct Shaken {
 
 /// Result of an update by one reading.
 #[derive(Debug, Clone, Copy)]
-pub struct Corrected {
+pub(crate) struct Corrected {
     /// S, variance of the innovation
     pub variance: f64,
     /// K, gain of the state
@@ -88,7 +88,7 @@ pub struct Filter<'a> {
 
 impl<'a> Filter<'a> {
     /// At the first pose of the drive in `rows`, without one at zero; speeds from its first wheel readings.
-    pub fn new(record: &Record, rows: Range<usize>, noise: &'a Noise, by_torque: [[f64; 2]; 2]) -> Self {
+    pub(crate) fn new(record: &Record, rows: Range<usize>, noise: &'a Noise, by_torque: [[f64; 2]; 2]) -> Self {
         let mut state = [0.0; N];
         let mut covariance = [[0.0; N]; N];
         let b = &record.belief;
@@ -126,7 +126,7 @@ impl<'a> Filter<'a> {
     }
 
     /// Restricts the change by noise in the last step to this share of it, at its end, 0 to 1.
-    pub fn since(&mut self, share: f64) {
+    pub(crate) fn since(&mut self, share: f64) {
         let variance = share * share + self.within() * (share - share * share);
         let Shaken { with_state, own, .. } = &mut self.shaken;
         with_state.iter_mut().flatten().for_each(|c| *c *= share);
@@ -135,7 +135,7 @@ impl<'a> Filter<'a> {
 
     /// Update by one scalar reading h·(ξ - late u). `late`: none where no reading of the row is late, else the delay of
     /// this one over the largest in the row, 0 to 1.
-    pub fn correct(&mut self, nu: f64, h: &Vector, variance: f64, late: Option<f64>) -> Corrected {
+    pub(crate) fn correct(&mut self, nu: f64, h: &Vector, variance: f64, late: Option<f64>) -> Corrected {
         let mut ph: Vector = std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * h[j]).sum());
         let mut s = variance + (0..N).map(|i| h[i] * ph[i]).sum::<f64>();
         let mut shaken_gain = [0.0; 2];
@@ -167,7 +167,7 @@ impl<'a> Filter<'a> {
     }
 
     /// ∂(next state)/∂state; `forces`: those of the effects at `at`, `middle`: sine and cosine of the heading half way.
-    pub fn jacobian(
+    pub(crate) fn jacobian(
         &self,
         model: &DriveModel,
         at: &Moving,
@@ -233,7 +233,7 @@ impl<'a> Filter<'a> {
     }
 
     /// Predicts the state one step ahead.
-    pub fn predict(&mut self, model: &DriveModel, at: &Moving, step: &Step, f: &Matrix) {
+    pub(crate) fn predict(&mut self, model: &DriveModel, at: &Moving, step: &Step, f: &Matrix) {
         let Step { torques, sideways, drift, diffusion: [qv, qw], dt } = *step;
         let s = self.state;
         // the midpoint rule for speed and yaw rate, an arc for the position
@@ -285,7 +285,7 @@ impl<'a> Filter<'a> {
 }
 
 /// Accelerations from differences of the speeds over the last rows, where no torques tell them.
-pub struct Slopes {
+pub(crate) struct Slopes {
     over_s: [f64; 2],
     speeds: std::collections::VecDeque<(f64, [f64; 2])>,
     t_s: f64,
@@ -296,12 +296,12 @@ impl Slopes {
     pub(super) const OVER_S: f64 = 0.06;
 
     /// `over_s`: time over which v and ω are compared, s.
-    pub fn new(over_s: [f64; 2]) -> Self {
+    pub(crate) fn new(over_s: [f64; 2]) -> Self {
         Self { over_s, speeds: std::collections::VecDeque::new(), t_s: 0.0 }
     }
 
     /// Accelerations (m/s², rad/s²), and the wheel forces (N) that they take, `dt_s` after the last call.
-    pub fn push(&mut self, dt_s: f64, speeds: [f64; 2], model: &DriveModel) -> ([f64; 2], [f64; 2]) {
+    pub(crate) fn push(&mut self, dt_s: f64, speeds: [f64; 2], model: &DriveModel) -> ([f64; 2], [f64; 2]) {
         self.t_s += dt_s;
         self.speeds.push_back((self.t_s, speeds));
         let [over_v, over_w] = self.over_s;

@@ -15,7 +15,7 @@ use crate::model::drive::DriveEffect;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Coordinates θ of every change, by change and coordinate.
-pub type Theta = Vec<Vec<f64>>;
+pub(crate) type Theta = Vec<Vec<f64>>;
 
 /// Most narrow steps after a wide one.
 const NARROW: usize = 6;
@@ -31,7 +31,7 @@ const FUTILE: f64 = -6.0;
 const LOSS: f64 = 3.0;
 
 /// A linearisation, and the sets that were compared there.
-pub struct Compared {
+pub(crate) struct Compared {
     /// Coordinates at which it was linearised.
     pub theta: Theta,
     /// Candidates and their columns.
@@ -95,13 +95,13 @@ impl Candidates {
 
     /// θ with all changes of this effect at zero.
     #[must_use]
-    pub fn without(&self, id: &str, theta: &Theta) -> Theta {
+    pub(crate) fn without(&self, id: &str, theta: &Theta) -> Theta {
         self.at_zero(|effect| effect.about().id == id, theta)
     }
 
     /// θ with the mean losses of ticks at zero.
     #[must_use]
-    pub fn without_lost_ticks_in(&self, theta: &Theta) -> Theta {
+    pub(crate) fn without_lost_ticks_in(&self, theta: &Theta) -> Theta {
         self.at_zero(|effect| effect.tick_loss().is_some(), theta)
     }
 
@@ -126,7 +126,7 @@ impl Candidates {
     /// θ of a set: its coefficients, inside their bounds; zero for changes outside the set. Also whether it has
     /// settled, close to `before`.
     #[must_use]
-    pub fn theta_of(&self, members: &[Member], coefficients: &Coefficients, before: &Theta) -> (Theta, bool) {
+    pub(crate) fn theta_of(&self, members: &[Member], coefficients: &Coefficients, before: &Theta) -> (Theta, bool) {
         let mut theta = self.zero();
         let mut settled = true;
         for &(g, _) in members {
@@ -156,7 +156,7 @@ impl Candidates {
 
     /// Normal equations of one pass of the filter at θ.
     #[must_use]
-    pub fn linearise(&self, record: &Record, noise: &Noise, theta: &Theta) -> Problem {
+    pub(crate) fn linearise(&self, record: &Record, noise: &Noise, theta: &Theta) -> Problem {
         let models = models(record, &self.change_list(), theta, true);
         let summed = run_scoped(record, &models, noise, &self.columns, |_| {});
         let groups = self.scaled(|c| summed.gram[(c, c)]);
@@ -165,7 +165,7 @@ impl Candidates {
 
     /// Time of the bias step among `groups` in each drive, s since that drive began.
     #[must_use]
-    pub fn steps_of(&self, groups: impl IntoIterator<Item = usize>) -> Onsets {
+    pub(crate) fn steps_of(&self, groups: impl IntoIterator<Item = usize>) -> Onsets {
         let mut steps = Onsets::new();
         for g in groups {
             let Kind::Step(drive, t) = self.kinds[g] else { continue };
@@ -179,7 +179,7 @@ impl Candidates {
 impl Compared {
     /// Compares the sets of `candidates`, linearised at `theta`.
     #[must_use]
-    pub fn wide(record: &Record, noise: &Noise, candidates: Candidates, theta: Theta) -> Self {
+    pub(crate) fn wide(record: &Record, noise: &Noise, candidates: Candidates, theta: Theta) -> Self {
         let problem = candidates.linearise(record, noise, &theta);
         let sets = search(&problem);
         Self { theta, candidates, problem, sets }
@@ -188,13 +188,19 @@ impl Compared {
     /// Settles θ for the best set of `candidates`, which may change at every step. Gives up after some steps if its ln
     /// weight is still below `hopeless`.
     #[must_use]
-    pub fn narrow(record: &Record, noise: &Noise, candidates: Candidates, from: Theta, hopeless: Option<f64>) -> Self {
+    pub(crate) fn narrow(
+        record: &Record,
+        noise: &Noise,
+        candidates: Candidates,
+        from: Theta,
+        hopeless: Option<f64>,
+    ) -> Self {
         Self::climb(record, noise, candidates, from, NARROW, hopeless, best_set)
     }
 
     /// Settles θ for all groups of `candidates` together; of groups with one id, only the one that explains most.
     #[must_use]
-    pub fn all_in(record: &Record, noise: &Noise, candidates: Candidates, from: Theta) -> Self {
+    pub(crate) fn all_in(record: &Record, noise: &Noise, candidates: Candidates, from: Theta) -> Self {
         Self::climb(record, noise, candidates, from, TOGETHER, None, Problem::together)
     }
 
@@ -248,19 +254,19 @@ impl Compared {
 
     /// ln weight of the best set; `f64::MIN` where the filter has diverged.
     #[must_use]
-    pub fn top(&self) -> f64 {
+    pub(crate) fn top(&self) -> f64 {
         if self.has_diverged() { f64::MIN } else { self.sets[0].ln_weight }
     }
 
     /// Whether the filter has diverged where this was linearised.
     #[must_use]
-    pub fn has_diverged(&self) -> bool {
+    pub(crate) fn has_diverged(&self) -> bool {
         !self.sets[0].ln_weight.is_finite()
     }
 
     /// θ of the best set, and whether it is close to where this was linearised.
     #[must_use]
-    pub fn next(&self) -> (Theta, bool) {
+    pub(crate) fn next(&self) -> (Theta, bool) {
         let members = &self.sets[0].members;
         self.candidates.theta_of(members, &self.problem.coefficients(members), &self.theta)
     }
@@ -268,7 +274,7 @@ impl Compared {
     /// Time of the bias step in each drive in the best set, s since the drive began; where a walk or a function of time
     /// takes its place, the most likely time of a step.
     #[must_use]
-    pub fn steps_s(&self) -> Onsets {
+    pub(crate) fn steps_s(&self) -> Onsets {
         let members = &self.sets[0].members;
         let there = self.candidates.steps_of(members.iter().map(|m| m.0));
         if members.iter().any(|m| self.is_slow(m)) {
@@ -279,7 +285,7 @@ impl Compared {
 
     /// Group of the bias step in each drive that explains most beside the rest of the best set.
     #[must_use]
-    pub fn likely_steps(&self) -> Vec<usize> {
+    pub(crate) fn likely_steps(&self) -> Vec<usize> {
         let drive = |m: &Member| match self.candidates.kinds[m.0] {
             Kind::Step(drive, _) => Some(drive),
             _ => None,
@@ -304,13 +310,13 @@ impl Compared {
 
     /// ln weight of the best set over that of the empty set, nats.
     #[must_use]
-    pub fn gap(&self) -> f64 {
+    pub(crate) fn gap(&self) -> f64 {
         self.top() - self.problem.ln_weight(&[])
     }
 
     /// Ids of the members of the best set, and of the free forms and varying coefficients that add most to it.
     #[must_use]
-    pub fn promising(&self, most: usize) -> BTreeSet<String> {
+    pub(crate) fn promising(&self, most: usize) -> BTreeSet<String> {
         let members = &self.sets[0].members;
         let id = |m: &Member| self.candidates.groups[m.0].id.clone();
         let mut added = self.problem.additions(members);
@@ -321,7 +327,7 @@ impl Compared {
 
     /// Groups of the best set, and named effects that may yet enter it.
     #[must_use]
-    pub fn plausible(&self) -> Candidates {
+    pub(crate) fn plausible(&self) -> Candidates {
         let members = &self.sets[0].members;
         let candidates = &self.candidates;
         let mut keep: Vec<usize> = members.iter().map(|m| m.0).collect();

@@ -35,21 +35,15 @@ impl fmt::Debug for Given {
 impl Given {
     /// Number of changes of the equations.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.changes.len()
-    }
-
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.changes.is_empty()
     }
 }
 
 impl Record {
     /// The model of the robot with the given effects, and `effects` after them.
     #[must_use]
-    pub fn model(&self, effects: Vec<Box<dyn DriveEffect>>) -> DriveModel {
+    pub(crate) fn model(&self, effects: Vec<Box<dyn DriveEffect>>) -> DriveModel {
         let given = self.given.changes.iter().map(|(change, theta)| change.at(theta));
         DriveModel::new(self.belief.robot, given.chain(effects).collect())
     }

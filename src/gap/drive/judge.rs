@@ -409,7 +409,7 @@ fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<M
 }
 
 /// Ids of the effects of the library that this drive cannot show.
-pub fn unknowable<'a>(
+pub(crate) fn unknowable<'a>(
     record: &'a Record,
     effects: &'a [&'static dyn Driving],
 ) -> impl Iterator<Item = &'static str> + 'a {

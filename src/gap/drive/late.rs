@@ -26,7 +26,7 @@ const SAME_S: f64 = 1e-9;
 
 /// A delay of the wheels' readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Late {
+pub(crate) struct Late {
     /// τ, s.
     pub delay_s: f64,
     /// Its standard deviation, from the scatter between parts of the drive, s.
@@ -40,7 +40,7 @@ pub struct Late {
 impl Late {
     /// Part of a set that states it; `known`: the effect of the library, none: a free form.
     #[must_use]
-    pub fn part(&self, share: f64, known: Option<&About>) -> Part {
+    pub(crate) fn part(&self, share: f64, known: Option<&About>) -> Part {
         let text =
             format!("the wheels lag the gyro by {:.3} ± {:.3} s: their readings come late", self.delay_s, self.std_s);
         let Some(known) = known else {
@@ -120,7 +120,7 @@ fn put_back_in(record: &Record, delay_s: f64, by_rows: bool) -> Record {
 /// The delay of the wheels that explains `record` best under `models`. None without a gyro to compare with, and none
 /// with torques: a delay then shows otherwise.
 #[must_use]
-pub fn find(record: &Record, models: &Models, noise: &Noise) -> Option<Late> {
+pub(crate) fn find(record: &Record, models: &Models, noise: &Noise) -> Option<Late> {
     if record.gyro_rad_s.is_none() || record.torques_n_m.is_some() || record.span_s() < 4.0 * LONGEST_S {
         return None;
     }
@@ -166,7 +166,7 @@ pub(super) fn share_rows(record: &Record) -> bool {
 
 /// Gain in ln p, nats, with the readings of the wheels moved `delay_s` earlier, under `models`.
 #[must_use]
-pub fn gain(record: &Record, models: &Models, noise: &Noise, delay_s: f64) -> f64 {
+pub(crate) fn gain(record: &Record, models: &Models, noise: &Noise, delay_s: f64) -> f64 {
     let whole = without_begin(record);
     let weigh = |record: &Record| run(record, models, noise, &[], |_| {}).ln_likelihood();
     weigh(&put_back(&whole, delay_s)) - weigh(&whole)

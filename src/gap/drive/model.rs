@@ -12,13 +12,13 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// Effects with their parameters.
-pub type Effects = [(String, Parameters)];
+pub(crate) type Effects = [(String, Parameters)];
 
 /// Most accounts of lost ticks that the filter weighs.
 const WEIGHED: usize = 4;
 
 /// Changes that a set of effects makes to a drive.
-pub struct Claimed {
+pub(crate) struct Claimed {
     /// Changes of the equations, with their coordinates.
     pub(super) changes: Vec<(&'static dyn ModelChange, Vec<f64>)>,
     /// Index in `changes` and instrument of each delay.
@@ -38,7 +38,7 @@ pub struct Claimed {
 impl Claimed {
     /// From `effects`; those that the library does not know of drives change nothing.
     #[must_use]
-    pub fn new(effects: &Effects, library: &Library) -> Self {
+    pub(crate) fn new(effects: &Effects, library: &Library) -> Self {
         let mut out = Self {
             changes: Vec::new(),
             late: Vec::new(),
@@ -74,7 +74,7 @@ impl Claimed {
 
     /// The model of the robot with these changes.
     #[must_use]
-    pub fn models(&self, record: &Record) -> Models {
+    pub(crate) fn models(&self, record: &Record) -> Models {
         self.with_delays(record, &[])
     }
 
@@ -93,7 +93,7 @@ impl Claimed {
     /// The drive as a filter of these effects reads it, with its model: readings that are late by more than a row are
     /// moved earlier by whole rows, and the model holds the remaining delay.
     #[must_use]
-    pub fn read<'a>(&self, record: &'a Record) -> (Cow<'a, Record>, Models) {
+    pub(crate) fn read<'a>(&self, record: &'a Record) -> (Cow<'a, Record>, Models) {
         let mut read = Cow::Borrowed(record);
         let mut left_s = Vec::new();
         for &(i, of) in &self.late {
@@ -109,14 +109,14 @@ impl Claimed {
 
     /// The noise that a filter of this model assumes.
     #[must_use]
-    pub fn noise(&self, record: &Record, process: Process) -> Noise {
+    pub(crate) fn noise(&self, record: &Record, process: Process) -> Noise {
         let mut louder = record.belief;
         self.believe(&mut louder);
         Noise { process, ..Noise::of(&louder, record.torques_n_m.is_some(), self.wheel_lsb_rad_s) }
     }
 
     /// Multiplies the believed white noise by [`Claimed::noise_over`].
-    pub fn believe(&self, belief: &mut Belief) {
+    pub(crate) fn believe(&self, belief: &mut Belief) {
         let [gyro, wheels, pose] = self.noise_over;
         belief.gyro_std_rad_s *= gyro;
         belief.wheel_std_rad_s *= wheels;
@@ -126,7 +126,7 @@ impl Claimed {
 
     /// Most probable bursts of lost ticks in this drive; none where no loss is claimed, or no bursts are found.
     #[must_use]
-    pub fn bursts(&self, record: &Record, noise: &Noise) -> Option<Bursts> {
+    pub(crate) fn bursts(&self, record: &Record, noise: &Noise) -> Option<Bursts> {
         let lost = self.lost?;
         let (record, models) = self.read(record);
         let record = record.as_ref();

@@ -91,7 +91,7 @@ fn between(times_s: &[f64], speeds: &[[f64; 2]], k: usize, t_s: f64) -> [f64; 2]
 
 /// Whether the configuration leaves the mounting of the reference of `record` open.
 #[must_use]
-pub fn is_open(record: &Record) -> bool {
+pub(crate) fn is_open(record: &Record) -> bool {
     // a lever arm turns with a heading
     let reads = |i: usize| record.pose.as_ref().map_or(0, |p| p[i].iter().filter(|v| v.is_finite()).count());
     2 * reads(2) > reads(0) && nuisances(record).iter().any(|(one, _)| MOUNTING.contains(&one.column))
@@ -99,7 +99,12 @@ pub fn is_open(record: &Record) -> bool {
 
 /// Estimated mounting of the reference of `record`; none where it is stated.
 #[must_use]
-pub fn find(record: &Record, noise: &Noise, effects: &[&'static dyn Driving], prior: &Prior) -> Option<Mounting> {
+pub(crate) fn find(
+    record: &Record,
+    noise: &Noise,
+    effects: &[&'static dyn Driving],
+    prior: &Prior,
+) -> Option<Mounting> {
     let candidates = Candidates::new(record, effects, prior, false, &[]);
     let place = |i: usize| {
         let is = |c: &usize| candidates.columns[*c] == MOUNTING[i].into();

@@ -16,7 +16,7 @@ use crate::signal::{Log, names};
 ///
 /// # Errors
 /// Errors of the augmented filter.
-pub fn filter_gain(
+pub(crate) fn filter_gain(
     nominal: &Config,
     augmented: &Config,
     kept: &[Drive<'_>],

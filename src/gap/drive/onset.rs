@@ -16,17 +16,17 @@ const RIDGE: f64 = 1e-9;
 
 /// Time of a bias step in each drive, s since that drive began; none for a drive without one, and for drives beyond the
 /// last.
-pub type Onsets = Vec<Option<f64>>;
+pub(crate) type Onsets = Vec<Option<f64>>;
 
 /// [`of`] each drive.
 #[must_use]
-pub fn of_each(record: &Record) -> Onsets {
+pub(crate) fn of_each(record: &Record) -> Onsets {
     record.apart().map(|drive| of(&drive)).collect()
 }
 
 /// The times of `known`, and those of `may` for drives where `known` has none.
 #[must_use]
-pub fn or(known: Onsets, may: &[Option<f64>]) -> Onsets {
+pub(crate) fn or(known: Onsets, may: &[Option<f64>]) -> Onsets {
     let count = known.len().max(may.len());
     let at = |onsets: &[Option<f64>], d: usize| onsets.get(d).copied().flatten();
     (0..count).map(|d| at(&known, d).or(at(may, d))).collect()
@@ -34,7 +34,7 @@ pub fn or(known: Onsets, may: &[Option<f64>]) -> Onsets {
 
 /// Time of the most likely step of the gyro's bias in a single drive, s since it began; none without a gyro.
 #[must_use]
-pub fn of(record: &Record) -> Option<f64> {
+pub(crate) fn of(record: &Record) -> Option<f64> {
     let gyro = record.gyro_rad_s.as_ref()?;
     let warm_up = &record.belief.warm_up;
     let row = |k: usize| {

@@ -57,7 +57,7 @@ fn filtered(like: &Record, claimed: &Claimed, process: Process) -> Vec<[f64; 2]>
 /// A simulated recording; quantities that differ from run to run are drawn for each drive. `process`: motion beyond the
 /// model.
 #[must_use]
-pub fn own(like: &Record, claimed: &Claimed, process: Process, seed: u64) -> Record {
+pub(crate) fn own(like: &Record, claimed: &Claimed, process: Process, seed: u64) -> Record {
     like.by_drive(|drive, like| {
         own_drive(like, claimed, process, &mut Stream::new(seed, STREAM + ((drive as u64) << 32)))
     })

@@ -38,7 +38,7 @@ pub enum Channel {
 
 impl Channel {
     /// All channels, in order.
-    pub const ALL: [Self; 6] = [Self::WheelLeft, Self::WheelRight, Self::Gyro, Self::X, Self::Y, Self::Heading];
+    pub(crate) const ALL: [Self; 6] = [Self::WheelLeft, Self::WheelRight, Self::Gyro, Self::X, Self::Y, Self::Heading];
 }
 
 /// Motion beyond the model: without torques, accelerations last and speeds diffuse; torque noise may change within a
@@ -78,7 +78,7 @@ pub struct Noise {
 impl Noise {
     /// The same without the noise of the wheels' quantization, but no less than the stated noise of `record`.
     #[must_use]
-    pub fn without_lattice(&self, record: &Record) -> Self {
+    pub(crate) fn without_lattice(&self, record: &Record) -> Self {
         let mut plain = Self { wheel_lsb_rad_s: 0.0, ..*self };
         let least = record.belief.wheel_std_rad_s.powi(2).min(self.reading[0]);
         plain.reading[..2].iter_mut().for_each(|r| *r = (*r - self.wheel_lsb_rad_s.powi(2) / 12.0).max(least));
@@ -88,7 +88,7 @@ impl Noise {
     /// Noise of the nominal filter: `before`, the noise without effects, with the motion beyond the model of this noise
     /// and, without torques, also its noise of wheels and gyro.
     #[must_use]
-    pub fn nominal_beside(&self, before: &Self, record: &Record) -> Self {
+    pub(crate) fn nominal_beside(&self, before: &Self, record: &Record) -> Self {
         let mut nominal = Self { process: self.process, ..*before };
         if record.torques_n_m.is_none() {
             nominal.reading[..3].copy_from_slice(&self.without_lattice(record).reading[..3]);
@@ -104,7 +104,7 @@ impl Noise {
 
     /// The same from `b`; `forced`: whether torques were logged.
     #[must_use]
-    pub fn of(b: &Belief, forced: bool, wheel_lsb_rad_s: Option<f64>) -> Self {
+    pub(crate) fn of(b: &Belief, forced: bool, wheel_lsb_rad_s: Option<f64>) -> Self {
         let wheel = b.wheel_std_rad_s.powi(2) + wheel_lsb_rad_s.map_or(0.0, |q| q * q / 12.0);
         let torque = if forced { b.torque_noise_n_m_sqrt_s.powi(2) } else { 0.0 };
         let (position, heading) = (b.position_std_m.powi(2), b.heading_std_rad.powi(2));

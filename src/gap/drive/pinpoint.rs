@@ -23,7 +23,7 @@ const SMOOTHED: usize = 3;
 /// Gains of free corrections to each equation of the nominal model, the largest first; for each its best form. With
 /// `corrections`, the equations with the largest gains have theirs as a signal.
 #[must_use]
-pub fn pinpoint(record: &Record, noise: &Noise, corrections: bool) -> Vec<EquationAnswer> {
+pub(crate) fn pinpoint(record: &Record, noise: &Noise, corrections: bool) -> Vec<EquationAnswer> {
     let candidates = Candidates::new(record, &[], &Prior { ln_named: -1e9, ln_rest: -1e9, ln_free: 0.0 }, true, &[]);
     let problem = candidates.linearise(record, noise, &candidates.zero());
     let mut best: Vec<(Equation, EquationAnswer)> = Vec::new();

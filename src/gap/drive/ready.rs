@@ -62,7 +62,7 @@ pub(super) fn ready(
 ///
 /// # Errors
 /// Those of [`Record::of_drives`].
-pub fn compare(config: &Config, fit: &Drive<'_>, library: &Library, options: &Options) -> Result<Findings> {
+pub(crate) fn compare(config: &Config, fit: &Drive<'_>, library: &Library, options: &Options) -> Result<Findings> {
     let fit = std::slice::from_ref(fit);
     let clocks = clocks::agree(config, fit, &[])?;
     let [fit, _] = &clocks.drives(fit, &[]);

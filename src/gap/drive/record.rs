@@ -87,7 +87,7 @@ pub struct Belief {
 impl Record {
     /// Speed (m/s) and yaw rate (rad/s) of row `k` from its wheel speeds; NaN where it has none.
     #[must_use]
-    pub fn rolling(&self, k: usize) -> [f64; 2] {
+    pub(crate) fn rolling(&self, k: usize) -> [f64; 2] {
         self.belief.robot.speed_and_yaw_rate([0, 1].map(|i| self.wheels_rad_s[i][k]))
     }
 
@@ -105,13 +105,13 @@ impl Record {
 
     /// Length of all drives together, s.
     #[must_use]
-    pub fn span_s(&self) -> f64 {
+    pub(crate) fn span_s(&self) -> f64 {
         self.spans_s().iter().sum()
     }
 
     /// Whether only gyro and wheels were logged: no reading then tells a length, nor which yaw rate is right.
     #[must_use]
-    pub fn is_blind(&self) -> bool {
+    pub(crate) fn is_blind(&self) -> bool {
         self.torques_n_m.is_none() && self.pose.is_none()
     }
 
@@ -129,7 +129,7 @@ impl Record {
     /// Torques of row `k`, N·m, missing ones held; zero where they were not logged.
     #[must_use]
     #[inline]
-    pub fn torques(&self, k: usize) -> [f64; 2] {
+    pub(crate) fn torques(&self, k: usize) -> [f64; 2] {
         self.torques_n_m.as_ref().map_or([0.0; 2], |[l, r]| [l[k], r[k]])
     }
 

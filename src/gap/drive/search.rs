@@ -18,7 +18,7 @@ const CENTRES: usize = 3;
 
 /// The best set alone: by growth and exchange, without its neighbours.
 #[must_use]
-pub fn best(problem: &Problem) -> Weighed {
+pub(crate) fn best(problem: &Problem) -> Weighed {
     let mut met = Met { problem, weights: BTreeMap::new() };
     met.weigh(&[]);
     let grown = grow(&mut met, Vec::new());
@@ -28,7 +28,7 @@ pub fn best(problem: &Problem) -> Weighed {
 
 /// All sets that were compared, the most probable first.
 #[must_use]
-pub fn search(problem: &Problem) -> Vec<Weighed> {
+pub(crate) fn search(problem: &Problem) -> Vec<Weighed> {
     let mut met = Met { problem, weights: BTreeMap::new() };
     met.weigh(&[]);
     let mut best: Vec<Member> = Vec::new();

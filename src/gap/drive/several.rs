@@ -49,13 +49,13 @@ impl Record {
 
     /// Row range of the drive that holds row `k`; all rows where none does.
     #[must_use]
-    pub fn drive_around(&self, k: usize) -> Range<usize> {
+    pub(crate) fn drive_around(&self, k: usize) -> Range<usize> {
         self.drives().find(|rows| rows.contains(&k)).unwrap_or(0..self.len())
     }
 
     /// Length of each drive, s.
     #[must_use]
-    pub fn spans_s(&self) -> Vec<f64> {
+    pub(crate) fn spans_s(&self) -> Vec<f64> {
         let span = |rows: Range<usize>| {
             let times_s = &self.times_s[rows];
             times_s.last().zip(times_s.first()).map_or(0.0, |(b, a)| b - a)

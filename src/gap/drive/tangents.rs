@@ -10,7 +10,7 @@ use super::pass::{Beside, Models};
 use crate::model::drive::{DriveEffect, Instrument, Moving, Past, Robot, Shape};
 
 /// Derivatives of the state, and of the readings of the current row, by some of the columns.
-pub struct Tangents<'a> {
+pub(crate) struct Tangents<'a> {
     columns: Vec<Column>,
     models: &'a Models,
     state: [Vec<f64>; N],
@@ -45,7 +45,7 @@ impl Shapes {
 impl<'a> Tangents<'a> {
     /// All zero. A coordinate that varies stands after the column of the coordinate itself. `forced`: whether torques
     /// were logged.
-    pub fn new(columns: Vec<Column>, models: &'a Models, forced: bool) -> Self {
+    pub(crate) fn new(columns: Vec<Column>, models: &'a Models, forced: bool) -> Self {
         let columns: Vec<Column> = columns.into_iter().map(Column::evaluated).collect();
         let zero = || vec![0.0; columns.len()];
         let constant = |i, j| columns.iter().position(|c| *c == Column::Coordinate(i, j));
@@ -68,7 +68,7 @@ impl<'a> Tangents<'a> {
     }
 
     /// Moves the derivatives through one row; the whitened derivatives of its readings are appended to `slopes`.
-    pub fn follow(&mut self, row: &Followed, slopes: &mut Vec<f64>) {
+    pub(crate) fn follow(&mut self, row: &Followed, slopes: &mut Vec<f64>) {
         if !row.taken.is_empty() {
             self.expect(row);
             self.shaken.iter_mut().for_each(|s| s.fill(0.0));

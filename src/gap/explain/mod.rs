@@ -74,7 +74,7 @@ const ROUNDS: usize = 2;
 /// ```
 ///
 /// # Errors
-/// As [`prepare`], of a drive as [`super::drive::record::Record::new`]; [`ErrorKind::Usage`] if an id is unknown or
+/// As `prepare`, of a drive as [`super::drive::record::Record::new`]; [`ErrorKind::Usage`] if an id is unknown or
 /// given twice, or there is none; [`ErrorKind::Column`] if the log lacks the quantity that an effect is a function of.
 pub fn explain(
     config: &Config,

@@ -25,7 +25,7 @@ pub struct Closed {
     pub estimate: Option<f64>,
     /// Its 95 % interval; none where the share is none or the interval is unbounded.
     pub ci95: Option<[f64; 2]>,
-    /// Whether the floor is the score before plus the expected gain (see [`gap_closed`]).
+    /// Whether the floor is the score before plus the expected gain (see `gap_closed`).
     pub paired: bool,
     /// Gain in the log score of the whole recording, nats.
     pub gained_nats: f64,
@@ -36,7 +36,7 @@ pub struct Closed {
 
 /// Log densities by rows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scores<'a> {
+pub(crate) struct Scores<'a> {
     /// Under the nominal simulator.
     pub before: &'a [f64],
     /// Under the model in question.
@@ -66,7 +66,7 @@ pub(in crate::gap) fn block_sums(values: &[f64], rows: usize) -> Vec<f64> {
 /// Length of a block, rows: doubled until the gains of neighbouring blocks are no longer correlated beyond chance, as
 /// long as 20 blocks remain.
 #[must_use]
-pub fn block_rows(before: &[f64], after: &[f64]) -> usize {
+pub(crate) fn block_rows(before: &[f64], after: &[f64]) -> usize {
     let gain: Vec<f64> = before.iter().zip(after).map(|(b, a)| a - b).collect();
     let mut rows = gain.len().div_ceil(MOST_BLOCKS).max(4);
     while gain.len() / (2 * rows) >= FEWEST_BLOCKS {
@@ -98,7 +98,7 @@ fn std(values: &[f64]) -> f64 {
 /// recording plus the expected gain, so that chance cancels; the interval is that of the gain over simulated
 /// recordings. The share is none where the expected gain is not above 2 nats.
 #[must_use]
-pub fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Options) -> Closed {
+pub(crate) fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Options) -> Closed {
     let total = |v: &[f64]| v.iter().sum::<f64>();
     let (before, after) = (total(scores.before), total(scores.after));
     let floors: Vec<f64> = scores.floor.iter().map(|f| total(f)).collect();

@@ -7,7 +7,7 @@ const FEWEST_STARTS: usize = 4;
 
 /// Drift of the heading over one horizon.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeadingError {
+pub(crate) struct HeadingError {
     /// Root mean square over the starts, rad.
     pub rms_rad: f64,
     /// Number of starts.
@@ -17,7 +17,7 @@ pub struct HeadingError {
 /// The horizons, of those asked for, that fit into `rows` rows, in s and in rows: starts half a horizon apart, the first after
 /// 60 s or a tenth of the recording, whichever is shorter, so that it is not the turn-on bias that is measured.
 #[must_use]
-pub fn heading_horizons(rows: usize, step_s: f64, horizons_s: &[f64]) -> (Vec<f64>, Vec<Horizon>) {
+pub(crate) fn heading_horizons(rows: usize, step_s: f64, horizons_s: &[f64]) -> (Vec<f64>, Vec<Horizon>) {
     let first = ((60.0 / step_s) as usize).min(rows / 10);
     let fits = |horizon_s: &f64| {
         let length = (horizon_s / step_s).round() as usize;

@@ -6,7 +6,7 @@
 //!
 //! | measure | is |
 //! |---|---|
-//! | `log_score` | mean log predictive density of a row, in nats (the total where [`Options::whole_log`]) |
+//! | `log_score` | mean log predictive density of a row, in nats (the total where `Options::whole_log`) |
 //! | `heading_drift_rms_rad_{H}s` | heading error after H seconds at rest, the bias predicted from the rows before them |
 //! | `allan_deviation_ln_rms` | distance of ln Allan deviation from the mean of simulated recordings, over octaves |
 //! | `spectrum_ln_rms` | the same of the ln power spectrum, over half octaves |
@@ -20,9 +20,10 @@ mod shape;
 #[cfg(test)]
 mod tests;
 
+pub use closed::Closed;
 pub(super) use closed::block_sums;
-pub use closed::{Closed, Scores, block_rows, gap_closed};
-pub use heading::{HeadingError, heading_horizons};
+pub(crate) use closed::{Scores, block_rows, gap_closed};
+pub(crate) use heading::{HeadingError, heading_horizons};
 pub use shape::Band;
 
 use super::answer::Metric;
@@ -38,7 +39,7 @@ const FAR_OFF: f64 = 6.0;
 
 /// Settings of the measurement.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub(crate) struct Options {
     /// Seed of the simulated recordings and of the resampling.
     pub seed: u64,
     /// Recordings simulated for the floor, at least 2.
@@ -64,7 +65,7 @@ impl Default for Options {
 
 /// One effect alone added to the nominal simulator.
 #[derive(Debug, Clone, Copy)]
-pub struct Claim<'a> {
+pub(crate) struct Claim<'a> {
     /// Identifier of the effect.
     pub id: &'a str,
     /// Predictive model of the simulator with it, for the hold-out recording.
@@ -113,7 +114,7 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 /// # Errors
 /// As [`Believed::score`]; [`ErrorKind::TooShort`] for fewer than 64 readings; [`ErrorKind::Usage`] for fewer than two
 /// simulated recordings.
-pub fn measure(
+pub(crate) fn measure(
     hold_rad_s: &[f64],
     nominal: &Believed,
     augmented: &Believed,

@@ -7,7 +7,7 @@ use crate::model::Scene;
 
 /// The covariate that a form follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Follows {
+pub(crate) enum Follows {
     /// `temperature_c`
     Temperature,
     /// `supply_v`
@@ -16,7 +16,7 @@ pub enum Follows {
 
 impl Follows {
     /// The covariate's values, where it was logged.
-    pub fn of(self, scene: &Scene) -> Option<&[f64]> {
+    pub(crate) fn of(self, scene: &Scene) -> Option<&[f64]> {
         match self {
             Self::Temperature => scene.temperature_c.as_deref(),
             Self::Supply => scene.supply_v.as_deref(),
@@ -25,10 +25,10 @@ impl Follows {
 }
 
 /// A free function of a covariate.
-pub struct CovariateForm(pub Follows);
+pub(crate) struct CovariateForm(pub Follows);
 
 /// A free function of a covariate's rate, its sign included.
-pub struct RateForm(pub Follows);
+pub(crate) struct RateForm(pub Follows);
 
 /// First-order low pass, forwards and backwards.
 fn smooth(values: &[f64], steps: f64) -> Vec<f64> {

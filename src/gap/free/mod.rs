@@ -6,7 +6,7 @@ mod periodic;
 mod spectrum;
 mod time;
 
-pub use covariate::{CovariateForm, Follows, RateForm};
-pub use periodic::Comb;
-pub use spectrum::FreeSpectrum;
-pub use time::SmoothTime;
+pub(crate) use covariate::{CovariateForm, Follows, RateForm};
+pub(crate) use periodic::Comb;
+pub(crate) use spectrum::FreeSpectrum;
+pub(crate) use time::SmoothTime;

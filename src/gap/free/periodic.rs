@@ -5,7 +5,7 @@ use crate::model::Scene;
 use std::f64::consts::TAU;
 
 /// Something periodic of so many harmonics: shape = [frequency, Hz].
-pub struct Comb(pub usize);
+pub(crate) struct Comb(pub usize);
 
 fn pair(scene: &Scene, phase: impl Fn(f64) -> f64, relative_scale: f64) -> [Column; 2] {
     let (mut cos, mut sin) = (Vec::with_capacity(scene.len()), Vec::with_capacity(scene.len()));

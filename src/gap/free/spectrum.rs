@@ -10,7 +10,7 @@ const NODES: usize = 9;
 const OCTAVES: f64 = 1.3;
 
 /// A free spectrum.
-pub struct FreeSpectrum;
+pub(crate) struct FreeSpectrum;
 
 impl Noise for FreeSpectrum {
     fn names(&self) -> Vec<&'static str> {

@@ -8,7 +8,7 @@ use crate::model::Scene;
 use std::f64::consts::PI;
 
 /// A smooth function of time with at most so many bends: shape = [κ].
-pub struct SmoothTime(pub usize);
+pub(crate) struct SmoothTime(pub usize);
 
 impl Signal for SmoothTime {
     fn shapes(&self, _: &Scene) -> Vec<Vec<f64>> {

@@ -8,7 +8,7 @@ use std::f64::consts::{LN_2, PI, TAU};
 
 /// ln evidences over normal samples, nats, with the parameters found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Amplitude {
+pub(crate) struct Amplitude {
     /// ln evidence of rare large samples.
     pub outliers: f64,
     /// Probability of a rare large sample: posterior mean and standard deviation.
@@ -53,7 +53,7 @@ fn ln_normal(x: f64, variance: f64) -> f64 {
 }
 
 /// Clips samples that are more probably outliers than noise at three standard deviations.
-pub fn limit(w: &mut [f64], a: &Amplitude) {
+pub(crate) fn limit(w: &mut [f64], a: &Amplitude) {
     let [p, _] = a.probability;
     let variance = 1.0 + a.outlier_std * a.outlier_std;
     for v in w {
@@ -74,7 +74,7 @@ const LEVEL_ROUNDS: usize = 8;
 
 /// The series divided by its own slowly varying level, so that a changing level does not look like heavy tails.
 #[must_use]
-pub fn levelled(w: &[f64]) -> Vec<f64> {
+pub(crate) fn levelled(w: &[f64]) -> Vec<f64> {
     let n = w.len();
     let count = (n / LEVEL_SAMPLES).clamp(1, LEVELS);
     let level = |part: &[f64]| {
@@ -99,7 +99,7 @@ pub fn levelled(w: &[f64]) -> Vec<f64> {
 
 /// Judges the amplitudes of a whitened series.
 #[must_use]
-pub fn judge(w: &[f64]) -> Amplitude {
+pub(crate) fn judge(w: &[f64]) -> Amplitude {
     let h = Histogram::new(w);
     let n: f64 = h.count.iter().sum();
     // the level is known to about one percent

@@ -47,7 +47,7 @@ fn ln_constant(sums: &[f64]) -> f64 {
 
 /// Bursts and periodic changes of the noise's level.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bursts {
+pub(crate) struct Bursts {
     /// Evidence of bursts in nats over a constant level.
     pub ln_bursts: f64,
     /// Mean length of a burst, samples.
@@ -62,7 +62,7 @@ pub struct Bursts {
 
 /// Judges a whitened series, sampled every `step_s`.
 #[must_use]
-pub fn judge(w: &[f64], step_s: f64) -> Bursts {
+pub(crate) fn judge(w: &[f64], step_s: f64) -> Bursts {
     let sums: Vec<f64> = w.chunks_exact(PER).map(|c| c.iter().map(|v| v * v).sum()).collect();
     let mut found: Vec<(f64, usize, f64)> = Vec::new();
     for burst in [1.0, 4.0, 16.0, 64.0, 256.0] {

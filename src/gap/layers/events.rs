@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 /// Rare events of some length.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Events {
+pub(crate) struct Events {
     /// Evidence in nats over none.
     pub ln_evidence: f64,
     /// Samples that an event lasts.
@@ -19,7 +19,7 @@ pub struct Events {
 
 /// Judges sums over 2, 4, … samples.
 #[must_use]
-pub fn judge(w: &[f64]) -> Events {
+pub(crate) fn judge(w: &[f64]) -> Events {
     let mut found = Vec::new();
     let mut sums = w.to_vec();
     let mut samples = 1;

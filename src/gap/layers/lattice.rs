@@ -15,7 +15,7 @@ const CHANCE: f64 = 1e-3;
 /// The step is the largest of which all differences are multiples: the smallest difference is a multiple of it, so it
 /// is that or a small fraction of it.
 #[must_use]
-pub fn step(values: &[f64]) -> Option<f64> {
+pub(crate) fn step(values: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let largest = sorted.first()?.abs().max(sorted.last()?.abs());
@@ -69,7 +69,7 @@ const MOST_DECIMALS: i32 = 15;
 
 /// Numbers written in decimals: with so many digits after the point, or so many digits in all.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Print {
+pub(crate) struct Print {
     unit_rad_s: f64,
     /// Digits after the point of the numbers that begin at a power of ten, the largest numbers first.
     decimals: Vec<(i32, i32)>,
@@ -78,7 +78,7 @@ pub struct Print {
 impl Print {
     /// How `values_rad_s` were written; none where they are no short decimals in any unit.
     #[must_use]
-    pub fn of(values_rad_s: &[f64]) -> Option<Self> {
+    pub(crate) fn of(values_rad_s: &[f64]) -> Option<Self> {
         UNITS_RAD_S.iter().find_map(|unit| Self::in_unit(values_rad_s, *unit))
     }
 
@@ -111,7 +111,7 @@ impl Print {
 
     /// Distance of neighbouring numbers at `value_rad_s`, rad/s.
     #[must_use]
-    pub fn step_rad_s(&self, value_rad_s: f64) -> f64 {
+    pub(crate) fn step_rad_s(&self, value_rad_s: f64) -> f64 {
         let power = (value_rad_s.abs() / self.unit_rad_s).log10().floor();
         let found = self.decimals.iter().find(|(p, _)| f64::from(*p) <= power).or(self.decimals.last());
         self.unit_rad_s * 10_f64.powi(-found.map_or(0, |d| d.1))
@@ -119,7 +119,7 @@ impl Print {
 
     /// The largest distance of neighbouring numbers, rad/s.
     #[must_use]
-    pub fn coarsest_rad_s(&self) -> f64 {
+    pub(crate) fn coarsest_rad_s(&self) -> f64 {
         self.unit_rad_s * 10_f64.powi(-self.decimals.first().map_or(0, |d| d.1))
     }
 }
@@ -131,7 +131,7 @@ const FINEST: f64 = 0.01;
 
 /// The lattice of a recording: the sensor's own, and how the file keeps its numbers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Grain {
+pub(crate) struct Grain {
     /// Step of the sensor's lattice, rad/s; none where the values lie on none that matters, or on that of the print.
     pub lsb_rad_s: Option<f64>,
     lattice_rad_s: Option<f64>,
@@ -142,7 +142,7 @@ pub struct Grain {
 impl Grain {
     /// That of `recorded`, whose white noise has the standard deviation `white_std_rad_s`.
     #[must_use]
-    pub fn of(recorded: &[f64], white_std_rad_s: f64) -> Self {
+    pub(crate) fn of(recorded: &[f64], white_std_rad_s: f64) -> Self {
         let lattice = step(recorded);
         let print = Print::of(recorded);
         let printed = print.as_ref().map_or(0.0, Print::coarsest_rad_s);
@@ -160,7 +160,7 @@ impl Grain {
 
     /// Distance of neighbouring numbers at `value_rad_s`, rad/s.
     #[must_use]
-    pub fn step_rad_s(&self, value_rad_s: f64) -> f64 {
+    pub(crate) fn step_rad_s(&self, value_rad_s: f64) -> f64 {
         let printed = self.print.as_ref().map_or(0.0, |p| p.step_rad_s(value_rad_s));
         // where the number of decimals varies with the size of the numbers, the lattice is only that of the finest ones
         let lattice = if printed > 0.0 && self.lsb_rad_s.is_none() { None } else { self.lattice_rad_s };
@@ -169,7 +169,7 @@ impl Grain {
 
     /// Variance of the rounding to the lattice or the print, rad²/s².
     #[must_use]
-    pub fn variance(&self) -> f64 {
+    pub(crate) fn variance(&self) -> f64 {
         let printed = self.print.as_ref().map_or(0.0, Print::coarsest_rad_s);
         let step = self.lsb_rad_s.unwrap_or(printed);
         step * step / 12.0
@@ -187,7 +187,7 @@ fn ln_cell(a: f64, b: f64) -> f64 {
 /// Gain in log-likelihood of the lattice over a density of standard deviation `nominal`, given the deviations of the
 /// values from what is predicted, in rad/s.
 #[must_use]
-pub fn gain(deviations: &[f64], lsb: f64, std: f64, nominal: f64) -> f64 {
+pub(crate) fn gain(deviations: &[f64], lsb: f64, std: f64, nominal: f64) -> f64 {
     let one = |d: &f64| {
         let cell = ln_cell((d - 0.5 * lsb) / std, (d + 0.5 * lsb) / std) - lsb.ln();
         let density = -0.5 * ((d / nominal).powi(2) + (TAU * nominal * nominal).ln());

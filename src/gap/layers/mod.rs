@@ -2,11 +2,11 @@
 //! values, events, bursts, energy that moves in time and frequency. They are judged on the readings or on the series
 //! that the Gaussian part has whitened.
 
-pub mod amplitude;
-pub mod bursts;
-pub mod events;
-pub mod lattice;
-pub mod repeats;
-pub mod shots;
-pub mod track;
-pub mod two_levels;
+pub(crate) mod amplitude;
+pub(crate) mod bursts;
+pub(crate) mod events;
+pub(crate) mod lattice;
+pub(crate) mod repeats;
+pub(crate) mod shots;
+pub(crate) mod track;
+pub(crate) mod two_levels;

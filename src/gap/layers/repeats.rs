@@ -7,7 +7,7 @@ use std::f64::consts::{SQRT_2, TAU};
 
 /// Exactly equal readings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Repeats {
+pub(crate) struct Repeats {
     /// Readings that equal the one before.
     pub held: usize,
     /// How often the value occurs that is there most beyond chance.
@@ -36,7 +36,7 @@ fn tail(count: f64, expected: f64) -> f64 {
 /// as a cell of that width holds two of them, which the density of readings and differences close by tells. `std` is the
 /// standard deviation of the noise; on steps beyond [`NEAR`] of it equal readings are the rule, and nothing is judged.
 #[must_use]
-pub fn judge(recorded: &[f64], std: f64, step_rad_s: impl Fn(f64) -> f64) -> Repeats {
+pub(crate) fn judge(recorded: &[f64], std: f64, step_rad_s: impl Fn(f64) -> f64) -> Repeats {
     let differences: Vec<f64> = recorded.windows(2).map(|w| w[1] - w[0]).filter(|d| d.is_finite()).collect();
     let pairs = differences.len() as f64;
     let spread = mad_std(&mut differences.clone(), 0.0);

@@ -8,7 +8,7 @@ use crate::gap::evidence::ln_mean_exp;
 
 /// Shots found in a series.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shots {
+pub(crate) struct Shots {
     /// ln p(series), summed over the grid of parameters, nats.
     pub ln_evidence: f64,
     /// Relaxation time of the best shots, s.
@@ -87,7 +87,7 @@ fn forward(x: &[f64], std: f64, size: f64, relax: f64, every: f64) -> f64 {
 /// Judges a series with white noise of standard deviation `std`, sampled every `step_s`. Its ln evidence is comparable
 /// to that of other explanations of the same series.
 #[must_use]
-pub fn judge(series: &[f64], std: f64, step_s: f64) -> Shots {
+pub(crate) fn judge(series: &[f64], std: f64, step_s: f64) -> Shots {
     let per = series.len().div_ceil(MOST).max(1);
     let mean = series.iter().sum::<f64>() / series.len().max(1) as f64;
     let x: Vec<f64> = series.chunks_exact(per).map(|c| c.iter().sum::<f64>() / per as f64 - mean).collect();

@@ -8,7 +8,7 @@ use realfft::RealFftPlanner;
 
 /// A track.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Track {
+pub(crate) struct Track {
     /// Evidence in nats over white noise.
     pub ln_evidence: f64,
     /// Lowest and highest frequency of the most probable states, Hz.
@@ -22,7 +22,7 @@ const LEAVE: [[f64; 2]; 2] = [[0.03, 0.03], [0.3, 0.06]];
 
 /// Judges a whitened series, sampled every `step_s`.
 #[must_use]
-pub fn judge(w: &[f64], step_s: f64) -> Track {
+pub(crate) fn judge(w: &[f64], step_s: f64) -> Track {
     let mut results: Vec<(f64, [f64; 2], [f64; 2])> = Vec::new();
     for segments in [16, 48, 144, 432, 1296] {
         let size = w.len() / segments;

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 /// The chain at its best parameters.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TwoLevels {
+pub(crate) struct TwoLevels {
     /// Level of state zero, in the unit of the series.
     pub low: f64,
     /// Δ, positive.
@@ -78,7 +78,7 @@ fn pass(x: &[f64], std: f64, low: f64, spacing: f64, dwell: [f64; 2]) -> TwoLeve
 
 /// Fits the chain from a starting point: spacing in the unit of `x`, dwell time in samples.
 #[must_use]
-pub fn fit(x: &[f64], std: f64, spacing: f64, dwell: f64, rounds: usize) -> TwoLevels {
+pub(crate) fn fit(x: &[f64], std: f64, spacing: f64, dwell: f64, rounds: usize) -> TwoLevels {
     let n = x.len() as f64;
     let mean = x.iter().sum::<f64>() / n.max(1.0);
     let mut now = pass(x, std, mean - 0.5 * spacing, spacing, [dwell, dwell]);
@@ -140,7 +140,7 @@ fn widths(samples: usize) -> [f64; 3] {
 /// The chain at the mode of its likelihood, and ln ∫ p(x | parameters) p(parameters) by Laplace's method there: where the
 /// noise hides the jumps its parameters are known far worse than the number of jumps alone would have it.
 #[must_use]
-pub fn evidence(x: &[f64], std: f64, start: &TwoLevels) -> (TwoLevels, f64) {
+pub(crate) fn evidence(x: &[f64], std: f64, start: &TwoLevels) -> (TwoLevels, f64) {
     const STEP: f64 = 0.04;
     let n = x.len().max(1) as f64;
     let (mean, on) = (x.iter().sum::<f64>() / n, start.high.iter().sum::<f64>() / n);

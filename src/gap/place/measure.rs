@@ -76,7 +76,7 @@ pub(super) struct Instrument {
 
 impl Instrument {
     /// For recordings of `scene` in which the same samples are missing as in `recorded_rad_s`.
-    pub fn new(scene: &Scene, recorded_rad_s: &[f64]) -> Self {
+    pub(crate) fn new(scene: &Scene, recorded_rad_s: &[f64]) -> Self {
         let rows = scene.len();
         let there: Vec<bool> = recorded_rad_s.iter().map(|v| v.is_finite()).collect();
         let step_s = scene.step_s;
@@ -135,7 +135,7 @@ impl Instrument {
     }
 
     /// Values of every recipe, in the order of the recipes.
-    pub fn read(&self, y_rad_s: &[f64]) -> Vec<Vec<f64>> {
+    pub(crate) fn read(&self, y_rad_s: &[f64]) -> Vec<Vec<f64>> {
         let differences = |y: &[f64]| -> Vec<f64> { y.windows(2).map(|w| w[1] - w[0]).collect() };
         let shares = self.shares(&differences(y_rad_s));
         // outliers count in the curve of the amplitudes alone

@@ -119,10 +119,10 @@ pub struct Curve {
     pub most_in: Option<[f64; 2]>,
 }
 
-/// [`curves`] of a prepared log; `effects`: those of the nominal simulator, and those of the augmented one.
+/// `curves` of a prepared log; `effects`: those of the nominal simulator, and those of the augmented one.
 ///
 /// # Errors
-/// As [`curves`] and [`believed`].
+/// As `curves` and `believed`.
 pub fn of_prepared(
     prepared: &Prepared,
     effects: [&[EffectTable]; 2],
@@ -144,7 +144,7 @@ pub fn of_prepared(
 /// # Errors
 /// [`ErrorKind::TooShort`] for fewer than 64 samples; [`ErrorKind::Value`] if lengths differ, and as
 /// [`Believed::check`].
-pub fn curves(
+pub(crate) fn curves(
     scene: &Scene,
     recorded_rad_s: &[f64],
     before: &Believed,

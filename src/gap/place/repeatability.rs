@@ -16,7 +16,7 @@ pub(super) struct Repeatability {
 }
 
 impl Repeatability {
-    pub fn new(scene: &Scene, there: &[bool]) -> Self {
+    pub(crate) fn new(scene: &Scene, there: &[bool]) -> Self {
         let warm_up = &scene.warm_up;
         let relative = scene.warm_up_relative_std;
         let stds =
@@ -34,7 +34,7 @@ impl Repeatability {
     }
 
     /// Takes the explained part out of `deviation`; missing values stay missing.
-    pub fn remove(&self, deviation: &mut [f64]) {
+    pub(crate) fn remove(&self, deviation: &mut [f64]) {
         let target: Vec<f64> = self.columns.iter().map(|c| dot_there(c, deviation)).collect();
         let beta = bounded(&self.gram, &DVector::from_vec(target));
         for (column, beta) in self.columns.iter().zip(&beta) {

@@ -67,7 +67,7 @@ impl Markov {
 
     /// Stationary exponentially correlated noise: autocovariance std² exp(-|τ|/correlation time), s and rad/s.
     #[must_use]
-    pub fn gauss_markov(correlation_time_s: f64, std_rad_s: f64, step_s: f64) -> Self {
+    pub(crate) fn gauss_markov(correlation_time_s: f64, std_rad_s: f64, step_s: f64) -> Self {
         let stationary = std_rad_s * std_rad_s;
         let lag = step_s / correlation_time_s;
         // expm1 keeps the digits of a long correlation time
@@ -89,7 +89,7 @@ pub struct Oscillator {
 impl Oscillator {
     /// Noise about `center_hz`, `width_hz` wide at half the height of its spectrum.
     #[must_use]
-    pub fn band(center_hz: f64, width_hz: f64, std_rad_s: f64, step_s: f64) -> Self {
+    pub(crate) fn band(center_hz: f64, width_hz: f64, std_rad_s: f64, step_s: f64) -> Self {
         use std::f64::consts::{PI, TAU};
         Self {
             decay: (-PI * width_hz * step_s).exp(),
@@ -100,7 +100,7 @@ impl Oscillator {
 
     /// Variance added to each component in each row, rad²/s².
     #[must_use]
-    pub fn drive_variance(&self) -> f64 {
+    pub(crate) fn drive_variance(&self) -> f64 {
         self.variance * (1.0 - self.decay * self.decay)
     }
 }
@@ -138,7 +138,7 @@ pub struct Telegraph {
 impl Telegraph {
     /// Levels `spacing_rad_s` apart, their time average zero.
     #[must_use]
-    pub fn centred(spacing_rad_s: f64, mean_dwell_s: [f64; 2]) -> Self {
+    pub(crate) fn centred(spacing_rad_s: f64, mean_dwell_s: [f64; 2]) -> Self {
         let high = mean_dwell_s[1] / (mean_dwell_s[0] + mean_dwell_s[1]);
         Self { levels_rad_s: [-spacing_rad_s * high, spacing_rad_s * (1.0 - high)], mean_dwell_s }
     }
@@ -224,7 +224,7 @@ impl Believed {
     ///
     /// # Errors
     /// [`ErrorKind::Value`] that names the part: lengths, numbers that are not finite, and values out of range.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         number("step_s", self.step_s, POSITIVE)?;
         number("white_std_rad_s", self.white_std_rad_s, POSITIVE)?;
         if let Some(fixed) = &self.fixed_rad_s {

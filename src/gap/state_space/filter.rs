@@ -43,7 +43,7 @@ pub struct Forecast {
 
 /// Rows at which forecasts are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Horizon {
+pub(crate) struct Horizon {
     /// Length in rows.
     pub rows: usize,
     /// First row.
@@ -64,7 +64,7 @@ impl Believed {
     /// Log density of `reading_rad_s`, row by row. Missing readings are NaN.
     ///
     /// # Errors
-    /// As [`Believed::check`]; [`ErrorKind::Value`] if there are not as many readings as rows;
+    /// As `Believed::check`; [`ErrorKind::Value`] if there are not as many readings as rows;
     /// [`ErrorKind::Numeric`] if the covariance breaks down.
     pub fn score(&self, reading_rad_s: &[f64]) -> Result<Run> {
         self.run(reading_rad_s, &[])
@@ -74,7 +74,7 @@ impl Believed {
     ///
     /// # Errors
     /// As [`Believed::score`].
-    pub fn run(&self, reading_rad_s: &[f64], horizons: &[Horizon]) -> Result<Run> {
+    pub(crate) fn run(&self, reading_rad_s: &[f64], horizons: &[Horizon]) -> Result<Run> {
         self.check()?;
         if reading_rad_s.len() != self.rows {
             let found = format!("{} readings for {} rows", reading_rad_s.len(), self.rows);
@@ -292,7 +292,11 @@ impl<'a> Bank<'a> {
 ///
 /// # Errors
 /// As [`Believed::score`]; [`ErrorKind::Value`] if a block goes beyond the rows.
-pub fn blocked_log_score(believed: &Believed, reading_rad_s: &[f64], blocks: &[Range<usize>]) -> Result<Vec<f64>> {
+pub(crate) fn blocked_log_score(
+    believed: &Believed,
+    reading_rad_s: &[f64],
+    blocks: &[Range<usize>],
+) -> Result<Vec<f64>> {
     let all = believed.score(reading_rad_s)?.total();
     let without = |block: &Range<usize>| {
         let mut rest = reading_rad_s.to_vec();

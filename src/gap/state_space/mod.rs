@@ -46,5 +46,6 @@ mod spectra;
 mod tests;
 
 pub use believed::{Believed, Coefficient, LowPass, Markov, Oscillator, Outliers, Step, Telegraph};
-pub use filter::{Forecast, Horizon, Run, blocked_log_score};
-pub use spectra::{MarkovSum, flicker, markov_sum};
+pub use filter::{Forecast, Run};
+pub(crate) use filter::{Horizon, blocked_log_score};
+pub(crate) use spectra::flicker;

@@ -9,7 +9,7 @@ impl Believed {
     /// of C2 (rad/s), of C1 (rad/s) and of T (s). T enters through its derivative: the error is of second order in its
     /// relative deviation.
     #[must_use]
-    pub fn nominal(scene: &Scene) -> Self {
+    pub(crate) fn nominal(scene: &Scene) -> Self {
         let rows = scene.len();
         let warm_up = &scene.warm_up;
         let mut columns = [const { Vec::new() }; 3];

@@ -8,7 +8,7 @@ impl Believed {
     /// One recording, rad/s: stream `stream` of `seed`. Everything is drawn, also what a real unit would keep from run to run.
     ///
     /// # Errors
-    /// As [`Believed::check`].
+    /// As `Believed::check`.
     pub fn simulate(&self, seed: u64, stream: u64) -> Result<Vec<f64>> {
         self.check()?;
         let mut draw = Stream::new(seed, stream);

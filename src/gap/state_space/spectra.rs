@@ -5,7 +5,7 @@
 
 use super::{LowPass, Markov};
 use crate::error::{Error, ErrorKind, Result};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// Frequencies per decade at which a spectrum is fitted.
 const PER_DECADE: f64 = 20.0;
@@ -16,7 +16,7 @@ const CELLS: usize = 1 << 14;
 
 /// A sum of first-order states, and how well it meets the spectrum.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MarkovSum {
+pub(crate) struct MarkovSum {
     /// The states, fastest last.
     pub states: Vec<Markov>,
     /// Largest |S_fit/S - 1| from the lowest frequency fitted up to half of Nyquist's. Above it first-order states flatten
@@ -27,7 +27,7 @@ pub struct MarkovSum {
 impl Markov {
     /// Spectrum at `omega` rad/sample, rad²/s².
     #[must_use]
-    pub fn spectrum(&self, omega: f64) -> f64 {
+    pub(crate) fn spectrum(&self, omega: f64) -> f64 {
         // 1 + φ² - 2φ cos ω without cancellation
         self.variance / ((1.0 - self.decay).powi(2) + 4.0 * self.decay * (0.5 * omega).sin().powi(2))
     }
@@ -45,7 +45,7 @@ impl Markov {
 ///
 /// # Errors
 /// [`ErrorKind::Value`] if the band is empty, there are no states, or the spectrum is not positive and finite.
-pub fn markov_sum(spectrum: impl Fn(f64) -> f64, omega_low: f64, states: usize) -> Result<MarkovSum> {
+pub(crate) fn markov_sum(spectrum: impl Fn(f64) -> f64, omega_low: f64, states: usize) -> Result<MarkovSum> {
     if !(omega_low > 0.0 && omega_low < PI) || states == 0 {
         let found = format!("{states} states from {omega_low} rad/sample");
         return Err(
@@ -110,25 +110,18 @@ fn nonnegative(columns: &[Vec<f64>], target: &[f64]) -> Vec<f64> {
 ///
 /// # Errors
 /// [`ErrorKind::Value`] if `bias_instability_rad_s` is not positive or there are fewer than two rows.
-pub fn flicker(bias_instability_rad_s: f64, rows: usize) -> Result<MarkovSum> {
+pub(crate) fn flicker(bias_instability_rad_s: f64, rows: usize) -> Result<MarkovSum> {
     let power = bias_instability_rad_s * bias_instability_rad_s;
     markov_sum(|omega| power / omega, PI / rows.max(1) as f64, 8)
 }
 
 impl LowPass {
-    /// First order, gain one at zero frequency: x\[k\] = φ x\[k-1\] + (1-φ) white, φ = exp(-2π cutoff step).
-    #[must_use]
-    pub fn one_pole(cutoff_hz: f64, step_s: f64) -> Self {
-        let rate = TAU * cutoff_hz * step_s;
-        Self { ar: vec![(-rate).exp()], ma: vec![-(-rate).exp_m1()] }
-    }
-
     /// All-pole filter of `order` with the first autocovariances of the power response |H(ω)|², `power`, ω in rad/sample
     /// (Levinson's recursion). Deep notches, as of a Butterworth filter at Nyquist, are met only as the order grows.
     ///
     /// # Errors
     /// [`ErrorKind::Value`] if the response is negative, not finite, or zero everywhere.
-    pub fn from_power(power: impl Fn(f64) -> f64, order: usize) -> Result<Self> {
+    pub(crate) fn from_power(power: impl Fn(f64) -> f64, order: usize) -> Result<Self> {
         let mut autocovariance = vec![0.0; order + 1];
         for cell in 0..CELLS {
             let omega = PI * (cell as f64 + 0.5) / CELLS as f64;
@@ -154,25 +147,26 @@ impl LowPass {
         }
         Ok(Self { ar, ma: vec![error.sqrt()] })
     }
-
-    /// |H(ω)|², ω in rad/sample.
-    #[must_use]
-    pub fn power(&self, omega: f64) -> f64 {
-        let square = |coefficients: &mut dyn Iterator<Item = (usize, f64)>| {
-            let (re, im) = coefficients.fold((0.0, 0.0), |(re, im), (lag, c)| {
-                let (sin, cos) = (lag as f64 * omega).sin_cos();
-                (re + c * cos, im + c * sin)
-            });
-            re * re + im * im
-        };
-        let top = square(&mut self.ma.iter().copied().enumerate());
-        top / square(&mut std::iter::once((0, 1.0)).chain(self.ar.iter().enumerate().map(|(i, a)| (i + 1, -a))))
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl LowPass {
+        /// |H(ω)|², ω in rad/sample.
+        fn power(&self, omega: f64) -> f64 {
+            let square = |coefficients: &mut dyn Iterator<Item = (usize, f64)>| {
+                let (re, im) = coefficients.fold((0.0, 0.0), |(re, im), (lag, c)| {
+                    let (sin, cos) = (lag as f64 * omega).sin_cos();
+                    (re + c * cos, im + c * sin)
+                });
+                re * re + im * im
+            };
+            let top = square(&mut self.ma.iter().copied().enumerate());
+            top / square(&mut std::iter::once((0, 1.0)).chain(self.ar.iter().enumerate().map(|(i, a)| (i + 1, -a))))
+        }
+    }
 
     #[test]
     fn flicker_is_one_over_f_within_a_few_percent() {
@@ -213,7 +207,6 @@ mod tests {
         for (a, b) in found.ar.iter().zip(&truth.ar).chain(found.ma.iter().zip(&truth.ma)) {
             assert!((a - b).abs() < 1e-6, "{found:?}");
         }
-        assert!((LowPass::one_pole(5.0, 0.01).power(0.0) - 1.0).abs() < 1e-14);
         assert!((truth.power(0.0) - 1.0).abs() < 1e-14);
     }
 

@@ -44,17 +44,17 @@ pub(super) struct Stretches<'a> {
 
 impl Stretches<'_> {
     /// How many there are.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.kept.len()
     }
 
     /// Samples in each.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.kept.first().map_or(0, |s| s.values.len())
     }
 
     /// One after the other.
-    pub fn iter(&self) -> impl Iterator<Item = EvenLog> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = EvenLog> {
         self.kept.iter().map(|s| {
             let raw = even(s.first_s, self.step_s, s.values.clone());
             match &self.without {
@@ -92,7 +92,7 @@ impl<'a> Evidence<'a> {
     ///
     /// # Errors
     /// [`ErrorKind::TooShort`] where a log is shorter than [`EvenLog::new`] asks for, or most of it is missing.
-    pub fn of(log: &'a Reduced) -> Result<Self> {
+    pub(crate) fn of(log: &'a Reduced) -> Result<Self> {
         let coarse = &log.coarse;
         let there = coarse.means.iter().filter(|v| v.is_finite()).count();
         if there < super::observed::FEWEST || 2 * there < coarse.means.len() {
@@ -124,7 +124,7 @@ impl<'a> Evidence<'a> {
     }
 
     /// The log without a warm-up.
-    pub fn without(&self, fit: &Fit) -> Self {
+    pub(crate) fn without(&self, fit: &Fit) -> Self {
         let model = fit.model();
         match self {
             Self::Whole(raw) => Self::Whole(less(raw, &model, 1)),
@@ -137,7 +137,7 @@ impl<'a> Evidence<'a> {
     }
 
     /// The log in the cosine basis.
-    pub fn observed(&self, columns: &[Column]) -> Observed {
+    pub(crate) fn observed(&self, columns: &[Column]) -> Observed {
         match self {
             Self::Whole(log) => Observed::new(log, columns),
             Self::Kept(kept) => Observed::of_kept(&kept.slow, kept.block, &kept.stretches, columns),
@@ -145,7 +145,7 @@ impl<'a> Evidence<'a> {
     }
 
     /// The log, or its block means.
-    pub fn slow(&self) -> &EvenLog {
+    pub(crate) fn slow(&self) -> &EvenLog {
         match self {
             Self::Whole(log) => log,
             Self::Kept(kept) => &kept.slow,
@@ -153,7 +153,7 @@ impl<'a> Evidence<'a> {
     }
 
     /// Slots that were missing and filled.
-    pub fn filled(&self) -> usize {
+    pub(crate) fn filled(&self) -> usize {
         match self {
             Self::Whole(log) => log.filled,
             Self::Kept(kept) => kept.filled,
@@ -161,7 +161,7 @@ impl<'a> Evidence<'a> {
     }
 
     /// Sample time, s.
-    pub fn step_s(&self) -> f64 {
+    pub(crate) fn step_s(&self) -> f64 {
         match self {
             Self::Whole(log) => log.step_s,
             Self::Kept(kept) => kept.slow.step_s / kept.block as f64,
@@ -169,13 +169,13 @@ impl<'a> Evidence<'a> {
     }
 
     /// Length, s.
-    pub fn span_s(&self) -> f64 {
+    pub(crate) fn span_s(&self) -> f64 {
         self.slow().span_s()
     }
 
     /// Averaging times for the overlapping deviation, samples: `per_decade`, and octaves. Those that rest on block means
     /// are whole blocks.
-    pub fn grid(&self, per_decade: usize) -> Vec<usize> {
+    pub(crate) fn grid(&self, per_decade: usize) -> Vec<usize> {
         let of = |longest: usize| {
             let mut grid = allan::decades(longest, per_decade);
             grid.extend(allan::octaves(longest));
@@ -198,7 +198,7 @@ impl<'a> Evidence<'a> {
     }
 
     /// Deviations, the overlapping one on `grid`, the others at octaves.
-    pub fn deviations(&self, grid: &[usize], which: &[Deviation]) -> Vec<(Deviation, Vec<AllanPoint>)> {
+    pub(crate) fn deviations(&self, grid: &[usize], which: &[Deviation]) -> Vec<(Deviation, Vec<AllanPoint>)> {
         let kept = match self {
             Self::Whole(log) => {
                 let theta = allan::angles(&log.values);

@@ -47,9 +47,11 @@ pub use advice::RecordingAdvice;
 pub use drift::{DriftCause, Explanation};
 pub use goodness::{Band, Goodness};
 pub use ledger::{Ledger, LedgerEntry};
-pub use observed::{EvenLog, SpectralLine};
+pub(crate) use observed::EvenLog;
+pub use observed::SpectralLine;
+pub(crate) use types::colour;
 pub use types::{
-    NoiseModel, Refusal, SetScore, TermEstimate, TermOptions, TimeEstimate, WarmUpInfluence, WarmUpRemoval, colour,
+    NoiseModel, Refusal, SetScore, TermEstimate, TermOptions, TimeEstimate, WarmUpInfluence, WarmUpRemoval,
 };
 pub use wavelet::WaveletFit;
 
@@ -89,7 +91,7 @@ pub fn noise_model(
 }
 
 /// The same of a log of which one pass kept block means and raw stretches; its times count from power-on. What is slow rests
-/// on all of the log, what is fast on the stretches, as [`Reduced::coarse_from`] says.
+/// on all of the log, what is fast on the stretches, as `Reduced::coarse_from` says.
 ///
 /// # Errors
 /// As [`noise_model`].

@@ -47,7 +47,7 @@ pub(super) struct Peak {
 }
 
 impl Model {
-    pub fn new(kinds: &[TermKind], shape: &Shape) -> Self {
+    pub(crate) fn new(kinds: &[TermKind], shape: &Shape) -> Self {
         let sized = |k: &TermKind| *k != TermKind::RateRamp && !k.shapes();
         let mut kinds: Vec<TermKind> = kinds.iter().copied().filter(sized).collect();
         kinds.sort_unstable();
@@ -55,7 +55,7 @@ impl Model {
     }
 
     /// Place of each term's size among the parameters.
-    pub fn places(&self) -> impl Iterator<Item = (TermKind, usize)> + '_ {
+    pub(crate) fn places(&self) -> impl Iterator<Item = (TermKind, usize)> + '_ {
         let mut next = 0;
         self.kinds.iter().map(move |kind| {
             let at = next;
@@ -64,22 +64,22 @@ impl Model {
         })
     }
 
-    pub fn place(&self, kind: TermKind) -> Option<usize> {
+    pub(crate) fn place(&self, kind: TermKind) -> Option<usize> {
         self.places().find(|p| p.0 == kind).map(|p| p.1)
     }
 
-    pub fn parameters(&self) -> usize {
+    pub(crate) fn parameters(&self) -> usize {
         self.base() + self.shape.parameters()
     }
 
     /// Parameters before those of the shape.
-    pub fn base(&self) -> usize {
+    pub(crate) fn base(&self) -> usize {
         self.kinds.len() + usize::from(self.kinds.contains(&TermKind::GaussMarkov))
     }
 
     /// The spectrum at angular frequencies `omega`, rad/sample, and its derivatives by the parameters: of a size twice its
     /// part. `unit` gives a term's part per squared size, of a Gauss-Markov term at ln of its correlation time.
-    pub fn spectrum(
+    pub(crate) fn spectrum(
         &self,
         x: &[f64],
         step_s: f64,
@@ -127,7 +127,7 @@ pub(super) struct Likelihood<'a> {
 }
 
 impl<'a> Likelihood<'a> {
-    pub fn new(log: &'a Observed, model: Model) -> Self {
+    pub(crate) fn new(log: &'a Observed, model: Model) -> Self {
         let fixed = |kind: &TermKind| match kind {
             TermKind::GaussMarkov => Vec::new(),
             _ => log.unit(*kind, 0.0),
@@ -145,7 +145,7 @@ impl<'a> Likelihood<'a> {
     }
 
     /// The likelihood at `x` with its derivatives; `None` where it is not finite.
-    pub fn at(&self, x: &[f64]) -> Option<Point> {
+    pub(crate) fn at(&self, x: &[f64]) -> Option<Point> {
         let (spectrum, slopes) = self.slopes(x);
         let log = self.log;
         let inverse: Vec<f64> = spectrum.iter().map(|s| s.recip()).collect();
@@ -191,7 +191,7 @@ impl<'a> Likelihood<'a> {
 
     /// Sizes that share the power, by the multiplicative updates that never lower the likelihood (Févotte and Idier, Neural
     /// Computation 23 (2011) 2421), correlation times as given.
-    pub fn start(&self, time_s: Option<f64>, rounds: usize) -> Vec<f64> {
+    pub(crate) fn start(&self, time_s: Option<f64>, rounds: usize) -> Vec<f64> {
         let log = self.log;
         let base = self.model.base();
         let mut x = vec![0.0; base];
@@ -242,7 +242,7 @@ impl<'a> Likelihood<'a> {
     }
 
     /// Climbs from `start` by Fisher scoring; parameters that are not `free` keep their values.
-    pub fn climb(&self, start: &[f64], free: &[bool]) -> Option<Peak> {
+    pub(crate) fn climb(&self, start: &[f64], free: &[bool]) -> Option<Peak> {
         let d = start.len();
         let inside = |i: usize, v: f64| v.clamp(self.bounds[i][0], self.bounds[i][1]);
         let mut x: Vec<f64> = start.iter().enumerate().map(|(i, v)| if free[i] { inside(i, *v) } else { *v }).collect();
@@ -294,7 +294,7 @@ impl<'a> Likelihood<'a> {
     }
 
     /// The mode: from several correlation times where there is one.
-    pub fn mode(&self) -> Option<Peak> {
+    pub(crate) fn mode(&self) -> Option<Peak> {
         let free = vec![true; self.model.parameters()];
         if self.model.place(TermKind::GaussMarkov).is_none() {
             return self.climb(&self.start(None, 25), &free);
@@ -314,12 +314,12 @@ impl<'a> Likelihood<'a> {
 
     /// Covariance of the parameters by the information; directions of which the log knows nothing are as wide as their
     /// bounds.
-    pub fn covariance(&self, point: &Point) -> Option<DMatrix<f64>> {
+    pub(crate) fn covariance(&self, point: &Point) -> Option<DMatrix<f64>> {
         self.curvature(point).cholesky().map(|c| c.inverse())
     }
 
     /// The information, with that of a uniform density over each parameter's bounds.
-    pub fn curvature(&self, point: &Point) -> DMatrix<f64> {
+    pub(crate) fn curvature(&self, point: &Point) -> DMatrix<f64> {
         let mut c = point.information.clone();
         for (i, [low, high]) in self.bounds.iter().enumerate() {
             c[(i, i)] += 12.0 / (high - low).powi(2);

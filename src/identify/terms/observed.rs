@@ -42,7 +42,7 @@ pub(super) fn neighbours(gap: usize) -> usize {
 
 /// A log on an even lattice of time, gaps filled.
 #[derive(Debug, Clone)]
-pub struct EvenLog {
+pub(crate) struct EvenLog {
     /// Time of the first sample, s.
     pub first_s: f64,
     /// Sample time, s.
@@ -59,7 +59,7 @@ impl EvenLog {
     /// # Errors
     /// [`ErrorKind::TooShort`] below 128 samples; [`ErrorKind::Column`] if lengths differ; [`ErrorKind::Value`] on a value that
     /// is not finite or a constant signal.
-    pub fn new(time: &TimeAxis, values: &[f64]) -> Result<Self> {
+    pub(crate) fn new(time: &TimeAxis, values: &[f64]) -> Result<Self> {
         if values.len() != time.len() {
             let found = format!("{} values on {} times", values.len(), time.len());
             return Err(Error::new(ErrorKind::Column, "log", found));
@@ -92,13 +92,13 @@ impl EvenLog {
 
     /// Length, s.
     #[must_use]
-    pub fn span_s(&self) -> f64 {
+    pub(crate) fn span_s(&self) -> f64 {
         self.step_s * self.values.len() as f64
     }
 
     /// Another channel of the same log on the same lattice; its gaps are bridged by straight lines.
     #[must_use]
-    pub fn beside(&self, time: &TimeAxis, values: &[f64]) -> Option<Vec<f64>> {
+    pub(crate) fn beside(&self, time: &TimeAxis, values: &[f64]) -> Option<Vec<f64>> {
         let mut even = slots(time, values);
         if even.len() != self.values.len() || even.iter().filter(|v| v.is_finite()).count() < even.len() / 2 {
             return None;
@@ -169,7 +169,7 @@ fn block_for(len: usize) -> usize {
 
 impl Observed {
     /// Transforms the log. Samples after the last whole block (a two-thousandth of the log at most) are left out.
-    pub fn new(log: &EvenLog, columns: &[Column]) -> Self {
+    pub(crate) fn new(log: &EvenLog, columns: &[Column]) -> Self {
         let block = if log.values.len() <= SHORT { 1 } else { block_for(log.values.len()) };
         let blocks = log.values.len() / block;
         let len = blocks * block;
@@ -281,20 +281,20 @@ impl Observed {
         self.bins.products(a, b)[1..].to_vec()
     }
 
-    pub fn columns(&self) -> usize {
+    pub(crate) fn columns(&self) -> usize {
         self.columns.len()
     }
 
-    pub fn span_s(&self) -> f64 {
+    pub(crate) fn span_s(&self) -> f64 {
         self.step_s * self.len as f64
     }
 
-    pub fn frequency_hz(&self, bin: usize) -> f64 {
+    pub(crate) fn frequency_hz(&self, bin: usize) -> f64 {
         self.k[bin] / (2.0 * self.span_s())
     }
 
     /// Bins above `frequency_hz` count no more.
-    pub fn cut_above(&mut self, frequency_hz: f64) {
+    pub(crate) fn cut_above(&mut self, frequency_hz: f64) {
         for bin in 0..self.k.len() {
             if self.frequency_hz(bin) > frequency_hz {
                 (self.count[bin], self.power[bin]) = (0.0, 0.0);
@@ -306,7 +306,7 @@ impl Observed {
     }
 
     /// The same log without the column `j`, `coefficient` times which was taken out.
-    pub fn without(&self, j: usize, coefficient: f64) -> Self {
+    pub(crate) fn without(&self, j: usize, coefficient: f64) -> Self {
         let at = |a: usize, b: usize| &self.gram[a.max(b) * (a.max(b) + 1) / 2 + a.min(b)];
         let mut out = self.clone();
         for (b, p) in out.power.iter_mut().enumerate() {
@@ -331,7 +331,7 @@ impl Observed {
     }
 
     /// A log drawn from the model with `spectrum` by bins, all columns zero: as good as any, for they are taken out again.
-    pub fn drawn(&self, spectrum: &[f64], draw: &mut Stream) -> Self {
+    pub(crate) fn drawn(&self, spectrum: &[f64], draw: &mut Stream) -> Self {
         let mut out = self.clone();
         let reach = self.columns.iter().map(Vec::len).max().unwrap_or(0);
         let mut z = vec![0.0; reach];
@@ -357,7 +357,7 @@ impl Observed {
     }
 
     /// Standard deviation of a sample's white noise, about: from the median of the coefficients' power.
-    pub fn white_std(&self) -> f64 {
+    pub(crate) fn white_std(&self) -> f64 {
         let mut level: Vec<(f64, f64)> = (0..self.k.len())
             .filter(|b| self.count[*b] > 0.0)
             .map(|b| (self.power[b] / self.count[b], self.count[b]))
@@ -375,7 +375,7 @@ impl Observed {
     }
 
     /// Expected power per squared size, by bins.
-    pub fn unit(&self, kind: TermKind, time_s: f64) -> Vec<f64> {
+    pub(crate) fn unit(&self, kind: TermKind, time_s: f64) -> Vec<f64> {
         let mut unit = kind.cosine_variances(&self.k, self.len, self.step_s, time_s);
         let (block, bins) = self.means;
         if kind == TermKind::Quantization && bins > 0 {
@@ -390,7 +390,7 @@ impl Observed {
 
     /// Range of the size of a term in which it can be told: from what changes nothing that could be seen to what drowns
     /// everything else.
-    pub fn range(&self, kind: TermKind) -> [f64; 2] {
+    pub(crate) fn range(&self, kind: TermKind) -> [f64; 2] {
         let (white, dt, n) = (self.white_std(), self.step_s, self.len as f64);
         let span = self.span_s();
         match kind {
@@ -406,33 +406,33 @@ impl Observed {
     }
 
     /// Angular frequency of each bin's middle, rad/sample.
-    pub fn omega(&self) -> Vec<f64> {
+    pub(crate) fn omega(&self) -> Vec<f64> {
         self.k.iter().map(|k| std::f64::consts::PI * k / self.len as f64).collect()
     }
 
     /// Width of a bin, Hz.
-    pub fn bin_width_hz(&self, bin: usize) -> f64 {
+    pub(crate) fn bin_width_hz(&self, bin: usize) -> f64 {
         (self.bins.edges[bin + 2] - self.bins.edges[bin + 1]) as f64 / (2.0 * self.span_s())
     }
 
     /// Range of the centre of a band: below a hundredth of the sample rate it would be a Gauss-Markov term.
-    pub fn center_range_hz(&self) -> [f64; 2] {
+    pub(crate) fn center_range_hz(&self) -> [f64; 2] {
         [(0.01 / self.step_s).max(50.0 / self.span_s()), 0.5 / self.step_s]
     }
 
     /// Range of the width of a band: from two of the widest bins to an eighth of the sample rate.
-    pub fn width_range_hz(&self) -> [f64; 2] {
+    pub(crate) fn width_range_hz(&self) -> [f64; 2] {
         let widest = (0..self.k.len()).map(|b| self.bin_width_hz(b)).fold(0.0, f64::max);
         [2.0 * widest, (0.125 / self.step_s).max(4.0 * widest)]
     }
 
     /// Range of correlation times: shorter is white, longer a random walk.
-    pub fn time_range(&self) -> [f64; 2] {
+    pub(crate) fn time_range(&self) -> [f64; 2] {
         [2.0 * self.step_s, (0.2 * self.span_s()).max(20.0 * self.step_s)]
     }
 
     /// The bounds of a model's parameters, logarithms.
-    pub fn bounds(&self, model: &Model) -> Vec<[f64; 2]> {
+    pub(crate) fn bounds(&self, model: &Model) -> Vec<[f64; 2]> {
         let ln = |r: [f64; 2]| [r[0].ln(), r[1].ln()];
         let all = model.kinds.iter().flat_map(|kind| {
             let time = (*kind == TermKind::GaussMarkov).then(|| ln(self.time_range()));

@@ -28,7 +28,7 @@ pub(super) struct Candidate {
 
 impl Candidate {
     /// Its shape, which begins where this mode is.
-    pub fn shape_at_mode(&self) -> Shape {
+    pub(crate) fn shape_at_mode(&self) -> Shape {
         let start = self.peak.x[self.peak.x.len() - self.shape.parameters()..].to_vec();
         Shape { start, ..self.shape.clone() }
     }
@@ -42,17 +42,17 @@ pub(super) struct Views {
 
 impl Views {
     /// From the log with the ramp's column.
-    pub fn new(ramp: Observed) -> Self {
+    pub(crate) fn new(ramp: Observed) -> Self {
         let plain = ramp.without(ramp.columns() - 1, 0.0);
         Self { plain, ramp }
     }
 
-    pub fn of(&self, kinds: &[TermKind]) -> &Observed {
+    pub(crate) fn of(&self, kinds: &[TermKind]) -> &Observed {
         if kinds.contains(&TermKind::RateRamp) { &self.ramp } else { &self.plain }
     }
 
     /// The ramp, rad/s², and its standard deviation, at a mode with its column.
-    pub fn slope(&self, peak: &Peak) -> [f64; 2] {
+    pub(crate) fn slope(&self, peak: &Peak) -> [f64; 2] {
         let j = self.ramp.columns() - 1;
         let n = self.ramp.columns();
         let rms = self.ramp.column_rms[j];

@@ -33,7 +33,7 @@ pub(super) struct Part {
 }
 
 impl Shape {
-    pub fn parameters(&self) -> usize {
+    pub(crate) fn parameters(&self) -> usize {
         usize::from(self.low_pass.is_some()) + 3 * self.bands.len()
     }
 
@@ -43,12 +43,12 @@ impl Shape {
     }
 
     /// Whether the parameter is the size of a band.
-    pub fn is_size(&self, i: usize) -> bool {
+    pub(crate) fn is_size(&self, i: usize) -> bool {
         i >= self.first_band() && (i - self.first_band()) % 3 == 2
     }
 
     /// |H|² and its derivative by ln f_c; `None` without a low-pass.
-    pub fn gain(&self, x: &[f64], step_s: f64, omega: &[f64]) -> Option<Part> {
+    pub(crate) fn gain(&self, x: &[f64], step_s: f64, omega: &[f64]) -> Option<Part> {
         let form = self.low_pass?;
         let at = |h: f64| form.powers((x[0] + h).exp(), step_s, omega);
         let slope = at(STEP).iter().zip(at(-STEP)).map(|(u, d)| (u - d) / (2.0 * STEP)).collect();
@@ -56,7 +56,7 @@ impl Shape {
     }
 
     /// The part of each band and its derivatives.
-    pub fn bands<'a>(&'a self, x: &'a [f64], step_s: f64, omega: &'a [f64]) -> impl Iterator<Item = Part> + 'a {
+    pub(crate) fn bands<'a>(&'a self, x: &'a [f64], step_s: f64, omega: &'a [f64]) -> impl Iterator<Item = Part> + 'a {
         self.bands.iter().zip(x[self.first_band()..].chunks_exact(3)).map(move |(form, p)| {
             let square = (2.0 * p[2]).exp();
             let at = |center: f64, width: f64| form.unit((p[0] + center).exp(), (p[1] + width).exp(), step_s, omega);
@@ -75,7 +75,7 @@ impl Shape {
     }
 
     /// Bounds of the parameters.
-    pub fn bounds(&self, log: &Observed) -> Vec<[f64; 2]> {
+    pub(crate) fn bounds(&self, log: &Observed) -> Vec<[f64; 2]> {
         let low_pass = self.low_pass.map(|form| form.range_hz(log.step_s, log.span_s()));
         let band = [log.center_range_hz(), log.width_range_hz(), log.range(TermKind::NarrowBandNoise)];
         let all = low_pass.into_iter().chain(self.bands.iter().flat_map(|_| band));
@@ -83,13 +83,13 @@ impl Shape {
     }
 
     /// ln of the prior probability of the forms: each is as probable as another.
-    pub fn ln_prior(&self) -> f64 {
+    pub(crate) fn ln_prior(&self) -> f64 {
         let forms = |n: usize| -(n as f64).ln();
         self.low_pass.map_or(0.0, |_| forms(LowPass::ALL.len())) + self.bands.len() as f64 * forms(BandForm::ALL.len())
     }
 
     /// The terms that it stands for, one for each band.
-    pub fn kinds(&self) -> impl Iterator<Item = TermKind> + '_ {
+    pub(crate) fn kinds(&self) -> impl Iterator<Item = TermKind> + '_ {
         let low_pass = self.low_pass.map(|_| TermKind::Bandwidth);
         low_pass.into_iter().chain(self.bands.iter().map(|_| TermKind::NarrowBandNoise))
     }

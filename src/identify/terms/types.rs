@@ -160,7 +160,7 @@ fn band_allan_variance(center_hz: f64, width_hz: f64, tau_s: f64) -> f64 {
 
 /// The colour of the noise that a low-pass and bands among `terms` give.
 #[must_use]
-pub fn colour(terms: &[TermEstimate]) -> Colour {
+pub(crate) fn colour(terms: &[TermEstimate]) -> Colour {
     let band = |t: &TermEstimate| {
         let (form, center, width) = (t.band?, t.center_hz?, t.bandwidth_hz?);
         let (center_hz, bandwidth_hz) = (center.estimate, width.estimate);

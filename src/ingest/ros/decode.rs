@@ -50,7 +50,7 @@ pub(super) struct Cursor<'a> {
 
 impl<'a> Cursor<'a> {
     /// Begins at a message's first field; the error says why it cannot be read.
-    pub fn new(message: &'a [u8], encoding: Encoding) -> Result<Self, String> {
+    pub(crate) fn new(message: &'a [u8], encoding: Encoding) -> Result<Self, String> {
         let (bytes, aligned, big) = match encoding {
             Encoding::Packed => (message, false, false),
             Encoding::Cdr => {
@@ -119,7 +119,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Hands every number of [`leaves`] to `put`.
-    pub fn walk(&mut self, fields: &[Field], put: &mut dyn FnMut(Number)) -> Result<(), Short> {
+    pub(crate) fn walk(&mut self, fields: &[Field], put: &mut dyn FnMut(Number)) -> Result<(), Short> {
         // an empty struct has a member in CDR, for C's sake
         if fields.is_empty() && self.aligned {
             return self.skip(1);
@@ -166,7 +166,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Bytes after the last field that was read.
-    pub fn left(&self) -> usize {
+    pub(crate) fn left(&self) -> usize {
         self.bytes.len().saturating_sub(self.at)
     }
 }

@@ -49,7 +49,7 @@ pub(super) struct Message {
 
 impl Message {
     /// Reads the definition; the error says why messages of this type cannot be read.
-    pub fn new(type_name: &str, text: Option<&str>, encoding: Encoding) -> std::result::Result<Self, String> {
+    pub(crate) fn new(type_name: &str, text: Option<&str>, encoding: Encoding) -> std::result::Result<Self, String> {
         let generation = if encoding == Encoding::Packed { Generation::One } else { Generation::Two };
         let name = plain(type_name);
         let known = if text.is_none() { unsaid::versions(&name) } else { Vec::new() };
@@ -91,7 +91,7 @@ impl Message {
     }
 
     /// The columns; by the time of receipt, a stamp in the message is no time.
-    pub fn heads(&self, stamp: Stamp) -> Vec<Head> {
+    pub(crate) fn heads(&self, stamp: Stamp) -> Vec<Head> {
         let mut heads = self.heads.clone();
         if stamp == Stamp::Receipt {
             for head in heads.iter_mut().skip(1).filter(|h| matches!(h.named().role, Role::Time(_))) {
@@ -116,7 +116,7 @@ impl Message {
     }
 
     /// Whether the message has a time of its own.
-    pub fn has_stamp(&self) -> bool {
+    pub(crate) fn has_stamp(&self) -> bool {
         self.stamp.is_some()
     }
 
@@ -188,18 +188,18 @@ enum RowError {
 }
 
 impl<'a> Rows<'a> {
-    pub fn new(message: &'a Message, wanted: &[bool], stamp: Stamp) -> Self {
+    pub(crate) fn new(message: &'a Message, wanted: &[bool], stamp: Stamp) -> Self {
         let fill = Fill::new(wanted).with_ratios(&message.ratios);
         Self { message, fill, stamp, held: None, unset: false, rows: 0, notes: Vec::new() }
     }
 
     /// Messages so far.
-    pub fn count(&self) -> u64 {
+    pub(crate) fn count(&self) -> u64 {
         self.rows
     }
 
     /// Adds a message.
-    pub fn add(&mut self, bytes: &[u8], receipt_ns: i64, take: Take<'_>) -> std::result::Result<(), RowError> {
+    pub(crate) fn add(&mut self, bytes: &[u8], receipt_ns: i64, take: Take<'_>) -> std::result::Result<(), RowError> {
         self.rows += 1;
         if self.rows == 1 && self.stamp == Stamp::Header && self.message.has_stamp() {
             // a damaged first message is told with its own number
@@ -240,7 +240,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Hands over the last rows; with the notes.
-    pub fn finish(mut self, take: Take<'_>) -> Result<(Vec<ColumnFacts>, Vec<String>)> {
+    pub(crate) fn finish(mut self, take: Take<'_>) -> Result<(Vec<ColumnFacts>, Vec<String>)> {
         if let Some((first, first_ns)) = self.held.take()
             && let Err(RowError::Taken(e)) = self.row(&first, first_ns, take)
         {

@@ -41,7 +41,7 @@ pub(in crate::ingest) struct OneTopic<F: MessageFile> {
 
 impl<F: MessageFile> OneTopic<F> {
     /// The messages of type `message` on `topic`, whose publishers are `own`.
-    pub fn new(file: F, own: Vec<F::Id>, message: Message, stamp: Stamp, topic: String) -> Self {
+    pub(crate) fn new(file: F, own: Vec<F::Id>, message: Message, stamp: Stamp, topic: String) -> Self {
         let heads = message.heads(stamp);
         Self { file, own, message, heads, stamp, topic }
     }

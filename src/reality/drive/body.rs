@@ -185,7 +185,7 @@ fn contact(grip: &Grip, load: f64, rim: [f64; 2], ground: [f64; 2], guess: f64) 
 
 impl Motion {
     /// Moves on by `h` seconds from `t`; `torque` is that of the wheels.
-    pub fn step(&mut self, vehicle: &Vehicle, world: &World, torque: [f64; 2], t: f64, h: f64) {
+    pub(crate) fn step(&mut self, vehicle: &Vehicle, world: &World, torque: [f64; 2], t: f64, h: f64) {
         let body = &world.body;
         let kept = match body.load_falls {
             Some([at_s, share]) if t >= at_s => 1.0 - share,
@@ -230,7 +230,7 @@ impl Motion {
     }
 
     /// Radius of wheel `i` over the nominal one.
-    pub fn radius_factor(&self, world: &World, i: usize, t: f64) -> f64 {
+    pub(crate) fn radius_factor(&self, world: &World, i: usize, t: f64) -> f64 {
         let wheels = &world.wheels;
         let mut factor = wheels.radius_factor[i] * (1.0 + wheels.growth_s_m * self.v.abs());
         if wheels.heating != 0.0 {

@@ -133,7 +133,7 @@ pub(super) struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    pub fn new(scene: Scene<'a>, sensors: Sensors, seed: u64) -> Self {
+    pub(crate) fn new(scene: Scene<'a>, sensors: Sensors, seed: u64) -> Self {
         let world = World::nominal();
         let trace = drive(scene.machine, scene.run, &world, 1.0);
         let reader = Reader::new(scene.machine, scene.run, sensors, &trace);
@@ -141,7 +141,7 @@ impl<'a> Judge<'a> {
         Self { scene, reader, nominal, seed }
     }
 
-    pub fn nats(&self, present: &Present) -> f64 {
+    pub(crate) fn nats(&self, present: &Present) -> f64 {
         let world = world_of(&[present], self.scene, 0, self.seed);
         let trace = drive(self.scene.machine, self.scene.run, &world, 1.0);
         let gyro = gyro_channel(self.scene.run, 0, &world, &trace, &[present], self.seed);
@@ -157,7 +157,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Gives `present` the strength with `target` nats, to `precision` (relative), in so many tries; returns its nats.
-    pub fn fit(&self, present: &mut Present, target: f64, precision: f64, tries: usize) -> f64 {
+    pub(crate) fn fit(&self, present: &mut Present, target: f64, precision: f64, tries: usize) -> f64 {
         let most = present.effect.most;
         let mut at = present.effect.start.min(most);
         let mut before: Option<(f64, f64)> = None;
@@ -237,7 +237,7 @@ fn sensors(mains: &[Need], s: &mut Stream) -> Sensors {
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] if `spec` names an effect that the generator does not know; [`ErrorKind::Numeric`] if one cannot show.
-pub fn make(seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<Case> {
+pub(crate) fn make(seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<Case> {
     let first = case_seed(seed, index) ^ DRIVING;
     let habits = Habits::draw(habits, &mut Stream::new(first, HABITS));
     for turn in 0..TRIES {

@@ -63,7 +63,7 @@ pub const UNLISTED: [&str; 20] = [
 ];
 
 /// Effects that real robots commonly have in small amounts; the last are a gyro's own.
-pub const COMMON: [&str; 18] = [
+pub(crate) const COMMON: [&str; 18] = [
     "wheel.radius_mismatch",
     "wheel.radius_scale",
     "wheel.rolling_resistance",

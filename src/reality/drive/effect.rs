@@ -26,7 +26,7 @@ pub(super) enum Need {
 }
 
 impl Need {
-    pub fn met(self, sensors: Sensors) -> bool {
+    pub(crate) fn met(self, sensors: Sensors) -> bool {
         match self {
             Self::Anything => true,
             Self::Torque => sensors.torque,
@@ -71,13 +71,13 @@ pub(super) struct Effect {
 }
 
 impl Effect {
-    pub fn new(id: &'static str, channel: &'static str, need: Need, [start, most]: [f64; 2]) -> Self {
+    pub(crate) fn new(id: &'static str, channel: &'static str, need: Need, [start, most]: [f64; 2]) -> Self {
         let (set, tell, rest, condition) = (None, Vec::new(), None, None);
         Self { id, channel, need, start, most, shows: Shows::Signal, large: None, condition, set, tell, rest }
     }
 
     /// One of a gyro's own effects, which it has at rest too.
-    pub fn at_rest(rest: Box<dyn AtRest>, machine: &Machine) -> Self {
+    pub(crate) fn at_rest(rest: Box<dyn AtRest>, machine: &Machine) -> Self {
         let white = machine.gyro.white_std_rad_s();
         let shows = match rest.id() {
             "gyro.outliers" => Shows::Rare,
@@ -94,30 +94,34 @@ impl Effect {
         Self { shows, rest: Some(rest), ..Self::new(id, "gyro", Need::Gyro, range) }
     }
 
-    pub fn sets(self, set: impl Fn(f64, &mut World, Scene<'_>, &mut Stream) + Send + Sync + 'static) -> Self {
+    pub(crate) fn sets(self, set: impl Fn(f64, &mut World, Scene<'_>, &mut Stream) + Send + Sync + 'static) -> Self {
         Self { set: Some(Box::new(set)), ..self }
     }
 
     /// Adds a parameter by its name in the contract: its value from the strength and the signals of the fit's run.
-    pub fn tells(mut self, name: &'static str, value: impl Fn(f64, &Trace) -> f64 + Send + Sync + 'static) -> Self {
+    pub(crate) fn tells(
+        mut self,
+        name: &'static str,
+        value: impl Fn(f64, &Trace) -> f64 + Send + Sync + 'static,
+    ) -> Self {
         self.tell.push((name, Box::new(value)));
         self
     }
 
-    pub fn shows(self, shows: Shows) -> Self {
+    pub(crate) fn shows(self, shows: Shows) -> Self {
         Self { shows, ..self }
     }
 
-    pub fn at_large(self, strength: f64) -> Self {
+    pub(crate) fn at_large(self, strength: f64) -> Self {
         Self { large: Some(strength), ..self }
     }
 
-    pub fn following(self, condition: &'static str) -> Self {
+    pub(crate) fn following(self, condition: &'static str) -> Self {
         Self { condition: Some(condition), ..self }
     }
 
     /// Puts it into `world` with this strength.
-    pub fn set(&self, strength: f64, world: &mut World, scene: Scene<'_>, s: &mut Stream) {
+    pub(crate) fn set(&self, strength: f64, world: &mut World, scene: Scene<'_>, s: &mut Stream) {
         if let Some(set) = &self.set {
             set(strength, world, scene, s);
         }
@@ -131,20 +135,20 @@ impl Effect {
     }
 
     /// Changes the gyro's readings, noise and all.
-    pub fn output(&self, strength: f64, reading_rad_s: &mut [f64], run: &DriveRun, s: &mut Stream) {
+    pub(crate) fn output(&self, strength: f64, reading_rad_s: &mut [f64], run: &DriveRun, s: &mut Stream) {
         if let Some(rest) = &self.rest {
             rest.output(strength, reading_rad_s, &run.gyro, s);
         }
     }
 
-    pub fn parameters(&self, strength: f64, run: &DriveRun, trace: &Trace, s: &mut Stream) -> Parameters {
+    pub(crate) fn parameters(&self, strength: f64, run: &DriveRun, trace: &Trace, s: &mut Stream) -> Parameters {
         match &self.rest {
             Some(rest) => rest.parameters(&run.gyro, &rest.path(&run.gyro, s), strength),
             None => self.tell.iter().map(|(name, value)| ((*name).to_string(), value(strength, trace))).collect(),
         }
     }
 
-    pub fn place(&self, run: &DriveRun, s: &mut Stream) -> Place {
+    pub(crate) fn place(&self, run: &DriveRun, s: &mut Stream) -> Place {
         match &self.rest {
             Some(rest) => rest.place(&run.gyro, &rest.path(&run.gyro, s)),
             None => {

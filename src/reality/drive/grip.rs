@@ -29,7 +29,7 @@ pub(super) struct Grip {
 }
 
 impl Grip {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         let shape = match index(s, 4) {
             0 => Shape::Bent,
             1 => Shape::Tanh,
@@ -40,7 +40,7 @@ impl Grip {
     }
 
     /// The same with another slope at 0.
-    pub fn with(self, stiffness: f64) -> Self {
+    pub(crate) fn with(self, stiffness: f64) -> Self {
         Self { stiffness, ..self }
     }
 
@@ -58,7 +58,7 @@ impl Grip {
     }
 
     /// Force over load of a wheel whose rim moves at `rim_m_s` over ground that passes at `ground_m_s`.
-    pub fn share(&self, rim_m_s: f64, ground_m_s: f64) -> f64 {
+    pub(crate) fn share(&self, rim_m_s: f64, ground_m_s: f64) -> f64 {
         let speed = rim_m_s.abs().max(ground_m_s.abs()).hypot(self.small_m_s);
         self.friction((rim_m_s - ground_m_s) / speed)
     }

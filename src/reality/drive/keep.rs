@@ -30,7 +30,7 @@ impl Keep {
     /// The habits that apply to a drive with these sensors. Beside effects that are `lags` clocks are right, and so are
     /// those of the wheels where there is no gyro to disagree with. In a file that all sensors share they are off by
     /// whole rows of `step_s`.
-    pub fn new(habits: &Habits, lags: bool, has: Sensors, step_s: f64) -> Self {
+    pub(crate) fn new(habits: &Habits, lags: bool, has: Sensors, step_s: f64) -> Self {
         let own = [has.gyro, has.pose];
         let mut offsets_s = [[0.0; 2]; 2];
         for (i, off) in habits.offsets_s.iter().enumerate() {
@@ -43,7 +43,7 @@ impl Keep {
     }
 
     /// The clocks that disagree.
-    pub fn labels(&self) -> Vec<ClockOffset> {
+    pub(crate) fn labels(&self) -> Vec<ClockOffset> {
         let both = OWN.iter().zip(self.offsets_s).filter(|(_, off)| *off != [0.0; 2]);
         both.flat_map(|(channel, off)| {
             RECORDINGS.iter().zip(off).map(|(recording, offset_s)| ClockOffset {

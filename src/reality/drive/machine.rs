@@ -39,7 +39,7 @@ pub(super) struct Driver {
 }
 
 impl Machine {
-    pub fn draw(s: &mut Stream) -> Self {
+    pub(crate) fn draw(s: &mut Stream) -> Self {
         let (step_s, divisors): (f64, &[usize]) = match s.uniform() {
             u if u < 0.6 => (0.01, &[5, 10, 10, 10, 20]),
             u if u < 0.85 => (0.02, &[2, 5, 5, 10]),
@@ -99,7 +99,7 @@ impl Machine {
     }
 
     /// The nominal simulator's file.
-    pub fn config(&self) -> Config {
+    pub(crate) fn config(&self) -> Config {
         Config {
             kind: Kind::Driving,
             sample_time_s: Some(self.step_s),
@@ -119,7 +119,7 @@ pub(super) struct Course {
 
 impl Course {
     /// Manoeuvres one after another: stops, straights, arcs, turns on the spot, weaves; some backwards.
-    pub fn draw(machine: &Machine, len: usize, s: &mut Stream) -> Self {
+    pub(crate) fn draw(machine: &Machine, len: usize, s: &mut Stream) -> Self {
         let (driver, dt) = (&machine.driver, machine.step_s);
         let mut out = Self { speed_m_s: vec![0.0; len], yaw_rate_rad_s: vec![0.0; len] };
         let mut row = (between(s, 1.0, 4.0) / dt) as usize;
@@ -149,7 +149,7 @@ impl Course {
         out
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.speed_m_s.len()
     }
 }

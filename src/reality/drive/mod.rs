@@ -20,7 +20,7 @@ mod unlisted;
 mod world;
 
 pub(super) use case::make;
-pub use catalogue::{COMMON, LEFT_OUT, LISTED, UNLISTED};
+pub use catalogue::{LEFT_OUT, LISTED, UNLISTED};
 
 #[cfg(test)]
 mod tests;

@@ -48,7 +48,7 @@ pub(super) struct Sensors {
 }
 
 impl Sensors {
-    pub const ALL: Self = Self { torque: true, pose: true, gyro: true, wheel_rows: 1 };
+    pub(crate) const ALL: Self = Self { torque: true, pose: true, gyro: true, wheel_rows: 1 };
 }
 
 /// The nominal simulator as a filter.
@@ -65,7 +65,7 @@ pub(super) type Innovations = [Vec<f64>; 6];
 
 impl<'a> Reader<'a> {
     /// A filter for logs of `run`; `nominal` holds the signals of the nominal robot in it.
-    pub fn new(machine: &'a Machine, run: &'a DriveRun, sensors: Sensors, nominal: &Trace) -> Self {
+    pub(crate) fn new(machine: &'a Machine, run: &'a DriveRun, sensors: Sensors, nominal: &Trace) -> Self {
         let steps = if sensors.torque {
             let (v, dt) = (&machine.vehicle, machine.step_s);
             let (mass, yaw) = inertias(machine);
@@ -81,7 +81,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads `trace`; `gyro` is the gyro's channel.
-    pub fn innovations(&self, trace: &Trace, gyro: &[f64]) -> Innovations {
+    pub(crate) fn innovations(&self, trace: &Trace, gyro: &[f64]) -> Innovations {
         let (m, dt) = (self.machine, self.machine.step_s);
         let vehicle = &m.vehicle;
         let (r, b) = (vehicle.wheel_radius_m, vehicle.half_track_m);

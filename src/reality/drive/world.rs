@@ -55,7 +55,7 @@ pub(super) struct Rolling {
 
 impl Rolling {
     /// Force over weight against the speed `v`.
-    pub fn share(&self, v: f64) -> f64 {
+    pub(crate) fn share(&self, v: f64) -> f64 {
         let bend = 1.0 + self.stribeck * (-(v / self.stribeck_m_s).powi(2)).exp() + self.rise_s_m * v.abs();
         self.coefficient * (v / self.smooth_m_s).tanh() * bend
     }
@@ -151,13 +151,13 @@ pub(super) struct Pose {
 
 impl Wheels {
     /// Half the track over the nominal one at the forward speed `v`, m/s.
-    pub fn half_track_factor(&self, v: f64) -> f64 {
+    pub(crate) fn half_track_factor(&self, v: f64) -> f64 {
         self.track_factor + self.track_bend_s_m * (v.abs() - 0.5)
     }
 }
 
 impl World {
-    pub fn nominal() -> Self {
+    pub(crate) fn nominal() -> Self {
         Self {
             body: Body {
                 mass_factor: 1.0,

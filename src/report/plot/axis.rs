@@ -35,7 +35,7 @@ impl Axis {
 
     /// Shows `value` too, even if no data reach it.
     #[must_use]
-    pub fn include(mut self, value: f64) -> Self {
+    pub(crate) fn include(mut self, value: f64) -> Self {
         self.included.push(value);
         self
     }
@@ -114,24 +114,24 @@ pub(super) struct Scale {
 
 impl Scale {
     /// Share of the way from the low to the high end; beyond them, less than 0 or more than 1.
-    pub fn share(self, value: f64) -> f64 {
+    pub(crate) fn share(self, value: f64) -> f64 {
         let value = if self.logarithmic { value.log10() } else { value };
         (value - self.low) / (self.high - self.low)
     }
 
     /// High end less low end, in units of the axis (decades where it is logarithmic).
-    pub fn span(self) -> f64 {
+    pub(crate) fn span(self) -> f64 {
         self.high - self.low
     }
 
     /// Wider by `margin` times its span on both sides.
-    pub fn widened(self, margin: f64) -> Self {
+    pub(crate) fn widened(self, margin: f64) -> Self {
         let about = margin * self.span();
         Self { low: self.low - about, high: self.high + about, ..self }
     }
 
     /// Ticks at round values, about `count` of them.
-    pub fn ticks(self, count: usize) -> Ticks {
+    pub(crate) fn ticks(self, count: usize) -> Ticks {
         if self.logarithmic { self.log_ticks(count) } else { self.linear_ticks(count) }
     }
 

@@ -10,7 +10,7 @@ use crate::error::Result;
 
 /// One bar.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Bar {
+pub(crate) struct Bar {
     /// Length, 0 to 1 of the room there is.
     pub length: f64,
     /// Text after the bar.
@@ -34,20 +34,20 @@ const HIGHEST: f64 = 26.0;
 impl BarChart {
     /// No rows yet.
     #[must_use]
-    pub fn new(title: impl Into<String>) -> Self {
+    pub(crate) fn new(title: impl Into<String>) -> Self {
         Self { title: title.into(), ..Self::default() }
     }
 
     /// Names a colour above the bars.
     #[must_use]
-    pub fn legend(mut self, name: impl Into<String>, color: Color) -> Self {
+    pub(crate) fn legend(mut self, name: impl Into<String>, color: Color) -> Self {
         self.legend.push((name.into(), color));
         self
     }
 
     /// Adds a row under those that are there.
     #[must_use]
-    pub fn row(mut self, name: impl Into<String>, bars: impl IntoIterator<Item = Bar>) -> Self {
+    pub(crate) fn row(mut self, name: impl Into<String>, bars: impl IntoIterator<Item = Bar>) -> Self {
         self.rows.push((name.into(), bars.into_iter().collect()));
         self
     }

@@ -34,7 +34,7 @@ fn short(id: &str) -> String {
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if there is no case.
-pub fn confusion(score: &Score, title: &str) -> Result<Picture> {
+pub(crate) fn confusion(score: &Score, title: &str) -> Result<Picture> {
     let c = &score.confusion;
     let width = c.answers.len();
     if width == 0 || c.truths.is_empty() {
@@ -70,7 +70,7 @@ pub fn confusion(score: &Score, title: &str) -> Result<Picture> {
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if there is no answer with a confidence.
-pub fn reliability(score: &Score, title: &str) -> Result<Picture> {
+pub(crate) fn reliability(score: &Score, title: &str) -> Result<Picture> {
     let c = &score.calibration;
     let share = |b: &crate::gap::bench::Bin| b.rate.rate.unwrap_or(f64::NAN);
     let bars = c.bins.iter().filter_map(|b| {
@@ -102,7 +102,7 @@ pub fn reliability(score: &Score, title: &str) -> Result<Picture> {
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if the bench has not both cases with and without an unlisted effect.
-pub fn roc(score: &Score, title: &str) -> Result<Picture> {
+pub(crate) fn roc(score: &Score, title: &str) -> Result<Picture> {
     let Some(roc) = &score.unknown_roc else {
         return Err(bad("ROC", "needs cases with and without an unlisted effect"));
     };

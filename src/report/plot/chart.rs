@@ -82,7 +82,7 @@ impl Chart {
 
     /// The area between low and high along `[x, low, high]`; `alpha` is its opacity; NaN breaks it.
     #[must_use]
-    pub fn band(
+    pub(crate) fn band(
         self,
         name: impl Into<String>,
         points: impl IntoIterator<Item = [f64; 3]>,
@@ -100,19 +100,19 @@ impl Chart {
 
     /// A vertical line across the chart, with `label` above the frame. NaN draws none, here and below.
     #[must_use]
-    pub fn at_x(self, name: impl Into<String>, x: f64, stroke: Stroke, label: impl Into<String>) -> Self {
+    pub(crate) fn at_x(self, name: impl Into<String>, x: f64, stroke: Stroke, label: impl Into<String>) -> Self {
         self.push(name, Mark::AtX { x, stroke, label: label.into() })
     }
 
     /// A horizontal line across the chart.
     #[must_use]
-    pub fn at_y(self, name: impl Into<String>, y: f64, stroke: Stroke) -> Self {
+    pub(crate) fn at_y(self, name: impl Into<String>, y: f64, stroke: Stroke) -> Self {
         self.push(name, Mark::AtY { y, stroke })
     }
 
     /// The area between two x over the whole height; an end may be infinite, which means: to the edge.
     #[must_use]
-    pub fn span_x(self, name: impl Into<String>, [from, to]: [f64; 2], color: Color, alpha: f64) -> Self {
+    pub(crate) fn span_x(self, name: impl Into<String>, [from, to]: [f64; 2], color: Color, alpha: f64) -> Self {
         self.push(name, Mark::SpanX { from, to, color, alpha })
     }
 

@@ -18,7 +18,7 @@ const FLOOR: palette::Color = palette::GREEN;
 
 /// The page of a diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GapFigure<'a> {
+pub(crate) struct GapFigure<'a> {
     /// Title.
     pub title: &'a str,
     /// Whether a recording was held out, on which the gap was measured.
@@ -36,7 +36,7 @@ impl GapFigure<'_> {
     ///
     /// # Errors
     /// [`crate::ErrorKind::Value`] if a number cannot be shown.
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         if self.curves.is_empty() && !self.answer.gap.is_empty() {
             let page = Page::new(self.title).subtitle(self.verdict);
             let page = page.row([self.equations(), self.probabilities(), self.how_far()]);

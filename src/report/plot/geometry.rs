@@ -16,24 +16,24 @@ pub(super) struct Rect {
 }
 
 impl Rect {
-    pub fn width(self) -> f64 {
+    pub(crate) fn width(self) -> f64 {
         self.right - self.left
     }
 
-    pub fn height(self) -> f64 {
+    pub(crate) fn height(self) -> f64 {
         self.bottom - self.top
     }
 
-    pub fn center(self) -> Point {
+    pub(crate) fn center(self) -> Point {
         (0.5 * (self.left + self.right), 0.5 * (self.top + self.bottom))
     }
 
-    pub fn corners(self) -> Vec<Point> {
+    pub(crate) fn corners(self) -> Vec<Point> {
         vec![(self.left, self.top), (self.right, self.top), (self.right, self.bottom), (self.left, self.bottom)]
     }
 
     /// Smaller by `margin` on each side.
-    pub fn inset(self, margin: f64) -> Self {
+    pub(crate) fn inset(self, margin: f64) -> Self {
         Self {
             left: self.left + margin,
             top: self.top + margin,
@@ -43,7 +43,7 @@ impl Rect {
     }
 
     /// Refuses a frame that the text about it leaves no room for.
-    pub fn check(self, title: &str) -> Result<()> {
+    pub(crate) fn check(self, title: &str) -> Result<()> {
         const LEAST: f64 = 24.0;
         if self.width() >= LEAST && self.height() >= LEAST {
             return Ok(());
@@ -52,11 +52,11 @@ impl Rect {
     }
 
     /// The point of the rectangle next to `p`: where a line of 10⁹⁹ pixels is cut, rounding alone leads off the page.
-    pub fn nearest(self, (x, y): Point) -> Point {
+    pub(crate) fn nearest(self, (x, y): Point) -> Point {
         (x.max(self.left).min(self.right), y.max(self.top).min(self.bottom))
     }
 
-    pub fn contains(self, (x, y): Point) -> bool {
+    pub(crate) fn contains(self, (x, y): Point) -> bool {
         (self.left..=self.right).contains(&x) && (self.top..=self.bottom).contains(&y)
     }
 }

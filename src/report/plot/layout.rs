@@ -51,7 +51,7 @@ pub(super) struct Placed<'a> {
 
 impl<'a> Placed<'a> {
     /// Settles `chart` within `outer`.
-    pub fn new(chart: &'a Chart, outer: Rect, shared: Shared) -> Result<Self> {
+    pub(crate) fn new(chart: &'a Chart, outer: Rect, shared: Shared) -> Result<Self> {
         chart.check()?;
         let data_x = chart.x.scale(chart.xs(), 0.01)?;
         let data_y = chart.y.scale(chart.ys(), 0.05)?;
@@ -95,11 +95,11 @@ impl<'a> Placed<'a> {
     }
 
     /// Room that the chart needs on its left.
-    pub fn left(&self) -> f64 {
+    pub(crate) fn left(&self) -> f64 {
         self.frame.left - self.outer.left
     }
 
-    pub fn draw(&self, scene: &mut Scene) -> Result<()> {
+    pub(crate) fn draw(&self, scene: &mut Scene) -> Result<()> {
         self.grid(scene);
         for series in &self.chart.series {
             self.mark(&series.mark, scene);

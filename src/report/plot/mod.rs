@@ -1,7 +1,7 @@
 //! Pictures of results, as SVG or PNG, the same on every machine (the font is built in).
 //!
 //! Every figure is a pure function from plain numbers to a [`Picture`]: [`fit::FitFigure`], [`drive::TrackFigure`],
-//! [`drive::ErrorFigure`], [`drive::DriveFigure`], those of [`study`]. Other figures are made of [`Chart`]s, [`HeatMap`]s and
+//! [`drive::ErrorFigure`], [`drive::DriveFigure`], those of `study`. Other figures are made of [`Chart`]s, [`HeatMap`]s and
 //! [`Page`]s:
 //!
 //! ```
@@ -29,20 +29,20 @@ pub mod drive;
 mod envelope;
 pub mod fit;
 mod font;
-pub mod gap;
+pub(crate) mod gap;
 mod geometry;
 mod heat;
 mod layout;
-pub mod noise;
+pub(crate) mod noise;
 mod page;
 pub mod palette;
 mod picture;
 mod quantity;
 mod scene;
-pub mod study;
+pub(crate) mod study;
 
 pub use axis::Axis;
-pub use bars::{Bar, BarChart};
+pub use bars::BarChart;
 pub use chart::Chart;
 pub use heat::HeatMap;
 pub use page::{Page, Panel};

@@ -15,7 +15,7 @@ const ROOM: f64 = 2.5;
 
 /// The page of a noise model.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NoiseFigure<'a> {
+pub(crate) struct NoiseFigure<'a> {
     /// Title.
     pub title: &'a str,
     /// The verdict in one line.
@@ -58,7 +58,7 @@ impl NoiseFigure<'_> {
     ///
     /// # Errors
     /// [`crate::ErrorKind::Value`] if no deviation can be shown.
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         let none = Vec::new();
         let of = |d: Deviation| self.model.deviations.iter().find(|f| f.0 == d).map_or(&none, |f| &f.1);
         let allan = of(Deviation::Overlapping);

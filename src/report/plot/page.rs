@@ -83,7 +83,7 @@ impl Page {
 
     /// A sentence under the title.
     #[must_use]
-    pub fn subtitle(mut self, subtitle: impl Into<String>) -> Self {
+    pub(crate) fn subtitle(mut self, subtitle: impl Into<String>) -> Self {
         self.subtitle = subtitle.into();
         self
     }

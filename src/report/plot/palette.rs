@@ -5,7 +5,7 @@
 pub struct Color(pub u8, pub u8, pub u8);
 
 /// Text and the first line.
-pub const BLACK: Color = Color(0x1A, 0x1A, 0x1A);
+pub(crate) const BLACK: Color = Color(0x1A, 0x1A, 0x1A);
 /// Measured values.
 pub const BLUE: Color = Color(0x00, 0x72, 0xB2);
 /// Fitted values.
@@ -13,35 +13,35 @@ pub const VERMILION: Color = Color(0xD5, 0x5E, 0x00);
 /// A third series.
 pub const GREEN: Color = Color(0x00, 0x9E, 0x73);
 /// A fourth series.
-pub const PURPLE: Color = Color(0xCC, 0x79, 0xA7);
+pub(crate) const PURPLE: Color = Color(0xCC, 0x79, 0xA7);
 /// A fifth series.
-pub const ORANGE: Color = Color(0xE6, 0x9F, 0x00);
+pub(crate) const ORANGE: Color = Color(0xE6, 0x9F, 0x00);
 /// Raw samples under their means.
-pub const SKY: Color = Color(0x56, 0xB4, 0xE9);
+pub(crate) const SKY: Color = Color(0x56, 0xB4, 0xE9);
 /// Bounds and bands.
 pub const GREY: Color = Color(0x80, 0x80, 0x80);
 /// Paper.
-pub const WHITE: Color = Color(0xFF, 0xFF, 0xFF);
+pub(crate) const WHITE: Color = Color(0xFF, 0xFF, 0xFF);
 
 /// Colours of series that have no meaning of their own, in order.
-pub const SERIES: [Color; 6] = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, BLACK];
+pub(crate) const SERIES: [Color; 6] = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, BLACK];
 
 /// The colour of series `i`, over and over.
 #[must_use]
-pub fn series(i: usize) -> Color {
+pub(crate) fn series(i: usize) -> Color {
     SERIES[i % SERIES.len()]
 }
 
 impl Color {
     /// The colour thinned with white: 0 is white, 1 the colour itself.
     #[must_use]
-    pub fn tint(self, share: f64) -> Self {
+    pub(crate) fn tint(self, share: f64) -> Self {
         WHITE.towards(self, share)
     }
 
     /// A colour between this one (0) and `other` (1).
     #[must_use]
-    pub fn towards(self, other: Self, share: f64) -> Self {
+    pub(crate) fn towards(self, other: Self, share: f64) -> Self {
         let share = share.clamp(0.0, 1.0);
         let mix = |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a))).round() as u8;
         Self(mix(self.0, other.0), mix(self.1, other.1), mix(self.2, other.2))
@@ -49,7 +49,7 @@ impl Color {
 
     /// Perceived lightness from 0 (black) to 1 (white): Rec. 709 luma.
     #[must_use]
-    pub fn lightness(self) -> f64 {
+    pub(crate) fn lightness(self) -> f64 {
         (0.2126 * f64::from(self.0) + 0.7152 * f64::from(self.1) + 0.0722 * f64::from(self.2)) / 255.0
     }
 

@@ -11,7 +11,7 @@ pub(super) struct Quantity {
 
 impl Quantity {
     /// `si` in this unit.
-    pub fn of(self, si: f64) -> f64 {
+    pub(crate) fn of(self, si: f64) -> f64 {
         si * self.per_si
     }
 }

@@ -48,12 +48,12 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    pub fn new(width: u32, height: u32) -> Self {
+    pub(crate) fn new(width: u32, height: u32) -> Self {
         Self { width, height, shapes: Vec::new() }
     }
 
     /// A line, dashed where the stroke is.
-    pub fn path(&mut self, points: &[Point], stroke: Stroke) {
+    pub(crate) fn path(&mut self, points: &[Point], stroke: Stroke) {
         let points = thin(points);
         let pieces = match stroke.dash {
             Some(dash) => dashes(&points, dash),
@@ -64,27 +64,27 @@ impl Scene {
         self.shapes.extend(visible.map(|points| Shape::Path { points, color, width }));
     }
 
-    pub fn polygon(&mut self, points: Vec<Point>, color: Color, alpha: f64) {
+    pub(crate) fn polygon(&mut self, points: Vec<Point>, color: Color, alpha: f64) {
         if points.len() > 2 {
             self.shapes.push(Shape::Polygon { points, color, alpha });
         }
     }
 
-    pub fn rect(&mut self, rect: Rect, color: Color, alpha: f64) {
+    pub(crate) fn rect(&mut self, rect: Rect, color: Color, alpha: f64) {
         self.polygon(rect.corners(), color, alpha);
     }
 
-    pub fn disc(&mut self, at: Point, radius: f64, color: Color) {
+    pub(crate) fn disc(&mut self, at: Point, radius: f64, color: Color) {
         self.shapes.push(Shape::Disc { at, radius, color });
     }
 
     /// Text on the base line at `at`; control characters, which XML forbids, become spaces.
-    pub fn text(&mut self, at: Point, text: &str, size: f64, color: Color, align: Align) {
+    pub(crate) fn text(&mut self, at: Point, text: &str, size: f64, color: Color, align: Align) {
         self.push_text(Text { at, text: text.into(), size, color, align, upright: false });
     }
 
     /// Text that reads from the bottom to the top, centred on `at`.
-    pub fn upright_text(&mut self, at: Point, text: &str, size: f64, color: Color) {
+    pub(crate) fn upright_text(&mut self, at: Point, text: &str, size: f64, color: Color) {
         self.push_text(Text { at, text: text.into(), size, color, align: Align::Middle, upright: true });
     }
 
@@ -96,7 +96,7 @@ impl Scene {
     }
 
     /// As SVG whose text is text; `title` is what screen readers and tooltips say.
-    pub fn svg(&self, title: &str) -> Result<String> {
+    pub(crate) fn svg(&self, title: &str) -> Result<String> {
         // plotters writes whole pixels: a finer grid under the same picture keeps curves smooth
         const GRID: u32 = 4;
         let mut svg = String::new();
@@ -117,7 +117,7 @@ impl Scene {
     }
 
     /// As rows of RGB bytes, from the top.
-    pub fn rgb(&self) -> Result<Vec<u8>> {
+    pub(crate) fn rgb(&self) -> Result<Vec<u8>> {
         // plotters smooths neither areas nor thick lines: painted larger and averaged down, all edges are smooth
         const OVERSAMPLING: u32 = 3;
         let (width, height) = (self.width as usize, self.height as usize);

@@ -18,7 +18,7 @@ const DECADES_FROM: f64 = 15.0;
 
 /// A value of each time, or of each lag.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line<'a> {
+pub(crate) struct Line<'a> {
     /// Name in the legend.
     pub name: &'a str,
     /// Values, SI; NaN where there is none.
@@ -27,7 +27,7 @@ pub struct Line<'a> {
 
 /// Sample autocorrelation of residuals, one strip for each averaging time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AutocorrelationFigure<'a> {
+pub(crate) struct AutocorrelationFigure<'a> {
     /// Title.
     pub title: &'a str,
     /// A sentence under it.
@@ -44,7 +44,7 @@ impl AutocorrelationFigure<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if there is no lag to draw, a bound is missing or not positive, or a number is
     /// infinite; it names the strip.
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         check("bounds", self.bounds, self.strips.len())?;
         let last = self.strips.iter().map(|s| s.values.len()).max().unwrap_or(0) as f64 - 0.4;
         let charts: Vec<Chart> =
@@ -73,7 +73,7 @@ fn strip(line: &Line, bound: f64, last: f64) -> Result<Chart> {
 
 /// One quantity of several filters against time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TimeRow<'a> {
+pub(crate) struct TimeRow<'a> {
     /// Name of the quantity, for the axis: "RMS error of x".
     pub label: &'a str,
     /// Its dimension.
@@ -84,7 +84,7 @@ pub struct TimeRow<'a> {
 
 /// Root mean square errors over many runs, against time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RmsFigure<'a> {
+pub(crate) struct RmsFigure<'a> {
     /// Title.
     pub title: &'a str,
     /// A sentence under it.
@@ -101,7 +101,7 @@ impl RmsFigure<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if there is nothing to draw, lengths differ, or a number is infinite; it names the
     /// filter.
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         let clock = clock(self.time_s)?;
         let mut charts = Vec::new();
         for row in self.rows {
@@ -125,7 +125,7 @@ impl RmsFigure<'_> {
 
 /// One quantity of one run: the truth, what the filters say, and how far they are off.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RunFigure<'a> {
+pub(crate) struct RunFigure<'a> {
     /// Title.
     pub title: &'a str,
     /// A sentence under it.
@@ -148,7 +148,7 @@ impl RunFigure<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if there is nothing to draw, lengths differ, or a number is infinite; it names the
     /// filter.
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         let clock = clock(self.time_s)?;
         check("truth", self.truth, self.time_s.len())?;
         let mut errors = Vec::new();
@@ -181,7 +181,7 @@ impl RunFigure<'_> {
 
 /// NEES, averaged over runs, against time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NeesFigure<'a> {
+pub(crate) struct NeesFigure<'a> {
     /// Title.
     pub title: &'a str,
     /// A sentence under it.
@@ -202,7 +202,7 @@ impl NeesFigure<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if there is nothing to draw, bounds are not positive, lengths differ, or a number is
     /// infinite; it names the filter.
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         let clock = clock(self.time_s)?;
         let [low, high] = self.bounds95;
         if !(0.0 < low && low < self.expected && self.expected < high && high.is_finite()) {
@@ -233,7 +233,7 @@ impl NeesFigure<'_> {
 
 /// A filter's number at each setting of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SweepLine<'a> {
+pub(crate) struct SweepLine<'a> {
     /// Name in the legend.
     pub name: &'a str,
     /// Setting, value, low and high end of its interval, SI; NaN ends where there is none.
@@ -242,7 +242,7 @@ pub struct SweepLine<'a> {
 
 /// One quantity of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SweepRow<'a> {
+pub(crate) struct SweepRow<'a> {
     /// Name of the quantity, for the axis.
     pub label: &'a str,
     /// Its dimension; `None` for pure numbers.
@@ -253,7 +253,7 @@ pub struct SweepRow<'a> {
 
 /// Errors against a setting: friction, number of runs, a wrong parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SweepFigure<'a> {
+pub(crate) struct SweepFigure<'a> {
     /// Title.
     pub title: &'a str,
     /// A sentence under it.
@@ -276,7 +276,7 @@ impl SweepFigure<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if there is nothing to draw, a setting is not positive, or a number is infinite; it
     /// names the filter.
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         let charts: Vec<Chart> =
             self.rows.iter().enumerate().map(|(i, row)| self.row(i, row)).collect::<Result<_>>()?;
         stack(self.title, self.subtitle, "", charts)
@@ -327,7 +327,7 @@ impl SweepFigure<'_> {
 
 /// Slip of a wheel: true, and as a filter estimates it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SlipRow<'a> {
+pub(crate) struct SlipRow<'a> {
     /// Which wheel.
     pub wheel: &'a str,
     /// True slip.
@@ -340,7 +340,7 @@ pub struct SlipRow<'a> {
 
 /// Slip of the wheels in one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SlipFigure<'a> {
+pub(crate) struct SlipFigure<'a> {
     /// Title.
     pub title: &'a str,
     /// A sentence under it.
@@ -357,7 +357,7 @@ impl SlipFigure<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if there is nothing to draw, lengths differ, or a number is infinite; it names the
     /// wheel.
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         let clock = clock(self.time_s)?;
         let percent = Quantity { unit: "%", per_si: 100.0 };
         let mut charts: Vec<Chart> = Vec::new();

@@ -11,7 +11,7 @@ use crate::vehicle::{Forcing, Motion, Slipping, advance};
 
 /// How a statement of the paper fares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Status {
+pub(crate) enum Status {
     /// It holds here as it stands.
     Reproduced,
     /// It holds after a change, which is named.
@@ -23,7 +23,7 @@ pub enum Status {
 impl Status {
     /// Its name in tables.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Reproduced => "reproduced",
             Self::Corrected => "corrected",
@@ -39,7 +39,7 @@ impl Status {
 
 /// A statement of the paper.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Claim {
+pub(crate) struct Claim {
     /// Equation, figure or section.
     pub place: &'static str,
     /// The statement in words of our own.
@@ -62,7 +62,7 @@ use Status::{Corrected, NotReproducible, Reproduced};
 impl StudyReport {
     /// All rows: equations, figures, claims in the order of the sections.
     #[must_use]
-    pub fn claims(&self) -> Vec<Claim> {
+    pub(crate) fn claims(&self) -> Vec<Claim> {
         let mut rows = self.equations();
         rows.extend(self.figure_rows());
         rows.extend(self.model_claims());
@@ -121,8 +121,7 @@ impl StudyReport {
                 "(5d)",
                 "the difference of the wheels' forces turns the robot, with the robot's radius as lever",
                 Corrected,
-                "the lever is the half track, which equals the radius only where the wheels stand on the rim; `vehicle::AsPrinted` \
-                 keeps the radius",
+                "the lever is the half track, which equals the radius only where the wheels stand on the rim",
             ),
             claim("(5e)", "the sum of the forces, along θ, changes the velocity along x", Corrected, self.constraint()),
             claim("(5f)", "and that along y", Corrected, "as (5e): y' = v sin θ"),
@@ -151,8 +150,8 @@ impl StudyReport {
         let apart = (after.x_m - 5.0).hypot(after.y_m);
         format!(
             "the sideways force that holds the wheels in their track is missing, so that the velocity does not turn with \
-             the robot: at 0.5 m/s and 0.5 rad/s without traction the two are {} m apart after 10 s \
-             (`vehicle::AsPrinted` keeps it); x' = v cos θ instead",
+             the robot: at 0.5 m/s and 0.5 rad/s without traction the two are {} m apart after 10 s; \
+             x' = v cos θ instead",
             significant(apart, 2)
         )
     }

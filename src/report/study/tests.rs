@@ -1,3 +1,4 @@
+use super::claims::Status;
 use super::*;
 use crate::config::Config;
 use crate::identify::{FitOptions, fit};

@@ -1,6 +1,48 @@
 use super::*;
 use crate::traction::{Dugoff, Linear, Pacejka, Surface};
 
+impl Slipping {
+    /// Traction of each wheel, N.
+    fn tractions_n(&self, state: &SlippingState) -> [f64; 2] {
+        let slips = self.slips(state);
+        std::array::from_fn(|i| self.loads_n[i] * self.law.friction(slips[i].slip)[0])
+    }
+
+    /// Energy of body and wheels in motion, J.
+    fn kinetic_energy_j(&self, state: &SlippingState) -> f64 {
+        let (v, w) = (state.motion.speed_m_s, state.motion.yaw_rate_rad_s);
+        let wheels: f64 = state.wheels_rad_s.iter().map(|s| s * s).sum();
+        0.5 * (v * v / self.inverse_mass + w * w / self.inverse_yaw_inertia + wheels / self.inverse_wheel_inertia)
+    }
+
+    /// The explicit Euler step of (5a) to (5i), with the corrected equations.
+    fn euler(&self, state: &SlippingState, torques_n_m: [f64; 2], dt_s: f64) -> SlippingState {
+        let m = &state.motion;
+        let [left, right] = self.tractions_n(state);
+        let wheels = std::array::from_fn(|i| {
+            let resisting = self.friction_n_m_s * state.wheels_rad_s[i] + self.rolling(i, state.wheels_rad_s[i]);
+            let torque = torques_n_m[i] - self.radius_m * [left, right][i] - resisting;
+            state.wheels_rad_s[i] + dt_s * self.inverse_wheel_inertia * torque
+        });
+        let (sin, cos) = m.heading_rad.sin_cos();
+        SlippingState {
+            motion: Motion {
+                x_m: m.x_m + dt_s * m.speed_m_s * cos,
+                y_m: m.y_m + dt_s * m.speed_m_s * sin,
+                heading_rad: m.heading_rad + dt_s * m.yaw_rate_rad_s,
+                speed_m_s: m.speed_m_s + dt_s * self.inverse_mass * (left + right),
+                yaw_rate_rad_s: m.yaw_rate_rad_s + dt_s * self.inverse_yaw_inertia * self.half_track_m * (right - left),
+            },
+            wheels_rad_s: wheels,
+        }
+    }
+
+    /// Torque of the rolling resistance of wheel `i`, N·m.
+    fn rolling(&self, i: usize, wheel_rad_s: f64) -> f64 {
+        self.rolling_n_m[i] * (self.radius_m * wheel_rad_s / self.low_speed_m_s).clamp(-1.0, 1.0)
+    }
+}
+
 fn vehicle(friction: f64) -> Vehicle {
     Vehicle {
         mass_kg: 20.0,

@@ -19,7 +19,7 @@ impl Observed {
     ///
     /// Coefficient j of a stretch of l samples has the frequency of the coefficient j n/l of the log, and under noise that
     /// is stationary in its increments the same variance: the likelihood counts those that there are.
-    pub fn of_kept(slow: &EvenLog, block: usize, stretches: &Stretches, columns: &[Column]) -> Self {
+    pub(crate) fn of_kept(slow: &EvenLog, block: usize, stretches: &Stretches, columns: &[Column]) -> Self {
         // a hundredth of the log at most is left out at its end
         let blocks = quick_len(slow.values.len());
         let (len, step_s) = (blocks * block, slow.step_s / block as f64);
