@@ -266,9 +266,9 @@ mod tests {
         let set = |parts: Vec<Part>, ln_weight| WeightedSet { parts, ln_weight, probability: 0.0 };
         let sets = vec![
             set(Vec::new(), 0.0),
-            set(vec![part("small", 1.0), part("large", 40.0)], 41.0),
-            set(vec![part("large", 40.0)], 41.0),
-            set(vec![part("large", 40.0)], 41.0),
+            set(vec![part("small", 1.0), part("large", 40.0)], 44.0),
+            set(vec![part("large", 40.0)], 40.0),
+            set(vec![part("large", 40.0)], 40.0),
         ];
         let prior = Prior::default();
         let findings = Findings::new(sets, &prior, &Calibration::default(), Vec::new());
@@ -276,11 +276,13 @@ mod tests {
         let of = |stage| steps.iter().filter(move |s| s.stage == stage).collect::<Vec<_>>();
         // sets of the same effects are one, and the nominal simulator is told however improbable
         let sets = of(TraceStage::Sets);
-        assert_eq!((sets.len(), sets[0].subject.as_str(), sets[1].subject.as_str()), (3, "large", "large + small"));
+        assert_eq!((sets.len(), sets[0].subject.as_str(), sets[1].subject.as_str()), (3, "large + small", "large"));
         assert_eq!(sets.iter().filter(|s| s.decision == Decision::Taken).count(), 1);
         assert!(sets[0].nats == Some(0.0) && sets[2].subject == NOMINAL, "{sets:?}");
         assert!(sets.iter().is_sorted_by(|a, b| a.nats >= b.nats) && sets[2].nats.unwrap() < -30.0, "{sets:?}");
-        for step in of(TraceStage::LeaveOneOut) {
+        let left_out = of(TraceStage::LeaveOneOut);
+        assert_eq!(left_out.iter().map(|s| s.decision).collect::<Vec<_>>(), [Decision::Rejected, Decision::Taken]);
+        for step in left_out {
             let limit = step.limit.as_ref().unwrap();
             assert_eq!(limit.value, -prior.ln_named);
             assert_eq!(step.decision == Decision::Taken, step.nats.unwrap() >= limit.value, "{step:?}");

@@ -121,7 +121,8 @@ impl StudyReport {
                 "(5d)",
                 "the difference of the wheels' forces turns the robot, with the robot's radius as lever",
                 Corrected,
-                "the lever is the half track, which equals the radius only where the wheels stand on the rim",
+                "the lever is the half track, which equals the radius only where the wheels stand on the rim; `vehicle::AsPrinted` \
+                 keeps the radius",
             ),
             claim("(5e)", "the sum of the forces, along θ, changes the velocity along x", Corrected, self.constraint()),
             claim("(5f)", "and that along y", Corrected, "as (5e): y' = v sin θ"),
@@ -150,8 +151,8 @@ impl StudyReport {
         let apart = (after.x_m - 5.0).hypot(after.y_m);
         format!(
             "the sideways force that holds the wheels in their track is missing, so that the velocity does not turn with \
-             the robot: at 0.5 m/s and 0.5 rad/s without traction the two are {} m apart after 10 s; \
-             x' = v cos θ instead",
+             the robot: at 0.5 m/s and 0.5 rad/s without traction the two are {} m apart after 10 s \
+             (`vehicle::AsPrinted` keeps it); x' = v cos θ instead",
             significant(apart, 2)
         )
     }
