@@ -105,8 +105,7 @@ impl Signal for NoiseGrowth {
     }
 
     fn parameters(&self, scene: &Scene, _: &[f64], coefficients: &[f64]) -> Parameters {
-        let [slope, bend] = bent(scene).polynomial(coefficients);
-        Parameters::from([(SLOPE.to_string(), slope), (BEND.to_string(), bend)])
+        bent(scene).parameters(SLOPE, BEND, coefficients)
     }
 
     fn shape(&self, _: &Scene, _: &Parameters) -> Option<Vec<f64>> {
@@ -114,7 +113,6 @@ impl Signal for NoiseGrowth {
     }
 
     fn coefficients(&self, scene: &Scene, _: &[f64], parameters: &Parameters) -> Option<Vec<f64>> {
-        let bend = parameters.get(BEND).copied().unwrap_or(0.0);
-        Some(bent(scene).column_coefficients(*parameters.get(SLOPE)?, bend))
+        bent(scene).coefficients(SLOPE, BEND, parameters)
     }
 }

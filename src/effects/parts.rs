@@ -216,16 +216,17 @@ impl Bent {
         ]
     }
 
-    /// [coefficient, bend] of coefficient · x + bend · x² from those of the columns: the same function, but for a
-    /// constant where the bend was freed of one.
-    pub(crate) fn polynomial(&self, coefficients: &[f64]) -> [f64; 2] {
+    /// The parameters called `slope` and `bend`, of slope · x + bend · x², from the columns' coefficients: the same
+    /// function, but for a constant where the bend was freed of one.
+    pub(super) fn parameters(&self, slope: &str, bend: &str, coefficients: &[f64]) -> Parameters {
         let at = |i: usize| coefficients.get(i).copied().unwrap_or(0.0);
-        [at(0) - self.slope * at(1), at(1)]
+        Parameters::from([(slope.to_string(), at(0) - self.slope * at(1)), (bend.to_string(), at(1))])
     }
 
-    /// The way back.
-    pub(crate) fn column_coefficients(&self, coefficient: f64, bend: f64) -> Vec<f64> {
-        vec![coefficient + self.slope * bend, bend]
+    /// The columns' coefficients from those parameters, the bend 0 where it is not among them.
+    pub(super) fn coefficients(&self, slope: &str, bend: &str, parameters: &Parameters) -> Option<Vec<f64>> {
+        let bend = parameters.get(bend).copied().unwrap_or(0.0);
+        Some(vec![*parameters.get(slope)? + self.slope * bend, bend])
     }
 }
 

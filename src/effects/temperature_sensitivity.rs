@@ -100,9 +100,9 @@ impl Signal for TemperatureSensitivity {
     }
 
     fn parameters(&self, scene: &Scene, shape: &[f64], coefficients: &[f64]) -> Parameters {
-        let [slope, bend] = bent(scene, shape).polynomial(coefficients);
-        let lag_s = shape.first().copied().unwrap_or(0.0);
-        Parameters::from([(SLOPE.to_string(), slope), (BEND.to_string(), bend), (LAG.to_string(), lag_s)])
+        let mut parameters = bent(scene, shape).parameters(SLOPE, BEND, coefficients);
+        parameters.insert(LAG.to_string(), shape.first().copied().unwrap_or(0.0));
+        parameters
     }
 
     fn shape(&self, _: &Scene, parameters: &Parameters) -> Option<Vec<f64>> {
@@ -110,8 +110,7 @@ impl Signal for TemperatureSensitivity {
     }
 
     fn coefficients(&self, scene: &Scene, shape: &[f64], parameters: &Parameters) -> Option<Vec<f64>> {
-        let bend = parameters.get(BEND).copied().unwrap_or(0.0);
-        Some(bent(scene, shape).column_coefficients(*parameters.get(SLOPE)?, bend))
+        bent(scene, shape).coefficients(SLOPE, BEND, parameters)
     }
 
     fn refine(&self, _: &Scene) -> Option<Vec<[f64; 2]>> {

@@ -2,7 +2,7 @@
 //!
 //! Read from front to back, so that a bag without its index (the recorder was killed) is read as far as it goes.
 
-use super::bytes::{Bytes, Little};
+use super::bytes::{Bytes, Flaw, Little};
 use super::format::{About, Format, Opened, Source};
 use super::input::Input;
 use super::ros::Message;
@@ -191,22 +191,6 @@ impl MessageFile for Bag {
             }
             _ => Ok(()),
         })
-    }
-}
-
-/// Why a bag cannot be read on.
-enum Flaw {
-    /// The file ends here.
-    Cut,
-    /// No valid record begins here, or it cannot be unpacked; the text says why.
-    Damaged(String),
-    /// An error of the caller that takes the records, or of the disk.
-    Error(Error),
-}
-
-impl From<Error> for Flaw {
-    fn from(error: Error) -> Self {
-        Self::Error(error)
     }
 }
 

@@ -5,6 +5,22 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+/// Why a file cannot be read on.
+pub(super) enum Flaw {
+    /// The file ends here.
+    Cut,
+    /// No valid record begins here, or it cannot be unpacked; the text says why.
+    Damaged(String),
+    /// An error of the caller that takes the records, or of the disk.
+    Error(Error),
+}
+
+impl From<Error> for Flaw {
+    fn from(error: Error) -> Self {
+        Self::Error(error)
+    }
+}
+
 /// An open file and where it is read.
 pub(super) struct Bytes {
     path: PathBuf,

@@ -4,7 +4,7 @@
 //! (Foxglove, *MCAP File Format Specification*.) Of the format, five kinds of records matter here; the crate `mcap` brings
 //! twenty others along and tells no place of an error.
 
-use super::bytes::{Bytes, Little};
+use super::bytes::{Bytes, Flaw, Little};
 use super::format::{About, Format, Opened, Source};
 use super::input::Input;
 use super::ros::Message;
@@ -164,22 +164,6 @@ impl MessageFile for Mcap {
             Met::Message { channel, log_ns, data, at } if own.contains(&channel) => meet(data, log_ns, Place::Byte(at)),
             _ => Ok(()),
         })
-    }
-}
-
-/// Why a file cannot be read on.
-enum Flaw {
-    /// The file ends here.
-    Cut,
-    /// No valid record begins here; the text says why.
-    Damaged(String),
-    /// An error of the caller that takes the records, or of the disk.
-    Error(Error),
-}
-
-impl From<Error> for Flaw {
-    fn from(error: Error) -> Self {
-        Self::Error(error)
     }
 }
 
