@@ -37,19 +37,19 @@ pub struct Scene {
 impl Scene {
     /// Number of rows.
     #[must_use]
-    pub(crate) fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.time.len()
     }
 
     /// Whether there are no rows.
     #[must_use]
-    pub(crate) fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// Temperature at power-on, °C; else the mean of the first second; `None` without a temperature.
     #[must_use]
-    pub(crate) fn first_temperature_c(&self) -> Option<f64> {
+    pub fn first_temperature_c(&self) -> Option<f64> {
         let values = self.temperature_c.as_ref().filter(|t| !t.is_empty())?;
         let rows = ((1.0 / self.step_s).round().max(1.0) as usize).min(values.len());
         self.power_on_temperature_c.or_else(|| Some(values[..rows].iter().sum::<f64>() / rows as f64))
@@ -57,7 +57,7 @@ impl Scene {
 
     /// Length of the recording, s.
     #[must_use]
-    pub(crate) fn span_s(&self) -> f64 {
+    pub fn span_s(&self) -> f64 {
         self.step_s * self.len() as f64
     }
 }
