@@ -1,6 +1,7 @@
 //! Tests that every effect of the library passes, and references that each way of explaining must agree with.
 
 use super::tried::Spectrum;
+use super::tried::assert_ids_stand_once;
 use super::*;
 use crate::bias::WarmUp;
 use crate::config::{Config, EffectTable};
@@ -75,11 +76,9 @@ fn bias(id: &str, parameters: &Parameters, scene: &Scene, seed: u64) -> Vec<f64>
 
 #[test]
 fn an_id_stands_once_and_parameters_are_those_that_users_know() {
-    for (i, effect) in registry().iter().enumerate() {
+    assert_ids_stand_once(&registry().iter().map(|e| e.about()).collect::<Vec<_>>());
+    for effect in registry() {
         let (about, tried) = (effect.about(), effect.tried());
-        let well_formed = |part: &str| !part.is_empty() && part.bytes().all(|c| c.is_ascii_lowercase() || c == b'_');
-        assert!(about.id.split_once('.').is_some_and(|(on, of)| well_formed(on) && well_formed(of)), "{}", about.id);
-        assert!(registry()[..i].iter().all(|other| other.about().id != about.id), "{} twice", about.id);
         assert_eq!(by_id(about.id).unwrap().about().id, about.id);
         assert!(!tried.sizes.is_empty(), "{}", about.id);
         for parameters in tried.sizes.iter().chain(&tried.drawn) {

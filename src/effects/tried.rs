@@ -1,8 +1,8 @@
 //! Entries of the battery: each effect of a gyro at rest brings its own.
 
-use super::Parameters;
+use super::{About, Parameters};
 
-/// What the battery tries an effect with, each parameter spelled as users know it.
+/// Parameters with which the battery tries an effect, each spelled as users know it.
 #[derive(Debug, Clone, Default)]
 pub struct Tried {
     /// Plain sizes; those of signals and of a varying noise level state all that is otherwise drawn anew.
@@ -52,6 +52,15 @@ impl Tried {
     /// Told up to a constant.
     pub fn up_to_constant(self) -> Self {
         Self { up_to_constant: true, ..self }
+    }
+}
+
+/// Asserts that each id has the form `place.effect`, and stands once in `all`.
+pub fn assert_ids_stand_once(all: &[&About]) {
+    for (i, about) in all.iter().enumerate() {
+        let well_formed = |part: &str| !part.is_empty() && part.bytes().all(|c| c.is_ascii_lowercase() || c == b'_');
+        assert!(about.id.split_once('.').is_some_and(|(on, of)| well_formed(on) && well_formed(of)), "{}", about.id);
+        assert!(all[..i].iter().all(|other| other.id != about.id), "{} twice", about.id);
     }
 }
 

@@ -103,6 +103,13 @@ impl Hypothesis {
         self.signals.iter().filter_map(|s| s.offset).collect()
     }
 
+    /// Numbers of the candidates at work, ascending: the set, whatever the order in which it grew.
+    pub(crate) fn key(&self) -> Vec<usize> {
+        let mut key: Vec<usize> = self.candidates().collect();
+        key.sort_unstable();
+        key
+    }
+
     /// Whether `candidate` is at work.
     pub(crate) fn holds(&self, candidate: usize) -> bool {
         self.candidates().any(|c| c == candidate)

@@ -140,8 +140,8 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
         outliers: named(|e| matches!(e, Explanation::Outliers { .. })),
     };
     let all = search.posterior();
-    let keys: Vec<Vec<usize>> = all.iter().map(|m| key(&m.fitted.hypothesis)).collect();
-    let number = |h: &Hypothesis| keys.iter().position(|k| *k == key(h));
+    let keys: Vec<Vec<usize>> = all.iter().map(|m| m.fitted.hypothesis.key()).collect();
+    let number = |h: &Hypothesis| keys.iter().position(|k| *k == h.key());
     let deep: Vec<bool> =
         (0..all.len()).map(|i| i < SETS && all[i].ln_weight > best.ln_weight - DEPTH || keys[i].is_empty()).collect();
     let mut wanted = deep.clone();
@@ -289,12 +289,6 @@ fn tried(search: &Search, candidates: &[Candidate], best: &Hypothesis) -> Vec<St
     steps
 }
 
-fn key(h: &Hypothesis) -> Vec<usize> {
-    let mut key: Vec<usize> = h.candidates().collect();
-    key.sort_unstable();
-    key
-}
-
 /// The best set with telegraph noise in the place of a noise, and its ln weight; none where no set has a noise.
 fn popcorn(
     likelihood: &Likelihood,
@@ -312,8 +306,7 @@ fn popcorn(
         for part in &whole.noises {
             let Kind::Noise(noise) = &candidates[part.candidate].kind else { continue };
             let base: Hypothesis = whole.without(part.candidate);
-            let mut key: Vec<usize> = base.candidates().collect();
-            key.sort_unstable();
+            let key = base.key();
             if tried.contains(&key) {
                 continue;
             }

@@ -101,15 +101,9 @@ impl<'a> Search<'a> {
         set.iter().map(|c| self.prior.of(self.likelihood.candidates[*c].named)).sum()
     }
 
-    fn key(h: &Hypothesis) -> Vec<usize> {
-        let mut key: Vec<usize> = h.candidates().collect();
-        key.sort_unstable();
-        key
-    }
-
     /// Fits a set once.
     fn meet(&mut self, h: &Hypothesis) -> Met {
-        let key = Self::key(h);
+        let key = h.key();
         if let Some(met) = self.met.get(&key) {
             return met.clone();
         }
@@ -126,7 +120,7 @@ impl<'a> Search<'a> {
         candidate: usize,
         lines: &mut Option<(Vec<f64>, f64)>,
     ) -> Option<(Hypothesis, f64)> {
-        let key = (Self::key(&base.fitted.hypothesis), candidate);
+        let key = (base.fitted.hypothesis.key(), candidate);
         if let Some(known) = self.extensions.get(&key) {
             return known.clone();
         }
@@ -303,7 +297,7 @@ impl<'a> Search<'a> {
     /// Each candidate that was tried beside the set `base`: its number, its gain in ln weight where it started (none where it cannot
     /// be there), and that of its fit, if it was fitted.
     pub(crate) fn additions(&self, base: &Hypothesis) -> Vec<(usize, Option<f64>, Option<f64>)> {
-        let key = Self::key(base);
+        let key = base.key();
         let Some(without) = self.met.get(&key) else { return Vec::new() };
         let fitted = |candidate: usize| {
             let mut with = key.clone();

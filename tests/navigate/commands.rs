@@ -1,15 +1,8 @@
 //! `gyroid simulate` and `gyroid navigate` as a user runs them.
 
+use crate::ROBOT;
 use crate::place::Place;
 use std::path::Path;
-
-const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
-    [gyro]\nc1_rad_s = -2.4e-3\nc2_rad_s = 8e-3\ntime_constant_s = 240.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\
-    turn_on_bias_std_rad_s = 2e-4\n\
-    [vehicle]\nmass_kg = 9.5\nyaw_inertia_kg_m2 = 0.21\nhalf_track_m = 0.17\nwheel_radius_m = 0.05\n\
-    wheel_inertia_kg_m2 = 0.0008\nviscous_friction_n_m_s = 0.0006\ntorque_noise_n_m_sqrt_s = 0.0004\n\
-    [encoder]\nspeed_noise_std_rad_s = 0.02\n\
-    [pose]\nrate_hz = 5.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
 
 fn new() -> Place {
     let rest = ROBOT.split("[vehicle]").next().unwrap().replace("driving", "stationary");

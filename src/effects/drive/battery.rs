@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::config::{Config, EffectTable, Vehicle};
+use crate::effects::tried::assert_ids_stand_once;
 use crate::effects::{Library, Parameter};
 use crate::math::random::Stream;
 use crate::model::drive::{DriveModel, Instrument, Moving, Past, Robot};
@@ -79,11 +80,9 @@ fn usual(id: &str) -> Parameters {
 
 #[test]
 fn an_id_stands_once_and_parameters_are_those_that_users_know() {
-    for (i, effect) in registry().iter().enumerate() {
+    assert_ids_stand_once(&registry().iter().map(|e| e.about()).collect::<Vec<_>>());
+    for effect in registry() {
         let (about, tried) = (effect.about(), effect.tried());
-        let well_formed = |part: &str| !part.is_empty() && part.bytes().all(|c| c.is_ascii_lowercase() || c == b'_');
-        assert!(about.id.split_once('.').is_some_and(|(on, of)| well_formed(on) && well_formed(of)), "{}", about.id);
-        assert!(registry()[..i].iter().all(|other| other.about().id != about.id), "{} twice", about.id);
         assert_eq!(by_id(about.id).unwrap().about().id, about.id);
         let required: Vec<_> = about.parameters.iter().filter(|p| p.required).map(|p| p.name).collect();
         assert_eq!(required, tried.required.iter().map(|p| p.0).collect::<Vec<_>>(), "{}", about.id);

@@ -45,6 +45,9 @@ impl Branch {
                 found.push(Far { channel, row, white: white / scale, std: std * scale });
             }
         }
+        if found.is_empty() {
+            return false;
+        }
         let [_, every_s] = self.record.read_every_s();
         let mut any = false;
         for (place, (known, free, channels)) in [
