@@ -122,14 +122,15 @@ pub(crate) fn make(seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<
 
     let s = &mut Stream::new(seed, STRENGTHS);
     let mut present = Vec::new();
-    let mut weakest = f64::INFINITY;
+    let mut main_nats = BTreeMap::new();
     for (slot, (id, strength)) in spec.effects.iter().enumerate() {
         let [low, high] = strength.nats();
         let nats = log_between(s, low, high);
-        weakest = weakest.min(nats);
+        main_nats.insert((*id).to_string(), nats);
         present.push(Present::new(id, slot as u64, nats, seed, &unit, &fit)?);
     }
     let main = present.len();
+    let weakest = main_nats.values().copied().fold(f64::INFINITY, f64::min);
     let mut background = Vec::new();
     if spec.messy {
         let [low, high] = BACKGROUND_NATS;
@@ -153,6 +154,7 @@ pub(crate) fn make(seed: u64, index: usize, spec: &Spec, habits: f64) -> Result<
         background,
         effects: mains.iter().map(parameters).collect(),
         kind: "stationary".into(),
+        nats: main_nats,
         strength: spec.effects.iter().map(|(_, strength)| *strength).min().unwrap_or(Strength::None),
         places: mains
             .iter()

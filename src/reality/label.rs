@@ -93,6 +93,9 @@ pub struct Label {
     pub effects: BTreeMap<String, Parameters>,
     /// `stationary` or `driving`.
     pub kind: String,
+    /// Expected log-likelihood ratio of each main effect, alone, over the log of the fit, nats.
+    #[serde(default)]
+    pub nats: BTreeMap<String, f64>,
     /// Strength of the weakest main effect.
     pub strength: Strength,
     /// Where each main effect shows.

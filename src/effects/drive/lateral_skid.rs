@@ -62,6 +62,10 @@ impl ModelChange for LateralSkid {
         ]
     }
 
+    fn unbent(&self) -> usize {
+        1
+    }
+
     fn sizes(&self) -> &'static str {
         "Martínez et al. (2005): up to some tenths of what turning asks for"
     }

@@ -208,6 +208,12 @@ pub trait ModelChange: Sync + Send {
         &[]
     }
 
+    /// How many of its coordinates, from the first one, are the law itself. The others bend it, and in many robots they
+    /// are next to zero.
+    fn unbent(&self) -> usize {
+        self.coordinates().len()
+    }
+
     /// How many of its coordinates, from the first one, are positive in practice.
     fn positive(&self) -> usize {
         0

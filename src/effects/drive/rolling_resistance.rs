@@ -155,6 +155,10 @@ impl ModelChange for Form {
         &OWN
     }
 
+    fn unbent(&self) -> usize {
+        1
+    }
+
     fn departures(&self) -> &'static [Coordinate] {
         &[DEPARTURE]
     }

@@ -291,6 +291,7 @@ mod tests {
             background: Vec::new(),
             effects: id.map(|id| (id.to_string(), Default::default())).into_iter().collect(),
             kind: "stationary".into(),
+            nats: Default::default(),
             strength: Strength::None,
             places: Default::default(),
             without: Vec::new(),

@@ -34,6 +34,8 @@ pub struct Judged {
     pub truth: Vec<String>,
     /// How strong the weakest of them is: `weak`, `medium`, `strong`, `none`.
     pub strength: &'static str,
+    /// Expected log-likelihood ratio of the weakest of them, alone, nats; none where the label does not state it.
+    pub nats: Option<f64>,
     /// Whether small amounts of others lie beside them.
     pub messy: bool,
     /// The effect that was named, or the verdict; `missing` without an answer.
@@ -44,6 +46,8 @@ pub struct Judged {
     pub fair: bool,
     /// Whether all main effects were named, and nothing that is not there.
     pub exact: bool,
+    /// Whether nothing was named that is not there.
+    pub clean: bool,
     /// Whether the channel is right, where the effect is.
     pub channel: Option<bool>,
     /// Whether frequency or condition is right, where the effect is and has one.
@@ -100,7 +104,8 @@ pub(crate) fn judge(name: &str, label: &Label, answer: Option<&Value>) -> Judged
         named.insert(answered.clone());
     }
     let allowed = |id: &String| is_in(id) || label.background.contains(id);
-    let exact = truth.iter().all(|t| named.contains(t)) && named.iter().all(allowed);
+    let clean = named.iter().all(allowed);
+    let exact = clean && truth.iter().all(|t| named.contains(t));
     let in_class = answer["cannot_tell_apart"].as_array().into_iter().flatten().any(|class| {
         let (length, class) = (class.as_array().map_or(0, Vec::len), ids(class));
         length <= 3 && class.contains(&answered) && truth.iter().any(|t| class.contains(t))
@@ -118,10 +123,12 @@ pub(crate) fn judge(name: &str, label: &Label, answer: Option<&Value>) -> Judged
         name: name.into(),
         wanted,
         strength: label.strength.id(),
+        nats: label.nats.values().copied().reduce(f64::min),
         messy: !label.background.is_empty(),
         right,
         fair: right || answered == "none" || in_class,
         exact,
+        clean,
         channel: found.map(|t| wheels(place["channel"].as_str().unwrap_or("")) == wheels(&t.channel)),
         place: found.and_then(|t| placed(place, t)),
         errors: if found.is_some() { errors(&label.effects[&answered], of(&answered)) } else { BTreeMap::new() },

@@ -9,6 +9,7 @@
 //! The labels are encrypted with a key that is not in the folder. The commitment is the SHA-256 of the labels with a
 //! random salt: who has the commitment from before can tell afterwards that the labels are the same.
 
+mod bands;
 mod calibrate;
 mod folder;
 mod intervals;
@@ -20,6 +21,7 @@ mod seal;
 mod table;
 mod workers;
 
+pub use bands::Band;
 pub use calibrate::{Calibrated, Example, Fit, calibrate, examples, prior_of};
 pub use folder::{BENCH, Bench, Made, Order, make};
 pub use intervals::{Rate, Roc};

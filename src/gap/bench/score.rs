@@ -1,5 +1,6 @@
 //! The score of a bench: labels unsealed, the commitment checked, every answer judged.
 
+use super::bands::{Band, bands};
 use super::folder::{COMMITMENT, SEALED, names};
 use super::intervals::{BINS, Rate, Roc, bin, expected_calibration_error, perfect_calibration_p95, roc};
 use super::judge::{Judged, Wanted, judge};
@@ -179,6 +180,8 @@ pub struct Score {
     pub missing: usize,
     /// Rates by name, in the order of the report: words, rate.
     pub rates: Vec<(&'static str, Rate)>,
+    /// One effect, by its nats, beside an oracle; empty where the labels do not state them.
+    pub by_nats: Vec<Band>,
     /// One effect, by effect and strength.
     pub by_effect: Vec<ByEffect>,
     /// Unlisted effects, with the rate of answers of unknown, by effect.
@@ -215,6 +218,7 @@ pub fn score(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>
     let pairs = || identified().filter(|j| j.truth.len() == 2);
     let of = |wanted: Wanted| judged.iter().filter(move |j| j.wanted == wanted);
     let weak = || single().filter(|j| j.strength == "weak");
+    let clear = |messy: bool| single().filter(move |j| j.strength != "weak" && j.messy == messy);
     let right = |j: &Judged| j.right;
     let rates = vec![
         ("one effect, alone: named", Rate::count(single().filter(|j| !j.messy).map(right))),
@@ -224,6 +228,8 @@ pub fn score(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>
         ("one effect, medium: named", Rate::count(single().filter(|j| j.strength == "medium").map(right))),
         ("one effect, strong: named", Rate::count(single().filter(|j| j.strength == "strong").map(right))),
         ("one effect, alone: nothing else named", Rate::count(single().filter(|j| !j.messy).map(|j| j.exact))),
+        ("one effect, alone, medium or strong: nothing named beside it", Rate::count(clear(false).map(|j| j.clean))),
+        ("one effect, a little of others, medium or strong: named", Rate::count(clear(true).map(right))),
         ("two effects: both named, nothing else", Rate::count(pairs().map(|j| j.exact))),
         ("two effects: main one is one of them", Rate::count(pairs().map(right))),
         ("no effect: said none", Rate::count(of(Wanted::None).map(right))),
@@ -243,6 +249,7 @@ pub fn score(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>
         cases: judged.len(),
         missing: judged.iter().filter(|j| j.answered == "missing").count(),
         rates,
+        by_nats: bands(&judged),
         by_effect: by_effect(single()),
         unlisted: unlisted(of(Wanted::Unknown)),
         calibration: calibration(&judged),

@@ -1,5 +1,6 @@
 //! A score as text and as JSON.
 
+use super::bands::Band;
 use super::intervals::Rate;
 use super::score::{ByEffect, Middle, Score};
 use serde_json::{Value, json};
@@ -15,6 +16,7 @@ impl Score {
             "cases": self.cases,
             "missing": self.missing,
             "rates": rates,
+            "by_nats": self.by_nats,
             "by_effect": self.by_effect,
             "unlisted": unlisted,
             "calibration": self.calibration,
@@ -77,6 +79,19 @@ impl Score {
     }
 
     fn write_effects(&self, out: &mut String) {
+        if !self.by_nats.is_empty() {
+            let _ = writeln!(
+                out,
+                "\n{:16} {:>8} {:>12} {:>17}",
+                "one effect: named", "alone", "with others", "an oracle names"
+            );
+        }
+        for Band { from_nats, to_nats, alone, with_others, oracle } in &self.by_nats {
+            let range =
+                to_nats.map_or_else(|| format!("from {from_nats} nats"), |to| format!("{from_nats} to {to} nats"));
+            let [alone, with_others] = [alone, with_others].map(|rate| format!("{}/{}", rate.right, rate.of));
+            let _ = writeln!(out, "{range:17} {alone:>8} {with_others:>12} {oracle:>17.3}");
+        }
         if !self.by_effect.is_empty() {
             let _ = writeln!(
                 out,

@@ -37,6 +37,8 @@ impl Prior {
 
 /// Nodes of the prior scale of a coordinate.
 const NODES: usize = 6;
+/// Prior scale of the coordinates that bend a law in robots that follow it, as a share of that in robots that bend it.
+const STRAIGHT: f64 = 0.01;
 /// Lower limit of the prior scale, as a share of an effect's smallest plausible size.
 const LEAST: f64 = 1e-3;
 /// Prior scales of free forms: root of the whitened column's energy over the whole drive.
@@ -208,7 +210,7 @@ impl Candidates {
             self.columns.push(Column::Usual(place).into());
         }
         let columns = (0..sizes.len()).map(|j| Column::Coordinate(place, j).into()).collect();
-        self.push(Kind::Change(place), effect.about().id, true, columns, nodes(&sizes, 1.0), ln_prior);
+        self.push(Kind::Change(place), effect.about().id, true, columns, nodes(&sizes, change.unbent(), 1.0), ln_prior);
         self.sizes.push(sizes);
     }
 
@@ -415,7 +417,7 @@ impl Candidates {
             let coordinates = &self.sizes[*i];
             let least = FREE_SIZES[0] / (square(*first).sqrt() * coordinates[0].scale[0]);
             if least < 1.0 {
-                group.nodes = nodes(coordinates, least.max(LEAST));
+                group.nodes = nodes(coordinates, self.changes[*i].1.unbent(), least.max(LEAST));
             }
         }
         for group in groups.iter_mut().filter(|g| !g.named) {
@@ -428,13 +430,24 @@ impl Candidates {
 }
 
 /// Prior scales of an effect's coordinates, which grow together from `least` times the smallest plausible size to the
-/// largest.
-fn nodes(coordinates: &[Coordinate], least: f64) -> Vec<Vec<f64>> {
-    let node = |i: usize| {
+/// largest. Of the robots half follow the law, the first `unbent` coordinates, and half bend it: a law that nothing bends
+/// then does not pay for all ways of bending it. The widest scales are the last.
+fn nodes(coordinates: &[Coordinate], unbent: usize, least: f64) -> Vec<Vec<f64>> {
+    let node = |i: usize, bend: f64| {
         let u = i as f64 / (NODES - 1) as f64;
-        coordinates.iter().map(|c| (c.scale[0] * least).powf(1.0 - u) * c.scale[1].powf(u)).collect()
+        let scale = |(j, c): (usize, &Coordinate)| {
+            let scale = (c.scale[0] * least).powf(1.0 - u) * c.scale[1].powf(u);
+            if j < unbent { scale } else { bend * scale }
+        };
+        coordinates.iter().enumerate().map(scale).collect()
     };
-    (0..NODES).map(node).collect()
+    let follows = if unbent < coordinates.len() { Some(STRAIGHT) } else { None };
+    follows
+        .into_iter()
+        .chain([1.0])
+        .flat_map(|bend| (0..NODES).map(move |i| (i, bend)))
+        .map(|(i, b)| node(i, b))
+        .collect()
 }
 
 fn short(equation: Equation) -> &'static str {

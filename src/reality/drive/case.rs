@@ -270,15 +270,16 @@ fn attempt(seed: u64, index: usize, spec: &Spec, habits: &Habits) -> Result<Opti
     has.wheel_rows = habits.wheels_hz.map_or(1, |hz| (1.0 / (hz * machine.step_s)).round().max(1.0) as usize);
     let judge = Judge::new(Scene { machine: &machine, run: &fit }, has, seed);
     let mut inside = Vec::new();
-    let mut weakest = f64::INFINITY;
+    let mut main_nats = BTreeMap::new();
     for (slot, (id, strength)) in spec.effects.iter().enumerate() {
         let target = draw_nats(*strength, s);
         let found = present(id, slot as u64, target, *strength == Strength::Strong, &judge)?;
         let Some((one, nats)) = found else { return Ok(None) };
-        weakest = weakest.min(nats);
+        main_nats.insert((*id).to_string(), nats);
         inside.push(one);
     }
     let mains = inside.len();
+    let weakest = main_nats.values().copied().fold(f64::INFINITY, f64::min);
     let mut background = Vec::new();
     if spec.messy {
         let [low, high] = BACKGROUND_SHARE.map(|share| (share * weakest.min(MOST)).max(BACKGROUND_NATS));
@@ -317,6 +318,7 @@ fn attempt(seed: u64, index: usize, spec: &Spec, habits: &Habits) -> Result<Opti
         background,
         effects: inside[..mains].iter().map(told).collect(),
         kind: "driving".into(),
+        nats: main_nats,
         strength: if mains == 0 { Strength::None } else { strength_of(weakest) },
         places: inside[..mains].iter().map(place).collect::<BTreeMap<_, _>>(),
         without: without(has),
