@@ -7,10 +7,10 @@
 
 use super::branch::{Branch, described};
 use super::evidence::Member;
+use super::heteroscedastic::departs;
 use super::judge::Options;
 use super::leave_out::FORM;
 use super::pass::{Channel, Noise, Process};
-use super::record::Record;
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{About, Parameters};
 use crate::gap::findings::Part;
@@ -22,15 +22,17 @@ use std::ops::Range;
 /// Fewest residuals that determine a level.
 const FEWEST: usize = 16;
 /// Least net gain of a level, nats.
-const WORTH: f64 = 3.0;
-/// Classes of equal size in which noise levels are compared.
-const CLASSES: usize = 8;
-/// Rows on either side whose wheel speeds tell the motion at a row.
-const BESIDE: usize = 5;
+pub(super) const WORTH: f64 = 3.0;
 /// Share of a level's energy that may vary until another cause is as likely: ln of the level is constant to a sixth.
 const CONSTANT: f64 = 0.03;
-/// Newton steps towards the most likely level.
-const STEPS: usize = 6;
+/// Most Newton steps towards the most likely level.
+const STEPS: usize = 16;
+/// Longest of them, in ln of the variance.
+const FURTHEST: f64 = 1.5;
+/// Evidence that a step may lose by rounding, nats.
+const LOST: f64 = 1e-3;
+/// Most levels that are estimated: one an instrument, and once more.
+const LEVELS: usize = 6;
 /// Standard deviations of a mean square beyond which it is not chance.
 const BEYOND_CHANCE: f64 = 3.0;
 /// Share of the predicted variance of the motion that torques may tell beyond the logged readings: a speed control acts
@@ -83,6 +85,22 @@ enum Proof {
     Beyond,
 }
 
+/// A level that differs from the stated one.
+struct Clearest {
+    instrument: Instrument,
+    /// Effect of its instrument; none: the level of one channel alone.
+    about: Option<&'static About>,
+    /// Name of the channel, or of its instrument's first one.
+    name: &'static str,
+    /// Indices of its channels.
+    places: Vec<usize>,
+    /// Number of their residuals, and the sum of their squares.
+    n: usize,
+    square: f64,
+    /// Net gain, nats.
+    worth: f64,
+}
+
 /// Number of residuals of the channels, and the sum of their squares.
 fn summed(residuals: &[Residual], channels: &Range<usize>) -> (usize, f64) {
     let own = residuals.iter().filter(|r| channels.contains(&(r.0 as usize)));
@@ -96,7 +114,7 @@ fn gain(n: usize, square: f64) -> f64 {
 }
 
 /// Cost of one unknown parameter, nats: ½ ln n.
-fn price(n: usize) -> f64 {
+pub(super) fn price(n: usize) -> f64 {
     0.5 * (n.max(1) as f64).ln()
 }
 
@@ -106,15 +124,50 @@ fn free_id(name: &str) -> String {
 }
 
 impl Branch {
-    /// Estimates noise levels that differ from the stated ones; returns whether there are any. Wheels quantized more
-    /// coarsely than their noise are skipped.
+    /// Estimates noise levels that differ from the stated ones, the clearest first: a wrong level of one instrument
+    /// leaves innovations of the others that are not as stated either. Returns whether there are any. Wheels quantized
+    /// more coarsely than their noise are skipped.
     pub(super) fn level(
         &mut self,
         effects: &[&'static dyn Driving],
         options: &Options,
         residuals: &[Residual],
     ) -> bool {
-        let mut any = false;
+        let mut next = self.clearest(effects, options, residuals);
+        let any = next.is_some();
+        for round in 1.. {
+            let Some(found) = next else { break };
+            let Clearest { instrument, about, name, places, n, square, worth } = found;
+            places.iter().for_each(|c| self.noise.reading[*c] *= square / n as f64);
+            self.most_likely_level(&places, n);
+            let before = self.levels.iter().find(|l| l.instrument == instrument).map(|l| l.margin);
+            match about {
+                Some(about) => {
+                    self.note_level(about.id, places[0], n, before.unwrap_or(worth));
+                    if before.is_none() {
+                        let cost = price(n) - options.prior.ln_named;
+                        self.extra_weight -= cost;
+                        self.levels.push(Level { about, instrument, count: n, margin: worth, cost });
+                    }
+                }
+                None => {
+                    self.note_level(&free_id(name), places[0], n, worth);
+                    self.free_level(options, name, places[0], n);
+                }
+            }
+            next = (round < LEVELS).then(|| self.clearest(effects, options, &self.residuals())).flatten();
+        }
+        any
+    }
+
+    /// The level that gains most beside the present noise, of an instrument or of one channel; none that is worth it.
+    fn clearest(
+        &self,
+        effects: &[&'static dyn Driving],
+        options: &Options,
+        residuals: &[Residual],
+    ) -> Option<Clearest> {
+        let mut found = Vec::new();
         for (instrument, _, channels) in CHANNELS {
             if instrument == Instrument::Wheels && self.is_coarse() {
                 continue;
@@ -145,38 +198,60 @@ impl Branch {
             let alike = (louder == 0 || louder == sums.len()) && each.iter().all(|w| *w >= WORTH);
             let most = alike && 2.0 * gain(n, square) > alone;
             let is_known = self.levels.iter().any(|l| l.instrument == instrument);
-            if let Some(about) = named
-                && n >= FEWEST
-                && (is_known || together >= WORTH && (together >= alone || most))
-            {
-                let ratio = square / n as f64;
-                if is_known && gain(n, square) < WORTH {
-                    continue;
+            if named.is_some() && n >= FEWEST && (is_known || together >= WORTH && (together >= alone || most)) {
+                if !is_known || gain(n, square) >= WORTH {
+                    let places = sums.iter().flat_map(|s| s.1.clone()).collect();
+                    let name = channels[0].0;
+                    found.push(Clearest { instrument, about: named, name, places, n, square, worth: together });
                 }
-                sums.iter().flat_map(|s| s.1.clone()).for_each(|c| self.noise.reading[c] *= ratio);
-                let place = channels[0].1.start;
-                let before = self.levels.iter().find(|l| l.instrument == instrument).map(|l| l.margin);
-                self.note_level(about.id, place, n, before.unwrap_or(together));
-                if !is_known {
-                    let cost = price(n) - options.prior.ln_named;
-                    self.extra_weight -= cost;
-                    self.levels.push(Level { about, instrument, count: n, margin: together, cost });
-                }
-                any = true;
                 continue;
             }
-            for (name, places, n, square) in sums {
-                if worth(n, square, options.prior.ln_free) < WORTH {
-                    continue;
-                }
-                let ratio = square / n as f64;
-                places.clone().for_each(|c| self.noise.reading[c] *= ratio);
-                any = true;
-                self.note_level(&free_id(name), places.start, n, worth(n, square, options.prior.ln_free));
-                self.free_level(options, name, places.start, n);
+            for ((name, places, n, square), worth) in sums.into_iter().zip(each).filter(|s| s.1 >= WORTH) {
+                let places = places.clone().collect();
+                found.push(Clearest { instrument, about: None, name, places, n, square, worth });
             }
         }
-        any
+        found.into_iter().max_by(|a, b| a.worth.total_cmp(&b.worth))
+    }
+
+    /// Moves the noise of the channels `places`, with `count` residuals, to its most likely level by Newton's method in
+    /// the logarithm of the variance; returns the standard deviation of that.
+    fn most_likely_level(&mut self, places: &[usize], count: usize) -> f64 {
+        let times = |noise: &Noise, ln: f64| {
+            let mut noise = *noise;
+            places.iter().for_each(|c| noise.reading[*c] *= ln.exp());
+            noise
+        };
+        // standard deviation of the logarithm of a variance by so many readings
+        let apart = 2.0 * (2.0 / count as f64).sqrt();
+        let mut std = 0.5 * apart;
+        let (mut from, mut moved) = (f64::NEG_INFINITY, 0.0);
+        for _ in 0..STEPS {
+            let weighed: Vec<f64> =
+                [-apart, 0.0, apart].par_iter().map(|ln| self.weigh(&times(&self.noise, *ln))).collect();
+            // a step that lost is halved
+            if weighed[1] < from - LOST {
+                moved *= 0.5;
+                self.noise = times(&self.noise, -moved);
+                continue;
+            }
+            from = weighed[1];
+            let bend = (weighed[0] + weighed[2] - 2.0 * weighed[1]) / (apart * apart);
+            let slope = 0.5 * (weighed[2] - weighed[0]) / apart;
+            if !(bend.is_finite() && slope.is_finite()) {
+                break;
+            }
+            // far from the maximum the curve may bend the other way
+            moved = if bend < 0.0 { (-slope / bend).clamp(-FURTHEST, FURTHEST) } else { FURTHEST.copysign(slope) };
+            self.noise = times(&self.noise, moved);
+            if bend < 0.0 {
+                std = (-bend).sqrt().recip();
+                if moved.abs() < 0.1 * std {
+                    break;
+                }
+            }
+        }
+        std
     }
 
     fn is_coarse(&self) -> bool {
@@ -211,36 +286,18 @@ impl Branch {
         let mut told = Vec::new();
         for level in &levels {
             let places = level.places();
-            let times = |noise: &Noise, ln: f64| {
-                let mut noise = *noise;
-                places.iter().for_each(|c| noise.reading[*c] *= ln.exp());
-                noise
-            };
-            // standard deviation of the logarithm of a variance by so many readings
-            let apart = 2.0 * (2.0 / level.count as f64).sqrt();
-            let mut std = 0.5 * apart;
-            for _ in 0..STEPS {
-                let weighed: Vec<f64> =
-                    [-apart, 0.0, apart].par_iter().map(|ln| self.weigh(&times(&self.noise, *ln))).collect();
-                let bend = (weighed[0] + weighed[2] - 2.0 * weighed[1]) / (apart * apart);
-                let slope = 0.5 * (weighed[2] - weighed[0]) / apart;
-                if !(bend < 0.0 && slope.is_finite()) {
-                    break;
-                }
-                std = (-bend).sqrt().recip();
-                let step = (-slope / bend).clamp(-4.0 * apart, 4.0 * apart);
-                self.noise = times(&self.noise, step);
-                if step.abs() < 0.1 * std {
-                    break;
-                }
-            }
+            let std = self.most_likely_level(&places, level.count);
             let mut without = self.noise;
             places.iter().for_each(|c| without.reading[*c] = self.believed.reading[*c]);
             let share = self.weigh(&self.noise) - self.weigh(&without);
             // with the stated torque noise within a step the level must lie on the same side
             let holds = self.noise.process.ripple == 0.0 || {
-                let stated = Noise { process: Process { ripple: 0.0, ..without.process }, ..without };
-                let [smaller, larger] = [-apart, apart].map(|ln| self.weigh(&times(&stated, ln)));
+                let stated = |ln: f64| {
+                    let mut noise = Noise { process: Process { ripple: 0.0, ..without.process }, ..without };
+                    places.iter().for_each(|c| noise.reading[*c] *= ln.exp());
+                    noise
+                };
+                let [smaller, larger] = [-std, std].map(|ln| self.weigh(&stated(2.0 * ln)));
                 (larger > smaller) == (self.noise.reading[places[0]] > without.reading[places[0]])
             };
             told.push((std, share, holds));
@@ -248,6 +305,7 @@ impl Branch {
         // a filter with a wrong noise level leaves correlated innovations: they are judged under the fitted levels
         let residuals = if levels.is_empty() { Vec::new() } else { self.residuals() };
         for (level, (std, share, holds)) in levels.iter().zip(told) {
+            self.levels.iter_mut().filter(|l| l.instrument == level.instrument).for_each(|l| l.margin = share - l.cost);
             let departs = departs(&self.record, &residuals, &level.places());
             let proof = self.proof(&residuals, &level.places());
             self.tell(level, std, share, (holds, proof), departs);
@@ -349,62 +407,11 @@ pub(super) fn lattice_part(lsb: f64, share: f64, named: Option<&About>) -> Part 
     part
 }
 
-/// Departure of the residuals of these channels from white noise of one variance: the condition that shows it most, and
-/// its evidence beyond the cost of looking for it, nats; none where that is below [`WORTH`].
-fn departs(record: &Record, residuals: &[Residual], places: &[usize]) -> Option<(&'static str, f64)> {
-    let own: Vec<&Residual> = residuals.iter().filter(|r| places.contains(&(r.0 as usize))).collect();
-    let n = own.len() as f64;
-    let mean = own.iter().map(|r| r.2 * r.2).sum::<f64>() / n;
-    // readings beside a row tell the motion, and nothing of the noise in the row
-    let around = |k: usize| -> [f64; 2] {
-        let drive = record.drive_around(k);
-        let rows = k.saturating_sub(BESIDE).max(drive.start)..(k + BESIDE + 1).min(drive.end);
-        let (n, sum) = rows.filter(|row| *row != k).fold((0.0, [0.0; 2]), |(n, sum), row| {
-            let [l, r] = [0, 1].map(|i| record.wheels_rad_s[i][row]);
-            if l.is_finite() && r.is_finite() { (n + 1.0, [sum[0] + l, sum[1] + r]) } else { (n, sum) }
-        });
-        sum.map(|s| s / n)
-    };
-    // the torque before the reading: a speed control computes the torque of a row from that row's readings, noise
-    // included
-    let torque = |k: usize| match k.checked_sub(1) {
-        Some(before) if record.drive_around(k).contains(&before) => {
-            record.torques(before).iter().map(|u| u.abs()).sum()
-        }
-        _ => f64::NAN,
-    };
-    let conditions: [(&'static str, &dyn Fn(usize) -> f64); 4] = [
-        ("speed", &|k| around(k).iter().sum::<f64>().abs()),
-        ("yaw_rate", &|k| (around(k)[1] - around(k)[0]).abs()),
-        ("elapsed_time", &|k| k as f64),
-        ("torque", &torque),
-    ];
-    let classes = |of: &dyn Fn(usize) -> f64| {
-        let mut by: Vec<(f64, f64)> = own.iter().map(|r| (of(r.1), r.2 * r.2)).filter(|b| b.0.is_finite()).collect();
-        by.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let each = by.len().div_ceil(CLASSES).max(1);
-        let of_class = |c: &[(f64, f64)]| {
-            let mean = c.iter().map(|b| b.1).sum::<f64>() / c.len() as f64;
-            -0.5 * c.len() as f64 * mean.max(f64::MIN_POSITIVE).ln()
-        };
-        let all = if by.is_empty() { 0.0 } else { of_class(&by) };
-        by.chunks(each).map(of_class).sum::<f64>() - all - (CLASSES - 1) as f64 * price(each)
-    };
-    let mut found: Vec<(&'static str, f64)> = conditions.iter().map(|(name, of)| (*name, classes(of))).collect();
-    // correlation from one reading to the next, by channel
-    let remembered = |place: &usize| {
-        let one: Vec<f64> = residuals.iter().filter(|r| r.0 as usize == *place).map(|r| r.2).collect();
-        let product = one.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / (mean * one.len().max(1) as f64);
-        -0.5 * one.len() as f64 * (1.0 - product.clamp(-0.99, 0.99).powi(2)).ln() - price(one.len())
-    };
-    found.push(("coloured", places.iter().map(remembered).sum()));
-    found.into_iter().filter(|f| f.1 >= WORTH).max_by(|a, b| a.1.total_cmp(&b.1))
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::clocks::tests::{recorded, robot};
     use super::super::judge::judge;
+    use super::super::record::Record;
     use super::*;
     use crate::effects::drive::{ids, registry};
     use crate::gap::findings::Main;

@@ -19,6 +19,7 @@ pub(crate) mod far;
 mod filter;
 pub mod fit;
 mod given;
+mod heteroscedastic;
 mod horizons;
 pub mod judge;
 mod lag;
