@@ -9,7 +9,7 @@ use super::branch::Branch;
 use super::candidates::{Candidates, Kind};
 use super::closest::alone;
 use super::fit::{Compared, Theta};
-use super::judge::LARGE;
+use super::judge::{HOPELESS, LARGE};
 use super::pass::{Noise, run};
 use super::record::Record;
 use rayon::prelude::*;
@@ -23,42 +23,47 @@ const PIECE: usize = 8000;
 /// where a large gap remains, as from something that only happens later.
 pub(super) fn first(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Compared {
     if record.len() < 2 * PIECE {
-        return thorough(record, noise, all, begin);
+        return thorough(record, noise, Compared::wide(record, noise, all, begin.clone()));
     }
     let rows = |drive: &Record| (drive.len() * PIECE).div_ceil(record.len());
     let piece = record.by_drive(|_, drive| drive.window(0..rows(drive)));
-    let found = thorough(&piece, noise, all.clone(), begin);
+    let found = thorough(&piece, noise, Compared::wide(&piece, noise, all.clone(), begin.clone()));
     // the set found in the first minutes is settled on all rows
     let members = &found.sets[0].members;
     let own = all.only(|g| members.iter().any(|m| m.0 == g));
     let theta = Compared::narrow(record, noise, own, found.next().0, None).next().0;
     let there = Compared::wide(record, noise, all.clone(), theta);
     let gap = there.top() - there.problem.ln_weight(members);
-    if gap < LARGE { there } else { thorough(record, noise, all, begin) }
+    if gap < LARGE {
+        return there;
+    }
+    // a set of free forms alone leaves θ where it began
+    let compared = if there.theta == *begin { there } else { Compared::wide(record, noise, all, begin.clone()) };
+    thorough(record, noise, compared)
 }
 
-/// Compares all sets at `begin`; where the best one holds a free form, also where the named effects settle without any.
+/// `compared`, all sets at one θ; where the best one holds a free form, also where the named effects settle without any.
 ///
 /// Free forms are linear in the innovations of one pass. A strong effect is not, and a free form takes up the
 /// difference: the effect has to be compared at its own coordinates.
-fn thorough(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> Compared {
-    let compared = Compared::wide(record, noise, all.clone(), begin.clone());
+fn thorough(record: &Record, noise: &Noise, compared: Compared) -> Compared {
+    let (all, begin) = (compared.candidates.clone(), compared.theta.clone());
     let gap = compared.gap();
     let only_named = compared.sets[0].members.iter().all(|m| all.groups[m.0].named);
     if only_named && gap < LARGE {
         return compared;
     }
-    let mut starts = vec![begin.clone()];
+    let mut strongest = None;
     if gap >= LARGE
         && let Some(theta) = best_alone(record, noise, &compared)
     {
         // a settled set without free forms, which keeps more weight than any far step promises, is final
-        let there = Compared::wide(record, noise, all.clone(), theta.clone());
+        let there = Compared::wide(record, noise, all.clone(), theta);
         let only_named = there.sets[0].members.iter().all(|m| all.groups[m.0].named);
         if only_named && there.next().1 && there.top() >= compared.top() {
             return there;
         }
-        starts.push(theta);
+        strongest = Some(there);
     }
     // of all times at which the bias may step, the most likely one in each drive suffices
     let steps = compared.likely_steps();
@@ -66,22 +71,18 @@ fn thorough(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> C
         Kind::Step(..) => steps.contains(&g),
         _ => all.groups[g].named,
     });
-    let settled = |from: Theta| Compared::narrow(record, noise, named.clone(), from, None);
+    let settled = |from: &Compared| from.narrowed(record, noise, named.clone());
     if gap < LARGE {
-        let Some(theta) = best_of(starts.into_par_iter().map(settled).collect()).map(|b| b.next().0) else {
-            return compared;
-        };
-        let there = Compared::wide(record, noise, all, theta);
+        let there = Compared::wide(record, noise, all, settled(&compared).next().0);
         return if there.top() > compared.top() { there } else { compared };
     }
     // also all of them together: an effect that only looks large because another is missing then shrinks, without a
     // free form
-    let joint = |from: &Theta| Compared::all_in(record, noise, named.clone(), from.clone());
-    let (joint, settled): (Vec<Compared>, Vec<Compared>) = rayon::join(
-        || starts.par_iter().map(joint).collect(),
-        || starts.par_iter().map(|from| settled(from.clone())).collect(),
-    );
-    let ends = [best_of(joint), best_of(settled)].into_iter().flatten().map(|b| b.next().0);
+    let starts: Vec<&Compared> = std::iter::once(&compared).chain(&strongest).collect();
+    let settled = best_of(starts.par_iter().map(|from| settled(from)).collect());
+    let short = settled.as_ref().map_or(f64::MIN, Compared::top) - HOPELESS;
+    let joint = best_of(starts.par_iter().map(|from| from.together(record, noise, named.clone(), short)).collect());
+    let ends = [joint, settled].into_iter().flatten().map(|b| b.next().0);
     let mut there: Vec<Compared> = ends
         .collect::<Vec<_>>()
         .into_par_iter()
@@ -89,10 +90,10 @@ fn thorough(record: &Record, noise: &Noise, all: Candidates, begin: &Theta) -> C
         .collect();
     there.push(compared);
     // far steps need not keep the weight that they promise
-    let kept = |c: Compared| (Compared::narrow(record, noise, c.plausible(), c.theta.clone(), None).top(), c);
+    let kept = |c: Compared| (c.narrowed(record, noise, c.plausible()).top(), c);
     let kept: Vec<(f64, Compared)> = there.into_par_iter().map(kept).collect();
     let best = kept.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, best)| best);
-    best.unwrap_or_else(|| Compared::wide(record, noise, all, begin.clone()))
+    best.unwrap_or_else(|| Compared::wide(record, noise, all, begin))
 }
 
 /// The comparison with the largest weight.

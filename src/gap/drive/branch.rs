@@ -213,11 +213,15 @@ impl Branch {
         all.iter().find(|x| x.0 == own.column).map(|x| (x.1, x.2))
     }
 
+    /// Whether its best set has settled without a free form.
+    pub(super) fn is_settled(&self) -> bool {
+        let c = &self.compared;
+        c.sets[0].members.iter().all(|m| c.candidates.groups[m.0].named) && c.next().1
+    }
+
     /// Whether its best set has settled, and no free form or further part is needed.
     pub(super) fn is_quiet(&self) -> bool {
-        let c = &self.compared;
-        let named = c.sets[0].members.iter().all(|m| c.candidates.groups[m.0].named);
-        named && self.extra_parts.is_empty() && c.next().1
+        self.extra_parts.is_empty() && self.is_settled()
     }
 
     /// Whether its best set is one effect, settled, and nothing else is needed.
@@ -229,17 +233,22 @@ impl Branch {
         self.compared.top() + self.extra_weight
     }
 
+    /// `groups`, ascending, with those of the coordinates that vary in them: a varying column is computed from that of
+    /// its coordinate.
+    fn with_coordinates(&self, groups: impl Iterator<Item = usize>) -> BTreeSet<usize> {
+        let kinds = &self.compared.candidates.kinds;
+        let constant = |g: usize| match kinds[g] {
+            Kind::Varying(i) => kinds.iter().position(|k| matches!(k, Kind::Change(j) if *j == i)),
+            _ => None,
+        };
+        groups.flat_map(|g| [Some(g), constant(g)]).flatten().collect()
+    }
+
     /// Innovations under the best set, at the posterior mean of its coefficients.
     pub(super) fn residuals(&self) -> Vec<Residual> {
         let c = &self.compared;
         let members = &c.sets[0].members;
-        let groups = || members.iter().map(|m| m.0);
-        // a varying column is computed from that of its coordinate
-        let constant = |g: usize| match c.candidates.kinds[g] {
-            Kind::Varying(i) => c.candidates.kinds.iter().position(|k| matches!(k, Kind::Change(j) if *j == i)),
-            _ => None,
-        };
-        let inside: Vec<usize> = groups().chain(groups().filter_map(constant)).collect();
+        let inside = self.with_coordinates(members.iter().map(|m| m.0));
         let few = c.candidates.only(|g| inside.contains(&g));
         let coefficients = c.problem.coefficients(members);
         // columns keep their order: nuisances first, then the members'
@@ -285,14 +294,20 @@ impl Branch {
         // shares are counted with the believed noise, before larger noise lowers them
         let believed = Noise { process: self.noise.process, ..self.believed };
         let changed = believed != self.noise && self.record.torques_n_m.is_some();
-        let with_believed = changed.then(|| c.candidates.linearise(&self.record, &believed, &c.theta));
-        let closes = with_believed.as_ref().unwrap_or(&c.problem);
+        let told = || c.sets.iter().take(SETS);
+        let inside = self.with_coordinates(told().flat_map(|w| w.members.iter().map(|m| m.0)));
+        let few = changed.then(|| c.candidates.only(|g| inside.contains(&g)));
+        let with_believed = few.map(|few| few.linearise(&self.record, &believed, &c.theta));
         let part = |members: &[Member]| -> Vec<Part> {
-            let shares = closes.shares(members);
+            let place = |m: &Member| inside.iter().position(|g| *g == m.0).map(|place| (place, m.1));
+            let shares = match &with_believed {
+                Some(problem) => problem.shares(&members.iter().filter_map(place).collect::<Vec<_>>()),
+                None => c.problem.shares(members),
+            };
             let coefficients = c.problem.coefficients(members);
             one_an_id(members.iter().zip(shares).map(|(&(g, _), share)| self.part(g, share, &coefficients)))
         };
-        let whole = c.sets.iter().take(SETS).map(|w| WeightedSet {
+        let whole = told().map(|w| WeightedSet {
             parts: part(&w.members).into_iter().chain(self.extra_parts.iter().cloned()).collect(),
             ln_weight: w.ln_weight + self.extra_weight,
             probability: 0.0,

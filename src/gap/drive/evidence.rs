@@ -69,7 +69,9 @@ impl Nuisance {
 
 /// Normal equations of one linearisation, in total coefficients (not differences from it).
 pub(crate) struct Problem {
+    /// Of the columns, the innovations in the last row and column
     gram: Mat<f64>,
+    ln_volume: f64,
     moment: Vec<f64>,
     /// Σ z² + Σ ln 2πS
     null: f64,
@@ -121,13 +123,20 @@ impl Problem {
         nuisance: Vec<Nuisance>,
     ) -> Self {
         let p = summed.ncols() - 1;
-        let gram = Mat::from_fn(p, p, |i, j| summed[(i, j)]);
+        let gram = summed.clone();
         let product: Vec<f64> = (0..p).map(|i| (0..p).map(|j| gram[(i, j)] * here[j]).sum()).collect();
         let b: Vec<f64> = (0..p).map(|i| summed[(i, p)]).collect();
         let cross: f64 = here.iter().zip(&b).map(|(h, b)| h * b).sum();
         let square: f64 = here.iter().zip(&product).map(|(h, g)| h * g).sum();
         let moment = b.iter().zip(&product).map(|(b, g)| b + g).collect();
-        Self { gram, moment, null: summed[(p, p)] + 2.0 * cross + square + ln_volume, groups, nuisance }
+        Self { gram, ln_volume, moment, null: summed[(p, p)] + 2.0 * cross + square + ln_volume, groups, nuisance }
+    }
+
+    /// Gram matrix of these columns, with the innovations in the last row and column, and Σ ln 2πS.
+    #[must_use]
+    pub(crate) fn summed_of(&self, columns: &[usize]) -> (Mat<f64>, f64) {
+        let at = |i: usize| columns.get(i).copied().unwrap_or(self.moment.len());
+        (Mat::from_fn(columns.len() + 1, columns.len() + 1, |i, j| self.gram[(at(i), at(j))]), self.ln_volume)
     }
 
     /// Whether the group is an effect of the library.
@@ -314,9 +323,10 @@ impl Problem {
     pub(crate) fn expected(&self, members: &[Member]) -> Self {
         let coefficients = self.coefficients(members);
         let moment = |i: usize| coefficients.iter().map(|(j, mean, _)| self.gram[(i, *j)] * mean).sum();
-        let moment: Vec<f64> = (0..self.gram.ncols()).map(moment).collect();
+        let moment: Vec<f64> = (0..self.moment.len()).map(moment).collect();
         let null = coefficients.iter().map(|(j, mean, _)| mean * moment[*j]).sum();
-        Self { gram: self.gram.clone(), moment, null, groups: self.groups.clone(), nuisance: self.nuisance.clone() }
+        let (groups, nuisance) = (self.groups.clone(), self.nuisance.clone());
+        Self { gram: self.gram.clone(), ln_volume: self.ln_volume, moment, null, groups, nuisance }
     }
 
     /// Posterior mean and standard deviation of every coefficient of the set.

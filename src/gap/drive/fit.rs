@@ -12,6 +12,7 @@ use super::record::Record;
 use super::search::{best as best_set, search};
 use crate::effects::drive::{Driving, ModelChange};
 use crate::model::drive::DriveEffect;
+use faer::Mat;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Coordinates θ of every change, by change and coordinate.
@@ -29,6 +30,17 @@ const SETTLED: f64 = 0.15;
 const FUTILE: f64 = -6.0;
 /// Evidence that a step may lose before it is halved, nats.
 const LOSS: f64 = 3.0;
+
+/// ln weight below which a climb is given up, and when.
+#[derive(Clone, Copy)]
+enum Hopeless {
+    /// Never.
+    Never,
+    /// After some steps.
+    Soon(f64),
+    /// Where a step leads beyond the range of the linearisation.
+    WhereHalved(f64),
+}
 
 /// A linearisation, and the sets that were compared there.
 pub(crate) struct Compared {
@@ -159,8 +171,12 @@ impl Candidates {
     pub(crate) fn linearise(&self, record: &Record, noise: &Noise, theta: &Theta) -> Problem {
         let models = models(record, &self.change_list(), theta, true);
         let summed = run_scoped(record, &models, noise, &self.columns, |_| {});
-        let groups = self.scaled(|c| summed.gram[(c, c)]);
-        Problem::new(&summed.gram, summed.ln_volume, &self.here(theta), groups, self.nuisance.clone())
+        self.problem(&summed.gram, summed.ln_volume, theta)
+    }
+
+    fn problem(&self, gram: &Mat<f64>, ln_volume: f64, theta: &Theta) -> Problem {
+        let groups = self.scaled(|c| gram[(c, c)]);
+        Problem::new(gram, ln_volume, &self.here(theta), groups, self.nuisance.clone())
     }
 
     /// Time of the bias step among `groups` in each drive, s since that drive began.
@@ -195,28 +211,52 @@ impl Compared {
         from: Theta,
         hopeless: Option<f64>,
     ) -> Self {
-        Self::climb(record, noise, candidates, from, NARROW, hopeless, best_set)
+        let hopeless = hopeless.map_or(Hopeless::Never, Hopeless::Soon);
+        Self::climb(record, noise, candidates, (from, None), NARROW, hopeless, best_set)
     }
 
     /// Settles θ for all groups of `candidates` together; of groups with one id, only the one that explains most.
     #[must_use]
     pub(crate) fn all_in(record: &Record, noise: &Noise, candidates: Candidates, from: Theta) -> Self {
-        Self::climb(record, noise, candidates, from, TOGETHER, None, Problem::together)
+        Self::climb(record, noise, candidates, (from, None), TOGETHER, Hopeless::Never, Problem::together)
+    }
+
+    /// [`Self::narrow`] from here, for a part of the same candidates.
+    #[must_use]
+    pub(crate) fn narrowed(&self, record: &Record, noise: &Noise, few: Candidates) -> Self {
+        let from = (self.theta.clone(), Some(self.within(&few)));
+        Self::climb(record, noise, few, from, NARROW, Hopeless::Never, best_set)
+    }
+
+    /// [`Self::all_in`] from here, for a part of the same candidates. Gives up where a step has to be halved while the
+    /// ln weight is below `hopeless`.
+    #[must_use]
+    pub(crate) fn together(&self, record: &Record, noise: &Noise, few: Candidates, hopeless: f64) -> Self {
+        let from = (self.theta.clone(), Some(self.within(&few)));
+        Self::climb(record, noise, few, from, TOGETHER, Hopeless::WhereHalved(hopeless), Problem::together)
+    }
+
+    /// Normal equations of a part of the candidates, without another pass.
+    fn within(&self, few: &Candidates) -> Problem {
+        let place = |column: &Scoped| self.candidates.columns.iter().position(|c| c == column);
+        let columns: Vec<usize> = few.columns.iter().filter_map(place).collect();
+        let (gram, ln_volume) = self.problem.summed_of(&columns);
+        few.problem(&gram, ln_volume, &self.theta)
     }
 
     fn climb(
         record: &Record,
         noise: &Noise,
         candidates: Candidates,
-        from: Theta,
+        (from, mut known): (Theta, Option<Problem>),
         steps: usize,
-        hopeless: Option<f64>,
+        hopeless: Hopeless,
         choose: impl Fn(&Problem) -> Weighed,
     ) -> Self {
         let mut best: Option<Self> = None;
         let mut theta = from;
         for step in 0..steps {
-            let problem = candidates.linearise(record, noise, &theta);
+            let problem = known.take().unwrap_or_else(|| candidates.linearise(record, noise, &theta));
             let top = choose(&problem);
             if best.is_none() && !top.ln_weight.is_finite() {
                 // the filter diverges at the start: nearer to the nominal model it does not
@@ -227,6 +267,9 @@ impl Compared {
                 && !(top.ln_weight.is_finite() && best.gained(&problem, &theta) >= -LOSS)
             {
                 // beyond the range of the linearisation
+                if matches!(hopeless, Hopeless::WhereHalved(least) if best.sets[0].ln_weight < least) {
+                    break;
+                }
                 for (new, old) in theta.iter_mut().flatten().zip(best.theta.iter().flatten()) {
                     *new = 0.5 * (*new + old);
                 }
@@ -234,7 +277,8 @@ impl Compared {
             }
             let here = Self { theta, candidates: candidates.clone(), problem, sets: vec![top] };
             let (next, settled) = here.next();
-            let given_up = step >= PATIENT && hopeless.is_some_and(|h| here.sets[0].ln_weight < h);
+            let given_up =
+                step >= PATIENT && matches!(hopeless, Hopeless::Soon(least) if here.sets[0].ln_weight < least);
             theta = next;
             best = Some(here);
             if settled || given_up {

@@ -107,7 +107,9 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let all = Candidates::new(record, effects, &options.prior, true, &onsets_s);
     let (noise, _) = diffused(record, noise, &all);
     let begin = start(record, &noise, &all);
-    let branch = settled(record.clone(), noise, all, &begin, onsets_s, effects, options);
+    let compared = first(record, &noise, all, &begin);
+    let screened = trail::screened(&compared);
+    let branch = settled(record.clone(), noise, compared, onsets_s, effects, options);
     // share of the quantization: gain over the same model with the nominal noise of the wheels
     let given = record.given.wheel_lsb_rad_s;
     let lattice = lsb.filter(|lsb| given.is_none_or(|given| (lsb / given).ln().abs() > SAME_STEP)).map(|lsb| {
@@ -116,12 +118,14 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let named = effects.iter().find(|e| matches!(e.explanation(), DriveExplanation::WheelLattice));
         lattice_part(lsb, here.max(1.0), named.map(|e| e.about()))
     });
+    let in_time = lag::gyro_in_time(record, &branch, effects, options);
+    let top = in_time.iter().map(lag::InTime::top).fold(branch.top(), f64::max);
     let mut others = Vec::new();
     let mut ways: Vec<Way<'_>> = Vec::new();
     let loses = effects.iter().find(|e| e.tick_loss().is_some());
     let mut lost = Err("there are no bursts worth a look, or their account falls short by far");
     if let Some(loses) = loses
-        && let Some((other, bursts)) = restored(record, &branch, &begin, &noise, effects, options)
+        && let Some((other, bursts)) = restored(record, (&branch, top), &begin, &noise, effects, options)
     {
         lost = Ok(other.top());
         let gained = other.top() - branch.top();
@@ -147,7 +151,6 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         ways.push(Way { name: "late wheels put back in time".into(), top: Err(why) });
     }
     let mut sets = branch.sets();
-    let in_time = lag::gyro_in_time(record, &branch, effects, options);
     sets.extend(in_time.iter().flat_map(lag::InTime::sets));
     for (other, part) in &others {
         sets.extend(other.sets().into_iter().map(|set| beside(set, part, late_wheels)));
@@ -175,9 +178,8 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     }
     let sets = sets.into_iter().flat_map(|set| twins.all(set)).collect();
     let mut findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
-    let screening = |step: &&Step| step.stage == TraceStage::Screening;
-    trace.extend(branch.trace.iter().filter(screening).cloned());
-    trace.extend(best.trace.iter().filter(|step| !screening(step)).cloned().chain(readings));
+    trace.extend(screened);
+    trace.extend(best.trace.iter().cloned().chain(readings));
     trace.extend(trail::added(&best.compared));
     findings.trace = trace;
     let unknown = findings.top() == Main::Unknown;
@@ -199,19 +201,16 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     Judged { findings, closest, unknown, as_stated, wheels_late_s, alike, nominal_noise }
 }
 
-/// Compares all candidates on `record` from `begin`, and settles the best set.
+/// Settles the best set of `compared`.
 pub(super) fn settled(
     record: Record,
     noise: Noise,
-    all: Candidates,
-    begin: &Theta,
+    compared: Compared,
     onsets_s: Onsets,
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> Branch {
-    let compared = first(&record, &noise, all, begin);
     let mut branch = Branch::new(record, noise, compared, onsets_s);
-    branch.trace = trail::screened(&branch.compared);
     branch.look_at_promising();
     branch.settle(effects, options);
     branch
@@ -266,7 +265,8 @@ fn wheels_in_time(
         let all = Candidates::new(&moved, effects, &options.prior, true, &[]);
         let (noise, nearest) = rediffused(&moved, &as_is.believed, &all);
         let begin = start(&moved, &noise, &all);
-        let mut other = settled(moved, noise, all, &begin, Vec::new(), effects, options);
+        let compared = first(&moved, &noise, all, &begin);
+        let mut other = settled(moved, noise, compared, Vec::new(), effects, options);
         other.extra_weight += options.prior.ln_free - 0.5 * (record.len() as f64).ln();
         // a free form may hold an effect that these models lack: the effect fitted alone is tried too
         let models = Branch::models_at(record, &other.compared.candidates, &other.compared.theta);
@@ -283,10 +283,10 @@ fn wheels_in_time(
 }
 
 /// The drive with the lost ticks of one wheel restored, in the account that explains it best; none where no account
-/// comes near `as_is`.
+/// comes near `best_top`, the ln weight of the best way that is known: `as_is` or another.
 fn restored(
     record: &Record,
-    as_is: &Branch,
+    (as_is, best_top): (&Branch, f64),
     begin: &Theta,
     noise: &Noise,
     effects: &[&'static dyn Driving],
@@ -323,20 +323,20 @@ fn restored(
     all.truncate(TRIED);
     let fresh = Noise { process: as_is.noise.process, ..*noise };
     let plausible = as_is.compared.plausible().without_lost_ticks();
-    let top = as_is.top();
+    let as_is_top = as_is.top();
     let settled = |bursts: Bursts, theta: &Theta| {
         let restored = bursts.restored(record);
         let own = bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
-        let hopeless = top - own - HOPELESS;
+        let hopeless = best_top - own - HOPELESS;
         let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
         let onsets_s = onset::of_each(&restored);
         let compared_top = compared.top();
         let mut other = Branch::new(restored, fresh, compared, onsets_s);
         other.restored = true;
-        other.bent_nats = (compared_top + own - top).max(0.0);
+        other.bent_nats = (compared_top + own - as_is_top).max(0.0);
         other.promising.clone_from(&as_is.promising);
         other.extra_weight += own;
-        if other.top() > top - HOPELESS {
+        if other.top() > best_top - HOPELESS {
             other.clean(effects, options);
         }
         (other, bursts)
@@ -356,10 +356,10 @@ fn restored(
     let again = again.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, bursts)| settled(bursts, &theta));
     let best = again.into_iter().chain([best]).max_by(better);
     // compared with plausible sets alone, it may fall short by the gain of free forms
-    let (mut other, bursts) = best.filter(|b| b.0.top() > top - SHORT)?;
+    let (mut other, bursts) = best.filter(|b| b.0.top() > best_top - SHORT)?;
     other.widen(effects, options, other.compared.steps_s());
     other.settle(effects, options);
-    (other.top() > top - SHORT).then_some((other, bursts))
+    (other.top() > best_top - SHORT).then_some((other, bursts))
 }
 
 /// A set with one more part. A part of the same delay, `late`, in the set is the rest after the readings were moved, and

@@ -6,7 +6,7 @@
 //! explain more than any delay on the way there. So the gyro's readings are moved by whole rows, which changes no
 //! density. The remaining delay is less than a row, and an effect like any other.
 
-use super::begin::start;
+use super::begin::{first, start};
 use super::branch::Branch;
 use super::candidates::Candidates;
 use super::fit::Compared;
@@ -87,15 +87,16 @@ pub(super) fn gyro_in_time(
     tried.filter_map(|rows| in_time(record, as_is, late, rows, effects, options)).collect()
 }
 
-/// Whether one effect alone explains all in `as_is`, but falls far short of that on `moved`, with any remaining delay
-/// beside it.
+/// Whether effects alone explain all in `as_is`, under its noise levels, but fall far short of that on `moved`, with any
+/// remaining delay beside them.
 fn is_hopeless(moved: &Record, as_is: &Branch, late: &About) -> bool {
     let c = &as_is.compared;
     let members = &c.sets[0].members;
-    if !as_is.is_told_by_one() {
+    // `moved` still has the readings that were put aside
+    if members.is_empty() || !as_is.is_settled() || as_is.put_aside != [0; 3] {
         return false;
     }
-    let own = c.candidates.only(|g| g == members[0].0 || c.candidates.groups[g].id == late.id);
+    let own = c.candidates.only(|g| members.iter().any(|m| m.0 == g) || c.candidates.groups[g].id == late.id);
     Compared::narrow(moved, &as_is.noise, own, c.theta.clone(), None).top() < c.top() - HOPELESS
 }
 
@@ -115,7 +116,8 @@ fn in_time(
     let all = Candidates::new(&moved, effects, &options.prior, true, &onsets_s);
     let (noise, _) = rediffused(&moved, &as_is.believed, &all);
     let begin = start(&moved, &noise, &all);
-    let mut branch = settled(moved, noise, all, &begin, onsets_s, effects, options);
+    let compared = first(&moved, &noise, all, &begin);
+    let mut branch = settled(moved, noise, compared, onsets_s, effects, options);
     // every number of rows is equally probable
     branch.extra_weight -= (LONGEST_S / record.step_s).max(1.0).ln();
     let of = |record: &Record| run(record, &plain(record), &branch.noise, &[], |_| {}).ln_likelihood();
