@@ -97,6 +97,20 @@ fn the_generator_knows_nothing_of_the_diagnosis() {
 }
 
 #[test]
+fn labels_state_the_nats_of_each_main_effect() {
+    for kind in [Kind::Stationary, Kind::Driving] {
+        let listed = if kind == Kind::Driving { "wheel.radius_scale" } else { "gyro.rate_ramp" };
+        for strength in [Strength::Weak, Strength::Medium] {
+            let spec = Spec { effects: vec![(listed, strength)], messy: false };
+            let label = super::make(kind, 5, 0, &spec).unwrap().label;
+            let [low, high] = label.strength.nats();
+            let nats = label.nats[listed];
+            assert!(label.nats.len() == 1 && (low..=high).contains(&nats), "{listed}: {nats} nats in {low} to {high}");
+        }
+    }
+}
+
+#[test]
 fn every_effect_shows_as_clearly_as_it_was_asked_to() {
     for seed in 0..3 {
         let run = run(seed);

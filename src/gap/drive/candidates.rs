@@ -37,7 +37,7 @@ impl Prior {
 
 /// Nodes of the prior scale of a coordinate.
 const NODES: usize = 6;
-/// Prior scale of the coordinates that bend a law in robots that follow it, as a share of that in robots that bend it.
+/// Prior scale of what bends a law where it is straight, as a share of that where it bends.
 const STRAIGHT: f64 = 0.01;
 /// Lower limit of the prior scale, as a share of an effect's smallest plausible size.
 const LEAST: f64 = 1e-3;
@@ -430,8 +430,8 @@ impl Candidates {
 }
 
 /// Prior scales of an effect's coordinates, which grow together from `least` times the smallest plausible size to the
-/// largest. Of the robots half follow the law, the first `unbent` coordinates, and half bend it: a law that nothing bends
-/// then does not pay for all ways of bending it. The widest scales are the last.
+/// largest. Half of the robots follow the law, the first `unbent` coordinates, and half bend it: a straight law does not
+/// pay for all ways of bending it. The widest scales are the last.
 fn nodes(coordinates: &[Coordinate], unbent: usize, least: f64) -> Vec<Vec<f64>> {
     let node = |i: usize, bend: f64| {
         let u = i as f64 / (NODES - 1) as f64;
@@ -442,12 +442,7 @@ fn nodes(coordinates: &[Coordinate], unbent: usize, least: f64) -> Vec<Vec<f64>>
         coordinates.iter().enumerate().map(scale).collect()
     };
     let follows = if unbent < coordinates.len() { Some(STRAIGHT) } else { None };
-    follows
-        .into_iter()
-        .chain([1.0])
-        .flat_map(|bend| (0..NODES).map(move |i| (i, bend)))
-        .map(|(i, b)| node(i, b))
-        .collect()
+    follows.into_iter().chain([1.0]).flat_map(|bend| (0..NODES).map(move |i| node(i, bend))).collect()
 }
 
 fn short(equation: Equation) -> &'static str {
@@ -492,6 +487,9 @@ mod tests {
         // a drive that hardly shows a hundredth keeps the prior of most robots, which begins at 0.001
         assert!(near(scales(0.01), [1e-3, widest]));
         assert!(near(scales(2e-5), [2e-5, widest]));
+        // a law that may bend has as many scales at which it is straight, first
+        let bent = nodes(&[Coordinate { scale: [0.1, 1.0], bounds: [-9.0, 9.0] }; 2], 1, 1.0);
+        assert!(bent.len() == 2 * NODES && bent[0][0] == bent[NODES][0] && bent[0][1] == STRAIGHT * bent[NODES][1]);
         // no prior reaches below the limit
         assert!(near(scales(1e-12), [1e-3 * LEAST, widest]));
     }

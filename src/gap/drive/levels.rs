@@ -449,6 +449,24 @@ mod tests {
     }
 
     #[test]
+    fn noise_far_below_what_is_stated_is_of_its_own_instrument() {
+        // quiet wheels make the innovations of the gyro small too, and a quiet gyro those of the wheels
+        for (id, wheels, gyro) in
+            [(ids::wheel_noise(), 3.0, 1.0), (ids::wheel_noise(), 1.8, 1.0), (ids::gyro_noise(), 1.0, 3.0)]
+        {
+            let mut record = Record::new(&robot(), &recorded(60.0, 8, None), 0.0).unwrap();
+            record.belief.wheel_std_rad_s *= wheels;
+            record.belief.gyro_std_rad_s *= gyro;
+            let top = judge(&record, registry(), &Options::default()).findings.sets.swap_remove(0);
+            let levels: Vec<&Part> = top.parts.iter().filter(|p| p.id.contains("noise_level")).collect();
+            assert!(levels.len() == 1 && levels[0].id == id, "{:?}", top.parts);
+            let (found, std) = (levels[0].parameters["noise_over_nominal"], levels[0].std["noise_over_nominal"]);
+            let truth = 1.0 / (wheels * gyro);
+            assert!((found - truth).abs() < 4.0 * std && std < 0.1 * truth, "{id}: {found} ± {std} for {truth}");
+        }
+    }
+
+    #[test]
     fn channels_that_are_all_less_loud_have_one_level() {
         let level = Main::Effect(ids::pose_noise().into());
         // the two factors differ a little, as other noise adds to each
