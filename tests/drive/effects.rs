@@ -1,8 +1,9 @@
 //! Every effect of drives: what the simulator puts in, the diagnosis finds again.
 //!
-//! `cargo test --test drive effects:: -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
+//! `cargo test --test drive battery -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
 //! coverage of the intervals and the false alarms.
 
+use crate::cases::cases;
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::drive::{Driving, by_id, registry};
 use gyroid::effects::{Library, Parameters};
@@ -157,11 +158,12 @@ fn clean_drives_are_called_clean() {
 }
 
 #[test]
-#[ignore = "100 drives"]
-fn clean_drives_are_called_clean_in_100() {
-    let found = alarms(100);
-    println!("false alarms in 100 clean drives: {found:?}");
-    assert!(found.values().sum::<u64>() <= most(100, FALSE_ALARMS), "{found:?}");
+#[ignore = "battery: 100 drives"]
+fn battery_of_clean_drives() {
+    let drives = cases(100);
+    let found = alarms(drives);
+    println!("false alarms in {drives} clean drives: {found:?}");
+    assert!(found.values().sum::<u64>() <= most(drives, FALSE_ALARMS), "{found:?}");
 }
 
 /// Uniform in the logarithm, either sign.
@@ -227,12 +229,12 @@ fn intervals_of_the_motors_cover() {
 }
 
 #[test]
-#[ignore = "100 drives of each effect"]
-fn intervals_cover_in_100_draws() {
+#[ignore = "battery: 100 drives of each of eleven effects"]
+fn battery_of_intervals() {
     let only = std::env::var("GYROID_ONLY").unwrap_or_default();
     println!("| effect | parameter | covered | mean z | rms z |\n|---|---|---|---|---|");
     for (id, _, _) in COVERED.iter().filter(|c| c.0.contains(&only)) {
-        covers(id, 100);
+        covers(id, cases(100));
     }
 }
 
