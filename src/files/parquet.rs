@@ -74,6 +74,10 @@ impl Contents {
     /// All columns, all rows.
     pub fn frame(&self, file: &Mapped) -> PolarsResult<DataFrame> {
         let rows = 0..self.metadata.num_rows;
+        if rows.is_empty() {
+            // no row group holds cells that a column could be made of
+            return Ok(DataFrame::empty());
+        }
         let column = |i: usize| {
             let series = Series::try_from((self.field(i)?, self.arrays(file, i, &rows)?))?;
             Ok(series.into_column())
