@@ -2,6 +2,7 @@
 //! that none of them takes the place of something of the user's.
 
 pub mod mark;
+pub(crate) mod parquet;
 mod plan;
 
 pub use plan::Plan;

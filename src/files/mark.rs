@@ -10,8 +10,8 @@
 //!
 //! A configuration that was changed by hand has lost its mark: its checksum no longer fits. CSV has no place for one.
 
-use polars::io::parquet::write::KeyValueMetadata;
 use polars_parquet::parquet::read::read_metadata;
+use polars_parquet::write::KeyValue;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::fs::File;
@@ -51,9 +51,9 @@ pub(crate) fn png() -> (String, String) {
     (PNG_KEYWORD.into(), format!("gyroid {}", env!("CARGO_PKG_VERSION")))
 }
 
-/// The metadata of a Parquet file.
-pub(crate) fn parquet() -> Option<KeyValueMetadata> {
-    Some(KeyValueMetadata::from_static(vec![(PARQUET_KEY.to_string(), env!("CARGO_PKG_VERSION").to_string())]))
+/// The entry in the metadata of a Parquet file.
+pub(super) fn parquet() -> KeyValue {
+    KeyValue { key: PARQUET_KEY.into(), value: Some(env!("CARGO_PKG_VERSION").into()) }
 }
 
 /// Ends a text with the digest of its lines.

@@ -1,13 +1,15 @@
-//! Parquet, by polars. Its types stay in this file and in `parquet_plain`.
+//! Parquet as a log.
 
 use super::format::{About, Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
 use super::input::{Input, PendingHash};
 use super::parquet_plain;
 use super::table::{Head, Kind};
 use crate::error::{Error, ErrorKind, Result};
-use polars::prelude::{
-    ArrowDataType, ArrowTimeUnit, DataType, ParquetReader, PolarsError, PolarsResult, SerReader, Series,
-};
+use crate::files::parquet::{Contents, Mapped};
+use polars::prelude::{ArrowDataType, ArrowTimeUnit, PolarsError, PolarsResult};
+use polars_arrow::array::{Array, PrimitiveArray};
+use polars_arrow::types::NativeType;
+use rayon::prelude::*;
 use std::fs::File;
 use std::path::PathBuf;
 
@@ -22,9 +24,8 @@ struct Parquet {
     path: PathBuf,
     file: File,
     hash: PendingHash,
+    contents: Contents,
     heads: Vec<Head>,
-    types: Vec<ArrowDataType>,
-    rows: usize,
     /// Whether all rows may be handed over at once.
     held: bool,
 }
@@ -36,19 +37,14 @@ impl Parquet {
     fn open(input: Input) -> Result<Self> {
         let path = input.path.clone();
         let (file, hash) = input.into_file_at_once()?;
-        let handle = file.try_clone().map_err(|e| Error::io(&path, &e))?;
-        let mut reader = ParquetReader::new(handle);
-        let (schema, rows) =
-            guarded(|| Ok((reader.schema()?, reader.num_rows()?))).map_err(|why| damaged(&path, &why))?;
+        let contents = guarded(|| Contents::of(&file)).map_err(|why| damaged(&path, &why))?;
         let mut heads = Vec::new();
-        let mut types = Vec::new();
-        for field in schema.iter_values() {
+        for field in contents.schema.iter_values() {
             let kind = kind_of(&field.dtype);
             let type_name = format!("{:?}", field.dtype);
             heads.push(Head { name: field.name.to_string(), kind, type_name, unit: None, role: None });
-            types.push(field.dtype.clone());
         }
-        Ok(Self { path, file, hash, heads, types, rows, held: false })
+        Ok(Self { path, file, hash, contents, heads, held: false })
     }
 }
 
@@ -58,7 +54,7 @@ impl Source for Parquet {
     }
 
     fn rows(&self) -> Option<u64> {
-        Some(self.rows as u64)
+        Some(self.contents.metadata.num_rows as u64)
     }
 
     fn hold(&mut self) {
@@ -66,24 +62,23 @@ impl Source for Parquet {
     }
 
     fn read(self: Box<Self>, wanted: &[bool], take: Take<'_>) -> Result<Facts> {
-        let Self { path, file, hash, heads, types, rows, held } = *self;
+        let Self { path, file, hash, contents, heads, held } = *self;
+        let rows = contents.metadata.num_rows;
         if rows == 0 {
             return Err(
                 Error::new(ErrorKind::TooShort, path.display(), "has columns and no rows").hint("record the log again")
             );
         }
         let columns: Vec<usize> = (0..heads.len()).filter(|&i| wanted[i] && heads[i].kind != Kind::Other).collect();
+        let types: Vec<&ArrowDataType> = contents.schema.iter_values().map(|field| &field.dtype).collect();
         let mut filling: Vec<Filling> =
-            columns.iter().map(|&i| Filling { data_type: &types[i], ..Filling::default() }).collect();
+            columns.iter().map(|&i| Filling { data_type: types[i], origin: None, largest: 0.0 }).collect();
         let fail = |why: String| damaged(&path, &why);
-        let handle = || file.try_clone().map_err(|e| Error::io(&path, &e));
-        let mut first = ParquetReader::new(handle()?);
-        let metadata = guarded(|| first.get_metadata().cloned()).map_err(fail)?;
         let floats = |i: &usize| matches!(types[*i], ArrowDataType::Float32 | ArrowDataType::Float64);
         let plain = if held && columns.iter().all(floats) {
             let names: Vec<&str> = columns.iter().map(|&i| heads[i].name.as_str()).collect();
             // what is damaged is told by the decoder below
-            guarded(|| Ok(parquet_plain::read(&file, &metadata, &names))).ok().flatten()
+            guarded(|| Ok(parquet_plain::read(&file, &contents.metadata, &names))).ok().flatten()
         } else {
             None
         };
@@ -95,20 +90,15 @@ impl Source for Parquet {
             }
             batch
         });
-        let groups: Vec<usize> = metadata.row_groups.iter().map(|g| g.num_rows()).collect();
+        let groups: Vec<usize> = contents.metadata.row_groups.iter().map(|g| g.num_rows()).collect();
         let mut decode = |(from, count): (usize, usize)| -> Result<Batch> {
-            // a file is mapped into memory anew for each slice: what was read is given back
-            let file = handle()?;
-            let decoded = guarded(|| {
-                let mut reader = ParquetReader::new(file);
-                reader.set_metadata(metadata.clone());
-                if columns.is_empty() {
-                    return Ok(Vec::new());
-                }
-                let reader = reader.with_slice(Some((from, count))).with_projection(Some(columns.clone()));
-                let frame = reader.finish()?;
-                let pairs = frame.columns().iter().zip(&mut filling);
-                pairs.map(|(column, filling)| filling.cells(column.as_materialized_series())).collect()
+            let decoded: Vec<Vec<f64>> = guarded(|| {
+                // mapped into memory anew for each slice: what was read is given back
+                let file = Mapped::of(&file)?;
+                let cells = |(&column, filling): (&usize, &mut Filling)| {
+                    filling.cells(&contents.arrays(&file, column, &(from..from + count))?)
+                };
+                columns.par_iter().zip(&mut filling).map(cells).collect()
             })
             .map_err(fail)?;
             let mut batch = Batch { rows: count, columns: vec![Column::default(); heads.len()] };
@@ -182,12 +172,6 @@ struct Filling<'a> {
     largest: f64,
 }
 
-impl Default for Filling<'_> {
-    fn default() -> Self {
-        Self { data_type: &ArrowDataType::Null, origin: None, largest: 0.0 }
-    }
-}
-
 impl Filling<'_> {
     /// Nanoseconds in a unit of a date; 1 for numbers.
     fn factor(&self) -> i64 {
@@ -204,38 +188,45 @@ impl Filling<'_> {
         matches!(self.data_type, A::Int64 | A::UInt64 | A::Timestamp(..))
     }
 
-    /// The next cells as floats.
-    fn cells(&mut self, series: &Series) -> PolarsResult<Vec<f64>> {
-        if self.whole() {
-            let physical = series.to_physical_repr();
-            let whole = physical.cast(&DataType::Int64)?;
-            let whole = whole.i64()?;
-            if self.origin.is_none() {
-                self.origin = whole.iter().flatten().next();
-            }
-            let (first, factor) = (self.origin.unwrap_or(0), self.factor() as f64);
-            let offset = |v: i64| (i128::from(v) - i128::from(first)) as f64 * factor;
-            return Ok(whole.iter().map(|v| v.map_or(f64::NAN, offset)).collect());
-        }
-        let mut values: Vec<f64> = Vec::with_capacity(series.len());
-        match series.f32() {
-            // straight from single precision, without a column of doubles in between
-            Ok(single) if single.null_count() == 0 => {
-                single.downcast_iter().for_each(|chunk| values.extend(chunk.values_iter().copied().map(f64::from)));
-            }
-            _ => {
-                let float = series.cast(&DataType::Float64)?;
-                let float = float.f64()?;
-                match float.null_count() {
-                    0 => float.downcast_iter().for_each(|chunk| values.extend_from_slice(chunk.values().as_slice())),
-                    _ => values.extend(float.iter().map(|v| v.unwrap_or(f64::NAN))),
+    /// The next cells as floats; NaN where there is none.
+    fn cells(&mut self, arrays: &[Box<dyn Array>]) -> PolarsResult<Vec<f64>> {
+        use ArrowDataType as A;
+        let mut cells = Vec::with_capacity(arrays.iter().map(|a| a.len()).sum());
+        for array in arrays {
+            let array = array.as_ref();
+            match self.data_type {
+                A::Null => cells.resize(cells.len() + array.len(), f64::NAN),
+                A::Int64 | A::Timestamp(..) => {
+                    self.offsets(primitive(array)?.iter().map(|v: Option<&i64>| v.copied()), &mut cells);
                 }
+                A::UInt64 => self.offsets(
+                    primitive(array)?.iter().map(|v: Option<&u64>| v.and_then(|v| i64::try_from(*v).ok())),
+                    &mut cells,
+                ),
+                A::Int8 => extend::<i8>(&mut cells, array, f64::from)?,
+                A::Int16 => extend::<i16>(&mut cells, array, f64::from)?,
+                A::Int32 => extend::<i32>(&mut cells, array, f64::from)?,
+                A::UInt8 => extend::<u8>(&mut cells, array, f64::from)?,
+                A::UInt16 => extend::<u16>(&mut cells, array, f64::from)?,
+                A::UInt32 => extend::<u32>(&mut cells, array, f64::from)?,
+                A::Float32 => extend::<f32>(&mut cells, array, f64::from)?,
+                _ => extend::<f64>(&mut cells, array, |v| v)?,
             }
         }
-        if *self.data_type == ArrowDataType::Float32 {
-            self.largest = values.iter().filter(|v| v.is_finite()).fold(self.largest, |m, v| m.max(v.abs()));
+        if *self.data_type == A::Float32 {
+            self.largest = cells.iter().filter(|v| v.is_finite()).fold(self.largest, |m, v| m.max(v.abs()));
         }
-        Ok(values)
+        Ok(cells)
+    }
+
+    /// Whole numbers less the first one of all.
+    fn offsets(&mut self, whole: impl Iterator<Item = Option<i64>> + Clone, cells: &mut Vec<f64>) {
+        if self.origin.is_none() {
+            self.origin = whole.clone().flatten().next();
+        }
+        let (first, factor) = (self.origin.unwrap_or(0), self.factor() as f64);
+        let offset = |v: i64| (i128::from(v) - i128::from(first)) as f64 * factor;
+        cells.extend(whole.map(|v| v.map_or(f64::NAN, offset)));
     }
 
     /// Rounding of the values in their unit, 0 if unknown; valid once all were read.
@@ -248,6 +239,20 @@ impl Filling<'_> {
             _ => 1.0,
         }
     }
+}
+
+fn primitive<T: NativeType>(array: &dyn Array) -> PolarsResult<&PrimitiveArray<T>> {
+    let other = || PolarsError::SchemaMismatch(format!("cells are {:?}", array.dtype()).into());
+    array.as_any().downcast_ref().ok_or_else(other)
+}
+
+fn extend<T: NativeType>(cells: &mut Vec<f64>, array: &dyn Array, float: fn(T) -> f64) -> PolarsResult<()> {
+    let array = primitive::<T>(array)?;
+    match array.null_count() {
+        0 => cells.extend(array.values_iter().copied().map(float)),
+        _ => cells.extend(array.iter().map(|v| v.copied().map_or(f64::NAN, float))),
+    }
+    Ok(())
 }
 
 /// Runs the decoder; one that gives up on a damaged file by a panic is an error like any other.

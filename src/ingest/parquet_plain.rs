@@ -160,20 +160,19 @@ fn read_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use polars::prelude::{
-        Column, DataFrame, IntoColumn, NamedFrom, ParquetCompression, ParquetReader, ParquetWriter, SerReader, Series,
-    };
+    use crate::files::parquet::{Contents, write_as};
+    use polars::prelude::{Column, DataFrame, IntoColumn, NamedFrom, Series};
+    use polars_parquet::write::CompressionOptions;
 
-    fn written(columns: Vec<Column>, compression: ParquetCompression, rows_of_group: usize) -> File {
+    fn written(columns: Vec<Column>, compression: CompressionOptions, rows_of_group: usize) -> File {
         let mut file = tempfile::tempfile().unwrap();
         let mut frame = DataFrame::new(columns[0].len(), columns).unwrap();
-        let writer = ParquetWriter::new(&mut file).with_compression(compression);
-        writer.with_row_group_size(Some(rows_of_group)).finish(&mut frame).unwrap();
+        write_as(&mut frame, &mut file, rows_of_group, compression).unwrap();
         file
     }
 
     fn read_back(file: &File, names: &[&str]) -> Option<Vec<Floats>> {
-        let metadata = ParquetReader::new(file.try_clone().unwrap()).get_metadata().unwrap().clone();
+        let metadata = Contents::of(file).unwrap().metadata;
         read(file, &metadata, names)
     }
 
@@ -187,10 +186,10 @@ mod tests {
         single[9] = -2.5;
         single[10] = -0.0;
         for compression in [
-            ParquetCompression::Uncompressed,
-            ParquetCompression::Snappy,
-            ParquetCompression::Zstd(None),
-            ParquetCompression::Lz4Raw,
+            CompressionOptions::Uncompressed,
+            CompressionOptions::Snappy,
+            CompressionOptions::Zstd(None),
+            CompressionOptions::Lz4Raw,
         ] {
             for rows_of_group in [1, 1000, 20_000] {
                 let columns = vec![
@@ -212,7 +211,7 @@ mod tests {
     #[test]
     fn gaps_are_left_to_others() {
         let some: Vec<Option<f64>> = (0..1000).map(|i| (i != 500).then_some(f64::from(i))).collect();
-        let file = written(vec![Series::new("a".into(), some).into_column()], ParquetCompression::Zstd(None), 300);
+        let file = written(vec![Series::new("a".into(), some).into_column()], CompressionOptions::Zstd(None), 300);
         assert!(read_back(&file, &["a"]).is_none());
     }
 }

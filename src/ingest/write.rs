@@ -2,11 +2,11 @@
 
 use super::drive::{TIME, check_names};
 use crate::error::{Error, ErrorKind, Result};
-use crate::files::{OutputFile, mark};
+use crate::files::{OutputFile, parquet};
 use crate::signal::Log;
 use flate2::{Compression, write::GzEncoder};
 use polars::prelude::{
-    Column, DataFrame, Float32Chunked, Float64Chunked, IntoColumn, NamedFrom, NewChunkedArray, ParquetWriter, Series,
+    Column, DataFrame, Float32Chunked, Float64Chunked, IntoColumn, NamedFrom, NewChunkedArray, PolarsResult, Series,
 };
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -55,8 +55,9 @@ impl LogWriter {
         let path = self.file.target().to_path_buf();
         let fail = |e: &io::Error| Error::io(&path, e);
         match self.target {
-            Target::Parquet => parquet(log, self.file.file())
-                .map_err(|why| Error::new(ErrorKind::Io, path.display(), why).hint("check the disk"))?,
+            Target::Parquet => frame(log)
+                .and_then(|mut frame| parquet::write(&mut frame, self.file.file()))
+                .map_err(|e| Error::new(ErrorKind::Io, path.display(), e.to_string()).hint("check the disk"))?,
             Target::Csv => csv(log, BufWriter::new(self.file.file())).map_err(|e| fail(&e)).map(drop)?,
             Target::GzippedCsv => {
                 let packer = GzEncoder::new(BufWriter::new(self.file.file()), Compression::default());
@@ -92,7 +93,7 @@ fn csv<W: Write>(log: &Log, mut out: W) -> io::Result<W> {
     Ok(out)
 }
 
-fn parquet(log: &Log, out: &mut std::fs::File) -> std::result::Result<(), String> {
+fn frame(log: &Log) -> PolarsResult<DataFrame> {
     let mut columns: Vec<Column> = vec![Series::new(TIME.into(), log.time.to_vec()).into_column()];
     for channel in &log.channels {
         let name = channel.name.as_str().into();
@@ -105,7 +106,5 @@ fn parquet(log: &Log, out: &mut std::fs::File) -> std::result::Result<(), String
             false => Float64Chunked::from_iter_options(name, values).into_column(),
         });
     }
-    let mut frame = DataFrame::new(log.len(), columns).map_err(|e| e.to_string())?;
-    ParquetWriter::new(out).with_key_value_metadata(mark::parquet()).finish(&mut frame).map_err(|e| e.to_string())?;
-    Ok(())
+    DataFrame::new(log.len(), columns)
 }

@@ -2,10 +2,10 @@
 
 use super::row::{Kind, Row};
 use crate::error::{Error, ErrorKind, Result};
-use crate::files::{OutputFile, mark};
+use crate::files::{OutputFile, parquet};
 use polars::prelude::{
-    BooleanChunked, Column, DataFrame, Float64Chunked, Int64Chunked, IntoColumn, NewChunkedArray, ParquetReader,
-    ParquetWriter, PolarsResult, SerReader, Series, StringChunked,
+    BooleanChunked, Column, DataFrame, Float64Chunked, Int64Chunked, IntoColumn, NewChunkedArray, PolarsResult, Series,
+    StringChunked,
 };
 use serde_json::{Map, Value};
 use std::fs::File;
@@ -47,7 +47,9 @@ pub fn write(path: &Path, rows: &[Row]) -> Result<()> {
     let tables = tables(rows).map_err(|why| cannot(path, &why))?;
     let names = names().map_err(|why| cannot(path, &why))?;
     match format {
-        Format::Parquet => parquet(&names, &tables, file.file()).map_err(|e| cannot(path, &e.to_string()))?,
+        Format::Parquet => frame(&names, &tables)
+            .and_then(|mut frame| parquet::write(&mut frame, file.file()))
+            .map_err(|e| cannot(path, &e.to_string()))?,
         Format::Csv => {
             let text = csv_text(&names, &tables).map_err(|e| cannot(path, &e.to_string()))?;
             file.write_all(&text)?;
@@ -70,7 +72,7 @@ pub fn read(path: &Path) -> Result<Vec<Row>> {
     let first_line = |text: String| text.lines().next().unwrap_or_default().to_string();
     let tables = match format {
         // its decoder may give up on a damaged file by a panic
-        Format::Parquet => match std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| from_parquet(file))) {
+        Format::Parquet => match std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| from_parquet(&file))) {
             Ok(done) => done.map_err(|e| other(&first_line(e.to_string())))?,
             Err(_) => return Err(other("it is damaged")),
         },
@@ -104,7 +106,7 @@ fn names() -> std::result::Result<Vec<String>, String> {
     Ok(object(&Row::default())?.into_iter().map(|(name, _)| name).collect())
 }
 
-fn parquet(names: &[String], tables: &[Map<String, Value>], out: &mut File) -> PolarsResult<()> {
+fn frame(names: &[String], tables: &[Map<String, Value>]) -> PolarsResult<DataFrame> {
     let column = |name: &String| -> Column {
         let cells = tables.iter().map(|t| t.get(name).unwrap_or(&Value::Null));
         let name_ = name.as_str().into();
@@ -115,13 +117,11 @@ fn parquet(names: &[String], tables: &[Map<String, Value>], out: &mut File) -> P
             Kind::Number => Float64Chunked::from_iter_options(name_, cells.map(Value::as_f64)).into_column(),
         }
     };
-    let mut frame = DataFrame::new(tables.len(), names.iter().map(column).collect())?;
-    ParquetWriter::new(out).with_key_value_metadata(mark::parquet()).finish(&mut frame)?;
-    Ok(())
+    DataFrame::new(tables.len(), names.iter().map(column).collect())
 }
 
-fn from_parquet(file: File) -> PolarsResult<Vec<Map<String, Value>>> {
-    let frame = ParquetReader::new(file).finish()?;
+fn from_parquet(file: &File) -> PolarsResult<Vec<Map<String, Value>>> {
+    let frame = parquet::Contents::of(file)?.frame(&parquet::Mapped::of(file)?)?;
     let mut tables = vec![Map::new(); frame.height()];
     for column in frame.columns() {
         let series: &Series = column.as_materialized_series();

@@ -1,8 +1,9 @@
 //! Every effect of drives: what the simulator puts in, the diagnosis finds again.
 //!
-//! `cargo test --test drive effects:: -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
+//! `cargo test --test drive battery -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
 //! coverage of the intervals and the false alarms.
 
+use crate::cases::cases;
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::drive::{Driving, by_id, registry};
 use gyroid::effects::{Library, Parameters};
@@ -14,6 +15,7 @@ use gyroid::signal::Log;
 use gyroid::simulate::{self, Course, drive_with};
 use statrs::distribution::{Binomial, DiscreteCDF};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 const ROBOT: &str = include_str!("../common/robot.toml");
 /// Length of a drive: 6000 rows.
@@ -157,11 +159,12 @@ fn clean_drives_are_called_clean() {
 }
 
 #[test]
-#[ignore = "100 drives"]
-fn clean_drives_are_called_clean_in_100() {
-    let found = alarms(100);
-    println!("false alarms in 100 clean drives: {found:?}");
-    assert!(found.values().sum::<u64>() <= most(100, FALSE_ALARMS), "{found:?}");
+#[ignore = "battery: 100 drives"]
+fn battery_of_clean_drives() {
+    let drives = cases(100);
+    let found = alarms(drives);
+    println!("false alarms in {drives} clean drives: {found:?}");
+    assert!(found.values().sum::<u64>() <= most(drives, FALSE_ALARMS), "{found:?}");
 }
 
 /// Uniform in the logarithm, either sign.
@@ -227,20 +230,31 @@ fn intervals_of_the_motors_cover() {
 }
 
 #[test]
-#[ignore = "100 drives of each effect"]
-fn intervals_cover_in_100_draws() {
+#[ignore = "battery: 100 drives of each of eleven effects"]
+fn battery_of_intervals() {
     let only = std::env::var("GYROID_ONLY").unwrap_or_default();
     println!("| effect | parameter | covered | mean z | rms z |\n|---|---|---|---|---|");
     for (id, _, _) in COVERED.iter().filter(|c| c.0.contains(&only)) {
-        covers(id, 100);
+        covers(id, cases(100));
     }
 }
 
 #[test]
 fn lost_ticks_are_found_whatever_the_loss() {
+    finds_lost_ticks(11..12);
+}
+
+#[test]
+#[ignore = "battery: twelve drives"]
+fn battery_of_lost_ticks() {
+    finds_lost_ticks(11..14);
+}
+
+#[track_caller]
+fn finds_lost_ticks(seeds: Range<u64>) {
     let mut missed = Vec::new();
     for loss in [0.05, 0.1, 0.2, 0.35] {
-        for seed in 11..14 {
+        for seed in seeds.clone() {
             let ticks = of(&[("loss_fraction", loss), ("right", 1.0), ("burst_s", 0.3), ("share_of_time", 0.05)]);
             let findings =
                 judged(&recording(&[("encoder.missed_ticks", ticks)], seed), registry(), &Options::default());
@@ -273,9 +287,21 @@ fn a_gyro_that_is_late_by_many_rows_is_found() {
 /// mean. What bursts happen to lose at one speed more than at another may look like a form of its own, now and then.
 #[test]
 fn ticks_lost_in_bursts_that_do_not_show_are_a_mean_loss() {
+    // one of each wheel
+    assert_eq!(named_mean_losses(35..37), 2);
+}
+
+#[test]
+#[ignore = "battery: eight drives"]
+fn battery_of_bursts() {
+    let named = named_mean_losses(31..39);
+    assert!(named >= 6, "{named} of 8");
+}
+
+fn named_mean_losses(seeds: Range<u64>) -> usize {
     let (loss, share) = (1.2e-3, 0.3);
     let mut named = 0;
-    for seed in 31..39 {
+    for seed in seeds {
         let right = (seed % 2) as f64;
         let ticks = of(&[("loss_fraction", loss), ("right", right), ("burst_s", 0.06), ("share_of_time", share)]);
         let findings = judged(&recording(&[("encoder.missed_ticks", ticks)], seed), registry(), &Options::default());
@@ -292,5 +318,5 @@ fn ticks_lost_in_bursts_that_do_not_show_are_a_mean_loss() {
         let (found, std) = (part.parameters["loss_fraction"], part.std["loss_fraction"].hypot(0.1 * loss * share));
         assert!((found - loss * share).abs() < 4.0 * std, "{found} ± {std}");
     }
-    assert!(named >= 6, "{named} of 8");
+    named
 }

@@ -1,9 +1,10 @@
 //! Every effect at rest: known parameters injected by the simulator lie in the 95 % intervals of `gap::explain` as often as
 //! they should.
 //!
-//! `cargo test --test gap coverage:: -- --ignored --nocapture --test-threads 1` takes 200 recordings an effect, and prints
+//! `cargo test --test gap battery -- --ignored --nocapture --test-threads 1` takes 200 recordings an effect, and prints
 //! the tables of `data/gap_effects.md`.
 
+use crate::cases::cases;
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::{Library, Parameters};
 use gyroid::gap::explain;
@@ -17,9 +18,9 @@ const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.2\n[gyr
 /// White noise of a sample, rad/s: 1e-4 / √0.2.
 const WHITE_STD_RAD_S: f64 = 2.236e-4;
 const ROWS: usize = 8000;
-/// In continuous integration; the full battery takes 200.
+/// In a test; the battery takes many.
 const FEW: usize = 60;
-const MANY: usize = 200;
+const MANY: u64 = 200;
 /// Probability that an honest set of intervals fails the test, over all effects and parameters.
 const FALSE_ALARM: f64 = 0.01;
 /// Parameters under test.
@@ -121,7 +122,7 @@ struct Record {
     errors: Vec<f64>,
 }
 
-fn battery(id: &'static str, draws: usize) -> Vec<Record> {
+fn drawn_records(id: &'static str, draws: usize) -> Vec<Record> {
     let config = Config::parse(REST, "sim.toml").unwrap();
     let mut records: Vec<Record> = Vec::new();
     for draw in 0..draws as u64 {
@@ -165,7 +166,7 @@ fn bounds(draws: usize) -> [usize; 2] {
 #[track_caller]
 fn covers(id: &'static str) {
     let [low, _] = bounds(FEW);
-    for r in battery(id, FEW) {
+    for r in drawn_records(id, FEW) {
         assert!(r.covered >= low, "{id} {}: {} of {FEW}, at least {low} expected", r.name, r.covered);
     }
 }
@@ -199,16 +200,17 @@ each! {
 }
 
 #[test]
-#[ignore = "200 recordings of each effect"]
-fn intervals_cover_in_200_draws() {
+#[ignore = "battery: 200 recordings of each of eighteen effects"]
+fn battery_of_intervals() {
     let only = std::env::var("GYROID_ONLY").unwrap_or_default();
-    let [low, high] = bounds(MANY);
-    println!("honest 95 % intervals: {low} to {high} of {MANY}");
+    let many = cases(MANY) as usize;
+    let [low, high] = bounds(many);
+    println!("honest 95 % intervals: {low} to {high} of {many}");
     println!("| effect | parameter | covered | mean z | rms z | median error |");
     println!("|---|---|---|---|---|---|");
     let mut bad = Vec::new();
     for id in IDS.iter().filter(|id| id.contains(&only)) {
-        for mut r in battery(id, MANY) {
+        for mut r in drawn_records(id, many) {
             let n = r.errors.len().max(1) as f64;
             r.errors.sort_by(f64::total_cmp);
             let median = r.errors.get(r.errors.len() / 2).copied().unwrap_or(f64::NAN);

@@ -71,7 +71,7 @@ fn clean_recordings_are_called_so() {
 }
 
 #[test]
-#[ignore = "200 recordings"]
-fn two_hundred_clean_recordings_are_called_so() {
-    keeps_the_rate(200, 4800);
+#[ignore = "battery: 200 recordings"]
+fn battery_of_clean_recordings() {
+    keeps_the_rate(crate::cases::cases(200), 4800);
 }

@@ -3,6 +3,8 @@
 
 mod bad_input;
 mod bench_command;
+#[path = "../common/cases.rs"]
+mod cases;
 mod command;
 mod coverage;
 mod effects_command;

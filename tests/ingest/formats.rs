@@ -1,9 +1,15 @@
 //! Every way to write a log gives the same numbers.
 
 use super::*;
-use gyroid::ingest::{Clock, write_log};
+use gyroid::ingest::{Clock, Scale, write_log};
 use gyroid::signal::{Log, TimeAxis};
-use polars::prelude::{Column, DataFrame, DataType, IntoColumn, NamedFrom, ParquetWriter, Series, TimeUnit};
+use polars_arrow::array::{Array, PrimitiveArray, Utf8ViewArray};
+use polars_arrow::datatypes::{ArrowDataType, ArrowSchema, Field, TimeUnit};
+use polars_arrow::record_batch::RecordBatch;
+use polars_parquet::write::{
+    CompressionOptions, FileWriter, RowGroupIterator, StatisticsOptions, Version, WriteOptions, get_dtype_encoding,
+};
+use std::sync::Arc;
 
 const N: usize = 500;
 
@@ -105,34 +111,76 @@ fn dates_and_stamps_in_two_columns() {
     ));
 }
 
-fn parquet(path: &Path, columns: Vec<Column>) {
-    let mut frame = DataFrame::new(N, columns).unwrap();
-    ParquetWriter::new(std::fs::File::create(path).unwrap()).finish(&mut frame).unwrap();
+fn parquet(path: &Path, columns: Vec<(&str, Box<dyn Array>)>) {
+    let field = |(name, cells): &(&str, Box<dyn Array>)| Field::new((*name).into(), cells.dtype().clone(), true);
+    let schema: ArrowSchema = columns.iter().map(|column| (column.0.into(), field(column))).collect();
+    let encodings = schema.iter_values().map(|field| get_dtype_encoding(&field.dtype)).collect();
+    let options = WriteOptions {
+        statistics: StatisticsOptions::default(),
+        version: Version::V1,
+        compression: CompressionOptions::Snappy,
+        data_page_size: None,
+    };
+    let rows = RecordBatch::new(N, Arc::new(schema.clone()), columns.into_iter().map(|column| column.1).collect());
+    let groups = RowGroupIterator::try_new(std::iter::once(Ok(rows)), &schema, options, encodings).unwrap();
+    let mut writer = FileWriter::try_new(std::fs::File::create(path).unwrap(), schema, options).unwrap();
+    groups.for_each(|group| writer.write(N as u64, group.unwrap()).unwrap());
+    writer.end(None).unwrap();
 }
 
 #[test]
 fn parquet_with_floats_integers_and_dates() {
     let files = Files::new();
-    let rate = Series::new("gyro_z_rad_s".into(), rates(N)).into_column();
+    let rate = || ("gyro_z_rad_s", PrimitiveArray::from_vec(rates(N)).boxed());
     let seconds: Vec<f64> = (0..N).map(|i| i as f64 * 0.01).collect();
     let nanoseconds: Vec<i64> = (0..N).map(|i| 1_700_000_000_123_456_789 + i as i64 * 10_000_000).collect();
     let single: Vec<f32> = seconds.iter().map(|&t| t as f32).collect();
-    let words: Vec<&str> = vec!["idle"; N];
-    parquet(&files.path("s.parquet"), vec![Series::new("t_s".into(), seconds).into_column(), rate.clone()]);
+    parquet(&files.path("s.parquet"), vec![("t_s", PrimitiveArray::from_vec(seconds).boxed()), rate()]);
     same(&files.path("s.parquet"));
-    parquet(&files.path("f32.parquet"), vec![Series::new("t_s".into(), single).into_column(), rate.clone()]);
+    parquet(&files.path("f32.parquet"), vec![("t_s", PrimitiveArray::from_vec(single).boxed()), rate()]);
     let recording = read(&files.path("f32.parquet")).unwrap();
     assert!(matches!(recording.log.time, TimeAxis::Uniform { .. }));
-    let time = Series::new("timestamp_ns".into(), &nanoseconds);
-    let state = Series::new("state".into(), words).into_column();
-    parquet(&files.path("ns.parquet"), vec![time.clone().into_column(), state, rate.clone()]);
+    let state = ("state", Utf8ViewArray::from_slice_values(vec!["idle"; N]).boxed());
+    let time = ("timestamp_ns", PrimitiveArray::from_slice(&nanoseconds).boxed());
+    parquet(&files.path("ns.parquet"), vec![time, state, rate()]);
     same(&files.path("ns.parquet"));
-    for (unit, per) in [(TimeUnit::Nanoseconds, 1), (TimeUnit::Microseconds, 1000), (TimeUnit::Milliseconds, 1_000_000)]
-    {
+    let unsigned: Vec<u64> = nanoseconds.iter().map(|t| t.unsigned_abs()).collect();
+    parquet(&files.path("u64.parquet"), vec![("timestamp_ns", PrimitiveArray::from_vec(unsigned).boxed()), rate()]);
+    same(&files.path("u64.parquet"));
+    for (unit, per) in [(TimeUnit::Nanosecond, 1), (TimeUnit::Microsecond, 1000), (TimeUnit::Millisecond, 1_000_000)] {
         let whole: Vec<i64> = nanoseconds.iter().map(|t| t / per).collect();
-        let date = Series::new("time".into(), whole).cast(&DataType::Datetime(unit, None)).unwrap();
-        parquet(&files.path("date.parquet"), vec![date.into_column(), rate.clone()]);
+        let date = PrimitiveArray::from_vec(whole).to(ArrowDataType::Timestamp(unit, None)).boxed();
+        parquet(&files.path("date.parquet"), vec![("time", date), rate()]);
         same(&files.path("date.parquet"));
+    }
+}
+
+/// Counts of an inertial unit in the narrowest type that holds them, some missing.
+#[test]
+fn parquet_with_narrow_integers_and_gaps() {
+    fn counts<T: polars_arrow::types::NativeType + TryFrom<i64>>() -> Box<dyn Array> {
+        let cell = |i: usize| (i % 100 != 7).then(|| T::try_from(100 + (i * 7 % 11) as i64).ok().unwrap());
+        PrimitiveArray::from_iter((0..N).map(cell)).boxed()
+    }
+    let files = Files::new();
+    let path = files.path("counts.parquet");
+    let query = GyroQuery { scales: vec![Scale::parse("gz_raw=1/131:deg/s").unwrap()], ..GyroQuery::default() };
+    for cells in [
+        counts::<i8>(),
+        counts::<u8>(),
+        counts::<i16>(),
+        counts::<u16>(),
+        counts::<i32>(),
+        counts::<u32>(),
+        counts::<i64>(),
+    ] {
+        let seconds: Vec<f64> = (0..N).map(|i| i as f64 * 0.01).collect();
+        parquet(&path, vec![("t_s", PrimitiveArray::from_vec(seconds).boxed()), ("gz_raw", cells)]);
+        let recording = read_gyro(&path, &query).unwrap();
+        let rates = gyro(&recording);
+        assert_eq!(rates.len(), N - 5);
+        // the row after the first missing one
+        assert!((rates[7] - (100.0 + 56.0 % 11.0) / 131.0 * RAD_S_PER_DEG_S).abs() < 1e-15, "{}", rates[7]);
     }
 }
 

@@ -120,10 +120,11 @@ fn slip_at_tiny_noise() {
 }
 
 #[test]
-#[ignore = "a minute: cargo test --release --test navigate definite:: -- --ignored"]
-fn both_over_ten_million_steps() {
-    rolling(&config(), 10_000_000);
-    let (filter, motion) = slip(&config(), 10_000_000);
+#[ignore = "battery: ten million steps"]
+fn battery_of_steps() {
+    let steps = 1_000_000 * crate::cases::cases(10) as u32;
+    rolling(&config(), steps);
+    let (filter, motion) = slip(&config(), steps);
     assert_heading(&filter, &motion);
-    slip(&tiny_noise(), 10_000_000);
+    slip(&tiny_noise(), steps);
 }

@@ -2,6 +2,8 @@
 //! them.
 
 mod augmented;
+#[path = "../common/cases.rs"]
+mod cases;
 mod commands;
 mod definite;
 mod encoder_ticks;

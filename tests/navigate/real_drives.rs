@@ -1,4 +1,5 @@
-//! Recorded drives, where they are at hand (`../shared/real`); each test says so and passes where they are not.
+//! Recorded drives that others published, and that are not in the repository: `GYROID_REAL` names the folder that holds them,
+//! `GYROID_REAL=... cargo test --test navigate real_drives -- --ignored` runs these tests.
 //!
 //! What can be asked of a recording without knowing its truth: sensors that agree on the way, a track that keeps to the
 //! reference better than one whose gyro is turned round, and the files' own numbers of rows.
@@ -13,15 +14,12 @@ use gyroid::navigate::{
 };
 use std::path::PathBuf;
 
-fn recorded(folder: &str, files: &[&str], maps: &[&str]) -> Option<DriveRecording> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/real").join(folder);
-    if !folder.is_dir() {
-        eprintln!("skipped: no {}", folder.display());
-        return None;
-    }
+fn recorded(folder: &str, files: &[&str], maps: &[&str]) -> DriveRecording {
+    let root = std::env::var_os("GYROID_REAL").expect("GYROID_REAL names the folder of the recordings");
+    let folder = PathBuf::from(root).join(folder);
     let paths: Vec<_> = files.iter().map(|f| folder.join(f)).collect();
     let maps = maps.iter().map(|m| ChannelMap::parse(m).unwrap()).collect();
-    Some(read_drive(&paths, &DriveQuery { maps, ..DriveQuery::default() }).unwrap())
+    read_drive(&paths, &DriveQuery { maps, ..DriveQuery::default() }).unwrap()
 }
 
 fn config(name: &str) -> Config {
@@ -51,8 +49,9 @@ fn the_configurations_hold() {
 }
 
 #[test]
+#[ignore = "needs recordings that are not in the repository: GYROID_REAL names their folder"]
 fn husky_three_files_become_one_drive() {
-    let Some(drive) = recorded("drive_husky", &HUSKY, &["gyro_z_rad_s=gy_rad_s"]) else { return };
+    let drive = recorded("drive_husky", &HUSKY, &["gyro_z_rad_s=gy_rad_s"]);
     let (config, log) = (config("husky.toml"), &drive.log);
     let count = |name: &str| log.get(name).unwrap().iter().filter(|v| v.is_finite()).count();
     // the files' own rows
@@ -74,14 +73,15 @@ fn husky_three_files_become_one_drive() {
     assert!((aligned.path_share - 0.2).abs() < 0.05, "{aligned:?}");
 
     // a gyro that is turned round leads further astray
-    let turned = recorded("drive_husky", &HUSKY, &["gyro_z_rad_s=-gy_rad_s"]).unwrap().log;
+    let turned = recorded("drive_husky", &HUSKY, &["gyro_z_rad_s=-gy_rad_s"]).log;
     let turned = gyro_reckoning(&config, &turned, &off).unwrap().reference.unwrap();
     assert!(turned.position_rms_m > 2.0 * gyro.position_rms_m, "{turned:?} {gyro:?}");
 }
 
 #[test]
+#[ignore = "needs recordings that are not in the repository: GYROID_REAL names their folder"]
 fn husky_without_its_imu_goes_by_the_wheels() {
-    let Some(drive) = recorded("drive_husky", &HUSKY[1..], &[]) else { return };
+    let drive = recorded("drive_husky", &HUSKY[1..], &[]);
     let mut config = config("husky.toml");
     config.gyro = None;
     let summary = run(&config, &drive.log, &Settings::default()).unwrap().summary;
@@ -91,9 +91,10 @@ fn husky_without_its_imu_goes_by_the_wheels() {
 }
 
 #[test]
+#[ignore = "needs recordings that are not in the repository: GYROID_REAL names their folder"]
 fn wifibot_is_compared_in_heading_too() {
     for file in ["run2.csv.gz", "run3.csv.gz", "run4.csv.gz", "run5.csv.gz"] {
-        let Some(drive) = recorded("drive_wifibot", &[file], &[]) else { return };
+        let drive = recorded("drive_wifibot", &[file], &[]);
         let (config, log) = (config("wifibot.toml"), &drive.log);
         let found = run(&config, log, &Settings::default()).unwrap();
         let errors = found.summary.reference.clone().unwrap();
@@ -116,8 +117,9 @@ fn wifibot_is_compared_in_heading_too() {
 }
 
 #[test]
+#[ignore = "needs recordings that are not in the repository: GYROID_REAL names their folder"]
 fn smartloc_has_one_speed_and_no_heading() {
-    let Some(drive) = recorded("drive_smartloc", &["run.csv.gz"], &[]) else { return };
+    let drive = recorded("drive_smartloc", &["run.csv.gz"], &[]);
     let (config, log) = (config("smartloc.toml"), &drive.log);
     let found = run(&config, log, &Settings::default()).unwrap().summary;
     let errors = found.reference.clone().unwrap();
@@ -128,7 +130,7 @@ fn smartloc_has_one_speed_and_no_heading() {
     let sensors: Vec<_> = found.consistency.sensors.iter().map(|s| s.sensor).collect();
     assert_eq!(sensors, ["gyro", "speed"]);
     assert!(errors.heading_rms_rad.is_none());
-    let turned = recorded("drive_smartloc", &["run.csv.gz"], &["gyro_z_rad_s=-yaw_rate_rad_s"]).unwrap().log;
+    let turned = recorded("drive_smartloc", &["run.csv.gz"], &["gyro_z_rad_s=-yaw_rate_rad_s"]).log;
     let turned = run(&config, &turned, &Settings::default()).unwrap().summary.reference.unwrap();
     assert!(turned.position_rms_m > 2.0 * errors.position_rms_m, "{turned:?}");
 }
@@ -136,8 +138,9 @@ fn smartloc_has_one_speed_and_no_heading() {
 /// What least squares on the raw readings give: the odometry lags the gyro by 0.36 to 0.38 s in each third of the drive, and
 /// reads 1/1.10 to 1/1.21 of the turning, as its readings or the gyro's are taken to be exact.
 #[test]
+#[ignore = "needs recordings that are not in the repository: GYROID_REAL names their folder"]
 fn husky_wheels_lag_the_gyro_by_what_the_raw_data_says() {
-    let Some(drive) = recorded("drive_husky", &HUSKY, &["gyro_z_rad_s=gy_rad_s"]) else { return };
+    let drive = recorded("drive_husky", &HUSKY, &["gyro_z_rad_s=gy_rad_s"]);
     let record = Record::new(&config("husky.toml"), &drive.log, 0.0).unwrap();
     let judged = judge(&record, registry(), &Options::default());
     let late_s = judged.wheels_late_s.unwrap();

@@ -4,6 +4,8 @@
 //! `cargo test --release --test noise -- --ignored --nocapture` runs the study of 2000 logs and prints its figures.
 
 mod allan_family;
+#[path = "../common/cases.rs"]
+mod cases;
 mod command;
 mod logs;
 #[path = "../common/place.rs"]
