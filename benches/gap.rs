@@ -5,11 +5,11 @@
 //! `-- generator`, `-- 100000`, `-- drive` runs only that; `-- drives-100` runs a hundred such drives, each with one or two
 //! effects of typical size, and says how long the middle one and the slowest one take.
 
+use gyroid::bench::worlds::{Spec, Strength, make};
 use gyroid::config::{Config, EffectTable, Kind};
 use gyroid::effects::Library;
 use gyroid::effects::drive::{DriveExplanation, Driving, registry};
 use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, place};
-use gyroid::reality::{Spec, Strength, make};
 use gyroid::signal::Log;
 use gyroid::simulate::{self, Course, drive_with, stationary_with};
 use std::process::Command;

@@ -45,8 +45,8 @@
 //! | 1 | [`signal`] |
 //! | 2 | [`ingest`], [`bias`], [`noise`], [`traction`], [`vehicle`], [`config`], [`model`] |
 //! | 3 | [`identify`], [`validate`], [`navigate`], [`simulate`] |
-//! | 4 | [`population`], [`study`], [`effects`], [`reality`] |
-//! | 5 | [`gap`] |
+//! | 4 | [`population`], [`study`], [`effects`] |
+//! | 5 | [`gap`], [`bench`] |
 //! | 6 | [`export`], [`report`] |
 //! | 7 | the command line |
 //!
@@ -102,6 +102,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod bench;
 pub mod bias;
 pub mod config;
 pub mod effects;
@@ -116,7 +117,6 @@ pub mod model;
 pub mod navigate;
 pub mod noise;
 pub mod population;
-pub mod reality;
 pub mod report;
 pub mod signal;
 pub mod simulate;

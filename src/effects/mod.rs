@@ -20,7 +20,7 @@
 //! }
 //! ```
 //!
-//! The generator of benchmark cases ([`crate::reality`]) shares nothing with the library on purpose. A test asks that it either
+//! The generator of benchmark cases ([`crate::bench::worlds`]) shares nothing with the library on purpose. A test asks that it either
 //! models the effect, in a form of its own, or lists it as left out with the reason.
 //!
 //! The whole of an effect that the library lacks:

@@ -3,7 +3,6 @@
 mod account;
 pub mod answer;
 pub(crate) mod believe;
-pub mod bench;
 pub(crate) mod calibration;
 mod clean;
 mod compose;

@@ -2,17 +2,17 @@
 //! beside what an answer gains, and which of them a drive cannot tell apart.
 
 use assert_cmd::Command;
+use gyroid::bench::worlds::Mix;
+use gyroid::bench::{OfOracle, Order, make, oracle};
 use gyroid::config::Kind;
 use gyroid::effects::Library;
 use gyroid::effects::drive::registry;
-use gyroid::gap::bench::{OfOracle, Order, make, oracle};
 use gyroid::gap::drive::judge::{Judged, Options, judge};
 use gyroid::gap::drive::record::Record;
 use gyroid::gap::explain::Explanations;
 use gyroid::gap::findings::Main;
 use gyroid::gap::known_gain;
 use gyroid::ingest::read_log;
-use gyroid::reality::Mix;
 use std::path::Path;
 
 const ROBOT: &str = include_str!("../common/robot.toml");

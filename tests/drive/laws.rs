@@ -1,12 +1,12 @@
 //! Effects whose law is not the textbook's, and what only resembles an effect: drives of the generator that shares no code
 //! with the library.
 
+use gyroid::bench::worlds::{Spec, Strength, make};
 use gyroid::config::Kind;
 use gyroid::effects::drive::registry;
 use gyroid::gap::drive::judge::{Options, judge};
 use gyroid::gap::drive::record::Record;
 use gyroid::gap::findings::Main;
-use gyroid::reality::{Spec, Strength, make};
 
 /// What is said of a strong `id`, drive by drive.
 fn said(id: &'static str, drives: std::ops::Range<usize>) -> Vec<Main> {

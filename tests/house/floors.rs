@@ -25,8 +25,8 @@ const FLOORS: [(&str, u8); 22] = [
     ("population", 4),
     ("study", 4),
     ("effects", 4),
-    ("reality", 4),
     ("gap", 5),
+    ("bench", 5),
     ("export", 6),
 ];
 /// These lie on the sixth floor too, and the roof is the command line.

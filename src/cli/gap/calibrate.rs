@@ -4,9 +4,10 @@ use super::bench::beside;
 use crate::cli::Outcome;
 use crate::cli::output::{Common, Output};
 use clap::Args;
+use gyroid::bench;
+use gyroid::bench::{Calibrated, Fit, SealKey};
 use gyroid::config::Kind;
 use gyroid::files::{OutputFile, Plan, mark};
-use gyroid::gap::bench::{self, Calibrated, Fit, SealKey};
 use gyroid::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 

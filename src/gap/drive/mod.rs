@@ -36,7 +36,7 @@ pub(crate) mod own;
 mod pace;
 pub mod pass;
 mod pinpoint;
-pub(in crate::gap) mod ready;
+pub(crate) mod ready;
 pub mod record;
 mod ripple;
 mod same_unit;

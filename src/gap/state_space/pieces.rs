@@ -107,8 +107,8 @@ impl Pieces {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Coefficient, Telegraph};
     use super::*;
+    use crate::gap::state_space::{Coefficient, Telegraph};
 
     #[test]
     fn the_pieces_add_up_to_the_prior() {

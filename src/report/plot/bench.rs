@@ -1,8 +1,8 @@
 //! The score of a bench: who was taken for whom, how far confidence can be believed, how well the unknown is told.
 
 use super::{Axis, Chart, HeatMap, Page, Picture, bad, palette};
+use crate::bench::Score;
 use crate::error::Result;
-use crate::gap::bench::Score;
 
 /// Names of the pictures of a score, without ending.
 pub const NAMES: [&str; 3] = ["confusion", "reliability", "roc"];
@@ -72,7 +72,7 @@ pub(crate) fn confusion(score: &Score, title: &str) -> Result<Picture> {
 /// [`crate::ErrorKind::Value`] if there is no answer with a confidence.
 pub(crate) fn reliability(score: &Score, title: &str) -> Result<Picture> {
     let c = &score.calibration;
-    let share = |b: &crate::gap::bench::Bin| b.rate.rate.unwrap_or(f64::NAN);
+    let share = |b: &crate::bench::Bin| b.rate.rate.unwrap_or(f64::NAN);
     let bars = c.bins.iter().filter_map(|b| {
         let [low, high] = b.rate.ci95?;
         Some([b.confidence, low, high])
@@ -123,12 +123,12 @@ pub(crate) fn roc(score: &Score, title: &str) -> Result<Picture> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gap::bench;
+    use crate::bench;
 
     #[test]
     fn pictures_show_every_truth_and_the_numbers_of_the_score() {
-        let labels = serde_json::from_str(include_str!("../../gap/bench/fixture/labels.json")).unwrap();
-        let answers = serde_json::from_str(include_str!("../../gap/bench/fixture/answers.json")).unwrap();
+        let labels = serde_json::from_str(include_str!("../../bench/fixture/labels.json")).unwrap();
+        let answers = serde_json::from_str(include_str!("../../bench/fixture/answers.json")).unwrap();
         let score = bench::score(&labels, &answers, &[]);
         let pictures = pictures(&score, "fixture").unwrap();
         let svg = |i: usize| pictures[i].1.svg().unwrap();

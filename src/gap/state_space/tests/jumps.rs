@@ -1,7 +1,7 @@
 //! Telegraph and step against the sum over all histories, each an exact Gaussian model.
 
-use super::super::*;
 use super::{log_sum_exp, negligible, small};
+use crate::gap::state_space::*;
 
 /// ln Σ_path P(path) p(y | path) over all 2^rows paths of the telegraph.
 fn all_paths(believed: &Believed, y: &[f64]) -> f64 {

@@ -1,8 +1,8 @@
 //! Lattice and outliers: with one static coefficient the likelihood is an integral over it.
 
-use super::super::lattice::Cell;
-use super::super::*;
 use super::{log_sum_exp, negligible};
+use crate::gap::state_space::lattice::Cell;
+use crate::gap::state_space::*;
 
 /// White noise of one and a constant of `std`.
 fn constant(rows: usize, std: f64) -> Believed {

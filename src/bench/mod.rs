@@ -1,0 +1,38 @@
+//! accuracy = right / asked, over recordings whose truth was sealed before the diagnosis saw them
+//!
+//! - [`make`]: cases of [`crate::bench::worlds`] in a folder, their labels sealed, a commitment to them in the open
+//! - [`run`]: a diagnosis over every case that has no answer yet
+//! - [`oracle()`]: the gain of an oracle that is told the effects
+//! - [`score()`]: labels unsealed, the commitment checked, answers judged by the contract's rules
+//! - [`calibrate()`]: temperature and prior odds under which the truth is most probable
+//!
+//! The labels are encrypted with a key that is not in the folder. The commitment is the SHA-256 of the labels with a
+//! random salt: who has the commitment from before can tell afterwards that the labels are the same.
+
+mod bands;
+mod calibrate;
+mod folder;
+mod intervals;
+mod judge;
+mod oracle;
+mod runner;
+mod score;
+mod seal;
+mod table;
+mod workers;
+pub mod worlds;
+
+pub use bands::Band;
+pub use calibrate::{Calibrated, Example, Fit, calibrate, examples, prior_of};
+pub use folder::{BENCH, Bench, Made, Order, make};
+pub use intervals::{Rate, Roc};
+pub use judge::{Judged, Wanted};
+pub use oracle::{Gains, OfOracle, oracle};
+pub use runner::{Diagnosis, Ran, run};
+pub use score::{
+    Bin, ByEffect, Calibration, Confusion, Middle, Miss, Score, answers, labels, left_out, score, seconds,
+};
+pub use seal::{Labels, SealKey};
+
+#[cfg(test)]
+mod tests;
