@@ -19,73 +19,26 @@
 //! # Ok::<(), gyroid::Error>(())
 //! ```
 
-mod arrays;
-mod audit;
-mod bag;
-mod bytes;
-mod cell;
-mod channel_map;
-mod channels;
-mod clock;
-mod coverage;
-mod dataflash;
-#[cfg(feature = "db3")]
-mod db3;
-mod decimal;
-mod decimals;
-mod dialect;
-mod drive;
-mod fill;
-mod findings;
-mod format;
+pub(crate) mod assemble;
+pub(crate) mod clean;
+pub(crate) mod columns;
 mod formats;
-mod gravity;
-#[cfg(feature = "hdf5")]
-mod hdf5;
-mod input;
-mod inspect;
-mod json_lines;
-mod lattice;
-mod lines;
-mod matlab;
-mod mcap;
-pub(crate) mod merge;
-mod motion;
-mod mounting;
-mod names;
-mod numpy;
-mod numpy_header;
-mod parquet;
-mod parquet_plain;
-mod px4;
-mod quantity;
-mod rate_unit;
-mod recording;
-mod ros;
-mod rows;
-mod scalar;
-mod scale;
-mod stream;
-mod stream_audit;
-mod table;
-mod text;
-mod text_column;
-mod topics;
-mod ulog;
 mod write;
 
-pub use audit::{Audit, Duplicates, Gaps, Handling, Missing, OutOfOrder, Rest, Sampling, Saturation, Stuck};
-pub use channel_map::ChannelMap;
-pub use clock::Clock;
-pub use drive::{DriveQuery, DriveRecording, read_drive, read_log};
-pub use inspect::{AxisReport, ColumnReport, Inspection, TimeReport, inspect, inspect_topic};
-pub use motion::{Interval, Motion};
-pub use mounting::Mounting;
-pub use names::Axis;
-pub use recording::{GyroQuery, GyroRecording};
-pub use scale::Scale;
-pub use stream::StreamedRecording;
-pub use topics::{Stamp, Topic};
+pub use crate::ingest::assemble::drive::{DriveQuery, DriveRecording, read_drive, read_log};
+pub use crate::ingest::assemble::inspect::{AxisReport, ColumnReport, Inspection, TimeReport, inspect, inspect_topic};
+pub use crate::ingest::assemble::recording::{GyroQuery, GyroRecording};
+pub use crate::ingest::assemble::stream::StreamedRecording;
+pub use crate::ingest::clean::audit::{
+    Audit, Duplicates, Gaps, Handling, Missing, OutOfOrder, Rest, Sampling, Saturation, Stuck,
+};
+pub use crate::ingest::clean::clock::Clock;
+pub use crate::ingest::clean::motion::{Interval, Motion};
+pub use crate::ingest::columns::channel_map::ChannelMap;
+pub use crate::ingest::columns::mounting::Mounting;
+pub use crate::ingest::columns::names::Axis;
+pub use crate::ingest::columns::scale::Scale;
+pub use crate::ingest::formats::topics::{Stamp, Topic};
 pub use write::{LogWriter, write_log};
 
 use crate::error::{Error, ErrorKind, Result};
@@ -107,7 +60,7 @@ const OF_SEVERAL: Limits = Limits { blocks: 1 << 18, stretch: 1 << 17, stretches
 pub fn read_gyro(path: impl AsRef<Path>, query: &GyroQuery) -> Result<GyroRecording> {
     let (source, plan) = opened(path.as_ref(), query)?;
     let wanted = plan.wanted(source.heads().len());
-    recording::assemble(table::collect(source, &wanted)?, &plan, query)
+    crate::ingest::assemble::recording::assemble(crate::ingest::formats::table::collect(source, &wanted)?, &plan, query)
 }
 
 /// The topics of `path` that hold the rates of a gyro, in the order of their names; none of a file that is one table.
@@ -119,7 +72,10 @@ pub fn gyro_topics(path: impl AsRef<Path>) -> Result<Option<Vec<Topic>>> {
 }
 
 /// The table of `path` with the gyro, and its columns.
-fn opened(path: &Path, query: &GyroQuery) -> Result<(Box<dyn format::Source>, recording::Plan)> {
+fn opened(
+    path: &Path,
+    query: &GyroQuery,
+) -> Result<(Box<dyn crate::ingest::formats::format::Source>, crate::ingest::assemble::recording::Plan)> {
     if let Some(rate_hz) = query.rate_hz
         && !(rate_hz.is_finite() && rate_hz > 0.0)
     {
@@ -135,18 +91,18 @@ fn opened(path: &Path, query: &GyroQuery) -> Result<(Box<dyn format::Source>, re
     let formats::Chosen { source, note } = formats::open(path, choice)?;
     let name = path.display().to_string();
     let mut used = vec![false; query.scales.len()];
-    let source = scale::Scaled::of(source, &query.scales, &mut used);
+    let source = crate::ingest::columns::scale::Scaled::of(source, &query.scales, &mut used);
     if let Some((scale, _)) = query.scales.iter().zip(&used).find(|(_, used)| !**used) {
         return Err(scale.missing(&name, source.heads()));
     }
-    let (source, turned): (Box<dyn format::Source>, _) = match &query.mounting {
+    let (source, turned): (Box<dyn crate::ingest::formats::format::Source>, _) = match &query.mounting {
         Some(mounting) => {
-            let (mounted, told) = mounting::Mounted::new(&name, source, mounting, query)?;
+            let (mounted, told) = crate::ingest::columns::mounting::Mounted::new(&name, source, mounting, query)?;
             (Box::new(mounted), told)
         }
         None => (source, None),
     };
-    let mut plan = recording::Plan::of(&name, source.heads(), query)?;
+    let mut plan = crate::ingest::assemble::recording::Plan::of(&name, source.heads(), query)?;
     plan.notes.extend(note.into_iter().chain(turned));
     Ok((source, plan))
 }
@@ -220,8 +176,8 @@ pub fn read_axes_within(
     }
     let most_rows = memory_bytes / row_bytes.max(1);
     let limits = if plans.len() > 1 { OF_SEVERAL } else { Limits::default() };
-    let mut gathering = Some(table::Gathering::new(source.as_ref(), most_rows));
-    let mut passes: Vec<stream::Pass> = Vec::new();
+    let mut gathering = Some(crate::ingest::formats::table::Gathering::new(source.as_ref(), most_rows));
+    let mut passes: Vec<crate::ingest::assemble::stream::Pass> = Vec::new();
     let facts = source.read(&wanted, &mut |batch| {
         if !passes.is_empty() {
             passes.iter_mut().try_for_each(|pass| pass.add(&batch))?;
@@ -231,8 +187,8 @@ pub fn read_axes_within(
             progress(Progress { rows: held.rows() as u64, of });
             if held.rows() > 0 && (large || held.bytes() > memory_bytes) {
                 let beginning = held.beginning(&name);
-                let head = beginning.first(stream::HEAD_ROWS);
-                let begun = |(plan, query)| stream::Pass::new(&head, plan, query, limits);
+                let head = beginning.first(crate::ingest::assemble::stream::HEAD_ROWS);
+                let begun = |(plan, query)| crate::ingest::assemble::stream::Pass::new(&head, plan, query, limits);
                 passes = plans.iter().zip(queries).map(begun).collect::<Result<_>>()?;
                 let batch = beginning.into_batch();
                 passes.iter_mut().try_for_each(|pass| pass.add(&batch))?;
@@ -245,7 +201,7 @@ pub fn read_axes_within(
     if let Some(held) = gathering {
         let table = held.finish(facts);
         let whole = |table, k: usize| -> Result<Reading> {
-            Ok(Reading::Whole(Box::new(recording::assemble(table, &plans[k], &queries[k])?)))
+            Ok(Reading::Whole(Box::new(crate::ingest::assemble::recording::assemble(table, &plans[k], &queries[k])?)))
         };
         let last = plans.len() - 1;
         let copied = |k: usize| whole(table.only(&plans[k].wanted(wanted.len())), k);
@@ -262,10 +218,10 @@ pub fn read_axes_within(
 /// The columns of each query, of which `first` are those of the first.
 fn plans(
     name: &str,
-    heads: &[table::Head],
-    first: recording::Plan,
+    heads: &[crate::ingest::formats::table::Head],
+    first: crate::ingest::assemble::recording::Plan,
     queries: &[GyroQuery],
-) -> Result<Vec<recording::Plan>> {
+) -> Result<Vec<crate::ingest::assemble::recording::Plan>> {
     if queries.len() > 1 && queries.iter().any(|q| q.column.is_some()) {
         return Err(Error::new(ErrorKind::Usage, "--column", "names one column, and several axes are asked for")
             .hint("name one axis, or leave the columns to their names"));
@@ -273,7 +229,7 @@ fn plans(
     // what was noted when the file was opened stands in the first
     let mut plans = vec![first];
     for query in &queries[1..] {
-        let mut plan = recording::Plan::of(name, heads, query)?;
+        let mut plan = crate::ingest::assemble::recording::Plan::of(name, heads, query)?;
         let more = plans[0].notes.iter().filter(|n| !plan.notes.contains(n)).cloned().collect::<Vec<_>>();
         plan.notes.extend(more);
         if plans.iter().any(|p| p.gyro == plan.gyro) {

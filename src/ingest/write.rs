@@ -1,6 +1,6 @@
 //! Logs as files: `t_s` first, then the channels; missing values are null. Whole or not at all.
 
-use super::drive::{TIME, check_names};
+use super::assemble::drive::{TIME, check_names};
 use crate::error::{Error, ErrorKind, Result};
 use crate::files::{OutputFile, parquet};
 use crate::signal::Log;

@@ -2,7 +2,8 @@
 
 use super::*;
 use gyroid::ErrorKind;
-use gyroid::ingest::{DriveQuery, inspect, inspect_topic, read_drive};
+use gyroid::ingest::inspect;
+use gyroid::ingest::{DriveQuery, inspect_topic, read_drive};
 use std::process::Command;
 
 fn gyroid(arguments: &[&str]) -> (i32, String, String) {

@@ -2,7 +2,8 @@
 
 use super::*;
 use gyroid::ErrorKind as K;
-use gyroid::ingest::{inspect, read_log};
+use gyroid::ingest::inspect;
+use gyroid::ingest::read_log;
 
 fn one(content: impl AsRef<[u8]>) -> gyroid::Result<GyroRecording> {
     read(&Files::new().put("log.csv", content))

@@ -2,7 +2,8 @@
 
 use super::*;
 use gyroid::ErrorKind as K;
-use gyroid::ingest::{LogWriter, inspect, read_log, write_log};
+use gyroid::ingest::inspect;
+use gyroid::ingest::{LogWriter, read_log, write_log};
 use gyroid::signal::{Log, TimeAxis};
 use proptest::prelude::*;
 

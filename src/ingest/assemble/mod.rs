@@ -1,0 +1,7 @@
+//! Recordings from tables: one axis of a gyro, held or read in bounded memory; a drive from one file or several.
+
+pub(crate) mod drive;
+pub(crate) mod inspect;
+pub(crate) mod merge;
+pub(crate) mod recording;
+pub(crate) mod stream;
