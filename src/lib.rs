@@ -46,7 +46,7 @@
 //! | 2 | [`ingest`], [`bias`], [`noise`], [`traction`], [`vehicle`], [`config`], [`model`] |
 //! | 3 | [`identify`], [`validate`], [`navigate`], [`simulate`] |
 //! | 4 | [`population`], [`study`], [`effects`] |
-//! | 5 | [`gap`], [`bench`] |
+//! | 5 | [`gap`], [`mod@bench`] |
 //! | 6 | [`export`], [`report`] |
 //! | 7 | the command line |
 //!

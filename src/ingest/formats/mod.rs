@@ -26,14 +26,11 @@ pub(crate) mod ros;
 pub(crate) mod scalar;
 pub(crate) mod table;
 pub(crate) mod topics;
-#[cfg(feature = "db3")]
 pub(crate) mod ulog;
-use super::formats::format::{Format, Opened, Source};
-#[cfg(feature = "hdf5")]
-use super::formats::input::Input;
 
-use super::formats::topics::{Stamp, Topic};
-
+use self::format::{Format, Opened, Source};
+use self::input::Input;
+use self::topics::{Stamp, Topic};
 use crate::error::{Error, ErrorKind, Result};
 use std::path::Path;
 

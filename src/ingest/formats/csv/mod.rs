@@ -5,12 +5,12 @@ pub(crate) mod decimal;
 pub(crate) mod dialect;
 pub(crate) mod lines;
 pub(crate) mod text_column;
-use super::csv::dialect::{Delimiter, Dialect};
+use self::dialect::{Delimiter, Dialect};
 use super::format::{BATCH_ROWS, Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
 use super::input::{Input, broken_gzip};
 
-use super::csv::lines::{Progress, Stop};
-use super::csv::text_column::Filling;
+use self::lines::{Progress, Stop};
+use self::text_column::Filling;
 use super::table::Head;
 use crate::error::{Error, ErrorKind, Result};
 use std::io::{self, Read};
