@@ -9,7 +9,8 @@ use gyroid::bench::worlds::{Spec, Strength, make};
 use gyroid::config::{Config, EffectTable, Kind};
 use gyroid::effects::Library;
 use gyroid::effects::drive::{DriveExplanation, Driving, registry};
-use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, place};
+use gyroid::gap::rest::predictive;
+use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed};
 use gyroid::signal::Log;
 use gyroid::simulate::{self, Course, drive_with, stationary_with};
 use std::process::Command;
@@ -95,7 +96,7 @@ fn at_rest(which: &str) -> Outcome<()> {
     let (library, mut stages) = (Library::new(), Stages::new());
     let mut observe = |stage| stages.begin(stage);
     let diagnosis = diagnose_observed(&config, &fit, Some(&hold), &library, &Options::default(), &mut observe)?;
-    place::of_prepared(
+    predictive::of_prepared(
         diagnosis.prepared.as_ref().expect("a recording at rest"),
         [&config.effects, &diagnosis.augmented.effects],
         &library,

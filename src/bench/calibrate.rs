@@ -13,8 +13,8 @@ use super::worlds::Label;
 use crate::config::Kind;
 use crate::effects::Library;
 use crate::error::{Error, ErrorKind, Result};
-use crate::gap::calibration::{Calibration, counts};
-use crate::gap::findings::{Findings, Main};
+use crate::gap::answer::calibration::{Calibration, counts};
+use crate::gap::selection::findings::{Findings, Main};
 use crate::gap::{Drive, JudgeOptions, Options, Prior, compare, drive};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -230,7 +230,7 @@ pub fn calibrate(examples: &[Example], prior: &Prior) -> Result<Calibrated> {
 pub fn prior_of(kind: Kind) -> Prior {
     match kind {
         Kind::Stationary => Prior::default(),
-        Kind::Driving => drive::candidates::Prior::default().of_search(),
+        Kind::Driving => drive::regressors::candidates::Prior::default().of_search(),
     }
 }
 
@@ -251,14 +251,14 @@ pub fn examples(
     let options =
         Options { judge: JudgeOptions { prior, calibration: Calibration::none(&prior) }, ..Options::default() };
     let library = Library::new();
-    let of_drives = drive::candidates::Prior::default();
-    let driving = drive::judge::Options { prior: of_drives, calibration: Calibration::none(&of_drives.of_search()) };
+    let of_drives = drive::regressors::candidates::Prior::default();
+    let driving = drive::model_selection::Options { prior: of_drives, calibration: Calibration::none(&of_drives.of_search()) };
     let one = |name: &String| -> Result<Option<Example>> {
         let Some(label) = labels.get(name) else { return Ok(None) };
         let (config, log, _) = case_logs(&folder.join(name))?;
         if config.kind == Kind::Driving {
             let fit = Drive { log: &log, since_power_on_s: options.since_power_on_s };
-            let findings = drive::ready::compare(&config, &fit, &library, &driving)?;
+            let findings = drive::record::ready::compare(&config, &fit, &library, &driving)?;
             return Ok(Some(Example::new(&findings, label, &of_drives.of_search())));
         }
         let (findings, _) = compare(&config, &log, &library, &options)?;
@@ -278,7 +278,7 @@ pub fn examples(
 mod tests {
     use super::*;
     use crate::bench::worlds::Strength;
-    use crate::gap::findings::{Part, WeightedSet};
+    use crate::gap::selection::findings::{Part, WeightedSet};
     use crate::math::random::Stream;
 
     fn set(id: Option<&str>, ln_weight: f64) -> WeightedSet {

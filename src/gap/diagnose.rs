@@ -1,15 +1,16 @@
 //! The whole diagnosis: which effect, where it shows, how far the gap shrinks.
 
-use super::account;
+use super::answer::account;
+use super::answer::compose;
 use super::answer::{Answer, Metric, Place};
-use super::believe::believed;
-use super::compose;
-use super::far::{self, Claim, Far};
-use super::findings::{Findings, Main};
-use super::given::Given;
-use super::judge::{Options as JudgeOptions, judge};
-use super::prepare::{Prepared, prepare};
-use super::state_space::{Believed, blocked_log_score};
+use super::holdout;
+use super::holdout::{Claim, Far};
+use super::rest::model_selection::{Options as JudgeOptions, judge};
+use super::rest::prepare::given::Given;
+use super::rest::prepare::{Prepared, prepare};
+use super::rest::state_space::of_effects::believed;
+use super::rest::state_space::{Believed, blocked_log_score};
+use super::selection::findings::{Findings, Main};
 use super::trace;
 use crate::config::{Config, EffectTable, Kind};
 use crate::effects::{Effect, Explanation, Library, Parameters};
@@ -24,7 +25,7 @@ pub struct Options {
     /// Settings of the comparison of hypotheses, for recordings at rest.
     pub judge: JudgeOptions,
     /// Settings of the comparison of hypotheses, for drives.
-    pub judge_drives: super::drive::judge::Options,
+    pub judge_drives: crate::gap::drive::model_selection::Options,
     /// Time since power-on at the first row, s, where the logs' time counts from something else.
     pub since_power_on_s: f64,
     /// Number of recordings simulated for the floor of the log score.
@@ -39,7 +40,7 @@ impl Default for Options {
         Self {
             seed: 1,
             judge: JudgeOptions::default(),
-            judge_drives: super::drive::judge::Options::default(),
+            judge_drives: crate::gap::drive::model_selection::Options::default(),
             since_power_on_s: 0.0,
             simulated_logs: 8,
             corrections: false,
@@ -117,7 +118,7 @@ pub fn diagnose_observed(
     if config.kind == Kind::Driving {
         let drive = |log| Drive { log, since_power_on_s: options.since_power_on_s };
         let kept: Vec<Drive<'_>> = hold.map(drive).into_iter().collect();
-        return super::drive::diagnose(config, &[drive(fit)], &kept, library, options, observe);
+        return crate::gap::drive::diagnose(config, &[drive(fit)], &kept, library, options, observe);
     }
     observe(Stage::Prepare);
     let given = Given::of(config, library)?;
@@ -201,7 +202,7 @@ pub fn diagnose_observed(
 /// `options` is not used. `observe` is told each stage as it begins.
 ///
 /// # Errors
-/// As [`super::drive::record::Record::of_drives`]: [`crate::ErrorKind::Config`] if the configuration is not of a drive,
+/// As [`crate::gap::drive::record::Record::of_drives`]: [`crate::ErrorKind::Config`] if the configuration is not of a drive,
 /// otherwise with the name of the log.
 pub fn diagnose_drives(
     config: &Config,
@@ -211,7 +212,7 @@ pub fn diagnose_drives(
     options: &Options,
     observe: &mut dyn FnMut(Stage),
 ) -> Result<Diagnosis> {
-    super::drive::diagnose(config, fit, kept, library, options, observe)
+    crate::gap::drive::diagnose(config, fit, kept, library, options, observe)
 }
 
 fn judged(prepared: &Prepared, library: &Library, given: &Given, options: &Options) -> Findings {
@@ -308,14 +309,14 @@ fn measure(
         listed.iter().filter_map(|e| Some((e.0.clone(), with(std::slice::from_ref(e)).ok()?))).collect();
     let claims: Vec<Claim> = alone.iter().map(|(id, b)| Claim { id, believed: b }).collect();
     let main = answer.main.as_deref().and_then(|id| library.by_id(id));
-    let far_options = far::Options {
+    let far_options = holdout::Options {
         seed: options.seed,
         simulated_logs: options.simulated_logs,
         draws: 500,
         whole_log: matches!(main.and_then(|effect| effect.explanation(&kept.scene)), Some(Explanation::TurnOn)),
-        ..far::Options::default()
+        ..holdout::Options::default()
     };
-    far::measure(&kept.recorded_rad_s(), &nominal, &augmented, &claims, &far_options)
+    holdout::measure(&kept.recorded_rad_s(), &nominal, &augmented, &claims, &far_options)
 }
 
 /// Row ranges of eight equal blocks of a recording.

@@ -1,6 +1,6 @@
 //! The trail of a diagnosis: everything that was tried between the recording and the verdict, and why it was taken or not.
 
-use super::findings::{Findings, Main, Part};
+use super::selection::findings::{Findings, Main, Part};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -257,7 +257,7 @@ const LEAST_TOLD: f64 = 0.005;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gap::findings::WeightedSet;
+    use crate::gap::selection::findings::WeightedSet;
     use crate::gap::{Calibration, Prior};
 
     #[test]

@@ -5,7 +5,7 @@ use super::plot::Picture;
 use super::plot::gap::GapFigure;
 use crate::error::Result;
 use crate::gap::answer::{Answer, EffectAnswer, Verdict};
-use crate::gap::place::Curve;
+use crate::gap::rest::predictive::Curve;
 use crate::units::duration_text;
 use std::fmt::Write;
 use words::{

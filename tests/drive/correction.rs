@@ -2,10 +2,10 @@
 
 use gyroid::config::Config;
 use gyroid::gap::answer::Correction;
-use gyroid::gap::drive::column::Equation;
-use gyroid::gap::drive::correction;
-use gyroid::gap::drive::pass::Noise;
+use gyroid::gap::drive::ekf::innovations::Noise;
 use gyroid::gap::drive::record::Record;
+use gyroid::gap::drive::regressors::basis::Equation;
+use gyroid::gap::drive::screening::model_discrepancy;
 use gyroid::math::random::Stream;
 use gyroid::simulate::{self, Course, drive};
 use rayon::prelude::*;
@@ -34,7 +34,7 @@ fn recording(real: &str, seed: u64) -> Record {
 }
 
 fn needed(record: &Record, equation: Equation) -> Correction {
-    correction::of(record, &Noise::believed(record, None), equation).unwrap()
+    model_discrepancy::of(record, &Noise::believed(record, None), equation).unwrap()
 }
 
 #[test]

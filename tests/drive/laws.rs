@@ -4,9 +4,9 @@
 use gyroid::bench::worlds::{Spec, Strength, make};
 use gyroid::config::Kind;
 use gyroid::effects::drive::registry;
-use gyroid::gap::drive::judge::{Options, judge};
+use gyroid::gap::drive::model_selection::{Options, judge};
 use gyroid::gap::drive::record::Record;
-use gyroid::gap::findings::Main;
+use gyroid::gap::selection::findings::Main;
 
 /// What is said of a strong `id`, drive by drive.
 fn said(id: &'static str, drives: std::ops::Range<usize>) -> Vec<Main> {

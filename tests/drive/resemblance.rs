@@ -6,10 +6,10 @@
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::drive::{DriveExplanation, ModelChange, by_id, registry};
 use gyroid::effects::{Library, Parameters};
-use gyroid::gap::drive::column::Column;
+use gyroid::gap::drive::ekf::innovations::{Noise, Summed, run};
 use gyroid::gap::drive::fit::models;
-use gyroid::gap::drive::pass::{Noise, Summed, run};
 use gyroid::gap::drive::record::Record;
+use gyroid::gap::drive::regressors::basis::Column;
 use gyroid::simulate::{self, Course, drive_with};
 
 const ROBOT: &str = include_str!("../common/robot.toml");

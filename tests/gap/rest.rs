@@ -4,7 +4,8 @@
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::{Library, Parameters};
 use gyroid::gap::answer::{Answer, Verdict};
-use gyroid::gap::{Options, diagnose, diagnose_observed, place};
+use gyroid::gap::rest::predictive;
+use gyroid::gap::{Options, diagnose, diagnose_observed};
 use gyroid::math::random::Stream;
 use gyroid::signal::{Log, TimeAxis, names};
 use gyroid::simulate::{self, stationary_like};
@@ -122,7 +123,8 @@ fn a_simulator_that_holds_the_truth_lacks_nothing() {
         alarms += usize::from(found.answer.verdict != Verdict::None);
         // what is given is in the curves of the nominal simulator
         let excess = |given: &[EffectTable]| -> f64 {
-            let curves = place::of_prepared(found.prepared.as_ref().unwrap(), [given, given], &library, 1).unwrap();
+            let curves =
+                predictive::of_prepared(found.prepared.as_ref().unwrap(), [given, given], &library, 1).unwrap();
             curves.iter().map(|c| c.excess_before).sum()
         };
         let (with, without) = (excess(&simulator.effects), excess(&[]));

@@ -10,7 +10,8 @@ use gyroid::config::{Config, Kind};
 use gyroid::effects::{Library, registry};
 use gyroid::error::one_of;
 use gyroid::files::{OutputFile, Plan};
-use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, place, trace};
+use gyroid::gap::rest::predictive;
+use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, trace};
 use gyroid::report::GapReport;
 use gyroid::report::plot::Format;
 use gyroid::signal::Log;
@@ -131,7 +132,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         Some(prepared) => {
             working.show("simulating recordings");
             let effects = [config.effects.as_slice(), &diagnosis.augmented.effects];
-            place::of_prepared(prepared, effects, &library, args.seed).map_err(named)?
+            predictive::of_prepared(prepared, effects, &library, args.seed).map_err(named)?
         }
         None => Vec::new(),
     };

@@ -1,32 +1,33 @@
 //! The whole diagnosis of a drive, or of several of one robot: which equation, which effect, how far the gap shrinks.
 
-use super::alike::{LARGEST, separate_by};
-use super::candidates::VARYING;
-use super::clocks;
-use super::closest::Closest;
-use super::column::{Equation, Follows};
-use super::far::{self, DriveFar};
-use super::judge::{Judged, judge, unknowable};
-use super::late;
-use super::model::Claimed;
-use super::navigating::filter_gain;
-use super::pass::{Noise, Process};
-use super::pinpoint::pinpoint;
-use super::ready::{Ready, ready};
+use super::ekf::effect_set::Claimed;
+use super::ekf::innovations::{Noise, Process};
+use super::holdout;
+use super::holdout::DriveFar;
+use super::holdout::navigating::filter_gain;
+use super::model_selection::{Judged, judge, unknowable};
+use super::preprocess::acceleration_model::LOUDER;
+use super::preprocess::clocks;
+use super::preprocess::wheel_offset;
+use super::record::ready::{Ready, ready};
+use super::record::same_unit::other_robot;
+use super::record::testable::nothing_twice;
 use super::record::{Belief, Record};
-use super::same_unit::other_robot;
-use super::testable::nothing_twice;
-use super::unforced::LOUDER;
+use super::regressors::basis::{Equation, Follows};
+use super::regressors::candidates::VARYING;
+use super::regressors::practical_identifiability::{LARGEST, separate_by};
+use super::screening::best_single_effect::Closest;
+use super::screening::deficient_equations::pinpoint;
 use crate::config::{Config, EffectTable, Kind};
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{InDrives, Library, Parameters, in_drives};
 use crate::error::Result;
-use crate::gap::account;
+use crate::gap::answer::account;
+use crate::gap::answer::compose;
 use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, TimeOffset, Verdict};
-use crate::gap::compose;
 use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
-use crate::gap::far::{Closed, Options as FarOptions};
-use crate::gap::findings::{Findings, Main, Part, REFUTED};
+use crate::gap::holdout::{Closed, Options as FarOptions};
+use crate::gap::selection::findings::{Findings, Main, Part, REFUTED};
 use crate::gap::trace::{self, Decision, Step, TraceStage};
 use statrs::function::erf::erfc;
 
@@ -70,13 +71,14 @@ pub fn diagnose(
     let record = record.as_loud_as(&judged.nominal_noise);
     let kept = kept.map(|kept| kept.as_loud_as(&judged.nominal_noise));
     observe(Stage::Measure);
-    let half = kept.is_none().then(|| far::second_half(&record));
+    let half = kept.is_none().then(|| holdout::second_half(&record));
     let measured = kept.as_ref().or(half.as_ref()).unwrap_or(&record);
     let mut found = compose::found(&judged.findings);
     let process = judged.nominal_noise.process;
     let far_options = far_options(options, measured);
-    let rows = |effects: &[(String, Parameters)]| far::rows(measured, library, effects, process);
-    let expect = |one: &_| Ok(far::expected_gains(measured, library, std::slice::from_ref(one), process, &far_options));
+    let rows = |effects: &[(String, Parameters)]| holdout::rows(measured, library, effects, process);
+    let expect =
+        |one: &_| Ok(holdout::expected_gains(measured, library, std::slice::from_ref(one), process, &far_options));
     let mut tested = account::test(&found, |effects| Ok(rows(effects)), expect)?;
     let mut vouched = None;
     let total = |rows: &[f64]| rows.iter().sum::<f64>();
@@ -204,7 +206,7 @@ pub fn diagnose(
     answer.notes.extend(each_note(&far, &together));
     if let (Some(delay_s), Some(kept)) = (judged.wheels_late_s, &kept) {
         let nominal = Claimed::new(&[], library).models(kept);
-        let gain = late::gain(kept, &nominal, &judged.nominal_noise, delay_s);
+        let gain = wheel_offset::gain(kept, &nominal, &judged.nominal_noise, delay_s);
         answer.notes.push(format!(
             "With the readings of the wheels stamped {delay_s:.3} s earlier the nominal simulator gains {gain:.0} nats on the \
              recording held out."
@@ -321,8 +323,8 @@ fn measure(
 ) -> DriveFar {
     let nearest =
         judged.closest.as_ref().map(|(closest, _)| (closest.part.id.clone(), closest.part.parameters.clone()));
-    let sought = far::Sought { together, listed, nearest: nearest.as_ref() };
-    far::measure(kept, library, &sought, judged.nominal_noise.process, options)
+    let sought = holdout::Sought { together, listed, nearest: nearest.as_ref() };
+    holdout::measure(kept, library, &sought, judged.nominal_noise.process, options)
 }
 
 /// Settings of the measurement on `measured`. Without torques the simulator follows filtered speeds, smoother than any
@@ -400,7 +402,7 @@ fn offered(
 ) -> Vec<(String, Parameters)> {
     // the gain of a simulator that diverges is not finite
     let gain = |effects: &[(String, Parameters)]| {
-        let gain = far::gain(record, library, effects, process);
+        let gain = holdout::gain(record, library, effects, process);
         if gain.is_finite() { gain } else { f64::NEG_INFINITY }
     };
     if together.is_empty() || gain(&together) >= 0.0 {

@@ -3,25 +3,26 @@
 //! The gain of an effect is ln p with all of them over ln p without it, at θ̂ and with the coefficients of the others
 //! fitted anew. Standard deviations come from the curvature there.
 
-use super::begin::start;
-use super::branch::Branch;
-use super::bursts::{self, Bursts, Sought, missed_part};
-use super::candidates::{Candidates, Kind, knowable};
-use super::clocks;
-use super::far;
+use super::ekf::innovations::{Noise, run};
+use super::fit::begin::start;
 use super::fit::{Compared, Theta};
-use super::judge::{Believed, Options, WORTH, mounting};
-use super::levels::lattice_part;
-use super::onset;
-use super::pass::{Noise, run};
+use super::holdout;
+use super::model_selection::{Believed, Options, WORTH, mounting};
+use super::preprocess::changepoint;
+use super::preprocess::clocks;
+use super::preprocess::hypothesis::Branch;
+use super::preprocess::lost_ticks;
+use super::preprocess::lost_ticks::{Bursts, Sought, missed_part};
+use super::preprocess::noise_levels::lattice_part;
 use super::record::Record;
+use super::regressors::candidates::{Candidates, Kind, knowable};
 use crate::config::Config;
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{self, About, InDrives, Library, Parameters};
 use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::gap::diagnose::Drive;
-use crate::gap::explain::{Explained, Explanations, told};
-use crate::gap::findings::Part;
+use crate::gap::rest::explain::{Explained, Explanations, told};
+use crate::gap::selection::findings::Part;
 use crate::signal::Log;
 
 /// Rounds of the search for lost ticks, each with the model fitted by then.
@@ -92,10 +93,10 @@ struct Fit {
     notes: Vec<String>,
 }
 
-/// Fits `ids` to a drive; see [`crate::gap::explain()`].
+/// Fits `ids` to a drive; see [`crate::gap::rest::explain()`].
 ///
 /// # Errors
-/// As [`crate::gap::explain()`].
+/// As [`crate::gap::rest::explain()`].
 pub fn explain(
     config: &Config,
     log: &Log,
@@ -148,12 +149,12 @@ pub(in crate::gap) fn known_gain(
     };
     let fit = fit(&record, &asked, &options);
     let found: Vec<(String, Parameters)> = fit.parts.into_iter().map(|p| (p.id, p.parameters)).collect();
-    Ok(far::gain(&kept.as_loud_as(&fit.nominal), library, &found, fit.nominal.process))
+    Ok(holdout::gain(&kept.as_loud_as(&fit.nominal), library, &found, fit.nominal.process))
 }
 
 fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let Believed { lsb, noise, nominal } = Believed::of(record);
-    let every = Candidates::new(record, &asked.drives, &options.prior, false, &onset::of_each(record));
+    let every = Candidates::new(record, &asked.drives, &options.prior, false, &changepoint::of_each(record));
     let candidates = every.only(|g| asked.walk.is_some() || !matches!(every.kinds[g], Kind::Walk));
     let mut notes = Vec::new();
     let mut parts = Vec::new();
@@ -238,9 +239,9 @@ fn lost_ticks(record: &Record, noise: &Noise, as_is: &Compared) -> Option<(Recor
         let sought = [0, 1].iter().flat_map(|side| [true, false].map(|slow| Sought { side: *side, loss: None, slow }));
         let accounts = sought
             .filter(|s| round == 0 || !s.slow)
-            .flat_map(|s| bursts::accounts(record, &models, noise, s))
+            .flat_map(|s| lost_ticks::accounts(record, &models, noise, s))
             .filter(|b| b.ln_evidence > WORTH);
-        let weighed = accounts.map(|b| (bursts::weight(record, &models, noise, &b), b));
+        let weighed = accounts.map(|b| (lost_ticks::weight(record, &models, noise, &b), b));
         let Some((_, bursts)) = weighed.max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
         let restored = bursts.restored(record);
         let compared = Compared::all_in(&restored, noise, candidates.clone(), theta.clone());
@@ -257,10 +258,10 @@ fn lost_ticks(record: &Record, noise: &Noise, as_is: &Compared) -> Option<(Recor
 
 #[cfg(test)]
 mod tests {
-    use super::super::ripple;
-    use super::super::ripple::tests::shaken;
     use super::*;
     use crate::effects::drive::ids;
+    use crate::gap::drive::preprocess::torque_bandwidth;
+    use crate::gap::drive::preprocess::torque_bandwidth::tests::shaken;
 
     /// A large gyro gain looks like torque noise within a step: gyro and heading diverge.
     #[test]
@@ -270,7 +271,7 @@ mod tests {
         for (parts, whole) in [(1, 0.0), (16, 1.0)] {
             let mut record = shaken(parts, 11);
             record.gyro_rad_s.iter_mut().flatten().for_each(|w| *w *= 1.0 + GAIN);
-            let before = ripple::before(&record, &Noise::believed(&record, None)).process.ripple;
+            let before = torque_bandwidth::before(&record, &Noise::believed(&record, None)).process.ripple;
             let fit = fit(&record, &Asked::of(&library, &[ids::scale_factor()]).unwrap(), &Options::default());
             let all = record.belief.torque_noise_n_m_sqrt_s.powi(2);
             println!("{parts}: {} before, {} with the gain", before / all, fit.nominal.process.ripple / all);

@@ -1,8 +1,8 @@
 //! Steps of a drive's trail: what was screened, how the recording was read, what stands for what.
 
-use super::branch::Branch;
-use super::evidence::Member;
 use super::fit::Compared;
+use super::fit::evidence::Member;
+use super::preprocess::hypothesis::Branch;
 use crate::gap::trace::{Decision, Step, TraceStage, largest, of_additions};
 
 /// Ids of what `problem` may add to a set, each with its gain in ln weight, nats.

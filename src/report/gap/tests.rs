@@ -7,8 +7,8 @@ use crate::gap::answer::Metric;
 use crate::gap::answer::{
     Against, Alike, Correction, EquationAnswer, FreeFormAnswer, Place, Regressor, Remainder, TimeOffset,
 };
-use crate::gap::place::curves;
-use crate::gap::state_space::{Believed, Coefficient};
+use crate::gap::rest::predictive::curves;
+use crate::gap::rest::state_space::{Believed, Coefficient};
 use crate::model::Scene;
 use crate::signal::TimeAxis;
 

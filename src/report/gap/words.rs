@@ -2,7 +2,7 @@
 
 use crate::effects::{About, by_id, drive};
 use crate::gap::answer::{Correction, EffectAnswer, FilterFigures, Metric};
-use crate::gap::place::{Curve, Over, Shown};
+use crate::gap::rest::predictive::{Curve, Over, Shown};
 use crate::report::fit::equals;
 use crate::report::numbers::{known_digits, probability, significant};
 use crate::units::{RAD_S_PER_DEG_S, duration_text};

@@ -6,7 +6,7 @@ use super::quantity::{self, Quantity, significant};
 use super::{Axis, Chart, Page, Panel, Picture, palette};
 use crate::error::Result;
 use crate::gap::answer::{Answer, Metric, Verdict};
-use crate::gap::place::{Curve, Over, Shown};
+use crate::gap::rest::predictive::{Curve, Over, Shown};
 use crate::report::gap::measured_on;
 use crate::report::gap::words::{curve_name, heading_horizon_s, title};
 

@@ -1,8 +1,8 @@
-use super::super::judge::Options as JudgeOptions;
 use super::*;
 use crate::effects::{self, drive::ids};
 use crate::gap::Calibration;
-use crate::gap::findings::{Part, WeightedSet};
+use crate::gap::drive::model_selection::Options as JudgeOptions;
+use crate::gap::selection::findings::{Part, WeightedSet};
 
 fn scale() -> &'static str {
     ids::radius_scale()
@@ -11,7 +11,7 @@ fn scale() -> &'static str {
 /// A robot of which each of two wheels reads 2 % less than the gyro and the torques say.
 #[test]
 fn what_makes_the_simulator_worse_is_not_offered() {
-    use super::super::unforced::tests::{belief, recorded};
+    use crate::gap::drive::preprocess::acceleration_model::tests::{belief, recorded};
     let track = ids::track_width();
     let robot = belief().robot;
     let (v, rate) = (0.6, 0.4);
@@ -38,7 +38,7 @@ fn what_makes_the_simulator_worse_is_not_offered() {
 /// A skid-steered robot whose body sways and shakes as no wheel turns: gyro at 100 Hz, wheels at 6.7 Hz, a clock each, no torques.
 #[test]
 fn a_track_is_named_though_the_gyro_shakes() {
-    use super::super::clocks::tests::{recorded, robot, two_files};
+    use crate::gap::drive::preprocess::clocks::tests::{recorded, robot, two_files};
     use crate::math::random::Stream;
     use crate::signal::names;
     let shaken = |seed: u64| {
@@ -83,7 +83,7 @@ fn what_wanders_beside_something_else_is_told_and_not_named() {
 /// A robot that creeps below the noise of its encoders is not at rest, and its gyro no other one.
 #[test]
 fn a_robot_that_creeps_has_no_other_bias() {
-    use super::super::unforced::tests::{belief, recorded};
+    use crate::gap::drive::preprocess::acceleration_model::tests::{belief, recorded};
     use crate::math::random::Stream;
     let draw = &mut Stream::new(4, 4);
     let mut at_rest = |yaw_rate: f64, bias: f64| {

@@ -1,0 +1,8 @@
+//! The extended Kalman filter of a drive: its steps, its pass over the rows, innovations, and their sensitivity to every coefficient.
+
+pub(crate) mod agility;
+pub(crate) mod effect_set;
+pub(crate) mod filter;
+pub(crate) mod filter_pass;
+pub mod innovations;
+pub(crate) mod sensitivity;

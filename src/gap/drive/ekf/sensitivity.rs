@@ -1,0 +1,229 @@
+//! dν = h·D + d,  D⁺ = D - K dν,  D⁻ = F D⁺ + ∂f/∂β: the derivatives D of the state by every coefficient β; likewise
+//! those of the change by noise in the last step, a part of which late readings hold.
+//!
+//! One array for each state, so that the loops over some two hundred columns run on vectors.
+
+use super::filter::{N, Step, TH, V, W, X, Y};
+use super::filter_pass::{Followed, Taken};
+use super::innovations::{Beside, Models};
+use crate::gap::drive::regressors::basis::{Column, Equation};
+use crate::model::drive::{DriveEffect, Instrument, Moving, Past, Robot, Shape};
+
+/// Derivatives of the state, and of the readings of the current row, by some of the columns.
+pub(crate) struct Tangents<'a> {
+    columns: Vec<Column>,
+    models: &'a Models,
+    state: [Vec<f64>; N],
+    /// ∂(expected reading)/∂β at a fixed state, by channel
+    direct: [Vec<f64>; 6],
+    moved: Vec<f64>,
+    /// Of the change of v and ω by noise in the last step, as estimated from the readings of this row
+    shaken: [Vec<f64>; 2],
+    /// For a coordinate that varies, the index of the coordinate's own column; for others, their own index
+    varies: Vec<usize>,
+    /// Derivatives of dv/dt, dω/dt and the sideways speed by each coordinate
+    adds: Vec<[f64; 3]>,
+    /// Shape of the change whose coordinates are being evaluated
+    shapes: Shapes,
+    /// Past speeds and yaw rates, where torques were logged
+    past: Option<Past>,
+}
+
+/// Cached shape of the change whose coordinates are being evaluated, in this row.
+#[derive(Default)]
+struct Shapes {
+    of_row: Option<(usize, Shape)>,
+}
+
+impl Shapes {
+    fn of(&mut self, change: usize, effect: &dyn DriveEffect, robot: &Robot, at: &Moving) -> &Shape {
+        let known = self.of_row.take().filter(|known| known.0 == change);
+        &self.of_row.insert(known.unwrap_or_else(|| (change, effect.shape(robot, at)))).1
+    }
+}
+
+impl<'a> Tangents<'a> {
+    /// All zero. A coordinate that varies stands after the column of the coordinate itself. `forced`: whether torques
+    /// were logged.
+    pub(crate) fn new(columns: Vec<Column>, models: &'a Models, forced: bool) -> Self {
+        let columns: Vec<Column> = columns.into_iter().map(Column::evaluated).collect();
+        let zero = || vec![0.0; columns.len()];
+        let constant = |i, j| columns.iter().position(|c| *c == Column::Coordinate(i, j));
+        let of = |(c, column): (usize, &Column)| match *column {
+            Column::Varying(i, j, _) => constant(i, j).unwrap_or(c),
+            _ => c,
+        };
+        Self {
+            models,
+            state: std::array::from_fn(|_| zero()),
+            direct: std::array::from_fn(|_| zero()),
+            moved: zero(),
+            shaken: [zero(), zero()],
+            varies: columns.iter().enumerate().map(of).collect(),
+            adds: vec![[0.0; 3]; columns.len()],
+            shapes: Shapes::default(),
+            past: forced.then(Past::default),
+            columns,
+        }
+    }
+
+    /// Moves the derivatives through one row; the whitened derivatives of its readings are appended to `slopes`.
+    pub(crate) fn follow(&mut self, row: &Followed, slopes: &mut Vec<f64>) {
+        if !row.taken.is_empty() {
+            self.expect(row);
+            self.shaken.iter_mut().for_each(|s| s.fill(0.0));
+            row.taken.iter().for_each(|taken| self.correct(taken, slopes));
+        }
+        if let Some(past) = &mut self.past {
+            past.push(row.at.t_s, row.speeds[0], row.speeds[1]);
+        }
+        if row.goes_on {
+            self.predict(row);
+        }
+    }
+
+    /// Direct derivatives of a row's expected readings by β, at a fixed state.
+    fn expect(&mut self, row: &Followed) {
+        let (sin, cos) = row.heading;
+        let at = Moving { past: self.past.as_ref(), ..row.at };
+        let d = &mut self.direct;
+        for (c, column) in self.columns.iter().enumerate() {
+            match *column {
+                Column::Coordinate(i, j) => {
+                    let Beside { model, step, touches, .. } = &self.models.beside[i][j];
+                    if touches.wheels {
+                        let [l, r] = model.wheels_rad_s(&at);
+                        (d[0][c], d[1][c]) = ((l - row.here[0]) / step, (r - row.here[1]) / step);
+                    }
+                    if touches.gyro {
+                        d[2][c] = (model.gyro_rad_s(&at) - row.here[2]) / step;
+                    }
+                    if touches.pose {
+                        let there = at.pose_ago(model.delay_s(Instrument::Pose));
+                        for (channel, (there, here)) in d[3..].iter_mut().zip(there.into_iter().zip(row.pose_ago)) {
+                            channel[c] = (there - here) / step;
+                        }
+                    }
+                }
+                Column::Varying(_, _, f) => {
+                    let (of, value) = (self.varies[c], row.functions[f]);
+                    for channel in d.iter_mut() {
+                        channel[c] = value * channel[of];
+                    }
+                }
+                Column::Usual(_) | Column::Free(..) | Column::Hat(..) => {
+                    let Some((equation, value)) = column.added(&row.functions, row.at.t_s) else { continue };
+                    match equation {
+                        Equation::WheelLeft => d[0][c] = value,
+                        Equation::WheelRight => d[1][c] = value,
+                        Equation::Gyro => d[2][c] = value,
+                        Equation::PoseAlong => (d[3][c], d[4][c]) = (value * cos, value * sin),
+                        Equation::PoseAcross => (d[3][c], d[4][c]) = (-value * sin, value * cos),
+                        Equation::PoseHeading => d[5][c] = value,
+                        Equation::Force | Equation::Moment | Equation::Sideways | Equation::Along | Equation::Turn => {}
+                    }
+                }
+                Column::PoseDelay => {
+                    let v = row.at.speed_m_s;
+                    (d[3][c], d[4][c], d[5][c]) = (-v * cos, -v * sin, -row.at.yaw_rate_rad_s);
+                }
+                Column::TurnOn => d[2][c] = 1.0,
+                Column::WarmUpSize => d[2][c] = row.warm_up[0],
+                Column::WarmUpTime => d[2][c] = row.warm_up[1],
+                Column::GyroCosine(n) => d[2][c] = row.cosines[n],
+                Column::GyroStep(from_s) => d[2][c] = f64::from(u8::from(row.at.t_s >= from_s)),
+                Column::GyroSettling(from_s, within_s) => {
+                    let since_s = row.at.t_s - from_s;
+                    d[2][c] = if since_s >= 0.0 { -(-since_s / within_s).exp() } else { 0.0 };
+                }
+            }
+        }
+    }
+
+    /// Update by one scalar reading.
+    fn correct(&mut self, taken: &Taken, slopes: &mut Vec<f64>) {
+        self.moved.copy_from_slice(&self.direct[taken.channel as usize]);
+        for (h, state) in taken.h.iter().zip(&self.state) {
+            if *h != 0.0 {
+                self.moved.iter_mut().zip(state).for_each(|(m, s)| *m += h * s);
+            }
+        }
+        for (by, shaken) in taken.late.iter().zip(&self.shaken).filter(|(by, _)| **by != 0.0) {
+            self.moved.iter_mut().zip(shaken).for_each(|(m, s)| *m -= by * s);
+        }
+        for (gain, shaken) in taken.shaken_gain.iter().zip(&mut self.shaken).filter(|(gain, _)| **gain != 0.0) {
+            shaken.iter_mut().zip(&self.moved).for_each(|(s, m)| *s -= gain * m);
+        }
+        for (gain, state) in taken.gain.iter().zip(&mut self.state) {
+            state.iter_mut().zip(&self.moved).for_each(|(s, m)| *s -= gain * m);
+        }
+        let whitens = taken.std.recip();
+        slopes.extend(self.moved.iter().map(|m| m * whitens));
+    }
+
+    /// Prediction to the next row.
+    fn predict(&mut self, row: &Followed) {
+        let (at, f, functions) = (&row.leaving, &row.f, &row.functions_ahead);
+        let Step { torques, sideways, dt, .. } = row.step;
+        let p = self.columns.len();
+        let [x, y, th, v, w] = &mut self.state;
+        let (x, y, th, v, w) = (&mut x[..p], &mut y[..p], &mut th[..p], &mut v[..p], &mut w[..p]);
+        for c in 0..p {
+            let (dth, dv, dw) = (th[c], v[c], w[c]);
+            x[c] += f[X][TH] * dth + f[X][V] * dv + f[X][W] * dw;
+            y[c] += f[Y][TH] * dth + f[Y][V] * dv + f[Y][W] * dw;
+            th[c] += f[TH][V] * dv + f[TH][W] * dw;
+            v[c] = f[V][TH] * dth + f[V][V] * dv + f[V][W] * dw;
+            w[c] = f[W][TH] * dth + f[W][V] * dv + f[W][W] * dw;
+        }
+        let (sin, cos) = row.middle;
+        self.shapes.of_row = None;
+        for (c, column) in self.columns.iter().enumerate() {
+            // dv/dt, dω/dt, sideways
+            let d = match *column {
+                Column::Coordinate(i, j) => {
+                    let Beside { model, step, touches, known, own } = &self.models.beside[i][j];
+                    if !touches.motion {
+                        continue;
+                    }
+                    let mut moved = *at;
+                    model.accelerate_with(&mut moved, torques, |place, effect| {
+                        let shaped = || effect.force_of(self.shapes.of(i, effect, &model.robot, at), &model.robot, at);
+                        let same = known[place].map(|same| row.forces[same]);
+                        same.or_else(|| (*own == Some(place)).then(shaped))
+                    });
+                    self.adds[c] = [
+                        (moved.acceleration_m_s2 - at.acceleration_m_s2) / step,
+                        (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / step,
+                        (model.sideways_m_s(at) - sideways) / step,
+                    ];
+                    self.adds[c]
+                }
+                Column::Varying(_, _, f) => self.adds[self.varies[c]].map(|a| a * functions[f]),
+                _ => match column.added(functions, at.t_s) {
+                    // outside its two intervals a triangle adds nothing
+                    Some((_, 0.0)) => continue,
+                    Some((Equation::Force, value)) => [value, 0.0, 0.0],
+                    Some((Equation::Moment, value)) => [0.0, value, 0.0],
+                    Some((Equation::Sideways, value)) => [0.0, 0.0, value],
+                    Some((Equation::Along, value)) => {
+                        x[c] += dt * value * cos;
+                        y[c] += dt * value * sin;
+                        continue;
+                    }
+                    Some((Equation::Turn, value)) => {
+                        th[c] += dt * value;
+                        continue;
+                    }
+                    _ => continue,
+                },
+            };
+            v[c] += dt * d[0];
+            w[c] += dt * d[1];
+            let (half_way, half_turn) = (0.5 * dt * dt * d[0], 0.5 * dt * dt * d[1]);
+            x[c] += half_way * cos - dt * d[2] * sin;
+            y[c] += half_way * sin + dt * d[2] * cos;
+            th[c] += half_turn;
+        }
+    }
+}

@@ -1,0 +1,426 @@
+//! Comparison for one drive: which sets of effects and free forms explain it, their probabilities, and their shares.
+//!
+//! Order: quantization of the wheels; diffusion of the speeds where there are no torques; a start for strongly
+//! nonlinear changes, and in a large gap the effects that explain most, each alone; the comparison of sets, outliers,
+//! noise levels. Then the same with the lost ticks of one wheel restored, and with the readings of wheels or gyro moved
+//! to their true times, if that looks worth it.
+
+use super::ekf::innovations::{Models, Noise};
+use super::fit::begin::{ALONE, first, start};
+use super::fit::{Compared, Theta};
+use super::preprocess::acceleration_model;
+use super::preprocess::changepoint;
+use super::preprocess::changepoint::Onsets;
+use super::preprocess::gyro_offset;
+use super::preprocess::hypothesis::Branch;
+use super::preprocess::lost_ticks;
+use super::preprocess::lost_ticks::{Bursts, Predicted, Sought, missed_part};
+use super::preprocess::noise_levels::lattice_part;
+use super::preprocess::reference_extrinsics;
+use super::preprocess::reference_extrinsics::Mounting;
+use super::preprocess::torque_bandwidth;
+use super::preprocess::wheel_offset;
+use super::preprocess::wheel_offset::Late;
+use super::record::Record;
+use super::regressors::candidates::{Candidates, Kind, Prior, knowable};
+use super::regressors::practical_identifiability::alike;
+use super::regressors::structural_identifiability::Twins;
+use super::screening::best_single_effect::{Closest, alone, closest};
+use super::trail::{self, Way};
+use crate::effects::About;
+use crate::effects::drive::{self, DriveExplanation, Driving};
+use crate::gap::Calibration;
+use crate::gap::answer::Alike;
+use crate::gap::rest::nongaussian::quantization::Grain;
+use crate::gap::selection::findings::{Findings, Main, Part, WeightedSet};
+use crate::gap::trace::{self, Decision, Step, TraceStage};
+use crate::model::drive::Instrument;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Settings of the comparison.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Prior odds.
+    pub prior: Prior,
+    /// Calibration of evidences to probabilities.
+    pub calibration: Calibration,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        let prior = Prior::default();
+        Self { prior, calibration: Calibration::of_drives(&prior.of_search()) }
+    }
+}
+
+/// Result of the comparison for one drive.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// Sets with their probabilities.
+    pub findings: Findings,
+    /// Where no effect explains most, or noise is not as stated: the effect that explains most alone, and its share of
+    /// what the best set explains, 0 to 1; else none.
+    pub closest: Option<(Closest, f64)>,
+    /// Whether the cause is unknown: no effect explains most.
+    pub unknown: bool,
+    /// Whether the noise of wheels and gyro is as stated; it is estimated only without torques. Noise that is not as
+    /// stated is seldom white: the evidence then counts more readings than are independent.
+    pub as_stated: bool,
+    /// Delay of the wheels' readings, s, where moving them explains the drive better; else none.
+    pub wheels_late_s: Option<f64>,
+    /// Classes of effects that this drive cannot tell apart, independent of chance in the readings.
+    pub alike: Vec<Alike>,
+    /// Noise that the nominal filter assumes; without torques, with the estimated diffusion of the speeds and noise of
+    /// wheels and gyro.
+    pub nominal_noise: Noise,
+}
+
+/// ln of the ratio of two quantization steps up to which they are the same.
+const SAME_STEP: f64 = 0.01;
+/// Evidence from which on lost ticks are examined, nats.
+pub(super) const WORTH: f64 = 8.0;
+/// Size of a gap from which on the derivatives at zero need not tell its cause, nats.
+pub(super) const LARGE: f64 = 300.0;
+/// Most searches for a delay of the wheels, each with the model found so far.
+const SETTLING: usize = 5;
+/// Most accounts of lost ticks that are compared.
+const TRIED: usize = 4;
+/// Nats by which an account may fall short before free forms have been tried beside it ...
+const SHORT: f64 = 50.0;
+/// ... and nats by which it may fall short before its model has settled.
+pub(super) const HOPELESS: f64 = 500.0;
+
+/// Mounting of the reference on the robot, where the configuration leaves it open; else none.
+#[must_use]
+pub fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Option<Mounting> {
+    // the diffusion takes many passes to estimate: not done where the mounting is known
+    if !reference_extrinsics::is_open(record) {
+        return None;
+    }
+    reference_extrinsics::find(record, &Believed::of(record).nominal, effects, &options.prior)
+}
+
+/// Compares sets of `effects` and free forms on `record`.
+#[must_use]
+pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Judged {
+    let twins = Twins::of(record, effects);
+    let effects = &twins.told_apart;
+    let Believed { lsb, noise, nominal } = Believed::of(record);
+    let onsets_s = changepoint::of_each(record);
+    let all = Candidates::new(record, effects, &options.prior, true, &onsets_s);
+    let (noise, _) = diffused(record, noise, &all);
+    let begin = start(record, &noise, &all);
+    let compared = first(record, &noise, all, &begin);
+    let screened = trail::screened(&compared);
+    let branch = settled(record.clone(), noise, compared, onsets_s, effects, options);
+    // share of the quantization: gain over the same model with the nominal noise of the wheels
+    let given = record.given.wheel_lsb_rad_s;
+    let lattice = lsb.filter(|lsb| given.is_none_or(|given| (lsb / given).ln().abs() > SAME_STEP)).map(|lsb| {
+        let nominal = branch.noise.without_lattice(record);
+        let here = branch.ln_likelihood(&branch.noise) - branch.ln_likelihood(&nominal);
+        let named = effects.iter().find(|e| matches!(e.explanation(), DriveExplanation::WheelLattice));
+        lattice_part(lsb, here.max(1.0), named.map(|e| e.about()))
+    });
+    let in_time = gyro_offset::gyro_in_time(record, &branch, effects, options);
+    let top = in_time.iter().map(gyro_offset::InTime::top).fold(branch.top(), f64::max);
+    let mut others = Vec::new();
+    let mut ways: Vec<Way<'_>> = Vec::new();
+    let loses = effects.iter().find(|e| e.tick_loss().is_some());
+    let mut lost = Err("there are no bursts worth a look, or their account falls short by far");
+    if let Some(loses) = loses
+        && let Some((other, bursts)) = restored(record, (&branch, top), &begin, &noise, effects, options)
+    {
+        lost = Ok(other.top());
+        let gained = other.top() - branch.top();
+        let part = Part { missed_nats: Some(gained - options.prior.ln_named), ..missed_part(*loses, &bursts, gained) };
+        others.push((other, part));
+    }
+    ways.extend(loses.map(|_| Way { name: "lost ticks restored".into(), top: lost }));
+    let late_wheels = drive::late(effects, Instrument::Wheels);
+    let mut wheels_late_s = None;
+    if !record.wheels_were_set
+        && let Some((other, late)) = wheels_in_time(record, &branch, effects, options)
+    {
+        let part = late.part(other.top() - branch.top(), late_wheels);
+        ways.push(Way { name: format!("wheels {:.4} s earlier", late.delay_s), top: Ok(other.top()) });
+        others.push((other, part));
+        wheels_late_s = Some(late.delay_s);
+    } else {
+        let why = if record.wheels_were_set {
+            "not tried: the clock of the wheels was set before"
+        } else {
+            "no delay gains as much as a large gap holds, or no set with it is better"
+        };
+        ways.push(Way { name: "late wheels put back in time".into(), top: Err(why) });
+    }
+    let mut sets = branch.sets();
+    sets.extend(in_time.iter().flat_map(gyro_offset::InTime::sets));
+    for (other, part) in &others {
+        sets.extend(other.sets().into_iter().map(|set| beside(set, part, late_wheels)));
+    }
+    ways.extend(in_time.iter().map(|i| Way { name: format!("gyro {:.4} s earlier", i.lag_s), top: Ok(i.top()) }));
+    let readings = trail::readings(branch.top(), &ways);
+    let mut trace: Vec<Step> = trace::of_notes(&record.notes).chain(twins.steps()).collect();
+    trace.extend(
+        unknowable(record, effects).map(|id| {
+            Step::new(TraceStage::Screening, id, Decision::Removed, "the channels of this log cannot show it")
+        }),
+    );
+    trace.extend(lattice.iter().map(|part| {
+        let step = Step::new(TraceStage::Readings, &part.id, Decision::Estimated, part.description.as_str());
+        step.nats(part.share)
+    }));
+    // the interpretation that explains the drive best
+    let others = others.iter().map(|o| &o.0).chain(in_time.iter().map(|i| &i.branch));
+    let best = others.fold(&branch, |best, other| if other.top() > best.top() { other } else { best });
+    let levels = best.levels.iter().map(|l| (l.about.id.to_owned(), l.margin - options.prior.ln_named));
+    let missed_by: BTreeMap<String, f64> = best.missed_by.clone().into_iter().chain(levels).collect();
+    for set in &mut sets {
+        set.parts.extend(lattice.iter().cloned());
+        set.parts.iter_mut().for_each(|p| p.missed_nats = p.missed_nats.or(missed_by.get(&p.id).copied()));
+    }
+    let sets = sets.into_iter().flat_map(|set| twins.all(set)).collect();
+    let mut findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
+    trace.extend(screened);
+    trace.extend(best.trace.iter().cloned().chain(readings));
+    trace.extend(trail::added(&best.compared));
+    findings.trace = trace;
+    let unknown = findings.top() == Main::Unknown;
+    let as_stated = record.torques_n_m.is_some() || acceleration_model::is_as_stated(record, &best.noise);
+    let nearest = if unknown || !as_stated { closest(&best.record, &best.noise, effects, options) } else { None };
+    let closest = nearest.map(|(one, nothing)| {
+        let c = &best.compared;
+        let explained = c.problem.ln_evidence(&c.sets[0].members) - nothing;
+        let share = if explained > 0.0 { (one.gain / explained).clamp(0.0, 1.0) } else { 0.0 };
+        (Closest { part: twins.plausible(one.part), ..one }, share)
+    });
+    let mut alike = alike(&best.record, &best.compared);
+    let mut classes = findings.sets.first().map_or_else(Vec::new, |set| twins.classes(&set.parts));
+    if classes.is_empty() {
+        classes.extend(closest.iter().flat_map(|c| twins.classes(std::slice::from_ref(&c.0.part))));
+    }
+    alike.extend(classes);
+    let nominal_noise = best.noise.nominal_beside(&nominal, record);
+    Judged { findings, closest, unknown, as_stated, wheels_late_s, alike, nominal_noise }
+}
+
+/// Settles the best set of `compared`.
+pub(super) fn settled(
+    record: Record,
+    noise: Noise,
+    compared: Compared,
+    onsets_s: Onsets,
+    effects: &[&'static dyn Driving],
+    options: &Options,
+) -> Branch {
+    let mut branch = Branch::new(record, noise, compared, onsets_s);
+    branch.look_at_promising();
+    branch.settle(effects, options);
+    branch
+}
+
+/// The model of the robot without any effect.
+pub(super) fn plain(record: &Record) -> Models {
+    Models { here: record.model(Vec::new()), beside: Vec::new() }
+}
+
+/// Noise and motion beyond the model, before any effect is known.
+pub(super) struct Believed {
+    /// Quantization step of the wheels, rad/s; none: not quantized.
+    pub(super) lsb: Option<f64>,
+    /// Noise, quantization included.
+    pub(super) noise: Noise,
+    /// Noise that the nominal filter assumes: without quantization.
+    pub(super) nominal: Noise,
+}
+
+impl Believed {
+    pub(super) fn of(record: &Record) -> Self {
+        let white = record.belief.wheel_std_rad_s;
+        let lsb = record.wheels_rad_s.iter().filter_map(|w| Grain::of(w, white).lsb_rad_s).reduce(f64::min);
+        let mut noise = Noise { wheel_lsb_rad_s: lsb.unwrap_or(0.0), ..Noise::believed(record, lsb) };
+        if record.torques_n_m.is_none() {
+            noise = acceleration_model::likely(record, &plain(record), &noise);
+        }
+        let noise = torque_bandwidth::before(record, &noise);
+        let nominal = noise.without_lattice(record);
+        Self { lsb, noise, nominal }
+    }
+}
+
+/// The drive with the readings of its wheels moved earlier by their delay; none where they are not late.
+fn wheels_in_time(
+    record: &Record,
+    as_is: &Branch,
+    effects: &[&'static dyn Driving],
+    options: &Options,
+) -> Option<(Branch, Late)> {
+    let zero = as_is.compared.candidates.zero();
+    // with the believed noise: what was found since may have absorbed the delay
+    let nominal = Branch::models_at(record, &as_is.compared.candidates, &zero);
+    // where one effect explains all, a delay must explain as much, or is superfluous
+    let worth = if as_is.is_told_by_one() { as_is.compared.gap().max(LARGE) } else { LARGE };
+    let mut late = wheel_offset::find(record, &nominal, &as_is.believed).filter(|l| l.gain > worth)?;
+    let mut found = None;
+    // the delay is searched again with the model and noise found so far
+    for _ in 0..SETTLING {
+        let moved = wheel_offset::put_back(record, late.delay_s);
+        let all = Candidates::new(&moved, effects, &options.prior, true, &[]);
+        let (noise, nearest) = rediffused(&moved, &as_is.believed, &all);
+        let begin = start(&moved, &noise, &all);
+        let compared = first(&moved, &noise, all, &begin);
+        let mut other = settled(moved, noise, compared, Vec::new(), effects, options);
+        other.extra_weight += options.prior.ln_free - 0.5 * (record.len() as f64).ln();
+        // a free form may hold an effect that these models lack: the effect fitted alone is tried too
+        let models = Branch::models_at(record, &other.compared.candidates, &other.compared.theta);
+        let known = nearest.into_iter().map(|models| (models, noise)).chain([(models, other.noise)]);
+        let looks = known.filter_map(|(models, noise)| wheel_offset::find(record, &models, &noise));
+        let again = looks.max_by(|a, b| a.ln_likelihood.total_cmp(&b.ln_likelihood));
+        found = Some((other, Late { std_s: again.map_or(late.std_s, |a| a.std_s), ..late }));
+        match again {
+            Some(again) if (again.delay_s - late.delay_s).abs() > again.std_s => late = again,
+            _ => break,
+        }
+    }
+    found.filter(|(other, _)| other.top() > as_is.top())
+}
+
+/// The drive with the lost ticks of one wheel restored, in the account that explains it best; none where no account
+/// comes near `best_top`, the ln weight of the best way that is known: `as_is` or another.
+fn restored(
+    record: &Record,
+    (as_is, best_top): (&Branch, f64),
+    begin: &Theta,
+    noise: &Noise,
+    effects: &[&'static dyn Driving],
+    options: &Options,
+) -> Option<(Branch, Bursts)> {
+    // restored ticks are not also missing on average
+    let all = &as_is.compared.candidates;
+    let (zero, begin, here) =
+        (all.zero(), all.without_lost_ticks_in(begin), all.without_lost_ticks_in(&as_is.compared.theta));
+    // beside a settled set without free forms no other start is needed
+    let mut from = if as_is.is_quiet() { vec![&here] } else { vec![&zero, &begin, &here] };
+    from.dedup();
+    // slow errors of the model look like bursts, and long bursts like slow errors: both are tried
+    let tried: Vec<(&Theta, usize)> = from.into_iter().flat_map(|theta| [0, 1].map(|side| (theta, side))).collect();
+    let found = |(theta, side): (&'_ Theta, usize)| -> Vec<(f64, Bursts, Theta)> {
+        let models = Branch::models_at(record, &as_is.compared.candidates, theta);
+        let predicted = Predicted::of(record, &models, &as_is.noise, side);
+        let mut worth =
+            [true, false].map(|slow| predicted.accounts(record, Sought { side, loss: None, slow })).concat();
+        worth.retain(|b| b.ln_evidence > WORTH);
+        let weighed = |b: Bursts| (lost_ticks::weight(record, &models, &as_is.noise, &b), b, theta.clone());
+        worth.into_par_iter().map(weighed).collect()
+    };
+    let mut all: Vec<(f64, Bursts, Theta)> = tried.into_par_iter().flat_map_iter(found).collect();
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // the same account from another model leads to the same comparison
+    let mut seen: Vec<Vec<f64>> = Vec::new();
+    all.retain(|(_, b, _)| {
+        !seen.contains(&b.lost) && {
+            seen.push(b.lost.clone());
+            true
+        }
+    });
+    all.truncate(TRIED);
+    let fresh = Noise { process: as_is.noise.process, ..*noise };
+    let plausible = as_is.compared.plausible().without_lost_ticks();
+    let as_is_top = as_is.top();
+    let settled = |bursts: Bursts, theta: &Theta| {
+        let restored = bursts.restored(record);
+        let own = bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
+        let hopeless = best_top - own - HOPELESS;
+        let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
+        let onsets_s = changepoint::of_each(&restored);
+        let compared_top = compared.top();
+        let mut other = Branch::new(restored, fresh, compared, onsets_s);
+        other.restored = true;
+        other.bent_nats = (compared_top + own - as_is_top).max(0.0);
+        other.promising.clone_from(&as_is.promising);
+        other.extra_weight += own;
+        if other.top() > best_top - HOPELESS {
+            other.clean(effects, options);
+        }
+        (other, bursts)
+    };
+    let better = |a: &(Branch, Bursts), b: &(Branch, Bursts)| a.0.top().total_cmp(&b.0.top());
+    let accounts: Vec<(Branch, Bursts)> =
+        all.into_par_iter().map(|(_, bursts, theta)| settled(bursts, &theta)).collect();
+    let best = accounts.into_iter().max_by(better)?;
+    // once more with the model found so far, without taking out slow errors
+    let theta = best.0.compared.next().0;
+    let models = Branch::models_at(record, &best.0.compared.candidates, &theta);
+    let sought = Sought { side: best.1.side, loss: None, slow: false };
+    let again: Vec<(f64, Bursts)> = lost_ticks::accounts(record, &models, &best.0.noise, sought)
+        .into_par_iter()
+        .map(|b| (lost_ticks::weight(record, &models, &best.0.noise, &b), b))
+        .collect();
+    let again = again.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, bursts)| settled(bursts, &theta));
+    let best = again.into_iter().chain([best]).max_by(better);
+    // compared with plausible sets alone, it may fall short by the gain of free forms
+    let (mut other, bursts) = best.filter(|b| b.0.top() > best_top - SHORT)?;
+    other.widen(effects, options, other.compared.steps_s());
+    other.settle(effects, options);
+    (other.top() > best_top - SHORT).then_some((other, bursts))
+}
+
+/// A set with one more part. A part of the same delay, `late`, in the set is the rest after the readings were moved, and
+/// is added to it.
+fn beside(mut set: WeightedSet, part: &Part, late: Option<&About>) -> WeightedSet {
+    let mut part = part.clone();
+    let same = |p: &Part| p.id == part.id && late.is_some_and(|late| part.id == late.id);
+    if let Some(at) = set.parts.iter().position(same) {
+        let left = set.parts.swap_remove(at);
+        part.share += left.share;
+        for (name, value) in &left.parameters {
+            *part.parameters.entry(name.clone()).or_insert(0.0) += value;
+        }
+    }
+    set.parts.push(part);
+    set
+}
+
+/// [`diffused`] for a drive whose readings were moved: without torques the motion, which the late readings told, is
+/// estimated anew.
+pub(super) fn rediffused(moved: &Record, believed: &Noise, all: &Candidates) -> (Noise, Option<Models>) {
+    let noise = match moved.torques_n_m {
+        Some(_) => *believed,
+        None => acceleration_model::likely(moved, &plain(moved), believed),
+    };
+    diffused(moved, noise, all)
+}
+
+/// Without torques: the noise with the diffusion estimated beside the effect that explains most alone, and the model
+/// with that effect; none if none explains anything. Otherwise a gap would add to the diffusion, and the gyro's gain,
+/// which scales all yaw rates, would make up for that; where a pose contradicts, with the help of free forms.
+fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<Models>) {
+    if record.torques_n_m.is_some() {
+        return (noise, None);
+    }
+    let named = all.only(|g| matches!(all.kinds[g], Kind::Change(_)));
+    let zero = named.linearise(record, &noise, &named.zero());
+    let nothing = zero.ln_weight(&[]);
+    let fits = alone(record, &noise, &named, &zero, ALONE);
+    match fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())) {
+        Some(best) if best.top() > nothing => {
+            let models = Branch::models_at(record, &best.candidates, &best.next().0);
+            (acceleration_model::likely(record, &models, &noise), Some(models))
+        }
+        _ => (noise, None),
+    }
+}
+
+/// Ids of the effects of the library that this drive cannot show.
+pub(crate) fn unknowable<'a>(
+    record: &'a Record,
+    effects: &'a [&'static dyn Driving],
+) -> impl Iterator<Item = &'static str> + 'a {
+    effects
+        .iter()
+        .filter(|e| {
+            !knowable(**e, record) && matches!(e.explanation(), DriveExplanation::Model(_) | DriveExplanation::GyroStep)
+        })
+        .map(|e| e.about().id)
+}

@@ -1,0 +1,423 @@
+//! One interpretation of a drive: sets are compared where the best one lies, outliers removed, and noise levels
+//! estimated from the residuals of a settled model.
+
+use super::acceleration_model;
+use super::changepoint;
+use super::changepoint::Onsets;
+use super::noise_levels::{Level, Residual};
+use super::torque_bandwidth;
+use crate::effects::drive::{Coordinate, Driving};
+use crate::effects::{self, About, InDrives, Parameters};
+use crate::gap::drive::ekf::innovations::{Models, Noise, run, run_scoped};
+use crate::gap::drive::fit::evidence::Member;
+use crate::gap::drive::fit::{Compared, Theta, models};
+use crate::gap::drive::model_selection::{LARGE, Options};
+use crate::gap::drive::record::Record;
+use crate::gap::drive::regressors::basis::{Column, Scoped};
+use crate::gap::drive::regressors::candidates::{Candidates, Kind};
+use crate::gap::selection::findings::{Part, WeightedSet};
+use crate::gap::trace::{Decision, Step, TraceStage};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Most comparisons of all sets.
+const WIDE: usize = 3;
+/// Gain needed to change the diffusion, nats.
+const BETTER: f64 = 1.0;
+/// Free forms that are retained in a large gap.
+const PROMISING: usize = 20;
+/// Most sets that take part in the answer.
+const SETS: usize = 60;
+
+/// One interpretation of the drive: as it is, or with lost ticks restored.
+pub(crate) struct Branch {
+    pub(crate) record: Record,
+    pub(crate) believed: Noise,
+    pub(crate) noise: Noise,
+    pub(crate) compared: Compared,
+    /// Most likely time of a bias step in each drive, s since it began
+    onsets_s: Onsets,
+    /// Ids of the free forms that are retained in a large gap; none: all
+    pub(crate) promising: Option<BTreeSet<String>>,
+    /// Numbers of outliers removed: gyro, pose and wheels
+    pub(crate) put_aside: [usize; 3],
+    /// Whether lost ticks were restored: they are not searched again
+    pub(crate) restored: bool,
+    /// Nats closed by the restored ticks, as a law that may bend
+    pub(crate) bent_nats: f64,
+    pub(crate) extra_weight: f64,
+    pub(crate) extra_parts: Vec<Part>,
+    /// Named noise levels that are not as stated
+    pub(crate) levels: Vec<Level>,
+    /// Evidence lost without each effect of the best set, nats, by id
+    pub(crate) missed_by: BTreeMap<String, f64>,
+    /// Steps of the trail.
+    pub(crate) trace: Vec<Step>,
+}
+
+impl Branch {
+    pub(crate) fn new(record: Record, noise: Noise, compared: Compared, onsets_s: Onsets) -> Self {
+        let (promising, put_aside, extra_weight, extra_parts) = (None, [0; 3], 0.0, Vec::new());
+        let believed = noise;
+        let (restored, bent_nats) = (false, 0.0);
+        let (levels, missed_by, trace) = (Vec::new(), BTreeMap::new(), Vec::new());
+        Self {
+            record,
+            believed,
+            noise,
+            compared,
+            onsets_s,
+            promising,
+            put_aside,
+            restored,
+            bent_nats,
+            extra_weight,
+            extra_parts,
+            levels,
+            missed_by,
+            trace,
+        }
+    }
+
+    /// Removes outliers, estimates noise levels from the remaining residuals, and settles again if there were any;
+    /// returns that.
+    pub(crate) fn clean(&mut self, effects: &[&'static dyn Driving], options: &Options) -> bool {
+        let residuals = self.residuals();
+        let any = self.put_outliers_aside(options, &residuals);
+        // residuals without the outliers
+        let residuals = if any { self.residuals() } else { residuals };
+        let changed = any | self.level(effects, options, &residuals) | self.diffuse() | self.ripple();
+        if changed {
+            let (candidates, from) = (self.compared.plausible(), self.onward());
+            self.compared = Compared::narrow(&self.record, &self.noise, candidates, from, None);
+        }
+        changed
+    }
+
+    /// Without torques: estimates diffusion and noise of wheels and gyro from a settled model; returns whether that
+    /// changed them. Gains of gyro and wheels scale all speeds, and would make up for a diffusion that still includes
+    /// the gap.
+    pub(crate) fn diffuse(&mut self) -> bool {
+        if self.record.torques_n_m.is_some() {
+            return false;
+        }
+        let (candidates, theta) = (&self.compared.candidates, &self.compared.theta);
+        let changed =
+            acceleration_model::likely(&self.record, &Self::models_at(&self.record, candidates, theta), &self.noise);
+        let gained = self.ln_likelihood(&changed) - self.ln_likelihood(&self.noise);
+        let better = gained > BETTER;
+        if better {
+            self.noise = changed;
+            let reason = "without torques: how speeds change, and noise levels, estimated beside the best set; nats of the last round";
+            let step = Step::new(TraceStage::Readings, "diffusion of the speeds", Decision::Estimated, reason);
+            self.note(step.nats(gained).limit("least gain to be taken", BETTER, "nats"));
+        }
+        better
+    }
+
+    /// Estimates the torque noise within a step from a settled model; returns whether that changed it.
+    pub(crate) fn ripple(&mut self) -> bool {
+        let likely = torque_bandwidth::likely(&self.record, &self.noise, |noise| self.weigh(noise));
+        std::mem::replace(&mut self.noise, likely) != likely
+    }
+
+    /// Compares all sets where the best one lies; in a large gap, of the free forms only those that are retained.
+    pub(crate) fn widen(&mut self, effects: &[&'static dyn Driving], options: &Options, near_s: Onsets) {
+        let near_s = changepoint::or(near_s, &self.onsets_s);
+        let mut candidates = Candidates::new(&self.record, effects, &options.prior, true, &near_s);
+        if self.restored {
+            candidates = candidates.without_lost_ticks();
+        }
+        if let Some(promising) = &self.promising {
+            candidates = candidates.only(|g| {
+                let group = &candidates.groups[g];
+                group.named || promising.contains(&group.id)
+            });
+        }
+        let there = Compared::wide(&self.record, &self.noise, candidates.clone(), self.onward());
+        // a step so long that the filter diverges is not taken
+        let here = || Compared::wide(&self.record, &self.noise, candidates, self.compared.theta.clone());
+        self.compared = if there.has_diverged() { here() } else { there };
+        self.look_at_promising();
+    }
+
+    /// In a large gap retains the most promising free forms, after all sets were compared.
+    pub(crate) fn look_at_promising(&mut self) {
+        if self.compared.gap() > LARGE {
+            let found = self.compared.promising(PROMISING);
+            // retained forms stay so
+            self.promising = Some(match self.promising.take() {
+                Some(before) if before.len() < 2 * PROMISING => before.into_iter().chain(found).collect(),
+                Some(before) => before,
+                None => found,
+            });
+        }
+    }
+
+    /// After all sets were compared: moves to the coordinates of the best one and compares again, until that settles;
+    /// then removes outliers and estimates noise levels, and compares once more.
+    pub(crate) fn settle(&mut self, effects: &[&'static dyn Driving], options: &Options) {
+        self.converge(effects, options);
+        // noise is estimated from the residuals of a settled model
+        if self.clean(effects, options) {
+            self.widen(effects, options, self.compared.steps_s());
+            self.converge(effects, options);
+        }
+        self.leave_out();
+        self.tell_levels();
+    }
+
+    pub(crate) fn converge(&mut self, effects: &[&'static dyn Driving], options: &Options) {
+        let mut near = false;
+        for _ in 1..WIDE {
+            let stepped = self.compared.steps_s();
+            let any = stepped.iter().any(Option::is_some);
+            let settled = self.compared.next().1;
+            if settled && (!any || near) {
+                return;
+            }
+            let settled = Compared::narrow(&self.record, &self.noise, self.compared.plausible(), self.onward(), None);
+            if settled.has_diverged() {
+                return;
+            }
+            self.compared = settled;
+            near = any;
+            self.widen(effects, options, stepped);
+        }
+    }
+
+    /// θ to continue from: that of the best set; in a large gap, where that is far off, the present one, so that steps
+    /// are judged by their actual gain.
+    fn onward(&self) -> Theta {
+        let (next, settled) = self.compared.next();
+        if settled || self.compared.gap() < LARGE { next } else { self.compared.theta.clone() }
+    }
+
+    pub(crate) fn models_at(record: &Record, candidates: &Candidates, theta: &Theta) -> Models {
+        models(record, &candidates.change_list(), theta, false)
+    }
+
+    pub(crate) fn ln_likelihood(&self, noise: &Noise) -> f64 {
+        self.ln_likelihood_at(&self.compared.theta, noise)
+    }
+
+    /// ln p of the readings with the changes at `theta`, nats.
+    pub(crate) fn ln_likelihood_at(&self, theta: &Theta, noise: &Noise) -> f64 {
+        let models = Self::models_at(&self.record, &self.compared.candidates, theta);
+        run(&self.record, &models, noise, &[], |_| {}).ln_likelihood()
+    }
+
+    /// Coefficient and standard deviation of the nuisance for the small amount of this effect that every robot has;
+    /// none without one.
+    pub(crate) fn usual(&self, id: &str) -> Option<(f64, f64)> {
+        let c = &self.compared;
+        let own = c.candidates.nuisance.iter().find(|n| n.usual == Some(id))?;
+        let all = c.problem.coefficients(&c.sets[0].members);
+        all.iter().find(|x| x.0 == own.column).map(|x| (x.1, x.2))
+    }
+
+    /// Whether its best set has settled without a free form.
+    pub(crate) fn is_settled(&self) -> bool {
+        let c = &self.compared;
+        c.sets[0].members.iter().all(|m| c.candidates.groups[m.0].named) && c.next().1
+    }
+
+    /// Whether its best set has settled, and no free form or further part is needed.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.extra_parts.is_empty() && self.is_settled()
+    }
+
+    /// Whether its best set is one effect, settled, and nothing else is needed.
+    pub(crate) fn is_told_by_one(&self) -> bool {
+        self.compared.sets[0].members.len() == 1 && self.is_quiet()
+    }
+
+    pub(crate) fn top(&self) -> f64 {
+        self.compared.top() + self.extra_weight
+    }
+
+    /// `groups`, ascending, with those of the coordinates that vary in them: a varying column is computed from that of
+    /// its coordinate.
+    fn with_coordinates(&self, groups: impl Iterator<Item = usize>) -> BTreeSet<usize> {
+        let kinds = &self.compared.candidates.kinds;
+        let constant = |g: usize| match kinds[g] {
+            Kind::Varying(i) => kinds.iter().position(|k| matches!(k, Kind::Change(j) if *j == i)),
+            _ => None,
+        };
+        groups.flat_map(|g| [Some(g), constant(g)]).flatten().collect()
+    }
+
+    /// Innovations under the best set, at the posterior mean of its coefficients.
+    pub(crate) fn residuals(&self) -> Vec<Residual> {
+        let c = &self.compared;
+        let members = &c.sets[0].members;
+        let inside = self.with_coordinates(members.iter().map(|m| m.0));
+        let few = c.candidates.only(|g| inside.contains(&g));
+        let coefficients = c.problem.coefficients(members);
+        // columns keep their order: nuisances first, then the members'
+        let mut wide: Vec<usize> = c.candidates.nuisance.iter().map(|n| n.column).collect();
+        wide.extend(
+            c.candidates
+                .groups
+                .iter()
+                .enumerate()
+                .filter(|(g, _)| inside.contains(g))
+                .flat_map(|(_, g)| g.columns.clone()),
+        );
+        let here: Vec<f64> = wide
+            .iter()
+            .zip(&few.columns)
+            .map(|(column, kind)| {
+                let total = coefficients.iter().find(|x| x.0 == *column).map_or(0.0, |x| x.1);
+                match kind.column {
+                    Column::Coordinate(i, j) => total - c.theta[i][j],
+                    _ => total,
+                }
+            })
+            .collect();
+        let models = models(&self.record, &few.change_list(), &c.theta, true);
+        let mut out = Vec::new();
+        let _ = run_scoped(&self.record, &models, &self.noise, &few.columns, |i| {
+            let explained: f64 = i.slopes.iter().zip(&here).map(|(s, b)| s * b).sum();
+            out.push((i.channel, i.row, i.white - explained, i.std));
+        });
+        out
+    }
+
+    /// Adds a part; with one of the same id it is merged.
+    pub(crate) fn add(&mut self, mut part: Part) {
+        if let Some(at) = self.extra_parts.iter().position(|p| p.id == part.id) {
+            part.share += self.extra_parts.swap_remove(at).share;
+        }
+        self.extra_parts.push(part);
+    }
+
+    pub(crate) fn sets(&self) -> Vec<WeightedSet> {
+        let c = &self.compared;
+        // shares are counted with the believed noise, before larger noise lowers them
+        let believed = Noise { process: self.noise.process, ..self.believed };
+        let changed = believed != self.noise && self.record.torques_n_m.is_some();
+        let told = || c.sets.iter().take(SETS);
+        let inside = self.with_coordinates(told().flat_map(|w| w.members.iter().map(|m| m.0)));
+        let few = changed.then(|| c.candidates.only(|g| inside.contains(&g)));
+        let with_believed = few.map(|few| few.linearise(&self.record, &believed, &c.theta));
+        let part = |members: &[Member]| -> Vec<Part> {
+            let place = |m: &Member| inside.iter().position(|g| *g == m.0).map(|place| (place, m.1));
+            let shares = match &with_believed {
+                Some(problem) => problem.shares(&members.iter().filter_map(place).collect::<Vec<_>>()),
+                None => c.problem.shares(members),
+            };
+            let coefficients = c.problem.coefficients(members);
+            one_an_id(members.iter().zip(shares).map(|(&(g, _), share)| self.part(g, share, &coefficients)))
+        };
+        let whole = told().map(|w| WeightedSet {
+            parts: part(&w.members).into_iter().chain(self.extra_parts.iter().cloned()).collect(),
+            ln_weight: w.ln_weight + self.extra_weight,
+            probability: 0.0,
+        });
+        // a level that gains little over its cost may be absent
+        let mut sets: Vec<WeightedSet> = whole.collect();
+        for level in &self.levels {
+            let without = |set: &WeightedSet| WeightedSet {
+                parts: set.parts.iter().filter(|p| p.id != level.about.id).cloned().collect(),
+                ln_weight: set.ln_weight - level.margin,
+                probability: 0.0,
+            };
+            let others: Vec<WeightedSet> = sets.iter().map(without).collect();
+            sets.extend(others);
+        }
+        sets
+    }
+
+    pub(crate) fn part(
+        &self,
+        group: usize,
+        share: f64,
+        coefficients: &crate::gap::drive::fit::evidence::Coefficients,
+    ) -> Part {
+        let candidates = &self.compared.candidates;
+        let g = &candidates.groups[group];
+        let value = |column: usize| coefficients.iter().find(|c| c.0 == column).map_or((0.0, 0.0), |c| (c.1, c.2));
+        let mut part = Part::new(&g.id, g.named, share);
+        match candidates.kinds[group] {
+            Kind::Change(i) => {
+                let change = candidates.changes[i].1;
+                let inside = |(c, own): (&usize, &Coordinate)| value(*c).0.clamp(own.bounds[0], own.bounds[1]);
+                let theta: Vec<f64> = g.columns.iter().zip(change.coordinates()).map(inside).collect();
+                part.parameters = change.parameters(&theta);
+                // by the delta method, coordinates taken one by one
+                for (j, column) in g.columns.iter().enumerate() {
+                    let std = value(*column).1;
+                    let mut beside = theta.clone();
+                    beside[j] += 0.1 * std;
+                    for (name, moved) in change.parameters(&beside) {
+                        let slope = 10.0 * (moved - part.parameters.get(&name).copied().unwrap_or(0.0));
+                        let total: &mut f64 = part.std.entry(name).or_insert(0.0);
+                        *total = total.hypot(slope);
+                    }
+                }
+            }
+            Kind::Step(drive, t) => {
+                let (step, std) = value(g.columns[0]);
+                let name = effects::drive::by_id(&g.id).map_or("", |e| e.about().size());
+                part.parameters = Parameters::from([(name.into(), step)]);
+                part.std = Parameters::from([(name.into(), std)]);
+                let at = self.record.times_s[self.record.starts[drive]] + t;
+                part.time_s = Some([at, at]);
+                if self.record.starts.len() > 1 {
+                    part.description = format!("the bias jumps at {at:.2} s of {}", self.record.sources[drive]);
+                }
+            }
+            Kind::Walk => {
+                // K from the sum of squares of its cosines: coefficient n is K √(2T)/(nπ)
+                let spans = self.record.spans_s();
+                let squares = g.columns.iter().map(|c| {
+                    let (mean, std) = value(*c);
+                    let Scoped { column: Column::GyroCosine(n), drive } = candidates.columns[*c] else { return 0.0 };
+                    let unit = std::f64::consts::SQRT_2 / (n as f64 * std::f64::consts::PI);
+                    (mean * mean + std * std) / (unit * unit * spans[drive.unwrap_or(0)])
+                });
+                let k = (squares.sum::<f64>() / g.columns.len() as f64).sqrt();
+                let relative = (0.5 / g.columns.len() as f64).sqrt();
+                let name = effects::in_drives(InDrives::Walk).map_or("", About::size);
+                part.parameters = Parameters::from([(name.into(), k)]);
+                part.std = Parameters::from([(name.into(), k * relative)]);
+            }
+            Kind::Varying(i) => {
+                let title = candidates.changes[i].0.about().title;
+                let drives = if self.record.starts.len() > 1 { ", from drive to drive" } else { "" };
+                part.description =
+                    format!("{title} that is not constant: it varies with time, speed or acceleration{drives}");
+            }
+            Kind::Free(equation, follows) => {
+                part.description =
+                    format!("{}: something that follows {}", equation.words(), follows.id().replace('_', " "));
+            }
+        }
+        part
+    }
+}
+
+/// Merges parts of one id, as of effects drawn anew in each drive: the sum of the shares, the parameters of the
+/// largest.
+fn one_an_id(parts: impl Iterator<Item = Part>) -> Vec<Part> {
+    let mut all: Vec<(f64, Part)> = Vec::new();
+    for part in parts {
+        match all.iter_mut().find(|(_, p)| p.id == part.id) {
+            Some((most, there)) => {
+                let share = there.share + part.share;
+                if part.share > *most {
+                    *most = part.share;
+                    *there = part;
+                }
+                there.share = share;
+            }
+            None => all.push((part.share, part)),
+        }
+    }
+    all.into_iter().map(|(_, part)| part).collect()
+}
+
+/// A part with a description.
+pub(crate) fn described(id: &str, named: bool, share: f64, description: String) -> Part {
+    Part { description, ..Part::new(id, named, share) }
+}

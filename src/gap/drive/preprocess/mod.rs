@@ -1,0 +1,18 @@
+//! Hypotheses about the recording itself: clocks, offsets, lost ticks, outliers, noise levels, and motion without torques.
+
+pub(crate) mod acceleration_model;
+pub(crate) mod changepoint;
+pub(crate) mod clocks;
+pub(crate) mod gyro_offset;
+pub(crate) mod heteroscedastic;
+pub(crate) mod hypothesis;
+pub(crate) mod lost_ticks;
+pub(crate) mod noise_levels;
+pub(crate) mod offset;
+pub(crate) mod outliers;
+pub(crate) mod pace;
+pub mod reference_extrinsics;
+pub(crate) mod start_heading;
+pub(crate) mod torque_bandwidth;
+pub(crate) mod wander;
+pub mod wheel_offset;

@@ -1,0 +1,132 @@
+//! A recording tests a model only where two of its channels are redundant, in speed or in yaw rate. Channels that tell
+//! each:
+//!
+//! | | speed | yaw rate |
+//! |---|---|---|
+//! | gyro | | 1 |
+//! | speeds of both wheels, or an odometry's speed and yaw rate | 1 | 1 |
+//! | one speed, or one wheel | 1 | |
+//! | torques of both wheels | 1 | 1 |
+//! | positions | 1 | 1 |
+
+use crate::config::Config;
+use crate::gap::answer::compose;
+use crate::gap::answer::{Answer, Verdict};
+use crate::gap::diagnose::{Diagnosis, Drive};
+use crate::gap::drive::model_selection::Options;
+use crate::gap::selection::findings::{Findings, WeightedSet};
+use crate::gap::trace;
+use crate::signal::{Log, names};
+use crate::vehicle::Odometry;
+
+/// Channels of a log, and the numbers of those that tell speed and yaw rate.
+struct Said {
+    channels: Vec<&'static str>,
+    speeds: usize,
+    yaw_rates: usize,
+}
+
+impl Said {
+    fn of(log: &Log) -> Self {
+        let has = |name: &str| log.get(name).is_some_and(|v| v.iter().any(|v| v.is_finite()));
+        let both = |a: &str, b: &str| has(a) && has(b);
+        let one_wheel = has(names::WHEEL_LEFT) || has(names::WHEEL_RIGHT);
+        let wheels = both(names::WHEEL_LEFT, names::WHEEL_RIGHT)
+            || Odometry::counts(log).is_some()
+            || both(names::ODO_SPEED, names::ODO_YAW_RATE);
+        let channels = [
+            ("the speeds of both wheels", wheels, 1, 1),
+            ("one wheel", !wheels && one_wheel, 1, 0),
+            ("one speed", !wheels && !one_wheel && has(names::ODO_SPEED), 1, 0),
+            ("a gyro", has(names::GYRO_Z), 0, 1),
+            ("torques", both(names::TORQUE_LEFT, names::TORQUE_RIGHT), 1, 1),
+            ("positions", both(names::X, names::Y), 1, 1),
+        ];
+        let there = channels.iter().filter(|c| c.1);
+        Self {
+            channels: there.clone().map(|c| c.0).collect(),
+            speeds: there.clone().map(|c| c.2).sum(),
+            yaw_rates: there.map(|c| c.3).sum(),
+        }
+    }
+}
+
+/// The diagnosis of recordings without redundant channels; none where a recording has some, or no channel at all.
+pub(crate) fn nothing_twice(config: &Config, fit: &[Drive<'_>], options: &Options) -> Option<Diagnosis> {
+    let said: Vec<Said> = fit.iter().map(|d| Said::of(d.log)).collect();
+    let tests = |s: &Said| s.speeds > 1 || s.yaw_rates > 1 || s.channels.is_empty();
+    if said.is_empty() || said.iter().any(tests) {
+        return None;
+    }
+    let none = WeightedSet { parts: Vec::new(), ln_weight: 0.0, probability: 1.0 };
+    let findings = Findings::new(vec![none], &options.prior.of_search(), &options.calibration, Vec::new());
+    let there = &said[0].channels;
+    let lacks = |channel: &str| !there.contains(&channel);
+    let more: Vec<&str> = [
+        ("the wheel speeds of both sides", lacks("the speeds of both wheels")),
+        ("a gyro", lacks("a gyro")),
+        ("the wheels' torques or motor currents", true),
+        ("positions of an external reference (GPS, motion capture)", true),
+    ]
+    .iter()
+    .filter(|(_, lacks)| *lacks)
+    .map(|(what, _)| *what)
+    .collect();
+    let notes = vec![
+        format!(
+            "The log holds {}: no two of its channels say how fast the robot drives, and no two how fast it turns. Any \
+             recording agrees with the simulator then.",
+            there.join(" and ")
+        ),
+        format!("To be tested it needs one more of: {}.", more.join("; ")),
+    ];
+    let answer = Answer {
+        verdict: Verdict::CannotTell,
+        main: None,
+        main_probability: 0.0,
+        none_probability: 0.0,
+        unknown_probability: 0.0,
+        trace: trace::of_notes(&notes).collect(),
+        notes,
+        ..compose::answer(&findings, |_| None)
+    };
+    Some(Diagnosis { answer, augmented: config.clone(), findings, far: None, prepared: None })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::drive::preprocess::clocks::tests::{recorded, robot};
+
+    #[test]
+    fn a_recording_tests_where_two_channels_say_the_same() {
+        let log = recorded(10.0, 1, None);
+        let verdict = |kept: &[&str], speed: bool| {
+            let mut log = log.clone();
+            if speed {
+                log.push(names::ODO_SPEED, vec![0.5; log.len()]).unwrap();
+            }
+            log.channels.retain(|c| kept.contains(&c.name.as_str()) || c.name == names::ODO_SPEED);
+            let drive = Drive { log: &log, since_power_on_s: 0.0 };
+            nothing_twice(&robot(), &[drive], &Options::default()).map(|d| d.answer)
+        };
+        let (gyro, wheels) = ([names::GYRO_Z], [names::WHEEL_LEFT, names::WHEEL_RIGHT]);
+        let (torques, places) = ([names::TORQUE_LEFT, names::TORQUE_RIGHT], [names::X, names::Y]);
+        for (kept, speed) in [(&gyro[..], false), (&wheels, false), (&gyro, true), (&places, false), (&torques, false)]
+        {
+            let answer = verdict(kept, speed).unwrap();
+            assert_eq!((answer.verdict, answer.main), (Verdict::CannotTell, None), "{kept:?}");
+            assert!(answer.notes[1].contains("torques"), "{:?}", answer.notes);
+        }
+        for (kept, speed) in [
+            ([&gyro[..], &wheels].concat(), false),
+            ([&wheels[..], &torques].concat(), false),
+            ([&gyro[..], &torques].concat(), false),
+            (places.to_vec(), true),
+        ] {
+            assert!(verdict(&kept, speed).is_none(), "{kept:?}");
+        }
+        // a log without any channel is refused where its rows are read
+        assert!(verdict(&[], false).is_none());
+    }
+}

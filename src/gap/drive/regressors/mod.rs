@@ -1,0 +1,6 @@
+//! Columns for everything that may be missing from the model, and which of them readings cannot tell apart.
+
+pub mod basis;
+pub mod candidates;
+pub(crate) mod practical_identifiability;
+pub(crate) mod structural_identifiability;

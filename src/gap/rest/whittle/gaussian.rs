@@ -1,0 +1,65 @@
+//! z ~ N(X β, diag S), β ~ N(0, diag P): ln p(z) = -½ [Σ ln 2πS + Σ z²/S - bᵀ A⁻¹ b + ln det A + ln det P]
+//!
+//! Computed by [`crate::math::binned`]: products of columns are stored, so that a spectrum costs a few hundred
+//! multiplications.
+
+use super::basis::{ColumnId, Data, Frame};
+pub(crate) use crate::math::binned::{Posterior, solve, spectral};
+use std::collections::HashMap;
+use std::rc::Rc;
+
+/// Inner products of selected columns with each other and with the recording, by bins, for repeated evaluation.
+pub(crate) struct Picked {
+    gram: Vec<Rc<Vec<f64>>>,
+    data: Vec<Rc<Vec<f64>>>,
+}
+
+/// Stored inner products of columns with one recording, by bins.
+#[derive(Default)]
+pub(crate) struct DataProducts(std::cell::RefCell<HashMap<ColumnId, Rc<Vec<f64>>>>);
+
+impl DataProducts {
+    /// Inner product of `column` with `data` in each bin.
+    pub(crate) fn get(&self, frame: &Frame, data: &Data, column: ColumnId) -> Rc<Vec<f64>> {
+        Rc::clone(self.0.borrow_mut().entry(column).or_insert_with(|| Rc::new(frame.with_data(column, data))))
+    }
+}
+
+impl Picked {
+    /// Selects `columns`; the columns `offsets` are subtracted from the recording.
+    pub(crate) fn new(
+        frame: &Frame,
+        data: &Data,
+        products: &DataProducts,
+        columns: impl Iterator<Item = ColumnId>,
+        offsets: &[ColumnId],
+    ) -> Self {
+        let ids: Vec<_> = columns.collect();
+        let mut gram = Vec::with_capacity(ids.len() * (ids.len() + 1) / 2);
+        for (i, a) in ids.iter().enumerate() {
+            gram.extend(ids[..=i].iter().map(|b| frame.gram(*a, *b)));
+        }
+        let with_data = |c: &ColumnId| {
+            let mut products = products.get(frame, data, *c);
+            for offset in offsets {
+                let taken = frame.gram(*c, *offset);
+                Rc::make_mut(&mut products).iter_mut().zip(taken.iter()).for_each(|(p, t)| *p -= t);
+            }
+            products
+        };
+        let data = ids.iter().map(with_data).collect();
+        Self { gram, data }
+    }
+
+    /// XᵀS⁻¹X, lower triangle row by row, and XᵀS⁻¹z.
+    pub(crate) fn normal(&self, inverse_spectrum: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let sum = |products: &Rc<Vec<f64>>| products.iter().zip(inverse_spectrum).map(|(g, w)| g * w).sum::<f64>();
+        (self.gram.iter().map(sum).collect(), self.data.iter().map(sum).collect())
+    }
+}
+
+/// Contribution of the columns to [`spectral`], coefficients integrated out; none where the matrix is not positive
+/// definite.
+pub(crate) fn columns(picked: &Picked, std: &[f64], inverse_spectrum: &[f64], full: bool) -> Option<Posterior> {
+    solve(&picked.normal(inverse_spectrum), std, full)
+}

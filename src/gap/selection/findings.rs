@@ -1,0 +1,385 @@
+//! Result of the comparison of hypotheses: sets of effects with probabilities, shares and parameters.
+
+use crate::effects::Parameters;
+use crate::error::{Error, ErrorKind, Result};
+use crate::gap::answer::calibration::{Calibration, counts};
+use crate::gap::rest::whittle::search::Prior;
+use crate::gap::trace::Step;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// An effect or free form as part of one set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Identifier of the effect, or of the free form (`free.…`).
+    pub id: String,
+    /// Whether it is an effect of the library.
+    pub named: bool,
+    /// Whether it is read directly off the readings, as quantization is: every set has it then, whatever its evidence.
+    pub certain: bool,
+    /// Gain in log-likelihood attributed to it within the set, nats.
+    pub share: f64,
+    /// Parameters; empty for free forms.
+    pub parameters: Parameters,
+    /// Standard deviations of the parameters.
+    pub std: Parameters,
+    /// Interval in which it shows, s; none where it shows all the time.
+    pub time_s: Option<[f64; 2]>,
+    /// Frequency band in which it shows, Hz; none where it has none.
+    pub frequency_hz: Option<[f64; 2]>,
+    /// Description in words.
+    pub description: String,
+    /// ln evidence lost when it is left out and all others are fitted anew, nats; none where not computed.
+    pub missed_nats: Option<f64>,
+}
+
+impl Part {
+    /// A part with its share; everything else is empty.
+    #[must_use]
+    pub(crate) fn new(id: &str, named: bool, share: f64) -> Self {
+        Self {
+            id: id.to_owned(),
+            named,
+            certain: false,
+            share,
+            parameters: Parameters::new(),
+            std: Parameters::new(),
+            time_s: None,
+            frequency_hz: None,
+            description: String::new(),
+            missed_nats: None,
+        }
+    }
+}
+
+/// A set of parts with its probability.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WeightedSet {
+    /// Its parts.
+    pub parts: Vec<Part>,
+    /// ln evidence + ln prior of the search, up to a constant.
+    pub ln_weight: f64,
+    /// Posterior probability.
+    pub probability: f64,
+}
+
+impl WeightedSet {
+    /// The effect with the largest share; the largest free form, where the shares of all free forms together exceed
+    /// that.
+    pub(crate) fn main(&self) -> Option<&Part> {
+        let largest = |named: bool| {
+            self.parts.iter().filter(move |p| p.named == named).max_by(|a, b| a.share.total_cmp(&b.share))
+        };
+        let unnamed: f64 = self.parts.iter().filter(|p| !p.named).map(|p| p.share.max(0.0)).sum();
+        match (largest(true), largest(false)) {
+            (Some(named), Some(free)) => Some(if unnamed > named.share { free } else { named }),
+            (named, free) => named.or(free),
+        }
+    }
+
+    /// The part `id`.
+    pub fn part(&self, id: &str) -> Option<&Part> {
+        self.parts.iter().find(|p| p.id == id)
+    }
+}
+
+/// All sets, most probable first.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Findings {
+    /// The sets, most probable first.
+    pub sets: Vec<WeightedSet>,
+    /// Effects set aside as idle (present, but closing nothing of the gap), each with its probability of being present.
+    pub idle: Vec<(Part, f64)>,
+    /// Least [`Part::missed_nats`] of an effect that is named, nats: minus the ln of its prior odds.
+    pub least_nats: f64,
+    /// Probability, given a gap, that its cause is none of the candidates.
+    pub doubt: f64,
+    /// Remarks on the recording, in sentences.
+    pub notes: Vec<String>,
+    /// Steps of the stages before the sets were weighed.
+    pub trace: Vec<Step>,
+}
+
+/// Share from which on an effect has to be named, nats; a smaller side effect may be named.
+const MATTERS: f64 = 6.0;
+
+/// Cost of a false alarm relative to the cost of missing a gap.
+const FALSE_ALARM: f64 = 4.0;
+
+/// Prefix of the id of the free form that replaces a refuted effect; the effect's id follows.
+pub(crate) const REFUTED: &str = "free.refuted.";
+
+/// Least probability of an effect that counts as present beyond doubt, given that the cause is among the candidates.
+const BEYOND_DOUBT: f64 = 0.9;
+
+/// Main cause of a gap.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Main {
+    /// None: there is no gap.
+    None,
+    /// A free form: the cause is not in the library.
+    Unknown,
+    /// An effect, by its id.
+    Effect(String),
+}
+
+impl Main {
+    /// The main cause in a set.
+    pub(crate) fn of(set: &WeightedSet) -> Self {
+        match set.main() {
+            None => Self::None,
+            Some(p) if p.named => Self::Effect(p.id.clone()),
+            Some(_) => Self::Unknown,
+        }
+    }
+}
+
+impl Findings {
+    /// Probability of the nominal simulator below which a gap is asserted: a false alarm costs four times a missed gap.
+    pub(crate) const LEAST_NONE: f64 = 1.0 / (1.0 + FALSE_ALARM);
+
+    /// Sets with normalised probabilities under `calibration`; `prior` is the one that their `ln_weight` includes.
+    pub(crate) fn new(
+        mut sets: Vec<WeightedSet>,
+        prior: &Prior,
+        calibration: &Calibration,
+        notes: Vec<String>,
+    ) -> Self {
+        let ln: Vec<f64> = sets.iter().map(|s| calibration.ln_weight(s, prior)).collect();
+        let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = ln.iter().map(|v| (v - top).exp()).sum();
+        for (set, v) in sets.iter_mut().zip(&ln) {
+            let believed = if set.parts.is_empty() { 1.0 } else { 1.0 - calibration.doubt };
+            set.probability = believed * (v - top).exp() / total;
+        }
+        sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        let (idle, trace) = (Vec::new(), Vec::new());
+        Self { sets, idle, least_nats: -prior.ln_named, doubt: calibration.doubt, notes, trace }
+    }
+
+    /// Refuses sets whose probability is not finite.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Numeric`] with the name of the `input`.
+    pub(crate) fn weighed(self, input: &str) -> Result<Self> {
+        if self.sets.iter().all(|set| set.probability.is_finite()) {
+            return Ok(self);
+        }
+        Err(Error::new(ErrorKind::Numeric, input, "the recording has no finite likelihood under the nominal simulator")
+            .hint("look for readings or noise levels that are off by orders of magnitude: gyroid inspect"))
+    }
+
+    /// Removes given parts (those that the configuration states) from every set, and changes the probabilities
+    /// accordingly: a given part has no prior cost, and a further effect counts as the first one.
+    pub(crate) fn take_out_given(&mut self, calibration: &Calibration, is_given: impl Fn(&Part) -> bool) {
+        let ln_prior = |set: &WeightedSet| {
+            let (effects, free) = counts(set);
+            calibration.ln_prior(effects, free)
+        };
+        let believed = |set: &WeightedSet| if set.parts.is_empty() { 1.0 } else { 1.0 - calibration.doubt };
+        let mut total = 0.0;
+        for set in &mut self.sets {
+            let before = believed(set) * ln_prior(set).exp();
+            set.parts.retain(|part| !is_given(part));
+            set.probability *= ln_prior(set).exp() / before;
+            total += set.probability;
+        }
+        self.sets.iter_mut().for_each(|set| set.probability *= believed(set) / total);
+        self.sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    }
+
+    /// Moves the effects `ids` out of every set into `idle`. A set that held nothing else is then empty: no gap.
+    pub(crate) fn set_aside(&mut self, ids: &[String]) {
+        for id in ids {
+            let part = self.best_with(id, false).and_then(|s| s.part(id)).cloned();
+            self.idle.extend(part.map(|part| (part, self.presence(id))));
+        }
+        self.sets.iter_mut().for_each(|s| s.parts.retain(|p| !ids.contains(&p.id)));
+    }
+
+    /// Removes the effects `ids` from every set, because the hold-out recording contradicts them. In a set that holds
+    /// nothing else, free forms with the same shares replace them.
+    pub(crate) fn refute(&mut self, ids: &[String]) {
+        for set in &mut self.sets {
+            let (refuted, mut left): (Vec<Part>, Vec<Part>) = set.parts.drain(..).partition(|p| ids.contains(&p.id));
+            if left.is_empty() {
+                left.extend(refuted.into_iter().map(|part| {
+                    let description = format!("what {} explains here and not in the recording held out", part.id);
+                    Part { description, ..Part::new(&format!("{REFUTED}{}", part.id), false, part.share) }
+                }));
+            }
+            set.parts = left;
+        }
+    }
+
+    /// Adds `part` to every set, removes the effects `ids`, and lowers the shares of the free forms by the share of
+    /// `part`.
+    pub(crate) fn lead(&mut self, part: &Part, ids: &[String]) {
+        for set in &mut self.sets {
+            set.parts.retain(|p| p.id != part.id && !ids.contains(&p.id));
+            let unnamed: f64 = set.parts.iter().filter(|p| !p.named).map(|p| p.share.max(0.0)).sum();
+            let left = if unnamed > part.share { 1.0 - part.share / unnamed } else { 0.0 };
+            set.parts.iter_mut().filter(|p| !p.named).for_each(|p| p.share *= left);
+            set.parts.push(Part { share: part.share.max(unnamed), ..part.clone() });
+        }
+    }
+
+    /// Whether an effect is worth naming: `missed_nats` reaches [`Findings::least_nats`], or, where it was not
+    /// computed, the effect is present beyond doubt with this probability.
+    pub(crate) fn is_worth_naming(&self, missed_nats: Option<f64>, presence: f64) -> bool {
+        missed_nats.map_or(self.is_beyond_doubt(presence), |nats| nats >= self.least_nats)
+    }
+
+    /// Whether this probability of presence is beyond doubt, given that the cause is among the candidates.
+    pub(crate) fn is_beyond_doubt(&self, presence: f64) -> bool {
+        presence >= self.least_presence()
+    }
+
+    /// Least probability of being present of what is there beyond doubt, if the cause is among what was compared.
+    pub(crate) fn least_presence(&self) -> f64 {
+        BEYOND_DOUBT * (1.0 - self.doubt)
+    }
+
+    /// Probability of each main cause, most probable first.
+    pub fn mains(&self) -> Vec<(Main, f64)> {
+        let mut sums: BTreeMap<Main, f64> = BTreeMap::new();
+        for s in &self.sets {
+            *sums.entry(Main::of(s)).or_default() += s.probability;
+        }
+        let mut all: Vec<(Main, f64)> = sums.into_iter().collect();
+        all.sort_by(|a, b| b.1.total_cmp(&a.1));
+        all
+    }
+
+    /// The main cause to answer with, at least expected cost: the most probable one where a gap is more than four times
+    /// as probable as none, else none.
+    pub fn top(&self) -> Main {
+        let mains = self.mains();
+        let none = mains.iter().find(|m| m.0 == Main::None).map_or(0.0, |m| m.1);
+        let first = mains.into_iter().next().filter(|_| none < Self::LEAST_NONE);
+        first.map_or(Main::None, |m| m.0)
+    }
+
+    /// Probability that `id` is present.
+    pub(crate) fn presence(&self, id: &str) -> f64 {
+        self.sets.iter().filter(|s| s.part(id).is_some()).map(|s| s.probability).sum()
+    }
+
+    /// Effects to be named together: of the sets T that hold `main`, the one with the largest probability that T holds
+    /// every effect that matters and that all of T is present. Of effects that explain the same (each below one half) T
+    /// has the most probable one.
+    pub fn together(&self, main: Option<&str>) -> Vec<String> {
+        type Ids<'a> = BTreeSet<&'a str>;
+        let mut known: BTreeMap<(Ids, Ids), f64> = BTreeMap::new();
+        for s in &self.sets {
+            let named = || s.parts.iter().filter(|p| p.named);
+            let there: Ids = named().map(|p| p.id.as_str()).collect();
+            let matters: Ids = named().filter(|p| p.share >= MATTERS).map(|p| p.id.as_str()).collect();
+            *known.entry((matters, there)).or_default() += s.probability;
+        }
+        let score = |t: &Ids| -> f64 {
+            let fits = |k: &&(Ids, Ids)| k.0.is_subset(t) && t.is_subset(&k.1);
+            known.keys().filter(fits).filter_map(|k| known.get(k)).sum()
+        };
+        let wanted = |t: &&Ids| main.is_none_or(|m| t.contains(m));
+        let best = known.keys().flat_map(|k| [&k.0, &k.1]).filter(wanted).map(|t| (score(t), t.len(), t));
+        // of equally probable sets the larger: naming a small effect that is present is welcome
+        let best = best.max_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        best.map(|b| b.2.iter().map(|id| (*id).to_owned()).collect()).unwrap_or_default()
+    }
+
+    /// Id, whether it is an effect of the library, and probability of presence of every part, most probable first.
+    pub(crate) fn ids(&self) -> Vec<(String, bool, f64)> {
+        let mut seen: Vec<(String, bool, f64)> = Vec::new();
+        for s in &self.sets {
+            for p in &s.parts {
+                match seen.iter_mut().find(|x| x.0 == p.id) {
+                    Some(x) => x.2 += s.probability,
+                    None => seen.push((p.id.clone(), p.named, s.probability)),
+                }
+            }
+        }
+        seen.sort_by(|a, b| b.2.total_cmp(&a.2));
+        seen
+    }
+
+    /// The most probable set that holds `id`; if `as_main`, in which it is the main cause.
+    pub fn best_with(&self, id: &str, as_main: bool) -> Option<&WeightedSet> {
+        self.sets.iter().find(|s| s.part(id).is_some() && (!as_main || s.main().is_some_and(|m| m.id == id)))
+    }
+
+    /// The most probable set whose main cause is a free form.
+    pub(crate) fn best_unknown(&self) -> Option<&WeightedSet> {
+        self.sets.iter().find(|s| s.main().is_some_and(|m| !m.named))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::ids::{gauss_markov, rate_ramp, rate_random_walk, tone};
+
+    fn set(parts: &[(&str, f64)], probability: f64) -> WeightedSet {
+        let part = |(id, share): &(&str, f64)| Part::new(id, !id.starts_with("free."), *share);
+        WeightedSet { parts: parts.iter().map(part).collect(), ln_weight: 0.0, probability }
+    }
+
+    fn findings(sets: Vec<WeightedSet>) -> Findings {
+        Findings { sets, ..Findings::default() }
+    }
+
+    #[test]
+    fn of_effects_that_stand_in_for_each_other_the_most_probable_is_named() {
+        // each noise is present with a probability below one half, one of the two with 0.85
+        let f = findings(vec![
+            set(&[(tone(), 90.0), (gauss_markov(), 30.0)], 0.45),
+            set(&[(tone(), 90.0), (rate_random_walk(), 29.0)], 0.40),
+            set(&[(tone(), 90.0)], 0.15),
+        ]);
+        assert!(f.presence(gauss_markov()) < 0.5);
+        assert_eq!(f.together(Some(tone())), [gauss_markov(), tone()]);
+        assert_eq!(f.together(Some(rate_random_walk())), [rate_random_walk(), tone()]);
+    }
+
+    #[test]
+    fn a_side_effect_is_named_only_where_that_is_no_risk() {
+        let side =
+            |p: f64| findings(vec![set(&[(tone(), 90.0), (rate_ramp(), 3.0)], p), set(&[(tone(), 90.0)], 1.0 - p)]);
+        // leaving a small effect out costs nothing, naming one that is absent does
+        assert_eq!(side(0.9).together(None), [tone()]);
+        assert_eq!(side(1.0).together(None), [rate_ramp(), tone()]);
+        // an effect with a larger share has to be named
+        let f = findings(vec![set(&[(tone(), 90.0), (rate_ramp(), 15.0)], 0.6), set(&[(tone(), 90.0)], 0.4)]);
+        assert_eq!(f.together(None), [rate_ramp(), tone()]);
+    }
+
+    #[test]
+    fn what_no_effect_explains_is_counted_together() {
+        let split = set(&[(tone(), 50.0), ("free.time", 30.0), ("free.supply", 31.0)], 1.0);
+        assert_eq!(Main::of(&split), Main::Unknown);
+        assert_eq!(split.main().map(|p| p.id.as_str()), Some("free.supply"));
+        let named = set(&[(tone(), 50.0), ("free.time", 30.0), ("free.supply", -900.0)], 1.0);
+        assert_eq!(Main::of(&named), Main::Effect(tone().into()));
+        assert_eq!(Main::of(&set(&[], 1.0)), Main::None);
+    }
+
+    #[test]
+    fn a_gap_is_asserted_where_it_is_four_times_as_probable_as_none() {
+        let top = |none: f64| {
+            let effect = set(&[(tone(), 9.0)], 0.6 * (1.0 - none));
+            let other = set(&[("free.time", 9.0)], 0.4 * (1.0 - none));
+            findings(vec![effect, other, set(&[], none)]).top()
+        };
+        assert_eq!([top(0.19), top(0.21)], [Main::Effect(tone().into()), Main::None]);
+        assert_eq!(findings(Vec::new()).top(), Main::None);
+    }
+
+    #[test]
+    fn what_was_not_left_out_is_named_beyond_doubt_alone() {
+        let f = Findings { least_nats: 3.0, ..Findings::default() };
+        let worth = |missed, presence| f.is_worth_naming(missed, presence);
+        assert!(worth(Some(3.1), 0.6) && !worth(Some(2.9), 0.99));
+        assert!(worth(None, 0.95) && !worth(None, 0.8));
+        // with a doubt of 0.15 no effect is more probable than 0.85, and the limit is lower accordingly
+        assert!(Findings { doubt: 0.15, ..f }.is_beyond_doubt(0.8));
+    }
+}

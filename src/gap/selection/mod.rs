@@ -1,0 +1,3 @@
+//! Sets of effects with their probabilities, the same for recordings at rest and drives.
+
+pub mod findings;
