@@ -252,7 +252,8 @@ pub fn examples(
         Options { judge: JudgeOptions { prior, calibration: Calibration::none(&prior) }, ..Options::default() };
     let library = Library::new();
     let of_drives = drive::regressors::candidates::Prior::default();
-    let driving = drive::model_selection::Options { prior: of_drives, calibration: Calibration::none(&of_drives.of_search()) };
+    let driving =
+        drive::model_selection::Options { prior: of_drives, calibration: Calibration::none(&of_drives.of_search()) };
     let one = |name: &String| -> Result<Option<Example>> {
         let Some(label) = labels.get(name) else { return Ok(None) };
         let (config, log, _) = case_logs(&folder.join(name))?;

@@ -9,7 +9,7 @@ use super::rest::model_selection::{Options as JudgeOptions, judge};
 use super::rest::prepare::given::Given;
 use super::rest::prepare::{Prepared, prepare};
 use super::rest::state_space::of_effects::believed;
-use super::rest::state_space::{Believed, blocked_log_score};
+use super::rest::state_space::{StateSpaceModel, blocked_log_score};
 use super::selection::findings::{Findings, Main};
 use super::trace;
 use crate::config::{Config, EffectTable, Kind};
@@ -132,7 +132,7 @@ pub fn diagnose_observed(
     let scored = kept.as_ref().unwrap_or(&prepared);
     let recorded = scored.recorded_rad_s();
     let blocks = blocks(recorded.len());
-    let score = |believed: &Believed, y: &[f64]| match kept {
+    let score = |believed: &StateSpaceModel, y: &[f64]| match kept {
         Some(_) => Ok(believed.score(y)?.log_density),
         None => blocked_log_score(believed, y, &blocks),
     };
@@ -305,7 +305,7 @@ fn measure(
 ) -> Result<Far> {
     let with = |effects: &[(String, Parameters)]| believed(&kept.scene, library, &given.with(effects));
     let (nominal, augmented) = (with(&[])?, with(together)?);
-    let alone: Vec<(String, Believed)> =
+    let alone: Vec<(String, StateSpaceModel)> =
         listed.iter().filter_map(|e| Some((e.0.clone(), with(std::slice::from_ref(e)).ok()?))).collect();
     let claims: Vec<Claim> = alone.iter().map(|(id, b)| Claim { id, believed: b }).collect();
     let main = answer.main.as_deref().and_then(|id| library.by_id(id));
@@ -337,7 +337,7 @@ fn cross_validate(
     let rows = prepared.scene.len();
     let blocks = blocks(rows);
     let recorded = prepared.recorded_rad_s();
-    let score = |b: &Believed| -> Result<f64> {
+    let score = |b: &StateSpaceModel| -> Result<f64> {
         Ok(blocked_log_score(b, &recorded, &blocks)?.iter().sum::<f64>() / rows as f64)
     };
     let [nominal, augmented] = [&[], together].map(|effects| believed(&prepared.scene, library, &given.with(effects)));
@@ -354,7 +354,7 @@ fn cross_validate(
     Ok(())
 }
 
-fn blocked_own(b: &Believed, blocks: &[std::ops::Range<usize>], seed: u64) -> Result<f64> {
+fn blocked_own(b: &StateSpaceModel, blocks: &[std::ops::Range<usize>], seed: u64) -> Result<f64> {
     let own = b.simulate(seed, 0)?;
     Ok(blocked_log_score(b, &own, blocks)?.iter().sum::<f64>() / own.len() as f64)
 }

@@ -1,6 +1,6 @@
 //! The whole diagnosis of a drive, or of several of one robot: which equation, which effect, how far the gap shrinks.
 
-use super::ekf::effect_set::Claimed;
+use super::ekf::effect_set::EffectSet;
 use super::ekf::innovations::{Noise, Process};
 use super::holdout;
 use super::holdout::DriveFar;
@@ -16,7 +16,7 @@ use super::record::{Belief, Record};
 use super::regressors::basis::{Equation, Follows};
 use super::regressors::candidates::VARYING;
 use super::regressors::practical_identifiability::{LARGEST, separate_by};
-use super::screening::best_single_effect::Closest;
+use super::screening::best_single_effect::BestSingleEffect;
 use super::screening::deficient_equations::pinpoint;
 use crate::config::{Config, EffectTable, Kind};
 use crate::effects::drive::{DriveExplanation, Driving};
@@ -205,7 +205,7 @@ pub fn diagnose(
     answer.gap.clone_from(&far.metrics);
     answer.notes.extend(each_note(&far, &together));
     if let (Some(delay_s), Some(kept)) = (judged.wheels_late_s, &kept) {
-        let nominal = Claimed::new(&[], library).models(kept);
+        let nominal = EffectSet::new(&[], library).models(kept);
         let gain = wheel_offset::gain(kept, &nominal, &judged.nominal_noise, delay_s);
         answer.notes.push(format!(
             "With the readings of the wheels stamped {delay_s:.3} s earlier the nominal simulator gains {gain:.0} nats on the \
@@ -479,7 +479,7 @@ fn told_as_wander(answer: &mut Answer) -> Option<String> {
 
 /// Index of the effect that explains most alone in the list, appended if it is missing. Unless it was found, its
 /// parameters are those of its fit alone: beside free forms that explain the same they say nothing.
-fn list_closest(closest: &Closest, answer: &mut Answer) -> usize {
+fn list_closest(closest: &BestSingleEffect, answer: &mut Answer) -> usize {
     let part = &closest.part;
     let at = answer.effects.iter().position(|e| e.id == part.id).unwrap_or_else(|| {
         answer.effects.push(EffectAnswer::new(&part.id, 0.0));

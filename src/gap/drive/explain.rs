@@ -7,12 +7,12 @@ use super::ekf::innovations::{Noise, run};
 use super::fit::begin::start;
 use super::fit::{Compared, Theta};
 use super::holdout;
-use super::model_selection::{Believed, Options, WORTH, mounting};
+use super::model_selection::{InitialNoise, Options, WORTH, mounting};
 use super::preprocess::changepoint;
 use super::preprocess::clocks;
-use super::preprocess::hypothesis::Branch;
+use super::preprocess::hypothesis::PreprocessingHypothesis;
 use super::preprocess::lost_ticks;
-use super::preprocess::lost_ticks::{Bursts, Sought, missed_part};
+use super::preprocess::lost_ticks::{LostTicks, Sought, missed_part};
 use super::preprocess::noise_levels::lattice_part;
 use super::record::Record;
 use super::regressors::candidates::{Candidates, Kind, knowable};
@@ -93,10 +93,10 @@ struct Fit {
     notes: Vec<String>,
 }
 
-/// Fits `ids` to a drive; see [`crate::gap::rest::explain()`].
+/// Fits `ids` to a drive; see [`crate::gap::explain()`].
 ///
 /// # Errors
-/// As [`crate::gap::rest::explain()`].
+/// As [`crate::gap::explain()`].
 pub fn explain(
     config: &Config,
     log: &Log,
@@ -153,12 +153,13 @@ pub(in crate::gap) fn known_gain(
 }
 
 fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
-    let Believed { lsb, noise, nominal } = Believed::of(record);
+    let InitialNoise { lsb, noise, nominal } = InitialNoise::of(record);
     let every = Candidates::new(record, &asked.drives, &options.prior, false, &changepoint::of_each(record));
     let candidates = every.only(|g| asked.walk.is_some() || !matches!(every.kinds[g], Kind::Walk));
     let mut notes = Vec::new();
     let mut parts = Vec::new();
-    let mut as_is = Branch::new(record.clone(), noise, settled(record, &noise, &candidates), Vec::new());
+    let mut as_is =
+        PreprocessingHypothesis::new(record.clone(), noise, settled(record, &noise, &candidates), Vec::new());
     // torque noise within a step, and diffusion without torques, were estimated by the model without the effects
     if as_is.ripple() | as_is.diffuse() {
         as_is.compared = settled(record, &as_is.noise, &candidates);
@@ -174,7 +175,7 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let mut branch = match lost {
         Some((effect, (restored, compared, bursts, gained))) => {
             parts.push(missed_part(effect, &bursts, gained));
-            Branch::new(restored, noise, compared, Vec::new())
+            PreprocessingHypothesis::new(restored, noise, compared, Vec::new())
         }
         None => as_is,
     };
@@ -229,12 +230,12 @@ fn settled(record: &Record, noise: &Noise, candidates: &Candidates) -> Compared 
 
 /// The drive with the lost ticks of one wheel restored, the fit to it, the bursts, and their gain in ln likelihood,
 /// nats; none where no account of bursts has evidence.
-fn lost_ticks(record: &Record, noise: &Noise, as_is: &Compared) -> Option<(Record, Compared, Bursts, f64)> {
+fn lost_ticks(record: &Record, noise: &Noise, as_is: &Compared) -> Option<(Record, Compared, LostTicks, f64)> {
     let candidates = &as_is.candidates;
     let mut theta = as_is.next().0;
-    let mut found: Option<(Record, Compared, Bursts, f64)> = None;
+    let mut found: Option<(Record, Compared, LostTicks, f64)> = None;
     for round in 0..SOUGHT {
-        let models = Branch::models_at(record, candidates, &theta);
+        let models = PreprocessingHypothesis::models_at(record, candidates, &theta);
         // slow errors are taken out only in the first round: a model with the ticks restored has none
         let sought = [0, 1].iter().flat_map(|side| [true, false].map(|slow| Sought { side: *side, loss: None, slow }));
         let accounts = sought
@@ -245,8 +246,15 @@ fn lost_ticks(record: &Record, noise: &Noise, as_is: &Compared) -> Option<(Recor
         let Some((_, bursts)) = weighed.max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
         let restored = bursts.restored(record);
         let compared = Compared::all_in(&restored, noise, candidates.clone(), theta.clone());
-        let plain = run(record, &Branch::models_at(record, candidates, &as_is.theta), noise, &[], |_| {});
-        let with = run(&restored, &Branch::models_at(&restored, candidates, &compared.theta), noise, &[], |_| {});
+        let plain =
+            run(record, &PreprocessingHypothesis::models_at(record, candidates, &as_is.theta), noise, &[], |_| {});
+        let with = run(
+            &restored,
+            &PreprocessingHypothesis::models_at(&restored, candidates, &compared.theta),
+            noise,
+            &[],
+            |_| {},
+        );
         let gained = with.ln_likelihood() + bursts.ln_path + bursts.ln_jacobian() - plain.ln_likelihood();
         theta = compared.next().0;
         if found.as_ref().is_none_or(|f| gained > f.3) {

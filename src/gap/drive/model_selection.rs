@@ -12,20 +12,20 @@ use super::preprocess::acceleration_model;
 use super::preprocess::changepoint;
 use super::preprocess::changepoint::Onsets;
 use super::preprocess::gyro_offset;
-use super::preprocess::hypothesis::Branch;
+use super::preprocess::hypothesis::PreprocessingHypothesis;
 use super::preprocess::lost_ticks;
-use super::preprocess::lost_ticks::{Bursts, Predicted, Sought, missed_part};
+use super::preprocess::lost_ticks::{LostTicks, Predicted, Sought, missed_part};
 use super::preprocess::noise_levels::lattice_part;
 use super::preprocess::reference_extrinsics;
 use super::preprocess::reference_extrinsics::Mounting;
 use super::preprocess::torque_bandwidth;
 use super::preprocess::wheel_offset;
-use super::preprocess::wheel_offset::Late;
+use super::preprocess::wheel_offset::WheelOffset;
 use super::record::Record;
 use super::regressors::candidates::{Candidates, Kind, Prior, knowable};
 use super::regressors::practical_identifiability::alike;
-use super::regressors::structural_identifiability::Twins;
-use super::screening::best_single_effect::{Closest, alone, closest};
+use super::regressors::structural_identifiability::StructuralClasses;
+use super::screening::best_single_effect::{BestSingleEffect, alone, closest};
 use super::trail::{self, Way};
 use crate::effects::About;
 use crate::effects::drive::{self, DriveExplanation, Driving};
@@ -61,7 +61,7 @@ pub struct Judged {
     pub findings: Findings,
     /// Where no effect explains most, or noise is not as stated: the effect that explains most alone, and its share of
     /// what the best set explains, 0 to 1; else none.
-    pub closest: Option<(Closest, f64)>,
+    pub closest: Option<(BestSingleEffect, f64)>,
     /// Whether the cause is unknown: no effect explains most.
     pub unknown: bool,
     /// Whether the noise of wheels and gyro is as stated; it is estimated only without torques. Noise that is not as
@@ -98,15 +98,15 @@ pub fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Opt
     if !reference_extrinsics::is_open(record) {
         return None;
     }
-    reference_extrinsics::find(record, &Believed::of(record).nominal, effects, &options.prior)
+    reference_extrinsics::find(record, &InitialNoise::of(record).nominal, effects, &options.prior)
 }
 
 /// Compares sets of `effects` and free forms on `record`.
 #[must_use]
 pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Judged {
-    let twins = Twins::of(record, effects);
+    let twins = StructuralClasses::of(record, effects);
     let effects = &twins.told_apart;
-    let Believed { lsb, noise, nominal } = Believed::of(record);
+    let InitialNoise { lsb, noise, nominal } = InitialNoise::of(record);
     let onsets_s = changepoint::of_each(record);
     let all = Candidates::new(record, effects, &options.prior, true, &onsets_s);
     let (noise, _) = diffused(record, noise, &all);
@@ -123,7 +123,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         lattice_part(lsb, here.max(1.0), named.map(|e| e.about()))
     });
     let in_time = gyro_offset::gyro_in_time(record, &branch, effects, options);
-    let top = in_time.iter().map(gyro_offset::InTime::top).fold(branch.top(), f64::max);
+    let top = in_time.iter().map(gyro_offset::GyroOffset::top).fold(branch.top(), f64::max);
     let mut others = Vec::new();
     let mut ways: Vec<Way<'_>> = Vec::new();
     let loses = effects.iter().find(|e| e.tick_loss().is_some());
@@ -155,7 +155,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         ways.push(Way { name: "late wheels put back in time".into(), top: Err(why) });
     }
     let mut sets = branch.sets();
-    sets.extend(in_time.iter().flat_map(gyro_offset::InTime::sets));
+    sets.extend(in_time.iter().flat_map(gyro_offset::GyroOffset::sets));
     for (other, part) in &others {
         sets.extend(other.sets().into_iter().map(|set| beside(set, part, late_wheels)));
     }
@@ -193,7 +193,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let c = &best.compared;
         let explained = c.problem.ln_evidence(&c.sets[0].members) - nothing;
         let share = if explained > 0.0 { (one.gain / explained).clamp(0.0, 1.0) } else { 0.0 };
-        (Closest { part: twins.plausible(one.part), ..one }, share)
+        (BestSingleEffect { part: twins.plausible(one.part), ..one }, share)
     });
     let mut alike = alike(&best.record, &best.compared);
     let mut classes = findings.sets.first().map_or_else(Vec::new, |set| twins.classes(&set.parts));
@@ -213,8 +213,8 @@ pub(super) fn settled(
     onsets_s: Onsets,
     effects: &[&'static dyn Driving],
     options: &Options,
-) -> Branch {
-    let mut branch = Branch::new(record, noise, compared, onsets_s);
+) -> PreprocessingHypothesis {
+    let mut branch = PreprocessingHypothesis::new(record, noise, compared, onsets_s);
     branch.look_at_promising();
     branch.settle(effects, options);
     branch
@@ -226,7 +226,7 @@ pub(super) fn plain(record: &Record) -> Models {
 }
 
 /// Noise and motion beyond the model, before any effect is known.
-pub(super) struct Believed {
+pub(super) struct InitialNoise {
     /// Quantization step of the wheels, rad/s; none: not quantized.
     pub(super) lsb: Option<f64>,
     /// Noise, quantization included.
@@ -235,7 +235,7 @@ pub(super) struct Believed {
     pub(super) nominal: Noise,
 }
 
-impl Believed {
+impl InitialNoise {
     pub(super) fn of(record: &Record) -> Self {
         let white = record.belief.wheel_std_rad_s;
         let lsb = record.wheels_rad_s.iter().filter_map(|w| Grain::of(w, white).lsb_rad_s).reduce(f64::min);
@@ -252,13 +252,13 @@ impl Believed {
 /// The drive with the readings of its wheels moved earlier by their delay; none where they are not late.
 fn wheels_in_time(
     record: &Record,
-    as_is: &Branch,
+    as_is: &PreprocessingHypothesis,
     effects: &[&'static dyn Driving],
     options: &Options,
-) -> Option<(Branch, Late)> {
+) -> Option<(PreprocessingHypothesis, WheelOffset)> {
     let zero = as_is.compared.candidates.zero();
     // with the believed noise: what was found since may have absorbed the delay
-    let nominal = Branch::models_at(record, &as_is.compared.candidates, &zero);
+    let nominal = PreprocessingHypothesis::models_at(record, &as_is.compared.candidates, &zero);
     // where one effect explains all, a delay must explain as much, or is superfluous
     let worth = if as_is.is_told_by_one() { as_is.compared.gap().max(LARGE) } else { LARGE };
     let mut late = wheel_offset::find(record, &nominal, &as_is.believed).filter(|l| l.gain > worth)?;
@@ -273,11 +273,11 @@ fn wheels_in_time(
         let mut other = settled(moved, noise, compared, Vec::new(), effects, options);
         other.extra_weight += options.prior.ln_free - 0.5 * (record.len() as f64).ln();
         // a free form may hold an effect that these models lack: the effect fitted alone is tried too
-        let models = Branch::models_at(record, &other.compared.candidates, &other.compared.theta);
+        let models = PreprocessingHypothesis::models_at(record, &other.compared.candidates, &other.compared.theta);
         let known = nearest.into_iter().map(|models| (models, noise)).chain([(models, other.noise)]);
         let looks = known.filter_map(|(models, noise)| wheel_offset::find(record, &models, &noise));
         let again = looks.max_by(|a, b| a.ln_likelihood.total_cmp(&b.ln_likelihood));
-        found = Some((other, Late { std_s: again.map_or(late.std_s, |a| a.std_s), ..late }));
+        found = Some((other, WheelOffset { std_s: again.map_or(late.std_s, |a| a.std_s), ..late }));
         match again {
             Some(again) if (again.delay_s - late.delay_s).abs() > again.std_s => late = again,
             _ => break,
@@ -290,12 +290,12 @@ fn wheels_in_time(
 /// comes near `best_top`, the ln weight of the best way that is known: `as_is` or another.
 fn restored(
     record: &Record,
-    (as_is, best_top): (&Branch, f64),
+    (as_is, best_top): (&PreprocessingHypothesis, f64),
     begin: &Theta,
     noise: &Noise,
     effects: &[&'static dyn Driving],
     options: &Options,
-) -> Option<(Branch, Bursts)> {
+) -> Option<(PreprocessingHypothesis, LostTicks)> {
     // restored ticks are not also missing on average
     let all = &as_is.compared.candidates;
     let (zero, begin, here) =
@@ -305,16 +305,16 @@ fn restored(
     from.dedup();
     // slow errors of the model look like bursts, and long bursts like slow errors: both are tried
     let tried: Vec<(&Theta, usize)> = from.into_iter().flat_map(|theta| [0, 1].map(|side| (theta, side))).collect();
-    let found = |(theta, side): (&'_ Theta, usize)| -> Vec<(f64, Bursts, Theta)> {
-        let models = Branch::models_at(record, &as_is.compared.candidates, theta);
+    let found = |(theta, side): (&'_ Theta, usize)| -> Vec<(f64, LostTicks, Theta)> {
+        let models = PreprocessingHypothesis::models_at(record, &as_is.compared.candidates, theta);
         let predicted = Predicted::of(record, &models, &as_is.noise, side);
         let mut worth =
             [true, false].map(|slow| predicted.accounts(record, Sought { side, loss: None, slow })).concat();
         worth.retain(|b| b.ln_evidence > WORTH);
-        let weighed = |b: Bursts| (lost_ticks::weight(record, &models, &as_is.noise, &b), b, theta.clone());
+        let weighed = |b: LostTicks| (lost_ticks::weight(record, &models, &as_is.noise, &b), b, theta.clone());
         worth.into_par_iter().map(weighed).collect()
     };
-    let mut all: Vec<(f64, Bursts, Theta)> = tried.into_par_iter().flat_map_iter(found).collect();
+    let mut all: Vec<(f64, LostTicks, Theta)> = tried.into_par_iter().flat_map_iter(found).collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
     // the same account from another model leads to the same comparison
     let mut seen: Vec<Vec<f64>> = Vec::new();
@@ -328,14 +328,14 @@ fn restored(
     let fresh = Noise { process: as_is.noise.process, ..*noise };
     let plausible = as_is.compared.plausible().without_lost_ticks();
     let as_is_top = as_is.top();
-    let settled = |bursts: Bursts, theta: &Theta| {
+    let settled = |bursts: LostTicks, theta: &Theta| {
         let restored = bursts.restored(record);
         let own = bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
         let hopeless = best_top - own - HOPELESS;
         let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
         let onsets_s = changepoint::of_each(&restored);
         let compared_top = compared.top();
-        let mut other = Branch::new(restored, fresh, compared, onsets_s);
+        let mut other = PreprocessingHypothesis::new(restored, fresh, compared, onsets_s);
         other.restored = true;
         other.bent_nats = (compared_top + own - as_is_top).max(0.0);
         other.promising.clone_from(&as_is.promising);
@@ -345,15 +345,17 @@ fn restored(
         }
         (other, bursts)
     };
-    let better = |a: &(Branch, Bursts), b: &(Branch, Bursts)| a.0.top().total_cmp(&b.0.top());
-    let accounts: Vec<(Branch, Bursts)> =
+    let better = |a: &(PreprocessingHypothesis, LostTicks), b: &(PreprocessingHypothesis, LostTicks)| {
+        a.0.top().total_cmp(&b.0.top())
+    };
+    let accounts: Vec<(PreprocessingHypothesis, LostTicks)> =
         all.into_par_iter().map(|(_, bursts, theta)| settled(bursts, &theta)).collect();
     let best = accounts.into_iter().max_by(better)?;
     // once more with the model found so far, without taking out slow errors
     let theta = best.0.compared.next().0;
-    let models = Branch::models_at(record, &best.0.compared.candidates, &theta);
+    let models = PreprocessingHypothesis::models_at(record, &best.0.compared.candidates, &theta);
     let sought = Sought { side: best.1.side, loss: None, slow: false };
-    let again: Vec<(f64, Bursts)> = lost_ticks::accounts(record, &models, &best.0.noise, sought)
+    let again: Vec<(f64, LostTicks)> = lost_ticks::accounts(record, &models, &best.0.noise, sought)
         .into_par_iter()
         .map(|b| (lost_ticks::weight(record, &models, &best.0.noise, &b), b))
         .collect();
@@ -405,7 +407,7 @@ fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<M
     let fits = alone(record, &noise, &named, &zero, ALONE);
     match fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())) {
         Some(best) if best.top() > nothing => {
-            let models = Branch::models_at(record, &best.candidates, &best.next().0);
+            let models = PreprocessingHypothesis::models_at(record, &best.candidates, &best.next().0);
             (acceleration_model::likely(record, &models, &noise), Some(models))
         }
         _ => (noise, None),

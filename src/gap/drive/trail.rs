@@ -2,7 +2,7 @@
 
 use super::fit::Compared;
 use super::fit::evidence::Member;
-use super::preprocess::hypothesis::Branch;
+use super::preprocess::hypothesis::PreprocessingHypothesis;
 use crate::gap::trace::{Decision, Step, TraceStage, largest, of_additions};
 
 /// Ids of what `problem` may add to a set, each with its gain in ln weight, nats.
@@ -56,7 +56,7 @@ pub(super) fn readings(as_is: f64, others: &[Way<'_>]) -> Vec<Step> {
     std::iter::once(told("as recorded", as_is)).chain(others.iter().map(other)).collect()
 }
 
-impl Branch {
+impl PreprocessingHypothesis {
     /// Notes a step, in the place of one of the same stage and subject.
     pub(super) fn note(&mut self, step: Step) {
         self.trace.retain(|s| s.stage != step.stage || s.subject != step.subject);

@@ -28,7 +28,7 @@ pub(crate) use heading::{HeadingError, heading_horizons};
 pub use shape::Band;
 
 use super::answer::Metric;
-use super::rest::state_space::Believed;
+use super::rest::state_space::StateSpaceModel;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::robust::mad_std;
 use heading::heading_errors;
@@ -70,7 +70,7 @@ pub(crate) struct Claim<'a> {
     /// Identifier of the effect.
     pub id: &'a str,
     /// Predictive model of the simulator with it, for the hold-out recording.
-    pub believed: &'a Believed,
+    pub believed: &'a StateSpaceModel,
 }
 
 /// The gap on the hold-out recording.
@@ -113,12 +113,12 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 /// `augmented` and each effect of `alone` close.
 ///
 /// # Errors
-/// As [`Believed::score`]; [`ErrorKind::TooShort`] for fewer than 64 readings; [`ErrorKind::Usage`] for fewer than two
+/// As [`StateSpaceModel::score`]; [`ErrorKind::TooShort`] for fewer than 64 readings; [`ErrorKind::Usage`] for fewer than two
 /// simulated recordings.
 pub(crate) fn measure(
     hold_rad_s: &[f64],
-    nominal: &Believed,
-    augmented: &Believed,
+    nominal: &StateSpaceModel,
+    augmented: &StateSpaceModel,
     alone: &[Claim<'_>],
     options: &Options,
 ) -> Result<Far> {
@@ -218,12 +218,12 @@ fn white_variance(readings: &[f64]) -> f64 {
 /// Simulates a recording of each simulator with the missing readings of the real one, and scores it.
 fn own_log(
     hold_rad_s: &[f64],
-    (nominal, augmented): (&Believed, &Believed),
+    (nominal, augmented): (&StateSpaceModel, &StateSpaceModel),
     residuals: &Residuals,
     horizons: &[crate::gap::rest::state_space::Horizon],
     (seed, log): (u64, u64),
 ) -> Result<OwnLog> {
-    let simulate = |believed: &Believed, stream: u64| -> Result<Vec<f64>> {
+    let simulate = |believed: &StateSpaceModel, stream: u64| -> Result<Vec<f64>> {
         let mut y = believed.simulate(seed, stream)?;
         y.iter_mut().zip(hold_rad_s).filter(|(_, real)| !real.is_finite()).for_each(|(y, _)| *y = f64::NAN);
         Ok(y)

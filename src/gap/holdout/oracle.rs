@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::gap::drive;
 use crate::gap::rest::explain::explain;
 use crate::gap::rest::prepare::prepare;
-use crate::gap::rest::state_space::Believed;
+use crate::gap::rest::state_space::StateSpaceModel;
 use crate::gap::rest::state_space::of_effects::believed;
 use crate::signal::Log;
 
@@ -31,7 +31,7 @@ pub fn known_gain(config: &Config, fit: &Log, hold: &Log, library: &Library, ids
     let kept = prepare(config, hold, 0.0)?;
     let recorded = kept.recorded_rad_s();
     let rows = recorded.iter().filter(|y| y.is_finite()).count();
-    let total = |b: &Believed| -> Result<f64> { Ok(b.score(&recorded)?.total()) };
+    let total = |b: &StateSpaceModel| -> Result<f64> { Ok(b.score(&recorded)?.total()) };
     let augmented = believed(&kept.scene, library, &found)?;
-    Ok((total(&augmented)? - total(&Believed::nominal(&kept.scene))?) / rows.max(1) as f64)
+    Ok((total(&augmented)? - total(&StateSpaceModel::nominal(&kept.scene))?) / rows.max(1) as f64)
 }

@@ -4,7 +4,7 @@
 //! fit of the nominal coefficients, the same for real and simulated recordings: their difference is the simulator's.
 
 use crate::gap::answer::Metric;
-use crate::gap::rest::state_space::Believed;
+use crate::gap::rest::state_space::StateSpaceModel;
 use crate::math::spectra::{Periodogram, quick_len};
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -52,7 +52,7 @@ fn project(values: &mut [f64], columns: &[Vec<f64>]) {
 }
 
 impl Residuals {
-    pub(super) fn new(reading_rad_s: &[f64], nominal: &Believed) -> Self {
+    pub(super) fn new(reading_rad_s: &[f64], nominal: &StateSpaceModel) -> Self {
         const DEPENDENT: f64 = 1e-9;
         let there: Vec<bool> = reading_rad_s.iter().map(|v| v.is_finite()).collect();
         let mut columns: Vec<Vec<f64>> = Vec::new();

@@ -1,20 +1,20 @@
 //! The measures of the gap on simulated recordings whose truth is known.
 
 use super::*;
-use crate::gap::rest::state_space::{Believed, Coefficient, Markov, Run, Telegraph};
+use crate::gap::rest::state_space::{Coefficient, Markov, Run, StateSpaceModel, Telegraph};
 use crate::math::random::Stream;
 
 const ROWS: usize = 6000;
 
 /// Nominal: white noise and a turn-on bias, 10 Hz.
-fn nominal() -> Believed {
-    let mut believed = Believed::white(ROWS, 0.1, 1e-3);
+fn nominal() -> StateSpaceModel {
+    let mut believed = StateSpaceModel::white(ROWS, 0.1, 1e-3);
     believed.coefficients.push(Coefficient { column: vec![1.0; ROWS], mean: -4e-3, std: 2e-4 });
     believed
 }
 
 /// Reality: a Gauss-Markov bias of 20 s beside it.
-fn truth() -> Believed {
+fn truth() -> StateSpaceModel {
     let mut believed = nominal();
     believed.markov.push(Markov::gauss_markov(20.0, 1e-3, 0.1));
     believed
@@ -156,7 +156,7 @@ fn intervals_cover_the_share_of_long_recordings() {
     let (before, after) = (nominal(), truth());
     let mut weak = nominal();
     weak.markov.push(Markov::gauss_markov(3.0, 5e-4, 0.1));
-    let total = |model: &Believed, y: &[f64]| model.score(y).unwrap();
+    let total = |model: &StateSpaceModel, y: &[f64]| model.score(y).unwrap();
     let logs: Vec<Vec<f64>> = (0..60).map(|s| after.simulate(50, s).unwrap()).collect();
     let runs: Vec<[Run; 3]> = logs.iter().map(|y| [total(&before, y), total(&weak, y), total(&after, y)]).collect();
     let sum = |at: usize| runs.iter().map(|r| r[at].total()).sum::<f64>();

@@ -1,11 +1,11 @@
 //! Comparison of all hypotheses about one recording: Gaussian part and non-Gaussian features.
 
 use super::nongaussian::looks::{Choice, Looks, Seen, Views};
-use super::nongaussian::telegraph::{Popcorn, beside};
+use super::nongaussian::telegraph::{TelegraphFit, beside};
 use super::nongaussian::{quantization, repeats, shots};
 use super::parts::parts;
 use super::prepare::outliers::{LIMIT, clean};
-use super::whittle::basis::{Data, Frame};
+use super::whittle::basis::{Data, SpectralBasis};
 use super::whittle::evidence::{Fitted, Likelihood, nuisances};
 use super::whittle::hypothesis::{Candidate, Hypothesis, Kind};
 use super::whittle::nonparametric::{Comb, CovariateForm, Follows, FreeSpectrum, RateForm, SmoothTime};
@@ -105,7 +105,7 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
     let nominal = scene.white_std_rad_s;
     let grain = quantization::Grain::of(recorded, nominal);
     scene.white_std_rad_s = (nominal * nominal + grain.variance()).sqrt();
-    let frame = Frame::new(&scene);
+    let frame = SpectralBasis::new(&scene);
     let deviation: Vec<f64> =
         (0..frame.len()).map(|i| recorded[i] - scene.warm_up.error_rad_s(scene.time.at(i))).collect();
     let (cleaned, aside) = clean(&deviation);
@@ -295,11 +295,11 @@ fn popcorn(
     nuisance: &[(crate::gap::rest::whittle::basis::ColumnId, f64)],
     search: &Search,
     prior: Prior,
-) -> Option<(Popcorn, f64)> {
+) -> Option<(TelegraphFit, f64)> {
     let Likelihood { frame, data, candidates, .. } = *likelihood;
     let sets = search.posterior();
     let top = sets.first()?.ln_weight;
-    let mut best: Option<(Popcorn, f64)> = None;
+    let mut best: Option<(TelegraphFit, f64)> = None;
     let mut tried: Vec<Vec<usize>> = Vec::new();
     for met in sets.iter().filter(|m| m.ln_weight > top - 9.0 && !m.fitted.hypothesis.noises.is_empty()).take(5) {
         let whole = &met.fitted.hypothesis;

@@ -4,7 +4,7 @@ use super::model_selection::shares;
 use super::nongaussian::amplitude::Amplitude;
 use super::nongaussian::repeats::Repeats;
 use super::nongaussian::shots::Shots;
-use super::nongaussian::telegraph::Popcorn;
+use super::nongaussian::telegraph::TelegraphFit;
 use super::whittle::evidence::{Fitted, Likelihood};
 use super::whittle::hypothesis::{Hypothesis, Kind, SignalPart};
 use crate::effects::{Parameters, Signal, by_id};
@@ -163,7 +163,7 @@ fn signal(
 }
 
 /// Part for telegraph noise.
-pub(crate) fn telegraph(id: &str, found: &Popcorn, scene: &Scene, share: f64) -> Part {
+pub(crate) fn telegraph(id: &str, found: &TelegraphFit, scene: &Scene, share: f64) -> Part {
     let mut part = Part::new(id, true, share);
     let chain = &found.chain;
     let [low_s, high_s] = [chain.dwell_low, chain.dwell_high].map(|d| d * scene.step_s);

@@ -8,7 +8,7 @@ use crate::gap::answer::{
     Against, Alike, Correction, EquationAnswer, FreeFormAnswer, Place, Regressor, Remainder, TimeOffset,
 };
 use crate::gap::rest::predictive::curves;
-use crate::gap::rest::state_space::{Believed, Coefficient};
+use crate::gap::rest::state_space::{Coefficient, StateSpaceModel};
 use crate::model::Scene;
 use crate::signal::TimeAxis;
 
@@ -106,7 +106,7 @@ fn seen(coefficient_rad_s_per_c: f64) -> Vec<Curve> {
         turn_on_bias_std_rad_s: 2e-4,
         warm_up_relative_std: 0.03,
     };
-    let nominal = Believed::nominal(&scene);
+    let nominal = StateSpaceModel::nominal(&scene);
     let mut after = nominal.clone();
     let column = temperature.iter().map(|t| t - 25.0).collect();
     after.coefficients.push(Coefficient { column, mean: coefficient_rad_s_per_c, std: 0.0 });

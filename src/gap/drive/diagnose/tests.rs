@@ -134,7 +134,7 @@ fn what_is_not_constant_is_not_simulated_with_a_constant() {
     drop_inconstant(&mut answer, &findings);
     assert_eq!(answer.together, [ids::bias_step()]);
     // alone it is another number
-    let closest = Closest { part: part(scale(), true, 30.0, -0.02), gain: 30.0 };
+    let closest = BestSingleEffect { part: part(scale(), true, 30.0, -0.02), gain: 30.0 };
     let at = list_closest(&closest, &mut answer);
     assert_eq!((answer.effects[at].id.as_str(), relative(&answer, scale())), (scale(), -0.02));
     // what varies a little beside what explains most is a constant still
@@ -148,9 +148,9 @@ fn what_is_not_constant_is_not_simulated_with_a_constant() {
 fn what_comes_nearest_is_listed_once() {
     let (mut answer, _) = of(vec![part("free.along.time", false, 500.0, 0.0), part(scale(), true, 90.0, -0.01)]);
     // what was found keeps what it has beside the rest
-    list_closest(&Closest { part: part(scale(), true, 30.0, -0.02), gain: 30.0 }, &mut answer);
+    list_closest(&BestSingleEffect { part: part(scale(), true, 30.0, -0.02), gain: 30.0 }, &mut answer);
     assert_eq!((answer.effects.len(), relative(&answer, scale())), (1, -0.01));
     let track = ids::track_width();
-    let at = list_closest(&Closest { part: part(track, true, 30.0, 0.03), gain: 30.0 }, &mut answer);
+    let at = list_closest(&BestSingleEffect { part: part(track, true, 30.0, 0.03), gain: 30.0 }, &mut answer);
     assert_eq!((at, answer.effects.len(), relative(&answer, track)), (1, 2, 0.03));
 }

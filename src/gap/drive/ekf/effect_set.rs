@@ -5,7 +5,7 @@ use crate::effects::drive::{DriveExplanation, Lost, ModelChange};
 use crate::effects::{InDrives, Library, Parameters, in_drives};
 use crate::gap::drive::preprocess::gyro_offset::by_whole_rows;
 use crate::gap::drive::preprocess::lost_ticks;
-use crate::gap::drive::preprocess::lost_ticks::{Bursts, Predicted, Sought};
+use crate::gap::drive::preprocess::lost_ticks::{LostTicks, Predicted, Sought};
 use crate::gap::drive::preprocess::wheel_offset::{earlier, share_rows};
 use crate::gap::drive::record::{Belief, Record};
 use crate::model::drive::{DriveEffect, Instrument};
@@ -19,7 +19,7 @@ pub(crate) type Effects = [(String, Parameters)];
 const WEIGHED: usize = 4;
 
 /// Changes that a set of effects makes to a drive.
-pub(crate) struct Claimed {
+pub(crate) struct EffectSet {
     /// Changes of the equations, with their coordinates.
     pub(crate) changes: Vec<(&'static dyn ModelChange, Vec<f64>)>,
     /// Index in `changes` and instrument of each delay.
@@ -36,7 +36,7 @@ pub(crate) struct Claimed {
     pub noise_over: [f64; 3],
 }
 
-impl Claimed {
+impl EffectSet {
     /// From `effects`; those that the library does not know of drives change nothing.
     #[must_use]
     pub(crate) fn new(effects: &Effects, library: &Library) -> Self {
@@ -116,7 +116,7 @@ impl Claimed {
         Noise { process, ..Noise::of(&louder, record.torques_n_m.is_some(), self.wheel_lsb_rad_s) }
     }
 
-    /// Multiplies the believed white noise by [`Claimed::noise_over`].
+    /// Multiplies the believed white noise by [`EffectSet::noise_over`].
     pub(crate) fn believe(&self, belief: &mut Belief) {
         let [gyro, wheels, pose] = self.noise_over;
         belief.gyro_std_rad_s *= gyro;
@@ -127,17 +127,17 @@ impl Claimed {
 
     /// Most probable bursts of lost ticks in this drive; none where no loss is claimed, or no bursts are found.
     #[must_use]
-    pub(crate) fn bursts(&self, record: &Record, noise: &Noise) -> Option<Bursts> {
+    pub(crate) fn bursts(&self, record: &Record, noise: &Noise) -> Option<LostTicks> {
         let lost = self.lost?;
         let (record, models) = self.read(record);
         let record = record.as_ref();
         let predicted = Predicted::of(record, &models, noise, lost.side);
         let account = |slow: bool| predicted.accounts(record, Sought { side: lost.side, loss: Some(lost.loss), slow });
-        let mut all: Vec<Bursts> = [false, true].into_par_iter().flat_map_iter(account).collect();
+        let mut all: Vec<LostTicks> = [false, true].into_par_iter().flat_map_iter(account).collect();
         // each needs a pass of the filter: only the most probable ones by the chain are weighed
         all.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
         all.truncate(WEIGHED);
-        let weighed: Vec<(f64, Bursts)> =
+        let weighed: Vec<(f64, LostTicks)> =
             all.into_par_iter().map(|b| (lost_ticks::weight(record, &models, noise, &b), b)).collect();
         weighed.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, b)| b)
     }

@@ -13,7 +13,7 @@ const LAGS_S: [f64; 2] = [0.05, 0.5];
 
 /// A reading as the filter used it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Taken {
+pub(crate) struct ScalarUpdate {
     /// Channel.
     pub channel: Channel,
     /// ∂(expected reading)/∂state
@@ -32,7 +32,7 @@ pub(crate) struct Taken {
 
 /// One row as the filter went through it.
 #[derive(Debug, Clone)]
-pub(crate) struct Followed {
+pub(crate) struct RowLinearization {
     /// Row of the log.
     pub row: usize,
     /// Motion before the readings, without the past.
@@ -50,7 +50,7 @@ pub(crate) struct Followed {
     /// ∂(gyro)/∂(ln C1, ln T), rad/s
     pub warm_up: [f64; 2],
     /// Readings, in the order in which they were used.
-    pub taken: Vec<Taken>,
+    pub taken: Vec<ScalarUpdate>,
     /// v (m/s) and ω (rad/s) after the readings
     pub speeds: [f64; 2],
     /// Whether there is a next row; the fields below are about the step to it.
@@ -69,7 +69,7 @@ pub(crate) struct Followed {
     pub functions_ahead: [f64; FUNCTIONS],
 }
 
-impl Default for Followed {
+impl Default for RowLinearization {
     fn default() -> Self {
         let still = Moving::default();
         Self {
@@ -95,7 +95,7 @@ impl Default for Followed {
 }
 
 /// The filter on its way through the rows of a drive.
-pub(crate) struct Along<'a> {
+pub(crate) struct FilterPass<'a> {
     record: &'a Record,
     rows: Range<usize>,
     scales: &'a Scales,
@@ -128,7 +128,7 @@ pub(crate) struct Along<'a> {
     pub ln_volume: f64,
 }
 
-impl<'a> Along<'a> {
+impl<'a> FilterPass<'a> {
     /// At the first of `rows`, which are those of one drive.
     pub(crate) fn new(
         record: &'a Record,
@@ -167,7 +167,7 @@ impl<'a> Along<'a> {
     }
 
     /// Filters one row and writes it to `out`; false after the last.
-    pub(crate) fn row(&mut self, out: &mut Followed) -> bool {
+    pub(crate) fn row(&mut self, out: &mut RowLinearization) -> bool {
         let k = self.next;
         if k >= self.rows.end {
             return false;
@@ -206,7 +206,7 @@ impl<'a> Along<'a> {
     }
 
     /// Updates by the readings of row `k`.
-    fn read(&mut self, k: usize, out: &mut Followed) {
+    fn read(&mut self, k: usize, out: &mut RowLinearization) {
         let (record, models, scales) = (self.record, self.models, self.scales);
         out.taken.clear();
         out.at = self.moving(k);
@@ -289,7 +289,7 @@ impl<'a> Along<'a> {
             let nu = nu - moved + shaken;
             let Corrected { variance, gain, shaken_gain } = self.filter.correct(nu, &h, variance, of);
             let std = variance.sqrt();
-            out.taken.push(Taken { channel, h, late, gain, shaken_gain, white: nu / std, std });
+            out.taken.push(ScalarUpdate { channel, h, late, gain, shaken_gain, white: nu / std, std });
             volume *= std::f64::consts::TAU * variance;
             // the product of six variances may leave the range of numbers
             if !(1e-150..1e150).contains(&volume) {
@@ -313,7 +313,7 @@ impl<'a> Along<'a> {
     }
 
     /// Predicts from row `k` to the next.
-    fn go(&mut self, k: usize, out: &mut Followed) {
+    fn go(&mut self, k: usize, out: &mut RowLinearization) {
         let (record, models) = (self.record, self.models);
         let model = &models.here;
         let dt = record.times_s[k + 1] - record.times_s[k];
@@ -350,7 +350,7 @@ impl<'a> Along<'a> {
     }
 
     /// Functions of free forms on the way to the next row.
-    fn look_ahead(&mut self, at: &Moving, torques: [f64; 2], dt: f64, out: &mut Followed) {
+    fn look_ahead(&mut self, at: &Moving, torques: [f64; 2], dt: f64, out: &mut RowLinearization) {
         let row = &mut self.row;
         row.speed = at.speed_m_s;
         row.yaw_rate = at.yaw_rate_rad_s;

@@ -7,7 +7,7 @@
 //! needs. Several drives have a pass each, whose sums are added.
 
 use super::agility::{EVEN, Ratios};
-use super::filter_pass::{Along, Followed, Taken};
+use super::filter_pass::{FilterPass, RowLinearization, ScalarUpdate};
 use super::sensitivity::Tangents;
 use crate::effects::drive::Touches;
 use crate::gap::drive::record::{Belief, Record};
@@ -237,10 +237,10 @@ fn one(
     columns: &[Column],
     each: impl FnMut(&Innovation) + Send,
 ) -> Summed {
-    let mut along = Along::new(record, rows, scales, models, noise, columns);
+    let mut along = FilterPass::new(record, rows, scales, models, noise, columns);
     let mut sum = Sum::new(columns.len(), each);
     if columns.is_empty() {
-        let mut row = Followed::default();
+        let mut row = RowLinearization::default();
         while along.row(&mut row) {
             sum.add(std::slice::from_ref(&row), &[]);
         }
@@ -258,7 +258,7 @@ fn one(
 /// One thread runs ahead with the filter, others follow with a part of the columns each, and one sums what they have
 /// written. The sums do not depend on the division of work.
 fn in_stretches(
-    along: &mut Along,
+    along: &mut FilterPass,
     mut tangents: Vec<Tangents>,
     parts: &[Vec<usize>],
     sum: &mut Sum<impl FnMut(&Innovation) + Send>,
@@ -289,7 +289,7 @@ fn in_stretches(
 /// Rows that are handed from thread to thread at once.
 #[derive(Default)]
 struct Stretch {
-    rows: Vec<Followed>,
+    rows: Vec<RowLinearization>,
     used: usize,
 }
 
@@ -297,15 +297,15 @@ impl Stretch {
     /// Enough that handing over costs little, and few enough to stay in a cache.
     const ROWS: usize = 64;
 
-    fn fill(&mut self, along: &mut Along) {
-        self.rows.resize_with(Self::ROWS, Followed::default);
+    fn fill(&mut self, along: &mut FilterPass) {
+        self.rows.resize_with(Self::ROWS, RowLinearization::default);
         self.used = 0;
         while self.used < Self::ROWS && along.row(&mut self.rows[self.used]) {
             self.used += 1;
         }
     }
 
-    fn rows(&self) -> &[Followed] {
+    fn rows(&self) -> &[RowLinearization] {
         &self.rows[..self.used]
     }
 }
@@ -349,7 +349,7 @@ impl<E: FnMut(&Innovation)> Sum<E> {
 
     /// Adds the readings of `rows`. `parts`: for each part of the columns their indices, and the slopes by them,
     /// reading by reading.
-    fn add(&mut self, rows: &[Followed], parts: &[(&[usize], &Vec<f64>)]) {
+    fn add(&mut self, rows: &[RowLinearization], parts: &[(&[usize], &Vec<f64>)]) {
         let width = self.gram.ncols();
         let taken = rows.iter().flat_map(|row| row.taken.iter().map(|taken| (row.row, taken)));
         for (n, (row, taken)) in taken.enumerate() {
@@ -359,7 +359,7 @@ impl<E: FnMut(&Innovation)> Sum<E> {
                 places.iter().zip(own).for_each(|(place, slope)| out[*place] = *slope);
             }
             out[width - 1] = taken.white;
-            let Taken { channel, white, std, .. } = *taken;
+            let ScalarUpdate { channel, white, std, .. } = *taken;
             (self.each)(&Innovation { row, channel, white, std, slopes: &out[..width - 1] });
             self.filled += 1;
             if self.filled == BLOCK {

@@ -4,7 +4,7 @@
 //! One array for each state, so that the loops over some two hundred columns run on vectors.
 
 use super::filter::{N, Step, TH, V, W, X, Y};
-use super::filter_pass::{Followed, Taken};
+use super::filter_pass::{RowLinearization, ScalarUpdate};
 use super::innovations::{Beside, Models};
 use crate::gap::drive::regressors::basis::{Column, Equation};
 use crate::model::drive::{DriveEffect, Instrument, Moving, Past, Robot, Shape};
@@ -68,7 +68,7 @@ impl<'a> Tangents<'a> {
     }
 
     /// Moves the derivatives through one row; the whitened derivatives of its readings are appended to `slopes`.
-    pub(crate) fn follow(&mut self, row: &Followed, slopes: &mut Vec<f64>) {
+    pub(crate) fn follow(&mut self, row: &RowLinearization, slopes: &mut Vec<f64>) {
         if !row.taken.is_empty() {
             self.expect(row);
             self.shaken.iter_mut().for_each(|s| s.fill(0.0));
@@ -83,7 +83,7 @@ impl<'a> Tangents<'a> {
     }
 
     /// Direct derivatives of a row's expected readings by β, at a fixed state.
-    fn expect(&mut self, row: &Followed) {
+    fn expect(&mut self, row: &RowLinearization) {
         let (sin, cos) = row.heading;
         let at = Moving { past: self.past.as_ref(), ..row.at };
         let d = &mut self.direct;
@@ -141,7 +141,7 @@ impl<'a> Tangents<'a> {
     }
 
     /// Update by one scalar reading.
-    fn correct(&mut self, taken: &Taken, slopes: &mut Vec<f64>) {
+    fn correct(&mut self, taken: &ScalarUpdate, slopes: &mut Vec<f64>) {
         self.moved.copy_from_slice(&self.direct[taken.channel as usize]);
         for (h, state) in taken.h.iter().zip(&self.state) {
             if *h != 0.0 {
@@ -162,7 +162,7 @@ impl<'a> Tangents<'a> {
     }
 
     /// Prediction to the next row.
-    fn predict(&mut self, row: &Followed) {
+    fn predict(&mut self, row: &RowLinearization) {
         let (at, f, functions) = (&row.leaving, &row.f, &row.functions_ahead);
         let Step { torques, sideways, dt, .. } = row.step;
         let p = self.columns.len();

@@ -8,7 +8,7 @@
 use super::{Compared, Theta};
 use crate::gap::drive::ekf::innovations::{Noise, run};
 use crate::gap::drive::model_selection::{HOPELESS, LARGE};
-use crate::gap::drive::preprocess::hypothesis::Branch;
+use crate::gap::drive::preprocess::hypothesis::PreprocessingHypothesis;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::{Candidates, Kind};
 use crate::gap::drive::screening::best_single_effect::alone;
@@ -111,7 +111,7 @@ fn best_alone(record: &Record, noise: &Noise, compared: &Compared) -> Option<The
 pub(crate) fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> Theta {
     let zero = candidates.zero();
     let weigh = |theta: &Theta| {
-        let models = Branch::models_at(record, candidates, theta);
+        let models = PreprocessingHypothesis::models_at(record, candidates, theta);
         run(record, &models, noise, &[], |_| {}).ln_likelihood()
     };
     let mut tried = vec![zero.clone()];

@@ -5,7 +5,7 @@
 //! not named.
 
 use super::Compared;
-use crate::gap::drive::preprocess::hypothesis::Branch;
+use crate::gap::drive::preprocess::hypothesis::PreprocessingHypothesis;
 use crate::gap::drive::regressors::candidates::Kind;
 use rayon::prelude::*;
 
@@ -52,7 +52,7 @@ impl Without {
     }
 }
 
-impl Branch {
+impl PreprocessingHypothesis {
     /// Removes effects that are not missed, and sets `missed_by` for those that remain.
     pub(crate) fn leave_out(&mut self) {
         for round in 0..ROUNDS {
@@ -146,7 +146,7 @@ mod tests {
         let noise = Noise::believed(&record, None);
         let all = Candidates::new(&record, registry(), &Prior::default(), true, &[]);
         let compared = Compared::wide(&record, &noise, all.clone(), all.zero());
-        let branch = Branch::new(record, noise, compared, Vec::new());
+        let branch = PreprocessingHypothesis::new(record, noise, compared, Vec::new());
         let holds = |form: &str, id: &str| {
             let place = all.groups.iter().position(|g| g.id == form).unwrap();
             branch.holds_law_of(place, id)

@@ -6,7 +6,7 @@
 use super::Under;
 use crate::gap::answer::Metric;
 use crate::gap::drive::ekf::innovations::{Channel, Noise, run};
-use crate::gap::drive::preprocess::lost_ticks::Bursts;
+use crate::gap::drive::preprocess::lost_ticks::LostTicks;
 use crate::gap::drive::record::Record;
 
 /// Horizons, s.
@@ -38,7 +38,7 @@ impl Horizons {
     }
 
     /// Adds the errors of one drive, if it is long enough.
-    pub(crate) fn add(&mut self, record: &Record, lost: Option<&Bursts>, under: &Under, alone: bool) {
+    pub(crate) fn add(&mut self, record: &Record, lost: Option<&LostTicks>, under: &Under, alone: bool) {
         let claimed = under.claimed;
         let longest = HORIZONS_S[2];
         if record.span_s() < 1.5 * longest {

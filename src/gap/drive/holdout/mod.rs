@@ -11,10 +11,10 @@ pub(crate) mod navigating;
 pub(crate) mod simulate_fitted;
 use self::horizons::{Horizons, horizon_metrics, misled};
 use self::simulate_fitted::own;
-use super::ekf::effect_set::{Claimed, Effects};
+use super::ekf::effect_set::{EffectSet, Effects};
 use super::ekf::innovations::{Channel, Process, run};
 use super::fit::evidence::{Group, Nuisance, Problem};
-use super::preprocess::lost_ticks::Bursts;
+use super::preprocess::lost_ticks::LostTicks;
 use super::preprocess::start_heading;
 use super::record::Record;
 use super::regressors::basis::{COSINES, Column, nuisances};
@@ -62,14 +62,14 @@ pub(crate) struct Sought<'a> {
 #[derive(Clone, Copy)]
 pub(crate) struct Under<'a> {
     pub(super) record: &'a Record,
-    pub(super) claimed: &'a Claimed,
+    pub(super) claimed: &'a EffectSet,
     pub(super) process: Process,
 }
 
 /// Score of a recording under a model.
 struct Scored {
     /// Bursts of lost ticks in each drive, where they are claimed
-    lost: Vec<Option<Bursts>>,
+    lost: Vec<Option<LostTicks>>,
     /// ln densities of its rows, nats
     rows: Vec<f64>,
 }
@@ -80,7 +80,7 @@ impl Under<'_> {
     }
 
     /// Bursts of lost ticks in each drive, where they are claimed.
-    fn lost(&self) -> Vec<Option<Bursts>> {
+    fn lost(&self) -> Vec<Option<LostTicks>> {
         let of = |drive: Record| self.claimed.bursts(&drive, &self.claimed.noise(&drive, self.process));
         self.record.apart().map(of).collect()
     }
@@ -89,13 +89,13 @@ impl Under<'_> {
     /// own.
     fn score(&self) -> Scored {
         let lost = self.lost();
-        let one = |(drive, lost): (Record, &Option<Bursts>)| score_drive(&drive, lost.as_ref(), self);
+        let one = |(drive, lost): (Record, &Option<LostTicks>)| score_drive(&drive, lost.as_ref(), self);
         let rows = self.record.apart().zip(&lost).flat_map(one).collect();
         Scored { lost, rows }
     }
 
     /// Errors at each horizon, with ticks lost as in `lost`; `alone`: without readings within the window.
-    fn horizons(&self, lost: &[Option<Bursts>], alone: bool) -> Horizons {
+    fn horizons(&self, lost: &[Option<LostTicks>], alone: bool) -> Horizons {
         let mut all = Horizons::default();
         self.record.apart().zip(lost).for_each(|(drive, lost)| all.add(&drive, lost.as_ref(), self, alone));
         all
@@ -110,7 +110,7 @@ struct Kept {
     std: f64,
 }
 
-fn score_drive(record: &Record, bursts: Option<&Bursts>, under: &Under) -> Vec<f64> {
+fn score_drive(record: &Record, bursts: Option<&LostTicks>, under: &Under) -> Vec<f64> {
     let claimed = under.claimed;
     let noise = claimed.noise(record, under.process);
     let restored;
@@ -228,7 +228,7 @@ pub(crate) fn second_half(record: &Record) -> Record {
 /// ln densities of the rows of `kept` under the nominal simulator with `effects`.
 #[must_use]
 pub(crate) fn rows(kept: &Record, library: &Library, effects: &Effects, process: Process) -> Vec<f64> {
-    Under { record: kept, claimed: &Claimed::new(effects, library), process }.score().rows
+    Under { record: kept, claimed: &EffectSet::new(effects, library), process }.score().rows
 }
 
 /// Gains of `effects` over the nominal simulator on simulated recordings like `kept` that hold them, nats.
@@ -240,10 +240,10 @@ pub(crate) fn expected_gains(
     process: Process,
     options: &Options,
 ) -> Vec<f64> {
-    let (with, nominal) = (Claimed::new(effects, library), Claimed::new(&[], library));
+    let (with, nominal) = (EffectSet::new(effects, library), EffectSet::new(&[], library));
     let gain = |log: u64| {
         let record = own(kept, &with, process, options.seed.wrapping_add(log));
-        let total = |claimed: &Claimed| Under { record: &record, claimed, process }.score().rows.iter().sum::<f64>();
+        let total = |claimed: &EffectSet| Under { record: &record, claimed, process }.score().rows.iter().sum::<f64>();
         total(&with) - total(&nominal)
     };
     (0..options.simulated_logs as u64).into_par_iter().map(gain).collect()
@@ -266,14 +266,14 @@ pub(crate) fn measure(
     options: &Options,
 ) -> DriveFar {
     let Sought { together, listed, nearest } = *sought;
-    let nominal = Claimed::new(&[], library);
-    let found = (!together.is_empty()).then(|| Claimed::new(together, library));
+    let nominal = EffectSet::new(&[], library);
+    let found = (!together.is_empty()).then(|| EffectSet::new(together, library));
     let all = found.as_ref().unwrap_or(&nominal);
     let logs: Vec<Record> = (0..options.simulated_logs as u64)
         .into_par_iter()
         .map(|i| own(kept, all, process, options.seed.wrapping_add(i)))
         .collect();
-    let singles: Vec<Claimed> = listed.iter().map(|one| Claimed::new(std::slice::from_ref(one), library)).collect();
+    let singles: Vec<EffectSet> = listed.iter().map(|one| EffectSet::new(std::slice::from_ref(one), library)).collect();
     let single = |i: usize| if together == &listed[i..=i] { all } else { &singles[i] };
     // each recording under each model once, in parallel
     let under = |record, claimed| Under { record, claimed, process };
@@ -312,7 +312,7 @@ pub(crate) fn measure(
     let mut metrics = vec![log_score(after)];
     let mut with_nearest = Vec::new();
     let near_at = nearest.and_then(|near| listed.iter().position(|one| one == near));
-    let near = nearest.map(|one| Claimed::new(std::slice::from_ref(one), library));
+    let near = nearest.map(|one| EffectSet::new(std::slice::from_ref(one), library));
     let drives = [("", true), ("filter_", false)];
     let of = |at: usize, alone: bool| sought[at].horizons(&scored[at].lost, alone);
     let of_near = |alone: bool| match near_at {

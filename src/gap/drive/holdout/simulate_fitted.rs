@@ -2,9 +2,9 @@
 //! their own.
 
 use crate::effects::drive::Lost;
-use crate::gap::drive::ekf::effect_set::Claimed;
+use crate::gap::drive::ekf::effect_set::EffectSet;
 use crate::gap::drive::ekf::filter::Slopes;
-use crate::gap::drive::ekf::filter_pass::{Along, Followed};
+use crate::gap::drive::ekf::filter_pass::{FilterPass, RowLinearization};
 use crate::gap::drive::ekf::innovations::Process;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::basis::Scales;
@@ -42,11 +42,11 @@ pub(crate) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
 }
 
 /// The same as estimated by the filter of this model, with the diffusion of `process`.
-fn filtered(like: &Record, claimed: &Claimed, process: Process) -> Vec<[f64; 2]> {
+fn filtered(like: &Record, claimed: &EffectSet, process: Process) -> Vec<[f64; 2]> {
     let (record, models) = claimed.read(like);
     let (noise, scales) = (claimed.noise(&record, process), Scales::of(&record, &process.agility));
-    let mut along = Along::new(&record, 0..record.len(), &scales, &models, &noise, &[]);
-    let mut row = Followed::default();
+    let mut along = FilterPass::new(&record, 0..record.len(), &scales, &models, &noise, &[]);
+    let mut row = RowLinearization::default();
     let mut speeds = Vec::with_capacity(record.len());
     while along.row(&mut row) {
         speeds.push(row.speeds);
@@ -57,13 +57,13 @@ fn filtered(like: &Record, claimed: &Claimed, process: Process) -> Vec<[f64; 2]>
 /// A simulated recording; quantities that differ from run to run are drawn for each drive. `process`: motion beyond the
 /// model.
 #[must_use]
-pub(crate) fn own(like: &Record, claimed: &Claimed, process: Process, seed: u64) -> Record {
+pub(crate) fn own(like: &Record, claimed: &EffectSet, process: Process, seed: u64) -> Record {
     like.by_drive(|drive, like| {
         own_drive(like, claimed, process, &mut Stream::new(seed, STREAM + ((drive as u64) << 32)))
     })
 }
 
-fn own_drive(like: &Record, claimed: &Claimed, process: Process, draw: &mut Stream) -> Record {
+fn own_drive(like: &Record, claimed: &EffectSet, process: Process, draw: &mut Stream) -> Record {
     let Process { ripple, .. } = process;
     let mut out = like.clone();
     let models = claimed.models(like);
@@ -218,7 +218,7 @@ mod tests {
         let simulated = |loss: f64| {
             let said = [("loss_fraction", loss), ("right", 1.0), ("burst_s", burst_s), ("share_of_time", share)];
             let parameters: Parameters = said.iter().map(|(name, value)| ((*name).into(), *value)).collect();
-            let claimed = Claimed::new(&[(ids::missed_ticks().into(), parameters)], &Library::new());
+            let claimed = EffectSet::new(&[(ids::missed_ticks().into(), parameters)], &Library::new());
             own(&like, &claimed, Process::default(), 3).wheels_rad_s
         };
         // the same draws, with and without a loss

@@ -7,7 +7,7 @@
 //! density. The remaining delay is less than a row, and an effect like any other.
 
 use super::changepoint;
-use super::hypothesis::Branch;
+use super::hypothesis::PreprocessingHypothesis;
 use super::wheel_offset::{earlier, share_rows};
 use crate::effects::drive::{Driving, late};
 use crate::effects::{About, Parameters};
@@ -31,11 +31,11 @@ const NEAR: f64 = 0.3;
 const FEWEST: f64 = 64.0;
 
 /// A drive whose gyro readings were moved earlier by whole rows.
-pub(crate) struct InTime {
+pub(crate) struct GyroOffset {
     /// The effect of a late gyro.
     effect: &'static About,
     /// The comparison of sets on that drive.
-    pub(crate) branch: Branch,
+    pub(crate) branch: PreprocessingHypothesis,
     /// Time by which its gyro was put back, s.
     pub(crate) lag_s: f64,
     /// Time between rows, s.
@@ -46,7 +46,7 @@ pub(crate) struct InTime {
     ln_prior: f64,
 }
 
-impl InTime {
+impl GyroOffset {
     /// ln weight of its best set, the prior odds of the delay included, which every set of it has.
     pub(crate) fn top(&self) -> f64 {
         self.branch.top() + self.ln_prior
@@ -78,10 +78,10 @@ impl InTime {
 /// nothing else tells the yaw rate.
 pub(crate) fn gyro_in_time(
     record: &Record,
-    as_is: &Branch,
+    as_is: &PreprocessingHypothesis,
     effects: &[&'static dyn Driving],
     options: &Options,
-) -> Vec<InTime> {
+) -> Vec<GyroOffset> {
     let Some(late) = late(effects, Instrument::Gyro).filter(|_| share_rows(record)) else { return Vec::new() };
     let tried = lags(record, &as_is.believed).into_iter();
     tried.filter_map(|rows| in_time(record, as_is, late, rows, effects, options)).collect()
@@ -89,7 +89,7 @@ pub(crate) fn gyro_in_time(
 
 /// Whether effects alone explain all in `as_is`, under its noise levels, but fall far short of that on `moved`, with any
 /// remaining delay beside them.
-fn is_hopeless(moved: &Record, as_is: &Branch, late: &About) -> bool {
+fn is_hopeless(moved: &Record, as_is: &PreprocessingHypothesis, late: &About) -> bool {
     let c = &as_is.compared;
     let members = &c.sets[0].members;
     // `moved` still has the readings that were put aside
@@ -102,12 +102,12 @@ fn is_hopeless(moved: &Record, as_is: &Branch, late: &About) -> bool {
 
 fn in_time(
     record: &Record,
-    as_is: &Branch,
+    as_is: &PreprocessingHypothesis,
     effect: &'static About,
     rows: usize,
     effects: &[&'static dyn Driving],
     options: &Options,
-) -> Option<InTime> {
+) -> Option<GyroOffset> {
     let moved = put_back(record, rows);
     if is_hopeless(&moved, as_is, effect) {
         return None;
@@ -123,7 +123,7 @@ fn in_time(
     let of = |record: &Record| run(record, &plain(record), &branch.noise, &[], |_| {}).ln_likelihood();
     let share = of(&branch.record) - of(record);
     let step_s = record.step_s;
-    Some(InTime { effect, branch, lag_s: rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named })
+    Some(GyroOffset { effect, branch, lag_s: rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named })
 }
 
 /// `record` with its gyro readings this many rows earlier, in each drive; the last rows have none.

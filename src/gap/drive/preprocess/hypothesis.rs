@@ -29,7 +29,7 @@ const PROMISING: usize = 20;
 const SETS: usize = 60;
 
 /// One interpretation of the drive: as it is, or with lost ticks restored.
-pub(crate) struct Branch {
+pub(crate) struct PreprocessingHypothesis {
     pub(crate) record: Record,
     pub(crate) believed: Noise,
     pub(crate) noise: Noise,
@@ -54,7 +54,7 @@ pub(crate) struct Branch {
     pub(crate) trace: Vec<Step>,
 }
 
-impl Branch {
+impl PreprocessingHypothesis {
     pub(crate) fn new(record: Record, noise: Noise, compared: Compared, onsets_s: Onsets) -> Self {
         let (promising, put_aside, extra_weight, extra_parts) = (None, [0; 3], 0.0, Vec::new());
         let believed = noise;

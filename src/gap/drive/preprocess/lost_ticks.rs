@@ -36,7 +36,7 @@ const ASIDE: f64 = 1e6;
 
 /// Bursts in which one wheel read low.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Bursts {
+pub(crate) struct LostTicks {
     /// 0 left, 1 right.
     pub side: usize,
     /// Share lost in each row, zero outside bursts.
@@ -69,7 +69,7 @@ pub(crate) struct Sought {
 
 /// Best account of bursts of one wheel at each mean length; none for lengths without evidence.
 #[must_use]
-pub(crate) fn accounts(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> Vec<Bursts> {
+pub(crate) fn accounts(record: &Record, models: &Models, noise: &Noise, sought: Sought) -> Vec<LostTicks> {
     Predicted::of(record, models, noise, sought.side).accounts(record, sought)
 }
 
@@ -98,7 +98,7 @@ impl Predicted {
 
     /// As [`accounts`]; `sought` has the side that was predicted.
     #[must_use]
-    pub(crate) fn accounts(&self, record: &Record, sought: Sought) -> Vec<Bursts> {
+    pub(crate) fn accounts(&self, record: &Record, sought: Sought) -> Vec<LostTicks> {
         let Some(errors) = Errors::of(record, &self.rows, sought) else { return Vec::new() };
         let losses = sought.loss.map_or_else(|| LOSSES.to_vec(), |loss| vec![loss]);
         let scatters = LENGTHS_S.map(|length_s| errors.scatter(record, length_s));
@@ -108,7 +108,7 @@ impl Predicted {
             let at_length = losses.iter().zip(&evidences).map(|(loss, of)| (*loss, of[i])).collect::<Vec<_>>();
             errors.account(record, &at_length, i, &scatters, sought)
         };
-        let all: Vec<Option<Bursts>> = (0..LENGTHS_S.len()).into_par_iter().map(account).collect();
+        let all: Vec<Option<LostTicks>> = (0..LENGTHS_S.len()).into_par_iter().map(account).collect();
         all.into_iter().flatten().collect()
     }
 }
@@ -119,7 +119,7 @@ type Evidences = [[f64; SHARES.len()]; LENGTHS_S.len()];
 /// ln p of the drive with the lost ticks restored under `models`, including the cost of not knowing the bursts. The
 /// chain takes prediction errors for independent, which they are not; the filter knows their correlation.
 #[must_use]
-pub(crate) fn weight(record: &Record, models: &Models, noise: &Noise, bursts: &Bursts) -> f64 {
+pub(crate) fn weight(record: &Record, models: &Models, noise: &Noise, bursts: &LostTicks) -> f64 {
     let restored = run(&bursts.restored(record), models, noise, &[], |_| {});
     restored.ln_likelihood() + bursts.ln_path + bursts.ln_jacobian()
 }
@@ -205,7 +205,7 @@ impl Errors {
         place: usize,
         scatters: &[f64; LENGTHS_S.len()],
         sought: Sought,
-    ) -> Option<Bursts> {
+    ) -> Option<LostTicks> {
         let (length_s, scatter) = (LENGTHS_S[place], scatters[place]);
         let mut best: Option<(f64, [f64; 2])> = None;
         let mut total = Vec::with_capacity(losses.len() * SHARES.len());
@@ -254,7 +254,7 @@ impl Errors {
         let independent = scatter >= HARDLY_MORE * scatters[LENGTHS_S.len() - 1];
         let by_chain = ln_evidence - likelihood;
         let count = lost.iter().filter(|l| **l > 0.0).count();
-        Some(Bursts {
+        Some(LostTicks {
             side: sought.side,
             loss: sought.loss.unwrap_or((against / square).clamp(0.0, 0.99)),
             loss_std: square.sqrt().recip(),
@@ -385,7 +385,7 @@ fn medians(values: &[f64], window: usize) -> Vec<f64> {
         .collect()
 }
 
-impl Bursts {
+impl LostTicks {
     /// The drive with the lost ticks restored.
     #[must_use]
     pub(crate) fn restored(&self, record: &Record) -> Record {
@@ -402,7 +402,7 @@ impl Bursts {
 }
 
 /// Part of lost ticks of one wheel in a set, of which they close `share` nats; `effect`: that which loses them.
-pub(crate) fn missed_part(effect: &dyn Driving, bursts: &Bursts, share: f64) -> Part {
+pub(crate) fn missed_part(effect: &dyn Driving, bursts: &LostTicks, share: f64) -> Part {
     let side = if bursts.side == 0 { "left" } else { "right" };
     let about = effect.about();
     let mut part = described(about.id, true, share, format!("the {side} wheel reads low in bursts"));

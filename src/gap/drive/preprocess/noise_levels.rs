@@ -6,7 +6,7 @@
 //! the level only resembles another cause.
 
 use super::heteroscedastic::departs;
-use super::hypothesis::{Branch, described};
+use super::hypothesis::{PreprocessingHypothesis, described};
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{About, Parameters};
 use crate::gap::drive::ekf::innovations::{Channel, Noise, Process};
@@ -123,7 +123,7 @@ fn free_id(name: &str) -> String {
     format!("free.level.{name}")
 }
 
-impl Branch {
+impl PreprocessingHypothesis {
     /// Estimates noise levels that differ from the stated ones, the clearest first: a wrong level of one instrument
     /// leaves innovations of the others that are not as stated either. Returns whether there are any. Wheels quantized
     /// more coarsely than their noise are skipped.

@@ -1,6 +1,6 @@
 //! |ν/√S| > 6, and beside its neighbours:   outliers, single readings that are removed
 
-use super::hypothesis::{Branch, described};
+use super::hypothesis::{PreprocessingHypothesis, described};
 use super::noise_levels::Residual;
 use crate::effects::{About, InDrives, Parameters, in_drives};
 use crate::gap::drive::ekf::innovations::Channel;
@@ -31,7 +31,7 @@ struct Far {
     std: f64,
 }
 
-impl Branch {
+impl PreprocessingHypothesis {
     /// Removes outliers; returns whether there were any.
     pub(crate) fn put_outliers_aside(&mut self, options: &Options, residuals: &[Residual]) -> bool {
         let mut found: Vec<Far> = Vec::new();

@@ -26,7 +26,7 @@ const SAME_S: f64 = 1e-9;
 
 /// A delay of the wheels' readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Late {
+pub(crate) struct WheelOffset {
     /// τ, s.
     pub delay_s: f64,
     /// Its standard deviation, from the scatter between parts of the drive, s.
@@ -37,7 +37,7 @@ pub(crate) struct Late {
     pub gain: f64,
 }
 
-impl Late {
+impl WheelOffset {
     /// Part of a set that states it; `known`: the effect of the library, none: a free form.
     #[must_use]
     pub(crate) fn part(&self, share: f64, known: Option<&About>) -> Part {
@@ -120,7 +120,7 @@ fn put_back_in(record: &Record, delay_s: f64, by_rows: bool) -> Record {
 /// The delay of the wheels that explains `record` best under `models`. None without a gyro to compare with, and none
 /// with torques: a delay then shows otherwise.
 #[must_use]
-pub(crate) fn find(record: &Record, models: &Models, noise: &Noise) -> Option<Late> {
+pub(crate) fn find(record: &Record, models: &Models, noise: &Noise) -> Option<WheelOffset> {
     if record.gyro_rad_s.is_none() || record.torques_n_m.is_some() || record.span_s() < 4.0 * LONGEST_S {
         return None;
     }
@@ -154,7 +154,7 @@ pub(crate) fn find(record: &Record, models: &Models, noise: &Noise) -> Option<La
     let std_s = scatter(&whole, best.0, |part, delay_s| {
         run(&put_back(part, delay_s), models, noise, &[], |_| {}).ln_likelihood()
     });
-    (best.0 > 0.0).then_some(Late { delay_s: best.0, std_s, ln_likelihood: best.1, gain: best.1 - nothing })
+    (best.0 > 0.0).then_some(WheelOffset { delay_s: best.0, std_s, ln_likelihood: best.1, gain: best.1 - nothing })
 }
 
 pub(crate) fn share_rows(record: &Record) -> bool {

@@ -5,7 +5,7 @@
 //! in the likelihood.
 
 use super::Record;
-use crate::gap::drive::ekf::filter_pass::{Along, Followed};
+use crate::gap::drive::ekf::filter_pass::{FilterPass, RowLinearization};
 use crate::gap::drive::ekf::innovations::{Models, Noise};
 use crate::gap::drive::regressors::basis::{COSINES, FUNCTIONS, Follows, Row, Scales, hat};
 
@@ -79,8 +79,8 @@ pub(crate) fn about(record: &Record, models: &Models, noise: &Noise, knots: &[Kn
     let mut weights = vec![[0.0; NAMES.len()]; total];
     let mut first = 0;
     for (rows, knots) in record.drives().zip(knots) {
-        let mut along = Along::new(record, rows, &scales, models, noise, &[]);
-        let mut at = Followed::default();
+        let mut along = FilterPass::new(record, rows, &scales, models, noise, &[]);
+        let mut at = RowLinearization::default();
         while along.row(&mut at) {
             if !at.goes_on {
                 break;

@@ -8,7 +8,7 @@ use crate::config::Config;
 use crate::effects::Library;
 use crate::effects::drive::{DriveExplanation, ModelChange};
 use crate::error::{Error, ErrorKind, Result};
-use crate::gap::drive::ekf::effect_set::{Claimed, in_time};
+use crate::gap::drive::ekf::effect_set::{EffectSet, in_time};
 use crate::model::drive::{DriveEffect, DriveModel};
 use std::fmt;
 use std::sync::Arc;
@@ -72,7 +72,7 @@ impl Record {
             }
         }
         let effects: Vec<_> = config.effects.iter().map(|e| (e.id.clone(), e.parameters.clone())).collect();
-        let claimed = Claimed::new(&effects, &library);
+        let claimed = EffectSet::new(&effects, &library);
         let mut record = self;
         claimed.believe(&mut record.belief);
         let mut changes = claimed.changes;

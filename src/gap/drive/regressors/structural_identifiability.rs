@@ -105,7 +105,7 @@ impl Slip {
 }
 
 /// Effects that are equivalent in a drive.
-pub(crate) struct Twins {
+pub(crate) struct StructuralClasses {
     /// The effects without those that another one represents.
     pub(crate) told_apart: Vec<&'static dyn Driving>,
     /// The effects that another one represents.
@@ -116,7 +116,7 @@ pub(crate) struct Twins {
     steering: Option<Steering>,
 }
 
-impl Twins {
+impl StructuralClasses {
     /// Equivalences of `effects` in this drive.
     pub(crate) fn of(record: &Record, effects: &[&'static dyn Driving]) -> Self {
         let same: Vec<Twin> = same(record, effects).collect();
@@ -289,7 +289,7 @@ mod tests {
 
     #[test]
     fn each_of_the_same_stands_in_with_its_own_parameter() {
-        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), slip: None, steering: None };
+        let twins = StructuralClasses { told_apart: Vec::new(), same: twins().collect(), slip: None, steering: None };
         let mut part = Part::new(ids::scale_factor(), true, 5.0);
         part.parameters.insert(RELATIVE.into(), 0.25);
         part.std.insert(RELATIVE.into(), 0.01);
@@ -311,7 +311,7 @@ mod tests {
 
     #[test]
     fn a_larger_radius_may_be_lost_ticks_of_the_same_wheel() {
-        let twins = Twins { told_apart: Vec::new(), same: twins().collect(), slip: None, steering: None };
+        let twins = StructuralClasses { told_apart: Vec::new(), same: twins().collect(), slip: None, steering: None };
         let found = |relative: f64| {
             let mut part = Part::new(ids::radius_right(), true, 5.0);
             part.parameters.insert(RELATIVE.into(), relative);
@@ -355,7 +355,7 @@ mod tests {
         part.parameters.insert("delay_s".into(), delay_s);
         part.std.insert("delay_s".into(), 1e-4);
         let set = WeightedSet { parts: vec![part], ln_weight: -1.0, probability: 0.0 };
-        let all = Twins::of(&record, registry()).all(set.clone());
+        let all = StructuralClasses::of(&record, registry()).all(set.clone());
         assert_eq!(all.iter().map(|s| s.parts[0].id.as_str()).collect::<Vec<_>>(), [ids::gyro_delay(), ids::slip()]);
         let slip = &all[1].parts[0];
         assert!(all[1].ln_weight < set.ln_weight && set.ln_weight - all[1].ln_weight < 1e-5);
@@ -371,6 +371,6 @@ mod tests {
         // with torques the force is known, and slip itself is compared
         let mut driven = record.clone();
         driven.torques_n_m = Some([vec![0.0; 400], vec![0.0; 400]]);
-        assert_eq!(Twins::of(&driven, registry()).all(set).len(), 1);
+        assert_eq!(StructuralClasses::of(&driven, registry()).all(set).len(), 1);
     }
 }

@@ -9,7 +9,7 @@ use crate::gap::drive::ekf::innovations::Noise;
 use crate::gap::drive::fit::Compared;
 use crate::gap::drive::fit::evidence::{Member, Problem};
 use crate::gap::drive::model_selection::Options;
-use crate::gap::drive::preprocess::hypothesis::Branch;
+use crate::gap::drive::preprocess::hypothesis::PreprocessingHypothesis;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::{Candidates, Kind};
 use crate::gap::selection::findings::Part;
@@ -20,7 +20,7 @@ const FITTED: usize = 6;
 
 /// The effect that explains most alone.
 #[derive(Debug, Clone)]
-pub struct Closest {
+pub struct BestSingleEffect {
     /// The effect, with the parameters of its fit alone.
     pub part: Part,
     /// Gain in ln p over no effect, nats.
@@ -46,7 +46,7 @@ pub(crate) fn closest(
     noise: &Noise,
     effects: &[&'static dyn Driving],
     options: &Options,
-) -> Option<(Closest, f64)> {
+) -> Option<(BestSingleEffect, f64)> {
     let every = Candidates::new(record, effects, &options.prior, false, &[]);
     let all = every.only(|g| matches!(every.kinds[g], Kind::Change(_)));
     let zero = all.linearise(record, noise, &all.zero());
@@ -54,7 +54,7 @@ pub(crate) fn closest(
     let gain = |c: &Compared| c.problem.ln_evidence(&c.sets[0].members) - nothing;
     let fits = alone(record, noise, &all, &zero, FITTED).into_iter().map(|c| (gain(&c), c));
     let (gain, best) = fits.filter(|f| f.0.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let branch = Branch::new(record.clone(), *noise, best, Vec::new());
+    let branch = PreprocessingHypothesis::new(record.clone(), *noise, best, Vec::new());
     let part = branch.sets().into_iter().next()?.parts.into_iter().next()?;
-    Some((Closest { part, gain }, nothing))
+    Some((BestSingleEffect { part, gain }, nothing))
 }

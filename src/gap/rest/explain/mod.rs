@@ -12,11 +12,11 @@ pub use interval::Estimate;
 
 use super::model_selection::candidates;
 use super::nongaussian::quantization;
-use super::nongaussian::telegraph::{Popcorn, beside};
+use super::nongaussian::telegraph::{TelegraphFit, beside};
 use super::parts;
 use super::prepare::outliers::clean;
 use super::prepare::{Prepared, prepare};
-use super::whittle::basis::{ColumnId, Frame};
+use super::whittle::basis::{ColumnId, SpectralBasis};
 use super::whittle::evidence::{Fitted, Likelihood, nuisances};
 use super::whittle::hypothesis::{Candidate, Hypothesis, Kind};
 use super::whittle::lines::Lines;
@@ -129,7 +129,7 @@ pub(crate) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
     let grain = quantization::Grain::of(recorded, nominal);
     let lsb = grain.lsb_rad_s;
     scene.white_std_rad_s = (nominal * nominal + grain.variance()).sqrt();
-    let frame = Frame::new(&scene);
+    let frame = SpectralBasis::new(&scene);
     let deviation: Vec<f64> =
         (0..frame.len()).map(|i| recorded[i] - scene.warm_up.error_rad_s(scene.time.at(i))).collect();
     let (cleaned, aside) = clean(&deviation);
@@ -204,7 +204,7 @@ fn library_effect(effects: &[&'static dyn Effect], id: &str) -> Option<&'static 
 fn two_levels_told(
     id: &str,
     beside: &Likelihood,
-    popcorn: &Popcorn,
+    popcorn: &TelegraphFit,
     values_rad_s: &[f64],
     gain: f64,
 ) -> Option<Explained> {
@@ -341,7 +341,12 @@ fn with(l: &Likelihood, h: &Hypothesis, candidate: usize) -> Hypothesis {
 
 /// Telegraph noise beside `gaussian`, and its gain in ln evidence, nats; the candidate `noise` holds its place at the
 /// start.
-fn levels(l: &Likelihood, nuisance: &[(ColumnId, f64)], gaussian: &Fitted, noise: usize) -> Option<(Popcorn, f64)> {
+fn levels(
+    l: &Likelihood,
+    nuisance: &[(ColumnId, f64)],
+    gaussian: &Fitted,
+    noise: usize,
+) -> Option<(TelegraphFit, f64)> {
     let base = &gaussian.hypothesis;
     let whole = l.fit(&l.add_noise(base, noise)?.0).hypothesis;
     let theta = whole.noises.iter().find(|n| n.candidate == noise)?.ln_theta.clone();

@@ -7,14 +7,14 @@
 
 use super::two_levels;
 use super::two_levels::{TwoLevels, fit};
-use crate::gap::rest::whittle::basis::{ColumnId, Data, Frame};
+use crate::gap::rest::whittle::basis::{ColumnId, Data, SpectralBasis};
 use crate::gap::rest::whittle::evidence::{Fitted, Likelihood};
 use crate::gap::rest::whittle::hypothesis::{Candidate, Hypothesis};
 use std::f64::consts::TAU;
 
 /// Telegraph noise and the Gaussian part fitted beside it.
 #[derive(Debug, Clone)]
-pub(crate) struct Popcorn {
+pub(crate) struct TelegraphFit {
     /// The Gaussian part, fitted to the recording less the path.
     pub fitted: Fitted,
     /// ln evidence of chain and Gaussian part together, nats.
@@ -45,7 +45,7 @@ fn baseline(l: &Likelihood, h: &Hypothesis) -> Vec<f64> {
 
 /// Variance of means over `per` samples of noise with the spectrum `white` (rad²/s²), and covariance of neighbouring
 /// means, both rad²/s².
-fn mean_noise(frame: &Frame, white: &[f64], per: usize) -> [f64; 2] {
+fn mean_noise(frame: &SpectralBasis, white: &[f64], per: usize) -> [f64; 2] {
     /// Points of integration in a bin: the response to a mean over many samples is narrower than a bin.
     const POINTS: usize = 16;
     let (n, m) = (frame.len().max(1) as f64, per as f64);
@@ -67,7 +67,7 @@ fn mean_noise(frame: &Frame, white: &[f64], per: usize) -> [f64; 2] {
 const IN_COMMON: f64 = 0.1;
 
 /// Smallest power of two of samples over which the means of noise with the spectrum `white` are white.
-fn whitening(frame: &Frame, white: &[f64]) -> usize {
+fn whitening(frame: &SpectralBasis, white: &[f64]) -> usize {
     let most = (frame.len() / 256).max(1);
     let mut per = 1;
     while 2 * per <= most {
@@ -83,14 +83,14 @@ fn whitening(frame: &Frame, white: &[f64]) -> usize {
 /// Telegraph noise beside `base`. `whole` is `base` with a noise in the place of the telegraph noise; the search starts
 /// from its remainder, at a level spacing in rad/s and a mean dwell time in s.
 pub(crate) fn beside(
-    frame: &Frame,
+    frame: &SpectralBasis,
     data: &Data,
     candidates: &[Candidate],
     nuisance: &[(ColumnId, f64)],
     base: &Hypothesis,
     whole: &Hypothesis,
     start: [f64; 2],
-) -> Option<Popcorn> {
+) -> Option<TelegraphFit> {
     let n = frame.len();
     let dwell = start[1] / frame.scene.step_s;
     let white = base.white_spectrum(frame, candidates);
@@ -131,5 +131,5 @@ pub(crate) fn beside(
     let step_s = per as f64 * frame.scene.step_s;
     chain.dwell_low *= per as f64;
     chain.dwell_high *= per as f64;
-    Some(Popcorn { fitted, ln_evidence, chain, path, ln_chain, series: x, std, step_s })
+    Some(TelegraphFit { fitted, ln_evidence, chain, path, ln_chain, series: x, std, step_s })
 }

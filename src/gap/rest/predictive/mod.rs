@@ -25,7 +25,7 @@ mod repeatability;
 mod tests;
 
 use super::prepare::Prepared;
-use super::state_space::Believed;
+use super::state_space::StateSpaceModel;
 use super::state_space::of_effects::believed;
 use crate::config::EffectTable;
 use crate::effects::Library;
@@ -143,12 +143,12 @@ pub fn of_prepared(
 ///
 /// # Errors
 /// [`ErrorKind::TooShort`] for fewer than 64 samples; [`ErrorKind::Value`] if lengths differ, and as
-/// [`Believed::check`].
+/// [`StateSpaceModel::check`].
 pub(crate) fn curves(
     scene: &Scene,
     recorded_rad_s: &[f64],
-    before: &Believed,
-    after: &Believed,
+    before: &StateSpaceModel,
+    after: &StateSpaceModel,
     seed: u64,
 ) -> Result<Vec<Curve>> {
     for (place, rows) in [("recording", recorded_rad_s.len()), ("before", before.rows), ("after", after.rows)] {
@@ -164,7 +164,7 @@ pub(crate) fn curves(
     }
     let instrument = Instrument::new(scene, recorded_rad_s);
     let recorded = instrument.read(recorded_rad_s);
-    let simulated = |believed: &Believed| -> Result<Vec<Vec<Vec<f64>>>> {
+    let simulated = |believed: &StateSpaceModel| -> Result<Vec<Vec<Vec<f64>>>> {
         (0..LOGS as u64)
             .into_par_iter()
             .map(|log| {

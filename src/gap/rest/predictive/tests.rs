@@ -42,9 +42,9 @@ fn largest(curves: &[Curve]) -> &Curve {
 }
 
 /// A recording of the nominal simulator with `added` in it, against the nominal simulator and `after`.
-fn with(added: impl Fn(usize, f64) -> f64, after: &Believed, seed: u64) -> Vec<Curve> {
+fn with(added: impl Fn(usize, f64) -> f64, after: &StateSpaceModel, seed: u64) -> Vec<Curve> {
     let scene = scene();
-    let nominal = Believed::nominal(&scene);
+    let nominal = StateSpaceModel::nominal(&scene);
     let mut y = nominal.simulate(seed, 0).unwrap();
     y.iter_mut().enumerate().for_each(|(i, y)| *y += added(i, i as f64 * STEP_S));
     curves(&scene, &y, &nominal, after, seed).unwrap()
@@ -53,7 +53,7 @@ fn with(added: impl Fn(usize, f64) -> f64, after: &Believed, seed: u64) -> Vec<C
 #[test]
 fn a_recording_of_the_simulator_lies_in_its_bands() {
     let scene = scene();
-    let nominal = Believed::nominal(&scene);
+    let nominal = StateSpaceModel::nominal(&scene);
     let (mut out, mut points, mut false_alarms, mut seen) = (0.0, 0.0, 0, 0);
     for seed in 0..12 {
         let mut y = nominal.simulate(100 + seed, 7).unwrap();
@@ -76,7 +76,7 @@ fn a_recording_of_the_simulator_lies_in_its_bands() {
 #[test]
 fn a_ramp_shows_over_time_and_elapsed_time() {
     let scene = scene();
-    let nominal = Believed::nominal(&scene);
+    let nominal = StateSpaceModel::nominal(&scene);
     let mut after = nominal.clone();
     // 0.6 mrad/s at the end: more than the repeatability of C1 and C2 allows
     let slope = 5e-7;
@@ -100,7 +100,7 @@ fn a_ramp_shows_over_time_and_elapsed_time() {
 fn what_follows_the_temperature_shows_over_temperature() {
     let scene = scene();
     let temperature = scene.temperature_c.clone().unwrap();
-    let nominal = Believed::nominal(&scene);
+    let nominal = StateSpaceModel::nominal(&scene);
     let curves = with(|i, _| 3e-5 * (temperature[i] - 25.0), &nominal, 4);
     let c = of(&curves, Over::TemperatureC, Shown::Deviation);
     // six times the share that is outside by chance
@@ -117,7 +117,7 @@ fn what_follows_the_temperature_shows_over_temperature() {
 fn noise_that_grows_shows_in_the_level_over_temperature() {
     let scene = scene();
     let temperature = scene.temperature_c.clone().unwrap();
-    let nominal = Believed::nominal(&scene);
+    let nominal = StateSpaceModel::nominal(&scene);
     let mut grown = nominal.clone();
     grown.white_scale = Some(temperature.iter().map(|t| 1.0 + 0.05 * (t - 31.0)).collect());
     let y = grown.simulate(5, 0).unwrap();
@@ -131,7 +131,7 @@ fn noise_that_grows_shows_in_the_level_over_temperature() {
 #[test]
 fn outliers_show_in_the_amplitudes() {
     let scene = scene();
-    let nominal = Believed::nominal(&scene);
+    let nominal = StateSpaceModel::nominal(&scene);
     let mut rough = nominal.clone();
     rough.outliers = Some(Outliers { probability: 2e-3, std_rad_s: 20.0 * WHITE_RAD_S });
     let y = rough.simulate(6, 0).unwrap();
@@ -144,7 +144,7 @@ fn outliers_show_in_the_amplitudes() {
 
 #[test]
 fn a_tone_shows_at_its_frequency() {
-    let nominal = Believed::nominal(&scene());
+    let nominal = StateSpaceModel::nominal(&scene());
     let curves = with(|_, t| 1e-4 * (std::f64::consts::TAU * 1.7 * t).sin(), &nominal, 8);
     let lines = of(&curves, Over::Frequency, Shown::LargestPower);
     let [low, high] = lines.most_in.unwrap();
@@ -154,7 +154,7 @@ fn a_tone_shows_at_its_frequency() {
 
 #[test]
 fn a_walk_shows_at_long_averaging_times() {
-    let nominal = Believed::nominal(&scene());
+    let nominal = StateSpaceModel::nominal(&scene());
     let mut walking = nominal.clone();
     walking.markov.push(Markov::random_walk(2e-5, STEP_S));
     let y = walking.simulate(9, 0).unwrap();
@@ -166,7 +166,7 @@ fn a_walk_shows_at_long_averaging_times() {
 #[test]
 fn the_same_seed_gives_the_same_curves_and_other_input_is_refused() {
     let scene = scene();
-    let nominal = Believed::nominal(&scene);
+    let nominal = StateSpaceModel::nominal(&scene);
     let y = nominal.simulate(1, 0).unwrap();
     let run = |seed| curves(&scene, &y, &nominal, &nominal, seed).unwrap();
     assert!(run(1) == run(1));

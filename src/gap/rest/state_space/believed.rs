@@ -6,7 +6,7 @@ use std::ops::Range;
 /// Predictive model of one recording at rest, before its samples are seen. All rates in rad/s; one entry a row where a
 /// vector has rows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Believed {
+pub struct StateSpaceModel {
     /// Number of rows.
     pub rows: usize,
     /// Sample time, s.
@@ -199,7 +199,7 @@ const POSITIVE: [f64; 2] = [f64::MIN_POSITIVE, f64::MAX];
 const NOT_NEGATIVE: [f64; 2] = [0.0, f64::MAX];
 const FINITE: [f64; 2] = [f64::MIN, f64::MAX];
 
-impl Believed {
+impl StateSpaceModel {
     /// White noise about zero and nothing else: `rows` rows every `step_s`.
     #[must_use]
     pub fn white(rows: usize, step_s: f64, white_std_rad_s: f64) -> Self {

@@ -5,7 +5,7 @@ use super::hypothesis::{Dynamics, Hypothesis, mix};
 use super::pieces;
 use super::pieces::Pieces;
 use super::readout::{Readout, Told};
-use super::{Believed, Step};
+use super::{StateSpaceModel, Step};
 use crate::error::{Error, ErrorKind, Result};
 use std::ops::Range;
 
@@ -61,20 +61,20 @@ impl Run {
     }
 }
 
-impl Believed {
+impl StateSpaceModel {
     /// Log density of `reading_rad_s`, row by row. Missing readings are NaN.
     ///
     /// # Errors
-    /// As `Believed::check`; [`ErrorKind::Value`] if there are not as many readings as rows;
+    /// As `StateSpaceModel::check`; [`ErrorKind::Value`] if there are not as many readings as rows;
     /// [`ErrorKind::Numeric`] if the covariance breaks down.
     pub fn score(&self, reading_rad_s: &[f64]) -> Result<Run> {
         self.run(reading_rad_s, &[])
     }
 
-    /// As [`Believed::score`], with forecasts of the heading.
+    /// As [`StateSpaceModel::score`], with forecasts of the heading.
     ///
     /// # Errors
-    /// As [`Believed::score`].
+    /// As [`StateSpaceModel::score`].
     pub(crate) fn run(&self, reading_rad_s: &[f64], horizons: &[Horizon]) -> Result<Run> {
         self.check()?;
         if reading_rad_s.len() != self.rows {
@@ -87,7 +87,7 @@ impl Believed {
 
 /// One hypothesis for each mode (telegraph low and high, each before and after the step) of each piece of the prior.
 struct Bank<'a> {
-    believed: &'a Believed,
+    believed: &'a StateSpaceModel,
     dynamics: Dynamics,
     readout: Readout,
     /// Number of modes; `modes` and `weights` hold them piece after piece.
@@ -102,7 +102,7 @@ struct Bank<'a> {
 }
 
 impl<'a> Bank<'a> {
-    fn new(believed: &'a Believed) -> Result<Self> {
+    fn new(believed: &'a StateSpaceModel) -> Result<Self> {
         let dynamics = Dynamics::new(believed);
         let prior = dynamics.prior(believed)?;
         let (mut weights, mut levels_rad_s) = (vec![1.0], vec![0.0]);
@@ -292,9 +292,9 @@ impl<'a> Bank<'a> {
 /// against the correlation of the model, or neighbouring rows predict the block.
 ///
 /// # Errors
-/// As [`Believed::score`]; [`ErrorKind::Value`] if a block goes beyond the rows.
+/// As [`StateSpaceModel::score`]; [`ErrorKind::Value`] if a block goes beyond the rows.
 pub(crate) fn blocked_log_score(
-    believed: &Believed,
+    believed: &StateSpaceModel,
     reading_rad_s: &[f64],
     blocks: &[Range<usize>],
 ) -> Result<Vec<f64>> {

@@ -2,7 +2,7 @@
 //!
 //! Sums in closed form: prefix sums of known columns, geometric series of decaying states.
 
-use super::Believed;
+use super::StateSpaceModel;
 use super::filter::Horizon;
 use super::hypothesis::Dynamics;
 use nalgebra::Complex;
@@ -11,7 +11,7 @@ type Complex64 = Complex<f64>;
 
 /// Precomputed sums for the forecasts of one recording.
 pub(super) struct Forecaster<'a> {
-    believed: &'a Believed,
+    believed: &'a StateSpaceModel,
     coefficients: usize,
     /// Σ_{i<k} of the fixed part, and of each column.
     fixed: Vec<f64>,
@@ -54,7 +54,7 @@ fn geometric(ratio: f64, n: usize) -> f64 {
 }
 
 impl<'a> Forecaster<'a> {
-    pub(super) fn new(believed: &'a Believed, dynamics: &Dynamics, horizons: &[Horizon]) -> Self {
+    pub(super) fn new(believed: &'a StateSpaceModel, dynamics: &Dynamics, horizons: &[Horizon]) -> Self {
         let sums = |horizon: &Horizon| {
             let mut states = vec![0.0; dynamics.stride];
             for (i, m) in believed.markov.iter().enumerate() {

@@ -2,7 +2,7 @@
 //!
 //! State estimate of one mode: the update by a scalar reading and the step to the next row in one pass over P.
 
-use super::{Believed, LowPass};
+use super::{LowPass, StateSpaceModel};
 use crate::error::Result;
 
 /// Layout of the state vector, and its dynamics. Rows of P are padded to an even length; the padding stays zero.
@@ -32,7 +32,7 @@ pub(super) struct Dynamics {
 }
 
 impl Dynamics {
-    pub(super) fn new(believed: &Believed) -> Self {
+    pub(super) fn new(believed: &StateSpaceModel) -> Self {
         let coefficients = believed.coefficients.len();
         let pairs = coefficients + believed.markov.len();
         let block = pairs + 2 * believed.oscillators.len();
@@ -73,7 +73,7 @@ impl Dynamics {
     }
 
     /// State estimate before the first row.
-    pub(super) fn prior(&self, believed: &Believed) -> Result<Hypothesis> {
+    pub(super) fn prior(&self, believed: &StateSpaceModel) -> Result<Hypothesis> {
         let mut mean = vec![0.0; self.stride];
         let mut covariance = vec![0.0; self.len * self.stride];
         for (j, c) in believed.coefficients.iter().enumerate() {

@@ -8,8 +8,8 @@
 //! mode_k: telegraph low/high × before/after the step   Markov chain of two or four states
 //! ```
 //!
-//! The predictive model of a recording at rest ([`Believed`]) and the log density of the recording under it
-//! ([`Believed::score`]), one row after the other, each given the rows before it: the sum is the log likelihood with
+//! The predictive model of a recording at rest ([`StateSpaceModel`]) and the log density of the recording under it
+//! ([`StateSpaceModel::score`]), one row after the other, each given the rows before it: the sum is the log likelihood with
 //! everything marginalised. Missing samples (NaN) are skipped.
 //!
 //! Without quantization, outliers, telegraph noise and step the Kalman filter is exact. Otherwise the state's
@@ -19,10 +19,10 @@
 //! turn-on bias is cut into pieces first, or it would be mistaken for a level.
 //!
 //! ```
-//! use gyroid::gap::rest::state_space::{Believed, Coefficient, Markov};
+//! use gyroid::gap::rest::state_space::{StateSpaceModel, Coefficient, Markov};
 //!
 //! // ten minutes at 2 Hz: an unknown constant, a random walk, white noise
-//! let mut believed = Believed::white(1200, 0.5, 1e-4);
+//! let mut believed = StateSpaceModel::white(1200, 0.5, 1e-4);
 //! believed.coefficients.push(Coefficient { column: vec![1.0; 1200], mean: -5e-3, std: 2e-4 });
 //! believed.markov.push(Markov::random_walk(1e-6, 0.5));
 //! let log = believed.simulate(1, 0)?;
@@ -46,7 +46,7 @@ mod spectra;
 #[cfg(test)]
 mod tests;
 
-pub use believed::{Believed, Coefficient, LowPass, Markov, Oscillator, Outliers, Step, Telegraph};
+pub use believed::{Coefficient, LowPass, Markov, Oscillator, Outliers, StateSpaceModel, Step, Telegraph};
 pub use filter::{Forecast, Run};
 pub(crate) use filter::{Horizon, blocked_log_score};
 pub(crate) use spectra::flicker;

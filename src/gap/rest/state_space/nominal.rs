@@ -1,10 +1,10 @@
 //! y(t) = e(t; C1, C2, T) + white noise, with C1, C2 and T inside their stated repeatability, linearised about nominal
 //! values
 
-use super::{Believed, Coefficient};
+use super::{Coefficient, StateSpaceModel};
 use crate::model::Scene;
 
-impl Believed {
+impl StateSpaceModel {
     /// Predictive model of the nominal simulator for a recording of `scene`: coefficients 0, 1 and 2 are the deviations
     /// of C2 (rad/s), of C1 (rad/s) and of T (s). T enters through its derivative: the error is of second order in its
     /// relative deviation.

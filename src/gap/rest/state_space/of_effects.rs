@@ -1,6 +1,6 @@
-//! State-space model of a simulator with effects: effects and parameters → [`Believed`]
+//! State-space model of a simulator with effects: effects and parameters → [`StateSpaceModel`]
 
-use super::{Believed, Coefficient, LowPass, Markov, Oscillator, Outliers, Step, Telegraph, flicker};
+use super::{Coefficient, LowPass, Markov, Oscillator, Outliers, StateSpaceModel, Step, Telegraph, flicker};
 use crate::effects::{Explanation, Library, NoiseState, Parameters};
 use crate::error::{Error, ErrorKind, Result};
 use crate::model::Scene;
@@ -14,8 +14,8 @@ const LOW_PASS_ORDER: usize = 12;
 /// # Errors
 /// [`ErrorKind::Config`] if the library does not know an effect or a parameter is missing; [`ErrorKind::Column`] if the
 /// recording lacks the quantity that an effect is a function of.
-pub(crate) fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters)]) -> Result<Believed> {
-    let mut b = Believed::nominal(scene);
+pub(crate) fn believed(scene: &Scene, library: &Library, effects: &[(String, Parameters)]) -> Result<StateSpaceModel> {
+    let mut b = StateSpaceModel::nominal(scene);
     for (id, parameters) in effects {
         let effect = library.by_id(id).ok_or_else(|| {
             Error::new(ErrorKind::Config, "configuration", format!("no effect at rest is called {id:?}"))

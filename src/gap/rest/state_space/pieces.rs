@@ -5,7 +5,7 @@
 //! harmless; so its prior is cut into pieces that are (a Gaussian sum: Alspach and Sorenson, IEEE Trans. Automatic Control 17
 //! (1972) 439), each with its own modes, until the readings have made them one or refuted them.
 
-use super::Believed;
+use super::StateSpaceModel;
 use super::hypothesis::Hypothesis;
 
 /// Pieces at most.
@@ -33,7 +33,7 @@ pub(super) struct Pieces {
 }
 
 /// The cut that `believed` needs; none where the prior is narrow as it is, or nothing jumps.
-pub(super) fn cut(believed: &Believed) -> Option<Pieces> {
+pub(super) fn cut(believed: &StateSpaceModel) -> Option<Pieces> {
     let telegraph = believed.telegraph.map(|t| (t.levels_rad_s[1] - t.levels_rad_s[0]).abs());
     let step = believed.step.as_ref().map(|s| s.size_rad_s.abs());
     // an outlier may be mistaken for the constant within the noise
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn the_pieces_add_up_to_the_prior() {
-        let mut believed = Believed::white(10, 0.1, 1.0);
+        let mut believed = StateSpaceModel::white(10, 0.1, 1.0);
         believed.telegraph = Some(Telegraph::centred(2.0, [1.0, 1.0]));
         assert_eq!(cut(&believed), None);
         for std in [0.1, 0.51, 0.7, 1.5, 30.0] {

@@ -6,7 +6,7 @@
 //! Cov[x|y] = P - P h hᵀ P (S - Var[z|y])/S².
 
 use super::quantization::Cell;
-use super::{Believed, Outliers};
+use super::{Outliers, StateSpaceModel};
 use std::f64::consts::TAU;
 
 /// Update by one reading.
@@ -28,7 +28,7 @@ pub(super) struct Readout {
 }
 
 impl Readout {
-    pub(super) fn new(believed: &Believed) -> Self {
+    pub(super) fn new(believed: &StateSpaceModel) -> Self {
         let outliers = believed.outliers.filter(|o| o.probability > 0.0);
         Self { lsb_rad_s: believed.lattice_lsb_rad_s, outliers }
     }

@@ -1,14 +1,14 @@
 //! A recording drawn from what is believed: coefficients, paths, jumps, noise, outliers, lattice.
 
-use super::Believed;
+use super::StateSpaceModel;
 use crate::error::Result;
 use crate::math::random::Stream;
 
-impl Believed {
+impl StateSpaceModel {
     /// One recording, rad/s: stream `stream` of `seed`. Everything is drawn, also what a real unit would keep from run to run.
     ///
     /// # Errors
-    /// As `Believed::check`.
+    /// As `StateSpaceModel::check`.
     pub fn simulate(&self, seed: u64, stream: u64) -> Result<Vec<f64>> {
         self.check()?;
         let mut draw = Stream::new(seed, stream);

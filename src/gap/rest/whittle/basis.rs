@@ -42,7 +42,7 @@ struct Store {
 }
 
 /// Quantities common to all hypotheses about one recording: scene, bins, stored columns and their products.
-pub(crate) struct Frame {
+pub(crate) struct SpectralBasis {
     /// The recording's scene, cut to a whole number of blocks.
     pub scene: Scene,
     /// The scene with block means in place of samples.
@@ -71,7 +71,7 @@ fn means(values: &[f64], block: usize) -> Vec<f64> {
     values.chunks_exact(block).map(|c| c.iter().sum::<f64>() / block as f64).collect()
 }
 
-impl Frame {
+impl SpectralBasis {
     /// The frame of a recording; rows after the last whole block are left out.
     #[must_use]
     pub(crate) fn new(scene: &Scene) -> Self {
@@ -135,7 +135,7 @@ impl Frame {
         self.data_undithered(values_rad_s)
     }
 
-    /// As [`Frame::data`], of values that hold the dither already.
+    /// As [`SpectralBasis::data`], of values that hold the dither already.
     pub(crate) fn data_undithered(&self, values_rad_s: Vec<f64>) -> Data {
         let z = self.cosine.forward(&values_rad_s);
         let power = self.bins.power(&z);
@@ -189,7 +189,7 @@ impl Frame {
         self.store.borrow().variance_scales.get(&candidate).map(Rc::clone).unwrap_or_default()
     }
 
-    /// Columns stored by [`Frame::store_variance`].
+    /// Columns stored by [`SpectralBasis::store_variance`].
     pub(crate) fn variance_columns(&self, candidate: usize) -> Rc<Vec<Vec<f64>>> {
         self.store.borrow().variance.get(&candidate).map(Rc::clone).unwrap_or_default()
     }
@@ -260,7 +260,7 @@ mod tests {
             turn_on_bias_std_rad_s: 0.0,
             warm_up_relative_std: 0.0,
         };
-        let coarse = Frame::new(&scene).coarse;
+        let coarse = SpectralBasis::new(&scene).coarse;
         assert_eq!(coarse.first_temperature_c(), scene.first_temperature_c());
         assert_eq!(scene.first_temperature_c(), Some(25.0 + 0.5 * 4.5));
         assert_eq!(coarse.temperature_c.unwrap()[0], 25.0 + 0.5 * 1.5);

@@ -5,7 +5,7 @@
 //! logarithm over the range that their effect states; coefficients are normal with a scale that is uniform in its
 //! logarithm over [`SCALE_RANGE`].
 
-use super::basis::{ColumnId, Data, Frame};
+use super::basis::{ColumnId, Data, SpectralBasis};
 use super::gaussian::{DataProducts, Picked, Posterior, columns, spectral};
 use super::hypothesis::{Candidate, Hypothesis, Kind, NoisePart, VARIANCE_STDS};
 use crate::math::curvature::curvature;
@@ -51,7 +51,7 @@ pub(crate) struct Columns {
 /// The likelihood of one recording.
 pub(crate) struct Likelihood<'a> {
     /// Its frame.
-    pub frame: &'a Frame,
+    pub frame: &'a SpectralBasis,
     /// The recording.
     pub data: &'a Data,
     /// Candidate explanations.
@@ -78,7 +78,7 @@ pub(crate) fn ln_add(a: f64, b: f64) -> f64 {
 }
 
 /// Columns of the warm-up's nuisance parameters (C1, C2, T), with the prior standard deviations of their deviations.
-pub(crate) fn nuisances(frame: &Frame) -> Vec<(ColumnId, f64)> {
+pub(crate) fn nuisances(frame: &SpectralBasis) -> Vec<(ColumnId, f64)> {
     let scene = &frame.coarse;
     let warm = scene.warm_up;
     let gradient: Vec<[f64; 3]> = (0..scene.len()).map(|i| warm.gradient(scene.time.at(i))).collect();
@@ -91,7 +91,7 @@ pub(crate) fn nuisances(frame: &Frame) -> Vec<(ColumnId, f64)> {
 impl<'a> Likelihood<'a> {
     /// The likelihood of `data`; `nuisance` from [`nuisances`] of the same frame.
     pub(crate) fn new(
-        frame: &'a Frame,
+        frame: &'a SpectralBasis,
         data: &'a Data,
         candidates: &'a [Candidate],
         nuisance: &[(ColumnId, f64)],

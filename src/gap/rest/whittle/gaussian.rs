@@ -3,7 +3,7 @@
 //! Computed by [`crate::math::binned`]: products of columns are stored, so that a spectrum costs a few hundred
 //! multiplications.
 
-use super::basis::{ColumnId, Data, Frame};
+use super::basis::{ColumnId, Data, SpectralBasis};
 pub(crate) use crate::math::binned::{Posterior, solve, spectral};
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -20,7 +20,7 @@ pub(crate) struct DataProducts(std::cell::RefCell<HashMap<ColumnId, Rc<Vec<f64>>
 
 impl DataProducts {
     /// Inner product of `column` with `data` in each bin.
-    pub(crate) fn get(&self, frame: &Frame, data: &Data, column: ColumnId) -> Rc<Vec<f64>> {
+    pub(crate) fn get(&self, frame: &SpectralBasis, data: &Data, column: ColumnId) -> Rc<Vec<f64>> {
         Rc::clone(self.0.borrow_mut().entry(column).or_insert_with(|| Rc::new(frame.with_data(column, data))))
     }
 }
@@ -28,7 +28,7 @@ impl DataProducts {
 impl Picked {
     /// Selects `columns`; the columns `offsets` are subtracted from the recording.
     pub(crate) fn new(
-        frame: &Frame,
+        frame: &SpectralBasis,
         data: &Data,
         products: &DataProducts,
         columns: impl Iterator<Item = ColumnId>,

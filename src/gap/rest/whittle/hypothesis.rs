@@ -1,6 +1,6 @@
 //! A hypothesis: the candidates at work in the Gaussian part of a recording, with their parameters.
 
-use super::basis::{ColumnId, Frame};
+use super::basis::{ColumnId, SpectralBasis};
 use crate::effects::{Noise, NoiseState, Signal};
 
 /// A candidate explanation: an effect of the library or a free form.
@@ -130,7 +130,7 @@ impl Hypothesis {
 
     /// Variance of the white noise in each block relative to its mean, and that mean relative to the constant variance:
     /// product over all candidates that change the variance. Empty and one where there is none.
-    pub(crate) fn level(&self, frame: &Frame, candidates: &[Candidate]) -> (Vec<f64>, f64) {
+    pub(crate) fn level(&self, frame: &SpectralBasis, candidates: &[Candidate]) -> (Vec<f64>, f64) {
         let mut ln: Vec<f64> = Vec::new();
         for part in self.noises.iter().filter(|n| matches!(candidates[n.candidate].kind, Kind::Variance(_))) {
             for (column, by) in frame.variance_columns(part.candidate).iter().zip(&part.ln_theta) {
@@ -148,17 +148,17 @@ impl Hypothesis {
     }
 
     /// Spectrum in each bin, rad²/s².
-    pub(crate) fn spectrum(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<f64> {
+    pub(crate) fn spectrum(&self, frame: &SpectralBasis, candidates: &[Candidate]) -> Vec<f64> {
         self.spectra(frame, candidates).iter().map(|[added, white]| added + white).collect()
     }
 
     /// Spectrum in each bin without the added noises: filtered white noise and dither, rad²/s².
-    pub(crate) fn white_spectrum(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<f64> {
+    pub(crate) fn white_spectrum(&self, frame: &SpectralBasis, candidates: &[Candidate]) -> Vec<f64> {
         self.spectra(frame, candidates).iter().map(|s| s[1]).collect()
     }
 
     /// Spectra of the added noises and of the filtered white noise with dither, in each bin, rad²/s².
-    fn spectra(&self, frame: &Frame, candidates: &[Candidate]) -> Vec<[f64; 2]> {
+    fn spectra(&self, frame: &SpectralBasis, candidates: &[Candidate]) -> Vec<[f64; 2]> {
         let scene = &frame.scene;
         let white = scene.white_std_rad_s.powi(2) * (2.0 * self.ln_white).exp() * self.level(frame, candidates).1;
         let dither = frame.dither_variance();

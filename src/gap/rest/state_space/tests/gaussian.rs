@@ -21,7 +21,7 @@ fn impulse_response(low_pass: &LowPass, len: usize) -> Vec<f64> {
 }
 
 /// Mean vector and covariance matrix of all rows, written down term by term.
-fn dense(b: &Believed) -> (DVector<f64>, DMatrix<f64>) {
+fn dense(b: &StateSpaceModel) -> (DVector<f64>, DMatrix<f64>) {
     let n = b.rows;
     let mut mean = DVector::from_fn(n, |k, _| b.fixed_at(k));
     let mut covariance = DMatrix::zeros(n, n);
@@ -67,7 +67,7 @@ fn dense(b: &Believed) -> (DVector<f64>, DMatrix<f64>) {
 }
 
 /// Log density of the rows that are there.
-fn dense_log_density(b: &Believed, y: &[f64]) -> f64 {
+fn dense_log_density(b: &StateSpaceModel, y: &[f64]) -> f64 {
     let (mean, covariance) = dense(b);
     let there: Vec<usize> = (0..y.len()).filter(|k| y[*k].is_finite()).collect();
     let residual = DVector::from_iterator(there.len(), there.iter().map(|k| y[*k] - mean[*k]));
@@ -77,7 +77,7 @@ fn dense_log_density(b: &Believed, y: &[f64]) -> f64 {
     -0.5 * (there.len() as f64 * TAU.ln() + log_determinant + residual.dot(&factor.solve(&residual)))
 }
 
-fn variants() -> Vec<Believed> {
+fn variants() -> Vec<StateSpaceModel> {
     let rows = 90;
     let plain = small(rows);
     let mut growing = plain.clone();
@@ -90,7 +90,7 @@ fn variants() -> Vec<Believed> {
     let mut third_order = plain.clone();
     third_order.low_pass = Some(LowPass { ar: vec![0.6, 0.2, -0.3], ma: vec![0.5] });
     third_order.markov.clear();
-    let bare = Believed::white(rows, 0.1, 2.0);
+    let bare = StateSpaceModel::white(rows, 0.1, 2.0);
     let mut swinging = arma.clone();
     swinging.oscillators.push(Oscillator { decay: 0.97, angle_rad: 0.7, variance: 0.8 });
     swinging.oscillators.push(Oscillator::band(2.6, 0.3, 0.5, 0.1));
@@ -150,7 +150,7 @@ fn long_recordings_keep_their_digits() {
         turn_on_bias_std_rad_s: 1e-2,
         warm_up_relative_std: 0.3,
     };
-    let mut a = Believed::nominal(&scene);
+    let mut a = StateSpaceModel::nominal(&scene);
     a.markov = flicker(2e-5, rows).unwrap().states;
     a.markov.push(Markov::random_walk(1e-6, 0.02));
     let mut b = a.clone();
@@ -226,7 +226,7 @@ fn a_nominal_scene_is_its_warm_up() {
         turn_on_bias_std_rad_s: 2e-4,
         warm_up_relative_std: 0.03,
     };
-    let believed = Believed::nominal(&scene);
+    let believed = StateSpaceModel::nominal(&scene);
     let mut draw = Stream::new(2, 0);
     // a unit one standard deviation off in each: linear in C1 and C2, second order in T
     let unit = WarmUp { c1_rad_s: 3e-3 * 1.03, c2_rad_s: -5e-3 + 2e-4, time_constant_s: 60.0 * 1.03 };
@@ -241,12 +241,12 @@ fn a_nominal_scene_is_its_warm_up() {
 #[test]
 fn senseless_models_are_refused_by_name() {
     let y = vec![0.0; 90];
-    let spoil = |change: &dyn Fn(&mut Believed)| {
+    let spoil = |change: &dyn Fn(&mut StateSpaceModel)| {
         let mut b = small(90);
         change(&mut b);
         b.score(&y).unwrap_err()
     };
-    type Change<'a> = &'a dyn Fn(&mut Believed);
+    type Change<'a> = &'a dyn Fn(&mut StateSpaceModel);
     let cases: [(&str, Change<'_>); 9] = [
         ("white_std_rad_s", &|b| b.white_std_rad_s = 0.0),
         ("step_s", &|b| b.step_s = f64::NAN),

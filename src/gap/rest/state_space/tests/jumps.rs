@@ -4,7 +4,7 @@ use super::{log_sum_exp, negligible, small};
 use crate::gap::rest::state_space::*;
 
 /// ln Σ_path P(path) p(y | path) over all 2^rows paths of the telegraph.
-fn all_paths(believed: &Believed, y: &[f64]) -> f64 {
+fn all_paths(believed: &StateSpaceModel, y: &[f64]) -> f64 {
     let telegraph = believed.telegraph.unwrap();
     let leave = telegraph.leave(believed.step_s);
     let high = telegraph.high_probability();
@@ -44,7 +44,7 @@ fn a_telegraph_is_close_to_the_sum_over_all_paths() {
 }
 
 /// ln of the mean over all rows at which the step may be.
-fn all_rows(believed: &Believed, y: &[f64]) -> f64 {
+fn all_rows(believed: &StateSpaceModel, y: &[f64]) -> f64 {
     let step = believed.step.clone().unwrap();
     let logs: Vec<f64> = step
         .at

@@ -14,8 +14,8 @@ fn log_sum_exp(logs: &[f64]) -> f64 {
 }
 
 /// A model with two coefficients and two Markov states, in convenient units.
-fn small(rows: usize) -> Believed {
-    let mut believed = Believed::white(rows, 0.1, 0.7);
+fn small(rows: usize) -> StateSpaceModel {
+    let mut believed = StateSpaceModel::white(rows, 0.1, 0.7);
     let mut draw = Stream::new(11, 0);
     believed.coefficients.push(Coefficient { column: vec![1.0; rows], mean: 2.0, std: 1.5 });
     let column = (0..rows).map(|_| draw.normal()).collect();

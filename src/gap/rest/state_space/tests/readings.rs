@@ -5,14 +5,14 @@ use crate::gap::rest::state_space::quantization::Cell;
 use crate::gap::rest::state_space::*;
 
 /// White noise of one and a constant of `std`.
-fn constant(rows: usize, std: f64) -> Believed {
-    let mut believed = Believed::white(rows, 0.1, 1.0);
+fn constant(rows: usize, std: f64) -> StateSpaceModel {
+    let mut believed = StateSpaceModel::white(rows, 0.1, 1.0);
     believed.coefficients.push(Coefficient { column: vec![1.0; rows], mean: 0.4, std });
     believed
 }
 
 /// ln ∫ N(β; mean, std²) p(y | β) dβ by the trapezoidal rule, which is all but exact for smooth densities.
-fn integral(believed: &Believed, log_likelihood: impl Fn(f64) -> f64) -> f64 {
+fn integral(believed: &StateSpaceModel, log_likelihood: impl Fn(f64) -> f64) -> f64 {
     let Coefficient { mean, std, .. } = believed.coefficients[0];
     let (n, reach) = (600, 6.0);
     let logs: Vec<f64> = (0..=n)
@@ -23,7 +23,7 @@ fn integral(believed: &Believed, log_likelihood: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Total scores minus exact ones, for several simulated recordings.
-fn errors(believed: &Believed, exact: impl Fn(&[f64]) -> f64) -> Vec<f64> {
+fn errors(believed: &StateSpaceModel, exact: impl Fn(&[f64]) -> f64) -> Vec<f64> {
     (0..5)
         .map(|stream| {
             let y = believed.simulate(5, stream).unwrap();
