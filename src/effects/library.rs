@@ -25,6 +25,11 @@ impl Library {
         Self { withheld: ids.into_iter().map(Into::into).collect() }
     }
 
+    /// Ids of the effects that are withheld.
+    pub(crate) fn withheld(&self) -> impl Iterator<Item = &str> {
+        self.withheld.iter().map(String::as_str)
+    }
+
     /// The effects, in the order of [`registry`].
     pub fn effects(&self) -> impl Iterator<Item = &'static dyn Effect> + '_ {
         registry().iter().copied().filter(|e| !self.withheld.iter().any(|w| w == e.about().id))

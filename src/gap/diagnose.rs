@@ -218,6 +218,7 @@ pub fn diagnose_drives(
 fn judged(prepared: &Prepared, library: &Library, given: &Given, options: &Options) -> Findings {
     let effects: Vec<&'static dyn Effect> = library.effects().collect();
     let mut findings = judge(&prepared.scene, &prepared.rate_rad_s, &effects, &options.judge);
+    findings.trace.splice(0..0, trace::of_withheld(library));
     findings.trace.splice(0..0, trace::of_notes(&prepared.notes));
     findings.notes.splice(0..0, prepared.notes.iter().cloned());
     given.take_out(&mut findings, &options.judge.calibration);

@@ -1,6 +1,7 @@
 //! The trail of a diagnosis: everything that was tried between the recording and the verdict, and why it was taken or not.
 
 use super::selection::findings::{Findings, Main, Part};
+use crate::effects::Library;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -108,6 +109,12 @@ pub(crate) const NOMINAL: &str = "nominal simulator";
 /// Notes on a recording as steps of the stage [`TraceStage::Data`].
 pub fn of_notes<'a>(notes: impl IntoIterator<Item = &'a String>) -> impl Iterator<Item = Step> {
     notes.into_iter().map(|note| Step::new(TraceStage::Data, "recording", Decision::Noted, note.as_str()))
+}
+
+/// Effects that the user left out of the library, as steps of the stage [`TraceStage::Screening`].
+pub(crate) fn of_withheld(library: &Library) -> impl Iterator<Item = Step> {
+    let why = "left out of the library by the user";
+    library.withheld().map(move |id| Step::new(TraceStage::Screening, id, Decision::Removed, why))
 }
 
 /// Ids of the parts of a set, but for those that every set has.

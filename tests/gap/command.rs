@@ -90,6 +90,8 @@ fn a_tone_is_found_drawn_written_and_can_be_simulated() {
     let answer: Answer = serde_json::from_str(&json).unwrap();
     assert_eq!(answer.verdict, Verdict::Unknown);
     assert!(answer.effects.iter().all(|e| e.id != "gyro.tone"));
+    // and the trail says that it was left out
+    assert!(answer.trace.iter().any(|s| s.subject == "gyro.tone" && s.reason.contains("left out of the library")));
 }
 
 #[test]

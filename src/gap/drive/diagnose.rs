@@ -2,13 +2,11 @@
 
 use super::ekf::effect_set::EffectSet;
 use super::ekf::innovations::{Noise, Process};
-use super::holdout;
-use super::holdout::DriveFar;
 use super::holdout::navigating::filter_gain;
+use super::holdout::{self, DriveFar};
 use super::model_selection::{Judged, judge, unknowable};
 use super::preprocess::acceleration_model::LOUDER;
-use super::preprocess::clocks;
-use super::preprocess::wheel_offset;
+use super::preprocess::{clocks, wheel_offset};
 use super::record::ready::{Ready, ready};
 use super::record::same_unit::other_robot;
 use super::record::testable::nothing_twice;
@@ -18,6 +16,7 @@ use super::regressors::candidates::VARYING;
 use super::regressors::practical_identifiability::{LARGEST, separate_by};
 use super::screening::best_single_effect::BestSingleEffect;
 use super::screening::deficient_equations::pinpoint;
+use super::trail;
 use crate::config::{Config, EffectTable, Kind};
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{InDrives, Library, Parameters, in_drives};
@@ -111,6 +110,8 @@ pub fn diagnose(
     tested.retain(|t| !refuted.contains(&t.id));
     let idle = account::idle(&tested, &judged.findings);
     judged.findings.set_aside(&idle);
+    judged.findings.trace.splice(0..0, trace::of_withheld(library));
+    judged.findings.trace.splice(0..0, mounting.iter().map(trail::reference));
     judged.findings.trace.splice(0..0, trace::of_notes(&clocks.notes));
     judged.findings.trace.extend(
         loud.iter().map(|loud| {

@@ -184,6 +184,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let mut findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
     trace.extend(screened);
     trace.extend(best.trace.iter().cloned().chain(readings));
+    trace.extend(trail::torque_bandwidth(best).chain(trail::promising(best)));
     trace.extend(trail::added(&best.compared));
     findings.trace = trace;
     let unknown = findings.top() == Main::Unknown;

@@ -2,7 +2,10 @@
 
 use super::fit::Compared;
 use super::fit::evidence::Member;
+use super::model_selection::LARGE;
 use super::preprocess::hypothesis::PreprocessingHypothesis;
+use super::preprocess::reference_extrinsics::Mounting;
+use super::preprocess::torque_bandwidth::BETTER;
 use crate::gap::trace::{Decision, Step, TraceStage, largest, of_additions};
 
 /// Ids of what `problem` may add to a set, each with its gain in ln weight, nats.
@@ -26,6 +29,31 @@ pub(super) fn added(compared: &Compared) -> Vec<Step> {
     let members = &compared.sets[0].members;
     let there = |id: &str| members.iter().any(|m| compared.candidates.groups[m.0].id == id);
     of_additions(gains(compared, members).filter(|(id, _)| !there(id)))
+}
+
+/// Share of the torque noise that changes within a step, where it is not constant there.
+pub(super) fn torque_bandwidth(best: &PreprocessingHypothesis) -> impl Iterator<Item = Step> + use<> {
+    let all = best.record.belief.torque_noise_n_m_sqrt_s.powi(2);
+    let share = best.noise.process.ripple / all;
+    let reason = format!("{share:.2} of its variance changes within a step: the pose tells");
+    let step = Step::new(TraceStage::Readings, "torque noise", Decision::Estimated, reason);
+    (share > 0.0).then(|| step.limit("least gain of another share", BETTER, "nats")).into_iter()
+}
+
+/// Free forms that are compared, where the gap is so large that most are left out.
+pub(super) fn promising(best: &PreprocessingHypothesis) -> impl Iterator<Item = Step> + use<> {
+    let step = best.promising.as_ref().map(|ids| {
+        let forms: Vec<&str> = ids.iter().map(String::as_str).filter(|id| id.starts_with("free.")).collect();
+        let reason = format!("of all free forms these are compared from here on: {}", forms.join(", "));
+        let step = Step::new(TraceStage::Screening, "free forms", Decision::Taken, reason);
+        step.limit("size of the gap from which on most are left out", LARGE, "nats")
+    });
+    step.into_iter()
+}
+
+/// The mounting of the reference.
+pub(super) fn reference(mounting: &Mounting) -> Step {
+    Step::new(TraceStage::Data, "reference", Decision::Removed, mounting.said())
 }
 
 /// Another way of reading the recording.

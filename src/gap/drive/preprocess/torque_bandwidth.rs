@@ -15,7 +15,7 @@ use rayon::prelude::*;
 const SHARES: [f64; 3] = [0.0, 0.5, 1.0];
 /// Gain in ln likelihood needed to change the share, nats: by chance another one gains about one, and the simulator's
 /// share is the hypothesis to be refuted.
-const BETTER: f64 = 3.0;
+pub(crate) const BETTER: f64 = 3.0;
 
 /// The noise with the most likely share, `weigh` being ln likelihood; unchanged where no other gains enough, or without
 /// a pose.
