@@ -1,6 +1,6 @@
 //! Report of the error by temperature, and of time against temperature.
 
-use super::fit::equals;
+use super::numbers::equals;
 use super::numbers::{known_digits, probability, significant};
 use crate::identify::terms::{DriftCause, Explanation};
 use crate::identify::{Estimate, TemperatureFit};
