@@ -49,7 +49,7 @@ pub trait Effect: Sync + Send {
     }
 
     /// Values of parameters at which it changes nothing in this scene, where they are not the same everywhere
-    /// ([`super::Parameter::null`]).
+    /// ([`Parameter::null`](super::Parameter::null)).
     fn nominal(&self, scene: &Scene) -> Parameters {
         let _ = scene;
         Parameters::new()

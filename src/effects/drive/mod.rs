@@ -1,7 +1,8 @@
 //! Effects of reality on a drive. One file an effect, one line in [`registry()`].
 //!
-//! An effect is defined once, as a change of the robot's equations ([`DriveEffect`]): the simulator integrates it, the
-//! filter predicts with it, and its derivatives with respect to its coordinates are what the likelihood is fitted by.
+//! An effect is defined once, as a change of the robot's equations ([`DriveEffect`](crate::model::drive::DriveEffect)):
+//! the simulator integrates it, the filter predicts with it, and its derivatives with respect to its coordinates are what the
+//! likelihood is fitted by.
 //! How one is added, [`crate::effects`] tells. What the diagnosis must know of an effect, the effect says: that it delays an
 //! instrument ([`Driving::delays`]), loses ticks ([`Driving::tick_loss`]), looks like a late gyro
 //! ([`ModelChange::like_late_gyro`]), equals another effect ([`ModelChange::equivalents`]).

@@ -1,9 +1,6 @@
 //! Shape of the spectrum near the sample rate: the sensor's low-pass, and bands of vibration
 //!
-//! N is that of the plateau, N² |H(f)|² what is seen. Parameters are ln f_c, and ln f₀, ln Δ and ln σ of each band. Forms and
-//! the number of bands are found before the other terms are chosen, beside N, B and K, by the evidence of `select`: first the
-//! low-pass, then one band after the other where most power is left, then the low-pass once more, which a band may have
-//! hidden. All their parameters stay free in every set of terms after that.
+//! N is that of the plateau, N² |H(f)|² what is seen. Parameters are ln f_c, and ln f₀, ln Δ and ln σ of each band.
 
 use super::observed::Observed;
 use crate::noise::{BandForm, LowPass, TermKind};

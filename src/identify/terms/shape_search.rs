@@ -1,4 +1,8 @@
-//! The search for the shape near the sample rate: the low-pass and the bands that a log supports.
+//! The search for the shape near the sample rate: the low-pass and the bands that a log supports
+//!
+//! Forms and the number of bands are found before the other terms are chosen, beside N, B and K, by the evidence of `select`: first
+//! the low-pass, then one band after the other where most power is left, then the low-pass once more, which a band may have
+//! hidden. All their parameters stay free in every set of terms after that.
 
 use super::model::Peak;
 use super::observed::Observed;
