@@ -1,8 +1,7 @@
 //! The effects by id, for the simulator; some may be withheld.
 
 use super::about::Parameters;
-use super::drive::{self};
-use super::drive::{DriveExplanation, Driving};
+use super::drive::{self, DriveExplanation, Driving};
 use super::effect::Effect;
 use super::registry;
 use crate::error::{Error, ErrorKind, Result, one_of};

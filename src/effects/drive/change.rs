@@ -1,7 +1,6 @@
 //! θ ↦ equations: the common interface of effects that change the robot's equations.
 
-use super::contract::Equivalent;
-use super::contract::{Coordinate, DriveExplanation, Driving, ModelChange, Needs, Touches};
+use super::contract::{Coordinate, DriveExplanation, Driving, Equivalent, ModelChange, Needs, Touches};
 #[cfg(test)]
 use super::tried::Tried;
 use crate::config::Steering;

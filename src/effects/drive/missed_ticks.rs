@@ -1,8 +1,7 @@
 //! reading_i = (1 - λ) reading_i inside bursts, which begin and end as a Markov chain of two states
 //! reading_i = (1 - E[λ]) reading_i where single bursts are lost in noise: their mean is all that a drive can show
 
-use super::contract::TickLoss;
-use super::contract::{Coordinate, DriveExplanation, Driving, ModelChange, Touches};
+use super::contract::{Coordinate, DriveExplanation, Driving, ModelChange, TickLoss, Touches};
 use super::loss::Lost;
 #[cfg(test)]
 use super::tried::Tried;

@@ -1,8 +1,7 @@
 //! r_i = (1 + s) r_nominal of one wheel, the other's is nominal
 
 use super::change::{Constant, Law};
-use super::contract::Equivalent;
-use super::contract::Needs;
+use super::contract::{Equivalent, Needs};
 use super::equivalent::{Map, Within};
 use super::missed_ticks::MissedTicks;
 #[cfg(test)]

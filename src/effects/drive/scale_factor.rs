@@ -1,8 +1,7 @@
 //! reading = (1 + k) ω
 
 use super::change::{Constant, Law};
-use super::contract::Equivalent;
-use super::contract::{Needs, Touches};
+use super::contract::{Equivalent, Needs, Touches};
 use super::equivalent::{Map, Within};
 use super::radius_scale::RadiusScale;
 use super::track_width::TrackWidth;

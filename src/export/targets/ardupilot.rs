@@ -13,8 +13,7 @@ use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
 use super::super::target::{SUBTRACT, Target};
 use crate::error::Result;
-use crate::export::about::Comment;
-use crate::export::about::{About, Key};
+use crate::export::about::{About, Comment, Key};
 
 /// EKF_TARGET_DT of AP_NavEKF3, s.
 const STEP_S: f64 = 0.012;

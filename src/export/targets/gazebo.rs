@@ -17,8 +17,7 @@ use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
 use super::super::target::Target;
 use crate::error::Result;
-use crate::export::about::Comment;
-use crate::export::about::{About, Key};
+use crate::export::about::{About, Comment, Key};
 use crate::ingest::Axis;
 
 /// Standard deviation of the bias beside |C1|, where it walks only so that it decays.

@@ -8,8 +8,7 @@ use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
 use super::super::target::{SUBTRACT, Target};
 use crate::error::Result;
-use crate::export::about::Comment;
-use crate::export::about::{About, Key};
+use crate::export::about::{About, Comment, Key};
 
 static ABOUT: About = About {
     id: "kalibr",

@@ -7,8 +7,7 @@ use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
 use super::super::target::{SUBTRACT, Target};
 use crate::error::Result;
-use crate::export::about::Comment;
-use crate::export::about::{About, Key};
+use crate::export::about::{About, Comment, Key};
 use crate::units::{RAD_S_PER_DEG_H, RAD_SQRT_S_PER_DEG_SQRT_H};
 
 static ABOUT: About = About {

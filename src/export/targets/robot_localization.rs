@@ -9,8 +9,7 @@ use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
 use super::super::target::{SUBTRACT, Target};
 use crate::error::{Error, ErrorKind, Result};
-use crate::export::about::Comment;
-use crate::export::about::{About, Key};
+use crate::export::about::{About, Comment, Key};
 use crate::ingest::Axis;
 
 static ABOUT: About = About {

@@ -6,8 +6,7 @@
 //! Its distribution is found from logs drawn from the fitted model, each fitted anew, so that the p value is uniform
 //! under the model, whatever the number of parameters and however few coefficients the lowest band has.
 
-use super::model::share_of_bands;
-use super::model::{Likelihood, Point};
+use super::model::{Likelihood, Point, share_of_bands};
 use super::observed::Observed;
 use crate::math::random::Stream;
 use rayon::prelude::*;

@@ -3,8 +3,7 @@
 use crate::effects::{About, by_id, drive};
 use crate::gap::answer::{Correction, EffectAnswer, FilterFigures, Metric};
 use crate::gap::rest::predictive::{Curve, Over, Shown};
-use crate::report::numbers::equals;
-use crate::report::numbers::{known_digits, probability, significant};
+use crate::report::numbers::{equals, known_digits, probability, significant};
 use crate::units::{RAD_S_PER_DEG_S, duration_text};
 use std::fmt::Write;
 

@@ -3,8 +3,7 @@
 use super::quantity::{self, Quantity};
 use super::{Axis, Chart, Panel, palette};
 use crate::gap::answer::{Correction, EquationAnswer};
-use crate::report::gap::words::capitalised;
-use crate::report::gap::words::{LITTLE, without_kind};
+use crate::report::gap::words::{LITTLE, capitalised, without_kind};
 
 /// Half the width of a 95 % band in standard deviations.
 const BAND: f64 = 1.96;
