@@ -4,6 +4,7 @@
 
 use crate::math::NORMAL_975;
 use crate::math::random::Stream;
+use crate::math::robust::quantile;
 use serde::Serialize;
 
 /// A rate with its interval.
@@ -116,4 +117,27 @@ pub(crate) fn roc(scored: &[(f64, bool)]) -> Option<Roc> {
         (a * (1.0 - a) + (positives - 1.0) * (q1 - a * a) + (negatives - 1.0) * (q2 - a * a)) / (positives * negatives);
     let half = NORMAL_975 * variance.max(0.0).sqrt();
     Some(Roc { points, area: a, area_ci95: [(a - half).max(0.0), (a + half).min(1.0)] })
+}
+
+/// Median and quartiles of a set of values.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Middle {
+    /// Median.
+    pub median: f64,
+    /// Lower and upper quartile.
+    pub quartiles: [f64; 2],
+    /// Number of values.
+    pub of: usize,
+}
+
+impl Middle {
+    pub(super) fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut v: Vec<f64> = values.into_iter().collect();
+        let of = v.len();
+        (of > 0).then(|| Self {
+            median: quantile(&mut v, 0.5),
+            quartiles: [quantile(&mut v, 0.25), quantile(&mut v, 0.75)],
+            of,
+        })
+    }
 }

@@ -25,13 +25,11 @@ pub mod worlds;
 pub use bands::Band;
 pub use calibrate::{Calibrated, Example, Fit, calibrate, examples, prior_of};
 pub use folder::{BENCH, Bench, Made, Order, make};
-pub use intervals::{Rate, Roc};
+pub use intervals::{Middle, Rate, Roc};
 pub use judge::{Judged, Wanted};
 pub use oracle::{Gains, OfOracle, oracle};
 pub use runner::{Diagnosis, Ran, run};
-pub use score::{
-    Bin, ByEffect, Calibration, Confusion, Middle, Miss, Score, answers, labels, left_out, score, seconds,
-};
+pub use score::{Bin, ByEffect, Calibration, Confusion, Miss, Score, answers, labels, left_out, score, seconds};
 pub use seal::{Labels, SealKey};
 
 #[cfg(test)]

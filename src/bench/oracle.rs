@@ -4,8 +4,8 @@
 //! the hold-out recording. Where a case holds small amounts of other effects, the oracle is told of these too, if it
 //! does better with them.
 
+use super::intervals::Middle;
 use super::runner::case_logs;
-use super::score::Middle;
 use super::workers::each;
 use super::worlds::Label;
 use crate::effects::Library;

@@ -2,7 +2,7 @@
 
 use super::bands::{Band, bands};
 use super::folder::{COMMITMENT, SEALED, names};
-use super::intervals::{BINS, Rate, Roc, bin, expected_calibration_error, perfect_calibration_p95, roc};
+use super::intervals::{BINS, Middle, Rate, Roc, bin, expected_calibration_error, perfect_calibration_p95, roc};
 use super::judge::{Judged, Wanted, judge};
 use super::oracle::OfOracle;
 use super::runner::Timing;
@@ -97,29 +97,6 @@ pub struct Miss {
     pub judged: Judged,
     /// Kind of miss, in words.
     pub cause: String,
-}
-
-/// Median and quartiles of a set of values.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Middle {
-    /// Median.
-    pub median: f64,
-    /// Lower and upper quartile.
-    pub quartiles: [f64; 2],
-    /// Number of values.
-    pub of: usize,
-}
-
-impl Middle {
-    pub(super) fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
-        let mut v: Vec<f64> = values.into_iter().collect();
-        let of = v.len();
-        (of > 0).then(|| Self {
-            median: quantile(&mut v, 0.5),
-            quartiles: [quantile(&mut v, 0.25), quantile(&mut v, 0.75)],
-            of,
-        })
-    }
 }
 
 /// One bin of the reliability diagram.

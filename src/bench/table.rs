@@ -1,8 +1,8 @@
 //! A score as text and as JSON.
 
 use super::bands::Band;
-use super::intervals::Rate;
-use super::score::{ByEffect, Middle, Score};
+use super::intervals::{Middle, Rate};
+use super::score::{ByEffect, Score};
 use serde_json::{Value, json};
 use std::fmt::Write;
 

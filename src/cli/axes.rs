@@ -1,7 +1,7 @@
 //! Several axes of one log: a section each in the text, an entry each in the JSON.
 
-use super::Outcome;
 use super::log_args::{LogArgs, LogRead};
+use super::outcome::Outcome;
 use super::output::Output;
 use gyroid::{Error, ErrorKind, Result};
 use serde_json::{Map, Value, json};

@@ -1,6 +1,6 @@
 //! `gyroid export`: a configuration as the file of another program.
 
-use super::Outcome;
+use super::outcome::Outcome;
 use super::output::{Common, Output, command_line};
 use clap::Args;
 use clap::builder::PossibleValuesParser;

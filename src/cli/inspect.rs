@@ -1,7 +1,7 @@
 //! `gyroid inspect`: a file at a glance.
 
-use super::Outcome;
 use super::log_args::TopicArgs;
+use super::outcome::Outcome;
 use super::output::{Common, Output};
 use super::places;
 use clap::Args;

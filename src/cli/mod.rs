@@ -12,6 +12,7 @@ mod mounting_args;
 mod navigate;
 mod noise;
 mod noise_write;
+mod outcome;
 mod output;
 mod places;
 mod restart;
@@ -21,16 +22,8 @@ mod validate;
 
 use clap::{Parser, Subcommand};
 use gyroid::Result;
+use outcome::Outcome;
 use std::process::ExitCode;
-
-/// Outcome of a command that ran to its end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Outcome {
-    /// The result is fit for use.
-    Done,
-    /// The work is done, and the result is not fit for use.
-    Unfit,
-}
 
 /// Gyro warm-up bias from recorded logs, the navigation filter that uses it, and the sim-to-real gap.
 #[derive(Debug, Parser)]

@@ -1,8 +1,8 @@
 //! `gyroid navigate`: the bundled filter over a recorded drive.
 
-use super::Outcome;
 use super::drive_plot::{self, Estimated};
 use super::log_args::DriveArgs;
+use super::outcome::Outcome;
 use super::output::{Common, Output};
 use super::places;
 use super::restart::PowerArgs;

@@ -1,9 +1,9 @@
 //! `gyroid noise`: Allan deviation and the joint noise model of a log at rest.
 
-use super::Outcome;
 use super::axes::{self, Section};
 use super::log_args::{LogArgs, LogRead};
 use super::noise_write::WriteArgs;
+use super::outcome::Outcome;
 use super::output::{Common, Output};
 use super::places;
 use clap::Args;

@@ -1,7 +1,7 @@
 //! `gyroid simulate`: a log as the configuration would have it.
 
-use super::Outcome;
 use super::log_args::DriveArgs;
+use super::outcome::Outcome;
 use super::output::{Common, Output};
 use super::places;
 use super::restart::PowerArgs;

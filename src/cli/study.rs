@@ -1,6 +1,6 @@
 //! `gyroid study`: two filters, with and without slip, over many simulated runs.
 
-use super::Outcome;
+use super::outcome::Outcome;
 use super::output::{Common, Output, Working, with_schema};
 use clap::Args;
 use gyroid::config::{Config, Kind};

@@ -1,9 +1,9 @@
 //! `gyroid validate`: does a fitted model explain another log?
 
-use super::Outcome;
 use super::axes::{self, Section};
 use super::fit::{AgainstName, WhitenessArgs};
 use super::log_args::{LogArgs, LogRead};
+use super::outcome::Outcome;
 use super::output::{Common, Output};
 use super::places;
 use clap::Args;

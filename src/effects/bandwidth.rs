@@ -13,10 +13,12 @@
 //! the power passes has its f_c above half the sample rate: sin(ω_c/2) is continued as cosh((ω_c - π)/2). cos(ω/2) is
 //! kept above 0.01, and |H|² in the spectrum above 1e-5, because the ends of a log leak as much.
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Explanation, Noise};
 use super::parts::{Checked, log_spaced, stream, white_std_rad_s};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Effect, Explanation, Noise, Parameter, Parameters};
 use crate::error::Result;
 use crate::math::minimum_phase::minimum_phase;
 use crate::math::random::Stream;

@@ -7,7 +7,7 @@ use crate::bias::WarmUp;
 use crate::config::{Config, EffectTable};
 use crate::math::dct::Cosine;
 use crate::math::random::Stream;
-use crate::model::EffectSource;
+use crate::model::{EffectSource, Scene};
 use crate::signal::{Log, TimeAxis, names};
 use crate::simulate::{Options, stationary_like, stationary_with};
 

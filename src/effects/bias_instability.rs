@@ -6,12 +6,14 @@
 //! rate, as the sampled processes have it, so that aliasing is allowed for: within four percent, in the last fifth below
 //! half the sample rate eight. Below that band the spectrum is flat.
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Explanation, Noise, NoiseState};
 use super::parts::{
     Bias, Checked, LONGER, OrnsteinUhlenbeck, exponential_spectrum, log_spaced, step_s, stream, white_std_rad_s,
 };
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 use std::f64::consts::PI;

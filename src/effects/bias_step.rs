@@ -1,9 +1,11 @@
 //! b(t) = s for t ≥ t₁, else 0; t₁ is another in each run
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Column, Explanation, Signal};
 use super::parts::{Bias, Checked, POWERED_AGAIN, RATE_BOUND_RAD_S, single, stream};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 

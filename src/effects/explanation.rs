@@ -1,6 +1,6 @@
 //! y(t) = nominal + Σ explanations: the ways in which effects enter the likelihood of a recording.
 
-use super::Parameters;
+use super::about::Parameters;
 use crate::model::Scene;
 
 /// The ways in which an effect can explain a recording at rest.

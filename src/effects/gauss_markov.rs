@@ -1,12 +1,14 @@
 //! db = -b/τ dt + σ √(2/τ) dW;  S(ω) = σ² (1 - φ²) / (1 - 2 φ cos ω + φ²), φ = exp(-Δt/τ)
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Explanation, Noise, NoiseState};
 use super::parts::{
     Bias, Checked, LONGER, OrnsteinUhlenbeck, RATE_BOUND_RAD_S, TIME_BOUNDS_S, exponential_spectrum, log_spaced,
     step_s, stream, white_std_rad_s,
 };
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 

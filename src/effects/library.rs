@@ -1,7 +1,9 @@
 //! The effects by id, for the simulator; some may be withheld.
 
+use super::about::Parameters;
 use super::drive::{self, DriveExplanation, Driving};
-use super::{Effect, Parameters, registry};
+use super::effect::Effect;
+use super::registry;
 use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::model::drive::DriveEffect;
 use crate::model::{EffectSource, GyroEffect, Scene, Through};

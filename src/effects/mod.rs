@@ -131,10 +131,12 @@
 //! # Ok::<(), gyroid::Error>(())
 //! ```
 
+mod about;
 mod bandwidth;
 mod bias_instability;
 mod bias_step;
 pub mod drive;
+mod effect;
 mod explanation;
 mod gauss_markov;
 #[cfg(test)]
@@ -158,15 +160,10 @@ mod tried;
 mod turn_on_shift;
 mod warm_up;
 
+pub use about::{About, Parameter, Parameters};
+pub use effect::Effect;
 pub use explanation::{Column, Explanation, InDrives, Noise, NoiseState, Peak, Signal};
 pub use library::Library;
-
-use crate::error::Result;
-use crate::model::{GyroEffect, Scene};
-use std::collections::BTreeMap;
-
-/// Parameters by name, the unit in the name.
-pub type Parameters = BTreeMap<String, f64>;
 
 /// Every effect of the library, one line each.
 static REGISTRY: &[&dyn Effect] = &[
@@ -205,107 +202,6 @@ pub fn by_id(id: &str) -> Option<&'static dyn Effect> {
 /// The effect that enters the likelihood of a drive in this way.
 pub(crate) fn in_drives(way: InDrives) -> Option<&'static About> {
     registry().iter().find(|e| e.in_drives() == Some(way)).map(|e| e.about())
-}
-
-/// Description of an effect.
-#[derive(Debug, Clone, Copy)]
-pub struct About {
-    /// Identifier of the contract, such as `gyro.rate_ramp`.
-    pub id: &'static str,
-    /// For people: "rate random walk".
-    pub title: &'static str,
-    /// The equation, in words and symbols.
-    pub equation: &'static str,
-    /// Where it is known from.
-    pub source: &'static str,
-    /// Channel of the answer: `gyro`.
-    pub channel: &'static str,
-    /// Which equation of the nominal model it adds to, in words.
-    pub deficient: &'static str,
-    /// `condition` of the answer, where it follows one.
-    pub condition: Option<&'static str>,
-    /// Its parameters.
-    pub parameters: &'static [Parameter],
-    /// Advice on how to remove or model it: one sentence.
-    pub remedy: &'static str,
-}
-
-impl About {
-    /// Name of the parameter `i` in the order of [`About::parameters`]; empty where there are fewer.
-    #[must_use]
-    pub fn name(&self, i: usize) -> &'static str {
-        self.parameters.get(i).map_or("", |p| p.name)
-    }
-
-    /// Name of the parameter that says how large it is: the first one.
-    #[must_use]
-    pub fn size(&self) -> &'static str {
-        self.name(0)
-    }
-}
-
-/// One parameter of an effect.
-#[derive(Debug, Clone, Copy)]
-pub struct Parameter {
-    /// Name with unit.
-    pub name: &'static str,
-    /// Symbol, physical meaning and unit.
-    pub meaning: &'static str,
-    /// Smallest and largest value that is physically possible.
-    pub bounds: [f64; 2],
-    /// Value at which the effect changes nothing; none where only another parameter switches it off.
-    pub null: Option<f64>,
-    /// Whether the answer must hold it (else it describes the form).
-    pub required: bool,
-}
-
-/// An effect of the library.
-pub trait Effect: Sync + Send {
-    /// Description of the effect.
-    fn about(&self) -> &'static About;
-
-    /// Entry of the battery: what the tests of all effects try it with.
-    #[cfg(test)]
-    fn tried(&self) -> tried::Tried;
-
-    /// The effect at work in one recording. What is drawn anew in each run (the phase of a tone, the time of a step, a
-    /// random path) comes from `seed`, unless `parameters` hold it.
-    ///
-    /// # Errors
-    /// [`crate::ErrorKind::Config`] if a parameter is missing, unknown or out of bounds, or the scene lacks the covariate.
-    fn simulated(&self, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>>;
-
-    /// How it enters the likelihood of a recording; none where this recording cannot show it (no such covariate).
-    fn explanation(&self, scene: &Scene) -> Option<Explanation>;
-
-    /// How it enters the likelihood of a drive, beside the effects of drives; none where drives are not searched for it.
-    fn in_drives(&self) -> Option<InDrives> {
-        None
-    }
-
-    /// Which equation of the nominal model it adds to, in words, with these parameters.
-    fn deficient(&self, parameters: &Parameters) -> String {
-        let _ = parameters;
-        self.about().deficient.to_owned()
-    }
-
-    /// From which to which frequency it shows with these parameters, Hz; none where it is no matter of frequency.
-    fn band_hz(&self, parameters: &Parameters, scene: &Scene) -> Option<[f64; 2]> {
-        let _ = (parameters, scene);
-        None
-    }
-
-    /// A recording that separates it from what looks alike; none where only a longer one does.
-    fn separated_by(&self) -> Option<&'static str> {
-        None
-    }
-
-    /// Values of parameters at which it changes nothing in this scene, where they are not the same everywhere
-    /// ([`Parameter::null`]).
-    fn nominal(&self, scene: &Scene) -> Parameters {
-        let _ = scene;
-        Parameters::new()
-    }
 }
 
 #[cfg(test)]

@@ -3,10 +3,12 @@
 //! Autocovariance σ² exp(-π w |τ|) cos(2π f τ); w is the full width at half the height of the spectrum
 //! S(ω) = σ² ½ [P(ω - ω₀) + P(ω + ω₀)], P(x) = (1 - φ²)/(1 - 2 φ cos x + φ²), φ = exp(-π w Δt).
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Explanation, Noise, NoiseState, Peak};
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, exponential_spectrum, step_s, stream, white_std_rad_s};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Effect, Explanation, Noise, NoiseState, Parameter, Parameters, Peak};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 use std::f64::consts::{PI, TAU};

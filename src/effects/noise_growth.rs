@@ -2,10 +2,12 @@
 //!
 //! log variance = 2 k ΔT + 2 m ΔT²: the columns hold twice ΔT, so that their coefficients are k and m.
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Column, Explanation, Signal};
 use super::parts::{Bent, Checked, REHEATED, covariate, temperature_rise_c};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 use crate::signal::names;

@@ -1,9 +1,11 @@
 //! standard deviation of the white noise = g · nominal
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Explanation, Noise};
 use super::parts::Checked;
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Effect, Explanation, Noise, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 

@@ -3,10 +3,12 @@
 //! A is `amplitude_rad_s`, and 20 nominal standard deviations of the white noise where it is not stated: beyond doubt, and
 //! far from what a transmission error would give. The engine fits its own distribution of the rare samples.
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Explanation, InDrives};
 use super::parts::{Checked, RATE_BOUND_RAD_S, stream, white_std_rad_s};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Effect, Explanation, InDrives, Parameter, Parameters};
 use crate::error::Result;
 use crate::math::random::Stream;
 use crate::model::{GyroEffect, GyroInFilter, Scene, Switch, Way};

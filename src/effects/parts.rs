@@ -1,6 +1,7 @@
 //! Parts that several effects share: checked parameters, random streams, covariates and their bends, correlated noise.
 
-use super::{About, Column, Parameters};
+use super::about::{About, Parameters};
+use super::explanation::Column;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
 use crate::model::{GyroEffect, GyroInFilter, Scene};

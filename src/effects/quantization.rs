@@ -2,10 +2,12 @@
 //!
 //! Where lsb is small beside the noise, it acts as white noise of standard deviation lsb/√12 beside it.
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::Explanation;
 use super::parts::{Checked, RATE_BOUND_RAD_S};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Effect, Explanation, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 

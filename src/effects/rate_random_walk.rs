@@ -2,10 +2,12 @@
 //!
 //! The walk starts at power-on. The cosine transform diagonalises it exactly (see [`crate::math::dct`]).
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Explanation, InDrives, Noise, NoiseState};
 use super::parts::{Bias, Checked, LONGER, log_spaced, step_s, stream, white_std_rad_s};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Effect, Explanation, InDrives, Noise, NoiseState, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 

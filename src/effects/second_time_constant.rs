@@ -1,9 +1,11 @@
 //! b(t) = C3 (1 - exp(-t/τ)), t from power-on, τ < T
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Column, Explanation, Signal};
 use super::parts::{Bias, Checked, POWERED_AGAIN, RATE_BOUND_RAD_S, TIME_BOUNDS_S, log_spaced};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 

@@ -2,10 +2,12 @@
 //!
 //! The mean is known better than the first value where the supply is noisy; the constant between them lands in C2.
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Column, Explanation, Signal};
 use super::parts::{Bent, Checked, covariate, path, supply_deviation_v};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, Scene};
 use crate::signal::names;

@@ -4,10 +4,12 @@
 //! probability p = a/(a + b), and after Δt with p + (1 - p) exp(-(a + b) Δt) from the upper, p - p exp(-(a + b) Δt) from the
 //! lower level: exact for any Δt.
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::Explanation;
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, TIME_BOUNDS_S, step_s, stream};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Effect, Explanation, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene, Switch, Way};
 

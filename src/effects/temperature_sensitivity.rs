@@ -3,10 +3,12 @@
 //! The lag is that between the temperature sensor and what makes the bias. ΔT counts from the mean of the log's first
 //! second; a constant error of it lands in C2. k is the slope at power-on.
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Column, Explanation, Signal};
 use super::parts::{Bent, Checked, REHEATED, covariate, lagged, log_spaced, path, temperature_rise_c};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, Scene};
 use crate::signal::names;

@@ -1,9 +1,11 @@
 //! b(t) = A cos(2π f t + φ), t from power-on; φ is another in each run
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::{Column, Explanation, Signal};
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S, stream};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Column, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 use std::f64::consts::TAU;

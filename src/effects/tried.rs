@@ -1,6 +1,6 @@
 //! Entries of the battery: each effect of a gyro at rest brings its own.
 
-use super::{About, Parameters};
+use super::about::{About, Parameters};
 
 /// Parameters with which the battery tries an effect, each spelled as users know it.
 #[derive(Debug, Clone, Default)]

@@ -1,9 +1,11 @@
 //! C2 := C2 + s, s far beyond the stated repeatability
 
+use super::about::{About, Parameter, Parameters};
+use super::effect::Effect;
+use super::explanation::Explanation;
 use super::parts::{Bias, Checked, RATE_BOUND_RAD_S};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{About, Effect, Explanation, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::{GyroEffect, GyroInFilter, Scene};
 

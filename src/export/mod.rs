@@ -4,6 +4,7 @@
 //! the target's filter, s; two-sided spectra throughout. A number goes out as the target's own code takes it; the derivation
 //! stands at the top of the target's file. One file a target, one line in [`registry()`].
 
+mod about;
 mod configuration;
 mod effects;
 mod noise;
@@ -14,11 +15,12 @@ mod source;
 mod target;
 mod targets;
 
+pub use about::{About, Comment, Key};
 pub use configuration::{ConfigurationOptions, configuration};
 pub use noise::{NoiseOptions, check_origin, with_noise};
 pub use number::digits;
 pub use population::population_configuration;
-pub use sheet::{Comment, LeftOut, Sheet, Written};
+pub use sheet::{LeftOut, Sheet, Written};
 pub use source::{Options, Origin, Source};
-pub use target::{About, Export, Key, Target, export};
+pub use target::{Export, Target, export};
 pub use targets::{by_id, registry};

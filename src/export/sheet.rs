@@ -1,23 +1,12 @@
 //! The file of a target as it is filled: each number with its unit, meaning and interval above it in a comment, what is
 //! left out with the reason and the hint; the same once more as JSON.
 
+use super::about::{About, Comment, Key};
 use super::number::{Known, digits, written};
-use super::target::{About, Key};
 use serde_json::{Value, json};
 
 /// Width of comments, characters.
 const WIDTH: usize = 110;
-
-/// How the target's language marks a comment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Comment {
-    /// `# `
-    Hash,
-    /// `% `
-    Percent,
-    /// `<!-- -->`
-    Xml,
-}
 
 /// How a number of one axis stands in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,7 +7,9 @@
 
 mod advice;
 mod compare;
+mod minimum;
 mod noise;
+mod options;
 mod profile;
 mod projection;
 mod reach;
@@ -21,20 +23,22 @@ mod weighted;
 
 pub use advice::Advice;
 pub use compare::{Comparison, GainTest, Score};
-pub use search::Termination;
+pub use minimum::Termination;
+pub use options::{FitOptions, Fixed, Loss, Weighting};
 pub use temperature::{TemperatureFit, fit_temperature, fit_temperature_reduced};
-pub use types::{Estimate, Fit, FitOptions, Fixed, Loss, NoiseEstimate, StraightLine, Weighting};
+pub use types::{Estimate, Fit, NoiseEstimate, StraightLine};
 
 use crate::bias::WarmUp;
 use crate::error::{Error, ErrorKind, Result};
 use crate::signal::{Moments, Reduced, TimeAxis};
+use minimum::Minimum;
 use nalgebra::{DMatrix, Matrix3};
 use noise::NoiseFit;
 use projection::Projection;
 use reach::Reach;
-use search::Minimum;
+use search::pivot;
 use surface::Surface;
-use terms::Plateau;
+use terms::plateau::{Plateau, plateau, plateau_reduced};
 
 const LEVEL: f64 = 0.95;
 
@@ -56,7 +60,7 @@ pub fn fit(time: &TimeAxis, values: &[f64], options: &FitOptions) -> Result<Fit>
         Loss::Squares => solve(&moments, || difference_variance(values), options),
         Loss::Huber => huber(&moments, time, values, options),
     }
-    .map(|fit| of_plateau(fit, |fit| terms::plateau(time, values, fit)))
+    .map(|fit| of_plateau(fit, |fit| plateau(time, values, fit)))
 }
 
 /// The fit with N of the plateau, where a low-pass or a vibration shows, and with these.
@@ -90,7 +94,7 @@ pub fn fit_reduced(log: &Reduced, options: &FitOptions) -> Result<Fit> {
     }
     check_spread(moments, moments.reference)?;
     let fit = solve(moments, || log.difference_variance, options)?;
-    Ok(of_plateau(fit, |fit| terms::plateau_reduced(log, fit)))
+    Ok(of_plateau(fit, |fit| plateau_reduced(log, fit)))
 }
 
 fn check_spread(moments: &Moments, value: f64) -> Result<()> {
@@ -223,13 +227,6 @@ struct Context<'a, 'm> {
     by_differences: &'a dyn Fn() -> f64,
     comparison: Option<Comparison>,
     line: Option<StraightLine>,
-}
-
-/// T at which the model is linearised: at the end of the searched range C1 and T are one parameter, and the pivot lies
-/// where they are still two.
-fn pivot(p: &Projection, min: &Minimum, free_t: bool) -> f64 {
-    let longest = 10.0 * (p.moments.span_s + p.offset_s);
-    if free_t { min.time_constant.min(longest) } else { min.time_constant }
 }
 
 /// The noise of the residuals of plain least squares. `None` where the parameters cannot be told apart.

@@ -5,8 +5,8 @@
 //! Bate, Biometrika 94 (2007) 167); away from it the shape is the profile's own, lopsided where T is badly known.
 //! Given T all is linear, so C1's and C2's profiles need a search in T alone.
 
+use super::minimum::Minimum;
 use super::reach::Reach;
-use super::search::Minimum;
 use super::surface::Surface;
 use crate::math::brent;
 

@@ -1,9 +1,9 @@
 //! e(t) = C1 g(t; T) + C2 with g = 1 - exp(-t/T): for given T the rest is linear (variable projection;
 //! Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413). All inner products come from block moments.
 
-use super::Fixed;
-use super::search::Minimum;
-use super::surface::Surface;
+use super::minimum::Minimum;
+use super::options::Fixed;
+use super::surface::{Linear, Surface};
 use crate::math::legendre::{self, COUNT};
 use crate::signal::Moments;
 
@@ -42,15 +42,6 @@ pub(super) struct BlockSum {
     pub y: f64,
     pub g: f64,
     pub d: f64,
-}
-
-/// Best linear parameters at one T.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Linear {
-    pub c1: f64,
-    /// Counts from the moments' reference.
-    pub c2: f64,
-    pub rss: f64,
 }
 
 /// Sums over a class of blocks at one T, without the blocks' positions.

@@ -7,9 +7,9 @@
 //! of a warm-up, whose sum of squares lies far above, are not ruled out by it. Next to T̂ u is the direction of ∂g/∂T, and
 //! v that of the covariance.
 
+use super::minimum::Minimum;
 use super::noise::{GROUPS, NoiseFit};
 use super::projection::{BlockSum, Projection};
-use super::search::Minimum;
 
 /// Below this part of its length what is left of g(T̂) is rounding, or T is T̂: the derivative stands for it.
 const ROUNDING: f64 = 1e-9;

@@ -1,54 +1,10 @@
 //! From no starting value to the minimum: logarithmic scan in T, Brent on the sum of squares, Brent on its
 //! derivative, Gauss-Newton polish.
 
-use super::projection::{Linear, Projection};
+use super::minimum::{Minimum, Termination};
+use super::projection::Projection;
 use super::surface::Surface;
 use crate::math::brent;
-use serde::Serialize;
-
-/// Why the search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case", tag = "reason")]
-pub enum Termination {
-    /// A minimum inside the range of T: the last Gauss-Newton step was below the rounding of the sums.
-    Converged {
-        /// Iterations of both Brent searches.
-        iterations: u64,
-        /// Gauss-Newton steps of the polish.
-        polish_steps: u32,
-        /// Last relative step of T.
-        last_step: f64,
-    },
-    /// The polish ended by its limit of steps; the last relative step of T says how far it still moved.
-    StepLimit {
-        /// Last relative step of T.
-        last_step: f64,
-    },
-    /// The sum of squares falls towards ever longer T: a straight line fits as well.
-    StraightLine,
-    /// The sum of squares falls towards T = 0: a constant after the first sample fits as well.
-    TooFast,
-    /// T was given: the rest is linear.
-    Linear,
-}
-
-impl Termination {
-    /// Whether there is a minimum.
-    #[must_use]
-    pub fn converged(&self) -> bool {
-        matches!(self, Self::Converged { .. } | Self::Linear)
-    }
-}
-
-/// Result of the search, in the clock of the projection.
-#[derive(Debug, Clone)]
-pub(super) struct Minimum {
-    pub time_constant: f64,
-    pub linear: Linear,
-    pub termination: Termination,
-    /// The scan: ln T and the residual sum of squares there; empty where T was given.
-    pub scan: Vec<(f64, f64)>,
-}
 
 /// T is searched from a fraction of the sample time to far beyond the log.
 pub(super) fn range(p: &Projection) -> (f64, f64) {
@@ -145,4 +101,11 @@ fn projected(p: &Projection, s: &super::projection::Sums, v: [f64; 2]) -> f64 {
         [false, true] => v[1] * v[1] / s.n,
         [false, false] => 0.0,
     }
+}
+
+/// T at which the model is linearised: at the end of the searched range C1 and T are one parameter, and the pivot lies
+/// where they are still two.
+pub(super) fn pivot(p: &Projection, min: &Minimum, free_t: bool) -> f64 {
+    let longest = 10.0 * (p.moments.span_s + p.offset_s);
+    if free_t { min.time_constant.min(longest) } else { min.time_constant }
 }

@@ -2,7 +2,14 @@
 //! squares over the samples is one ([`super::projection`]), squares weighed by a random walk the other
 //! ([`super::weighted`]).
 
-use super::projection::Linear;
+/// Best linear parameters at one T.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Linear {
+    pub c1: f64,
+    /// Counts from the moments' reference.
+    pub c2: f64,
+    pub rss: f64,
+}
 
 /// Sum of squares as a function of T.
 pub(super) trait Surface {

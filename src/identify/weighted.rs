@@ -6,10 +6,11 @@
 //! of groups of samples whose lengths grow with time; the ratio K²/σ² is the mode of the restricted likelihood over
 //! the ratios of `noise`, T at its best for each.
 
+use super::minimum::{Minimum, Termination};
 use super::noise::{self, Member, NoiseFit, ratios, regress, whiten};
-use super::projection::{BlockSum, Linear, Projection};
-use super::search::{Minimum, Termination, lattice};
-use super::surface::Surface;
+use super::projection::{BlockSum, Projection};
+use super::search::{lattice, pivot};
+use super::surface::{Linear, Surface};
 use crate::math::brent;
 use nalgebra::DVector;
 
@@ -165,7 +166,7 @@ fn minimum(surface: &Weighted, grid: &[f64], given: bool) -> Minimum {
 /// The mixture over the ratios, each with the covariance that it gives the weighed estimates: that of its own, and the
 /// square of how far its own estimates lie from these.
 fn members(p: &Projection, min: &Minimum, free_t: bool, ratio: f64) -> Option<NoiseFit> {
-    let pivot = super::pivot(p, min, free_t);
+    let pivot = pivot(p, min, free_t);
     let groups = p.growing_groups(pivot, noise::GROUPS);
     let mut columns = series(p, &groups);
     let l = if pivot < min.time_constant { Weighted { p, ratio }.linear_at(pivot) } else { min.linear };

@@ -25,9 +25,10 @@ pub(crate) mod columns;
 mod formats;
 mod write;
 
+pub use self::assemble::query::GyroQuery;
 pub use crate::ingest::assemble::drive::{DriveQuery, DriveRecording, read_drive, read_log};
 pub use crate::ingest::assemble::inspect::{AxisReport, ColumnReport, Inspection, TimeReport, inspect, inspect_topic};
-pub use crate::ingest::assemble::recording::{GyroQuery, GyroRecording};
+pub use crate::ingest::assemble::recording::GyroRecording;
 pub use crate::ingest::assemble::stream::StreamedRecording;
 pub use crate::ingest::clean::audit::{
     Audit, Duplicates, Gaps, Handling, Missing, OutOfOrder, Rest, Sampling, Saturation, Stuck,
@@ -75,7 +76,7 @@ pub fn gyro_topics(path: impl AsRef<Path>) -> Result<Option<Vec<Topic>>> {
 fn opened(
     path: &Path,
     query: &GyroQuery,
-) -> Result<(Box<dyn crate::ingest::formats::format::Source>, crate::ingest::assemble::recording::Plan)> {
+) -> Result<(Box<dyn crate::ingest::formats::source::Source>, crate::ingest::assemble::plan::Plan)> {
     if let Some(rate_hz) = query.rate_hz
         && !(rate_hz.is_finite() && rate_hz > 0.0)
     {
@@ -95,14 +96,14 @@ fn opened(
     if let Some((scale, _)) = query.scales.iter().zip(&used).find(|(_, used)| !**used) {
         return Err(scale.missing(&name, source.heads()));
     }
-    let (source, turned): (Box<dyn crate::ingest::formats::format::Source>, _) = match &query.mounting {
+    let (source, turned): (Box<dyn crate::ingest::formats::source::Source>, _) = match &query.mounting {
         Some(mounting) => {
-            let (mounted, told) = crate::ingest::columns::mounting::Mounted::new(&name, source, mounting, query)?;
+            let (mounted, told) = crate::ingest::columns::mounted::Mounted::new(&name, source, mounting, query)?;
             (Box::new(mounted), told)
         }
         None => (source, None),
     };
-    let mut plan = crate::ingest::assemble::recording::Plan::of(&name, source.heads(), query)?;
+    let mut plan = crate::ingest::assemble::plan::Plan::of(&name, source.heads(), query)?;
     plan.notes.extend(note.into_iter().chain(turned));
     Ok((source, plan))
 }
@@ -218,10 +219,10 @@ pub fn read_axes_within(
 /// The columns of each query, of which `first` are those of the first.
 fn plans(
     name: &str,
-    heads: &[crate::ingest::formats::table::Head],
-    first: crate::ingest::assemble::recording::Plan,
+    heads: &[crate::ingest::formats::head::Head],
+    first: crate::ingest::assemble::plan::Plan,
     queries: &[GyroQuery],
-) -> Result<Vec<crate::ingest::assemble::recording::Plan>> {
+) -> Result<Vec<crate::ingest::assemble::plan::Plan>> {
     if queries.len() > 1 && queries.iter().any(|q| q.column.is_some()) {
         return Err(Error::new(ErrorKind::Usage, "--column", "names one column, and several axes are asked for")
             .hint("name one axis, or leave the columns to their names"));
@@ -229,7 +230,7 @@ fn plans(
     // what was noted when the file was opened stands in the first
     let mut plans = vec![first];
     for query in &queries[1..] {
-        let mut plan = crate::ingest::assemble::recording::Plan::of(name, heads, query)?;
+        let mut plan = crate::ingest::assemble::plan::Plan::of(name, heads, query)?;
         let more = plans[0].notes.iter().filter(|n| !plan.notes.contains(n)).cloned().collect::<Vec<_>>();
         plan.notes.extend(more);
         if plans.iter().any(|p| p.gyro == plan.gyro) {

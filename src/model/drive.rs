@@ -6,7 +6,9 @@
 //! ahead of the axle, extra force F and moment N, sideways speed s, and sensors that change wheel speeds and yaw rate.
 //! With rl = rr, gl = gr = 1, d = F = N = s = 0 it is the nominal robot ([`crate::vehicle::Rolling`]).
 
-use super::InFilter;
+pub use super::instrument::Instrument;
+
+use super::in_filter::InFilter;
 use crate::config::Vehicle;
 use std::collections::VecDeque;
 
@@ -107,17 +109,6 @@ impl Robot {
         let determinant = mass * inertia - cross * cross;
         [inertia / determinant, -cross / determinant, mass / determinant]
     }
-}
-
-/// Instruments of a drive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Instrument {
-    /// The gyro.
-    Gyro,
-    /// Both encoders.
-    Wheels,
-    /// The external reference of position and heading.
-    Pose,
 }
 
 /// Past speeds (m/s) and yaw rates (rad/s), for sensors that lag.

@@ -3,7 +3,7 @@
 //! Form of an effect in a filter. A simulator draws random numbers and knows when each row is read. A filter knows
 //! neither the draws nor the present reading of a sensor that is late. The rest it takes from the same equations.
 
-use super::drive::Instrument;
+use super::instrument::Instrument;
 
 /// Form of an effect of drives ([`super::drive::DriveEffect`]) in a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -5,6 +5,7 @@
 
 pub mod drive;
 mod in_filter;
+mod instrument;
 
 pub use in_filter::{GyroInFilter, InFilter, Switch, Way};
 

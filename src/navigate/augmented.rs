@@ -40,28 +40,18 @@
 
 use super::changed_model::{COLOURED_STATES, COLOURS, ChangedModel, Changes, Colour, Switched};
 use super::filter::Filter;
+use super::gyro_changes::GyroChanges;
+use super::results::Run;
 use super::rolling_model::ROLLING_STATES;
-use super::run::{Run, over_log, run, slips, torques};
-use super::{ErrorModel, Settings, sensors, temperature};
+use super::run::{over_log, run, slips, torques};
+use super::{ErrorModel, Settings};
+use super::{sensors, temperature};
 use crate::config::{Config, EffectTable};
 use crate::error::{Error, ErrorKind, Result};
 use crate::model::drive::{DriveModel, Instrument, Robot};
 use crate::model::{EffectSource, GyroInFilter, InFilter, Scene};
 use crate::signal::{Log, increasing_times, since_power_on};
 use crate::simulate::{Options, scene_of_drive};
-
-/// The gyro's readings and noise, and the delays, as effects change them.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct GyroChanges {
-    /// Readings without the bias that is known, where there is any.
-    pub readings: Option<Vec<f64>>,
-    /// Noise variance of each row, rad²/s², where it is not the configuration's.
-    pub variances: Vec<f64>,
-    /// How late the readings are, s.
-    pub delay_s: f64,
-    /// How late those of the wheels are, s.
-    pub wheel_delay_s: f64,
-}
 
 /// As [`run()`], with the effects of the configuration, which `effects` makes, in the filter's model.
 ///

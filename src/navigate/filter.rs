@@ -20,7 +20,7 @@
 //! for ln T; only x and y bend.
 
 use super::gyro_error::{Decay, LN_TIME_CONSTANT_REACH, Prior};
-use super::model::{BENDS, Expected, Input, MotionModel, Transition, bits, state};
+use super::model::{BENDS, Expected, Input, MotionModel, NOISES, Transition, bits, state};
 use super::reading::{Innovation, Sensor, WHEELS, wheel_variance};
 use super::rolling_model::{ROLLING_STATES, RollingModel, motion_of};
 use super::slip_model::{SLIP_STATES, SlipModel};
@@ -36,8 +36,6 @@ use state::{GYRO_ERROR, HEADING, LN_TIME_CONSTANT, SPEED, WARM_ERROR, X, Y, YAW_
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::marker::PhantomData;
 
-/// Noise sources of a prediction: two torques or accelerations, and the rate random walk.
-pub(super) const NOISES: usize = 3;
 /// Number of noises of a step with the columns for its curvature.
 const ALL_NOISES: usize = NOISES + BENDS;
 

@@ -3,7 +3,6 @@
 //! The states that every model has are those of [`state`]; a model may add its own behind them. Pose, speed and yaw rate
 //! are the model's to carry, the gyro's error is the filter's.
 
-use super::filter::NOISES;
 use super::reading::Sensor;
 use super::ud::UdCovariance;
 use nalgebra::{SMatrix, SVector};
@@ -52,6 +51,9 @@ pub struct Transition<const N: usize> {
     /// [`super::SlipModel`].
     pub bend: Option<SMatrix<f64, N, BENDS>>,
 }
+
+/// Noise sources of a prediction: two torques or accelerations, and the rate random walk.
+pub(super) const NOISES: usize = 3;
 
 /// Directions in which a step may bend: four velocities and two disturbances.
 pub(crate) const BENDS: usize = 6;

@@ -4,7 +4,7 @@
 //! uncertainty of e(θ) depends on θ. The filter is given the largest of the drive, so that it is never surer than the
 //! fit was.
 
-use super::run::Run;
+use super::results::Run;
 use super::table::names;
 use crate::bias::Thermal;
 use crate::config::{Config, Covariance, Gyro};

@@ -21,6 +21,7 @@
 //! # Ok::<(), gyroid::Error>(())
 //! ```
 
+mod axis;
 mod find;
 pub mod results;
 mod row;
@@ -29,7 +30,8 @@ mod statistics;
 #[cfg(test)]
 mod tests;
 
+pub use axis::AxisChoice;
 pub use find::find;
 pub use row::Row;
-pub use run::{AxisChoice, Done, Origin, Settings, Topics, fit_all};
+pub use run::{Done, Origin, Settings, Topics, fit_all};
 pub use statistics::{LeftOut, Options, OutlyingLog, Parameter, Population, Repeatability, Span};

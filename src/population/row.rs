@@ -1,6 +1,6 @@
 //! One log, gyro and axis as a row of the results.
 
-use super::run::AxisChoice;
+use super::axis::AxisChoice;
 use crate::error::Error;
 use crate::identify::{Estimate, Fit, Termination};
 use crate::ingest::GyroRecording;

@@ -1,13 +1,12 @@
 //! Many logs fitted, some at a time; a bad one is a row with its error.
 
+use super::axis::AxisChoice;
 use super::row::Row;
 use crate::bias::EarthRate;
 use crate::error::{Error, ErrorKind, Result};
 use crate::files;
 use crate::identify::{self, FitOptions, Loss};
-use crate::ingest::{
-    Axis, GyroQuery, GyroRecording, Mounting, Reading, Stamp, gyro_topics, read_axes_within, read_gyro,
-};
+use crate::ingest::{GyroQuery, GyroRecording, Mounting, Reading, Stamp, gyro_topics, read_axes_within, read_gyro};
 use crate::signal::names;
 use crate::validate;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -20,21 +19,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
-
-/// An axis of a log, and whether it points the other way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct AxisChoice {
-    /// The axis.
-    pub axis: Axis,
-    /// Whether its rates change their sign.
-    pub reversed: bool,
-}
-
-impl fmt::Display for AxisChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", if self.reversed { "-" } else { "" }, self.axis)
-    }
-}
 
 /// Which gyros of a log are fitted, where it holds messages of several topics.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -1,7 +1,7 @@
 //! The report of a fit: verdict first, then numbers, then evidence.
 
 use super::colour::coloured_text;
-use super::numbers::{known_digits, probability, significant};
+use super::numbers::{equals, known_digits, probability, significant};
 use super::temperature::{temperature_json, temperature_text};
 use crate::bias::{Against, EarthRate};
 use crate::identify::{Estimate, Fit, TemperatureFit, Termination, Weighting};
@@ -439,10 +439,6 @@ impl LogFacts {
             "audit": self.audit,
         })
     }
-}
-
-pub(super) fn equals(p: &str) -> String {
-    if p.starts_with('<') { p.to_string() } else { format!("= {p}") }
 }
 
 fn row(out: &mut String, name: &str, unit: &str, e: &Estimate, factor: f64, other: &str) {

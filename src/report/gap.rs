@@ -9,7 +9,8 @@ use crate::gap::rest::predictive::Curve;
 use crate::units::duration_text;
 use std::fmt::Write;
 use words::{
-    about_of, closed, correction, curve_name, degrees, errors, heading_horizon_s, metrics, parameters, percent, title,
+    about_of, closed, correction, curve_name, degrees, errors, heading_horizon_s, measured_on, metrics, parameters,
+    percent, title,
 };
 
 #[path = "gap/why.rs"]
@@ -23,11 +24,6 @@ const LISTED: usize = 6;
 const HARDLY: f64 = 0.95;
 /// Less probable effects are not listed.
 const LEAST_PROBABILITY: f64 = 0.005;
-
-/// Recording that the gap was measured on, in words.
-pub(in crate::report) fn measured_on(held_out: bool) -> &'static str {
-    if held_out { "on the recording held out" } else { "on this very recording" }
-}
 
 /// A diagnosis for people.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -42,6 +42,11 @@ pub(super) fn probability(p: f64) -> String {
     }
 }
 
+/// A probability of [`probability`] behind its sign: "= 0.03", "< 0.001".
+pub(super) fn equals(p: &str) -> String {
+    if p.starts_with('<') { p.to_string() } else { format!("= {p}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -192,7 +192,7 @@ fn percents([low, high]: [f64; 2]) -> String {
 }
 
 fn equals(p: f64) -> String {
-    super::fit::equals(&probability(p))
+    super::numbers::equals(&probability(p))
 }
 
 /// The last `width` characters of a path.

@@ -1,7 +1,6 @@
 //! Report of the error by temperature, and of time against temperature.
 
-use super::fit::equals;
-use super::numbers::{known_digits, probability, significant};
+use super::numbers::{equals, known_digits, probability, significant};
 use crate::identify::terms::{DriftCause, Explanation};
 use crate::identify::{Estimate, TemperatureFit};
 use crate::units::RAD_S_PER_DEG_S;

@@ -1,6 +1,6 @@
 //! One run: a simulated drive, and the errors of each estimator in it.
 
-use super::{Estimator, Setup};
+use super::setup::{Estimator, Setup};
 use crate::config::Config;
 use crate::error::Result;
 use crate::navigate::{

@@ -5,7 +5,8 @@
 //! the bounds hold at each time, and 95 % of the times should lie inside (Bar-Shalom, Li, Kirubarajan, *Estimation with
 //! Applications to Tracking and Navigation*, Wiley 2001, section 5.4).
 
-use super::{Estimator, Example, RunErrors, Setup};
+use super::one_run::{Example, RunErrors};
+use super::setup::{Estimator, Setup};
 use crate::math::NORMAL_975;
 use crate::math::distributions::chi_squared_interval95;
 

@@ -1,7 +1,9 @@
 //! Studies that the paper leaves out: friction from ice to dry, wrong traction parameters, and how many runs are
 //! enough.
 
-use super::{Comparison, Estimator, Setup, Study, study};
+use super::setup::{Estimator, Setup};
+use super::statistics::{Comparison, Study};
+use super::study;
 use crate::config::{Config, Traction};
 use crate::error::Result;
 use crate::math::NORMAL_975;

@@ -1,5 +1,8 @@
 use super::*;
+use crate::config::Config;
 use crate::math::distributions::chi_squared_interval95;
+use crate::simulate::Course;
+use crate::traction::Surface;
 use std::collections::BTreeSet;
 
 fn setup(surface: Surface, course: Course, runs: usize) -> Setup {

@@ -36,7 +36,7 @@ fn floors() -> BTreeMap<&'static str, u8> {
     FLOORS.iter().chain(&UPPER).copied().collect()
 }
 
-fn rust_files(dir: &Path, out: &mut Vec<PathBuf>) {
+pub(crate) fn rust_files(dir: &Path, out: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(dir).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {

@@ -1,8 +1,9 @@
 //! Which effects the cases of a bench hold.
 
+use super::catalogue;
 use super::draw::{chance, index};
+use super::drive;
 use super::label::Strength;
-use super::{catalogue, drive};
 use crate::config::Kind;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;

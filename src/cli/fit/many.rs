@@ -1,15 +1,13 @@
 //! `gyroid fit` of many logs.
 
-use super::super::Outcome;
-use super::super::log_values::parse_axis;
-use super::super::output::{Output, Working};
-use super::{AgainstName, FitArgs, columns, configuration_options, fit_options};
-use clap::Args;
+use super::args::{AgainstName, FitArgs, columns, configuration_options, fit_options, plan};
+use crate::cli::outcome::Outcome;
+use crate::cli::output::{Output, Working};
 use gyroid::bias::EarthRate;
 use gyroid::config::Config;
 use gyroid::export::population_configuration;
-use gyroid::files::{OutputFile, Plan};
-use gyroid::population::{self, AxisChoice, Origin, Population, Row, Settings, Topics, results};
+use gyroid::files::OutputFile;
+use gyroid::population::{self, Origin, Population, Row, Settings, Topics, results};
 use gyroid::report::PopulationReport;
 use gyroid::units::duration_text;
 use gyroid::{Error, ErrorKind, Result};
@@ -17,63 +15,13 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Options for many logs; one of them makes a single log a row of a table too.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Many logs")]
-pub(crate) struct ManyArgs {
-    /// Logs that are fitted at a time, each on one core [default: the cores of the machine]
-    #[arg(long, value_name = "N")]
-    jobs: Option<NonZeroUsize>,
-    /// Axes of each log, a row each: x,y,z [default: that of --axis]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = parse_axis)]
-    axes: Vec<AxisChoice>,
-    /// Write all estimates and what they are from here (.parquet or .csv)
-    #[arg(long, value_name = "FILE")]
-    results: Option<PathBuf>,
-    /// Take over what --results holds of the same logs and options, and fit the rest
-    #[arg(long, requires = "results")]
-    resume: bool,
-    /// Write the configuration of the population here: its means, and how far one power-on lies from them
-    #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
-    /// Count also logs that are not of one population with the others
-    #[arg(long)]
-    keep_outlying: bool,
-}
-
-impl ManyArgs {
-    /// Axes of each log, each once: those that are named here, else those of --axis.
-    pub fn axes_or(&self, others: &[AxisChoice]) -> Vec<AxisChoice> {
-        let mut axes = if self.axes.is_empty() { others.to_vec() } else { self.axes.clone() };
-        let mut seen = Vec::new();
-        axes.retain(|a| {
-            !seen.contains(a) && {
-                seen.push(*a);
-                true
-            }
-        });
-        axes
-    }
-
-    /// Adds the output files.
-    pub fn planned(&self, plan: Plan) -> Plan {
-        let plan = plan.writes("--config", &self.config);
-        if self.resume { plan.resumes("--results", &self.results) } else { plan.writes("--results", &self.results) }
-    }
-
-    /// Whether an option was given that only a fit of many logs has.
-    pub fn asked_for(&self) -> bool {
-        self.results.is_some() || self.config.is_some() || !self.axes.is_empty()
-    }
-}
-
 /// How often results are saved while the work goes on.
 const SAVE_EVERY: Duration = Duration::from_secs(5);
 
 pub(super) fn run(args: &FitArgs, earth: Option<EarthRate>) -> Result<Outcome> {
     let many = &args.many;
     refuse_what_is_for_one(args)?;
-    let output = Output::open(&args.common, "fit", super::plan(args))?;
+    let output = Output::open(&args.common, "fit", plan(args))?;
     let config = many.config.as_ref().map(OutputFile::claim).transpose()?;
     let settings = settings(args, earth)?;
     let base = args.base.as_ref().map(Config::read_base).transpose()?;

@@ -1,7 +1,8 @@
 //! `gyroid gap bench`: cases with sealed labels, answers to them, their score.
 
 use super::calibrate;
-use crate::cli::Outcome;
+use super::key_path::beside;
+use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
 use clap::{Args, Subcommand, ValueEnum};
 use gyroid::bench;
@@ -14,7 +15,7 @@ use gyroid::gap::{self, Answer};
 use gyroid::report::plot;
 use gyroid::signal::Log;
 use gyroid::{Error, ErrorKind, Result};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Try the diagnosis on recordings whose truth is sealed: make cases, run the diagnosis, score its answers
 ///
@@ -155,12 +156,6 @@ fn make(args: &MakeArgs) -> Result<Outcome> {
         "commitment": made.bench.commitment,
     }))?;
     Ok(Outcome::Done)
-}
-
-/// DIR.key beside DIR.
-pub(super) fn beside(folder: &Path) -> PathBuf {
-    let name = folder.file_name().map_or_else(|| "bench".into(), |n| n.to_string_lossy().into_owned());
-    folder.with_file_name(format!("{name}.key"))
 }
 
 /// Run the diagnosis over every case of a folder that has no answer yet

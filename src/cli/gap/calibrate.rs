@@ -1,7 +1,7 @@
 //! `gyroid gap bench calibrate`: temperature and prior odds under which the truth is most probable.
 
-use super::bench::beside;
-use crate::cli::Outcome;
+use super::key_path::beside;
+use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
 use clap::Args;
 use gyroid::bench;

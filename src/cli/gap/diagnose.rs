@@ -1,8 +1,8 @@
 //! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
 use super::recordings::Recordings;
-use crate::cli::Outcome;
 use crate::cli::log_args::ColumnArgs;
+use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
 use crate::cli::places;
 use clap::Args;

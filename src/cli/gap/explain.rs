@@ -1,8 +1,8 @@
 //! `gyroid gap explain`: just these effects, with an interval for each parameter.
 
 use super::diagnose::{names, read, shown};
-use crate::cli::Outcome;
 use crate::cli::log_args::ColumnArgs;
+use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
 use crate::cli::places;
 use clap::Args;

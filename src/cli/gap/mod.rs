@@ -4,9 +4,10 @@ mod bench;
 mod calibrate;
 mod diagnose;
 mod explain;
+mod key_path;
 mod recordings;
 
-use super::Outcome;
+use super::outcome::Outcome;
 use clap::{Args, Subcommand};
 use gyroid::Result;
 

@@ -1,11 +1,12 @@
 //! Tests that every effect of drives passes, and tests of the simulator with these effects.
 
 use super::*;
-use crate::config::{Config, EffectTable, Vehicle};
+use crate::config::{Config, EffectTable, Steering, Vehicle};
 use crate::effects::tried::assert_ids_stand_once;
-use crate::effects::{Library, Parameter};
+use crate::effects::{Library, Parameter, Parameters};
+use crate::error::Result;
 use crate::math::random::Stream;
-use crate::model::drive::{DriveModel, Instrument, Moving, Past, Robot};
+use crate::model::drive::{DriveEffect, DriveModel, Instrument, Moving, Past, Robot};
 use crate::model::{EffectSource, GyroEffect, Scene};
 use crate::signal::{Log, names};
 use crate::simulate::{Course, Drive, Options, drive, drive_with, replay_with, truth_names};

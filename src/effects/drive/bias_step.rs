@@ -1,10 +1,11 @@
 //! b(t) = s for t ≥ t₁, else 0: the step of [`crate::effects`] at rest, in a drive
 
+use super::contract::{DriveExplanation, Driving};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{DriveExplanation, Driving};
+use crate::effects::about::{About, Parameters};
+use crate::effects::bias_step;
 use crate::effects::parts::{Checked, stream};
-use crate::effects::{About, Parameters, bias_step};
 use crate::error::Result;
 use crate::model::drive::{DriveEffect, Moving};
 use crate::model::{InFilter, Switch, Way};

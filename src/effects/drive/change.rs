@@ -1,11 +1,11 @@
 //! θ ↦ equations: the common interface of effects that change the robot's equations.
 
+use super::contract::{Coordinate, DriveExplanation, Driving, Equivalent, ModelChange, Needs, Touches};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Coordinate, DriveExplanation, Driving, Equivalent, ModelChange, Needs, Touches};
 use crate::config::Steering;
+use crate::effects::about::{About, Parameters};
 use crate::effects::parts::Checked;
-use crate::effects::{About, Parameters};
 use crate::error::Result;
 use crate::model::drive::{DriveEffect, Instrument};
 

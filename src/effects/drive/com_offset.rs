@@ -1,10 +1,10 @@
 //! M (dv/dt - d ω²) = F,  (Jc + M d²) dω/dt + M d v ω = moment
 
-use super::Needs;
 use super::change::{Constant, Law};
+use super::contract::Needs;
 #[cfg(test)]
 use super::tried::Tried;
-use crate::effects::{About, Parameter};
+use crate::effects::about::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
 
 /// Centre of mass off the axle.

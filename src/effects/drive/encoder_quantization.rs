@@ -1,10 +1,10 @@
 //! reading = q · round(reading/q) of both wheels
 
+use super::contract::{DriveExplanation, Driving};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{DriveExplanation, Driving};
+use crate::effects::about::{About, Parameter, Parameters};
 use crate::effects::parts::Checked;
-use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
 use crate::model::InFilter;
 use crate::model::drive::{DriveEffect, Reading};

@@ -1,20 +1,5 @@
 //! θ' = θ'(θ): effects that leave every reading of some drives as another one does.
 
-use super::Driving;
-
-/// An effect that another one stands for in drives whose readings cannot tell them apart.
-#[derive(Clone, Copy)]
-pub struct Equivalent {
-    /// The effect that is equivalent.
-    pub effect: &'static dyn Driving,
-    /// Its coordinate.
-    pub map: Map,
-    /// The wheel that it is of, where that matters: 0 left, 1 right.
-    pub side: usize,
-    /// Drives in which they are the same.
-    pub within: Within,
-}
-
 /// Coordinate of the equivalent effect as a function of x, that of the effect that is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Map {

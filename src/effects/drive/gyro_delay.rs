@@ -1,10 +1,10 @@
 //! reading(t) = ω(t - τ)
 
 use super::change::{Constant, Law, TIMED_ROWS};
+use super::contract::{Needs, Touches};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Needs, Touches};
-use crate::effects::{About, Parameter};
+use crate::effects::about::{About, Parameter};
 use crate::model::InFilter;
 use crate::model::drive::{DriveEffect, Instrument, Moving};
 

@@ -1,10 +1,10 @@
 //! s = -[k + q (|v ω| - 0.4 m/s²)] v ω + p d(v ω)/dt
 
 use super::change::{Law, TIMED_ROWS};
+use super::contract::{Coordinate, ModelChange, Needs, Touches};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Coordinate, ModelChange, Needs, Touches};
-use crate::effects::{About, Parameter, Parameters};
+use crate::effects::about::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Moving};
 
 const SLIP: &str = "lateral_slip_s";

@@ -1,11 +1,12 @@
 //! reading_i = (1 - λ) reading_i inside bursts, which begin and end as a Markov chain of two states
 //! reading_i = (1 - E[λ]) reading_i where single bursts are lost in noise: their mean is all that a drive can show
 
+use super::contract::{Coordinate, DriveExplanation, Driving, ModelChange, TickLoss, Touches};
+use super::loss::Lost;
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Coordinate, DriveExplanation, Driving, Lost, ModelChange, TickLoss, Touches};
+use crate::effects::about::{About, Parameter, Parameters};
 use crate::effects::parts::{Checked, stream};
-use crate::effects::{About, Parameter, Parameters};
 use crate::error::Result;
 use crate::math::random::Stream;
 use crate::model::drive::{DriveEffect, Moving, Reading, Robot};

@@ -1,11 +1,12 @@
 //! r_i = (1 + s) r_nominal of one wheel, the other's is nominal
 
 use super::change::{Constant, Law};
+use super::contract::{Equivalent, Needs};
+use super::equivalent::{Map, Within};
 use super::missed_ticks::MissedTicks;
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Equivalent, Map, Needs, Within};
-use crate::effects::{About, Parameter};
+use crate::effects::about::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
 
 const PARAMETERS: &[Parameter] =

@@ -1,10 +1,10 @@
 //! M = (1 + m) M_nominal,  Jc = (1 + j) Jc_nominal
 
 use super::change::Law;
+use super::contract::{Coordinate, ModelChange, Needs};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Coordinate, ModelChange, Needs};
-use crate::effects::{About, Parameter, Parameters};
+use crate::effects::about::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Robot};
 
 static ABOUT: About = About {

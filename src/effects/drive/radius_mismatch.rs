@@ -3,7 +3,7 @@
 use super::change::{Constant, Law};
 #[cfg(test)]
 use super::tried::Tried;
-use crate::effects::{About, Parameter};
+use crate::effects::about::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
 
 /// Unequal wheel radii.

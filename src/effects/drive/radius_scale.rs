@@ -1,10 +1,10 @@
 //! r_l, r_r: both (1 + s) times their nominal value
 
-use super::Needs;
 use super::change::{Constant, Law};
+use super::contract::Needs;
 #[cfg(test)]
 use super::tried::Tried;
-use crate::effects::{About, Parameter};
+use crate::effects::about::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
 
 /// Wheel radius off nominal.

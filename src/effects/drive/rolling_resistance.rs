@@ -7,10 +7,10 @@
 //! each wheel's. Of a drive it is all at the wheels or all against the robot's way: two forms, and one of them holds.
 
 use super::change::Law;
+use super::contract::{Coordinate, ModelChange, Needs};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Coordinate, ModelChange, Needs};
-use crate::effects::{About, Parameter, Parameters};
+use crate::effects::about::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, ForceFollows, Moving, Robot, Shape};
 
 static ABOUT: About = About {

@@ -3,10 +3,10 @@
 //! The gain may change gradually between left and right turns: s_i is the part of a that is missing at small rates.
 
 use super::change::Law;
+use super::contract::{Coordinate, ModelChange, Needs, Touches};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Coordinate, ModelChange, Needs, Touches};
-use crate::effects::{About, Parameter, Parameters};
+use crate::effects::about::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Moving};
 
 const RELATIVE: &str = "relative";

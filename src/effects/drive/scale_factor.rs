@@ -1,12 +1,13 @@
 //! reading = (1 + k) ω
 
 use super::change::{Constant, Law};
+use super::contract::{Equivalent, Needs, Touches};
+use super::equivalent::{Map, Within};
 use super::radius_scale::RadiusScale;
 use super::track_width::TrackWidth;
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Equivalent, Map, Needs, Touches, Within};
-use crate::effects::{About, Parameter};
+use crate::effects::about::{About, Parameter};
 use crate::model::drive::{DriveEffect, Moving};
 
 /// Gyro scale factor.

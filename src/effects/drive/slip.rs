@@ -1,10 +1,10 @@
 //! rim = g + λ max(|rim|, |g|, v_low),  λ = κ f artanh(u)/u ≈ κ f + κ₃ f³,  u² = 3 κ₃ f²/κ,  f = F_i/(M g/2)
 
 use super::change::Law;
+use super::contract::{Coordinate, ModelChange, Needs, Touches};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Coordinate, ModelChange, Needs, Touches};
-use crate::effects::{About, Parameter, Parameters};
+use crate::effects::about::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Moving, Robot};
 
 /// κ, and what more than proportional slip adds.

@@ -1,10 +1,10 @@
 //! F = -M g sin(α) cos(θ - ψ) = -M g (p cos θ + q sin θ)
 
 use super::change::Law;
+use super::contract::{Coordinate, ModelChange, Needs, Touches};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Coordinate, ModelChange, Needs, Touches};
-use crate::effects::{About, Parameter, Parameters};
+use crate::effects::about::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, ForceFollows, GRAVITY_M_S2, Moving, Robot};
 
 static ABOUT: About = About {

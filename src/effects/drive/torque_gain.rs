@@ -1,10 +1,10 @@
 //! g_r/g_l = 1 + γ, (g_l + g_r)/2 = 1
 
-use super::Needs;
 use super::change::{Constant, Law};
+use super::contract::Needs;
 #[cfg(test)]
 use super::tried::Tried;
-use crate::effects::{About, Parameter};
+use crate::effects::about::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
 
 /// Unequal motors.

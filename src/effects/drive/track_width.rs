@@ -1,11 +1,11 @@
 //! b = (1 + s) b_nominal
 
-use super::Coordinate;
 use super::change::{Constant, Law};
+use super::contract::Coordinate;
 #[cfg(test)]
 use super::tried::Tried;
 use crate::config::Steering;
-use crate::effects::{About, Parameter};
+use crate::effects::about::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
 
 /// Half track off nominal.

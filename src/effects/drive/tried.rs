@@ -1,6 +1,6 @@
 //! Entries of the battery: each effect of drives brings its own.
 
-use crate::effects::Parameters;
+use crate::effects::about::Parameters;
 
 /// A plain size of an effect, each parameter spelled as users know it, and the readings that it moves.
 #[derive(Debug, Clone, Copy)]

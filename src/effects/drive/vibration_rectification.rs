@@ -1,10 +1,10 @@
 //! reading = ω + q v² + q₃ v² (|v| - 0.7 m/s) - p d(v²)/dt
 
 use super::change::Law;
+use super::contract::{Coordinate, ModelChange, Needs, Touches};
 #[cfg(test)]
 use super::tried::Tried;
-use super::{Coordinate, ModelChange, Needs, Touches};
-use crate::effects::{About, Parameter, Parameters};
+use crate::effects::about::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, Moving};
 
 const COEFFICIENT: &str = "coefficient_rad_s_per_m2_s2";

@@ -1,10 +1,10 @@
 //! reading_i(t) = wheel_i(t - τ) of both wheels
 
-use super::Touches;
 use super::change::{Constant, Law, TIMED_ROWS};
+use super::contract::Touches;
 #[cfg(test)]
 use super::tried::Tried;
-use crate::effects::{About, Parameter};
+use crate::effects::about::{About, Parameter};
 use crate::model::InFilter;
 use crate::model::drive::{DriveEffect, Instrument, Moving, Robot};
 

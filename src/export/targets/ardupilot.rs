@@ -9,10 +9,11 @@
 //! power-on, is (k + 2 m s) d + m d² and a constant.
 
 use super::super::number::Known;
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, SUBTRACT, Target};
+use super::super::target::{SUBTRACT, Target};
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 
 /// EKF_TARGET_DT of AP_NavEKF3, s.
 const STEP_S: f64 = 0.012;

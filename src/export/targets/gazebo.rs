@@ -13,10 +13,11 @@
 //! runs the model flips the sign of the first bias, and e(t) then starts at C2 + 2 C1: the file says so.
 
 use super::super::number::{Known, digits};
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::Target;
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 use crate::ingest::Axis;
 
 /// Standard deviation of the bias beside |C1|, where it walks only so that it decays.

@@ -4,10 +4,11 @@
 //! Gauss-Markov bias of correlation time gyro_b_corr; without a correlation time it draws gyro_b_stability anew for each
 //! sample, which is no drift at all. `IMU` (gnss_ins_sim/sim/imu_model.py) converts from degrees and hours.
 
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::Target;
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 use crate::units::{RAD_S_PER_DEG_H, RAD_SQRT_S_PER_DEG_SQRT_H};
 
 static ABOUT: About = About {

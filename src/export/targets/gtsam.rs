@@ -3,10 +3,11 @@
 //! Continuous, and squared: gtsam/navigation/PreintegratedRotation.h and PreintegrationCombinedParams.h call them
 //! continuous-time "covariance"; the integrators divide or multiply by the step themselves.
 
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, SUBTRACT, Target};
+use super::super::target::{SUBTRACT, Target};
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 
 static ABOUT: About = About {
     id: "gtsam",

@@ -5,10 +5,11 @@
 //! that is there: with operation "add" it would grow from reset to reset, so that it must be "abs".
 
 use super::super::number::Known;
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::Target;
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 
 static ABOUT: About = About {
     id: "isaac-lab",

@@ -3,10 +3,11 @@
 //! Continuous: `GIEngine::insPropagation` (src/kf-gins/gi_engine.cpp) builds the spectral density arw² for the rate and
 //! 2 gbstd²/corrtime for a first-order Gauss-Markov bias; `loadConfig` (src/kf_gins.cpp) converts from degrees and hours.
 
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, SUBTRACT, Target};
+use super::super::target::{SUBTRACT, Target};
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 use crate::units::{RAD_S_PER_DEG_H, RAD_SQRT_S_PER_DEG_SQRT_H};
 
 static ABOUT: About = About {

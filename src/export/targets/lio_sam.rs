@@ -3,10 +3,11 @@
 //! Continuous: src/imuPreintegration.cpp sets `gyroscopeCovariance` to imuGyrNoise² (GTSAM's continuous-time covariance) and
 //! scales imuGyrBiasN by √Δt of the preintegrated interval, as a walk of K does.
 
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, SUBTRACT, Target};
+use super::super::target::{SUBTRACT, Target};
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 
 const KEYS: &[Key] = &[
     Key { name: "imuGyrNoise", unit: "rad/s/sqrt(Hz), continuous", meaning: "angle random walk N" },

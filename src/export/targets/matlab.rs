@@ -10,10 +10,11 @@
 //! counts from 25 °C.
 
 use super::super::number::Known;
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::Target;
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 
 /// imuSensor's reference, °C.
 const REFERENCE_C: f64 = 25.0;

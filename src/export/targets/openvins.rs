@@ -3,11 +3,12 @@
 //! Continuous, as in Kalibr: `Propagator::predict_and_compute` (ov_msckf/src/state/Propagator.cpp) turns them into the noise
 //! of a step itself, N² dt for the rotation and K² dt for the bias. The file is read by OpenCV's FileStorage, hence its first line.
 
-use super::super::sheet::{Comment, Sheet};
+use super::super::sheet::Sheet;
 use super::super::source::Source;
-use super::super::target::{About, Key, SUBTRACT, Target};
+use super::super::target::{SUBTRACT, Target};
 use super::kalibr;
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 
 static ABOUT: About = About {
     id: "openvins",

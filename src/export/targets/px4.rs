@@ -11,10 +11,11 @@
 //! from the temperature at power-on, b = C2 + k d + m d² needs no shift. Parameters are single precision.
 
 use super::super::number::{Known, digits};
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, SUBTRACT, Target};
+use super::super::target::{SUBTRACT, Target};
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 
 /// EKF2_PREDICT_US, s.
 const STEP_S: f64 = 0.01;

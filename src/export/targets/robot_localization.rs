@@ -5,10 +5,11 @@
 //! covariance and correction the messages are to be published.
 
 use super::super::number::digits;
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, SUBTRACT, Target};
+use super::super::target::{SUBTRACT, Target};
 use crate::error::{Error, ErrorKind, Result};
+use crate::export::about::{About, Comment, Key};
 use crate::ingest::Axis;
 
 static ABOUT: About = About {

@@ -5,10 +5,11 @@
 //! broadcaster has a bias. Where the configuration has `[vehicle]`, diff_drive_controller's geometry is written too.
 
 use super::super::number::Known;
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::{Geometry, Source};
-use super::super::target::{About, Key, SUBTRACT, Target};
+use super::super::target::{SUBTRACT, Target};
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 
 static ABOUT: About = About {
     id: "ros2-control",

@@ -6,10 +6,11 @@
 //! which it ignores: both stand in the file.
 
 use super::super::number::Known;
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, Target};
+use super::super::target::Target;
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 
 static ABOUT: About = About {
     id: "rotors",

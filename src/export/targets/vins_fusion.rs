@@ -8,10 +8,11 @@
 //! bias:     dt² gyr_w² = K² dt         =>  gyr_w = K √(1/dt) = K √f
 //! ```
 
-use super::super::sheet::{Comment, Shape, Sheet};
+use super::super::sheet::{Shape, Sheet};
 use super::super::source::Source;
-use super::super::target::{About, Key, SUBTRACT, Target};
+use super::super::target::{SUBTRACT, Target};
 use crate::error::Result;
+use crate::export::about::{About, Comment, Key};
 
 static ABOUT: About = About {
     id: "vins-fusion",

@@ -6,9 +6,8 @@
 //! Its distribution is found from logs drawn from the fitted model, each fitted anew, so that the p value is uniform
 //! under the model, whatever the number of parameters and however few coefficients the lowest band has.
 
-use super::model::{Likelihood, Point};
+use super::model::{Likelihood, Point, share_of_bands};
 use super::observed::Observed;
-use super::shape::share_of_bands;
 use crate::math::random::Stream;
 use rayon::prelude::*;
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! {v : 2 [max ln p - max over the rest ln p(v)] < 3.84}: profile-likelihood intervals of sizes and correlation times
 
 use super::model::{Likelihood, Model, Peak};
-use super::select::Views;
+use super::views::Views;
 use crate::noise::TermKind;
 
 /// Half the quantile of χ² with one degree of freedom at 0.95.

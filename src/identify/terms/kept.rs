@@ -3,7 +3,7 @@
 use super::observed::{Column, EvenLog, Observed, neighbours};
 use crate::bias::WarmUp;
 use crate::error::{Error, ErrorKind, Result};
-use crate::identify::Fit;
+use crate::identify::types::Fit;
 use crate::math::robust::mad_std;
 use crate::noise::confidence::interval95;
 use crate::noise::{AllanPoint, Deviation, allan};

@@ -16,8 +16,8 @@
 //! A filter whose only noise is white needs the density √(Σ variances/h): that over N is the factor, and the table is the
 //! reason for it.
 
-use super::TermEstimate;
-use crate::identify::Fit;
+use super::term::TermEstimate;
+use crate::identify::types::Fit;
 use crate::noise::TermKind;
 use serde::Serialize;
 

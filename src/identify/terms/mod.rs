@@ -37,10 +37,14 @@ mod kept;
 mod ledger;
 mod model;
 mod observed;
-mod plateau;
+pub(super) mod plateau;
 mod select;
 mod shape;
+mod shape_search;
+mod shaped;
+pub(super) mod term;
 mod types;
+mod views;
 mod wavelet;
 
 pub use advice::RecordingAdvice;
@@ -49,10 +53,8 @@ pub use goodness::{Band, Goodness};
 pub use ledger::{Ledger, LedgerEntry};
 pub(crate) use observed::EvenLog;
 pub use observed::SpectralLine;
-pub(crate) use types::colour;
-pub use types::{
-    NoiseModel, Refusal, SetScore, TermEstimate, TermOptions, TimeEstimate, WarmUpInfluence, WarmUpRemoval,
-};
+pub use term::{TermEstimate, TimeEstimate};
+pub use types::{NoiseModel, Refusal, SetScore, TermOptions, WarmUpInfluence, WarmUpRemoval};
 pub use wavelet::WaveletFit;
 
 use super::{Fit, FitOptions, NoiseEstimate, fit, fit_reduced};
@@ -61,12 +63,13 @@ use crate::noise::{Deviation, TermKind};
 use crate::signal::{Course, Reduced, TimeAxis};
 use kept::Evidence;
 use model::{Likelihood, Model, Peak};
-use nalgebra::DMatrix;
 use observed::Column;
-pub(super) use plateau::{Plateau, plateau, plateau_reduced};
-use select::{Candidate, Views};
-use shape::{Found, Shape};
-use types::{estimate_of_ln, ordered};
+use select::Candidate;
+use shape::Shape;
+use shape_search::Found;
+use shaped::shaped;
+use term::{estimate_of_ln, ordered};
+use views::Views;
 
 /// Estimates the noise terms of a log at rest: `values` (rad/s) at `time` (s since power-on), `temperature_c` beside them
 /// where it was logged.
@@ -129,7 +132,7 @@ fn estimate(
     let without = removed.map(|fit| raw.without(fit));
     let log = without.as_ref().unwrap_or(raw);
     let views = views(log, removed, options);
-    let Found { shape, ln_odds } = shape::found(&views, &options.among);
+    let Found { shape, ln_odds } = shape_search::found(&views, &options.among);
     let all = if options.all_of_them {
         select::candidate(&views, &with_white(&options.among), &shape).into_iter().collect()
     } else {
@@ -310,28 +313,6 @@ fn estimates(views: &Views, likelihood: &Likelihood, best: &Candidate) -> Vec<Te
     };
     let shapes = shaped(likelihood, best, covariance.as_ref());
     ordered(best.kinds.iter().map(|kind| one(*kind)).chain(shapes).collect())
-}
-
-/// The low-pass and the bands at their mode, with intervals.
-fn shaped(likelihood: &Likelihood, best: &Candidate, covariance: Option<&DMatrix<f64>>) -> Vec<TermEstimate> {
-    let peak = &best.peak;
-    let std = |i: usize| covariance.map_or(f64::NAN, |c| c[(i, i)].sqrt());
-    let of_ln = |i: usize| estimate_of_ln(peak.x[i].exp(), std(i), interval::interval(likelihood, peak, i, std(i)));
-    let mut at = likelihood.model.base();
-    let mut shapes = Vec::new();
-    if let Some(form) = best.shape.low_pass {
-        let cutoff = of_ln(at);
-        let term = TermEstimate::new(TermKind::Bandwidth, cutoff.estimate, cutoff.std, cutoff.ci95, None);
-        shapes.push(TermEstimate { low_pass: Some(form), ..term });
-        at += 1;
-    }
-    for form in &best.shape.bands {
-        let [center, width, size] = [at, at + 1, at + 2].map(of_ln);
-        let term = TermEstimate::new(TermKind::NarrowBandNoise, size.estimate, size.std, size.ci95, None);
-        shapes.push(TermEstimate { band: Some(*form), center_hz: Some(center), bandwidth_hz: Some(width), ..term });
-        at += 3;
-    }
-    shapes
 }
 
 fn advise(likelihood: &Likelihood, x: &[f64], kind: TermKind) -> RecordingAdvice {

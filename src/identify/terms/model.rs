@@ -77,6 +77,16 @@ impl Model {
         self.kinds.len() + usize::from(self.kinds.contains(&TermKind::GaussMarkov))
     }
 
+    /// The bounds of the parameters for a log, logarithms.
+    fn bounds(&self, log: &Observed) -> Vec<[f64; 2]> {
+        let ln = |r: [f64; 2]| [r[0].ln(), r[1].ln()];
+        let all = self.kinds.iter().flat_map(|kind| {
+            let time = (*kind == TermKind::GaussMarkov).then(|| ln(log.time_range()));
+            std::iter::once(ln(log.range(*kind))).chain(time)
+        });
+        all.chain(self.shape.bounds(log)).collect()
+    }
+
     /// The spectrum at angular frequencies `omega`, rad/sample, and its derivatives by the parameters: of a size twice its
     /// part. `unit` gives a term's part per squared size, of a Gauss-Markov term at ln of its correlation time.
     pub(crate) fn spectrum(
@@ -117,6 +127,16 @@ impl Model {
     }
 }
 
+/// Share of the power that bands make, by bins.
+pub(super) fn share_of_bands(model: &Model, x: &[f64], log: &Observed, spectrum: &[f64]) -> Vec<f64> {
+    let mut made = vec![0.0; spectrum.len()];
+    let omega = log.omega();
+    for part in model.shape.bands(&x[model.base()..], log.step_s, &omega) {
+        made.iter_mut().zip(&part.value).for_each(|(m, v)| *m += v);
+    }
+    made.iter().zip(spectrum).map(|(m, s)| m / s).collect()
+}
+
 /// A model of a log, with the spectra that do not depend on parameters.
 pub(super) struct Likelihood<'a> {
     pub log: &'a Observed,
@@ -133,7 +153,7 @@ impl<'a> Likelihood<'a> {
             _ => log.unit(*kind, 0.0),
         };
         let units = model.kinds.iter().map(fixed).collect();
-        Self { log, units, omega: log.omega(), bounds: log.bounds(&model), model }
+        Self { log, units, omega: log.omega(), bounds: model.bounds(log), model }
     }
 
     /// The spectrum, and its derivative by each parameter.

@@ -2,7 +2,6 @@
 
 mod reduced;
 
-use super::model::Model;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::binned::{Bins, BlockCosine};
 use crate::math::dct::Cosine;
@@ -429,16 +428,6 @@ impl Observed {
     /// Range of correlation times: shorter is white, longer a random walk.
     pub(crate) fn time_range(&self) -> [f64; 2] {
         [2.0 * self.step_s, (0.2 * self.span_s()).max(20.0 * self.step_s)]
-    }
-
-    /// The bounds of a model's parameters, logarithms.
-    pub(crate) fn bounds(&self, model: &Model) -> Vec<[f64; 2]> {
-        let ln = |r: [f64; 2]| [r[0].ln(), r[1].ln()];
-        let all = model.kinds.iter().flat_map(|kind| {
-            let time = (*kind == TermKind::GaussMarkov).then(|| ln(self.time_range()));
-            std::iter::once(ln(self.range(*kind))).chain(time)
-        });
-        all.chain(model.shape.bounds(self)).collect()
     }
 }
 

@@ -6,10 +6,13 @@
 use super::kept::Evidence;
 use super::model::{Likelihood, Model};
 use super::observed::{Column, EvenLog, FEWEST};
-use super::select::{Views, candidate};
-use super::shape::{Shape, found};
-use super::types::{TermEstimate, ordered};
-use crate::identify::Fit;
+use super::select::candidate;
+use super::shape::Shape;
+use super::shape_search::found;
+use super::shaped::shaped;
+use super::term::{TermEstimate, ordered};
+use super::views::Views;
+use crate::identify::types::Fit;
 use crate::noise::TermKind;
 use crate::signal::{Reduced, TimeAxis};
 
@@ -77,6 +80,6 @@ fn of(log: &Evidence) -> Option<Plateau> {
     let best = candidate(&views, &base, &shape)?;
     let likelihood = Likelihood::new(views.of(&best.kinds), Model::new(&best.kinds, &best.shape));
     let covariance = likelihood.covariance(&best.peak.point);
-    let colour = ordered(super::shaped(&likelihood, &best, covariance.as_ref()));
+    let colour = ordered(shaped(&likelihood, &best, covariance.as_ref()));
     Some(Plateau { angle_random_walk_rad_sqrt_s: best.peak.x[0].exp(), colour })
 }

@@ -6,7 +6,7 @@
 //! moments than parameters. Guerrier, Skaloud, Stebler and Victoria-Feser, J. American Statistical Association 108 (2013) 1021.
 
 use super::observed::EvenLog;
-use super::{TermEstimate, estimate_of_ln};
+use super::term::{TermEstimate, estimate_of_ln};
 use crate::noise::{Deviation, TermKind, allan};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;

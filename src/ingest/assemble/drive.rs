@@ -2,7 +2,7 @@
 
 use super::merge;
 use super::merge::Part;
-use super::recording::{find_gyro, named_unit, side_scale};
+use super::recording::{named_unit, side_scale};
 use crate::error::{Error, ErrorKind, Result};
 use crate::ingest::clean::clock;
 use crate::ingest::clean::clock::{Clock, POWER_ON_BELOW_S, TimeColumn};
@@ -11,15 +11,17 @@ use crate::ingest::columns::channel_map::{ChannelMap, Mapped};
 use crate::ingest::columns::channels;
 use crate::ingest::columns::channels::Found;
 use crate::ingest::columns::gravity::Accelerometer;
-use crate::ingest::columns::mounting;
-use crate::ingest::columns::mounting::{Mounted, Mounting};
+use crate::ingest::columns::gyro::{find_gyro, has_gyro};
+use crate::ingest::columns::mounted::Mounted;
+use crate::ingest::columns::mounting::Mounting;
 use crate::ingest::columns::names;
 use crate::ingest::columns::names::{Axis, Role, TimeKind};
 use crate::ingest::columns::quantity::Conversion;
 use crate::ingest::columns::scale::{Scale, Scaled};
-use crate::ingest::formats::format::Source;
+use crate::ingest::formats::head::{Head, Kind};
+use crate::ingest::formats::source::Source;
 use crate::ingest::formats::table;
-use crate::ingest::formats::table::{Head, Kind, Table};
+use crate::ingest::formats::table::Table;
 use crate::ingest::formats::topics::Stamp;
 use crate::ingest::formats::{self, Choice};
 use crate::math::scan::{self, Odd};
@@ -92,7 +94,7 @@ pub fn read_drive<P: AsRef<Path>>(paths: &[P], query: &DriveQuery) -> Result<Dri
             notes.extend(chosen.note);
             let mut source = Scaled::of(chosen.source, &query.scales, &mut used);
             if let Some(mounting) = &query.mounting
-                && mounting::has_gyro(source.heads())
+                && has_gyro(source.heads())
             {
                 let (mounted, told) = Mounted::of_drive(&name(path), source, mounting)?;
                 notes.extend(told);

@@ -1,7 +1,8 @@
 //! Content of a file, also when no fit can use it.
 
+use super::plan::Plan;
+use super::query::GyroQuery;
 use super::recording;
-use super::recording::{GyroQuery, Plan};
 use crate::error::Result;
 use crate::ingest::clean::audit;
 use crate::ingest::clean::audit::{Audit, Gaps, Sampling};
@@ -9,11 +10,13 @@ use crate::ingest::clean::clock;
 use crate::ingest::clean::clock::{Clock, TimeColumn, Times};
 use crate::ingest::columns::channels;
 use crate::ingest::columns::channels::Found;
+use crate::ingest::columns::gyro::find_gyro;
 use crate::ingest::columns::names::{Axis, Role, TimeKind};
 use crate::ingest::formats;
 use crate::ingest::formats::format::Opened;
+use crate::ingest::formats::head::Kind;
 use crate::ingest::formats::table;
-use crate::ingest::formats::table::{Kind, Table};
+use crate::ingest::formats::table::Table;
 use crate::ingest::formats::topics;
 use crate::ingest::formats::topics::{Listing, Stamp, Topic};
 use crate::math::robust::median;
@@ -177,7 +180,7 @@ pub fn inspect_topic(path: impl AsRef<Path>, topic: Option<&str>, stamp: Stamp) 
         gyro(&table, axis, &mut report);
     }
     if report.gyro.is_empty() {
-        let reason = recording::find_gyro(&table.source, &table.heads, Axis::Z).err();
+        let reason = find_gyro(&table.source, &table.heads, Axis::Z).err();
         report.problems.extend(reason.as_ref().map(told));
     }
     Ok(report)
@@ -252,14 +255,14 @@ fn gyro(table: &Table, axis: Axis, report: &mut Inspection) {
     let there = table.heads.iter().any(|h| match h.named().role {
         Role::Gyro(Some(a)) => a == axis,
         // a gyro of one axis is shown once
-        Role::Gyro(None) => axis == Axis::Z && recording::find_gyro("", &table.heads, axis).is_ok(),
+        Role::Gyro(None) => axis == Axis::Z && find_gyro("", &table.heads, axis).is_ok(),
         _ => false,
     });
     if !there {
         return;
     }
     let query = GyroQuery { axis, ..GyroQuery::default() };
-    let found = recording::find_gyro(&table.source, &table.heads, axis).ok();
+    let found = find_gyro(&table.source, &table.heads, axis).ok();
     let column = found.map(|i| table.heads[i].name.clone());
     let read = Plan::of(&table.source, &table.heads, &query)
         .and_then(|p| recording::assemble(table.only(&p.wanted(table.heads.len())), &p, &query));

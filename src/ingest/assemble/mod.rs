@@ -3,5 +3,7 @@
 pub(crate) mod drive;
 pub(crate) mod inspect;
 pub(crate) mod merge;
+pub(crate) mod plan;
+pub(crate) mod query;
 pub(crate) mod recording;
 pub(crate) mod stream;

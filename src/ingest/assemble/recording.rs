@@ -1,57 +1,25 @@
 //! One axis of a gyro, read for the fit.
 
+use super::plan::Plan;
+use super::query::GyroQuery;
 use crate::error::{Error, ErrorKind, Result};
 use crate::ingest::clean::audit;
 use crate::ingest::clean::audit::{Audit, Before, Handling, Missing};
 use crate::ingest::clean::clock;
-use crate::ingest::clean::clock::{Clock, TimeColumn};
+use crate::ingest::clean::clock::Clock;
 use crate::ingest::clean::decimals;
 use crate::ingest::clean::rows;
 use crate::ingest::clean::rows::Rows;
-use crate::ingest::columns::mounting::Mounting;
 use crate::ingest::columns::names;
-use crate::ingest::columns::names::{Axis, Named, Role};
+use crate::ingest::columns::names::{Named, Role};
 use crate::ingest::columns::rate_unit;
 use crate::ingest::columns::rate_unit::Evidence;
-use crate::ingest::columns::scale::Scale;
-use crate::ingest::formats::table::{Head, Kind, Table, list};
-use crate::ingest::formats::topics::Stamp;
+use crate::ingest::formats::table::Table;
 use crate::math::robust::{median, stretches};
 use crate::math::scan;
 use crate::signal::{Log, TimeAxis, names as channel};
-use crate::units::{RateUnit, TimeUnit};
+use crate::units::RateUnit;
 use std::borrow::Cow;
-
-/// The user's choices in reading a file.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct GyroQuery {
-    /// Name of the rate column; otherwise it is found by its name and `axis`.
-    pub column: Option<String>,
-    /// Axis of the gyro; with a `mounting`, of the robot.
-    pub axis: Axis,
-    /// Whether that axis points down instead of up, so that its rates change their sign.
-    pub reversed: bool,
-    /// How the sensor is mounted in the robot, whose axis is then read: it takes the rates of the sensor's axes.
-    pub mounting: Option<Mounting>,
-    /// Unit of the rate column; it is then neither guessed nor doubted.
-    pub unit: Option<RateUnit>,
-    /// Name of the time column.
-    pub time: Option<String>,
-    /// Unit of the time column.
-    pub time_unit: Option<TimeUnit>,
-    /// Sample rate, Hz, of a file without times; the first row is then at power-on.
-    pub rate_hz: Option<f64>,
-    /// Whether rows that go back in time are sorted instead of refused.
-    pub sort_time: bool,
-    /// Topic of a log that holds several; otherwise the only one with a gyro.
-    pub topic: Option<String>,
-    /// Which of the two times of a message counts.
-    pub stamp: Stamp,
-    /// Factors on columns.
-    pub scales: Vec<Scale>,
-    /// Whether rows of text that do not parse are left out, and counted, instead of refused.
-    pub skip_bad_rows: bool,
-}
 
 /// One axis of a gyro at rest, and all that there is to say about it.
 #[derive(Debug, Clone)]
@@ -83,108 +51,6 @@ pub(crate) const FEWEST: usize = 3;
 const FLOAT_TOLERANCE: f64 = 1e-6;
 /// ... or within the rounding of the file, which counts up to half a step.
 const MOST_TOLERANCE: f64 = 0.5;
-
-/// Columns of a file that a recording needs.
-pub(crate) struct Plan {
-    pub gyro: usize,
-    pub time: TimeColumn,
-    pub temperature: Option<usize>,
-    pub supply: Option<usize>,
-    pub notes: Vec<String>,
-}
-
-impl Plan {
-    /// Finds the columns by their names.
-    pub(crate) fn of(source: &str, heads: &[Head], query: &GyroQuery) -> Result<Self> {
-        let mut notes = Vec::new();
-        let gyro = match &query.column {
-            Some(name) => clock::find(source, heads, name, "--column")?,
-            None => find_gyro(source, heads, query.axis)?,
-        };
-        if heads[gyro].kind != Kind::Number {
-            let found = format!("column {:?} holds {}, not numbers", heads[gyro].name, heads[gyro].type_name);
-            return Err(Error::new(ErrorKind::Column, source, found).hint("name a column of numbers with --column"));
-        }
-        let time = match query.rate_hz {
-            Some(_) => TimeColumn::Rows,
-            None => clock::choose(source, heads, query.time.as_deref(), false)?,
-        };
-        if time.index() == Some(gyro) {
-            let found = format!("column {:?} cannot be both the time and the rate", heads[gyro].name);
-            return Err(Error::new(ErrorKind::Column, source, found).hint("name them with --time and --column"));
-        }
-        let mut beside = |role: Role, canonical: &str| one_of(heads, role, canonical, &mut notes);
-        let temperature = beside(Role::Temperature, channel::TEMPERATURE);
-        let supply = beside(Role::Supply, channel::SUPPLY);
-        Ok(Self { gyro, time, temperature, supply, notes })
-    }
-
-    /// One flag a column.
-    pub(crate) fn wanted(&self, columns: usize) -> Vec<bool> {
-        let mut wanted = vec![false; columns];
-        let time = match self.time {
-            TimeColumn::One(i) => [Some(i), None],
-            TimeColumn::Parts(a, b) => [Some(a), Some(b)],
-            TimeColumn::Rows => [None, None],
-        };
-        for i in time.into_iter().chain([Some(self.gyro), self.temperature, self.supply]).flatten() {
-            wanted[i] = true;
-        }
-        wanted
-    }
-}
-
-/// The rate column of `axis`.
-pub(crate) fn find_gyro(source: &str, heads: &[Head], axis: Axis) -> Result<usize> {
-    let roles: Vec<(usize, Option<Axis>)> = (0..heads.len())
-        .filter(|&i| heads[i].kind == Kind::Number)
-        .filter_map(|i| match heads[i].named().role {
-            Role::Gyro(axis) => Some((i, axis)),
-            _ => None,
-        })
-        .collect();
-    let mut candidates: Vec<usize> = roles.iter().filter(|r| r.1 == Some(axis)).map(|r| r.0).collect();
-    // a gyro of one axis, whose name says no axis
-    if roles.iter().all(|r| r.1.is_none()) {
-        candidates = roles.iter().map(|r| r.0).collect();
-    }
-    // counts beside numbers with a unit are those that the unit was made of
-    let raw = |i: &usize| heads[*i].named().unit.is_some_and(|u| names::is_raw(&u)) && heads[*i].unit.is_none();
-    if !candidates.iter().all(raw) {
-        candidates.retain(|i| !raw(i));
-    }
-    match candidates[..] {
-        [one] => Ok(one),
-        [] => {
-            let found = format!("no column of the gyro's {axis} axis; there are {}", list(heads));
-            Err(Error::new(ErrorKind::Column, source, found)
-                .hint("name the column with --column, or the axis with --axis"))
-        }
-        _ => {
-            let names: Vec<_> = candidates.iter().map(|&i| heads[i].name.as_str()).collect();
-            let found = format!("several columns could be the gyro's {axis} axis: {}", names.join(", "));
-            Err(Error::new(ErrorKind::Column, source, found).hint(format!("name one: --column {:?}", names[0])))
-        }
-    }
-}
-
-/// The column of a side channel: the only one of its role, or the one with the canonical name.
-fn one_of(heads: &[Head], role: Role, canonical: &str, notes: &mut Vec<String>) -> Option<usize> {
-    let numbers = (0..heads.len()).filter(|&i| heads[i].kind == Kind::Number);
-    let found: Vec<usize> = numbers.filter(|&i| heads[i].named().role == role).collect();
-    match found[..] {
-        [] => None,
-        [one] => Some(one),
-        _ => {
-            let named = found.iter().copied().find(|&i| heads[i].name == canonical);
-            if named.is_none() {
-                let names: Vec<_> = found.iter().map(|&i| heads[i].name.as_str()).collect();
-                notes.push(format!("none of {} is used: rename the right one to {canonical}", names.join(", ")));
-            }
-            named
-        }
-    }
-}
 
 /// Makes a recording of a file's columns. They are changed where they lie: a long log is not held twice.
 pub(crate) fn assemble(mut table: Table, plan: &Plan, query: &GyroQuery) -> Result<GyroRecording> {
@@ -386,11 +252,6 @@ pub(crate) fn side_scale(table: &Table, column: usize, named: Named) -> std::res
     };
     let note = note.map(|unit| format!("{:?}: unit guessed: {unit}, from a median of {centre:.4}", head.name));
     Ok(((factor, offset), note))
-}
-
-/// A number with few digits.
-pub(crate) fn short(x: f64) -> String {
-    if x.abs() >= 1e-3 && x.abs() < 1e6 { format!("{x:.4}") } else { format!("{x:.3e}") }
 }
 
 impl GyroRecording {

@@ -1,16 +1,18 @@
 //! One axis of a gyro, read once in bounded memory: the audit and the sums of a log of any length.
 
+use super::plan::Plan;
+use super::query::GyroQuery;
 use super::recording;
-use super::recording::{FEWEST, GyroQuery, LARGEST_RATE, Plan, short};
+use super::recording::{FEWEST, LARGEST_RATE};
 use crate::error::{Error, ErrorKind, Result};
 use crate::ingest::clean::audit::{Audit, Duplicates, Handling, Missing, OutOfOrder, WITNESSES};
 use crate::ingest::clean::clock;
 use crate::ingest::clean::clock::{Clock, Scale};
-use crate::ingest::clean::rows::COARSE_CLOCK;
+use crate::ingest::clean::rows::{COARSE_CLOCK, short};
 use crate::ingest::clean::stream_audit;
 use crate::ingest::clean::stream_audit::{Gaps, Runs};
 use crate::ingest::columns::names::Named;
-use crate::ingest::formats::format::{BATCH_ROWS, Batch, Facts};
+use crate::ingest::formats::source::{BATCH_ROWS, Batch, Facts};
 use crate::ingest::formats::table::Table;
 use crate::math::robust::median;
 use crate::signal::slots::GAP_STEPS;

@@ -2,7 +2,7 @@
 
 use super::audit::{Duplicates, Handling, OutOfOrder};
 use crate::error::{Error, ErrorKind, Result};
-use crate::ingest::assemble::recording::{Plan, short};
+use crate::ingest::assemble::plan::Plan;
 use crate::ingest::formats::table::Table;
 use crate::math::robust::median;
 use crate::math::scan;
@@ -147,4 +147,9 @@ fn spread(time_s: &mut [f64]) {
         }
         first = next;
     }
+}
+
+/// A number with few digits.
+pub(crate) fn short(x: f64) -> String {
+    if x.abs() >= 1e-3 && x.abs() < 1e6 { format!("{x:.4}") } else { format!("{x:.3e}") }
 }

@@ -4,7 +4,7 @@ use super::channels;
 use super::channels::TABLE;
 use super::quantity::{Conversion, Quantity, other_unit, stem};
 use crate::error::{Error, ErrorKind, Result, nearest};
-use crate::ingest::formats::table::{Head, Kind, list};
+use crate::ingest::formats::head::{Head, Kind, list};
 use crate::signal::names;
 
 /// A column that is to be read as a channel, whatever it is called.

@@ -6,7 +6,7 @@
 
 use super::names;
 use super::quantity::{Conversion, Quantity, stem};
-use crate::ingest::formats::table::{Head, Kind};
+use crate::ingest::formats::head::{Head, Kind};
 use crate::signal::names as channel;
 
 /// A channel, and the names that mean it, the surest first.

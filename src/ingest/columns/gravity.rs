@@ -9,8 +9,8 @@
 use super::mounting::Mounting;
 use super::names;
 use super::names::Axis;
-use crate::ingest::formats::format::Batch;
-use crate::ingest::formats::table::{Head, Kind};
+use crate::ingest::formats::head::{Head, Kind};
+use crate::ingest::formats::source::Batch;
 
 /// Offsets of cheap accelerometers (50 mg) and floors that are not level explain this much, degrees.
 const TILT_DOUBT_DEG: f64 = 5.0;
@@ -164,7 +164,7 @@ fn tenth(angle_deg: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ingest::formats::format::Column;
+    use crate::ingest::formats::source::Column;
 
     #[test]
     fn accelerometers_are_found_in_the_files_of_common_recorders() {

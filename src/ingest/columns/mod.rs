@@ -3,6 +3,8 @@
 pub(crate) mod channel_map;
 pub(crate) mod channels;
 pub(crate) mod gravity;
+pub(crate) mod gyro;
+pub(crate) mod mounted;
 pub(crate) mod mounting;
 pub(crate) mod names;
 pub(crate) mod quantity;

@@ -1,12 +1,12 @@
 //! `NAME=FACTOR[:UNIT]`: numbers of a column that count something of the sensor's own, made numbers of a unit.
 
 use super::channels;
+use super::gyro::find_gyro;
 use super::names::{Axis, Role};
 use super::quantity;
 use crate::error::{Error, ErrorKind, Result, nearest};
-use crate::ingest::assemble::recording::find_gyro;
-use crate::ingest::formats::format::{Column, Facts, Source, Take};
-use crate::ingest::formats::table::{Head, Kind, list};
+use crate::ingest::formats::head::{Head, Kind, list};
+use crate::ingest::formats::source::{Column, Facts, Source, Take};
 
 /// A factor on a column, or on the column that is a channel.
 #[derive(Debug, Clone, PartialEq)]

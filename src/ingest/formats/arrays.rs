@@ -3,8 +3,9 @@
 //! A column is a vector, or one column of a matrix: `gyro` of 400 × 3 (or 3 × 400) is `gyro[0]`, `gyro[1]`, `gyro[2]`.
 
 use super::fill::Number;
-use super::format::{About, Batch, Column, ColumnFacts, Facts, Opened, Source, Take};
-use super::table::{Head, Kind};
+use super::format::Opened;
+use super::head::{Head, Kind};
+use super::source::{About, Batch, Column, ColumnFacts, Facts, Source, Take};
 use super::topics::{Container, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use crate::ingest::columns::names;

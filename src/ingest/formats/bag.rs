@@ -3,11 +3,12 @@
 //! Read from front to back, so that a bag without its index (the recorder was killed) is read as far as it goes.
 
 use super::bytes::{Bytes, Flaw, Little};
-use super::format::{About, Format, Opened, Source};
+use super::format::{Format, Opened};
 use super::input::Input;
 use super::ros::Message;
 use super::ros::decode::Encoding;
 use super::ros::topic::{MeetMessage, MessageFile, OneTopic, Place};
+use super::source::{About, Source};
 use super::topics::{Container, Count, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use std::borrow::Cow;

@@ -4,9 +4,10 @@
 
 use super::bytes::{Bytes, Little};
 use super::fill::{Fill, Number};
-use super::format::{About, Facts, Format, Opened, Source, Take};
+use super::format::{Format, Opened};
+use super::head::{Head, Kind};
 use super::input::Input;
-use super::table::{Head, Kind};
+use super::source::{About, Facts, Source, Take};
 use super::topics::{Container, Count, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use crate::ingest::columns::names;

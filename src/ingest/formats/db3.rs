@@ -1,11 +1,12 @@
 //! ROS 2 bags in SQLite (`.db3`): a table of topics and one of messages in CDR.
 
-use super::format::{About, Format, Opened, Source};
+use super::format::{Format, Opened};
 use super::input::Input;
 use super::ros::Message;
 use super::ros::decode::Encoding;
 use super::ros::definition::plain;
 use super::ros::topic::{MeetMessage, MessageFile, OneTopic, Place};
+use super::source::{About, Source};
 use super::topics::{Container, Count, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use rusqlite::{Connection, OpenFlags};

@@ -1,6 +1,6 @@
 //! Rows that come one at a time, gathered into batches of columns.
 
-use super::format::{BATCH_ROWS, Batch, Column, ColumnFacts, Take};
+use super::source::{BATCH_ROWS, Batch, Column, ColumnFacts, Take};
 use crate::error::Result;
 
 /// A value of a message's field.

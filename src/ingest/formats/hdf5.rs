@@ -2,9 +2,10 @@
 
 use super::arrays;
 use super::arrays::{Arrays, Entry, Loaded};
-use super::format::{About, Format, Opened};
+use super::format::{Format, Opened};
+use super::head::Kind;
 use super::input::Input;
-use super::table::Kind;
+use super::source::About;
 use crate::error::{Error, ErrorKind, Result};
 use hdf5_pure::{AttrValue, DType, Dataset, File, Group};
 

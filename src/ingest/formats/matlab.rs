@@ -6,9 +6,10 @@
 use super::arrays;
 use super::arrays::{Arrays, Entry, Loaded};
 use super::bytes::Bytes;
-use super::format::{About, Format, Opened};
+use super::format::{Format, Opened};
+use super::head::Kind;
 use super::input::Input;
-use super::table::Kind;
+use super::source::About;
 use crate::error::{ErrorKind, Result};
 use flate2::read::ZlibDecoder;
 use std::io::Read;

@@ -5,12 +5,13 @@
 //! twenty others along and tells no place of an error.
 
 use super::bytes::{Bytes, Flaw, Little};
-use super::format::{About, Format, Opened, Source};
+use super::format::{Format, Opened};
+use super::head::Head;
 use super::input::Input;
 use super::ros::Message;
 use super::ros::decode::Encoding;
 use super::ros::topic::{MeetMessage, MessageFile, OneTopic, Place};
-use super::table::Head;
+use super::source::{About, Source};
 use super::topics::{Container, Count, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use std::borrow::Cow;

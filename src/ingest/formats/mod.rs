@@ -13,6 +13,7 @@ pub(crate) mod fill;
 pub(crate) mod format;
 #[cfg(feature = "hdf5")]
 pub(crate) mod hdf5;
+pub(crate) mod head;
 pub(crate) mod input;
 pub(crate) mod json_lines;
 pub(crate) mod matlab;
@@ -24,12 +25,14 @@ pub(crate) mod parquet_plain;
 pub(crate) mod px4;
 pub(crate) mod ros;
 pub(crate) mod scalar;
+pub(crate) mod source;
 pub(crate) mod table;
 pub(crate) mod topics;
 pub(crate) mod ulog;
 
-use self::format::{Format, Opened, Source};
+use self::format::{Format, Opened};
 use self::input::Input;
+use self::source::Source;
 use self::topics::{Stamp, Topic};
 use crate::error::{Error, ErrorKind, Result};
 use std::path::Path;

@@ -4,10 +4,11 @@
 
 use super::arrays;
 use super::arrays::{Arrays, Entry, Loaded};
-use super::format::{About, Format, Opened};
+use super::format::{Format, Opened};
+use super::head::Kind;
 use super::input::Input;
 use super::numpy_header::{Field, Header, Plain};
-use super::table::Kind;
+use super::source::About;
 use crate::error::{Error, ErrorKind, Result};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};

@@ -1,9 +1,10 @@
 //! Parquet as a log.
 
-use super::format::{About, Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
+use super::format::{Format, Opened};
+use super::head::{Head, Kind};
 use super::input::{Input, PendingHash};
 use super::parquet_plain;
-use super::table::{Head, Kind};
+use super::source::{About, Batch, Column, ColumnFacts, Facts, Source, Take};
 use crate::error::{Error, ErrorKind, Result};
 use crate::files::parquet::{Contents, Mapped};
 use polars::prelude::{ArrowDataType, ArrowTimeUnit, PolarsError, PolarsResult};

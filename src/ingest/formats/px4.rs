@@ -1,7 +1,7 @@
 //! PX4's messages of gyros (uORB topics, also as `px4_msgs` in ROS 2): which field is what.
 
 use super::fill::Ratio;
-use super::table::Head;
+use super::head::Head;
 use crate::ingest::columns::names::{Axis, Role, TimeKind};
 
 /// Role and unit of the fields of `message` (`sensor_gyro`), whose columns begin at `first` and count time from `boot`

@@ -1,7 +1,7 @@
 //! Logs that hold messages of several topics: which are there, and which one is read.
 
-use super::format::{About, Source};
-use super::table::Head;
+use super::head::Head;
+use super::source::{About, Source};
 use crate::error::{Error, ErrorKind, Result};
 use crate::ingest::columns::names::Role;
 use serde::Serialize;

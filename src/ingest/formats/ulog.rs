@@ -5,11 +5,12 @@
 
 use super::bytes::{Bytes, Little};
 use super::fill::{Fill, Number, Ratio};
-use super::format::{About, Facts, Format, Opened, Source, Take};
+use super::format::{Format, Opened};
+use super::head::Head;
 use super::input::Input;
 use super::px4;
 use super::scalar::Scalar;
-use super::table::Head;
+use super::source::{About, Facts, Source, Take};
 use super::topics::{Container, Count, Listing, Stamp, Topic, has_gyro};
 use crate::error::{Error, ErrorKind, Result};
 use crate::ingest::columns::names::{Role, TimeKind};

@@ -3,8 +3,7 @@
 use crate::effects::{About, by_id, drive};
 use crate::gap::answer::{Correction, EffectAnswer, FilterFigures, Metric};
 use crate::gap::rest::predictive::{Curve, Over, Shown};
-use crate::report::fit::equals;
-use crate::report::numbers::{known_digits, probability, significant};
+use crate::report::numbers::{equals, known_digits, probability, significant};
 use crate::units::{RAD_S_PER_DEG_S, duration_text};
 use std::fmt::Write;
 
@@ -172,4 +171,15 @@ pub(super) fn parameters(out: &mut String, effect: &EffectAnswer) {
         };
         let _ = writeln!(out, "    {name:<21} {:<29} {meaning}{symbol}", format!("{shown} {unit}"));
     }
+}
+
+/// Recording that the gap was measured on, in words.
+pub(in crate::report) fn measured_on(held_out: bool) -> &'static str {
+    if held_out { "on the recording held out" } else { "on this very recording" }
+}
+
+/// With a capital letter at its beginning.
+pub(in crate::report) fn capitalised(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -1,10 +1,9 @@
 //! Corrections that the equations of a drive need, over time and against their best regressors.
 
-use super::gap::capitalised;
 use super::quantity::{self, Quantity};
 use super::{Axis, Chart, Panel, palette};
 use crate::gap::answer::{Correction, EquationAnswer};
-use crate::report::gap::words::{LITTLE, without_kind};
+use crate::report::gap::words::{LITTLE, capitalised, without_kind};
 
 /// Half the width of a 95 % band in standard deviations.
 const BAND: f64 = 1.96;

@@ -7,8 +7,7 @@ use super::{Axis, Chart, Page, Panel, Picture, palette};
 use crate::error::Result;
 use crate::gap::answer::{Answer, Metric, Verdict};
 use crate::gap::rest::predictive::{Curve, Over, Shown};
-use crate::report::gap::measured_on;
-use crate::report::gap::words::{curve_name, heading_horizon_s, title};
+use crate::report::gap::words::{capitalised, curve_name, heading_horizon_s, measured_on, title};
 
 /// Effects in the panel of probabilities.
 const EFFECTS: usize = 6;
@@ -155,12 +154,6 @@ fn row(metric: &Metric) -> Option<(String, [(f64, String); 3])> {
             (name.into(), values.map(|v| (v.max(0.0), significant(v, 3))))
         }
     })
-}
-
-/// With a capital letter at its beginning.
-pub(super) fn capitalised(name: &str) -> String {
-    let mut letters = name.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// The recording over the bands of the simulators.

@@ -3,7 +3,7 @@
 use super::cell;
 use super::cell::Cell;
 use crate::ingest::columns::names;
-use crate::ingest::formats::table::{Head, Kind};
+use crate::ingest::formats::head::{Head, Kind};
 use crate::units::{RateUnit, TimeUnit};
 
 /// Separator between two fields.

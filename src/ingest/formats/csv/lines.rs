@@ -3,7 +3,7 @@
 //! it is the turn of the `csv` crate.
 
 use super::text_column::Filling;
-use crate::ingest::formats::format::Column;
+use crate::ingest::formats::source::Column;
 use memchr::{memchr, memchr_iter, memchr2, memrchr};
 use rayon::prelude::*;
 use std::io::{self, Cursor, Read};

@@ -6,12 +6,13 @@ pub(crate) mod dialect;
 pub(crate) mod lines;
 pub(crate) mod text_column;
 use self::dialect::{Delimiter, Dialect};
-use super::format::{BATCH_ROWS, Batch, Column, ColumnFacts, Facts, Format, Opened, Source, Take};
+use super::format::{Format, Opened};
 use super::input::{Input, broken_gzip};
+use super::source::{BATCH_ROWS, Batch, Column, ColumnFacts, Facts, Source, Take};
 
 use self::lines::{Progress, Stop};
 use self::text_column::Filling;
-use super::table::Head;
+use super::head::Head;
 use crate::error::{Error, ErrorKind, Result};
 use std::io::{self, Read};
 use std::path::PathBuf;

@@ -4,8 +4,8 @@ use super::cell;
 use super::cell::Cell;
 use super::decimal;
 use super::dialect::Dialect;
-use crate::ingest::formats::format::{Column, ColumnFacts};
-use crate::ingest::formats::table::{BadCell, Kind};
+use crate::ingest::formats::head::{BadCell, Kind};
+use crate::ingest::formats::source::{Column, ColumnFacts};
 
 /// Values from this size on keep their whole part exactly: seconds since 1970 with nanoseconds need 61 bits.
 const LARGE: f64 = 1e8;

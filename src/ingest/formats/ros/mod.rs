@@ -6,10 +6,10 @@ pub(crate) mod topic;
 mod unsaid;
 
 use super::fill::{Fill, Number, Ratio};
-use super::format::{ColumnFacts, Take};
+use super::head::Head;
 use super::px4;
 use super::scalar::Scalar;
-use super::table::Head;
+use super::source::{ColumnFacts, Take};
 use super::topics::Stamp;
 use crate::error::Result;
 use crate::ingest::columns::names::{Role, TimeKind};
@@ -275,7 +275,7 @@ mod tests {
         let (time, z) = (at("header.stamp"), at("angular_velocity.z"));
         let mut rows = Rows::new(message, &vec![true; heads.len()], stamp);
         let (mut times, mut rates) = (Vec::new(), Vec::new());
-        let mut take = |b: crate::ingest::formats::format::Batch| {
+        let mut take = |b: crate::ingest::formats::source::Batch| {
             times.extend(b.columns[time].values.iter().map(|v| v + b.columns[time].origin as f64));
             rates.extend(b.columns[z].values.clone());
             Ok(())
@@ -334,7 +334,7 @@ mod tests {
             for bytes in messages {
                 let mut rows = Rows::new(&message, &vec![true; heads.len()], Stamp::Header);
                 let mut found = Vec::new();
-                let mut take = |b: crate::ingest::formats::format::Batch| {
+                let mut take = |b: crate::ingest::formats::source::Batch| {
                     found.extend(b.columns[z].values.clone());
                     Ok(())
                 };

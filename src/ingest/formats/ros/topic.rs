@@ -2,8 +2,8 @@
 
 use super::{Message, RowError, Rows};
 use crate::error::{Error, ErrorKind, Result};
-use crate::ingest::formats::format::{Facts, Source, Take};
-use crate::ingest::formats::table::Head;
+use crate::ingest::formats::head::Head;
+use crate::ingest::formats::source::{Facts, Source, Take};
 use crate::ingest::formats::topics::{Container, Stamp};
 
 /// Where a message lies.
