@@ -155,10 +155,6 @@ impl ModelChange for Form {
         &OWN
     }
 
-    fn unbent(&self) -> usize {
-        1
-    }
-
     fn departures(&self) -> &'static [Coordinate] {
         &[DEPARTURE]
     }

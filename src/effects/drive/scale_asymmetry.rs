@@ -68,10 +68,6 @@ impl ModelChange for ScaleAsymmetry {
         ]
     }
 
-    fn unbent(&self) -> usize {
-        1
-    }
-
     fn sizes(&self) -> &'static str {
         "IEEE Std 952-1997: scale factor asymmetry, at most what the scale factor itself is off by"
     }

@@ -55,10 +55,6 @@ impl ModelChange for Slip {
         ]
     }
 
-    fn unbent(&self) -> usize {
-        1
-    }
-
     fn sizes(&self) -> &'static str {
         "Wong, Theory of Ground Vehicles (2008), chapter 1: from tyres on asphalt to wheels on loose sand"
     }

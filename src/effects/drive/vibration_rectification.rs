@@ -67,10 +67,6 @@ impl ModelChange for VibrationRectification {
         ]
     }
 
-    fn unbent(&self) -> usize {
-        1
-    }
-
     fn sizes(&self) -> &'static str {
         "Weinberg, Gyro mechanical performance: the most important parameter, Analog Devices MS-2158 (2011)"
     }
