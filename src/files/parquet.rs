@@ -23,7 +23,7 @@ use std::ops::Range;
 /// Rows of a row group that is written.
 const GROUP_ROWS: usize = 1 << 18;
 
-/// What a Parquet file says of itself. A damaged file may make any method panic.
+/// Metadata and schema of a Parquet file. A damaged file may make any method panic.
 pub(crate) struct Contents {
     pub metadata: FileMetadata,
     pub schema: ArrowSchema,

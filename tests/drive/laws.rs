@@ -26,7 +26,7 @@ const LAWS: [&str; 4] =
 const VARYING: [&str; 3] = ["x.load_falls_off", "x.battery_sag", "x.tyre_heating"];
 const CONSTANTS: [&str; 3] = ["vehicle.payload", "motor.torque_gain", "wheel.radius_scale"];
 
-/// What is to be said of a drive with `id`.
+/// Right main cause of a drive with `id`.
 fn wanted(id: &str) -> Main {
     if id.starts_with("x.") { Main::Unknown } else { Main::Effect(id.into()) }
 }

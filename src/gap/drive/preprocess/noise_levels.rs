@@ -118,6 +118,13 @@ pub(crate) fn price(n: usize) -> f64 {
     0.5 * (n.max(1) as f64).ln()
 }
 
+/// `noise` with the variance of the channels `places` times exp(`ln`).
+fn times(noise: &Noise, places: &[usize], ln: f64) -> Noise {
+    let mut noise = *noise;
+    places.iter().for_each(|c| noise.reading[*c] *= ln.exp());
+    noise
+}
+
 /// Id of the free form of one channel's noise level.
 fn free_id(name: &str) -> String {
     format!("free.level.{name}")
@@ -217,22 +224,17 @@ impl PreprocessingHypothesis {
     /// Moves the noise of the channels `places`, with `count` residuals, to its most likely level by Newton's method in
     /// the logarithm of the variance; returns the standard deviation of that.
     fn most_likely_level(&mut self, places: &[usize], count: usize) -> f64 {
-        let times = |noise: &Noise, ln: f64| {
-            let mut noise = *noise;
-            places.iter().for_each(|c| noise.reading[*c] *= ln.exp());
-            noise
-        };
         // standard deviation of the logarithm of a variance by so many readings
         let apart = 2.0 * (2.0 / count as f64).sqrt();
         let mut std = 0.5 * apart;
         let (mut from, mut moved) = (f64::NEG_INFINITY, 0.0);
         for _ in 0..STEPS {
             let weighed: Vec<f64> =
-                [-apart, 0.0, apart].par_iter().map(|ln| self.weigh(&times(&self.noise, *ln))).collect();
+                [-apart, 0.0, apart].par_iter().map(|ln| self.weigh(&times(&self.noise, places, *ln))).collect();
             // a step that lost is halved
             if weighed[1] < from - LOST {
                 moved *= 0.5;
-                self.noise = times(&self.noise, -moved);
+                self.noise = times(&self.noise, places, -moved);
                 continue;
             }
             from = weighed[1];
@@ -243,7 +245,7 @@ impl PreprocessingHypothesis {
             }
             // far from the maximum the curve may bend the other way
             moved = if bend < 0.0 { (-slope / bend).clamp(-FURTHEST, FURTHEST) } else { FURTHEST.copysign(slope) };
-            self.noise = times(&self.noise, moved);
+            self.noise = times(&self.noise, places, moved);
             if bend < 0.0 {
                 std = (-bend).sqrt().recip();
                 if moved.abs() < 0.1 * std {
@@ -292,12 +294,8 @@ impl PreprocessingHypothesis {
             let share = self.weigh(&self.noise) - self.weigh(&without);
             // with the stated torque noise within a step the level must lie on the same side
             let holds = self.noise.process.ripple == 0.0 || {
-                let stated = |ln: f64| {
-                    let mut noise = Noise { process: Process { ripple: 0.0, ..without.process }, ..without };
-                    places.iter().for_each(|c| noise.reading[*c] *= ln.exp());
-                    noise
-                };
-                let [smaller, larger] = [-std, std].map(|ln| self.weigh(&stated(2.0 * ln)));
+                let stated = Noise { process: Process { ripple: 0.0, ..without.process }, ..without };
+                let [smaller, larger] = [-std, std].map(|ln| self.weigh(&times(&stated, &places, 2.0 * ln)));
                 (larger > smaller) == (self.noise.reading[places[0]] > without.reading[places[0]])
             };
             told.push((std, share, holds));
