@@ -6,18 +6,18 @@
 //! to their true times, if that looks worth it.
 
 use super::ekf::innovations::{Models, Noise};
+use super::fit::Compared;
 use super::fit::begin::{ALONE, first, start};
-use super::fit::{Compared, Theta};
 use super::preprocess::acceleration_model;
 use super::preprocess::changepoint;
 use super::preprocess::changepoint::Onsets;
 use super::preprocess::gyro_offset;
 use super::preprocess::hypothesis::PreprocessingHypothesis;
-use super::preprocess::lost_ticks;
-use super::preprocess::lost_ticks::{LostTicks, Predicted, Sought, missed_part};
+use super::preprocess::lost_ticks::missed_part;
 use super::preprocess::noise_levels::lattice_part;
 use super::preprocess::reference_extrinsics;
 use super::preprocess::reference_extrinsics::Mounting;
+use super::preprocess::restored::{restored, restored_at_once};
 use super::preprocess::torque_bandwidth;
 use super::preprocess::wheel_offset;
 use super::preprocess::wheel_offset::WheelOffset;
@@ -35,7 +35,6 @@ use crate::gap::rest::nongaussian::quantization::Grain;
 use crate::gap::selection::findings::{Findings, Main, Part, WeightedSet};
 use crate::gap::trace::{self, Decision, Step, TraceStage};
 use crate::model::drive::Instrument;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Settings of the comparison.
@@ -84,11 +83,7 @@ pub(super) const WORTH: f64 = 8.0;
 pub(super) const LARGE: f64 = 300.0;
 /// Most searches for a delay of the wheels, each with the model found so far.
 const SETTLING: usize = 5;
-/// Most accounts of lost ticks that are compared.
-const TRIED: usize = 4;
-/// Nats by which an account may fall short before free forms have been tried beside it ...
-const SHORT: f64 = 50.0;
-/// ... and nats by which it may fall short before its model has settled.
+/// Nats by which an account may fall short before its model has settled.
 pub(super) const HOPELESS: f64 = 500.0;
 
 /// Mounting of the reference on the robot, where the configuration leaves it open; else none.
@@ -111,25 +106,42 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let all = Candidates::new(record, effects, &options.prior, true, &onsets_s);
     let (noise, _) = diffused(record, noise, &all);
     let begin = start(record, &noise, &all);
-    let compared = first(record, &noise, all, &begin);
+    let loses = effects.iter().find(|e| e.tick_loss().is_some());
+    let at_once = loses.and_then(|_| restored_at_once(record, &all, &begin, &noise, effects, options));
+    // a drive that is explained with its lost ticks restored is not fitted as recorded where that falls short by far
+    let told = at_once.and_then(|told| {
+        let compared = Compared::wide(record, &noise, all.clone(), begin.clone());
+        (told.0.top() > compared.top() + HOPELESS).then_some((compared, told))
+    });
+    let is_told = told.is_some();
+    let (compared, at_once) = match told {
+        Some((compared, told)) => (compared, Some(told)),
+        None => (first(record, &noise, all, &begin), None),
+    };
     let screened = trail::screened(&compared);
-    let branch = settled(record.clone(), noise, compared, onsets_s, effects, options);
+    let branch = if is_told {
+        PreprocessingHypothesis::new(record.clone(), noise, compared, onsets_s)
+    } else {
+        settled(record.clone(), noise, compared, onsets_s, effects, options)
+    };
     // share of the quantization: gain over the same model with the nominal noise of the wheels
     let given = record.given.wheel_lsb_rad_s;
     let lattice = lsb.filter(|lsb| given.is_none_or(|given| (lsb / given).ln().abs() > SAME_STEP)).map(|lsb| {
-        let nominal = branch.noise.without_lattice(record);
-        let here = branch.ln_likelihood(&branch.noise) - branch.ln_likelihood(&nominal);
+        let way = at_once.as_ref().map_or(&branch, |(other, _)| other);
+        let nominal = way.noise.without_lattice(record);
+        let here = way.ln_likelihood(&way.noise) - way.ln_likelihood(&nominal);
         let named = effects.iter().find(|e| matches!(e.explanation(), DriveExplanation::WheelLattice));
         lattice_part(lsb, here.max(1.0), named.map(|e| e.about()))
     });
-    let in_time = gyro_offset::gyro_in_time(record, &branch, effects, options);
+    let in_time =
+        if is_told { Vec::new() } else { gyro_offset::gyro_in_time(record, &branch, effects, options) };
     let top = in_time.iter().map(gyro_offset::GyroOffset::top).fold(branch.top(), f64::max);
     let mut others = Vec::new();
     let mut ways: Vec<Way<'_>> = Vec::new();
-    let loses = effects.iter().find(|e| e.tick_loss().is_some());
     let mut lost = Err("there are no bursts worth a look, or their account falls short by far");
     if let Some(loses) = loses
-        && let Some((other, bursts)) = restored(record, (&branch, top), &begin, &noise, effects, options)
+        && let Some((other, bursts)) =
+            at_once.or_else(|| restored(record, (&branch, top), &begin, &noise, effects, options))
     {
         lost = Ok(other.top());
         let gained = other.top() - branch.top();
@@ -140,6 +152,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let late_wheels = drive::late(effects, Instrument::Wheels);
     let mut wheels_late_s = None;
     if !record.wheels_were_set
+        && !is_told
         && let Some((other, late)) = wheels_in_time(record, &branch, effects, options)
     {
         let part = late.part(other.top() - branch.top(), late_wheels);
@@ -149,6 +162,8 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     } else {
         let why = if record.wheels_were_set {
             "not tried: the clock of the wheels was set before"
+        } else if is_told {
+            "not tried: with the lost ticks restored named effects explain all, and the drive as recorded falls short by far"
         } else {
             "no delay gains as much as a large gap holds, or no set with it is better"
         };
@@ -285,88 +300,6 @@ fn wheels_in_time(
         }
     }
     found.filter(|(other, _)| other.top() > as_is.top())
-}
-
-/// The drive with the lost ticks of one wheel restored, in the account that explains it best; none where no account
-/// comes near `best_top`, the ln weight of the best way that is known: `as_is` or another.
-fn restored(
-    record: &Record,
-    (as_is, best_top): (&PreprocessingHypothesis, f64),
-    begin: &Theta,
-    noise: &Noise,
-    effects: &[&'static dyn Driving],
-    options: &Options,
-) -> Option<(PreprocessingHypothesis, LostTicks)> {
-    // restored ticks are not also missing on average
-    let all = &as_is.compared.candidates;
-    let (zero, begin, here) =
-        (all.zero(), all.without_lost_ticks_in(begin), all.without_lost_ticks_in(&as_is.compared.theta));
-    // beside a settled set without free forms no other start is needed
-    let mut from = if as_is.is_quiet() { vec![&here] } else { vec![&zero, &begin, &here] };
-    from.dedup();
-    // slow errors of the model look like bursts, and long bursts like slow errors: both are tried
-    let tried: Vec<(&Theta, usize)> = from.into_iter().flat_map(|theta| [0, 1].map(|side| (theta, side))).collect();
-    let found = |(theta, side): (&'_ Theta, usize)| -> Vec<(f64, LostTicks, Theta)> {
-        let models = PreprocessingHypothesis::models_at(record, &as_is.compared.candidates, theta);
-        let predicted = Predicted::of(record, &models, &as_is.noise, side);
-        let mut worth =
-            [true, false].map(|slow| predicted.accounts(record, Sought { side, loss: None, slow })).concat();
-        worth.retain(|b| b.ln_evidence > WORTH);
-        let weighed = |b: LostTicks| (lost_ticks::weight(record, &models, &as_is.noise, &b), b, theta.clone());
-        worth.into_par_iter().map(weighed).collect()
-    };
-    let mut all: Vec<(f64, LostTicks, Theta)> = tried.into_par_iter().flat_map_iter(found).collect();
-    all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    // the same account from another model leads to the same comparison
-    let mut seen: Vec<Vec<f64>> = Vec::new();
-    all.retain(|(_, b, _)| {
-        !seen.contains(&b.lost) && {
-            seen.push(b.lost.clone());
-            true
-        }
-    });
-    all.truncate(TRIED);
-    let fresh = Noise { process: as_is.noise.process, ..*noise };
-    let plausible = as_is.compared.plausible().without_lost_ticks();
-    let as_is_top = as_is.top();
-    let settled = |bursts: LostTicks, theta: &Theta| {
-        let restored = bursts.restored(record);
-        let own = bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
-        let hopeless = best_top - own - HOPELESS;
-        let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
-        let onsets_s = changepoint::of_each(&restored);
-        let compared_top = compared.top();
-        let mut other = PreprocessingHypothesis::new(restored, fresh, compared, onsets_s);
-        other.restored = true;
-        other.bent_nats = (compared_top + own - as_is_top).max(0.0);
-        other.promising.clone_from(&as_is.promising);
-        other.extra_weight += own;
-        if other.top() > best_top - HOPELESS {
-            other.clean(effects, options);
-        }
-        (other, bursts)
-    };
-    let better = |a: &(PreprocessingHypothesis, LostTicks), b: &(PreprocessingHypothesis, LostTicks)| {
-        a.0.top().total_cmp(&b.0.top())
-    };
-    let accounts: Vec<(PreprocessingHypothesis, LostTicks)> =
-        all.into_par_iter().map(|(_, bursts, theta)| settled(bursts, &theta)).collect();
-    let best = accounts.into_iter().max_by(better)?;
-    // once more with the model found so far, without taking out slow errors
-    let theta = best.0.compared.next().0;
-    let models = PreprocessingHypothesis::models_at(record, &best.0.compared.candidates, &theta);
-    let sought = Sought { side: best.1.side, loss: None, slow: false };
-    let again: Vec<(f64, LostTicks)> = lost_ticks::accounts(record, &models, &best.0.noise, sought)
-        .into_par_iter()
-        .map(|b| (lost_ticks::weight(record, &models, &best.0.noise, &b), b))
-        .collect();
-    let again = again.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, bursts)| settled(bursts, &theta));
-    let best = again.into_iter().chain([best]).max_by(better);
-    // compared with plausible sets alone, it may fall short by the gain of free forms
-    let (mut other, bursts) = best.filter(|b| b.0.top() > best_top - SHORT)?;
-    other.widen(effects, options, other.compared.steps_s());
-    other.settle(effects, options);
-    (other.top() > best_top - SHORT).then_some((other, bursts))
 }
 
 /// A set with one more part. A part of the same delay, `late`, in the set is the rest after the readings were moved, and

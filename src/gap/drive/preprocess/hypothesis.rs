@@ -215,10 +215,15 @@ impl PreprocessingHypothesis {
         all.iter().find(|x| x.0 == own.column).map(|x| (x.1, x.2))
     }
 
+    /// Whether its best set has no free form.
+    pub(crate) fn is_named(&self) -> bool {
+        let c = &self.compared;
+        c.sets[0].members.iter().all(|m| c.candidates.groups[m.0].named)
+    }
+
     /// Whether its best set has settled without a free form.
     pub(crate) fn is_settled(&self) -> bool {
-        let c = &self.compared;
-        c.sets[0].members.iter().all(|m| c.candidates.groups[m.0].named) && c.next().1
+        self.is_named() && self.compared.next().1
     }
 
     /// Whether its best set has settled, and no free form or further part is needed.

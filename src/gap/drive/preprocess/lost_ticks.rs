@@ -124,6 +124,14 @@ pub(crate) fn weight(record: &Record, models: &Models, noise: &Noise, bursts: &L
     restored.ln_likelihood() + bursts.ln_path + bursts.ln_jacobian()
 }
 
+/// Likelihoods of each row outside a burst and inside, the larger of both one: a row of a large loss tells thousands of
+/// nats.
+struct Odds {
+    rows: Vec<[f64; 2]>,
+    /// ln of the product of what the rows were divided by, over that outside a burst
+    ln_scale: f64,
+}
+
 /// Prediction errors of one wheel, in order of rows.
 struct Errors {
     rows: Vec<usize>,
@@ -164,28 +172,31 @@ impl Errors {
 
     /// ln likelihood ratio of the chain over no burst, over all drives; with `posterior`, the probability of each row
     /// to lie in one.
-    fn forward(&self, odds: &[f64], rates: [f64; 2], mut posterior: Option<&mut [f64]>) -> f64 {
+    fn forward(&self, odds: &Odds, rates: [f64; 2], mut posterior: Option<&mut [f64]>) -> f64 {
         let of = |drive: &Range<usize>| {
             let posterior = posterior.as_mut().map(|p| &mut p[drive.clone()]);
-            forward(&odds[drive.clone()], rates, posterior)
+            forward(&odds.rows[drive.clone()], rates, posterior)
         };
-        self.drives.iter().map(of).sum()
+        odds.ln_scale + self.drives.iter().map(of).sum::<f64>()
     }
 
-    /// Likelihood ratio of each row: in a burst of this loss, over not.
-    fn odds(&self, loss: f64, scatter: f64) -> Vec<f64> {
+    /// Likelihoods of each row in a burst of this loss and outside.
+    fn odds(&self, loss: f64, scatter: f64) -> Odds {
+        let mut ln_scale = 0.0;
         let odds = |k: usize| {
             let shift = -loss * self.speeds[k];
             let ratio = (self.errors[k] * shift - 0.5 * shift * shift) / (scatter * self.variances[k]);
-            ratio.clamp(-60.0, 60.0).exp()
+            ln_scale += ratio.max(0.0);
+            [(-ratio.max(0.0)).exp(), ratio.min(0.0).exp()]
         };
-        (0..self.errors.len()).map(odds).collect()
+        let rows = (0..self.errors.len()).map(odds).collect();
+        Odds { rows, ln_scale }
     }
 
     /// ln evidence of this loss, at each length and share.
     fn evidences(&self, step_s: f64, loss: f64, scatters: &[f64; LENGTHS_S.len()]) -> Evidences {
         let mut out = Evidences::default();
-        let mut known: Option<(f64, Vec<f64>)> = None;
+        let mut known: Option<(f64, Odds)> = None;
         for ((out, length_s), scatter) in out.iter_mut().zip(LENGTHS_S).zip(*scatters) {
             // white errors have the same scatter at every length
             let (_, odds) = match known.take() {
@@ -307,24 +318,24 @@ fn transitions(step_s: f64, length_s: f64, share: f64) -> [f64; 2] {
     [leave * share / (1.0 - share), leave]
 }
 
-/// ln likelihood ratio of the chain over no burst in one drive; with `posterior`, the probability of each row to lie in
+/// ln likelihood of the chain in one drive; with `posterior`, the probability of each row to lie in
 /// one.
-fn forward(odds: &[f64], [enter, leave]: [f64; 2], posterior: Option<&mut [f64]>) -> f64 {
+fn forward(odds: &[[f64; 2]], [enter, leave]: [f64; 2], posterior: Option<&mut [f64]>) -> f64 {
     let mut inside = enter / (enter + leave);
     let mut ln_total = 0.0;
-    // logarithms of products, taken before they leave the range of numbers: one factor lies within e^±61
+    // logarithms of products, taken before they leave the range of numbers: no factor is below the probability of a change
     let mut product = 1.0;
     let mut filtered = Vec::new();
     let keep = posterior.is_some();
-    for odds in odds {
+    for [outside, within] in odds {
         let predicted = inside * (1.0 - leave) + (1.0 - inside) * enter;
-        let norm = 1.0 - predicted + predicted * odds;
+        let norm = (1.0 - predicted) * outside + predicted * within;
         product *= norm;
         if !(1e-200..1e200).contains(&product) {
             ln_total += f64::ln(product);
             product = 1.0;
         }
-        inside = predicted * odds / norm;
+        inside = predicted * within / norm;
         if keep {
             filtered.push(inside);
         }

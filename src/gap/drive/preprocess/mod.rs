@@ -12,6 +12,7 @@ pub(crate) mod offset;
 pub(crate) mod outliers;
 pub(crate) mod pace;
 pub mod reference_extrinsics;
+pub(crate) mod restored;
 pub(crate) mod start_heading;
 pub(crate) mod torque_bandwidth;
 pub(crate) mod wander;
