@@ -151,10 +151,12 @@ pub fn diagnose_observed(
             (0..options.simulated_logs as u64).map(gain).collect()
         },
     )?;
+    let against = if kept.is_some() { account::against(&tested) } else { Vec::new() };
+    findings.weigh_by(&against);
     let idle = account::idle(&tested, &findings);
     findings.set_aside(&idle);
     findings.trace.extend(account::steps(&tested, &[], &idle));
-    if !idle.is_empty() {
+    if !(against.is_empty() && idle.is_empty()) {
         let steps = findings.of_probabilities(trace::TraceStage::HoldOut);
         findings.trace.extend(steps);
     }

@@ -41,6 +41,13 @@ impl Gain {
         Self { nats, std_nats: (squares * n / (n - 1.0).max(1.0)).sqrt() }
     }
 
+    /// The gain as ln evidence, nats. The log likelihood ratio of a true model has the variance 2 |gain|; where it
+    /// scatters more, rows are not independent or the model is not all of it, and the gain is tempered by 2 |gain| over
+    /// its variance (as Lyddon, Holmes & Walker 2019 calibrate a likelihood, Biometrika 106, 465).
+    fn evidence_nats(self) -> f64 {
+        self.nats * (2.0 * self.nats.abs() / self.std_nats.powi(2).max(f64::MIN_POSITIVE)).min(1.0)
+    }
+
     /// Ends of the 95 % interval.
     fn ci95(self) -> [f64; 2] {
         [self.nats - NORMAL_975 * self.std_nats, self.nats + NORMAL_975 * self.std_nats]
@@ -129,6 +136,11 @@ pub(crate) fn refuted(tested: &[Tested]) -> Vec<String> {
     tested.iter().filter(|t| t.is_refuted()).map(|t| t.id.clone()).collect()
 }
 
+/// Effects of `tested` that the hold-out recording speaks against, each with its ln evidence there, nats, below zero.
+pub(crate) fn against(tested: &[Tested]) -> Vec<(String, f64)> {
+    tested.iter().map(|t| (t.id.clone(), t.mean().evidence_nats())).filter(|t| t.1 < 0.0).collect()
+}
+
 /// Effects of `tested` that are present beyond doubt and idle.
 pub(crate) fn idle(tested: &[Tested], findings: &Findings) -> Vec<String> {
     let there = |t: &&Tested| findings.is_beyond_doubt(findings.presence(&t.id));
@@ -160,7 +172,9 @@ pub(crate) fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> V
         } else if first[0].max(last[0]) > 0.0 {
             step(Decision::Taken, "").limit("lower end of an interval above which one closes something", 0.0, "nats")
         } else {
-            step(Decision::Estimated, ": not told from no gain; it stays by the evidence of the fit")
+            let told = t.mean().evidence_nats();
+            let what = ": not told from no gain; as evidence beside that of the fit";
+            step(Decision::Estimated, &format!("{what} it counts {:.1} nats", told.min(0.0)))
         }
     };
     tested.iter().map(one).collect()
@@ -308,6 +322,12 @@ mod tests {
         let parts: Vec<Part> = ids.iter().map(|id| Part::new(id, true, 9.0)).collect();
         let set = WeightedSet { parts, ln_weight: 0.0, probability: 1.0 };
         Findings { sets: vec![set], ..Findings::default() }
+    }
+
+    #[test]
+    fn a_gain_that_scatters_more_than_a_true_model_s_counts_for_less() {
+        let of = |nats: f64, variance: f64| Gain { nats, std_nats: variance.sqrt() }.evidence_nats();
+        assert_eq!([of(8.0, 16.0), of(-8.0, 4.0), of(-8.0, 64.0), of(0.0, 0.0)], [8.0, -8.0, -2.0, 0.0]);
     }
 
     fn answered(verdict: Verdict, main: Option<&str>, together: &[&str]) -> Answer {

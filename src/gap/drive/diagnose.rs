@@ -1,16 +1,15 @@
 //! The whole diagnosis of a drive, or of several of one robot: which equation, which effect, how far the gap shrinks.
 
 use super::ekf::effect_set::EffectSet;
-use super::ekf::innovations::{Noise, Process};
+use super::ekf::innovations::Process;
 use super::holdout::navigating::filter_gain;
 use super::holdout::{self, DriveFar};
 use super::model_selection::{Judged, judge, unknowable};
-use super::preprocess::acceleration_model::LOUDER;
 use super::preprocess::{clocks, wheel_offset};
+use super::record::Record;
 use super::record::ready::{Ready, ready};
 use super::record::same_unit::other_robot;
 use super::record::testable::nothing_twice;
-use super::record::{Belief, Record};
 use super::regressors::basis::{Equation, Follows};
 use super::regressors::candidates::VARYING;
 use super::regressors::practical_identifiability::{LARGEST, separate_by};
@@ -25,10 +24,12 @@ use crate::gap::answer::account;
 use crate::gap::answer::compose;
 use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, TimeOffset, Verdict};
 use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
-use crate::gap::holdout::{Closed, Options as FarOptions};
+use crate::gap::holdout::Options as FarOptions;
 use crate::gap::selection::findings::{Findings, Main, Part, REFUTED};
 use crate::gap::trace::{self, Decision, Step, TraceStage};
 use statrs::function::erf::erfc;
+
+mod notes;
 
 /// Share of the explained gap above which an effect explains most of it.
 const MOST: f64 = 0.5;
@@ -66,7 +67,7 @@ pub fn diagnose(
     judged.findings = judged.findings.weighed(&record.sources.join("; "))?;
     let steps = judged.findings.steps();
     judged.findings.trace.extend(steps);
-    let loud = loud_note(&record.belief, &judged.nominal_noise).filter(|_| record.torques_n_m.is_none());
+    let loud = notes::loud_note(&record.belief, &judged.nominal_noise).filter(|_| record.torques_n_m.is_none());
     let record = record.as_loud_as(&judged.nominal_noise);
     let kept = kept.map(|kept| kept.as_loud_as(&judged.nominal_noise));
     observe(Stage::Measure);
@@ -104,8 +105,12 @@ pub fn diagnose(
         vouched = Some(id);
     }
     judged.closest = judged.closest.filter(|_| judged.unknown && vouched.is_none());
-    let refuted = if kept.is_some() { account::refuted(&tested) } else { Vec::new() };
+    let (refuted, against) = match kept {
+        Some(_) => (account::refuted(&tested), account::against(&tested)),
+        None => Default::default(),
+    };
     judged.findings.refute(&refuted);
+    judged.findings.weigh_by(&against);
     let all = tested.clone();
     tested.retain(|t| !refuted.contains(&t.id));
     let idle = account::idle(&tested, &judged.findings);
@@ -120,7 +125,7 @@ pub fn diagnose(
     );
     judged.findings.trace.splice(0..0, clocks.offsets.iter().zip(&clocks.said).map(clock_step));
     judged.findings.trace.extend(account::steps(&all, &refuted, &idle));
-    if vouched.is_some() || !refuted.is_empty() || !idle.is_empty() {
+    if vouched.is_some() || [refuted.len(), against.len(), idle.len()] != [0; 3] {
         let after = judged.findings.of_probabilities(TraceStage::HoldOut);
         judged.findings.trace.extend(after);
     }
@@ -137,7 +142,7 @@ pub fn diagnose(
     answer.equations = pinpoint(&record, &judged.nominal_noise, options.corrections);
     answer.time_offsets.clone_from(&clocks.offsets);
     answer.notes.extend(clocks.said.iter().chain(&clocks.notes).cloned());
-    answer.notes.extend(together_note(&record));
+    answer.notes.extend(notes::together_note(&record));
     answer.notes.extend(loud);
     let vouched = vouched.map(|id| {
         let why = format!(
@@ -204,7 +209,7 @@ pub fn diagnose(
         }
     }
     answer.gap.clone_from(&far.metrics);
-    answer.notes.extend(each_note(&far, &together));
+    answer.notes.extend(notes::each_note(&far, &together));
     if let (Some(delay_s), Some(kept)) = (judged.wheels_late_s, &kept) {
         let nominal = EffectSet::new(&[], library).models(kept);
         let gain = wheel_offset::gain(kept, &nominal, &judged.nominal_noise, delay_s);
@@ -261,37 +266,6 @@ pub fn diagnose(
     Ok(Diagnosis { answer, augmented, findings: judged.findings, far: None, prepared: None })
 }
 
-/// Note on the noise of wheels and gyro, where it is not as stated.
-fn loud_note(stated: &Belief, found: &Noise) -> Option<String> {
-    let [wheel, _, gyro, ..] = found.reading.map(f64::sqrt);
-    let over = [("the wheels", wheel / stated.wheel_std_rad_s), ("the gyro", gyro / stated.gyro_std_rad_s)];
-    let told: Vec<String> = over
-        .iter()
-        .filter(|(_, over)| over.ln().abs() > LOUDER)
-        .map(|(name, over)| format!("{name} {over:.2} times"))
-        .collect();
-    (!told.is_empty()).then(|| {
-        format!(
-            "Without torques the noise of wheels and gyro is estimated with how the robot moves, what shakes them and their timing \
-             included: {} what the simulator states. The gap is measured with that, before and after.",
-            told.join(", ")
-        )
-    })
-}
-
-/// Note on the drives that were fitted together; none for one drive.
-fn together_note(record: &Record) -> Option<String> {
-    let sources = &record.sources;
-    (sources.len() > 1).then(|| {
-        format!(
-            "{} drives are fitted together: {}. Effects and their parameters are the same in all of them, what is drawn anew in \
-             each run is each drive's own.",
-            sources.len(),
-            sources.join("; ")
-        )
-    })
-}
-
 /// A clock that was set, with the sentence that tells it, as a step of the trail.
 fn clock_step((offset, said): (&TimeOffset, &String)) -> Step {
     let subject = format!("{} of {}", offset.channel, offset.recording);
@@ -300,18 +274,6 @@ fn clock_step((offset, said): (&TimeOffset, &String)) -> Step {
 
 fn is_lattice(library: &Library, id: &str) -> bool {
     library.driving_by_id(id).is_some_and(|e| matches!(e.explanation(), DriveExplanation::WheelLattice))
-}
-
-/// Note on the share closed in each of several hold-out drives.
-fn each_note(far: &DriveFar, together: &[(String, Parameters)]) -> Option<String> {
-    let share = |(source, closed): &(String, Closed)| Some(format!("{source} {:.0} %", 100.0 * closed.estimate?));
-    let shares = far.each.iter().map(share).collect::<Option<Vec<_>>>()?;
-    let what = match (together, &far.nearest) {
-        ([], None) => return None,
-        ([], Some((id, _))) => format!("{id} closes alone"),
-        _ => "what was found closes".into(),
-    };
-    (!shares.is_empty()).then(|| format!("Of the gap in log score {what}, drive by drive: {}.", shares.join("; ")))
 }
 
 fn measure(

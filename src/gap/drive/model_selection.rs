@@ -133,8 +133,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let named = effects.iter().find(|e| matches!(e.explanation(), DriveExplanation::WheelLattice));
         lattice_part(lsb, here.max(1.0), named.map(|e| e.about()))
     });
-    let in_time =
-        if is_told { Vec::new() } else { gyro_offset::gyro_in_time(record, &branch, effects, options) };
+    let in_time = if is_told { Vec::new() } else { gyro_offset::gyro_in_time(record, &branch, effects, options) };
     let top = in_time.iter().map(gyro_offset::GyroOffset::top).fold(branch.top(), f64::max);
     let mut others = Vec::new();
     let mut ways: Vec<Way<'_>> = Vec::new();

@@ -211,6 +211,28 @@ impl Findings {
         }
     }
 
+    /// Changes the probabilities of the sets by further ln evidence, nats, of each effect in them: of a recording that
+    /// took no part in the comparison.
+    pub(crate) fn weigh_by(&mut self, evidence: &[(String, f64)]) {
+        if evidence.is_empty() {
+            return;
+        }
+        let doubt = self.doubt;
+        let believed = |set: &WeightedSet| if set.parts.is_empty() { 1.0 } else { 1.0 - doubt };
+        let told = |part: &Part| evidence.iter().find(|e| e.0 == part.id).map_or(0.0, |e| e.1);
+        let nats: Vec<f64> = self.sets.iter().map(|set| set.parts.iter().map(told).sum()).collect();
+        let ln = |(set, nats): (&WeightedSet, &f64)| (set.probability / believed(set)).ln() + nats;
+        let ln: Vec<f64> = self.sets.iter().zip(&nats).map(ln).collect();
+        let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = ln.iter().map(|v| (v - top).exp()).sum();
+        for ((set, nats), ln) in self.sets.iter_mut().zip(nats).zip(ln) {
+            set.ln_weight += nats;
+            set.probability = believed(set) * (ln - top).exp() / total;
+            set.parts.iter_mut().for_each(|part| part.missed_nats = part.missed_nats.map(|nats| nats + told(part)));
+        }
+        self.sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    }
+
     /// Adds `part` to every set, removes the effects `ids`, and lowers the shares of the free forms by the share of
     /// `part`.
     pub(crate) fn lead(&mut self, part: &Part, ids: &[String]) {
@@ -371,6 +393,27 @@ mod tests {
         };
         assert_eq!([top(0.19), top(0.21)], [Main::Effect(tone().into()), Main::None]);
         assert_eq!(findings(Vec::new()).top(), Main::None);
+    }
+
+    #[test]
+    fn what_another_recording_says_is_further_evidence() {
+        let part = Part { missed_nats: Some(4.0), ..Part::new(rate_ramp(), true, 9.0) };
+        let with = WeightedSet { parts: vec![part], ln_weight: 4.0, probability: 0.0 };
+        let sets = vec![with, set(&[], 0.0), set(&[(tone(), 9.0)], 0.0)];
+        let calibration = Calibration { doubt: 0.2, ..Calibration::none(&Prior::default()) };
+        let mut f = Findings::new(sets, &Prior::default(), &calibration, Vec::new());
+        let odds = |f: &Findings, id: &str| {
+            f.presence(id) / 0.8 / f.sets.iter().find(|s| s.parts.is_empty()).unwrap().probability
+        };
+        let before = [odds(&f, rate_ramp()), odds(&f, tone())];
+        f.weigh_by(&[(rate_ramp().into(), -3.0)]);
+        assert!((odds(&f, rate_ramp()) / before[0] - (-3f64).exp()).abs() < 1e-12);
+        assert!((odds(&f, tone()) / before[1] - 1.0).abs() < 1e-12);
+        // what the candidates have together is what it was: the doubt is that of the calibration
+        let none = f.sets.iter().find(|s| s.parts.is_empty()).unwrap().probability;
+        let others: f64 = f.sets.iter().filter(|s| !s.parts.is_empty()).map(|s| s.probability).sum();
+        assert!((none + others / 0.8 - 1.0).abs() < 1e-12);
+        assert_eq!(f.best_with(rate_ramp(), true).unwrap().part(rate_ramp()).unwrap().missed_nats, Some(1.0));
     }
 
     #[test]

@@ -132,6 +132,19 @@ struct Odds {
     ln_scale: f64,
 }
 
+impl Odds {
+    /// From the ln likelihood ratio of each row, inside over outside.
+    fn of(ln_ratios: impl Iterator<Item = f64>) -> Self {
+        let mut ln_scale = 0.0;
+        let row = |ratio: f64| {
+            ln_scale += ratio.max(0.0);
+            [(-ratio.max(0.0)).exp(), ratio.min(0.0).exp()]
+        };
+        let rows = ln_ratios.map(row).collect();
+        Self { rows, ln_scale }
+    }
+}
+
 /// Prediction errors of one wheel, in order of rows.
 struct Errors {
     rows: Vec<usize>,
@@ -182,15 +195,10 @@ impl Errors {
 
     /// Likelihoods of each row in a burst of this loss and outside.
     fn odds(&self, loss: f64, scatter: f64) -> Odds {
-        let mut ln_scale = 0.0;
-        let odds = |k: usize| {
+        Odds::of((0..self.errors.len()).map(|k| {
             let shift = -loss * self.speeds[k];
-            let ratio = (self.errors[k] * shift - 0.5 * shift * shift) / (scatter * self.variances[k]);
-            ln_scale += ratio.max(0.0);
-            [(-ratio.max(0.0)).exp(), ratio.min(0.0).exp()]
-        };
-        let rows = (0..self.errors.len()).map(odds).collect();
-        Odds { rows, ln_scale }
+            (self.errors[k] * shift - 0.5 * shift * shift) / (scatter * self.variances[k])
+        }))
     }
 
     /// ln evidence of this loss, at each length and share.
@@ -421,4 +429,36 @@ pub(crate) fn missed_part(effect: &dyn Driving, bursts: &LostTicks, share: f64) 
     part.parameters = effect.tick_loss().map_or_else(Parameters::new, |of| of.parameters(&lost));
     part.std = Parameters::from([(about.size().into(), bursts.loss_std)]);
     part
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All paths of the chain, one by one, where a row tells more than a number can hold.
+    #[test]
+    fn the_chain_is_the_sum_over_all_paths() {
+        let (ratios, [enter, leave]) = ([3.0, -2.0, 900.0, 1500.0, -700.0, 0.5], [0.02, 0.3]);
+        let path = |states: u32| {
+            let inside = |k: usize| states >> k & 1 == 1;
+            let start: f64 = if inside(0) { enter } else { leave };
+            let step = |k: usize| match [inside(k - 1), inside(k)] {
+                [false, false] => 1.0 - enter,
+                [false, true] => enter,
+                [true, false] => leave,
+                [true, true] => 1.0 - leave,
+            };
+            let ln = (1..ratios.len()).map(|k| f64::ln(step(k))).sum::<f64>() + (start / (enter + leave)).ln();
+            ln + (0..ratios.len()).filter(|k| inside(*k)).map(|k| ratios[k]).sum::<f64>()
+        };
+        let all: Vec<f64> = (0..1 << ratios.len()).map(path).collect();
+        let top = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let total = top + all.iter().map(|v| (v - top).exp()).sum::<f64>().ln();
+        let odds = Odds::of(ratios.into_iter());
+        let mut inside = [0.0; 6];
+        // the chain takes one step before its first row, from its stationary state, which it does not change
+        let found = odds.ln_scale + forward(&odds.rows, [enter, leave], Some(&mut inside));
+        assert!((found - total).abs() < 1e-9, "{found} {total}");
+        assert!(inside[2] > 0.999 && inside[3] > 0.999 && inside[4] < 0.001, "{inside:?}");
+    }
 }

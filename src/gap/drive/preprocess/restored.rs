@@ -68,8 +68,7 @@ pub(crate) fn restored_at_once(
     let models = PreprocessingHypothesis::models_at(record, all, &zero);
     // innovations of the true model lack nothing: z² has the mean one
     let mut lack = 0.0;
-    let as_recorded =
-        run(record, &models, noise, &[], |i| lack += 0.5 * (i.white * i.white - 1.0)).ln_likelihood();
+    let as_recorded = run(record, &models, noise, &[], |i| lack += 0.5 * (i.white * i.white - 1.0)).ln_likelihood();
     if lack < LARGE {
         return None;
     }

@@ -152,8 +152,13 @@ impl Problem {
     }
 
     fn prior(&self, members: &[Member]) -> (Vec<usize>, Vec<f64>) {
-        let (mut columns, mut stds): (Vec<usize>, Vec<f64>) =
-            self.nuisances(members).map(|n| (n.column, n.std)).unzip();
+        self.prior_within(members, members)
+    }
+
+    /// Columns and prior standard deviations of `members`, a part of the set `whole`: what every robot has of an effect
+    /// of `whole` is zero where the effect is left out.
+    fn prior_within(&self, members: &[Member], whole: &[Member]) -> (Vec<usize>, Vec<f64>) {
+        let (mut columns, mut stds): (Vec<usize>, Vec<f64>) = self.nuisances(whole).map(|n| (n.column, n.std)).unzip();
         for &(g, node) in members {
             columns.extend(&self.groups[g].columns);
             stds.extend(&self.groups[g].nodes[node]);
@@ -342,7 +347,8 @@ impl Problem {
         (0..n).map(|i| (inside.columns[i], inside.mean[i], stds[i] * inverse[(i, i)].max(0.0).sqrt())).collect()
     }
 
-    /// Share of each member, nats of evidence, with the coefficients of the others fitted anew each time.
+    /// Share of each member, nats of evidence, with the coefficients of the others fitted anew each time. Shares are of
+    /// the gap of the nominal simulator, which has nothing of an effect, not even what every robot has.
     ///
     /// The ranks are counted in order, each beyond those before it. Laws come first: a free form that can be anything
     /// can also be what a law says, and a law needs no more. Likewise the path of a process can be any slow function of
@@ -359,7 +365,9 @@ impl Problem {
                 let own = here.iter().filter(|i| keep(**i)).map(|i| members[*i]);
                 let mut set: Vec<Member> = before.iter().copied().chain(own).collect();
                 set.sort_unstable();
-                self.ln_evidence(&set)
+                let (columns, stds) = self.prior_within(&set, members);
+                let inside = self.integrated(columns, &stds, |c| self.moment[c], self.null);
+                inside.map_or(f64::NEG_INFINITY, |c| c.ln_evidence)
             };
             let (none, all) = (with(&|_| false), with(&|_| true));
             for &i in &here {

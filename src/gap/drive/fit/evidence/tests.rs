@@ -78,3 +78,17 @@ fn what_every_robot_has_a_little_of_gives_way_to_the_effect() {
     alone.nuisance.clear();
     assert_eq!(alone.ln_weight(&[(0, 0), (1, 0)]), usual.ln_weight(&[(0, 0), (1, 0)]));
 }
+
+#[test]
+fn shares_are_of_the_gap_of_a_simulator_that_has_nothing_of_the_effect() {
+    let of = |usual| {
+        let mut problem = problem();
+        problem.nuisance[0].usual = usual;
+        problem.shares(&[(0, 0), (1, 0)])
+    };
+    // without the column that every robot has a little of, as if the effect's own stood alone
+    let mut alone = problem();
+    alone.nuisance.clear();
+    assert_eq!(of(Some("a")), alone.shares(&[(0, 0), (1, 0)]));
+    assert_ne!(of(Some("a")), of(None));
+}
