@@ -13,18 +13,18 @@ use statrs::function::erf::erfc;
 /// Limits of the bands, nats.
 const LIMITS: [f64; 5] = [0.0, 12.0, 30.0, 100.0, f64::INFINITY];
 
-/// Cases with one listed effect whose nats lie in one band.
+/// Cases with one listed effect, or two, whose nats lie in one band: of two, those of the weaker one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Band {
     /// Least nats.
     pub from_nats: f64,
     /// Limit of the nats; none above the last band.
     pub to_nats: Option<f64>,
-    /// Cases without other effects: the effect is named.
+    /// Cases without other effects: the effect is named; of two, both, and nothing else.
     pub alone: Rate,
-    /// Cases with small amounts of others: the effect is named.
+    /// Cases with small amounts of others: the same.
     pub with_others: Rate,
-    /// Expected share of all these cases that an oracle names.
+    /// Expected share of all these cases in which an oracle names the effect; of two, the weaker one.
     pub oracle: f64,
 }
 
@@ -35,14 +35,15 @@ fn oracle(nats: f64) -> f64 {
     0.5 * erfc((price - nats) / (2.0 * nats.max(f64::MIN_POSITIVE).sqrt()))
 }
 
-/// Bands of the cases with one listed effect; those without a case are left out.
-pub(super) fn bands(judged: &[Judged]) -> Vec<Band> {
-    let single = || judged.iter().filter(|j| j.wanted == Wanted::Identified && j.truth.len() == 1);
+/// Bands of the cases with so many listed effects, one or two; those without a case are left out.
+pub(super) fn bands(judged: &[Judged], effects: usize) -> Vec<Band> {
+    let cases = || judged.iter().filter(|j| j.wanted == Wanted::Identified && j.truth.len() == effects);
+    let right = |j: &Judged| if effects == 1 { j.right } else { j.exact };
     let band = |limits: &[f64]| {
         let [from, to] = [limits[0], limits[1]];
         let inside: Vec<(&Judged, f64)> =
-            single().filter_map(|j| Some((j, j.nats?))).filter(|(_, nats)| (from..to).contains(nats)).collect();
-        let named = |messy: bool| Rate::count(inside.iter().filter(|(j, _)| j.messy == messy).map(|(j, _)| j.right));
+            cases().filter_map(|j| Some((j, j.nats?))).filter(|(_, nats)| (from..to).contains(nats)).collect();
+        let named = |messy: bool| Rate::count(inside.iter().filter(|(j, _)| j.messy == messy).map(|(j, _)| right(j)));
         (!inside.is_empty()).then(|| Band {
             from_nats: from,
             to_nats: to.is_finite().then_some(to),

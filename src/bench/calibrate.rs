@@ -115,7 +115,10 @@ impl Example {
         let mut sums = vec![0.0; self.right.len()];
         self.sets.iter().for_each(|s| sums[s.main] += (ln(s) - top).exp());
         let total: f64 = sums.iter().sum();
-        sums.iter_mut().zip(&self.nothing).for_each(|(s, none)| *s *= if *none { 1.0 } else { 1.0 - c.doubt } / total);
+        let gaps = || sums.iter().zip(&self.nothing).filter(|(_, none)| !**none).map(|(s, _)| *s);
+        let first = gaps().fold(0.0, f64::max) / gaps().sum::<f64>().max(f64::MIN_POSITIVE);
+        let believed = 1.0 - c.doubt_at(first);
+        sums.iter_mut().zip(&self.nothing).for_each(|(s, none)| *s *= if *none { 1.0 } else { believed } / total);
         sums
     }
 
@@ -133,13 +136,13 @@ impl Example {
     }
 }
 
-/// Temperature as its logarithm, the prior odds, and the ln odds of doubt.
-fn parameters(c: &Calibration) -> [f64; 6] {
-    [c.temperature.ln(), c.ln_effect[0], c.ln_effect[1], c.ln_free[0], c.ln_free[1], DOUBT]
+/// Temperature as its logarithm, the prior odds, and the ln odds of both doubts.
+fn parameters(c: &Calibration) -> [f64; 7] {
+    [c.temperature.ln(), c.ln_effect[0], c.ln_effect[1], c.ln_free[0], c.ln_free[1], DOUBT, DOUBT]
 }
 
-fn calibration(x: &[f64; 6]) -> Calibration {
-    let doubt = 1.0 / (1.0 + (-x[5]).exp());
+fn calibration(x: &[f64; 7]) -> Calibration {
+    let doubt = [x[5], x[6]].map(|ln_odds| 1.0 / (1.0 + (-ln_odds).exp()));
     // an unknown cause is no likelier than any one effect
     Calibration { temperature: x[0].exp(), ln_effect: [x[1], x[2]], ln_free: [x[3].min(x[1]), x[4]], doubt }
 }
@@ -147,12 +150,12 @@ fn calibration(x: &[f64; 6]) -> Calibration {
 /// The calibration of largest posterior density for `examples`.
 fn fitted<'a>(examples: impl Iterator<Item = &'a Example> + Clone, prior: &Prior) -> Calibration {
     let start = parameters(&Calibration::none(prior));
-    let value = |x: &[f64; 6]| {
+    let value = |x: &[f64; 7]| {
         let c = calibration(x);
         let likelihood: f64 = examples.clone().map(|e| e.truth(&c).max(FLOOR).ln()).sum();
         likelihood - 0.5 * x.iter().zip(&start).map(|(a, b)| ((a - b) / SPREAD).powi(2)).sum::<f64>()
     };
-    // pattern search: five parameters, a smooth and nearly concave function, no derivative needed
+    // pattern search: seven parameters, a smooth and nearly concave function, no derivative needed
     let (mut x, mut best) = (start, value(&start));
     let mut step = 0.5;
     while step > 0.005 {

@@ -159,6 +159,8 @@ pub struct Score {
     pub rates: Vec<(&'static str, Rate)>,
     /// One effect, by its nats, beside an oracle; empty where the labels do not state them.
     pub by_nats: Vec<Band>,
+    /// Two effects, by the nats of the weaker one, in the same way.
+    pub pairs_by_nats: Vec<Band>,
     /// One effect, by effect and strength.
     pub by_effect: Vec<ByEffect>,
     /// Unlisted effects, with the rate of answers of unknown, by effect.
@@ -226,7 +228,8 @@ pub fn score(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>
         cases: judged.len(),
         missing: judged.iter().filter(|j| j.answered == "missing").count(),
         rates,
-        by_nats: bands(&judged),
+        by_nats: bands(&judged, 1),
+        pairs_by_nats: bands(&judged, 2),
         by_effect: by_effect(single()),
         unlisted: unlisted(of(Wanted::Unknown)),
         calibration: calibration(&judged),

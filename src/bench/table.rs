@@ -17,6 +17,7 @@ impl Score {
             "missing": self.missing,
             "rates": rates,
             "by_nats": self.by_nats,
+            "pairs_by_nats": self.pairs_by_nats,
             "by_effect": self.by_effect,
             "unlisted": unlisted,
             "calibration": self.calibration,
@@ -79,19 +80,8 @@ impl Score {
     }
 
     fn write_effects(&self, out: &mut String) {
-        if !self.by_nats.is_empty() {
-            let _ = writeln!(
-                out,
-                "\n{:16} {:>8} {:>12} {:>17}",
-                "one effect: named", "alone", "with others", "an oracle names"
-            );
-        }
-        for Band { from_nats, to_nats, alone, with_others, oracle } in &self.by_nats {
-            let range =
-                to_nats.map_or_else(|| format!("from {from_nats} nats"), |to| format!("{from_nats} to {to} nats"));
-            let [alone, with_others] = [alone, with_others].map(|rate| format!("{}/{}", rate.right, rate.of));
-            let _ = writeln!(out, "{range:17} {alone:>8} {with_others:>12} {oracle:>17.3}");
-        }
+        write_bands(out, "one effect: named", &self.by_nats);
+        write_bands(out, "two, the weaker's nats: both", &self.pairs_by_nats);
         if !self.by_effect.is_empty() {
             let _ = writeln!(
                 out,
@@ -153,5 +143,17 @@ fn words(rate: &Rate) -> String {
     match (rate.rate, rate.ci95) {
         (Some(p), Some([low, high])) => format!("{}/{} = {p:.3} ({low:.3} to {high:.3})", rate.right, rate.of),
         _ => "0/0".into(),
+    }
+}
+
+/// Bands under the heading `what`; nothing where there are none.
+fn write_bands(out: &mut String, what: &str, bands: &[Band]) {
+    if !bands.is_empty() {
+        let _ = writeln!(out, "\n{what:30} {:>8} {:>12} {:>17}", "alone", "with others", "an oracle names");
+    }
+    for Band { from_nats, to_nats, alone, with_others, oracle } in bands {
+        let range = to_nats.map_or_else(|| format!("from {from_nats} nats"), |to| format!("{from_nats} to {to} nats"));
+        let [alone, with_others] = [alone, with_others].map(|rate| format!("{}/{}", rate.right, rate.of));
+        let _ = writeln!(out, "{range:30} {alone:>8} {with_others:>12} {oracle:>17.3}");
     }
 }

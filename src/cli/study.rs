@@ -100,7 +100,7 @@ fn estimator(name: &str) -> std::result::Result<Estimator, String> {
 fn estimator_help() -> String {
     let names = Estimator::ALL.map(Estimator::id).join(", ");
     let slow = Estimator::SlipUnscented.id();
-    format!("What estimates the pose, separated by commas: {names} [default: all but {slow}, which takes longest]")
+    format!("Estimators of the pose, separated by commas: {names} [default: all but {slow}, which takes longest]")
 }
 
 fn axis(name: &str) -> std::result::Result<Axis, String> {

@@ -107,8 +107,8 @@ fn text(found: &Calibrated, made: &[bench::Bench]) -> String {
         text += &format!("# {name}: {}\n", words(fit));
     }
     text += &format!(
-        "[calibration]\ntemperature = {:.4}\nln_effect = [{:.4}, {:.4}]\nln_free = [{:.4}, {:.4}]\ndoubt = {:.4}\n",
-        c.temperature, c.ln_effect[0], c.ln_effect[1], c.ln_free[0], c.ln_free[1], c.doubt
+        "[calibration]\ntemperature = {:.4}\nln_effect = [{:.4}, {:.4}]\nln_free = [{:.4}, {:.4}]\ndoubt = [{:.4}, {:.4}]\n",
+        c.temperature, c.ln_effect[0], c.ln_effect[1], c.ln_free[0], c.ln_free[1], c.doubt[0], c.doubt[1]
     );
     text
 }

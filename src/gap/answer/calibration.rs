@@ -1,5 +1,5 @@
 //! ln p(set | recording) = ln evidence / T + prior(k, m) + constant: k effects of the library, m free forms;
-//! p(set) → (1 - ε) p(set) for every set but the empty one
+//! p(set) → (1 - ε) p(set) for every set but the empty one,  ε = q ε₁ + (1 - q) ε₀
 //!
 //! Calibration of evidences, learned from recordings whose truth is known. Laplace's method and the search over sets
 //! make evidences too confident by a factor T. How often real recordings lack nothing, one effect or more is a prior,
@@ -7,7 +7,8 @@
 //! provenance. They hold for recordings like those of the bench, of which one in eight lacks nothing: where gaps are
 //! rarer, 'none' is more probable than stated.
 //! ε is the share of the recordings with a gap whose cause is none of the candidates, however large the evidence:
-//! thousands of nats between two wrong models prove neither, and no temperature corrects that.
+//! thousands of nats between two wrong models prove neither, and no temperature corrects that. It is larger where the
+//! candidates are divided: q is the share of the most probable main cause in all sets but the empty one.
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::rest::whittle::search::Prior;
@@ -28,9 +29,10 @@ pub struct Calibration {
     pub ln_effect: [f64; 2],
     /// The same of free forms.
     pub ln_free: [f64; 2],
-    /// ε: probability, given a gap, that its cause is none of the candidates.
+    /// ε₁ and ε₀: probability, given a gap, that its cause is none of the candidates, where one of them has all of the
+    /// weight and where none has any.
     #[serde(default)]
-    pub doubt: f64,
+    pub doubt: [f64; 2],
 }
 
 #[derive(Deserialize)]
@@ -42,7 +44,7 @@ impl Calibration {
     /// No calibration: evidences as they are, under the prior of the search.
     #[must_use]
     pub(crate) fn none(prior: &Prior) -> Self {
-        Self { temperature: 1.0, ln_effect: [prior.ln_named; 2], ln_free: [prior.ln_free; 2], doubt: 0.0 }
+        Self { temperature: 1.0, ln_effect: [prior.ln_named; 2], ln_free: [prior.ln_free; 2], doubt: [0.0; 2] }
     }
 
     /// Reads a calibration that `gyroid gap bench calibrate` wrote.
@@ -55,7 +57,8 @@ impl Calibration {
             toml::from_str(text).map_err(|e| Error::new(ErrorKind::Config, source, e.message()).hint(hint))?;
         let c = file.calibration;
         let finite = c.ln_effect.iter().chain(&c.ln_free).all(|v| v.is_finite());
-        if !(c.temperature > 0.0 && c.temperature.is_finite() && finite && (0.0..1.0).contains(&c.doubt)) {
+        let doubt = c.doubt.iter().all(|v| (0.0..1.0).contains(v));
+        if !(c.temperature > 0.0 && c.temperature.is_finite() && finite && doubt) {
             let found = format!("{c:?} is no calibration");
             return Err(Error::new(ErrorKind::Config, source, found).at("[calibration]").hint(hint));
         }
@@ -67,6 +70,12 @@ impl Calibration {
     pub(crate) fn ln_prior(&self, effects: usize, free: usize) -> f64 {
         let one = |ln: [f64; 2], n: usize| if n == 0 { 0.0 } else { ln[0] + (n - 1) as f64 * ln[1] };
         one(self.ln_effect, effects) + one(self.ln_free, free)
+    }
+
+    /// ε where the most probable main cause has the share `first` of all sets but the empty one.
+    #[must_use]
+    pub(crate) fn doubt_at(&self, first: f64) -> f64 {
+        first * self.doubt[0] + (1.0 - first) * self.doubt[1]
     }
 
     /// ln posterior weight of a set; its weight in the search includes the prior odds `prior`.
@@ -124,7 +133,7 @@ mod tests {
     #[test]
     fn the_search_s_prior_is_taken_back_and_what_is_certain_is_free() {
         let prior = Prior { ln_named: -2.0, ln_free: -4.0 };
-        let c = Calibration { temperature: 2.0, ln_effect: [-1.0, -3.0], ln_free: [-5.0, -6.0], doubt: 0.0 };
+        let c = Calibration { temperature: 2.0, ln_effect: [-1.0, -3.0], ln_free: [-5.0, -6.0], doubt: [0.0; 2] };
         let s = set(&[("a", true), ("b", true), ("free.c", false), ("lattice", true)], 10.0);
         // evidence 10 + 2 · 2 + 4 = 18
         assert!((c.ln_weight(&s, &prior) - (9.0 - 1.0 - 3.0 - 5.0)).abs() < 1e-12);

@@ -282,7 +282,6 @@ mod tests {
             let before = torque_bandwidth::before(&record, &Noise::believed(&record, None)).process.ripple;
             let fit = fit(&record, &Asked::of(&library, &[ids::scale_factor()]).unwrap(), &Options::default());
             let all = record.belief.torque_noise_n_m_sqrt_s.powi(2);
-            println!("{parts}: {} before, {} with the gain", before / all, fit.nominal.process.ripple / all);
             assert!(before > 0.0);
             assert_eq!(fit.nominal.process.ripple, whole * all);
             let (k, std) = (fit.parts[0].parameters["relative"], fit.parts[0].std["relative"]);

@@ -136,7 +136,14 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let in_time = if is_told { Vec::new() } else { gyro_offset::gyro_in_time(record, &branch, effects, options) };
     let top = in_time.iter().map(gyro_offset::GyroOffset::top).fold(branch.top(), f64::max);
     let mut others = Vec::new();
-    let mut ways: Vec<Way<'_>> = Vec::new();
+    let as_recorded = if is_told {
+        Err(
+            "not fitted: where its model begins it falls short by far of the drive with its lost ticks restored, which named effects explain",
+        )
+    } else {
+        Ok(branch.top())
+    };
+    let mut ways = vec![Way { name: "as recorded".into(), top: as_recorded }];
     let mut lost = Err("there are no bursts worth a look, or their account falls short by far");
     if let Some(loses) = loses
         && let Some((other, bursts)) =
@@ -174,7 +181,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         sets.extend(other.sets().into_iter().map(|set| beside(set, part, late_wheels)));
     }
     ways.extend(in_time.iter().map(|i| Way { name: format!("gyro {:.4} s earlier", i.lag_s), top: Ok(i.top()) }));
-    let readings = trail::readings(branch.top(), &ways);
+    let readings = trail::readings(&ways);
     let mut trace: Vec<Step> = trace::of_notes(&record.notes).chain(twins.steps()).collect();
     trace.extend(
         unknowable(record, effects).map(|id| {

@@ -63,9 +63,9 @@ pub(super) struct Way<'a> {
     pub(super) top: Result<f64, &'a str>,
 }
 
-/// Ways of reading the recording; `as_is`: ln weight of the recording as it is.
-pub(super) fn readings(as_is: f64, others: &[Way<'_>]) -> Vec<Step> {
-    let best = others.iter().filter_map(|way| way.top.ok()).fold(as_is, f64::max);
+/// Ways of reading the recording, that as it was recorded first.
+pub(super) fn readings(ways: &[Way<'_>]) -> Vec<Step> {
+    let best = ways.iter().filter_map(|way| way.top.ok()).fold(f64::NEG_INFINITY, f64::max);
     let told = |name: &str, top: f64| {
         let (decision, reason) = if top == best {
             (Decision::Taken, "the best way: noise and rivals are told by it")
@@ -77,11 +77,11 @@ pub(super) fn readings(as_is: f64, others: &[Way<'_>]) -> Vec<Step> {
         };
         Step::new(TraceStage::Preprocessing, name, decision, reason).nats(top - best)
     };
-    let other = |way: &Way<'_>| match way.top {
+    let one = |way: &Way<'_>| match way.top {
         Ok(top) => told(&way.name, top),
         Err(why) => Step::new(TraceStage::Preprocessing, &way.name, Decision::Rejected, why),
     };
-    std::iter::once(told("as recorded", as_is)).chain(others.iter().map(other)).collect()
+    ways.iter().map(one).collect()
 }
 
 impl PreprocessingHypothesis {

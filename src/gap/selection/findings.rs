@@ -147,13 +147,21 @@ impl Findings {
         let ln: Vec<f64> = sets.iter().map(|s| calibration.ln_weight(s, prior)).collect();
         let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let total: f64 = ln.iter().map(|v| (v - top).exp()).sum();
-        for (set, v) in sets.iter_mut().zip(&ln) {
-            let believed = if set.parts.is_empty() { 1.0 } else { 1.0 - calibration.doubt };
-            set.probability = believed * (v - top).exp() / total;
-        }
+        sets.iter_mut().zip(&ln).for_each(|(set, v)| set.probability = (v - top).exp() / total);
         sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         let (idle, trace) = (Vec::new(), Vec::new());
-        Self { sets, idle, least_nats: -prior.ln_named, doubt: calibration.doubt, notes, trace }
+        let mut findings = Self { sets, idle, least_nats: -prior.ln_named, doubt: 0.0, notes, trace };
+        findings.doubt_as(calibration);
+        findings
+    }
+
+    /// Sets the doubt of `calibration`, and lowers the probabilities by it; they sum to one before.
+    fn doubt_as(&mut self, calibration: &Calibration) {
+        let gaps: Vec<f64> = self.mains().into_iter().filter(|m| m.0 != Main::None).map(|m| m.1).collect();
+        let all: f64 = gaps.iter().sum();
+        self.doubt = calibration.doubt_at(gaps.first().map_or(0.0, |first| first / all.max(f64::MIN_POSITIVE)));
+        let believed = 1.0 - self.doubt;
+        self.sets.iter_mut().filter(|set| !set.parts.is_empty()).for_each(|set| set.probability *= believed);
     }
 
     /// Refuses sets whose probability is not finite.
@@ -175,16 +183,17 @@ impl Findings {
             let (effects, free) = counts(set);
             calibration.ln_prior(effects, free)
         };
-        let believed = |set: &WeightedSet| if set.parts.is_empty() { 1.0 } else { 1.0 - calibration.doubt };
+        let believed = 1.0 - self.doubt;
         let mut total = 0.0;
         for set in &mut self.sets {
-            let before = believed(set) * ln_prior(set).exp();
+            let before = ln_prior(set).exp() * if set.parts.is_empty() { 1.0 } else { believed };
             set.parts.retain(|part| !is_given(part));
             set.probability *= ln_prior(set).exp() / before;
             total += set.probability;
         }
-        self.sets.iter_mut().for_each(|set| set.probability *= believed(set) / total);
+        self.sets.iter_mut().for_each(|set| set.probability /= total);
         self.sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        self.doubt_as(calibration);
     }
 
     /// Moves the effects `ids` out of every set into `idle`. A set that held nothing else is then empty: no gap.
@@ -400,7 +409,7 @@ mod tests {
         let part = Part { missed_nats: Some(4.0), ..Part::new(rate_ramp(), true, 9.0) };
         let with = WeightedSet { parts: vec![part], ln_weight: 4.0, probability: 0.0 };
         let sets = vec![with, set(&[], 0.0), set(&[(tone(), 9.0)], 0.0)];
-        let calibration = Calibration { doubt: 0.2, ..Calibration::none(&Prior::default()) };
+        let calibration = Calibration { doubt: [0.2; 2], ..Calibration::none(&Prior::default()) };
         let mut f = Findings::new(sets, &Prior::default(), &calibration, Vec::new());
         let odds = |f: &Findings, id: &str| {
             f.presence(id) / 0.8 / f.sets.iter().find(|s| s.parts.is_empty()).unwrap().probability
@@ -414,6 +423,24 @@ mod tests {
         let others: f64 = f.sets.iter().filter(|s| !s.parts.is_empty()).map(|s| s.probability).sum();
         assert!((none + others / 0.8 - 1.0).abs() < 1e-12);
         assert_eq!(f.best_with(rate_ramp(), true).unwrap().part(rate_ramp()).unwrap().missed_nats, Some(1.0));
+    }
+
+    #[test]
+    fn doubt_is_larger_where_the_candidates_are_divided() {
+        let calibration = Calibration { doubt: [0.02, 0.5], ..Calibration::none(&Prior::default()) };
+        let weighed = |weights: [f64; 2]| {
+            let one = |(id, ln_weight)| WeightedSet { ln_weight, ..set(&[(id, 9.0)], 0.0) };
+            let sets = [tone(), rate_ramp()].into_iter().zip(weights).map(one).chain([set(&[], 0.0)]).collect();
+            Findings::new(sets, &Prior::default(), &calibration, Vec::new())
+        };
+        let sure = weighed([60.0, 0.0]);
+        assert!((sure.doubt - 0.02).abs() < 1e-9 && (sure.mains()[0].1 - 0.98).abs() < 1e-9);
+        // halves: 0.5 · 0.02 + 0.5 · 0.5
+        let divided = weighed([60.0, 60.0]);
+        assert!((divided.doubt - 0.26).abs() < 1e-9 && (divided.mains()[0].1 - 0.37).abs() < 1e-9);
+        // where nothing is lacking there is nothing to doubt
+        let total: f64 = weighed([-60.0, -60.0]).sets.iter().map(|s| s.probability).sum();
+        assert!((total - 1.0).abs() < 1e-9);
     }
 
     #[test]

@@ -213,7 +213,6 @@ mod tests {
             let [found, std] = set
                 .and_then(|s| s.part(ids::gyro_delay()))
                 .map_or([f64::NAN; 2], |part| [&part.parameters, &part.std].map(|of| of["delay_s"]));
-            println!("{delay_s} s: {found:.6} ± {std:.6}, {:?}", mains[0]);
             let right = mains[0].0 == Main::Effect(ids::gyro_delay().into());
             (!right || !((found - delay_s).abs() < 3.0 * std) || std > 0.0005).then_some((delay_s, found, std))
         };
