@@ -115,9 +115,7 @@ impl Example {
         let mut sums = vec![0.0; self.right.len()];
         self.sets.iter().for_each(|s| sums[s.main] += (ln(s) - top).exp());
         let total: f64 = sums.iter().sum();
-        let gaps = || sums.iter().zip(&self.nothing).filter(|(_, none)| !**none).map(|(s, _)| *s);
-        let first = gaps().fold(0.0, f64::max) / gaps().sum::<f64>().max(f64::MIN_POSITIVE);
-        let believed = 1.0 - c.doubt_at(first);
+        let believed = 1.0 - c.doubt_of(sums.iter().zip(&self.nothing).filter(|(_, none)| !**none).map(|(s, _)| *s));
         sums.iter_mut().zip(&self.nothing).for_each(|(s, none)| *s *= if *none { 1.0 } else { believed } / total);
         sums
     }

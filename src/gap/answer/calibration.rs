@@ -72,9 +72,10 @@ impl Calibration {
         one(self.ln_effect, effects) + one(self.ln_free, free)
     }
 
-    /// ε where the most probable main cause has the share `first` of all sets but the empty one.
+    /// ε where the main causes other than none have these weights, up to a factor.
     #[must_use]
-    pub(crate) fn doubt_at(&self, first: f64) -> f64 {
+    pub(crate) fn doubt_of(&self, gaps: impl Iterator<Item = f64> + Clone) -> f64 {
+        let first = gaps.clone().fold(0.0, f64::max) / gaps.sum::<f64>().max(f64::MIN_POSITIVE);
         first * self.doubt[0] + (1.0 - first) * self.doubt[1]
     }
 

@@ -157,9 +157,7 @@ impl Findings {
 
     /// Sets the doubt of `calibration`, and lowers the probabilities by it; they sum to one before.
     fn doubt_as(&mut self, calibration: &Calibration) {
-        let gaps: Vec<f64> = self.mains().into_iter().filter(|m| m.0 != Main::None).map(|m| m.1).collect();
-        let all: f64 = gaps.iter().sum();
-        self.doubt = calibration.doubt_at(gaps.first().map_or(0.0, |first| first / all.max(f64::MIN_POSITIVE)));
+        self.doubt = calibration.doubt_of(self.mains().iter().filter(|m| m.0 != Main::None).map(|m| m.1));
         let believed = 1.0 - self.doubt;
         self.sets.iter_mut().filter(|set| !set.parts.is_empty()).for_each(|set| set.probability *= believed);
     }

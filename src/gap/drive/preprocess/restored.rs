@@ -53,6 +53,20 @@ fn accounts_at(
     all
 }
 
+/// ln weight of these bursts beside the restored drive, nats: what they cost, and the prior odds of lost ticks.
+fn own_nats(bursts: &LostTicks, options: &Options) -> f64 {
+    bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named
+}
+
+/// The restored drive with the comparison `compared` of sets on it; `own_nats`: see [`own_nats`].
+fn hypothesis(restored: Record, noise: Noise, compared: Compared, own_nats: f64) -> PreprocessingHypothesis {
+    let onsets_s = changepoint::of_each(&restored);
+    let mut hypothesis = PreprocessingHypothesis::new(restored, noise, compared, onsets_s);
+    hypothesis.restored = true;
+    hypothesis.extra_weight += own_nats;
+    hypothesis
+}
+
 /// The drive with the lost ticks of one wheel restored, where bursts make up most of what the innovations of the nominal
 /// model lack, and named effects explain all that is left; else none. `all`: candidates of the drive as recorded, of
 /// which nothing has been fitted yet; `begin`: θ to start from.
@@ -79,13 +93,10 @@ pub(crate) fn restored_at_once(
         return None;
     }
     let restored = bursts.restored(record);
-    let onsets_s = changepoint::of_each(&restored);
     let named = all.only(|g| all.groups[g].named).without_lost_ticks();
     let compared = Compared::narrow(&restored, noise, named, theta, None);
-    let mut other = PreprocessingHypothesis::new(restored, *noise, compared, onsets_s);
-    other.restored = true;
+    let mut other = hypothesis(restored, *noise, compared, own_nats(&bursts, options));
     other.bent_nats = ln_p - as_recorded;
-    other.extra_weight += bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
     other.widen(effects, options, other.compared.steps_s());
     if !other.is_named() {
         return None;
@@ -111,23 +122,19 @@ pub(crate) fn restored(
     // beside a settled set without free forms no other start is needed
     let mut from = if as_is.is_quiet() { vec![&here] } else { vec![&zero, &begin, &here] };
     from.dedup();
-    let mut all = accounts_at(record, &as_is.compared.candidates, &as_is.noise, &from);
-    all.truncate(TRIED);
+    let mut accounts = accounts_at(record, all, &as_is.noise, &from);
+    accounts.truncate(TRIED);
     let fresh = Noise { process: as_is.noise.process, ..*noise };
     let plausible = as_is.compared.plausible().without_lost_ticks();
     let as_is_top = as_is.top();
     let settle = |bursts: LostTicks, theta: &Theta| {
         let restored = bursts.restored(record);
-        let own = bursts.ln_path + bursts.ln_jacobian() + options.prior.ln_named;
+        let own = own_nats(&bursts, options);
         let hopeless = best_top - own - HOPELESS;
         let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
-        let onsets_s = changepoint::of_each(&restored);
-        let compared_top = compared.top();
-        let mut other = PreprocessingHypothesis::new(restored, fresh, compared, onsets_s);
-        other.restored = true;
-        other.bent_nats = (compared_top + own - as_is_top).max(0.0);
+        let mut other = hypothesis(restored, fresh, compared, own);
+        other.bent_nats = (other.top() - as_is_top).max(0.0);
         other.promising.clone_from(&as_is.promising);
-        other.extra_weight += own;
         if other.top() > best_top - HOPELESS {
             other.clean(effects, options);
         }
@@ -137,7 +144,7 @@ pub(crate) fn restored(
         a.0.top().total_cmp(&b.0.top())
     };
     let accounts: Vec<(PreprocessingHypothesis, LostTicks)> =
-        all.into_par_iter().map(|(_, bursts, theta)| settle(bursts, &theta)).collect();
+        accounts.into_par_iter().map(|(_, bursts, theta)| settle(bursts, &theta)).collect();
     let best = accounts.into_iter().max_by(better)?;
     // once more with the model found so far, without taking out slow errors
     let theta = best.0.compared.next().0;
