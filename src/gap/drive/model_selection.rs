@@ -181,6 +181,15 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         sets.extend(other.sets().into_iter().map(|set| beside(set, part, late_wheels)));
     }
     ways.extend(in_time.iter().map(|i| Way { name: format!("gyro {:.4} s earlier", i.lag_s), top: Ok(i.top()) }));
+    if record.torques_n_m.is_none() {
+        let logged = [
+            (true, Instrument::Wheels),
+            (record.gyro_rad_s.is_some(), Instrument::Gyro),
+            (record.pose.is_some(), Instrument::Pose),
+        ];
+        let late: Vec<&About> = logged.iter().filter(|l| l.0).filter_map(|l| drive::late(effects, l.1)).collect();
+        sets = sets.into_iter().map(|set| wheel_offset::without_common(set, &late)).collect();
+    }
     let readings = trail::readings(&ways);
     let mut trace: Vec<Step> = trace::of_notes(&record.notes).chain(twins.steps()).collect();
     trace.extend(
@@ -362,7 +371,11 @@ pub(crate) fn unknowable<'a>(
     effects
         .iter()
         .filter(|e| {
-            !knowable(**e, record) && matches!(e.explanation(), DriveExplanation::Model(_) | DriveExplanation::GyroStep)
+            let there = matches!(
+                e.explanation(),
+                DriveExplanation::Model(_) | DriveExplanation::GyroStep | DriveExplanation::NoiseLevel(_)
+            );
+            there && !knowable(**e, record)
         })
         .map(|e| e.about().id)
 }

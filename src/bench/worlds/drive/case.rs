@@ -124,6 +124,12 @@ fn world_of(present: &[&Present], scene: Scene<'_>, r: u64, seed: u64) -> World 
     world
 }
 
+/// Nats of an effect beyond what robots without a fault have of it, `usual` times its strength a (one standard
+/// deviation s = `usual` a). a²/2σ² nats are those of an estimate a ± σ; beside the usual ones they are a²/2(σ² + s²).
+fn beyond_usual(nats: f64, usual: f64) -> f64 {
+    (nats.recip() + 2.0 * usual * usual).recip()
+}
+
 /// Says how clearly an effect shows in the fit's run.
 pub(super) struct Judge<'a> {
     scene: Scene<'a>,
@@ -153,7 +159,8 @@ impl<'a> Judge<'a> {
             Shows::Rare => of_rare,
         };
         let found = nats(&with, &self.nominal);
-        if found.is_finite() { found } else { f64::MAX }
+        let usual = present.effect.usual_rows * self.scene.machine.step_s;
+        if found.is_finite() { beyond_usual(found, usual / present.strength) } else { f64::MAX }
     }
 
     /// Gives `present` the strength with `target` nats, to `precision` (relative), in so many tries; returns its nats.
@@ -267,7 +274,13 @@ fn attempt(seed: u64, index: usize, spec: &Spec, habits: &Habits) -> Result<Opti
         .filter_map(|(id, _)| Some(draw(id, &machine, &mut Stream::new(seed, FORM))?.need))
         .collect();
     let mut has = sensors(&needs, s);
-    has.wheel_rows = habits.wheels_hz.map_or(1, |hz| (1.0 / (hz * machine.step_s)).round().max(1.0) as usize);
+    // what logs torques logs the wheels with them
+    if let Some(hz) =
+        habits.wheels_hz.filter(|_| needs.iter().all(|need| need.met(Sensors { torque: false, ..Sensors::ALL })))
+    {
+        let wheel_rows = (1.0 / (hz * machine.step_s)).round().max(1.0) as usize;
+        has = Sensors { torque: false, wheel_rows, ..Sensors::ALL };
+    }
     let judge = Judge::new(Scene { machine: &machine, run: &fit }, has, seed);
     let mut inside = Vec::new();
     let mut main_nats = BTreeMap::new();

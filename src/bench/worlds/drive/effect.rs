@@ -23,6 +23,8 @@ pub(super) enum Need {
     Torque,
     Pose,
     Gyro,
+    /// Noise beside a motion that is known.
+    GyroAndTorque,
 }
 
 impl Need {
@@ -32,6 +34,7 @@ impl Need {
             Self::Torque => sensors.torque,
             Self::Pose => sensors.pose,
             Self::Gyro => sensors.gyro,
+            Self::GyroAndTorque => sensors.gyro && sensors.torque,
         }
     }
 }
@@ -63,6 +66,9 @@ pub(super) struct Effect {
     pub shows: Shows,
     /// The strength that it has where it is strong, whatever its nats; else the nats say.
     pub large: Option<f64>,
+    /// Standard deviation of its strength, s, in robots without a fault, over the time from row to row; zero where
+    /// these have none of it.
+    pub usual_rows: f64,
     /// Condition that it follows, as the contract has them; for effects that are in no list.
     pub condition: Option<&'static str>,
     set: Option<Box<Set>>,
@@ -73,7 +79,20 @@ pub(super) struct Effect {
 impl Effect {
     pub(crate) fn new(id: &'static str, channel: &'static str, need: Need, [start, most]: [f64; 2]) -> Self {
         let (set, tell, rest, condition) = (None, Vec::new(), None, None);
-        Self { id, channel, need, start, most, shows: Shows::Signal, large: None, condition, set, tell, rest }
+        Self {
+            id,
+            channel,
+            need,
+            start,
+            most,
+            shows: Shows::Signal,
+            large: None,
+            usual_rows: 0.0,
+            condition,
+            set,
+            tell,
+            rest,
+        }
     }
 
     /// One of a gyro's own effects, which it has at rest too.
@@ -110,6 +129,11 @@ impl Effect {
 
     pub(crate) fn shows(self, shows: Shows) -> Self {
         Self { shows, ..self }
+    }
+
+    /// Of time stamps, which a healthy logger has right to a twentieth of a row.
+    pub(crate) fn timed(self) -> Self {
+        Self { usual_rows: 0.05, ..self }
     }
 
     pub(crate) fn at_large(self, strength: f64) -> Self {

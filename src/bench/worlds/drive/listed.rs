@@ -86,6 +86,7 @@ pub(super) fn lateral_skid(s: &mut Stream) -> Effect {
     let (side, lag_s, bend) =
         (if chance(s, 0.85) { 1.0 } else { -1.0 }, log_between(s, 0.02, 0.4), between(s, 0.0, 0.2));
     Effect::new("wheel.lateral_skid", "pose", Need::Pose, [0.02, 0.3])
+        .timed()
         .sets(move |a, world, _, _| {
             let wheels = &mut world.wheels;
             (wheels.skid_s, wheels.skid_lag_s, wheels.skid_bend_s2_m) = (side * a, lag_s, bend);
@@ -213,6 +214,7 @@ pub(super) fn vibration_rectification(s: &mut Stream) -> Effect {
 pub(super) fn gyro_delay(s: &mut Stream) -> Effect {
     let jitter = between(s, 0.0, 0.15);
     Effect::new("sensor.gyro_delay", "gyro", Need::Gyro, [0.01, 0.15])
+        .timed()
         .sets(move |a, world, _, _| (world.gyro.delay_s, world.gyro.delay_jitter) = (a, jitter))
         .tells("delay_s", |a, _| a)
 }
@@ -220,6 +222,7 @@ pub(super) fn gyro_delay(s: &mut Stream) -> Effect {
 pub(super) fn wheel_delay(s: &mut Stream) -> Effect {
     let jitter = between(s, 0.0, 0.15);
     Effect::new("sensor.wheel_delay", "wheels", Need::Anything, [0.01, 0.12])
+        .timed()
         .sets(move |a, world, _, _| (world.encoders.delay_s, world.encoders.delay_jitter) = (a, jitter))
         .tells("delay_s", |a, _| a)
 }
@@ -228,6 +231,7 @@ pub(super) fn pose_delay(s: &mut Stream) -> Effect {
     let jitter = between(s, 0.0, 0.15);
     // longer ones are a clock's affair
     Effect::new("sensor.pose_delay", "pose", Need::Pose, [0.02, 0.19])
+        .timed()
         .sets(move |a, world, _, _| (world.pose.delay_s, world.pose.delay_jitter) = (a, jitter))
         .tells("delay_s", |a, _| a)
 }
@@ -250,11 +254,11 @@ fn noise_level(
 }
 
 pub(super) fn gyro_noise(machine: &Machine, s: &mut Stream) -> Effect {
-    noise_level(["gyro.noise_level", "gyro"], Need::Gyro, |world| &mut world.gyro.loud, machine, s)
+    noise_level(["gyro.noise_level", "gyro"], Need::GyroAndTorque, |world| &mut world.gyro.loud, machine, s)
 }
 
 pub(super) fn encoder_noise(machine: &Machine, s: &mut Stream) -> Effect {
-    noise_level(["encoder.noise_level", "wheels"], Need::Anything, |world| &mut world.encoders.loud, machine, s)
+    noise_level(["encoder.noise_level", "wheels"], Need::Torque, |world| &mut world.encoders.loud, machine, s)
 }
 
 pub(super) fn pose_noise(machine: &Machine, s: &mut Stream) -> Effect {

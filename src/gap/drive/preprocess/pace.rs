@@ -56,6 +56,27 @@ impl Record {
     }
 }
 
+/// Readings of the torques to one of the wheels from which on a control acts on more than is logged.
+const OFTEN: f64 = 1.5;
+
+/// Note on torques that change between the readings of the wheels; none where they do not. A speed control sets them from
+/// readings that the log does not hold, so that they tell of the motion beyond what they cause: innovations follow them
+/// with nothing lacking from the simulator (Ljung, System Identification, 1999, 13.4: feedback).
+pub(crate) fn feedback_note(record: &Record) -> Option<String> {
+    let torques = record.torques_n_m.as_ref()?;
+    let changes =
+        |d: &std::ops::Range<usize>| d.clone().skip(1).filter(|k| torques.iter().any(|u| u[*k] != u[k - 1])).count();
+    let reads = |d: &std::ops::Range<usize>| d.clone().filter(|k| is_read(record, *k)).count();
+    let (changes, reads) = record.drives().fold((0, 0), |(c, r), d| (c + changes(&d), r + reads(&d)));
+    (changes as f64 >= OFTEN * reads as f64).then(|| {
+        format!(
+            "The torques change {changes} times, the wheels are read {reads} times. A speed control that acts on wheel readings which \
+             the log does not hold puts what it knows into its torques, which resembles small effects: what gains few nats may be \
+             that. Hint: log the wheels as often as the torques."
+        )
+    })
+}
+
 /// The wheels' interval, s; none where the gyro is not read much more often, or torques were logged.
 fn interval_s(record: &Record) -> Option<f64> {
     record.gyro_rad_s.as_ref().filter(|_| record.torques_n_m.is_none())?;
@@ -198,6 +219,26 @@ mod tests {
         let findings = compare(&robot(), &fit, &Library::new(), &Options::default()).unwrap().weighed("drive");
         let found = findings.unwrap();
         assert_eq!(found.mains()[0].0, Main::None, "{:?}", found.mains());
+    }
+
+    #[test]
+    fn torques_between_the_readings_of_the_wheels_are_told() {
+        let log = recorded(30.0, 5, None);
+        let told =
+            |log: &Log| Record::new(&robot(), log, 0.0).unwrap().notes.iter().any(|n| n.contains("speed control"));
+        assert!(!told(&log));
+        let mut seldom = log.clone();
+        let wheels = [names::WHEEL_LEFT, names::WHEEL_RIGHT];
+        for c in seldom.channels.iter_mut().filter(|c| wheels.contains(&c.name.as_str())) {
+            c.values.iter_mut().enumerate().filter(|(k, _)| k % 5 != 0).for_each(|(_, v)| *v = f64::NAN);
+        }
+        assert!(told(&seldom));
+        // held from one reading to the next they were set by what the log holds
+        let torques = [names::TORQUE_LEFT, names::TORQUE_RIGHT];
+        for c in seldom.channels.iter_mut().filter(|c| torques.contains(&c.name.as_str())) {
+            (0..c.values.len()).for_each(|k| c.values[k] = c.values[k - k % 5]);
+        }
+        assert!(!told(&seldom));
     }
 
     #[test]

@@ -8,6 +8,7 @@ pub(crate) mod same_unit;
 pub(crate) mod testable;
 use self::given::Given;
 use super::ekf::innovations::Noise;
+use super::preprocess::pace::feedback_note;
 use super::preprocess::start_heading;
 use crate::bias::WarmUp;
 use crate::config::{Config, Gyro, Kind, Steering};
@@ -201,7 +202,7 @@ impl Record {
         }
         let mut steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
         steps.sort_by(f64::total_cmp);
-        let record = Self {
+        let mut record = Self {
             since_power_on_s: since_power_on(log, since_power_on_s)?,
             starts: vec![0],
             sources: vec![log.source.clone()],
@@ -217,6 +218,7 @@ impl Record {
             given: Given::default(),
             notes,
         };
+        record.notes.extend(feedback_note(&record));
         record.with_start_heading().with_given(config)
     }
 

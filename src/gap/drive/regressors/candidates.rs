@@ -101,8 +101,8 @@ pub(crate) fn knowable(effect: &dyn Driving, record: &Record) -> bool {
     match effect.explanation() {
         DriveExplanation::Model(change) => {
             can(change.needs(), record)
-                // without torques a delay of the wheels equals a lead of the gyro
-                && (change.lags() != Some(Instrument::Wheels) || record.torques_n_m.is_some())
+                // without torques nothing but another sensor tells when the wheels turned
+                && (change.lags() != Some(Instrument::Wheels) || record.torques_n_m.is_some() || record.gyro_rad_s.is_some())
                 // a delay of the pose that the configuration leaves open is no effect
                 && !(change.touches().pose && record.belief.pose_delay_std_s > 0.0)
         }
@@ -338,8 +338,9 @@ impl Candidates {
             if self.changes[i].0.tick_loss().is_some() {
                 continue;
             }
-            // without torques a lag is told by the gyro's own past, as would be any function of its changes
-            if record.torques_n_m.is_none() && self.changes[i].1.lags() == Some(Instrument::Gyro) {
+            // without torques a lag between wheels and gyro is told by their own past, as would be any function of its changes
+            let lags = self.changes[i].1.lags();
+            if record.torques_n_m.is_none() && matches!(lags, Some(Instrument::Gyro | Instrument::Wheels)) {
                 continue;
             }
             let with = match self.changes[i].1.is_rigid() {

@@ -165,3 +165,29 @@ fn habits_leave_what_is_in_a_drive() {
         assert_eq!(files.len() > 2, other.kept_in == Files::Apart, "{files:?}");
     }
 }
+
+#[test]
+fn a_delay_that_healthy_stamps_may_have_tells_nothing() {
+    let (machine, run) = robot(7, 60.0);
+    let judge = Judge::new(Scene { machine: &machine, run: &run }, Sensors::ALL, 5);
+    let nats = |rows: f64| {
+        let strength = rows * machine.step_s;
+        judge.nats(&Present { effect: effect("sensor.wheel_delay", &machine, 3), slot: 0, strength })
+    };
+    // one standard deviation is at most half a nat, however well it is measured, and six are at most eighteen
+    assert!(nats(0.05) < 0.5 && nats(0.3) < 18.0 && nats(3.0) > 20.0, "{} {} {}", nats(0.05), nats(0.3), nats(3.0));
+}
+
+#[test]
+fn logs_whose_wheels_are_read_seldom_have_no_torques() {
+    let mut seldom = 0;
+    for index in 0..12 {
+        let spec = Spec { effects: vec![("gyro.scale_factor", Strength::Medium)], messy: false };
+        let case = crate::bench::worlds::drive::make(29, index, &spec, 1.0).unwrap();
+        let read = |name: &str| series(&case.fit, name).len();
+        let is_seldom = 3 * read(names::WHEEL_LEFT) < 2 * read(names::GYRO_Z);
+        seldom += usize::from(is_seldom);
+        assert!(!is_seldom || case.fit.get(names::TORQUE_LEFT).is_none());
+    }
+    assert!(seldom > 2, "{seldom}");
+}
