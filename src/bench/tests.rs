@@ -105,6 +105,18 @@ fn judged_one_by_one_as_by_hand() {
 }
 
 #[test]
+fn two_radii_are_written_in_two_ways() {
+    let (mut labels, _) = fixture();
+    let label = labels.get_mut("a-tone").unwrap();
+    let named = [ids::tone(), "wheel.radius_left"];
+    let answer = serde_json::json!({"verdict": "identified", "main": named[0], "together": named, "effects": []});
+    label.background = vec!["wheel.radius_scale".into()];
+    assert!(!judge("a-tone", label, Some(&answer)).clean);
+    label.background.push("wheel.radius_mismatch".into());
+    assert!(judge("a-tone", label, Some(&answer)).clean);
+}
+
+#[test]
 fn an_effect_that_was_left_out_is_unlisted() {
     let (labels, answers) = fixture();
     let labels = left_out(labels, &[ids::tone().to_string(), ids::outliers().into()]);

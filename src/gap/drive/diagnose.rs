@@ -338,7 +338,7 @@ fn place(findings: &Findings, library: &Library, id: Option<&str>) -> Option<Pla
             let follows = part.id.rsplit('.').next().unwrap_or_default();
             let condition = match follows {
                 "turning" => Some("yaw_rate"),
-                "torque_rate" => Some("torque"),
+                "torque_rate" | "late" => Some("torque"),
                 other => Follows::ALL.iter().map(|f| f.condition()).find(|c| *c == other),
             };
             Some(Place {

@@ -181,15 +181,14 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         sets.extend(other.sets().into_iter().map(|set| beside(set, part, late_wheels)));
     }
     ways.extend(in_time.iter().map(|i| Way { name: format!("gyro {:.4} s earlier", i.lag_s), top: Ok(i.top()) }));
-    if record.torques_n_m.is_none() {
-        let logged = [
-            (true, Instrument::Wheels),
-            (record.gyro_rad_s.is_some(), Instrument::Gyro),
-            (record.pose.is_some(), Instrument::Pose),
-        ];
-        let late: Vec<&About> = logged.iter().filter(|l| l.0).filter_map(|l| drive::late(effects, l.1)).collect();
-        sets = sets.into_iter().map(|set| wheel_offset::without_common(set, &late)).collect();
-    }
+    let logged = [
+        (true, Instrument::Wheels),
+        (record.gyro_rad_s.is_some(), Instrument::Gyro),
+        (record.pose.is_some(), Instrument::Pose),
+    ];
+    let sensors: Vec<&About> = logged.iter().filter(|l| l.0).filter_map(|l| drive::late(effects, l.1)).collect();
+    let torques = record.torques_n_m.is_some();
+    sets = sets.into_iter().map(|set| wheel_offset::without_common(set, &sensors, torques, &options.prior)).collect();
     let readings = trail::readings(&ways);
     let mut trace: Vec<Step> = trace::of_notes(&record.notes).chain(twins.steps()).collect();
     trace.extend(

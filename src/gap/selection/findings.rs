@@ -133,6 +133,14 @@ impl Main {
     }
 }
 
+/// Gives each set the share that exp(`ln`) has in the sum over all, times `believed`; most probable first.
+fn normalise(sets: &mut [WeightedSet], ln: &[f64], believed: impl Fn(&WeightedSet) -> f64) {
+    let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let total: f64 = ln.iter().map(|v| (v - top).exp()).sum();
+    sets.iter_mut().zip(ln).for_each(|(set, v)| set.probability = believed(set) * (v - top).exp() / total);
+    sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+}
+
 impl Findings {
     /// Probability of the nominal simulator below which a gap is asserted: a false alarm costs four times a missed gap.
     pub(crate) const LEAST_NONE: f64 = 1.0 / (1.0 + FALSE_ALARM);
@@ -145,10 +153,7 @@ impl Findings {
         notes: Vec<String>,
     ) -> Self {
         let ln: Vec<f64> = sets.iter().map(|s| calibration.ln_weight(s, prior)).collect();
-        let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let total: f64 = ln.iter().map(|v| (v - top).exp()).sum();
-        sets.iter_mut().zip(&ln).for_each(|(set, v)| set.probability = (v - top).exp() / total);
-        sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        normalise(&mut sets, &ln, |_| 1.0);
         let (idle, trace) = (Vec::new(), Vec::new());
         let mut findings = Self { sets, idle, least_nats: -prior.ln_named, doubt: 0.0, notes, trace };
         findings.doubt_as(calibration);
@@ -230,14 +235,11 @@ impl Findings {
         let nats: Vec<f64> = self.sets.iter().map(|set| set.parts.iter().map(told).sum()).collect();
         let ln = |(set, nats): (&WeightedSet, &f64)| (set.probability / believed(set)).ln() + nats;
         let ln: Vec<f64> = self.sets.iter().zip(&nats).map(ln).collect();
-        let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let total: f64 = ln.iter().map(|v| (v - top).exp()).sum();
-        for ((set, nats), ln) in self.sets.iter_mut().zip(nats).zip(ln) {
+        for (set, nats) in self.sets.iter_mut().zip(nats) {
             set.ln_weight += nats;
-            set.probability = believed(set) * (ln - top).exp() / total;
             set.parts.iter_mut().for_each(|part| part.missed_nats = part.missed_nats.map(|nats| nats + told(part)));
         }
-        self.sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        normalise(&mut self.sets, &ln, believed);
     }
 
     /// Adds `part` to every set, removes the effects `ids`, and lowers the shares of the free forms by the share of

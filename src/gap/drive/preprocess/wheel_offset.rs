@@ -8,6 +8,7 @@ use super::hypothesis::described;
 use crate::effects::{About, Parameters};
 use crate::gap::drive::ekf::innovations::{Models, Noise, run};
 use crate::gap::drive::record::Record;
+use crate::gap::drive::regressors::candidates::Prior;
 use crate::gap::selection::findings::{Part, WeightedSet};
 use rayon::prelude::*;
 
@@ -56,11 +57,12 @@ impl WheelOffset {
 /// Standard deviations within which two delays are the same.
 const SAME_STDS: f64 = 3.0;
 
-/// `set` without a delay that wheels, gyro and reference share. Without torques no reading tells it: the delays τ and
-/// τ - s are one account. The one is told whose smallest delay is zero; those that agree with it tell s together.
-/// `late`: the effects of the sensors that were logged.
+/// `set` without a delay s that wheels, gyro and reference share: the delays τ of all and τ - s are one account. Without
+/// torques no reading tells s, and the account is told whose smallest delay is zero. With `torques` it is these that
+/// act late, whatever the cause, which is no delay of a sensor. `late`: the effects of the sensors that were logged;
+/// the set keeps its evidence, and pays for as many terms as it has.
 #[must_use]
-pub(crate) fn without_common(mut set: WeightedSet, late: &[&About]) -> WeightedSet {
+pub(crate) fn without_common(mut set: WeightedSet, late: &[&About], torques: bool, prior: &Prior) -> WeightedSet {
     let told = |about: &&About| {
         let place = set.parts.iter().position(|p| p.id == about.id)?;
         let of = |parameters: &Parameters| parameters.get(about.size()).copied();
@@ -70,20 +72,33 @@ pub(crate) fn without_common(mut set: WeightedSet, late: &[&About]) -> WeightedS
     all.sort_by(|a, b| a.2.total_cmp(&b.2));
     let Some(&(_, _, smallest_s, std_s)) = all.first() else { return set };
     let same = all.iter().take_while(|one| one.2 - smallest_s <= SAME_STDS * one.3.hypot(std_s)).count();
-    if smallest_s <= 0.0 || same == all.len() {
+    if all.len() < 2 || smallest_s <= 0.0 || (same == all.len()) != torques {
         return set;
     }
     let (shared, others) = all.split_at(same);
     let weight: f64 = shared.iter().map(|one| one.3.powi(-2)).sum();
     let common_s = shared.iter().map(|one| one.2 * one.3.powi(-2)).sum::<f64>() / weight;
+    let common_std_s = weight.sqrt().recip();
     for (place, size, delay_s, std_s) in others {
         let part = &mut set.parts[*place];
         part.parameters.insert((*size).into(), delay_s - common_s);
-        part.std.insert((*size).into(), std_s.hypot(weight.sqrt().recip()));
+        part.std.insert((*size).into(), std_s.hypot(common_std_s));
     }
     let share: f64 = shared.iter().map(|one| set.parts[one.0].share).sum();
-    set.parts[others[others.len() - 1].0].share += share;
     let gone: Vec<String> = shared.iter().map(|one| set.parts[one.0].id.clone()).collect();
+    set.ln_weight -= gone.len() as f64 * prior.ln_named;
+    match others.last() {
+        Some(last) => set.parts[last.0].share += share,
+        None => {
+            let text = format!(
+                "all sensors lag the torques by {:.2} ± {:.2} ms: the motors, or the commands on their way to them, act late",
+                1e3 * common_s,
+                1e3 * common_std_s
+            );
+            set.parts.push(described("free.force.late", false, share, text));
+            set.ln_weight += prior.ln_free;
+        }
+    }
     set.parts.retain(|part| !gone.contains(&part.id));
     set
 }
@@ -262,8 +277,9 @@ mod tests {
     fn a_delay_that_all_sensors_share_is_none() {
         use Instrument::{Gyro, Pose, Wheels};
         let all: Vec<&About> = [Wheels, Gyro, Pose].iter().map(|of| late(registry(), *of).unwrap()).collect();
+        let prior = Prior::default();
         let told = |delays: &[(Instrument, f64, f64)], late: &[&About]| {
-            let set = without_common(of_delays(delays), late);
+            let set = without_common(of_delays(delays), late, false, &prior);
             let ms = |p: &Part| p.parameters.values().next().map(|v| (1e4 * v).round() / 10.0);
             set.parts.iter().map(|p| (p.id.clone(), ms(p).unwrap(), p.share)).collect::<Vec<_>>()
         };
@@ -277,6 +293,14 @@ mod tests {
         assert_eq!(told(&moved[..2], &all).len(), 2);
         assert_eq!(told(&moved[..2], &all[..2]), [(all[0].id.to_owned(), 6.3, 20.0)]);
         // all alike says nothing of any of them
-        assert_eq!(told(&[(Wheels, 3.6, 0.3), (Gyro, 3.7, 0.1), (Pose, 3.9, 0.2)], &all).len(), 3);
+        let alike = [(Wheels, 3.6, 0.3), (Gyro, 3.7, 0.1), (Pose, 3.9, 0.2)];
+        assert_eq!(told(&alike, &all).len(), 3);
+        // with torques it is these that act late, and where one sensor is later than the others these are known
+        let set = without_common(of_delays(&alike), &all, true, &prior);
+        let parts: Vec<_> = set.parts.iter().map(|p| (p.id.as_str(), p.named, p.share)).collect();
+        assert_eq!(parts, [("free.force.late", false, 30.0)]);
+        assert!(set.parts[0].description.contains("3.73 ± 0.09 ms"), "{}", set.parts[0].description);
+        assert!((set.ln_weight - (prior.ln_free - 3.0 * prior.ln_named)).abs() < 1e-12);
+        assert_eq!(without_common(of_delays(&moved), &all, true, &prior), of_delays(&moved));
     }
 }
