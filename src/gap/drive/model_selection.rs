@@ -23,6 +23,7 @@ use super::preprocess::wheel_offset;
 use super::preprocess::wheel_offset::WheelOffset;
 use super::record::Record;
 use super::regressors::candidates::{Candidates, Kind, Prior, knowable};
+use super::regressors::common_delay;
 use super::regressors::practical_identifiability::alike;
 use super::regressors::structural_identifiability::StructuralClasses;
 use super::screening::best_single_effect::{BestSingleEffect, alone, closest};
@@ -188,7 +189,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     ];
     let sensors: Vec<&About> = logged.iter().filter(|l| l.0).filter_map(|l| drive::late(effects, l.1)).collect();
     let torques = record.torques_n_m.is_some();
-    sets = sets.into_iter().map(|set| wheel_offset::without_common(set, &sensors, torques, &options.prior)).collect();
+    sets = sets.into_iter().map(|set| common_delay::without_common(set, &sensors, torques, &options.prior)).collect();
     let readings = trail::readings(&ways);
     let mut trace: Vec<Step> = trace::of_notes(&record.notes).chain(twins.steps()).collect();
     trace.extend(

@@ -300,7 +300,9 @@ fn attempt(seed: u64, index: usize, spec: &Spec, habits: &Habits) -> Result<Opti
             let (there, target) = (chance(s, BACKGROUND), log_between(s, low, high));
             if there && spec.effects.iter().all(|(main, _)| main != id) {
                 let slot = (mains + k) as u64;
-                let Some(effect) = draw(id, &machine, &mut Stream::new(seed, FORM + slot)) else { continue };
+                let Some(mut effect) = draw(id, &machine, &mut Stream::new(seed, FORM + slot)) else { continue };
+                // little is what changes little, whether or not healthy robots have it too
+                effect.usual_rows = 0.0;
                 let mut one = Present { effect, slot, strength: 0.0 };
                 if !one.effect.need.met(has) {
                     continue;

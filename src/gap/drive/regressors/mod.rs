@@ -2,5 +2,6 @@
 
 pub mod basis;
 pub mod candidates;
+pub(crate) mod common_delay;
 pub(crate) mod practical_identifiability;
 pub(crate) mod structural_identifiability;
