@@ -368,14 +368,5 @@ pub(crate) fn unknowable<'a>(
     record: &'a Record,
     effects: &'a [&'static dyn Driving],
 ) -> impl Iterator<Item = &'static str> + 'a {
-    effects
-        .iter()
-        .filter(|e| {
-            let there = matches!(
-                e.explanation(),
-                DriveExplanation::Model(_) | DriveExplanation::GyroStep | DriveExplanation::NoiseLevel(_)
-            );
-            there && !knowable(**e, record)
-        })
-        .map(|e| e.about().id)
+    effects.iter().filter(|e| !knowable(**e, record)).map(|e| e.about().id)
 }

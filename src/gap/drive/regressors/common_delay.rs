@@ -8,39 +8,56 @@ use crate::gap::selection::findings::WeightedSet;
 /// Standard deviations within which two delays are the same.
 const SAME_STDS: f64 = 3.0;
 
+/// A sensor's delay in a set.
+struct Delay {
+    /// Index of its part.
+    part: usize,
+    /// Name of its parameter.
+    name: &'static str,
+    delay_s: f64,
+    std_s: f64,
+}
+
+impl Delay {
+    /// The delay of the sensor `late` in `set`; none where it is not in it, or not known.
+    fn of(set: &WeightedSet, late: &About) -> Option<Self> {
+        let part = set.parts.iter().position(|p| p.id == late.id)?;
+        let value = |of: &Parameters| of.get(late.size()).copied();
+        let delay_s = value(&set.parts[part].parameters)?;
+        let std_s = value(&set.parts[part].std).filter(|std_s| *std_s > 0.0)?;
+        Some(Self { part, name: late.size(), delay_s, std_s })
+    }
+}
+
 /// `set` without a delay s that wheels, gyro and reference share: the delays τ of all and τ - s are one account. Without
 /// torques no reading tells s, and the account is told whose smallest delay is zero. With `torques` it is these that
 /// act late, whatever the cause, which is no delay of a sensor. `late`: the effects of the sensors that were logged;
 /// the set keeps its evidence, and pays for as many terms as it has.
 #[must_use]
 pub(crate) fn without_common(mut set: WeightedSet, late: &[&About], torques: bool, prior: &Prior) -> WeightedSet {
-    let told = |about: &&About| {
-        let place = set.parts.iter().position(|p| p.id == about.id)?;
-        let of = |parameters: &Parameters| parameters.get(about.size()).copied();
-        let std_s = of(&set.parts[place].std).filter(|std_s| *std_s > 0.0)?;
-        Some((place, about.size(), of(&set.parts[place].parameters)?, std_s))
-    };
-    let Some(mut all) = late.iter().map(told).collect::<Option<Vec<_>>>() else { return set };
-    all.sort_by(|a, b| a.2.total_cmp(&b.2));
-    let Some(&(_, _, smallest_s, std_s)) = all.first() else { return set };
-    let same = all.iter().take_while(|one| one.2 - smallest_s <= SAME_STDS * one.3.hypot(std_s)).count();
-    if all.len() < 2 || smallest_s <= 0.0 || (same == all.len()) != torques {
+    let found: Option<Vec<Delay>> = late.iter().map(|late| Delay::of(&set, late)).collect();
+    let Some(mut all) = found else { return set };
+    all.sort_by(|a, b| a.delay_s.total_cmp(&b.delay_s));
+    let Some(first) = all.first() else { return set };
+    let is_same = |d: &&Delay| d.delay_s - first.delay_s <= SAME_STDS * d.std_s.hypot(first.std_s);
+    let same = all.iter().take_while(is_same).count();
+    if all.len() < 2 || first.delay_s <= 0.0 || (same == all.len()) != torques {
         return set;
     }
     let (shared, others) = all.split_at(same);
-    let weight: f64 = shared.iter().map(|one| one.3.powi(-2)).sum();
-    let common_s = shared.iter().map(|one| one.2 * one.3.powi(-2)).sum::<f64>() / weight;
+    let weight: f64 = shared.iter().map(|d| d.std_s.powi(-2)).sum();
+    let common_s = shared.iter().map(|d| d.delay_s * d.std_s.powi(-2)).sum::<f64>() / weight;
     let common_std_s = weight.sqrt().recip();
-    for (place, size, delay_s, std_s) in others {
-        let part = &mut set.parts[*place];
-        part.parameters.insert((*size).into(), delay_s - common_s);
-        part.std.insert((*size).into(), std_s.hypot(common_std_s));
+    for d in others {
+        let part = &mut set.parts[d.part];
+        part.parameters.insert(d.name.into(), d.delay_s - common_s);
+        part.std.insert(d.name.into(), d.std_s.hypot(common_std_s));
     }
-    let share: f64 = shared.iter().map(|one| set.parts[one.0].share).sum();
-    let gone: Vec<String> = shared.iter().map(|one| set.parts[one.0].id.clone()).collect();
+    let share: f64 = shared.iter().map(|d| set.parts[d.part].share).sum();
+    let gone: Vec<String> = shared.iter().map(|d| set.parts[d.part].id.clone()).collect();
     set.ln_weight -= gone.len() as f64 * prior.ln_named;
     match others.last() {
-        Some(last) => set.parts[last.0].share += share,
+        Some(last) => set.parts[last.part].share += share,
         None => {
             let text = format!(
                 "all sensors lag the torques by {:.2} ± {:.2} ms: the motors, or the commands on their way to them, act late",
