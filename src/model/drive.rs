@@ -37,6 +37,8 @@ pub struct Robot {
     pub torque_gain: [f64; 2],
     /// d, m
     pub com_offset_m: f64,
+    /// Density of the white noise of each motor's torque, N·m·√s
+    pub torque_noise_n_m_sqrt_s: f64,
 }
 
 impl From<&Vehicle> for Robot {
@@ -50,6 +52,7 @@ impl From<&Vehicle> for Robot {
             viscous_friction_n_m_s: vehicle.viscous_friction_n_m_s,
             torque_gain: [1.0; 2],
             com_offset_m: 0.0,
+            torque_noise_n_m_sqrt_s: vehicle.torque_noise_n_m_sqrt_s,
         }
     }
 }
@@ -67,6 +70,7 @@ impl Robot {
             viscous_friction_n_m_s: 0.0,
             torque_gain: [1.0; 2],
             com_offset_m: 0.0,
+            torque_noise_n_m_sqrt_s: 0.0,
         }
     }
 
@@ -270,6 +274,13 @@ pub trait DriveEffect: Send + Sync {
         [0.0; 2]
     }
 
+    /// Variance of each wheel's reading by torque noise that the effect passes on, over the noise's density squared,
+    /// (rad/s)²/(N²·m²·s).
+    fn wheel_variance_by_torque_noise(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
+        let _ = (robot, at);
+        [0.0; 2]
+    }
+
     /// Standard deviation of the force of each wheel that the effect leaves uncertain, left and right, N.
     fn force_std_n(&self, robot: &Robot, at: &Moving) -> [f64; 2] {
         let _ = (robot, at);
@@ -456,6 +467,15 @@ impl DriveModel {
         self.effects.iter().fold([0.0; 2], |sum, e| {
             let std = e.wheel_std_rad_s(&self.robot, at);
             [sum[0] + std[0] * std[0], sum[1] + std[1] * std[1]]
+        })
+    }
+
+    /// Variance of each wheel's reading by torque noise, over the noise's density squared, (rad/s)²/(N²·m²·s).
+    #[must_use]
+    pub(crate) fn wheel_variance_by_torque_noise(&self, at: &Moving) -> [f64; 2] {
+        self.effects.iter().fold([0.0; 2], |sum, e| {
+            let own = e.wheel_variance_by_torque_noise(&self.robot, at);
+            [sum[0] + own[0], sum[1] + own[1]]
         })
     }
 

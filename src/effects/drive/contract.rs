@@ -140,6 +140,12 @@ pub trait ModelChange: Sync + Send {
         0
     }
 
+    /// Name of the parameter for the share of the torque noise that its law passes to the wheels' readings, as a ratio of
+    /// standard deviations; none where it passes none.
+    fn torque_noise_share(&self) -> Option<&'static str> {
+        None
+    }
+
     /// The instrument whose readings come late, by its first coordinate in s.
     fn lags(&self) -> Option<Instrument> {
         None

@@ -1,4 +1,4 @@
-//! row k: read the wheels, command torques, read gyro and pose; then move on by substeps of 1 ms at most
+//! row k: read the wheels, command torques, read gyro and pose; then move on by substeps of 1 ms at most, an eighth of that where wheels slip
 //!
 //! All noise comes from streams of the run that do not depend on what is in the robot: two worlds in the same run differ by
 //! their effects alone. Pose noise is drawn along and across the robot, which is the same to any reader and keeps it so for
@@ -46,8 +46,10 @@ pub(super) const GYRO: u64 = 5;
 const WHEEL_JITTER: u64 = 6;
 const POSE_JITTER: u64 = 7;
 
-/// Longest substep, s.
+/// Longest time for which torque noise is held, s.
 const SUBSTEP_S: f64 = 0.001;
+/// Steps in that time where wheels slip: their contact follows within some tenths of a millisecond.
+const SLIPPING_STEPS: usize = 8;
 
 /// The last seconds of what sensors may read late.
 struct Ring {
@@ -169,6 +171,7 @@ pub(super) fn drive(machine: &Machine, run: &DriveRun, world: &World, noise: f64
     let (len, dt, vehicle) = (run.course.len(), machine.step_s, &machine.vehicle);
     let substeps = (dt / SUBSTEP_S - 1e-9).ceil().max(1.0) as usize;
     let h = dt / substeps as f64;
+    let parts = if world.wheels.grip.is_some() { SLIPPING_STEPS } else { 1 };
     let [mut torques, mut wheel_noise, mut pose_noise, mut jitter, mut wheel_jitter, mut pose_jitter] =
         [TORQUE, WHEEL, POSE, JITTER, WHEEL_JITTER, POSE_JITTER].map(|k| Stream::new(run.seed, k));
     let torque_std = noise * vehicle.torque_noise_n_m_sqrt_s / h.sqrt();
@@ -222,7 +225,10 @@ pub(super) fn drive(machine: &Machine, run: &DriveRun, world: &World, noise: f64
                 at_motor[i] += follow * (motor(world, command[i], i, elapsed) - at_motor[i]);
                 at_motor[i] + torque_std * torques.normal()
             });
-            motion.step(vehicle, world, torque, t + j as f64 * h, h);
+            for part in 0..parts {
+                let at_s = t + (j as f64 + part as f64 / parts as f64) * h;
+                motion.step(vehicle, world, torque, at_s, h / parts as f64);
+            }
             ring.push([motion.w, motion.wheels[0], motion.wheels[1], motion.x, motion.y, motion.heading]);
         }
     }

@@ -264,8 +264,8 @@ mod tests {
             let q = 2f64.powi(i);
             weigh(Process { diffusion: [q, q], lasting: 0.9, ..Process::default() })
         });
-        let gained =
-            weigh(Process { diffusion, agility, lasting, ripple: 0.0 }) - one.fold(f64::NEG_INFINITY, f64::max);
+        let gained = weigh(Process { diffusion, agility, lasting, ripple: 0.0, at_rims: 0.0 })
+            - one.fold(f64::NEG_INFINITY, f64::max);
         assert!(gained > 0.3 * record.len() as f64, "{gained}");
         // torques tell how a robot moves
         let forced = Classes::of(&along(Course::Square, 3, &[]));

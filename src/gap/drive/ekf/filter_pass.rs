@@ -240,7 +240,12 @@ impl<'a> FilterPass<'a> {
         let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate];
         let by_speed = expected(&models.here, &Moving { speed_m_s: at.speed_m_s + step[0], ..at });
         let by_rate = expected(&models.here, &Moving { yaw_rate_rad_s: at.yaw_rate_rad_s + step[1], ..at });
-        let uncertain = models.here.wheel_variance_rad2_s2(&at);
+        let mut uncertain = models.here.wheel_variance_rad2_s2(&at);
+        let at_rims = self.noise.process.at_rims;
+        if at_rims > 0.0 {
+            let shaken = models.here.wheel_variance_by_torque_noise(&at);
+            uncertain.iter_mut().zip(shaken).for_each(|(sum, own)| *sum += at_rims * own);
+        }
         let late_s = models.here.delay_s(Instrument::Pose);
         out.pose_ago = at.pose_ago(late_s);
         let [back_x, back_y, turned] = out.pose_ago;

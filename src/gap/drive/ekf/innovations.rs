@@ -53,11 +53,13 @@ pub struct Process {
     pub lasting: f64,
     /// Torque noise of each wheel that is white within a step, squared: N²·m²·s
     pub ripple: f64,
+    /// Torque noise of each wheel that an effect passes to its reading, squared: N²·m²·s
+    pub at_rims: f64,
 }
 
 impl Default for Process {
     fn default() -> Self {
-        Self { diffusion: [0.0; 2], agility: EVEN, lasting: 0.0, ripple: 0.0 }
+        Self { diffusion: [0.0; 2], agility: EVEN, lasting: 0.0, ripple: 0.0, at_rims: 0.0 }
     }
 }
 
@@ -89,7 +91,9 @@ impl Noise {
     /// and, without torques, also its noise of wheels and gyro.
     #[must_use]
     pub(crate) fn nominal_beside(&self, before: &Self, record: &Record) -> Self {
-        let mut nominal = Self { process: self.process, ..*before };
+        // the nominal robot has no effect that passes torque noise on
+        let process = Process { at_rims: 0.0, ..self.process };
+        let mut nominal = Self { process, ..*before };
         if record.torques_n_m.is_none() {
             nominal.reading[..3].copy_from_slice(&self.without_lattice(record).reading[..3]);
         }

@@ -22,7 +22,8 @@ use std::ops::Range;
 /// Values of the share of an acceleration that lasts from row to row.
 const LASTING: [f64; 6] = [0.0, 0.5, 0.75, 0.9, 0.95, 1.0];
 /// Start of the search with one diffusion for all rows.
-const BEGIN: Process = Process { diffusion: [0.001, 0.002], agility: agility::EVEN, lasting: 0.9, ripple: 0.0 };
+const BEGIN: Process =
+    Process { diffusion: [0.001, 0.002], agility: agility::EVEN, lasting: 0.9, ripple: 0.0, at_rims: 0.0 };
 /// Gain needed for a diffusion of each class of rows, nats a row. Classes chosen by the motion itself gain a hundredth
 /// where all rows are alike; where motion is even but for corners they gain one and more.
 const CLASSES_WORTH: f64 = 0.1;
@@ -144,7 +145,7 @@ pub(crate) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
         }
         let ripple = noise.process.ripple;
         let (diffusion, agility, lasting) = agility::likely(record, &from, &SENSIBLE);
-        let ways = [Process { ripple, ..BEGIN }, Process { diffusion, agility, lasting, ripple }];
+        let ways = [Process { ripple, ..BEGIN }, Process { diffusion, agility, lasting, ripple, at_rims: 0.0 }];
         let [one, classes] = ways.map(|process| Noise { process, ..from });
         let (one, classes) = rayon::join(|| climb.from(one, FAR, varied), || climb.from(classes, NEAR, varied));
         if classes.0 > one.0 + CLASSES_WORTH * record.len() as f64 { classes } else { one }

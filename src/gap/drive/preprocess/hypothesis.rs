@@ -81,11 +81,12 @@ impl PreprocessingHypothesis {
     /// Removes outliers, estimates noise levels from the remaining residuals, and settles again if there were any;
     /// returns that.
     pub(crate) fn clean(&mut self, effects: &[&'static dyn Driving], options: &Options) -> bool {
+        let shaken = self.shake();
         let residuals = self.residuals();
         let any = self.put_outliers_aside(options, &residuals);
         // residuals without the outliers
         let residuals = if any { self.residuals() } else { residuals };
-        let changed = any | self.level(effects, options, &residuals) | self.diffuse() | self.ripple();
+        let changed = shaken | any | self.level(effects, options, &residuals) | self.diffuse() | self.ripple();
         if changed {
             let (candidates, from) = (self.compared.plausible(), self.onward());
             self.compared = Compared::narrow(&self.record, &self.noise, candidates, from, None);
@@ -118,6 +119,23 @@ impl PreprocessingHypothesis {
     pub(crate) fn ripple(&mut self) -> bool {
         let likely = torque_bandwidth::likely(&self.record, &self.noise, |noise| self.weigh(noise));
         std::mem::replace(&mut self.noise, likely) != likely
+    }
+
+    /// Estimates the torque noise that the best set passes to the wheels' readings; returns whether there is any.
+    fn shake(&mut self) -> bool {
+        let c = &self.compared;
+        let passes = |m: &Member| matches!(c.candidates.kinds[m.0], Kind::Change(i) if c.candidates.changes[i].1.torque_noise_share().is_some());
+        if self.record.torques_n_m.is_none() || !c.sets[0].members.iter().any(passes) {
+            return false;
+        }
+        let found = torque_bandwidth::at_rims(&self.record, &self.noise, |noise| self.weigh(noise));
+        if let Some((noise, gained)) = found {
+            self.noise = noise;
+            let reason = "wheels that slip are shaken by it: its share estimated beside the best set";
+            let step = Step::new(TraceStage::Readings, "torque noise at the rims", Decision::Estimated, reason);
+            self.note(step.nats(gained).limit("least gain to be taken", torque_bandwidth::BETTER, "nats"));
+        }
+        found.is_some()
     }
 
     /// Compares all sets where the best one lies; in a large gap, of the free forms only those that are retained.
@@ -349,6 +367,10 @@ impl PreprocessingHypothesis {
                 let inside = |(c, own): (&usize, &Coordinate)| value(*c).0.clamp(own.bounds[0], own.bounds[1]);
                 let theta: Vec<f64> = g.columns.iter().zip(change.coordinates()).map(inside).collect();
                 part.parameters = change.parameters(&theta);
+                let at_rims = self.noise.process.at_rims / self.record.belief.torque_noise_n_m_sqrt_s.powi(2);
+                if let Some(name) = change.torque_noise_share().filter(|_| at_rims > 0.0) {
+                    part.parameters.insert(name.into(), at_rims.sqrt());
+                }
                 // by the delta method, coordinates taken one by one
                 for (j, column) in g.columns.iter().enumerate() {
                     let std = value(*column).1;

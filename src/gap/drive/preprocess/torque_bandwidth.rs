@@ -6,9 +6,10 @@
 //! the step imply. To a filter without it this looks like an angle random walk of √q Δt/√12 between gyro and pose, and
 //! like a slow walk of the gyro's bias. The log tells the share ρ.
 
-use crate::gap::drive::ekf::innovations::Noise;
+use crate::gap::drive::ekf::innovations::{Noise, Process};
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::{Candidates, Prior};
+use crate::math::brent;
 use rayon::prelude::*;
 
 /// Values of ρ, the share of the torque noise that changes within a step, that are compared.
@@ -47,6 +48,24 @@ pub(crate) fn likely(record: &Record, noise: &Noise, weigh: impl Fn(&Noise) -> f
 pub(crate) fn before(record: &Record, noise: &Noise) -> Noise {
     let nothing = Candidates::new(record, &[], &Prior::default(), false, &[]).only(|_| false);
     likely(record, noise, |noise| nothing.linearise(record, noise, &nothing.zero()).ln_weight(&[]))
+}
+
+/// Largest share of the torque noise at the rims, as a ratio of variances.
+const MOST_AT_RIMS: f64 = 4.0;
+/// Relative error of that share which does not matter.
+const SHARE_ERROR: f64 = 0.02;
+
+/// The noise with the share of the torque noise that effects pass to the wheels' readings, `weigh` being ln likelihood, and
+/// what it gains, nats; none where it gains too little.
+pub(crate) fn at_rims(record: &Record, noise: &Noise, weigh: impl Fn(&Noise) -> f64) -> Option<(Noise, f64)> {
+    let with = |share: f64| {
+        let at_rims = share * record.belief.torque_noise_n_m_sqrt_s.powi(2);
+        Noise { process: Process { at_rims, ..noise.process }, ..*noise }
+    };
+    let before = weigh(noise);
+    let share = brent::minimum(|share| -weigh(&with(share)), 0.0, MOST_AT_RIMS, SHARE_ERROR)?.x;
+    let gained = weigh(&with(share)) - before;
+    (gained > BETTER).then(|| (with(share), gained))
 }
 
 #[cfg(test)]
