@@ -245,10 +245,22 @@ pub(super) fn settled(
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> PreprocessingHypothesis {
-    let mut branch = PreprocessingHypothesis::new(record, noise, compared, onsets_s);
-    branch.look_at_promising();
-    branch.settle(effects, options);
-    branch
+    let as_recorded = record.torques_n_m.is_some().then(|| record.clone());
+    let settle = |record: Record, noise: Noise, compared: Compared, onsets_s: Onsets| {
+        let mut branch = PreprocessingHypothesis::new(record, noise, compared, onsets_s);
+        branch.look_at_promising();
+        branch.settle(effects, options);
+        branch
+    };
+    let branch = settle(record, noise, compared, onsets_s);
+    // noise that an effect passes on was taken for outliers and noise levels where the effect was found after them
+    let Some((record, noise)) = as_recorded.and_then(|record| branch.shaken_from(record, &noise)) else {
+        return branch;
+    };
+    let (candidates, theta) = (branch.compared.candidates.clone(), branch.compared.theta.clone());
+    let compared = Compared::wide(&record, &noise, candidates, theta);
+    let other = settle(record, noise, compared, branch.onsets_s.clone());
+    if other.top() > branch.top() { other } else { branch }
 }
 
 /// The model of the robot without any effect.

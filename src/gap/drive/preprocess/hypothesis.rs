@@ -35,7 +35,7 @@ pub(crate) struct PreprocessingHypothesis {
     pub(crate) noise: Noise,
     pub(crate) compared: Compared,
     /// Most likely time of a bias step in each drive, s since it began
-    onsets_s: Onsets,
+    pub(crate) onsets_s: Onsets,
     /// Ids of the free forms that are retained in a large gap; none: all
     pub(crate) promising: Option<BTreeSet<String>>,
     /// Numbers of outliers removed: gyro, pose and wheels
@@ -123,12 +123,7 @@ impl PreprocessingHypothesis {
 
     /// Estimates the torque noise that the best set passes to the wheels' readings; returns whether there is any.
     fn shake(&mut self) -> bool {
-        let c = &self.compared;
-        let passes = |m: &Member| matches!(c.candidates.kinds[m.0], Kind::Change(i) if c.candidates.changes[i].1.torque_noise_share().is_some());
-        if self.record.torques_n_m.is_none() || !c.sets[0].members.iter().any(passes) {
-            return false;
-        }
-        let found = torque_bandwidth::at_rims(&self.record, &self.noise, |noise| self.weigh(noise));
+        let found = self.at_rims(&self.record, &self.noise);
         if let Some((noise, gained)) = found {
             self.noise = noise;
             let reason = "wheels that slip are shaken by it: its share estimated beside the best set";
@@ -136,6 +131,29 @@ impl PreprocessingHypothesis {
             self.note(step.nats(gained).limit("least gain to be taken", torque_bandwidth::BETTER, "nats"));
         }
         found.is_some()
+    }
+
+    /// `noise` with the torque noise that the best set passes to the readings of `record`, and its gain, nats; none where it
+    /// passes none.
+    fn at_rims(&self, record: &Record, noise: &Noise) -> Option<(Noise, f64)> {
+        let c = &self.compared;
+        let passes = |m: &Member| match c.candidates.kinds[m.0] {
+            Kind::Change(i) => c.candidates.changes[i].1.torque_noise_share().is_some(),
+            _ => false,
+        };
+        if record.torques_n_m.is_none() || !c.sets[0].members.iter().any(passes) {
+            return None;
+        }
+        torque_bandwidth::at_rims(record, noise, |noise| self.weigh_in(record, noise))
+    }
+
+    /// `record` and `believed` with the torque noise that the best set passes on, where that was not estimated yet.
+    pub(crate) fn shaken_from(&self, record: Record, believed: &Noise) -> Option<(Record, Noise)> {
+        if self.noise.process.at_rims > 0.0 {
+            return None;
+        }
+        let (noise, _) = self.at_rims(&record, believed)?;
+        Some((record, noise))
     }
 
     /// Compares all sets where the best one lies; in a large gap, of the free forms only those that are retained.

@@ -13,6 +13,7 @@ use crate::gap::drive::ekf::innovations::{Channel, Noise, Process};
 use crate::gap::drive::fit::evidence::Member;
 use crate::gap::drive::fit::leave_out::FORM;
 use crate::gap::drive::model_selection::Options;
+use crate::gap::drive::record::Record;
 use crate::gap::selection::findings::Part;
 use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::model::drive::Instrument;
@@ -383,12 +384,17 @@ impl PreprocessingHypothesis {
 
     /// ln weight of the best set with `noise`.
     pub(crate) fn weigh(&self, noise: &Noise) -> f64 {
+        self.weigh_in(&self.record, noise)
+    }
+
+    /// ln weight of the best set with `noise`, on another `record` of the same drive.
+    pub(crate) fn weigh_in(&self, record: &Record, noise: &Noise) -> f64 {
         let c = &self.compared;
         let mut inside: Vec<Member> = c.sets[0].members.clone();
         inside.sort_unstable();
         let few = c.candidates.only(|g| inside.iter().any(|m| m.0 == g));
         let members: Vec<Member> = inside.iter().enumerate().map(|(place, m)| (place, m.1)).collect();
-        few.linearise(&self.record, noise, &c.theta).ln_weight(&members)
+        few.linearise(record, noise, &c.theta).ln_weight(&members)
     }
 }
 
