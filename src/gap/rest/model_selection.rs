@@ -305,32 +305,35 @@ fn popcorn(
         let whole = &met.fitted.hypothesis;
         for part in &whole.noises {
             let Kind::Noise(noise) = &candidates[part.candidate].kind else { continue };
-            let base: Hypothesis = whole.without(part.candidate);
-            let key = base.key();
-            if tried.contains(&key) {
-                continue;
-            }
-            tried.push(key);
-            // spacing and dwell time from standard deviation and correlation time of the noise in the path's place, if
-            // it has them
-            let theta: Vec<f64> = part.ln_theta.iter().map(|v| v.exp()).collect();
-            let start = match noise.state(&theta) {
-                Some(NoiseState::Exponential { time_s, std_rad_s }) => [2.0 * std_rad_s, 2.0 * time_s],
-                _ => {
-                    let slow: f64 = frame
-                        .series(&likelihood.followed(whole, &likelihood.remainder(whole)))
-                        .iter()
-                        .map(|v| v * v)
-                        .sum();
-                    [2.0 * (slow / frame.len() as f64).sqrt(), 0.02 * frame.scene.span_s()]
+            // where a signal stood for a part of the path, the path begins without it
+            let alone = Hypothesis { noises: vec![part.clone()], ..Hypothesis::default() };
+            for (base, whole) in [(whole.without(part.candidate), whole), (Hypothesis::default(), &alone)] {
+                let key = base.key();
+                if tried.contains(&key) {
+                    continue;
                 }
-            };
-            let Some(found) = beside(frame, data, candidates, nuisance, &base, whole, start) else { continue };
-            let weight = found.ln_evidence
-                + prior.ln_named
-                + base.candidates().map(|c| prior.of(candidates[c].named)).sum::<f64>();
-            if best.as_ref().is_none_or(|b| weight > b.1) {
-                best = Some((found, weight));
+                tried.push(key);
+                // spacing and dwell time from standard deviation and correlation time of the noise in the path's place, if
+                // it has them
+                let theta: Vec<f64> = part.ln_theta.iter().map(|v| v.exp()).collect();
+                let start = match noise.state(&theta) {
+                    Some(NoiseState::Exponential { time_s, std_rad_s }) => [2.0 * std_rad_s, 2.0 * time_s],
+                    _ => {
+                        let slow: f64 = frame
+                            .series(&likelihood.followed(whole, &likelihood.remainder(whole)))
+                            .iter()
+                            .map(|v| v * v)
+                            .sum();
+                        [2.0 * (slow / frame.len() as f64).sqrt(), 0.02 * frame.scene.span_s()]
+                    }
+                };
+                let Some(found) = beside(frame, data, candidates, nuisance, &base, whole, start) else { continue };
+                let weight = found.ln_evidence
+                    + prior.ln_named
+                    + base.candidates().map(|c| prior.of(candidates[c].named)).sum::<f64>();
+                if best.as_ref().is_none_or(|b| weight > b.1) {
+                    best = Some((found, weight));
+                }
             }
         }
     }

@@ -94,7 +94,9 @@ pub(crate) fn beside(
     let n = frame.len();
     let dwell = start[1] / frame.scene.step_s;
     let white = base.white_spectrum(frame, candidates);
-    let per = ((dwell / 20.0) as usize).clamp(1, 64).max(whitening(frame, &white));
+    // a mean that holds a jump fits neither level: it costs a mean of (spacing/σ)²/24, a sixth of a nat at most
+    let jump_seen = (2.0 * mean_noise(frame, &white, 1)[0].sqrt() / start[0]).powi(2);
+    let per = ((dwell / 20.0).min(jump_seen) as usize).clamp(1, 64).max(whitening(frame, &white));
     let std = mean_noise(frame, &white, per)[0].sqrt();
     let decimated = |b: &[f64]| -> Vec<f64> {
         let chunks = data.values_rad_s.chunks_exact(per).zip(b.chunks_exact(per));
