@@ -7,10 +7,10 @@
 //! With rl = rr, gl = gr = 1, d = F = N = s = 0 it is the nominal robot ([`crate::vehicle::Rolling`]).
 
 pub use super::instrument::Instrument;
+pub use super::past::Past;
 
 use super::in_filter::InFilter;
 use crate::config::Vehicle;
-use std::collections::VecDeque;
 
 /// Time for which an uncertain force of a wheel ([`DriveEffect::force_std_n`]) lasts, s: several steps, not one.
 pub(crate) const FORCE_LASTING_S: f64 = 0.05;
@@ -115,48 +115,6 @@ impl Robot {
     }
 }
 
-/// Past speeds (m/s) and yaw rates (rad/s), for sensors that lag.
-#[derive(Debug, Clone, Default)]
-pub struct Past {
-    rates: VecDeque<(f64, [f64; 2])>,
-}
-
-impl Past {
-    /// Longest lag that can be looked up, s.
-    pub(crate) const SPAN_S: f64 = 0.5;
-
-    /// Appends speed and yaw rate at `t_s`; times ascend.
-    pub(crate) fn push(&mut self, t_s: f64, speed_m_s: f64, yaw_rate_rad_s: f64) {
-        self.rates.push_back((t_s, [speed_m_s, yaw_rate_rad_s]));
-        while self.rates.len() > 2 && self.rates[1].0 < t_s - Self::SPAN_S {
-            self.rates.pop_front();
-        }
-    }
-
-    /// Whether a rate is known later than `t_s`.
-    #[must_use]
-    pub(crate) fn reaches(&self, t_s: f64) -> bool {
-        self.rates.back().is_some_and(|last| last.0 > t_s)
-    }
-
-    /// Speed (m/s) and yaw rate (rad/s) `delay_s` before `now`, interpolated linearly; before the first known ones,
-    /// these.
-    #[must_use]
-    pub(crate) fn before(&self, delay_s: f64, now: &Moving) -> [f64; 2] {
-        let t_s = now.t_s - delay_s;
-        let mut later = (now.t_s, [now.speed_m_s, now.yaw_rate_rad_s]);
-        for &earlier in self.rates.iter().rev() {
-            if earlier.0 <= t_s {
-                let span = later.0 - earlier.0;
-                let u = if span > 0.0 { ((t_s - earlier.0) / span).clamp(0.0, 1.0) } else { 1.0 };
-                return std::array::from_fn(|i| earlier.1[i] + u * (later.1[i] - earlier.1[i]));
-            }
-            later = earlier;
-        }
-        later.1
-    }
-}
-
 /// The robot at one instant; by default at rest at the origin, at time zero.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moving<'a> {
@@ -186,7 +144,9 @@ impl Moving<'_> {
     #[must_use]
     pub(crate) fn ago(&self, delay_s: f64) -> [f64; 2] {
         match self.past {
-            Some(past) if delay_s > 0.0 && past.reaches(self.t_s - delay_s) => past.before(delay_s, self),
+            Some(past) if delay_s > 0.0 && past.reaches(self.t_s - delay_s) => {
+                past.at(self.t_s - delay_s, (self.t_s, [self.speed_m_s, self.yaw_rate_rad_s]))
+            }
             _ => [
                 self.speed_m_s - delay_s * self.acceleration_m_s2,
                 self.yaw_rate_rad_s - delay_s * self.yaw_acceleration_rad_s2,
@@ -194,13 +154,18 @@ impl Moving<'_> {
         }
     }
 
-    /// x, y (m) and heading (rad) `delay_s` ago, less the present ones, at constant speed and yaw rate: the chord of an
-    /// arc.
+    /// x, y (m) and heading (rad) `delay_s` ago, less the present ones: the chord of an arc, its speed and yaw rate the means
+    /// over the delay by Simpson's rule.
     #[must_use]
     pub(crate) fn pose_ago(&self, delay_s: f64) -> [f64; 3] {
-        let turn = -delay_s * self.yaw_rate_rad_s;
+        if delay_s == 0.0 {
+            return [0.0; 3];
+        }
+        let (half, whole) = (self.ago(0.5 * delay_s), self.ago(delay_s));
+        let mean = |now: f64, i: usize| (now + 4.0 * half[i] + whole[i]) / 6.0;
+        let turn = -delay_s * mean(self.yaw_rate_rad_s, 1);
         let (sin, cos) = (self.heading_rad + 0.5 * turn).sin_cos();
-        let way = -delay_s * self.speed_m_s;
+        let way = -delay_s * mean(self.speed_m_s, 0);
         [way * cos, way * sin, turn]
     }
 }

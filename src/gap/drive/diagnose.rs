@@ -135,7 +135,8 @@ pub fn diagnose(
         Main::Effect(id) => place(findings, library, Some(id)),
         Main::Unknown => place(findings, library, None),
     });
-    told_apart(&mut answer, &record, &judged.alike);
+    let closest = judged.closest.as_ref().map(|(one, _)| one.part.id.as_str());
+    told_apart(&mut answer, &record, &judged.alike, closest);
     drop_inconstant(&mut answer, findings);
     let wanders = told_as_wander(&mut answer);
     answer.notes.extend(wanders);
@@ -390,12 +391,14 @@ fn offered(
     together
 }
 
-/// Merges classes of effects with similar signatures into the classes of rivals in the posterior.
-fn told_apart(answer: &mut Answer, record: &Record, alike: &[Alike]) {
+/// Merges classes of effects with similar signatures into the classes of rivals in the posterior: of effects that are named,
+/// and of the `closest` one to an unknown cause.
+fn told_apart(answer: &mut Answer, record: &Record, alike: &[Alike], closest: Option<&str>) {
     for class in &mut answer.alike {
         class.separate_by = separate_by(record, None);
     }
-    for one in alike.iter().filter(|a| a.ids.first().is_some_and(|id| answer.together.contains(id))) {
+    let told = |id: &String| answer.together.contains(id) || closest == Some(id.as_str());
+    for one in alike.iter().filter(|a| a.ids.first().is_some_and(told)) {
         let known = answer.cannot_tell_apart.iter().position(|class| class.first() == one.ids.first());
         let Some(at) = known else {
             answer.cannot_tell_apart.push(one.ids.clone());

@@ -5,6 +5,7 @@
 
 use super::ekf::innovations::{Noise, run};
 use super::fit::begin::start;
+use super::fit::evidence::Coefficients;
 use super::fit::{Compared, Theta};
 use super::holdout;
 use super::model_selection::{InitialNoise, Options, WORTH, mounting};
@@ -17,12 +18,13 @@ use super::preprocess::noise_levels::lattice_part;
 use super::record::Record;
 use super::regressors::candidates::{Candidates, Kind, knowable};
 use crate::config::Config;
-use crate::effects::drive::{DriveExplanation, Driving};
+use crate::effects::drive::{Coordinate, DriveExplanation, Driving};
 use crate::effects::{self, About, InDrives, Library, Parameters};
 use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::gap::diagnose::Drive;
 use crate::gap::rest::explain::{Explained, Explanations, told};
 use crate::gap::selection::findings::Part;
+use crate::math::NORMAL_975;
 use crate::signal::Log;
 
 /// Rounds of the search for lost ticks, each with the model fitted by then.
@@ -119,8 +121,9 @@ pub fn explain(
     };
     let mut effects: Vec<Explained> = fit.parts.iter().filter_map(|part| Some(told(about(&part.id)?, part))).collect();
     effects.sort_by_key(|e| ids.iter().position(|id| *id == e.id));
-    let missing = ids.iter().filter(|id| effects.iter().all(|e| e.id != **id));
-    fit.notes.extend(missing.map(|id| format!("{id}: the recording has no trace of it.")));
+    let told = |id: &str| fit.notes.iter().any(|note| note.starts_with(&format!("{id}:")));
+    let missing: Vec<&&str> = ids.iter().filter(|id| effects.iter().all(|e| e.id != **id) && !told(id)).collect();
+    fit.notes.extend(missing.into_iter().map(|id| format!("{id}: the recording has no trace of it.")));
     let notes =
         record.notes.iter().chain(&clocks.notes).cloned().chain(mounting.map(|m| m.said())).chain(fit.notes).collect();
     Ok(Explanations { effects, notes })
@@ -192,6 +195,10 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let members = &c.sets[0].members;
     let coefficients = c.problem.coefficients(members);
     for (i, &(group, _)) in members.iter().enumerate() {
+        if let Some(note) = outside(c, group, &coefficients) {
+            notes.push(note);
+            continue;
+        }
         let others: Vec<_> = members.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, m)| *m).collect();
         let gain = c.problem.ln_evidence(members) - c.problem.ln_evidence(&others);
         parts.push(branch.part(group, gain, &coefficients));
@@ -206,6 +213,24 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
         notes.push("The parameters had not settled when the fit was ended: their intervals may be too narrow.".into());
     }
     Fit { parts, nominal, notes }
+}
+
+/// Note on an effect whose coefficients, fitted freely, leave their bounds by more than they are uncertain; else none.
+fn outside(c: &Compared, group: usize, coefficients: &Coefficients) -> Option<String> {
+    let Kind::Change(i) = c.candidates.kinds[group] else { return None };
+    let (effect, change) = c.candidates.changes[i];
+    let columns = &c.candidates.groups[group].columns;
+    let told: Vec<(f64, f64)> =
+        columns.iter().filter_map(|column| coefficients.iter().find(|c| c.0 == *column)).map(|c| (c.1, c.2)).collect();
+    let beyond = |((value, std), own): (&(f64, f64), &Coordinate)| {
+        *value < own.bounds[0] - NORMAL_975 * std || *value > own.bounds[1] + NORMAL_975 * std
+    };
+    told.iter().zip(change.coordinates()).any(beyond).then(|| {
+        let free: Vec<f64> = told.iter().map(|t| t.0).collect();
+        let about = effect.about();
+        let (name, value) = (about.size(), change.parameters(&free).get(about.size()).copied().unwrap_or(free[0]));
+        format!("{}: it would take {name} = {value:.3e}, a value that it cannot have.", about.id)
+    })
 }
 
 /// All candidates fitted together: from zero, from the start for strongly nonlinear changes, and from the fit of each

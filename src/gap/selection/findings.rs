@@ -99,7 +99,8 @@ pub struct Findings {
     pub trace: Vec<Step>,
 }
 
-/// Share from which on an effect has to be named, nats; a smaller side effect may be named.
+/// Share, or evidence that is lost without it, from which on an effect has to be named, nats; a smaller side effect may be
+/// named.
 const MATTERS: f64 = 6.0;
 
 /// Cost of a false alarm relative to the cost of missing a gap.
@@ -304,7 +305,8 @@ impl Findings {
         for s in &self.sets {
             let named = || s.parts.iter().filter(|p| p.named);
             let there: Ids = named().map(|p| p.id.as_str()).collect();
-            let matters: Ids = named().filter(|p| p.share >= MATTERS).map(|p| p.id.as_str()).collect();
+            let nats = |p: &Part| p.missed_nats.map_or(p.share, |missed| missed.max(p.share));
+            let matters: Ids = named().filter(|p| nats(p) >= MATTERS).map(|p| p.id.as_str()).collect();
             *known.entry((matters, there)).or_default() += s.probability;
         }
         let score = |t: &Ids| -> f64 {

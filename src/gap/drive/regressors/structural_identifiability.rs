@@ -211,7 +211,10 @@ impl StructuralClasses {
             };
             let lost = |t: &Twin| !t.is_loss() || is_mean_of(t);
             let found = self.same.iter().find(|t| t.of == told.id || t.id == told.id && lost(t))?;
-            let all = std::iter::once(found.of).chain(self.same.iter().filter(|t| t.of == found.of).map(|t| t.id));
+            // wheels that lose ticks turn faster than they read, never slower
+            let x = law(found.of, 0).map(|own| own.theta(&told.parameters)[0]).filter(|_| told.id == found.of);
+            let may = |t: &&Twin| t.of == found.of && !(t.is_loss() && x.is_some_and(|x| t.to.map.value(x) <= 0.0));
+            let all = std::iter::once(found.of).chain(self.same.iter().filter(may).map(|t| t.id));
             let others = all.filter(|id| *id != told.id);
             let ids = std::iter::once(told.id.as_str()).chain(others).map(str::to_owned).collect();
             let pose = if found.is_loss() { "" } else { "a pose reference, or " };
