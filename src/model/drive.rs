@@ -469,3 +469,23 @@ impl DriveModel {
         self.effects.iter_mut().for_each(|e| e.recorded(reading));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A reference that is late by several rows, of a robot that accelerates, with known past rates and without.
+    #[test]
+    fn a_late_reference_is_behind_by_what_an_accelerating_robot_went_since() {
+        let (v, a, delay_s) = (0.4, 0.9, 0.15);
+        let mut past = Past::default();
+        (0..=40).map(|k| -0.4 + 0.01 * f64::from(k)).for_each(|t| past.push(t, v + a * t, 0.0));
+        for past in [None, Some(&past)] {
+            let at = Moving { speed_m_s: v, acceleration_m_s2: a, past, ..Moving::default() };
+            let way = at.pose_ago(delay_s)[0];
+            assert!((way + v * delay_s - 0.5 * a * delay_s * delay_s).abs() < 1e-12, "{way}");
+        }
+        let at = Moving { yaw_rate_rad_s: 0.3, yaw_acceleration_rad_s2: -0.8, ..Moving::default() };
+        assert!((at.pose_ago(0.1)[2] + 0.03 + 0.004).abs() < 1e-12);
+    }
+}

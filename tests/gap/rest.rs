@@ -91,6 +91,8 @@ each! {
     a_tone_is_found: "gyro.tone", ["frequency_hz" = 0.4321, "amplitude_rad_s" = 5e-5], ["frequency_hz", "amplitude_rad_s"];
     a_step_is_found: "gyro.bias_step", ["step_rad_s" = 8e-5, "time_s" = 3100.0], ["step_rad_s"];
     two_levels_are_found: "gyro.telegraph_noise", ["level_spacing_rad_s" = 3e-4, "mean_dwell_s" = 60.0], ["level_spacing_rad_s", "mean_dwell_s"];
+    // levels apart by more than the noise of a sample: a mean over several samples would hold a jump and fit neither level
+    two_clear_levels_are_found: "gyro.telegraph_noise", ["level_spacing_rad_s" = 1.1e-3, "mean_dwell_s" = 240.0], ["level_spacing_rad_s"];
     a_low_pass_is_found: "gyro.bandwidth", ["cutoff_hz" = 1.0], ["cutoff_hz"];
     growing_noise_is_found: "gyro.noise_growth", ["relative_per_c" = 0.01], ["relative_per_c"];
     // the level of all noises that vary is one: beside growth no slow course of the level gains anything

@@ -313,4 +313,31 @@ mod tests {
             assert!((k - GAIN).abs() < 5.0 * std, "{k} {std}");
         }
     }
+
+    /// A wheel that reads high has not lost ticks: nothing is gained by a loss that is no loss.
+    #[test]
+    fn a_size_that_an_effect_cannot_have_gains_nothing() {
+        use crate::gap::drive::preprocess::acceleration_model::tests::{belief, recorded};
+        use crate::math::random::Stream;
+        let belief = belief();
+        let draw = &mut Stream::new(3, 1);
+        let motion: Vec<[f64; 2]> = (0..3000).map(|k| [0.5, (0.01 * f64::from(k)).sin()]).collect();
+        let wheel = |side: usize, factor: f64, draw: &mut Stream| -> Vec<f64> {
+            let reads = |[v, w]: &[f64; 2]| factor * belief.robot.wheels_rad_s(*v, *w)[side];
+            motion.iter().map(|m| reads(m) + belief.wheel_std_rad_s * draw.normal()).collect()
+        };
+        let gyro: Vec<f64> = motion.iter().map(|m| m[1] + belief.gyro_std_rad_s * draw.normal()).collect();
+        for (factor, gains) in [(0.97, true), (1.03, false)] {
+            let record = recorded(belief, 0.02, [wheel(0, factor, draw), wheel(1, 1.0, draw)], gyro.clone());
+            let asked = Asked::of(&Library::new(), &[ids::missed_ticks()]).unwrap();
+            let fit = fit(&record, &asked, &Options::default());
+            assert_eq!(fit.parts.iter().any(|p| p.share > 100.0), gains, "{:?}", fit.parts);
+            assert_eq!(
+                fit.notes.iter().any(|n| n.ends_with("a value that it cannot have.")),
+                !gains,
+                "{:?}",
+                fit.notes
+            );
+        }
+    }
 }

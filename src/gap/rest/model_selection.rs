@@ -289,6 +289,9 @@ fn tried(search: &Search, candidates: &[Candidate], best: &Hypothesis) -> Vec<St
     steps
 }
 
+/// Least expected number of jumps of a path: one jump is a bias step.
+const LEAST_JUMPS: f64 = 1.5;
+
 /// The best set with telegraph noise in the place of a noise, and its ln weight; none where no set has a noise.
 fn popcorn(
     likelihood: &Likelihood,
@@ -306,8 +309,9 @@ fn popcorn(
         for part in &whole.noises {
             let Kind::Noise(noise) = &candidates[part.candidate].kind else { continue };
             // where a signal stood for a part of the path, the path begins without it
-            let alone = Hypothesis { noises: vec![part.clone()], ..Hypothesis::default() };
-            for (base, whole) in [(whole.without(part.candidate), whole), (Hypothesis::default(), &alone)] {
+            let alone = Hypothesis { signals: Vec::new(), ..whole.clone() };
+            for whole in [whole, &alone] {
+                let base = whole.without(part.candidate);
                 let key = base.key();
                 if tried.contains(&key) {
                     continue;
@@ -328,6 +332,9 @@ fn popcorn(
                     }
                 };
                 let Some(found) = beside(frame, data, candidates, nuisance, &base, whole, start) else { continue };
+                if found.chain.jumps < LEAST_JUMPS {
+                    continue;
+                }
                 let weight = found.ln_evidence
                     + prior.ln_named
                     + base.candidates().map(|c| prior.of(candidates[c].named)).sum::<f64>();

@@ -383,6 +383,10 @@ mod tests {
         // an effect with a larger share has to be named
         let f = findings(vec![set(&[(tone(), 90.0), (rate_ramp(), 15.0)], 0.6), set(&[(tone(), 90.0)], 0.4)]);
         assert_eq!(f.together(None), [rate_ramp(), tone()]);
+        // so has one without which the others are wrong: its share may be small or negative, for alone it fits worse
+        let mut needed = set(&[(tone(), 90.0), (rate_ramp(), 3.0)], 0.9);
+        needed.parts[1].missed_nats = Some(20.0);
+        assert_eq!(findings(vec![needed, set(&[(tone(), 90.0)], 0.1)]).together(None), [rate_ramp(), tone()]);
     }
 
     #[test]

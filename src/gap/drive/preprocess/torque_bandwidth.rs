@@ -74,7 +74,7 @@ pub(crate) mod tests {
     use crate::gap::drive::ekf::innovations::{Channel, Models, run};
     use crate::gap::drive::preprocess::acceleration_model::tests::{belief, recorded};
     use crate::math::random::Stream;
-    use crate::model::drive::DriveModel;
+    use crate::model::drive::{DriveModel, Moving};
 
     const ROWS: usize = 12_000;
     const STEP_S: f64 = 0.02;
@@ -152,5 +152,33 @@ pub(crate) mod tests {
         record.pose = None;
         let noise = Noise::believed(&record, None);
         assert_eq!(before(&record, &noise), noise);
+    }
+
+    #[test]
+    fn the_log_tells_how_much_torque_noise_shakes_wheels_that_slip() {
+        use crate::effects::drive::{by_id, ids};
+        let mut record = shaken(16, 7);
+        let slip = by_id(ids::slip()).and_then(|e| e.change()).unwrap();
+        let models =
+            Models { here: DriveModel::new(record.belief.robot, vec![slip.at(&[0.3, 0.0])]), beside: Vec::new() };
+        let noise = before(&record, &Noise::believed(&record, None));
+        let weigh = |record: &Record, noise: &Noise| run(record, &models, noise, &[], |_| {}).ln_likelihood();
+        assert_eq!(at_rims(&record, &noise, |noise| weigh(&record, noise)), None);
+        const SHARE: f64 = 0.6;
+        let draw = &mut Stream::new(9, 1);
+        for k in 0..record.len() {
+            let wheels = [0, 1].map(|i| record.wheels_rad_s[i][k]);
+            let [speed_m_s, yaw_rate_rad_s] = record.belief.robot.speed_and_yaw_rate(wheels);
+            let at = Moving { speed_m_s, yaw_rate_rad_s, ..Moving::default() };
+            let variance = models.here.wheel_variance_by_torque_noise(&at);
+            for (wheel, own) in record.wheels_rad_s.iter_mut().zip(variance) {
+                wheel[k] += TORQUE_NOISE * (SHARE * own).sqrt() * draw.normal();
+            }
+        }
+        let (found, _) = at_rims(&record, &noise, |noise| weigh(&record, noise)).unwrap();
+        let share = found.process.at_rims / TORQUE_NOISE.powi(2);
+        // six standard deviations of a variance from two wheels, and the tolerance of the search
+        let bound = 6.0 * (1.0 / ROWS as f64).sqrt() + SHARE_ERROR;
+        assert!((share / SHARE - 1.0).abs() < bound, "{share}");
     }
 }

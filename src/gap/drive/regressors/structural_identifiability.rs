@@ -216,9 +216,10 @@ impl StructuralClasses {
             let may = |t: &&Twin| t.of == found.of && !(t.is_loss() && x.is_some_and(|x| t.to.map.value(x) <= 0.0));
             let all = std::iter::once(found.of).chain(self.same.iter().filter(may).map(|t| t.id));
             let others = all.filter(|id| *id != told.id);
-            let ids = std::iter::once(told.id.as_str()).chain(others).map(str::to_owned).collect();
+            let ids: Vec<String> = std::iter::once(told.id.as_str()).chain(others).map(str::to_owned).collect();
             let pose = if found.is_loss() { "" } else { "a pose reference, or " };
-            Some(Alike { ids, overlap: 1.0, separate_by: format!("{pose}the wheels' torques in the log") })
+            let separate_by = format!("{pose}the wheels' torques in the log");
+            (ids.len() > 1).then_some(Alike { ids, overlap: 1.0, separate_by })
         };
         parts.iter().filter_map(class).collect()
     }
@@ -337,6 +338,8 @@ mod tests {
         let class = &twins.classes(&all[1].parts)[0];
         assert_eq!(class.ids, [ids::missed_ticks(), ids::radius_right()]);
         assert_eq!(class.separate_by, "the wheels' torques in the log");
+        assert_eq!(twins.classes(&all[0].parts)[0].ids, [ids::radius_right(), ids::missed_ticks()]);
+        assert_eq!(twins.classes(&found(-0.02).parts), Vec::new());
         // no ticks are gained, and none are lost on average beside those whose bursts are found
         assert_eq!(twins.all(found(-0.02)).len(), 1);
         let mut bursts = found(0.02);

@@ -192,7 +192,7 @@ fn offsets(seen: &[Seen]) -> Vec<[Option<Off>; 3]> {
     let apart = |a: &Lag, b: &Lag| (a.lag_s - b.lag_s).abs() - DIFFERS * a.std_s.hypot(b.std_s);
     let alike = |lags: &[Lag], may_s: f64| lags.iter().all(|a| lags.iter().all(|b| apart(a, b) <= may_s));
     let wander = seen.iter().any(|s| s.wheels.is_some());
-    if !wander && reference_is_late(seen, step_s) {
+    if reference_is_late(seen, step_s, wander) {
         return out;
     }
     for (i, stream) in Stream::ALL.into_iter().enumerate() {
@@ -222,13 +222,14 @@ fn offsets(seen: &[Seen]) -> Vec<[Option<Off>; 3]> {
 }
 
 /// Whether all other streams agree, in all recordings, that the gyro (without one: the wheels) is late, by no more than
-/// a sensor's delay.
-fn reference_is_late(seen: &[Seen], step_s: f64) -> bool {
+/// a sensor's delay. Wheels whose clock seems to `wander` would not agree with another stream if it did.
+fn reference_is_late(seen: &[Seen], step_s: f64, wander: bool) -> bool {
     let lags: Vec<Lag> = seen.iter().flat_map(|s| s.lags).flatten().collect();
     let slack_s = |l: &Lag| DIFFERS * l.std_s + ROWS * step_s;
     let late = |l: &Lag| l.lag_s <= slack_s(l) && l.lag_s >= -LONGEST_DELAY_S - slack_s(l);
     let alike = |a: &Lag, b: &Lag| (a.lag_s - b.lag_s).abs() <= DIFFERS * a.std_s.hypot(b.std_s) + ROWS * step_s;
-    lags.iter().all(|a| late(a) && lags.iter().all(|b| alike(a, b)))
+    let several = |s: &Seen| s.lags.iter().flatten().filter(|l| l.lag_s < -slack_s(l)).count() >= 2;
+    lags.iter().all(|a| late(a) && lags.iter().all(|b| alike(a, b))) && (!wander || seen.iter().all(several))
 }
 
 /// Lags of the streams of one recording.
