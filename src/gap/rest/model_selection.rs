@@ -1,7 +1,7 @@
 //! Comparison of all hypotheses about one recording: Gaussian part and non-Gaussian features.
 
 use super::nongaussian::looks::{Choice, Looks, Seen, Views};
-use super::nongaussian::telegraph::{TelegraphFit, beside};
+use super::nongaussian::telegraph::{Start, TelegraphFit, beside};
 use super::nongaussian::{quantization, repeats, shots};
 use super::parts::parts;
 use super::prepare::outliers::{LIMIT, clean};
@@ -153,7 +153,7 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
     let mut views = Views::default();
     let mut beside_path: Vec<Account> = Vec::new();
     let mut by_levels: Option<Vec<(&str, f64)>> = None;
-    if let Some((found, ln_weight)) = popcorn(&likelihood, &nuisance, &search, prior) {
+    if let Some((found, ln_weight)) = popcorn(&likelihood, &nuisance, &search, &looks) {
         let h = &found.fitted.hypothesis;
         let without = search.weight_of(h);
         let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
@@ -297,8 +297,9 @@ fn popcorn(
     likelihood: &Likelihood,
     nuisance: &[(crate::gap::rest::whittle::basis::ColumnId, f64)],
     search: &Search,
-    prior: Prior,
+    looks: &Looks,
 ) -> Option<(TelegraphFit, f64)> {
+    let Looks { prior, coarse, .. } = *looks;
     let Likelihood { frame, data, candidates, .. } = *likelihood;
     let sets = search.posterior();
     let top = sets.first()?.ln_weight;
@@ -310,7 +311,7 @@ fn popcorn(
             let Kind::Noise(noise) = &candidates[part.candidate].kind else { continue };
             // where a signal stood for a part of the path, the path begins without it
             let alone = Hypothesis { signals: Vec::new(), ..whole.clone() };
-            for whole in [whole, &alone] {
+            for whole in [whole].into_iter().chain((!coarse).then_some(&alone)) {
                 let base = whole.without(part.candidate);
                 let key = base.key();
                 if tried.contains(&key) {
@@ -320,18 +321,18 @@ fn popcorn(
                 // spacing and dwell time from standard deviation and correlation time of the noise in the path's place, if
                 // it has them
                 let theta: Vec<f64> = part.ln_theta.iter().map(|v| v.exp()).collect();
-                let start = match noise.state(&theta) {
+                let [spacing_rad_s, mean_dwell_s] = match noise.state(&theta) {
                     Some(NoiseState::Exponential { time_s, std_rad_s }) => [2.0 * std_rad_s, 2.0 * time_s],
                     _ => {
-                        let slow: f64 = frame
-                            .series(&likelihood.followed(whole, &likelihood.remainder(whole)))
-                            .iter()
-                            .map(|v| v * v)
-                            .sum();
-                        [2.0 * (slow / frame.len() as f64).sqrt(), 0.02 * frame.scene.span_s()]
+                        let followed = frame.series(&likelihood.followed(whole, &likelihood.remainder(whole)));
+                        let square = followed.iter().map(|v| v * v).sum::<f64>() / frame.len() as f64;
+                        [2.0 * square.sqrt(), 0.02 * frame.scene.span_s()]
                     }
                 };
-                let Some(found) = beside(frame, data, candidates, nuisance, &base, whole, start) else { continue };
+                let start = Start { spacing_rad_s, mean_dwell_s, coarse };
+                let Some(found) = beside(frame, data, candidates, nuisance, &base, whole, start) else {
+                    continue;
+                };
                 if found.chain.jumps < LEAST_JUMPS {
                     continue;
                 }
@@ -359,7 +360,8 @@ fn popcorn(
     found.ln_evidence += settled.fitted.ln_evidence - found.fitted.ln_evidence;
     found.fitted = settled.fitted.clone();
     let weight = found.ln_evidence + ln_prior(h);
-    let start = [found.chain.spacing, 0.5 * (found.chain.dwell_low + found.chain.dwell_high) * frame.scene.step_s];
+    let mean_dwell_s = 0.5 * (found.chain.dwell_low + found.chain.dwell_high) * frame.scene.step_s;
+    let start = Start { spacing_rad_s: found.chain.spacing, mean_dwell_s, coarse };
     let again = beside(frame, data, candidates, nuisance, h, h, start);
     let weighed = again.map(|again| (again.ln_evidence + ln_prior(h), again));
     Some(weighed.filter(|(w, _)| *w > weight).map_or((found, weight), |(w, again)| (again, w)))

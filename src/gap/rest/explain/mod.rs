@@ -12,7 +12,7 @@ pub use interval::Estimate;
 
 use super::model_selection::candidates;
 use super::nongaussian::quantization;
-use super::nongaussian::telegraph::{TelegraphFit, beside};
+use super::nongaussian::telegraph::{Start, TelegraphFit, beside};
 use super::parts;
 use super::prepare::outliers::clean;
 use super::prepare::{Prepared, prepare};
@@ -350,7 +350,7 @@ fn levels(
     let base = &gaussian.hypothesis;
     let whole = l.fit(&l.add_noise(base, noise)?.0).hypothesis;
     let theta = whole.noises.iter().find(|n| n.candidate == noise)?.ln_theta.clone();
-    let start = [2.0 * theta[1].exp(), 2.0 * theta[0].exp()];
+    let start = Start { spacing_rad_s: 2.0 * theta[1].exp(), mean_dwell_s: 2.0 * theta[0].exp(), coarse: false };
     let found = beside(l.frame, l.data, l.candidates, nuisance, base, &whole, start)?;
     let gain = found.ln_evidence - gaussian.ln_evidence;
     Some((found, gain))

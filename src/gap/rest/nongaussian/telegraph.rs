@@ -80,8 +80,19 @@ fn whitening(frame: &SpectralBasis, white: &[f64]) -> usize {
     per
 }
 
+/// Where the search for a path starts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Start {
+    /// Distance of the levels, rad/s
+    pub spacing_rad_s: f64,
+    /// Mean time at a level, s
+    pub mean_dwell_s: f64,
+    /// Whether single samples are quantized too coarsely to be normal
+    pub coarse: bool,
+}
+
 /// Telegraph noise beside `base`. `whole` is `base` with a noise in the place of the telegraph noise; the search starts
-/// from its remainder, at a level spacing in rad/s and a mean dwell time in s.
+/// from its remainder, at `start`.
 pub(crate) fn beside(
     frame: &SpectralBasis,
     data: &Data,
@@ -89,14 +100,15 @@ pub(crate) fn beside(
     nuisance: &[(ColumnId, f64)],
     base: &Hypothesis,
     whole: &Hypothesis,
-    start: [f64; 2],
+    start: Start,
 ) -> Option<TelegraphFit> {
     let n = frame.len();
-    let dwell = start[1] / frame.scene.step_s;
+    let dwell = start.mean_dwell_s / frame.scene.step_s;
     let white = base.white_spectrum(frame, candidates);
     // a mean that holds a jump fits neither level: it costs a mean of (spacing/σ)²/24, a sixth of a nat at most
-    let jump_seen = (2.0 * mean_noise(frame, &white, 1)[0].sqrt() / start[0]).powi(2);
-    let per = ((dwell / 20.0).min(jump_seen) as usize).clamp(1, 64).max(whitening(frame, &white));
+    let jump_seen = (2.0 * mean_noise(frame, &white, 1)[0].sqrt() / start.spacing_rad_s).powi(2);
+    let per = if start.coarse { dwell / 20.0 } else { (dwell / 20.0).min(jump_seen) };
+    let per = (per as usize).clamp(1, 64).max(whitening(frame, &white));
     let std = mean_noise(frame, &white, per)[0].sqrt();
     let decimated = |b: &[f64]| -> Vec<f64> {
         let chunks = data.values_rad_s.chunks_exact(per).zip(b.chunks_exact(per));
@@ -107,7 +119,7 @@ pub(crate) fn beside(
     let remainder = first.remainder(whole);
     let z: Vec<f64> = data.z.iter().zip(&remainder).map(|(a, b)| a - b).collect();
     let mut x = decimated(&frame.series(&z));
-    let mut chain = fit(&x, std, start[0], dwell / per as f64, 30);
+    let mut chain = fit(&x, std, start.spacing_rad_s, dwell / per as f64, 30);
     let mut fitted = None;
     let mut path = Vec::new();
     for _ in 0..3 {
