@@ -77,7 +77,7 @@ pub(crate) fn nothing_twice(config: &Config, fit: &[Drive<'_>], options: &Option
     ]
     .into_iter()
     // an odometry's speed and yaw rate stand for the wheels
-    .filter(|(_, channel)| !there.contains(channel) && !(*channel == BOTH && there.contains(&ODOMETRY)))
+    .filter(|(_, channel)| !(there.contains(channel) || *channel == BOTH && there.contains(&ODOMETRY)))
     .map(|(what, _)| what)
     .collect();
     let notes = vec![
