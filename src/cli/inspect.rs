@@ -19,6 +19,9 @@ pub(crate) struct Inspect {
     log: PathBuf,
     #[command(flatten)]
     topics: TopicArgs,
+    /// Leave out rows of text that do not parse, count them and tell the first few, instead of refusing the file
+    #[arg(long)]
+    skip_bad_rows: bool,
     #[command(flatten)]
     common: Common,
 }
@@ -27,7 +30,7 @@ impl Inspect {
     pub fn run(&self) -> Result<Outcome> {
         places::check_logs([&self.log])?;
         let output = Output::open(&self.common, "inspect", Plan::new().reads([&self.log]))?;
-        let report = ingest::inspect_topic(&self.log, self.topics.one()?, self.topics.stamp())?;
+        let report = ingest::inspect_topic(&self.log, self.topics.one()?, self.topics.stamp(), self.skip_bad_rows)?;
         if output.talks() {
             output.say(table(&report).trim_end());
         }

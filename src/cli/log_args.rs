@@ -148,6 +148,9 @@ pub(crate) struct ColumnArgs {
     start_offset: Vec<f64>,
 }
 
+/// End of the note on a log that moves.
+const TRIM: &str = "; --trim-motion leaves that out";
+
 /// How to read the columns of a drive.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct DriveArgs {
@@ -329,6 +332,22 @@ impl ColumnArgs {
         }
     }
 
+    /// Notes on a log that is held.
+    pub fn notes_on(&self, recording: &GyroRecording) -> Vec<String> {
+        self.notes(&recording.notes, &recording.audit, TRIM)
+    }
+
+    /// Notes on a log: decisions of the reader, then gaps, findings and motion. `hint` ends the note on motion.
+    fn notes(&self, decided: &[String], audit: &Audit, hint: &str) -> Vec<String> {
+        let mut notes = decided.to_vec();
+        notes.extend(audit.gaps.text());
+        notes.extend(audit.findings());
+        if let (false, Some(motion)) = (self.trim_motion, audit.motion.text()) {
+            notes.push(format!("the log moves, {motion}{hint}"));
+        }
+        notes
+    }
+
     /// The time axis since power-on: the log's own, or begun `--start-offset` after it.
     pub fn time_since_power_on(&self, recording: &GyroRecording) -> TimeAxis {
         let time = recording.log.time.clone();
@@ -425,7 +444,7 @@ impl LogArgs {
             unit: recording.unit,
             sha256: recording.sha256.clone(),
             temperature_c: recording.log.get(names::TEMPERATURE).and_then(range),
-            notes: self.notes(&recording.notes, &recording.audit, "; --trim-motion leaves that out"),
+            notes: self.columns.notes_on(recording),
             audit: serde_json::json!(recording.audit),
         }
     }
@@ -438,24 +457,13 @@ impl LogArgs {
             unit: recording.unit,
             sha256: recording.sha256.clone(),
             temperature_c: recording.temperature_c,
-            notes: self.notes(&recording.notes, &recording.audit, "; cut that off"),
+            notes: self.columns.notes(&recording.notes, &recording.audit, "; cut that off"),
             audit: serde_json::json!(recording.audit),
         }
     }
 
     fn name(&self) -> String {
         self.log.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
-    }
-
-    /// Notes on the log: decisions of the reader, then gaps, findings and motion. `hint` ends the note on motion.
-    fn notes(&self, decided: &[String], audit: &Audit, hint: &str) -> Vec<String> {
-        let mut notes = decided.to_vec();
-        notes.extend(audit.gaps.text());
-        notes.extend(audit.findings());
-        if let (false, Some(motion)) = (self.columns.trim_motion, audit.motion.text()) {
-            notes.push(format!("the log moves, {motion}{hint}"));
-        }
-        notes
     }
 
     /// Names the file in an error of a layer that saw only numbers.

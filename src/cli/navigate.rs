@@ -223,6 +223,7 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     let working = output.working("reading the drive, and running the filters");
     let recording = args.columns.read(&args.logs, &config)?;
     let log = &recording.log;
+    places::check_drive(log, &args.config)?;
     args.power.check(log)?;
     if save.is_some() && !has_gyro(log) {
         let found = format!("{} has no gyro that could be left warm", log.source);

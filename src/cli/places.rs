@@ -22,7 +22,9 @@ pub(crate) fn check<'a, P: AsRef<Path> + 'a + ?Sized>(
     between: &str,
     logs: impl IntoIterator<Item = &'a P>,
 ) -> Result<()> {
-    let Some(log) = logs.into_iter().map(AsRef::as_ref).find(|log| is_configuration(log)) else { return Ok(()) };
+    let Some(log) = logs.into_iter().map(AsRef::as_ref).find(|log| is_configuration(log)) else {
+        return check_config(command, config, between);
+    };
     if is_configuration(config) || !config.is_file() {
         return check_logs([log]);
     }
@@ -33,6 +35,21 @@ pub(crate) fn check<'a, P: AsRef<Path> + 'a + ?Sized>(
         format!("is no configuration, and {log} is one, in the place of the log"),
     )
     .hint(format!("swap them: gyroid {command} {log} {between}{config}")))
+}
+
+/// Refuses a log in the place of the configuration.
+fn check_config(command: &str, config: &Path, between: &str) -> Result<()> {
+    let is_toml = config.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+    if is_toml || !config.is_file() || is_configuration(config) {
+        return Ok(());
+    }
+    let is_log = |seen: ingest::Inspection| seen.time.is_some() || !(seen.gyro.is_empty() && seen.topics.is_empty());
+    if !ingest::inspect(config).is_ok_and(is_log) {
+        return Ok(());
+    }
+    let config = config.display();
+    Err(Error::new(ErrorKind::Usage, &config, "is a log, in the place of the configuration")
+        .hint(format!("name the configuration first: gyroid {command} CONFIG.toml {between}{config}")))
 }
 
 /// Refuses a configuration in the place of a log, where the command takes logs alone.
@@ -92,7 +109,7 @@ pub(crate) fn check_drive(log: &Log, config: &Path) -> Result<()> {
     );
     Err(Error::new(ErrorKind::Column, &log.source, found).hint(format!(
         "if the gyro stood still, set kind = \"stationary\" in a configuration without [vehicle] and [encoder]; else name the \
-         wheels' columns: --map {}=COLUMN[:UNIT]",
+         wheels' columns: --map {}=COLUMN[:UNIT], or add their file",
         names::WHEEL_LEFT
     )))
 }

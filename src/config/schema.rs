@@ -409,6 +409,9 @@ pub(super) fn toml_error(error: &toml::de::Error, text: &str, name: &str) -> Err
     out.hint(meant(error.message()).unwrap_or_else(|| "correct the key, or write the file anew with gyroid fit".into()))
 }
 
+/// Letters at the beginning of two words that mean the same.
+const STEM: usize = 4;
+
 /// The hint for a key or a value that serde does not know: in its message that comes first, and after it those that it does.
 fn meant(message: &str) -> Option<String> {
     if !message.starts_with("unknown ") {
@@ -416,5 +419,8 @@ fn meant(message: &str) -> Option<String> {
     }
     let mut quoted = message.split('`').skip(1).step_by(2);
     let (unknown, known) = (quoted.next()?, quoted.collect::<Vec<_>>());
-    nearest(unknown, known).map(|meant| format!("did you mean {meant}?"))
+    // drive is far from driving by its letters
+    let stem = |word: &&str| word.get(..STEM).is_some_and(|stem| unknown.get(..STEM) == Some(stem));
+    let meant = nearest(unknown, known.iter().copied()).or_else(|| known.iter().copied().find(stem));
+    meant.map(|meant| format!("did you mean {meant}?"))
 }

@@ -15,7 +15,7 @@ use super::trace;
 use crate::config::{Config, EffectTable, Kind};
 use crate::effects::{Effect, Explanation, Library, Parameters};
 use crate::error::Result;
-use crate::signal::Log;
+use crate::signal::{Log, names};
 
 /// Settings of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
@@ -129,6 +129,9 @@ pub fn diagnose_observed(
     let mut findings = judged(&prepared, library, &given, options).weighed(&fit.source)?;
     let found = compose::found(&findings);
     observe(Stage::Measure);
+    let untested = hold.zip(kept.as_ref()).and_then(|(log, kept)| untested(log, kept, library, &found));
+    // the other effects would be tested there on what this one does
+    let kept = kept.filter(|_| untested.is_none());
     let scored = kept.as_ref().unwrap_or(&prepared);
     let recorded = scored.recorded_rad_s();
     let blocks = blocks(recorded.len());
@@ -173,6 +176,12 @@ pub fn diagnose_observed(
         }
         None => {
             cross_validate(&prepared, library, &given, &together, &mut answer)?;
+            answer.notes.push(match untested {
+                Some(why) => why,
+                None => format!(
+                    "No recording was held out: {BY_EIGHTHS} Record the unit again to know how far the gap shrinks."
+                ),
+            });
             None
         }
     };
@@ -349,12 +358,29 @@ fn cross_validate(
     let own = (0..4).map(|s| blocked_own(&augmented, &blocks, s)).collect::<Result<Vec<f64>>>()?;
     let floor = own.iter().sum::<f64>() / own.len() as f64;
     answer.gap = vec![Metric { metric: "log_score".into(), before, after, floor }];
-    answer.notes.push(
-        "No recording was held out: the log score is that of each eighth of this one given the others, with parameters \
-         that have seen all of it. Record the unit again to know how far the gap shrinks."
-            .into(),
-    );
     Ok(())
+}
+
+/// End of the sentence that says why no other recording was scored.
+const BY_EIGHTHS: &str = "the log score is that of each eighth of this one given the others, with parameters that have seen \
+                          all of it.";
+
+/// Why the recording `log`, held out, cannot test all of the effects `found`: it lacks, or holds constant, a quantity that
+/// one of them is a function of. None where it can.
+fn untested(log: &Log, kept: &Prepared, library: &Library, found: &[(String, Parameters)]) -> Option<String> {
+    let effects = found.iter().filter_map(|(id, _)| library.by_id(id));
+    let about =
+        effects.filter(|effect| effect.explanation(&kept.scene).is_none()).map(|effect| effect.about()).next()?;
+    let quantity = if about.condition == Some(names::SUPPLY) { "supply" } else { "temperature" };
+    let there = log.get(about.condition.unwrap_or_default()).is_some();
+    Some(format!(
+        "{} was held out and cannot test {} ({}): its {quantity} is {}. Therefore {BY_EIGHTHS} Record the unit again, with a \
+         {quantity} that varies, to know how far the gap shrinks.",
+        log.source,
+        about.title,
+        about.id,
+        if there { "constant" } else { "not logged" }
+    ))
 }
 
 fn blocked_own(b: &StateSpaceModel, blocks: &[std::ops::Range<usize>], seed: u64) -> Result<f64> {

@@ -18,6 +18,8 @@ mod why;
 #[path = "gap/words.rs"]
 pub(in crate::report) mod words;
 
+/// Probability from which on nothing is lacking without reserve.
+const CERTAIN: f64 = 0.9;
 /// Curves and effects that the page lists.
 const LISTED: usize = 6;
 /// From this part of the drift before on, the heading hardly gains.
@@ -291,7 +293,9 @@ impl GapReport<'_> {
         }
         self.nearest(out);
         self.runners_up(out);
-        for (i, class) in a.cannot_tell_apart.iter().enumerate() {
+        // signatures that have nothing in common are told apart, only too weak to be told from nothing
+        let alike = |i: usize| a.alike.get(i).is_none_or(|alike| alike.overlap >= LEAST_PROBABILITY);
+        for (i, class) in a.cannot_tell_apart.iter().enumerate().filter(|(i, _)| alike(*i)) {
             let names: Vec<&str> = class.iter().map(|id| title(id)).collect();
             let _ = writeln!(out, "\n  This recording cannot tell apart: {}.", names.join(", "));
             let alike = a.alike.get(i).filter(|alike| !alike.separate_by.is_empty());
@@ -356,10 +360,12 @@ impl GapReport<'_> {
                 let _ = writeln!(out, "  {} alone closes {closed} of the gap in log score", title(&effect.id));
             }
         }
-        let _ = writeln!(
-            out,
-            "  floor: what the augmented simulator scores on its own recordings; without torques, before plus what it gains on them"
-        );
+        let in_pairs = if self.is_drive() || self.curves.is_empty() {
+            "; without torques, before plus what it gains on them"
+        } else {
+            ""
+        };
+        let _ = writeln!(out, "  floor: what the augmented simulator scores on its own recordings{in_pairs}");
         if let Some(gain) = &a.navigation {
             let _ = writeln!(
                 out,
@@ -383,7 +389,14 @@ impl GapReport<'_> {
     fn remedy(&self, out: &mut String) {
         let a = self.answer;
         match a.verdict {
-            Verdict::None if self.is_open() => {
+            Verdict::None if a.none_probability < CERTAIN => {
+                if !self.is_open() {
+                    let _ = writeln!(
+                        out,
+                        "  Probably nothing; that something is lacking has probability {:.2}.",
+                        1.0 - a.none_probability
+                    );
+                }
                 let again = if self.is_drive() {
                     "  Record again, for longer: --fit given several times diagnoses all recordings together."
                 } else {

@@ -15,26 +15,112 @@ const MEAN_S: f64 = 1.0;
 const GAIN: [f64; 2] = [1.0 / 3.0, 1.5];
 /// Smallest ratio of the squares under a wrong sign to those under the right one.
 const WORSE: f64 = 4.0;
+/// Share of the torques' power of one sign, less that of the other, from which they tell.
+const CLEAR: f64 = 0.3;
 /// Fewest means that are compared.
 const FEWEST: usize = 8;
 
 /// Evidence against the signs of wheels, gyro and pose, in sentences with the remedy.
 #[must_use]
 pub fn wrong_signs(vehicle: &Vehicle, log: &Log) -> Vec<String> {
-    let mut found = Vec::new();
     let robot = Rolling::new(vehicle);
     let odometry = Odometry::of(log, &robot, None);
-    let Some([left, right]) = odometry.as_ref().and_then(Odometry::wheels) else { return found };
+    let Some([left, right]) = odometry.as_ref().and_then(Odometry::wheels) else { return Vec::new() };
+    let against = log.get(names::GYRO_Z).and_then(|gyro| {
+        let means = means(&log.time.to_vec(), [gyro, left, right]);
+        against_gyro(&means, vehicle.wheel_radius_m / (2.0 * vehicle.half_track_m))
+    });
+    match against {
+        Some([l, r]) if l == r => {
+            let [found, remedy] = opposite(vehicle, log);
+            vec![format!("{}; {remedy}.", capital(&found))]
+        }
+        one_side => {
+            let side = one_side.map(|[left, _]| if left < 0.0 { "left" } else { "right" });
+            let wheel = side.map(|side| {
+                format!(
+                    "The {side} wheel seems to count backwards: the gyro turns as the wheels' sum does, not as their \
+                     difference; turn its sign: --map wheel_{side}_rad_s=-COLUMN."
+                )
+            });
+            let pose = (by_pose(&robot, log, [left, right]) == Some(true)).then(|| {
+                format!(
+                    "The pose moves backwards where the wheels roll forwards: turn the signs of both wheels ({TURN_BOTH}), or \
+                     the reference's heading by 180°."
+                )
+            });
+            wheel.into_iter().chain(pose).collect()
+        }
+    }
+}
+
+const TURN_BOTH: &str = "--map wheel_left_rad_s=-COLUMN --map wheel_right_rad_s=-COLUMN";
+
+/// Finding and remedy where wheels and gyro turn opposite ways: a pose, or torques, tell whether both wheels count
+/// backwards.
+pub(crate) fn opposite(vehicle: &Vehicle, log: &Log) -> [String; 2] {
+    let robot = Rolling::new(vehicle);
+    let odometry = Odometry::of(log, &robot, None);
+    let wheels = odometry.as_ref().and_then(Odometry::wheels);
+    let told = wheels.and_then(|wheels| {
+        let pose = by_pose(&robot, log, wheels).map(|backwards| ("the pose moves", backwards));
+        pose.or_else(|| by_torques(log, wheels).map(|backwards| ("the torques drive", backwards)))
+    });
+    let [found, remedy] = match told {
+        Some((moves, true)) => [
+            format!(
+                "wheels and gyro turn opposite ways, and {moves} backwards where the wheels roll forwards: both wheels count \
+                 backwards"
+            ),
+            format!("turn the signs of both: {TURN_BOTH}"),
+        ],
+        Some((moves, false)) => [
+            format!(
+                "wheels and gyro turn opposite ways, and {moves} forwards as the wheels roll: the gyro's axis points down, or left \
+                 and right are exchanged"
+            ),
+            "turn the gyro round, --map gyro_z_rad_s=-COLUMN, or name the wheels' columns the other way round".into(),
+        ],
+        None => [
+            "wheels and gyro turn opposite ways: the gyro reads backwards, both wheels do, or left and right are exchanged".into(),
+            format!(
+                "turn the gyro round, --map gyro_z_rad_s=-COLUMN, or both wheels, {TURN_BOTH}, or name the wheels' columns the \
+                 other way round; a pose or torques in the log would tell which"
+            ),
+        ],
+    };
+    [found, remedy]
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// Whether a pose moves backwards where the wheels roll forwards; none where it does not tell.
+fn by_pose(robot: &Rolling, log: &Log, [left, right]: [&[f64]; 2]) -> Option<bool> {
+    let (x, y, heading) = (log.get(names::X)?, log.get(names::Y)?, log.get(names::HEADING)?);
     let times = log.time.to_vec();
-    if let Some(gyro) = log.get(names::GYRO_Z) {
-        let means = means(&times, [gyro, left, right]);
-        found.extend(against_gyro(&means, vehicle.wheel_radius_m / (2.0 * vehicle.half_track_m)));
+    let speed: Vec<f64> = left.iter().zip(right).map(|(l, r)| robot.speed_and_yaw_rate([*l, *r])[0]).collect();
+    let means = means(&times, [&speed, &ahead(&times, x, y, heading)]);
+    if means.len() < FEWEST {
+        return None;
     }
-    if let (Some(x), Some(y), Some(heading)) = (log.get(names::X), log.get(names::Y), log.get(names::HEADING)) {
-        let speed: Vec<f64> = left.iter().zip(right).map(|(l, r)| robot.speed_and_yaw_rate([*l, *r])[0]).collect();
-        found.extend(against_pose(&means(&times, [&speed, &ahead(&times, x, y, heading)])));
-    }
-    found
+    let [forwards, backwards] = [1.0, -1.0].map(|sign| means.iter().map(|[v, p]| (p - sign * v).powi(2)).sum::<f64>());
+    let nothing = means.iter().map(|m| m[1] * m[1]).sum::<f64>();
+    let refuted = |this: f64, other: f64| this > nothing && this >= WORSE * other;
+    refuted(forwards, backwards).then_some(true).or(refuted(backwards, forwards).then_some(false))
+}
+
+/// Whether the torques take power out of the wheels all in all, which friction does not let them: they or the wheels have the
+/// wrong signs. None where they do not tell.
+fn by_torques(log: &Log, wheels: [&[f64]; 2]) -> Option<bool> {
+    let torques = [log.get(names::TORQUE_LEFT)?, log.get(names::TORQUE_RIGHT)?];
+    let powers =
+        torques.into_iter().zip(wheels).flat_map(|(torque, wheel)| torque.iter().zip(wheel).map(|(t, w)| t * w));
+    let (sum, size) =
+        powers.filter(|p| p.is_finite()).fold((0.0, 0.0), |(sum, size), p: f64| (sum + p, size + p.abs()));
+    (sum.abs() > CLEAR * size).then_some(sum < 0.0)
 }
 
 /// Speed ahead at the samples of a pose, m/s, by its positions; NaN elsewhere.
@@ -85,7 +171,8 @@ fn left_over(pairs: &[[f64; 2]], bounds: [f64; 2]) -> f64 {
     yy - 2.0 * gain * xy + gain * gain * xx
 }
 
-fn against_gyro(means: &[[f64; 3]], nominal: f64) -> Option<String> {
+/// Signs of left and right wheel that the gyro asks for; none where it agrees with them as they are.
+fn against_gyro(means: &[[f64; 3]], nominal: f64) -> Option<[f64; 2]> {
     if means.len() < FEWEST {
         return None;
     }
@@ -101,33 +188,10 @@ fn against_gyro(means: &[[f64; 3]], nominal: f64) -> Option<String> {
     if told <= constant || told < WORSE * best {
         return None;
     }
-    let wheel = |side: &str| {
-        format!(
-            "The {side} wheel seems to count backwards: the gyro turns as the wheels' sum does, not as their difference; turn \
-             its sign: --map wheel_{side}_rad_s=-COLUMN."
-        )
-    };
     Some(match () {
-        () if best == both => {
-            "The gyro turns left where the wheels turn right: its axis points down, or the wheels are \
-                              exchanged; turn its sign: --map gyro_z_rad_s=-COLUMN, or exchange the wheels."
-                .into()
-        }
-        () if best == left => wheel("left"),
-        () => wheel("right"),
-    })
-}
-
-fn against_pose(means: &[[f64; 2]]) -> Option<String> {
-    if means.len() < FEWEST {
-        return None;
-    }
-    let [forwards, backwards] = [1.0, -1.0].map(|sign| means.iter().map(|[v, p]| (p - sign * v).powi(2)).sum::<f64>());
-    let nothing = means.iter().map(|m| m[1] * m[1]).sum::<f64>();
-    (forwards > nothing && forwards >= WORSE * backwards).then(|| {
-        "The pose moves backwards where the wheels roll forwards: turn the signs of both wheels (--map \
-         wheel_left_rad_s=-COLUMN, wheel_right_rad_s=-COLUMN), or the reference's heading by 180°."
-            .into()
+        () if best == both => [-1.0, -1.0],
+        () if best == left => [-1.0, 1.0],
+        () => [1.0, -1.0],
     })
 }
 
@@ -182,6 +246,27 @@ mod tests {
             let found = wrong_signs(&vehicle(), &drive(0.4, signs, turned_rad));
             let gyro: Vec<_> = found.iter().filter(|f| said.iter().any(|s| f.contains(s))).collect();
             assert_eq!((gyro.len(), found.is_empty()), (said.len(), said.is_empty()), "{signs:?} {found:?}");
+        }
+    }
+
+    #[test]
+    fn both_wheels_backwards_are_told_from_a_gyro_that_is_by_pose_and_by_torques() {
+        let both = "both wheels count backwards; turn the signs of both: --map wheel_left_rad_s=-COLUMN --map";
+        for (sign, gyro, said) in [(-1.0, 1.0, both), (1.0, -1.0, "axis points down")] {
+            let mut log = drive(0.4, [sign, sign, gyro], 0.0);
+            let told = wrong_signs(&vehicle(), &log);
+            assert!(told.len() == 1 && told[0].contains(said) && told[0].contains("pose moves"), "{told:?}");
+            log.channels.retain(|c| ![names::X, names::Y, names::HEADING].contains(&c.name.as_str()));
+            let told = wrong_signs(&vehicle(), &log);
+            assert!(told.len() == 1 && told[0].contains("would tell which"), "{told:?}");
+            // friction: a torque as the speed
+            for (torque, wheel) in [(names::TORQUE_LEFT, names::WHEEL_LEFT), (names::TORQUE_RIGHT, names::WHEEL_RIGHT)]
+            {
+                let values = log.get(wheel).unwrap().iter().map(|w| 0.01 * sign * w).collect();
+                log.push(torque, values).unwrap();
+            }
+            let told = wrong_signs(&vehicle(), &log);
+            assert!(told.len() == 1 && told[0].contains(said) && told[0].contains("torques drive"), "{told:?}");
         }
     }
 

@@ -73,8 +73,8 @@ fn inspection_lists_topics_types_counts_and_rates() {
     let report = inspect(file("px4.ulg")).unwrap();
     assert!(!report.fits() && report.topics.len() == 5 && report.columns.is_empty());
     assert!(report.problems[0].contains("several topics hold a gyro"), "{:?}", report.problems);
-    assert!(inspect_topic(file("px4.ulg"), Some("sensor_gyro/1"), Stamp::Header).unwrap().fits());
-    assert!(inspect_topic(file("px4.ulg"), Some("nope"), Stamp::Header).is_err());
+    assert!(inspect_topic(file("px4.ulg"), Some("sensor_gyro/1"), Stamp::Header, false).unwrap().fits());
+    assert!(inspect_topic(file("px4.ulg"), Some("nope"), Stamp::Header, false).is_err());
 }
 
 #[test]

@@ -98,13 +98,31 @@ fn a_tone_is_found_drawn_written_and_can_be_simulated() {
 fn a_simulator_that_lacks_nothing_is_left_as_it_is() {
     let place = new("");
     let text = place.ok("gap diagnose sim.toml --fit fit.csv --json a.json --write-sim augmented.toml");
-    in_order(&text, &["NO GAP", "1. Where", "2. Which", "None", "3. How far", "4. What to do", "Nothing"]);
+    in_order(&text, &["NO GAP", "1. Where", "2. Which", "None", "3. How far", "4. What to do", "othing"]);
     let (answer, curves) = answer(&place, "a.json");
     assert_eq!((answer.verdict, answer.main), (Verdict::None, None));
     assert!(answer.place.is_none() && answer.together.is_empty() && !curves.is_empty());
     let augmented = Config::parse(&place.read("augmented.toml"), "augmented.toml").unwrap();
     assert_eq!(augmented, Config::parse(REST, "sim.toml").unwrap());
     assert_eq!(place.ok("gap diagnose sim.toml --fit fit.csv --quiet"), "");
+    // what the reader guessed and found stands here too: a unit of time, a gyro that froze in the last fifth
+    let rows = place.read("fit.csv").replacen("t_s", "time", 1);
+    let lines: Vec<&str> = rows.lines().collect();
+    let frozen = lines.iter().enumerate().map(|(k, line)| {
+        let (time, _) = line.split_once(',').unwrap();
+        if 5 * k < 4 * lines.len() {
+            format!("{line}\n")
+        } else {
+            format!("{time},{}\n", &lines[1].split_once(',').unwrap().1)
+        }
+    });
+    place.write("frozen.csv", &frozen.collect::<String>());
+    let text = place.ok("gap diagnose sim.toml --fit frozen.csv");
+    in_order(
+        &text,
+        &["note: time unit of \"time\" guessed: s", "stuck at a value", "froze from 7", "cut the log there"],
+    );
+    assert!(!text.contains("the log moves"), "{text}");
 }
 
 #[test]
@@ -118,6 +136,12 @@ fn what_cannot_be_diagnosed_is_refused_by_name() {
         1,
         &["fit.csv", "no wheels", "drive.toml", "hint:", "--map"],
     );
+    // a car: one speed, and one yaw rate that is read as the gyro; with positions, so that there is something to test
+    let rows =
+        (0..600).map(|k| 0.1 * f64::from(k)).map(|t| format!("{t:.1},5.0,{:.4},{:.3},0.0\n", 0.1 * t.sin(), 5.0 * t));
+    place.write("car.csv", &format!("t_s,odo_v_m_s,yaw_rate_rad_s,x_m,y_m\n{}", rows.collect::<String>()));
+    let hint = "--map odo_yaw_rate_rad_s=yaw_rate_rad_s";
+    place.refused("gap diagnose drive.toml --fit car.csv", 1, &["one speed for the whole robot", hint]);
     place.write("slips.toml", &format!("{REST}[[effect]]\nid = \"wheel.slip\"\ncompliance = 0.1\n"));
     place.refused("gap diagnose slips.toml --fit fit.csv", 1, &["wheel.slip", "[[effect]]", "hint:"]);
     place.refused("gap diagnose no.toml --fit fit.csv", 1, &["no.toml", "hint:"]);

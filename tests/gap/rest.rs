@@ -242,3 +242,19 @@ fn the_same_recording_gives_the_same_answer() {
     let answer = || serde_json::to_string(&diagnosed(&effects, 3, &Library::new())).unwrap();
     assert_eq!(answer(), answer());
 }
+
+#[test]
+fn a_hold_out_without_temperature_cannot_test_what_follows_it() {
+    let growing: [(&str, &[(&str, f64)]); 1] = [("gyro.noise_growth", &[("relative_per_c", 0.05)])];
+    let (fit, mut hold) = (recording(&growing, 7), recording(&growing, 1007));
+    hold.channels.retain(|c| c.name != names::TEMPERATURE);
+    hold.source = "again.csv".into();
+    let found = diagnose(&nominal(), &fit, Some(&hold), &Library::new(), &Options::default()).unwrap();
+    assert_eq!(found.answer.main.as_deref(), Some("gyro.noise_growth"));
+    // the measure is that of the recording itself, and better for it
+    let score = &found.answer.gap[0];
+    assert!(found.far.is_none() && score.metric == "log_score" && score.after > score.before, "{score:?}");
+    let told = "again.csv was held out and cannot test noise grows with temperature (gyro.noise_growth): its temperature is not \
+                logged";
+    assert!(found.answer.notes.iter().any(|n| n.contains(told)), "{:?}", found.answer.notes);
+}

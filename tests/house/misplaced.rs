@@ -30,6 +30,13 @@ fn swapped_arguments_are_said_to_be_swapped() {
     ] {
         place.refused(line, 2, &["is no configuration", "swap them", hint]);
     }
+    for (line, hint) in [
+        ("navigate drive.csv drive.parquet", "gyroid navigate CONFIG.toml drive.csv"),
+        ("gap diagnose rest.csv --fit drive.csv", "gyroid gap diagnose CONFIG.toml --fit rest.csv"),
+        ("simulate drive.parquet -o x.parquet", "gyroid simulate CONFIG.toml --inputs drive.parquet"),
+    ] {
+        place.refused(line, 2, &["is a log, in the place of the configuration", hint]);
+    }
     for line in ["navigate robot.toml rest.toml", "fit rest.csv rest.toml", "noise rest.toml", "inspect rest.toml"] {
         place.refused(line, 2, &["rest.toml", "is a configuration, in the place of a log"]);
     }
@@ -52,6 +59,8 @@ fn a_slip_of_the_pen_is_seen_through() {
     place.refused("simulate slip.toml -o x.parquet", 1, &["tim_constant_s", "did you mean time_constant_s?"]);
     place.write("kind.toml", &ROBOT.replace("\"driving\"", "\"drivng\""));
     place.refused("simulate kind.toml -o x.parquet", 1, &["drivng", "did you mean driving?"]);
+    place.write("kind.toml", &ROBOT.replace("\"driving\"", "\"drive\""));
+    place.refused("simulate kind.toml -o x.parquet", 1, &["did you mean driving?"]);
     let explain = "gap explain rest.toml --fit rest.csv --effect gyro.tome";
     place.refused(explain, 2, &["gyro.tome", "did you mean gyro.tone?"]);
     let drive = "gap explain robot.toml --fit drive.parquet --effect wheel.slp";
@@ -71,6 +80,7 @@ fn a_log_of_another_kind_is_said_to_be_one() {
     let place = place();
     let rest = ["rest.csv", "robot.toml", "kind = \"driving\"", "kind = \"stationary\""];
     place.refused("gap diagnose robot.toml --fit rest.csv", 1, &rest);
+    place.refused("navigate robot.toml rest.csv", 1, &rest);
     place.refused("gap explain robot.toml --fit rest.csv --effect wheel.slip", 1, &rest);
     let drive = ["drive.csv", "is a drive", "rest.toml is of a gyro at rest", "kind = \"driving\""];
     place.refused("gap diagnose rest.toml --fit drive.csv", 1, &drive);

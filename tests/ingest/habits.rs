@@ -3,8 +3,8 @@
 use super::{Files, csv, digits, gyro, gzip, rates, read, refused};
 use gyroid::ErrorKind as K;
 use gyroid::ingest::{
-    ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Reading, Scale, read_drive, read_gyro,
-    read_gyro_within,
+    ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Reading, Scale, Stamp, inspect, inspect_topic,
+    read_drive, read_gyro, read_gyro_within,
 };
 use gyroid::signal::names;
 use gyroid::units::{RAD_S_PER_DEG_S, TimeUnit};
@@ -53,7 +53,7 @@ fn clocks_of_all_kinds_tell_the_same_time() {
             }),
             "counted from the first sample",
         ),
-        (stamped("time", clock), "passes midnight: a day is added 1 times"),
+        (stamped("time", clock), "passes midnight: a day is added"),
         (stamped("time", american), "month first"),
     ] {
         let path = files.put("x.csv", &text);
@@ -95,6 +95,19 @@ fn a_unit_of_time_that_contradicts_the_data_is_asked_about() {
     );
     let path = files.put("x.csv", stamped("t_ms", |i| (100 * i).to_string()));
     refused(read_gyro(&path, &query(TimeUnit::S)), K::Unit, &["in ms they make 10.0000 Hz", "time_s"]);
+    // both make a usual rate, and the name states one
+    let path = files.put("x.csv", stamped("t_s", |i| digits(0.1 * i as f64).to_string()));
+    let said = ["in s they make 10.0000 Hz", "leave out --time-unit ms", "time_ms"];
+    refused(read_gyro(&path, &query(TimeUnit::Ms)), K::Unit, &said);
+    let drive = DriveQuery { time_unit: Some(TimeUnit::Ms), ..DriveQuery::default() };
+    refused(read_drive(&[&path], &drive).map(|d| d.notes), K::Unit, &said);
+    // no gyro is read once in 100 s
+    let path = files.put("x.csv", stamped("time", |i| (100 * i).to_string()));
+    refused(read_gyro(&path, &query(TimeUnit::S)), K::Unit, &["in ms they make 10.0000 Hz", "leave out --time-unit s"]);
+    // who states a unit is not asked to state one
+    let path = files.put("x.csv", stamped("time", |i| digits(0.01 * i as f64).to_string()));
+    let error = read_gyro(&path, &query(TimeUnit::Ms)).unwrap_err();
+    assert!(error.hint.unwrap().starts_with("leave out --time-unit ms"));
     // against the name, and right: told
     let path = files.put("x.csv", stamped("t_s", |i| (10 * i).to_string()));
     let recording = read_gyro(&path, &query(TimeUnit::Ms)).unwrap();
@@ -123,12 +136,61 @@ fn raw_counts_are_asked_for_and_scaled() {
         let right = |(a, b): (&f64, f64)| (a - counts(&b) / 131.0 * RAD_S_PER_DEG_S).abs() < 1e-15;
         assert!(gyro(&recording).iter().zip(rates(ROWS)).all(right));
     }
+    // scaled counts are counts no more, and have the unit that is stated
+    let scales = vec![Scale::parse("gz_raw=1/131").unwrap()];
+    let unit = Some(gyroid::units::RateUnit::DegPerS);
+    let query = GyroQuery { scales: scales.clone(), unit, ..GyroQuery::default() };
+    assert!(
+        (gyro(&read_gyro(&path, &query).unwrap())[0] - counts(&rates(1)[0]) / 131.0 * RAD_S_PER_DEG_S).abs() < 1e-15
+    );
+    let drive = read_drive(&[&path], &DriveQuery { scales, ..DriveQuery::default() }).unwrap();
+    assert!(drive.notes.iter().any(|n| n.contains("--map gyro_z_rad_s=gz_raw:deg/s")), "{:?}", drive.notes);
     let query = GyroQuery { scales: vec![Scale::parse("gz_rwa=2").unwrap()], ..GyroQuery::default() };
     refused(read_gyro(&path, &query), K::Column, &["\"gz_rwa\"", "did you mean \"gz_raw\"?"]);
     // counts beside numbers with a unit are left alone
     let beside = text.replace("gz_raw", "gz_raw,gz_rad_s").replace("0,", "0,7,").replace("0.01,", "0.01,8,");
     let path = files.put("y.csv", beside.replace("0.02,", "0.02,9,"));
     assert_eq!(read(&path).unwrap().column, "gz_rad_s");
+}
+
+#[test]
+fn a_guessed_unit_of_time_is_told_of_every_log() {
+    let files = Files::new();
+    let path = files.put("x.csv", stamped("time", |i| digits(0.01 * i as f64).to_string()));
+    let said = "time unit of \"time\" guessed: s";
+    let told = |notes: &[String]| notes.iter().filter(|n| n.contains(said)).count();
+    assert_eq!(told(&read(&path).unwrap().notes), 1);
+    assert_eq!(told(&read_drive(&[&path], &DriveQuery::default()).unwrap().notes), 1);
+    assert_eq!(told(&inspect(&path).unwrap().notes), 1);
+    // a gyro that no fit can use: it drives
+    let path = files.put("y.csv", read_as_drive(&std::fs::read_to_string(&path).unwrap()));
+    assert_eq!(told(&inspect(&path).unwrap().notes), 1);
+}
+
+/// The same rates, 1 rad/s larger.
+fn read_as_drive(text: &str) -> String {
+    let larger = |line: &str| match line.split_once(',').map(|(t, x)| (t, x.parse::<f64>())) {
+        Some((t, Ok(x))) => format!("{t},{}\n", x + 1.0),
+        _ => format!("{line}\n"),
+    };
+    text.lines().map(larger).collect()
+}
+
+#[test]
+fn times_that_a_spreadsheet_left_are_read_or_refused_by_name() {
+    let files = Files::new();
+    let stamp = |i: usize| format!("2026-11-23 10:{:02}:{:02}.{:02}", i / 6000, i / 100 % 60, i % 100);
+    for name in ["Date", "Datum"] {
+        let recording = read(&files.put("x.csv", stamped(name, stamp))).unwrap();
+        assert!((recording.audit.sampling.rate_hz - 100.0).abs() < 1e-6, "{name}");
+    }
+    // whole seconds at 100 Hz
+    let path = files.put("x.csv", stamped("timestamp", |i| stamp(i)[..19].to_string()));
+    let drive = |path: &Path| read_drive(&[path], &DriveQuery::default()).map(|d| d.notes);
+    refused(drive(&path), K::Time, &["stamps repeat: 2000 rows have 20", "fractions of a second", "--time"]);
+    // minutes without hours
+    let path = files.put("x.csv", stamped("time", |i| format!("{:02}:{:02}.{}", 59, i / 100 % 60, i / 10 % 10)));
+    refused(drive(&path), K::Column, &["\"time\" holds text", "clock times with hours", "HH:MM:SS"]);
 }
 
 /// `text` with rows as a broken serial line leaves them.
@@ -147,6 +209,8 @@ fn bad_rows_are_left_out_when_that_is_asked_for_and_told() {
     let files = Files::new();
     let path = files.put("x.csv", broken(&csv("gz_rad_s", 1.0, ROWS)));
     refused(read(&path), K::Format, &["line 206", "3 fields", "--skip-bad-rows"]);
+    refused(inspect(&path), K::Format, &["line 206", "--skip-bad-rows"]);
+    assert!(inspect_topic(&path, None, Stamp::Header, true).unwrap().fits());
     let query = GyroQuery { skip_bad_rows: true, ..GyroQuery::default() };
     let recording = both_ways(&path, &query);
     assert_eq!(recording.audit.samples, ROWS - 3);
@@ -332,4 +396,21 @@ fn a_stream_that_stops_half_way_is_told() {
     );
     let whole = two_files(&files, 9.81, 60.0).unwrap();
     assert!(!whole.notes.iter().any(|n| n.contains("ends at")), "{:?}", whole.notes);
+}
+
+#[test]
+fn a_gyro_that_froze_is_told_and_the_part_before_does_not_move() {
+    let files = Files::new();
+    let rates = rates(2 * ROWS);
+    let rows: String = (0..2 * ROWS).map(|i| format!("{},{}\n", digits(0.01 * i as f64), rates[i.min(ROWS)])).collect();
+    let path = files.put("x.csv", format!("t_s,gz_rad_s\n{rows}"));
+    let held = read(&path).unwrap().audit;
+    let Reading::Streamed(once) = read_gyro_within(&path, &GyroQuery::default(), 0, &mut |_| ()).unwrap() else {
+        unreachable!()
+    };
+    for audit in [held, once.audit] {
+        assert!(audit.motion.assessed && audit.motion.intervals.is_empty(), "{:?}", audit.motion);
+        let told = audit.findings().join("\n");
+        assert!(told.contains("the sensor froze from 20.0 to 40.0 s: cut the log there"), "{told}");
+    }
 }

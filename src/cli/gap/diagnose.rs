@@ -14,7 +14,7 @@ use gyroid::gap::rest::predictive;
 use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, trace};
 use gyroid::report::GapReport;
 use gyroid::report::plot::Format;
-use gyroid::signal::Log;
+use gyroid::signal::{Log, names as channel};
 use gyroid::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
@@ -89,7 +89,12 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     }
     let mut read_one = |option: &str, paths: &[PathBuf]| -> Result<Log> {
         if let (false, [path]) = (drives, paths) {
-            return read(&args.columns, path, &args.config);
+            let (log, said) = read(&args.columns, path, &args.config)?;
+            let new = said.into_iter().filter(|note| !notes.contains(note));
+            let of = if option == "--hold" { "Of the recording held out: " } else { "" };
+            let new: Vec<String> = new.map(|note| format!("{of}{note}")).collect();
+            notes.extend(new);
+            return Ok(log);
         }
         let recording = args.columns.read_drive(&args.map, paths, &config)?;
         if let Some(file) = recording.repeats.first() {
@@ -125,7 +130,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     } else {
         diagnose_observed(&config, &fit_logs[0], hold_logs.first(), &library, &options, &mut show)
     };
-    let mut diagnosis = diagnosed.map_err(named)?;
+    let mut diagnosis = diagnosed.map_err(|error| with_yaw_column(named(error), &notes))?;
     diagnosis.answer.trace.extend(trace::of_notes(&notes));
     diagnosis.answer.notes.extend(notes);
     let curves = match &diagnosis.prepared {
@@ -138,7 +143,9 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     };
     drop(working);
 
-    let held_out = (!hold.is_empty()).then(|| names(hold));
+    // one that cannot test what was found is not measured on, as a note says
+    let measured = drives || diagnosis.far.is_some();
+    let held_out = (measured && !hold.is_empty()).then(|| names(hold));
     let report =
         GapReport { recording: &names(fit), held_out: held_out.as_deref(), answer: &diagnosis.answer, curves: &curves };
     output.say(report.text());
@@ -165,6 +172,17 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     json["curves"] = serde_json::json!(curves);
     output.finish(&json)?;
     Ok(Outcome::Done)
+}
+
+/// `error` whose hint asks for the column of a yaw rate, with the column that was read as the gyro, as a note says.
+fn with_yaw_column(mut error: Error, notes: &[String]) -> Error {
+    let read_as = format!("\" is read as {}", channel::GYRO_Z);
+    let column = notes.iter().find_map(|note| note.strip_suffix(&read_as)?.rsplit('"').next());
+    if let (Some(hint), Some(column)) = (&mut error.hint, column) {
+        *hint =
+            hint.replace(&format!("{}=COLUMN", channel::ODO_YAW_RATE), &format!("{}={column}", channel::ODO_YAW_RATE));
+    }
+    error
 }
 
 fn effects_text(count: usize) -> String {
@@ -226,13 +244,13 @@ fn library(without: &[String]) -> Result<Library> {
     }
 }
 
-/// A recording at rest on time since power-on, named by its path.
-pub(super) fn read(columns: &ColumnArgs, path: &Path, config: &Path) -> Result<Log> {
+/// A recording at rest on time since power-on, named by its path, with notes on it.
+pub(super) fn read(columns: &ColumnArgs, path: &Path, config: &Path) -> Result<(Log, Vec<String>)> {
     let recording = columns.read(path)?;
     places::check_rest(path, config, &recording)?;
-    let time = columns.time_since_power_on(&recording);
+    let (time, notes) = (columns.time_since_power_on(&recording), columns.notes_on(&recording));
     let mut log = recording.log;
     log.time = time;
     log.source = path.display().to_string();
-    Ok(log)
+    Ok((log, notes))
 }

@@ -53,7 +53,11 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
             places::check_drive(&log, &args.config)?;
             (log, args.columns.start_offset_s().unwrap_or(0.0))
         }
-        (Kind::Stationary, [path]) if args.map.is_empty() => (read(&args.columns, path, &args.config)?, 0.0),
+        (Kind::Stationary, [path]) if args.map.is_empty() => {
+            let (log, said) = read(&args.columns, path, &args.config)?;
+            notes.extend(said);
+            (log, 0.0)
+        }
         (Kind::Stationary, _) => {
             let found = "several files, or --map, and the configuration is of a gyro at rest";
             return Err(Error::new(ErrorKind::Usage, "--fit", found)

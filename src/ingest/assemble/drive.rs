@@ -241,6 +241,17 @@ fn to_part(
     {
         return Err(table.error_at(ErrorKind::Time, row, column, "no time").hint("delete the row"));
     }
+    let repeated = t.windows(2).filter(|w| w[0] == w[1]).count();
+    if repeated > 1 && 4 * repeated > t.len() {
+        let (different, rows) = (t.len() - repeated, t.len());
+        let found = format!("the stamps repeat: {rows} rows have {different} different ones, the clock is too coarse");
+        return Err(Error::new(ErrorKind::Time, &table.source, found)
+            .at(format!("column {:?}", table.heads[column].name))
+            .hint(
+                "log the time with its fractions of a second, leave out rows that were written twice, or name another column \
+                 with --time",
+            ));
+    }
     if let Some(k) = scan::first_after(&t, |a, b| b <= a) {
         let found = format!("time does not increase: {} s after {} s", t[k], t[k - 1]);
         let error = table.error_at(ErrorKind::Time, k, column, found);
@@ -255,6 +266,7 @@ fn to_part(
         TimeColumn::Rows => false,
     };
     let mut notes = table.notes.clone();
+    notes.extend(times.unit_note);
     let mapped_anywhere = |name: &str| query.maps.iter().any(|m| m.claims(name));
     let found = channels::recognise(&table.heads, &mapped_anywhere, &mut notes);
     let gyro = gyro_column(&table);

@@ -123,22 +123,26 @@ impl Inspection {
 /// # Errors
 /// Only if the file cannot be read at all: [`crate::ErrorKind::Io`], [`crate::ErrorKind::Format`], [`crate::ErrorKind::TooShort`] without rows.
 pub fn inspect(path: impl AsRef<Path>) -> Result<Inspection> {
-    inspect_topic(path, None, Stamp::Header)
+    inspect_topic(path, None, Stamp::Header, false)
 }
 
 /// Looks at a file, and of its topics at `topic`, or at the only one with a gyro; `stamp` says which time of its messages
-/// counts.
+/// counts, `skip_bad_rows` whether rows of text that do not parse are left out.
 ///
 /// # Errors
 /// As [`inspect()`]; [`crate::ErrorKind::Column`] for a topic that is not there, with those that are.
-pub fn inspect_topic(path: impl AsRef<Path>, topic: Option<&str>, stamp: Stamp) -> Result<Inspection> {
+pub fn inspect_topic(
+    path: impl AsRef<Path>,
+    topic: Option<&str>,
+    stamp: Stamp,
+    skip_bad_rows: bool,
+) -> Result<Inspection> {
     let path = path.as_ref();
     let mut report = Inspection::default();
-    let source = match formats::open_any(path)? {
+    let choice = formats::Choice { topic, stamp, skip_bad_rows, ..formats::Choice::default() };
+    let source = match formats::opened(path, choice)? {
         // tells that there are no topics
-        Opened::Table(_) if topic.is_some() => {
-            formats::open(path, formats::Choice { topic, stamp, ..formats::Choice::default() })?.source
-        }
+        Opened::Table(_) if topic.is_some() => formats::open(path, choice)?.source,
         Opened::Table(source) => source,
         Opened::Topics(container) => {
             let Listing { about, topics: listed } = container.listing();
@@ -173,7 +177,10 @@ pub fn inspect_topic(path: impl AsRef<Path>, topic: Option<&str>, stamp: Stamp) 
     report.columns = (0..table.heads.len()).map(|i| column(&table, i, &channels)).collect();
     report.notes.extend_from_slice(&table.notes);
     match clock::choose(&table.source, &table.heads, None, false).and_then(|c| Ok((c, clock::read(&table, c, None)?))) {
-        Ok((column, times)) => report.time = Some(time(&table, column, &times)),
+        Ok((column, times)) => {
+            report.time = Some(time(&table, column, &times));
+            report.notes.extend(times.unit_note);
+        }
         Err(error) => report.problems.push(told(&error)),
     }
     for axis in Axis::ALL {

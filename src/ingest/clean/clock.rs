@@ -59,6 +59,8 @@ pub(crate) struct Times {
     pub resolution_s: f64,
     pub clock: Clock,
     pub notes: Vec<String>,
+    /// The one of the notes that says how the unit was decided, where it does not stand in the file.
+    pub unit_note: Option<String>,
     /// Whether it is known already that none is missing.
     pub complete: bool,
     /// How the cells became seconds: the same holds for the rows that follow.
@@ -147,6 +149,24 @@ pub(crate) fn choose(source: &str, heads: &[Head], wanted: Option<&str>, from_lo
         TimeKind::Sensor if from_log_start => TimeKind::SincePowerOn,
         other => other,
     };
+    if candidates.is_empty() {
+        // the one column of dates or clock times is the time, whatever it is called: `Date`, `Datum`
+        let mut dated = heads.iter().enumerate().filter(|(_, h)| h.kind == Kind::Instant);
+        if let (Some((only, _)), None) = (dated.next(), dated.next()) {
+            return Ok(TimeColumn::One(only));
+        }
+        let named = |h: &&Head| h.kind == Kind::Other && matches!(names::parse(&h.name).role, Role::Time(_));
+        if let Some(text) = heads.iter().find(named) {
+            let found = format!(
+                "the time column {:?} holds {}: neither numbers nor dates, nor clock times with hours",
+                text.name, text.type_name
+            );
+            return Err(Error::new(ErrorKind::Column, source, found).hint(
+                "write it in seconds or as HH:MM:SS.fff (a spreadsheet shows mm:ss.0 until the cells are given another \
+                 format), or name another column with --time",
+            ));
+        }
+    }
     let Some(best) = candidates.iter().map(|c| rank(c.0)).min() else {
         let found = format!("no time column; there are {}", list(heads));
         return Err(Error::new(ErrorKind::Column, source, found)
@@ -186,6 +206,7 @@ pub(crate) fn by_rows(rows: usize, rate_hz: f64) -> Times {
         resolution_s: 0.0,
         clock: Clock::PowerOn { first_s: 0.0, stated: false },
         notes: vec![format!("time is counted by rows at {rate_hz} Hz, from power-on with the first row")],
+        unit_note: None,
         complete: false,
         scale: Scale::Rows { rate_hz },
     }
@@ -219,7 +240,7 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
     let cells = table.numbers(index)?;
     let head = &table.heads[index];
     let named = head.named();
-    let mut notes = Vec::new();
+    let mut unit_note = None;
     let odd = scan::odd(&cells.values);
     if let Some(row) = odd.first.and_then(|_| cells.values.iter().position(|v| v.is_infinite())) {
         return Err(table.error_at(ErrorKind::Time, row, index, "an infinite time").hint("correct or delete the row"));
@@ -253,17 +274,19 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
                     .at(format!("column {:?}", head.name))
                     .hint("state the unit: --time-unit s, ms, us or ns")
             })?;
-            notes.push(format!("time unit of {:?} guessed: {unit}, because {why}", head.name));
+            unit_note = Some(format!("time unit of {:?} guessed: {unit}, because {why}", head.name));
             unit
         }
     };
     let factor = unit.to_s();
     let rate_hz = 1.0 / (step * factor);
     if step > 0.0 && !(SLOWEST_HZ..=FASTEST_HZ).contains(&rate_hz) {
-        let found = format!("read in {unit}, its steps of {step} make a sample rate of {rate_hz:.3e} Hz");
-        return Err(Error::new(ErrorKind::Unit, &table.source, found)
-            .at(format!("column {:?}", head.name))
-            .hint("state the unit with --time-unit s, ms, us or ns, or name another column with --time"));
+        let found = format!("read in {unit}, its steps of {} make a sample rate of {rate_hz:.3e} Hz", few_digits(step));
+        let hint = match stated.filter(|_| !date) {
+            Some(stated) => format!("leave out --time-unit {stated}, or state the unit that it is in: s, ms, us or ns"),
+            None => "state the unit with --time-unit s, ms, us or ns, or name another column with --time".into(),
+        };
+        return Err(Error::new(ErrorKind::Unit, &table.source, found).at(format!("column {:?}", head.name)).hint(hint));
     }
     if let (Some(stated), false, Some(other)) = (stated, USUAL_HZ.contains(&rate_hz), unix_unit(first))
         && other != stated
@@ -279,7 +302,8 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
         && let Some(other) = contradicted(stated, written, step, valid.iter().take(SAMPLE).any(|v| v.fract() != 0.0))
     {
         let found = format!(
-            "read in {stated}, its steps of {step} make a sample rate of {rate_hz:.3e} Hz; in {other} they make {:.4} Hz",
+            "read in {stated}, its steps of {} make a sample rate of {rate_hz:.3e} Hz; in {other} they make {:.4} Hz",
+            few_digits(step),
             1.0 / (step * other.to_s())
         );
         return Err(Error::new(ErrorKind::Unit, &table.source, found).at(format!("column {:?}", head.name)).hint(
@@ -289,8 +313,9 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
     if let (Some(stated), Some(written)) = (stated, written)
         && stated != written
     {
-        notes.push(format!("{:?} says {written}; it is read as {stated}, as --time-unit asks", head.name));
+        unit_note = Some(format!("{:?} says {written}; it is read as {stated}, as --time-unit asks", head.name));
     }
+    let mut notes: Vec<String> = unit_note.iter().cloned().collect();
     let clock = clock_of(first * factor, date, &named.role);
     if let (Role::Time(TimeKind::Host), None) = (named.role, stated) {
         notes.push(format!(
@@ -305,7 +330,8 @@ fn one(table: &Table, index: usize, stated: Option<TimeUnit>) -> Result<(Times, 
     notes.extend(clock_note(clock, &head.name));
     let scale = Scale::Affine { column: index, shift, factor };
     let complete = odd.first.is_none();
-    let times = Times { seconds: Vec::new(), resolution_s: cells.resolution * factor, clock, notes, complete, scale };
+    let resolution_s = cells.resolution * factor;
+    let times = Times { seconds: Vec::new(), resolution_s, clock, notes, unit_note, complete, scale };
     Ok((times, odd, shift, factor))
 }
 
@@ -331,7 +357,7 @@ fn parts(table: &Table, seconds: usize, nanoseconds: usize) -> Result<Times> {
     values.iter_mut().for_each(|v| *v += shift);
     let notes = clock_note(clock, &table.heads[seconds].name).into_iter().collect();
     let scale = Scale::Parts { seconds, nanoseconds, shift };
-    Ok(Times { seconds: values, resolution_s: 1e-9, clock, notes, complete: false, scale })
+    Ok(Times { seconds: values, resolution_s: 1e-9, clock, notes, unit_note: None, complete: false, scale })
 }
 
 fn clock_of(first_s: f64, date: bool, role: &Role) -> Clock {
@@ -356,16 +382,23 @@ fn clock_note(clock: Clock, name: &str) -> Option<String> {
     }
 }
 
-/// The unit in which a time column makes a usual sample rate, where the stated one makes none: that of its name, or seconds
-/// where the stated one makes fractions of itself faster than most gyros are.
+/// The unit in which a time column makes a usual sample rate, where the stated one is contradicted: by the column's name; or
+/// where it makes fractions of itself faster than most gyros are, by seconds; or where it makes a rate below all usual ones.
 fn contradicted(stated: TimeUnit, written: Option<TimeUnit>, step: f64, fractional: bool) -> Option<TimeUnit> {
     let rate_hz = |unit: TimeUnit| 1.0 / (step * unit.to_s());
+    let usual = |unit: &TimeUnit| step > 0.0 && USUAL_HZ.contains(&rate_hz(*unit));
     let too_fast = fractional && stated != TimeUnit::S && rate_hz(stated) > USUAL_FRACTIONS_HZ;
-    let other = match written {
-        Some(written) => (!USUAL_HZ.contains(&rate_hz(stated))).then_some(written),
-        None => too_fast.then_some(TimeUnit::S),
-    };
-    other.filter(|other| step > 0.0 && USUAL_HZ.contains(&rate_hz(*other)))
+    match written {
+        Some(written) => Some(written).filter(usual),
+        None if too_fast => Some(TimeUnit::S).filter(usual),
+        None if rate_hz(stated) < *USUAL_HZ.start() => UNITS.into_iter().find(usual),
+        None => None,
+    }
+}
+
+/// Rounded to four significant digits: further ones are the rounding of the times.
+fn few_digits(v: f64) -> f64 {
+    format!("{v:.3e}").parse().unwrap_or(v)
 }
 
 /// Median of the positive steps: duplicates and a few jumps do not move it.

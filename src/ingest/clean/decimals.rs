@@ -8,8 +8,12 @@
 const ROWS: usize = 64;
 /// Blocks that are looked at.
 const BLOCKS: usize = 64;
-/// Blocks of fewer different values rest, and show nothing.
+/// Blocks of fewer different values rest, and show nothing ...
 const DIFFERENT: usize = 8;
+/// ... but for those that go to and fro between as many as this ...
+const FEW: usize = 3;
+/// ... in so many of their rows: noise of a few steps of the last decimal.
+const CHANGES: usize = ROWS / 4;
 /// Decimals that are looked for; a number with all digits of a double has more.
 const MOST: i32 = 12;
 
@@ -52,9 +56,10 @@ pub(crate) fn change(values: &[f64]) -> Option<Change> {
 /// Most decimals and most leading digits in a block; none where it rests.
 fn printed(block: &[f64]) -> Option<[i32; 2]> {
     let mut there: Vec<f64> = block.iter().copied().filter(|v| v.is_finite()).collect();
+    let changes = there.windows(2).filter(|w| w[0] != w[1]).count();
     there.sort_by(f64::total_cmp);
     there.dedup();
-    if there.len() < DIFFERENT {
+    if there.len() < if changes < CHANGES { DIFFERENT } else { FEW } {
         return None;
     }
     let digits = there.iter().map(|v| {
@@ -96,6 +101,11 @@ mod tests {
         // so few that a block has a dozen different numbers
         let coarse = column(10_000, 0.0, |k, v| format!("{:.*}", if k < 5000 { 6 } else { 2 }, 0.12 * v));
         assert_eq!(change(&coarse).map(|found| (found.before, found.after)), Some((6, 2)));
+        // at rest, where three different ones are left
+        let rest = column(10_000, 6.0, |k, v| format!("{:.*}e-3", if k < 5000 { 3 } else { 0 }, v + 0.3));
+        assert_eq!(change(&rest).map(|found| (found.before, found.after)), None);
+        let rest = column(10_000, 6.0, |k, v| format!("{:.*}e-3", if k < 5000 { 3 } else { 0 }, 6.0 + 2.2 * (v - 6.0)));
+        assert_eq!(change(&rest).map(|found| (found.before, found.after)), Some((6, 3)));
         assert_eq!(change(&column(10_000, 0.0, |_, v| format!("{v:.6}"))), None);
         assert_eq!(change(&column(10_000, 0.0, |_, v| format!("{v}"))), None);
         // leading digits: a jump from 0.0x to 10 takes decimals, not digits

@@ -1,6 +1,6 @@
 //! The audit in sentences, for reports.
 
-use super::audit::{Audit, Gaps, Handling};
+use super::audit::{Audit, Gaps, Handling, Stuck};
 use super::motion::Motion;
 use crate::units::{RAD_S_PER_DEG_S, duration_text};
 
@@ -73,8 +73,13 @@ impl Audit {
         if let (true, Some(at)) = (k.runs > 0, k.longest_at_s) {
             let longest = duration_text(k.longest_s);
             let runs = if k.runs == 1 { "run" } else { "runs" };
+            let frozen = if k.longest_s > Stuck::FROZEN * self.span_s {
+                format!("; the sensor froze from {at:.1} to {:.1} s: cut the log there", at + k.longest_s)
+            } else {
+                String::new()
+            };
             out.push(format!(
-                "{} {runs} stuck at a value, the longest {longest} at {at:.1} s: {}",
+                "{} {runs} stuck at a value, the longest {longest} at {at:.1} s: {}{frozen}",
                 k.runs,
                 k.handling.text()
             ));

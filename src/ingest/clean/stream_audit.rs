@@ -192,6 +192,9 @@ pub(crate) fn witnesses(log: &Reduced, most: usize) -> Vec<f64> {
     log.stretches.iter().flat_map(|s| there(&s.values)).collect()
 }
 
+/// Differences over the noise of a sample that are rounding.
+const STILL: f64 = 1e-3;
+
 /// Judges a log of which a pass kept `log` (in rad/s, `factor` for one of the file's unit), `runs` and `gaps`.
 pub(crate) fn judge(before: Before, log: &Reduced, runs: Runs, gaps: Gaps, factor: f64) -> Audit {
     let c = &log.coarse;
@@ -210,11 +213,26 @@ pub(crate) fn judge(before: Before, log: &Reduced, runs: Runs, gaps: Gaps, facto
     let rate = witnesses(log, audit::WITNESSES);
     let lattice_step_rad_s = quantization::step(&rate);
     let q = lattice_step_rad_s.unwrap_or(0.0);
-    let noise_std_rad_s = rate_unit::noise_std(&rate).max(q / 12f64.sqrt());
+    let noise_of = |rate: &[f64]| rate_unit::noise_std(rate).max(q / 12f64.sqrt());
+    let mut noise_std_rad_s = noise_of(&rate);
+    let frozen = runs.stuck(log.samples(), q, noise_std_rad_s).is_frozen(log.samples());
+    if frozen {
+        let mut live = rate.clone();
+        live.dedup();
+        noise_std_rad_s = noise_of(&live);
+    }
+    let near = |a: f64, b: f64| (a - b).abs() <= STILL * noise_std_rad_s;
+    // blocks of a sensor that froze: without noise, and like a neighbour
+    let still = |i: usize| {
+        let beside = [i.checked_sub(1), Some(i + 1)].into_iter().flatten().filter_map(|k| c.means.get(k));
+        near(c.spreads[i], 0.0) && beside.into_iter().any(|mean| near(*mean, c.means[i]))
+    };
+    let lives = |i: usize| if frozen && still(i) { f64::NAN } else { c.means[i] };
+    let means: Vec<f64> = (0..c.means.len()).map(lives).collect();
     let there: Vec<f64> = c.means.iter().copied().filter(|v| v.is_finite()).collect();
     let median_rad_s = median(&mut rate.clone());
     let starts: Vec<f64> = (0..c.means.len()).map(|i| c.first_s + i as f64 * c.block_s()).collect();
-    let motion = motion::detect_blocks(&starts, &c.means, &c.spreads, c.block, c.block_s(), noise_std_rad_s);
+    let motion = motion::detect_blocks(&starts, &means, &c.spreads, c.block, c.block_s(), noise_std_rad_s);
     Audit {
         rows: before.rows,
         samples: log.samples(),

@@ -129,10 +129,12 @@ impl ChannelMap {
         if is_speed { (over_ground, Quantity::Speed) } else { (self.channel, self.quantity()) }
     }
 
-    /// The column without sign and unit.
+    /// The column without sign and unit; a colon before no unit is part of its name.
     fn bare_column(&self) -> &str {
         let text = self.column.strip_prefix('-').unwrap_or(&self.column).trim_start();
-        text.rsplit_once(':').map_or(text, |(name, _)| name.trim_end())
+        let quantities = [self.quantity(), Quantity::Speed];
+        let is_unit = |unit: &str| quantities.iter().any(|q| q.parse_scaled(unit).is_some());
+        text.rsplit_once(':').filter(|(_, unit)| is_unit(unit)).map_or(text, |(name, _)| name.trim_end())
     }
 
     /// The error for a map whose column is in none of the files.
@@ -142,7 +144,7 @@ impl ChannelMap {
             [(_, heads)] => vec![list(heads)],
             _ => files.iter().map(|(source, heads)| format!("{} in {source}", list(heads))).collect(),
         };
-        let found = format!("no column {:?} for {}; there are {}", self.column, self.channel, there.join("; "));
+        let found = format!("no column {:?} for {}; there are {}", self.bare_column(), self.channel, there.join("; "));
         Error::new(ErrorKind::Column, sources.join(", "), found)
             .hint(format!("name one of them: --map {}=COLUMN[:UNIT]", self.channel))
             .meant(nearest(self.bare_column(), files.iter().flat_map(|f| f.1).map(|h| h.name.as_str())))
@@ -199,6 +201,11 @@ mod tests {
         assert_eq!(found("x_m=-a", &["a", "-a"]), Ok(Some((1, 1.0, true))));
         assert_eq!(found("x_m=imu:x", &["imu:x"]), Ok(Some((0, 1.0, true))));
         assert_eq!(found("x_m=-imu:x:mm", &["imu:x"]), Ok(Some((0, -1e-3, false))));
+        // and a unit does not, where no such column is there
+        for (map, named) in [("gyro_z_rad_s=-fo:mdeg/s", "\"fo\""), ("x_m=imu:x", "\"imu:x\"")] {
+            let text = ChannelMap::parse(map).unwrap().missing(&[("d.csv".into(), &heads(&["wz"]))]).to_string();
+            assert!(text.contains(&format!("no column {named}")), "{text}");
+        }
     }
 
     #[test]

@@ -104,7 +104,7 @@ impl Quantity {
         let key = key.trim_matches('_');
         let factor = match self {
             Self::Rate => match key {
-                "rpm" | "rev_min" | "1_min" | "r_min" => 2.0 * PI / 60.0,
+                "rpm" | "rev_min" | "1_min" | "r_min" | "u_min" => 2.0 * PI / 60.0,
                 "rev_s" | "turn_s" | "turns_s" => 2.0 * PI,
                 "rad_min" => 1.0 / 60.0,
                 "deg_min" => PI / 180.0 / 60.0,
@@ -135,7 +135,8 @@ impl Quantity {
             },
             Self::Torque => match key {
                 "n_m" | "nm" | "newton_meter" | "newton_metre" => 1.0,
-                "mn_m" | "mnm" => 1e-3,
+                // words of a name part where a capital letter follows a small one: mNm, mA
+                "mn_m" | "mnm" | "m_nm" => 1e-3,
                 _ => return None,
             },
             Self::Temperature | Self::Voltage => {
@@ -150,7 +151,7 @@ impl Quantity {
             },
             Self::Current => match key {
                 "a" | "amp" | "amps" | "ampere" | "amperes" => 1.0,
-                "ma" | "milliamp" | "milliamps" => 1e-3,
+                "ma" | "m_a" | "milliamp" | "milliamps" => 1e-3,
                 _ => return None,
             },
         };
@@ -223,6 +224,7 @@ mod tests {
         }
         assert!((Quantity::Speed.parse("km/h").unwrap().factor * 3.6 - 1.0).abs() < 1e-15);
         assert!((Quantity::Rate.parse("rpm").unwrap().factor * 60.0 - 2.0 * PI).abs() < 1e-15);
+        assert_eq!(Quantity::Rate.parse("U/min"), Quantity::Rate.parse("rpm"));
         assert_eq!(Quantity::Temperature.parse("K").unwrap().offset, -273.15);
     }
 
@@ -233,6 +235,8 @@ mod tests {
             ("vehicleSpeed [km/h]", Quantity::Speed, "vehicle_speed", Some("km/h")),
             ("truth_yaw_rad", Quantity::Angle, "truth_yaw", Some("rad")),
             ("torque_left_n_m", Quantity::Torque, "torque_left", Some("n_m")),
+            ("torque_left_mNm", Quantity::Torque, "torque_left", Some("m_nm")),
+            ("current_left_mA", Quantity::Current, "current_left", Some("m_a")),
             ("field.twist.twist.linear.x", Quantity::Speed, "twist_twist_linear_x", None),
             ("m", Quantity::Length, "m", None),
         ] {

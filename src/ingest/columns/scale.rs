@@ -2,7 +2,7 @@
 
 use super::channels;
 use super::gyro::find_gyro;
-use super::names::{Axis, Role};
+use super::names::{Axis, Named, Role, is_raw};
 use super::quantity;
 use crate::error::{Error, ErrorKind, Result, nearest};
 use crate::ingest::formats::head::{Head, Kind, list};
@@ -17,7 +17,8 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// Reads `gz_raw=1/131:deg/s`, `gz_raw=1/131 deg/s`, `gyro_z_rad_s=1.02`. Without a unit the column keeps its own.
+    /// Reads `gz_raw=1/131:deg/s`, `gz_raw=1/131 deg/s`, `gyro_z_rad_s=1.02`. Without a unit the column keeps its own; counts,
+    /// which are then no counts any more, have none.
     ///
     /// # Errors
     /// [`ErrorKind::Usage`] without `=`, or where no number other than zero stands behind it.
@@ -75,10 +76,10 @@ impl Scaled {
             let Some(column) = scale.find(inner.heads()) else { continue };
             *used = true;
             factors.push((column, scale.factor));
-            if let Some(unit) = &scale.unit {
-                let head = &mut heads[column];
-                let role = head.named().role;
-                head.unit = Some(unit.clone());
+            let head = &mut heads[column];
+            let Named { role, unit } = head.named();
+            if scale.unit.is_some() || unit.as_deref().is_some_and(is_raw) {
+                head.unit.clone_from(&scale.unit);
                 // the name has a unit no more
                 head.role = (role != Role::Other).then_some(role);
             }

@@ -158,12 +158,12 @@ pub(super) fn open_all(path: &Path, topics: &[String], any: Choice<'_>, of_sever
     Ok(chosen)
 }
 
-/// Opens `path` with the format that its content shows, whatever its extension says.
-pub(super) fn open_any(path: &Path) -> Result<Opened> {
+fn open_any(path: &Path) -> Result<Opened> {
     opened(path, Choice::default())
 }
 
-fn opened(path: &Path, choice: Choice<'_>) -> Result<Opened> {
+/// Opens `path` with the format that its content shows, whatever its extension says; the topic of `choice` is not looked at.
+pub(super) fn opened(path: &Path, choice: Choice<'_>) -> Result<Opened> {
     let mut input = Input::open(path)?;
     (input.hashed, input.skip_bad_rows) = (!choice.unhashed, choice.skip_bad_rows);
     if input.head.is_empty() {

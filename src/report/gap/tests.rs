@@ -342,3 +342,23 @@ fn what_is_left_over_and_what_is_idle_is_told_after_what_matters() {
     let report = GapReport { recording: "fit.parquet", held_out: None, answer: &answer, curves: &[] };
     assert!(report.text().contains("also temperature sensitivity"));
 }
+
+#[test]
+fn no_gap_that_is_open_is_no_leave_to_use_the_simulator() {
+    let unsure = Answer { none_probability: 0.56, ..none() };
+    let text = page(&unsure, &[]);
+    in_order(
+        &text,
+        &["NO GAP", "0.56", "Probably nothing; that something is lacking has probability 0.44.", "Record again"],
+    );
+    assert!(!text.contains("may be used as it is") && page(&none(), &[]).contains("may be used as it is"));
+}
+
+#[test]
+fn words_of_torques_and_of_pairs_stand_where_they_are_true() {
+    let mut answer = identified();
+    assert!(!page(&answer, &seen(3e-5)).contains("without torques") && page(&answer, &[]).contains("without torques"));
+    assert!(page(&answer, &[]).contains("cannot tell apart"));
+    answer.alike[0].overlap = 0.004;
+    assert!(!page(&answer, &[]).contains("cannot tell apart"));
+}

@@ -19,6 +19,13 @@ use crate::gap::trace;
 use crate::signal::{Log, names};
 use crate::vehicle::Odometry;
 
+/// Channels as a note names them.
+const BOTH: &str = "the speeds of both wheels";
+const ODOMETRY: &str = "one speed and one yaw rate, which stand for the wheels";
+const GYRO: &str = "a gyro";
+const TORQUES: &str = "torques";
+const POSITIONS: &str = "positions";
+
 /// Channels of a log, and the numbers of those that tell speed and yaw rate.
 struct Said {
     channels: Vec<&'static str>,
@@ -31,16 +38,17 @@ impl Said {
         let has = |name: &str| log.get(name).is_some_and(|v| v.iter().any(|v| v.is_finite()));
         let both = |a: &str, b: &str| has(a) && has(b);
         let one_wheel = has(names::WHEEL_LEFT) || has(names::WHEEL_RIGHT);
-        let wheels = both(names::WHEEL_LEFT, names::WHEEL_RIGHT)
-            || Odometry::counts(log).is_some()
-            || both(names::ODO_SPEED, names::ODO_YAW_RATE);
+        let wheels = both(names::WHEEL_LEFT, names::WHEEL_RIGHT) || Odometry::counts(log).is_some();
+        let odometry = both(names::ODO_SPEED, names::ODO_YAW_RATE);
+        let told = wheels || odometry;
         let channels = [
-            ("the speeds of both wheels", wheels, 1, 1),
-            ("one wheel", !wheels && one_wheel, 1, 0),
-            ("one speed", !wheels && !one_wheel && has(names::ODO_SPEED), 1, 0),
-            ("a gyro", has(names::GYRO_Z), 0, 1),
-            ("torques", both(names::TORQUE_LEFT, names::TORQUE_RIGHT), 1, 1),
-            ("positions", both(names::X, names::Y), 1, 1),
+            (BOTH, wheels, 1, 1),
+            (ODOMETRY, !wheels && odometry, 1, 1),
+            ("one wheel", !told && one_wheel, 1, 0),
+            ("one speed", !told && !one_wheel && has(names::ODO_SPEED), 1, 0),
+            (GYRO, has(names::GYRO_Z), 0, 1),
+            (TORQUES, both(names::TORQUE_LEFT, names::TORQUE_RIGHT), 1, 1),
+            (POSITIONS, both(names::X, names::Y), 1, 1),
         ];
         let there = channels.iter().filter(|c| c.1);
         Self {
@@ -61,16 +69,16 @@ pub(crate) fn nothing_twice(config: &Config, fit: &[Drive<'_>], options: &Option
     let none = WeightedSet { parts: Vec::new(), ln_weight: 0.0, probability: 1.0 };
     let findings = Findings::new(vec![none], &options.prior.of_search(), &options.calibration, Vec::new());
     let there = &said[0].channels;
-    let lacks = |channel: &str| !there.contains(&channel);
     let more: Vec<&str> = [
-        ("the wheel speeds of both sides", lacks("the speeds of both wheels")),
-        ("a gyro", lacks("a gyro")),
-        ("the wheels' torques or motor currents", true),
-        ("positions of an external reference (GPS, motion capture)", true),
+        ("the wheel speeds of both sides", BOTH),
+        ("a gyro", GYRO),
+        ("the wheels' torques or motor currents", TORQUES),
+        ("positions of an external reference (GPS, motion capture)", POSITIONS),
     ]
-    .iter()
-    .filter(|(_, lacks)| *lacks)
-    .map(|(what, _)| *what)
+    .into_iter()
+    // an odometry's speed and yaw rate stand for the wheels
+    .filter(|(_, channel)| !(there.contains(channel) || *channel == BOTH && there.contains(&ODOMETRY)))
+    .map(|(what, _)| what)
     .collect();
     let notes = vec![
         format!(
@@ -116,8 +124,19 @@ mod tests {
         {
             let answer = verdict(kept, speed).unwrap();
             assert_eq!((answer.verdict, answer.main), (Verdict::CannotTell, None), "{kept:?}");
-            assert!(answer.notes[1].contains("torques"), "{:?}", answer.notes);
+            // what is to be added is not there already
+            for (channel, more) in [(torques[0], "torques"), (places[0], "positions"), (wheels[0], "both sides")] {
+                assert_eq!(answer.notes[1].contains(more), !kept.contains(&channel), "{:?}", answer.notes);
+            }
         }
+        let mut odometry = log.clone();
+        odometry.channels.clear();
+        for name in [names::ODO_SPEED, names::ODO_YAW_RATE] {
+            odometry.push(name, vec![0.5; log.len()]).unwrap();
+        }
+        let drive = Drive { log: &odometry, since_power_on_s: 0.0 };
+        let notes = nothing_twice(&robot(), &[drive], &Options::default()).unwrap().answer.notes;
+        assert!(notes[0].contains("holds one speed and one yaw rate") && !notes[1].contains("both sides"), "{notes:?}");
         for (kept, speed) in [
             ([&gyro[..], &wheels].concat(), false),
             ([&wheels[..], &torques].concat(), false),

@@ -128,6 +128,17 @@ pub struct Stuck {
     pub handling: Handling,
 }
 
+impl Stuck {
+    /// Share of the samples from which on those in stuck runs are a sensor that froze: it would be taken for the rest, and
+    /// what lives for motion.
+    pub(crate) const FROZEN: f64 = 0.05;
+
+    /// Whether so many of a log's `samples` are stuck that the sensor froze.
+    pub(crate) fn is_frozen(&self, samples: usize) -> bool {
+        self.samples as f64 > Self::FROZEN * samples as f64
+    }
+}
+
 /// The signal at rest.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rest {
@@ -272,7 +283,18 @@ pub(crate) fn judge(before: Before, stamps_s: &[f64], axis: &TimeAxis, rate: &[f
     );
     let step_s = sampling.median_step_s;
     let q = lattice_step_rad_s.unwrap_or(0.0);
-    let noise_std_rad_s = noise_std_rad_s.max(q / 12f64.sqrt());
+    let mut noise_std_rad_s = noise_std_rad_s.max(q / 12f64.sqrt());
+    let far = |noise_std: f64| (10.0 * noise_std).max(5.0 * q);
+    let mut stuck = stuck(axis, rate, &runs, q, noise_std_rad_s);
+    let live = stuck.is_frozen(rate.len()).then(|| {
+        let (rows, values) = live(rate, stuck.threshold_samples, |v| (v - median_rad_s).abs() > far(noise_std_rad_s));
+        (TimeAxis::Explicit(rows.into_iter().map(|row| axis.at(row)).collect()), values)
+    });
+    if let Some((_, values)) = &live {
+        noise_std_rad_s = rate_unit::noise_std(&stretches(values, WITNESSES)).max(q / 12f64.sqrt());
+        stuck = self::stuck(axis, rate, &runs, q, noise_std_rad_s);
+    }
+    let (moving, seen) = live.as_ref().map_or((axis, rate), |(time, values)| (time, values));
     Audit {
         rows: before.rows,
         samples: rate.len(),
@@ -283,11 +305,19 @@ pub(crate) fn judge(before: Before, stamps_s: &[f64], axis: &TimeAxis, rate: &[f
         duplicates: before.duplicates,
         out_of_order: before.out_of_order,
         missing: before.missing,
-        saturation: saturation(axis, rate, &runs, median_rad_s, (10.0 * noise_std_rad_s).max(5.0 * q)),
-        stuck: stuck(axis, rate, &runs, q, noise_std_rad_s),
+        saturation: saturation(axis, rate, &runs, median_rad_s, far(noise_std_rad_s)),
+        stuck,
         rest: Rest { median_rad_s, noise_std_rad_s, drift_rad_s, lattice_step_rad_s },
-        motion: motion::detect(axis, rate, step_s, noise_std_rad_s, lattice_step_rad_s),
+        motion: motion::detect(moving, seen, step_s, noise_std_rad_s, lattice_step_rad_s),
     }
+}
+
+/// Rows and values outside runs of `threshold` samples or more; a run whose value is `saturated` stays.
+fn live(rate: &[f64], threshold: usize, saturated: impl Fn(f64) -> bool) -> (Vec<usize>, Vec<f64>) {
+    let kept = runs(rate).filter(|(first, length)| *length < threshold || saturated(rate[*first]));
+    let rows: Vec<usize> = kept.flat_map(|(first, length)| first..first + length).collect();
+    let values = rows.iter().map(|&row| rate[row]).collect();
+    (rows, values)
 }
 
 pub(crate) fn drift(rate: &[f64]) -> f64 {

@@ -96,3 +96,23 @@ fn long_logs_are_judged_piece_by_piece_as_in_one() {
     assert!((gaps.missing_s - one.missing_s).abs() < 1e-9);
     assert_eq!(Runs::of(&[1.0; 200_000]).longest, 200_000);
 }
+
+#[test]
+fn a_sensor_that_froze_is_no_rest_and_what_lives_does_not_move() {
+    for q in [1e-6, 0.0] {
+        let (time, mut rate) = noise(5, 40_000);
+        if q > 0.0 {
+            rate.iter_mut().for_each(|x| *x = (*x / q).round() * q);
+        }
+        let last = rate[20_000];
+        rate[20_000..].fill(last);
+        let audit = judged(&time, &rate);
+        assert!(audit.motion.assessed && audit.motion.intervals.is_empty(), "{:?}", audit.motion);
+        assert!((audit.rest.noise_std_rad_s / 1e-3 - 1.0).abs() < 0.05, "{}", audit.rest.noise_std_rad_s);
+        let told = audit.findings().into_iter().find(|f| f.contains("stuck")).unwrap();
+        assert!(told.ends_with("the sensor froze from 200.0 to 400.0 s: cut the log there"), "{told}");
+        // and motion before it is motion
+        rate[5000..5500].iter_mut().for_each(|x| *x += 0.5);
+        assert_eq!(judged(&time, &rate).motion.intervals.len(), 1);
+    }
+}

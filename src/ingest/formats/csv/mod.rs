@@ -290,7 +290,8 @@ fn read_rows(
     }
     for (place, midnights) in clocks.iter().filter(|(_, m)| m.days > 0.0) {
         let name = &dialect.heads[*place].name;
-        notes.push(format!("{name:?} has no date and passes midnight: a day is added {} times", midnights.days));
+        let days = if midnights.days == 1.0 { "a day is".into() } else { format!("{} days are", midnights.days) };
+        notes.push(format!("{name:?} has no date and passes midnight: {days} added"));
     }
     Ok(Rows { columns: facts, count, unbroken, notes })
 }

@@ -14,7 +14,7 @@ use crate::gap::diagnose::Drive;
 use crate::ingest::assemble::merge::{Part, merge};
 use crate::model::drive::Instrument;
 use crate::signal::{Log, TimeAxis, names};
-use crate::vehicle::{Odometry, Rolling};
+use crate::vehicle::{Odometry, Rolling, opposite};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -265,10 +265,11 @@ fn look(config: &Config, log: &Log) -> Result<Seen> {
         let found = lag(yaw, by);
         let correlation = |found: &Option<Lag>| found.map_or(0.0, |l| l.correlation);
         if correlation(&found) < WRONG {
-            for (signs, hint) in BACKWARDS {
+            for (signs, side) in BACKWARDS {
                 let other = with_signs(signs).and_then(|(_, yaw)| lag(&yaw, by));
                 if correlation(&other) > CERTAIN {
-                    return Err(Error::new(ErrorKind::Column, &log.source, hint[0]).hint(hint[1]));
+                    let [found, hint] = side.map_or_else(|| opposite(vehicle, log), one_backwards);
+                    return Err(Error::new(ErrorKind::Column, &log.source, found).hint(hint));
                 }
             }
         }
@@ -315,30 +316,17 @@ fn look(config: &Config, log: &Log) -> Result<Seen> {
     Ok(Seen { lags, wheels: track, step_s: log.time.median_step_s(), has_gyro: gyro.is_some() })
 }
 
-/// Wrong signs of the wheels, with error message and hint.
-const BACKWARDS: [([f64; 2], [&str; 2]); 3] = [
-    (
-        [-1.0, 1.0],
-        [
-            "the left wheel reads backwards: with its sign turned round both wheels turn as the gyro does",
-            "turn it round: --map wheel_left_rad_s=-COLUMN",
-        ],
-    ),
-    (
-        [1.0, -1.0],
-        [
-            "the right wheel reads backwards: with its sign turned round both wheels turn as the gyro does",
-            "turn it round: --map wheel_right_rad_s=-COLUMN",
-        ],
-    ),
-    (
-        [-1.0, -1.0],
-        [
-            "wheels and gyro turn opposite ways: the gyro reads backwards, both wheels do, or left and right are exchanged",
-            "turn the gyro round, --map gyro_z_rad_s=-COLUMN, or name the wheels' columns the other way round",
-        ],
-    ),
-];
+/// Wrong signs of the wheels, with the side that has one; none: both.
+const BACKWARDS: [([f64; 2], Option<&str>); 3] =
+    [([-1.0, 1.0], Some("left")), ([1.0, -1.0], Some("right")), ([-1.0, -1.0], None)];
+
+/// Error message and hint for a wheel with the wrong sign.
+fn one_backwards(side: &str) -> [String; 2] {
+    [
+        format!("the {side} wheel reads backwards: with its sign turned round both wheels turn as the gyro does"),
+        format!("turn it round: --map wheel_{side}_rad_s=-COLUMN"),
+    ]
+}
 
 /// A heading without its jumps by full turns: the integral of the yaw rate.
 fn unwrapped(times_s: &[f64], heading_rad: &[f64]) -> Integral {
