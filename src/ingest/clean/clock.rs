@@ -383,7 +383,7 @@ fn clock_note(clock: Clock, name: &str) -> Option<String> {
 }
 
 /// The unit in which a time column makes a usual sample rate, where the stated one is contradicted: by the column's name; or
-/// where it makes fractions of itself faster than most gyros are, by seconds; or where it makes a rate below all usual ones.
+/// where it makes fractions of itself faster than most gyros are, by seconds. A log may be slow where its user says so.
 fn contradicted(stated: TimeUnit, written: Option<TimeUnit>, step: f64, fractional: bool) -> Option<TimeUnit> {
     let rate_hz = |unit: TimeUnit| 1.0 / (step * unit.to_s());
     let usual = |unit: &TimeUnit| step > 0.0 && USUAL_HZ.contains(&rate_hz(*unit));
@@ -391,7 +391,6 @@ fn contradicted(stated: TimeUnit, written: Option<TimeUnit>, step: f64, fraction
     match written {
         Some(written) => Some(written).filter(usual),
         None if too_fast => Some(TimeUnit::S).filter(usual),
-        None if rate_hz(stated) < *USUAL_HZ.start() => UNITS.into_iter().find(usual),
         None => None,
     }
 }
