@@ -113,7 +113,8 @@ impl ModelChange for RollingResistance {
     fn at(&self, theta: &[f64]) -> Box<dyn DriveEffect> {
         let [c, q1, q2, turning, body, rise, standstill, side] =
             std::array::from_fn(|i| theta.get(i).copied().unwrap_or(0.0));
-        let at_body = if c == 0.0 { 0.0 } else { body / c };
+        // where c is next to nothing its part is none of it
+        let at_body = if c == 0.0 { 0.0 } else { (body / c).clamp(-1.0, 2.0) };
         Box::new(Work { c, soft: [q1, q2], turning: turning + body, rise, standstill, side, at_body })
     }
 

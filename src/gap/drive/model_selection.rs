@@ -210,7 +210,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         set.parts.extend(lattice.iter().cloned());
         set.parts.iter_mut().for_each(|p| p.missed_nats = p.missed_nats.or(missed_by.get(&p.id).copied()));
     }
-    let sets = sets.into_iter().flat_map(|set| twins.all(set)).collect();
+    let sets = sets.into_iter().flat_map(|set| twins.all(set, &options.prior)).collect();
     let mut findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
     trace.extend(screened);
     trace.extend(best.trace.iter().cloned().chain(readings));

@@ -1,5 +1,6 @@
 //! Columns for everything that may be missing from the model, and which of them readings cannot tell apart.
 
+pub(crate) mod apparent_delays;
 pub mod basis;
 pub mod candidates;
 pub(crate) mod common_delay;

@@ -1,6 +1,5 @@
 //! b/(1 + radius) = (1 + track) b = b/(1 + gyro scale):   z = (v ∓ ω b)/r of the wheels and ω of the gyro are the same
 //! 1/(1 + radius of one wheel) = 1 - its lost ticks:   z_i is the same
-//! ω(t - τ) ≈ ω - τ dω/dt,   ω of slipping wheels ≈ ω + κ J |v| / (b² M g) dω/dt
 //!
 //! Without torques and pose no reading tells a length, nor which of two yaw rates is right. Wheels with larger radii
 //! equal wheels on a narrower track of a robot that drives farther, and either equals a gyro that reads too much. One
@@ -12,24 +11,18 @@
 //!
 //! A wheel with a larger radius turns less on the same way, and seems to where ticks are lost on average: its radius is
 //! compared. Torques tell them apart, since they move the wheel and not its reading.
-//!
-//! Without torques nothing tells the force by which wheels slip, so that slip is not compared. Rims that run ahead of
-//! the ground while the yaw rate grows run ahead of the gyro, as they do where the gyro is late: an apparent delay of
-//! the gyro may be slip. The likelihood does not decide: forces would have to come from accelerations of the same
-//! wheels, and slip would follow their noise and win even where the gyro is late.
 
-use super::candidates::UNSEEN;
+use super::apparent_delays::{Slip, ln_density};
+use super::candidates::{Prior, UNSEEN};
 use crate::config::Steering;
 use crate::effects::drive::{
-    Coordinate, DriveExplanation, Driving, Equivalent, Map, ModelChange, Within, by_id, late, registry,
+    Coordinate, DriveExplanation, Driving, Equivalent, Map, ModelChange, Within, by_id, registry,
 };
-use crate::effects::{About, Parameters};
 use crate::gap::answer::Alike;
 use crate::gap::drive::fit::evidence::ln_possible;
 use crate::gap::drive::record::Record;
 use crate::gap::selection::findings::{Part, WeightedSet};
 use crate::gap::trace::{Decision, Step, TraceStage};
-use crate::model::drive::Instrument;
 
 /// An effect, and the equivalent effect that is compared in its place.
 #[derive(Clone, Copy)]
@@ -73,37 +66,6 @@ impl Twin {
     }
 }
 
-/// Nodes of the sum over the scales of a prior.
-const NODES: usize = 48;
-/// Nats by which the compared one of two equal effects comes first: too few to matter otherwise.
-const LAST: f64 = 1e-6;
-
-/// An effect that looks like a late gyro where nothing tells the force by which wheels slip.
-struct Slip {
-    about: &'static About,
-    law: &'static dyn ModelChange,
-    /// θ over the delay, 1/s.
-    per_s: Vec<f64>,
-    /// The effect of a late gyro.
-    late: &'static About,
-}
-
-impl Slip {
-    /// The one of `effects` in this drive; none where torques are logged, or no gyro.
-    fn of(record: &Record, effects: &[&'static dyn Driving]) -> Option<Self> {
-        if record.torques_n_m.is_some() || record.gyro_rad_s.is_none() {
-            return None;
-        }
-        let late = late(effects, Instrument::Gyro)?;
-        let speed_m_s = mean_speed_m_s(record);
-        effects.iter().find_map(|effect| {
-            let law = effect.change()?;
-            let per_s = law.like_late_gyro(&record.belief.robot, speed_m_s)?;
-            per_s.iter().all(|v| v.is_finite()).then_some(Self { about: effect.about(), law, per_s, late })
-        })
-    }
-}
-
 /// Effects that are equivalent in a drive.
 pub(crate) struct StructuralClasses {
     /// The effects without those that another one represents.
@@ -138,25 +100,13 @@ impl StructuralClasses {
         self.same.iter().filter(|t| !t.is_loss()).map(one).collect()
     }
 
-    /// The set, and the sets with each equivalent effect in the place of the compared one.
-    pub(crate) fn all(&self, set: WeightedSet) -> Vec<WeightedSet> {
-        let slips = self.slips(&set);
-        std::iter::once(set).chain(slips).flat_map(|set| self.scaled(set)).collect()
-    }
-
-    /// The set with slipping wheels in the place of a late gyro; none where that does not apply.
-    fn slips(&self, set: &WeightedSet) -> Option<WeightedSet> {
-        let Slip { about, law, per_s, late } = self.slip.as_ref()?;
-        let at = set.parts.iter().position(|p| p.id == late.id)?;
-        let delay_s = *set.parts[at].parameters.get(late.size())?;
-        let std_s = set.parts[at].std.get(late.size()).copied().unwrap_or(0.0);
-        let mut twin = WeightedSet { ln_weight: set.ln_weight - LAST, ..set.clone() };
-        let part = &mut twin.parts[at];
-        part.id = about.id.into();
-        part.parameters = law.parameters(&per_s.iter().map(|each| each * delay_s).collect::<Vec<_>>());
-        part.std = Parameters::from([(about.size().into(), per_s[0] * std_s)]);
-        // wheels that lag the gyro do not slip
-        (delay_s > 0.0).then_some(twin)
+    /// The set, and the sets with each equivalent effect in the place of the compared one; `prior`: odds of one more effect.
+    pub(crate) fn all(&self, set: WeightedSet, prior: &Prior) -> Vec<WeightedSet> {
+        let all = match &self.slip {
+            Some(slip) => slip.all(set, prior.ln_named),
+            None => vec![set],
+        };
+        all.into_iter().flat_map(|set| self.scaled(set)).collect()
     }
 
     /// The set with each part as itself, and as each effect that it represents.
@@ -263,27 +213,6 @@ pub(crate) fn sizes(record: &Record, id: &str, change: &dyn ModelChange) -> Vec<
     own
 }
 
-/// ln ∫ N(value; 0, s²) d ln s / ln(s1/s0): scales s uniform in their logarithm, from the least that shows.
-fn ln_density([least, most]: [f64; 2], value: f64) -> f64 {
-    let least = least.min(value.abs().max(1e-12));
-    let span = (most / least).ln();
-    let one = |i: usize| {
-        let s = least * (span * (i as f64 + 0.5) / NODES as f64).exp();
-        (-0.5 * (value / s).powi(2)).exp() / (s * std::f64::consts::TAU.sqrt())
-    };
-    // beyond the reach of all, the widest scale decides
-    let far = -0.5 * (value / most).powi(2) - (most * std::f64::consts::TAU.sqrt() * NODES as f64).ln();
-    ((0..NODES).map(one).sum::<f64>() / NODES as f64).ln().max(far)
-}
-
-/// Mean speed of the wheels over ground, m/s.
-fn mean_speed_m_s(record: &Record) -> f64 {
-    let robot = &record.belief.robot;
-    let ground = |i: usize| record.wheels_rad_s[i].iter().map(move |w| (w * robot.radius_m[i]).abs());
-    let (sum, n) = ground(0).chain(ground(1)).filter(|v| v.is_finite()).fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
-    sum / n
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -298,7 +227,7 @@ mod tests {
         part.parameters.insert(RELATIVE.into(), 0.25);
         part.std.insert(RELATIVE.into(), 0.01);
         let set = WeightedSet { parts: vec![part], ln_weight: -3.0, probability: 0.0 };
-        let all = twins.all(set);
+        let all = twins.all(set, &Prior::default());
         let told: Vec<(&str, f64)> =
             all.iter().map(|s| (s.parts[0].id.as_str(), s.parts[0].parameters[RELATIVE])).collect();
         // a gyro that reads 5/4 of what the wheels do, or wheels on a track of 4/5, or with radii of 5/4
@@ -310,7 +239,7 @@ mod tests {
         // no gyro and no radius is off by a quarter, and a track of four fifths is well within what robots have
         assert!(all[1].ln_weight > all[2].ln_weight + 5.0 && all[2].ln_weight > all[0].ln_weight + 10.0, "{all:?}");
         let other = WeightedSet { parts: vec![Part::new(ids::slip(), true, 1.0)], ln_weight: 0.0, probability: 0.0 };
-        assert_eq!(twins.all(other.clone()), vec![other]);
+        assert_eq!(twins.all(other.clone(), &Prior::default()), vec![other]);
     }
 
     #[test]
@@ -322,7 +251,7 @@ mod tests {
             part.std.insert(RELATIVE.into(), 1e-3);
             WeightedSet { parts: vec![part], ln_weight: -3.0, probability: 0.0 }
         };
-        let all = twins.all(found(0.02));
+        let all = twins.all(found(0.02), &Prior::default());
         assert_eq!(all.len(), 2);
         let ticks = &all[1].parts[0];
         let loss = by_id(ids::missed_ticks()).and_then(|e| e.tick_loss()).unwrap();
@@ -341,42 +270,9 @@ mod tests {
         assert_eq!(twins.classes(&all[0].parts)[0].ids, [ids::radius_right(), ids::missed_ticks()]);
         assert_eq!(twins.classes(&found(-0.02).parts), Vec::new());
         // no ticks are gained, and none are lost on average beside those whose bursts are found
-        assert_eq!(twins.all(found(-0.02)).len(), 1);
+        assert_eq!(twins.all(found(-0.02), &Prior::default()).len(), 1);
         let mut bursts = found(0.02);
         bursts.parts.push(Part::new(ids::missed_ticks(), true, 9.0));
-        assert_eq!(twins.all(bursts).len(), 1);
-    }
-
-    /// Wheels that slip in proportion to the force look like a gyro that is late beside wheels that roll.
-    #[test]
-    fn a_late_gyro_may_be_wheels_that_slip() {
-        use crate::gap::drive::preprocess::acceleration_model::tests::{belief, recorded};
-        use crate::model::drive::{Moving, Robot};
-        let belief = belief();
-        let robot: Robot = belief.robot;
-        let (v, yaw_rate, about, delay_s) = (0.6, 0.2, 0.5, 0.004);
-        let wheels = robot.wheels_rad_s(v, yaw_rate);
-        let record = recorded(belief, 0.02, wheels.map(|w| vec![w; 400]), vec![yaw_rate; 400]);
-        let mut part = Part::new(ids::gyro_delay(), true, 50.0);
-        part.parameters.insert("delay_s".into(), delay_s);
-        part.std.insert("delay_s".into(), 1e-4);
-        let set = WeightedSet { parts: vec![part], ln_weight: -1.0, probability: 0.0 };
-        let all = StructuralClasses::of(&record, registry()).all(set.clone());
-        assert_eq!(all.iter().map(|s| s.parts[0].id.as_str()).collect::<Vec<_>>(), [ids::gyro_delay(), ids::slip()]);
-        let slip = &all[1].parts[0];
-        assert!(all[1].ln_weight < set.ln_weight && set.ln_weight - all[1].ln_weight < 1e-5);
-        // the law of slip itself, at this yaw acceleration
-        let force = 0.5 * robot.yaw_inertia_kg_m2 * about / robot.half_track_m;
-        let at = Moving { speed_m_s: v, yaw_rate_rad_s: yaw_rate, wheel_force_n: [-force, force], ..Moving::default() };
-        let law = by_id(ids::slip()).and_then(|e| e.change()).unwrap();
-        let turned = law.at(&law.theta(&slip.parameters)).wheels_rad_s(&robot, &at, wheels);
-        let of = |w: [f64; 2]| robot.speed_and_yaw_rate(w)[1];
-        let ahead = of(turned) - of(wheels);
-        assert!((ahead / (delay_s * about) - 1.0).abs() < 0.05, "{ahead} {}", delay_s * about);
-        assert!((slip.std["compliance"] / slip.parameters["compliance"] - 0.025).abs() < 1e-9);
-        // with torques the force is known, and slip itself is compared
-        let mut driven = record.clone();
-        driven.torques_n_m = Some([vec![0.0; 400], vec![0.0; 400]]);
-        assert_eq!(StructuralClasses::of(&driven, registry()).all(set).len(), 1);
+        assert_eq!(twins.all(bursts, &Prior::default()).len(), 1);
     }
 }
