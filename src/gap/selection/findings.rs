@@ -99,8 +99,7 @@ pub struct Findings {
     pub trace: Vec<Step>,
 }
 
-/// Share, or evidence that is lost without it, from which on an effect has to be named, nats; a smaller side effect may be
-/// named.
+/// Share from which on an effect has to be named, nats; a smaller side effect may be named.
 const MATTERS: f64 = 6.0;
 
 /// Cost of a false alarm relative to the cost of missing a gap.
@@ -305,8 +304,7 @@ impl Findings {
         for s in &self.sets {
             let named = || s.parts.iter().filter(|p| p.named);
             let there: Ids = named().map(|p| p.id.as_str()).collect();
-            let nats = |p: &Part| p.missed_nats.map_or(p.share, |missed| missed.max(p.share));
-            let matters: Ids = named().filter(|p| nats(p) >= MATTERS).map(|p| p.id.as_str()).collect();
+            let matters: Ids = named().filter(|p| p.share >= MATTERS).map(|p| p.id.as_str()).collect();
             *known.entry((matters, there)).or_default() += s.probability;
         }
         let score = |t: &Ids| -> f64 {
@@ -383,10 +381,6 @@ mod tests {
         // an effect with a larger share has to be named
         let f = findings(vec![set(&[(tone(), 90.0), (rate_ramp(), 15.0)], 0.6), set(&[(tone(), 90.0)], 0.4)]);
         assert_eq!(f.together(None), [rate_ramp(), tone()]);
-        // so has one without which the others are wrong: its share may be small or negative, for alone it fits worse
-        let mut needed = set(&[(tone(), 90.0), (rate_ramp(), 3.0)], 0.9);
-        needed.parts[1].missed_nats = Some(20.0);
-        assert_eq!(findings(vec![needed, set(&[(tone(), 90.0)], 0.1)]).together(None), [rate_ramp(), tone()]);
     }
 
     #[test]
