@@ -89,6 +89,8 @@ impl Asked {
 /// Fit of given effects to a drive.
 struct Fit {
     parts: Vec<Part>,
+    /// Ids of effects whose best sizes lie outside of their bounds; notes tell them.
+    outside: Vec<&'static str>,
     /// Noise that the nominal filter assumes; without torques, with the estimated diffusion and noise of wheels and
     /// gyro.
     nominal: Noise,
@@ -121,9 +123,8 @@ pub fn explain(
     };
     let mut effects: Vec<Explained> = fit.parts.iter().filter_map(|part| Some(told(about(&part.id)?, part))).collect();
     effects.sort_by_key(|e| ids.iter().position(|id| *id == e.id));
-    let told = |id: &str| fit.notes.iter().any(|note| note.starts_with(&format!("{id}:")));
-    let missing: Vec<&&str> = ids.iter().filter(|id| effects.iter().all(|e| e.id != **id) && !told(id)).collect();
-    fit.notes.extend(missing.into_iter().map(|id| format!("{id}: the recording has no trace of it.")));
+    let is_told = |id: &str| effects.iter().any(|e| e.id == id) || fit.outside.contains(&id);
+    fit.notes.extend(ids.iter().filter(|id| !is_told(id)).map(|id| format!("{id}: the recording has no trace of it.")));
     let notes =
         record.notes.iter().chain(&clocks.notes).cloned().chain(mounting.map(|m| m.said())).chain(fit.notes).collect();
     Ok(Explanations { effects, notes })
@@ -194,8 +195,10 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let c = &branch.compared;
     let members = &c.sets[0].members;
     let coefficients = c.problem.coefficients(members);
+    let mut ids_outside = Vec::new();
     for (i, &(group, _)) in members.iter().enumerate() {
-        if let Some(note) = outside(c, group, &coefficients) {
+        if let Some((id, note)) = outside(c, group, &coefficients) {
+            ids_outside.push(id);
             notes.push(note);
             continue;
         }
@@ -212,11 +215,11 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     if !c.next().1 {
         notes.push("The parameters had not settled when the fit was ended: their intervals may be too narrow.".into());
     }
-    Fit { parts, nominal, notes }
+    Fit { parts, outside: ids_outside, nominal, notes }
 }
 
-/// Note on an effect whose coefficients, fitted freely, leave their bounds by more than they are uncertain; else none.
-fn outside(c: &Compared, group: usize, coefficients: &Coefficients) -> Option<String> {
+/// Id of, and note on, an effect whose coefficients, fitted freely, leave their bounds by more than they are uncertain; else none.
+fn outside(c: &Compared, group: usize, coefficients: &Coefficients) -> Option<(&'static str, String)> {
     let Kind::Change(i) = c.candidates.kinds[group] else { return None };
     let (effect, change) = c.candidates.changes[i];
     let columns = &c.candidates.groups[group].columns;
@@ -229,7 +232,7 @@ fn outside(c: &Compared, group: usize, coefficients: &Coefficients) -> Option<St
         let free: Vec<f64> = told.iter().map(|t| t.0).collect();
         let about = effect.about();
         let (name, value) = (about.size(), change.parameters(&free).get(about.size()).copied().unwrap_or(free[0]));
-        format!("{}: it would take {name} = {value:.3e}, a value that it cannot have.", about.id)
+        (about.id, format!("{}: it would take {name} = {value:.3e}, a value that it cannot have.", about.id))
     })
 }
 

@@ -123,7 +123,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let branch = if is_told {
         PreprocessingHypothesis::new(record.clone(), noise, compared, onsets_s)
     } else {
-        settled(record.clone(), noise, compared, onsets_s, effects, options)
+        settled(record, noise, compared, onsets_s, effects, options)
     };
     // share of the quantization: gain over the same model with the nominal noise of the wheels
     let given = record.given.wheel_lsb_rad_s;
@@ -238,28 +238,25 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
 
 /// Settles the best set of `compared`.
 pub(super) fn settled(
-    record: Record,
+    record: &Record,
     noise: Noise,
     compared: Compared,
     onsets_s: Onsets,
     effects: &[&'static dyn Driving],
     options: &Options,
 ) -> PreprocessingHypothesis {
-    let as_recorded = record.torques_n_m.is_some().then(|| record.clone());
-    let settle = |record: Record, noise: Noise, compared: Compared, onsets_s: Onsets| {
-        let mut branch = PreprocessingHypothesis::new(record, noise, compared, onsets_s);
+    let settle = |noise: Noise, compared: Compared, onsets_s: Onsets| {
+        let mut branch = PreprocessingHypothesis::new(record.clone(), noise, compared, onsets_s);
         branch.look_at_promising();
         branch.settle(effects, options);
         branch
     };
-    let branch = settle(record, noise, compared, onsets_s);
+    let branch = settle(noise, compared, onsets_s);
     // noise that an effect passes on was taken for outliers and noise levels where the effect was found after them
-    let Some((record, noise)) = as_recorded.and_then(|record| branch.shaken_from(record, &noise)) else {
-        return branch;
-    };
+    let Some(noise) = branch.shaken_from(record, &noise) else { return branch };
     let (candidates, theta) = (branch.compared.candidates.clone(), branch.compared.theta.clone());
-    let compared = Compared::wide(&record, &noise, candidates, theta);
-    let other = settle(record, noise, compared, branch.onsets_s.clone());
+    let compared = Compared::wide(record, &noise, candidates, theta);
+    let other = settle(noise, compared, branch.onsets_s.clone());
     if other.top() > branch.top() { other } else { branch }
 }
 
@@ -313,7 +310,7 @@ fn wheels_in_time(
         let (noise, nearest) = rediffused(&moved, &as_is.believed, &all);
         let begin = start(&moved, &noise, &all);
         let compared = first(&moved, &noise, all, &begin);
-        let mut other = settled(moved, noise, compared, Vec::new(), effects, options);
+        let mut other = settled(&moved, noise, compared, Vec::new(), effects, options);
         other.extra_weight += options.prior.ln_free - 0.5 * (record.len() as f64).ln();
         // a free form may hold an effect that these models lack: the effect fitted alone is tried too
         let models = PreprocessingHypothesis::models_at(record, &other.compared.candidates, &other.compared.theta);

@@ -305,43 +305,40 @@ fn popcorn(
     let top = sets.first()?.ln_weight;
     let mut best: Option<(TelegraphFit, f64)> = None;
     let mut tried: Vec<Vec<usize>> = Vec::new();
-    for met in sets.iter().filter(|m| m.ln_weight > top - 9.0 && !m.fitted.hypothesis.noises.is_empty()).take(5) {
-        let whole = &met.fitted.hypothesis;
+    let likely = sets.iter().filter(|m| m.ln_weight > top - 9.0 && !m.fitted.hypothesis.noises.is_empty()).take(5);
+    // where a signal stood for a part of the path, the path begins without it
+    let wholes = likely.map(|met| &met.fitted.hypothesis).flat_map(|h| {
+        let alone = (!coarse).then(|| Hypothesis { signals: Vec::new(), ..h.clone() });
+        std::iter::once(h.clone()).chain(alone)
+    });
+    for whole in wholes {
         for part in &whole.noises {
             let Kind::Noise(noise) = &candidates[part.candidate].kind else { continue };
-            // where a signal stood for a part of the path, the path begins without it
-            let alone = Hypothesis { signals: Vec::new(), ..whole.clone() };
-            for whole in [whole].into_iter().chain((!coarse).then_some(&alone)) {
-                let base = whole.without(part.candidate);
-                let key = base.key();
-                if tried.contains(&key) {
-                    continue;
+            let base = whole.without(part.candidate);
+            let key = base.key();
+            if tried.contains(&key) {
+                continue;
+            }
+            tried.push(key);
+            // spacing and dwell time from standard deviation and correlation time of the noise in the path's place, if
+            // it has them
+            let theta: Vec<f64> = part.ln_theta.iter().map(|v| v.exp()).collect();
+            let [spacing_rad_s, mean_dwell_s] = match noise.state(&theta) {
+                Some(NoiseState::Exponential { time_s, std_rad_s }) => [2.0 * std_rad_s, 2.0 * time_s],
+                _ => {
+                    let followed = frame.series(&likelihood.followed(&whole, &likelihood.remainder(&whole)));
+                    let square = followed.iter().map(|v| v * v).sum::<f64>() / frame.len() as f64;
+                    [2.0 * square.sqrt(), 0.02 * frame.scene.span_s()]
                 }
-                tried.push(key);
-                // spacing and dwell time from standard deviation and correlation time of the noise in the path's place, if
-                // it has them
-                let theta: Vec<f64> = part.ln_theta.iter().map(|v| v.exp()).collect();
-                let [spacing_rad_s, mean_dwell_s] = match noise.state(&theta) {
-                    Some(NoiseState::Exponential { time_s, std_rad_s }) => [2.0 * std_rad_s, 2.0 * time_s],
-                    _ => {
-                        let followed = frame.series(&likelihood.followed(whole, &likelihood.remainder(whole)));
-                        let square = followed.iter().map(|v| v * v).sum::<f64>() / frame.len() as f64;
-                        [2.0 * square.sqrt(), 0.02 * frame.scene.span_s()]
-                    }
-                };
-                let start = Start { spacing_rad_s, mean_dwell_s, coarse };
-                let Some(found) = beside(frame, data, candidates, nuisance, &base, whole, start) else {
-                    continue;
-                };
-                if found.chain.jumps < LEAST_JUMPS {
-                    continue;
-                }
-                let weight = found.ln_evidence
-                    + prior.ln_named
-                    + base.candidates().map(|c| prior.of(candidates[c].named)).sum::<f64>();
-                if best.as_ref().is_none_or(|b| weight > b.1) {
-                    best = Some((found, weight));
-                }
+            };
+            let start = Start { spacing_rad_s, mean_dwell_s, coarse };
+            let found = beside(frame, data, candidates, nuisance, &base, &whole, start);
+            let Some(found) = found.filter(|found| found.chain.jumps >= LEAST_JUMPS) else { continue };
+            let weight = found.ln_evidence
+                + prior.ln_named
+                + base.candidates().map(|c| prior.of(candidates[c].named)).sum::<f64>();
+            if best.as_ref().is_none_or(|b| weight > b.1) {
+                best = Some((found, weight));
             }
         }
     }

@@ -117,7 +117,7 @@ fn in_time(
     let (noise, _) = rediffused(&moved, &as_is.believed, &all);
     let begin = start(&moved, &noise, &all);
     let compared = first(&moved, &noise, all, &begin);
-    let mut branch = settled(moved, noise, compared, onsets_s, effects, options);
+    let mut branch = settled(&moved, noise, compared, onsets_s, effects, options);
     // every number of rows is equally probable
     branch.extra_weight -= (LONGEST_S / record.step_s).max(1.0).ln();
     let of = |record: &Record| run(record, &plain(record), &branch.noise, &[], |_| {}).ln_likelihood();

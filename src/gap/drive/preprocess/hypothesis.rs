@@ -147,13 +147,12 @@ impl PreprocessingHypothesis {
         torque_bandwidth::at_rims(record, noise, |noise| self.weigh_in(record, noise))
     }
 
-    /// `record` and `believed` with the torque noise that the best set passes on, where that was not estimated yet.
-    pub(crate) fn shaken_from(&self, record: Record, believed: &Noise) -> Option<(Record, Noise)> {
+    /// `believed` with the torque noise that the best set passes to the readings of `record`, where that was not estimated yet.
+    pub(crate) fn shaken_from(&self, record: &Record, believed: &Noise) -> Option<Noise> {
         if self.noise.process.at_rims > 0.0 {
             return None;
         }
-        let (noise, _) = self.at_rims(&record, believed)?;
-        Some((record, noise))
+        self.at_rims(record, believed).map(|(noise, _)| noise)
     }
 
     /// Compares all sets where the best one lies; in a large gap, of the free forms only those that are retained.
