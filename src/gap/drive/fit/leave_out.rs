@@ -27,8 +27,18 @@ const DIRECTIONS: f64 = 40.0;
 /// direction the whitened error of the form is normal with variance s² = 2 E δ²/K, where these laws close E =
 /// `bent_nats`.
 fn form_nats(nats: f64, bent_nats: f64) -> f64 {
-    let square = 2.0 * bent_nats.max(0.0) * FORM * FORM / DIRECTIONS;
+    let square = form_variance(bent_nats);
     (nats.max(0.0) * square / (1.0 + square) - 0.5 * square.ln_1p()).max(0.0)
+}
+
+/// s² of [`form_nats`].
+fn form_variance(bent_nats: f64) -> f64 {
+    2.0 * bent_nats.max(0.0) * FORM * FORM / DIRECTIONS
+}
+
+/// Nats that errors in the form of laws that close `bent_nats` bring along one direction, at three standard deviations.
+pub(crate) fn most_form_nats(bent_nats: f64) -> f64 {
+    4.5 * form_variance(bent_nats)
 }
 
 /// The best set without one of its effects.

@@ -10,6 +10,7 @@ use crate::effects::drive::{Coordinate, Driving};
 use crate::effects::{self, About, InDrives, Parameters};
 use crate::gap::drive::ekf::innovations::{Models, Noise, run, run_scoped};
 use crate::gap::drive::fit::evidence::Member;
+use crate::gap::drive::fit::leave_out::most_form_nats;
 use crate::gap::drive::fit::{Compared, Theta, models};
 use crate::gap::drive::model_selection::{LARGE, Options};
 use crate::gap::drive::record::Record;
@@ -144,7 +145,9 @@ impl PreprocessingHypothesis {
         if record.torques_n_m.is_none() || !c.sets[0].members.iter().any(passes) {
             return None;
         }
-        torque_bandwidth::at_rims(record, noise, |noise| self.weigh_in(record, noise))
+        // in a gap of another cause the law is far from right, and so is its noise
+        let form_nats = most_form_nats(self.bent_nats_beside(""));
+        torque_bandwidth::at_rims(record, noise, form_nats, |noise| self.weigh_in(record, noise))
     }
 
     /// `believed` with the torque noise that the best set passes to the readings of `record`, where that was not estimated yet.

@@ -56,8 +56,13 @@ const MOST_AT_RIMS: f64 = 4.0;
 const SHARE_ERROR: f64 = 0.02;
 
 /// The noise with the share of the torque noise that effects pass to the wheels' readings, `weigh` being ln likelihood, and
-/// what it gains, nats; none where it gains too little.
-pub(crate) fn at_rims(record: &Record, noise: &Noise, weigh: impl Fn(&Noise) -> f64) -> Option<(Noise, f64)> {
+/// what it gains, nats; none where it does not gain [`BETTER`] and `form_nats`, which errors in the form of laws may bring.
+pub(crate) fn at_rims(
+    record: &Record,
+    noise: &Noise,
+    form_nats: f64,
+    weigh: impl Fn(&Noise) -> f64,
+) -> Option<(Noise, f64)> {
     let with = |share: f64| {
         let at_rims = share * record.belief.torque_noise_n_m_sqrt_s.powi(2);
         Noise { process: Process { at_rims, ..noise.process }, ..*noise }
@@ -65,7 +70,7 @@ pub(crate) fn at_rims(record: &Record, noise: &Noise, weigh: impl Fn(&Noise) -> 
     let before = weigh(noise);
     let share = brent::minimum(|share| -weigh(&with(share)), 0.0, MOST_AT_RIMS, SHARE_ERROR)?.x;
     let gained = weigh(&with(share)) - before;
-    (gained > BETTER).then(|| (with(share), gained))
+    (gained > BETTER + form_nats).then(|| (with(share), gained))
 }
 
 #[cfg(test)]
@@ -163,7 +168,7 @@ pub(crate) mod tests {
             Models { here: DriveModel::new(record.belief.robot, vec![slip.at(&[0.3, 0.0])]), beside: Vec::new() };
         let noise = before(&record, &Noise::believed(&record, None));
         let weigh = |record: &Record, noise: &Noise| run(record, &models, noise, &[], |_| {}).ln_likelihood();
-        assert_eq!(at_rims(&record, &noise, |noise| weigh(&record, noise)), None);
+        assert_eq!(at_rims(&record, &noise, 0.0, |noise| weigh(&record, noise)), None);
         const SHARE: f64 = 0.6;
         let draw = &mut Stream::new(9, 1);
         for k in 0..record.len() {
@@ -175,7 +180,8 @@ pub(crate) mod tests {
                 wheel[k] += TORQUE_NOISE * (SHARE * own).sqrt() * draw.normal();
             }
         }
-        let (found, _) = at_rims(&record, &noise, |noise| weigh(&record, noise)).unwrap();
+        assert_eq!(at_rims(&record, &noise, 1e6, |noise| weigh(&record, noise)), None);
+        let (found, _) = at_rims(&record, &noise, 0.0, |noise| weigh(&record, noise)).unwrap();
         let share = found.process.at_rims / TORQUE_NOISE.powi(2);
         // six standard deviations of a variance from two wheels, and the tolerance of the search
         let bound = 6.0 * (1.0 / ROWS as f64).sqrt() + SHARE_ERROR;
