@@ -13,6 +13,7 @@ pub(crate) mod outlying;
 pub(crate) mod phi;
 pub mod random;
 pub(crate) mod random_effects;
+pub(crate) mod registers;
 pub(crate) mod robust;
 pub(crate) mod scan;
 pub mod spectra;

@@ -77,7 +77,13 @@ impl GapReport<'_> {
     /// Share of the gap that an effect closes, for a headline; empty where it closes none.
     fn closes(&self, id: &str) -> String {
         let effect = self.effect(id).filter(|e| e.gap_closed.is_some_and(|share| share > 0.0));
-        effect.and_then(closed).map(|c| format!("; it closes {c} of the gap")).unwrap_or_default()
+        match effect.and_then(|e| e.gap_closed.zip(e.gap_closed_ci95)) {
+            // the interval stands in the section on how far the gap shrinks
+            Some((share, [low, _])) if low <= 0.0 => {
+                format!("; it closes {} of the gap, and its 95 % interval holds zero", percent(share))
+            }
+            _ => effect.and_then(closed).map(|c| format!("; it closes {c} of the gap")).unwrap_or_default(),
+        }
     }
 
     /// The page for a terminal.

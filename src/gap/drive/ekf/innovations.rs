@@ -12,6 +12,7 @@ use super::sensitivity::Tangents;
 use crate::effects::drive::Touches;
 use crate::gap::drive::record::{Belief, Record};
 use crate::gap::drive::regressors::basis::{Column, Scales, Scoped};
+use crate::math::registers::free_upper_halves;
 use crate::model::drive::DriveModel;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
@@ -380,6 +381,7 @@ impl<E: FnMut(&Innovation)> Sum<E> {
             // one triangle is enough until the end
             let (whole, lower) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
             matmul(self.gram.as_mut(), lower, Accum::Add, b.transpose(), whole, b, whole, 1.0, Par::Seq);
+            free_upper_halves();
         }
         self.filled = 0;
     }

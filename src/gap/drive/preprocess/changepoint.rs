@@ -6,6 +6,7 @@
 //! effects weighs the step itself, in the filter.
 
 use crate::gap::drive::record::Record;
+use crate::math::registers::free_upper_halves;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
@@ -61,6 +62,7 @@ pub(crate) fn of(record: &Record) -> Option<f64> {
     let factor = gram.llt(Side::Lower).ok()?;
     let fitted = factor.solve(&moment);
     let inverse = factor.solve(&Mat::<f64>::identity(COLUMNS, COLUMNS));
+    free_upper_halves();
     let (mut sum, mut after, mut count) = (0.0, [0.0; COLUMNS], 0.0);
     let mut best = (0.0, None);
     for (k, d, x) in rows.iter().rev() {

@@ -83,35 +83,43 @@ pub(crate) fn gyro_in_time(
     options: &Options,
 ) -> Vec<GyroOffset> {
     let Some(late) = late(effects, Instrument::Gyro).filter(|_| share_rows(record)) else { return Vec::new() };
-    let tried = lags(record, &as_is.believed).into_iter();
-    tried.filter_map(|rows| in_time(record, as_is, late, rows, effects, options)).collect()
+    let mut found: Vec<GyroOffset> = Vec::new();
+    for lag in lags(record, &as_is.believed) {
+        let ways = found.iter().map(|f| (f.top(), &f.branch)).chain([(as_is.top(), as_is)]);
+        let Some((_, best)) = ways.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        let moved = put_back(record, lag.rows);
+        if !is_hopeless(&moved, best, late, lag.rest_rows * record.step_s) {
+            found.push(in_time(record, moved, as_is, (late, lag.rows), effects, options));
+        }
+    }
+    found
 }
 
-/// Whether effects alone explain all in `as_is`, under its noise levels, but fall far short of that on `moved`, with any
-/// remaining delay beside them.
-fn is_hopeless(moved: &Record, as_is: &PreprocessingHypothesis, late: &About) -> bool {
-    let c = &as_is.compared;
+/// Whether effects alone explain all in `best`, under its noise levels, but fall far short of that on `moved`, with any
+/// remaining delay beside them, about `rest_s`.
+fn is_hopeless(moved: &Record, best: &PreprocessingHypothesis, late: &About, rest_s: f64) -> bool {
+    let c = &best.compared;
     let members = &c.sets[0].members;
     // `moved` still has the readings that were put aside
-    if members.is_empty() || !as_is.is_settled() || as_is.put_aside != [0; 3] {
+    if !best.is_settled() || best.put_aside != [0; 3] {
         return false;
     }
     let own = c.candidates.only(|g| members.iter().any(|m| m.0 == g) || c.candidates.groups[g].id == late.id);
-    Compared::narrow(moved, &as_is.noise, own, c.theta.clone(), None).top() < c.top() - HOPELESS
+    let mut theta = c.theta.clone();
+    if let Some(own) = c.candidates.changes.iter().position(|change| change.0.about().id == late.id) {
+        theta[own][0] = rest_s;
+    }
+    Compared::narrow(moved, &best.noise, own, theta, None).top() < c.top() - HOPELESS
 }
 
 fn in_time(
     record: &Record,
+    moved: Record,
     as_is: &PreprocessingHypothesis,
-    effect: &'static About,
-    rows: usize,
+    (effect, rows): (&'static About, usize),
     effects: &[&'static dyn Driving],
     options: &Options,
-) -> Option<GyroOffset> {
-    let moved = put_back(record, rows);
-    if is_hopeless(&moved, as_is, effect) {
-        return None;
-    }
+) -> GyroOffset {
     let onsets_s = changepoint::of_each(&moved);
     let all = Candidates::new(&moved, effects, &options.prior, true, &onsets_s);
     let (noise, _) = rediffused(&moved, &as_is.believed, &all);
@@ -123,7 +131,7 @@ fn in_time(
     let of = |record: &Record| run(record, &plain(record), &branch.noise, &[], |_| {}).ln_likelihood();
     let share = of(&branch.record) - of(record);
     let step_s = record.step_s;
-    Some(GyroOffset { effect, branch, lag_s: rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named })
+    GyroOffset { effect, branch, lag_s: rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named }
 }
 
 /// `record` with its gyro readings this many rows earlier, in each drive; the last rows have none.
@@ -147,13 +155,23 @@ pub(crate) fn by_whole_rows(record: &Record, delay_s: f64) -> (Cow<'_, Record>, 
     (Cow::Owned(put_back(record, rows as usize)), (delay_s - rows * record.step_s).max(0.0))
 }
 
-/// Numbers of rows by which the gyro may be late, where that explains much: the whole part of the lag, and its
-/// neighbour where the rest is near that. Empty where the gyro is on time.
-fn lags(record: &Record, noise: &Noise) -> Vec<usize> {
+/// A number of rows by which the gyro may be late, and the remaining delay, rows.
+struct Lag {
+    rows: usize,
+    rest_rows: f64,
+}
+
+/// Lags of the gyro that explain much: the whole part, and its neighbour where the rest is near that; the nearest first.
+/// Empty where the gyro is on time.
+fn lags(record: &Record, noise: &Noise) -> Vec<Lag> {
     let Some(rows) = lag(record, noise) else { return Vec::new() };
     let whole = rows.floor();
     let near = [(whole - 1.0, rows - whole < NEAR), (whole, true), (whole + 1.0, rows - whole > 1.0 - NEAR)];
-    near.iter().filter(|(rows, tried)| *tried && *rows >= 1.0).map(|(rows, _)| *rows as usize).collect()
+    let tried = near.iter().filter(|(rows, tried)| *tried && *rows >= 1.0);
+    let mut lags: Vec<Lag> = tried.map(|(own, _)| Lag { rows: *own as usize, rest_rows: rows - own }).collect();
+    lags.sort_by(|a, b| a.rest_rows.abs().total_cmp(&b.rest_rows.abs()));
+    lags.iter_mut().for_each(|lag| lag.rest_rows = lag.rest_rows.max(0.0));
+    lags
 }
 
 fn lag(record: &Record, noise: &Noise) -> Option<f64> {

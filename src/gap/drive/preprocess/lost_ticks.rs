@@ -31,6 +31,8 @@ const HARDLY_MORE: f64 = 0.8;
 const FEWEST: usize = 16;
 /// Median of the square of a standard normal variable.
 const MEDIAN: f64 = 0.4549;
+/// ln likelihood ratio beyond which a row is certain: e to it is near the largest number.
+const CERTAIN: f64 = 700.0;
 /// Factor on the wheel's variance that excludes it from a pass of the filter.
 const ASIDE: f64 = 1e6;
 
@@ -138,7 +140,9 @@ impl Odds {
         let mut ln_scale = 0.0;
         let row = |ratio: f64| {
             ln_scale += ratio.max(0.0);
-            [(-ratio.max(0.0)).exp(), ratio.min(0.0).exp()]
+            // numbers next to the smallest are slow, and tell no more than zero
+            let less = if ratio.abs() < CERTAIN { (-ratio.abs()).exp() } else { 0.0 };
+            if ratio > 0.0 { [less, 1.0] } else { [1.0, less] }
         };
         let rows = ln_ratios.map(row).collect();
         Self { rows, ln_scale }

@@ -52,7 +52,7 @@ pub(crate) fn before(record: &Record, noise: &Noise) -> Noise {
 
 /// Largest share of the torque noise at the rims, as a ratio of variances.
 const MOST_AT_RIMS: f64 = 4.0;
-/// Relative error of that share which does not matter.
+/// Relative error of that share, and a share, that do not matter.
 const SHARE_ERROR: f64 = 0.02;
 
 /// The noise with the share of the torque noise that effects pass to the wheels' readings, `weigh` being ln likelihood, and
@@ -68,6 +68,10 @@ pub(crate) fn at_rims(
         Noise { process: Process { at_rims, ..noise.process }, ..*noise }
     };
     let before = weigh(noise);
+    // most drives show none: one look in place of a search
+    if weigh(&with(SHARE_ERROR)) <= before {
+        return None;
+    }
     let share = brent::minimum(|share| -weigh(&with(share)), 0.0, MOST_AT_RIMS, SHARE_ERROR)?.x;
     let gained = weigh(&with(share)) - before;
     (gained > BETTER + form_nats).then(|| (with(share), gained))

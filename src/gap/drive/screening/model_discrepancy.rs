@@ -17,6 +17,7 @@ use crate::gap::drive::record::covariates;
 use crate::gap::drive::record::covariates::{Covariate, Knots};
 use crate::gap::drive::regressors::basis::{Column, Equation, Scoped, nuisances};
 use crate::gap::drive::regressors::candidates::no_constant;
+use crate::math::registers::free_upper_halves;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use statrs::function::erf::erfc;
@@ -154,6 +155,7 @@ impl Smoother {
         let gram = summed.gram.submatrix(0, 0, all, all);
         let innovations = summed.gram.submatrix(0, all, all, 1);
         let in_x = map.transpose() * (gram * &map);
+        free_upper_halves();
         for d in 0..drives {
             let known = in_x[(n + d, n + d)];
             fixed.push(if known > 0.0 { LEVEL / known.sqrt() } else { 0.0 });
@@ -183,6 +185,7 @@ impl Smoother {
         let factor = scaled.llt(Side::Lower).ok()?;
         let shown = Mat::from_fn(size, self.knots, |i, k| std[i] * self.shown[(k, i)]);
         let spread = factor.solve(&shown);
+        free_upper_halves();
         let variance = |k: usize| (0..size).map(|i| shown[(i, k)] * spread[(i, k)]).sum::<f64>();
         let known = (0..self.knots).map(|k| variance(k).max(0.0).sqrt()).collect();
         let mut smoothed = Smoothed { std_of_x: std, spread, values: Vec::new(), std: known };
@@ -228,6 +231,7 @@ impl Smoothed {
         for function in &covariate.functions {
             let values = Mat::from_fn(smoother.knots, 1, |k, _| function[k]);
             let mut own = centred(&self.of(&(&smoother.with_knots * values)));
+            free_upper_halves();
             let whole = product(&own, &own);
             for other in &fitted {
                 let along = product(&own, other);
@@ -275,6 +279,7 @@ impl Walk {
         let left = Mat::from_fn(steps, 1, |i, _| moment[(fixed + i, 0)] - explained[(i, 0)]);
         let eigen = own.self_adjoint_eigen(Side::Lower).ok()?;
         let beta = eigen.U().transpose() * left;
+        free_upper_halves();
         let mu = eigen.S().column_vector();
         let largest = (0..steps).map(|i| mu[i]).fold(0.0, f64::max);
         // eigenvalues that are rounding errors are dropped

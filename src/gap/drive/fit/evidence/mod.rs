@@ -3,6 +3,7 @@
 //! Gaussian comparison of sets of groups of columns from their Gram matrix alone: G = Σ slopes slopes', b = Σ slopes ν.
 //! Each group has a prior N(0, s² diag(unit²)) whose scale s lies on a grid, every node equally probable.
 
+use crate::math::registers::free_upper_halves;
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
 
@@ -189,6 +190,7 @@ impl Problem {
         let ln_det: f64 = (0..n).map(|i| 2.0 * l[(i, i)].ln()).sum();
         let b = Mat::from_fn(n, 1, |i, _| stds[i] * moment(columns[i]));
         let x = factor.solve(&b);
+        free_upper_halves();
         let gain: f64 = (0..n).map(|i| b[(i, 0)] * x[(i, 0)]).sum();
         let mean = (0..n).map(|i| stds[i] * x[(i, 0)]).collect();
         Some(Conditioned { columns, factor, mean, ln_evidence: -0.5 * (null + ln_det - gain) })
@@ -270,6 +272,7 @@ impl Problem {
         // U G_in,out and its solution
         let cross = Mat::from_fn(n, columns.len(), |i, j| stds[i] * self.gram[(inside.columns[i], columns[j])]);
         let solved = inside.factor.solve(&cross);
+        free_upper_halves();
         let mut at = 0;
         let mut out = Vec::with_capacity(open.len());
         for g in open {
@@ -344,6 +347,7 @@ impl Problem {
         let (_, stds) = self.prior(members);
         let n = inside.columns.len();
         let inverse = inside.factor.solve(&Mat::<f64>::identity(n, n));
+        free_upper_halves();
         (0..n).map(|i| (inside.columns[i], inside.mean[i], stds[i] * inverse[(i, i)].max(0.0).sqrt())).collect()
     }
 
