@@ -85,19 +85,20 @@ pub(crate) fn gyro_in_time(
     let Some(late) = late(effects, Instrument::Gyro).filter(|_| share_rows(record)) else { return Vec::new() };
     let mut found: Vec<GyroOffset> = Vec::new();
     for lag in lags(record, &as_is.believed) {
-        let ways = found.iter().map(|f| (f.top(), &f.branch)).chain([(as_is.top(), as_is)]);
-        let Some((_, best)) = ways.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        // another number of rows is another way to write down the same delay: it must be the better one
+        let ways = found.iter().map(|f| (f.top(), (&f.branch, 0.0))).chain([(as_is.top(), (as_is, HOPELESS))]);
+        let Some((_, (best, short))) = ways.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         let moved = put_back(record, lag.rows);
-        if !is_hopeless(&moved, best, late, lag.rest_rows * record.step_s) {
+        if !falls_short(&moved, (best, short), late, lag.rest_rows * record.step_s) {
             found.push(in_time(record, moved, as_is, (late, lag.rows), effects, options));
         }
     }
     found
 }
 
-/// Whether effects alone explain all in `best`, under its noise levels, but fall far short of that on `moved`, with any
-/// remaining delay beside them, about `rest_s`.
-fn is_hopeless(moved: &Record, best: &PreprocessingHypothesis, late: &About, rest_s: f64) -> bool {
+/// Whether effects alone explain all in `best`, under its noise levels, but fall short of that by `short` nats on `moved`,
+/// with any remaining delay beside them, about `rest_s`.
+fn falls_short(moved: &Record, (best, short): (&PreprocessingHypothesis, f64), late: &About, rest_s: f64) -> bool {
     let c = &best.compared;
     let members = &c.sets[0].members;
     // `moved` still has the readings that were put aside
@@ -109,7 +110,7 @@ fn is_hopeless(moved: &Record, best: &PreprocessingHypothesis, late: &About, res
     if let Some(own) = c.candidates.changes.iter().position(|change| change.0.about().id == late.id) {
         theta[own][0] = rest_s;
     }
-    Compared::narrow(moved, &best.noise, own, theta, None).top() < c.top() - HOPELESS
+    Compared::narrow(moved, &best.noise, own, theta, None).top() < c.top() - short
 }
 
 fn in_time(
