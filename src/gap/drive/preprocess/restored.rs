@@ -127,15 +127,18 @@ pub(crate) fn restored(
     let fresh = Noise { process: as_is.noise.process, ..*noise };
     let plausible = as_is.compared.plausible().without_lost_ticks();
     let as_is_top = as_is.top();
+    // where the noise of the drive as recorded is as stated, restored ticks do not gain by other noise
+    let as_stated = as_is.is_quiet() && as_is.levels.is_empty() && as_is.put_aside == [0; 3];
+    let short = if as_stated { SHORT } else { HOPELESS };
     let settle = |bursts: LostTicks, theta: &Theta| {
         let restored = bursts.restored(record);
         let own = own_nats(&bursts, options);
-        let hopeless = best_top - own - HOPELESS;
+        let hopeless = best_top - own - short;
         let compared = Compared::narrow(&restored, &fresh, plausible.clone(), theta.clone(), Some(hopeless));
         let mut other = hypothesis(restored, fresh, compared, own);
         other.bent_nats = (other.top() - as_is_top).max(0.0);
         other.promising.clone_from(&as_is.promising);
-        if other.top() > best_top - HOPELESS {
+        if other.top() > best_top - short {
             other.clean(effects, options);
         }
         (other, bursts)
