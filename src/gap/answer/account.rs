@@ -11,6 +11,7 @@ use crate::gap::holdout::{Closed, block_rows, block_sums};
 use crate::gap::selection::findings::Findings;
 use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::math::NORMAL_975;
+use rayon::prelude::*;
 use statrs::function::erf::erfc;
 
 /// Expected gain below which an effect is idle, nats: a superfluous parameter gains as much by chance.
@@ -96,20 +97,22 @@ impl Tested {
 /// Errors of `score` and `expect`.
 pub(crate) fn test(
     effects: &[(String, Parameters)],
-    score: impl Fn(&[(String, Parameters)]) -> Result<Vec<f64>>,
-    expect: impl Fn(&(String, Parameters)) -> Result<Vec<f64>>,
+    score: impl Fn(&[(String, Parameters)]) -> Result<Vec<f64>> + Sync,
+    expect: impl Fn(&(String, Parameters)) -> Result<Vec<f64>> + Sync,
 ) -> Result<Vec<Tested>> {
     if effects.is_empty() {
         return Ok(Vec::new());
     }
-    let (none, all) = (score(&[])?, score(effects)?);
+    let (none, all) = rayon::join(|| score(&[]), || score(effects));
+    let (none, all) = (none?, all?);
     let one = |(i, effect): (usize, &(String, Parameters))| {
         let (alone, without) = if effects.len() == 1 {
             (all.clone(), none.clone())
         } else {
             let mut rest = effects.to_vec();
             rest.remove(i);
-            (score(std::slice::from_ref(effect))?, score(&rest)?)
+            let (alone, without) = rayon::join(|| score(std::slice::from_ref(effect)), || score(&rest));
+            (alone?, without?)
         };
         let (first, last) = (alone.iter().zip(&none), all.iter().zip(&without));
         let rows = first.zip(last).map(|((f, n), (a, w))| 0.5 * (f - n + a - w)).collect();
@@ -118,7 +121,7 @@ pub(crate) fn test(
         let expected_nats = if above { Vec::new() } else { expect(effect)? };
         Ok(Tested { id: effect.0.clone(), first, last, expected_nats, rows })
     };
-    effects.iter().enumerate().map(one).collect()
+    effects.par_iter().enumerate().map(one).collect()
 }
 
 /// Whether the scores `after` are better than those `before` beyond chance.

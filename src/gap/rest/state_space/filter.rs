@@ -7,6 +7,7 @@ use super::pieces::Pieces;
 use super::readout::{Readout, Told};
 use super::{StateSpaceModel, Step};
 use crate::error::{Error, ErrorKind, Result};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Rows from one removal of rounding errors in P to the next.
@@ -308,5 +309,5 @@ pub(crate) fn blocked_log_score(
         rows.fill(f64::NAN);
         Ok(all - believed.score(&rest)?.total())
     };
-    blocks.iter().map(without).collect()
+    blocks.par_iter().map(without).collect()
 }

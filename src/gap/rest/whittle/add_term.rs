@@ -44,20 +44,19 @@ impl Likelihood<'_> {
     /// Columns of a signal at a shape.
     pub(crate) fn signal_columns(&self, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> Columns {
         let key = (candidate, shape.iter().map(|v| v.to_bits()).collect::<Vec<_>>());
-        if let Some(found) = self.stored.borrow().get(&key) {
-            return found.clone();
-        }
-        let made = signal.columns(&self.frame.coarse, shape);
-        let ids: Vec<_> = made.iter().map(|c| self.frame.store(&c.values)).collect();
-        // standard deviation, by white noise, of the coefficient of a column of this size
-        let noise = self.frame.scene.white_std_rad_s / (self.frame.len() as f64).sqrt();
-        let unit = |id: &ColumnId, relative: f64| {
-            let rms = self.frame.rms(*id);
-            if rms > 0.0 { relative * noise / rms } else { 0.0 }
-        };
-        let unit = ids.iter().zip(&made).map(|(id, c)| unit(id, c.relative_scale)).collect();
-        let offset = signal.offset(&self.frame.coarse, shape).map(|values| self.frame.store(&values));
-        self.stored.borrow_mut().entry(key).insert_entry(Columns { ids, unit, offset }).get().clone()
+        self.stored.get(key, || {
+            let made = signal.columns(&self.frame.coarse, shape);
+            let ids: Vec<_> = made.iter().map(|c| self.frame.store(&c.values)).collect();
+            // standard deviation, by white noise, of the coefficient of a column of this size
+            let noise = self.frame.scene.white_std_rad_s / (self.frame.len() as f64).sqrt();
+            let unit = |id: &ColumnId, relative: f64| {
+                let rms = self.frame.rms(*id);
+                if rms > 0.0 { relative * noise / rms } else { 0.0 }
+            };
+            let unit = ids.iter().zip(&made).map(|(id, c)| unit(id, c.relative_scale)).collect();
+            let offset = signal.offset(&self.frame.coarse, shape).map(|values| self.frame.store(&values));
+            Columns { ids, unit, offset }
+        })
     }
 
     /// `base` with C2 set free, at the best of 13 prior scales, and its ln p.

@@ -5,14 +5,14 @@
 //! other and with the recording are stored by bins, so that a likelihood under any smooth spectrum costs a few hundred
 //! products whatever the length of the recording.
 
+use super::memo::Memo;
 use crate::math::binned::{Bins, BlockCosine};
 use crate::math::dct::Cosine;
 use crate::math::random::Stream;
 use crate::model::Scene;
 use crate::signal::TimeAxis;
-use std::cell::RefCell;
 use std::collections::HashMap;
-use std::rc::Rc;
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 /// Most blocks, whose means hold the slow part of a recording.
 const BLOCKS: usize = 2048;
@@ -36,9 +36,8 @@ pub(crate) type ColumnId = u32;
 #[derive(Default)]
 struct Store {
     columns: Vec<Stored>,
-    gram: HashMap<(ColumnId, ColumnId), Rc<Vec<f64>>>,
-    variance: HashMap<usize, Rc<Vec<Vec<f64>>>>,
-    variance_scales: HashMap<usize, Rc<Vec<f64>>>,
+    variance: HashMap<usize, Arc<Vec<Vec<f64>>>>,
+    variance_scales: HashMap<usize, Arc<Vec<f64>>>,
 }
 
 /// Quantities common to all hypotheses about one recording: scene, bins, stored columns and their products.
@@ -53,7 +52,8 @@ pub(crate) struct SpectralBasis {
     pub bins: Bins,
     cosine: Cosine,
     slow: BlockCosine,
-    store: RefCell<Store>,
+    store: RwLock<Store>,
+    gram: Memo<(ColumnId, ColumnId), Arc<Vec<f64>>>,
 }
 
 /// A series in this frame: the recording, or its remainder after a part was taken out.
@@ -102,7 +102,8 @@ impl SpectralBasis {
             bins: Bins::new(len, blocks),
             cosine: Cosine::new(len),
             slow: BlockCosine::new(blocks, block),
-            store: RefCell::default(),
+            store: RwLock::default(),
+            gram: Memo::default(),
             scene,
             coarse,
             block,
@@ -159,7 +160,7 @@ impl SpectralBasis {
 
     fn keep(&self, low: Vec<f64>, values: &[f64]) -> ColumnId {
         let rms = (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt();
-        let mut store = self.store.borrow_mut();
+        let mut store = self.write();
         store.columns.push(Stored { low, rms });
         (store.columns.len() - 1) as ColumnId
     }
@@ -179,19 +180,19 @@ impl SpectralBasis {
         };
         let scales: Vec<f64> = columns.iter().map(factor).collect();
         let scaled = columns.iter().zip(&scales).map(|(c, f)| c.values.iter().map(|v| v * f).collect()).collect();
-        let mut store = self.store.borrow_mut();
-        store.variance.insert(candidate, Rc::new(scaled));
-        store.variance_scales.insert(candidate, Rc::new(scales));
+        let mut store = self.write();
+        store.variance.insert(candidate, Arc::new(scaled));
+        store.variance_scales.insert(candidate, Arc::new(scales));
     }
 
     /// Factors from coefficients of the stored columns to coefficients of the columns as given.
-    pub(crate) fn variance_scales(&self, candidate: usize) -> Rc<Vec<f64>> {
-        self.store.borrow().variance_scales.get(&candidate).map(Rc::clone).unwrap_or_default()
+    pub(crate) fn variance_scales(&self, candidate: usize) -> Arc<Vec<f64>> {
+        self.read().variance_scales.get(&candidate).map(Arc::clone).unwrap_or_default()
     }
 
     /// Columns stored by [`SpectralBasis::store_variance`].
-    pub(crate) fn variance_columns(&self, candidate: usize) -> Rc<Vec<Vec<f64>>> {
-        self.store.borrow().variance.get(&candidate).map(Rc::clone).unwrap_or_default()
+    pub(crate) fn variance_columns(&self, candidate: usize) -> Arc<Vec<Vec<f64>>> {
+        self.read().variance.get(&candidate).map(Arc::clone).unwrap_or_default()
     }
 
     /// Mean square in each level block of the whitened series above the blocks' own frequencies (one on average), and
@@ -212,30 +213,35 @@ impl SpectralBasis {
 
     /// Root mean square of a column.
     pub(crate) fn rms(&self, column: ColumnId) -> f64 {
-        self.store.borrow().columns[column as usize].rms
+        self.read().columns[column as usize].rms
     }
 
     /// Inner product of two columns in each bin.
-    pub(crate) fn gram(&self, a: ColumnId, b: ColumnId) -> Rc<Vec<f64>> {
+    pub(crate) fn gram(&self, a: ColumnId, b: ColumnId) -> Arc<Vec<f64>> {
         let key = (a.min(b), a.max(b));
-        if let Some(found) = self.store.borrow().gram.get(&key) {
-            return Rc::clone(found);
-        }
-        let mut store = self.store.borrow_mut();
-        let (low, high) = (&store.columns[key.0 as usize].low, &store.columns[key.1 as usize].low);
-        let products = Rc::new(self.bins.products(low, high));
-        store.gram.insert(key, Rc::clone(&products));
-        products
+        self.gram.get(key, || {
+            let store = self.read();
+            let (low, high) = (&store.columns[key.0 as usize].low, &store.columns[key.1 as usize].low);
+            Arc::new(self.bins.products(low, high))
+        })
+    }
+
+    fn read(&self) -> RwLockReadGuard<'_, Store> {
+        self.store.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn write(&self) -> RwLockWriteGuard<'_, Store> {
+        self.store.write().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Inner product of a column with the recording in each bin.
     pub(crate) fn with_data(&self, column: ColumnId, data: &Data) -> Vec<f64> {
-        self.bins.products(&self.store.borrow().columns[column as usize].low, &data.z)
+        self.bins.products(&self.read().columns[column as usize].low, &data.z)
     }
 
     /// z += factor · column.
     pub(crate) fn add_column(&self, z: &mut [f64], column: ColumnId, factor: f64) {
-        let store = self.store.borrow();
+        let store = self.read();
         z.iter_mut().zip(&store.columns[column as usize].low).for_each(|(z, c)| *z += factor * c);
     }
 }

@@ -8,11 +8,11 @@
 use super::basis::{ColumnId, Data, SpectralBasis};
 use super::gaussian::{DataProducts, Picked, Posterior, columns, spectral};
 use super::hypothesis::{Candidate, Hypothesis, Kind, NoisePart, VARIANCE_STDS};
+use super::memo::Memo;
 use crate::math::curvature::curvature;
 use std::borrow::Cow;
-use std::cell::RefCell;
-use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Relative standard deviation of the prior of the white noise's level about its nominal value: about the precision of
 /// a log of 10⁵ samples. A wider prior would let a level that grew by a few percent pass for the nominal one.
@@ -59,7 +59,7 @@ pub(crate) struct Likelihood<'a> {
     pub(crate) products: DataProducts,
     pub(crate) nuisance: Vec<(ColumnId, f64)>,
     pub(crate) block_power: (Vec<f64>, f64),
-    pub(crate) stored: RefCell<HashMap<ShapeKey, Columns>>,
+    pub(crate) stored: Memo<ShapeKey, Columns>,
 }
 
 /// ln of the mean of exp(v).
@@ -103,7 +103,7 @@ impl<'a> Likelihood<'a> {
             products: DataProducts::default(),
             nuisance: nuisance.to_vec(),
             block_power: if frame.block > 1 { frame.block_power(data) } else { (Vec::new(), 0.0) },
-            stored: RefCell::default(),
+            stored: Memo::default(),
         }
     }
 
@@ -120,7 +120,7 @@ impl<'a> Likelihood<'a> {
     fn power(&self, offsets: &[ColumnId]) -> Cow<'_, [f64]> {
         let mut power = Cow::Borrowed(self.data.power.as_slice());
         for (i, a) in offsets.iter().enumerate() {
-            let with_data = self.products.get(self.frame, self.data, *a);
+            let with_data = self.products.get(*a, || Arc::new(self.frame.with_data(*a, self.data)));
             power.to_mut().iter_mut().zip(with_data.iter()).for_each(|(p, d)| *p -= 2.0 * d);
             for (j, b) in offsets[..=i].iter().enumerate() {
                 let times = if i == j { 1.0 } else { 2.0 };

@@ -4,26 +4,18 @@
 //! multiplications.
 
 use super::basis::{ColumnId, Data, SpectralBasis};
+use super::memo::Memo;
 pub(crate) use crate::math::binned::{Posterior, solve, spectral};
-use std::collections::HashMap;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Inner products of selected columns with each other and with the recording, by bins, for repeated evaluation.
 pub(crate) struct Picked {
-    gram: Vec<Rc<Vec<f64>>>,
-    data: Vec<Rc<Vec<f64>>>,
+    gram: Vec<Arc<Vec<f64>>>,
+    data: Vec<Arc<Vec<f64>>>,
 }
 
-/// Stored inner products of columns with one recording, by bins.
-#[derive(Default)]
-pub(crate) struct DataProducts(std::cell::RefCell<HashMap<ColumnId, Rc<Vec<f64>>>>);
-
-impl DataProducts {
-    /// Inner product of `column` with `data` in each bin.
-    pub(crate) fn get(&self, frame: &SpectralBasis, data: &Data, column: ColumnId) -> Rc<Vec<f64>> {
-        Rc::clone(self.0.borrow_mut().entry(column).or_insert_with(|| Rc::new(frame.with_data(column, data))))
-    }
-}
+/// Inner products of columns with one recording, by bins.
+pub(crate) type DataProducts = Memo<ColumnId, Arc<Vec<f64>>>;
 
 impl Picked {
     /// Selects `columns`; the columns `offsets` are subtracted from the recording.
@@ -40,10 +32,10 @@ impl Picked {
             gram.extend(ids[..=i].iter().map(|b| frame.gram(*a, *b)));
         }
         let with_data = |c: &ColumnId| {
-            let mut products = products.get(frame, data, *c);
+            let mut products = products.get(*c, || Arc::new(frame.with_data(*c, data)));
             for offset in offsets {
                 let taken = frame.gram(*c, *offset);
-                Rc::make_mut(&mut products).iter_mut().zip(taken.iter()).for_each(|(p, t)| *p -= t);
+                Arc::make_mut(&mut products).iter_mut().zip(taken.iter()).for_each(|(p, t)| *p -= t);
             }
             products
         };
@@ -53,7 +45,7 @@ impl Picked {
 
     /// XᵀS⁻¹X, lower triangle row by row, and XᵀS⁻¹z.
     pub(crate) fn normal(&self, inverse_spectrum: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let sum = |products: &Rc<Vec<f64>>| products.iter().zip(inverse_spectrum).map(|(g, w)| g * w).sum::<f64>();
+        let sum = |products: &Arc<Vec<f64>>| products.iter().zip(inverse_spectrum).map(|(g, w)| g * w).sum::<f64>();
         (self.gram.iter().map(sum).collect(), self.data.iter().map(sum).collect())
     }
 }

@@ -6,5 +6,6 @@ pub(crate) mod evidence;
 pub(crate) mod gaussian;
 pub(crate) mod hypothesis;
 pub(crate) mod lines;
+pub(crate) mod memo;
 pub(crate) mod nonparametric;
 pub(crate) mod search;

@@ -6,7 +6,9 @@
 use super::evidence::{Fitted, Likelihood};
 use super::hypothesis::{Hypothesis, Kind};
 use super::lines::Lines;
-use std::collections::BTreeMap;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::OnceLock;
 
 /// Prior odds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,23 +115,38 @@ impl<'a> Search<'a> {
         met
     }
 
-    /// `base` with `candidate` added at a good start, and the gain in ln p there; none where it cannot be added.
-    fn extended(
-        &mut self,
-        base: &Met,
-        candidate: usize,
-        lines: &mut Option<(Vec<f64>, f64)>,
-    ) -> Option<(Hypothesis, f64)> {
-        let key = (base.fitted.hypothesis.key(), candidate);
-        if let Some(known) = self.extensions.get(&key) {
-            return known.clone();
+    /// Fits each set once, side by side.
+    fn meet_all(&mut self, sets: &[Hypothesis]) -> Vec<Met> {
+        let mut new: Vec<&Hypothesis> = sets.iter().filter(|h| !self.met.contains_key(&h.key())).collect();
+        // of two starts of one set the first counts
+        let mut keys = BTreeSet::new();
+        new.retain(|h| keys.insert(h.key()));
+        let fitted: Vec<Fitted> = new.par_iter().map(|h| self.likelihood.fit(h)).collect();
+        for (h, fitted) in new.into_iter().zip(fitted) {
+            let key = h.key();
+            self.met.insert(key.clone(), Met { ln_weight: fitted.ln_evidence + self.ln_prior(&key), fitted });
         }
-        let made = self.extend(base, candidate, lines);
-        self.extensions.insert(key, made.clone());
-        made
+        sets.iter().map(|h| self.meet(h)).collect()
     }
 
-    fn extend(&self, base: &Met, candidate: usize, lines: &mut Option<(Vec<f64>, f64)>) -> Option<(Hypothesis, f64)> {
+    /// `base` with `candidate` added at a good start, and the gain in ln p there; none where it cannot be added.
+    fn extended(&mut self, base: &Met, candidate: usize) -> Extension {
+        self.extended_by(base, &[candidate]).pop().flatten()
+    }
+
+    /// [`Self::extended`] by each of `candidates`, side by side.
+    fn extended_by(&mut self, base: &Met, candidates: &[usize]) -> Vec<Extension> {
+        let set = base.fitted.hypothesis.key();
+        let key = |candidate: usize| (set.clone(), candidate);
+        let new: Vec<usize> = candidates.iter().copied().filter(|c| !self.extensions.contains_key(&key(*c))).collect();
+        let whitened = OnceLock::new();
+        let made: Vec<Extension> = new.par_iter().map(|c| self.extend(base, *c, &whitened)).collect();
+        self.extensions.extend(new.into_iter().map(key).zip(made));
+        candidates.iter().map(|c| self.extensions.get(&key(*c)).cloned().flatten()).collect()
+    }
+
+    /// `whitened`: the recording whitened under `base`, once a candidate asks for it.
+    fn extend(&self, base: &Met, candidate: usize, whitened: &OnceLock<Vec<f64>>) -> Extension {
         let l = self.likelihood;
         let h = &base.fitted.hypothesis;
         let gain = |(h, value): (Hypothesis, f64)| (h, value - base.fitted.ln_mode);
@@ -139,8 +156,7 @@ impl<'a> Search<'a> {
             Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(gain),
             Kind::TurnOn => Some(gain(l.add_turn_on(h, candidate))),
             Kind::Line(s, harmonics) => {
-                let (w, step_s) = lines.get_or_insert_with(|| (self.whitened(h), l.frame.scene.step_s));
-                let lines = Lines::new(w, *step_s);
+                let lines = Lines::new(whitened.get_or_init(|| self.whitened(h)), l.frame.scene.step_s);
                 let tone = *harmonics == 1;
                 let cycles = if tone { TONE_CYCLES } else { self.cycles };
                 let line = if tone { lines.tone(cycles) } else { lines.comb(cycles, *harmonics) }?;
@@ -161,24 +177,19 @@ impl<'a> Search<'a> {
 
     /// The best extension of `base` by one candidate of `among`.
     fn grown(&mut self, base: &Met, among: &[usize]) -> Option<Met> {
-        let mut lines = None;
         let candidates = self.likelihood.candidates;
         let free = base.fitted.hypothesis.candidates().filter(|c| !candidates[*c].named).count();
-        let mut screened: Vec<(f64, Hypothesis)> = Vec::new();
-        for c in among {
-            if base.fitted.hypothesis.holds(*c) || !(candidates[*c].named || free < MOST_FREE) {
-                continue;
-            }
-            if let Some((h, gain)) = self.extended(base, *c, &mut lines) {
-                screened.push((gain + self.ln_prior(&[*c]), h));
-            }
-        }
+        let open = |c: &usize| !base.fitted.hypothesis.holds(*c) && (candidates[*c].named || free < MOST_FREE);
+        let among: Vec<usize> = among.iter().copied().filter(open).collect();
+        let extended = self.extended_by(base, &among);
+        let gained = |(c, e): (&usize, Extension)| e.map(|(h, gain)| (gain + self.ln_prior(&[*c]), h));
+        let mut screened: Vec<(f64, Hypothesis)> = among.iter().zip(extended).filter_map(gained).collect();
         screened.sort_by(|a, b| b.0.total_cmp(&a.0));
         let top = screened.first()?.0;
         screened.retain(|s| s.0 > top - SCREENED && s.0 > LEAST_SCREENED);
         screened.truncate(FITTED);
-        let met: Vec<Met> = screened.iter().map(|(_, h)| self.meet(h)).collect();
-        met.into_iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight))
+        let sets: Vec<Hypothesis> = screened.into_iter().map(|s| s.1).collect();
+        self.meet_all(&sets).into_iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight))
     }
 
     /// Drops parts, down to `fewest`, while that makes the set more probable.
@@ -245,22 +256,17 @@ impl<'a> Search<'a> {
             let parts: Vec<usize> = best.fitted.hypothesis.candidates().collect();
             for part in parts {
                 let base = self.meet(&best.fitted.hypothesis.without(part));
-                let mut lines = None;
-                let mut screened: Vec<(f64, Hypothesis)> = Vec::new();
-                for c in &all {
-                    if *c == part || base.fitted.hypothesis.holds(*c) {
-                        continue;
-                    }
-                    let Some((h, gain)) = self.extended(&base, *c, &mut lines) else { continue };
-                    let weight = base.ln_weight + gain + self.ln_prior(&[*c]);
-                    if weight > best.ln_weight - WINDOW {
-                        screened.push((weight, h));
-                    }
-                }
+                let open = |c: &usize| *c != part && !base.fitted.hypothesis.holds(*c);
+                let others: Vec<usize> = all.iter().copied().filter(open).collect();
+                let extended = self.extended_by(&base, &others);
+                let weighed =
+                    |(c, e): (&usize, Extension)| e.map(|(h, gain)| (base.ln_weight + gain + self.ln_prior(&[*c]), h));
+                let mut screened: Vec<(f64, Hypothesis)> = others.iter().zip(extended).filter_map(weighed).collect();
+                screened.retain(|s| s.0 > best.ln_weight - WINDOW);
                 screened.sort_by(|a, b| b.0.total_cmp(&a.0));
                 screened.truncate(FITTED);
-                for (_, h) in screened {
-                    let met = self.meet(&h);
+                let sets: Vec<Hypothesis> = screened.into_iter().map(|s| s.1).collect();
+                for met in self.meet_all(&sets) {
                     if met.ln_weight > best.ln_weight - 0.5 * WINDOW {
                         // the remainder of this part may need another one
                         self.climb(met, &all);
@@ -283,10 +289,10 @@ impl<'a> Search<'a> {
         let of = |wanted: fn(&Kind) -> bool| (0..candidates.len()).filter(move |c| wanted(&candidates[*c].kind));
         let mut met = Vec::new();
         for level in of(|k| matches!(k, Kind::Level(_))) {
-            let Some((h, _)) = self.extended(nothing, level, &mut None) else { continue };
+            let Some((h, _)) = self.extended(nothing, level) else { continue };
             let base = self.meet(&h);
             for filter in of(|k| matches!(k, Kind::Filter(_))) {
-                if let Some((h, _)) = self.extended(&base, filter, &mut None) {
+                if let Some((h, _)) = self.extended(&base, filter) {
                     met.push(self.meet(&h));
                 }
             }
@@ -319,7 +325,7 @@ impl<'a> Search<'a> {
     /// Fits the set of `base` with `candidate`, however improbable.
     pub(crate) fn meet_with(&mut self, base: &Met, candidate: usize) {
         if !base.fitted.hypothesis.holds(candidate)
-            && let Some((h, _)) = self.extended(base, candidate, &mut None)
+            && let Some((h, _)) = self.extended(base, candidate)
         {
             self.meet(&h);
         }
