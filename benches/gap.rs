@@ -116,7 +116,10 @@ fn typical() -> Vec<EffectTable> {
         theta[0] = 0.5 * law.coordinates()[0].scale[1];
         let about = effect.about();
         let mut parameters = law.parameters(&theta);
-        parameters.retain(|name, _| about.parameters.iter().any(|p| p.name == name && p.required));
+        let required = |name: &str| about.parameters.iter().any(|p| p.name == name && p.required);
+        if parameters.keys().any(|name| required(name)) {
+            parameters.retain(|name, _| required(name));
+        }
         Some(EffectTable { id: about.id.into(), parameters })
     };
     registry().iter().filter_map(table).collect()
