@@ -2,8 +2,8 @@
 //!
 //! faer 0.24 multiplies by private-gemm-x86 0.1, whose kernels return without `vzeroupper`. On processors of Intel each
 //! change between code in the two encodings then waits (Intel, 64 and IA-32 Architectures Optimization Reference
-//! Manual, mixing of AVX and SSE): an `exp` of the C library takes 122 ns in place of 3, and a drive's diagnosis a third
-//! longer.
+//! Manual, mixing of AVX and SSE): an `exp` of the C library takes 122 ns in place of 3, and the diagnosis of a drive
+//! 1.5 to 2 times as long.
 
 use std::hint::black_box;
 
