@@ -17,6 +17,8 @@ const MOST_STEPS: f64 = 6000.0;
 const WINDOW_S: f64 = 0.1;
 /// Distance of windows, in their lengths: overlapping by three quarters, they hold all information.
 pub(crate) const WINDOWS_APART: f64 = 0.25;
+/// Most laps of a course that are compared.
+const MOST_LAPS: usize = 8;
 /// Shifts that are tried on either side, and number of refinements.
 const BESIDE: i32 = 8;
 const FINER: usize = 3;
@@ -193,6 +195,8 @@ pub(crate) fn lag(of: &Integral, by: &[Integral]) -> Option<Lag> {
     let (y, xs): (Vec<f64>, Vec<Vec<f64>>) = (grid(of), by.iter().map(grid).collect());
     let most = (LONGEST_S.min(0.5 * shorter_s) / step_s) as i64;
     let (common, width) = independent(&y, &xs[0]);
+    // log-likelihood of an offset, for the rows that it leaves in common and their 1 - R²
+    let nats = |count: usize, left: f64| -0.5 * common * count as f64 * left.ln();
     let weigh = |shift: i64| {
         let mut products = Products::default();
         for (k, value) in y.iter().enumerate() {
@@ -206,17 +210,26 @@ pub(crate) fn lag(of: &Integral, by: &[Integral]) -> Option<Lag> {
         }
         let enough = products.count >= FEWEST;
         let left = enough.then(|| products.solved(xs.len())).flatten().map_or(1.0, |s| s.1);
-        -0.5 * common * products.count as f64 * left.ln()
+        Top { lag_s: shift as f64 * step_s, count: products.count, nats: nats(products.count, left) }
     };
-    let shifts: Vec<i64> = (-most..=most).collect();
-    let weights: Vec<f64> = shifts.iter().map(|shift| weigh(*shift)).collect();
-    let best = (0..weights.len()).max_by(|a, b| weights[*a].total_cmp(&weights[*b]))?;
-    let chance = (shifts.len() as f64 / width as f64).max(1.0).ln();
-    let elsewhere = (0..weights.len()).filter(|i| i.abs_diff(best) > width).map(|i| weights[i]).fold(0.0, f64::max);
-    if weights[best] < chance + SURE || weights[best] < elsewhere + SURE {
+    let mut tops: Vec<Top> = (-most..=most).map(weigh).collect();
+    let chance = (tops.len() as f64 / width as f64).max(1.0).ln();
+    tops.sort_by(|a, b| b.nats.total_cmp(&a.nats));
+    let highest = tops.first()?.nats;
+    if highest < chance + SURE {
         return None;
     }
-    fine(of, by, shifts[best] as f64 * step_s, step_s, window_s)
+    // where a course repeats itself every lap has a top, and one between two shifts is higher than at either
+    let pairs = Pairs::of(of, by, window_s);
+    let mut laps: Vec<Top> = Vec::new();
+    while let Some(top) = tops.first().filter(|t| t.nats > 0.5 * highest - SURE && laps.len() < MOST_LAPS).copied() {
+        tops.retain(|t| (t.lag_s - top.lag_s).abs() > (width as f64 + 0.5) * step_s);
+        let [lag_s, left] = pairs.best_near(top.lag_s, 0.5 * step_s, BESIDE / 4)?;
+        laps.push(Top { lag_s, nats: nats(top.count, left).max(top.nats), ..top });
+    }
+    laps.sort_by(|a, b| b.nats.total_cmp(&a.nats));
+    let sure = laps.get(1).is_none_or(|next| laps[0].nats > next.nats + SURE);
+    if sure { pairs.fine(laps[0].lag_s, step_s) } else { None }
 }
 
 /// Independent values per row of two series (Bartlett: n/(1 + 2 Σ ρ_x ρ_y)), and the rows from one to the next.
@@ -244,68 +257,102 @@ pub(crate) fn independent(y: &[f64], x: &[f64]) -> (f64, usize) {
     (1.0 / (1.0 + 2.0 * sum), width)
 }
 
-/// Refined offset near `about_s`.
-fn fine(of: &Integral, by: &[Integral], about_s: f64, step_s: f64, window_s: f64) -> Option<Lag> {
-    let mut times_s: Vec<f64> = Vec::new();
-    for t in &of.times_s {
-        if times_s.last().is_none_or(|last| t - last >= WINDOWS_APART * window_s) {
-            times_s.push(*t);
+/// An offset at which two streams agree, with the rows in common and its log-likelihood above chance.
+#[derive(Clone, Copy)]
+struct Top {
+    lag_s: f64,
+    count: usize,
+    nats: f64,
+}
+
+/// Means of y over windows, to be compared with those of the signals at any offset.
+struct Pairs<'a> {
+    by: &'a [Integral],
+    /// Times s, and means.
+    read: Vec<(f64, f64)>,
+    window_s: f64,
+}
+
+impl<'a> Pairs<'a> {
+    fn of(of: &Integral, by: &'a [Integral], window_s: f64) -> Self {
+        let mut times_s: Vec<f64> = Vec::new();
+        for t in &of.times_s {
+            if times_s.last().is_none_or(|last| t - last >= WINDOWS_APART * window_s) {
+                times_s.push(*t);
+            }
         }
+        let read = times_s.iter().map(|t| (*t, of.mean(*t, window_s))).filter(|r| r.1.is_finite()).collect();
+        Self { by, read, window_s }
     }
-    let read: Vec<(f64, f64)> =
-        times_s.iter().map(|t| (*t, of.mean(*t, window_s))).filter(|r| r.1.is_finite()).collect();
-    let row = |(t, y): (f64, f64), tau_s: f64| {
+
+    fn row(&self, (t, y): (f64, f64), tau_s: f64) -> Option<[f64; WIDTH]> {
         let mut row = [0.0; WIDTH];
         (row[0], row[WIDTH - 1]) = (1.0, y);
-        row[1..].iter_mut().zip(by).for_each(|(to, x)| *to = x.mean(t - tau_s, window_s));
+        row[1..].iter_mut().zip(self.by).for_each(|(to, x)| *to = x.mean(t - tau_s, self.window_s));
         row.iter().all(|v| v.is_finite()).then_some(row)
-    };
-    let solved = |tau_s: f64| {
+    }
+
+    /// β and 1 - R² at an offset.
+    fn solved(&self, tau_s: f64) -> Option<([f64; WIDTH - 1], f64)> {
         let mut products = Products::default();
-        read.iter().filter_map(|r| row(*r, tau_s)).for_each(|row| products.add(&row));
-        (products.count >= FEWEST).then(|| products.solved(by.len())).flatten()
-    };
-    let left = |tau_s: f64| solved(tau_s).map_or(0.0, |s| s.1.ln());
-    let (mut here, mut step_s) = (about_s, step_s / f64::from(BESIDE) * 2.0);
-    for _ in 0..FINER {
-        let tried = (-BESIDE..=BESIDE).map(|i| here + f64::from(i) * step_s).map(|tau_s| (left(tau_s), tau_s));
-        here = tried.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
-        step_s *= 2.0 / f64::from(BESIDE);
+        self.read.iter().filter_map(|r| self.row(*r, tau_s)).for_each(|row| products.add(&row));
+        (products.count >= FEWEST).then(|| products.solved(self.by.len())).flatten()
     }
-    // the vertex of the parabola, wide enough that rounding does not bend it
-    let wide_s = 0.1 * window_s;
-    let [below, middle, above] = [-wide_s, 0.0, wide_s].map(|by| left(here + by));
-    let bend = below + above - 2.0 * middle;
-    let lag_s = here + if bend > 0.0 { (0.5 * wide_s * (below - above) / bend).clamp(-wide_s, wide_s) } else { 0.0 };
-    let (beta, left) = solved(lag_s)?;
-    // influence of τ beyond that of the β
-    let beside_s = 0.25 * window_s;
-    let slope = |r: (f64, f64)| {
-        let [later, sooner] = [beside_s, -beside_s].map(|by| row(r, lag_s + by));
-        let (later, sooner, here) = (later?, sooner?, row(r, lag_s)?);
-        let moved: f64 = (1..=by.len()).map(|j| beta[j] * (later[j] - sooner[j])).sum::<f64>() / (2.0 * beside_s);
-        let error = here[WIDTH - 1] - (0..=by.len()).map(|j| beta[j] * here[j]).sum::<f64>();
-        Some((r.0, here, moved, error))
-    };
-    let slopes: Vec<_> = read.iter().filter_map(|r| slope(*r)).collect();
-    let mut products = Products::default();
-    for (_, here, moved, _) in &slopes {
-        let mut row = *here;
-        row[WIDTH - 1] = *moved;
-        products.add(&row);
+
+    fn left(&self, tau_s: f64) -> f64 {
+        self.solved(tau_s).map_or(1.0, |s| s.1)
     }
-    let (of_slope, _) = products.solved(by.len())?;
-    let own = |here: &[f64; WIDTH], moved: f64| moved - (0..=by.len()).map(|j| of_slope[j] * here[j]).sum::<f64>();
-    let scores: Vec<(f64, f64, f64)> = slopes.iter().map(|(t, h, m, e)| (*t, own(h, *m), *e)).collect();
-    let information: f64 = scores.iter().map(|s| s.1 * s.1).sum();
-    let lasting_s = LASTING_S.max(2.0 * window_s);
-    let mut variance = 0.0;
-    for (k, (t, s, e)) in scores.iter().enumerate() {
-        variance += (s * e).powi(2);
-        for (later, next, error) in scores[k + 1..].iter().take_while(|n| n.0 - t < lasting_s) {
-            variance += 2.0 * (1.0 - (later - t) / lasting_s) * s * e * next * error;
+
+    /// Offset of the least 1 - R² among those `beside` steps on either side, and that.
+    fn best_near(&self, about_s: f64, step_s: f64, beside: i32) -> Option<[f64; 2]> {
+        let tried = (-beside..=beside).map(|i| about_s + f64::from(i) * step_s);
+        tried.map(|tau_s| [tau_s, self.left(tau_s)]).min_by(|a, b| a[1].total_cmp(&b[1]))
+    }
+
+    /// Refined offset near `about_s`.
+    fn fine(&self, about_s: f64, step_s: f64) -> Option<Lag> {
+        let (by, window_s) = (self.by, self.window_s);
+        let (mut here, mut step_s) = (about_s, step_s / f64::from(BESIDE) * 2.0);
+        for _ in 0..FINER {
+            [here, _] = self.best_near(here, step_s, BESIDE)?;
+            step_s *= 2.0 / f64::from(BESIDE);
         }
+        // the vertex of the parabola, wide enough that rounding does not bend it
+        let wide_s = 0.1 * window_s;
+        let [below, middle, above] = [-wide_s, 0.0, wide_s].map(|by| self.left(here + by).ln());
+        let bend = below + above - 2.0 * middle;
+        let lag_s =
+            here + if bend > 0.0 { (0.5 * wide_s * (below - above) / bend).clamp(-wide_s, wide_s) } else { 0.0 };
+        let (beta, left) = self.solved(lag_s)?;
+        // influence of τ beyond that of the β
+        let beside_s = 0.25 * window_s;
+        let slope = |r: (f64, f64)| {
+            let [later, sooner] = [beside_s, -beside_s].map(|by| self.row(r, lag_s + by));
+            let (later, sooner, here) = (later?, sooner?, self.row(r, lag_s)?);
+            let moved: f64 = (1..=by.len()).map(|j| beta[j] * (later[j] - sooner[j])).sum::<f64>() / (2.0 * beside_s);
+            let error = here[WIDTH - 1] - (0..=by.len()).map(|j| beta[j] * here[j]).sum::<f64>();
+            Some((r.0, here, moved, error))
+        };
+        let slopes: Vec<_> = self.read.iter().filter_map(|r| slope(*r)).collect();
+        let mut products = Products::default();
+        for (_, here, moved, _) in &slopes {
+            let mut row = *here;
+            row[WIDTH - 1] = *moved;
+            products.add(&row);
+        }
+        let (of_slope, _) = products.solved(by.len())?;
+        let own = |here: &[f64; WIDTH], moved: f64| moved - (0..=by.len()).map(|j| of_slope[j] * here[j]).sum::<f64>();
+        let scores: Vec<(f64, f64, f64)> = slopes.iter().map(|(t, h, m, e)| (*t, own(h, *m), *e)).collect();
+        let information: f64 = scores.iter().map(|s| s.1 * s.1).sum();
+        let lasting_s = LASTING_S.max(2.0 * window_s);
+        let mut variance = 0.0;
+        for (k, (t, s, e)) in scores.iter().enumerate() {
+            variance += (s * e).powi(2);
+            for (later, next, error) in scores[k + 1..].iter().take_while(|n| n.0 - t < lasting_s) {
+                variance += 2.0 * (1.0 - (later - t) / lasting_s) * s * e * next * error;
+            }
+        }
+        let std_s = variance.max(0.0).sqrt() / information;
+        std_s.is_finite().then(|| Lag { lag_s, std_s, correlation: (1.0 - left).sqrt().copysign(beta[1]) })
     }
-    let std_s = variance.max(0.0).sqrt() / information;
-    std_s.is_finite().then(|| Lag { lag_s, std_s, correlation: (1.0 - left).sqrt().copysign(beta[1]) })
 }

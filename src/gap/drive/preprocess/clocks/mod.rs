@@ -188,15 +188,17 @@ pub(crate) fn agree<'a>(config: &Config, fit: &[Drive<'a>], hold: &[Drive<'a>]) 
 fn offsets(seen: &[Seen]) -> Vec<[Option<Off>; 3]> {
     let mut out = vec![[const { None }; 3]; seen.len()];
     let step_s = seen.iter().map(|s| s.step_s).fold(0.0, f64::max);
-    let of = |i: usize| -> Vec<Lag> { seen.iter().filter_map(|s| s.lags[i]).collect() };
     let apart = |a: &Lag, b: &Lag| (a.lag_s - b.lag_s).abs() - DIFFERS * a.std_s.hypot(b.std_s);
     let alike = |lags: &[Lag], may_s: f64| lags.iter().all(|a| lags.iter().all(|b| apart(a, b) <= may_s));
     let wander = seen.iter().any(|s| s.wheels.is_some());
-    if reference_is_late(seen, step_s, wander) {
-        return out;
-    }
+    let late_s = reference_late_s(seen, step_s, wander);
     for (i, stream) in Stream::ALL.into_iter().enumerate() {
-        let (lags, may_s) = (of(i), stream.may_differ_s(step_s));
+        if late_s.is_some() && stream != Stream::Torque {
+            continue;
+        }
+        let against = |l: Lag| Lag { lag_s: l.lag_s + late_s.unwrap_or(0.0), ..l };
+        let lags: Vec<Lag> = seen.iter().filter_map(|s| s.lags[i]).map(against).collect();
+        let may_s = stream.may_differ_s(step_s);
         let [least_s, most_s] = stream.delays_s();
         let is_delay = |l: &Lag| {
             let slack_s = DIFFERS * l.std_s + ROWS * step_s;
@@ -208,7 +210,9 @@ fn offsets(seen: &[Seen]) -> Vec<[Option<Off>; 3]> {
         }
         for (out, seen) in out.iter_mut().zip(seen) {
             let wanders = seen.wheels.clone().filter(|_| stream == Stream::Wheels);
-            let lag = seen.lags[i].filter(|l| wanders.is_some() || l.lag_s.abs() > DIFFERS * l.std_s + 0.5 * step_s);
+            let lag = seen.lags[i]
+                .map(against)
+                .filter(|l| wanders.is_some() || l.lag_s.abs() > DIFFERS * l.std_s + 0.5 * step_s);
             out[i] = lag.map(|lag| match wanders {
                 Some(track) => {
                     let [lag_s, std_s] = track.mean_and_spread_s();
@@ -221,15 +225,19 @@ fn offsets(seen: &[Seen]) -> Vec<[Option<Off>; 3]> {
     out
 }
 
-/// Whether all other streams agree, in all recordings, that the gyro (without one: the wheels) is late, by no more than
-/// a sensor's delay. Wheels whose clock seems to `wander` would not agree with another stream if it did.
-fn reference_is_late(seen: &[Seen], step_s: f64, wander: bool) -> bool {
-    let lags: Vec<Lag> = seen.iter().flat_map(|s| s.lags).flatten().collect();
+/// Delay of the gyro (without one: of the wheels), s, where all other streams agree, in all recordings, that it has one
+/// of a sensor. Torques have a lead of their own: they are asked where wheels or pose cannot tell. Wheels whose clock
+/// seems to `wander` would not agree with another stream if it did.
+fn reference_late_s(seen: &[Seen], step_s: f64, wander: bool) -> Option<f64> {
+    let asked = |s: &Seen| if s.lags[..2].iter().all(Option::is_some) { s.lags[..2].to_vec() } else { s.lags.to_vec() };
+    let lags: Vec<Lag> = seen.iter().flat_map(asked).flatten().collect();
     let slack_s = |l: &Lag| DIFFERS * l.std_s + ROWS * step_s;
     let late = |l: &Lag| l.lag_s <= slack_s(l) && l.lag_s >= -LONGEST_DELAY_S - slack_s(l);
     let alike = |a: &Lag, b: &Lag| (a.lag_s - b.lag_s).abs() <= DIFFERS * a.std_s.hypot(b.std_s) + ROWS * step_s;
     let several = |s: &Seen| s.lags.iter().flatten().filter(|l| l.lag_s < -slack_s(l)).count() >= 2;
-    lags.iter().all(|a| late(a) && lags.iter().all(|b| alike(a, b))) && (!wander || seen.iter().all(several))
+    let agree = lags.iter().all(|a| late(a) && lags.iter().all(|b| alike(a, b)));
+    let late_s = -lags.iter().map(|l| l.lag_s).sum::<f64>() / lags.len() as f64;
+    (agree && late_s.is_finite() && (!wander || seen.iter().all(several))).then_some(late_s)
 }
 
 /// Lags of the streams of one recording.

@@ -168,6 +168,20 @@ fn a_gyro_that_is_late_against_all_others_is_an_effect_and_no_clock() {
     assert!(offsets.len() == 1 && (offsets[0].offset_s + 0.15).abs() < 3.0 * offsets[0].std_s + 0.005, "{offsets:?}");
 }
 
+/// Each side of a square looks like the one before it; the delay lies half-way between the shifts of the first look.
+#[test]
+fn a_late_gyro_is_an_effect_on_a_course_of_laps_and_a_clock_of_the_torques_is_still_found() {
+    let mut config = robot();
+    config.effects.push(EffectTable { id: ids::gyro_delay().into(), parameters: [("delay_s".into(), 0.025)].into() });
+    let run = |seed| drive_with(&config, Course::Square, 200.0, &Options::from(seed), &Library::new()).unwrap().log;
+    let logs = [29, 30].map(run);
+    assert_eq!(set(&logs[0], Some(&logs[1])).offsets, []);
+    let moved = shifted(&logs[0], &[names::TORQUE_LEFT, names::TORQUE_RIGHT], -80);
+    let offsets = set(&moved, Some(&logs[1])).offsets;
+    assert!(offsets.len() == 1 && offsets[0].channel == "torque", "{offsets:?}");
+    assert!((offsets[0].offset_s + 0.8).abs() < 4.0 * offsets[0].std_s + 0.01, "{offsets:?}");
+}
+
 #[test]
 fn clocks_of_pose_and_torques_are_found_in_rows_of_their_own_and_in_those_of_others() {
     let log = recorded(60.0, 5, None);
