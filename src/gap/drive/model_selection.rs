@@ -11,13 +11,13 @@ use super::fit::begin::{ALONE, first, start};
 use super::preprocess::acceleration_model;
 use super::preprocess::changepoint;
 use super::preprocess::changepoint::Onsets;
-use super::preprocess::gyro_offset;
 use super::preprocess::hypothesis::PreprocessingHypothesis;
 use super::preprocess::lost_ticks::missed_part;
 use super::preprocess::noise_levels::lattice_part;
 use super::preprocess::reference_extrinsics;
 use super::preprocess::reference_extrinsics::Mounting;
 use super::preprocess::restored::{restored, restored_at_once};
+use super::preprocess::row_offset::{RowOffset, moved_at_once, moved_by_rows};
 use super::preprocess::torque_bandwidth;
 use super::preprocess::wheel_offset;
 use super::preprocess::wheel_offset::WheelOffset;
@@ -114,10 +114,16 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let compared = Compared::wide(record, &noise, all.clone(), begin.clone());
         (told.0.top() > compared.top() + HOPELESS).then_some((compared, told))
     });
-    let is_told = told.is_some();
-    let (compared, at_once) = match told {
-        Some((compared, told)) => (compared, Some(told)),
-        None => (first(record, &noise, all, &begin), None),
+    // neither is one that is explained with the readings of gyro or wheels some rows earlier
+    let moved = match told {
+        None => moved_at_once(record, (&all, &begin), &noise, effects, options),
+        Some(_) => None,
+    };
+    let is_told = told.is_some() || moved.is_some();
+    let (compared, at_once, moved) = match (told, moved) {
+        (Some((compared, told)), _) => (compared, Some(told), None),
+        (None, Some((moved, compared))) => (compared, None, Some(moved)),
+        (None, None) => (first(record, &noise, all, &begin), None, None),
     };
     let screened = trail::screened(&compared);
     let branch = if is_told {
@@ -128,18 +134,19 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     // share of the quantization: gain over the same model with the nominal noise of the wheels
     let given = record.given.wheel_lsb_rad_s;
     let lattice = lsb.filter(|lsb| given.is_none_or(|given| (lsb / given).ln().abs() > SAME_STEP)).map(|lsb| {
-        let way = at_once.as_ref().map_or(&branch, |(other, _)| other);
+        let told = at_once.as_ref().map(|(other, _)| other).or(moved.as_ref().map(|m| &m.branch));
+        let way = told.unwrap_or(&branch);
         let nominal = way.noise.without_lattice(record);
         let here = way.ln_likelihood(&way.noise) - way.ln_likelihood(&nominal);
         let named = effects.iter().find(|e| matches!(e.explanation(), DriveExplanation::WheelLattice));
         lattice_part(lsb, here.max(1.0), named.map(|e| e.about()))
     });
-    let in_time = if is_told { Vec::new() } else { gyro_offset::gyro_in_time(record, &branch, effects, options) };
-    let top = in_time.iter().map(gyro_offset::GyroOffset::top).fold(branch.top(), f64::max);
+    let in_time = if is_told { moved.into_iter().collect() } else { moved_by_rows(record, &branch, effects, options) };
+    let top = in_time.iter().map(RowOffset::top).fold(branch.top(), f64::max);
     let mut others = Vec::new();
     let as_recorded = if is_told {
         Err(
-            "not fitted: where its model begins it falls short by far of the drive with its lost ticks restored, which named effects explain",
+            "not fitted: where its model begins it falls short by far of the drive as read below, which named effects explain",
         )
     } else {
         Ok(branch.top())
@@ -148,7 +155,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let mut lost = Err("there are no bursts worth a look, or their account falls short by far");
     if let Some(loses) = loses
         && let Some((other, bursts)) =
-            at_once.or_else(|| restored(record, (&branch, top), &begin, &noise, effects, options))
+            if is_told { at_once } else { restored(record, (&branch, top), &begin, &noise, effects, options) }
     {
         lost = Ok(other.top());
         let gained = other.top() - branch.top();
@@ -170,18 +177,18 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let why = if record.wheels_were_set {
             "not tried: the clock of the wheels was set before"
         } else if is_told {
-            "not tried: with the lost ticks restored named effects explain all, and the drive as recorded falls short by far"
+            "not tried: named effects explain the drive as read in another way, and as recorded it falls short by far"
         } else {
             "no delay gains as much as a large gap holds, or no set with it is better"
         };
         ways.push(Way { name: "late wheels put back in time".into(), top: Err(why) });
     }
     let mut sets = branch.sets();
-    sets.extend(in_time.iter().flat_map(gyro_offset::GyroOffset::sets));
+    sets.extend(in_time.iter().flat_map(RowOffset::sets));
     for (other, part) in &others {
         sets.extend(other.sets().into_iter().map(|set| beside(set, part, late_wheels)));
     }
-    ways.extend(in_time.iter().map(|i| Way { name: format!("gyro {:.4} s earlier", i.lag_s), top: Ok(i.top()) }));
+    ways.extend(in_time.iter().map(|i| Way { name: i.name(), top: Ok(i.top()) }));
     let logged = [
         (true, Instrument::Wheels),
         (record.gyro_rad_s.is_some(), Instrument::Gyro),

@@ -3,10 +3,8 @@
 use super::innovations::{Models, Noise, Process};
 use crate::effects::drive::{DriveExplanation, Lost, ModelChange};
 use crate::effects::{InDrives, Library, Parameters, in_drives};
-use crate::gap::drive::preprocess::gyro_offset::by_whole_rows;
 use crate::gap::drive::preprocess::lost_ticks;
 use crate::gap::drive::preprocess::lost_ticks::{LostTicks, Predicted, Sought};
-use crate::gap::drive::preprocess::wheel_offset::{earlier, share_rows};
 use crate::gap::drive::record::{Belief, Record};
 use crate::model::drive::{DriveEffect, Instrument};
 use rayon::prelude::*;
@@ -98,7 +96,7 @@ impl EffectSet {
         let mut read = Cow::Borrowed(record);
         let mut left_s = Vec::new();
         for &(i, of) in &self.late {
-            let (moved, left) = in_time(&read, of, self.changes[i].1[0]);
+            let (moved, left) = read.by_whole_rows(of, self.changes[i].1[0]);
             left_s.push((i, left));
             if let Some(moved) = moved {
                 read = Cow::Owned(moved);
@@ -141,27 +139,4 @@ impl EffectSet {
             all.into_par_iter().map(|b| (lost_ticks::weight(record, &models, noise, &b), b)).collect();
         weighed.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, b)| b)
     }
-}
-
-/// A drive with the readings of one instrument, late by `delay_s`, moved earlier by whole rows, and the remaining
-/// delay, s. The drive is none where the delay is less than a row, or the readings do not share rows.
-pub(crate) fn in_time(record: &Record, of: Instrument, delay_s: f64) -> (Option<Record>, f64) {
-    if of == Instrument::Gyro {
-        return match by_whole_rows(record, delay_s) {
-            (Cow::Owned(moved), left_s) => (Some(moved), left_s),
-            (Cow::Borrowed(_), left_s) => (None, left_s),
-        };
-    }
-    let rows = (delay_s / record.step_s * (1.0 + 1e-9)).floor();
-    if rows < 1.0 || of == Instrument::Wheels && !share_rows(record) {
-        return (None, delay_s);
-    }
-    let moved = record.by_drive(|_, drive| {
-        let mut out = drive.clone();
-        let wheels = out.wheels_rad_s.iter_mut().filter(|_| of == Instrument::Wheels);
-        let pose = out.pose.iter_mut().flatten().filter(|_| of == Instrument::Pose);
-        wheels.chain(pose).for_each(|readings| earlier(readings, rows as usize));
-        out
-    });
-    (Some(moved), (delay_s - rows * record.step_s).max(0.0))
 }

@@ -9,6 +9,7 @@ use crate::effects::{About, Parameters};
 use crate::gap::drive::ekf::innovations::{Models, Noise, run};
 use crate::gap::drive::record::Record;
 use crate::gap::selection::findings::Part;
+use crate::model::drive::Instrument;
 use rayon::prelude::*;
 
 /// Longest delay that is looked for, s: longer ones are offsets of a clock.
@@ -58,25 +59,13 @@ impl WheelOffset {
 /// rows.
 #[must_use]
 pub fn put_back(record: &Record, delay_s: f64) -> Record {
-    let by_rows = share_rows(record);
-    record.by_drive(|_, drive| put_back_in(drive, delay_s, by_rows))
-}
-
-/// Moves readings this many rows earlier; the last rows are without.
-pub(crate) fn earlier(readings: &mut [f64], rows: usize) {
-    let rows = rows.min(readings.len());
-    readings.rotate_left(rows);
-    let kept = readings.len() - rows;
-    readings[kept..].fill(f64::NAN);
-}
-
-fn put_back_in(record: &Record, delay_s: f64, by_rows: bool) -> Record {
-    if by_rows {
-        let rows = ((delay_s / record.step_s).round() as usize).min(record.len());
-        let mut out = record.clone();
-        out.wheels_rad_s.iter_mut().for_each(|wheel| earlier(wheel, rows));
-        return out;
+    if record.wheels_share_rows() {
+        return record.earlier(Instrument::Wheels, (delay_s / record.step_s).round() as usize);
     }
+    record.by_drive(|_, drive| put_back_in(drive, delay_s))
+}
+
+fn put_back_in(record: &Record, delay_s: f64) -> Record {
     let n = record.len();
     let begin_s = record.times_s.first().copied().unwrap_or(0.0);
     let power_on_s = record.since_power_on_s.first().copied().unwrap_or(0.0) - begin_s;
@@ -118,7 +107,7 @@ fn put_back_in(record: &Record, delay_s: f64, by_rows: bool) -> Record {
 }
 
 /// The delay of the wheels that explains `record` best under `models`. None without a gyro to compare with, and none
-/// with torques: a delay then shows otherwise.
+/// with torques: they tell it (see [`super::row_offset`]).
 #[must_use]
 pub(crate) fn find(record: &Record, models: &Models, noise: &Noise) -> Option<WheelOffset> {
     if record.gyro_rad_s.is_none() || record.torques_n_m.is_some() || record.span_s() < 4.0 * LONGEST_S {
@@ -136,7 +125,7 @@ pub(crate) fn find(record: &Record, models: &Models, noise: &Noise) -> Option<Wh
         run(record, models, noise, &[], |_| {}).ln_likelihood()
     };
     let nothing = weigh(0.0);
-    let whole_rows = share_rows(record);
+    let whole_rows = record.wheels_share_rows();
     let mut step_s = if whole_rows { record.step_s } else { LONGEST_S / TRIED as f64 };
     let count = (LONGEST_S / step_s) as usize;
     let try_one = |i: usize| (i as f64 * step_s, weigh(i as f64 * step_s));
@@ -155,13 +144,6 @@ pub(crate) fn find(record: &Record, models: &Models, noise: &Noise) -> Option<Wh
         run(&put_back(part, delay_s), models, noise, &[], |_| {}).ln_likelihood()
     });
     (best.0 > 0.0).then_some(WheelOffset { delay_s: best.0, std_s, ln_likelihood: best.1, gain: best.1 - nothing })
-}
-
-pub(crate) fn share_rows(record: &Record) -> bool {
-    let Some(gyro) = &record.gyro_rad_s else { return true };
-    let wheels = &record.wheels_rad_s[0];
-    let both = gyro.iter().zip(wheels).filter(|(g, w)| g.is_finite() && w.is_finite()).count();
-    2 * both > wheels.iter().filter(|w| w.is_finite()).count()
 }
 
 /// Gain in ln p, nats, with the readings of the wheels moved `delay_s` earlier, under `models`.

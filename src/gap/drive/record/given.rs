@@ -8,7 +8,7 @@ use crate::config::Config;
 use crate::effects::Library;
 use crate::effects::drive::{DriveExplanation, ModelChange};
 use crate::error::{Error, ErrorKind, Result};
-use crate::gap::drive::ekf::effect_set::{EffectSet, in_time};
+use crate::gap::drive::ekf::effect_set::EffectSet;
 use crate::model::drive::{DriveEffect, DriveModel};
 use std::fmt;
 use std::sync::Arc;
@@ -77,7 +77,7 @@ impl Record {
         claimed.believe(&mut record.belief);
         let mut changes = claimed.changes;
         for (place, of) in claimed.late {
-            let (moved, left_s) = in_time(&record, of, changes[place].1[0]);
+            let (moved, left_s) = record.by_whole_rows(of, changes[place].1[0]);
             changes[place].1[0] = left_s;
             record = moved.unwrap_or(record);
         }

@@ -2,6 +2,7 @@
 
 pub(crate) mod covariates;
 pub(crate) mod given;
+mod moved;
 pub(crate) mod multi_drive;
 pub(crate) mod ready;
 pub(crate) mod same_unit;

@@ -1,0 +1,43 @@
+//! reading(t) = y(t - τ), stamped τ earlier:   whole rows of τ are moved, the rest is left to the model
+//!
+//! Where sensors share their rows, the diffusion of the speeds depends on the rows: readings move from row to row.
+
+use super::Record;
+use crate::model::drive::Instrument;
+
+impl Record {
+    /// Whether most readings of the wheels stand in rows in which the gyro reads, or there is no gyro.
+    pub(crate) fn wheels_share_rows(&self) -> bool {
+        let Some(gyro) = &self.gyro_rad_s else { return true };
+        let wheels = &self.wheels_rad_s[0];
+        let both = gyro.iter().zip(wheels).filter(|(g, w)| g.is_finite() && w.is_finite()).count();
+        2 * both > wheels.iter().filter(|w| w.is_finite()).count()
+    }
+
+    /// With the readings of one instrument this many rows earlier, in each drive; the last rows have none.
+    pub(crate) fn earlier(&self, of: Instrument, rows: usize) -> Self {
+        self.by_drive(|_, drive| {
+            let mut out = drive.clone();
+            let gyro = out.gyro_rad_s.iter_mut().filter(|_| of == Instrument::Gyro);
+            let wheels = out.wheels_rad_s.iter_mut().filter(|_| of == Instrument::Wheels);
+            let pose = out.pose.iter_mut().flatten().filter(|_| of == Instrument::Pose);
+            for readings in gyro.chain(wheels).chain(pose) {
+                let rows = rows.min(readings.len());
+                readings.rotate_left(rows);
+                let kept = readings.len() - rows;
+                readings[kept..].fill(f64::NAN);
+            }
+            out
+        })
+    }
+
+    /// With the readings of one instrument, late by `delay_s`, moved earlier by whole rows, and the remaining delay, s.
+    /// None where the delay is less than a row, or gyro and wheels do not share rows.
+    pub(crate) fn by_whole_rows(&self, of: Instrument, delay_s: f64) -> (Option<Self>, f64) {
+        let rows = (delay_s / self.step_s * (1.0 + 1e-9)).floor();
+        if rows < 1.0 || of != Instrument::Pose && !self.wheels_share_rows() {
+            return (None, delay_s);
+        }
+        (Some(self.earlier(of, rows as usize)), (delay_s - rows * self.step_s).max(0.0))
+    }
+}
