@@ -11,13 +11,13 @@ use super::fit::begin::{ALONE, first, start};
 use super::preprocess::acceleration_model;
 use super::preprocess::changepoint;
 use super::preprocess::changepoint::Onsets;
+use super::preprocess::gyro_offset::{GyroOffset, gyro_in_time, moved_at_once};
 use super::preprocess::hypothesis::PreprocessingHypothesis;
 use super::preprocess::lost_ticks::missed_part;
 use super::preprocess::noise_levels::lattice_part;
 use super::preprocess::reference_extrinsics;
 use super::preprocess::reference_extrinsics::Mounting;
 use super::preprocess::restored::{restored, restored_at_once};
-use super::preprocess::row_offset::{RowOffset, moved_at_once, moved_by_rows};
 use super::preprocess::torque_bandwidth;
 use super::preprocess::wheel_offset;
 use super::preprocess::wheel_offset::WheelOffset;
@@ -114,7 +114,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let compared = Compared::wide(record, &noise, all.clone(), begin.clone());
         (told.0.top() > compared.top() + HOPELESS).then_some((compared, told))
     });
-    // neither is one that is explained with the readings of gyro or wheels some rows earlier
+    // neither is one that is explained with its gyro some rows earlier
     let moved = match told {
         None => moved_at_once(record, (&all, &begin), &noise, effects, options),
         Some(_) => None,
@@ -141,8 +141,8 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let named = effects.iter().find(|e| matches!(e.explanation(), DriveExplanation::WheelLattice));
         lattice_part(lsb, here.max(1.0), named.map(|e| e.about()))
     });
-    let in_time = if is_told { moved.into_iter().collect() } else { moved_by_rows(record, &branch, effects, options) };
-    let top = in_time.iter().map(RowOffset::top).fold(branch.top(), f64::max);
+    let in_time = if is_told { moved.into_iter().collect() } else { gyro_in_time(record, &branch, effects, options) };
+    let top = in_time.iter().map(GyroOffset::top).fold(branch.top(), f64::max);
     let mut others = Vec::new();
     let as_recorded = if is_told {
         Err(
@@ -152,7 +152,10 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         Ok(branch.top())
     };
     let mut ways = vec![Way { name: "as recorded".into(), top: as_recorded }];
-    let mut lost = Err("there are no bursts worth a look, or their account falls short by far");
+    let not_tried =
+        "not tried: named effects explain the drive as read in another way, and as recorded it falls short by far";
+    let mut lost =
+        Err(if is_told { not_tried } else { "there are no bursts worth a look, or their account falls short by far" });
     if let Some(loses) = loses
         && let Some((other, bursts)) =
             if is_told { at_once } else { restored(record, (&branch, top), &begin, &noise, effects, options) }
@@ -177,18 +180,18 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let why = if record.wheels_were_set {
             "not tried: the clock of the wheels was set before"
         } else if is_told {
-            "not tried: named effects explain the drive as read in another way, and as recorded it falls short by far"
+            not_tried
         } else {
             "no delay gains as much as a large gap holds, or no set with it is better"
         };
         ways.push(Way { name: "late wheels put back in time".into(), top: Err(why) });
     }
     let mut sets = branch.sets();
-    sets.extend(in_time.iter().flat_map(RowOffset::sets));
+    sets.extend(in_time.iter().flat_map(GyroOffset::sets));
     for (other, part) in &others {
         sets.extend(other.sets().into_iter().map(|set| beside(set, part, late_wheels)));
     }
-    ways.extend(in_time.iter().map(|i| Way { name: i.name(), top: Ok(i.top()) }));
+    ways.extend(in_time.iter().map(|i| Way { name: format!("gyro {:.4} s earlier", i.lag_s), top: Ok(i.top()) }));
     let logged = [
         (true, Instrument::Wheels),
         (record.gyro_rad_s.is_some(), Instrument::Gyro),

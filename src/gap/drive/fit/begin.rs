@@ -49,8 +49,7 @@ pub(crate) fn first(record: &Record, noise: &Noise, all: Candidates, begin: &The
 fn thorough(record: &Record, noise: &Noise, compared: Compared) -> Compared {
     let (all, begin) = (compared.candidates.clone(), compared.theta.clone());
     let gap = compared.gap();
-    let only_named = compared.sets[0].members.iter().all(|m| all.groups[m.0].named);
-    if only_named && gap < LARGE {
+    if compared.is_named() && gap < LARGE {
         return compared;
     }
     let mut strongest = None;
@@ -59,8 +58,7 @@ fn thorough(record: &Record, noise: &Noise, compared: Compared) -> Compared {
     {
         // a settled set without free forms, which keeps more weight than any far step promises, is final
         let there = Compared::wide(record, noise, all.clone(), theta);
-        let only_named = there.sets[0].members.iter().all(|m| all.groups[m.0].named);
-        if only_named && there.next().1 && there.top() >= compared.top() {
+        if there.is_named() && there.next().1 && there.top() >= compared.top() {
             return there;
         }
         strongest = Some(there);

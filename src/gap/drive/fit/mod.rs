@@ -306,6 +306,11 @@ impl Compared {
         if self.has_diverged() { f64::MIN } else { self.sets[0].ln_weight }
     }
 
+    /// Whether its best set has no free form.
+    pub(crate) fn is_named(&self) -> bool {
+        self.sets[0].members.iter().all(|m| self.candidates.groups[m.0].named)
+    }
+
     /// Whether the filter has diverged where this was linearised.
     #[must_use]
     pub(crate) fn has_diverged(&self) -> bool {

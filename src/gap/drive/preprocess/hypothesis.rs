@@ -255,8 +255,7 @@ impl PreprocessingHypothesis {
 
     /// Whether its best set has no free form.
     pub(crate) fn is_named(&self) -> bool {
-        let c = &self.compared;
-        c.sets[0].members.iter().all(|m| c.candidates.groups[m.0].named)
+        self.compared.is_named()
     }
 
     /// Whether its best set has settled without a free form.

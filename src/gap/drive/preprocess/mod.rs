@@ -3,6 +3,7 @@
 pub(crate) mod acceleration_model;
 pub(crate) mod changepoint;
 pub(crate) mod clocks;
+pub(crate) mod gyro_offset;
 pub(crate) mod heteroscedastic;
 pub(crate) mod hypothesis;
 pub(crate) mod lost_ticks;
@@ -12,7 +13,6 @@ pub(crate) mod outliers;
 pub(crate) mod pace;
 pub mod reference_extrinsics;
 pub(crate) mod restored;
-pub(crate) mod row_offset;
 pub(crate) mod start_heading;
 pub(crate) mod torque_bandwidth;
 pub(crate) mod wander;

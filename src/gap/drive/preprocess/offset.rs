@@ -31,7 +31,7 @@ const GAP: f64 = 4.0;
 /// Most signals x.
 const MOST: usize = 2;
 /// Columns: constant, signals, y.
-pub(super) const WIDTH: usize = MOST + 2;
+const WIDTH: usize = MOST + 2;
 /// Fewest windows that are compared.
 const FEWEST: usize = 32;
 
@@ -121,14 +121,14 @@ pub(crate) struct Lag {
 
 /// Sums of squares and products of constant, signals and y.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Products {
-    pub(super) count: usize,
+struct Products {
+    count: usize,
     sums: [[f64; WIDTH]; WIDTH],
 }
 
 impl Products {
     /// Adds a row: one, signals, y; missing signals are zero.
-    pub(super) fn add(&mut self, row: &[f64; WIDTH]) {
+    fn add(&mut self, row: &[f64; WIDTH]) {
         self.count += 1;
         for (sums, by) in self.sums.iter_mut().zip(row) {
             sums.iter_mut().zip(row).for_each(|(sum, v)| *sum += by * v);
@@ -136,7 +136,7 @@ impl Products {
     }
 
     /// β and 1 - R²; none where the signals are constant.
-    pub(super) fn solved(&self, signals: usize) -> Option<([f64; WIDTH - 1], f64)> {
+    fn solved(&self, signals: usize) -> Option<([f64; WIDTH - 1], f64)> {
         let mut m = self.sums;
         let y = WIDTH - 1;
         let total = m[y][y] - m[0][y] * m[0][y] / m[0][0];

@@ -107,7 +107,7 @@ fn put_back_in(record: &Record, delay_s: f64) -> Record {
 }
 
 /// The delay of the wheels that explains `record` best under `models`. None without a gyro to compare with, and none
-/// with torques: they tell it (see [`super::row_offset`]).
+/// with torques: a delay then shows otherwise.
 #[must_use]
 pub(crate) fn find(record: &Record, models: &Models, noise: &Noise) -> Option<WheelOffset> {
     if record.gyro_rad_s.is_none() || record.torques_n_m.is_some() || record.span_s() < 4.0 * LONGEST_S {
