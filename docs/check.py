@@ -8,15 +8,20 @@ shows what it prints: both are compared line by line, a line `…` standing for 
 written anew with what was printed. A comment before a block says what is special about it:
 
     <!-- check: exit 3 -->        its last command ends with this exit code
-    <!-- check: yours REASON -->  needs the reader's own files: not run, but its options must be known to the program
-    <!-- check: elsewhere REASON -->  run by another step (a build, a bench): not run here
+    <!-- check: yours REASON -->  needs the reader's own files, and is not run
+    <!-- check: elsewhere REASON -->  a build, a test or a bench, and not run here
+
+Commands that are not run, and those in sentences, must have options that the program knows. Shares that README and evidence
+state must stand in the benches in `data`, and pages that repeat the code must be those that `generate.py` makes.
 
 --book DIR is the built book: its internal links and anchors are checked. Exit code 1 where anything is wrong.
 """
 
 import argparse
+import difflib
 import functools
 import html.parser
+import json
 import os
 import pathlib
 import re
@@ -25,6 +30,8 @@ import subprocess
 import sys
 import tempfile
 import urllib.parse
+
+import generate
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 README_BYTES = 7000
@@ -75,14 +82,23 @@ def same(shown, printed):
 
 
 def renewed(shown, printed):
-    """The printed text, abridged where the shown one is: what stands before its first `…` and after its last keeps its length."""
+    """The printed text, abridged as the shown one is: for each line behind a `…` the one that is most like it."""
     shown, printed = shown.rstrip("\n").split("\n"), printed.rstrip("\n").split("\n")
     if "…" not in shown:
         return "\n".join(printed) + "\n"
-    head = shown.index("…")
-    tail = len(shown) - 1 - shown[::-1].index("…")
-    end = len(shown) - 1 - tail
-    return "\n".join([*printed[:head], "…", *printed[len(printed) - end :]]) + "\n"
+    out, at = [], 0
+    for i, line in enumerate(shown):
+        if line == "…":
+            out.append(line)
+            continue
+        if i > 0 and shown[i - 1] == "…":
+            # behind the last `…` stand the last lines, whatever they say
+            last = "…" not in shown[i:]
+            like = lambda j: difflib.SequenceMatcher(None, line, printed[j]).ratio()
+            at = max(at, len(printed) - len(shown) + i) if last else max(range(at, len(printed)), key=like, default=at)
+        out += printed[at : at + 1]
+        at += 1
+    return "\n".join(out) + "\n"
 
 
 def run_page(path, text, gyroid, update):
@@ -97,9 +113,7 @@ def run_page(path, text, gyroid, update):
         os.symlink(ROOT / "data", pathlib.Path(place, "data"))
         environment = {**os.environ, "PATH": f"{gyroid.parent}:{os.environ['PATH']}", "COLUMNS": "100"}
         for block in shell:
-            if block.mark == "elsewhere":
-                continue
-            if block.mark == "yours":
+            if block.mark in ("yours", "elsewhere"):
                 faults += [f"{name}:{block.line}: {f}" for f in unknown_options(block.text, gyroid)]
                 continue
             # the README's first command builds the program that is tried here
@@ -171,13 +185,40 @@ def inline_commands(path, text, gyroid):
 def file_links(path, text):
     """Faults of links to files of the repository: those of a page's source."""
     faults = []
-    for target in re.findall(r"\]\(([^)\s]+)\)", FENCE.sub("", text)):
+    plain = FENCE.sub("", text)
+    for target in re.findall(r"\]\(([^)\s]+)\)", plain) + re.findall(r'<img src="([^"]+)"', plain):
         link = urllib.parse.urlsplit(target)
         if link.scheme or not link.path:
             continue
         if not (path.parent / urllib.parse.unquote(link.path)).exists():
             faults.append(f"{path.relative_to(ROOT)}: no file {target}")
     return faults
+
+
+def fractions(value):
+    """Every (right, of) in a score."""
+    if isinstance(value, dict):
+        if "right" in value and "of" in value:
+            yield value["right"], value["of"]
+        value = list(value.values())
+    for part in value if isinstance(value, list) else []:
+        yield from fractions(part)
+
+
+def old_figures():
+    """Faults of shares that README and evidence state, and that neither a bench nor a report in `data` holds."""
+    known = set()
+    for path in (ROOT / "data").glob("gap*bench.json"):
+        known |= set(fractions(json.loads(path.read_text(encoding="utf-8"))))
+    for path in (ROOT / "data").glob("gap*.md"):
+        known |= {(int(a), int(b)) for a, b in re.findall(r"(\d+)/(\d+)", path.read_text(encoding="utf-8"))}
+    stated = {"README.md": r"(\d+) of (\d+)", "docs/src/evidence.md": r"\| (\d+)/(\d+)(?: = [\d.]+)? \|"}
+    return [
+        f"{page}: {right} of {of} stands in no bench"
+        for page, form in stated.items()
+        for right, of in re.findall(form, (ROOT / page).read_text(encoding="utf-8"))
+        if (int(right), int(of)) not in known
+    ]
 
 
 class Links(html.parser.HTMLParser):
@@ -239,6 +280,8 @@ def main():
     size = (ROOT / "README.md").stat().st_size
     if size > README_BYTES:
         faults.append(f"README.md: {size} bytes, more than {README_BYTES}")
+    faults += [f"docs/src/{name} is not what the code says: python docs/generate.py" for name in generate.old_pages()]
+    faults += old_figures()
     if given.book:
         faults += book_links(given.book)
     for fault in faults:
