@@ -18,6 +18,8 @@ OUT = ROOT / "docs/src/pictures"
 
 FIT = "fit data/power_on.csv --base data/robot.toml -o robot.toml --no-plot"
 DIAGNOSE = "gap diagnose robot.toml --fit data/drives/rover_fit.parquet --hold data/drives/rover_hold.parquet --plot {0} --write-sim augmented.toml"
+TONE = '[[effect]]\nid = "gyro.tone"\nfrequency_hz = 1.3\namplitude_rad_s = 3e-4\n'
+AT_REST = "simulate real.toml --duration 1800 --seed {} -o {}.parquet"
 # name: commands, the last of which draws {0}; and what of it is shown: x, y, width, height of the picture, in parts
 COMMANDS = {
     "gap_closed": ([FIT, DIAGNOSE.format("gap.svg"), "navigate augmented.toml data/drives/rover_hold.parquet --plot {0}"], (0, 0.083, 0.492, 0.917)),
@@ -25,6 +27,10 @@ COMMANDS = {
     "noise": (["noise data/cats_coldsoak_a.csv --axis z --plot {0}"], (0, 0, 1, 1)),
     "navigate": ([FIT, "navigate robot.toml data/drive.parquet --plot {0}"], (0, 0, 1, 1)),
     "gap_drive": ([FIT, DIAGNOSE], (0, 0, 1, 1)),
+    "gap_rest": (
+        [AT_REST.format(1, "fit"), AT_REST.format(2, "hold"), "gap diagnose sim.toml --fit fit.parquet --hold hold.parquet --plot {0}"],
+        (0, 0, 1, 1),
+    ),
 }
 
 # effects at rest: parameters, length of the trace in s, whether the readings themselves are shown and not what is added
@@ -211,6 +217,10 @@ class Pictures:
         return {name: [float(row[name]) if row[name] else None for row in rows] for name in rows[0]}
 
     def commands(self):
+        rest = (ROOT / "data/truth.toml").read_text().replace('"driving"', '"stationary"')
+        rest = re.sub(r"^sample_time_s.*", "sample_time_s = 0.1", rest, flags=re.M)
+        (self.place / "sim.toml").write_text(rest)
+        (self.place / "real.toml").write_text(rest + "\n" + TONE)
         for name, (lines, part) in COMMANDS.items():
             for line in lines:
                 self.run(line.format("picture.svg"))
