@@ -61,7 +61,7 @@ fn intervals_cover_under_a_random_walk_where_least_squares_does_not() {
 
 #[test]
 fn a_walk_too_weak_to_see_costs_coverage_but_less_than_least_squares() {
-    // K L / N of 6, 12 and 30: what the README states of the intervals' limit is printed here
+    // K L / N of 6, 12 and 30: what the book states of the intervals' limit is printed here
     for walk in [1e-6, 2e-6, 5e-6] {
         let (ours, plain) = coverage(1000, 1800, 3e-4, walk);
         println!("K L / N = {:.0}: profile {ours:?}, least squares {plain:?}", walk * 1800.0 / 3e-4);

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.5\n[gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\n\
     time_constant_s = 150.0\nangle_random_walk_rad_sqrt_s = 1e-4\nturn_on_bias_std_rad_s = 2e-4\nwarm_up_relative_std = 0.03\n";
-/// Stated in the README: at most.
+/// Share of clean recordings with an effect named, at most.
 const RATE: f64 = 0.05;
 /// Probability that a diagnosis which keeps the rate fails.
 const CHANCE: f64 = 0.01;

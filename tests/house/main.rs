@@ -1,5 +1,6 @@
 //! The house as a whole: its modules, and what holds of the command line whatever the command.
 
+mod book;
 mod circles;
 mod floors;
 mod generator;
