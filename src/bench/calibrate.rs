@@ -14,7 +14,8 @@ use crate::config::Kind;
 use crate::effects::Library;
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::answer::calibration::{Calibration, counts};
-use crate::gap::selection::findings::{Findings, Main};
+use crate::gap::selection::findings::Findings;
+use crate::gap::selection::sets::Main;
 use crate::gap::{Drive, JudgeOptions, Options, Prior, compare, drive};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -231,7 +232,7 @@ pub fn calibrate(examples: &[Example], prior: &Prior) -> Result<Calibrated> {
 pub fn prior_of(kind: Kind) -> Prior {
     match kind {
         Kind::Stationary => Prior::default(),
-        Kind::Driving => drive::regressors::candidates::Prior::default().of_search(),
+        Kind::Driving => drive::regressors::prior::Prior::default().of_search(),
     }
 }
 
@@ -252,9 +253,8 @@ pub fn examples(
     let options =
         Options { judge: JudgeOptions { prior, calibration: Calibration::none(&prior) }, ..Options::default() };
     let library = Library::new();
-    let of_drives = drive::regressors::candidates::Prior::default();
-    let driving =
-        drive::model_selection::Options { prior: of_drives, calibration: Calibration::none(&of_drives.of_search()) };
+    let of_drives = drive::regressors::prior::Prior::default();
+    let driving = drive::options::Options { prior: of_drives, calibration: Calibration::none(&of_drives.of_search()) };
     let one = |name: &String| -> Result<Option<Example>> {
         let Some(label) = labels.get(name) else { return Ok(None) };
         let (config, log, _) = case_logs(&folder.join(name))?;
@@ -280,7 +280,7 @@ pub fn examples(
 mod tests {
     use super::*;
     use crate::bench::worlds::Strength;
-    use crate::gap::selection::findings::{Part, WeightedSet};
+    use crate::gap::selection::sets::{Part, WeightedSet};
     use crate::math::random::Stream;
 
     fn set(id: Option<&str>, ln_weight: f64) -> WeightedSet {

@@ -1,8 +1,6 @@
 //! The whole diagnosis: which effect, where it shows, how far the gap shrinks.
 
-use super::answer::account;
-use super::answer::compose;
-use super::answer::{Answer, Metric, Place};
+use super::answer::{Answer, Metric, Place, account, compose};
 use super::holdout;
 use super::holdout::{Claim, Far};
 use super::rest::model_selection::{Options as JudgeOptions, judge};
@@ -10,11 +8,12 @@ use super::rest::prepare::given::Given;
 use super::rest::prepare::{Prepared, prepare};
 use super::rest::state_space::of_effects::believed;
 use super::rest::state_space::{StateSpaceModel, blocked_log_score};
-use super::selection::findings::{Findings, Main};
+use super::selection::findings::Findings;
 use super::trace;
 use crate::config::{Config, EffectTable, Kind};
 use crate::effects::{Effect, Explanation, Library, Parameters};
 use crate::error::Result;
+use crate::gap::selection::sets::Main;
 use crate::signal::{Log, names};
 
 /// Settings of a diagnosis.
@@ -25,7 +24,7 @@ pub struct Options {
     /// Settings of the comparison of hypotheses, for recordings at rest.
     pub judge: JudgeOptions,
     /// Settings of the comparison of hypotheses, for drives.
-    pub judge_drives: crate::gap::drive::model_selection::Options,
+    pub judge_drives: crate::gap::drive::options::Options,
     /// Time since power-on at the first row, s, where the logs' time counts from something else.
     pub since_power_on_s: f64,
     /// Number of recordings simulated for the floor of the log score.
@@ -40,7 +39,7 @@ impl Default for Options {
         Self {
             seed: 1,
             judge: JudgeOptions::default(),
-            judge_drives: crate::gap::drive::model_selection::Options::default(),
+            judge_drives: crate::gap::drive::options::Options::default(),
             since_power_on_s: 0.0,
             simulated_logs: 8,
             corrections: false,

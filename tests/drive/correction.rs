@@ -2,7 +2,7 @@
 
 use gyroid::config::Config;
 use gyroid::gap::answer::Correction;
-use gyroid::gap::drive::ekf::innovations::Noise;
+use gyroid::gap::drive::ekf::noise::Noise;
 use gyroid::gap::drive::record::Record;
 use gyroid::gap::drive::regressors::basis::Equation;
 use gyroid::gap::drive::screening::model_discrepancy;

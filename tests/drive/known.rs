@@ -7,11 +7,12 @@ use gyroid::bench::{OfOracle, Order, make, oracle};
 use gyroid::config::Kind;
 use gyroid::effects::Library;
 use gyroid::effects::drive::registry;
-use gyroid::gap::drive::model_selection::{Judged, Options, judge};
+use gyroid::gap::drive::model_selection::{Judged, judge};
+use gyroid::gap::drive::options::Options;
 use gyroid::gap::drive::record::Record;
 use gyroid::gap::known_gain;
 use gyroid::gap::rest::explain::Explanations;
-use gyroid::gap::selection::findings::Main;
+use gyroid::gap::selection::sets::Main;
 use gyroid::ingest::read_log;
 use std::path::Path;
 

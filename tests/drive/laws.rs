@@ -4,9 +4,10 @@
 use gyroid::bench::worlds::{Spec, Strength, make};
 use gyroid::config::Kind;
 use gyroid::effects::drive::registry;
-use gyroid::gap::drive::model_selection::{Options, judge};
+use gyroid::gap::drive::model_selection::judge;
+use gyroid::gap::drive::options::Options;
 use gyroid::gap::drive::record::Record;
-use gyroid::gap::selection::findings::Main;
+use gyroid::gap::selection::sets::Main;
 
 /// What is said of a strong `id`, drive by drive.
 fn said(id: &'static str, drives: std::ops::Range<usize>) -> Vec<Main> {

@@ -3,11 +3,12 @@
 
 use gyroid::config::Config;
 use gyroid::effects::drive::registry;
-use gyroid::gap::drive::model_selection::{Judged, Options as JudgeOptions, judge, mounting};
+use gyroid::gap::drive::model_selection::{Judged, judge, mounting};
+use gyroid::gap::drive::options::Options as JudgeOptions;
 use gyroid::gap::drive::preprocess::reference_extrinsics::Mounting;
 use gyroid::gap::drive::preprocess::wheel_offset::put_back;
 use gyroid::gap::drive::record::Record;
-use gyroid::gap::selection::findings::Main;
+use gyroid::gap::selection::sets::Main;
 use gyroid::signal::{Log, names};
 use gyroid::simulate::{Course, Options, drive};
 

@@ -6,7 +6,8 @@
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::drive::{DriveExplanation, ModelChange, by_id, registry};
 use gyroid::effects::{Library, Parameters};
-use gyroid::gap::drive::ekf::innovations::{Noise, Summed, run};
+use gyroid::gap::drive::ekf::innovations::{Summed, run};
+use gyroid::gap::drive::ekf::noise::Noise;
 use gyroid::gap::drive::fit::models;
 use gyroid::gap::drive::record::Record;
 use gyroid::gap::drive::regressors::basis::Column;

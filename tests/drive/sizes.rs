@@ -4,9 +4,10 @@
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::drive::registry;
 use gyroid::effects::{Library, Parameters};
-use gyroid::gap::drive::model_selection::{Judged, Options, judge};
+use gyroid::gap::drive::model_selection::{Judged, judge};
+use gyroid::gap::drive::options::Options;
 use gyroid::gap::drive::record::Record;
-use gyroid::gap::selection::findings::{Main, Part};
+use gyroid::gap::selection::sets::{Main, Part};
 use gyroid::simulate::{self, Course, drive_with};
 
 const ROBOT: &str = include_str!("../common/robot.toml");

@@ -6,7 +6,8 @@
 
 use gyroid::config::Config;
 use gyroid::effects::drive::registry;
-use gyroid::gap::drive::model_selection::{Options, judge};
+use gyroid::gap::drive::model_selection::judge;
+use gyroid::gap::drive::options::Options;
 use gyroid::gap::drive::record::Record;
 use gyroid::ingest::{ChannelMap, DriveQuery, DriveRecording, read_drive};
 use gyroid::navigate::{

@@ -293,7 +293,7 @@ fn lead(answer: &mut Answer, tested: &[Tested]) {
 mod tests {
     use super::*;
     use crate::gap::answer::EffectAnswer;
-    use crate::gap::selection::findings::{Part, WeightedSet};
+    use crate::gap::selection::sets::{Part, WeightedSet};
     use crate::math::random::Stream;
 
     /// ln densities of rows: each effect present adds its mean gain a row, with variance 2 × mean as of a true model.

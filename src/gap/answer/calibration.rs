@@ -12,7 +12,7 @@
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::rest::whittle::search::Prior;
-use crate::gap::selection::findings::WeightedSet;
+use crate::gap::selection::sets::WeightedSet;
 use serde::{Deserialize, Serialize};
 
 /// The files that ship: for recordings at rest and for drives.
@@ -113,7 +113,7 @@ impl Default for Calibration {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gap::selection::findings::Part;
+    use crate::gap::selection::sets::Part;
 
     fn set(parts: &[(&str, bool)], ln_weight: f64) -> WeightedSet {
         let part = |(id, named): &(&str, bool)| Part { certain: id.ends_with("lattice"), ..Part::new(id, *named, 1.0) };

@@ -2,7 +2,8 @@
 
 use super::{Alike, Answer, EffectAnswer, FreeFormAnswer, Place, Verdict};
 use crate::effects::{Parameters, by_id};
-use crate::gap::selection::findings::{Findings, Main, Part};
+use crate::gap::selection::findings::Findings;
+use crate::gap::selection::sets::{Main, Part};
 
 /// Effects less probable than this are not listed.
 const LISTED: f64 = 0.01;

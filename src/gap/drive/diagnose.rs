@@ -1,7 +1,6 @@
 //! The whole diagnosis of a drive, or of several of one robot: which equation, which effect, how far the gap shrinks.
 
 use super::ekf::effect_set::EffectSet;
-use super::ekf::innovations::Process;
 use super::holdout::navigating::filter_gain;
 use super::holdout::{self, DriveFar};
 use super::model_selection::{Judged, judge, unknowable};
@@ -20,12 +19,12 @@ use crate::config::{Config, EffectTable, Kind};
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{InDrives, Library, Parameters, in_drives};
 use crate::error::Result;
-use crate::gap::answer::account;
-use crate::gap::answer::compose;
-use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, TimeOffset, Verdict};
+use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, TimeOffset, Verdict, account, compose};
 use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
+use crate::gap::drive::ekf::noise::Process;
 use crate::gap::holdout::Options as FarOptions;
-use crate::gap::selection::findings::{Findings, Main, Part, REFUTED};
+use crate::gap::selection::findings::{Findings, REFUTED};
+use crate::gap::selection::sets::{Main, Part};
 use crate::gap::trace::{self, Decision, Step, TraceStage};
 use statrs::function::erf::erfc;
 

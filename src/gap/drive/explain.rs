@@ -3,12 +3,12 @@
 //! The gain of an effect is ln p with all of them over ln p without it, at θ̂ and with the coefficients of the others
 //! fitted anew. Standard deviations come from the curvature there.
 
-use super::ekf::innovations::{Noise, run};
+use super::ekf::innovations::run;
 use super::fit::begin::start;
 use super::fit::evidence::Coefficients;
 use super::fit::{Compared, Theta};
 use super::holdout;
-use super::model_selection::{InitialNoise, Options, WORTH, mounting};
+use super::model_selection::mounting;
 use super::preprocess::changepoint;
 use super::preprocess::clocks;
 use super::preprocess::hypothesis::PreprocessingHypothesis;
@@ -22,8 +22,12 @@ use crate::effects::drive::{Coordinate, DriveExplanation, Driving};
 use crate::effects::{self, About, InDrives, Library, Parameters};
 use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::gap::diagnose::Drive;
+use crate::gap::drive::ekf::noise::Noise;
+use crate::gap::drive::fit::models_at;
+use crate::gap::drive::options::{Options, WORTH};
+use crate::gap::drive::preprocess::initial_noise::InitialNoise;
 use crate::gap::rest::explain::{Explained, Explanations, told};
-use crate::gap::selection::findings::Part;
+use crate::gap::selection::sets::Part;
 use crate::math::NORMAL_975;
 use crate::signal::Log;
 
@@ -263,7 +267,7 @@ fn lost_ticks(record: &Record, noise: &Noise, as_is: &Compared) -> Option<(Recor
     let mut theta = as_is.next().0;
     let mut found: Option<(Record, Compared, LostTicks, f64)> = None;
     for round in 0..SOUGHT {
-        let models = PreprocessingHypothesis::models_at(record, candidates, &theta);
+        let models = models_at(record, candidates, &theta);
         // slow errors are taken out only in the first round: a model with the ticks restored has none
         let sought = [0, 1].iter().flat_map(|side| [true, false].map(|slow| Sought { side: *side, loss: None, slow }));
         let accounts = sought
@@ -274,15 +278,8 @@ fn lost_ticks(record: &Record, noise: &Noise, as_is: &Compared) -> Option<(Recor
         let Some((_, bursts)) = weighed.max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
         let restored = bursts.restored(record);
         let compared = Compared::all_in(&restored, noise, candidates.clone(), theta.clone());
-        let plain =
-            run(record, &PreprocessingHypothesis::models_at(record, candidates, &as_is.theta), noise, &[], |_| {});
-        let with = run(
-            &restored,
-            &PreprocessingHypothesis::models_at(&restored, candidates, &compared.theta),
-            noise,
-            &[],
-            |_| {},
-        );
+        let plain = run(record, &models_at(record, candidates, &as_is.theta), noise, &[], |_| {});
+        let with = run(&restored, &models_at(&restored, candidates, &compared.theta), noise, &[], |_| {});
         let gained = with.ln_likelihood() + bursts.ln_path + bursts.ln_jacobian() - plain.ln_likelihood();
         theta = compared.next().0;
         if found.as_ref().is_none_or(|f| gained > f.3) {

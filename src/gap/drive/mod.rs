@@ -6,6 +6,7 @@ mod explain;
 pub mod fit;
 pub(crate) mod holdout;
 pub mod model_selection;
+pub mod options;
 pub mod preprocess;
 pub mod record;
 pub mod regressors;

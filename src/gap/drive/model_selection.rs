@@ -5,12 +5,10 @@
 //! noise levels. Then the same with the lost ticks of one wheel restored, and with the readings of wheels or gyro moved
 //! to their true times, if that looks worth it.
 
-use super::ekf::innovations::{Models, Noise};
 use super::fit::Compared;
-use super::fit::begin::{ALONE, first, start};
+use super::fit::begin::{first, start};
 use super::preprocess::acceleration_model;
 use super::preprocess::changepoint;
-use super::preprocess::changepoint::Onsets;
 use super::preprocess::gyro_offset::{GyroOffset, gyro_in_time, moved_at_once};
 use super::preprocess::hypothesis::PreprocessingHypothesis;
 use super::preprocess::lost_ticks::missed_part;
@@ -18,41 +16,28 @@ use super::preprocess::noise_levels::lattice_part;
 use super::preprocess::reference_extrinsics;
 use super::preprocess::reference_extrinsics::Mounting;
 use super::preprocess::restored::{restored, restored_at_once};
-use super::preprocess::torque_bandwidth;
 use super::preprocess::wheel_offset;
 use super::preprocess::wheel_offset::WheelOffset;
 use super::record::Record;
-use super::regressors::candidates::{Candidates, Kind, Prior, knowable};
+use super::regressors::candidates::{Candidates, knowable};
 use super::regressors::common_delay;
 use super::regressors::practical_identifiability::alike;
 use super::regressors::structural_identifiability::StructuralClasses;
-use super::screening::best_single_effect::{BestSingleEffect, alone, closest};
+use super::screening::best_single_effect::{BestSingleEffect, closest};
 use super::trail::{self, Way};
 use crate::effects::About;
 use crate::effects::drive::{self, DriveExplanation, Driving};
-use crate::gap::Calibration;
 use crate::gap::answer::Alike;
-use crate::gap::rest::nongaussian::quantization::Grain;
-use crate::gap::selection::findings::{Findings, Main, Part, WeightedSet};
+use crate::gap::drive::ekf::noise::Noise;
+use crate::gap::drive::fit::models_at;
+use crate::gap::drive::options::{HOPELESS, LARGE, Options};
+use crate::gap::drive::preprocess::initial_noise::{InitialNoise, diffused, rediffused};
+use crate::gap::drive::preprocess::settle::settled;
+use crate::gap::selection::findings::Findings;
+use crate::gap::selection::sets::{Main, Part, WeightedSet};
 use crate::gap::trace::{self, Decision, Step, TraceStage};
 use crate::model::drive::Instrument;
 use std::collections::BTreeMap;
-
-/// Settings of the comparison.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
-    /// Prior odds.
-    pub prior: Prior,
-    /// Calibration of evidences to probabilities.
-    pub calibration: Calibration,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        let prior = Prior::default();
-        Self { prior, calibration: Calibration::of_drives(&prior.of_search()) }
-    }
-}
 
 /// Result of the comparison for one drive.
 #[derive(Debug, Clone)]
@@ -78,14 +63,8 @@ pub struct Judged {
 
 /// ln of the ratio of two quantization steps up to which they are the same.
 const SAME_STEP: f64 = 0.01;
-/// Evidence from which on lost ticks are examined, nats.
-pub(super) const WORTH: f64 = 8.0;
-/// Size of a gap from which on the derivatives at zero need not tell its cause, nats.
-pub(super) const LARGE: f64 = 300.0;
 /// Most searches for a delay of the wheels, each with the model found so far.
 const SETTLING: usize = 5;
-/// Nats by which an account may fall short before its model has settled.
-pub(super) const HOPELESS: f64 = 500.0;
 
 /// Mounting of the reference on the robot, where the configuration leaves it open; else none.
 #[must_use]
@@ -246,59 +225,6 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     Judged { findings, closest, unknown, as_stated, wheels_late_s, alike, nominal_noise }
 }
 
-/// Settles the best set of `compared`.
-pub(super) fn settled(
-    record: &Record,
-    noise: Noise,
-    compared: Compared,
-    onsets_s: Onsets,
-    effects: &[&'static dyn Driving],
-    options: &Options,
-) -> PreprocessingHypothesis {
-    let settle = |noise: Noise, compared: Compared, onsets_s: Onsets| {
-        let mut branch = PreprocessingHypothesis::new(record.clone(), noise, compared, onsets_s);
-        branch.look_at_promising();
-        branch.settle(effects, options);
-        branch
-    };
-    let branch = settle(noise, compared, onsets_s);
-    // noise that an effect passes on was taken for outliers and noise levels where the effect was found after them
-    let Some(noise) = branch.shaken_from(record, &noise) else { return branch };
-    let (candidates, theta) = (branch.compared.candidates.clone(), branch.compared.theta.clone());
-    let compared = Compared::wide(record, &noise, candidates, theta);
-    let other = settle(noise, compared, branch.onsets_s.clone());
-    if other.top() > branch.top() { other } else { branch }
-}
-
-/// The model of the robot without any effect.
-pub(super) fn plain(record: &Record) -> Models {
-    Models { here: record.model(Vec::new()), beside: Vec::new() }
-}
-
-/// Noise and motion beyond the model, before any effect is known.
-pub(super) struct InitialNoise {
-    /// Quantization step of the wheels, rad/s; none: not quantized.
-    pub(super) lsb: Option<f64>,
-    /// Noise, quantization included.
-    pub(super) noise: Noise,
-    /// Noise that the nominal filter assumes: without quantization.
-    pub(super) nominal: Noise,
-}
-
-impl InitialNoise {
-    pub(super) fn of(record: &Record) -> Self {
-        let white = record.belief.wheel_std_rad_s;
-        let lsb = record.wheels_rad_s.iter().filter_map(|w| Grain::of(w, white).lsb_rad_s).reduce(f64::min);
-        let mut noise = Noise { wheel_lsb_rad_s: lsb.unwrap_or(0.0), ..Noise::believed(record, lsb) };
-        if record.torques_n_m.is_none() {
-            noise = acceleration_model::likely(record, &plain(record), &noise);
-        }
-        let noise = torque_bandwidth::before(record, &noise);
-        let nominal = noise.without_lattice(record);
-        Self { lsb, noise, nominal }
-    }
-}
-
 /// The drive with the readings of its wheels moved earlier by their delay; none where they are not late.
 fn wheels_in_time(
     record: &Record,
@@ -308,7 +234,7 @@ fn wheels_in_time(
 ) -> Option<(PreprocessingHypothesis, WheelOffset)> {
     let zero = as_is.compared.candidates.zero();
     // with the believed noise: what was found since may have absorbed the delay
-    let nominal = PreprocessingHypothesis::models_at(record, &as_is.compared.candidates, &zero);
+    let nominal = models_at(record, &as_is.compared.candidates, &zero);
     // where one effect explains all, a delay must explain as much, or is superfluous
     let worth = if as_is.is_told_by_one() { as_is.compared.gap().max(LARGE) } else { LARGE };
     let mut late = wheel_offset::find(record, &nominal, &as_is.believed).filter(|l| l.gain > worth)?;
@@ -323,7 +249,7 @@ fn wheels_in_time(
         let mut other = settled(&moved, noise, compared, Vec::new(), effects, options);
         other.extra_weight += options.prior.ln_free - 0.5 * (record.len() as f64).ln();
         // a free form may hold an effect that these models lack: the effect fitted alone is tried too
-        let models = PreprocessingHypothesis::models_at(record, &other.compared.candidates, &other.compared.theta);
+        let models = models_at(record, &other.compared.candidates, &other.compared.theta);
         let known = nearest.into_iter().map(|models| (models, noise)).chain([(models, other.noise)]);
         let looks = known.filter_map(|(models, noise)| wheel_offset::find(record, &models, &noise));
         let again = looks.max_by(|a, b| a.ln_likelihood.total_cmp(&b.ln_likelihood));
@@ -350,36 +276,6 @@ fn beside(mut set: WeightedSet, part: &Part, late: Option<&About>) -> WeightedSe
     }
     set.parts.push(part);
     set
-}
-
-/// [`diffused`] for a drive whose readings were moved: without torques the motion, which the late readings told, is
-/// estimated anew.
-pub(super) fn rediffused(moved: &Record, believed: &Noise, all: &Candidates) -> (Noise, Option<Models>) {
-    let noise = match moved.torques_n_m {
-        Some(_) => *believed,
-        None => acceleration_model::likely(moved, &plain(moved), believed),
-    };
-    diffused(moved, noise, all)
-}
-
-/// Without torques: the noise with the diffusion estimated beside the effect that explains most alone, and the model
-/// with that effect; none if none explains anything. Otherwise a gap would add to the diffusion, and the gyro's gain,
-/// which scales all yaw rates, would make up for that; where a pose contradicts, with the help of free forms.
-fn diffused(record: &Record, noise: Noise, all: &Candidates) -> (Noise, Option<Models>) {
-    if record.torques_n_m.is_some() {
-        return (noise, None);
-    }
-    let named = all.only(|g| matches!(all.kinds[g], Kind::Change(_)));
-    let zero = named.linearise(record, &noise, &named.zero());
-    let nothing = zero.ln_weight(&[]);
-    let fits = alone(record, &noise, &named, &zero, ALONE);
-    match fits.into_iter().max_by(|a, b| a.top().total_cmp(&b.top())) {
-        Some(best) if best.top() > nothing => {
-            let models = PreprocessingHypothesis::models_at(record, &best.candidates, &best.next().0);
-            (acceleration_model::likely(record, &models, &noise), Some(models))
-        }
-        _ => (noise, None),
-    }
 }
 
 /// Ids of the effects of the library that this drive cannot show.

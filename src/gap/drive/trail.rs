@@ -2,10 +2,10 @@
 
 use super::fit::Compared;
 use super::fit::evidence::Member;
-use super::model_selection::LARGE;
 use super::preprocess::hypothesis::PreprocessingHypothesis;
 use super::preprocess::reference_extrinsics::Mounting;
 use super::preprocess::torque_bandwidth::BETTER;
+use crate::gap::drive::options::LARGE;
 use crate::gap::trace::{Decision, Step, TraceStage, largest, of_additions};
 
 /// Ids of what `problem` may add to a set, each with its gain in ln weight, nats.

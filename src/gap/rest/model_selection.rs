@@ -6,13 +6,14 @@ use super::nongaussian::{quantization, repeats, shots};
 use super::parts::parts;
 use super::prepare::outliers::{LIMIT, clean};
 use super::whittle::basis::{Data, SpectralBasis};
-use super::whittle::evidence::{Fitted, Likelihood, nuisances};
+use super::whittle::evidence::{Likelihood, nuisances};
 use super::whittle::hypothesis::{Candidate, Hypothesis, Kind};
 use super::whittle::nonparametric::{Comb, CovariateForm, Follows, FreeSpectrum, RateForm, SmoothTime};
 use super::whittle::search::{LEAST_SCREENED, Prior, SCREENED, Search};
 use crate::effects::{Effect, Explanation, NoiseState};
 use crate::gap::answer::calibration::Calibration;
-use crate::gap::selection::findings::{Findings, Part, WeightedSet};
+use crate::gap::selection::findings::Findings;
+use crate::gap::selection::sets::{Part, WeightedSet};
 use crate::gap::trace::{Decision, Step, TraceStage, of_additions};
 use crate::model::Scene;
 
@@ -48,22 +49,6 @@ pub(crate) fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<
     free("free.periodic", Kind::Line(Box::new(Comb(6)), 6));
     free("free.pulses", Kind::Line(Box::new(Comb(16)), 16));
     all
-}
-
-/// Share of each part of a fitted set, nats, by candidate: the mean of its gains in ln p when added first and last.
-/// Other parts have the coefficients that they take without it, so that of two interchangeable parts neither counts as
-/// indispensable.
-pub(crate) fn shares(likelihood: &Likelihood, fitted: &Fitted) -> Vec<(usize, f64)> {
-    let h = &fitted.hypothesis;
-    let score = |keep: &dyn Fn(usize) -> bool| likelihood.plug_in(h, keep);
-    let (Some(all), Some(none)) = (score(&|_| true), score(&|_| false)) else { return Vec::new() };
-    let single = h.size() == 1;
-    let share = |c: usize| {
-        let last = all - if single { none } else { score(&|k| k != c)? };
-        let first = if single { all } else { score(&|k| k == c)? } - none;
-        Some((c, 0.5 * (first + last)))
-    };
-    h.candidates().filter_map(share).collect()
 }
 
 /// Sets further below the best in ln weight take no part in the answer, nats.

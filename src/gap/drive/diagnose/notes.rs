@@ -1,7 +1,7 @@
 //! Notes of the answer of a drive.
 
 use crate::effects::Parameters;
-use crate::gap::drive::ekf::innovations::Noise;
+use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::holdout::DriveFar;
 use crate::gap::drive::preprocess::acceleration_model::LOUDER;
 use crate::gap::drive::record::{Belief, Record};

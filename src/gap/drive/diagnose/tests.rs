@@ -1,8 +1,8 @@
 use super::*;
 use crate::effects::{self, drive::ids};
 use crate::gap::Calibration;
-use crate::gap::drive::model_selection::Options as JudgeOptions;
-use crate::gap::selection::findings::{Part, WeightedSet};
+use crate::gap::drive::options::Options as JudgeOptions;
+use crate::gap::selection::sets::{Part, WeightedSet};
 
 fn scale() -> &'static str {
     ids::radius_scale()

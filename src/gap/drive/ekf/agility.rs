@@ -7,19 +7,11 @@
 //! relative to noise: an input like torques, the same before and after an effect is added. The ratios of the classes
 //! are the most likely ones of a random walk with one state; their common size is estimated with the model.
 
-use super::filter::Slopes;
-use super::innovations::{Channel, Noise};
+use crate::gap::drive::ekf::noise::{CLASSES, Channel, EVEN, Noise, Ratios};
+use crate::gap::drive::ekf::slopes::Slopes;
 use crate::gap::drive::record::Record;
 use crate::math::robust::{SECOND_DIFFERENCE, second_difference_std};
 use std::ops::Range;
-
-/// Number of classes, from even motion to the hardest.
-pub(crate) const CLASSES: usize = 5;
-/// Diffusion of each class over the mean, of v and of ω. The five are `CLASSES`, which rustc 1.95 cannot take here: it
-/// panics over a constant in the type of another one.
-pub(crate) type Ratios = [[f64; 5]; 2];
-/// The same diffusion in all classes.
-pub(crate) const EVEN: Ratios = [[1.0; 5]; 2];
 
 /// Readings on either side of a row whose means are compared.
 const BESIDE: usize = 5;
@@ -230,10 +222,13 @@ mod tests {
     use super::*;
     use crate::effects::Library;
     use crate::effects::drive::registry;
-    use crate::gap::drive::ekf::innovations::{Models, Process, run};
-    use crate::gap::drive::model_selection::{Options, judge};
+    use crate::gap::drive::ekf::innovations::run;
+    use crate::gap::drive::ekf::models::Models;
+    use crate::gap::drive::ekf::noise::Process;
+    use crate::gap::drive::model_selection::judge;
+    use crate::gap::drive::options::Options;
     use crate::gap::drive::preprocess::clocks::tests::{robot, without};
-    use crate::gap::selection::findings::Main;
+    use crate::gap::selection::sets::Main;
     use crate::signal::names;
     use crate::simulate::{Course, Options as Simulated, drive_with};
 

@@ -1,8 +1,9 @@
 //! A set of effects in the form that filter and simulator of a drive use.
 
-use super::innovations::{Models, Noise, Process};
 use crate::effects::drive::{DriveExplanation, Lost, ModelChange};
 use crate::effects::{InDrives, Library, Parameters, in_drives};
+use crate::gap::drive::ekf::models::Models;
+use crate::gap::drive::ekf::noise::{Noise, Process};
 use crate::gap::drive::preprocess::lost_ticks;
 use crate::gap::drive::preprocess::lost_ticks::{LostTicks, Predicted, Sought};
 use crate::gap::drive::record::{Belief, Record};

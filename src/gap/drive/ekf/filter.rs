@@ -5,7 +5,7 @@
 //! w since then: Var u = (δ² + ρ (δ - δ²)) Var w and Cov(ξ, u) = δ Cov(ξ, w). The share ρ of w is white within the
 //! step, the rest constant over it. Both wheels read the same u.
 
-use super::innovations::{LASTING_S, Noise};
+use crate::gap::drive::ekf::noise::{LASTING_S, Noise};
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::basis::Scales;
 use crate::model::drive::{DriveModel, Moving};
@@ -284,49 +284,13 @@ impl<'a> Filter<'a> {
     }
 }
 
-/// Accelerations from differences of the speeds over the last rows, where no torques tell them.
-pub(crate) struct Slopes {
-    over_s: [f64; 2],
-    speeds: std::collections::VecDeque<(f64, [f64; 2])>,
-    t_s: f64,
-}
-
-impl Slopes {
-    /// Least time over which speeds are compared, s.
-    pub(crate) const OVER_S: f64 = 0.06;
-
-    /// `over_s`: time over which v and ω are compared, s.
-    pub(crate) fn new(over_s: [f64; 2]) -> Self {
-        Self { over_s, speeds: std::collections::VecDeque::new(), t_s: 0.0 }
-    }
-
-    /// Accelerations (m/s², rad/s²), and the wheel forces (N) that they take, `dt_s` after the last call.
-    pub(crate) fn push(&mut self, dt_s: f64, speeds: [f64; 2], model: &DriveModel) -> ([f64; 2], [f64; 2]) {
-        self.t_s += dt_s;
-        self.speeds.push_back((self.t_s, speeds));
-        let [over_v, over_w] = self.over_s;
-        while self.speeds.len() > 2 && self.speeds[1].0 <= self.t_s - over_v.max(over_w) {
-            self.speeds.pop_front();
-        }
-        if self.t_s <= self.speeds[0].0 {
-            return Default::default();
-        }
-        let [a, alpha]: [f64; 2] = std::array::from_fn(|i| {
-            let before = self.speeds.partition_point(|s| s.0 <= self.t_s - self.over_s[i]);
-            let (t0, from) = self.speeds[before.saturating_sub(1)];
-            (speeds[i] - from[i]) / (self.t_s - t0)
-        });
-        let robot = &model.robot;
-        let (sum, difference) = (robot.mass_kg * a, robot.yaw_inertia_kg_m2 * alpha / robot.half_track_m);
-        ([a, alpha], [0.5 * (sum - difference), 0.5 * (sum + difference)])
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::effects::drive::{by_id, ids};
-    use crate::gap::drive::ekf::innovations::{Channel, Models, Process, run};
+    use crate::gap::drive::ekf::innovations::run;
+    use crate::gap::drive::ekf::models::Models;
+    use crate::gap::drive::ekf::noise::{Channel, Process};
     use crate::gap::drive::preprocess::acceleration_model::tests::{belief, recorded};
     use crate::gap::drive::preprocess::torque_bandwidth::tests::shaken;
     use crate::math::random::Stream;

@@ -1,8 +1,10 @@
 //! The filter over the rows of one drive, and the quantities that derivatives need in each row. Nothing of that depends
 //! on the columns, so that one thread can run ahead with the filter while others follow with the columns.
 
-use super::filter::{Corrected, Filter, Matrix, N, Slopes, Step, TH, V, Vector, W};
-use super::innovations::{Channel, Models, Noise};
+use super::filter::{Corrected, Filter, Matrix, N, Step, TH, V, Vector, W};
+use crate::gap::drive::ekf::models::Models;
+use crate::gap::drive::ekf::noise::{Channel, Noise};
+use crate::gap::drive::ekf::slopes::Slopes;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::basis::{COSINES, Column, FUNCTIONS, Row, Scales, cosines_of};
 use crate::model::drive::{DriveModel, Instrument, Moving, Past};

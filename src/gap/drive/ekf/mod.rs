@@ -5,4 +5,7 @@ pub(crate) mod effect_set;
 pub(crate) mod filter;
 pub(crate) mod filter_pass;
 pub mod innovations;
+pub mod models;
+pub mod noise;
 pub(crate) mod sensitivity;
+pub(crate) mod slopes;

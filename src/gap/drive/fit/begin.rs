@@ -6,9 +6,10 @@
 //! all of it.
 
 use super::{Compared, Theta};
-use crate::gap::drive::ekf::innovations::{Noise, run};
-use crate::gap::drive::model_selection::{HOPELESS, LARGE};
-use crate::gap::drive::preprocess::hypothesis::PreprocessingHypothesis;
+use crate::gap::drive::ekf::innovations::run;
+use crate::gap::drive::ekf::noise::Noise;
+use crate::gap::drive::fit::models_at;
+use crate::gap::drive::options::{HOPELESS, LARGE};
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::{Candidates, Kind};
 use crate::gap::drive::screening::best_single_effect::alone;
@@ -109,7 +110,7 @@ fn best_alone(record: &Record, noise: &Noise, compared: &Compared) -> Option<The
 pub(crate) fn start(record: &Record, noise: &Noise, candidates: &Candidates) -> Theta {
     let zero = candidates.zero();
     let weigh = |theta: &Theta| {
-        let models = PreprocessingHypothesis::models_at(record, candidates, theta);
+        let models = models_at(record, candidates, theta);
         run(record, &models, noise, &[], |_| {}).ln_likelihood()
     };
     let mut tried = vec![zero.clone()];

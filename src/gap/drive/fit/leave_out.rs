@@ -5,6 +5,7 @@
 //! not named.
 
 use super::Compared;
+use crate::gap::drive::fit::form::form_nats;
 use crate::gap::drive::preprocess::hypothesis::PreprocessingHypothesis;
 use crate::gap::drive::regressors::candidates::Kind;
 use rayon::prelude::*;
@@ -17,29 +18,6 @@ const INSTEAD: usize = 8;
 /// Loss beyond any single replacement, in nats, from which an effect is missed for certain: the others cannot win it
 /// back by settling anew.
 const SURE_NATS: f64 = 60.0;
-
-/// Relative error of the form of a law that may bend, and number of directions over which it is spread: about the
-/// number of coordinates in the library. The same tenth as for coefficients that are not constant.
-pub(crate) const FORM: f64 = 0.1;
-const DIRECTIONS: f64 = 40.0;
-
-/// Part of `nats` that errors in the form of other, bendable laws may explain, nats, at most all of it. Along one
-/// direction the whitened error of the form is normal with variance s² = 2 E δ²/K, where these laws close E =
-/// `bent_nats`.
-fn form_nats(nats: f64, bent_nats: f64) -> f64 {
-    let square = form_variance(bent_nats);
-    (nats.max(0.0) * square / (1.0 + square) - 0.5 * square.ln_1p()).max(0.0)
-}
-
-/// s² of [`form_nats`].
-fn form_variance(bent_nats: f64) -> f64 {
-    2.0 * bent_nats.max(0.0) * FORM * FORM / DIRECTIONS
-}
-
-/// Nats that errors in the form of laws that close `bent_nats` bring along one direction, at three standard deviations.
-pub(crate) fn most_form_nats(bent_nats: f64) -> f64 {
-    4.5 * form_variance(bent_nats)
-}
 
 /// The best set without one of its effects.
 struct Without {
@@ -144,11 +122,12 @@ impl PreprocessingHypothesis {
 mod tests {
     use super::*;
     use crate::effects::drive::{ids, registry};
-    use crate::gap::drive::ekf::innovations::Noise;
+    use crate::gap::drive::ekf::noise::Noise;
     use crate::gap::drive::preprocess::clocks::tests::{recorded, robot};
     use crate::gap::drive::record::Record;
+    use crate::gap::drive::regressors::candidates::Candidates;
     use crate::gap::drive::regressors::candidates::VARYING;
-    use crate::gap::drive::regressors::candidates::{Candidates, Prior};
+    use crate::gap::drive::regressors::prior::Prior;
 
     #[test]
     fn a_form_that_holds_a_law_does_not_do_without_it() {

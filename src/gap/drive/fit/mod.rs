@@ -4,17 +4,21 @@
 //! narrow steps, with those of the named effects and of the set, settle its coordinates.
 
 pub(crate) mod begin;
+
 pub mod evidence;
+pub(crate) mod form;
 pub(crate) mod leave_out;
 pub(crate) mod search;
 use self::evidence::{Coefficients, Member, Problem, Weighed};
 use self::search::{best as best_set, search};
-use super::ekf::innovations::{Beside, Models, Noise, run_scoped};
+use super::ekf::innovations::run_scoped;
 use super::preprocess::changepoint::{Onsets, or};
 use super::record::Record;
 use super::regressors::basis::{Column, Equation, Follows, Scoped};
 use super::regressors::candidates::{Candidates, Kind};
 use crate::effects::drive::{Driving, ModelChange};
+use crate::gap::drive::ekf::models::{Beside, Models};
+use crate::gap::drive::ekf::noise::Noise;
 use crate::model::drive::DriveEffect;
 use faer::Mat;
 use std::collections::{BTreeMap, BTreeSet};
@@ -56,6 +60,11 @@ pub(crate) struct Compared {
     pub problem: Problem,
     /// Sets, the most probable first.
     pub sets: Vec<Weighed>,
+}
+
+/// The model with the changes of `candidates` at θ.
+pub(crate) fn models_at(record: &Record, candidates: &Candidates, theta: &Theta) -> Models {
+    models(record, &candidates.change_list(), theta, false)
 }
 
 /// The model at θ and, if `slopes`, the models moved by a step in each coordinate that has a column.

@@ -3,9 +3,10 @@
 //! Error of a model that drives on without a reference: alone, with the recorded torques (where there are none: with
 //! the wheels), or as a navigation filter with wheels and gyro.
 
-use super::Under;
 use crate::gap::answer::Metric;
-use crate::gap::drive::ekf::innovations::{Channel, Noise, run};
+use crate::gap::drive::ekf::innovations::run;
+use crate::gap::drive::ekf::noise::{Channel, Noise};
+use crate::gap::drive::holdout::under::Under;
 use crate::gap::drive::preprocess::lost_ticks::LostTicks;
 use crate::gap::drive::record::Record;
 

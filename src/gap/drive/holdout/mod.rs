@@ -9,10 +9,12 @@
 pub(crate) mod horizons;
 pub(crate) mod navigating;
 pub(crate) mod simulate_fitted;
+mod under;
 use self::horizons::{Horizons, horizon_metrics, misled};
 use self::simulate_fitted::own;
+use self::under::Under;
 use super::ekf::effect_set::{EffectSet, Effects};
-use super::ekf::innovations::{Channel, Process, run};
+use super::ekf::innovations::run;
 use super::fit::evidence::{Group, Nuisance, Problem};
 use super::preprocess::lost_ticks::LostTicks;
 use super::preprocess::start_heading;
@@ -20,6 +22,7 @@ use super::record::Record;
 use super::regressors::basis::{COSINES, Column, nuisances};
 use crate::effects::{Library, Parameters};
 use crate::gap::answer::Metric;
+use crate::gap::drive::ekf::noise::{Channel, Process};
 use crate::gap::holdout::{Closed, Options, Scores, block_rows, gap_closed};
 use rayon::prelude::*;
 use statrs::function::erf::erfc;
@@ -56,14 +59,6 @@ pub(crate) struct Sought<'a> {
     pub listed: &'a Effects,
     /// Effect that is added alone.
     pub nearest: Option<&'a (String, Parameters)>,
-}
-
-/// A recording, and a model under which it is scored.
-#[derive(Clone, Copy)]
-pub(crate) struct Under<'a> {
-    pub(super) record: &'a Record,
-    pub(super) claimed: &'a EffectSet,
-    pub(super) process: Process,
 }
 
 /// Score of a recording under a model.

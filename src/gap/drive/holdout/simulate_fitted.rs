@@ -3,9 +3,9 @@
 
 use crate::effects::drive::Lost;
 use crate::gap::drive::ekf::effect_set::EffectSet;
-use crate::gap::drive::ekf::filter::Slopes;
 use crate::gap::drive::ekf::filter_pass::{FilterPass, RowLinearization};
-use crate::gap::drive::ekf::innovations::Process;
+use crate::gap::drive::ekf::noise::Process;
+use crate::gap::drive::ekf::slopes::Slopes;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::basis::Scales;
 use crate::math::random::Stream;

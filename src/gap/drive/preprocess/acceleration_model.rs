@@ -12,7 +12,9 @@
 //! stated σ, that is kept.
 
 use crate::gap::drive::ekf::agility;
-use crate::gap::drive::ekf::innovations::{Channel, Models, Noise, Process, run};
+use crate::gap::drive::ekf::innovations::run;
+use crate::gap::drive::ekf::models::Models;
+use crate::gap::drive::ekf::noise::{Channel, EVEN, Noise, Process};
 use crate::gap::drive::record::{Belief, Record};
 use crate::math::robust::{SECOND_DIFFERENCE, second_difference_std};
 use crate::model::drive::DriveModel;
@@ -22,8 +24,7 @@ use std::ops::Range;
 /// Values of the share of an acceleration that lasts from row to row.
 const LASTING: [f64; 6] = [0.0, 0.5, 0.75, 0.9, 0.95, 1.0];
 /// Start of the search with one diffusion for all rows.
-const BEGIN: Process =
-    Process { diffusion: [0.001, 0.002], agility: agility::EVEN, lasting: 0.9, ripple: 0.0, at_rims: 0.0 };
+const BEGIN: Process = Process { diffusion: [0.001, 0.002], agility: EVEN, lasting: 0.9, ripple: 0.0, at_rims: 0.0 };
 /// Gain needed for a diffusion of each class of rows, nats a row. Classes chosen by the motion itself gain a hundredth
 /// where all rows are alike; where motion is even but for corners they gain one and more.
 const CLASSES_WORTH: f64 = 0.1;

@@ -11,13 +11,17 @@ use super::changepoint::Onsets;
 use super::hypothesis::PreprocessingHypothesis;
 use crate::effects::drive::{Driving, late};
 use crate::effects::{About, Parameters};
-use crate::gap::drive::ekf::innovations::{Channel, Noise, run};
+use crate::gap::drive::ekf::innovations::run;
+use crate::gap::drive::ekf::models::Models;
+use crate::gap::drive::ekf::noise::{Channel, Noise};
 use crate::gap::drive::fit::begin::{first, start};
 use crate::gap::drive::fit::{Compared, Theta};
-use crate::gap::drive::model_selection::{HOPELESS, LARGE, Options, plain, rediffused, settled};
+use crate::gap::drive::options::{HOPELESS, LARGE, Options};
+use crate::gap::drive::preprocess::initial_noise::rediffused;
+use crate::gap::drive::preprocess::settle::settled;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::Candidates;
-use crate::gap::selection::findings::{Part, WeightedSet};
+use crate::gap::selection::sets::{Part, WeightedSet};
 use crate::model::drive::Instrument;
 
 /// Longest delay that is looked for, s: past yaw rates are stored for this time.
@@ -104,7 +108,7 @@ impl Moved {
         let mut branch = settled(&self.record, self.noise, self.compared, self.onsets_s, effects, options);
         // every number of rows is equally probable
         branch.extra_weight -= (LONGEST_S / step_s).max(1.0).ln();
-        let of = |record: &Record| run(record, &plain(record), &branch.noise, &[], |_| {}).ln_likelihood();
+        let of = |record: &Record| run(record, &Models::plain(record), &branch.noise, &[], |_| {}).ln_likelihood();
         let share = of(&branch.record) - of(record);
         GyroOffset { effect, branch, lag_s: self.rows as f64 * step_s, step_s, share, ln_prior: options.prior.ln_named }
     }
@@ -199,7 +203,7 @@ fn lag(record: &Record, noise: &Noise) -> Option<f64> {
     // the gyro's reading without its own error, and its prediction
     let mut reads = vec![f64::NAN; record.len()];
     let mut should = reads.clone();
-    let _ = run(record, &plain(record), &aside, &[], |i| {
+    let _ = run(record, &Models::plain(record), &aside, &[], |i| {
         if i.channel == Channel::Gyro {
             reads[i.row] = gyro[i.row] - record.belief.warm_up.error_rad_s(record.since_power_on_s[i.row]);
             should[i.row] = reads[i.row] - i.white * i.std;
@@ -233,7 +237,7 @@ mod tests {
     use crate::effects::drive::{ids, registry};
     use crate::gap::drive::model_selection::judge;
     use crate::gap::drive::preprocess::clocks::tests::{recorded, robot, without};
-    use crate::gap::selection::findings::Main;
+    use crate::gap::selection::sets::Main;
     use crate::signal::names;
     use rayon::prelude::*;
 

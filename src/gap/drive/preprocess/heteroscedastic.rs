@@ -3,7 +3,7 @@
 //!
 //! Whether innovations are white noise of one variance, whatever the robot does.
 
-use super::noise_levels::{Residual, WORTH, price};
+use crate::gap::drive::preprocess::level::{Residual, WORTH, price};
 use crate::gap::drive::record::Record;
 
 /// Classes of equal size in which noise levels are compared.

@@ -5,12 +5,13 @@
 //! their means over the length of a burst. Loss, length and share of the bursts lie on a grid; each burst then has a
 //! loss of its own, λ_i ~ N(λ, (λ/4)²). The chain begins anew in each drive.
 
-use super::hypothesis::described;
 use crate::effects::Parameters;
 use crate::effects::drive::{Driving, Lost};
-use crate::gap::drive::ekf::innovations::{Channel, Models, Noise, run};
+use crate::gap::drive::ekf::innovations::run;
+use crate::gap::drive::ekf::models::Models;
+use crate::gap::drive::ekf::noise::{Channel, Noise};
 use crate::gap::drive::record::Record;
-use crate::gap::selection::findings::Part;
+use crate::gap::selection::sets::Part;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -428,7 +429,7 @@ impl LostTicks {
 pub(crate) fn missed_part(effect: &dyn Driving, bursts: &LostTicks, share: f64) -> Part {
     let side = if bursts.side == 0 { "left" } else { "right" };
     let about = effect.about();
-    let mut part = described(about.id, true, share, format!("the {side} wheel reads low in bursts"));
+    let mut part = Part::described(about.id, true, share, format!("the {side} wheel reads low in bursts"));
     let lost = Lost { loss: bursts.loss, side: bursts.side, length_s: bursts.length_s, share: bursts.share };
     part.parameters = effect.tick_loss().map_or_else(Parameters::new, |of| of.parameters(&lost));
     part.std = Parameters::from([(about.size().into(), bursts.loss_std)]);

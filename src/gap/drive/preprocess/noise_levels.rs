@@ -6,15 +6,16 @@
 //! the level only resembles another cause.
 
 use super::heteroscedastic::departs;
-use super::hypothesis::{PreprocessingHypothesis, described};
+use super::hypothesis::PreprocessingHypothesis;
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{About, Parameters};
-use crate::gap::drive::ekf::innovations::{Channel, Noise, Process};
+use crate::gap::drive::ekf::noise::{Noise, Process};
 use crate::gap::drive::fit::evidence::Member;
-use crate::gap::drive::fit::leave_out::FORM;
-use crate::gap::drive::model_selection::Options;
+use crate::gap::drive::fit::form::FORM;
+use crate::gap::drive::options::{Options, WORTH};
+use crate::gap::drive::preprocess::level::{CHANNELS, Level, Residual, price};
 use crate::gap::drive::record::Record;
-use crate::gap::selection::findings::Part;
+use crate::gap::selection::sets::Part;
 use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::model::drive::Instrument;
 use rayon::prelude::*;
@@ -22,8 +23,6 @@ use std::ops::Range;
 
 /// Fewest residuals that determine a level.
 const FEWEST: usize = 16;
-/// Least net gain of a level, nats.
-pub(crate) const WORTH: f64 = 3.0;
 /// Share of a level's energy that may vary until another cause is as likely: ln of the level is constant to a sixth.
 const CONSTANT: f64 = 0.03;
 /// Most Newton steps towards the most likely level.
@@ -39,41 +38,6 @@ const BEYOND_CHANCE: f64 = 3.0;
 /// Share of the predicted variance of the motion that torques may tell beyond the logged readings: a speed control acts
 /// on more readings than are logged.
 const TOLD_BY_TORQUES: f64 = 0.25;
-
-/// An innovation: channel, row, ν/√S, √S (in the channel's unit).
-pub(crate) type Residual = (Channel, usize, f64, f64);
-
-/// Name of a channel, or of channels alike, and their indices.
-type Named = (&'static str, Range<usize>);
-
-/// Channels of each instrument, and its name in texts.
-const CHANNELS: [(Instrument, &str, &[Named]); 3] = [
-    (Instrument::Wheels, "the wheels", &[("wheel_left", 0..1), ("wheel_right", 1..2)]),
-    (Instrument::Gyro, "the gyro", &[("gyro", 2..3)]),
-    (Instrument::Pose, "the reference", &[("position", 3..5), ("heading", 5..6)]),
-];
-
-/// Noise level of an instrument, as a named effect.
-#[derive(Clone)]
-pub(crate) struct Level {
-    /// The effect.
-    pub(crate) about: &'static About,
-    instrument: Instrument,
-    /// Number of its residuals.
-    count: usize,
-    /// ln weight with it over that without it, nats.
-    pub(crate) margin: f64,
-    /// Cost of naming it, nats: uncertainty of one parameter, and prior odds.
-    cost: f64,
-}
-
-impl Level {
-    /// Indices of its instrument's channels.
-    fn places(&self) -> Vec<usize> {
-        let own = CHANNELS.iter().filter(|c| c.0 == self.instrument);
-        own.flat_map(|c| c.2.iter().flat_map(|(_, places)| places.clone())).collect()
-    }
-}
 
 /// Certainty that a noise level is as found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,11 +76,6 @@ fn summed(residuals: &[Residual], channels: &Range<usize>) -> (usize, f64) {
 fn gain(n: usize, square: f64) -> f64 {
     let ratio = (square / n.max(1) as f64).max(f64::MIN_POSITIVE);
     0.5 * n as f64 * (ratio - 1.0 - ratio.ln())
-}
-
-/// Cost of one unknown parameter, nats: ½ ln n.
-pub(crate) fn price(n: usize) -> f64 {
-    0.5 * (n.max(1) as f64).ln()
 }
 
 /// `noise` with the variance of the channels `places` times exp(`ln`).
@@ -276,7 +235,7 @@ impl PreprocessingHypothesis {
         let total = self.noise.reading[place] / self.believed.reading[place];
         let text = format!("the noise of {name} is {:.2} times as large as believed", total.sqrt());
         self.extra_parts.retain(|p| p.id != id);
-        self.extra_parts.push(described(&id, false, gain(n, total * n as f64), text));
+        self.extra_parts.push(Part::described(&id, false, gain(n, total * n as f64), text));
         if !again {
             // the gain of the other noise is in the evidence itself; its cost is added here
             self.extra_weight += options.prior.ln_free - price(n);
@@ -361,7 +320,7 @@ impl PreprocessingHypothesis {
         let by_laws = self.bent_nats_beside(level.about.id);
         let bent = proof != Proof::Beyond && by_laws > 0.0 && excess < 2.0 * FORM * FORM * by_laws;
         let text = format!("the white noise of {name} is {over:.2} times as large as stated");
-        let mut part = described(level.about.id, true, share * (1.0 - moved), text);
+        let mut part = Part::described(level.about.id, true, share * (1.0 - moved), text);
         part.parameters = Parameters::from([(level.about.size().into(), over)]);
         part.std = Parameters::from([(level.about.size().into(), 0.5 * ln_std * found / (white * over))]);
         self.extra_parts.retain(|p| p.id != level.about.id);
@@ -378,7 +337,7 @@ impl PreprocessingHypothesis {
             let id = format!("free.level.{short}.{condition}");
             let text = format!("the noise of {name} is not the same throughout: {}", condition.replace('_', " "));
             self.extra_parts.retain(|p: &Part| p.id != id);
-            self.extra_parts.push(described(&id, false, share * moved, text));
+            self.extra_parts.push(Part::described(&id, false, share * moved, text));
         }
     }
 
@@ -403,7 +362,7 @@ impl PreprocessingHypothesis {
 pub(crate) fn lattice_part(lsb: f64, share: f64, named: Option<&About>) -> Part {
     let id = named.map_or("free.lattice.wheels", |e| e.id);
     let text = format!("wheel speeds are quantized in steps of {lsb:.5} rad/s");
-    let mut part = Part { certain: true, ..described(id, named.is_some(), share, text) };
+    let mut part = Part { certain: true, ..Part::described(id, named.is_some(), share, text) };
     if let Some(name) = named.map(About::size) {
         part.parameters = Parameters::from([(name.into(), lsb)]);
         part.std = Parameters::from([(name.into(), 1e-6 * lsb)]);
@@ -418,7 +377,7 @@ mod tests {
     use crate::gap::drive::model_selection::judge;
     use crate::gap::drive::preprocess::clocks::tests::{recorded, robot};
     use crate::gap::drive::record::Record;
-    use crate::gap::selection::findings::Main;
+    use crate::gap::selection::sets::Main;
 
     /// Main cause of a drive whose noise of positions and headings is overstated by these factors.
     fn main_of(position: f64, heading: f64) -> Main {

@@ -1,10 +1,11 @@
 //! |ν/√S| > 6, and beside its neighbours:   outliers, single readings that are removed
 
-use super::hypothesis::{PreprocessingHypothesis, described};
-use super::noise_levels::Residual;
+use super::hypothesis::PreprocessingHypothesis;
 use crate::effects::{About, InDrives, Parameters, in_drives};
-use crate::gap::drive::ekf::innovations::Channel;
-use crate::gap::drive::model_selection::Options;
+use crate::gap::drive::ekf::noise::Channel;
+use crate::gap::drive::options::Options;
+use crate::gap::drive::preprocess::level::Residual;
+use crate::gap::selection::sets::Part;
 use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::math::robust::{SECOND_DIFFERENCE, second_difference_std};
 
@@ -109,7 +110,7 @@ impl PreprocessingHypothesis {
             self.put_aside[place] += rows.len();
             let count = self.put_aside[place];
             let share = count as f64 / all.max(1) as f64;
-            let mut part = described(
+            let mut part = Part::described(
                 id,
                 named,
                 gain,
@@ -223,10 +224,11 @@ fn scales(residuals: &[Residual]) -> [f64; 6] {
 #[cfg(test)]
 mod tests {
     use crate::effects::drive::registry;
-    use crate::gap::drive::model_selection::{Options, judge};
+    use crate::gap::drive::model_selection::judge;
+    use crate::gap::drive::options::Options;
     use crate::gap::drive::preprocess::clocks::tests::{recorded, robot, without};
     use crate::gap::drive::record::Record;
-    use crate::gap::selection::findings::Main;
+    use crate::gap::selection::sets::Main;
     use crate::signal::names;
 
     /// With a robot that has only wheels and a pose.

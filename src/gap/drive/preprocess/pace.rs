@@ -177,11 +177,11 @@ mod tests {
     use super::*;
     use crate::effects::Library;
     use crate::gap::diagnose::Drive;
-    use crate::gap::drive::ekf::filter::Slopes;
-    use crate::gap::drive::model_selection::Options;
+    use crate::gap::drive::ekf::slopes::Slopes;
+    use crate::gap::drive::options::Options;
     use crate::gap::drive::preprocess::clocks::tests::{recorded, robot, two_files, without};
     use crate::gap::drive::record::ready::compare;
-    use crate::gap::selection::findings::Main;
+    use crate::gap::selection::sets::Main;
     use crate::math::random::Stream;
     use crate::signal::{Log, names};
     use std::f64::consts::TAU;

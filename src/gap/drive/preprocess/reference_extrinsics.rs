@@ -8,12 +8,13 @@
 //! they are small against its noise, so they are removed in steps, each linearised anew.
 
 use crate::effects::drive::Driving;
-use crate::gap::drive::ekf::innovations::Noise;
+use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::fit::{Compared, models};
 use crate::gap::drive::holdout::simulate_fitted::driven;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::basis::{MOUNTING, nuisances};
-use crate::gap::drive::regressors::candidates::{Candidates, Prior};
+use crate::gap::drive::regressors::candidates::Candidates;
+use crate::gap::drive::regressors::prior::Prior;
 use crate::model::drive::Robot;
 
 /// Most steps.

@@ -7,9 +7,10 @@ use super::changepoint;
 use super::hypothesis::PreprocessingHypothesis;
 use super::lost_ticks::{self, LostTicks, Predicted, Sought};
 use crate::effects::drive::Driving;
-use crate::gap::drive::ekf::innovations::{Noise, run};
-use crate::gap::drive::fit::{Compared, Theta};
-use crate::gap::drive::model_selection::{HOPELESS, LARGE, Options, WORTH};
+use crate::gap::drive::ekf::innovations::run;
+use crate::gap::drive::ekf::noise::Noise;
+use crate::gap::drive::fit::{Compared, Theta, models_at};
+use crate::gap::drive::options::{HOPELESS, LARGE, Options, WORTH};
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::Candidates;
 use rayon::prelude::*;
@@ -30,7 +31,7 @@ fn accounts_at(
     from: &[&Theta],
 ) -> Vec<(f64, LostTicks, Theta)> {
     let found = |(theta, side): (&'_ Theta, usize)| -> Vec<(f64, LostTicks, Theta)> {
-        let models = PreprocessingHypothesis::models_at(record, candidates, theta);
+        let models = models_at(record, candidates, theta);
         let predicted = Predicted::of(record, &models, noise, side);
         // slow errors of the model look like bursts, and long bursts like slow errors: both are tried
         let mut worth =
@@ -79,7 +80,7 @@ pub(crate) fn restored_at_once(
     options: &Options,
 ) -> Option<(PreprocessingHypothesis, LostTicks)> {
     let zero = all.zero();
-    let models = PreprocessingHypothesis::models_at(record, all, &zero);
+    let models = models_at(record, all, &zero);
     // innovations of the true model lack nothing: z² has the mean one
     let mut lack = 0.0;
     let as_recorded = run(record, &models, noise, &[], |i| lack += 0.5 * (i.white * i.white - 1.0)).ln_likelihood();
@@ -151,7 +152,7 @@ pub(crate) fn restored(
     let best = accounts.into_iter().max_by(better)?;
     // once more with the model found so far, without taking out slow errors
     let theta = best.0.compared.next().0;
-    let models = PreprocessingHypothesis::models_at(record, &best.0.compared.candidates, &theta);
+    let models = models_at(record, &best.0.compared.candidates, &theta);
     let sought = Sought { side: best.1.side, loss: None, slow: false };
     let again: Vec<(f64, LostTicks)> = lost_ticks::accounts(record, &models, &best.0.noise, sought)
         .into_par_iter()

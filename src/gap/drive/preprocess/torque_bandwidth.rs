@@ -6,9 +6,10 @@
 //! the step imply. To a filter without it this looks like an angle random walk of √q Δt/√12 between gyro and pose, and
 //! like a slow walk of the gyro's bias. The log tells the share ρ.
 
-use crate::gap::drive::ekf::innovations::{Noise, Process};
+use crate::gap::drive::ekf::noise::{Noise, Process};
 use crate::gap::drive::record::Record;
-use crate::gap::drive::regressors::candidates::{Candidates, Prior};
+use crate::gap::drive::regressors::candidates::Candidates;
+use crate::gap::drive::regressors::prior::Prior;
 use crate::math::brent;
 use rayon::prelude::*;
 
@@ -80,7 +81,9 @@ pub(crate) fn at_rims(
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::gap::drive::ekf::innovations::{Channel, Models, run};
+    use crate::gap::drive::ekf::innovations::run;
+    use crate::gap::drive::ekf::models::Models;
+    use crate::gap::drive::ekf::noise::Channel;
     use crate::gap::drive::preprocess::acceleration_model::tests::{belief, recorded};
     use crate::math::random::Stream;
     use crate::model::drive::{DriveModel, Moving};

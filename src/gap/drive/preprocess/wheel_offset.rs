@@ -4,11 +4,12 @@
 //! delay of the gyro, which the library knows, has the other sign. Stamping the readings τ earlier changes no density,
 //! so that the likelihoods of the drive for different τ are comparable.
 
-use super::hypothesis::described;
 use crate::effects::{About, Parameters};
-use crate::gap::drive::ekf::innovations::{Models, Noise, run};
+use crate::gap::drive::ekf::innovations::run;
+use crate::gap::drive::ekf::models::Models;
+use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::record::Record;
-use crate::gap::selection::findings::Part;
+use crate::gap::selection::sets::Part;
 use crate::model::drive::Instrument;
 use rayon::prelude::*;
 
@@ -45,9 +46,9 @@ impl WheelOffset {
         let text =
             format!("the wheels lag the gyro by {:.3} ± {:.3} s: their readings come late", self.delay_s, self.std_s);
         let Some(known) = known else {
-            return described("free.delay.wheels", false, share, text);
+            return Part::described("free.delay.wheels", false, share, text);
         };
-        let mut part = described(known.id, true, share, text);
+        let mut part = Part::described(known.id, true, share, text);
         part.parameters = Parameters::from([(known.size().into(), self.delay_s)]);
         part.std = Parameters::from([(known.size().into(), self.std_s)]);
         part

@@ -6,7 +6,8 @@
 
 use super::Record;
 use crate::gap::drive::ekf::filter_pass::{FilterPass, RowLinearization};
-use crate::gap::drive::ekf::innovations::{Models, Noise};
+use crate::gap::drive::ekf::models::Models;
+use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::regressors::basis::{COSINES, FUNCTIONS, Follows, Row, Scales, hat};
 
 /// A state or an input, averaged about the knots.

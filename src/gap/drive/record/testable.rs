@@ -10,11 +10,11 @@
 //! | positions | 1 | 1 |
 
 use crate::config::Config;
-use crate::gap::answer::compose;
-use crate::gap::answer::{Answer, Verdict};
+use crate::gap::answer::{Answer, Verdict, compose};
 use crate::gap::diagnose::{Diagnosis, Drive};
-use crate::gap::drive::model_selection::Options;
-use crate::gap::selection::findings::{Findings, WeightedSet};
+use crate::gap::drive::options::Options;
+use crate::gap::selection::findings::Findings;
+use crate::gap::selection::sets::WeightedSet;
 use crate::gap::trace;
 use crate::signal::{Log, names};
 use crate::vehicle::Odometry;

@@ -12,7 +12,7 @@
 use crate::effects::drive::{Driving, ModelChange, by_id, late};
 use crate::effects::{About, Parameters};
 use crate::gap::drive::record::Record;
-use crate::gap::selection::findings::WeightedSet;
+use crate::gap::selection::sets::WeightedSet;
 use crate::model::drive::{GRAVITY_M_S2, Instrument};
 use std::f64::consts::TAU;
 
@@ -141,7 +141,7 @@ fn mean_speed_m_s(record: &Record) -> f64 {
 mod tests {
     use super::*;
     use crate::effects::drive::{ids, registry};
-    use crate::gap::selection::findings::Part;
+    use crate::gap::selection::sets::Part;
 
     /// Wheels that slip in proportion to the force look like a gyro that is late beside wheels that roll.
     #[test]

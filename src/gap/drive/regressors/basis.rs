@@ -1,7 +1,8 @@
 //! Columns: derivatives of the equations by the coefficient β of everything that may be missing from the model, by row.
 
-use crate::gap::drive::ekf::agility::{Classes, EVEN, Ratios};
-use crate::gap::drive::ekf::filter::Slopes;
+use crate::gap::drive::ekf::agility::Classes;
+use crate::gap::drive::ekf::noise::{EVEN, Ratios};
+use crate::gap::drive::ekf::slopes::Slopes;
 use crate::gap::drive::record::Record;
 use std::f64::consts::PI;
 

@@ -6,34 +6,8 @@ use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, 
 use crate::effects::{InDrives, in_drives};
 use crate::gap::drive::fit::evidence::{Group, Nuisance, Rank};
 use crate::gap::drive::record::Record;
+use crate::gap::drive::regressors::prior::{Prior, UNSEEN};
 use crate::model::drive::Instrument;
-
-/// Prior odds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Prior {
-    /// ln odds of each effect of the library.
-    pub ln_named: f64,
-    /// ln odds of an effect known from recordings at rest.
-    pub ln_rest: f64,
-    /// ln odds of each free form.
-    pub ln_free: f64,
-}
-
-impl Default for Prior {
-    /// Half the probability on none of some twenty effects, a tenth on any of the free forms. Effects known from
-    /// recordings at rest are seldom the main one of a drive: a walk or a few outliers lie beside its effects.
-    fn default() -> Self {
-        Self { ln_named: 0.05f64.ln(), ln_rest: 0.0005f64.ln(), ln_free: 0.0008f64.ln() }
-    }
-}
-
-impl Prior {
-    /// The prior odds of the search, which a calibration replaces.
-    #[must_use]
-    pub(crate) fn of_search(&self) -> crate::gap::Prior {
-        crate::gap::Prior { ln_named: self.ln_named, ln_free: self.ln_free }
-    }
-}
 
 /// Nodes of the prior scale of a coordinate.
 const NODES: usize = 6;
@@ -50,8 +24,6 @@ const CLOSER: f64 = 4.0;
 /// Time constants with which a bias may settle after a jump, s.
 const SETTLING_S: [f64; 3] = [0.4, 1.6, 6.4];
 
-/// Prior share of lost ticks whose bursts do not show singly.
-pub(crate) const UNSEEN: f64 = 0.5;
 /// Prefix of the id of a coordinate that varies; the id of its effect follows.
 pub(crate) const VARYING: &str = "free.varying.";
 

@@ -1,9 +1,8 @@
 //! (τ_wheels, τ_gyro, τ_pose) ~ (τ_wheels - s, τ_gyro - s, τ_pose - s): a delay s that all sensors share is none of theirs
 
 use crate::effects::{About, Parameters};
-use crate::gap::drive::preprocess::hypothesis::described;
-use crate::gap::drive::regressors::candidates::Prior;
-use crate::gap::selection::findings::WeightedSet;
+use crate::gap::drive::regressors::prior::Prior;
+use crate::gap::selection::sets::{Part, WeightedSet};
 
 /// Standard deviations within which two delays are the same.
 const SAME_STDS: f64 = 3.0;
@@ -64,7 +63,7 @@ pub(crate) fn without_common(mut set: WeightedSet, late: &[&About], torques: boo
                 1e3 * common_s,
                 1e3 * common_std_s
             );
-            set.parts.push(described("free.force.late", false, share, text));
+            set.parts.push(Part::described("free.force.late", false, share, text));
             set.ln_weight += prior.ln_free;
         }
     }
@@ -76,7 +75,7 @@ pub(crate) fn without_common(mut set: WeightedSet, late: &[&About], torques: boo
 mod tests {
     use super::*;
     use crate::effects::drive::{late, registry};
-    use crate::gap::selection::findings::Part;
+    use crate::gap::selection::sets::Part;
     use crate::model::drive::Instrument;
 
     /// A set with these delays of wheels, gyro and reference, and their standard deviations, ms.

@@ -13,7 +13,6 @@
 //! compared. Torques tell them apart, since they move the wheel and not its reading.
 
 use super::apparent_delays::{Slip, ln_density};
-use super::candidates::{Prior, UNSEEN};
 use crate::config::Steering;
 use crate::effects::drive::{
     Coordinate, DriveExplanation, Driving, Equivalent, Map, ModelChange, Within, by_id, registry,
@@ -21,7 +20,8 @@ use crate::effects::drive::{
 use crate::gap::answer::Alike;
 use crate::gap::drive::fit::evidence::ln_possible;
 use crate::gap::drive::record::Record;
-use crate::gap::selection::findings::{Part, WeightedSet};
+use crate::gap::drive::regressors::prior::{Prior, UNSEEN};
+use crate::gap::selection::sets::{Part, WeightedSet};
 use crate::gap::trace::{Decision, Step, TraceStage};
 
 /// An effect, and the equivalent effect that is compared in its place.

@@ -5,14 +5,14 @@
 //! not in the library. The nearest effect is reported all the same.
 
 use crate::effects::drive::Driving;
-use crate::gap::drive::ekf::innovations::Noise;
+use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::fit::Compared;
 use crate::gap::drive::fit::evidence::{Member, Problem};
-use crate::gap::drive::model_selection::Options;
+use crate::gap::drive::options::Options;
 use crate::gap::drive::preprocess::hypothesis::PreprocessingHypothesis;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::{Candidates, Kind};
-use crate::gap::selection::findings::Part;
+use crate::gap::selection::sets::Part;
 use rayon::prelude::*;
 
 /// Most effects that are fitted alone.

@@ -7,10 +7,11 @@
 
 use super::model_discrepancy;
 use crate::gap::answer::EquationAnswer;
-use crate::gap::drive::ekf::innovations::Noise;
+use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::basis::Equation;
-use crate::gap::drive::regressors::candidates::{Candidates, Kind, Prior};
+use crate::gap::drive::regressors::candidates::{Candidates, Kind};
+use crate::gap::drive::regressors::prior::Prior;
 use rayon::prelude::*;
 
 /// Gain below which a correction counts as chance, nats: some fifty forms are tried, each with up to eight functions.

@@ -10,11 +10,11 @@
 //! half is zero (Crainiceanu and Ruppert, J. R. Stat. Soc. B 66, 2004, 165): the stated p-value is an upper bound.
 
 use crate::gap::answer::{Against, Correction, Regressor};
-use crate::gap::drive::ekf::innovations::{Noise, run_scoped};
+use crate::gap::drive::ekf::innovations::run_scoped;
+use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::fit::models;
-use crate::gap::drive::record::Record;
-use crate::gap::drive::record::covariates;
 use crate::gap::drive::record::covariates::{Covariate, Knots};
+use crate::gap::drive::record::{Record, covariates};
 use crate::gap::drive::regressors::basis::{Column, Equation, Scoped, nuisances};
 use crate::gap::drive::regressors::candidates::no_constant;
 use crate::math::registers::free_upper_halves;

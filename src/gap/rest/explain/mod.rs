@@ -24,7 +24,7 @@ use super::whittle::search::{Prior, Search};
 use crate::config::{Config, Kind as ConfigKind};
 use crate::effects::{About, Effect, Explanation, Library};
 use crate::error::{Error, ErrorKind, Result, one_of};
-use crate::gap::selection::findings::Part;
+use crate::gap::selection::sets::Part;
 use crate::signal::Log;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

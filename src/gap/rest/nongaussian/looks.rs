@@ -6,7 +6,7 @@ use super::{amplitude, bursts, events, track};
 use crate::gap::rest::whittle::evidence::Likelihood;
 use crate::gap::rest::whittle::hypothesis::Hypothesis;
 use crate::gap::rest::whittle::search::{Prior, whitened};
-use crate::gap::selection::findings::Part;
+use crate::gap::selection::sets::Part;
 use crate::gap::trace::{Decision, Step, TraceStage};
 use rayon::prelude::*;
 

@@ -10,7 +10,8 @@ use crate::config::Config;
 use crate::effects::{Library, Parameters};
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::answer::calibration::Calibration;
-use crate::gap::selection::findings::{Findings, Part};
+use crate::gap::selection::findings::Findings;
+use crate::gap::selection::sets::Part;
 
 /// Standard deviations within which an estimate agrees with the given value.
 const DIFFERS: f64 = 4.0;
@@ -79,7 +80,7 @@ fn is_as_given(part: &Part, given: &Parameters) -> bool {
 mod tests {
     use super::*;
     use crate::effects::{drive, ids};
-    use crate::gap::selection::findings::{Main, WeightedSet};
+    use crate::gap::selection::sets::{Main, WeightedSet};
 
     fn config(effects: &str) -> Config {
         let text = format!(

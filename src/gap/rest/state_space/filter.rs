@@ -1,6 +1,6 @@
 //! ln p(y) = Σ_k ln Σ_mode P(mode | past) p(y_k | mode, past)
 
-use super::forecast::Forecaster;
+use super::forecast::{Forecaster, Horizon};
 use super::hypothesis::{Dynamics, Hypothesis, mix};
 use super::pieces;
 use super::pieces::Pieces;
@@ -41,17 +41,6 @@ pub struct Forecast {
     pub row: usize,
     /// Predicted increment of the heading, rad.
     pub increment_rad: f64,
-}
-
-/// Rows at which forecasts are made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Horizon {
-    /// Length in rows.
-    pub rows: usize,
-    /// First row.
-    pub first: usize,
-    /// Rows from one start to the next.
-    pub every: usize,
 }
 
 impl Run {

@@ -3,11 +3,22 @@
 //! Sums in closed form: prefix sums of known columns, geometric series of decaying states.
 
 use super::StateSpaceModel;
-use super::filter::Horizon;
+
 use super::hypothesis::Dynamics;
 use nalgebra::Complex;
 
 type Complex64 = Complex<f64>;
+
+/// Rows at which forecasts are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Horizon {
+    /// Length in rows.
+    pub rows: usize,
+    /// First row.
+    pub first: usize,
+    /// Rows from one start to the next.
+    pub every: usize,
+}
 
 /// Precomputed sums for the forecasts of one recording.
 pub(super) struct Forecaster<'a> {

@@ -47,6 +47,7 @@ mod spectra;
 mod tests;
 
 pub use believed::{Coefficient, LowPass, Markov, Oscillator, Outliers, StateSpaceModel, Step, Telegraph};
+pub(crate) use filter::blocked_log_score;
 pub use filter::{Forecast, Run};
-pub(crate) use filter::{Horizon, blocked_log_score};
+pub(crate) use forecast::Horizon;
 pub(crate) use spectra::flicker;
