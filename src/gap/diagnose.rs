@@ -3,6 +3,7 @@
 use super::answer::account;
 use super::answer::compose;
 use super::answer::{Answer, Metric, Place};
+use super::drive::holdout::traces::DriveTraces;
 use super::holdout;
 use super::holdout::{Claim, Far};
 use super::rest::model_selection::{Options as JudgeOptions, judge};
@@ -33,6 +34,8 @@ pub struct Options {
     /// Drives only: whether to estimate the corrections of equations as signals over time; no other result depends on
     /// it.
     pub corrections: bool,
+    /// Drives only: whether to simulate the drive on which the gap is measured; no other result depends on it.
+    pub traces: bool,
 }
 
 impl Default for Options {
@@ -44,6 +47,7 @@ impl Default for Options {
             since_power_on_s: 0.0,
             simulated_logs: 8,
             corrections: false,
+            traces: false,
         }
     }
 }
@@ -70,6 +74,8 @@ pub struct Diagnosis {
     pub far: Option<Far>,
     /// The diagnosed recording on an even grid; none of a drive.
     pub prepared: Option<Prepared>,
+    /// The drives on which the gap was measured, as recorded and as simulated; empty at rest, and unless asked for.
+    pub traces: Vec<DriveTraces>,
 }
 
 /// Stages of a diagnosis, in their order.
@@ -204,7 +210,7 @@ pub fn diagnose_observed(
         augmented.provenance = None;
     }
     observe(Stage::Done);
-    Ok(Diagnosis { answer, augmented, findings, far, prepared: Some(prepared) })
+    Ok(Diagnosis { answer, augmented, findings, far, prepared: Some(prepared), traces: Vec::new() })
 }
 
 /// Diagnoses several drives of one robot jointly against the nominal simulator `config`. Effects and their parameters

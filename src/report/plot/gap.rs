@@ -11,8 +11,8 @@ use crate::report::gap::words::{capitalised, curve_name, heading_horizon_s, meas
 
 /// Effects in the panel of probabilities.
 const EFFECTS: usize = 6;
-const BEFORE: palette::Color = palette::GREY;
-const AFTER: palette::Color = palette::VERMILION;
+pub(in crate::report) const BEFORE: palette::Color = palette::GREY;
+pub(in crate::report) const AFTER: palette::Color = palette::VERMILION;
 const FLOOR: palette::Color = palette::GREEN;
 
 /// The page of a diagnosis.
@@ -72,8 +72,13 @@ impl GapFigure<'_> {
             .draw()
     }
 
+    /// Corrections of equations over time, then against what they go with.
+    pub(in crate::report) fn corrections(&self) -> Vec<Panel> {
+        correction::rows(&self.answer.equations).map(|rows| rows.concat()).unwrap_or_default()
+    }
+
     /// Log-likelihood that free corrections of the nominal equations gain, nats.
-    fn equations(&self) -> Panel {
+    pub(in crate::report) fn equations(&self) -> Panel {
         let name = "Which equation: what a free correction gains, nats";
         let all = &self.answer.equations;
         let Some(largest) = all.iter().map(|e| e.gain_nats).reduce(f64::max) else {
@@ -89,7 +94,7 @@ impl GapFigure<'_> {
         chart.into()
     }
 
-    fn probabilities(&self) -> Panel {
+    pub(in crate::report) fn probabilities(&self) -> Panel {
         let a = self.answer;
         let bar = |probability: f64, color| {
             // rounding may lead a hair beyond one
@@ -107,7 +112,7 @@ impl GapFigure<'_> {
             .into()
     }
 
-    fn how_far(&self) -> Panel {
+    pub(in crate::report) fn how_far(&self) -> Panel {
         let name = format!("How far the gap shrinks, {}", measured_on(self.held_out));
         let rows: Vec<(String, [(f64, String); 3])> = self.answer.gap.iter().filter_map(row).collect();
         if rows.is_empty() {
@@ -157,7 +162,7 @@ fn row(metric: &Metric) -> Option<(String, [(f64, String); 3])> {
 }
 
 /// The recording over the bands of the simulators.
-fn chart(curve: &Curve, with_effects: bool) -> Chart {
+pub(in crate::report) fn chart(curve: &Curve, with_effects: bool) -> Chart {
     let log_x = !matches!(curve.over, Over::Time | Over::TemperatureC | Over::TemperatureRate | Over::SupplyV);
     let log_y =
         matches!(curve.shown, Shown::Power | Shown::LargestPower | Shown::AllanDeviation | Shown::ShareOfSamples);
