@@ -257,7 +257,7 @@ impl NoiseReport {
         }
     }
 
-    pub(super) fn ledger_text(&self, out: &mut String) {
+    fn ledger_text(&self, out: &mut String) {
         let l = &self.model.ledger;
         let _ = writeln!(
             out,

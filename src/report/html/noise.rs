@@ -58,7 +58,7 @@ pub fn noise_page(report: &NoiseReport, origin: &Origin) -> Result<String> {
     page.table(&terms);
     page.list(lines(|out| report.warm_up_text(out)));
     page.list(lines(|out| report.datasheet_text(out)));
-    page.list(lines(|out| report.ledger_text(out)));
+    page.table(&ledger(report));
     let mut sets = Table::new(["set of terms", "probability", "ln evidence below the best", "BIC above the best"]);
     for set in m.selection.iter().take(8) {
         let names: Vec<_> = set.terms.iter().map(|k| k.symbol()).collect();
@@ -95,6 +95,20 @@ pub fn noise_page(report: &NoiseReport, origin: &Origin) -> Result<String> {
     page.folded_table("Table of the Allan deviation", &deviations);
     page.folded("The same as text", &report.text());
     page.finish(origin)
+}
+
+/// Heading error without correction, by cause.
+fn ledger(report: &NoiseReport) -> Table {
+    let l = &report.model.ledger;
+    let after = format!("heading error after {}, °", duration_text(l.horizon_s));
+    let mut table = Table::new(["cause", after.as_str(), "share"]);
+    for e in &l.entries {
+        let size = e.heading_std_rad.map_or_else(|| "not known".into(), |v| significant(v.to_degrees(), 3));
+        let share = if e.counted { format!("{:.1} %", 100.0 * e.share) } else { "beside".into() };
+        table.row([e.cause.to_string(), size, share]);
+    }
+    table.row(["all that count".into(), significant(l.heading_std_rad.to_degrees(), 3), String::new()]);
+    table
 }
 
 /// Power over the model's in bands of frequency.

@@ -1,4 +1,4 @@
-// Charts zoom and tell their values, tables are copied, paper is light or dark; the page is whole without all that.
+// Charts zoom and tell values, tables are copied, paper is light or dark; the page is whole without all that.
 // Places on an axis are values, or decimal logarithms of them.
 "use strict";
 (() => {
@@ -30,10 +30,11 @@
     const all = [], count = Math.max(2, most);
     if (axis.log && high - low >= 1) {
       const every = Math.ceil((high - low) / count), plain = low >= -3.01 && high <= 4.01;
-      for (let d = Math.floor(low); d <= high; d++) {
-        const raised = String(d).replace(/./g, c => c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]);
-        if (d % every === 0) all.push([d, plain ? String(Number((10 ** d).toPrecision(1))) : "10" + raised]);
-        for (let m = 2; m < 10 && every === 1; m++) all.push([d + Math.log10(m), ""]);
+      for (let d = Math.floor(low); d <= high; d++) for (let m = 1; m < (every > 1 ? 2 : 10); m++) {
+        const raised = "10" + String(d).replace(/./g, c => c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]);
+        const label = plain ? String(Number((m * 10 ** d).toPrecision(1))) : m > 1 ? m + "·" + raised : raised;
+        const major = m > 1 ? high - low < 2 && (m === 2 || m === 5) : d % every === 0;
+        all.push([d + Math.log10(m), major ? label : ""]);
       }
       return all.filter(t => t[0] >= low && t[0] <= high);
     }
@@ -50,7 +51,7 @@
     constructor(box) {
       this.box = box;
       Object.assign(this, JSON.parse(box.querySelector("script").textContent));
-      this.picture = box.querySelector("svg[viewBox]");
+      this.svg = box.querySelector("svg[viewBox]");
       this.axes = [this.x, this.y];
       for (const axis of this.axes) axis.all = axis.ends;
       for (const s of this.series) for (const name of ["x", "y", "high"]) s[name] = (s[name] || []).map(v => v ?? NaN);
@@ -64,12 +65,13 @@
     layout() {
       const box = Math.max(280, this.box.clientWidth), width = this.equal ? Math.min(box, 860) : box;
       const height = this.equal ? Math.min(this.height, Math.max(300, 0.8 * width)) : this.height;
-      const rough = ticks(this.y, this.y.ends, (height - 60) / 48);
+      const rough = ticks(this.y, this.y.ends, (height - 60) / 32);
       const left = 34 + 7.6 * Math.max(1, ...rough.map(t => t[1].length));
-      const f = this.frame = { left, top: TOP, width: width - RIGHT - left, height: height - BOTTOM - TOP, right: width - RIGHT, bottom: height - BOTTOM };
+      const right = width - RIGHT, bottom = height - BOTTOM;
+      const f = this.frame = { left, top: TOP, width: right - left, height: bottom - TOP, right, bottom };
       this.shown = this.axes.map(axis => axis.ends);
       if (this.equal) {
-        // a unit of x is as long as one of y
+        // one unit is as long along x as along y
         const units = this.shown.map((ends, i) => (ends[1] - ends[0]) / (i ? f.height : f.width)), most = Math.max(...units);
         this.shown = this.shown.map(([a, b], i) => [-1, 1].map(side => (a + b) / 2 + side * most * (i ? f.height : f.width) / 2));
       }
@@ -78,18 +80,19 @@
       this.toY = v => Math.max(-height, Math.min(2 * height, f.bottom - (v - y0) / (y1 - y0) * f.height));
       this.fromX = p => x0 + (p - f.left) / f.width * (x1 - x0);
       this.fromY = p => y0 + (f.bottom - p) / f.height * (y1 - y0);
-      this.picture.setAttribute("viewBox", `0 0 ${width} ${height}`);
-      this.picture.replaceChildren(...this.picture.querySelectorAll("title, desc"));
+      this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+      this.svg.replaceChildren(...this.svg.querySelectorAll("title, desc"));
     }
 
     draw() {
       this.layout();
-      const f = this.frame, root = this.picture, id = this.box.id + "-c";
+      const f = this.frame, root = this.svg, id = this.box.id + "-c";
       const { left: x, top: y, width, height } = f, frame = { x, y, width, height };
-      const across = ticks(this.x, this.shown[0], f.width / 90), up = ticks(this.y, this.shown[1], f.height / 48);
+      const across = ticks(this.x, this.shown[0], f.width / 90), up = ticks(this.y, this.shown[1], f.height / 32);
       for (const fine of [true, false]) {
         const lines = (all, line) => all.filter(t => !t[1] === fine).map(t => line(t[0])).join("");
-        const d = lines(across, v => `M${this.toX(v)} ${f.top}v${f.height}`) + lines(up, v => `M${f.left} ${this.toY(v)}h${f.width}`);
+        const d = lines(across, v => `M${this.toX(v)} ${f.top}v${f.height}`)
+          + lines(up, v => `M${f.left} ${this.toY(v)}h${f.width}`);
         make("path", { class: fine ? "grid fine" : "grid", d }, root);
       }
       make("rect", frame, make("clipPath", { id }, root));
@@ -136,7 +139,7 @@
       make("path", { d, style: ink(s), ...look }, parent);
     }
 
-    // of each series the point nearest to a place in pixels, the nearest series first
+    // of each series the point nearest to a place in pixels
     nearest(px, py) {
       const found = [];
       for (const s of this.series) {
@@ -166,9 +169,9 @@
       const cross = `M${this.toX(first.x[k]) - 8} ${this.toY(first.y[k])}h16m-8 -8v16`;
       this.hair.setAttribute("d", this.equal ? cross : `M${px} ${f.top}v${f.height}`);
       this.tip.hidden = false;
-      const at = px * this.picture.clientWidth / (f.right + RIGHT), room = this.box.clientWidth - this.tip.offsetWidth;
+      const at = px * this.svg.clientWidth / (f.right + RIGHT), room = this.box.clientWidth - this.tip.offsetWidth;
       this.tip.style.left = Math.max(0, at + 14 < room ? at + 14 : at - 14 - this.tip.offsetWidth) + "px";
-      this.tip.style.top = this.picture.offsetTop + TOP + 6 + "px";
+      this.tip.style.top = this.svg.offsetTop + TOP + 6 + "px";
     }
 
     leave() {
@@ -177,7 +180,7 @@
       this.hair.removeAttribute("d");
     }
 
-    // shows x from low to high in all charts of the figure; y follows what is there, or is given
+    // x from low to high in all charts of the figure; y is given, or follows
     zoom(low, high, y) {
       const [least, most] = this.x.all;
       if (!(high - low > 1e-5 * (most - least))) return;
@@ -190,13 +193,16 @@
       }
     }
 
-    // the y of what lies in the x shown
+    all() { this.zoom(-Infinity, Infinity); }
+
+    // the y in view
     reach() {
       const [low, high] = this.x.ends, inside = [];
       for (const s of this.series) s.x.forEach((x, i) => {
         if (x >= low && x <= high || x < low && s.x[i + 1] > high) inside.push(s.y[i], s.high[i] ?? s.y[i]);
       });
-      const ys = inside.filter(isFinite), min = Math.min(...ys), max = Math.max(...ys), about = 0.05 * (max - min) || 0.05 * Math.abs(max) || 1;
+      const ys = inside.filter(isFinite), min = Math.min(...ys), max = Math.max(...ys);
+      const about = 0.05 * (max - min || Math.abs(max) || 1);
       return ys.length ? [min - about, max + about] : null;
     }
 
@@ -208,9 +214,9 @@
     }
 
     listen() {
-      const { picture, box } = this, on = (name, act) => picture.addEventListener(name, act);
+      const { svg, box } = this, on = (name, act) => svg.addEventListener(name, act);
       const place = event => {
-        const r = picture.getBoundingClientRect(), scale = (this.frame.right + RIGHT) / r.width;
+        const r = svg.getBoundingClientRect(), scale = (this.frame.right + RIGHT) / r.width;
         return [(event.clientX - r.left) * scale, (event.clientY - r.top) * scale];
       };
       let start = null, drawn = null;
@@ -218,14 +224,14 @@
       on("pointerdown", event => {
         if (event.button) return;
         start = place(event);
-        picture.setPointerCapture(event.pointerId);
+        svg.setPointerCapture(event.pointerId);
         this.point(...start);
       });
       on("pointermove", event => {
         const [px, py] = place(event), f = this.frame;
         if (!start || !drawn && Math.abs(px - start[0]) < 6) return this.point(px, py);
         this.leave();
-        drawn = drawn || make("rect", { class: "box" }, picture);
+        drawn = drawn || make("rect", { class: "box" }, svg);
         const x = Math.max(f.left, Math.min(px, start[0])), y = this.equal ? Math.min(py, start[1]) : f.top;
         const width = Math.min(f.right, Math.max(px, start[0])) - x, height = this.equal ? Math.abs(py - start[1]) : f.height;
         drawn.area = { x, y, width: Math.max(0, width), height };
@@ -240,13 +246,13 @@
       });
       on("pointercancel", end);
       on("pointerleave", () => start || this.leave());
-      on("dblclick", () => this.zoom(-Infinity, Infinity));
+      on("dblclick", () => this.all());
       box.addEventListener("keydown", event => {
         const f = this.frame, key = event.key, aside = { ArrowLeft: -1, ArrowRight: 1 }[key];
         const at = Math.max(f.left, Math.min(f.right, (this.at || f.left + f.width / 2) + aside * f.width / 100));
         if (key === "+") this.view(0.5);
         else if (key === "-") this.view(2);
-        else if (key === "0") this.zoom(-Infinity, Infinity);
+        else if (key === "0") this.all();
         else if (aside && event.shiftKey) this.view(1, aside / 4);
         else if (aside) this.point(at, f.top + f.height / 2);
         else return;
@@ -255,8 +261,12 @@
     }
   }
 
-  function button(parent, text, act) {
-    make("button", {}, parent, text).addEventListener("click", act);
+  // buttons after a node, by their names
+  function tools(node, acts) {
+    const row = make("div", { class: "tools" });
+    node.after(row);
+    for (const name in acts) make("button", {}, row, name).addEventListener("click", acts[name]);
+    return row;
   }
 
   const charts = [];
@@ -265,20 +275,16 @@
     if (!group.length) continue;
     for (const chart of group) chart.group = group;
     charts.push(...group);
-    const tools = make("div", { class: "tools" });
-    figure.querySelector("h3").after(tools);
-    button(tools, "Zoom in", () => group[0].view(0.5));
-    button(tools, "Zoom out", () => group[0].view(2));
-    button(tools, "Show all", () => group[0].zoom(-Infinity, Infinity));
+    tools(figure.querySelector("h3"), {
+      "Zoom in": () => group[0].view(0.5), "Zoom out": () => group[0].view(2), "Show all": () => group[0].all(),
+    });
   }
   const draw = () => charts.forEach(chart => chart.draw());
   draw();
   addEventListener("resize", draw);
 
   for (const table of document.querySelectorAll("table")) {
-    const tools = make("div", { class: "tools" });
-    table.after(tools);
-    button(tools, "Copy table", async ({ target }) => {
+    tools(table, { "Copy table": async ({ target }) => {
       const cell = c => c.innerText.replace(/−/g, "-").replace(/\s+/g, " ").trim();
       try {
         await navigator.clipboard.writeText([...table.rows].map(row => [...row.cells].map(cell).join("\t")).join("\n"));
@@ -287,12 +293,11 @@
         getSelection().selectAllChildren(table);
         target.textContent = "Selected";
       }
-    });
+    } });
   }
 
   const theme = document.documentElement.dataset;
   theme.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-  button(make("div", { class: "theme" }, document.body), "Light or dark", () => {
-    theme.theme = theme.theme === "dark" ? "light" : "dark";
-  });
+  const turn = () => { theme.theme = theme.theme === "dark" ? "light" : "dark"; };
+  tools(document.querySelector("main"), { "Light or dark": turn }).classList.add("theme");
 })();
