@@ -29,6 +29,8 @@ pub(super) struct Shown {
     pub height: f64,
     /// Points of a mark that the script gets.
     pub points: usize,
+    /// Whether the chart above has the same legend, so that this one needs none.
+    pub as_above: bool,
 }
 
 /// Frame and scales.
@@ -88,7 +90,9 @@ pub(super) fn html(chart: &Chart, shown: Shown, id: &str) -> Result<String> {
     // writing to a String cannot fail
     let equal = if chart.equal { " map" } else { "" };
     let _ = write!(out, "<div class=\"chart{equal}\" id=\"{id}\">");
-    legend(&mut out, chart);
+    if !shown.as_above {
+        legend(&mut out, chart);
+    }
     let title = if chart.title.is_empty() { axis_text(chart) } else { chart.title.clone() };
     let _ = write!(
         out,
@@ -130,7 +134,7 @@ fn described(chart: &Chart, frame: &Frame) -> String {
         let [low, high] = scale.ends().map(|v| if logarithmic { 10f64.powf(v) } else { v });
         format!("{low:.3e} to {high:.3e} {unit}")
     };
-    let names: Vec<&str> = chart.series.iter().map(|s| s.name.as_str()).filter(|n| !n.is_empty()).collect();
+    let names: Vec<&str> = names(chart).collect();
     format!(
         "{} from {}, {} from {}. Shown: {}.",
         chart.x.label,
@@ -139,6 +143,11 @@ fn described(chart: &Chart, frame: &Frame) -> String {
         ends(frame.y, chart.y.is_logarithmic(), &chart.y.unit).trim(),
         if names.is_empty() { "one series".to_string() } else { names.join(", ") }
     )
+}
+
+/// Names of the series that are in the legend.
+pub(super) fn names(chart: &Chart) -> impl Iterator<Item = &str> {
+    chart.series.iter().map(|s| s.name.as_str()).filter(|name| !name.is_empty())
 }
 
 fn legend(out: &mut String, chart: &Chart) {

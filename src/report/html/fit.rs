@@ -51,7 +51,8 @@ pub fn fit_page(
         page.figure(log, "the fitted line runs through the means from end to end, and the log goes on well after T.");
     }
     page.section("What else is there");
-    let mut table = Table::new(["e(t) = C1 (1 − exp(−t/T)) + C2", "estimate", "std", "95 % interval", "unit"]);
+    page.paragraph("e(t) = C1 (1 − exp(−t/T)) + C2, t since power-on");
+    let mut table = Table::new(["parameter", "estimate", "std", "95 % interval", "unit"]);
     for (name, unit, e) in
         [("C1", "rad/s", &fit.c1_rad_s), ("C2", "rad/s", &fit.c2_rad_s), ("T", "s", &fit.time_constant_s)]
     {

@@ -71,12 +71,8 @@ pub fn gap_page(report: &GapReport, traces: &[DriveTraces], origin: &Origin) -> 
     if let Some(map) = map(report)? {
         page.figure(map, "no cell stands out: what is large says where, and with what, the simulator fails.");
     }
-    let corrections = figure.corrections();
-    if !corrections.is_empty() {
-        page.figure(figure.equations(), "short bars: an equation that asks for no correction gains some nats at most.");
-        for panel in corrections {
-            page.figure(panel, "the band holds zero nearly everywhere, and dots show no course.");
-        }
+    for panel in figure.corrections() {
+        page.figure(panel, "the band holds zero nearly everywhere, and dots show no course.");
     }
 
     page.section("Which effect causes it");

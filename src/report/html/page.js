@@ -195,7 +195,7 @@
 
     all() { this.zoom(-Infinity, Infinity); }
 
-    // the y in view
+    // y in view
     reach() {
       const [low, high] = this.x.ends, inside = [];
       for (const s of this.series) s.x.forEach((x, i) => {

@@ -32,7 +32,7 @@ pub(super) fn html(panel: &Panel, points: usize, id: &str) -> Result<String> {
     match panel {
         Panel::Chart(one) => {
             let height = if one.equal { MAP } else { CHART };
-            chart::html(one, Shown { height, points }, id)
+            chart::html(one, Shown { height, points, as_above: false }, id)
         }
         Panel::Stack { charts, label, .. } => {
             let mut out = String::from("<div class=\"stack\">");
@@ -44,8 +44,9 @@ pub(super) fn html(panel: &Panel, points: usize, id: &str) -> Result<String> {
                 if !one.title.is_empty() {
                     let _ = write!(out, "<p class=\"strip\">{}</p>", escape(&one.title));
                 }
+                let as_above = i > 0 && chart::names(&one).eq(chart::names(&charts[i - 1]));
                 let height = if charts.len() == 1 { CHART } else { STRIP };
-                out += &chart::html(&one, Shown { height, points }, &format!("{id}-{i}"))?;
+                out += &chart::html(&one, Shown { height, points, as_above }, &format!("{id}-{i}"))?;
             }
             Ok(out + "</div>")
         }
@@ -141,10 +142,9 @@ fn bars(chart: &BarChart) -> String {
         for bar in bars {
             let _ = write!(
                 out,
-                "<div><i class=\"mark bar\" style=\"{};width:{:.1}%\"></i><span>{}</span></div>",
+                "<div><i class=\"mark bar\" style=\"{};--w:{:.3}\"></i><span>{}</span></div>",
                 ink::style(bar.color),
-                // the text behind the longest bar has its room
-                72.0 * bar.length,
+                bar.length,
                 escape(&bar.text)
             );
         }

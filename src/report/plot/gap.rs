@@ -78,7 +78,7 @@ impl GapFigure<'_> {
     }
 
     /// Log-likelihood that free corrections of the nominal equations gain, nats.
-    pub(in crate::report) fn equations(&self) -> Panel {
+    fn equations(&self) -> Panel {
         let name = "Which equation: what a free correction gains, nats";
         let all = &self.answer.equations;
         let Some(largest) = all.iter().map(|e| e.gain_nats).reduce(f64::max) else {
