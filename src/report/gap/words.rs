@@ -181,6 +181,17 @@ pub(in crate::report) fn parameter_cells(effect: &EffectAnswer) -> Vec<[String; 
     cells
 }
 
+/// `filter_position_rms_m_5s` is "filter's position after 5 s, rms, m"; other names are left as they are.
+pub(in crate::report) fn metric_words(metric: &str) -> String {
+    let (of, rest) = metric.strip_prefix("filter_").map_or(("", metric), |rest| ("filter's ", rest));
+    for (begin, quantity, unit) in [("position_rms_m_", "position", "m"), ("heading_rms_rad_", "heading", "rad")] {
+        if let Some(horizon) = rest.strip_prefix(begin).and_then(|h| h.strip_suffix('s')) {
+            return format!("{of}{quantity} after {horizon} s, rms, {unit}");
+        }
+    }
+    metric.to_string()
+}
+
 /// Recording that the gap was measured on, in words.
 pub(in crate::report) fn measured_on(held_out: bool) -> &'static str {
     if held_out { "on the recording held out" } else { "on this very recording" }

@@ -7,7 +7,7 @@ use super::{Axis, Chart, Page, Panel, Picture, palette};
 use crate::error::Result;
 use crate::gap::answer::{Answer, Metric, Verdict};
 use crate::gap::rest::predictive::{Curve, Over, Shown};
-use crate::report::gap::words::{capitalised, curve_name, heading_horizon_s, measured_on, title};
+use crate::report::gap::words::{capitalised, curve_name, heading_horizon_s, measured_on, metric_words, title};
 
 /// Effects in the panel of probabilities.
 const EFFECTS: usize = 6;
@@ -152,11 +152,11 @@ fn row(metric: &Metric) -> Option<(String, [(f64, String); 3])> {
         }
         (other, None) => {
             let name = match other {
-                "allan_deviation_ln_rms" => "Allan deviation, ln rms",
-                "spectrum_ln_rms" => "spectrum, ln rms",
-                other => other,
+                "allan_deviation_ln_rms" => "Allan deviation, ln rms".into(),
+                "spectrum_ln_rms" => "spectrum, ln rms".into(),
+                other => metric_words(other),
             };
-            (name.into(), values.map(|v| (v.max(0.0), significant(v, 3))))
+            (name, values.map(|v| (v.max(0.0), significant(v, 3))))
         }
     })
 }
