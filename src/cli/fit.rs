@@ -6,6 +6,7 @@ mod many;
 pub(super) use args::{AgainstName, FitArgs, WhitenessArgs};
 
 use super::axes::{self, Section};
+use super::html;
 use super::log_args::{LogArgs, LogRead};
 use super::outcome::Outcome;
 use super::output::Output;
@@ -17,6 +18,7 @@ use gyroid::export::{ConfigurationOptions, configuration};
 use gyroid::files::OutputFile;
 use gyroid::identify::{self, Fit, FitOptions, Loss, TemperatureFit};
 use gyroid::ingest::Axis;
+use gyroid::report::html::{Origin, fit_page};
 use gyroid::report::plot::{Format, Picture};
 use gyroid::report::{FitReport, LogFacts, Verdict, fit_picture};
 use gyroid::signal::{Course, TimeAxis, bridged, names};
@@ -39,6 +41,8 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let output = Output::open(&args.common, "fit", plan(args))?;
     let out = args.out.as_ref().map(OutputFile::claim).transpose()?;
     let plots = claim_plots(args)?;
+    let page = args.page.claim()?;
+    let origin = page.as_ref().map(|_| html::origin(args.logs.iter().chain(&args.base))).transpose()?;
     let options = fit_options(args)?;
     let whiteness = args.whiteness.options()?;
     let base = args.base.as_ref().map(Config::read_base).transpose()?;
@@ -47,8 +51,8 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let read = log.read(&working)?;
     drop(working);
     let working = output.working("fitting, and testing the residuals");
-    let (mut report, picture) = fitted(&log, &read, &options, &whiteness, args.against, !plots.is_empty())?;
-    report.earth = earth;
+    let show = Show { earth, picture: !plots.is_empty(), page: origin.as_ref() };
+    let Fitted { report, picture, page: written } = fitted(&log, &read, &options, &whiteness, args.against, &show)?;
     drop(working);
 
     output.say(report.text());
@@ -66,35 +70,66 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
         plots.into_iter().try_for_each(|file| picture.write(file))?;
         output.say(format!("drew {}", names.join(", ")));
     }
+    if let Some((file, page)) = page.zip(written) {
+        html::write(file, &page, &output)?;
+    }
     output.finish(&report.json())?;
     Ok(if export { Outcome::Done } else { Outcome::Unfit })
 }
 
 /// A section an axis, the log read once for all of them.
 fn over_axes(args: &FitArgs, log: &LogArgs) -> Result<Outcome> {
-    axes::refuse(&[("--out", args.out.is_some()), ("--plot", !args.plot.is_empty()), ("--base", args.base.is_some())])?;
+    axes::refuse(&[
+        ("--out", args.out.is_some()),
+        ("--plot", !args.plot.is_empty()),
+        ("--base", args.base.is_some()),
+        ("--html", args.page.wanted()),
+    ])?;
     let output = Output::open(&args.common, "fit", plan(args))?;
     let (options, whiteness) = (fit_options(args)?, args.whiteness.options()?);
     axes::each(log, output, "fitting, and testing the residuals", |read| {
-        let (report, _) = fitted(log, read, &options, &whiteness, args.against, false)?;
+        let report = fitted(log, read, &options, &whiteness, args.against, &Show::default())?.report;
         let fit = report.verdict() == Verdict::FitForUse || args.accept;
         Ok(Section { text: report.text(), json: report.json(), fit })
     })
 }
 
-/// The fit with its validation, and its picture where it is `drawn`.
+/// What is to be made of a fit beside its report.
+#[derive(Default)]
+struct Show<'a> {
+    earth: Option<EarthRate>,
+    picture: bool,
+    page: Option<&'a Origin>,
+}
+
+struct Fitted {
+    report: FitReport,
+    picture: Option<Picture>,
+    page: Option<String>,
+}
+
+impl Fitted {
+    fn new(report: FitReport, time: &TimeAxis, rate: &[f64], residuals: &[f64], show: &Show) -> Result<Self> {
+        let picture = show.picture.then(|| fit_picture(&report, time, rate, residuals)).transpose()?;
+        let page = show.page.map(|origin| fit_page(&report, time, rate, residuals, origin)).transpose()?;
+        Ok(Self { report, picture, page })
+    }
+}
+
+/// The fit with its validation, and what is to be shown of it.
 fn fitted(
     log: &LogArgs,
     read: &LogRead,
     options: &FitOptions,
     whiteness: &validate::Options,
     against: AgainstName,
-    drawn: bool,
-) -> Result<(FitReport, Option<Picture>)> {
+    show: &Show,
+) -> Result<Fitted> {
     let named = |e| log.named(e);
     let finished = |facts: LogFacts, fit: Fit, temperature: Option<TemperatureFit>, validation: Validation| FitReport {
         temperature,
         against: against.into(),
+        earth: show.earth,
         ..FitReport::new(facts, fit, validation)
     };
     match read {
@@ -118,8 +153,7 @@ fn fitted(
             };
             let validation = validate::whiteness(time, &fit.without_colour(residuals.clone()), &directions, whiteness);
             let report = finished(facts, fit, by_temperature, validation);
-            let picture = drawn.then(|| fit_picture(&report, time, rate, &residuals)).transpose()?;
-            Ok((report, picture))
+            Fitted::new(report, time, rate, &residuals, show)
         }
         LogRead::Streamed(recording) => {
             let reduced = &recording.log;
@@ -150,13 +184,12 @@ fn fitted(
             let directions: Vec<&dyn Fn(f64) -> f64> = directions.iter().map(|f| &**f).collect();
             let validation = validate::whiteness_reduced(&residuals, &directions, whiteness);
             let report = finished(facts, fit, by_temperature, validation);
-            let draw = || {
-                let (times, left) = residuals.coarse();
-                let rate: Vec<f64> = times.iter().zip(&left).map(|(t, r)| r + error(*t)).collect();
-                fit_picture(&report, &TimeAxis::Explicit(times), &rate, &left)
-            };
-            let picture = drawn.then(draw).transpose()?;
-            Ok((report, picture))
+            if !show.picture && show.page.is_none() {
+                return Ok(Fitted { report, picture: None, page: None });
+            }
+            let (times, left) = residuals.coarse();
+            let rate: Vec<f64> = times.iter().zip(&left).map(|(t, r)| r + error(*t)).collect();
+            Fitted::new(report, &TimeAxis::Explicit(times), &rate, &left, show)
         }
     }
 }

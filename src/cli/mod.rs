@@ -5,6 +5,7 @@ mod drive_plot;
 mod export;
 mod fit;
 mod gap;
+mod html;
 mod inspect;
 mod log_args;
 mod log_values;

@@ -1,6 +1,7 @@
 //! `gyroid navigate`: the bundled filter over a recorded drive.
 
 use super::drive_plot::{self, Estimated};
+use super::html::{self, HtmlArgs};
 use super::log_args::DriveArgs;
 use super::outcome::Outcome;
 use super::output::{Common, Output};
@@ -15,6 +16,7 @@ use gyroid::navigate::{
     Alignment, Consistency, ErrorModel, Reckoning, ReferenceErrors, Run, Settings, Standstill, Summary, WheelModel,
     WheelSlip, dead_reckoning, gyro_reckoning, run_with,
 };
+use gyroid::report::html::{DrivePage, drive_page};
 use gyroid::signal::{Log, names};
 use gyroid::units::{RAD_S_PER_DEG_S, duration_text};
 use gyroid::vehicle::{Odometry, Rolling};
@@ -54,6 +56,8 @@ pub(crate) struct NavigateArgs {
     /// Draw paths and errors here (.png or .svg; without an ending both)
     #[arg(long, value_name = "FILE")]
     plot: Vec<PathBuf>,
+    #[command(flatten)]
+    page: HtmlArgs,
     /// Write and draw each pose given the readings up to it, as the robot knew it on its way: it jumps as the filter learns
     #[arg(long)]
     filtered: bool,
@@ -212,10 +216,12 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     places::check("navigate", &args.config, "", &args.logs)?;
     let plan = Plan::new().reads([&args.config]).reads(&args.logs).writes("--out", &args.out);
     let plan = plan.updates("--save-config", &args.save_config).writes("--plot", drive_plot::files(&args.plot));
+    let plan = args.page.planned(plan);
     let output = Output::open(&args.common, "navigate", plan)?;
     let out = args.out.as_ref().map(LogWriter::claim).transpose()?;
     let save = args.save_config.as_ref().map(OutputFile::claim).transpose()?;
     let plots: Vec<OutputFile> = drive_plot::claim(&args.plot)?;
+    let page = args.page.claim()?;
     let name = args.config.display().to_string();
     let named = |error: Error| if error.input == "configuration" { error.named(&name) } else { error };
     // without a gyro in the drive [gyro] may be missing
@@ -243,7 +249,7 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     if output.talks() {
         output.say(text(args, &config, &results, &recording.notes));
     }
-    if !plots.is_empty() {
+    if !plots.is_empty() || page.is_some() {
         let mut estimated: Vec<Estimated> = match &results.with {
             Some(with) => vec![
                 Estimated::of_pose("with error model", pose(with)),
@@ -257,7 +263,21 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
         let picture = drive_plot::draw(&config, log, &args.settings(), &estimated)?;
         let names: Vec<String> = plots.iter().map(|p| p.target().display().to_string()).collect();
         plots.into_iter().try_for_each(|file| picture.write(file))?;
-        output.say(format!("drew {}", names.join(", ")));
+        if !names.is_empty() {
+            output.say(format!("drew {}", names.join(", ")));
+        }
+        if let Some(file) = page {
+            let origin = html::origin([&args.config].into_iter().chain(&args.logs))?;
+            let drive = DrivePage {
+                logs: &args.logs.iter().map(|l| l.display().to_string()).collect::<Vec<_>>().join(" + "),
+                rows: &results.rows(),
+                judged: &results.written(args).summary,
+                picture: &picture,
+                text: &text(args, &config, &results, &recording.notes),
+                notes: &recording.notes,
+            };
+            html::write(file, &drive_page(&drive, &origin)?, &output)?;
+        }
     }
     output.finish(&results.json(args, &recording.notes))?;
     Ok(if fit_for_use || args.accept { Outcome::Done } else { Outcome::Unfit })

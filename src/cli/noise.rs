@@ -1,6 +1,7 @@
 //! `gyroid noise`: Allan deviation and the joint noise model of a log at rest.
 
 use super::axes::{self, Section};
+use super::html::{self, HtmlArgs};
 use super::log_args::{LogArgs, LogRead};
 use super::noise_write::WriteArgs;
 use super::outcome::Outcome;
@@ -12,6 +13,7 @@ use gyroid::files::{OutputFile, Plan};
 use gyroid::identify::terms::{TermOptions, WarmUpRemoval, noise_model, noise_model_reduced};
 use gyroid::noise::TermKind;
 use gyroid::noise::datasheet::Datasheet;
+use gyroid::report::html::noise_page;
 use gyroid::report::plot::Format;
 use gyroid::report::{LogFacts, NoiseReport};
 use gyroid::signal::names;
@@ -53,6 +55,8 @@ pub(crate) struct NoiseArgs {
     /// Draw the Allan deviation with the terms here (.png or .svg); may be given more than once
     #[arg(long, value_name = "FILE")]
     plot: Vec<PathBuf>,
+    #[command(flatten)]
+    page: HtmlArgs,
     #[command(flatten)]
     write: WriteArgs,
     /// Probability at which a model that fits is called unfit
@@ -108,7 +112,11 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
     places::check_logs([args.log.path()])?;
     let log_args = args.log.for_work(WORK);
     if args.log.axes().len() > 1 {
-        axes::refuse(&[("--write", args.write.write.is_some()), ("--plot", !args.plot.is_empty())])?;
+        axes::refuse(&[
+            ("--write", args.write.write.is_some()),
+            ("--plot", !args.plot.is_empty()),
+            ("--html", args.page.wanted()),
+        ])?;
         let output = Output::open(&args.common, "noise", plan(args))?;
         let options = options(args)?;
         return axes::each(&log_args, output, "estimating the noise terms", |log| {
@@ -121,6 +129,7 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
     let output = Output::open(&args.common, "noise", plan(args))?;
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
+    let page = args.page.claim()?;
     let options = options(args)?;
     let pending = args.write.claim()?;
 
@@ -139,6 +148,10 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
         plots.into_iter().try_for_each(|file| picture.write(file))?;
         output.say(format!("drew {}", names.join(", ")));
     }
+    if let Some(file) = page {
+        let origin = html::origin([args.log.path()].into_iter().chain(args.config.as_deref()))?;
+        html::write(file, &noise_page(&report, &origin)?, &output)?;
+    }
     let usable = report.fits() || args.write.accept;
     let written = match pending {
         Some(pending) if usable => Some(pending.write(&report, &output)?),
@@ -156,7 +169,7 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
 
 fn plan(args: &NoiseArgs) -> Plan {
     let plan = Plan::new().reads([args.log.path()]).reads(&args.config).writes("--plot", &args.plot);
-    args.write.planned(plan)
+    args.write.planned(args.page.planned(plan))
 }
 
 fn facts(args: &NoiseArgs, log: &LogRead) -> LogFacts {

@@ -1,5 +1,6 @@
 //! `gyroid study`: two filters, with and without slip, over many simulated runs.
 
+use super::html::{self, HtmlArgs};
 use super::outcome::Outcome;
 use super::output::{Common, Output, Working, with_schema};
 use clap::Args;
@@ -7,6 +8,7 @@ use gyroid::config::{Config, Kind};
 use gyroid::files::{OutputFile, Plan};
 use gyroid::identify::{self, FitOptions};
 use gyroid::ingest::{self, Axis, GyroQuery};
+use gyroid::report::html::study_page;
 use gyroid::report::{FitReport, LogFacts, StudyReport};
 use gyroid::signal::{TimeAxis, names};
 use gyroid::simulate::{Course, Options, stationary};
@@ -73,6 +75,8 @@ pub(crate) struct StudyArgs {
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
+    page: HtmlArgs,
+    #[command(flatten)]
     common: Common,
 }
 
@@ -116,7 +120,8 @@ pub(crate) fn run(args: &StudyArgs) -> Result<Outcome> {
     let begin = Instant::now();
     let plan = Plan::new().reads(&args.config).reads(&args.rest);
     let plan = plan.writes("--out", args.out.iter().flat_map(|dir| Files::names(dir, args.sweeps)));
-    let output = Output::open(&args.common, "study", plan)?;
+    let output = Output::open(&args.common, "study", args.page.planned(plan))?;
+    let page = args.page.claim()?;
     let files = args.out.as_ref().map(|dir| Files::claim(dir, args.sweeps)).transpose()?;
     let (config, robot) = match &args.config {
         Some(path) => {
@@ -150,6 +155,10 @@ pub(crate) fn run(args: &StudyArgs) -> Result<Outcome> {
         if let (Some(dir), Some(count)) = (&args.out, written) {
             output.say(format!("{count} files in {}, begin with report.md", dir.display()));
         }
+    }
+    if let Some(file) = page {
+        let origin = html::origin(args.config.iter().chain(&args.rest))?;
+        html::write(file, &study_page(&report, &origin)?, &output)?;
     }
     output.finish(&json)?;
     Ok(Outcome::Done)

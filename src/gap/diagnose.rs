@@ -1,6 +1,7 @@
 //! The whole diagnosis: which effect, where it shows, how far the gap shrinks.
 
 use super::answer::{Answer, Metric, Place, account, compose};
+use super::drive::holdout::traces::DriveTraces;
 use super::holdout;
 use super::holdout::{Claim, Far};
 use super::rest::model_selection::{Options as JudgeOptions, judge};
@@ -32,6 +33,8 @@ pub struct Options {
     /// Drives only: whether to estimate the corrections of equations as signals over time; no other result depends on
     /// it.
     pub corrections: bool,
+    /// Drives only: whether to simulate the drive on which the gap is measured; no other result depends on it.
+    pub traces: bool,
 }
 
 impl Default for Options {
@@ -43,6 +46,7 @@ impl Default for Options {
             since_power_on_s: 0.0,
             simulated_logs: 8,
             corrections: false,
+            traces: false,
         }
     }
 }
@@ -69,6 +73,8 @@ pub struct Diagnosis {
     pub far: Option<Far>,
     /// The diagnosed recording on an even grid; none of a drive.
     pub prepared: Option<Prepared>,
+    /// The drives on which the gap was measured, as recorded and as simulated; empty at rest, and unless asked for.
+    pub traces: Vec<DriveTraces>,
 }
 
 /// Stages of a diagnosis, in their order.
@@ -203,7 +209,7 @@ pub fn diagnose_observed(
         augmented.provenance = None;
     }
     observe(Stage::Done);
-    Ok(Diagnosis { answer, augmented, findings, far, prepared: Some(prepared) })
+    Ok(Diagnosis { answer, augmented, findings, far, prepared: Some(prepared), traces: Vec::new() })
 }
 
 /// Diagnoses several drives of one robot jointly against the nominal simulator `config`. Effects and their parameters

@@ -216,29 +216,40 @@ impl ModelCheck {
         self.validation.white && (!self.turn_on_stated || self.offset_in_std().abs() <= 4.0)
     }
 
-    /// The page for a terminal.
+    /// The verdict in one line.
     #[must_use]
-    pub fn text(&self) -> String {
-        let mut out = String::new();
+    pub fn verdict_line(&self) -> String {
         let verdict = match (self.passed(), self.validation.white) {
             (true, _) => "EXPLAINED: residuals white under the model",
             (_, false) => "NOT EXPLAINED: the residuals are not white under the model",
             _ => "NOT EXPLAINED: the offset lies outside the stated turn-on repeatability",
         };
-        let joint = probability(self.validation.joint_p_value);
-        let _ = writeln!(out, "{verdict} (joint p {joint})\n\n{}: {} samples", self.log.name, self.samples);
-        for note in &self.log.notes {
+        format!("{verdict} (joint p {})", probability(self.validation.joint_p_value))
+    }
+
+    /// What is to be known about the configuration and this log, a sentence each.
+    pub(super) fn remarks(&self) -> Vec<String> {
+        let all = [
+            (!self.signed, "the configuration is unsigned (written by hand)"),
+            (
+                self.inside_valid_time == Some(false),
+                "the log reaches beyond the time since power-on that the model was fitted on",
+            ),
+            (
+                self.inside_valid_temperature == Some(false),
+                "the log reaches beyond the temperatures that the model was fitted on",
+            ),
+        ];
+        all.into_iter().filter(|(holds, _)| *holds).map(|(_, remark)| remark.to_string()).collect()
+    }
+
+    /// The page for a terminal.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        let _ = writeln!(out, "{}\n\n{}: {} samples", self.verdict_line(), self.log.name, self.samples);
+        for note in self.log.notes.iter().chain(&self.remarks()) {
             let _ = writeln!(out, "  note: {note}");
-        }
-        if !self.signed {
-            let _ = writeln!(out, "  note: the configuration is unsigned (written by hand)");
-        }
-        if self.inside_valid_time == Some(false) {
-            let _ =
-                writeln!(out, "  note: the log reaches beyond the time since power-on that the model was fitted on");
-        }
-        if self.inside_valid_temperature == Some(false) {
-            let _ = writeln!(out, "  note: the log reaches beyond the temperatures that the model was fitted on");
         }
         if self.against == Against::Temperature {
             let _ = writeln!(out, "  model     by temperature, [gyro.temperature]");

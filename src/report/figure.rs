@@ -1,4 +1,4 @@
-//! The page of a fit, as a picture.
+//! The figure of a fit, for a picture and for a page.
 
 use super::fit::FitReport;
 use super::plot::Picture;
@@ -15,6 +15,17 @@ const CURVE: usize = 400;
 /// # Errors
 /// [`crate::ErrorKind::Value`] if lengths differ or nothing is finite.
 pub fn fit_picture(report: &FitReport, time: &TimeAxis, rate_rad_s: &[f64], residual_rad_s: &[f64]) -> Result<Picture> {
+    of_fit(report, time, rate_rad_s, residual_rad_s, |figure| figure.draw())
+}
+
+/// `then` of the figure.
+pub(super) fn of_fit<T>(
+    report: &FitReport,
+    time: &TimeAxis,
+    rate_rad_s: &[f64],
+    residual_rad_s: &[f64],
+    then: impl FnOnce(&FitFigure) -> Result<T>,
+) -> Result<T> {
     let fit = &report.fit;
     let model = fit.model();
     let by_time = |i: usize| {
@@ -41,7 +52,7 @@ pub fn fit_picture(report: &FitReport, time: &TimeAxis, rate_rad_s: &[f64], resi
     };
     let levels: Vec<WhitenessLevel> = report.validation.levels.iter().map(WhitenessLevel::from).collect();
     let title = format!("{}, {}", report.log.name, report.log.column);
-    FitFigure {
+    then(&FitFigure {
         title: &title,
         verdict: &report.verdict_line(),
         time,
@@ -52,6 +63,5 @@ pub fn fit_picture(report: &FitReport, time: &TimeAxis, rate_rad_s: &[f64], resi
         time_constant_ci95_s,
         levels: &levels,
         unit: None,
-    }
-    .draw()
+    })
 }

@@ -197,7 +197,7 @@ impl FitReport {
     }
 
     /// Both weightings where they disagree, and what to do where only the other one knows T.
-    fn weighting_text(&self, out: &mut String) {
+    pub(super) fn weighting_text(&self, out: &mut String) {
         let Some(other) = self.fit.other_weighting.as_deref() else { return };
         let rescue = !self.fit.identifiable && other.identifiable;
         if !(rescue || self.fit.weightings_disagree()) {
@@ -222,7 +222,7 @@ impl FitReport {
         };
     }
 
-    fn noise_text(&self, out: &mut String) {
+    pub(super) fn noise_text(&self, out: &mut String) {
         let n = &self.fit.noise;
         let _ = writeln!(
             out,
@@ -254,7 +254,7 @@ impl FitReport {
         };
     }
 
-    fn identifiability_text(&self, out: &mut String) {
+    pub(super) fn identifiability_text(&self, out: &mut String) {
         let fit = &self.fit;
         if let Some(c) = &fit.comparison {
             let _ = writeln!(

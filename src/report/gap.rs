@@ -14,7 +14,7 @@ use words::{
 };
 
 #[path = "gap/why.rs"]
-mod why;
+pub(in crate::report) mod why;
 #[path = "gap/words.rs"]
 pub(in crate::report) mod words;
 
@@ -116,14 +116,18 @@ impl GapReport<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if a number cannot be shown.
     pub fn picture(&self) -> Result<Picture> {
+        self.figure(&self.verdict_line()).draw()
+    }
+
+    /// The figure before it is drawn, with this verdict.
+    pub(super) fn figure<'a>(&'a self, verdict: &'a str) -> GapFigure<'a> {
         GapFigure {
             title: self.recording,
             held_out: self.held_out.is_some(),
-            verdict: &self.verdict_line(),
+            verdict,
             answer: self.answer,
             curves: self.curves,
         }
-        .draw()
     }
 
     fn effect(&self, id: &str) -> Option<&EffectAnswer> {
@@ -131,14 +135,14 @@ impl GapReport<'_> {
     }
 
     /// The main effect, then what else was judged present.
-    fn judged_present(&self) -> impl Iterator<Item = &EffectAnswer> {
+    pub(super) fn judged_present(&self) -> impl Iterator<Item = &EffectAnswer> {
         let main = self.answer.main.as_ref();
         let others = self.answer.together.iter().filter(move |id| Some(*id) != main);
         main.into_iter().chain(others).filter_map(|id| self.effect(id))
     }
 
     /// Whether the answer is of a drive: its measures tell.
-    fn is_drive(&self) -> bool {
+    pub(super) fn is_drive(&self) -> bool {
         self.answer.gap.iter().any(|m| m.metric.starts_with("filter_")) || !self.answer.equations.is_empty()
     }
 
@@ -392,7 +396,7 @@ impl GapReport<'_> {
         }
     }
 
-    fn remedy(&self, out: &mut String) {
+    pub(super) fn remedy(&self, out: &mut String) {
         let a = self.answer;
         match a.verdict {
             Verdict::None if a.none_probability < CERTAIN => {

@@ -1,10 +1,11 @@
-//! Floor 6: what people and programs read: text, JSON, pictures.
+//! Floor 6: what people and programs read: text, JSON, pictures, pages.
 
 mod check;
 mod colour;
 mod figure;
 pub(crate) mod fit;
 mod gap;
+pub mod html;
 mod noise;
 mod numbers;
 pub mod plot;

@@ -98,7 +98,7 @@ impl NoiseReport {
         m.terms.iter().for_each(|t| term_text(t, &mut out));
         if !m.refused.is_empty() {
             let _ = writeln!(out, "\nnot supported by this log");
-            m.refused.iter().for_each(|r| refusal_text(r, m.span_s, &mut out));
+            self.refusals_text(&mut out);
         }
         self.warm_up_text(&mut out);
         self.evidence_text(&mut out);
@@ -111,7 +111,12 @@ impl NoiseReport {
         out
     }
 
-    fn warm_up_text(&self, out: &mut String) {
+    /// Terms that the log does not support, and how long to record for them.
+    pub(super) fn refusals_text(&self, out: &mut String) {
+        self.model.refused.iter().for_each(|r| refusal_text(r, self.model.span_s, out));
+    }
+
+    pub(super) fn warm_up_text(&self, out: &mut String) {
         let w = &self.model.warm_up_influence;
         let Some(fit) = &self.model.warm_up else {
             let why = if w.removed { "" } else { ": none with a known time constant was found, or it was to stay" };
@@ -233,7 +238,7 @@ impl NoiseReport {
         stated.into_iter().filter_map(one).collect()
     }
 
-    fn datasheet_text(&self, out: &mut String) {
+    pub(super) fn datasheet_text(&self, out: &mut String) {
         let Some(sheet) = &self.datasheet else { return };
         let _ = writeln!(out, "\ndatasheet {} ({})", sheet.name, sheet.source);
         for c in self.compared() {

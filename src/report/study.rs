@@ -141,7 +141,7 @@ impl StudyReport {
     }
 
     /// Comparisons of two estimators, as far as both ran: id, words, numbers.
-    fn comparisons(&self) -> Vec<(&'static str, &'static str, Comparison)> {
+    pub(super) fn comparisons(&self) -> Vec<(&'static str, &'static str, Comparison)> {
         use Estimator::*;
         let all = [
             ("slip_against_rolling", "without slip / with slip", Slip, Rolling),

@@ -1,5 +1,6 @@
 //! Arguments of `gyroid fit`, and the options of the library that they stand for.
 
+use crate::cli::html::HtmlArgs;
 use crate::cli::log_args::{ColumnArgs, MemoryArgs};
 use crate::cli::log_values::parse_axis;
 use crate::cli::output::{Common, command_line};
@@ -73,6 +74,8 @@ pub(crate) struct FitArgs {
     /// Draw nothing
     #[arg(long)]
     no_plot: bool,
+    #[command(flatten)]
+    pub page: HtmlArgs,
     #[command(flatten)]
     pub whiteness: WhitenessArgs,
     #[command(flatten)]
@@ -259,7 +262,7 @@ pub(super) fn fit_options(args: &FitArgs) -> Result<FitOptions> {
 /// Files that the command reads and writes.
 pub(super) fn plan(args: &FitArgs) -> Plan {
     let plan = Plan::new().reads(&args.logs).reads(&args.base).writes("--out", &args.out);
-    args.many.planned(plan.writes("--plot", plots(args)))
+    args.many.planned(args.page.planned(plan.writes("--plot", plots(args))))
 }
 
 /// The plots that were asked for, or both kinds beside the configuration.

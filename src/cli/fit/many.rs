@@ -102,6 +102,9 @@ fn refuse_what_is_for_one(args: &FitArgs) -> Result<()> {
     if !args.plot.is_empty() {
         return usage("--plot", "fit the log that is to be drawn alone");
     }
+    if args.page.wanted() {
+        return usage("--html", "fit the log that is to be shown alone");
+    }
     if args.against == AgainstName::Temperature {
         return usage("--against", "fit one log against temperature at a time");
     }

@@ -1,6 +1,7 @@
 //! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
 use super::recordings::Recordings;
+use crate::cli::html::{self, HtmlArgs};
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
@@ -13,6 +14,7 @@ use gyroid::files::{OutputFile, Plan};
 use gyroid::gap::rest::predictive;
 use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, trace};
 use gyroid::report::GapReport;
+use gyroid::report::html::gap_page;
 use gyroid::report::plot::Format;
 use gyroid::signal::{Log, names as channel};
 use gyroid::{Error, ErrorKind, Result};
@@ -27,7 +29,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:\n  \
     gyroid gap diagnose sim.toml --fit fit.parquet --hold hold.parquet --plot gap.png\n  \
     gyroid gap diagnose sim.toml --fit fit.csv --json answer.json --write-sim augmented.toml\n  \
-    gyroid gap diagnose sim.toml --fit fit.csv --why why.md\n  \
+    gyroid gap diagnose sim.toml --fit fit.csv --why why.md --html gap.html\n  \
     gyroid gap diagnose husky.toml --fit imu.csv wheels.csv --map gyro_z_rad_s=gy_rad_s\n  \
     gyroid gap diagnose robot.toml --fit run2.csv --fit run3.csv --hold run4.csv --hold run5.csv")]
 pub(crate) struct DiagnoseArgs {
@@ -44,6 +46,8 @@ pub(crate) struct DiagnoseArgs {
     /// Draw the page; the format follows the ending, .svg or .png; may be given more than once
     #[arg(long, value_name = "FILE")]
     plot: Vec<PathBuf>,
+    #[command(flatten)]
+    page: HtmlArgs,
     /// Seed of the simulated recordings
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -64,12 +68,13 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     places::check("gap diagnose", &args.config, "--fit ", fit.iter().chain(hold).flatten())?;
     let plan = Plan::new().reads([&args.config]).reads(fit.iter().chain(hold).flatten());
     let plan = plan.writes("--write-sim", &args.write_sim).writes("--plot", &args.plot).writes("--why", &args.why);
-    let output = Output::open(&args.common, "gap.diagnose", plan)?;
+    let output = Output::open(&args.common, "gap.diagnose", args.page.planned(plan))?;
     places::check_held_out(fit, hold)?;
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let write_sim = args.write_sim.as_ref().map(OutputFile::claim).transpose()?;
     let why = args.why.as_ref().map(OutputFile::claim).transpose()?;
+    let page = args.page.claim()?;
     let library = library(&args.without)?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
     let drives = config.kind == Kind::Driving;
@@ -115,7 +120,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     };
     let fit_logs = fit.iter().map(|paths| read_one("--fit", paths)).collect::<Result<Vec<_>>>()?;
     let hold_logs = hold.iter().map(|paths| read_one("--hold", paths)).collect::<Result<Vec<_>>>()?;
-    let options = Options { seed: args.seed, corrections: true, ..Options::default() };
+    let options = Options { seed: args.seed, corrections: true, traces: page.is_some(), ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
     let mut show = |stage| match stage {
         Stage::Compare => working.show("comparing effects"),
@@ -154,6 +159,10 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         let names: Vec<String> = plots.iter().map(|p| p.target().display().to_string()).collect();
         plots.into_iter().try_for_each(|file| picture.write(file))?;
         output.say(format!("\ndrew {}", names.join(", ")));
+    }
+    if let Some(file) = page {
+        let origin = html::origin([&args.config].into_iter().chain(fit.iter().chain(hold).flatten()))?;
+        html::write(file, &gap_page(&report, &diagnosis.traces, &origin)?, &output)?;
     }
     if let Some(mut file) = why {
         let target = file.target().display().to_string();

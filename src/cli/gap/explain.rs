@@ -1,6 +1,7 @@
 //! `gyroid gap explain`: just these effects, with an interval for each parameter.
 
 use super::diagnose::{names, read, shown};
+use crate::cli::html::{self, HtmlArgs};
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
@@ -10,6 +11,7 @@ use gyroid::config::{Config, Kind};
 use gyroid::effects::Library;
 use gyroid::files::Plan;
 use gyroid::gap::explain;
+use gyroid::report::html::explain_page;
 use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
 
@@ -35,12 +37,16 @@ pub(crate) struct ExplainArgs {
     #[command(flatten)]
     columns: ColumnArgs,
     #[command(flatten)]
+    page: HtmlArgs,
+    #[command(flatten)]
     common: Common,
 }
 
 pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
     places::check("gap explain", &args.config, "--fit ", &args.fit)?;
-    let output = Output::open(&args.common, "gap.explain", Plan::new().reads([&args.config]).reads(&args.fit))?;
+    let plan = args.page.planned(Plan::new().reads([&args.config]).reads(&args.fit));
+    let output = Output::open(&args.common, "gap.explain", plan)?;
+    let page = args.page.claim()?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
     let mut notes: Vec<String> = by_time.into_iter().collect();
     let working = output.working("reading");
@@ -88,6 +94,11 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
         text += &format!("\n{note}");
     }
     output.say(text.trim_end());
+    if let Some(file) = page {
+        let origin = html::origin([&args.config].into_iter().chain(&args.fit))?;
+        let recording = names(std::slice::from_ref(&args.fit));
+        html::write(file, &explain_page(&recording, &found, &notes, &origin)?, &output)?;
+    }
     output.finish(&serde_json::json!(found))?;
     Ok(Outcome::Done)
 }

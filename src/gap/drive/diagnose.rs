@@ -2,6 +2,7 @@
 
 use super::ekf::effect_set::EffectSet;
 use super::holdout::navigating::filter_gain;
+use super::holdout::traces::traces;
 use super::holdout::{self, DriveFar};
 use super::model_selection::{Judged, judge, unknowable};
 use super::preprocess::{clocks, wheel_offset};
@@ -189,6 +190,10 @@ pub fn diagnose(
     if !augmented.effects.is_empty() {
         augmented.provenance = None;
     }
+    let traces = match options.traces {
+        true => traces(measured, library, &together, judged.nominal_noise.process),
+        false => Vec::new(),
+    };
     let (far, filter_gain) = rayon::join(
         || measure(measured, library, &together, &listed, &judged, &far_options),
         || filter_gain(config, &augmented, hold, library),
@@ -263,7 +268,7 @@ pub fn diagnose(
         }
     }
     observe(Stage::Done);
-    Ok(Diagnosis { answer, augmented, findings: judged.findings, far: None, prepared: None })
+    Ok(Diagnosis { answer, augmented, findings: judged.findings, far: None, prepared: None, traces })
 }
 
 /// A clock that was set, with the sentence that tells it, as a step of the trail.

@@ -5,7 +5,7 @@ use crate::gap::trace::{Decision, Limit, Step, TraceStage};
 use std::fmt::Write;
 
 /// Heading of a stage, and what its table compares.
-fn heading(stage: TraceStage) -> [&'static str; 2] {
+pub(in crate::report) fn heading(stage: TraceStage) -> [&'static str; 2] {
     match stage {
         TraceStage::Data => ["Data", "Rows and readings that are used, filled in or removed."],
         TraceStage::Clocks => ["Clocks", "Time offsets between the streams of a recording."],
@@ -39,7 +39,7 @@ fn heading(stage: TraceStage) -> [&'static str; 2] {
     }
 }
 
-fn decision(decision: Decision) -> &'static str {
+pub(in crate::report) fn decision(decision: Decision) -> &'static str {
     match decision {
         Decision::Taken => "taken",
         Decision::Rejected => "rejected",
@@ -54,7 +54,7 @@ fn cell(text: &str) -> String {
     text.replace('|', "\\|").replace('\n', " ")
 }
 
-fn limit(Limit { name, value, unit }: &Limit) -> String {
+pub(in crate::report) fn limit(Limit { name, value, unit }: &Limit) -> String {
     format!("{name}: {} {unit}", significant(*value, 3)).trim_end().to_owned()
 }
 

@@ -8,7 +8,7 @@ use crate::units::{RAD_S_PER_DEG_S, duration_text};
 use std::fmt::Write;
 
 /// Description of an effect, at rest or in drives; `None` where the library does not know it.
-pub(super) fn about_of(id: &str) -> Option<&'static About> {
+pub(in crate::report) fn about_of(id: &str) -> Option<&'static About> {
     by_id(id).map(|e| e.about()).or_else(|| drive::by_id(id).map(|e| e.about()))
 }
 
@@ -31,7 +31,7 @@ pub(in crate::report) fn curve_name(curve: &Curve) -> String {
 }
 
 /// Independent variable of a curve, in words.
-fn over_name(over: Over) -> &'static str {
+pub(in crate::report) fn over_name(over: Over) -> &'static str {
     match over {
         Over::Time => "time",
         Over::Frequency => "frequency",
@@ -65,14 +65,14 @@ const UNITS: [(&str, &str); 16] = [
 ];
 
 /// `level_spacing_rad_s` is (`level spacing`, `rad/s`).
-pub(super) fn name_and_unit(parameter: &str) -> (String, &'static str) {
+pub(in crate::report) fn name_and_unit(parameter: &str) -> (String, &'static str) {
     let found = UNITS.iter().find_map(|(end, unit)| parameter.strip_suffix(end).map(|name| (name, *unit)));
     let (name, unit) = found.unwrap_or((parameter, ""));
     (name.replace('_', " "), unit)
 }
 
 /// A share as percent: `97 %`, `99.6 %`.
-pub(super) fn percent(share: f64) -> String {
+pub(in crate::report) fn percent(share: f64) -> String {
     let digits = usize::from((0.985..1.0).contains(&share));
     let text = format!("{:.digits$} %", 100.0 * share);
     if text == "-0 %" { "0 %".into() } else { text }
@@ -114,35 +114,34 @@ pub(super) fn degrees(rad: f64) -> f64 {
 /// Writes the measures of the gap on the recording `on`; `after` heads their values with the explanation.
 pub(super) fn metrics(out: &mut String, on: &str, after: &str, gap: &[Metric]) {
     let _ = writeln!(out, "  {on:<34}{:>12}{:>12}{:>12}", "before", after, "floor");
-    for metric in gap {
-        let (name, factor) = match (heading_horizon_s(metric), metric.metric.as_str()) {
-            (Some(horizon_s), _) => (format!("heading drift in {}, rms, deg", duration_text(horizon_s)), degrees(1.0)),
-            (None, "log_score") => ("log score, nats".into(), 1.0),
-            (None, "allan_deviation_ln_rms") => ("Allan deviation off by, ln, rms".into(), 1.0),
-            (None, "spectrum_ln_rms") => ("spectrum off by, ln, rms".into(), 1.0),
-            (None, other) => (other.to_string(), 1.0),
-        };
-        // scores differ in the third decimal place
-        let score = metric.metric == "log_score";
-        let shown = |v: f64| if score { format!("{v:.4}") } else { significant(factor * v, 4) };
-        let _ = writeln!(
-            out,
-            "  {name:<34}{:>12}{:>12}{:>12}",
-            shown(metric.before),
-            shown(metric.after),
-            shown(metric.floor)
-        );
+    for [name, before, after, floor] in gap.iter().map(metric_cells) {
+        let _ = writeln!(out, "  {name:<34}{before:>12}{after:>12}{floor:>12}");
     }
 }
 
+/// Name of a measure, and its values before, after, and at the floor.
+pub(in crate::report) fn metric_cells(metric: &Metric) -> [String; 4] {
+    let (name, factor) = match (heading_horizon_s(metric), metric.metric.as_str()) {
+        (Some(horizon_s), _) => (format!("heading drift in {}, rms, deg", duration_text(horizon_s)), degrees(1.0)),
+        (None, "log_score") => ("log score, nats".into(), 1.0),
+        (None, "allan_deviation_ln_rms") => ("Allan deviation off by, ln, rms".into(), 1.0),
+        (None, "spectrum_ln_rms") => ("spectrum off by, ln, rms".into(), 1.0),
+        (None, other) => (other.to_string(), 1.0),
+    };
+    // scores differ in the third decimal place
+    let score = metric.metric == "log_score";
+    let shown = |v: f64| if score { format!("{v:.4}") } else { significant(factor * v, 4) };
+    [name, shown(metric.before), shown(metric.after), shown(metric.floor)]
+}
+
 /// `0.12 m and 3.4°`.
-pub(super) fn errors(figures: &FilterFigures) -> String {
+pub(in crate::report) fn errors(figures: &FilterFigures) -> String {
     let heading = figures.heading_rms_rad.map(|rad| format!(" and {}°", significant(degrees(rad), 3)));
     format!("{} m{}", significant(figures.position_rms_m, 3), heading.unwrap_or_default())
 }
 
 /// `97 % (95 %: 95 to 99 %)`.
-pub(super) fn closed(effect: &EffectAnswer) -> Option<String> {
+pub(in crate::report) fn closed(effect: &EffectAnswer) -> Option<String> {
     let share = effect.gap_closed?;
     let interval = effect.gap_closed_ci95.map(|[low, high]| format!(" (95 %: {} to {})", percent(low), percent(high)));
     Some(percent(share) + &interval.unwrap_or_default())
@@ -152,7 +151,15 @@ pub(super) fn closed(effect: &EffectAnswer) -> Option<String> {
 const KNOWN: f64 = 1e-8;
 
 pub(super) fn parameters(out: &mut String, effect: &EffectAnswer) {
+    for [name, value, meaning] in parameter_cells(effect) {
+        let _ = writeln!(out, "    {name:<21} {value:<29} {meaning}");
+    }
+}
+
+/// Name, value with its unit, and meaning of each parameter that was found.
+pub(in crate::report) fn parameter_cells(effect: &EffectAnswer) -> Vec<[String; 3]> {
     let about: Option<&About> = about_of(&effect.id);
+    let mut cells = Vec::new();
     for (parameter, value) in &effect.parameters {
         // a part of the form that was not found
         if *value == 0.0 && effect.std.get(parameter).is_none_or(|std| *std == 0.0) {
@@ -169,8 +176,20 @@ pub(super) fn parameters(out: &mut String, effect: &EffectAnswer) {
             Some(std) => format!("{} ± {}", known_digits(*value, std), significant(std, 2)),
             None => significant(*value, 4),
         };
-        let _ = writeln!(out, "    {name:<21} {:<29} {meaning}{symbol}", format!("{shown} {unit}"));
+        cells.push([name, format!("{shown} {unit}"), format!("{meaning}{symbol}")]);
     }
+    cells
+}
+
+/// `filter_position_rms_m_5s` is "filter's position after 5 s, rms, m"; other names are left as they are.
+pub(in crate::report) fn metric_words(metric: &str) -> String {
+    let (of, rest) = metric.strip_prefix("filter_").map_or(("", metric), |rest| ("filter's ", rest));
+    for (begin, quantity, unit) in [("position_rms_m_", "position", "m"), ("heading_rms_rad_", "heading", "rad")] {
+        if let Some(horizon) = rest.strip_prefix(begin).and_then(|h| h.strip_suffix('s')) {
+            return format!("{of}{quantity} after {horizon} s, rms, {unit}");
+        }
+    }
+    metric.to_string()
 }
 
 /// Recording that the gap was measured on, in words.

@@ -6,8 +6,8 @@ use crate::error::Result;
 /// Quantity, unit, scale and limits of an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    pub(super) label: String,
-    pub(super) unit: String,
+    pub(in crate::report) label: String,
+    pub(in crate::report) unit: String,
     logarithmic: bool,
     limits: Option<[f64; 2]>,
     included: Vec<f64>,
@@ -45,12 +45,12 @@ impl Axis {
         self.limits.is_some()
     }
 
-    pub(super) fn is_logarithmic(&self) -> bool {
+    pub(in crate::report) fn is_logarithmic(&self) -> bool {
         self.logarithmic
     }
 
     /// The scale for `data` (finite values and NaN), with `margin` (share of the range) on both sides.
-    pub(super) fn scale(&self, data: impl Iterator<Item = f64>, margin: f64) -> Result<Scale> {
+    pub(in crate::report) fn scale(&self, data: impl Iterator<Item = f64>, margin: f64) -> Result<Scale> {
         let place = || format!("axis {:?}", self.label);
         let [low, high] = match self.limits {
             Some(limits) => limits,
@@ -87,7 +87,7 @@ impl Axis {
     }
 
     /// The label with its unit, and with the offset and power of ten that the tick labels omit.
-    pub(super) fn text(&self, left_out: LeftOut) -> String {
+    pub(in crate::report) fn text(&self, left_out: LeftOut) -> String {
         let LeftOut { offset, exponent } = left_out;
         let mut text = self.label.clone();
         if let Some(offset) = offset {
@@ -106,7 +106,7 @@ pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 
 /// Maps values to 0..1. Logarithmic scales hold the decimal logarithms of their ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scale {
+pub(in crate::report) struct Scale {
     low: f64,
     high: f64,
     logarithmic: bool,
@@ -117,6 +117,11 @@ impl Scale {
     pub(crate) fn share(self, value: f64) -> f64 {
         let value = if self.logarithmic { value.log10() } else { value };
         (value - self.low) / (self.high - self.low)
+    }
+
+    /// Low and high end, in units of the axis (decades where it is logarithmic).
+    pub(crate) fn ends(self) -> [f64; 2] {
+        [self.low, self.high]
     }
 
     /// High end less low end, in units of the axis (decades where it is logarithmic).
@@ -193,7 +198,7 @@ fn round_step(least: f64) -> f64 {
 
 /// Offset and power of ten that are taken out of the values that tick labels show.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct LeftOut {
+pub(in crate::report) struct LeftOut {
     /// Subtracted, as text.
     pub offset: Option<String>,
     /// Power of ten that is divided out.
@@ -202,7 +207,7 @@ pub(super) struct LeftOut {
 
 /// Where an axis has its marks.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Ticks {
+pub(in crate::report) struct Ticks {
     /// Value and label.
     pub major: Vec<(f64, String)>,
     /// Values without labels.
@@ -247,7 +252,7 @@ fn linear_labels(at: &[f64], step: f64) -> (Vec<String>, LeftOut) {
 }
 
 /// `value` with a true minus sign, and no minus before zero.
-pub(super) fn number(value: f64, places: usize) -> String {
+pub(in crate::report) fn number(value: f64, places: usize) -> String {
     let text = format!("{value:.places$}");
     let zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
     match text.strip_prefix('-') {

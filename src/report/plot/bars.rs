@@ -22,9 +22,9 @@ pub(crate) struct Bar {
 /// Rows of one or more bars.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BarChart {
-    title: String,
-    legend: Vec<(String, Color)>,
-    rows: Vec<(String, Vec<Bar>)>,
+    pub(in crate::report) title: String,
+    pub(in crate::report) legend: Vec<(String, Color)>,
+    pub(in crate::report) rows: Vec<(String, Vec<Bar>)>,
 }
 
 const SWATCH: f64 = 14.0;

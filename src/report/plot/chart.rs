@@ -7,7 +7,7 @@ use crate::error::Result;
 
 /// Elements of a chart, in the units of the axes.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Mark {
+pub(in crate::report) enum Mark {
     /// A line through points.
     Line { points: Vec<[f64; 2]>, stroke: Stroke },
     /// Dots.
@@ -26,7 +26,7 @@ pub(super) enum Mark {
 
 /// One entry of a chart. An empty name stays out of the legend.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Series {
+pub(in crate::report) struct Series {
     pub name: String,
     pub mark: Mark,
 }
@@ -34,11 +34,11 @@ pub(super) struct Series {
 /// Axes and the elements between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    pub(super) title: String,
-    pub(super) x: Axis,
-    pub(super) y: Axis,
-    pub(super) series: Vec<Series>,
-    pub(super) equal: bool,
+    pub(in crate::report) title: String,
+    pub(in crate::report) x: Axis,
+    pub(in crate::report) y: Axis,
+    pub(in crate::report) series: Vec<Series>,
+    pub(in crate::report) equal: bool,
 }
 
 impl Chart {
@@ -122,7 +122,7 @@ impl Chart {
     }
 
     /// Refuses infinite and absurdly large numbers by the name of their series, and maps in decades.
-    pub(super) fn check(&self) -> Result<()> {
+    pub(in crate::report) fn check(&self) -> Result<()> {
         if self.equal && (self.x.is_logarithmic() || self.y.is_logarithmic()) {
             return Err(bad(format!("chart {:?}", self.title), "equal axes must both be linear"));
         }
@@ -145,7 +145,7 @@ impl Chart {
     }
 
     /// All x of the data, for the scale; lines across follow the data and do not stretch it.
-    pub(super) fn xs(&self) -> impl Iterator<Item = f64> {
+    pub(in crate::report) fn xs(&self) -> impl Iterator<Item = f64> {
         self.series.iter().flat_map(|s| -> Box<dyn Iterator<Item = f64>> {
             match &s.mark {
                 Mark::Line { points, .. } | Mark::Dots { points, .. } => Box::new(points.iter().map(|p| p[0])),
@@ -156,7 +156,7 @@ impl Chart {
     }
 
     /// All y of the data, for the scale.
-    pub(super) fn ys(&self) -> impl Iterator<Item = f64> {
+    pub(in crate::report) fn ys(&self) -> impl Iterator<Item = f64> {
         self.series.iter().flat_map(|s| -> Box<dyn Iterator<Item = f64>> {
             match &s.mark {
                 Mark::Line { points, .. } | Mark::Dots { points, .. } => Box::new(points.iter().map(|p| p[1])),

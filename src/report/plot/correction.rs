@@ -17,7 +17,7 @@ pub(super) fn rows(equations: &[EquationAnswer]) -> Option<[Vec<Panel>; 2]> {
 }
 
 /// The same without its article, for titles.
-pub(super) fn short(equation: &str) -> &str {
+pub(in crate::report) fn short(equation: &str) -> &str {
     let last = without_kind(equation);
     last.strip_prefix("the ").unwrap_or(last)
 }

@@ -108,7 +108,7 @@ pub(super) fn means(slices: &[Slice]) -> Vec<[f64; 2]> {
 
 /// A line that looks like the one through `at(0) … at(rows - 1)`, with at most four points in each of `columns` equal
 /// parts of the rows: the first, the extremes, the last. NaN stays where it fills a part.
-pub(super) fn outline(rows: usize, at: impl Fn(usize) -> [f64; 2], columns: usize) -> Vec<[f64; 2]> {
+pub(in crate::report) fn outline(rows: usize, at: impl Fn(usize) -> [f64; 2], columns: usize) -> Vec<[f64; 2]> {
     let size = rows.div_ceil(columns.max(1)).max(1);
     if size <= 4 {
         return (0..rows).map(at).collect();

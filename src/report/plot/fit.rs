@@ -97,6 +97,11 @@ impl FitFigure<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if lengths differ, no sample is finite, or a number is infinite; it names which.
     pub fn draw(&self) -> Result<Picture> {
+        self.page(COLUMNS)?.draw()
+    }
+
+    /// The page before it is drawn, with envelopes of `columns` slices.
+    pub(in crate::report) fn page(&self, columns: usize) -> Result<Page> {
         self.check()?;
         let last_s = self.time.at(self.time.len() - 1);
         let drawing = Drawing {
@@ -104,12 +109,12 @@ impl FitFigure<'_> {
             clock: time(self.time.at(0).abs().max(last_s.abs())),
             levels: shown(self.levels),
             figure: self,
+            columns,
         };
-        Page::new(self.title)
+        Ok(Page::new(self.title)
             .subtitle(self.verdict)
             .row([drawing.log()?.into(), drawing.residuals()?])
-            .row([drawing.autocorrelation(), drawing.periodogram()])
-            .draw()
+            .row([drawing.autocorrelation(), drawing.periodogram()]))
     }
 
     fn check(&self) -> Result<()> {
@@ -141,6 +146,8 @@ struct Drawing<'a> {
     step_s: f64,
     clock: Quantity,
     levels: Vec<&'a WhitenessLevel<'a>>,
+    /// Slices of an envelope across a panel.
+    columns: usize,
 }
 
 impl Drawing<'_> {
@@ -152,7 +159,7 @@ impl Drawing<'_> {
             slices(name, self.figure.time, values, f64::INFINITY)?;
             return Ok(Vec::new());
         }
-        slices(name, self.figure.time, values, self.length_s() / COLUMNS.min(there / 4) as f64)
+        slices(name, self.figure.time, values, self.length_s() / self.columns.min(there / 4) as f64)
     }
 
     /// Time that the samples stand for, s: from the first to the end of the last.
@@ -258,7 +265,7 @@ impl Drawing<'_> {
         for level in self.levels.iter().filter(|l| !is_sample(l.averaging_time_s, self.step_s)) {
             let width_s = level.averaging_time_s;
             let line = means(&self.blocks("residual", self.figure.residual_rad_s, width_s)?);
-            let line = outline(line.len(), |i| line[i], COLUMNS);
+            let line = outline(line.len(), |i| line[i], self.columns);
             let name = format!("means over {}", duration(width_s, 2));
             let bound = NORMAL_975 * (variance * self.step_s / width_s).sqrt();
             charts.push(strip(

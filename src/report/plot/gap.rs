@@ -7,12 +7,12 @@ use super::{Axis, Chart, Page, Panel, Picture, palette};
 use crate::error::Result;
 use crate::gap::answer::{Answer, Metric, Verdict};
 use crate::gap::rest::predictive::{Curve, Over, Shown};
-use crate::report::gap::words::{capitalised, curve_name, heading_horizon_s, measured_on, title};
+use crate::report::gap::words::{capitalised, curve_name, heading_horizon_s, measured_on, metric_words, title};
 
 /// Effects in the panel of probabilities.
 const EFFECTS: usize = 6;
-const BEFORE: palette::Color = palette::GREY;
-const AFTER: palette::Color = palette::VERMILION;
+pub(in crate::report) const BEFORE: palette::Color = palette::GREY;
+pub(in crate::report) const AFTER: palette::Color = palette::VERMILION;
 const FLOOR: palette::Color = palette::GREEN;
 
 /// The page of a diagnosis.
@@ -72,6 +72,11 @@ impl GapFigure<'_> {
             .draw()
     }
 
+    /// Corrections of equations over time, then against what they go with.
+    pub(in crate::report) fn corrections(&self) -> Vec<Panel> {
+        correction::rows(&self.answer.equations).map(|rows| rows.concat()).unwrap_or_default()
+    }
+
     /// Log-likelihood that free corrections of the nominal equations gain, nats.
     fn equations(&self) -> Panel {
         let name = "Which equation: what a free correction gains, nats";
@@ -89,7 +94,7 @@ impl GapFigure<'_> {
         chart.into()
     }
 
-    fn probabilities(&self) -> Panel {
+    pub(in crate::report) fn probabilities(&self) -> Panel {
         let a = self.answer;
         let bar = |probability: f64, color| {
             // rounding may lead a hair beyond one
@@ -107,7 +112,7 @@ impl GapFigure<'_> {
             .into()
     }
 
-    fn how_far(&self) -> Panel {
+    pub(in crate::report) fn how_far(&self) -> Panel {
         let name = format!("How far the gap shrinks, {}", measured_on(self.held_out));
         let rows: Vec<(String, [(f64, String); 3])> = self.answer.gap.iter().filter_map(row).collect();
         if rows.is_empty() {
@@ -147,17 +152,17 @@ fn row(metric: &Metric) -> Option<(String, [(f64, String); 3])> {
         }
         (other, None) => {
             let name = match other {
-                "allan_deviation_ln_rms" => "Allan deviation, ln rms",
-                "spectrum_ln_rms" => "spectrum, ln rms",
-                other => other,
+                "allan_deviation_ln_rms" => "Allan deviation, ln rms".into(),
+                "spectrum_ln_rms" => "spectrum, ln rms".into(),
+                other => metric_words(other),
             };
-            (name.into(), values.map(|v| (v.max(0.0), significant(v, 3))))
+            (name, values.map(|v| (v.max(0.0), significant(v, 3))))
         }
     })
 }
 
 /// The recording over the bands of the simulators.
-fn chart(curve: &Curve, with_effects: bool) -> Chart {
+pub(in crate::report) fn chart(curve: &Curve, with_effects: bool) -> Chart {
     let log_x = !matches!(curve.over, Over::Time | Over::TemperatureC | Over::TemperatureRate | Over::SupplyV);
     let log_y =
         matches!(curve.shown, Shown::Power | Shown::LargestPower | Shown::AllanDeviation | Shown::ShareOfSamples);

@@ -12,12 +12,12 @@ use crate::error::Result;
 /// Cells with a number each, row by row from the top. NaN is an empty cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeatMap {
-    title: String,
-    rows: Vec<String>,
-    columns: Vec<String>,
-    labels: [String; 2],
-    values: Vec<f64>,
-    places: usize,
+    pub(in crate::report) title: String,
+    pub(in crate::report) rows: Vec<String>,
+    pub(in crate::report) columns: Vec<String>,
+    pub(in crate::report) labels: [String; 2],
+    pub(in crate::report) values: Vec<f64>,
+    pub(in crate::report) places: usize,
 }
 
 impl HeatMap {

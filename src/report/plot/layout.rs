@@ -249,7 +249,7 @@ fn widest(ticks: &Ticks) -> Result<f64> {
 }
 
 /// Ticks along y: 48 pixels apart they read well; low charts put up with 20, so that they have more than one.
-fn y_ticks(scale: Scale, height: f64) -> Ticks {
+pub(in crate::report) fn y_ticks(scale: Scale, height: f64) -> Ticks {
     let (good, most) = ((height / 48.0) as usize, (height / 20.0) as usize);
     let enough = (good.max(1)..=most).map(|count| scale.ticks(count)).find(|t| t.major.len() >= 3);
     let mut ticks = enough.unwrap_or_else(|| scale.ticks(good.max(2)));
@@ -259,7 +259,7 @@ fn y_ticks(scale: Scale, height: f64) -> Ticks {
 }
 
 /// As many ticks along x as there is room for their labels.
-fn x_ticks(scale: Scale, width: f64) -> Result<Ticks> {
+pub(in crate::report) fn x_ticks(scale: Scale, width: f64) -> Result<Ticks> {
     let mut count = ((width / 60.0) as usize).clamp(2, 10);
     let mut ticks = scale.ticks(count);
     while count > 2 && widest(&ticks)? + 1.2 * TICK > width / ticks.major.len().max(1) as f64 {

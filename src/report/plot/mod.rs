@@ -20,24 +20,24 @@
 //! A chart's data may hold NaN (a missing value: lines break there), but nothing infinite; figures of long logs are
 //! drawn from envelopes and block means, so that files stay small whatever the length.
 
-mod axis;
-mod bars;
+pub(in crate::report) mod axis;
+pub(in crate::report) mod bars;
 pub mod bench;
-mod chart;
-mod correction;
+pub(in crate::report) mod chart;
+pub(in crate::report) mod correction;
 pub mod drive;
-mod envelope;
+pub(in crate::report) mod envelope;
 pub mod fit;
 mod font;
 pub(crate) mod gap;
 mod geometry;
-mod heat;
-mod layout;
+pub(in crate::report) mod heat;
+pub(in crate::report) mod layout;
 pub(crate) mod noise;
 mod page;
 pub mod palette;
 mod picture;
-mod quantity;
+pub(in crate::report) mod quantity;
 mod scene;
 pub(crate) mod study;
 

@@ -102,6 +102,11 @@ impl Page {
         self
     }
 
+    /// The panels, row by row.
+    pub(in crate::report) fn into_panels(self) -> Vec<Panel> {
+        self.rows.into_iter().flatten().collect()
+    }
+
     /// Draws the page.
     ///
     /// # Errors
@@ -136,7 +141,7 @@ impl Page {
                 panel.draw(Rect { left, top, right: left + width, bottom: top + height }, &mut scene)?;
             }
         }
-        Ok(Picture { scene, title: self.title.clone() })
+        Ok(Picture { scene, title: self.title.clone(), panels: self.rows.concat() })
     }
 }
 
@@ -147,6 +152,18 @@ fn divided(length: f64, parts: usize) -> f64 {
 }
 
 impl Panel {
+    /// The panel with this title.
+    pub(in crate::report) fn titled(mut self, name: &str) -> Self {
+        match &mut self {
+            Self::Chart(Chart { title, .. })
+            | Self::Stack { title, .. }
+            | Self::Notice { title, .. }
+            | Self::HeatMap(HeatMap { title, .. })
+            | Self::Bars(BarChart { title, .. }) => name.clone_into(title),
+        }
+        self
+    }
+
     fn draw(&self, place: Rect, scene: &mut Scene) -> Result<()> {
         match self {
             Self::Chart(chart) => Placed::new(chart, place, Shared::default())?.draw(scene),

@@ -1,5 +1,6 @@
 //! A finished page, ready to be written.
 
+use super::Panel;
 use super::scene::Scene;
 use crate::error::{Error, ErrorKind, Result};
 use crate::files::{OutputFile, mark};
@@ -36,9 +37,17 @@ impl Format {
 pub struct Picture {
     pub(super) scene: Scene,
     pub(super) title: String,
+    /// What was drawn, row by row.
+    pub(in crate::report) panels: Vec<Panel>,
 }
 
 impl Picture {
+    /// Its title.
+    #[must_use]
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
     /// Width and height, pixels.
     #[must_use]
     pub fn size(&self) -> (u32, u32) {

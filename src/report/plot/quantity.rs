@@ -4,7 +4,7 @@ use crate::units::{RAD_S_PER_DEG_S, RateUnit};
 
 /// A unit of an axis: its name, and what one SI unit is in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Quantity {
+pub(in crate::report) struct Quantity {
     pub unit: &'static str,
     pub per_si: f64,
 }
@@ -24,7 +24,7 @@ fn readable(units: &[Quantity], largest: f64) -> Quantity {
 }
 
 /// Angular rates up to `largest_rad_s`: `unit`, or rad/s with the prefix that reads well.
-pub(super) fn rate(largest_rad_s: f64, unit: Option<RateUnit>) -> Quantity {
+pub(in crate::report) fn rate(largest_rad_s: f64, unit: Option<RateUnit>) -> Quantity {
     let Some(unit) = unit else {
         let units = [
             Quantity { unit: "rad/s", per_si: 1.0 },
@@ -45,7 +45,7 @@ pub(super) fn rate(largest_rad_s: f64, unit: Option<RateUnit>) -> Quantity {
 }
 
 /// Times up to `largest_s`. Minutes begin where seconds would need four digits.
-pub(super) fn time(largest_s: f64) -> Quantity {
+pub(in crate::report) fn time(largest_s: f64) -> Quantity {
     let largest_s = largest_s.abs();
     if largest_s >= 10.0 * 86_400.0 {
         Quantity { unit: "d", per_si: 1.0 / 86_400.0 }
@@ -61,7 +61,7 @@ pub(super) fn time(largest_s: f64) -> Quantity {
 }
 
 /// Angles up to `largest_rad`, in degrees: headings are read on a compass.
-pub(super) fn angle(largest_rad: f64) -> Quantity {
+pub(in crate::report) fn angle(largest_rad: f64) -> Quantity {
     let per_si = 1.0 / RAD_S_PER_DEG_S;
     if largest_rad.abs() * per_si >= 0.1 {
         Quantity { unit: "°", per_si }
@@ -71,7 +71,7 @@ pub(super) fn angle(largest_rad: f64) -> Quantity {
 }
 
 /// Lengths up to `largest_m`.
-pub(super) fn length(largest_m: f64) -> Quantity {
+pub(in crate::report) fn length(largest_m: f64) -> Quantity {
     let largest_m = largest_m.abs();
     if largest_m >= 10_000.0 {
         Quantity { unit: "km", per_si: 1e-3 }
@@ -83,7 +83,7 @@ pub(super) fn length(largest_m: f64) -> Quantity {
 }
 
 /// `seconds` in the unit that reads well, with `digits` significant digits: `10.2 min`.
-pub(super) fn duration(seconds: f64, digits: usize) -> String {
+pub(in crate::report) fn duration(seconds: f64, digits: usize) -> String {
     if seconds.is_infinite() {
         return "∞".into();
     }
@@ -93,7 +93,7 @@ pub(super) fn duration(seconds: f64, digits: usize) -> String {
 }
 
 /// `value` with `digits` significant digits and no trailing zeros.
-pub(super) fn significant(value: f64, digits: usize) -> String {
+pub(in crate::report) fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }

@@ -12,10 +12,12 @@ use crate::gap::drive::record::Record;
 
 /// Horizons, s.
 const HORIZONS_S: [f64; 3] = [1.0, 5.0, 20.0];
+/// The longest of them, s.
+pub(super) const LONGEST_S: f64 = HORIZONS_S[2];
 /// Fewest windows for a comparison of the errors of filters.
 const FEWEST_WINDOWS: usize = 5;
 /// Factor on the variance of a channel that excludes it from a pass of the filter.
-const ASIDE: f64 = 1e10;
+pub(super) const ASIDE: f64 = 1e10;
 
 /// Squared errors of position (m²) and heading (rad²) at each horizon, window by window.
 #[derive(Default)]
@@ -41,8 +43,7 @@ impl Horizons {
     /// Adds the errors of one drive, if it is long enough.
     pub(crate) fn add(&mut self, record: &Record, lost: Option<&LostTicks>, under: &Under, alone: bool) {
         let claimed = under.claimed;
-        let longest = HORIZONS_S[2];
-        if record.span_s() < 1.5 * longest {
+        if record.span_s() < 1.5 * LONGEST_S {
             return;
         }
         let mut noise: Noise = claimed.noise(record, under.process);
@@ -64,7 +65,7 @@ impl Horizons {
         let mut from = 0;
         while let Some(begin) = (from..record.len()).find(|k| pose.iter().all(|p| p[*k].is_finite())) {
             let start_s = record.times_s[begin];
-            let end = record.times_s.partition_point(|t| *t <= start_s + longest);
+            let end = record.times_s.partition_point(|t| *t <= start_s + LONGEST_S);
             if end >= record.len() {
                 break;
             }

@@ -9,6 +9,7 @@
 pub(crate) mod horizons;
 pub(crate) mod navigating;
 pub(crate) mod simulate_fitted;
+pub(crate) mod traces;
 mod under;
 use self::horizons::{Horizons, horizon_metrics, misled};
 use self::simulate_fitted::own;

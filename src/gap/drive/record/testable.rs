@@ -98,7 +98,7 @@ pub(crate) fn nothing_twice(config: &Config, fit: &[Drive<'_>], options: &Option
         notes,
         ..compose::answer(&findings, |_| None)
     };
-    Some(Diagnosis { answer, augmented: config.clone(), findings, far: None, prepared: None })
+    Some(Diagnosis { answer, augmented: config.clone(), findings, far: None, prepared: None, traces: Vec::new() })
 }
 
 #[cfg(test)]
