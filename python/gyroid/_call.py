@@ -10,6 +10,7 @@ from typing import Any
 from gyroid import _gyroid
 from gyroid._errors import Error, of_kind
 from gyroid._input import Given
+from gyroid._options import DriveOptions, RestOptions
 
 #: Units at the end of an argument's name; options of the command line have none.
 _UNIT = re.compile(r"_(rad_s|s|hz|deg|mb|c)$")
@@ -22,6 +23,10 @@ def option(argument: str) -> str:
     return _UNIT.sub("", argument).replace("_", "-")
 
 
+#: Arguments of all readers by their options.
+_ARGUMENTS = {option(name): name for typed in (RestOptions, DriveOptions) for name in typed.__annotations__}
+
+
 class Call:
     """A call of a function: its arguments in the words of the command line, and the places in memory that they need."""
 
@@ -30,7 +35,7 @@ class Call:
         self._options: list[str] = []
         self._shown = [given.name for given in unnamed]
         self._given = list(unnamed)
-        self._arguments: dict[str, str] = {}
+        self._arguments = dict(_ARGUMENTS)
         self.outputs = {key: _gyroid.Place(file) for key, file in outputs.items()}
 
     def named(self, argument: str, values: Sequence[Sequence[Given]], many: bool = False) -> None:

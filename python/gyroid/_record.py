@@ -30,12 +30,12 @@ class Record:
     @classmethod
     @functools.cache
     def _types(cls) -> dict[str, Any]:
-        # the generated classes know each other, whatever module a subclass is in
+        # keys of the JSON are those of estimates and of the generated classes
         from gyroid import _shapes
 
-        known = {**vars(_shapes), **globals()}
-        own = [b.__dict__.get("__annotations__", {}) for b in cls.__mro__ if issubclass(b, Record) and b is not Record]
-        return {k: eval(v, known) for a in reversed(own) for k, v in a.items() if not k.startswith("_")}  # noqa: S307
+        known = {**globals(), **vars(_shapes)}
+        own = [base for base in reversed(cls.__mro__) if base is Estimate or base.__module__ == _shapes.__name__]
+        return {key: eval(kind, known) for base in own for key, kind in base.__annotations__.items()}
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):

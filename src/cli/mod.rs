@@ -24,11 +24,12 @@ mod simulate;
 mod study;
 mod validate;
 
+pub use outcome::Answer;
+
 use clap::{Parser, Subcommand};
 use gyroid::ingest::DriveRecording;
 use gyroid::{Error, ErrorKind, Result};
 use outcome::Outcome;
-use serde_json::Value;
 use std::ffi::OsString;
 
 /// Gyro warm-up bias from recorded logs, the navigation filter that uses it, and the sim-to-real gap.
@@ -66,17 +67,6 @@ impl Cli {
             Command::Gap(args) => gap::run(args),
         }
     }
-}
-
-/// The answer of a command.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Answer {
-    /// The answer as `--json` writes it.
-    pub json: Value,
-    /// The page for people.
-    pub text: String,
-    /// Whether it is fit for use: exit code 0, not 3.
-    pub fit_for_use: bool,
 }
 
 /// Runs the program with `args`, of which the first is its name: it reads, writes and prints as they say. The exit code.
@@ -126,13 +116,15 @@ fn misused(error: &clap::Error, typed: &str) -> Error {
     let (found, rest) = text.trim_start_matches("error: ").trim_end().split_once('\n').unwrap_or((&text, ""));
     let hint: Vec<&str> = rest.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
     let error = Error::new(ErrorKind::Usage, typed, found);
-    let hint: Vec<&str> = hint.into_iter().take_while(|line| !line.starts_with("Usage:")).collect();
+    let hint: Vec<&str> =
+        hint.into_iter().take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more")).collect();
     if hint.is_empty() { error } else { error.hint(hint.join("; ")) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::Value;
 
     fn args(all: &[&str]) -> Vec<OsString> {
         all.iter().map(OsString::from).collect()

@@ -1,6 +1,6 @@
 //! Output of every command: text on standard output, JSON to a file or standard output, errors on standard error.
 
-use super::Answer;
+use super::outcome::Answer;
 use clap::Args;
 use gyroid::files::{OutputFile, Plan, mark};
 use gyroid::{Error, Result};
