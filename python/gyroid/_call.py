@@ -97,7 +97,7 @@ class Call:
     def text(self, output: str) -> str | None:
         """What was written to an output, if anything was."""
         content = self.outputs[output].bytes() if output in self.outputs else None
-        return None if content is None else self._clean(content.decode())
+        return None if content is None else content.decode()
 
     def told(self, error: Error) -> Error:
         """The error in the words of Python: arguments for options, and no places in memory."""

@@ -57,7 +57,7 @@ def navigate(
     off_time_s
         Warm restart: how long the gyro was off before, s.
     save_config
-        Keep the configuration with how warm the drive left the gyro: ``configuration()`` of the result.
+        Keep the configuration with how warm the drive left the gyro: ``config()`` of the result.
     zero_updates, no_zero_updates
         Take wheels that read zero within their noise for standing still; never do.
     gate

@@ -37,18 +37,21 @@ class Record:
         own = [base for base in reversed(cls.__mro__) if base is Estimate or base.__module__ == _shapes.__name__]
         return {key: eval(kind, known) for base in own for key, kind in base.__annotations__.items()}
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):
-            raise AttributeError(name)
-        types = self._types()
-        if name in self._data:
-            value = _view(self._data[name], types.get(name))
-        elif name in types:
-            value = None
-        else:
-            raise AttributeError(f"{type(self).__name__} has no {name!r}; there are {', '.join(self._data)}")
-        self.__dict__[name] = value
-        return value
+    # hidden from type checkers, which would take any name for an attribute
+    if not typing.TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("_"):
+                raise AttributeError(name)
+            types = self._types()
+            if name in self._data:
+                value = _view(self._data[name], types.get(name))
+            elif name in types:
+                value = None
+            else:
+                raise AttributeError(f"{type(self).__name__} has no {name!r}; there are {', '.join(self._data)}")
+            self.__dict__[name] = value
+            return value
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):

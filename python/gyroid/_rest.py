@@ -123,7 +123,7 @@ def fit(
         return result
 
     result = done(False)
-    _results.attach(result, _again=lambda: done(True).configuration())
+    _results.attach(result, _again=lambda: done(True).config())
     return result
 
 
@@ -173,7 +173,7 @@ def noise(
     configuration
         One that says how much the bias varies from one power-on to the next.
     write
-        The configuration that :func:`fit` made of this log; ``configuration()`` of the result is that with the terms.
+        The configuration that :func:`fit` made of this log; ``config()`` of the result is that with the terms.
     other_log, other_axis
         Write them although it was fitted to another log of the same gyro, or to another axis.
     level, draws, seed

@@ -49,7 +49,7 @@ class Fit(Result, _shapes.Fit):
         c1, c2, t = map(float, (self.c1_rad_s, self.c2_rad_s, self.time_constant_s))
         return np.asarray(c2 - c1 * np.expm1(-np.asarray(t_s, dtype=np.float64) / t))
 
-    def configuration(self, *, accept: bool = False) -> Configuration:
+    def config(self, *, accept: bool = False) -> Configuration:
         """The configuration with the model, its covariance, validation and provenance.
 
         Parameters
@@ -79,7 +79,7 @@ class Noise(Result, _shapes.Noise):
         """A term by its id, such as ``angle_random_walk``; None where the log does not show it."""
         return next((term for term in self.terms if term.id == id), None)
 
-    def configuration(self) -> Configuration:
+    def config(self) -> Configuration:
         """The configuration given as `write`, with the terms.
 
         Raises
@@ -112,7 +112,7 @@ class Navigation(Result, _shapes.Navigate):
     pose: Recording
     _configuration: Configuration | None = None
 
-    def configuration(self, *, accept: bool = False) -> Configuration:
+    def config(self, *, accept: bool = False) -> Configuration:
         """The configuration with how warm the drive left the gyro; `save_config` has to be asked for.
 
         Raises
@@ -154,7 +154,7 @@ class Diagnosis(Result, _shapes.GapDiagnose):
         """Everything that was tried, and why it was taken or not, as Markdown."""
         return self._why
 
-    def configuration(self) -> Configuration:
+    def config(self) -> Configuration:
         """The simulator with the effects that were found, as tables ``[[effect]]``."""
         return self._configuration
 

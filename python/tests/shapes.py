@@ -47,13 +47,13 @@ def answers() -> dict[str, list[dict[str, Any]]]:
         gyroid.fit(t_s, warm, temperature_c, against="temperature"),
         gyroid.fit(power_on, memory_mb=0),
     ]
-    config = fits[0].configuration()
+    config = fits[0].config()
     noises = [
-        gyroid.noise(power_on, datasheet="adis16448", write=config),
+        gyroid.noise(power_on, datasheet="mpu6050", write=config),
         gyroid.noise(cold, draws=99),
         gyroid.noise(t_s, warm, temperature_c, draws=99),
     ]
-    checks = [gyroid.validate(config, power_on), gyroid.validate(fits[5].configuration(accept=True), cold)]
+    checks = [gyroid.validate(config, power_on), gyroid.validate(fits[5].config(accept=True), cold)]
     square = gyroid.simulate(config, course="square", duration_s=60, start_offset_s=20)
     drives = [
         gyroid.navigate(config, DATA / "drive.parquet", save_config=True),
@@ -152,8 +152,8 @@ class Shapes:
                 fields.append((key, kind))
         content = (base, tuple(fields))
         if "." not in path or content not in self.by_content:
-            name = "".join(part.title().replace("_", "") for part in path.split("."))
-            name = name if "." not in path else "_" + name
+            words = path.replace(".", "_").split("_")
+            name = ("_" if "." in path else "") + "".join(word[:1].upper() + word[1:] for word in words)
             self.by_content[content] = name
             self.classes[name] = (base, fields)
         return self.by_content[content]

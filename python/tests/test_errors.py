@@ -38,11 +38,11 @@ def test_nothing_of_the_users_is_overwritten(tmp_path: Path, fitted: gyroid.Fit)
     mine = tmp_path / "mine.toml"
     mine.write_text("mine")
     with pytest.raises(gyroid.FileError, match="force") as caught:
-        fitted.configuration().save(mine)
+        fitted.config().save(mine)
     assert caught.value.kind == "exists" and mine.read_text() == "mine"
-    fitted.configuration().save(mine, force=True)
-    fitted.configuration().save(mine)
-    assert mine.read_text() == fitted.configuration().text
+    fitted.config().save(mine, force=True)
+    fitted.config().save(mine)
+    assert mine.read_text() == fitted.config().text
 
 
 def test_wrong_arguments_are_told_with_what_was_meant() -> None:
