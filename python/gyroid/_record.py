@@ -34,7 +34,7 @@ class Record:
         from gyroid import _shapes
 
         known = {**globals(), **vars(_shapes)}
-        own = [base for base in reversed(cls.__mro__) if base is Estimate or base.__module__ == _shapes.__name__]
+        own = [base for base in reversed(cls.__mro__) if base is Estimate or base.__module__.startswith(_shapes.__name__)]
         return {key: eval(kind, known) for base in own for key, kind in base.__annotations__.items()}
 
     # hidden from type checkers, which would take any name for an attribute

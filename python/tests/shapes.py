@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Writes `gyroid/_shapes.py`: the types of all answers, as the library gives them on the data of the repository.
+"""Writes `gyroid/_shapes/`: the types of all answers, as the library gives them on the data of the repository.
 
-python shapes.py [--check]: with `--check` the file is compared instead, and the exit code is 1 where it differs.
+python shapes.py [--check]: with `--check` the files are compared instead, and the exit code is 1 where one differs.
 """
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -14,14 +15,13 @@ import numpy as np
 
 PACKAGE = Path(__file__).parents[1] / "gyroid"
 DATA = PACKAGE.parents[1] / "data"
-HEAD = '''"""Types of the answers, as the JSON has them. Written by shapes.py: do not edit."""
-
-from __future__ import annotations
-
-from typing import Any
-
-from gyroid._record import Array, Estimate, Record, Rows
-'''
+HEAD = '"Types of {}, as the JSON has them. Written by shapes.py: do not edit."'
+#: Files and the answers in each.
+FILES = {
+    "_rest": ("answers on logs at rest", ("Fit", "Noise", "Validate")),
+    "_drive": ("answers on drives and gaps", ("Navigate", "Simulate", "GapDiagnose", "GapExplain")),
+    "_other": ("other answers", ("Export", "Inspect", "Study")),
+}
 #: Objects whose keys are data, by the end of their path.
 MAPS = ("parameters", "std", "axes", "ci95_of", "rms", "rms_ci95", "factors", "nees", "convergence", "estimates")
 #: The parameters of a fit are the same in every answer.
@@ -103,7 +103,7 @@ class Shapes:
     """Classes by what they hold, so that what is alike is one class."""
 
     def __init__(self) -> None:
-        self.classes: dict[str, tuple[str, list[tuple[str, str]]]] = {}
+        self.classes: dict[str, tuple[str, str, list[tuple[str, str]]]] = {}
         self.by_content: dict[tuple[str, tuple[tuple[str, str], ...]], str] = {}
 
     def type_of(self, values: list[Any], path: str) -> str:
@@ -155,29 +155,46 @@ class Shapes:
             words = path.replace(".", "_").split("_")
             name = ("_" if "." in path else "") + "".join(word[:1].upper() + word[1:] for word in words)
             self.by_content[content] = name
-            self.classes[name] = (base, fields)
+            self.classes[name] = (path.split(".")[0], base, fields)
         return self.by_content[content]
 
 
-def text() -> str:
-    """The module."""
+def files() -> dict[str, str]:
+    """The modules by name."""
     shapes = Shapes()
     for name, values in answers().items():
         shapes.object(values, name)
-    parts = [HEAD]
-    for name, (base, fields) in shapes.classes.items():
-        lines = [f"    {key}: {kind}" for key, kind in fields] or ["    pass"]
-        parts.append("\n".join([f"class {name}({base}):", *lines, ""]))
-    return "\n\n".join(parts)
+    made: dict[str, str] = {}
+    where: dict[str, str] = {}
+    for file, (what, roots) in FILES.items():
+        own = {name: rest for name, (root, *rest) in shapes.classes.items() if root in roots}
+        parts, used = [], set()
+        for name, (base, fields) in own.items():
+            used |= {word for _, kind in fields for word in re.findall(r"\w+", kind)} | {base}
+            lines = [f"    {key}: {kind}" for key, kind in fields] or ["    pass"]
+            parts.append("\n".join([f"class {name}({base}):", *lines, ""]))
+        known = {word: "gyroid._record" for word in ("Array", "Estimate", "Record", "Rows")} | where
+        imports = ["from typing import Any", ""] if "Any" in used else []
+        for module in dict.fromkeys(known.values()):
+            names = sorted(word for word in used if known.get(word) == module)
+            imports += [f"from {module} import {name}" for name in names]
+        head = "\n".join([f'""{HEAD.format(what)}""', "", "from __future__ import annotations", "", *imports, ""])
+        made[file] = "\n\n".join([head, *parts])
+        where |= dict.fromkeys(own, f"gyroid._shapes.{file}")
+    lines = [f"from {module} import {name} as {name}" for name, module in where.items()]
+    made["__init__"] = "\n".join([f'""{HEAD.format("the answers")}""', "", *lines, ""])
+    return made
 
 
 def main() -> int:
-    """Write the file, or compare it."""
-    target = PACKAGE / "_shapes.py"
-    made = text()
+    """Write the files, or compare them."""
+    folder = PACKAGE / "_shapes"
+    made = {folder / f"{name}.py": text for name, text in files().items()}
     if "--check" in sys.argv:
-        return int(target.read_text() != made)
-    target.write_text(made)
+        return int(any(file.read_text() != text for file, text in made.items()))
+    folder.mkdir(exist_ok=True)
+    for file, text in made.items():
+        file.write_text(text)
     return 0
 
 
