@@ -91,7 +91,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
 }
 
 /// Runs the command of `args`, of which the first is the program's name, and returns its answer instead of printing it.
-/// Files are read and written as `args` say, also those in memory ([`gyroid::files::memory`]). `typed` is the command as the
+/// Files are read and written as `args` say, also those in memory ([`crate::files::memory`]). `typed` is the command as the
 /// provenance of what is written has it.
 ///
 /// # Errors
@@ -105,7 +105,7 @@ pub fn answer(args: impl IntoIterator<Item = OsString>, typed: &str) -> Result<A
 /// Reads a log as the commands that take a drive do: `args` are the program's name, its files and the options of the reader.
 ///
 /// # Errors
-/// As [`read_drive`](gyroid::ingest::read_drive); [`ErrorKind::Usage`] for arguments that it does not know.
+/// As [`read_drive`](crate::ingest::read_drive); [`ErrorKind::Usage`] for arguments that it does not know.
 pub fn read_log(args: impl IntoIterator<Item = OsString>, typed: &str) -> Result<DriveRecording> {
     read::Read::try_parse_from(args).map_err(|e| misused(&e, typed))?.run()
 }
