@@ -2,6 +2,7 @@
 //! that none of them takes the place of something of the user's.
 
 pub mod mark;
+pub mod memory;
 pub(crate) mod parquet;
 mod plan;
 
@@ -20,7 +21,15 @@ pub struct OutputFile {
     target: PathBuf,
     /// Where it lies when links are followed.
     place: PathBuf,
-    temporary: tempfile::NamedTempFile,
+    temporary: Temporary,
+}
+
+/// Where the content lies until it is committed.
+#[derive(Debug)]
+enum Temporary {
+    File(tempfile::NamedTempFile),
+    /// Of a [place in memory](memory::Place).
+    Memory(Vec<u8>),
 }
 
 impl OutputFile {
@@ -30,6 +39,9 @@ impl OutputFile {
     /// [`ErrorKind::Io`] if its directory is missing or cannot be written, or if `target` is a directory or a device.
     pub fn claim(target: impl AsRef<Path>) -> Result<Self> {
         let target = target.as_ref().to_path_buf();
+        if memory::is_place(&target) {
+            return Ok(Self { place: target.clone(), target, temporary: Temporary::Memory(Vec::new()) });
+        }
         if target.is_dir() {
             return Err(Error::new(ErrorKind::Io, target.display(), "is a directory, not a file to write")
                 .hint("name a file in it"));
@@ -63,7 +75,7 @@ impl OutputFile {
             .suffix(".tmp")
             .tempfile_in(&directory)
             .map_err(|e| cannot(&e))?;
-        Ok(Self { target, place, temporary })
+        Ok(Self { target, place, temporary: Temporary::File(temporary) })
     }
 
     /// Where the content will be.
@@ -73,8 +85,11 @@ impl OutputFile {
     }
 
     /// The temporary file, for writers that stream.
-    pub(crate) fn file(&mut self) -> &mut std::fs::File {
-        self.temporary.as_file_mut()
+    pub(crate) fn file(&mut self) -> &mut dyn Write {
+        match &mut self.temporary {
+            Temporary::File(file) => file.as_file_mut(),
+            Temporary::Memory(bytes) => bytes,
+        }
     }
 
     /// Appends `bytes` to the content.
@@ -82,7 +97,7 @@ impl OutputFile {
     /// # Errors
     /// [`ErrorKind::Io`] if the disk refuses.
     pub fn write_all(&mut self, bytes: &[u8]) -> Result<()> {
-        self.temporary.write_all(bytes).map_err(|e| Error::io(&self.target, &e))
+        self.file().write_all(bytes).map_err(|e| Error::io(&self.target, &e))
     }
 
     /// Flushes to disk and puts the file in its place.
@@ -91,6 +106,13 @@ impl OutputFile {
     /// [`ErrorKind::Io`] if the disk refuses; the target is then as it was before.
     pub fn commit(self) -> Result<()> {
         let Self { target, place, temporary } = self;
+        let temporary = match temporary {
+            Temporary::File(file) => file,
+            Temporary::Memory(bytes) => {
+                memory::put(&place, bytes);
+                return Ok(());
+            }
+        };
         temporary.as_file().sync_all().map_err(|e| Error::io(&target, &e))?;
         set_default_permissions(temporary.as_file()).map_err(|e| Error::io(&target, &e))?;
         temporary.persist(&place).map_err(|e| Error::io(&target, &e.error))?;
@@ -104,6 +126,9 @@ impl OutputFile {
 /// [`ErrorKind::Io`] if it cannot be read.
 pub fn sha256(path: impl AsRef<Path>) -> Result<String> {
     let path = path.as_ref();
+    if let Some(bytes) = memory::get::<Vec<u8>>(path) {
+        return Ok(Sha256::digest(bytes.as_slice()).iter().map(|b| format!("{b:02x}")).collect());
+    }
     let mut file = std::fs::File::open(path).map_err(|e| Error::io(path, &e))?;
     let (mut hash, mut buffer) = (Sha256::new(), vec![0; 1 << 16]);
     loop {

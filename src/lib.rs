@@ -48,9 +48,9 @@
 //! | 4 | [`population`], [`study`], [`effects`] |
 //! | 5 | [`gap`], [`mod@bench`] |
 //! | 6 | [`export`], [`report`] |
-//! | 7 | the command line |
+//! | 7 | [`cli`] |
 //!
-//! The library never prints, never exits, and does not panic on input: every [`Error`] names the input, the place in
+//! The library never prints (what [`cli`] is for aside), never exits, and does not panic on input: every [`Error`] names the input, the place in
 //! it, what was found and the hint.
 //!
 //! # From samples to a configuration
@@ -102,8 +102,12 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+// the command line names the library as its other users do
+extern crate self as gyroid;
+
 pub mod bench;
 pub mod bias;
+pub mod cli;
 pub mod config;
 pub mod effects;
 pub mod error;

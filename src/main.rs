@@ -1,8 +1,6 @@
-//! The command line `gyroid`. All talking happens in `cli`; the library is silent.
+//! The command line `gyroid`, which is in [`gyroid::cli`].
 #![forbid(unsafe_code)]
 
-mod cli;
-
 fn main() -> std::process::ExitCode {
-    cli::main()
+    gyroid::cli::run(std::env::args_os()).into()
 }

@@ -179,9 +179,14 @@ impl DriveArgs {
 
     /// Reads the files as one drive of the robot of `config`.
     pub fn read(&self, logs: &[PathBuf], config: &Config) -> Result<DriveRecording> {
+        Ok(known(self.read_alone(logs)?, config))
+    }
+
+    /// Reads the files as one drive of whatever robot.
+    pub fn read_alone(&self, logs: &[PathBuf]) -> Result<DriveRecording> {
         let (time, time_unit) = (self.time.as_ref(), self.time_unit);
         let query = drive_query(&self.map, time, time_unit, &self.topics, &self.mounting, &self.raw)?;
-        Ok(known(ingest::read_drive(logs, &query)?, config))
+        ingest::read_drive(logs, &query)
     }
 }
 

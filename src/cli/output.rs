@@ -1,10 +1,13 @@
 //! Output of every command: text on standard output, JSON to a file or standard output, errors on standard error.
 
+use super::outcome::Answer;
 use clap::Args;
 use gyroid::files::{OutputFile, Plan, mark};
 use gyroid::{Error, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::borrow::Cow;
+use std::cell::RefCell;
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -46,6 +49,32 @@ impl Drop for Working {
     }
 }
 
+thread_local! {
+    /// What the command of this thread says, where a caller wants that.
+    static HEARD: RefCell<Option<Answer>> = const { RefCell::new(None) };
+    /// The command of this thread.
+    static TYPED: RefCell<String> = const { RefCell::new(String::new()) };
+}
+
+/// Runs a command, and keeps what it says.
+pub(super) fn captured<T>(command: impl FnOnce() -> T) -> (T, Answer) {
+    let nothing = Answer { json: serde_json::Value::Null, text: String::new(), fit_for_use: false };
+    HEARD.set(Some(nothing.clone()));
+    let done = command();
+    (done, HEARD.take().unwrap_or(nothing))
+}
+
+/// Whether somebody keeps what the command says; then `keep` is given it.
+fn heard(keep: impl FnOnce(&mut Answer)) -> bool {
+    HEARD.with_borrow_mut(|heard| heard.as_mut().map(keep).is_some())
+}
+
+/// Runs a command that was typed as `typed`.
+pub(super) fn as_typed<T>(typed: String, command: impl FnOnce() -> T) -> T {
+    TYPED.set(typed);
+    command()
+}
+
 enum Json {
     No,
     Stdout,
@@ -76,7 +105,7 @@ impl Output {
     /// Shows on a terminal what is being done, from the second second on, until the guard is dropped.
     pub fn working(&self, what: &'static str) -> Working {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-        if self.silent {
+        if self.silent || heard(|_| {}) {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         }
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} {elapsed}") {
@@ -90,15 +119,18 @@ impl Output {
 
     /// Prints a text for people, unless silent. A closed pipe (`| head`) is not an error.
     pub fn say(&self, text: impl AsRef<str>) {
-        if !self.silent {
-            let mut out = std::io::stdout().lock();
-            let _ = writeln!(out, "{}", text.as_ref());
+        if self.silent || heard(|answer| answer.text += &format!("{}\n", text.as_ref())) {
+            return;
         }
+        let mut out = std::io::stdout().lock();
+        let _ = writeln!(out, "{}", text.as_ref());
     }
 
     /// Writes the JSON where it was asked for, the schema before all else.
     pub fn finish(self, value: &serde_json::Value) -> Result<()> {
-        let text = format!("{:#}\n", with_schema(self.command, value));
+        let value = with_schema(self.command, value);
+        let text = if matches!(self.json, Json::No) { String::new() } else { format!("{value:#}\n") };
+        heard(|answer| answer.json = value);
         match self.json {
             Json::No => Ok(()),
             Json::Stdout => {
@@ -134,7 +166,12 @@ pub(crate) fn report(error: &Error) {
 
 /// The command as it was typed, for provenance.
 pub(crate) fn command_line() -> String {
+    TYPED.with_borrow(Clone::clone)
+}
+
+/// Arguments, of which the first is the program's name, as they are typed in a shell.
+pub(super) fn typed(args: &[OsString]) -> String {
     let quote = |arg: String| if arg.contains(char::is_whitespace) { format!("'{arg}'") } else { arg };
-    let arguments = std::env::args_os().skip(1).map(|a| quote(a.to_string_lossy().into_owned()));
+    let arguments = args.iter().skip(1).map(|a| quote(a.to_string_lossy().into_owned()));
     std::iter::once("gyroid".to_string()).chain(arguments).collect::<Vec<_>>().join(" ")
 }

@@ -149,7 +149,7 @@ fn missing_table(table: &str) -> Error {
 
 fn read_text(path: &Path) -> Result<(String, String)> {
     let name = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, &e))?;
+    let bytes = crate::files::memory::read(path).map_err(|e| Error::io(path, &e))?;
     let text = String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
         Error::new(ErrorKind::Config, &name, "is not UTF-8 text").at(format!("byte {at}"))

@@ -5,6 +5,7 @@
 //! or the one that is named; its columns are found by their names and unit suffixes. [`read_gyro`] reads one axis of a gyro at rest for the fit and audits it,
 //! [`read_gyro_within`] also of a log too large to be held, in one pass, [`read_axes_within`] several axes in the same; [`read_drive`]
 //! reads every channel of a drive, from one file or several; [`read_log`] one file without more ado; [`inspect()`] tells what is in a file; [`write_log`] writes a log.
+//! Columns that a caller holds in memory are read where a path is asked for ([`hold`]), and a log is written there ([`held`]).
 //!
 //! A sensor that is turned against its robot is read in the robot's frame ([`Mounting`]); `gyro_topics` lists the gyros of a log.
 //!
@@ -39,6 +40,8 @@ pub use crate::ingest::columns::channel_map::ChannelMap;
 pub use crate::ingest::columns::mounting::Mounting;
 pub use crate::ingest::columns::names::Axis;
 pub use crate::ingest::columns::scale::Scale;
+pub use crate::ingest::formats::arrays::Loaded;
+pub use crate::ingest::formats::memory::{Cells, CellsKind, HeldColumn, held, hold};
 pub use crate::ingest::formats::topics::{Stamp, Topic};
 pub use write::{LogWriter, write_log};
 

@@ -2,7 +2,7 @@
 
 use super::assemble::drive::{TIME, check_names};
 use crate::error::{Error, ErrorKind, Result};
-use crate::files::{OutputFile, parquet};
+use crate::files::{OutputFile, memory, parquet};
 use crate::signal::Log;
 use flate2::{Compression, write::GzEncoder};
 use polars::prelude::{
@@ -16,6 +16,8 @@ enum Target {
     Parquet,
     Csv,
     GzippedCsv,
+    /// A place in memory, for [`held`](super::held).
+    Memory,
 }
 
 /// A claimed place for a log.
@@ -33,7 +35,9 @@ impl LogWriter {
     pub fn claim(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let name = path.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
-        let target = if name.ends_with(".parquet") {
+        let target = if memory::is_place(path) {
+            Target::Memory
+        } else if name.ends_with(".parquet") {
             Target::Parquet
         } else if name.ends_with(".csv.gz") {
             Target::GzippedCsv
@@ -55,6 +59,10 @@ impl LogWriter {
         let path = self.file.target().to_path_buf();
         let fail = |e: &io::Error| Error::io(&path, e);
         match self.target {
+            Target::Memory => {
+                memory::put(&path, log.clone());
+                return Ok(());
+            }
             Target::Parquet => frame(log)
                 .and_then(|mut frame| parquet::write(&mut frame, self.file.file()))
                 .map_err(|e| Error::new(ErrorKind::Io, path.display(), e.to_string()).hint("check the disk"))?,

@@ -18,6 +18,7 @@ pub(crate) mod input;
 pub(crate) mod json_lines;
 pub(crate) mod matlab;
 pub(crate) mod mcap;
+pub(crate) mod memory;
 pub(crate) mod numpy;
 pub(crate) mod numpy_header;
 pub(crate) mod parquet;
@@ -164,6 +165,9 @@ fn open_any(path: &Path) -> Result<Opened> {
 
 /// Opens `path` with the format that its content shows, whatever its extension says; the topic of `choice` is not looked at.
 pub(super) fn opened(path: &Path, choice: Choice<'_>) -> Result<Opened> {
+    if let Some(columns) = memory::columns(path) {
+        return memory::open(path, columns, !choice.unhashed);
+    }
     let mut input = Input::open(path)?;
     (input.hashed, input.skip_bad_rows) = (!choice.unhashed, choice.skip_bad_rows);
     if input.head.is_empty() {

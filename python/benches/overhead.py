@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Time of `gyroid.fit` on arrays over that of the library alone on the same numbers.
+
+    cargo build --release -p gyroid-python --example library
+    pip install ./python
+    python python/benches/overhead.py target/release/examples/library [--samples 10000000] [--repeats 3]
+
+Prints both times, s, and their ratio; the least of the repeats counts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import gyroid
+import numpy as np
+
+
+def main() -> None:
+    """Make the arrays, time both."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("library", type=Path, help="the compiled example")
+    parser.add_argument("--samples", type=int, default=10_000_000)
+    parser.add_argument("--repeats", type=int, default=3)
+    args = parser.parse_args()
+    rng = np.random.default_rng(1)
+    t_s = np.arange(args.samples) * (3600.0 / args.samples)
+    rate_rad_s = 2e-3 * (1 - np.exp(-t_s / 240)) - 5e-3 + 2e-3 * rng.normal(size=t_s.size)
+    with tempfile.TemporaryDirectory() as folder:
+        files = [Path(folder) / name for name in ("times", "rates")]
+        for file, values in zip(files, (t_s, rate_rad_s), strict=True):
+            values.tofile(file)
+        done = subprocess.run([args.library, *files, str(args.repeats)], capture_output=True, text=True, check=True)
+    command_s, functions_s = map(float, done.stdout.split())
+    python_s = np.inf
+    for _ in range(args.repeats):
+        begin = time.perf_counter()
+        gyroid.fit(t_s, rate_rad_s)
+        python_s = min(python_s, time.perf_counter() - begin)
+    print(f"{args.samples} samples")
+    print(f"library, fit and whiteness alone     {functions_s:8.3f} s")
+    print(f"library, log audited and hashed too  {command_s:8.3f} s")
+    print(f"gyroid.fit, with its picture         {python_s:8.3f} s   ratio {python_s / command_s:.3f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+"""Gyro bias warm-up models from recorded logs, the filter that uses them, and the diagnosis of the sim-to-real gap.
+
+Logs are paths, arrays, or data frames with the Arrow PyCapsule interface (polars, pandas, pyarrow); configurations are paths
+or :class:`Configuration`. Quantities are in SI, and names carry the unit. A result that is not fit for use is returned, and
+says so in ``fit_for_use``; what cannot be computed raises :class:`Error`. The GIL is released during work.
+"""
+
+from gyroid._drive import diagnose, explain, navigate, simulate
+from gyroid._errors import Error, FileError
+from gyroid._files import export, inspect, read, study
+from gyroid._gyroid import __version__
+from gyroid._input import Frame, Log
+from gyroid._options import Drive, DriveOptions, RestOptions
+from gyroid._record import Array, Estimate, Picture, Record, Result, Rows
+from gyroid._rest import fit, noise, validate
+from gyroid._results import (
+    Check,
+    Diagnosis,
+    Explanation,
+    Export,
+    Fit,
+    Inspection,
+    Navigation,
+    Noise,
+    Simulation,
+    Study,
+)
+from gyroid._values import Config, Configuration, Recording
+
+__all__ = [
+    "Array",
+    "Check",
+    "Config",
+    "Configuration",
+    "Diagnosis",
+    "Drive",
+    "DriveOptions",
+    "Error",
+    "Estimate",
+    "Explanation",
+    "Export",
+    "FileError",
+    "Fit",
+    "Frame",
+    "Inspection",
+    "Log",
+    "Navigation",
+    "Noise",
+    "Picture",
+    "Record",
+    "Recording",
+    "RestOptions",
+    "Result",
+    "Rows",
+    "Simulation",
+    "Study",
+    "__version__",
+    "diagnose",
+    "explain",
+    "export",
+    "fit",
+    "inspect",
+    "navigate",
+    "noise",
+    "read",
+    "simulate",
+    "study",
+    "validate",
+]

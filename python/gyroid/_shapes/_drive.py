@@ -1,0 +1,292 @@
+"""Types of answers on drives and gaps, as the JSON has them. Written by shapes.py: do not edit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gyroid._record import Array
+from gyroid._record import Estimate
+from gyroid._record import Record
+from gyroid._record import Rows
+
+
+class _NavigateSmoothedReference(Record):
+    samples: int
+    position_rms_m: float
+    position_end_m: float
+    heading_rms_rad: float
+    heading_end_rad: float
+    nees_mean: float
+    nees_end: float
+    nees_end_bounds95: Array
+    heading_nees_end: float
+
+
+class _NavigateSmoothed(Record):
+    reference: _NavigateSmoothedReference
+
+
+class _NavigateWithErrorModelConsistencySensors(Record):
+    sensor: str
+    readings: int
+    nis_mean: float
+    nis_mean_bounds95: Array
+    nis_effective_readings: float
+    nis_mean_bounds999: Array
+    fit_for_use: bool
+    inside95: float
+    mean: float
+    mean_bound95: float
+    lag1_autocorrelation: float
+    lag1_bound95: float
+
+
+class _NavigateWithErrorModelConsistency(Record):
+    readings: int
+    gated: int
+    nis_mean: float
+    nis_mean_bounds95: Array
+    nis_holds: bool
+    unbiased: bool
+    white: bool
+    fit_for_use: bool
+    rows_inside95: float
+    sensors: Rows[_NavigateWithErrorModelConsistencySensors]
+
+
+class _NavigateWithErrorModelFinalPose(Record):
+    x_m: Estimate
+    y_m: Estimate
+    heading_rad: Estimate
+    gyro_error_rad_s: Estimate
+
+
+class _NavigateWithErrorModel(Record):
+    rows: int
+    span_s: float
+    since_power_on_s: float
+    since_power_on_assumed: bool
+    warm_up_age_end_s: float
+    slip_modelled: bool
+    torques_used: bool
+    consistency: _NavigateWithErrorModelConsistency
+    final_pose: _NavigateWithErrorModelFinalPose
+    reference: _NavigateSmoothedReference
+    notes: tuple[Any, ...]
+
+
+class _NavigateDeadReckoningReference(Record):
+    samples: int
+    position_rms_m: float
+    position_end_m: float
+    heading_rms_rad: float
+    heading_end_rad: float
+
+
+class _NavigateDeadReckoning(Record):
+    reference: _NavigateDeadReckoningReference
+
+
+class Navigate(Record):
+    schema: str
+    fit_for_use: bool
+    smoothed: _NavigateSmoothed
+    with_error_model: _NavigateWithErrorModel
+    without_error_model: _NavigateWithErrorModel
+    without_effects: Any
+    dead_reckoning: _NavigateDeadReckoning
+    gyro_reckoning: _NavigateDeadReckoning
+    log_notes: tuple[Any, ...]
+
+
+class _SimulateGyro(Record):
+    c1_rad_s: float
+    c2_rad_s: float
+    time_constant_s: float
+    warm_up_age_at_power_on_s: float
+
+
+class Simulate(Record):
+    schema: str
+    log: str
+    motion: str
+    rows: int
+    span_s: float
+    sample_time_s: float
+    seed: int
+    sensor_seed: int
+    channels: tuple[str, ...]
+    gyro: _SimulateGyro | None
+
+
+class _GapDiagnoseEffects(Record):
+    id: str
+    probability: float
+    evidence_nats: float | None
+    idle: bool
+    parameters: dict[str, float]
+    std: dict[str, float]
+    gap_closed: float | None
+    gap_closed_ci95: Array | None
+    share: float
+
+
+class _GapDiagnoseRemainderWhere(Record):
+    channel: str
+    equation: str
+    time_s: Any
+    frequency_hz: Any
+    condition: str | None
+    description: str
+
+
+class _GapDiagnoseRemainder(Record):
+    share: float
+    where: _GapDiagnoseRemainderWhere
+
+
+class _GapDiagnoseTimeOffsets(Record):
+    channel: str
+    recording: str
+    offset_s: float
+    std_s: float
+
+
+class _GapDiagnoseAlike(Record):
+    ids: tuple[str, ...]
+    overlap: float
+    separate_by: str
+
+
+class _GapDiagnoseWhere(Record):
+    channel: str
+    equation: str
+    time_s: Any
+    frequency_hz: Array | None
+    condition: Any
+
+
+class _GapDiagnoseEquationsCorrectionRegressors(Record):
+    name: str
+    share: float
+
+
+class _GapDiagnoseEquationsCorrectionAgainst(Record):
+    name: str
+    unit: str
+    values: Array
+
+
+class _GapDiagnoseEquationsCorrection(Record):
+    diffusion: float
+    unit: str
+    gain_nats: float
+    p_value: float
+    about_mean: bool
+    degrees_of_freedom: float
+    times_s: Array
+    values: Array
+    std: Array
+    regressors: Rows[_GapDiagnoseEquationsCorrectionRegressors]
+    against: _GapDiagnoseEquationsCorrectionAgainst
+
+
+class _GapDiagnoseEquations(Record):
+    equation: str
+    channel: str
+    gain_nats: float
+    follows: str
+    correction: _GapDiagnoseEquationsCorrection | None
+
+
+class _GapDiagnoseGap(Record):
+    metric: str
+    before: float
+    after: float
+    floor: float
+
+
+class _GapDiagnoseNavigationBefore(Record):
+    position_rms_m: float
+    heading_rms_rad: float
+    nis_mean: float
+    nis_mean_bounds95: Array
+
+
+class _GapDiagnoseNavigation(Record):
+    before: _GapDiagnoseNavigationBefore
+    after: _GapDiagnoseNavigationBefore
+
+
+class _GapDiagnoseTraceLimit(Record):
+    name: str
+    value: float
+    unit: str
+
+
+class _GapDiagnoseTrace(Record):
+    stage: str
+    subject: str
+    decision: str
+    reason: str
+    nats: float | None
+    limit: _GapDiagnoseTraceLimit | None
+
+
+class _GapDiagnoseCurves(Record):
+    over: str
+    x_unit: str
+    shown: str
+    unit: str
+    x: Array
+    bins: Array
+    recorded: Array
+    before: Array
+    after: Array
+    outside_before: float
+    outside_after: float
+    excess_before: float
+    excess_after: float
+    share: float
+    most_in: Array | None
+
+
+class _GapDiagnoseFreeForms(Record):
+    id: str
+    probability: float
+    description: str
+
+
+class GapDiagnose(Record):
+    schema: str
+    verdict: str
+    main: str
+    main_probability: float
+    none_probability: float
+    unknown_probability: float
+    effects: Rows[_GapDiagnoseEffects]
+    together: tuple[str, ...]
+    remainder: _GapDiagnoseRemainder
+    time_offsets: Rows[_GapDiagnoseTimeOffsets]
+    cannot_tell_apart: Array
+    alike: Rows[_GapDiagnoseAlike] | None
+    where: _GapDiagnoseWhere
+    equations: Rows[_GapDiagnoseEquations] | None
+    gap: Rows[_GapDiagnoseGap]
+    navigation: _GapDiagnoseNavigation | None
+    notes: tuple[str, ...]
+    trace: Rows[_GapDiagnoseTrace]
+    curves: Rows[_GapDiagnoseCurves]
+    free_forms: Rows[_GapDiagnoseFreeForms] | None
+
+
+class _GapExplainEffects(Record):
+    id: str
+    gain_nats: float
+    parameters: dict[str, Estimate]
+
+
+class GapExplain(Record):
+    schema: str
+    effects: Rows[_GapExplainEffects]
+    notes: tuple[str, ...]
