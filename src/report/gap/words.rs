@@ -8,7 +8,7 @@ use crate::units::{RAD_S_PER_DEG_S, duration_text};
 use std::fmt::Write;
 
 /// Description of an effect, at rest or in drives; `None` where the library does not know it.
-pub(super) fn about_of(id: &str) -> Option<&'static About> {
+pub(in crate::report) fn about_of(id: &str) -> Option<&'static About> {
     by_id(id).map(|e| e.about()).or_else(|| drive::by_id(id).map(|e| e.about()))
 }
 
@@ -45,13 +45,19 @@ fn over_name(over: Over) -> &'static str {
 }
 
 /// Units by the ends of parameter names, longer ones before those that they end in.
-const UNITS: [(&str, &str); 16] = [
+const UNITS: [(&str, &str); 23] = [
+    ("_rad_s_per_m2_s2", "rad/s per m²/s²"),
+    ("_rad_s_per_m3_s3", "rad/s per m³/s³"),
+    ("_rad_per_m2_s2", "rad per m²/s²"),
+    ("_s3_per_m", "s³/m"),
+    ("_s_per_m", "s/m"),
     ("_rad_s_sqrt_s", "rad/s/√s"),
     ("_rad_s_per_c2", "rad/s/°C²"),
     ("_rad_s_per_v2", "rad/s/V²"),
     ("_rad_s_per_c", "rad/s/°C"),
     ("_rad_s_per_v", "rad/s/V"),
     ("_rad_s2", "rad/s²"),
+    ("_s2", "s²"),
     ("_rad_s", "rad/s"),
     ("_rad", "rad"),
     ("_hz", "Hz"),
@@ -61,11 +67,12 @@ const UNITS: [(&str, &str); 16] = [
     ("_per_v", "1/V"),
     ("_c", "°C"),
     ("_v", "V"),
+    ("_m", "m"),
     ("_s", "s"),
 ];
 
 /// `level_spacing_rad_s` is (`level spacing`, `rad/s`).
-pub(super) fn name_and_unit(parameter: &str) -> (String, &'static str) {
+pub(in crate::report) fn name_and_unit(parameter: &str) -> (String, &'static str) {
     let found = UNITS.iter().find_map(|(end, unit)| parameter.strip_suffix(end).map(|name| (name, *unit)));
     let (name, unit) = found.unwrap_or((parameter, ""));
     (name.replace('_', " "), unit)
@@ -81,6 +88,16 @@ pub(super) fn percent(share: f64) -> String {
 /// Horizon of a heading drift, s.
 pub(in crate::report) fn heading_horizon_s(metric: &Metric) -> Option<f64> {
     metric.metric.strip_prefix("heading_drift_rms_rad_")?.strip_suffix('s')?.parse().ok()
+}
+
+/// Name of an error of the predicted pose, and the factor to its unit: `filter_heading_rms_rad_5s` is (`filter: heading off after
+/// 5 s, rms, deg`, 57.3).
+fn pose_horizon(metric: &str) -> Option<(String, f64)> {
+    let (who, rest) = metric.strip_prefix("filter_").map_or(("", metric), |rest| ("filter: ", rest));
+    let named = |quantity: &str| rest.strip_prefix(quantity)?.strip_suffix('s')?.parse().ok().map(duration_text);
+    named("position_rms_m_").map(|after| (format!("{who}position off after {after}, rms, m"), 1.0)).or_else(|| {
+        named("heading_rms_rad_").map(|after| (format!("{who}heading off after {after}, rms, deg"), degrees(1.0)))
+    })
 }
 
 /// A correction of which a state or an input has less than this goes with nothing that was tried.
@@ -113,21 +130,21 @@ pub(super) fn degrees(rad: f64) -> f64 {
 
 /// Writes the measures of the gap on the recording `on`; `after` heads their values with the explanation.
 pub(super) fn metrics(out: &mut String, on: &str, after: &str, gap: &[Metric]) {
-    let _ = writeln!(out, "  {on:<34}{:>12}{:>12}{:>12}", "before", after, "floor");
+    let _ = writeln!(out, "  {on:<38}{:>12}{:>12}{:>12}", "before", after, "floor");
     for metric in gap {
         let (name, factor) = match (heading_horizon_s(metric), metric.metric.as_str()) {
             (Some(horizon_s), _) => (format!("heading drift in {}, rms, deg", duration_text(horizon_s)), degrees(1.0)),
             (None, "log_score") => ("log score, nats".into(), 1.0),
             (None, "allan_deviation_ln_rms") => ("Allan deviation off by, ln, rms".into(), 1.0),
             (None, "spectrum_ln_rms") => ("spectrum off by, ln, rms".into(), 1.0),
-            (None, other) => (other.to_string(), 1.0),
+            (None, other) => pose_horizon(other).unwrap_or_else(|| (other.to_string(), 1.0)),
         };
         // scores differ in the third decimal place
         let score = metric.metric == "log_score";
         let shown = |v: f64| if score { format!("{v:.4}") } else { significant(factor * v, 4) };
         let _ = writeln!(
             out,
-            "  {name:<34}{:>12}{:>12}{:>12}",
+            "  {name:<38}{:>12}{:>12}{:>12}",
             shown(metric.before),
             shown(metric.after),
             shown(metric.floor)
