@@ -1,13 +1,17 @@
 //! Floor 7: one file a subcommand. Exit codes: 0 done, 1 bad input, 2 usage, 3 done but not fit for use.
 
 mod axes;
+mod completions;
+mod demo;
 mod drive_plot;
 mod export;
 mod fit;
 mod gap;
+mod init;
 mod inspect;
 mod log_args;
 mod log_values;
+mod man;
 mod mounting_args;
 mod navigate;
 mod noise;
@@ -20,8 +24,8 @@ mod simulate;
 mod study;
 mod validate;
 
-use clap::{Parser, Subcommand};
-use gyroid::Result;
+use clap::{CommandFactory, Parser, Subcommand};
+use gyroid::{Error, ErrorKind, Result};
 use outcome::Outcome;
 use std::process::ExitCode;
 
@@ -44,28 +48,45 @@ enum Command {
     Study(study::StudyArgs),
     Export(export::ExportArgs),
     Gap(gap::GapArgs),
+    Init(init::InitArgs),
+    Demo(demo::DemoArgs),
+    Completions(completions::CompletionsArgs),
+    Man(man::ManArgs),
+}
+
+impl Command {
+    fn run(&self) -> Result<Outcome> {
+        match self {
+            Self::Inspect(args) => args.run(),
+            Self::Fit(args) => fit::run(args),
+            Self::Validate(args) => validate::run(args),
+            Self::Noise(args) => noise::run(args),
+            Self::Simulate(args) => simulate::run(args),
+            Self::Navigate(args) => navigate::run(args),
+            Self::Study(args) => study::run(args),
+            Self::Export(args) => export::run(args),
+            Self::Gap(args) => gap::run(args),
+            Self::Init(args) => init::run(args),
+            Self::Demo(args) => demo::run(args, &typed),
+            Self::Completions(args) => completions::run(args, Cli::command()),
+            Self::Man(args) => man::run(args, Cli::command()),
+        }
+    }
+}
+
+/// Runs a command as it would be typed, its words apart, the program's name first.
+fn typed(words: &[&str]) -> Result<Outcome> {
+    let usage = |e: clap::Error| Error::new(ErrorKind::Usage, words.join(" "), e.to_string().trim());
+    Cli::try_parse_from(words).map_err(usage)?.command.run()
 }
 
 /// Parses the arguments, runs the command, reports its error, and says how it ended.
 pub(crate) fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let outcome: Result<Outcome> = match &cli.command {
-        Command::Inspect(args) => args.run(),
-        Command::Fit(args) => fit::run(args),
-        Command::Validate(args) => validate::run(args),
-        Command::Noise(args) => noise::run(args),
-        Command::Simulate(args) => simulate::run(args),
-        Command::Navigate(args) => navigate::run(args),
-        Command::Study(args) => study::run(args),
-        Command::Export(args) => export::run(args),
-        Command::Gap(args) => gap::run(args),
-    };
-    match outcome {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Unfit) => ExitCode::from(3),
+    match Cli::parse().command.run() {
+        Ok(outcome) => ExitCode::from(outcome.code()),
         Err(error) => {
             output::report(&error);
-            let usage = error.kind == gyroid::ErrorKind::Usage;
+            let usage = error.kind == ErrorKind::Usage;
             ExitCode::from(if usage { 2 } else { 1 })
         }
     }

@@ -8,3 +8,13 @@ pub(crate) enum Outcome {
     /// The work is done, and the result is not fit for use.
     Unfit,
 }
+
+impl Outcome {
+    /// The exit code.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Unfit => 3,
+        }
+    }
+}

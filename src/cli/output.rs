@@ -1,13 +1,16 @@
 //! Output of every command: text on standard output, JSON to a file or standard output, errors on standard error.
 
+use anstyle::AnsiColor;
 use clap::Args;
 use gyroid::files::{OutputFile, Plan, mark};
+use gyroid::units::duration_text;
 use gyroid::{Error, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::io::Write;
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Options that every command takes.
 #[derive(Debug, Clone, Args)]
@@ -38,12 +41,47 @@ impl Working {
     pub fn show(&self, what: impl Into<Cow<'static, str>>) {
         self.0.set_message(what);
     }
+
+    /// Counts what is done of all there is, and shows how long the rest will take.
+    pub fn counter(&self, what: String) -> impl Fn(usize, usize) + Sync + '_ {
+        let begun = Instant::now();
+        move |done, all| {
+            let rest_s = begun.elapsed().as_secs_f64() / done.max(1) as f64 * all.saturating_sub(done) as f64;
+            let rest = if done > 0 && done < all { format!(", {} left", duration_text(rest_s)) } else { String::new() };
+            self.show(format!("{what} {done} of {all}{rest}"));
+        }
+    }
+
+    /// Prints something else meanwhile.
+    pub fn aside(&self, print: impl FnOnce()) {
+        self.0.suspend(print);
+    }
 }
 
 impl Drop for Working {
     fn drop(&mut self) {
         self.0.finish_and_clear();
     }
+}
+
+/// A command that runs inside another.
+struct Inner {
+    /// As a user would type it.
+    line: String,
+    /// What it has said.
+    said: String,
+}
+
+thread_local! {
+    /// The command that runs inside this one, if one does.
+    static INNER: RefCell<Option<Inner>> = const { RefCell::new(None) };
+}
+
+/// Runs a command inside another: what it says is returned instead of printed, and provenance has its `line`.
+pub(crate) fn inside<T>(line: &str, run: impl FnOnce() -> T) -> (T, String) {
+    INNER.with(|inner| *inner.borrow_mut() = Some(Inner { line: line.into(), said: String::new() }));
+    let result = run();
+    (result, INNER.with(|inner| inner.borrow_mut().take()).map_or(String::new(), |i| i.said))
 }
 
 enum Json {
@@ -76,7 +114,7 @@ impl Output {
     /// Shows on a terminal what is being done, from the second second on, until the guard is dropped.
     pub fn working(&self, what: &'static str) -> Working {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-        if self.silent {
+        if self.silent || INNER.with(|inner| inner.borrow().is_some()) {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         }
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} {elapsed}") {
@@ -90,9 +128,13 @@ impl Output {
 
     /// Prints a text for people, unless silent. A closed pipe (`| head`) is not an error.
     pub fn say(&self, text: impl AsRef<str>) {
-        if !self.silent {
-            let mut out = std::io::stdout().lock();
-            let _ = writeln!(out, "{}", text.as_ref());
+        if self.silent {
+            return;
+        }
+        let kept = INNER.with(|inner| inner.borrow_mut().as_mut().map(|i| i.said += &format!("{}\n", text.as_ref())));
+        if kept.is_none() {
+            let mut out = anstream::stdout().lock();
+            let _ = writeln!(out, "{}", painted(text.as_ref()));
         }
     }
 
@@ -125,15 +167,47 @@ pub(crate) fn with_schema(command: &str, value: &serde_json::Value) -> serde_jso
 /// Prints an error: what and where on the first line, the hint on the second.
 pub(crate) fn report(error: &Error) {
     let place = error.place.as_ref().map(|p| format!("{p}: ")).unwrap_or_default();
-    let mut err = std::io::stderr().lock();
-    let _ = writeln!(err, "error: {}: {place}{}", error.input, error.found);
+    let mut err = anstream::stderr().lock();
+    let (red, cyan) = (AnsiColor::Red.on_default().bold(), AnsiColor::Cyan.on_default());
+    let _ = writeln!(err, "{red}error:{red:#} {}: {place}{}", error.input, error.found);
     if let Some(hint) = &error.hint {
-        let _ = writeln!(err, "  hint: {hint}");
+        let _ = writeln!(err, "  {cyan}hint:{cyan:#} {hint}");
     }
+}
+
+/// Beginnings of lines that stand out, with whether they are good news. Those before others that they begin with.
+const VERDICTS: [(&str, bool); 8] = [
+    ("NOT FIT FOR USE", false),
+    ("FIT FOR USE", true),
+    ("NOT EXPLAINED", false),
+    ("EXPLAINED", true),
+    ("IDENTIFIED", true),
+    ("NO GAP", true),
+    ("UNKNOWN", false),
+    ("CANNOT TELL", false),
+];
+
+/// A text with its verdicts in colour; what is no terminal, and NO_COLOR, take that away again.
+fn painted(text: &str) -> Cow<'_, str> {
+    let verdict = |line: &str| VERDICTS.iter().find(|(start, _)| line.starts_with(start)).copied();
+    if !text.lines().any(|line| verdict(line).is_some()) {
+        return text.into();
+    }
+    let paint = |line: &str| match verdict(line) {
+        Some((start, good)) => {
+            let style = if good { AnsiColor::Green } else { AnsiColor::Yellow }.on_default().bold();
+            format!("{style}{start}{style:#}{}", &line[start.len()..])
+        }
+        None => line.to_string(),
+    };
+    text.split('\n').map(paint).collect::<Vec<_>>().join("\n").into()
 }
 
 /// The command as it was typed, for provenance.
 pub(crate) fn command_line() -> String {
+    if let Some(line) = INNER.with(|inner| inner.borrow().as_ref().map(|i| i.line.clone())) {
+        return line;
+    }
     let quote = |arg: String| if arg.contains(char::is_whitespace) { format!("'{arg}'") } else { arg };
     let arguments = std::env::args_os().skip(1).map(|a| quote(a.to_string_lossy().into_owned()));
     std::iter::once("gyroid".to_string()).chain(arguments).collect::<Vec<_>>().join(" ")
