@@ -122,6 +122,7 @@ pub mod navigate;
 pub mod noise;
 pub mod population;
 pub mod report;
+pub mod robot;
 pub mod signal;
 pub mod simulate;
 pub mod study;

@@ -30,7 +30,9 @@ impl Inspect {
     pub fn run(&self) -> Result<Outcome> {
         places::check_logs([&self.log])?;
         let output = Output::open(&self.common, "inspect", Plan::new().reads([&self.log]))?;
+        let working = output.working("reading the log");
         let report = ingest::inspect_topic(&self.log, self.topics.one()?, self.topics.stamp(), self.skip_bad_rows)?;
+        drop(working);
         if output.talks() {
             output.say(table(&report).trim_end());
         }

@@ -1,6 +1,6 @@
 //! Options of the commands that read a log at rest or a drive, and what they make of it.
 
-use super::log_values::{AxisList, parse_axes, parse_rate_unit, parse_time_unit};
+use super::log_values::{AxisList, LOG_OPTIONS, parse_axes, parse_rate_unit, parse_time_unit};
 use super::mounting_args::MountingArgs;
 use super::output::Working;
 use clap::Args;
@@ -35,6 +35,7 @@ pub(crate) struct LogArgs {
 
 /// How much of a log is held.
 #[derive(Debug, Clone, Copy, Args)]
+#[command(next_help_heading = LOG_OPTIONS)]
 pub(crate) struct MemoryArgs {
     /// Hold a log whose times and rates, with what noise makes of them, take up to this, MB; a larger one is read once, in about 200 MB. 0: read every log so
     #[arg(long, value_name = "MB", default_value_t = ingest::MEMORY_BYTES >> 20)]
@@ -49,6 +50,7 @@ pub(crate) enum LogRead {
 
 /// Which messages of a log count, and which of their times.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = LOG_OPTIONS)]
 pub(crate) struct TopicArgs {
     /// Topic of a log that holds several, such as /imu/data, sensor_gyro/1, IMU/0; otherwise the only one with a gyro. May
     /// be given more than once for a drive, and for fit, which makes a row of each; `fit --topic all` takes every one with a gyro
@@ -93,6 +95,7 @@ impl TopicArgs {
 
 /// Numbers and rows that are not as they should be.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = LOG_OPTIONS)]
 pub(crate) struct RawArgs {
     /// Multiply a column, or a channel, by a factor: gz_raw=1/131:deg/s, gyro_z_rad_s=1.02; may be given more than once
     #[arg(long, value_name = "NAME=FACTOR[:UNIT]")]
@@ -110,6 +113,7 @@ impl RawArgs {
 
 /// How to read the columns of a log at rest.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = LOG_OPTIONS)]
 pub(crate) struct ColumnArgs {
     #[command(flatten)]
     topics: TopicArgs,
@@ -153,6 +157,7 @@ const TRIM: &str = "; --trim-motion leaves that out";
 
 /// How to read the columns of a drive.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = LOG_OPTIONS)]
 pub(crate) struct DriveArgs {
     #[command(flatten)]
     topics: TopicArgs,

@@ -4,6 +4,9 @@ use gyroid::ingest::Axis;
 use gyroid::population::AxisChoice;
 use gyroid::units::{RateUnit, TimeUnit};
 
+/// Heading, in the help, of the options that say how to read a log.
+pub(super) const LOG_OPTIONS: &str = "Log options";
+
 /// One axis or several.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct AxisList(pub(super) Vec<AxisChoice>);

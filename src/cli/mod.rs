@@ -4,14 +4,18 @@
 //! Exit codes: 0 done, 1 bad input, 2 usage, 3 done but not fit for use.
 
 mod axes;
+mod completions;
+mod demo;
 mod drive_plot;
 mod export;
 mod fit;
 mod gap;
 mod html;
+mod init;
 mod inspect;
 mod log_args;
 mod log_values;
+mod man;
 mod mounting_args;
 mod navigate;
 mod noise;
@@ -27,7 +31,7 @@ mod validate;
 
 pub use outcome::Answer;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use gyroid::ingest::DriveRecording;
 use gyroid::{Error, ErrorKind, Result};
 use outcome::Outcome;
@@ -52,29 +56,43 @@ enum Command {
     Study(study::StudyArgs),
     Export(export::ExportArgs),
     Gap(gap::GapArgs),
+    Init(init::InitArgs),
+    Demo(demo::DemoArgs),
+    Completions(completions::CompletionsArgs),
+    Man(man::ManArgs),
 }
 
-impl Cli {
+impl Command {
     fn run(&self) -> Result<Outcome> {
-        match &self.command {
-            Command::Inspect(args) => args.run(),
-            Command::Fit(args) => fit::run(args),
-            Command::Validate(args) => validate::run(args),
-            Command::Noise(args) => noise::run(args),
-            Command::Simulate(args) => simulate::run(args),
-            Command::Navigate(args) => navigate::run(args),
-            Command::Study(args) => study::run(args),
-            Command::Export(args) => export::run(args),
-            Command::Gap(args) => gap::run(args),
+        match self {
+            Self::Inspect(args) => args.run(),
+            Self::Fit(args) => fit::run(args),
+            Self::Validate(args) => validate::run(args),
+            Self::Noise(args) => noise::run(args),
+            Self::Simulate(args) => simulate::run(args),
+            Self::Navigate(args) => navigate::run(args),
+            Self::Study(args) => study::run(args),
+            Self::Export(args) => export::run(args),
+            Self::Gap(args) => gap::run(args),
+            Self::Init(args) => init::run(args),
+            Self::Demo(args) => demo::run(args, &typed),
+            Self::Completions(args) => completions::run(args, Cli::command()),
+            Self::Man(args) => man::run(args, Cli::command()),
         }
     }
+}
+
+/// Runs a command as it would be typed, its words apart, the program's name first.
+fn typed(words: &[&str]) -> Result<Outcome> {
+    let usage = |e: clap::Error| Error::new(ErrorKind::Usage, words.join(" "), e.to_string().trim());
+    Cli::try_parse_from(words).map_err(usage)?.command.run()
 }
 
 /// Runs the program with `args`, of which the first is its name: it reads, writes and prints as they say. The exit code.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
     let outcome = match Cli::try_parse_from(&args) {
-        Ok(cli) => output::as_typed(output::typed(&args), || cli.run()),
+        Ok(cli) => output::as_typed(output::typed(&args), || cli.command.run()),
         // help and version are no faults; what cannot be printed is lost either way
         Err(asked) => {
             let _ = asked.print();
@@ -82,8 +100,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         }
     };
     match outcome {
-        Ok(Outcome::Done) => 0,
-        Ok(Outcome::Unfit) => 3,
+        Ok(outcome) => outcome.code(),
         Err(error) => {
             output::report(&error);
             if error.kind == ErrorKind::Usage { 2 } else { 1 }
@@ -99,7 +116,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
 /// Those of the command; [`ErrorKind::Usage`] for arguments that it does not know.
 pub fn answer(args: impl IntoIterator<Item = OsString>, typed: &str) -> Result<Answer> {
     let cli = Cli::try_parse_from(args).map_err(|e| misused(&e, typed))?;
-    let (outcome, answer) = output::captured(|| output::as_typed(typed.to_string(), || cli.run()));
+    let (outcome, answer) = output::captured(|| output::as_typed(typed.to_string(), || cli.command.run()));
     Ok(Answer { fit_for_use: outcome? == Outcome::Done, ..answer })
 }
 

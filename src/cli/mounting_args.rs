@@ -6,6 +6,7 @@ use gyroid::ingest::Mounting;
 
 /// How the gyro is mounted.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = super::log_values::LOG_OPTIONS)]
 pub(crate) struct MountingArgs {
     /// How the sensor is mounted in the robot: degrees about the robot's fixed axes, first roll, then pitch, then yaw (REP
     /// 103); a log of three axes is turned into the robot's frame

@@ -14,7 +14,7 @@ use gyroid::files::{OutputFile, Plan};
 use gyroid::ingest::LogWriter;
 use gyroid::navigate::{
     Alignment, Consistency, ErrorModel, Reckoning, ReferenceErrors, Run, Settings, Standstill, Summary, WheelModel,
-    WheelSlip, dead_reckoning, gyro_reckoning, run_with,
+    WheelSlip, dead_reckoning, gyro_reckoning, run_with, zeroed_at_start,
 };
 use gyroid::report::html::{DrivePage, drive_page};
 use gyroid::signal::{Log, names};
@@ -24,7 +24,7 @@ use gyroid::{Error, ErrorKind, Result};
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Run the navigation filter over a drive, beside the filter without error model, encoders alone and the gyro as it is
+/// Run the navigation filter over a drive, beside a gyro zeroed at the start, the filter without error model, and encoders alone
 ///
 /// The filter takes what the drive has: gyro, wheel speeds or the speed and yaw rate of an odometry, or a speed alone. Effects
 /// that the configuration holds as tables [[effect]] (gyroid gap diagnose writes them) are in its model; the filter without
@@ -105,17 +105,30 @@ enum WheelsName {
     Slip,
 }
 
+/// Name of the filter whose gyro was zeroed.
+const ZEROED: &str = "zeroed at the start";
+
 /// Results of the filters and of dead reckoning over one drive.
 struct Results {
     /// `None` where the drive has no gyro whose error could be modelled.
     with: Option<Run>,
     without: Run,
+    /// The filter without error model, the gyro zeroed while the robot is at rest at the start; `None` without such a rest.
+    zeroed: Option<ZeroedRun>,
     /// With the error model where there is a gyro, without the effects; `None` where the configuration has none.
     nominal: Option<Run>,
     /// `None` where the wheels tell no yaw rate.
     encoders: Option<Reckoning>,
     /// `None` without a gyro.
     gyro: Option<Reckoning>,
+}
+
+/// A filter without error model over a gyro that was zeroed.
+struct ZeroedRun {
+    run: Run,
+    gyro: Reckoning,
+    zero_rad_s: f64,
+    rest_s: f64,
 }
 
 impl Results {
@@ -126,13 +139,10 @@ impl Results {
         let smoothed = |settings, written| Settings { smooth: written && !args.filtered, ..settings };
         let plain = settings(ErrorModel::Off);
         let filter = |config: &Config, settings: &Settings| run_with(config, log, settings, &Library::new());
+        let bare = Config { effects: Vec::new(), ..config.clone() };
         let without = filter(config, &smoothed(plain, args.no_error_model || !has_gyro))?;
         let most = if has_gyro { settings(ErrorModel::WarmUp) } else { plain };
-        let nominal = if config.effects.is_empty() {
-            None
-        } else {
-            Some(filter(&Config { effects: Vec::new(), ..config.clone() }, &most)?)
-        };
+        let nominal = if config.effects.is_empty() { None } else { Some(filter(&bare, &most)?) };
         let tick_rad = config.encoder.and_then(|e| e.tick_rad());
         let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);
         let with = if has_gyro { Some(filter(config, &smoothed(most, !args.no_error_model))?) } else { None };
@@ -141,7 +151,12 @@ impl Results {
             None => None,
         };
         let gyro = if has_gyro { Some(gyro_reckoning(config, log, &plain)?) } else { None };
-        Ok(Self { with, without, nominal, encoders, gyro })
+        let zeroed = zeroed_at_start(config, log)?.map(|z| -> Result<ZeroedRun> {
+            let run = run_with(&bare, &z.log, &plain, &Library::new())?;
+            let gyro = gyro_reckoning(config, &z.log, &plain)?;
+            Ok(ZeroedRun { run, gyro, zero_rad_s: z.zero_rad_s, rest_s: z.rest_s })
+        });
+        Ok(Self { with, without, zeroed: zeroed.transpose()?, nominal, encoders, gyro })
     }
 
     /// The filter that knows most.
@@ -163,12 +178,25 @@ impl Results {
         if let Some(nominal) = &self.nominal {
             filters.insert(1, ("without the effects", nominal));
         }
-        let reckoned = [("encoders alone", &self.encoders), ("gyro as it is", &self.gyro)];
+        if let Some(zeroed) = &self.zeroed {
+            filters.push((ZEROED, &zeroed.run));
+        }
         let smoothed = filters.iter().find_map(|(_, r)| r.smoothed.as_ref());
         let smoothed = smoothed.map(|s| ("smoothed", s.reference.as_ref(), None));
         let filters = filters.into_iter().map(|(name, r)| (name, r.summary.reference.as_ref(), Some(&r.summary)));
-        let reckoned = reckoned.into_iter().filter_map(|(name, r)| Some((name, r.as_ref()?.reference.as_ref(), None)));
+        let reckoned = self.reckoned().into_iter().map(|(name, r)| (name, r.reference.as_ref(), None));
         filters.chain(smoothed).chain(reckoned).collect()
+    }
+
+    /// What runs without a filter, by name.
+    fn reckoned(&self) -> Vec<(&'static str, &Reckoning)> {
+        let zeroed = self.zeroed.as_ref().map(|z| &z.gyro);
+        let all = [
+            ("encoders alone", self.encoders.as_ref()),
+            ("gyro zeroed, alone", zeroed),
+            ("gyro as it is", self.gyro.as_ref()),
+        ];
+        all.into_iter().filter_map(|(name, r)| Some((name, r?))).collect()
     }
 
     fn json(&self, args: &NavigateArgs, notes: &[String]) -> serde_json::Value {
@@ -179,6 +207,12 @@ impl Results {
             "smoothed": written.smoothed.as_ref().map(|s| serde_json::json!({ "reference": s.reference })),
             "with_error_model": self.with.as_ref().map(|r| &r.summary),
             "without_error_model": self.without.summary,
+            "zeroed_at_start": self.zeroed.as_ref().map(|z| serde_json::json!({
+                "zero_rad_s": z.zero_rad_s,
+                "rest_s": z.rest_s,
+                "filter": z.run.summary,
+                "gyro_reckoning": { "reference": z.gyro.reference },
+            })),
             "without_effects": self.nominal.as_ref().map(|r| &r.summary),
             "dead_reckoning": reckoned(&self.encoders),
             "gyro_reckoning": reckoned(&self.gyro),
@@ -258,8 +292,9 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
             None => vec![Estimated::of_pose("filter, no gyro", pose(&results.without))],
         };
         estimated.extend(results.nominal.as_ref().map(|run| Estimated::of_pose("without the effects", pose(run))));
-        let reckoned = [("encoders alone", &results.encoders), ("gyro as it is", &results.gyro)];
-        estimated.extend(reckoned.into_iter().filter_map(|(n, r)| Some(Estimated::of_reckoning(n, r.as_ref()?))));
+        estimated.extend(results.zeroed.as_ref().map(|z| Estimated::of_pose(ZEROED, pose(&z.run))));
+        let reckoned = results.reckoned().into_iter().filter(|(name, _)| !name.contains("zeroed"));
+        estimated.extend(reckoned.map(|(name, r)| Estimated::of_reckoning(name, r)));
         let picture = drive_plot::draw(&config, log, &args.settings(), &estimated)?;
         let names: Vec<String> = plots.iter().map(|p| p.target().display().to_string()).collect();
         plots.into_iter().try_for_each(|file| picture.write(file))?;
@@ -363,6 +398,20 @@ fn text(args: &NavigateArgs, config: &Config, results: &Results, reading: &[Stri
             let [before, after] = [still.gyro_error_std_before_rad_s, still.gyro_error_std_after_rad_s];
             let _ = write!(t, ": gyro error known to {:.5} °/s before, {:.5} °/s after", before / deg, after / deg);
         }
+    }
+    match &results.zeroed {
+        Some(z) => {
+            let _ = write!(
+                t,
+                "\n{ZEROED}: {:.5} °/s, the gyro's mean over {:.1} s at rest, held",
+                z.zero_rad_s / deg,
+                z.rest_s
+            );
+        }
+        None if results.gyro.is_some() => {
+            t.push_str("\nthe drive does not begin with a second at rest: no gyro is zeroed there")
+        }
+        None => {}
     }
     let judged = &results.written(args).summary.consistency;
     if let Some(path) = &args.save_config {

@@ -21,3 +21,13 @@ pub struct Answer {
     /// Whether it is fit for use: exit code 0, not 3.
     pub fit_for_use: bool,
 }
+
+impl Outcome {
+    /// The exit code.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Unfit => 3,
+        }
+    }
+}

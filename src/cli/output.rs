@@ -1,8 +1,10 @@
 //! Output of every command: text on standard output, JSON to a file or standard output, errors on standard error.
 
 use super::outcome::Answer;
+use anstyle::AnsiColor;
 use clap::Args;
 use gyroid::files::{OutputFile, Plan, mark};
+use gyroid::units::duration_text;
 use gyroid::{Error, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::borrow::Cow;
@@ -10,7 +12,7 @@ use std::cell::RefCell;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Options that every command takes.
 #[derive(Debug, Clone, Args)]
@@ -41,6 +43,21 @@ impl Working {
     pub fn show(&self, what: impl Into<Cow<'static, str>>) {
         self.0.set_message(what);
     }
+
+    /// Counts what is done of all there is, and shows how long the rest will take.
+    pub fn counter(&self, what: String) -> impl Fn(usize, usize) + Sync + '_ {
+        let begun = Instant::now();
+        move |done, all| {
+            let rest_s = begun.elapsed().as_secs_f64() / done.max(1) as f64 * all.saturating_sub(done) as f64;
+            let rest = if done > 0 && done < all { format!(", {} left", duration_text(rest_s)) } else { String::new() };
+            self.show(format!("{what} {done} of {all}{rest}"));
+        }
+    }
+
+    /// Prints something else meanwhile.
+    pub fn aside(&self, print: impl FnOnce()) {
+        self.0.suspend(print);
+    }
 }
 
 impl Drop for Working {
@@ -59,9 +76,9 @@ thread_local! {
 /// Runs a command, and keeps what it says.
 pub(super) fn captured<T>(command: impl FnOnce() -> T) -> (T, Answer) {
     let nothing = Answer { json: serde_json::Value::Null, text: String::new(), fit_for_use: false };
-    HEARD.set(Some(nothing.clone()));
+    let outer = HEARD.replace(Some(nothing.clone()));
     let done = command();
-    (done, HEARD.take().unwrap_or(nothing))
+    (done, HEARD.replace(outer).unwrap_or(nothing))
 }
 
 /// Whether somebody keeps what the command says; then `keep` is given it.
@@ -71,8 +88,10 @@ fn heard(keep: impl FnOnce(&mut Answer)) -> bool {
 
 /// Runs a command that was typed as `typed`.
 pub(super) fn as_typed<T>(typed: String, command: impl FnOnce() -> T) -> T {
-    TYPED.set(typed);
-    command()
+    let outer = TYPED.replace(typed);
+    let done = command();
+    TYPED.set(outer);
+    done
 }
 
 enum Json {
@@ -122,8 +141,8 @@ impl Output {
         if self.silent || heard(|answer| answer.text += &format!("{}\n", text.as_ref())) {
             return;
         }
-        let mut out = std::io::stdout().lock();
-        let _ = writeln!(out, "{}", text.as_ref());
+        let mut out = anstream::stdout().lock();
+        let _ = writeln!(out, "{}", painted(text.as_ref()));
     }
 
     /// Writes the JSON where it was asked for, the schema before all else.
@@ -157,11 +176,40 @@ pub(crate) fn with_schema(command: &str, value: &serde_json::Value) -> serde_jso
 /// Prints an error: what and where on the first line, the hint on the second.
 pub(crate) fn report(error: &Error) {
     let place = error.place.as_ref().map(|p| format!("{p}: ")).unwrap_or_default();
-    let mut err = std::io::stderr().lock();
-    let _ = writeln!(err, "error: {}: {place}{}", error.input, error.found);
+    let mut err = anstream::stderr().lock();
+    let (red, cyan) = (AnsiColor::Red.on_default().bold(), AnsiColor::Cyan.on_default());
+    let _ = writeln!(err, "{red}error:{red:#} {}: {place}{}", error.input, error.found);
     if let Some(hint) = &error.hint {
-        let _ = writeln!(err, "  hint: {hint}");
+        let _ = writeln!(err, "  {cyan}hint:{cyan:#} {hint}");
     }
+}
+
+/// Beginnings of lines that stand out, with whether they are good news. Those before others that they begin with.
+const VERDICTS: [(&str, bool); 8] = [
+    ("NOT FIT FOR USE", false),
+    ("FIT FOR USE", true),
+    ("NOT EXPLAINED", false),
+    ("EXPLAINED", true),
+    ("IDENTIFIED", true),
+    ("NO GAP", true),
+    ("UNKNOWN", false),
+    ("CANNOT TELL", false),
+];
+
+/// A text with its verdicts in colour; what is no terminal, and NO_COLOR, take that away again.
+fn painted(text: &str) -> Cow<'_, str> {
+    let verdict = |line: &str| VERDICTS.iter().find(|(start, _)| line.starts_with(start)).copied();
+    if !text.lines().any(|line| verdict(line).is_some()) {
+        return text.into();
+    }
+    let paint = |line: &str| match verdict(line) {
+        Some((start, good)) => {
+            let style = if good { AnsiColor::Green } else { AnsiColor::Yellow }.on_default().bold();
+            format!("{style}{start}{style:#}{}", &line[start.len()..])
+        }
+        None => line.to_string(),
+    };
+    text.split('\n').map(paint).collect::<Vec<_>>().join("\n").into()
 }
 
 /// The command as it was typed, for provenance.

@@ -118,6 +118,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     options.seeds.sensors = args.sensor_seed.unwrap_or(args.seed);
 
     let named = |error: Error| if error.input == "configuration" { error.named(&name) } else { error };
+    let working = output.working("simulating");
     let inputs = args.inputs.as_ref().map(|path| args.columns.read(std::slice::from_ref(path), &config)).transpose()?;
     inputs.iter().try_for_each(|recorded| args.power.check(&recorded.log))?;
     let effects = Library::new();
@@ -139,6 +140,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     if let (Some(out), Some(Drive { truth, .. })) = (truth_out, &simulated) {
         out.write(truth)?;
     }
+    drop(working);
     output.say(format!(
         "{}: {} rows, {} at {:.4} s, {}",
         args.out.display(),

@@ -199,7 +199,10 @@ fn setup(args: &StudyArgs, config: Config, robot: &str) -> Result<Setup> {
 /// The report, and the seconds that the runs themselves took.
 fn work(args: &StudyArgs, setup: &Setup, robot: &str, working: &Working) -> Result<(StudyReport, f64)> {
     let identification = identification(args, setup)?;
-    let count = |what: &'static str, all: usize| move |done: usize| working.show(format!("{what} {done} of {all}"));
+    let count = |what: &'static str, all: usize| {
+        let shown = working.counter(what.into());
+        move |done: usize| shown(done, all)
+    };
     let begin = Instant::now();
     let own = study(setup, count("run", setup.runs))?;
     let ran_s = begin.elapsed().as_secs_f64();

@@ -5,6 +5,7 @@
 //! without `[provenance]` was written by hand and is *unsigned*: accepted, and said so.
 
 mod check;
+mod keys;
 mod noise;
 mod schema;
 mod seal;
@@ -68,6 +69,7 @@ impl Config {
                     .hint(format!("add: schema = {SCHEMA}")));
             }
         }
+        keys::complete(&table, name)?;
         let config: Self = toml::from_str(text).map_err(|e| schema::toml_error(&e, text, name))?;
         seal::verify(text, &config, name)?;
         check::physical(&config, name)?;

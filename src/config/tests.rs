@@ -225,3 +225,55 @@ fn a_traction_table_is_read_with_its_defaults_and_checked_by_name() {
     );
     assert!(error.unwrap_err().to_string().contains("left_load_share"));
 }
+
+#[test]
+fn all_missing_keys_are_said_at_once_with_guesses() {
+    let text = "schema = 1\nkind = \"driving\"\n[vehicel]\nmass_kg = 9.5\n[encoder]\nspeed_noise = 0.02\n[gyro]\nc1_rad_s = 0.0\n\
+                c2_rads = 0.0\n";
+    let error = Config::parse(text, "robot.toml").unwrap_err().to_string();
+    for part in [
+        "robot.toml: 5 keys are missing: gyro.c2_rad_s, gyro.time_constant_s, gyro.angle_random_walk_rad_sqrt_s, \
+         encoder.speed_noise_std_rad_s, [vehicle]",
+        "3 keys are unknown: vehicel, gyro.c2_rads, encoder.speed_noise",
+        "did you mean vehicle by vehicel, c2_rad_s by gyro.c2_rads, speed_noise_std_rad_s by encoder.speed_noise?",
+        "gyroid init --kind driving",
+    ] {
+        assert!(error.contains(part), "{error} lacks {part}");
+    }
+    let rest = Config::parse("schema = 1\n[gyro]\nc1_rad_s = 0.0\n", "g.toml").unwrap_err().to_string();
+    assert!(rest.contains("3 keys are missing: gyro.c2_rad_s") && rest.contains("--kind rest"), "{rest}");
+}
+
+/// The lists of keys agree with what the parser takes.
+#[test]
+fn the_lists_of_keys_are_those_of_the_tables() {
+    let config = Config {
+        pose: Some(Pose {
+            rate_hz: 5.0,
+            position_std_m: 0.1,
+            heading_std_rad: 0.1,
+            lever_arm_std_m: Some(0.1),
+            heading_offset_std_rad: Some(0.1),
+            delay_std_s: Some(0.1),
+            correlation_time_s: Some(1.0),
+        }),
+        vehicle: sample().vehicle.map(|v| Vehicle { torque_constant_n_m_a: Some(0.1), ..v }),
+        provenance: None,
+        ..sample()
+    };
+    let full: toml::Table = config.to_toml().unwrap().parse().unwrap();
+    for (title, key, needed) in keys::all() {
+        let table = full[title].as_table().unwrap();
+        assert!(table.contains_key(key) || (title, key) == ("gyro", "noise"), "{title}.{key}");
+        let mut less = full.clone();
+        less[title].as_table_mut().unwrap().remove(key);
+        let read = Config::parse(&toml::to_string(&less).unwrap(), "x.toml");
+        assert_eq!(read.is_err(), needed, "{title}.{key}: {read:?}");
+        assert_eq!(less.try_into::<Config>().is_err(), needed, "{title}.{key}, by the parser alone");
+    }
+    for title in ["gyro", "vehicle", "traction", "encoder", "pose"] {
+        for key in full[title].as_table().unwrap().keys() {
+            assert!(keys::all().any(|(t, k, _)| t == title && k == key), "{title}.{key} is in no list");
+        }
+    }
+}

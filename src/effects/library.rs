@@ -84,11 +84,11 @@ impl EffectSource for Library {
 
     fn gyro_effect(&self, id: &str, parameters: &Parameters, scene: &Scene, seed: u64) -> Result<Box<dyn GyroEffect>> {
         let effect = self.by_id(id).ok_or_else(|| {
-            let found = if self.is_of_drives(id) {
-                format!("{id} is an effect of drives, and here a gyro stands at rest")
-            } else {
-                format!("no effect at rest is called {id:?}, and none of drives")
-            };
+            let error = |found: String| Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`");
+            if self.is_of_drives(id) {
+                return error(format!("{id} is an effect of drives, and here a gyro stands at rest"))
+                    .hint("give a drive (simulate: --course NAME), or take the table out");
+            }
             let driving = self.driving().map(|e| e.about().id);
             let mut ids: Vec<&str> = self.effects().map(|e| e.about().id).collect();
             // some act at rest and in drives
@@ -97,7 +97,7 @@ impl EffectSource for Library {
                     ids.push(id)
                 }
             });
-            Error::new(ErrorKind::Config, "configuration", found).at("`[[effect]]`").hint(one_of(id, &ids))
+            error(format!("no effect at rest is called {id:?}, and none of drives")).hint(one_of(id, &ids))
         })?;
         effect.simulated(parameters, scene, seed)
     }

@@ -12,6 +12,7 @@ mod number;
 mod population;
 mod sheet;
 mod source;
+mod starter;
 mod target;
 mod targets;
 
@@ -22,5 +23,6 @@ pub use number::digits;
 pub use population::population_configuration;
 pub use sheet::{LeftOut, Sheet, Written};
 pub use source::{Options, Origin, Source};
+pub use starter::{Starter, starter};
 pub use target::{Export, Target, export};
 pub use targets::{by_id, registry};

@@ -56,8 +56,9 @@ pub(super) fn parquet() -> KeyValue {
     KeyValue { key: PARQUET_KEY.into(), value: Some(env!("CARGO_PKG_VERSION").into()) }
 }
 
-/// Ends a text with the digest of its lines.
-pub(crate) fn with_digest(text: String) -> String {
+/// Ends a configuration without provenance with the digest of its lines.
+#[must_use]
+pub fn with_digest(text: String) -> String {
     let digest = sha256_hex(&text);
     format!("{text}{DIGEST}{digest}\n")
 }

@@ -11,7 +11,7 @@ pub mod trace;
 pub use crate::gap::answer::calibration::Calibration;
 pub use crate::gap::drive::holdout::traces::{DriveTraces, Trace};
 pub use crate::gap::holdout::oracle::known_gain;
-pub use crate::gap::rest::explain::explain;
+pub use crate::gap::rest::explain::{Explanations, explain};
 pub use crate::gap::rest::model_selection::Options as JudgeOptions;
 pub use crate::gap::rest::whittle::search::Prior;
 pub use answer::Answer;

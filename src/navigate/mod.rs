@@ -4,6 +4,7 @@
 //! - [`run`]: the filter over a log, with NIS, whiteness of the innovations, and errors against a reference
 //! - [`run_with`]: the same with the configuration's effects in the filter's model
 //! - [`dead_reckoning`], [`gyro_reckoning`]: encoders alone, and with the gyro as it is: the baselines
+//! - [`zeroed_at_start`]: the log with its gyro zeroed while it is at rest: the rival of an error model
 //! - [`compare`]: a track beside the reference, row by row
 //!
 //! ```
@@ -60,6 +61,7 @@ mod temperature;
 mod ticks;
 mod ud;
 mod unscented;
+mod zeroed;
 
 pub use align::Alignment;
 pub use augmented::run_with;
@@ -78,6 +80,7 @@ pub use standstill::{Standstill, StandstillSummary};
 pub use table::{WheelSlip, names};
 pub use ud::UdCovariance;
 pub(crate) use unscented::UnscentedFilter;
+pub use zeroed::{Zeroed, zeroed_at_start};
 
 /// Model of the gyro's error in the filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -2,6 +2,7 @@
 
 mod check;
 mod colour;
+mod explain;
 mod figure;
 pub(crate) mod fit;
 mod gap;
@@ -14,6 +15,7 @@ mod study;
 mod temperature;
 
 pub use check::ModelCheck;
+pub use explain::ExplainReport;
 pub use figure::fit_picture;
 pub use fit::{FitReport, LogFacts, Verdict};
 pub use gap::GapReport;

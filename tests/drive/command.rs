@@ -46,8 +46,14 @@ fn a_scale_factor_is_pinpointed_named_measured_written_and_drawn() {
     let line = "sim.toml --fit fit.parquet --hold hold.parquet --json a.json --write-sim augmented.toml --plot a.png --why why.md";
     let (code, text, error) = diagnose(dir.path(), &line.split(' ').collect::<Vec<_>>());
     assert_eq!(code, 0, "{error}");
-    let parts =
-        ["IDENTIFIED: gyro scale factor", "1. Where", "2. Which", "3. How far", "filter_heading", "4. What to do"];
+    let parts = [
+        "IDENTIFIED: gyro scale factor",
+        "1. Where",
+        "2. Which",
+        "3. How far",
+        "filter: heading off after 5 s, rms, deg",
+        "4. What to do",
+    ];
     let mut from = 0;
     for part in parts {
         from += text[from..].find(part).unwrap_or_else(|| panic!("{part:?} is missing or too early in\n{text}"));

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floor of each module. A new module needs its line here.
-const FLOORS: [(&str, u8); 22] = [
+const FLOORS: [(&str, u8); 23] = [
     ("error", 0),
     ("files", 0),
     ("units", 0),
@@ -17,6 +17,7 @@ const FLOORS: [(&str, u8); 22] = [
     ("traction", 2),
     ("vehicle", 2),
     ("config", 2),
+    ("robot", 2),
     ("model", 2),
     ("identify", 3),
     ("validate", 3),

@@ -38,6 +38,12 @@ fn an_output_is_never_an_input_under_any_name() {
         "gap diagnose hand.toml --fit log.csv --hold log.csv --plot log.csv",
         "gap explain hand.toml --fit log.csv --effect gyro.tone --json log.csv",
         "inspect log.csv --json log.csv",
+        "gap diagnose hand.toml --fit log.csv --why log.csv",
+        "gap diagnose hand.toml --fit log.csv --json hand.toml",
+        "navigate hand.toml log.csv --plot log.csv",
+        "simulate hand.toml --truth hand.toml -o new.csv",
+        "init --urdf log.csv -o log.csv",
+        "init --sdf log.csv -o new.toml --json ./log.csv",
     ];
     for line in lines {
         place.refused(line, 2, &["is an input of this command", "hint: name another file"]);

@@ -480,3 +480,34 @@ fn commanded_speeds_are_inputs_where_nothing_measures_the_wheels() {
     let (a, b) = (end(&truth), end(&read("replayed_truth.parquet")));
     assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 0.05, "{a:?} {b:?}");
 }
+
+/// Most robots have their gyro zeroed at the start: what the error model gains is told beside that.
+#[test]
+fn a_gyro_zeroed_at_the_start_stands_beside_the_error_model() {
+    let p = new();
+    p.ok("simulate robot.toml --course square --duration 120 --seed 5 -o drive.parquet");
+    let json: serde_json::Value = serde_json::from_str(&p.ok("navigate robot.toml drive.parquet --json -")).unwrap();
+    let zeroed = &json["zeroed_at_start"];
+    // c2 and a little of the warm-up; a second's mean of the white noise is known to 1.7e-4 rad/s
+    assert!((zeroed["zero_rad_s"].as_f64().unwrap() - -4.7e-3).abs() < 6e-4, "{zeroed}");
+    assert!((zeroed["rest_s"].as_f64().unwrap() - 1.0).abs() < 0.1, "{zeroed}");
+    let heading = |run: &serde_json::Value| run["reference"]["heading_rms_rad"].as_f64().unwrap();
+    let (with, without) = (heading(&json["with_error_model"]), heading(&json["without_error_model"]));
+    let (filter, alone) = (heading(&zeroed["filter"]), heading(&zeroed["gyro_reckoning"]));
+    assert!(with < filter && filter < without, "{with} {filter} {without}");
+    assert!(alone < heading(&json["gyro_reckoning"]), "{alone}");
+    let text = p.ok("navigate robot.toml drive.parquet");
+    assert!(
+        text.contains("\nzeroed at the start ") && text.contains("°/s, the gyro's mean over 1.0 s at rest, held"),
+        "{text}"
+    );
+
+    // a drive that begins in motion has nothing to zero by
+    let (speed, yaw_rate) = (|_: f64| circle::SPEED, |_: f64| circle::YAW_RATE);
+    let columns: [(&str, &dyn Fn(f64) -> f64); 3] =
+        [("gyro_z_rad_s", &yaw_rate), ("odo_speed_m_s", &speed), ("odo_yaw_rate_rad_s", &yaw_rate)];
+    std::fs::write(p.path("moving.csv"), circle::file(10.0, 0.0, &columns)).unwrap();
+    let output = p.run("navigate robot.toml moving.csv");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("does not begin with a second at rest"), "{text}");
+}

@@ -31,10 +31,6 @@ pub(crate) struct FitArgs {
     #[arg(value_name = "LOG", required = true)]
     pub logs: Vec<PathBuf>,
     #[command(flatten)]
-    pub memory: MemoryArgs,
-    #[command(flatten)]
-    pub columns: ColumnArgs,
-    #[command(flatten)]
     pub many: ManyArgs,
     /// Keep a parameter at a value: c1=, c2= (rad/s) or t= (s); may be given more than once
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_fixed)]
@@ -80,6 +76,10 @@ pub(crate) struct FitArgs {
     pub whiteness: WhitenessArgs,
     #[command(flatten)]
     pub common: Common,
+    #[command(flatten)]
+    pub memory: MemoryArgs,
+    #[command(flatten)]
+    pub columns: ColumnArgs,
 }
 
 /// Options for many logs; one of them makes a single log a row of a table too.

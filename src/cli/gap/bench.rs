@@ -137,8 +137,10 @@ fn make(args: &MakeArgs) -> Result<Outcome> {
         .map_err(|e| Error::new(ErrorKind::Usage, "gap bench make", e).at("--threads"))?;
     let working = output.working("making cases");
     let order = Order { kind: args.kind.into(), mix, seed: args.seed };
-    let made = pool
-        .install(|| bench::make(&args.folder, &order, |done| working.show(format!("case {done} of {}", args.cases))))?;
+    let made = {
+        let count = working.counter("case".into());
+        pool.install(|| bench::make(&args.folder, &order, |done| count(done, args.cases as usize)))?
+    };
     drop(working);
     key_file.write_all(format!("{}\n", made.key.to_hex()).as_bytes())?;
     key_file.commit()?;
@@ -196,7 +198,7 @@ fn answer(args: &RunArgs) -> Result<Outcome> {
         &args.answers,
         args.jobs.unwrap_or(0).into(),
         &|config: &Config, fit: &Log, hold: Option<&Log>| diagnose(config, fit, hold, &args.leave_out),
-        |done, all| working.show(format!("case {done} of {all}")),
+        working.counter("case".into()),
     )?;
     drop(working);
     if let (0, 0, [(_, error), ..]) = (ran.answered, ran.there, ran.refused.as_slice()) {
@@ -274,8 +276,7 @@ fn score(args: &ScoreArgs) -> Result<Outcome> {
     let mut score = bench::score(&labels, &answers, &bench::seconds(&args.answers));
     if args.oracle {
         let working = output.working("asking the oracle");
-        let show = |done, all| working.show(format!("case {done} of {all}"));
-        let gains = bench::oracle(&args.folder, &labels, &answers, 0, show)?;
+        let gains = bench::oracle(&args.folder, &labels, &answers, 0, working.counter("case".into()))?;
         score.of_oracle = bench::OfOracle::of(&gains);
     }
     if let Some(folder) = &args.plots {

@@ -56,7 +56,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<Outcome> {
     for (i, folder) in args.folders.iter().enumerate() {
         let key = args.key.get(i).cloned().unwrap_or_else(|| beside(folder));
         let labels = bench::labels(folder, &SealKey::read(&key)?, None)?.labels;
-        let show = |done: usize, all: usize| working.show(format!("{}: case {done} of {all}", folder.display()));
+        let show = working.counter(format!("{}: case", folder.display()));
         examples.extend(bench::examples(folder, &labels, args.jobs.unwrap_or(0).into(), show)?);
         provenance.push(made_by(folder)?);
     }

@@ -86,7 +86,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         )
         .hint("name the gyro's column with --column"));
     }
-    let working = output.working("reading");
+    let working = output.working("1 of 4: reading");
     let mut notes: Vec<String> = by_time.into_iter().collect();
     if !drives {
         one_at_rest(fit, "--fit")?;
@@ -123,8 +123,8 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let options = Options { seed: args.seed, corrections: true, traces: page.is_some(), ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
     let mut show = |stage| match stage {
-        Stage::Compare => working.show("comparing effects"),
-        Stage::Measure => working.show("measuring how far the gap shrinks"),
+        Stage::Compare => working.show("2 of 4: comparing effects"),
+        Stage::Measure => working.show("3 of 4: measuring how far the gap shrinks"),
         Stage::Prepare | Stage::Done => {}
     };
     let diagnosed = if drives {
@@ -140,7 +140,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     diagnosis.answer.notes.extend(notes);
     let curves = match &diagnosis.prepared {
         Some(prepared) => {
-            working.show("simulating recordings");
+            working.show("4 of 4: simulating recordings");
             let effects = [config.effects.as_slice(), &diagnosis.augmented.effects];
             predictive::of_prepared(prepared, effects, &library, args.seed).map_err(named)?
         }

@@ -11,6 +11,7 @@ use gyroid::config::{Config, Kind};
 use gyroid::effects::Library;
 use gyroid::files::Plan;
 use gyroid::gap::explain;
+use gyroid::report::ExplainReport;
 use gyroid::report::html::explain_page;
 use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
@@ -79,24 +80,10 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
     };
     let found = explain(&config, &log, &Library::new(), &ids, since_power_on_s).map_err(named)?;
     drop(working);
-    let mut text = format!("{}: {} fitted together\n", names(std::slice::from_ref(&args.fit)), ids.join(", "));
-    for effect in &found.effects {
-        text += &format!("\n{} (gains {:.1} nats)\n", effect.id, effect.gain_nats);
-        for (name, e) in &effect.parameters {
-            let [low, high] = e.ci95;
-            text += &format!("  {name:<32} {:>13.6e} ± {:.1e}   95 %: {low:.6e} to {high:.6e}\n", e.estimate, e.std);
-        }
-        if let Some([from, to]) = effect.time_s {
-            text += &format!("  from {from:.1} to {to:.1} s\n");
-        }
-    }
-    for note in found.notes.iter().chain(&notes) {
-        text += &format!("\n{note}");
-    }
-    output.say(text.trim_end());
+    let recording = names(std::slice::from_ref(&args.fit));
+    output.say(ExplainReport { recording: &recording, found: &found, notes: &notes }.text());
     if let Some(file) = page {
         let origin = html::origin([&args.config].into_iter().chain(&args.fit))?;
-        let recording = names(std::slice::from_ref(&args.fit));
         html::write(file, &explain_page(&recording, &found, &notes, &origin)?, &output)?;
     }
     output.finish(&serde_json::json!(found))?;

@@ -203,6 +203,13 @@ fn every_parameter_of_the_library_has_its_unit() {
         assert_eq!(unit.is_empty(), pure, "{}: {name}, {unit:?}", p.name);
     }
     assert_eq!(name_and_unit("rate_random_walk_rad_s_sqrt_s"), ("rate random walk".into(), "rad/s/√s"));
+    assert_eq!(name_and_unit("coefficient_rad_s_per_m2_s2"), ("coefficient".into(), "rad/s per m²/s²"));
+    // a key whose unit is not known would be printed as words: "coefficient rad s per m2 s2"
+    let units = ["rad", "s", "s2", "s3", "m", "m2", "hz", "per", "c", "v"];
+    for p in crate::effects::drive::registry().iter().flat_map(|e| e.about().parameters) {
+        let (name, _) = name_and_unit(p.name);
+        assert!(name.split(' ').all(|word| !units.contains(&word)), "{}: {name}", p.name);
+    }
 }
 
 #[test]

@@ -45,13 +45,19 @@ pub(in crate::report) fn over_name(over: Over) -> &'static str {
 }
 
 /// Units by the ends of parameter names, longer ones before those that they end in.
-const UNITS: [(&str, &str); 16] = [
+const UNITS: [(&str, &str); 23] = [
+    ("_rad_s_per_m2_s2", "rad/s per m²/s²"),
+    ("_rad_s_per_m3_s3", "rad/s per m³/s³"),
+    ("_rad_per_m2_s2", "rad per m²/s²"),
+    ("_s3_per_m", "s³/m"),
+    ("_s_per_m", "s/m"),
     ("_rad_s_sqrt_s", "rad/s/√s"),
     ("_rad_s_per_c2", "rad/s/°C²"),
     ("_rad_s_per_v2", "rad/s/V²"),
     ("_rad_s_per_c", "rad/s/°C"),
     ("_rad_s_per_v", "rad/s/V"),
     ("_rad_s2", "rad/s²"),
+    ("_s2", "s²"),
     ("_rad_s", "rad/s"),
     ("_rad", "rad"),
     ("_hz", "Hz"),
@@ -61,6 +67,7 @@ const UNITS: [(&str, &str); 16] = [
     ("_per_v", "1/V"),
     ("_c", "°C"),
     ("_v", "V"),
+    ("_m", "m"),
     ("_s", "s"),
 ];
 
@@ -81,6 +88,16 @@ pub(in crate::report) fn percent(share: f64) -> String {
 /// Horizon of a heading drift, s.
 pub(in crate::report) fn heading_horizon_s(metric: &Metric) -> Option<f64> {
     metric.metric.strip_prefix("heading_drift_rms_rad_")?.strip_suffix('s')?.parse().ok()
+}
+
+/// Name of an error of the predicted pose, and the factor to its unit: `filter_heading_rms_rad_5s` is (`filter: heading off after
+/// 5 s, rms, deg`, 57.3).
+pub(in crate::report) fn pose_horizon(metric: &str) -> Option<(String, f64)> {
+    let (who, rest) = metric.strip_prefix("filter_").map_or(("", metric), |rest| ("filter: ", rest));
+    let named = |quantity: &str| rest.strip_prefix(quantity)?.strip_suffix('s')?.parse().ok().map(duration_text);
+    named("position_rms_m_").map(|after| (format!("{who}position off after {after}, rms, m"), 1.0)).or_else(|| {
+        named("heading_rms_rad_").map(|after| (format!("{who}heading off after {after}, rms, deg"), degrees(1.0)))
+    })
 }
 
 /// A correction of which a state or an input has less than this goes with nothing that was tried.
@@ -113,9 +130,9 @@ pub(super) fn degrees(rad: f64) -> f64 {
 
 /// Writes the measures of the gap on the recording `on`; `after` heads their values with the explanation.
 pub(super) fn metrics(out: &mut String, on: &str, after: &str, gap: &[Metric]) {
-    let _ = writeln!(out, "  {on:<34}{:>12}{:>12}{:>12}", "before", after, "floor");
+    let _ = writeln!(out, "  {on:<38}{:>12}{:>12}{:>12}", "before", after, "floor");
     for [name, before, after, floor] in gap.iter().map(metric_cells) {
-        let _ = writeln!(out, "  {name:<34}{before:>12}{after:>12}{floor:>12}");
+        let _ = writeln!(out, "  {name:<38}{before:>12}{after:>12}{floor:>12}");
     }
 }
 
@@ -126,7 +143,7 @@ pub(in crate::report) fn metric_cells(metric: &Metric) -> [String; 4] {
         (None, "log_score") => ("log score, nats".into(), 1.0),
         (None, "allan_deviation_ln_rms") => ("Allan deviation off by, ln, rms".into(), 1.0),
         (None, "spectrum_ln_rms") => ("spectrum off by, ln, rms".into(), 1.0),
-        (None, other) => (other.to_string(), 1.0),
+        (None, other) => pose_horizon(other).unwrap_or_else(|| (other.to_string(), 1.0)),
     };
     // scores differ in the third decimal place
     let score = metric.metric == "log_score";
@@ -179,17 +196,6 @@ pub(in crate::report) fn parameter_cells(effect: &EffectAnswer) -> Vec<[String; 
         cells.push([name, format!("{shown} {unit}"), format!("{meaning}{symbol}")]);
     }
     cells
-}
-
-/// `filter_position_rms_m_5s` is "filter's position after 5 s, rms, m"; other names are left as they are.
-pub(in crate::report) fn metric_words(metric: &str) -> String {
-    let (of, rest) = metric.strip_prefix("filter_").map_or(("", metric), |rest| ("filter's ", rest));
-    for (begin, quantity, unit) in [("position_rms_m_", "position", "m"), ("heading_rms_rad_", "heading", "rad")] {
-        if let Some(horizon) = rest.strip_prefix(begin).and_then(|h| h.strip_suffix('s')) {
-            return format!("{of}{quantity} after {horizon} s, rms, {unit}");
-        }
-    }
-    metric.to_string()
 }
 
 /// Recording that the gap was measured on, in words.

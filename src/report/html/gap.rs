@@ -5,14 +5,14 @@ use super::fit::lines;
 use super::traces;
 use crate::error::Result;
 use crate::gap::DriveTraces;
-use crate::gap::answer::{Answer, EffectAnswer, Metric, Verdict};
+use crate::gap::answer::{Answer, EffectAnswer, Verdict};
 use crate::gap::rest::predictive::{Curve, Over, Shown};
 use crate::gap::trace::{Step, TraceStage};
 use crate::report::gap::GapReport;
 use crate::report::gap::why::{decision, heading, limit};
 use crate::report::gap::words::{
-    about_of, capitalised, closed, curve_name, errors, measured_on, metric_cells, metric_words, over_name,
-    parameter_cells, percent, title,
+    about_of, capitalised, closed, curve_name, errors, measured_on, metric_cells, over_name, parameter_cells, percent,
+    title,
 };
 use crate::report::numbers::significant;
 use crate::report::plot::correction::short;
@@ -249,10 +249,7 @@ fn described(page: &mut Document, effect: &EffectAnswer) {
 
 fn measures(a: &Answer, held_out: bool) -> Table {
     let mut table = Table::new([measured_on(held_out), "before", "after", "floor"]);
-    let cells = |m: &Metric| {
-        let [name, before, after, floor] = metric_cells(m);
-        [metric_words(&name), before, after, floor]
-    };
+    let cells = metric_cells;
     a.gap.iter().for_each(|m| table.row(cells(m)));
     if let Some(nearest) = &a.nearest {
         for m in &nearest.gap {

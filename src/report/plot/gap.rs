@@ -7,7 +7,7 @@ use super::{Axis, Chart, Page, Panel, Picture, palette};
 use crate::error::Result;
 use crate::gap::answer::{Answer, Metric, Verdict};
 use crate::gap::rest::predictive::{Curve, Over, Shown};
-use crate::report::gap::words::{capitalised, curve_name, heading_horizon_s, measured_on, metric_words, title};
+use crate::report::gap::words::{capitalised, curve_name, heading_horizon_s, measured_on, pose_horizon, title};
 
 /// Effects in the panel of probabilities.
 const EFFECTS: usize = 6;
@@ -154,7 +154,7 @@ fn row(metric: &Metric) -> Option<(String, [(f64, String); 3])> {
             let name = match other {
                 "allan_deviation_ln_rms" => "Allan deviation, ln rms".into(),
                 "spectrum_ln_rms" => "spectrum, ln rms".into(),
-                other => metric_words(other),
+                other => pose_horizon(other).map_or_else(|| other.to_string(), |(name, _)| name),
             };
             (name, values.map(|v| (v.max(0.0), significant(v, 3))))
         }

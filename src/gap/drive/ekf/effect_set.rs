@@ -112,15 +112,12 @@ impl EffectSet {
     pub(crate) fn rows_late(&self, record: &Record) -> [usize; 6] {
         let mut rows = [0; 6];
         for &(i, of) in &self.late {
-            let delay_s = self.changes[i].1[0];
-            if let (Some(_), left_s) = in_time(record, of, delay_s) {
-                let channels = match of {
-                    Instrument::Wheels => 0..2,
-                    Instrument::Gyro => 2..3,
-                    Instrument::Pose => 3..6,
-                };
-                rows[channels].fill(((delay_s - left_s) / record.step_s).round() as usize);
-            }
+            let channels = match of {
+                Instrument::Wheels => 0..2,
+                Instrument::Gyro => 2..3,
+                Instrument::Pose => 3..6,
+            };
+            rows[channels].fill(record.whole_rows(of, self.changes[i].1[0]));
         }
         rows
     }

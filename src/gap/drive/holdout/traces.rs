@@ -6,7 +6,8 @@
 use super::horizons::{ASIDE, LONGEST_S};
 use crate::effects::Library;
 use crate::gap::drive::ekf::effect_set::{EffectSet, Effects};
-use crate::gap::drive::ekf::innovations::{Channel, Noise, Process, run};
+use crate::gap::drive::ekf::innovations::run;
+use crate::gap::drive::ekf::noise::{Channel, Noise, Process};
 use crate::gap::drive::record::Record;
 use crate::signal::names;
 

@@ -31,13 +31,19 @@ impl Record {
         })
     }
 
+    /// Whole rows in a delay of one instrument, s; zero where gyro and wheels do not share rows.
+    pub(crate) fn whole_rows(&self, of: Instrument, delay_s: f64) -> usize {
+        let moves = of == Instrument::Pose || self.wheels_share_rows();
+        if moves { (delay_s / self.step_s * (1.0 + 1e-9)).floor().max(0.0) as usize } else { 0 }
+    }
+
     /// With the readings of one instrument, late by `delay_s`, moved earlier by whole rows, and the remaining delay, s.
-    /// None where the delay is less than a row, or gyro and wheels do not share rows.
+    /// None where there is no whole row to move.
     pub(crate) fn by_whole_rows(&self, of: Instrument, delay_s: f64) -> (Option<Self>, f64) {
-        let rows = (delay_s / self.step_s * (1.0 + 1e-9)).floor();
-        if rows < 1.0 || of != Instrument::Pose && !self.wheels_share_rows() {
+        let rows = self.whole_rows(of, delay_s);
+        if rows == 0 {
             return (None, delay_s);
         }
-        (Some(self.earlier(of, rows as usize)), (delay_s - rows * self.step_s).max(0.0))
+        (Some(self.earlier(of, rows)), (delay_s - rows as f64 * self.step_s).max(0.0))
     }
 }
