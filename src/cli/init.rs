@@ -108,7 +108,8 @@ fn words(args: &InitArgs, robot: Option<&Robot>, open: &[String]) -> String {
             write!(t, ": {} ({}), {how}: left {}, right {}", r.name, r.format, r.left.join(", "), r.right.join(", "));
         for (name, fact, unit) in facts(r) {
             if let Fact { value: Some(value), source } = fact {
-                let _ = write!(t, "\n  {name:<16}{value:>10.4} {unit:<8} {source}");
+                let shown = if value.abs() < 0.01 { format!("{value:.3e}") } else { format!("{value:.4}") };
+                let _ = write!(t, "\n  {name:<16}{shown:>10} {unit:<8} {source}");
             }
         }
         for note in &r.notes {

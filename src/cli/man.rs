@@ -69,5 +69,7 @@ fn page(command: Command) -> Result<Vec<u8>> {
     let mut page = format!(".\\\" {}\n", mark::text()).into_bytes();
     let io = |e: std::io::Error| Error::io(format!("{title}.1"), &e);
     Man::new(command).title(title.to_uppercase()).render(&mut page).map_err(io)?;
-    Ok(page)
+    // a command's examples are all that its help has beside the options
+    let page = String::from_utf8_lossy(&page).replace(".SH EXTRA\nExamples:\n", ".SH EXAMPLES\n");
+    Ok(page.replace(".SH EXTRA\nExample:\n", ".SH EXAMPLES\n").into_bytes())
 }

@@ -82,12 +82,14 @@ pub fn starter(kind: Kind, robot: Option<&Robot>) -> Starter {
         Some(r) => {
             let from = format!("# {} of {} ({}): SI units, the unit stands in each key.\n", r.name, r.file, r.format);
             lines.text += &from.replace(|c: char| c.is_control() && c != '\n', " ");
-            r.notes.iter().for_each(|note| lines.line("# Note:", note));
+            for note in &r.notes {
+                lines.text += &format!("# Note: {}\n", note.replace(char::is_control, " "));
+            }
         }
         None => lines.text += "# SI units, the unit stands in each key.\n",
     }
     lines.text += "# A line that begins with # and a key is not in force: delete the # to state it.\n";
-    lines.text += "# [gyro] comes from a log of the gyro at rest from power-on: gyroid fit LOG --base THIS_FILE -o gyroid.toml\n\n";
+    lines.text += "# The table [gyro] comes from a log of the gyro at rest from power-on: gyroid fit LOG --base THIS_FILE -o gyroid.toml\n\n";
     lines.line(&format!("schema = {SCHEMA}"), "");
     match kind {
         Kind::Stationary => {

@@ -39,7 +39,7 @@ impl ExplainReport<'_> {
                     about.and_then(|a| a.parameters.iter().find(|p| p.name == parameter)).map_or("", |p| p.meaning);
                 let estimate = format!("{} ± {} {unit}", known_digits(e.estimate, e.std), significant(e.std, 2));
                 let [low, high] = e.ci95.map(|end| known_digits(end, e.std));
-                let _ = write!(out, "\n  {name:<22} {estimate:<30} 95 %: {:<24} {meaning}", format!("{low} to {high}"));
+                let _ = write!(out, "\n  {name:<22} {estimate:<36} 95 %: {:<24} {meaning}", format!("{low} to {high}"));
                 out.truncate(out.trim_end().len());
             }
             if let Some([from, to]) = effect.time_s {

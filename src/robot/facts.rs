@@ -42,7 +42,7 @@ pub(super) fn robot(model: &Model, wheels: &Wheels, file: &str, format: Format) 
         None => Fact::not_told("the wheels are meshes: measure the way of one turn, and divide it by 2 pi"),
     };
 
-    let (mass, yaw_inertia) = masses(model, &mut notes);
+    let (mass, yaw_inertia) = masses(model, format, &mut notes);
     let wheel_inertia = inertia_of_side(model, wheels);
     let damping: f64 = wheels.left.iter().filter_map(|j| model.joints[*j].damping).sum();
     let damped = wheels.left.iter().any(|j| model.joints[*j].damping.is_some());
@@ -87,7 +87,7 @@ fn above_ground(model: &Model, wheels: &Wheels) -> Option<(f64, String)> {
 }
 
 /// Mass and yaw inertia of the whole robot.
-fn masses(model: &Model, notes: &mut Vec<String>) -> (Fact, Fact) {
+fn masses(model: &Model, format: Format, notes: &mut Vec<String>) -> (Fact, Fact) {
     let all = model.links.iter();
     let untold = all.clone().find_map(|l| match &l.mass {
         Mass::NotTold(why) => Some(format!("the mass of {} is not told: {why}", l.name)),
@@ -108,7 +108,8 @@ fn masses(model: &Model, notes: &mut Vec<String>) -> (Fact, Fact) {
     };
     let light = model.links.len() - weighed.len();
     if light > 0 {
-        notes.push(format!("links without a mass, taken for weightless: {light} of {}", model.links.len()));
+        let gazebo = if format == Format::Sdf { " (Gazebo gives such a link 1 kg)" } else { "" };
+        notes.push(format!("links without a mass, taken for weightless: {light} of {}{gazebo}", model.links.len()));
     }
     let mass = Fact::told(kg, format!("sum over {} links", weighed.len()));
     let yaw = match inertia[(2, 2)] > 0.0 {

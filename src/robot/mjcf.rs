@@ -69,7 +69,7 @@ impl<'a, 'i> Reader<'_, 'a, 'i, '_> {
         let pose = on * self.defaults.pose(self.xml, node, None)?;
         let class = node.attribute("childclass").or(class);
         let index = model.links.len();
-        let row = self.xml.doc.text_pos_at(node.range().start).row;
+        let row = self.xml.row(node);
         let name = node.attribute("name").map_or_else(|| format!("body of line {row}"), String::from);
         model.links.push(Link { name, pose, mass: Mass::None, shapes: Vec::new() });
         self.joints(node, index, parent, &pose, class, model)?;

@@ -27,6 +27,10 @@ pub fn read(path: impl AsRef<Path>, format: Format, choice: &Choice) -> Result<R
 /// As [`read`], but for the reading of the file.
 pub fn parse(text: &str, file: &str, format: Format, choice: &Choice) -> Result<Robot> {
     let error = |found: String| Error::new(ErrorKind::Format, file, found);
+    // some begin with empty lines, which XML does not allow
+    let whole = text.trim_start_matches('\u{feff}');
+    let text = whole.trim_start();
+    let skipped_rows = whole[..whole.len() - text.len()].matches('\n').count() as u32;
     let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
     let doc = Document::parse_with_options(text, options).map_err(|e| {
         if text.contains("<xacro:") {
@@ -60,7 +64,7 @@ pub fn parse(text: &str, file: &str, format: Format, choice: &Choice) -> Result<
             return Err(error(format!("begins with <{tag}>: that is no description of a robot")).hint(hint));
         }
     }
-    let xml = xml::Xml { file, doc: &doc };
+    let xml = xml::Xml { file, doc: &doc, skipped_rows };
     let models = match format {
         Format::Urdf => vec![urdf::read(&xml, root)?],
         Format::Sdf => sdf::read(&xml, root)?,

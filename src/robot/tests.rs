@@ -121,6 +121,8 @@ fn what_is_no_such_robot_is_refused_with_the_mend() {
         &["line", "<mass>", "heavy", "a number"],
     );
     refused(read(&urdf(""), Format::Sdf), &["is URDF (<robot>), not SDF", "--urdf robot.xml"]);
+    let late = format!("\n\n<?xml version='1.0'?>\n{}", urdf(&two_wheels().replace("0.5\"", "heavy\"")));
+    refused(read(&late, Format::Urdf), &["line 8, <mass>"]);
     refused(read("<launch/>", Format::Urdf), &["launch file"]);
     refused(read("<html/>", Format::Mjcf), &["begins with <html>", "<mujoco>"]);
     refused(read("<sdf version='1.7'><world name='w'/></sdf>", Format::Sdf), &["no robot that could move"]);

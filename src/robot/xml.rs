@@ -9,6 +9,8 @@ use std::fmt::Display;
 pub(super) struct Xml<'a> {
     pub file: &'a str,
     pub doc: &'a Document<'a>,
+    /// Empty lines before the document.
+    pub skipped_rows: u32,
 }
 
 /// Marks text that xacro or a launch file would replace.
@@ -17,9 +19,14 @@ pub(super) fn is_placeholder(text: &str) -> bool {
 }
 
 impl Xml<'_> {
+    /// The line of the file in which a node begins.
+    pub fn row(&self, node: Node) -> u32 {
+        self.doc.text_pos_at(node.range().start).row + self.skipped_rows
+    }
+
     /// What was found at a node.
     pub fn error(&self, node: Node, found: impl Display) -> Error {
-        let row = self.doc.text_pos_at(node.range().start).row;
+        let row = self.row(node);
         Error::new(ErrorKind::Format, self.file, found).at(format!("line {row}, <{}>", node.tag_name().name()))
     }
 

@@ -51,7 +51,7 @@ fn every_command_has_a_manual_page_that_renders() {
     }
     assert!(!pages.iter().any(|p| p.contains("help")), "{pages:?}");
     let page = place.read("man1/gyroid-init.1");
-    assert!(page.contains("Examples") && page.contains("gyroid init --urdf husky.urdf"), "{page}");
+    assert!(page.contains(".SH EXAMPLES") && page.contains("gyroid init \\-\\-urdf husky.urdf"), "{page}");
     for name in &pages {
         let path = format!("man1/{name}");
         // groff warns of what a page lacks, -ww of all it sees

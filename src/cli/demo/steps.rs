@@ -34,7 +34,14 @@ pub(super) const STEPS: [Step; 7] = [
     Step {
         why: "The navigation filter uses the configuration. It gains much by it, and says that something is not right.",
         line: "gyroid navigate gyroid.toml drive2.parquet --plot before.png",
-        shown: &["heading rms", "with error model", "without error model", "gyro", "NOT FIT FOR USE", "drew"],
+        shown: &[
+            "heading rms",
+            "with error model",
+            "without error model",
+            "zeroed at the start ",
+            "NOT FIT FOR USE",
+            "drew",
+        ],
     },
     Step {
         why: "The cause is looked for on the first drive, and the finding is measured on the second one.",

@@ -1,6 +1,7 @@
 //! The trail of a diagnosis as Markdown: stage by stage, everything that was tried and why it was taken or not.
 
 use super::{GapReport, significant};
+use crate::files::mark;
 use crate::gap::trace::{Decision, Limit, Step, TraceStage};
 use std::fmt::Write;
 
@@ -118,6 +119,8 @@ impl GapReport<'_> {
             "\nNats are natural logarithms of odds: 3 nats are 20 to 1, 7 nats are 1100 to 1. Each table says what its nats compare. \
              Ids that begin with `free.` are free forms: corrections that stand for causes outside the library."
         );
+        // by it gyroid knows the file, and replaces it unasked
+        let _ = writeln!(out, "\n<!-- {} -->", mark::text());
         let mut stages: Vec<TraceStage> = self.answer.trace.iter().map(|s| s.stage).collect();
         stages.sort_unstable();
         stages.dedup();
