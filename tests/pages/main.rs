@@ -49,7 +49,7 @@ fn commands_of_one_log_write_pages_with_verdict_figures_and_hashes() {
         "fit.html",
         &["FIT FOR USE", "Log and fitted model", "What cannot be told", "a&lt;script&gt;b.csv", "gyroid fit"],
     );
-    place.ok(&format!("fit {LOG} --no-plot --memory 1MiB --html stream.html"));
+    place.ok(&format!("fit {LOG} --no-plot --memory 0 --html stream.html"));
     page(&place, "stream.html", &["FIT FOR USE", "Residuals"]);
     place.ok(&format!("noise {LOG} --draws 99 --html noise.html"));
     page(&place, "noise.html", &["FIT FOR USE", "Allan deviation", "Power of the log over"]);
