@@ -1,21 +1,19 @@
 //! Options of the commands that read a log at rest or a drive, and what they make of it.
 
+use super::drive_args::{drive_query, known};
 use super::log_values::{AxisList, LOG_OPTIONS, parse_axes, parse_rate_unit, parse_time_unit};
 use super::mounting_args::MountingArgs;
 use super::output::Working;
 use clap::Args;
 use gyroid::config::Config;
 use gyroid::ingest::{
-    self, Audit, ChannelMap, DriveQuery, DriveRecording, GyroQuery, GyroRecording, Mounting, Progress, Reading, Scale,
-    Stamp, StreamedRecording,
+    self, Audit, DriveRecording, GyroQuery, GyroRecording, Mounting, Progress, Reading, Scale, Stamp, StreamedRecording,
 };
 use gyroid::population::{AxisChoice, Topics};
 use gyroid::report::LogFacts;
 use gyroid::signal::{TimeAxis, names};
 use gyroid::units::{RateUnit, TimeUnit, duration_text};
-use gyroid::vehicle::{known_by, wrong_signs};
 use gyroid::{Error, ErrorKind, Result};
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -55,7 +53,7 @@ pub(crate) struct TopicArgs {
     /// Topic of a log that holds several, such as /imu/data, sensor_gyro/1, IMU/0; otherwise the only one with a gyro. May
     /// be given more than once for a drive, and for fit, which makes a row of each; `fit --topic all` takes every one with a gyro
     #[arg(long, value_name = "NAME")]
-    topic: Vec<String>,
+    pub(super) topic: Vec<String>,
     /// Which time of a message counts: that in it, or that of its receipt
     #[arg(long, value_enum, default_value_t = ClockName::Header)]
     clock: ClockName,
@@ -102,11 +100,11 @@ pub(crate) struct RawArgs {
     scale: Vec<String>,
     /// Leave out rows of text that do not parse, count them and tell the first few, instead of refusing the file
     #[arg(long)]
-    skip_bad_rows: bool,
+    pub(super) skip_bad_rows: bool,
 }
 
 impl RawArgs {
-    fn scales(&self) -> Result<Vec<Scale>> {
+    pub(super) fn scales(&self) -> Result<Vec<Scale>> {
         self.scale.iter().map(|text| Scale::parse(text)).collect()
     }
 }
@@ -154,79 +152,6 @@ pub(crate) struct ColumnArgs {
 
 /// End of the note on a log that moves.
 const TRIM: &str = "; --trim-motion leaves that out";
-
-/// How to read the columns of a drive.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = LOG_OPTIONS)]
-pub(crate) struct DriveArgs {
-    #[command(flatten)]
-    topics: TopicArgs,
-    /// Read a column as a channel, whatever it is called: gyro_z_rad_s=-wz:deg/s, x_m=east_m; may be given more than once
-    #[arg(long, value_name = "CHANNEL=[-]COLUMN[:UNIT]")]
-    map: Vec<String>,
-    #[command(flatten)]
-    mounting: MountingArgs,
-    /// Column that holds the time
-    #[arg(long, value_name = "NAME")]
-    time: Option<String>,
-    /// Unit of the time: s, ms, us, ns
-    #[arg(long, value_name = "UNIT", value_parser = parse_time_unit)]
-    time_unit: Option<TimeUnit>,
-    #[command(flatten)]
-    raw: RawArgs,
-}
-
-impl DriveArgs {
-    /// The options --map, as they were given.
-    pub fn maps(&self) -> String {
-        self.map.iter().map(|map| format!(" --map {map}")).collect()
-    }
-
-    /// Reads the files as one drive of the robot of `config`.
-    pub fn read(&self, logs: &[PathBuf], config: &Config) -> Result<DriveRecording> {
-        Ok(known(self.read_alone(logs)?, config))
-    }
-
-    /// Reads the files as one drive of whatever robot.
-    pub fn read_alone(&self, logs: &[PathBuf]) -> Result<DriveRecording> {
-        let (time, time_unit) = (self.time.as_ref(), self.time_unit);
-        let query = drive_query(&self.map, time, time_unit, &self.topics, &self.mounting, &self.raw)?;
-        ingest::read_drive(logs, &query)
-    }
-}
-
-/// A drive with the channels that follow from its own by the robot's dimensions (see [`known_by`]).
-fn known(mut recording: DriveRecording, config: &Config) -> DriveRecording {
-    if let Some(vehicle) = &config.vehicle {
-        let (log, notes) = known_by(vehicle, &recording.log);
-        if let Cow::Owned(log) = log {
-            recording.log = log;
-        }
-        recording.notes.extend(notes);
-        recording.notes.extend(wrong_signs(vehicle, &recording.log));
-    }
-    recording
-}
-
-fn drive_query(
-    maps: &[String],
-    time: Option<&String>,
-    time_unit: Option<TimeUnit>,
-    topics: &TopicArgs,
-    mounting: &MountingArgs,
-    raw: &RawArgs,
-) -> Result<DriveQuery> {
-    Ok(DriveQuery {
-        maps: maps.iter().map(|text| ChannelMap::parse(text)).collect::<Result<_>>()?,
-        time: time.cloned(),
-        time_unit,
-        topics: topics.topic.clone(),
-        stamp: topics.stamp(),
-        mounting: mounting.given(),
-        scales: raw.scales()?,
-        skip_bad_rows: raw.skip_bad_rows,
-    })
-}
 
 impl ColumnArgs {
     /// Whether more than one topic is asked for.

@@ -6,6 +6,7 @@
 mod axes;
 mod completions;
 mod demo;
+mod drive_args;
 mod drive_plot;
 mod export;
 mod fit;

@@ -1,8 +1,8 @@
 //! `gyroid navigate`: the bundled filter over a recorded drive.
 
+use super::drive_args::DriveArgs;
 use super::drive_plot::{self, Estimated};
 use super::html::{self, HtmlArgs};
-use super::log_args::DriveArgs;
 use super::outcome::Outcome;
 use super::output::{Common, Output};
 use super::places;

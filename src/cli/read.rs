@@ -1,6 +1,6 @@
 //! Reading of a log for callers of the library; no command of the program.
 
-use super::log_args::DriveArgs;
+use super::drive_args::DriveArgs;
 use super::places;
 use clap::Parser;
 use gyroid::Result;

@@ -1,6 +1,6 @@
 //! `gyroid simulate`: a log as the configuration would have it.
 
-use super::log_args::DriveArgs;
+use super::drive_args::DriveArgs;
 use super::outcome::Outcome;
 use super::output::{Common, Output};
 use super::places;

@@ -7,6 +7,7 @@ mod cases;
 mod commands;
 mod definite;
 mod encoder_ticks;
+mod example_data;
 mod filter;
 mod fit_for_use;
 #[path = "../common/place.rs"]

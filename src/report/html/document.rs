@@ -77,7 +77,7 @@ impl Table {
 
 enum Block {
     Html(String),
-    Figure { panel: Panel, good: String },
+    Figure { panel: Box<Panel>, good: String },
 }
 
 /// A page in the making.
@@ -146,7 +146,7 @@ impl Document {
 
     /// A figure, with a sentence on what a good one looks like.
     pub fn figure(&mut self, panel: Panel, good: &str) {
-        self.blocks.push(Block::Figure { panel, good: good.into() });
+        self.blocks.push(Block::Figure { panel: panel.into(), good: good.into() });
     }
 
     /// Text as it stands on a terminal, folded up.

@@ -35,7 +35,7 @@ fn check(page: &str) {
         }
         let end = rest.find('>').unwrap_or_else(|| panic!("a tag is not closed: {}", &rest[..rest.len().min(80)]));
         let tag = &rest[..end];
-        assert!(tag.matches('"').count() % 2 == 0, "quotes of <{tag}>");
+        assert!(tag.matches('"').count().is_multiple_of(2), "quotes of <{tag}>");
         let name: String =
             tag.trim_start_matches('/').chars().take_while(|c| !c.is_whitespace() && *c != '/').collect();
         let name = name.to_lowercase();
