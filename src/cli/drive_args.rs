@@ -1,8 +1,8 @@
 //! Options of the commands that read a drive.
 
-use super::log_args::{RawArgs, TopicArgs};
 use super::log_values::{LOG_OPTIONS, parse_time_unit};
 use super::mounting_args::MountingArgs;
+use super::topic_args::{RawArgs, TopicArgs};
 use clap::Args;
 use gyroid::Result;
 use gyroid::config::Config;

@@ -1,9 +1,9 @@
 //! `gyroid inspect`: a file at a glance.
 
-use super::log_args::TopicArgs;
 use super::outcome::Outcome;
 use super::output::{Common, Output};
 use super::places;
+use super::topic_args::TopicArgs;
 use clap::Args;
 use gyroid::files::Plan;
 use gyroid::ingest::{self, AxisReport, Clock, Inspection, Motion, Sampling, TimeReport, Topic};

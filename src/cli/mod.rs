@@ -28,6 +28,7 @@ mod read;
 mod restart;
 mod simulate;
 mod study;
+mod topic_args;
 mod validate;
 
 pub use outcome::Answer;

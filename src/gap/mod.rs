@@ -2,7 +2,9 @@
 
 pub mod answer;
 pub(crate) mod diagnose;
+mod diagnosis;
 pub mod drive;
+mod explain;
 pub mod holdout;
 pub mod rest;
 pub mod selection;
@@ -11,9 +13,11 @@ pub mod trace;
 pub use crate::gap::answer::calibration::Calibration;
 pub use crate::gap::drive::holdout::traces::{DriveTraces, Trace};
 pub use crate::gap::holdout::oracle::known_gain;
-pub use crate::gap::rest::explain::{Explanations, explain};
+pub use crate::gap::rest::explain::Explanations;
 pub use crate::gap::rest::model_selection::Options as JudgeOptions;
 pub use crate::gap::rest::whittle::search::Prior;
 pub use answer::Answer;
 pub(crate) use diagnose::compare;
-pub use diagnose::{Diagnosis, Drive, Options, Stage, diagnose, diagnose_drives, diagnose_observed};
+pub use diagnose::{diagnose, diagnose_drives, diagnose_observed};
+pub use diagnosis::{Diagnosis, Drive, Options, Stage};
+pub use explain::explain;

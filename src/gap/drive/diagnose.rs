@@ -21,7 +21,7 @@ use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{InDrives, Library, Parameters, in_drives};
 use crate::error::Result;
 use crate::gap::answer::{Alike, Answer, EffectAnswer, Nearest, Place, TimeOffset, Verdict, account, compose};
-use crate::gap::diagnose::{Diagnosis, Drive, Options, Stage};
+use crate::gap::diagnosis::{Diagnosis, Drive, Options, Stage};
 use crate::gap::drive::ekf::noise::Process;
 use crate::gap::holdout::Options as FarOptions;
 use crate::gap::selection::findings::{Findings, REFUTED};

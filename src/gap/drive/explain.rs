@@ -21,7 +21,7 @@ use crate::config::Config;
 use crate::effects::drive::{Coordinate, DriveExplanation, Driving};
 use crate::effects::{self, About, InDrives, Library, Parameters};
 use crate::error::{Error, ErrorKind, Result, one_of};
-use crate::gap::diagnose::Drive;
+use crate::gap::diagnosis::Drive;
 use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::fit::models_at;
 use crate::gap::drive::options::{Options, WORTH};

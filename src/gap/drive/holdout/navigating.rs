@@ -3,7 +3,7 @@
 use crate::config::Config;
 use crate::error::Result;
 use crate::gap::answer::{FilterFigures, FilterGain};
-use crate::gap::diagnose::Drive;
+use crate::gap::diagnosis::Drive;
 use crate::model::EffectSource;
 use crate::navigate::{Settings, Summary, run_with};
 use crate::signal::{Log, names};

@@ -176,7 +176,7 @@ fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
 mod tests {
     use super::*;
     use crate::effects::Library;
-    use crate::gap::diagnose::Drive;
+    use crate::gap::diagnosis::Drive;
     use crate::gap::drive::ekf::slopes::Slopes;
     use crate::gap::drive::options::Options;
     use crate::gap::drive::preprocess::clocks::tests::{recorded, robot, two_files, without};

@@ -7,7 +7,7 @@
 use super::Record;
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
-use crate::gap::diagnose::Drive;
+use crate::gap::diagnosis::Drive;
 use std::ops::Range;
 
 /// Largest ratio of sample times. The stated white noise is that of one reading, and scales with the square root of the

@@ -6,7 +6,7 @@ use crate::config::Config;
 use crate::effects::Library;
 use crate::effects::drive::Driving;
 use crate::error::Result;
-use crate::gap::diagnose::Drive;
+use crate::gap::diagnosis::Drive;
 use crate::gap::drive::model_selection::{judge, mounting};
 use crate::gap::drive::options::Options;
 use crate::gap::drive::preprocess::clocks;

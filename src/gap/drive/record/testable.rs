@@ -11,7 +11,7 @@
 
 use crate::config::Config;
 use crate::gap::answer::{Answer, Verdict, compose};
-use crate::gap::diagnose::{Diagnosis, Drive};
+use crate::gap::diagnosis::{Diagnosis, Drive};
 use crate::gap::drive::options::Options;
 use crate::gap::selection::findings::Findings;
 use crate::gap::selection::sets::WeightedSet;

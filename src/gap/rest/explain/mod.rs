@@ -21,7 +21,7 @@ use super::whittle::evidence::{Fitted, Likelihood, nuisances};
 use super::whittle::hypothesis::{Candidate, Hypothesis, Kind};
 use super::whittle::lines::Lines;
 use super::whittle::search::{Prior, Search};
-use crate::config::{Config, Kind as ConfigKind};
+use crate::config::Config;
 use crate::effects::{About, Effect, Explanation, Library};
 use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::gap::selection::sets::Part;
@@ -57,35 +57,17 @@ const CYCLES: f64 = 3.0;
 /// Rounds in which every signal is fitted anew beside all others.
 const ROUNDS: usize = 2;
 
-/// Fits the effects `ids` of `library`, and no others, to `log`, beside what `config` models: for a gyro at rest
-/// warm-up and white noise, for a drive the robot and its sensors. The time of the first row since power-on is
-/// `since_power_on_s` where the log's time counts from something else.
-///
-/// ```no_run
-/// use gyroid::{config::Config, effects::{self, Library}, gap};
-/// # fn main() -> gyroid::Result<()> {
-/// # let log = gyroid::signal::Log::new("fit.csv", gyroid::signal::TimeAxis::Uniform { start_s: 0.0, step_s: 0.1, len: 0 });
-/// let config = Config::read("sim.toml")?;
-/// let tone = effects::registry().iter().map(|e| e.about()).find(|about| about.title == "tone").unwrap();
-/// let fitted = gap::explain(&config, &log, &Library::new(), &[tone.id], 0.0)?;
-/// let [low, high] = fitted.effects[0].parameters[tone.size()].ci95;
-/// # Ok(())
-/// # }
-/// ```
+/// [`crate::gap::explain`] of a recording at rest.
 ///
 /// # Errors
-/// As `prepare`, of a drive as [`crate::gap::drive::record::Record::new`]; [`ErrorKind::Usage`] if an id is unknown or
-/// given twice, or there is none; [`ErrorKind::Column`] if the log lacks the quantity that an effect is a function of.
-pub fn explain(
+/// As there.
+pub(in crate::gap) fn explain(
     config: &Config,
     log: &Log,
     library: &Library,
     ids: &[&str],
     since_power_on_s: f64,
 ) -> Result<Explanations> {
-    if config.kind == ConfigKind::Driving {
-        return crate::gap::drive::explain(config, log, library, ids, since_power_on_s);
-    }
     let effects = chosen(library, ids)?;
     let prepared = prepare(config, log, since_power_on_s)?;
     for effect in &effects {

@@ -1,7 +1,7 @@
 //! S = Σ_x z(x)², and its excess over that of simulated recordings against each other
 
-use super::Curve;
 use super::measure::{Recipe, Scatter};
+use crate::gap::rest::predictive::curve::Curve;
 
 /// No single point counts for more than this many standard deviations.
 const LARGEST_Z: f64 = 1e3;

@@ -1,6 +1,6 @@
 //! bin(row): which bin of a condition a row belongs to
 
-use super::Over;
+use crate::gap::rest::predictive::curve::Over;
 use crate::model::Scene;
 
 /// Bins of a condition, at most.

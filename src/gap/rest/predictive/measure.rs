@@ -5,7 +5,7 @@ use super::axes::{amplitudes, bands, blocks, has_lines, octaves};
 use super::calm::without_outliers;
 use super::condition::{Condition, conditions};
 use super::repeatability::Repeatability;
-use super::{Over, Shown};
+use crate::gap::rest::predictive::curve::{Over, Shown};
 use crate::math::robust::{MAD_TO_STD, median};
 use crate::math::spectra::{Periodogram, quick_len};
 use crate::model::Scene;

@@ -10,7 +10,7 @@ use super::wander::Track;
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::answer::TimeOffset;
-use crate::gap::diagnose::Drive;
+use crate::gap::diagnosis::Drive;
 use crate::ingest::assemble::merge::{Part, merge};
 use crate::model::drive::Instrument;
 use crate::signal::{Log, TimeAxis, names};
