@@ -53,8 +53,9 @@ from gyroid._shapes._drive import _NavigateWithErrorModelConsistencySensors as _
 from gyroid._shapes._drive import _NavigateWithErrorModelConsistency as _NavigateWithErrorModelConsistency
 from gyroid._shapes._drive import _NavigateWithErrorModelFinalPose as _NavigateWithErrorModelFinalPose
 from gyroid._shapes._drive import _NavigateWithErrorModel as _NavigateWithErrorModel
-from gyroid._shapes._drive import _NavigateDeadReckoningReference as _NavigateDeadReckoningReference
-from gyroid._shapes._drive import _NavigateDeadReckoning as _NavigateDeadReckoning
+from gyroid._shapes._drive import _NavigateZeroedAtStartGyroReckoningReference as _NavigateZeroedAtStartGyroReckoningReference
+from gyroid._shapes._drive import _NavigateZeroedAtStartGyroReckoning as _NavigateZeroedAtStartGyroReckoning
+from gyroid._shapes._drive import _NavigateZeroedAtStart as _NavigateZeroedAtStart
 from gyroid._shapes._drive import Navigate as Navigate
 from gyroid._shapes._drive import _SimulateGyro as _SimulateGyro
 from gyroid._shapes._drive import Simulate as Simulate

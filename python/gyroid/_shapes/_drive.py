@@ -75,7 +75,7 @@ class _NavigateWithErrorModel(Record):
     notes: tuple[Any, ...]
 
 
-class _NavigateDeadReckoningReference(Record):
+class _NavigateZeroedAtStartGyroReckoningReference(Record):
     samples: int
     position_rms_m: float
     position_end_m: float
@@ -83,8 +83,15 @@ class _NavigateDeadReckoningReference(Record):
     heading_end_rad: float
 
 
-class _NavigateDeadReckoning(Record):
-    reference: _NavigateDeadReckoningReference
+class _NavigateZeroedAtStartGyroReckoning(Record):
+    reference: _NavigateZeroedAtStartGyroReckoningReference
+
+
+class _NavigateZeroedAtStart(Record):
+    zero_rad_s: float
+    rest_s: float
+    filter: _NavigateWithErrorModel
+    gyro_reckoning: _NavigateZeroedAtStartGyroReckoning
 
 
 class Navigate(Record):
@@ -93,9 +100,10 @@ class Navigate(Record):
     smoothed: _NavigateSmoothed
     with_error_model: _NavigateWithErrorModel
     without_error_model: _NavigateWithErrorModel
+    zeroed_at_start: _NavigateZeroedAtStart
     without_effects: Any
-    dead_reckoning: _NavigateDeadReckoning
-    gyro_reckoning: _NavigateDeadReckoning
+    dead_reckoning: _NavigateZeroedAtStartGyroReckoning
+    gyro_reckoning: _NavigateZeroedAtStartGyroReckoning
     log_notes: tuple[Any, ...]
 
 
