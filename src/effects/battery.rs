@@ -434,7 +434,8 @@ fn errors_name_effect_parameter_and_what_there_is() {
     assert!(missing.contains("correlation_time_s") && missing.contains("missing"), "{missing}");
     let wild = text("gyro.tone", of([("frequency_hz", -1.0), ("amplitude_rad_s", 1.0)]), &scene);
     assert!(wild.contains("frequency_hz") && wild.contains("-1"), "{wild}");
-    assert!(text("wheel.slip", of([]), &scene).contains("gyro.rate_ramp"));
+    assert!(text("gyro.rate_rammp", of([]), &scene).contains("gyro.rate_ramp"));
+    assert!(text("wheel.slip", of([]), &scene).contains("is an effect of drives"));
     scene.temperature_c = None;
     let bare = text("gyro.temperature_sensitivity", of([("coefficient_rad_s_per_c", 1e-5)]), &scene);
     assert!(bare.contains("temperature_c") && bare.contains("--inputs"), "{bare}");

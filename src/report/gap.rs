@@ -180,7 +180,11 @@ impl GapReport<'_> {
                 let _ = writeln!(out, "  frequency {} to {} Hz", significant(from, 3), significant(to, 3));
             }
             if let Some(condition) = &place.condition {
-                let _ = writeln!(out, "  it follows {}", condition.replace('_', " "));
+                let _ = writeln!(
+                    out,
+                    "  it follows {}",
+                    condition.trim_end_matches("_c").trim_end_matches("_v").replace('_', " ")
+                );
             }
             if let Some(description) = &place.description {
                 let _ = writeln!(out, "  it looks like: {description}");

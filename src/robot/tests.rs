@@ -78,7 +78,7 @@ fn four_wheels_skid_and_unlike_ones_are_asked_for() {
     let three = two_wheels() + &wheel("rear_wheel", -0.3, 0.0, "continuous");
     refused(
         read(&urdf(&three), Format::Urdf),
-        &["rover", "1 wheels lie left, and 2 right", "rear_wheel_joint at x -0.300", "--left-wheel"],
+        &["rover", "1 wheels lie left, 1 right and 1 between them", "rear_wheel_joint at x -0.300", "--left-wheel"],
     );
     let choice = Choice { left: vec!["left_wheel".into()], right: vec!["right_wheel_joint".into()], model: None };
     let robot = parse(&urdf(&three), "r.urdf", Format::Urdf, &choice).unwrap();

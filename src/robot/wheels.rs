@@ -68,9 +68,12 @@ pub(super) fn find(model: &Model, file: &str, choice: &Choice) -> Result<Wheels>
     }
     let at = |j: &usize| model.joints[*j].at.coords.dot(&across);
     let (low, high) = candidates.iter().map(at).fold((f64::MAX, f64::MIN), |(l, h), s| (l.min(s), h.max(s)));
-    let (left, right): (Vec<usize>, Vec<usize>) = candidates.iter().partition(|j| at(j) > (low + high) / 2.0);
-    if left.len() != right.len() {
-        let found = format!("{} wheels lie left, and {} right: {}", left.len(), right.len(), list());
+    let (middle, apart) = ((low + high) / 2.0, LEVEL * (high - low));
+    let (between, beside): (Vec<usize>, Vec<usize>) = candidates.iter().partition(|j| (at(j) - middle).abs() <= apart);
+    let (left, right): (Vec<usize>, Vec<usize>) = beside.iter().partition(|j| at(j) > middle);
+    if left.len() != right.len() || !between.is_empty() {
+        let [left, right, between] = [&left, &right, &between].map(Vec::len);
+        let found = format!("{left} wheels lie left, {right} right and {between} between them: {}", list());
         return Err(error(found).hint(choose));
     }
     let radii: Vec<f64> = candidates.iter().filter_map(|j| radius(model, *j)).map(|(r, _)| r).collect();

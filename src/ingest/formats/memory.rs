@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn columns_are_read_as_those_of_a_file() {
-        let rate: Vec<f64> = (0..400).map(|i| f64::from((i * 37) % 101)).collect();
+        let rate: Vec<f64> = (0..400).map(|i| 1e-3 * f64::from((i * 37) % 101)).collect();
         let time: Vec<f64> = (0..400).map(|i| 0.01 * f64::from(i)).collect();
         let place = hold("arrays", vec![doubles("t_s", time.clone()), doubles("wz_deg_s", rate.clone())]);
         let read = read_gyro(place.path(), &GyroQuery::default()).unwrap();

@@ -140,7 +140,7 @@ fn the_three_questions_are_answered_in_their_order() {
             "96 % (95 %: 93 % to 98 %)",
             "1. Where",
             "a term that follows the temperature",
-            "it follows temperature_c",
+            "it follows temperature\n",
             "deviation over temperature",
             "°C",
             "2. Which",
