@@ -24,8 +24,8 @@ use crate::signal::Log;
 /// ```
 ///
 /// # Errors
-/// As `prepare`, of a drive as [`crate::gap::drive::record::Record::new`]; [`ErrorKind::Usage`] if an id is unknown or
-/// given twice, or there is none; [`ErrorKind::Column`] if the log lacks the quantity that an effect is a function of.
+/// As `prepare`, of a drive as [`crate::gap::drive::record::Record::new`]; [`crate::ErrorKind::Usage`] if an id is unknown or
+/// given twice, or there is none; [`crate::ErrorKind::Column`] if the log lacks the quantity that an effect is a function of.
 pub fn explain(
     config: &Config,
     log: &Log,
