@@ -94,7 +94,7 @@ fn over_axes(args: &FitArgs, log: &LogArgs) -> Result<Outcome> {
     })
 }
 
-/// What is to be made of a fit beside its report.
+/// Outputs of a fit beside its report.
 #[derive(Default)]
 struct Show<'a> {
     earth: Option<EarthRate>,

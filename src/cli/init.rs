@@ -24,7 +24,7 @@ use std::path::PathBuf;
     gyroid init --mjcf rover.xml --left-wheel left --right-wheel right -o robot.toml\n  \
     gyroid init --kind rest -o gyro.toml")]
 pub(crate) struct InitArgs {
-    /// What the configuration is of: a gyro at rest, or a robot that drives [default: driving, with a description]
+    /// Kind of the configuration: a gyro at rest, or a robot that drives [default: driving, with a description]
     #[arg(long, value_enum, required_unless_present = "description")]
     kind: Option<KindName>,
     #[command(flatten)]

@@ -86,8 +86,7 @@ impl Command {
 
 /// Runs a command as it would be typed, its words apart, the program's name first.
 fn typed(words: &[&str]) -> Result<Outcome> {
-    let usage = |e: clap::Error| Error::new(ErrorKind::Usage, words.join(" "), e.to_string().trim());
-    Cli::try_parse_from(words).map_err(usage)?.command.run()
+    Cli::try_parse_from(words).map_err(|e| misused(&e, &words.join(" ")))?.command.run()
 }
 
 /// Runs the program with `args`, of which the first is its name: it reads, writes and prints as they say. The exit code.

@@ -188,7 +188,7 @@ impl Results {
         filters.chain(smoothed).chain(reckoned).collect()
     }
 
-    /// What runs without a filter, by name.
+    /// Reckonings without a filter, by name.
     fn reckoned(&self) -> Vec<(&'static str, &Reckoning)> {
         let zeroed = self.zeroed.as_ref().map(|z| &z.gyro);
         let all = [

@@ -67,7 +67,7 @@ impl Drop for Working {
 }
 
 thread_local! {
-    /// What the command of this thread says, where a caller wants that.
+    /// Answer of the command of this thread so far, where a caller wants it.
     static HEARD: RefCell<Option<Answer>> = const { RefCell::new(None) };
     /// The command of this thread.
     static TYPED: RefCell<String> = const { RefCell::new(String::new()) };

@@ -76,7 +76,7 @@ pub(crate) fn put<T: Any + Send + Sync>(path: &Path, content: T) {
     store(path, Arc::new(content));
 }
 
-/// What lies at `path`; `None` where it is no place or holds something else.
+/// Content at `path`; `None` where it is no place or holds something else.
 pub(crate) fn get<T: Any + Send + Sync>(path: &Path) -> Option<Arc<T>> {
     let content = PLACES.read().unwrap_or_else(PoisonError::into_inner).get(path).cloned()?;
     content.downcast().ok()

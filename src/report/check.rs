@@ -227,7 +227,7 @@ impl ModelCheck {
         format!("{verdict} (joint p {})", probability(self.validation.joint_p_value))
     }
 
-    /// What is to be known about the configuration and this log, a sentence each.
+    /// Remarks on the configuration and this log, a sentence each.
     pub(super) fn remarks(&self) -> Vec<String> {
         let all = [
             (!self.signed, "the configuration is unsigned (written by hand)"),

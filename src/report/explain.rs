@@ -10,9 +10,9 @@ use std::fmt::Write;
 pub struct ExplainReport<'a> {
     /// Name of the recording.
     pub recording: &'a str,
-    /// What was fitted.
+    /// Effects that were fitted, with their parameters.
     pub found: &'a Explanations,
-    /// What was decided when the recording was read.
+    /// Decisions of the reader of the recording, a sentence each.
     pub notes: &'a [String],
 }
 

@@ -1,4 +1,4 @@
-//! What a configuration asks of a robot, and what its description says of it.
+//! Quantities of a robot that a configuration needs, each with its place in the description.
 
 use super::model::{Mass, Model, shifted, sum};
 use super::types::{Fact, Format, Robot};

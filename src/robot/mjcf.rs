@@ -24,8 +24,8 @@ pub(super) fn read(xml: &Xml, root: Node) -> Result<Vec<Model>> {
             let name = body.attribute("name").or_else(|| root.attribute("model")).unwrap_or("robot");
             let mut model = Model { name: name.into(), ..Model::default() };
             let reader = Reader { xml, defaults: &defaults, driven: &driven };
-            let class = world.attribute("childclass");
-            reader.body(body, None, &Isometry3::identity(), class, &mut model, 0)?;
+            let frame = Frame { pose: Isometry3::identity(), class: world.attribute("childclass"), depth: 0 };
+            reader.body(body, None, &frame, &mut model)?;
             if let Some(file) = include.and_then(|i| i.attribute("file")) {
                 model.notes.push(format!("not read, for it is another file: {file}"));
             }
@@ -46,6 +46,15 @@ fn driven<'a>(root: Node<'a, '_>) -> Vec<&'a str> {
     actuators.iter().filter_map(itself).chain(by_tendons).collect()
 }
 
+/// Frame that bodies and geoms lie in.
+struct Frame<'a> {
+    pose: Isometry3<f64>,
+    /// Class of defaults that holds in it.
+    class: Option<&'a str>,
+    /// Number of bodies and frames that it lies in.
+    depth: usize,
+}
+
 struct Reader<'b, 'a, 'i, 'x> {
     xml: &'b Xml<'x>,
     defaults: &'b Defaults<'a, 'i>,
@@ -54,27 +63,19 @@ struct Reader<'b, 'a, 'i, 'x> {
 
 impl<'a, 'i> Reader<'_, 'a, 'i, '_> {
     /// Adds a body, and those on it.
-    fn body(
-        &self,
-        node: Node<'a, 'i>,
-        parent: Option<usize>,
-        on: &Isometry3<f64>,
-        class: Option<&'a str>,
-        model: &mut Model,
-        depth: usize,
-    ) -> Result<()> {
-        if depth > DEEPEST {
+    fn body(&self, node: Node<'a, 'i>, parent: Option<usize>, on: &Frame<'a>, model: &mut Model) -> Result<()> {
+        if on.depth > DEEPEST {
             return Err(self.xml.error(node, "bodies lie in bodies too deep"));
         }
-        let pose = on * self.defaults.pose(self.xml, node, None)?;
-        let class = node.attribute("childclass").or(class);
+        let frame = self.within(node, on, on.depth)?;
+        let pose = frame.pose;
         let index = model.links.len();
         let row = self.xml.row(node);
         let name = node.attribute("name").map_or_else(|| format!("body of line {row}"), String::from);
         model.links.push(Link { name, pose, mass: Mass::None, shapes: Vec::new() });
-        self.joints(node, index, parent, &pose, class, model)?;
+        self.joints(node, index, parent, &frame, model)?;
         let mut parts = Vec::new();
-        self.parts(node, index, &pose, class, model, &mut parts, depth)?;
+        self.parts(node, index, &frame, model, &mut parts)?;
         model.links[index].mass = match child(node, "inertial").filter(|_| !self.defaults.inertia_from_geoms) {
             Some(inertial) => self.inertial(inertial, &pose)?,
             None => together(parts),
@@ -82,32 +83,35 @@ impl<'a, 'i> Reader<'_, 'a, 'i, '_> {
         Ok(())
     }
 
+    /// The frame of a body or a frame that lies in `on`.
+    fn within(&self, node: Node<'a, 'i>, on: &Frame<'a>, depth: usize) -> Result<Frame<'a>> {
+        let pose = on.pose * self.defaults.pose(self.xml, node, None)?;
+        Ok(Frame { pose, class: node.attribute("childclass").or(on.class), depth })
+    }
+
     /// Geoms and bodies of a body, or of a frame in it.
-    #[allow(clippy::too_many_arguments)]
     fn parts(
         &self,
         node: Node<'a, 'i>,
         index: usize,
-        pose: &Isometry3<f64>,
-        class: Option<&'a str>,
+        frame: &Frame<'a>,
         model: &mut Model,
         parts: &mut Vec<Mass>,
-        depth: usize,
     ) -> Result<()> {
         for geom in children(node, "geom") {
-            let (shape, mass) = self.geom(geom, pose, class)?;
+            let (shape, mass) = self.geom(geom, &frame.pose, frame.class)?;
             model.links[index].shapes.push(shape);
             parts.push(mass);
         }
-        for frame in children(node, "frame") {
-            let pose = pose * self.defaults.pose(self.xml, frame, None)?;
-            let class = frame.attribute("childclass").or(class);
-            if depth > DEEPEST {
-                return Err(self.xml.error(frame, "frames lie in frames too deep"));
+        for inner in children(node, "frame") {
+            let own = self.within(inner, frame, frame.depth + 1)?;
+            if frame.depth > DEEPEST {
+                return Err(self.xml.error(inner, "frames lie in frames too deep"));
             }
-            self.parts(frame, index, &pose, class, model, parts, depth + 1)?;
+            self.parts(inner, index, &own, model, parts)?;
         }
-        children(node, "body").try_for_each(|body| self.body(body, Some(index), pose, class, model, depth + 1))
+        let inside = Frame { depth: frame.depth + 1, ..*frame };
+        children(node, "body").try_for_each(|body| self.body(body, Some(index), &inside, model))
     }
 
     /// The joints of a body; a body without any is fixed.
@@ -116,8 +120,7 @@ impl<'a, 'i> Reader<'_, 'a, 'i, '_> {
         node: Node<'a, 'i>,
         index: usize,
         parent: Option<usize>,
-        pose: &Isometry3<f64>,
-        class: Option<&str>,
+        &Frame { pose, class, .. }: &Frame<'a>,
         model: &mut Model,
     ) -> Result<()> {
         let joint = |name: String, motion, axis, at| Joint {

@@ -93,7 +93,7 @@ pub(super) enum Motion {
     Other,
 }
 
-/// What a plugin says of the wheels that it drives.
+/// Wheels that a plugin drives, with the sizes that it states.
 #[derive(Debug, Clone)]
 pub(super) struct Drive {
     pub name: String,

@@ -1,4 +1,4 @@
-//! What Gazebo's plugins and sensors say of a robot, in URDF as in SDF.
+//! Gazebo's plugins and sensors of a robot, in URDF as in SDF.
 
 use super::model::{Drive, Imu, Model};
 use super::xml::{Xml, child, child_text, children};

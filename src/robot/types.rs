@@ -47,7 +47,7 @@ impl fmt::Display for Format {
     }
 }
 
-/// What the user says where a description leaves it open.
+/// Choices of the user where a description leaves something open.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
     /// The robot, in a file that holds several.
@@ -108,6 +108,6 @@ pub struct Robot {
     pub gyro_rate_hz: Option<Fact>,
     /// White noise of a sample of the IMU's gyro about z, rad/s.
     pub gyro_noise_std_rad_s: Option<Fact>,
-    /// What was decided on the way, and where the description contradicts itself.
+    /// Decisions of the reader, and contradictions in the description, a sentence each.
     pub notes: Vec<String>,
 }

@@ -24,7 +24,7 @@ impl Xml<'_> {
         self.doc.text_pos_at(node.range().start).row + self.skipped_rows
     }
 
-    /// What was found at a node.
+    /// Error at a node: file, line and tag, and what was found there.
     pub fn error(&self, node: Node, found: impl Display) -> Error {
         let row = self.row(node);
         Error::new(ErrorKind::Format, self.file, found).at(format!("line {row}, <{}>", node.tag_name().name()))

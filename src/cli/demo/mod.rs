@@ -36,7 +36,7 @@ struct Ran {
     seconds: f64,
 }
 
-/// What runs a command as it would be typed.
+/// Runs a command as it would be typed.
 type Typed<'a> = &'a dyn Fn(&[&str]) -> Result<Outcome>;
 
 /// Runs the demonstration by `typed`.

@@ -2,7 +2,7 @@
 
 /// One command.
 pub(super) struct Step {
-    /// What it is for, in a sentence; empty where the one before says it.
+    /// Purpose, in a sentence; empty where the one before says it.
     pub why: &'static str,
     /// The command, its words apart by single spaces.
     pub line: &'static str,
@@ -73,7 +73,7 @@ pub(super) const STEPS: [Step; 7] = [
     },
 ];
 
-/// What to try next.
+/// Commands to try next.
 pub(super) const NEXT: &str = "\
 Next, with recordings of your own:
   gyroid inspect LOG                                  what is in a file

@@ -128,7 +128,7 @@ fn axis_text(chart: &Chart) -> String {
     format!("{} against {}", chart.y.label, chart.x.label.to_lowercase())
 }
 
-/// What the chart shows, for those who cannot see it.
+/// Text alternative of a chart.
 fn described(chart: &Chart, frame: &Frame) -> String {
     let ends = |scale: Scale, logarithmic: bool, unit: &str| {
         let [low, high] = scale.ends().map(|v| if logarithmic { 10f64.powf(v) } else { v });

@@ -13,7 +13,7 @@ use crate::validate::Validation;
 
 /// Slices of the envelopes.
 pub(super) const COLUMNS: usize = 2000;
-/// What good residuals look like over time, in their autocorrelation and in their cumulative periodogram.
+/// Sentence on good residuals over time, in their autocorrelation and in their cumulative periodogram.
 pub(super) const RESIDUALS: [&str; 3] = [
     "samples and means scatter about zero, 95 % of them within the dashed lines, and no slope or bend is left.",
     "at most one bar in twenty leaves the grey band, and none by much.",

@@ -249,11 +249,10 @@ fn described(page: &mut Document, effect: &EffectAnswer) {
 
 fn measures(a: &Answer, held_out: bool) -> Table {
     let mut table = Table::new([measured_on(held_out), "before", "after", "floor"]);
-    let cells = metric_cells;
-    a.gap.iter().for_each(|m| table.row(cells(m)));
+    a.gap.iter().for_each(|m| table.row(metric_cells(m)));
     if let Some(nearest) = &a.nearest {
         for m in &nearest.gap {
-            let [name, before, after, floor] = cells(m);
+            let [name, before, after, floor] = metric_cells(m);
             table.row([format!("{name}, with {} alone", title(&nearest.id)), before, after, floor]);
         }
     }

@@ -7,7 +7,7 @@ use crate::report::numbers::significant;
 use crate::report::plot::{Panel, Picture};
 use crate::units::{RAD_S_PER_DEG_S, duration_text};
 
-/// What ran over a drive.
+/// Filters that ran over a drive.
 #[derive(Debug, Clone, Copy)]
 pub struct DrivePage<'a> {
     /// Names of the logs.

@@ -7,7 +7,7 @@ use crate::report::study::StudyReport;
 use crate::study::Estimator;
 use crate::units::RAD_S_PER_DEG_S;
 
-/// What a good figure looks like, by the beginning of its name.
+/// Sentence on a good figure, by the beginning of its name.
 const GOOD: [(&str, &str); 10] = [
     ("figure_2", "no more than one lag in twenty leaves the bounds: the identified error model leaves white noise."),
     ("figure_3", "the line with slip lies lowest, and rises slowest."),

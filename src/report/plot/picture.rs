@@ -37,7 +37,7 @@ impl Format {
 pub struct Picture {
     pub(super) scene: Scene,
     pub(super) title: String,
-    /// What was drawn, row by row.
+    /// Panels that were drawn, row by row.
     pub(in crate::report) panels: Vec<Panel>,
 }
 

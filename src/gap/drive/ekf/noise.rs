@@ -71,7 +71,15 @@ pub struct Noise {
     pub reading: [f64; 6],
 }
 
+/// Factor on the variance of a reading that excludes it from a pass of the filter.
+const ASIDE: f64 = 1e10;
+
 impl Noise {
+    /// Excludes the readings of these channels, by their indices, from a pass of the filter.
+    pub(crate) fn exclude(&mut self, channels: impl IntoIterator<Item = usize>) {
+        channels.into_iter().for_each(|channel| self.reading[channel] *= ASIDE);
+    }
+
     /// The same without the noise of the wheels' quantization, but no less than the stated noise of `record`.
     #[must_use]
     pub(crate) fn without_lattice(&self, record: &Record) -> Self {

@@ -16,8 +16,6 @@ const HORIZONS_S: [f64; 3] = [1.0, 5.0, 20.0];
 pub(super) const LONGEST_S: f64 = HORIZONS_S[2];
 /// Fewest windows for a comparison of the errors of filters.
 const FEWEST_WINDOWS: usize = 5;
-/// Factor on the variance of a channel that excludes it from a pass of the filter.
-pub(super) const ASIDE: f64 = 1e10;
 
 /// Squared errors of position (m²) and heading (rad²) at each horizon, window by window.
 #[derive(Default)]
@@ -47,15 +45,9 @@ impl Horizons {
             return;
         }
         let mut noise: Noise = claimed.noise(record, under.process);
-        for channel in 3..6 {
-            noise.reading[channel] *= ASIDE;
-        }
+        noise.exclude(3..6);
         if alone {
-            noise.reading[2] *= ASIDE;
-            if record.torques_n_m.is_some() {
-                noise.reading[0] *= ASIDE;
-                noise.reading[1] *= ASIDE;
-            }
+            noise.exclude(if record.torques_n_m.is_some() { 0..3 } else { 2..3 });
         }
         let restored = lost.map(|b| b.restored(record));
         let record = restored.as_ref().unwrap_or(record);

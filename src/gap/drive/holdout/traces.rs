@@ -3,7 +3,7 @@
 //! A drive as recorded, and as both simulators have it: in windows of the longest horizon the model drives on without
 //! readings, with the recorded torques (where there are none: with the wheels).
 
-use super::horizons::{ASIDE, LONGEST_S};
+use super::horizons::LONGEST_S;
 use crate::effects::Library;
 use crate::gap::drive::ekf::effect_set::{EffectSet, Effects};
 use crate::gap::drive::ekf::innovations::run;
@@ -110,8 +110,7 @@ fn begins(drive: &Record) -> Vec<usize> {
 /// Each channel as simulated; NaN where nothing was recorded.
 fn simulated(drive: &Record, begins: &[usize], claimed: &EffectSet, process: Process) -> [Vec<f64>; 6] {
     let mut noise: Noise = claimed.noise(drive, process);
-    let free = if drive.torques_n_m.is_some() { 0..6 } else { 2..6 };
-    noise.reading[free].iter_mut().for_each(|variance| *variance *= ASIDE);
+    noise.exclude(if drive.torques_n_m.is_some() { 0..6 } else { 2..6 });
     let late = claimed.rows_late(drive);
     let (read, models) = claimed.read(drive);
     let mut out: [Vec<f64>; 6] = std::array::from_fn(|_| vec![f64::NAN; drive.len()]);

@@ -26,8 +26,6 @@ use crate::model::drive::Instrument;
 
 /// Longest delay that is looked for, s: past yaw rates are stored for this time.
 const LONGEST_S: f64 = 0.4;
-/// Factor on the gyro's variance that excludes it from a pass of the filter.
-const ASIDE: f64 = 1e10;
 /// Distance from a whole number of rows, in rows, within which the neighbouring number is tried too.
 const NEAR: f64 = 0.3;
 /// Fewest pairs of rows that are compared.
@@ -199,7 +197,7 @@ fn lags(record: &Record, noise: &Noise) -> Vec<Lag> {
 fn lag(record: &Record, noise: &Noise) -> Option<f64> {
     let gyro = record.gyro_rad_s.as_ref()?;
     let mut aside = *noise;
-    aside.reading[Channel::Gyro as usize] *= ASIDE;
+    aside.exclude([Channel::Gyro as usize]);
     // the gyro's reading without its own error, and its prediction
     let mut reads = vec![f64::NAN; record.len()];
     let mut should = reads.clone();
