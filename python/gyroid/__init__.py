@@ -11,7 +11,7 @@ from gyroid._files import export, inspect, read, study
 from gyroid._gyroid import __version__
 from gyroid._input import Frame, Log
 from gyroid._options import Drive, DriveOptions, RestOptions
-from gyroid._record import Array, Estimate, Picture, Record, Result, Rows
+from gyroid._record import Array, Estimate, Record, Result, Rows
 from gyroid._rest import fit, noise, validate
 from gyroid._results import (
     Check,
@@ -25,7 +25,7 @@ from gyroid._results import (
     Simulation,
     Study,
 )
-from gyroid._values import Config, Configuration, Recording
+from gyroid._values import Config, Configuration, Picture, Recording
 
 __all__ = [
     "Array",

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Generic, TypeVar, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroid import _gyroid, _input
+from gyroid._values import Picture
 
 #: Numbers in the order of the JSON, read-only; null is NaN.
 Array: typing.TypeAlias = NDArray[np.float64]
@@ -143,29 +143,6 @@ class Rows(Sequence[_R], Generic[_R]):
         return isinstance(other, Rows) and self._data == other._data
 
     __hash__ = None  # type: ignore[assignment]
-
-
-class Picture:
-    """A picture of an answer, as ``--plot`` draws it; notebooks show it."""
-
-    def __init__(self, svg: str) -> None:
-        self.svg = svg
-
-    def _repr_svg_(self) -> str:
-        return self.svg
-
-    def __repr__(self) -> str:
-        return f"Picture({len(self.svg)} bytes of SVG)"
-
-    def save(self, path: _input.Path, *, force: bool = False) -> None:
-        """Write it as SVG; a file that gyroid did not write is replaced only by `force`.
-
-        Raises
-        ------
-        FileError
-            If there is such a file, or the place cannot be written.
-        """
-        _gyroid.write_file(_input.path(path).path, self.svg.encode(), force)
 
 
 class Result(Record):

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gyroid import _gyroid, _input, _shapes
+from gyroid import _shapes
 from gyroid._errors import Error
 from gyroid._record import Estimate, Record, Result
-from gyroid._values import Configuration, Recording
+from gyroid._values import Configuration, Recording, Text
 
 
 def _unfit(kind: str, why: str) -> Error:
@@ -165,8 +165,8 @@ class Explanation(Result, _shapes.GapExplain):
     _shown = ("effects",)
 
 
-class Export(Result, _shapes.Export):
-    """The file of another program.
+class Export(Result, Text, _shapes.Export):
+    """The file of another program; :meth:`save` writes it.
 
     Attributes
     ----------
@@ -176,17 +176,10 @@ class Export(Result, _shapes.Export):
 
     content: str | None
 
-    def save(self, path: _input.Path, *, force: bool = False) -> None:
-        """Write the file; one that gyroid did not write is replaced only by `force`.
-
-        Raises
-        ------
-        Error
-            Of kind ``unfit`` where there is none; a FileError if the place cannot be written.
-        """
+    def _content(self) -> str:
         if self.content is None:
             raise _unfit("export", str(self._data.get("why")))
-        _gyroid.write_file(_input.path(path).path, self.content.encode(), force)
+        return self.content
 
 
 class Inspection(Result, _shapes.Inspect):

@@ -14,7 +14,42 @@ from numpy.typing import NDArray
 from gyroid import _gyroid, _input
 
 
-class Configuration:
+class Text:
+    """What can be written as a file."""
+
+    def _content(self) -> str:
+        raise NotImplementedError
+
+    def save(self, path: _input.Path, *, force: bool = False) -> None:
+        """Write it; a file that gyroid did not write is replaced only by `force`.
+
+        Raises
+        ------
+        FileError
+            If there is such a file, or the place cannot be written.
+        Error
+            Of kind ``unfit`` where there is nothing to write.
+        """
+        _gyroid.write_file(_input.path(path).path, self._content().encode(), force)
+
+
+class Picture(Text):
+    """A picture of an answer, as ``--plot`` draws it, in SVG; notebooks show it."""
+
+    def __init__(self, svg: str) -> None:
+        self.svg = svg
+
+    def _content(self) -> str:
+        return self.svg
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def __repr__(self) -> str:
+        return f"Picture({len(self.svg)} bytes of SVG)"
+
+
+class Configuration(Text):
     """A configuration (schema 1) in memory; every function that takes the path of one takes this too.
 
     Attributes
@@ -30,15 +65,8 @@ class Configuration:
         """Its tables and keys; the unit stands in each key."""
         return tomllib.loads(self.text)
 
-    def save(self, path: _input.Path, *, force: bool = False) -> None:
-        """Write it; a file that gyroid did not write is replaced only by `force`.
-
-        Raises
-        ------
-        FileError
-            If there is such a file, or the place cannot be written.
-        """
-        _gyroid.write_file(_input.path(path).path, self.text.encode(), force)
+    def _content(self) -> str:
+        return self.text
 
     def __str__(self) -> str:
         return self.text

@@ -1,22 +1,24 @@
 #!/usr/bin/env python3
-"""Writes `gyroid/_shapes/`: the types of all answers, as the library gives them on the data of the repository.
+"""Writes `docs/schema`, JSON Schemas made from an answer or more of every command, and from these `gyroid/_shapes`, the types of Python.
 
-python shapes.py [--check]: with `--check` the files are compared instead, and the exit code is 1 where one differs.
+python shapes.py [--check]: with `--check` the files are compared instead; where one differs it is shown, and the exit code is 1.
 """
 
 from __future__ import annotations
 
+import difflib
+import json
 import re
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
-import numpy as np
+from answers import answers
 
 PACKAGE = Path(__file__).parents[1] / "gyroid"
-DATA = PACKAGE.parents[1] / "data"
+SCHEMAS = PACKAGE.parents[1] / "docs" / "schema"
 HEAD = '"Types of {}, as the JSON has them. Written by shapes.py: do not edit."'
-#: Files and the answers in each.
+#: Files of types and the kinds of answers in each.
 FILES = {
     "_rest": ("answers on logs at rest", ("Fit", "Noise", "Validate")),
     "_drive": ("answers on drives and gaps", ("Navigate", "Simulate", "GapDiagnose", "GapExplain")),
@@ -27,76 +29,49 @@ MAPS = ("parameters", "std", "axes", "ci95_of", "rms", "rms_ci95", "factors", "n
 #: The parameters of a fit are the same in every answer.
 FIXED = ("Fit.parameters",)
 
-
-def answers() -> dict[str, list[dict[str, Any]]]:
-    """Answers by the name of their class."""
-    import gyroid
-
-    power_on, robot, cold = DATA / "power_on.csv", DATA / "robot.toml", DATA / "cats_coldsoak_a.csv"
-    rng = np.random.default_rng(1)
-    t_s = np.arange(0.0, 1800.0, 0.5)
-    temperature_c = 40 - 15 * np.exp(-t_s / 300)
-    walk = 1e-5 * np.cumsum(rng.normal(size=t_s.size)) + 1e-3 * np.sin(2 * np.pi * 0.2 * t_s)
-    warm = walk + 2e-5 * temperature_c + 2e-4 * rng.normal(size=t_s.size)
-    fits = [
-        gyroid.fit(power_on, base=robot, latitude_deg=45.0),
-        gyroid.fit(power_on, fix={"c2_rad_s": 0.0}, loss="huber"),
-        gyroid.fit(cold),
-        gyroid.fit(cold, weighting="walk"),
-        gyroid.fit(t_s, warm, temperature_c),
-        gyroid.fit(t_s, warm, temperature_c, against="temperature"),
-        gyroid.fit(power_on, memory_mb=0),
-    ]
-    config = fits[0].config()
-    noises = [
-        gyroid.noise(power_on, datasheet="mpu6050", write=config),
-        gyroid.noise(cold, draws=99),
-        gyroid.noise(t_s, warm, temperature_c, draws=99),
-    ]
-    checks = [gyroid.validate(config, power_on), gyroid.validate(fits[5].config(accept=True), cold)]
-    square = gyroid.simulate(config, course="square", duration_s=60, start_offset_s=20)
-    drives = [
-        gyroid.navigate(config, DATA / "drive.parquet", save_config=True),
-        gyroid.navigate(config, square.recording, gate=0.9999),
-    ]
-    rest = gyroid.simulate(config, duration_s=600, seed=3)
-    late = np.roll(square.recording["gyro_z_rad_s"], 25)
-    heavy = {**square.recording, "gyro_z_rad_s": 1.1 * late}
-    standing = standing_simulator(config)
-    gaps = [
-        gyroid.diagnose(config, heavy, square.recording),
-        gyroid.diagnose(standing, {"t_s": t_s, "gyro_z_rad_s": warm}, rest.recording),
-    ]
-    explained = [
-        gyroid.explain(config, heavy, ["gyro.scale_factor"]),
-        gyroid.explain(standing, {"t_s": t_s, "gyro_z_rad_s": warm}, ["gyro.rate_random_walk", "gyro.tone"]),
-    ]
-    exports = [gyroid.export(config, to) for to in ("kalibr", "px4", "gazebo")]
-    looks = [gyroid.inspect(power_on), gyroid.inspect(DATA / "drive.parquet")]
-    studies = [gyroid.study(runs=2, duration_s=10, sweeps=True, convergence=2), gyroid.study(runs=2, rest=cold)]
-    all_of = {
-        "Fit": fits,
-        "Noise": noises,
-        "Validate": checks,
-        "Navigate": drives,
-        "Simulate": [square, rest],
-        "GapDiagnose": gaps,
-        "GapExplain": explained,
-        "Export": exports,
-        "Inspect": looks,
-        "Study": studies,
-    }
-    return {name: [result.to_dict() for result in results] for name, results in all_of.items()}
+Schema: TypeAlias = dict[str, Any]
 
 
-def standing_simulator(config: Any) -> Any:
-    """The configuration of the gyro alone, standing still."""
-    import gyroid
+def schema(values: list[Any], path: str) -> Schema:
+    """What all of these values have in common; whatever they have not is no part of it."""
+    there = [value for value in values if value is not None]
+    kinds = {kind(value) for value in there}
+    kinds -= {"integer"} if "number" in kinds else set()
+    if len(kinds) != 1:
+        return {}
+    [one] = kinds
+    made: Schema = {"type": one if len(there) == len(values) else [one, "null"]}
+    if one == "array" and (items := [item for value in there for item in value]):
+        made["items"] = schema(items, path)
+    if one == "object" and path.endswith(tuple("." + name for name in MAPS)) and path not in FIXED:
+        made["additionalProperties"] = schema([item for value in there for item in value.values()], path + ".value")
+    elif one == "object":
+        keys = dict.fromkeys(key for value in there for key in value)
+        made["properties"] = {key: schema([v[key] for v in there if key in v], f"{path}.{key}") for key in keys}
+        made["required"] = [key for key in keys if all(key in value for value in there)]
+        made["additionalProperties"] = False
+    return made
 
-    gyro = config.to_dict()["gyro"]
-    keys = ("c1_rad_s", "c2_rad_s", "time_constant_s", "angle_random_walk_rad_sqrt_s")
-    lines = [f"{key} = {gyro[key]!r}" for key in keys]
-    return gyroid.Configuration("\n".join(['schema = 1\nkind = "stationary"\nsample_time_s = 0.5\n[gyro]', *lines, ""]))
+
+def kind(value: Any) -> str:
+    """The name that JSON Schema has for a value's type."""
+    names = {bool: "boolean", int: "integer", float: "number", str: "string", list: "array", dict: "object"}
+    return names[type(value)]
+
+
+def schemas() -> dict[str, Schema]:
+    """The schema of each command."""
+    made = {}
+    for command, kinds in answers().items():
+        each = []
+        for name, values in kinds.items():
+            one = schema(values, name)
+            [mark] = {value["schema"] for value in values}
+            one["properties"]["schema"] = {"const": mark}
+            each.append({"title": name, **one})
+        head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+        made[command] = head | (each[0] if len(each) == 1 else {"title": f"gyroid {command.replace('.', ' ')}", "oneOf": each})
+    return made
 
 
 class Shapes:
@@ -106,50 +81,45 @@ class Shapes:
         self.classes: dict[str, tuple[str, str, list[tuple[str, str]]]] = {}
         self.by_content: dict[tuple[str, tuple[tuple[str, str], ...]], str] = {}
 
-    def type_of(self, values: list[Any], path: str) -> str:
-        """The type that all of these values have."""
-        there = [value for value in values if value is not None]
-        optional = " | None" if len(there) < len(values) else ""
-        if not there:
+    def type_of(self, of: Schema, path: str, required: bool = True) -> str:
+        """The type of what fits the schema."""
+        if "const" in of:
+            return "str"
+        kinds = of.get("type", [])
+        kinds = kinds if isinstance(kinds, list) else [kinds]
+        if not kinds:
             return "Any"
-        if all(isinstance(value, bool) for value in there):
-            return "bool" + optional
-        if all(isinstance(value, int) and not isinstance(value, bool) for value in there):
-            return "int" + optional
-        if all(isinstance(value, int | float) and not isinstance(value, bool) for value in there):
-            return "float" + optional
-        if all(isinstance(value, str) for value in there):
-            return "str" + optional
-        if all(isinstance(value, dict) for value in there):
-            return self.object(there, path) + optional
-        if all(isinstance(value, list) for value in there):
-            return self.list([item for value in there for item in value], path) + optional
-        return "Any"
+        optional = " | None" if "null" in kinds or not required else ""
+        if kinds[0] == "object":
+            return self.object(of, path) + optional
+        if kinds[0] == "array":
+            return self.list(of.get("items", {}), path) + optional
+        return {"boolean": "bool", "integer": "int", "number": "float", "string": "str"}[kinds[0]] + optional
 
-    def list(self, items: list[Any], path: str) -> str:
-        """The type of a list of these items."""
-        if items and all(isinstance(item, dict) for item in items):
+    def list(self, items: Schema, path: str) -> str:
+        """The type of a list of such items."""
+        kinds = items.get("type")
+        if kinds == "object":
             return f"Rows[{self.object(items, path)}]"
-        if items and all(isinstance(item, str) for item in items):
+        if kinds == "string":
             return "tuple[str, ...]"
-        if items and all(isinstance(item, int | float | list) or item is None for item in items):
+        if kinds and not {"object", "string"} & set(kinds if isinstance(kinds, list) else [kinds]):
             return "Array"
         return "tuple[Any, ...]"
 
-    def object(self, values: list[dict[str, Any]], path: str) -> str:
-        """The class of these objects."""
-        keys = [key for key in dict.fromkeys(key for value in values for key in value) if key.isidentifier()]
-        if path.endswith(tuple("." + name for name in MAPS)) and path not in FIXED:
-            inner = self.type_of([item for value in values for item in value.values()], path + ".value")
-            return f"dict[str, {inner}]"
+    def object(self, of: Schema, path: str) -> str:
+        """The class of such objects."""
+        if of["additionalProperties"]:
+            return f"dict[str, {self.type_of(of['additionalProperties'], path + '.value')}]"
+        keys = [key for key in of["properties"] if key.isidentifier()]
         base = "Estimate" if {"estimate", "std"} <= set(keys) else "Record"
         if base == "Estimate" and set(keys) <= {"estimate", "std", "std_white", "ci95"}:
             return "Estimate"
         fields = []
         for key in keys:
-            kind = self.type_of([value.get(key) for value in values], f"{path}.{key}")
+            type_name = self.type_of(of["properties"][key], f"{path}.{key}", key in of["required"])
             if not (base == "Estimate" and key in ("estimate", "std", "std_white", "ci95")):
-                fields.append((key, kind))
+                fields.append((key, type_name))
         content = (base, tuple(fields))
         if "." not in path or content not in self.by_content:
             words = path.replace(".", "_").split("_")
@@ -159,11 +129,14 @@ class Shapes:
         return self.by_content[content]
 
 
-def files() -> dict[str, str]:
+def types(of: dict[str, Schema]) -> dict[str, str]:
     """The modules by name."""
     shapes = Shapes()
-    for name, values in answers().items():
-        shapes.object(values, name)
+    typed = {name for _, names in FILES.values() for name in names}
+    for one in of.values():
+        for variant in one.get("oneOf", [one]):
+            if variant["title"] in typed:
+                shapes.object(variant, variant["title"])
     made: dict[str, str] = {}
     where: dict[str, str] = {}
     for file, (what, roots) in FILES.items():
@@ -188,12 +161,17 @@ def files() -> dict[str, str]:
 
 def main() -> int:
     """Write the files, or compare them."""
-    folder = PACKAGE / "_shapes"
-    made = {folder / f"{name}.py": text for name, text in files().items()}
+    of = schemas()
+    made = {SCHEMAS / f"{command}.json": json.dumps(one, indent=1) + "\n" for command, one in of.items()}
+    made |= {PACKAGE / "_shapes" / f"{name}.py": text for name, text in types(of).items()}
     if "--check" in sys.argv:
-        return int(any(file.read_text() != text for file, text in made.items()))
-    folder.mkdir(exist_ok=True)
+        found = {file: file.read_text() if file.exists() else "" for file in made}
+        for file, text in made.items():
+            lines = difflib.unified_diff(found[file].splitlines(), text.splitlines(), str(file), "as the answers are now", lineterm="")
+            print("\n".join(lines), end="")
+        return int(found != made)
     for file, text in made.items():
+        file.parent.mkdir(exist_ok=True)
         file.write_text(text)
     return 0
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from pathlib import Path
 from typing import Any
 
@@ -262,3 +263,14 @@ def test_the_configuration_tells_the_call(fitted: gyroid.Fit) -> None:
 def test_the_version_is_that_of_the_program() -> None:
     manifest = (ROOT / "Cargo.toml").read_text()
     assert f'\nversion = "{gyroid.__version__}"' in manifest
+
+
+@pytest.mark.parametrize("page", ["docs/src/python.md", "python/README.md"])
+def test_the_code_of_the_pages_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "data").symlink_to(DATA)
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"^```python\n(.*?)^```$", (ROOT / page).read_text(), re.M | re.S)
+    names: dict[str, Any] = {}
+    for block in blocks:
+        exec(block, names)
+    assert blocks and names["f"].fit_for_use

@@ -121,6 +121,11 @@ impl Output {
         !self.silent
     }
 
+    /// Whether somebody wants the JSON.
+    pub fn answers(&self) -> bool {
+        !matches!(self.json, Json::No) || heard(|_| {})
+    }
+
     /// Shows on a terminal what is being done, from the second second on, until the guard is dropped.
     pub fn working(&self, what: &'static str) -> Working {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());

@@ -11,7 +11,7 @@ pub mod selection;
 pub mod trace;
 
 pub use crate::gap::answer::calibration::Calibration;
-pub use crate::gap::drive::holdout::traces::{DriveTraces, Trace};
+pub use crate::gap::drive::holdout::traces::{DriveTraces, Trace, TraceCurve};
 pub use crate::gap::holdout::oracle::known_gain;
 pub use crate::gap::rest::explain::Explanations;
 pub use crate::gap::rest::model_selection::Options as JudgeOptions;

@@ -4,6 +4,7 @@ use super::numbers::{known_digits, significant};
 use super::plot::Picture;
 use super::plot::gap::GapFigure;
 use crate::error::Result;
+use crate::gap::DriveTraces;
 use crate::gap::answer::{Answer, EffectAnswer, Verdict};
 use crate::gap::rest::predictive::Curve;
 use crate::units::duration_text;
@@ -38,6 +39,8 @@ pub struct GapReport<'a> {
     pub answer: &'a Answer,
     /// Deviations of the recording from simulated ones.
     pub curves: &'a [Curve],
+    /// The drives on which the gap was measured, as recorded and simulated; none at rest, and where they were not asked for.
+    pub traces: &'a [DriveTraces],
 }
 
 impl GapReport<'_> {
@@ -127,6 +130,7 @@ impl GapReport<'_> {
             verdict,
             answer: self.answer,
             curves: self.curves,
+            traces: self.traces,
         }
     }
 

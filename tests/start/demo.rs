@@ -12,7 +12,7 @@ fn its_commands_do_what_it_shows_and_close_the_gap() {
     let codes: Vec<i64> = steps.iter().map(|s| s["exit_code"].as_i64().unwrap()).collect();
     // before the finding the filter is not fit for use
     assert_eq!(codes, [0, 0, 0, 0, 3, 0, 0]);
-    for name in ["gyroid.toml", "before.png", "gap.png", "why.md", "augmented.toml", "after.png"] {
+    for name in ["gyroid.toml", "before.png", "gap.png", "gap.html", "why.md", "augmented.toml", "after.png"] {
         assert!(place.has(&format!("shown/{name}")), "{name}");
     }
     let gap: Value = serde_json::from_str(&place.read("shown/gap.json")).unwrap();

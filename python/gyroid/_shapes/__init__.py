@@ -53,6 +53,7 @@ from gyroid._shapes._drive import _NavigateWithErrorModelConsistencySensors as _
 from gyroid._shapes._drive import _NavigateWithErrorModelConsistency as _NavigateWithErrorModelConsistency
 from gyroid._shapes._drive import _NavigateWithErrorModelFinalPose as _NavigateWithErrorModelFinalPose
 from gyroid._shapes._drive import _NavigateWithErrorModel as _NavigateWithErrorModel
+from gyroid._shapes._drive import _NavigateWithoutErrorModel as _NavigateWithoutErrorModel
 from gyroid._shapes._drive import _NavigateZeroedAtStartGyroReckoningReference as _NavigateZeroedAtStartGyroReckoningReference
 from gyroid._shapes._drive import _NavigateZeroedAtStartGyroReckoning as _NavigateZeroedAtStartGyroReckoning
 from gyroid._shapes._drive import _NavigateZeroedAtStart as _NavigateZeroedAtStart

@@ -23,7 +23,7 @@ class _NavigateSmoothedReference(Record):
 
 
 class _NavigateSmoothed(Record):
-    reference: _NavigateSmoothedReference
+    reference: _NavigateSmoothedReference | None
 
 
 class _NavigateWithErrorModelConsistencySensors(Record):
@@ -71,8 +71,24 @@ class _NavigateWithErrorModel(Record):
     torques_used: bool
     consistency: _NavigateWithErrorModelConsistency
     final_pose: _NavigateWithErrorModelFinalPose
-    reference: _NavigateSmoothedReference
+    reference: _NavigateSmoothedReference | None
+    notes: tuple[str, ...]
+    acceleration_densities: Array | None
+
+
+class _NavigateWithoutErrorModel(Record):
+    rows: int
+    span_s: float
+    since_power_on_s: float
+    since_power_on_assumed: bool
+    warm_up_age_end_s: float
+    slip_modelled: bool
+    torques_used: bool
+    consistency: _NavigateWithErrorModelConsistency
+    final_pose: _NavigateWithErrorModelFinalPose
+    reference: _NavigateSmoothedReference | None
     notes: tuple[Any, ...]
+    acceleration_densities: Array | None
 
 
 class _NavigateZeroedAtStartGyroReckoningReference(Record):
@@ -84,13 +100,13 @@ class _NavigateZeroedAtStartGyroReckoningReference(Record):
 
 
 class _NavigateZeroedAtStartGyroReckoning(Record):
-    reference: _NavigateZeroedAtStartGyroReckoningReference
+    reference: _NavigateZeroedAtStartGyroReckoningReference | None
 
 
 class _NavigateZeroedAtStart(Record):
     zero_rad_s: float
     rest_s: float
-    filter: _NavigateWithErrorModel
+    filter: _NavigateWithoutErrorModel
     gyro_reckoning: _NavigateZeroedAtStartGyroReckoning
 
 
@@ -99,7 +115,7 @@ class Navigate(Record):
     fit_for_use: bool
     smoothed: _NavigateSmoothed
     with_error_model: _NavigateWithErrorModel
-    without_error_model: _NavigateWithErrorModel
+    without_error_model: _NavigateWithoutErrorModel
     zeroed_at_start: _NavigateZeroedAtStart
     without_effects: Any
     dead_reckoning: _NavigateZeroedAtStartGyroReckoning
@@ -136,7 +152,7 @@ class _GapDiagnoseEffects(Record):
     std: dict[str, float]
     gap_closed: float | None
     gap_closed_ci95: Array | None
-    share: float
+    share: float | None
 
 
 class _GapDiagnoseRemainderWhere(Record):
@@ -172,6 +188,7 @@ class _GapDiagnoseWhere(Record):
     time_s: Any
     frequency_hz: Array | None
     condition: Any
+    description: str | None
 
 
 class _GapDiagnoseEquationsCorrectionRegressors(Record):
@@ -268,17 +285,17 @@ class _GapDiagnoseFreeForms(Record):
 class GapDiagnose(Record):
     schema: str
     verdict: str
-    main: str
+    main: str | None
     main_probability: float
     none_probability: float
     unknown_probability: float
     effects: Rows[_GapDiagnoseEffects]
     together: tuple[str, ...]
-    remainder: _GapDiagnoseRemainder
+    remainder: _GapDiagnoseRemainder | None
     time_offsets: Rows[_GapDiagnoseTimeOffsets]
     cannot_tell_apart: Array
     alike: Rows[_GapDiagnoseAlike] | None
-    where: _GapDiagnoseWhere
+    where: _GapDiagnoseWhere | None
     equations: Rows[_GapDiagnoseEquations] | None
     gap: Rows[_GapDiagnoseGap]
     navigation: _GapDiagnoseNavigation | None

@@ -53,7 +53,7 @@ pub(crate) fn run(args: &DemoArgs, typed: Typed) -> Result<Outcome> {
     let shown = folder.display();
     output.say(format!(
         "\nDone in {seconds:.0} s. All files are in {shown}\n  before.png and after.png: the drive without and with the finding; \
-         gap.png: the gap; why.md: all that was tried\n\n{NEXT}"
+         gap.html: the page of the gap, for a browser; gap.png: its picture; why.md: all that was tried\n\n{NEXT}"
     ));
     let steps: Vec<_> = ran
         .iter()

@@ -44,9 +44,9 @@ pub(super) const STEPS: [Step; 7] = [
         ],
     },
     Step {
-        why: "The cause is looked for on the first drive, and the finding is measured on the second one.",
+        why: "The cause is looked for on the first drive, and the finding is measured on the second one. gap.html is the page to pass on.",
         line: "gyroid gap diagnose gyroid.toml --fit drive1.parquet --hold drive2.parquet --start-offset 20 \
-               --plot gap.png --why why.md --json gap.json --write-sim augmented.toml",
+               --plot gap.png --html gap.html --why why.md --json gap.json --write-sim augmented.toml",
         shown: &[
             "IDENTIFIED",
             "1. Where",

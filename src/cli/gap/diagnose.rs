@@ -12,7 +12,7 @@ use gyroid::effects::{Library, registry};
 use gyroid::error::one_of;
 use gyroid::files::{OutputFile, Plan};
 use gyroid::gap::rest::predictive;
-use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed, trace};
+use gyroid::gap::{Drive, DriveTraces, Options, Stage, diagnose_drives, diagnose_observed, trace};
 use gyroid::report::GapReport;
 use gyroid::report::html::gap_page;
 use gyroid::report::plot::Format;
@@ -120,7 +120,8 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     };
     let fit_logs = fit.iter().map(|paths| read_one("--fit", paths)).collect::<Result<Vec<_>>>()?;
     let hold_logs = hold.iter().map(|paths| read_one("--hold", paths)).collect::<Result<Vec<_>>>()?;
-    let options = Options { seed: args.seed, corrections: true, traces: page.is_some(), ..Options::default() };
+    let traces = page.is_some() || !plots.is_empty() || output.answers();
+    let options = Options { seed: args.seed, corrections: true, traces, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
     let mut show = |stage| match stage {
         Stage::Compare => working.show("2 of 4: comparing effects"),
@@ -151,8 +152,13 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     // one that cannot test what was found is not measured on, as a note says
     let measured = drives || diagnosis.far.is_some();
     let held_out = (measured && !hold.is_empty()).then(|| names(hold));
-    let report =
-        GapReport { recording: &names(fit), held_out: held_out.as_deref(), answer: &diagnosis.answer, curves: &curves };
+    let report = GapReport {
+        recording: &names(fit),
+        held_out: held_out.as_deref(),
+        answer: &diagnosis.answer,
+        curves: &curves,
+        traces: &diagnosis.traces,
+    };
     output.say(report.text());
     if !plots.is_empty() {
         let picture = report.picture()?;
@@ -162,7 +168,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     }
     if let Some(file) = page {
         let origin = html::origin([&args.config].into_iter().chain(fit.iter().chain(hold).flatten()))?;
-        html::write(file, &gap_page(&report, &diagnosis.traces, &origin)?, &output)?;
+        html::write(file, &gap_page(&report, &origin)?, &output)?;
     }
     if let Some(mut file) = why {
         let target = file.target().display().to_string();
@@ -178,7 +184,10 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         output.say(format!("wrote {target}: {}", effects_text(found)));
     }
     let mut json = serde_json::json!(diagnosis.answer);
-    json["curves"] = serde_json::json!(curves);
+    json["curves"] = match drives {
+        true => serde_json::json!(diagnosis.traces.iter().flat_map(DriveTraces::curves).collect::<Vec<_>>()),
+        false => serde_json::json!(curves),
+    };
     output.finish(&json)?;
     Ok(Outcome::Done)
 }

@@ -3,6 +3,7 @@ use super::*;
 use crate::bias::WarmUp;
 use crate::effects::by_id;
 use crate::effects::{Parameters, registry};
+use crate::gap::Trace;
 use crate::gap::answer::Metric;
 use crate::gap::answer::{
     Against, Alike, Correction, EquationAnswer, FreeFormAnswer, Place, Regressor, Remainder, TimeOffset,
@@ -10,7 +11,7 @@ use crate::gap::answer::{
 use crate::gap::rest::predictive::curves;
 use crate::gap::rest::state_space::{Coefficient, StateSpaceModel};
 use crate::model::Scene;
-use crate::signal::TimeAxis;
+use crate::signal::{TimeAxis, names};
 
 fn effect(id: &str, probability: f64, parameter: (&str, f64, f64), closed: Option<f64>) -> EffectAnswer {
     EffectAnswer {
@@ -115,7 +116,7 @@ fn seen(coefficient_rad_s_per_c: f64) -> Vec<Curve> {
 }
 
 fn page(answer: &Answer, curves: &[Curve]) -> String {
-    GapReport { recording: "fit.parquet", held_out: Some("hold.parquet"), answer, curves }.text()
+    GapReport { recording: "fit.parquet", held_out: Some("hold.parquet"), answer, curves, traces: &[] }.text()
 }
 
 #[track_caller]
@@ -189,7 +190,7 @@ fn unknown_and_none_say_what_can_be_said() {
     let nothing = seen(0.0);
     let text = page(&none(), &nothing);
     in_order(&text, &["NO GAP", "0.91", "No curve leaves", "None", "Not measured.", "Nothing: the simulator"]);
-    let alone = GapReport { recording: "a", held_out: None, answer: &none(), curves: &[] }.text();
+    let alone = GapReport { recording: "a", held_out: None, answer: &none(), curves: &[], traces: &[] }.text();
     in_order(&alone, &["Not compared", "(--hold)"]);
 }
 
@@ -216,7 +217,7 @@ fn every_parameter_of_the_library_has_its_unit() {
 fn the_figure_holds_the_numbers_of_the_answer() {
     let curves = seen(3e-5);
     let draw = |answer: &Answer, curves: &[Curve]| {
-        GapReport { recording: "fit.parquet", held_out: None, answer, curves }.picture().unwrap().svg().unwrap()
+        GapReport { recording: "fit.parquet", held_out: None, answer, curves, traces: &[] }.picture().unwrap().svg().unwrap()
     };
     let svg = draw(&identified(), &curves);
     for part in
@@ -277,10 +278,45 @@ fn of_a_drive() -> Answer {
     }
 }
 
+/// A path east, from which the simulator turns away, and with the effect does not.
+fn driven() -> DriveTraces {
+    let x: Vec<f64> = (0..50).map(|k| 0.1 * f64::from(k)).collect();
+    let bent: Vec<f64> = x.iter().map(|x| 0.1 * x * x).collect();
+    let straight = vec![0.0; x.len()];
+    let of = |channel, recorded: &[f64], before: &[f64], after: &[f64]| Trace {
+        channel,
+        recorded: recorded.into(),
+        before: before.into(),
+        after: after.into(),
+    };
+    DriveTraces {
+        source: "hold.parquet".into(),
+        times_s: x.clone(),
+        begins: vec![0, 25],
+        by_torques: true,
+        traces: vec![of(names::X, &x, &x, &x), of(names::Y, &straight, &bent, &straight)],
+    }
+}
+
+#[test]
+fn a_drive_is_drawn_with_its_path_and_errors_in_the_units_they_are_named_with() {
+    let metric = |name: &str, before| Metric { metric: name.into(), before, after: 0.5 * before, floor: 0.4 * before };
+    let gap = vec![metric("position_rms_m_20s", 0.25), metric("filter_heading_rms_rad_5s", 0.0244)];
+    let answer = Answer { gap, ..of_a_drive() };
+    let traces = [driven()];
+    let report =
+        GapReport { recording: "fit.parquet", held_out: Some("hold.parquet"), answer: &answer, curves: &[], traces: &traces };
+    let svg = report.picture().unwrap().svg().unwrap();
+    let words = ["Path", "simulated, before", "simulated, after", "position, 20 s", "0.25 m", "filter: heading, 5 s", "1.4 °"];
+    words.iter().for_each(|w| assert!(svg.contains(w), "{w}"));
+    let text = report.text();
+    assert!(text.contains("filter: heading off after 5 s, rms, deg"), "{text}");
+}
+
 #[test]
 fn corrections_are_told_in_a_line_each_and_drawn_in_two_rows() {
     let answer = of_a_drive();
-    let report = GapReport { recording: "fit.parquet", held_out: None, answer: &answer, curves: &[] };
+    let report = GapReport { recording: "fit.parquet", held_out: None, answer: &answer, curves: &[], traces: &[] };
     let text = report.text();
     let lines = [
         "the force along the robot: 0.012 m/s²/√s (p < 0.001); 0.0350 m/s² rms, 93 % of it with speed",
@@ -322,7 +358,7 @@ fn what_is_left_over_and_what_is_idle_is_told_after_what_matters() {
         ..identified()
     };
     answer.effects.push(EffectAnswer { idle: true, ..lattice });
-    let report = GapReport { recording: "fit.parquet", held_out: None, answer: &answer, curves: &[] };
+    let report = GapReport { recording: "fit.parquet", held_out: None, answer: &answer, curves: &[], traces: &[] };
     let text = report.text();
     let lines = [
         "IDENTIFIED: temperature sensitivity",
@@ -340,7 +376,7 @@ fn what_is_left_over_and_what_is_idle_is_told_after_what_matters() {
         ..unknown()
     };
     let line =
-        |answer: &Answer| GapReport { recording: "fit.parquet", held_out: None, answer, curves: &[] }.verdict_line();
+        |answer: &Answer| GapReport { recording: "fit.parquet", held_out: None, answer, curves: &[], traces: &[] }.verdict_line();
     let nearest = "nearest: temperature sensitivity (gyro.temperature_sensitivity)";
     let closes = format!("{nearest}; it closes 96 % (95 %: 93 % to 98 %) of the gap");
     assert!(line(&answer).ends_with(&closes), "{}", line(&answer));
@@ -348,7 +384,7 @@ fn what_is_left_over_and_what_is_idle_is_told_after_what_matters() {
     assert!(line(&answer).ends_with("closes 96 % of the gap, and its 95 % interval holds zero"), "{}", line(&answer));
     answer.effects[0].gap_closed = Some(-0.48);
     assert!(line(&answer).ends_with("(gyro.temperature_sensitivity)"), "{}", line(&answer));
-    let report = GapReport { recording: "fit.parquet", held_out: None, answer: &answer, curves: &[] };
+    let report = GapReport { recording: "fit.parquet", held_out: None, answer: &answer, curves: &[], traces: &[] };
     assert!(report.text().contains("also temperature sensitivity"));
 }
 

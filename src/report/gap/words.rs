@@ -90,14 +90,35 @@ pub(in crate::report) fn heading_horizon_s(metric: &Metric) -> Option<f64> {
     metric.metric.strip_prefix("heading_drift_rms_rad_")?.strip_suffix('s')?.parse().ok()
 }
 
-/// Name of an error of the predicted pose, and the factor to its unit: `filter_heading_rms_rad_5s` is (`filter: heading off after
-/// 5 s, rms, deg`, 57.3).
-pub(in crate::report) fn pose_horizon(metric: &str) -> Option<(String, f64)> {
-    let (who, rest) = metric.strip_prefix("filter_").map_or(("", metric), |rest| ("filter: ", rest));
-    let named = |quantity: &str| rest.strip_prefix(quantity)?.strip_suffix('s')?.parse().ok().map(duration_text);
-    named("position_rms_m_").map(|after| (format!("{who}position off after {after}, rms, m"), 1.0)).or_else(|| {
-        named("heading_rms_rad_").map(|after| (format!("{who}heading off after {after}, rms, deg"), degrees(1.0)))
-    })
+/// An error of the predicted pose: `filter_heading_rms_rad_5s`.
+pub(in crate::report) struct PoseError {
+    /// Of the filter, and not of the simulator alone.
+    filter: bool,
+    /// Of the heading, rad, and not of the position, m.
+    pub heading: bool,
+    /// Time of prediction, s.
+    pub horizon_s: f64,
+}
+
+impl PoseError {
+    /// `filter: heading`.
+    pub(in crate::report) fn what(&self) -> String {
+        format!("{}{}", if self.filter { "filter: " } else { "" }, if self.heading { "heading" } else { "position" })
+    }
+
+    /// Name in the table, with its unit, and the factor to it.
+    fn in_table(&self) -> (String, f64) {
+        let (unit, factor) = if self.heading { ("deg", degrees(1.0)) } else { ("m", 1.0) };
+        (format!("{} off after {}, rms, {unit}", self.what(), duration_text(self.horizon_s)), factor)
+    }
+}
+
+/// The error of the predicted pose that a metric is, if it is one.
+pub(in crate::report) fn pose_horizon(metric: &str) -> Option<PoseError> {
+    let (filter, rest) = metric.strip_prefix("filter_").map_or((false, metric), |rest| (true, rest));
+    let after = |quantity: &str| rest.strip_prefix(quantity)?.strip_suffix('s')?.parse().ok();
+    let [position, heading] = ["position_rms_m_", "heading_rms_rad_"].map(after);
+    position.or(heading).map(|horizon_s| PoseError { filter, heading: heading.is_some(), horizon_s })
 }
 
 /// A correction of which a state or an input has less than this goes with nothing that was tried.
@@ -143,7 +164,7 @@ pub(in crate::report) fn metric_cells(metric: &Metric) -> [String; 4] {
         (None, "log_score") => ("log score, nats".into(), 1.0),
         (None, "allan_deviation_ln_rms") => ("Allan deviation off by, ln, rms".into(), 1.0),
         (None, "spectrum_ln_rms") => ("spectrum off by, ln, rms".into(), 1.0),
-        (None, other) => pose_horizon(other).unwrap_or_else(|| (other.to_string(), 1.0)),
+        (None, other) => pose_horizon(other).map_or_else(|| (other.to_string(), 1.0), |p| p.in_table()),
     };
     // scores differ in the third decimal place
     let score = metric.metric == "log_score";

@@ -4,7 +4,6 @@ use super::document::{Document, Origin, Table, Tone};
 use super::fit::lines;
 use super::traces;
 use crate::error::Result;
-use crate::gap::DriveTraces;
 use crate::gap::answer::{Answer, EffectAnswer, Verdict};
 use crate::gap::rest::predictive::{Curve, Over, Shown};
 use crate::gap::trace::{Step, TraceStage};
@@ -24,11 +23,11 @@ const CURVES: usize = 3;
 /// A place that a curve's share or an equation's gain does not reach.
 const NONE: f64 = f64::NAN;
 
-/// The page of `report`; `traces` are the drives on which the gap was measured, as recorded and simulated.
+/// The page of `report`.
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if a number cannot be shown.
-pub fn gap_page(report: &GapReport, traces: &[DriveTraces], origin: &Origin) -> Result<String> {
+pub fn gap_page(report: &GapReport, origin: &Origin) -> Result<String> {
     let a = report.answer;
     let tone = match a.verdict {
         Verdict::None => Tone::Good,
@@ -45,7 +44,7 @@ pub fn gap_page(report: &GapReport, traces: &[DriveTraces], origin: &Origin) -> 
     page.numbers(numbers(report));
     page.section("Recorded against simulated");
     if report.is_drive() {
-        traces::figures(&mut page, traces, report.held_out.is_some());
+        traces::figures(&mut page, report.traces, report.held_out.is_some());
     } else {
         curves(&mut page, report.curves, with_effects);
     }

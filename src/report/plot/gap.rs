@@ -2,12 +2,15 @@
 
 use super::bars::{Bar, BarChart};
 use super::correction;
+use super::path::path;
 use super::quantity::{self, Quantity, significant};
 use super::{Axis, Chart, Page, Panel, Picture, palette};
 use crate::error::Result;
+use crate::gap::DriveTraces;
 use crate::gap::answer::{Answer, Metric, Verdict};
 use crate::gap::rest::predictive::{Curve, Over, Shown};
 use crate::report::gap::words::{capitalised, curve_name, heading_horizon_s, measured_on, pose_horizon, title};
+use crate::units::duration_text;
 
 /// Effects in the panel of probabilities.
 const EFFECTS: usize = 6;
@@ -28,6 +31,8 @@ pub(crate) struct GapFigure<'a> {
     pub answer: &'a Answer,
     /// Curves with bands.
     pub curves: &'a [Curve],
+    /// The drives on which the gap was measured; the path of the first that has one is drawn.
+    pub traces: &'a [DriveTraces],
 }
 
 impl GapFigure<'_> {
@@ -37,11 +42,13 @@ impl GapFigure<'_> {
     /// [`crate::ErrorKind::Value`] if a number cannot be shown.
     pub(crate) fn draw(&self) -> Result<Picture> {
         if self.curves.is_empty() && !self.answer.gap.is_empty() {
-            let page = Page::new(self.title).subtitle(self.verdict);
-            let page = page.row([self.equations(), self.probabilities(), self.how_far()]);
+            let path = self.traces.iter().find_map(|drive| path(drive, ""));
+            let width = if path.is_some() { 2400 } else { 1800 };
+            let first = path.into_iter().chain([self.equations(), self.probabilities(), self.how_far()]);
+            let page = Page::new(self.title).subtitle(self.verdict).row(first);
             return match correction::rows(&self.answer.equations) {
-                Some([over_time, goes_with]) => page.size(1800, 1600).row(over_time).row(goes_with),
-                None => page.size(1800, 700),
+                Some([over_time, goes_with]) => page.size(width, 1600).row(over_time).row(goes_with),
+                None => page.size(width, 700),
             }
             .draw();
         }
@@ -139,22 +146,25 @@ fn row(metric: &Metric) -> Option<(String, [(f64, String); 3])> {
         return None;
     }
     let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    Some(match (metric.metric.as_str(), heading_horizon_s(metric)) {
-        (_, Some(horizon_s)) => {
-            let unit = quantity::angle(largest);
-            let shown = |v: f64| (v, format!("{} {}", significant(unit.of(v), 3), unit.unit));
-            (format!("heading drift, {}", quantity::duration(horizon_s, 3)), values.map(shown))
+    let shown = |unit: Quantity| values.map(|v| (v.max(0.0), format!("{} {}", significant(unit.of(v), 3), unit.unit)));
+    Some(match (metric.metric.as_str(), heading_horizon_s(metric), pose_horizon(&metric.metric)) {
+        (_, Some(horizon_s), _) => {
+            (format!("heading drift, {}", quantity::duration(horizon_s, 3)), shown(quantity::angle(largest)))
         }
-        ("log_score", None) => {
+        (_, _, Some(pose)) => {
+            let unit = if pose.heading { quantity::angle(largest) } else { quantity::length(largest) };
+            (format!("{}, {}", pose.what(), duration_text(pose.horizon_s)), shown(unit))
+        }
+        ("log_score", ..) => {
             // a score has no zero: what it falls short of the floor has
             let shown = |v: f64| ((metric.floor - v).max(0.0), significant(v, 4));
             ("log score (bar: short of floor)".into(), values.map(shown))
         }
-        (other, None) => {
+        (other, ..) => {
             let name = match other {
                 "allan_deviation_ln_rms" => "Allan deviation, ln rms".into(),
                 "spectrum_ln_rms" => "spectrum, ln rms".into(),
-                other => pose_horizon(other).map_or_else(|| other.to_string(), |(name, _)| name),
+                other => other.to_string(),
             };
             (name, values.map(|v| (v.max(0.0), significant(v, 3))))
         }

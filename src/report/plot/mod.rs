@@ -35,6 +35,7 @@ pub(in crate::report) mod heat;
 pub(in crate::report) mod layout;
 pub(crate) mod noise;
 mod page;
+pub(in crate::report) mod path;
 pub mod palette;
 mod picture;
 pub(in crate::report) mod quantity;

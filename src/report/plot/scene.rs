@@ -151,6 +151,31 @@ fn escape(text: &str) -> String {
     clean.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
+/// A path without the points that lie within one unit of the line of those that stay (Douglas and Peucker, 1973).
+fn simplified(path: &[(i32, i32)]) -> Vec<(i32, i32)> {
+    let mut stays = vec![false; path.len()];
+    let ends = [0, path.len().saturating_sub(1)];
+    ends.into_iter().for_each(|i| stays[i] = true);
+    let mut open = vec![ends];
+    while let Some([a, b]) = open.pop() {
+        let [from, to] = [a, b].map(|i| (f64::from(path[i].0), f64::from(path[i].1)));
+        let along = (to.0 - from.0, to.1 - from.1);
+        let length = along.0.hypot(along.1);
+        let off = |i: usize| {
+            let (x, y) = (f64::from(path[i].0) - from.0, f64::from(path[i].1) - from.1);
+            // beyond the ends of the line the nearer end counts
+            let share = if length > 0.0 { ((x * along.0 + y * along.1) / (length * length)).clamp(0.0, 1.0) } else { 0.0 };
+            (x - share * along.0).hypot(y - share * along.1)
+        };
+        let farthest = (a + 1..b).map(|i| (i, off(i))).max_by(|p, q| p.1.total_cmp(&q.1));
+        if let Some((i, _)) = farthest.filter(|(_, off)| *off > 1.0) {
+            stays[i] = true;
+            open.extend([[a, i], [i, b]]);
+        }
+    }
+    path.iter().zip(stays).filter_map(|(p, stays)| stays.then_some(*p)).collect()
+}
+
 /// Paints a scene by a backend of plotters.
 struct Painter<'a> {
     scene: &'a Scene,
@@ -192,7 +217,7 @@ impl Painter<'_> {
             return Ok(());
         }
         if !self.pixels {
-            return backend.draw_path(path, &style).map_err(refused);
+            return backend.draw_path(simplified(&path), &style).map_err(refused);
         }
         for segment in path.windows(2) {
             backend.draw_path([segment[0], segment[1]], &style).map_err(refused)?;
@@ -263,4 +288,29 @@ fn style(color: Color, alpha: f64, width: u32) -> ShapeStyle {
 
 fn refused(error: impl std::fmt::Display) -> Error {
     Error::new(ErrorKind::Numeric, "figure", error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::simplified;
+
+    #[test]
+    fn a_simplified_path_goes_where_the_path_goes() {
+        let path: Vec<(i32, i32)> =
+            (0..4000).map(|k| (k, (300.0 * (f64::from(k) / 200.0).sin()).round() as i32)).collect();
+        let short = simplified(&path);
+        assert!(short.len() < path.len() / 10, "{}", short.len());
+        assert_eq!((short.first(), short.last()), (path.first(), path.last()));
+        for line in short.windows(2) {
+            let ([x0, x1], [y0, y1]) = ([line[0].0, line[1].0], [f64::from(line[0].1), f64::from(line[1].1)]);
+            for (x, y) in &path[x0 as usize..=x1 as usize] {
+                let on = y0 + (y1 - y0) * f64::from(x - x0) / f64::from(x1 - x0);
+                // off across the line, not upwards
+                let steep = (y1 - y0) / f64::from(x1 - x0);
+                assert!((f64::from(*y) - on).abs() / 1f64.hypot(steep) <= 1.0 + 1e-9, "{x}");
+            }
+        }
+        // there and back again
+        assert_eq!(simplified(&[(0, 0), (50, 0), (100, 0), (0, 0)]), [(0, 0), (100, 0), (0, 0)]);
+    }
 }

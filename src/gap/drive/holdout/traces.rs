@@ -10,6 +10,10 @@ use crate::gap::drive::ekf::innovations::run;
 use crate::gap::drive::ekf::noise::{Channel, Noise, Process};
 use crate::gap::drive::record::Record;
 use crate::signal::names;
+use serde::Serialize;
+
+/// Points of a channel in the answer: as many as a picture across a page can show.
+const POINTS: usize = 500;
 
 /// A channel as recorded and as simulated.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +43,59 @@ pub struct DriveTraces {
     pub traces: Vec<Trace>,
 }
 
+/// A channel of a drive in the answer, at every n-th of its readings: those of x and y together are the path.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TraceCurve {
+    /// Source of the recording.
+    pub source: String,
+    /// Abscissa.
+    pub over: &'static str,
+    /// Unit of `x`.
+    pub x_unit: &'static str,
+    /// Name of the channel, as in a log.
+    pub shown: &'static str,
+    /// Unit of the values.
+    pub unit: &'static str,
+    /// Time of each reading, s, as in the log.
+    pub x: Vec<f64>,
+    /// Recorded values.
+    pub recorded: Vec<f64>,
+    /// Values of the nominal simulator; NaN where it has none.
+    pub before: Vec<f64>,
+    /// Values of the augmented simulator, which is the nominal one where no effect was found.
+    pub after: Vec<f64>,
+    /// Times at which the simulators are put on the recorded pose, s; from one to the next they drive alone.
+    pub begins_s: Vec<f64>,
+    /// Whether the recorded torques drive the simulators; else the recorded wheels do.
+    pub by_torques: bool,
+}
+
+impl DriveTraces {
+    /// Each channel, at most 500 readings of it.
+    pub fn curves(&self) -> impl Iterator<Item = TraceCurve> + '_ {
+        self.traces.iter().map(|trace| {
+            let rows: Vec<usize> = (0..self.times_s.len()).filter(|k| trace.recorded[*k].is_finite()).collect();
+            let kept = |values: &[f64]| -> Vec<f64> {
+                rows.iter().step_by(rows.len().div_ceil(POINTS).max(1)).map(|k| values[*k]).collect()
+            };
+            let after = if trace.after.is_empty() { &trace.before } else { &trace.after };
+            TraceCurve {
+                source: self.source.clone(),
+                over: "time",
+                x_unit: "s",
+                shown: trace.channel,
+                unit: unit(trace.channel),
+                x: kept(&self.times_s),
+                recorded: kept(&trace.recorded),
+                before: kept(&trace.before),
+                after: kept(after),
+                begins_s: self.begins.iter().map(|k| self.times_s[*k]).collect(),
+                by_torques: self.by_torques,
+            }
+        })
+    }
+}
+
 /// Name of a channel in a log.
 fn name(channel: Channel) -> &'static str {
     match channel {
@@ -48,6 +105,14 @@ fn name(channel: Channel) -> &'static str {
         Channel::X => names::X,
         Channel::Y => names::Y,
         Channel::Heading => names::HEADING,
+    }
+}
+
+fn unit(channel: &str) -> &'static str {
+    match channel {
+        names::X | names::Y => "m",
+        names::HEADING => "rad",
+        _ => "rad/s",
     }
 }
 
@@ -157,5 +222,20 @@ mod tests {
         }
         let none = traces(&drive, &library, &Vec::new(), Process::default());
         assert!(none[0].traces.iter().all(|t| t.after.is_empty() && t.before.len() == drive.len()));
+        // in the answer: readings at the same times of each channel, and no fewer than half of those that may be
+        for (curve, trace) in one.curves().zip(&one.traces) {
+            let readings = trace.recorded.iter().filter(|v| v.is_finite()).count();
+            assert!(curve.x.len() <= POINTS && curve.x.len() > readings.min(POINTS) / 2, "{}", curve.x.len());
+            for (k, x) in curve.x.iter().enumerate() {
+                let row = one.times_s.iter().position(|t| t == x).unwrap();
+                assert_eq!(curve.recorded[k], trace.recorded[row]);
+                assert!([(curve.before[k], trace.before[row]), (curve.after[k], trace.after[row])]
+                    .iter()
+                    .all(|(a, b)| a == b || a.is_nan() && b.is_nan()));
+            }
+        }
+        let of = |channel| one.curves().find(|c| c.shown == channel).unwrap();
+        assert_eq!(of(names::X).x, of(names::Y).x);
+        assert!(none[0].curves().all(|c| c.after.len() == c.x.len()));
     }
 }

@@ -1,0 +1,147 @@
+"""Answers of every command, on the data of the repository and on logs that lack something: what schemas and types are made from."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sysconfig
+import tempfile
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+DATA = Path(__file__).parents[2] / "data"
+PROGRAM = Path(sysconfig.get_path("scripts")) / "gyroid"
+Answer: TypeAlias = dict[str, Any]
+
+
+def answers() -> dict[str, dict[str, list[Answer]]]:
+    """Answers by command and by kind: a command on several axes or logs has another kind than on one."""
+    import gyroid
+
+    power_on, robot, cold = DATA / "power_on.csv", DATA / "robot.toml", DATA / "cats_coldsoak_a.csv"
+    rng = np.random.default_rng(1)
+    t_s = np.arange(0.0, 1800.0, 0.5)
+    temperature_c = 40 - 15 * np.exp(-t_s / 300)
+    walk = 1e-5 * np.cumsum(rng.normal(size=t_s.size)) + 1e-3 * np.sin(2 * np.pi * 0.2 * t_s)
+    warm = walk + 2e-5 * temperature_c + 2e-4 * rng.normal(size=t_s.size)
+    white = 2e-4 * rng.normal(size=t_s.size)
+    fits = [
+        gyroid.fit(power_on, base=robot, latitude_deg=45.0),
+        gyroid.fit(power_on, fix={"c2_rad_s": 0.0}, loss="huber"),
+        gyroid.fit(cold),
+        gyroid.fit(cold, weighting="walk"),
+        gyroid.fit(t_s, warm, temperature_c),
+        gyroid.fit(t_s, warm, temperature_c, against="temperature"),
+        gyroid.fit(t_s, white),
+        gyroid.fit(power_on, memory_mb=0),
+    ]
+    config = fits[0].config()
+    noises = [
+        gyroid.noise(power_on, datasheet="mpu6050", write=config),
+        gyroid.noise(cold, draws=99),
+        gyroid.noise(t_s, warm, temperature_c, draws=99),
+        gyroid.noise(t_s, white, draws=99),
+    ]
+    checks = [gyroid.validate(config, power_on), gyroid.validate(fits[5].config(accept=True), cold)]
+    square = gyroid.simulate(config, course="square", duration_s=60, start_offset_s=20)
+    bare = {name: square.recording[name] for name in ("t_s", "gyro_z_rad_s", "wheel_left_rad_s", "wheel_right_rad_s")}
+    drives = [
+        gyroid.navigate(config, DATA / "drive.parquet", save_config=True),
+        gyroid.navigate(config, square.recording, gate=0.9999),
+        gyroid.navigate(config, bare, start_offset_s=20),
+    ]
+    rest = gyroid.simulate(config, duration_s=600, seed=3)
+    late = np.roll(square.recording["gyro_z_rad_s"], 25)
+    heavy = {**square.recording, "gyro_z_rad_s": 1.1 * late}
+    standing = standing_simulator(config)
+    shaken = {"t_s": t_s, "gyro_z_rad_s": warm}
+    gaps = [
+        gyroid.diagnose(config, heavy, square.recording),
+        gyroid.diagnose(config, square.recording),
+        gyroid.diagnose(config, {**bare, "gyro_z_rad_s": 1.1 * bare["gyro_z_rad_s"]}, start_offset_s=20),
+        gyroid.diagnose(standing, shaken, rest.recording),
+        gyroid.diagnose(standing, rest.recording),
+        gyroid.diagnose(standing, shaken, without=["gyro.tone", "gyro.rate_random_walk", "gyro.narrow_band_noise"]),
+    ]
+    explained = [
+        gyroid.explain(config, heavy, ["gyro.scale_factor"]),
+        gyroid.explain(standing, shaken, ["gyro.rate_random_walk", "gyro.tone"]),
+    ]
+    exports = [gyroid.export(config, to) for to in ("kalibr", "px4", "gazebo")]
+    looks = [gyroid.inspect(power_on), gyroid.inspect(DATA / "drive.parquet")]
+    studies = [gyroid.study(runs=2, duration_s=10, sweeps=True, convergence=2), gyroid.study(runs=2, rest=cold)]
+    unfit = fits[5].config(accept=True)
+    all_of: dict[str, dict[str, list[Any]]] = {
+        "fit": {"Fit": fits},
+        "noise": {"Noise": noises},
+        "validate": {"Validate": checks},
+        "navigate": {"Navigate": drives},
+        "simulate": {"Simulate": [square, rest]},
+        "gap.diagnose": {"GapDiagnose": gaps},
+        "gap.explain": {"GapExplain": explained},
+        "export": {"Export": exports, "ExportRefused": [gyroid.export(unfit, "kalibr")]},
+        "inspect": {"Inspect": looks},
+        "study": {"Study": studies},
+    }
+    made = {command: {kind: [r.to_dict() for r in of] for kind, of in kinds.items()} for command, kinds in all_of.items()}
+    with tempfile.TemporaryDirectory() as folder:
+        for command, kind, found in of_the_program(Path(folder), config.text):
+            made.setdefault(command, {}).setdefault(kind, []).append(found)
+    # an axis of several is answered as one alone is
+    for command in ("fit", "noise"):
+        kind = command.capitalize()
+        alone = [{key: value for key, value in one.items() if key != "schema"} for one in made[command][kind]]
+        pooled = {"schema": f"gyroid.{command}/1", "axes": dict(enumerate(alone)), "fit_for_use": True}
+        made[command][f"{kind}Axes"].append(pooled)
+    return made
+
+
+def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
+    """Answers that only the command line gives: command, kind, answer."""
+    logs = folder / "logs"
+    for new in (logs, folder / "man"):
+        new.mkdir()
+    for name, seed in (("a", 1), ("b", 2), ("c", 3)):
+        run(folder, "simulate", DATA / "truth.toml", "--duration", "1200", "--sample-time", "0.5", "--seed", seed, "-o", logs / f"{name}.csv")
+    (logs / "d.csv").write_text("t_s,gyro_z_rad_s\n0,1\n")
+    (folder / "gyroid.toml").write_text(config)
+    cold = DATA / "cats_coldsoak_a.csv"
+    bench = [("--kind", kind, "--cases", cases, "--seed", 3, "--habits", 0) for kind, cases in (("stationary", 4), ("driving", 2))]
+    lines = [
+        ("fit", "FitMany", ("fit", logs, "--config", "many.toml")),
+        ("fit", "FitAxes", ("fit", cold, "--axis", "all")),
+        ("noise", "NoiseAxes", ("noise", cold, "--axis", "all")),
+        ("export", "ExportList", ("export", "--list")),
+        ("init", "Init", ("init", "--kind", "rest", "-o", "rest.toml")),
+        ("init", "Init", ("init", "--kind", "driving", "-o", "driving.toml")),
+        ("man", "Man", ("man", "-o", "man")),
+        ("demo", "Demo", ("demo", "-o", "demo")),
+    ]
+    for i, options in enumerate(bench):
+        lines += [
+            ("gap.bench.make", "GapBenchMake", ("gap", "bench", "make", f"bench{i}", *options)),
+            ("gap.bench.run", "GapBenchRun", ("gap", "bench", "run", f"bench{i}", "--answers", f"answers{i}")),
+            ("gap.bench.score", "GapBenchScore", ("gap", "bench", "score", f"bench{i}", "--answers", f"answers{i}", "--key", f"bench{i}.key")),
+        ]
+    return [(command, kind, run(folder, *line)) for command, kind, line in lines]
+
+
+def run(folder: Path, *line: object) -> Answer:
+    """What the program answers to a line."""
+    command = [PROGRAM, *map(str, line), "--json", "-"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode in (0, 3), f"{line}: {done.stderr}"
+    found: Answer = json.loads(done.stdout)
+    return found
+
+
+def standing_simulator(config: Any) -> Any:
+    """The configuration of the gyro alone, standing still."""
+    import gyroid
+
+    gyro = config.to_dict()["gyro"]
+    keys = ("c1_rad_s", "c2_rad_s", "time_constant_s", "angle_random_walk_rad_sqrt_s")
+    lines = [f"{key} = {gyro[key]!r}" for key in keys]
+    return gyroid.Configuration("\n".join(['schema = 1\nkind = "stationary"\nsample_time_s = 0.5\n[gyro]', *lines, ""]))
