@@ -259,20 +259,23 @@ class _GapDiagnoseTrace(Record):
 
 
 class _GapDiagnoseCurves(Record):
+    source: str | None
     over: str
     x_unit: str
     shown: str
     unit: str
     x: Array
-    bins: Array
     recorded: Array
-    before: Array
-    after: Array
-    outside_before: float
-    outside_after: float
-    excess_before: float
-    excess_after: float
-    share: float
+    before: tuple[Any, ...]
+    after: tuple[Any, ...]
+    begins_s: Array | None
+    by_torques: bool | None
+    bins: Array | None
+    outside_before: float | None
+    outside_after: float | None
+    excess_before: float | None
+    excess_after: float | None
+    share: float | None
     most_in: Array | None
 
 

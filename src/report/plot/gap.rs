@@ -121,7 +121,16 @@ impl GapFigure<'_> {
 
     pub(in crate::report) fn how_far(&self) -> Panel {
         let name = format!("How far the gap shrinks, {}", measured_on(self.held_out));
-        let rows: Vec<(String, [(f64, String); 3])> = self.answer.gap.iter().filter_map(row).collect();
+        // after a short time all are as good as their sensors, and the numbers of fewer rows can be read
+        let horizons: Vec<f64> =
+            self.answer.gap.iter().filter_map(|m| pose_horizon(&m.metric)).map(|p| p.horizon_s).collect();
+        let [shortest, longest] = [f64::min, f64::max].map(|of| horizons.iter().copied().reduce(of));
+        let short = |m: &&Metric| {
+            let horizon_s = pose_horizon(&m.metric).map(|p| p.horizon_s);
+            horizon_s.is_some() && horizon_s == shortest && shortest < longest
+        };
+        let shown = self.answer.gap.iter().filter(|m| !short(m));
+        let rows: Vec<(String, [(f64, String); 3])> = shown.filter_map(row).collect();
         if rows.is_empty() {
             return Panel::Notice { title: name, text: "no recording was held out to measure it on".into() };
         }

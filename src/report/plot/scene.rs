@@ -164,7 +164,8 @@ fn simplified(path: &[(i32, i32)]) -> Vec<(i32, i32)> {
         let off = |i: usize| {
             let (x, y) = (f64::from(path[i].0) - from.0, f64::from(path[i].1) - from.1);
             // beyond the ends of the line the nearer end counts
-            let share = if length > 0.0 { ((x * along.0 + y * along.1) / (length * length)).clamp(0.0, 1.0) } else { 0.0 };
+            let share =
+                if length > 0.0 { ((x * along.0 + y * along.1) / (length * length)).clamp(0.0, 1.0) } else { 0.0 };
             (x - share * along.0).hypot(y - share * along.1)
         };
         let farthest = (a + 1..b).map(|i| (i, off(i))).max_by(|p, q| p.1.total_cmp(&q.1));

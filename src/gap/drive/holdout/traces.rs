@@ -229,9 +229,11 @@ mod tests {
             for (k, x) in curve.x.iter().enumerate() {
                 let row = one.times_s.iter().position(|t| t == x).unwrap();
                 assert_eq!(curve.recorded[k], trace.recorded[row]);
-                assert!([(curve.before[k], trace.before[row]), (curve.after[k], trace.after[row])]
-                    .iter()
-                    .all(|(a, b)| a == b || a.is_nan() && b.is_nan()));
+                assert!(
+                    [(curve.before[k], trace.before[row]), (curve.after[k], trace.after[row])]
+                        .iter()
+                        .all(|(a, b)| a == b || a.is_nan() && b.is_nan())
+                );
             }
         }
         let of = |channel| one.curves().find(|c| c.shown == channel).unwrap();
