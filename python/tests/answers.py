@@ -57,7 +57,10 @@ def answers() -> dict[str, dict[str, list[Answer]]]:
     heavy = {**square.recording, "gyro_z_rad_s": 1.1 * late}
     standing = standing_simulator(config)
     shaken = {"t_s": t_s, "gyro_z_rad_s": warm}
+    rover, rovers = DATA / "truth.toml", [DATA / "drives" / f"rover_{part}.parquet" for part in ("fit", "hold")]
     gaps = [
+        gyroid.diagnose(rover, *rovers),
+        gyroid.diagnose(rover, rovers, without=["wheel.radius_mismatch"]),
         gyroid.diagnose(config, heavy, square.recording),
         gyroid.diagnose(config, square.recording),
         gyroid.diagnose(config, {**bare, "gyro_z_rad_s": 1.1 * bare["gyro_z_rad_s"]}, start_offset_s=20),

@@ -64,8 +64,8 @@ from gyroid._shapes._drive import _GapDiagnoseEffects as _GapDiagnoseEffects
 from gyroid._shapes._drive import _GapDiagnoseRemainderWhere as _GapDiagnoseRemainderWhere
 from gyroid._shapes._drive import _GapDiagnoseRemainder as _GapDiagnoseRemainder
 from gyroid._shapes._drive import _GapDiagnoseTimeOffsets as _GapDiagnoseTimeOffsets
-from gyroid._shapes._drive import _GapDiagnoseAlike as _GapDiagnoseAlike
 from gyroid._shapes._drive import _GapDiagnoseWhere as _GapDiagnoseWhere
+from gyroid._shapes._drive import _GapDiagnoseFreeForms as _GapDiagnoseFreeForms
 from gyroid._shapes._drive import _GapDiagnoseEquationsCorrectionRegressors as _GapDiagnoseEquationsCorrectionRegressors
 from gyroid._shapes._drive import _GapDiagnoseEquationsCorrectionAgainst as _GapDiagnoseEquationsCorrectionAgainst
 from gyroid._shapes._drive import _GapDiagnoseEquationsCorrection as _GapDiagnoseEquationsCorrection
@@ -76,7 +76,8 @@ from gyroid._shapes._drive import _GapDiagnoseNavigation as _GapDiagnoseNavigati
 from gyroid._shapes._drive import _GapDiagnoseTraceLimit as _GapDiagnoseTraceLimit
 from gyroid._shapes._drive import _GapDiagnoseTrace as _GapDiagnoseTrace
 from gyroid._shapes._drive import _GapDiagnoseCurves as _GapDiagnoseCurves
-from gyroid._shapes._drive import _GapDiagnoseFreeForms as _GapDiagnoseFreeForms
+from gyroid._shapes._drive import _GapDiagnoseNearest as _GapDiagnoseNearest
+from gyroid._shapes._drive import _GapDiagnoseAlike as _GapDiagnoseAlike
 from gyroid._shapes._drive import GapDiagnose as GapDiagnose
 from gyroid._shapes._drive import _GapExplainEffects as _GapExplainEffects
 from gyroid._shapes._drive import GapExplain as GapExplain

@@ -166,7 +166,7 @@ class _GapDiagnoseRemainderWhere(Record):
 
 class _GapDiagnoseRemainder(Record):
     share: float
-    where: _GapDiagnoseRemainderWhere
+    where: _GapDiagnoseRemainderWhere | None
 
 
 class _GapDiagnoseTimeOffsets(Record):
@@ -176,19 +176,19 @@ class _GapDiagnoseTimeOffsets(Record):
     std_s: float
 
 
-class _GapDiagnoseAlike(Record):
-    ids: tuple[str, ...]
-    overlap: float
-    separate_by: str
-
-
 class _GapDiagnoseWhere(Record):
     channel: str
     equation: str
     time_s: Any
     frequency_hz: Array | None
-    condition: Any
+    condition: str | None
     description: str | None
+
+
+class _GapDiagnoseFreeForms(Record):
+    id: str
+    probability: float
+    description: str
 
 
 class _GapDiagnoseEquationsCorrectionRegressors(Record):
@@ -214,6 +214,7 @@ class _GapDiagnoseEquationsCorrection(Record):
     std: Array
     regressors: Rows[_GapDiagnoseEquationsCorrectionRegressors]
     against: _GapDiagnoseEquationsCorrectionAgainst
+    starts: Array | None
 
 
 class _GapDiagnoseEquations(Record):
@@ -279,10 +280,16 @@ class _GapDiagnoseCurves(Record):
     most_in: Array | None
 
 
-class _GapDiagnoseFreeForms(Record):
+class _GapDiagnoseNearest(Record):
     id: str
-    probability: float
-    description: str
+    share: float
+    gap: Rows[_GapDiagnoseGap]
+
+
+class _GapDiagnoseAlike(Record):
+    ids: tuple[str, ...]
+    overlap: float
+    separate_by: str
 
 
 class GapDiagnose(Record):
@@ -297,15 +304,16 @@ class GapDiagnose(Record):
     remainder: _GapDiagnoseRemainder | None
     time_offsets: Rows[_GapDiagnoseTimeOffsets]
     cannot_tell_apart: Array
-    alike: Rows[_GapDiagnoseAlike] | None
     where: _GapDiagnoseWhere | None
+    free_forms: Rows[_GapDiagnoseFreeForms] | None
     equations: Rows[_GapDiagnoseEquations] | None
     gap: Rows[_GapDiagnoseGap]
     navigation: _GapDiagnoseNavigation | None
     notes: tuple[str, ...]
     trace: Rows[_GapDiagnoseTrace]
     curves: Rows[_GapDiagnoseCurves]
-    free_forms: Rows[_GapDiagnoseFreeForms] | None
+    nearest: _GapDiagnoseNearest | None
+    alike: Rows[_GapDiagnoseAlike] | None
 
 
 class _GapExplainEffects(Record):
