@@ -249,6 +249,24 @@ mod tests {
         }
     }
 
+    /// Slip looks like a delay, and a delay of several rows hides it: both are found, with their sizes.
+    #[test]
+    fn wheels_that_are_late_by_rows_are_found_beside_slip() {
+        for (seed, delay_s, compliance) in [(61, 0.1, 0.5), (62, 0.033, 0.2)] {
+            let slip = (ids::slip(), "compliance", compliance);
+            let log = recorded(60.0, seed, [(ids::wheel_delay(), "delay_s", delay_s), slip]);
+            let record = Record::new(&robot(), &log, 0.0).unwrap();
+            let found = judge(&record, registry(), &Options::default()).findings;
+            let set = &found.sets[0];
+            assert!(set.parts.len() == 2, "{:?}", found.mains());
+            for (id, name, value) in [(ids::wheel_delay(), "delay_s", delay_s), slip] {
+                let part = set.part(id).unwrap();
+                let (found, std) = (part.parameters[name], part.std[name]);
+                assert!((found - value).abs() < 4.0 * std && std < 0.02 * value, "{id}: {found} ± {std}");
+            }
+        }
+    }
+
     #[test]
     fn a_gyro_that_is_late_by_about_a_row_is_found() {
         assert_eq!(not_found(&[0.005, 0.0061, 0.008, 0.0096, 0.01008, 0.011, 0.014]), []);
