@@ -258,11 +258,12 @@ mod tests {
             let record = Record::new(&robot(), &log, 0.0).unwrap();
             let found = judge(&record, registry(), &Options::default()).findings;
             let set = &found.sets[0];
-            assert!(set.parts.len() == 2, "{:?}", found.mains());
+            assert_eq!(found.mains()[0].0, Main::Effect(ids::wheel_delay().into()));
             for (id, name, value) in [(ids::wheel_delay(), "delay_s", delay_s), slip] {
                 let part = set.part(id).unwrap();
-                let (found, std) = (part.parameters[name], part.std[name]);
-                assert!((found - value).abs() < 4.0 * std && std < 0.02 * value, "{id}: {found} ± {std}");
+                let (size, std) = (part.parameters[name], part.std[name]);
+                assert!((size - value).abs() < 4.0 * std && std < 0.02 * value, "{id}: {size} ± {std}");
+                assert!(found.is_beyond_doubt(found.presence(id)), "{id}");
             }
         }
     }
