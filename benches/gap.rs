@@ -3,7 +3,8 @@
 //! `cargo bench --bench gap`: one case of the generator at rest (two effects, a little of others), logs of 1e5 and 1e6 samples
 //! with one, and a drive of 25 000 rows with all channels. Each runs in a process of its own, so that its peak is its own.
 //! `-- generator`, `-- 100000`, `-- drive` runs only that; `-- drives-100` runs a hundred such drives, each with one or two
-//! effects of typical size, and says how long the middle one and the slowest one take.
+//! effects of typical size, and says how long the middle one and the slowest one take; `-- drives-100:15,33` runs only
+//! these.
 
 use gyroid::bench::worlds::{Spec, Strength, make};
 use gyroid::config::{Config, EffectTable, Kind};
@@ -157,7 +158,10 @@ fn child(which: &str) -> Outcome<()> {
     }
     let Some(cases) = which.strip_prefix(DRIVES) else { return at_rest(which) };
     let mut seconds = Vec::new();
-    for case in 0..cases.parse()? {
+    let (count, only) = cases.split_once(':').unwrap_or((cases, ""));
+    let named: Vec<usize> = only.split(',').filter(|n| !n.is_empty()).map(str::parse).collect::<Result<_, _>>()?;
+    let cases = if named.is_empty() { (0..count.parse()?).collect() } else { named };
+    for case in cases {
         let taken = driven(case)?.total_s();
         println!("  {taken:.2} s");
         seconds.push(taken);

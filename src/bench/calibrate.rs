@@ -23,13 +23,13 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Standard deviation of the prior of each logarithm.
-const SPREAD: f64 = 2.0;
+pub(super) const SPREAD: f64 = 2.0;
 /// Parts of the cross-validation.
-const FOLDS: usize = 10;
+pub(super) const FOLDS: usize = 10;
 /// Number of alternative truths over which doubt is divided.
 const ALTERNATIVES: f64 = 20.0;
 /// Doubt at the start of the fit, ln odds.
-const DOUBT: f64 = -3.0;
+pub(super) const DOUBT: f64 = -3.0;
 /// Least probability that a truth is given, so that a single case that no set explains does not decide.
 const FLOOR: f64 = 1e-4;
 const PERFECT_SEED: u64 = 1;
@@ -143,7 +143,13 @@ fn parameters(c: &Calibration) -> [f64; 7] {
 fn calibration(x: &[f64; 7]) -> Calibration {
     let doubt = [x[5], x[6]].map(|ln_odds| 1.0 / (1.0 + (-ln_odds).exp()));
     // an unknown cause is no likelier than any one effect
-    Calibration { temperature: x[0].exp(), ln_effect: [x[1], x[2]], ln_free: [x[3].min(x[1]), x[4]], doubt }
+    Calibration {
+        temperature: x[0].exp(),
+        ln_effect: [x[1], x[2]],
+        ln_free: [x[3].min(x[1]), x[4]],
+        doubt,
+        doubt_unknown: None,
+    }
 }
 
 /// The calibration of largest posterior density for `examples`.
@@ -185,7 +191,7 @@ fn fitted<'a>(examples: impl Iterator<Item = &'a Example> + Clone, prior: &Prior
     calibration(&x)
 }
 
-fn fit(verdicts: &[(f64, bool)], truths: &[f64]) -> Fit {
+pub(super) fn fit(verdicts: &[(f64, bool)], truths: &[f64]) -> Fit {
     let confidences: Vec<f64> = verdicts.iter().map(|v| v.0).collect();
     let cases = verdicts.len().max(1) as f64;
     Fit {
@@ -196,16 +202,21 @@ fn fit(verdicts: &[(f64, bool)], truths: &[f64]) -> Fit {
     }
 }
 
+/// Refuses fewer than five cases a fold.
+pub(super) fn too_few(cases: usize) -> Result<()> {
+    if cases >= 5 * FOLDS {
+        return Ok(());
+    }
+    let hint = format!("a calibration needs at least {} cases, better 500", 5 * FOLDS);
+    Err(Error::new(ErrorKind::TooShort, "bench", format!("{cases} cases")).hint(hint))
+}
+
 /// Fits the calibration to `examples`, whose evidences stood under `prior`.
 ///
 /// # Errors
 /// [`ErrorKind::TooShort`] for fewer than fifty cases.
 pub fn calibrate(examples: &[Example], prior: &Prior) -> Result<Calibrated> {
-    if examples.len() < 5 * FOLDS {
-        let found = format!("{} cases", examples.len());
-        return Err(Error::new(ErrorKind::TooShort, "bench", found)
-            .hint(format!("a calibration needs at least {} cases, better 500", 5 * FOLDS)));
-    }
+    too_few(examples.len())?;
     let none = Calibration::none(prior);
     let (mut verdicts, mut truths) = (Vec::new(), Vec::new());
     for fold in 0..FOLDS {
@@ -277,7 +288,7 @@ pub fn examples(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::bench::worlds::Strength;
     use crate::gap::selection::sets::{Part, WeightedSet};
@@ -288,7 +299,8 @@ mod tests {
         WeightedSet { parts: id.map(part).into_iter().collect(), ln_weight, probability: 0.0 }
     }
 
-    fn label(id: Option<&str>) -> Label {
+    /// A label with this effect alone.
+    pub(in crate::bench) fn label(id: Option<&str>) -> Label {
         Label {
             background: Vec::new(),
             effects: id.map(|id| (id.to_string(), Default::default())).into_iter().collect(),

@@ -5,12 +5,14 @@
 //! - [`oracle()`]: the gain of an oracle that is told the effects
 //! - [`score()`]: labels unsealed, the commitment checked, answers judged by the contract's rules
 //! - [`calibrate()`]: temperature and prior odds under which the truth is most probable
+//! - [`doubt()`]: how often answers are wrong whatever their evidence
 //!
 //! The labels are encrypted with a key that is not in the folder. The commitment is the SHA-256 of the labels with a
 //! random salt: who has the commitment from before can tell afterwards that the labels are the same.
 
 mod bands;
 mod calibrate;
+mod doubt;
 mod folder;
 mod intervals;
 mod judge;
@@ -24,12 +26,15 @@ pub mod worlds;
 
 pub use bands::Band;
 pub use calibrate::{Calibrated, Example, Fit, calibrate, examples, prior_of};
+pub use doubt::doubt;
 pub use folder::{BENCH, Bench, Made, Order, make};
 pub use intervals::{Middle, Rate, Roc};
 pub use judge::{Judged, Wanted};
 pub use oracle::{Gains, OfOracle, oracle};
 pub use runner::{Diagnosis, Ran, run};
-pub use score::{Bin, ByEffect, Calibration, Confusion, Miss, Score, answers, labels, left_out, score, seconds};
+pub use score::{
+    Bin, ByEffect, Calibration, Confusion, Miss, Score, answers, judged, labels, left_out, score, seconds,
+};
 pub use seal::{Labels, SealKey};
 
 #[cfg(test)]

@@ -188,10 +188,16 @@ pub struct Score {
 /// Seed of the simulated perfectly calibrated methods, fixed so that equal answers have equal scores.
 const PERFECT_SEED: u64 = 1;
 
+/// Judges the answer to each case of `labels`; one that is not there is judged too.
+#[must_use]
+pub fn judged(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>) -> Vec<Judged> {
+    labels.iter().map(|(name, label)| judge(name, label, answers.get(name))).collect()
+}
+
 /// Scores `answers` (by case; one that is missing is wrong) against `labels`; `seconds` are those of the answers.
 #[must_use]
 pub fn score(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>, seconds: &[f64]) -> Score {
-    let judged: Vec<Judged> = labels.iter().map(|(name, label)| judge(name, label, answers.get(name))).collect();
+    let judged = judged(labels, answers);
     let identified = || judged.iter().filter(|j| j.wanted == Wanted::Identified);
     let single = || identified().filter(|j| j.truth.len() == 1);
     let pairs = || identified().filter(|j| j.truth.len() == 2);

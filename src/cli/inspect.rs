@@ -6,7 +6,7 @@ use super::places;
 use super::topic_args::TopicArgs;
 use clap::Args;
 use gyroid::files::Plan;
-use gyroid::ingest::{self, AxisReport, Clock, Inspection, Motion, Sampling, TimeReport, Topic};
+use gyroid::ingest::{self, AxisReport, Clock, ColumnReport, Inspection, Motion, Sampling, TimeReport, Topic};
 use gyroid::units::{RAD_S_PER_DEG_S, RateUnit, duration_text};
 use gyroid::{Error, ErrorKind, Result};
 use std::fmt::Write;
@@ -116,18 +116,21 @@ fn topics(topics: &[Topic], line: &mut dyn FnMut(String)) {
 }
 
 fn columns(report: &Inspection, line: &mut dyn FnMut(String)) {
-    let width = report.columns.iter().map(|c| c.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
+    let role = |c: &ColumnReport| if c.role == "-" { c.type_name.clone() } else { c.role.clone() };
+    let of = |of: &dyn Fn(&ColumnReport) -> usize| report.columns.iter().map(of).max().unwrap_or(0);
+    let width = of(&|c| c.name.chars().count()).clamp(6, 40);
+    let roles = of(&|c| role(c).chars().count()).clamp(12, 40);
     line(format!(
-        "{:<width$}  {:<12}  {:<8}  {:>7}  {:>12}  {:>12}  {:>12}",
+        "{:<width$}  {:<roles$}  {:<8}  {:>7}  {:>12}  {:>12}  {:>12}",
         "column", "role or type", "unit", "missing", "min", "median", "max"
     ));
     let number = |x: Option<f64>| x.map_or("-".to_string(), compact);
     for c in &report.columns {
         let unit = c.unit.as_deref().map_or_else(|| "-".to_string(), spelled);
         line(format!(
-            "{:<width$}  {:<12}  {unit:<8}  {:>7}  {:>12}  {:>12}  {:>12}",
+            "{:<width$}  {:<roles$}  {unit:<8}  {:>7}  {:>12}  {:>12}  {:>12}",
             c.name,
-            if c.role == "-" { c.type_name.as_str() } else { &c.role },
+            role(c),
             c.missing,
             number(c.min),
             number(c.median),

@@ -425,7 +425,7 @@ fn text(args: &NavigateArgs, config: &Config, results: &Results, reading: &[Stri
         Some(reference) => t.extend(reference.alignment.iter().map(aligned)),
     }
     if !config.is_signed() {
-        let _ = write!(t, "\nnote: {} is unsigned (written by hand)", args.config.display());
+        let _ = write!(t, "\nnote: {} is unsigned (written by hand, or with effects added)", args.config.display());
     }
     for note in reading.iter().chain(&best.notes) {
         let _ = write!(t, "\nnote: {note}");

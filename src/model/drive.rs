@@ -134,24 +134,30 @@ pub struct Moving<'a> {
     pub yaw_acceleration_rad_s2: f64,
     /// Force of each wheel's rim on the ground, left and right, N
     pub wheel_force_n: [f64; 2],
-    /// Speeds and yaw rates so far
+    /// Motion so far
     pub past: Option<&'a Past>,
 }
 
 impl Moving<'_> {
-    /// Speed (m/s) and yaw rate (rad/s) `delay_s` ago. Within the last row, without a past, or ahead of time they are
-    /// extrapolated with the accelerations: past rates of a filter are estimates, whose errors would look like a delay.
+    /// The same robot `delay_s` ago: speed, yaw rate and forces of the wheels. Within the last row, without a past, or
+    /// ahead of time the rates are extrapolated with the accelerations: past rates of a filter are estimates, whose errors
+    /// would look like a delay.
     #[must_use]
-    pub(crate) fn ago(&self, delay_s: f64) -> [f64; 2] {
-        match self.past {
-            Some(past) if delay_s > 0.0 && past.reaches(self.t_s - delay_s) => {
-                past.at(self.t_s - delay_s, (self.t_s, [self.speed_m_s, self.yaw_rate_rad_s]))
+    pub(crate) fn ago(&self, delay_s: f64) -> Self {
+        let t_s = self.t_s - delay_s;
+        let ([speed_m_s, yaw_rate_rad_s], wheel_force_n) = match self.past {
+            Some(past) if delay_s > 0.0 && past.reaches(t_s) => {
+                past.at(t_s, (self.t_s, [self.speed_m_s, self.yaw_rate_rad_s], self.wheel_force_n))
             }
-            _ => [
-                self.speed_m_s - delay_s * self.acceleration_m_s2,
-                self.yaw_rate_rad_s - delay_s * self.yaw_acceleration_rad_s2,
-            ],
-        }
+            _ => (
+                [
+                    self.speed_m_s - delay_s * self.acceleration_m_s2,
+                    self.yaw_rate_rad_s - delay_s * self.yaw_acceleration_rad_s2,
+                ],
+                self.wheel_force_n,
+            ),
+        };
+        Self { t_s, speed_m_s, yaw_rate_rad_s, wheel_force_n, ..*self }
     }
 
     /// x, y (m) and heading (rad) `delay_s` ago, less the present ones: the chord of an arc. Accelerations from torques jump
@@ -296,6 +302,7 @@ pub struct DriveModel {
     pub robot: Robot,
     effects: Vec<Box<dyn DriveEffect>>,
     inverse: [f64; 3],
+    wheel_delay_s: f64,
 }
 
 impl DriveModel {
@@ -304,7 +311,8 @@ impl DriveModel {
     pub(crate) fn new(nominal: Robot, effects: Vec<Box<dyn DriveEffect>>) -> Self {
         let mut robot = nominal;
         effects.iter().for_each(|e| e.robot(&mut robot));
-        Self { robot, effects, inverse: robot.inverse_inertia() }
+        let wheel_delay_s = effects.iter().map(|e| e.delay_s(Instrument::Wheels)).sum();
+        Self { robot, effects, inverse: robot.inverse_inertia(), wheel_delay_s }
     }
 
     /// ∂[dv/dt, dω/dt]/∂[uL, uR], rows then columns.
@@ -393,10 +401,16 @@ impl DriveModel {
         self.effects.iter().map(|e| e.sideways_m_s(at)).sum()
     }
 
-    /// Wheel speeds, left and right, rad/s.
+    /// The robot of which late wheels tell: slip is as late as the rest of their readings.
+    fn read_by_wheels<'a>(&self, at: &Moving<'a>) -> Moving<'a> {
+        if self.wheel_delay_s == 0.0 { *at } else { at.ago(self.wheel_delay_s) }
+    }
+
+    /// Readings of the wheels without noise, left and right, rad/s.
     #[must_use]
     #[inline]
     pub(crate) fn wheels_rad_s(&self, at: &Moving) -> [f64; 2] {
+        let at = &self.read_by_wheels(at);
         let rolling = self.robot.wheels_rad_s(at.speed_m_s, at.yaw_rate_rad_s);
         self.effects.iter().fold(rolling, |wheels, e| e.wheels_rad_s(&self.robot, at, wheels))
     }
@@ -425,6 +439,7 @@ impl DriveModel {
     #[must_use]
     #[inline]
     pub(crate) fn wheel_variance_rad2_s2(&self, at: &Moving) -> [f64; 2] {
+        let at = &self.read_by_wheels(at);
         self.effects.iter().fold([0.0; 2], |sum, e| {
             let std = e.wheel_std_rad_s(&self.robot, at);
             [sum[0] + std[0] * std[0], sum[1] + std[1] * std[1]]
@@ -434,6 +449,7 @@ impl DriveModel {
     /// Variance of each wheel's reading by torque noise, over the noise's density squared, (rad/s)²/(N²·m²·s).
     #[must_use]
     pub(crate) fn wheel_variance_by_torque_noise(&self, at: &Moving) -> [f64; 2] {
+        let at = &self.read_by_wheels(at);
         self.effects.iter().fold([0.0; 2], |sum, e| {
             let own = e.wheel_variance_by_torque_noise(&self.robot, at);
             [sum[0] + own[0], sum[1] + own[1]]
@@ -469,6 +485,35 @@ impl DriveModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn late_wheels_tell_speeds_and_slip_of_the_instant_they_were_read() {
+        let by_id = |id| crate::effects::drive::by_id(id).and_then(|e| e.change()).unwrap();
+        let slip = || by_id(crate::effects::drive::ids::slip()).at(&[0.3, 0.0]);
+        let late = by_id(crate::effects::drive::ids::wheel_delay()).at(&[0.025]);
+        let mut past = Past::default();
+        let then = |k: f64| ([0.4 + 0.1 * k, -0.3 * k], [2.0 + k, -1.0 - k]);
+        for k in 0..4 {
+            let (rates, forces) = then(f64::from(k));
+            past.push(0.01 * f64::from(k), rates, forces);
+        }
+        let now = |k: f64, past| {
+            let ([speed_m_s, yaw_rate_rad_s], wheel_force_n) = then(k);
+            Moving { t_s: 0.01 * k, speed_m_s, yaw_rate_rad_s, wheel_force_n, past, ..Moving::default() }
+        };
+        // rates between those of 10 and 20 ms, the force of the step that ends at 20 ms
+        let read = Moving { wheel_force_n: then(2.0).1, ..now(1.5, None) };
+        let rolling = DriveModel::new(Robot::small(), vec![slip()]).wheels_rad_s(&read);
+        let model = DriveModel::new(Robot::small(), vec![late, slip()]);
+        let wheels = model.wheels_rad_s(&now(4.0, Some(&past)));
+        assert!((0..2).all(|i| (wheels[i] - rolling[i]).abs() < 1e-12), "{wheels:?} {rolling:?}");
+        // between two steps: the one that ended there
+        let model =
+            DriveModel::new(Robot::small(), vec![by_id(crate::effects::drive::ids::wheel_delay()).at(&[0.02]), slip()]);
+        let rolling = DriveModel::new(Robot::small(), vec![slip()]).wheels_rad_s(&now(2.0, None));
+        let wheels = model.wheels_rad_s(&now(4.0, Some(&past)));
+        assert!((0..2).all(|i| (wheels[i] - rolling[i]).abs() < 1e-12), "{wheels:?} {rolling:?}");
+    }
 
     #[test]
     fn a_late_reference_is_behind_by_what_an_accelerating_robot_went_since() {

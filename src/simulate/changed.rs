@@ -70,7 +70,7 @@ impl Changed {
     pub(crate) fn clock(&mut self, t_s: f64, since_power_on_s: f64) {
         self.at.t_s = t_s;
         self.at.since_power_on_s = since_power_on_s;
-        self.past.push(t_s, self.motion.speed_m_s, self.motion.yaw_rate_rad_s);
+        self.past.push(t_s, [self.motion.speed_m_s, self.motion.yaw_rate_rad_s], self.at.wheel_force_n);
         self.remember(t_s);
     }
 
@@ -187,7 +187,7 @@ impl Changed {
             *angle += 0.5 * h * (from[i] + to[i]);
         }
         self.at = last;
-        self.past.push(last.t_s, last.speed_m_s, last.yaw_rate_rad_s);
+        self.past.push(last.t_s, [last.speed_m_s, last.yaw_rate_rad_s], last.wheel_force_n);
         self.remember(last.t_s);
     }
 }

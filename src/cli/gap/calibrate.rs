@@ -13,7 +13,9 @@ use std::path::{Path, PathBuf};
 
 /// Fit the calibration of the diagnosis to cases whose truth is known
 ///
-/// Diagnoses every case without calibration, unseals the labels, and finds the temperature and the prior odds under which
+/// With --answers temperature and prior odds are those that ship, and only the doubt is fitted: how often whole answers,
+/// which heard the recording held out, are wrong whatever their evidence. Else it diagnoses every case
+/// without calibration, unseals the labels, and finds the temperature and the prior odds under which
 /// the true verdicts are most probable. What it reports is cross-validated: each tenth of the cases is judged by the
 /// calibration of the others. Cases that were calibrated on prove nothing afterwards: score on others.
 #[derive(Debug, Args)]
@@ -27,6 +29,9 @@ pub(super) struct CalibrateArgs {
     /// Key to the labels of each folder, in their order [default: DIR.key beside each]
     #[arg(long, value_name = "FILE")]
     key: Vec<PathBuf>,
+    /// Answers of this version to each folder's cases, in their order (gyroid gap bench run); drives only
+    #[arg(long, value_name = "DIR")]
+    answers: Vec<PathBuf>,
     /// File to write
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -44,20 +49,31 @@ fn made_by(folder: &Path) -> Result<bench::Bench> {
 }
 
 pub(super) fn run(args: &CalibrateArgs) -> Result<Outcome> {
-    let plan = Plan::new().reads(&args.folders).reads(&args.key).writes("--output", [&args.output]);
+    let plan =
+        Plan::new().reads(&args.folders).reads(&args.key).reads(&args.answers).writes("--output", [&args.output]);
     let output = Output::open(&args.common, "gap.bench.calibrate", plan)?;
     if !args.key.is_empty() && args.key.len() != args.folders.len() {
         let found = format!("{} keys for {} folders", args.key.len(), args.folders.len());
         return Err(Error::new(ErrorKind::Usage, "gap bench calibrate", found).at("--key").hint("give one for each"));
     }
+    if !args.answers.is_empty() && args.answers.len() != args.folders.len() {
+        let found = format!("answers to {} of {} folders", args.answers.len(), args.folders.len());
+        return Err(Error::new(ErrorKind::Usage, "gap bench calibrate", found)
+            .at("--answers")
+            .hint("give one for each"));
+    }
     let mut file = OutputFile::claim(&args.output)?;
     let working = output.working("diagnosing");
-    let (mut examples, mut provenance) = (Vec::new(), Vec::new());
+    let (mut examples, mut judged, mut provenance) = (Vec::new(), Vec::new(), Vec::new());
     for (i, folder) in args.folders.iter().enumerate() {
         let key = args.key.get(i).cloned().unwrap_or_else(|| beside(folder));
         let labels = bench::labels(folder, &SealKey::read(&key)?, None)?.labels;
-        let show = working.counter(format!("{}: case", folder.display()));
-        examples.extend(bench::examples(folder, &labels, args.jobs.unwrap_or(0).into(), show)?);
+        if let Some(answers) = args.answers.get(i) {
+            judged.extend(bench::judged(&labels, &bench::answers(answers, &labels)?));
+        } else {
+            let show = working.counter(format!("{}: case", folder.display()));
+            examples.extend(bench::examples(folder, &labels, args.jobs.unwrap_or(0).into(), show)?);
+        }
         provenance.push(made_by(folder)?);
     }
     drop(working);
@@ -66,8 +82,17 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<Outcome> {
         let found = "cases at rest and drives together";
         return Err(Error::new(ErrorKind::Usage, "gap bench calibrate", found).hint("calibrate each kind for itself"));
     }
-    let found = bench::calibrate(&examples, &bench::prior_of(kind))?;
-    file.write_all(text(&found, &provenance).as_bytes())?;
+    let by_answers = !args.answers.is_empty();
+    let found = match (by_answers, kind) {
+        (false, _) => bench::calibrate(&examples, &bench::prior_of(kind))?,
+        (true, Kind::Driving) => bench::doubt(&judged)?,
+        (true, Kind::Stationary) => {
+            let found = "the doubt at rest follows how divided the candidates are, which answers do not hold";
+            let error = Error::new(ErrorKind::Usage, "gap bench calibrate", found).at("--answers");
+            return Err(error.hint("leave --answers out"));
+        }
+    };
+    file.write_all(text(&found, &provenance, by_answers).as_bytes())?;
     file.commit()?;
     output.say(format!("{} cases, calibration in {}", found.cases, args.output.display()));
     for (name, fit) in [("before", &found.before), ("cross-validated", &found.cross_validated)] {
@@ -84,7 +109,7 @@ fn words(fit: &Fit) -> String {
     )
 }
 
-fn text(found: &Calibrated, made: &[bench::Bench]) -> String {
+fn text(found: &Calibrated, made: &[bench::Bench], by_answers: bool) -> String {
     let c = &found.calibration;
     let driving = made.iter().any(|b| b.kind == Kind::Driving);
     let kind = if driving { " --kind driving" } else { "" };
@@ -102,7 +127,12 @@ fn text(found: &Calibrated, made: &[bench::Bench]) -> String {
             m.cases, m.none, m.pairs, m.unlisted, m.messy, m.habits
         );
     }
-    text += "#   gyroid gap bench calibrate learn/ -o calibration.toml\n";
+    text += match by_answers {
+        true => {
+            "#   gyroid gap bench calibrate learn/ --answers answers/ -o calibration.toml (the doubt; the rest as before)\n"
+        }
+        false => "#   gyroid gap bench calibrate learn/ -o calibration.toml\n",
+    };
     for (name, fit) in [("before", &found.before), ("cross-validated", &found.cross_validated)] {
         text += &format!("# {name}: {}\n", words(fit));
     }
@@ -110,5 +140,6 @@ fn text(found: &Calibrated, made: &[bench::Bench]) -> String {
         "[calibration]\ntemperature = {:.4}\nln_effect = [{:.4}, {:.4}]\nln_free = [{:.4}, {:.4}]\ndoubt = [{:.4}, {:.4}]\n",
         c.temperature, c.ln_effect[0], c.ln_effect[1], c.ln_free[0], c.ln_free[1], c.doubt[0], c.doubt[1]
     );
+    text += &c.doubt_unknown.map_or_else(String::new, |doubt| format!("doubt_unknown = {doubt:.4}\n"));
     text
 }

@@ -264,11 +264,9 @@ fn an_effect_changes_the_equations_that_it_says_and_no_other() {
         for _ in 0..100 {
             let (at, torques) = (moving(&mut stream), [stream.normal(), stream.normal()]);
             let mut past = Past::default();
-            past.push(
-                2.9,
-                at.speed_m_s - 0.1 * at.acceleration_m_s2,
-                at.yaw_rate_rad_s - 0.1 * at.yaw_acceleration_rad_s2,
-            );
+            let rates =
+                [at.speed_m_s - 0.1 * at.acceleration_m_s2, at.yaw_rate_rad_s - 0.1 * at.yaw_acceleration_rad_s2];
+            past.push(2.9, rates, at.wheel_force_n);
             let (mut here, mut there) = (at, at);
             nominal.accelerate(&mut here, torques);
             model.accelerate(&mut there, torques);

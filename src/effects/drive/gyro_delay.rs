@@ -52,7 +52,7 @@ struct Work(f64);
 
 impl DriveEffect for Work {
     fn gyro_rad_s(&self, at: &Moving, rate_rad_s: f64) -> f64 {
-        rate_rad_s + at.ago(self.0)[1] - at.yaw_rate_rad_s
+        rate_rad_s + at.ago(self.0).yaw_rate_rad_s - at.yaw_rate_rad_s
     }
 
     fn delay_s(&self, instrument: Instrument) -> f64 {

@@ -6,7 +6,7 @@ use super::contract::Touches;
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter};
 use crate::model::InFilter;
-use crate::model::drive::{DriveEffect, Instrument, Moving, Robot};
+use crate::model::drive::{DriveEffect, Instrument};
 
 /// Wheels that are stamped late.
 pub(super) struct WheelDelay;
@@ -50,13 +50,6 @@ impl Constant for WheelDelay {
 struct Work(f64);
 
 impl DriveEffect for Work {
-    fn wheels_rad_s(&self, robot: &Robot, at: &Moving, wheels_rad_s: [f64; 2]) -> [f64; 2] {
-        let [speed, yaw_rate] = at.ago(self.0);
-        // the difference of a motion to itself is zero, and leaves the last digit alone
-        let moved = robot.wheels_rad_s(speed - at.speed_m_s, yaw_rate - at.yaw_rate_rad_s);
-        std::array::from_fn(|i| wheels_rad_s[i] + moved[i])
-    }
-
     fn delay_s(&self, instrument: Instrument) -> f64 {
         if instrument == Instrument::Wheels { self.0 } else { 0.0 }
     }

@@ -8,7 +8,9 @@
 //! rarer, 'none' is more probable than stated.
 //! ε is the share of the recordings with a gap whose cause is none of the candidates, however large the evidence:
 //! thousands of nats between two wrong models prove neither, and no temperature corrects that. It is larger where the
-//! candidates are divided: q is the share of the most probable main cause in all sets but the empty one.
+//! candidates are divided: q is the share of the most probable main cause in all sets but the empty one. For sets whose
+//! main cause has no name it may be another: a free form stands where a known effect was not fitted well more often than a
+//! named one where another is true.
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::rest::whittle::search::Prior;
@@ -33,6 +35,9 @@ pub struct Calibration {
     /// weight and where none has any.
     #[serde(default)]
     pub doubt: [f64; 2],
+    /// ε of sets whose main cause has no name, where it is another than ε₁ and ε₀ say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub doubt_unknown: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -44,7 +49,13 @@ impl Calibration {
     /// No calibration: evidences as they are, under the prior of the search.
     #[must_use]
     pub(crate) fn none(prior: &Prior) -> Self {
-        Self { temperature: 1.0, ln_effect: [prior.ln_named; 2], ln_free: [prior.ln_free; 2], doubt: [0.0; 2] }
+        Self {
+            temperature: 1.0,
+            ln_effect: [prior.ln_named; 2],
+            ln_free: [prior.ln_free; 2],
+            doubt: [0.0; 2],
+            doubt_unknown: None,
+        }
     }
 
     /// Reads a calibration that `gyroid gap bench calibrate` wrote.
@@ -57,7 +68,7 @@ impl Calibration {
             toml::from_str(text).map_err(|e| Error::new(ErrorKind::Config, source, e.message()).hint(hint))?;
         let c = file.calibration;
         let finite = c.ln_effect.iter().chain(&c.ln_free).all(|v| v.is_finite());
-        let doubt = c.doubt.iter().all(|v| (0.0..1.0).contains(v));
+        let doubt = c.doubt.iter().chain(&c.doubt_unknown).all(|v| (0.0..1.0).contains(v));
         if !(c.temperature > 0.0 && c.temperature.is_finite() && finite && doubt) {
             let found = format!("{c:?} is no calibration");
             return Err(Error::new(ErrorKind::Config, source, found).at("[calibration]").hint(hint));
@@ -134,7 +145,12 @@ mod tests {
     #[test]
     fn the_search_s_prior_is_taken_back_and_what_is_certain_is_free() {
         let prior = Prior { ln_named: -2.0, ln_free: -4.0 };
-        let c = Calibration { temperature: 2.0, ln_effect: [-1.0, -3.0], ln_free: [-5.0, -6.0], doubt: [0.0; 2] };
+        let c = Calibration {
+            temperature: 2.0,
+            ln_effect: [-1.0, -3.0],
+            ln_free: [-5.0, -6.0],
+            ..Calibration::none(&Prior::default())
+        };
         let s = set(&[("a", true), ("b", true), ("free.c", false), ("lattice", true)], 10.0);
         // evidence 10 + 2 · 2 + 4 = 18
         assert!((c.ln_weight(&s, &prior) - (9.0 - 1.0 - 3.0 - 5.0)).abs() < 1e-12);

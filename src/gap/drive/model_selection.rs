@@ -9,13 +9,14 @@ use super::fit::Compared;
 use super::fit::begin::{first, start};
 use super::preprocess::acceleration_model;
 use super::preprocess::changepoint;
-use super::preprocess::gyro_offset::{GyroOffset, gyro_in_time, moved_at_once};
+
 use super::preprocess::hypothesis::PreprocessingHypothesis;
 use super::preprocess::lost_ticks::missed_part;
 use super::preprocess::noise_levels::lattice_part;
 use super::preprocess::reference_extrinsics;
 use super::preprocess::reference_extrinsics::Mounting;
 use super::preprocess::restored::{restored, restored_at_once};
+use super::preprocess::sensor_offset::{SensorOffset, in_time, moved_at_once};
 use super::preprocess::wheel_offset;
 use super::preprocess::wheel_offset::WheelOffset;
 use super::record::Record;
@@ -93,7 +94,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let compared = Compared::wide(record, &noise, all.clone(), begin.clone());
         (told.0.top() > compared.top() + HOPELESS).then_some((compared, told))
     });
-    // neither is one that is explained with its gyro some rows earlier
+    // neither is one that is explained with its gyro or its wheels some rows earlier
     let moved = match told {
         None => moved_at_once(record, (&all, &begin), &noise, effects, options),
         Some(_) => None,
@@ -120,8 +121,8 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         let named = effects.iter().find(|e| matches!(e.explanation(), DriveExplanation::WheelLattice));
         lattice_part(lsb, here.max(1.0), named.map(|e| e.about()))
     });
-    let in_time = if is_told { moved.into_iter().collect() } else { gyro_in_time(record, &branch, effects, options) };
-    let top = in_time.iter().map(GyroOffset::top).fold(branch.top(), f64::max);
+    let in_time = if is_told { moved.into_iter().collect() } else { in_time(record, &branch, effects, options) };
+    let top = in_time.iter().map(SensorOffset::top).fold(branch.top(), f64::max);
     let mut others = Vec::new();
     let as_recorded = if is_told {
         Err(
@@ -166,11 +167,15 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         ways.push(Way { name: "late wheels put back in time".into(), top: Err(why) });
     }
     let mut sets = branch.sets();
-    sets.extend(in_time.iter().flat_map(GyroOffset::sets));
+    sets.extend(in_time.iter().flat_map(|i| i.sets(branch.top())));
     for (other, part) in &others {
         sets.extend(other.sets().into_iter().map(|set| beside(set, part, late_wheels)));
     }
-    ways.extend(in_time.iter().map(|i| Way { name: format!("gyro {:.4} s earlier", i.lag_s), top: Ok(i.top()) }));
+    let name = |i: &SensorOffset| {
+        let of = if i.of == Instrument::Gyro { "gyro" } else { "wheels" };
+        format!("{of} {:.4} s earlier", i.lag_s)
+    };
+    ways.extend(in_time.iter().map(|i| Way { name: name(i), top: Ok(i.top()) }));
     let logged = [
         (true, Instrument::Wheels),
         (record.gyro_rad_s.is_some(), Instrument::Gyro),

@@ -18,6 +18,8 @@ pub struct Findings {
     pub least_nats: f64,
     /// Probability, given a gap, that its cause is none of the candidates.
     pub doubt: f64,
+    /// The same of sets whose main cause is an effect, and of those where it has no name.
+    pub(crate) doubts: [f64; 2],
     /// Remarks on the recording, in sentences.
     pub notes: Vec<String>,
     /// Steps of the stages before the sets were weighed.
@@ -44,6 +46,15 @@ fn normalise(sets: &mut [WeightedSet], ln: &[f64], believed: impl Fn(&WeightedSe
     sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
 }
 
+/// One less the doubt of a set; `doubts`: where its main cause is an effect, and where it has no name.
+fn believed([named, unknown]: [f64; 2], set: &WeightedSet) -> f64 {
+    match Main::of(set) {
+        _ if set.parts.is_empty() => 1.0,
+        Main::Unknown => 1.0 - unknown,
+        _ => 1.0 - named,
+    }
+}
+
 impl Findings {
     /// Probability of the nominal simulator below which a gap is asserted: a false alarm costs four times a missed gap.
     pub(crate) const LEAST_NONE: f64 = 1.0 / (1.0 + FALSE_ALARM);
@@ -58,16 +69,26 @@ impl Findings {
         let ln: Vec<f64> = sets.iter().map(|s| calibration.ln_weight(s, prior)).collect();
         normalise(&mut sets, &ln, |_| 1.0);
         let (idle, trace) = (Vec::new(), Vec::new());
-        let mut findings = Self { sets, idle, least_nats: -prior.ln_named, doubt: 0.0, notes, trace };
+        let mut findings = Self { sets, idle, least_nats: -prior.ln_named, doubt: 0.0, doubts: [0.0; 2], notes, trace };
         findings.doubt_as(calibration);
         findings
     }
 
     /// Sets the doubt of `calibration`, and lowers the probabilities by it; they sum to one before.
     fn doubt_as(&mut self, calibration: &Calibration) {
-        self.doubt = calibration.doubt_of(self.mains().iter().filter(|m| m.0 != Main::None).map(|m| m.1));
-        let believed = 1.0 - self.doubt;
-        self.sets.iter_mut().filter(|set| !set.parts.is_empty()).for_each(|set| set.probability *= believed);
+        let doubt = calibration.doubt_of(self.mains().iter().filter(|m| m.0 != Main::None).map(|m| m.1));
+        self.doubts = [doubt, calibration.doubt_unknown.unwrap_or(doubt)];
+        let doubts = self.doubts;
+        self.sets.iter_mut().for_each(|set| set.probability *= believed(doubts, set));
+        self.doubt_of_all();
+    }
+
+    /// Sets the doubt of all sets but the empty one together.
+    fn doubt_of_all(&mut self) {
+        let gaps = || self.sets.iter().filter(|set| !set.parts.is_empty());
+        let all: f64 = gaps().map(|set| set.probability / believed(self.doubts, set)).sum();
+        let left: f64 = gaps().map(|set| set.probability).sum();
+        self.doubt = if all > 0.0 { 1.0 - left / all } else { self.doubts[0] };
     }
 
     /// Refuses sets whose probability is not finite.
@@ -89,10 +110,10 @@ impl Findings {
             let (effects, free) = counts(set);
             calibration.ln_prior(effects, free)
         };
-        let believed = 1.0 - self.doubt;
+        let doubts = self.doubts;
         let mut total = 0.0;
         for set in &mut self.sets {
-            let before = ln_prior(set).exp() * if set.parts.is_empty() { 1.0 } else { believed };
+            let before = ln_prior(set).exp() * believed(doubts, set);
             set.parts.retain(|part| !is_given(part));
             set.probability *= ln_prior(set).exp() / before;
             total += set.probability;
@@ -114,7 +135,9 @@ impl Findings {
     /// Removes the effects `ids` from every set, because the hold-out recording contradicts them. In a set that holds
     /// nothing else, free forms with the same shares replace them.
     pub(crate) fn refute(&mut self, ids: &[String]) {
+        let doubts = self.doubts;
         for set in &mut self.sets {
+            let before = believed(doubts, set);
             let (refuted, mut left): (Vec<Part>, Vec<Part>) = set.parts.drain(..).partition(|p| ids.contains(&p.id));
             if left.is_empty() {
                 left.extend(refuted.into_iter().map(|part| {
@@ -123,6 +146,7 @@ impl Findings {
                 }));
             }
             set.parts = left;
+            set.probability *= believed(doubts, set) / before;
         }
     }
 
@@ -132,28 +156,31 @@ impl Findings {
         if evidence.is_empty() {
             return;
         }
-        let doubt = self.doubt;
-        let believed = |set: &WeightedSet| if set.parts.is_empty() { 1.0 } else { 1.0 - doubt };
+        let doubts = self.doubts;
         let told = |part: &Part| evidence.iter().find(|e| e.0 == part.id).map_or(0.0, |e| e.1);
         let nats: Vec<f64> = self.sets.iter().map(|set| set.parts.iter().map(told).sum()).collect();
-        let ln = |(set, nats): (&WeightedSet, &f64)| (set.probability / believed(set)).ln() + nats;
+        let ln = |(set, nats): (&WeightedSet, &f64)| (set.probability / believed(doubts, set)).ln() + nats;
         let ln: Vec<f64> = self.sets.iter().zip(&nats).map(ln).collect();
         for (set, nats) in self.sets.iter_mut().zip(nats) {
             set.ln_weight += nats;
             set.parts.iter_mut().for_each(|part| part.missed_nats = part.missed_nats.map(|nats| nats + told(part)));
         }
-        normalise(&mut self.sets, &ln, believed);
+        normalise(&mut self.sets, &ln, |set| believed(doubts, set));
+        self.doubt_of_all();
     }
 
     /// Adds `part` to every set, removes the effects `ids`, and lowers the shares of the free forms by the share of
     /// `part`.
     pub(crate) fn lead(&mut self, part: &Part, ids: &[String]) {
+        let doubts = self.doubts;
         for set in &mut self.sets {
+            let before = believed(doubts, set);
             set.parts.retain(|p| p.id != part.id && !ids.contains(&p.id));
             let unnamed: f64 = set.parts.iter().filter(|p| !p.named).map(|p| p.share.max(0.0)).sum();
             let left = if unnamed > part.share { 1.0 - part.share / unnamed } else { 0.0 };
             set.parts.iter_mut().filter(|p| !p.named).for_each(|p| p.share *= left);
             set.parts.push(Part { share: part.share.max(unnamed), ..part.clone() });
+            set.probability *= believed(doubts, set) / before;
         }
     }
 

@@ -403,6 +403,11 @@ fn what_is_left_over_and_what_is_idle_is_told_after_what_matters() {
     assert!(line(&answer).ends_with("(gyro.temperature_sensitivity)"), "{}", line(&answer));
     let report = GapReport { recording: "fit.parquet", held_out: None, answer: &answer, curves: &[], traces: &[] };
     assert!(report.text().contains("also temperature sensitivity"));
+    // of two that hide each other the headline tells what both close
+    answer.verdict = Verdict::Identified;
+    answer.together.push("gyro.tone".into());
+    answer.remainder = Some(Remainder { share: 0.02, place: None });
+    assert!(line(&answer).contains("; with tone (gyro.tone) it closes 98 % of the gap"), "{}", line(&answer));
 }
 
 #[test]

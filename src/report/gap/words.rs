@@ -189,8 +189,10 @@ pub(in crate::report) fn closed(effect: &EffectAnswer) -> Option<String> {
 const KNOWN: f64 = 1e-8;
 
 pub(super) fn parameters(out: &mut String, effect: &EffectAnswer) {
-    for [name, value, meaning] in parameter_cells(effect) {
-        let _ = writeln!(out, "    {name:<21} {value:<29} {meaning}");
+    let cells = parameter_cells(effect);
+    let wide = cells.iter().map(|[name, ..]| name.chars().count() + 1).max().unwrap_or(0).max(21);
+    for [name, value, meaning] in cells {
+        let _ = writeln!(out, "    {name:<wide$} {value:<29} {meaning}");
     }
 }
 

@@ -179,7 +179,7 @@ impl<'a> FilterPass<'a> {
         self.read(k, out);
         let [v, w] = self.speeds();
         out.speeds = [v, w];
-        self.past.push(self.record.times_s[k] - self.start_s, v, w);
+        self.past.push(self.record.times_s[k] - self.start_s, [v, w], self.before.1);
         out.goes_on = self.next < self.rows.end;
         if out.goes_on {
             self.go(k, out);

@@ -75,7 +75,7 @@ impl<'a> Tangents<'a> {
             row.taken.iter().for_each(|taken| self.correct(taken, slopes));
         }
         if let Some(past) = &mut self.past {
-            past.push(row.at.t_s, row.speeds[0], row.speeds[1]);
+            past.push(row.at.t_s, row.speeds, row.at.wheel_force_n);
         }
         if row.goes_on {
             self.predict(row);

@@ -149,7 +149,7 @@ fn own_drive(like: &Record, claimed: &EffectSet, process: Process, draw: &mut St
             }
         }
         let mut now = Moving { past: None, ..at };
-        past.push(t_s, s[3], s[4]);
+        past.push(t_s, [s[3], s[4]], at.wheel_force_n);
         let Some(next) = like.times_s.get(k + 1) else { break };
         let dt = next - like.times_s[k];
         if let Some(size) = claimed.walk_rad_s_sqrt_s {

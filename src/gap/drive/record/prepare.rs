@@ -19,6 +19,8 @@ use crate::vehicle::{Odometry, Rolling, one_wheel, positions_only};
 const TURN_ON_STD_RAD_S: f64 = 5e-3;
 /// Assumed relative standard deviation of C1 and T, where the configuration states none.
 const WARM_UP_STD: f64 = 0.1;
+/// Ratio of the gyro's rate in the log and the stated one beyond which they differ: more than clocks and lost rows do.
+const OTHER_RATE: f64 = 1.1;
 /// Assumed noise of a pose that the configuration does not describe: position, m, and heading, rad.
 const POSE_STD: [f64; 2] = [0.02, 0.02];
 
@@ -41,7 +43,9 @@ impl Record {
         let mut notes = Vec::new();
         let column = |name: &str| log.get(name).map(<[f64]>::to_vec);
         let gyro_rad_s = column(names::GYRO_Z).filter(|g| g.iter().any(|v| v.is_finite()));
-        let belief = belief(config, gyro_rad_s.is_some(), &mut notes)?;
+        let times_s = increasing_times(log)?;
+        let gyro_step_s = gyro_rad_s.as_ref().map(|gyro| read_every_s(&times_s, gyro));
+        let belief = belief(config, gyro_step_s, &mut notes)?;
         let both = |left: &str, right: &str| Some([column(left)?, column(right)?]);
         let tick_rad = config.encoder.and_then(|e| e.tick_rad());
         let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);
@@ -74,7 +78,6 @@ impl Record {
                 notes.push(format!("No {what} in the log: {lost}."));
             }
         }
-        let times_s = increasing_times(log)?;
         let mut pose = pose;
         let lasting_s = config.pose.and_then(|p| p.correlation_time_s).unwrap_or(0.0);
         if let Some(pose) = pose.as_mut().filter(|_| lasting_s > 0.0) {
@@ -185,7 +188,16 @@ fn no_wheels(log: &Log, one_speed: bool) -> Error {
     )
 }
 
-fn belief(config: &Config, has_gyro: bool, notes: &mut Vec<String>) -> Result<Belief> {
+/// Median time between readings, s.
+fn read_every_s(times_s: &[f64], readings: &[f64]) -> f64 {
+    let there: Vec<f64> = times_s.iter().zip(readings).filter(|r| r.1.is_finite()).map(|r| *r.0).collect();
+    let mut steps: Vec<f64> = there.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// `gyro_step_s`: median time between readings of the gyro, s; none without a gyro.
+fn belief(config: &Config, gyro_step_s: Option<f64>, notes: &mut Vec<String>) -> Result<Belief> {
     let (vehicle, encoder) = (config.require_vehicle()?, config.require_encoder()?);
     let step_s = config.sample_time_s.ok_or_else(|| {
         Error::new(ErrorKind::Config, "configuration", "the key is missing")
@@ -200,7 +212,7 @@ fn belief(config: &Config, has_gyro: bool, notes: &mut Vec<String>) -> Result<Be
     };
     // a robot without a gyro needs no table for it
     let gyro = match &config.gyro {
-        None if !has_gyro => None,
+        None if gyro_step_s.is_none() => None,
         _ => Some(config.require_gyro()?),
     };
     let (mut turn_on, mut relative) = (0.0, 0.0);
@@ -208,11 +220,20 @@ fn belief(config: &Config, has_gyro: bool, notes: &mut Vec<String>) -> Result<Be
         turn_on = assumed(gyro.turn_on_bias_std_rad_s, TURN_ON_STD_RAD_S, "turn_on_bias_std_rad_s");
         relative = assumed(gyro.warm_up_relative_std, WARM_UP_STD, "warm_up_relative_std");
     }
+    // white noise is stated as a density: a reading has it over the time that it stands for
+    let other = gyro_step_s.filter(|own| (own / step_s).ln().abs() > OTHER_RATE.ln());
+    notes.extend(other.map(|own| {
+        format!(
+            "The gyro reads every {own:.4} s, where sample_time_s is {step_s} s: its white noise is taken as N/√({own:.4} s), that of \
+             readings that average over this time."
+        )
+    }));
+    let gyro_step_s = other.unwrap_or(step_s);
     Ok(Belief {
         robot: Robot::from(vehicle),
         steering: vehicle.steering,
         torque_noise_n_m_sqrt_s: vehicle.torque_noise_n_m_sqrt_s,
-        gyro_std_rad_s: gyro.map_or(1.0, |g| g.angle_random_walk_rad_sqrt_s / step_s.sqrt()),
+        gyro_std_rad_s: gyro.map_or(1.0, |g| g.angle_random_walk_rad_sqrt_s / gyro_step_s.sqrt()),
         wheel_std_rad_s: encoder.speed_variance_rad2_s2(step_s).sqrt(),
         position_std_m: config.pose.map_or(POSE_STD[0], |p| p.position_std_m),
         heading_std_rad: config.pose.map_or(POSE_STD[1], |p| p.heading_std_rad),
@@ -299,6 +320,17 @@ mod tests {
         let part = found.findings.sets[0].part(ids::payload()).unwrap();
         let (value, std) = (part.parameters["mass_relative"], part.std["mass_relative"]);
         assert!((value - (1.3 / 1.1 - 1.0)).abs() < 4.0 * std, "{value} ± {std}");
+    }
+
+    #[test]
+    fn white_noise_of_a_gyro_is_that_of_the_rate_of_its_log() {
+        let log = recorded(40.0, 20, None);
+        let stated = Record::new(&robot(), &log, 0.0).unwrap().belief.gyro_std_rad_s;
+        let mut config = robot();
+        config.sample_time_s = Some(0.0025);
+        let record = Record::new(&config, &log, 0.0).unwrap();
+        assert!((record.belief.gyro_std_rad_s / stated - 1.0).abs() < 1e-6);
+        assert!(record.notes.iter().any(|n| n.contains("every 0.0100 s, where sample_time_s is 0.0025 s")));
     }
 
     #[test]

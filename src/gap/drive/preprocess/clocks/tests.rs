@@ -16,12 +16,16 @@ pub(in crate::gap::drive) fn robot() -> Config {
     Config::parse(ROBOT, "robot.toml").unwrap()
 }
 
-/// A drive at 100 Hz with all channels; one effect if given.
-pub(in crate::gap::drive) fn recorded(span_s: f64, seed: u64, effect: Option<(&str, &str, f64)>) -> Log {
+/// A drive at 100 Hz with all channels and these effects.
+pub(in crate::gap::drive) fn recorded<'a>(
+    span_s: f64,
+    seed: u64,
+    effects: impl IntoIterator<Item = (&'a str, &'a str, f64)>,
+) -> Log {
     let mut config = robot();
-    config.effects.extend(
-        effect.map(|(id, name, value)| EffectTable { id: id.into(), parameters: [(name.into(), value)].into() }),
-    );
+    let table =
+        |(id, name, value): (&str, &str, f64)| EffectTable { id: id.into(), parameters: [(name.into(), value)].into() };
+    config.effects.extend(effects.into_iter().map(table));
     drive_with(&config, Course::Brisk, span_s, &Options::from(seed), &Library::new()).unwrap().log
 }
 
