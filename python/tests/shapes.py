@@ -33,22 +33,23 @@ Schema: TypeAlias = dict[str, Any]
 
 
 def schema(values: list[Any], path: str) -> Schema:
-    """What all of these values have in common; whatever they have not is no part of it."""
+    """What all of these values are."""
     there = [value for value in values if value is not None]
     kinds = {kind(value) for value in there}
     kinds -= {"integer"} if "number" in kinds else set()
-    if len(kinds) != 1:
+    if not kinds:
         return {}
-    [one] = kinds
-    made: Schema = {"type": one if len(there) == len(values) else [one, "null"]}
-    if one == "array" and (items := [item for value in there for item in value]):
+    names = sorted(kinds) + ["null"] * (len(there) < len(values))
+    made: Schema = {"type": names if len(names) > 1 else names[0]}
+    if items := [item for value in there if isinstance(value, list) for item in value]:
         made["items"] = schema(items, path)
-    if one == "object" and path.endswith(tuple("." + name for name in MAPS)) and path not in FIXED:
-        made["additionalProperties"] = schema([item for value in there for item in value.values()], path + ".value")
-    elif one == "object":
-        keys = dict.fromkeys(key for value in there for key in value)
-        made["properties"] = {key: schema([v[key] for v in there if key in v], f"{path}.{key}") for key in keys}
-        made["required"] = [key for key in keys if all(key in value for value in there)]
+    objects = [value for value in there if isinstance(value, dict)]
+    if objects and path.endswith(tuple("." + name for name in MAPS)) and path not in FIXED:
+        made["additionalProperties"] = schema([item for value in objects for item in value.values()], path + ".value")
+    elif objects:
+        keys = dict.fromkeys(key for value in objects for key in value)
+        made["properties"] = {key: schema([v[key] for v in objects if key in v], f"{path}.{key}") for key in keys}
+        made["required"] = [key for key in keys if all(key in value for value in objects)]
         made["additionalProperties"] = False
     return made
 
@@ -57,6 +58,12 @@ def kind(value: Any) -> str:
     """The name that JSON Schema has for a value's type."""
     names = {bool: "boolean", int: "integer", float: "number", str: "string", list: "array", dict: "object"}
     return names[type(value)]
+
+
+def kinds_of(of: Schema) -> set[str]:
+    """The types that a schema allows."""
+    kinds = of.get("type", [])
+    return set(kinds if isinstance(kinds, list) else [kinds])
 
 
 def schemas() -> dict[str, Schema]:
@@ -85,27 +92,26 @@ class Shapes:
         """The type of what fits the schema."""
         if "const" in of:
             return "str"
-        kinds = of.get("type", [])
-        kinds = kinds if isinstance(kinds, list) else [kinds]
-        if not kinds:
-            return "Any"
+        kinds = kinds_of(of)
         optional = " | None" if "null" in kinds or not required else ""
-        if kinds[0] == "object":
+        kinds -= {"null"}
+        if len(kinds) != 1:
+            return "Any"
+        [one] = kinds
+        if one == "object":
             return self.object(of, path) + optional
-        if kinds[0] == "array":
+        if one == "array":
             return self.list(of.get("items", {}), path) + optional
-        return {"boolean": "bool", "integer": "int", "number": "float", "string": "str"}[kinds[0]] + optional
+        return {"boolean": "bool", "integer": "int", "number": "float", "string": "str"}[one] + optional
 
     def list(self, items: Schema, path: str) -> str:
         """The type of a list of such items."""
-        kinds = items.get("type")
-        if kinds == "object":
+        kinds = kinds_of(items)
+        if kinds == {"object"}:
             return f"Rows[{self.object(items, path)}]"
-        if kinds == "string":
+        if kinds == {"string"}:
             return "tuple[str, ...]"
-        if kinds and not {"object", "string"} & set(kinds if isinstance(kinds, list) else [kinds]):
-            return "Array"
-        return "tuple[Any, ...]"
+        return "Array" if kinds and not kinds & {"object", "string"} else "tuple[Any, ...]"
 
     def object(self, of: Schema, path: str) -> str:
         """The class of such objects."""

@@ -267,8 +267,8 @@ class _GapDiagnoseCurves(Record):
     unit: str
     x: Array
     recorded: Array
-    before: tuple[Any, ...]
-    after: tuple[Any, ...]
+    before: Array
+    after: Array
     begins_s: Array | None
     by_torques: bool | None
     bins: Array | None
