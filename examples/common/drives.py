@@ -1,15 +1,10 @@
-"""Drives of a robot in a MuJoCo world: a random course, the controller that follows it, and what the engine makes of it."""
+"""Drives of a robot in a physics engine: a random course, the controller that follows it, and what the engine makes of it."""
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
-from worlds import ENGINE_STEP_S, STEP_S, compiled, nominal, wheel_dofs
-
 ROW_S = 0.01  # one row of the log, s
-STEPS = round(ROW_S / STEP_S)  # times in a row at which the engine's state is taken down
-WITHIN = round(STEP_S / ENGINE_STEP_S)
 
 
 @dataclass(frozen=True)
@@ -44,8 +39,9 @@ class Course:
 
 @dataclass
 class Drive:
-    """What the engine made: at n + 1 times, STEP_S apart, the truth, at each row the torques."""
+    """What the engine made: at n + 1 times, step_s apart, the truth, at each row the torques."""
 
+    step_s: float
     yaw_rate_rad_s: np.ndarray  # about the chassis' own z: what a gyro there reads
     wheels_rad_s: np.ndarray  # (n + 1, 2), wheel against chassis
     turned_rad: np.ndarray  # (n + 1, 2), the wheels' angles
@@ -62,19 +58,19 @@ class Drive:
 
     def rows(self, values):
         """`values` at the rows' times."""
-        return values[:-1:STEPS]
+        return values[: -1 : round(ROW_S / self.step_s)]
 
 
 class Controller:
-    """Torques (N m) from targets: the nominal model's forces, and a PI loop on wheel speeds that are measured with noise."""
+    """Torques (N m) from targets: the forces of the nominal model `n`, and a PI loop on wheel speeds that are measured with
+    noise. `gain` is over that of the two-wheel robot."""
 
-    def __init__(self, robot, noise_rad_s, draw):
-        n = nominal(robot)
+    def __init__(self, n, noise_rad_s, draw, gain=1.0):
         r, b, j = n["wheel_radius_m"], n["half_track_m"], n["wheel_inertia_kg_m2"]
         self.r, self.b, self.friction = r, b, n["viscous_friction_n_m_s"]
         self.forward = (n["mass_kg"] + 2 * j / r**2) * r / 2
         self.turning = (n["yaw_inertia_kg_m2"] + 2 * j * b**2 / r**2) * r / (2 * b)
-        self.gain = self.forward * r * 4.0
+        self.gain = self.forward * r * 4.0 * gain
         self.sum, self.seen, self.last = np.zeros(2), np.zeros(2), np.zeros(2)
         self.noise_rad_s, self.draw = noise_rad_s, draw
 
@@ -90,38 +86,26 @@ class Controller:
         return feed + self.gain * error + 2.0 * self.gain * self.sum
 
 
-def drive(robot, world, course, seed):
-    """One drive in a world, from rest at the origin."""
-    model = compiled(robot, world)
-    data = mujoco.MjData(model)
+def drive(body, nominal, torque_noise_n_m_sqrt_s, course, seed, noise_within_row=False, gain=1.0):
+    """One drive of `body` from rest at the origin.
+
+    body: has step_s, begin(steps), wheels_rad_s(), step(torques), and drive(torques of the rows) at the end
+    nominal: mass, inertias, radius and half track that the controller goes by
+    torque_noise_n_m_sqrt_s: white noise of each wheel's torque, held over a row, else white within it
+    """
     draw = np.random.default_rng(seed)
     asked = course.targets(draw)
-    controller = Controller(robot, 0.02, draw)
-    rows = len(asked)
-    left_right = wheel_dofs(model)
-    angles = [model.jnt_qposadr[mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, n)] for n in ("left", "right")]
-    q, v, ctrl = data.qpos, data.qvel, data.ctrl
-    told_q, told_v = np.empty((rows * STEPS + 1, model.nq)), np.empty((rows * STEPS + 1, model.nv))
+    controller = Controller(nominal, 0.02, draw, gain)
+    rows, steps = len(asked), round(ROW_S / body.step_s)
+    noise = draw.standard_normal((rows, steps, 2))
+    if noise_within_row:
+        noise *= torque_noise_n_m_sqrt_s / np.sqrt(body.step_s)
+    else:
+        noise[:] = noise[:, :1] * torque_noise_n_m_sqrt_s / np.sqrt(ROW_S)
     torques = np.empty((rows, 2))
-    noise = draw.standard_normal((rows, STEPS, 2))
-    if world.noise_within_row:
-        noise *= robot.torque_noise_n_m_sqrt_s / np.sqrt(STEP_S)
-    else:
-        noise[:] = noise[:, :1] * robot.torque_noise_n_m_sqrt_s / np.sqrt(ROW_S)
-    i = 0
+    body.begin(rows * steps)
     for k in range(rows):
-        torques[k] = controller.torques(asked[k], v[left_right])
-        for s in range(STEPS):
-            told_q[i], told_v[i] = q, v
-            ctrl[:] = torques[k] + noise[k, s]
-            for hook in world.hooks:
-                hook(model, data, i * STEP_S)
-            mujoco.mj_step(model, data, WITHIN)
-            i += 1
-    told_q[i], told_v[i] = q, v
-    if world.guided:
-        heading, rate = told_q[:, 3], told_v[:, 3]
-    else:
-        w, x, y, z = told_q[:, 3:7].T
-        heading, rate = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))), told_v[:, 5]
-    return Drive(rate, told_v[:, left_right], told_q[:, angles], told_q[:, :2], heading, told_v[:, :2], torques)
+        torques[k] = controller.torques(asked[k], body.wheels_rad_s())
+        for s in range(steps):
+            body.step(torques[k] + noise[k, s])
+    return body.drive(torques)
