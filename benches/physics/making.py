@@ -3,7 +3,7 @@
 import json
 import zlib
 
-from drives import drive
+from drives import Controller, drive
 from folders import sim_toml, write_log
 from sensors import Unit, columns
 from worlds import Body, nominal
@@ -16,7 +16,7 @@ def make(case, folder):
     (folder / "sim.toml").write_text(sim_toml(believed | {"torque_noise_n_m_sqrt_s": noise}, Unit()))
     seed = zlib.crc32(case.name.encode())
     for run, name in enumerate(("fit", "hold")):
-        body = Body(case.robot, case.world)
-        made = drive(body, nominal(case.robot), noise, case.course, [seed, run], case.world.noise_within_row)
+        body, controller = Body(case.robot, case.world), lambda draw: Controller(nominal(case.robot), 0.02, draw)
+        made = drive(body, controller, noise, case.course, [seed, run], case.world.noise_within_row)
         write_log(folder / f"{name}.parquet", columns(made, case.sensors, [seed, run], case.without))
     (folder / "truth.json").write_text(json.dumps({"kind": case.kind, "effects": case.truth, "note": case.note}, indent=2) + "\n")

@@ -91,11 +91,11 @@ def check():
     """Prints slip, sideways slide and the misfit of the nominal equations over a row in a world without effects."""
     import numpy as np
 
-    from drives import ROW_S, Course, drive
+    from drives import ROW_S, Controller, Course, drive
     from worlds import STEP_S, Body, Robot, World, nominal
 
     body, n = Body(Robot(), World()), nominal(Robot())
-    d, steps = drive(body, n, 0.0, Course(60.0), 1), round(ROW_S / STEP_S)
+    d, steps = drive(body, lambda draw: Controller(n, 0.02, draw), 0.0, Course(60.0), 1), round(ROW_S / STEP_S)
     r, b, j = n["wheel_radius_m"], n["half_track_m"], n["wheel_inertia_kg_m2"]
     v, w = d.speed_m_s, d.yaw_rate_rad_s
     slip = d.wheels_rad_s - np.column_stack([v - b * w, v + b * w]) / r

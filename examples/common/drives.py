@@ -48,7 +48,8 @@ class Drive:
     position_m: np.ndarray  # (n + 1, 2), the axle's middle
     heading_rad: np.ndarray  # unwrapped
     velocity_m_s: np.ndarray  # (n + 1, 2), of the axle's middle, in the world's axes
-    torques_n_m: np.ndarray  # (rows, 2), commanded
+    torques_n_m: np.ndarray  # (rows, 2), commanded, or of a robot that takes speeds as its motors measure them
+    commands_rad_s: np.ndarray = None  # (rows, 2), of a robot that takes speeds
 
     @property
     def speed_m_s(self):
@@ -63,18 +64,18 @@ class Drive:
 
 class Controller:
     """Torques (N m) from targets: the forces of the nominal model `n`, and a PI loop on wheel speeds that are measured with
-    noise. `gain` is over that of the two-wheel robot."""
+    noise."""
 
-    def __init__(self, n, noise_rad_s, draw, gain=1.0):
+    def __init__(self, n, noise_rad_s, draw):
         r, b, j = n["wheel_radius_m"], n["half_track_m"], n["wheel_inertia_kg_m2"]
         self.r, self.b, self.friction = r, b, n["viscous_friction_n_m_s"]
         self.forward = (n["mass_kg"] + 2 * j / r**2) * r / 2
         self.turning = (n["yaw_inertia_kg_m2"] + 2 * j * b**2 / r**2) * r / (2 * b)
-        self.gain = self.forward * r * 4.0 * gain
+        self.gain = self.forward * r * 4.0
         self.sum, self.seen, self.last = np.zeros(2), np.zeros(2), np.zeros(2)
         self.noise_rad_s, self.draw = noise_rad_s, draw
 
-    def torques(self, asked, wheels_rad_s):
+    def __call__(self, asked, wheels_rad_s):
         rate = (asked - self.last) / ROW_S
         self.last = asked
         want = np.array([asked[0] - self.b * asked[1], asked[0] + self.b * asked[1]]) / self.r
@@ -86,26 +87,37 @@ class Controller:
         return feed + self.gain * error + 2.0 * self.gain * self.sum
 
 
-def drive(body, nominal, torque_noise_n_m_sqrt_s, course, seed, noise_within_row=False, gain=1.0):
+class Speeds:
+    """Wheel speeds (rad/s) from targets, for a robot whose motors hold speeds."""
+
+    def __init__(self, n):
+        self.r, self.b = n["wheel_radius_m"], n["half_track_m"]
+
+    def __call__(self, asked, _wheels_rad_s):
+        return np.array([asked[0] - self.b * asked[1], asked[0] + self.b * asked[1]]) / self.r
+
+
+def drive(body, controller, noise_per_root_hz, course, seed, noise_within_row=False, way=None):
     """One drive of `body` from rest at the origin.
 
-    body: has step_s, begin(steps), wheels_rad_s(), step(torques), and drive(torques of the rows) at the end
-    nominal: mass, inertias, radius and half track that the controller goes by
-    torque_noise_n_m_sqrt_s: white noise of each wheel's torque, held over a row, else white within it
+    body: has step_s, begin(steps), wheels_rad_s(), step(inputs), and drive(inputs of the rows) at the end
+    controller: of a random generator, what makes inputs, left and right, of targets and the wheels' speeds
+    noise_per_root_hz: white noise of each input, held over a row, else white within it
+    way: seed of the course, where it is not to come from `seed`
     """
     draw = np.random.default_rng(seed)
-    asked = course.targets(draw)
-    controller = Controller(nominal, 0.02, draw, gain)
+    asked = course.targets(draw if way is None else np.random.default_rng(way))
+    control = controller(draw)
     rows, steps = len(asked), round(ROW_S / body.step_s)
     noise = draw.standard_normal((rows, steps, 2))
     if noise_within_row:
-        noise *= torque_noise_n_m_sqrt_s / np.sqrt(body.step_s)
+        noise *= noise_per_root_hz / np.sqrt(body.step_s)
     else:
-        noise[:] = noise[:, :1] * torque_noise_n_m_sqrt_s / np.sqrt(ROW_S)
-    torques = np.empty((rows, 2))
+        noise[:] = noise[:, :1] * noise_per_root_hz / np.sqrt(ROW_S)
+    inputs = np.empty((rows, 2))
     body.begin(rows * steps)
     for k in range(rows):
-        torques[k] = controller.torques(asked[k], body.wheels_rad_s())
+        inputs[k] = control(asked[k], body.wheels_rad_s())
         for s in range(steps):
-            body.step(torques[k] + noise[k, s])
-    return body.drive(torques)
+            body.step(inputs[k] + noise[k, s])
+    return body.drive(inputs)

@@ -27,6 +27,15 @@ class Unit:
     pose: dict = field(default_factory=lambda: POSE)
 
 
+def unit_of(simulator):
+    """The unit of a simulator, a module with the constants of its sensors: its gyro does not warm up."""
+    root = ROW_S**0.5
+    gyro = {"c1_rad_s": 0.0, "c2_rad_s": 0.0, "time_constant_s": 100.0, "angle_random_walk_rad_sqrt_s": simulator.GYRO_STD_RAD_S * root,
+            "turn_on_bias_std_rad_s": simulator.GYRO_BIAS_STD_RAD_S, "warm_up_relative_std": 0.03}
+    pose = {"rate_hz": 1 / ROW_S / simulator.POSE_EVERY, "position_std_m": simulator.POSE_STD_M, "heading_std_rad": simulator.POSE_STD_RAD}
+    return Unit(gyro, simulator.ENCODER_STD_RAD_S, pose)
+
+
 @dataclass(frozen=True)
 class Sensors:
     """What is so with the sensors and not in the nominal simulator; the defaults hold nothing."""
@@ -139,7 +148,7 @@ def pose(drive, sensors, believed, draw):
 def columns(drive, sensors, seed, without=(), unit=Unit()):
     """The log: a dict of column to values, one a row of 10 ms. `without` leaves out "torque", "pose" or "gyro"."""
     draw = np.random.default_rng([*seed, 1])
-    rows = len(drive.torques_n_m)
+    rows = len(drive.yaw_rate_rad_s) // round(ROW_S / drive.step_s)
     t = np.arange(rows) * ROW_S
     since = t + draw.uniform(5.0, 200.0)
     z = gyro(drive, sensors, unit.gyro, since, draw)
@@ -147,6 +156,8 @@ def columns(drive, sensors, seed, without=(), unit=Unit()):
     log = {"t_s": t, "time_since_power_on_s": since}
     if "torque" not in without:
         log |= {"torque_left_n_m": drive.torques_n_m[:, 0], "torque_right_n_m": drive.torques_n_m[:, 1]}
+    if drive.commands_rad_s is not None:
+        log |= {"command_left_rad_s": drive.commands_rad_s[:, 0], "command_right_rad_s": drive.commands_rad_s[:, 1]}
     if "gyro" not in without:
         log["gyro_z_rad_s"] = z
     log |= {"wheel_left_rad_s": turning[:, 0], "wheel_right_rad_s": turning[:, 1]}

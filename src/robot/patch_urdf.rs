@@ -1,0 +1,121 @@
+//! Places in a URDF.
+
+use super::model::{Mass, Model};
+use super::patch::{Placed, Places, Weighed, named};
+use super::patch_edits::Edits;
+use super::wheels::radius;
+use super::xml::{child, children};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use roxmltree::Node;
+
+/// Shapes nearly as large as a wheel are the wheel, too.
+pub(super) const RIM: f64 = 0.9;
+/// Elements of an inertia matrix, by name.
+pub(super) const ELEMENTS: [(&str, usize, usize); 6] =
+    [("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2)];
+
+pub(super) struct Urdf<'a, 'i, 'm> {
+    pub root: Node<'a, 'i>,
+    pub model: &'m Model,
+}
+
+impl<'a, 'i> Urdf<'a, 'i, '_> {
+    fn joint(&self, joint: usize) -> Result<Node<'a, 'i>, String> {
+        let name = &self.model.joints[joint].name;
+        named(self.root, "joint", name).ok_or_else(|| format!("there is no <joint> {name}"))
+    }
+}
+
+impl Places for Urdf<'_, '_, '_> {
+    fn wheel(&self, joint: usize, factor: f64, by: Vector3<f64>, edits: &mut Edits) -> Placed {
+        let (model, node) = (self.model, self.joint(joint)?);
+        let parent = model.joints[joint].parent.map_or(UnitQuaternion::identity(), |p| model.links[p].pose.rotation);
+        let by = parent.inverse() * by;
+        if let Some(origin) = child(node, "origin") {
+            let at = edits.attribute(origin, "xyz").unwrap_or_else(|| vec![0.0; 3]);
+            let to: Vec<f64> = at.iter().zip(by.iter()).map(|(a, b)| a + b).collect();
+            edits.set_attribute(origin, "xyz", &to);
+        } else {
+            let element = format!("<origin xyz=\"{} {} {}\"/>", by.x, by.y, by.z);
+            if !edits.add_child(node, "origin", &element) {
+                return Err(format!("the joint {} is empty", model.joints[joint].name));
+            }
+        }
+        if factor == 1.0 {
+            return Ok(());
+        }
+        let least = radius(model, joint).map_or(f64::INFINITY, |(r, _)| RIM * r);
+        for link in model.rigid(model.joints[joint].child) {
+            let Some(link) = named(self.root, "link", &model.links[link].name) else { continue };
+            for shape in ["collision", "visual"].into_iter().flat_map(|of| children(link, of)) {
+                let round = child(shape, "geometry").and_then(|g| g.children().find(Node::is_element));
+                let Some(round) = round else { continue };
+                if let Some(r) = edits.attribute(round, "radius").and_then(|r| r.first().copied()).filter(|r| *r > least) {
+                    edits.set_attribute(round, "radius", &[r * factor]);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn mass(&self, link: usize, to: &Weighed, edits: &mut Edits) -> Placed {
+        let link = &self.model.links[link];
+        let none = || format!("{} has no <inertial> with a mass", link.name);
+        let node = named(self.root, "link", &link.name).and_then(|l| child(l, "inertial")).ok_or_else(none)?;
+        let mass = child(node, "mass").ok_or_else(none)?;
+        let origin = child(node, "origin");
+        let turn = origin.and_then(|o| edits.attribute(o, "rpy")).unwrap_or_else(|| vec![0.0; 3]);
+        let &[roll, pitch, yaw] = &turn[..] else { return Err(none()) };
+        let axes = link.pose.rotation * UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+        edits.set_attribute(mass, "value", &[to.kg]);
+        let at = link.pose.inverse() * to.at;
+        match origin {
+            Some(origin) => edits.set_attribute(origin, "xyz", at.coords.as_slice()),
+            None if at.coords.norm() < 1e-12 => {}
+            None if edits.add_child(node, "origin", &format!("<origin xyz=\"{} {} {}\"/>", at.x, at.y, at.z)) => {}
+            None => return Err(none()),
+        }
+        let inertia = child(node, "inertia").ok_or_else(none)?;
+        for (name, value) in changed(&link.mass, to, &axes) {
+            edits.set_attribute(inertia, name, &[value]);
+        }
+        Ok(())
+    }
+
+    fn friction(&self, joint: usize, dry: f64, damping: f64, edits: &mut Edits) -> Placed {
+        let node = self.joint(joint)?;
+        let Some(dynamics) = child(node, "dynamics") else {
+            let element = format!("<dynamics damping=\"{damping}\" friction=\"{dry}\"/>");
+            return match edits.add_child(node, "dynamics", &element) {
+                true => Ok(()),
+                false => Err(format!("the joint {} is empty", self.model.joints[joint].name)),
+            };
+        };
+        for (name, more) in [("friction", dry), ("damping", damping)] {
+            if more != 0.0 {
+                let had = edits.attribute(dynamics, name).and_then(|v| v.first().copied()).unwrap_or(0.0);
+                edits.set_attribute(dynamics, name, &[had + more]);
+            }
+        }
+        Ok(())
+    }
+
+    fn gear(&self, _joint: usize, _factor: f64, _edits: &mut Edits) -> Placed {
+        Err("URDF states no gain of a motor's torque: multiply the commands".into())
+    }
+
+    fn gravity(&self, _direction: Vector3<f64>, _usual: f64, _edits: &mut Edits) -> Placed {
+        Err("a URDF holds the robot and not its world: tilt gravity where the world is made".into())
+    }
+}
+
+/// Elements of the inertia in a link's axes that differ from those it had, by name.
+pub(super) fn changed(had: &Mass, to: &Weighed, axes: &UnitQuaternion<f64>) -> Vec<(&'static str, f64)> {
+    let own = axes.to_rotation_matrix();
+    let turned = |inertia: &Matrix3<f64>| own.matrix().transpose() * inertia * own.matrix();
+    let before = if let Mass::Known { inertia, .. } = had { turned(inertia) } else { Matrix3::zeros() };
+    let after = turned(&to.inertia);
+    let scale = after.norm() * 1e-9;
+    let differ = ELEMENTS.into_iter().filter(|(_, i, j)| (after[(*i, *j)] - before[(*i, *j)]).abs() > scale);
+    differ.map(|(name, i, j)| (name, after[(i, j)])).collect()
+}
