@@ -36,16 +36,17 @@ def question(options, case):
 
 
 def answer(options, case, path):
-    """Asks once; a refusal stays without an answer, and counts as wrong."""
+    """Asks once, and says whether there is an answer; a case without one counts as wrong."""
     if not path.exists():
         run = subprocess.run([options.gyroid, "gap", *question(options, case), "--json", path, "-q"], capture_output=True, text=True, check=False)
         if run.returncode:
             print(f"{case.name}: refused: {run.stderr.strip()}", flush=True)
-            return
+            return False
     told = json.loads(path.read_text())
     closed = next((e["gap_closed"] for e in told["effects"] if e["id"] == told["main"]), None)
     shrunk = "" if closed is None else f"   gap closed {closed:.3f}"
     print(f"{case.name}: {told['verdict']:10} {told['main'] or '-':28} {', '.join(told['together'])}{shrunk}", flush=True)
+    return True
 
 
 def main():
@@ -58,14 +59,17 @@ def main():
     parser.add_argument("--diagnose", action="store_true")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
+    refused = []
     for simulator in options.only:
         folder, key = cases(options, simulator)
         answers = options.out / f"{simulator}_{'diagnose' if options.diagnose else 'compare'}"
         answers.mkdir(exist_ok=True)
-        for case in sorted(path.parent for path in folder.glob("*/sim.toml")):
-            answer(options, case, answers / f"{case.name}.json")
+        asked = sorted(path.parent for path in folder.glob("*/sim.toml"))
+        refused += [case.name for case in asked if not answer(options, case, answers / f"{case.name}.json")]
         score = [options.gyroid, "gap", "bench", "score", folder, "--answers", answers, "--key", key, "--json", options.out / f"{answers.name}_score.json", "--force"]
         subprocess.run(score, check=True)
+    if refused:
+        raise SystemExit(f"no answer: {', '.join(refused)}")
 
 
 if __name__ == "__main__":

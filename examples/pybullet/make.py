@@ -55,11 +55,11 @@ class Body:
         self.told, self.done = np.empty((steps + 1, 10)), 0
 
     def wheels_rad_s(self):
-        return self.husky.joints(1)
+        return self.husky.sides()[1]
 
     def take_down(self):
-        husky = self.husky
-        self.told[self.done] = husky.yaw_rate_rad_s(), *husky.joints(1), *(husky.joints(0) - husky.turned), *husky.moved(), *husky.joints(3)
+        angles, speeds, torques = self.husky.sides()
+        self.told[self.done] = self.husky.yaw_rate_rad_s(), *speeds, *(angles - self.husky.turned), *self.husky.moved(), *torques
 
     def pull(self):
         """Tether to a post where it began; one rear corner drags over the floor."""
@@ -102,7 +102,7 @@ def nominal():
         masses.append(told[0])
         places.append(state[0][:2])
         yaw.append((turn @ np.diag(told[2]) @ turn.T)[2, 2])
-    spin = 2 * bullet.getDynamicsInfo(husky.robot, husky.wheels[0][0])[2][2]
+    spin = 2 * bullet.getDynamicsInfo(husky.robot, husky.wheels[0])[2][1]
     husky.close()
     masses, places = np.array(masses), np.array(places)
     off = places - masses @ places / masses.sum()

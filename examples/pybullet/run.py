@@ -18,7 +18,7 @@ import pybullet_data
 
 HUSKY = Path(pybullet_data.getDataPath()) / "husky" / "husky.urdf"
 LEFT, RIGHT = ("front_left_wheel", "rear_left_wheel"), ("front_right_wheel", "rear_right_wheel")
-STEP_S, ROW_S = 0.001, 0.01
+STEP_S, ROW_S = 0.0025, 0.01
 FLOOR_FRICTION = 0.6
 COMMAND_STD_RAD_S = 0.02  # noise of each side, drawn anew each row
 FORCE_N_M = 40.0  # greatest torque of a wheel's motor
@@ -42,26 +42,25 @@ class Husky:
             Path(folder, "meshes").symlink_to(HUSKY.with_name("meshes"))
             self.robot = bullet.loadURDF(folder + "/robot.urdf", [0, 0, 0], flags=bullet.URDF_USE_INERTIA_FROM_FILE)
         joints = {bullet.getJointInfo(self.robot, j)[1].decode(): j for j in range(bullet.getNumJoints(self.robot))}
-        self.wheels = [[joints[name] for name in side] for side in (LEFT, RIGHT)]
-        for _ in range(1000):
+        self.wheels = [joints[name] for name in LEFT + RIGHT]
+        for _ in range(400):
             self.step((0, 0))
-        self.start, self.turned = self.place(), self.joints(0)
+        self.start, self.turned = self.place(), self.sides()[0]
 
     def step(self, speeds_rad_s):
-        for side, speed in zip(self.wheels, speeds_rad_s, strict=True):
-            for joint in side:
-                bullet.setJointMotorControl2(self.robot, joint, bullet.VELOCITY_CONTROL, targetVelocity=speed, force=FORCE_N_M)
+        left, right = speeds_rad_s
+        bullet.setJointMotorControlArray(self.robot, self.wheels, bullet.VELOCITY_CONTROL, targetVelocities=[left, left, right, right], forces=[FORCE_N_M] * 4)
         bullet.stepSimulation()
 
-    def joints(self, which):
-        """Mean of a side's wheels: angles (rad) for 0, speeds (rad/s) for 1."""
-        return np.array([np.mean([bullet.getJointState(self.robot, joint)[which] for joint in side]) for side in self.wheels])
+    def sides(self):
+        """Of left and right, the mean of two wheels: angles (rad), speeds (rad/s), torques (N m)."""
+        states = np.array([(angle, speed, torque) for angle, speed, _, torque in bullet.getJointStates(self.robot, self.wheels)])
+        return states.reshape(2, 2, 3).mean(1).T
 
     def place(self):
         """x, y (m) of the middle between the wheels, and the heading (rad)."""
-        turn = bullet.getBasePositionAndOrientation(self.robot)[1]
-        wheels = [bullet.getLinkState(self.robot, joint)[0][:2] for side in self.wheels for joint in side]
-        return np.array([*np.mean(wheels, axis=0), bullet.getEulerFromQuaternion(turn)[2]])
+        (x, y, _), turn = bullet.getBasePositionAndOrientation(self.robot)
+        return np.array([x, y, bullet.getEulerFromQuaternion(turn)[2]])
 
     def moved(self):
         """The same from where and as it began; the heading between -pi and pi."""
@@ -82,10 +81,11 @@ def simulate(husky, commands, draw):
     """Of each row: the wheels' angles (rad) and speeds (rad/s), the yaw rate (rad/s), position (m) and heading (rad)."""
     rows = np.empty((len(commands), 8))
     for row, command in zip(rows, commands, strict=True):
-        row[:] = *(husky.joints(0) - husky.turned), *husky.joints(1), husky.yaw_rate_rad_s(), *husky.moved()
-        speeds = command + COMMAND_STD_RAD_S * draw.standard_normal(2)
+        angles, speeds, _ = husky.sides()
+        row[:] = *(angles - husky.turned), *speeds, husky.yaw_rate_rad_s(), *husky.moved()
+        asked = command + COMMAND_STD_RAD_S * draw.standard_normal(2)
         for _ in range(round(ROW_S / STEP_S)):
-            husky.step(speeds)
+            husky.step(asked)
     rows[:, 7] = np.unwrap(rows[:, 7])
     return rows
 

@@ -25,7 +25,7 @@ impl Edits {
     pub fn begin(&mut self, source: &str, says: &str) {
         self.source = source.to_owned();
         // a comment holds no two hyphens
-        self.says = says.replace("--", "- -");
+        self.says = says.replace("--", "- -").replace("--", "- -").trim_end_matches('-').to_owned();
     }
 
     /// The numbers of an attribute, as changed so far; `None` where it is not there.
@@ -85,7 +85,8 @@ impl Edits {
         let at = if own { line } else { at };
         let indent = if own { format!("{}  ", &self.source[line..range.start + end]) } else { String::new() };
         let comment = format!("<!-- gyroid: {} -->", self.says);
-        let text = if own { format!("{indent}{comment}\n{indent}{element}\n") } else { format!("{comment}{element}") };
+        let end = line_end(&self.source);
+        let text = if own { format!("{indent}{comment}{end}{indent}{element}{end}") } else { format!("{comment}{element}") };
         let told = format!("{}: {element} is new", called(node));
         self.changes.insert((range.start, format!("+{what}")), (at..at, text, told));
         true
@@ -113,7 +114,7 @@ impl Edits {
             for told in says {
                 let _ = write!(text, "<!-- gyroid: {told} -->");
                 if indent.trim().is_empty() {
-                    let _ = write!(text, "\n{indent}");
+                    let _ = write!(text, "{}{indent}", line_end(source));
                 }
             }
             pieces.push((*start..*start, text));
@@ -138,6 +139,11 @@ fn called(node: Node) -> String {
         Some(name) => format!("<{tag}> of {name}"),
         None => format!("<{tag}>"),
     }
+}
+
+/// The line end of a text.
+fn line_end(source: &str) -> &'static str {
+    if source.contains("\r\n") { "\r\n" } else { "\n" }
 }
 
 fn numbers(text: &str) -> Option<Vec<f64>> {
