@@ -22,7 +22,7 @@ mod urdf;
 mod wheels;
 mod xml;
 
-pub use patch::{Finding, Patched, Truth, patch};
+pub use patch::{Finding, Patched, Truth, format_of, patch};
 pub use read::{parse, read};
 pub use types::{Choice, Fact, Format, Robot};
 

@@ -48,8 +48,13 @@ pub enum Truth {
         /// Growth with speed, s/m.
         rise: f64,
     },
-    /// Torques of the right motor over the left one less one, their mean as described.
-    MotorGain(f64),
+    /// Torques of the left and right motors, over those described.
+    Torque {
+        /// Left.
+        left: f64,
+        /// Right.
+        right: f64,
+    },
     /// Tilt of the floor, rad, and the heading of the way uphill, rad, from the robot's heading at the start.
     Slope {
         /// Tilt.
@@ -103,6 +108,19 @@ pub(super) trait Places {
 /// Done, or why the description has no place.
 pub(super) type Placed = std::result::Result<(), String>;
 
+/// The format of a description, by its first element.
+///
+/// # Errors
+/// [`ErrorKind::Format`] for what is no description of a robot.
+pub fn format_of(text: &str, file: &str) -> Result<Format> {
+    let (document, _) = opened(text, file)?;
+    let tag = document.root_element().tag_name().name();
+    Format::of(tag).ok_or_else(|| {
+        Error::new(ErrorKind::Format, file, format!("begins with <{tag}>: that is no description of a robot"))
+            .hint("give a file of URDF (<robot>), SDF (<sdf>) or MJCF (<mujoco>)")
+    })
+}
+
 /// Enters `findings` into the description `text`; `file` is its name in messages.
 ///
 /// # Errors
@@ -125,7 +143,10 @@ pub fn patch(text: &str, file: &str, format: Format, choice: &Choice, findings: 
     let (edited, changes) = work.edits.applied(source);
     let no_place = work.no_place;
     let patched = format!("{prefix}{edited}");
-    checked(&patched, file, format, choice, &wanted)?;
+    // wheels of different sizes are only found by their names
+    let names = |side: &[usize]| side.iter().map(|j| model.joints[*j].name.clone()).collect();
+    let chosen = Choice { model: Some(model.name.clone()), left: names(&wheels.left), right: names(&wheels.right) };
+    checked(&patched, file, format, &chosen, &wanted)?;
     Ok(Patched { text: patched, changes, no_place })
 }
 
@@ -164,8 +185,10 @@ impl Work<'_> {
             let placed = match finding.truth {
                 Truth::Radius { left, right } => self.radii(places, [left, right], &mut moved, finding),
                 Truth::Track(factor) => self.track(places, factor, &mut moved, finding),
-                Truth::Resistance { coefficient, rise } => self.resistance(places, findings, coefficient, rise, finding),
-                Truth::MotorGain(gain) => self.gears(places, gain, finding),
+                Truth::Resistance { coefficient, rise } => {
+                    self.resistance(places, findings, coefficient, rise, finding)
+                }
+                Truth::Torque { left, right } => self.gears(places, [left, right], finding),
                 Truth::Slope { slope, uphill } => {
                     let (level, down) = (slope.sin(), -slope.cos());
                     let direction = Vector3::new(-level * uphill.cos(), -level * uphill.sin(), down);
@@ -228,7 +251,9 @@ impl Work<'_> {
     fn track(&mut self, places: &dyn Places, factor: f64, moved: &mut [Vector3<f64>], finding: &Finding) -> Placed {
         let (model, wheels) = (self.model, self.wheels);
         if wheels.left.len() != 1 || wheels.right.len() != 1 {
-            return Err("the effective track of a robot that skids is made by its contacts, not by where its wheels are".into());
+            return Err(
+                "the effective track of a robot that skids is made by its contacts, not by where its wheels are".into(),
+            );
         }
         let across = across(model, wheels) * (factor - 1.0) * wheels.track_m / 2.0;
         let steps = [(wheels.left[0], across), (wheels.right[0], -across)];
@@ -247,7 +272,8 @@ impl Work<'_> {
         finding: &Finding,
     ) -> Placed {
         let (model, wheels) = (self.model, self.wheels);
-        let load = all.iter().fold(1.0, |m, f| if let Truth::Load { mass, .. } = f.truth { m * (1.0 + mass) } else { m });
+        let load =
+            all.iter().fold(1.0, |m, f| if let Truth::Load { mass, .. } = f.truth { m * (1.0 + mass) } else { m });
         let kg = sizes(model, wheels).ok_or("the description states no masses")?.kg * load;
         let dry = coefficient - STATED_AT_M_S * rise;
         if dry < 0.0 || rise < 0.0 {
@@ -262,14 +288,16 @@ impl Work<'_> {
                 steps.push((*joint, dry * weight * r, rise * weight * r * r));
             }
         }
-        self.noted(finding, |edits| steps.iter().try_for_each(|(j, dry, damping)| places.friction(*j, *dry, *damping, edits)))
+        self.noted(finding, |edits| {
+            steps.iter().try_for_each(|(j, dry, damping)| places.friction(*j, *dry, *damping, edits))
+        })
     }
 
-    fn gears(&mut self, places: &dyn Places, gain: f64, finding: &Finding) -> Placed {
+    fn gears(&mut self, places: &dyn Places, over: [f64; 2], finding: &Finding) -> Placed {
         let wheels = self.wheels;
         self.noted(finding, |edits| {
-            let sides = [(&wheels.left, 2.0 / (2.0 + gain)), (&wheels.right, 2.0 * (1.0 + gain) / (2.0 + gain))];
-            sides.into_iter().try_for_each(|(side, factor)| side.iter().try_for_each(|j| places.gear(*j, factor, edits)))
+            let mut sides = [&wheels.left, &wheels.right].into_iter().zip(over);
+            sides.try_for_each(|(side, factor)| side.iter().try_for_each(|j| places.gear(*j, factor, edits)))
         })
     }
 
@@ -297,10 +325,8 @@ impl Work<'_> {
                 _ => {}
             }
         }
-        let carried: Vec<Vec<usize>> = (0..moved.len())
-            .filter(|j| moved[*j].norm() > 0.0)
-            .map(|j| model.rigid(model.joints[j].child))
-            .collect();
+        let carried: Vec<Vec<usize>> =
+            (0..moved.len()).filter(|j| moved[*j].norm() > 0.0).map(|j| model.rigid(model.joints[j].child)).collect();
         let turning: Vec<usize> = self.wheels.all().flat_map(|j| model.rigid(model.joints[j].child)).collect();
         let weight = |l: usize| if let Mass::Known { kg, .. } = &model.links[l].mass { *kg } else { 0.0 };
         let chassis = (0..model.links.len())
@@ -312,7 +338,10 @@ impl Work<'_> {
             .filter(|l| *l != chassis)
             .map(|l| {
                 let joint = (0..moved.len()).filter(|j| moved[*j].norm() > 0.0);
-                let by = joint.zip(&carried).find(|(_, links)| links.contains(&l)).map_or(Vector3::zeros(), |(j, _)| moved[j]);
+                let by = joint
+                    .zip(&carried)
+                    .find(|(_, links)| links.contains(&l))
+                    .map_or(Vector3::zeros(), |(j, _)| moved[j]);
                 match &model.links[l].mass {
                     Mass::Known { kg, at, inertia } => Mass::Known { kg: *kg, at: at + by, inertia: *inertia },
                     other => other.clone(),
@@ -354,7 +383,8 @@ impl Work<'_> {
 
 /// Unit vector from the right wheels to the left ones, level.
 fn across(model: &Model, wheels: &Wheels) -> Vector3<f64> {
-    let mean = |side: &[usize]| side.iter().map(|j| model.joints[*j].at.coords).sum::<Vector3<f64>>() / side.len() as f64;
+    let mean =
+        |side: &[usize]| side.iter().map(|j| model.joints[*j].at.coords).sum::<Vector3<f64>>() / side.len() as f64;
     let way = mean(&wheels.left) - mean(&wheels.right);
     Vector3::new(way.x, way.y, 0.0).try_normalize(0.0).unwrap_or_else(Vector3::y)
 }
@@ -377,10 +407,12 @@ fn checked(text: &str, file: &str, format: Format, choice: &Choice, wanted: &Opt
     ];
     match pairs.into_iter().find(|(_, found, wanted, scale)| off(*found, *wanted, *scale)) {
         None => Ok(()),
-        Some((what, found, wanted, _)) => {
-            Err(Error::new(ErrorKind::Numeric, file, format!("{what} is {found} in the patched description, not {wanted}"))
-                .hint("the description states it in a way that is not followed here: enter it by hand"))
-        }
+        Some((what, found, wanted, _)) => Err(Error::new(
+            ErrorKind::Numeric,
+            file,
+            format!("{what} is {found} in the patched description, not {wanted}"),
+        )
+        .hint("the description states it in a way that is not followed here: enter it by hand")),
     }
 }
 

@@ -6,15 +6,15 @@ use std::fmt::Write;
 use std::ops::Range;
 
 /// Digits that a number is written with.
-const DIGITS: i32 = 9;
+const DIGITS: usize = 9;
 
 /// Edits of one text. Of two changes in one place the last holds, for each begins from what the last one made of it.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Edits {
     /// By their beginning: the place, the new text, and what the change is called.
     changes: BTreeMap<(usize, String), (Range<usize>, String, String)>,
-    /// By the beginning of an element: the comments before it.
-    comments: BTreeMap<usize, Vec<String>>,
+    /// By the beginning of an element: why it was changed, and what was there before.
+    comments: BTreeMap<usize, Vec<(String, Vec<String>)>>,
     /// The comment of the changes that come now.
     says: String,
     source: String,
@@ -38,7 +38,7 @@ impl Edits {
 
     /// Sets an attribute, which is added where it is not there.
     pub fn set_attribute(&mut self, node: Node, name: &str, values: &[f64]) {
-        let value = written(values);
+        let value = rewritten(values, node.attribute(name));
         let place = match node.attribute_node(name) {
             Some(found) => found.range_value(),
             None => {
@@ -65,7 +65,7 @@ impl Edits {
     /// Sets the text of an element that has one; `false` where it has none.
     pub fn set_text(&mut self, node: Node, values: &[f64]) -> bool {
         let Some(place) = node.first_child().filter(|c| c.is_text()).map(|c| c.range()) else { return false };
-        let (before, value) = (node.text().unwrap_or_default().trim().to_owned(), written(values));
+        let (before, value) = (node.text().unwrap_or_default().trim().to_owned(), rewritten(values, node.text()));
         self.comment(node, format!("was {before}"));
         let told = format!("{}: {before} -> {value}", called(node));
         self.changes.insert((node.range().start, String::new()), (place, value, told));
@@ -75,7 +75,8 @@ impl Edits {
     /// Adds an element as the last child of one that has an end tag; `false` where it has none. `what` tells it from others.
     pub fn add_child(&mut self, node: Node, what: &str, element: &str) -> bool {
         let range = node.range();
-        let Some(end) = self.source[range.clone()].rfind("</").filter(|_| !self.source[..range.end].ends_with("/>")) else {
+        let Some(end) = self.source[range.clone()].rfind("</").filter(|_| !self.source[..range.end].ends_with("/>"))
+        else {
             return false;
         };
         let at = range.start + end;
@@ -86,7 +87,8 @@ impl Edits {
         let indent = if own { format!("{}  ", &self.source[line..range.start + end]) } else { String::new() };
         let comment = format!("<!-- gyroid: {} -->", self.says);
         let end = line_end(&self.source);
-        let text = if own { format!("{indent}{comment}{end}{indent}{element}{end}") } else { format!("{comment}{element}") };
+        let text =
+            if own { format!("{indent}{comment}{end}{indent}{element}{end}") } else { format!("{comment}{element}") };
         let told = format!("{}: {element} is new", called(node));
         self.changes.insert((range.start, format!("+{what}")), (at..at, text, told));
         true
@@ -94,9 +96,12 @@ impl Edits {
 
     fn comment(&mut self, node: Node, before: String) {
         let comments = self.comments.entry(node.range().start).or_default();
-        let told = format!("{}: {before}", self.says);
-        if !comments.contains(&told) {
-            comments.push(told);
+        let at = comments.iter().position(|(says, _)| *says == self.says).unwrap_or_else(|| {
+            comments.push((self.says.clone(), Vec::new()));
+            comments.len() - 1
+        });
+        if !comments[at].1.contains(&before) {
+            comments[at].1.push(before);
         }
     }
 
@@ -111,8 +116,8 @@ impl Edits {
             let line = source[..*start].rfind('\n').map_or(0, |l| l + 1);
             let indent = &source[line..*start];
             let mut text = String::new();
-            for told in says {
-                let _ = write!(text, "<!-- gyroid: {told} -->");
+            for (why, before) in says {
+                let _ = write!(text, "<!-- gyroid: {why}: {} -->", before.join(", "));
                 if indent.trim().is_empty() {
                     let _ = write!(text, "{}{indent}", line_end(source));
                 }
@@ -150,11 +155,18 @@ fn numbers(text: &str) -> Option<Vec<f64>> {
     text.split_whitespace().map(|word| word.parse().ok()).collect()
 }
 
-/// Numbers apart by spaces, rounded to nine digits.
-fn written(values: &[f64]) -> String {
-    let one = |x: &f64| {
-        let rounded: f64 = format!("{x:.*e}", DIGITS as usize - 1).parse().unwrap_or(*x);
-        format!("{}", if rounded == 0.0 { 0.0 } else { rounded })
+/// Numbers apart by spaces; those that did not change stay as they were written.
+fn rewritten(values: &[f64], before: Option<&str>) -> String {
+    let words: Vec<&str> = before.unwrap_or_default().split_whitespace().collect();
+    let one = |(i, x): (usize, &f64)| {
+        let same = words.get(i).filter(|word| word.parse() == Ok(*x));
+        same.map_or_else(|| rounded(*x).to_string(), |word| (*word).to_owned())
     };
-    values.iter().map(one).collect::<Vec<_>>().join(" ")
+    values.iter().enumerate().map(one).collect::<Vec<_>>().join(" ")
+}
+
+/// A number as it is written into a description: to nine digits.
+pub(super) fn rounded(x: f64) -> f64 {
+    let to: f64 = format!("{x:.*e}", DIGITS - 1).parse().unwrap_or(x);
+    if to == 0.0 { 0.0 } else { to }
 }

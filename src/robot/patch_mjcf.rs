@@ -3,7 +3,7 @@
 use super::mjcf_defaults::Defaults;
 use super::model::Model;
 use super::patch::{Placed, Places, Weighed};
-use super::patch_edits::Edits;
+use super::patch_edits::{Edits, rounded};
 use super::patch_urdf::RIM;
 use super::wheels::radius;
 use super::xml::{Xml, child, children};
@@ -83,7 +83,7 @@ impl Places for Mjcf<'_, '_, '_, '_> {
         let link = &self.model.links[link];
         let inertial = child(self.body(&link.name)?, "inertial").filter(|_| !self.defaults.inertia_from_geoms);
         let inertial = inertial.ok_or_else(|| format!("the mass of {} comes from its shapes", link.name))?;
-        let turned = ["euler", "axisangle", "xyaxes", "zaxis"].into_iter().find(|name| inertial.has_attribute(name));
+        let turned = ["euler", "axisangle", "xyaxes", "zaxis"].into_iter().find(|name| inertial.has_attribute(*name));
         if let Some(name) = turned {
             return Err(format!("the inertial of line {} is turned by {name}", self.xml.row(inertial)));
         }
@@ -127,7 +127,9 @@ impl Places for Mjcf<'_, '_, '_, '_> {
             let bias = self.defaults.attribute(motor, "biastype", None).is_some_and(|kind| kind != "none");
             let tag = motor.tag_name().name();
             if bias || !matches!(tag, "motor" | "general") {
-                return Err(format!("the <{tag}> of {name} holds a position or a speed, which its gear would change, too"));
+                return Err(format!(
+                    "the <{tag}> of {name} holds a position or a speed, which its gear would change, too"
+                ));
             }
             let mut gear = self.numbers(motor, "gear", edits).filter(|g| !g.is_empty()).unwrap_or_else(|| vec![1.0]);
             gear[0] *= factor;
@@ -143,7 +145,8 @@ impl Places for Mjcf<'_, '_, '_, '_> {
         match option {
             Some(option) => edits.set_attribute(option, "gravity", gravity.as_slice()),
             None => {
-                let element = format!("<option gravity=\"{} {} {}\"/>", gravity.x, gravity.y, gravity.z);
+                let [x, y, z] = [gravity.x, gravity.y, gravity.z].map(rounded);
+                let element = format!("<option gravity=\"{x} {y} {z}\"/>");
                 if !edits.add_child(self.root, "option", &element) {
                     return Err("the model is empty".into());
                 }

@@ -2,7 +2,7 @@
 
 use super::model::Model;
 use super::patch::{Placed, Places, Weighed, named};
-use super::patch_edits::Edits;
+use super::patch_edits::{Edits, rounded};
 use super::patch_urdf::{RIM, changed};
 use super::wheels::radius;
 use super::xml::{Xml, child, children};
@@ -30,7 +30,8 @@ impl<'a, 'i> Sdf<'a, 'i, '_, '_> {
     /// Position and angles of a `<pose>` in the model's or the link's axes.
     fn pose(&self, node: Node, edits: &Edits) -> Result<Vec<f64>, String> {
         let Some(pose) = child(node, "pose") else { return Ok(vec![0.0; 6]) };
-        let odd = pose.attributes().find(|a| !(a.value().is_empty() || a.value() == "__model__" || a.value() == "false"));
+        let odd =
+            pose.attributes().find(|a| !(a.value().is_empty() || a.value() == "__model__" || a.value() == "false"));
         let row = self.xml.row(pose);
         if let Some(odd) = odd {
             return Err(format!("the pose of line {row} is stated by {}=\"{}\"", odd.name(), odd.value()));
@@ -41,7 +42,7 @@ impl<'a, 'i> Sdf<'a, 'i, '_, '_> {
     }
 
     fn set(&self, node: Node, tag: &str, values: &[f64], edits: &mut Edits) -> Placed {
-        let words = values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+        let words = values.iter().map(|x| rounded(*x).to_string()).collect::<Vec<_>>().join(" ");
         let done = match child(node, tag) {
             Some(found) => edits.set_text(found, values),
             None => edits.add_child(node, tag, &format!("<{tag}>{words}</{tag}>")),
@@ -71,7 +72,11 @@ impl Places for Sdf<'_, '_, '_, '_> {
             let least = radius(model, joint).map_or(f64::INFINITY, |(r, _)| RIM * r);
             for shape in ["collision", "visual"].into_iter().flat_map(|of| children(node, of)) {
                 let form = child(shape, "geometry").and_then(|g| g.children().find(Node::is_element));
-                for size in form.into_iter().flat_map(|f| f.children()).filter(|n| n.has_tag_name("radius") || n.has_tag_name("radii")) {
+                for size in form
+                    .into_iter()
+                    .flat_map(|f| f.children())
+                    .filter(|n| n.has_tag_name("radius") || n.has_tag_name("radii"))
+                {
                     let Some(had) = edits.text(size) else { continue };
                     let to: Vec<f64> = had.iter().map(|r| if *r > least { r * factor } else { *r }).collect();
                     if to != had {
@@ -96,23 +101,27 @@ impl Places for Sdf<'_, '_, '_, '_> {
             self.set(inertial, "pose", &pose, edits)?;
         }
         let inertia = child(inertial, "inertia").ok_or_else(|| format!("{} has no <inertia>", link.name))?;
-        changed(&link.mass, to, &axes).into_iter().try_for_each(|(name, value)| self.set(inertia, name, &[value], edits))
+        changed(&link.mass, to, &axes)
+            .into_iter()
+            .try_for_each(|(name, value)| self.set(inertia, name, &[value], edits))
     }
 
     fn friction(&self, joint: usize, dry: f64, damping: f64, edits: &mut Edits) -> Placed {
         let name = &self.model.joints[joint].name;
         let axis = child(self.part("joint", name)?, "axis").ok_or_else(|| format!("the joint {name} has no <axis>"))?;
         let Some(dynamics) = child(axis, "dynamics") else {
-            let inside = format!("<damping>{damping}</damping><friction>{dry}</friction>");
+            let inside = format!("<damping>{}</damping><friction>{}</friction>", rounded(damping), rounded(dry));
             return match edits.add_child(axis, "dynamics", &format!("<dynamics>{inside}</dynamics>")) {
                 true => Ok(()),
                 false => Err(format!("the axis of {name} is empty")),
             };
         };
-        [("friction", dry), ("damping", damping)].into_iter().filter(|(_, more)| *more != 0.0).try_for_each(|(tag, more)| {
-            let had = child(dynamics, tag).and_then(|n| edits.text(n)).and_then(|v| v.first().copied());
-            self.set(dynamics, tag, &[had.unwrap_or(0.0) + more], edits)
-        })
+        [("friction", dry), ("damping", damping)].into_iter().filter(|(_, more)| *more != 0.0).try_for_each(
+            |(tag, more)| {
+                let had = child(dynamics, tag).and_then(|n| edits.text(n)).and_then(|v| v.first().copied());
+                self.set(dynamics, tag, &[had.unwrap_or(0.0) + more], edits)
+            },
+        )
     }
 
     fn gear(&self, _joint: usize, _factor: f64, _edits: &mut Edits) -> Placed {
@@ -120,7 +129,8 @@ impl Places for Sdf<'_, '_, '_, '_> {
     }
 
     fn gravity(&self, direction: Vector3<f64>, usual: f64, edits: &mut Edits) -> Placed {
-        let world = child(self.root, "world").ok_or("the file holds a model and no world: tilt gravity in the world's file")?;
+        let world =
+            child(self.root, "world").ok_or("the file holds a model and no world: tilt gravity in the world's file")?;
         let had = child(world, "gravity").and_then(|g| edits.text(g));
         let size = had.map_or(usual, |g| g.iter().map(|x| x * x).sum::<f64>().sqrt());
         self.set(world, "gravity", (direction * size).as_slice(), edits)

@@ -2,7 +2,7 @@
 
 use super::model::{Mass, Model};
 use super::patch::{Placed, Places, Weighed, named};
-use super::patch_edits::Edits;
+use super::patch_edits::{Edits, rounded};
 use super::wheels::radius;
 use super::xml::{child, children};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -36,8 +36,7 @@ impl Places for Urdf<'_, '_, '_> {
             let to: Vec<f64> = at.iter().zip(by.iter()).map(|(a, b)| a + b).collect();
             edits.set_attribute(origin, "xyz", &to);
         } else {
-            let element = format!("<origin xyz=\"{} {} {}\"/>", by.x, by.y, by.z);
-            if !edits.add_child(node, "origin", &element) {
+            if !edits.add_child(node, "origin", &origin_at(by)) {
                 return Err(format!("the joint {} is empty", model.joints[joint].name));
             }
         }
@@ -50,7 +49,9 @@ impl Places for Urdf<'_, '_, '_> {
             for shape in ["collision", "visual"].into_iter().flat_map(|of| children(link, of)) {
                 let round = child(shape, "geometry").and_then(|g| g.children().find(Node::is_element));
                 let Some(round) = round else { continue };
-                if let Some(r) = edits.attribute(round, "radius").and_then(|r| r.first().copied()).filter(|r| *r > least) {
+                if let Some(r) =
+                    edits.attribute(round, "radius").and_then(|r| r.first().copied()).filter(|r| *r > least)
+                {
                     edits.set_attribute(round, "radius", &[r * factor]);
                 }
             }
@@ -72,7 +73,7 @@ impl Places for Urdf<'_, '_, '_> {
         match origin {
             Some(origin) => edits.set_attribute(origin, "xyz", at.coords.as_slice()),
             None if at.coords.norm() < 1e-12 => {}
-            None if edits.add_child(node, "origin", &format!("<origin xyz=\"{} {} {}\"/>", at.x, at.y, at.z)) => {}
+            None if edits.add_child(node, "origin", &origin_at(at.coords)) => {}
             None => return Err(none()),
         }
         let inertia = child(node, "inertia").ok_or_else(none)?;
@@ -85,7 +86,7 @@ impl Places for Urdf<'_, '_, '_> {
     fn friction(&self, joint: usize, dry: f64, damping: f64, edits: &mut Edits) -> Placed {
         let node = self.joint(joint)?;
         let Some(dynamics) = child(node, "dynamics") else {
-            let element = format!("<dynamics damping=\"{damping}\" friction=\"{dry}\"/>");
+            let element = format!("<dynamics damping=\"{}\" friction=\"{}\"/>", rounded(damping), rounded(dry));
             return match edits.add_child(node, "dynamics", &element) {
                 true => Ok(()),
                 false => Err(format!("the joint {} is empty", self.model.joints[joint].name)),
@@ -107,6 +108,10 @@ impl Places for Urdf<'_, '_, '_> {
     fn gravity(&self, _direction: Vector3<f64>, _usual: f64, _edits: &mut Edits) -> Placed {
         Err("a URDF holds the robot and not its world: tilt gravity where the world is made".into())
     }
+}
+
+fn origin_at(place: Vector3<f64>) -> String {
+    format!("<origin xyz=\"{} {} {}\"/>", rounded(place.x), rounded(place.y), rounded(place.z))
 }
 
 /// Elements of the inertia in a link's axes that differ from those it had, by name.

@@ -56,8 +56,11 @@ pub(super) fn models(xml: &xml::Xml, root: Node, format: Format) -> Result<Vec<M
     match Format::of(tag) {
         Some(found) if found == format => {}
         Some(found) => {
-            return Err(error(format!("is {found} (<{tag}>), not {format}"))
-                .hint(format!("give it with {} {}", found.option(), xml.file)));
+            return Err(error(format!("is {found} (<{tag}>), not {format}")).hint(format!(
+                "give it with {} {}",
+                found.option(),
+                xml.file
+            )));
         }
         None => {
             let hint = match tag {
