@@ -12,6 +12,7 @@ mod model;
 mod patch;
 mod patch_edits;
 mod patch_mjcf;
+mod patch_places;
 mod patch_sdf;
 mod patch_urdf;
 mod plugin;

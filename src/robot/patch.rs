@@ -4,6 +4,7 @@
 
 use super::model::{Mass, Model, shifted, sum};
 use super::patch_edits::Edits;
+use super::patch_places::{Placed, Places, Weighed};
 use super::read::{choose, models, opened};
 use super::types::{Choice, Format};
 use super::wheels::{Wheels, radius};
@@ -11,7 +12,6 @@ use super::xml::Xml;
 use super::{patch_mjcf, patch_sdf, patch_urdf};
 use crate::error::{Error, ErrorKind, Result};
 use nalgebra::{Matrix3, Point3, Vector3};
-use roxmltree::Node;
 
 /// Standard gravity, m/s².
 const GRAVITY_M_S2: f64 = 9.80665;
@@ -83,30 +83,6 @@ pub struct Patched {
     /// Findings that this description has no place for, with the reason.
     pub no_place: Vec<(Finding, String)>,
 }
-
-/// The mass of one link as it is to be: kg, centre of mass and inertia in the model's axes.
-pub(super) struct Weighed {
-    pub kg: f64,
-    pub at: Point3<f64>,
-    pub inertia: Matrix3<f64>,
-}
-
-/// Places of a format for what may be true. Each says why where the description has none.
-pub(super) trait Places {
-    /// Enlarges the shapes of the wheel on a joint by a factor, and moves its axle, m in the model's axes.
-    fn wheel(&self, joint: usize, factor: f64, by: Vector3<f64>, edits: &mut Edits) -> Placed;
-    /// Gives a link mass, centre and inertia.
-    fn mass(&self, link: usize, to: &Weighed, edits: &mut Edits) -> Placed;
-    /// Adds dry friction, N·m, and damping, N·m·s, to a joint.
-    fn friction(&self, joint: usize, dry: f64, damping: f64, edits: &mut Edits) -> Placed;
-    /// Multiplies the torque of the motors of a joint.
-    fn gear(&self, joint: usize, factor: f64, edits: &mut Edits) -> Placed;
-    /// Sets gravity, m/s² in the world's axes, of this size where the description states another.
-    fn gravity(&self, direction: Vector3<f64>, usual: f64, edits: &mut Edits) -> Placed;
-}
-
-/// Done, or why the description has no place.
-pub(super) type Placed = std::result::Result<(), String>;
 
 /// The format of a description, by its first element.
 ///
@@ -414,9 +390,4 @@ fn checked(text: &str, file: &str, format: Format, choice: &Choice, wanted: &Opt
         )
         .hint("the description states it in a way that is not followed here: enter it by hand")),
     }
-}
-
-/// The child of `parent` with a tag and a name.
-pub(super) fn named<'a, 'i>(parent: Node<'a, 'i>, tag: &str, name: &str) -> Option<Node<'a, 'i>> {
-    parent.children().find(|n| n.has_tag_name(tag) && n.attribute("name") == Some(name))
 }

@@ -49,6 +49,9 @@ impl Edits {
             }
         };
         let before = node.attribute(name).map_or("not stated".to_string(), |v| v.trim().to_owned());
+        if value == before {
+            return;
+        }
         let told = format!("{} {name}: {before} -> {value}", called(node));
         self.comment(node, format!("{name} was {before}"));
         self.changes.insert((node.range().start, name.to_owned()), (place, value, told));
@@ -66,6 +69,9 @@ impl Edits {
     pub fn set_text(&mut self, node: Node, values: &[f64]) -> bool {
         let Some(place) = node.first_child().filter(|c| c.is_text()).map(|c| c.range()) else { return false };
         let (before, value) = (node.text().unwrap_or_default().trim().to_owned(), rewritten(values, node.text()));
+        if value == before {
+            return true;
+        }
         self.comment(node, format!("was {before}"));
         let told = format!("{}: {before} -> {value}", called(node));
         self.changes.insert((node.range().start, String::new()), (place, value, told));

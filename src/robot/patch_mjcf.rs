@@ -2,9 +2,8 @@
 
 use super::mjcf_defaults::Defaults;
 use super::model::Model;
-use super::patch::{Placed, Places, Weighed};
 use super::patch_edits::{Edits, rounded};
-use super::patch_urdf::RIM;
+use super::patch_places::{Placed, Places, RIM, Weighed};
 use super::wheels::radius;
 use super::xml::{Xml, child, children};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};

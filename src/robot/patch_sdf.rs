@@ -1,9 +1,8 @@
 //! Places in an SDF.
 
 use super::model::Model;
-use super::patch::{Placed, Places, Weighed, named};
 use super::patch_edits::{Edits, rounded};
-use super::patch_urdf::{RIM, changed};
+use super::patch_places::{Placed, Places, RIM, Weighed, changed, named};
 use super::wheels::radius;
 use super::xml::{Xml, child, children};
 use nalgebra::{UnitQuaternion, Vector3};

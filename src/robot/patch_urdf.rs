@@ -1,18 +1,12 @@
 //! Places in a URDF.
 
-use super::model::{Mass, Model};
-use super::patch::{Placed, Places, Weighed, named};
+use super::model::Model;
 use super::patch_edits::{Edits, rounded};
+use super::patch_places::{Placed, Places, RIM, Weighed, changed, named};
 use super::wheels::radius;
 use super::xml::{child, children};
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use roxmltree::Node;
-
-/// Shapes nearly as large as a wheel are the wheel, too.
-pub(super) const RIM: f64 = 0.9;
-/// Elements of an inertia matrix, by name.
-pub(super) const ELEMENTS: [(&str, usize, usize); 6] =
-    [("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2)];
 
 pub(super) struct Urdf<'a, 'i, 'm> {
     pub root: Node<'a, 'i>,
@@ -112,15 +106,4 @@ impl Places for Urdf<'_, '_, '_> {
 
 fn origin_at(place: Vector3<f64>) -> String {
     format!("<origin xyz=\"{} {} {}\"/>", rounded(place.x), rounded(place.y), rounded(place.z))
-}
-
-/// Elements of the inertia in a link's axes that differ from those it had, by name.
-pub(super) fn changed(had: &Mass, to: &Weighed, axes: &UnitQuaternion<f64>) -> Vec<(&'static str, f64)> {
-    let own = axes.to_rotation_matrix();
-    let turned = |inertia: &Matrix3<f64>| own.matrix().transpose() * inertia * own.matrix();
-    let before = if let Mass::Known { inertia, .. } = had { turned(inertia) } else { Matrix3::zeros() };
-    let after = turned(&to.inertia);
-    let scale = after.norm() * 1e-9;
-    let differ = ELEMENTS.into_iter().filter(|(_, i, j)| (after[(*i, *j)] - before[(*i, *j)]).abs() > scale);
-    differ.map(|(name, i, j)| (name, after[(i, j)])).collect()
 }
