@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from driving import ROW_S, Course
+from drives import ROW_S, Course
 from hooks import AirDrag, LetGo, Rub, Sag, Tyre
 from sensors import Sensors
 from worlds import GRAVITY_M_S2, Robot, World

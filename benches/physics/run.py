@@ -16,10 +16,13 @@ import os
 import re
 import resource
 import subprocess
+import sys
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
+
+sys.path[:0] = [str(Path(__file__).parents[2] / "examples" / folder) for folder in ("common", "mujoco")]
 
 from battery import all_cases
 from making import make
@@ -88,25 +91,25 @@ def check():
     """Prints slip, sideways slide and the misfit of the nominal equations over a row in a world without effects."""
     import numpy as np
 
-    from driving import ROW_S, STEPS, Course, drive
-    from worlds import ENGINE_STEP_S, Robot, World, nominal
+    from drives import ROW_S, Controller, Course, drive
+    from worlds import STEP_S, Body, Robot, World, nominal
 
-    robot = Robot(torque_noise_n_m_sqrt_s=0.0)
-    n, d = nominal(robot), drive(robot, World(), Course(60.0), 1)
+    body, n = Body(Robot(), World()), nominal(Robot())
+    d, steps = drive(body, lambda draw: Controller(n, 0.02, draw), 0.0, Course(60.0), 1), round(ROW_S / STEP_S)
     r, b, j = n["wheel_radius_m"], n["half_track_m"], n["wheel_inertia_kg_m2"]
     v, w = d.speed_m_s, d.yaw_rate_rad_s
     slip = d.wheels_rad_s - np.column_stack([v - b * w, v + b * w]) / r
     across = d.velocity_m_s[:, 1] * np.cos(d.heading_rad) - d.velocity_m_s[:, 0] * np.sin(d.heading_rad)
     k = -(across @ (v * w)) / ((v * w) @ (v * w))
-    friction = n["viscous_friction_n_m_s"] * d.wheels_rad_s[:-1].reshape(-1, STEPS, 2).mean(1)
+    friction = n["viscous_friction_n_m_s"] * d.wheels_rad_s[:-1].reshape(-1, steps, 2).mean(1)
     net = d.torques_n_m - friction
-    dv = np.diff(v[::STEPS]) - ROW_S * net.sum(1) / r / (n["mass_kg"] + 2 * j / r**2)
-    dw = np.diff(w[::STEPS]) - ROW_S * b * (net[:, 1] - net[:, 0]) / r / (n["yaw_inertia_kg_m2"] + 2 * j * b**2 / r**2)
-    print(f"step of the engine {ENGINE_STEP_S} s, row {ROW_S} s, 60 s of driving")
+    dv = np.diff(v[::steps]) - ROW_S * net.sum(1) / r / (n["mass_kg"] + 2 * j / r**2)
+    dw = np.diff(w[::steps]) - ROW_S * b * (net[:, 1] - net[:, 0]) / r / (n["yaw_inertia_kg_m2"] + 2 * j * b**2 / r**2)
+    print(f"step of the engine {body.model.opt.timestep} s, row {ROW_S} s, 60 s of driving")
     print(f"slip of the wheels: rms {slip.std():.1e}, greatest {abs(slip).max():.1e} rad/s, of speeds of {d.wheels_rad_s.std():.1f} rad/s rms")
     print(f"sideways speed: {k:.1e} s times v ω")
-    print(f"speed over a row: rms {dv.std():.1e} m/s off the equation, of {np.diff(v[::STEPS]).std():.1e}")
-    print(f"yaw rate over a row: rms {dw.std():.1e} rad/s off the equation, of {np.diff(w[::STEPS]).std():.1e}")
+    print(f"speed over a row: rms {dv.std():.1e} m/s off the equation, of {np.diff(v[::steps]).std():.1e}")
+    print(f"yaw rate over a row: rms {dw.std():.1e} rad/s off the equation, of {np.diff(w[::steps]).std():.1e}")
 
 
 def main():

@@ -4,7 +4,7 @@ use super::model::Model;
 use super::types::{Choice, EXPAND, Format, Robot};
 use super::{facts, mjcf, sdf, urdf, wheels, xml};
 use crate::error::{Error, ErrorKind, Result, one_of};
-use roxmltree::Document;
+use roxmltree::{Document, Node};
 use std::path::Path;
 
 /// Reads the description at `path`.
@@ -26,27 +26,41 @@ pub fn read(path: impl AsRef<Path>, format: Format, choice: &Choice) -> Result<R
 /// # Errors
 /// As [`read`], but for the reading of the file.
 pub fn parse(text: &str, file: &str, format: Format, choice: &Choice) -> Result<Robot> {
-    let error = |found: String| Error::new(ErrorKind::Format, file, found);
-    // some begin with empty lines, which XML does not allow
+    let (doc, skipped_rows) = opened(text, file)?;
+    let models = models(&xml::Xml { file, doc: &doc, skipped_rows }, doc.root_element(), format)?;
+    let (model, wheels) = choose(&models, file, choice)?;
+    Ok(facts::robot(model, &wheels, file, format))
+}
+
+/// The document of a text, and the number of empty lines before it, which some begin with and XML does not allow.
+pub(super) fn opened<'a>(text: &'a str, file: &str) -> Result<(Document<'a>, u32)> {
     let whole = text.trim_start_matches('\u{feff}');
     let text = whole.trim_start();
     let skipped_rows = whole[..whole.len() - text.len()].matches('\n').count() as u32;
     let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
     let doc = Document::parse_with_options(text, options).map_err(|e| {
         if text.contains("<xacro:") {
-            return error("holds xacro macros, which are not expanded here".into())
+            return Error::new(ErrorKind::Format, file, "holds xacro macros, which are not expanded here")
                 .hint(format!("expand them first: {EXPAND}"));
         }
-        error(format!("is no XML: {e}"))
+        Error::new(ErrorKind::Format, file, format!("is no XML: {e}"))
             .hint("correct the place, or write the file anew with the tool that it came from")
     })?;
-    let root = doc.root_element();
+    Ok((doc, skipped_rows))
+}
+
+/// The robots of a document in that format.
+pub(super) fn models(xml: &xml::Xml, root: Node, format: Format) -> Result<Vec<Model>> {
+    let error = |found: String| Error::new(ErrorKind::Format, xml.file, found);
     let tag = root.tag_name().name();
     match Format::of(tag) {
         Some(found) if found == format => {}
         Some(found) => {
-            return Err(error(format!("is {found} (<{tag}>), not {format}"))
-                .hint(format!("give it with {} {file}", found.option())));
+            return Err(error(format!("is {found} (<{tag}>), not {format}")).hint(format!(
+                "give it with {} {}",
+                found.option(),
+                xml.file
+            )));
         }
         None => {
             let hint = match tag {
@@ -64,18 +78,15 @@ pub fn parse(text: &str, file: &str, format: Format, choice: &Choice) -> Result<
             return Err(error(format!("begins with <{tag}>: that is no description of a robot")).hint(hint));
         }
     }
-    let xml = xml::Xml { file, doc: &doc, skipped_rows };
-    let models = match format {
-        Format::Urdf => vec![urdf::read(&xml, root)?],
-        Format::Sdf => sdf::read(&xml, root)?,
-        Format::Mjcf => mjcf::read(&xml, root)?,
-    };
-    let (model, wheels) = choose(&models, file, choice)?;
-    Ok(facts::robot(model, &wheels, file, format))
+    Ok(match format {
+        Format::Urdf => vec![urdf::read(xml, root)?],
+        Format::Sdf => sdf::read(xml, root)?,
+        Format::Mjcf => mjcf::read(xml, root)?,
+    })
 }
 
 /// The robot that is asked for, or the only one with driven wheels.
-fn choose<'a>(models: &'a [Model], file: &str, choice: &Choice) -> Result<(&'a Model, wheels::Wheels)> {
+pub(super) fn choose<'a>(models: &'a [Model], file: &str, choice: &Choice) -> Result<(&'a Model, wheels::Wheels)> {
     let error = |found: String| Error::new(ErrorKind::Value, file, found);
     if let Some(name) = &choice.model {
         let names: Vec<&str> = models.iter().map(|m| m.name.as_str()).collect();

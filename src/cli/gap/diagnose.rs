@@ -1,5 +1,6 @@
 //! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
+use super::patching::PatchArgs;
 use super::recordings::Recordings;
 use crate::cli::html::{self, HtmlArgs};
 use crate::cli::log_args::ColumnArgs;
@@ -40,6 +41,8 @@ pub(crate) struct DiagnoseArgs {
     /// Write the configuration with the effects that were found as tables [[effect]]
     #[arg(long, value_name = "FILE")]
     write_sim: Option<PathBuf>,
+    #[command(flatten)]
+    patch: PatchArgs,
     /// Write everything that was tried, stage by stage, and why it was taken or not, as Markdown
     #[arg(long, value_name = "FILE")]
     why: Option<PathBuf>,
@@ -68,7 +71,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     places::check("gap diagnose", &args.config, "--fit ", fit.iter().chain(hold).flatten())?;
     let plan = Plan::new().reads([&args.config]).reads(fit.iter().chain(hold).flatten());
     let plan = plan.writes("--write-sim", &args.write_sim).writes("--plot", &args.plot).writes("--why", &args.why);
-    let output = Output::open(&args.common, "gap.diagnose", args.page.planned(plan))?;
+    let output = Output::open(&args.common, "gap.diagnose", args.page.planned(args.patch.planned(plan)))?;
     places::check_held_out(fit, hold)?;
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
@@ -78,6 +81,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let library = library(&args.without)?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
     let drives = config.kind == Kind::Driving;
+    let patch = args.patch.claim(drives)?;
     if !drives && !args.map.is_empty() {
         return Err(Error::new(
             ErrorKind::Usage,
@@ -188,6 +192,9 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         true => serde_json::json!(diagnosis.traces.iter().flat_map(DriveTraces::curves).collect::<Vec<_>>()),
         false => serde_json::json!(curves),
     };
+    if let (Some(patch), Some(vehicle)) = (patch, &config.vehicle) {
+        json["patch"] = patch.write(&diagnosis.answer, vehicle, &output)?;
+    }
     output.finish(&json)?;
     Ok(Outcome::Done)
 }

@@ -5,6 +5,7 @@ mod calibrate;
 mod diagnose;
 mod explain;
 mod key_path;
+mod patching;
 mod recordings;
 
 use super::outcome::Outcome;

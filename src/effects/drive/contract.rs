@@ -8,6 +8,7 @@ use crate::config::Steering;
 use crate::effects::about::{About, Parameters};
 use crate::error::Result;
 use crate::model::drive::{DriveEffect, Instrument, Robot};
+use crate::robot::Truth;
 
 /// An effect of drives.
 pub trait Driving: Sync + Send {
@@ -161,6 +162,12 @@ pub trait ModelChange: Sync + Send {
     /// Effects that it stands for where readings cannot tell them apart.
     fn equivalents(&self) -> &'static [Equivalent] {
         &[]
+    }
+
+    /// What a law that is no constant of the robot says of its description; none where descriptions have no such number.
+    fn described(&self, parameters: &Parameters) -> Option<Truth> {
+        let _ = parameters;
+        None
     }
 
     /// Requirements on a log for θ to be identifiable.

@@ -11,6 +11,7 @@ mod bias_step;
 mod change;
 mod com_offset;
 mod contract;
+mod described;
 mod encoder_quantization;
 mod equivalent;
 mod gyro_delay;
@@ -38,6 +39,7 @@ mod vibration_rectification;
 mod wheel_delay;
 
 pub use contract::{Coordinate, DriveExplanation, Driving, Equivalent, ModelChange, Needs, TickLoss, Touches};
+pub use described::described;
 pub use equivalent::{Map, Within};
 pub use loss::Lost;
 

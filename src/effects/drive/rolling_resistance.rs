@@ -12,6 +12,7 @@ use super::contract::{Coordinate, ModelChange, Needs};
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, ForceFollows, Moving, Robot, Shape};
+use crate::robot::Truth;
 
 static ABOUT: About = About {
     id: "wheel.rolling_resistance",
@@ -132,6 +133,11 @@ impl ModelChange for RollingResistance {
 
     fn positive(&self) -> usize {
         1
+    }
+
+    fn described(&self, parameters: &Parameters) -> Option<Truth> {
+        let [coefficient, .., rise, _] = self.theta(parameters)[..] else { return None };
+        Some(Truth::Resistance { coefficient, rise })
     }
 
     fn needs(&self) -> Needs {

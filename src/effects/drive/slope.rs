@@ -6,6 +6,7 @@ use super::contract::{Coordinate, ModelChange, Needs, Touches};
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter, Parameters};
 use crate::model::drive::{DriveEffect, ForceFollows, GRAVITY_M_S2, Moving, Robot};
+use crate::robot::Truth;
 
 static ABOUT: About = About {
     id: "ground.slope",
@@ -61,6 +62,11 @@ impl ModelChange for Slope {
         let value = |name: &str| parameters.get(name).copied().unwrap_or(0.0);
         let (sine, (sin, cos)) = (value("slope_rad").sin(), value("uphill_heading_rad").sin_cos());
         vec![sine * cos, sine * sin]
+    }
+
+    fn described(&self, parameters: &Parameters) -> Option<Truth> {
+        let value = |name: &str| parameters.get(name).copied().unwrap_or(0.0);
+        Some(Truth::Slope { slope: value("slope_rad"), uphill: value("uphill_heading_rad") })
     }
 
     fn needs(&self) -> Needs {

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from worlds import wheel_dofs
+from worlds import CASTER_M, wheel_dofs
 
 
 class Sag:
@@ -67,3 +67,27 @@ class Tyre:
             self.where = [(model.pair(n).id, dof) for n, dof in zip(("left", "right"), wheel_dofs(model), strict=True)]
         for pair, dof in self.where:
             model.pair_solreffriction[pair] = max(0.001, self.factor * abs(data.qvel[dof]) * self.radius_m), 1.0
+
+
+class Tether:
+    """A spring (N/m) from the robot to a post where it began."""
+
+    def __init__(self, stiffness_n_m):
+        self.stiffness_n_m = stiffness_n_m
+
+    def __call__(self, _model, data, _time_s):
+        data.xfrc_applied[1, :2] = -self.stiffness_n_m * data.qpos[:2]
+
+
+class CasterDrag:
+    """The rear caster drags: dry friction (N) where it stands, against the way it goes there."""
+
+    def __init__(self, friction_n):
+        self.friction_n = friction_n
+
+    def __call__(self, _model, data, _time_s):
+        arm = data.xmat[1].reshape(3, 3)[:2, 0] * -CASTER_M[0]
+        speed = data.qvel[:2] + data.qvel[5] * np.array([-arm[1], arm[0]])
+        force = -self.friction_n * speed / max(np.hypot(*speed), 0.005)
+        data.xfrc_applied[1, :2] = force
+        data.xfrc_applied[1, 5] = arm[0] * force[1] - arm[1] * force[0]

@@ -1,15 +1,10 @@
-"""Drives of a robot in a MuJoCo world: a random course, the controller that follows it, and what the engine makes of it."""
+"""Drives of a robot in a physics engine: a random course, the controller that follows it, and what the engine makes of it."""
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
-from worlds import ENGINE_STEP_S, STEP_S, compiled, nominal, wheel_dofs
-
 ROW_S = 0.01  # one row of the log, s
-STEPS = round(ROW_S / STEP_S)  # times in a row at which the engine's state is taken down
-WITHIN = round(STEP_S / ENGINE_STEP_S)
 
 
 @dataclass(frozen=True)
@@ -44,15 +39,17 @@ class Course:
 
 @dataclass
 class Drive:
-    """What the engine made: at n + 1 times, STEP_S apart, the truth, at each row the torques."""
+    """What the engine made: at n + 1 times, step_s apart, the truth, at each row the torques."""
 
+    step_s: float
     yaw_rate_rad_s: np.ndarray  # about the chassis' own z: what a gyro there reads
     wheels_rad_s: np.ndarray  # (n + 1, 2), wheel against chassis
     turned_rad: np.ndarray  # (n + 1, 2), the wheels' angles
     position_m: np.ndarray  # (n + 1, 2), the axle's middle
     heading_rad: np.ndarray  # unwrapped
     velocity_m_s: np.ndarray  # (n + 1, 2), of the axle's middle, in the world's axes
-    torques_n_m: np.ndarray  # (rows, 2), commanded
+    torques_n_m: np.ndarray  # (rows, 2), commanded, or of a robot that takes speeds as its motors measure them
+    commands_rad_s: np.ndarray = None  # (rows, 2), of a robot that takes speeds
 
     @property
     def speed_m_s(self):
@@ -62,14 +59,14 @@ class Drive:
 
     def rows(self, values):
         """`values` at the rows' times."""
-        return values[:-1:STEPS]
+        return values[: -1 : round(ROW_S / self.step_s)]
 
 
 class Controller:
-    """Torques (N m) from targets: the nominal model's forces, and a PI loop on wheel speeds that are measured with noise."""
+    """Torques (N m) from targets: the forces of the nominal model `n`, and a PI loop on wheel speeds that are measured with
+    noise."""
 
-    def __init__(self, robot, noise_rad_s, draw):
-        n = nominal(robot)
+    def __init__(self, n, noise_rad_s, draw):
         r, b, j = n["wheel_radius_m"], n["half_track_m"], n["wheel_inertia_kg_m2"]
         self.r, self.b, self.friction = r, b, n["viscous_friction_n_m_s"]
         self.forward = (n["mass_kg"] + 2 * j / r**2) * r / 2
@@ -78,7 +75,7 @@ class Controller:
         self.sum, self.seen, self.last = np.zeros(2), np.zeros(2), np.zeros(2)
         self.noise_rad_s, self.draw = noise_rad_s, draw
 
-    def torques(self, asked, wheels_rad_s):
+    def __call__(self, asked, wheels_rad_s):
         rate = (asked - self.last) / ROW_S
         self.last = asked
         want = np.array([asked[0] - self.b * asked[1], asked[0] + self.b * asked[1]]) / self.r
@@ -90,38 +87,37 @@ class Controller:
         return feed + self.gain * error + 2.0 * self.gain * self.sum
 
 
-def drive(robot, world, course, seed):
-    """One drive in a world, from rest at the origin."""
-    model = compiled(robot, world)
-    data = mujoco.MjData(model)
+class Speeds:
+    """Wheel speeds (rad/s) from targets, for a robot whose motors hold speeds."""
+
+    def __init__(self, n):
+        self.r, self.b = n["wheel_radius_m"], n["half_track_m"]
+
+    def __call__(self, asked, _wheels_rad_s):
+        return np.array([asked[0] - self.b * asked[1], asked[0] + self.b * asked[1]]) / self.r
+
+
+def drive(body, controller, noise_per_root_hz, course, seed, noise_within_row=False, way=None):
+    """One drive of `body` from rest at the origin.
+
+    body: has step_s, begin(steps), wheels_rad_s(), step(inputs), and drive(inputs of the rows) at the end
+    controller: of a random generator, what makes inputs, left and right, of targets and the wheels' speeds
+    noise_per_root_hz: white noise of each input, held over a row, else white within it
+    way: seed of the course, where it is not to come from `seed`
+    """
     draw = np.random.default_rng(seed)
-    asked = course.targets(draw)
-    controller = Controller(robot, 0.02, draw)
-    rows = len(asked)
-    left_right = wheel_dofs(model)
-    angles = [model.jnt_qposadr[mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, n)] for n in ("left", "right")]
-    q, v, ctrl = data.qpos, data.qvel, data.ctrl
-    told_q, told_v = np.empty((rows * STEPS + 1, model.nq)), np.empty((rows * STEPS + 1, model.nv))
-    torques = np.empty((rows, 2))
-    noise = draw.standard_normal((rows, STEPS, 2))
-    if world.noise_within_row:
-        noise *= robot.torque_noise_n_m_sqrt_s / np.sqrt(STEP_S)
+    asked = course.targets(draw if way is None else np.random.default_rng(way))
+    control = controller(draw)
+    rows, steps = len(asked), round(ROW_S / body.step_s)
+    noise = draw.standard_normal((rows, steps, 2))
+    if noise_within_row:
+        noise *= noise_per_root_hz / np.sqrt(body.step_s)
     else:
-        noise[:] = noise[:, :1] * robot.torque_noise_n_m_sqrt_s / np.sqrt(ROW_S)
-    i = 0
+        noise[:] = noise[:, :1] * noise_per_root_hz / np.sqrt(ROW_S)
+    inputs = np.empty((rows, 2))
+    body.begin(rows * steps)
     for k in range(rows):
-        torques[k] = controller.torques(asked[k], v[left_right])
-        for s in range(STEPS):
-            told_q[i], told_v[i] = q, v
-            ctrl[:] = torques[k] + noise[k, s]
-            for hook in world.hooks:
-                hook(model, data, i * STEP_S)
-            mujoco.mj_step(model, data, WITHIN)
-            i += 1
-    told_q[i], told_v[i] = q, v
-    if world.guided:
-        heading, rate = told_q[:, 3], told_v[:, 3]
-    else:
-        w, x, y, z = told_q[:, 3:7].T
-        heading, rate = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))), told_v[:, 5]
-    return Drive(rate, told_v[:, left_right], told_q[:, angles], told_q[:, :2], heading, told_v[:, :2], torques)
+        inputs[k] = control(asked[k], body.wheels_rad_s())
+        for s in range(steps):
+            body.step(inputs[k] + noise[k, s])
+    return body.drive(inputs)

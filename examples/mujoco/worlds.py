@@ -1,22 +1,26 @@
-"""The robot and its ground as MuJoCo sees them, with what may be wrong with either.
+"""robot.xml and its ground, with what may be wrong with either.
 
 The robot has two driven wheels (thin ellipsoids, one point of contact each) and a caster before and one behind the axle. Contacts
 are nearly rigid, so that wheels roll unless a `World` says otherwise. All quantities in SI units; x forward, y left, z up.
 """
 
-from dataclasses import dataclass, field, replace
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
-ENGINE_STEP_S = 0.00025
+from drives import Drive
+
+ROBOT_XML = Path(__file__).with_name("robot.xml")
 STEP_S = 0.0005  # how often its state is taken down, s
 GRAVITY_M_S2 = 9.81
 
 
 @dataclass(frozen=True)
 class Robot:
-    """What the team believes of its robot."""
+    """What the team believes of its robot; the defaults are those of robot.xml."""
 
     mass_kg: float = 12.0  # with wheels
     yaw_inertia_kg_m2: float = 0.21  # about the vertical axis through the centre of mass, with wheels
@@ -45,6 +49,7 @@ class World:
     load_falls_s: float = None  # the load is held by a weld that lets go at this time
     com_ahead_m: float = 0.0
     friction_n_m: float = 0.0  # dry friction in each wheel's joint
+    damping_n_m_s: float = 0.0  # of each wheel's joint, beyond what the team believes
     gain: tuple = (1.0, 1.0)  # left, right motor over nominal
     torque_limit_n_m: float = None
     motor_lag_s: float = None
@@ -60,7 +65,6 @@ class World:
     cable_m: float = 0.004
     hooks: tuple = ()  # called as hook(model, data, time_s) before each step
     noise_within_row: bool = False  # torque noise white within a row instead of held over it
-    extra: dict = field(default_factory=dict)
 
 
 RIGID = 'solref="0.001 1" solimp="0.9999 0.9999 0.001 0.5 2"'
@@ -69,7 +73,6 @@ SUPPORT = 'solref="0.004 1" solimp="0.9 0.9 0.001 0.5 2"'  # casters give way by
 LOAD_HEIGHT_M = 0.08
 CASTER_M = (0.14, 0.02)  # from the axle; radius of its ball
 SWIVEL_N, SWIVEL_KG, TRAIL_M = 20.0, 0.08, 0.03  # load, mass and trail of the swivel
-FREE = "<freejoint/>"
 GUIDED = """<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/><joint type="slide" axis="0 0 1"/>
       <joint type="hinge" axis="0 0 1"/><joint type="hinge" axis="1 0 0"/>"""
 
@@ -85,54 +88,54 @@ def chassis_inertial(robot, world):
     return mass, x, robot.yaw_inertia_kg_m2 - wheels - mass * (x - ahead) ** 2
 
 
-
-def wheel(name, side, robot, world):
-    r = robot.wheel_radius_m * world.radius[0 if side > 0 else 1]
+def wheels(root, robot, world):
+    """Sets the wheels, their joints, contacts and motors."""
     along, across = robot.wheel_inertia_kg_m2, robot.wheel_inertia_kg_m2 * 0.55
-    off = world.eccentric_m if side > 0 else 0.0
-    return f"""
-      <body name="{name}" pos="0 {side * robot.half_track_m * world.track} {r - robot.wheel_radius_m}">
-        <joint name="{name}" type="hinge" axis="0 1 0" damping="{robot.viscous_friction_n_m_s}" frictionloss="{world.friction_n_m}"
-               solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"/>
-        <inertial pos="0 0 0" mass="{robot.wheel_mass_kg}" diaginertia="{across} {along} {across}"/>
-        <geom name="{name}" type="ellipsoid" size="{r} {0.25 * r} {r}" pos="{off} 0 0"/>
-      </body>"""
+    for name, side, radius, gear in zip(("left", "right"), (1, -1), world.radius, world.gain, strict=True):
+        r = robot.wheel_radius_m * radius
+        body = root.find(f".//body[@name='{name}']")
+        body.set("pos", f"0 {side * robot.half_track_m * world.track} {r - robot.wheel_radius_m}")
+        body.find("joint").attrib |= {"damping": f"{robot.viscous_friction_n_m_s + world.damping_n_m_s}", "frictionloss": f"{world.friction_n_m}"}
+        body.find("inertial").attrib |= {"mass": f"{robot.wheel_mass_kg}", "diaginertia": f"{across} {along} {across}"}
+        body.find("geom").attrib |= {"size": f"{r} {0.25 * r} {r}", "pos": f"{world.eccentric_m if side > 0 else 0.0} 0 0"}
+        pair = root.find(f"contact/pair[@name='{name}']")
+        pair.attrib |= {"friction": f"{world.grip} {world.grip}", "solreffriction": f"{world.slide_s} 1"}
+        motor = root.find(f"actuator/general[@name='{name}']")
+        motor.set("gear", f"{gear}")
+        if world.motor_lag_s:
+            motor.attrib |= {"dyntype": "filterexact", "dynprm": f"{world.motor_lag_s}"}
+        if world.torque_limit_n_m:
+            motor.attrib |= {"forcelimited": "true", "forcerange": f"{-world.torque_limit_n_m} {world.torque_limit_n_m}"}
 
 
-def casters(robot, world):
-    """Frictionless balls before and behind the axle; none under a guided chassis, or a wheel that trails a vertical hinge there."""
-    at, ball = CASTER_M
-    up = ball - robot.wheel_radius_m
-    if not world.guided:
-        return "".join(
-            f'<geom name="{n}" type="sphere" size="{ball}" pos="{x} 0 {up}"/>' for n, x in (("front", at), ("rear", -at))
-        )
+def guide(root, robot, world):
+    """Takes the casters away, and holds the chassis from pitching instead; a trailing wheel on a vertical hinge where asked for."""
+    chassis, contact = root.find(".//body[@name='chassis']"), root.find("contact")
+    for name in ("front", "rear"):
+        chassis.remove(chassis.find(f"geom[@name='{name}']"))
+        contact.remove(contact.find(f"pair[@name='{name}']"))
+    chassis.remove(chassis.find("freejoint"))
+    chassis[0:0] = parsed(GUIDED)
     if not world.swivel:
-        return ""
-    return f"""<body name="swivel" pos="{-at} 0 {up}">
+        return
+    at, ball = CASTER_M
+    chassis[6:6] = parsed(f"""<body name="swivel" pos="{-at} 0 {ball - robot.wheel_radius_m}">
           <joint name="spring" type="slide" axis="0 0 1" stiffness="4000" springref="{-SWIVEL_N / 4000}" damping="40"/>
           <joint name="swivel" type="hinge" axis="0 0 1" frictionloss="0.02" damping="0.001"/>
           <inertial pos="0 0 0" mass="0.02" diaginertia="1e-5 1e-5 1e-5"/>
           <body name="rear" pos="{-TRAIL_M} 0 0"><joint name="roll" type="hinge" axis="0 1 0" damping="0.0002"/>
             <inertial pos="0 0 0" mass="{SWIVEL_KG - 0.02}" diaginertia="1e-5 2e-5 1e-5"/>
-            <geom name="rear" type="ellipsoid" size="{ball} {0.4 * ball} {ball}"/></body></body>"""
+            <geom name="rear" type="ellipsoid" size="{ball} {0.4 * ball} {ball}"/></body></body>""")
+    contact[2:2] = parsed(f'<pair geom1="floor" geom2="rear" condim="3" friction="0.8 0.8" {SUPPORT}/>')
 
 
-def floor_contacts(world):
-    """Pairs of the floor with wheels and casters."""
-    slide = f'condim="3" friction="{world.grip} {world.grip}" solreffriction="{world.slide_s} 1" {ROLLING}'
-    pairs = "".join(f'<pair name="{n}" geom1="floor" geom2="{n}" {slide}/>' for n in ("left", "right"))
-    if not world.guided:
-        return pairs + "".join(f'<pair geom1="floor" geom2="{n}" condim="1" {SUPPORT}/>' for n in ("front", "rear"))
-    if world.swivel:
-        pairs += f'<pair geom1="floor" geom2="rear" condim="3" friction="0.8 0.8" {SUPPORT}/>'
-    return pairs
+def parsed(fragment):
+    """Elements of a piece of XML."""
+    return list(ET.fromstring(f"<_>{fragment}</_>"))
 
 
-def load(world):
-    """The load above the axle: fixed, on springs, or held by a weld (then a body of the floor's world)."""
-    if not world.load_kg:
-        return "", "", ""
+def load(root, robot, world):
+    """Adds the load above the axle: fixed, on springs, or held by a weld (then a body of the floor's world)."""
     j = world.load_inertia_kg_m2
     inertial = f'<inertial pos="0 0 0" mass="{world.load_kg}" diaginertia="{j} {j} {j}"/>'
     joints = ""
@@ -140,61 +143,46 @@ def load(world):
         hz, ratio = world.load_spring
         k, c = world.load_kg * (2 * np.pi * hz) ** 2, 2 * ratio * world.load_kg * 2 * np.pi * hz
         joints = "".join(f'<joint type="slide" axis="{a}" stiffness="{k}" damping="{c}"/>' for a in ("1 0 0", "0 1 0"))
-    body = f'<body name="load" pos="{world.load_ahead_m} 0 {LOAD_HEIGHT_M}">{joints}{inertial}</body>'
     if world.load_falls_s is None:
-        return body, "", ""
-    free = f'<body name="load" pos="{world.load_ahead_m} 0 {world.extra["axle_m"] + LOAD_HEIGHT_M}"><freejoint/>{inertial}</body>'
-    weld = f'<weld name="strap" body1="chassis" body2="load" {RIGID}/>'
-    return "", free, weld
+        body = f'<body name="load" pos="{world.load_ahead_m} 0 {LOAD_HEIGHT_M}">{joints}{inertial}</body>'
+        root.find(".//body[@name='chassis']").extend(parsed(body))
+        return
+    high = robot.wheel_radius_m + LOAD_HEIGHT_M
+    root.find("worldbody").extend(parsed(f'<body name="load" pos="{world.load_ahead_m} 0 {high}"><freejoint/>{inertial}</body>'))
+    root.extend(parsed(f'<equality><weld name="strap" body1="chassis" body2="load" {RIGID}/></equality>'))
 
 
-def cables(world):
-    """Thin cables over the floor, laid at random: geoms and their pairs with the wheels."""
+def cables(root, world):
+    """Lays thin cables over the floor at random."""
     draw, geoms, pairs = np.random.default_rng(5), "", ""
     for i in range(world.cables):
         x, y = draw.uniform(-5, 5, 2)
         turn = draw.uniform(0, 180)
         geoms += f'<geom name="cable{i}" type="capsule" size="{world.cable_m} 1.5" pos="{x} {y} 0" zaxis="{np.cos(turn)} {np.sin(turn)} 0"/>'
         pairs += "".join(f'<pair geom1="cable{i}" geom2="{w}" condim="3" friction="1 1" {ROLLING}/>' for w in ("left", "right"))
-    return geoms, pairs
+    root.find("worldbody")[1:1] = parsed(geoms)
+    root.find("contact").extend(parsed(pairs))
 
 
 def mjcf(robot, world):
-    """The model as an MJCF string."""
-    world = replace(world, extra={**world.extra, "axle_m": robot.wheel_radius_m})
-    mass, x, yaw = chassis_inertial(robot, world)
-    riding, lying, weld = load(world)
-    bumps, bump_pairs = cables(world)
+    """The model as an MJCF string: robot.xml with the sizes of `robot`, and what `world` holds."""
+    root = ET.parse(ROBOT_XML).getroot()
     a, psi = world.slope_rad, world.uphill_rad
     gravity = -GRAVITY_M_S2 * np.array([np.sin(a) * np.cos(psi), np.sin(a) * np.sin(psi), np.cos(a)])
-    limit = f'forcelimited="true" forcerange="{-world.torque_limit_n_m} {world.torque_limit_n_m}"' if world.torque_limit_n_m else ""
-    lag = f'dyntype="filterexact" dynprm="{world.motor_lag_s}"' if world.motor_lag_s else ""
-    motors = "".join(
-        f'<general name="{n}" joint="{n}" gear="{g}" {lag} {limit}/>' for n, g in zip(("left", "right"), world.gain, strict=True)
-    )
-    return f"""
-<mujoco>
-  <compiler angle="radian" autolimits="false"/>
-  <option timestep="{ENGINE_STEP_S}" integrator="implicitfast" cone="elliptic" impratio="{world.stiffness}" solver="Newton"
-          tolerance="1e-12" gravity="{gravity[0]} {gravity[1]} {gravity[2]}"/>
-  <default><geom contype="0" conaffinity="0" mass="0"/></default>
-  <worldbody>
-    <geom name="floor" type="plane" size="0 0 1"/>{bumps}
-    <body name="chassis" pos="0 0 {robot.wheel_radius_m - 1e-7}">
-      {GUIDED if world.guided else FREE}
-      <inertial pos="{x} 0 0.02" mass="{mass}" diaginertia="{0.6 * yaw} {0.8 * yaw} {yaw}"/>
-      {casters(robot, world)}
-      {wheel("left", 1, robot, world)}{wheel("right", -1, robot, world)}
-      {riding}
-    </body>
-    {lying}
-  </worldbody>
-  <contact>
-    {floor_contacts(world)}{bump_pairs}
-  </contact>
-  <equality>{weld}</equality>
-  <actuator>{motors}</actuator>
-</mujoco>"""
+    root.find("option").attrib |= {"gravity": f"{gravity[0]} {gravity[1]} {gravity[2]}", "impratio": f"{world.stiffness}"}
+    mass, x, yaw = chassis_inertial(robot, world)
+    chassis, (at, ball) = root.find(".//body[@name='chassis']"), CASTER_M
+    chassis.set("pos", f"0 0 {robot.wheel_radius_m - 1e-7}")
+    chassis.find("inertial").attrib |= {"pos": f"{x} 0 0.02", "mass": f"{mass}", "diaginertia": f"{0.6 * yaw} {0.8 * yaw} {yaw}"}
+    for name, ahead in (("front", at), ("rear", -at)):
+        chassis.find(f"geom[@name='{name}']").set("pos", f"{ahead} 0 {ball - robot.wheel_radius_m}")
+    wheels(root, robot, world)
+    if world.guided:
+        guide(root, robot, world)
+    if world.load_kg:
+        load(root, robot, world)
+    cables(root, world)
+    return ET.tostring(root, encoding="unicode")
 
 
 def compiled(robot, world):
@@ -226,3 +214,45 @@ def nominal(robot, believed=World()):
         "wheel_inertia_kg_m2": full[left, left].item(),
         "viscous_friction_n_m_s": model.dof_damping[left].item(),
     }
+
+
+class Body:
+    """A robot in a world, as the engine moves it."""
+
+    step_s = STEP_S
+
+    def __init__(self, robot, world):
+        self.model, self.world = compiled(robot, world), world
+        self.data = mujoco.MjData(self.model)
+        self.within = round(STEP_S / self.model.opt.timestep)
+        self.dofs = wheel_dofs(self.model)
+
+    def begin(self, steps):
+        self.told_q, self.told_v = np.empty((steps + 1, self.model.nq)), np.empty((steps + 1, self.model.nv))
+        self.done = 0
+
+    def wheels_rad_s(self):
+        return self.data.qvel[self.dofs]
+
+    def take_down(self):
+        self.told_q[self.done], self.told_v[self.done] = self.data.qpos, self.data.qvel
+
+    def step(self, torques_n_m):
+        self.take_down()
+        self.data.ctrl[:] = torques_n_m
+        for hook in self.world.hooks:
+            hook(self.model, self.data, self.done * STEP_S)
+        mujoco.mj_step(self.model, self.data, self.within)
+        self.done += 1
+
+    def drive(self, torques_n_m):
+        """What it did since `begin`."""
+        self.take_down()
+        q, v = self.told_q, self.told_v
+        angles = [self.model.jnt_qposadr[self.model.dof_jntid[dof]] for dof in self.dofs]
+        if self.world.guided:
+            heading, rate = q[:, 3], v[:, 3]
+        else:
+            w, x, y, z = q[:, 3:7].T
+            heading, rate = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))), v[:, 5]
+        return Drive(STEP_S, rate, v[:, self.dofs], q[:, angles], q[:, :2], heading, v[:, :2], torques_n_m)
