@@ -2,10 +2,13 @@
 
 mod bench;
 mod calibrate;
+mod compare;
 mod diagnose;
 mod explain;
 mod key_path;
 mod recordings;
+mod simulated;
+mod twin;
 
 use super::outcome::Outcome;
 use clap::{Args, Subcommand};
@@ -23,6 +26,8 @@ pub(crate) struct GapArgs {
 enum GapCommand {
     Diagnose(diagnose::DiagnoseArgs),
     Explain(explain::ExplainArgs),
+    Twin(twin::TwinArgs),
+    Compare(compare::CompareArgs),
     Bench(bench::BenchArgs),
 }
 
@@ -30,6 +35,8 @@ pub(crate) fn run(args: &GapArgs) -> Result<Outcome> {
     match &args.command {
         GapCommand::Diagnose(args) => diagnose::run(args),
         GapCommand::Explain(args) => explain::run(args),
+        GapCommand::Twin(args) => twin::run(args),
+        GapCommand::Compare(args) => compare::run(args),
         GapCommand::Bench(args) => bench::run(args),
     }
 }
