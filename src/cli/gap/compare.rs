@@ -74,6 +74,9 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     let real_logs = reader.read("--real", real)?;
     let hold_logs = reader.read("--hold", hold)?;
     alike(&sim_logs, &real_logs)?;
+    if !hold.is_empty() {
+        alike(&sim_logs, &hold_logs)?;
+    }
     let pairs = if args.paired { pairs(&sim_logs, &real_logs)? } else { Vec::new() };
     let starts_s = args.columns.starts_s(sim.len() + real.len() + hold.len())?;
     let (sim_starts, others) = starts_s.split_at(sim.len());

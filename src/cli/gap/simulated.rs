@@ -10,7 +10,7 @@ use gyroid::gap::twin::{Twin, twin_at_rest, twin_of_drives};
 use gyroid::gap::{Options, Stage};
 use gyroid::signal::Log;
 use gyroid::{Error, ErrorKind, Result};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// How logs are read.
 pub(super) struct Reader<'a> {
@@ -43,27 +43,32 @@ impl<'a> Reader<'a> {
     pub fn read(&mut self, option: &str, runs: &[Vec<PathBuf>]) -> Result<Logs> {
         let nothing = Config::parse("schema = 1\n", "configuration")?;
         let config = self.init.clone().unwrap_or(nothing);
-        let Some(first) = runs.first().and_then(|files| files.first()) else {
-            return Ok(Logs { drives: config.kind == Kind::Driving, logs: Vec::new() });
-        };
         let mut logs = Vec::new();
-        let mut at_rest = self.init.as_ref().is_some_and(|c| c.kind == Kind::Stationary);
+        let mut at_rest = self.init.as_ref().map(|c| c.kind == Kind::Stationary);
         for files in runs {
-            let seen = read_drive((self.columns, self.map), (option, files), &config, &mut self.notes);
-            let drive = seen.as_ref().is_ok_and(places::is_drive);
-            at_rest |= !drive && logs.is_empty() && files.len() == 1 && self.map.is_empty();
-            match seen {
-                Ok(log) if !at_rest => logs.push(log),
-                Err(error) if !at_rest => return Err(error),
-                _ => logs.push(self.rest(option, files, first)?),
-            }
+            let seen = match at_rest {
+                Some(true) => None,
+                _ => Some(read_drive((self.columns, self.map), (option, files), &config, &mut self.notes)),
+            };
+            let log = match seen {
+                Some(Ok(log)) if at_rest == Some(false) || places::is_drive(&log) => {
+                    at_rest = Some(false);
+                    log
+                }
+                // what is no drive may be read at rest; if not, the first error tells more
+                Some(Err(error)) => self.rest(option, files).map_err(|_| error)?,
+                _ => self.rest(option, files)?,
+            };
+            at_rest = at_rest.or(Some(true));
+            logs.push(log);
         }
-        Ok(Logs { drives: !at_rest, logs })
+        Ok(Logs { drives: at_rest == Some(false), logs })
     }
 
-    fn rest(&mut self, option: &str, files: &[PathBuf], first: &Path) -> Result<Log> {
+    fn rest(&mut self, option: &str, files: &[PathBuf]) -> Result<Log> {
         let [path] = files else {
-            return Err(Error::new(ErrorKind::Usage, option, format!("several files, and {} is of a gyro at rest", first.display()))
+            let found = format!("several files, and {} is of a gyro at rest", shown(files));
+            return Err(Error::new(ErrorKind::Usage, option, found)
                 .hint("give one file for each recording at rest; several files on one clock can only be of a drive"));
         };
         let recording = self.columns.read(path)?;

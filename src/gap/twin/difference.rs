@@ -5,9 +5,9 @@
 //! constants, τ how much it differs from run to run. The evidence of an effect grows with the square of its size over its standard
 //! deviation; what it has left must reach what any effect must reach to be named.
 
+use super::parameters::moved;
 use super::refine::{Fitting, Level};
 use super::told::Twin;
-use super::drives::moved;
 use crate::config::Kind;
 use crate::effects::drive::{DriveExplanation, ModelChange};
 use crate::effects::{About, Library};
@@ -77,7 +77,8 @@ pub fn compare_drives(
     observe: &mut dyn FnMut(Stage),
 ) -> Result<Compared> {
     let Some(fitting) = &twin.fitting else {
-        return Err(Error::new(ErrorKind::Usage, "simulator", "its log is of a gyro at rest, and the recording is a drive"));
+        return Err(Error::new(ErrorKind::Usage, "simulator", "its log is of a gyro at rest, and the recording is a drive")
+            .hint("give two drives, or two logs at rest"));
     };
     let mut notes = Vec::new();
     let shared = |drives: &[Drive<'_>], notes: &mut Vec<String>| {
@@ -88,6 +89,13 @@ pub fn compare_drives(
         .map(|logs| logs.iter().map(|(log, since_power_on_s)| Drive { log, since_power_on_s: *since_power_on_s }).collect::<Vec<_>>());
     let mut diagnosis = crate::gap::drive::diagnose(&twin.config, &fit, &hold, library, options, observe)?;
     diagnosis.answer.notes.extend(notes);
+    let steps_s = [fitting.record.step_s, fit.first().map_or(0.0, |d| d.log.time.median_step_s())];
+    if (steps_s[0] / steps_s[1]).ln().abs() > 0.01 {
+        diagnosis.answer.notes.push(format!(
+            "The simulator is logged every {:.4} s, the recording every {:.4} s: the noise of a reading is taken to be the same at both.",
+            steps_s[0], steps_s[1]
+        ));
+    }
     let runs: Vec<_> = fitting.record.apart().collect();
     let levels = fitting.level_stds();
     let temperature = options.judge_drives.calibration.temperature;
@@ -134,7 +142,8 @@ pub fn compare_at_rest(
     observe: &mut dyn FnMut(Stage),
 ) -> Result<Compared> {
     if twin.config.kind != Kind::Stationary {
-        return Err(Error::new(ErrorKind::Usage, "simulator", "its log is a drive, and the recording is of a gyro at rest"));
+        return Err(Error::new(ErrorKind::Usage, "simulator", "its log is a drive, and the recording is of a gyro at rest")
+            .hint("give two drives, or two logs at rest"));
     }
     let mut diagnosis = diagnose_observed(&twin.config, real, kept, library, options, observe)?;
     let says = |effect: &EffectAnswer, name: &str| -> Option<Said> {

@@ -1,10 +1,11 @@
 //! The twin of a simulator of drives.
 
 use super::constants::{Constant, Constants, warming};
+use super::parameters::{moved, parameters, turn_ons};
 use super::quality::channels;
-use super::refine::{Fitted, Fitting, Level, Normal};
+use super::refine::{Fitted, Fitting, Normal};
 use super::start;
-use super::told::{Parameter, Provenance, Twin, TwinEffect};
+use super::told::{Provenance, Twin, TwinEffect};
 use crate::config::{Config, EffectTable, Encoder, Gyro, Kind, Pose, Vehicle};
 use crate::effects::drive::{DriveExplanation, Driving, ModelChange};
 use crate::effects::{Library, Parameters};
@@ -13,10 +14,8 @@ use crate::gap::answer::{Answer, Verdict};
 use crate::gap::diagnosis::{Drive, Options, Stage};
 use crate::gap::drive::preprocess::clocks;
 use crate::gap::drive::record::Record;
-use crate::math::random_effects::{Observed, spread};
 use crate::math::robust::{SECOND_DIFFERENCE, second_difference_std};
 use crate::model::drive::Robot;
-use std::collections::BTreeMap;
 
 /// Shortest log of a simulator, s.
 const SHORTEST_S: f64 = 1.0;
@@ -330,64 +329,8 @@ impl<'a> Building<'a> {
     }
 
     fn told(self, fitting: Fitting, normal: &Normal, account: Answer) -> Twin {
-        let mut parameters = BTreeMap::new();
-        let mut tell = |name: &str, parameter: Parameter| {
-            parameters.insert(name.to_string(), parameter);
-        };
-        let std = |c: Constant| normal.told(Fitted::Constant(c)).map(|t| t[1]);
         let given = if self.init.is_some_and(|c| c.vehicle.is_some()) { Provenance::Given } else { Provenance::Convention };
-        if let Some(v) = &self.config.vehicle {
-            for (name, value, constant, unit) in [
-                ("mass_kg", v.mass_kg, Constant::Mass, "kg"),
-                ("yaw_inertia_kg_m2", v.yaw_inertia_kg_m2, Constant::Inertia, "kg m2"),
-                ("half_track_m", v.half_track_m, Constant::Track, "m"),
-                ("wheel_radius_m", v.wheel_radius_m, Constant::Radius, "m"),
-            ] {
-                let parameter = match std(constant) {
-                    Some(std) => Parameter::positive(value, std, unit),
-                    None => Parameter::kept(value, unit, given),
-                };
-                tell(name, parameter);
-            }
-            if let Some([ratio, ratio_std]) = normal.told(Fitted::Constant(Constant::RadiusRatio)) {
-                let [radius, own] = [Constant::Radius, Constant::RadiusRatio].map(Fitted::Constant);
-                let (variance, shared) = (normal.between(radius, radius), normal.between(radius, own));
-                for (name, sign) in [("wheel_radius_left_m", -0.5), ("wheel_radius_right_m", 0.5)] {
-                    let std = (variance + 2.0 * sign * shared + 0.25 * ratio_std.powi(2)).max(0.0).sqrt();
-                    tell(name, Parameter::positive(v.wheel_radius_m * (sign * ratio).exp(), std, "m"));
-                }
-            }
-            let viscous = v.viscous_friction_n_m_s;
-            let friction = std(Constant::Viscous).map(|std| Parameter::told(viscous, std, "N m s"));
-            tell("viscous_friction_n_m_s", friction.unwrap_or_else(|| Parameter::kept(viscous, "N m s", given)));
-            tell("wheel_inertia_kg_m2", Parameter::kept(v.wheel_inertia_kg_m2, "kg m2", given));
-        }
-        let levels = fitting.level_stds();
-        let without_torques = fitting.record.torques_n_m.is_none();
-        let mut level = |name: &str, value: f64, of: Level, unit: &str| {
-            let std = levels.iter().find(|l| l.0 == of).map_or(f64::INFINITY, |l| l.1);
-            tell(name, Parameter::positive(value, std, unit));
-        };
-        if let (Some(v), false) = (&self.config.vehicle, without_torques) {
-            level("torque_noise_n_m_sqrt_s", v.torque_noise_n_m_sqrt_s, Level::Torque, "N m sqrt(s)");
-        }
-        if let Some(e) = &self.config.encoder {
-            level("encoder_speed_noise_std_rad_s", e.speed_noise_std_rad_s, Level::Wheels, "rad/s");
-        }
-        if let Some(p) = &self.config.pose {
-            level("pose_position_std_m", p.position_std_m, Level::Position, "m");
-            level("pose_heading_std_rad", p.heading_std_rad, Level::Heading, "rad");
-        }
-        if let Some(g) = &self.config.gyro {
-            level("gyro_angle_random_walk_rad_sqrt_s", g.angle_random_walk_rad_sqrt_s, Level::Gyro, "rad/sqrt(s)");
-            if let Some([_, own, _]) = turn_ons(normal, self.runs.len()) {
-                tell("gyro_c2_rad_s", Parameter::told(g.c2_rad_s, own, "rad/s"));
-            }
-            if let Some(std) = std(Constant::WarmUp) {
-                tell("gyro_c1_rad_s", Parameter::told(g.c1_rad_s, std, "rad/s"));
-                tell("gyro_time_constant_s", Parameter::kept(g.time_constant_s, "s", Provenance::Log));
-            }
-        }
+        let parameters = parameters(&self.config, &fitting, normal, given, self.runs.len());
         let place = |id: &str| self.held.iter().position(|h| h.id == id);
         let effects = self.config.effects.iter().map(|e| {
             let std = place(&e.id).map_or_else(Parameters::new, |i| {
@@ -439,32 +382,6 @@ impl<'a> Building<'a> {
             fitting: Some(fitting),
         }
     }
-}
-
-/// Standard deviations of parameters from those of coordinates, to first order.
-pub(super) fn moved(change: &dyn ModelChange, theta: &[f64], stds: &[f64]) -> Parameters {
-    let here = change.parameters(theta);
-    let mut squares = Parameters::new();
-    for (j, std) in stds.iter().enumerate() {
-        let mut there = theta.to_vec();
-        there[j] += std;
-        for (name, value) in change.parameters(&there) {
-            *squares.entry(name.clone()).or_insert(0.0) += (value - here.get(&name).copied().unwrap_or(value)).powi(2);
-        }
-    }
-    squares.into_iter().map(|(name, square)| (name, square.sqrt())).collect()
-}
-
-/// Mean over the runs of the gyro's turn-on bias beside the one that is believed, the standard deviation of that mean, and the
-/// spread between runs, rad/s.
-fn turn_ons(normal: &Normal, runs: usize) -> Option<[f64; 3]> {
-    let each: Vec<[f64; 2]> = (0..runs).filter_map(|d| normal.told(Fitted::TurnOn(d))).collect();
-    let first = each.first()?;
-    let observed: Vec<Observed<1>> = each.iter().map(|t| Observed::number(t[0], t[1])).collect();
-    Some(match spread(&observed) {
-        Some(spread) => [spread.mean[0], spread.mean_covariance[0].sqrt(), spread.std],
-        None => [first[0], first[1], 0.0],
-    })
 }
 
 fn add_up(tables: &mut Vec<EffectTable>, id: &str, parameters: &Parameters) {

@@ -11,6 +11,7 @@ mod difference;
 mod drives;
 mod integrals;
 mod pairs;
+mod parameters;
 mod quality;
 mod refine;
 mod regression;

@@ -303,7 +303,9 @@ impl Fitting {
 
     /// Gauss-Newton steps; ln p at their end, nats.
     fn fit_constants(&mut self) -> f64 {
-        let mut best = self.normal(&self.record, &self.free, true);
+        // the nominal robot has one radius
+        let free: Vec<Constant> = self.free.iter().copied().filter(|c| *c != Constant::RadiusRatio).collect();
+        let mut best = self.normal(&self.record, &free, true);
         for _ in 0..STEPS {
             if best.gain < SETTLED {
                 break;
@@ -313,7 +315,7 @@ impl Fitting {
             let next = loop {
                 (self.record, self.changes) = from.clone();
                 self.step(&best, share);
-                let there = self.normal(&self.record, &self.free, true);
+                let there = self.normal(&self.record, &free, true);
                 if there.ln_p.is_finite() && there.ln_p > best.ln_p - SETTLED {
                     break Some(there);
                 }
@@ -331,13 +333,12 @@ impl Fitting {
         best.ln_p
     }
 
-    /// Moves constants and effects by `share` of what `normal` estimates. The ratio of the radii stays: the nominal robot has one
-    /// radius.
+    /// Moves constants and effects by `share` of what `normal` estimates.
     fn step(&mut self, normal: &Normal, share: f64) {
         let mut theta = self.own.theta(&Default::default());
         for (column, delta) in normal.columns.iter().zip(normal.delta.iter()) {
             match column {
-                Fitted::Constant(Constant::RadiusRatio) | Fitted::TurnOn(_) | Fitted::Drawn => {}
+                Fitted::TurnOn(_) | Fitted::Drawn => {}
                 Fitted::Constant(c) => theta[*c as usize] = share * delta,
                 Fitted::Change(i, j) => {
                     let [low, high] = self.changes[*i].0.coordinates()[*j].bounds;

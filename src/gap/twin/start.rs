@@ -245,3 +245,53 @@ fn dynamics(drives: &[Record], turn: [f64; 2]) -> [Option<Dynamics>; 2] {
         Some(Dynamics { by_torque: by, viscous_n_m_s: Told { value: viscous, std } })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::effects::Library;
+    use crate::simulate::{Course, Options, drive_with};
+
+    const TRUE: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.02\n\
+        [gyro]\nc1_rad_s = 0.0\nc2_rad_s = 1e-3\ntime_constant_s = 200.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\
+        [vehicle]\nmass_kg = 14.0\nyaw_inertia_kg_m2 = 0.4\nhalf_track_m = 0.2\nwheel_radius_m = 0.07\n\
+        wheel_inertia_kg_m2 = 0.0\nviscous_friction_n_m_s = 0.004\ntorque_noise_n_m_sqrt_s = 0.0005\n\
+        [encoder]\nspeed_noise_std_rad_s = 0.02\n[pose]\nrate_hz = 10.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
+
+    /// Told by a minute of the true robot, read as one of unit size.
+    fn drawn(seed: u64) -> Start {
+        let config = Config::parse(TRUE, "true.toml").unwrap();
+        let log = drive_with(&config, Course::Random, 60.0, &Options::from(seed), &Library::new()).unwrap().log;
+        let mut unit = config;
+        let v = unit.vehicle.as_mut().unwrap();
+        (v.mass_kg, v.yaw_inertia_kg_m2, v.half_track_m, v.wheel_radius_m) = (1.0, 1.0, 1.0, 1.0);
+        of(&Record::new(&unit, &log, 0.0).unwrap())
+    }
+
+    #[test]
+    fn start_values_scatter_about_the_truth_as_they_say() {
+        const RUNS: u64 = 60;
+        let all: Vec<Start> = (0..RUNS).map(drawn).collect();
+        type Of = fn(&Start) -> Told;
+        let told: [(&str, f64, Of); 8] = [
+            ("left radius", 0.07, |s| s.radius_m.unwrap()[0]),
+            ("right radius", 0.07, |s| s.radius_m.unwrap()[1]),
+            ("turn by the left wheel", 0.07 / 0.4, |s| s.turn.unwrap()[0]),
+            ("turn by the right wheel", 0.07 / 0.4, |s| s.turn.unwrap()[1]),
+            ("bias", 1e-3, |s| s.bias_rad_s.unwrap()),
+            ("1/(M r²)", 1.0 / (14.0 * 0.07 * 0.07), |s| s.force.unwrap().by_torque),
+            ("b²/(Jc r²)", 0.04 / (0.4 * 0.07 * 0.07), |s| s.moment.unwrap().by_torque),
+            ("c", 0.004, |s| s.force.unwrap().viscous_n_m_s),
+        ];
+        let n = RUNS as f64;
+        for (name, truth, of) in told {
+            let z: Vec<f64> = all.iter().map(of).map(|t| (t.value - truth) / t.std).collect();
+            let mean = z.iter().sum::<f64>() / n;
+            let square = z.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / (n - 1.0);
+            // of n standard normal numbers: mean within 4/√n, variance within 1 ± 4 √(2/n)
+            assert!((square - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{name}: variance of z {square}");
+            assert!(mean.abs() < 4.0 / n.sqrt(), "{name}: mean of z {mean}");
+        }
+    }
+}
