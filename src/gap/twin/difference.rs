@@ -28,7 +28,7 @@ const SURE: f64 = 1.0 - 1e-9;
 /// Standard deviations by which what is left without a name must be stronger than in the simulator's log to be a gap.
 const STRONGER: f64 = 3.0;
 
-/// What the simulator's log says of one parameter.
+/// A value with its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Said {
     /// Value.
@@ -44,9 +44,9 @@ pub struct Inherited {
     pub id: String,
     /// Parameter.
     pub parameter: String,
-    /// What the recording says, relative to the twin.
+    /// In the recording, relative to the twin.
     pub real: Said,
-    /// What the simulator's log says, relative to the twin; none where it cannot tell.
+    /// In the simulator's log, relative to the twin; none where it cannot tell.
     pub simulator: Option<Said>,
     /// The difference; of a ratio, their ratio.
     pub difference: Said,
@@ -169,7 +169,7 @@ fn effect_null(library: &Library, id: &str, name: &str) -> Option<f64> {
     library.by_id(id)?.about().parameters.iter().find(|p| p.name == name)?.null
 }
 
-/// What the last diagnosis of the simulator's log says of an effect that is no change of the equations.
+/// Size of an effect that is no change of the equations in the last diagnosis of the simulator's log.
 fn account_says(twin: &Twin, id: &str, name: &str) -> Option<Said> {
     let account = twin.account.as_ref()?;
     let there = account.effects.iter().find(|e| e.id == id && account.together.contains(&e.id));

@@ -18,7 +18,7 @@ mod regression;
 mod start;
 mod told;
 
-pub use difference::{Compared, Inherited, compare_at_rest, compare_drives};
+pub use difference::{Compared, Inherited, Said, compare_at_rest, compare_drives};
 pub use at_rest::twin_at_rest;
 pub use drives::twin_of_drives;
 pub use pairs::{Pair, paired};

@@ -28,7 +28,7 @@ pub(super) struct Told {
     pub std: f64,
 }
 
-/// What the log tells by itself; none where it does not.
+/// Start values of one log; none where it does not tell them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Start {
     /// Radii, left and right, m.
@@ -87,7 +87,7 @@ fn windows(edges: impl Iterator<Item = f64>) -> Vec<[f64; 2]> {
     out
 }
 
-/// What `record` tells; the constants that it believes are not used.
+/// Start values of `record`; the constants that it believes are not used.
 pub(super) fn of(record: &Record) -> Start {
     let drives: Vec<Record> = record.apart().collect();
     let mut start = Start::default();

@@ -1,4 +1,4 @@
-//! What a twin tells of itself.
+//! A twin: parameters, quality of its predictions, effects.
 
 use super::refine::Fitting;
 use crate::config::Config;
