@@ -27,6 +27,8 @@ const POSE_STD: [f64; 2] = [0.005, 0.005];
 const TORQUE_SHARE: f64 = 0.05;
 /// Recordings simulated for the floor while effects are sought.
 const SIMULATED: usize = 2;
+/// Standard deviation of ln T of a warm-up whose time constant is one of those that are tried: they lie a factor of 2.5 apart.
+const APART: f64 = 0.26;
 /// Share of a channel's size below which its noise is rounding.
 const ROUNDING: f64 = 1e-6;
 
@@ -266,6 +268,8 @@ impl<'a> Building<'a> {
             g.angle_random_walk_rad_sqrt_s = belief.gyro_std_rad_s * step_s.sqrt();
             g.c1_rad_s = belief.warm_up.c1_rad_s;
             g.time_constant_s = belief.warm_up.time_constant_s;
+            let told = normal.told(Fitted::Constant(Constant::WarmUp));
+            g.warm_up_relative_std = told.map(|[_, std]| APART.hypot(std / g.c1_rad_s));
             if let Some([mean, _, between]) = turn_on {
                 g.c2_rad_s = belief.warm_up.c2_rad_s + mean;
                 g.turn_on_bias_std_rad_s = (self.runs.len() > 1).then_some(between);
