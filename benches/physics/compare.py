@@ -2,8 +2,8 @@
 
     python benches/physics/compare.py --gyroid target/release/gyroid --out DIR [--cases NAME...] [--jobs 2]
 
-Each case's folder gets a third drive, sim.parquet: the same robot in what the team believes of the world, with its own noise. No
-configuration is given: gyroid identifies the simulator from that log, and is scored as run.py scores a diagnosis; prints a table
+Each case's folder gets a third drive, sim.parquet: the same robot in what the team believes of the world, with its own noise. gyroid
+identifies the simulator from that log (a configuration is given where the log lacks torques or pose), and is scored as run.py scores a diagnosis; prints a table
 and writes DIR/compare.json. Needs mujoco, numpy, polars.
 """
 
@@ -45,6 +45,8 @@ def one(gyroid, out, case):
     if not (folder / "sim.parquet").exists():
         simulate(case, folder / "sim.parquet")
     command = [gyroid, "gap", "compare", "--sim", "sim.parquet", "--real", "fit.parquet", "--hold", "hold.parquet", "--json", "compare.json"]
+    if case.without:  # nothing else tells mass or radius then
+        command += ["--init", "sim.toml"]
     begin = time.monotonic()
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     if run.returncode:
