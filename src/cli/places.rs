@@ -96,11 +96,15 @@ pub(crate) fn check_rest(log: &Path, config: &Path, recording: &GyroRecording) -
     ))
 }
 
+/// Whether a log has a channel that only a drive has.
+pub(crate) fn is_drive(log: &Log) -> bool {
+    let of_drives = DRIVEN.into_iter().chain([names::ODO_YAW_RATE, names::X, names::WHEEL_LEFT_SPEED]);
+    of_drives.into_iter().any(|name| log.get(name).is_some()) || Odometry::counts(log).is_some()
+}
+
 /// Refuses a log at rest where the configuration is of a drive: one with a gyro and nothing that a drive has.
 pub(crate) fn check_drive(log: &Log, config: &Path) -> Result<()> {
-    let of_drives = DRIVEN.into_iter().chain([names::ODO_YAW_RATE, names::X]);
-    let driven = of_drives.into_iter().any(|name| log.get(name).is_some()) || Odometry::counts(log).is_some();
-    if driven || log.get(names::GYRO_Z).is_none() {
+    if is_drive(log) || log.get(names::GYRO_Z).is_none() {
         return Ok(());
     }
     let found = format!(

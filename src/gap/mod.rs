@@ -9,6 +9,7 @@ pub mod holdout;
 pub mod rest;
 pub mod selection;
 pub mod trace;
+pub mod twin;
 
 pub use crate::gap::answer::calibration::Calibration;
 pub use crate::gap::drive::holdout::traces::{DriveTraces, Trace, TraceCurve};

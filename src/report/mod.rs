@@ -13,6 +13,7 @@ pub mod plot;
 mod population;
 mod study;
 mod temperature;
+mod twin;
 
 pub use check::ModelCheck;
 pub use explain::ExplainReport;
@@ -22,3 +23,4 @@ pub use gap::GapReport;
 pub use noise::NoiseReport;
 pub use population::PopulationReport;
 pub use study::StudyReport;
+pub use twin::TwinReport;

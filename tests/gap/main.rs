@@ -12,3 +12,4 @@ mod false_alarms;
 #[path = "../common/place.rs"]
 mod place;
 mod rest;
+mod twin;

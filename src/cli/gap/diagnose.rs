@@ -1,7 +1,7 @@
 //! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
 use super::patching::PatchArgs;
-use super::recordings::Recordings;
+use super::recordings::{Recordings, read_drive};
 use crate::cli::html::{self, HtmlArgs};
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::outcome::Outcome;
@@ -105,20 +105,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
             notes.extend(new);
             return Ok(log);
         }
-        let recording = args.columns.read_drive(&args.map, paths, &config)?;
-        if let Some(file) = recording.repeats.first() {
-            let found =
-                "its channels are all in the files before it, and files after one option are sensors of one drive";
-            return Err(Error::new(ErrorKind::Usage, file, found)
-                .hint(format!("if it is another drive, give the option again: {}", apart(option, paths))));
-        }
-        for note in recording.notes {
-            if !notes.contains(&note) {
-                notes.push(note);
-            }
-        }
-        let mut log = recording.log;
-        log.source = shown(paths);
+        let log = read_drive((&args.columns, &args.map), (option, paths), &config, &mut notes)?;
         places::check_drive(&log, &args.config)?;
         Ok(log)
     };
@@ -210,21 +197,12 @@ fn with_yaw_column(mut error: Error, notes: &[String]) -> Error {
     error
 }
 
-fn effects_text(count: usize) -> String {
+pub(super) fn effects_text(count: usize) -> String {
     match count {
         0 => "the nominal simulator, no effect added".into(),
         1 => "one effect added".into(),
         n => format!("{n} effects added"),
     }
-}
-
-/// As the command line has drives of one file each.
-fn apart(option: &str, paths: &[PathBuf]) -> String {
-    paths.iter().map(|p| format!("{option} {}", p.display())).collect::<Vec<_>>().join(" ")
-}
-
-pub(super) fn shown(paths: &[PathBuf]) -> String {
-    paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
 /// Files of a drive apart by commas, drives by semicolons.
@@ -234,7 +212,7 @@ pub(super) fn names(drives: &[Vec<PathBuf>]) -> String {
 }
 
 /// Drives with when each began.
-fn begun<'a>(logs: &'a [Log], starts_s: &[f64]) -> Vec<Drive<'a>> {
+pub(super) fn begun<'a>(logs: &'a [Log], starts_s: &[f64]) -> Vec<Drive<'a>> {
     logs.iter().zip(starts_s).map(|(log, start)| Drive { log, since_power_on_s: *start }).collect()
 }
 
@@ -258,7 +236,7 @@ fn name(path: &Path) -> String {
     path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
 }
 
-fn library(without: &[String]) -> Result<Library> {
+pub(super) fn library(without: &[String]) -> Result<Library> {
     let driving = gyroid::effects::drive::registry().iter().map(|e| e.about().id);
     let mut ids: Vec<&str> = registry().iter().map(|e| e.about().id).chain(driving).collect();
     ids.dedup();

@@ -1,6 +1,7 @@
 //! `gyroid gap explain`: just these effects, with an interval for each parameter.
 
-use super::diagnose::{names, read, shown};
+use super::diagnose::{names, read};
+use super::recordings::shown;
 use crate::cli::html::{self, HtmlArgs};
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::outcome::Outcome;

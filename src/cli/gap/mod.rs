@@ -2,11 +2,14 @@
 
 mod bench;
 mod calibrate;
+mod compare;
 mod diagnose;
 mod explain;
 mod key_path;
 mod patching;
 mod recordings;
+mod simulated;
+mod twin;
 
 use super::outcome::Outcome;
 use clap::{Args, Subcommand};
@@ -24,6 +27,8 @@ pub(crate) struct GapArgs {
 enum GapCommand {
     Diagnose(diagnose::DiagnoseArgs),
     Explain(explain::ExplainArgs),
+    Twin(twin::TwinArgs),
+    Compare(compare::CompareArgs),
     Bench(bench::BenchArgs),
 }
 
@@ -31,6 +36,8 @@ pub(crate) fn run(args: &GapArgs) -> Result<Outcome> {
     match &args.command {
         GapCommand::Diagnose(args) => diagnose::run(args),
         GapCommand::Explain(args) => explain::run(args),
+        GapCommand::Twin(args) => twin::run(args),
+        GapCommand::Compare(args) => compare::run(args),
         GapCommand::Bench(args) => bench::run(args),
     }
 }

@@ -1,0 +1,60 @@
+//! 1 - Σ ν²/Σ (z - z̄)²,   Σ ν²/(n S),   Σ w_k w_{k+1}/Σ w²,   w = ν/√S: how well the twin predicts the log that it was fitted to
+
+use super::refine::{Fitting, Normal};
+use super::told::ChannelFit;
+use crate::gap::drive::ekf::noise::Channel;
+use crate::math::NORMAL_975;
+use crate::signal::names;
+
+/// Name of a channel in a log.
+fn name(channel: Channel) -> &'static str {
+    match channel {
+        Channel::WheelLeft => names::WHEEL_LEFT,
+        Channel::WheelRight => names::WHEEL_RIGHT,
+        Channel::Gyro => names::GYRO_Z,
+        Channel::X => names::X,
+        Channel::Y => names::Y,
+        Channel::Heading => names::HEADING,
+    }
+}
+
+/// One-step predictions by channel, what is drawn anew in each run taken as `normal` estimates it.
+pub(super) fn channels(fitting: &Fitting, normal: &Normal) -> Vec<ChannelFit> {
+    let record = &fitting.record;
+    let mut whites: [Vec<f64>; 6] = Default::default();
+    let mut squares = [0.0; 6];
+    fitting.innovations(normal, |channel, white, std| {
+        whites[channel as usize].push(white);
+        squares[channel as usize] += (white * std).powi(2);
+    });
+    let readings = |channel: Channel| -> Vec<f64> {
+        let values: Option<&Vec<f64>> = match channel {
+            Channel::WheelLeft => Some(&record.wheels_rad_s[0]),
+            Channel::WheelRight => Some(&record.wheels_rad_s[1]),
+            Channel::Gyro => record.gyro_rad_s.as_ref(),
+            Channel::X => record.pose.as_ref().map(|p| &p[0]),
+            Channel::Y => record.pose.as_ref().map(|p| &p[1]),
+            Channel::Heading => record.pose.as_ref().map(|p| &p[2]),
+        };
+        values.into_iter().flatten().copied().filter(|v| v.is_finite()).collect()
+    };
+    let one = |channel: Channel| {
+        let (white, square) = (&whites[channel as usize], squares[channel as usize]);
+        let n = white.len() as f64;
+        let read = readings(channel);
+        let mean = read.iter().sum::<f64>() / read.len().max(1) as f64;
+        let variance = read.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / read.len().max(1) as f64;
+        let sum: f64 = white.iter().map(|w| w * w).sum();
+        // mean of n squares of standard normal numbers: variance 2/n
+        let half = NORMAL_975 * (2.0 / n).sqrt();
+        (white.len() > 2 && variance > 0.0).then(|| ChannelFit {
+            channel: name(channel).into(),
+            explained_one_step: 1.0 - square / n / variance,
+            nis_mean: sum / n,
+            nis_mean_bounds95: [1.0 - half, 1.0 + half],
+            lag_one: white.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / sum,
+            readings: white.len(),
+        })
+    };
+    Channel::ALL.into_iter().filter_map(one).collect()
+}
