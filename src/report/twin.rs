@@ -60,7 +60,9 @@ impl TwinReport<'_> {
         }
         out.push_str(match twin.left {
             Some(Verdict::None) => "\n  Diagnosed against this twin, the simulator's log has no gap.",
-            Some(Verdict::Identified) => "\n  Diagnosed against this twin, the simulator's log still shows an effect that no twin can hold.",
+            Some(Verdict::Identified) => {
+                "\n  Diagnosed against this twin, the simulator's log still shows an effect that no twin can hold."
+            }
             Some(Verdict::Unknown) => "\n  Diagnosed against this twin, the simulator's log has a gap without a name.",
             Some(Verdict::CannotTell) | None => "",
         });

@@ -63,8 +63,9 @@ fn constants_of_a_simulator_are_told_with_their_errors() {
     assert_eq!(told["twin"]["fit"]["left"], "none");
     assert_eq!(told["twin"]["effects"], serde_json::json!([]));
     for channel in told["twin"]["fit"]["channels"].as_array().unwrap() {
-        let [nis, low, high] = [&channel["nis_mean"], &channel["nis_mean_bounds95"][0], &channel["nis_mean_bounds95"][1]]
-            .map(|v| v.as_f64().unwrap());
+        let [nis, low, high] =
+            [&channel["nis_mean"], &channel["nis_mean_bounds95"][0], &channel["nis_mean_bounds95"][1]]
+                .map(|v| v.as_f64().unwrap());
         // twice as wide: six channels are looked at
         assert!((nis - 1.0).abs() < 2.0 * (high - low), "{channel}");
     }
@@ -77,7 +78,8 @@ fn what_simulator_and_robot_share_is_not_named_and_what_the_robot_has_alone_is()
     let place = Place::with(&[]);
     drives(&place, &format!("{THEIRS}{SKID}"), &[("sim.parquet", 1), ("same.parquet", 2)]);
     drives(&place, &format!("{THEIRS}{SKID}{AHEAD}"), &[("real.parquet", 3), ("hold.parquet", 4)]);
-    let told = json(&place, "gap compare --sim sim.parquet --real real.parquet --hold hold.parquet --write-twin twin.toml");
+    let told =
+        json(&place, "gap compare --sim sim.parquet --real real.parquet --hold hold.parquet --write-twin twin.toml");
     let answer: Answer = serde_json::from_value(told.clone()).unwrap();
     assert_eq!(answer.together, ["vehicle.com_offset"], "{:?}", answer.effects);
     assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Identified, Some("vehicle.com_offset")));
@@ -101,7 +103,9 @@ fn logs_that_cannot_be_compared_are_refused_with_the_reason() {
     // some columns of the log, under their names
     let cut = |names: &[&str], rows: &[&str]| -> String {
         let at: Vec<usize> = names.iter().map(|n| column(n)).collect();
-        rows.iter().map(|r| at.iter().map(|i| r.split(',').nth(*i).unwrap()).collect::<Vec<_>>().join(",") + "\n").collect()
+        rows.iter()
+            .map(|r| at.iter().map(|i| r.split(',').nth(*i).unwrap()).collect::<Vec<_>>().join(",") + "\n")
+            .collect()
     };
     let wheels = ["t_s", "wheel_left_rad_s", "wheel_right_rad_s"];
     place.write("short.csv", &(rows[..60].join("\n") + "\n"));

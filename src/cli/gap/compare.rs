@@ -1,16 +1,17 @@
 //! `gyroid gap compare`: the gap between somebody's simulator and the robot, from a log of each.
 
-use super::diagnose::{begun, effects_text, library, names};
+use super::diagnose::{begun, library, names};
 use super::recordings::Sides;
 use super::simulated::{Logs, Reader, apart};
+use super::written::WrittenArgs;
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
 use crate::cli::places;
 use clap::Args;
 use gyroid::files::{OutputFile, Plan};
-use gyroid::gap::twin::{Pair, Twin, compare_at_rest, compare_drives, paired};
-use gyroid::gap::{Options, Stage};
+use gyroid::gap::twin::{Pair, compare_at_rest, compare_drives, paired};
+use gyroid::gap::{DriveTraces, Options, Stage};
 use gyroid::report::{GapReport, TwinReport};
 use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
@@ -37,9 +38,8 @@ pub(crate) struct CompareArgs {
     /// Write the twin of the simulator as a configuration
     #[arg(long, value_name = "FILE")]
     write_twin: Option<PathBuf>,
-    /// Write the twin with the effects that were found as tables [[effect]]
-    #[arg(long, value_name = "FILE")]
-    write_sim: Option<PathBuf>,
+    #[command(flatten)]
+    written: WrittenArgs,
     /// Seed of the simulated recordings
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -60,13 +60,12 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     let all = || sim.iter().chain(real).chain(hold).flatten();
     places::check_logs(all())?;
     let plan = Plan::new().reads(&args.init).reads(all());
-    let plan = plan.writes("--write-twin", &args.write_twin).writes("--write-sim", &args.write_sim);
-    let output = Output::open(&args.common, "gap.compare", plan)?;
+    let plan = plan.writes("--write-twin", &args.write_twin);
+    let output = Output::open(&args.common, "gap.compare", args.written.planned(plan))?;
     apart(("--sim", sim), ("--real", real))?;
     apart(("--sim", sim), ("--hold", hold))?;
     places::check_held_out(real, hold)?;
     let write_twin = args.write_twin.as_ref().map(OutputFile::claim).transpose()?;
-    let write_sim = args.write_sim.as_ref().map(OutputFile::claim).transpose()?;
     let library = library(&args.without)?;
     let mut reader = Reader::new(&args.columns, &args.map, args.init.as_ref())?;
     let working = output.working("1 of 4: reading");
@@ -77,11 +76,13 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     if !hold.is_empty() {
         alike(&sim_logs, &hold_logs)?;
     }
+    let written = args.written.claim(sim_logs.drives)?;
     let pairs = if args.paired { pairs(&sim_logs, &real_logs)? } else { Vec::new() };
     let starts_s = args.columns.starts_s(sim.len() + real.len() + hold.len())?;
     let (sim_starts, others) = starts_s.split_at(sim.len());
     let (real_starts, hold_starts) = others.split_at(real.len());
-    let options = Options { seed: args.seed, corrections: false, ..Options::default() };
+    let traces = written.shows_traces() || output.answers();
+    let options = Options { seed: args.seed, corrections: false, traces, ..Options::default() };
     working.show("2 of 4: identifying the simulator");
     let twin = reader.twin(&sim_logs, sim_starts, &library, &options, &mut |_| {})?;
     let mut show = |stage| match stage {
@@ -101,25 +102,34 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     let answer = &mut compared.diagnosis.answer;
     answer.notes.extend(reader.notes);
     if hold.is_empty() {
-        answer.notes.push("No recording was held out (--hold): that the gap shrinks is proven on no data kept back.".into());
+        answer
+            .notes
+            .push("No recording was held out (--hold): that the gap shrinks is proven on no data kept back.".into());
     }
     let held_out = (!hold.is_empty()).then(|| names(hold));
     output.say(TwinReport { log: &names(sim), twin: &twin }.text());
     output.say("");
-    let report = GapReport { recording: &names(real), held_out: held_out.as_deref(), answer, curves: &[] };
+    let diagnosis = &compared.diagnosis;
+    let report = GapReport {
+        recording: &names(real),
+        held_out: held_out.as_deref(),
+        answer: &diagnosis.answer,
+        curves: &[],
+        traces: &diagnosis.traces,
+    };
     output.say(report.text());
-    for (file, config, what) in [
-        (write_twin, &twin.config, "the twin of the simulator".to_string()),
-        (write_sim, &compared.diagnosis.augmented, effects_text(added(&twin, &compared.diagnosis.augmented.effects))),
-    ] {
-        let Some(mut file) = file else { continue };
+    if let Some(mut file) = write_twin {
         let target = file.target().display().to_string();
-        file.write_all(config.to_toml().map_err(|e| e.named(&target))?.as_bytes())?;
+        file.write_all(twin.config.to_toml().map_err(|e| e.named(&target))?.as_bytes())?;
         file.commit()?;
-        output.say(format!("wrote {target}: {what}"));
+        output.say(format!("wrote {target}: the twin of the simulator"));
     }
+    let patched = written.write(&report, diagnosis, &twin.config.effects, args.init.iter().chain(all()), &output)?;
     let mut json = serde_json::json!(compared.diagnosis.answer);
-    json["curves"] = serde_json::json!([]);
+    json["curves"] = serde_json::json!(diagnosis.traces.iter().flat_map(DriveTraces::curves).collect::<Vec<_>>());
+    if let Some(patched) = patched {
+        json["patch"] = patched;
+    }
     json["twin"] = twin.json();
     json["twin"]["difference"] = serde_json::json!(compared.held_against);
     json["twin"]["pairs"] = serde_json::json!(pairs);
@@ -127,15 +137,12 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn added(twin: &Twin, effects: &[gyroid::config::EffectTable]) -> usize {
-    effects.iter().filter(|e| !twin.config.effects.contains(e)).count()
-}
-
 /// Refuses a drive beside a gyro at rest, and several recordings of the latter.
 fn alike(sim: &Logs, real: &Logs) -> Result<()> {
     let kind = |drives: bool| if drives { "a drive" } else { "of a gyro at rest" };
     if sim.drives != real.drives {
-        let found = format!("is {}, and the simulator's log {} is {}", kind(real.drives), sim.logs[0].source, kind(sim.drives));
+        let found =
+            format!("is {}, and the simulator's log {} is {}", kind(real.drives), sim.logs[0].source, kind(sim.drives));
         return Err(Error::new(ErrorKind::Usage, &real.logs[0].source, found)
             .hint("give two drives or two logs at rest, and name columns that were not recognised with --map"));
     }
@@ -149,7 +156,9 @@ fn alike(sim: &Logs, real: &Logs) -> Result<()> {
 fn pairs(sim: &Logs, real: &Logs) -> Result<Vec<Pair>> {
     if !sim.drives || sim.logs.len() != real.logs.len() {
         let found = format!("{} runs of the simulator and {} recordings", sim.logs.len(), real.logs.len());
-        return Err(Error::new(ErrorKind::Usage, "--paired", found).hint("give --real once for each --sim, both of drives"));
+        return Err(
+            Error::new(ErrorKind::Usage, "--paired", found).hint("give --real once for each --sim, both of drives")
+        );
     }
     sim.logs.iter().zip(&real.logs).map(|(sim, real)| paired(sim, real)).collect()
 }

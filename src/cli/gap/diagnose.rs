@@ -1,8 +1,7 @@
 //! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
-use super::patching::PatchArgs;
 use super::recordings::{Recordings, read_drive};
-use crate::cli::html::{self, HtmlArgs};
+use super::written::WrittenArgs;
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
@@ -11,12 +10,10 @@ use clap::Args;
 use gyroid::config::{Config, Kind};
 use gyroid::effects::{Library, registry};
 use gyroid::error::one_of;
-use gyroid::files::{OutputFile, Plan};
+use gyroid::files::Plan;
 use gyroid::gap::rest::predictive;
 use gyroid::gap::{Drive, DriveTraces, Options, Stage, diagnose_drives, diagnose_observed, trace};
 use gyroid::report::GapReport;
-use gyroid::report::html::gap_page;
-use gyroid::report::plot::Format;
 use gyroid::signal::{Log, names as channel};
 use gyroid::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
@@ -38,19 +35,8 @@ pub(crate) struct DiagnoseArgs {
     config: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
-    /// Write the configuration with the effects that were found as tables [[effect]]
-    #[arg(long, value_name = "FILE")]
-    write_sim: Option<PathBuf>,
     #[command(flatten)]
-    patch: PatchArgs,
-    /// Write everything that was tried, stage by stage, and why it was taken or not, as Markdown
-    #[arg(long, value_name = "FILE")]
-    why: Option<PathBuf>,
-    /// Draw the page; the format follows the ending, .svg or .png; may be given more than once
-    #[arg(long, value_name = "FILE")]
-    plot: Vec<PathBuf>,
-    #[command(flatten)]
-    page: HtmlArgs,
+    written: WrittenArgs,
     /// Seed of the simulated recordings
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -70,18 +56,12 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let Recordings { fit, hold } = &args.recordings;
     places::check("gap diagnose", &args.config, "--fit ", fit.iter().chain(hold).flatten())?;
     let plan = Plan::new().reads([&args.config]).reads(fit.iter().chain(hold).flatten());
-    let plan = plan.writes("--write-sim", &args.write_sim).writes("--plot", &args.plot).writes("--why", &args.why);
-    let output = Output::open(&args.common, "gap.diagnose", args.page.planned(args.patch.planned(plan)))?;
+    let output = Output::open(&args.common, "gap.diagnose", args.written.planned(plan))?;
     places::check_held_out(fit, hold)?;
-    let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
-    let plots = plots.collect::<Result<Vec<_>>>()?;
-    let write_sim = args.write_sim.as_ref().map(OutputFile::claim).transpose()?;
-    let why = args.why.as_ref().map(OutputFile::claim).transpose()?;
-    let page = args.page.claim()?;
     let library = library(&args.without)?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
     let drives = config.kind == Kind::Driving;
-    let patch = args.patch.claim(drives)?;
+    let written = args.written.claim(drives)?;
     if !drives && !args.map.is_empty() {
         return Err(Error::new(
             ErrorKind::Usage,
@@ -111,7 +91,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     };
     let fit_logs = fit.iter().map(|paths| read_one("--fit", paths)).collect::<Result<Vec<_>>>()?;
     let hold_logs = hold.iter().map(|paths| read_one("--hold", paths)).collect::<Result<Vec<_>>>()?;
-    let traces = page.is_some() || !plots.is_empty() || output.answers();
+    let traces = written.shows_traces() || output.answers();
     let options = Options { seed: args.seed, corrections: true, traces, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
     let mut show = |stage| match stage {
@@ -151,36 +131,15 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         traces: &diagnosis.traces,
     };
     output.say(report.text());
-    if !plots.is_empty() {
-        let picture = report.picture()?;
-        let names: Vec<String> = plots.iter().map(|p| p.target().display().to_string()).collect();
-        plots.into_iter().try_for_each(|file| picture.write(file))?;
-        output.say(format!("\ndrew {}", names.join(", ")));
-    }
-    if let Some(file) = page {
-        let origin = html::origin([&args.config].into_iter().chain(fit.iter().chain(hold).flatten()))?;
-        html::write(file, &gap_page(&report, &origin)?, &output)?;
-    }
-    if let Some(mut file) = why {
-        let target = file.target().display().to_string();
-        file.write_all(report.why().as_bytes())?;
-        file.commit()?;
-        output.say(format!("wrote {target}: {} steps", diagnosis.answer.trace.len()));
-    }
-    if let Some(mut file) = write_sim {
-        let target = file.target().display().to_string();
-        file.write_all(diagnosis.augmented.to_toml().map_err(|e| e.named(&target))?.as_bytes())?;
-        file.commit()?;
-        let found = diagnosis.augmented.effects.iter().filter(|e| !config.effects.contains(e)).count();
-        output.say(format!("wrote {target}: {}", effects_text(found)));
-    }
+    let inputs = [&args.config].into_iter().chain(fit.iter().chain(hold).flatten());
+    let patched = written.write(&report, &diagnosis, &config.effects, inputs, &output)?;
     let mut json = serde_json::json!(diagnosis.answer);
     json["curves"] = match drives {
         true => serde_json::json!(diagnosis.traces.iter().flat_map(DriveTraces::curves).collect::<Vec<_>>()),
         false => serde_json::json!(curves),
     };
-    if let (Some(patch), Some(vehicle)) = (patch, &config.vehicle) {
-        json["patch"] = patch.write(&diagnosis.answer, vehicle, &output)?;
+    if let Some(patched) = patched {
+        json["patch"] = patched;
     }
     output.finish(&json)?;
     Ok(Outcome::Done)
@@ -195,14 +154,6 @@ fn with_yaw_column(mut error: Error, notes: &[String]) -> Error {
             hint.replace(&format!("{}=COLUMN", channel::ODO_YAW_RATE), &format!("{}={column}", channel::ODO_YAW_RATE));
     }
     error
-}
-
-pub(super) fn effects_text(count: usize) -> String {
-    match count {
-        0 => "the nominal simulator, no effect added".into(),
-        1 => "one effect added".into(),
-        n => format!("{n} effects added"),
-    }
 }
 
 /// Files of a drive apart by commas, drives by semicolons.

@@ -10,6 +10,7 @@ mod patching;
 mod recordings;
 mod simulated;
 mod twin;
+mod written;
 
 use super::outcome::Outcome;
 use clap::{Args, Subcommand};

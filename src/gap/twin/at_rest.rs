@@ -134,7 +134,8 @@ fn constant(fit: &Fit, log: &Log, warms: bool) -> Observed<1> {
     if warms {
         return Observed::number(fit.c2_rad_s.estimate, fit.c2_rad_s.std);
     }
-    let there: Vec<f64> = log.get(names::GYRO_Z).unwrap_or_default().iter().copied().filter(|v| v.is_finite()).collect();
+    let there: Vec<f64> =
+        log.get(names::GYRO_Z).unwrap_or_default().iter().copied().filter(|v| v.is_finite()).collect();
     let n = there.len().max(1) as f64;
     let mean = there.iter().sum::<f64>() / n;
     let variance = there.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;

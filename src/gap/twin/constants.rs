@@ -25,15 +25,8 @@ pub(super) enum Constant {
 
 impl Constant {
     /// All, in order.
-    pub const ALL: [Self; 7] = [
-        Self::Mass,
-        Self::Inertia,
-        Self::Track,
-        Self::Radius,
-        Self::RadiusRatio,
-        Self::Viscous,
-        Self::WarmUp,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::Mass, Self::Inertia, Self::Track, Self::Radius, Self::RadiusRatio, Self::Viscous, Self::WarmUp];
 }
 
 const fn coordinate(scale: f64) -> Coordinate {

@@ -77,16 +77,23 @@ pub fn compare_drives(
     observe: &mut dyn FnMut(Stage),
 ) -> Result<Compared> {
     let Some(fitting) = &twin.fitting else {
-        return Err(Error::new(ErrorKind::Usage, "simulator", "its log is of a gyro at rest, and the recording is a drive")
-            .hint("give two drives, or two logs at rest"));
+        return Err(Error::new(
+            ErrorKind::Usage,
+            "simulator",
+            "its log is of a gyro at rest, and the recording is a drive",
+        )
+        .hint("give two drives, or two logs at rest"));
     };
     let mut notes = Vec::new();
     let shared = |drives: &[Drive<'_>], notes: &mut Vec<String>| {
         drives.iter().map(|d| Ok((share(fitting, d.log, notes)?, d.since_power_on_s))).collect::<Result<Vec<_>>>()
     };
     let (fit_logs, kept_logs) = (shared(real, &mut notes)?, shared(kept, &mut notes)?);
-    let [fit, hold] = [&fit_logs, &kept_logs]
-        .map(|logs| logs.iter().map(|(log, since_power_on_s)| Drive { log, since_power_on_s: *since_power_on_s }).collect::<Vec<_>>());
+    let [fit, hold] = [&fit_logs, &kept_logs].map(|logs| {
+        logs.iter()
+            .map(|(log, since_power_on_s)| Drive { log, since_power_on_s: *since_power_on_s })
+            .collect::<Vec<_>>()
+    });
     let mut diagnosis = crate::gap::drive::diagnose(&twin.config, &fit, &hold, library, options, observe)?;
     diagnosis.answer.notes.extend(notes);
     let steps_s = [fitting.record.step_s, fit.first().map_or(0.0, |d| d.log.time.median_step_s())];
@@ -120,9 +127,8 @@ pub fn compare_drives(
             _ => by_account(),
         }
     };
-    let about = |id: &str| {
-        library.driving_by_id(id).map(|e| e.about()).or_else(|| library.by_id(id).map(|e| e.about()))
-    };
+    let about =
+        |id: &str| library.driving_by_id(id).map(|e| e.about()).or_else(|| library.by_id(id).map(|e| e.about()));
     let rows = fit.iter().map(|d| d.log.len()).sum();
     let held_against = subtract(&mut diagnosis, twin, (temperature, rows), about, says);
     Ok(Compared { diagnosis, held_against })
@@ -142,8 +148,12 @@ pub fn compare_at_rest(
     observe: &mut dyn FnMut(Stage),
 ) -> Result<Compared> {
     if twin.config.kind != Kind::Stationary {
-        return Err(Error::new(ErrorKind::Usage, "simulator", "its log is a drive, and the recording is of a gyro at rest")
-            .hint("give two drives, or two logs at rest"));
+        return Err(Error::new(
+            ErrorKind::Usage,
+            "simulator",
+            "its log is a drive, and the recording is of a gyro at rest",
+        )
+        .hint("give two drives, or two logs at rest"));
     }
     let mut diagnosis = diagnose_observed(&twin.config, real, kept, library, options, observe)?;
     let says = |effect: &EffectAnswer, name: &str| -> Option<Said> {
@@ -253,7 +263,8 @@ fn subtract(
         let mut held: Vec<(Inherited, f64, f64)> = Vec::new();
         for parameter in about.parameters {
             let Some(null) = parameter.null else { continue };
-            let (Some(value), Some(std)) = (effect.parameters.get(parameter.name), effect.std.get(parameter.name)) else {
+            let (Some(value), Some(std)) = (effect.parameters.get(parameter.name), effect.std.get(parameter.name))
+            else {
                 continue;
             };
             let real = Said { value: *value, std: *std };
@@ -281,11 +292,15 @@ fn subtract(
         all.extend(held.into_iter().map(|h| h.0));
     }
     for id in &taken_out {
-        let reason = "the simulator's own log has as much of it: it is how the simulator differs from our model, and no gap";
+        let reason =
+            "the simulator's own log has as much of it: it is how the simulator differs from our model, and no gap";
         answer.trace.push(Step::new(TraceStage::Naming, id, Decision::Removed, reason));
     }
     if !taken_out.is_empty() {
-        answer.notes.push(format!("In the simulator's log as in the recording, and therefore no gap: {}.", taken_out.join(", ")));
+        answer.notes.push(format!(
+            "In the simulator's log as in the recording, and therefore no gap: {}.",
+            taken_out.join(", ")
+        ));
         diagnosis.augmented.effects.retain(|e| !taken_out.contains(&e.id) || twin.config.effects.contains(e));
     }
     answer.together.retain(|id| !taken_out.contains(id));
@@ -308,8 +323,7 @@ fn one(id: &str, name: &str, null: f64, real: Said, simulator: Option<Said>) -> 
     let value = if simulator.is_some() { own.value - other.value } else { own.value };
     let z = |value: f64, std: f64| if std > 0.0 { (value / std).abs() } else { 0.0 };
     let difference = if is_ratio { Said { value: value.exp(), std: value.exp() * std } } else { Said { value, std } };
-    let inherited =
-        Inherited { id: id.into(), parameter: name.into(), real, simulator, difference, is_gap: true };
+    let inherited = Inherited { id: id.into(), parameter: name.into(), real, simulator, difference, is_gap: true };
     (inherited, z(own.value, own.std), z(value, std))
 }
 
@@ -341,7 +355,8 @@ fn settle(answer: &mut Answer, twin: &Twin, findings: &Findings, rows: usize) {
             if answer.main.is_none() {
                 answer.main = answer.together.first().cloned();
             }
-            let presence = answer.effects.iter().find(|e| Some(&e.id) == answer.main.as_ref()).map_or(0.0, |e| e.probability);
+            let presence =
+                answer.effects.iter().find(|e| Some(&e.id) == answer.main.as_ref()).map_or(0.0, |e| e.probability);
             answer.main_probability = presence.min(1.0 - answer.none_probability - answer.unknown_probability).max(0.0);
         }
         Verdict::Unknown | Verdict::CannotTell => {}

@@ -127,7 +127,8 @@ impl<'a> Building<'a> {
         let by_ways = told.radius_m.map(|r| 0.5 * (r[0].value + r[1].value));
         let radius = need(by_ways, given.map(|v| v.wheel_radius_m), "wheel_radius_m (needs a pose)");
         let by_turns = told.turn.map(|a| radius / (a[0].value + a[1].value));
-        let half_track = need(by_turns, given.map(|v| v.half_track_m), "half_track_m (needs a gyro or a heading, and turns)");
+        let half_track =
+            need(by_turns, given.map(|v| v.half_track_m), "half_track_m (needs a gyro or a heading, and turns)");
         let wheel_inertia = given.map_or(0.0, |v| v.wheel_inertia_kg_m2);
         let wheels_kg = 2.0 * wheel_inertia / radius.powi(2);
         let positive = |v: f64| Some(v).filter(|v| *v > 0.0);
@@ -148,7 +149,8 @@ impl<'a> Building<'a> {
             return Err(Error::new(ErrorKind::Value, source, format!("the log does not tell {}", missing.join(", ")))
                 .hint("log what it needs, or give the values in a configuration: --init robot.toml (gyroid init --urdf, --sdf or --mjcf writes one)"));
         }
-        let viscous = told.force.map_or(given.map_or(0.0, |v| v.viscous_friction_n_m_s), |f| f.viscous_n_m_s.value.max(0.0));
+        let viscous =
+            told.force.map_or(given.map_or(0.0, |v| v.viscous_friction_n_m_s), |f| f.viscous_n_m_s.value.max(0.0));
         let step_s = record.step_s;
         self.config.sample_time_s = Some(step_s);
         let size = |values: &[f64]| {
@@ -278,7 +280,8 @@ impl<'a> Building<'a> {
         if let Some(p) = &mut self.config.pose {
             (p.position_std_m, p.heading_std_rad) = (belief.position_std_m, belief.heading_std_rad);
         }
-        let held = self.held.iter().map(|h| EffectTable { id: h.id.clone(), parameters: h.change.parameters(&h.theta) });
+        let held =
+            self.held.iter().map(|h| EffectTable { id: h.id.clone(), parameters: h.change.parameters(&h.theta) });
         self.config.effects = self.fixed.iter().cloned().chain(held).collect();
         normal
     }
@@ -333,15 +336,15 @@ impl<'a> Building<'a> {
     }
 
     fn told(self, fitting: Fitting, normal: &Normal, account: Answer) -> Twin {
-        let given = if self.init.is_some_and(|c| c.vehicle.is_some()) { Provenance::Given } else { Provenance::Convention };
+        let given =
+            if self.init.is_some_and(|c| c.vehicle.is_some()) { Provenance::Given } else { Provenance::Convention };
         let parameters = parameters(&self.config, &fitting, normal, given, self.runs.len());
         let place = |id: &str| self.held.iter().position(|h| h.id == id);
         let effects = self.config.effects.iter().map(|e| {
             let std = place(&e.id).map_or_else(Parameters::new, |i| {
                 let held = &self.held[i];
-                let stds: Vec<f64> = (0..held.theta.len())
-                    .map(|j| normal.told(Fitted::Change(i, j)).map_or(0.0, |t| t[1]))
-                    .collect();
+                let stds: Vec<f64> =
+                    (0..held.theta.len()).map(|j| normal.told(Fitted::Change(i, j)).map_or(0.0, |t| t[1])).collect();
                 moved(held.change, &held.theta, &stds)
             });
             let of_account = account.effects.iter().find(|a| a.id == e.id).map(|a| a.std.clone());

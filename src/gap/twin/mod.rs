@@ -18,8 +18,8 @@ mod regression;
 mod start;
 mod told;
 
-pub use difference::{Compared, Inherited, Said, compare_at_rest, compare_drives};
 pub use at_rest::twin_at_rest;
+pub use difference::{Compared, Inherited, Said, compare_at_rest, compare_drives};
 pub use drives::twin_of_drives;
 pub use pairs::{Pair, paired};
 pub use told::{ChannelFit, Parameter, Provenance, Twin, TwinEffect};

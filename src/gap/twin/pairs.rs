@@ -85,8 +85,12 @@ fn correlation(a: &[Vec<f64>; 2], b: &[Vec<f64>; 2], lag: i64) -> f64 {
 pub fn paired(simulator: &Log, real: &Log) -> Result<Pair> {
     let found = INPUTS.into_iter().find_map(|inputs| Some((inputs, both(real, inputs)?, both(simulator, inputs)?)));
     let Some((inputs, (begin, a), (other, b))) = found else {
-        return Err(Error::new(ErrorKind::Column, &real.source, "has no commands, torques or wheels that the simulator's log has too")
-            .hint("leave out --paired: unpaired logs are compared as well"));
+        return Err(Error::new(
+            ErrorKind::Column,
+            &real.source,
+            "has no commands, torques or wheels that the simulator's log has too",
+        )
+        .hint("leave out --paired: unpaired logs are compared as well"));
     };
     let furthest = a[0].len().max(b[0].len()) as i64 / 2;
     let tried = (-furthest..=furthest).map(|lag| (correlation(&a, &b, lag), lag));

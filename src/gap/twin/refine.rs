@@ -245,12 +245,7 @@ impl Fitting {
         columns
     }
 
-    fn pass(
-        &self,
-        record: &Record,
-        columns: &[(Scoped, f64, Fitted)],
-        each: impl FnMut(&Innovation) + Send,
-    ) -> Normal {
+    fn pass(&self, record: &Record, columns: &[(Scoped, f64, Fitted)], each: impl FnMut(&Innovation) + Send) -> Normal {
         let slopes = columns.iter().any(|c| matches!(c.2, Fitted::Change(..) | Fitted::Constant(_)));
         let own: &'static dyn ModelChange = self.own;
         let changes: Vec<&'static dyn ModelChange> =
@@ -377,7 +372,8 @@ impl Fitting {
                 let weighed: Vec<f64> = [-apart[i], 0.0, apart[i]].par_iter().map(|ln| self.ln_p(&at(*ln))).collect();
                 let [below, here, above] = [weighed[0], weighed[1], weighed[2]];
                 let bend = 2.0 * here - below - above;
-                let vertex = if bend > 0.0 { 0.5 * apart[i] * (above - below) / bend } else { FURTHEST.copysign(above - below) };
+                let vertex =
+                    if bend > 0.0 { 0.5 * apart[i] * (above - below) / bend } else { FURTHEST.copysign(above - below) };
                 let vertex = vertex.clamp(-FURTHEST, FURTHEST);
                 let there = at(vertex);
                 let gained = self.ln_p(&there);

@@ -105,8 +105,8 @@ mod tests {
     fn errors_of_the_regressors_do_not_pull_to_zero_and_standard_errors_hold() {
         let truth = [2.0, -0.5];
         let found: Vec<Regressed> = (0..400).map(|seed| drawn(seed, 300).solve().unwrap()).collect();
-        for j in 0..2 {
-            let z: Vec<f64> = found.iter().map(|r| (r.value[j] - truth[j]) / r.std(j)).collect();
+        for (j, truth) in truth.into_iter().enumerate() {
+            let z: Vec<f64> = found.iter().map(|r| (r.value[j] - truth) / r.std(j)).collect();
             let mean = z.iter().sum::<f64>() / 400.0;
             let square = z.iter().map(|z| z * z).sum::<f64>() / 400.0;
             // of 400 standard normal numbers: mean within 4/√400, mean square within 1 ± 4 √(2/400)

@@ -57,7 +57,8 @@ struct Wheels([[Integral; 2]; 2]);
 
 impl Wheels {
     fn of(times_s: &[f64], wheels: [&[f64]; 2]) -> Option<Self> {
-        let both = |half: usize| Some([Integral::half(times_s, wheels[0], half)?, Integral::half(times_s, wheels[1], half)?]);
+        let both =
+            |half: usize| Some([Integral::half(times_s, wheels[0], half)?, Integral::half(times_s, wheels[1], half)?]);
         Some(Self([both(0)?, both(1)?]))
     }
 }
@@ -151,11 +152,14 @@ fn radii(drives: &[Record], turn: [f64; 2]) -> Option<[Told; 2]> {
     for drive in drives {
         let Some([x, y, heading]) = &drive.pose else { continue };
         let times = &drive.times_s;
-        let Some(Wheels(halves)) = Wheels::of(times, [&drive.wheels_rad_s[0], &drive.wheels_rad_s[1]]) else { continue };
+        let Some(Wheels(halves)) = Wheels::of(times, [&drive.wheels_rad_s[0], &drive.wheels_rad_s[1]]) else {
+            continue;
+        };
         // a heading at the start alone was estimated from the positions
         let has_heading = heading.iter().filter(|h| h.is_finite()).count() > 1;
-        let there: Vec<usize> =
-            (0..times.len()).filter(|k| x[*k].is_finite() && y[*k].is_finite() && (!has_heading || heading[*k].is_finite())).collect();
+        let there: Vec<usize> = (0..times.len())
+            .filter(|k| x[*k].is_finite() && y[*k].is_finite() && (!has_heading || heading[*k].is_finite()))
+            .collect();
         let row = |t: f64| there.iter().copied().find(|k| times[*k] == t);
         let begin = there.first().map_or(0.0, |k| times[*k]);
         for window in windows(there.iter().map(|k| times[*k])) {
@@ -183,7 +187,8 @@ fn radii(drives: &[Record], turn: [f64; 2]) -> Option<[Told; 2]> {
         }
     }
     // without headings the first one is the direction in which the ways agree best
-    let away: Complex<f64> = ways.iter().map(|(x, _, way, _)| way * (x[0] + x[1]).conj()).filter(|c| c.is_finite()).sum();
+    let away: Complex<f64> =
+        ways.iter().map(|(x, _, way, _)| way * (x[0] + x[1]).conj()).filter(|c| c.is_finite()).sum();
     let first = Complex::from_polar(1.0, -away.arg());
     let mut equations = Equations::<2>::default();
     for (x, z, way, has_heading) in ways {
@@ -204,9 +209,11 @@ fn dynamics(drives: &[Record], turn: [f64; 2]) -> [Option<Dynamics>; 2] {
     for drive in drives {
         let Some(torques) = &drive.torques_n_m else { continue };
         let times = &drive.times_s;
-        let there: Vec<usize> = (0..times.len()).filter(|k| drive.wheels_rad_s.iter().all(|w| w[*k].is_finite())).collect();
+        let there: Vec<usize> =
+            (0..times.len()).filter(|k| drive.wheels_rad_s.iter().all(|w| w[*k].is_finite())).collect();
         let mixed: [Vec<f64>; 2] = [1.0, -1.0].map(|sign| {
-            let of = |k: usize| 0.5 * (share[1] * drive.wheels_rad_s[1][k] + sign * share[0] * drive.wheels_rad_s[0][k]);
+            let of =
+                |k: usize| 0.5 * (share[1] * drive.wheels_rad_s[1][k] + sign * share[0] * drive.wheels_rad_s[0][k]);
             (0..times.len()).map(of).collect()
         });
         for ((sign, speed), equations) in [1.0, -1.0].into_iter().zip(&mixed).zip(&mut equations) {

@@ -1,0 +1,110 @@
+//! What a diagnosis writes beside its page: pictures, the trail, the page in HTML, the augmented configuration, a patched copy.
+
+use super::patching::{Patch, PatchArgs};
+use crate::cli::html::{self, HtmlArgs};
+use crate::cli::output::Output;
+use clap::Args;
+use gyroid::Result;
+use gyroid::config::EffectTable;
+use gyroid::files::{OutputFile, Plan};
+use gyroid::gap::Diagnosis;
+use gyroid::report::GapReport;
+use gyroid::report::html::gap_page;
+use gyroid::report::plot::Format;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub(crate) struct WrittenArgs {
+    /// Write the configuration with the effects that were found as tables [[effect]]
+    #[arg(long, value_name = "FILE")]
+    write_sim: Option<PathBuf>,
+    #[command(flatten)]
+    patch: PatchArgs,
+    /// Write everything that was tried, stage by stage, and why it was taken or not, as Markdown
+    #[arg(long, value_name = "FILE")]
+    why: Option<PathBuf>,
+    /// Draw the page; the format follows the ending, .svg or .png; may be given more than once
+    #[arg(long, value_name = "FILE")]
+    plot: Vec<PathBuf>,
+    #[command(flatten)]
+    page: HtmlArgs,
+}
+
+/// Files that were claimed before the work began.
+pub(crate) struct Written {
+    write_sim: Option<OutputFile>,
+    patch: Option<Patch>,
+    why: Option<OutputFile>,
+    plots: Vec<OutputFile>,
+    page: Option<OutputFile>,
+}
+
+impl WrittenArgs {
+    /// Adds the files to what the command reads and writes.
+    pub fn planned(&self, plan: Plan) -> Plan {
+        let plan = plan.writes("--write-sim", &self.write_sim).writes("--plot", &self.plot).writes("--why", &self.why);
+        self.page.planned(self.patch.planned(plan))
+    }
+
+    /// Claims the files; `drives`: the diagnosis is of a robot.
+    pub fn claim(&self, drives: bool) -> Result<Written> {
+        let plots = self.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
+        let plots = plots.collect::<Result<Vec<_>>>()?;
+        let write_sim = self.write_sim.as_ref().map(OutputFile::claim).transpose()?;
+        let why = self.why.as_ref().map(OutputFile::claim).transpose()?;
+        let page = self.page.claim()?;
+        Ok(Written { write_sim, patch: self.patch.claim(drives)?, why, plots, page })
+    }
+}
+
+impl Written {
+    /// Whether time traces are shown.
+    pub fn shows_traces(&self) -> bool {
+        self.page.is_some() || !self.plots.is_empty()
+    }
+
+    /// Writes all of it, and says so; `given`: effects that the simulator had before, `inputs`: files that were read. The
+    /// patch as JSON, where there is one.
+    pub fn write<P: AsRef<Path>>(
+        self,
+        report: &GapReport,
+        diagnosis: &Diagnosis,
+        given: &[EffectTable],
+        inputs: impl IntoIterator<Item = P>,
+        output: &Output,
+    ) -> Result<Option<serde_json::Value>> {
+        if !self.plots.is_empty() {
+            let picture = report.picture()?;
+            let names: Vec<String> = self.plots.iter().map(|p| p.target().display().to_string()).collect();
+            self.plots.into_iter().try_for_each(|file| picture.write(file))?;
+            output.say(format!("\ndrew {}", names.join(", ")));
+        }
+        if let Some(file) = self.page {
+            html::write(file, &gap_page(report, &html::origin(inputs)?)?, output)?;
+        }
+        if let Some(mut file) = self.why {
+            let target = file.target().display().to_string();
+            file.write_all(report.why().as_bytes())?;
+            file.commit()?;
+            output.say(format!("wrote {target}: {} steps", report.answer.trace.len()));
+        }
+        let augmented = &diagnosis.augmented;
+        if let Some(mut file) = self.write_sim {
+            let target = file.target().display().to_string();
+            file.write_all(augmented.to_toml().map_err(|e| e.named(&target))?.as_bytes())?;
+            file.commit()?;
+            let found = augmented.effects.iter().filter(|e| !given.contains(e)).count();
+            output.say(format!("wrote {target}: {}", effects_text(found)));
+        }
+        let patched = self.patch.zip(augmented.vehicle.as_ref());
+        patched.map(|(patch, vehicle)| patch.write(report.answer, vehicle, output)).transpose()
+    }
+}
+
+fn effects_text(count: usize) -> String {
+    match count {
+        0 => "the nominal simulator, no effect added".into(),
+        1 => "one effect added".into(),
+        n => format!("{n} effects added"),
+    }
+}
