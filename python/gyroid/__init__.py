@@ -15,6 +15,7 @@ from gyroid._record import Array, Estimate, Record, Result, Rows
 from gyroid._rest import fit, noise, validate
 from gyroid._results import (
     Check,
+    Comparison,
     Diagnosis,
     Explanation,
     Export,
@@ -25,11 +26,13 @@ from gyroid._results import (
     Simulation,
     Study,
 )
+from gyroid._simulator import compare
 from gyroid._values import Config, Configuration, Picture, Recording
 
 __all__ = [
     "Array",
     "Check",
+    "Comparison",
     "Config",
     "Configuration",
     "Diagnosis",
@@ -55,6 +58,7 @@ __all__ = [
     "Simulation",
     "Study",
     "__version__",
+    "compare",
     "diagnose",
     "explain",
     "export",

@@ -142,10 +142,9 @@ class Simulation(Result, _shapes.Simulate):
     truth: Recording | None
 
 
-class Diagnosis(Result, _shapes.GapDiagnose):
-    """The gap between simulator and recording: where it lies, which effect causes it, how far it shrinks."""
+class _Traced:
+    """What a diagnosis writes beside its answer."""
 
-    _shown = ("effects", "gap")
     _configuration: Configuration
     _why: str
 
@@ -157,6 +156,23 @@ class Diagnosis(Result, _shapes.GapDiagnose):
     def config(self) -> Configuration:
         """The simulator with the effects that were found, as tables ``[[effect]]``."""
         return self._configuration
+
+
+class Diagnosis(_Traced, Result, _shapes.GapDiagnose):
+    """The gap between simulator and recording: where it lies, which effect causes it, how far it shrinks."""
+
+    _shown = ("effects", "gap")
+
+
+class Comparison(_Traced, Result, _shapes.GapCompare):
+    """The gap between a simulator of anybody's and the robot, and the model that stands for that simulator."""
+
+    _shown = ("effects", "gap")
+    _twin: Configuration
+
+    def twin_config(self) -> Configuration:
+        """The model that stands for the simulator."""
+        return self._twin
 
 
 class Explanation(Result, _shapes.GapExplain):

@@ -68,6 +68,7 @@ def answers() -> dict[str, dict[str, list[Answer]]]:
         gyroid.diagnose(standing, rest.recording),
         gyroid.diagnose(standing, shaken, without=["gyro.tone", "gyro.rate_random_walk", "gyro.narrow_band_noise"]),
     ]
+    compared = [gyroid.compare(square.recording, heavy, square.recording, paired=True), gyroid.compare(rest.recording, shaken)]
     explained = [
         gyroid.explain(config, heavy, ["gyro.scale_factor"]),
         gyroid.explain(standing, shaken, ["gyro.rate_random_walk", "gyro.tone"]),
@@ -83,6 +84,7 @@ def answers() -> dict[str, dict[str, list[Answer]]]:
         "navigate": {"Navigate": drives},
         "simulate": {"Simulate": [square, rest]},
         "gap.diagnose": {"GapDiagnose": gaps},
+        "gap.compare": {"GapCompare": compared},
         "gap.explain": {"GapExplain": explained},
         "export": {"Export": exports, "ExportRefused": [gyroid.export(unfit, "kalibr")]},
         "inspect": {"Inspect": looks},
@@ -119,6 +121,7 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
         ("export", "ExportList", ("export", "--list")),
         ("init", "Init", ("init", "--kind", "rest", "-o", "rest.toml")),
         ("init", "Init", ("init", "--kind", "driving", "-o", "driving.toml")),
+        ("gap.twin", "GapTwin", ("gap", "twin", DATA / "drives" / "rover_hold.parquet", "-o", "twin.toml")),
         ("man", "Man", ("man", "-o", "man")),
         ("demo", "Demo", ("demo", "-o", "demo")),
     ]
