@@ -23,8 +23,6 @@ use crate::model::drive::Instrument;
 use crate::signal::{Log, names};
 use serde::Serialize;
 
-/// Probability that an effect has at most, so that its odds are a number.
-const SURE: f64 = 1.0 - 1e-9;
 /// Standard deviations by which what is left without a name must be stronger than in the simulator's log to be a gap.
 const STRONGER: f64 = 3.0;
 
@@ -277,8 +275,8 @@ fn subtract(
         let nats = effect.evidence_nats.unwrap_or(0.5 * before * before);
         let left = share * nats;
         let is_gap = left >= findings.least_nats;
-        let odds = effect.probability.min(SURE);
-        let odds = (odds / (1.0 - odds)).ln() - (nats - left) / temperature;
+        // no surer than the evidence that is left makes it, however much was there before
+        let odds = (left - findings.least_nats) / temperature;
         effect.probability = effect.probability.min(1.0 / (1.0 + (-odds).exp()));
         effect.evidence_nats = effect.evidence_nats.map(|_| left);
         for (inherited, ..) in &mut held {
