@@ -326,7 +326,10 @@ fn a_drive_is_drawn_with_its_path_and_errors_in_the_units_they_are_named_with() 
     // the shortest of several horizons stands in the text alone
     assert!(!svg.contains("position, 1 s"));
     let text = report.text();
-    assert!(text.contains("position off after 1 s") && text.contains("filter: heading off after 5 s, rms, deg"), "{text}");
+    assert!(
+        text.contains("position off after 1 s") && text.contains("filter: heading off after 5 s, rms, deg"),
+        "{text}"
+    );
 }
 
 #[test]
