@@ -39,6 +39,8 @@ def commands(*line: str) -> list[str]:
 def test_every_command_that_answers_has_a_schema() -> None:
     known = commands()
     assert len(known) > 12 and set(known) == {*SCHEMAS, *WITHOUT}
+    page = (ROOT / "docs" / "src" / "json.md").read_text()
+    assert [command for command in SCHEMAS if f"(schema/{command}.json)" not in page] == []
 
 
 @pytest.mark.parametrize(

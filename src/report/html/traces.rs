@@ -2,7 +2,7 @@
 
 use super::document::Document;
 use crate::gap::{DriveTraces, Trace};
-use crate::report::plot::gap::{AFTER, BEFORE};
+use crate::report::plot::palette::{AFTER, BEFORE};
 use crate::report::plot::path::{path, trace};
 use crate::report::plot::quantity::{self, Quantity};
 use crate::report::plot::{Axis, Chart, Panel, palette};

@@ -2,6 +2,7 @@
 
 use super::bars::{Bar, BarChart};
 use super::correction;
+use super::palette::{AFTER, BEFORE};
 use super::path::path;
 use super::quantity::{self, Quantity, significant};
 use super::{Axis, Chart, Page, Panel, Picture, palette};
@@ -14,8 +15,6 @@ use crate::units::duration_text;
 
 /// Effects in the panel of probabilities.
 const EFFECTS: usize = 6;
-pub(in crate::report) const BEFORE: palette::Color = palette::GREY;
-pub(in crate::report) const AFTER: palette::Color = palette::VERMILION;
 const FLOOR: palette::Color = palette::GREEN;
 
 /// The page of a diagnosis.

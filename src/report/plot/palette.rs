@@ -20,6 +20,9 @@ pub(crate) const ORANGE: Color = Color(0xE6, 0x9F, 0x00);
 pub(crate) const SKY: Color = Color(0x56, 0xB4, 0xE9);
 /// Bounds and bands.
 pub const GREY: Color = Color(0x80, 0x80, 0x80);
+/// The simulator as it was, and with the effects that were found.
+pub(in crate::report) const BEFORE: Color = GREY;
+pub(in crate::report) const AFTER: Color = VERMILION;
 /// Paper.
 pub(crate) const WHITE: Color = Color(0xFF, 0xFF, 0xFF);
 

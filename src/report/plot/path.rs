@@ -1,6 +1,6 @@
 //! Path of a drive: recorded, and as the simulators before and after have it.
 
-use super::gap::{AFTER, BEFORE};
+use super::palette::{AFTER, BEFORE};
 use super::quantity::{self, Quantity};
 use super::{Axis, Chart, Panel, palette};
 use crate::gap::{DriveTraces, Trace};
