@@ -15,8 +15,10 @@
 //! recordings from each other.
 
 mod closed;
+pub mod gate;
 mod heading;
 pub(crate) mod oracle;
+pub mod replay;
 mod shape;
 #[cfg(test)]
 mod tests;
