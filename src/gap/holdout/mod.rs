@@ -19,6 +19,8 @@ pub mod gate;
 mod heading;
 pub(crate) mod oracle;
 pub mod replay;
+#[cfg(test)]
+mod replay_tests;
 mod shape;
 #[cfg(test)]
 mod tests;
