@@ -487,35 +487,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn late_wheels_tell_speeds_and_slip_of_the_instant_they_were_read() {
-        let by_id = |id| crate::effects::drive::by_id(id).and_then(|e| e.change()).unwrap();
-        let slip = || by_id(crate::effects::drive::ids::slip()).at(&[0.3, 0.0]);
-        let late = by_id(crate::effects::drive::ids::wheel_delay()).at(&[0.025]);
-        let mut past = Past::default();
-        let then = |k: f64| ([0.4 + 0.1 * k, -0.3 * k], [2.0 + k, -1.0 - k]);
-        for k in 0..4 {
-            let (rates, forces) = then(f64::from(k));
-            past.push(0.01 * f64::from(k), rates, forces);
-        }
-        let now = |k: f64, past| {
-            let ([speed_m_s, yaw_rate_rad_s], wheel_force_n) = then(k);
-            Moving { t_s: 0.01 * k, speed_m_s, yaw_rate_rad_s, wheel_force_n, past, ..Moving::default() }
-        };
-        // rates between those of 10 and 20 ms, the force of the step that ends at 20 ms
-        let read = Moving { wheel_force_n: then(2.0).1, ..now(1.5, None) };
-        let rolling = DriveModel::new(Robot::small(), vec![slip()]).wheels_rad_s(&read);
-        let model = DriveModel::new(Robot::small(), vec![late, slip()]);
-        let wheels = model.wheels_rad_s(&now(4.0, Some(&past)));
-        assert!((0..2).all(|i| (wheels[i] - rolling[i]).abs() < 1e-12), "{wheels:?} {rolling:?}");
-        // between two steps: the one that ended there
-        let model =
-            DriveModel::new(Robot::small(), vec![by_id(crate::effects::drive::ids::wheel_delay()).at(&[0.02]), slip()]);
-        let rolling = DriveModel::new(Robot::small(), vec![slip()]).wheels_rad_s(&now(2.0, None));
-        let wheels = model.wheels_rad_s(&now(4.0, Some(&past)));
-        assert!((0..2).all(|i| (wheels[i] - rolling[i]).abs() < 1e-12), "{wheels:?} {rolling:?}");
-    }
-
-    #[test]
     fn a_late_reference_is_behind_by_what_an_accelerating_robot_went_since() {
         let (v, a, delay_s) = (0.4, 0.9, 0.15);
         let at = Moving { speed_m_s: v, acceleration_m_s2: a, ..Moving::default() };

@@ -11,5 +11,6 @@ mod effects_command;
 mod false_alarms;
 #[path = "../common/place.rs"]
 mod place;
+mod replay;
 mod rest;
 mod twin;

@@ -2,6 +2,7 @@
 
 use super::diagnose::{begun, library, names};
 use super::recordings::Sides;
+use super::replay::Reads;
 use super::simulated::{Logs, Reader, apart};
 use super::written::WrittenArgs;
 use crate::cli::log_args::ColumnArgs;
@@ -76,7 +77,10 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     if !hold.is_empty() {
         alike(&sim_logs, &hold_logs)?;
     }
-    let written = args.written.claim(sim_logs.drives)?;
+    let mut written = args.written.claim(sim_logs.drives)?;
+    let config = reader.config()?;
+    let reads = Reads { columns: &args.columns, map: &args.map, config: &config };
+    written.replays(hold_logs.logs.first(), reads)?;
     let pairs = if args.paired { pairs(&sim_logs, &real_logs)? } else { Vec::new() };
     let starts_s = args.columns.starts_s(sim.len() + real.len() + hold.len())?;
     let (sim_starts, others) = starts_s.split_at(sim.len());
@@ -118,13 +122,13 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
         traces: &diagnosis.traces,
     };
     output.say(report.text());
+    let patched = written.write(&report, diagnosis, &twin.config.effects, args.init.iter().chain(all()), &output)?;
     if let Some(mut file) = write_twin {
         let target = file.target().display().to_string();
         file.write_all(twin.config.to_toml().map_err(|e| e.named(&target))?.as_bytes())?;
         file.commit()?;
         output.say(format!("wrote {target}: the twin of the simulator"));
     }
-    let patched = written.write(&report, diagnosis, &twin.config.effects, args.init.iter().chain(all()), &output)?;
     let mut json = serde_json::json!(compared.diagnosis.answer);
     json["curves"] = serde_json::json!(diagnosis.traces.iter().flat_map(DriveTraces::curves).collect::<Vec<_>>());
     if let Some(patched) = patched {

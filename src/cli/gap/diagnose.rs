@@ -1,6 +1,7 @@
 //! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
 use super::recordings::{Recordings, read_drive};
+use super::replay::Reads;
 use super::written::WrittenArgs;
 use crate::cli::log_args::ColumnArgs;
 use crate::cli::outcome::Outcome;
@@ -61,7 +62,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let library = library(&args.without)?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
     let drives = config.kind == Kind::Driving;
-    let written = args.written.claim(drives)?;
+    let mut written = args.written.claim(drives)?;
     if !drives && !args.map.is_empty() {
         return Err(Error::new(
             ErrorKind::Usage,
@@ -91,6 +92,8 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     };
     let fit_logs = fit.iter().map(|paths| read_one("--fit", paths)).collect::<Result<Vec<_>>>()?;
     let hold_logs = hold.iter().map(|paths| read_one("--hold", paths)).collect::<Result<Vec<_>>>()?;
+    let reads = Reads { columns: &args.columns, map: &args.map, config: &config };
+    written.replays(hold_logs.first(), reads)?;
     let traces = written.shows_traces() || output.answers();
     let options = Options { seed: args.seed, corrections: true, traces, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };

@@ -8,6 +8,7 @@ mod explain;
 mod key_path;
 mod patching;
 mod recordings;
+mod replay;
 mod simulated;
 mod twin;
 mod written;

@@ -1,16 +1,21 @@
 //! `--patch`: what was found, entered into a copy of the robot's description.
 
+use super::replay::{self, Reads, Simulator};
 use crate::cli::output::Output;
 use clap::Args;
 use gyroid::config::Vehicle;
 use gyroid::effects::{Parameters, drive};
 use gyroid::files::{OutputFile, Plan};
 use gyroid::gap::Answer;
+use gyroid::gap::holdout::gate::{Gate, gate};
+use gyroid::gap::holdout::replay::Replayed;
 use gyroid::model::drive::Robot;
-use gyroid::robot::{self, Choice, Fact, Finding, Format};
+use gyroid::robot::{self, Choice, Fact, Finding, Format, Patched};
+use gyroid::signal::Log;
 use gyroid::{Error, ErrorKind, Result};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 /// CONFIG and description are of one robot within this share.
 const ONE_ROBOT: f64 = 0.01;
@@ -25,14 +30,31 @@ pub(crate) struct PatchArgs {
     /// Write that copy here
     #[arg(short, long, value_name = "COPY", requires = "patch")]
     out: Option<PathBuf>,
+    /// Run your simulator on the first recording of --hold, before and after, and enter only what makes its error smaller there
+    ///
+    /// A command of the shell: {model} becomes the path of a description, {inputs} that of a CSV with the recording's torques
+    /// (t_s from 0, torque_left_n_m, torque_right_n_m), {log} that of the log it is to write. Each run is to draw the same chance.
+    #[arg(long, value_name = "COMMAND", requires = "patch")]
+    simulate: Option<String>,
 }
 
 /// A description that was read, and the place of its copy.
-pub(crate) struct Patch {
+pub(crate) struct Patch<'a> {
     file: String,
     text: String,
     format: Format,
     copy: OutputFile,
+    simulate: Option<&'a str>,
+    /// The user's simulator, and its errors under the description as it is.
+    replay: Option<(Simulator<'a>, Replayed)>,
+}
+
+/// What is to be written.
+pub(crate) struct Decided {
+    /// None where the replay kept nothing.
+    patched: Option<Patched>,
+    no_place: Vec<(String, String)>,
+    replay: Option<(String, Gate)>,
 }
 
 impl PatchArgs {
@@ -41,52 +63,121 @@ impl PatchArgs {
     }
 
     /// Reads the description, and claims the copy's place; `drives`: the configuration is of a robot.
-    pub fn claim(&self, drives: bool) -> Result<Option<Patch>> {
+    pub fn claim(&self, drives: bool) -> Result<Option<Patch<'_>>> {
         let (Some(path), Some(out)) = (&self.patch, &self.out) else { return Ok(None) };
         if !drives {
             let found = "enters sizes of a robot, and the configuration is of a gyro at rest";
             return Err(Error::new(ErrorKind::Usage, "--patch", found).hint("leave it out, or give --write-sim"));
         }
+        self.simulate.as_deref().map_or(Ok(()), replay::check)?;
         let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, &e))?;
         let file = path.display().to_string();
         let format = robot::format_of(&text, &file)?;
         robot::parse(&text, &file, format, &Choice::default())?;
-        Ok(Some(Patch { file, text, format, copy: OutputFile::claim(out)? }))
+        let copy = OutputFile::claim(out)?;
+        Ok(Some(Patch { file, text, format, copy, simulate: self.simulate.as_deref(), replay: None }))
     }
 }
 
-impl Patch {
-    /// Enters the effects of the answer that are present; what was changed, and what has no place, as JSON.
-    pub fn write(mut self, answer: &Answer, vehicle: &Vehicle, output: &Output) -> Result<Value> {
+impl<'a> Patch<'a> {
+    /// Runs the user's simulator, where there is one, on the recording kept back with the description as it is.
+    pub fn replays(&mut self, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<()> {
+        let Some(command) = self.simulate else { return Ok(()) };
+        let simulator = Simulator::new(command, kept, reads)?;
+        let before = simulator.run(Path::new(&self.file), &self.file)?;
+        self.replay = Some((simulator, before));
+        Ok(())
+    }
+
+    fn entered(&self, findings: &[Finding]) -> Result<Patched> {
+        robot::patch(&self.text, &self.file, self.format, &Choice::default(), findings)
+    }
+
+    /// Errors of the user's simulator under a description with `effects` entered, which lies beside the copy meanwhile: what it
+    /// includes is found from there.
+    fn replayed(&self, simulator: &Simulator<'_>, effects: &[(&str, Vec<Finding>)]) -> Result<Replayed> {
+        let findings: Vec<Finding> = effects.iter().flat_map(|(_, findings)| findings.clone()).collect();
+        let patched = self.entered(&findings)?;
+        let folder = self.copy.target().parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let ending =
+            Path::new(&self.file).extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
+        let cannot = |e: std::io::Error| Error::io(folder, &e);
+        let mut model =
+            tempfile::Builder::new().prefix("gyroid-").suffix(&ending).tempfile_in(folder).map_err(cannot)?;
+        model.write_all(patched.text.as_bytes()).and_then(|()| model.flush()).map_err(cannot)?;
+        let ids: Vec<&str> = effects.iter().map(|(id, _)| *id).collect();
+        simulator.run(model.path(), &format!("{} and {}", self.file, ids.join(", ")))
+    }
+
+    /// The effects of the answer that are present, entered; with a simulator, those of them that make its error smaller.
+    pub fn decide(&self, answer: &Answer, vehicle: &Vehicle) -> Result<Decided> {
         let robot = Robot::from(vehicle);
         let named = answer.together.iter().filter_map(|id| answer.effects.iter().find(|e| e.id == *id));
-        let mut findings = Vec::new();
+        let mut found: Vec<(&str, Vec<Finding>)> = Vec::new();
         let mut no_place = Vec::new();
         for effect in named {
             let truths = drive::by_id(&effect.id).map(|e| drive::described(e, &effect.parameters, &robot));
-            let truths = truths.unwrap_or_default();
-            if truths.is_empty() {
+            let says = || says(&effect.id, &effect.parameters, &effect.std);
+            let findings = truths.into_iter().flatten().map(|truth| Finding { truth, says: says() });
+            let findings: Vec<Finding> = findings.collect();
+            if findings.is_empty() {
                 no_place.push((effect.id.clone(), "descriptions of robots have no such number".to_string()));
             }
-            findings.extend(
-                truths
-                    .into_iter()
-                    .map(|truth| Finding { truth, says: says(&effect.id, &effect.parameters, &effect.std) }),
-            );
+            found.push((&effect.id, findings));
+        }
+        let all = |found: &[(&str, Vec<Finding>)]| -> Vec<Finding> { found.iter().flat_map(|f| f.1.clone()).collect() };
+        let whole = self.entered(&all(&found))?;
+        no_place.extend(whole.no_place.iter().map(|(finding, why)| (finding.says.clone(), why.clone())));
+        let Some((simulator, before)) = &self.replay else {
+            return Ok(Decided { patched: Some(whole), no_place, replay: None });
+        };
+        // what has no place changes nothing there
+        let mut tried = Vec::new();
+        for one in found {
+            if !self.entered(&one.1)?.changes.is_empty() {
+                tried.push(one);
+            }
+        }
+        let gate = gate(before, tried.clone(), |effects| self.replayed(simulator, effects))?;
+        let kept: Vec<_> = tried.into_iter().filter(|(id, _)| gate.kept.iter().any(|kept| kept == id)).collect();
+        let patched = if kept.is_empty() { None } else { Some(self.entered(&all(&kept))?) };
+        Ok(Decided { patched, no_place, replay: Some((simulator.recording().source.clone(), gate)) })
+    }
+
+    /// Writes the copy; what was changed, and what has no place, as JSON.
+    pub fn write(mut self, decided: Decided, vehicle: &Vehicle, output: &Output) -> Result<Value> {
+        let Decided { patched, no_place, replay } = decided;
+        let target = self.copy.target().display().to_string();
+        let changes = match &patched {
+            Some(patched) => {
+                self.copy.write_all(patched.text.as_bytes())?;
+                self.copy.commit()?;
+                output.say(format!("\nwrote {target}: {} of {} changed", patched.changes.len(), self.file));
+                patched.changes.as_slice()
+            }
+            None => {
+                output.say(format!(
+                    "\ndid not write {target}: nothing that was found makes your simulator's error smaller"
+                ));
+                &[]
+            }
+        };
+        changes.iter().for_each(|change| output.say(format!("  {change}")));
+        no_place.iter().for_each(|(what, why)| output.say(format!("  no place for {what}: {why}")));
+        if let Some((recording, gate)) = &replay {
+            output.say(replay::text(recording, gate));
         }
         let choice = Choice::default();
-        let patched = robot::patch(&self.text, &self.file, self.format, &choice, &findings)?;
-        no_place.extend(patched.no_place.into_iter().map(|(finding, why)| (finding.says, why)));
-        let target = self.copy.target().display().to_string();
-        self.copy.write_all(patched.text.as_bytes())?;
-        self.copy.commit()?;
-        output.say(format!("\nwrote {target}: {} of {} changed", patched.changes.len(), self.file));
-        patched.changes.iter().for_each(|change| output.say(format!("  {change}")));
-        no_place.iter().for_each(|(what, why)| output.say(format!("  no place for {what}: {why}")));
         let others = other_sizes(&robot::parse(&self.text, &self.file, self.format, &choice)?, vehicle);
         others.iter().for_each(|other| output.say(format!("note: {other}")));
         let no_place: Vec<Value> = no_place.iter().map(|(what, why)| json!({"finding": what, "why": why})).collect();
-        Ok(json!({"file": target, "changes": patched.changes, "no_place": no_place, "notes": others}))
+        let file = patched.is_some().then_some(target);
+        let mut told = json!({"file": file, "changes": changes, "no_place": no_place, "notes": others});
+        if let Some((recording, gate)) = replay {
+            told["replay"] = json!(gate);
+            told["replay"]["recording"] = json!(recording);
+        }
+        Ok(told)
     }
 }
 

@@ -36,13 +36,21 @@ impl<'a> Reader<'a> {
         Ok(Self { columns, map, init, notes: Vec::new() })
     }
 
+    /// The robot as far as it is known.
+    ///
+    /// # Errors
+    /// As [`Config::parse`].
+    pub fn config(&self) -> Result<Config> {
+        let nothing = Config::parse("schema = 1\n", "configuration")?;
+        Ok(self.init.clone().unwrap_or(nothing))
+    }
+
     /// Reads runs, each of its files.
     ///
     /// # Errors
     /// Those of the reader; [`ErrorKind::Usage`] for several files at rest.
     pub fn read(&mut self, option: &str, runs: &[Vec<PathBuf>]) -> Result<Logs> {
-        let nothing = Config::parse("schema = 1\n", "configuration")?;
-        let config = self.init.clone().unwrap_or(nothing);
+        let config = self.config()?;
         let mut logs = Vec::new();
         let mut at_rest = self.init.as_ref().map(|c| c.kind == Kind::Stationary);
         for files in runs {

@@ -1,6 +1,7 @@
 //! What a diagnosis writes beside its page: pictures, the trail, the page in HTML, the augmented configuration, a patched copy.
 
 use super::patching::{Patch, PatchArgs};
+use super::replay::Reads;
 use crate::cli::html::{self, HtmlArgs};
 use crate::cli::output::Output;
 use clap::Args;
@@ -11,6 +12,7 @@ use gyroid::gap::Diagnosis;
 use gyroid::report::GapReport;
 use gyroid::report::html::gap_page;
 use gyroid::report::plot::Format;
+use gyroid::signal::Log;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -31,9 +33,9 @@ pub(crate) struct WrittenArgs {
 }
 
 /// Files that were claimed before the work began.
-pub(crate) struct Written {
+pub(crate) struct Written<'a> {
     write_sim: Option<OutputFile>,
-    patch: Option<Patch>,
+    patch: Option<Patch<'a>>,
     why: Option<OutputFile>,
     plots: Vec<OutputFile>,
     page: Option<OutputFile>,
@@ -47,7 +49,7 @@ impl WrittenArgs {
     }
 
     /// Claims the files; `drives`: the diagnosis is of a robot.
-    pub fn claim(&self, drives: bool) -> Result<Written> {
+    pub fn claim(&self, drives: bool) -> Result<Written<'_>> {
         let plots = self.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
         let plots = plots.collect::<Result<Vec<_>>>()?;
         let write_sim = self.write_sim.as_ref().map(OutputFile::claim).transpose()?;
@@ -57,7 +59,12 @@ impl WrittenArgs {
     }
 }
 
-impl Written {
+impl<'a> Written<'a> {
+    /// Runs the user's simulator, where one is given, on the first recording kept back: one that fails does so before the work.
+    pub fn replays(&mut self, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<()> {
+        self.patch.as_mut().map_or(Ok(()), |patch| patch.replays(kept, reads))
+    }
+
     /// Whether time traces are shown.
     pub fn shows_traces(&self) -> bool {
         self.page.is_some() || !self.plots.is_empty()
@@ -73,6 +80,10 @@ impl Written {
         inputs: impl IntoIterator<Item = P>,
         output: &Output,
     ) -> Result<Option<serde_json::Value>> {
+        let augmented = &diagnosis.augmented;
+        let patch = self.patch.zip(augmented.vehicle.as_ref());
+        let patch = patch.map(|(patch, vehicle)| Ok((patch.decide(report.answer, vehicle)?, patch, vehicle)));
+        let patch = patch.transpose()?;
         if !self.plots.is_empty() {
             let picture = report.picture()?;
             let names: Vec<String> = self.plots.iter().map(|p| p.target().display().to_string()).collect();
@@ -88,7 +99,6 @@ impl Written {
             file.commit()?;
             output.say(format!("wrote {target}: {} steps", report.answer.trace.len()));
         }
-        let augmented = &diagnosis.augmented;
         if let Some(mut file) = self.write_sim {
             let target = file.target().display().to_string();
             file.write_all(augmented.to_toml().map_err(|e| e.named(&target))?.as_bytes())?;
@@ -96,8 +106,7 @@ impl Written {
             let found = augmented.effects.iter().filter(|e| !given.contains(e)).count();
             output.say(format!("wrote {target}: {}", effects_text(found)));
         }
-        let patched = self.patch.zip(augmented.vehicle.as_ref());
-        patched.map(|(patch, vehicle)| patch.write(report.answer, vehicle, output)).transpose()
+        patch.map(|(decided, patch, vehicle)| patch.write(decided, vehicle, output)).transpose()
     }
 }
 

@@ -15,8 +15,12 @@
 //! recordings from each other.
 
 mod closed;
+pub mod gate;
 mod heading;
 pub(crate) mod oracle;
+pub mod replay;
+#[cfg(test)]
+mod replay_tests;
 mod shape;
 #[cfg(test)]
 mod tests;

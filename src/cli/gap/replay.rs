@@ -1,0 +1,161 @@
+//! `--simulate`: the user's own simulator, run on the recording kept back under one description and another.
+
+use super::recordings::read_drive;
+use crate::cli::log_args::ColumnArgs;
+use gyroid::config::Config;
+use gyroid::gap::holdout::gate::Gate;
+use gyroid::gap::holdout::replay::Replayed;
+use gyroid::ingest::LogWriter;
+use gyroid::signal::{Log, TimeAxis, names};
+use gyroid::{Error, ErrorKind, Result};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use tempfile::TempDir;
+
+/// What a command must have a place for.
+const PLACES: [&str; 3] = ["{model}", "{inputs}", "{log}"];
+/// Lines of a failed command's last words.
+const LAST_WORDS: usize = 5;
+
+/// How the simulator's log is read: as the recordings are.
+#[derive(Clone, Copy)]
+pub(super) struct Reads<'a> {
+    pub columns: &'a ColumnArgs,
+    pub map: &'a [String],
+    pub config: &'a Config,
+}
+
+/// A simulator with the inputs of one recording.
+pub(super) struct Simulator<'a> {
+    command: &'a str,
+    reads: Reads<'a>,
+    recording: &'a Log,
+    /// Holds the inputs, and the log of each run; goes with it.
+    folder: TempDir,
+}
+
+fn usage(found: impl std::fmt::Display) -> Error {
+    Error::new(ErrorKind::Usage, "--simulate", found)
+}
+
+/// Refuses a command that has no place for model, inputs or log.
+pub(super) fn check(command: &str) -> Result<()> {
+    match PLACES.iter().find(|place| !command.contains(*place)) {
+        None => Ok(()),
+        Some(missing) => Err(usage(format!("the command {command:?} has no {missing}"))
+            .hint("name all three: 'python run.py --model {model} --inputs {inputs} --out {log}'")),
+    }
+}
+
+/// As one word of the shell.
+fn quoted(path: &Path) -> String {
+    format!("'{}'", path.display().to_string().replace('\'', r"'\''"))
+}
+
+impl<'a> Simulator<'a> {
+    /// Writes the inputs of the recording kept back to a temporary folder.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Usage`] without a recording kept back, or where it has no torques.
+    pub fn new(command: &'a str, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<Self> {
+        let recording = kept.ok_or_else(|| {
+            usage("runs on a recording that is kept back, and none is").hint("give another drive with --hold")
+        })?;
+        let channels = [names::TORQUE_LEFT, names::TORQUE_RIGHT];
+        let [Some(left), Some(right)] = channels.map(|name| recording.get(name)) else {
+            let found = format!("gives the simulator the torques of {}, which has none", recording.source);
+            return Err(
+                usage(found).hint("hold out a recording with torque_left_n_m and torque_right_n_m, or --map them")
+            );
+        };
+        let rows: Vec<usize> = (0..recording.len()).filter(|k| left[*k].is_finite() && right[*k].is_finite()).collect();
+        if rows.len() < 2 {
+            return Err(usage(format!("gives the simulator the torques of {}, which has no two", recording.source))
+                .hint("hold out a recording whose torques were logged"));
+        }
+        let begin_s = recording.time.at(0);
+        let times_s = rows.iter().map(|k| recording.time.at(*k) - begin_s).collect();
+        let mut inputs = Log::new("inputs", TimeAxis::Explicit(times_s));
+        for (name, values) in channels.into_iter().zip([left, right]) {
+            inputs.push(name, rows.iter().map(|k| values[*k]).collect())?;
+        }
+        let folder = tempfile::Builder::new().prefix("gyroid-").tempdir();
+        let folder = folder.map_err(|e| Error::io(std::env::temp_dir(), &e))?;
+        let simulator = Self { command, reads, recording, folder };
+        LogWriter::claim(simulator.inputs())?.write(&inputs)?;
+        Ok(simulator)
+    }
+
+    /// The recording that it runs on.
+    pub fn recording(&self) -> &'a Log {
+        self.recording
+    }
+
+    fn inputs(&self) -> PathBuf {
+        self.folder.path().join("inputs.csv")
+    }
+
+    /// Runs it under the description at `model`; `called` is that description's name in messages.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Usage`] where the command fails or leaves no log; those of the reader and of [`Replayed::of`].
+    pub fn run(&self, model: &Path, called: &str) -> Result<Replayed> {
+        let log = self.folder.path().join("log.parquet");
+        if log.exists() {
+            std::fs::remove_file(&log).map_err(|e| Error::io(&log, &e))?;
+        }
+        let paths = [quoted(model), quoted(&self.inputs()), quoted(&log)];
+        let line =
+            PLACES.iter().zip(&paths).fold(self.command.to_string(), |line, (place, path)| line.replace(place, path));
+        let ended = Command::new("sh").args(["-c", &line]).stdin(Stdio::null()).output();
+        let ended = ended.map_err(|e| Error::io("sh", &e).at("--simulate"))?;
+        let failed = |found: String| usage(found).at(format!("with {called}"));
+        if !ended.status.success() {
+            let words = String::from_utf8_lossy(&ended.stderr);
+            let lines: Vec<&str> = words.lines().filter(|line| !line.trim().is_empty()).collect();
+            let last = lines[lines.len().saturating_sub(LAST_WORDS)..].join("\n  ");
+            let last = if last.is_empty() { "it said nothing on standard error".to_string() } else { last };
+            return Err(failed(format!("the command failed ({}):\n  {last}", ended.status))
+                .hint(format!("try it by hand: {}", self.command)));
+        }
+        if !log.is_file() {
+            return Err(failed("the command ended well and wrote no {log}".into())
+                .hint("let it write its log, CSV or Parquet, to the path in the place of {log}"));
+        }
+        let source = format!("the simulator's log with {called}");
+        let reads = self.reads;
+        let read = read_drive((reads.columns, reads.map), ("--simulate", &[log]), reads.config, &mut Vec::new());
+        let mut simulated = read.map_err(|e| e.named(&source))?;
+        simulated.source = source;
+        Replayed::of(self.recording, &simulated)
+    }
+}
+
+/// What the replay showed, a line each.
+pub(super) fn text(recording: &str, gate: &Gate) -> String {
+    let share = |closed: Option<f64>, ci95: Option<[f64; 2]>| match (closed, ci95) {
+        (Some(closed), Some([low, high])) => {
+            format!("{:.1} % of the gap (95 %: {:.1} to {:.1} %)", 100.0 * closed, 100.0 * low, 100.0 * high)
+        }
+        (Some(closed), None) => format!("{:.1} % of the gap (its interval has no bounds)", 100.0 * closed),
+        (None, _) => "no share of a gap: the error before does not exceed the noise".into(),
+    };
+    let mut lines = Vec::new();
+    if let Some(all) = &gate.shrinkage {
+        let what = if gate.kept.is_empty() { "all that was found closes" } else { "closes" };
+        lines.push(format!("in your simulator, on {recording}: {what} {}", share(all.closed, all.ci95)));
+        lines.extend(all.channels.iter().map(|c| {
+            format!(
+                "  {}: rms {:.3e} before, {:.3e} after, of which noise {:.3e}",
+                c.channel, c.rms_before, c.rms_after, c.noise_std
+            )
+        }));
+    }
+    lines.extend(
+        gate.dropped.iter().map(|d| format!("  left out {}: {}, adds {}", d.effect, d.why, share(d.adds, d.ci95))),
+    );
+    if lines.is_empty() {
+        lines.push("your simulator was run once: nothing was found that its description has a place for".into());
+    }
+    lines.join("\n")
+}
