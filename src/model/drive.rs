@@ -139,9 +139,8 @@ pub struct Moving<'a> {
 }
 
 impl Moving<'_> {
-    /// The same robot `delay_s` ago: speed, yaw rate and forces of the wheels. Within the last row, without a past, or
-    /// ahead of time the rates are extrapolated with the accelerations: past rates of a filter are estimates, whose errors
-    /// would look like a delay.
+    /// The same robot `delay_s` ago: speed, yaw rate and forces of the wheels. Within the last row, without a past, or ahead
+    /// of time rates are extrapolated with the accelerations: errors of a filter's past rates would look like a delay.
     #[must_use]
     pub(crate) fn ago(&self, delay_s: f64) -> Self {
         let t_s = self.t_s - delay_s;
