@@ -115,3 +115,4 @@ from gyroid._shapes._other import _StudyGrounds as _StudyGrounds
 from gyroid._shapes._other import _StudyWrongBeliefs as _StudyWrongBeliefs
 from gyroid._shapes._other import _StudyClaims as _StudyClaims
 from gyroid._shapes._other import Study as Study
+from gyroid._shapes._drive import GapCompare as GapCompare

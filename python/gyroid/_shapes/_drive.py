@@ -326,3 +326,7 @@ class GapExplain(Record):
     schema: str
     effects: Rows[_GapExplainEffects]
     notes: tuple[str, ...]
+
+
+class GapCompare(Record):
+    verdict: str
