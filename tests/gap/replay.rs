@@ -54,8 +54,14 @@ fn what_makes_their_simulator_better_is_entered_and_nothing_else() {
     assert!(0.8 < closed && closed < 1.05 && 0.5 < low && low < closed, "{replay}");
     let channels: Vec<&str> =
         replay["channels"].as_array().unwrap().iter().map(|c| c["channel"].as_str().unwrap()).collect();
-    let all =
-        ["wheel_left_rad_s", "wheel_right_rad_s", "gyro_z_rad_s", "moved_ahead_1s_m", "moved_left_1s_m", "turned_1s_rad"];
+    let all = [
+        "wheel_left_rad_s",
+        "wheel_right_rad_s",
+        "gyro_z_rad_s",
+        "moved_ahead_1s_m",
+        "moved_left_1s_m",
+        "turned_1s_rad",
+    ];
     assert_eq!(channels, all);
     assert!(text.contains(&format!("in your simulator, on hold.parquet: closes {:.1} %", 100.0 * closed)), "{text}");
     assert!(!place.read("out/copy.xml").contains("mass=\"11.1\""));
