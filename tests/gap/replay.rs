@@ -68,7 +68,7 @@ fn what_makes_their_simulator_better_is_entered_and_nothing_else() {
     // the patched model lay beside the copy, and went
     let models = place.read("models.txt");
     let models: Vec<&str> = models.lines().collect();
-    assert!(models.len() == 2 && models[0] == "robot.xml" && models[1].starts_with("out/gyroid-"), "{models:?}");
+    assert!(models.len() == 2 && models[0] == "robot.xml" && models[1].contains("out/gyroid-"), "{models:?}");
     assert_eq!(beside_the_copy(&place), ["copy.xml"]);
 
     // a simulator that does not become better is not told anything
