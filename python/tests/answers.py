@@ -114,7 +114,11 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
     (folder / "gyroid.toml").write_text(config)
     cold = DATA / "cats_coldsoak_a.csv"
     bench = [("--kind", kind, "--cases", cases, "--seed", 3, "--habits", 0) for kind, cases in (("stationary", 4), ("driving", 2))]
+    drives = [DATA / "drives" / f"rover_{part}.parquet" for part in ("fit", "hold")]
+    gap = (DATA / "truth.toml", "--fit", drives[0], "--hold", drives[1])
+    patch = ("--patch", DATA.parent / "examples" / "mujoco" / "robot.xml", "-o", "patched.xml")
     lines = [
+        ("gap.diagnose", "GapDiagnose", ("gap", "diagnose", *gap, *patch)),
         ("fit", "FitMany", ("fit", logs, "--config", "many.toml")),
         ("fit", "FitAxes", ("fit", cold, "--axis", "all")),
         ("noise", "NoiseAxes", ("noise", cold, "--axis", "all")),

@@ -78,7 +78,22 @@ from gyroid._shapes._drive import _GapDiagnoseTrace as _GapDiagnoseTrace
 from gyroid._shapes._drive import _GapDiagnoseCurves as _GapDiagnoseCurves
 from gyroid._shapes._drive import _GapDiagnoseNearest as _GapDiagnoseNearest
 from gyroid._shapes._drive import _GapDiagnoseAlike as _GapDiagnoseAlike
+from gyroid._shapes._drive import _GapDiagnosePatch as _GapDiagnosePatch
 from gyroid._shapes._drive import GapDiagnose as GapDiagnose
+from gyroid._shapes._drive import _GapCompareEffects as _GapCompareEffects
+from gyroid._shapes._drive import _GapCompareRemainderWhere as _GapCompareRemainderWhere
+from gyroid._shapes._drive import _GapCompareRemainder as _GapCompareRemainder
+from gyroid._shapes._drive import _GapCompareWhere as _GapCompareWhere
+from gyroid._shapes._drive import _GapCompareEquations as _GapCompareEquations
+from gyroid._shapes._drive import _GapCompareCurves as _GapCompareCurves
+from gyroid._shapes._drive import _GapCompareTwinParametersValue as _GapCompareTwinParametersValue
+from gyroid._shapes._drive import _GapCompareTwinFitChannels as _GapCompareTwinFitChannels
+from gyroid._shapes._drive import _GapCompareTwinFit as _GapCompareTwinFit
+from gyroid._shapes._drive import _GapCompareTwinDifferenceReal as _GapCompareTwinDifferenceReal
+from gyroid._shapes._drive import _GapCompareTwinDifference as _GapCompareTwinDifference
+from gyroid._shapes._drive import _GapCompareTwinPairs as _GapCompareTwinPairs
+from gyroid._shapes._drive import _GapCompareTwin as _GapCompareTwin
+from gyroid._shapes._drive import GapCompare as GapCompare
 from gyroid._shapes._drive import _GapExplainEffects as _GapExplainEffects
 from gyroid._shapes._drive import GapExplain as GapExplain
 from gyroid._shapes._other import _ExportKeys as _ExportKeys
@@ -115,4 +130,3 @@ from gyroid._shapes._other import _StudyGrounds as _StudyGrounds
 from gyroid._shapes._other import _StudyWrongBeliefs as _StudyWrongBeliefs
 from gyroid._shapes._other import _StudyClaims as _StudyClaims
 from gyroid._shapes._other import Study as Study
-from gyroid._shapes._drive import GapCompare as GapCompare

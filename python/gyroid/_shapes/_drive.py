@@ -292,6 +292,13 @@ class _GapDiagnoseAlike(Record):
     separate_by: str
 
 
+class _GapDiagnosePatch(Record):
+    file: str
+    changes: tuple[str, ...]
+    no_place: tuple[Any, ...]
+    notes: tuple[str, ...]
+
+
 class GapDiagnose(Record):
     schema: str
     verdict: str
@@ -314,6 +321,144 @@ class GapDiagnose(Record):
     curves: Rows[_GapDiagnoseCurves]
     nearest: _GapDiagnoseNearest | None
     alike: Rows[_GapDiagnoseAlike] | None
+    patch: _GapDiagnosePatch | None
+
+
+class _GapCompareEffects(Record):
+    id: str
+    probability: float
+    evidence_nats: float | None
+    idle: bool
+    parameters: dict[str, float]
+    std: dict[str, float]
+    gap_closed: float | None
+    gap_closed_ci95: Array | None
+    share: float
+
+
+class _GapCompareRemainderWhere(Record):
+    channel: str
+    equation: str
+    time_s: Any
+    frequency_hz: Any
+    condition: str
+    description: str
+
+
+class _GapCompareRemainder(Record):
+    share: float
+    where: _GapCompareRemainderWhere
+
+
+class _GapCompareWhere(Record):
+    channel: str
+    equation: str
+    time_s: Any
+    frequency_hz: Array | None
+    condition: Any
+
+
+class _GapCompareEquations(Record):
+    equation: str
+    channel: str
+    gain_nats: float
+    follows: str
+
+
+class _GapCompareCurves(Record):
+    source: str
+    over: str
+    x_unit: str
+    shown: str
+    unit: str
+    x: Array
+    recorded: Array
+    before: Array
+    after: Array
+    begins_s: Array
+    by_torques: bool
+
+
+class _GapCompareTwinParametersValue(Record):
+    value: float
+    std: float | None
+    ci95: Array | None
+    unit: str
+    source: str
+
+
+class _GapCompareTwinFitChannels(Record):
+    channel: str
+    explained_one_step: float
+    nis_mean: float
+    nis_mean_bounds95: Array
+    lag_one: float
+    readings: int
+
+
+class _GapCompareTwinFit(Record):
+    channels: Rows[_GapCompareTwinFitChannels]
+    horizons: Rows[_GapDiagnoseGap]
+    left: str
+    remainder: Any
+    free_forms: tuple[Any, ...]
+
+
+class _GapCompareTwinDifferenceReal(Record):
+    value: float
+    std: float
+
+
+class _GapCompareTwinDifference(Record):
+    id: str
+    parameter: str
+    real: _GapCompareTwinDifferenceReal
+    simulator: _GapCompareTwinDifferenceReal
+    difference: _GapCompareTwinDifferenceReal
+    is_gap: bool
+
+
+class _GapCompareTwinPairs(Record):
+    simulator: str
+    real: str
+    inputs: tuple[str, ...]
+    offset_s: float
+    correlation: float
+    rms: dict[str, float]
+
+
+class _GapCompareTwin(Record):
+    parameters: dict[str, _GapCompareTwinParametersValue]
+    fit: _GapCompareTwinFit
+    effects: tuple[Any, ...]
+    runs: int
+    notes: tuple[str, ...]
+    difference: Rows[_GapCompareTwinDifference]
+    pairs: Rows[_GapCompareTwinPairs]
+
+
+class GapCompare(Record):
+    schema: str
+    verdict: str
+    main: str
+    main_probability: float
+    none_probability: float
+    unknown_probability: float
+    effects: Rows[_GapCompareEffects]
+    together: tuple[str, ...]
+    remainder: _GapCompareRemainder | None
+    time_offsets: Rows[_GapDiagnoseTimeOffsets]
+    cannot_tell_apart: Array
+    alike: Rows[_GapDiagnoseAlike] | None
+    where: _GapCompareWhere
+    equations: Rows[_GapCompareEquations] | None
+    gap: Rows[_GapDiagnoseGap]
+    navigation: _GapDiagnoseNavigation | None
+    notes: tuple[str, ...]
+    trace: Rows[_GapDiagnoseTrace]
+    curves: Rows[_GapCompareCurves]
+    twin: _GapCompareTwin
+    free_forms: Rows[_GapDiagnoseFreeForms] | None
 
 
 class _GapExplainEffects(Record):
@@ -326,7 +471,3 @@ class GapExplain(Record):
     schema: str
     effects: Rows[_GapExplainEffects]
     notes: tuple[str, ...]
-
-
-class GapCompare(Record):
-    verdict: str

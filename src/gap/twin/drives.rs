@@ -124,20 +124,19 @@ impl<'a> Building<'a> {
                 1.0
             })
         };
-        let by_ways = told.radius_m.map(|r| 0.5 * (r[0].value + r[1].value));
+        let by_ways = told.radius_m.map(|r| 0.5 * (r[0] + r[1]));
         let radius = need(by_ways, given.map(|v| v.wheel_radius_m), "wheel_radius_m (needs a pose)");
-        let by_turns = told.turn.map(|a| radius / (a[0].value + a[1].value));
+        let by_turns = told.turn.map(|a| radius / (a[0] + a[1]));
         let half_track =
             need(by_turns, given.map(|v| v.half_track_m), "half_track_m (needs a gyro or a heading, and turns)");
         let wheel_inertia = given.map_or(0.0, |v| v.wheel_inertia_kg_m2);
         let wheels_kg = 2.0 * wheel_inertia / radius.powi(2);
         let positive = |v: f64| Some(v).filter(|v| *v > 0.0);
-        let mass = told.force.and_then(|f| positive(1.0 / (f.by_torque.value * radius.powi(2)) - wheels_kg));
-        let inertia = told
-            .moment
-            .and_then(|m| positive(half_track.powi(2) * (1.0 / (m.by_torque.value * radius.powi(2)) - wheels_kg)));
+        let mass = told.force.and_then(|f| positive(1.0 / (f.by_torque * radius.powi(2)) - wheels_kg));
+        let inertia =
+            told.moment.and_then(|m| positive(half_track.powi(2) * (1.0 / (m.by_torque * radius.powi(2)) - wheels_kg)));
         if let (Some(force), true) = (told.force, record.torques_n_m.is_some())
-            && force.by_torque.value <= 0.0
+            && force.by_torque <= 0.0
         {
             return Err(Error::new(ErrorKind::Value, source, "the torques slow the wheels that they should turn")
                 .at("channels torque_left_n_m, torque_right_n_m")
@@ -149,8 +148,7 @@ impl<'a> Building<'a> {
             return Err(Error::new(ErrorKind::Value, source, format!("the log does not tell {}", missing.join(", ")))
                 .hint("log what it needs, or give the values in a configuration: --init robot.toml (gyroid init --urdf, --sdf or --mjcf writes one)"));
         }
-        let viscous =
-            told.force.map_or(given.map_or(0.0, |v| v.viscous_friction_n_m_s), |f| f.viscous_n_m_s.value.max(0.0));
+        let viscous = told.force.map_or(given.map_or(0.0, |v| v.viscous_friction_n_m_s), |f| f.viscous_n_m_s.max(0.0));
         let step_s = record.step_s;
         self.config.sample_time_s = Some(step_s);
         let size = |values: &[f64]| {
@@ -180,7 +178,7 @@ impl<'a> Building<'a> {
             ticks_per_revolution: self.init.and_then(|c| c.encoder).and_then(|e| e.ticks_per_revolution),
         });
         self.config.gyro = record.gyro_rad_s.as_ref().map(|readings| Gyro {
-            c2_rad_s: told.bias_rad_s.map_or(0.0, |b| b.value),
+            c2_rad_s: told.bias_rad_s.unwrap_or(0.0),
             angle_random_walk_rad_sqrt_s: noise(readings) * step_s.sqrt(),
             ..unbiased(self.own.0)
         });

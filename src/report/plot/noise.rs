@@ -116,6 +116,8 @@ impl SlopeGuides {
     const SHORTEST: f64 = 0.2;
     /// Room that stays between a fan and what is beside it, decades.
     const AROUND: f64 = 0.15;
+    /// Factor on averaging times up to which deviations lie beside it: the next ones are drawn to it.
+    const BESIDE: f64 = 2.1;
 
     /// In the corner with most room; where none has enough, the plot gets room below.
     fn clear_of(allan: &[AllanPoint], with_warm_up: &[AllanPoint], bottom: &mut f64, top: f64) -> Self {
@@ -123,8 +125,8 @@ impl SlopeGuides {
         let ends = |of: fn(f64, f64) -> f64, begin: f64| all().map(|p| p.tau_s).fold(begin, of);
         let (first, last) = (ends(f64::min, f64::INFINITY), ends(f64::max, 0.0));
         let reach = (last / first).log10().clamp(0.0, Self::LONGEST);
-        let at_left = |p: &&AllanPoint| p.tau_s <= first * 10f64.powf(reach) * 1.2;
-        let at_right = |p: &&AllanPoint| p.tau_s >= last / 10f64.powf(reach) / 1.2;
+        let at_left = |p: &&AllanPoint| p.tau_s <= first * 10f64.powf(reach) * Self::BESIDE;
+        let at_right = |p: &&AllanPoint| p.tau_s >= last / 10f64.powf(reach) / Self::BESIDE;
         let lowest = |p: &AllanPoint| deg_h(p.ci95[0].min(p.deviation_rad_s)).max(f64::MIN_POSITIVE);
         let highest = |p: &AllanPoint| deg_h(p.ci95[1].max(p.deviation_rad_s));
         let least = |side: &dyn Fn(&&AllanPoint) -> bool| all().filter(side).map(lowest).fold(top, f64::min);
