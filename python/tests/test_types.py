@@ -16,19 +16,21 @@ from conftest import ROOT, program
 from gyroid import _gyroid
 from gyroid._call import option
 
-#: Options of the commands that are no arguments, and why: outputs are parts of results; the rest has a word of its own.
+#: Options of the commands that are no arguments, and why: outputs are parts of results; a copy of a robot's description is the
+#: command line's; the rest has a word of its own.
 ELSEWHERE = {
     *("accept", "force", "help", "json", "quiet", "version"),
-    *("out", "plot", "no-plot", "html", "save-config", "truth", "why", "write-sim"),
+    *("out", "plot", "no-plot", "html", "save-config", "truth", "why", "write-sim", "write-twin"),
+    *("patch", "simulate"),
     *("axes", "config", "jobs", "keep-outlying", "list", "results", "resume"),
 }
 
 
 @pytest.mark.parametrize(
-    "name", ["fit", "noise", "validate", "navigate", "simulate", "diagnose", "explain", "export", "inspect", "study"]
+    "name", ["fit", "noise", "validate", "navigate", "simulate", "diagnose", "compare", "explain", "export", "inspect", "study"]
 )
 def test_every_option_of_the_command_is_an_argument(name: str) -> None:
-    command = ["gap", name] if name in ("diagnose", "explain") else [name]
+    command = ["gap", name] if name in ("diagnose", "compare", "explain") else [name]
     options = set(re.findall(r"^\s+(?:-\w, )?--([a-z][a-z-]*)", program(*command, "--help").stdout, re.M)) - ELSEWHERE
     function = getattr(gyroid, name)
     known = {option(argument) for argument in inspect.signature(function).parameters}
