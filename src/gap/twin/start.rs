@@ -259,6 +259,8 @@ mod tests {
     #[test]
     fn start_values_scatter_about_the_truth() {
         const RUNS: u64 = 60;
+        // speeds at the ends of a window are means over three rows: an error of the method, which the refinement takes out
+        const NEAR: f64 = 0.005;
         let all: Vec<Start> = (0..RUNS).map(drawn).collect();
         type Of = fn(&Start) -> f64;
         let told: [(&str, f64, Of); 8] = [
@@ -272,16 +274,15 @@ mod tests {
             ("c", 0.004, |s| s.force.unwrap().viscous_n_m_s),
         ];
         let n = RUNS as f64;
-        // means further from the truth than four standard errors
+        // means further from the truth than that and four standard errors
         let mut wrong: Vec<String> = Vec::new();
         for (name, truth, of) in told {
             let found: Vec<f64> = all.iter().map(of).collect();
             let mean = found.iter().sum::<f64>() / n;
             let std = (found.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-            eprintln!("START {name}: mean {mean} true {truth} std {std}");
-            wrong.extend(
-                ((mean - truth).abs() > 4.0 * std / n.sqrt()).then(|| format!("{name}: {mean} ± {std}, true {truth}")),
-            );
+            let bound = NEAR * truth + 4.0 * std / n.sqrt();
+            let is_off = (mean - truth).abs() > bound;
+            wrong.extend(is_off.then(|| format!("{name}: {mean} ± {std}, true {truth}")));
         }
         assert!(wrong.is_empty(), "{wrong:?}");
     }
