@@ -1,9 +1,9 @@
 //! The twin: the model of ours that stands for a simulator of anybody's, identified from that simulator's log.
 //!
-//! Start values by instrumental variables on the integrated equations of motion ([`start`]), refinement by the likelihood of the
-//! extended Kalman filter ([`refine`]), then the diagnosis of the log against what came out: what it names becomes part of the
+//! Start values by instrumental variables on the integrated equations of motion (`start`), refinement by the likelihood of the
+//! extended Kalman filter (`refine`), then the diagnosis of the log against what came out: what it names becomes part of the
 //! twin, until it names nothing more. What is left is the simulator's *account*: what it has and our model has not. A recording is
-//! judged against the twin, and its account less the simulator's is the gap ([`difference`]).
+//! judged against the twin, and its account less the simulator's is the gap (`difference`).
 
 mod at_rest;
 mod constants;
