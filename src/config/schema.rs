@@ -121,6 +121,25 @@ pub struct LastRun {
 }
 
 impl Gyro {
+    /// A gyro without noise, bias or warm-up; T stands for a warm-up that is yet to be fitted.
+    pub(crate) fn without_error(time_constant_s: f64) -> Self {
+        Self {
+            c1_rad_s: 0.0,
+            c2_rad_s: 0.0,
+            time_constant_s,
+            angle_random_walk_rad_sqrt_s: 0.0,
+            earth_rate_rad_s: None,
+            turn_on_bias_std_rad_s: None,
+            warm_up_relative_std: None,
+            cooling_time_constant_s: None,
+            covariance: None,
+            discrete: None,
+            noise: None,
+            temperature: None,
+            last_run: None,
+        }
+    }
+
     /// The warm-up model.
     #[must_use]
     pub fn warm_up(&self) -> WarmUp {

@@ -194,21 +194,7 @@ mod tests {
     use crate::math::random::Stream;
 
     fn gyro() -> Gyro {
-        Gyro {
-            c1_rad_s: -2.4e-3,
-            c2_rad_s: 8e-3,
-            time_constant_s: 240.0,
-            angle_random_walk_rad_sqrt_s: 1.5e-4,
-            earth_rate_rad_s: None,
-            turn_on_bias_std_rad_s: None,
-            warm_up_relative_std: None,
-            cooling_time_constant_s: None,
-            covariance: None,
-            discrete: None,
-            noise: None,
-            temperature: None,
-            last_run: None,
-        }
+        Gyro { c1_rad_s: -2.4e-3, c2_rad_s: 8e-3, angle_random_walk_rad_sqrt_s: 1.5e-4, ..Gyro::without_error(240.0) }
     }
 
     fn config(gyro: Gyro) -> Config {

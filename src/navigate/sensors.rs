@@ -27,21 +27,7 @@ pub(super) fn gyro(log: &Log) -> Option<&[f64]> {
 
 /// A configuration for a log without a gyro: its gyro then has no error and is never read.
 pub(super) fn without_gyro(config: &Config) -> Config {
-    let unread = Gyro {
-        c1_rad_s: 0.0,
-        c2_rad_s: 0.0,
-        time_constant_s: 1.0,
-        angle_random_walk_rad_sqrt_s: 0.0,
-        earth_rate_rad_s: None,
-        turn_on_bias_std_rad_s: None,
-        warm_up_relative_std: None,
-        cooling_time_constant_s: None,
-        covariance: None,
-        discrete: None,
-        noise: None,
-        temperature: None,
-        last_run: None,
-    };
+    let unread = Gyro::without_error(1.0);
     let sample_time_s = config.sample_time_s.or(Some(1.0));
     Config { gyro: Some(unread), sample_time_s, validation: None, ..config.clone() }
 }

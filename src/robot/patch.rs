@@ -20,7 +20,7 @@ const STATED_AT_M_S: f64 = 0.5;
 /// The patched text, read again, says what was asked for within this share.
 const AGREE: f64 = 1e-6;
 
-/// What is true of the robot, over what its description says.
+/// True sizes of the robot, over those of its description.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Truth {
     /// Radii of the left and right wheels, over those described.

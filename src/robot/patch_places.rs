@@ -1,4 +1,4 @@
-//! What each format of descriptions has a place for.
+//! Sizes that each format of descriptions has a place for.
 
 use super::model::Mass;
 use super::patch_edits::Edits;

@@ -1,11 +1,11 @@
 //! `gyroid gap compare`: the gap between somebody's simulator and the robot, from a log of each.
 
+use super::asked::AskedArgs;
 use super::diagnose::{begun, library, names};
 use super::recordings::Sides;
 use super::replay::Reads;
 use super::simulated::{Logs, Reader, apart};
 use super::written::WrittenArgs;
-use crate::cli::log_args::ColumnArgs;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
 use crate::cli::places;
@@ -41,17 +41,8 @@ pub(crate) struct CompareArgs {
     write_twin: Option<PathBuf>,
     #[command(flatten)]
     written: WrittenArgs,
-    /// Seed of the simulated recordings
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
-    /// Effects to leave out of the library, by id
-    #[arg(long, value_name = "ID", num_args = 1..)]
-    without: Vec<String>,
-    /// Of a drive: read a column as a channel, whatever it is called: wheel_left_rad_s=wl:deg/s; may be given more than once
-    #[arg(long, value_name = "CHANNEL=[-]COLUMN[:UNIT]")]
-    map: Vec<String>,
     #[command(flatten)]
-    columns: ColumnArgs,
+    asked: AskedArgs,
     #[command(flatten)]
     common: Common,
 }
@@ -67,8 +58,8 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     apart(("--sim", sim), ("--hold", hold))?;
     places::check_held_out(real, hold)?;
     let write_twin = args.write_twin.as_ref().map(OutputFile::claim).transpose()?;
-    let library = library(&args.without)?;
-    let mut reader = Reader::new(&args.columns, &args.map, args.init.as_ref())?;
+    let library = library(&args.asked.without)?;
+    let mut reader = Reader::new(&args.asked.columns, &args.asked.map, args.init.as_ref())?;
     let working = output.working("1 of 4: reading");
     let sim_logs = reader.read("--sim", sim)?;
     let real_logs = reader.read("--real", real)?;
@@ -79,14 +70,14 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     }
     let mut written = args.written.claim(sim_logs.drives)?;
     let config = reader.config()?;
-    let reads = Reads { columns: &args.columns, map: &args.map, config: &config };
+    let reads = Reads { columns: &args.asked.columns, map: &args.asked.map, config: &config };
     written.replays(hold_logs.logs.first(), reads)?;
     let pairs = if args.paired { pairs(&sim_logs, &real_logs)? } else { Vec::new() };
-    let starts_s = args.columns.starts_s(sim.len() + real.len() + hold.len())?;
+    let starts_s = args.asked.columns.starts_s(sim.len() + real.len() + hold.len())?;
     let (sim_starts, others) = starts_s.split_at(sim.len());
     let (real_starts, hold_starts) = others.split_at(real.len());
     let traces = written.shows_traces() || output.answers();
-    let options = Options { seed: args.seed, corrections: false, traces, ..Options::default() };
+    let options = Options { seed: args.asked.seed, corrections: false, traces, ..Options::default() };
     working.show("2 of 4: identifying the simulator");
     let twin = reader.twin(&sim_logs, sim_starts, &library, &options, &mut |_| {})?;
     let mut show = |stage| match stage {

@@ -1,5 +1,6 @@
 //! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
+use super::asked::AskedArgs;
 use super::recordings::{Recordings, read_drive};
 use super::replay::Reads;
 use super::written::WrittenArgs;
@@ -38,17 +39,8 @@ pub(crate) struct DiagnoseArgs {
     recordings: Recordings,
     #[command(flatten)]
     written: WrittenArgs,
-    /// Seed of the simulated recordings
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
-    /// Effects to leave out of the library, by id
-    #[arg(long, value_name = "ID", num_args = 1..)]
-    without: Vec<String>,
-    /// Of a drive: read a column as a channel, whatever it is called: wheel_left_rad_s=wl:deg/s; may be given more than once
-    #[arg(long, value_name = "CHANNEL=[-]COLUMN[:UNIT]")]
-    map: Vec<String>,
     #[command(flatten)]
-    columns: ColumnArgs,
+    asked: AskedArgs,
     #[command(flatten)]
     common: Common,
 }
@@ -59,11 +51,11 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let plan = Plan::new().reads([&args.config]).reads(fit.iter().chain(hold).flatten());
     let output = Output::open(&args.common, "gap.diagnose", args.written.planned(plan))?;
     places::check_held_out(fit, hold)?;
-    let library = library(&args.without)?;
+    let library = library(&args.asked.without)?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
     let drives = config.kind == Kind::Driving;
     let mut written = args.written.claim(drives)?;
-    if !drives && !args.map.is_empty() {
+    if !drives && !args.asked.map.is_empty() {
         return Err(Error::new(
             ErrorKind::Usage,
             "--map",
@@ -79,23 +71,23 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     }
     let mut read_one = |option: &str, paths: &[PathBuf]| -> Result<Log> {
         if let (false, [path]) = (drives, paths) {
-            let (log, said) = read(&args.columns, path, &args.config)?;
+            let (log, said) = read(&args.asked.columns, path, &args.config)?;
             let new = said.into_iter().filter(|note| !notes.contains(note));
             let of = if option == "--hold" { "Of the recording held out: " } else { "" };
             let new: Vec<String> = new.map(|note| format!("{of}{note}")).collect();
             notes.extend(new);
             return Ok(log);
         }
-        let log = read_drive((&args.columns, &args.map), (option, paths), &config, &mut notes)?;
+        let log = read_drive((&args.asked.columns, &args.asked.map), (option, paths), &config, &mut notes)?;
         places::check_drive(&log, &args.config)?;
         Ok(log)
     };
     let fit_logs = fit.iter().map(|paths| read_one("--fit", paths)).collect::<Result<Vec<_>>>()?;
     let hold_logs = hold.iter().map(|paths| read_one("--hold", paths)).collect::<Result<Vec<_>>>()?;
-    let reads = Reads { columns: &args.columns, map: &args.map, config: &config };
+    let reads = Reads { columns: &args.asked.columns, map: &args.asked.map, config: &config };
     written.replays(hold_logs.first(), reads)?;
     let traces = written.shows_traces() || output.answers();
-    let options = Options { seed: args.seed, corrections: true, traces, ..Options::default() };
+    let options = Options { seed: args.asked.seed, corrections: true, traces, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
     let mut show = |stage| match stage {
         Stage::Compare => working.show("2 of 4: comparing effects"),
@@ -103,7 +95,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         Stage::Prepare | Stage::Done => {}
     };
     let diagnosed = if drives {
-        let starts = args.columns.starts_s(fit.len() + hold.len())?;
+        let starts = args.asked.columns.starts_s(fit.len() + hold.len())?;
         let (fit_starts, hold_starts) = starts.split_at(fit.len());
         let (fit, kept) = (begun(&fit_logs, fit_starts), begun(&hold_logs, hold_starts));
         diagnose_drives(&config, &fit, &kept, &library, &options, &mut show)
@@ -117,7 +109,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
         Some(prepared) => {
             working.show("4 of 4: simulating recordings");
             let effects = [config.effects.as_slice(), &diagnosis.augmented.effects];
-            predictive::of_prepared(prepared, effects, &library, args.seed).map_err(named)?
+            predictive::of_prepared(prepared, effects, &library, args.asked.seed).map_err(named)?
         }
         None => Vec::new(),
     };

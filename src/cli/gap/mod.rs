@@ -1,5 +1,6 @@
 //! `gyroid gap`: the gap between the nominal simulator and recordings.
 
+mod asked;
 mod bench;
 mod calibrate;
 mod compare;

@@ -49,7 +49,7 @@ pub(crate) struct Patch<'a> {
     replay: Option<(Simulator<'a>, Replayed)>,
 }
 
-/// What is to be written.
+/// The copy that is to be written.
 pub(crate) struct Decided {
     /// None where the replay kept nothing.
     patched: Option<Patched>,

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
-/// What a command must have a place for.
+/// Placeholders that a command must have.
 const PLACES: [&str; 3] = ["{model}", "{inputs}", "{log}"];
 /// Lines of a failed command's last words.
 const LAST_WORDS: usize = 5;
@@ -131,7 +131,7 @@ impl<'a> Simulator<'a> {
     }
 }
 
-/// What the replay showed, a line each.
+/// Results of the replay, a line each.
 pub(super) fn text(recording: &str, gate: &Gate) -> String {
     let share = |closed: Option<f64>, ci95: Option<[f64; 2]>| match (closed, ci95) {
         (Some(closed), Some([low, high])) => {

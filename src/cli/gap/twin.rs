@@ -1,9 +1,9 @@
 //! `gyroid gap twin`: the model of ours that stands for somebody's simulator, from its log.
 
+use super::asked::AskedArgs;
 use super::diagnose::{library, names};
 use super::recordings::Runs;
 use super::simulated::Reader;
-use crate::cli::log_args::ColumnArgs;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
 use crate::cli::places;
@@ -36,17 +36,8 @@ pub(crate) struct TwinArgs {
     /// Write the twin as a configuration
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Seed of the simulated recordings
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
-    /// Effects to leave out of the library, by id
-    #[arg(long, value_name = "ID", num_args = 1..)]
-    without: Vec<String>,
-    /// Of a drive: read a column as a channel, whatever it is called: wheel_left_rad_s=wl:deg/s; may be given more than once
-    #[arg(long, value_name = "CHANNEL=[-]COLUMN[:UNIT]")]
-    map: Vec<String>,
     #[command(flatten)]
-    columns: ColumnArgs,
+    asked: AskedArgs,
     #[command(flatten)]
     common: Common,
 }
@@ -57,17 +48,17 @@ pub(crate) fn run(args: &TwinArgs) -> Result<Outcome> {
     let plan = Plan::new().reads(&args.init).reads(runs.iter().flatten()).writes("--out", &args.out);
     let output = Output::open(&args.common, "gap.twin", plan)?;
     let out = args.out.as_ref().map(OutputFile::claim).transpose()?;
-    let library = library(&args.without)?;
-    let mut reader = Reader::new(&args.columns, &args.map, args.init.as_ref())?;
+    let library = library(&args.asked.without)?;
+    let mut reader = Reader::new(&args.asked.columns, &args.asked.map, args.init.as_ref())?;
     let working = output.working("1 of 3: reading");
     let logs = reader.read("--run", &runs)?;
-    let starts_s = args.columns.starts_s(runs.len())?;
+    let starts_s = args.asked.columns.starts_s(runs.len())?;
     let mut show = |stage| match stage {
         Stage::Prepare => working.show("2 of 3: identifying the simulator"),
         Stage::Compare => working.show("3 of 3: looking for what the model lacks"),
         Stage::Measure | Stage::Done => {}
     };
-    let options = Options { seed: args.seed, ..Options::default() };
+    let options = Options { seed: args.asked.seed, ..Options::default() };
     let mut twin = reader.twin(&logs, &starts_s, &library, &options, &mut show)?;
     drop(working);
     twin.notes.splice(0..0, reader.notes);

@@ -1,4 +1,4 @@
-//! What a diagnosis writes beside its page: pictures, the trail, the page in HTML, the augmented configuration, a patched copy.
+//! Files of a diagnosis beside its page: pictures, the trail, the page in HTML, the augmented configuration, a patched copy.
 
 use super::patching::{Patch, PatchArgs};
 use super::replay::Reads;

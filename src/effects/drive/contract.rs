@@ -164,7 +164,7 @@ pub trait ModelChange: Sync + Send {
         &[]
     }
 
-    /// What a law that is no constant of the robot says of its description; none where descriptions have no such number.
+    /// Sizes of the robot's description under a law that is no constant of the robot; none where descriptions have no such number.
     fn described(&self, parameters: &Parameters) -> Option<Truth> {
         let _ = parameters;
         None

@@ -5,7 +5,7 @@ use crate::effects::about::Parameters;
 use crate::model::drive::Robot;
 use crate::robot::Truth;
 
-/// What is true of `robot` under the effect and not in its description; empty where descriptions have no such number.
+/// Sizes of `robot` under the effect that its description has not; empty where descriptions have no such number.
 #[must_use]
 pub fn described(effect: &dyn Driving, parameters: &Parameters, robot: &Robot) -> Vec<Truth> {
     let Some(change) = effect.change() else { return Vec::new() };

@@ -180,7 +180,7 @@ impl<'a> Building<'a> {
         self.config.gyro = record.gyro_rad_s.as_ref().map(|readings| Gyro {
             c2_rad_s: told.bias_rad_s.unwrap_or(0.0),
             angle_random_walk_rad_sqrt_s: noise(readings) * step_s.sqrt(),
-            ..unbiased(self.own.0)
+            ..Gyro::without_error(self.own.0)
         });
         self.config.pose = record.pose.as_ref().map(|[x, ..]| Pose {
             rate_hz: x.iter().filter(|v| v.is_finite()).count() as f64 / record.span_s().max(step_s),
@@ -400,25 +400,6 @@ fn add_up(tables: &mut Vec<EffectTable>, id: &str, parameters: &Parameters) {
     }
 }
 
-/// A gyro without noise, bias or warm-up.
-fn unbiased(time_constant_s: f64) -> Gyro {
-    Gyro {
-        c1_rad_s: 0.0,
-        c2_rad_s: 0.0,
-        time_constant_s,
-        angle_random_walk_rad_sqrt_s: 0.0,
-        earth_rate_rad_s: None,
-        turn_on_bias_std_rad_s: None,
-        warm_up_relative_std: None,
-        cooling_time_constant_s: None,
-        covariance: None,
-        discrete: None,
-        noise: None,
-        temperature: None,
-        last_run: None,
-    }
-}
-
 /// A configuration of a robot of unit size, to read a log by; its steering, ticks and pose are those of `init`.
 fn placeholder(init: Option<&Config>, step_s: f64) -> Config {
     let given = init.and_then(|c| c.vehicle);
@@ -426,7 +407,7 @@ fn placeholder(init: Option<&Config>, step_s: f64) -> Config {
         schema: crate::config::SCHEMA,
         kind: Kind::Driving,
         sample_time_s: Some(step_s),
-        gyro: Some(unbiased(1.0)),
+        gyro: Some(Gyro::without_error(1.0)),
         vehicle: Some(given.unwrap_or(Vehicle {
             mass_kg: 1.0,
             yaw_inertia_kg_m2: 1.0,
