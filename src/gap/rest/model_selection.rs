@@ -151,7 +151,7 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
         let seen = Seen::new(if in_reach { &likelihood } else { search.likelihood() }, h);
         let mut others = parts(&likelihood, &found.fitted);
         for (part, c) in others.iter_mut().zip(h.candidates()) {
-            part.missed_nats = Some(found.fitted.ln_evidence - likelihood.fit(&h.without(c)).ln_evidence);
+            part.missed_nats = Some(found.fitted.ln_evidence - likelihood.fit_with_shapes(&h.without(c)).ln_evidence);
         }
         let view = views.of(seen).unwrap_or(0);
         let mut push = |part: Part, ln_weight: f64| {

@@ -1,7 +1,7 @@
 //! A hypothesis with one more candidate, at its best shape or from its best start.
 
 use super::basis::ColumnId;
-use super::evidence::{Columns, Likelihood, ln_mean_exp};
+use super::evidence::{Columns, Fitted, Likelihood, ln_mean_exp};
 use super::gaussian::{Picked, solve};
 use super::hypothesis::{Hypothesis, Kind, NoisePart, SignalPart};
 use crate::effects::{Peak, Signal};
@@ -34,6 +34,11 @@ const SHAPES: usize = 9;
 /// Depth of ln p below its maximum at which the grid ends, nats.
 const FALLEN: f64 = 4.0;
 const MOST_DOUBLINGS: usize = 5;
+/// Most rounds of Newton's method for the white noise's level alone.
+const WHITE_ROUNDS: usize = 10;
+/// Most rounds in which the shapes of a set are looked for again, and the gain in ln p that ends them, nats.
+const SHAPE_ROUNDS: usize = 4;
+const SHAPES_SETTLED: f64 = 0.05;
 /// Most rounds of Newton's method for a variance: a level far from constant takes many, and one not converged gains
 /// nothing.
 const UNTIL_SETTLED: usize = 40;
@@ -202,6 +207,15 @@ impl Likelihood<'_> {
         Some((h, top.0))
     }
 
+    /// `h` with its white noise's level at the mode, and its ln p: a level that made up for what a signal explains is no
+    /// longer needed beside it. Noises are added with the level free; the gains of both are compared.
+    pub(crate) fn with_white(&self, mut h: Hypothesis) -> (Hypothesis, f64) {
+        let free: Vec<bool> = (0..Self::parameters(&h).len()).map(|i| i == 0).collect();
+        let picked = self.pick(&h);
+        let (value, _) = self.newton(&mut h, &picked, &free, WHITE_ROUNDS);
+        (h, value)
+    }
+
     /// ln p with the signal at `shape` and at the best of a few prior scales, and ln of that scale.
     fn try_shape(&self, base: &Base, candidate: usize, signal: &dyn Signal, shape: &[f64]) -> (f64, f64) {
         let added = self.signal_columns(candidate, signal, shape);
@@ -295,6 +309,49 @@ impl Likelihood<'_> {
         all.into_iter().map(|a| a.1).collect()
     }
 
+    /// The hypothesis at its mode, the shapes of its signals included, with its evidence.
+    ///
+    /// A signal has the shape that was best beside what it was added to. With a random walk in its place a warm-up's time
+    /// constant is loose, and it stays where it was found when the walk goes: each shape is looked for again beside the
+    /// others, until none of them gains.
+    pub(crate) fn fit_with_shapes(&self, start: &Hypothesis) -> Fitted {
+        let mut fitted = self.fit(start);
+        for _ in 0..SHAPE_ROUNDS {
+            let mut h = fitted.hypothesis.clone();
+            let (mut gained, mut ln_shapes) = (0.0, 0.0);
+            for at in 0..h.signals.len() {
+                let Some((part, gain)) = self.reshaped(&h, at) else { continue };
+                gained += gain;
+                ln_shapes += part.ln_shapes - h.signals[at].ln_shapes;
+                h.signals[at] = part;
+            }
+            if gained < SHAPES_SETTLED {
+                return Fitted { hypothesis: h, ln_evidence: fitted.ln_evidence + ln_shapes, ..fitted };
+            }
+            let again = self.fit(&h);
+            if again.ln_mode <= fitted.ln_mode {
+                break;
+            }
+            fitted = again;
+        }
+        fitted
+    }
+
+    /// The signal `at` of `h` at its best shape beside everything else in `h`, and the gain in ln p over its shape in `h`;
+    /// none where it has no shape.
+    fn reshaped(&self, h: &Hypothesis, at: usize) -> Option<(SignalPart, f64)> {
+        let part = h.signals.get(at).filter(|part| !part.shape.is_empty())?;
+        let Kind::Signal(signal) = &self.candidates[part.candidate].kind else { return None };
+        let others = h.without(part.candidate);
+        let (mut moved, top) = self.add_signal(&others, part.candidate, signal.as_ref())?;
+        let moved = moved.signals.pop()?;
+        let gain = top - self.try_shape(&self.base(&others), part.candidate, signal.as_ref(), &part.shape).0;
+        if gain > SHAPES_SETTLED {
+            return Some((moved, gain));
+        }
+        Some((SignalPart { ln_shapes: (moved.ln_shapes + gain).min(0.0), ..part.clone() }, 0.0))
+    }
+
     /// `base` with a noise or filter added at the best of its starts, everything else fixed, and its ln p.
     pub(crate) fn add_noise(&self, base: &Hypothesis, candidate: usize) -> Option<(Hypothesis, f64)> {
         let (Kind::Noise(kind) | Kind::Filter(kind) | Kind::Level(kind) | Kind::Shape(kind)) =
@@ -364,5 +421,57 @@ impl Likelihood<'_> {
             });
         }
         peaks
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::basis::SpectralBasis;
+    use super::super::evidence::nuisances;
+    use super::*;
+    use crate::bias::WarmUp;
+    use crate::gap::rest::model_selection::candidates;
+    use crate::math::random::Stream;
+    use crate::model::Scene;
+    use crate::signal::TimeAxis;
+
+    /// A time constant that was found beside a random walk is not kept when the walk goes.
+    #[test]
+    fn shapes_follow_the_set() {
+        let (len, step_s, c1_rad_s, time_constant_s) = (60_000, 0.03, 2e-3, 150.0);
+        let scene = Scene {
+            time: TimeAxis::Uniform { start_s: 0.0, step_s, len },
+            step_s,
+            temperature_c: None,
+            power_on_temperature_c: None,
+            supply_v: None,
+            warm_up: WarmUp { c1_rad_s: 0.0, c2_rad_s: 0.0, time_constant_s: 300.0 },
+            white_std_rad_s: 6e-4,
+            turn_on_bias_std_rad_s: 2e-4,
+            warm_up_relative_std: 0.03,
+        };
+        let mut draw = Stream::new(1, 0);
+        let noisy = |i: usize| {
+            let rise = -(-(i as f64) * step_s / time_constant_s).exp_m1();
+            c1_rad_s * rise + scene.white_std_rad_s * draw.normal()
+        };
+        let frame = SpectralBasis::new(&scene);
+        let data = frame.data((0..len).map(noisy).collect());
+        let all = candidates(crate::effects::registry(), &frame.scene);
+        let nuisance = nuisances(&frame);
+        let l = Likelihood::new(&frame, &data, &all, &nuisance);
+        let index = |id: &str| all.iter().position(|c| c.id == id).unwrap();
+        let (walk, warm_up) = (index("gyro.rate_random_walk"), index("gyro.warm_up"));
+        let Kind::Signal(signal) = &all[warm_up].kind else { panic!("a warm-up is a signal") };
+        let nothing = Hypothesis::default();
+        let direct = l.fit(&l.add_signal(&nothing, warm_up, signal.as_ref()).unwrap().0);
+        let walking = l.fit(&l.add_noise(&nothing, walk).unwrap().0).hypothesis;
+        let both = l.fit(&l.add_signal(&walking, warm_up, signal.as_ref()).unwrap().0).hypothesis;
+        let stale = l.fit(&both.without(walk));
+        assert!(direct.ln_evidence - stale.ln_evidence > 1.0, "the walk misleads nothing here");
+        let again = l.fit_with_shapes(&both.without(walk));
+        assert!((again.ln_evidence - direct.ln_evidence).abs() < 0.2, "{} {}", again.ln_evidence, direct.ln_evidence);
+        let found_s = again.hypothesis.signals[0].shape[0];
+        assert!((found_s - direct.hypothesis.signals[0].shape[0]).abs() < 0.5, "{found_s}");
     }
 }

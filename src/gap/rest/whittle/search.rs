@@ -109,7 +109,7 @@ impl<'a> Search<'a> {
         if let Some(met) = self.met.get(&key) {
             return met.clone();
         }
-        let fitted = self.likelihood.fit(h);
+        let fitted = self.likelihood.fit_with_shapes(h);
         let met = Met { ln_weight: fitted.ln_evidence + self.ln_prior(&key), fitted };
         self.met.insert(key, met.clone());
         met
@@ -121,7 +121,7 @@ impl<'a> Search<'a> {
         // of two starts of one set the first counts
         let mut keys = BTreeSet::new();
         new.retain(|h| keys.insert(h.key()));
-        let fitted: Vec<Fitted> = new.par_iter().map(|h| self.likelihood.fit(h)).collect();
+        let fitted: Vec<Fitted> = new.par_iter().map(|h| self.likelihood.fit_with_shapes(h)).collect();
         for (h, fitted) in new.into_iter().zip(fitted) {
             let key = h.key();
             self.met.insert(key.clone(), Met { ln_weight: fitted.ln_evidence + self.ln_prior(&key), fitted });
@@ -151,7 +151,7 @@ impl<'a> Search<'a> {
         let h = &base.fitted.hypothesis;
         let gain = |(h, value): (Hypothesis, f64)| (h, value - base.fitted.ln_mode);
         match &l.candidates[candidate].kind {
-            Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(gain),
+            Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(|(grown, _)| gain(l.with_white(grown))),
             Kind::Noise(_) | Kind::Filter(_) | Kind::Level(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(gain),
             Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(gain),
             Kind::TurnOn => Some(gain(l.add_turn_on(h, candidate))),
