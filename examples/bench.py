@@ -23,7 +23,8 @@ def cases(options, simulator):
     folder, key = options.out / simulator, options.out / f"{simulator}.key"
     if not (folder / "commitment.txt").exists():
         command = [sys.executable, HERE / simulator / "make.py", "--out", folder, "--key", key, "--length", str(options.length), "--gyroid", options.gyroid]
-        subprocess.run(command + (["--cases", str(options.cases)] if options.cases else []), check=True)
+        # Bullet warns of every link without inertia on the standard output
+        subprocess.run(command + (["--cases", str(options.cases)] if options.cases else []), check=True, stdout=subprocess.DEVNULL)
     print(f"{simulator}: commitment {(folder / 'commitment.txt').read_text().strip()}", flush=True)
     return folder, key
 

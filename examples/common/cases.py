@@ -117,17 +117,18 @@ CHANNELS = {  # where an effect shows, else by the first word of its id
 def label(case, folder, gyroid):
     """As `gyroid gap bench` keeps it, with the world's settings beside.
 
-    Nats: what the true effect gains on fit.parquet when just it is fitted on the simulator's true sizes.
+    Nats: what the true effect gains on fit.parquet when just it is fitted on the simulator's true sizes. An effect that
+    gyroid refuses to fit has none and counts as strong: that it cannot be told is then gyroid's fault.
     """
     listed = [effect for effect in case.effects if not effect.startswith("x.")]
     nats = {}
     if listed and gyroid:
         command = [gyroid, "gap", "explain", folder / "sim.toml", "--fit", folder / "fit.parquet", "--effect", *listed, "--json", "-", "-q"]
-        told = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
-        nats = {effect["id"]: max(0.0, effect["gain_nats"]) for effect in told["effects"]}
+        told = subprocess.run(command, check=False, capture_output=True).stdout
+        nats = {effect["id"]: max(0.0, effect["gain_nats"]) for effect in (json.loads(told)["effects"] if told else ())}
     weakest = min(nats.values(), default=np.inf)
     strength = "none" if not case.effects else "weak" if weakest < 12 else "medium" if weakest < 100 else "strong"
-    where = {effect: {"channel": CHANNELS.get(effect, CHANNELS[effect.split(".")[0]])} for effect in listed}
+    where = {effect: {"channel": CHANNELS.get(effect) or CHANNELS[effect.split(".")[0]]} for effect in listed}
     return {"kind": "driving", "background": [], "effects": case.effects, "nats": nats, "strength": strength, "where": where,
             "world": {k: repr(v) for k, v in case.world.items()}}
 

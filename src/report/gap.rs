@@ -62,7 +62,9 @@ impl GapReport<'_> {
                 format!("NO GAP: the nominal simulator explains the recording, probability {:.2}", a.none_probability)
             }
             (Verdict::CannotTell, _) => {
-                "CANNOT TELL: the channels that are there say nothing twice, so that nothing is tested".into()
+                let reason = a.place.as_ref().and_then(|p| p.description.as_deref());
+                let nothing_twice = "the channels that are there say nothing twice, so that nothing is tested";
+                format!("CANNOT TELL: {}", reason.unwrap_or(nothing_twice))
             }
             (_, main) => format!(
                 "UNKNOWN: there is a gap, and no effect of the library explains most of it, probability {:.2}{}",
@@ -443,7 +445,7 @@ impl GapReport<'_> {
                 self.gain(out);
             }
             Verdict::CannotTell => {
-                let _ = writeln!(out, "  Log what the notes name, and diagnose again.");
+                let _ = writeln!(out, "  Log what the notes name, and ask again.");
             }
             Verdict::Unknown => {
                 self.remedies(out);

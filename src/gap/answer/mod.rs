@@ -18,7 +18,8 @@ pub enum Verdict {
     Identified,
     /// There is a gap, and the named effects together do not explain most of it.
     Unknown,
-    /// The recorded channels are not redundant: none can contradict another (drives only).
+    /// The recorded channels are not redundant: none can contradict another (drives only). Of a comparison also: the twin
+    /// errs by more than the gap may be.
     CannotTell,
 }
 

@@ -3,16 +3,18 @@
 //! The account of the recording, less that of the simulator. Both are deviations from one twin: what stands in both alike is how the
 //! simulator differs from our model, and no gap. σ_sim is how well the simulator's own log tells the effect beside the twin's
 //! constants, τ how much it differs from run to run. The evidence of an effect grows with the square of its size over its standard
-//! deviation; what it has left must reach what any effect must reach to be named.
+//! deviation; what it has left must reach what any effect must reach to be named. Where the twin errs by more than its noise
+//! ([`Misfit`]) evidence counts for as much less: what it does not reach then is neither a gap nor none.
 
 use super::parameters::moved;
+use super::quality::{Misfit, misfit};
 use super::refine::{Fitting, Level};
 use super::told::Twin;
 use crate::config::Kind;
 use crate::effects::drive::{DriveExplanation, ModelChange};
 use crate::effects::{About, Library};
 use crate::error::{Error, ErrorKind, Result};
-use crate::gap::answer::{Answer, EffectAnswer, Verdict};
+use crate::gap::answer::{Answer, EffectAnswer, Place, Verdict};
 use crate::gap::diagnose::diagnose_observed;
 use crate::gap::diagnosis::{Diagnosis, Drive, Options, Stage};
 use crate::gap::explain::explain;
@@ -25,6 +27,9 @@ use serde::Serialize;
 
 /// Standard deviations by which what is left without a name must be stronger than in the simulator's log to be a gap.
 const STRONGER: f64 = 3.0;
+/// Factor of a [`Misfit`] from which on the twin errs by more than its noise: shares of the gap, which are measured against the noise,
+/// are not told.
+const WORSE_THAN_NOISE: f64 = 2.0;
 
 /// A value with its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -256,6 +261,9 @@ fn subtract(
     let answer = &mut diagnosis.answer;
     let named: Vec<String> = answer.main.iter().chain(&answer.together).cloned().collect();
     let mut taken_out: Vec<String> = Vec::new();
+    let misfit = misfit(&twin.channels);
+    let factor = misfit.as_ref().map_or(1.0, |m| m.factor);
+    let mut hidden = false;
     for effect in answer.effects.iter_mut().filter(|e| named.contains(&e.id)) {
         let Some(about) = about(&effect.id) else { continue };
         let mut held: Vec<(Inherited, f64, f64)> = Vec::new();
@@ -273,8 +281,9 @@ fn subtract(
         let Some((_, before, after)) = held.iter().max_by(|a, b| a.2.total_cmp(&b.2)) else { continue };
         let share = if *before > 0.0 { (after / before).powi(2).min(1.0) } else { 1.0 };
         let nats = effect.evidence_nats.unwrap_or(0.5 * before * before);
-        let left = share * nats;
+        let left = share * nats / factor;
         let is_gap = left >= findings.least_nats;
+        hidden |= !is_gap && share * nats >= findings.least_nats;
         // no surer than the evidence that is left makes it, however much was there before
         let odds = (left - findings.least_nats) / temperature;
         effect.probability = effect.probability.min(1.0 / (1.0 + (-odds).exp()));
@@ -306,7 +315,10 @@ fn subtract(
         answer.main = answer.together.first().cloned();
         answer.place = answer.place.take().filter(|_| answer.verdict == Verdict::Unknown);
     }
-    settle(answer, twin, findings, rows);
+    if factor > WORSE_THAN_NOISE {
+        answer.effects.iter_mut().for_each(|e| (e.gap_closed, e.gap_closed_ci95, e.share) = (None, None, None));
+    }
+    settle(answer, twin, findings, rows, misfit.filter(|_| hidden));
     all
 }
 
@@ -325,9 +337,19 @@ fn one(id: &str, name: &str, null: f64, real: Said, simulator: Option<Said>) -> 
     (inherited, z(own.value, own.std), z(value, std))
 }
 
-/// The verdict that follows from what is left.
-fn settle(answer: &mut Answer, twin: &Twin, findings: &Findings, rows: usize) {
-    if answer.verdict == Verdict::Unknown && inherits_unknown(answer, twin, rows) {
+/// The verdict that follows from what is left. `hidden`: the misfit of the twin where an effect may be hidden by it.
+fn settle(answer: &mut Answer, twin: &Twin, findings: &Findings, rows: usize, mut hidden: Option<Misfit>) {
+    let misfit = misfit(&twin.channels);
+    let inherits = |answer: &Answer, factor: f64| inherits_unknown(answer, twin, rows, factor);
+    if answer.verdict == Verdict::Unknown
+        && !inherits(answer, 1.0)
+        && misfit.as_ref().is_some_and(|m| inherits(answer, m.factor))
+    {
+        hidden = misfit;
+        answer.unknown_probability = 0.0;
+        answer.verdict = if answer.together.is_empty() { Verdict::None } else { Verdict::Identified };
+    }
+    if answer.verdict == Verdict::Unknown && inherits(answer, 1.0) {
         answer.notes.push(
             "What is left without a name is as strong in the simulator's own log: it is how the simulator differs from our model, and no gap."
                 .into(),
@@ -338,6 +360,9 @@ fn settle(answer: &mut Answer, twin: &Twin, findings: &Findings, rows: usize) {
     let lost_all = answer.verdict == Verdict::Identified && answer.together.is_empty();
     if lost_all {
         answer.verdict = Verdict::None;
+    }
+    if let (Verdict::None, Some(misfit)) = (answer.verdict, hidden) {
+        cannot_tell(answer, &misfit);
     }
     match answer.verdict {
         Verdict::None => {
@@ -361,9 +386,30 @@ fn settle(answer: &mut Answer, twin: &Twin, findings: &Findings, rows: usize) {
     }
 }
 
+/// The answer where the twin's own error may be all that there is.
+fn cannot_tell(answer: &mut Answer, misfit: &Misfit) {
+    answer.verdict = Verdict::CannotTell;
+    (answer.main_probability, answer.none_probability, answer.unknown_probability) = (0.0, 0.0, 0.0);
+    (answer.main, answer.remainder) = (None, None);
+    answer.together.clear();
+    answer.place = Some(Place {
+        channel: misfit.channel.clone(),
+        equation: "motion of the simulated robot".into(),
+        time_s: None,
+        frequency_hz: None,
+        condition: None,
+        description: Some(format!("our model does not move as the simulator does, most in {}", misfit.channel)),
+    });
+    answer.notes.push(format!(
+        "The twin errs by more than its noise even in the simulator's own log: evidence in {} counts for a {:.0}th. What the simulator \
+         lacks is smaller than that, or nothing. Log torques or motor currents as well, or drive where the robot skids less.",
+        misfit.channel, misfit.factor
+    ));
+}
+
 /// Whether no equation asks for a correction that is stronger, per reading, than the one that it asks for in the simulator's log.
-/// A gain G in ln evidence has the standard deviation √(2 G).
-fn inherits_unknown(answer: &Answer, twin: &Twin, rows: usize) -> bool {
+/// A gain G in ln evidence has the standard deviation √(2 G); `factor` as in [`Misfit`].
+fn inherits_unknown(answer: &Answer, twin: &Twin, rows: usize, factor: f64) -> bool {
     let (Some(account), Some(fitting)) = (&twin.account, &twin.fitting) else { return false };
     if answer.equations.is_empty() {
         return false;
@@ -372,7 +418,7 @@ fn inherits_unknown(answer: &Answer, twin: &Twin, rows: usize) -> bool {
     answer.equations.iter().all(|equation| {
         let alike = account.equations.iter().find(|e| e.equation == equation.equation);
         let (here, there) = (equation.gain_nats.max(0.0), alike.map_or(0.0, |e| e.gain_nats.max(0.0)));
-        let std = (2.0 * here / own.powi(2) + 2.0 * there / other.powi(2)).sqrt();
+        let std = (factor * (2.0 * here / own.powi(2) + 2.0 * there / other.powi(2))).sqrt();
         here / own - there / other <= STRONGER * std
     })
 }

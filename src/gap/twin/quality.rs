@@ -6,6 +6,9 @@ use crate::gap::drive::ekf::noise::Channel;
 use crate::math::NORMAL_975;
 use crate::signal::names;
 
+/// Correlation of neighbours beyond which none is told from one.
+const MOST_CORRELATED: f64 = 0.999;
+
 /// Name of a channel in a log.
 fn name(channel: Channel) -> &'static str {
     match channel {
@@ -16,6 +19,26 @@ fn name(channel: Channel) -> &'static str {
         Channel::Y => names::Y,
         Channel::Heading => names::HEADING,
     }
+}
+
+/// How far a twin is from standing for its simulator.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Misfit {
+    /// Channel that it predicts worst.
+    pub channel: String,
+    /// Factor by which evidence against the twin is too large: of the innovations' variance over the expected one, and of the
+    /// readings over the independent ones among them, (1 + ρ)/(1 - ρ) where neighbours correlate by ρ (Bartlett 1946).
+    pub factor: f64,
+}
+
+/// Largest factor of the channels, by the ends of 95 % intervals that are nearest to a twin that holds; none where that is one.
+pub(super) fn misfit(channels: &[ChannelFit]) -> Option<Misfit> {
+    let one = |c: &ChannelFit| {
+        let correlation = (c.lag_one - NORMAL_975 / (c.readings as f64).sqrt()).clamp(0.0, MOST_CORRELATED);
+        let factor = (c.nis_mean / c.nis_mean_bounds95[1]).max(1.0) * (1.0 + correlation) / (1.0 - correlation);
+        Misfit { channel: c.channel.clone(), factor }
+    };
+    channels.iter().map(one).filter(|m| m.factor > 1.0).max_by(|a, b| a.factor.total_cmp(&b.factor))
 }
 
 /// One-step predictions by channel, what is drawn anew in each run taken as `normal` estimates it.

@@ -2,12 +2,13 @@
 //! nodes
 //!
 //! Priors: the white noise's level is the nominal one to [`WHITE_STD`]; parameters of spectra are uniform in their
-//! logarithm over the range that their effect states; coefficients are normal with a scale that is uniform in its
+//! logarithm over the range that their effect states; changes of ln variance, constant or over time, are normal with one
+//! of a few scales; coefficients are normal with a scale that is uniform in its
 //! logarithm over [`SCALE_RANGE`].
 
 use super::basis::{ColumnId, Data, SpectralBasis};
 use super::gaussian::{DataProducts, Picked, Posterior, columns, spectral};
-use super::hypothesis::{Candidate, Hypothesis, Kind, NoisePart, VARIANCE_STDS};
+use super::hypothesis::{Candidate, Hypothesis, Kind, LEVEL_STDS, NoisePart, VARIANCE_STDS};
 use super::memo::Memo;
 use crate::math::curvature::curvature;
 use std::borrow::Cow;
@@ -69,6 +70,16 @@ pub(crate) fn ln_mean_exp(values: &[f64], count: f64) -> f64 {
         return top;
     }
     top + (values.iter().map(|v| (v - top).exp()).sum::<f64>() / count).ln()
+}
+
+/// ln density of `values`, independent and normal about zero with one standard deviation, which is any of `stds` with
+/// equal probability.
+fn ln_scale_mixture(stds: &[f64], values: &[f64]) -> f64 {
+    let at = |std: &f64| {
+        let term = |v: &f64| -0.5 * (v / std).powi(2) - (std * TAU.sqrt()).ln();
+        values.iter().map(term).sum::<f64>()
+    };
+    ln_mean_exp(&stds.iter().map(at).collect::<Vec<_>>(), stds.len() as f64)
 }
 
 /// ln(exp(a) + exp(b)).
@@ -161,8 +172,13 @@ impl<'a> Likelihood<'a> {
     /// ln prior of the noises' parameters, plus the gain of the course of their level, nats.
     pub(crate) fn ln_prior(&self, h: &Hypothesis) -> f64 {
         let one = |n: &NoisePart| match &self.candidates[n.candidate].kind {
-            Kind::Noise(k) | Kind::Filter(k) | Kind::Level(k) => {
+            Kind::Noise(k) | Kind::Filter(k) => {
                 k.range(&self.frame.scene).iter().map(|r| -(r[1] / r[0]).ln().ln()).sum::<f64>()
+            }
+            // θ is the factor on the standard deviation: ln variance is 2 ln θ
+            Kind::Level(_) => {
+                let change = |v: &f64| ln_scale_mixture(&LEVEL_STDS, &[2.0 * v]) + std::f64::consts::LN_2;
+                n.ln_theta.iter().map(change).sum()
             }
             // the upper ends of the ranges are prior standard deviations
             Kind::Shape(k) => {
@@ -170,13 +186,7 @@ impl<'a> Likelihood<'a> {
                 let term = |(v, r): (&f64, &[f64; 2])| -0.5 * (v / r[1].ln()).powi(2) - (r[1].ln() * TAU.sqrt()).ln();
                 n.ln_theta.iter().zip(&ranges).map(term).sum()
             }
-            Kind::Variance(_) => {
-                let at = |std: f64| {
-                    let term = |v: &f64| -0.5 * (v / std).powi(2) - (std * TAU.sqrt()).ln();
-                    n.ln_theta.iter().map(term).sum::<f64>()
-                };
-                ln_mean_exp(&VARIANCE_STDS.map(at), VARIANCE_STDS.len() as f64)
-            }
+            Kind::Variance(_) => ln_scale_mixture(&VARIANCE_STDS, &n.ln_theta),
             Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn => 0.0,
         };
         h.noises.iter().map(one).sum::<f64>() + self.level_gain(h)

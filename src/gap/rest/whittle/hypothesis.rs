@@ -84,6 +84,9 @@ pub(crate) struct Hypothesis {
 
 /// Prior standard deviations of the root mean square change of ln variance, equally probable.
 pub(crate) const VARIANCE_STDS: [f64; 4] = [0.02, 0.06, 0.2, 0.6];
+/// The same of a constant change of ln variance, the level: a small one is as probable as a small change over time, and a
+/// level that was read off another unit or bandwidth may be off by ten.
+pub(crate) const LEVEL_STDS: [f64; 6] = [0.02, 0.06, 0.2, 0.6, 2.0, 6.0];
 
 impl Kind {
     /// Whether it changes how large the noise is: as a whole, or over time.
