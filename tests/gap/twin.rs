@@ -95,6 +95,33 @@ fn what_simulator_and_robot_share_is_not_named_and_what_the_robot_has_alone_is()
     assert_eq!(same["verdict"], "none", "{:?}", same["together"]);
 }
 
+/// Gains of the gyro that swing by 40 %, at another phase in each log: no model of ours stands for that.
+#[test]
+fn a_simulator_that_no_model_stands_for_is_not_judged() {
+    let place = Place::with(&[]);
+    drives(&place, THEIRS, &[("sim.csv", 1), ("real.csv", 2)]);
+    for (name, phase) in [("sim.csv", 0.0), ("real.csv", 2.0)] {
+        let log = place.read(name);
+        let (header, rows) = log.split_once('\n').unwrap();
+        let gyro = header.split(',').position(|c| c == "gyro_z_rad_s").unwrap();
+        let swung = |row: &str| {
+            let mut cells: Vec<String> = row.split(',').map(str::to_string).collect();
+            let [t_s, rate_rad_s]: [f64; 2] = [&cells[0], &cells[gyro]].map(|c| c.parse().unwrap());
+            cells[gyro] = format!("{:.7}", rate_rad_s * (1.0 + 0.4 * (0.7 * t_s + phase).sin()));
+            cells.join(",") + "\n"
+        };
+        place.write(
+            &format!("swung_{name}"),
+            &(header.to_string() + "\n" + &rows.lines().map(swung).collect::<String>()),
+        );
+    }
+    let page = place.ok("gap compare --sim swung_sim.csv --real swung_real.csv --json told.json");
+    let answer: Answer = serde_json::from_str(&place.read("told.json")).unwrap();
+    assert_eq!(answer.verdict, Verdict::CannotTell, "{page}");
+    assert!(page.contains("CANNOT TELL: our model does not move as the simulator does"), "{page}");
+    assert!(answer.effects.iter().all(|e| e.gap_closed.is_none()));
+}
+
 #[test]
 fn logs_that_cannot_be_compared_are_refused_with_the_reason() {
     let place = Place::with(&[]);

@@ -27,8 +27,8 @@ use serde::Serialize;
 
 /// Standard deviations by which what is left without a name must be stronger than in the simulator's log to be a gap.
 const STRONGER: f64 = 3.0;
-/// Factor of a [`Misfit`] from which on the twin errs by more than its noise: shares of the gap, which are measured against the noise,
-/// are not told.
+/// Factor of a [`Misfit`] from which on the twin errs by more than its noise: neither that there is no gap, nor shares of it, which are
+/// measured against the noise, are told.
 const WORSE_THAN_NOISE: f64 = 2.0;
 
 /// A value with its standard deviation.
@@ -345,7 +345,7 @@ fn settle(answer: &mut Answer, twin: &Twin, findings: &Findings, rows: usize, mu
         && !inherits(answer, 1.0)
         && misfit.as_ref().is_some_and(|m| inherits(answer, m.factor))
     {
-        hidden = misfit;
+        hidden = misfit.clone();
         answer.unknown_probability = 0.0;
         answer.verdict = if answer.together.is_empty() { Verdict::None } else { Verdict::Identified };
     }
@@ -361,6 +361,8 @@ fn settle(answer: &mut Answer, twin: &Twin, findings: &Findings, rows: usize, mu
     if lost_all {
         answer.verdict = Verdict::None;
     }
+    // that nothing is seen says nothing where anything of the size of the noise is hidden
+    let hidden = hidden.or(misfit.filter(|m| m.factor > WORSE_THAN_NOISE));
     if let (Verdict::None, Some(misfit)) = (answer.verdict, hidden) {
         cannot_tell(answer, &misfit);
     }
@@ -390,7 +392,7 @@ fn settle(answer: &mut Answer, twin: &Twin, findings: &Findings, rows: usize, mu
 fn cannot_tell(answer: &mut Answer, misfit: &Misfit) {
     answer.verdict = Verdict::CannotTell;
     (answer.main_probability, answer.none_probability, answer.unknown_probability) = (0.0, 0.0, 0.0);
-    (answer.main, answer.remainder) = (None, None);
+    (answer.main, answer.nearest, answer.remainder) = (None, None, None);
     answer.together.clear();
     answer.place = Some(Place {
         channel: misfit.channel.clone(),
