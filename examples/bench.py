@@ -33,9 +33,7 @@ def question(options, case):
     """The command that asks about a case."""
     if options.diagnose:
         return ["diagnose", case / "sim.toml", "--fit", case / "fit.parquet", "--hold", case / "hold.parquet"]
-    # speeds drive the Husky, and tell neither mass nor inertia
-    told = ["--init", case / "sim.toml"] if case.name.startswith("pybullet") else []
-    return ["compare", *told, "--sim", case / "sim.parquet", "--real", case / "fit.parquet", "--hold", case / "hold.parquet"]
+    return ["compare", "--sim", case / "sim.parquet", "--real", case / "fit.parquet", "--hold", case / "hold.parquet"]
 
 
 def answer(options, case, path):

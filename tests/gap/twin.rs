@@ -73,6 +73,35 @@ fn constants_of_a_simulator_are_told_with_their_errors() {
     assert!(config.effects.is_empty() && config.vehicle.unwrap().wheel_inertia_kg_m2 == 0.0);
 }
 
+/// What no torque moves decides nothing: no value is asked for.
+#[test]
+fn without_torques_neither_mass_nor_inertia_is_needed() {
+    let place = Place::with(&[]);
+    drives(&place, THEIRS, &[("all.csv", 1)]);
+    let log = place.read("all.csv");
+    let kept: Vec<usize> = log
+        .lines()
+        .next()
+        .unwrap()
+        .split(',')
+        .enumerate()
+        .filter(|(_, c)| !c.contains("torque"))
+        .map(|c| c.0)
+        .collect();
+    let cut = |row: &str| {
+        let cells: Vec<&str> = row.split(',').collect();
+        kept.iter().map(|i| cells[*i]).collect::<Vec<_>>().join(",") + "\n"
+    };
+    place.write("sim.csv", &log.lines().map(cut).collect::<String>());
+    let told = json(&place, "gap twin sim.csv -o twin.toml");
+    let p = &told["twin"]["parameters"];
+    assert_eq!((p["mass_kg"]["value"].as_f64(), p["mass_kg"]["source"].as_str()), (Some(1.0), Some("convention")));
+    for (name, truth) in [("wheel_radius_m", 0.07), ("half_track_m", 0.2)] {
+        let [value, std] = ["value", "std"].map(|key| p[name][key].as_f64().unwrap());
+        assert!((value - truth).abs() < 4.0 * std, "{name}: {value} ± {std}, true {truth}");
+    }
+}
+
 #[test]
 fn what_simulator_and_robot_share_is_not_named_and_what_the_robot_has_alone_is() {
     let place = Place::with(&[]);

@@ -142,8 +142,11 @@ impl<'a> Building<'a> {
                 .at("channels torque_left_n_m, torque_right_n_m")
                 .hint("turn their sign: --map torque_left_n_m=-COLUMN --map torque_right_n_m=-COLUMN"));
         }
-        let mass = need(mass, given.map(|v| v.mass_kg), "mass_kg (needs torques)");
-        let inertia = need(inertia, given.map(|v| v.yaw_inertia_kg_m2), "yaw_inertia_kg_m2 (needs torques, and turns)");
+        // without torques they decide nothing
+        let unit = record.torques_n_m.is_none().then_some(1.0);
+        let mass = need(mass, given.map(|v| v.mass_kg).or(unit), "mass_kg (needs torques)");
+        let inertia =
+            need(inertia, given.map(|v| v.yaw_inertia_kg_m2).or(unit), "yaw_inertia_kg_m2 (needs torques, and turns)");
         if !missing.is_empty() {
             return Err(Error::new(ErrorKind::Value, source, format!("the log does not tell {}", missing.join(", ")))
                 .hint("log what it needs, or give the values in a configuration: --init robot.toml (gyroid init --urdf, --sdf or --mjcf writes one)"));
@@ -360,7 +363,13 @@ impl<'a> Building<'a> {
         let effects = effects.chain(left).collect();
         let mut notes = self.notes.clone();
         notes.extend(fitting.record.notes.iter().cloned());
-        if self.init.and_then(|c| c.vehicle).is_none() {
+        if self.init.and_then(|c| c.vehicle).is_none() && fitting.record.torques_n_m.is_none() {
+            notes.push(
+                "Without torques nothing tells mass and yaw inertia, and nothing here depends on them: 1 kg and 1 kg m2 are entered. Give \
+                 the true ones with --init before the twin is used for anything else."
+                    .into(),
+            );
+        } else if self.init.and_then(|c| c.vehicle).is_none() {
             notes.push(
                 "The wheels' inertia cannot be told from the mass that they move with: mass and yaw inertia hold it. Give it with --init to \
                  have them apart."
