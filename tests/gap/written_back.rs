@@ -11,7 +11,7 @@ const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
     [encoder]\nspeed_noise_std_rad_s = 0.02\n\
     [pose]\nrate_hz = 10.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
 const LOAD: &str = "[[effect]]\nid = \"vehicle.payload\"\nmass_relative = 0.2\ninertia_relative = 0.2\n";
-const LATE: &str = "[[effect]]\nid = \"sensor.gyro_delay\"\ndelay_s = 0.05\n";
+const LATE: &str = "[[effect]]\nid = \"sensor.gyro_delay\"\ndelay_s = 0.15\n";
 const SIMULATOR: &str =
     "if grep -q 'mass=\"11.1\"' \"$1\"; then cp before.parquet \"$3\"; else cp after.parquet \"$3\"; fi\n";
 const COMMAND: &str = "--simulate sh\tsimulator.sh\t{model}\t{inputs}\t{log}";
@@ -55,7 +55,7 @@ fn what_the_description_has_no_place_for_is_python_for_its_log() {
     let python = place.read("out/a_copy_log.py");
     let line = python.lines().find(|line| line.trim_start().starts_with("delay_s = ")).unwrap();
     let delay_s: f64 = line.split_whitespace().nth(2).unwrap().parse().unwrap();
-    assert!((delay_s - 0.05).abs() < 0.002 && line.contains("# 95 %: "), "{line}");
+    assert!((delay_s - 0.15).abs() < 0.002 && line.contains("# 95 %: "), "{line}");
     assert!(!python.contains("vehicle.payload") && !place.read("out/a-copy.xml").contains("mass=\"11.1\""));
 
     let ranges = json(&place, "out/ranges.json");
