@@ -117,8 +117,12 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
     drives = [DATA / "drives" / f"rover_{part}.parquet" for part in ("fit", "hold")]
     gap = (DATA / "truth.toml", "--fit", drives[0], "--hold", drives[1])
     patch = ("--patch", DATA.parent / "examples" / "mujoco" / "robot.xml", "-o", "patched.xml")
+    (folder / "late.toml").write_text((DATA / "truth.toml").read_text() + '\n[[effect]]\nid = "sensor.gyro_delay"\ndelay_s = 0.05\n')
+    run(folder, "simulate", "late.toml", "--course", "random", "--duration", "60", "-o", "late.parquet")
+    late = (DATA / "truth.toml", "--fit", "late.parquet", *patch[:-1], "late.xml")
     lines = [
         ("gap.diagnose", "GapDiagnose", ("gap", "diagnose", *gap, *patch)),
+        ("gap.diagnose", "GapDiagnose", ("gap", "diagnose", *late)),
         ("fit", "FitMany", ("fit", logs, "--config", "many.toml")),
         ("fit", "FitAxes", ("fit", cold, "--axis", "all")),
         ("noise", "NoiseAxes", ("noise", cold, "--axis", "all")),

@@ -14,6 +14,8 @@ import gyroid
 from conftest import DATA, ROOT, answer, program, validate
 
 SCHEMAS = {path.stem: json.loads(path.read_text()) for path in (ROOT / "docs" / "schema").glob("*.json")}
+#: Schemas of files that a command writes beside its answer.
+FILES = {"gap.ranges"}
 #: Answers without a schema, and why.
 WITHOUT = {"gap.bench.calibrate": "diagnoses fifty cases and more"}
 
@@ -38,7 +40,7 @@ def commands(*line: str) -> list[str]:
 
 def test_every_command_that_answers_has_a_schema() -> None:
     known = commands()
-    assert len(known) > 12 and set(known) == {*SCHEMAS, *WITHOUT}
+    assert len(known) > 12 and set(known) == {*SCHEMAS, *WITHOUT} - FILES
     page = (ROOT / "docs" / "src" / "json.md").read_text()
     assert [command for command in SCHEMAS if f"(schema/{command}.json)" not in page] == []
 
@@ -61,6 +63,22 @@ def test_every_command_that_answers_has_a_schema() -> None:
 def test_an_answer_fits_and_a_changed_one_does_not(tmp_path: Any, line: tuple[object, ...]) -> None:
     words = [DATA / str(w) if (DATA / str(w)).is_file() else tmp_path / "out.csv" if w == "OUT" else w for w in line]
     found = answer(*words)
+    for change in (added, renamed, retyped):
+        with pytest.raises(jsonschema.ValidationError):
+            validate(change(copy.deepcopy(found)))
+
+
+def test_ranges_for_isaac_lab_fit_their_schema(tmp_path: Any) -> None:
+    effects = {"vehicle.payload": "mass_relative = 0.3", "sensor.gyro_delay": "delay_s = 0.05"}
+    tables = "".join(f'\n[[effect]]\nid = "{name}"\n{line}\n' for name, line in effects.items())
+    (tmp_path / "real.toml").write_text((DATA / "truth.toml").read_text() + tables)
+    made = program("simulate", tmp_path / "real.toml", "--course", "random", "--duration", 60, "-o", tmp_path / "real.parquet")
+    assert made.returncode == 0, made.stderr
+    answer("gap", "diagnose", DATA / "truth.toml", "--fit", tmp_path / "real.parquet", "--ranges", tmp_path / "ranges.json")
+    found = json.loads((tmp_path / "ranges.json").read_text())
+    validate(found)
+    assert [event["effect"] for event in found["events"]] == ["vehicle.payload"]
+    assert [one["effect"] for one in found["observations"]] == ["sensor.gyro_delay"]
     for change in (added, renamed, retyped):
         with pytest.raises(jsonschema.ValidationError):
             validate(change(copy.deepcopy(found)))

@@ -16,12 +16,12 @@ from conftest import ROOT, program
 from gyroid import _gyroid
 from gyroid._call import option
 
-#: Options of the commands that are no arguments, and why: outputs are parts of results; a copy of a robot's description is the
-#: command line's; the rest has a word of its own.
+#: Options of the commands that are no arguments, and why: outputs are parts of results; a copy of a robot's description and ranges for
+#: another program are the command line's; the rest has a word of its own.
 ELSEWHERE = {
     *("accept", "force", "help", "json", "quiet", "version"),
     *("out", "plot", "no-plot", "html", "save-config", "truth", "why", "write-sim", "write-twin"),
-    *("patch", "simulate"),
+    *("patch", "simulate", "ranges"),
     *("axes", "config", "jobs", "keep-outlying", "list", "results", "resume"),
 }
 

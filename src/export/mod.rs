@@ -7,9 +7,11 @@
 mod about;
 mod configuration;
 mod effects;
+mod log_snippet;
 mod noise;
 mod number;
 mod population;
+mod ranges;
 mod sheet;
 mod source;
 mod starter;
@@ -18,9 +20,11 @@ mod targets;
 
 pub use about::{About, Comment, Key};
 pub use configuration::{ConfigurationOptions, configuration};
+pub use log_snippet::{Snippet, log_snippet, on_log};
 pub use noise::{NoiseOptions, check_origin, with_noise};
 pub use number::digits;
 pub use population::population_configuration;
+pub use ranges::{Event, NoPlace, Observation, Range, Ranges, ranges};
 pub use sheet::{LeftOut, Sheet, Written};
 pub use source::{Options, Origin, Source};
 pub use starter::{Starter, starter};

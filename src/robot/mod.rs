@@ -5,6 +5,7 @@
 //! driven wheels, and of one that skids on several a side, mass, yaw inertia, track, wheel radius and wheel inertia follow,
 //! each with its source. What is found to be true of the robot is written back into a copy.
 
+mod chassis;
 mod facts;
 mod mjcf;
 mod mjcf_defaults;
@@ -23,6 +24,7 @@ mod urdf;
 mod wheels;
 mod xml;
 
+pub use chassis::{Chassis, chassis};
 pub use patch::{Finding, Patched, Truth, format_of, patch};
 pub use read::{parse, read};
 pub use types::{Choice, Fact, Format, Robot};

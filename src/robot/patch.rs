@@ -2,6 +2,7 @@
 //!
 //! What a controller believes (a plugin's wheel radius and separation) is left alone: the gap between both is the effect.
 
+use super::chassis::heaviest;
 use super::model::{Mass, Model, shifted, sum};
 use super::patch_edits::Edits;
 use super::patch_places::{Placed, Places, Weighed};
@@ -303,13 +304,7 @@ impl Work<'_> {
         }
         let carried: Vec<Vec<usize>> =
             (0..moved.len()).filter(|j| moved[*j].norm() > 0.0).map(|j| model.rigid(model.joints[j].child)).collect();
-        let turning: Vec<usize> = self.wheels.all().flat_map(|j| model.rigid(model.joints[j].child)).collect();
-        let weight = |l: usize| if let Mass::Known { kg, .. } = &model.links[l].mass { *kg } else { 0.0 };
-        let chassis = (0..model.links.len())
-            .filter(|l| !turning.contains(l))
-            .max_by(|a, b| weight(*a).total_cmp(&weight(*b)))
-            .filter(|l| weight(*l) > 0.0)
-            .ok_or("no link but the wheels has a mass")?;
+        let chassis = heaviest(model, self.wheels).ok_or("no link but the wheels has a mass")?;
         let others: Vec<Mass> = (0..model.links.len())
             .filter(|l| *l != chassis)
             .map(|l| {

@@ -14,3 +14,4 @@ mod place;
 mod replay;
 mod rest;
 mod twin;
+mod written_back;

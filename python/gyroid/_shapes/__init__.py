@@ -78,6 +78,7 @@ from gyroid._shapes._drive import _GapDiagnoseTrace as _GapDiagnoseTrace
 from gyroid._shapes._drive import _GapDiagnoseCurves as _GapDiagnoseCurves
 from gyroid._shapes._drive import _GapDiagnoseNearest as _GapDiagnoseNearest
 from gyroid._shapes._drive import _GapDiagnoseAlike as _GapDiagnoseAlike
+from gyroid._shapes._drive import _GapDiagnosePatchLog as _GapDiagnosePatchLog
 from gyroid._shapes._drive import _GapDiagnosePatch as _GapDiagnosePatch
 from gyroid._shapes._drive import GapDiagnose as GapDiagnose
 from gyroid._shapes._drive import _GapCompareEffects as _GapCompareEffects

@@ -292,11 +292,17 @@ class _GapDiagnoseAlike(Record):
     separate_by: str
 
 
+class _GapDiagnosePatchLog(Record):
+    file: str | None
+    effects: tuple[str, ...]
+
+
 class _GapDiagnosePatch(Record):
     file: str
     changes: tuple[str, ...]
     no_place: tuple[Any, ...]
     notes: tuple[str, ...]
+    log: _GapDiagnosePatchLog
 
 
 class GapDiagnose(Record):

@@ -31,7 +31,8 @@ use std::path::{Path, PathBuf};
     gyroid gap diagnose sim.toml --fit fit.csv --json answer.json --write-sim augmented.toml\n  \
     gyroid gap diagnose sim.toml --fit fit.csv --why why.md --html gap.html\n  \
     gyroid gap diagnose husky.toml --fit imu.csv wheels.csv --map gyro_z_rad_s=gy_rad_s\n  \
-    gyroid gap diagnose robot.toml --fit run2.csv --fit run3.csv --hold run4.csv --hold run5.csv")]
+    gyroid gap diagnose robot.toml --fit run2.csv --fit run3.csv --hold run4.csv --hold run5.csv\n  \
+    gyroid gap diagnose robot.toml --fit run2.csv --patch robot.xml -o patched.xml --ranges isaac_lab.json")]
 pub(crate) struct DiagnoseArgs {
     /// The nominal simulator: a configuration with [gyro]; of a drive also [vehicle] and [encoder]
     config: PathBuf,

@@ -1,16 +1,17 @@
-//! `--patch`: what was found, entered into a copy of the robot's description.
+//! `--patch`: what was found, entered into a copy of the robot's description, and Python beside it for what its log lacks.
 
 use super::replay::{self, Reads, Simulator};
 use crate::cli::output::Output;
 use clap::Args;
-use gyroid::config::Vehicle;
+use gyroid::config::{Config, Vehicle};
 use gyroid::effects::{Parameters, drive};
+use gyroid::export::{Snippet, log_snippet, on_log};
 use gyroid::files::{OutputFile, Plan};
-use gyroid::gap::Answer;
+use gyroid::gap::answer::{Answer, EffectAnswer};
 use gyroid::gap::holdout::gate::{Gate, gate};
 use gyroid::gap::holdout::replay::Replayed;
 use gyroid::model::drive::Robot;
-use gyroid::robot::{self, Choice, Fact, Finding, Format, Patched};
+use gyroid::robot::{self, Chassis, Choice, Fact, Finding, Format, Patched};
 use gyroid::signal::Log;
 use gyroid::{Error, ErrorKind, Result};
 use serde_json::{Value, json};
@@ -24,7 +25,8 @@ const ONE_ROBOT: f64 = 0.01;
 pub(crate) struct PatchArgs {
     /// The robot's description (SDF, URDF, MJCF): enter what was found into a copy of it
     ///
-    /// True sizes are changed in place, each under a comment with its 95 % interval; what the controller believes stays.
+    /// True sizes are changed in place, each under a comment with its 95 % interval; what the controller believes stays. What sensors
+    /// do to their readings goes into Python beside the copy (COPY's name and _log.py), for the simulator's log.
     #[arg(long, value_name = "FILE", requires = "out")]
     patch: Option<PathBuf>,
     /// Write that copy here
@@ -44,22 +46,44 @@ pub(crate) struct Patch<'a> {
     text: String,
     format: Format,
     copy: OutputFile,
+    /// Python for the simulator's log.
+    log: OutputFile,
     simulate: Option<&'a str>,
     /// The user's simulator, and its errors under the description as it is.
     replay: Option<(Simulator<'a>, Replayed)>,
 }
 
-/// The copy that is to be written.
+/// What one effect changes.
+#[derive(Clone)]
+struct Change<'a> {
+    effect: &'a EffectAnswer,
+    /// In the description.
+    findings: Vec<Finding>,
+    /// In the log.
+    on_log: bool,
+}
+
+/// The files that are to be written.
 pub(crate) struct Decided {
     /// None where the replay kept nothing.
     patched: Option<Patched>,
+    /// Python, and the effects in it.
+    snippet: Option<(Snippet, Vec<String>)>,
     no_place: Vec<(String, String)>,
     replay: Option<(String, Gate)>,
+    notes: Vec<String>,
+}
+
+/// Beside the copy, under a name that Python can import.
+fn log_path(copy: &Path) -> PathBuf {
+    let stem = copy.file_stem().unwrap_or_default().to_string_lossy();
+    let word: String = stem.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    copy.with_file_name(format!("{word}_log.py"))
 }
 
 impl PatchArgs {
     pub fn planned(&self, plan: Plan) -> Plan {
-        plan.reads(&self.patch).writes("--out", &self.out)
+        plan.reads(&self.patch).writes("--out", &self.out).writes("--out", self.out.as_deref().map(log_path))
     }
 
     /// Reads the description, and claims the copy's place; `drives`: the configuration is of a robot.
@@ -74,8 +98,8 @@ impl PatchArgs {
         let file = path.display().to_string();
         let format = robot::format_of(&text, &file)?;
         robot::parse(&text, &file, format, &Choice::default())?;
-        let copy = OutputFile::claim(out)?;
-        Ok(Some(Patch { file, text, format, copy, simulate: self.simulate.as_deref(), replay: None }))
+        let (copy, log) = (OutputFile::claim(out)?, OutputFile::claim(log_path(out))?);
+        Ok(Some(Patch { file, text, format, copy, log, simulate: self.simulate.as_deref(), replay: None }))
     }
 }
 
@@ -84,19 +108,24 @@ impl<'a> Patch<'a> {
     pub fn replays(&mut self, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<()> {
         let Some(command) = self.simulate else { return Ok(()) };
         let simulator = Simulator::new(command, kept, reads)?;
-        let before = simulator.run(Path::new(&self.file), &self.file)?;
+        let before = simulator.run(Path::new(&self.file), &self.file, None)?;
         self.replay = Some((simulator, before));
         Ok(())
+    }
+
+    /// The link that carries the robot.
+    pub fn chassis(&self) -> Result<Option<Chassis>> {
+        robot::chassis(&self.text, &self.file, self.format, &Choice::default())
     }
 
     fn entered(&self, findings: &[Finding]) -> Result<Patched> {
         robot::patch(&self.text, &self.file, self.format, &Choice::default(), findings)
     }
 
-    /// Errors of the user's simulator under a description with `effects` entered, which lies beside the copy meanwhile: what it
+    /// Errors of the user's simulator with `changes`: a description with them lies beside the copy meanwhile, since what it
     /// includes is found from there.
-    fn replayed(&self, simulator: &Simulator<'_>, effects: &[(&str, Vec<Finding>)]) -> Result<Replayed> {
-        let findings: Vec<Finding> = effects.iter().flat_map(|(_, findings)| findings.clone()).collect();
+    fn replayed(&self, simulator: &Simulator<'_>, changes: &[(&str, Change<'_>)], config: &Config) -> Result<Replayed> {
+        let findings: Vec<Finding> = changes.iter().flat_map(|(_, change)| change.findings.clone()).collect();
         let patched = self.entered(&findings)?;
         let folder = self.copy.target().parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let ending =
@@ -105,48 +134,85 @@ impl<'a> Patch<'a> {
         let mut model =
             tempfile::Builder::new().prefix("gyroid-").suffix(&ending).tempfile_in(folder).map_err(cannot)?;
         model.write_all(patched.text.as_bytes()).and_then(|()| model.flush()).map_err(cannot)?;
-        let ids: Vec<&str> = effects.iter().map(|(id, _)| *id).collect();
-        simulator.run(model.path(), &format!("{} and {}", self.file, ids.join(", ")))
+        let ids: Vec<&str> = changes.iter().map(|(id, _)| *id).collect();
+        let of_log: Vec<&EffectAnswer> = changes.iter().filter(|(_, c)| c.on_log).map(|(_, c)| c.effect).collect();
+        let snippet = (!of_log.is_empty()).then(|| log_snippet(&of_log, &[], config));
+        simulator.run(model.path(), &format!("{} and {}", self.file, ids.join(", ")), snippet.as_ref())
     }
 
-    /// The effects of the answer that are present, entered; with a simulator, those of them that make its error smaller.
-    pub fn decide(&self, answer: &Answer, vehicle: &Vehicle) -> Result<Decided> {
+    /// The effects of the answer that are present, entered; with a simulator, those of them that make its error smaller, and those
+    /// of sensors that no replay can judge. `config`: the simulator.
+    pub fn decide(&self, answer: &Answer, vehicle: &Vehicle, config: &Config) -> Result<Decided> {
         let robot = Robot::from(vehicle);
-        let named = answer.together.iter().filter_map(|id| answer.effects.iter().find(|e| e.id == *id));
-        let mut found: Vec<(&str, Vec<Finding>)> = Vec::new();
-        let mut no_place = Vec::new();
-        for effect in named {
+        let mut found: Vec<(&str, Change<'_>)> = Vec::new();
+        let (mut no_place, mut notes) = (Vec::new(), Vec::new());
+        for effect in answer.present() {
             let truths = drive::by_id(&effect.id).map(|e| drive::described(e, &effect.parameters, &robot));
             let says = || says(&effect.id, &effect.parameters, &effect.std);
             let findings = truths.into_iter().flatten().map(|truth| Finding { truth, says: says() });
             let findings: Vec<Finding> = findings.collect();
-            if findings.is_empty() {
-                no_place.push((effect.id.clone(), "descriptions of robots have no such number".to_string()));
-            }
-            found.push((&effect.id, findings));
+            let change = match on_log(effect) {
+                Ok(_) if self.entered(&findings)?.changes.is_empty() => {
+                    Change { effect, findings: Vec::new(), on_log: true }
+                }
+                Err(why) if findings.is_empty() => {
+                    no_place.push((effect.id.clone(), why.to_string()));
+                    continue;
+                }
+                _ => Change { effect, findings, on_log: false },
+            };
+            found.push((&effect.id, change));
         }
-        let all = |found: &[(&str, Vec<Finding>)]| -> Vec<Finding> { found.iter().flat_map(|f| f.1.clone()).collect() };
-        let whole = self.entered(&all(&found))?;
-        no_place.extend(whole.no_place.iter().map(|(finding, why)| (finding.says.clone(), why.clone())));
-        let Some((simulator, before)) = &self.replay else {
-            return Ok(Decided { patched: Some(whole), no_place, replay: None });
+        let all = |found: &[(&str, Change<'_>)]| -> Vec<Finding> {
+            found.iter().flat_map(|f| f.1.findings.clone()).collect()
         };
-        // what has no place changes nothing there
-        let mut tried = Vec::new();
-        for one in found {
-            if !self.entered(&one.1)?.changes.is_empty() {
-                tried.push(one);
+        let whole = self.entered(&all(&found))?;
+        no_place.extend(whole.no_place.into_iter().map(|(finding, why)| (finding.says, why)));
+        let mut gated = None;
+        if let Some((simulator, before)) = &self.replay {
+            let python = simulator.has_python();
+            let judged = |change: &Change<'_>| -> Result<bool> {
+                // what has no place changes nothing there
+                Ok(if change.on_log {
+                    python && on_log(change.effect).is_ok_and(|work| work.repeats)
+                } else {
+                    !self.entered(&change.findings)?.changes.is_empty()
+                })
+            };
+            let mut tried = Vec::new();
+            let mut unjudged = Vec::new();
+            for one in found {
+                if judged(&one.1)? { tried.push(one) } else { unjudged.push(one) }
             }
+            let gate = gate(before, tried.clone(), |changes| self.replayed(simulator, changes, config))?;
+            tried.retain(|(id, _)| gate.kept.iter().any(|kept| kept == id));
+            unjudged.retain(|(_, change)| change.on_log);
+            if !unjudged.is_empty() {
+                let ids: Vec<&str> = unjudged.iter().map(|(id, _)| *id).collect();
+                let why = if python {
+                    "no replay comes nearer to one recording by them"
+                } else {
+                    "python3 has no numpy here"
+                };
+                notes.push(format!("not tried in your simulator: {}: {why}", ids.join(", ")));
+            }
+            gated = Some((simulator.recording().source.clone(), gate, !tried.is_empty()));
+            found = tried.into_iter().chain(unjudged).collect();
         }
-        let gate = gate(before, tried.clone(), |effects| self.replayed(simulator, effects))?;
-        let kept: Vec<_> = tried.into_iter().filter(|(id, _)| gate.kept.iter().any(|kept| kept == id)).collect();
-        let patched = if kept.is_empty() { None } else { Some(self.entered(&all(&kept))?) };
-        Ok(Decided { patched, no_place, replay: Some((simulator.recording().source.clone(), gate)) })
+        let of_log: Vec<&EffectAnswer> = found.iter().filter(|(_, c)| c.on_log).map(|(_, c)| c.effect).collect();
+        let ids = of_log.iter().map(|effect| effect.id.clone()).collect();
+        let snippet = (!of_log.is_empty()).then(|| (log_snippet(&of_log, &no_place, config), ids));
+        let patched = match gated {
+            Some((_, _, false)) => None,
+            _ => Some(self.entered(&all(&found))?),
+        };
+        let replay = gated.map(|(recording, gate, _)| (recording, gate));
+        Ok(Decided { patched, snippet, no_place, replay, notes })
     }
 
-    /// Writes the copy; what was changed, and what has no place, as JSON.
+    /// Writes the copy and Python for the log; what was changed, and what has no place, as JSON.
     pub fn write(mut self, decided: Decided, vehicle: &Vehicle, output: &Output) -> Result<Value> {
-        let Decided { patched, no_place, replay } = decided;
+        let Decided { patched, snippet, no_place, replay, mut notes } = decided;
         let target = self.copy.target().display().to_string();
         let changes = match &patched {
             Some(patched) => {
@@ -163,16 +229,25 @@ impl<'a> Patch<'a> {
             }
         };
         changes.iter().for_each(|change| output.say(format!("  {change}")));
+        let mut on_log = Vec::new();
+        let python = self.log.target().display().to_string();
+        if let Some((snippet, ids)) = &snippet {
+            self.log.write_all(snippet.text.as_bytes())?;
+            self.log.commit()?;
+            output.say(format!("wrote {python}: for the log of your simulator, {}", ids.join(", ")));
+            on_log.clone_from(ids);
+        }
         no_place.iter().for_each(|(what, why)| output.say(format!("  no place for {what}: {why}")));
         if let Some((recording, gate)) = &replay {
             output.say(replay::text(recording, gate));
         }
         let choice = Choice::default();
-        let others = other_sizes(&robot::parse(&self.text, &self.file, self.format, &choice)?, vehicle);
-        others.iter().for_each(|other| output.say(format!("note: {other}")));
+        notes.extend(other_sizes(&robot::parse(&self.text, &self.file, self.format, &choice)?, vehicle));
+        notes.iter().for_each(|other| output.say(format!("note: {other}")));
         let no_place: Vec<Value> = no_place.iter().map(|(what, why)| json!({"finding": what, "why": why})).collect();
         let file = patched.is_some().then_some(target);
-        let mut told = json!({"file": file, "changes": changes, "no_place": no_place, "notes": others});
+        let mut told = json!({"file": file, "changes": changes, "no_place": no_place, "notes": notes});
+        told["log"] = json!({"file": snippet.is_some().then_some(python), "effects": on_log});
         if let Some((recording, gate)) = replay {
             told["replay"] = json!(gate);
             told["replay"]["recording"] = json!(recording);

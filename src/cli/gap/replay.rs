@@ -3,9 +3,10 @@
 use super::recordings::read_drive;
 use crate::cli::log_args::ColumnArgs;
 use gyroid::config::Config;
+use gyroid::export::Snippet;
 use gyroid::gap::holdout::gate::Gate;
 use gyroid::gap::holdout::replay::Replayed;
-use gyroid::ingest::LogWriter;
+use gyroid::ingest::{self, LogWriter};
 use gyroid::signal::{Log, TimeAxis, names};
 use gyroid::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
@@ -14,6 +15,8 @@ use tempfile::TempDir;
 
 /// Placeholders that a command must have.
 const PLACES: [&str; 3] = ["{model}", "{inputs}", "{log}"];
+/// What runs the Python for the log.
+const PYTHON: &str = "python3";
 /// Lines of a failed command's last words.
 const LAST_WORDS: usize = 5;
 
@@ -45,6 +48,14 @@ pub(super) fn check(command: &str) -> Result<()> {
         Some(missing) => Err(usage(format!("the command {command:?} has no {missing}"))
             .hint("name all three: 'python run.py --model {model} --inputs {inputs} --out {log}'")),
     }
+}
+
+/// The last lines that a command said.
+fn last_words(stderr: &[u8]) -> String {
+    let words = String::from_utf8_lossy(stderr);
+    let lines: Vec<&str> = words.lines().filter(|line| !line.trim().is_empty()).collect();
+    let last = lines[lines.len().saturating_sub(LAST_WORDS)..].join("\n  ");
+    if last.is_empty() { "it said nothing on standard error".to_string() } else { last }
 }
 
 /// As one word of the shell.
@@ -95,27 +106,45 @@ impl<'a> Simulator<'a> {
         self.folder.path().join("inputs.csv")
     }
 
-    /// Runs it under the description at `model`; `called` is that description's name in messages.
+    /// Whether there is a Python that can change a log.
+    pub fn has_python(&self) -> bool {
+        Command::new(PYTHON).args(["-c", "import numpy"]).output().is_ok_and(|ended| ended.status.success())
+    }
+
+    /// What `snippet` makes of the CSV at `given`, as another one.
+    fn as_real(&self, snippet: &Snippet, given: &Path, options: &[&str]) -> Result<PathBuf> {
+        let (code, made) = (self.folder.path().join("log.py"), given.with_extension("made.csv"));
+        std::fs::write(&code, &snippet.text).map_err(|e| Error::io(&code, &e))?;
+        let ended = Command::new(PYTHON).arg(&code).args([given, made.as_path()]).args(options).output();
+        let ended = ended.map_err(|e| Error::io(PYTHON, &e).at("--simulate"))?;
+        if ended.status.success() {
+            return Ok(made);
+        }
+        let found = format!("{PYTHON} failed on the simulator's log:\n  {}", last_words(&ended.stderr));
+        Err(usage(found).hint("leave out --simulate, and try the Python beside the copy by hand"))
+    }
+
+    /// Runs it under the description at `model`, and `snippet` on its inputs and log; `called` is the name in messages.
     ///
     /// # Errors
     /// [`ErrorKind::Usage`] where the command fails or leaves no log; those of the reader and of [`Replayed::of`].
-    pub fn run(&self, model: &Path, called: &str) -> Result<Replayed> {
+    pub fn run(&self, model: &Path, called: &str, snippet: Option<&Snippet>) -> Result<Replayed> {
         let log = self.folder.path().join("log.parquet");
         if log.exists() {
             std::fs::remove_file(&log).map_err(|e| Error::io(&log, &e))?;
         }
-        let paths = [quoted(model), quoted(&self.inputs()), quoted(&log)];
+        let inputs = match snippet.filter(|snippet| snippet.commands) {
+            Some(snippet) => self.as_real(snippet, &self.inputs(), &["--inputs"])?,
+            None => self.inputs(),
+        };
+        let paths = [quoted(model), quoted(&inputs), quoted(&log)];
         let line =
             PLACES.iter().zip(&paths).fold(self.command.to_string(), |line, (place, path)| line.replace(place, path));
         let ended = Command::new("sh").args(["-c", &line]).stdin(Stdio::null()).output();
         let ended = ended.map_err(|e| Error::io("sh", &e).at("--simulate"))?;
         let failed = |found: String| usage(found).at(format!("with {called}"));
         if !ended.status.success() {
-            let words = String::from_utf8_lossy(&ended.stderr);
-            let lines: Vec<&str> = words.lines().filter(|line| !line.trim().is_empty()).collect();
-            let last = lines[lines.len().saturating_sub(LAST_WORDS)..].join("\n  ");
-            let last = if last.is_empty() { "it said nothing on standard error".to_string() } else { last };
-            return Err(failed(format!("the command failed ({}):\n  {last}", ended.status))
+            return Err(failed(format!("the command failed ({}):\n  {}", ended.status, last_words(&ended.stderr)))
                 .hint(format!("try it by hand: {}", self.command)));
         }
         if !log.is_file() {
@@ -126,6 +155,12 @@ impl<'a> Simulator<'a> {
         let reads = self.reads;
         let read = read_drive((reads.columns, reads.map), ("--simulate", &[log]), reads.config, &mut Vec::new());
         let mut simulated = read.map_err(|e| e.named(&source))?;
+        if let Some(snippet) = snippet {
+            let given = self.folder.path().join("given.csv");
+            LogWriter::claim(&given)?.write(&simulated)?;
+            let made = self.as_real(snippet, &given, &[])?;
+            simulated = ingest::read_drive(&[made], &ingest::DriveQuery::default())?.log;
+        }
         simulated.source = source;
         Replayed::of(self.recording, &simulated)
     }

@@ -5,14 +5,15 @@ use super::replay::Reads;
 use crate::cli::html::{self, HtmlArgs};
 use crate::cli::output::Output;
 use clap::Args;
-use gyroid::Result;
 use gyroid::config::EffectTable;
+use gyroid::export::ranges;
 use gyroid::files::{OutputFile, Plan};
 use gyroid::gap::Diagnosis;
 use gyroid::report::GapReport;
 use gyroid::report::html::gap_page;
 use gyroid::report::plot::Format;
 use gyroid::signal::Log;
+use gyroid::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -22,6 +23,10 @@ pub(crate) struct WrittenArgs {
     write_sim: Option<PathBuf>,
     #[command(flatten)]
     patch: PatchArgs,
+    /// Write what was found as ranges for the domain randomisation of Isaac Lab, JSON: terms of its event manager, changes of
+    /// observations, and what has no place there
+    #[arg(long, value_name = "FILE")]
+    ranges: Option<PathBuf>,
     /// Write everything that was tried, stage by stage, and why it was taken or not, as Markdown
     #[arg(long, value_name = "FILE")]
     why: Option<PathBuf>,
@@ -36,6 +41,7 @@ pub(crate) struct WrittenArgs {
 pub(crate) struct Written<'a> {
     write_sim: Option<OutputFile>,
     patch: Option<Patch<'a>>,
+    ranges: Option<OutputFile>,
     why: Option<OutputFile>,
     plots: Vec<OutputFile>,
     page: Option<OutputFile>,
@@ -44,7 +50,8 @@ pub(crate) struct Written<'a> {
 impl WrittenArgs {
     /// Adds the files to what the command reads and writes.
     pub fn planned(&self, plan: Plan) -> Plan {
-        let plan = plan.writes("--write-sim", &self.write_sim).writes("--plot", &self.plot).writes("--why", &self.why);
+        let plan = plan.writes("--write-sim", &self.write_sim).writes("--ranges", &self.ranges);
+        let plan = plan.writes("--plot", &self.plot).writes("--why", &self.why);
         self.page.planned(self.patch.planned(plan))
     }
 
@@ -53,9 +60,15 @@ impl WrittenArgs {
         let plots = self.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
         let plots = plots.collect::<Result<Vec<_>>>()?;
         let write_sim = self.write_sim.as_ref().map(OutputFile::claim).transpose()?;
+        if self.ranges.is_some() && !drives {
+            let found = "are of a robot's sizes and sensors, and the configuration is of a gyro at rest";
+            return Err(Error::new(ErrorKind::Usage, "--ranges", found)
+                .hint("leave it out: gyroid export CONFIG --to isaac-lab writes the noise of a gyro"));
+        }
+        let ranges = self.ranges.as_ref().map(OutputFile::claim).transpose()?;
         let why = self.why.as_ref().map(OutputFile::claim).transpose()?;
         let page = self.page.claim()?;
-        Ok(Written { write_sim, patch: self.patch.claim(drives)?, why, plots, page })
+        Ok(Written { write_sim, patch: self.patch.claim(drives)?, ranges, why, plots, page })
     }
 }
 
@@ -81,8 +94,10 @@ impl<'a> Written<'a> {
         output: &Output,
     ) -> Result<Option<serde_json::Value>> {
         let augmented = &diagnosis.augmented;
+        let chassis = self.patch.as_ref().map(Patch::chassis).transpose()?.flatten();
         let patch = self.patch.zip(augmented.vehicle.as_ref());
-        let patch = patch.map(|(patch, vehicle)| Ok((patch.decide(report.answer, vehicle)?, patch, vehicle)));
+        let patch =
+            patch.map(|(patch, vehicle)| Ok((patch.decide(report.answer, vehicle, augmented)?, patch, vehicle)));
         let patch = patch.transpose()?;
         if !self.plots.is_empty() {
             let picture = report.picture()?;
@@ -105,6 +120,21 @@ impl<'a> Written<'a> {
             file.commit()?;
             let found = augmented.effects.iter().filter(|e| !given.contains(e)).count();
             output.say(format!("wrote {target}: {}", effects_text(found)));
+        }
+        if let Some(mut file) = self.ranges {
+            let present: Vec<_> = report.answer.present().collect();
+            let found = ranges(&present, augmented, chassis.as_ref());
+            let target = file.target().display().to_string();
+            let text = serde_json::to_string_pretty(&found)
+                .map_err(|e| Error::new(ErrorKind::Numeric, &target, e.to_string()))?;
+            file.write_all((text + "\n").as_bytes())?;
+            file.commit()?;
+            output.say(format!(
+                "wrote {target}: for Isaac Lab {} events, {} observations, {} without a place",
+                found.events.len(),
+                found.observations.len(),
+                found.no_place.len()
+            ));
         }
         patch.map(|(decided, patch, vehicle)| patch.write(decided, vehicle, output)).transpose()
     }

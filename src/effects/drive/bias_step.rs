@@ -1,13 +1,14 @@
 //! b(t) = s for t ≥ t₁, else 0: the step of [`crate::effects`] at rest, in a drive
 
 use super::contract::{DriveExplanation, Driving};
+use super::on_log::{OnLog, Stage, channels};
 #[cfg(test)]
 use super::tried::Tried;
 use crate::effects::about::{About, Parameters};
 use crate::effects::bias_step;
 use crate::effects::parts::{Checked, stream};
 use crate::error::Result;
-use crate::model::drive::{DriveEffect, Moving};
+use crate::model::drive::{DriveEffect, Instrument, Moving};
 use crate::model::{InFilter, Switch, Way};
 
 /// The bias jumps once.
@@ -25,6 +26,11 @@ impl Driving for BiasStep {
 
     fn explanation(&self) -> DriveExplanation {
         DriveExplanation::GyroStep
+    }
+
+    fn on_log(&self, _: &Parameters) -> std::result::Result<OnLog, &'static str> {
+        let value = "value + step_rad_s * (t >= t[0] + (t[-1] - t[0]) * rng.random())";
+        Ok(OnLog::drawn(Stage::Bias, channels(Instrument::Gyro), value))
     }
 
     fn simulated(&self, parameters: &Parameters, span_s: f64, seed: u64) -> Result<Box<dyn DriveEffect>> {

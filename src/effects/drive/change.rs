@@ -1,6 +1,7 @@
 //! θ ↦ equations: the common interface of effects that change the robot's equations.
 
 use super::contract::{Coordinate, DriveExplanation, Driving, Equivalent, ModelChange, Needs, Touches};
+use super::on_log::{OnLog, UNTOLD};
 #[cfg(test)]
 use super::tried::Tried;
 use crate::config::Steering;
@@ -15,6 +16,8 @@ pub(super) trait Law: ModelChange + Sized + 'static {
     const ITSELF: &'static Self;
     /// Description of the effect.
     const ABOUT: &'static About;
+    /// Its work on a log that was made without it; none where such a log does not tell.
+    const ON_LOG: Option<OnLog> = None;
     /// Entry of the battery.
     #[cfg(test)]
     const TRIED: Tried;
@@ -32,6 +35,10 @@ impl<T: Law> Driving for T {
 
     fn explanation(&self) -> DriveExplanation {
         DriveExplanation::Model(T::ITSELF)
+    }
+
+    fn on_log(&self, _: &Parameters) -> std::result::Result<OnLog, &'static str> {
+        T::ON_LOG.ok_or(UNTOLD)
     }
 
     fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {

@@ -2,6 +2,7 @@
 
 use super::equivalent::{Map, Within};
 use super::loss::Lost;
+use super::on_log::{OnLog, UNTOLD};
 #[cfg(test)]
 use super::tried::Tried;
 use crate::config::Steering;
@@ -47,6 +48,15 @@ pub trait Driving: Sync + Send {
     fn channel(&self, parameters: &Parameters) -> &'static str {
         let _ = parameters;
         self.about().channel
+    }
+
+    /// What it makes of a log that was made without it.
+    ///
+    /// # Errors
+    /// The reason, where such a log does not tell.
+    fn on_log(&self, parameters: &Parameters) -> std::result::Result<OnLog, &'static str> {
+        let _ = parameters;
+        Err(UNTOLD)
     }
 
     /// The effect at work in one drive of `span_s` seconds. What is drawn anew in each run comes from `seed`, unless

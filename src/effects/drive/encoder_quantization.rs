@@ -1,13 +1,14 @@
 //! reading = q · round(reading/q) of both wheels
 
 use super::contract::{DriveExplanation, Driving};
+use super::on_log::{OnLog, Stage, channels};
 #[cfg(test)]
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter, Parameters};
 use crate::effects::parts::Checked;
 use crate::error::Result;
 use crate::model::InFilter;
-use crate::model::drive::{DriveEffect, Reading};
+use crate::model::drive::{DriveEffect, Instrument, Reading};
 
 const LSB: &str = "lsb_rad_s";
 
@@ -38,6 +39,10 @@ impl Driving for EncoderQuantization {
 
     fn explanation(&self) -> DriveExplanation {
         DriveExplanation::WheelLattice
+    }
+
+    fn on_log(&self, _: &Parameters) -> std::result::Result<OnLog, &'static str> {
+        Ok(OnLog::drawn(Stage::Recorder, channels(Instrument::Wheels), "lsb_rad_s * np.rint(value / lsb_rad_s)"))
     }
 
     fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {

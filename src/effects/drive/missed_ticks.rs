@@ -3,13 +3,14 @@
 
 use super::contract::{Coordinate, DriveExplanation, Driving, ModelChange, TickLoss, Touches};
 use super::loss::Lost;
+use super::on_log::{OnLog, Stage, channels};
 #[cfg(test)]
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter, Parameters};
 use crate::effects::parts::{Checked, stream};
 use crate::error::Result;
 use crate::math::random::Stream;
-use crate::model::drive::{DriveEffect, Moving, Reading, Robot};
+use crate::model::drive::{DriveEffect, Instrument, Moving, Reading, Robot};
 use crate::model::{InFilter, Switch, Way};
 
 const LOSS: &str = "loss_fraction";
@@ -79,6 +80,18 @@ impl Driving for MissedTicks {
 
     fn channel(&self, parameters: &Parameters) -> &'static str {
         [ABOUT.channel, "wheel_right"][self.side(parameters)]
+    }
+
+    fn on_log(&self, parameters: &Parameters) -> std::result::Result<OnLog, &'static str> {
+        let (left, right) = channels(Instrument::Wheels).split_at(1);
+        let channels = [left, right][self.side(parameters)];
+        Ok(match self.is_mean(parameters) {
+            true => OnLog::new(Stage::Gain, channels, "value * (1 - loss_fraction)"),
+            false => {
+                let value = "value * (1 - loss_fraction * bursts(t, rng, burst_s, share_of_time))";
+                OnLog::drawn(Stage::Recorder, channels, value)
+            }
+        })
     }
 
     fn simulated(&self, parameters: &Parameters, _: f64, seed: u64) -> Result<Box<dyn DriveEffect>> {

@@ -21,6 +21,7 @@ mod lateral_skid;
 mod loss;
 mod missed_ticks;
 mod noise_level;
+mod on_log;
 mod one_radius;
 mod payload;
 mod pose_delay;
@@ -42,6 +43,7 @@ pub use contract::{Coordinate, DriveExplanation, Driving, Equivalent, ModelChang
 pub use described::described;
 pub use equivalent::{Map, Within};
 pub use loss::Lost;
+pub use on_log::{OnLog, Stage};
 
 use super::about::About;
 use crate::model::drive::Instrument;

@@ -1,6 +1,7 @@
 //! white noise of an instrument ~ N(0, (n σ_nominal)²)
 
 use super::contract::{DriveExplanation, Driving};
+use super::on_log::{OnLog, Stage, channels};
 #[cfg(test)]
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter, Parameters};
@@ -87,6 +88,14 @@ impl Driving for NoiseLevel {
 
     fn explanation(&self) -> DriveExplanation {
         DriveExplanation::NoiseLevel(self.instrument)
+    }
+
+    fn on_log(&self, parameters: &Parameters) -> std::result::Result<OnLog, &'static str> {
+        if parameters.get(OVER).is_some_and(|over| *over < 1.0) {
+            return Err("noise cannot be taken out of a log: lower it where the simulator draws it");
+        }
+        let value = "value + std(name) * np.sqrt(noise_over_nominal**2 - 1) * rng.normal(size=t.size)";
+        Ok(OnLog::drawn(Stage::Noise, channels(self.instrument), value))
     }
 
     fn simulated(&self, parameters: &Parameters, _: f64, _: u64) -> Result<Box<dyn DriveEffect>> {

@@ -2,6 +2,7 @@
 
 use super::change::{Constant, Law, TIMED_ROWS};
 use super::contract::{Needs, Touches};
+use super::on_log::OnLog;
 #[cfg(test)]
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter};
@@ -13,6 +14,7 @@ pub(super) struct PoseDelay;
 
 impl Law for PoseDelay {
     const ITSELF: &'static Self = &PoseDelay;
+    const ON_LOG: Option<OnLog> = Some(OnLog::late(Instrument::Pose));
     #[cfg(test)]
     const TRIED: Tried = Tried::pose(&[("delay_s", 0.03)]);
     const ABOUT: &'static About = &About {

@@ -4,10 +4,11 @@
 
 use super::change::Law;
 use super::contract::{Coordinate, ModelChange, Needs, Touches};
+use super::on_log::{OnLog, Stage, channels};
 #[cfg(test)]
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter, Parameters};
-use crate::model::drive::{DriveEffect, Moving};
+use crate::model::drive::{DriveEffect, Instrument, Moving};
 
 const RELATIVE: &str = "relative";
 const SOFT: [&str; 2] = ["soft_part", "softer_part"];
@@ -54,6 +55,11 @@ pub(super) struct ScaleAsymmetry;
 
 impl Law for ScaleAsymmetry {
     const ITSELF: &'static Self = &ScaleAsymmetry;
+    const ON_LOG: Option<OnLog> = Some(OnLog::new(
+        Stage::Gain,
+        channels(Instrument::Gyro),
+        "value + np.abs(value) / 2 * (relative - soft_part * np.exp(-np.abs(value) / 0.02) - softer_part * np.exp(-np.abs(value) / 0.1))",
+    ));
     #[cfg(test)]
     const TRIED: Tried = Tried::gyro(&[("relative", 0.03)]);
     const ABOUT: &'static About = &ABOUT;

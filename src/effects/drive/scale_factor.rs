@@ -3,18 +3,20 @@
 use super::change::{Constant, Law};
 use super::contract::{Equivalent, Needs, Touches};
 use super::equivalent::{Map, Within};
+use super::on_log::{OnLog, Stage, channels};
 use super::radius_scale::RadiusScale;
 use super::track_width::TrackWidth;
 #[cfg(test)]
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter};
-use crate::model::drive::{DriveEffect, Moving};
+use crate::model::drive::{DriveEffect, Instrument, Moving};
 
 /// Gyro scale factor.
 pub(super) struct ScaleFactor;
 
 impl Law for ScaleFactor {
     const ITSELF: &'static Self = &ScaleFactor;
+    const ON_LOG: Option<OnLog> = Some(OnLog::new(Stage::Gain, channels(Instrument::Gyro), "value * (1 + relative)"));
     #[cfg(test)]
     const TRIED: Tried = Tried::gyro(&[("relative", 0.03)]);
     const ABOUT: &'static About = &About {

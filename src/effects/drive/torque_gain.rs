@@ -2,16 +2,23 @@
 
 use super::change::{Constant, Law};
 use super::contract::Needs;
+use super::on_log::{OnLog, Stage};
 #[cfg(test)]
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter};
 use crate::model::drive::{DriveEffect, Robot};
+use crate::signal::names;
 
 /// Unequal motors.
 pub(super) struct TorqueGain;
 
 impl Law for TorqueGain {
     const ITSELF: &'static Self = &TorqueGain;
+    const ON_LOG: Option<OnLog> = Some(OnLog::new(
+        Stage::Command,
+        &[names::TORQUE_LEFT, names::TORQUE_RIGHT],
+        "value * 2 * (1 + right_over_left_minus_one * name.startswith(\"torque_right\")) / (2 + right_over_left_minus_one)",
+    ));
     #[cfg(test)]
     const TRIED: Tried = Tried::motion(&[("right_over_left_minus_one", 0.05)]);
     const ABOUT: &'static About = &About {

@@ -2,10 +2,11 @@
 
 use super::change::Law;
 use super::contract::{Coordinate, ModelChange, Needs, Touches};
+use super::on_log::{OnLog, Stage, channels};
 #[cfg(test)]
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter, Parameters};
-use crate::model::drive::{DriveEffect, Moving};
+use crate::model::drive::{DriveEffect, Instrument, Moving};
 
 const COEFFICIENT: &str = "coefficient_rad_s_per_m2_s2";
 const BEND: &str = "bend_rad_s_per_m3_s3";
@@ -53,6 +54,12 @@ pub(super) struct VibrationRectification;
 
 impl Law for VibrationRectification {
     const ITSELF: &'static Self = &VibrationRectification;
+    const ON_LOG: Option<OnLog> = Some(OnLog::new(
+        Stage::Bias,
+        channels(Instrument::Gyro),
+        "value + speed() ** 2 * (coefficient_rad_s_per_m2_s2 + bend_rad_s_per_m3_s3 * (np.abs(speed()) - 0.7)) \
+         - late_part_rad_per_m2_s2 * np.gradient(speed() ** 2, t)",
+    ));
     #[cfg(test)]
     const TRIED: Tried = Tried::gyro(&[("coefficient_rad_s_per_m2_s2", 0.01)]);
     const ABOUT: &'static About = &ABOUT;

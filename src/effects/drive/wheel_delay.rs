@@ -2,6 +2,7 @@
 
 use super::change::{Constant, Law, TIMED_ROWS};
 use super::contract::Touches;
+use super::on_log::OnLog;
 #[cfg(test)]
 use super::tried::Tried;
 use crate::effects::about::{About, Parameter};
@@ -13,6 +14,7 @@ pub(super) struct WheelDelay;
 
 impl Law for WheelDelay {
     const ITSELF: &'static Self = &WheelDelay;
+    const ON_LOG: Option<OnLog> = Some(OnLog::late(Instrument::Wheels));
     #[cfg(test)]
     const TRIED: Tried = Tried::wheels(&[("delay_s", 0.03)]);
     const ABOUT: &'static About = &About {

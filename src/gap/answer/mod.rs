@@ -79,6 +79,13 @@ pub struct Answer {
     pub trace: Vec<Step>,
 }
 
+impl Answer {
+    /// The effects that are judged present and are not idle.
+    pub fn present(&self) -> impl Iterator<Item = &EffectAnswer> {
+        self.together.iter().filter_map(|id| self.effects.iter().find(|e| e.id == *id))
+    }
+}
+
 /// One effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EffectAnswer {
