@@ -138,7 +138,8 @@ impl Results {
         // what is written is smoothed
         let smoothed = |settings, written| Settings { smooth: written && !args.filtered, ..settings };
         let plain = settings(ErrorModel::Off);
-        let filter = |config: &Config, settings: &Settings| run_with(config, log, settings, &Library::new());
+        let effects = Library::new().with_own(config)?;
+        let filter = |config: &Config, settings: &Settings| run_with(config, log, settings, &effects);
         let bare = Config { effects: Vec::new(), ..config.clone() };
         let without = filter(config, &smoothed(plain, args.no_error_model || !has_gyro))?;
         let most = if has_gyro { settings(ErrorModel::WarmUp) } else { plain };
@@ -152,7 +153,7 @@ impl Results {
         };
         let gyro = if has_gyro { Some(gyro_reckoning(config, log, &plain)?) } else { None };
         let zeroed = zeroed_at_start(config, log)?.map(|z| -> Result<ZeroedRun> {
-            let run = run_with(&bare, &z.log, &plain, &Library::new())?;
+            let run = run_with(&bare, &z.log, &plain, &effects)?;
             let gyro = gyro_reckoning(config, &z.log, &plain)?;
             Ok(ZeroedRun { run, gyro, zero_rad_s: z.zero_rad_s, rest_s: z.rest_s })
         });

@@ -121,7 +121,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     let working = output.working("simulating");
     let inputs = args.inputs.as_ref().map(|path| args.columns.read(std::slice::from_ref(path), &config)).transpose()?;
     inputs.iter().try_for_each(|recorded| args.power.check(&recorded.log))?;
-    let effects = Library::new();
+    let effects = Library::new().with_own(&config).map_err(named)?;
     let simulated = match (&inputs, args.course) {
         (Some(recorded), _) if driven => Some(replay_with(&config, &recorded.log, &options, &effects).map_err(named)?),
         (None, Some(course)) => {

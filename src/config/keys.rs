@@ -44,7 +44,7 @@ const TABLES: [Keys; 5] = [
 ];
 
 /// Keys and tables of the file itself.
-const FILE: [&str; 11] = [
+const FILE: [&str; 12] = [
     "schema",
     "kind",
     "sample_time_s",
@@ -54,6 +54,7 @@ const FILE: [&str; 11] = [
     "encoder",
     "pose",
     "effect",
+    "custom_effect",
     "validation",
     "provenance",
 ];

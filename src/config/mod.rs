@@ -5,12 +5,16 @@
 //! without `[provenance]` was written by hand and is *unsigned*: accepted, and said so.
 
 mod check;
+mod custom;
 mod keys;
+mod law;
 mod noise;
 mod schema;
 mod seal;
 mod temperature;
 
+pub use custom::{ActsOn, CustomEffect, CustomParameter, OWN};
+pub use law::{Law, Signal};
 pub use noise::{GaussMarkovTerm, NarrowBand, Noise, NoiseTerm, NoiseTerms};
 pub use schema::{
     Config, Covariance, EffectTable, Encoder, Gyro, Kind, LastRun, NoiseProvenance, Pose, Provenance, Steering,

@@ -1,5 +1,6 @@
 //! The tables of schema 1. Every key carries its unit.
 
+use super::custom::CustomEffect;
 use super::noise::Noise;
 use super::temperature::Temperature;
 use crate::bias::{Discrete, Restart, WarmUp};
@@ -59,6 +60,9 @@ pub struct Config {
     /// Effects that are added to the nominal simulator, kept as id and parameters.
     #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectTable>,
+    /// Effects of the user's own, which `[[effect]]` may then name.
+    #[serde(default, rename = "custom_effect", skip_serializing_if = "Vec::is_empty")]
+    pub custom_effects: Vec<CustomEffect>,
     /// Tests of the model, and their results.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub validation: Option<Validation>,

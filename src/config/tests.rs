@@ -75,6 +75,7 @@ fn sample() -> Config {
             id: "gyro.scale_factor".into(),
             parameters: [("relative".to_string(), 0.006)].into(),
         }],
+        custom_effects: Vec::new(),
         validation: None,
         provenance: Some(Provenance {
             log: "log.csv".into(),

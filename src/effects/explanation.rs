@@ -96,6 +96,11 @@ pub trait Signal: Sync + Send {
         None
     }
 
+    /// Smallest and largest value of each coefficient; none where any is possible.
+    fn bounds(&self) -> Option<Vec<[f64; 2]>> {
+        None
+    }
+
     /// Range of the nonlinear shape parameters for refinement between nodes; none where the nodes are all there is.
     fn refine(&self, scene: &Scene) -> Option<Vec<[f64; 2]>> {
         let _ = scene;

@@ -1,17 +1,20 @@
 //! The effects by id, for the simulator; some may be withheld.
 
 use super::about::Parameters;
+use super::custom::{self, Custom};
 use super::drive::{self, DriveExplanation, Driving};
 use super::effect::Effect;
 use super::registry;
+use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::model::drive::DriveEffect;
 use crate::model::{EffectSource, GyroEffect, Scene, Through};
 
-/// All effects of [`registry`], but for those that are withheld.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+/// All effects of [`registry`] and those of the user's own, but for those that are withheld.
+#[derive(Debug, Clone, Default)]
 pub struct Library {
     withheld: Vec<String>,
+    own: Vec<&'static Custom>,
 }
 
 impl Library {
@@ -24,7 +27,20 @@ impl Library {
     /// Every effect but those with these `ids`: as if they had never been written.
     #[must_use]
     pub fn without<I: Into<String>>(ids: impl IntoIterator<Item = I>) -> Self {
-        Self { withheld: ids.into_iter().map(Into::into).collect() }
+        Self { withheld: ids.into_iter().map(Into::into).collect(), own: Vec::new() }
+    }
+
+    /// The same with the effects of the user's own that `config` defines.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Config`] for an expression that cannot be read.
+    pub fn with_own(mut self, config: &Config) -> Result<Self> {
+        self.own = config.custom_effects.iter().map(custom::of).collect::<Result<_>>()?;
+        Ok(self)
+    }
+
+    fn is_withheld(&self, id: &str) -> bool {
+        self.withheld.iter().any(|w| w == id)
     }
 
     /// Ids of the effects that are withheld.
@@ -32,9 +48,10 @@ impl Library {
         self.withheld.iter().map(String::as_str)
     }
 
-    /// The effects, in the order of [`registry`].
+    /// The effects, in the order of [`registry`], and those of the user's own after them.
     pub fn effects(&self) -> impl Iterator<Item = &'static dyn Effect> + '_ {
-        registry().iter().copied().filter(|e| !self.withheld.iter().any(|w| w == e.about().id))
+        let own = self.own.iter().map(|own| *own as &'static dyn Effect);
+        registry().iter().copied().chain(own).filter(|e| !self.is_withheld(e.about().id))
     }
 
     /// The effect `id`, unless it is unknown or withheld.
@@ -47,7 +64,7 @@ impl Library {
 impl Library {
     /// The effects of drives, in the order of [`drive::registry`].
     pub fn driving(&self) -> impl Iterator<Item = &'static dyn Driving> + '_ {
-        drive::registry().iter().copied().filter(|e| !self.withheld.iter().any(|w| w == e.about().id))
+        drive::registry().iter().copied().filter(|e| !self.is_withheld(e.about().id))
     }
 
     /// The effect of drives `id`, unless it is unknown or withheld.

@@ -135,6 +135,7 @@ mod about;
 mod bandwidth;
 mod bias_instability;
 mod bias_step;
+mod custom;
 pub mod drive;
 mod effect;
 mod explanation;
@@ -161,6 +162,7 @@ mod turn_on_shift;
 mod warm_up;
 
 pub use about::{About, Parameter, Parameters};
+pub(crate) use custom::unit as unit_of_own;
 pub use effect::Effect;
 pub use explanation::{Column, Explanation, InDrives, Noise, NoiseState, Peak, Signal};
 pub use library::Library;
@@ -197,6 +199,13 @@ pub fn registry() -> &'static [&'static dyn Effect] {
 #[must_use]
 pub fn by_id(id: &str) -> Option<&'static dyn Effect> {
     registry().iter().copied().find(|e| e.about().id == id)
+}
+
+/// Description of the effect `id`, at rest, of drives or of the user's own; none where nobody defines it.
+#[must_use]
+pub fn about(id: &str) -> Option<&'static About> {
+    let listed = by_id(id).map(|e| e.about()).or_else(|| drive::by_id(id).map(|e| e.about()));
+    listed.or_else(|| custom::about(id))
 }
 
 /// The effect that enters the likelihood of a drive in this way.

@@ -139,7 +139,8 @@ pub(super) fn supply_deviation_v(scene: &Scene) -> Option<Vec<f64>> {
     Some(values.iter().map(|v| v - mean).collect())
 }
 
-fn varies(values: &[f64]) -> bool {
+/// Whether all values are finite and not the same.
+pub(super) fn varies(values: &[f64]) -> bool {
     values.iter().any(|v| *v != values[0]) && values.iter().all(|v| v.is_finite())
 }
 

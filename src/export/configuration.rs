@@ -107,6 +107,7 @@ pub(super) fn on_base(
         encoder: base.and_then(|b| b.encoder),
         pose: base.and_then(|b| b.pose),
         effects: base.map(|b| b.effects.clone()).unwrap_or_default(),
+        custom_effects: base.map(|b| b.custom_effects.clone()).unwrap_or_default(),
         validation: Some(validation),
         provenance: Some(provenance),
     }

@@ -3,7 +3,7 @@
 //! The level of the white noise multiplies N, another warm-up takes the nominal one's place, a shifted turn-on adds to C2; the
 //! sensor's low-pass, its vibrations and its lattice stand where `[gyro.noise]` has them.
 
-use crate::config::{EffectTable, Gyro, NarrowBand, Noise};
+use crate::config::{EffectTable, Gyro, NarrowBand, Noise, OWN};
 
 /// `gyro` as changed by `effects`, and the id of each effect that changed it, with a sentence on the change.
 pub(super) fn folded(gyro: &Gyro, effects: &[EffectTable]) -> (Gyro, Vec<(String, String)>) {
@@ -18,8 +18,13 @@ pub(super) fn folded(gyro: &Gyro, effects: &[EffectTable]) -> (Gyro, Vec<(String
 
 /// Sentences about the effects `ids`, which the file has no number for.
 pub(super) fn left_out<'a>(ids: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let (of_gyro, of_robot): (Vec<&str>, Vec<&str>) = ids.partition(|id| id.starts_with("gyro."));
-    let why = [(of_gyro, "no number of this file stands for it"), (of_robot, "of the robot, not of its gyro")];
+    let (own, listed): (Vec<&str>, Vec<&str>) = ids.partition(|id| id.starts_with(OWN));
+    let (of_gyro, of_robot) = listed.into_iter().partition(|id| id.starts_with("gyro."));
+    let why = [
+        (of_gyro, "no number of this file stands for it"),
+        (of_robot, "of the robot, not of its gyro"),
+        (own, "an effect of your own, which this file has no place for"),
+    ];
     let there = why.into_iter().filter(|(ids, _)| !ids.is_empty());
     there.map(|(ids, why)| format!("[[effect]] {} left out: {why}", ids.join(", "))).collect()
 }

@@ -25,9 +25,43 @@ pub(crate) fn chi_squared_interval(degrees: f64, level: f64) -> [f64; 2] {
     }
 }
 
+/// ln P(low < z < high) of a standard normal z, also far from zero.
+#[must_use]
+pub(crate) fn ln_normal_between(low: f64, high: f64) -> f64 {
+    if low > 0.0 {
+        // the tail that keeps its digits
+        return ln_normal_between(-high, -low);
+    }
+    let (below, all) = (ln_normal_below(low), ln_normal_below(high));
+    all + (-(below - all).exp()).ln_1p()
+}
+
+/// ln Φ(z).
+fn ln_normal_below(z: f64) -> f64 {
+    /// Here Φ is still a normal number, and from here on its asymptotic series is good to 1e-5.
+    const FAR: f64 = -30.0;
+    if z > FAR {
+        return Normal::standard().cdf(z).ln();
+    }
+    -0.5 * z * z - (-z * std::f64::consts::TAU.sqrt()).ln() + (-1.0 / (z * z)).ln_1p()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn normal_intervals_are_those_of_the_tables_and_of_the_tails() {
+        let near = |found: f64, wanted: f64| assert!((found / wanted - 1.0).abs() < 1e-6, "{found} {wanted}");
+        near(ln_normal_between(-1.959_963_985, 1.959_963_985).exp(), 0.95);
+        near(ln_normal_between(0.0, f64::INFINITY).exp(), 0.5);
+        near(ln_normal_between(1.0, 2.0), ln_normal_between(-2.0, -1.0));
+        near(ln_normal_between(5.0, f64::INFINITY).exp(), 2.866_515_719e-7);
+        // across the change of formula, and where Φ itself is zero
+        near(ln_normal_between(f64::NEG_INFINITY, -30.0 + 1e-9), ln_normal_between(f64::NEG_INFINITY, -30.0 - 1e-9));
+        near(ln_normal_between(100.0, f64::INFINITY), -5005.524_208_6);
+        assert_eq!(ln_normal_between(f64::NEG_INFINITY, f64::INFINITY), 0.0);
+    }
 
     #[test]
     fn quantiles_are_those_of_the_tables() {

@@ -6,6 +6,7 @@ pub(crate) mod brent;
 pub(crate) mod curvature;
 pub(crate) mod dct;
 pub(crate) mod distributions;
+pub(crate) mod expression;
 pub(crate) mod lattice;
 pub(crate) mod legendre;
 pub(crate) mod minimum_phase;

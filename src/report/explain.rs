@@ -1,6 +1,6 @@
 //! The page of effects that were fitted together: each parameter by its name, with its unit, interval and meaning.
 
-use super::gap::words::{about_of, name_and_unit, title};
+use super::gap::words::{about_of, name_and_unit_of, title};
 use super::numbers::{known_digits, significant};
 use crate::gap::Explanations;
 use std::fmt::Write;
@@ -34,7 +34,7 @@ impl ExplainReport<'_> {
                 let _ = write!(out, "\n  {}", about.equation);
             }
             for (parameter, e) in &effect.parameters {
-                let (name, unit) = name_and_unit(parameter);
+                let (name, unit) = name_and_unit_of(&effect.id, parameter);
                 let meaning =
                     about.and_then(|a| a.parameters.iter().find(|p| p.name == parameter)).map_or("", |p| p.meaning);
                 let estimate = format!("{} ± {} {unit}", known_digits(e.estimate, e.std), significant(e.std, 2));

@@ -1,6 +1,6 @@
 //! The page of a twin: its parameters, how well it predicts the simulator's log, and what the simulator has beside it.
 
-use super::gap::words::{name_and_unit, title};
+use super::gap::words::{name_and_unit_of, title};
 use super::numbers::{known_digits, significant};
 use crate::gap::answer::Verdict;
 use crate::gap::twin::{Parameter, Provenance, Twin, TwinEffect};
@@ -94,7 +94,7 @@ fn row(name: &str, p: &Parameter) -> String {
 
 fn effect_line(effect: &TwinEffect) -> String {
     let parameters = effect.parameters.iter().map(|(name, value)| {
-        let (short, unit) = name_and_unit(name);
+        let (short, unit) = name_and_unit_of(&effect.id, name);
         let text = match effect.std.get(name).filter(|s| **s > 0.0) {
             Some(std) => format!("{} ± {} {unit}", known_digits(*value, *std), significant(*std, 2)),
             None => format!("{} {unit}", significant(*value, 3)),

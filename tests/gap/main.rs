@@ -7,6 +7,7 @@ mod bench_command;
 mod cases;
 mod command;
 mod coverage;
+mod custom;
 mod effects_command;
 mod false_alarms;
 #[path = "../common/place.rs"]

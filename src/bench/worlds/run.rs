@@ -108,6 +108,7 @@ impl Unit {
             encoder: None,
             pose: None,
             effects: Vec::new(),
+            custom_effects: Vec::new(),
             validation: None,
             provenance: None,
         }

@@ -58,8 +58,8 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     apart(("--sim", sim), ("--hold", hold))?;
     places::check_held_out(real, hold)?;
     let write_twin = args.write_twin.as_ref().map(OutputFile::claim).transpose()?;
-    let library = library(&args.asked.without)?;
     let mut reader = Reader::new(&args.asked.columns, &args.asked.map, args.init.as_ref())?;
+    let library = library(&args.asked.without, reader.init.as_ref())?;
     let working = output.working("1 of 4: reading");
     let sim_logs = reader.read("--sim", sim)?;
     let real_logs = reader.read("--real", real)?;

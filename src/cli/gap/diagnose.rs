@@ -52,8 +52,8 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let plan = Plan::new().reads([&args.config]).reads(fit.iter().chain(hold).flatten());
     let output = Output::open(&args.common, "gap.diagnose", args.written.planned(plan))?;
     places::check_held_out(fit, hold)?;
-    let library = library(&args.asked.without)?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
+    let library = library(&args.asked.without, Some(&config))?;
     let drives = config.kind == Kind::Driving;
     let mut written = args.written.claim(drives)?;
     if !drives && !args.asked.map.is_empty() {
@@ -183,14 +183,19 @@ fn name(path: &Path) -> String {
     path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
 }
 
-pub(super) fn library(without: &[String]) -> Result<Library> {
+/// The effects but those of these ids, with those of the user's own that `config` defines.
+pub(super) fn library(without: &[String], config: Option<&Config>) -> Result<Library> {
+    let own = config.into_iter().flat_map(|config| &config.custom_effects).map(|e| e.id.as_str());
     let driving = gyroid::effects::drive::registry().iter().map(|e| e.about().id);
-    let mut ids: Vec<&str> = registry().iter().map(|e| e.about().id).chain(driving).collect();
+    let mut ids: Vec<&str> = registry().iter().map(|e| e.about().id).chain(driving).chain(own).collect();
     ids.dedup();
     match without.iter().find(|w| !ids.contains(&w.as_str())) {
         Some(unknown) => Err(Error::new(ErrorKind::Usage, "--without", format!("no effect is called {unknown:?}"))
             .hint(one_of(unknown, &ids))),
-        None => Ok(Library::without(without.iter().cloned())),
+        None => {
+            let library = Library::without(without.iter().cloned());
+            config.map_or(Ok(library.clone()), |config| library.with_own(config))
+        }
     }
 }
 

@@ -79,7 +79,8 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
         "effects" => e.named("--effect"),
         _ => e,
     };
-    let found = explain(&config, &log, &Library::new(), &ids, since_power_on_s).map_err(named)?;
+    let library = Library::new().with_own(&config).map_err(named)?;
+    let found = explain(&config, &log, &library, &ids, since_power_on_s).map_err(named)?;
     drop(working);
     let recording = names(std::slice::from_ref(&args.fit));
     output.say(ExplainReport { recording: &recording, found: &found, notes: &notes }.text());

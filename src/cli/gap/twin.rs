@@ -48,8 +48,8 @@ pub(crate) fn run(args: &TwinArgs) -> Result<Outcome> {
     let plan = Plan::new().reads(&args.init).reads(runs.iter().flatten()).writes("--out", &args.out);
     let output = Output::open(&args.common, "gap.twin", plan)?;
     let out = args.out.as_ref().map(OutputFile::claim).transpose()?;
-    let library = library(&args.asked.without)?;
     let mut reader = Reader::new(&args.asked.columns, &args.asked.map, args.init.as_ref())?;
+    let library = library(&args.asked.without, reader.init.as_ref())?;
     let working = output.working("1 of 3: reading");
     let logs = reader.read("--run", &runs)?;
     let starts_s = args.asked.columns.starts_s(runs.len())?;

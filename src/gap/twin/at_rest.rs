@@ -82,6 +82,7 @@ pub fn twin_at_rest(
         encoder: None,
         pose: None,
         effects: Vec::new(),
+        custom_effects: init.map(|c| c.custom_effects.clone()).unwrap_or_default(),
         validation: None,
         provenance: None,
     };

@@ -435,6 +435,7 @@ fn placeholder(init: Option<&Config>, step_s: f64) -> Config {
         }),
         pose: None,
         effects: Vec::new(),
+        custom_effects: init.map(|c| c.custom_effects.clone()).unwrap_or_default(),
         validation: None,
         provenance: None,
     }

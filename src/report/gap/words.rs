@@ -1,6 +1,6 @@
 //! Names, units and figures of a diagnosis in words.
 
-use crate::effects::{About, by_id, drive};
+use crate::effects::{About, about, unit_of_own};
 use crate::gap::answer::{Correction, EffectAnswer, FilterFigures, Metric};
 use crate::gap::rest::predictive::{Curve, Over, Shown};
 use crate::report::numbers::{equals, known_digits, probability, significant};
@@ -9,7 +9,7 @@ use std::fmt::Write;
 
 /// Description of an effect, at rest or in drives; `None` where the library does not know it.
 pub(in crate::report) fn about_of(id: &str) -> Option<&'static About> {
-    by_id(id).map(|e| e.about()).or_else(|| drive::by_id(id).map(|e| e.about()))
+    about(id)
 }
 
 /// Title of an effect, or its id where the library does not know it.
@@ -76,6 +76,15 @@ pub(in crate::report) fn name_and_unit(parameter: &str) -> (String, &'static str
     let found = UNITS.iter().find_map(|(end, unit)| parameter.strip_suffix(end).map(|name| (name, *unit)));
     let (name, unit) = found.unwrap_or((parameter, ""));
     (name.replace('_', " "), unit)
+}
+
+/// The same of a parameter of the effect `id`: an effect of the user's own states the unit beside the name.
+pub(in crate::report) fn name_and_unit_of(id: &str, parameter: &str) -> (String, &'static str) {
+    let (name, unit) = name_and_unit(parameter);
+    match unit_of_own(id, parameter) {
+        Some(stated) if stated != unit => (parameter.replace('_', " "), stated),
+        _ => (name, unit),
+    }
 }
 
 /// A share as percent: `97 %`, `99.6 %`.
@@ -205,7 +214,7 @@ pub(in crate::report) fn parameter_cells(effect: &EffectAnswer) -> Vec<[String; 
         if *value == 0.0 && effect.std.get(parameter).is_none_or(|std| *std == 0.0) {
             continue;
         }
-        let (name, unit) = name_and_unit(parameter);
+        let (name, unit) = name_and_unit_of(&effect.id, parameter);
         let std = effect.std.get(parameter).copied();
         let meaning = about.and_then(|a| a.parameters.iter().find(|p| p.name == parameter)).map_or("", |p| p.meaning);
         // a symbol alone reads as a unit

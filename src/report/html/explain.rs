@@ -3,7 +3,7 @@
 use super::document::{Document, Origin, Table, Tone};
 use crate::error::Result;
 use crate::gap::rest::explain::Explanations;
-use crate::report::gap::words::{about_of, name_and_unit, title};
+use crate::report::gap::words::{about_of, name_and_unit_of, title};
 use crate::report::numbers::{known_digits, significant};
 use crate::report::plot::{Axis, Chart, palette};
 
@@ -32,7 +32,7 @@ pub fn explain_page(recording: &str, found: &Explanations, notes: &[String], ori
         }
         let mut table = Table::new(["parameter", "estimate", "std", "95 % interval", "unit"]);
         for (parameter, e) in &effect.parameters {
-            let (name, unit) = name_and_unit(parameter);
+            let (name, unit) = name_and_unit_of(&effect.id, parameter);
             let [low, high] = e.ci95.map(|end| known_digits(end, e.std));
             let estimate = known_digits(e.estimate, e.std);
             table.row([name, estimate, significant(e.std, 2), format!("{low} to {high}"), unit.to_string()]);

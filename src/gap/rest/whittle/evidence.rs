@@ -411,6 +411,7 @@ impl<'a> Likelihood<'a> {
             let width = (TAU / (2.0 * s.columns.len() as f64)).sqrt();
             ln_evidence += (width / (SCALE_RANGE[1] - SCALE_RANGE[0])).ln() + s.ln_shapes;
         }
+        ln_evidence += self.ln_bounded(&h, &picked);
         // an evidence that is not a number must not rank before all others
         let ln_evidence = if ln_evidence.is_nan() { f64::NEG_INFINITY } else { ln_evidence };
         Fitted { hypothesis: h, ln_evidence, ln_mode: value, std }

@@ -2,6 +2,7 @@
 
 pub(crate) mod add_term;
 pub(crate) mod basis;
+mod bounded;
 pub(crate) mod evidence;
 pub(crate) mod gaussian;
 pub(crate) mod hypothesis;
