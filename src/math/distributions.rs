@@ -59,7 +59,7 @@ mod tests {
         near(ln_normal_between(5.0, f64::INFINITY).exp(), 2.866_515_719e-7);
         // across the change of formula, and where Φ itself is zero
         near(ln_normal_between(f64::NEG_INFINITY, -30.0 + 1e-9), ln_normal_between(f64::NEG_INFINITY, -30.0 - 1e-9));
-        near(ln_normal_between(100.0, f64::INFINITY), -5005.524_208_6);
+        near(ln_normal_between(100.0, f64::INFINITY), -5_005.524_208_6);
         assert_eq!(ln_normal_between(f64::NEG_INFINITY, f64::INFINITY), 0.0);
     }
 
