@@ -116,6 +116,10 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
     bench = [("--kind", kind, "--cases", cases, "--seed", 3, "--habits", 0) for kind, cases in (("stationary", 4), ("driving", 2))]
     drives = [DATA / "drives" / f"rover_{part}.parquet" for part in ("fit", "hold")]
     gap = (DATA / "truth.toml", "--fit", drives[0], "--hold", drives[1])
+    rest = (DATA / "truth.toml").read_text().replace('"driving"', '"stationary"').replace("\nsample_time_s = 0.01", "\nsample_time_s = 1.0")
+    (folder / "standing.toml").write_text(rest.replace("[gyro]\n", "[gyro]\nturn_on_bias_std_rad_s = 0.005\n"))
+    run(folder, "simulate", "standing.toml", "--duration", 600, "-o", "standing.csv")
+    power = ("--effect", "gyro.tone", "gyro.rate_ramp", "gyro.turn_on_shift", "gyro.supply_sensitivity", "--cases", 3, "--check", 2)
     patch = ("--patch", DATA.parent / "examples" / "mujoco" / "robot.xml", "-o", "patched.xml")
     (folder / "late.toml").write_text((DATA / "truth.toml").read_text() + '\n[[effect]]\nid = "sensor.gyro_delay"\ndelay_s = 0.05\n')
     run(folder, "simulate", "late.toml", "--course", "random", "--duration", "60", "-o", "late.parquet")
@@ -130,6 +134,7 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
         ("init", "Init", ("init", "--kind", "rest", "-o", "rest.toml")),
         ("init", "Init", ("init", "--kind", "driving", "-o", "driving.toml")),
         ("gap.twin", "GapTwin", ("gap", "twin", DATA / "drives" / "rover_hold.parquet", "-o", "twin.toml")),
+        ("gap.power", "GapPower", ("gap", "power", "standing.toml", "--inputs", "standing.csv", *power)),
         ("man", "Man", ("man", "-o", "man")),
         ("demo", "Demo", ("demo", "-o", "demo")),
     ]

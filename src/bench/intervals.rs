@@ -1,8 +1,9 @@
 //! rate = right / asked with Wilson's interval;  ECE = Σ_bins |Σ confidence - right| / cases;  ROC and its area
 //!
-//! Wilson, J. American Statistical Association 22 (1927) 209. ECE: Naeini et al., AAAI 2015, ten equal bins.
+//! ECE: Naeini et al., AAAI 2015, ten equal bins.
 
 use crate::math::NORMAL_975;
+use crate::math::distributions::wilson95;
 use crate::math::random::Stream;
 use crate::math::robust::quantile;
 use serde::Serialize;
@@ -24,14 +25,8 @@ impl Rate {
     /// The rate of `right` in `of`.
     #[must_use]
     pub(crate) fn new(right: usize, of: usize) -> Self {
-        if of == 0 {
-            return Self { right, of, rate: None, ci95: None };
-        }
-        let (n, z2) = (of as f64, NORMAL_975 * NORMAL_975);
-        let p = right as f64 / n;
-        let centre = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
-        let half = NORMAL_975 / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
-        Self { right, of, rate: Some(p), ci95: Some([(centre - half).max(0.0), (centre + half).min(1.0)]) }
+        let ci95 = wilson95(right, of);
+        Self { right, of, rate: ci95.map(|_| right as f64 / of as f64), ci95 }
     }
 
     /// The rate of true values.

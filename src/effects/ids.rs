@@ -20,4 +20,5 @@ ids! {
     rate_ramp: super::rate_ramp::RateRamp,
     rate_random_walk: super::rate_random_walk::RateRandomWalk,
     tone: super::tone::Tone,
+    warm_up: super::warm_up::AnotherWarmUp,
 }

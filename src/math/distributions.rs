@@ -1,5 +1,6 @@
 //! Quantiles that several parts need.
 
+use crate::math::NORMAL_975;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 /// Beyond this many degrees of freedom Wilson and Hilferty's cube root (PNAS 17 (1931) 684) is closer to the quantile
@@ -44,6 +45,16 @@ fn ln_normal_below(z: f64) -> f64 {
         return Normal::standard().cdf(z).ln();
     }
     -0.5 * z * z - (-z * std::f64::consts::TAU.sqrt()).ln() + (-1.0 / (z * z)).ln_1p()
+}
+
+/// Wilson's 95 % interval of the share `right` of `of` (J. American Statistical Association 22 (1927) 209); none of nothing.
+#[must_use]
+pub(crate) fn wilson95(right: usize, of: usize) -> Option<[f64; 2]> {
+    let (n, z2) = (of as f64, NORMAL_975 * NORMAL_975);
+    let p = right as f64 / n;
+    let centre = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+    let half = NORMAL_975 / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+    (of > 0).then_some([(centre - half).max(0.0), (centre + half).min(1.0)])
 }
 
 #[cfg(test)]

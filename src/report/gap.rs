@@ -79,28 +79,6 @@ impl GapReport<'_> {
         self.answer.verdict == Verdict::None && self.answer.none_probability < 0.5
     }
 
-    /// Share of the gap that an effect closes, for a headline; empty where it closes none. Where it closes nothing for
-    /// certain alone, that of all that were found together: two effects may hide each other.
-    fn closes(&self, id: &str) -> String {
-        let alone = self.effect(id).and_then(|e| e.gap_closed_ci95).is_some_and(|[low, _]| low > 0.0);
-        let others: Vec<&str> = self.answer.together.iter().map(String::as_str).filter(|other| *other != id).collect();
-        let all = self.answer.remainder.as_ref().map(|left| 1.0 - left.share).filter(|all| *all > 0.0);
-        if let (false, [first, rest @ ..], Some(all), Verdict::Identified) =
-            (alone, &others[..], all, self.answer.verdict)
-        {
-            let rest = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
-            return format!("; with {} ({first}){rest} it closes {} of the gap", title(first), percent(all));
-        }
-        let effect = self.effect(id).filter(|e| e.gap_closed.is_some_and(|share| share > 0.0));
-        match effect.and_then(|e| e.gap_closed.zip(e.gap_closed_ci95)) {
-            // the interval stands in the section on how far the gap shrinks
-            Some((share, [low, _])) if low <= 0.0 => {
-                format!("; it closes {} of the gap, and its 95 % interval holds zero", percent(share))
-            }
-            _ => effect.and_then(closed).map(|c| format!("; it closes {c} of the gap")).unwrap_or_default(),
-        }
-    }
-
     /// The page for a terminal.
     #[must_use]
     pub fn text(&self) -> String {

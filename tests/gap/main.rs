@@ -12,6 +12,7 @@ mod effects_command;
 mod false_alarms;
 #[path = "../common/place.rs"]
 mod place;
+mod power;
 mod replay;
 mod rest;
 mod twin;

@@ -8,6 +8,7 @@ mod diagnose;
 mod explain;
 mod key_path;
 mod patching;
+mod power;
 mod recordings;
 mod replay;
 mod simulated;
@@ -32,6 +33,7 @@ enum GapCommand {
     Explain(explain::ExplainArgs),
     Twin(twin::TwinArgs),
     Compare(compare::CompareArgs),
+    Power(power::PowerArgs),
     Bench(bench::BenchArgs),
 }
 
@@ -41,6 +43,7 @@ pub(crate) fn run(args: &GapArgs) -> Result<Outcome> {
         GapCommand::Explain(args) => explain::run(args),
         GapCommand::Twin(args) => twin::run(args),
         GapCommand::Compare(args) => compare::run(args),
+        GapCommand::Power(args) => power::run(args),
         GapCommand::Bench(args) => bench::run(args),
     }
 }

@@ -400,6 +400,8 @@ fn what_is_left_over_and_what_is_idle_is_told_after_what_matters() {
     let nearest = "nearest: temperature sensitivity (gyro.temperature_sensitivity)";
     let closes = format!("{nearest}; it closes 96 % (95 %: 93 % to 98 %) of the gap");
     assert!(line(&answer).ends_with(&closes), "{}", line(&answer));
+    let without = Answer { remainder: None, ..answer.clone() };
+    assert!(line(&without).ends_with(nearest), "{}", line(&without));
     answer.effects[0].gap_closed_ci95 = Some([-0.97, 1.89]);
     assert!(line(&answer).ends_with("closes 96 % of the gap, and its 95 % interval holds zero"), "{}", line(&answer));
     answer.effects[0].gap_closed = Some(-0.48);

@@ -430,6 +430,7 @@ mod tests {
     use super::super::evidence::nuisances;
     use super::*;
     use crate::bias::WarmUp;
+    use crate::effects::ids;
     use crate::gap::rest::model_selection::candidates;
     use crate::math::random::Stream;
     use crate::model::Scene;
@@ -461,7 +462,7 @@ mod tests {
         let nuisance = nuisances(&frame);
         let l = Likelihood::new(&frame, &data, &all, &nuisance);
         let index = |id: &str| all.iter().position(|c| c.id == id).unwrap();
-        let (walk, warm_up) = (index("gyro.rate_random_walk"), index("gyro.warm_up"));
+        let (walk, warm_up) = (index(ids::rate_random_walk()), index(ids::warm_up()));
         let Kind::Signal(signal) = &all[warm_up].kind else { panic!("a warm-up is a signal") };
         let nothing = Hypothesis::default();
         let direct = l.fit(&l.add_signal(&nothing, warm_up, signal.as_ref()).unwrap().0);
