@@ -4,7 +4,7 @@
 //! The text is therefore read once here: names and signs are checked with their column, and what exmex is given can be read
 //! in one way only.
 
-use crate::error::nearest;
+use crate::error::one_of;
 use exmex::{Express, FlatEx};
 
 /// Functions of one number.
@@ -273,11 +273,12 @@ impl<'a> Reader<'a> {
         } else if self.names.contains(&name.as_str()) {
             self.out += &format!("{{{name}}}");
         } else {
-            let known = self.names.iter().copied().chain(UNARY).chain(BINARY).chain([PI]);
-            let all =
-                format!("there are {}; {}, {PI}", self.names.join(", "), [&UNARY[..], &BINARY].concat().join(", "));
-            let meant = nearest(&name, known).map(|meant| format!("did you mean {meant}? "));
-            return self.fault(start, format!("{name} is unknown"), meant.unwrap_or_default() + &all);
+            let called = self.chars[self.at..].iter().find(|c| !c.is_whitespace()) == Some(&'(');
+            let known: Vec<&str> = match called {
+                true => UNARY.into_iter().chain(BINARY).collect(),
+                false => self.names.iter().copied().chain([PI]).collect(),
+            };
+            return self.fault(start, format!("{name} is unknown"), one_of(&name, &known));
         }
         Ok(false)
     }
@@ -326,7 +327,8 @@ mod tests {
         let fault = |text: &str| Expression::new(text, &NAMES).unwrap_err();
         let unknown = fault("1 + max_force * x");
         assert_eq!((unknown.column, unknown.found.as_str()), (5, "max_force is unknown"));
-        assert!(unknown.hint.starts_with("did you mean max_force_n?"), "{}", unknown.hint);
+        assert_eq!(unknown.hint, "did you mean max_force_n? there are x, max_force_n, t_s, pi");
+        assert!(fault("sine(x)").hint.starts_with("did you mean sin? there are abs,"), "{}", fault("sine(x)").hint);
         for (text, column) in [
             ("", 1),
             ("x +", 4),
