@@ -36,7 +36,7 @@ impl PowerReport<'_> {
             p.probability,
             p.cases
         );
-        let _ = write!(out, "\n  {:<37}{:<52}{:<26}{}", "effect", "is named from", "95 %", "evidence there");
+        let _ = write!(out, "\n  {:<37}{:<52}{:<26}evidence there", "effect", "is named from", "95 %");
         for effect in &p.effects {
             let _ = write!(out, "\n  {}", row(effect).trim_end());
         }

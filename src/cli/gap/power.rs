@@ -57,8 +57,8 @@ pub(crate) fn run(args: &PowerArgs) -> Result<Outcome> {
     let output = Output::open(&args.common, "gap.power", plan)?;
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
-    let library = library(&args.asked.without)?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
+    let library = library(&args.asked.without, Some(&config))?;
     let mut notes: Vec<String> = by_time.into_iter().collect();
     let working = output.working("reading");
     let (log, since_power_on_s) = match (config.kind, args.inputs.as_slice()) {
