@@ -179,7 +179,7 @@ mod tests {
             null: 0.0,
             sign,
             smallest,
-            smallest_ci95: smallest.map(|s| [0.9 * s, 1.1 * s]),
+            smallest_ci95: smallest.map(|s| [0.8 * s, 1.2 * s]),
             parameters: [("frequency_hz".to_string(), 1.25)].into(),
             thresholds: vec![smallest.map(|s| 0.8 * s), smallest.map(|s| 0.9 * s), None],
             evidence_nats: smallest.map(|_| 7.25),
@@ -205,9 +205,9 @@ mod tests {
         let power = power();
         let text = PowerReport { log: "drive.csv", power: &power }.text();
         for part in [
-            "POWER of drive.csv: 6001 rows, 1 min at 0.0100 s",
+            "POWER of drive.csv: 6001 rows, 60 s at 0.0100 s",
             "≥ 0.0125 ",
-            "0.0112 to 0.0138",
+            "0.0100 to 0.0150",
             "7.2 nats",
             "named in 19 of 20 more (95 %: 0.76 to 0.99)",
             "with frequency 1.25 Hz",

@@ -316,7 +316,7 @@ impl Task<'_> {
             (0..found.len()).into_par_iter().map(|case| self.say(direction, b.0, case as u64)).collect()
         });
         let missed: Vec<&Said> = there.iter().filter(|said| !said.named).collect();
-        let bound = bound.filter(|_| self.may_miss(missed.len(), there.len()));
+        let bound = bound.filter(|_| may_miss(self.options.probability, missed.len(), there.len()));
         let value = |u: f64| direction.value(u.clamp(0.0, most));
         let mut instead: BTreeMap<&str, usize> = BTreeMap::new();
         let mut nats = Vec::new();
@@ -352,12 +352,6 @@ impl Task<'_> {
         })
     }
 
-    /// Whether chance leaves so many of `logs` without the name of an effect that is named with the asked probability.
-    fn may_miss(&self, missed: usize, logs: usize) -> bool {
-        let Ok(missing) = Binomial::new(1.0 - self.options.probability, logs as u64) else { return false };
-        missed == 0 || missing.sf(missed as u64 - 1) > CHANCE
-    }
-
     /// Diagnoses of further logs at the distance `u`; none unless asked for.
     fn checked(&self, direction: &Direction, u: f64) -> Option<Checked> {
         let logs = self.options.check;
@@ -365,6 +359,12 @@ impl Task<'_> {
         let named = (0..logs).into_par_iter().map(named).sum();
         Some(Checked { logs, named, share_ci95: wilson95(named, logs)? })
     }
+}
+
+/// Whether chance leaves `missed` of `logs` without the name of an effect that each names with this probability.
+fn may_miss(probability: f64, missed: usize, logs: usize) -> bool {
+    let Ok(missing) = Binomial::new(1.0 - probability, logs as u64) else { return false };
+    missed == 0 || missing.sf(missed as u64 - 1) > CHANCE
 }
 
 /// The effect that an answer names, or its verdict.
@@ -381,5 +381,33 @@ fn said_of(verdict: Verdict) -> &'static str {
         Verdict::Identified => "identified",
         Verdict::Unknown => "unknown",
         Verdict::CannotTell => "cannot_tell",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chance_misses_a_few() {
+        // of eight logs two or more are missed with 0.187, three or more with 0.038
+        assert_eq!([0, 2, 3, 8].map(|missed| may_miss(0.9, missed, 8)), [true, true, false, false]);
+        assert!(may_miss(0.5, 5, 8));
+    }
+
+    #[test]
+    fn settings_out_of_range_are_refused() {
+        let of = |probability: f64, cases: usize| Options {
+            probability,
+            cases,
+            check: 0,
+            seed: 1,
+            effects: Vec::new(),
+            since_power_on_s: 0.0,
+        };
+        assert!(check(&of(0.9, 8)).is_ok());
+        for (probability, cases) in [(0.49, 8), (1.0, 8), (f64::NAN, 8), (0.9, 2)] {
+            assert_eq!(check(&of(probability, cases)).unwrap_err().kind, ErrorKind::Usage, "{probability} {cases}");
+        }
     }
 }
