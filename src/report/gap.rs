@@ -10,8 +10,8 @@ use crate::gap::rest::predictive::Curve;
 use crate::units::duration_text;
 use std::fmt::Write;
 use words::{
-    about_of, closed, correction, curve_name, degrees, errors, heading_horizon_s, measured_on, metrics, parameters,
-    percent, title,
+    about_of, closed, closes, correction, curve_name, degrees, errors, heading_horizon_s, measured_on, metrics,
+    parameters, percent, title,
 };
 
 #[path = "gap/why.rs"]
@@ -53,7 +53,7 @@ impl GapReport<'_> {
                 "IDENTIFIED: {} ({main}), probability {:.2}{}",
                 title(main),
                 a.main_probability,
-                self.closes(main)
+                closes(a, main)
             ),
             (Verdict::None, _) if self.is_open() => {
                 format!("NO GAP THAT THIS RECORDING PROVES: probability that there is none {:.2}", a.none_probability)
@@ -69,7 +69,7 @@ impl GapReport<'_> {
             (_, main) => format!(
                 "UNKNOWN: there is a gap, and no effect of the library explains most of it, probability {:.2}{}",
                 a.unknown_probability,
-                main.map(|id| format!("; nearest: {} ({id}){}", title(id), self.closes(id))).unwrap_or_default()
+                main.map(|id| format!("; nearest: {} ({id}){}", title(id), closes(a, id))).unwrap_or_default()
             ),
         }
     }

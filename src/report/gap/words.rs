@@ -1,8 +1,7 @@
 //! Names, units and figures of a diagnosis in words.
 
-use super::GapReport;
 use crate::effects::{About, about, unit_of_own};
-use crate::gap::answer::{Correction, EffectAnswer, FilterFigures, Metric, Verdict};
+use crate::gap::answer::{Answer, Correction, EffectAnswer, FilterFigures, Metric, Verdict};
 use crate::gap::rest::predictive::{Curve, Over, Shown};
 use crate::report::numbers::{equals, known_digits, probability, significant};
 use crate::units::{RAD_S_PER_DEG_S, duration_text};
@@ -241,30 +240,27 @@ pub(in crate::report) fn capitalised(name: &str) -> String {
     let mut letters = name.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
-impl GapReport<'_> {
-    /// Share of the gap that an effect closes, for a headline; empty where it closes none. Where it closes nothing for
-    /// certain alone, that of all that were found together: two effects may hide each other.
-    pub(super) fn closes(&self, id: &str) -> String {
-        // beside an unknown cause without a remainder the share is one of what was found, and not of the gap
-        if self.answer.verdict == Verdict::Unknown && self.answer.remainder.is_none() {
-            return String::new();
+/// Share of the gap that an effect closes, for a headline; empty where it closes none. Where it closes nothing for
+/// certain alone, that of all that were found together: two effects may hide each other.
+pub(in crate::report) fn closes(answer: &Answer, id: &str) -> String {
+    let of = |id: &str| answer.effects.iter().find(|e| e.id == id);
+    // beside an unknown cause without a remainder the share is one of what was found, and not of the gap
+    if answer.verdict == Verdict::Unknown && answer.remainder.is_none() {
+        return String::new();
+    }
+    let alone = of(id).and_then(|e| e.gap_closed_ci95).is_some_and(|[low, _]| low > 0.0);
+    let others: Vec<&str> = answer.together.iter().map(String::as_str).filter(|other| *other != id).collect();
+    let all = answer.remainder.as_ref().map(|left| 1.0 - left.share).filter(|all| *all > 0.0);
+    if let (false, [first, rest @ ..], Some(all), Verdict::Identified) = (alone, &others[..], all, answer.verdict) {
+        let rest = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
+        return format!("; with {} ({first}){rest} it closes {} of the gap", title(first), percent(all));
+    }
+    let effect = of(id).filter(|e| e.gap_closed.is_some_and(|share| share > 0.0));
+    match effect.and_then(|e| e.gap_closed.zip(e.gap_closed_ci95)) {
+        // the interval stands in the section on how far the gap shrinks
+        Some((share, [low, _])) if low <= 0.0 => {
+            format!("; it closes {} of the gap, and its 95 % interval holds zero", percent(share))
         }
-        let alone = self.effect(id).and_then(|e| e.gap_closed_ci95).is_some_and(|[low, _]| low > 0.0);
-        let others: Vec<&str> = self.answer.together.iter().map(String::as_str).filter(|other| *other != id).collect();
-        let all = self.answer.remainder.as_ref().map(|left| 1.0 - left.share).filter(|all| *all > 0.0);
-        if let (false, [first, rest @ ..], Some(all), Verdict::Identified) =
-            (alone, &others[..], all, self.answer.verdict)
-        {
-            let rest = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
-            return format!("; with {} ({first}){rest} it closes {} of the gap", title(first), percent(all));
-        }
-        let effect = self.effect(id).filter(|e| e.gap_closed.is_some_and(|share| share > 0.0));
-        match effect.and_then(|e| e.gap_closed.zip(e.gap_closed_ci95)) {
-            // the interval stands in the section on how far the gap shrinks
-            Some((share, [low, _])) if low <= 0.0 => {
-                format!("; it closes {} of the gap, and its 95 % interval holds zero", percent(share))
-            }
-            _ => effect.and_then(closed).map(|c| format!("; it closes {c} of the gap")).unwrap_or_default(),
-        }
+        _ => effect.and_then(closed).map(|c| format!("; it closes {c} of the gap")).unwrap_or_default(),
     }
 }
