@@ -87,6 +87,9 @@ impl Driving for MissedTicks {
         let channels = [left, right][self.side(parameters)];
         Ok(match self.is_mean(parameters) {
             true => OnLog::new(Stage::Gain, channels, "value * (1 - loss_fraction)"),
+            false if [BURST, SHARE].iter().any(|name| !parameters.contains_key(*name)) => {
+                return Err("how long its bursts last, or which share of the time they take, is not told");
+            }
             false => {
                 let value = "value * (1 - loss_fraction * bursts(t, rng, burst_s, share_of_time))";
                 OnLog::drawn(Stage::Recorder, channels, value)

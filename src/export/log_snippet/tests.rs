@@ -165,7 +165,8 @@ fn what_is_drawn_anew_has_the_sizes_that_were_found() {
     let after = step.iter().filter(|(made, given)| (made - given - 0.01).abs() < 1e-12).count();
     let before = step.iter().filter(|(made, given)| (made - given).abs() < 1e-12).count();
     assert!(after > 0 && before > 0 && after + before == step.len());
-    let lost = usual(ids::missed_ticks());
+    let told = [("loss_fraction", 0.4), ("burst_s", 0.3), ("share_of_time", 0.2), ("right", 0.0)];
+    let lost = found(ids::missed_ticks(), &told.map(|(name, value)| (name.to_string(), value)).into());
     let rows = with(&lost, names::WHEEL_LEFT);
     let low = |(made, given): &&(f64, f64)| (made - (1.0 - 0.4) * given).abs() < 1e-9 && given.abs() > 1e-3;
     let share = rows.iter().filter(low).count() as f64 / rows.len() as f64;

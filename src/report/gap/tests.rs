@@ -392,6 +392,7 @@ fn what_is_left_over_and_what_is_idle_is_told_after_what_matters() {
     let mut answer = Answer {
         main: Some("gyro.temperature_sensitivity".into()),
         together: vec!["gyro.temperature_sensitivity".into()],
+        remainder: Some(Remainder { share: 0.04, place: None }),
         ..unknown()
     };
     let line = |answer: &Answer| {
