@@ -80,7 +80,7 @@ pub struct Snippet {
     pub commands: bool,
 }
 
-/// What the effect makes of a log without it.
+/// Work of the effect on a log without it.
 ///
 /// # Errors
 /// The reason, where it is no effect on a log.

@@ -44,11 +44,11 @@ pub struct Event {
     pub mean: Value,
     /// Unit of what is drawn.
     pub unit: &'static str,
-    /// What is to be known of it.
+    /// Remark on it; none where its name says all.
     pub note: Option<String>,
 }
 
-/// What a sensor makes of its reading.
+/// Change of a sensor's reading.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Observation {
     /// The effect's id.
@@ -63,7 +63,7 @@ pub struct Observation {
     pub goes_to: &'static str,
 }
 
-/// What no event does.
+/// Parameters that no event sets.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NoPlace {
     /// The effect's id.
@@ -76,7 +76,7 @@ pub struct NoPlace {
     pub instead: BTreeMap<&'static str, Range>,
 }
 
-/// What was found, for Isaac Lab.
+/// Named effects as events and observations of Isaac Lab.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ranges {
     /// Name and version of the format.
@@ -87,9 +87,9 @@ pub struct Ranges {
     pub events: Vec<Event>,
     /// Changes of observations.
     pub observations: Vec<Observation>,
-    /// What has no place.
+    /// Effects that neither an event nor an observation holds.
     pub no_place: Vec<NoPlace>,
-    /// What is to be filled in, and what the ranges are over.
+    /// Gaps that the user fills in, and quantities that the ranges are over.
     pub notes: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What a log could have found: the smallest size of each effect that would be named, as a table and as curves.
+//! Power of a log: the smallest size of each effect that would be named, as a table and as curves.
 
 use super::gap::words::{name_and_unit, title};
 use super::numbers::significant;

@@ -19,7 +19,7 @@ fn json(place: &Place, line: &str) -> Value {
     serde_json::from_str(&place.ok(&format!("{line} --json -"))).unwrap()
 }
 
-/// What the diagnosis names in a log of `config` with `effect` of this size, by other chance than the power's.
+/// Effect that the diagnosis names in a log of `config` with `effect` of this size, by other chance than the power's.
 fn named(place: &Place, config: &str, inputs: &str, effect: (&str, &str, f64)) -> Option<String> {
     let (id, parameter, size) = effect;
     place.write("with.toml", &format!("{config}[[effect]]\nid = \"{id}\"\n{parameter} = {size:e}\n"));

@@ -3,20 +3,20 @@
 use crate::place::Place;
 use serde_json::Value;
 
-const ROBOT_XML: &str = include_str!("../../examples/mujoco/robot.xml");
-const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
+pub(crate) const ROBOT_XML: &str = include_str!("../../examples/mujoco/robot.xml");
+pub(crate) const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
     [gyro]\nc1_rad_s = 0.0\nc2_rad_s = 0.0\ntime_constant_s = 200.0\nangle_random_walk_rad_sqrt_s = 1.8e-4\n\
     [vehicle]\nmass_kg = 12.0\nyaw_inertia_kg_m2 = 0.21\nhalf_track_m = 0.17\nwheel_radius_m = 0.065\n\
     wheel_inertia_kg_m2 = 0.00133\nviscous_friction_n_m_s = 0.004\ntorque_noise_n_m_sqrt_s = 0.001\n\
     [encoder]\nspeed_noise_std_rad_s = 0.02\n\
     [pose]\nrate_hz = 10.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
-const LOAD: &str = "[[effect]]\nid = \"vehicle.payload\"\nmass_relative = 0.2\ninertia_relative = 0.2\n";
+pub(crate) const LOAD: &str = "[[effect]]\nid = \"vehicle.payload\"\nmass_relative = 0.2\ninertia_relative = 0.2\n";
 /// Notes each model that it is given.
 const SIMULATOR: &str = "echo \"$1\" >> models.txt\n\
     test -f \"$2\" || exit 4\n\
     if grep -q 'mass=\"11.1\"' \"$1\"; then cp before.parquet \"$3\"; else cp after.parquet \"$3\"; fi\n";
 /// Its words are parted by tabs: those of the program's line are parted by spaces.
-const COMMAND: &str = "--simulate sh\tsimulator.sh\t{model}\t{inputs}\t{log}";
+pub(crate) const COMMAND: &str = "--simulate sh\tsimulator.sh\t{model}\t{inputs}\t{log}";
 const LINE: &str =
     "gap diagnose robot.toml --fit fit.parquet --hold hold.parquet --patch robot.xml -o out/copy.xml --json told.json";
 

@@ -73,7 +73,7 @@ fn constants_of_a_simulator_are_told_with_their_errors() {
     assert!(config.effects.is_empty() && config.vehicle.unwrap().wheel_inertia_kg_m2 == 0.0);
 }
 
-/// What no torque moves decides nothing: no value is asked for.
+/// Mass and inertia decide nothing without torques: no value is asked for.
 #[test]
 fn without_torques_neither_mass_nor_inertia_is_needed() {
     let place = Place::with(&[]);

@@ -91,17 +91,10 @@ impl Unit {
             gyro: Some(Gyro {
                 c1_rad_s: self.c1_rad_s,
                 c2_rad_s: self.c2_rad_s,
-                time_constant_s: self.time_constant_s,
                 angle_random_walk_rad_sqrt_s: self.angle_random_walk_rad_sqrt_s,
-                earth_rate_rad_s: None,
                 turn_on_bias_std_rad_s: Some(self.turn_on_std_rad_s),
                 warm_up_relative_std: Some(self.relative_std),
-                cooling_time_constant_s: None,
-                covariance: None,
-                discrete: None,
-                noise: None,
-                temperature: None,
-                last_run: None,
+                ..Gyro::without_error(self.time_constant_s)
             }),
             vehicle: None,
             traction: None,

@@ -53,7 +53,7 @@ pub(crate) struct Patch<'a> {
     replay: Option<(Simulator<'a>, Replayed)>,
 }
 
-/// What one effect changes.
+/// Changes that one effect makes.
 #[derive(Clone)]
 struct Change<'a> {
     effect: &'a EffectAnswer,

@@ -15,7 +15,7 @@ use tempfile::TempDir;
 
 /// Placeholders that a command must have.
 const PLACES: [&str; 3] = ["{model}", "{inputs}", "{log}"];
-/// What runs the Python for the log.
+/// Interpreter of the Python for the log.
 const PYTHON: &str = "python3";
 /// Lines of a failed command's last words.
 const LAST_WORDS: usize = 5;
@@ -111,7 +111,7 @@ impl<'a> Simulator<'a> {
         Command::new(PYTHON).args(["-c", "import numpy"]).output().is_ok_and(|ended| ended.status.success())
     }
 
-    /// What `snippet` makes of the CSV at `given`, as another one.
+    /// Path of the CSV that `snippet` makes of the one at `given`.
     fn as_real(&self, snippet: &Snippet, given: &Path, options: &[&str]) -> Result<PathBuf> {
         let (code, made) = (self.folder.path().join("log.py"), given.with_extension("made.csv"));
         std::fs::write(&code, &snippet.text).map_err(|e| Error::io(&code, &e))?;

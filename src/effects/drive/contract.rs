@@ -50,7 +50,7 @@ pub trait Driving: Sync + Send {
         self.about().channel
     }
 
-    /// What it makes of a log that was made without it.
+    /// Its work on a log that was made without it.
     ///
     /// # Errors
     /// The reason, where such a log does not tell.

@@ -12,11 +12,11 @@ pub enum Stage {
     Delay,
     /// Its proportion.
     Gain,
-    /// What adds to it.
+    /// An addend, in the channel's unit.
     Bias,
     /// White noise.
     Noise,
-    /// What the recorder loses.
+    /// Loss in the recorder: digits, ticks.
     Recorder,
 }
 

@@ -33,7 +33,7 @@ fn python(arguments: &[&str]) -> bool {
     Command::new("python3").args(arguments).output().is_ok_and(|ended| ended.status.success())
 }
 
-/// What the Python makes of a log, run as a program.
+/// The log that the Python, run as a program, makes of one.
 fn made(snippet: &Snippet, log: &Log, options: &[&str]) -> Log {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);

@@ -50,7 +50,7 @@ pub struct Options {
     pub since_power_on_s: f64,
 }
 
-/// What a log could have found.
+/// Smallest size of each effect that a log could have found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Power {
     /// Probability with which effects of these sizes are named.
@@ -65,7 +65,7 @@ pub struct Power {
     pub span_s: f64,
     /// Its median sample time, s.
     pub sample_time_s: f64,
-    /// What is said of logs without any effect.
+    /// Verdicts on logs without any effect.
     pub nominal: Nominal,
     /// Effects in each direction, in the order of the library.
     pub effects: Vec<EffectPower>,
@@ -107,7 +107,7 @@ pub struct EffectPower {
     pub evidence_nats: Option<f64>,
     /// Diagnoses of further logs at the smallest size; none unless asked for.
     pub checked: Option<Checked>,
-    /// What was said of logs that did not name it: at the largest size, or at that which would follow from the others.
+    /// Answers to logs that did not name it: at the largest size, or at that which would follow from the others.
     pub instead: Vec<Instead>,
 }
 
@@ -122,7 +122,7 @@ pub struct Checked {
     pub share_ci95: [f64; 2],
 }
 
-/// What was said in the place of an effect.
+/// An answer in the place of an effect, and how often it was given.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Instead {
     /// The effect that was named, or the verdict.
@@ -140,7 +140,7 @@ pub struct Cannot {
     pub reason: String,
 }
 
-/// What `inputs` could have found: for each effect of `library` and each direction the smallest size that a diagnosis of such a
+/// Smallest sizes that `inputs` could have found: for each effect of `library` and each direction that which a diagnosis of such a
 /// log against `config` names. `observe` is told how many directions are done, and of how many.
 ///
 /// # Errors
@@ -229,7 +229,7 @@ impl Task<'_> {
         self.diagnosed(&self.simulator.log(None, self.seeds(case))?)
     }
 
-    /// What is said of the log of `case` with the effect at the distance `u`. One so large that it cannot be simulated or
+    /// Answer to the log of `case` with the effect at the distance `u`. One so large that it cannot be simulated or
     /// diagnosed is not named.
     fn say(&self, direction: &Direction, u: f64, case: u64) -> Said {
         let log = self.simulator.log(Some(direction.table(u)), self.seeds(case));

@@ -7,7 +7,7 @@ const PATIENT: f64 = 32.0;
 /// Most steps away from the first size.
 const STEPS: usize = 16;
 
-/// What the diagnosis says of a log with the effect of one size.
+/// Answer of the diagnosis to a log with the effect of one size.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Said {
     /// Whether it names the effect.

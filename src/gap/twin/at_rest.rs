@@ -44,17 +44,10 @@ pub fn twin_at_rest(
     let gyro = Gyro {
         c1_rad_s: if warms { model.c1_rad_s } else { 0.0 },
         c2_rad_s: c2,
-        time_constant_s: if warms { model.time_constant_s } else { UNMOVED_S },
         angle_random_walk_rad_sqrt_s: first.noise.angle_random_walk_rad_sqrt_s,
-        earth_rate_rad_s: None,
         turn_on_bias_std_rad_s: told.map(|t| t.std).or(given.and_then(|g| g.turn_on_bias_std_rad_s)),
         warm_up_relative_std: given.and_then(|g| g.warm_up_relative_std),
-        cooling_time_constant_s: None,
-        covariance: None,
-        discrete: None,
-        noise: None,
-        temperature: None,
-        last_run: None,
+        ..Gyro::without_error(if warms { model.time_constant_s } else { UNMOVED_S })
     };
     let mut parameters = BTreeMap::new();
     let mut tell = |name: &str, parameter: Parameter| parameters.insert(name.to_string(), parameter);

@@ -318,7 +318,7 @@ fn subtract(
     if factor > WORSE_THAN_NOISE {
         answer.effects.iter_mut().for_each(|e| (e.gap_closed, e.gap_closed_ci95, e.share) = (None, None, None));
     }
-    settle(answer, twin, findings, rows, misfit.filter(|_| hidden));
+    settle(answer, twin, findings, rows, (misfit.as_ref(), hidden));
     all
 }
 
@@ -337,19 +337,22 @@ fn one(id: &str, name: &str, null: f64, real: Said, simulator: Option<Said>) -> 
     (inherited, z(own.value, own.std), z(value, std))
 }
 
-/// The verdict that follows from what is left. `hidden`: the misfit of the twin where an effect may be hidden by it.
-fn settle(answer: &mut Answer, twin: &Twin, findings: &Findings, rows: usize, mut hidden: Option<Misfit>) {
-    let misfit = misfit(&twin.channels);
+/// The verdict that follows from what is left. `misfit`: that of the twin, and whether it may hide a named effect.
+fn settle(
+    answer: &mut Answer,
+    twin: &Twin,
+    findings: &Findings,
+    rows: usize,
+    (misfit, mut hidden): (Option<&Misfit>, bool),
+) {
     let inherits = |answer: &Answer, factor: f64| inherits_unknown(answer, twin, rows, factor);
-    if answer.verdict == Verdict::Unknown
-        && !inherits(answer, 1.0)
-        && misfit.as_ref().is_some_and(|m| inherits(answer, m.factor))
-    {
-        hidden = misfit.clone();
+    let inherited = inherits(answer, 1.0);
+    if answer.verdict == Verdict::Unknown && !inherited && misfit.is_some_and(|m| inherits(answer, m.factor)) {
+        hidden = true;
         answer.unknown_probability = 0.0;
         answer.verdict = if answer.together.is_empty() { Verdict::None } else { Verdict::Identified };
     }
-    if answer.verdict == Verdict::Unknown && inherits(answer, 1.0) {
+    if answer.verdict == Verdict::Unknown && inherited {
         answer.notes.push(
             "What is left without a name is as strong in the simulator's own log: it is how the simulator differs from our model, and no gap."
                 .into(),
@@ -362,9 +365,9 @@ fn settle(answer: &mut Answer, twin: &Twin, findings: &Findings, rows: usize, mu
         answer.verdict = Verdict::None;
     }
     // that nothing is seen says nothing where anything of the size of the noise is hidden
-    let hidden = hidden.or(misfit.filter(|m| m.factor > WORSE_THAN_NOISE));
-    if let (Verdict::None, Some(misfit)) = (answer.verdict, hidden) {
-        cannot_tell(answer, &misfit);
+    let misfit = misfit.filter(|m| hidden || m.factor > WORSE_THAN_NOISE);
+    if let (Verdict::None, Some(misfit)) = (answer.verdict, misfit) {
+        cannot_tell(answer, misfit);
     }
     match answer.verdict {
         Verdict::None => {
