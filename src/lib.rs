@@ -41,7 +41,7 @@
 //!
 //! | floor | modules |
 //! |---|---|
-//! | 0 | [`error`], [`files`], [`units`], [`math`] |
+//! | 0 | [`error`], [`files`], [`progress`], [`units`], [`math`] |
 //! | 1 | [`signal`] |
 //! | 2 | [`ingest`], [`bias`], [`noise`], [`traction`], [`vehicle`], [`config`], [`model`] |
 //! | 3 | [`identify`], [`validate`], [`navigate`], [`simulate`] |
@@ -121,6 +121,7 @@ pub mod model;
 pub mod navigate;
 pub mod noise;
 pub mod population;
+pub mod progress;
 pub mod report;
 pub mod robot;
 pub mod signal;

@@ -11,7 +11,7 @@ use super::log_args::{LogArgs, LogRead};
 use super::outcome::Outcome;
 use super::output::Output;
 use super::places;
-use args::{columns, configuration_options, fit_options, plan, plots};
+use args::{LossName, columns, configuration_options, fit_options, plan, plots};
 use gyroid::bias::EarthRate;
 use gyroid::config::Config;
 use gyroid::export::{ConfigurationOptions, configuration};
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let earth = earth(args)?;
     let log = match &args.logs[..] {
         [one] if !one.is_dir() && !args.many.asked_for() && !args.columns.several_topics() => {
-            LogArgs::new(one.clone(), args.memory, columns(args))
+            LogArgs::new(one.clone(), args.memory, columns(args)).held(args.loss != LossName::Squares)
         }
         _ => return many::run(args, earth),
     };

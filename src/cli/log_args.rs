@@ -27,19 +27,23 @@ pub(crate) struct LogArgs {
     memory: MemoryArgs,
     #[command(flatten)]
     columns: ColumnArgs,
-    /// Bytes that the work on a held log takes for each of the log's.
-    #[arg(skip = 1_usize)]
-    work: usize,
+    /// Whether the work needs all samples at once.
+    #[arg(skip)]
+    whole: bool,
 }
 
 /// How much of a log is held.
 #[derive(Debug, Clone, Copy, Args)]
 #[command(next_help_heading = LOG_OPTIONS)]
 pub(crate) struct MemoryArgs {
-    /// Hold a log whose times and rates, with what noise makes of them, take up to this, MB; a larger one is read once, in about 200 MB. 0: read every log so
+    /// Hold a log whose times and rates, with what is made of them, take up to this, MB; a larger one is read once, in about 200 MB. 0: read every log so
     #[arg(long, value_name = "MB", default_value_t = ingest::MEMORY_BYTES >> 20)]
     memory: usize,
 }
+
+/// Bytes that the work on a held log takes for each byte of its times and rates: residuals, derivatives, spectra (measured
+/// at 1e7 samples, for `fit` and `noise`).
+const WORK: usize = 7;
 
 /// A log that was held, or one that was read once; its times count from power-on.
 pub(crate) enum LogRead {
@@ -237,7 +241,7 @@ impl ColumnArgs {
 impl LogArgs {
     /// One of several logs that are read alike.
     pub fn new(log: PathBuf, memory: MemoryArgs, columns: ColumnArgs) -> Self {
-        Self { log, memory, columns, work: 1 }
+        Self { log, memory, columns, whole: false }
     }
 
     /// The log's file.
@@ -245,10 +249,9 @@ impl LogArgs {
         &self.log
     }
 
-    /// The same for work that takes `work` bytes for each of a held log's: `--memory` bounds that. Motion is trimmed from held
-    /// logs alone, and there the bound is that of the log.
-    pub fn for_work(&self, work: usize) -> Self {
-        Self { work, ..self.clone() }
+    /// The same for work that needs all samples at once, if `whole`: then `--memory` bounds the log alone.
+    pub fn held(self, whole: bool) -> Self {
+        Self { whole, ..self }
     }
 
     /// Reads the log, and leaves out motion where that was asked for; a large log is read once and not held. `working` shows
@@ -268,10 +271,21 @@ impl LogArgs {
     pub fn read_axes(&self, working: &Working) -> Result<Vec<LogRead>> {
         let queries = self.axes().iter().map(|axis| self.columns.query_of(*axis)).collect::<Result<Vec<_>>>()?;
         let mut show = show_progress(working);
-        let work = if self.columns.trim_motion { 1 } else { self.work };
-        let memory_bytes = self.memory.memory.saturating_mul(1 << 20) / work;
-        let readings = ingest::read_axes_within(&self.log, &queries, memory_bytes, &mut show)?;
+        let most_bytes = self.memory.memory.saturating_mul(1 << 20);
+        let mut read = |memory_bytes| ingest::read_axes_within(&self.log, &queries, memory_bytes, &mut show);
+        let whole = self.whole || self.columns.trim_motion || self.columns.sort_time;
+        // stamps of a clock that is coarser than the sampling are spread in a log that is held
+        let again = |e: &Error| e.kind == ErrorKind::Time && !whole && self.is_held_within(most_bytes);
+        let readings = match read(if whole { most_bytes } else { most_bytes / WORK }) {
+            Err(e) if again(&e) => read(most_bytes)?,
+            readings => readings?,
+        };
         readings.into_iter().map(|reading| self.since_power_on(reading)).collect()
+    }
+
+    /// Whether the log is a file (no pipe, which is read once) that may be held in so many bytes.
+    fn is_held_within(&self, bytes: usize) -> bool {
+        std::fs::metadata(&self.log).is_ok_and(|file| file.is_file() && file.len() <= bytes as u64)
     }
 
     /// A reading without motion where that was asked for, on a clock that counts from power-on.

@@ -1,5 +1,7 @@
 //! `gyroid navigate`: the bundled filter over a recorded drive.
 
+mod results;
+
 use super::drive_args::DriveArgs;
 use super::drive_plot::{self, Estimated};
 use super::html::{self, HtmlArgs};
@@ -9,18 +11,16 @@ use super::places;
 use super::restart::PowerArgs;
 use clap::Args;
 use gyroid::config::Config;
-use gyroid::effects::Library;
 use gyroid::files::{OutputFile, Plan};
 use gyroid::ingest::LogWriter;
 use gyroid::navigate::{
-    Alignment, Consistency, ErrorModel, Reckoning, ReferenceErrors, Run, Settings, Standstill, Summary, WheelModel,
-    WheelSlip, dead_reckoning, gyro_reckoning, run_with, zeroed_at_start,
+    Alignment, Consistency, ReferenceErrors, Run, Settings, Standstill, Summary, WheelModel, WheelSlip,
 };
 use gyroid::report::html::{DrivePage, drive_page};
 use gyroid::signal::{Log, names};
 use gyroid::units::{RAD_S_PER_DEG_S, duration_text};
-use gyroid::vehicle::{Odometry, Rolling};
 use gyroid::{Error, ErrorKind, Result};
+use results::{Results, ZEROED};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -105,123 +105,6 @@ enum WheelsName {
     Slip,
 }
 
-/// Name of the filter whose gyro was zeroed.
-const ZEROED: &str = "zeroed at the start";
-
-/// Results of the filters and of dead reckoning over one drive.
-struct Results {
-    /// `None` where the drive has no gyro whose error could be modelled.
-    with: Option<Run>,
-    without: Run,
-    /// The filter without error model, the gyro zeroed while the robot is at rest at the start; `None` without such a rest.
-    zeroed: Option<ZeroedRun>,
-    /// With the error model where there is a gyro, without the effects; `None` where the configuration has none.
-    nominal: Option<Run>,
-    /// `None` where the wheels tell no yaw rate.
-    encoders: Option<Reckoning>,
-    /// `None` without a gyro.
-    gyro: Option<Reckoning>,
-}
-
-/// A filter without error model over a gyro that was zeroed.
-struct ZeroedRun {
-    run: Run,
-    gyro: Reckoning,
-    zero_rad_s: f64,
-    rest_s: f64,
-}
-
-impl Results {
-    fn of(args: &NavigateArgs, config: &Config, log: &Log) -> Result<Self> {
-        let has_gyro = has_gyro(log);
-        let settings = |error_model| Settings { error_model, ..args.settings() };
-        // what is written is smoothed
-        let smoothed = |settings, written| Settings { smooth: written && !args.filtered, ..settings };
-        let plain = settings(ErrorModel::Off);
-        let effects = Library::new().with_own(config)?;
-        let filter = |config: &Config, settings: &Settings| run_with(config, log, settings, &effects);
-        let bare = Config { effects: Vec::new(), ..config.clone() };
-        let without = filter(config, &smoothed(plain, args.no_error_model || !has_gyro))?;
-        let most = if has_gyro { settings(ErrorModel::WarmUp) } else { plain };
-        let nominal = if config.effects.is_empty() { None } else { Some(filter(&bare, &most)?) };
-        let tick_rad = config.encoder.and_then(|e| e.tick_rad());
-        let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);
-        let with = if has_gyro { Some(filter(config, &smoothed(most, !args.no_error_model))?) } else { None };
-        let encoders = match odometry.as_ref().and_then(Odometry::wheels) {
-            Some(_) => Some(dead_reckoning(config, log, &plain)?),
-            None => None,
-        };
-        let gyro = if has_gyro { Some(gyro_reckoning(config, log, &plain)?) } else { None };
-        let zeroed = zeroed_at_start(config, log)?.map(|z| -> Result<ZeroedRun> {
-            let run = run_with(&bare, &z.log, &plain, &effects)?;
-            let gyro = gyro_reckoning(config, &z.log, &plain)?;
-            Ok(ZeroedRun { run, gyro, zero_rad_s: z.zero_rad_s, rest_s: z.rest_s })
-        });
-        Ok(Self { with, without, zeroed: zeroed.transpose()?, nominal, encoders, gyro })
-    }
-
-    /// The filter that knows most.
-    fn best(&self) -> &Run {
-        self.with.as_ref().unwrap_or(&self.without)
-    }
-
-    /// The run whose pose is written, by which all is judged.
-    fn written(&self, args: &NavigateArgs) -> &Run {
-        if args.no_error_model { &self.without } else { self.best() }
-    }
-
-    /// All that ran, by name: errors, and for filters the summary.
-    fn rows(&self) -> Vec<(&'static str, Option<&ReferenceErrors>, Option<&Summary>)> {
-        let mut filters = match &self.with {
-            Some(with) => vec![("with error model", with), ("without error model", &self.without)],
-            None => vec![("filter, no gyro", &self.without)],
-        };
-        if let Some(nominal) = &self.nominal {
-            filters.insert(1, ("without the effects", nominal));
-        }
-        if let Some(zeroed) = &self.zeroed {
-            filters.push((ZEROED, &zeroed.run));
-        }
-        let smoothed = filters.iter().find_map(|(_, r)| r.smoothed.as_ref());
-        let smoothed = smoothed.map(|s| ("smoothed", s.reference.as_ref(), None));
-        let filters = filters.into_iter().map(|(name, r)| (name, r.summary.reference.as_ref(), Some(&r.summary)));
-        let reckoned = self.reckoned().into_iter().map(|(name, r)| (name, r.reference.as_ref(), None));
-        filters.chain(smoothed).chain(reckoned).collect()
-    }
-
-    /// Reckonings without a filter, by name.
-    fn reckoned(&self) -> Vec<(&'static str, &Reckoning)> {
-        let zeroed = self.zeroed.as_ref().map(|z| &z.gyro);
-        let all = [
-            ("encoders alone", self.encoders.as_ref()),
-            ("gyro zeroed, alone", zeroed),
-            ("gyro as it is", self.gyro.as_ref()),
-        ];
-        all.into_iter().filter_map(|(name, r)| Some((name, r?))).collect()
-    }
-
-    fn json(&self, args: &NavigateArgs, notes: &[String]) -> serde_json::Value {
-        let written = self.written(args);
-        let reckoned = |r: &Option<Reckoning>| r.as_ref().map(|r| serde_json::json!({ "reference": r.reference }));
-        serde_json::json!({
-            "fit_for_use": written.summary.consistency.fit_for_use,
-            "smoothed": written.smoothed.as_ref().map(|s| serde_json::json!({ "reference": s.reference })),
-            "with_error_model": self.with.as_ref().map(|r| &r.summary),
-            "without_error_model": self.without.summary,
-            "zeroed_at_start": self.zeroed.as_ref().map(|z| serde_json::json!({
-                "zero_rad_s": z.zero_rad_s,
-                "rest_s": z.rest_s,
-                "filter": z.run.summary,
-                "gyro_reckoning": { "reference": z.gyro.reference },
-            })),
-            "without_effects": self.nominal.as_ref().map(|r| &r.summary),
-            "dead_reckoning": reckoned(&self.encoders),
-            "gyro_reckoning": reckoned(&self.gyro),
-            "log_notes": notes,
-        })
-    }
-}
-
 impl NavigateArgs {
     fn settings(&self) -> Settings {
         Settings {
@@ -261,7 +144,7 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     let named = |error: Error| if error.input == "configuration" { error.named(&name) } else { error };
     // without a gyro in the drive [gyro] may be missing
     let config = Config::read_base(&args.config)?;
-    let working = output.working("reading the drive, and running the filters");
+    let working = output.working("reading the drive");
     let recording = args.columns.read(&args.logs, &config)?;
     let log = &recording.log;
     places::check_drive(log, &args.config)?;
@@ -270,7 +153,7 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
         let found = format!("{} has no gyro that could be left warm", log.source);
         return Err(Error::new(ErrorKind::Usage, "--save-config", found).hint("leave out --save-config"));
     }
-    let results = Results::of(args, &config, log).map_err(named)?;
+    let results = Results::of(args, &config, log, &working).map_err(named)?;
     drop(working);
     if let Some(out) = out {
         out.write(pose(results.written(args)))?;

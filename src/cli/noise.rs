@@ -105,12 +105,8 @@ fn parse_duration(text: &str) -> std::result::Result<f64, String> {
     if value > 0.0 && value.is_finite() { Ok(value * factor) } else { Err(format!("{text:?} is not positive")) }
 }
 
-/// Bytes that the deviations and transforms of a held log take for each of its times' and rates', measured at 3e7 samples.
-const WORK: usize = 7;
-
 pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
     places::check_logs([args.log.path()])?;
-    let log_args = args.log.for_work(WORK);
     if args.log.axes().len() > 1 {
         axes::refuse(&[
             ("--write", args.write.write.is_some()),
@@ -119,7 +115,7 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
         ])?;
         let output = Output::open(&args.common, "noise", plan(args))?;
         let options = options(args)?;
-        return axes::each(&log_args, output, "estimating the noise terms", |log| {
+        return axes::each(&args.log, output, "estimating the noise terms", |log| {
             let report = estimated(args, log, facts(args, log), &options)?;
             let fit = report.fits() || args.write.accept;
             Ok(Section { text: report.text(), json: report.json(), fit })
@@ -134,7 +130,7 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
     let pending = args.write.claim()?;
 
     let working = output.working("reading the log");
-    let log = log_args.read(&working)?;
+    let log = args.log.read(&working)?;
     drop(working);
     let working = output.working("estimating the noise terms");
     let facts = facts(args, &log);

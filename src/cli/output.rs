@@ -45,12 +45,12 @@ impl Working {
     }
 
     /// Counts what is done of all there is, and shows how long the rest will take.
-    pub fn counter(&self, what: String) -> impl Fn(usize, usize) + Sync + '_ {
-        let begun = Instant::now();
+    pub fn counter(&self, what: String) -> impl Fn(usize, usize) + Sync + use<> {
+        let (begun, bar) = (Instant::now(), self.0.clone());
         move |done, all| {
             let rest_s = begun.elapsed().as_secs_f64() / done.max(1) as f64 * all.saturating_sub(done) as f64;
             let rest = if done > 0 && done < all { format!(", {} left", duration_text(rest_s)) } else { String::new() };
-            self.show(format!("{what} {done} of {all}{rest}"));
+            bar.set_message(format!("{what} {done} of {all}{rest}"));
         }
     }
 

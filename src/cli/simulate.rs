@@ -11,6 +11,7 @@ use gyroid::config::{Config, Kind};
 use gyroid::effects::Library;
 use gyroid::files::Plan;
 use gyroid::ingest::LogWriter;
+use gyroid::progress;
 use gyroid::signal::Log;
 use gyroid::simulate::{Course, Drive, Options, drive_with, replay_with, stationary_like, stationary_with};
 use gyroid::units::duration_text;
@@ -122,23 +123,26 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     let inputs = args.inputs.as_ref().map(|path| args.columns.read(std::slice::from_ref(path), &config)).transpose()?;
     inputs.iter().try_for_each(|recorded| args.power.check(&recorded.log))?;
     let effects = Library::new().with_own(&config).map_err(named)?;
-    let simulated = match (&inputs, args.course) {
-        (Some(recorded), _) if driven => Some(replay_with(&config, &recorded.log, &options, &effects).map_err(named)?),
-        (None, Some(course)) => {
-            Some(drive_with(&config, course, args.duration.unwrap_or(COURSE_S), &options, &effects).map_err(named)?)
-        }
-        _ => None,
+    let course_s = args.duration.unwrap_or(COURSE_S);
+    let drive = || match (&inputs, args.course) {
+        (Some(recorded), _) if driven => replay_with(&config, &recorded.log, &options, &effects).map(Some),
+        (None, Some(course)) => drive_with(&config, course, course_s, &options, &effects).map(Some),
+        _ => Ok(None),
     };
-    let log = match (&simulated, &inputs) {
-        (Some(Drive { log, .. }), _) => log,
-        (None, Some(recorded)) => &stationary_like(&config, &recorded.log, &options, &effects).map_err(named)?,
-        (None, None) => {
-            &stationary_with(&config, args.duration.unwrap_or(REST_S), &options, &effects).map_err(named)?
-        }
+    let rest = || match &inputs {
+        Some(recorded) => stationary_like(&config, &recorded.log, &options, &effects),
+        None => stationary_with(&config, args.duration.unwrap_or(REST_S), &options, &effects),
     };
-    out.write(log)?;
+    let counter = |what: &str| working.counter(format!("{what} row"));
+    let simulated = progress::listened(counter("simulating"), drive).map_err(named)?;
+    let log = match &simulated {
+        Some(Drive { log, .. }) => log,
+        None => &progress::listened(counter("simulating"), rest).map_err(named)?,
+    };
+    working.show("writing");
+    progress::listened(counter("writing"), || out.write(log))?;
     if let (Some(out), Some(Drive { truth, .. })) = (truth_out, &simulated) {
-        out.write(truth)?;
+        progress::listened(counter("writing the truth:"), || out.write(truth))?;
     }
     drop(working);
     output.say(format!(

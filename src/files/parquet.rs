@@ -1,6 +1,7 @@
 //! Parquet: data frames out, columns in. Bytes are mapped into memory while they are read.
 
 use super::mark;
+use crate::progress;
 use polars::prelude::{
     ArrowField, ArrowSchema, CompatLevel, DataFrame, IntoColumn, PolarsError, PolarsResult, SchemaExt, Series,
 };
@@ -125,7 +126,9 @@ pub(crate) fn write_as(
     };
     let mut metadata = vec![schema_to_metadata_key(&schema)];
     let mut writer = FileWriter::try_new(out, schema, options)?;
+    let mut written = 0;
     for group in frame.iter_chunks(CompatLevel::newest(), false).filter(|group| !group.is_empty()) {
+        progress::tell(written, frame.height());
         let columns: PolarsResult<Vec<_>> = group
             .columns()
             .par_iter()
@@ -142,6 +145,7 @@ pub(crate) fn write_as(
             )))
         });
         writer.write(group.len() as u64, DynIter::new(compressed))?;
+        written += group.len();
     }
     metadata.push(mark::parquet());
     writer.end(Some(metadata))?;

@@ -3,6 +3,7 @@
 use super::assemble::drive::{TIME, check_names};
 use crate::error::{Error, ErrorKind, Result};
 use crate::files::{OutputFile, memory, parquet};
+use crate::progress;
 use crate::signal::Log;
 use flate2::{Compression, write::GzEncoder};
 use polars::prelude::{
@@ -89,6 +90,7 @@ fn csv<W: Write>(log: &Log, mut out: W) -> io::Result<W> {
     header.write_record(std::iter::once(TIME).chain(log.channels.iter().map(|c| c.name.as_str())))?;
     out.write_all(&header.into_inner().map_err(|e| io::Error::other(e.to_string()))?)?;
     for i in 0..log.len() {
+        progress::tell(i, log.len());
         write!(out, "{}", log.time.at(i))?;
         for channel in &log.channels {
             let value = channel.values[i];

@@ -19,6 +19,7 @@ use super::temperature;
 use super::{ErrorModel, Settings, WheelModel};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
+use crate::progress;
 use crate::signal::{Log, increasing_times, names as channels, since_power_on};
 use crate::vehicle::Rolling;
 
@@ -145,6 +146,7 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
     }
     let mut table = Table::new(log.len(), slip_modelled);
     for k in 0..times.len() {
+        progress::tell(k, times.len());
         if let Some(variance) = gyro.variances.get(k) {
             filter.set_noise_variance(Sensor::Gyro, *variance);
         }

@@ -9,6 +9,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
 use crate::model::drive::{Instrument, Reading};
 use crate::model::{EffectSource, Scene};
+use crate::progress;
 use crate::signal::{Log, TimeAxis, increasing_times, names, since_power_on};
 use crate::vehicle::{Forcing, Motion, Odometry, Rolling, advance};
 
@@ -90,6 +91,7 @@ fn driven(
 
     let mut reference = Motion::default();
     for k in 0..len {
+        progress::tell(k, len);
         let t = time.at(k);
         let wheels_rad_s = recorder.record(t, start_s + t, &mut plant);
         let [speed, yaw_rate] = profile.at(t + step_s);
@@ -144,6 +146,7 @@ fn replayed(config: &Config, inputs: &Log, options: &Options, source: Option<&dy
     if let Some([left, right]) = &torques {
         let mut noise = TorqueNoise::new(config, options)?;
         for (k, (&t, &since)) in times.iter().zip(&since_power_on).enumerate() {
+            progress::tell(k, times.len());
             recorder.record(t, since, &mut plant);
             if let Some(next) = times.get(k + 1) {
                 plant.drive(noise.on([left[k], right[k]], next - t), next - t);
@@ -163,6 +166,7 @@ fn replayed(config: &Config, inputs: &Log, options: &Options, source: Option<&dy
         let [speed_m_s, yaw_rate_rad_s] = velocity(&plant, 0);
         plant.put(Motion { speed_m_s, yaw_rate_rad_s, ..Motion::default() });
         for (k, (&t, &since)) in times.iter().zip(&since_power_on).enumerate() {
+            progress::tell(k, times.len());
             recorder.record(t, since, &mut plant);
             if let Some(next) = times.get(k + 1) {
                 let motion = *plant.motion();

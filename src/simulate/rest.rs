@@ -5,6 +5,7 @@ use super::{Options, SOURCE, effects, rows, sample_time, start};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::model::{EffectSource, Scene};
+use crate::progress;
 use crate::signal::{Log, TimeAxis, increasing_times, names, since_power_on};
 
 /// A log's step may differ from the stated sample time by this part of it: jitter, or rounding of its times.
@@ -140,7 +141,11 @@ fn rates(config: &Config, scene: &Scene, options: &Options, effects: Option<&dyn
     let made = effects::of_gyro(config, scene, options, effects)?;
     let gyro = GyroSensor::new(config.require_gyro()?, scene.step_s, options)?;
     let mut gyro = if made.is_empty() { gyro } else { gyro.changed_by(made, scene.clone()) };
-    Ok((0..scene.len()).map(|i| gyro.read(0.0, scene.time.at(i)).reading_rad_s).collect())
+    let read = |i| {
+        progress::tell(i, scene.len());
+        gyro.read(0.0, scene.time.at(i)).reading_rad_s
+    };
+    Ok((0..scene.len()).map(read).collect())
 }
 
 /// Gaps bridged linearly by row, the ends held; none if there is no value at all.

@@ -270,8 +270,8 @@ fn the_commands_say_the_same_of_a_small_log_either_way() {
 }
 
 #[test]
-fn noise_keeps_to_the_memory_with_all_that_it_works_on() {
-    // 40 000 times and rates are 0.64 MB, and seven times that with the transforms
+fn work_keeps_to_the_memory_with_all_that_is_made_of_the_log() {
+    // 40 000 times and rates are 0.64 MB, and seven times that with residuals, derivatives, transforms
     let dir = tempfile::tempdir().unwrap();
     let log = dir.path().join("log.csv");
     fs::write(&log, warm_up_csv(1, 40_000)).unwrap();
@@ -282,10 +282,12 @@ fn noise_keeps_to_the_memory_with_all_that_it_works_on() {
         assert!(!json.is_null(), "{err}");
         notes.contains("one pass")
     };
-    assert!(!once(&["fit", log, "--json", "-", "--memory", "2"]));
-    assert!(once(&["noise", log, "--json", "-", "--memory", "2"]));
-    assert!(!once(&["noise", log, "--json", "-", "--memory", "20"]));
-    assert!(!once(&["noise", log, "--json", "-", "--memory", "2", "--trim-motion"]));
+    for work in ["fit", "noise"] {
+        assert!(once(&[work, log, "--json", "-", "--memory", "2"]));
+        assert!(!once(&[work, log, "--json", "-", "--memory", "20"]));
+        assert!(!once(&[work, log, "--json", "-", "--memory", "2", "--trim-motion"]));
+    }
+    assert!(!once(&["fit", log, "--json", "-", "--memory", "2", "--loss", "huber"]));
 }
 
 #[test]

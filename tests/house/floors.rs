@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 const FLOORS: [(&str, u8); 23] = [
     ("error", 0),
     ("files", 0),
+    ("progress", 0),
     ("units", 0),
     ("math", 0),
     ("signal", 1),

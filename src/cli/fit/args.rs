@@ -41,7 +41,7 @@ pub(crate) struct FitArgs {
     pub latitude: Option<f64>,
     /// Loss function; huber is robust to outliers
     #[arg(long, value_enum, default_value_t = LossName::Squares)]
-    loss: LossName,
+    pub loss: LossName,
     /// How samples are weighed; uniform is ordinary least squares, walk finds a warm-up that a random walk of the bias hides
     #[arg(long, value_enum, default_value_t = WeightingName::Uniform)]
     weighting: WeightingName,
@@ -190,8 +190,8 @@ enum WeightingName {
     Walk,
 }
 
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum LossName {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum LossName {
     Squares,
     Huber,
 }
