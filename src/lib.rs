@@ -5,7 +5,10 @@
 //! ```text
 //! recorded log ──► ingest ──► identify ──► validate ──► gyroid.toml ──► navigate ──► pose
 //!                                                            │
-//!                                                            └──► simulate ──► what should have been recorded
+//!                                                            ├──► simulate ──► what should have been recorded
+//!                                                            │                                │
+//! recorded drive ──► ingest ──► gap ◄────────────────────────┴────────────────────────────────┘
+//!                               └──► the effects that the simulator lacks, back into gyroid.toml
 //! ```
 //!
 //! # The equation
@@ -29,6 +32,28 @@
 //! and Gauss-Markov terms together, the Allan family ([`noise`]) beside them.
 //! [`config`] is the file that everything downstream reads; [`navigate`] is an extended Kalman filter that consumes it,
 //! [`simulate`] the simulator that makes logs from it.
+//!
+//! [`gap`] compares simulator and recording, names the effects that the simulator lacks and measures how far they close the gap;
+//! the effects themselves are in [`effects`], and [`mod@bench`] proves the diagnosis on sealed cases.
+//!
+//! # A log, step by step
+//!
+//! `gyroid fit log.parquet -o gyroid.toml`, each step with its place:
+//!
+//! 1. [`cli`] claims every output before anything is read.
+//! 2. [`ingest::read_gyro_within`] tells the format by the file's content and finds the columns by their names and units.
+//! 3. It sets the clock right, takes out what is doubled or disordered, and notes all of that in an [`ingest::Audit`].
+//! 4. The result is a [`signal::Log`] in SI units on a [`signal::TimeAxis`], or, of a large log, its sums: a [`signal::Reduced`].
+//! 5. [`identify::fit`] solves C1 and C2 linearly for each T, and minimises over ln T alone.
+//! 6. It estimates the random walk of the bias beside the white noise, and widens the covariance by it.
+//! 7. It profiles the likelihood for the intervals, and compares the warm-up with a constant and a line.
+//! 8. [`identify::fit_temperature`] holds the same log against its temperature, where there is one.
+//! 9. [`validate::whiteness`] tests the residuals at every averaging time, at one joint level.
+//! 10. [`report::FitReport`] draws the verdict from steps 5 to 9, and words, picture and page from it.
+//! 11. [`export::configuration`] makes the [`config::Config`] that the filter reads, with its checksum.
+//! 12. [`files::OutputFile`] puts it in its place, whole or not at all.
+//!
+//! The steps of a diagnosis are in [`gap`].
 //!
 //! # Units
 //!

@@ -263,9 +263,11 @@ fn measure(
     holdout::measure(&kept.recorded_rad_s(), &nominal, &augmented, &claims, &far_options)
 }
 
-/// Row ranges of eight equal blocks of a recording.
+/// Equal blocks of a recording whose means give the scatter of its mean.
+const BLOCKS: usize = 8;
+
+/// Row ranges of the blocks of a recording.
 fn blocks(rows: usize) -> Vec<std::ops::Range<usize>> {
-    const BLOCKS: usize = 8;
     (0..BLOCKS).map(|b| b * rows / BLOCKS..(b + 1) * rows / BLOCKS).collect()
 }
 
@@ -327,16 +329,15 @@ fn short(v: f64) -> f64 {
 
 /// Mean deviation from the nominal warm-up, and the standard deviation of the means of eight equal blocks, both rad/s.
 fn offset(p: &Prepared) -> [f64; 2] {
-    const PARTS: usize = 8;
     let rows = p.rate_rad_s.len();
     let off = |row: usize| p.rate_rad_s[row] - p.scene.warm_up.error_rad_s(p.scene.time.at(row));
     let mean = |part: std::ops::Range<usize>| {
         let rows = part.len().max(1) as f64;
         part.map(off).sum::<f64>() / rows
     };
-    let parts: Vec<f64> = (0..PARTS).map(|k| mean(k * rows / PARTS..(k + 1) * rows / PARTS)).collect();
-    let all = parts.iter().sum::<f64>() / PARTS as f64;
-    [all, (parts.iter().map(|m| (m - all).powi(2)).sum::<f64>() / (PARTS - 1) as f64).sqrt()]
+    let parts: Vec<f64> = blocks(rows).into_iter().map(mean).collect();
+    let all = parts.iter().sum::<f64>() / BLOCKS as f64;
+    [all, (parts.iter().map(|m| (m - all).powi(2)).sum::<f64>() / (BLOCKS - 1) as f64).sqrt()]
 }
 
 /// Adds a note if noise or turn-on bias show that the hold-out recording is of another unit, or if the sample times

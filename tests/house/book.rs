@@ -1,6 +1,9 @@
-//! The pages of the book that list the effects say what the library and the benches say.
+//! The pages of the book that are made from the library and the benches say what those say.
 //!
 //! `GYROID_WRITE_BOOK=1 cargo test --test house book::` writes them anew.
+
+#[path = "constants.rs"]
+mod constants;
 
 use gyroid::effects::drive::Driving;
 use gyroid::effects::{About, Effect, Parameter, drive, registry};

@@ -53,6 +53,7 @@ fn project(values: &mut [f64], columns: &[Vec<f64>]) {
 
 impl Residuals {
     pub(super) fn new(reading_rad_s: &[f64], nominal: &StateSpaceModel) -> Self {
+        /// Share of a column outside the span of those before it, below which it depends on them.
         const DEPENDENT: f64 = 1e-9;
         let there: Vec<bool> = reading_rad_s.iter().map(|v| v.is_finite()).collect();
         let mut columns: Vec<Vec<f64>> = Vec::new();

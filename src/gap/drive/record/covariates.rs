@@ -31,6 +31,7 @@ pub(crate) struct Knots {
     pub count: usize,
 }
 
+/// Places of the heading and of the torques in `NAMES`.
 const HEADING: usize = 5;
 const TORQUES: std::ops::Range<usize> = 7..11;
 const NAMES: [(&str, &str); 12] = [

@@ -32,6 +32,7 @@ impl Estimate {
 /// The maximum of `f` near `x` by Newton's method with differences of `steps`: where it is, and the inverse of the
 /// curvature there; none where it does not curve downwards in all directions.
 pub(super) fn maximum(f: impl Fn(&[f64]) -> f64, x: &mut [f64], steps: &[f64]) -> Option<DMatrix<f64>> {
+    /// Most Newton steps, and the gain of ln p that ends them, nats.
     const ROUNDS: usize = 30;
     const FAR_ENOUGH: f64 = 1e-4;
     let d = x.len();

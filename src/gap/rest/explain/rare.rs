@@ -15,6 +15,7 @@ pub(super) const LEAST: f64 = 4.0;
 const NEXT: f64 = 1.2;
 /// Largest relative deviation of the noise's level from one.
 const LEVEL: f64 = 0.03;
+/// Most steps of expectation and maximisation, and rounds in which the level is estimated anew.
 const ROUNDS: usize = 300;
 const LEVEL_ROUNDS: usize = 4;
 /// Value of p that stands for no false samples.
@@ -45,6 +46,7 @@ struct Mixture {
 
 impl Mixture {
     fn new(w: &[f64]) -> Self {
+        /// Width of a bin, in standard deviations, and the size from which on bins are equal in ln size instead.
         const WIDTH: f64 = 0.05;
         const LINEAR: f64 = 8.0;
         let mut bins: std::collections::BTreeMap<i64, (f64, f64)> = std::collections::BTreeMap::new();

@@ -29,6 +29,7 @@ struct Histogram {
 
 impl Histogram {
     fn new(w: &[f64]) -> Self {
+        /// Width of a bin, in standard deviations.
         const WIDTH: f64 = 0.02;
         let mut bins: std::collections::BTreeMap<i64, (f64, f64)> = std::collections::BTreeMap::new();
         for v in w.iter().filter(|v| v.is_finite()) {
@@ -70,6 +71,7 @@ const LEVELS: usize = 64;
 /// limit.
 const WITHIN: f64 = 3.0;
 const VARIANCE_WITHIN: f64 = 0.973_339;
+/// Rounds in which the level is estimated anew.
 const LEVEL_ROUNDS: usize = 8;
 
 /// The series divided by its own slowly varying level, so that a changing level does not look like heavy tails.

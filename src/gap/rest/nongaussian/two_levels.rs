@@ -141,6 +141,7 @@ fn widths(samples: usize) -> [f64; 3] {
 /// noise hides the jumps its parameters are known far worse than the number of jumps alone would have it.
 #[must_use]
 pub(crate) fn evidence(x: &[f64], std: f64, start: &TwoLevels) -> (TwoLevels, f64) {
+    /// Step of the differences, in ln of a parameter.
     const STEP: f64 = 0.04;
     let n = x.len().max(1) as f64;
     let (mean, on) = (x.iter().sum::<f64>() / n, start.high.iter().sum::<f64>() / n);

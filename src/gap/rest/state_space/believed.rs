@@ -195,6 +195,7 @@ fn number(place: &str, value: f64, [low, high]: [f64; 2]) -> Result<()> {
     Ok(())
 }
 
+/// Ranges of what a caller gives.
 const POSITIVE: [f64; 2] = [f64::MIN_POSITIVE, f64::MAX];
 const NOT_NEGATIVE: [f64; 2] = [0.0, f64::MAX];
 const FINITE: [f64; 2] = [f64::MIN, f64::MAX];

@@ -165,6 +165,7 @@ impl Likelihood<'_> {
             let around = |k: usize| nodes.get(k).map(|n| n[0]);
             let low = best.checked_sub(1).and_then(around).unwrap_or(range[0][0]);
             let high = around(best + 1).unwrap_or(range[0][1]);
+            /// Intervals of the finer grid about the best node.
             const FINE: usize = 16;
             let mut fine = Vec::with_capacity(FINE + 1);
             let mid = nodes[best][0];

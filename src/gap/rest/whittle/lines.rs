@@ -14,6 +14,7 @@ pub(crate) struct Lines<'a> {
     grid_hz: f64,
 }
 
+/// Points of the grid of frequencies for each of the periodogram's.
 const PAD: usize = 4;
 
 /// A line or comb that was found.
