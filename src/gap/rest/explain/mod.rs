@@ -19,11 +19,12 @@ use super::prepare::{Prepared, prepare};
 use super::whittle::basis::{ColumnId, SpectralBasis};
 use super::whittle::evidence::{Fitted, Likelihood, nuisances};
 use super::whittle::hypothesis::{Candidate, Hypothesis, Kind};
-use super::whittle::lines::Lines;
-use super::whittle::search::{Prior, Search};
+use super::whittle::search::{POLICY, Sets};
 use crate::config::Config;
 use crate::effects::{About, Effect, Explanation, Library};
 use crate::error::{Error, ErrorKind, Result, one_of};
+use crate::gap::selection::prior::Prior;
+use crate::gap::selection::search::Search;
 use crate::gap::selection::sets::Part;
 use crate::signal::Log;
 use serde::{Deserialize, Serialize};
@@ -51,11 +52,6 @@ pub struct Explanations {
     /// Assumptions, and effects that could not be fitted, in sentences.
     pub notes: Vec<String>,
 }
-
-/// Least number of cycles of a tone in the recording.
-const CYCLES: f64 = 3.0;
-/// Rounds in which every signal is fitted anew beside all others.
-const ROUNDS: usize = 2;
 
 /// [`crate::gap::explain`] of a recording at rest.
 ///
@@ -137,7 +133,7 @@ pub(crate) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
     let tell = |l: &Likelihood, fitted: &Fitted| {
         let told =
             parts::parts(l, fitted).into_iter().filter_map(|p| Some(told(library_effect(effects, &p.id)?.about(), &p)));
-        (told.collect::<Vec<_>>(), Search::new(l, Prior::default()).whitened(&fitted.hypothesis))
+        (told.collect::<Vec<_>>(), l.whitened(&fitted.hypothesis))
     };
     // the whitened remainder, beside the two levels where they are asked for and found
     let (gaussian_parts, white) = match &found {
@@ -263,62 +259,28 @@ pub(crate) fn told(about: &About, part: &Part) -> Explained {
     }
 }
 
-/// The candidates `which` fitted together, at their mode.
+/// The candidates `which` fitted together, at their mode; without those that the recording cannot show.
 ///
 /// A random walk can take up a ramp, and the reverse: the order in which they are added may decide which maximum is
-/// reached. Both orders are tried, and the more probable result is taken.
+/// reached. Both orders are tried, and the more probable result is taken. The frequency of a line is looked for beside all
+/// else.
 fn together(l: &Likelihood, which: std::ops::Range<usize>) -> Fitted {
-    let is_signal = |c: &usize| matches!(l.candidates[*c].kind, Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn);
-    let (signals, noises): (Vec<usize>, Vec<usize>) = which.partition(is_signal);
-    let climb = |order: &[usize]| {
-        let mut h = Hypothesis::default();
-        for c in order {
-            h = with(l, &h, *c);
-        }
-        let mut fitted = l.fit(&h);
-        if order.len() == 1 && noises.len() == 1 {
-            return fitted;
-        }
-        for _ in 0..ROUNDS {
-            let mut h = fitted.hypothesis.clone();
-            for c in &signals {
-                h = with(l, &h.without(*c), *c);
-            }
-            let again = l.fit(&h);
-            let gained = again.ln_evidence - fitted.ln_evidence;
-            if gained > 0.0 {
-                fitted = again;
-            }
-            if gained < 0.05 {
-                break;
-            }
-        }
-        fitted
+    let (lines, others): (Vec<usize>, Vec<usize>) =
+        which.partition(|c| matches!(l.candidates[*c].kind, Kind::Line(..)));
+    let is_signal = |c: &usize| matches!(l.candidates[*c].kind, Kind::Signal(_) | Kind::TurnOn);
+    let (signals, noises): (Vec<usize>, Vec<usize>) = others.into_iter().partition(is_signal);
+    let sets = Sets { asked_for: true, ..Sets::new(l, Prior::default()) };
+    let climb = |order: [&[usize]; 3]| {
+        let mut search = Search::new(&sets, POLICY);
+        let nothing = search.meet(&Hypothesis::default());
+        order.concat().into_iter().fold(nothing, |met, c| search.with(&met, c).unwrap_or(met)).fitted
     };
-    let first = climb(&[&noises[..], &signals[..]].concat());
+    let first = climb([&noises, &signals, &lines]);
     if noises.is_empty() || signals.is_empty() {
         return first;
     }
-    let second = climb(&[&signals[..], &noises[..]].concat());
+    let second = climb([&signals, &noises, &lines]);
     if second.ln_evidence > first.ln_evidence { second } else { first }
-}
-
-/// `h` with `candidate` added at its best start; unchanged where the recording cannot show it.
-fn with(l: &Likelihood, h: &Hypothesis, candidate: usize) -> Hypothesis {
-    let added = match &l.candidates[candidate].kind {
-        Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(|a| a.0),
-        Kind::Noise(_) | Kind::Filter(_) | Kind::Level(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(|a| a.0),
-        Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(|a| a.0),
-        Kind::TurnOn => Some(l.add_turn_on(h, candidate).0),
-        Kind::Line(s, _) => {
-            let w = Search::new(l, Prior::default()).whitened(h);
-            let lines = Lines::new(&w, l.frame.scene.step_s);
-            lines
-                .tone(CYCLES)
-                .map(|line| l.add_line(h, candidate, s.as_ref(), &[line.frequency_hz], lines.ln_shape(&line, CYCLES)))
-        }
-    };
-    added.unwrap_or_else(|| h.clone())
 }
 
 /// Telegraph noise beside `gaussian`, and its gain in ln evidence, nats; the candidate `noise` holds its place at the
