@@ -149,7 +149,7 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
         let ln_shots = ln_weight - found.ln_chain - prior.ln_named + shots.ln_evidence + prior.ln_free;
         // events are looked for in the remainder beside the path, if the path is probable enough
         let in_reach = ln_weight.max(ln_shots) > best.ln_weight - DEPTH;
-        let seen = Seen::new(if in_reach { &likelihood } else { &likelihood }, h);
+        let seen = Seen::new(if in_reach { &likelihood } else { weighed.likelihood }, h);
         let mut others = parts(&likelihood, &found.fitted);
         for (part, c) in others.iter_mut().zip(h.candidates()) {
             part.missed_nats = Some(found.fitted.ln_evidence - likelihood.fit_with_shapes(&h.without(c)).ln_evidence);
@@ -287,7 +287,8 @@ fn popcorn(
 ) -> Option<(TelegraphFit, f64)> {
     let Looks { prior, coarse, .. } = *looks;
     let Likelihood { frame, data, candidates, .. } = *likelihood;
-    let ln_prior = |h: &Hypothesis| prior.ln_named + Sets::new(likelihood, prior).ln_prior(h);
+    let ln_weight =
+        |ln_evidence: f64, h: &Hypothesis| ln_evidence + prior.ln_named + Sets::new(likelihood, prior).ln_prior(h);
     let sets = search.posterior();
     let top = sets.first()?.ln_weight;
     let mut best: Option<(TelegraphFit, f64)> = None;
@@ -321,7 +322,7 @@ fn popcorn(
             let start = Start { spacing_rad_s, mean_dwell_s, coarse };
             let found = beside(frame, data, candidates, nuisance, &base, &whole, start);
             let Some(found) = found.filter(|found| found.chain.jumps >= LEAST_JUMPS) else { continue };
-            let weight = found.ln_evidence + ln_prior(&base);
+            let weight = ln_weight(found.ln_evidence, &base);
             if best.as_ref().is_none_or(|b| weight > b.1) {
                 best = Some((found, weight));
             }
@@ -340,10 +341,10 @@ fn popcorn(
     // evidence of the settled set with the same path
     found.ln_evidence += settled.fitted.ln_evidence - found.fitted.ln_evidence;
     found.fitted = settled.fitted.clone();
-    let weight = found.ln_evidence + ln_prior(h);
+    let weight = ln_weight(found.ln_evidence, h);
     let mean_dwell_s = 0.5 * (found.chain.dwell_low + found.chain.dwell_high) * frame.scene.step_s;
     let start = Start { spacing_rad_s: found.chain.spacing, mean_dwell_s, coarse };
     let again = beside(frame, data, candidates, nuisance, h, h, start);
-    let weighed = again.map(|again| (again.ln_evidence + ln_prior(h), again));
+    let weighed = again.map(|again| (ln_weight(again.ln_evidence, h), again));
     Some(weighed.filter(|(w, _)| *w > weight).map_or((found, weight), |(w, again)| (again, w)))
 }
