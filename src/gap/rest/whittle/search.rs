@@ -113,6 +113,10 @@ impl SetLikelihood for Sets<'_> {
         Weighed { ln_weight: fitted.ln_evidence + self.ln_prior(start), fitted }
     }
 
+    fn fit_all(&self, starts: &[&Hypothesis]) -> Vec<Weighed<Fitted>> {
+        starts.par_iter().map(|start| self.fit(start)).collect()
+    }
+
     fn extensions(&self, base: &Fitted, candidates: &[usize]) -> Vec<Extension<Hypothesis>> {
         let whitened = OnceLock::new();
         let one = |c: &usize| {
