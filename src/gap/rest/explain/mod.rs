@@ -19,16 +19,16 @@ use super::prepare::{Prepared, prepare};
 use super::whittle::basis::{ColumnId, SpectralBasis};
 use super::whittle::evidence::{Fitted, Likelihood, nuisances};
 use super::whittle::hypothesis::{Candidate, Hypothesis, Kind};
-use super::whittle::search::{POLICY, Sets};
+use super::whittle::search::Sets;
 use crate::config::Config;
 use crate::effects::{About, Effect, Explanation, Library};
 use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::gap::selection::prior::Prior;
-use crate::gap::selection::search::Search;
 use crate::gap::selection::sets::Part;
 use crate::signal::Log;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 /// One effect, fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -270,11 +270,8 @@ fn together(l: &Likelihood, which: std::ops::Range<usize>) -> Fitted {
     let is_signal = |c: &usize| matches!(l.candidates[*c].kind, Kind::Signal(_) | Kind::TurnOn);
     let (signals, noises): (Vec<usize>, Vec<usize>) = others.into_iter().partition(is_signal);
     let sets = Sets { asked_for: true, ..Sets::new(l, Prior::default()) };
-    let climb = |order: [&[usize]; 3]| {
-        let mut search = Search::new(&sets, POLICY);
-        let nothing = search.meet(&Hypothesis::default());
-        order.concat().into_iter().fold(nothing, |met, c| search.with(&met, c).unwrap_or(met)).fitted
-    };
+    let with = |h: Hypothesis, c: usize| sets.extended((&h, 0.0), c, &OnceLock::new()).map_or(h, |e| e.0);
+    let climb = |order: [&[usize]; 3]| l.fit_with_shapes(&order.concat().into_iter().fold(Hypothesis::default(), with));
     let first = climb([&noises, &signals, &lines]);
     if noises.is_empty() || signals.is_empty() {
         return first;

@@ -57,12 +57,16 @@ impl<'a> Sets<'a> {
         h.key().into_iter().map(|c| self.prior.of(self.is_named(c))).sum()
     }
 
-    /// `base` with `candidate` at a good start, and its gain in ln p there. `whitened`: the recording whitened under `base`,
-    /// once a candidate asks for it.
-    fn extended(&self, base: &Fitted, candidate: usize, whitened: &OnceLock<Vec<f64>>) -> Extension<Hypothesis> {
+    /// `h` with `candidate` at a good start, and its gain in ln p over `ln_mode`, that of `h`. `whitened`: the recording
+    /// whitened under `h`, once a candidate asks for it.
+    pub(crate) fn extended(
+        &self,
+        (h, ln_mode): (&Hypothesis, f64),
+        candidate: usize,
+        whitened: &OnceLock<Vec<f64>>,
+    ) -> Extension<Hypothesis> {
         let l = self.likelihood;
-        let h = &base.hypothesis;
-        let gain = |(h, value): (Hypothesis, f64)| (h, value - base.ln_mode);
+        let gain = |(h, value): (Hypothesis, f64)| (h, value - ln_mode);
         match &l.candidates[candidate].kind {
             Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(|(grown, _)| gain(l.with_white(grown))),
             Kind::Noise(_) | Kind::Filter(_) | Kind::Level(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(gain),
@@ -120,7 +124,7 @@ impl SetLikelihood for Sets<'_> {
     fn extensions(&self, base: &Fitted, candidates: &[usize]) -> Vec<Extension<Hypothesis>> {
         let whitened = OnceLock::new();
         let one = |c: &usize| {
-            let (h, gain) = self.extended(base, *c, &whitened)?;
+            let (h, gain) = self.extended((&base.hypothesis, base.ln_mode), *c, &whitened)?;
             Some((h, gain + self.prior.of(self.is_named(*c))))
         };
         candidates.par_iter().map(one).collect()
