@@ -19,16 +19,14 @@ use super::prepare::{Prepared, prepare};
 use super::whittle::basis::{ColumnId, SpectralBasis};
 use super::whittle::evidence::{Fitted, Likelihood, nuisances};
 use super::whittle::hypothesis::{Candidate, Hypothesis, Kind};
-use super::whittle::search::Sets;
+use super::whittle::lines::Lines;
 use crate::config::Config;
 use crate::effects::{About, Effect, Explanation, Library};
 use crate::error::{Error, ErrorKind, Result, one_of};
-use crate::gap::selection::prior::Prior;
 use crate::gap::selection::sets::Part;
 use crate::signal::Log;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
 
 /// One effect, fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -52,6 +50,11 @@ pub struct Explanations {
     /// Assumptions, and effects that could not be fitted, in sentences.
     pub notes: Vec<String>,
 }
+
+/// Least number of cycles of a tone in the recording.
+const CYCLES: f64 = 3.0;
+/// Rounds in which every signal is fitted anew beside all others.
+const ROUNDS: usize = 2;
 
 /// [`crate::gap::explain`] of a recording at rest.
 ///
@@ -259,25 +262,62 @@ pub(crate) fn told(about: &About, part: &Part) -> Explained {
     }
 }
 
-/// The candidates `which` fitted together, at their mode; without those that the recording cannot show.
+/// The candidates `which` fitted together, at their mode.
 ///
 /// A random walk can take up a ramp, and the reverse: the order in which they are added may decide which maximum is
-/// reached. Both orders are tried, and the more probable result is taken. The frequency of a line is looked for beside all
-/// else.
+/// reached. Both orders are tried, and the more probable result is taken.
 fn together(l: &Likelihood, which: std::ops::Range<usize>) -> Fitted {
-    let (lines, others): (Vec<usize>, Vec<usize>) =
-        which.partition(|c| matches!(l.candidates[*c].kind, Kind::Line(..)));
-    let is_signal = |c: &usize| matches!(l.candidates[*c].kind, Kind::Signal(_) | Kind::TurnOn);
-    let (signals, noises): (Vec<usize>, Vec<usize>) = others.into_iter().partition(is_signal);
-    let sets = Sets { asked_for: true, ..Sets::new(l, Prior::default()) };
-    let with = |h: Hypothesis, c: usize| sets.extended((&h, 0.0), c, &OnceLock::new()).map_or(h, |e| e.0);
-    let climb = |order: [&[usize]; 3]| l.fit_with_shapes(&order.concat().into_iter().fold(Hypothesis::default(), with));
-    let first = climb([&noises, &signals, &lines]);
+    let is_signal = |c: &usize| matches!(l.candidates[*c].kind, Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn);
+    let (signals, noises): (Vec<usize>, Vec<usize>) = which.partition(is_signal);
+    let climb = |order: &[usize]| {
+        let mut h = Hypothesis::default();
+        for c in order {
+            h = with(l, &h, *c);
+        }
+        let mut fitted = l.fit(&h);
+        if order.len() == 1 && noises.len() == 1 {
+            return fitted;
+        }
+        for _ in 0..ROUNDS {
+            let mut h = fitted.hypothesis.clone();
+            for c in &signals {
+                h = with(l, &h.without(*c), *c);
+            }
+            let again = l.fit(&h);
+            let gained = again.ln_evidence - fitted.ln_evidence;
+            if gained > 0.0 {
+                fitted = again;
+            }
+            if gained < 0.05 {
+                break;
+            }
+        }
+        fitted
+    };
+    let first = climb(&[&noises[..], &signals[..]].concat());
     if noises.is_empty() || signals.is_empty() {
         return first;
     }
-    let second = climb([&signals, &noises, &lines]);
+    let second = climb(&[&signals[..], &noises[..]].concat());
     if second.ln_evidence > first.ln_evidence { second } else { first }
+}
+
+/// `h` with `candidate` added at its best start; unchanged where the recording cannot show it.
+fn with(l: &Likelihood, h: &Hypothesis, candidate: usize) -> Hypothesis {
+    let added = match &l.candidates[candidate].kind {
+        Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(|a| a.0),
+        Kind::Noise(_) | Kind::Filter(_) | Kind::Level(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(|a| a.0),
+        Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(|a| a.0),
+        Kind::TurnOn => Some(l.add_turn_on(h, candidate).0),
+        Kind::Line(s, _) => {
+            let w = l.whitened(h);
+            let lines = Lines::new(&w, l.frame.scene.step_s);
+            lines
+                .tone(CYCLES)
+                .map(|line| l.add_line(h, candidate, s.as_ref(), &[line.frequency_hz], lines.ln_shape(&line, CYCLES)))
+        }
+    };
+    added.unwrap_or_else(|| h.clone())
 }
 
 /// Telegraph noise beside `gaussian`, and its gain in ln evidence, nats; the candidate `noise` holds its place at the

@@ -12,9 +12,9 @@ use std::sync::OnceLock;
 pub(crate) const LEAST_SCREENED: f64 = -4.0;
 /// Least number of cycles in the recording of anything periodic.
 const CYCLES: f64 = 3.0;
-/// The same of a tone that is not asked for: what swings fewer times in a recording is a slow change, not a vibration.
+/// The same of a tone: what swings fewer times in a recording is a slow change, not a vibration.
 const TONE_CYCLES: f64 = 10.0;
-/// Gain of a periodic signal below which it is not added unless it is asked for, nats.
+/// Gain of a periodic signal below which it is not added, nats.
 const LEAST_LINE: f64 = -2.0;
 
 /// Each set costs a fit of some tenths of a second, and an extension gains where it starts: a few are fitted. What two free
@@ -42,14 +42,12 @@ pub(crate) struct Sets<'a> {
     pub likelihood: &'a Likelihood<'a>,
     /// The prior odds.
     pub prior: Prior,
-    /// Whether the candidates are asked for: each is added however little it gains.
-    pub asked_for: bool,
 }
 
 impl<'a> Sets<'a> {
     /// Sets of candidates that may be at work.
     pub(crate) fn new(likelihood: &'a Likelihood<'a>, prior: Prior) -> Self {
-        Self { likelihood, prior, asked_for: false }
+        Self { likelihood, prior }
     }
 
     /// ln of the prior odds of a set.
@@ -57,16 +55,12 @@ impl<'a> Sets<'a> {
         h.key().into_iter().map(|c| self.prior.of(self.is_named(c))).sum()
     }
 
-    /// `h` with `candidate` at a good start, and its gain in ln p over `ln_mode`, that of `h`. `whitened`: the recording
-    /// whitened under `h`, once a candidate asks for it.
-    pub(crate) fn extended(
-        &self,
-        (h, ln_mode): (&Hypothesis, f64),
-        candidate: usize,
-        whitened: &OnceLock<Vec<f64>>,
-    ) -> Extension<Hypothesis> {
+    /// `base` with `candidate` at a good start, and its gain in ln p there. `whitened`: the recording whitened under `base`,
+    /// once a candidate asks for it.
+    fn extended(&self, base: &Fitted, candidate: usize, whitened: &OnceLock<Vec<f64>>) -> Extension<Hypothesis> {
         let l = self.likelihood;
-        let gain = |(h, value): (Hypothesis, f64)| (h, value - ln_mode);
+        let h = &base.hypothesis;
+        let gain = |(h, value): (Hypothesis, f64)| (h, value - base.ln_mode);
         match &l.candidates[candidate].kind {
             Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(|(grown, _)| gain(l.with_white(grown))),
             Kind::Noise(_) | Kind::Filter(_) | Kind::Level(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(gain),
@@ -75,10 +69,10 @@ impl<'a> Sets<'a> {
             Kind::Line(s, harmonics) => {
                 let lines = Lines::new(whitened.get_or_init(|| l.whitened(h)), l.frame.scene.step_s);
                 let tone = *harmonics == 1;
-                let cycles = if tone && !self.asked_for { TONE_CYCLES } else { CYCLES };
+                let cycles = if tone { TONE_CYCLES } else { CYCLES };
                 let line = if tone { lines.tone(cycles) } else { lines.comb(cycles, *harmonics) }?;
                 let ln_shapes = lines.ln_shape(&line, cycles);
-                if line.gain + ln_shapes < LEAST_LINE && !self.asked_for {
+                if line.gain + ln_shapes < LEAST_LINE {
                     return None;
                 }
                 let added = l.add_line(h, candidate, s.as_ref(), &[line.frequency_hz], ln_shapes);
@@ -124,7 +118,7 @@ impl SetLikelihood for Sets<'_> {
     fn extensions(&self, base: &Fitted, candidates: &[usize]) -> Vec<Extension<Hypothesis>> {
         let whitened = OnceLock::new();
         let one = |c: &usize| {
-            let (h, gain) = self.extended((&base.hypothesis, base.ln_mode), *c, &whitened)?;
+            let (h, gain) = self.extended(base, *c, &whitened)?;
             Some((h, gain + self.prior.of(self.is_named(*c))))
         };
         candidates.par_iter().map(one).collect()
