@@ -243,7 +243,7 @@ pub fn calibrate(examples: &[Example], prior: &Prior) -> Result<Calibrated> {
 pub fn prior_of(kind: Kind) -> Prior {
     match kind {
         Kind::Stationary => Prior::default(),
-        Kind::Driving => drive::regressors::prior::Prior::default().of_search(),
+        Kind::Driving => Prior::of_drives(),
     }
 }
 
@@ -264,15 +264,15 @@ pub fn examples(
     let options =
         Options { judge: JudgeOptions { prior, calibration: Calibration::none(&prior) }, ..Options::default() };
     let library = Library::new();
-    let of_drives = drive::regressors::prior::Prior::default();
-    let driving = drive::options::Options { prior: of_drives, calibration: Calibration::none(&of_drives.of_search()) };
+    let of_drives = Prior::of_drives();
+    let driving = drive::options::Options { prior: of_drives, calibration: Calibration::none(&of_drives) };
     let one = |name: &String| -> Result<Option<Example>> {
         let Some(label) = labels.get(name) else { return Ok(None) };
         let (config, log, _) = case_logs(&folder.join(name))?;
         if config.kind == Kind::Driving {
             let fit = Drive { log: &log, since_power_on_s: options.since_power_on_s };
             let findings = drive::record::ready::compare(&config, &fit, &library, &driving)?;
-            return Ok(Some(Example::new(&findings, label, &of_drives.of_search())));
+            return Ok(Some(Example::new(&findings, label, &of_drives)));
         }
         let (findings, _) = compare(&config, &log, &library, &options)?;
         Ok(Some(Example::new(&findings, label, &prior)))

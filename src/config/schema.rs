@@ -335,6 +335,22 @@ pub struct Pose {
     pub correlation_time_s: Option<f64>,
 }
 
+impl Pose {
+    /// The assumed reference where a configuration does not describe it: noise of 0.02 m and 0.02 rad, neither offset nor
+    /// delay.
+    pub(crate) fn assumed(rate_hz: f64) -> Self {
+        Self {
+            rate_hz,
+            position_std_m: 0.02,
+            heading_std_rad: 0.02,
+            lever_arm_std_m: None,
+            heading_offset_std_rad: None,
+            delay_std_s: None,
+            correlation_time_s: None,
+        }
+    }
+}
+
 /// `[[effect]]`: an effect of reality by id, with its parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EffectTable {

@@ -91,7 +91,7 @@ pub use crate::gap::drive::holdout::traces::{DriveTraces, Trace, TraceCurve};
 pub use crate::gap::holdout::oracle::known_gain;
 pub use crate::gap::rest::explain::Explanations;
 pub use crate::gap::rest::model_selection::Options as JudgeOptions;
-pub use crate::gap::rest::whittle::search::Prior;
+pub use crate::gap::selection::prior::Prior;
 pub use answer::Answer;
 pub(crate) use diagnose::compare;
 pub use diagnose::{diagnose, diagnose_drives, diagnose_observed};

@@ -13,7 +13,7 @@
 //! named one where another is true.
 
 use crate::error::{Error, ErrorKind, Result};
-use crate::gap::rest::whittle::search::Prior;
+use crate::gap::selection::prior::Prior;
 use crate::gap::selection::sets::WeightedSet;
 use serde::{Deserialize, Serialize};
 

@@ -23,6 +23,13 @@ pub enum Verdict {
     CannotTell,
 }
 
+impl std::fmt::Display for Verdict {
+    /// As in JSON.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.serialize(f)
+    }
+}
+
 /// Answers to: where does the gap lie, which effect causes it, how far does it shrink.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Answer {

@@ -197,7 +197,7 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
         parts.extend(branch.extra_parts.iter().filter(is_asked).cloned());
     }
     let c = &branch.compared;
-    let members = &c.sets[0].members;
+    let members = &c.sets[0].fitted;
     let coefficients = c.problem.coefficients(members);
     let mut ids_outside = Vec::new();
     for (i, &(group, _)) in members.iter().enumerate() {

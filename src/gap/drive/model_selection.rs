@@ -205,7 +205,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
         set.parts.iter_mut().for_each(|p| p.missed_nats = p.missed_nats.or(missed_by.get(&p.id).copied()));
     }
     let sets = sets.into_iter().flat_map(|set| twins.all(set, &options.prior)).collect();
-    let mut findings = Findings::new(sets, &options.prior.of_search(), &options.calibration, record.notes.clone());
+    let mut findings = Findings::new(sets, &options.prior, &options.calibration, record.notes.clone());
     trace.extend(screened);
     trace.extend(best.trace.iter().cloned().chain(readings));
     trace.extend(trail::torque_bandwidth(best).chain(trail::promising(best)));
@@ -216,7 +216,7 @@ pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Option
     let nearest = if unknown || !as_stated { closest(&best.record, &best.noise, effects, options) } else { None };
     let closest = nearest.map(|(one, nothing)| {
         let c = &best.compared;
-        let explained = c.problem.ln_evidence(&c.sets[0].members) - nothing;
+        let explained = c.problem.ln_evidence(&c.sets[0].fitted) - nothing;
         let share = if explained > 0.0 { (one.gain / explained).clamp(0.0, 1.0) } else { 0.0 };
         (BestSingleEffect { part: twins.plausible(one.part), ..one }, share)
     });

@@ -1,7 +1,7 @@
 //! Settings of the diagnosis of drives, and the constants by which it decides how far to look.
 
-use super::regressors::prior::Prior;
 use crate::gap::answer::calibration::Calibration;
+use crate::gap::selection::prior::Prior;
 
 /// Settings of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,8 +14,8 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        let prior = Prior::default();
-        Self { prior, calibration: Calibration::of_drives(&prior.of_search()) }
+        let prior = Prior::of_drives();
+        Self { prior, calibration: Calibration::of_drives(&prior) }
     }
 }
 

@@ -1,11 +1,11 @@
 //! Steps of a drive's trail: what was screened, how the recording was read, what stands for what.
 
 use super::fit::Compared;
-use super::fit::evidence::Member;
 use super::preprocess::hypothesis::PreprocessingHypothesis;
 use super::preprocess::reference_extrinsics::Mounting;
 use super::preprocess::torque_bandwidth::BETTER;
 use crate::gap::drive::options::LARGE;
+use crate::gap::selection::search::Member;
 use crate::gap::trace::{Decision, Step, TraceStage, largest, of_additions};
 
 /// Ids of what `problem` may add to a set, each with its gain in ln weight, nats.
@@ -26,7 +26,7 @@ pub(super) fn screened(compared: &Compared) -> Vec<Step> {
 
 /// Each effect and free form that is still considered and not in the best set of `compared`, beside it.
 pub(super) fn added(compared: &Compared) -> Vec<Step> {
-    let members = &compared.sets[0].members;
+    let members = &compared.sets[0].fitted;
     let there = |id: &str| members.iter().any(|m| compared.candidates.groups[m.0].id == id);
     of_additions(gains(compared, members).filter(|(id, _)| !there(id)))
 }

@@ -293,7 +293,7 @@ impl Task<'_> {
     }
 
     fn measure(&self, direction: &Direction) -> Result<EffectPower> {
-        let (cases, most, none) = (self.options.cases, direction.most(), said_of(Verdict::None));
+        let (cases, most, none) = (self.options.cases, direction.most(), Verdict::None.to_string());
         let mut from = self.simulator.start(direction, self.seeds(0))?;
         let mut found: Vec<Threshold> = Vec::with_capacity(cases);
         let mut at: Vec<f64> = Vec::with_capacity(cases);
@@ -302,7 +302,7 @@ impl Task<'_> {
                 break;
             }
             let step = if at.is_empty() { FIRST_STEP } else { STEP };
-            let one = threshold(from, step, most, none, |u| self.say(direction, u, case as u64));
+            let one = threshold(from, step, most, &none, |u| self.say(direction, u, case as u64));
             if let Threshold::At(u, _) = one {
                 at.push(u);
                 from = at.iter().sum::<f64>() / at.len() as f64;
@@ -371,16 +371,7 @@ fn may_miss(probability: f64, missed: usize, logs: usize) -> bool {
 fn said(answer: &Answer) -> String {
     match (&answer.main, answer.verdict) {
         (Some(main), Verdict::Identified) => main.clone(),
-        (_, verdict) => said_of(verdict).into(),
-    }
-}
-
-fn said_of(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::None => "none",
-        Verdict::Identified => "identified",
-        Verdict::Unknown => "unknown",
-        Verdict::CannotTell => "cannot_tell",
+        (_, verdict) => verdict.to_string(),
     }
 }
 

@@ -20,8 +20,6 @@ const STEPS: usize = 40;
 const FURTHEST: f64 = 100.0;
 /// Rates of a pose that is read in every row, Hz.
 const EVERY_ROW_HZ: f64 = 1e9;
-/// The pose's noise where the configuration does not tell it: m and rad.
-const POSE_STD: [f64; 2] = [0.005, 0.005];
 /// A step of the log may differ from the stated sample time by this part of it.
 const STEP_TOLERANCE: f64 = 0.01;
 
@@ -52,19 +50,9 @@ impl<'a> Simulator<'a> {
             let step_s = inputs.time.median_step_s();
             let near = |s: &f64| (s / step_s - 1.0).abs() <= STEP_TOLERANCE;
             config.sample_time_s = config.sample_time_s.filter(near).or(Some(step_s));
-            let [position_std_m, heading_std_rad] = POSE_STD;
-            let unsaid = Pose {
-                rate_hz: EVERY_ROW_HZ,
-                position_std_m,
-                heading_std_rad,
-                lever_arm_std_m: None,
-                heading_offset_std_rad: None,
-                delay_std_s: None,
-                correlation_time_s: None,
-            };
             // readings are taken where the log has some
-            let all = config.pose.map_or(unsaid, |pose| Pose { rate_hz: EVERY_ROW_HZ, ..pose });
-            config.pose = inputs.get(names::X).map(|_| all);
+            let pose = config.pose.unwrap_or(Pose::assumed(EVERY_ROW_HZ));
+            config.pose = inputs.get(names::X).map(|_| Pose { rate_hz: EVERY_ROW_HZ, ..pose });
         }
         Self { config, inputs, library, since_power_on_s }
     }

@@ -9,10 +9,12 @@ use super::whittle::basis::{Data, SpectralBasis};
 use super::whittle::evidence::{Likelihood, nuisances};
 use super::whittle::hypothesis::{Candidate, Hypothesis, Kind};
 use super::whittle::nonparametric::{Comb, CovariateForm, Follows, FreeSpectrum, RateForm, SmoothTime};
-use super::whittle::search::{LEAST_SCREENED, Prior, SCREENED, Search};
+use super::whittle::search::{LEAST_SCREENED, POLICY, Sets};
 use crate::effects::{Effect, Explanation, NoiseState};
 use crate::gap::answer::calibration::Calibration;
 use crate::gap::selection::findings::Findings;
+use crate::gap::selection::prior::Prior;
+use crate::gap::selection::search::{Addition, SCREENED, Search};
 use crate::gap::selection::sets::{Part, WeightedSet};
 use crate::gap::trace::{Decision, Step, TraceStage, of_additions};
 use crate::model::Scene;
@@ -99,20 +101,19 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
     let candidates = candidates(effects, &frame.scene);
     let nuisance = nuisances(&frame);
     let likelihood = Likelihood::new(&frame, &data, &candidates, &nuisance);
-    let mut search = Search::new(&likelihood, prior);
+    let weighed = Sets::new(&likelihood, prior);
+    let mut search = Search::new(&weighed, POLICY);
     let best = search.run();
     let levels: Vec<usize> = best.fitted.hypothesis.candidates().filter(|c| candidates[*c].kind.is_level()).collect();
     // a fitted noise level hides its cause: bursts are judged beside the nominal level too
     let unlevelled = search.meet_without(&best, &levels);
     if let Some(noise) = candidates.iter().position(|c| c.kind.is_exponential()) {
         // telegraph noise is looked for where correlated noise may be
-        search.meet_with(&best, noise);
+        search.with(&best, noise);
     }
     // sets without one part, for the evidence that each part is missed by
     for met in search.posterior().iter().filter(|m| m.ln_weight > best.ln_weight - DEPTH).take(SETS) {
-        for c in met.fitted.hypothesis.candidates() {
-            search.meet_without(met, &[c]);
-        }
+        met.fitted.hypothesis.candidates().for_each(|c| drop(search.meet_without(met, &[c])));
     }
 
     let looks = Looks {
@@ -140,7 +141,7 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
     let mut by_levels: Option<Vec<(&str, f64)>> = None;
     if let Some((found, ln_weight)) = popcorn(&likelihood, &nuisance, &search, &looks) {
         let h = &found.fitted.hypothesis;
-        let without = search.weight_of(h);
+        let without = search.meet(h).ln_weight;
         let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
         let rest = frame.data_undithered(left);
         let likelihood = Likelihood::new(&frame, &rest, &candidates, &nuisance);
@@ -148,7 +149,7 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
         let ln_shots = ln_weight - found.ln_chain - prior.ln_named + shots.ln_evidence + prior.ln_free;
         // events are looked for in the remainder beside the path, if the path is probable enough
         let in_reach = ln_weight.max(ln_shots) > best.ln_weight - DEPTH;
-        let seen = Seen::new(if in_reach { &likelihood } else { search.likelihood() }, h);
+        let seen = Seen::new(if in_reach { &likelihood } else { weighed.likelihood }, h);
         let mut others = parts(&likelihood, &found.fitted);
         for (part, c) in others.iter_mut().zip(h.candidates()) {
             part.missed_nats = Some(found.fitted.ln_evidence - likelihood.fit_with_shapes(&h.without(c)).ln_evidence);
@@ -248,10 +249,11 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
 }
 
 /// Each candidate alone, and beside the best set, as steps of the trail.
-fn tried(search: &Search, candidates: &[Candidate], best: &Hypothesis) -> Vec<Step> {
-    let alone = |(c, start, fitted): (usize, Option<f64>, Option<f64>)| {
-        let step = |reason: &str| Step::new(TraceStage::Screening, &candidates[c].id, Decision::Estimated, reason);
-        match (start, fitted) {
+fn tried(search: &Search<Sets>, candidates: &[Candidate], best: &Hypothesis) -> Vec<Step> {
+    let alone = |tried: Addition| {
+        let id = &candidates[tried.candidate].id;
+        let step = |reason: &str| Step::new(TraceStage::Screening, id, Decision::Estimated, reason);
+        match (tried.start, tried.fitted) {
             (_, Some(gain)) => step("gain, fitted").nats(gain),
             (None, None) => step("cannot be added alone: there is no start"),
             (Some(gain), None) if gain <= LEAST_SCREENED => {
@@ -268,8 +270,7 @@ fn tried(search: &Search, candidates: &[Candidate], best: &Hypothesis) -> Vec<St
     let gain = |step: &Step| step.nats.unwrap_or(f64::NEG_INFINITY);
     steps.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
     let beside = search.additions(best);
-    let gain =
-        |(c, start, fitted): &(usize, Option<f64>, Option<f64>)| Some((candidates[*c].id.as_str(), fitted.or(*start)?));
+    let gain = |tried: &Addition| Some((candidates[tried.candidate].id.as_str(), tried.fitted.or(tried.start)?));
     steps.extend(of_additions(beside.iter().filter_map(gain)));
     steps
 }
@@ -281,11 +282,13 @@ const LEAST_JUMPS: f64 = 1.5;
 fn popcorn(
     likelihood: &Likelihood,
     nuisance: &[(crate::gap::rest::whittle::basis::ColumnId, f64)],
-    search: &Search,
+    search: &Search<Sets>,
     looks: &Looks,
 ) -> Option<(TelegraphFit, f64)> {
     let Looks { prior, coarse, .. } = *looks;
     let Likelihood { frame, data, candidates, .. } = *likelihood;
+    let ln_weight =
+        |ln_evidence: f64, h: &Hypothesis| ln_evidence + prior.ln_named + Sets::new(likelihood, prior).ln_prior(h);
     let sets = search.posterior();
     let top = sets.first()?.ln_weight;
     let mut best: Option<(TelegraphFit, f64)> = None;
@@ -319,9 +322,7 @@ fn popcorn(
             let start = Start { spacing_rad_s, mean_dwell_s, coarse };
             let found = beside(frame, data, candidates, nuisance, &base, &whole, start);
             let Some(found) = found.filter(|found| found.chain.jumps >= LEAST_JUMPS) else { continue };
-            let weight = found.ln_evidence
-                + prior.ln_named
-                + base.candidates().map(|c| prior.of(candidates[c].named)).sum::<f64>();
+            let weight = ln_weight(found.ln_evidence, &base);
             if best.as_ref().is_none_or(|b| weight > b.1) {
                 best = Some((found, weight));
             }
@@ -332,19 +333,18 @@ fn popcorn(
     let left: Vec<f64> = data.values_rad_s.iter().zip(&found.path).map(|(y, p)| y - p).collect();
     let rest = frame.data_undithered(left);
     let beside_path = Likelihood::new(frame, &rest, candidates, nuisance);
-    let settled = Search::new(&beside_path, prior).settled(&found.fitted.hypothesis);
+    let settled = Search::new(&Sets::new(&beside_path, prior), POLICY).settled(&found.fitted.hypothesis);
     let h = &settled.fitted.hypothesis;
-    let ln_prior = |h: &Hypothesis| prior.ln_named + h.candidates().map(|c| prior.of(candidates[c].named)).sum::<f64>();
     if h.size() == found.fitted.hypothesis.size() {
         return Some((found, weight));
     }
     // evidence of the settled set with the same path
     found.ln_evidence += settled.fitted.ln_evidence - found.fitted.ln_evidence;
     found.fitted = settled.fitted.clone();
-    let weight = found.ln_evidence + ln_prior(h);
+    let weight = ln_weight(found.ln_evidence, h);
     let mean_dwell_s = 0.5 * (found.chain.dwell_low + found.chain.dwell_high) * frame.scene.step_s;
     let start = Start { spacing_rad_s: found.chain.spacing, mean_dwell_s, coarse };
     let again = beside(frame, data, candidates, nuisance, h, h, start);
-    let weighed = again.map(|again| (again.ln_evidence + ln_prior(h), again));
+    let weighed = again.map(|again| (ln_weight(again.ln_evidence, h), again));
     Some(weighed.filter(|(w, _)| *w > weight).map_or((found, weight), |(w, again)| (again, w)))
 }

@@ -3,7 +3,7 @@
 use super::sets::{Main, Part, WeightedSet};
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::answer::calibration::{Calibration, counts};
-use crate::gap::rest::whittle::search::Prior;
+use crate::gap::selection::prior::Prior;
 use crate::gap::trace::Step;
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -21,8 +21,8 @@ use crate::model::drive::Robot;
 const SHORTEST_S: f64 = 1.0;
 /// Diagnoses of the simulator's log, each with what the one before named.
 const ROUNDS: usize = 4;
-/// First guess of a pose's noise, m and rad.
-const POSE_STD: [f64; 2] = [0.005, 0.005];
+/// First guess of the noise of a simulator's pose, m and rad.
+const SIMULATED_POSE_STD: [f64; 2] = [0.005, 0.005];
 /// First guess of the torques' noise over one row, as a share of their root mean square.
 const TORQUE_SHARE: f64 = 0.05;
 /// Recordings simulated for the floor while effects are sought.
@@ -187,8 +187,8 @@ impl<'a> Building<'a> {
         });
         self.config.pose = record.pose.as_ref().map(|[x, ..]| Pose {
             rate_hz: x.iter().filter(|v| v.is_finite()).count() as f64 / record.span_s().max(step_s),
-            position_std_m: POSE_STD[0],
-            heading_std_rad: POSE_STD[1],
+            position_std_m: SIMULATED_POSE_STD[0],
+            heading_std_rad: SIMULATED_POSE_STD[1],
             lever_arm_std_m: self.init.and_then(|c| c.pose).and_then(|p| p.lever_arm_std_m),
             heading_offset_std_rad: self.init.and_then(|c| c.pose).and_then(|p| p.heading_offset_std_rad),
             delay_std_s: None,

@@ -109,7 +109,7 @@ fn part(id: &str, named: bool, share: f64, relative: f64) -> Part {
 }
 
 fn of(parts: Vec<Part>) -> (Answer, Findings) {
-    let prior = JudgeOptions::default().prior.of_search();
+    let prior = JudgeOptions::default().prior;
     let sets = vec![WeightedSet { parts, ln_weight: 0.0, probability: 0.0 }];
     let findings = Findings::new(sets, &prior, &Calibration::of_drives(&prior), Vec::new());
     (compose::answer(&findings, |_| None), findings)

@@ -30,7 +30,7 @@ pub(crate) fn first(record: &Record, noise: &Noise, all: Candidates, begin: &The
     let piece = record.by_drive(|_, drive| drive.window(0..rows(drive)));
     let found = thorough(&piece, noise, Compared::wide(&piece, noise, all.clone(), begin.clone()));
     // the set found in the first minutes is settled on all rows
-    let members = &found.sets[0].members;
+    let members = &found.sets[0].fitted;
     let own = all.only(|g| members.iter().any(|m| m.0 == g));
     let theta = Compared::narrow(record, noise, own, found.next().0, None).next().0;
     let there = Compared::wide(record, noise, all.clone(), theta);

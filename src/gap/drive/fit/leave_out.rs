@@ -62,7 +62,7 @@ impl PreprocessingHypothesis {
     /// Nats that the best set closes by laws that may bend, without the effect `id`.
     pub(crate) fn bent_nats_beside(&self, id: &str) -> f64 {
         let c = &self.compared;
-        let members = &c.sets[0].members;
+        let members = &c.sets[0].fitted;
         let bent = |g: usize| matches!(c.candidates.kinds[g], Kind::Change(i) if !c.candidates.changes[i].1.is_rigid());
         let beside = |g: usize| bent(g) && c.candidates.groups[g].id != id;
         let shares = c.problem.shares(members);
@@ -86,7 +86,7 @@ impl PreprocessingHypothesis {
     /// The best set without each of its effects, the others fitted anew, with possible replacements.
     fn without_each(&self) -> Vec<Without> {
         let c = &self.compared;
-        let members = &c.sets[0].members;
+        let members = &c.sets[0].fitted;
         let tested = |g: usize| matches!(c.candidates.kinds[g], Kind::Change(_) | Kind::Step(..) | Kind::Walk);
         let here = self.ln_likelihood(&self.noise);
         // the loss cannot exceed this, whatever one linearisation promises
@@ -127,13 +127,13 @@ mod tests {
     use crate::gap::drive::record::Record;
     use crate::gap::drive::regressors::candidates::Candidates;
     use crate::gap::drive::regressors::candidates::VARYING;
-    use crate::gap::drive::regressors::prior::Prior;
+    use crate::gap::selection::prior::Prior;
 
     #[test]
     fn a_form_that_holds_a_law_does_not_do_without_it() {
         let record = Record::new(&robot(), &recorded(20.0, 3, None), 0.0).unwrap();
         let noise = Noise::believed(&record, None);
-        let all = Candidates::new(&record, registry(), &Prior::default(), true, &[]);
+        let all = Candidates::new(&record, registry(), &Prior::of_drives(), true, &[]);
         let compared = Compared::wide(&record, &noise, all.clone(), all.zero());
         let branch = PreprocessingHypothesis::new(record, noise, compared, Vec::new());
         let holds = |form: &str, id: &str| {

@@ -9,8 +9,8 @@ pub mod evidence;
 pub(crate) mod form;
 pub(crate) mod leave_out;
 pub(crate) mod search;
-use self::evidence::{Coefficients, Member, Problem, Weighed};
-use self::search::{best as best_set, search};
+use self::evidence::{Coefficients, Problem};
+use self::search::{WeighedMembers, best as best_set, search};
 use super::ekf::innovations::run_scoped;
 use super::preprocess::changepoint::{Onsets, or};
 use super::record::Record;
@@ -19,6 +19,7 @@ use super::regressors::candidates::{Candidates, Kind};
 use crate::effects::drive::{Driving, ModelChange};
 use crate::gap::drive::ekf::models::{Beside, Models};
 use crate::gap::drive::ekf::noise::Noise;
+use crate::gap::selection::search::Member;
 use crate::model::drive::DriveEffect;
 use faer::Mat;
 use std::collections::{BTreeMap, BTreeSet};
@@ -59,7 +60,7 @@ pub(crate) struct Compared {
     /// Normal equations there.
     pub problem: Problem,
     /// Sets, the most probable first.
-    pub sets: Vec<Weighed>,
+    pub sets: Vec<WeighedMembers>,
 }
 
 /// The model with the changes of `candidates` at θ.
@@ -264,7 +265,7 @@ impl Compared {
         (from, mut known): (Theta, Option<Problem>),
         steps: usize,
         hopeless: Hopeless,
-        choose: impl Fn(&Problem) -> Weighed,
+        choose: impl Fn(&Problem) -> WeighedMembers,
     ) -> Self {
         let mut best: Option<Self> = None;
         let mut theta = from;
@@ -304,7 +305,7 @@ impl Compared {
     /// Gain in ln density of the best set at θ `there`, where `problem` was linearised: the actual gain of a step, not
     /// the predicted one.
     fn gained(&self, problem: &Problem, there: &Theta) -> f64 {
-        let members = &self.sets[0].members;
+        let members = &self.sets[0].fitted;
         let density = |problem: &Problem, theta| problem.ln_density(members, &self.candidates.pinned(members, theta));
         density(problem, there) - density(&self.problem, &self.theta)
     }
@@ -317,7 +318,7 @@ impl Compared {
 
     /// Whether its best set has no free form.
     pub(crate) fn is_named(&self) -> bool {
-        self.sets[0].members.iter().all(|m| self.candidates.groups[m.0].named)
+        self.sets[0].fitted.iter().all(|m| self.candidates.groups[m.0].named)
     }
 
     /// Whether the filter has diverged where this was linearised.
@@ -329,7 +330,7 @@ impl Compared {
     /// θ of the best set, and whether it is close to where this was linearised.
     #[must_use]
     pub(crate) fn next(&self) -> (Theta, bool) {
-        let members = &self.sets[0].members;
+        let members = &self.sets[0].fitted;
         self.candidates.theta_of(members, &self.problem.coefficients(members), &self.theta)
     }
 
@@ -337,7 +338,7 @@ impl Compared {
     /// takes its place, the most likely time of a step.
     #[must_use]
     pub(crate) fn steps_s(&self) -> Onsets {
-        let members = &self.sets[0].members;
+        let members = &self.sets[0].fitted;
         let there = self.candidates.steps_of(members.iter().map(|m| m.0));
         if members.iter().any(|m| self.is_slow(m)) {
             return or(there, &self.candidates.steps_of(self.likely_steps()));
@@ -352,7 +353,7 @@ impl Compared {
             Kind::Step(drive, _) => Some(drive),
             _ => None,
         };
-        let members = self.sets[0].members.iter().copied();
+        let members = self.sets[0].fitted.iter().copied();
         let rest: Vec<Member> = members.filter(|m| !self.is_slow(m) && drive(m).is_none()).collect();
         let mut best: BTreeMap<usize, (usize, f64)> = BTreeMap::new();
         for (member, gain) in self.problem.additions(&rest) {
@@ -379,7 +380,7 @@ impl Compared {
     /// Ids of the members of the best set, and of the free forms and varying coefficients that add most to it.
     #[must_use]
     pub(crate) fn promising(&self, most: usize) -> BTreeSet<String> {
-        let members = &self.sets[0].members;
+        let members = &self.sets[0].fitted;
         let id = |m: &Member| self.candidates.groups[m.0].id.clone();
         let mut added = self.problem.additions(members);
         added.retain(|(m, _)| !self.candidates.groups[m.0].named);
@@ -390,7 +391,7 @@ impl Compared {
     /// Groups of the best set, and named effects that may yet enter it.
     #[must_use]
     pub(crate) fn plausible(&self) -> Candidates {
-        let members = &self.sets[0].members;
+        let members = &self.sets[0].fitted;
         let candidates = &self.candidates;
         let mut keep: Vec<usize> = members.iter().map(|m| m.0).collect();
         let may = |((g, _), gain): &(Member, f64)| {

@@ -6,12 +6,12 @@ use crate::effects::drive::Coordinate;
 use crate::effects::{self, About, InDrives, Parameters};
 use crate::gap::drive::ekf::innovations::{run, run_scoped};
 use crate::gap::drive::ekf::noise::Noise;
-use crate::gap::drive::fit::evidence::Member;
 use crate::gap::drive::fit::{Compared, Theta, models, models_at};
 use crate::gap::drive::preprocess::level::{Level, Residual};
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::basis::{Column, Scoped};
 use crate::gap::drive::regressors::candidates::Kind;
+use crate::gap::selection::search::Member;
 use crate::gap::selection::sets::{Part, WeightedSet};
 use crate::gap::trace::Step;
 use std::collections::{BTreeMap, BTreeSet};
@@ -84,7 +84,7 @@ impl PreprocessingHypothesis {
     pub(crate) fn usual(&self, id: &str) -> Option<(f64, f64)> {
         let c = &self.compared;
         let own = c.candidates.nuisance.iter().find(|n| n.usual == Some(id))?;
-        let all = c.problem.coefficients(&c.sets[0].members);
+        let all = c.problem.coefficients(&c.sets[0].fitted);
         all.iter().find(|x| x.0 == own.column).map(|x| (x.1, x.2))
     }
 
@@ -105,7 +105,7 @@ impl PreprocessingHypothesis {
 
     /// Whether its best set is one effect, settled, and nothing else is needed.
     pub(crate) fn is_told_by_one(&self) -> bool {
-        self.compared.sets[0].members.len() == 1 && self.is_quiet()
+        self.compared.sets[0].fitted.len() == 1 && self.is_quiet()
     }
 
     pub(crate) fn top(&self) -> f64 {
@@ -126,7 +126,7 @@ impl PreprocessingHypothesis {
     /// Innovations under the best set, at the posterior mean of its coefficients.
     pub(crate) fn residuals(&self) -> Vec<Residual> {
         let c = &self.compared;
-        let members = &c.sets[0].members;
+        let members = &c.sets[0].fitted;
         let inside = self.with_coordinates(members.iter().map(|m| m.0));
         let few = c.candidates.only(|g| inside.contains(&g));
         let coefficients = c.problem.coefficients(members);
@@ -174,7 +174,7 @@ impl PreprocessingHypothesis {
         let believed = Noise { process: self.noise.process, ..self.believed };
         let changed = believed != self.noise && self.record.torques_n_m.is_some();
         let told = || c.sets.iter().take(SETS);
-        let inside = self.with_coordinates(told().flat_map(|w| w.members.iter().map(|m| m.0)));
+        let inside = self.with_coordinates(told().flat_map(|w| w.fitted.iter().map(|m| m.0)));
         let few = changed.then(|| c.candidates.only(|g| inside.contains(&g)));
         let with_believed = few.map(|few| few.linearise(&self.record, &believed, &c.theta));
         let part = |members: &[Member]| -> Vec<Part> {
@@ -187,7 +187,7 @@ impl PreprocessingHypothesis {
             one_an_id(members.iter().zip(shares).map(|(&(g, _), share)| self.part(g, share, &coefficients)))
         };
         let whole = told().map(|w| WeightedSet {
-            parts: part(&w.members).into_iter().chain(self.extra_parts.iter().cloned()).collect(),
+            parts: part(&w.fitted).into_iter().chain(self.extra_parts.iter().cloned()).collect(),
             ln_weight: w.ln_weight + self.extra_weight,
             probability: 0.0,
         });

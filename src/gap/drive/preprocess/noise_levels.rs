@@ -10,11 +10,11 @@ use super::hypothesis::PreprocessingHypothesis;
 use crate::effects::drive::{DriveExplanation, Driving};
 use crate::effects::{About, Parameters};
 use crate::gap::drive::ekf::noise::{Noise, Process};
-use crate::gap::drive::fit::evidence::Member;
 use crate::gap::drive::fit::form::FORM;
 use crate::gap::drive::options::{Options, WORTH};
 use crate::gap::drive::preprocess::level::{CHANNELS, Level, Residual, price};
 use crate::gap::drive::record::Record;
+use crate::gap::selection::search::Member;
 use crate::gap::selection::sets::Part;
 use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::model::drive::Instrument;
@@ -349,7 +349,7 @@ impl PreprocessingHypothesis {
     /// ln weight of the best set with `noise`, on another `record` of the same drive.
     pub(crate) fn weigh_in(&self, record: &Record, noise: &Noise) -> f64 {
         let c = &self.compared;
-        let mut inside: Vec<Member> = c.sets[0].members.clone();
+        let mut inside: Vec<Member> = c.sets[0].fitted.clone();
         inside.sort_unstable();
         let few = c.candidates.only(|g| inside.iter().any(|m| m.0 == g));
         let members: Vec<Member> = inside.iter().enumerate().map(|(place, m)| (place, m.1)).collect();

@@ -64,7 +64,7 @@ impl PreprocessingHypothesis {
             let here: Vec<&Far> = found.iter().filter(own).collect();
             let all: usize = channels.iter().map(|c| counts[*c as usize]).sum();
             let gain: f64 = here.iter().map(|f| 0.5 * f.white * f.white + LN_OUTLIER).sum();
-            let prior = if named { options.prior.ln_rest } else { options.prior.ln_free };
+            let prior = if named { options.prior.ln_known_at_rest() } else { options.prior.ln_free };
             // neighbouring rows that are off together are no single outliers
             let rows: std::collections::BTreeSet<usize> = here.iter().map(|f| f.row).collect();
             let next = |r: usize| rows.contains(&(r + 1)) && !self.record.starts.contains(&(r + 1));

@@ -14,7 +14,7 @@ use crate::gap::drive::holdout::simulate_fitted::driven;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::basis::{MOUNTING, nuisances};
 use crate::gap::drive::regressors::candidates::Candidates;
-use crate::gap::drive::regressors::prior::Prior;
+use crate::gap::selection::prior::Prior;
 use crate::model::drive::Robot;
 
 /// Most steps.
@@ -120,7 +120,7 @@ pub(crate) fn find(
     for _ in 0..STEPS {
         let here = mounting.taken_out(record);
         let compared = Compared::narrow(&here, noise, candidates.clone(), theta, None);
-        let coefficients = compared.problem.coefficients(&compared.sets[0].members);
+        let coefficients = compared.problem.coefficients(&compared.sets[0].fitted);
         let mut settled = true;
         for (i, place) in places.iter().enumerate() {
             let Some((_, left, std)) = coefficients.iter().find(|c| Some(c.0) == *place) else { continue };

@@ -160,7 +160,7 @@ pub(crate) fn in_time(
 /// with any remaining delay beside them, about `rest_s`.
 fn falls_short(moved: &Record, (best, short): (&PreprocessingHypothesis, f64), late: &About, rest_s: f64) -> bool {
     let c = &best.compared;
-    let members = &c.sets[0].members;
+    let members = &c.sets[0].fitted;
     // `moved` still has the readings that were put aside
     if !best.is_settled() || best.put_aside != [0; 3] {
         return false;

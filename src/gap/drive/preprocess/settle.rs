@@ -3,7 +3,6 @@
 
 use crate::effects::drive::Driving;
 use crate::gap::drive::ekf::noise::Noise;
-use crate::gap::drive::fit::evidence::Member;
 use crate::gap::drive::fit::form::most_form_nats;
 use crate::gap::drive::fit::{Compared, Theta, models_at};
 use crate::gap::drive::options::{LARGE, Options};
@@ -14,6 +13,7 @@ use crate::gap::drive::preprocess::hypothesis::PreprocessingHypothesis;
 use crate::gap::drive::preprocess::torque_bandwidth;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::{Candidates, Kind};
+use crate::gap::selection::search::Member;
 use crate::gap::trace::{Decision, Step, TraceStage};
 
 /// Most comparisons of all sets.
@@ -88,7 +88,7 @@ impl PreprocessingHypothesis {
             Kind::Change(i) => c.candidates.changes[i].1.torque_noise_share().is_some(),
             _ => false,
         };
-        if record.torques_n_m.is_none() || !c.sets[0].members.iter().any(passes) {
+        if record.torques_n_m.is_none() || !c.sets[0].fitted.iter().any(passes) {
             return None;
         }
         // in a gap of another cause the law is far from right, and so is its noise

@@ -9,7 +9,7 @@
 use crate::gap::drive::ekf::noise::{Noise, Process};
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::Candidates;
-use crate::gap::drive::regressors::prior::Prior;
+use crate::gap::selection::prior::Prior;
 use crate::math::brent;
 use rayon::prelude::*;
 
@@ -47,7 +47,7 @@ pub(crate) fn likely(record: &Record, noise: &Noise, weigh: impl Fn(&Noise) -> f
 
 /// [`likely`] before any effect is known: only nuisances, such as bias and mounting of the reference, are free.
 pub(crate) fn before(record: &Record, noise: &Noise) -> Noise {
-    let nothing = Candidates::new(record, &[], &Prior::default(), false, &[]).only(|_| false);
+    let nothing = Candidates::new(record, &[], &Prior::of_drives(), false, &[]).only(|_| false);
     likely(record, noise, |noise| nothing.linearise(record, noise, &nothing.zero()).ln_weight(&[]))
 }
 

@@ -3,7 +3,7 @@
 use super::given::Given;
 use super::{Belief, FEWEST_ROWS, Record};
 use crate::bias::WarmUp;
-use crate::config::{Config, Gyro, Kind};
+use crate::config::{Config, Gyro, Kind, Pose};
 use crate::effects::Library;
 use crate::effects::drive::DriveExplanation;
 use crate::error::{Error, ErrorKind, Result};
@@ -21,8 +21,6 @@ const TURN_ON_STD_RAD_S: f64 = 5e-3;
 const WARM_UP_STD: f64 = 0.1;
 /// Ratio of the gyro's rate in the log and the stated one beyond which they differ: more than clocks and lost rows do.
 const OTHER_RATE: f64 = 1.1;
-/// Assumed noise of a pose that the configuration does not describe: position, m, and heading, rad.
-const POSE_STD: [f64; 2] = [0.02, 0.02];
 
 impl Record {
     /// Prepares the log of one drive.
@@ -229,17 +227,18 @@ fn belief(config: &Config, gyro_step_s: Option<f64>, notes: &mut Vec<String>) ->
         )
     }));
     let gyro_step_s = other.unwrap_or(step_s);
+    let pose = config.pose.unwrap_or(Pose::assumed(step_s.recip()));
     Ok(Belief {
         robot: Robot::from(vehicle),
         steering: vehicle.steering,
         torque_noise_n_m_sqrt_s: vehicle.torque_noise_n_m_sqrt_s,
         gyro_std_rad_s: gyro.map_or(1.0, |g| g.angle_random_walk_rad_sqrt_s / gyro_step_s.sqrt()),
         wheel_std_rad_s: encoder.speed_variance_rad2_s2(step_s).sqrt(),
-        position_std_m: config.pose.map_or(POSE_STD[0], |p| p.position_std_m),
-        heading_std_rad: config.pose.map_or(POSE_STD[1], |p| p.heading_std_rad),
-        lever_arm_std_m: config.pose.and_then(|p| p.lever_arm_std_m).unwrap_or(0.0),
-        heading_offset_std_rad: config.pose.and_then(|p| p.heading_offset_std_rad).unwrap_or(0.0),
-        pose_delay_std_s: config.pose.and_then(|p| p.delay_std_s).unwrap_or(0.0),
+        position_std_m: pose.position_std_m,
+        heading_std_rad: pose.heading_std_rad,
+        lever_arm_std_m: pose.lever_arm_std_m.unwrap_or(0.0),
+        heading_offset_std_rad: pose.heading_offset_std_rad.unwrap_or(0.0),
+        pose_delay_std_s: pose.delay_std_s.unwrap_or(0.0),
         warm_up: gyro.map_or(WarmUp { c1_rad_s: 0.0, c2_rad_s: 0.0, time_constant_s: 1.0 }, Gyro::warm_up),
         turn_on_bias_std_rad_s: turn_on,
         warm_up_relative_std: relative,

@@ -67,7 +67,7 @@ pub(crate) fn nothing_twice(config: &Config, fit: &[Drive<'_>], options: &Option
         return None;
     }
     let none = WeightedSet { parts: Vec::new(), ln_weight: 0.0, probability: 1.0 };
-    let findings = Findings::new(vec![none], &options.prior.of_search(), &options.calibration, Vec::new());
+    let findings = Findings::new(vec![none], &options.prior, &options.calibration, Vec::new());
     let there = &said[0].channels;
     let more: Vec<&str> = [
         ("the wheel speeds of both sides", BOTH),

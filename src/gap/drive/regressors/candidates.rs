@@ -1,12 +1,12 @@
 //! Candidates for what a drive's model lacks: effects of the library and free forms, as groups of columns.
 
 use super::basis::{CONSTANT, COSINES, Column, Equation, Follows, Scoped, nuisances, variations};
-use super::structural_identifiability;
+use super::structural_identifiability::{self, UNSEEN};
 use crate::effects::drive::{Coordinate, DriveExplanation, Driving, ModelChange, Needs};
 use crate::effects::{InDrives, in_drives};
 use crate::gap::drive::fit::evidence::{Group, Nuisance, Rank};
 use crate::gap::drive::record::Record;
-use crate::gap::drive::regressors::prior::{Prior, UNSEEN};
+use crate::gap::selection::prior::Prior;
 use crate::model::drive::Instrument;
 
 /// Nodes of the prior scale of a coordinate.
@@ -240,7 +240,7 @@ impl Candidates {
         };
         let nodes = [0.03, 0.1, 0.3, 1.0, 3.0].iter().map(node).collect();
         let columns = every().map(|(d, n, _)| Column::GyroCosine(n).of_drive(d)).collect();
-        self.push(Kind::Walk, walk.id, true, columns, nodes, prior.ln_rest);
+        self.push(Kind::Walk, walk.id, true, columns, nodes, prior.ln_known_at_rest());
     }
 
     fn free(&mut self, record: &Record, prior: &Prior) {
@@ -444,7 +444,7 @@ mod tests {
 
     fn candidates() -> Candidates {
         let record = recorded(belief(), 0.02, [vec![5.0; 400], vec![5.0; 400]], vec![0.0; 400]);
-        Candidates::new(&record, registry(), &Prior::default(), false, &[])
+        Candidates::new(&record, registry(), &Prior::of_drives(), false, &[])
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! (τ_wheels, τ_gyro, τ_pose) ~ (τ_wheels - s, τ_gyro - s, τ_pose - s): a delay s that all sensors share is none of theirs
 
 use crate::effects::{About, Parameters};
-use crate::gap::drive::regressors::prior::Prior;
+use crate::gap::selection::prior::Prior;
 use crate::gap::selection::sets::{Part, WeightedSet};
 
 /// Standard deviations within which two delays are the same.
@@ -92,7 +92,7 @@ mod tests {
     fn a_delay_that_all_sensors_share_is_none() {
         use Instrument::{Gyro, Pose, Wheels};
         let all: Vec<&About> = [Wheels, Gyro, Pose].iter().map(|of| late(registry(), *of).unwrap()).collect();
-        let prior = Prior::default();
+        let prior = Prior::of_drives();
         let told = |delays: &[(Instrument, f64, f64)], late: &[&About]| {
             let set = without_common(of_delays(delays), late, false, &prior);
             let ms = |p: &Part| p.parameters.values().next().map(|v| (1e4 * v).round() / 10.0);

@@ -5,5 +5,4 @@ pub mod basis;
 pub mod candidates;
 pub(crate) mod common_delay;
 pub(crate) mod practical_identifiability;
-pub mod prior;
 pub(crate) mod structural_identifiability;

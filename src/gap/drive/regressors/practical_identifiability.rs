@@ -8,8 +8,9 @@
 
 use crate::gap::answer::Alike;
 use crate::gap::drive::fit::Compared;
-use crate::gap::drive::fit::evidence::{Group, Member, Problem, Rank};
+use crate::gap::drive::fit::evidence::{Group, Problem, Rank};
 use crate::gap::drive::record::Record;
+use crate::gap::selection::search::Member;
 
 /// Expected ln odds below which two effects are not told apart: as for rivals in the posterior.
 const LN_ODDS: f64 = 3.0;
@@ -30,7 +31,7 @@ struct Class {
 /// Classes of effects that this drive cannot tell apart: one for each effect of the best set that has similar effects.
 #[must_use]
 pub(crate) fn alike(record: &Record, compared: &Compared) -> Vec<Alike> {
-    let classes = classes(&compared.problem, &compared.candidates.groups, &compared.sets[0].members);
+    let classes = classes(&compared.problem, &compared.candidates.groups, &compared.sets[0].fitted);
     let told = |c: Class| Alike { separate_by: separate_by(record, Some(c.apart)), ids: c.ids, overlap: c.overlap };
     classes.into_iter().map(told).collect()
 }

@@ -20,9 +20,12 @@ use crate::effects::drive::{
 use crate::gap::answer::Alike;
 use crate::gap::drive::fit::evidence::ln_possible;
 use crate::gap::drive::record::Record;
-use crate::gap::drive::regressors::prior::{Prior, UNSEEN};
+use crate::gap::selection::prior::Prior;
 use crate::gap::selection::sets::{Part, WeightedSet};
 use crate::gap::trace::{Decision, Step, TraceStage};
+
+/// Prior share of lost ticks whose bursts do not show singly.
+pub(crate) const UNSEEN: f64 = 0.5;
 
 /// An effect, and the equivalent effect that is compared in its place.
 #[derive(Clone, Copy)]
@@ -227,7 +230,7 @@ mod tests {
         part.parameters.insert(RELATIVE.into(), 0.25);
         part.std.insert(RELATIVE.into(), 0.01);
         let set = WeightedSet { parts: vec![part], ln_weight: -3.0, probability: 0.0 };
-        let all = twins.all(set, &Prior::default());
+        let all = twins.all(set, &Prior::of_drives());
         let told: Vec<(&str, f64)> =
             all.iter().map(|s| (s.parts[0].id.as_str(), s.parts[0].parameters[RELATIVE])).collect();
         // a gyro that reads 5/4 of what the wheels do, or wheels on a track of 4/5, or with radii of 5/4
@@ -239,7 +242,7 @@ mod tests {
         // no gyro and no radius is off by a quarter, and a track of four fifths is well within what robots have
         assert!(all[1].ln_weight > all[2].ln_weight + 5.0 && all[2].ln_weight > all[0].ln_weight + 10.0, "{all:?}");
         let other = WeightedSet { parts: vec![Part::new(ids::slip(), true, 1.0)], ln_weight: 0.0, probability: 0.0 };
-        assert_eq!(twins.all(other.clone(), &Prior::default()), vec![other]);
+        assert_eq!(twins.all(other.clone(), &Prior::of_drives()), vec![other]);
     }
 
     #[test]
@@ -251,7 +254,7 @@ mod tests {
             part.std.insert(RELATIVE.into(), 1e-3);
             WeightedSet { parts: vec![part], ln_weight: -3.0, probability: 0.0 }
         };
-        let all = twins.all(found(0.02), &Prior::default());
+        let all = twins.all(found(0.02), &Prior::of_drives());
         assert_eq!(all.len(), 2);
         let ticks = &all[1].parts[0];
         let loss = by_id(ids::missed_ticks()).and_then(|e| e.tick_loss()).unwrap();
@@ -270,9 +273,9 @@ mod tests {
         assert_eq!(twins.classes(&all[0].parts)[0].ids, [ids::radius_right(), ids::missed_ticks()]);
         assert_eq!(twins.classes(&found(-0.02).parts), Vec::new());
         // no ticks are gained, and none are lost on average beside those whose bursts are found
-        assert_eq!(twins.all(found(-0.02), &Prior::default()).len(), 1);
+        assert_eq!(twins.all(found(-0.02), &Prior::of_drives()).len(), 1);
         let mut bursts = found(0.02);
         bursts.parts.push(Part::new(ids::missed_ticks(), true, 9.0));
-        assert_eq!(twins.all(bursts, &Prior::default()).len(), 1);
+        assert_eq!(twins.all(bursts, &Prior::of_drives()).len(), 1);
     }
 }

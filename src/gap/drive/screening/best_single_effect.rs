@@ -7,11 +7,12 @@
 use crate::effects::drive::Driving;
 use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::fit::Compared;
-use crate::gap::drive::fit::evidence::{Member, Problem};
+use crate::gap::drive::fit::evidence::Problem;
 use crate::gap::drive::options::Options;
 use crate::gap::drive::preprocess::hypothesis::PreprocessingHypothesis;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::{Candidates, Kind};
+use crate::gap::selection::search::Member;
 use crate::gap::selection::sets::Part;
 use rayon::prelude::*;
 
@@ -51,7 +52,7 @@ pub(crate) fn closest(
     let all = every.only(|g| matches!(every.kinds[g], Kind::Change(_)));
     let zero = all.linearise(record, noise, &all.zero());
     let nothing = zero.ln_evidence(&[]);
-    let gain = |c: &Compared| c.problem.ln_evidence(&c.sets[0].members) - nothing;
+    let gain = |c: &Compared| c.problem.ln_evidence(&c.sets[0].fitted) - nothing;
     let fits = alone(record, noise, &all, &zero, FITTED).into_iter().map(|c| (gain(&c), c));
     let (gain, best) = fits.filter(|f| f.0.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let branch = PreprocessingHypothesis::new(record.clone(), *noise, best, Vec::new());

@@ -11,7 +11,7 @@ use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::basis::Equation;
 use crate::gap::drive::regressors::candidates::{Candidates, Kind};
-use crate::gap::drive::regressors::prior::Prior;
+use crate::gap::selection::prior::Prior;
 use rayon::prelude::*;
 
 /// Gain below which a correction counts as chance, nats: some fifty forms are tried, each with up to eight functions.
@@ -25,7 +25,7 @@ const SMOOTHED: usize = 3;
 /// `corrections`, the equations with the largest gains have theirs as a signal.
 #[must_use]
 pub(crate) fn pinpoint(record: &Record, noise: &Noise, corrections: bool) -> Vec<EquationAnswer> {
-    let candidates = Candidates::new(record, &[], &Prior { ln_named: -1e9, ln_rest: -1e9, ln_free: 0.0 }, true, &[]);
+    let candidates = Candidates::new(record, &[], &Prior { ln_named: -1e9, ln_free: 0.0 }, true, &[]);
     let problem = candidates.linearise(record, noise, &candidates.zero());
     let mut best: Vec<(Equation, EquationAnswer)> = Vec::new();
     for ((group, _), gain) in problem.additions(&[]) {

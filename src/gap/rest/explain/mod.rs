@@ -20,7 +20,6 @@ use super::whittle::basis::{ColumnId, SpectralBasis};
 use super::whittle::evidence::{Fitted, Likelihood, nuisances};
 use super::whittle::hypothesis::{Candidate, Hypothesis, Kind};
 use super::whittle::lines::Lines;
-use super::whittle::search::{Prior, Search};
 use crate::config::Config;
 use crate::effects::{About, Effect, Explanation, Library};
 use crate::error::{Error, ErrorKind, Result, one_of};
@@ -137,7 +136,7 @@ pub(crate) fn fit(prepared: &Prepared, effects: &[&'static dyn Effect]) -> Expla
     let tell = |l: &Likelihood, fitted: &Fitted| {
         let told =
             parts::parts(l, fitted).into_iter().filter_map(|p| Some(told(library_effect(effects, &p.id)?.about(), &p)));
-        (told.collect::<Vec<_>>(), Search::new(l, Prior::default()).whitened(&fitted.hypothesis))
+        (told.collect::<Vec<_>>(), l.whitened(&fitted.hypothesis))
     };
     // the whitened remainder, beside the two levels where they are asked for and found
     let (gaussian_parts, white) = match &found {
@@ -311,7 +310,7 @@ fn with(l: &Likelihood, h: &Hypothesis, candidate: usize) -> Hypothesis {
         Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(|a| a.0),
         Kind::TurnOn => Some(l.add_turn_on(h, candidate).0),
         Kind::Line(s, _) => {
-            let w = Search::new(l, Prior::default()).whitened(h);
+            let w = l.whitened(h);
             let lines = Lines::new(&w, l.frame.scene.step_s);
             lines
                 .tone(CYCLES)

@@ -5,7 +5,7 @@
 use super::{amplitude, bursts, events, track};
 use crate::gap::rest::whittle::evidence::Likelihood;
 use crate::gap::rest::whittle::hypothesis::Hypothesis;
-use crate::gap::rest::whittle::search::{Prior, whitened};
+use crate::gap::selection::prior::Prior;
 use crate::gap::selection::sets::Part;
 use crate::gap::trace::{Decision, Step, TraceStage};
 use rayon::prelude::*;
@@ -63,7 +63,7 @@ impl Seen {
         let power: f64 = white.iter().zip(&frame.bins.count).map(|(s, n)| s * n).sum();
         let (level, _) = h.level(frame, l.candidates);
         let profile = if level.is_empty() { vec![1.0] } else { level.into_iter().map(f64::sqrt).collect() };
-        Self { w: whitened(l, h), noise_std: (power / frame.len().max(1) as f64).sqrt(), profile }
+        Self { w: l.whitened(h), noise_std: (power / frame.len().max(1) as f64).sqrt(), profile }
     }
 
     fn std_at(&self, row: usize) -> f64 {

@@ -243,6 +243,23 @@ impl<'a> Likelihood<'a> {
         z
     }
 
+    /// The recording whitened under a hypothesis: independent, of variance one, where it holds.
+    pub(crate) fn whitened(&self, h: &Hypothesis) -> Vec<f64> {
+        let mut z = self.remainder(h);
+        let s = h.spectrum(self.frame, self.candidates);
+        for (b, e) in self.frame.bins.edges.windows(2).enumerate() {
+            let scale = 1.0 / s[b].sqrt();
+            z[e[0]..e[1]].iter_mut().for_each(|v| *v *= scale);
+        }
+        let mut w = self.frame.series(&z);
+        let (profile, _) = h.level(self.frame, self.candidates);
+        let long = w.len().div_ceil(profile.len().max(1)).max(1);
+        for (block, s) in w.chunks_mut(long).zip(&profile) {
+            block.iter_mut().for_each(|v| *v /= s.sqrt());
+        }
+        w
+    }
+
     pub(crate) fn bounds(&self, h: &Hypothesis) -> Vec<[f64; 2]> {
         let one = |n: &NoisePart| match &self.candidates[n.candidate].kind {
             Kind::Noise(k) | Kind::Filter(k) | Kind::Level(k) => {

@@ -113,11 +113,6 @@ impl Hypothesis {
         key
     }
 
-    /// Whether `candidate` is at work.
-    pub(crate) fn holds(&self, candidate: usize) -> bool {
-        self.candidates().any(|c| c == candidate)
-    }
-
     /// The same without `candidate`.
     pub(crate) fn without(&self, candidate: usize) -> Self {
         let mut rest = self.clone();

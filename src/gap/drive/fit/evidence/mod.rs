@@ -3,6 +3,7 @@
 //! Gaussian comparison of sets of groups of columns from their Gram matrix alone: G = Σ slopes slopes', b = Σ slopes ν.
 //! Each group has a prior N(0, s² diag(unit²)) whose scale s lies on a grid, every node equally probable.
 
+use crate::gap::selection::search::{Member, Weighed};
 use crate::math::registers::free_upper_halves;
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
@@ -80,18 +81,6 @@ pub(crate) struct Problem {
     nuisance: Vec<Nuisance>,
 }
 
-/// Index of a group in a set, and index of the node of its prior.
-pub(crate) type Member = (usize, usize);
-
-/// A set with its weight: ln evidence + ln prior.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Weighed {
-    /// Members, ascending.
-    pub members: Vec<Member>,
-    /// ln weight.
-    pub ln_weight: f64,
-}
-
 /// Coefficients of a set: column, estimate, standard deviation.
 pub(crate) type Coefficients = Vec<(usize, f64, f64)>;
 
@@ -140,10 +129,10 @@ impl Problem {
         (Mat::from_fn(columns.len() + 1, columns.len() + 1, |i, j| self.gram[(at(i), at(j))]), self.ln_volume)
     }
 
-    /// Whether the group is an effect of the library.
+    /// The groups of columns: the candidates.
     #[must_use]
-    pub(crate) fn is_named(&self, group: usize) -> bool {
-        self.groups[group].named
+    pub(crate) fn groups(&self) -> &[Group] {
+        &self.groups
     }
 
     /// Nuisances whose effect is not in the set.
@@ -301,7 +290,7 @@ impl Problem {
     /// All groups together, each with the node of its prior that explains most beside the others; of groups with one
     /// id, the one that explains most.
     #[must_use]
-    pub(crate) fn together(&self) -> Weighed {
+    pub(crate) fn together(&self) -> Weighed<Vec<Member>> {
         let mut open: Vec<&str> = self.groups.iter().map(|g| g.id.as_str()).collect();
         open.sort_unstable();
         open.dedup();
@@ -323,7 +312,7 @@ impl Problem {
             }
         }
         members.sort_unstable();
-        Weighed { ln_weight: self.ln_weight(&members), members }
+        Weighed { ln_weight: self.ln_weight(&members), fitted: members }
     }
 
     /// The same with the readings that the set predicts on average: moments G β at its posterior mean β.
