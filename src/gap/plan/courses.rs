@@ -269,7 +269,7 @@ impl Course {
     /// The course for at least `duration_s`, whole laps.
     pub(super) fn track(&self, limits: Limits, duration_s: f64) -> Track {
         let mut track = Track::new(limits);
-        let mut laps = 0;
+        let mut laps: usize = 0;
         while track.duration_s() < duration_s || !laps.is_multiple_of(BACK) {
             let sense = if laps.is_multiple_of(BACK) { 1.0 } else { -1.0 };
             let share = if (laps / BACK).is_multiple_of(2) { 1.0 } else { 0.5 };

@@ -20,3 +20,6 @@ mod worth;
 pub use planned::{Options, Plan, Suggestion, plan};
 pub use rivals::Rival;
 pub use worth::{Command, Pair};
+
+#[cfg(test)]
+mod tests;
