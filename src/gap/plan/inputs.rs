@@ -125,7 +125,7 @@ mod tests {
 
     fn like(channels: &[&str]) -> Log {
         let mut log = Log::new("like.csv", TimeAxis::Uniform { start_s: 0.0, step_s: 0.01, len: 10 });
-        channels.iter().for_each(|name| log.push(name, vec![0.0; 10]).unwrap());
+        channels.iter().for_each(|name| log.push(*name, vec![0.0; 10]).unwrap());
         log
     }
 
