@@ -56,6 +56,9 @@ pub(crate) struct PlanArgs {
     common: Common,
 }
 
+/// Longest course, s.
+const LONGEST_S: f64 = 3600.0;
+
 pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
     places::check("gap plan", &args.config, "--fit ", &args.fit)?;
     let files = Files::new().reads([&args.config]).reads(&args.fit).reads(&args.answer).writes("--out", &args.out);
@@ -63,8 +66,9 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
     let out = args.out.as_ref().map(LogWriter::claim).transpose()?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
     let library = library(&args.asked.without, Some(&config))?;
-    if let Some(duration_s) = args.duration.filter(|s| !(s.is_finite() && *s > 0.0)) {
-        return Err(Error::new(ErrorKind::Usage, "--duration", format!("{duration_s} s is not a positive time")));
+    if let Some(duration_s) = args.duration.filter(|s| !(*s > 0.0 && *s <= LONGEST_S)) {
+        return Err(Error::new(ErrorKind::Usage, "--duration", format!("{duration_s} s is not within an hour"))
+            .hint("give a positive number of seconds, 120 say"));
     }
     let mut notes: Vec<String> = by_time.into_iter().collect();
     let given = args.answer.as_deref().map(read_answer).transpose()?;

@@ -74,7 +74,11 @@ impl<'a> Drives<'a> {
     /// Those of the simulation, and of [`Record::of_drives`].
     pub(super) fn pairs(&self, inputs: &Log, alone: bool) -> Result<Vec<Pair>> {
         let simulator = Simulator::new(self.config, inputs, self.library, self.since_power_on_s);
-        let seeds = Seeds { motion: self.seeds.motion + 1, sensors: self.seeds.sensors + 1, ..self.seeds };
+        let seeds = Seeds {
+            motion: self.seeds.motion.wrapping_add(1),
+            sensors: self.seeds.sensors.wrapping_add(1),
+            ..self.seeds
+        };
         let mut pairs = Vec::new();
         for (truth, recorded) in self.rivals.iter().zip(&self.recorded) {
             let new = simulator.log(&truth.tables(), seeds)?;
