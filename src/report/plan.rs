@@ -27,8 +27,7 @@ impl PlanReport<'_> {
         match p.rivals.len() {
             0 | 1 => out.push_str("there are no effects in question that this log cannot tell apart"),
             count => {
-                let _ =
-                    write!(out, "{count} effects that it cannot tell apart, each as large as the log would have it:");
+                let _ = write!(out, "{count} effects in question, each as large as the log would have it:");
                 p.rivals.iter().for_each(|rival| out.push_str(&of_rival(rival)));
             }
         }
@@ -68,7 +67,7 @@ fn of_rival(rival: &Rival) -> String {
             format!("{name} {} {unit}", significant(*value, 3)).trim_end().to_string()
         })
         .collect();
-    format!("\n  {:<37}{}", format!("{} ({})", title(&rival.id), rival.id), sizes.join(", "))
+    format!("\n  {:<58}{}", format!("{} ({})", title(&rival.id), rival.id), sizes.join(", "))
 }
 
 fn row(e: &Suggestion, resolution_nats: f64) -> String {
@@ -90,9 +89,9 @@ fn course(first: &Suggestion) -> String {
     if first.commands.is_empty() {
         return out;
     }
-    let _ = write!(out, "\n\n  {:>9}{:>12}{:>14}", "t s", "speed m/s", "yaw rate rad/s");
+    let _ = write!(out, "\n\n  {:>9}{:>12}{:>16}", "t s", "speed m/s", "yaw rate rad/s");
     for c in first.commands.iter().take(CORNERS) {
-        let _ = write!(out, "\n  {:>9.2}{:>12.3}{:>14.3}", c.t_s, c.speed_m_s, c.yaw_rate_rad_s);
+        let _ = write!(out, "\n  {:>9.2}{:>12.3}{:>16.3}", c.t_s, c.speed_m_s, c.yaw_rate_rad_s);
     }
     if first.commands.len() > CORNERS {
         let _ = write!(out, "\n  … {} corners in all, linear between them", first.commands.len());
@@ -148,7 +147,7 @@ mod tests {
         let text = PlanReport { log: "drive.csv", plan: &plan }.text();
         for part in [
             "PLAN after drive.csv",
-            "2 effects that it cannot tell apart",
+            "2 effects in question",
             "0.0125",
             "from 3.0 nats on",
             "5.2 nats",
