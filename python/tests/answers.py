@@ -120,6 +120,8 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
     (folder / "standing.toml").write_text(rest.replace("[gyro]\n", "[gyro]\nturn_on_bias_std_rad_s = 0.005\n"))
     run(folder, "simulate", "standing.toml", "--duration", 600, "-o", "standing.csv")
     power = ("--effect", "gyro.tone", "gyro.rate_ramp", "gyro.turn_on_shift", "gyro.supply_sensitivity", "--cases", 3, "--check", 2)
+    wanders = ("--among", "gyro.rate_ramp", "gyro.rate_random_walk")
+    among = ("--among", "vehicle.payload", "motor.torque_gain")
     patch = ("--patch", DATA.parent / "examples" / "mujoco" / "robot.xml", "-o", "patched.xml")
     (folder / "late.toml").write_text((DATA / "truth.toml").read_text() + '\n[[effect]]\nid = "sensor.gyro_delay"\ndelay_s = 0.05\n')
     run(folder, "simulate", "late.toml", "--course", "random", "--duration", "60", "-o", "late.parquet")
@@ -135,6 +137,8 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
         ("init", "Init", ("init", "--kind", "driving", "-o", "driving.toml")),
         ("gap.twin", "GapTwin", ("gap", "twin", DATA / "drives" / "rover_hold.parquet", "-o", "twin.toml")),
         ("gap.power", "GapPower", ("gap", "power", "standing.toml", "--inputs", "standing.csv", *power)),
+        ("gap.plan", "GapPlan", ("gap", "plan", "standing.toml", "--fit", "standing.csv", *wanders, "--experiment", "again")),
+        ("gap.plan", "GapPlan", ("gap", "plan", DATA / "truth.toml", "--fit", "late.parquet", *among, "--experiment", "spins", "rest")),
         ("man", "Man", ("man", "-o", "man")),
         ("demo", "Demo", ("demo", "-o", "demo")),
     ]

@@ -80,6 +80,7 @@ mod diagnosis;
 pub mod drive;
 mod explain;
 pub mod holdout;
+pub mod plan;
 pub mod power;
 pub mod rest;
 pub mod selection;

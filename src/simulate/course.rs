@@ -108,7 +108,7 @@ const BRISK_YAW_ACCELERATION_RAD_S2: f64 = 5.0;
 
 /// Speed and yaw rate, linear between corners.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Profile {
+pub(crate) struct Profile {
     corners: Vec<Corner>,
 }
 
@@ -121,7 +121,7 @@ struct Corner {
 
 impl Profile {
     /// Speed (m/s) and yaw rate (rad/s) at `t_s`.
-    pub fn at(&self, t_s: f64) -> [f64; 2] {
+    pub(crate) fn at(&self, t_s: f64) -> [f64; 2] {
         let next = self.corners.partition_point(|c| c.t_s <= t_s);
         let before = if next == 0 { Corner::default() } else { self.corners[next - 1] };
         let Some(after) = self.corners.get(next) else { return [before.speed_m_s, before.yaw_rate_rad_s] };
@@ -130,6 +130,11 @@ impl Profile {
             before.speed_m_s + part * (after.speed_m_s - before.speed_m_s),
             before.yaw_rate_rad_s + part * (after.yaw_rate_rad_s - before.yaw_rate_rad_s),
         ]
+    }
+
+    /// Times (s), speeds (m/s) and yaw rates (rad/s) between which it is linear.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.corners.iter().map(|c| [c.t_s, c.speed_m_s, c.yaw_rate_rad_s])
     }
 
     fn last(&self) -> Corner {
@@ -142,11 +147,13 @@ impl Profile {
         }
     }
 
-    fn ramp(&mut self, duration_s: f64, speed_m_s: f64, yaw_rate_rad_s: f64) {
+    /// Goes over to this speed (m/s) and yaw rate (rad/s) evenly.
+    pub(crate) fn ramp(&mut self, duration_s: f64, speed_m_s: f64, yaw_rate_rad_s: f64) {
         self.corners.push(Corner { t_s: self.last().t_s + duration_s, speed_m_s, yaw_rate_rad_s });
     }
 
-    fn hold(&mut self, duration_s: f64) {
+    /// Keeps the last speed and yaw rate.
+    pub(crate) fn hold(&mut self, duration_s: f64) {
         let Corner { speed_m_s, yaw_rate_rad_s, .. } = self.last();
         self.ramp(duration_s, speed_m_s, yaw_rate_rad_s);
     }

@@ -24,6 +24,7 @@ mod plant;
 mod rest;
 
 pub use course::Course;
+pub(crate) use course::Profile;
 pub use drive::{Drive, drive, drive_with, replay, replay_with, truth_names};
 pub(crate) use rest::scene;
 pub(crate) use rest::scene_of_drive;

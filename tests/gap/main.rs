@@ -12,6 +12,7 @@ mod effects_command;
 mod false_alarms;
 #[path = "../common/place.rs"]
 mod place;
+mod plan;
 mod power;
 mod replay;
 mod rest;

@@ -8,6 +8,7 @@ mod diagnose;
 mod explain;
 mod key_path;
 mod patching;
+mod plan;
 mod power;
 mod recordings;
 mod replay;
@@ -34,6 +35,7 @@ enum GapCommand {
     Twin(twin::TwinArgs),
     Compare(compare::CompareArgs),
     Power(power::PowerArgs),
+    Plan(plan::PlanArgs),
     Bench(bench::BenchArgs),
 }
 
@@ -44,6 +46,7 @@ pub(crate) fn run(args: &GapArgs) -> Result<Outcome> {
         GapCommand::Twin(args) => twin::run(args),
         GapCommand::Compare(args) => compare::run(args),
         GapCommand::Power(args) => power::run(args),
+        GapCommand::Plan(args) => plan::run(args),
         GapCommand::Bench(args) => bench::run(args),
     }
 }

@@ -12,8 +12,9 @@ use gyroid::files::{OutputFile, Plan};
 use gyroid::gap::power::{Options, power};
 use gyroid::report::PowerReport;
 use gyroid::report::plot::Format;
+use gyroid::signal::Log;
 use gyroid::{Error, ErrorKind, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What could this very log have found: the smallest size of each effect that `gyroid gap diagnose` would name
 ///
@@ -61,23 +62,8 @@ pub(crate) fn run(args: &PowerArgs) -> Result<Outcome> {
     let library = library(&args.asked.without, Some(&config))?;
     let mut notes: Vec<String> = by_time.into_iter().collect();
     let working = output.working("reading");
-    let (log, since_power_on_s) = match (config.kind, args.inputs.as_slice()) {
-        (Kind::Driving, paths) => {
-            let log = read_drive((&args.asked.columns, &args.asked.map), ("--inputs", paths), &config, &mut notes)?;
-            places::check_drive(&log, &args.config)?;
-            (log, args.asked.columns.starts_s(1)?[0])
-        }
-        (Kind::Stationary, [path]) => {
-            let (log, said) = read(&args.asked.columns, path, &args.config)?;
-            notes.extend(said);
-            (log, 0.0)
-        }
-        (Kind::Stationary, _) => {
-            let found = "several files, and the configuration is of a gyro at rest";
-            return Err(Error::new(ErrorKind::Usage, "--inputs", found)
-                .hint("give one recording; several files on one clock can only be of a drive"));
-        }
-    };
+    let (log, since_power_on_s) =
+        read_one(&args.asked, ("--inputs", &args.inputs), (&config, &args.config), &mut notes)?;
     let options = Options {
         probability: args.probability,
         cases: args.cases.into(),
@@ -112,4 +98,31 @@ pub(crate) fn run(args: &PowerArgs) -> Result<Outcome> {
     json["kind"] = if config.kind == Kind::Driving { "driving" } else { "stationary" }.into();
     output.finish(&json)?;
     Ok(Outcome::Done)
+}
+
+/// Reads the one recording of `option`, and the time since power-on at its first row, s, where a drive does not hold it; what the
+/// reader decided goes to `notes`.
+pub(super) fn read_one(
+    asked: &AskedArgs,
+    (option, paths): (&str, &[PathBuf]),
+    (config, path): (&Config, &Path),
+    notes: &mut Vec<String>,
+) -> Result<(Log, f64)> {
+    match (config.kind, paths) {
+        (Kind::Driving, paths) => {
+            let log = read_drive((&asked.columns, &asked.map), (option, paths), config, notes)?;
+            places::check_drive(&log, path)?;
+            Ok((log, asked.columns.starts_s(1)?[0]))
+        }
+        (Kind::Stationary, [one]) => {
+            let (log, said) = read(&asked.columns, one, path)?;
+            notes.extend(said);
+            Ok((log, 0.0))
+        }
+        (Kind::Stationary, _) => {
+            let found = "several files, and the configuration is of a gyro at rest";
+            Err(Error::new(ErrorKind::Usage, option, found)
+                .hint("give one recording; several files on one clock can only be of a drive"))
+        }
+    }
 }

@@ -12,6 +12,7 @@ ids! {
     pose_noise: super::noise_level::POSE,
     radius_right: super::one_radius::RadiusRight,
     radius_scale: super::radius_scale::RadiusScale,
+    scale_asymmetry: super::scale_asymmetry::ScaleAsymmetry,
     scale_factor: super::scale_factor::ScaleFactor,
     slip: super::slip::Slip,
     track_width: super::track_width::TrackWidth,

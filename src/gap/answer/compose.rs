@@ -8,7 +8,7 @@ use crate::gap::selection::sets::{Main, Part};
 /// Effects less probable than this are not listed.
 const LISTED: f64 = 0.01;
 /// Least probability of a rival main effect, relative to the main one, that cannot be told apart from it.
-const RIVAL: f64 = 0.05;
+pub(crate) const RIVAL: f64 = 0.05;
 /// Free forms are ranked by their probabilities rounded to one over this.
 const PERCENT: f64 = 100.0;
 /// The answer that follows from `findings`; `place`: where its main cause shows.

@@ -226,13 +226,13 @@ impl Task<'_> {
     }
 
     fn nominal(&self, case: u64) -> Result<Answer> {
-        self.diagnosed(&self.simulator.log(None, self.seeds(case))?)
+        self.diagnosed(&self.simulator.log(&[], self.seeds(case))?)
     }
 
     /// Answer to the log of `case` with the effect at the distance `u`. One so large that it cannot be simulated or
     /// diagnosed is not named.
     fn say(&self, direction: &Direction, u: f64, case: u64) -> Said {
-        let log = self.simulator.log(Some(direction.table(u)), self.seeds(case));
+        let log = self.simulator.log(&[direction.table(u)], self.seeds(case));
         let answer = log.and_then(|log| self.diagnosed(&log));
         let Ok(answer) = answer else {
             return Said { named: false, answer: "no finite likelihood".into(), nats: None };
@@ -259,7 +259,7 @@ impl Task<'_> {
                 }
             }
             Kind::Driving => {
-                let log = self.simulator.log(None, self.seeds(0))?;
+                let log = self.simulator.log(&[], self.seeds(0))?;
                 let record = Record::new(self.config, &log, self.options.since_power_on_s)?;
                 for effect in self.library.driving() {
                     let about = effect.about();

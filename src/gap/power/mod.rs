@@ -12,6 +12,6 @@ mod bound;
 mod direction;
 mod judged;
 mod search;
-mod simulated;
+pub(super) mod simulated;
 
 pub use judged::{Cannot, Checked, EffectPower, Instead, Nominal, Options, Power, power};

@@ -35,7 +35,7 @@ const TOLD: [(&str, bool); 6] = [
 ];
 
 /// Simulates logs like a given one.
-pub(super) struct Simulator<'a> {
+pub(in crate::gap) struct Simulator<'a> {
     config: Config,
     inputs: &'a Log,
     library: &'a Library,
@@ -44,7 +44,7 @@ pub(super) struct Simulator<'a> {
 
 impl<'a> Simulator<'a> {
     /// Logs of the simulator `config` like `inputs`, which begin `since_power_on_s` after power-on where they do not say so.
-    pub(super) fn new(config: &Config, inputs: &'a Log, library: &'a Library, since_power_on_s: f64) -> Self {
+    pub(in crate::gap) fn new(config: &Config, inputs: &'a Log, library: &'a Library, since_power_on_s: f64) -> Self {
         let mut config = config.clone();
         if config.kind == Kind::Driving {
             let step_s = inputs.time.median_step_s();
@@ -57,13 +57,13 @@ impl<'a> Simulator<'a> {
         Self { config, inputs, library, since_power_on_s }
     }
 
-    /// One log; `effect`: what it has beyond the simulator.
+    /// One log; `effects`: what it has beyond the simulator.
     ///
     /// # Errors
     /// Those of [`replay_with`] and [`stationary_like`].
-    pub(super) fn log(&self, effect: Option<EffectTable>, seeds: Seeds) -> Result<Log> {
+    pub(in crate::gap) fn log(&self, effects: &[EffectTable], seeds: Seeds) -> Result<Log> {
         let mut config = self.config.clone();
-        config.effects.extend(effect);
+        config.effects.extend_from_slice(effects);
         // of a drive the gyro begins as stated: one of its own in each log would be another unit's
         let stated = |gyro: &Gyro| gyro.turn_on_bias_std_rad_s.or(gyro.warm_up_relative_std).is_some();
         let options = Options {
@@ -81,7 +81,7 @@ impl<'a> Simulator<'a> {
 
     /// ½ Σ (d/σ)² of `direction` at the distance `u`, given logs without it; infinite where it cannot be simulated.
     fn shows(&self, direction: &Direction, u: f64, without: &[Log; 2], seeds: Seeds) -> f64 {
-        let Ok(with) = self.log(Some(direction.table(u)), seeds) else { return f64::INFINITY };
+        let Ok(with) = self.log(&[direction.table(u)], seeds) else { return f64::INFINITY };
         let one = |(name, steps): (&str, bool)| {
             let [a, b] = [&without[0], &without[1]].map(|log| log.get(name));
             let (a, b, with) = (a?, b?, with.get(name)?);
@@ -99,7 +99,7 @@ impl<'a> Simulator<'a> {
     /// Those of [`Simulator::log`] without an effect.
     pub(super) fn start(&self, direction: &Direction, seeds: Seeds) -> Result<f64> {
         let other = Seeds { sensors: seeds.sensors.wrapping_add(1), turn_on: seeds.turn_on, ..seeds };
-        let without = [self.log(None, seeds)?, self.log(None, other)?];
+        let without = [self.log(&[], seeds)?, self.log(&[], other)?];
         let most = direction.most();
         let mut u = (1e-6 * most).max(f64::MIN_POSITIVE);
         for _ in 0..STEPS {
@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn a_log_has_the_channels_and_gaps_of_its_inputs() {
         let (config, inputs) = rest(400);
-        let log = Simulator::new(&config, &inputs, &Library::new(), 0.0).log(None, Seeds::from(3)).unwrap();
+        let log = Simulator::new(&config, &inputs, &Library::new(), 0.0).log(&[], Seeds::from(3)).unwrap();
         let names: Vec<&str> = log.channels.iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, [names::GYRO_Z, names::TEMPERATURE]);
         let rates = log.get(names::GYRO_Z).unwrap();

@@ -54,7 +54,7 @@ pub(crate) fn candidates(effects: &[&'static dyn Effect], scene: &Scene) -> Vec<
 }
 
 /// Sets further below the best in ln weight take no part in the answer, nats.
-const DEPTH: f64 = 9.0;
+pub(crate) const DEPTH: f64 = 9.0;
 /// Further distance below the best at which a combination with a non-Gaussian feature still takes part, nats.
 const LAYER_DEPTH: f64 = 12.0;
 /// Most sets of the Gaussian part that take part.

@@ -13,7 +13,7 @@ use crate::gap::drive::record::Record;
 use crate::gap::selection::search::Member;
 
 /// Expected ln odds below which two effects are not told apart: as for rivals in the posterior.
-const LN_ODDS: f64 = 3.0;
+pub(crate) const LN_ODDS: f64 = 3.0;
 /// Largest class that is reported.
 pub(crate) const LARGEST: usize = 3;
 /// Factor on the length of a drive beyond which a longer one is not proposed.
@@ -41,13 +41,11 @@ fn classes(problem: &Problem, groups: &[Group], members: &[Member]) -> Vec<Class
     let has_law = |m: &Member| groups[m.0].rank == Rank::Law;
     let class = |own: &Member| {
         let rest: Vec<Member> = members.iter().copied().filter(|m| m != own).collect();
-        let mut gains: Vec<(&str, f64)> = expected
-            .additions(&rest)
+        let gains: Vec<(&str, f64)> = gains(&expected, groups, &rest)
             .into_iter()
-            .filter(|(m, _)| has_law(m))
-            .map(|((g, _), gain)| (groups[g].id.as_str(), gain - groups[g].ln_prior))
+            .filter(|g| has_law(&g.0))
+            .map(|(m, gain)| (groups[m.0].id.as_str(), gain))
             .collect();
-        gains.sort_by(|a, b| b.1.total_cmp(&a.1));
         let id = groups[own.0].id.as_str();
         let gain = gains.iter().find(|g| g.0 == id)?.1;
         let mut class = Class { ids: vec![id.into()], overlap: 1.0, apart: f64::INFINITY };
@@ -64,21 +62,34 @@ fn classes(problem: &Problem, groups: &[Group], members: &[Member]) -> Vec<Class
     members.iter().filter(|m| has_law(m)).filter_map(class).collect()
 }
 
+/// Gain in evidence of each group beside `rest`, nats, without its prior odds, the largest first.
+pub(crate) fn gains(expected: &Problem, groups: &[Group], rest: &[Member]) -> Vec<(Member, f64)> {
+    let without_prior = |(m, gain): (Member, f64)| (m, gain - groups[m.0].ln_prior);
+    let mut gains: Vec<(Member, f64)> = expected.additions(rest).into_iter().map(without_prior).collect();
+    gains.sort_by(|a, b| b.1.total_cmp(&a.1));
+    gains
+}
+
 /// Advice for separating effects whose expected evidence differs by `apart` nats (none: unknown): missing channels, and
 /// a longer drive, with whose length the evidence grows.
 pub(crate) fn separate_by(record: &Record, apart: Option<f64>) -> String {
-    let channels = [
-        ("a pose reference", record.pose.is_none()),
-        ("the wheels' torques", record.torques_n_m.is_none()),
-        ("a gyro", record.gyro_rad_s.is_none()),
-    ];
-    let lacking: Vec<&str> = channels.iter().filter(|c| c.1).map(|c| c.0).collect();
+    let lacking = lacking(record);
     let drive = match apart.map(|nats| LN_ODDS / nats.max(1e-9)) {
         None => "a longer drive of this kind".into(),
         Some(longer) if longer <= LONGER => format!("a drive of this kind {:.0} times as long", longer.ceil().max(2.0)),
         Some(_) => "a drive with other speeds, turns and accelerations: of this kind no length would do".into(),
     };
     if lacking.is_empty() { drive } else { format!("{} in the log; {drive}", lacking.join(", or ")) }
+}
+
+/// Channels that a drive lacks, in words.
+pub(crate) fn lacking(record: &Record) -> Vec<&'static str> {
+    let channels = [
+        ("a pose reference", record.pose.is_none()),
+        ("the wheels' torques", record.torques_n_m.is_none()),
+        ("a gyro", record.gyro_rad_s.is_none()),
+    ];
+    channels.iter().filter(|c| c.1).map(|c| c.0).collect()
 }
 
 #[cfg(test)]

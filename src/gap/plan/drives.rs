@@ -1,0 +1,124 @@
+//! E = ln p(z | truth) - ln p(z | rival) at the readings that the truth predicts on average, of the log and an experiment together
+//!
+//! The truth is fitted to both simulated drives, and its model linearised there with the columns of every rival, as the
+//! diagnosis does that says which effects are alike. Chance in the readings plays no part.
+
+use super::rivals::Rival;
+use super::worth::Pair;
+use crate::config::Config;
+use crate::effects::Library;
+use crate::effects::drive::Driving;
+use crate::error::Result;
+use crate::gap::diagnosis::Drive;
+use crate::gap::drive::fit::Compared;
+use crate::gap::drive::fit::evidence::Member;
+use crate::gap::drive::options::Options as DriveOptions;
+use crate::gap::drive::preprocess::changepoint;
+use crate::gap::drive::preprocess::initial_noise::{InitialNoise, diffused};
+use crate::gap::drive::record::Record;
+use crate::gap::drive::regressors::candidates::Candidates;
+use crate::gap::drive::regressors::practical_identifiability::{LN_ODDS, gains, lacking};
+use crate::gap::power::simulated::Simulator;
+use crate::signal::Log;
+use crate::simulate::Seeds;
+
+/// Evidence from which on a diagnosis of drives tells two effects apart, nats.
+pub(super) fn resolution() -> f64 {
+    // of the expected evidence, and of the posterior, for which evidence counts 1/T
+    LN_ODDS * DriveOptions::default().calibration.temperature.max(1.0)
+}
+
+/// Drives that are simulated with each rival as the truth.
+pub(super) struct Drives<'a> {
+    config: &'a Config,
+    library: &'a Library,
+    rivals: &'a [Rival],
+    seeds: Seeds,
+    since_power_on_s: f64,
+    /// The recorded drive as each rival would have made it.
+    recorded: Vec<Log>,
+}
+
+impl<'a> Drives<'a> {
+    /// Of the drive `log` with each of `rivals`.
+    ///
+    /// # Errors
+    /// Those of the simulation.
+    pub(super) fn new(
+        config: &'a Config,
+        log: &Log,
+        library: &'a Library,
+        rivals: &'a [Rival],
+        (seed, since_power_on_s): (u64, f64),
+    ) -> Result<Self> {
+        let seeds = Seeds::from(seed);
+        let simulator = Simulator::new(config, log, library, since_power_on_s);
+        let recorded = rivals.iter().map(|r| simulator.log(&r.tables(), seeds)).collect::<Result<_>>()?;
+        Ok(Self { config, library, rivals, seeds, since_power_on_s, recorded })
+    }
+
+    /// Channels that the log lacks, in words.
+    ///
+    /// # Errors
+    /// Those of [`Record::new`].
+    pub(super) fn lacking(&self) -> Result<Vec<&'static str>> {
+        let first =
+            self.recorded.first().map(|log| Record::new(self.config, log, self.since_power_on_s)).transpose()?;
+        Ok(first.as_ref().map_or_else(Vec::new, lacking))
+    }
+
+    /// Every truth against every rival, after a drive with these `inputs`; `alone`: the drive has channels that the log lacks,
+    /// and is diagnosed by itself.
+    ///
+    /// # Errors
+    /// Those of the simulation, and of [`Record::of_drives`].
+    pub(super) fn pairs(&self, inputs: &Log, alone: bool) -> Result<Vec<Pair>> {
+        let simulator = Simulator::new(self.config, inputs, self.library, self.since_power_on_s);
+        let seeds = Seeds {
+            motion: self.seeds.motion.wrapping_add(1),
+            sensors: self.seeds.sensors.wrapping_add(1),
+            ..self.seeds
+        };
+        let mut pairs = Vec::new();
+        for (truth, recorded) in self.rivals.iter().zip(&self.recorded) {
+            let new = simulator.log(&truth.tables(), seeds)?;
+            let both = [recorded, &new].map(|log| Drive { log, since_power_on_s: self.since_power_on_s });
+            let record = Record::of_drives(self.config, if alone { &both[1..] } else { &both })?;
+            let over = self.over(truth, &record);
+            pairs.extend(over.into_iter().map(|(rival, nats)| Pair::new(&truth.id, rival, nats, resolution())));
+        }
+        Ok(pairs)
+    }
+
+    /// Expected evidence of `truth` over each other rival in a `record` of it, nats.
+    fn over(&self, truth: &Rival, record: &Record) -> Vec<(&'a str, f64)> {
+        let options = DriveOptions::default();
+        let asked = |id: &str| self.rivals.iter().any(|r| r.has(id));
+        let effects: Vec<&'static dyn Driving> = self.library.driving().filter(|e| asked(e.about().id)).collect();
+        let all = Candidates::new(record, &effects, &options.prior, false, &changepoint::of_each(record));
+        let (noise, _) = diffused(record, InitialNoise::of(record).noise, &all);
+        let own: Vec<usize> = (0..all.groups.len()).filter(|g| truth.has(&all.groups[*g].id)).collect();
+        let fitted = Compared::all_in(record, &noise, all.only(|g| own.contains(&g)), self.sizes(truth, &all));
+        let problem = all.linearise(record, &noise, &fitted.next().0);
+        let members: Vec<Member> = fitted.sets[0].members.iter().map(|&(g, node)| (own[g], node)).collect();
+        let rest: Vec<Member> = members.iter().copied().filter(|m| all.groups[m.0].id != truth.id).collect();
+        let gains = gains(&problem.expected(&members), &all.groups, &rest);
+        // what has no columns, or explains less than nothing, is no better than nothing
+        let gain = |id: &str| gains.iter().find(|g| all.groups[g.0.0].id == id).map_or(0.0, |g| g.1.max(0.0));
+        let others = self.rivals.iter().map(|r| r.id.as_str()).filter(|id| *id != truth.id);
+        others.map(|id| (id, gain(&truth.id) - gain(id))).collect()
+    }
+
+    /// Where the fit begins: at the sizes that were simulated, zero for effects that have several forms.
+    fn sizes(&self, truth: &Rival, all: &Candidates) -> Vec<Vec<f64>> {
+        let mut theta = all.zero();
+        for table in truth.tables() {
+            let mut of = all.changes.iter().enumerate().filter(|(_, c)| c.0.about().id == table.id);
+            if let (Some((i, (_, change))), None) = (of.next(), of.next()) {
+                let own = change.theta(&table.parameters);
+                theta[i].iter_mut().zip(own).for_each(|(to, from)| *to = from);
+            }
+        }
+        theta
+    }
+}

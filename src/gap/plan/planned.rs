@@ -1,0 +1,249 @@
+//! The plan: what is in question, and experiments by what they are worth.
+
+use super::at_rest::{self, Like, RECORDINGS};
+use super::courses::{COURSES, Limits};
+use super::drives::{self, Drives};
+use super::inputs::{Reference, of_track};
+use super::rivals::{Rival, fitted, in_question};
+use super::worth::{Command, Pair, worth};
+use crate::config::{Config, Kind};
+use crate::effects::Library;
+use crate::error::{Error, ErrorKind, Result, one_of};
+use crate::gap::answer::Answer;
+use crate::signal::Log;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Lengths of a course that follow from that of the log, s.
+const LENGTHS_S: [f64; 2] = [30.0, 300.0];
+/// Name of the experiment that repeats the log.
+const AGAIN: &str = "again";
+/// End of the name of a course whose marks are a reference.
+const MARKED: &str = "_marked";
+/// How marks get into a log.
+const MARKS: &str = "Write x_m, y_m and heading_rad of the mark, full turns counted, into the row in which it stands there, and nothing elsewhere.";
+
+/// Settings of a plan.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Options {
+    /// Ids of the effects to tell apart; empty: those that the answer cannot tell apart.
+    pub among: Vec<String>,
+    /// Names of the experiments to compare; empty: all.
+    pub experiments: Vec<String>,
+    /// Least length of a course, s; none: that of the log, within half a minute and five.
+    pub duration_s: Option<f64>,
+    /// Seed of the simulated recordings.
+    pub seed: u64,
+    /// Time since power-on at the first row of a drive, s, where the log does not hold it.
+    pub since_power_on_s: f64,
+}
+
+/// What a log cannot tell apart, and the experiments that would.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
+    /// Effects that the log cannot tell apart; fewer than two: there is nothing to plan.
+    pub rivals: Vec<Rival>,
+    /// Evidence from which on a diagnosis tells two of them apart, nats.
+    pub resolution_nats: f64,
+    /// Experiments, the best first.
+    pub experiments: Vec<Suggestion>,
+    /// Where no experiment tells all of them apart: what would be needed, a sentence.
+    pub needed: Option<String>,
+    /// Remarks, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// An experiment and what it is worth.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Suggestion {
+    /// Its name.
+    pub name: String,
+    /// How to do it, in sentences.
+    pub how: String,
+    /// How long it lasts, s.
+    pub duration_s: f64,
+    /// Whether its log is diagnosed by itself, and not together with the given one.
+    pub alone: bool,
+    /// Whether it tells every rival from every other one, whichever is at work.
+    pub separates: bool,
+    /// Least evidence of a truth over a rival to be expected, nats.
+    pub nats: f64,
+    /// Least probability that a diagnosis tells a truth from a rival.
+    pub probability: f64,
+    /// Every truth against every rival.
+    pub pairs: Vec<Pair>,
+    /// Course as a robot is commanded; empty at rest, and where the log's own inputs are repeated.
+    pub commands: Vec<Command>,
+    /// Course as a log that a simulator follows ([`crate::simulate::replay_with`], [`crate::simulate::stationary_like`]).
+    #[serde(skip)]
+    pub inputs: Log,
+}
+
+/// An experiment before it is judged.
+struct Experiment {
+    name: String,
+    how: String,
+    alone: bool,
+    commands: Vec<Command>,
+    inputs: Log,
+}
+
+impl Plan {
+    /// The first experiment, if it tells all rivals apart.
+    #[must_use]
+    pub fn first(&self) -> Option<&Suggestion> {
+        self.experiments.first().filter(|e| e.separates)
+    }
+}
+
+/// Experiments that would tell apart what `log` leaves open against `config`: the effects that `answer`, the diagnosis of the log, cannot tell
+/// apart, or those of `options`. `observe` is told how many experiments are judged, and of how many.
+///
+/// # Errors
+/// Those of the fits, simulations and comparisons; [`ErrorKind::Usage`] for effects and experiments that are unknown or no rivals;
+/// [`ErrorKind::Value`] for a drive in which the robot stands.
+pub fn plan(
+    config: &Config,
+    log: &Log,
+    answer: Option<&Answer>,
+    library: &Library,
+    options: &Options,
+    observe: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Plan> {
+    let driving = config.kind == Kind::Driving;
+    let (ids, beside) = in_question(answer, &options.among, library, config.kind)?;
+    let resolution_nats = if driving { drives::resolution() } else { at_rest::resolution() };
+    let mut plan =
+        Plan { rivals: Vec::new(), resolution_nats, experiments: Vec::new(), needed: None, notes: Vec::new() };
+    let experiments = experiments(config, log, options)?;
+    if ids.len() < 2 {
+        return Ok(plan);
+    }
+    plan.rivals = fitted((config, log, options.since_power_on_s), library, &ids, &beside)?;
+    let lost = ids.iter().filter(|id| plan.rivals.iter().all(|r| r.id != **id));
+    plan.notes.extend(
+        lost.map(|id| format!("{id} is left out: fitted to the log in the place of the others it has no size.")),
+    );
+    if plan.rivals.len() < 2 {
+        return Ok(plan);
+    }
+    let of_drives = driving
+        .then(|| Drives::new(config, log, library, &plan.rivals, (options.seed, options.since_power_on_s)))
+        .transpose()?;
+    let (done, all) = (AtomicUsize::new(0), experiments.len());
+    observe(0, all);
+    let judged = |one: Experiment| -> Result<Suggestion> {
+        let pairs = match &of_drives {
+            Some(drives) => drives.pairs(&one.inputs, one.alone)?,
+            None => at_rest::pairs(config, &one.inputs, library, &plan.rivals, options.seed)?,
+        };
+        observe(done.fetch_add(1, Ordering::Relaxed) + 1, all);
+        let (told, nats) = worth(&pairs, resolution_nats);
+        Ok(Suggestion {
+            name: one.name,
+            how: one.how,
+            duration_s: one.inputs.time.span_s(),
+            alone: one.alone,
+            separates: told == pairs.len(),
+            nats,
+            probability: pairs.iter().map(|p| p.probability).fold(1.0, f64::min),
+            pairs,
+            commands: one.commands,
+            inputs: one.inputs,
+        })
+    };
+    let mut suggestions = experiments.into_par_iter().map(judged).collect::<Result<Vec<_>>>()?;
+    let rank = |s: &Suggestion| worth(&s.pairs, resolution_nats);
+    suggestions.sort_by(|a, b| {
+        let ((told_a, nats_a), (told_b, nats_b)) = (rank(a), rank(b));
+        told_b.cmp(&told_a).then(nats_b.total_cmp(&nats_a))
+    });
+    let lacking = of_drives.as_ref().map(Drives::lacking).transpose()?;
+    plan.experiments = suggestions;
+    if plan.first().is_none() {
+        plan.needed = Some(needed(lacking.as_deref()));
+    }
+    Ok(plan)
+}
+
+/// What would be needed where no experiment tells rivals apart; `lacking`: channels that a drive lacks, none at rest.
+fn needed(lacking: Option<&[&str]>) -> String {
+    match lacking {
+        None => "A recording at rest shows them alike: several power-ons, or a drive, would have to tell them apart.".into(),
+        Some([]) => {
+            "The sensors of this log read them alike on every course: measure one of them by itself, as its remedy says.".into()
+        }
+        Some(channels) => format!("Log {} beside what this log has, and plan again.", channels.join(", or ")),
+    }
+}
+
+/// The experiments that `options` asks for.
+///
+/// # Errors
+/// [`ErrorKind::Usage`] for one that is unknown; [`ErrorKind::Value`] for a drive in which the robot stands.
+fn experiments(config: &Config, log: &Log, options: &Options) -> Result<Vec<Experiment>> {
+    let mut all = match config.kind {
+        Kind::Stationary => of_rest(config, log)?,
+        Kind::Driving => of_drives(config, log, options)?,
+    };
+    let known: Vec<String> = all.iter().map(|e| e.name.clone()).collect();
+    if let Some(unknown) = options.experiments.iter().find(|name| !known.contains(name)) {
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        return Err(Error::new(
+            ErrorKind::Usage,
+            "experiments",
+            format!("no experiment for this log is called {unknown:?}"),
+        )
+        .hint(one_of(unknown, &known)));
+    }
+    all.retain(|e| options.experiments.is_empty() || options.experiments.contains(&e.name));
+    Ok(all)
+}
+
+fn of_rest(config: &Config, log: &Log) -> Result<Vec<Experiment>> {
+    let like = Like::of(log, config.require_gyro()?.warm_up().time_constant_s);
+    let one = |recording: &at_rest::Recording| {
+        let inputs = recording.inputs(&like)?;
+        Ok(Experiment {
+            name: recording.name.into(),
+            how: recording.how.into(),
+            alone: true,
+            commands: Vec::new(),
+            inputs,
+        })
+    };
+    RECORDINGS.iter().map(one).collect()
+}
+
+fn of_drives(config: &Config, log: &Log, options: &Options) -> Result<Vec<Experiment>> {
+    let encoder = config.require_encoder()?;
+    let step_s = log.time.median_step_s();
+    let noise_rad_s = encoder.speed_variance_rad2_s2(step_s).sqrt();
+    let limits = Limits::of(config.require_vehicle()?, log, encoder.tick_rad(), noise_rad_s)?;
+    let duration_s = options.duration_s.unwrap_or_else(|| log.time.span_s().clamp(LENGTHS_S[0], LENGTHS_S[1]));
+    let reference = Reference::of(log);
+    let again = "Drive the course of this log once more.";
+    let mut all = vec![Experiment {
+        name: AGAIN.into(),
+        how: again.into(),
+        alone: false,
+        commands: Vec::new(),
+        inputs: log.clone(),
+    }];
+    for course in &COURSES {
+        let track = course.track(limits, duration_s);
+        let commands = track.commands();
+        let marked = (reference == Reference::None && !course.marked.is_empty()).then_some(Reference::Marks);
+        for reference in std::iter::once(reference).chain(marked) {
+            let alone = reference == Reference::Marks;
+            let inputs = of_track(config, &track, log, reference)?;
+            let (name, how) = match alone {
+                true => (format!("{}{MARKED}", course.name), format!("{} {} {MARKS}", course.how, course.marked)),
+                false => (course.name.into(), course.how.into()),
+            };
+            all.push(Experiment { name, how, alone, commands: commands.clone(), inputs });
+        }
+    }
+    Ok(all)
+}

@@ -1,0 +1,87 @@
+//! What experiments tell apart, where theory says it.
+
+use super::{Options, Plan, plan};
+use crate::config::{Config, EffectTable};
+use crate::effects::Library;
+use crate::effects::drive::ids;
+use crate::signal::{Log, names};
+use crate::simulate::{Course, drive_with};
+
+const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.02\n\
+    [gyro]\nc1_rad_s = 0.0\nc2_rad_s = 1e-3\ntime_constant_s = 200.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\
+    turn_on_bias_std_rad_s = 1e-3\nwarm_up_relative_std = 0.1\n\
+    [vehicle]\nmass_kg = 14.0\nyaw_inertia_kg_m2 = 0.4\nhalf_track_m = 0.2\nwheel_radius_m = 0.07\n\
+    wheel_inertia_kg_m2 = 0.001\nviscous_friction_n_m_s = 0.002\ntorque_noise_n_m_sqrt_s = 0.001\n\
+    [encoder]\nspeed_noise_std_rad_s = 0.02\n";
+
+/// A drive of `course` with the effect, and these channels.
+fn log(config: &Config, course: Course, (id, name, value): (&str, &str, f64), channels: &[&str]) -> Log {
+    let mut with = config.clone();
+    with.effects.push(EffectTable { id: id.into(), parameters: [(name.into(), value)].into() });
+    let mut log = drive_with(&with, course, 40.0, &crate::simulate::Options::from(3), &Library::new()).unwrap().log;
+    log.channels.retain(|c| channels.contains(&c.name.as_str()));
+    log
+}
+
+fn planned(config: &Config, log: &Log, among: &[&str], experiments: &[&str]) -> Plan {
+    let owned = |all: &[&str]| all.iter().map(|one| (*one).to_owned()).collect::<Vec<_>>();
+    let options = Options {
+        among: owned(among),
+        experiments: owned(experiments),
+        duration_s: Some(40.0),
+        seed: 7,
+        since_power_on_s: 0.0,
+    };
+    plan(config, log, None, &Library::new(), &options, &|_, _| {}).unwrap()
+}
+
+const WHEELS: [&str; 2] = [names::WHEEL_LEFT, names::WHEEL_RIGHT];
+const TORQUES: [&str; 2] = [names::TORQUE_LEFT, names::TORQUE_RIGHT];
+
+/// Of a robot that turned to the left alone a gain s of the gyro is a gain 2 s to the left and none to the right: turning the other
+/// way tells, and neither standing nor driving straight does.
+#[test]
+fn an_asymmetric_gain_is_told_by_turning_both_ways() {
+    let config = Config::parse(ROBOT, "robot.toml").unwrap();
+    let channels = [&WHEELS[..], &TORQUES, &[names::GYRO_Z]].concat();
+    let log = log(&config, Course::Square, (ids::scale_factor(), "relative", 0.03), &channels);
+    let among = [ids::scale_factor(), ids::scale_asymmetry()];
+    let plan = planned(&config, &log, &among, &["rest", "spins", "speed_steps", "again"]);
+    let of = |name: &str| plan.experiments.iter().find(|e| e.name == name).unwrap();
+    assert_eq!(plan.first().unwrap().name, "spins", "{plan:?}");
+    // a gain of 3 % at 1 rad/s is 30 times the noise of a reading
+    assert!(of("spins").nats > 100.0, "{}", of("spins").nats);
+    for name in ["rest", "speed_steps", "again"] {
+        assert!(of(name).nats < 0.1 * of("spins").nats, "{name}: {:?}", of(name).pairs);
+    }
+    let sizes = plan.rivals.iter().map(|r| r.parameters["relative"]).collect::<Vec<_>>();
+    assert!((sizes[0] - 0.03).abs() < 2e-3 && (sizes[1] - 0.06).abs() < 1e-2, "{sizes:?}");
+    // the best first
+    assert!(plan.experiments.windows(2).all(|e| e[0].nats >= e[1].nats || e[0].separates));
+}
+
+/// Wheels and gyro alone read a gyro's gain, a track and radii alike, whatever is driven. A measured square tells all: its angles
+/// which yaw rate is right, its sides the radii.
+#[test]
+fn what_wheels_and_gyro_read_alike_is_told_by_marks() {
+    let config = Config::parse(ROBOT, "robot.toml").unwrap();
+    let channels = [&WHEELS[..], &[names::GYRO_Z]].concat();
+    let log = log(&config, Course::Random, (ids::track_width(), "relative", 0.04), &channels);
+    let among = [ids::scale_factor(), ids::track_width(), ids::radius_scale()];
+    let plan = planned(&config, &log, &among, &["squares", "varied", "squares_marked", "spins_marked"]);
+    let of = |name: &str| plan.experiments.iter().find(|e| e.name == name).unwrap();
+    assert_eq!(plan.first().unwrap().name, "squares_marked", "{plan:?}");
+    assert!(of("squares_marked").alone && !of("squares").alone);
+    // what is the same to every reading differs by its prior alone
+    for name in ["squares", "varied"] {
+        assert!(of(name).pairs.iter().all(|p| p.nats.abs() < plan.resolution_nats), "{name}: {:?}", of(name).pairs);
+    }
+    // in place a wheel of another radius and another track turn alike
+    let spins = of("spins_marked");
+    let pair = |a: &str, b: &str| spins.pairs.iter().find(|p| p.truth == a && p.rival == b).unwrap().nats;
+    assert!(pair(ids::track_width(), ids::scale_factor()) > plan.resolution_nats, "{:?}", spins.pairs);
+    assert!(pair(ids::track_width(), ids::radius_scale()) < plan.resolution_nats, "{:?}", spins.pairs);
+    // without marks the plan asks for what the log lacks
+    let blind = planned(&config, &log, &among, &["squares", "spins"]);
+    assert!(blind.first().is_none() && blind.needed.unwrap().contains("pose"));
+}
