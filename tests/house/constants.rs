@@ -42,7 +42,8 @@ fn constant(line: &str, rest: &[&str]) -> Option<(String, String)> {
     }
     let (name, typed) = from.split_once(": ")?;
     let (kind, value) = typed.split_once(" = ").or_else(|| typed.split_once(" ="))?;
-    let number = ["f64", "usize", "u8", "u32", "u64", "i32", "Policy"].iter().any(|n| kind.contains(n)) && !kind.contains('&');
+    let number =
+        ["f64", "usize", "u8", "u32", "u64", "i32", "Policy"].iter().any(|n| kind.contains(n)) && !kind.contains('&');
     if !number || !name.chars().all(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_') {
         return None;
     }

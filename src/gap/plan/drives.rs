@@ -11,7 +11,6 @@ use crate::effects::drive::Driving;
 use crate::error::Result;
 use crate::gap::diagnosis::Drive;
 use crate::gap::drive::fit::Compared;
-use crate::gap::drive::fit::evidence::Member;
 use crate::gap::drive::options::Options as DriveOptions;
 use crate::gap::drive::preprocess::changepoint;
 use crate::gap::drive::preprocess::initial_noise::{InitialNoise, diffused};
@@ -19,6 +18,7 @@ use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::Candidates;
 use crate::gap::drive::regressors::practical_identifiability::{LN_ODDS, gains, lacking};
 use crate::gap::power::simulated::Simulator;
+use crate::gap::selection::search::Member;
 use crate::signal::Log;
 use crate::simulate::Seeds;
 
@@ -100,7 +100,7 @@ impl<'a> Drives<'a> {
         let own: Vec<usize> = (0..all.groups.len()).filter(|g| truth.has(&all.groups[*g].id)).collect();
         let fitted = Compared::all_in(record, &noise, all.only(|g| own.contains(&g)), self.sizes(truth, &all));
         let problem = all.linearise(record, &noise, &fitted.next().0);
-        let members: Vec<Member> = fitted.sets[0].members.iter().map(|&(g, node)| (own[g], node)).collect();
+        let members: Vec<Member> = fitted.sets[0].fitted.iter().map(|&(g, node)| (own[g], node)).collect();
         let rest: Vec<Member> = members.iter().copied().filter(|m| all.groups[m.0].id != truth.id).collect();
         let gains = gains(&problem.expected(&members), &all.groups, &rest);
         // what has no columns, or explains less than nothing, is no better than nothing
