@@ -52,7 +52,7 @@
 //! use gyroid::simulate::{Options as Seed, stationary};
 //!
 //! let simulator = Config::parse(
-//!     "schema_version = 1\nkind = 'stationary'\nsample_time_s = 0.5\n\
+//!     "schema = 1\nkind = 'stationary'\nsample_time_s = 0.5\n\
 //!      [gyro]\nc1_rad_s = 2e-3\nc2_rad_s = -5e-3\ntime_constant_s = 240.0\nangle_random_walk_rad_sqrt_s = 1e-4",
 //!     "gyroid.toml",
 //! )?;
