@@ -17,10 +17,10 @@ use gyroid::navigate::{
     Alignment, Consistency, ReferenceErrors, Run, Settings, Standstill, Summary, WheelModel, WheelSlip,
 };
 use gyroid::report::html::{DrivePage, drive_page};
-use gyroid::signal::{Log, names};
+use gyroid::signal::Log;
 use gyroid::units::{RAD_S_PER_DEG_S, duration_text};
 use gyroid::{Error, ErrorKind, Result};
-use results::{Results, ZEROED};
+use results::{Asked, Results, ZEROED, has_gyro};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -106,6 +106,10 @@ enum WheelsName {
 }
 
 impl NavigateArgs {
+    fn asked(&self) -> Asked {
+        Asked { settings: self.settings(), filtered: self.filtered, no_error_model: self.no_error_model }
+    }
+
     fn settings(&self) -> Settings {
         Settings {
             use_pose: self.use_pose,
@@ -124,10 +128,6 @@ impl NavigateArgs {
             ..Settings::default()
         }
     }
-}
-
-fn has_gyro(log: &Log) -> bool {
-    log.get(names::GYRO_Z).is_some_and(|rates| rates.iter().any(|w| w.is_finite()))
 }
 
 pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
@@ -153,12 +153,12 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
         let found = format!("{} has no gyro that could be left warm", log.source);
         return Err(Error::new(ErrorKind::Usage, "--save-config", found).hint("leave out --save-config"));
     }
-    let results = Results::of(args, &config, log, &working).map_err(named)?;
+    let results = Results::of(args.asked(), &config, log, &working).map_err(named)?;
     drop(working);
     if let Some(out) = out {
-        out.write(pose(results.written(args)))?;
+        out.write(pose(results.written()))?;
     }
-    let fit_for_use = results.written(args).summary.consistency.fit_for_use;
+    let fit_for_use = results.written().summary.consistency.fit_for_use;
     if let Some(mut file) = save.filter(|_| fit_for_use || args.accept) {
         let after = config.clone().after_run(results.best().summary.warm_up_age_end_s).map_err(named)?;
         file.write_all(after.to_toml().map_err(named)?.as_bytes())?;
@@ -190,7 +190,7 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
             let drive = DrivePage {
                 logs: &args.logs.iter().map(|l| l.display().to_string()).collect::<Vec<_>>().join(" + "),
                 rows: &results.rows(),
-                judged: &results.written(args).summary,
+                judged: &results.written().summary,
                 picture: &picture,
                 text: &text(args, &config, &results, &recording.notes),
                 notes: &recording.notes,
@@ -198,7 +198,7 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
             html::write(file, &drive_page(&drive, &origin)?, &output)?;
         }
     }
-    output.finish(&results.json(args, &recording.notes))?;
+    output.finish(&results.json(&recording.notes))?;
     Ok(if fit_for_use || args.accept { Outcome::Done } else { Outcome::Unfit })
 }
 
@@ -297,7 +297,7 @@ fn text(args: &NavigateArgs, config: &Config, results: &Results, reading: &[Stri
         }
         None => {}
     }
-    let judged = &results.written(args).summary.consistency;
+    let judged = &results.written().summary.consistency;
     if let Some(path) = &args.save_config {
         let _ = match judged.fit_for_use || args.accept {
             true => write!(t, "\nwrote {}: warm-up age {:.0} s", path.display(), best.warm_up_age_end_s),

@@ -1,6 +1,5 @@
 //! Results of the filters and of dead reckoning over one drive.
 
-use super::{NavigateArgs, has_gyro};
 use crate::cli::output::Working;
 use gyroid::config::Config;
 use gyroid::effects::Library;
@@ -8,7 +7,7 @@ use gyroid::navigate::{
     ErrorModel, Reckoning, ReferenceErrors, Run, Settings, Summary, dead_reckoning, gyro_reckoning, run_with,
     zeroed_at_start,
 };
-use gyroid::signal::Log;
+use gyroid::signal::{Log, names};
 use gyroid::vehicle::{Odometry, Rolling};
 use gyroid::{Result, progress};
 use std::cell::Cell;
@@ -17,8 +16,19 @@ use std::rc::Rc;
 /// Name of the filter whose gyro was zeroed.
 pub(super) const ZEROED: &str = "zeroed at the start";
 
+/// How the filters are asked to run.
+#[derive(Clone, Copy)]
+pub(super) struct Asked {
+    pub settings: Settings,
+    /// Whether each pose is given the readings up to it alone.
+    pub filtered: bool,
+    /// Whether the run without error model is the one that is written.
+    pub no_error_model: bool,
+}
+
 /// Results of the filters and of dead reckoning over one drive.
 pub(super) struct Results {
+    asked: Asked,
     /// `None` where the drive has no gyro whose error could be modelled.
     pub with: Option<Run>,
     pub without: Run,
@@ -40,12 +50,17 @@ pub(super) struct ZeroedRun {
     pub rest_s: f64,
 }
 
+/// Whether a drive has readings of a gyro.
+pub(super) fn has_gyro(log: &Log) -> bool {
+    log.get(names::GYRO_Z).is_some_and(|rates| rates.iter().any(|w| w.is_finite()))
+}
+
 impl Results {
-    pub fn of(args: &NavigateArgs, config: &Config, log: &Log, working: &Working) -> Result<Self> {
+    pub fn of(asked: Asked, config: &Config, log: &Log, working: &Working) -> Result<Self> {
         let has_gyro = has_gyro(log);
-        let settings = |error_model| Settings { error_model, ..args.settings() };
+        let settings = |error_model| Settings { error_model, ..asked.settings };
         // what is written is smoothed
-        let smoothed = |settings, written| Settings { smooth: written && !args.filtered, ..settings };
+        let smoothed = |settings, written| Settings { smooth: written && !asked.filtered, ..settings };
         let plain = settings(ErrorModel::Off);
         let effects = Library::new().with_own(config)?;
         let zeroed = zeroed_at_start(config, log)?;
@@ -58,12 +73,12 @@ impl Results {
         };
         let filter = |config: &Config, settings: &Settings| filter_over(config, log, settings);
         let bare = Config { effects: Vec::new(), ..config.clone() };
-        let without = filter(config, &smoothed(plain, args.no_error_model || !has_gyro))?;
+        let without = filter(config, &smoothed(plain, asked.no_error_model || !has_gyro))?;
         let most = if has_gyro { settings(ErrorModel::WarmUp) } else { plain };
         let nominal = if config.effects.is_empty() { None } else { Some(filter(&bare, &most)?) };
         let tick_rad = config.encoder.and_then(|e| e.tick_rad());
         let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);
-        let with = if has_gyro { Some(filter(config, &smoothed(most, !args.no_error_model))?) } else { None };
+        let with = if has_gyro { Some(filter(config, &smoothed(most, !asked.no_error_model))?) } else { None };
         let encoders = match odometry.as_ref().and_then(Odometry::wheels) {
             Some(_) => Some(dead_reckoning(config, log, &plain)?),
             None => None,
@@ -74,7 +89,7 @@ impl Results {
             let gyro = gyro_reckoning(config, &z.log, &plain)?;
             Ok(ZeroedRun { run, gyro, zero_rad_s: z.zero_rad_s, rest_s: z.rest_s })
         });
-        Ok(Self { with, without, zeroed: zeroed.transpose()?, nominal, encoders, gyro })
+        Ok(Self { asked, with, without, zeroed: zeroed.transpose()?, nominal, encoders, gyro })
     }
 
     /// The filter that knows most.
@@ -83,8 +98,8 @@ impl Results {
     }
 
     /// The run whose pose is written, by which all is judged.
-    pub fn written(&self, args: &NavigateArgs) -> &Run {
-        if args.no_error_model { &self.without } else { self.best() }
+    pub fn written(&self) -> &Run {
+        if self.asked.no_error_model { &self.without } else { self.best() }
     }
 
     /// All that ran, by name: errors, and for filters the summary.
@@ -117,8 +132,8 @@ impl Results {
         all.into_iter().filter_map(|(name, r)| Some((name, r?))).collect()
     }
 
-    pub fn json(&self, args: &NavigateArgs, notes: &[String]) -> serde_json::Value {
-        let written = self.written(args);
+    pub fn json(&self, notes: &[String]) -> serde_json::Value {
+        let written = self.written();
         let reckoned = |r: &Option<Reckoning>| r.as_ref().map(|r| serde_json::json!({ "reference": r.reference }));
         serde_json::json!({
             "fit_for_use": written.summary.consistency.fit_for_use,
