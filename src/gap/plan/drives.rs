@@ -1,7 +1,8 @@
 //! E = ln p(z | truth) - ln p(z | rival) at the readings that the truth predicts on average, of the log and an experiment together
 //!
 //! The truth is fitted to both simulated drives, and its model linearised there with the columns of every rival, as the
-//! diagnosis does that says which effects are alike. Chance in the readings plays no part.
+//! diagnosis does that says which effects are alike. Chance in the readings plays no part. What is the same to every reading of
+//! both drives is worth nothing.
 
 use super::rivals::Rival;
 use super::worth::Pair;
@@ -17,6 +18,7 @@ use crate::gap::drive::preprocess::initial_noise::{InitialNoise, diffused};
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::Candidates;
 use crate::gap::drive::regressors::practical_identifiability::{LN_ODDS, gains, lacking};
+use crate::gap::drive::regressors::structural_identifiability::StructuralClasses;
 use crate::gap::power::simulated::Simulator;
 use crate::gap::selection::search::Member;
 use crate::signal::Log;
@@ -105,8 +107,12 @@ impl<'a> Drives<'a> {
         let gains = gains(&problem.expected(&members), &all.groups, &rest);
         // what has no columns, or explains less than nothing, is no better than nothing
         let gain = |id: &str| gains.iter().find(|g| all.groups[g.0.0].id == id).map_or(0.0, |g| g.1.max(0.0));
+        // the sizes of motions, known roughly, tell no laws apart that are one and the same to the readings
+        let every: Vec<&'static dyn Driving> = self.library.driving().collect();
+        let classes = StructuralClasses::of(record, &every);
+        let over = |id| if classes.are_same(&truth.id, id) { 0.0 } else { gain(&truth.id) - gain(id) };
         let others = self.rivals.iter().map(|r| r.id.as_str()).filter(|id| *id != truth.id);
-        others.map(|id| (id, gain(&truth.id) - gain(id))).collect()
+        others.map(|id| (id, over(id))).collect()
     }
 
     /// Where the fit begins: at the sizes that were simulated, zero for effects that have several forms.

@@ -91,6 +91,12 @@ impl StructuralClasses {
         Self { told_apart, same, slip: Slip::of(record, effects), steering: record.belief.steering }
     }
 
+    /// Whether no reading of this drive tells two effects apart, by their ids.
+    pub(crate) fn are_same(&self, one: &str, other: &str) -> bool {
+        let compared = |id| self.same.iter().find(|twin| twin.id == id).map_or(id, |twin| twin.of);
+        compared(one) == compared(other)
+    }
+
     /// Effects that are not compared, with the one that is compared in their place, as steps of the trail.
     pub(crate) fn steps(&self) -> Vec<Step> {
         let one = |twin: &Twin| {
