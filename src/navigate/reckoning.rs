@@ -105,12 +105,7 @@ fn integrate(
         }
         if k > 0 {
             let dt = t - times[k - 1];
-            let forcing = Forcing {
-                acceleration_m_s2: (to[0] - m.speed_m_s) / dt,
-                yaw_acceleration_rad_s2: (to[1] - m.yaw_rate_rad_s) / dt,
-                ..Forcing::default()
-            };
-            m = advance(&m, &forcing, dt);
+            m = advance(&m, &Forcing::between(m.velocity(), to, dt), dt);
         }
         if let Some(reference) = &reference {
             errors.add(reference, k, [m.x_m, m.y_m, m.heading_rad], None);

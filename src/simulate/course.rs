@@ -133,7 +133,7 @@ impl Profile {
     }
 
     /// Times (s), speeds (m/s) and yaw rates (rad/s) between which it is linear.
-    pub(crate) fn corners(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+    pub(crate) fn corners(&self) -> impl DoubleEndedIterator<Item = [f64; 3]> + '_ {
         self.corners.iter().map(|c| [c.t_s, c.speed_m_s, c.yaw_rate_rad_s])
     }
 

@@ -94,12 +94,7 @@ fn driven(
         progress::tell(k, len);
         let t = time.at(k);
         let wheels_rad_s = recorder.record(t, start_s + t, &mut plant);
-        let [speed, yaw_rate] = profile.at(t + step_s);
-        let planned = Forcing {
-            acceleration_m_s2: (speed - reference.speed_m_s) / step_s,
-            yaw_acceleration_rad_s2: (yaw_rate - reference.yaw_rate_rad_s) / step_s,
-            ..Forcing::default()
-        };
+        let planned = Forcing::between(reference.velocity(), profile.at(t + step_s), step_s);
         let command = tracker.torques(plant.rolling(), &plant.indicated(wheels_rad_s), &reference, &planned);
         torques[0].push(command[0]);
         torques[1].push(command[1]);
@@ -169,13 +164,7 @@ fn replayed(config: &Config, inputs: &Log, options: &Options, source: Option<&dy
             progress::tell(k, times.len());
             recorder.record(t, since, &mut plant);
             if let Some(next) = times.get(k + 1) {
-                let motion = *plant.motion();
-                let [speed, yaw_rate] = velocity(&plant, k + 1);
-                let forcing = Forcing {
-                    acceleration_m_s2: (speed - motion.speed_m_s) / (next - t),
-                    yaw_acceleration_rad_s2: (yaw_rate - motion.yaw_rate_rad_s) / (next - t),
-                    ..Forcing::default()
-                };
+                let forcing = Forcing::between(plant.motion().velocity(), velocity(&plant, k + 1), next - t);
                 plant.roll(&forcing, next - t);
             }
         }

@@ -26,6 +26,13 @@ pub struct Motion {
     pub yaw_rate_rad_s: f64,
 }
 
+impl Motion {
+    /// Speed, m/s, and yaw rate, rad/s.
+    pub(crate) fn velocity(&self) -> [f64; 2] {
+        [self.speed_m_s, self.yaw_rate_rad_s]
+    }
+}
+
 /// Accelerations and damping of the motion over a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Forcing {
@@ -37,6 +44,14 @@ pub struct Forcing {
     pub speed_damping_per_s: f64,
     /// μ: rate at which friction takes the yaw rate, 1/s, not negative.
     pub yaw_damping_per_s: f64,
+}
+
+impl Forcing {
+    /// The even change from one speed (m/s) and yaw rate (rad/s) to another within `dt_s`, without friction.
+    pub(crate) fn between(from: [f64; 2], to: [f64; 2], dt_s: f64) -> Self {
+        let [acceleration_m_s2, yaw_acceleration_rad_s2] = [0, 1].map(|i| (to[i] - from[i]) / dt_s);
+        Self { acceleration_m_s2, yaw_acceleration_rad_s2, ..Self::default() }
+    }
 }
 
 /// Derivatives of the motion after a step; those of v and ω are diagonal.

@@ -220,11 +220,7 @@ impl Slipping {
                 return Err((excess.sqrt().ceil() as u32).clamp(2, PARTS_LIMIT));
             }
         }
-        let forcing = Forcing {
-            acceleration_m_s2: (after[0] - before[0]) / dt_s,
-            yaw_acceleration_rad_s2: (after[1] - before[1]) / dt_s,
-            ..Forcing::default()
-        };
+        let forcing = Forcing::between([before[0], before[1]], [after[0], after[1]], dt_s);
         if !JACOBIAN {
             let motion = advance(m, &forcing, dt_s);
             return Ok((self.state(motion, after), SlippingJacobian::identity()));

@@ -16,5 +16,6 @@ mod plan;
 mod power;
 mod replay;
 mod rest;
+mod robots;
 mod twin;
 mod written_back;

@@ -4,6 +4,7 @@
 
 use crate::cases::cases;
 use crate::place::Place;
+use crate::robots::{REST, driving, json};
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::drive::{Driving, registry};
 use gyroid::effects::{Library, Parameters};
@@ -15,19 +16,9 @@ use gyroid::signal::Log;
 use gyroid::simulate::{self, Course, drive_with, replay_with};
 use serde_json::Value;
 
-const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.5\n\
-    [gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\ntime_constant_s = 120.0\nangle_random_walk_rad_sqrt_s = 1e-4\n\
-    turn_on_bias_std_rad_s = 5e-3\nwarm_up_relative_std = 0.1\n";
-const DRIVING: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.02\n\
-    [gyro]\nc1_rad_s = 0.0\nc2_rad_s = 1e-3\ntime_constant_s = 200.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\
-    turn_on_bias_std_rad_s = 5e-3\nwarm_up_relative_std = 0.1\n\
-    [vehicle]\nmass_kg = 14.0\nyaw_inertia_kg_m2 = 0.4\nhalf_track_m = 0.2\nwheel_radius_m = 0.07\n\
-    wheel_inertia_kg_m2 = 0.001\nviscous_friction_n_m_s = 0.002\ntorque_noise_n_m_sqrt_s = 0.001\n\
-    [encoder]\nspeed_noise_std_rad_s = 0.02\n\
-    [pose]\nrate_hz = 50.0\nposition_std_m = 0.005\nheading_std_rad = 0.005\n";
-
-fn json(place: &Place, line: &str) -> Value {
-    serde_json::from_str(&place.ok(&format!("{line} --json -"))).unwrap()
+/// The robot, its pose read in every row.
+fn robot() -> String {
+    driving(50.0, 0.005)
 }
 
 /// `log` with the channels of `inputs` alone, and a reading where these have one.
@@ -42,8 +33,9 @@ fn kept(mut log: Log, inputs: &Log) -> Log {
 
 #[test]
 fn what_a_blind_drive_leaves_open_is_told_by_the_experiment_that_is_suggested() {
-    let with = format!("{DRIVING}[[effect]]\nid = \"gyro.scale_factor\"\nrelative = 0.05\n");
-    let place = Place::with(&[("nominal.toml", DRIVING), ("with.toml", &with)]);
+    let nominal = robot();
+    let with = format!("{nominal}[[effect]]\nid = \"gyro.scale_factor\"\nrelative = 0.05\n");
+    let place = Place::with(&[("nominal.toml", &nominal), ("with.toml", &with)]);
     place.ok("simulate with.toml --course random --duration 40 --seed 3 -o whole.parquet");
     let mut log = read_log(place.path("whole.parquet")).unwrap();
     log.channels.retain(|c| c.name.starts_with("gyro_") || c.name.starts_with("wheel_"));
@@ -95,7 +87,7 @@ fn noise_that_wanders_is_told_by_a_longer_rest() {
 
 #[test]
 fn bad_input_is_said() {
-    let place = Place::with(&[("robot.toml", DRIVING), ("rest.toml", REST), ("answer.json", "{}")]);
+    let place = Place::with(&[("robot.toml", &robot()), ("rest.toml", REST), ("answer.json", "{}")]);
     place.ok("simulate robot.toml --course random --duration 20 --seed 3 -o drive.parquet");
     place.ok("simulate rest.toml --duration 400 --seed 3 -o rest.csv");
     let line = "gap plan robot.toml --fit drive.parquet --among";
@@ -176,7 +168,7 @@ fn separates(answer: &Answer, truth: &str, rivals: &[&str]) -> bool {
 #[test]
 #[ignore = "diagnoses some ten drives for each case: minutes each"]
 fn first_suggestions_separate_four_fifths() {
-    let config = Config::parse(DRIVING, "robot.toml").unwrap();
+    let config = Config::parse(&robot(), "robot.toml").unwrap();
     let wanted = cases(100);
     let (mut tried, mut told, mut none, mut seed) = (0, 0, 0, 0);
     while tried < wanted {

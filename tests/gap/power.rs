@@ -1,23 +1,8 @@
 //! `gyroid gap power`, as a user asks what a log could have found.
 
 use crate::place::Place;
+use crate::robots::{REST, driving, json};
 use gyroid::gap::answer::Verdict;
-use serde_json::Value;
-
-const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.5\n\
-    [gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\ntime_constant_s = 120.0\nangle_random_walk_rad_sqrt_s = 1e-4\n\
-    turn_on_bias_std_rad_s = 5e-3\nwarm_up_relative_std = 0.1\n";
-const DRIVING: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.02\n\
-    [gyro]\nc1_rad_s = 0.0\nc2_rad_s = 1e-3\ntime_constant_s = 200.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\
-    turn_on_bias_std_rad_s = 5e-3\nwarm_up_relative_std = 0.1\n\
-    [vehicle]\nmass_kg = 14.0\nyaw_inertia_kg_m2 = 0.4\nhalf_track_m = 0.2\nwheel_radius_m = 0.07\n\
-    wheel_inertia_kg_m2 = 0.001\nviscous_friction_n_m_s = 0.002\ntorque_noise_n_m_sqrt_s = 0.001\n\
-    [encoder]\nspeed_noise_std_rad_s = 0.02\n\
-    [pose]\nrate_hz = 10.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
-
-fn json(place: &Place, line: &str) -> Value {
-    serde_json::from_str(&place.ok(&format!("{line} --json -"))).unwrap()
-}
 
 /// Effect that the diagnosis names in a log of `config` with `effect` of this size, by other chance than the power's.
 fn named(place: &Place, config: &str, inputs: &str, effect: (&str, &str, f64)) -> Option<String> {
@@ -54,14 +39,15 @@ fn a_size_at_rest_is_named_and_a_third_of_it_is_not() {
 
 #[test]
 fn a_size_of_a_drive_is_named_and_what_its_channels_cannot_show_is_said() {
-    let place = Place::with(&[("nominal.toml", DRIVING)]);
+    let config = driving(10.0, 0.002);
+    let place = Place::with(&[("nominal.toml", &config)]);
     place.ok("simulate nominal.toml --course random --duration 40 --seed 3 -o drive.parquet");
     let line = "gap power nominal.toml --inputs drive.parquet --effect wheel.radius_mismatch --cases 3";
     let found = json(&place, line);
     let size = found["effects"][0]["smallest"].as_f64().unwrap();
     let of = |share: f64| {
         let effect = ("wheel.radius_mismatch", "right_over_left_minus_one", share * size);
-        named(&place, DRIVING, "drive.parquet", effect)
+        named(&place, &config, "drive.parquet", effect)
     };
     assert_eq!(of(2.0).as_deref(), Some("wheel.radius_mismatch"), "{size}");
     assert_ne!(of(0.25).as_deref(), Some("wheel.radius_mismatch"), "{size}");

@@ -2,11 +2,11 @@
 //! constants nobody tells.
 
 use crate::place::Place;
+use crate::robots::json;
 use gyroid::config::Config;
 use gyroid::gap::Answer;
 use gyroid::gap::answer::Verdict;
 use gyroid::math::random::Stream;
-use serde_json::Value;
 
 /// A simulator of somebody's: no constant is that of `INIT`.
 const THEIRS: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
@@ -24,10 +24,6 @@ fn drives(place: &Place, config: &str, names: &[(&str, u64)]) {
     for (name, seed) in names {
         place.ok(&format!("simulate made.toml --course random --duration 60 --seed {seed} -o {name}"));
     }
-}
-
-fn json(place: &Place, line: &str) -> Value {
-    serde_json::from_str(&place.ok(&format!("{line} --json -"))).unwrap()
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //!
 //! `GYROID_WRITE_BOOK=1 cargo test --test house book::` writes it anew.
 
+use crate::floors::rust_files;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -88,20 +89,6 @@ fn groups(text: &str) -> (Vec<Group>, Vec<String>) {
     (found, bare)
 }
 
-/// Rust files below `folder`, those of tests left out, in order.
-fn files(folder: &Path, into: &mut Vec<std::path::PathBuf>) {
-    let mut entries: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
-    entries.sort();
-    for path in entries {
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        if path.is_dir() && name != "tests" {
-            files(&path, into);
-        } else if name.ends_with(".rs") && !name.ends_with("tests.rs") {
-            into.push(path);
-        }
-    }
-}
-
 const HEAD: &str = "\
 # The constants
 
@@ -114,12 +101,15 @@ fn the_page_of_constants_is_that_of_the_code() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let gap = root.join("src/gap");
     let mut paths = Vec::new();
-    files(&gap, &mut paths);
+    rust_files(&gap, &mut paths);
+    let of_tests = |name: &str| name.ends_with("tests.rs") || name.contains("/tests/");
+    let inside = |path: std::path::PathBuf| path.strip_prefix(&gap).unwrap().to_string_lossy().replace('\\', "/");
+    let mut names: Vec<String> = paths.into_iter().map(inside).filter(|name| !of_tests(name)).collect();
+    names.sort();
     let mut sections: Vec<String> = STAGES.iter().map(|_| String::new()).collect();
     let mut bare = Vec::new();
-    for path in paths {
-        let name = path.strip_prefix(&gap).unwrap().to_string_lossy().replace('\\', "/");
-        let (found, without) = groups(&fs::read_to_string(&path).unwrap());
+    for name in names {
+        let (found, without) = groups(&fs::read_to_string(gap.join(&name)).unwrap());
         bare.extend(without.into_iter().map(|constant| format!("{name}: {constant}")));
         let stage = STAGES.iter().position(|(folder, _)| name.starts_with(folder)).unwrap();
         for group in found {

@@ -7,18 +7,16 @@ use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
 use crate::cli::places;
 use clap::Args;
-use gyroid::config::{Config, Kind};
-use gyroid::effects::Library;
+use gyroid::config::Config;
 use gyroid::files::Plan as Files;
 use gyroid::gap::plan::{Options, plan};
-use gyroid::gap::{self, Answer, Drive, diagnose_drives};
+use gyroid::gap::{self, Answer};
 use gyroid::ingest::LogWriter;
 use gyroid::report::PlanReport;
-use gyroid::signal::Log;
 use gyroid::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
-/// What can this log not tell apart, and which next experiment would: courses and recordings by the evidence that they would bring
+/// The next experiment, by what it would tell apart and this log cannot: courses and recordings, ranked by expected evidence
 ///
 /// The effects in question are fitted to the log, and every experiment is simulated with each of them. Of a drive, an experiment
 /// is diagnosed together with the log; one that brings a reference which the log lacks, and every one at rest, by itself.
@@ -85,7 +83,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
         None if !args.among.is_empty() => None,
         None => {
             working.show("diagnosing the log");
-            Some(diagnosed(&config, &log, &library, since_power_on_s, args.asked.seed).map_err(named)?)
+            let options = gap::Options { seed: args.asked.seed, since_power_on_s, ..gap::Options::default() };
+            Some(gap::diagnose(&config, &log, None, &library, &options).map_err(named)?.answer)
         }
     };
     let options = Options {
@@ -114,20 +113,9 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
         }
     }
     let mut json = serde_json::json!(found);
-    json["kind"] = if config.kind == Kind::Driving { "driving" } else { "stationary" }.into();
+    json["kind"] = serde_json::json!(config.kind);
     output.finish(&json)?;
     Ok(outcome)
-}
-
-fn diagnosed(config: &Config, log: &Log, library: &Library, since_power_on_s: f64, seed: u64) -> Result<Answer> {
-    let options = gap::Options { seed, since_power_on_s, ..gap::Options::default() };
-    let found = match config.kind {
-        Kind::Driving => {
-            diagnose_drives(config, &[Drive { log, since_power_on_s }], &[], library, &options, &mut |_| {})
-        }
-        Kind::Stationary => gap::diagnose(config, log, None, library, &options),
-    };
-    Ok(found?.answer)
 }
 
 /// The answer of a diagnosis.

@@ -95,7 +95,7 @@ pub(crate) fn run(args: &PowerArgs) -> Result<Outcome> {
         output.say(format!("\ndrew {}", drawn.join(", ")));
     }
     let mut json = serde_json::json!(found);
-    json["kind"] = if config.kind == Kind::Driving { "driving" } else { "stationary" }.into();
+    json["kind"] = serde_json::json!(config.kind);
     output.finish(&json)?;
     Ok(Outcome::Done)
 }

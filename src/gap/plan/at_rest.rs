@@ -2,7 +2,7 @@
 //!
 //! At rest a diagnosis takes one recording, so that an experiment has to tell effects apart by itself.
 
-use super::inputs;
+use super::inputs::SOURCE;
 use super::rivals::Rival;
 use super::worth::Pair;
 use crate::config::Config;
@@ -14,7 +14,7 @@ use crate::gap::diagnosis::Options as GapOptions;
 use crate::gap::power::simulated::Simulator;
 use crate::gap::rest::model_selection::DEPTH;
 use crate::gap::selection::findings::Findings;
-use crate::signal::{Log, names};
+use crate::signal::{Log, TimeAxis, names};
 use crate::simulate::Seeds;
 use rayon::prelude::*;
 
@@ -46,7 +46,7 @@ pub(super) struct Recording {
     make: fn(&Like) -> Result<Log>,
 }
 
-/// What the given recording was like.
+/// The given recording, as further ones follow it.
 pub(super) struct Like<'a> {
     log: &'a Log,
     start_s: f64,
@@ -67,16 +67,25 @@ impl<'a> Like<'a> {
         if count > 0.0 { sum / count } else { else_ }
     }
 
-    fn steady(&self, start_s: f64, rows: usize) -> Result<Log> {
-        let (warm, supply) = (self.mean(names::TEMPERATURE, ROOM_C), self.mean(names::SUPPLY, SUPPLY_V));
-        let logged = |name| self.log.get(name).is_some();
-        let (warm, supply) = (|_| warm, |_| supply);
-        inputs::at_rest(
-            [start_s, self.step_s],
-            rows,
-            logged(names::TEMPERATURE).then_some(&warm),
-            logged(names::SUPPLY).then_some(&supply),
-        )
+    /// A recording of `rows` rows from `start_s` on. A channel follows its mean in the given recording by what `warmed` (K) and
+    /// `raised` (V) say of a share of the recording; without them it is steady, and there where it was logged.
+    fn recording(
+        &self,
+        start_s: f64,
+        rows: usize,
+        warmed: Option<&dyn Fn(f64) -> f64>,
+        raised: Option<&dyn Fn(f64) -> f64>,
+    ) -> Result<Log> {
+        let mut log = Log::new(SOURCE, TimeAxis::Uniform { start_s, step_s: self.step_s, len: rows });
+        log.push(names::GYRO_Z, vec![0.0; rows])?;
+        for (name, else_, change) in [(names::TEMPERATURE, ROOM_C, warmed), (names::SUPPLY, SUPPLY_V, raised)] {
+            if change.is_some() || self.log.get(name).is_some() {
+                let from = self.mean(name, else_);
+                let at = |k: usize| from + change.map_or(0.0, |f| f(k as f64 / rows as f64));
+                log.push(name, (0..rows).map(at).collect())?;
+            }
+        }
+        Ok(log)
     }
 
     /// After the warm-up.
@@ -95,35 +104,27 @@ pub(super) const RECORDINGS: [Recording; 5] = [
     Recording {
         name: "rest_longer",
         how: "Leave the unit at rest, at a steady temperature, for four times as long.",
-        make: |like| like.steady(like.start_s, LONGER * like.log.len()),
+        make: |like| like.recording(like.start_s, LONGER * like.log.len(), None, None),
     },
     Recording {
         name: "rest_warm",
         how: "Leave the unit at rest, at a steady temperature, and begin when it has warmed up: after five time constants.",
-        make: |like| like.steady(like.warm_s(), like.log.len()),
+        make: |like| like.recording(like.warm_s(), like.log.len(), None, None),
     },
     Recording {
         name: "reheat",
         how: "When it has warmed up, warm the unit by 10 K and let it cool, twice, and log its temperature (temperature_c).",
         make: |like| {
-            let from = like.mean(names::TEMPERATURE, ROOM_C);
-            let warmed = |u: f64| from + WARMED_K * (1.0 - (CYCLES * std::f64::consts::TAU * u).cos()) / 2.0;
-            let supply = like.mean(names::SUPPLY, SUPPLY_V);
-            let supply = |_| supply;
-            let supplied = like.log.get(names::SUPPLY).is_some();
-            inputs::at_rest([like.warm_s(), like.step_s], like.log.len(), Some(&warmed), supplied.then_some(&supply))
+            let warmed = |u: f64| WARMED_K * (1.0 - (CYCLES * std::f64::consts::TAU * u).cos()) / 2.0;
+            like.recording(like.warm_s(), like.log.len(), Some(&warmed), None)
         },
     },
     Recording {
         name: "supply_steps",
         how: "When it has warmed up, step the supply by 50 mV up and down, twice, and log it (supply_v).",
         make: |like| {
-            let from = like.mean(names::SUPPLY, SUPPLY_V);
-            let stepped = |u: f64| from + if (CYCLES * u).fract() < 0.5 { 0.0 } else { RAISED_V };
-            let warm = like.mean(names::TEMPERATURE, ROOM_C);
-            let warm = |_| warm;
-            let warmed = like.log.get(names::TEMPERATURE).is_some();
-            inputs::at_rest([like.warm_s(), like.step_s], like.log.len(), warmed.then_some(&warm), Some(&stepped))
+            let raised = |u: f64| if (CYCLES * u).fract() < 0.5 { 0.0 } else { RAISED_V };
+            like.recording(like.warm_s(), like.log.len(), None, Some(&raised))
         },
     },
 ];

@@ -85,19 +85,13 @@ fn limit(values: &mut [f64]) -> f64 {
 pub(super) struct Track {
     limits: Limits,
     profile: Profile,
-    now: Command,
     /// Times at which the robot stands on a mark, s.
     pub marks_s: Vec<f64>,
 }
 
 impl Track {
     fn new(limits: Limits) -> Self {
-        let mut track = Self {
-            limits,
-            profile: Profile::default(),
-            now: Command { t_s: 0.0, speed_m_s: 0.0, yaw_rate_rad_s: 0.0 },
-            marks_s: Vec::new(),
-        };
+        let mut track = Self { limits, profile: Profile::default(), marks_s: Vec::new() };
         track.stand();
         track.on_mark();
         track
@@ -109,7 +103,12 @@ impl Track {
     }
 
     pub(super) fn duration_s(&self) -> f64 {
-        self.now.t_s
+        self.now()[0]
+    }
+
+    /// Its end so far: time, s, speed, m/s, and yaw rate, rad/s.
+    fn now(&self) -> [f64; 3] {
+        self.profile.corners().next_back().unwrap_or_default()
     }
 
     /// Its corners.
@@ -134,13 +133,13 @@ impl Track {
     fn go(&mut self, [speed_m_s, yaw_rate_rad_s]: [f64; 2], ramp_s: f64, hold_s: f64) {
         self.profile.ramp(ramp_s, speed_m_s, yaw_rate_rad_s);
         self.profile.hold(hold_s);
-        self.now = Command { t_s: self.now.t_s + ramp_s + hold_s, speed_m_s, yaw_rate_rad_s };
     }
 
     /// Shortest time in which wheels go over to this speed and yaw rate, s.
     fn ramp_s(&self, [speed_m_s, yaw_rate_rad_s]: [f64; 2]) -> f64 {
-        let by_speed = (speed_m_s - self.now.speed_m_s).abs();
-        let by_turn = (yaw_rate_rad_s - self.now.yaw_rate_rad_s).abs() * self.limits.half_track_m;
+        let [_, speed, yaw_rate] = self.now();
+        let by_speed = (speed_m_s - speed).abs();
+        let by_turn = (yaw_rate_rad_s - yaw_rate).abs() * self.limits.half_track_m;
         ((by_speed + by_turn) / self.limits.acceleration_m_s2).max(MEAN_S)
     }
 
@@ -160,7 +159,7 @@ impl Track {
     }
 
     fn on_mark(&mut self) {
-        self.marks_s.push(self.now.t_s - 0.5 * STAND_S);
+        self.marks_s.push(self.duration_s() - 0.5 * STAND_S);
     }
 }
 
@@ -168,7 +167,7 @@ impl Track {
 pub(super) struct Course {
     pub name: &'static str,
     pub how: &'static str,
-    /// What marks make a reference of it; empty where it passes no place again.
+    /// How marks make a reference of it, in sentences; empty where it passes no place again.
     pub marked: &'static str,
     /// One lap: 1 and -1 in turns for the way round, full and half of the speed in turns.
     lap: fn(&mut Track, sense: f64, share: f64),
@@ -316,11 +315,7 @@ mod tests {
                 assert!(wheel < LIMITS.speed_m_s * (1.0 + 1e-9), "{} {t}: {v} {w}", course.name);
                 let change = ((next_v - v).abs() + LIMITS.half_track_m * (next_w - w).abs()) / DT;
                 assert!(change < LIMITS.acceleration_m_s2 * (1.0 + 1e-6), "{} {t}: {change}", course.name);
-                let forcing = Forcing {
-                    acceleration_m_s2: (next_v - v) / DT,
-                    yaw_acceleration_rad_s2: (next_w - w) / DT,
-                    ..Forcing::default()
-                };
+                let forcing = Forcing::between([v, w], [next_v, next_w], DT);
                 motion = advance(&motion, &forcing, DT);
             }
             assert_eq!(track.at(track.duration_s()), [0.0, 0.0]);

@@ -94,6 +94,13 @@ impl<'a> Drives<'a> {
 
     /// Expected evidence of `truth` over each other rival in a `record` of it, nats.
     fn over(&self, truth: &Rival, record: &Record) -> Vec<(&'a str, f64)> {
+        let others = self.rivals.iter().map(|r| r.id.as_str()).filter(|id| *id != truth.id);
+        // the sizes of motions, known roughly, tell no laws apart that are one and the same to the readings
+        let every: Vec<&'static dyn Driving> = self.library.driving().collect();
+        let classes = StructuralClasses::of(record, &every);
+        if others.clone().all(|id| classes.are_same(&truth.id, id)) {
+            return others.map(|id| (id, 0.0)).collect();
+        }
         let options = DriveOptions::default();
         let asked = |id: &str| self.rivals.iter().any(|r| r.has(id));
         let effects: Vec<&'static dyn Driving> = self.library.driving().filter(|e| asked(e.about().id)).collect();
@@ -107,11 +114,7 @@ impl<'a> Drives<'a> {
         let gains = gains(&problem.expected(&members), &all.groups, &rest);
         // what has no columns, or explains less than nothing, is no better than nothing
         let gain = |id: &str| gains.iter().find(|g| all.groups[g.0.0].id == id).map_or(0.0, |g| g.1.max(0.0));
-        // the sizes of motions, known roughly, tell no laws apart that are one and the same to the readings
-        let every: Vec<&'static dyn Driving> = self.library.driving().collect();
-        let classes = StructuralClasses::of(record, &every);
         let over = |id| if classes.are_same(&truth.id, id) { 0.0 } else { gain(&truth.id) - gain(id) };
-        let others = self.rivals.iter().map(|r| r.id.as_str()).filter(|id| *id != truth.id);
         others.map(|id| (id, over(id))).collect()
     }
 

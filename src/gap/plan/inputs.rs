@@ -9,7 +9,7 @@ use crate::signal::{Log, TimeAxis, names};
 use crate::vehicle::{Forcing, Motion, Rolling, advance};
 
 /// Name of a planned log in messages.
-const SOURCE: &str = "plan";
+pub(super) const SOURCE: &str = "plan";
 
 /// Rows in which a pose is read.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,11 +46,7 @@ pub(super) fn of_track(config: &Config, track: &Track, like: &Log, reference: Re
     for k in 0..len {
         let t_s = k as f64 * step_s;
         let next = track.at(t_s + step_s);
-        let planned = Forcing {
-            acceleration_m_s2: (next[0] - motion.speed_m_s) / step_s,
-            yaw_acceleration_rad_s2: (next[1] - motion.yaw_rate_rad_s) / step_s,
-            ..Forcing::default()
-        };
+        let planned = Forcing::between(motion.velocity(), next, step_s);
         let is_read = match reference {
             Reference::None => false,
             Reference::Every(rows) => k.is_multiple_of(rows),
@@ -88,24 +84,6 @@ pub(super) fn of_track(config: &Config, track: &Track, like: &Log, reference: Re
         log.push(names::Y, y)?;
         if reference == Reference::Marks || like.get(names::HEADING).is_some() {
             log.push(names::HEADING, heading)?;
-        }
-    }
-    Ok(log)
-}
-
-/// Inputs of a gyro at rest from `start_s` after power-on: `rows` rows, with the temperature (°C) and the supply (V) of each.
-pub(super) fn at_rest(
-    [start_s, step_s]: [f64; 2],
-    rows: usize,
-    temperature_c: Option<&dyn Fn(f64) -> f64>,
-    supply_v: Option<&dyn Fn(f64) -> f64>,
-) -> Result<Log> {
-    let time = TimeAxis::Uniform { start_s, step_s, len: rows };
-    let mut log = Log::new(SOURCE, time);
-    log.push(names::GYRO_Z, vec![0.0; rows])?;
-    for (name, of) in [(names::TEMPERATURE, temperature_c), (names::SUPPLY, supply_v)] {
-        if let Some(of) = of {
-            log.push(name, (0..rows).map(|k| of(k as f64 / rows as f64)).collect())?;
         }
     }
     Ok(log)

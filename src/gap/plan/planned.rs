@@ -39,7 +39,7 @@ pub struct Options {
     pub since_power_on_s: f64,
 }
 
-/// What a log cannot tell apart, and the experiments that would.
+/// Effects that a log cannot tell apart, and the experiments that would.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plan {
     /// Effects that the log cannot tell apart; fewer than two: there is nothing to plan.
@@ -133,14 +133,14 @@ pub fn plan(
         .transpose()?;
     let (done, all) = (AtomicUsize::new(0), experiments.len());
     observe(0, all);
-    let judged = |one: Experiment| -> Result<Suggestion> {
+    let judged = |one: Experiment| -> Result<(usize, Suggestion)> {
         let pairs = match &of_drives {
             Some(drives) => drives.pairs(&one.inputs, one.alone)?,
             None => at_rest::pairs(config, &one.inputs, library, &plan.rivals, options.seed)?,
         };
         observe(done.fetch_add(1, Ordering::Relaxed) + 1, all);
         let (told, nats) = worth(&pairs, resolution_nats);
-        Ok(Suggestion {
+        let suggestion = Suggestion {
             name: one.name,
             how: one.how,
             duration_s: one.inputs.time.span_s(),
@@ -151,23 +151,20 @@ pub fn plan(
             pairs,
             commands: one.commands,
             inputs: one.inputs,
-        })
+        };
+        Ok((told, suggestion))
     };
     let mut suggestions = experiments.into_par_iter().map(judged).collect::<Result<Vec<_>>>()?;
-    let rank = |s: &Suggestion| worth(&s.pairs, resolution_nats);
-    suggestions.sort_by(|a, b| {
-        let ((told_a, nats_a), (told_b, nats_b)) = (rank(a), rank(b));
-        told_b.cmp(&told_a).then(nats_b.total_cmp(&nats_a))
-    });
+    suggestions.sort_by(|(told_a, a), (told_b, b)| told_b.cmp(told_a).then(b.nats.total_cmp(&a.nats)));
     let lacking = of_drives.as_ref().map(Drives::lacking).transpose()?;
-    plan.experiments = suggestions;
+    plan.experiments = suggestions.into_iter().map(|s| s.1).collect();
     if plan.first().is_none() {
         plan.needed = Some(needed(lacking.as_deref()));
     }
     Ok(plan)
 }
 
-/// What would be needed where no experiment tells rivals apart; `lacking`: channels that a drive lacks, none at rest.
+/// Measurements that would be needed where no experiment tells rivals apart, in a sentence; `lacking`: channels that a drive lacks, none at rest.
 fn needed(lacking: Option<&[&str]>) -> String {
     match lacking {
         None => "A recording at rest shows them alike: several power-ons, or a drive, would have to tell them apart.".into(),

@@ -16,7 +16,7 @@ pub struct Rival {
     pub id: String,
     /// Its parameters where it is fitted to the log in the place of the others.
     pub parameters: Parameters,
-    /// What is found beside it, fitted together with it.
+    /// Effects that are found beside it, fitted together with it.
     pub beside: Vec<Beside>,
 }
 

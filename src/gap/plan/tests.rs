@@ -1,4 +1,4 @@
-//! What experiments tell apart, where theory says it.
+//! Experiments tell apart what theory says that they do.
 
 use super::{Options, Plan, plan};
 use crate::config::{Config, EffectTable};

@@ -1,4 +1,4 @@
-//! What an experiment is worth: evidence of every rival over every other one.
+//! Worth of an experiment: evidence of every rival over every other one.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};

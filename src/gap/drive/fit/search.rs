@@ -8,7 +8,7 @@ const PARTED: usize = 3;
 
 /// A fit is exact and cheap, so is the gain of an extension: one is followed, exchange mends, and all neighbours of the best
 /// sets are compared.
-const POLICY: Policy = Policy {
+pub(crate) const POLICY: Policy = Policy {
     largest: 12,
     most_free: usize::MAX,
     fitted: 1,

@@ -275,7 +275,8 @@ impl<'a, L: SetLikelihood> Search<'a, L> {
     fn meet_neighbours(&mut self, all: &[usize]) {
         let mut looked = BTreeSet::new();
         for _ in 0..self.policy.centres {
-            let Some(centre) = self.posterior().into_iter().find(|met| !looked.contains(&key_of::<L>(met))) else {
+            let Some(centre) = self.ranked().into_iter().find(|met| !looked.contains(&key_of::<L>(met))).cloned()
+            else {
                 break;
             };
             let floor = self.top() - self.policy.window;
@@ -316,7 +317,7 @@ impl<'a, L: SetLikelihood> Search<'a, L> {
             }
         }
         self.meet_neighbours(&all);
-        self.posterior().swap_remove(0)
+        self.ranked().swap_remove(0).clone()
     }
 
     /// ln weight of the best set.
@@ -326,11 +327,16 @@ impl<'a, L: SetLikelihood> Search<'a, L> {
 
     /// All sets fitted, the most probable first; of those that differ in their scales alone, only the best.
     pub(crate) fn posterior(&self) -> Vec<Met<L>> {
+        self.ranked().into_iter().cloned().collect()
+    }
+
+    /// [`Self::posterior`], where it lies.
+    fn ranked(&self) -> Vec<&Met<L>> {
         let mut all: Vec<(&Vec<Member>, &Met<L>)> = self.met.iter().collect();
         all.sort_by(|a, b| b.1.ln_weight.total_cmp(&a.1.ln_weight));
         let mut seen = BTreeSet::new();
         all.retain(|(key, _)| seen.insert(key.iter().map(|m| m.0).collect::<Vec<_>>()));
-        all.into_iter().map(|(_, met)| met.clone()).collect()
+        all.into_iter().map(|(_, met)| met).collect()
     }
 
     /// Each candidate that was tried beside the set `base`.

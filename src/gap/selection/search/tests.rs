@@ -74,36 +74,8 @@ impl SetLikelihood for Columns {
 
 /// Growth that drops members and begins again, and growth that may lose a little and leaves the rest to exchange.
 const POLICIES: [Policy; 2] = [
-    Policy {
-        largest: 9,
-        most_free: 2,
-        fitted: 5,
-        least_gain: -4.0,
-        loss: 0.0,
-        regrows: true,
-        rescales: false,
-        rounds: 1,
-        exchanges: 3,
-        settled: 0.1,
-        reach: 12.0,
-        window: 6.0,
-        centres: 1,
-    },
-    Policy {
-        largest: 9,
-        most_free: usize::MAX,
-        fitted: 1,
-        least_gain: 0.0,
-        loss: 3.0,
-        regrows: false,
-        rescales: true,
-        rounds: 3,
-        exchanges: 6,
-        settled: 1e-6,
-        reach: f64::INFINITY,
-        window: 14.0,
-        centres: 1,
-    },
+    Policy { centres: 1, ..crate::gap::rest::whittle::search::POLICY },
+    Policy { largest: 9, centres: 1, ..crate::gap::drive::fit::search::POLICY },
 ];
 
 /// Two effects of this size, a free form near their sum, and two columns that explain nothing.
