@@ -33,17 +33,17 @@ impl Effect for Custom {
     fn simulated(&self, parameters: &Parameters, scene: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {
         Checked::of(self.0.about, parameters)?;
         for (name, values) in followed(scene) {
-            if self.follows(name) {
+            if self.0.follows(name) {
                 covariate(values.clone(), self.0.about, name, false)?;
             }
         }
-        Ok(path(self.along(scene, &self.values(parameters))))
+        Ok(path(self.along(scene, &self.0.values(parameters))))
     }
 
     fn explanation(&self, scene: &Scene) -> Option<Explanation> {
         let varies = |values: &Option<Vec<f64>>| values.as_ref().is_some_and(|v| varies(v));
-        let shows = followed(scene).into_iter().all(|(name, values)| !self.follows(name) || varies(values));
-        shows.then(|| Explanation::Signal(Box::new(self.clone())))
+        let shows = followed(scene).into_iter().all(|(name, values)| !self.0.follows(name) || varies(values));
+        shows.then(|| Explanation::Signal(Box::new(*self)))
     }
 }
 
@@ -111,7 +111,7 @@ impl Signal for Custom {
     fn parameters(&self, _: &Scene, shape: &[f64], coefficients: &[f64]) -> Parameters {
         let mut values = self.null(shape);
         Custom::coefficients(self).zip(coefficients).for_each(|((place, _), by)| values[place] += by);
-        self.named(&values)
+        self.0.named(&values)
     }
 
     fn shape(&self, _: &Scene, parameters: &Parameters) -> Option<Vec<f64>> {
@@ -119,7 +119,7 @@ impl Signal for Custom {
     }
 
     fn coefficients(&self, _: &Scene, _: &[f64], parameters: &Parameters) -> Option<Vec<f64>> {
-        let values = self.values(parameters);
+        let values = self.0.values(parameters);
         Some(Custom::coefficients(self).map(|(place, null)| values[place] - null).collect())
     }
 
