@@ -3,7 +3,7 @@
 //! Parameters with a null value are coefficients: their columns x_j are f where they alone are away from it by one. A parameter
 //! without one is the shape.
 
-use super::Custom;
+use super::defined::Defined;
 use crate::config::{ActsOn, CustomParameter};
 use crate::effects::about::{About, Parameters};
 use crate::effects::effect::Effect;
@@ -19,6 +19,10 @@ use crate::signal::names;
 const NODES: usize = 16;
 /// Ratio of the ends of a range above zero from which on its nodes are even in the logarithm.
 const WIDE: f64 = 10.0;
+
+/// An effect of the user's own on a gyro at rest.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Custom(pub &'static Defined);
 
 impl Effect for Custom {
     fn about(&self) -> &'static About {
