@@ -139,6 +139,8 @@ fn a_tether_that_pulls_is_named_with_its_sizes_and_navigates() {
     assert_eq!(again.custom_effects, config.custom_effects);
     assert_eq!(again.effects[0].id, "custom.tether");
     let known = Library::new().with_own(&again).unwrap();
+    let confirmed = diagnose(&again, &hold, None, &known, &Options::default()).unwrap().answer;
+    assert_eq!((confirmed.verdict, confirmed.main.as_deref()), (Verdict::None, None));
     let nis = |config: &Config| {
         let run = run_with(config, &hold, &Settings::default(), &known).unwrap();
         let own: Vec<f64> = run.pose.require("nis").unwrap().iter().copied().filter(|v| v.is_finite()).collect();
