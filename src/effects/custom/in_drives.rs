@@ -123,7 +123,9 @@ impl ModelChange for Change {
         let touches = self.touches();
         // wheels alone know no length, and so no speed
         let needs = Needs { gyro: touches.gyro, length: touches.wheels, ..Needs::NOTHING };
-        Needs { torques: touches.motion || self.0.drives.forced, ..needs }
+        // a part of a log begins where only a pose tells
+        let pose = self.0.drives.force_follows.position || self.0.drives.force_follows.heading;
+        Needs { torques: touches.motion || self.0.drives.forced, pose, ..needs }
     }
 }
 

@@ -88,7 +88,8 @@ fn it_acts_where_it_says_and_nowhere_else() {
         let moved = [force != [0.0; 2], readings[0] + readings[1] != 0.0, readings[2] != 0.0, false];
         assert_eq!([motion, wheels, gyro, pose], moved, "{place}");
         // nothing but a force needs torques to be known
-        assert_eq!((change.needs().torques, change.needs().gyro), (motion, gyro), "{place}");
+        let needs = change.needs();
+        assert_eq!((needs.torques, needs.gyro, needs.pose), (motion, gyro, false), "{place}");
         assert!(change.is_rigid() && change.positive() == 1 && change.starts().is_empty());
     }
 }
@@ -149,7 +150,7 @@ fn a_tether_pulls_to_where_it_is_fixed_and_says_that_it_follows_the_place() {
     let again = change.parameters(&theta);
     assert!(size.iter().all(|(name, v)| (again[name] - v).abs() < 1e-12), "{again:?}");
     assert_eq!(change.at(&[0.0, 0.0]).force(&robot, &at), [0.0; 2]);
-    assert!(!change.is_rigid() && change.needs().torques);
+    assert!(!change.is_rigid() && change.needs().torques && change.needs().pose);
     // derivatives by the coordinates
     for j in 0..2 {
         let moved = |by: f64| {

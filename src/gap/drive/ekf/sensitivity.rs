@@ -268,7 +268,6 @@ mod tests {
         let belief = &mut record.belief;
         (belief.gyro_std_rad_s, belief.wheel_std_rad_s, belief.torque_noise_n_m_sqrt_s) = (1e-3, 0.02, 4e-4);
         (belief.position_std_m, belief.heading_std_rad) = (2e-3, 2e-3);
-        (belief.robot.torque_noise_n_m_sqrt_s, record.step_s) = (4e-4, 0.01);
         let noise = Noise::believed(&record, None);
         let change = library.driving().find_map(|e| e.change().filter(|_| e.about().title == "spring")).unwrap();
         let parameters = [("stiffness".to_owned(), 6.0), ("far".to_owned(), 0.8)].into();
