@@ -34,7 +34,7 @@ const TETHER: &str = "[[custom_effect]]\nid = \"custom.tether\"\ntitle = \"tethe
     plausible = [0.3, 30.0]\nmeaning = \"k, of the stretched tether\"\n\
     [[custom_effect.parameter]]\nname = \"free_m\"\nunit = \"m\"\nbounds = [0.05, 10.0]\nplausible = [0.3, 3.0]\n\
     meaning = \"length up to which it is slack\"\n";
-const STIFFNESS: f64 = 6.0;
+const STIFFNESS: f64 = 3.0;
 const FREE_M: f64 = 1.1;
 
 const STEP_S: f64 = 0.02;
@@ -71,8 +71,11 @@ fn runge_kutta(state: [f64; 5], torques: [f64; 2], stiffness: f64, h: f64) -> [f
 /// A minute in loops about the point where the tether is fixed, the torques by what the wheels read.
 fn recording(seed: u64, stiffness: f64) -> Log {
     let mut draw = Draw(seed);
-    (0..20).for_each(|_| drop(draw.uniform()));
-    let phases = [0, 1].map(|_| std::f64::consts::TAU * draw.uniform());
+    // the first numbers of near seeds are near each other
+    for _ in 0..20 {
+        draw.uniform();
+    }
+    let phases = [0; 4].map(|_| std::f64::consts::TAU * draw.uniform());
     let c2 = -2e-3 + 2e-4 * draw.normal();
     let (c1, time_s) = (1e-3 * (1.0 + 0.03 * draw.normal()), 300.0 * (0.03 * draw.normal()).exp());
     let mut all: [Vec<f64>; 8] = Default::default();
@@ -88,7 +91,9 @@ fn recording(seed: u64, stiffness: f64) -> Log {
             [f64::NAN; 3]
         };
         // speed and yaw rate that are wanted, and what the wheels say of them
-        let wanted = [0.7 + 0.3 * (0.5 * t + phases[0]).sin(), 0.6 + 0.3 * (0.23 * t + phases[1]).sin()];
+        // no period: a motion that repeats looks like itself, late
+        let wave = |of: usize, per_s: f64| (per_s * t + phases[of]).sin();
+        let wanted = [0.6 + 0.2 * wave(0, 0.5) + 0.15 * wave(2, 1.31), 0.6 + 0.3 * wave(1, 0.23) + 0.3 * wave(3, 0.87)];
         let read = [0.5 * RADIUS_M * (wheels[0] + wheels[1]), 0.5 * RADIUS_M * (wheels[1] - wheels[0]) / HALF_TRACK_M];
         let force = 3.0 * MASS_KG * (wanted[0] - read[0]);
         let moment = 3.0 * INERTIA_KG_M2 * (wanted[1] - read[1]);
@@ -140,7 +145,7 @@ fn a_tether_that_pulls_is_named_with_its_sizes_and_navigates() {
     assert_eq!(again.effects[0].id, "custom.tether");
     let known = Library::new().with_own(&again).unwrap();
     let confirmed = diagnose(&again, &hold, None, &known, &Options::default()).unwrap().answer;
-    assert_eq!((confirmed.verdict, confirmed.main.as_deref()), (Verdict::None, None));
+    assert!(!confirmed.together.iter().any(|id| id == "custom.tether"), "{:?}", confirmed.together);
     let nis = |config: &Config| {
         let run = run_with(config, &hold, &Settings::default(), &known).unwrap();
         let own: Vec<f64> = run.pose.require("nis").unwrap().iter().copied().filter(|v| v.is_finite()).collect();
@@ -167,7 +172,9 @@ fn fitted_alone_its_intervals_hold_the_truth() {
 #[test]
 fn a_robot_without_a_tether_has_none() {
     let (config, library) = defined();
-    let answer = diagnose(&config, &recording(303, 0.0), None, &library, &Options::default()).unwrap().answer;
-    assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::None, None));
-    assert!(answer.together.is_empty(), "{:?}", answer.together);
+    for seed in [304, 305, 306] {
+        let answer = diagnose(&config, &recording(seed, 0.0), None, &library, &Options::default()).unwrap().answer;
+        let named = answer.together.iter().any(|id| id == "custom.tether");
+        assert!(!named && answer.main.as_deref() != Some("custom.tether"), "{seed}: {:?}", answer.together);
+    }
 }
