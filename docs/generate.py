@@ -14,7 +14,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOOK = ROOT / "docs/src"
-SOURCES = ["config/schema.rs", "config/noise.rs", "config/temperature.rs", "config/custom.rs", "bias/discrete.rs", "traction/mod.rs",
+SOURCES = ["config/schema.rs", "config/noise.rs", "config/temperature.rs", "config/acts_on.rs", "config/custom.rs",
+           "bias/discrete.rs", "traction/mod.rs",
            "traction/burckhardt.rs", "traction/pacejka.rs", "traction/dugoff.rs", "traction/linear.rs",
            "noise/low_pass.rs", "noise/narrow_band.rs"]
 

@@ -146,7 +146,7 @@ pub(super) fn physical(config: &Config, name: &str) -> Result<()> {
             one(&format!("effect.{}.{key}", effect.id), *value, Finite)?;
         }
     }
-    custom::check(&config.custom_effects, name)?;
+    custom::check(&config.custom_effects, config.kind == Kind::Driving, name)?;
     let needs_robot = config.kind == Kind::Driving && config.gyro.is_some();
     if needs_robot && (config.vehicle.is_none() || config.encoder.is_none()) {
         return Err(Error::new(ErrorKind::Config, name, "kind is \"driving\", and [vehicle] or [encoder] is missing")

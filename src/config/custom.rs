@@ -1,6 +1,7 @@
 //! Effects of the user's own: tables `[[custom_effect]]`, checked so far that simulator and diagnosis can use what they say.
 
-use super::law::{Law, Signal};
+use super::acts_on::ActsOn;
+use super::law::Law;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::expression::is_reserved;
 use crate::math::random::Stream;
@@ -12,31 +13,6 @@ pub const OWN: &str = "custom.";
 const TRIED: usize = 400;
 /// Most parameters of an effect.
 const MOST_PARAMETERS: usize = 8;
-
-/// Where an effect of the user's own acts: what its expression is added to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ActsOn {
-    /// The gyro's bias at rest, rad/s.
-    GyroBiasRadS,
-}
-
-impl ActsOn {
-    /// Signals that its expressions may use, and the values that each may have.
-    #[must_use]
-    pub fn signals(self) -> &'static [Signal] {
-        match self {
-            Self::GyroBiasRadS => &AT_REST,
-        }
-    }
-}
-
-/// Signals of a gyro at rest. A log lasts a day at most, and electronics work from -55 to 150 °C.
-const AT_REST: [Signal; 3] = [
-    Signal { name: "t_s", range: [0.0, 1e5] },
-    Signal { name: "temperature_c", range: [-55.0, 150.0] },
-    Signal { name: "supply_v", range: [0.0, 60.0] },
-];
 
 /// `[[custom_effect]]`: an effect of the user's own, as an expression in signals and parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -102,8 +78,8 @@ impl CustomEffect {
     }
 }
 
-/// Refuses effects of the user's own that cannot be simulated or fitted.
-pub(super) fn check(effects: &[CustomEffect], name: &str) -> Result<()> {
+/// Refuses effects of the user's own that cannot be simulated or fitted. `drives`: whether the configuration is of drives.
+pub(super) fn check(effects: &[CustomEffect], drives: bool, name: &str) -> Result<()> {
     for (i, effect) in effects.iter().enumerate() {
         let refuse = |key: &str, found: String, hint: String| Err(effect.error(name, key, found).hint(hint));
         let own = effect.id.strip_prefix(OWN).unwrap_or_default();
@@ -117,6 +93,11 @@ pub(super) fn check(effects: &[CustomEffect], name: &str) -> Result<()> {
         }
         if effects[..i].iter().any(|e| e.id == effect.id) {
             return refuse("id", "another [[custom_effect]] has this id".into(), "give each an id of its own".into());
+        }
+        if !drives && effect.acts_on.is_of_drives() {
+            let found = "a gyro at rest has no such place, and kind is \"stationary\"".into();
+            let hint = "write gyro_bias_rad_s, or kind = \"driving\" with [vehicle] and [encoder]".into();
+            return refuse("acts_on", found, hint);
         }
         parameters(effect, name)?;
         let law = effect.law(name)?;
@@ -224,9 +205,7 @@ fn tried(effect: &CustomEffect, law: &Law, name: &str) -> Result<()> {
             return Err(effect.error(name, "expression", found).hint(hint));
         }
     }
-    match effect.acts_on {
-        ActsOn::GyroBiasRadS => linear(effect, law, name),
-    }
+    if effect.acts_on.is_of_drives() { Ok(()) } else { linear(effect, law, name) }
 }
 
 /// At rest parameters with a null value are coefficients, and at most one other parameter is looked for.

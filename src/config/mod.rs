@@ -4,6 +4,7 @@
 //! are refused by name. The checksum in `[provenance]` covers every byte but itself (line ends aside); a file
 //! without `[provenance]` was written by hand and is *unsigned*: accepted, and said so.
 
+mod acts_on;
 mod check;
 mod custom;
 mod keys;
@@ -13,7 +14,8 @@ mod schema;
 mod seal;
 mod temperature;
 
-pub use custom::{ActsOn, CustomEffect, CustomParameter, OWN};
+pub use acts_on::ActsOn;
+pub use custom::{CustomEffect, CustomParameter, OWN};
 pub use law::{Law, Signal};
 pub use noise::{GaussMarkovTerm, NarrowBand, Noise, NoiseTerm, NoiseTerms};
 pub use schema::{

@@ -1,7 +1,7 @@
 //! The effects by id, for the simulator; some may be withheld.
 
 use super::about::Parameters;
-use super::custom::{self, Custom};
+use super::custom::{self, Own};
 use super::drive::{self, DriveExplanation, Driving};
 use super::effect::Effect;
 use super::registry;
@@ -14,7 +14,7 @@ use crate::model::{EffectSource, GyroEffect, Scene, Through};
 #[derive(Debug, Clone, Default)]
 pub struct Library {
     withheld: Vec<String>,
-    own: Vec<&'static Custom>,
+    own: Vec<&'static Own>,
 }
 
 impl Library {
@@ -50,7 +50,7 @@ impl Library {
 
     /// The effects, in the order of [`registry`], and those of the user's own after them.
     pub fn effects(&self) -> impl Iterator<Item = &'static dyn Effect> + '_ {
-        let own = self.own.iter().map(|own| *own as &'static dyn Effect);
+        let own = self.own.iter().filter_map(|own| own.at_rest());
         registry().iter().copied().chain(own).filter(|e| !self.is_withheld(e.about().id))
     }
 
@@ -62,9 +62,10 @@ impl Library {
 }
 
 impl Library {
-    /// The effects of drives, in the order of [`drive::registry`].
+    /// The effects of drives, in the order of [`drive::registry`], and those of the user's own after them.
     pub fn driving(&self) -> impl Iterator<Item = &'static dyn Driving> + '_ {
-        drive::registry().iter().copied().filter(|e| !self.is_withheld(e.about().id))
+        let own = self.own.iter().filter_map(|own| own.in_drives());
+        drive::registry().iter().copied().chain(own).filter(|e| !self.is_withheld(e.about().id))
     }
 
     /// The effect of drives `id`, unless it is unknown or withheld.

@@ -1,7 +1,7 @@
 //! Python that makes of a simulator's log what the robot's sensors would have written: one block an effect, in the order in which
 //! sensors change what they read.
 
-use crate::config::Config;
+use crate::config::{Config, OWN};
 use crate::effects::drive::{OnLog, Stage, by_id};
 use crate::files::mark::with_digest;
 use crate::gap::answer::EffectAnswer;
@@ -85,7 +85,11 @@ pub struct Snippet {
 /// # Errors
 /// The reason, where it is no effect on a log.
 pub fn on_log(effect: &EffectAnswer) -> Result<OnLog, &'static str> {
-    by_id(&effect.id).ok_or("it is no effect of drives")?.on_log(&effect.parameters)
+    let why = match effect.id.starts_with(OWN) {
+        true => "it is an effect of your own",
+        false => "it is no effect of drives",
+    };
+    by_id(&effect.id).ok_or(why)?.on_log(&effect.parameters)
 }
 
 /// Python for `effects` of a simulator that `config` stands for; `untold`: effects that it cannot make, with the reasons.

@@ -7,6 +7,7 @@
 //! With rl = rr, gl = gr = 1, d = F = N = s = 0 it is the nominal robot ([`crate::vehicle::Rolling`]).
 
 pub use super::instrument::Instrument;
+pub use super::moving::Moving;
 pub use super::past::Past;
 
 use super::in_filter::InFilter;
@@ -115,65 +116,11 @@ impl Robot {
     }
 }
 
-/// The robot at one instant; by default at rest at the origin, at time zero.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Moving<'a> {
-    /// s since the log began
-    pub t_s: f64,
-    /// s since power-on
-    pub since_power_on_s: f64,
-    /// rad
-    pub heading_rad: f64,
-    /// m/s
-    pub speed_m_s: f64,
-    /// rad/s
-    pub yaw_rate_rad_s: f64,
-    /// dv/dt, m/s²
-    pub acceleration_m_s2: f64,
-    /// dω/dt, rad/s²
-    pub yaw_acceleration_rad_s2: f64,
-    /// Force of each wheel's rim on the ground, left and right, N
-    pub wheel_force_n: [f64; 2],
-    /// Motion so far
-    pub past: Option<&'a Past>,
-}
-
-impl Moving<'_> {
-    /// The same robot `delay_s` ago: speed, yaw rate and forces of the wheels. Within the last row, without a past, or ahead
-    /// of time rates are extrapolated with the accelerations: errors of a filter's past rates would look like a delay.
-    #[must_use]
-    pub(crate) fn ago(&self, delay_s: f64) -> Self {
-        let t_s = self.t_s - delay_s;
-        let ([speed_m_s, yaw_rate_rad_s], wheel_force_n) = match self.past {
-            Some(past) if delay_s > 0.0 && past.reaches(t_s) => {
-                past.at(t_s, (self.t_s, [self.speed_m_s, self.yaw_rate_rad_s], self.wheel_force_n))
-            }
-            _ => (
-                [
-                    self.speed_m_s - delay_s * self.acceleration_m_s2,
-                    self.yaw_rate_rad_s - delay_s * self.yaw_acceleration_rad_s2,
-                ],
-                self.wheel_force_n,
-            ),
-        };
-        Self { t_s, speed_m_s, yaw_rate_rad_s, wheel_force_n, ..*self }
-    }
-
-    /// x, y (m) and heading (rad) `delay_s` ago, less the present ones: the chord of an arc. Accelerations from torques jump
-    /// with them and do not hold back over a delay; those from past speeds do.
-    #[must_use]
-    pub(crate) fn pose_ago(&self, delay_s: f64) -> [f64; 3] {
-        let half_s = if self.past.is_some() { 0.0 } else { 0.5 * delay_s };
-        let turn = -delay_s * (self.yaw_rate_rad_s - half_s * self.yaw_acceleration_rad_s2);
-        let (sin, cos) = (self.heading_rad + 0.5 * turn).sin_cos();
-        let way = -delay_s * (self.speed_m_s - half_s * self.acceleration_m_s2);
-        [way * cos, way * sin, turn]
-    }
-}
-
 /// Variables that the force of an effect depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ForceFollows {
+    /// x or y.
+    pub position: bool,
     /// Heading.
     pub heading: bool,
     /// Speed or yaw rate.
@@ -198,9 +145,9 @@ pub trait DriveEffect: Send + Sync {
         [0.0; 2]
     }
 
-    /// Variables that [`Self::force`] depends on.
+    /// Variables that [`Self::force`] depends on; by default any but the position.
     fn force_follows(&self) -> ForceFollows {
-        ForceFollows { heading: true, speeds: true, accelerations: true }
+        ForceFollows { position: false, heading: true, speeds: true, accelerations: true }
     }
 
     /// Functions of the motion from which [`Self::force_of`] makes the force. They do not depend on the effect's
@@ -302,6 +249,8 @@ pub struct DriveModel {
     effects: Vec<Box<dyn DriveEffect>>,
     inverse: [f64; 3],
     wheel_delay_s: f64,
+    /// Whether a force depends on the position.
+    pub(crate) follows_position: bool,
 }
 
 impl DriveModel {
@@ -311,7 +260,8 @@ impl DriveModel {
         let mut robot = nominal;
         effects.iter().for_each(|e| e.robot(&mut robot));
         let wheel_delay_s = effects.iter().map(|e| e.delay_s(Instrument::Wheels)).sum();
-        Self { robot, effects, inverse: robot.inverse_inertia(), wheel_delay_s }
+        let follows_position = effects.iter().any(|e| e.force_follows().position);
+        Self { robot, effects, inverse: robot.inverse_inertia(), wheel_delay_s, follows_position }
     }
 
     /// ∂[dv/dt, dω/dt]/∂[uL, uR], rows then columns.
@@ -478,23 +428,5 @@ impl DriveModel {
     /// Changes a row's readings as the recorder does.
     pub(crate) fn record(&mut self, reading: &mut Reading) {
         self.effects.iter_mut().for_each(|e| e.recorded(reading));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_late_reference_is_behind_by_what_an_accelerating_robot_went_since() {
-        let (v, a, delay_s) = (0.4, 0.9, 0.15);
-        let at = Moving { speed_m_s: v, acceleration_m_s2: a, ..Moving::default() };
-        let way = at.pose_ago(delay_s)[0];
-        assert!((way + v * delay_s - 0.5 * a * delay_s * delay_s).abs() < 1e-12, "{way}");
-        let past = Past::default();
-        let driven = Moving { past: Some(&past), ..at };
-        assert!((driven.pose_ago(delay_s)[0] + v * delay_s).abs() < 1e-12);
-        let at = Moving { yaw_rate_rad_s: 0.3, yaw_acceleration_rad_s2: -0.8, ..Moving::default() };
-        assert!((at.pose_ago(0.1)[2] + 0.03 + 0.004).abs() < 1e-12);
     }
 }

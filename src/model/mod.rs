@@ -6,6 +6,7 @@
 pub mod drive;
 mod in_filter;
 mod instrument;
+mod moving;
 mod past;
 
 pub use in_filter::{GyroInFilter, InFilter, Switch, Way};

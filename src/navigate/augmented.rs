@@ -25,6 +25,7 @@
 //! | `gyro.gauss_markov`, `gyro.bias_instability` | states of exponentially correlated noise, four at most |
 //! | `gyro.tone` | two states that turn into each other |
 //! | `gyro.telegraph_noise`, `gyro.outliers` | a switch of the gyro |
+//! | `custom.*` in drives | as it acts: f, h of the wheels or of the gyro; f also by the position where its force follows that |
 //! | `gyro.bandwidth` | refused: it filters rate and noise alike, which no state here does |
 //!
 //! Effects that act through torques change f alone. A filter without torques uses nothing of them, which a note says.
@@ -245,7 +246,6 @@ impl Made {
             table.noise = Some(noise);
         }
         let vehicle = config.require_vehicle()?;
-        let coloured = !colours.is_empty();
         let changes = Changes {
             robot: DriveModel::new(Robot::from(vehicle), self.robot),
             torque_noise_density: vehicle.torque_noise_n_m_sqrt_s,
@@ -256,7 +256,7 @@ impl Made {
         };
         let notes = self.notes;
         let all = |more: Vec<String>| notes.into_iter().chain(more).collect();
-        if coloured {
+        if !changes.colours.is_empty() || changes.robot.follows_position {
             let model = ChangedModel::<COLOURED_STATES>::new(changes, start_s);
             let (filter, more) = Filter::with_model(model, &config, &settings, start_s)?;
             return over_log(filter, all(more), &config, log, &settings, start_s, &gyro);

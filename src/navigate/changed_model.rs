@@ -29,7 +29,7 @@ use nalgebra::{SMatrix, SVector};
 use state::{GYRO_ERROR, HEADING, SPEED, X, Y, YAW_RATE};
 use std::sync::Arc;
 
-/// States with those of correlated noise.
+/// States with those of correlated noise. Models with as many also carry how forces follow the position.
 pub(super) const COLOURED_STATES: usize = 12;
 /// Those of correlated noise.
 pub(super) const COLOURS: usize = COLOURED_STATES - ROLLING_STATES;
@@ -39,7 +39,7 @@ const LONGEST_S: f64 = 2e-3;
 /// A bound on the parts of a step: motion through a gap of minutes means little, and must not cost much.
 const PARTS_LIMIT: f64 = 1e4;
 
-/// States that the motion depends on, and states that a step changes.
+/// States that the motion mostly depends on, and states that a step changes: forces that follow the position depend on all.
 const CAUSES: [usize; 3] = [HEADING, SPEED, YAW_RATE];
 const MOVED: [usize; 5] = [X, Y, HEADING, SPEED, YAW_RATE];
 /// Reach of the differences: rad, m/s, rad/s, and of a disturbance in its unit. Below the least, rounding shows; beyond the
@@ -150,6 +150,8 @@ impl<const N: usize> ChangedModel<N> {
         Moving {
             t_s: self.t_s,
             since_power_on_s: self.since_power_on_s,
+            x_m: motion[0],
+            y_m: motion[1],
             heading_rad: motion[2],
             speed_m_s: motion[3],
             yaw_rate_rad_s: motion[4],
@@ -287,8 +289,8 @@ fn motion_array<const N: usize>(mean: &SVector<f64, N>) -> [f64; 5] {
     [m.x_m, m.y_m, m.heading_rad, m.speed_m_s, m.yaw_rate_rad_s]
 }
 
-fn reach<const N: usize>(covariance: Option<&UdCovariance<N>>) -> [f64; 3] {
-    CAUSES.map(|i| covariance.map_or(LEAST, |p| p.element(i, i).sqrt().clamp(LEAST, MOST)))
+fn reach<const N: usize>(covariance: Option<&UdCovariance<N>>, cause: usize) -> f64 {
+    covariance.map_or(LEAST, |p| p.element(cause, cause).sqrt().clamp(LEAST, MOST))
 }
 
 /// ln N(y; mean, variance) without the constant.
@@ -299,7 +301,8 @@ fn ln_normal(residual: f64, variance: f64) -> f64 {
 impl<const N: usize> MotionModel<N> for ChangedModel<N> {
     const DEPENDS: [u32; N] = {
         let mut rows = [0; N];
-        let causing = bits(&CAUSES);
+        // the position is among the causes where there is room for it
+        let causing = if N > ROLLING_STATES { bits(&MOVED) } else { bits(&CAUSES) };
         let mut i = 0;
         while i < MOVED.len() {
             rows[MOVED[i]] = causing;
@@ -353,7 +356,9 @@ impl<const N: usize> MotionModel<N> for ChangedModel<N> {
         for (i, value) in MOVED.into_iter().zip(after) {
             out.mean[i] = value;
         }
-        for (k, h) in CAUSES.into_iter().zip(reach(covariance)) {
+        let causes = if N > ROLLING_STATES && self.robot.follows_position { &MOVED[..] } else { &CAUSES[..] };
+        for &k in causes {
+            let h = reach(covariance, k);
             let at = |sign: f64| {
                 let mut moved = motion;
                 moved[k] += sign * h;
@@ -433,7 +438,7 @@ impl<const N: usize> MotionModel<N> for ChangedModel<N> {
         if matches!(sensor, Sensor::PoseX | Sensor::PoseY | Sensor::PoseHeading) {
             return None;
         }
-        let reach = reach(Some(covariance));
+        let reach = CAUSES.map(|cause| reach(Some(covariance), cause));
         let (plain, mut by_state, here) = self.plain(sensor, [1.0; 2], mean, reach);
         let mut value = plain;
         let mut variance = variance + self.added(sensor, &here);

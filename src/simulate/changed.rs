@@ -144,6 +144,8 @@ impl Changed {
         Moving {
             t_s: self.at.t_s + after_s,
             since_power_on_s: self.at.since_power_on_s + after_s,
+            x_m: motion.x_m,
+            y_m: motion.y_m,
             heading_rad: motion.heading_rad,
             speed_m_s: motion.speed_m_s,
             yaw_rate_rad_s: motion.yaw_rate_rad_s,

@@ -18,16 +18,16 @@ const SLOPE: f64 = -2.5e-3;
 const DROPOUT_V: f64 = 3.62;
 
 /// Uniform on (0, 1) by the multiplicative generator of Park and Miller.
-struct Draw(u64);
+pub(crate) struct Draw(pub(crate) u64);
 
 impl Draw {
-    fn uniform(&mut self) -> f64 {
+    pub(crate) fn uniform(&mut self) -> f64 {
         self.0 = self.0 * 48_271 % 2_147_483_647;
         self.0 as f64 / 2_147_483_647.0
     }
 
     /// Box and Muller.
-    fn normal(&mut self) -> f64 {
+    pub(crate) fn normal(&mut self) -> f64 {
         let far = (-2.0 * self.uniform().ln()).sqrt();
         far * (std::f64::consts::TAU * self.uniform()).cos()
     }

@@ -8,6 +8,7 @@ mod cases;
 mod command;
 mod coverage;
 mod custom;
+mod custom_drive;
 mod effects_command;
 mod false_alarms;
 #[path = "../common/place.rs"]

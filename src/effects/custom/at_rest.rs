@@ -3,7 +3,7 @@
 //! Parameters with a null value are coefficients: their columns x_j are f where they alone are away from it by one. A parameter
 //! without one is the shape.
 
-use super::Custom;
+use super::defined::Defined;
 use crate::config::{ActsOn, CustomParameter};
 use crate::effects::about::{About, Parameters};
 use crate::effects::effect::Effect;
@@ -20,6 +20,10 @@ const NODES: usize = 16;
 /// Ratio of the ends of a range above zero from which on its nodes are even in the logarithm.
 const WIDE: f64 = 10.0;
 
+/// An effect of the user's own on a gyro at rest.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Custom(pub &'static Defined);
+
 impl Effect for Custom {
     fn about(&self) -> &'static About {
         self.0.about
@@ -33,17 +37,17 @@ impl Effect for Custom {
     fn simulated(&self, parameters: &Parameters, scene: &Scene, _: u64) -> Result<Box<dyn GyroEffect>> {
         Checked::of(self.0.about, parameters)?;
         for (name, values) in followed(scene) {
-            if self.follows(name) {
+            if self.0.follows(name) {
                 covariate(values.clone(), self.0.about, name, false)?;
             }
         }
-        Ok(path(self.along(scene, &self.values(parameters))))
+        Ok(path(self.along(scene, &self.0.values(parameters))))
     }
 
     fn explanation(&self, scene: &Scene) -> Option<Explanation> {
         let varies = |values: &Option<Vec<f64>>| values.as_ref().is_some_and(|v| varies(v));
-        let shows = followed(scene).into_iter().all(|(name, values)| !self.follows(name) || varies(values));
-        shows.then(|| Explanation::Signal(Box::new(self.clone())))
+        let shows = followed(scene).into_iter().all(|(name, values)| !self.0.follows(name) || varies(values));
+        shows.then(|| Explanation::Signal(Box::new(*self)))
     }
 }
 
@@ -111,7 +115,7 @@ impl Signal for Custom {
     fn parameters(&self, _: &Scene, shape: &[f64], coefficients: &[f64]) -> Parameters {
         let mut values = self.null(shape);
         Custom::coefficients(self).zip(coefficients).for_each(|((place, _), by)| values[place] += by);
-        self.named(&values)
+        self.0.named(&values)
     }
 
     fn shape(&self, _: &Scene, parameters: &Parameters) -> Option<Vec<f64>> {
@@ -119,7 +123,7 @@ impl Signal for Custom {
     }
 
     fn coefficients(&self, _: &Scene, _: &[f64], parameters: &Parameters) -> Option<Vec<f64>> {
-        let values = self.values(parameters);
+        let values = self.0.values(parameters);
         Some(Custom::coefficients(self).map(|(place, null)| values[place] - null).collect())
     }
 

@@ -1,7 +1,7 @@
 use super::*;
 use crate::bias::WarmUp;
 use crate::config::Config;
-use crate::effects::{Explanation, Library};
+use crate::effects::{Explanation, Library, Parameters};
 use crate::model::{EffectSource, Scene};
 use crate::signal::TimeAxis;
 

@@ -239,6 +239,8 @@ fn moving(s: &mut Stream) -> Moving<'static> {
     Moving {
         t_s: 3.0,
         since_power_on_s: 9.0,
+        x_m: 5.0 * s.normal(),
+        y_m: 5.0 * s.normal(),
         heading_rad: 2.0 * s.normal(),
         speed_m_s: 0.7 * s.normal(),
         yaw_rate_rad_s: s.normal(),

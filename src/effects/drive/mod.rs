@@ -44,6 +44,8 @@ pub use described::described;
 pub use equivalent::{Map, Within};
 pub use loss::Lost;
 pub use on_log::{OnLog, Stage};
+#[cfg(test)]
+pub(super) use tried::Tried;
 
 use super::about::About;
 use crate::model::drive::Instrument;

@@ -272,7 +272,7 @@ impl DriveEffect for Work {
     }
 
     fn force_follows(&self) -> ForceFollows {
-        ForceFollows { heading: false, speeds: true, accelerations: false }
+        ForceFollows { position: false, heading: false, speeds: true, accelerations: false }
     }
 
     fn pushes_alike(&self, one: &Robot, other: &Robot) -> bool {

@@ -83,7 +83,7 @@ impl DriveEffect for Work {
     }
 
     fn force_follows(&self) -> ForceFollows {
-        ForceFollows { heading: true, speeds: false, accelerations: false }
+        ForceFollows { position: false, heading: true, speeds: false, accelerations: false }
     }
 
     fn pushes_alike(&self, one: &Robot, other: &Robot) -> bool {

@@ -5,6 +5,7 @@
 //! prior, or the geometric middle of their range.
 
 use crate::config::EffectTable;
+use crate::effects::drive::Driving;
 use crate::effects::{About, Effect, Explanation, Parameter, Parameters, Signal};
 use crate::model::Scene;
 
@@ -116,6 +117,14 @@ pub(super) fn typical(effect: &dyn Effect, scene: &Scene) -> Option<Parameters> 
         }
         Explanation::TurnOn | Explanation::Outliers { .. } | Explanation::Lattice => Parameters::new(),
     })
+}
+
+/// Typical parameters without a null value of an effect of drives.
+pub(super) fn typical_of_drives(effect: &dyn Driving) -> Parameters {
+    let Some(change) = effect.change() else { return Parameters::new() };
+    let mut all = change.parameters(&vec![0.0; change.coordinates().len()]);
+    all.retain(|name, _| effect.about().parameters.iter().any(|p| p.name == name && p.null.is_none()));
+    all
 }
 
 fn of_signal(signal: &dyn Signal, scene: &Scene) -> Parameters {

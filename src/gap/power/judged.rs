@@ -1,7 +1,7 @@
 //! Every effect, in each direction: logs are simulated and diagnosed until it is known from which size on it is named.
 
 use super::bound::{FEWEST, bound};
-use super::direction::{Direction, typical};
+use super::direction::{Direction, typical, typical_of_drives};
 use super::search::{Said, Threshold, threshold};
 use super::simulated::Simulator;
 use crate::config::{Config, Kind};
@@ -264,7 +264,7 @@ impl Task<'_> {
                 for effect in self.library.driving() {
                     let about = effect.about();
                     let found = match knowable(effect, &record) {
-                        true => Ok(Direction::of(about, &nothing, &nothing)),
+                        true => Ok(Direction::of(about, &nothing, &typical_of_drives(effect))),
                         false => Err("the channels of this log cannot show it"),
                     };
                     all.push((about.id, found));

@@ -1,7 +1,7 @@
 //! The twin of a simulated gyro at rest: its warm-up and white noise by [`crate::identify`], and what the diagnosis names beside them.
 
 use super::told::{Parameter, Provenance, Twin, TwinEffect};
-use crate::config::{Config, Gyro, Kind};
+use crate::config::{Config, CustomEffect, Gyro, Kind};
 use crate::effects::Library;
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::answer::Verdict;
@@ -75,7 +75,7 @@ pub fn twin_at_rest(
         encoder: None,
         pose: None,
         effects: Vec::new(),
-        custom_effects: init.map(|c| c.custom_effects.clone()).unwrap_or_default(),
+        custom_effects: init.map(of_gyro).unwrap_or_default(),
         validation: None,
         provenance: None,
     };
@@ -111,6 +111,11 @@ pub fn twin_at_rest(
         account: Some(account),
         fitting: None,
     })
+}
+
+/// Effects of the user's own that act on a gyro at rest.
+fn of_gyro(config: &Config) -> Vec<CustomEffect> {
+    config.custom_effects.iter().filter(|e| !e.acts_on.is_of_drives()).cloned().collect()
 }
 
 fn fitted(log: &Log) -> Result<Fit> {

@@ -34,8 +34,13 @@ pub(crate) fn ahead(f: &Matrix, d: &Vector) -> Vector {
     out[X] += f[X][TH] * d[TH] + f[X][V] * d[V] + f[X][W] * d[W];
     out[Y] += f[Y][TH] * d[TH] + f[Y][V] * d[V] + f[Y][W] * d[W];
     out[TH] += f[TH][V] * d[V] + f[TH][W] * d[W];
-    out[V] = f[V][TH] * d[TH] + f[V][V] * d[V] + f[V][W] * d[W];
-    out[W] = f[W][TH] * d[TH] + f[W][V] * d[V] + f[W][W] * d[W];
+    for i in [V, W] {
+        out[i] = f[i][TH] * d[TH] + f[i][V] * d[V] + f[i][W] * d[W];
+        // only a force that follows the position has these
+        if f[i][X] != 0.0 || f[i][Y] != 0.0 {
+            out[i] += f[i][X] * d[X] + f[i][Y] * d[Y];
+        }
+    }
     out
 }
 
@@ -177,24 +182,30 @@ impl<'a> Filter<'a> {
         scales: &Scales,
     ) -> Matrix {
         let Step { torques, sideways, dt, .. } = *step;
-        let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate, 1e-4];
+        let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate, 1e-4, 1e-4, 1e-4];
         let by = |which: usize| {
             let mut moved = *at;
             match which {
                 0 => moved.speed_m_s += step[0],
                 1 => moved.yaw_rate_rad_s += step[1],
-                _ => moved.heading_rad += step[2],
+                2 => moved.heading_rad += step[2],
+                3 => moved.x_m += step[3],
+                _ => moved.y_m += step[4],
             }
             model.accelerate_with(&mut moved, torques, |place, effect| {
                 let follows = effect.force_follows();
-                (!if which < 2 { follows.speeds } else { follows.heading }).then(|| forces[place])
+                let moves = match which {
+                    0 | 1 => follows.speeds,
+                    2 => follows.heading,
+                    _ => follows.position,
+                };
+                (!moves).then(|| forces[place])
             });
             [
                 (moved.acceleration_m_s2 - at.acceleration_m_s2) / step[which],
                 (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / step[which],
             ]
         };
-        let slopes = [by(0), by(1), by(2)];
         let (sin, cos) = middle;
         let v = at.speed_m_s;
         let mut f = [[0.0; N]; N];
@@ -208,9 +219,11 @@ impl<'a> Filter<'a> {
         f[X][W] = 0.5 * dt * f[X][TH];
         f[Y][W] = 0.5 * dt * f[Y][TH];
         f[TH][W] = dt;
-        for (i, which) in [V, W, TH].into_iter().enumerate() {
-            f[V][which] += dt * slopes[i][0];
-            f[W][which] += dt * slopes[i][1];
+        let causes = if model.follows_position { 5 } else { 3 };
+        for (i, which) in [V, W, TH, X, Y].into_iter().enumerate().take(causes) {
+            let [dv, dw] = by(i);
+            f[V][which] += dt * dv;
+            f[W][which] += dt * dw;
         }
         f
     }
@@ -241,6 +254,9 @@ impl<'a> Filter<'a> {
         middle.speed_m_s += 0.5 * dt * at.acceleration_m_s2;
         middle.yaw_rate_rad_s += 0.5 * dt * at.yaw_acceleration_rad_s2;
         middle.heading_rad += 0.5 * dt * s[W];
+        let (sin, cos) = s[TH].sin_cos();
+        middle.x_m += 0.5 * dt * s[V] * cos;
+        middle.y_m += 0.5 * dt * s[V] * sin;
         model.accelerate(&mut middle, torques);
         let (dv, dw) = (dt * (middle.acceleration_m_s2 + drift[0]), dt * (middle.yaw_acceleration_rad_s2 + drift[1]));
         let (v, w) = (s[V] + 0.5 * dv, s[W] + 0.5 * dw);

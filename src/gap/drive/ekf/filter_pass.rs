@@ -1,7 +1,7 @@
 //! The filter over the rows of one drive, and the quantities that derivatives need in each row. Nothing of that depends
 //! on the columns, so that one thread can run ahead with the filter while others follow with the columns.
 
-use super::filter::{Corrected, Filter, Matrix, N, Step, TH, V, Vector, W};
+use super::filter::{Corrected, Filter, Matrix, N, Step, TH, V, Vector, W, X, Y};
 use crate::gap::drive::ekf::models::Models;
 use crate::gap::drive::ekf::noise::{Channel, Noise};
 use crate::gap::drive::ekf::slopes::Slopes;
@@ -197,6 +197,8 @@ impl<'a> FilterPass<'a> {
         Moving {
             t_s: self.record.times_s[k] - self.start_s,
             since_power_on_s: self.record.since_power_on_s[k],
+            x_m: state[X],
+            y_m: state[Y],
             heading_rad: state[TH],
             speed_m_s: state[V],
             yaw_rate_rad_s: state[W],

@@ -168,13 +168,18 @@ impl<'a> Tangents<'a> {
         let p = self.columns.len();
         let [x, y, th, v, w] = &mut self.state;
         let (x, y, th, v, w) = (&mut x[..p], &mut y[..p], &mut th[..p], &mut v[..p], &mut w[..p]);
+        let pulled = self.models.here.follows_position;
         for c in 0..p {
-            let (dth, dv, dw) = (th[c], v[c], w[c]);
+            let (dx, dy, dth, dv, dw) = (x[c], y[c], th[c], v[c], w[c]);
             x[c] += f[X][TH] * dth + f[X][V] * dv + f[X][W] * dw;
             y[c] += f[Y][TH] * dth + f[Y][V] * dv + f[Y][W] * dw;
             th[c] += f[TH][V] * dv + f[TH][W] * dw;
             v[c] = f[V][TH] * dth + f[V][V] * dv + f[V][W] * dw;
             w[c] = f[W][TH] * dth + f[W][V] * dv + f[W][W] * dw;
+            if pulled {
+                v[c] += f[V][X] * dx + f[V][Y] * dy;
+                w[c] += f[W][X] * dx + f[W][Y] * dy;
+            }
         }
         let (sin, cos) = row.middle;
         self.shapes.of_row = None;
@@ -224,6 +229,71 @@ impl<'a> Tangents<'a> {
             x[c] += half_way * cos - dt * d[2] * sin;
             y[c] += half_way * sin + dt * d[2] * cos;
             th[c] += half_turn;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::config::Config;
+    use crate::effects::Library;
+    use crate::gap::drive::ekf::innovations::run;
+    use crate::gap::drive::ekf::noise::Noise;
+    use crate::gap::drive::fit::models;
+    use crate::gap::drive::record::Record;
+    use crate::gap::drive::regressors::basis::Column;
+    use crate::simulate::{Course, Options, drive_with};
+
+    /// A robot without noise or inertia of its wheels, bound to a point by a spring.
+    const BOUND: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
+        [gyro]\nc1_rad_s = 0.0\nc2_rad_s = 0.0\ntime_constant_s = 300.0\nangle_random_walk_rad_sqrt_s = 0.0\n\
+        [vehicle]\nmass_kg = 9.5\nyaw_inertia_kg_m2 = 0.21\nhalf_track_m = 0.17\nwheel_radius_m = 0.05\n\
+        wheel_inertia_kg_m2 = 0.0\nviscous_friction_n_m_s = 0.0006\ntorque_noise_n_m_sqrt_s = 0.0\n\
+        [encoder]\nspeed_noise_std_rad_s = 0.0\n[pose]\nrate_hz = 5.0\nposition_std_m = 0.0\nheading_std_rad = 0.0\n\
+        [[custom_effect]]\nid = \"custom.spring\"\ntitle = \"spring\"\nacts_on = \"force_n\"\n\
+        expression = \"stiffness*((0.3 - x_m)*cos(heading_rad) + (far - y_m)*sin(heading_rad))\"\n\
+        [[custom_effect.parameter]]\nname = \"stiffness\"\nunit = \"N/m\"\nbounds = [0.0, 99.0]\nnull = 0.0\n\
+        plausible = [0.1, 30.0]\nmeaning = \"k\"\n\
+        [[custom_effect.parameter]]\nname = \"far\"\nunit = \"m\"\nbounds = [-9.0, 9.0]\nplausible = [-1.0, 2.0]\n\
+        meaning = \"y of the point\"\n[[effect]]\nid = \"custom.spring\"\nstiffness = 6.0\nfar = 0.8\n";
+
+    /// Innovations are next to zero here, so that the gains, which depend on the coordinates as well, do not matter.
+    #[test]
+    fn derivatives_by_a_force_that_follows_the_position_are_those_of_the_innovations() {
+        let quiet = Config::parse(BOUND, "sim.toml").unwrap();
+        let library = Library::new().with_own(&quiet).unwrap();
+        let log = drive_with(&quiet, Course::Brisk, 6.0, &Options::from(3), &library).unwrap().log;
+        let noisy = Config { effects: Vec::new(), ..quiet };
+        let mut record = Record::new(&noisy, &log, 0.0).unwrap();
+        let belief = &mut record.belief;
+        (belief.gyro_std_rad_s, belief.wheel_std_rad_s, belief.torque_noise_n_m_sqrt_s) = (1e-3, 0.02, 4e-4);
+        (belief.position_std_m, belief.heading_std_rad) = (2e-3, 2e-3);
+        let noise = Noise::believed(&record, None);
+        let change = library.driving().find_map(|e| e.change().filter(|_| e.about().title == "spring")).unwrap();
+        let parameters = [("stiffness".to_owned(), 6.0), ("far".to_owned(), 0.8)].into();
+        let theta = vec![change.theta(&parameters)];
+        let columns = [Column::Coordinate(0, 0), Column::Coordinate(0, 1)];
+        let mut told: Vec<[f64; 3]> = Vec::new();
+        let _ = run(&record, &models(&record, &[change], &theta, true), &noise, &columns, |i| {
+            told.push([i.white * i.std, i.slopes[0] * i.std, i.slopes[1] * i.std]);
+        });
+        for j in 0..2 {
+            let step = 1e-4;
+            let moved = |by: f64| {
+                let mut there = theta.clone();
+                there[0][j] += by;
+                let mut nu = Vec::new();
+                let _ =
+                    run(&record, &models(&record, &[change], &there, false), &noise, &[], |i| nu.push(i.white * i.std));
+                nu
+            };
+            let (up, down) = (moved(step), moved(-step));
+            let largest = told.iter().fold(0.0f64, |most, t| most.max(t[1 + j].abs()));
+            for ((up, down), told) in up.iter().zip(&down).zip(&told) {
+                let slope = (down - up) / (2.0 * step);
+                // the filter's derivatives are those of one step of Euler's
+                assert!((slope - told[1 + j]).abs() < 0.02 * largest, "{j}: {slope} {told:?}, largest {largest}");
+            }
         }
     }
 }

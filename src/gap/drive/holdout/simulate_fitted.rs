@@ -108,6 +108,8 @@ fn own_drive(like: &Record, claimed: &EffectSet, process: Process, draw: &mut St
         let at = Moving {
             t_s,
             since_power_on_s: like.since_power_on_s[k],
+            x_m: s[0],
+            y_m: s[1],
             heading_rad: s[2],
             speed_m_s: s[3],
             yaw_rate_rad_s: s[4],
@@ -164,6 +166,8 @@ fn own_drive(like: &Record, claimed: &EffectSet, process: Process, draw: &mut St
         middle.speed_m_s += 0.5 * dt * now.acceleration_m_s2;
         middle.yaw_rate_rad_s += 0.5 * dt * now.yaw_acceleration_rad_s2;
         middle.heading_rad += 0.5 * dt * s[4];
+        middle.x_m += 0.5 * dt * s[3] * s[2].cos();
+        middle.y_m += 0.5 * dt * s[3] * s[2].sin();
         model.accelerate(&mut middle, torques);
         let [dv, dw] = match &driven {
             Some(driven) => [driven[k + 1][0] - s[3], driven[k + 1][1] - s[4]],

@@ -136,7 +136,7 @@ impl Record {
         if config.effects.is_empty() {
             return Ok(self);
         }
-        let library = Library::new();
+        let library = Library::new().with_own(config)?;
         for table in &config.effects {
             let lasts = library.driving_by_id(&table.id).is_some_and(|effect| {
                 matches!(
