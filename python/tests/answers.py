@@ -126,6 +126,12 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
     (folder / "late.toml").write_text((DATA / "truth.toml").read_text() + '\n[[effect]]\nid = "sensor.gyro_delay"\ndelay_s = 0.05\n')
     run(folder, "simulate", "late.toml", "--course", "random", "--duration", "60", "-o", "late.parquet")
     late = (DATA / "truth.toml", "--fit", "late.parquet", *patch[:-1], "late.xml")
+    # without a pose gain, track and radius look alike, and the delay is found beside each
+    (folder / "two.toml").write_text((folder / "late.toml").read_text() + '[[effect]]\nid = "gyro.scale_factor"\nrelative = 0.05\n')
+    run(folder, "simulate", "two.toml", "--course", "random", "--duration", "20", "--seed", 3, "-o", "two.csv")
+    rows = [line.split(",") for line in (folder / "two.csv").read_text().splitlines()]
+    kept = [k for k, name in enumerate(rows[0]) if name.startswith(("t_s", "time_since", "gyro_", "wheel_"))]
+    (folder / "blind.csv").write_text("".join(",".join(row[k] for k in kept) + "\n" for row in rows))
     lines = [
         ("gap.diagnose", "GapDiagnose", ("gap", "diagnose", *gap, *patch)),
         ("gap.diagnose", "GapDiagnose", ("gap", "diagnose", *late)),
@@ -139,6 +145,7 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
         ("gap.power", "GapPower", ("gap", "power", "standing.toml", "--inputs", "standing.csv", *power)),
         ("gap.plan", "GapPlan", ("gap", "plan", "standing.toml", "--fit", "standing.csv", *wanders, "--experiment", "again")),
         ("gap.plan", "GapPlan", ("gap", "plan", DATA / "truth.toml", "--fit", "late.parquet", *among, "--experiment", "spins", "rest")),
+        ("gap.plan", "GapPlan", ("gap", "plan", DATA / "truth.toml", "--fit", "blind.csv", "--experiment", "squares_marked")),
         ("man", "Man", ("man", "-o", "man")),
         ("demo", "Demo", ("demo", "-o", "demo")),
     ]
