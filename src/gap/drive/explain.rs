@@ -1,7 +1,8 @@
 //! θ̂ = argmax ln p(z | θ) + ln p(θ): given effects, and no others, fitted together to a drive
 //!
 //! The gain of an effect is ln p with all of them over ln p without it, at θ̂ and with the coefficients of the others
-//! fitted anew. Standard deviations come from the curvature there.
+//! fitted anew. Standard deviations come from the curvature there. Delays of several rows are whole rows, by which the
+//! readings are moved, and a rest.
 
 use super::ekf::innovations::run;
 use super::fit::begin::start;
@@ -15,6 +16,7 @@ use super::preprocess::hypothesis::PreprocessingHypothesis;
 use super::preprocess::lost_ticks;
 use super::preprocess::lost_ticks::{LostTicks, Sought, missed_part};
 use super::preprocess::noise_levels::lattice_part;
+use super::preprocess::sensor_offset::{Lag, lags};
 use super::record::Record;
 use super::regressors::candidates::{Candidates, Kind, knowable};
 use crate::config::Config;
@@ -99,6 +101,8 @@ struct Fit {
     /// gyro.
     nominal: Noise,
     notes: Vec<String>,
+    /// ln p of the drive and θ̂, with the prior odds of the effects.
+    ln_weight: f64,
 }
 
 /// Fits `ids` to a drive; see [`crate::gap::explain()`].
@@ -160,7 +164,47 @@ pub(in crate::gap) fn known_gain(
     Ok(holdout::gain(&kept.as_loud_as(&fit.nominal), library, &found, fit.nominal.process))
 }
 
+/// Fits what is asked for to the drive as it is, and with the readings of an instrument moved earlier by the whole rows by
+/// which they may be late; the most probable.
 fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
+    let as_is = in_place(record, asked, options);
+    let fits = lags(record, &InitialNoise::of(record).noise, &asked.drives).into_iter().map(|lag| {
+        let moved = in_place(&record.earlier(lag.of, lag.rows), asked, options);
+        (lag, moved)
+    });
+    let fits = fits.filter(|(lag, moved)| !moved.outside.contains(&lag.late.id));
+    match fits.max_by(|a, b| a.1.ln_weight.total_cmp(&b.1.ln_weight)) {
+        Some((lag, mut moved)) if moved.ln_weight > as_is.ln_weight => {
+            moved.add_rows(&lag, record, asked, options);
+            moved
+        }
+        _ => as_is,
+    }
+}
+
+impl Fit {
+    /// Adds to the delay the rows by which the readings of `record` were moved, and their gain. Without a rest its standard
+    /// deviation is that of a uniform row.
+    fn add_rows(&mut self, lag: &Lag, record: &Record, asked: &Asked, options: &Options) {
+        let (late, name) = (lag.late.id, lag.late.size());
+        let drives = asked.drives.iter().copied().filter(|e| e.about().id != late).collect();
+        let without = in_place(record, &Asked { drives, walk: asked.walk }, options);
+        let gain = self.ln_weight - without.ln_weight - options.prior.ln_named;
+        let lag_s = lag.rows as f64 * record.step_s;
+        if let Some(rest) = self.parts.iter_mut().find(|p| p.id == late) {
+            rest.share = gain;
+            *rest.parameters.entry(name.into()).or_insert(0.0) += lag_s;
+        } else {
+            let mut part = Part::new(late, true, gain);
+            part.parameters = Parameters::from([(name.into(), lag_s)]);
+            part.std = Parameters::from([(name.into(), record.step_s / 12f64.sqrt())]);
+            self.parts.push(part);
+        }
+    }
+}
+
+/// Fits what is asked for to the drive, its rows as they are.
+fn in_place(record: &Record, asked: &Asked, options: &Options) -> Fit {
     let InitialNoise { lsb, noise, nominal } = InitialNoise::of(record);
     let every = Candidates::new(record, &asked.drives, &options.prior, false, &changepoint::of_each(record));
     let candidates = every.only(|g| asked.walk.is_some() || !matches!(every.kinds[g], Kind::Walk));
@@ -219,7 +263,8 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
     if !c.next().1 {
         notes.push("The parameters had not settled when the fit was ended: their intervals may be too narrow.".into());
     }
-    Fit { parts, outside: ids_outside, nominal, notes }
+    let ln_weight = c.top();
+    Fit { parts, outside: ids_outside, nominal, notes, ln_weight }
 }
 
 /// Id of, and note on, an effect whose coefficients, fitted freely, leave their bounds by more than they are uncertain; else none.
@@ -311,6 +356,26 @@ mod tests {
             assert_eq!(fit.nominal.process.ripple, whole * all);
             let (k, std) = (fit.parts[0].parameters["relative"], fit.parts[0].std["relative"]);
             assert!((k - GAIN).abs() < 5.0 * std, "{k} {std}");
+        }
+    }
+
+    /// Rates are extrapolated over a delay: over several rows that is an error of a row.
+    #[test]
+    fn delays_of_several_rows_are_right_beside_a_gain() {
+        use crate::gap::drive::preprocess::clocks::tests::{recorded, robot, without};
+        use crate::signal::names;
+        let both = [(ids::gyro_delay(), "delay_s", 0.05), (ids::scale_factor(), "relative", 0.05)];
+        let log = recorded(25.0, 3, both);
+        for log in [log.clone(), without(log, &[names::TORQUE_LEFT, names::TORQUE_RIGHT])] {
+            let record = Record::new(&robot(), &log, 0.0).unwrap();
+            let asked = Asked::of(&Library::new(), &both.map(|e| e.0)).unwrap();
+            let fit = fit(&record, &asked, &Options::default());
+            for (id, name, truth) in both {
+                let part = fit.parts.iter().find(|p| p.id == id).unwrap();
+                let (found, std) = (part.parameters[name], part.std[name]);
+                assert!((found - truth).abs() < 4.0 * std && std < 0.01 * truth, "{id}: {found} ± {std}");
+                assert!(part.share > 100.0, "{id}: {}", part.share);
+            }
         }
     }
 

@@ -175,18 +175,18 @@ fn falls_short(moved: &Record, (best, short): (&PreprocessingHypothesis, f64), l
 
 /// A number of rows by which an instrument may be late.
 #[derive(Clone, Copy)]
-struct Lag {
-    of: Instrument,
+pub(crate) struct Lag {
+    pub(crate) of: Instrument,
     /// The effect of its being late
-    late: &'static About,
-    rows: usize,
+    pub(crate) late: &'static About,
+    pub(crate) rows: usize,
     /// Remaining delay, rows
     rest_rows: f64,
 }
 
 /// Lags of gyro and wheels that explain much: the whole part, and its neighbour where the rest is near that; the nearest
 /// first. Empty where both are on time.
-fn lags(record: &Record, noise: &Noise, effects: &[&'static dyn Driving]) -> Vec<Lag> {
+pub(crate) fn lags(record: &Record, noise: &Noise, effects: &[&'static dyn Driving]) -> Vec<Lag> {
     if !record.wheels_share_rows() {
         return Vec::new();
     }
