@@ -49,7 +49,7 @@ class Body:
             file.write(edited(radius, track))
             file.flush()
             self.husky = run.Husky(file.name)
-        self.tether_n_m, self.drag_n = tether_n_m, drag_n
+        self.post, self.tether_n_m, self.drag_n = self.husky.centre()[:2], tether_n_m, drag_n
 
     def begin(self, steps):
         self.told, self.done = np.empty((steps + 1, 10)), 0
@@ -63,9 +63,9 @@ class Body:
 
     def pull(self):
         """Tether to a post where it began; one rear corner drags over the floor."""
-        robot, (x, y, heading) = self.husky.robot, self.husky.place()
+        robot, (x, y, heading) = self.husky.robot, self.husky.centre()
         if self.tether_n_m:
-            force = -self.tether_n_m * (np.array([x, y]) - self.husky.start[:2])
+            force = -self.tether_n_m * (np.array([x, y]) - self.post)
             bullet.applyExternalForce(robot, -1, [*force, 0], [x, y, 0.14], bullet.WORLD_FRAME)
         if self.drag_n:
             (vx, vy, _), (_, _, rate) = bullet.getBaseVelocity(robot)
@@ -114,7 +114,7 @@ class Engine:
     name, cases = "pybullet", 50
     model, run_py = run.HUSKY, Path(run.__file__)
     inputs, without = ("command_left_rad_s", "command_right_rad_s"), ("torque",)
-    steering, speed_m_s, yaw_rate_rad_s = "skid", 0.8, 1.5
+    steering, speed_m_s, yaw_rate_rad_s = "differential", 0.8, 1.5
     noise_per_root_hz, torque_noise_n_m_sqrt_s = run.COMMAND_STD_RAD_S * ROOT_ROW, 0.0
     unit = unit_of(run)
     nominal = nominal()

@@ -1,4 +1,4 @@
-"""A team's simulator: Clearpath's Husky (husky.urdf of pybullet_data) on Bullet, its motors hold speeds.
+"""A team's simulator: Clearpath's Husky (husky.urdf of pybullet_data) on Bullet, driven by its rear wheels, its motors hold speeds.
 
     python run.py --inputs inputs.csv --out log.parquet [--model husky.urdf] [--seed 1]
 
@@ -7,7 +7,7 @@ The log has a row of 10 ms: the commands, the encoders, the gyro, and ten times 
 """
 
 import argparse
-import shutil
+import re
 import tempfile
 from pathlib import Path
 
@@ -20,9 +20,11 @@ HUSKY = Path(pybullet_data.getDataPath()) / "husky" / "husky.urdf"
 LEFT, RIGHT = ("front_left_wheel", "rear_left_wheel"), ("front_right_wheel", "rear_right_wheel")
 STEP_S, ROW_S = 0.0025, 0.01
 FLOOR_FRICTION = 0.6
-# Of the front wheels, over that of the rear ones. With four that grip alike Bullet's Husky hops, and it turns by a tenth to a third
-# of what its wheels say, at every heading by another share.
-FRONT_FRICTION = 0.2
+# The rear wheels drive, rubber on a rough floor; the front ones roll without grip, as omni-wheels do. With four that grip alike
+# Bullet's Husky hops, and it turns by a tenth to a third of what its wheels say, at every heading by another share.
+FRONT_FRICTION, REAR_FRICTION = 0.0, 3.0
+# A cylinder of Bullet stands on one edge, then on the other: the track of the file's wheels jumps by a fifth. Spheres stand on a point.
+CYLINDER, SPHERE = r'<cylinder length="[^"]*" radius="([^"]*)" */>', r'<sphere radius="\1"/>'
 COMMAND_STD_RAD_S = 0.02  # noise of each side, drawn anew each row
 FORCE_N_M = 40.0  # greatest torque of a wheel's motor
 GYRO_STD_RAD_S = 0.0018
@@ -41,13 +43,14 @@ class Husky:
         plane = bullet.loadURDF(str(HUSKY.parents[1] / "plane.urdf"))
         bullet.changeDynamics(plane, -1, lateralFriction=FLOOR_FRICTION)
         with tempfile.TemporaryDirectory() as folder:  # a copy of the model lies beside no meshes
-            shutil.copy(model, Path(folder, "robot.urdf"))
+            Path(folder, "robot.urdf").write_text(re.sub(CYLINDER, SPHERE, Path(model).read_text()))
             Path(folder, "meshes").symlink_to(HUSKY.with_name("meshes"))
             self.robot = bullet.loadURDF(folder + "/robot.urdf", [0, 0, 0], flags=bullet.URDF_USE_INERTIA_FROM_FILE)
         joints = {bullet.getJointInfo(self.robot, j)[1].decode(): j for j in range(bullet.getNumJoints(self.robot))}
         self.wheels = [joints[name] for name in LEFT + RIGHT]
-        for wheel in self.wheels[::2]:
-            bullet.changeDynamics(self.robot, wheel, lateralFriction=FRONT_FRICTION)
+        for wheel, friction in zip(self.wheels, [FRONT_FRICTION, REAR_FRICTION] * 2, strict=True):
+            bullet.changeDynamics(self.robot, wheel, lateralFriction=friction)
+        self.axle_m = bullet.getLinkState(self.robot, self.wheels[1])[0][0] - self.centre()[0]
         for _ in range(400):
             self.step((0, 0))
         self.start, self.turned = self.place(), self.sides()[0]
@@ -62,10 +65,15 @@ class Husky:
         states = np.array([(angle, speed, torque) for angle, speed, _, torque in bullet.getJointStates(self.robot, self.wheels)])
         return states.reshape(2, 2, 3).mean(1).T
 
-    def place(self):
-        """x, y (m) of the middle between the wheels, and the heading (rad)."""
+    def centre(self):
+        """x, y (m) of the base's centre of mass, and the heading (rad)."""
         (x, y, _), turn = bullet.getBasePositionAndOrientation(self.robot)
         return np.array([x, y, bullet.getEulerFromQuaternion(turn)[2]])
+
+    def place(self):
+        """x, y (m) of the middle between the rear wheels, and the heading (rad)."""
+        x, y, heading = self.centre()
+        return np.array([x + self.axle_m * np.cos(heading), y + self.axle_m * np.sin(heading), heading])
 
     def moved(self):
         """The same from where and as it began; the heading between -pi and pi."""
