@@ -138,14 +138,14 @@ def make(engine, out, count, key_file, seed, length_s, gyroid=None):
     robot did; sim.toml, the simulator's true sizes as a configuration. Returns the commitment to the labels.
 
     engine: has name, model, run_py, nominal, unit, steering, inputs (their columns), noise_per_root_hz, torque_noise_n_m_sqrt_s,
-        without (columns that its logs lack), speed_m_s, yaw_rate_rad_s, listed, unlisted, body(world), controller(draw)
+        without (columns that its logs lack), limits (of its drives, as Course's), listed, unlisted, body(world), controller(draw)
     """
     out.mkdir(parents=True)
     if out.resolve() in key_file.resolve().parents:
         raise SystemExit(f"{key_file} lies in {out}: keep the key elsewhere")
     secret = int(np.random.SeedSequence().entropy % 2**63) if seed is None else seed
     cases = plan(count, np.random.default_rng(secret), engine.listed + GEOMETRY + SENSED, engine.unlisted + SENSED_UNLISTED)
-    course = Course(length_s, engine.speed_m_s, yaw_rate_rad_s=engine.yaw_rate_rad_s)
+    course = Course(length_s, **engine.limits)
     labels = {}
     for index, case in enumerate(cases):
         name = f"{engine.name}-{index:03}"

@@ -60,7 +60,7 @@ class Engine:
     name, cases = "mujoco", 100
     model, run_py = ROBOT_XML, Path(run.__file__)
     inputs, without = ("torque_left_n_m", "torque_right_n_m"), ()
-    steering, speed_m_s, yaw_rate_rad_s = "differential", 0.8, 1.5
+    steering, limits = "differential", {}
     noise_per_root_hz = torque_noise_n_m_sqrt_s = run.TORQUE_STD_N_M * ROOT_ROW
     unit = unit_of(run)
     nominal = nominal(ROBOT)

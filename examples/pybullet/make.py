@@ -114,7 +114,8 @@ class Engine:
     name, cases = "pybullet", 50
     model, run_py = run.HUSKY, Path(run.__file__)
     inputs, without = ("command_left_rad_s", "command_right_rad_s"), ("torque",)
-    steering, speed_m_s, yaw_rate_rad_s = "differential", 0.8, 1.5
+    steering = "differential"
+    limits = {"yaw_acceleration_rad_s2": 2.0}  # at 4 the rear wheels lose their grip
     noise_per_root_hz, torque_noise_n_m_sqrt_s = run.COMMAND_STD_RAD_S * ROOT_ROW, 0.0
     unit = unit_of(run)
     nominal = nominal()
