@@ -47,3 +47,11 @@ def seal(folder, key_file, labels, seed):
     with open(os.open(key_file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
         file.write(key.hex() + "\n")
     return commitment
+
+
+def unsealed(folder, key_file):
+    """The labels (by case) that `seal` sealed."""
+    from nacl.bindings import crypto_aead_xchacha20poly1305_ietf_decrypt as decrypt
+
+    sealed, key = (folder / "labels.sealed").read_bytes(), bytes.fromhex(key_file.read_text().strip())
+    return json.loads(decrypt(sealed[24:], None, sealed[:24], key))["labels"]

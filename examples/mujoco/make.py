@@ -16,7 +16,7 @@ from cases import Case, either, main, odd, ratio, size
 from drives import Controller
 from hooks import CasterDrag, Sag, Tether
 from sensors import unit_of
-from worlds import GRAVITY_M_S2, ROBOT_XML, Body, Robot, World, nominal
+from worlds import GRAVITY_M_S2, ROBOT_XML, Body, Robot, World, mjcf, nominal
 
 ROBOT = Robot()
 ROOT_ROW = run.ROW_S**0.5
@@ -73,6 +73,10 @@ class Engine:
         odd("motor_saturates", lambda d: {"torque_limit_n_m": float(d.uniform(0.25, 0.5))}),
         odd("battery_sags", lambda d: {"hooks": (Sag(float(d.uniform(0.6, 0.85)), 90.0),)}),
     )
+
+    @staticmethod
+    def described(world):
+        return mjcf(ROBOT, World(**world))
 
     @staticmethod
     def body(world):

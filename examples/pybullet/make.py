@@ -26,7 +26,7 @@ ROOT_ROW = run.ROW_S**0.5
 WHEEL_RADIUS_M, HALF_TRACK_M = 0.17775, 0.2854  # of husky.urdf
 
 
-def edited(radius, track):
+def edited(radius=(1.0, 1.0), track=1.0):
     """husky.urdf with other radii (left, right) and another track, over nominal."""
     root = ET.parse(run.HUSKY).getroot()
     for side, names, over in zip((1, -1), (run.LEFT, run.RIGHT), radius, strict=True):
@@ -124,6 +124,10 @@ class Engine:
         odd("tether", lambda d: {"tether_n_m": size(d, 5.0, 50.0)}),
         odd("corner_drags", lambda d: {"drag_n": size(d, 10.0, 60.0)}),
     )
+
+    @staticmethod
+    def described(world):
+        return edited(**world)
 
     @staticmethod
     def body(world):

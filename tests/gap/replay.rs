@@ -1,6 +1,8 @@
 //! `--simulate`, with a simulator of nobody's: a script that gives one of two logs that were made before, as the model's mass says.
 
 use crate::place::Place;
+use gyroid::ingest::{read_log, write_log};
+use gyroid::signal::names;
 use serde_json::Value;
 
 pub(crate) const ROBOT_XML: &str = include_str!("../../examples/mujoco/robot.xml");
@@ -79,6 +81,43 @@ fn what_makes_their_simulator_better_is_entered_and_nothing_else() {
     let told: Value = serde_json::from_str(&place.read("told.json")).unwrap();
     assert_eq!((&told["patch"]["file"], &told["patch"]["replay"]["kept"]), (&Value::Null, &serde_json::json!([])));
     assert_eq!(beside_the_copy(&place), [] as [&str; 0]);
+}
+
+/// Simulators of robots whose motors hold speeds follow the speeds that were asked for.
+#[test]
+fn a_simulator_without_torques_gets_the_commands() {
+    let wide = format!("{ROBOT}[[effect]]\nid = \"wheel.radius_scale\"\nrelative = 0.03\n");
+    let simulator =
+        SIMULATOR.replace("mass=\"11.1\"", "size=\"0.065 ").replace("test -f", "cp \"$2\" seen.csv; test -f");
+    let files = [("robot.xml", ROBOT_XML), ("robot.toml", ROBOT), ("truth.toml", &wide), ("simulator.sh", &simulator)];
+    let place = Place::with(&files);
+    std::fs::create_dir(place.path("out")).unwrap();
+    for (name, seed) in [("fit", 1), ("hold", 2)] {
+        place.ok(&format!("simulate truth.toml --course random --duration 60 --seed {seed} -o driven.parquet --force"));
+        if name == "hold" {
+            place.ok("simulate robot.toml --inputs driven.parquet --seed 3 -o before.parquet");
+            place.ok("simulate truth.toml --inputs driven.parquet --seed 3 -o after.parquet");
+        }
+        let mut log = read_log(place.path("driven.parquet")).unwrap();
+        let asked = [names::WHEEL_LEFT, names::WHEEL_RIGHT].map(|wheel| log.require(wheel).unwrap().to_vec());
+        log.channels.retain(|c| !c.name.starts_with("torque_"));
+        for (name, values) in [names::COMMAND_LEFT, names::COMMAND_RIGHT].into_iter().zip(asked) {
+            log.push(name, values).unwrap();
+        }
+        write_log(place.path(&format!("{name}.parquet")), &log).unwrap();
+    }
+    place.ok(&format!("{LINE} {COMMAND}"));
+    let told: Value = serde_json::from_str(&place.read("told.json")).unwrap();
+    assert_eq!(told["patch"]["replay"]["kept"], serde_json::json!(["wheel.radius_scale"]), "{told}");
+    assert!(place.read("seen.csv").starts_with("t_s,command_left_rad_s,command_right_rad_s\n0,"));
+
+    // neither torques nor commands
+    std::fs::remove_file(place.path("out/copy.xml")).unwrap();
+    let mut log = read_log(place.path("hold.parquet")).unwrap();
+    log.channels.retain(|c| !c.name.starts_with("command_"));
+    write_log(place.path("bare.parquet"), &log).unwrap();
+    let line = LINE.replace("hold.parquet", "bare.parquet");
+    place.refused(&format!("{line} {COMMAND}"), 2, &["--simulate", "bare.parquet", "torques or commands", "--map"]);
 }
 
 #[test]

@@ -34,8 +34,9 @@ pub(crate) struct PatchArgs {
     out: Option<PathBuf>,
     /// Run your simulator on the first recording of --hold, before and after, and enter only what makes its error smaller there
     ///
-    /// A command of the shell: {model} becomes the path of a description, {inputs} that of a CSV with the recording's torques
-    /// (t_s from 0, torque_left_n_m, torque_right_n_m), {log} that of the log it is to write. Each run is to draw the same chance.
+    /// A command of the shell: {model} becomes the path of a description, {inputs} that of a CSV with t_s from 0 and the recording's
+    /// torque_left_n_m, torque_right_n_m (without torques: command_left_rad_s, command_right_rad_s; else command_speed_m_s,
+    /// command_yaw_rate_rad_s), {log} that of the log it is to write. Each run is to draw the same chance.
     #[arg(long, value_name = "COMMAND", requires = "patch")]
     simulate: Option<String>,
 }

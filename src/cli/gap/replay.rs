@@ -15,6 +15,12 @@ use tempfile::TempDir;
 
 /// Placeholders that a command must have.
 const PLACES: [&str; 3] = ["{model}", "{inputs}", "{log}"];
+/// Inputs that a simulator can follow; the first pair that a recording has is given.
+const INPUTS: [[&str; 2]; 3] = [
+    [names::TORQUE_LEFT, names::TORQUE_RIGHT],
+    [names::COMMAND_LEFT, names::COMMAND_RIGHT],
+    [names::COMMAND_SPEED, names::COMMAND_YAW_RATE],
+];
 /// Interpreter of the Python for the log.
 const PYTHON: &str = "python3";
 /// Lines of a failed command's last words.
@@ -64,30 +70,34 @@ fn quoted(path: &Path) -> String {
 }
 
 impl<'a> Simulator<'a> {
-    /// Writes the inputs of the recording kept back to a temporary folder.
+    /// Writes the inputs of the recording kept back to a temporary folder: torques, else commanded wheel speeds, else a commanded
+    /// speed and yaw rate.
     ///
     /// # Errors
-    /// [`ErrorKind::Usage`] without a recording kept back, or where it has no torques.
+    /// [`ErrorKind::Usage`] without a recording kept back, or where it has none of these.
     pub fn new(command: &'a str, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<Self> {
         let recording = kept.ok_or_else(|| {
             usage("runs on a recording that is kept back, and none is").hint("give another drive with --hold")
         })?;
-        let channels = [names::TORQUE_LEFT, names::TORQUE_RIGHT];
-        let [Some(left), Some(right)] = channels.map(|name| recording.get(name)) else {
-            let found = format!("gives the simulator the torques of {}, which has none", recording.source);
-            return Err(
-                usage(found).hint("hold out a recording with torque_left_n_m and torque_right_n_m, or --map them")
-            );
+        let rows_of = |channels: [&str; 2]| -> Option<Vec<usize>> {
+            let [first, second] = channels.map(|name| recording.get(name));
+            let both = first?.iter().zip(second?).enumerate();
+            let rows: Vec<usize> = both.filter(|(_, (a, b))| a.is_finite() && b.is_finite()).map(|(k, _)| k).collect();
+            (rows.len() > 1).then_some(rows)
         };
-        let rows: Vec<usize> = (0..recording.len()).filter(|k| left[*k].is_finite() && right[*k].is_finite()).collect();
-        if rows.len() < 2 {
-            return Err(usage(format!("gives the simulator the torques of {}, which has no two", recording.source))
-                .hint("hold out a recording whose torques were logged"));
-        }
+        let found = INPUTS.into_iter().find_map(|channels| Some((channels, rows_of(channels)?)));
+        let (channels, rows) = found.ok_or_else(|| {
+            let source = &recording.source;
+            usage(format!("gives the simulator torques or commands of {source}, which has no two rows of either")).hint(
+                "hold out a recording with torque_left_n_m and torque_right_n_m, command_left_rad_s and \
+                 command_right_rad_s, or command_speed_m_s and command_yaw_rate_rad_s, or --map them",
+            )
+        })?;
         let begin_s = recording.time.at(0);
         let times_s = rows.iter().map(|k| recording.time.at(*k) - begin_s).collect();
         let mut inputs = Log::new("inputs", TimeAxis::Explicit(times_s));
-        for (name, values) in channels.into_iter().zip([left, right]) {
+        for name in channels {
+            let values = recording.require(name)?;
             inputs.push(name, rows.iter().map(|k| values[*k]).collect())?;
         }
         let folder = tempfile::Builder::new().prefix("gyroid-").tempdir();
