@@ -80,9 +80,10 @@ def main():
         print(f"{name}: {world}: patched {patched}, true {best}", flush=True)
     # a true model that closes next to nothing says nothing of a patch
     ratios = [(patched or 0.0) / best for patched, best in shares.values() if best and best > 0.2]
-    print(f"{simulator}: {len(shares)} cases, {sum(patched is not None for patched, _ in shares.values())} with a patch; "
-          f"of what the true model closes the patched one closes, median of {len(ratios)}: {np.median(ratios):.3f}, "
-          f"0.8 or more in {sum(r >= 0.8 for r in ratios)}")
+    print(f"{simulator}: {len(shares)} cases, {sum(patched is not None for patched, _ in shares.values())} with a patch")
+    if ratios:
+        print(f"of what the true model closes the patched one closes, median of {len(ratios)}: {np.median(ratios):.3f}, "
+              f"0.8 or more in {sum(r >= 0.8 for r in ratios)}")
 
 
 if __name__ == "__main__":
