@@ -29,11 +29,16 @@ def cases(options, simulator):
     return folder, key
 
 
+def compared(case):
+    """The command that compares the simulator with the robot of a case."""
+    return ["compare", "--sim", case / "sim.parquet", "--real", case / "fit.parquet", "--hold", case / "hold.parquet"]
+
+
 def question(options, case):
     """The command that asks about a case."""
     if options.diagnose:
         return ["diagnose", case / "sim.toml", "--fit", case / "fit.parquet", "--hold", case / "hold.parquet"]
-    return ["compare", "--sim", case / "sim.parquet", "--real", case / "fit.parquet", "--hold", case / "hold.parquet"]
+    return compared(case)
 
 
 def answer(options, case, path):

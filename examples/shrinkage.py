@@ -18,14 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
-HERE = Path(__file__).parent
-ENGINES = ("mujoco", "pybullet")
+from bench import HERE, SIMULATORS, compared
 
 
 def engine_of(simulator):
-    """Its module `make`: both simulators have one of that name, so that one process takes one of them."""
+    """Of its module `make`: both simulators have one of that name, so that one process takes one of them."""
     sys.path[:0] = [str(HERE / "common"), str(HERE / simulator)]
-    return importlib.import_module("make")
+    return importlib.import_module("make").Engine
 
 
 def world_of(label):
@@ -42,8 +41,8 @@ def closed(gyroid, case, engine, true=None):
         model.write_text(engine.model.read_text())
         command = f'm={{model}}; [ "$m" = {shlex.quote(str(model))} ] || m={shlex.quote(str(true))}; ' if true else "m={model}; "
         command += f'{shlex.quote(sys.executable)} {shlex.quote(str(engine.run_py.resolve()))} --model "$m" --inputs {{inputs}} --out {{log}}'
-        asked = [gyroid, "gap", "compare", "--sim", case / "sim.parquet", "--real", case / "fit.parquet", "--hold", case / "hold.parquet",
-                 "--patch", model, "-o", Path(folder, "copy" + model.suffix), "--simulate", command, "--json", "-", "-q"]
+        written = ["--patch", model, "-o", Path(folder, "copy" + model.suffix), "--simulate", command, "--json", "-", "-q"]
+        asked = [gyroid, "gap", *compared(case), *written]
         told = subprocess.run(asked, capture_output=True, text=True, check=False)
     if told.returncode not in (0, 3):
         print(f"{case.name}: refused: {told.stderr.strip()}", flush=True)
@@ -56,7 +55,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--gyroid", required=True, help="the program")
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--only", nargs="+", choices=ENGINES, default=ENGINES)
+    parser.add_argument("--only", nargs="+", choices=SIMULATORS, default=SIMULATORS)
     parser.add_argument("--cases", type=int, help="so many of each simulator at most")
     options = parser.parse_args()
     if len(options.only) > 1:
@@ -65,10 +64,10 @@ def main():
             subprocess.run(again, check=True)
         return
     [simulator] = options.only
-    from_labels = engine_of(simulator)
+    engine = engine_of(simulator)
     from folders import unsealed
 
-    cases, engine = options.out / simulator, from_labels.Engine
+    cases = options.out / simulator
     worlds = {name: world_of(label) for name, label in sorted(unsealed(cases, options.out / f"{simulator}.key").items())}
     shares = {}
     for name, world in [(name, world) for name, world in worlds.items() if world][: options.cases]:

@@ -22,13 +22,14 @@ pub(crate) const COMMAND: &str = "--simulate sh\tsimulator.sh\t{model}\t{inputs}
 const LINE: &str =
     "gap diagnose robot.toml --fit fit.parquet --hold hold.parquet --patch robot.xml -o out/copy.xml --json told.json";
 
-fn place() -> Place {
-    let truth = format!("{ROBOT}{LOAD}");
+/// Recordings of a robot with this effect, and logs of `simulator` with it and without.
+fn place(effect: &str, simulator: &str) -> Place {
+    let truth = format!("{ROBOT}{effect}");
     let place = Place::with(&[
         ("robot.xml", ROBOT_XML),
         ("robot.toml", ROBOT),
         ("truth.toml", &truth),
-        ("simulator.sh", SIMULATOR),
+        ("simulator.sh", simulator),
     ]);
     std::fs::create_dir(place.path("out")).unwrap();
     for (name, seed) in [("fit", 1), ("hold", 2)] {
@@ -46,7 +47,7 @@ fn beside_the_copy(place: &Place) -> Vec<String> {
 
 #[test]
 fn what_makes_their_simulator_better_is_entered_and_nothing_else() {
-    let place = place();
+    let place = place(LOAD, SIMULATOR);
     let text = place.ok(&format!("{LINE} {COMMAND}"));
     let told: Value = serde_json::from_str(&place.read("told.json")).unwrap();
     let replay = &told["patch"]["replay"];
@@ -86,25 +87,18 @@ fn what_makes_their_simulator_better_is_entered_and_nothing_else() {
 /// Simulators of robots whose motors hold speeds follow the speeds that were asked for.
 #[test]
 fn a_simulator_without_torques_gets_the_commands() {
-    let wide = format!("{ROBOT}[[effect]]\nid = \"wheel.radius_scale\"\nrelative = 0.03\n");
+    let wide = "[[effect]]\nid = \"wheel.radius_scale\"\nrelative = 0.03\n";
     let simulator =
         SIMULATOR.replace("mass=\"11.1\"", "size=\"0.065 ").replace("test -f", "cp \"$2\" seen.csv; test -f");
-    let files = [("robot.xml", ROBOT_XML), ("robot.toml", ROBOT), ("truth.toml", &wide), ("simulator.sh", &simulator)];
-    let place = Place::with(&files);
-    std::fs::create_dir(place.path("out")).unwrap();
-    for (name, seed) in [("fit", 1), ("hold", 2)] {
-        place.ok(&format!("simulate truth.toml --course random --duration 60 --seed {seed} -o driven.parquet --force"));
-        if name == "hold" {
-            place.ok("simulate robot.toml --inputs driven.parquet --seed 3 -o before.parquet");
-            place.ok("simulate truth.toml --inputs driven.parquet --seed 3 -o after.parquet");
-        }
-        let mut log = read_log(place.path("driven.parquet")).unwrap();
+    let place = place(wide, &simulator);
+    for name in ["fit.parquet", "hold.parquet"] {
+        let mut log = read_log(place.path(name)).unwrap();
         let asked = [names::WHEEL_LEFT, names::WHEEL_RIGHT].map(|wheel| log.require(wheel).unwrap().to_vec());
         log.channels.retain(|c| !c.name.starts_with("torque_"));
         for (name, values) in [names::COMMAND_LEFT, names::COMMAND_RIGHT].into_iter().zip(asked) {
             log.push(name, values).unwrap();
         }
-        write_log(place.path(&format!("{name}.parquet")), &log).unwrap();
+        write_log(place.path(name), &log).unwrap();
     }
     place.ok(&format!("{LINE} {COMMAND}"));
     let told: Value = serde_json::from_str(&place.read("told.json")).unwrap();
@@ -122,7 +116,7 @@ fn a_simulator_without_torques_gets_the_commands() {
 
 #[test]
 fn a_simulator_that_fails_is_said_and_nothing_is_written() {
-    let place = place();
+    let place = place(LOAD, SIMULATOR);
     let refused = |line: &str, code: i32, parts: &[&str]| {
         place.refused(line, code, parts);
         assert!(!place.has("told.json") && beside_the_copy(&place).is_empty(), "{line}");

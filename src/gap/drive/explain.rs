@@ -16,7 +16,7 @@ use super::preprocess::hypothesis::PreprocessingHypothesis;
 use super::preprocess::lost_ticks;
 use super::preprocess::lost_ticks::{LostTicks, Sought, missed_part};
 use super::preprocess::noise_levels::lattice_part;
-use super::preprocess::sensor_offset::{Lag, lags};
+use super::preprocess::sensor_offset::lags;
 use super::record::Record;
 use super::regressors::candidates::{Candidates, Kind, knowable};
 use crate::config::Config;
@@ -167,45 +167,32 @@ pub(in crate::gap) fn known_gain(
 /// Fits what is asked for to the drive as it is, and with the readings of an instrument moved earlier by the whole rows by
 /// which they may be late; the most probable.
 fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
-    let as_is = in_place(record, asked, options);
-    let fits = lags(record, &InitialNoise::of(record).noise, &asked.drives).into_iter().map(|lag| {
-        let moved = in_place(&record.earlier(lag.of, lag.rows), asked, options);
-        (lag, moved)
+    let initial = InitialNoise::of(record);
+    let lags = lags(record, &initial.noise, &asked.drives);
+    let as_is = in_place(record, &initial, asked, options);
+    let moved = lags.into_iter().filter_map(|lag| {
+        let earlier = record.earlier(lag.of, lag.rows);
+        let moved = in_place(&earlier, &InitialNoise::of(&earlier), asked, options);
+        // a rest that it cannot have speaks against these rows
+        let rest = moved.parts.iter().position(|p| p.id == lag.late.id)?;
+        Some((lag, moved, rest))
     });
-    let fits = fits.filter(|(lag, moved)| !moved.outside.contains(&lag.late.id));
-    match fits.max_by(|a, b| a.1.ln_weight.total_cmp(&b.1.ln_weight)) {
-        Some((lag, mut moved)) if moved.ln_weight > as_is.ln_weight => {
-            moved.add_rows(&lag, record, asked, options);
+    match moved.max_by(|a, b| a.1.ln_weight.total_cmp(&b.1.ln_weight)) {
+        Some((lag, mut moved, rest)) if moved.ln_weight > as_is.ln_weight => {
+            let drives = asked.drives.iter().copied().filter(|e| e.about().id != lag.late.id).collect();
+            let without = in_place(record, &initial, &Asked { drives, walk: asked.walk }, options);
+            let part = &mut moved.parts[rest];
+            part.share = moved.ln_weight - without.ln_weight - options.prior.ln_named;
+            *part.parameters.entry(lag.late.size().into()).or_insert(0.0) += lag.rows as f64 * record.step_s;
             moved
         }
         _ => as_is,
     }
 }
 
-impl Fit {
-    /// Adds to the delay the rows by which the readings of `record` were moved, and their gain. Without a rest its standard
-    /// deviation is that of a uniform row.
-    fn add_rows(&mut self, lag: &Lag, record: &Record, asked: &Asked, options: &Options) {
-        let (late, name) = (lag.late.id, lag.late.size());
-        let drives = asked.drives.iter().copied().filter(|e| e.about().id != late).collect();
-        let without = in_place(record, &Asked { drives, walk: asked.walk }, options);
-        let gain = self.ln_weight - without.ln_weight - options.prior.ln_named;
-        let lag_s = lag.rows as f64 * record.step_s;
-        if let Some(rest) = self.parts.iter_mut().find(|p| p.id == late) {
-            rest.share = gain;
-            *rest.parameters.entry(name.into()).or_insert(0.0) += lag_s;
-        } else {
-            let mut part = Part::new(late, true, gain);
-            part.parameters = Parameters::from([(name.into(), lag_s)]);
-            part.std = Parameters::from([(name.into(), record.step_s / 12f64.sqrt())]);
-            self.parts.push(part);
-        }
-    }
-}
-
 /// Fits what is asked for to the drive, its rows as they are.
-fn in_place(record: &Record, asked: &Asked, options: &Options) -> Fit {
-    let InitialNoise { lsb, noise, nominal } = InitialNoise::of(record);
+fn in_place(record: &Record, initial: &InitialNoise, asked: &Asked, options: &Options) -> Fit {
+    let InitialNoise { lsb, noise, nominal } = *initial;
     let every = Candidates::new(record, &asked.drives, &options.prior, false, &changepoint::of_each(record));
     let candidates = every.only(|g| asked.walk.is_some() || !matches!(every.kinds[g], Kind::Walk));
     let mut notes = Vec::new();
