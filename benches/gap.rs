@@ -1,16 +1,14 @@
 //! The diagnosis at rest and of drives: seconds of each stage, and the peak of resident memory.
 //!
-//! `cargo bench --bench gap`: one case of the generator at rest (two effects, a little of others), logs of 1e5 and 1e6 samples
-//! with one, and a drive of 25 000 rows with all channels. Each runs in a process of its own, so that its peak is its own.
-//! `-- generator`, `-- 100000`, `-- drive` runs only that; `-- drives-100` runs a hundred such drives, each with one or two
+//! `cargo bench --bench gap`: logs at rest of 1e5 and 1e6 samples with one effect, and a drive of 25 000 rows with all
+//! channels. Each runs in a process of its own, so that its peak is its own. `-- 100000`, `-- drive` runs only that; `-- drives-100` runs a hundred such drives, each with one or two
 //! effects of typical size, and says how long the middle one and the slowest one take; `-- drives-100:15,33` runs only
 //! these.
 
-use gyroid::bench::worlds::{Spec, Strength, make};
-use gyroid::config::{Config, EffectTable, Kind};
+use gyroid::config::{Config, EffectTable};
 use gyroid::effects::Library;
 use gyroid::effects::drive::{DriveExplanation, Driving, registry};
-use gyroid::gap::rest::predictive;
+use gyroid::gap::predictive;
 use gyroid::gap::{Drive, Options, Stage, diagnose_drives, diagnose_observed};
 use gyroid::signal::Log;
 use gyroid::simulate::{self, Course, drive_with, stationary_with};
@@ -18,7 +16,6 @@ use std::process::Command;
 use std::time::Instant;
 
 const CHILD: &str = "GYROID_BENCH_GAP";
-const GENERATOR: &str = "generator";
 const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.01\n[gyro]\nc1_rad_s = 2e-3\nc2_rad_s = -3e-3\n\
     time_constant_s = 300.0\nangle_random_walk_rad_sqrt_s = 1e-4\nturn_on_bias_std_rad_s = 2e-4\nwarm_up_relative_std = 0.03\n";
 
@@ -31,11 +28,6 @@ const ROWS: f64 = 25_000.0;
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 fn recordings(which: &str) -> Outcome<(Config, Log, Log)> {
-    if which == GENERATOR {
-        let effects = vec![("gyro.temperature_sensitivity", Strength::Strong), ("gyro.tone", Strength::Medium)];
-        let case = make(Kind::Stationary, 5, 0, &Spec { effects, messy: true })?;
-        return Ok((case.config, case.fit, case.hold));
-    }
     let rows: f64 = which.parse()?;
     let config = Config::parse(REST, "sim.toml")?;
     let mut real = config.clone();
@@ -179,7 +171,7 @@ fn main() -> Outcome<()> {
         return child(&which);
     }
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
-    let all = [GENERATOR, "100000", "1000000", DRIVE].map(String::from).to_vec();
+    let all = ["100000", "1000000", DRIVE].map(String::from).to_vec();
     for which in if asked.is_empty() { all } else { asked } {
         let status = Command::new(std::env::current_exe()?).env(CHILD, &which).status()?;
         if !status.success() {

@@ -125,12 +125,12 @@
 //! # Ok::<(), gyroid::Error>(())
 //! ```
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
+#![warn(missing_docs, unreachable_pub)]
 
 // the command line names the library as its other users do
 extern crate self as gyroid;
 
-pub mod bench;
+pub(crate) mod bench;
 pub mod bias;
 pub mod cli;
 pub mod config;
@@ -145,13 +145,13 @@ pub mod math;
 pub mod model;
 pub mod navigate;
 pub mod noise;
-pub mod population;
-pub mod progress;
-pub mod report;
-pub mod robot;
+pub(crate) mod population;
+pub(crate) mod progress;
+pub(crate) mod report;
+pub(crate) mod robot;
 pub mod signal;
 pub mod simulate;
-pub mod study;
+pub(crate) mod study;
 pub mod traction;
 pub mod units;
 pub mod validate;

@@ -15,7 +15,7 @@ thread_local! {
 const EVERY_ROWS: usize = 1 << 14;
 
 /// Runs `work`; meanwhile `listener` is told the rows that are done, and of how many, by each loop on this thread.
-pub fn listened<T>(listener: impl Fn(usize, usize) + 'static, work: impl FnOnce() -> T) -> T {
+pub(crate) fn listened<T>(listener: impl Fn(usize, usize) + 'static, work: impl FnOnce() -> T) -> T {
     let outer = LISTENER.replace(Some(Rc::new(listener)));
     let done = work();
     LISTENER.set(outer);

@@ -15,7 +15,7 @@ const LIMITS: [f64; 5] = [0.0, 12.0, 30.0, 100.0, f64::INFINITY];
 
 /// Cases with one listed effect, or two, whose nats lie in one band: of two, those of the weaker one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Band {
+pub(crate) struct Band {
     /// Least nats.
     pub from_nats: f64,
     /// Limit of the nats; none above the last band.

@@ -43,7 +43,7 @@ struct Set {
 }
 
 /// One case as the calibration sees it.
-pub struct Example {
+pub(crate) struct Example {
     sets: Vec<Set>,
     /// For each main cause, whether naming it is right.
     right: Vec<bool>,
@@ -53,7 +53,7 @@ pub struct Example {
 
 /// Agreement of probabilities with the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Fit {
+pub(crate) struct Fit {
     /// Mean of -ln p(truth), nats a case.
     pub ln_loss: f64,
     /// Share of the cases with the right verdict.
@@ -66,7 +66,7 @@ pub struct Fit {
 
 /// A fitted calibration with its figures of merit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Calibrated {
+pub(crate) struct Calibrated {
     /// The calibration, from all cases.
     pub calibration: Calibration,
     /// Number of cases.
@@ -215,7 +215,7 @@ pub(super) fn too_few(cases: usize) -> Result<()> {
 ///
 /// # Errors
 /// [`ErrorKind::TooShort`] for fewer than fifty cases.
-pub fn calibrate(examples: &[Example], prior: &Prior) -> Result<Calibrated> {
+pub(crate) fn calibrate(examples: &[Example], prior: &Prior) -> Result<Calibrated> {
     too_few(examples.len())?;
     let none = Calibration::none(prior);
     let (mut verdicts, mut truths) = (Vec::new(), Vec::new());
@@ -240,7 +240,7 @@ pub fn calibrate(examples: &[Example], prior: &Prior) -> Result<Calibrated> {
 
 /// The prior odds of the search for this kind, which a calibration replaces.
 #[must_use]
-pub fn prior_of(kind: Kind) -> Prior {
+pub(crate) fn prior_of(kind: Kind) -> Prior {
     match kind {
         Kind::Stationary => Prior::default(),
         Kind::Driving => Prior::of_drives(),
@@ -253,7 +253,7 @@ pub fn prior_of(kind: Kind) -> Prior {
 ///
 /// # Errors
 /// [`ErrorKind::Io`]; [`ErrorKind::Usage`] for a folder without cases; what the diagnosis refuses of a case.
-pub fn examples(
+pub(crate) fn examples(
     folder: &Path,
     labels: &BTreeMap<String, Label>,
     jobs: usize,
@@ -290,7 +290,7 @@ pub fn examples(
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::bench::worlds::Strength;
+    use crate::bench::worlds::label::Strength;
     use crate::gap::selection::sets::{Part, WeightedSet};
     use crate::math::random::Stream;
 

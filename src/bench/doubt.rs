@@ -59,7 +59,7 @@ fn moved(p: f64, from: f64, to: f64) -> f64 {
 ///
 /// # Errors
 /// [`crate::ErrorKind::TooShort`] for fewer than fifty answers.
-pub fn doubt(judged: &[Judged]) -> Result<Calibrated> {
+pub(crate) fn doubt(judged: &[Judged]) -> Result<Calibrated> {
     beside(judged, &Options::default().calibration)
 }
 

@@ -21,11 +21,11 @@ pub(crate) const SEALED: &str = "labels.sealed";
 /// File with the commitment to them.
 pub(crate) const COMMITMENT: &str = "commitment.txt";
 /// File with the description of the bench: [`Bench`].
-pub const BENCH: &str = "bench.json";
+pub(crate) const BENCH: &str = "bench.json";
 
 /// Order of a bench.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Order {
+pub(crate) struct Order {
     /// At rest or driving.
     pub kind: Kind,
     /// Numbers of cases of each sort.
@@ -36,7 +36,7 @@ pub struct Order {
 
 /// Public description of a bench, without its labels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Bench {
+pub(crate) struct Bench {
     /// Version that made it.
     pub gyroid_version: String,
     /// Seed, where it was given; whoever knows it can make the labels again.
@@ -52,7 +52,7 @@ pub struct Bench {
 
 /// A bench that was made.
 #[derive(Debug, Clone)]
-pub struct Made {
+pub(crate) struct Made {
     /// Content of `bench.json`.
     pub bench: Bench,
     /// The key to the labels: to be stored away from the folder.
@@ -65,7 +65,7 @@ pub struct Made {
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] for a folder that holds something, or shares that do not add up; [`ErrorKind::Io`].
-pub fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Result<Made> {
+pub(crate) fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Result<Made> {
     let seed = match order.seed {
         Some(seed) => seed,
         None => random_bytes()?.iter().take(8).fold(0, |sum, b| sum << 8 | u64::from(*b)),

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 /// A rate with its interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Rate {
+pub(crate) struct Rate {
     /// Number of right answers.
     pub right: usize,
     /// Number of cases.
@@ -79,7 +79,7 @@ pub(crate) fn perfect_calibration_p95(confidences: &[f64], seed: u64) -> f64 {
 
 /// How well a score tells positives from negatives.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Roc {
+pub(crate) struct Roc {
     /// False and true positive rate at each threshold, from (0, 0) to (1, 1).
     pub points: Vec<[f64; 2]>,
     /// Area under it: the probability that a positive scores above a negative, ties half.
@@ -116,7 +116,7 @@ pub(crate) fn roc(scored: &[(f64, bool)]) -> Option<Roc> {
 
 /// Median and quartiles of a set of values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Middle {
+pub(crate) struct Middle {
     /// Median.
     pub median: f64,
     /// Lower and upper quartile.

@@ -17,7 +17,7 @@ const RADII: [&str; 4] = ["wheel.radius_left", "wheel.radius_right", "wheel.radi
 /// The verdict that would be right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Wanted {
+pub(crate) enum Wanted {
     /// There is no effect.
     None,
     /// There are effects of the library.
@@ -28,7 +28,7 @@ pub enum Wanted {
 
 /// An answer, judged.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Judged {
+pub(crate) struct Judged {
     /// The case.
     pub name: String,
     /// The verdict that would be right.

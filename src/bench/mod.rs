@@ -22,20 +22,15 @@ mod score;
 mod seal;
 mod table;
 mod workers;
-pub mod worlds;
+pub(crate) mod worlds;
 
-pub use bands::Band;
-pub use calibrate::{Calibrated, Example, Fit, calibrate, examples, prior_of};
-pub use doubt::doubt;
-pub use folder::{BENCH, Bench, Made, Order, make};
-pub use intervals::{Middle, Rate, Roc};
-pub use judge::{Judged, Wanted};
-pub use oracle::{Gains, OfOracle, oracle};
-pub use runner::{Diagnosis, Ran, run};
-pub use score::{
-    Bin, ByEffect, Calibration, Confusion, Miss, Score, answers, judged, labels, left_out, score, seconds,
-};
-pub use seal::{Labels, SealKey};
+pub(crate) use calibrate::{Calibrated, Fit, calibrate, examples, prior_of};
+pub(crate) use doubt::doubt;
+pub(crate) use folder::{BENCH, Bench, Order, make};
+pub(crate) use oracle::{OfOracle, oracle};
+pub(crate) use runner::run;
+pub(crate) use score::{Bin, Score, answers, judged, labels, left_out, score, seconds};
+pub(crate) use seal::SealKey;
 
 #[cfg(test)]
 mod tests;

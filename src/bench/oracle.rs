@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Gains in log score of the answer and of the oracle, nats a row of the hold-out recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Gains {
+pub(crate) struct Gains {
     /// Gain with the effects of the answer.
     pub answer: f64,
     /// Gain with the effects of the label.
@@ -28,7 +28,7 @@ pub struct Gains {
 
 /// Gains of answers relative to an oracle's.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OfOracle {
+pub(crate) struct OfOracle {
     /// Answer's gain over the oracle's: median and quartiles over the cases.
     pub share: Middle,
     /// Summed gain of all answers over that of all oracles.
@@ -42,7 +42,7 @@ pub struct OfOracle {
 ///
 /// # Errors
 /// Errors of reading a case.
-pub fn oracle(
+pub(crate) fn oracle(
     folder: &Path,
     labels: &BTreeMap<String, Label>,
     answers: &BTreeMap<String, Value>,
@@ -80,7 +80,7 @@ fn answered(answer: &Value) -> Option<f64> {
 impl OfOracle {
     /// Over all cases; none without any ratio.
     #[must_use]
-    pub fn of(gains: &BTreeMap<String, Option<Gains>>) -> Option<Self> {
+    pub(crate) fn of(gains: &BTreeMap<String, Option<Gains>>) -> Option<Self> {
         let there: Vec<Gains> = gains.values().copied().flatten().collect();
         let share = Middle::of(there.iter().map(|g| g.answer / g.oracle))?;
         let total = there.iter().map(|g| g.answer).sum::<f64>() / there.iter().map(|g| g.oracle).sum::<f64>();

@@ -16,7 +16,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 /// A diagnosis: nominal simulator, fit recording, hold-out recording.
-pub trait Diagnosis: Sync {
+pub(crate) trait Diagnosis: Sync {
     /// Diagnoses one case.
     ///
     /// # Errors
@@ -39,7 +39,7 @@ pub(crate) struct Timing {
 
 /// Summary of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ran {
+pub(crate) struct Ran {
     /// Cases that were answered now.
     pub answered: usize,
     /// Cases that had an answer before.
@@ -53,7 +53,7 @@ pub struct Ran {
 ///
 /// # Errors
 /// [`ErrorKind::Io`], [`ErrorKind::Usage`] for a folder without cases. What the diagnosis refuses is in the result.
-pub fn run(
+pub(crate) fn run(
     folder: &Path,
     answers: &Path,
     jobs: usize,

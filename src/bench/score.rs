@@ -20,7 +20,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`ErrorKind::Io`]; [`ErrorKind::Checksum`] if the key is another, or labels or commitment were changed.
-pub fn labels(folder: &Path, key: &SealKey, published: Option<&str>) -> Result<Labels> {
+pub(crate) fn labels(folder: &Path, key: &SealKey, published: Option<&str>) -> Result<Labels> {
     let read = |name: &str| {
         let path = folder.join(name);
         std::fs::read(&path).map_err(|e| Error::io(&path, &e))
@@ -42,7 +42,7 @@ pub fn labels(folder: &Path, key: &SealKey, published: Option<&str>) -> Result<L
 /// Labels for a diagnosis whose library lacks `ids`: the single effect of a case then counts as unlisted, and cases
 /// with two effects, one of them in `ids`, are dropped.
 #[must_use]
-pub fn left_out(labels: BTreeMap<String, Label>, ids: &[String]) -> BTreeMap<String, Label> {
+pub(crate) fn left_out(labels: BTreeMap<String, Label>, ids: &[String]) -> BTreeMap<String, Label> {
     let lacks = |label: &Label| label.effects.keys().any(|id| ids.contains(id));
     labels
         .into_iter()
@@ -63,7 +63,7 @@ pub fn left_out(labels: BTreeMap<String, Label>, ids: &[String]) -> BTreeMap<Str
 ///
 /// # Errors
 /// [`ErrorKind::Io`], [`ErrorKind::Format`] for a file that is no JSON.
-pub fn answers(folder: &Path, labels: &BTreeMap<String, Label>) -> Result<BTreeMap<String, Value>> {
+pub(crate) fn answers(folder: &Path, labels: &BTreeMap<String, Label>) -> Result<BTreeMap<String, Value>> {
     let mut out = BTreeMap::new();
     for name in labels.keys() {
         let path = folder.join(format!("{name}.json"));
@@ -81,7 +81,7 @@ pub fn answers(folder: &Path, labels: &BTreeMap<String, Label>) -> Result<BTreeM
 
 /// Reads the durations of the answers, s; empty where the run did not write them.
 #[must_use]
-pub fn seconds(folder: &Path) -> Vec<f64> {
+pub(crate) fn seconds(folder: &Path) -> Vec<f64> {
     let read = || {
         let bytes = std::fs::read(folder.join("timings.json")).ok()?;
         serde_json::from_slice::<BTreeMap<String, Timing>>(&bytes).ok()
@@ -91,7 +91,7 @@ pub fn seconds(folder: &Path) -> Vec<f64> {
 
 /// A case that was answered wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Miss {
+pub(crate) struct Miss {
     /// The answer, judged.
     #[serde(flatten)]
     pub judged: Judged,
@@ -101,7 +101,7 @@ pub struct Miss {
 
 /// One bin of the reliability diagram.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Bin {
+pub(crate) struct Bin {
     /// Mean confidence of its answers.
     pub confidence: f64,
     /// Share of its answers that are right.
@@ -111,7 +111,7 @@ pub struct Bin {
 
 /// Reliability of the stated confidence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Calibration {
+pub(crate) struct Calibration {
     /// Expected calibration error over ten bins; none without confidences.
     pub ece: Option<f64>,
     /// 95th percentile of the ECE that a perfectly calibrated method would score with the same confidences.
@@ -126,7 +126,7 @@ pub struct Calibration {
 
 /// Answers to cases with one effect, by effect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ByEffect {
+pub(crate) struct ByEffect {
     /// The effect.
     pub id: String,
     /// Rate over all strengths.
@@ -139,7 +139,7 @@ pub struct ByEffect {
 
 /// Confusion matrix of cases with one effect, none, or an unlisted one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Confusion {
+pub(crate) struct Confusion {
     /// Truths, the rows.
     pub truths: Vec<String>,
     /// Answers, the columns.
@@ -150,7 +150,7 @@ pub struct Confusion {
 
 /// The score of a bench.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Score {
+pub(crate) struct Score {
     /// Cases.
     pub cases: usize,
     /// Cases without an answer; they count as wrong.
@@ -190,13 +190,13 @@ const PERFECT_SEED: u64 = 1;
 
 /// Judges the answer to each case of `labels`; one that is not there is judged too.
 #[must_use]
-pub fn judged(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>) -> Vec<Judged> {
+pub(crate) fn judged(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>) -> Vec<Judged> {
     labels.iter().map(|(name, label)| judge(name, label, answers.get(name))).collect()
 }
 
 /// Scores `answers` (by case; one that is missing is wrong) against `labels`; `seconds` are those of the answers.
 #[must_use]
-pub fn score(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>, seconds: &[f64]) -> Score {
+pub(crate) fn score(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String, Value>, seconds: &[f64]) -> Score {
     let judged = judged(labels, answers);
     let identified = || judged.iter().filter(|j| j.wanted == Wanted::Identified);
     let single = || identified().filter(|j| j.truth.len() == 1);

@@ -19,7 +19,7 @@ const NONCE_LEN: usize = 24;
 
 /// The sealed content.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Labels {
+pub(crate) struct Labels {
     /// Random salt, so that the labels cannot be guessed from the commitment.
     pub salt: String,
     /// Seed of the cases.
@@ -30,7 +30,7 @@ pub struct Labels {
 
 /// The key to sealed labels.
 #[derive(Clone, PartialEq, Eq)]
-pub struct SealKey([u8; KEY_LEN]);
+pub(crate) struct SealKey([u8; KEY_LEN]);
 
 impl std::fmt::Debug for SealKey {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -49,7 +49,7 @@ impl SealKey {
 
     /// 64 hexadecimal digits.
     #[must_use]
-    pub fn to_hex(&self) -> String {
+    pub(crate) fn to_hex(&self) -> String {
         hex(&self.0)
     }
 
@@ -72,7 +72,7 @@ impl SealKey {
     ///
     /// # Errors
     /// [`ErrorKind::Io`], [`ErrorKind::Format`].
-    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+    pub(crate) fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, &e))?;
         Self::from_hex(&text, &path.display().to_string())

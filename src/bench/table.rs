@@ -9,7 +9,7 @@ use std::fmt::Write;
 impl Score {
     /// The score as JSON; every rate with counts and its Wilson interval.
     #[must_use]
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         let rates: Vec<Value> = self.rates.iter().map(|(what, rate)| json!({"what": what, "rate": rate})).collect();
         let unlisted: Vec<Value> = self.unlisted.iter().map(|(id, rate)| json!({"id": id, "rate": rate})).collect();
         json!({
@@ -34,7 +34,7 @@ impl Score {
 
     /// The score for people: tables first, then every miss with its cause.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut out = String::new();
         self.write_rates(&mut out);
         self.write_effects(&mut out);

@@ -1,9 +1,9 @@
 //! The rules are the contract's: `fixture/` was scored by its own script, whose numbers stand here.
 
 use super::folder::{names, recording_files};
-use super::intervals::{expected_calibration_error, perfect_calibration_p95, roc};
-use super::judge::judge;
-use super::seal::{seal, unseal};
+use super::intervals::{Rate, expected_calibration_error, perfect_calibration_p95, roc};
+use super::judge::{Wanted, judge};
+use super::seal::{Labels, seal, unseal};
 use super::worlds::{Label, Mix};
 use super::*;
 use crate::config::Kind;

@@ -48,7 +48,7 @@ pub(crate) struct Lack {
 
 impl Lack {
     /// A cold power-on: all of the warm-up is still to come, whatever T is.
-    pub const COLD: Self = Self { share: 1.0, by_ln_time_constant: 0.0 };
+    pub(crate) const COLD: Self = Self { share: 1.0, by_ln_time_constant: 0.0 };
 }
 
 impl Restart {

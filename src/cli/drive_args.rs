@@ -35,17 +35,17 @@ pub(crate) struct DriveArgs {
 
 impl DriveArgs {
     /// The options --map, as they were given.
-    pub fn maps(&self) -> String {
+    pub(super) fn maps(&self) -> String {
         self.map.iter().map(|map| format!(" --map {map}")).collect()
     }
 
     /// Reads the files as one drive of the robot of `config`.
-    pub fn read(&self, logs: &[PathBuf], config: &Config) -> Result<DriveRecording> {
+    pub(super) fn read(&self, logs: &[PathBuf], config: &Config) -> Result<DriveRecording> {
         Ok(known(self.read_alone(logs)?, config))
     }
 
     /// Reads the files as one drive of whatever robot.
-    pub fn read_alone(&self, logs: &[PathBuf]) -> Result<DriveRecording> {
+    pub(super) fn read_alone(&self, logs: &[PathBuf]) -> Result<DriveRecording> {
         let (time, time_unit) = (self.time.as_ref(), self.time_unit);
         let query = drive_query(&self.map, time, time_unit, &self.topics, &self.mounting, &self.raw)?;
         ingest::read_drive(logs, &query)

@@ -20,7 +20,7 @@ pub(crate) struct Estimated {
 }
 
 impl Estimated {
-    pub fn of_pose(name: &'static str, pose: &Log) -> Self {
+    pub(super) fn of_pose(name: &'static str, pose: &Log) -> Self {
         let column = |name: &str| pose.get(name).map(<[f64]>::to_vec);
         let all = |name: &str| column(name).unwrap_or_default();
         Self {
@@ -32,7 +32,7 @@ impl Estimated {
         }
     }
 
-    pub fn of_reckoning(name: &'static str, reckoning: &Reckoning) -> Self {
+    pub(super) fn of_reckoning(name: &'static str, reckoning: &Reckoning) -> Self {
         let motion = || reckoning.motion.iter();
         Self {
             name,

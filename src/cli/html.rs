@@ -17,17 +17,17 @@ pub(crate) struct HtmlArgs {
 
 impl HtmlArgs {
     /// Adds the page to what the command writes.
-    pub fn planned(&self, plan: Plan) -> Plan {
+    pub(super) fn planned(&self, plan: Plan) -> Plan {
         plan.writes("--html", &self.html)
     }
 
     /// Whether a page is wanted.
-    pub fn wanted(&self) -> bool {
+    pub(super) fn wanted(&self) -> bool {
         self.html.is_some()
     }
 
     /// Claims the page, before the work begins.
-    pub fn claim(&self) -> Result<Option<OutputFile>> {
+    pub(super) fn claim(&self) -> Result<Option<OutputFile>> {
         let Some(path) = &self.html else { return Ok(None) };
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         if !matches!(ending.as_deref(), Some("html" | "htm")) {

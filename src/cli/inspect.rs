@@ -27,7 +27,7 @@ pub(crate) struct Inspect {
 }
 
 impl Inspect {
-    pub fn run(&self) -> Result<Outcome> {
+    pub(super) fn run(&self) -> Result<Outcome> {
         places::check_logs([&self.log])?;
         let output = Output::open(&self.common, "inspect", Plan::new().reads([&self.log]))?;
         let working = output.working("reading the log");

@@ -97,12 +97,12 @@ const TRIM: &str = "; --trim-motion leaves that out";
 
 impl ColumnArgs {
     /// Whether more than one topic is asked for.
-    pub fn several_topics(&self) -> bool {
+    pub(super) fn several_topics(&self) -> bool {
         self.topics.topic.len() > 1 || self.topics.topic.iter().any(|t| t == EVERY_TOPIC)
     }
 
     /// The topics of each of several logs.
-    pub fn topics(&self) -> Topics {
+    pub(super) fn topics(&self) -> Topics {
         match &self.topics.topic[..] {
             [] => Topics::Only,
             some if some.iter().any(|t| t == EVERY_TOPIC) => Topics::All,
@@ -115,17 +115,17 @@ impl ColumnArgs {
     }
 
     /// The options as a query to the reader.
-    pub fn query(&self) -> Result<GyroQuery> {
+    pub(super) fn query(&self) -> Result<GyroQuery> {
         self.query_of(self.axis()?)
     }
 
     /// The same for one of several axes.
-    pub fn query_of(&self, axis: AxisChoice) -> Result<GyroQuery> {
+    pub(super) fn query_of(&self, axis: AxisChoice) -> Result<GyroQuery> {
         Ok(GyroQuery { topic: self.topics.one()?.map(str::to_string), ..self.query_of_any_topic(axis)? })
     }
 
     /// The same, where the topic is to be chosen.
-    pub fn query_of_any_topic(&self, axis: AxisChoice) -> Result<GyroQuery> {
+    pub(super) fn query_of_any_topic(&self, axis: AxisChoice) -> Result<GyroQuery> {
         if self.start_offset.iter().any(|s| !(s.is_finite() && *s >= 0.0)) {
             return Err(Error::new(ErrorKind::Usage, "--start-offset", "must be zero or a positive number of seconds"));
         }
@@ -151,13 +151,13 @@ impl ColumnArgs {
     }
 
     /// Reads the log, and leaves out motion where that was asked for.
-    pub fn read(&self, log: &Path) -> Result<GyroRecording> {
+    pub(super) fn read(&self, log: &Path) -> Result<GyroRecording> {
         let recording = ingest::read_gyro(log, &self.query()?)?;
         if self.trim_motion { recording.without_motion() } else { Ok(recording) }
     }
 
     /// The axis, and whether it points the other way.
-    pub fn axis(&self) -> Result<AxisChoice> {
+    pub(super) fn axis(&self) -> Result<AxisChoice> {
         match self.axes() {
             [one] => Ok(*one),
             several => Err(Error::new(ErrorKind::Usage, "--axis", format!("{} axes are named", several.len()))
@@ -166,12 +166,12 @@ impl ColumnArgs {
     }
 
     /// The axes that are named.
-    pub fn axes(&self) -> &[AxisChoice] {
+    pub(super) fn axes(&self) -> &[AxisChoice] {
         &self.axis.0
     }
 
     /// The same, where the axis has to be the vertical one: an accelerometer in the log is asked whether it is.
-    pub fn upright(mut self) -> Self {
+    pub(super) fn upright(mut self) -> Self {
         if self.column.is_none() && self.mounting.given().is_none() {
             self.mounting.mounting = Some(Mounting::ALIGNED);
         }
@@ -179,24 +179,24 @@ impl ColumnArgs {
     }
 
     /// Whether motion is left out.
-    pub fn trims_motion(&self) -> bool {
+    pub(super) fn trims_motion(&self) -> bool {
         self.trim_motion
     }
 
     /// Reads the files of a drive of the robot of `config`, whose columns `maps` names where their names do not.
-    pub fn read_drive(&self, maps: &[String], logs: &[PathBuf], config: &Config) -> Result<DriveRecording> {
+    pub(super) fn read_drive(&self, maps: &[String], logs: &[PathBuf], config: &Config) -> Result<DriveRecording> {
         let (time, time_unit) = (self.time.as_ref(), self.time_unit);
         let query = drive_query(maps, time, time_unit, &self.topics, &self.mounting, &self.raw)?;
         Ok(known(ingest::read_drive(logs, &query)?, config))
     }
 
     /// How long after power-on the log begins, s, if that was said.
-    pub fn start_offset_s(&self) -> Option<f64> {
+    pub(super) fn start_offset_s(&self) -> Option<f64> {
         self.start_offset.first().copied()
     }
 
     /// The same of each of `drives`, zero where nothing was said.
-    pub fn starts_s(&self, drives: usize) -> Result<Vec<f64>> {
+    pub(super) fn starts_s(&self, drives: usize) -> Result<Vec<f64>> {
         match self.start_offset[..] {
             [] => Ok(vec![0.0; drives]),
             [all] => Ok(vec![all; drives]),
@@ -210,7 +210,7 @@ impl ColumnArgs {
     }
 
     /// Notes on a log that is held.
-    pub fn notes_on(&self, recording: &GyroRecording) -> Vec<String> {
+    pub(super) fn notes_on(&self, recording: &GyroRecording) -> Vec<String> {
         self.notes(&recording.notes, &recording.audit, TRIM)
     }
 
@@ -226,7 +226,7 @@ impl ColumnArgs {
     }
 
     /// The time axis since power-on: the log's own, or begun `--start-offset` after it.
-    pub fn time_since_power_on(&self, recording: &GyroRecording) -> TimeAxis {
+    pub(super) fn time_since_power_on(&self, recording: &GyroRecording) -> TimeAxis {
         let time = recording.log.time.clone();
         match self.start_offset_s() {
             Some(offset) if !time.is_empty() => {
@@ -240,35 +240,35 @@ impl ColumnArgs {
 
 impl LogArgs {
     /// One of several logs that are read alike.
-    pub fn new(log: PathBuf, memory: MemoryArgs, columns: ColumnArgs) -> Self {
+    pub(super) fn new(log: PathBuf, memory: MemoryArgs, columns: ColumnArgs) -> Self {
         Self { log, memory, columns, whole: false }
     }
 
     /// The log's file.
-    pub fn path(&self) -> &Path {
+    pub(super) fn path(&self) -> &Path {
         &self.log
     }
 
     /// The same for work that needs all samples at once, if `whole`: then `--memory` bounds the log alone.
-    pub fn held(self, whole: bool) -> Self {
+    pub(super) fn held(self, whole: bool) -> Self {
         Self { whole, ..self }
     }
 
     /// Reads the log, and leaves out motion where that was asked for; a large log is read once and not held. `working` shows
     /// how far it has come.
-    pub fn read(&self, working: &Working) -> Result<LogRead> {
+    pub(super) fn read(&self, working: &Working) -> Result<LogRead> {
         self.columns.axis()?;
         let mut axes = self.read_axes(working)?;
         axes.pop().ok_or_else(|| Error::new(ErrorKind::Usage, "--axis", "no axis is named"))
     }
 
     /// The axes that are named.
-    pub fn axes(&self) -> &[AxisChoice] {
+    pub(super) fn axes(&self) -> &[AxisChoice] {
         self.columns.axes()
     }
 
     /// Reads all of the axes, the log once for all of them.
-    pub fn read_axes(&self, working: &Working) -> Result<Vec<LogRead>> {
+    pub(super) fn read_axes(&self, working: &Working) -> Result<Vec<LogRead>> {
         let queries = self.axes().iter().map(|axis| self.columns.query_of(*axis)).collect::<Result<Vec<_>>>()?;
         let mut show = show_progress(working);
         let most_bytes = self.memory.memory.saturating_mul(1 << 20);
@@ -312,14 +312,14 @@ impl LogArgs {
     }
 
     /// The error of a model by temperature on a log without one.
-    pub fn no_temperature(&self, hint: &str) -> Error {
+    pub(super) fn no_temperature(&self, hint: &str) -> Error {
         Error::new(ErrorKind::Column, self.log.display(), "no temperature of the sensor stands beside the rate")
             .at(format!("channel {:?}", names::TEMPERATURE))
             .hint(format!("log it in a column such as temperature_c, or {hint}"))
     }
 
     /// Facts about the log for the report.
-    pub fn facts(&self, recording: &GyroRecording) -> LogFacts {
+    pub(super) fn facts(&self, recording: &GyroRecording) -> LogFacts {
         let range = |values: &[f64]| {
             let there = values.iter().copied().filter(|v| v.is_finite());
             let (low, high) = there.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -337,7 +337,7 @@ impl LogArgs {
     }
 
     /// The same of a log that was read once.
-    pub fn facts_streamed(&self, recording: &StreamedRecording) -> LogFacts {
+    pub(super) fn facts_streamed(&self, recording: &StreamedRecording) -> LogFacts {
         LogFacts {
             name: self.name(),
             column: recording.column.clone(),
@@ -354,7 +354,7 @@ impl LogArgs {
     }
 
     /// Names the file in an error of a layer that saw only numbers.
-    pub fn named(&self, error: Error) -> Error {
+    pub(super) fn named(&self, error: Error) -> Error {
         if error.input == "log" { error.named(self.log.display()) } else { error }
     }
 }

@@ -25,7 +25,7 @@ pub(crate) struct MountingArgs {
 
 impl MountingArgs {
     /// The mounting that was stated; `None` without either option.
-    pub fn given(&self) -> Option<Mounting> {
+    pub(super) fn given(&self) -> Option<Mounting> {
         self.mounting.or(self.mounting_quaternion)
     }
 }

@@ -39,13 +39,13 @@ pub(crate) struct Pending {
 
 impl WriteArgs {
     /// Adds what is read and written: the configuration itself, or a copy.
-    pub fn planned(&self, plan: Plan) -> Plan {
+    pub(super) fn planned(&self, plan: Plan) -> Plan {
         let plan = plan.reads(&self.write);
         if self.out.is_some() { plan.writes("--out", &self.out) } else { plan.updates("--write", &self.write) }
     }
 
     /// Reads the configuration and claims its place.
-    pub fn claim(&self) -> Result<Option<Pending>> {
+    pub(super) fn claim(&self) -> Result<Option<Pending>> {
         let Some(path) = &self.write else { return Ok(None) };
         let name = path.display().to_string();
         let config = Config::read(path)?;
@@ -62,12 +62,12 @@ impl WriteArgs {
 
 impl Pending {
     /// Refuses another log or axis before the work begins.
-    pub fn check(&self, log: &LogFacts) -> Result<()> {
+    pub(super) fn check(&self, log: &LogFacts) -> Result<()> {
         check_origin(&self.config, log, &self.options).map_err(|e| self.named(e))
     }
 
     /// Writes the configuration with its terms, says so, and returns its path.
-    pub fn write(self, report: &NoiseReport, output: &Output) -> Result<String> {
+    pub(super) fn write(self, report: &NoiseReport, output: &Output) -> Result<String> {
         let config = with_noise(&self.config, report, &self.options).map_err(|e| self.named(e))?;
         let text = config.to_toml().map_err(|e| self.named(e))?;
         let target = self.file.target().display().to_string();

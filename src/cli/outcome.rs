@@ -24,7 +24,7 @@ pub struct Answer {
 
 impl Outcome {
     /// The exit code.
-    pub fn code(self) -> u8 {
+    pub(super) fn code(self) -> u8 {
         match self {
             Self::Done => 0,
             Self::Unfit => 3,

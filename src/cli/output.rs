@@ -40,12 +40,12 @@ pub(crate) struct Working(ProgressBar);
 
 impl Working {
     /// Says what is being done now.
-    pub fn show(&self, what: impl Into<Cow<'static, str>>) {
+    pub(super) fn show(&self, what: impl Into<Cow<'static, str>>) {
         self.0.set_message(what);
     }
 
     /// Counts what is done of all there is, and shows how long the rest will take.
-    pub fn counter(&self, what: String) -> impl Fn(usize, usize) + Sync + use<> {
+    pub(super) fn counter(&self, what: String) -> impl Fn(usize, usize) + Sync + use<> {
         let (begun, bar) = (Instant::now(), self.0.clone());
         move |done, all| {
             let rest_s = begun.elapsed().as_secs_f64() / done.max(1) as f64 * all.saturating_sub(done) as f64;
@@ -55,7 +55,7 @@ impl Working {
     }
 
     /// Prints something else meanwhile.
-    pub fn aside(&self, print: impl FnOnce()) {
+    pub(super) fn aside(&self, print: impl FnOnce()) {
         self.0.suspend(print);
     }
 }
@@ -103,7 +103,7 @@ enum Json {
 impl Output {
     /// Checks what `command` is to read and write (the JSON file is added to that), before anything is read, and claims the
     /// JSON file, if there is to be one.
-    pub fn open(common: &Common, command: &'static str, plan: Plan) -> Result<Self> {
+    pub(super) fn open(common: &Common, command: &'static str, plan: Plan) -> Result<Self> {
         let json_file = common.json.as_ref().filter(|path| path.as_os_str() != "-");
         plan.writes("--json", json_file).check(common.force)?;
         let json = match &common.json {
@@ -117,17 +117,17 @@ impl Output {
     }
 
     /// Whether text is wanted.
-    pub fn talks(&self) -> bool {
+    pub(super) fn talks(&self) -> bool {
         !self.silent
     }
 
     /// Whether somebody wants the JSON.
-    pub fn answers(&self) -> bool {
+    pub(super) fn answers(&self) -> bool {
         !matches!(self.json, Json::No) || heard(|_| {})
     }
 
     /// Shows on a terminal what is being done, from the second second on, until the guard is dropped.
-    pub fn working(&self, what: &'static str) -> Working {
+    pub(super) fn working(&self, what: &'static str) -> Working {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
         if self.silent || heard(|_| {}) {
             bar.set_draw_target(ProgressDrawTarget::hidden());
@@ -142,7 +142,7 @@ impl Output {
     }
 
     /// Prints a text for people, unless silent. A closed pipe (`| head`) is not an error.
-    pub fn say(&self, text: impl AsRef<str>) {
+    pub(super) fn say(&self, text: impl AsRef<str>) {
         if self.silent || heard(|answer| answer.text += &format!("{}\n", text.as_ref())) {
             return;
         }
@@ -151,7 +151,7 @@ impl Output {
     }
 
     /// Writes the JSON where it was asked for, the schema before all else.
-    pub fn finish(self, value: &serde_json::Value) -> Result<()> {
+    pub(super) fn finish(self, value: &serde_json::Value) -> Result<()> {
         let value = with_schema(self.command, value);
         let text = if matches!(self.json, Json::No) { String::new() } else { format!("{value:#}\n") };
         heard(|answer| answer.json = value);

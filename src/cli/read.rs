@@ -19,7 +19,7 @@ pub(super) struct Read {
 }
 
 impl Read {
-    pub fn run(&self) -> Result<DriveRecording> {
+    pub(super) fn run(&self) -> Result<DriveRecording> {
         places::check_logs(&self.logs)?;
         self.columns.read_alone(&self.logs)
     }

@@ -17,12 +17,12 @@ pub(crate) struct PowerArgs {
 
 impl PowerArgs {
     /// Time since power-on at the first row, s, for logs that do not say.
-    pub fn since_power_on_s(&self) -> f64 {
+    pub(super) fn since_power_on_s(&self) -> f64 {
         self.start_offset.unwrap_or(0.0)
     }
 
     /// Refuses a warm restart whose log and options disagree about when the gyro was switched on again.
-    pub fn check(&self, log: &Log) -> Result<()> {
+    pub(super) fn check(&self, log: &Log) -> Result<()> {
         let (Some(_), Some(given)) = (self.off_time, self.start_offset) else { return Ok(()) };
         if log.get(names::SINCE_POWER_ON).is_none() {
             return Ok(());

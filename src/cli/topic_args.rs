@@ -29,7 +29,7 @@ pub(super) const EVERY_TOPIC: &str = "all";
 
 impl TopicArgs {
     /// The one topic of a log at rest.
-    pub fn one(&self) -> Result<Option<&str>> {
+    pub(super) fn one(&self) -> Result<Option<&str>> {
         match &self.topic[..] {
             [] => Ok(None),
             [all] if all == EVERY_TOPIC => {
@@ -42,7 +42,7 @@ impl TopicArgs {
         }
     }
 
-    pub fn stamp(&self) -> Stamp {
+    pub(super) fn stamp(&self) -> Stamp {
         match self.clock {
             ClockName::Header => Stamp::Header,
             ClockName::Receipt => Stamp::Receipt,

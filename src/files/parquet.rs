@@ -31,19 +31,24 @@ pub(crate) struct Contents {
 }
 
 impl Contents {
-    pub fn of(file: &File) -> PolarsResult<Self> {
+    pub(crate) fn of(file: &File) -> PolarsResult<Self> {
         let metadata = read_metadata(&mut &*file)?;
         let schema = infer_schema(&metadata)?;
         Ok(Self { metadata, schema })
     }
 
     /// The field of a column.
-    pub fn field(&self, column: usize) -> PolarsResult<&ArrowField> {
+    pub(crate) fn field(&self, column: usize) -> PolarsResult<&ArrowField> {
         self.schema.get_at_index(column).map(|(_, field)| field).ok_or_else(|| lacking("a column"))
     }
 
     /// `rows` of `column`, one array or more for each row group; decoded on all cores.
-    pub fn arrays(&self, file: &Mapped, column: usize, rows: &Range<usize>) -> PolarsResult<Vec<Box<dyn Array>>> {
+    pub(crate) fn arrays(
+        &self,
+        file: &Mapped,
+        column: usize,
+        rows: &Range<usize>,
+    ) -> PolarsResult<Vec<Box<dyn Array>>> {
         let field = self.field(column)?;
         let mut from = 0;
         let mut parts = Vec::new();
@@ -73,7 +78,7 @@ impl Contents {
     }
 
     /// All columns, all rows.
-    pub fn frame(&self, file: &Mapped) -> PolarsResult<DataFrame> {
+    pub(crate) fn frame(&self, file: &Mapped) -> PolarsResult<DataFrame> {
         let rows = 0..self.metadata.num_rows;
         if rows.is_empty() {
             // no row group holds cells that a column could be made of
@@ -92,7 +97,7 @@ impl Contents {
 pub(crate) struct Mapped(Buffer<u8>);
 
 impl Mapped {
-    pub fn of(file: &File) -> PolarsResult<Self> {
+    pub(crate) fn of(file: &File) -> PolarsResult<Self> {
         Ok(Self(Buffer::from_owner(MMapSemaphore::new_from_file(file)?)))
     }
 }

@@ -77,21 +77,22 @@
 pub mod answer;
 pub(crate) mod diagnose;
 mod diagnosis;
-pub mod drive;
+pub(crate) mod drive;
 mod explain;
-pub mod holdout;
+pub(crate) mod holdout;
 pub mod plan;
 pub mod power;
-pub mod rest;
-pub mod selection;
+pub(crate) mod rest;
+pub(crate) mod selection;
 pub mod trace;
 pub mod twin;
 
 pub use crate::gap::answer::calibration::Calibration;
 pub use crate::gap::drive::holdout::traces::{DriveTraces, Trace, TraceCurve};
-pub use crate::gap::holdout::oracle::known_gain;
+pub(crate) use crate::gap::holdout::oracle::known_gain;
 pub use crate::gap::rest::explain::Explanations;
 pub use crate::gap::rest::model_selection::Options as JudgeOptions;
+pub use crate::gap::rest::predictive;
 pub use crate::gap::selection::prior::Prior;
 pub use answer::Answer;
 pub(crate) use diagnose::compare;

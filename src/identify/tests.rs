@@ -52,7 +52,7 @@ fn intervals_cover_what_they_say_in_white_noise() {
 #[test]
 fn intervals_cover_under_a_random_walk_where_least_squares_does_not() {
     // K L / N = 60: the walk ends at 4e-4 rad/s, a fifth of C1
-    let (ours, plain) = coverage(1000, 1800, 3e-4, 1e-5);
+    let (ours, plain) = coverage(400, 1800, 3e-4, 1e-5);
     println!("random walk: profile {ours:?}, least squares {plain:?}");
     assert!(ours.iter().all(|c| *c >= 0.90), "{ours:?}");
     // what white residuals would allow, about the same estimates: C1 and T are known worst
@@ -63,7 +63,7 @@ fn intervals_cover_under_a_random_walk_where_least_squares_does_not() {
 fn a_walk_too_weak_to_see_costs_coverage_but_less_than_least_squares() {
     // K L / N of 6, 12 and 30: what the book states of the intervals' limit is printed here
     for walk in [1e-6, 2e-6, 5e-6] {
-        let (ours, plain) = coverage(1000, 1800, 3e-4, walk);
+        let (ours, plain) = coverage(300, 1800, 3e-4, walk);
         println!("K L / N = {:.0}: profile {ours:?}, least squares {plain:?}", walk * 1800.0 / 3e-4);
         assert!(ours.iter().zip(&plain).all(|(o, p)| o > p), "{ours:?} {plain:?}");
         assert!(ours.iter().all(|c| *c > 0.7), "{ours:?}");
@@ -203,7 +203,7 @@ fn the_information_criterion_prefers_the_model_that_made_the_log() {
 #[test]
 fn white_noise_alone_has_no_warm_up() {
     // the size of the F-type test at 5 % is an upper bound of the tube's volume; groups of the long log grow with time
-    for (runs, n) in [(2000, 600), (1000, 60_000)] {
+    for (runs, n) in [(2000, 600), (400, 60_000)] {
         let flat = WarmUp { c1_rad_s: 0.0, ..TRUTH };
         let found: usize = (0..runs)
             .into_par_iter()

@@ -30,17 +30,17 @@ impl<const N: usize, M: MotionModel<N>> From<Filter<N, M>> for UnscentedFilter<N
 impl<const N: usize, M: MotionModel<N>> UnscentedFilter<N, M> {
     /// The state of knowledge, as an extended filter.
     #[must_use]
-    pub fn state(&self) -> &Filter<N, M> {
+    pub(crate) fn state(&self) -> &Filter<N, M> {
         &self.filter
     }
 
     /// Takes in a reading; `None` if it is missing (not a finite number).
-    pub fn update(&mut self, sensor: Sensor, reading: f64) -> Option<Innovation> {
+    pub(crate) fn update(&mut self, sensor: Sensor, reading: f64) -> Option<Innovation> {
         self.filter.update(sensor, reading)
     }
 
     /// Carries the state `dt_s` > 0 on, `input` held.
-    pub fn predict(&mut self, input: Input, dt_s: f64) {
+    pub(crate) fn predict(&mut self, input: Input, dt_s: f64) {
         let mean = *self.filter.mean();
         let at = |x: &SVector<f64, N>, disturbances: [f64; 2]| self.filter.carried(x, input, disturbances, dt_s);
         let centre = at(&mean, [0.0; 2]);

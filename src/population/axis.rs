@@ -5,7 +5,7 @@ use std::fmt;
 
 /// An axis of a log, and whether it points the other way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct AxisChoice {
+pub(crate) struct AxisChoice {
     /// The axis.
     pub axis: Axis,
     /// Whether its rates change their sign.

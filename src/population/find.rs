@@ -18,7 +18,7 @@ pub(crate) const EXTENSIONS: [&str; 18] = [
 ///
 /// # Errors
 /// [`ErrorKind::Io`] if a folder cannot be read, or holds no log.
-pub fn find<P: AsRef<Path>>(paths: &[P], except: &[PathBuf]) -> Result<Vec<PathBuf>> {
+pub(crate) fn find<P: AsRef<Path>>(paths: &[P], except: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let except: BTreeSet<PathBuf> = except.iter().filter_map(|p| p.canonicalize().ok()).collect();
     let (mut found, mut seen) = (Vec::new(), BTreeSet::new());
     for path in paths.iter().map(AsRef::as_ref) {

@@ -23,15 +23,15 @@
 
 mod axis;
 mod find;
-pub mod results;
+pub(crate) mod results;
 mod row;
 mod run;
 mod statistics;
 #[cfg(test)]
 mod tests;
 
-pub use axis::AxisChoice;
-pub use find::find;
-pub use row::Row;
-pub use run::{Done, Origin, Settings, Topics, fit_all};
-pub use statistics::{LeftOut, Options, OutlyingLog, Parameter, Population, Repeatability, Span};
+pub(crate) use axis::AxisChoice;
+pub(crate) use find::find;
+pub(crate) use row::Row;
+pub(crate) use run::{Origin, Settings, Topics, fit_all};
+pub(crate) use statistics::{Options, Parameter, Population};

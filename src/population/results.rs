@@ -14,7 +14,7 @@ use std::path::Path;
 
 /// How results are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
+pub(crate) enum Format {
     /// `.parquet`
     Parquet,
     /// `.csv`
@@ -26,7 +26,7 @@ impl Format {
     ///
     /// # Errors
     /// [`ErrorKind::Usage`] for another ending.
-    pub fn of(path: &Path) -> Result<Self> {
+    pub(crate) fn of(path: &Path) -> Result<Self> {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         match ending.as_str() {
             "parquet" => Ok(Self::Parquet),
@@ -41,7 +41,7 @@ impl Format {
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] for an ending that is not known; [`ErrorKind::Io`] if the place cannot be written.
-pub fn write(path: &Path, rows: &[Row]) -> Result<()> {
+pub(crate) fn write(path: &Path, rows: &[Row]) -> Result<()> {
     let format = Format::of(path)?;
     let mut file = OutputFile::claim(path)?;
     let tables = tables(rows).map_err(|why| cannot(path, &why))?;
@@ -62,7 +62,7 @@ pub fn write(path: &Path, rows: &[Row]) -> Result<()> {
 ///
 /// # Errors
 /// [`ErrorKind::Io`], or [`ErrorKind::Format`] for a file that is damaged or holds something else.
-pub fn read(path: &Path) -> Result<Vec<Row>> {
+pub(crate) fn read(path: &Path) -> Result<Vec<Row>> {
     let format = Format::of(path)?;
     let file = File::open(path).map_err(|e| Error::io(path, &e))?;
     let other = |why: &str| {

@@ -22,7 +22,7 @@ use std::thread;
 
 /// Which gyros of a log are fitted, where it holds messages of several topics.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum Topics {
+pub(crate) enum Topics {
     /// The topic that the query names, or the only one with a gyro.
     #[default]
     Only,
@@ -34,7 +34,7 @@ pub enum Topics {
 
 /// How the logs are read, fitted and tested: all alike.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
+pub(crate) struct Settings {
     /// How they are read; its axis gives way to `axes`, its topic to `topics`.
     pub query: GyroQuery,
     /// Gyros of each log.
@@ -103,7 +103,7 @@ impl Settings {
 
 /// Where a row comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Origin {
+pub(crate) enum Origin {
     /// The log was read and fitted, or failed to be.
     Fitted,
     /// It was known from an earlier run.
@@ -112,7 +112,7 @@ pub enum Origin {
 
 /// Result of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Done {
+pub(crate) struct Done {
     /// One row a log, gyro and axis, in the order of the logs.
     pub rows: Vec<Row>,
     /// Rows whose log was read and fitted now.
@@ -128,7 +128,7 @@ pub struct Done {
 /// # Errors
 /// That of `each`, which ends the work after the logs in hand; [`ErrorKind::Numeric`] if no thread can be started. What is
 /// wrong with a log stands in its row.
-pub fn fit_all(
+pub(crate) fn fit_all(
     logs: &[PathBuf],
     settings: &Settings,
     jobs: usize,

@@ -1,3 +1,4 @@
+use super::run::Done;
 use super::*;
 use crate::error::Result;
 use crate::math::random::Stream;

@@ -12,7 +12,7 @@ use std::fmt::Write;
 
 /// A model held against a log it was not fitted to.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ModelCheck {
+pub(crate) struct ModelCheck {
     /// The log.
     pub log: LogFacts,
     /// Whether the configuration carries a checksum.
@@ -93,7 +93,7 @@ impl ModelCheck {
     ///
     /// # Errors
     /// [`ErrorKind::TooShort`] with fewer than three samples, [`ErrorKind::Config`] without `[gyro]`.
-    pub fn new(
+    pub(crate) fn new(
         log: LogFacts,
         config: &Config,
         time: &TimeAxis,
@@ -109,7 +109,7 @@ impl ModelCheck {
     ///
     /// # Errors
     /// As [`Self::new`]; [`ErrorKind::Config`] without `[gyro.temperature]`.
-    pub fn by_temperature(
+    pub(crate) fn by_temperature(
         log: LogFacts,
         config: &Config,
         time: &TimeAxis,
@@ -127,7 +127,7 @@ impl ModelCheck {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn of_reduced(
+    pub(crate) fn of_reduced(
         log: LogFacts,
         config: &Config,
         reduced: &Reduced,
@@ -144,7 +144,7 @@ impl ModelCheck {
     ///
     /// # Errors
     /// As [`Self::by_temperature`].
-    pub fn of_reduced_by_temperature(
+    pub(crate) fn of_reduced_by_temperature(
         log: LogFacts,
         config: &Config,
         reduced: &Reduced,
@@ -205,20 +205,20 @@ impl ModelCheck {
 
     /// Offset over its expected standard deviation.
     #[must_use]
-    pub fn offset_in_std(&self) -> f64 {
+    pub(crate) fn offset_in_std(&self) -> f64 {
         self.offset_rad_s / self.offset_expected_std_rad_s
     }
 
     /// Whether the model explains the log: white residuals, and, where the spread from turn-on to turn-on is stated,
     /// an offset within four of its standard deviations.
     #[must_use]
-    pub fn passed(&self) -> bool {
+    pub(crate) fn passed(&self) -> bool {
         self.validation.white && (!self.turn_on_stated || self.offset_in_std().abs() <= 4.0)
     }
 
     /// The verdict in one line.
     #[must_use]
-    pub fn verdict_line(&self) -> String {
+    pub(crate) fn verdict_line(&self) -> String {
         let verdict = match (self.passed(), self.validation.white) {
             (true, _) => "EXPLAINED: residuals white under the model",
             (_, false) => "NOT EXPLAINED: the residuals are not white under the model",
@@ -245,7 +245,7 @@ impl ModelCheck {
 
     /// The page for a terminal.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut out = String::new();
         let _ = writeln!(out, "{}\n\n{}: {} samples", self.verdict_line(), self.log.name, self.samples);
         for note in self.log.notes.iter().chain(&self.remarks()) {
@@ -272,7 +272,7 @@ impl ModelCheck {
 
     /// The JSON of `gyroid validate --json`.
     #[must_use]
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         json!({
             "explained": self.passed(),
             "white": self.validation.white,

@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 /// Effects that were fitted to a recording, for people.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ExplainReport<'a> {
+pub(crate) struct ExplainReport<'a> {
     /// Name of the recording.
     pub recording: &'a str,
     /// Effects that were fitted, with their parameters.
@@ -19,7 +19,7 @@ pub struct ExplainReport<'a> {
 impl ExplainReport<'_> {
     /// The page for a terminal.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let titles: Vec<&str> = self.found.effects.iter().map(|e| title(&e.id)).collect();
         let mut out = format!(
             "{}: {}{}",

@@ -14,7 +14,12 @@ const CURVE: usize = 400;
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if lengths differ or nothing is finite.
-pub fn fit_picture(report: &FitReport, time: &TimeAxis, rate_rad_s: &[f64], residual_rad_s: &[f64]) -> Result<Picture> {
+pub(crate) fn fit_picture(
+    report: &FitReport,
+    time: &TimeAxis,
+    rate_rad_s: &[f64],
+    residual_rad_s: &[f64],
+) -> Result<Picture> {
     of_fit(report, time, rate_rad_s, residual_rad_s, |figure| figure.draw())
 }
 

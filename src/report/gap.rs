@@ -30,7 +30,7 @@ const LEAST_PROBABILITY: f64 = 0.005;
 
 /// A diagnosis for people.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GapReport<'a> {
+pub(crate) struct GapReport<'a> {
     /// Name of the recording that was diagnosed.
     pub recording: &'a str,
     /// Name of the recording that was held out, where there is one.
@@ -46,7 +46,7 @@ pub struct GapReport<'a> {
 impl GapReport<'_> {
     /// The verdict in one line.
     #[must_use]
-    pub fn verdict_line(&self) -> String {
+    pub(crate) fn verdict_line(&self) -> String {
         let a = self.answer;
         match (a.verdict, a.main.as_deref()) {
             (Verdict::Identified, Some(main)) => format!(
@@ -81,7 +81,7 @@ impl GapReport<'_> {
 
     /// The page for a terminal.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         // writing to a String cannot fail
         let mut out = String::new();
         let held_out = self.held_out.map(|name| format!(", hold-out: {name}")).unwrap_or_default();
@@ -108,7 +108,7 @@ impl GapReport<'_> {
     ///
     /// # Errors
     /// [`crate::ErrorKind::Value`] if a number cannot be shown.
-    pub fn picture(&self) -> Result<Picture> {
+    pub(crate) fn picture(&self) -> Result<Picture> {
         self.figure(&self.verdict_line()).draw()
     }
 

@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 /// A plan for people.
 #[derive(Debug, Clone, Copy)]
-pub struct PlanReport<'a> {
+pub(crate) struct PlanReport<'a> {
     /// Name of the log.
     pub log: &'a str,
     /// The plan.
@@ -21,7 +21,7 @@ const CORNERS: usize = 12;
 impl PlanReport<'_> {
     /// The page for a terminal.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let p = self.plan;
         let mut out = format!("PLAN after {}\n\n  ", self.log);
         match p.rivals.len() {

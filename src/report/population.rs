@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 /// The rows of many logs and their populations.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PopulationReport {
+pub(crate) struct PopulationReport {
     /// One a log, gyro and axis.
     pub rows: Vec<Row>,
     /// One a gyro and axis.
@@ -24,13 +24,13 @@ const NAME: usize = 48;
 impl PopulationReport {
     /// Rows without a fit.
     #[must_use]
-    pub fn failed(&self) -> usize {
+    pub(crate) fn failed(&self) -> usize {
         self.rows.iter().filter(|r| r.error.is_some()).count()
     }
 
     /// The page for a terminal.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut out = String::new();
         let width = self.rows.iter().map(|r| r.path.chars().count()).max().unwrap_or(0).clamp(3, NAME);
         let topic_width = self.rows.iter().filter_map(|r| r.topic.as_ref()).map(|t| t.chars().count()).max();
@@ -114,7 +114,7 @@ impl PopulationReport {
 
     /// The documented JSON of `gyroid fit` of many logs. What is not known or not bounded is null.
     #[must_use]
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         json!({
             "rows": self.rows,
             "populations": self.populations,

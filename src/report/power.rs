@@ -11,7 +11,7 @@ use std::fmt::Write;
 
 /// The power of a log for people.
 #[derive(Debug, Clone, Copy)]
-pub struct PowerReport<'a> {
+pub(crate) struct PowerReport<'a> {
     /// Name of the log.
     pub log: &'a str,
     /// Its power.
@@ -25,7 +25,7 @@ const ROW: u32 = 300;
 impl PowerReport<'_> {
     /// The page for a terminal.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let p = self.power;
         let mut out = format!(
             "POWER of {}: {} rows, {} at {:.4} s\n\n  smallest sizes that a diagnosis of such a log names with probability {}, from {} simulated logs each\n",
@@ -54,7 +54,7 @@ impl PowerReport<'_> {
     ///
     /// # Errors
     /// [`crate::ErrorKind::Value`] if there is no effect of which a size is known.
-    pub fn picture(&self) -> Result<Picture> {
+    pub(crate) fn picture(&self) -> Result<Picture> {
         let mut by_id: BTreeMap<usize, Vec<&EffectPower>> = BTreeMap::new();
         let all = &self.power.effects;
         for effect in all {

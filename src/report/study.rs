@@ -15,7 +15,7 @@ use std::fmt::Write;
 
 /// A study, and the further runs of its report.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StudyReport {
+pub(crate) struct StudyReport {
     /// Setup of the study.
     pub setup: Setup,
     /// Name of the configuration.
@@ -93,7 +93,7 @@ impl StudyReport {
 
     /// The tables for a terminal.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         // writing to a String cannot fail
         let mut out = String::new();
         let _ = writeln!(out, "{}: {}\n", self.robot, self.heading());
@@ -163,7 +163,7 @@ impl StudyReport {
 
     /// The documented JSON of `gyroid study --json`.
     #[must_use]
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         let s = &self.setup;
         let mut value = json!({
             "runs": s.runs,

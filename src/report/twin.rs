@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 /// A twin for people.
 #[derive(Debug, Clone, Copy)]
-pub struct TwinReport<'a> {
+pub(crate) struct TwinReport<'a> {
     /// Name of the simulator's log.
     pub log: &'a str,
     /// The twin.
@@ -18,7 +18,7 @@ pub struct TwinReport<'a> {
 impl TwinReport<'_> {
     /// The page for a terminal.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let twin = self.twin;
         let runs = if twin.runs == 1 { "one run".to_string() } else { format!("{} runs", twin.runs) };
         let mut out = format!("TWIN of the simulator of {} ({runs})\n", self.log);

@@ -22,7 +22,7 @@ pub struct Chassis {
 ///
 /// # Errors
 /// As [`parse`](super::parse).
-pub fn chassis(text: &str, file: &str, format: Format, choice: &Choice) -> Result<Option<Chassis>> {
+pub(crate) fn chassis(text: &str, file: &str, format: Format, choice: &Choice) -> Result<Option<Chassis>> {
     let (document, skipped_rows) = opened(text, file)?;
     let all = models(&Xml { file, doc: &document, skipped_rows }, document.root_element(), format)?;
     let (model, wheels) = choose(&all, file, choice)?;

@@ -23,7 +23,7 @@ pub(super) struct Defaults<'a, 'i> {
 const MAIN: &str = "main";
 
 impl<'a, 'i> Defaults<'a, 'i> {
-    pub fn read(root: Node<'a, 'i>) -> Self {
+    pub(super) fn read(root: Node<'a, 'i>) -> Self {
         let compiler = |name: &str| children(root, "compiler").filter_map(|c| c.attribute(name)).last();
         let mut classes = HashMap::new();
         for node in children(root, "default") {
@@ -47,7 +47,7 @@ impl<'a, 'i> Defaults<'a, 'i> {
     }
 
     /// An attribute of an element: its own, or that of its class, of the body's `class`, or of all.
-    pub fn attribute(&self, node: Node<'a, 'i>, name: &str, class: Option<&str>) -> Option<&'a str> {
+    pub(super) fn attribute(&self, node: Node<'a, 'i>, name: &str, class: Option<&str>) -> Option<&'a str> {
         let kind = node.tag_name().name();
         // a free joint has no class
         if let Some(own) = node.attribute(name) {
@@ -65,7 +65,7 @@ impl<'a, 'i> Defaults<'a, 'i> {
     }
 
     /// Its numbers.
-    pub fn numbers<const N: usize>(
+    pub(super) fn numbers<const N: usize>(
         &self,
         xml: &Xml,
         node: Node<'a, 'i>,
@@ -76,7 +76,7 @@ impl<'a, 'i> Defaults<'a, 'i> {
     }
 
     /// Pose of a body, geom or frame on its parent.
-    pub fn pose(&self, xml: &Xml, node: Node<'a, 'i>, class: Option<&str>) -> Result<Isometry3<f64>> {
+    pub(super) fn pose(&self, xml: &Xml, node: Node<'a, 'i>, class: Option<&str>) -> Result<Isometry3<f64>> {
         let position = self.numbers(xml, node, "pos", class)?.unwrap_or([0.0; 3]);
         Ok(Isometry3::from_parts(Translation3::from(position), self.orientation(xml, node, class)?))
     }

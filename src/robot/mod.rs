@@ -24,10 +24,10 @@ mod urdf;
 mod wheels;
 mod xml;
 
-pub use chassis::{Chassis, chassis};
-pub use patch::{Finding, Patched, Truth, format_of, patch};
-pub use read::{parse, read};
-pub use types::{Choice, Fact, Format, Robot};
+pub(crate) use chassis::{Chassis, chassis};
+pub(crate) use patch::{Finding, Patched, Truth, format_of, patch};
+pub(crate) use read::{parse, read};
+pub(crate) use types::{Choice, Fact, Format, Robot};
 
 #[cfg(test)]
 mod patch_tests;

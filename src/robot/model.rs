@@ -114,12 +114,12 @@ pub(super) struct Imu {
 
 impl Model {
     /// The joint that carries a link.
-    pub fn carrier(&self, link: usize) -> Option<usize> {
+    pub(super) fn carrier(&self, link: usize) -> Option<usize> {
         self.joints.iter().position(|j| j.child == link && j.parent != Some(link))
     }
 
     /// The joints between a joint and the root, nearest first.
-    pub fn ancestors(&self, joint: usize) -> Vec<usize> {
+    pub(super) fn ancestors(&self, joint: usize) -> Vec<usize> {
         let mut found = Vec::new();
         let mut at = self.joints[joint].parent;
         while let Some(next) = at.and_then(|link| self.carrier(link)) {
@@ -133,7 +133,7 @@ impl Model {
     }
 
     /// A link and those fixed to it further out.
-    pub fn rigid(&self, link: usize) -> Vec<usize> {
+    pub(super) fn rigid(&self, link: usize) -> Vec<usize> {
         let mut found = vec![link];
         let mut next = 0;
         while next < found.len() {
@@ -147,7 +147,7 @@ impl Model {
     }
 
     /// Moves the model into the frame of another.
-    pub fn moved(mut self, by: &Isometry3<f64>) -> Self {
+    pub(super) fn moved(mut self, by: &Isometry3<f64>) -> Self {
         for link in &mut self.links {
             link.pose = by * link.pose;
             link.shapes.iter_mut().for_each(|shape| shape.pose = by * shape.pose);

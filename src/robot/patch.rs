@@ -67,7 +67,7 @@ pub enum Truth {
 
 /// A truth, and what a comment beside the changed number says of it: its name, estimate and interval.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
+pub(crate) struct Finding {
     /// The truth.
     pub truth: Truth,
     /// The comment.
@@ -76,7 +76,7 @@ pub struct Finding {
 
 /// A patched description.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Patched {
+pub(crate) struct Patched {
     /// Its text.
     pub text: String,
     /// Changes, a line each: the element, the number before and after.
@@ -89,7 +89,7 @@ pub struct Patched {
 ///
 /// # Errors
 /// [`ErrorKind::Format`] for what is no description of a robot.
-pub fn format_of(text: &str, file: &str) -> Result<Format> {
+pub(crate) fn format_of(text: &str, file: &str) -> Result<Format> {
     let (document, _) = opened(text, file)?;
     let tag = document.root_element().tag_name().name();
     Format::of(tag).ok_or_else(|| {
@@ -102,7 +102,7 @@ pub fn format_of(text: &str, file: &str) -> Result<Format> {
 ///
 /// # Errors
 /// As [`parse`](super::parse); [`ErrorKind::Numeric`] if the patched text does not say what was to be entered.
-pub fn patch(text: &str, file: &str, format: Format, choice: &Choice, findings: &[Finding]) -> Result<Patched> {
+pub(crate) fn patch(text: &str, file: &str, format: Format, choice: &Choice, findings: &[Finding]) -> Result<Patched> {
     let (document, skipped_rows) = opened(text, file)?;
     let xml = Xml { file, doc: &document, skipped_rows };
     let root = document.root_element();

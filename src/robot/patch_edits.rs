@@ -22,14 +22,14 @@ pub(super) struct Edits {
 
 impl Edits {
     /// The changes that follow are made for this reason.
-    pub fn begin(&mut self, source: &str, says: &str) {
+    pub(super) fn begin(&mut self, source: &str, says: &str) {
         self.source = source.to_owned();
         // a comment holds no two hyphens
         self.says = says.replace("--", "- -").replace("--", "- -").trim_end_matches('-').to_owned();
     }
 
     /// The numbers of an attribute, as changed so far; `None` where it is not there.
-    pub fn attribute(&self, node: Node, name: &str) -> Option<Vec<f64>> {
+    pub(super) fn attribute(&self, node: Node, name: &str) -> Option<Vec<f64>> {
         if let Some((_, text, _)) = self.changes.get(&(node.range().start, name.to_owned())) {
             return numbers(text);
         }
@@ -37,7 +37,7 @@ impl Edits {
     }
 
     /// Sets an attribute, which is added where it is not there.
-    pub fn set_attribute(&mut self, node: Node, name: &str, values: &[f64]) {
+    pub(super) fn set_attribute(&mut self, node: Node, name: &str, values: &[f64]) {
         let value = rewritten(values, node.attribute(name));
         let place = match node.attribute_node(name) {
             Some(found) => found.range_value(),
@@ -58,7 +58,7 @@ impl Edits {
     }
 
     /// The numbers of an element's text, as changed so far.
-    pub fn text(&self, node: Node) -> Option<Vec<f64>> {
+    pub(super) fn text(&self, node: Node) -> Option<Vec<f64>> {
         if let Some((_, text, _)) = self.changes.get(&(node.range().start, String::new())) {
             return numbers(text);
         }
@@ -66,7 +66,7 @@ impl Edits {
     }
 
     /// Sets the text of an element that has one; `false` where it has none.
-    pub fn set_text(&mut self, node: Node, values: &[f64]) -> bool {
+    pub(super) fn set_text(&mut self, node: Node, values: &[f64]) -> bool {
         let Some(place) = node.first_child().filter(|c| c.is_text()).map(|c| c.range()) else { return false };
         let (before, value) = (node.text().unwrap_or_default().trim().to_owned(), rewritten(values, node.text()));
         if value == before {
@@ -79,7 +79,7 @@ impl Edits {
     }
 
     /// Adds an element as the last child of one that has an end tag; `false` where it has none. `what` tells it from others.
-    pub fn add_child(&mut self, node: Node, what: &str, element: &str) -> bool {
+    pub(super) fn add_child(&mut self, node: Node, what: &str, element: &str) -> bool {
         let range = node.range();
         let Some(end) = self.source[range.clone()].rfind("</").filter(|_| !self.source[..range.end].ends_with("/>"))
         else {
@@ -112,7 +112,7 @@ impl Edits {
     }
 
     /// The changed text, and its changes.
-    pub fn applied(&self, source: &str) -> (String, Vec<String>) {
+    pub(super) fn applied(&self, source: &str) -> (String, Vec<String>) {
         let mut pieces: Vec<(Range<usize>, String)> = Vec::new();
         for ((_, name), (place, value, _)) in &self.changes {
             let new = place.is_empty() && !name.starts_with('+');

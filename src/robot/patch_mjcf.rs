@@ -17,7 +17,7 @@ pub(super) struct Mjcf<'a, 'i, 'm, 'x> {
 }
 
 impl<'a, 'i, 'm, 'x> Mjcf<'a, 'i, 'm, 'x> {
-    pub fn new(xml: &'m Xml<'x>, root: Node<'a, 'i>, model: &'m Model) -> Self {
+    pub(super) fn new(xml: &'m Xml<'x>, root: Node<'a, 'i>, model: &'m Model) -> Self {
         Self { xml, root, model, defaults: Defaults::read(root) }
     }
 

@@ -12,7 +12,7 @@ use std::path::Path;
 /// # Errors
 /// [`ErrorKind::Io`]; [`ErrorKind::Format`] for another kind of file, and for what cannot be read in it, with its line;
 /// [`ErrorKind::Value`] where it has no driven wheels, or several readings are possible.
-pub fn read(path: impl AsRef<Path>, format: Format, choice: &Choice) -> Result<Robot> {
+pub(crate) fn read(path: impl AsRef<Path>, format: Format, choice: &Choice) -> Result<Robot> {
     let path = path.as_ref();
     let file = path.display().to_string();
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, &e))?;
@@ -25,7 +25,7 @@ pub fn read(path: impl AsRef<Path>, format: Format, choice: &Choice) -> Result<R
 ///
 /// # Errors
 /// As [`read`], but for the reading of the file.
-pub fn parse(text: &str, file: &str, format: Format, choice: &Choice) -> Result<Robot> {
+pub(crate) fn parse(text: &str, file: &str, format: Format, choice: &Choice) -> Result<Robot> {
     let (doc, skipped_rows) = opened(text, file)?;
     let models = models(&xml::Xml { file, doc: &doc, skipped_rows }, doc.root_element(), format)?;
     let (model, wheels) = choose(&models, file, choice)?;

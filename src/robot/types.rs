@@ -49,7 +49,7 @@ impl fmt::Display for Format {
 
 /// Choices of the user where a description leaves something open.
 #[derive(Debug, Clone, Default)]
-pub struct Choice {
+pub(crate) struct Choice {
     /// The robot, in a file that holds several.
     pub model: Option<String>,
     /// Joints of the driven wheels on the left; found where both are empty.

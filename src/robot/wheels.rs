@@ -27,7 +27,7 @@ pub(super) struct Wheels {
 }
 
 impl Wheels {
-    pub fn all(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(super) fn all(&self) -> impl Iterator<Item = usize> + '_ {
         self.left.iter().chain(&self.right).copied()
     }
 }

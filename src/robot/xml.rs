@@ -20,18 +20,18 @@ pub(super) fn is_placeholder(text: &str) -> bool {
 
 impl Xml<'_> {
     /// The line of the file in which a node begins.
-    pub fn row(&self, node: Node) -> u32 {
+    pub(super) fn row(&self, node: Node) -> u32 {
         self.doc.text_pos_at(node.range().start).row + self.skipped_rows
     }
 
     /// Error at a node: file, line and tag, and what was found there.
-    pub fn error(&self, node: Node, found: impl Display) -> Error {
+    pub(super) fn error(&self, node: Node, found: impl Display) -> Error {
         let row = self.row(node);
         Error::new(ErrorKind::Format, self.file, found).at(format!("line {row}, <{}>", node.tag_name().name()))
     }
 
     /// `N` numbers apart by spaces.
-    pub fn numbers<const N: usize>(&self, node: Node, text: &str) -> Result<[f64; N]> {
+    pub(super) fn numbers<const N: usize>(&self, node: Node, text: &str) -> Result<[f64; N]> {
         let shown = text.trim();
         if is_placeholder(text) {
             return Err(self
@@ -47,27 +47,27 @@ impl Xml<'_> {
     }
 
     /// The same of an attribute, if it is there.
-    pub fn attribute<const N: usize>(&self, node: Node, name: &str) -> Result<Option<[f64; N]>> {
+    pub(super) fn attribute<const N: usize>(&self, node: Node, name: &str) -> Result<Option<[f64; N]>> {
         node.attribute(name).map(|text| self.numbers(node, text)).transpose()
     }
 
     /// One number of an attribute, if it is there.
-    pub fn scalar(&self, node: Node, name: &str) -> Result<Option<f64>> {
+    pub(super) fn scalar(&self, node: Node, name: &str) -> Result<Option<f64>> {
         Ok(self.attribute(node, name)?.map(|[x]| x))
     }
 
     /// The same of a child's text, if it is there.
-    pub fn text<const N: usize>(&self, node: Node, name: &str) -> Result<Option<[f64; N]>> {
+    pub(super) fn text<const N: usize>(&self, node: Node, name: &str) -> Result<Option<[f64; N]>> {
         child(node, name).map(|c| self.numbers(c, c.text().unwrap_or_default())).transpose()
     }
 
     /// One number of a child's text, if it is there.
-    pub fn text_scalar(&self, node: Node, name: &str) -> Result<Option<f64>> {
+    pub(super) fn text_scalar(&self, node: Node, name: &str) -> Result<Option<f64>> {
         Ok(self.text(node, name)?.map(|[x]| x))
     }
 
     /// An attribute that must be there.
-    pub fn required<'a>(&self, node: Node<'a, '_>, name: &str) -> Result<&'a str> {
+    pub(super) fn required<'a>(&self, node: Node<'a, '_>, name: &str) -> Result<&'a str> {
         node.attribute(name).ok_or_else(|| self.error(node, format!("the attribute {name} is missing")))
     }
 }

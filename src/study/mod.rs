@@ -16,18 +16,18 @@ mod setup;
 mod statistics;
 mod sweeps;
 
-pub use one_run::{Example, step_costs};
+pub(crate) use one_run::step_costs;
 pub(crate) use one_run::{RunErrors, run_errors};
-pub use setup::{Estimator, QUANTITIES, Setup};
-pub use statistics::{Comparison, EstimatorResult, Nees, Study};
-pub use sweeps::{Belief, FACTORS, Ground, by_ground, wrong_beliefs};
+pub(crate) use setup::{Estimator, QUANTITIES, Setup};
+pub(crate) use statistics::{Comparison, EstimatorResult, Nees, Study};
+pub(crate) use sweeps::{Belief, FACTORS, Ground, by_ground, wrong_beliefs};
 pub(crate) use sweeps::{RunCount, convergence};
 
 use crate::error::{Error, ErrorKind, Result};
 use rayon::prelude::*;
 
 /// The robot that is studied where the user gives none.
-pub const DEFAULT_CONFIG: &str = include_str!("../../data/study.toml");
+pub(crate) const DEFAULT_CONFIG: &str = include_str!("../../data/study.toml");
 
 /// Runs between two reports of progress, and between two sums: bounds the memory.
 const BATCH: usize = 64;
@@ -36,7 +36,7 @@ const BATCH: usize = 64;
 ///
 /// # Errors
 /// [`ErrorKind::Value`] without runs or estimators; errors of the simulator and of the filters.
-pub fn study(setup: &Setup, progress: impl Fn(usize)) -> Result<Study> {
+pub(crate) fn study(setup: &Setup, progress: impl Fn(usize)) -> Result<Study> {
     if setup.runs == 0 {
         return Err(Error::new(ErrorKind::Value, "study", "no runs").at("runs").hint("ask for at least one"));
     }

@@ -43,7 +43,7 @@ pub(crate) struct EstimatorErrors {
 
 /// One run against its estimates, at the kept rows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Example {
+pub(crate) struct Example {
     /// Times, s.
     pub times_s: Vec<f64>,
     /// True x, y (m) and heading (rad).
@@ -110,7 +110,7 @@ pub(crate) fn run_errors(setup: &Setup, index: usize, with_example: bool) -> Res
 ///
 /// # Errors
 /// As `run_errors`.
-pub fn step_costs(setup: &Setup) -> Result<Vec<(Estimator, f64)>> {
+pub(crate) fn step_costs(setup: &Setup) -> Result<Vec<(Estimator, f64)>> {
     let options = Options { since_power_on_s: setup.since_power_on_s, ..Options::from(setup.run_seed(0)) };
     let drive = drive(&setup.truth, setup.course, setup.duration_s, &options)?;
     let rows = Rows::new(&drive, drive.log.len())?;

@@ -6,7 +6,7 @@ use crate::traction::{Surface, TractionLaw};
 
 /// An estimator of the pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Estimator {
+pub(crate) enum Estimator {
     /// The filter with slip.
     Slip,
     /// The filter without slip.
@@ -29,7 +29,7 @@ pub enum Estimator {
 
 impl Estimator {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub(crate) const ALL: [Self; 9] = [
         Self::Slip,
         Self::Rolling,
         Self::SlipWithoutErrorModel,
@@ -42,11 +42,11 @@ impl Estimator {
     ];
 
     /// The two filters of the paper.
-    pub const FILTERS: [Self; 2] = [Self::Slip, Self::Rolling];
+    pub(crate) const FILTERS: [Self; 2] = [Self::Slip, Self::Rolling];
 
     /// Its name in JSON.
     #[must_use]
-    pub fn id(self) -> &'static str {
+    pub(crate) fn id(self) -> &'static str {
         match self {
             Self::Slip => "slip",
             Self::Rolling => "rolling",
@@ -62,7 +62,7 @@ impl Estimator {
 
     /// The estimator of this name.
     #[must_use]
-    pub fn parse(id: &str) -> Option<Self> {
+    pub(crate) fn parse(id: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|e| e.id() == id)
     }
 
@@ -84,11 +84,11 @@ impl Estimator {
 }
 
 /// Quantities whose errors are kept: x, y (m) and heading (rad).
-pub const QUANTITIES: [&str; 3] = ["x_m", "y_m", "heading_rad"];
+pub(crate) const QUANTITIES: [&str; 3] = ["x_m", "y_m", "heading_rad"];
 
 /// Setup of a study.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Setup {
+pub(crate) struct Setup {
     /// Robot and gyro of reality; must have `[traction]`.
     pub truth: Config,
     /// Configuration of the filters; that of the truth except in studies of sensitivity.
@@ -110,7 +110,7 @@ pub struct Setup {
 impl Setup {
     /// 100 runs of 60 s, from 20 s after power-on, with all estimators.
     #[must_use]
-    pub fn new(config: Config, course: Course) -> Self {
+    pub(crate) fn new(config: Config, course: Course) -> Self {
         Self {
             believed: config.clone(),
             truth: config,
@@ -125,7 +125,7 @@ impl Setup {
 
     /// The same on another ground, known to the filter.
     #[must_use]
-    pub fn on(&self, surface: Surface) -> Self {
+    pub(crate) fn on(&self, surface: Surface) -> Self {
         let law = TractionLaw::Burckhardt(surface.law());
         let mut out = self.clone();
         for config in [&mut out.truth, &mut out.believed] {

@@ -12,7 +12,7 @@ use crate::math::distributions::chi_squared_interval95;
 
 /// Statistics of the runs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Study {
+pub(crate) struct Study {
     /// Number of runs.
     pub runs: usize,
     /// Times of the curves, s.
@@ -26,20 +26,20 @@ pub struct Study {
 impl Study {
     /// The result of one estimator, if it was asked for.
     #[must_use]
-    pub fn of(&self, estimator: Estimator) -> Option<&EstimatorResult> {
+    pub(crate) fn of(&self, estimator: Estimator) -> Option<&EstimatorResult> {
         self.estimators.iter().find(|e| e.estimator == estimator)
     }
 
     /// How `this` estimator fares against the `other`, if both were asked for.
     #[must_use]
-    pub fn compare(&self, this: Estimator, other: Estimator) -> Option<Comparison> {
+    pub(crate) fn compare(&self, this: Estimator, other: Estimator) -> Option<Comparison> {
         Some(comparison(&self.of(this)?.run_rms, &self.of(other)?.run_rms))
     }
 }
 
 /// Errors of one estimator over the runs; arrays are x, y (m) and heading (rad).
 #[derive(Debug, Clone, PartialEq)]
-pub struct EstimatorResult {
+pub(crate) struct EstimatorResult {
     /// The estimator.
     pub estimator: Estimator,
     /// Root mean square over runs and time.
@@ -60,7 +60,7 @@ pub struct EstimatorResult {
 
 /// NEES of (x, y, θ) over the runs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Nees {
+pub(crate) struct Nees {
     /// Mean over runs at the times of the curves; expected: 3.
     pub over_time: Vec<f64>,
     /// Between these it lies at 95 % of the times if the filter is consistent.
@@ -75,7 +75,7 @@ pub struct Nees {
 
 /// One estimator against another, by quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     /// The other's RMS over this one's.
     pub factor: [f64; 3],
     /// Its 95 % interval over runs (the runs are paired).

@@ -11,7 +11,7 @@ use crate::traction::{Burckhardt, Surface, TractionLaw};
 
 /// The study on one ground.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ground {
+pub(crate) struct Ground {
     /// The ground.
     pub surface: Surface,
     /// Greatest friction coefficient.
@@ -26,7 +26,7 @@ pub struct Ground {
 ///
 /// # Errors
 /// As [`study`].
-pub fn by_ground(setup: &Setup, progress: impl Fn(usize)) -> Result<Vec<Ground>> {
+pub(crate) fn by_ground(setup: &Setup, progress: impl Fn(usize)) -> Result<Vec<Ground>> {
     let mut grounds = Vec::with_capacity(Surface::ALL.len());
     for surface in Surface::ALL {
         let study = study(&setup.on(surface), |_| {})?;
@@ -41,7 +41,7 @@ pub fn by_ground(setup: &Setup, progress: impl Fn(usize)) -> Result<Vec<Ground>>
 
 /// The study with a filter whose traction parameters are wrong by these factors.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Belief {
+pub(crate) struct Belief {
     /// Believed friction over true friction.
     pub friction_factor: f64,
     /// Believed stiffness dμ/dλ at zero slip over the true one.
@@ -55,7 +55,7 @@ pub struct Belief {
 }
 
 /// Factors on the filter's traction parameters.
-pub const FACTORS: [f64; 7] = [0.5, 0.8, 0.9, 1.0, 1.1, 1.25, 2.0];
+pub(crate) const FACTORS: [f64; 7] = [0.5, 0.8, 0.9, 1.0, 1.1, 1.25, 2.0];
 
 /// The study with wrong traction parameters in the filter: friction first, then stiffness, each by [`FACTORS`].
 ///
@@ -64,7 +64,7 @@ pub const FACTORS: [f64; 7] = [0.5, 0.8, 0.9, 1.0, 1.1, 1.25, 2.0];
 ///
 /// # Errors
 /// As [`study`].
-pub fn wrong_beliefs(setup: &Setup, progress: impl Fn(usize)) -> Result<Vec<Belief>> {
+pub(crate) fn wrong_beliefs(setup: &Setup, progress: impl Fn(usize)) -> Result<Vec<Belief>> {
     let friction = FACTORS.iter().map(|f| (*f, 1.0));
     let stiffness = FACTORS.iter().map(|k| (1.0, *k));
     let mut beliefs = Vec::new();

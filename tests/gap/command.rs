@@ -4,7 +4,7 @@ use crate::place::Place;
 use gyroid::config::Config;
 use gyroid::gap::Answer;
 use gyroid::gap::answer::Verdict;
-use gyroid::gap::rest::predictive::{Curve, Over, Shown};
+use gyroid::gap::predictive::{Curve, Over, Shown};
 use gyroid::gap::trace::{Decision, TraceStage};
 
 const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.2\n\

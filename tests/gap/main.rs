@@ -1,5 +1,4 @@
-//! The diagnosis of recordings at rest: its intervals and false alarms, and `gyroid gap` and effects as a user meets
-//! them.
+//! The diagnosis: its intervals and false alarms, and `gyroid gap` and effects as a user meets them.
 
 mod bad_input;
 mod bench_command;
@@ -9,6 +8,7 @@ mod command;
 mod coverage;
 mod custom;
 mod custom_drive;
+mod drive_command;
 mod effects_command;
 mod false_alarms;
 #[path = "../common/place.rs"]

@@ -4,7 +4,7 @@
 use gyroid::config::{Config, EffectTable};
 use gyroid::effects::{Library, Parameters};
 use gyroid::gap::answer::{Answer, Verdict};
-use gyroid::gap::rest::predictive;
+use gyroid::gap::predictive;
 use gyroid::gap::{Options, diagnose, diagnose_observed};
 use gyroid::math::random::Stream;
 use gyroid::signal::{Log, TimeAxis, names};

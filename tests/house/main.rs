@@ -3,7 +3,6 @@
 mod book;
 mod circles;
 mod floors;
-mod generator;
 mod misplaced;
 mod output_files;
 #[path = "../common/place.rs"]

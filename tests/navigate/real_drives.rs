@@ -5,10 +5,8 @@
 //! reference better than one whose gyro is turned round, and the files' own numbers of rows.
 
 use gyroid::config::Config;
-use gyroid::effects::drive::registry;
-use gyroid::gap::drive::model_selection::judge;
-use gyroid::gap::drive::options::Options;
-use gyroid::gap::drive::record::Record;
+use gyroid::effects::Library;
+use gyroid::gap::{Drive, Options, diagnose_drives};
 use gyroid::ingest::{ChannelMap, DriveQuery, DriveRecording, read_drive};
 use gyroid::navigate::{
     ErrorModel, ReferenceErrors, Settings, Summary, Track, compare, dead_reckoning, gyro_reckoning, run,
@@ -142,14 +140,16 @@ fn smartloc_has_one_speed_and_no_heading() {
 #[ignore = "needs recordings that are not in the repository: GYROID_REAL names their folder"]
 fn husky_wheels_lag_the_gyro_by_what_the_raw_data_says() {
     let drive = recorded("drive_husky", &HUSKY, &["gyro_z_rad_s=gy_rad_s"]);
-    let record = Record::new(&config("husky.toml"), &drive.log, 0.0).unwrap();
-    let judged = judge(&record, registry(), &Options::default());
-    let late_s = judged.wheels_late_s.unwrap();
+    let fit = [Drive { log: &drive.log, since_power_on_s: 0.0 }];
+    let (library, options) = (Library::new(), Options::default());
+    let answer = diagnose_drives(&config("husky.toml"), &fit, &[], &library, &options, &mut |_| {}).unwrap().answer;
+    let late_s = answer.time_offsets.iter().find(|t| t.channel == "wheels").unwrap().offset_s;
     println!("husky: wheels late by {late_s:.3} s");
     assert!((0.32..0.40).contains(&late_s), "{late_s}");
-    let (closest, share) = judged.closest.unwrap();
-    println!("husky: nearest {closest:?}, {share:.2} of what was explained");
+    let nearest = answer.nearest.unwrap();
+    println!("husky: nearest {}, {:.2} of what was explained", nearest.id, nearest.share);
     // a robot that skids has the track that its motion shows: 1/1.21 to 1/1.10 of what is written, less one
-    assert_eq!(closest.part.id, "vehicle.track_width");
-    assert!((-0.18..-0.09).contains(&closest.part.parameters["relative"]), "{closest:?}");
+    assert_eq!(nearest.id, "vehicle.track_width");
+    let size = answer.effects.iter().find(|e| e.id == nearest.id).unwrap().parameters["relative"];
+    assert!((-0.18..-0.09).contains(&size), "{size}");
 }

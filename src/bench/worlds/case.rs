@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 
 /// A nominal simulator, two recordings of the same unit, and the truth about them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Case {
+pub(crate) struct Case {
     /// `stationary-000001` or `driving-000001`.
     pub name: String,
     /// Configuration of the nominal simulator.

@@ -12,7 +12,7 @@ use super::warm_up::WarmUp;
 use crate::math::random::Stream;
 
 /// Effects of a gyro at rest that have a name in the contract.
-pub const LISTED: [&str; 18] = [
+pub(crate) const LISTED: [&str; 18] = [
     "gyro.rate_random_walk",
     "gyro.bias_instability",
     "gyro.gauss_markov",
@@ -33,11 +33,8 @@ pub const LISTED: [&str; 18] = [
     "gyro.narrow_band_noise",
 ];
 
-/// Effects of a gyro at rest that have a name in the contract and no generator here, each with the reason.
-pub const LEFT_OUT: &[(&str, &str)] = &[];
-
 /// Effects that are in no list.
-pub const UNLISTED: [&str; 16] = [
+pub(crate) const UNLISTED: [&str; 16] = [
     "x.chirp",
     "x.pulse_train",
     "x.sawtooth",

@@ -5,7 +5,7 @@ use crate::signal::{Log, TimeAxis, names};
 
 /// In which files a recording lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Files {
+pub(crate) enum Files {
     /// `fit.parquet`
     Parquet,
     /// `fit.csv`

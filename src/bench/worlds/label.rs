@@ -9,7 +9,7 @@ pub(crate) type Parameters = BTreeMap<String, f64>;
 /// How clearly the weakest main effect shows, by its expected log-likelihood ratio over the log of the fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Strength {
+pub(crate) enum Strength {
     /// No effect.
     None,
     /// 4 to 12 nats.
@@ -46,7 +46,7 @@ impl Strength {
 
 /// Where an effect shows.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Place {
+pub(crate) struct Place {
     /// Channel.
     pub channel: String,
     /// From when to when, s, as in the fit log.
@@ -74,7 +74,7 @@ impl Place {
 
 /// A clock that disagrees with the gyro's in one recording (in a log without a gyro: with the wheels').
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ClockOffset {
+pub(crate) struct ClockOffset {
     /// `wheels` or `pose`.
     pub channel: String,
     /// `fit` or `hold`.
@@ -85,7 +85,7 @@ pub struct ClockOffset {
 
 /// The label of one case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Label {
+pub(crate) struct Label {
     /// Small amounts of other effects beside the main ones.
     #[serde(default)]
     pub background: Vec<String>,

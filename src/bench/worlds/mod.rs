@@ -16,12 +16,14 @@
 mod bias;
 mod case;
 mod catalogue;
+#[cfg(test)]
+mod covered;
 mod draw;
-pub mod drive;
+pub(crate) mod drive;
 mod effect;
 mod files;
 mod habits;
-mod label;
+pub(crate) mod label;
 mod nats;
 mod noise_level;
 mod plan;
@@ -32,12 +34,10 @@ mod unlisted_noise;
 mod wandering;
 mod warm_up;
 
-pub use case::Case;
-pub use catalogue::{LEFT_OUT, LISTED, UNLISTED};
-pub use files::Files;
-pub use label::{ClockOffset, Label, Place, Strength};
+pub(crate) use case::Case;
+pub(crate) use label::{ClockOffset, Label, Place};
 pub(crate) use plan::plan;
-pub use plan::{Mix, Spec};
+pub(crate) use plan::{Mix, Spec};
 
 use crate::config::Kind;
 use crate::error::Result;
@@ -46,7 +46,8 @@ use crate::error::Result;
 ///
 /// # Errors
 /// [`crate::ErrorKind::Usage`] if `spec` names an effect that the generator does not know.
-pub fn make(kind: Kind, seed: u64, index: usize, spec: &Spec) -> Result<Case> {
+#[cfg(test)]
+pub(crate) fn make(kind: Kind, seed: u64, index: usize, spec: &Spec) -> Result<Case> {
     make_kept(kind, seed, index, spec, 0.0)
 }
 

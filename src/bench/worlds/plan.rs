@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// Number of cases, and shares of their kinds. The remaining share holds one listed effect.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Mix {
+pub(crate) struct Mix {
     /// Number of cases.
     pub cases: usize,
     /// Share without any effect.
@@ -30,7 +30,7 @@ pub struct Mix {
 
 /// Content of one case.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Spec {
+pub(crate) struct Spec {
     /// Main effects and how strong each is.
     pub effects: Vec<(&'static str, Strength)>,
     /// Whether small amounts of others lie beside them.

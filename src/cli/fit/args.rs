@@ -108,7 +108,7 @@ pub(crate) struct ManyArgs {
 
 impl ManyArgs {
     /// Axes of each log, each once: those that are named here, else those of --axis.
-    pub fn axes_or(&self, others: &[AxisChoice]) -> Vec<AxisChoice> {
+    pub(crate) fn axes_or(&self, others: &[AxisChoice]) -> Vec<AxisChoice> {
         let mut axes = if self.axes.is_empty() { others.to_vec() } else { self.axes.clone() };
         let mut seen = Vec::new();
         axes.retain(|a| {
@@ -121,13 +121,13 @@ impl ManyArgs {
     }
 
     /// Adds the output files.
-    pub fn planned(&self, plan: Plan) -> Plan {
+    pub(crate) fn planned(&self, plan: Plan) -> Plan {
         let plan = plan.writes("--config", &self.config);
         if self.resume { plan.resumes("--results", &self.results) } else { plan.writes("--results", &self.results) }
     }
 
     /// Whether an option was given that only a fit of many logs has.
-    pub fn asked_for(&self) -> bool {
+    pub(crate) fn asked_for(&self) -> bool {
         self.results.is_some() || self.config.is_some() || !self.axes.is_empty()
     }
 }
@@ -148,7 +148,7 @@ pub(crate) struct WhitenessArgs {
 
 impl WhitenessArgs {
     /// The library's options; a level or a count that decides nothing is a usage error.
-    pub fn options(&self) -> Result<validate::Options> {
+    pub(crate) fn options(&self) -> Result<validate::Options> {
         if !(self.level > 0.0 && self.level < 1.0) || (self.draws as f64) < 1.0 / self.level - 1.0 {
             let found = format!("level {} with {} draws cannot be decided", self.level, self.draws);
             return Err(Error::new(ErrorKind::Usage, "--level, --draws", found)

@@ -83,12 +83,12 @@ fn log_path(copy: &Path) -> PathBuf {
 }
 
 impl PatchArgs {
-    pub fn planned(&self, plan: Plan) -> Plan {
+    pub(super) fn planned(&self, plan: Plan) -> Plan {
         plan.reads(&self.patch).writes("--out", &self.out).writes("--out", self.out.as_deref().map(log_path))
     }
 
     /// Reads the description, and claims the copy's place; `drives`: the configuration is of a robot.
-    pub fn claim(&self, drives: bool) -> Result<Option<Patch<'_>>> {
+    pub(super) fn claim(&self, drives: bool) -> Result<Option<Patch<'_>>> {
         let (Some(path), Some(out)) = (&self.patch, &self.out) else { return Ok(None) };
         if !drives {
             let found = "enters sizes of a robot, and the configuration is of a gyro at rest";
@@ -106,7 +106,7 @@ impl PatchArgs {
 
 impl<'a> Patch<'a> {
     /// Runs the user's simulator, where there is one, on the recording kept back with the description as it is.
-    pub fn replays(&mut self, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<()> {
+    pub(super) fn replays(&mut self, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<()> {
         let Some(command) = self.simulate else { return Ok(()) };
         let simulator = Simulator::new(command, kept, reads)?;
         let before = simulator.run(Path::new(&self.file), &self.file, None)?;
@@ -115,7 +115,7 @@ impl<'a> Patch<'a> {
     }
 
     /// The link that carries the robot.
-    pub fn chassis(&self) -> Result<Option<Chassis>> {
+    pub(super) fn chassis(&self) -> Result<Option<Chassis>> {
         robot::chassis(&self.text, &self.file, self.format, &Choice::default())
     }
 
@@ -143,7 +143,7 @@ impl<'a> Patch<'a> {
 
     /// The effects of the answer that are present, entered; with a simulator, those of them that make its error smaller, and those
     /// of sensors that no replay can judge. `config`: the simulator.
-    pub fn decide(&self, answer: &Answer, vehicle: &Vehicle, config: &Config) -> Result<Decided> {
+    pub(super) fn decide(&self, answer: &Answer, vehicle: &Vehicle, config: &Config) -> Result<Decided> {
         let robot = Robot::from(vehicle);
         let mut found: Vec<(&str, Change<'_>)> = Vec::new();
         let (mut no_place, mut notes) = (Vec::new(), Vec::new());
@@ -212,7 +212,7 @@ impl<'a> Patch<'a> {
     }
 
     /// Writes the copy and Python for the log; what was changed, and what has no place, as JSON.
-    pub fn write(mut self, decided: Decided, vehicle: &Vehicle, output: &Output) -> Result<Value> {
+    pub(super) fn write(mut self, decided: Decided, vehicle: &Vehicle, output: &Output) -> Result<Value> {
         let Decided { patched, snippet, no_place, replay, mut notes } = decided;
         let target = self.copy.target().display().to_string();
         let changes = match &patched {

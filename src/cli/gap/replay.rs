@@ -75,7 +75,7 @@ impl<'a> Simulator<'a> {
     ///
     /// # Errors
     /// [`ErrorKind::Usage`] without a recording kept back, or where it has none of these.
-    pub fn new(command: &'a str, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<Self> {
+    pub(super) fn new(command: &'a str, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<Self> {
         let recording = kept.ok_or_else(|| {
             usage("runs on a recording that is kept back, and none is").hint("give another drive with --hold")
         })?;
@@ -108,7 +108,7 @@ impl<'a> Simulator<'a> {
     }
 
     /// The recording that it runs on.
-    pub fn recording(&self) -> &'a Log {
+    pub(super) fn recording(&self) -> &'a Log {
         self.recording
     }
 
@@ -117,7 +117,7 @@ impl<'a> Simulator<'a> {
     }
 
     /// Whether there is a Python that can change a log.
-    pub fn has_python(&self) -> bool {
+    pub(super) fn has_python(&self) -> bool {
         Command::new(PYTHON).args(["-c", "import numpy"]).output().is_ok_and(|ended| ended.status.success())
     }
 
@@ -138,7 +138,7 @@ impl<'a> Simulator<'a> {
     ///
     /// # Errors
     /// [`ErrorKind::Usage`] where the command fails or leaves no log; those of the reader and of [`Replayed::of`].
-    pub fn run(&self, model: &Path, called: &str, snippet: Option<&Snippet>) -> Result<Replayed> {
+    pub(super) fn run(&self, model: &Path, called: &str, snippet: Option<&Snippet>) -> Result<Replayed> {
         let log = self.folder.path().join("log.parquet");
         if log.exists() {
             std::fs::remove_file(&log).map_err(|e| Error::io(&log, &e))?;

@@ -31,7 +31,7 @@ pub(super) struct Logs {
 impl<'a> Reader<'a> {
     /// # Errors
     /// Those of a configuration that cannot be read.
-    pub fn new(columns: &'a ColumnArgs, map: &'a [String], init: Option<&PathBuf>) -> Result<Self> {
+    pub(super) fn new(columns: &'a ColumnArgs, map: &'a [String], init: Option<&PathBuf>) -> Result<Self> {
         let init = init.map(Config::read_base).transpose()?.map(|config| config.by_elapsed_time().0);
         Ok(Self { columns, map, init, notes: Vec::new() })
     }
@@ -40,7 +40,7 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// As [`Config::parse`].
-    pub fn config(&self) -> Result<Config> {
+    pub(super) fn config(&self) -> Result<Config> {
         let nothing = Config::parse("schema = 1\n", "configuration")?;
         Ok(self.init.clone().unwrap_or(nothing))
     }
@@ -49,7 +49,7 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// Those of the reader; [`ErrorKind::Usage`] for several files at rest.
-    pub fn read(&mut self, option: &str, runs: &[Vec<PathBuf>]) -> Result<Logs> {
+    pub(super) fn read(&mut self, option: &str, runs: &[Vec<PathBuf>]) -> Result<Logs> {
         let config = self.config()?;
         let mut logs = Vec::new();
         let mut at_rest = self.init.as_ref().map(|c| c.kind == Kind::Stationary);
@@ -96,7 +96,7 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// As [`twin_of_drives`] and [`twin_at_rest`].
-    pub fn twin(
+    pub(super) fn twin(
         &self,
         runs: &Logs,
         starts_s: &[f64],

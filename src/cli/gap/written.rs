@@ -49,14 +49,14 @@ pub(crate) struct Written<'a> {
 
 impl WrittenArgs {
     /// Adds the files to what the command reads and writes.
-    pub fn planned(&self, plan: Plan) -> Plan {
+    pub(super) fn planned(&self, plan: Plan) -> Plan {
         let plan = plan.writes("--write-sim", &self.write_sim).writes("--ranges", &self.ranges);
         let plan = plan.writes("--plot", &self.plot).writes("--why", &self.why);
         self.page.planned(self.patch.planned(plan))
     }
 
     /// Claims the files; `drives`: the diagnosis is of a robot.
-    pub fn claim(&self, drives: bool) -> Result<Written<'_>> {
+    pub(super) fn claim(&self, drives: bool) -> Result<Written<'_>> {
         let plots = self.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
         let plots = plots.collect::<Result<Vec<_>>>()?;
         let write_sim = self.write_sim.as_ref().map(OutputFile::claim).transpose()?;
@@ -74,18 +74,18 @@ impl WrittenArgs {
 
 impl<'a> Written<'a> {
     /// Runs the user's simulator, where one is given, on the first recording kept back: one that fails does so before the work.
-    pub fn replays(&mut self, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<()> {
+    pub(super) fn replays(&mut self, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<()> {
         self.patch.as_mut().map_or(Ok(()), |patch| patch.replays(kept, reads))
     }
 
     /// Whether time traces are shown.
-    pub fn shows_traces(&self) -> bool {
+    pub(super) fn shows_traces(&self) -> bool {
         self.page.is_some() || !self.plots.is_empty()
     }
 
     /// Writes all of it, and says so; `given`: effects that the simulator had before, `inputs`: files that were read. The
     /// patch as JSON, where there is one.
-    pub fn write<P: AsRef<Path>>(
+    pub(super) fn write<P: AsRef<Path>>(
         self,
         report: &GapReport,
         diagnosis: &Diagnosis,

@@ -56,7 +56,7 @@ pub(super) fn has_gyro(log: &Log) -> bool {
 }
 
 impl Results {
-    pub fn of(asked: Asked, config: &Config, log: &Log, working: &Working) -> Result<Self> {
+    pub(super) fn of(asked: Asked, config: &Config, log: &Log, working: &Working) -> Result<Self> {
         let has_gyro = has_gyro(log);
         let settings = |error_model| Settings { error_model, ..asked.settings };
         // what is written is smoothed
@@ -93,17 +93,17 @@ impl Results {
     }
 
     /// The filter that knows most.
-    pub fn best(&self) -> &Run {
+    pub(super) fn best(&self) -> &Run {
         self.with.as_ref().unwrap_or(&self.without)
     }
 
     /// The run whose pose is written, by which all is judged.
-    pub fn written(&self) -> &Run {
+    pub(super) fn written(&self) -> &Run {
         if self.asked.no_error_model { &self.without } else { self.best() }
     }
 
     /// All that ran, by name: errors, and for filters the summary.
-    pub fn rows(&self) -> Vec<(&'static str, Option<&ReferenceErrors>, Option<&Summary>)> {
+    pub(super) fn rows(&self) -> Vec<(&'static str, Option<&ReferenceErrors>, Option<&Summary>)> {
         let mut filters = match &self.with {
             Some(with) => vec![("with error model", with), ("without error model", &self.without)],
             None => vec![("filter, no gyro", &self.without)],
@@ -122,7 +122,7 @@ impl Results {
     }
 
     /// Reckonings without a filter, by name.
-    pub fn reckoned(&self) -> Vec<(&'static str, &Reckoning)> {
+    pub(super) fn reckoned(&self) -> Vec<(&'static str, &Reckoning)> {
         let zeroed = self.zeroed.as_ref().map(|z| &z.gyro);
         let all = [
             ("encoders alone", self.encoders.as_ref()),
@@ -132,7 +132,7 @@ impl Results {
         all.into_iter().filter_map(|(name, r)| Some((name, r?))).collect()
     }
 
-    pub fn json(&self, notes: &[String]) -> serde_json::Value {
+    pub(super) fn json(&self, notes: &[String]) -> serde_json::Value {
         let written = self.written();
         let reckoned = |r: &Option<Reckoning>| r.as_ref().map(|r| serde_json::json!({ "reference": r.reference }));
         serde_json::json!({

@@ -47,7 +47,12 @@ pub(crate) fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>
                 ..EffectAnswer::new(&id, presence)
             });
         } else if !named && presence >= LISTED {
-            free_forms.push(FreeFormAnswer { id, probability: presence, description: part.description.clone() });
+            free_forms.push(FreeFormAnswer {
+                id,
+                probability: presence,
+                share_nats: part.share,
+                description: part.description.clone(),
+            });
         }
     }
     // of free forms equally probable to a percent, the one with the largest share first

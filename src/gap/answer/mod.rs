@@ -207,6 +207,9 @@ pub struct FreeFormAnswer {
     pub id: String,
     /// Probability that it is present.
     pub probability: f64,
+    /// Gain in ln likelihood beside the other parts of its best set, nats.
+    #[serde(default)]
+    pub share_nats: f64,
     /// Description in words.
     pub description: String,
 }

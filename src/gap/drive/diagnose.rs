@@ -44,7 +44,7 @@ const MISLED: f64 = 3.0;
 ///
 /// # Errors
 /// As [`Record::of_drives`] of either; also if a recording has no finite likelihood.
-pub fn diagnose(
+pub(crate) fn diagnose(
     config: &Config,
     fit: &[Drive<'_>],
     hold: &[Drive<'_>],

@@ -109,7 +109,7 @@ struct Fit {
 ///
 /// # Errors
 /// As [`crate::gap::explain()`].
-pub fn explain(
+pub(crate) fn explain(
     config: &Config,
     log: &Log,
     library: &Library,

@@ -1,18 +1,20 @@
 //! The gap of a drive: which equation, which effect, how far.
 
 mod diagnose;
-pub mod ekf;
+pub(crate) mod ekf;
 mod explain;
-pub mod fit;
+pub(crate) mod fit;
 pub(crate) mod holdout;
-pub mod model_selection;
-pub mod options;
-pub mod preprocess;
-pub mod record;
-pub mod regressors;
-pub mod screening;
+pub(crate) mod model_selection;
+pub(crate) mod options;
+pub(crate) mod preprocess;
+pub(crate) mod record;
+pub(crate) mod regressors;
+pub(crate) mod screening;
+#[cfg(test)]
+mod tests;
 mod trail;
 
-pub use diagnose::diagnose;
-pub use explain::explain;
+pub(crate) use diagnose::diagnose;
+pub(crate) use explain::explain;
 pub(in crate::gap) use explain::known_gain;

@@ -42,7 +42,7 @@ use std::collections::BTreeMap;
 
 /// Result of the comparison for one drive.
 #[derive(Debug, Clone)]
-pub struct Judged {
+pub(crate) struct Judged {
     /// Sets with their probabilities.
     pub findings: Findings,
     /// Where no effect explains most, or noise is not as stated: the effect that explains most alone, and its share of
@@ -69,7 +69,7 @@ const SETTLING: usize = 5;
 
 /// Mounting of the reference on the robot, where the configuration leaves it open; else none.
 #[must_use]
-pub fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Option<Mounting> {
+pub(crate) fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Option<Mounting> {
     // the diffusion takes many passes to estimate: not done where the mounting is known
     if !reference_extrinsics::is_open(record) {
         return None;
@@ -79,7 +79,7 @@ pub fn mounting(record: &Record, effects: &[&'static dyn Driving], options: &Opt
 
 /// Compares sets of `effects` and free forms on `record`.
 #[must_use]
-pub fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Judged {
+pub(crate) fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Judged {
     let twins = StructuralClasses::of(record, effects);
     let effects = &twins.told_apart;
     let InitialNoise { lsb, noise, nominal } = InitialNoise::of(record);

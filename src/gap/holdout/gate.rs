@@ -9,7 +9,7 @@ use serde::Serialize;
 
 /// An effect that is not entered.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Dropped {
+pub(crate) struct Dropped {
     /// Its id.
     pub effect: String,
     /// The reason.
@@ -22,7 +22,7 @@ pub struct Dropped {
 
 /// Effects that are entered, and those that are not.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Gate {
+pub(crate) struct Gate {
     /// Ids of those that are.
     pub kept: Vec<String>,
     /// Those that are not.
@@ -36,7 +36,7 @@ pub struct Gate {
 ///
 /// # Errors
 /// Those of `run`.
-pub fn gate<T: Clone>(
+pub(crate) fn gate<T: Clone>(
     before: &Replayed,
     effects: Vec<(&str, T)>,
     mut run: impl FnMut(&[(&str, T)]) -> Result<Replayed>,

@@ -15,21 +15,21 @@
 //! recordings from each other.
 
 mod closed;
-pub mod gate;
+pub(crate) mod gate;
 mod heading;
 pub(crate) mod oracle;
-pub mod replay;
+pub(crate) mod replay;
 #[cfg(test)]
 mod replay_tests;
 mod shape;
 #[cfg(test)]
 mod tests;
 
-pub use closed::Closed;
+pub(crate) use closed::Closed;
 pub(super) use closed::block_sums;
 pub(crate) use closed::{Scores, block_rows, gap_closed};
 pub(crate) use heading::{HeadingError, heading_horizons};
-pub use shape::Band;
+pub(crate) use shape::Band;
 
 use super::answer::Metric;
 use super::rest::state_space::StateSpaceModel;

@@ -18,7 +18,7 @@ use crate::signal::Log;
 ///
 /// # Errors
 /// As [`crate::gap::explain`]; as `prepare` of `hold`.
-pub fn known_gain(config: &Config, fit: &Log, hold: &Log, library: &Library, ids: &[&str]) -> Result<f64> {
+pub(crate) fn known_gain(config: &Config, fit: &Log, hold: &Log, library: &Library, ids: &[&str]) -> Result<f64> {
     if config.kind == Kind::Driving {
         return drive::known_gain(config, fit, hold, library, ids);
     }

@@ -39,14 +39,14 @@ const MOVED: [&str; 3] = ["moved_ahead_1s_m", "moved_left_1s_m", "turned_1s_rad"
 /// What a recording says less what a run of the simulator says, channel by channel on the recording's rows; NaN where either is
 /// missing.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Replayed {
+pub(crate) struct Replayed {
     step_s: f64,
     errors: Vec<(&'static str, Vec<f64>)>,
 }
 
 /// Size of one channel's errors.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ChannelErrors {
+pub(crate) struct ChannelErrors {
     /// Name, with its unit.
     pub channel: &'static str,
     /// Root mean square under the original, in that unit.
@@ -59,7 +59,7 @@ pub struct ChannelErrors {
 
 /// How far the error shrinks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Shrinkage {
+pub(crate) struct Shrinkage {
     /// Share of the gap before; none where that does not exceed the noise.
     pub closed: Option<f64>,
     /// Its 95 % interval; none where more than one resampled gap in 40 does not exceed the noise.
@@ -130,7 +130,7 @@ impl Replayed {
     /// # Errors
     /// [`ErrorKind::Column`] where both logs share no channel; [`ErrorKind::TooShort`] where the simulator's covers less than half of
     /// the recording, or the recording is shorter than 20 s.
-    pub fn of(recording: &Log, simulated: &Log) -> Result<Self> {
+    pub(crate) fn of(recording: &Log, simulated: &Log) -> Result<Self> {
         let (step_s, span_s) = (recording.time.median_step_s(), recording.time.span_s());
         if !(span_s >= FEWEST_BLOCKS as f64 * OVER_S) {
             let found = format!("is {span_s:.1} s long, and a replay is measured over {FEWEST_BLOCKS} s at least");
@@ -213,7 +213,7 @@ fn noise_std(errors: &[f64]) -> f64 {
 /// How far `with` is nearer to the recording than `without`, over the gap of `before`: three runs on the inputs of one recording, of
 /// which `before` and `without` may be the same. Channels and rows that are not in all three do not count.
 #[must_use]
-pub fn shrinkage(before: &Replayed, without: &Replayed, with: &Replayed) -> Shrinkage {
+pub(crate) fn shrinkage(before: &Replayed, without: &Replayed, with: &Replayed) -> Shrinkage {
     let rows = before.errors.first().map_or(0, |e| e.1.len());
     let (mut old, mut new, mut gap) = (vec![0.0; rows], vec![0.0; rows], vec![0.0; rows]);
     let mut channels = Vec::new();

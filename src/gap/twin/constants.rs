@@ -25,7 +25,7 @@ pub(super) enum Constant {
 
 impl Constant {
     /// All, in order.
-    pub const ALL: [Self; 7] =
+    pub(super) const ALL: [Self; 7] =
         [Self::Mass, Self::Inertia, Self::Track, Self::Radius, Self::RadiusRatio, Self::Viscous, Self::WarmUp];
 }
 

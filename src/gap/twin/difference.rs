@@ -17,6 +17,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::gap::answer::{Answer, EffectAnswer, Place, Verdict};
 use crate::gap::diagnose::diagnose_observed;
 use crate::gap::diagnosis::{Diagnosis, Drive, Options, Stage};
+use crate::gap::drive::regressors::basis::Equation;
 use crate::gap::explain::explain;
 use crate::gap::selection::findings::Findings;
 use crate::gap::trace::{Decision, Step, TraceStage};
@@ -24,6 +25,7 @@ use crate::math::random_effects::{Observed, spread};
 use crate::model::drive::Instrument;
 use crate::signal::{Log, names};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Standard deviations by which what is left without a name must be stronger than in the simulator's log to be a gap.
 const STRONGER: f64 = 3.0;
@@ -359,6 +361,9 @@ fn settle(
         );
         answer.unknown_probability = (1.0 - findings.least_presence()).min(answer.unknown_probability);
         answer.verdict = if answer.together.is_empty() { Verdict::None } else { Verdict::Identified };
+        let reason =
+            "no stronger than in the simulator's own log: it is how the simulator differs from our model, and no gap";
+        answer.trace.push(Step::new(TraceStage::Naming, "free forms", Decision::Removed, reason));
     }
     let lost_all = answer.verdict == Verdict::Identified && answer.together.is_empty();
     if lost_all {
@@ -368,6 +373,9 @@ fn settle(
     let misfit = misfit.filter(|m| hidden || m.factor > WORSE_THAN_NOISE);
     if let (Verdict::None, Some(misfit)) = (answer.verdict, misfit) {
         cannot_tell(answer, misfit);
+    }
+    if answer.verdict != Verdict::Unknown {
+        answer.nearest = None;
     }
     match answer.verdict {
         Verdict::None => {
@@ -412,18 +420,37 @@ fn cannot_tell(answer: &mut Answer, misfit: &Misfit) {
     ));
 }
 
-/// Whether no equation asks for a correction that is stronger, per reading, than the one that it asks for in the simulator's log.
-/// A gain G in ln evidence has the standard deviation √(2 G); `factor` as in [`Misfit`].
+/// Whether what is left without a name is no stronger, per reading, than the corrections that the simulator's log asks for, equation
+/// by equation. A gain G in ln evidence has the standard deviation √(2 G); `factor` as in [`Misfit`].
 fn inherits_unknown(answer: &Answer, twin: &Twin, rows: usize, factor: f64) -> bool {
     let (Some(account), Some(fitting)) = (&twin.account, &twin.fitting) else { return false };
-    if answer.equations.is_empty() {
+    let (own, other) = (unnamed(answer), unnamed(account));
+    let corrections = corrections(account);
+    // without free forms the recording is held against by what a correction would gain alone
+    let own = if own.is_empty() { self::corrections(answer) } else { own };
+    if own.is_empty() {
         return false;
     }
-    let [own, other] = [rows, fitting.record.len()].map(|n| n.max(1) as f64);
-    answer.equations.iter().all(|equation| {
-        let alike = account.equations.iter().find(|e| e.equation == equation.equation);
-        let (here, there) = (equation.gain_nats.max(0.0), alike.map_or(0.0, |e| e.gain_nats.max(0.0)));
-        let std = (factor * (2.0 * here / own.powi(2) + 2.0 * there / other.powi(2))).sqrt();
-        here / own - there / other <= STRONGER * std
+    let [n, m] = [rows, fitting.record.len()].map(|n| n.max(1) as f64);
+    own.iter().all(|(place, here)| {
+        let there =
+            [&other, &corrections].into_iter().filter_map(|gains| gains.get(place)).copied().fold(0.0, f64::max);
+        let std = (factor * (2.0 * here / n.powi(2) + 2.0 * there / m.powi(2))).sqrt();
+        here / n - there / m <= STRONGER * std
     })
+}
+
+/// Expected gains of the free forms beside the named effects, nats, by equation; by their ids where they have none.
+fn unnamed(answer: &Answer) -> BTreeMap<&str, f64> {
+    let mut gains = BTreeMap::new();
+    for form in &answer.free_forms {
+        let place = Equation::of_free_form(&form.id).map_or(&*form.id, |equation| equation.words());
+        *gains.entry(place).or_default() += form.probability * form.share_nats.max(0.0);
+    }
+    gains
+}
+
+/// Gains of a free correction of the nominal model alone, nats, by equation.
+fn corrections(answer: &Answer) -> BTreeMap<&str, f64> {
+    answer.equations.iter().map(|e| (e.equation.as_str(), e.gain_nats.max(0.0))).collect()
 }

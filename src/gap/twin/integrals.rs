@@ -11,18 +11,18 @@ pub(super) struct Integral {
 impl Integral {
     /// Of the finite ones of `values`; of two halves of them, `half` picks the even (0) or odd ones (1), whose errors are
     /// independent. None with fewer than two.
-    pub fn half(times_s: &[f64], values: &[f64], half: usize) -> Option<Self> {
+    pub(super) fn half(times_s: &[f64], values: &[f64], half: usize) -> Option<Self> {
         let there = times_s.iter().zip(values).filter(|(_, v)| v.is_finite());
         Self::over(there.enumerate().filter(|(i, _)| i % 2 == half).map(|(_, (t, v))| (*t, *v)))
     }
 
     /// Of all finite values.
-    pub fn whole(times_s: &[f64], values: &[f64]) -> Option<Self> {
+    pub(super) fn whole(times_s: &[f64], values: &[f64]) -> Option<Self> {
         Self::over(times_s.iter().zip(values).filter(|(_, v)| v.is_finite()).map(|(t, v)| (*t, *v)))
     }
 
     /// Of a torque, which holds from its row to the next.
-    pub fn held(times_s: &[f64], values: &[f64]) -> Option<Self> {
+    pub(super) fn held(times_s: &[f64], values: &[f64]) -> Option<Self> {
         let mut doubled = Vec::with_capacity(2 * values.len());
         for (k, (t, v)) in times_s.iter().zip(values).enumerate() {
             doubled.push((*t, *v));
@@ -41,7 +41,7 @@ impl Integral {
     }
 
     /// Up to `t_s`; beyond its ends NaN.
-    pub fn at(&self, t_s: f64) -> f64 {
+    pub(super) fn at(&self, t_s: f64) -> f64 {
         let k = self.times_s.partition_point(|t| *t <= t_s);
         if k == 0 || (k == self.times_s.len() && t_s > self.times_s[k - 1]) {
             return f64::NAN;
@@ -55,12 +55,12 @@ impl Integral {
     }
 
     /// Between two times.
-    pub fn between(&self, window: [f64; 2]) -> f64 {
+    pub(super) fn between(&self, window: [f64; 2]) -> f64 {
         self.at(window[1]) - self.at(window[0])
     }
 
     /// First and last time, s.
-    pub fn span_s(&self) -> [f64; 2] {
+    pub(super) fn span_s(&self) -> [f64; 2] {
         [self.times_s[0], self.times_s[self.times_s.len() - 1]]
     }
 }

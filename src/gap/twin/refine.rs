@@ -134,12 +134,12 @@ impl Normal {
     }
 
     /// Deviation and standard deviation of a column; none where it is not told.
-    pub fn told(&self, of: Fitted) -> Option<[f64; 2]> {
+    pub(super) fn told(&self, of: Fitted) -> Option<[f64; 2]> {
         self.place(of).map(|i| [self.delta[i], self.covariance[(i, i)].sqrt()])
     }
 
     /// Covariance of two columns; zero where one is not told.
-    pub fn between(&self, a: Fitted, b: Fitted) -> f64 {
+    pub(super) fn between(&self, a: Fitted, b: Fitted) -> f64 {
         self.place(a).zip(self.place(b)).map_or(0.0, |(i, j)| self.covariance[(i, j)])
     }
 }
@@ -151,7 +151,7 @@ fn symmetric(m: &DMatrix<f64>) -> DMatrix<f64> {
 
 impl Fitting {
     /// Of `record` as it is believed, with nothing fitted yet.
-    pub fn new(
+    pub(super) fn new(
         mut record: Record,
         own: &'static Constants,
         free: Vec<Constant>,
@@ -178,13 +178,13 @@ impl Fitting {
     }
 
     /// Takes another time constant of the warm-up.
-    pub fn warm_with(&mut self, own: &'static Constants) {
+    pub(super) fn warm_with(&mut self, own: &'static Constants) {
         self.own = own;
         self.record.belief.warm_up.time_constant_s = own.0;
     }
 
     /// Noise that the filter assumes for `record`.
-    pub fn noise(&self, record: &Record) -> Noise {
+    pub(super) fn noise(&self, record: &Record) -> Noise {
         let forced = record.torques_n_m.is_some();
         let ripple = self.ripple * record.belief.torque_noise_n_m_sqrt_s.powi(2);
         let process = if forced { Process { ripple, ..self.process } } else { self.process };
@@ -197,12 +197,12 @@ impl Fitting {
     }
 
     /// Normal equations of `record` at the constants that it believes, with columns for `free` and for the changes.
-    pub fn normal(&self, record: &Record, free: &[Constant], with_changes: bool) -> Normal {
+    pub(super) fn normal(&self, record: &Record, free: &[Constant], with_changes: bool) -> Normal {
         self.pass(record, &self.columns(record, free, with_changes), |_| {})
     }
 
     /// Calls `each` with channel, ν/√S and √S of every innovation, the columns at what `normal` estimates.
-    pub fn innovations(&self, normal: &Normal, mut each: impl FnMut(Channel, f64, f64) + Send) {
+    pub(super) fn innovations(&self, normal: &Normal, mut each: impl FnMut(Channel, f64, f64) + Send) {
         let columns = self.columns(&self.record, &self.free, true);
         self.pass(&self.record, &columns, |i| {
             let told: f64 = i.slopes.iter().zip(normal.delta.iter()).map(|(s, d)| s * d).sum();
@@ -212,7 +212,7 @@ impl Fitting {
 
     /// Estimates of the coordinates of `change`, in a drive of its own or of all, beside the constants that it does not hold, and
     /// their standard deviations; none where it is not told.
-    pub fn beside(&self, record: &Record, change: &'static dyn ModelChange) -> Vec<Option<[f64; 2]>> {
+    pub(super) fn beside(&self, record: &Record, change: &'static dyn ModelChange) -> Vec<Option<[f64; 2]>> {
         let mut with = self.clone();
         let place = with.changes.len();
         with.changes.push((change, vec![0.0; change.coordinates().len() + change.departures().len()]));
@@ -277,7 +277,7 @@ impl Fitting {
     }
 
     /// Fits everything.
-    pub fn fit(&mut self) -> Normal {
+    pub(super) fn fit(&mut self) -> Normal {
         let mut before = f64::NEG_INFINITY;
         if self.record.torques_n_m.is_none() {
             self.estimate_motion();
@@ -398,7 +398,7 @@ impl Fitting {
     }
 
     /// Standard deviation of ln σ of each level that is told, by the curvature of ln p.
-    pub fn level_stds(&self) -> Vec<(Level, f64)> {
+    pub(super) fn level_stds(&self) -> Vec<(Level, f64)> {
         let apart = 0.05;
         let here = self.ln_p(&self.record);
         let one = |level: Level| {

@@ -19,14 +19,14 @@ pub(super) struct Equations<const P: usize> {
 
 impl<const P: usize> Equations<P> {
     /// Adds one with regressors `x` and instruments `z`; none where a number is missing.
-    pub fn push(&mut self, x: [f64; P], z: [f64; P], y: f64) {
+    pub(super) fn push(&mut self, x: [f64; P], z: [f64; P], y: f64) {
         if x.iter().chain(&z).chain([&y]).all(|v| v.is_finite()) {
             self.rows.push((x, z, y));
         }
     }
 
     /// Solution; none where the windows are too few or alike.
-    pub fn solve(&self) -> Option<[f64; P]> {
+    pub(super) fn solve(&self) -> Option<[f64; P]> {
         let n = self.rows.len();
         if n < WINDOWS_EACH * P {
             return None;

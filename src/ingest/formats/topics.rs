@@ -68,7 +68,7 @@ impl Count {
         Self { messages, first_ns, last_ns }
     }
 
-    pub fn rate_hz(&self) -> Option<f64> {
+    pub(crate) fn rate_hz(&self) -> Option<f64> {
         let span_s = (i128::from(self.last_ns) - i128::from(self.first_ns)) as f64 * 1e-9;
         (self.messages >= 2 && span_s > 0.0).then(|| (self.messages - 1) as f64 / span_s)
     }
@@ -85,7 +85,7 @@ pub(crate) struct Listing {
 
 impl Listing {
     /// Messages of the topic called `name`.
-    pub fn messages(&self, name: &str) -> Option<u64> {
+    pub(crate) fn messages(&self, name: &str) -> Option<u64> {
         self.topics.iter().find(|t| t.name == name).map(|t| t.messages)
     }
 }

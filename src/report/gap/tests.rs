@@ -83,7 +83,12 @@ fn unknown() -> Answer {
             description: Some("bursts of noise that come every 50 s".into()),
             ..Place::default()
         }),
-        free_forms: vec![FreeFormAnswer { id: "time".into(), probability: 0.8, description: "a bump at 230 s".into() }],
+        free_forms: vec![FreeFormAnswer {
+            id: "time".into(),
+            probability: 0.8,
+            share_nats: 30.0,
+            description: "a bump at 230 s".into(),
+        }],
         ..identified()
     }
 }

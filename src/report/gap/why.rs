@@ -107,7 +107,7 @@ fn table(out: &mut String, steps: &[&Step]) {
 impl GapReport<'_> {
     /// The trail as Markdown: a table for each stage at which something was tried.
     #[must_use]
-    pub fn why(&self) -> String {
+    pub(crate) fn why(&self) -> String {
         let mut out = String::new();
         // writing to a String cannot fail
         let _ = writeln!(out, "# Why: {}\n\nRecording: {}.", self.verdict_line(), self.recording);

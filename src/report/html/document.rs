@@ -17,7 +17,7 @@ const POINTS: usize = 4000;
 
 /// The command that made a page.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Origin {
+pub(crate) struct Origin {
     /// The command as it was typed.
     pub command: String,
     /// Files that were read: name and SHA-256 in hexadecimal digits.
@@ -40,15 +40,15 @@ pub(super) struct Table {
 }
 
 impl Table {
-    pub fn new(head: impl IntoIterator<Item = impl Into<String>>) -> Self {
+    pub(super) fn new(head: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Self { head: head.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
 
-    pub fn row(&mut self, cells: impl IntoIterator<Item = impl Into<String>>) {
+    pub(super) fn row(&mut self, cells: impl IntoIterator<Item = impl Into<String>>) {
         self.rows.push(cells.into_iter().map(Into::into).collect());
     }
 
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
@@ -88,7 +88,7 @@ pub(super) struct Document {
 
 impl Document {
     /// A page that begins with its verdict: `headline` in capitals, what it means, and of which recording.
-    pub fn new(title: &str, tone: Tone, verdict: &str, of: &str) -> Self {
+    pub(super) fn new(title: &str, tone: Tone, verdict: &str, of: &str) -> Self {
         let (headline, meaning) = verdict.split_once(": ").unwrap_or((verdict, ""));
         let class = match tone {
             Tone::Good => "good",
@@ -110,17 +110,17 @@ impl Document {
     }
 
     /// Begins a section.
-    pub fn section(&mut self, title: &str) {
+    pub(super) fn section(&mut self, title: &str) {
         self.push(format!("<h2>{}</h2>", escape(title)));
     }
 
-    pub fn paragraph(&mut self, text: &str) {
+    pub(super) fn paragraph(&mut self, text: &str) {
         if !text.trim().is_empty() {
             self.push(format!("<p>{}</p>", escape(text)));
         }
     }
 
-    pub fn list<T: AsRef<str>>(&mut self, items: impl IntoIterator<Item = T>) {
+    pub(super) fn list<T: AsRef<str>>(&mut self, items: impl IntoIterator<Item = T>) {
         let items: String =
             items.into_iter().map(|item| format!("<li>{}</li>", escape(item.as_ref()))).collect::<Vec<_>>().concat();
         if !items.is_empty() {
@@ -129,7 +129,7 @@ impl Document {
     }
 
     /// Numbers that matter most: name, value, what is to be known beside it.
-    pub fn numbers<T: AsRef<str>>(&mut self, all: impl IntoIterator<Item = [T; 3]>) {
+    pub(super) fn numbers<T: AsRef<str>>(&mut self, all: impl IntoIterator<Item = [T; 3]>) {
         let mut out = String::from("<dl class=\"numbers\">");
         for one in all {
             let [name, value, beside] = one.each_ref().map(|t| escape(t.as_ref()));
@@ -138,19 +138,19 @@ impl Document {
         self.push(out + "</dl>");
     }
 
-    pub fn table(&mut self, table: &Table) {
+    pub(super) fn table(&mut self, table: &Table) {
         if !table.is_empty() {
             self.push(table.html());
         }
     }
 
     /// A figure, with a sentence on what a good one looks like.
-    pub fn figure(&mut self, panel: Panel, good: &str) {
+    pub(super) fn figure(&mut self, panel: Panel, good: &str) {
         self.blocks.push(Block::Figure { panel: panel.into(), good: good.into() });
     }
 
     /// Text as it stands on a terminal, folded up.
-    pub fn folded(&mut self, summary: &str, text: &str) {
+    pub(super) fn folded(&mut self, summary: &str, text: &str) {
         self.push(format!(
             "<details><summary>{}</summary><pre>{}</pre></details>",
             escape(summary),
@@ -159,7 +159,7 @@ impl Document {
     }
 
     /// A table, folded up.
-    pub fn folded_table(&mut self, summary: &str, table: &Table) {
+    pub(super) fn folded_table(&mut self, summary: &str, table: &Table) {
         if !table.is_empty() {
             self.push(format!("<details><summary>{}</summary>{}</details>", escape(summary), table.html()));
         }
@@ -169,7 +169,7 @@ impl Document {
     ///
     /// # Errors
     /// [`crate::ErrorKind::Value`] if a figure holds a value that cannot be shown.
-    pub fn finish(mut self, origin: &Origin) -> Result<String> {
+    pub(super) fn finish(mut self, origin: &Origin) -> Result<String> {
         self.origin(origin);
         let mut points = POINTS;
         loop {

@@ -11,7 +11,7 @@ use crate::report::plot::{Axis, Chart, palette};
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if a number cannot be shown.
-pub fn explain_page(recording: &str, found: &Explanations, notes: &[String], origin: &Origin) -> Result<String> {
+pub(crate) fn explain_page(recording: &str, found: &Explanations, notes: &[String], origin: &Origin) -> Result<String> {
     let names: Vec<&str> = found.effects.iter().map(|e| title(&e.id)).collect();
     let verdict = match names.is_empty() {
         true => "NOTHING FITTED: the recording shows none of these effects".into(),

@@ -24,7 +24,7 @@ pub(super) const RESIDUALS: [&str; 3] = [
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if lengths differ or nothing is finite.
-pub fn fit_page(
+pub(crate) fn fit_page(
     report: &FitReport,
     time: &TimeAxis,
     rate_rad_s: &[f64],

@@ -27,7 +27,7 @@ const NONE: f64 = f64::NAN;
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if a number cannot be shown.
-pub fn gap_page(report: &GapReport, origin: &Origin) -> Result<String> {
+pub(crate) fn gap_page(report: &GapReport, origin: &Origin) -> Result<String> {
     let a = report.answer;
     let tone = match a.verdict {
         Verdict::None => Tone::Good,

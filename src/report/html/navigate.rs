@@ -9,7 +9,7 @@ use crate::units::{RAD_S_PER_DEG_S, duration_text};
 
 /// Filters that ran over a drive.
 #[derive(Debug, Clone, Copy)]
-pub struct DrivePage<'a> {
+pub(crate) struct DrivePage<'a> {
     /// Names of the logs.
     pub logs: &'a str,
     /// Estimators by name, the one that is judged first: errors where there is a reference, summaries of filters.
@@ -28,7 +28,7 @@ pub struct DrivePage<'a> {
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if a number cannot be shown.
-pub fn drive_page(drive: &DrivePage, origin: &Origin) -> Result<String> {
+pub(crate) fn drive_page(drive: &DrivePage, origin: &Origin) -> Result<String> {
     let c = &drive.judged.consistency;
     let reference = drive.rows.first().and_then(|r| r.1);
     let heading = |r: &ReferenceErrors| r.heading_rms_rad.map(|rad| rad / RAD_S_PER_DEG_S);

@@ -14,7 +14,7 @@ use crate::units::{RAD_S_PER_DEG_H, duration_text};
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if no deviation can be shown.
-pub fn noise_page(report: &NoiseReport, origin: &Origin) -> Result<String> {
+pub(crate) fn noise_page(report: &NoiseReport, origin: &Origin) -> Result<String> {
     let m = &report.model;
     let tone = if report.fits() { Tone::Good } else { Tone::Bad };
     let of = format!(

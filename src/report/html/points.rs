@@ -13,7 +13,7 @@ impl Columns {
     }
 
     /// Number of points.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.0.first().map_or(0, Vec::len)
     }
 }

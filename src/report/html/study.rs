@@ -28,7 +28,7 @@ const GOOD: [(&str, &str); 10] = [
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if an error of a filter is not finite.
-pub fn study_page(report: &StudyReport, origin: &Origin) -> Result<String> {
+pub(crate) fn study_page(report: &StudyReport, origin: &Origin) -> Result<String> {
     let all = report.comparisons();
     let main = all.iter().find(|c| c.0 == "slip_against_rolling");
     let (verdict, tone) = match main {

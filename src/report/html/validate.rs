@@ -16,7 +16,7 @@ const CURVE: usize = 400;
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if lengths differ or nothing is finite.
-pub fn validate_page(
+pub(crate) fn validate_page(
     check: &ModelCheck,
     time: &TimeAxis,
     rate_rad_s: &[f64],

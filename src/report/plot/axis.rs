@@ -5,7 +5,7 @@ use crate::error::Result;
 
 /// Quantity, unit, scale and limits of an axis.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Axis {
+pub(crate) struct Axis {
     pub(in crate::report) label: String,
     pub(in crate::report) unit: String,
     logarithmic: bool,
@@ -16,19 +16,19 @@ pub struct Axis {
 impl Axis {
     /// A linear axis; `unit` stands in brackets after `label`, and is empty for pure numbers.
     #[must_use]
-    pub fn linear(label: impl Into<String>, unit: impl Into<String>) -> Self {
+    pub(crate) fn linear(label: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { label: label.into(), unit: unit.into(), logarithmic: false, limits: None, included: Vec::new() }
     }
 
     /// A logarithmic axis: values must be positive.
     #[must_use]
-    pub fn log(label: impl Into<String>, unit: impl Into<String>) -> Self {
+    pub(crate) fn log(label: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { logarithmic: true, ..Self::linear(label, unit) }
     }
 
     /// Shows exactly `low..high`, whatever the data; what lies outside is cut off.
     #[must_use]
-    pub fn limits(mut self, low: f64, high: f64) -> Self {
+    pub(crate) fn limits(mut self, low: f64, high: f64) -> Self {
         self.limits = Some([low, high]);
         self
     }

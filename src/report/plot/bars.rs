@@ -21,7 +21,7 @@ pub(crate) struct Bar {
 
 /// Rows of one or more bars.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct BarChart {
+pub(crate) struct BarChart {
     pub(in crate::report) title: String,
     pub(in crate::report) legend: Vec<(String, Color)>,
     pub(in crate::report) rows: Vec<(String, Vec<Bar>)>,

@@ -5,13 +5,13 @@ use crate::bench::Score;
 use crate::error::Result;
 
 /// Names of the pictures of a score, without ending.
-pub const NAMES: [&str; 3] = ["confusion", "reliability", "roc"];
+pub(crate) const NAMES: [&str; 3] = ["confusion", "reliability", "roc"];
 
 /// The pictures of a score, with their names without ending; those for which there are no answers are left out.
 ///
 /// # Errors
 /// [`crate::ErrorKind::Value`] if a number cannot be shown.
-pub fn pictures(score: &Score, title: &str) -> Result<Vec<(&'static str, Picture)>> {
+pub(crate) fn pictures(score: &Score, title: &str) -> Result<Vec<(&'static str, Picture)>> {
     let mut out = Vec::new();
     if !score.confusion.truths.is_empty() {
         out.push((NAMES[0], confusion(score, title)?));

@@ -33,7 +33,7 @@ pub(in crate::report) struct Series {
 
 /// Axes and the elements between them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Chart {
+pub(crate) struct Chart {
     pub(in crate::report) title: String,
     pub(in crate::report) x: Axis,
     pub(in crate::report) y: Axis,
@@ -44,33 +44,38 @@ pub struct Chart {
 impl Chart {
     /// An empty chart.
     #[must_use]
-    pub fn new(x: Axis, y: Axis) -> Self {
+    pub(crate) fn new(x: Axis, y: Axis) -> Self {
         Self { title: String::new(), x, y, series: Vec::new(), equal: false }
     }
 
     /// The title above the chart.
     #[must_use]
-    pub fn title(mut self, title: impl Into<String>) -> Self {
+    pub(crate) fn title(mut self, title: impl Into<String>) -> Self {
         self.title = title.into();
         self
     }
 
     /// A unit of x is as long as a unit of y: for maps. Both axes must be linear.
     #[must_use]
-    pub fn equal_axes(mut self) -> Self {
+    pub(crate) fn equal_axes(mut self) -> Self {
         self.equal = true;
         self
     }
 
     /// A line through `[x, y]`; NaN breaks it. An empty `name` keeps an entry out of the legend, here and below.
     #[must_use]
-    pub fn line(self, name: impl Into<String>, points: impl IntoIterator<Item = [f64; 2]>, stroke: Stroke) -> Self {
+    pub(crate) fn line(
+        self,
+        name: impl Into<String>,
+        points: impl IntoIterator<Item = [f64; 2]>,
+        stroke: Stroke,
+    ) -> Self {
         self.push(name, Mark::Line { points: points.into_iter().collect(), stroke })
     }
 
     /// A dot at each `[x, y]`; radius in pixels.
     #[must_use]
-    pub fn dots(
+    pub(crate) fn dots(
         self,
         name: impl Into<String>,
         points: impl IntoIterator<Item = [f64; 2]>,
@@ -94,7 +99,12 @@ impl Chart {
 
     /// A vertical bar for each `[x, low, high]`: error bars, or the lags of a correlation.
     #[must_use]
-    pub fn bars(self, name: impl Into<String>, points: impl IntoIterator<Item = [f64; 3]>, stroke: Stroke) -> Self {
+    pub(crate) fn bars(
+        self,
+        name: impl Into<String>,
+        points: impl IntoIterator<Item = [f64; 3]>,
+        stroke: Stroke,
+    ) -> Self {
         self.push(name, Mark::Bars { points: points.into_iter().collect(), stroke })
     }
 

@@ -8,7 +8,7 @@ use crate::error::Result;
 
 /// One path.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Track<'a> {
+pub(crate) struct Track<'a> {
     /// Name in the legend.
     pub name: &'a str,
     /// Positions, m; NaN breaks the path.
@@ -19,7 +19,7 @@ pub struct Track<'a> {
 
 /// Paths of one drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrackFigure<'a> {
+pub(crate) struct TrackFigure<'a> {
     /// Title.
     pub title: &'a str,
     /// A sentence under it.
@@ -38,7 +38,7 @@ impl TrackFigure<'_> {
     ///
     /// # Errors
     /// [`crate::ErrorKind::Value`] if there is no position, lengths differ, or a number is infinite; it names the track.
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         Page::new(self.title).subtitle(self.subtitle).size(1200, 1000).row([self.chart()?.into()]).draw()
     }
 
@@ -91,7 +91,7 @@ fn path(track: &Track, unit: Quantity, extent: f64) -> Vec<[f64; 2]> {
 
 /// Dimension of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Dimension {
+pub(crate) enum Dimension {
     /// Metres.
     Length,
     /// Radians.
@@ -100,7 +100,7 @@ pub enum Dimension {
 
 /// One filter's error in one quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ErrorSeries<'a> {
+pub(crate) struct ErrorSeries<'a> {
     /// Name in the legend.
     pub name: &'a str,
     /// Estimate less truth, SI; NaN where there is no truth.
@@ -111,7 +111,7 @@ pub struct ErrorSeries<'a> {
 
 /// Errors in one quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ErrorRow<'a> {
+pub(crate) struct ErrorRow<'a> {
     /// Name of the quantity, for the axis: "Heading error".
     pub label: &'a str,
     /// Its dimension.
@@ -122,7 +122,7 @@ pub struct ErrorRow<'a> {
 
 /// Errors of one drive against time, a row for each quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ErrorFigure<'a> {
+pub(crate) struct ErrorFigure<'a> {
     /// Title.
     pub title: &'a str,
     /// A sentence under it.
@@ -139,7 +139,8 @@ impl ErrorFigure<'_> {
     /// # Errors
     /// [`crate::ErrorKind::Value`] if there is nothing to draw, lengths differ, or a number is infinite; it names the
     /// series.
-    pub fn draw(&self) -> Result<Picture> {
+    #[cfg(test)]
+    pub(crate) fn draw(&self) -> Result<Picture> {
         let stack = self.stack()?;
         let height = 160 + 270 * self.rows.len().clamp(1, 12) as u32;
         Page::new(self.title).subtitle(self.subtitle).size(1200, height).row([stack]).draw()
@@ -187,7 +188,7 @@ impl ErrorFigure<'_> {
 
 /// A drive on one page: its paths, and beside them the errors against time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DriveFigure<'a> {
+pub(crate) struct DriveFigure<'a> {
     /// The paths; title and subtitle are the page's.
     pub tracks: TrackFigure<'a>,
     /// The errors, where there is something to compare with.
@@ -199,7 +200,7 @@ impl DriveFigure<'_> {
     ///
     /// # Errors
     /// As [`TrackFigure::draw`] and [`ErrorFigure::draw`].
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         let Some(errors) = &self.errors else { return self.tracks.draw() };
         Page::new(self.tracks.title)
             .subtitle(self.tracks.subtitle)

@@ -13,7 +13,7 @@ use crate::validate::Level;
 
 /// The fitted error at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CurvePoint {
+pub(crate) struct CurvePoint {
     /// Time, s.
     pub t_s: f64,
     /// Fitted error, rad/s.
@@ -26,7 +26,7 @@ pub struct CurvePoint {
 
 /// How white the residuals are at one averaging time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WhitenessLevel<'a> {
+pub(crate) struct WhitenessLevel<'a> {
     /// Averaging time, s.
     pub averaging_time_s: f64,
     /// Number of blocks.
@@ -59,7 +59,7 @@ impl<'a> From<&'a Level> for WhitenessLevel<'a> {
 
 /// Content of the page of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FitFigure<'a> {
+pub(crate) struct FitFigure<'a> {
     /// Title: log and axis.
     pub title: &'a str,
     /// The verdict in a sentence or two.
@@ -96,7 +96,7 @@ impl FitFigure<'_> {
     ///
     /// # Errors
     /// [`crate::ErrorKind::Value`] if lengths differ, no sample is finite, or a number is infinite; it names which.
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         self.page(COLUMNS)?.draw()
     }
 

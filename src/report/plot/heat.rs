@@ -11,7 +11,7 @@ use crate::error::Result;
 
 /// Cells with a number each, row by row from the top. NaN is an empty cell.
 #[derive(Debug, Clone, PartialEq)]
-pub struct HeatMap {
+pub(crate) struct HeatMap {
     pub(in crate::report) title: String,
     pub(in crate::report) rows: Vec<String>,
     pub(in crate::report) columns: Vec<String>,
@@ -25,7 +25,7 @@ impl HeatMap {
     ///
     /// # Errors
     /// [`crate::ErrorKind::Value`] if there are no cells, their number does not fit, or one is infinite.
-    pub fn new(
+    pub(crate) fn new(
         rows: impl IntoIterator<Item = impl Into<String>>,
         columns: impl IntoIterator<Item = impl Into<String>>,
         values: Vec<f64>,
@@ -45,21 +45,21 @@ impl HeatMap {
 
     /// The title above the matrix.
     #[must_use]
-    pub fn title(mut self, title: impl Into<String>) -> Self {
+    pub(crate) fn title(mut self, title: impl Into<String>) -> Self {
         self.title = title.into();
         self
     }
 
     /// Sets the labels of rows and columns.
     #[must_use]
-    pub fn labels(mut self, rows: impl Into<String>, columns: impl Into<String>) -> Self {
+    pub(crate) fn labels(mut self, rows: impl Into<String>, columns: impl Into<String>) -> Self {
         self.labels = [rows.into(), columns.into()];
         self
     }
 
     /// Decimal places of the numbers in the cells; 2 unless told.
     #[must_use]
-    pub fn places(mut self, places: usize) -> Self {
+    pub(crate) fn places(mut self, places: usize) -> Self {
         self.places = places;
         self
     }

@@ -22,12 +22,12 @@
 
 pub(in crate::report) mod axis;
 pub(in crate::report) mod bars;
-pub mod bench;
+pub(crate) mod bench;
 pub(in crate::report) mod chart;
 pub(in crate::report) mod correction;
-pub mod drive;
+pub(crate) mod drive;
 pub(in crate::report) mod envelope;
-pub mod fit;
+pub(crate) mod fit;
 mod font;
 pub(crate) mod gap;
 mod geometry;
@@ -35,20 +35,20 @@ pub(in crate::report) mod heat;
 pub(in crate::report) mod layout;
 pub(crate) mod noise;
 mod page;
-pub mod palette;
+pub(crate) mod palette;
 pub(in crate::report) mod path;
 mod picture;
 pub(in crate::report) mod quantity;
 mod scene;
 pub(crate) mod study;
 
-pub use axis::Axis;
-pub use bars::BarChart;
-pub use chart::Chart;
-pub use heat::HeatMap;
-pub use page::{Page, Panel};
-pub use palette::{Color, Stroke};
-pub use picture::{Format, Picture};
+pub(crate) use axis::Axis;
+pub(crate) use bars::BarChart;
+pub(crate) use chart::Chart;
+pub(crate) use heat::HeatMap;
+pub(crate) use page::{Page, Panel};
+pub(crate) use palette::{Color, Stroke};
+pub(crate) use picture::{Format, Picture};
 
 use crate::error::{Error, ErrorKind};
 

@@ -21,7 +21,7 @@ const SIDES: std::ops::RangeInclusive<u32> = 200..=5000;
 
 /// Content of one place of a page.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Panel {
+pub(crate) enum Panel {
     /// One chart.
     Chart(Chart),
     /// Charts above one another that share their x axis, under one title; the label of y is common to all.
@@ -66,7 +66,7 @@ impl From<BarChart> for Panel {
 
 /// Panels in rows under a title.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Page {
+pub(crate) struct Page {
     title: String,
     subtitle: String,
     width: u32,
@@ -77,7 +77,7 @@ pub struct Page {
 impl Page {
     /// An empty page of 1600 by 1200 pixels.
     #[must_use]
-    pub fn new(title: impl Into<String>) -> Self {
+    pub(crate) fn new(title: impl Into<String>) -> Self {
         Self { title: title.into(), subtitle: String::new(), width: 1600, height: 1200, rows: Vec::new() }
     }
 
@@ -90,14 +90,14 @@ impl Page {
 
     /// Size in pixels, 200 to 5000 a side.
     #[must_use]
-    pub fn size(mut self, width: u32, height: u32) -> Self {
+    pub(crate) fn size(mut self, width: u32, height: u32) -> Self {
         (self.width, self.height) = (width, height);
         self
     }
 
     /// Adds a row of panels of equal width; all rows are equally high.
     #[must_use]
-    pub fn row(mut self, panels: impl IntoIterator<Item = Panel>) -> Self {
+    pub(crate) fn row(mut self, panels: impl IntoIterator<Item = Panel>) -> Self {
         self.rows.push(panels.into_iter().collect());
         self
     }
@@ -111,7 +111,7 @@ impl Page {
     ///
     /// # Errors
     /// [`crate::ErrorKind::Value`] if a chart has no finite data, or a value that cannot be shown; it names the chart.
-    pub fn draw(&self) -> Result<Picture> {
+    pub(crate) fn draw(&self) -> Result<Picture> {
         for side in [self.width, self.height] {
             if !SIDES.contains(&side) {
                 let found = format!("{side} pixels are not between {} and {}", SIDES.start(), SIDES.end());

@@ -2,16 +2,16 @@
 
 /// An sRGB colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Color(pub u8, pub u8, pub u8);
+pub(crate) struct Color(pub u8, pub u8, pub u8);
 
 /// Text and the first line.
 pub(crate) const BLACK: Color = Color(0x1A, 0x1A, 0x1A);
 /// Measured values.
-pub const BLUE: Color = Color(0x00, 0x72, 0xB2);
+pub(crate) const BLUE: Color = Color(0x00, 0x72, 0xB2);
 /// Fitted values.
-pub const VERMILION: Color = Color(0xD5, 0x5E, 0x00);
+pub(crate) const VERMILION: Color = Color(0xD5, 0x5E, 0x00);
 /// A third series.
-pub const GREEN: Color = Color(0x00, 0x9E, 0x73);
+pub(crate) const GREEN: Color = Color(0x00, 0x9E, 0x73);
 /// A fourth series.
 pub(crate) const PURPLE: Color = Color(0xCC, 0x79, 0xA7);
 /// A fifth series.
@@ -19,7 +19,7 @@ pub(crate) const ORANGE: Color = Color(0xE6, 0x9F, 0x00);
 /// Raw samples under their means.
 pub(crate) const SKY: Color = Color(0x56, 0xB4, 0xE9);
 /// Bounds and bands.
-pub const GREY: Color = Color(0x80, 0x80, 0x80);
+pub(crate) const GREY: Color = Color(0x80, 0x80, 0x80);
 /// The simulator as it was, and with the effects that were found.
 pub(in crate::report) const BEFORE: Color = GREY;
 pub(in crate::report) const AFTER: Color = VERMILION;
@@ -58,14 +58,14 @@ impl Color {
 
     /// An unbroken stroke, `width` in pixels.
     #[must_use]
-    pub fn stroke(self, width: f64) -> Stroke {
+    pub(crate) fn stroke(self, width: f64) -> Stroke {
         Stroke { color: self, width, dash: None }
     }
 }
 
 /// How a line is drawn. Lengths are pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stroke {
+pub(crate) struct Stroke {
     /// Colour.
     pub color: Color,
     /// Width.
@@ -77,7 +77,7 @@ pub struct Stroke {
 impl Stroke {
     /// The same stroke, dashed.
     #[must_use]
-    pub fn dashed(self) -> Self {
+    pub(crate) fn dashed(self) -> Self {
         Self { dash: Some([9.0, 6.0]), ..self }
     }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// File formats of pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Format {
+pub(crate) enum Format {
     /// Scalable, its text can be searched.
     Svg,
     /// Pixels.
@@ -20,7 +20,7 @@ impl Format {
     ///
     /// # Errors
     /// [`ErrorKind::Usage`] if it is neither `.svg` nor `.png`.
-    pub fn of(path: impl AsRef<Path>) -> Result<Self> {
+    pub(crate) fn of(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match ending.as_deref() {

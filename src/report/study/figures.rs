@@ -32,7 +32,7 @@ impl StudyReport {
     /// Names of the figures that [`Self::figures`] draws, in its order: known before a run is made, so that files can
     /// be claimed. Those of the sweeps are there where the study has `sweeps`.
     #[must_use]
-    pub fn figure_names(sweeps: bool) -> Vec<&'static str> {
+    pub(crate) fn figure_names(sweeps: bool) -> Vec<&'static str> {
         let all = [
             "figure_2_autocorrelation",
             "figure_3_rms_x",
@@ -53,7 +53,7 @@ impl StudyReport {
     ///
     /// # Errors
     /// [`crate::ErrorKind::Value`] if an error of a filter is not finite; it names the figure's series.
-    pub fn figures(&self) -> Result<Vec<(&'static str, Picture)>> {
+    pub(crate) fn figures(&self) -> Result<Vec<(&'static str, Picture)>> {
         let mut pictures = vec![
             self.autocorrelation()?,
             self.rms("Figure 3: RMS error of x", &[0], &MAIN)?,

@@ -10,7 +10,7 @@ use std::fmt::Write;
 impl StudyReport {
     /// The page, in Markdown; it shows the figures by the names of their files.
     #[must_use]
-    pub fn page(&self) -> String {
+    pub(crate) fn page(&self) -> String {
         // writing to a String cannot fail
         let mut out = String::new();
         let _ = writeln!(out, "# Filters with and without slip\n\n<!-- {} -->\n", mark::text());

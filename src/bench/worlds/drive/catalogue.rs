@@ -8,7 +8,7 @@ use crate::bench::worlds::catalogue::draw as draw_at_rest;
 use crate::math::random::Stream;
 
 /// Effects of a driving robot that have a name in the contract.
-pub const LISTED: [&str; 24] = [
+pub(crate) const LISTED: [&str; 24] = [
     "wheel.slip",
     "wheel.radius_mismatch",
     "wheel.radius_scale",
@@ -35,11 +35,8 @@ pub const LISTED: [&str; 24] = [
     "ground.slope",
 ];
 
-/// Effects of a driving robot that have a name in the contract and no generator here, each with the reason.
-pub const LEFT_OUT: &[(&str, &str)] = &[];
-
 /// Effects that are in no list.
-pub const UNLISTED: [&str; 20] = [
+pub(crate) const UNLISTED: [&str; 20] = [
     "x.gyro_g_sensitivity",
     "x.gyro_heading_error",
     "x.gyro_noise_with_speed",

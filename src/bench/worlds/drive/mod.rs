@@ -20,7 +20,7 @@ mod unlisted;
 mod world;
 
 pub(super) use case::make;
-pub use catalogue::{LEFT_OUT, LISTED, UNLISTED};
+pub(crate) use catalogue::{LISTED, UNLISTED};
 
 #[cfg(test)]
 mod tests;

@@ -2,8 +2,10 @@
 
 use super::bias::Telegraph;
 use super::case;
-use super::catalogue::{COMMON, draw};
+use super::catalogue::{COMMON, LISTED, UNLISTED, draw};
 use super::effect::Effect;
+use super::files::Files;
+use super::label::Strength;
 use super::run::{Run, Unit};
 use super::*;
 use crate::math::random::Stream;

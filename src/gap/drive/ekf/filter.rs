@@ -81,7 +81,7 @@ pub(crate) struct Corrected {
 }
 
 /// State and covariance.
-pub struct Filter<'a> {
+pub(crate) struct Filter<'a> {
     /// x, y, θ, v, ω
     pub state: Vector,
     covariance: Matrix,

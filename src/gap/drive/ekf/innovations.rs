@@ -21,7 +21,7 @@ use std::ops::Range;
 
 /// One innovation.
 #[derive(Debug, Clone, Copy)]
-pub struct Innovation<'a> {
+pub(crate) struct Innovation<'a> {
     /// Row of the log.
     pub row: usize,
     /// Channel.
@@ -36,7 +36,7 @@ pub struct Innovation<'a> {
 
 /// Sums of a pass: [A b; b' yy] of the whitened innovations, and ln p at β.
 #[derive(Debug, Clone)]
-pub struct Summed {
+pub(crate) struct Summed {
     /// Gram matrix of the slopes, the innovations in the last row and column.
     pub gram: Mat<f64>,
     /// Σ ln(2πS), over innovations.
@@ -46,7 +46,7 @@ pub struct Summed {
 impl Summed {
     /// ln p of the drive at β.
     #[must_use]
-    pub fn ln_likelihood(&self) -> f64 {
+    pub(crate) fn ln_likelihood(&self) -> f64 {
         let last = self.gram.ncols() - 1;
         -0.5 * (self.ln_volume + self.gram[(last, last)])
     }
@@ -56,7 +56,7 @@ impl Summed {
 const BLOCK: usize = 192;
 
 /// Runs the filter over `record`; every column is one coefficient for all its drives.
-pub fn run(
+pub(crate) fn run(
     record: &Record,
     models: &Models,
     noise: &Noise,
@@ -68,7 +68,7 @@ pub fn run(
 }
 
 /// Runs the filter over `record`, anew in each drive; slopes are zero in drives where a column does nothing.
-pub fn run_scoped(
+pub(crate) fn run_scoped(
     record: &Record,
     models: &Models,
     noise: &Noise,

@@ -5,7 +5,7 @@ use crate::gap::drive::record::Record;
 use crate::model::drive::DriveModel;
 
 /// Models of one pass: at β, and moved by a step in each coordinate.
-pub struct Models {
+pub(crate) struct Models {
     /// Model at β.
     pub here: DriveModel,
     /// Moved models, by change and coordinate.
@@ -13,7 +13,7 @@ pub struct Models {
 }
 
 /// The model moved from β by a step in one coordinate.
-pub struct Beside {
+pub(crate) struct Beside {
     /// Moved model.
     pub model: DriveModel,
     /// Size of the step, in the coordinate's unit.

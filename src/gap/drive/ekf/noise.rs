@@ -15,7 +15,7 @@ pub(crate) const LASTING_S: f64 = crate::model::drive::FORCE_LASTING_S;
 
 /// Quantity that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Channel {
+pub(crate) enum Channel {
     /// Speed of the left wheel, rad/s
     WheelLeft,
     /// Speed of the right wheel, rad/s
@@ -38,7 +38,7 @@ impl Channel {
 /// Motion beyond the model: without torques, accelerations last and speeds diffuse; torque noise may change within a
 /// step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Process {
+pub(crate) struct Process {
     /// Diffusion of v (m²/s³) and ω (rad²/s³), the mean over time
     pub diffusion: [f64; 2],
     /// Diffusion in rows with little and with much change of motion, relative to that mean
@@ -59,7 +59,7 @@ impl Default for Process {
 
 /// Variances that the filter assumes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Noise {
+pub(crate) struct Noise {
     /// Torque noise of each wheel, squared: N²·m²·s
     pub torque: f64,
     /// Motion beyond the model
@@ -104,7 +104,7 @@ impl Noise {
 
     /// As stated in the configuration; quantization of the wheels adds a twelfth of its step squared.
     #[must_use]
-    pub fn believed(record: &Record, wheel_lsb_rad_s: Option<f64>) -> Self {
+    pub(crate) fn believed(record: &Record, wheel_lsb_rad_s: Option<f64>) -> Self {
         Self::of(&record.belief, record.torques_n_m.is_some(), wheel_lsb_rad_s)
     }
 
@@ -127,7 +127,7 @@ impl Record {
     /// With the noise of wheels and gyro of `noise` if no torques were logged: motion and noise are then estimated
     /// together.
     #[must_use]
-    pub fn as_loud_as(mut self, noise: &Noise) -> Self {
+    pub(crate) fn as_loud_as(mut self, noise: &Noise) -> Self {
         if self.torques_n_m.is_none() {
             let [wheel, _, gyro, ..] = noise.reading.map(f64::sqrt);
             (self.belief.wheel_std_rad_s, self.belief.gyro_std_rad_s) = (wheel, gyro);

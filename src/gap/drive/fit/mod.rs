@@ -5,7 +5,7 @@
 
 pub(crate) mod begin;
 
-pub mod evidence;
+pub(crate) mod evidence;
 pub(crate) mod form;
 pub(crate) mod leave_out;
 pub(crate) mod search;
@@ -70,7 +70,7 @@ pub(crate) fn models_at(record: &Record, candidates: &Candidates, theta: &Theta)
 
 /// The model at θ and, if `slopes`, the models moved by a step in each coordinate that has a column.
 #[must_use]
-pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &Theta, slopes: bool) -> Models {
+pub(crate) fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &Theta, slopes: bool) -> Models {
     let at_work =
         |theta: &Theta| -> Vec<usize> { (0..changes.len()).filter(|i| theta[*i].iter().any(|v| *v != 0.0)).collect() };
     let build = |theta: &Theta| {
@@ -109,13 +109,13 @@ pub fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &The
 impl Candidates {
     /// The model changes alone.
     #[must_use]
-    pub fn change_list(&self) -> Vec<&'static dyn ModelChange> {
+    pub(crate) fn change_list(&self) -> Vec<&'static dyn ModelChange> {
         self.changes.iter().map(|c| c.1).collect()
     }
 
     /// θ at zero.
     #[must_use]
-    pub fn zero(&self) -> Theta {
+    pub(crate) fn zero(&self) -> Theta {
         self.changes.iter().map(|c| vec![0.0; c.1.coordinates().len() + c.1.departures().len()]).collect()
     }
 

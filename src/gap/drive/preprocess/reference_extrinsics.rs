@@ -24,7 +24,7 @@ const SETTLED: f64 = 0.2;
 
 /// Offsets of the tracked point and of its heading, and delay of the readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mounting {
+pub(crate) struct Mounting {
     /// Ahead and to the left of the middle of the axle, m; heading, to the left, rad; delay, s.
     pub offset: [f64; 4],
     /// Standard deviations of the same; zero for offsets that are stated.
@@ -36,7 +36,7 @@ pub struct Mounting {
 impl Mounting {
     /// `record` as it would read if the middle of the axle had been tracked, without delay.
     #[must_use]
-    pub fn taken_out(&self, record: &Record) -> Record {
+    pub(crate) fn taken_out(&self, record: &Record) -> Record {
         record.by_drive(|_, drive| self.taken_out_of(drive))
     }
 
@@ -68,7 +68,7 @@ impl Mounting {
 
     /// Note on the mounting.
     #[must_use]
-    pub fn said(&self) -> String {
+    pub(crate) fn said(&self) -> String {
         let value = |i: usize, unit: f64| format!("{:.2} ± {:.2}", unit * self.offset[i], unit * self.std[i]);
         let parts = [
             (0, 1e3, "mm ahead of the axle's middle"),

@@ -59,7 +59,7 @@ impl WheelOffset {
 /// Where wheels and gyro share their rows, they are moved by whole rows: the diffusion of the speeds depends on the
 /// rows.
 #[must_use]
-pub fn put_back(record: &Record, delay_s: f64) -> Record {
+pub(crate) fn put_back(record: &Record, delay_s: f64) -> Record {
     if record.wheels_share_rows() {
         return record.earlier(Instrument::Wheels, (delay_s / record.step_s).round() as usize);
     }

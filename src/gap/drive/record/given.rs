@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 /// Effects that the nominal simulator holds.
 #[derive(Clone, Default)]
-pub struct Given {
+pub(crate) struct Given {
     /// Changes of the equations, with their coordinates.
     changes: Arc<[(&'static dyn ModelChange, Vec<f64>)]>,
     /// Quantization step of the wheels, rad/s.

@@ -17,7 +17,7 @@ use crate::model::drive::{DriveEffect, DriveModel, Robot};
 pub(super) const FEWEST_ROWS: usize = 512;
 /// A prepared drive, or several of one robot.
 #[derive(Debug, Clone)]
-pub struct Record {
+pub(crate) struct Record {
     /// Times of the rows, s, ascending within a drive; each drive has its own clock.
     pub times_s: Vec<f64>,
     /// Times of the rows since power-on, s.
@@ -50,7 +50,7 @@ pub struct Record {
 
 /// Nominal parameters and noise that the configuration states for a drive.
 #[derive(Debug, Clone, Copy)]
-pub struct Belief {
+pub(crate) struct Belief {
     /// The robot.
     pub robot: Robot,
     /// Steering, where it is stated.
@@ -88,14 +88,8 @@ impl Record {
 
     /// Number of rows.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.times_s.len()
-    }
-
-    /// Whether there are no rows.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.times_s.is_empty()
     }
 
     /// Length of all drives together, s.

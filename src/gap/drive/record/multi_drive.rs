@@ -21,7 +21,7 @@ impl Record {
     /// As [`Record::new`] of each; [`ErrorKind::Column`] where one has torques, a gyro or a pose and another has not;
     /// [`ErrorKind::Time`] where wheels or gyro are read at rates that differ by more than a quarter;
     /// [`ErrorKind::TooShort`] without any drive.
-    pub fn of_drives(config: &Config, drives: &[Drive<'_>]) -> Result<Self> {
+    pub(crate) fn of_drives(config: &Config, drives: &[Drive<'_>]) -> Result<Self> {
         let parts = drives.iter().map(|d| Self::new(config, d.log, d.since_power_on_s)).collect::<Result<Vec<_>>>()?;
         let Some((first, others)) = parts.split_first() else {
             return Err(Error::new(ErrorKind::TooShort, "recordings", "no drive").hint("give at least one recording"));
@@ -42,7 +42,7 @@ impl Record {
     }
 
     /// Row range of each drive.
-    pub fn drives(&self) -> impl ExactSizeIterator<Item = Range<usize>> + '_ {
+    pub(crate) fn drives(&self) -> impl ExactSizeIterator<Item = Range<usize>> + '_ {
         let end = |d: usize| self.starts.get(d + 1).copied().unwrap_or(self.len());
         self.starts.iter().enumerate().map(move |(d, start)| *start..end(d))
     }

@@ -28,7 +28,7 @@ impl Record {
     /// # Errors
     /// [`ErrorKind::Config`] if the configuration is not of a drive, or lacks a table; [`ErrorKind::Column`] without
     /// wheel speeds; [`ErrorKind::TooShort`] below 512 rows; [`ErrorKind::Time`] if time does not run forward.
-    pub fn new(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Self> {
+    pub(crate) fn new(config: &Config, log: &Log, since_power_on_s: f64) -> Result<Self> {
         if config.kind != Kind::Driving {
             return Err(Error::new(ErrorKind::Config, "configuration", "kind is \"stationary\"")
                 .at("`kind`")

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 /// One equation of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Equation {
+pub(crate) enum Equation {
     /// dv/dt, m/s²
     Force,
     /// dω/dt, rad/s²
@@ -102,7 +102,7 @@ impl Equation {
 
 /// Quantity that a free form is a function of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Follows {
+pub(crate) enum Follows {
     /// Forward speed
     Speed,
     /// Yaw rate
@@ -357,7 +357,7 @@ pub(crate) fn nuisances(record: &Record) -> Vec<(Scoped, f64)> {
 
 /// A column: the derivatives by one coefficient.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Column {
+pub(crate) enum Column {
     /// Coordinate `.1` of the model change in place `.0`
     Coordinate(usize, usize),
     /// That coordinate times function `.2` of the table: the coordinate is not constant
@@ -386,7 +386,7 @@ pub enum Column {
 
 /// A column, and the drives in which its coefficient holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scoped {
+pub(crate) struct Scoped {
     /// The column.
     pub column: Column,
     /// Index of the only drive in which it acts; none: in all drives.
@@ -425,7 +425,7 @@ impl Column {
 impl Scoped {
     /// Whether it does anything in a drive.
     #[must_use]
-    pub fn acts_in(&self, drive: usize) -> bool {
+    pub(crate) fn acts_in(&self, drive: usize) -> bool {
         self.drive.is_none_or(|d| d == drive)
     }
 }

@@ -29,7 +29,7 @@ pub(crate) const VARYING: &str = "free.varying.";
 
 /// Kind of a group.
 #[derive(Clone, Copy)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// Change of the model, by its index.
     Change(usize),
     /// Jump of the bias in this drive (index), at this time, s since it began.
@@ -44,7 +44,7 @@ pub enum Kind {
 
 /// All candidates in one drive.
 #[derive(Clone)]
-pub struct Candidates {
+pub(crate) struct Candidates {
     /// Model changes, with their effects.
     pub changes: Vec<(&'static dyn Driving, &'static dyn ModelChange)>,
     /// Coordinates of each change, with plausible sizes for this robot.
@@ -100,7 +100,7 @@ impl Candidates {
     /// Those of `effects` that this drive can show, and, if `free`, the free forms. `near_s`: proposed time of a jump
     /// of the bias in each drive, s since that drive began.
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         record: &Record,
         effects: &[&'static dyn Driving],
         prior: &Prior,

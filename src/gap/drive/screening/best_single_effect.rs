@@ -21,7 +21,7 @@ const FITTED: usize = 6;
 
 /// The effect that explains most alone.
 #[derive(Debug, Clone)]
-pub struct BestSingleEffect {
+pub(crate) struct BestSingleEffect {
     /// The effect, with the parameters of its fit alone.
     pub part: Part,
     /// Gain in ln p over no effect, nats.

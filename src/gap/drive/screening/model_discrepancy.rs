@@ -42,7 +42,7 @@ const PER_FUNCTION: f64 = 3.0;
 
 /// Estimated correction of `equation` of the nominal model; none where no reading determines it.
 #[must_use]
-pub fn of(record: &Record, noise: &Noise, equation: Equation) -> Option<Correction> {
+pub(crate) fn of(record: &Record, noise: &Noise, equation: Equation) -> Option<Correction> {
     let knots = knots(record);
     let about_mean = has_own_level(record, equation);
     let smoother = Smoother::new(record, noise, equation, &knots, about_mean)?;

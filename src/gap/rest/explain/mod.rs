@@ -8,7 +8,7 @@ mod chain;
 mod interval;
 mod rare;
 
-pub use interval::Estimate;
+pub(crate) use interval::Estimate;
 
 use super::model_selection::candidates;
 use super::nongaussian::quantization;

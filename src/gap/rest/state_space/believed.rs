@@ -6,7 +6,7 @@ use std::ops::Range;
 /// Predictive model of one recording at rest, before its samples are seen. All rates in rad/s; one entry a row where a
 /// vector has rows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StateSpaceModel {
+pub(crate) struct StateSpaceModel {
     /// Number of rows.
     pub rows: usize,
     /// Sample time, s.
@@ -38,7 +38,7 @@ pub struct StateSpaceModel {
 
 /// β ~ N(mean, std²), constant over the recording.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Coefficient {
+pub(crate) struct Coefficient {
     /// One value a row, rad/s per unit of β.
     pub column: Vec<f64>,
     /// Prior mean.
@@ -49,7 +49,7 @@ pub struct Coefficient {
 
 /// s\[k+1\] = decay s\[k\] + N(0, variance), s\[0\] ~ N(0, initial_variance).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Markov {
+pub(crate) struct Markov {
     /// φ, -1 < φ <= 1: 1 is a random walk.
     pub decay: f64,
     /// q, added in each row, rad²/s².
@@ -61,7 +61,7 @@ pub struct Markov {
 impl Markov {
     /// A random walk that begins at zero, since the turn-on bias holds its offset. `rate_random_walk` is in rad/s/√s.
     #[must_use]
-    pub fn random_walk(rate_random_walk_rad_s_sqrt_s: f64, step_s: f64) -> Self {
+    pub(crate) fn random_walk(rate_random_walk_rad_s_sqrt_s: f64, step_s: f64) -> Self {
         Self { decay: 1.0, variance: rate_random_walk_rad_s_sqrt_s.powi(2) * step_s, initial_variance: 0.0 }
     }
 
@@ -77,7 +77,7 @@ impl Markov {
 
 /// z\[k+1\] = decay exp(i angle) z\[k\] + noise, the real part is read; stationary from the first row.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Oscillator {
+pub(crate) struct Oscillator {
     /// 0 <= decay < 1.
     pub decay: f64,
     /// Angle from row to row, rad.
@@ -110,7 +110,7 @@ impl Oscillator {
 ///
 /// Only the white noise passes it: all else in the model must be slow against the cut-off.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LowPass {
+pub(crate) struct LowPass {
     /// a_1 … a_p, roots inside the unit circle.
     pub ar: Vec<f64>,
     /// b_0 … b_q; b_0 is not zero. A gain of one at zero frequency means Σ b = 1 - Σ a.
@@ -119,7 +119,7 @@ pub struct LowPass {
 
 /// With `probability` a sample has N(0, std²) added, after the filter and before quantization.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outliers {
+pub(crate) struct Outliers {
     /// Probability per sample.
     pub probability: f64,
     /// Standard deviation of the added value, rad/s.
@@ -128,7 +128,7 @@ pub struct Outliers {
 
 /// A bias that jumps between two levels as a Markov chain, stationary from the first row.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Telegraph {
+pub(crate) struct Telegraph {
     /// The two levels, rad/s. Their time average should be zero, so that the turn-on bias keeps its meaning.
     pub levels_rad_s: [f64; 2],
     /// Mean dwell time in each, s; at least one sample time.
@@ -156,7 +156,7 @@ impl Telegraph {
 
 /// The bias is larger by `size_rad_s` from one row on. That row is uniform over `at`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Step {
+pub(crate) struct Step {
     /// Size, rad/s.
     pub size_rad_s: f64,
     /// Rows at which it may happen.
@@ -203,7 +203,7 @@ const FINITE: [f64; 2] = [f64::MIN, f64::MAX];
 impl StateSpaceModel {
     /// White noise about zero and nothing else: `rows` rows every `step_s`.
     #[must_use]
-    pub fn white(rows: usize, step_s: f64, white_std_rad_s: f64) -> Self {
+    pub(crate) fn white(rows: usize, step_s: f64, white_std_rad_s: f64) -> Self {
         Self {
             rows,
             step_s,

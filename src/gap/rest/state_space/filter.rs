@@ -21,7 +21,7 @@ const NO_SHARE: f64 = 1e-14;
 
 /// Output of the filter for a recording, one entry a row.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run {
+pub(crate) struct Run {
     /// Log density of the reading given those before it; 0 where it is missing.
     pub log_density: Vec<f64>,
     /// Mean of the reading given those before it, rad/s.
@@ -36,7 +36,7 @@ pub struct Run {
 
 /// Integral of the rate over a horizon as predicted at its start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Forecast {
+pub(crate) struct Forecast {
     /// First row of the horizon: the readings before it are known.
     pub row: usize,
     /// Predicted increment of the heading, rad.
@@ -46,7 +46,7 @@ pub struct Forecast {
 impl Run {
     /// Log likelihood of the recording.
     #[must_use]
-    pub fn total(&self) -> f64 {
+    pub(crate) fn total(&self) -> f64 {
         self.log_density.iter().sum()
     }
 }
@@ -57,7 +57,7 @@ impl StateSpaceModel {
     /// # Errors
     /// As `StateSpaceModel::check`; [`ErrorKind::Value`] if there are not as many readings as rows;
     /// [`ErrorKind::Numeric`] if the covariance breaks down.
-    pub fn score(&self, reading_rad_s: &[f64]) -> Result<Run> {
+    pub(crate) fn score(&self, reading_rad_s: &[f64]) -> Result<Run> {
         self.run(reading_rad_s, &[])
     }
 

@@ -46,8 +46,8 @@ mod spectra;
 #[cfg(test)]
 mod tests;
 
-pub use believed::{Coefficient, LowPass, Markov, Oscillator, Outliers, StateSpaceModel, Step, Telegraph};
+pub(crate) use believed::{Coefficient, LowPass, Markov, Oscillator, Outliers, StateSpaceModel, Step, Telegraph};
 pub(crate) use filter::blocked_log_score;
-pub use filter::{Forecast, Run};
+pub(crate) use filter::{Forecast, Run};
 pub(crate) use forecast::Horizon;
 pub(crate) use spectra::flicker;

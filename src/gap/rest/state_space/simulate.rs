@@ -9,7 +9,7 @@ impl StateSpaceModel {
     ///
     /// # Errors
     /// As `StateSpaceModel::check`.
-    pub fn simulate(&self, seed: u64, stream: u64) -> Result<Vec<f64>> {
+    pub(crate) fn simulate(&self, seed: u64, stream: u64) -> Result<Vec<f64>> {
         self.check()?;
         let mut draw = Stream::new(seed, stream);
         let mut y: Vec<f64> = (0..self.rows).map(|k| self.fixed_at(k)).collect();

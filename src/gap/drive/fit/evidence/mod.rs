@@ -10,7 +10,7 @@ use faer::{Mat, Side};
 
 /// Order in which the shares of groups that explain the same are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Rank {
+pub(crate) enum Rank {
     /// An effect with a law
     Law,
     /// A free form: a function of something that was measured, or a coefficient that varies
@@ -27,7 +27,7 @@ impl Rank {
 
 /// Columns that enter a set together.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Group {
+pub(crate) struct Group {
     /// Identifier of the effect, or of a free form.
     pub id: String,
     /// Index of the drive in which it acts, for effects that are drawn anew in each run; else zero. A set holds one of
@@ -51,7 +51,7 @@ pub struct Group {
 
 /// A column of every set.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Nuisance {
+pub(crate) struct Nuisance {
     /// The column.
     pub column: usize,
     /// Prior standard deviation of its coefficient.

@@ -1,25 +1,25 @@
 //! Every effect of drives: what the simulator puts in, the diagnosis finds again.
 //!
-//! `cargo test --test drive battery -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
+//! `cargo test --lib gap::drive::tests battery -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
 //! coverage of the intervals and the false alarms.
 
-use crate::cases::cases;
-use gyroid::config::{Config, EffectTable};
-use gyroid::effects::drive::{Driving, by_id, registry};
-use gyroid::effects::{Library, Parameters};
-use gyroid::gap::drive::model_selection::judge;
-use gyroid::gap::drive::options::Options;
-use gyroid::gap::drive::record::Record;
-use gyroid::gap::selection::findings::Findings;
-use gyroid::gap::selection::sets::{Main, Part};
-use gyroid::math::random::Stream;
-use gyroid::signal::Log;
-use gyroid::simulate::{self, Course, drive_with};
+use super::cases::cases;
+use crate::config::{Config, EffectTable};
+use crate::effects::drive::{Driving, by_id, registry};
+use crate::effects::{Library, Parameters};
+use crate::gap::drive::model_selection::judge;
+use crate::gap::drive::options::Options;
+use crate::gap::drive::record::Record;
+use crate::gap::selection::findings::Findings;
+use crate::gap::selection::sets::{Main, Part};
+use crate::math::random::Stream;
+use crate::signal::Log;
+use crate::simulate::{self, Course, drive_with};
 use statrs::distribution::{Binomial, DiscreteCDF};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-const ROBOT: &str = include_str!("../common/robot.toml");
+const ROBOT: &str = include_str!("../../../../tests/common/robot.toml");
 /// Length of a drive: 6000 rows.
 const SPAN_S: f64 = 60.0;
 /// Probability that an honest diagnosis fails a count.

@@ -1,13 +1,14 @@
 //! Effects whose law is not the textbook's, and what only resembles an effect: drives of the generator that shares no code
 //! with the library.
 
-use gyroid::bench::worlds::{Spec, Strength, make};
-use gyroid::config::Kind;
-use gyroid::effects::drive::registry;
-use gyroid::gap::drive::model_selection::judge;
-use gyroid::gap::drive::options::Options;
-use gyroid::gap::drive::record::Record;
-use gyroid::gap::selection::sets::Main;
+use crate::bench::worlds::label::Strength;
+use crate::bench::worlds::{Spec, make};
+use crate::config::Kind;
+use crate::effects::drive::registry;
+use crate::gap::drive::model_selection::judge;
+use crate::gap::drive::options::Options;
+use crate::gap::drive::record::Record;
+use crate::gap::selection::sets::Main;
 
 /// What is said of a strong `id`, drive by drive.
 fn said(id: &'static str, drives: std::ops::Range<usize>) -> Vec<Main> {
@@ -79,7 +80,7 @@ fn where_none_explains_most_the_nearest_effect_is_told() {
     let record = Record::new(&case.config, &case.fit, 0.0).unwrap();
     let (closest, share) = judge(&record, registry(), &Options::default()).closest.unwrap();
     // a load that falls off is a force's or a motor's affair, and nothing of it is told by the gyro
-    let channel = gyroid::effects::drive::by_id(&closest.part.id).unwrap().about().channel;
+    let channel = crate::effects::drive::by_id(&closest.part.id).unwrap().about().channel;
     assert_eq!(channel, "torque", "{}", closest.part.id);
     assert!(closest.gain > 0.0 && (0.0..1.0).contains(&share), "{share}");
     let scale = Spec { effects: vec![("gyro.scale_factor", Strength::Strong)], messy: false };

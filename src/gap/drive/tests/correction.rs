@@ -1,16 +1,16 @@
 //! The correction that an equation of a drive needs, as a smoothed signal: false alarms, recovery, what it goes with.
 
-use gyroid::config::Config;
-use gyroid::gap::answer::Correction;
-use gyroid::gap::drive::ekf::noise::Noise;
-use gyroid::gap::drive::record::Record;
-use gyroid::gap::drive::regressors::basis::Equation;
-use gyroid::gap::drive::screening::model_discrepancy;
-use gyroid::math::random::Stream;
-use gyroid::simulate::{self, Course, drive};
+use crate::config::Config;
+use crate::gap::answer::Correction;
+use crate::gap::drive::ekf::noise::Noise;
+use crate::gap::drive::record::Record;
+use crate::gap::drive::regressors::basis::Equation;
+use crate::gap::drive::screening::model_discrepancy;
+use crate::math::random::Stream;
+use crate::simulate::{self, Course, drive};
 use rayon::prelude::*;
 
-const ROBOT: &str = include_str!("../common/robot.toml");
+const ROBOT: &str = include_str!("../../../../tests/common/robot.toml");
 const EQUATIONS: [Equation; 11] = [
     Equation::Force,
     Equation::Moment,
@@ -139,7 +139,7 @@ fn what_a_correction_goes_with_is_named() {
 
 #[test]
 fn several_drives_have_a_course_each() {
-    use gyroid::gap::Drive;
+    use crate::gap::Drive;
     let config = Config::parse(ROBOT, "robot.toml").unwrap();
     let logs = [1, 2].map(|seed| drive(&config, Course::Brisk, 40.0, &simulate::Options::from(seed)).unwrap().log);
     let drives = logs.each_ref().map(|log| Drive { log, since_power_on_s: 0.0 });

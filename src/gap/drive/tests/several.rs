@@ -1,23 +1,23 @@
 //! Several drives of one robot fitted together: their evidence adds up, what is drawn anew in each is its own, and nothing goes
 //! on from one to the next.
 
+use crate::config::{Config, EffectTable};
+use crate::effects::Library;
+use crate::effects::drive::registry;
+use crate::gap::drive::ekf::innovations::{Summed, run_scoped};
+use crate::gap::drive::ekf::noise::Noise;
+use crate::gap::drive::fit::models;
+use crate::gap::drive::model_selection::{Judged, judge, mounting};
+use crate::gap::drive::options::Options as JudgeOptions;
+use crate::gap::drive::preprocess::wheel_offset::put_back;
+use crate::gap::drive::record::Record;
+use crate::gap::drive::regressors::basis::{Column, Scoped};
+use crate::gap::drive::regressors::candidates::Candidates;
+use crate::gap::selection::sets::Main;
+use crate::gap::{Answer, Drive};
+use crate::signal::{Log, TimeAxis, names};
+use crate::simulate::{Course, Options, drive_with};
 use assert_cmd::Command;
-use gyroid::config::{Config, EffectTable};
-use gyroid::effects::Library;
-use gyroid::effects::drive::registry;
-use gyroid::gap::drive::ekf::innovations::{Summed, run_scoped};
-use gyroid::gap::drive::ekf::noise::Noise;
-use gyroid::gap::drive::fit::models;
-use gyroid::gap::drive::model_selection::{Judged, judge, mounting};
-use gyroid::gap::drive::options::Options as JudgeOptions;
-use gyroid::gap::drive::preprocess::wheel_offset::put_back;
-use gyroid::gap::drive::record::Record;
-use gyroid::gap::drive::regressors::basis::{Column, Scoped};
-use gyroid::gap::drive::regressors::candidates::Candidates;
-use gyroid::gap::selection::sets::Main;
-use gyroid::gap::{Answer, Drive};
-use gyroid::signal::{Log, TimeAxis, names};
-use gyroid::simulate::{Course, Options, drive_with};
 use std::path::Path;
 
 const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.02\n\

@@ -1,16 +1,16 @@
 //! What is known of parts decides between effects that a drive cannot tell apart: a gyro's gain is good to some percent, a track of a
 //! robot that skids is not. One wheel's radius is one coordinate, and noise has a level of its own.
 
-use gyroid::config::{Config, EffectTable};
-use gyroid::effects::drive::registry;
-use gyroid::effects::{Library, Parameters};
-use gyroid::gap::drive::model_selection::{Judged, judge};
-use gyroid::gap::drive::options::Options;
-use gyroid::gap::drive::record::Record;
-use gyroid::gap::selection::sets::{Main, Part};
-use gyroid::simulate::{self, Course, drive_with};
+use crate::config::{Config, EffectTable};
+use crate::effects::drive::registry;
+use crate::effects::{Library, Parameters};
+use crate::gap::drive::model_selection::{Judged, judge};
+use crate::gap::drive::options::Options;
+use crate::gap::drive::record::Record;
+use crate::gap::selection::sets::{Main, Part};
+use crate::simulate::{self, Course, drive_with};
 
-const ROBOT: &str = include_str!("../common/robot.toml");
+const ROBOT: &str = include_str!("../../../../tests/common/robot.toml");
 
 /// The robot, how it steers stated.
 fn robot(steering: &str) -> Config {
@@ -135,7 +135,7 @@ fn noise_beside_another_effect_has_its_own_name() {
 #[test]
 fn noise_that_follows_the_speed_is_no_level() {
     let found = judged("", &[], 10, |record| {
-        let mut draw = gyroid::math::random::Stream::new(10, 77);
+        let mut draw = crate::math::random::Stream::new(10, 77);
         let speeds: Vec<f64> = (0..record.len()).map(|k| record.wheels_rad_s[1][k].abs()).collect();
         let std = record.belief.gyro_std_rad_s;
         for (gyro, speed) in record.gyro_rad_s.iter_mut().flatten().zip(speeds) {
@@ -150,5 +150,5 @@ fn another_steering_is_refused_by_name() {
     let text = ROBOT.replace("wheel_radius_m", "steering = \"ackermann\"\nwheel_radius_m");
     let error = Config::parse(&text, "robot.toml").unwrap_err().to_string();
     assert!(error.contains("steering") && error.contains("skid") && error.contains("differential"), "{error}");
-    assert_eq!(robot("steering = \"skid\"\n").vehicle.unwrap().steering, Some(gyroid::config::Steering::Skid));
+    assert_eq!(robot("steering = \"skid\"\n").vehicle.unwrap().steering, Some(crate::config::Steering::Skid));
 }

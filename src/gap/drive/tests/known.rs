@@ -1,22 +1,22 @@
 //! Effects that are known to be at work in a drive: fitted together with their intervals, what they gain where they are known
 //! beside what an answer gains, and which of them a drive cannot tell apart.
 
+use crate::bench::worlds::Mix;
+use crate::bench::{OfOracle, Order, make, oracle};
+use crate::config::Kind;
+use crate::effects::Library;
+use crate::effects::drive::registry;
+use crate::gap::drive::model_selection::{Judged, judge};
+use crate::gap::drive::options::Options;
+use crate::gap::drive::record::Record;
+use crate::gap::known_gain;
+use crate::gap::rest::explain::Explanations;
+use crate::gap::selection::sets::Main;
+use crate::ingest::read_log;
 use assert_cmd::Command;
-use gyroid::bench::worlds::Mix;
-use gyroid::bench::{OfOracle, Order, make, oracle};
-use gyroid::config::Kind;
-use gyroid::effects::Library;
-use gyroid::effects::drive::registry;
-use gyroid::gap::drive::model_selection::{Judged, judge};
-use gyroid::gap::drive::options::Options;
-use gyroid::gap::drive::record::Record;
-use gyroid::gap::known_gain;
-use gyroid::gap::rest::explain::Explanations;
-use gyroid::gap::selection::sets::Main;
-use gyroid::ingest::read_log;
 use std::path::Path;
 
-const ROBOT: &str = include_str!("../common/robot.toml");
+const ROBOT: &str = include_str!("../../../../tests/common/robot.toml");
 
 /// Exit code, standard output, standard error.
 fn gyroid(dir: &Path, line: &str) -> (i32, String, String) {
@@ -95,7 +95,7 @@ fn what_cannot_be_fitted_is_refused_with_its_mend() {
 fn judged(effects: &str, seed: u64, cut: impl Fn(&mut Record)) -> Judged {
     let dir = tempfile::tempdir().unwrap();
     drive(dir.path(), effects, seed);
-    let config = gyroid::config::Config::read(dir.path().join("sim.toml")).unwrap();
+    let config = crate::config::Config::read(dir.path().join("sim.toml")).unwrap();
     let mut record = Record::new(&config, &read_log(dir.path().join("fit.parquet")).unwrap(), 0.0).unwrap();
     cut(&mut record);
     judge(&record, registry(), &Options::default())
@@ -137,7 +137,7 @@ fn answers_are_held_against_an_oracle_that_is_told_the_effects() {
     for (name, label) in &made.labels {
         let ids: Vec<&str> = label.effects.keys().map(String::as_str).collect();
         let log = |which: &str| read_log(folder.join(name).join(format!("{which}.parquet"))).unwrap();
-        let config = gyroid::config::Config::read(folder.join(name).join("sim.toml")).unwrap();
+        let config = crate::config::Config::read(folder.join(name).join("sim.toml")).unwrap();
         let mut after = 0.0;
         if label.effects.keys().any(|id| !id.starts_with("x.")) {
             // who gains half of what is to be gained

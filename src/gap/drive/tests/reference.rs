@@ -1,16 +1,16 @@
 //! References that are not where the robot is, and wheels that come late: what is a matter of the recording is taken out or
 //! told, and what is a matter of the robot is still found. Bounds are five standard deviations of the estimates.
 
-use gyroid::config::Config;
-use gyroid::effects::drive::registry;
-use gyroid::gap::drive::model_selection::{Judged, judge, mounting};
-use gyroid::gap::drive::options::Options as JudgeOptions;
-use gyroid::gap::drive::preprocess::reference_extrinsics::Mounting;
-use gyroid::gap::drive::preprocess::wheel_offset::put_back;
-use gyroid::gap::drive::record::Record;
-use gyroid::gap::selection::sets::Main;
-use gyroid::signal::{Log, names};
-use gyroid::simulate::{Course, Options, drive};
+use crate::config::Config;
+use crate::effects::drive::registry;
+use crate::gap::drive::model_selection::{Judged, judge, mounting};
+use crate::gap::drive::options::Options as JudgeOptions;
+use crate::gap::drive::preprocess::reference_extrinsics::Mounting;
+use crate::gap::drive::preprocess::wheel_offset::put_back;
+use crate::gap::drive::record::Record;
+use crate::gap::selection::sets::Main;
+use crate::signal::{Log, names};
+use crate::simulate::{Course, Options, drive};
 
 const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.02\n\
     [gyro]\nc1_rad_s = -2.4e-3\nc2_rad_s = 8e-3\ntime_constant_s = 240.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\

@@ -1,19 +1,19 @@
 //! Which effects of drives look like which: what each effect alone, fitted to the end, gains on a drive that another made.
 //!
-//! `cargo test --test drive resemblance:: -- --ignored --nocapture` prints the table. Lattices, lost ticks and steps of the
+//! `cargo test --lib gap::drive::tests::resemblance:: -- --ignored --nocapture` prints the table. Lattices, lost ticks and steps of the
 //! bias are no smooth changes of the equations: they make drives here, and are not fitted.
 
-use gyroid::config::{Config, EffectTable};
-use gyroid::effects::drive::{DriveExplanation, ModelChange, by_id, registry};
-use gyroid::effects::{Library, Parameters};
-use gyroid::gap::drive::ekf::innovations::{Summed, run};
-use gyroid::gap::drive::ekf::noise::Noise;
-use gyroid::gap::drive::fit::models;
-use gyroid::gap::drive::record::Record;
-use gyroid::gap::drive::regressors::basis::Column;
-use gyroid::simulate::{self, Course, drive_with};
+use crate::config::{Config, EffectTable};
+use crate::effects::drive::{DriveExplanation, ModelChange, by_id, registry};
+use crate::effects::{Library, Parameters};
+use crate::gap::drive::ekf::innovations::{Summed, run};
+use crate::gap::drive::ekf::noise::Noise;
+use crate::gap::drive::fit::models;
+use crate::gap::drive::record::Record;
+use crate::gap::drive::regressors::basis::Column;
+use crate::simulate::{self, Course, drive_with};
 
-const ROBOT: &str = include_str!("../common/robot.toml");
+const ROBOT: &str = include_str!("../../../../tests/common/robot.toml");
 /// C2, ln C1 and ln T of the run, with their standard deviations as the configuration states them.
 const NUISANCES: [(Column, f64); 3] = [(Column::TurnOn, 2e-4), (Column::WarmUpSize, 0.03), (Column::WarmUpTime, 0.03)];
 
