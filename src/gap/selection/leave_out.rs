@@ -37,3 +37,27 @@ pub(crate) fn tell(parts: &mut [Part], left_out: &[LeftOut]) {
         part.missed_nats = left_out.iter().rfind(|left| left.id == part.id).map(|left| left.missed_nats);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interchangeable_members_share_what_they_gain_and_what_is_known_stays() {
+        // a and b gain the same 6 nats, c another 2; without a number nothing is shared
+        let score = |keep: &dyn Fn(char) -> bool| {
+            let ab: f64 = if keep('a') || keep('b') { 6.0 } else { 0.0 };
+            ab + if keep('c') { 2.0 } else { 0.0 }
+        };
+        assert_eq!(shares(&['a', 'b', 'c'], score), [3.0, 3.0, 2.0]);
+        assert_eq!(shares(&['a'], |keep| if keep('a') { 5.0 } else { 1.0 }), [4.0]);
+        assert_eq!(shares(&['a'], |keep| if keep('a') { 5.0 } else { f64::NEG_INFINITY }), [0.0]);
+        let known = Part { missed_nats: Some(1.0), ..Part::new("known", true, 0.0) };
+        let mut parts = [known, Part::new("left", true, 0.0), Part::new("other", true, 0.0)];
+        tell(
+            &mut parts,
+            &[("known", 9.0), ("left", 7.0), ("left", 8.0)].map(|(id, gain)| LeftOut::new(id, gain, -2.0)),
+        );
+        assert_eq!(parts.map(|p| p.missed_nats), [Some(1.0), Some(10.0), None]);
+    }
+}
