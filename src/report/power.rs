@@ -154,11 +154,8 @@ fn at_no_size(effect: &EffectPower) -> String {
     let side = if effect.sign > 0 { "above" } else { "below" };
     let null = significant(effect.null, 3);
     let said = effect.instead.iter().map(|i| {
-        let answer = match serde_json::from_value(i.answer.as_str().into()) {
-            Ok(Verdict::None) => "no gap".into(),
-            Ok(verdict) => verdict.to_string(),
-            Err(_) => title(&i.answer).to_string(),
-        };
+        let verdict = serde_json::from_value(i.answer.as_str().into()).ok();
+        let answer = if verdict == Some(Verdict::None) { "no gap" } else { title(&i.answer) };
         format!("{answer} in {} of {}", i.logs, effect.thresholds.len())
     });
     let said: Vec<String> = said.collect();

@@ -23,15 +23,10 @@ pub(crate) fn answer(findings: &Findings, place: impl Fn(Option<&str>) -> Option
             _ => None,
         })
         .collect();
-    let top = findings.top();
-    let verdict = match &top {
-        Main::None => Verdict::None,
-        Main::Unknown => Verdict::Unknown,
-        Main::Effect(_) => Verdict::Identified,
-    };
-    let main = match &top {
-        Main::Effect(id) => Some(id.clone()),
-        _ => None,
+    let (verdict, main) = match findings.top() {
+        Main::None => (Verdict::None, None),
+        Main::Unknown => (Verdict::Unknown, None),
+        Main::Effect(id) => (Verdict::Identified, Some(id)),
     };
     let mut effects = Vec::new();
     let mut free_forms = Vec::new();

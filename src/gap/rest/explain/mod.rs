@@ -18,8 +18,8 @@ use super::prepare::outliers::clean;
 use super::prepare::{Prepared, prepare};
 use super::whittle::basis::{ColumnId, SpectralBasis};
 use super::whittle::evidence::{Fitted, Likelihood, nuisances};
-use super::whittle::hypothesis::{Candidate, Hypothesis, Kind, SignalPart};
-use super::whittle::search::{CYCLES, Periodic};
+use super::whittle::hypothesis::{Candidate, Hypothesis, Kind};
+use super::whittle::lines::Lines;
 use crate::config::Config;
 use crate::effects::{About, Effect, Explanation, Library};
 use crate::error::{Error, ErrorKind, Result};
@@ -28,7 +28,6 @@ use crate::gap::selection::sets::Part;
 use crate::signal::Log;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
 
 /// One effect, fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,8 +52,10 @@ pub struct Explanations {
     pub notes: Vec<String>,
 }
 
-/// Periodic signals are added however little they gain: they are asked for.
-const PERIODIC: Periodic = Periodic { tone_cycles: CYCLES, least_gain: f64::NEG_INFINITY };
+/// Least number of cycles of a tone in the recording.
+const CYCLES: f64 = 3.0;
+/// Rounds in which every signal is fitted anew beside all others.
+const ROUNDS: usize = 2;
 
 /// [`crate::gap::explain`] of a recording at rest.
 ///
@@ -249,23 +250,30 @@ pub(crate) fn told(about: &About, part: &Part) -> Explained {
 fn together(l: &Likelihood, which: std::ops::Range<usize>) -> Fitted {
     let is_signal = |c: &usize| matches!(l.candidates[*c].kind, Kind::Signal(_) | Kind::Line(..) | Kind::TurnOn);
     let (signals, noises): (Vec<usize>, Vec<usize>) = which.partition(is_signal);
-    let with = |h: &Hypothesis, c: usize| {
-        l.extended((h, 0.0), c, PERIODIC, &OnceLock::new()).map_or_else(|| h.clone(), |(grown, _)| grown)
-    };
-    // the frequency of a line is its shape, and is looked for in the whitened recording
-    let retuned = |h: &Hypothesis, at: usize| {
-        let old = &h.signals[at];
-        let new =
-            with(&h.without(old.candidate), old.candidate).signals.pop().filter(|s| s.candidate == old.candidate)?;
-        let mut moved = h.clone();
-        moved.signals[at] = SignalPart { ln_scale: old.ln_scale, ..new };
-        let ln_p = |h: &Hypothesis| l.value(h, &l.pick(h), false).0;
-        let gain = ln_p(&moved) - ln_p(h);
-        (gain > 0.0).then(|| (moved.signals.swap_remove(at), gain))
-    };
     let climb = |order: &[usize]| {
-        let start = order.iter().fold(Hypothesis::default(), |h, c| with(&h, *c));
-        l.fit_reshaped(&start, |h, at| l.reshaped(h, at).or_else(|| retuned(h, at)))
+        let mut h = Hypothesis::default();
+        for c in order {
+            h = with(l, &h, *c);
+        }
+        let mut fitted = l.fit(&h);
+        if order.len() == 1 && noises.len() == 1 {
+            return fitted;
+        }
+        for _ in 0..ROUNDS {
+            let mut h = fitted.hypothesis.clone();
+            for c in &signals {
+                h = with(l, &h.without(*c), *c);
+            }
+            let again = l.fit(&h);
+            let gained = again.ln_evidence - fitted.ln_evidence;
+            if gained > 0.0 {
+                fitted = again;
+            }
+            if gained < 0.05 {
+                break;
+            }
+        }
+        fitted
     };
     let first = climb(&[&noises[..], &signals[..]].concat());
     if noises.is_empty() || signals.is_empty() {
@@ -273,6 +281,24 @@ fn together(l: &Likelihood, which: std::ops::Range<usize>) -> Fitted {
     }
     let second = climb(&[&signals[..], &noises[..]].concat());
     if second.ln_evidence > first.ln_evidence { second } else { first }
+}
+
+/// `h` with `candidate` added at its best start; unchanged where the recording cannot show it.
+fn with(l: &Likelihood, h: &Hypothesis, candidate: usize) -> Hypothesis {
+    let added = match &l.candidates[candidate].kind {
+        Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(|a| a.0),
+        Kind::Noise(_) | Kind::Filter(_) | Kind::Level(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(|a| a.0),
+        Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(|a| a.0),
+        Kind::TurnOn => Some(l.add_turn_on(h, candidate).0),
+        Kind::Line(s, _) => {
+            let w = l.whitened(h);
+            let lines = Lines::new(&w, l.frame.scene.step_s);
+            lines
+                .tone(CYCLES)
+                .map(|line| l.add_line(h, candidate, s.as_ref(), &[line.frequency_hz], lines.ln_shape(&line, CYCLES)))
+        }
+    };
+    added.unwrap_or_else(|| h.clone())
 }
 
 /// Telegraph noise beside `gaussian`, and its gain in ln evidence, nats; the candidate `noise` holds its place at the

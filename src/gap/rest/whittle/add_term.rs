@@ -316,21 +316,12 @@ impl Likelihood<'_> {
     /// constant is loose, and it stays where it was found when the walk goes: each shape is looked for again beside the
     /// others, until none of them gains.
     pub(crate) fn fit_with_shapes(&self, start: &Hypothesis) -> Fitted {
-        self.fit_reshaped(start, |h, at| self.reshaped(h, at))
-    }
-
-    /// [`Self::fit_with_shapes`] with shapes by `reshaped`, as [`Self::reshaped`] has them.
-    pub(crate) fn fit_reshaped(
-        &self,
-        start: &Hypothesis,
-        reshaped: impl Fn(&Hypothesis, usize) -> Option<(SignalPart, f64)>,
-    ) -> Fitted {
         let mut fitted = self.fit(start);
         for _ in 0..SHAPE_ROUNDS {
             let mut h = fitted.hypothesis.clone();
             let (mut gained, mut ln_shapes) = (0.0, 0.0);
             for at in 0..h.signals.len() {
-                let Some((part, gain)) = reshaped(&h, at) else { continue };
+                let Some((part, gain)) = self.reshaped(&h, at) else { continue };
                 gained += gain;
                 ln_shapes += part.ln_shapes - h.signals[at].ln_shapes;
                 h.signals[at] = part;
@@ -348,8 +339,8 @@ impl Likelihood<'_> {
     }
 
     /// The signal `at` of `h` at its best shape beside everything else in `h`, and the gain in ln p over its shape in `h`;
-    /// none where it has no shape, or is periodic.
-    pub(crate) fn reshaped(&self, h: &Hypothesis, at: usize) -> Option<(SignalPart, f64)> {
+    /// none where it has no shape.
+    fn reshaped(&self, h: &Hypothesis, at: usize) -> Option<(SignalPart, f64)> {
         let part = h.signals.get(at).filter(|part| !part.shape.is_empty())?;
         let Kind::Signal(signal) = &self.candidates[part.candidate].kind else { return None };
         let others = h.without(part.candidate);

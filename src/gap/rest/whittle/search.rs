@@ -11,9 +11,11 @@ use std::sync::OnceLock;
 /// Candidates that gain less than this where they start are not fitted, nats.
 pub(crate) const LEAST_SCREENED: f64 = -4.0;
 /// Least number of cycles in the recording of anything periodic.
-pub(crate) const CYCLES: f64 = 3.0;
-/// Periodic signals that may be found; a tone that swings fewer times in a recording is a slow change, not a vibration.
-const PERIODIC: Periodic = Periodic { tone_cycles: 10.0, least_gain: -2.0 };
+const CYCLES: f64 = 3.0;
+/// The same of a tone: what swings fewer times in a recording is a slow change, not a vibration.
+const TONE_CYCLES: f64 = 10.0;
+/// Gain of a periodic signal below which it is not added, nats.
+const LEAST_LINE: f64 = -2.0;
 
 /// Each set costs a fit of some tenths of a second, and an extension gains where it starts: a few are fitted. What two free
 /// forms leave unexplained no third one tells apart.
@@ -52,45 +54,28 @@ impl<'a> Sets<'a> {
     pub(crate) fn ln_prior(&self, h: &Hypothesis) -> f64 {
         h.key().into_iter().map(|c| self.prior.of(self.is_named(c))).sum()
     }
-}
 
-/// Which periodic signals are added.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Periodic {
-    /// Least number of cycles of a tone in the recording.
-    pub tone_cycles: f64,
-    /// Least gain where it starts, nats.
-    pub least_gain: f64,
-}
-
-impl Likelihood<'_> {
-    /// `h` with `candidate` at a good start, and the gain there over `ln_p`, that of `h`. `whitened`: the recording whitened
-    /// under `h`, once a candidate asks for it.
-    pub(crate) fn extended(
-        &self,
-        (h, ln_p): (&Hypothesis, f64),
-        candidate: usize,
-        periodic: Periodic,
-        whitened: &OnceLock<Vec<f64>>,
-    ) -> Extension<Hypothesis> {
-        let gain = |(h, value): (Hypothesis, f64)| (h, value - ln_p);
-        match &self.candidates[candidate].kind {
-            Kind::Signal(s) => self.add_signal(h, candidate, s.as_ref()).map(|(grown, _)| gain(self.with_white(grown))),
-            Kind::Noise(_) | Kind::Filter(_) | Kind::Level(_) | Kind::Shape(_) => {
-                self.add_noise(h, candidate).map(gain)
-            }
-            Kind::Variance(s) => self.add_variance(h, candidate, s.as_ref()).map(gain),
-            Kind::TurnOn => Some(gain(self.add_turn_on(h, candidate))),
+    /// `base` with `candidate` at a good start, and its gain in ln p there. `whitened`: the recording whitened under `base`,
+    /// once a candidate asks for it.
+    fn extended(&self, base: &Fitted, candidate: usize, whitened: &OnceLock<Vec<f64>>) -> Extension<Hypothesis> {
+        let l = self.likelihood;
+        let h = &base.hypothesis;
+        let gain = |(h, value): (Hypothesis, f64)| (h, value - base.ln_mode);
+        match &l.candidates[candidate].kind {
+            Kind::Signal(s) => l.add_signal(h, candidate, s.as_ref()).map(|(grown, _)| gain(l.with_white(grown))),
+            Kind::Noise(_) | Kind::Filter(_) | Kind::Level(_) | Kind::Shape(_) => l.add_noise(h, candidate).map(gain),
+            Kind::Variance(s) => l.add_variance(h, candidate, s.as_ref()).map(gain),
+            Kind::TurnOn => Some(gain(l.add_turn_on(h, candidate))),
             Kind::Line(s, harmonics) => {
-                let lines = Lines::new(whitened.get_or_init(|| self.whitened(h)), self.frame.scene.step_s);
+                let lines = Lines::new(whitened.get_or_init(|| l.whitened(h)), l.frame.scene.step_s);
                 let tone = *harmonics == 1;
-                let cycles = if tone { periodic.tone_cycles } else { CYCLES };
+                let cycles = if tone { TONE_CYCLES } else { CYCLES };
                 let line = if tone { lines.tone(cycles) } else { lines.comb(cycles, *harmonics) }?;
                 let ln_shapes = lines.ln_shape(&line, cycles);
-                if line.gain + ln_shapes < periodic.least_gain {
+                if line.gain + ln_shapes < LEAST_LINE {
                     return None;
                 }
-                let added = self.add_line(h, candidate, s.as_ref(), &[line.frequency_hz], ln_shapes);
+                let added = l.add_line(h, candidate, s.as_ref(), &[line.frequency_hz], ln_shapes);
                 Some((added, line.gain + ln_shapes))
             }
         }
@@ -133,7 +118,7 @@ impl SetLikelihood for Sets<'_> {
     fn extensions(&self, base: &Fitted, candidates: &[usize]) -> Vec<Extension<Hypothesis>> {
         let whitened = OnceLock::new();
         let one = |c: &usize| {
-            let (h, gain) = self.likelihood.extended((&base.hypothesis, base.ln_mode), *c, PERIODIC, &whitened)?;
+            let (h, gain) = self.extended(base, *c, &whitened)?;
             Some((h, gain + self.prior.of(self.is_named(*c))))
         };
         candidates.par_iter().map(one).collect()
