@@ -20,7 +20,6 @@ use crate::gap::{Drive, JudgeOptions, Options, Prior, compare, drive};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Standard deviation of the prior of each logarithm.
 pub(super) const SPREAD: f64 = 2.0;
@@ -277,14 +276,8 @@ pub(crate) fn examples(
         let (findings, _) = compare(&config, &log, &library, &options)?;
         Ok(Some(Example::new(&findings, label, &prior)))
     };
-    let done = AtomicUsize::new(0);
     // by name, so that folds do not depend on which thread was first
-    let made = each(&all, jobs, |_, name| {
-        let example = one(name);
-        progress(done.fetch_add(1, Ordering::Relaxed) + 1, all.len());
-        example
-    })?;
-    Ok(made.into_iter().flatten().collect())
+    Ok(each(&all, jobs, progress, |_, name| one(name))?.into_iter().flatten().collect())
 }
 
 #[cfg(test)]

@@ -14,7 +14,6 @@ use crate::signal::Log;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// File with the sealed labels.
 pub(crate) const SEALED: &str = "labels.sealed";
@@ -61,11 +60,11 @@ pub(crate) struct Made {
     pub labels: BTreeMap<String, Label>,
 }
 
-/// Makes the cases of `order` in `folder`, which must be new or empty; `progress` is called with the number done.
+/// Makes the cases of `order` in `folder`, which must be new or empty; `progress` is called with (done, all).
 ///
 /// # Errors
 /// [`ErrorKind::Usage`] for a folder that holds something, or shares that do not add up; [`ErrorKind::Io`].
-pub(crate) fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync) -> Result<Made> {
+pub(crate) fn make(folder: &Path, order: &Order, progress: impl Fn(usize, usize) + Sync) -> Result<Made> {
     let seed = match order.seed {
         Some(seed) => seed,
         None => random_bytes()?.iter().take(8).fold(0, |sum, b| sum << 8 | u64::from(*b)),
@@ -76,12 +75,10 @@ pub(crate) fn make(folder: &Path, order: &Order, progress: impl Fn(usize) + Sync
     if holds {
         return Err(Error::new(ErrorKind::Usage, folder.display(), "is not empty").hint("name a new folder"));
     }
-    let done = AtomicUsize::new(0);
     // as many at once as the caller's pool has threads
-    let made = each(&plan, rayon::current_num_threads(), |index, spec| {
+    let made = each(&plan, rayon::current_num_threads(), progress, |index, spec| {
         let case = worlds::make_kept(order.kind, seed, index, spec, order.mix.habits)?;
         write(folder, &case)?;
-        progress(done.fetch_add(1, Ordering::Relaxed) + 1);
         Ok((case.name, case.label))
     })?;
     let labels: BTreeMap<String, Label> = made.into_iter().collect();

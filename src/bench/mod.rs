@@ -12,6 +12,8 @@
 
 mod bands;
 mod calibrate;
+#[cfg(test)]
+mod covered;
 mod doubt;
 mod folder;
 mod intervals;

@@ -15,7 +15,6 @@ use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Gains in log score of the answer and of the oracle, nats a row of the hold-out recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -54,8 +53,7 @@ pub(crate) fn oracle(
     let listed = |label: &Label| !label.effects.is_empty() && label.effects.keys().all(|id| known(&id.as_str()));
     let cases: Vec<(&String, &Label)> =
         labels.iter().filter(|(name, label)| listed(label) && answers.contains_key(*name)).collect();
-    let done = AtomicUsize::new(0);
-    let found = each(&cases, jobs, |_, (name, label)| {
+    let found = each(&cases, jobs, progress, |_, (name, label)| {
         let (config, fit, hold) = case_logs(&folder.join(name))?;
         let main: Vec<&str> = label.effects.keys().map(String::as_str).collect();
         let beside = label.background.iter().map(String::as_str).filter(known);
@@ -65,7 +63,6 @@ pub(crate) fn oracle(
         let gain = |ids: &Vec<&str>| known_gain(&config, &fit, hold.as_ref()?, &library, ids).ok();
         let oracle = told.iter().filter_map(gain).filter(|g| *g > 0.0).reduce(f64::max);
         let gains = oracle.zip(answered(&answers[*name])).map(|(oracle, answer)| Gains { answer, oracle });
-        progress(done.fetch_add(1, Ordering::Relaxed) + 1, cases.len());
         Ok(((*name).clone(), gains))
     })?;
     Ok(found.into_iter().collect())

@@ -65,7 +65,6 @@ pub(crate) fn run(
     let open: Vec<&String> = all.iter().filter(|n| !answers.join(format!("{n}.json")).is_file()).collect();
     let there = all.len() - open.len();
     let refused = Mutex::new(Vec::new());
-    let done = Mutex::new(0);
     let one = |name: &str| -> Result<()> {
         match answer(&folder.join(name), diagnosis) {
             Ok((answer, seconds)) => {
@@ -78,12 +77,9 @@ pub(crate) fn run(
             // one case that cannot be diagnosed must not cost the answers to the others
             Err(error) => refused.lock().unwrap_or_else(|e| e.into_inner()).push((name.to_owned(), error)),
         }
-        let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
-        *done += 1;
-        progress(*done, open.len());
         Ok(())
     };
-    each(&open, jobs, |_, name| one(name))?;
+    each(&open, jobs, progress, |_, name| one(name))?;
     let mut refused = refused.into_inner().unwrap_or_else(|e| e.into_inner());
     refused.sort_by(|a, b| a.0.cmp(&b.0));
     timings(answers, &all)?;

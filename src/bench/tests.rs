@@ -189,7 +189,7 @@ fn the_same_seed_makes_the_same_bytes_on_one_thread_and_on_two() {
     let made = |name: &str, threads: usize, seed: u64| {
         let folder = root.path().join(name);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let made = pool.install(|| make(&folder, &order(seed, 8), |_| ())).unwrap();
+        let made = pool.install(|| make(&folder, &order(seed, 8), |_, _| ())).unwrap();
         (files(&folder), made)
     };
     let (one, first) = made("one", 1, 5);
@@ -201,7 +201,7 @@ fn the_same_seed_makes_the_same_bytes_on_one_thread_and_on_two() {
     let (three, _) = made("three", 2, 6);
     assert!(one != three);
     // a folder is not made twice
-    assert_eq!(make(&root.path().join("one"), &order(5, 8), |_| ()).unwrap_err().kind, ErrorKind::Usage);
+    assert_eq!(make(&root.path().join("one"), &order(5, 8), |_, _| ()).unwrap_err().kind, ErrorKind::Usage);
     // nothing but the sealed file speaks of the labels
     let text = std::fs::read_to_string(root.path().join("one").join(BENCH)).unwrap();
     assert!(!text.contains("gyro.") && !text.contains("x."), "{text}");
@@ -214,7 +214,7 @@ fn driving_cases_are_made_run_and_scored_like_those_at_rest() {
     let made = |name: &str, threads: usize| {
         let folder = root.path().join(name);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let made = pool.install(|| make(&folder, &order, |_| ())).unwrap();
+        let made = pool.install(|| make(&folder, &order, |_, _| ())).unwrap();
         (folder, made)
     };
     let ((one, first), (two, second)) = (made("one", 1), made("two", 2));
@@ -243,7 +243,7 @@ fn cases_in_csv_and_in_a_file_a_sensor_are_answered_like_others() {
         let mut order = Order { kind, ..order(8, 4) };
         order.mix.habits = 1.0;
         let folder = root.path().join(format!("{kind:?}"));
-        let made = make(&folder, &order, |_| ()).unwrap();
+        let made = make(&folder, &order, |_, _| ()).unwrap();
         assert!(made.labels.values().all(|l| l.kept.iter().any(|k| k == "printed")));
         let plan = crate::bench::worlds::plan(&order.mix, kind, 8).unwrap();
         for (index, (name, spec)) in names(&folder).unwrap().iter().zip(&plan).enumerate() {
@@ -336,7 +336,7 @@ fn plain(verdict: Verdict) -> Answer {
 fn a_run_goes_on_where_it_stopped_and_its_answers_are_scored() {
     let root = tempfile::tempdir().unwrap();
     let (folder, out) = (root.path().join("cases"), root.path().join("answers"));
-    let made = make(&folder, &order(2, 6), |_| ()).unwrap();
+    let made = make(&folder, &order(2, 6), |_, _| ()).unwrap();
     // the first time every second case is refused
     let count = std::sync::atomic::AtomicUsize::new(0);
     let moody = |_: &crate::config::Config, fit: &crate::signal::Log, hold: Option<&crate::signal::Log>| {

@@ -7,13 +7,14 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// `work` on every one of `items`, so many at a time (0: one a core); the results in the order of the items. After the first
-/// failure no further item is begun.
+/// failure no further item is begun. `progress` is called with (done, all).
 ///
 /// # Errors
 /// The failure of the first item, in their order, of those that failed.
 pub(super) fn each<T: Sync, R: Send>(
     items: &[T],
     at_a_time: usize,
+    progress: impl Fn(usize, usize) + Sync,
     work: impl Fn(usize, &T) -> Result<R> + Sync,
 ) -> Result<Vec<R>> {
     let next = AtomicUsize::new(0);
@@ -28,7 +29,9 @@ pub(super) fn each<T: Sync, R: Send>(
                     let Some(item) = items.get(index) else { return };
                     let result = work(index, item);
                     failed.fetch_add(usize::from(result.is_err()), Ordering::Relaxed);
-                    done.lock().unwrap_or_else(|e| e.into_inner()).insert(index, result);
+                    let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
+                    done.insert(index, result);
+                    progress(done.len(), items.len());
                 }
             });
         }
@@ -45,26 +48,34 @@ mod tests {
     #[test]
     fn results_come_in_order_and_the_first_failure_is_told() {
         let items: Vec<u64> = (0..50).collect();
-        assert_eq!(each(&items, 3, |i, x| Ok(i as u64 + x)).unwrap(), (0..50).map(|x| 2 * x).collect::<Vec<_>>());
+        let (most, quiet) = (AtomicUsize::new(0), |_, _| ());
+        let count = |done, all| assert!(most.fetch_max(done, Ordering::Relaxed) < done && done <= all && all == 50);
+        let doubled = each(&items, 3, count, |i, x| Ok(i as u64 + x)).unwrap();
+        assert_eq!((doubled, most.into_inner()), ((0..50).map(|x| 2 * x).collect(), 50));
         let bad = |i: usize, x: &u64| if i >= 7 { Err(Error::new(ErrorKind::Numeric, "case", x)) } else { Ok(*x) };
-        assert!(each(&items, 1, bad).unwrap_err().to_string().contains('7'));
-        assert!(each(&[0u64; 0], 2, |_, x| Ok(*x)).unwrap().is_empty());
+        assert!(each(&items, 1, quiet, bad).unwrap_err().to_string().contains('7'));
+        assert!(each(&[0u64; 0], 2, quiet, |_, x| Ok(*x)).unwrap().is_empty());
     }
 
     #[test]
     fn items_that_wait_for_the_pool_do_not_pile_up() {
         // with a worker of the pool itself, every wait would begin another item on the same stack
         thread_local!(static DEEP: std::cell::Cell<usize> = const { std::cell::Cell::new(0) });
-        let deepest = each(&[(); 40], 4, |_, ()| {
-            let deep = DEEP.with(|d| {
-                d.set(d.get() + 1);
-                d.get()
-            });
-            let sum: u64 = (0..200_000u64).into_par_iter().map(|x| x ^ (x >> 3)).sum();
-            std::hint::black_box(sum);
-            DEEP.with(|d| d.set(d.get() - 1));
-            Ok(deep)
-        });
+        let deepest = each(
+            &[(); 40],
+            4,
+            |_, _| (),
+            |_, ()| {
+                let deep = DEEP.with(|d| {
+                    d.set(d.get() + 1);
+                    d.get()
+                });
+                let sum: u64 = (0..200_000u64).into_par_iter().map(|x| x ^ (x >> 3)).sum();
+                std::hint::black_box(sum);
+                DEEP.with(|d| d.set(d.get() - 1));
+                Ok(deep)
+            },
+        );
         assert!(deepest.unwrap().into_iter().all(|d| d == 1));
     }
 }

@@ -14,7 +14,6 @@ use super::trace;
 use crate::config::{Config, EffectTable, Kind};
 use crate::effects::{Effect, Explanation, Library, Parameters};
 use crate::error::Result;
-use crate::gap::selection::sets::Main;
 use crate::signal::{Log, names};
 
 /// Largest number of effects whose share of the gap is measured one by one.
@@ -71,7 +70,7 @@ pub fn diagnose_observed(
         Some(_) => Ok(believed.score(y)?.log_density),
         None => blocked_log_score(believed, y, &blocks),
     };
-    let tested = account::test(
+    let mut tested = account::test(
         &found,
         |effects| score(&believed(&scored.scene, library, &given.with(effects))?, &recorded),
         |effect| {
@@ -86,16 +85,9 @@ pub fn diagnose_observed(
             (0..options.simulated_logs as u64).map(gain).collect()
         },
     )?;
-    let against = if kept.is_some() { account::against(&tested) } else { Vec::new() };
-    findings.weigh_by(&against);
-    let idle = account::idle(&tested, &findings);
-    findings.set_aside(&idle);
-    findings.trace.extend(account::steps(&tested, &[], &idle));
-    if !(against.is_empty() && idle.is_empty()) {
-        let steps = findings.of_probabilities(trace::TraceStage::HoldOut);
-        findings.trace.extend(steps);
-    }
-    let mut answer = answer(&findings, library, &prepared);
+    account::weigh(&mut findings, &mut tested, &[], kept.is_some(), false);
+    let place = |id: Option<&str>| place(&findings, library, id, &prepared);
+    let mut answer = compose::answer(&findings, place);
     let together: Vec<(String, Parameters)> = found.into_iter().filter(|f| answer.together.contains(&f.0)).collect();
     let listed: Vec<(String, Parameters)> =
         answer.effects.iter().take(MEASURED).map(|e| (e.id.clone(), e.parameters.clone())).collect();
@@ -118,17 +110,11 @@ pub fn diagnose_observed(
         }
     };
     if let Some(far) = &far {
-        answer.gap.clone_from(&far.metrics);
+        account::measured(&mut answer, &far.metrics, &far.alone);
         answer.notes.extend(far.notes.iter().cloned());
-        for (id, closed) in &far.alone {
-            if let Some(effect) = answer.effects.iter_mut().find(|e| e.id == *id) {
-                effect.gap_closed = closed.estimate;
-                effect.gap_closed_ci95 = closed.ci95;
-            }
-        }
     }
     let closed = far.as_ref().map(|far| &far.closed);
-    account::settle(&mut answer, &tested, closed, |id| place(&findings, library, id, &prepared));
+    account::settle(&mut answer, &tested, closed, place);
     let mut augmented = config.clone();
     augmented.effects =
         given.with(&together).into_iter().map(|(id, parameters)| EffectTable { id, parameters }).collect();
@@ -165,17 +151,7 @@ fn judged(prepared: &Prepared, library: &Library, given: &Given, options: &Optio
     findings.trace.splice(0..0, trace::of_notes(&prepared.notes));
     findings.notes.splice(0..0, prepared.notes.iter().cloned());
     given.take_out(&mut findings, &options.judge.calibration);
-    let steps = findings.steps();
-    findings.trace.extend(steps);
     findings
-}
-
-fn answer(findings: &Findings, library: &Library, prepared: &Prepared) -> Answer {
-    compose::answer(findings, |top| match top {
-        Main::None => None,
-        Main::Effect(id) => place(findings, library, Some(id), prepared),
-        Main::Unknown => place(findings, library, None, prepared),
-    })
 }
 
 /// Sets compared and answer of the diagnosis of `fit`, without measuring how far the gap shrinks: faster than
@@ -187,7 +163,7 @@ pub(crate) fn compare(config: &Config, fit: &Log, library: &Library, options: &O
     let given = Given::of(config, library)?;
     let prepared = prepare(&given.bare, fit, options.since_power_on_s)?;
     let findings = judged(&prepared, library, &given, options).weighed(&fit.source)?;
-    let answer = answer(&findings, library, &prepared);
+    let answer = compose::answer(&findings, |id| place(&findings, library, id, &prepared));
     Ok((findings, answer))
 }
 

@@ -75,6 +75,7 @@
 //! ```
 
 pub mod answer;
+mod asked;
 pub(crate) mod diagnose;
 mod diagnosis;
 pub(crate) mod drive;

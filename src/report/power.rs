@@ -4,6 +4,7 @@ use super::gap::words::{name_and_unit, title};
 use super::numbers::significant;
 use super::plot::{Axis, Chart, Page, Panel, Picture, palette};
 use crate::error::Result;
+use crate::gap::answer::Verdict;
 use crate::gap::power::{EffectPower, Power};
 use crate::units::duration_text;
 use std::collections::BTreeMap;
@@ -152,10 +153,10 @@ fn at_no_size(effect: &EffectPower) -> String {
     let (parameter, _) = name_and_unit(&effect.parameter);
     let side = if effect.sign > 0 { "above" } else { "below" };
     let null = significant(effect.null, 3);
-    let said = effect.instead.iter().map(|i| match i.answer.as_str() {
-        "none" => format!("no gap in {} of {}", i.logs, effect.thresholds.len()),
-        "unknown" => format!("unknown in {} of {}", i.logs, effect.thresholds.len()),
-        id => format!("{} in {} of {}", title(id), i.logs, effect.thresholds.len()),
+    let said = effect.instead.iter().map(|i| {
+        let verdict = serde_json::from_value(i.answer.as_str().into()).ok();
+        let answer = if verdict == Some(Verdict::None) { "no gap" } else { title(&i.answer) };
+        format!("{answer} in {} of {}", i.logs, effect.thresholds.len())
     });
     let said: Vec<String> = said.collect();
     let instead = match said.as_slice() {

@@ -15,9 +15,7 @@
 
 mod bias;
 mod case;
-mod catalogue;
-#[cfg(test)]
-mod covered;
+pub(in crate::bench) mod catalogue;
 mod draw;
 pub(crate) mod drive;
 mod effect;

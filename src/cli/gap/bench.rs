@@ -137,10 +137,7 @@ fn make(args: &MakeArgs) -> Result<Outcome> {
         .map_err(|e| Error::new(ErrorKind::Usage, "gap bench make", e).at("--threads"))?;
     let working = output.working("making cases");
     let order = Order { kind: args.kind.into(), mix, seed: args.seed };
-    let made = {
-        let count = working.counter("case".into());
-        pool.install(|| bench::make(&args.folder, &order, |done| count(done, args.cases as usize)))?
-    };
+    let made = pool.install(|| bench::make(&args.folder, &order, working.counter("case".into())))?;
     drop(working);
     key_file.write_all(format!("{}\n", made.key.to_hex()).as_bytes())?;
     key_file.commit()?;

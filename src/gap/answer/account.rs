@@ -4,7 +4,7 @@
 //! nominal simulator) and added last (to all other effects). From them follow the idle effects, the main effect, the
 //! verdict and the remainder of the answer.
 
-use super::{Answer, Place, Remainder, Verdict};
+use super::{Answer, Metric, Place, Remainder, Verdict};
 use crate::effects::Parameters;
 use crate::error::Result;
 use crate::gap::holdout::{Closed, block_rows, block_sums};
@@ -140,19 +140,19 @@ pub(crate) fn refuted(tested: &[Tested]) -> Vec<String> {
 }
 
 /// Effects of `tested` that the hold-out recording speaks against, each with its ln evidence there, nats, below zero.
-pub(crate) fn against(tested: &[Tested]) -> Vec<(String, f64)> {
+fn against(tested: &[Tested]) -> Vec<(String, f64)> {
     tested.iter().map(|t| (t.id.clone(), t.mean().evidence_nats())).filter(|t| t.1 < 0.0).collect()
 }
 
 /// Effects of `tested` that are present beyond doubt and idle.
-pub(crate) fn idle(tested: &[Tested], findings: &Findings) -> Vec<String> {
+fn idle(tested: &[Tested], findings: &Findings) -> Vec<String> {
     let there = |t: &&Tested| findings.is_beyond_doubt(findings.presence(&t.id));
     tested.iter().filter(|t| t.is_idle()).filter(there).map(|t| t.id.clone()).collect()
 }
 
 /// Gains of `tested` on the recording on which the gap is measured, as steps of the trail; `refuted` and `idle`: ids of
 /// those effects.
-pub(crate) fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> Vec<Step> {
+fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> Vec<Step> {
     let one = |t: &Tested| {
         let (first, last) = (t.first.ci95(), t.last.ci95());
         let gains = if tested.len() == 1 {
@@ -181,6 +181,38 @@ pub(crate) fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> V
         }
     };
     tested.iter().map(one).collect()
+}
+
+/// Changes `findings` by what the recording on which the gap is measured says of the effects `tested`, with the steps of the
+/// trail. Those `refuted` leave the sets and `tested`, idle ones are set aside, and where the recording was held out
+/// (`is_held_out`) a loss there is evidence against an effect. `led`: whether probabilities changed before.
+pub(crate) fn weigh(
+    findings: &mut Findings,
+    tested: &mut Vec<Tested>,
+    refuted: &[String],
+    is_held_out: bool,
+    led: bool,
+) {
+    let against = if is_held_out { against(tested) } else { Vec::new() };
+    findings.refute(refuted);
+    findings.weigh_by(&against);
+    let idle = idle(tested, findings);
+    findings.set_aside(&idle);
+    findings.trace.extend(steps(tested, refuted, &idle));
+    if led || [refuted.len(), against.len(), idle.len()] != [0; 3] {
+        findings.trace.extend(findings.of_probabilities(TraceStage::HoldOut));
+    }
+    tested.retain(|t| !refuted.contains(&t.id));
+}
+
+/// Writes the measures of all effects together, and the share that each closes alone, into `answer`.
+pub(crate) fn measured(answer: &mut Answer, metrics: &[Metric], alone: &[(String, Closed)]) {
+    answer.gap = metrics.to_vec();
+    for (id, closed) in alone {
+        if let Some(effect) = answer.effects.iter_mut().find(|e| e.id == *id) {
+            (effect.gap_closed, effect.gap_closed_ci95) = (closed.estimate, closed.ci95);
+        }
+    }
 }
 
 /// Adapts main effect, verdict and remainder of `answer` to the measured gains: `tested` of each effect, `closed` of

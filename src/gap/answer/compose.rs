@@ -11,8 +11,8 @@ const LISTED: f64 = 0.01;
 pub(crate) const RIVAL: f64 = 0.05;
 /// Free forms are ranked by their probabilities rounded to one over this.
 const PERCENT: f64 = 100.0;
-/// The answer that follows from `findings`; `place`: where its main cause shows.
-pub(crate) fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>) -> Answer {
+/// The answer that follows from `findings`; `place`: where an effect shows, none: a cause without a name.
+pub(crate) fn answer(findings: &Findings, place: impl Fn(Option<&str>) -> Option<Place>) -> Answer {
     let mains = findings.mains();
     let probability = |m: &Main| mains.iter().find(|x| x.0 == *m).map_or(0.0, |x| x.1);
     let (none, unknown) = (probability(&Main::None), probability(&Main::Unknown));
@@ -23,15 +23,10 @@ pub(crate) fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>
             _ => None,
         })
         .collect();
-    let top = findings.top();
-    let verdict = match &top {
-        Main::None => Verdict::None,
-        Main::Unknown => Verdict::Unknown,
-        Main::Effect(_) => Verdict::Identified,
-    };
-    let main = match &top {
-        Main::Effect(id) => Some(id.clone()),
-        _ => None,
+    let (verdict, main) = match findings.top() {
+        Main::None => (Verdict::None, None),
+        Main::Unknown => (Verdict::Unknown, None),
+        Main::Effect(id) => (Verdict::Identified, Some(id)),
     };
     let mut effects = Vec::new();
     let mut free_forms = Vec::new();
@@ -88,7 +83,7 @@ pub(crate) fn answer(findings: &Findings, place: impl Fn(&Main) -> Option<Place>
         main_probability: rivals.first().map_or(0.0, |r| r.1),
         none_probability: none,
         unknown_probability: unknown,
-        place: place(&top),
+        place: if verdict == Verdict::None { None } else { place(main.as_deref()) },
         main,
         effects,
         together,

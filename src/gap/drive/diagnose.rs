@@ -25,7 +25,7 @@ use crate::gap::diagnosis::{Diagnosis, Drive, Options, Stage};
 use crate::gap::drive::ekf::noise::Process;
 use crate::gap::holdout::Options as FarOptions;
 use crate::gap::selection::findings::{Findings, REFUTED};
-use crate::gap::selection::sets::{Main, Part};
+use crate::gap::selection::sets::Part;
 use crate::gap::trace::{self, Decision, Step, TraceStage};
 use statrs::function::erf::erfc;
 
@@ -65,8 +65,6 @@ pub(crate) fn diagnose(
     observe(Stage::Compare);
     let mut judged = judge(&record, &effects, &options.judge_drives);
     judged.findings = judged.findings.weighed(&record.sources.join("; "))?;
-    let steps = judged.findings.steps();
-    judged.findings.trace.extend(steps);
     let loud = notes::loud_note(&record.belief, &judged.nominal_noise).filter(|_| record.torques_n_m.is_none());
     let record = record.as_loud_as(&judged.nominal_noise);
     let kept = kept.map(|kept| kept.as_loud_as(&judged.nominal_noise));
@@ -105,16 +103,6 @@ pub(crate) fn diagnose(
         vouched = Some(id);
     }
     judged.closest = judged.closest.filter(|_| judged.unknown && vouched.is_none());
-    let (refuted, against) = match kept {
-        Some(_) => (account::refuted(&tested), account::against(&tested)),
-        None => Default::default(),
-    };
-    judged.findings.refute(&refuted);
-    judged.findings.weigh_by(&against);
-    let all = tested.clone();
-    tested.retain(|t| !refuted.contains(&t.id));
-    let idle = account::idle(&tested, &judged.findings);
-    judged.findings.set_aside(&idle);
     judged.findings.trace.splice(0..0, trace::of_withheld(library));
     judged.findings.trace.splice(0..0, mounting.iter().map(trail::reference));
     judged.findings.trace.splice(0..0, trace::of_notes(&clocks.notes));
@@ -124,17 +112,11 @@ pub(crate) fn diagnose(
         }),
     );
     judged.findings.trace.splice(0..0, clocks.offsets.iter().zip(&clocks.said).map(clock_step));
-    judged.findings.trace.extend(account::steps(&all, &refuted, &idle));
-    if vouched.is_some() || [refuted.len(), against.len(), idle.len()] != [0; 3] {
-        let after = judged.findings.of_probabilities(TraceStage::HoldOut);
-        judged.findings.trace.extend(after);
-    }
+    let refuted = if kept.is_some() { account::refuted(&tested) } else { Vec::new() };
+    account::weigh(&mut judged.findings, &mut tested, &refuted, kept.is_some(), vouched.is_some());
     let findings = &judged.findings;
-    let mut answer = compose::answer(findings, |top| match top {
-        Main::None => None,
-        Main::Effect(id) => place(findings, library, Some(id)),
-        Main::Unknown => place(findings, library, None),
-    });
+    let place = |id: Option<&str>| place(findings, library, id);
+    let mut answer = compose::answer(findings, place);
     let closest = judged.closest.as_ref().map(|(one, _)| one.part.id.as_str());
     told_apart(&mut answer, &record, &judged.alike, closest);
     drop_inconstant(&mut answer, findings);
@@ -213,7 +195,7 @@ pub(crate) fn diagnose(
             ));
         }
     }
-    answer.gap.clone_from(&far.metrics);
+    account::measured(&mut answer, &far.metrics, &far.alone);
     answer.notes.extend(notes::each_note(&far, &together));
     if let (Some(delay_s), Some(kept)) = (judged.wheels_late_s, &kept) {
         let nominal = EffectSet::new(&[], library).models(kept);
@@ -227,13 +209,7 @@ pub(crate) fn diagnose(
         let share = judged.closest.as_ref().map_or(0.0, |c| c.1);
         answer.nearest = Some(Nearest { id, share, gap });
     }
-    for (id, closed) in &far.alone {
-        if let Some(effect) = answer.effects.iter_mut().find(|e| e.id == *id) {
-            effect.gap_closed = closed.estimate;
-            effect.gap_closed_ci95 = closed.ci95;
-        }
-    }
-    account::settle(&mut answer, &tested, Some(&far.together), |id| place(findings, library, id));
+    account::settle(&mut answer, &tested, Some(&far.together), place);
     // no filter knows an effect whose time differs from run to run
     let law =
         |id: &str| library.driving_by_id(id).is_some_and(|e| matches!(e.explanation(), DriveExplanation::Model(_)));
@@ -250,7 +226,7 @@ pub(crate) fn diagnose(
             MISLED,
             "",
         );
-        account::unseat(&mut answer, probability, step, place(findings, library, None));
+        account::unseat(&mut answer, probability, step, place(None));
     }
     if let (Some(share), true) = (far.together.estimate, together.len() > 1) {
         answer.notes.push(format!("All that were found close {:.1} % of the gap together.", 100.0 * share));

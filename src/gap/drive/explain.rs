@@ -18,11 +18,12 @@ use super::preprocess::lost_ticks::{LostTicks, Sought, missed_part};
 use super::preprocess::noise_levels::lattice_part;
 use super::preprocess::sensor_offset::lags;
 use super::record::Record;
-use super::regressors::candidates::{Candidates, Kind, knowable};
-use crate::config::Config;
+use super::regressors::candidates::{self, Candidates, knowable};
+use crate::config::{Config, Kind};
 use crate::effects::drive::{Coordinate, DriveExplanation, Driving};
 use crate::effects::{self, About, InDrives, Library, Parameters};
-use crate::error::{Error, ErrorKind, Result, one_of};
+use crate::error::{Error, ErrorKind, Result};
+use crate::gap::asked;
 use crate::gap::diagnosis::Drive;
 use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::fit::models_at;
@@ -45,30 +46,13 @@ struct Asked {
 
 impl Asked {
     /// # Errors
-    /// [`ErrorKind::Usage`] for an id that is unknown or stands twice, and for none.
+    /// As [`asked::check`].
     fn of(library: &Library, ids: &[&str]) -> Result<Self> {
         let walk = effects::in_drives(InDrives::Walk);
         let known: Vec<_> = library.driving().map(|e| e.about().id).chain(walk.map(|w| w.id)).collect();
-        let refused = |found: String| {
-            Error::new(ErrorKind::Usage, "effects", found).hint(format!("name some of {}", known.join(", ")))
-        };
-        if ids.is_empty() {
-            return Err(refused("no effect is named".into()));
-        }
-        let mut asked = Self { drives: Vec::new(), walk: None };
-        for (i, id) in ids.iter().enumerate() {
-            if ids[..i].contains(id) {
-                return Err(refused(format!("{id} is named twice")));
-            }
-            if let Some(walk) = walk.filter(|w| w.id == *id) {
-                asked.walk = Some(walk);
-            } else {
-                let effect = library.driving_by_id(id);
-                let unknown = || refused(format!("no effect of drives is called {id:?}")).hint(one_of(id, &known));
-                asked.drives.push(effect.ok_or_else(unknown)?);
-            }
-        }
-        Ok(asked)
+        asked::check("effects", ids, &known, Kind::Driving)?;
+        let drives = ids.iter().filter_map(|id| library.driving_by_id(id)).collect();
+        Ok(Self { drives, walk: walk.filter(|w| ids.contains(&w.id)) })
     }
 
     /// # Errors
@@ -194,7 +178,7 @@ fn fit(record: &Record, asked: &Asked, options: &Options) -> Fit {
 fn in_place(record: &Record, initial: &InitialNoise, asked: &Asked, options: &Options) -> Fit {
     let InitialNoise { lsb, noise, nominal } = *initial;
     let every = Candidates::new(record, &asked.drives, &options.prior, false, &changepoint::of_each(record));
-    let candidates = every.only(|g| asked.walk.is_some() || !matches!(every.kinds[g], Kind::Walk));
+    let candidates = every.only(|g| asked.walk.is_some() || !matches!(every.kinds[g], candidates::Kind::Walk));
     let mut notes = Vec::new();
     let mut parts = Vec::new();
     let mut as_is =
@@ -256,7 +240,7 @@ fn in_place(record: &Record, initial: &InitialNoise, asked: &Asked, options: &Op
 
 /// Id of, and note on, an effect whose coefficients, fitted freely, leave their bounds by more than they are uncertain; else none.
 fn outside(c: &Compared, group: usize, coefficients: &Coefficients) -> Option<(&'static str, String)> {
-    let Kind::Change(i) = c.candidates.kinds[group] else { return None };
+    let candidates::Kind::Change(i) = c.candidates.kinds[group] else { return None };
     let (effect, change) = c.candidates.changes[i];
     let columns = &c.candidates.groups[group].columns;
     let told: Vec<(f64, f64)> =
@@ -282,7 +266,7 @@ fn settled(record: &Record, noise: &Noise, candidates: &Candidates) -> Compared 
         starts.push(begin);
     }
     let changes: Vec<usize> =
-        (0..candidates.kinds.len()).filter(|g| matches!(candidates.kinds[*g], Kind::Change(_))).collect();
+        (0..candidates.kinds.len()).filter(|g| matches!(candidates.kinds[*g], candidates::Kind::Change(_))).collect();
     if candidates.kinds.len() > 1 {
         let alone = |g: usize| Compared::all_in(record, noise, candidates.only(|x| x == g), zero.clone()).next().0;
         starts.extend(changes.into_iter().map(alone));

@@ -35,10 +35,10 @@ use crate::gap::drive::options::{HOPELESS, LARGE, Options};
 use crate::gap::drive::preprocess::initial_noise::{InitialNoise, diffused, rediffused};
 use crate::gap::drive::preprocess::settle::settled;
 use crate::gap::selection::findings::Findings;
+use crate::gap::selection::leave_out::{LeftOut, tell};
 use crate::gap::selection::sets::{Main, Part, WeightedSet};
 use crate::gap::trace::{self, Decision, Step, TraceStage};
 use crate::model::drive::Instrument;
-use std::collections::BTreeMap;
 
 /// Result of the comparison for one drive.
 #[derive(Debug, Clone)]
@@ -198,11 +198,11 @@ pub(crate) fn judge(record: &Record, effects: &[&'static dyn Driving], options: 
     // the interpretation that explains the drive best
     let others = others.iter().map(|o| &o.0).chain(in_time.iter().map(|i| &i.branch));
     let best = others.fold(&branch, |best, other| if other.top() > best.top() { other } else { best });
-    let levels = best.levels.iter().map(|l| (l.about.id.to_owned(), l.margin - options.prior.ln_named));
-    let missed_by: BTreeMap<String, f64> = best.missed_by.clone().into_iter().chain(levels).collect();
+    let levels = best.levels.iter().map(|l| LeftOut::new(l.about.id, l.margin, options.prior.ln_named));
+    let left_out: Vec<LeftOut> = best.left_out.iter().cloned().chain(levels).collect();
     for set in &mut sets {
         set.parts.extend(lattice.iter().cloned());
-        set.parts.iter_mut().for_each(|p| p.missed_nats = p.missed_nats.or(missed_by.get(&p.id).copied()));
+        tell(&mut set.parts, &left_out);
     }
     let sets = sets.into_iter().flat_map(|set| twins.all(set, &options.prior)).collect();
     let mut findings = Findings::new(sets, &options.prior, &options.calibration, record.notes.clone());

@@ -2,8 +2,9 @@
 
 use crate::config::{Config, EffectTable, Kind};
 use crate::effects::{Library, Parameters};
-use crate::error::{Error, ErrorKind, Result, one_of};
+use crate::error::{Error, ErrorKind, Result};
 use crate::gap::answer::Answer;
+use crate::gap::asked;
 use crate::gap::explain::explain;
 use crate::signal::Log;
 use rayon::prelude::*;
@@ -66,16 +67,10 @@ pub(super) fn in_question(
             Kind::Driving => library.driving().map(|e| e.about().id).collect(),
             Kind::Stationary => library.effects().map(|e| e.about().id).collect(),
         };
-        let refused = |found: String, hint: String| Err(Error::new(ErrorKind::Usage, "among", found).hint(hint));
-        if let Some(unknown) = among.iter().find(|id| !known.contains(&id.as_str())) {
-            let of = if kind == Kind::Driving { "of drives" } else { "at rest" };
-            return refused(format!("no effect {of} is called {unknown:?}"), one_of(unknown, &known));
-        }
+        asked::check("among", &among.iter().map(String::as_str).collect::<Vec<_>>(), &known, kind)?;
         if among.len() < 2 {
-            return refused("one effect has no rival".into(), "name two effects or more".into());
-        }
-        if let Some(twice) = among.iter().enumerate().find(|(i, id)| among[..*i].contains(id)) {
-            return refused(format!("{} is named twice", twice.1), "name each effect once".into());
+            let found = "one effect has no rival";
+            return Err(Error::new(ErrorKind::Usage, "among", found).hint("name two effects or more"));
         }
     }
     let together = answer.map_or(&[][..], |answer| &answer.together);

@@ -6,8 +6,9 @@ use super::search::{Said, Threshold, threshold};
 use super::simulated::Simulator;
 use crate::config::{Config, Kind};
 use crate::effects::{Library, Parameters};
-use crate::error::{Error, ErrorKind, Result, one_of};
+use crate::error::{Error, ErrorKind, Result};
 use crate::gap::answer::{Answer, Verdict};
+use crate::gap::asked;
 use crate::gap::diagnose::diagnose;
 use crate::gap::diagnosis::Options as GapOptions;
 use crate::gap::drive::record::Record;
@@ -144,7 +145,7 @@ pub struct Cannot {
 /// log against `config` names. `observe` is told how many directions are done, and of how many.
 ///
 /// # Errors
-/// Those of a simulation or diagnosis of a log like `inputs`; [`ErrorKind::Usage`] for an effect that is unknown, and for settings
+/// Those of a simulation or diagnosis of a log like `inputs`; [`ErrorKind::Usage`] for an effect that is unknown or stands twice, and for settings
 /// out of range; [`ErrorKind::Value`] where the channels cannot contradict each other, so that no effect is ever named.
 pub fn power(
     config: &Config,
@@ -272,15 +273,14 @@ impl Task<'_> {
             }
         }
         let known: Vec<&str> = all.iter().map(|a| a.0).collect();
-        if let Some(unknown) = self.options.effects.iter().find(|id| !known.contains(&id.as_str())) {
-            let of = if self.config.kind == Kind::Driving { "of drives" } else { "at rest" };
-            let found = format!("no effect {of} is called {unknown:?}");
-            return Err(Error::new(ErrorKind::Usage, "effects", found).hint(one_of(unknown, &known)));
+        let ids: Vec<&str> = self.options.effects.iter().map(String::as_str).collect();
+        if !ids.is_empty() {
+            asked::check("effects", &ids, &known, self.config.kind)?;
         }
-        let asked = |id: &str| self.options.effects.is_empty() || self.options.effects.iter().any(|e| e == id);
+        let is_asked = |id: &str| ids.is_empty() || ids.contains(&id);
         let given = |id: &str| self.config.effects.iter().any(|e| e.id == id);
         let (mut sought, mut cannot) = (Vec::new(), Vec::new());
-        for (id, found) in all.into_iter().filter(|a| asked(a.0)) {
+        for (id, found) in all.into_iter().filter(|a| is_asked(a.0)) {
             match found {
                 Ok(_) if given(id) => {
                     cannot.push(Cannot { id: id.into(), reason: "the configuration holds it already".into() });

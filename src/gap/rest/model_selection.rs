@@ -13,6 +13,7 @@ use super::whittle::search::{LEAST_SCREENED, POLICY, Sets};
 use crate::effects::{Effect, Explanation, NoiseState};
 use crate::gap::answer::calibration::Calibration;
 use crate::gap::selection::findings::Findings;
+use crate::gap::selection::leave_out::{LeftOut, tell};
 use crate::gap::selection::prior::Prior;
 use crate::gap::selection::search::{Addition, SCREENED, Search};
 use crate::gap::selection::sets::{Part, WeightedSet};
@@ -74,8 +75,6 @@ struct Account {
     /// Its parts beside a path of jumps, `missed_nats` being ln evidence lost by the Gaussian part; none of a set of
     /// the search, whose parts follow from its fit.
     parts: Option<Vec<Part>>,
-    /// For each part: index of the account without it, and ln prior of the part; none where that was not fitted.
-    without: Vec<Option<(usize, f64)>>,
     ln_weight: f64,
     view: usize,
     /// Whether it has the nominal noise level where the best set has another.
@@ -150,23 +149,25 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
         // events are looked for in the remainder beside the path, if the path is probable enough
         let in_reach = ln_weight.max(ln_shots) > best.ln_weight - DEPTH;
         let seen = Seen::new(if in_reach { &likelihood } else { weighed.likelihood }, h);
-        let mut others = parts(&likelihood, &found.fitted);
-        for (part, c) in others.iter_mut().zip(h.candidates()) {
-            part.missed_nats = Some(found.fitted.ln_evidence - likelihood.fit_with_shapes(&h.without(c)).ln_evidence);
-        }
-        let view = views.of(seen).unwrap_or(0);
-        let mut push = |part: Part, ln_weight: f64| {
-            let parts: Vec<Part> = others.iter().cloned().chain([part]).collect();
-            let without = vec![None; parts.len()];
-            beside_path.push(Account { parts: Some(parts), without, ln_weight, view, nominal_level: false });
+        let others = parts(&likelihood, &found.fitted);
+        let left_out = |c: usize| {
+            let less = likelihood.fit_with_shapes(&h.without(c));
+            LeftOut::new(&candidates[c].id, found.fitted.ln_evidence - less.ln_evidence, 0.0)
         };
-        let missed = |part: Part, ln: f64, ln_prior: f64| Part { missed_nats: Some(ln - ln_prior - without), ..part };
+        let left_out: Vec<LeftOut> = h.candidates().map(left_out).collect();
+        let view = views.of(seen).unwrap_or(0);
+        let mut push = |part: Part, ln_weight: f64, ln_prior: f64| {
+            let own = LeftOut::new(&part.id, ln_weight - without, ln_prior);
+            let mut parts = [&others[..], &[part]].concat();
+            tell(&mut parts, &[&left_out[..], &[own]].concat());
+            beside_path.push(Account { parts: Some(parts), ln_weight, view, nominal_level: false });
+        };
         if let Some(id) = named(|e| matches!(e, Explanation::TwoLevels)) {
             let part = crate::gap::rest::parts::telegraph(id, &found, &frame.scene, (ln_weight - without).max(0.1));
-            push(missed(part, ln_weight, prior.ln_named), ln_weight);
+            push(part, ln_weight, prior.ln_named);
         }
         let part = crate::gap::rest::parts::shots(&shots, (ln_shots - without).max(0.1));
-        push(missed(part, ln_shots, prior.ln_free), ln_shots);
+        push(part, ln_shots, prior.ln_free);
         let jumps = named(|e| matches!(e, Explanation::TwoLevels)).map(|id| (id, ln_weight - best.ln_weight));
         by_levels = Some(jumps.into_iter().chain([("free.shots", ln_shots - best.ln_weight)]).collect());
     }
@@ -176,10 +177,8 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
     order.sort_by_key(|i| !deep[*i]);
     for i in order {
         let h = &all[i].fitted.hypothesis;
-        let one = |c: usize| Some((number(&h.without(c))?, prior.of(candidates[c].named)));
         accounts[i] = views.of(Seen::new(&likelihood, h)).map(|view| Account {
             parts: None,
-            without: h.candidates().map(one).collect(),
             ln_weight: all[i].ln_weight,
             view,
             nominal_level: !levels.is_empty() && !h.candidates().any(|c| candidates[c].kind.is_level()),
@@ -223,16 +222,18 @@ pub(crate) fn judge(scene: &Scene, recorded: &[f64], effects: &[&'static dyn Eff
         }
         let own = a.parts.clone().unwrap_or_else(|| parts(&likelihood, &all[at].fitted));
         for choice in near {
-            let mut set = own.clone();
-            for (part, without) in set.iter_mut().zip(&a.without) {
-                let less = without.and_then(|(at, ln_prior)| Some((accounts.get(at)?.as_ref()?, ln_prior)));
-                if let Some((less, ln_prior)) = less {
-                    part.missed_nats = Some(total(a, choice) - ln_prior - total(less, choice));
-                }
-            }
-            set.extend(layers(a).parts(choice).cloned());
-            set.extend(lattice.iter().chain(&repeats).cloned());
-            combined.push(WeightedSet { parts: set, ln_weight: total(a, choice), probability: 0.0 });
+            let ln_weight = total(a, choice);
+            let left_out = |h: &Hypothesis, c: usize| {
+                let less = accounts.get(number(&h.without(c))?)?.as_ref()?;
+                let Candidate { id, named, .. } = &candidates[c];
+                Some(LeftOut::new(id, ln_weight - total(less, choice), prior.of(*named)))
+            };
+            let met = all.get(at).map(|met| &met.fitted.hypothesis).into_iter();
+            let left_out: Vec<LeftOut> = met.flat_map(|h| h.candidates().filter_map(|c| left_out(h, c))).collect();
+            let mut parts = own.clone();
+            tell(&mut parts, &left_out);
+            parts.extend(layers(a).parts(choice).chain(&lattice).chain(&repeats).cloned());
+            combined.push(WeightedSet { parts, ln_weight, probability: 0.0 });
         }
     }
     let mut trace = tried(&search, &candidates, &best.fitted.hypothesis);

@@ -7,6 +7,7 @@ use super::nongaussian::telegraph::TelegraphFit;
 use super::whittle::evidence::{Fitted, Likelihood};
 use super::whittle::hypothesis::{Hypothesis, Kind, SignalPart};
 use crate::effects::{Parameters, Signal, by_id};
+use crate::gap::selection::leave_out::shares;
 use crate::gap::selection::sets::Part;
 use crate::model::Scene;
 use std::f64::consts::{SQRT_2, TAU};
@@ -21,8 +22,10 @@ pub(crate) fn parts(l: &Likelihood, fitted: &Fitted) -> Vec<Part> {
     let h = &fitted.hypothesis;
     let Some(posterior) = l.coefficients(h) else { return Vec::new() };
     let size = posterior.mean.len();
-    let shares = shares(l, fitted);
-    let share = |c: usize| shares.iter().find(|s| s.0 == c).map_or(0.0, |s| s.1);
+    // other parts have the coefficients that they take without one: of two interchangeable parts neither is indispensable
+    let members: Vec<usize> = h.candidates().collect();
+    let shares = shares(&members, |keep| l.plug_in(h, keep).unwrap_or(f64::NEG_INFINITY));
+    let share = |c: usize| members.iter().position(|m| *m == c).map_or(0.0, |i| shares[i]);
     let mut parts = Vec::new();
     let mut at = size - h.signals.iter().map(|s| s.columns.len()).sum::<usize>();
     for s in &h.signals {
@@ -222,20 +225,4 @@ pub(crate) fn repeats(r: &Repeats) -> Part {
         format!("{} readings equal the one before exactly: samples are held", r.held)
     };
     part
-}
-
-/// Share of each part of a fitted set, nats, by candidate: the mean of its gains in ln p when added first and last.
-/// Other parts have the coefficients that they take without it, so that of two interchangeable parts neither counts as
-/// indispensable.
-pub(crate) fn shares(likelihood: &Likelihood, fitted: &Fitted) -> Vec<(usize, f64)> {
-    let h = &fitted.hypothesis;
-    let score = |keep: &dyn Fn(usize) -> bool| likelihood.plug_in(h, keep);
-    let (Some(all), Some(none)) = (score(&|_| true), score(&|_| false)) else { return Vec::new() };
-    let single = h.size() == 1;
-    let share = |c: usize| {
-        let last = all - if single { none } else { score(&|k| k != c)? };
-        let first = if single { all } else { score(&|k| k == c)? } - none;
-        Some((c, 0.5 * (first + last)))
-    };
-    h.candidates().filter_map(share).collect()
 }

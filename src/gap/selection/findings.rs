@@ -91,12 +91,13 @@ impl Findings {
         self.doubt = if all > 0.0 { 1.0 - left / all } else { self.doubts[0] };
     }
 
-    /// Refuses sets whose probability is not finite.
+    /// With the steps of the trail that follow from the sets; refuses sets whose probability is not finite.
     ///
     /// # Errors
     /// [`ErrorKind::Numeric`] with the name of the `input`.
-    pub(crate) fn weighed(self, input: &str) -> Result<Self> {
+    pub(crate) fn weighed(mut self, input: &str) -> Result<Self> {
         if self.sets.iter().all(|set| set.probability.is_finite()) {
+            self.trace.extend(self.steps());
             return Ok(self);
         }
         Err(Error::new(ErrorKind::Numeric, input, "the recording has no finite likelihood under the nominal simulator")

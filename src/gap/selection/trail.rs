@@ -22,7 +22,7 @@ fn subject(parts: &[Part]) -> String {
 impl Findings {
     /// Steps of the stages that recordings at rest and drives have in common: sets, leaving one out, probabilities.
     #[must_use]
-    pub(crate) fn steps(&self) -> Vec<Step> {
+    pub(super) fn steps(&self) -> Vec<Step> {
         [self.of_sets(), self.of_leaving_out(), self.of_probabilities(TraceStage::Probabilities)].concat()
     }
 

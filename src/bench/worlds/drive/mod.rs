@@ -8,7 +8,7 @@
 
 mod body;
 mod case;
-mod catalogue;
+pub(in crate::bench) mod catalogue;
 mod effect;
 mod grip;
 mod keep;

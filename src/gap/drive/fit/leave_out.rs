@@ -8,6 +8,7 @@ use super::Compared;
 use crate::gap::drive::fit::form::form_nats;
 use crate::gap::drive::preprocess::hypothesis::PreprocessingHypothesis;
 use crate::gap::drive::regressors::candidates::Kind;
+use crate::gap::selection::leave_out::LeftOut;
 use rayon::prelude::*;
 
 /// Most rounds in which an effect is removed.
@@ -19,36 +20,14 @@ const INSTEAD: usize = 8;
 /// back by settling anew.
 const SURE_NATS: f64 = 60.0;
 
-/// The best set without one of its effects.
-struct Without {
-    id: String,
-    /// Nats that the other members close by laws that may bend.
-    bent_nats: f64,
-    /// ln prior odds of the effect.
-    ln_prior: f64,
-    /// Gain in ln weight of the effect beside the others as they were fitted.
-    gain: f64,
-    /// The others fitted anew, with possible replacements; none where the effect is missed for certain.
-    compared: Option<Compared>,
-}
-
-impl Without {
-    /// Evidence lost without the effect, in a set of ln weight `top`, less what errors of other laws explain, nats.
-    fn missed_nats(&self, top: f64) -> f64 {
-        let nats = self.compared.as_ref().map_or(self.gain, |c| top - c.top()) - self.ln_prior;
-        nats - form_nats(nats, self.bent_nats)
-    }
-}
-
 impl PreprocessingHypothesis {
-    /// Removes effects that are not missed, and sets `missed_by` for those that remain.
+    /// Removes effects that are not missed, and sets `left_out` for those that remain.
     pub(crate) fn leave_out(&mut self) {
         for round in 0..ROUNDS {
             let top = self.compared.top();
-            let without = self.without_each();
-            self.missed_by = without.iter().map(|w| (w.id.clone(), w.missed_nats(top))).collect();
-            let settled = without.into_iter().filter_map(|w| w.compared);
-            let best = settled.max_by(|a, b| a.top().total_cmp(&b.top()));
+            let without: Vec<Option<Compared>>;
+            (self.left_out, without) = self.without_each().into_iter().unzip();
+            let best = without.into_iter().flatten().max_by(|a, b| a.top().total_cmp(&b.top()));
             let Some(best) = best.filter(|b| b.top() > top && round + 1 < ROUNDS) else { return };
             let all = self.compared.candidates.clone();
             let there = Compared::wide(&self.record, &self.noise, all, best.next().0);
@@ -83,8 +62,10 @@ impl PreprocessingHypothesis {
         }
     }
 
-    /// The best set without each of its effects, the others fitted anew, with possible replacements.
-    fn without_each(&self) -> Vec<Without> {
+    /// The best set without each of its effects, the others fitted anew, with possible replacements; none where the effect
+    /// is missed for certain: its evidence is then that beside the others as they were fitted. Errors of the laws of other
+    /// effects that may bend explain a part of the evidence, which is taken off.
+    fn without_each(&self) -> Vec<(LeftOut, Option<Compared>)> {
         let c = &self.compared;
         let members = &c.sets[0].fitted;
         let tested = |g: usize| matches!(c.candidates.kinds[g], Kind::Change(_) | Kind::Step(..) | Kind::Walk);
@@ -101,9 +82,12 @@ impl PreprocessingHypothesis {
             added.retain(|a| !self.holds_law_of(a.0.0, &group.id));
             added.sort_by(|a, b| b.1.total_cmp(&a.1));
             let gain = own.iter().map(|a| a.1).fold(f64::NEG_INFINITY, f64::max);
-            let bent_nats = self.bent_nats_beside(&group.id);
-            let without =
-                |compared| Without { id: group.id.clone(), bent_nats, ln_prior: group.ln_prior, gain, compared };
+            let without = |compared: Option<Compared>| {
+                let gain = compared.as_ref().map_or(gain, |less| c.top() - less.top());
+                let mut told = LeftOut::new(&group.id, gain, group.ln_prior);
+                told.missed_nats -= form_nats(told.missed_nats, self.bent_nats_beside(&group.id));
+                (told, compared)
+            };
             let sure = gain - added.first().map_or(0.0, |a| a.1.max(0.0)) > SURE_NATS;
             let linear = !matches!(c.candidates.kinds[g], Kind::Change(_));
             if sure && (linear || lost_without(&group.id) > SURE_NATS) {

@@ -11,10 +11,11 @@ use crate::gap::drive::preprocess::level::{Level, Residual};
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::basis::{Column, Scoped};
 use crate::gap::drive::regressors::candidates::Kind;
+use crate::gap::selection::leave_out::LeftOut;
 use crate::gap::selection::search::Member;
 use crate::gap::selection::sets::{Part, WeightedSet};
 use crate::gap::trace::Step;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// Most sets that take part in the answer.
 const SETS: usize = 60;
@@ -39,8 +40,8 @@ pub(crate) struct PreprocessingHypothesis {
     pub(crate) extra_parts: Vec<Part>,
     /// Named noise levels that are not as stated
     pub(crate) levels: Vec<Level>,
-    /// Evidence lost without each effect of the best set, nats, by id
-    pub(crate) missed_by: BTreeMap<String, f64>,
+    /// Each effect of the best set left out
+    pub(crate) left_out: Vec<LeftOut>,
     /// Steps of the trail.
     pub(crate) trace: Vec<Step>,
 }
@@ -50,7 +51,7 @@ impl PreprocessingHypothesis {
         let (promising, put_aside, extra_weight, extra_parts) = (None, [0; 3], 0.0, Vec::new());
         let believed = noise;
         let (restored, bent_nats) = (false, 0.0);
-        let (levels, missed_by, trace) = (Vec::new(), BTreeMap::new(), Vec::new());
+        let (levels, left_out, trace) = (Vec::new(), Vec::new(), Vec::new());
         Self {
             record,
             believed,
@@ -64,7 +65,7 @@ impl PreprocessingHypothesis {
             extra_weight,
             extra_parts,
             levels,
-            missed_by,
+            left_out,
             trace,
         }
     }

@@ -130,7 +130,7 @@ fn answers_are_held_against_an_oracle_that_is_told_the_effects() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path().join("bench");
     let mix = Mix { cases: 4, none: 0.25, pairs: 0.0, unlisted: 0.25, messy: 0.0, habits: 0.0 };
-    let made = make(&folder, &Order { kind: Kind::Driving, mix, seed: Some(3) }, |_| {}).unwrap();
+    let made = make(&folder, &Order { kind: Kind::Driving, mix, seed: Some(3) }, |_, _| {}).unwrap();
     let library = Library::new();
     let mut answers = std::collections::BTreeMap::new();
     let mut told = Vec::new();

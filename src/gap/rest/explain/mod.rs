@@ -22,7 +22,8 @@ use super::whittle::hypothesis::{Candidate, Hypothesis, Kind};
 use super::whittle::lines::Lines;
 use crate::config::Config;
 use crate::effects::{About, Effect, Explanation, Library};
-use crate::error::{Error, ErrorKind, Result, one_of};
+use crate::error::{Error, ErrorKind, Result};
+use crate::gap::asked;
 use crate::gap::selection::sets::Part;
 use crate::signal::Log;
 use serde::{Deserialize, Serialize};
@@ -67,7 +68,9 @@ pub(in crate::gap) fn explain(
     ids: &[&str],
     since_power_on_s: f64,
 ) -> Result<Explanations> {
-    let effects = chosen(library, ids)?;
+    let known: Vec<&str> = library.effects().map(|e| e.about().id).collect();
+    asked::check("effects", ids, &known, config.kind)?;
+    let effects: Vec<_> = ids.iter().filter_map(|id| library.by_id(id)).collect();
     let prepared = prepare(config, log, since_power_on_s)?;
     for effect in &effects {
         if effect.explanation(&prepared.scene).is_none() {
@@ -77,28 +80,6 @@ pub(in crate::gap) fn explain(
         }
     }
     Ok(fit(&prepared, &effects))
-}
-
-fn chosen(library: &Library, ids: &[&str]) -> Result<Vec<&'static dyn Effect>> {
-    let refused = |found: String| {
-        let known: Vec<_> = library.effects().map(|e| e.about().id).collect();
-        Error::new(ErrorKind::Usage, "effects", found).hint(format!("name some of {}", known.join(", ")))
-    };
-    if ids.is_empty() {
-        return Err(refused("no effect is named".into()));
-    }
-    let mut effects = Vec::new();
-    for (i, id) in ids.iter().enumerate() {
-        if ids[..i].contains(id) {
-            return Err(refused(format!("{id} is named twice")));
-        }
-        let effect = library.by_id(id).ok_or_else(|| {
-            let known: Vec<_> = library.effects().map(|e| e.about().id).collect();
-            refused(format!("no effect at rest is called {id:?}")).hint(one_of(id, &known))
-        })?;
-        effects.push(effect);
-    }
-    Ok(effects)
 }
 
 /// Fits `effects` to a prepared recording.

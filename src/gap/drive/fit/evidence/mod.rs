@@ -3,6 +3,7 @@
 //! Gaussian comparison of sets of groups of columns from their Gram matrix alone: G = Σ slopes slopes', b = Σ slopes ν.
 //! Each group has a prior N(0, s² diag(unit²)) whose scale s lies on a grid, every node equally probable.
 
+use crate::gap::selection::leave_out;
 use crate::gap::selection::search::{Member, Weighed};
 use crate::math::registers::free_upper_halves;
 use faer::linalg::solvers::{Llt, Solve};
@@ -362,10 +363,7 @@ impl Problem {
                 let inside = self.integrated(columns, &stds, |c| self.moment[c], self.null);
                 inside.map_or(f64::NEG_INFINITY, |c| c.ln_evidence)
             };
-            let (none, all) = (with(&|_| false), with(&|_| true));
-            for &i in &here {
-                shares[i] = 0.5 * (with(&|j| j == i) - none + all - with(&|j| j != i));
-            }
+            here.iter().zip(leave_out::shares(&here, with)).for_each(|(i, share)| shares[*i] = share);
             before.extend(here.iter().map(|i| members[*i]));
         }
         for (from, to, moves) in self.inconstant(members) {
