@@ -129,7 +129,7 @@ impl Contents {
 
     /// Checks the pages of `chunk` that hold any of its `rows`.
     pub(crate) fn check(&self, chunk: &ColumnChunkMetadata, bytes: &[u8], rows: &Range<usize>) -> Result<(), String> {
-        checks::pages(bytes, chunk.byte_range().start, rows, self.checked)
+        checks::pages(chunk, bytes, rows, self.checked)
     }
 
     /// All columns, all rows.

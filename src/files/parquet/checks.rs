@@ -2,6 +2,7 @@
 //! format leaves open and gyroid writes.
 
 use flate2::Crc;
+use polars_parquet::parquet::metadata::ColumnChunkMetadata;
 use polars_parquet::parquet::page::ParquetPageHeader;
 use polars_parquet_format::thrift::protocol::TCompactInputProtocol;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -62,30 +63,43 @@ pub(super) fn footer(file: &mut (impl Read + Seek)) -> io::Result<Option<Footer>
     Ok(Some(Footer { fits: tagged == before_footer(&footer), at }))
 }
 
-/// Checks the pages with any of `rows` in `chunk`, the bytes of a column in a row group that begin at byte `from` of the file.
-/// Pages without a checksum pass, unless `all` must have one.
+/// Checks the pages with any of `rows` in `bytes`, those of the column's `chunk`: their checksums, and that they hold no more
+/// than the footer says, for the decoder asks for as much memory as a page claims. Pages without a checksum pass, unless `all`
+/// must have one.
 ///
 /// # Errors
-/// The page whose bytes were changed.
-pub(super) fn pages(chunk: &[u8], from: u64, rows: &Range<usize>, all: bool) -> Result<(), String> {
-    let (mut rest, mut row) = (chunk, 0);
+/// The page that is damaged.
+pub(super) fn pages(chunk: &ColumnChunkMetadata, bytes: &[u8], rows: &Range<usize>, all: bool) -> Result<(), String> {
+    let (from, values) = (chunk.byte_range().start, usize::try_from(chunk.num_values()).unwrap_or(0));
+    let (mut rest, mut row) = (bytes, 0);
     while !rest.is_empty() && row < rows.end {
-        let at = from + (chunk.len() - rest.len()) as u64;
+        let page = format!("the page at byte {}", from + (bytes.len() - rest.len()) as u64);
         // what cannot be read here is told by the decoder
         let mut protocol = TCompactInputProtocol::new(&mut rest, MOST_HEADER_BYTES);
         let Ok(header) = ParquetPageHeader::read_from_in_protocol(&mut protocol) else { return Ok(()) };
         let length = usize::try_from(header.compressed_page_size).ok();
-        let Some((page, next)) = length.and_then(|n| rest.split_at_checked(n)) else { return Ok(()) };
-        let values = header.data_page_header.as_ref().map(|h| h.num_values);
-        let values = values.or(header.data_page_header_v2.as_ref().map(|h| h.num_values));
-        let last = values.and_then(|n| usize::try_from(n).ok()).map_or(row, |n| row.saturating_add(n));
+        let Some((packed, next)) = length.and_then(|n| rest.split_at_checked(n)) else { return Ok(()) };
+        let data = header.data_page_header.as_ref().map(|h| h.num_values);
+        let data = data.or(header.data_page_header_v2.as_ref().map(|h| h.num_values));
+        let dictionary = header.dictionary_page_header.as_ref().map(|h| h.num_values);
+        let unpacked = i64::from(header.uncompressed_page_size);
+        // a dictionary may have words that no row has, but none without a byte
+        let words = dictionary.is_none_or(|n| (0..=unpacked).contains(&i64::from(n)));
+        let data_fit = data.is_none_or(|n| usize::try_from(n).is_ok_and(|n| n <= values));
+        if !words || !data_fit || !(0..=chunk.uncompressed_size()).contains(&unpacked) {
+            return Err(format!("{page} claims more than its column holds"));
+        }
+        let last = row + data.map_or(0, |n| n as usize);
+        if last > values || (next.is_empty() && last != values) {
+            return Err(format!("{page} ends with value {last} of {values}"));
+        }
         // a dictionary has no rows, and belongs to all of them
-        if values.is_none() || last > rows.start {
+        if data.is_none() || last > rows.start {
             match header.crc {
-                Some(crc) if crc as u32 != crc32(page) => {
-                    return Err(format!("the page at byte {at} does not fit its checksum: its bytes were changed"));
+                Some(crc) if crc as u32 != crc32(packed) => {
+                    return Err(format!("{page} does not fit its checksum: its bytes were changed"));
                 }
-                None if all => return Err(format!("the page at byte {at} has lost its checksum")),
+                None if all => return Err(format!("{page} has lost its checksum")),
                 _ => {}
             }
         }
