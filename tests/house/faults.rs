@@ -167,7 +167,9 @@ fn logs_with_holes_and_jumps_say_so() {
     let moved = |from: usize, by: f64| all().map(|(i, (t, x))| (if i < from { t } else { t + by }, x)).collect();
     let order = |parts: &[std::ops::Range<usize>]| parts.iter().flat_map(|p| rows[p.clone()].to_vec()).collect();
     let back = &["time goes back", "--sort-time"][..];
-    let logs: [(&str, Vec<(f64, &str)>, &[&str], &[&str]); 6] = [
+    // name, rows, what is said, and what with --sort-time where it is refused without
+    type Case<'a> = (&'a str, Vec<(f64, &'a str)>, &'a [&'a str], &'a [&'a str]);
+    let logs: [Case<'_>; 6] = [
         ("forward", moved(1200, 600.0), &["1 gap", "10 min"], &[]),
         ("back", moved(1200, -100.0), back, &["repeated time stamps", "sorted"]),
         ("doubled", order(&[0..1200, 1000..ROWS]), back, &["200 repeated time stamps", "left out"]),
