@@ -1,10 +1,11 @@
-//! Output files that are written whole or not at all: temporary file beside the target, fsync, rename. [`Plan`] sees beforehand
-//! that none of them takes the place of something of the user's.
+//! Output files that are written whole or not at all: a temporary file on the target's disk, fsync, link or rename. [`Plan`]
+//! sees beforehand that none of them takes the place of something of the user's.
 
 pub mod mark;
 pub mod memory;
 pub(crate) mod parquet;
 mod plan;
+mod temporary;
 
 pub use plan::Plan;
 
@@ -12,6 +13,7 @@ use crate::error::{Error, ErrorKind, Result};
 use sha2::{Digest, Sha256};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
+use temporary::Temporary;
 
 /// A place to write to, claimed before the work begins, so that hours of work are not lost to a bad path.
 ///
@@ -21,13 +23,17 @@ pub struct OutputFile {
     target: PathBuf,
     /// Where it lies when links are followed.
     place: PathBuf,
-    temporary: Temporary,
+    content: Content,
 }
 
 /// Where the content lies until it is committed.
 #[derive(Debug)]
-enum Temporary {
-    File(tempfile::NamedTempFile),
+enum Content {
+    File {
+        /// Folder of the place.
+        folder: PathBuf,
+        temporary: Temporary,
+    },
     /// Of a [place in memory](memory::Place).
     Memory(Vec<u8>),
 }
@@ -40,7 +46,7 @@ impl OutputFile {
     pub fn claim(target: impl AsRef<Path>) -> Result<Self> {
         let target = target.as_ref().to_path_buf();
         if memory::is_place(&target) {
-            return Ok(Self { place: target.clone(), target, temporary: Temporary::Memory(Vec::new()) });
+            return Ok(Self { place: target.clone(), target, content: Content::Memory(Vec::new()) });
         }
         if target.is_dir() {
             return Err(Error::new(ErrorKind::Io, target.display(), "is a directory, not a file to write")
@@ -70,12 +76,8 @@ impl OutputFile {
                 return Err(cannot(&std::io::Error::from(std::io::ErrorKind::PermissionDenied)));
             }
         }
-        let temporary = tempfile::Builder::new()
-            .prefix(".gyroid-")
-            .suffix(".tmp")
-            .tempfile_in(&directory)
-            .map_err(|e| cannot(&e))?;
-        Ok(Self { target, place, temporary: Temporary::File(temporary) })
+        let temporary = Temporary::beside(&directory).map_err(|e| cannot(&e))?;
+        Ok(Self { target, place, content: Content::File { folder: directory, temporary } })
     }
 
     /// Where the content will be.
@@ -86,9 +88,9 @@ impl OutputFile {
 
     /// The temporary file, for writers that stream.
     pub(crate) fn file(&mut self) -> &mut dyn Write {
-        match &mut self.temporary {
-            Temporary::File(file) => file.as_file_mut(),
-            Temporary::Memory(bytes) => bytes,
+        match &mut self.content {
+            Content::File { temporary, .. } => temporary.file(),
+            Content::Memory(bytes) => bytes,
         }
     }
 
@@ -105,18 +107,20 @@ impl OutputFile {
     /// # Errors
     /// [`ErrorKind::Io`] if the disk refuses; the target is then as it was before.
     pub fn commit(self) -> Result<()> {
-        let Self { target, place, temporary } = self;
-        let temporary = match temporary {
-            Temporary::File(file) => file,
-            Temporary::Memory(bytes) => {
+        let Self { target, place, content } = self;
+        match content {
+            Content::Memory(bytes) => {
                 memory::put(&place, bytes);
-                return Ok(());
+                Ok(())
             }
-        };
-        temporary.as_file().sync_all().map_err(|e| Error::io(&target, &e))?;
-        set_default_permissions(temporary.as_file()).map_err(|e| Error::io(&target, &e))?;
-        temporary.persist(&place).map_err(|e| Error::io(&target, &e.error))?;
-        Ok(())
+            Content::File { folder, mut temporary } => {
+                let file = temporary.file();
+                file.sync_all()
+                    .and_then(|()| set_default_permissions(file))
+                    .and_then(|()| temporary.persist(&folder, &place))
+                    .map_err(|e| Error::io(&target, &e))
+            }
+        }
     }
 }
 

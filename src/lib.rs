@@ -154,6 +154,7 @@ pub mod simulate;
 pub(crate) mod study;
 pub mod traction;
 pub mod units;
+pub(crate) mod unwind;
 pub mod validate;
 pub mod vehicle;
 

@@ -10,6 +10,7 @@
 //!
 //! A configuration that was changed by hand has lost its mark: its checksum no longer fits. CSV has no place for one.
 
+use crate::unwind;
 use polars_parquet::parquet::read::read_metadata;
 use polars_parquet::write::KeyValue;
 use serde::Deserialize;
@@ -99,7 +100,7 @@ fn of_parquet(path: &Path) -> bool {
         let metadata = read_metadata(&mut File::open(path).ok()?).ok()?;
         Some(metadata.key_value_metadata().as_ref()?.iter().any(|entry| entry.key == PARQUET_KEY))
     };
-    std::panic::catch_unwind(read).ok().flatten().unwrap_or(false)
+    unwind::caught(read).flatten().unwrap_or(false)
 }
 
 fn of_png(path: &Path) -> bool {

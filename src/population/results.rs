@@ -71,11 +71,11 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Row>> {
     };
     let first_line = |text: String| text.lines().next().unwrap_or_default().to_string();
     let tables = match format {
-        // its decoder may give up on a damaged file by a panic
-        Format::Parquet => match std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| from_parquet(&file))) {
-            Ok(done) => done.map_err(|e| other(&first_line(e.to_string())))?,
-            Err(_) => return Err(other("it is damaged")),
-        },
+        Format::Parquet => {
+            let frame = parquet::Contents::of(&file).and_then(|contents| contents.frame(&file));
+            let frame = frame.map_err(|damage| other(&format!("it is damaged: {}", damage.why)).at(damage.place))?;
+            from_frame(&frame).map_err(|e| other(&first_line(e.to_string())))?
+        }
         Format::Csv => from_csv(BufReader::new(file)).map_err(|why| other(&why))?,
     };
     let row = |(at, table): (usize, Map<String, Value>)| {
@@ -120,8 +120,7 @@ fn frame(names: &[String], tables: &[Map<String, Value>]) -> PolarsResult<DataFr
     DataFrame::new(tables.len(), names.iter().map(column).collect())
 }
 
-fn from_parquet(file: &File) -> PolarsResult<Vec<Map<String, Value>>> {
-    let frame = parquet::Contents::of(file)?.frame(&parquet::Mapped::of(file)?)?;
+fn from_frame(frame: &DataFrame) -> PolarsResult<Vec<Map<String, Value>>> {
     let mut tables = vec![Map::new(); frame.height()];
     for column in frame.columns() {
         let series: &Series = column.as_materialized_series();

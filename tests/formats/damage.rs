@@ -2,6 +2,8 @@
 //! panic, never more memory than the file can account for.
 
 use super::*;
+use crate::cases::cases;
+use gyroid::ingest::{read_log, write_log};
 use gyroid::math::random::Stream;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -62,7 +64,7 @@ fn read(case: &Case, bytes: &[u8], what: &str) -> gyroid::Result<GyroRecording> 
     let result = done.unwrap_or_else(|_| panic!("{name}: a panic"));
     if let Err(error) = &result {
         let text = error.to_string();
-        assert!(text.contains(case.file), "{name}: {text}");
+        assert!(text.contains(case.file) && text.lines().count() == 1, "{name}: {text}");
         assert!(error.hint.is_some(), "{name}: no hint: {text}");
     }
     result
@@ -219,4 +221,75 @@ fn damage_is_placed() {
         assert!(rates(&recording).len() > SAMPLES / 2 && told(&recording), "{name}: {:?}", recording.notes);
         assert!(recording.notes.iter().any(|n| n.contains("byte")), "{:?}", recording.notes);
     }
+}
+
+/// Damage of four kinds by turns: cut off, flipped bits, a piece twice, pieces in each other's place.
+fn damaged(whole: &[u8], turn: u64, draw: &mut Stream) -> (Vec<u8>, String) {
+    let mut place = |below: usize| ((draw.uniform() * below as f64) as usize).min(below - 1);
+    let (at, from, length) = (place(whole.len()), place(whole.len()), 1 + place(whole.len() / 4));
+    let piece = &whole[from..whole.len().min(from + length)];
+    let mut bytes = whole.to_vec();
+    let what = match turn % 4 {
+        0 => {
+            bytes.truncate(at);
+            format!("cut off after {at} bytes")
+        }
+        1 => {
+            let places: Vec<usize> = (0..=place(3)).map(|_| place(whole.len())).collect();
+            places.iter().for_each(|at| bytes[*at] ^= 1 << place(8));
+            format!("flipped at {places:?}")
+        }
+        2 => {
+            bytes.splice(from..from, piece.iter().copied());
+            format!("{} bytes twice at {from}", piece.len())
+        }
+        _ => {
+            let end = bytes.len().min(at + piece.len());
+            bytes[at..end].copy_from_slice(&piece[..end - at]);
+            format!("{} bytes at {at} from {from}", end - at)
+        }
+    };
+    (bytes, what)
+}
+
+/// Reads this many damaged copies of each test file. Where checksums cover all of a file's numbers, what is read is what was
+/// written, or a note says what was lost.
+fn damaged_copies(times: u64) {
+    let parquet = Case { unit: true, ..case("log.parquet", None, Held::Double) };
+    let folder = tempfile::tempdir().unwrap();
+    write_log(folder.path().join("log.parquet"), &read_log(file("euroc.csv")).unwrap()).unwrap();
+    let parquet = (&parquet, std::fs::read(folder.path().join("log.parquet")).unwrap());
+    let files = distinct().map(|case| (case, std::fs::read(file(case.file)).unwrap()));
+    for (stream, (case, whole)) in files.chain([parquet]).enumerate() {
+        let checked = ["mcap", "npz", "v5.mat", "parquet"].iter().any(|e| case.file.ends_with(e));
+        let expected = case.expected();
+        let mut draw = Stream::new(44, stream as u64);
+        let (mut errors, mut unplaced, mut noted) = (0, 0, 0);
+        for turn in 0..times {
+            let (bytes, what) = damaged(&whole, turn, &mut draw);
+            match read(case, &bytes, &what) {
+                Err(error) => {
+                    errors += 1;
+                    unplaced += u64::from(error.place.is_none());
+                }
+                Ok(recording) => {
+                    noted += u64::from(told(&recording));
+                    let same = rates(&recording) == expected;
+                    assert!(!checked || same || told(&recording), "{} {what}: {:?}", case.file, recording.notes);
+                }
+            }
+        }
+        println!("{}: {errors} of {times} refused, {unplaced} without a place; {noted} read with a note", case.file);
+    }
+}
+
+#[test]
+fn damaged_copies_are_told() {
+    damaged_copies(12);
+}
+
+#[test]
+#[ignore = "minutes; cargo test battery -- --ignored"]
+fn battery_of_damaged_copies() {
+    damaged_copies(cases(500));
 }

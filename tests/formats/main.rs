@@ -1,6 +1,8 @@
 //! One log at rest in every format (written by `make.py`): the same samples, the same fit; damage is told and not met by
 //! a panic.
 
+#[path = "../common/cases.rs"]
+mod cases;
 mod damage;
 mod topics;
 

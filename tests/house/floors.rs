@@ -5,11 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floor of each module. A new module needs its line here.
-const FLOORS: [(&str, u8); 24] = [
+const FLOORS: [(&str, u8); 25] = [
     ("error", 0),
     ("files", 0),
     ("progress", 0),
     ("units", 0),
+    ("unwind", 0),
     ("math", 0),
     ("signal", 1),
     ("ingest", 2),

@@ -7,6 +7,7 @@ use super::head::Kind;
 use super::input::Input;
 use super::source::About;
 use crate::error::{Error, ErrorKind, Result};
+use crate::unwind;
 use hdf5_pure::{AttrValue, DType, Dataset, File, Group};
 
 /// Files with HDF5's magic number, at their beginning or after MATLAB's header.
@@ -137,9 +138,9 @@ impl Arrays for Hdf5 {
 
 /// Runs the decoder; one that gives up on a damaged file by a panic is an error like any other.
 fn guarded<T>(work: impl FnOnce() -> std::result::Result<T, hdf5_pure::Error>) -> std::result::Result<T, String> {
-    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
-        Ok(done) => done.map_err(|e| e.to_string()),
-        Err(_) => Err("the decoder gave up on its content".to_string()),
+    match unwind::caught(work) {
+        Some(done) => done.map_err(|e| e.to_string()),
+        None => Err("the decoder gave up on its content".to_string()),
     }
 }
 

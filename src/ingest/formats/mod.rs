@@ -30,11 +30,13 @@ pub(crate) mod source;
 pub(crate) mod table;
 pub(crate) mod topics;
 pub(crate) mod ulog;
+pub(crate) mod watch;
 
 use self::format::{Format, Opened};
 use self::input::Input;
 use self::source::Source;
 use self::topics::{Stamp, Topic};
+use self::watch::{State, Watched};
 use crate::error::{Error, ErrorKind, Result};
 use std::path::Path;
 
@@ -96,18 +98,25 @@ pub(super) struct Chosen {
     pub note: Option<String>,
 }
 
+impl Chosen {
+    /// `before`: the file's state before it was opened.
+    fn of(path: &Path, before: Option<State>, source: Box<dyn Source>, note: Option<String>) -> Self {
+        Self { source: Box::new(Watched { source, path: path.to_path_buf(), before }), note }
+    }
+}
+
 /// Opens the table of `path` that `choice` names, or the only one with a gyro.
 pub(super) fn open(path: &Path, choice: Choice<'_>) -> Result<Chosen> {
+    let before = State::of(path);
     match opened(path, choice)? {
         Opened::Topics(container) => {
             let listing = container.listing();
             let (topic, note) = topics::choose(&listing.about.source, &listing.topics, choice.topic)
                 .map_err(|e| told_of_damage(e, &listing.about.notes))?;
-            let source = container.open(topic, choice.stamp)?;
-            Ok(Chosen { source, note })
+            Ok(Chosen::of(path, before, container.open(topic, choice.stamp)?, note))
         }
         Opened::Table(source) => match choice.topic {
-            None => Ok(Chosen { source, note: None }),
+            None => Ok(Chosen::of(path, before, source, None)),
             Some(name) => Err(Error::new(ErrorKind::Usage, path.display(), format!("has no topics, so no {name:?}"))
                 .hint("leave out --topic; name its column with --column")),
         },
@@ -139,17 +148,20 @@ pub(super) fn open_all(path: &Path, topics: &[String], any: Choice<'_>, of_sever
     }
     let mut chosen = Vec::new();
     for topic in topics {
+        let before = State::of(path);
         match opened(path, any)? {
             // a table beside a bag has no topics
             Opened::Table(source) if of_several => {
-                chosen.push(Chosen { source, note: None });
+                chosen.push(Chosen::of(path, before, source, None));
                 break;
             }
             Opened::Table(_) => chosen.push(open(path, Choice { topic: Some(topic), ..any })?),
             Opened::Topics(container) => {
                 let listing = container.listing();
                 match topics::choose(&listing.about.source, &listing.topics, Some(topic)) {
-                    Ok((index, note)) => chosen.push(Chosen { source: container.open(index, any.stamp)?, note }),
+                    Ok((index, note)) => {
+                        chosen.push(Chosen::of(path, before, container.open(index, any.stamp)?, note));
+                    }
                     Err(_) if of_several => {}
                     Err(error) => return Err(error),
                 }

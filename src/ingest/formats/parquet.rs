@@ -6,7 +6,7 @@ use super::input::{Input, PendingHash};
 use super::parquet_plain;
 use super::source::{About, Batch, Column, ColumnFacts, Facts, Source, Take};
 use crate::error::{Error, ErrorKind, Result};
-use crate::files::parquet::{Contents, Mapped};
+use crate::files::parquet::{Contents, Damage, decoded};
 use polars::prelude::{ArrowDataType, ArrowTimeUnit, PolarsError, PolarsResult};
 use polars_arrow::array::{Array, PrimitiveArray};
 use polars_arrow::types::NativeType;
@@ -38,7 +38,7 @@ impl Parquet {
     fn open(input: Input) -> Result<Self> {
         let path = input.path.clone();
         let (file, hash) = input.into_file_at_once()?;
-        let contents = guarded(|| Contents::of(&file)).map_err(|why| damaged(&path, &why))?;
+        let contents = Contents::of(&file).map_err(|damage| damaged(&path, damage))?;
         let mut heads = Vec::new();
         for field in contents.schema.iter_values() {
             let kind = kind_of(&field.dtype);
@@ -74,12 +74,11 @@ impl Source for Parquet {
         let types: Vec<&ArrowDataType> = contents.schema.iter_values().map(|field| &field.dtype).collect();
         let mut filling: Vec<Filling> =
             columns.iter().map(|&i| Filling { data_type: types[i], origin: None, largest: 0.0 }).collect();
-        let fail = |why: String| damaged(&path, &why);
         let floats = |i: &usize| matches!(types[*i], ArrowDataType::Float32 | ArrowDataType::Float64);
         let plain = if held && columns.iter().all(floats) {
             let names: Vec<&str> = columns.iter().map(|&i| heads[i].name.as_str()).collect();
             // what is damaged is told by the decoder below
-            guarded(|| Ok(parquet_plain::read(&file, &contents.metadata, &names))).ok().flatten()
+            parquet_plain::read(&file, &contents, &names)
         } else {
             None
         };
@@ -93,15 +92,13 @@ impl Source for Parquet {
         });
         let groups: Vec<usize> = contents.metadata.row_groups.iter().map(|g| g.num_rows()).collect();
         let mut decode = |(from, count): (usize, usize)| -> Result<Batch> {
-            let decoded: Vec<Vec<f64>> = guarded(|| {
-                // mapped into memory anew for each slice: what was read is given back
-                let file = Mapped::of(&file)?;
-                let cells = |(&column, filling): (&usize, &mut Filling)| {
-                    filling.cells(&contents.arrays(&file, column, &(from..from + count))?)
-                };
-                columns.par_iter().zip(&mut filling).map(cells).collect()
-            })
-            .map_err(fail)?;
+            let cells = |(&column, filling): (&usize, &mut Filling)| {
+                let arrays = contents.arrays(&file, column, &(from..from + count))?;
+                decoded(&format!("column {:?}", heads[column].name), || filling.cells(&arrays))
+            };
+            let decoded: std::result::Result<Vec<Vec<f64>>, Damage> =
+                columns.par_iter().zip(&mut filling).map(cells).collect();
+            let decoded = decoded.map_err(|damage| damaged(&path, damage))?;
             let mut batch = Batch { rows: count, columns: vec![Column::default(); heads.len()] };
             for ((&index, filling), values) in columns.iter().zip(&filling).zip(decoded) {
                 batch.columns[index] =
@@ -256,17 +253,10 @@ fn extend<T: NativeType>(cells: &mut Vec<f64>, array: &dyn Array, float: fn(T) -
     Ok(())
 }
 
-/// Runs the decoder; one that gives up on a damaged file by a panic is an error like any other.
-fn guarded<T>(work: impl FnOnce() -> PolarsResult<T>) -> std::result::Result<T, String> {
-    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
-        Ok(done) => done.map_err(|e: PolarsError| e.to_string()),
-        Err(_) => Err("the decoder gave up on its content".to_string()),
-    }
-}
-
-fn damaged(path: &std::path::Path, why: &str) -> Error {
-    let why = why.lines().next().unwrap_or_default();
-    Error::new(ErrorKind::Format, path.display(), format!("the Parquet file is damaged or truncated: {why}"))
+fn damaged(path: &std::path::Path, damage: Damage) -> Error {
+    let found = format!("the Parquet file is damaged or truncated: {}", damage.why);
+    Error::new(ErrorKind::Format, path.display(), found)
+        .at(damage.place)
         .hint("copy or write the file again; Parquet has its index at the end and cannot be read in part")
 }
 

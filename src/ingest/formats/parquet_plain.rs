@@ -1,15 +1,17 @@
 //! Columns of Parquet whose pages hold plain floats and no gaps, as recorders write them: put straight into their places, on
 //! all cores. Whatever looks otherwise, or damaged, is left to the decoder that knows it all.
 
+use crate::files::parquet::{Contents, read_at};
+use crate::unwind;
 use polars_parquet::parquet::encoding::Encoding;
 use polars_parquet::parquet::encoding::hybrid_rle::{HybridRleChunk, HybridRleDecoder};
-use polars_parquet::parquet::metadata::{ColumnChunkMetadata, FileMetadata};
+use polars_parquet::parquet::metadata::{ColumnChunkMetadata, RowGroupMetadata};
 use polars_parquet::parquet::page::{DataPage, split_buffer};
 use polars_parquet::parquet::read::{BasicDecompressor, PageReader};
 use polars_parquet::parquet::schema::types::PhysicalType;
 use rayon::prelude::*;
 use std::fs::File;
-use std::io::{self, Cursor};
+use std::io::Cursor;
 
 /// All cells of a column.
 pub(crate) struct Floats {
@@ -21,8 +23,9 @@ pub(crate) struct Floats {
 /// Bytes of a page's levels, where no cell is missing.
 const MOST_LEVEL_BYTES: usize = 4096;
 
-/// The columns of these names, all rows of them; none if they are not plain. A damaged file may make it panic.
-pub(crate) fn read(file: &File, metadata: &FileMetadata, names: &[&str]) -> Option<Vec<Floats>> {
+/// The columns of these names, all rows of them; none if they are not plain, or damaged.
+pub(crate) fn read(file: &File, contents: &Contents, names: &[&str]) -> Option<Vec<Floats>> {
+    let metadata = &contents.metadata;
     let rows = metadata.num_rows;
     let bytes = file.metadata().ok()?.len();
     let groups = &metadata.row_groups;
@@ -36,15 +39,15 @@ pub(crate) fn read(file: &File, metadata: &FileMetadata, names: &[&str]) -> Opti
     let mut left: Vec<&mut [f64]> = columns.iter_mut().map(Vec::as_mut_slice).collect();
     for group in groups {
         for (column, (name, left)) in names.iter().zip(&mut left).enumerate() {
-            let mut leaves = group.columns_under_root_iter(name)?;
-            let (chunk, None) = (leaves.next()?, leaves.next()) else { return None };
             let (places, rest) = std::mem::take(left).split_at_mut(group.num_rows());
             *left = rest;
-            tasks.push((column, Chunk::of(chunk, places.len(), bytes)?, places));
+            // numbers of a damaged footer may make it panic
+            let chunk = unwind::caught(|| Chunk::of(group, name, places.len(), bytes))??;
+            tasks.push((column, chunk, places));
         }
     }
     let largest = |buffer: &mut Vec<u8>, (column, chunk, places): (usize, Chunk<'_>, &mut [f64])| {
-        Some((column, chunk.read(file, places, buffer)?))
+        Some((column, unwind::caught(|| chunk.read(file, contents, places, buffer))??))
     };
     let largest: Option<Vec<(usize, f64)>> =
         tasks.into_par_iter().with_max_len(1).map_init(Vec::new, largest).collect();
@@ -62,7 +65,9 @@ struct Chunk<'a> {
 }
 
 impl<'a> Chunk<'a> {
-    fn of(about: &'a ColumnChunkMetadata, rows: usize, file_bytes: u64) -> Option<Self> {
+    fn of(group: &'a RowGroupMetadata, name: &str, rows: usize, file_bytes: u64) -> Option<Self> {
+        let mut leaves = group.columns_under_root_iter(name)?;
+        let (about, None) = (leaves.next()?, leaves.next()) else { return None };
         let single = match about.physical_type() {
             PhysicalType::Float => true,
             PhysicalType::Double => false,
@@ -75,10 +80,11 @@ impl<'a> Chunk<'a> {
     }
 
     /// Puts its values into `places`; returns the largest by its size. `buffer` comes and goes.
-    fn read(&self, file: &File, places: &mut [f64], buffer: &mut Vec<u8>) -> Option<f64> {
+    fn read(&self, file: &File, contents: &Contents, places: &mut [f64], buffer: &mut Vec<u8>) -> Option<f64> {
         let range = self.about.byte_range();
         let mut bytes = vec![0; usize::try_from(range.end - range.start).ok()?];
         read_at(file, &mut bytes, range.start).ok()?;
+        contents.check(self.about, &bytes, &(0..places.len())).ok()?;
         let most = bytes.len();
         let reader = PageReader::new(Cursor::new(bytes.into()), self.about, Vec::new(), most);
         let mut pages = BasicDecompressor::new(reader, std::mem::take(buffer));
@@ -146,21 +152,10 @@ fn all_there(levels: &[u8], count: usize) -> bool {
     there == Some(count)
 }
 
-#[cfg(unix)]
-fn read_at(file: &File, buffer: &mut [u8], at: u64) -> io::Result<()> {
-    std::os::unix::fs::FileExt::read_exact_at(file, buffer, at)
-}
-
-/// Others would move the place at which the file is read.
-#[cfg(not(unix))]
-fn read_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
-    Err(io::ErrorKind::Unsupported.into())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::parquet::{Contents, write_as};
+    use crate::files::parquet::write_as;
     use polars::prelude::{Column, DataFrame, IntoColumn, NamedFrom, Series};
     use polars_parquet::write::CompressionOptions;
 
@@ -172,8 +167,7 @@ mod tests {
     }
 
     fn read_back(file: &File, names: &[&str]) -> Option<Vec<Floats>> {
-        let metadata = Contents::of(file).unwrap().metadata;
-        read(file, &metadata, names)
+        read(file, &Contents::of(file).unwrap(), names)
     }
 
     #[test]
