@@ -56,7 +56,7 @@ impl Tried {
 }
 
 /// Asserts that each id has the form `place.effect`, and stands once in `all`.
-pub fn assert_ids_stand_once(all: &[&About]) {
+pub(super) fn assert_ids_stand_once(all: &[&About]) {
     for (i, about) in all.iter().enumerate() {
         let well_formed = |part: &str| !part.is_empty() && part.bytes().all(|c| c.is_ascii_lowercase() || c == b'_');
         assert!(about.id.split_once('.').is_some_and(|(on, of)| well_formed(on) && well_formed(of)), "{}", about.id);

@@ -66,8 +66,8 @@ pub(crate) fn diagnose(
     let mut judged = judge(&record, &effects, &options.judge_drives);
     judged.findings = judged.findings.weighed(&record.sources.join("; "))?;
     let loud = notes::loud_note(&record.belief, &judged.nominal_noise).filter(|_| record.torques_n_m.is_none());
-    let record = record.as_loud_as(&judged.nominal_noise);
-    let kept = kept.map(|kept| kept.as_loud_as(&judged.nominal_noise));
+    let record = record.with_levels_of(&judged.nominal_noise);
+    let kept = kept.map(|kept| kept.with_levels_of(&judged.nominal_noise));
     observe(Stage::Measure);
     let half = kept.is_none().then(|| holdout::second_half(&record));
     let measured = kept.as_ref().or(half.as_ref()).unwrap_or(&record);

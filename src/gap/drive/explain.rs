@@ -145,7 +145,7 @@ pub(in crate::gap) fn known_gain(
     };
     let fit = fit(&record, &asked, &options);
     let found: Vec<(String, Parameters)> = fit.parts.into_iter().map(|p| (p.id, p.parameters)).collect();
-    Ok(holdout::gain(&kept.as_loud_as(&fit.nominal), library, &found, fit.nominal.process))
+    Ok(holdout::gain(&kept.with_levels_of(&fit.nominal), library, &found, fit.nominal.process))
 }
 
 /// Fits what is asked for to the drive as it is, and with the readings of an instrument moved earlier by the whole rows by

@@ -169,7 +169,7 @@ impl Fitting {
         let found = InitialNoise::of(&self.record);
         if self.record.torques_n_m.is_none() {
             self.process = found.noise.process;
-            self.record = self.record.clone().as_loud_as(&found.noise);
+            self.record = self.record.clone().with_levels_of(&found.noise);
         } else {
             let before = self.noise(&self.record);
             let all = self.record.belief.torque_noise_n_m_sqrt_s.powi(2);

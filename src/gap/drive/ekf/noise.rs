@@ -127,7 +127,7 @@ impl Record {
     /// With the noise of wheels and gyro of `noise` if no torques were logged: motion and noise are then estimated
     /// together.
     #[must_use]
-    pub(crate) fn as_loud_as(mut self, noise: &Noise) -> Self {
+    pub(crate) fn with_levels_of(mut self, noise: &Noise) -> Self {
         if self.torques_n_m.is_none() {
             let [wheel, _, gyro, ..] = noise.reading.map(f64::sqrt);
             (self.belief.wheel_std_rad_s, self.belief.gyro_std_rad_s) = (wheel, gyro);
