@@ -174,7 +174,7 @@ fn files_stay_short_and_the_library_silent() {
             for word in ["println!", "eprint", "process::exit", "panic!(", "todo!(", "unimplemented!("] {
                 let code = text.split("#[cfg(test)]").next().unwrap_or("");
                 let code: String = code.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
-                let tests = file.file_name().is_some_and(|n| n == "tests.rs");
+                let tests = file.components().any(|c| ["tests", "tests.rs"].iter().any(|name| c.as_os_str() == *name));
                 assert!(tests || !code.contains(word), "{} has {word}", file.display());
             }
         }

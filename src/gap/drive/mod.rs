@@ -11,8 +11,6 @@ pub(crate) mod preprocess;
 pub(crate) mod record;
 pub(crate) mod regressors;
 pub(crate) mod screening;
-#[cfg(test)]
-mod tests;
 mod trail;
 
 pub(crate) use diagnose::diagnose;

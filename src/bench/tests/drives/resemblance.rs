@@ -1,6 +1,6 @@
 //! Which effects of drives look like which: what each effect alone, fitted to the end, gains on a drive that another made.
 //!
-//! `cargo test --lib gap::drive::tests::resemblance:: -- --ignored --nocapture` prints the table. Lattices, lost ticks and steps of the
+//! `cargo test --lib bench::tests::drives::resemblance:: -- --ignored --nocapture` prints the table. Lattices, lost ticks and steps of the
 //! bias are no smooth changes of the equations: they make drives here, and are not fitted.
 
 use crate::config::{Config, EffectTable};

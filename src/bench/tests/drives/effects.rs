@@ -1,6 +1,6 @@
 //! Every effect of drives: what the simulator puts in, the diagnosis finds again.
 //!
-//! `cargo test --lib gap::drive::tests battery -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
+//! `cargo test --lib bench::tests::drives battery -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
 //! coverage of the intervals and the false alarms.
 
 use super::cases::cases;
