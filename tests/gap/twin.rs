@@ -6,9 +6,7 @@ use crate::robots::json;
 use gyroid::config::Config;
 use gyroid::gap::Answer;
 use gyroid::gap::answer::Verdict;
-use gyroid::ingest::{read_log, write_log};
 use gyroid::math::random::Stream;
-use gyroid::signal::names;
 
 /// A simulator of somebody's: no constant is that of `INIT`.
 const THEIRS: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
@@ -120,45 +118,6 @@ fn what_simulator_and_robot_share_is_not_named_and_what_the_robot_has_alone_is()
     assert!(place.read("twin.toml").contains("wheel.lateral_skid"));
     let same = json(&place, "gap compare --sim sim.parquet --real same.parquet");
     assert_eq!(same["verdict"], "none", "{:?}", same["together"]);
-}
-
-/// A pose that is stamped early, in simulator and robot alike: no effect of the library makes it, and the robot's gyro has its own.
-#[test]
-fn what_both_have_without_a_name_hides_no_effect() {
-    let place = Place::with(&[]);
-    let gyro = "[[effect]]\nid = \"gyro.scale_factor\"\nrelative = 0.01\n";
-    drives(&place, THEIRS, &[("sim.parquet", 1), ("same.parquet", 2)]);
-    drives(&place, &format!("{THEIRS}{gyro}"), &[("real.parquet", 3), ("hold.parquet", 4)]);
-    for name in ["sim", "same", "real", "hold"] {
-        let path = place.path(&format!("{name}.parquet"));
-        let mut log = read_log(&path).unwrap();
-        for channel in log.channels.iter_mut().filter(|c| [names::X, names::Y, names::HEADING].contains(&&*c.name)) {
-            let read: Vec<usize> = (0..channel.values.len()).filter(|k| channel.values[*k].is_finite()).collect();
-            // 3 ms of the way to the next reading, 0.1 s later
-            for pair in read.windows(2) {
-                let moved = 0.03 * (channel.values[pair[1]] - channel.values[pair[0]]);
-                channel.values[pair[0]] += moved;
-            }
-        }
-        std::fs::remove_file(&path).unwrap();
-        write_log(&path, &log).unwrap();
-    }
-    let same = json(&place, "gap compare --sim sim.parquet --real same.parquet");
-    assert_eq!(same["verdict"], "none", "{same:#}");
-    let told = json(&place, "gap compare --sim sim.parquet --real real.parquet --hold hold.parquet");
-    assert_eq!(
-        (told["verdict"].as_str(), told["main"].as_str()),
-        (Some("identified"), Some("gyro.scale_factor")),
-        "{told:#}"
-    );
-    let effect = &told["effects"][0];
-    let (value, std) =
-        (effect["parameters"]["relative"].as_f64().unwrap(), effect["std"]["relative"].as_f64().unwrap());
-    assert!((value - 0.01).abs() < 4.0 * std, "{value} ± {std}");
-    assert!(
-        told["notes"].as_array().unwrap().iter().any(|n| n.as_str().unwrap().contains("left without a name")),
-        "{told:#}"
-    );
 }
 
 /// Gains of the gyro that swing by 40 %, at another phase in each log: no model of ours stands for that.

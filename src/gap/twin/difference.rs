@@ -347,7 +347,11 @@ fn settle(
     rows: usize,
     (misfit, mut hidden): (Option<&Misfit>, bool),
 ) {
-    let inherits = |answer: &Answer, factor: f64| inherits_unknown(answer, twin, rows, factor);
+    let rows = twin.fitting.as_ref().map(|fitting| [rows, fitting.record.len()]);
+    let inherits = |answer: &Answer, factor: f64| {
+        let account = twin.account.as_ref().zip(rows);
+        account.is_some_and(|(account, rows)| inherits_unknown(answer, account, rows, factor))
+    };
     let inherited = inherits(answer, 1.0);
     if answer.verdict == Verdict::Unknown && !inherited && misfit.is_some_and(|m| inherits(answer, m.factor)) {
         hidden = true;
@@ -421,9 +425,9 @@ fn cannot_tell(answer: &mut Answer, misfit: &Misfit) {
 }
 
 /// Whether what is left without a name is no stronger, per reading, than the corrections that the simulator's log asks for, equation
-/// by equation. A gain G in ln evidence has the standard deviation √(2 G); `factor` as in [`Misfit`].
-fn inherits_unknown(answer: &Answer, twin: &Twin, rows: usize, factor: f64) -> bool {
-    let (Some(account), Some(fitting)) = (&twin.account, &twin.fitting) else { return false };
+/// by equation. A gain G in ln evidence has the standard deviation √(2 G); `rows` of recording and simulator, `factor` as in
+/// [`Misfit`].
+fn inherits_unknown(answer: &Answer, account: &Answer, rows: [usize; 2], factor: f64) -> bool {
     let (own, other) = (unnamed(answer), unnamed(account));
     let corrections = corrections(account);
     // without free forms the recording is held against by what a correction would gain alone
@@ -431,7 +435,7 @@ fn inherits_unknown(answer: &Answer, twin: &Twin, rows: usize, factor: f64) -> b
     if own.is_empty() {
         return false;
     }
-    let [n, m] = [rows, fitting.record.len()].map(|n| n.max(1) as f64);
+    let [n, m] = rows.map(|n| n.max(1) as f64);
     own.iter().all(|(place, here)| {
         let there =
             [&other, &corrections].into_iter().filter_map(|gains| gains.get(place)).copied().fold(0.0, f64::max);
@@ -453,4 +457,42 @@ fn unnamed(answer: &Answer) -> BTreeMap<&str, f64> {
 /// Gains of a free correction of the nominal model alone, nats, by equation.
 fn corrections(answer: &Answer) -> BTreeMap<&str, f64> {
     answer.equations.iter().map(|e| (e.equation.as_str(), e.gain_nats.max(0.0))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    /// An answer with these free forms and their shares, and what a correction of each equation gains alone, nats.
+    fn said(forms: &[(&str, f64)], equations: &[(Equation, f64)]) -> Answer {
+        let form = |f: &(&str, f64)| json!({"id": f.0, "probability": 0.9, "share_nats": f.1, "description": ""});
+        let equation =
+            |e: &(Equation, f64)| json!({"equation": e.0.words(), "channel": "", "gain_nats": e.1, "follows": ""});
+        let [forms, equations] =
+            [forms.iter().map(form).collect::<Value>(), equations.iter().map(equation).collect::<Value>()];
+        serde_json::from_value(json!({
+            "verdict": "unknown", "main": null, "main_probability": 0.0, "none_probability": 0.0, "unknown_probability": 0.9,
+            "effects": [], "together": [], "cannot_tell_apart": [], "where": null, "gap": [],
+            "free_forms": forms, "equations": equations,
+        }))
+        .unwrap()
+    }
+
+    /// The equations hold what a named effect explains, the free forms what is left beside it.
+    #[test]
+    fn what_is_left_is_held_against_the_simulator_and_not_what_has_a_name() {
+        let (early, gyro) = (("free.pose_along.speed", 80.0), Equation::Gyro);
+        let simulator = said(&[early], &[(Equation::PoseAlong, 85.0)]);
+        let inherits = |real: &Answer| inherits_unknown(real, &simulator, [9000, 9000], 1.0);
+        assert!(inherits(&said(&[early], &[(gyro, 900.0), (Equation::PoseAlong, 85.0)])));
+        assert!(!inherits(&said(&[early, ("free.gyro.speed", 100.0)], &[(gyro, 900.0)])));
+        // 95 nats more, where the difference has a standard deviation of √(2 (180 + 85)) = 23
+        assert!(!inherits(&said(&[(early.0, 200.0)], &[])));
+        // as much in a third of the rows is three times as strong
+        assert!(!inherits_unknown(&said(&[early], &[]), &simulator, [3000, 9000], 1.0));
+        // where no free form was found, all that an equation asks for counts
+        assert!(inherits(&said(&[], &[(Equation::PoseAlong, 85.0)])) && !inherits(&said(&[], &[(gyro, 900.0)])));
+        assert!(!inherits(&said(&[], &[])));
+    }
 }
