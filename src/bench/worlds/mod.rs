@@ -15,7 +15,7 @@
 
 mod bias;
 mod case;
-pub(in crate::bench) mod catalogue;
+pub(crate) mod catalogue;
 mod draw;
 pub(crate) mod drive;
 mod effect;

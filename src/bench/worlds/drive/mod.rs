@@ -8,7 +8,7 @@
 
 mod body;
 mod case;
-pub(in crate::bench) mod catalogue;
+pub(crate) mod catalogue;
 mod effect;
 mod grip;
 mod keep;
