@@ -188,6 +188,7 @@ class _GapDiagnoseWhere(Record):
 class _GapDiagnoseFreeForms(Record):
     id: str
     probability: float
+    share_nats: float
     description: str
 
 
