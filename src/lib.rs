@@ -126,6 +126,8 @@
 //! ```
 #![forbid(unsafe_code)]
 #![warn(missing_docs, unreachable_pub)]
+// the manual leads into every room: `cargo doc --document-private-items`
+#![allow(rustdoc::private_intra_doc_links)]
 
 // the command line names the library as its other users do
 extern crate self as gyroid;
