@@ -149,7 +149,7 @@ pub mod navigate;
 pub mod noise;
 pub(crate) mod population;
 pub(crate) mod progress;
-pub(crate) mod report;
+pub mod report;
 pub(crate) mod robot;
 pub mod signal;
 pub mod simulate;

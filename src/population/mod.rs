@@ -8,18 +8,6 @@
 //! [`results`] keeps the rows as Parquet or CSV. [`Population`] is what they have in common: τ of C2 is the turn-on
 //! repeatability, τ of C1 and ln T together that of the warm-up (`crate::math::random_effects`); logs that are not of one population
 //! with the others (`crate::math::outlying`) are named.
-//!
-//! ```no_run
-//! use gyroid::population::{self, Population, Settings};
-//!
-//! let logs = population::find(&["power_ons"], &[])?;
-//! let done = population::fit_all(&logs, &Settings::default(), 2, &[], &mut |_, _| Ok(()))?;
-//! for population in Population::by_axis(&done.rows, &population::Options::default()) {
-//!     let spread = population.c2.map(|c2| c2.spread);
-//!     println!("{}: turn-on repeatability {spread:?} rad/s", population.axis);
-//! }
-//! # Ok::<(), gyroid::Error>(())
-//! ```
 
 mod axis;
 mod find;

@@ -20,7 +20,7 @@ mod twin;
 pub(crate) use check::ModelCheck;
 pub(crate) use explain::ExplainReport;
 pub(crate) use figure::fit_picture;
-pub(crate) use fit::{FitReport, LogFacts, Verdict};
+pub use fit::{FitReport, LogFacts, Verdict};
 pub(crate) use gap::GapReport;
 pub(crate) use noise::NoiseReport;
 pub(crate) use plan::PlanReport;

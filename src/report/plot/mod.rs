@@ -2,20 +2,7 @@
 //!
 //! Every figure is a pure function from plain numbers to a [`Picture`]: [`fit::FitFigure`], [`drive::TrackFigure`],
 //! [`drive::ErrorFigure`], [`drive::DriveFigure`], those of `study`. Other figures are made of [`Chart`]s, [`HeatMap`]s and
-//! [`Page`]s:
-//!
-//! ```
-//! use gyroid::report::plot::{Axis, Chart, Page, Panel, palette};
-//!
-//! # fn main() -> gyroid::Result<()> {
-//! let deviation = [[0.1, 3e-4], [1.0, 1e-4], [10.0, 4e-5], [100.0, 3e-5]];
-//! let chart = Chart::new(Axis::log("Averaging time τ", "s"), Axis::log("Allan deviation", "rad/s"))
-//!     .line("gyro z", deviation, palette::BLUE.stroke(2.0));
-//! let picture = Page::new("Allan deviation").size(800, 600).row([Panel::from(chart)]).draw()?;
-//! assert!(picture.svg()?.contains("Averaging time τ (s)"));
-//! # Ok(())
-//! # }
-//! ```
+//! [`Page`]s.
 //!
 //! A chart's data may hold NaN (a missing value: lines break there), but nothing infinite; figures of long logs are
 //! drawn from envelopes and block means, so that files stay small whatever the length.

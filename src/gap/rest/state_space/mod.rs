@@ -17,20 +17,6 @@
 //! (interacting multiple models: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780). The tests compare
 //! with sums over all histories: the error is below 1 nat (root mean square) for a whole recording. A wide prior of the
 //! turn-on bias is cut into pieces first, or it would be mistaken for a level.
-//!
-//! ```
-//! use gyroid::gap::rest::state_space::{StateSpaceModel, Coefficient, Markov};
-//!
-//! // ten minutes at 2 Hz: an unknown constant, a random walk, white noise
-//! let mut believed = StateSpaceModel::white(1200, 0.5, 1e-4);
-//! believed.coefficients.push(Coefficient { column: vec![1.0; 1200], mean: -5e-3, std: 2e-4 });
-//! believed.markov.push(Markov::random_walk(1e-6, 0.5));
-//! let log = believed.simulate(1, 0)?;
-//! let score = believed.score(&log)?;
-//! // per row the log density of N(0, 1e-8) is 8.29 - χ²/2 on average
-//! assert!((score.total() / 1200.0 - 7.79).abs() < 0.1);
-//! # Ok::<(), gyroid::Error>(())
-//! ```
 
 mod believed;
 mod filter;
