@@ -22,7 +22,7 @@ use std::fs::File;
 use std::io::{self, Cursor};
 use std::ops::Range;
 
-/// What is wrong with a file, and where.
+/// A fault of a file, with its place.
 #[derive(Debug)]
 pub(crate) struct Damage {
     /// Row group and column, or the footer.

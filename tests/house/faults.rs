@@ -1,4 +1,4 @@
-//! What goes wrong around a command: disks, permissions, pipes, others who write at the same time, and logs with holes. The
+//! Faults around a command: disks, permissions, pipes, others who write at the same time, and logs with holes. The
 //! table in docs/src/faults.md says the same.
 
 use crate::place::Place;

@@ -24,7 +24,7 @@ pub(super) fn crc32(bytes: &[u8]) -> u32 {
     crc.sum()
 }
 
-/// What stands before `footer`.
+/// Tag and checksum that stand before `footer`: 16 bytes and its CRC-32, little-endian.
 pub(super) fn before_footer(footer: &[u8]) -> [u8; 20] {
     let mut out = [0; 20];
     out[..16].copy_from_slice(&FOOTER_TAG);

@@ -1,4 +1,4 @@
-//! What each member of a set gains: its share, and the evidence that the set loses without it
+//! Gain of each member of a set: its share, and the evidence that the set loses without it
 
 use super::sets::Part;
 

@@ -429,16 +429,15 @@ fn cannot_tell(answer: &mut Answer, misfit: &Misfit) {
 /// [`Misfit`].
 fn inherits_unknown(answer: &Answer, account: &Answer, rows: [usize; 2], factor: f64) -> bool {
     let (own, other) = (unnamed(answer), unnamed(account));
-    let corrections = corrections(account);
+    let alone = corrections(account);
     // without free forms the recording is held against by what a correction would gain alone
-    let own = if own.is_empty() { self::corrections(answer) } else { own };
+    let own = if own.is_empty() { corrections(answer) } else { own };
     if own.is_empty() {
         return false;
     }
     let [n, m] = rows.map(|n| n.max(1) as f64);
     own.iter().all(|(place, here)| {
-        let there =
-            [&other, &corrections].into_iter().filter_map(|gains| gains.get(place)).copied().fold(0.0, f64::max);
+        let there = [&other, &alone].into_iter().filter_map(|gains| gains.get(place)).copied().fold(0.0, f64::max);
         let std = (factor * (2.0 * here / n.powi(2) + 2.0 * there / m.powi(2))).sqrt();
         here / n - there / m <= STRONGER * std
     })

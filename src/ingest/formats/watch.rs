@@ -9,7 +9,7 @@ use std::time::SystemTime;
 
 const CHANGED: &str = "the file was changed or replaced while it was read: read it again once it is complete";
 
-/// What a change changes.
+/// Size, time of the last change and identity of a file.
 #[derive(Debug, PartialEq)]
 pub(super) struct State {
     bytes: u64,
