@@ -212,7 +212,7 @@ def old_figures():
         known |= set(fractions(json.loads(path.read_text(encoding="utf-8"))))
     for path in (ROOT / "data").glob("gap*.md"):
         known |= {(int(a), int(b)) for a, b in re.findall(r"(\d+)/(\d+)", path.read_text(encoding="utf-8"))}
-    stated = {"README.md": r"(\d+) of (\d+)", "docs/src/evidence.md": r"\| (\d+)/(\d+)(?: = [\d.]+)? \|"}
+    stated = {"README.md": r"(\d+) of (\d+)", "docs/src/evidence.md": r"\| (\d+)/(\d+)(?: = [\d.]+)?(?= \|)"}
     return [
         f"{page}: {right} of {of} stands in no bench"
         for page, form in stated.items()
