@@ -11,6 +11,8 @@ pub enum Comment {
     Percent,
     /// `<!-- -->`
     Xml,
+    /// `// `
+    Slashes,
 }
 
 /// A key of a target's file.

@@ -94,6 +94,7 @@ impl Sheet {
             Comment::Hash => ("# ", ""),
             Comment::Percent => ("% ", ""),
             Comment::Xml => ("<!-- ", " -->"),
+            Comment::Slashes => ("// ", ""),
         };
         let text = plain(text, self.about.comment);
         for line in wrapped(&text, WIDTH.saturating_sub(self.indent.len() + open.len() + close.len())) {
@@ -122,15 +123,28 @@ impl Sheet {
         shape: Shape,
         line: impl Fn(&str) -> String,
     ) {
-        let Key { unit, meaning, .. } = *self.key(key);
-        let interval = number.ci95.map_or_else(String::new, |ci| format!("; 95 %: {}", interval_text(ci)));
-        self.comment(&format!("{name}: {meaning}, {unit}{interval}"));
+        let Key { unit, meaning, .. } = *self.explain(name, key, number);
         let numbers = shape.numbers(number.value);
         let texts: Vec<String> = numbers.iter().map(|v| digits(*v)).collect();
         self.line(&line(&texts.join(", ")));
         let values = numbers.iter().map(|v| written(*v)).collect();
         let ci95 = number.ci95;
         self.written.push(Written { key: name.to_string(), values, unit, meaning, ci95 });
+    }
+
+    /// Meaning, unit and interval of a number, as a comment.
+    fn explain(&mut self, name: &str, key: &str, number: Known) -> &'static Key {
+        let described = self.key(key);
+        let interval = number.ci95.map_or_else(String::new, |ci| format!("; 95 %: {}", interval_text(ci)));
+        self.comment(&format!("{name}: {}, {}{interval}", described.meaning, described.unit));
+        described
+    }
+
+    /// A number with as many digits as bring all of it back.
+    pub(crate) fn put_double(&mut self, name: &'static str, number: Known, line: impl Fn(&str) -> String) {
+        let (Key { unit, meaning, .. }, ci95) = (*self.explain(name, name, number), number.ci95);
+        self.line(&line(&format!("{:e}", number.value)));
+        self.written.push(Written { key: name.to_string(), values: vec![number.value], unit, meaning, ci95 });
     }
 
     /// A whole number, which the target would not take with a decimal point.
@@ -215,6 +229,8 @@ fn plain(text: &str, comment: Comment) -> String {
     match comment {
         // two hyphens end an XML comment, and one must not stand before its end
         Comment::Xml => text.replace("--", "- -").replace("--", "- -").replace("->", "- >"),
+        // a backslash at the end of a line carries the comment into the next one
+        Comment::Slashes => text.replace('\\', "/"),
         Comment::Hash | Comment::Percent => text,
     }
 }

@@ -1,6 +1,7 @@
 //! One file a target, one line in [`registry()`].
 
 mod ardupilot;
+mod embedded;
 mod gazebo;
 mod gnss_ins_sim;
 mod gtsam;
@@ -20,7 +21,7 @@ mod vins_fusion;
 use super::target::Target;
 
 /// Every target, one line each.
-static REGISTRY: [&dyn Target; 17] = [
+static REGISTRY: [&dyn Target; 19] = [
     &kalibr::Kalibr,
     &openvins::OpenVins,
     &orb_slam3::OrbSlam3,
@@ -38,6 +39,8 @@ static REGISTRY: [&dyn Target; 17] = [
     &matlab::Matlab,
     &kf_gins::KfGins,
     &gnss_ins_sim::GnssInsSim,
+    &embedded::Embedded { language: embedded::Language::C },
+    &embedded::Embedded { language: embedded::Language::Rust },
 ];
 
 /// Every target.
