@@ -26,6 +26,17 @@ fn drives(place: &Place, config: &str, names: &[(&str, u64)]) {
     }
 }
 
+/// A CSV log without its columns of torques.
+fn without_torques(log: &str) -> String {
+    let header = log.lines().next().unwrap().split(',');
+    let kept: Vec<usize> = header.enumerate().filter(|(_, c)| !c.contains("torque")).map(|c| c.0).collect();
+    let cut = |row: &str| {
+        let cells: Vec<&str> = row.split(',').collect();
+        kept.iter().map(|i| cells[*i]).collect::<Vec<_>>().join(",") + "\n"
+    };
+    log.lines().map(cut).collect()
+}
+
 #[test]
 fn constants_of_a_simulator_are_told_with_their_errors() {
     let place = Place::with(&[]);
@@ -74,21 +85,7 @@ fn constants_of_a_simulator_are_told_with_their_errors() {
 fn without_torques_neither_mass_nor_inertia_is_needed() {
     let place = Place::with(&[]);
     drives(&place, THEIRS, &[("all.csv", 1)]);
-    let log = place.read("all.csv");
-    let kept: Vec<usize> = log
-        .lines()
-        .next()
-        .unwrap()
-        .split(',')
-        .enumerate()
-        .filter(|(_, c)| !c.contains("torque"))
-        .map(|c| c.0)
-        .collect();
-    let cut = |row: &str| {
-        let cells: Vec<&str> = row.split(',').collect();
-        kept.iter().map(|i| cells[*i]).collect::<Vec<_>>().join(",") + "\n"
-    };
-    place.write("sim.csv", &log.lines().map(cut).collect::<String>());
+    place.write("sim.csv", &without_torques(&place.read("all.csv")));
     let told = json(&place, "gap twin sim.csv -o twin.toml");
     let p = &told["twin"]["parameters"];
     assert_eq!((p["mass_kg"]["value"].as_f64(), p["mass_kg"]["source"].as_str()), (Some(1.0), Some("convention")));
@@ -96,6 +93,25 @@ fn without_torques_neither_mass_nor_inertia_is_needed() {
         let [value, std] = ["value", "std"].map(|key| p[name][key].as_f64().unwrap());
         assert!((value - truth).abs() < 4.0 * std, "{name}: {value} ± {std}, true {truth}");
     }
+}
+
+/// What one of gyro and wheels reads alone is its noise, and no motion.
+#[test]
+fn without_torques_a_gyro_that_is_noisier_than_the_simulators_is_named() {
+    let place = Place::with(&[]);
+    drives(&place, THEIRS, &[("sim.csv", 1), ("same.csv", 2)]);
+    let level = "[[effect]]\nid = \"gyro.noise_level\"\nnoise_over_nominal = 2.5\n";
+    drives(&place, &format!("{THEIRS}{level}"), &[("real.csv", 3), ("hold.csv", 4)]);
+    for name in ["sim.csv", "same.csv", "real.csv", "hold.csv"] {
+        place.write(&format!("bare_{name}"), &without_torques(&place.read(name)));
+    }
+    let compare = "gap compare --sim bare_sim.csv --real";
+    let told = json(&place, &format!("{compare} bare_real.csv --hold bare_hold.csv --write-sim augmented.toml"));
+    assert_eq!((&told["verdict"], &told["main"]), (&"identified".into(), &"gyro.noise_level".into()));
+    let [over, std] = ["parameters", "std"].map(|key| told["effects"][0][key]["noise_over_nominal"].as_f64().unwrap());
+    assert!((over - 2.5).abs() < 4.0 * std && std < 0.5, "{over} ± {std}");
+    assert!(place.read("augmented.toml").contains("gyro.noise_level"));
+    assert_eq!(json(&place, &format!("{compare} bare_same.csv"))["verdict"], "none");
 }
 
 #[test]

@@ -147,7 +147,7 @@ pub(crate) fn diagnose(
     answer.notes.extend(mounting.map(|m| m.said()));
     let hidden: Vec<_> = unknowable(&record, &effects).chain(lags.iter().map(|e| e.about().id)).collect();
     if !hidden.is_empty() {
-        answer.notes.push(format!("This log cannot tell whether there is any of {}.", hidden.join(", ")));
+        answer.notes.push(format!("This log alone cannot tell whether there is any of {}.", hidden.join(", ")));
     }
     let together: Vec<(String, Parameters)> = found.into_iter().filter(|f| answer.together.contains(&f.0)).collect();
     let is_mean = |(id, parameters): &(String, Parameters)| {

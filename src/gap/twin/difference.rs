@@ -6,67 +6,33 @@
 //! deviation; what it has left must reach what any effect must reach to be named. Where the twin errs by more than its noise
 //! ([`Misfit`]) evidence counts for as much less: what it does not reach then is neither a gap nor none.
 
+use super::compared::{Compared, Inherited, Said};
+use super::levels;
 use super::parameters::moved;
 use super::quality::{Misfit, misfit};
 use super::refine::{Fitting, Level};
 use super::told::Twin;
-use crate::config::Kind;
+use super::unnamed::inherits_unknown;
+use crate::config::{Config, Kind};
 use crate::effects::drive::{DriveExplanation, ModelChange};
 use crate::effects::{About, Library};
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::answer::{Answer, EffectAnswer, Place, Verdict};
 use crate::gap::diagnose::diagnose_observed;
 use crate::gap::diagnosis::{Diagnosis, Drive, Options, Stage};
-use crate::gap::drive::regressors::basis::Equation;
+use crate::gap::drive::record::Record;
 use crate::gap::explain::explain;
 use crate::gap::selection::findings::Findings;
 use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::math::random_effects::{Observed, spread};
 use crate::model::drive::Instrument;
 use crate::signal::{Log, names};
-use serde::Serialize;
-use std::collections::BTreeMap;
 
-/// Standard deviations by which what is left without a name must be stronger than in the simulator's log to be a gap.
-const STRONGER: f64 = 3.0;
+/// Probability above which an effect that is not named is held against the simulator's log too: it counts in that of none.
+const LIKELY: f64 = 0.5;
 /// Factor of a [`Misfit`] from which on the twin errs by more than its noise: neither that there is no gap, nor shares of it, which are
 /// measured against the noise, are told.
 const WORSE_THAN_NOISE: f64 = 2.0;
-
-/// A value with its standard deviation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Said {
-    /// Value.
-    pub value: f64,
-    /// Standard deviation; of several runs with their spread.
-    pub std: f64,
-}
-
-/// An effect of the recording, held against the simulator's log.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Inherited {
-    /// Identifier.
-    pub id: String,
-    /// Parameter.
-    pub parameter: String,
-    /// In the recording, relative to the twin.
-    pub real: Said,
-    /// In the simulator's log, relative to the twin; none where it cannot tell.
-    pub simulator: Option<Said>,
-    /// The difference; of a ratio, their ratio.
-    pub difference: Said,
-    /// Whether it is a gap.
-    pub is_gap: bool,
-}
-
-/// A recording compared with a simulator.
-#[derive(Debug, Clone)]
-pub struct Compared {
-    /// The diagnosis against the twin, without what the simulator has too.
-    pub diagnosis: Diagnosis,
-    /// Effects named against the twin, each with what the simulator's log says of it.
-    pub held_against: Vec<Inherited>,
-}
 
 /// Diagnoses the drives `real` against the twin, and takes out what the simulator has too. `kept` are held out.
 ///
@@ -99,15 +65,6 @@ pub fn compare_drives(
             .map(|(log, since_power_on_s)| Drive { log, since_power_on_s: *since_power_on_s })
             .collect::<Vec<_>>()
     });
-    let mut diagnosis = crate::gap::drive::diagnose(&twin.config, &fit, &hold, library, options, observe)?;
-    diagnosis.answer.notes.extend(notes);
-    let steps_s = [fitting.record.step_s, fit.first().map_or(0.0, |d| d.log.time.median_step_s())];
-    if (steps_s[0] / steps_s[1]).ln().abs() > 0.01 {
-        diagnosis.answer.notes.push(format!(
-            "The simulator is logged every {:.4} s, the recording every {:.4} s: the noise of a reading is taken to be the same at both.",
-            steps_s[0], steps_s[1]
-        ));
-    }
     let runs: Vec<_> = fitting.record.apart().collect();
     let levels = fitting.level_stds();
     let temperature = options.judge_drives.calibration.temperature;
@@ -135,8 +92,34 @@ pub fn compare_drives(
     let about =
         |id: &str| library.driving_by_id(id).map(|e| e.about()).or_else(|| library.by_id(id).map(|e| e.about()));
     let rows = fit.iter().map(|d| d.log.len()).sum();
-    let held_against = subtract(&mut diagnosis, twin, (temperature, rows), about, says);
-    Ok(Compared { diagnosis, held_against })
+    let steps_s = [fitting.record.step_s, fit.first().map_or(0.0, |d| d.log.time.median_step_s())];
+    if (steps_s[0] / steps_s[1]).ln().abs() > 0.01 {
+        notes.push(format!(
+            "The simulator is logged every {:.4} s, the recording every {:.4} s: the noise of a reading is taken to be the same at both.",
+            steps_s[0], steps_s[1]
+        ));
+    }
+    let mut against = |config: &Config| -> Result<Compared> {
+        let mut diagnosis = crate::gap::drive::diagnose(config, &fit, &hold, library, options, observe)?;
+        diagnosis.answer.notes.extend(notes.iter().cloned());
+        let held_against = subtract(&mut diagnosis, twin, (temperature, rows), &about, &says);
+        Ok(Compared { diagnosis, held_against })
+    };
+    let told = against(&twin.config)?;
+    if !told.diagnosis.answer.together.is_empty() {
+        return Ok(told);
+    }
+    // without torques a diagnosis alone does not tell the noise of gyro and wheels
+    let real = Record::of_drives(&twin.config, &fit)?;
+    let changes = levels::changes(&fitting.record, &real, library, told.diagnosis.findings.least_nats);
+    if changes.is_empty() {
+        return Ok(told);
+    }
+    let mut twin_with_levels = twin.config.clone();
+    changes.iter().for_each(|change| change.enter(&mut twin_with_levels, fitting.record.step_s));
+    let mut beside = against(&twin_with_levels)?;
+    levels::name(&mut beside, &changes, &twin.config, fitting.record.step_s, temperature);
+    Ok(beside)
 }
 
 /// Diagnoses the recording `real` of a gyro at rest against the twin, and takes out what the simulator's logs have too.
@@ -192,12 +175,7 @@ fn account_says(twin: &Twin, id: &str, name: &str) -> Option<Said> {
     Some(Said { value: *there.parameters.get(name)?, std: there.std.get(name).copied().unwrap_or(0.0) })
 }
 
-fn of_run(
-    fitting: &Fitting,
-    run: &crate::gap::drive::record::Record,
-    change: &'static dyn ModelChange,
-    name: &str,
-) -> Option<Said> {
+fn of_run(fitting: &Fitting, run: &Record, change: &'static dyn ModelChange, name: &str) -> Option<Said> {
     let told = fitting.beside(run, change);
     let theta: Vec<f64> = told.iter().map(|t| t.map_or(0.0, |t| t[0])).collect();
     // a law that bends is compared by what the log tells of it
@@ -266,7 +244,7 @@ fn subtract(
     let misfit = misfit(&twin.channels);
     let factor = misfit.as_ref().map_or(1.0, |m| m.factor);
     let mut hidden = false;
-    for effect in answer.effects.iter_mut().filter(|e| named.contains(&e.id)) {
+    for effect in answer.effects.iter_mut().filter(|e| named.contains(&e.id) || e.probability > LIKELY) {
         let Some(about) = about(&effect.id) else { continue };
         let mut held: Vec<(Inherited, f64, f64)> = Vec::new();
         for parameter in about.parameters {
@@ -282,7 +260,8 @@ fn subtract(
         // the parameter that proves it best
         let Some((_, before, after)) = held.iter().max_by(|a, b| a.2.total_cmp(&b.2)) else { continue };
         let share = if *before > 0.0 { (after / before).powi(2).min(1.0) } else { 1.0 };
-        let nats = effect.evidence_nats.unwrap_or(0.5 * before * before);
+        // an effect in whose place another could stand was named for what it explains: its evidence is then how far it is from none
+        let nats = effect.evidence_nats.filter(|nats| *nats >= findings.least_nats).unwrap_or(0.5 * before * before);
         let left = share * nats / factor;
         let is_gap = left >= findings.least_nats;
         hidden |= !is_gap && share * nats >= findings.least_nats;
@@ -422,76 +401,4 @@ fn cannot_tell(answer: &mut Answer, misfit: &Misfit) {
          lacks is smaller than that, or nothing. Log torques or motor currents as well, or drive where the robot skids less.",
         misfit.channel, misfit.factor
     ));
-}
-
-/// Whether what is left without a name is no stronger, per reading, than the corrections that the simulator's log asks for, equation
-/// by equation. A gain G in ln evidence has the standard deviation √(2 G); `rows` of recording and simulator, `factor` as in
-/// [`Misfit`].
-fn inherits_unknown(answer: &Answer, account: &Answer, rows: [usize; 2], factor: f64) -> bool {
-    let (own, other) = (unnamed(answer), unnamed(account));
-    let alone = corrections(account);
-    // without free forms the recording is held against by what a correction would gain alone
-    let own = if own.is_empty() { corrections(answer) } else { own };
-    if own.is_empty() {
-        return false;
-    }
-    let [n, m] = rows.map(|n| n.max(1) as f64);
-    own.iter().all(|(place, here)| {
-        let there = [&other, &alone].into_iter().filter_map(|gains| gains.get(place)).copied().fold(0.0, f64::max);
-        let std = (factor * (2.0 * here / n.powi(2) + 2.0 * there / m.powi(2))).sqrt();
-        here / n - there / m <= STRONGER * std
-    })
-}
-
-/// Expected gains of the free forms beside the named effects, nats, by equation; by their ids where they have none.
-fn unnamed(answer: &Answer) -> BTreeMap<&str, f64> {
-    let mut gains = BTreeMap::new();
-    for form in &answer.free_forms {
-        let place = Equation::of_free_form(&form.id).map_or(&*form.id, |equation| equation.words());
-        *gains.entry(place).or_default() += form.probability * form.share_nats.max(0.0);
-    }
-    gains
-}
-
-/// Gains of a free correction of the nominal model alone, nats, by equation.
-fn corrections(answer: &Answer) -> BTreeMap<&str, f64> {
-    answer.equations.iter().map(|e| (e.equation.as_str(), e.gain_nats.max(0.0))).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use serde_json::{Value, json};
-
-    /// An answer with these free forms and their shares, and what a correction of each equation gains alone, nats.
-    fn said(forms: &[(&str, f64)], equations: &[(Equation, f64)]) -> Answer {
-        let form = |f: &(&str, f64)| json!({"id": f.0, "probability": 0.9, "share_nats": f.1, "description": ""});
-        let equation =
-            |e: &(Equation, f64)| json!({"equation": e.0.words(), "channel": "", "gain_nats": e.1, "follows": ""});
-        let [forms, equations] =
-            [forms.iter().map(form).collect::<Value>(), equations.iter().map(equation).collect::<Value>()];
-        serde_json::from_value(json!({
-            "verdict": "unknown", "main": null, "main_probability": 0.0, "none_probability": 0.0, "unknown_probability": 0.9,
-            "effects": [], "together": [], "cannot_tell_apart": [], "where": null, "gap": [],
-            "free_forms": forms, "equations": equations,
-        }))
-        .unwrap()
-    }
-
-    /// The equations hold what a named effect explains, the free forms what is left beside it.
-    #[test]
-    fn what_is_left_is_held_against_the_simulator_and_not_what_has_a_name() {
-        let (early, gyro) = (("free.pose_along.speed", 80.0), Equation::Gyro);
-        let simulator = said(&[early], &[(Equation::PoseAlong, 85.0)]);
-        let inherits = |real: &Answer| inherits_unknown(real, &simulator, [9000, 9000], 1.0);
-        assert!(inherits(&said(&[early], &[(gyro, 900.0), (Equation::PoseAlong, 85.0)])));
-        assert!(!inherits(&said(&[early, ("free.gyro.speed", 100.0)], &[(gyro, 900.0)])));
-        // 95 nats more, where the difference has a standard deviation of √(2 (180 + 85)) = 23
-        assert!(!inherits(&said(&[(early.0, 200.0)], &[])));
-        // as much in a third of the rows is three times as strong
-        assert!(!inherits_unknown(&said(&[early], &[]), &simulator, [3000, 9000], 1.0));
-        // where no free form was found, all that an equation asks for counts
-        assert!(inherits(&said(&[], &[(Equation::PoseAlong, 85.0)])) && !inherits(&said(&[], &[(gyro, 900.0)])));
-        assert!(!inherits(&said(&[], &[])));
-    }
 }

@@ -6,10 +6,12 @@
 //! judged against the twin, and its account less the simulator's is the gap (`difference`).
 
 mod at_rest;
+mod compared;
 mod constants;
 mod difference;
 mod drives;
 mod integrals;
+mod levels;
 mod pairs;
 mod parameters;
 mod quality;
@@ -17,9 +19,11 @@ mod refine;
 mod regression;
 mod start;
 mod told;
+mod unnamed;
 
 pub use at_rest::twin_at_rest;
-pub use difference::{Compared, Inherited, Said, compare_at_rest, compare_drives};
+pub use compared::{Compared, Inherited, Said};
+pub use difference::{compare_at_rest, compare_drives};
 pub use drives::twin_of_drives;
 pub use pairs::{Pair, paired};
 pub use told::{ChannelFit, Parameter, Provenance, Twin, TwinEffect};

@@ -12,12 +12,12 @@ const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
     [encoder]\nspeed_noise_std_rad_s = 0.02\n\
     [pose]\nrate_hz = 5.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
 
-pub(in crate::gap::drive) fn robot() -> Config {
+pub(in crate::gap) fn robot() -> Config {
     Config::parse(ROBOT, "robot.toml").unwrap()
 }
 
 /// A drive at 100 Hz with all channels and these effects.
-pub(in crate::gap::drive) fn recorded<'a>(
+pub(in crate::gap) fn recorded<'a>(
     span_s: f64,
     seed: u64,
     effects: impl IntoIterator<Item = (&'a str, &'a str, f64)>,
