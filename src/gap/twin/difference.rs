@@ -102,7 +102,7 @@ pub fn compare_drives(
     let mut against = |config: &Config| -> Result<Compared> {
         let mut diagnosis = crate::gap::drive::diagnose(config, &fit, &hold, library, options, observe)?;
         diagnosis.answer.notes.extend(notes.iter().cloned());
-        let held_against = subtract(&mut diagnosis, twin, (temperature, rows), &about, &says);
+        let held_against = subtract(&mut diagnosis, twin, (temperature, rows), about, says);
         Ok(Compared { diagnosis, held_against })
     };
     let told = against(&twin.config)?;
