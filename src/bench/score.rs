@@ -218,7 +218,7 @@ pub(crate) fn score(labels: &BTreeMap<String, Label>, answers: &BTreeMap<String,
         ("two effects: both named, nothing else", Rate::count(pairs().map(|j| j.exact))),
         ("two effects: main one is one of them", Rate::count(pairs().map(right))),
         ("no effect: said none", Rate::count(of(Wanted::None).map(right))),
-        ("no effect: an effect or unknown (false alarm)", Rate::count(of(Wanted::None).map(|j| !j.right))),
+        ("no effect: an effect or unknown (false alarm)", Rate::count(of(Wanted::None).map(alarms))),
         ("unlisted effect: said unknown", Rate::count(of(Wanted::Unknown).map(right))),
         ("channel right, where the effect is", Rate::count(judged.iter().filter_map(|j| j.channel))),
         ("frequency or condition right, where the effect is", Rate::count(judged.iter().filter_map(|j| j.place))),
@@ -297,6 +297,9 @@ fn calibration(judged: &[Judged]) -> Calibration {
     }
 }
 
+/// Verdict of an answer that tells neither a gap nor none.
+const ABSTAINED: &str = "cannot_tell";
+
 /// Row of the confusion matrix: the effect, `none`, or `unknown` for the unlisted.
 fn truth_row(j: &Judged) -> Option<&str> {
     match (j.wanted, j.truth.as_slice()) {
@@ -325,12 +328,19 @@ fn confusion(judged: &[Judged]) -> Confusion {
     Confusion { truths, answers, counts }
 }
 
+/// An effect, or a gap without a name: an answer that does not tell is neither.
+fn alarms(j: &Judged) -> bool {
+    !j.right && j.answered != ABSTAINED
+}
+
 fn miss(j: &Judged) -> Miss {
     let cause = match (j.wanted, j.answered.as_str()) {
         (_, "missing") => "no answer".to_string(),
         (Wanted::None, "unknown") => "false alarm: a gap where there is none".into(),
+        (Wanted::None, ABSTAINED) => "there is nothing, and the answer does not tell".into(),
         (Wanted::None, other) => format!("false alarm: {other} where there is nothing"),
         (Wanted::Unknown, "none") => "an unlisted effect was not seen".into(),
+        (Wanted::Unknown, ABSTAINED) => "an unlisted effect, and the answer does not tell".into(),
         (Wanted::Unknown, other) => format!("an unlisted effect was taken for {other}"),
         (Wanted::Identified, "none") => "not seen".into(),
         (Wanted::Identified, "unknown") => "seen, and its form not recognised".into(),

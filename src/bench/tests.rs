@@ -65,6 +65,12 @@ fn the_score_is_that_of_the_contracts_script() {
     assert_eq!(rate("unlisted effect: said unknown"), (1, 2));
     assert_eq!(rate("channel right, where the effect is"), (5, 6));
     assert_eq!(rate("frequency or condition right, where the effect is"), (3, 4));
+    let abstains = serde_json::json!({"verdict": "cannot_tell", "main": null});
+    let answers =
+        answers.clone().into_iter().map(|(k, v)| if k == "g-nothing" { (k, abstains.clone()) } else { (k, v) });
+    let abstained = super::score(&labels, &answers.collect(), &[3.0, 1.0, 2.0]);
+    let none = abstained.rates.iter().filter(|r| r.0.starts_with("no effect")).map(|r| (r.1.right, r.1.of));
+    assert!(none.eq([(1, 2), (0, 2)]), "an answer that does not tell is no alarm, and not right");
     let misses: Vec<_> = score.misses.iter().map(|m| (m.judged.name.as_str(), m.judged.answered.as_str())).collect();
     let expected = [
         ("b-class", ids::gauss_markov()),
