@@ -27,6 +27,7 @@ use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::math::random_effects::{Observed, spread};
 use crate::model::drive::Instrument;
 use crate::signal::{Log, names};
+use std::cmp::Ordering;
 
 /// Probability above which an effect that is not named is held against the simulator's log too: it counts in that of none.
 const LIKELY: f64 = 0.5;
@@ -69,6 +70,10 @@ pub fn compare_drives(
     let levels = fitting.level_stds();
     let temperature = options.judge_drives.calibration.temperature;
     let says = |effect: &EffectAnswer, name: &str| -> Option<Said> {
+        // what the twin holds is told beside itself: the recording deviates from that
+        if let Some(own) = twin.effects.iter().find(|e| e.in_twin && e.id == effect.id) {
+            return own.std.get(name).map(|std| Said { value: 0.0, std: *std });
+        }
         let by_account = || account_says(twin, &effect.id, name);
         let Some(driving) = library.driving_by_id(&effect.id) else { return by_account() };
         match driving.explanation() {
@@ -257,8 +262,11 @@ fn subtract(
             let simulator = says(effect, parameter.name);
             held.push(one(&effect.id, parameter.name, null, real, simulator));
         }
-        // the parameter that proves it best
-        let Some((_, before, after)) = held.iter().max_by(|a, b| a.2.total_cmp(&b.2)) else { continue };
+        // the parameter that proves it best, in the recording and beyond the simulator: one that the recording does not tell differs
+        // from the simulator's by chance of the latter
+        let proves = |h: &(Inherited, f64, f64)| (h.1.min(h.2), h.1);
+        let best = held.iter().max_by(|a, b| proves(a).partial_cmp(&proves(b)).unwrap_or(Ordering::Equal));
+        let Some((_, before, after)) = best else { continue };
         let share = if *before > 0.0 { (after / before).powi(2).min(1.0) } else { 1.0 };
         // an effect in whose place another could stand was named for what it explains: its evidence is then how far it is from none
         let nats = effect.evidence_nats.filter(|nats| *nats >= findings.least_nats).unwrap_or(0.5 * before * before);
