@@ -262,12 +262,7 @@ fn subtract(
             let simulator = says(effect, parameter.name);
             held.push(one(&effect.id, parameter.name, null, real, simulator));
         }
-        // the parameter that proves it best, in the recording and beyond the simulator: one that the recording does not tell differs
-        // from the simulator's by chance of the latter
-        let proves = |h: &(Inherited, f64, f64)| (h.1.min(h.2), h.1);
-        let best = held.iter().max_by(|a, b| proves(a).partial_cmp(&proves(b)).unwrap_or(Ordering::Equal));
-        let Some((_, before, after)) = best else { continue };
-        let share = if *before > 0.0 { (after / before).powi(2).min(1.0) } else { 1.0 };
+        let Some((before, share)) = kept_share(&held) else { continue };
         // an effect in whose place another could stand was named for what it explains: its evidence is then how far it is from none
         let nats = effect.evidence_nats.filter(|nats| *nats >= findings.least_nats).unwrap_or(0.5 * before * before);
         let left = share * nats / factor;
@@ -324,6 +319,14 @@ fn one(id: &str, name: &str, null: f64, real: Said, simulator: Option<Said>) -> 
     let difference = if is_ratio { Said { value: value.exp(), std: value.exp() * std } } else { Said { value, std } };
     let inherited = Inherited { id: id.into(), parameter: name.into(), real, simulator, difference, is_gap: true };
     (inherited, z(own.value, own.std), z(value, std))
+}
+
+/// z of the parameter that proves an effect best, and the share of its evidence that is beyond the simulator's. It proves it in the
+/// recording *and* beyond the simulator: one that the recording does not tell differs from the simulator's by the latter's chance.
+fn kept_share(held: &[(Inherited, f64, f64)]) -> Option<(f64, f64)> {
+    let proves = |h: &(Inherited, f64, f64)| (h.1.min(h.2), h.1);
+    let best = held.iter().max_by(|a, b| proves(a).partial_cmp(&proves(b)).unwrap_or(Ordering::Equal));
+    best.map(|(_, before, after)| (*before, if *before > 0.0 { (after / before).powi(2).min(1.0) } else { 1.0 }))
 }
 
 /// The verdict that follows from what is left. `misfit`: that of the twin, and whether it may hide a named effect.
@@ -409,4 +412,28 @@ fn cannot_tell(answer: &mut Answer, misfit: &Misfit) {
          lacks is smaller than that, or nothing. Log torques or motor currents as well, or drive where the robot skids less.",
         misfit.channel, misfit.factor
     ));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `parameters`: value and standard deviation in the recording, and in the simulator's log.
+    fn share(parameters: &[([f64; 2], Option<[f64; 2]>)]) -> f64 {
+        let said = |[value, std]: [f64; 2]| Said { value, std };
+        let each = parameters.iter().map(|(real, simulator)| one("", "", 0.0, said(*real), simulator.map(said)));
+        kept_share(&each.collect::<Vec<_>>()).unwrap().1
+    }
+
+    /// A slide of 4.5 standard deviations, 1.6 beyond the simulator's, and a bend that only the simulator's log tells.
+    #[test]
+    fn what_the_recording_does_not_tell_proves_nothing_of_it() {
+        let slide = ([1.94e-3, 4.4e-4], Some([1.05e-3, 3.3e-4]));
+        let bend = ([1e-8, 8e-6], Some([-5.5e-3, 1.8e-3]));
+        assert_eq!(share(&[slide, bend]), share(&[slide]));
+        assert!(share(&[slide]) < 0.2);
+        // what the simulator's log does not tell is no gap, whichever parameter comes last
+        assert_eq!(share(&[([2.0, 0.1], None), ([0.0, 0.1], None)]), 0.0);
+        assert!(share(&[([2.0, 0.1], Some([0.0, 0.01]))]) > 0.95);
+    }
 }
