@@ -3,7 +3,7 @@
 
     cargo build
     pip install numpy pyyaml opencv-python-headless pymavlink gtsam lxml
-    apt-get install libsdformat-dev sdformat-sdf octave        # each is optional: what is missing is said and skipped
+    apt-get install libsdformat-dev sdformat-sdf octave gcc-arm-none-eabi        # each is optional: what is missing is said and skipped
     python3 tests/exports/check.py [--may-skip CHECK... --] [target/debug/gyroid]
 
 With `--may-skip` only these checks may be skipped.
@@ -333,6 +333,25 @@ def matlab(gyroid, folder):
         close(bias, C1 + C2, "ConstantBias")
 
 
+# --- C11 for a microcontroller, compiled for one without its libraries, and all that it leaves undefined
+def firmware(gyroid, folder):
+    compiler = shutil.which("arm-none-eabi-gcc")
+    if compiler is None:
+        raise ModuleNotFoundError("no gcc-arm-none-eabi")
+    header = export(gyroid, "c", folder)
+    source, program = header.with_name("firmware.c"), header.with_name("firmware.o")
+    source.write_text(
+        f'#include "{header.name}"\n'
+        "double corrected(gyro_bias *bias, double rate_rad_s) { return gyro_bias_correct(bias, rate_rad_s); }\n"
+        "void lost(gyro_bias *bias, unsigned long samples) { gyro_bias_skip(bias, samples); }\n")
+    for core in (["cortex-m0"], ["cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard"]):
+        subprocess.run([compiler, "-mthumb", f"-mcpu={core[0]}", *core[1:], "-std=c11", "-Wall", "-Wextra", "-Werror",
+                        "-ffreestanding", "-O2", "-c", source, "-o", program], check=True)
+        symbols = subprocess.run(["arm-none-eabi-nm", "-u", program], check=True, capture_output=True, text=True).stdout
+        # a core without doubles calls the compiler's own, and nothing else
+        assert all(name.startswith("__aeabi_") for name in symbols.split() if name != "U"), symbols
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("gyroid", nargs="?", default=str(HERE.parents[1] / "target/debug/gyroid"))
@@ -340,7 +359,7 @@ def main():
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         for check in (kalibr, lio_sam, ros2, kf_gins, opencv, gtsam, gnss_ins_sim, isaac_lab, ardupilot, px4, sdf_schema,
-                      sdf_library, rotors, matlab):
+                      sdf_library, rotors, matlab, firmware):
             try:
                 check(arguments.gyroid, folder)
             except ModuleNotFoundError as missing:
