@@ -177,14 +177,8 @@ fn place(findings: &Findings, library: &Library, id: Option<&str>, prepared: &Pr
             let about = effect.about();
             let part = findings.best_with(id, true).or_else(|| findings.best_with(id, false))?.part(id)?;
             let frequency_hz = effect.band_hz(&part.parameters, scene).or(part.frequency_hz);
-            Some(Place {
-                channel: about.channel.into(),
-                equation: effect.deficient(&part.parameters),
-                time_s: part.time_s,
-                frequency_hz,
-                condition: about.condition.map(Into::into),
-                description: None,
-            })
+            let equation = effect.deficient(&part.parameters);
+            Some(Place { equation, time_s: part.time_s, frequency_hz, ..Place::of(about) })
         }
         None => {
             let set = findings.best_unknown()?;

@@ -1,8 +1,8 @@
 //! Files for firmware: compiled as strictly as they are said to be, and run beside the library.
 
 use super::*;
+use assert_cmd::Command;
 use gyroid::bias::{Discrete, Scheme};
-use std::process::Command;
 
 /// Samples after which the error is compared; `SKIPPED` more are then skipped.
 const SAMPLES: [usize; 4] = [1, 1000, 60_000, 300_000];
@@ -20,9 +20,8 @@ fn written(folder: &Path, target: &str, file: &str) -> Discrete {
 
 /// Standard output of a program that succeeds and complains of nothing.
 fn output(command: &mut Command) -> String {
-    let out = command.output().unwrap();
-    let [text, said] = [out.stdout, out.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    assert!(out.status.success() && said.is_empty(), "{command:?}: {text}{said}");
+    let (code, text, said) = run(command);
+    assert_eq!((code, &*said), (0, ""), "{command:?}: {text}");
     text
 }
 

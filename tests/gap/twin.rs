@@ -95,7 +95,7 @@ fn without_torques_neither_mass_nor_inertia_is_needed() {
     }
 }
 
-/// What one of gyro and wheels reads alone is its noise, and no motion.
+/// Gyro and wheels both read the motion; the noise of one is read by it alone.
 #[test]
 fn without_torques_a_gyro_that_is_noisier_than_the_simulators_is_named() {
     let place = Place::with(&[]);

@@ -19,29 +19,22 @@ pub(super) enum Language {
     Rust,
 }
 
-const KEYS: &[Key] = &[
-    Key { name: "SAMPLE_TIME_S", unit: "s", meaning: "time between two samples, 1/f" },
-    Key { name: "DECAY", unit: "1", meaning: "factor of the last error" },
-    Key { name: "DRIVE_RAD_S", unit: "rad/s", meaning: "added at each sample, (1 - decay) (C1 + C2)" },
-    Key { name: "INITIAL_RAD_S", unit: "rad/s", meaning: "C2, the error at a cold power-on" },
-    Key { name: "WARM_RAD_S", unit: "rad/s", meaning: "C1 + C2, the error of the warm gyro" },
-    Key { name: "WHITE_STD_RAD_S", unit: "rad/s", meaning: "white noise of one sample, N / sqrt(sample time)" },
-];
-
-const NEEDS: &str = "C1, C2, T, N; the rate of the firmware (--rate, else that of the configuration)";
-const CONVENTION: &str = "double precision; subtract e[k] from sample k, then advance";
-const SOURCE: &str = "the recursion of gyroid itself (src/bias/discrete.rs)";
-const WARM_UP: &str = "this file subtracts it";
-
 static C: About = About {
     id: "c",
     program: "C11 firmware, without libraries",
     file: "gyro_bias.h",
-    keys: KEYS,
-    needs: NEEDS,
-    convention: CONVENTION,
-    source: SOURCE,
-    warm_up: WARM_UP,
+    keys: &[
+        Key { name: "SAMPLE_TIME_S", unit: "s", meaning: "time between two samples, 1/f" },
+        Key { name: "DECAY", unit: "1", meaning: "factor of the last error" },
+        Key { name: "DRIVE_RAD_S", unit: "rad/s", meaning: "added at each sample, (1 - decay) (C1 + C2)" },
+        Key { name: "INITIAL_RAD_S", unit: "rad/s", meaning: "C2, the error at a cold power-on" },
+        Key { name: "WARM_RAD_S", unit: "rad/s", meaning: "C1 + C2, the error of the warm gyro" },
+        Key { name: "WHITE_STD_RAD_S", unit: "rad/s", meaning: "white noise of one sample, N / sqrt(sample time)" },
+    ],
+    needs: "C1, C2, T, N; the rate of the firmware (--rate, else that of the configuration)",
+    convention: "double precision; subtract e[k] from sample k, then advance",
+    source: "the recursion of gyroid itself (src/bias/discrete.rs)",
+    warm_up: "this file subtracts it",
     comment: Comment::Slashes,
 };
 

@@ -4,7 +4,7 @@ pub(crate) mod account;
 pub(crate) mod calibration;
 pub(crate) mod compose;
 use super::trace::Step;
-use crate::effects::Parameters;
+use crate::effects::{About, Parameters};
 use crate::navigate::Summary;
 use serde::{Deserialize, Serialize};
 
@@ -198,6 +198,18 @@ pub struct Place {
     /// For an unknown cause: description in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub description: Option<String>,
+}
+
+impl Place {
+    /// Place of an effect of this kind, whenever and at whatever frequency it acts.
+    pub(crate) fn of(about: &About) -> Self {
+        Self {
+            channel: about.channel.into(),
+            equation: about.deficient.into(),
+            condition: about.condition.map(Into::into),
+            ..Self::default()
+        }
+    }
 }
 
 /// A free form that competed as 'unknown'.

@@ -287,18 +287,14 @@ fn place(findings: &Findings, library: &Library, id: Option<&str>) -> Option<Pla
             // of several drives the description names the one of that time
             let described = part.time_s.is_some() && !part.description.is_empty();
             let description = described.then(|| part.description.clone());
-            let mut place = Place { time_s: part.time_s, description, ..Place::default() };
-            if let Some(effect) = library.driving_by_id(id) {
-                let about = effect.about();
-                place.channel = effect.channel(&part.parameters).into();
-                place.equation = about.deficient.into();
-                place.condition = about.condition.map(Into::into);
+            let of = if let Some(effect) = library.driving_by_id(id) {
+                Place { channel: effect.channel(&part.parameters).into(), ..Place::of(effect.about()) }
             } else {
                 let about = library.by_id(id).map(crate::effects::Effect::about);
-                place.channel = "gyro".into();
-                place.equation = about.map_or("gyro measurement", |a| a.deficient).into();
-            }
-            Some(place)
+                let equation = about.map_or("gyro measurement", |a| a.deficient).into();
+                Place { channel: "gyro".into(), equation, ..Place::default() }
+            };
+            Some(Place { time_s: part.time_s, description, ..of })
         }
         None => {
             let set = findings.best_unknown()?;
@@ -306,14 +302,7 @@ fn place(findings: &Findings, library: &Library, id: Option<&str>) -> Option<Pla
             let description = Some(part.description.clone());
             let of = [VARYING, REFUTED].iter().find_map(|begin| part.id.strip_prefix(begin));
             if let Some(about) = of.and_then(|id| library.driving_by_id(id)).map(Driving::about) {
-                let (channel, equation) = (about.channel.into(), about.deficient.into());
-                return Some(Place {
-                    channel,
-                    equation,
-                    condition: about.condition.map(Into::into),
-                    description,
-                    ..Place::default()
-                });
+                return Some(Place { description, ..Place::of(about) });
             }
             let equation = Equation::of_free_form(&part.id);
             let follows = part.id.rsplit('.').next().unwrap_or_default();

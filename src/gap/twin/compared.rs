@@ -1,6 +1,7 @@
 //! A recording compared with a simulator, and each effect of it held against the simulator's log.
 
 use crate::gap::diagnosis::Diagnosis;
+use crate::gap::selection::findings::Findings;
 use serde::Serialize;
 
 /// A value with its standard deviation.
@@ -36,4 +37,10 @@ pub struct Compared {
     pub diagnosis: Diagnosis,
     /// Effects named against the twin, each with what the simulator's log says of it.
     pub held_against: Vec<Inherited>,
+}
+
+/// Probability of an effect with this evidence, nats: ½ where it just reaches what any effect must reach to be named.
+pub(super) fn presence(nats: f64, findings: &Findings, temperature: f64) -> f64 {
+    let odds = (nats - findings.least_nats) / temperature;
+    1.0 / (1.0 + (-odds).exp())
 }

@@ -6,7 +6,7 @@
 //! deviation; what it has left must reach what any effect must reach to be named. Where the twin errs by more than its noise
 //! ([`Misfit`]) evidence counts for as much less: what it does not reach then is neither a gap nor none.
 
-use super::compared::{Compared, Inherited, Said};
+use super::compared::{Compared, Inherited, Said, presence};
 use super::levels;
 use super::parameters::moved;
 use super::quality::{Misfit, misfit};
@@ -29,6 +29,8 @@ use crate::model::drive::Instrument;
 use crate::signal::{Log, names};
 use std::cmp::Ordering;
 
+/// ln of the ratio of two steps up to which logs have the same.
+const SAME_STEP: f64 = 0.01;
 /// Probability above which an effect that is not named is held against the simulator's log too: it counts in that of none.
 const LIKELY: f64 = 0.5;
 /// Factor of a [`Misfit`] from which on the twin errs by more than its noise: neither that there is no gap, nor shares of it, which are
@@ -98,7 +100,8 @@ pub fn compare_drives(
         |id: &str| library.driving_by_id(id).map(|e| e.about()).or_else(|| library.by_id(id).map(|e| e.about()));
     let rows = fit.iter().map(|d| d.log.len()).sum();
     let steps_s = [fitting.record.step_s, fit.first().map_or(0.0, |d| d.log.time.median_step_s())];
-    if (steps_s[0] / steps_s[1]).ln().abs() > 0.01 {
+    let same_step = (steps_s[0] / steps_s[1]).ln().abs() <= SAME_STEP;
+    if !same_step {
         notes.push(format!(
             "The simulator is logged every {:.4} s, the recording every {:.4} s: the noise of a reading is taken to be the same at both.",
             steps_s[0], steps_s[1]
@@ -111,10 +114,10 @@ pub fn compare_drives(
         Ok(Compared { diagnosis, held_against })
     };
     let told = against(&twin.config)?;
-    if !told.diagnosis.answer.together.is_empty() {
+    // without torques a diagnosis alone does not tell the noise of gyro and wheels
+    if !told.diagnosis.answer.together.is_empty() || fitting.record.torques_n_m.is_some() || !same_step {
         return Ok(told);
     }
-    // without torques a diagnosis alone does not tell the noise of gyro and wheels
     let real = Record::of_drives(&twin.config, &fit)?;
     let changes = levels::changes(&fitting.record, &real, library, told.diagnosis.findings.least_nats);
     if changes.is_empty() {
@@ -269,8 +272,7 @@ fn subtract(
         let is_gap = left >= findings.least_nats;
         hidden |= !is_gap && share * nats >= findings.least_nats;
         // no surer than the evidence that is left makes it, however much was there before
-        let odds = (left - findings.least_nats) / temperature;
-        effect.probability = effect.probability.min(1.0 / (1.0 + (-odds).exp()));
+        effect.probability = effect.probability.min(presence(left, findings, temperature));
         effect.evidence_nats = effect.evidence_nats.map(|_| left);
         for (inherited, ..) in &mut held {
             inherited.is_gap = is_gap;
@@ -402,10 +404,8 @@ fn cannot_tell(answer: &mut Answer, misfit: &Misfit) {
     answer.place = Some(Place {
         channel: misfit.channel.clone(),
         equation: "motion of the simulated robot".into(),
-        time_s: None,
-        frequency_hz: None,
-        condition: None,
         description: Some(format!("our model does not move as the simulator does, most in {}", misfit.channel)),
+        ..Place::default()
     });
     answer.notes.push(format!(
         "The twin errs by more than its noise even in the simulator's own log: evidence in {} counts for a {:.0}th. What the simulator \

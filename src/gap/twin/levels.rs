@@ -5,7 +5,7 @@
 //! Second differences leave what changes from reading to reading, and 6 σ² of white noise. A recording is compared with the
 //! simulator's log: what the two instruments do not share of the motion stands in both.
 
-use super::compared::{Compared, Inherited, Said};
+use super::compared::{Compared, Inherited, Said, presence};
 use crate::config::{Config, EffectTable};
 use crate::effects::drive::DriveExplanation;
 use crate::effects::{About, Library, Parameters};
@@ -25,8 +25,6 @@ const FEWEST: usize = 16;
 const OF_MEDIAN: f64 = 1.253_314_137_315_5;
 /// Standard deviations by which what both read may fall before one of them is late: then neither reads what the other does.
 const LATE: f64 = 4.0;
-/// ln of the ratio of two steps up to which the rows are as far apart.
-const SAME_RATE: f64 = 0.01;
 /// Smallest variance of a reading over that of the twin.
 const LEAST: f64 = 1e-2;
 
@@ -35,7 +33,7 @@ struct Whites {
     gyro: Said,
     /// Of one wheel.
     wheels: Said,
-    /// What gyro and wheels read both, of yaw rates.
+    /// Of the yaw rate that gyro and wheels both read.
     common: Said,
     /// Number of products.
     count: usize,
@@ -90,13 +88,12 @@ impl LevelChange {
     /// As an effect of the answer; no surer than its evidence makes it.
     fn answer(&self, findings: &Findings, temperature: f64) -> EffectAnswer {
         let [.., ratio] = self.ratios();
-        let odds = (self.nats - findings.least_nats) / temperature;
         let name = self.about.size().to_owned();
         EffectAnswer {
             evidence_nats: Some(self.nats),
             parameters: Parameters::from([(name.clone(), ratio.value)]),
             std: Parameters::from([(name, ratio.std)]),
-            ..EffectAnswer::new(self.about.id, 1.0 / (1.0 + (-odds).exp()))
+            ..EffectAnswer::new(self.about.id, presence(self.nats, findings, temperature))
         }
     }
 
@@ -127,9 +124,9 @@ fn whites(record: &Record) -> Option<Whites> {
     let gyro = record.gyro_rad_s.as_ref()?;
     let rolled: Vec<f64> = (0..record.len()).map(|k| record.rolling(k)[1]).collect();
     let bend = |x: &[f64], k: usize| x[k - 1] - 2.0 * x[k] + x[k + 1];
-    let within = |k: &usize| !record.starts.contains(k) && !record.starts.contains(&(k + 1));
-    let both: Vec<[f64; 2]> = (1..record.len().saturating_sub(1))
-        .filter(within)
+    let both: Vec<[f64; 2]> = record
+        .drives()
+        .flat_map(|rows| rows.start + 1..rows.end.saturating_sub(1))
         .map(|k| [bend(gyro, k), bend(&rolled, k)])
         .filter(|d| d.iter().all(|d| d.is_finite()))
         .collect();
@@ -152,14 +149,10 @@ fn whites(record: &Record) -> Option<Whites> {
     })
 }
 
-/// Noise of gyro and wheels that differs between the simulator's log and the recording by `least_nats`; none with torques, without a
-/// gyro, or where the rows are further apart in one of them.
+/// Noise of gyro and wheels that differs by `least_nats` between the simulator's log and a recording of the same step, both without
+/// torques; none without a gyro.
 pub(super) fn changes(simulator: &Record, real: &Record, library: &Library, least_nats: f64) -> Vec<LevelChange> {
-    let forced = simulator.torques_n_m.is_some() || real.torques_n_m.is_some();
-    let same_rate = (simulator.step_s / real.step_s).ln().abs() < SAME_RATE;
-    let (Some(there), Some(here), false, true) = (whites(simulator), whites(real), forced, same_rate) else {
-        return Vec::new();
-    };
+    let (Some(there), Some(here)) = (whites(simulator), whites(real)) else { return Vec::new() };
     let z = |a: Said, b: Said| (b.value - a.value) / a.std.hypot(b.std);
     if z(there.common, here.common) < -LATE {
         return Vec::new();
@@ -212,12 +205,7 @@ pub(super) fn name(compared: &mut Compared, changes: &[LevelChange], twin: &Conf
         answer.main = Some(main.about.id.into());
         answer.main_probability = presence * (1.0 - answer.unknown_probability);
         answer.none_probability = (1.0 - answer.main_probability - answer.unknown_probability).max(0.0);
-        answer.place = Some(Place {
-            channel: main.about.channel.into(),
-            equation: main.about.deficient.into(),
-            condition: main.about.condition.map(Into::into),
-            ..Place::default()
-        });
+        answer.place = Some(Place::of(main.about));
     }
 }
 
@@ -227,8 +215,16 @@ mod tests {
     use crate::gap::drive::preprocess::clocks::tests::{recorded, robot};
     use crate::math::random::Stream;
 
-    /// A drive without torques, with gyro and wheels so many times as noisy, and the gyro late by some rows.
-    fn record(seed: u64, [gyro, wheels]: [f64; 2], late_rows: usize) -> Record {
+    /// A gyro that is late reads another motion than the wheels: what neither shares with the other is then no noise.
+    #[test]
+    fn a_late_gyro_is_not_noisy_instruments() {
+        let [simulator, mut late] = [1, 2].map(|seed| record(seed, [1.0; 2]));
+        late.gyro_rad_s.as_mut().unwrap().rotate_right(3);
+        assert!(changes(&simulator, &late, &Library::default(), 3.0).is_empty());
+    }
+
+    /// A drive without torques, with gyro and wheels so many times as noisy.
+    fn record(seed: u64, [gyro, wheels]: [f64; 2]) -> Record {
         let mut record = Record::new(&robot(), &recorded(90.0, seed, None), 0.0).unwrap();
         record.torques_n_m = None;
         let mut draw = Stream::new(seed, 7);
@@ -236,20 +232,18 @@ mod tests {
         let mut louder = |readings: &mut Vec<f64>, std: f64, over: f64| {
             readings.iter_mut().for_each(|x| *x += std * (over * over - 1.0).sqrt() * draw.normal());
         };
-        let readings = record.gyro_rad_s.as_mut().unwrap();
-        readings.rotate_right(late_rows);
-        louder(readings, belief.gyro_std_rad_s, gyro);
+        louder(record.gyro_rad_s.as_mut().unwrap(), belief.gyro_std_rad_s, gyro);
         record.wheels_rad_s.iter_mut().for_each(|wheel| louder(wheel, belief.wheel_std_rad_s, wheels));
         record
     }
 
-    fn found(over: [f64; 2], late_rows: usize) -> Vec<LevelChange> {
-        changes(&record(1, [1.0; 2], 0), &record(2, over, late_rows), &Library::default(), 3.0)
+    fn found(over: [f64; 2]) -> Vec<LevelChange> {
+        changes(&record(1, [1.0; 2]), &record(2, over), &Library::default(), 3.0)
     }
 
     #[test]
     fn what_one_instrument_reads_alone_is_its_noise() {
-        let record = record(1, [1.0; 2], 0);
+        let record = record(1, [1.0; 2]);
         let told = whites(&record).unwrap();
         for (said, truth) in [(told.gyro, record.belief.gyro_std_rad_s), (told.wheels, record.belief.wheel_std_rad_s)] {
             assert!((said.value - truth * truth).abs() < 4.0 * said.std, "{said:?} for {}", truth * truth);
@@ -259,9 +253,9 @@ mod tests {
 
     #[test]
     fn noise_that_differs_is_told_with_its_size() {
-        assert!(found([1.0; 2], 0).is_empty());
+        assert!(found([1.0; 2]).is_empty());
         for (over, of) in [([2.0, 1.0], Instrument::Gyro), ([1.0, 1.5], Instrument::Wheels)] {
-            let [change] = found(over, 0)[..] else { panic!("{over:?}") };
+            let [change] = found(over)[..] else { panic!("{over:?}") };
             let [.., ratio] = change.ratios();
             assert_eq!(change.of, of);
             assert!((ratio.value - over[0].max(over[1])).abs() < 4.0 * ratio.std && ratio.std < 0.25, "{ratio:?}");

@@ -8,6 +8,7 @@ use super::Record;
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::gap::diagnosis::Drive;
+use crate::math::robust::median;
 use std::ops::Range;
 
 /// Largest ratio of sample times. The stated white noise is that of one reading, and scales with the square root of the
@@ -128,11 +129,6 @@ impl Record {
 
 fn append<const N: usize>(own: &mut [Vec<f64>; N], other: [Vec<f64>; N]) {
     own.iter_mut().zip(other).for_each(|(own, other)| own.extend(other));
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 /// Name of a drive in messages.
