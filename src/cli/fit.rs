@@ -4,6 +4,7 @@ mod args;
 mod many;
 
 pub(super) use args::{AgainstName, FitArgs, WhitenessArgs};
+pub(super) use many::{concluded, judged};
 
 use super::axes::{self, Section};
 use super::html;
@@ -32,7 +33,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
         [one] if !one.is_dir() && !args.many.asked_for() && !args.columns.several_topics() => {
             LogArgs::new(one.clone(), args.memory, columns(args)).held(args.loss != LossName::Squares)
         }
-        _ => return many::run(args, earth),
+        _ => return many::run(&args.of_a_part(), earth),
     };
     if log.axes().len() > 1 {
         return over_axes(args, &log);

@@ -17,6 +17,7 @@ mod inspect;
 mod log_args;
 mod log_values;
 mod man;
+mod merge;
 mod mounting_args;
 mod navigate;
 mod noise;
@@ -29,6 +30,7 @@ mod restart;
 mod simulate;
 mod study;
 mod topic_args;
+mod track;
 mod validate;
 
 pub use outcome::Answer;
@@ -51,6 +53,8 @@ struct Cli {
 enum Command {
     Inspect(inspect::Inspect),
     Fit(fit::FitArgs),
+    Merge(merge::MergeArgs),
+    Track(track::TrackArgs),
     Validate(validate::ValidateArgs),
     Noise(noise::NoiseArgs),
     Simulate(simulate::SimulateArgs),
@@ -69,6 +73,8 @@ impl Command {
         match self {
             Self::Inspect(args) => args.run(),
             Self::Fit(args) => fit::run(args),
+            Self::Merge(args) => merge::run(args),
+            Self::Track(args) => track::run(args),
             Self::Validate(args) => validate::run(args),
             Self::Noise(args) => noise::run(args),
             Self::Simulate(args) => simulate::run(args),

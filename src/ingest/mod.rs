@@ -35,6 +35,7 @@ pub use crate::ingest::clean::audit::{
     Audit, Duplicates, Gaps, Handling, Missing, OutOfOrder, Rest, Sampling, Saturation, Stuck,
 };
 pub use crate::ingest::clean::clock::Clock;
+pub(crate) use crate::ingest::clean::clock::DATES_S;
 pub use crate::ingest::clean::motion::{Interval, Motion};
 pub use crate::ingest::columns::channel_map::ChannelMap;
 pub use crate::ingest::columns::mounting::Mounting;

@@ -3,9 +3,10 @@
 use super::axis::AxisChoice;
 use crate::error::Error;
 use crate::identify::{Estimate, Fit, Termination};
-use crate::ingest::GyroRecording;
+use crate::ingest::{Clock, DATES_S, GyroRecording};
 use crate::signal::names;
 use crate::validate::Validation;
+use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -33,6 +34,8 @@ pub struct Row {
     pub size_bytes: Option<i64>,
     /// When it was last changed, ISO 8601, UTC.
     pub modified: Option<String>,
+    /// First sample by the file's clock, ISO 8601, UTC; unknown where the clock tells no date.
+    pub started: Option<String>,
     /// Version of gyroid.
     pub gyroid_version: String,
     /// Options of reading, fit and validation that are not defaults, as JSON.
@@ -135,7 +138,7 @@ pub(super) enum Kind {
 impl Kind {
     /// The type of the column called `name`.
     pub(crate) fn of(name: &str) -> Self {
-        const TEXT: [&str; 13] = [
+        const TEXT: [&str; 14] = [
             "path",
             "topic",
             "axis",
@@ -143,6 +146,7 @@ impl Kind {
             "unit",
             "sha256",
             "modified",
+            "started",
             "gyroid_version",
             "options",
             "error",
@@ -158,6 +162,13 @@ impl Kind {
             _ => Self::Number,
         }
     }
+}
+
+/// Time of the first sample; none where the file's clock tells no date of this century.
+fn started(clock: &Clock) -> Option<Timestamp> {
+    let Clock::FirstSample { file_s } = *clock else { return None };
+    // milliseconds: a double holds no more than microseconds of today's Unix time
+    DATES_S.contains(&file_s).then(|| Timestamp::from_millisecond((file_s * 1e3).round() as i64).ok()).flatten()
 }
 
 fn known(value: f64) -> Option<f64> {
@@ -192,6 +203,7 @@ impl Row {
         self.column = Some(recording.column.clone());
         self.unit = Some(recording.unit.to_string());
         self.sha256.clone_from(&recording.sha256);
+        self.started = started(&recording.clock).map(|t| t.to_string());
         let (found, white) = (fit.warm_up_found(), validation.white);
         self.fit_for_use = Some(found && fit.identifiable && white);
         (self.warm_up_found, self.identifiable, self.white) = (Some(found), Some(fit.identifiable), Some(white));

@@ -15,6 +15,7 @@ mod population;
 mod power;
 mod study;
 mod temperature;
+mod track;
 mod twin;
 
 pub(crate) use check::ModelCheck;
@@ -27,4 +28,5 @@ pub(crate) use plan::PlanReport;
 pub(crate) use population::PopulationReport;
 pub(crate) use power::PowerReport;
 pub(crate) use study::StudyReport;
+pub(crate) use track::TrackReport;
 pub(crate) use twin::TwinReport;

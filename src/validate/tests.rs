@@ -32,7 +32,7 @@ fn bound(runs: u64) -> f64 {
 
 #[test]
 fn the_joint_level_is_right_whatever_the_distribution() {
-    let (runs, n) = (500, 600);
+    let (runs, n) = (200, 600);
     let normal = rejections(runs, n, 1.0, |s| (0..n).map(|_| s.normal()).collect());
     let heavy = rejections(runs, n, 1.0, |s| (0..n).map(|_| s.normal().powi(3)).collect());
     let lattice = rejections(runs, n, 1.0, |s| (0..n).map(|_| (0.7 * s.normal()).round()).collect());

@@ -5,6 +5,7 @@ mod axes;
 mod command;
 #[path = "../common/mod.rs"]
 mod common;
+mod fleet;
 mod frames;
 mod many;
 mod nist;

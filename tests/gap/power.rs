@@ -15,7 +15,8 @@ fn named(place: &Place, config: &str, inputs: &str, effect: (&str, &str, f64)) -
 }
 
 #[test]
-fn a_size_at_rest_is_named_and_a_third_of_it_is_not() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_a_size_at_rest_is_named_and_a_third_of_it_is_not() {
     let place = Place::with(&[("nominal.toml", REST)]);
     place.ok("simulate nominal.toml --duration 1800 --seed 3 -o rest.csv");
     let found = json(&place, "gap power nominal.toml --inputs rest.csv --effect gyro.rate_ramp --cases 4 --plot p.svg");
@@ -38,7 +39,8 @@ fn a_size_at_rest_is_named_and_a_third_of_it_is_not() {
 }
 
 #[test]
-fn a_size_of_a_drive_is_named_and_what_its_channels_cannot_show_is_said() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_a_size_of_a_drive_is_named_and_what_its_channels_cannot_show_is_said() {
     let config = driving(10.0, 0.002);
     let place = Place::with(&[("nominal.toml", &config)]);
     place.ok("simulate nominal.toml --course random --duration 40 --seed 3 -o drive.parquet");

@@ -149,7 +149,8 @@ fn with_gyro(log: &Log, rate_rad_s: Vec<f64>) -> Log {
 }
 
 #[test]
-fn printed_decimals_are_no_effect() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_printed_decimals_are_no_effect() {
     let clean = recording(&[], 71);
     // white noise of 2.2e-4 rad/s, 0.013 °/s
     for (decimals, unit) in [(5, 1.0), (6, 1.0), (8, 1.0), (3, 1f64.to_radians()), (4, 1f64.to_radians())] {

@@ -97,7 +97,8 @@ fn without_torques_neither_mass_nor_inertia_is_needed() {
 
 /// Gyro and wheels both read the motion; the noise of one is read by it alone.
 #[test]
-fn without_torques_a_gyro_that_is_noisier_than_the_simulators_is_named() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_without_torques_a_gyro_that_is_noisier_than_the_simulators_is_named() {
     let place = Place::with(&[]);
     drives(&place, THEIRS, &[("sim.csv", 1), ("same.csv", 2)]);
     let level = "[[effect]]\nid = \"gyro.noise_level\"\nnoise_over_nominal = 2.5\n";
@@ -138,7 +139,8 @@ fn what_simulator_and_robot_share_is_not_named_and_what_the_robot_has_alone_is()
 
 /// Gains of the gyro that swing by 40 %, at another phase in each log: no model of ours stands for that.
 #[test]
-fn a_simulator_that_no_model_stands_for_is_not_judged() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_a_simulator_that_no_model_stands_for_is_not_judged() {
     let place = Place::with(&[]);
     drives(&place, THEIRS, &[("sim.csv", 1), ("real.csv", 2)]);
     for (name, phase) in [("sim.csv", 0.0), ("real.csv", 2.0)] {

@@ -23,6 +23,7 @@ MOST_BYTES = 2_000_000
 REST = "gap diagnose rest.toml --fit rest.csv --hold hold.csv --html gap_rest.html --quiet"
 SIMULATE = "simulate lacking.toml --duration 900 --quiet"
 DRIVE = "simulate heavy.toml --course brisk --duration 90 --quiet"
+POWER_ONS = {f"{unit}_{day}.csv": 10 * i + day for i, unit in enumerate("ab") for day in range(6)}
 PAGES = {
     "fit": ["fit {data}/power_on.csv --html fit.html --quiet"],
     "noise": ["noise {data}/power_on.csv --html noise.html --quiet"],
@@ -41,6 +42,11 @@ PAGES = {
     "explain": [
         f"{DRIVE} --seed 1 -o drive.parquet",
         "gap explain robot.toml --fit drive.parquet --effect vehicle.payload --html explain.html --quiet",
+    ],
+    "track": [
+        *(f"simulate rest.toml --duration 900 --vary-turn-on --seed {seed} -o {log} --quiet" for log, seed in POWER_ONS.items()),
+        f"fit {' '.join(POWER_ONS)} --accept --results fleet.csv --quiet",
+        "track fleet.csv --unit ^[ab] --html track.html --quiet",
     ],
 }
 GYRO = """schema = 1

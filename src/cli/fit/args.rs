@@ -9,7 +9,7 @@ use gyroid::bias::{Against, Scheme};
 use gyroid::export::ConfigurationOptions;
 use gyroid::files::Plan;
 use gyroid::identify::{FitOptions, Fixed, Loss, Weighting};
-use gyroid::population::AxisChoice;
+use gyroid::population::{AxisChoice, Shard};
 use gyroid::{Error, ErrorKind, Result, validate};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 /// Of several logs, a folder, or several gyros of a log, it makes a table with one row a log, gyro and axis, and says how much
 /// they differ. Exit code 3: there
 /// are logs that could not be fitted, or too few for the configuration of the population.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct FitArgs {
     /// Logs of a gyro at rest, or folders of them: CSV, Parquet, bag, MCAP, db3, ULog, DataFlash, MATLAB, HDF5 or NumPy
     #[arg(value_name = "LOG", required = true)]
@@ -104,6 +104,9 @@ pub(crate) struct ManyArgs {
     /// Count also logs that are not of one population with the others
     #[arg(long)]
     pub keep_outlying: bool,
+    /// Fit part i of n of the logs, i from 1; --out is its table, `gyroid merge` makes one of all
+    #[arg(long, value_name = "i/n", value_parser = Shard::parse)]
+    pub shard: Option<Shard>,
 }
 
 impl ManyArgs {
@@ -128,7 +131,7 @@ impl ManyArgs {
 
     /// Whether an option was given that only a fit of many logs has.
     pub(crate) fn asked_for(&self) -> bool {
-        self.results.is_some() || self.config.is_some() || !self.axes.is_empty()
+        self.results.is_some() || self.config.is_some() || !self.axes.is_empty() || self.shard.is_some()
     }
 }
 
@@ -260,6 +263,17 @@ pub(super) fn fit_options(args: &FitArgs) -> Result<FitOptions> {
 }
 
 /// Files that the command reads and writes.
+impl FitArgs {
+    /// With --shard, --out is the table of the part.
+    pub(super) fn of_a_part(&self) -> Self {
+        let mut args = self.clone();
+        if args.many.shard.is_some() && args.many.results.is_none() {
+            args.many.results = args.out.take();
+        }
+        args
+    }
+}
+
 pub(super) fn plan(args: &FitArgs) -> Plan {
     let plan = Plan::new().reads(&args.logs).reads(&args.base).writes("--out", &args.out);
     args.many.planned(args.page.planned(plan.writes("--plot", plots(args))))

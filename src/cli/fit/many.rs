@@ -5,7 +5,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, Working};
 use gyroid::bias::EarthRate;
 use gyroid::config::Config;
-use gyroid::export::population_configuration;
+use gyroid::export::{ConfigurationOptions, population_configuration};
 use gyroid::files::OutputFile;
 use gyroid::population::{self, Origin, Population, Row, Settings, Topics, results};
 use gyroid::report::PopulationReport;
@@ -27,7 +27,10 @@ pub(super) fn run(args: &FitArgs, earth: Option<EarthRate>) -> Result<Outcome> {
     let base = args.base.as_ref().map(Config::read_base).transpose()?;
     let mut results = many.results.clone().map(|path| Saved::claim(path, many.resume)).transpose()?;
     let beside: Vec<PathBuf> = many.results.iter().chain(&args.common.json).cloned().collect();
-    let logs = population::find(&args.logs, &beside)?;
+    let mut logs = population::find(&args.logs, &beside)?;
+    if let Some(shard) = many.shard {
+        logs = shard.of(logs, &args.logs);
+    }
 
     let jobs = many.jobs.or_else(|| std::thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
     let working = output.working("fitting the logs");
@@ -48,12 +51,7 @@ pub(super) fn run(args: &FitArgs, earth: Option<EarthRate>) -> Result<Outcome> {
     if let Some(saved) = &results {
         results::write(&saved.path, &done.rows)?;
     }
-    let judged = population::Options {
-        keep_outlying: many.keep_outlying,
-        accept_not_white: args.accept,
-        ..population::Options::default()
-    };
-    let populations = Population::by_axis(&done.rows, &judged);
+    let populations = Population::by_axis(&done.rows, &judged(many.keep_outlying, args.accept));
     let report = PopulationReport { rows: done.rows, populations, fitted: done.fitted, resumed: done.resumed };
     output.say(report.text().trim_end());
     if let Some(saved) = &results {
@@ -63,12 +61,33 @@ pub(super) fn run(args: &FitArgs, earth: Option<EarthRate>) -> Result<Outcome> {
         let gone = if gone > 0 { format!("; {gone} of logs that are not named now are gone") } else { String::new() };
         output.say(format!("wrote {}: {} rows{gone}", saved.path.display(), report.rows.len()));
     }
+    let outcome =
+        concluded(&report, report.json(), output, config.map(|file| (file, base, configuration_options(args))))?;
+    // of logs that all fail the first error says what is wrong; those of a part are but some of the logs
     let failed = report.failed();
-    let (mut json, mut fit) = (report.json(), failed == 0);
+    if failed > 0 && failed == report.rows.len() && many.shard.is_none() {
+        let first = report.rows.iter().find_map(|r| r.error.clone()).unwrap_or_default();
+        return Err(Error::new(ErrorKind::Format, format!("{failed} logs"), format!("none could be fitted: {first}")));
+    }
+    Ok(outcome)
+}
+
+pub(in crate::cli) fn judged(keep_outlying: bool, accept_not_white: bool) -> population::Options {
+    population::Options { keep_outlying, accept_not_white, ..population::Options::default() }
+}
+
+/// Writes the configuration of the population, where one was asked for, and `json`.
+pub(in crate::cli) fn concluded(
+    report: &PopulationReport,
+    mut json: serde_json::Value,
+    output: Output,
+    config: Option<(OutputFile, Option<Config>, ConfigurationOptions)>,
+) -> Result<Outcome> {
+    let mut fit = report.failed() == 0;
     json["configuration"] = serde_json::Value::Null;
-    if let Some(file) = config {
+    if let Some((file, base, options)) = config {
         let name = file.target().display().to_string();
-        match write_configuration(file, args, &report, base.as_ref()) {
+        match write_configuration(file, report, base.as_ref(), &options) {
             Ok(said) => {
                 output.say(format!("wrote {name}: {said}"));
                 json["configuration"] = name.into();
@@ -81,11 +100,6 @@ pub(super) fn run(args: &FitArgs, earth: Option<EarthRate>) -> Result<Outcome> {
         }
     }
     output.finish(&json)?;
-    // of logs that all fail the first error says what is wrong
-    if failed == report.rows.len() {
-        let first = report.rows.iter().find_map(|r| r.error.clone()).unwrap_or_default();
-        return Err(Error::new(ErrorKind::Format, format!("{failed} logs"), format!("none could be fitted: {first}")));
-    }
     Ok(if fit { Outcome::Done } else { Outcome::Unfit })
 }
 
@@ -137,14 +151,14 @@ fn settings(args: &FitArgs, earth: Option<EarthRate>) -> Result<Settings> {
 
 fn write_configuration(
     mut file: OutputFile,
-    args: &FitArgs,
     report: &PopulationReport,
     base: Option<&Config>,
+    options: &ConfigurationOptions,
 ) -> Result<String> {
     let [population] = &report.populations[..] else {
         return Err(Error::new(ErrorKind::Usage, "--config", "is of one axis").hint("name one with --axis"));
     };
-    let config = population_configuration(population, &report.rows, base, &configuration_options(args))?;
+    let config = population_configuration(population, &report.rows, base, options)?;
     let name = file.target().display().to_string();
     file.write_all(config.to_toml().map_err(|e| e.named(name))?.as_bytes())?;
     file.commit()?;

@@ -11,6 +11,7 @@ use crate::math::robust::median;
 use crate::math::scan::{self, Odd};
 use crate::units::TimeUnit;
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// Zero of the times of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -411,9 +412,12 @@ fn typical_step(values: &[f64]) -> f64 {
 
 const UNITS: [TimeUnit; 4] = [TimeUnit::S, TimeUnit::Ms, TimeUnit::Us, TimeUnit::Ns];
 
-/// The unit of Unix times between 2001 and 2100, which their size alone tells.
+/// Unix times between 2001 and 2100, s.
+pub(crate) const DATES_S: Range<f64> = 1e9..4.2e9;
+
+/// The unit of such Unix times, which their size alone tells.
 fn unix_unit(first: f64) -> Option<TimeUnit> {
-    UNITS.into_iter().find(|u| (1e9..4.2e9).contains(&(first * u.to_s())))
+    UNITS.into_iter().find(|u| DATES_S.contains(&(first * u.to_s())))
 }
 
 /// The unit of a time column that does not name it, by the size of its first value and of its steps.

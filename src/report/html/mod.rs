@@ -18,6 +18,7 @@ mod study;
 mod tests;
 mod text;
 mod traces;
+mod track;
 mod validate;
 
 pub(crate) use document::Origin;
@@ -27,4 +28,5 @@ pub(crate) use gap::gap_page;
 pub(crate) use navigate::{DrivePage, drive_page};
 pub(crate) use noise::noise_page;
 pub(crate) use study::study_page;
+pub(crate) use track::track_page;
 pub(crate) use validate::validate_page;

@@ -217,17 +217,20 @@ fn covers(id: &str, draws: u64) {
 }
 
 #[test]
-fn intervals_of_the_gain_cover() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_intervals_of_the_gain_cover() {
     covers("gyro.scale_factor", 20);
 }
 
 #[test]
-fn intervals_of_the_track_cover() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_intervals_of_the_track_cover() {
     covers("vehicle.track_width", 20);
 }
 
 #[test]
-fn intervals_of_the_motors_cover() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_intervals_of_the_motors_cover() {
     covers("motor.torque_gain", 20);
 }
 
@@ -272,7 +275,8 @@ fn finds_lost_ticks(seeds: Range<u64>) {
 
 /// A delay of many rows is no slope at zero; free forms that follow the yaw acceleration would explain more than a shorter one.
 #[test]
-fn a_gyro_that_is_late_by_many_rows_is_found() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_a_gyro_that_is_late_by_many_rows_is_found() {
     for (delay_s, seed) in [(0.024, 21), (0.057, 22), (0.13, 23)] {
         let late = of(&[("delay_s", delay_s)]);
         let findings = judged(&recording(&[("sensor.gyro_delay", late)], seed), registry(), &Options::default());

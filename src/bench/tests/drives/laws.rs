@@ -39,14 +39,16 @@ fn right(ids: &[&'static str]) -> usize {
 }
 
 #[test]
-fn laws_that_bend_lag_and_settle_are_recognised() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_laws_that_bend_lag_and_settle_are_recognised() {
     for id in LAWS {
         assert_eq!(said(id, 0..1), [wanted(id)]);
     }
 }
 
 #[test]
-fn a_constant_that_varies_is_no_effect_of_the_library() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_a_constant_that_varies_is_no_effect_of_the_library() {
     // the third drive of each has all channels
     for id in VARYING {
         assert_eq!(said(id, 2..3), [wanted(id)]);
@@ -54,7 +56,8 @@ fn a_constant_that_varies_is_no_effect_of_the_library() {
 }
 
 #[test]
-fn a_constant_that_is_one_stays_an_effect() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_a_constant_that_is_one_stays_an_effect() {
     for id in CONSTANTS {
         assert_eq!(said(id, 0..1), [wanted(id)]);
     }
@@ -72,7 +75,8 @@ fn battery_of_laws() {
 }
 
 #[test]
-fn where_none_explains_most_the_nearest_effect_is_told() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_where_none_explains_most_the_nearest_effect_is_told() {
     // with a pose: without one, wheels and gyro that both read too large are what a heavier robot is
     let spec = Spec { effects: vec![("x.load_falls_off", Strength::Strong)], messy: false };
     let case = make(Kind::Driving, 90_210, 4, &spec).unwrap();

@@ -72,7 +72,8 @@ fn main_of(judged: &Judged) -> Main {
 }
 
 #[test]
-fn a_reference_off_the_axle_is_taken_out_before_the_robot_is_judged() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_a_reference_off_the_axle_is_taken_out_before_the_robot_is_judged() {
     // wheels two per cent larger than believed
     let log = tracked_off(recorded(0.051, 3));
     let open = Record::new(&robot(0.05, OPEN), &log, 20.0).unwrap();
@@ -129,7 +130,8 @@ fn wheels_late(rows: usize) -> Record {
 }
 
 #[test]
-fn wheels_that_come_late_are_told_with_their_delay() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_wheels_that_come_late_are_told_with_their_delay() {
     let found = judged(&wheels_late(15));
     assert_eq!(main_of(&found), Main::Effect("sensor.wheel_delay".into()));
     let part = found.findings.sets[0].part("sensor.wheel_delay").unwrap();

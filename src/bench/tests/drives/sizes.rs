@@ -68,7 +68,8 @@ fn a_yaw_rate_that_is_far_off_is_the_track_of_a_robot_that_skids() {
 }
 
 #[test]
-fn a_track_of_twice_the_nominal_is_found_with_all_channels() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_a_track_of_twice_the_nominal_is_found_with_all_channels() {
     for truth in [0.5, 0.95] {
         let found = judged("", &[("vehicle.track_width", "relative", truth)], 6, |_| {});
         assert_eq!(main_of(&found), Main::Effect("vehicle.track_width".into()), "{:?}", found.findings.mains());
@@ -81,7 +82,8 @@ type Cut = fn(&mut Record);
 
 /// The left wheel 3 % small, whatever else was logged.
 #[test]
-fn one_radius_is_one_effect() {
+#[ignore = "battery: some ten seconds and more"]
+fn battery_one_radius_is_one_effect() {
     let cuts: [(&str, Cut); 3] =
         [("all channels", |_| {}), ("no pose", |r| r.pose = None), ("no torques", |r| r.torques_n_m = None)];
     for (what, cut) in cuts {

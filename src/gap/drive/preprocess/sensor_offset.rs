@@ -251,7 +251,8 @@ mod tests {
 
     /// Slip looks like a delay, and a delay of several rows hides it: both are found, with their sizes.
     #[test]
-    fn wheels_that_are_late_by_rows_are_found_beside_slip() {
+    #[ignore = "battery: some ten seconds and more"]
+    fn battery_wheels_that_are_late_by_rows_are_found_beside_slip() {
         let (delay_s, slip) = (0.033, (ids::slip(), "compliance", 0.2));
         let log = recorded(60.0, 62, [(ids::wheel_delay(), "delay_s", delay_s), slip]);
         let record = Record::new(&robot(), &log, 0.0).unwrap();
@@ -267,7 +268,8 @@ mod tests {
     }
 
     #[test]
-    fn a_gyro_that_is_late_by_about_a_row_is_found() {
+    #[ignore = "battery: some ten seconds and more"]
+    fn battery_a_gyro_that_is_late_by_about_a_row_is_found() {
         assert_eq!(not_found(&[0.005, 0.0061, 0.008, 0.0096, 0.01008, 0.011, 0.014]), []);
     }
 }

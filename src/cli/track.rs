@@ -1,0 +1,85 @@
+//! `gyroid track`: units over months.
+
+use super::html::{self, HtmlArgs};
+use super::outcome::Outcome;
+use super::output::{Common, Output};
+use clap::Args;
+use gyroid::files::Plan;
+use gyroid::population::{self, Row, results};
+use gyroid::report::TrackReport;
+use gyroid::report::html::track_page;
+use gyroid::{Error, ErrorKind, Result};
+use regex::Regex;
+use std::path::{Path, PathBuf};
+
+/// Holds the last power-on of each unit against its earlier ones: is C1, C2, T or the noise where the unit's history puts it?
+///
+/// The power-ons are the rows of `gyroid fit --results`, in the order of their dates, else of their paths. From three earlier power-ons
+/// on a unit is judged; how much units differ from one power-on to the next is learnt from all of them. A power-on that was outside
+/// in its time is no history. A unit that is as ever is told to have changed at most once in --per-year power-ons.
+///
+/// Exit code 3: a unit changed.
+#[derive(Debug, Args)]
+pub(crate) struct TrackArgs {
+    /// Results of `gyroid fit`, .parquet or .csv
+    #[arg(value_name = "RESULTS", required = true)]
+    results: Vec<PathBuf>,
+    /// Regular expression that finds the unit in the path of a log, its first group if it has one [default: the folder of the log]
+    #[arg(long, value_name = "REGEX", value_parser = pattern)]
+    unit: Option<Regex>,
+    /// Power-ons of a unit in a year: so many may raise one false alarm
+    #[arg(long, value_name = "N", default_value_t = 365.0, value_parser = at_least_one)]
+    per_year: f64,
+    #[command(flatten)]
+    page: HtmlArgs,
+    #[command(flatten)]
+    common: Common,
+}
+
+fn pattern(text: &str) -> std::result::Result<Regex, String> {
+    Regex::new(text)
+        .map_err(|e| e.to_string().lines().last().unwrap_or_default().trim_start_matches("error: ").to_string())
+}
+
+fn at_least_one(text: &str) -> std::result::Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|n: &f64| n.is_finite() && *n >= 1.0)
+        .ok_or_else(|| format!("{text:?} is no number from 1 on"))
+}
+
+pub(crate) fn run(args: &TrackArgs) -> Result<Outcome> {
+    let output = Output::open(&args.common, "track", args.page.planned(Plan::new().reads(&args.results)))?;
+    let page = args.page.claim()?;
+    let origin = page.as_ref().map(|_| html::origin(&args.results)).transpose()?;
+    let read = |path: &PathBuf| Ok((path.clone(), results::read(path)?));
+    let parts = args.results.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let rows = population::merge(parts)?.rows;
+    let unit = |row: &Row| match &args.unit {
+        None => Some(
+            Path::new(&row.path)
+                .parent()
+                .map(|p| p.display().to_string())
+                .filter(|p| !p.is_empty())
+                .unwrap_or_else(|| ".".into()),
+        ),
+        Some(regex) => {
+            regex.captures(&row.path).and_then(|c| c.get(1).or_else(|| c.get(0))).map(|m| m.as_str().to_string())
+        }
+    };
+    let without_unit = rows.iter().filter(|row| unit(row).is_none()).count();
+    if without_unit == rows.len() {
+        let first = rows.first().map_or("there are no rows".into(), |r| format!("it finds nothing in {}", r.path));
+        return Err(
+            Error::new(ErrorKind::Usage, "--unit", first).hint("try it on the paths that `gyroid fit --results` wrote")
+        );
+    }
+    let report =
+        TrackReport { gyros: population::track(&rows, &unit, args.per_year), per_year: args.per_year, without_unit };
+    output.say(report.text().trim_end());
+    if let (Some(file), Some(origin)) = (page, origin) {
+        html::write(file, &track_page(&report, &origin)?, &output)?;
+    }
+    output.finish(&report.json())?;
+    Ok(if report.changed().next().is_some() { Outcome::Unfit } else { Outcome::Done })
+}

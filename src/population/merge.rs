@@ -1,0 +1,117 @@
+//! Results of several runs as one: each log, topic and axis once, in the order in which one run over all of them has them
+//!
+//! The result is the same in whatever order the parts come, and however often one of them comes: a log is known by the bytes of its
+//! file, and of two rows of it one that was fitted stays before one that failed.
+
+use super::row::Row;
+use crate::error::{Error, ErrorKind, Result};
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Rows of several results, and how many came more than once.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Merged {
+    pub rows: Vec<Row>,
+    /// Rows that stand for a log, topic and axis that another row stands for.
+    pub repeated: usize,
+}
+
+/// Merges the rows of `parts`, each with the name of its file.
+///
+/// # Errors
+/// [`ErrorKind::Value`] where two parts were made with different options or versions: their rows are no one population.
+pub(crate) fn merge(parts: Vec<(PathBuf, Vec<Row>)>) -> Result<Merged> {
+    let mut first: Option<(PathBuf, String)> = None;
+    let mut kept: BTreeMap<_, Row> = BTreeMap::new();
+    let mut all = 0;
+    for (file, rows) in parts {
+        for row in rows {
+            all += 1;
+            let made = format!("gyroid {} with {}", row.gyroid_version, row.options);
+            let (other, alike) = first.get_or_insert_with(|| (file.clone(), made.clone()));
+            if *alike != made {
+                let found = format!("was made by {made}, and {} by {alike}", other.display());
+                return Err(Error::new(ErrorKind::Value, file.display(), found)
+                    .hint("fit all parts by one version with the same options"));
+            }
+            // a file that could not be read has no hash
+            let log = if row.sha256.is_empty() { row.path.clone() } else { row.sha256.clone() };
+            kept.entry((log, row.topic.clone(), row.axis.clone()))
+                .and_modify(|held| {
+                    if before(&row, held) == Ordering::Less {
+                        held.clone_from(&row);
+                    }
+                })
+                .or_insert(row);
+        }
+    }
+    let mut rows: Vec<Row> = kept.into_values().collect();
+    let repeated = all - rows.len();
+    rows.sort_by(in_a_folder);
+    Ok(Merged { rows, repeated })
+}
+
+/// Which of two rows of one log stays: the lesser one.
+fn before(a: &Row, b: &Row) -> Ordering {
+    let failed = a.error.is_some().cmp(&b.error.is_some());
+    failed.then_with(|| in_a_folder(a, b)).then_with(|| a.error.cmp(&b.error)).then_with(|| a.modified.cmp(&b.modified))
+}
+
+/// The order in which [`super::find()`] lists logs.
+fn in_a_folder(a: &Row, b: &Row) -> Ordering {
+    let path = Path::new(&a.path).cmp(Path::new(&b.path));
+    path.then_with(|| a.topic.cmp(&b.topic)).then_with(|| a.axis.cmp(&b.axis))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(path: &str, sha256: &str, error: Option<&str>) -> Row {
+        Row {
+            path: path.into(),
+            sha256: sha256.into(),
+            axis: "z".into(),
+            options: "{}".into(),
+            error: error.map(Into::into),
+            ..Row::default()
+        }
+    }
+
+    fn merged(parts: &[&[Row]]) -> Merged {
+        merge(parts.iter().map(|rows| ("part.csv".into(), rows.to_vec())).collect()).unwrap()
+    }
+
+    #[test]
+    fn neither_order_nor_repetition_matters() {
+        let a = [row("logs/a.csv", "1", None), row("logs/b/a.csv", "2", Some("no time"))];
+        let b = [row("logs/b.csv", "3", None), row("logs/gone.csv", "", Some("not found"))];
+        let once = merged(&[&a, &b]);
+        assert_eq!((once.rows.len(), once.repeated), (4, 0));
+        assert_eq!(merged(&[&b, &a]), once);
+        let twice = merged(&[&b, &once.rows, &a, &b]);
+        assert_eq!((&twice.rows, twice.repeated), (&once.rows, 6));
+        assert_eq!(merged(&[]).rows, []);
+    }
+
+    #[test]
+    fn of_a_log_that_was_tried_again_the_fit_stays() {
+        let (failed, fitted) = (row("a.csv", "1", Some("disk")), row("copy/a.csv", "1", None));
+        for parts in [[&failed, &fitted], [&fitted, &failed]] {
+            let got = merged(&parts.map(std::slice::from_ref));
+            assert_eq!((got.rows, got.repeated), (vec![fitted.clone()], 1));
+        }
+    }
+
+    #[test]
+    fn parts_that_were_made_otherwise_are_refused() {
+        let other = Row { options: "{\"loss\":\"huber\"}".into(), ..row("b.csv", "2", None) };
+        let parts = vec![("one.csv".into(), vec![row("a.csv", "1", None)]), ("two.csv".into(), vec![other])];
+        let error = merge(parts).unwrap_err();
+        assert!(
+            error.input == "two.csv" && error.found.contains("huber") && error.found.contains("one.csv"),
+            "{error}"
+        );
+    }
+}
