@@ -5,21 +5,25 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from gyroid import _gyroid
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 __all__ = ["fit"]
 
 
+class Submits(Protocol):
+    """An executor of :mod:`concurrent.futures`, or a Dask client."""
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **options: Any) -> Any:
+        """The future of a call."""
+
+
 def fit(
-    executor: Client | Executor,
+    executor: Submits,
     logs: Sequence[str | os.PathLike[str]],
     results: str | os.PathLike[str],
     *,
@@ -67,7 +71,7 @@ def fit(
     named = [os.fspath(log) for log in logs]
     files = [str(folder / f"{part}.parquet") for part in range(1, parts + 1)]
     # executors of the standard library know no retries
-    again = {} if isinstance(executor, Executor) else {"retries": retries, "pure": False}
+    again: dict[str, Any] = {} if isinstance(executor, Executor) else {"retries": retries, "pure": False}
     futures = [
         executor.submit(_part, named, f"{part}/{parts}", file, list(options), **again) for part, file in enumerate(files, 1)
     ]

@@ -88,7 +88,7 @@ pub(crate) struct Tracked {
     pub standing: Standing,
     /// Why it was not judged.
     pub why: Option<String>,
-    /// Days since the first power-on of each, or their numbers where times are not known.
+    /// Days since the first power-on of each, or their numbers, from 1, where times are not known.
     pub at: Vec<f64>,
     /// Whether `at` is in days.
     pub in_days: bool,
@@ -144,7 +144,7 @@ impl<'a> Gyro<'a> {
             }
             None => {
                 rows.sort_by(|a, b| a.path.cmp(&b.path));
-                ((0..rows.len()).map(|i| i as f64).collect(), false)
+                ((1..=rows.len()).map(|i| i as f64).collect(), false)
             }
         };
         let counts = vec![true; rows.len()];

@@ -81,10 +81,7 @@ impl TrackReport {
 
     /// The agreed number of false alarms, in a sentence.
     pub(super) fn promise(&self) -> String {
-        format!(
-            "A unit that is as ever is told to have changed at most once in {} power-ons.",
-            significant(self.per_year, 4)
-        )
+        format!("A unit that is as ever is told to have changed at most once in {} power-ons.", self.per_year)
     }
 
     /// The page for a terminal.
