@@ -133,7 +133,7 @@ fn driven(case: usize) -> Outcome<Stages> {
         drive_with(&real, course, 0.01 * ROWS, &options, &library)
     };
     let [fit, hold] = [run(2 * case + 1)?, run(2 * case + 2)?];
-    let ready = |log| Drive { log, since_power_on_s: 0.0 };
+    let ready = |log| Drive::new(log, 0.0);
     let mut stages = Stages::new();
     let mut observe = |stage| stages.begin(stage);
     let options = Options::default();

@@ -13,7 +13,7 @@ from gyroid._input import Given
 from gyroid._options import DriveOptions, RestOptions
 
 #: Units at the end of an argument's name; options of the command line have none.
-_UNIT = re.compile(r"_(rad_s|s|hz|deg|mb|c)$")
+_UNIT = re.compile(r"_(rad_s|s|hz|deg|mb|c|kg)$")
 #: Options whose values stand apart by commas; others are given again for each value.
 _COMMAS = {"axis", "estimators", "mounting", "mounting-quaternion", "start-offset", "terms"}
 
@@ -46,6 +46,17 @@ class Call:
         names = [given.name for files in values for given in files]
         if names:
             self._shown.append(f"{argument}={names[0] if len(names) == 1 else '[' + ', '.join(names) + ']'}")
+
+    def loads(self, argument: str, values: Sequence[Sequence[Given]], load_kg: float | Sequence[float] | None) -> None:
+        """Adds the load of each drive, kg."""
+        if load_kg is None:
+            return
+        loads = list(load_kg) if isinstance(load_kg, Sequence) else [load_kg]
+        if len(loads) != len(values):
+            raise Error("usage", argument, None, f"{len(loads)} loads of {len(values)} drives", "give one for each drive")
+        self._shown.append(f"{argument}={load_kg!r}")
+        self._arguments["load"] = argument
+        self._options += [f"--load={files[0].path}={load}" for files, load in zip(values, loads, strict=True)]
 
     def options(self, arguments: Mapping[str, Any]) -> None:
         """Adds options; None and False leave one out."""

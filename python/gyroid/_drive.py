@@ -109,6 +109,7 @@ def simulate(
     start_offset_s: float | None = None,
     off_time_s: float | None = None,
     sample_time_s: float | None = None,
+    load_kg: float | None = None,
     vary_turn_on: bool = False,
     **reading: Unpack[DriveOptions],
 ) -> _results.Simulation:
@@ -132,6 +133,8 @@ def simulate(
         Warm restart: how long the gyro was off before, s.
     sample_time_s
         Sample time, s [default: the configuration's].
+    load_kg
+        Known load that the robot carries, a point mass at its centre of mass, kg.
     vary_turn_on
         Draw C1, C2 and T inside the configuration's repeatability.
     **reading
@@ -160,6 +163,7 @@ def simulate(
         "start_offset_s": start_offset_s,
         "off_time_s": off_time_s,
         "sample_time_s": sample_time_s,
+        "load_kg": load_kg,
         "vary_turn_on": vary_turn_on,
         **reading,
     })
@@ -187,6 +191,8 @@ def diagnose(
     fit: Drive | list[Drive],
     hold: Drive | list[Drive] | None = None,
     *,
+    load_kg: float | Sequence[float] | None = None,
+    hold_load_kg: float | Sequence[float] | None = None,
     seed: int | None = None,
     without: Sequence[str] | None = None,
     map: Mapping[str, str] | None = None,
@@ -202,6 +208,8 @@ def diagnose(
         Recording to diagnose from; of a drive also a tuple of its sensors' logs, or a list of drives.
     hold
         Another recording of the same unit, only to measure how far the gap shrinks.
+    load_kg, hold_load_kg
+        Of drives: known load that the robot carried in each, a point mass at its centre of mass, kg.
     seed
         Seed of the simulated recordings [1].
     without
@@ -223,8 +231,11 @@ def diagnose(
     """
     outputs = {"write_sim": "augmented.toml", "why": "why.md", "plot": "gap.svg"}
     call = Call("diagnose", unnamed=[config(configuration)], outputs=outputs)
-    call.named("fit", drives(fit))
-    call.named("hold", drives(hold))
+    fits, holds = drives(fit), drives(hold)
+    call.named("fit", fits)
+    call.named("hold", holds)
+    call.loads("load_kg", fits, load_kg)
+    call.loads("hold_load_kg", holds, hold_load_kg)
     call.options({"seed": seed, "without": without, "map": map, **reading})
     result = _results.Diagnosis(*call.run("gap", "diagnose"), call.outputs["plot"].bytes())
     augmented = Configuration(call.text("write_sim") or "", "augmented.toml")

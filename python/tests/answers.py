@@ -52,6 +52,7 @@ def answers() -> dict[str, dict[str, list[Answer]]]:
         gyroid.navigate(config, square.recording, gate=0.9999),
         gyroid.navigate(config, bare, start_offset_s=20),
     ]
+    loaded = gyroid.simulate(config, course="square", duration_s=60, start_offset_s=20, load_kg=2.0)
     rest = gyroid.simulate(config, duration_s=600, seed=3)
     late = np.roll(square.recording["gyro_z_rad_s"], 25)
     heavy = {**square.recording, "gyro_z_rad_s": 1.1 * late}
@@ -63,6 +64,7 @@ def answers() -> dict[str, dict[str, list[Answer]]]:
         gyroid.diagnose(rover, rovers, without=["wheel.radius_mismatch"]),
         gyroid.diagnose(config, heavy, square.recording),
         gyroid.diagnose(config, square.recording),
+        gyroid.diagnose(config, [square.recording, loaded.recording], load_kg=[0.0, 2.0]),
         gyroid.diagnose(config, {**bare, "gyro_z_rad_s": 1.1 * bare["gyro_z_rad_s"]}, start_offset_s=20),
         gyroid.diagnose(standing, shaken, rest.recording),
         gyroid.diagnose(standing, rest.recording),
@@ -82,7 +84,7 @@ def answers() -> dict[str, dict[str, list[Answer]]]:
         "noise": {"Noise": noises},
         "validate": {"Validate": checks},
         "navigate": {"Navigate": drives},
-        "simulate": {"Simulate": [square, rest]},
+        "simulate": {"Simulate": [square, rest, loaded]},
         "gap.diagnose": {"GapDiagnose": gaps},
         "gap.compare": {"GapCompare": compared},
         "gap.explain": {"GapExplain": explained},
@@ -151,7 +153,7 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
         ("gap.twin", "GapTwin", ("gap", "twin", DATA / "drives" / "rover_hold.parquet", "-o", "twin.toml")),
         ("gap.power", "GapPower", ("gap", "power", "standing.toml", "--inputs", "standing.csv", *power)),
         ("gap.plan", "GapPlan", ("gap", "plan", "standing.toml", "--fit", "standing.csv", *wanders, "--experiment", "again")),
-        ("gap.plan", "GapPlan", ("gap", "plan", DATA / "truth.toml", "--fit", "late.parquet", *among, "--experiment", "spins", "rest")),
+        ("gap.plan", "GapPlan", ("gap", "plan", DATA / "truth.toml", "--fit", "late.parquet", *among, "--experiment", "spins", "payload")),
         ("gap.plan", "GapPlan", ("gap", "plan", DATA / "truth.toml", "--fit", "blind.csv", "--experiment", "squares_marked")),
         ("man", "Man", ("man", "-o", "man")),
         ("demo", "Demo", ("demo", "-o", "demo")),

@@ -269,7 +269,7 @@ pub(crate) fn examples(
         let Some(label) = labels.get(name) else { return Ok(None) };
         let (config, log, _) = case_logs(&folder.join(name))?;
         if config.kind == Kind::Driving {
-            let fit = Drive { log: &log, since_power_on_s: options.since_power_on_s };
+            let fit = Drive::new(&log, options.since_power_on_s);
             let findings = drive::record::ready::compare(&config, &fit, &library, &driving)?;
             return Ok(Some(Example::new(&findings, label, &of_drives)));
         }

@@ -56,6 +56,9 @@ pub(crate) struct SimulateArgs {
     /// Sample time, s [default: the configuration's]
     #[arg(long, value_name = "S", conflicts_with = "inputs")]
     sample_time: Option<f64>,
+    /// Known load that the robot carries, a point mass at its centre of mass, kg: its mass is that of the configuration and this
+    #[arg(long, value_name = "KG")]
+    load: Option<f64>,
     /// Draw C1, C2 and T inside the configuration's repeatability from power-on to power-on
     #[arg(long)]
     vary_turn_on: bool,
@@ -110,6 +113,17 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
     if args.truth.is_some() && !driven {
         return Err(usage("--truth", "a log at rest has no motion to tell".into()));
     }
+    if let Some(load_kg) = args.load {
+        let mass = "give the weighed load in kg, zero or more";
+        let at_rest = "leave it out, or name a --course";
+        if !(load_kg.is_finite() && load_kg >= 0.0) {
+            return Err(usage("--load", format!("{load_kg} kg is no mass")).hint(mass));
+        }
+        if !driven {
+            return Err(usage("--load", "a gyro at rest carries none".into()).hint(at_rest));
+        }
+        config = config.carrying(load_kg);
+    }
     let mut options = Options {
         since_power_on_s: args.power.since_power_on_s(),
         vary_turn_on: args.vary_turn_on,
@@ -153,6 +167,9 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome> {
         log.time.median_step_s(),
         what(args)
     ));
+    if let Some(load_kg) = args.load {
+        output.say(format!("with a load of {load_kg} kg"));
+    }
     for note in inputs.iter().flat_map(|recorded| &recorded.notes).chain(&by_time) {
         output.say(format!("note: {note}"));
     }
@@ -193,6 +210,9 @@ fn json(args: &SimulateArgs, log: &Log, simulated: Option<&Drive>, restart: Opti
         "sensor_seed": args.sensor_seed.unwrap_or(args.seed),
         "channels": channels,
     });
+    if let Some(load_kg) = args.load {
+        value["load_kg"] = serde_json::json!(load_kg);
+    }
     if let Some(Drive { warm_up, .. }) = simulated {
         value["gyro"] = serde_json::json!({
             "c1_rad_s": warm_up.c1_rad_s,

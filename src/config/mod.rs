@@ -125,12 +125,24 @@ impl Config {
         (self, table.map(|_| note.to_string()))
     }
 
+    /// The same robot, carrying `load_kg` more ([`Vehicle::load_kg`]).
+    #[must_use]
+    pub fn carrying(&self, load_kg: f64) -> Self {
+        let vehicle = self.vehicle.map(|v| Vehicle { load_kg: v.load_kg + load_kg, ..v });
+        Self { vehicle, ..self.clone() }
+    }
+
     /// `[vehicle]`.
     ///
     /// # Errors
-    /// [`ErrorKind::Config`] if it is missing.
+    /// [`ErrorKind::Config`] if it is missing; [`ErrorKind::Value`] if its load is no mass.
     pub fn require_vehicle(&self) -> Result<&Vehicle> {
-        self.vehicle.as_ref().ok_or_else(|| missing_table("vehicle"))
+        let vehicle = self.vehicle.as_ref().ok_or_else(|| missing_table("vehicle"))?;
+        if !(vehicle.load_kg.is_finite() && vehicle.load_kg >= 0.0) {
+            let found = format!("a load of {} kg is no mass", vehicle.load_kg);
+            return Err(Error::new(ErrorKind::Value, "load", found).hint("give the weighed load in kg, zero or more"));
+        }
+        Ok(vehicle)
     }
 
     /// `[traction]`.

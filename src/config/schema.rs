@@ -230,6 +230,18 @@ pub struct Vehicle {
     /// Torque at the wheel of one ampere of its motor, gear included, N·m/A: makes torques of motor currents.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_constant_n_m_a: Option<f64>,
+    /// Known load that it carries in one run, a point mass at its centre of mass, kg: it adds to the mass and to the weight
+    /// on the wheels, and not to the yaw inertia. Of a run and not of the robot: no key of the file.
+    #[serde(skip)]
+    pub load_kg: f64,
+}
+
+impl Vehicle {
+    /// Mass with the load, kg.
+    #[must_use]
+    pub const fn whole_mass_kg(&self) -> f64 {
+        self.mass_kg + self.load_kg
+    }
 }
 
 /// `[traction]`: the contact between wheels and ground, where wheels slip.

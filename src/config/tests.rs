@@ -67,6 +67,7 @@ fn sample() -> Config {
             viscous_friction_n_m_s: 0.0005,
             torque_noise_n_m_sqrt_s: 0.0002,
             torque_constant_n_m_a: None,
+            load_kg: 0.0,
         }),
         traction: Some(Traction::new(TractionLaw::Burckhardt(Surface::Snow.law()))),
         encoder: Some(Encoder { speed_noise_std_rad_s: 0.0185, ticks_per_revolution: Some(4096.0) }),

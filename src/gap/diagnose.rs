@@ -47,7 +47,7 @@ pub fn diagnose_observed(
     observe: &mut dyn FnMut(Stage),
 ) -> Result<Diagnosis> {
     if config.kind == Kind::Driving {
-        let drive = |log| Drive { log, since_power_on_s: options.since_power_on_s };
+        let drive = |log| Drive::new(log, options.since_power_on_s);
         let kept: Vec<Drive<'_>> = hold.map(drive).into_iter().collect();
         return crate::gap::drive::diagnose(config, &[drive(fit)], &kept, library, options, observe);
     }

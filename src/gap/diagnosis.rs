@@ -44,13 +44,30 @@ impl Default for Options {
     }
 }
 
-/// A drive and when its gyro was switched on.
+/// A drive, when its gyro was switched on, and what the robot carried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive<'a> {
     /// The recording.
     pub log: &'a Log,
     /// Time since power-on at its first row, s, where the log does not hold it.
     pub since_power_on_s: f64,
+    /// Known load that the robot carried, a point mass at its centre of mass, kg
+    /// ([`crate::config::Vehicle::load_kg`]).
+    pub load_kg: f64,
+}
+
+impl<'a> Drive<'a> {
+    /// A drive without a load, `since_power_on_s` after power-on at its first row.
+    #[must_use]
+    pub const fn new(log: &'a Log, since_power_on_s: f64) -> Self {
+        Self { log, since_power_on_s, load_kg: 0.0 }
+    }
+
+    /// The same drive with this known load, kg.
+    #[must_use]
+    pub const fn carrying(self, load_kg: f64) -> Self {
+        Self { load_kg, ..self }
+    }
 }
 
 /// Result of a diagnosis.

@@ -40,6 +40,9 @@ pub struct Robot {
     pub com_offset_m: f64,
     /// Density of the white noise of each motor's torque, N·m·√s
     pub torque_noise_n_m_sqrt_s: f64,
+    /// Known load, a point mass at the centre of mass, kg: of [`DriveModel::robot`] it is part of M, elsewhere it is not. It
+    /// adds to M wherever that stands, so also to the weight on the wheels, and not to Jc.
+    pub load_kg: f64,
 }
 
 impl From<&Vehicle> for Robot {
@@ -54,6 +57,7 @@ impl From<&Vehicle> for Robot {
             torque_gain: [1.0; 2],
             com_offset_m: 0.0,
             torque_noise_n_m_sqrt_s: vehicle.torque_noise_n_m_sqrt_s,
+            load_kg: vehicle.load_kg,
         }
     }
 }
@@ -72,7 +76,14 @@ impl Robot {
             torque_gain: [1.0; 2],
             com_offset_m: 0.0,
             torque_noise_n_m_sqrt_s: 0.0,
+            load_kg: 0.0,
         }
+    }
+
+    /// The robot with its load as part of its mass.
+    #[must_use]
+    pub(crate) fn loaded(self) -> Self {
+        Self { mass_kg: self.mass_kg + self.load_kg, ..self }
     }
 
     /// Wheel speeds without slip, left and right, rad/s.
@@ -254,11 +265,13 @@ pub struct DriveModel {
 }
 
 impl DriveModel {
-    /// `nominal` changed by `effects`, in their order.
+    /// `nominal` changed by `effects`, in their order, and with its load.
     #[must_use]
     pub(crate) fn new(nominal: Robot, effects: Vec<Box<dyn DriveEffect>>) -> Self {
         let mut robot = nominal;
         effects.iter().for_each(|e| e.robot(&mut robot));
+        // a load is weighed: no effect makes more or less of it
+        let robot = robot.loaded();
         let wheel_delay_s = effects.iter().map(|e| e.delay_s(Instrument::Wheels)).sum();
         let follows_position = effects.iter().any(|e| e.force_follows().position);
         Self { robot, effects, inverse: robot.inverse_inertia(), wheel_delay_s, follows_position }

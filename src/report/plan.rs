@@ -84,7 +84,8 @@ fn course(first: &Suggestion) -> String {
     if first.alone {
         out.push_str(" Diagnose the new log by itself.");
     } else {
-        out.push_str(" Diagnose both logs together: --fit LOG --fit NEW.");
+        let load = first.load_kg.map(|load_kg| format!(" --load NEW={load_kg}")).unwrap_or_default();
+        let _ = write!(out, " Diagnose both logs together: --fit LOG --fit NEW{load}.");
     }
     if first.commands.is_empty() {
         return out;
@@ -124,6 +125,7 @@ mod tests {
             name: "spins".into(),
             how: "Turn in place.".into(),
             duration_s: 60.0,
+            load_kg: Some(2.8),
             alone: false,
             separates,
             nats: 5.25,
@@ -153,7 +155,7 @@ mod tests {
             "5.2 nats",
             "2 of 2",
             "First: spins",
-            "--fit LOG --fit NEW",
+            "--fit LOG --fit NEW --load NEW=2.8.",
             "20 corners in all",
             "note: A note.",
         ] {

@@ -52,7 +52,7 @@ impl AsPrinted {
         Self {
             vehicle: *vehicle,
             robot_radius_m,
-            load_n: 0.5 * vehicle.mass_kg * STANDARD_GRAVITY_M_S2,
+            load_n: 0.5 * vehicle.whole_mass_kg() * STANDARD_GRAVITY_M_S2,
             low_speed_m_s: traction.low_speed_m_s,
             law: traction.law,
         }
@@ -86,7 +86,7 @@ impl AsPrinted {
             let slip = Slip::new(v.wheel_radius_m * s.wheels_rad_s[i], ground[i], self.low_speed_m_s);
             self.load_n * self.law.friction(slip.slip)[0]
         });
-        let acceleration = (force[0] + force[1]) / v.mass_kg;
+        let acceleration = (force[0] + force[1]) / v.whole_mass_kg();
         let (sin, cos) = s.heading_rad.sin_cos();
         PrintedState {
             x_m: s.x_m + dt_s * s.velocity_x_m_s,
@@ -120,6 +120,7 @@ mod tests {
             viscous_friction_n_m_s: 0.0,
             torque_noise_n_m_sqrt_s: 0.0,
             torque_constant_n_m_a: None,
+            load_kg: 0.0,
         }
     }
 

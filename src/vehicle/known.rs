@@ -164,6 +164,7 @@ mod tests {
             viscous_friction_n_m_s: 0.0,
             torque_noise_n_m_sqrt_s: 0.0,
             torque_constant_n_m_a,
+            load_kg: 0.0,
         }
     }
 

@@ -31,7 +31,7 @@ impl Rolling {
     pub fn new(vehicle: &Vehicle) -> Self {
         let (r, b) = (vehicle.wheel_radius_m, vehicle.half_track_m);
         let wheels_kg = 2.0 * vehicle.wheel_inertia_kg_m2 / (r * r);
-        let effective_mass_kg = vehicle.mass_kg + wheels_kg;
+        let effective_mass_kg = vehicle.whole_mass_kg() + wheels_kg;
         let effective_inertia_kg_m2 = vehicle.yaw_inertia_kg_m2 + wheels_kg * b * b;
         let friction = 2.0 * vehicle.viscous_friction_n_m_s / (r * r);
         Self {
@@ -143,6 +143,7 @@ mod tests {
             viscous_friction_n_m_s: friction,
             torque_noise_n_m_sqrt_s: 0.0,
             torque_constant_n_m_a: None,
+            load_kg: 0.0,
         };
         (v, Rolling::new(&v))
     }

@@ -90,12 +90,12 @@ impl Slipping {
     /// The robot that the two tables describe; their values are taken as checked by the configuration.
     #[must_use]
     pub fn new(vehicle: &Vehicle, traction: &Traction) -> Self {
-        let driven_n = vehicle.mass_kg * STANDARD_GRAVITY_M_S2 * traction.driven_load_share;
+        let driven_n = vehicle.whole_mass_kg() * STANDARD_GRAVITY_M_S2 * traction.driven_load_share;
         let loads_n = [driven_n * traction.left_load_share, driven_n * (1.0 - traction.left_load_share)];
         Self {
             radius_m: vehicle.wheel_radius_m,
             half_track_m: vehicle.half_track_m,
-            inverse_mass: 1.0 / vehicle.mass_kg,
+            inverse_mass: 1.0 / vehicle.whole_mass_kg(),
             inverse_yaw_inertia: 1.0 / vehicle.yaw_inertia_kg_m2,
             inverse_wheel_inertia: 1.0 / vehicle.wheel_inertia_kg_m2.max(WHEEL_INERTIA_FLOOR),
             friction_n_m_s: vehicle.viscous_friction_n_m_s,

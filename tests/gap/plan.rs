@@ -151,8 +151,9 @@ fn drawn(config: &Config, seed: u64) -> Option<Case> {
     Some(Case { truth: effect.about().id, with, log })
 }
 
-fn diagnosed(config: &Config, logs: &[&Log]) -> Option<Answer> {
-    let drives: Vec<Drive<'_>> = logs.iter().map(|log| Drive { log, since_power_on_s: 0.0 }).collect();
+/// Of logs with a known load each, kg.
+fn diagnosed(config: &Config, logs: &[(&Log, f64)]) -> Option<Answer> {
+    let drives: Vec<Drive<'_>> = logs.iter().map(|(log, load_kg)| Drive::new(log, 0.0).carrying(*load_kg)).collect();
     let found = diagnose_drives(config, &drives, &[], &Library::new(), &gyroid::gap::Options::default(), &mut |_| {});
     found.ok().map(|d| d.answer)
 }
@@ -174,7 +175,7 @@ fn first_suggestions_separate_four_fifths() {
     while tried < wanted {
         seed += 1;
         let Some(Case { truth, with, log }) = drawn(&config, seed) else { continue };
-        let Some(answer) = diagnosed(&config, &[&log]) else { continue };
+        let Some(answer) = diagnosed(&config, &[(&log, 0.0)]) else { continue };
         let in_class = answer.cannot_tell_apart.iter().any(|class| class.iter().any(|id| id == truth));
         if !in_class {
             continue;
@@ -188,10 +189,16 @@ fn first_suggestions_separate_four_fifths() {
             println!("{seed} {truth} {names:?}: {:?} {:?}", answer.cannot_tell_apart, plan.needed);
             continue;
         };
-        let new =
-            replay_with(&with, &first.inputs, &simulate::Options::from(seed + 1_000_003), &Library::new()).unwrap();
+        let new = replay_with(
+            &with.carrying(first.load_kg.unwrap_or(0.0)),
+            &first.inputs,
+            &simulate::Options::from(seed + 1_000_003),
+            &Library::new(),
+        )
+        .unwrap();
         let new = kept(new.log, &first.inputs);
-        let logs = if first.alone { vec![&new] } else { vec![&log, &new] };
+        let new = (&new, first.load_kg.unwrap_or(0.0));
+        let logs = if first.alone { vec![new] } else { vec![(&log, 0.0), new] };
         let after = diagnosed(&config, &logs);
         let rivals: Vec<&str> = plan.rivals.iter().map(|r| r.id.as_str()).filter(|id| *id != truth).collect();
         let is_told = after.as_ref().is_some_and(|a| separates(a, truth, &rivals));

@@ -140,7 +140,7 @@ fn smartloc_has_one_speed_and_no_heading() {
 #[ignore = "needs recordings that are not in the repository: GYROID_REAL names their folder"]
 fn husky_wheels_lag_the_gyro_by_what_the_raw_data_says() {
     let drive = recorded("drive_husky", &HUSKY, &["gyro_z_rad_s=gy_rad_s"]);
-    let fit = [Drive { log: &drive.log, since_power_on_s: 0.0 }];
+    let fit = [Drive::new(&drive.log, 0.0)];
     let (library, options) = (Library::new(), Options::default());
     let answer = diagnose_drives(&config("husky.toml"), &fit, &[], &library, &options, &mut |_| {}).unwrap().answer;
     let late_s = answer.time_offsets.iter().find(|t| t.channel == "wheels").unwrap().offset_s;

@@ -141,6 +141,7 @@ class Simulate(Record):
     sensor_seed: int
     channels: tuple[str, ...]
     gyro: _SimulateGyro | None
+    load_kg: float | None
 
 
 class _GapDiagnoseEffects(Record):

@@ -1,6 +1,7 @@
 //! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
 use super::asked::AskedArgs;
+use super::loads::LoadArgs;
 use super::recordings::{Recordings, read_drive};
 use super::replay::Reads;
 use super::written::WrittenArgs;
@@ -32,12 +33,15 @@ use std::path::{Path, PathBuf};
     gyroid gap diagnose sim.toml --fit fit.csv --why why.md --html gap.html\n  \
     gyroid gap diagnose husky.toml --fit imu.csv wheels.csv --map gyro_z_rad_s=gy_rad_s\n  \
     gyroid gap diagnose robot.toml --fit run2.csv --fit run3.csv --hold run4.csv --hold run5.csv\n  \
+    gyroid gap diagnose robot.toml --fit empty.csv --fit loaded.csv --load loaded.csv=4.2\n  \
     gyroid gap diagnose robot.toml --fit run2.csv --patch robot.xml -o patched.xml --ranges isaac_lab.json")]
 pub(crate) struct DiagnoseArgs {
     /// The nominal simulator: a configuration with [gyro]; of a drive also [vehicle] and [encoder]
     config: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
+    #[command(flatten)]
+    loads: LoadArgs,
     #[command(flatten)]
     written: WrittenArgs,
     #[command(flatten)]
@@ -55,6 +59,8 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
     let library = library(&args.asked.without, Some(&config))?;
     let drives = config.kind == Kind::Driving;
+    let files: Vec<&[PathBuf]> = fit.iter().chain(hold).map(Vec::as_slice).collect();
+    let loads_kg = args.loads.of_drives(&files, !drives)?;
     let mut written = args.written.claim(drives)?;
     if !drives && !args.asked.map.is_empty() {
         return Err(Error::new(
@@ -86,7 +92,9 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let fit_logs = fit.iter().map(|paths| read_one("--fit", paths)).collect::<Result<Vec<_>>>()?;
     let hold_logs = hold.iter().map(|paths| read_one("--hold", paths)).collect::<Result<Vec<_>>>()?;
     let reads = Reads { columns: &args.asked.columns, map: &args.asked.map, config: &config };
-    written.replays(hold_logs.first(), reads)?;
+    // the user's simulator carries no load
+    let bare = hold_logs.iter().zip(&loads_kg[fit.len()..]).find(|(_, load_kg)| **load_kg == 0.0);
+    written.replays(bare.map(|(log, _)| log), reads)?;
     let traces = written.shows_traces() || output.answers();
     let options = Options { seed: args.asked.seed, corrections: true, traces, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
@@ -98,7 +106,8 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let diagnosed = if drives {
         let starts = args.asked.columns.starts_s(fit.len() + hold.len())?;
         let (fit_starts, hold_starts) = starts.split_at(fit.len());
-        let (fit, kept) = (begun(&fit_logs, fit_starts), begun(&hold_logs, hold_starts));
+        let (mut fit, mut kept) = (begun(&fit_logs, fit_starts), begun(&hold_logs, hold_starts));
+        fit.iter_mut().chain(&mut kept).zip(loads_kg).for_each(|(drive, load_kg)| drive.load_kg = load_kg);
         diagnose_drives(&config, &fit, &kept, &library, &options, &mut show)
     } else {
         diagnose_observed(&config, &fit_logs[0], hold_logs.first(), &library, &options, &mut show)
@@ -160,7 +169,7 @@ pub(super) fn names(drives: &[Vec<PathBuf>]) -> String {
 
 /// Drives with when each began.
 pub(super) fn begun<'a>(logs: &'a [Log], starts_s: &[f64]) -> Vec<Drive<'a>> {
-    logs.iter().zip(starts_s).map(|(log, start)| Drive { log, since_power_on_s: *start }).collect()
+    logs.iter().zip(starts_s).map(|(log, start)| Drive::new(log, *start)).collect()
 }
 
 /// Refuses what can only be of drives.

@@ -1,6 +1,7 @@
 //! `gyroid gap explain`: just these effects, with an interval for each parameter.
 
 use super::diagnose::{names, read};
+use super::loads::LoadArgs;
 use super::recordings::shown;
 use crate::cli::html::{self, HtmlArgs};
 use crate::cli::log_args::ColumnArgs;
@@ -37,6 +38,8 @@ pub(crate) struct ExplainArgs {
     #[arg(long, value_name = "CHANNEL=[-]COLUMN[:UNIT]")]
     map: Vec<String>,
     #[command(flatten)]
+    loads: LoadArgs,
+    #[command(flatten)]
     columns: ColumnArgs,
     #[command(flatten)]
     page: HtmlArgs,
@@ -50,6 +53,8 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
     let output = Output::open(&args.common, "gap.explain", plan)?;
     let page = args.page.claim()?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
+    let loads_kg = args.loads.of_drives(&[&args.fit], config.kind == Kind::Stationary)?;
+    let config = config.carrying(loads_kg.into_iter().sum());
     let mut notes: Vec<String> = by_time.into_iter().collect();
     let working = output.working("reading");
     let (log, since_power_on_s) = match (config.kind, args.fit.as_slice()) {

@@ -7,6 +7,7 @@ mod compare;
 mod diagnose;
 mod explain;
 mod key_path;
+mod loads;
 mod patching;
 mod plan;
 mod power;

@@ -101,7 +101,7 @@ pub(crate) fn explain(
     since_power_on_s: f64,
 ) -> Result<Explanations> {
     let asked = Asked::of(library, ids)?;
-    let given = [Drive { log, since_power_on_s }];
+    let given = [Drive::new(log, since_power_on_s)];
     let clocks = clocks::agree(config, &given, &[])?;
     let [set, _] = clocks.drives(&given, &[]);
     let record = Record::of_drives(config, &set)?;

@@ -169,22 +169,26 @@ pub(super) struct Course {
     pub how: &'static str,
     /// How marks make a reference of it, in sentences; empty where it passes no place again.
     pub marked: &'static str,
+    /// Known load that the robot carries on it, over the mass of the configuration; zero without one.
+    load_share: f64,
     /// One lap: 1 and -1 in turns for the way round, full and half of the speed in turns.
     lap: fn(&mut Track, sense: f64, share: f64),
 }
 
 /// All of them.
-pub(super) const COURSES: [Course; 7] = [
+pub(super) const COURSES: [Course; 8] = [
     Course {
         name: "rest",
         how: "Leave the robot standing, its motors and sensors on.",
         marked: "",
+        load_share: 0.0,
         lap: |track, _, _| track.stand(),
     },
     Course {
         name: "spins",
         how: "Turn in place by two full turns, then by two the other way, at full and at half of the yaw rate.",
         marked: "Mark its place and its heading: after each spin it stands as at first.",
+        load_share: 0.0,
         lap: |track, sense, share| {
             let yaw_rate = share * track.limits.yaw_rate_rad_s();
             track.stretch([0.0, sense * yaw_rate], 2.0 * TAU);
@@ -195,6 +199,7 @@ pub(super) const COURSES: [Course; 7] = [
         name: "squares",
         how: "Drive a square counter-clockwise, turning in place at its corners, then one clockwise.",
         marked: "Mark the corners of a square and measure its sides: it stops on every corner, turned by a known angle.",
+        load_share: 0.0,
         lap: |track, sense, _| {
             for _ in 0..4 {
                 let (speed, yaw_rate) = (track.limits.speed_m_s, track.limits.yaw_rate_rad_s());
@@ -208,6 +213,7 @@ pub(super) const COURSES: [Course; 7] = [
         name: "circles",
         how: "Drive a full circle to the left and one to the right, first at full and then at half of the speed.",
         marked: "Mark its place and its heading: after each circle it stands as at first.",
+        load_share: 0.0,
         lap: |track, sense, share| {
             let speed = share * track.limits.speed_m_s / (1.0 + WIDE.recip());
             let radius_m = WIDE * track.limits.half_track_m;
@@ -219,6 +225,7 @@ pub(super) const COURSES: [Course; 7] = [
         name: "speed_steps",
         how: "Drive straight ahead and back again, with hard starts and stops, at full and at half of the speed.",
         marked: "Mark both ends of the way and measure it: it stops on either.",
+        load_share: 0.0,
         lap: |track, sense, share| {
             let speed = share * track.limits.speed_m_s;
             track.stretch([sense * speed, 0.0], SIDE_S * track.limits.speed_m_s);
@@ -229,6 +236,7 @@ pub(super) const COURSES: [Course; 7] = [
         name: "ramp",
         how: "Drive straight ahead, faster and faster over half a minute and slower likewise, then back in the same way.",
         marked: "Mark both ends of the way and measure it: it stops on either.",
+        load_share: 0.0,
         lap: |track, sense, _| {
             let speed = sense * track.limits.speed_m_s;
             let ramp_s = track.ramp_s([speed, 0.0]).max(RAMP_S);
@@ -241,17 +249,16 @@ pub(super) const COURSES: [Course; 7] = [
         name: "varied",
         how: "Drive at speeds and yaw rates that change every second or two, both ways round, with a stop now and then.",
         marked: "",
-        lap: |track, _, _| {
-            let mut draw = Stream::new(VARIED, track.profile.corners().count() as u64);
-            if draw.uniform() < STOPS {
-                return track.stand();
-            }
-            let (speed, turn) = (draw.uniform(), 2.0 * draw.uniform() - 1.0);
-            // of the fastest wheel
-            let share = 1.0 / (speed + turn.abs()).max(1.0);
-            let to = [share * speed * track.limits.speed_m_s, share * turn * track.limits.yaw_rate_rad_s()];
-            track.go(to, track.ramp_s(to), STAND_S * (0.5 + draw.uniform()));
-        },
+        load_share: 0.0,
+        lap: varied,
+    },
+    Course {
+        name: "payload",
+        how: "Weigh a load, fix it at the robot's centre of mass, and drive at speeds and yaw rates that change every second or two, \
+              both ways round, with a stop now and then.",
+        marked: "",
+        load_share: LOAD_SHARE,
+        lap: varied,
     },
 ];
 
@@ -261,12 +268,35 @@ const SIDE_S: f64 = 4.0;
 const RAMP_S: f64 = 30.0;
 /// Share of stops in a varied course.
 const STOPS: f64 = 0.2;
+/// A load over the mass of the configuration: most robots carry it.
+const LOAD_SHARE: f64 = 0.2;
 /// Laps after which a course is where it set off: both ways round.
 const BACK: usize = 2;
 
+/// Another speed and yaw rate, or a stop.
+fn varied(track: &mut Track, _sense: f64, _share: f64) {
+    let mut draw = Stream::new(VARIED, track.profile.corners().count() as u64);
+    if draw.uniform() < STOPS {
+        return track.stand();
+    }
+    let (speed, turn) = (draw.uniform(), 2.0 * draw.uniform() - 1.0);
+    // of the fastest wheel
+    let share = 1.0 / (speed + turn.abs()).max(1.0);
+    let to = [share * speed * track.limits.speed_m_s, share * turn * track.limits.yaw_rate_rad_s()];
+    track.go(to, track.ramp_s(to), STAND_S * (0.5 + draw.uniform()));
+}
+
 impl Course {
+    /// Known load on a robot of this mass, kg, to two digits; none without one.
+    pub(super) fn load_kg(&self, mass_kg: f64) -> Option<f64> {
+        let load_kg = self.load_share * mass_kg;
+        (load_kg > 0.0).then(|| format!("{load_kg:.1e}").parse().unwrap_or(load_kg))
+    }
+
     /// The course for at least `duration_s`, whole laps.
     pub(super) fn track(&self, limits: Limits, duration_s: f64) -> Track {
+        // the same torques move more
+        let limits = Limits { acceleration_m_s2: limits.acceleration_m_s2 / (1.0 + self.load_share), ..limits };
         let mut track = Track::new(limits);
         let mut laps: usize = 0;
         while track.duration_s() < duration_s || !laps.is_multiple_of(BACK) {

@@ -69,13 +69,14 @@ impl<'a> Drives<'a> {
         Ok(first.as_ref().map_or_else(Vec::new, lacking))
     }
 
-    /// Every truth against every rival, after a drive with these `inputs`; `alone`: the drive has channels that the log lacks,
-    /// and is diagnosed by itself.
+    /// Every truth against every rival, after a drive with these `inputs` and a known load, kg; `alone`: the drive has channels
+    /// that the log lacks, and is diagnosed by itself.
     ///
     /// # Errors
     /// Those of the simulation, and of [`Record::of_drives`].
-    pub(super) fn pairs(&self, inputs: &Log, alone: bool) -> Result<Vec<Pair>> {
-        let simulator = Simulator::new(self.config, inputs, self.library, self.since_power_on_s);
+    pub(super) fn pairs(&self, inputs: &Log, load_kg: f64, alone: bool) -> Result<Vec<Pair>> {
+        let loaded = self.config.carrying(load_kg);
+        let simulator = Simulator::new(&loaded, inputs, self.library, self.since_power_on_s);
         let seeds = Seeds {
             motion: self.seeds.motion.wrapping_add(1),
             sensors: self.seeds.sensors.wrapping_add(1),
@@ -84,7 +85,8 @@ impl<'a> Drives<'a> {
         let mut pairs = Vec::new();
         for (truth, recorded) in self.rivals.iter().zip(&self.recorded) {
             let new = simulator.log(&truth.tables(), seeds)?;
-            let both = [recorded, &new].map(|log| Drive { log, since_power_on_s: self.since_power_on_s });
+            let [recorded, new] = [recorded, &new].map(|log| Drive::new(log, self.since_power_on_s));
+            let both = [recorded, new.carrying(load_kg)];
             let record = Record::of_drives(self.config, if alone { &both[1..] } else { &both })?;
             let over = self.over(truth, &record);
             pairs.extend(over.into_iter().map(|(rival, nats)| Pair::new(&truth.id, rival, nats, resolution())));

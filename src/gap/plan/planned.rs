@@ -63,6 +63,8 @@ pub struct Suggestion {
     pub how: String,
     /// How long it lasts, s.
     pub duration_s: f64,
+    /// Known load that the robot carries, kg, with which its log is diagnosed ([`crate::gap::Drive::load_kg`]); none without one.
+    pub load_kg: Option<f64>,
     /// Whether its log is diagnosed by itself, and not together with the given one.
     pub alone: bool,
     /// Whether it tells every rival from every other one, whichever is at work.
@@ -84,6 +86,7 @@ pub struct Suggestion {
 struct Experiment {
     name: String,
     how: String,
+    load_kg: Option<f64>,
     alone: bool,
     commands: Vec<Command>,
     inputs: Log,
@@ -135,7 +138,7 @@ pub fn plan(
     observe(0, all);
     let judged = |one: Experiment| -> Result<(usize, Suggestion)> {
         let pairs = match &of_drives {
-            Some(drives) => drives.pairs(&one.inputs, one.alone)?,
+            Some(drives) => drives.pairs(&one.inputs, one.load_kg.unwrap_or(0.0), one.alone)?,
             None => at_rest::pairs(config, &one.inputs, library, &plan.rivals, options.seed)?,
         };
         observe(done.fetch_add(1, Ordering::Relaxed) + 1, all);
@@ -144,6 +147,7 @@ pub fn plan(
             name: one.name,
             how: one.how,
             duration_s: one.inputs.time.span_s(),
+            load_kg: one.load_kg,
             alone: one.alone,
             separates: told == pairs.len(),
             nats,
@@ -205,6 +209,7 @@ fn of_rest(config: &Config, log: &Log) -> Result<Vec<Experiment>> {
         Ok(Experiment {
             name: recording.name.into(),
             how: recording.how.into(),
+            load_kg: None,
             alone: true,
             commands: Vec::new(),
             inputs,
@@ -217,13 +222,15 @@ fn of_drives(config: &Config, log: &Log, options: &Options) -> Result<Vec<Experi
     let encoder = config.require_encoder()?;
     let step_s = log.time.median_step_s();
     let noise_rad_s = encoder.speed_variance_rad2_s2(step_s).sqrt();
-    let limits = Limits::of(config.require_vehicle()?, log, encoder.tick_rad(), noise_rad_s)?;
+    let vehicle = config.require_vehicle()?;
+    let limits = Limits::of(vehicle, log, encoder.tick_rad(), noise_rad_s)?;
     let duration_s = options.duration_s.unwrap_or_else(|| log.time.span_s().clamp(LENGTHS_S[0], LENGTHS_S[1]));
     let reference = Reference::of(log);
     let again = "Drive the course of this log once more.";
     let mut all = vec![Experiment {
         name: AGAIN.into(),
         how: again.into(),
+        load_kg: None,
         alone: false,
         commands: Vec::new(),
         inputs: log.clone(),
@@ -231,15 +238,21 @@ fn of_drives(config: &Config, log: &Log, options: &Options) -> Result<Vec<Experi
     for course in &COURSES {
         let track = course.track(limits, duration_s);
         let commands = track.commands();
+        let load_kg = course.load_kg(vehicle.mass_kg);
+        let loaded = config.carrying(load_kg.unwrap_or(0.0));
         let marked = (reference == Reference::None && !course.marked.is_empty()).then_some(Reference::Marks);
         for reference in std::iter::once(reference).chain(marked) {
             let alone = reference == Reference::Marks;
-            let inputs = of_track(config, &track, log, reference)?;
+            let inputs = of_track(&loaded, &track, log, reference)?;
             let (name, how) = match alone {
                 true => (format!("{}{MARKED}", course.name), format!("{} {} {MARKS}", course.how, course.marked)),
                 false => (course.name.into(), course.how.into()),
             };
-            all.push(Experiment { name, how, alone, commands: commands.clone(), inputs });
+            let how = match load_kg {
+                Some(load_kg) => format!("{how} The load is {load_kg} kg."),
+                None => how,
+            };
+            all.push(Experiment { name, how, load_kg, alone, commands: commands.clone(), inputs });
         }
     }
     Ok(all)

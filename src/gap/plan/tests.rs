@@ -85,3 +85,25 @@ fn what_wheels_and_gyro_read_alike_is_told_by_marks() {
     let blind = planned(&config, &log, &among, &["squares", "spins"]);
     assert!(blind.first().is_none() && blind.needed.unwrap().contains("pose"));
 }
+
+/// Torques turn a wheel of radius r against M r², and nothing else tells the radius without gyro and reference: a payload m is a radius
+/// √(1 + m), whatever is driven. With a known load it is not.
+#[test]
+fn a_payload_and_a_radius_are_told_by_a_known_load() {
+    let config = Config::parse(ROBOT, "robot.toml").unwrap();
+    let log = log(&config, Course::Random, (ids::payload(), "mass_relative", 0.12), &[&WHEELS[..], &TORQUES].concat());
+    let among = [ids::payload(), ids::radius_scale()];
+    let plan = planned(&config, &log, &among, &["again", "spins", "squares", "speed_steps", "varied", "payload"]);
+    let first = plan.first().unwrap();
+    // a fifth of 14 kg
+    assert_eq!((first.name.as_str(), first.load_kg, first.alone), ("payload", Some(2.8), false), "{plan:?}");
+    assert!(first.how.contains("2.8 kg") && first.nats > 3.0 * plan.resolution_nats, "{}", first.nats);
+    // a payload has two sizes, and pays for both: Occam's factor of a few nats, which no course takes away
+    for other in &plan.experiments[1..] {
+        let little = other.nats < 0.2 * first.nats;
+        assert!(other.load_kg.is_none() && little, "{}: {:?}, and {:?}", other.name, other.pairs, first.pairs);
+    }
+    // mass and inertia may change by different shares, a radius does both alike: size of the radius is half of the payload
+    let sizes = [plan.rivals[0].parameters["mass_relative"], plan.rivals[1].parameters["relative"]];
+    assert!((sizes[0] - 0.12).abs() < 0.01 && (sizes[1] - (1.12f64.sqrt() - 1.0)).abs() < 5e-3, "{sizes:?}");
+}

@@ -60,13 +60,12 @@ pub fn compare_drives(
     };
     let mut notes = Vec::new();
     let shared = |drives: &[Drive<'_>], notes: &mut Vec<String>| {
-        drives.iter().map(|d| Ok((share(fitting, d.log, notes)?, d.since_power_on_s))).collect::<Result<Vec<_>>>()
+        let one = |d: &Drive<'_>| Ok((share(fitting, d.log, notes)?, [d.since_power_on_s, d.load_kg]));
+        drives.iter().map(one).collect::<Result<Vec<_>>>()
     };
     let (fit_logs, kept_logs) = (shared(real, &mut notes)?, shared(kept, &mut notes)?);
     let [fit, hold] = [&fit_logs, &kept_logs].map(|logs| {
-        logs.iter()
-            .map(|(log, since_power_on_s)| Drive { log, since_power_on_s: *since_power_on_s })
-            .collect::<Vec<_>>()
+        logs.iter().map(|(log, [start_s, load_kg])| Drive::new(log, *start_s).carrying(*load_kg)).collect::<Vec<_>>()
     });
     let runs: Vec<_> = fitting.record.apart().collect();
     let levels = fitting.level_stds();

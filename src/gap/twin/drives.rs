@@ -174,6 +174,7 @@ impl<'a> Building<'a> {
             viscous_friction_n_m_s: viscous,
             torque_noise_n_m_sqrt_s: TORQUE_SHARE * torque * step_s.sqrt(),
             torque_constant_n_m_a: given.and_then(|v| v.torque_constant_n_m_a),
+            load_kg: 0.0,
         });
         let [left, right] = &record.wheels_rad_s;
         self.config.encoder = Some(Encoder {
@@ -427,6 +428,7 @@ fn placeholder(init: Option<&Config>, step_s: f64) -> Config {
             viscous_friction_n_m_s: 0.0,
             torque_noise_n_m_sqrt_s: 0.0,
             torque_constant_n_m_a: None,
+            load_kg: 0.0,
         })),
         traction: None,
         encoder: Some(Encoder {

@@ -54,6 +54,7 @@ fn vehicle(friction: f64) -> Vehicle {
         viscous_friction_n_m_s: friction,
         torque_noise_n_m_sqrt_s: 0.0,
         torque_constant_n_m_a: None,
+        load_kg: 0.0,
     }
 }
 

@@ -142,7 +142,7 @@ fn several_drives_have_a_course_each() {
     use crate::gap::Drive;
     let config = Config::parse(ROBOT, "robot.toml").unwrap();
     let logs = [1, 2].map(|seed| drive(&config, Course::Brisk, 40.0, &simulate::Options::from(seed)).unwrap().log);
-    let drives = logs.each_ref().map(|log| Drive { log, since_power_on_s: 0.0 });
+    let drives = logs.each_ref().map(|log| Drive::new(log, 0.0));
     let mut record = Record::of_drives(&config, &drives).unwrap();
     // the second gyro has a bias that grows, the first has not
     let second = record.drives().nth(1).unwrap();

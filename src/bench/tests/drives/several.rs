@@ -45,7 +45,7 @@ fn recorded(effect: Option<(&str, &str, f64)>, turn_on_rad_s: f64, seed: u64) ->
 }
 
 fn together(logs: &[&Log]) -> Record {
-    let drives: Vec<Drive> = logs.iter().map(|log| Drive { log, since_power_on_s: 0.0 }).collect();
+    let drives: Vec<Drive> = logs.iter().map(|log| Drive::new(log, 0.0)).collect();
     Record::of_drives(&robot(), &drives).unwrap()
 }
 
@@ -173,7 +173,7 @@ fn battery_a_constant_that_differs_from_drive_to_drive_is_none() {
 fn drives_that_do_not_go_together_are_refused_by_name() {
     let (good, bad) = (recorded(None, 0.0, 1), recorded(None, 0.0, 2));
     let refused = |first: &Log, second: &Log| {
-        let drives = [first, second].map(|log| Drive { log, since_power_on_s: 0.0 });
+        let drives = [first, second].map(|log| Drive::new(log, 0.0));
         Record::of_drives(&robot(), &drives).unwrap_err().to_string()
     };
     for (lost, what) in [
@@ -227,7 +227,7 @@ fn what_is_put_back_or_taken_out_of_drives_is_that_of_each() {
     let open = ROBOT.to_string() + "lever_arm_std_m = 0.1\nheading_offset_std_rad = 0.05\ndelay_std_s = 0.05\n";
     let open = Config::parse(&open, "robot.toml").unwrap();
     let logs = [1, 2].map(|seed| without(recorded(None, 0.0, seed), &[names::TORQUE_LEFT, names::TORQUE_RIGHT]));
-    let drives = [0, 1].map(|i| Drive { log: &logs[i], since_power_on_s: 5.0 * i as f64 });
+    let drives = [0, 1].map(|i| Drive::new(&logs[i], 5.0 * i as f64));
     let both = Record::of_drives(&open, &drives).unwrap();
     let mounting = mounting(&both, registry(), &JudgeOptions::default()).unwrap();
     let changes: [&dyn Fn(&Record) -> Record; 2] = [&|r| put_back(r, 0.25), &|r| mounting.taken_out(r)];

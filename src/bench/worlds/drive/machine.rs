@@ -73,6 +73,7 @@ impl Machine {
                 viscous_friction_n_m_s: rounded(inertia / coast_s, 3),
                 torque_noise_n_m_sqrt_s: rounded(limit_n_m * log_between(s, 0.0018, 0.006), 3),
                 torque_constant_n_m_a: None,
+                load_kg: 0.0,
             },
             wheel_std_rad_s: rounded(log_between(s, 0.008, 0.04), 3),
             pose: Pose {

@@ -54,7 +54,7 @@ fn a_track_is_named_though_the_gyro_shakes() {
         two_files(&log, 0.3 * seed as f64)
     };
     let (fit, hold) = (shaken(1), shaken(2));
-    let drive = |log| Drive { log, since_power_on_s: 0.0 };
+    let drive = |log| Drive::new(log, 0.0);
     let found = diagnose(&robot(), &[drive(&fit)], &[drive(&hold)], &Library::new(), &Options::default(), &mut |_| {});
     let answer = found.unwrap().answer;
     assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Identified, Some(ids::track_width())), "{answer:?}");

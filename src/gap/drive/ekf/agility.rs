@@ -253,7 +253,7 @@ mod tests {
         let (diffusion, agility, lasting) = likely(&record, &noise, &BOUNDS);
         assert!(agility[1][0] < 0.05 && agility[1][2] > 1.0, "{agility:?}");
         // beside one diffusion for all rows, each at its most likely
-        let models = Models { here: record.model(Vec::new()), beside: Vec::new() };
+        let models = Models::plain(&record);
         let weigh = |process: Process| run(&record, &models, &Noise { process, ..noise }, &[], |_| {}).ln_likelihood();
         let one = (-24..=4).map(|i| {
             let q = 2f64.powi(i);

@@ -86,8 +86,8 @@ impl EffectSet {
             Some((_, delay_s)) => change.at(&[*delay_s]),
             None => change.at(theta),
         };
-        let effects: Vec<Box<dyn DriveEffect>> = self.changes.iter().enumerate().map(at).collect();
-        Models { here: record.model(effects), beside: Vec::new() }
+        let effects = || -> Vec<Box<dyn DriveEffect>> { self.changes.iter().enumerate().map(at).collect() };
+        Models::of_each_load(record, |load_kg| Models::alone(record.model(load_kg, effects()), Vec::new()))
     }
 
     /// The drive as a filter of these effects reads it, with its model: readings that are late by more than a row are

@@ -367,7 +367,7 @@ mod tests {
             let mut noise = Noise::believed(&record, None);
             noise.process = Process { ripple: if white { noise.torque } else { 0.0 }, ..noise.process };
             let (mut n, mut sum, mut turned) = (0.0, [0.0; 3], 0.0);
-            let _ = run(&record, &Models { here, beside: Vec::new() }, &noise, &[], |i| {
+            let _ = run(&record, &Models::alone(here, Vec::new()), &noise, &[], |i| {
                 n += 1.0 / 3.0;
                 sum[i.channel as usize] += i.white * i.white;
                 turned += if i.channel == Channel::Gyro { i.std.powi(2) } else { 0.0 };

@@ -140,6 +140,7 @@ impl<'a> FilterPass<'a> {
         noise: &'a Noise,
         columns: &[Column],
     ) -> Self {
+        let models = models.carrying(record.load_kg(rows.start));
         let start_s = record.times_s.get(rows.start).copied().unwrap_or(0.0);
         let free = columns.iter().any(|c| matches!(c, Column::Free(..) | Column::Varying(..)));
         Self {

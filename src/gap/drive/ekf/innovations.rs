@@ -113,6 +113,7 @@ fn one(
     columns: &[Column],
     each: impl FnMut(&Innovation) + Send,
 ) -> Summed {
+    let models = models.carrying(record.load_kg(rows.start));
     let mut along = FilterPass::new(record, rows, scales, models, noise, columns);
     let mut sum = Sum::new(columns.len(), each);
     if columns.is_empty() {

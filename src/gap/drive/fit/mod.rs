@@ -71,11 +71,21 @@ pub(crate) fn models_at(record: &Record, candidates: &Candidates, theta: &Theta)
 /// The model at θ and, if `slopes`, the models moved by a step in each coordinate that has a column.
 #[must_use]
 pub(crate) fn models(record: &Record, changes: &[&'static dyn ModelChange], theta: &Theta, slopes: bool) -> Models {
+    Models::of_each_load(record, |load_kg| models_carrying(record, load_kg, changes, theta, slopes))
+}
+
+fn models_carrying(
+    record: &Record,
+    load_kg: f64,
+    changes: &[&'static dyn ModelChange],
+    theta: &Theta,
+    slopes: bool,
+) -> Models {
     let at_work =
         |theta: &Theta| -> Vec<usize> { (0..changes.len()).filter(|i| theta[*i].iter().any(|v| *v != 0.0)).collect() };
     let build = |theta: &Theta| {
         let effects: Vec<Box<dyn DriveEffect>> = at_work(theta).into_iter().map(|i| changes[i].at(&theta[i])).collect();
-        record.model(effects)
+        record.model(load_kg, effects)
     };
     let here = build(theta);
     let given = record.given.len();
@@ -103,7 +113,7 @@ pub(crate) fn models(record: &Record, changes: &[&'static dyn ModelChange], thet
             beside.push(one.collect());
         }
     }
-    Models { here, beside }
+    Models::alone(here, beside)
 }
 
 impl Candidates {

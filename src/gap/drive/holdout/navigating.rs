@@ -32,7 +32,7 @@ pub(crate) fn filter_gain(
             let start_at_reference = has(drive.log, names::HEADING);
             let settings =
                 Settings { since_power_on_s: drive.since_power_on_s, start_at_reference, ..Settings::default() };
-            Ok(run_with(config, drive.log, &settings, effects)?.summary)
+            Ok(run_with(&config.carrying(drive.load_kg), drive.log, &settings, effects)?.summary)
         };
         kept.iter().map(one).collect()
     };

@@ -102,13 +102,15 @@ impl Varied {
 
     /// Number of readings, and the variance of their white noise from second differences, less the share of the stated
     /// torque noise, rad²/s²: an upper limit, reached where the robot accelerates evenly.
-    fn scatter(self, record: &Record, model: &DriveModel) -> (usize, f64) {
+    fn scatter(self, record: &Record, models: &Models) -> (usize, f64) {
         let finite = |values: &Vec<f64>| values.iter().copied().filter(|v| v.is_finite()).collect::<Vec<f64>>();
         let there: Vec<Vec<f64>> = self.read(record).into_iter().map(finite).collect();
         let count = there.iter().map(Vec::len).sum();
         // two changes of speed and three readings
         let bend = second_difference_std(there.iter().map(Vec::as_slice));
-        let white = bend.powi(2) - 2.0 * self.shaken(record, model);
+        // under the heaviest load, where torques shake least
+        let shaken = models.of_loads().map(|model| self.shaken(record, model)).fold(f64::INFINITY, f64::min);
+        let white = bend.powi(2) - 2.0 * shaken;
         (count, white.max(0.0) / SECOND_DIFFERENCE)
     }
 }
@@ -133,7 +135,7 @@ pub(crate) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
     levels.extend(record.gyro_rad_s.as_ref().map(|_| Varied::Gyro));
     levels.iter().flat_map(|v| v.places()).for_each(|c| begin.reading[c] = stated.reading[c]);
     levels.retain(|level| {
-        let (count, variance) = level.scatter(record, &models.here);
+        let (count, variance) = level.scatter(record, models);
         let chance = 1.0 + BEYOND_CHANCE * BY_MEDIAN / (count.max(1) as f64).sqrt();
         let matters = chance * (2.0 * LOUDER).exp();
         level.places().any(|c| variance > matters * stated.reading[c])
@@ -160,7 +162,7 @@ pub(crate) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
     let loud = |some: &[Varied]| {
         let (mut from, mut cost) = (begin, 0.0);
         for level in some {
-            let (count, variance) = level.scatter(record, &models.here);
+            let (count, variance) = level.scatter(record, models);
             from.reading[level.places()].iter_mut().for_each(|own| *own = own.max(variance));
             cost += 0.5 * (count as f64).ln() - LN_OTHER;
         }
@@ -303,6 +305,7 @@ pub(crate) mod tests {
             since_power_on_s: times_s.clone(),
             times_s,
             starts: vec![0],
+            loads_kg: vec![0.0],
             sources: vec!["drive".into()],
             step_s,
             torques_n_m: None,
@@ -324,7 +327,7 @@ pub(crate) mod tests {
         let draw = &mut Stream::new(5, 8);
         let louder = 8.0 * record.belief.gyro_std_rad_s;
         record.gyro_rad_s.iter_mut().flatten().for_each(|g| *g += louder * draw.normal());
-        let models = Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() };
+        let models = Models::alone(DriveModel::new(record.belief.robot, Vec::new()), Vec::new());
         let noise = Noise::believed(&record, None);
         let found = likely(&record, &models, &noise);
         assert!(!is_as_stated(&record, &found) && is_as_stated(&record, &noise));
@@ -342,7 +345,7 @@ pub(crate) mod tests {
     fn diffusions_are_found_at_the_maximum() {
         let truth = [0.02, 0.3];
         let record = walking(truth);
-        let models = Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() };
+        let models = Models::alone(DriveModel::new(record.belief.robot, Vec::new()), Vec::new());
         let noise = Noise::believed(&record, None);
         let found = likely(&record, &models, &noise);
         assert_eq!(found.reading, noise.reading, "as large as stated");

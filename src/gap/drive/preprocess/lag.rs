@@ -103,7 +103,6 @@ fn streams(record: &Record, of: Instrument, noise: &Noise) -> Option<Vec<Stream>
         phi: vec![Phi::zeros(); record.len()],
     };
     let mut streams: Vec<Stream> = channels.clone().map(|_| empty()).collect();
-    let robot = &record.belief.robot;
     let _ = run(record, &Models::plain(record), &aside, &[], |i| {
         let place = i.channel as usize;
         if !channels.contains(&place) {
@@ -120,6 +119,7 @@ fn streams(record: &Record, of: Instrument, noise: &Noise) -> Option<Vec<Stream>
         (stream.reads[i.row], stream.predicted[i.row]) = (reading, predicted);
         stream.phi[i.row][0] = 1.0;
         if of == Instrument::Wheels {
+            let robot = record.robot(record.load_kg(i.row));
             let f = record.torques(i.row.saturating_sub(1))[place] / (robot.radius_m[place] * robot.wheel_load_n());
             let speed = predicted.abs();
             stream.phi[i.row] = Phi::from([1.0, predicted, speed * f, speed * f * f.abs(), speed * f.powi(3)]);

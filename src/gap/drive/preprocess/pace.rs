@@ -159,6 +159,7 @@ fn at_wheels(record: &Record, fewest_rows: usize) -> Option<Record> {
         since_power_on_s: kept(&record.since_power_on_s),
         starts: vec![0],
         sources: record.sources.clone(),
+        loads_kg: record.loads_kg.clone(),
         torques_n_m: None,
         gyro_rad_s: Some(rows.iter().map(mean).collect()),
         wheels_rad_s: record.wheels_rad_s.each_ref().map(kept),
@@ -216,7 +217,7 @@ mod tests {
         }
         let record = Record::new(&robot(), &log, 0.0).unwrap();
         assert!(record.pose.is_some() && record.read_every_s()[0] > 2.0 * Slopes::OVER_S);
-        let fit = Drive { log: &log, since_power_on_s: 0.0 };
+        let fit = Drive::new(&log, 0.0);
         let findings = compare(&robot(), &fit, &Library::new(), &Options::default()).unwrap().weighed("drive");
         let found = findings.unwrap();
         assert_eq!(found.mains()[0].0, Main::None, "{:?}", found.mains());

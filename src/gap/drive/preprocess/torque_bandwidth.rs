@@ -131,7 +131,7 @@ pub(crate) mod tests {
 
     /// Mean square of the whitened innovations of the heading, and how many there are.
     fn heading_nis(record: &Record, noise: &Noise) -> (f64, f64) {
-        let models = Models { here: DriveModel::new(record.belief.robot, Vec::new()), beside: Vec::new() };
+        let models = Models::alone(DriveModel::new(record.belief.robot, Vec::new()), Vec::new());
         let (mut n, mut sum) = (0.0, 0.0);
         let _ = run(record, &models, noise, &[], |i| {
             if i.channel == Channel::Heading {
@@ -171,8 +171,7 @@ pub(crate) mod tests {
         use crate::effects::drive::{by_id, ids};
         let mut record = shaken(16, 7);
         let slip = by_id(ids::slip()).and_then(|e| e.change()).unwrap();
-        let models =
-            Models { here: DriveModel::new(record.belief.robot, vec![slip.at(&[0.3, 0.0])]), beside: Vec::new() };
+        let models = Models::alone(DriveModel::new(record.belief.robot, vec![slip.at(&[0.3, 0.0])]), Vec::new());
         let noise = before(&record, &Noise::believed(&record, None));
         let weigh = |record: &Record, noise: &Noise| run(record, &models, noise, &[], |_| {}).ln_likelihood();
         assert_eq!(at_rims(&record, &noise, 0.0, |noise| weigh(&record, noise)), None);

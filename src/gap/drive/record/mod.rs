@@ -26,6 +26,8 @@ pub(crate) struct Record {
     pub starts: Vec<usize>,
     /// Name of each drive in messages.
     pub sources: Vec<String>,
+    /// Known load in each drive, kg ([`Robot::load_kg`]).
+    pub loads_kg: Vec<f64>,
     /// Median time between rows, s.
     pub step_s: f64,
     /// Torques, left and right, N·m; none where they were not logged.
@@ -51,7 +53,7 @@ pub(crate) struct Record {
 /// Nominal parameters and noise that the configuration states for a drive.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Belief {
-    /// The robot.
+    /// The robot, without a load.
     pub robot: Robot,
     /// Steering, where it is stated.
     pub steering: Option<Steering>,
@@ -111,9 +113,29 @@ impl Record {
         self.torques_n_m.as_ref().map_or([0.0; 2], |[l, r]| [l[k], r[k]])
     }
 
-    /// The model of the robot with the given effects, and `effects` after them.
+    /// Known load in the drive that holds row `k`, kg.
     #[must_use]
-    pub(crate) fn model(&self, effects: Vec<Box<dyn DriveEffect>>) -> DriveModel {
-        DriveModel::new(self.belief.robot, self.given.effects().chain(effects).collect())
+    pub(crate) fn load_kg(&self, k: usize) -> f64 {
+        let drive = self.starts.partition_point(|start| *start <= k).saturating_sub(1);
+        self.loads_kg.get(drive).copied().unwrap_or(0.0)
+    }
+
+    /// Known load, the mean over the rows, kg.
+    #[must_use]
+    pub(crate) fn mean_load_kg(&self) -> f64 {
+        let of_all = self.drives().zip(&self.loads_kg).map(|(rows, load_kg)| rows.len() as f64 * load_kg).sum::<f64>();
+        of_all / self.len().max(1) as f64
+    }
+
+    /// The robot of the configuration with a known load as part of its mass.
+    #[must_use]
+    pub(crate) fn robot(&self, load_kg: f64) -> Robot {
+        Robot { load_kg, ..self.belief.robot }.loaded()
+    }
+
+    /// The model of the robot with a known load, the given effects, and `effects` after them.
+    #[must_use]
+    pub(crate) fn model(&self, load_kg: f64, effects: Vec<Box<dyn DriveEffect>>) -> DriveModel {
+        DriveModel::new(Robot { load_kg, ..self.belief.robot }, self.given.effects().chain(effects).collect())
     }
 }

@@ -1,8 +1,8 @@
 //! ln p(drives | θ) = Σ_d ln p(drive d | θ)
 //!
 //! Several drives of one robot as one record. Effects and their parameters are the same in all drives; quantities that
-//! are drawn anew in each run (start, turn-on bias, walk of the gyro's bias) are separate for each drive. No state is
-//! carried from one drive to the next: [`Record::drives`] gives their rows.
+//! are drawn anew in each run (start, turn-on bias, walk of the gyro's bias) are separate for each drive, and so are known
+//! loads. No state is carried from one drive to the next: [`Record::drives`] gives their rows.
 
 use super::Record;
 use crate::config::Config;
@@ -23,7 +23,7 @@ impl Record {
     /// [`ErrorKind::Time`] where wheels or gyro are read at rates that differ by more than a quarter;
     /// [`ErrorKind::TooShort`] without any drive.
     pub(crate) fn of_drives(config: &Config, drives: &[Drive<'_>]) -> Result<Self> {
-        let parts = drives.iter().map(|d| Self::new(config, d.log, d.since_power_on_s)).collect::<Result<Vec<_>>>()?;
+        let parts = drives.iter().map(|d| Self::of_drive(config, d)).collect::<Result<Vec<_>>>()?;
         let Some((first, others)) = parts.split_first() else {
             return Err(Error::new(ErrorKind::TooShort, "recordings", "no drive").hint("give at least one recording"));
         };
@@ -40,6 +40,18 @@ impl Record {
         let mut steps: Vec<f64> = joined.drives().flat_map(steps).collect();
         joined.step_s = median(&mut steps);
         Ok(joined)
+    }
+
+    /// Prepares the log of one drive, with its load.
+    ///
+    /// # Errors
+    /// As [`Record::new`]; [`ErrorKind::Value`] if the load is no mass.
+    fn of_drive(config: &Config, drive: &Drive<'_>) -> Result<Self> {
+        let named = |e: Error| if e.input == "load" { e.named(&drive.log.source) } else { e };
+        if drive.load_kg == 0.0 {
+            return Self::new(config, drive.log, drive.since_power_on_s).map_err(named);
+        }
+        Self::new(&config.carrying(drive.load_kg), drive.log, drive.since_power_on_s).map_err(named)
     }
 
     /// Row range of each drive.
@@ -89,6 +101,7 @@ impl Record {
             since_power_on_s: cut(&self.since_power_on_s),
             starts: held.iter().map(|(_, drive)| drive.start.saturating_sub(rows.start)).collect(),
             sources: held.iter().map(|(d, _)| self.sources[*d].clone()).collect(),
+            loads_kg: held.iter().map(|(d, _)| self.loads_kg[*d]).collect(),
             step_s: self.step_s,
             torques_n_m: self.torques_n_m.as_ref().map(|t| t.each_ref().map(cut)),
             gyro_rad_s: self.gyro_rad_s.as_ref().map(cut),
@@ -110,6 +123,7 @@ impl Record {
             self.temperature_c = self.temperature_c.zip(other.temperature_c).map(|(own, other)| [own, other].concat());
             self.starts.extend(other.starts.iter().map(|start| start + rows));
             self.sources.extend(other.sources);
+            self.loads_kg.extend(other.loads_kg);
             self.times_s.extend(other.times_s);
             self.since_power_on_s.extend(other.since_power_on_s);
             append(&mut self.wheels_rad_s, other.wheels_rad_s);

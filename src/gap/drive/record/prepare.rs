@@ -43,7 +43,11 @@ impl Record {
         let gyro_rad_s = column(names::GYRO_Z).filter(|g| g.iter().any(|v| v.is_finite()));
         let times_s = increasing_times(log)?;
         let gyro_step_s = gyro_rad_s.as_ref().map(|gyro| read_every_s(&times_s, gyro));
-        let belief = belief(config, gyro_step_s, &mut notes)?;
+        let mut belief = belief(config, gyro_step_s, &mut notes)?;
+        let load_kg = std::mem::take(&mut belief.robot.load_kg);
+        notes.extend((load_kg > 0.0).then(|| {
+            format!("The robot carries a known load of {load_kg} kg, taken as a point mass at its centre of mass.")
+        }));
         let both = |left: &str, right: &str| Some([column(left)?, column(right)?]);
         let tick_rad = config.encoder.and_then(|e| e.tick_rad());
         let odometry = Odometry::of(log, &Rolling::new(config.require_vehicle()?), tick_rad);
@@ -90,6 +94,7 @@ impl Record {
             since_power_on_s: since_power_on(log, since_power_on_s)?,
             starts: vec![0],
             sources: vec![log.source.clone()],
+            loads_kg: vec![load_kg],
             step_s: steps[steps.len() / 2],
             times_s,
             torques_n_m,

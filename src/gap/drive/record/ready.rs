@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn clocks_are_set_before_drives_are_compared() {
         let log = two_files(&recorded(90.0, 4, None), 0.9);
-        let fit = Drive { log: &log, since_power_on_s: 0.0 };
+        let fit = Drive::new(&log, 0.0);
         let found = compare(&robot(), &fit, &Library::new(), &Options::default()).unwrap();
         let late = [late(registry(), Instrument::Wheels).unwrap().id, "free.delay.wheels"];
         assert!(late.iter().all(|id| found.presence(id) == 0.0), "{:?}", found.mains());

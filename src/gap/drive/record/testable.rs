@@ -115,7 +115,7 @@ mod tests {
                 log.push(names::ODO_SPEED, vec![0.5; log.len()]).unwrap();
             }
             log.channels.retain(|c| kept.contains(&c.name.as_str()) || c.name == names::ODO_SPEED);
-            let drive = Drive { log: &log, since_power_on_s: 0.0 };
+            let drive = Drive::new(&log, 0.0);
             nothing_twice(&robot(), &[drive], &Options::default()).map(|d| d.answer)
         };
         let (gyro, wheels) = ([names::GYRO_Z], [names::WHEEL_LEFT, names::WHEEL_RIGHT]);
@@ -134,7 +134,7 @@ mod tests {
         for name in [names::ODO_SPEED, names::ODO_YAW_RATE] {
             odometry.push(name, vec![0.5; log.len()]).unwrap();
         }
-        let drive = Drive { log: &odometry, since_power_on_s: 0.0 };
+        let drive = Drive::new(&odometry, 0.0);
         let notes = nothing_twice(&robot(), &[drive], &Options::default()).unwrap().answer.notes;
         assert!(notes[0].contains("holds one speed and one yaw rate") && !notes[1].contains("both sides"), "{notes:?}");
         for (kept, speed) in [

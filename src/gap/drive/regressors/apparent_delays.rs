@@ -49,9 +49,10 @@ impl Slip {
         }
         let late = [Instrument::Gyro, Instrument::Pose].map(|instrument| late(effects, instrument));
         let speed_m_s = mean_speed_m_s(record);
+        let robot = record.robot(record.mean_load_kg());
         effects.iter().find_map(|effect| {
             let law = effect.change()?;
-            let per_s = law.like_late_gyro(&record.belief.robot, speed_m_s)?;
+            let per_s = law.like_late_gyro(&robot, speed_m_s)?;
             let way_over_turn = per_s.first()? * speed_m_s / GRAVITY_M_S2;
             let about = effect.about();
             per_s.iter().all(|v| v.is_finite()).then_some(Self { about, law, per_s, way_over_turn, late })

@@ -121,9 +121,10 @@ impl Clocks<'_> {
             };
             logs.iter().zip(given).map(begins).collect()
         };
-        let drive = |(log, since_power_on_s)| Drive { log, since_power_on_s };
-        [(&self.fit, fit), (&self.hold, hold)]
-            .map(|(logs, given)| logs.iter().map(Cow::as_ref).zip(set(logs, given)).map(drive).collect())
+        [(&self.fit, fit), (&self.hold, hold)].map(|(logs, given)| {
+            let begun = logs.iter().zip(set(logs, given)).zip(given);
+            begun.map(|((log, start_s), given)| Drive::new(log, start_s).carrying(given.load_kg)).collect()
+        })
     }
 }
 

@@ -53,7 +53,7 @@ pub(in crate::gap::drive) fn two_files(log: &Log, late_s: f64) -> Log {
 }
 
 fn set<'a>(fit: &'a Log, hold: Option<&'a Log>) -> Clocks<'a> {
-    let drive = |log| Drive { log, since_power_on_s: 0.0 };
+    let drive = |log| Drive::new(log, 0.0);
     agree(&robot(), &[drive(fit)], &hold.map(drive).into_iter().collect::<Vec<_>>()).unwrap()
 }
 
@@ -218,7 +218,7 @@ fn a_wheel_that_reads_backwards_is_refused_with_its_mend() {
         log
     };
     let refused = |log: &Log| {
-        let drive = Drive { log, since_power_on_s: 0.0 };
+        let drive = Drive::new(log, 0.0);
         agree(&robot(), &[drive], &[]).err().map(|e| e.to_string())
     };
     for (name, words) in [
