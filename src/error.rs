@@ -47,6 +47,9 @@ pub struct Error {
     pub hint: Option<String>,
 }
 
+/// Names longer than this, in bytes, are not compared.
+const LONGEST_NAME: usize = 200;
+
 /// The name in `known` that `name` was probably meant for. It is the one with the fewest letters left out, put in,
 /// replaced or swapped, but no more than a third of its letters; case does not count, and whole names as well as the
 /// parts after the last point are compared. Else it is the first one that continues `name` with a unit or the like
@@ -58,6 +61,10 @@ pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
     let goes_on = |known: &&&str| name.len() > 2 && known.strip_prefix(&name).is_some_and(|rest| rest.starts_with('_'));
     let most = (name.chars().count() / 3).max(1);
     let near = |word: &str| {
+        // the distance takes the product of both lengths, and what stands in a file may be of any length
+        if name.len().max(word.len()) > LONGEST_NAME {
+            return None;
+        }
         let far = strsim::damerau_levenshtein(&name, &word.to_lowercase());
         (far <= most && far < word.chars().count()).then_some(far)
     };
@@ -180,6 +187,8 @@ mod tests {
             assert_eq!(nearest(name, known), None, "{name}");
         }
         assert_eq!(nearest("gyro.tone", []), None);
+        let long = "x".repeat(1 << 20);
+        assert_eq!(nearest(&long, [long.as_str(), "x"]), None);
         assert!(one_of("gyro.tome", &known).starts_with("did you mean gyro.tone? there are gyro.tone, "));
         assert!(one_of("quux", &known).starts_with("there are gyro.tone"));
     }
