@@ -47,6 +47,9 @@ pub struct Error {
     pub hint: Option<String>,
 }
 
+/// Names longer than this, in bytes, are not compared.
+const LONGEST_NAME: usize = 200;
+
 /// The name in `known` that `name` was probably meant for. It is the one with the fewest letters left out, put in,
 /// replaced or swapped, but no more than a third of its letters; case does not count, and whole names as well as the
 /// parts after the last point are compared. Else it is the first one that continues `name` with a unit or the like
@@ -58,6 +61,10 @@ pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
     let goes_on = |known: &&&str| name.len() > 2 && known.strip_prefix(&name).is_some_and(|rest| rest.starts_with('_'));
     let most = (name.chars().count() / 3).max(1);
     let near = |word: &str| {
+        // the distance takes the product of both lengths, and what stands in a file may be of any length
+        if name.len().max(word.len()) > LONGEST_NAME {
+            return None;
+        }
         let far = strsim::damerau_levenshtein(&name, &word.to_lowercase());
         (far <= most && far < word.chars().count()).then_some(far)
     };
@@ -76,26 +83,41 @@ pub fn one_of(name: &str, known: &[&str]) -> String {
     nearest(name, known.iter().copied()).map_or_else(|| all.clone(), |meant| format!("did you mean {meant}? {all}"))
 }
 
+/// Most characters of a part of an error.
+const LONGEST: usize = 2000;
+
+/// A part of an error as it can be shown on one line: names in a file may be of any length, and hold line ends and what
+/// steers a terminal.
+fn shown(part: impl fmt::Display) -> String {
+    let text = part.to_string();
+    let end = text.char_indices().nth(LONGEST).map_or(text.len(), |(end, _)| end);
+    if end == text.len() && !text.contains(char::is_control) {
+        return text;
+    }
+    let more = if end < text.len() { " ..." } else { "" };
+    text[..end].replace(char::is_control, " ") + more
+}
+
 /// Result with the library's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
     /// An error in `input`; `found` describes the fault.
     pub fn new(kind: ErrorKind, input: impl fmt::Display, found: impl fmt::Display) -> Self {
-        Self { kind, input: input.to_string(), place: None, found: found.to_string(), hint: None }
+        Self { kind, input: shown(input), place: None, found: shown(found), hint: None }
     }
 
     /// Adds the row, column, key or byte.
     #[must_use]
     pub fn at(mut self, place: impl fmt::Display) -> Self {
-        self.place = Some(place.to_string());
+        self.place = Some(shown(place));
         self
     }
 
     /// Adds the advice.
     #[must_use]
     pub fn hint(mut self, hint: impl fmt::Display) -> Self {
-        self.hint = Some(hint.to_string());
+        self.hint = Some(shown(hint));
         self
     }
 
@@ -112,7 +134,7 @@ impl Error {
     /// Replaces the input's name: inner layers that see only numbers say "log", the outer one knows the file.
     #[must_use]
     pub fn named(mut self, input: impl fmt::Display) -> Self {
-        self.input = input.to_string();
+        self.input = shown(input);
         self
     }
 
@@ -165,8 +187,18 @@ mod tests {
             assert_eq!(nearest(name, known), None, "{name}");
         }
         assert_eq!(nearest("gyro.tone", []), None);
+        let long = "x".repeat(1 << 20);
+        assert_eq!(nearest(&long, [long.as_str(), "x"]), None);
         assert!(one_of("gyro.tome", &known).starts_with("did you mean gyro.tone? there are gyro.tone, "));
         assert!(one_of("quux", &known).starts_with("there are gyro.tone"));
+    }
+
+    #[test]
+    fn whatever_stands_in_a_file_is_told_on_one_line() {
+        let error = Error::new(ErrorKind::Column, "a\tb.csv", format!("{}\n\u{1b}[31mred", "x".repeat(9))).at("a\r\nb");
+        assert_eq!(error.to_string(), "a b.csv: a  b: xxxxxxxxx  [31mred");
+        let long = Error::new(ErrorKind::Column, "a.csv", "y").hint("\u{e9}".repeat(LONGEST + 1)).hint.unwrap();
+        assert_eq!(long, "\u{e9}".repeat(LONGEST) + " ...");
     }
 
     #[test]

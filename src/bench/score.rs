@@ -72,8 +72,10 @@ pub(crate) fn answers(folder: &Path, labels: &BTreeMap<String, Label>) -> Result
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => continue,
             Err(e) => return Err(Error::io(&path, &e)),
         };
-        let value = serde_json::from_slice(&bytes)
-            .map_err(|e| Error::new(ErrorKind::Format, path.display(), format!("is no answer: {e}")))?;
+        let value = serde_json::from_slice(&bytes).map_err(|e| {
+            Error::new(ErrorKind::Format, path.display(), format!("is no answer: {e}"))
+                .hint("answer the case again with gyroid gap bench run")
+        })?;
         out.insert(name.clone(), value);
     }
     Ok(out)

@@ -143,5 +143,8 @@ pub(crate) fn unseal(bytes: &[u8], key: &SealKey, committed: &str, input: &str) 
             .at(format!("commitment {}", committed.trim()))
             .hint("these are not the labels that were committed to: score the folder as it was made"));
     }
-    serde_json::from_slice(&plain).map_err(|e| Error::new(ErrorKind::Format, input, format!("holds no labels: {e}")))
+    serde_json::from_slice(&plain).map_err(|e| {
+        Error::new(ErrorKind::Format, input, format!("holds no labels: {e}"))
+            .hint("score the folder with the version of gyroid that made it")
+    })
 }

@@ -172,7 +172,9 @@ fn read_text(path: &Path) -> Result<(String, String)> {
     let bytes = crate::files::memory::read(path).map_err(|e| Error::io(path, &e))?;
     let text = String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
-        Error::new(ErrorKind::Config, &name, "is not UTF-8 text").at(format!("byte {at}"))
+        Error::new(ErrorKind::Config, &name, "is not UTF-8 text")
+            .at(format!("byte {at}"))
+            .hint("save it as UTF-8, or write the file anew with gyroid fit")
     })?;
     Ok((text, name))
 }

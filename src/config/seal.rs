@@ -25,8 +25,10 @@ pub(super) fn write(config: &Config) -> Result<String> {
     if let Some(p) = &mut config.provenance {
         p.checksum = String::new();
     }
-    let body = toml::to_string(&config)
-        .map_err(|e| Error::new(ErrorKind::Config, "configuration", format!("cannot be written as TOML: {e}")))?;
+    let body = toml::to_string(&config).map_err(|e| {
+        Error::new(ErrorKind::Config, "configuration", format!("cannot be written as TOML: {e}"))
+            .hint("leave out what has no number")
+    })?;
     let by_temperature = config.gyro.as_ref().is_some_and(|g| g.temperature.is_some());
     let text = if by_temperature { format!("{BY_TEMPERATURE}{HEADER}{body}") } else { format!("{HEADER}{body}") };
     let Some(at) = checksum_value(&text).filter(|_| config.provenance.is_some()) else {

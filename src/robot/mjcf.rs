@@ -1,7 +1,9 @@
 //! MJCF, the files of MuJoCo: each body in the world that can move is a robot.
 
 use super::mjcf_defaults::{Defaults, onto};
-use super::model::{Form, Joint, Link, Mass, Model, Motion, Shape, shifted, sum, symmetric, turned};
+use super::model::{
+    ALONE, Form, Joint, Link, MOST_JOINTS, Mass, Model, Motion, Shape, shifted, sum, symmetric, turned,
+};
 use super::xml::{Xml, child, children};
 use crate::error::Result;
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, Vector3};
@@ -66,6 +68,9 @@ impl<'a, 'i> Reader<'_, 'a, 'i, '_> {
     fn body(&self, node: Node<'a, 'i>, parent: Option<usize>, on: &Frame<'a>, model: &mut Model) -> Result<()> {
         if on.depth > DEEPEST {
             return Err(self.xml.error(node, "bodies lie in bodies too deep"));
+        }
+        if model.links.len() > MOST_JOINTS {
+            return Err(self.xml.error(node, format!("more than {MOST_JOINTS} bodies")).hint(ALONE));
         }
         let frame = self.within(node, on, on.depth)?;
         let pose = frame.pose;

@@ -2,6 +2,11 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 
+/// Most joints of a robot: humanoids have a hundred. What hangs on what is looked up for each of them.
+pub(super) const MOST_JOINTS: usize = 2000;
+/// Advice where there are more.
+pub(super) const ALONE: &str = "give the description of the robot alone";
+
 /// One robot of a description; all poses are in its own frame.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Model {
@@ -113,19 +118,24 @@ pub(super) struct Imu {
 }
 
 impl Model {
-    /// The joint that carries a link.
-    pub(super) fn carrier(&self, link: usize) -> Option<usize> {
-        self.joints.iter().position(|j| j.child == link && j.parent != Some(link))
+    /// The joint that carries each link.
+    fn carriers(&self) -> Vec<Option<usize>> {
+        let mut carriers = vec![None; self.links.len()];
+        for (at, joint) in self.joints.iter().enumerate().rev().filter(|(_, j)| j.parent != Some(j.child)) {
+            carriers[joint.child] = Some(at);
+        }
+        carriers
     }
 
     /// The joints between a joint and the root, nearest first.
     pub(super) fn ancestors(&self, joint: usize) -> Vec<usize> {
-        let mut found = Vec::new();
+        let carriers = self.carriers();
+        let (mut found, mut met) = (Vec::new(), vec![false; self.joints.len()]);
+        met[joint] = true;
         let mut at = self.joints[joint].parent;
-        while let Some(next) = at.and_then(|link| self.carrier(link)) {
-            if found.contains(&next) || next == joint {
-                break;
-            }
+        // joints that hang on each other in a ring end where they began
+        while let Some(next) = at.and_then(|link| carriers[link]).filter(|next| !met[*next]) {
+            met[next] = true;
             found.push(next);
             at = self.joints[next].parent;
         }
@@ -134,13 +144,17 @@ impl Model {
 
     /// A link and those fixed to it further out.
     pub(super) fn rigid(&self, link: usize) -> Vec<usize> {
-        let mut found = vec![link];
+        let mut fixed: Vec<Vec<usize>> = vec![Vec::new(); self.links.len()];
+        for joint in self.joints.iter().filter(|j| j.motion == Motion::Fixed) {
+            if let Some(parent) = joint.parent {
+                fixed[parent].push(joint.child);
+            }
+        }
+        let (mut found, mut met) = (vec![link], vec![false; self.links.len()]);
+        met[link] = true;
         let mut next = 0;
-        while next < found.len() {
-            let here = found[next];
-            let fixed = self.joints.iter().filter(|j| j.parent == Some(here) && j.motion == Motion::Fixed);
-            let more: Vec<usize> = fixed.map(|j| j.child).filter(|c| !found.contains(c)).collect();
-            found.extend(more);
+        while let Some(&here) = found.get(next) {
+            found.extend(fixed[here].iter().copied().filter(|child| !std::mem::replace(&mut met[*child], true)));
             next += 1;
         }
         found

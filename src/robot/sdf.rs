@@ -1,6 +1,6 @@
 //! SDF 1.4 and later: models, alone or in a world.
 
-use super::model::{Form, Joint, Link, Mass, Model, Motion, Shape, symmetric, turned};
+use super::model::{ALONE, Form, Joint, Link, MOST_JOINTS, Mass, Model, Motion, Shape, symmetric, turned};
 use super::plugin;
 use super::xml::{Xml, child, child_text, children, placed};
 use crate::error::Result;
@@ -35,6 +35,9 @@ impl Reader<'_, '_, '_> {
             return Err(self.xml.error(self.node, "models lie in models too deep"));
         }
         let mut model = Model { name: self.node.attribute("name").unwrap_or("model").into(), ..Model::default() };
+        if let Some(node) = children(self.node, "link").nth(MOST_JOINTS) {
+            return Err(self.xml.error(node, format!("more than {MOST_JOINTS} links")).hint(ALONE));
+        }
         for node in children(self.node, "link") {
             model.links.push(self.link(node)?);
         }
@@ -58,6 +61,9 @@ impl Reader<'_, '_, '_> {
         for node in children(self.node, "joint") {
             let joint = self.joint(node, &model)?;
             model.joints.extend(joint);
+        }
+        if model.joints.len() > MOST_JOINTS {
+            return Err(self.xml.error(self.node, format!("more than {MOST_JOINTS} joints")).hint(ALONE));
         }
         plugin::read(self.xml, self.node, &mut model)?;
         Ok(model)

@@ -1,12 +1,12 @@
 //! URDF, with Gazebo's additions.
 
-use super::model::{Form, Joint, Link, Mass, Model, Motion, Shape, symmetric, turned};
+use super::model::{ALONE, Form, Joint, Link, MOST_JOINTS, Mass, Model, Motion, Shape, symmetric, turned};
 use super::plugin;
 use super::xml::{Xml, child, children, is_placeholder, placed};
 use crate::error::Result;
 use nalgebra::{Isometry3, Point3, Vector3};
 use roxmltree::Node;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 /// Reads the robot of a `<robot>`.
 pub(super) fn read(xml: &Xml, root: Node) -> Result<Model> {
@@ -24,6 +24,9 @@ pub(super) fn read(xml: &Xml, root: Node) -> Result<Model> {
             return Err(xml.error(node, format!("the name {name} is given twice")).hint("give each link its own name"));
         }
         model.links.push(link(xml, node, name)?);
+    }
+    if let Some(node) = children(root, "joint").nth(MOST_JOINTS) {
+        return Err(xml.error(node, format!("more than {MOST_JOINTS} joints")).hint(ALONE));
     }
     let mut unplaced = Vec::new();
     for node in children(root, "joint") {
@@ -66,10 +69,12 @@ pub(super) fn read(xml: &Xml, root: Node) -> Result<Model> {
     model.joints.iter_mut().for_each(|j| j.driven = driven.contains(&j.name.as_str()));
     place(&mut model);
     // a sensor's place does not matter here, that of a mass does
+    let weighs = |j: &usize| !matches!(model.links[model.joints[*j].child].mass, Mass::None);
+    let all = if unplaced.is_empty() { 0 } else { model.joints.len() };
+    let carrying: BTreeSet<usize> =
+        (0..all).filter(weighs).flat_map(|j| model.ancestors(j).into_iter().chain([j])).collect();
     for (joint, origin) in unplaced {
-        let weighs = |link: usize| !matches!(model.links[link].mass, Mass::None);
-        let carries = |j: usize| j == joint || model.ancestors(j).contains(&joint);
-        if (0..model.joints.len()).any(|j| carries(j) && weighs(model.joints[j].child)) {
+        if carrying.contains(&joint) {
             return Err(xml
                 .error(origin, format!("the place of {} is not expanded", model.joints[joint].name))
                 .hint(format!("expand the macros first: {}", super::types::EXPAND)));

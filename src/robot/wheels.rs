@@ -4,6 +4,7 @@ use super::model::{Form, Joint, Model, Motion, Shape};
 use super::types::Choice;
 use crate::error::{Error, ErrorKind, Result, one_of};
 use nalgebra::Vector3;
+use std::collections::HashMap;
 
 /// The axle of a wheel lies level, and across the robot, up to this sine of the angle.
 const LEVEL: f64 = 0.2;
@@ -131,12 +132,15 @@ fn candidates(model: &Model, file: &str) -> Result<Vec<usize>> {
             .hint("gyroid knows robots with two driven wheels, and those that skid (four wheels, or tracks)"));
     }
     // what carries all of them is the robot's own motion, not a fork
-    let steers = |joint: usize| {
-        model.ancestors(joint).into_iter().find(|up| {
+    let above: HashMap<usize, Vec<usize>> = wheels.iter().map(|w| (*w, model.ancestors(*w))).collect();
+    let mut carries = vec![0; model.joints.len()];
+    above.values().flatten().for_each(|up| carries[*up] += 1);
+    let steers = |wheel: usize| {
+        above[&wheel].iter().copied().find(|up| {
             let j = &model.joints[*up];
             matches!(j.motion, Motion::Spinning | Motion::Turning)
                 && j.axis.z.abs() > 1.0 - LEVEL
-                && !wheels.iter().all(|w| model.ancestors(*w).contains(up))
+                && carries[*up] < wheels.len()
         })
     };
     if let Some((wheel, fork)) = wheels.iter().find_map(|w| {

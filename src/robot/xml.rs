@@ -27,7 +27,9 @@ impl Xml<'_> {
     /// Error at a node: file, line and tag, and what was found there.
     pub(super) fn error(&self, node: Node, found: impl Display) -> Error {
         let row = self.row(node);
-        Error::new(ErrorKind::Format, self.file, found).at(format!("line {row}, <{}>", node.tag_name().name()))
+        Error::new(ErrorKind::Format, self.file, found)
+            .at(format!("line {row}, <{}>", node.tag_name().name()))
+            .hint("correct the place, or write the file anew with the tool that it came from")
     }
 
     /// `N` numbers apart by spaces.

@@ -3,50 +3,9 @@
 
 use super::*;
 use crate::cases::cases;
+use crate::held;
 use gyroid::ingest::{read_log, write_log};
 use gyroid::math::random::Stream;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-/// Counts what a thread holds, and the most that it held.
-struct Counting;
-
-thread_local! {
-    static HELD: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
-}
-
-fn count(more: usize, less: usize) {
-    let _ = HELD.try_with(|held| {
-        let now = (held.get().0 + more).saturating_sub(less);
-        held.set((now, held.get().1.max(now)));
-    });
-}
-
-// SAFETY: every call goes on to the system's allocator
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count(layout.size(), 0);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count(layout.size(), 0);
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count(size, layout.size());
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        count(0, layout.size());
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// More than reading any of the files takes, much less than a length field can claim.
 const MOST_BYTES: usize = 48 << 20;
@@ -56,9 +15,7 @@ fn read(case: &Case, bytes: &[u8], what: &str) -> gyroid::Result<GyroRecording> 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(case.file);
     std::fs::write(&path, bytes).unwrap();
-    HELD.with(|held| held.set((0, 0)));
-    let done = std::panic::catch_unwind(|| read_gyro(&path, &case.query()));
-    let most = HELD.with(Cell::get).1;
+    let (done, most) = held::most(|| std::panic::catch_unwind(|| read_gyro(&path, &case.query())));
     let name = format!("{} {:?} {what}", case.file, case.topic);
     assert!(most < MOST_BYTES, "{name}: {most} bytes were held");
     let result = done.unwrap_or_else(|_| panic!("{name}: a panic"));

@@ -4,6 +4,10 @@
 #[path = "../common/cases.rs"]
 mod cases;
 mod damage;
+mod entry;
+mod found;
+mod held;
+mod hostile;
 mod topics;
 
 use gyroid::identify::{FitOptions, fit, fit_reduced};

@@ -45,7 +45,10 @@ pub(super) struct CalibrateArgs {
 fn made_by(folder: &Path) -> Result<bench::Bench> {
     let path = folder.join(bench::BENCH);
     let text = std::fs::read_to_string(&path).map_err(|e| Error::io(&path, &e))?;
-    serde_json::from_str(&text).map_err(|e| Error::new(ErrorKind::Config, path.display(), e))
+    serde_json::from_str(&text).map_err(|e| {
+        Error::new(ErrorKind::Config, path.display(), format!("does not describe a bench: {e}"))
+            .hint("take the file that gyroid gap bench make wrote into this folder")
+    })
 }
 
 pub(super) fn run(args: &CalibrateArgs) -> Result<Outcome> {

@@ -130,7 +130,7 @@ impl<'a> Simulator<'a> {
         if ended.status.success() {
             return Ok(made);
         }
-        let found = format!("{PYTHON} failed on the simulator's log:\n  {}", last_words(&ended.stderr));
+        let found = format!("{PYTHON} failed on the simulator's log: {}", last_words(&ended.stderr));
         Err(usage(found).hint("leave out --simulate, and try the Python beside the copy by hand"))
     }
 

@@ -348,7 +348,8 @@ fn parts(table: &Table, seconds: usize, nanoseconds: usize) -> Result<Times> {
     }
     let mut values = joined(&whole.values, &part.values, part.origin);
     let Some(&first) = values.iter().find(|v| !v.is_nan()) else {
-        return Err(Error::new(ErrorKind::Time, &table.source, "all times are missing"));
+        return Err(Error::new(ErrorKind::Time, &table.source, "all times are missing")
+            .hint("name another column with --time, or state the sample rate with --rate"));
     };
     let clock = clock_of(whole.origin as f64 + first, false, &table.heads[seconds].named().role);
     let shift = match clock {

@@ -139,7 +139,8 @@ fn sides(entry: &Entry) -> Option<(usize, usize)> {
     match sides[..] {
         [] => Some((1, 1)),
         [n] => Some((n, 1)),
-        [a, b] => Some((a.max(b), a.min(b))),
+        // a damaged file may state sides whose product is beyond all numbers
+        [a, b] => a.checked_mul(b).map(|_| (a.max(b), a.min(b))),
         _ => None,
     }
 }
@@ -361,6 +362,18 @@ mod tests {
         let seen: Vec<(&str, bool)> = groups.listing().topics.iter().map(|t| (t.name.as_str(), t.gyro)).collect();
         assert_eq!(seen, [("gps", false), ("imu", true)]);
         assert_eq!(groups.open(1, Stamp::Header).unwrap().heads().len(), 2);
+    }
+
+    #[test]
+    fn sides_without_bounds_are_no_columns() {
+        let sides: [&[u64]; 3] = [&[1 << 63, 3], &[3, u64::MAX], &[1 << 62, 1 << 62]];
+        for shape in sides {
+            let all = Made(
+                made(&[("", "gyro", &[2], true)]).0.into_iter().map(|e| Entry { shape: shape.to_vec(), ..e }).collect(),
+                Vec::new(),
+            );
+            assert!(open(Box::new(all), about()).is_err(), "{shape:?}");
+        }
     }
 
     #[test]

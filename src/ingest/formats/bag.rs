@@ -2,7 +2,7 @@
 //!
 //! Read from front to back, so that a bag without its index (the recorder was killed) is read as far as it goes.
 
-use super::bytes::{Bytes, Flaw, Little};
+use super::bytes::{Bytes, Flaw, Little, Unpacked};
 use super::format::{Format, Opened};
 use super::input::Input;
 use super::ros::Message;
@@ -200,7 +200,8 @@ type Meet<'a> = &'a mut dyn FnMut(Met<'_>) -> Result<()>;
 /// Hands every connection and message to `meet`, from the first record on. Says what was lost where the recorder was
 /// killed or the file was cut off; anything else that is no record is an error.
 fn walk(bytes: &mut Bytes, meet: Meet<'_>) -> Result<Option<String>> {
-    let mut walker = Walker { header: Vec::new(), data: Vec::new(), index_at: None };
+    let most = Unpacked::of(bytes.len());
+    let mut walker = Walker { header: Vec::new(), data: Vec::new(), index_at: None, most };
     while bytes.left() > 0 {
         let at = bytes.at();
         let flaw = match walker.step(bytes, at, meet) {
@@ -234,6 +235,7 @@ struct Walker {
     data: Vec<u8>,
     /// Where the bag's header says that the index begins; 0 until the recorder ends well.
     index_at: Option<u64>,
+    most: Unpacked,
 }
 
 impl Walker {
@@ -266,7 +268,7 @@ impl Walker {
         if op != CHUNK {
             return if whole { record(op, &fields, &self.data, at, meet) } else { Err(Flaw::Cut) };
         }
-        let (records, sound) = unpack(&fields, &self.data).map_err(Flaw::Damaged)?;
+        let (records, sound) = unpack(&fields, &self.data, &mut self.most).map_err(Flaw::Damaged)?;
         if whole && !sound {
             return Err(Flaw::Damaged("a chunk cannot be unpacked".into()));
         }
@@ -285,15 +287,23 @@ fn length(bytes: &mut Bytes) -> std::result::Result<u32, Flaw> {
 }
 
 /// A chunk's records, and whether they are all there.
-fn unpack<'a>(fields: &Fields<'_>, data: &'a [u8]) -> std::result::Result<(Cow<'a, [u8]>, bool), String> {
+fn unpack<'a>(
+    fields: &Fields<'_>,
+    data: &'a [u8],
+    most: &mut Unpacked,
+) -> std::result::Result<(Cow<'a, [u8]>, bool), String> {
     let size = fields.get(b"size").and_then(|v| v.u32(0)).ok_or("a chunk does not tell its size")?;
     if size > LARGEST_CHUNK {
         return Err(format!("a chunk of {size} bytes"));
     }
     let mut out = Vec::new();
+    let compression = fields.get(b"compression");
+    if compression != Some(b"none".as_slice()) && !most.take(u64::from(size)) {
+        return Err(Unpacked::BEYOND.into());
+    }
     // a byte more than there should be: the checksums stand behind the last one
     let most = u64::from(size) + 1;
-    let end = match fields.get(b"compression") {
+    let end = match compression {
         Some(b"none") => return Ok((Cow::Borrowed(data), data.len() == size as usize)),
         Some(b"bz2") => bzip2::read::BzDecoder::new(data).take(most).read_to_end(&mut out),
         Some(b"lz4") => lz4::Decoder::new(data).and_then(|d| d.take(most).read_to_end(&mut out)),

@@ -21,6 +21,38 @@ impl From<Error> for Flaw {
     }
 }
 
+/// What a file may hold once it is unpacked: 64 MiB, and 256 times its own size. Logs are packed three to thirty to one; what
+/// is beyond that was made to fill a memory.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Unpacked {
+    left: u64,
+}
+
+impl Unpacked {
+    const ANYWAY: u64 = 64 << 20;
+    const TIMES: u64 = 256;
+    /// Said of a file that holds more.
+    pub(crate) const BEYOND: &'static str = "it unpacks to more than 64 MiB and 256 times its size";
+
+    /// Of a file of so many bytes.
+    pub(crate) fn of(file_bytes: u64) -> Self {
+        Self { left: Self::ANYWAY.saturating_add(file_bytes.saturating_mul(Self::TIMES)) }
+    }
+
+    /// Bytes that may still be unpacked.
+    pub(crate) fn left(&self) -> u64 {
+        self.left
+    }
+
+    /// Takes off what is unpacked; false where it is too much.
+    #[must_use]
+    pub(crate) fn take(&mut self, bytes: u64) -> bool {
+        let rest = self.left.checked_sub(bytes);
+        self.left = rest.unwrap_or(0);
+        rest.is_some()
+    }
+}
+
 /// An open file and where it is read.
 pub(crate) struct Bytes {
     path: PathBuf,

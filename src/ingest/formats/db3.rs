@@ -47,6 +47,16 @@ impl Db3 {
             );
             return Err(Error::new(ErrorKind::Format, &name, found).hint("export the gyro's table as CSV or Parquet"));
         }
+        // a column that is computed can be of any size
+        for table in ["topics", "messages", "message_definitions"] {
+            let query = format!("SELECT name FROM pragma_table_xinfo('{table}') WHERE hidden <> 0");
+            let made = names(&database, &query).map_err(|e| damaged(&name, &format!("table {table}"), &e))?;
+            if let Some(column) = made.first() {
+                return Err(Error::new(ErrorKind::Format, &name, "is no ROS 2 bag: a column is computed")
+                    .at(format!("table {table}, column {column:?}"))
+                    .hint("record the bag again, or export the gyro's table as CSV or Parquet"));
+            }
+        }
         let definitions = match tables.iter().any(|t| t == "message_definitions") {
             true => definitions(&database).map_err(|e| damaged(&name, "table message_definitions", &e))?,
             false => BTreeMap::new(),

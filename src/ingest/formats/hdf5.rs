@@ -2,6 +2,7 @@
 
 use super::arrays;
 use super::arrays::{Arrays, Entry, Loaded};
+use super::bytes::Unpacked;
 use super::format::{Format, Opened};
 use super::head::Kind;
 use super::input::Input;
@@ -21,12 +22,14 @@ const MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// Groups within groups, and datasets, beyond which there is no log.
 const DEEPEST: usize = 8;
 const MOST_DATASETS: usize = 2048;
+/// Groups that are looked into: a group may be in itself, by a link.
+const MOST_GROUPS: usize = 2048;
 
 struct Hdf5 {
     source: String,
     file: File,
-    /// Bytes in the file: no dataset that holds more is read unpacked.
-    bytes: u64,
+    /// Numbers that may still be read.
+    most: Unpacked,
     entries: Vec<Entry>,
 }
 
@@ -36,10 +39,10 @@ fn open(input: Input) -> Result<Opened> {
     let (handle, sha256) = input.into_file()?;
     let bytes = handle.metadata().map_err(|e| Error::io(&path, &e))?.len();
     let file = guarded(|| File::open_streaming(&path)).map_err(|why| damaged(&source, "the header", &why))?;
-    let mut hdf5 = Hdf5 { source: source.clone(), file, bytes, entries: Vec::new() };
+    let mut hdf5 = Hdf5 { source: source.clone(), file, most: Unpacked::of(bytes), entries: Vec::new() };
     let listed = guarded(|| {
         let mut entries = Vec::new();
-        let skipped = list(&hdf5.file.root(), "", 0, &mut entries)?;
+        let skipped = list(&hdf5.file.root(), "", &mut (0, 0), &mut entries)?;
         Ok((entries, skipped))
     });
     let (entries, notes) = listed.map_err(|why| damaged(&source, "the list of datasets", &why))?;
@@ -47,11 +50,11 @@ fn open(input: Input) -> Result<Opened> {
     arrays::open(Box::new(hdf5), About { source, format: FORMAT.name, sha256, notes })
 }
 
-/// Appends the datasets of a group and of those in it; with what there is to tell.
+/// Appends the datasets of a group and of those in it; with what there is to tell. `met`: how deep it is, and groups before it.
 fn list(
     group: &Group,
     path: &str,
-    depth: usize,
+    met: &mut (usize, usize),
     entries: &mut Vec<Entry>,
 ) -> std::result::Result<Vec<String>, hdf5_pure::Error> {
     let mut notes = Vec::new();
@@ -75,11 +78,20 @@ fn list(
     }
     for name in group.groups()? {
         // MATLAB's own
-        if name.starts_with('#') || depth >= DEEPEST {
+        if name.starts_with('#') || met.0 >= DEEPEST {
             continue;
         }
+        if met.1 >= MOST_GROUPS || entries.len() >= MOST_DATASETS {
+            break;
+        }
         let full = if path.is_empty() { name.clone() } else { format!("{path}/{name}") };
-        notes.extend(list(&group.group(&name)?, &full, depth + 1, entries)?);
+        *met = (met.0 + 1, met.1 + 1);
+        let inside = list(&group.group(&name)?, &full, met, entries)?;
+        met.0 -= 1;
+        notes.extend(inside.into_iter().filter(|note| !notes.contains(note)).collect::<Vec<_>>());
+    }
+    if met.0 == 0 && met.1 >= MOST_GROUPS {
+        notes.push(format!("only the first {MOST_GROUPS} groups are looked at"));
     }
     Ok(notes)
 }
@@ -111,14 +123,12 @@ impl Arrays for Hdf5 {
     }
 
     fn load(&mut self, entry: usize) -> Result<Loaded> {
-        // deflate packs a thousand to one at best
-        const PACKED: u64 = 1032;
         let entry = &self.entries[entry];
         let path = if entry.group.is_empty() { entry.name.clone() } else { format!("{}/{}", entry.group, entry.name) };
         let place = format!("dataset {path:?}");
-        let items = entry.shape.iter().try_fold(1u64, |n, s| n.checked_mul(*s));
-        if items.is_none_or(|n| n > self.bytes.saturating_mul(PACKED)) {
-            return Err(damaged(&self.source, &place, "it claims more numbers than the file can hold"));
+        let items = entry.shape.iter().try_fold(size_of::<f64>() as u64, |n, s| n.checked_mul(*s));
+        if !items.is_some_and(|n| self.most.take(n)) {
+            return Err(damaged(&self.source, &place, Unpacked::BEYOND));
         }
         let read = guarded(|| {
             let dataset = self.file.dataset(&path)?;

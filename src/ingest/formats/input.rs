@@ -1,5 +1,6 @@
 //! A log's bytes: opened once, unpacked where gzip's magic number stands, hashed while they pass.
 
+use super::bytes::Unpacked;
 use crate::error::{Error, ErrorKind, Result};
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
@@ -30,6 +31,38 @@ pub(crate) struct Input {
     pub skip_bad_rows: bool,
     file: File,
     raw_head: Vec<u8>,
+}
+
+/// Counts the bytes that pass.
+struct Counted<R> {
+    inner: R,
+    bytes: u64,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.bytes += n as u64;
+        Ok(n)
+    }
+}
+
+/// A gzip file that unpacks to no more than [`Unpacked`] allows of what was read of it.
+struct Gunzip<R> {
+    inner: MultiGzDecoder<io::BufReader<Counted<R>>>,
+    bytes: u64,
+}
+
+impl<R: Read> Read for Gunzip<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.bytes += n as u64;
+        if Unpacked::of(self.inner.get_ref().get_ref().bytes).take(self.bytes) {
+            Ok(n)
+        } else {
+            Err(io::Error::new(io::ErrorKind::InvalidData, Unpacked::BEYOND))
+        }
+    }
 }
 
 /// Hash of all bytes that passed, where it is wanted.
@@ -115,10 +148,13 @@ impl Input {
     /// The unpacked content from its beginning, and the hash of the packed one, complete when the end was reached.
     pub(crate) fn into_stream(self) -> (Box<dyn Read + Send>, Hash) {
         let hash = Hash::new(self.hashed);
-        let raw = Hashing { inner: Cursor::new(self.raw_head).chain(self.file), hash: hash.clone() };
-        let raw = io::BufReader::with_capacity(128 * 1024, raw);
-        let stream: Box<dyn Read + Send> =
-            if self.gzipped { Box::new(MultiGzDecoder::new(raw)) } else { Box::new(raw) };
+        let hashed = Hashing { inner: Cursor::new(self.raw_head).chain(self.file), hash: hash.clone() };
+        let stream: Box<dyn Read + Send> = if self.gzipped {
+            let counted = Counted { inner: hashed, bytes: 0 };
+            Box::new(Gunzip { inner: MultiGzDecoder::new(io::BufReader::with_capacity(128 * 1024, counted)), bytes: 0 })
+        } else {
+            Box::new(io::BufReader::with_capacity(128 * 1024, hashed))
+        };
         (stream, hash)
     }
 

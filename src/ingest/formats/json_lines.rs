@@ -23,6 +23,9 @@ pub(crate) const FORMAT: Format = Format {
     },
 };
 
+/// Cells that lines may leave empty: a million, and 32 for each byte that was read.
+const EMPTY_ANYWAY: u64 = 1 << 20;
+const EMPTY_TIMES: u64 = 32;
 /// Objects nested deeper than this are not looked into.
 const DEEPEST: usize = 16;
 
@@ -152,6 +155,7 @@ impl Source for JsonLines {
         let mut bad: Vec<Option<(BadCell, usize)>> = vec![None; wanted.len()];
         let mut skipped = Skipped::default();
         let (mut line, mut number, mut rows) = (Vec::new(), 0_u64, 0_usize);
+        let (mut bytes, width) = (0, wanted.iter().filter(|w| **w).count() as u64);
         loop {
             line.clear();
             let read_bytes = stream
@@ -161,6 +165,13 @@ impl Source for JsonLines {
                 break;
             }
             number += 1;
+            bytes += read_bytes as u64;
+            if rows as u64 * width > EMPTY_ANYWAY + EMPTY_TIMES * bytes {
+                let found = format!("its lines leave nearly all of {width} keys open");
+                return Err(Error::new(ErrorKind::Format, path.display(), found)
+                    .at(format!("line {number}"))
+                    .hint("write one object a line, each with the keys of the others: jq -c '{t, gyro}' FILE"));
+            }
             if line.trim_ascii().is_empty() {
                 continue;
             }

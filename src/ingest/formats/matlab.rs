@@ -5,7 +5,7 @@
 
 use super::arrays;
 use super::arrays::{Arrays, Entry, Loaded};
-use super::bytes::Bytes;
+use super::bytes::{Bytes, Unpacked};
 use super::format::{Format, Opened};
 use super::head::Kind;
 use super::input::Input;
@@ -20,8 +20,6 @@ pub(crate) const FORMAT: Format = Format { name: "MATLAB file", accepts: |head| 
 const HEADER_BYTES: u64 = 128;
 /// Structs within structs beyond which nobody puts a log.
 const DEEPEST: usize = 16;
-/// An unpacked element larger than this is damage.
-const LARGEST: u64 = 1 << 33;
 
 const INT8: u32 = 1;
 const MATRIX: u32 = 14;
@@ -62,6 +60,7 @@ fn open(input: Input) -> Result<Opened> {
     }
     let mut mat = Mat { entries: Vec::new(), numbers: Vec::new() };
     let (mut tag, mut body) = (Vec::new(), Vec::new());
+    let mut most = Unpacked::of(bytes.len());
     while bytes.left() > 0 {
         let at = bytes.at();
         let cut = |bytes: &Bytes| {
@@ -84,10 +83,15 @@ fn open(input: Input) -> Result<Opened> {
         let found = match kind {
             COMPRESSED => {
                 let mut out = Vec::new();
-                let end = ZlibDecoder::new(body.as_slice()).take(LARGEST).read_to_end(&mut out);
-                end.map_err(|e| {
-                    bytes.damaged(at, format!("the file is damaged: a variable cannot be unpacked: {e}")).hint(MEND)
-                })?;
+                let end = ZlibDecoder::new(body.as_slice()).take(most.left() + 1).read_to_end(&mut out);
+                let why = match end {
+                    Err(e) => Some(format!("a variable cannot be unpacked: {e}")),
+                    Ok(n) if !most.take(n as u64) => Some(Unpacked::BEYOND.to_string()),
+                    Ok(_) => None,
+                };
+                if let Some(why) = why {
+                    return Err(bytes.damaged(at, format!("the file is damaged: {why}")).hint(MEND));
+                }
                 unpacked = out;
                 Elements { rest: &unpacked, big }.next()
             }

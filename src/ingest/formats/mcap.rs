@@ -4,7 +4,7 @@
 //! (Foxglove, *MCAP File Format Specification*.) Of the format, five kinds of records matter here; the crate `mcap` brings
 //! twenty others along and tells no place of an error.
 
-use super::bytes::{Bytes, Flaw, Little};
+use super::bytes::{Bytes, Flaw, Little, Unpacked};
 use super::format::{Format, Opened};
 use super::head::Head;
 use super::input::Input;
@@ -174,10 +174,10 @@ type Meet<'a> = &'a mut dyn FnMut(Met<'_>) -> Result<()>;
 /// that is no record is an error.
 fn walk(bytes: &mut Bytes, meet: Meet<'_>) -> Result<Option<String>> {
     let closed = ends_well(bytes)?;
-    let mut body = Vec::new();
+    let (mut body, mut most) = (Vec::new(), Unpacked::of(bytes.len()));
     loop {
         let at = bytes.at();
-        let what = match step(bytes, at, &mut body, meet) {
+        let what = match step(bytes, at, (&mut body, &mut most), meet) {
             Ok(true) => continue,
             Ok(false) => return Ok(None),
             Err(Flaw::Error(e)) => return Err(e),
@@ -208,7 +208,12 @@ fn ends_well(bytes: &mut Bytes) -> Result<bool> {
 }
 
 /// Reads a record; false after the last one with data.
-fn step(bytes: &mut Bytes, at: u64, body: &mut Vec<u8>, meet: Meet<'_>) -> std::result::Result<bool, Flaw> {
+fn step(
+    bytes: &mut Bytes,
+    at: u64,
+    (body, most): (&mut Vec<u8>, &mut Unpacked),
+    meet: Meet<'_>,
+) -> std::result::Result<bool, Flaw> {
     if !bytes.next(9, body)? {
         return Err(Flaw::Cut);
     }
@@ -233,7 +238,7 @@ fn step(bytes: &mut Bytes, at: u64, body: &mut Vec<u8>, meet: Meet<'_>) -> std::
     if opcode != CHUNK {
         return if whole { record(opcode, body, at, meet).map(|()| true) } else { Err(Flaw::Cut) };
     }
-    let (records, sound) = unpack(body, whole)?;
+    let (records, sound) = unpack(body, whole, most)?;
     if whole && !sound {
         return Err(Flaw::Damaged("a chunk cannot be unpacked, or its checksum does not agree".into()));
     }
@@ -246,13 +251,16 @@ fn step(bytes: &mut Bytes, at: u64, body: &mut Vec<u8>, meet: Meet<'_>) -> std::
 }
 
 /// A chunk's records, and whether they are all there as they were written.
-fn unpack(body: &[u8], whole: bool) -> std::result::Result<(Cow<'_, [u8]>, bool), Flaw> {
+fn unpack<'a>(body: &'a [u8], whole: bool, most: &mut Unpacked) -> std::result::Result<(Cow<'a, [u8]>, bool), Flaw> {
     let mut fields = Fields { rest: body.get(16..).ok_or(Flaw::Cut)? };
     let header = |fields: &mut Fields<'_>| Some((fields.u64()?, fields.u32()?, fields.text()?, fields.u64()?));
     let lacking = || if whole { Flaw::Damaged("a chunk without its fields".into()) } else { Flaw::Cut };
     let (size, crc, packing, packed_bytes) = header(&mut fields).ok_or_else(lacking)?;
     if size > LARGEST {
         return Err(Flaw::Damaged(format!("a chunk of {size} bytes")));
+    }
+    if !packing.is_empty() && !most.take(size) {
+        return Err(Flaw::Damaged(Unpacked::BEYOND.into()));
     }
     let there = usize::try_from(packed_bytes).map_or(fields.rest.len(), |n| n.min(fields.rest.len()));
     let packed = &fields.rest[..there];

@@ -4,6 +4,7 @@
 
 use super::arrays;
 use super::arrays::{Arrays, Entry, Loaded};
+use super::bytes::Unpacked;
 use super::format::{Format, Opened};
 use super::head::Kind;
 use super::input::Input;
@@ -68,6 +69,7 @@ fn open(input: Input, zipped: bool) -> Result<Opened> {
     let mut npy = Npy { file, archive: None, source: source.clone(), entries: Vec::new(), places: Vec::new() };
     if zipped {
         let file = npy.file.try_clone().map_err(|e| Error::io(&source, &e))?;
+        let mut most = Unpacked::of(file.metadata().map_err(|e| Error::io(&source, &e))?.len());
         let mut archive = ZipArchive::new(BufReader::new(file)).map_err(|e| broken(&source, "its index", &e))?;
         for index in 0..archive.len().min(MOST_ARRAYS) {
             let mut member =
@@ -78,6 +80,9 @@ fn open(input: Input, zipped: bool) -> Result<Opened> {
                 notes.push(format!("{name} in the archive is no array"));
                 continue;
             };
+            if !most.take(size) {
+                return Err(broken(&source, &format!("array {bare:?}"), &Unpacked::BEYOND));
+            }
             let header = header(&mut member, size).map_err(|e| broken(&source, &format!("array {bare:?}"), &e))?;
             npy.add(index, bare, &header, size)?;
         }
@@ -203,7 +208,10 @@ impl Arrays for Npy {
                 io::copy(&mut (&mut member).take(stored.at), &mut io::sink())?;
                 let read = (&mut member).take(most).read_to_end(&mut bytes)?;
                 // the checksum stands behind the last byte
-                io::copy(&mut member, &mut io::sink())?;
+                let behind = member.size().saturating_sub(stored.at + read as u64);
+                if io::copy(&mut (&mut member).take(behind + 1), &mut io::sink())? > behind {
+                    return Err(io::Error::new(io::ErrorKind::InvalidData, "it unpacks to more than it should"));
+                }
                 Ok(read)
             }),
         };

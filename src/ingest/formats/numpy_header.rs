@@ -63,7 +63,11 @@ impl fmt::Display for Plain {
             _ => return f.write_str("bytes"),
         };
         let unit = if self.unit.is_empty() { String::new() } else { format!("[{}]", self.unit) };
-        if matches!(self.letter, 'b' | 'O') { f.write_str(name) } else { write!(f, "{name}{}{unit}", 8 * self.size) }
+        if matches!(self.letter, 'b' | 'O') {
+            f.write_str(name)
+        } else {
+            write!(f, "{name}{}{unit}", self.size.saturating_mul(8))
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Parquet as a log.
 
+use super::bytes::Unpacked;
 use super::format::{Format, Opened};
 use super::head::{Head, Kind};
 use super::input::{Input, PendingHash};
@@ -71,6 +72,8 @@ impl Source for Parquet {
             );
         }
         let columns: Vec<usize> = (0..heads.len()).filter(|&i| wanted[i] && heads[i].kind != Kind::Other).collect();
+        accounted(&file, &contents, &columns.iter().map(|&i| heads[i].name.as_str()).collect::<Vec<_>>())
+            .map_err(|damage| damaged(&path, damage))?;
         let types: Vec<&ArrowDataType> = contents.schema.iter_values().map(|field| &field.dtype).collect();
         let mut filling: Vec<Filling> =
             columns.iter().map(|&i| Filling { data_type: types[i], origin: None, largest: 0.0 }).collect();
@@ -132,6 +135,23 @@ impl Source for Parquet {
             About { source: path.display().to_string(), format: FORMAT.name, sha256: hash.hex()?, notes: Vec::new() };
         Ok(about.facts(None, facts, Vec::new()))
     }
+}
+
+/// Checks that the file may hold what its footer promises of the columns of these `names`: their numbers, and their pages.
+fn accounted(file: &File, contents: &Contents, names: &[&str]) -> std::result::Result<(), Damage> {
+    let bytes = file.metadata().map_err(|e| Damage::new("the file", e))?.len();
+    let groups = &contents.metadata.row_groups;
+    let sum = |all: &mut dyn Iterator<Item = u64>| all.fold(0, u64::saturating_add);
+    let rows = sum(&mut groups.iter().map(|g| g.num_rows() as u64)).max(contents.metadata.num_rows as u64);
+    let chunks =
+        groups.iter().flat_map(|g| names.iter().filter_map(move |name| g.columns_under_root_iter(name)).flatten());
+    let pages = sum(&mut chunks.map(|chunk| chunk.uncompressed_size().unsigned_abs()));
+    let numbers = rows.saturating_mul((size_of::<f64>() * names.len().max(1)) as u64);
+    if Unpacked::of(bytes).take(numbers.max(pages)) {
+        return Ok(());
+    }
+    let why = format!("{rows} rows of {} columns in {bytes} bytes: {}", names.len(), Unpacked::BEYOND);
+    Err(Damage::new("footer", why))
 }
 
 /// First row and number of rows of what is decoded at once: whole row groups, or parts of a large one.

@@ -35,6 +35,8 @@ const SYNC: &[u8] = &[8, 0, b'S', 0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12
 /// Formats within formats beyond which they contain each other.
 const DEEPEST: usize = 8;
 const MOST_FIELDS: usize = 1024;
+/// Fields of all messages that are logged: PX4 has some ten thousand.
+const MOST_IN_ALL: usize = 1 << 17;
 
 /// ULog's names of the numbers.
 fn scalar(name: &str) -> Option<Scalar> {
@@ -94,6 +96,7 @@ impl Ulog {
         let (file, sha256) = input.into_file()?;
         let mut formats: BTreeMap<String, String> = BTreeMap::new();
         let mut logged: BTreeMap<u16, Logged> = BTreeMap::new();
+        let mut in_all = 0;
         let notes = walk(&mut Bytes::open(&path, &file, 0)?, &mut |kind, body, _| {
             match kind {
                 b'F' => {
@@ -108,7 +111,11 @@ impl Ulog {
                     };
                     let name = String::from_utf8_lossy(name).into_owned();
                     let topic = format!("{name}/{instance}");
+                    if in_all > MOST_IN_ALL {
+                        return Ok(false);
+                    }
                     let layout = layout(&name, &formats);
+                    in_all += layout.as_ref().map_or(1, |l| l.met);
                     logged.entry(id).or_insert(Logged { topic, name, layout, count: Count::default() });
                 }
                 b'D' => {

@@ -145,7 +145,15 @@ impl<'a> Cursor<'a> {
             Shape::Array(element, n) => {
                 let mut nothing = |_| ();
                 let put: &mut dyn FnMut(Number) = if *n <= LONGEST_ARRAY { put } else { &mut nothing };
-                (0..*n).try_for_each(|_| self.element(element, put))
+                for _ in 0..*n {
+                    let before = self.at;
+                    self.shape(element, put)?;
+                    // elements without bytes have no numbers, and there may be any number of them
+                    if self.at == before {
+                        break;
+                    }
+                }
+                Ok(())
             }
             Shape::Sequence(element) => {
                 let n = self.u32()?;
@@ -153,16 +161,9 @@ impl<'a> Cursor<'a> {
                 if n as usize > self.bytes.len().saturating_sub(self.at) {
                     return Err(Short);
                 }
-                (0..n).try_for_each(|_| self.element(element, &mut |_| ()))
+                (0..n).try_for_each(|_| self.shape(element, &mut |_| ()))
             }
         }
-    }
-
-    fn element(&mut self, element: &Shape, put: &mut dyn FnMut(Number)) -> Result<(), Short> {
-        let before = self.at;
-        self.shape(element, put)?;
-        // elements without bytes would let a count run on for ever
-        if self.at > before || self.at < self.bytes.len() { Ok(()) } else { Err(Short) }
     }
 
     /// Bytes after the last field that was read.
@@ -242,6 +243,16 @@ mod tests {
         let fields = parse("p/T", Some("p/E[] a\n===\nMSG: p/E\n"), Generation::One).unwrap();
         let mut cursor = Cursor::new(&[255, 255, 255, 255], Encoding::Packed).unwrap();
         assert_eq!(cursor.walk(&fields, &mut |_| ()), Err(Short));
+    }
+
+    #[test]
+    fn elements_without_bytes_are_passed_over_at_once() {
+        let text =
+            "p/E[1000000000000] a\np/F[1000000000000] b\nint8 c\n===\nMSG: p/E\n===\nMSG: p/F\np/E[1000000000] a\n";
+        let fields = parse("p/T", Some(text), Generation::One).unwrap();
+        let mut out = Vec::new();
+        Cursor::new(&[7, 8], Encoding::Packed).unwrap().walk(&fields, &mut |n| out.push(n)).unwrap();
+        assert_eq!(out, [Number::Whole(7)]);
     }
 
     #[test]

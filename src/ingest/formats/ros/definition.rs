@@ -3,6 +3,7 @@
 //! A bag holds the definition of every message in it: the `.msg` text, and after it that of each type it is made of,
 //! parted by lines of `=` and headed `MSG: package/Type`.
 
+use super::decode::LONGEST_ARRAY;
 use crate::ingest::formats::scalar::Scalar;
 use std::collections::HashMap;
 
@@ -80,7 +81,22 @@ pub(in crate::ingest) fn parse(
         sections(&name, text, &mut types);
     }
     let mut fields = 0;
-    fields_of(&name, &types, generation, 0, &mut fields)
+    let fields = fields_of(&name, &types, generation, 0, &mut fields)?;
+    // short arrays of types with short arrays: each level has eight times as many
+    match fields.iter().map(|f| numbers(&f.shape)).fold(0, usize::saturating_add) {
+        0..=MOST_FIELDS => Ok(fields),
+        more => Err(format!("more than {MOST_FIELDS} numbers, {more}, in {name}")),
+    }
+}
+
+/// Numbers of a shape that become columns.
+fn numbers(shape: &Shape) -> usize {
+    match shape {
+        Shape::Number(_) => 1,
+        Shape::Struct(fields) => fields.iter().map(|f| numbers(&f.shape)).fold(0, usize::saturating_add),
+        Shape::Array(element, n) if *n <= LONGEST_ARRAY => numbers(element).saturating_mul(*n),
+        Shape::Array(..) | Shape::Sequence(_) | Shape::Text | Shape::Wide => 0,
+    }
 }
 
 /// The definitions in `text` by their names.
@@ -232,6 +248,10 @@ mod tests {
         // each level doubles: the count of fields ends it
         let wide: String = (0..11).map(|i| format!("===\nMSG: p/A{i}\nA{0} a\nA{0} b\nA{0} c\n", i + 1)).collect();
         assert!(parse("p/T", Some(&format!("A0 a\n{wide}")), Generation::Two).is_err());
+        // each level is an array of eight of the next
+        let deep: String = (0..11).map(|i| format!("===\nMSG: p/A{i}\nA{}[8] a\n", i + 1)).collect();
+        let text = format!("A0 a\n{deep}===\nMSG: p/A11\nint8 a\n");
+        assert!(parse("p/T", Some(&text), Generation::Two).unwrap_err().contains("numbers"));
         assert!(parse("p/T", Some("q/U a"), Generation::Two).unwrap_err().contains("q/U"));
         assert!(parse("p/T", None, Generation::Two).unwrap_err().contains("p/T"));
         assert!(parse("p/T", Some("float64[x] a"), Generation::Two).is_err());
