@@ -19,6 +19,9 @@ const MOST_TOPICS: usize = 3;
 /// Bytes of samples beyond which a log is read in one pass.
 const FEW_BYTES: usize = 1 << 12;
 
+/// Letters of an error: each of its parts is shortened.
+const MOST_LETTERS: usize = 5000;
+
 /// Every entry by its name.
 pub const ENTRIES: [(&str, fn(&[u8])); 9] = [
     ("csv", log),
@@ -44,7 +47,7 @@ fn check(error: &gyroid::Error, name: &str) {
     assert!(text.contains(name), "the file is not named: {text}");
     assert!(!error.found.is_empty() && error.hint.is_some(), "no hint: {text}");
     assert!(text.lines().count() <= 2, "more than two lines: {text}");
-    assert!(text.len() <= 1500, "{} characters: {text}", text.len());
+    assert!(text.chars().count() <= MOST_LETTERS, "{} letters: {text}", text.len());
 }
 
 fn checked<T>(result: gyroid::Result<T>, path: &Path) -> Option<T> {

@@ -10,7 +10,7 @@ use std::io::{Read, Write, repeat};
 /// More than a small file may unpack to.
 const TOO_MUCH: u64 = 160 << 20;
 /// Nesting that no parser goes down on its stack.
-const DEEP: usize = 100_000;
+const DEEP: usize = 20_000;
 
 fn array(descr: &str, shape: &str) -> Vec<u8> {
     let header = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}");
@@ -97,28 +97,26 @@ fn promises_of_rows_that_are_not_there() {
 
 #[test]
 fn content_that_unpacks_to_a_thousand_times_its_size() {
+    // a gzip file may have many members: one megabyte, again and again
     let gzip = |unit: &[u8], head: &[u8]| {
-        let mut out = GzEncoder::new(Vec::new(), Compression::fast());
-        out.write_all(head).unwrap();
-        let units = unit.repeat((1 << 20) / unit.len());
-        (0..TOO_MUCH >> 20).for_each(|_| out.write_all(&units).unwrap());
-        out.finish().unwrap()
+        let member = |bytes: &[u8]| {
+            let mut out = GzEncoder::new(Vec::new(), Compression::fast());
+            out.write_all(bytes).unwrap();
+            out.finish().unwrap()
+        };
+        [member(head), member(&unit.repeat(1 << 20)).repeat((TOO_MUCH >> 20) as usize)].concat()
     };
     run(log, &gzip(b"1", b"t_s,gyro_z_rad_s\n"), "a line without end");
-    run(log, &gzip(b"1,2\n", b"t_s,gyro_z_rad_s\n"), "lines without end");
-    run(log, &gzip(b"{}\n", b"{\"t_s\":1,\"gyro_z_rad_s\":2}\n"), "objects without end");
     run(log, &gzip(b"[", b"{\"t_s\":"), "lists without end");
     let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
     let options = zip::write::SimpleFileOptions::default()
         .compression_method(zip::CompressionMethod::Deflated)
         .compression_level(Some(1));
-    for name in ["t.npy", "gyro.npy"] {
-        zip.start_file(name, options).unwrap();
-        let header = array("'<f8'", &format!("({},)", TOO_MUCH / 8));
-        zip.write_all(&header[..header.len() - 64]).unwrap();
-        std::io::copy(&mut repeat(0).take(TOO_MUCH), &mut zip).unwrap();
-    }
-    run(log, &zip.finish().unwrap().into_inner(), "arrays of zeros");
+    zip.start_file("gyro.npy", options).unwrap();
+    let header = array("'<f8'", &format!("({},)", TOO_MUCH / 8));
+    zip.write_all(&header[..header.len() - 64]).unwrap();
+    std::io::copy(&mut repeat(0).take(TOO_MUCH), &mut zip).unwrap();
+    run(log, &zip.finish().unwrap().into_inner(), "an array of zeros");
     let mut packed = ZlibEncoder::new(Vec::new(), Compression::fast());
     packed.write_all(&[14, 0, 0, 0, 0, 0, 0, 10]).unwrap();
     std::io::copy(&mut repeat(0).take(TOO_MUCH), &mut packed).unwrap();
@@ -129,10 +127,10 @@ fn content_that_unpacks_to_a_thousand_times_its_size() {
 
 #[test]
 fn columns_that_hardly_any_row_has() {
-    let keys: Vec<String> = (0..20_000).map(|i| format!("\"k{i}\":1")).collect();
-    let rows = "{}\n".repeat(100_000);
+    let keys: Vec<String> = (0..3000).map(|i| format!("\"k{i}\":1")).collect();
+    let rows = "{}\n".repeat(30_000);
     run(log, format!("{{\"t_s\":0,\"gyro_z_rad_s\":1,{}}}\n{rows}", keys.join(",")).as_bytes(), "JSON lines");
-    run(log, format!("{}1\n", "1,".repeat(100_000)).repeat(3).as_bytes(), "CSV");
+    run(log, format!("{}1\n", "1,".repeat(5000)).repeat(3).as_bytes(), "CSV");
 }
 
 #[test]
@@ -171,7 +169,7 @@ fn nesting_without_end() {
         let text: String = (0..count).map(joint).collect();
         run(robot, format!("<robot name='r'>{text}<link name='l{count}'/></robot>").as_bytes(), "joints on joints");
     }
-    for text in [nested("(", "k", ")"), nested("sin(", "k", ")"), "-".repeat(DEEP), "k*t_s+".repeat(330) + "k*t_s"] {
+    for text in [nested("(", "k", ")"), nested("sin(", "k", ")"), "-".repeat(DEEP), "k*t_s+".repeat(60) + "k*t_s"] {
         run(expression, text.as_bytes(), &text[..5]);
     }
 }

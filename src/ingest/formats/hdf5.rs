@@ -23,7 +23,7 @@ const MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
 const DEEPEST: usize = 8;
 const MOST_DATASETS: usize = 2048;
 /// Groups that are looked into: a group may be in itself, by a link.
-const MOST_GROUPS: usize = 2048;
+const MOST_GROUPS: usize = 256;
 
 struct Hdf5 {
     source: String,
