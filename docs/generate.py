@@ -77,7 +77,7 @@ def parse():
             continue
         if what == "struct":
             fields = re.findall(r"((?:[ ]*///[^\n]*\n|[ ]*#\[[^\n]*\n)*)[ ]*pub (\w+): ([^\n]*),\n", body)
-            structs[name] = (words(head), [Field(k, t, words(h), h) for h, k, t in fields])
+            structs[name] = (words(head), [Field(k, t, words(h), h) for h, k, t in fields if "serde(skip)" not in h])
         else:
             variants = re.findall(r"((?:[ ]*///[^\n]*\n|[ ]*#\[[^\n]*\n)*)[ ]*(\w+)(?:\((\w+)\))?,\n", body)
             enums[name] = [(re.sub(r"(?<!^)([A-Z])", r"_\1", v).lower(), words(h), "#[default]" in h, t) for h, v, t in variants]

@@ -22,8 +22,11 @@ const FEW_BYTES: usize = 1 << 12;
 /// Letters of an error: each of its parts is shortened.
 const MOST_LETTERS: usize = 5000;
 
+/// An entry takes bytes as a file of its kind.
+pub type Entry = fn(&[u8]);
+
 /// Every entry by its name.
-pub const ENTRIES: [(&str, fn(&[u8])); 9] = [
+pub const ENTRIES: [(&str, Entry); 9] = [
     ("csv", log),
     ("parquet", log),
     ("bags", log),

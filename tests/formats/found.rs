@@ -1,6 +1,6 @@
 //! The corpus of the fuzz targets: what was found with them, and small inputs that reach most of each reader.
 
-use crate::entry::ENTRIES;
+use crate::entry::{ENTRIES, Entry};
 use crate::{file, held};
 use std::time::{Duration, Instant};
 
@@ -14,7 +14,7 @@ pub fn most_bytes(length: usize) -> usize {
 const LONGEST: Duration = Duration::from_secs(60);
 
 /// Runs an entry on what is called `name`, and checks that it ends, in time and within its memory.
-pub fn run(entry: fn(&[u8]), bytes: &[u8], name: &str) -> usize {
+pub fn run(entry: Entry, bytes: &[u8], name: &str) -> usize {
     let begin = Instant::now();
     let (done, most) = held::most(|| std::panic::catch_unwind(|| entry(bytes)));
     assert!(done.is_ok(), "{name}: a panic");

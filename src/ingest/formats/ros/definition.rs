@@ -3,9 +3,11 @@
 //! A bag holds the definition of every message in it: the `.msg` text, and after it that of each type it is made of,
 //! parted by lines of `=` and headed `MSG: package/Type`.
 
-use super::decode::LONGEST_ARRAY;
 use crate::ingest::formats::scalar::Scalar;
 use std::collections::HashMap;
+
+/// Fixed arrays up to this length are columns; longer ones are covariances.
+pub(super) const LONGEST_ARRAY: usize = 8;
 
 /// A number in a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
