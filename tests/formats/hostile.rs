@@ -159,7 +159,7 @@ fn nesting_without_end() {
     let text = format!("<!DOCTYPE robot [<!ENTITY e0 \"x\">{entities}]><robot name=\"&e30;\">&e30;</robot>");
     run(robot, text.as_bytes(), "entities in entities");
     // joints that hang on each other: a chain, and a ring
-    for (count, ring) in [(1900, false), (1900, true), (DEEP, false), (DEEP, true)] {
+    for (count, ring) in [(500, false), (500, true), (3000, false)] {
         let joint = |i: usize| {
             let child = if ring { (i + 1) % count } else { i + 1 };
             format!(
