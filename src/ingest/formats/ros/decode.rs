@@ -3,12 +3,9 @@
 //! ROS 1 packs its fields. ROS 2 writes CDR (OMG DDS-RTPS, 10): four bytes say the byte order, and each number is aligned
 //! to its own size, counted from there.
 
-use super::definition::{Field, Primitive, Shape};
+use super::definition::{Field, LONGEST_ARRAY, Primitive, Shape};
 use crate::ingest::formats::fill::Number;
 use crate::ingest::formats::scalar::Scalar;
-
-/// Fixed arrays up to this length are columns; longer ones are covariances.
-pub(super) const LONGEST_ARRAY: usize = 8;
 
 /// How the bytes are laid out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,6 @@
 //! A bag holds the definition of every message in it: the `.msg` text, and after it that of each type it is made of,
 //! parted by lines of `=` and headed `MSG: package/Type`.
 
-use super::decode::LONGEST_ARRAY;
 use crate::ingest::formats::scalar::Scalar;
 use std::collections::HashMap;
 
@@ -44,6 +43,9 @@ pub(in crate::ingest) enum Generation {
     One,
     Two,
 }
+
+/// Fixed arrays up to this length are columns; longer ones are covariances.
+pub(super) const LONGEST_ARRAY: usize = 8;
 
 /// Types within types, and fields of a message, beyond which a definition is no message's.
 const DEEPEST: usize = 12;
