@@ -47,9 +47,6 @@ pub(in crate::ingest) enum Generation {
     Two,
 }
 
-/// Fixed arrays up to this length are columns; longer ones are covariances.
-pub(super) const LONGEST_ARRAY: usize = 8;
-
 /// Types within types, and fields of a message, beyond which a definition is no message's.
 const DEEPEST: usize = 12;
 const MOST_FIELDS: usize = 4096;
