@@ -248,6 +248,7 @@ def explain(
     fit: Drive,
     effect: str | Sequence[str],
     *,
+    load_kg: float | None = None,
     map: Mapping[str, str] | None = None,
     **reading: Unpack[RestOptions],
 ) -> _results.Explanation:
@@ -261,6 +262,8 @@ def explain(
         Recording, at rest or of a drive as the configuration's ``kind`` says.
     effect
         The effects, by id.
+    load_kg
+        Of a drive: known load that the robot carried, a point mass at its centre of mass, kg.
     map
         Of a drive: columns that are certain channels.
     **reading
@@ -277,6 +280,8 @@ def explain(
         With the file, the place in it, what was found, and how to mend it.
     """
     call = Call("explain", unnamed=[config(configuration)])
-    call.named("fit", [files(fit)])
+    given = [files(fit)]
+    call.named("fit", given)
+    call.loads("load_kg", given, load_kg)
     call.options({"effect": [effect] if isinstance(effect, str) else effect, "map": map, **reading})
     return _results.Explanation(*call.run("gap", "explain"), None)

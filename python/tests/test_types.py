@@ -22,7 +22,7 @@ ELSEWHERE = {
     *("accept", "force", "help", "json", "quiet", "version"),
     *("out", "plot", "no-plot", "html", "save-config", "truth", "why", "write-sim", "write-twin"),
     *("patch", "simulate", "ranges"),
-    *("axes", "config", "jobs", "keep-outlying", "list", "results", "resume"),
+    *("axes", "config", "jobs", "keep-outlying", "list", "results", "resume", "shard"),
 }
 
 
