@@ -17,7 +17,7 @@ const FEWEST: usize = 3;
 ///
 /// # Errors
 /// [`ErrorKind::TooShort`] if fewer than three logs count; [`crate::ErrorKind::Value`] if the sample time does not suit the scheme.
-pub fn population_configuration(
+pub(crate) fn population_configuration(
     population: &Population,
     rows: &[Row],
     base: Option<&Config>,

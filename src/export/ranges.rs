@@ -95,7 +95,7 @@ pub struct Ranges {
 
 /// Ranges of `effects` over the robot of `config`; `chassis`: of its description, where there is one.
 #[must_use]
-pub fn ranges(effects: &[&EffectAnswer], config: &Config, chassis: Option<&Chassis>) -> Ranges {
+pub(crate) fn ranges(effects: &[&EffectAnswer], config: &Config, chassis: Option<&Chassis>) -> Ranges {
     let mut out = Ranges {
         schema: mark::json_schema("gap.ranges"),
         target: "Isaac Lab 2.x",

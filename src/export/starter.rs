@@ -76,7 +76,7 @@ fn number(x: f64) -> String {
 
 /// The configuration of a gyro at rest, or of a robot, as far as its description tells.
 #[must_use]
-pub fn starter(kind: Kind, robot: Option<&Robot>) -> Starter {
+pub(crate) fn starter(kind: Kind, robot: Option<&Robot>) -> Starter {
     let mut lines = Lines { text: String::new(), open: Vec::new(), table: "" };
     match robot {
         Some(r) => {

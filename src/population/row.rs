@@ -17,7 +17,7 @@ use std::path::Path;
 /// are profile likelihood.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Row {
+pub(crate) struct Row {
     /// Path as it was given, or found in a folder that was.
     pub path: String,
     /// Topic that was asked for, in a log that holds several.

@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// How a population is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub(crate) struct Options {
     /// Count also logs that are not of one population with the others.
     pub keep_outlying: bool,
     /// Count also logs whose residuals are not white.
@@ -38,7 +38,7 @@ pub(super) const PARAMETERS: [&str; 3] = ["c1", "c2", "time_constant"];
 
 /// A parameter over the population.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Parameter {
+pub(crate) struct Parameter {
     /// Mean; of T, the exponential of that of ln T.
     pub mean: f64,
     /// Its 95 % interval.
@@ -57,7 +57,7 @@ pub struct Parameter {
 
 /// A relative spread.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Repeatability {
+pub(crate) struct Repeatability {
     /// Relative standard deviation from log to log.
     pub relative_std: f64,
     /// Its 95 % interval.
@@ -68,7 +68,7 @@ pub struct Repeatability {
 
 /// A log that does not count.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct LeftOut {
+pub(crate) struct LeftOut {
     /// Its row.
     pub row: usize,
     /// Why.
@@ -77,7 +77,7 @@ pub struct LeftOut {
 
 /// A log that is not of one population with the others.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OutlyingLog {
+pub(crate) struct OutlyingLog {
     /// Its row.
     pub row: usize,
     /// `c1`, `c2` or `time_constant`.
@@ -90,7 +90,7 @@ pub struct OutlyingLog {
 
 /// Ranges of time and temperature of the counted logs, and their common noise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Span {
+pub(crate) struct Span {
     /// N, root mean square over the logs, rad/√s.
     pub angle_random_walk_rad_sqrt_s: f64,
     /// K, likewise, where most logs show one, rad/s/√s.
@@ -115,7 +115,7 @@ pub struct Span {
 
 /// The logs of one axis, of one topic where topics were named.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Population {
+pub(crate) struct Population {
     /// As in the rows.
     pub topic: Option<String>,
     /// As in the rows.
@@ -180,7 +180,7 @@ impl Sample {
 impl Population {
     /// One population a topic and axis of `rows`, in the order in which they come.
     #[must_use]
-    pub fn by_axis(rows: &[Row], options: &Options) -> Vec<Self> {
+    pub(crate) fn by_axis(rows: &[Row], options: &Options) -> Vec<Self> {
         let mut gyros: Vec<(&Option<String>, &str)> = Vec::new();
         for row in rows {
             let gyro = (&row.topic, row.axis.as_str());

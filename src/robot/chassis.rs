@@ -9,7 +9,7 @@ use crate::error::Result;
 
 /// The heaviest link that does not turn with a wheel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Chassis {
+pub(crate) struct Chassis {
     /// Its name.
     pub name: String,
     /// Its own mass, kg.

@@ -8,7 +8,7 @@ pub(super) const EXPAND: &str = "xacro ROBOT.urdf.xacro -o robot.urdf";
 
 /// Format of a description.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
+pub(crate) enum Format {
     /// Unified Robot Description Format, of ROS.
     Urdf,
     /// Simulation Description Format, of Gazebo.
@@ -60,7 +60,7 @@ pub(crate) struct Choice {
 
 /// A quantity, SI, and its source; without a value, how to find it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fact {
+pub(crate) struct Fact {
     /// `None` where the description does not tell.
     pub value: Option<f64>,
     /// Where the value comes from, or what to do without one.
@@ -79,7 +79,7 @@ impl Fact {
 
 /// A robot with two driven wheels, or one that skids, as its description has it.
 #[derive(Debug, Clone)]
-pub struct Robot {
+pub(crate) struct Robot {
     /// The description's file.
     pub file: String,
     /// Its format.
