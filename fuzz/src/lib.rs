@@ -1,4 +1,4 @@
-//! What the fuzz targets share: the entries of the tests, and which bytes belong to which target.
+//! Shared by the fuzz targets: the entries of the tests, and which bytes belong to which target.
 #![forbid(unsafe_code)]
 
 #[path = "../../tests/formats/entry.rs"]

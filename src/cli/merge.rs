@@ -9,7 +9,7 @@ use gyroid::bias::Scheme;
 use gyroid::config::Config;
 use gyroid::export::ConfigurationOptions;
 use gyroid::files::{OutputFile, Plan};
-use gyroid::population::{self, Population, results};
+use gyroid::population::{Merged, Population, read_merged, results};
 use gyroid::report::PopulationReport;
 use std::path::PathBuf;
 
@@ -49,9 +49,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
     results::Format::of(&args.out)?;
     let config = args.config.as_ref().map(OutputFile::claim).transpose()?;
     let base = args.base.as_ref().map(Config::read_base).transpose()?;
-    let read = |path: &PathBuf| Ok((path.clone(), results::read(path)?));
-    let parts = args.parts.iter().map(read).collect::<Result<Vec<_>>>()?;
-    let population::Merged { rows, repeated } = population::merge(parts)?;
+    let Merged { rows, repeated } = read_merged(&args.parts)?;
     results::write(&args.out, &rows)?;
     let populations = Population::by_axis(&rows, &judged(args.keep_outlying, args.accept));
     let resumed = rows.len();

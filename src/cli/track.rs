@@ -5,7 +5,7 @@ use super::outcome::Outcome;
 use super::output::{Common, Output};
 use clap::Args;
 use gyroid::files::Plan;
-use gyroid::population::{self, Row, results};
+use gyroid::population::{self, Row};
 use gyroid::report::TrackReport;
 use gyroid::report::html::track_page;
 use gyroid::{Error, ErrorKind, Result};
@@ -52,9 +52,7 @@ pub(crate) fn run(args: &TrackArgs) -> Result<Outcome> {
     let output = Output::open(&args.common, "track", args.page.planned(Plan::new().reads(&args.results)))?;
     let page = args.page.claim()?;
     let origin = page.as_ref().map(|_| html::origin(&args.results)).transpose()?;
-    let read = |path: &PathBuf| Ok((path.clone(), results::read(path)?));
-    let parts = args.results.iter().map(read).collect::<Result<Vec<_>>>()?;
-    let rows = population::merge(parts)?.rows;
+    let rows = population::read_merged(&args.results)?.rows;
     let unit = |row: &Row| match &args.unit {
         None => Some(
             Path::new(&row.path)

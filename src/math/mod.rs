@@ -22,3 +22,10 @@ pub mod whiteness;
 
 /// Quantile 0.975 of the normal distribution: half width of a 95 % interval, in standard deviations.
 pub(crate) const NORMAL_975: f64 = 1.959_963_984_540_054;
+
+/// Mean of `values`; NaN where there are none.
+#[must_use]
+pub(crate) fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let n = values.len();
+    values.sum::<f64>() / n as f64
+}

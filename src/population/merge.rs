@@ -3,6 +3,7 @@
 //! The result is the same in whatever order the parts come, and however often one of them comes: a log is known by the bytes of its
 //! file, and of two rows of it one that was fitted stays before one that failed.
 
+use super::results;
 use super::row::Row;
 use crate::error::{Error, ErrorKind, Result};
 use std::cmp::Ordering;
@@ -17,11 +18,19 @@ pub(crate) struct Merged {
     pub repeated: usize,
 }
 
+/// Reads and merges the results in the files `parts`.
+///
+/// # Errors
+/// As [`results::read`] and [`merge`].
+pub(crate) fn read_merged(parts: &[PathBuf]) -> Result<Merged> {
+    merge(parts.iter().map(|path| Ok((path.clone(), results::read(path)?))).collect::<Result<_>>()?)
+}
+
 /// Merges the rows of `parts`, each with the name of its file.
 ///
 /// # Errors
 /// [`ErrorKind::Value`] where two parts were made with different options or versions: their rows are no one population.
-pub(crate) fn merge(parts: Vec<(PathBuf, Vec<Row>)>) -> Result<Merged> {
+fn merge(parts: Vec<(PathBuf, Vec<Row>)>) -> Result<Merged> {
     let mut first: Option<(PathBuf, String)> = None;
     let mut kept: BTreeMap<_, Row> = BTreeMap::new();
     let mut all = 0;

@@ -8,6 +8,7 @@
 
 use super::row::Row;
 use super::variance_prior::VariancePrior;
+use crate::math::mean;
 use jiff::Timestamp;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -174,11 +175,6 @@ struct Held {
     degrees: f64,
     p_value: f64,
     outside: bool,
-}
-
-fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
-    let n = values.len() as f64;
-    values.sum::<f64>() / n
 }
 
 fn held(earlier: &[[f64; 2]], [today, std]: [f64; 2], prior: &VariancePrior, level: f64) -> Option<Held> {

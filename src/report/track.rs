@@ -37,7 +37,7 @@ pub(super) fn standing(gyro: &Tracked) -> &'static str {
     }
 }
 
-/// What one parameter says, in a sentence; none where it is as ever.
+/// Change of one parameter, in a sentence; none where it is as ever.
 pub(super) fn finding(gyro: &Tracked, p: &TrackedParameter) -> Option<String> {
     let (symbol, unit, relative) = words(p);
     let half = 0.5 * (p.interval[1] - p.interval[0]);

@@ -1,4 +1,4 @@
-//! What a user's program calls on a file that somebody else made: shared by the tests and by the fuzz targets.
+//! Calls of a user's program on a file that somebody else made: shared by the tests and by the fuzz targets.
 //!
 //! Each entry takes the bytes of a file and checks what must hold of any: a result, or an error of one or two lines with the
 //! file, the finding and a hint. A panic is left to the caller.
@@ -44,7 +44,7 @@ fn written(bytes: &[u8], ending: &str) -> NamedTempFile {
     file
 }
 
-/// What must hold of an error in the file `name`.
+/// Checks that an error in the file `name` names it, has a finding and a hint, and is short.
 fn check(error: &gyroid::Error, name: &str) {
     let text = error.to_string();
     assert!(text.contains(name), "the file is not named: {text}");

@@ -34,6 +34,7 @@ pub(crate) use shape::Band;
 use super::answer::Metric;
 use super::rest::state_space::StateSpaceModel;
 use crate::error::{Error, ErrorKind, Result};
+use crate::math::mean;
 use crate::math::robust::mad_std;
 use heading::heading_errors;
 use rayon::prelude::*;
@@ -106,11 +107,6 @@ struct OwnLog {
     white_variance: f64,
     augmented_shape: Shape,
     nominal_shape: Shape,
-}
-
-fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
-    let n = values.len();
-    values.sum::<f64>() / n as f64
 }
 
 /// Measures the gap on `hold_rad_s` (missing readings are NaN) between `nominal` and reality, and the shares of it that

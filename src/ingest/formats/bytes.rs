@@ -21,7 +21,7 @@ impl From<Error> for Flaw {
     }
 }
 
-/// What a file may hold once it is unpacked: 64 MiB, and 256 times its own size. Logs are packed three to thirty to one; what
+/// Most bytes that a file may hold once it is unpacked: 64 MiB, and 256 times its own size. Logs are packed three to thirty to one; what
 /// is beyond that was made to fill a memory.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Unpacked {
