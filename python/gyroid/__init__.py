@@ -10,6 +10,7 @@ from gyroid._errors import Error, FileError
 from gyroid._files import export, inspect, read, study
 from gyroid._gyroid import __version__
 from gyroid._input import Frame, Log
+from gyroid._next import plan, power
 from gyroid._options import Drive, DriveOptions, RestOptions
 from gyroid._record import Array, Estimate, Record, Result, Rows
 from gyroid._rest import fit, noise, validate
@@ -23,6 +24,8 @@ from gyroid._results import (
     Inspection,
     Navigation,
     Noise,
+    Plan,
+    Power,
     Simulation,
     Study,
 )
@@ -50,6 +53,8 @@ __all__ = [
     "Navigation",
     "Noise",
     "Picture",
+    "Plan",
+    "Power",
     "Record",
     "Recording",
     "RestOptions",
@@ -66,6 +71,8 @@ __all__ = [
     "inspect",
     "navigate",
     "noise",
+    "plan",
+    "power",
     "read",
     "simulate",
     "study",

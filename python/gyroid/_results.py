@@ -181,6 +181,25 @@ class Explanation(Result, _shapes.GapExplain):
     _shown = ("effects",)
 
 
+class Plan(Result, _shapes.GapPlan):
+    """Experiments that would tell apart what a log leaves open, best first.
+
+    Attributes
+    ----------
+    inputs : Recording or None
+        Commands, wheel speeds and torques of the first one that separates the effects; None where none does.
+    """
+
+    _shown = ("experiments",)
+    inputs: Recording | None
+
+
+class Power(Result, _shapes.GapPower):
+    """The smallest size of each effect that a diagnosis of such a log would name."""
+
+    _shown = ("effects",)
+
+
 class Export(Result, Text, _shapes.Export):
     """The file of another program; :meth:`save` writes it.
 

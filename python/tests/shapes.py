@@ -21,7 +21,7 @@ HEAD = '"Types of {}, as the JSON has them. Written by shapes.py: do not edit."'
 #: Files of types and the kinds of answers in each.
 FILES = {
     "_rest": ("answers on logs at rest", ("Fit", "Noise", "Validate")),
-    "_drive": ("answers on drives and gaps", ("Navigate", "Simulate", "GapDiagnose", "GapExplain", "GapCompare")),
+    "_drive": ("answers on drives and gaps", ("Navigate", "Simulate", "GapDiagnose", "GapExplain", "GapCompare", "GapPlan", "GapPower")),
     "_other": ("other answers", ("Export", "Inspect", "Study")),
 }
 #: Objects whose keys are data, by the end of their path.

@@ -174,6 +174,33 @@ def test_a_gap_at_rest_is_found_and_told_as_by_the_program(tmp_path: Path) -> No
     assert without.main != "gyro.tone"
 
 
+def test_plan_and_power_are_those_of_the_program(tmp_path: Path) -> None:
+    simulator = gyroid.Configuration(
+        'schema = 1\nkind = "stationary"\nsample_time_s = 1.0\n[gyro]\nc1_rad_s = 0.0\nc2_rad_s = 0.0\n'
+        "time_constant_s = 300.0\nangle_random_walk_rad_sqrt_s = 1e-4\nturn_on_bias_std_rad_s = 5e-3\n"
+    )
+    recording = dict(gyroid.simulate(simulator, duration_s=600, seed=4).recording)
+    recording["gyro_z_rad_s"] = recording["gyro_z_rad_s"] + 1e-7 * recording["t_s"]
+    simulator.save(tmp_path / "sim.toml")
+    pl.DataFrame(recording).write_parquet(tmp_path / "log.parquet")
+    rivals = ["gyro.rate_ramp", "gyro.rate_random_walk"]
+    planned = gyroid.plan(simulator, recording, among=rivals, experiment=["rest_longer"])
+    expected = answer(
+        "gap", "plan", tmp_path / "sim.toml", "--fit", tmp_path / "log.parquet", "--among", *rivals, "--experiment", "rest_longer"
+    )
+    assert planned.to_dict() == expected
+    first = planned.experiments[0]
+    assert (planned.inputs is not None) == first.separates
+    found = gyroid.diagnose(simulator, recording)
+    if any(len(of) > 1 for of in found.to_dict()["cannot_tell_apart"]):
+        assert gyroid.plan(simulator, recording, answer=found, experiment=["rest_longer"]).rivals
+    power = gyroid.power(simulator, recording, effect=["gyro.tone"], cases=3)
+    assert power.to_dict() == answer(
+        "gap", "power", tmp_path / "sim.toml", "--inputs", tmp_path / "log.parquet", "--effect", "gyro.tone", "--cases", "3"
+    )
+    assert power.plot()._repr_svg_().startswith("<")
+
+
 def test_exports_and_inspections_are_those_of_the_program(tmp_path: Path, fitted: gyroid.Fit) -> None:
     config = tmp_path / "gyroid.toml"
     fitted.config().save(config)

@@ -201,7 +201,8 @@ fn the_information_criterion_prefers_the_model_that_made_the_log() {
 }
 
 #[test]
-fn white_noise_alone_has_no_warm_up() {
+#[ignore = "battery: some ten seconds"]
+fn battery_white_noise_alone_has_no_warm_up() {
     // the size of the F-type test at 5 % is an upper bound of the tube's volume; groups of the long log grow with time
     for (runs, n) in [(2000, 600), (400, 60_000)] {
         let flat = WarmUp { c1_rad_s: 0.0, ..TRUTH };
@@ -295,7 +296,8 @@ fn long_log(seed: u64) -> Simulated {
 }
 
 #[test]
-fn a_short_warm_up_is_found_before_a_walk_that_comes_further() {
+#[ignore = "battery: some ten seconds"]
+fn battery_a_short_warm_up_is_found_before_a_walk_that_comes_further() {
     let (mut inside, mut honest) = ([0; 2], 0);
     for seed in 0..20 {
         let log = long_log(seed);

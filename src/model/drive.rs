@@ -116,6 +116,12 @@ impl Robot {
         0.5 * self.mass_kg * GRAVITY_M_S2
     }
 
+    /// Mass, kg, and yaw inertia about the middle of the axle, kg·m², that torques of the motors accelerate.
+    #[must_use]
+    pub(crate) fn accelerated(&self) -> [f64; 2] {
+        with_spin([self.mass_kg, self.yaw_inertia_kg_m2], self.half_track_m, self.wheel_inertia_kg_m2, self.radius_m)
+    }
+
     fn inverse_inertia(&self) -> [f64; 3] {
         let (b, jw) = (self.half_track_m, self.wheel_inertia_kg_m2);
         let [l, r] = self.radius_m.map(|r| jw / (r * r));
@@ -125,6 +131,13 @@ impl Robot {
         let determinant = mass * inertia - cross * cross;
         [inertia / determinant, -cross / determinant, mass / determinant]
     }
+}
+
+/// Mass, kg, and yaw inertia, kg·m², with the spin of the wheels: M + ΣJw/r², I + b² ΣJw/r².
+#[must_use]
+pub(crate) fn with_spin(own: [f64; 2], half_track_m: f64, wheel_kg_m2: f64, radius_m: [f64; 2]) -> [f64; 2] {
+    let spin: f64 = radius_m.iter().map(|r| wheel_kg_m2 / (r * r)).sum();
+    [own[0] + spin, own[1] + half_track_m * half_track_m * spin]
 }
 
 /// Variables that the force of an effect depends on.

@@ -122,7 +122,7 @@ fn masses(model: &Model, format: Format, notes: &mut Vec<String>) -> (Fact, Fact
 }
 
 /// Inertia about the axle of the wheels of one side, with what turns along.
-fn inertia_of_side(model: &Model, wheels: &Wheels) -> Fact {
+pub(super) fn inertia_of_side(model: &Model, wheels: &Wheels) -> Fact {
     let mut total = 0.0;
     let mut motors = false;
     for j in &wheels.left {

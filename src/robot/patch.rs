@@ -1,8 +1,13 @@
 //! A description with what is true of the robot entered: numbers are changed in place, all else stays as it was written.
 //!
 //! What a controller believes (a plugin's wheel radius and separation) is left alone: the gap between both is the effect.
+//!
+//! Torques tell masses over what they accelerate, E = M + ΣJw/r². The robot that a truth is over may hold the wheels' inertia in
+//! its mass (one that a log told does), and its torques may be in another unit: σ = M/E of it is free of both. A load m of it is
+//! Δ = m σ E kg of the description, and a centre of mass d ahead is d σ E (1 + m)/(M + Δ) ahead there. Yaw inertia likewise.
 
 use super::chassis::heaviest;
+use super::facts::inertia_of_side;
 use super::model::{Mass, Model, shifted, sum};
 use super::patch_edits::Edits;
 use super::patch_places::{Placed, Places, Weighed};
@@ -12,6 +17,7 @@ use super::wheels::{Wheels, radius};
 use super::xml::Xml;
 use super::{patch_mjcf, patch_sdf, patch_urdf};
 use crate::error::{Error, ErrorKind, Result};
+use crate::model::drive::with_spin;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Standard gravity, m/s².
@@ -98,11 +104,19 @@ pub(crate) fn format_of(text: &str, file: &str) -> Result<Format> {
     })
 }
 
-/// Enters `findings` into the description `text`; `file` is its name in messages.
+/// Enters `findings` into the description `text`; `file` is its name in messages. `shares`: mass and yaw inertia of the robot that
+/// they are over, each over what its motors accelerate.
 ///
 /// # Errors
 /// As [`parse`](super::parse); [`ErrorKind::Numeric`] if the patched text does not say what was to be entered.
-pub(crate) fn patch(text: &str, file: &str, format: Format, choice: &Choice, findings: &[Finding]) -> Result<Patched> {
+pub(crate) fn patch(
+    text: &str,
+    file: &str,
+    format: Format,
+    choice: &Choice,
+    findings: &[Finding],
+    shares: [f64; 2],
+) -> Result<Patched> {
     let (document, skipped_rows) = opened(text, file)?;
     let xml = Xml { file, doc: &document, skipped_rows };
     let root = document.root_element();
@@ -114,7 +128,7 @@ pub(crate) fn patch(text: &str, file: &str, format: Format, choice: &Choice, fin
         Format::Mjcf => Box::new(patch_mjcf::Mjcf::new(&xml, root, model)),
     };
     let source = document.input_text();
-    let mut work = Work { model, wheels: &wheels, source, edits: Edits::default(), no_place: Vec::new() };
+    let mut work = Work { model, wheels: &wheels, source, shares, edits: Edits::default(), no_place: Vec::new() };
     let wanted = work.enter(places.as_ref(), findings);
     let prefix = &text[..text.len() - source.len()];
     let (edited, changes) = work.edits.applied(source);
@@ -148,6 +162,7 @@ struct Work<'a> {
     model: &'a Model,
     wheels: &'a Wheels,
     source: &'a str,
+    shares: [f64; 2],
     edits: Edits,
     no_place: Vec<(Finding, String)>,
 }
@@ -196,6 +211,16 @@ impl Work<'_> {
                 None
             }
         }
+    }
+
+    /// Mass, kg, and yaw inertia, kg·m², of the description that stand for those of the robot that truths are over.
+    fn own(&self) -> Option<[f64; 2]> {
+        let found = sizes(self.model, self.wheels)?;
+        let wheel =
+            inertia_of_side(self.model, self.wheels).value.filter(|_| found.radii_m.iter().all(|r| r.is_finite()));
+        let own = [found.kg, found.yaw_inertia];
+        let all = wheel.map_or(own, |j| with_spin(own, found.track_m / 2.0, j, found.radii_m));
+        Some([self.shares[0] * all[0], self.shares[1] * all[1]])
     }
 
     /// Does one change under the finding's comment; what it began is undone where it has no place.
@@ -249,9 +274,8 @@ impl Work<'_> {
         finding: &Finding,
     ) -> Placed {
         let (model, wheels) = (self.model, self.wheels);
-        let load =
-            all.iter().fold(1.0, |m, f| if let Truth::Load { mass, .. } = f.truth { m * (1.0 + mass) } else { m });
-        let kg = sizes(model, wheels).ok_or("the description states no masses")?.kg * load;
+        let [kg, _] = self.own().ok_or("the description states no masses")?;
+        let kg = kg * loaded(all.iter());
         let dry = coefficient - STATED_AT_M_S * rise;
         if dry < 0.0 || rise < 0.0 {
             return Err("it grows with speed in a way that dry friction and damping do not make".into());
@@ -290,18 +314,19 @@ impl Work<'_> {
     ) -> std::result::Result<(f64, Point3<f64>, f64), String> {
         let model = self.model;
         let before = before.ok_or("the description states no masses")?;
+        let [own_kg, own_yaw] = self.own().ok_or("the description states no masses")?;
         let (mut kg, mut centre, mut yaw) = (before.kg, before.centre, before.yaw_inertia);
-        let ahead = across(model, self.wheels).cross(&Vector3::z());
         for finding in findings {
-            match finding.truth {
-                Truth::Load { mass, inertia } => {
-                    kg *= 1.0 + mass;
-                    yaw *= 1.0 + inertia;
-                }
-                Truth::Ahead(metres) => centre += ahead * metres,
-                _ => {}
+            if let Truth::Load { mass, inertia } = finding.truth {
+                kg += mass * own_kg;
+                yaw += inertia * own_yaw;
             }
         }
+        let ahead = across(model, self.wheels).cross(&Vector3::z()) * own_kg * loaded(findings.iter().copied()) / kg;
+        centre += findings
+            .iter()
+            .map(|f| if let Truth::Ahead(metres) = f.truth { ahead * metres } else { Vector3::zeros() })
+            .sum::<Vector3<f64>>();
         let carried: Vec<Vec<usize>> =
             (0..moved.len()).filter(|j| moved[*j].norm() > 0.0).map(|j| model.rigid(model.joints[j].child)).collect();
         let chassis = heaviest(model, self.wheels).ok_or("no link but the wheels has a mass")?;
@@ -331,16 +356,16 @@ impl Work<'_> {
         to.z = at.z; // how high the centre is, a drive on level ground does not tell
         let level = |v: Vector3<f64>| Vector3::new(v.x, v.y, 0.0);
         let rest_yaw = shifted(&rest_inertia, rest, &level(rest_at - centre))[(2, 2)];
-        let own_yaw = yaw - rest_yaw - own * level(to - centre.coords).norm_squared();
-        if own_yaw <= 0.0 {
+        let own_inertia = yaw - rest_yaw - own * level(to - centre.coords).norm_squared();
+        if own_inertia <= 0.0 {
             return Err(format!("{} would have no yaw inertia left", model.links[chassis].name));
         }
         // what stands upright as a plate does keeps Ixx + Iyy >= Izz
-        let gained = own_yaw - inertia[(2, 2)];
+        let gained = own_inertia - inertia[(2, 2)];
         let mut inertia = *inertia;
         inertia[(0, 0)] += gained / 2.0;
         inertia[(1, 1)] += gained / 2.0;
-        inertia[(2, 2)] = own_yaw;
+        inertia[(2, 2)] = own_inertia;
         let says = match findings {
             [] => "moved wheels: the yaw inertia stays as it was".to_string(),
             some => some.iter().map(|f| f.says.as_str()).collect::<Vec<_>>().join("; "),
@@ -350,6 +375,11 @@ impl Work<'_> {
         self.noted(&finding, |edits| places.mass(chassis, &to, edits))?;
         Ok((kg, centre, yaw))
     }
+}
+
+/// Mass with all loads, over that without.
+fn loaded<'a>(findings: impl Iterator<Item = &'a Finding>) -> f64 {
+    1.0 + findings.map(|f| if let Truth::Load { mass, .. } = f.truth { mass } else { 0.0 }).sum::<f64>()
 }
 
 /// Unit vector from the right wheels to the left ones, level.

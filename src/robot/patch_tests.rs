@@ -1,3 +1,6 @@
+use super::model::sum;
+use super::read::{choose, models, opened};
+use super::xml::Xml;
 use super::*;
 use crate::error::ErrorKind;
 
@@ -7,9 +10,23 @@ fn finding(truth: Truth) -> Finding {
     Finding { truth, says: "an effect 0.1 [0.05, 0.15]".into() }
 }
 
+/// Truths over the robot that the description is of.
 fn patched(text: &str, format: Format, truths: &[Truth]) -> Patched {
+    let [mass, inertia, ..] = facts(text, format);
+    let [all_kg, all_kg_m2] = accelerated(text, format);
+    over(text, format, truths, [mass / all_kg, inertia / all_kg_m2])
+}
+
+fn over(text: &str, format: Format, truths: &[Truth], shares: [f64; 2]) -> Patched {
     let findings: Vec<Finding> = truths.iter().copied().map(finding).collect();
-    patch(text, "robot.xml", format, &Choice::default(), &findings).unwrap()
+    patch(text, "robot.xml", format, &Choice::default(), &findings, shares).unwrap()
+}
+
+/// M + 2 Jw/r², I + 2 b² Jw/r² of a description.
+fn accelerated(text: &str, format: Format) -> [f64; 2] {
+    let [mass, inertia, half, radius, wheel, _] = facts(text, format);
+    let spin = 2.0 * wheel / (radius * radius);
+    [mass + spin, inertia + half * half * spin]
 }
 
 fn facts(text: &str, format: Format) -> [f64; 6] {
@@ -71,6 +88,26 @@ fn an_mjcf_says_all_that_is_true_and_stays_as_it_was_written() {
         assert!(copy.text.contains(gear), "{}", copy.text);
     }
     assert_eq!(skeleton(&copy.text), skeleton(TWO_WHEELS));
+}
+
+/// A robot that a log told holds the wheels' spin in its mass, whatever the unit of its torques.
+#[test]
+fn a_load_over_all_that_the_motors_accelerate_is_that_much_more_of_it() {
+    let truths = [Truth::Load { mass: 0.2, inertia: 0.3 }, Truth::Ahead(0.03)];
+    let copy = over(TWO_WHEELS, Format::Mjcf, &truths, [1.0; 2]);
+    let (before, after) = (accelerated(TWO_WHEELS, Format::Mjcf), accelerated(&copy.text, Format::Mjcf));
+    close(after[0], 1.2 * before[0]);
+    close(after[1], 1.3 * before[1]);
+    // the moment m d that couples speed and yaw rate
+    let centre = |text: &str| {
+        let (document, skipped_rows) = opened(text, "robot.xml").unwrap();
+        let xml = Xml { file: "robot.xml", doc: &document, skipped_rows };
+        let all = models(&xml, document.root_element(), Format::Mjcf).unwrap();
+        let (model, _) = choose(&all, "robot.xml", &Choice::default()).unwrap();
+        let (kg, centre, _) = sum(model.links.iter().map(|l| &l.mass)).unwrap();
+        kg * centre.x
+    };
+    close(centre(&copy.text) - centre(TWO_WHEELS), 0.03 * 1.2 * before[0]);
 }
 
 #[test]
@@ -192,9 +229,9 @@ fn what_has_no_place_changes_nothing() {
 #[test]
 fn a_comment_ends_where_it_should_and_a_broken_file_is_refused() {
     let findings = [Finding { truth: Truth::Torque { left: 0.95, right: 1.05 }, says: "odd -- words -->".into() }];
-    let copy = patch(TWO_WHEELS, "robot.xml", Format::Mjcf, &Choice::default(), &findings).unwrap();
+    let copy = patch(TWO_WHEELS, "robot.xml", Format::Mjcf, &Choice::default(), &findings, [1.0; 2]).unwrap();
     assert!(roxmltree::Document::parse(&copy.text).is_ok(), "{}", copy.text);
     let cut = &TWO_WHEELS[..TWO_WHEELS.len() / 2];
-    let error = patch(cut, "robot.xml", Format::Mjcf, &Choice::default(), &findings).unwrap_err();
+    let error = patch(cut, "robot.xml", Format::Mjcf, &Choice::default(), &findings, [1.0; 2]).unwrap_err();
     assert_eq!(error.kind, ErrorKind::Format);
 }

@@ -31,7 +31,8 @@ fn bound(runs: u64) -> f64 {
 }
 
 #[test]
-fn the_joint_level_is_right_whatever_the_distribution() {
+#[ignore = "battery: some ten seconds"]
+fn battery_the_joint_level_is_right_whatever_the_distribution() {
     let (runs, n) = (200, 600);
     let normal = rejections(runs, n, 1.0, |s| (0..n).map(|_| s.normal()).collect());
     let heavy = rejections(runs, n, 1.0, |s| (0..n).map(|_| s.normal().powi(3)).collect());

@@ -9,5 +9,6 @@ mod fleet;
 mod frames;
 mod many;
 mod nist;
+mod properties;
 mod stream;
 mod temperature;

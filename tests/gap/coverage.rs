@@ -19,7 +19,7 @@ const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.2\n[gyr
 const WHITE_STD_RAD_S: f64 = 2.236e-4;
 const ROWS: usize = 8000;
 /// In a test; the battery takes many.
-const FEW: usize = 60;
+const FEW: usize = 30;
 const MANY: u64 = 200;
 /// Probability that an honest set of intervals fails the test, over all effects and parameters.
 const FALSE_ALARM: f64 = 0.01;

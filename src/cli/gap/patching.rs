@@ -10,8 +10,8 @@ use gyroid::files::{OutputFile, Plan};
 use gyroid::gap::answer::{Answer, EffectAnswer};
 use gyroid::gap::holdout::gate::{Gate, gate};
 use gyroid::gap::holdout::replay::Replayed;
-use gyroid::model::drive::Robot;
-use gyroid::robot::{self, Chassis, Choice, Fact, Finding, Format, Patched};
+use gyroid::model::drive::{Robot, with_spin};
+use gyroid::robot::{self, Chassis, Choice, Finding, Format, Patched};
 use gyroid::signal::Log;
 use gyroid::{Error, ErrorKind, Result};
 use serde_json::{Value, json};
@@ -119,15 +119,24 @@ impl<'a> Patch<'a> {
         robot::chassis(&self.text, &self.file, self.format, &Choice::default())
     }
 
-    fn entered(&self, findings: &[Finding]) -> Result<Patched> {
-        robot::patch(&self.text, &self.file, self.format, &Choice::default(), findings)
+    /// `findings`, over `robot`, in the description.
+    fn entered(&self, findings: &[Finding], robot: &Robot) -> Result<Patched> {
+        let [mass_kg, yaw_inertia_kg_m2] = robot.accelerated();
+        let shares = [robot.mass_kg / mass_kg, robot.yaw_inertia_kg_m2 / yaw_inertia_kg_m2];
+        robot::patch(&self.text, &self.file, self.format, &Choice::default(), findings, shares)
     }
 
     /// Errors of the user's simulator with `changes`: a description with them lies beside the copy meanwhile, since what it
     /// includes is found from there.
-    fn replayed(&self, simulator: &Simulator<'_>, changes: &[(&str, Change<'_>)], config: &Config) -> Result<Replayed> {
+    fn replayed(
+        &self,
+        simulator: &Simulator<'_>,
+        changes: &[(&str, Change<'_>)],
+        robot: &Robot,
+        config: &Config,
+    ) -> Result<Replayed> {
         let findings: Vec<Finding> = changes.iter().flat_map(|(_, change)| change.findings.clone()).collect();
-        let patched = self.entered(&findings)?;
+        let patched = self.entered(&findings, robot)?;
         let folder = self.copy.target().parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let ending =
             Path::new(&self.file).extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
@@ -153,7 +162,7 @@ impl<'a> Patch<'a> {
             let findings = truths.into_iter().flatten().map(|truth| Finding { truth, says: says() });
             let findings: Vec<Finding> = findings.collect();
             let change = match on_log(effect) {
-                Ok(_) if self.entered(&findings)?.changes.is_empty() => {
+                Ok(_) if self.entered(&findings, &robot)?.changes.is_empty() => {
                     Change { effect, findings: Vec::new(), on_log: true }
                 }
                 Err(why) if findings.is_empty() => {
@@ -167,7 +176,7 @@ impl<'a> Patch<'a> {
         let all = |found: &[(&str, Change<'_>)]| -> Vec<Finding> {
             found.iter().flat_map(|f| f.1.findings.clone()).collect()
         };
-        let whole = self.entered(&all(&found))?;
+        let whole = self.entered(&all(&found), &robot)?;
         no_place.extend(whole.no_place.into_iter().map(|(finding, why)| (finding.says, why)));
         let mut gated = None;
         if let Some((simulator, before)) = &self.replay {
@@ -177,7 +186,7 @@ impl<'a> Patch<'a> {
                 Ok(if change.on_log {
                     python && on_log(change.effect).is_ok_and(|work| work.repeats)
                 } else {
-                    !self.entered(&change.findings)?.changes.is_empty()
+                    !self.entered(&change.findings, &robot)?.changes.is_empty()
                 })
             };
             let mut tried = Vec::new();
@@ -185,7 +194,7 @@ impl<'a> Patch<'a> {
             for one in found {
                 if judged(&one.1)? { tried.push(one) } else { unjudged.push(one) }
             }
-            let gate = gate(before, tried.clone(), |changes| self.replayed(simulator, changes, config))?;
+            let gate = gate(before, tried.clone(), |changes| self.replayed(simulator, changes, &robot, config))?;
             tried.retain(|(id, _)| gate.kept.iter().any(|kept| kept == id));
             unjudged.retain(|(_, change)| change.on_log);
             if !unjudged.is_empty() {
@@ -205,7 +214,7 @@ impl<'a> Patch<'a> {
         let snippet = (!of_log.is_empty()).then(|| (log_snippet(&of_log, &no_place, config), ids));
         let patched = match gated {
             Some((_, _, false)) => None,
-            _ => Some(self.entered(&all(&found))?),
+            _ => Some(self.entered(&all(&found), &robot)?),
         };
         let replay = gated.map(|(recording, gate, _)| (recording, gate));
         Ok(Decided { patched, snippet, no_place, replay, notes })
@@ -272,17 +281,25 @@ fn says(id: &str, parameters: &Parameters, std: &Parameters) -> String {
 
 /// Sizes in which the description is not CONFIG's robot: what was found is over CONFIG, and was entered over the description.
 fn other_sizes(described: &robot::Robot, vehicle: &Vehicle) -> Vec<String> {
-    let differ = |what: &str, fact: &Fact, stated: f64| {
-        let value = fact.value.filter(|value| (value / stated - 1.0).abs() > ONE_ROBOT)?;
+    let differ = |what: &str, value: Option<f64>, stated: f64| {
+        let value = value.filter(|value| (value / stated - 1.0).abs() > ONE_ROBOT)?;
         Some(format!(
             "{what} is {value:.5} in the description and {stated:.5} in the configuration: changes are over the latter"
         ))
     };
+    // a robot that a log told holds the wheels' spin in its mass
+    let [half_track, radius, wheel] =
+        [&described.half_track_m, &described.wheel_radius_m, &described.wheel_inertia_kg_m2].map(|fact| fact.value);
+    let own = described.mass_kg.value.zip(described.yaw_inertia_kg_m2.value);
+    let all = own.zip(half_track.zip(radius)).map(|((mass, inertia), (half_track, radius))| {
+        with_spin([mass, inertia], half_track, wheel.unwrap_or(0.0), [radius; 2])
+    });
+    let stated = Robot::from(vehicle).accelerated();
     [
-        differ("the mass (kg)", &described.mass_kg, vehicle.mass_kg),
-        differ("the yaw inertia (kg m2)", &described.yaw_inertia_kg_m2, vehicle.yaw_inertia_kg_m2),
-        differ("half the track (m)", &described.half_track_m, vehicle.half_track_m),
-        differ("the wheel radius (m)", &described.wheel_radius_m, vehicle.wheel_radius_m),
+        differ("the mass with the wheels' spin (kg)", all.map(|a| a[0]), stated[0]),
+        differ("the yaw inertia with it (kg m2)", all.map(|a| a[1]), stated[1]),
+        differ("half the track (m)", half_track, vehicle.half_track_m),
+        differ("the wheel radius (m)", radius, vehicle.wheel_radius_m),
     ]
     .into_iter()
     .flatten()

@@ -120,8 +120,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
 
 /// The answer of a diagnosis.
 fn read_answer(path: &Path) -> Result<Answer> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, &e))?;
-    serde_json::from_str(&text).map_err(|e| {
+    let text = gyroid::files::memory::read(path).map_err(|e| Error::io(path, &e))?;
+    serde_json::from_slice(&text).map_err(|e| {
         Error::new(ErrorKind::Value, path.display(), format!("is no answer of a diagnosis: {e}"))
             .hint("write one with gyroid gap diagnose CONFIG --fit LOG --json FILE")
     })

@@ -55,7 +55,8 @@ fn near(part: &Part, name: &str, truth: f64) {
 
 /// Wheels and gyro alone: the yaw rates differ by a factor, and whose it is no reading tells.
 #[test]
-fn a_yaw_rate_that_is_far_off_is_the_track_of_a_robot_that_skids() {
+#[ignore = "battery: some ten seconds"]
+fn battery_a_yaw_rate_that_is_far_off_is_the_track_of_a_robot_that_skids() {
     for steering in ["", "steering = \"skid\"\n"] {
         let found = judged(steering, &[("vehicle.track_width", "relative", 0.7)], 5, blind);
         assert_eq!(main_of(&found), Main::Effect("vehicle.track_width".into()), "{:?}", found.findings.mains());
@@ -101,7 +102,8 @@ fn battery_one_radius_is_one_effect() {
 
 /// A wheel that rolls farther reads low, as one that loses ticks does: forces tell it by its radius, and without them nothing does.
 #[test]
-fn a_larger_radius_and_lost_ticks_are_one_class_without_torques() {
+#[ignore = "battery: some ten seconds"]
+fn battery_a_larger_radius_and_lost_ticks_are_one_class_without_torques() {
     let effect = [("wheel.radius_left", "relative", 0.02)];
     let found = judged("", &effect, 8, |r| r.torques_n_m = None);
     let mains = found.findings.mains();

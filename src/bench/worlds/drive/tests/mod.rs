@@ -163,7 +163,8 @@ fn contradictions(machine: &Machine, trace: &Trace) -> [f64; 2] {
 }
 
 #[test]
-fn every_effect_changes_the_channel_that_it_says() {
+#[ignore = "battery: some ten seconds"]
+fn battery_every_effect_changes_the_channel_that_it_says() {
     let (machine, run) = robot(5, 200.0);
     let nominal = World::nominal();
     let clean = contradictions(&machine, &drive(&machine, &run, &nominal, 0.0));
@@ -213,7 +214,8 @@ fn innovations_of_the_nominal_robot_are_white_with_variance_one() {
 }
 
 #[test]
-fn strengths_have_the_nats_that_were_asked_for() {
+#[ignore = "battery: some ten seconds"]
+fn battery_strengths_have_the_nats_that_were_asked_for() {
     let (machine, run) = robot(6, 60.0);
     let judge = Judge::new(Scene { machine: &machine, run: &run }, Sensors::ALL, 5);
     let mut shown = 0;

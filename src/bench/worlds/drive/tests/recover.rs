@@ -72,7 +72,8 @@ fn near(found: f64, label: f64, share: f64) {
 }
 
 #[test]
-fn of_wheels_and_track() {
+#[ignore = "battery: some ten seconds"]
+fn battery_of_wheels_and_track() {
     for seed in 0..3 {
         let c = Case::new("wheel.radius_scale", seed, 0.02);
         let r = c.machine.vehicle.wheel_radius_m;

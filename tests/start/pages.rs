@@ -1,9 +1,6 @@
-//! `--html`: the page of each command, as a user has it written. `check.py` beside this file opens them in a browser.
+//! `--html`: the page of each command, as a user has it written. `tests/pages/check.py` opens them in a browser.
 
-#[path = "../common/place.rs"]
-mod place;
-
-use place::Place;
+use crate::place::Place;
 
 const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.5\n[gyro]\nc1_rad_s = 2e-3\nc2_rad_s = -5e-3\n\
                     time_constant_s = 200.0\nangle_random_walk_rad_sqrt_s = 2e-4\nturn_on_bias_std_rad_s = 2e-4\n";
