@@ -13,7 +13,9 @@ use crate::ingest::{DriveQuery, read_drive, write_log};
 use crate::signal::Log;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fs::{File, FileTimes};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// File with the sealed labels.
 pub(crate) const SEALED: &str = "labels.sealed";
@@ -75,13 +77,16 @@ pub(crate) fn make(folder: &Path, order: &Order, progress: impl Fn(usize, usize)
     if holds {
         return Err(Error::new(ErrorKind::Usage, folder.display(), "is not empty").hint("name a new folder"));
     }
+    let making = tempfile::tempdir_in(folder).map_err(|e| Error::io(folder, &e))?;
     // as many at once as the caller's pool has threads
     let made = each(&plan, rayon::current_num_threads(), progress, |index, spec| {
         let case = worlds::make_kept(order.kind, seed, index, spec, order.mix.habits)?;
-        write(folder, &case)?;
+        write(making.path(), &case)?;
         Ok((case.name, case.label))
     })?;
     let labels: BTreeMap<String, Label> = made.into_iter().collect();
+    copied(making.path(), folder, labels.keys()).map_err(|e| Error::io(folder, &e))?;
+    drop(making);
     let key = SealKey::random()?;
     let sealed = seal(labels.clone(), seed, &key)?;
     put(&folder.join(SEALED), &sealed.bytes)?;
@@ -103,6 +108,24 @@ fn write(folder: &Path, case: &Case) -> Result<()> {
     std::fs::create_dir(&place).map_err(|e| Error::io(&place, &e))?;
     put(&place.join("sim.toml"), case.config.to_toml()?.as_bytes())?;
     case.files()?.iter().try_for_each(|(name, log)| write_log(place.join(name), log))
+}
+
+/// Copies cases one after the other, in the order of their names, and gives all files one time of change: how long a case took to
+/// make, and when it was done, tell of what is in it.
+fn copied<'a>(from: &Path, to: &Path, names: impl Iterator<Item = &'a String>) -> std::io::Result<()> {
+    let at = FileTimes::new().set_modified(SystemTime::now()).set_accessed(SystemTime::now());
+    for name in names {
+        let case = to.join(name);
+        std::fs::create_dir(&case)?;
+        let mut files = std::fs::read_dir(from.join(name))?.collect::<std::io::Result<Vec<_>>>()?;
+        files.sort_by_key(std::fs::DirEntry::file_name);
+        for file in files {
+            let copy = case.join(file.file_name());
+            std::fs::copy(file.path(), &copy)?;
+            File::options().write(true).open(copy)?.set_times(at)?;
+        }
+    }
+    Ok(())
 }
 
 /// Files of one recording, `fit` or `hold`, of the case in this folder: one, or those of its sensors in alphabetical

@@ -1,6 +1,7 @@
 //! The rules are the contract's: `fixture/` was scored by its own script, whose numbers stand here.
 
 mod drives;
+mod telltale;
 
 use super::folder::{names, recording_files};
 use super::intervals::{Rate, expected_calibration_error, perfect_calibration_p95, roc};

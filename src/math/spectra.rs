@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use std::cell::RefCell;
 use std::sync::Arc;
 
 /// Samples whose spectra one core adds up, at least: the sums do not depend on how many cores there are.
@@ -13,9 +14,21 @@ const TOGETHER: usize = 1 << 19;
 /// The shortest transforms: shorter ones spend their time between them.
 const SHORTEST: usize = 1 << 11;
 
-/// Up to here summing directly beats planning a transform.
-const DIRECT_LAGS: usize = 64;
-const DIRECT_SAMPLES: usize = 1 << 17;
+/// Products of samples up to which summing them takes less time than transforms do.
+const DIRECT: usize = 1 << 14;
+/// Longest transforms whose plans are kept: a permutation test asks for one plan a thousand times, and planning takes as long as ten
+/// transforms.
+const KEPT: usize = 1 << 16;
+
+thread_local! {
+    static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+}
+
+/// Transforms of `size` samples, there and back.
+fn plans(size: usize) -> (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>) {
+    let both = |planner: &mut RealFftPlanner<f64>| (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
+    if size <= KEPT { PLANNER.with_borrow_mut(both) } else { both(&mut RealFftPlanner::new()) }
+}
 
 /// Sums from one pass over a series.
 struct Products {
@@ -32,7 +45,7 @@ struct Products {
 /// Pieces of B > max_lag samples go once each through a transform of 2B: with X of one and N of the next, |X|² holds the
 /// products inside a piece, and conj(X) N, moved by B samples, those that reach into the next, at lags below 2B.
 fn lagged_products(x: &[f64], value: impl Fn(f64) -> f64 + Sync, max_lag: usize) -> Products {
-    if max_lag <= DIRECT_LAGS && x.len() <= DIRECT_SAMPLES {
+    if (max_lag + 1) * x.len() <= DIRECT {
         let y: Vec<f64> = x.iter().map(|v| value(*v)).collect();
         let product = |k: usize| y.iter().zip(y.get(k..).unwrap_or(&[])).map(|(a, b)| a * b).sum();
         let there = x.iter().filter(|v| v.is_finite()).count();
@@ -41,8 +54,7 @@ fn lagged_products(x: &[f64], value: impl Fn(f64) -> f64 + Sync, max_lag: usize)
     let size = (2 * (max_lag + 1)).next_power_of_two().max(SHORTEST);
     let block = size / 2;
     let together = TOGETHER.div_ceil(block);
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, back) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
+    let (forward, back) = plans(size);
     let arch = pulp::Arch::new();
     let of_stretch = |first: usize| {
         let mut sum = forward.make_output_vec();

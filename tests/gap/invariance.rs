@@ -81,7 +81,7 @@ fn a_drive_has_one_answer_in_one_file_or_several_in_any_order() {
     assert_eq!(whole["main"], "gyro.scale_factor");
     for files in ["imu.csv wheels.parquet rest.csv", "rest.csv imu.csv wheels.parquet"] {
         let parts = answer(&place, &format!("sim.toml --fit {files}"));
-        same(&parts, &whole, 0.0, &["notes"], "");
+        same(&parts, &whole, 0.0, &["notes", "source"], "");
     }
 }
 

@@ -97,7 +97,7 @@ fn finds(id: &str) {
 }
 
 macro_rules! each {
-    ($($test:ident: $id:literal;)* battery $($long:ident: $long_id:literal;)*) => {
+    ({ $($test:ident: $id:literal;)* } battery { $($long:ident: $long_id:literal;)* }) => {
         $(#[test] fn $test() { finds($id); })*
         $(#[test] #[ignore = "battery: some ten seconds"] fn $long() { finds($long_id); })*
         #[test]
@@ -112,31 +112,33 @@ macro_rules! each {
 }
 
 each! {
-    unequal_radii: "wheel.radius_mismatch";
-    other_radii: "wheel.radius_scale";
-    left_radius: "wheel.radius_left";
-    right_radius: "wheel.radius_right";
-    skid: "wheel.lateral_skid";
-    track: "vehicle.track_width";
-    unequal_motors: "motor.torque_gain";
-    lattice: "encoder.quantization";
-    lost_ticks: "encoder.missed_ticks";
-    gain: "gyro.scale_factor";
-    asymmetry: "gyro.scale_asymmetry";
-    rectification: "gyro.vibration_rectification";
-    step: "gyro.bias_step";
-    louder_gyro: "gyro.noise_level";
-    louder_wheels: "encoder.noise_level";
-    quieter_reference: "pose.noise_level";
-    battery
-    battery_slip: "wheel.slip";
-    battery_rolling_resistance: "wheel.rolling_resistance";
-    battery_payload: "vehicle.payload";
-    battery_centre_of_mass: "vehicle.com_offset";
-    battery_delay: "sensor.gyro_delay";
-    battery_late_wheels: "sensor.wheel_delay";
-    battery_late_reference: "sensor.pose_delay";
-    battery_slope: "ground.slope";
+    {
+        unequal_radii: "wheel.radius_mismatch";
+        other_radii: "wheel.radius_scale";
+        left_radius: "wheel.radius_left";
+        right_radius: "wheel.radius_right";
+        skid: "wheel.lateral_skid";
+        track: "vehicle.track_width";
+        unequal_motors: "motor.torque_gain";
+        lattice: "encoder.quantization";
+        lost_ticks: "encoder.missed_ticks";
+        gain: "gyro.scale_factor";
+        asymmetry: "gyro.scale_asymmetry";
+        rectification: "gyro.vibration_rectification";
+        step: "gyro.bias_step";
+        louder_gyro: "gyro.noise_level";
+        louder_wheels: "encoder.noise_level";
+        quieter_reference: "pose.noise_level";
+    } battery {
+        battery_slip: "wheel.slip";
+        battery_rolling_resistance: "wheel.rolling_resistance";
+        battery_payload: "vehicle.payload";
+        battery_centre_of_mass: "vehicle.com_offset";
+        battery_delay: "sensor.gyro_delay";
+        battery_late_wheels: "sensor.wheel_delay";
+        battery_late_reference: "sensor.pose_delay";
+        battery_slope: "ground.slope";
+    }
 }
 
 /// Most of `n` events of probability `p` that chance brings, but for [`CHANCE`].

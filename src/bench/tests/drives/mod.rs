@@ -1,7 +1,7 @@
 //! The diagnosis of drives: every effect, what is known of it, and what resembles it.
 
 #[path = "../../../../tests/common/cases.rs"]
-mod cases;
+pub(super) mod cases;
 mod correction;
 mod effects;
 mod known;
