@@ -21,6 +21,7 @@ def plan(
     among: Sequence[str] | None = None,
     experiment: Sequence[str] | None = None,
     duration_s: float | None = None,
+    load_kg: float | None = None,
     seed: int | None = None,
     without: Sequence[str] | None = None,
     map: Mapping[str, str] | None = None,
@@ -42,6 +43,8 @@ def plan(
         Names of the experiments to compare [default: all that this log could be followed by].
     duration_s
         Least length of a course, s [default: that of the log, within 30 and 300].
+    load_kg
+        Known load that the robot carried in the log, and carries in every experiment, kg.
     seed
         Seed of the simulated recordings [1].
     without
@@ -63,7 +66,9 @@ def plan(
     """
     given = config(configuration)
     call = Call("plan", unnamed=[given], outputs={"out": "next"})
-    call.named("fit", [files(fit)])
+    drive = [files(fit)]
+    call.named("fit", drive)
+    call.loads("load_kg", drive, load_kg)
     told = None
     if answer is not None:
         place = _gyroid.Place("answer.json", json.dumps(answer.to_dict()).encode())
@@ -92,6 +97,7 @@ def power(
     effect: Sequence[str] | None = None,
     cases: int | None = None,
     check: int | None = None,
+    load_kg: float | None = None,
     seed: int | None = None,
     without: Sequence[str] | None = None,
     map: Mapping[str, str] | None = None,
@@ -113,6 +119,8 @@ def power(
         Logs that are simulated for each effect and direction [12].
     check
         Further logs with each effect as large as was told, in which the names are counted [0].
+    load_kg
+        Known load that the robot carries, kg.
     seed
         Seed of the simulated recordings [1].
     without
@@ -134,7 +142,9 @@ def power(
     """
     given = config(configuration)
     call = Call("power", unnamed=[given], outputs={"plot": "power.svg"})
-    call.named("inputs", [files(inputs)])
+    drive = [files(inputs)]
+    call.named("inputs", drive)
+    call.loads("load_kg", drive, load_kg)
     call.options({
         "probability": probability,
         "effect": effect,

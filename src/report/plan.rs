@@ -45,7 +45,7 @@ impl PlanReport<'_> {
             p.experiments.iter().for_each(|e| out.push_str(&row(e, p.resolution_nats)));
         }
         match (p.first(), &p.needed) {
-            (Some(first), _) => out.push_str(&course(first)),
+            (Some(first), _) => out.push_str(&course(first, p.load_kg)),
             (None, Some(needed)) => {
                 let _ = write!(out, "\n\n  no experiment tells all of them apart. {needed}");
             }
@@ -79,13 +79,14 @@ fn row(e: &Suggestion, resolution_nats: f64) -> String {
     format!("\n  {:<22}{lasts:<10}{nats:<14}{:<14.2}{told} of {of}{alone}", e.name, e.probability)
 }
 
-fn course(first: &Suggestion) -> String {
+fn course(first: &Suggestion, carried_kg: f64) -> String {
     let mut out = format!("\n\nFirst: {}\n  {}", first.name, first.how);
     if first.alone {
         out.push_str(" Diagnose the new log by itself.");
     } else {
-        let load = first.load_kg.map(|load_kg| format!(" --load NEW={load_kg}")).unwrap_or_default();
-        let _ = write!(out, " Diagnose both logs together: --fit LOG --fit NEW{load}.");
+        let loads = [("LOG", carried_kg), ("NEW", first.load_kg.unwrap_or(0.0))];
+        let loads = loads.iter().filter(|(_, kg)| *kg > 0.0).map(|(log, kg)| format!(" --load {log}={kg}"));
+        let _ = write!(out, " Diagnose both logs together: --fit LOG --fit NEW{}.", loads.collect::<String>());
     }
     if first.commands.is_empty() {
         return out;
@@ -137,6 +138,7 @@ mod tests {
         Plan {
             rivals: vec![rival(a), rival(b)],
             resolution_nats: 3.0,
+            load_kg: 0.0,
             experiments: vec![suggestion],
             needed: (!separates).then(|| "Log a pose reference.".into()),
             notes: vec!["A note.".into()],

@@ -79,13 +79,40 @@ fn the_plan_asks_for_a_known_load_where_nothing_else_tells() {
     assert!(!classes.iter().any(beside), "{classes:?}");
 }
 
+/// What the robot carried in the log is no size of a rival, and stays on it.
+#[test]
+fn the_plan_knows_the_load_of_the_log() {
+    let place = Place::with(&[("robot.toml", &driving(50.0, 0.005))]);
+    loaded(&place);
+    let line =
+        "gap plan robot.toml --fit loaded.parquet --among vehicle.payload motor.torque_gain --experiment payload";
+    let (untold, told) = (json(&place, line), json(&place, &format!("{line} --load loaded.parquet=3")));
+    let size = |plan: &serde_json::Value| {
+        let rivals = plan["rivals"].as_array().unwrap();
+        let payload = rivals.iter().find(|r| r["id"] == "vehicle.payload");
+        payload.map_or(0.0, |r| r["parameters"]["mass_relative"].as_f64().unwrap())
+    };
+    assert!(size(&untold) > 0.15 && size(&told).abs() < 0.05, "{untold}\n{told}");
+    assert_eq!((untold["load_kg"].as_f64(), told["load_kg"].as_f64()), (Some(0.0), Some(3.0)));
+    let text = place.ok(&format!("{line} --load loaded.parquet=3"));
+    if let Some(first) = told["experiments"].as_array().unwrap().first() {
+        assert!(first["load_kg"].as_f64() > Some(3.0), "{first}");
+        assert!(text.contains("--load LOG=3 --load NEW="), "{text}");
+    }
+}
+
 #[test]
 fn a_load_of_no_drive_and_one_that_is_no_mass_are_refused() {
     let place = Place::with(&[("robot.toml", &driving(50.0, 0.005)), ("rest.toml", REST)]);
     loaded(&place);
     place.ok("simulate rest.toml --duration 400 --seed 3 -o rest.csv");
-    for command in ["gap diagnose robot.toml", "gap explain robot.toml --effect vehicle.payload"] {
-        let line = format!("{command} --fit loaded.parquet --load");
+    for command in [
+        "gap diagnose robot.toml --fit",
+        "gap explain robot.toml --effect vehicle.payload --fit",
+        "gap plan robot.toml --fit",
+        "gap power robot.toml --inputs",
+    ] {
+        let line = format!("{command} loaded.parquet --load");
         place.refused(&format!("{line} load.parquet=3"), 2, &["--load", "\"load.parquet\"", "loaded.parquet"]);
         place.refused(&format!("{line} loaded.parquet"), 2, &["--load", "\"loaded.parquet\"", "FILE=KG"]);
         for load in ["-3", "nan", "inf", "3kg", ""] {

@@ -1,6 +1,7 @@
 //! `gyroid gap plan`, as a user asks for the next experiment, and how often its first suggestion tells apart what a log left open.
 //!
-//! `GYROID_CASES=20 cargo test --test gap first_suggestions_separate_four_fifths -- --ignored --nocapture` prints the cases.
+//! `GYROID_CASES=20 cargo test --test gap first_suggestions_separate_four_fifths -- --ignored --nocapture` prints the cases;
+//! with `GYROID_SEED=34 GYROID_OUT=folder` it takes that one alone, and writes its configurations and logs there.
 
 use crate::cases::cases;
 use crate::place::Place;
@@ -171,7 +172,10 @@ fn separates(answer: &Answer, truth: &str, rivals: &[&str]) -> bool {
 fn first_suggestions_separate_four_fifths() {
     let config = Config::parse(&robot(), "robot.toml").unwrap();
     let wanted = cases(100);
-    let (mut tried, mut told, mut none, mut seed) = (0, 0, 0, 0);
+    let one: Option<u64> = std::env::var("GYROID_SEED").ok().map(|seed| seed.parse().expect("GYROID_SEED is a seed"));
+    let out = std::env::var_os("GYROID_OUT").map(std::path::PathBuf::from);
+    let wanted = if one.is_some() { 1 } else { wanted };
+    let (mut tried, mut told, mut none, mut seed) = (0, 0, 0, one.map_or(0, |seed| seed - 1));
     while tried < wanted {
         seed += 1;
         let Some(Case { truth, with, log }) = drawn(&config, seed) else { continue };
@@ -197,6 +201,11 @@ fn first_suggestions_separate_four_fifths() {
         )
         .unwrap();
         let new = kept(new.log, &first.inputs);
+        if let Some(out) = &out {
+            std::fs::write(out.join("robot.toml"), robot()).unwrap();
+            std::fs::write(out.join("real.toml"), with.to_toml().unwrap()).unwrap();
+            [("log.parquet", &log), ("new.parquet", &new)].map(|(name, log)| write_log(out.join(name), log).unwrap());
+        }
         let new = (&new, first.load_kg.unwrap_or(0.0));
         let logs = if first.alone { vec![new] } else { vec![(&log, 0.0), new] };
         let after = diagnosed(&config, &logs);

@@ -1,19 +1,29 @@
 //! `--load FILE=KG`: what the robot carried in a drive.
 
 use clap::Args;
+use gyroid::config::{Config, Kind};
 use gyroid::error::one_of;
 use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct LoadArgs {
-    /// Of a drive: known load that the robot carried in it, kg, weighed and fixed at the robot's centre of mass; FILE as after --fit
-    /// or --hold. Given again, that of another drive
+    /// Of a drive: known load that the robot carried in it, kg, weighed and fixed at the robot's centre of mass; FILE as after --fit,
+    /// --hold or --inputs. Given again, that of another drive
     #[arg(long, value_name = "FILE=KG")]
     load: Vec<String>,
 }
 
 impl LoadArgs {
+    /// The robot of `config` with its load in the one drive of `files`.
+    ///
+    /// # Errors
+    /// As [`Self::of_drives`].
+    pub(super) fn carried(&self, config: Config, files: &[PathBuf]) -> Result<Config> {
+        let load_kg = self.of_drives(&[files], config.kind == Kind::Stationary)?[0];
+        Ok(config.carrying(load_kg))
+    }
+
     /// Load in each of `drives`, which are named by their files, kg.
     ///
     /// # Errors

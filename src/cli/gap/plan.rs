@@ -2,6 +2,7 @@
 
 use super::asked::AskedArgs;
 use super::diagnose::{library, names};
+use super::loads::LoadArgs;
 use super::power::read_one;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
@@ -49,6 +50,8 @@ pub(crate) struct PlanArgs {
     #[arg(short, long, value_name = "LOG")]
     out: Option<PathBuf>,
     #[command(flatten)]
+    loads: LoadArgs,
+    #[command(flatten)]
     asked: AskedArgs,
     #[command(flatten)]
     common: Common,
@@ -63,6 +66,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Outcome> {
     let output = Output::open(&args.common, "gap.plan", files)?;
     let out = args.out.as_ref().map(LogWriter::claim).transpose()?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
+    let config = args.loads.carried(config, &args.fit)?;
     let library = library(&args.asked.without, Some(&config))?;
     if let Some(duration_s) = args.duration.filter(|s| !(*s > 0.0 && *s <= LONGEST_S)) {
         return Err(Error::new(ErrorKind::Usage, "--duration", format!("{duration_s} s is not within an hour"))

@@ -2,6 +2,7 @@
 
 use super::asked::AskedArgs;
 use super::diagnose::{library, names, read};
+use super::loads::LoadArgs;
 use super::recordings::read_drive;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Common, Output};
@@ -47,6 +48,8 @@ pub(crate) struct PowerArgs {
     #[arg(long, value_name = "FILE")]
     plot: Vec<PathBuf>,
     #[command(flatten)]
+    loads: LoadArgs,
+    #[command(flatten)]
     asked: AskedArgs,
     #[command(flatten)]
     common: Common,
@@ -59,6 +62,7 @@ pub(crate) fn run(args: &PowerArgs) -> Result<Outcome> {
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let (config, by_time) = Config::read_base(&args.config)?.by_elapsed_time();
+    let config = args.loads.carried(config, &args.inputs)?;
     let library = library(&args.asked.without, Some(&config))?;
     let mut notes: Vec<String> = by_time.into_iter().collect();
     let working = output.working("reading");

@@ -46,6 +46,8 @@ pub struct Plan {
     pub rivals: Vec<Rival>,
     /// Evidence from which on a diagnosis tells two of them apart, nats.
     pub resolution_nats: f64,
+    /// Known load in the log, which the robot carries in every experiment too, kg.
+    pub load_kg: f64,
     /// Experiments, the best first.
     pub experiments: Vec<Suggestion>,
     /// Where no experiment tells all of them apart: what would be needed, a sentence.
@@ -117,8 +119,15 @@ pub fn plan(
     let driving = config.kind == Kind::Driving;
     let (ids, beside) = in_question(answer, &options.among, library, config.kind)?;
     let resolution_nats = if driving { drives::resolution() } else { at_rest::resolution() };
-    let mut plan =
-        Plan { rivals: Vec::new(), resolution_nats, experiments: Vec::new(), needed: None, notes: Vec::new() };
+    let carried_kg = config.vehicle.map_or(0.0, |v| v.load_kg);
+    let mut plan = Plan {
+        rivals: Vec::new(),
+        resolution_nats,
+        load_kg: carried_kg,
+        experiments: Vec::new(),
+        needed: None,
+        notes: Vec::new(),
+    };
     let experiments = experiments(config, log, options)?;
     if ids.len() < 2 {
         return Ok(plan);
@@ -147,7 +156,7 @@ pub fn plan(
             name: one.name,
             how: one.how,
             duration_s: one.inputs.time.span_s(),
-            load_kg: one.load_kg,
+            load_kg: Some(carried_kg + one.load_kg.unwrap_or(0.0)).filter(|kg| *kg > 0.0),
             alone: one.alone,
             separates: told == pairs.len(),
             nats,
@@ -249,7 +258,7 @@ fn of_drives(config: &Config, log: &Log, options: &Options) -> Result<Vec<Experi
                 false => (course.name.into(), course.how.into()),
             };
             let how = match load_kg {
-                Some(load_kg) => format!("{how} The load is {load_kg} kg."),
+                Some(load_kg) => format!("{how} The load is {} kg.", vehicle.load_kg + load_kg),
                 None => how,
             };
             all.push(Experiment { name, how, load_kg, alone, commands: commands.clone(), inputs });
