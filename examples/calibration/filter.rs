@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.02\n\
     [gyro]\nc1_rad_s = -2.4e-3\nc2_rad_s = 8e-3\ntime_constant_s = 240.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\
-    rate_random_walk_rad_s_sqrt_s = 1e-5\nturn_on_bias_std_rad_s = 1e-3\nwarm_up_relative_std = 0.1\n\
+    turn_on_bias_std_rad_s = 1e-3\nwarm_up_relative_std = 0.1\n[gyro.noise]\nrate_random_walk_rad_s_sqrt_s = 1e-5\n\
     [vehicle]\nmass_kg = 9.5\nyaw_inertia_kg_m2 = 0.21\nhalf_track_m = 0.17\nwheel_radius_m = 0.05\n\
     wheel_inertia_kg_m2 = 8e-4\nviscous_friction_n_m_s = 6e-4\ntorque_noise_n_m_sqrt_s = 4e-4\n\
     [encoder]\nspeed_noise_std_rad_s = 0.02\n\

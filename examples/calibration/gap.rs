@@ -107,12 +107,12 @@ pub fn effects(logs: u64) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Wheels that are stamped late by a part of a second, found beside the gyro.
+/// Wheels that are stamped later than a sensor's delay could be, found beside the gyro.
 pub fn offsets(logs: u64) -> Result<Vec<Row>> {
     let config = Config::parse(ROBOT, "calibration")?;
     let one = |i: u64| {
         let seed = 441_000 + i;
-        let late_s = size(&mut Stream::new(seed, 3), 0.05, 0.2);
+        let late_s = size(&mut Stream::new(seed, 3), 0.3, 0.8);
         let options = simulate::Options { vary_turn_on: true, ..seed.into() };
         let mut log = simulate::drive(&config, Course::Brisk, DRIVE_S, &options)?.log;
         late(&mut log, late_s);

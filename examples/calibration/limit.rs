@@ -165,7 +165,7 @@ fn bisect([mut low, mut high]: [f64; 2], holds: impl Fn(f64) -> bool) -> f64 {
 /// The table.
 pub fn table(draws: u64) -> gyroid::Result<String> {
     let mut out = String::from(
-        "| log | | K L / N | best test finds the walk | K known: width | width in white noise | there at most | for 0.95 at least |\n\
+        "| log | | K L / N | test | K known | ours | at most | at least |\n\
          |---|---|---|---|---|---|---|---|\n",
     );
     for (length, len) in [(6.0, 1800), (3.0, 900)] {
