@@ -13,6 +13,8 @@ const ANGLE_RANDOM_WALK: f64 = 1e-4;
 /// Spectra drawn for the goodness of fit: its p values are multiples of 1/20.
 const DRAWS: usize = 19;
 
+const GIVEN: &str = "given the terms that the log chose; with a term too many it is another number";
+
 #[derive(Clone, Copy, Default)]
 struct Truth {
     quantization: f64,
@@ -71,17 +73,20 @@ pub fn terms(logs: u64) -> Result<Vec<Row>> {
         let models: Vec<NoiseModel> = (0..logs).into_par_iter().map(one).collect::<Result<_>>()?;
         for kind in TermKind::ALL.into_iter().filter(|k| truth.size(*k) > 0.0) {
             let held = |m: &NoiseModel| m.term(kind).map(|t| inside(t.ci95, truth.size(kind)));
-            rows.push(Row::interval(format!("{}, log of {name}", kind.symbol()), counts(models.iter().map(held))));
+            let row = Row::interval(format!("{}, log of {name}", kind.symbol()), counts(models.iter().map(held)));
+            rows.push(if row.consistent() { row } else { row.with_note(GIVEN) });
         }
         if truth.gauss_markov > 0.0 {
             let held = |m: &NoiseModel| {
                 let time = m.term(TermKind::GaussMarkov)?.correlation_time_s?;
                 Some(inside(time.ci95, CORRELATION_TIME_S))
             };
-            rows.push(Row::interval(format!("correlation time, log of {name}"), counts(models.iter().map(held))));
+            let row = Row::interval(format!("correlation time, log of {name}"), counts(models.iter().map(held)));
+            rows.push(if row.consistent() { row } else { row.with_note(GIVEN) });
         }
         let rejected = counts(models.iter().map(|m| Some(m.goodness.p_value <= 0.05)));
-        rows.push(Row::new(format!("goodness of fit below 0.05, log of {name}"), Claim::Exactly(0.05), rejected));
+        let row = Row::new(format!("goodness of fit below 0.05, log of {name}"), Claim::Exactly(0.05), rejected);
+        rows.push(if row.consistent() { row } else { row.with_note("not the level that it says") });
     }
     Ok(rows)
 }
