@@ -122,7 +122,8 @@ pub fn offsets(logs: u64) -> Result<Vec<Row>> {
         Ok(found.map(|o| (o.offset_s - late_s).abs() <= 1.96 * o.std_s))
     };
     let held: Vec<Option<bool>> = (0..(logs / SLOWER).max(1)).into_par_iter().map(one).collect::<Result<_>>()?;
-    Ok(vec![Row::interval("time offset of the wheels, ± 1.96 std", counts(held))])
+    let row = Row::interval("time offset of the wheels, ± 1.96 std", counts(held));
+    Ok(vec![if row.consistent() { row } else { row.with_note("the standard deviation is too small") }])
 }
 
 /// Puts the wheels' readings later by `late_s`, between rows by a line.

@@ -289,7 +289,7 @@ pub fn of_angles(
     let found: Vec<Option<NoiseExponent>> =
         points.par_iter().map(|p| noise_exponent(theta, p.m, deviation.differences() - 1)).collect();
     // noise of the angle falls faster with the averaging time than white noise, which every gyro has: where it no longer rules, it
-    // never does again. Thirty means call white noise one of the angle one time in six, and that has four times the degrees
+    // never does again. Thirty means call white noise one of the angle one time in five, and that has four times the degrees
     let (mut alpha, mut bluest) = (0, 2);
     for (point, found) in points.iter_mut().zip(found) {
         alpha = found.unwrap_or(alpha).clamp(-4, bluest);
