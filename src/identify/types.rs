@@ -27,7 +27,7 @@ pub struct Estimate {
 pub struct NoiseEstimate {
     /// N: white noise, standard deviation of a sample times sqrt(sample time), rad/√s; behind a low-pass that of the plateau.
     pub angle_random_walk_rad_sqrt_s: f64,
-    /// Probability that there is a random walk, from 0.5 before the log was seen.
+    /// Probability that there is a random walk, from 0.3 before the log was seen.
     pub rate_random_walk_probability: f64,
     /// K, root of its posterior mean square, rad/s/√s.
     pub rate_random_walk_rad_s_sqrt_s: f64,

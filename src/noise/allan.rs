@@ -288,9 +288,12 @@ pub fn of_angles(
     // where there are too few means to know the noise, it is as at the last averaging time where it was known
     let found: Vec<Option<NoiseExponent>> =
         points.par_iter().map(|p| noise_exponent(theta, p.m, deviation.differences() - 1)).collect();
-    let mut alpha = 0;
+    // noise of the angle falls faster with the averaging time than white noise, which every gyro has: where it no longer rules, it
+    // never does again. Thirty means call white noise one of the angle one time in five, and that has four times the degrees
+    let (mut alpha, mut bluest) = (0, 2);
     for (point, found) in points.iter_mut().zip(found) {
-        alpha = found.unwrap_or(alpha).clamp(-4, 2);
+        alpha = found.unwrap_or(alpha).clamp(-4, bluest);
+        bluest = alpha.max(0);
         point.noise_exponent = alpha.max(2 - 2 * deviation.differences() as i32);
         point.degrees_of_freedom = deviation.degrees_of_freedom(point.noise_exponent, point.m, rates.len()).max(1.0);
         point.ci95 = interval95(point.deviation_rad_s, point.degrees_of_freedom);
