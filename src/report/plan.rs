@@ -138,7 +138,7 @@ mod tests {
         Plan {
             rivals: vec![rival(a), rival(b)],
             resolution_nats: 3.0,
-            load_kg: 0.0,
+            load_kg: 0.5,
             experiments: vec![suggestion],
             needed: (!separates).then(|| "Log a pose reference.".into()),
             notes: vec!["A note.".into()],
@@ -157,7 +157,7 @@ mod tests {
             "5.2 nats",
             "2 of 2",
             "First: spins",
-            "--fit LOG --fit NEW --load NEW=2.8.",
+            "--fit LOG --fit NEW --load LOG=0.5 --load NEW=2.8.",
             "20 corners in all",
             "note: A note.",
         ] {

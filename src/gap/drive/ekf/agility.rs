@@ -51,13 +51,17 @@ impl Classes {
         [0, 1].map(|i| self.0[i].get(k).map_or(1.0, |class| ratios[i][usize::from(*class)]))
     }
 
-    /// Accelerations of v and ω of row `k` that may last: where rows have classes, only significant ones.
+    /// Whether accelerations of v and ω of row `k` may last: where rows have classes, only significant ones.
+    #[must_use]
+    pub(crate) fn lasts(&self, ratios: &Ratios, k: usize) -> [bool; 2] {
+        [0, 1].map(|i| *ratios == EVEN || self.0[i].get(k).is_none_or(|class| *class >= LASTS))
+    }
+
+    /// Those accelerations, zero where they may not.
     #[must_use]
     pub(crate) fn lasting(&self, ratios: &Ratios, accelerations: [f64; 2], k: usize) -> [f64; 2] {
-        if *ratios == EVEN {
-            return accelerations;
-        }
-        [0, 1].map(|i| if self.0[i].get(k).is_none_or(|class| *class >= LASTS) { accelerations[i] } else { 0.0 })
+        let lasts = self.lasts(ratios, k);
+        [0, 1].map(|i| if lasts[i] { accelerations[i] } else { 0.0 })
     }
 }
 

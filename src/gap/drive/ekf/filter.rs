@@ -44,6 +44,15 @@ pub(crate) fn ahead(f: &Matrix, d: &Vector) -> Vector {
     out
 }
 
+/// Share φ of an acceleration that lasts, and the difference that the acceleration is.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Lasting {
+    /// φ
+    pub share: f64,
+    /// Rows between the two speeds, and the time, s; none where no acceleration lasts.
+    pub over: Option<(usize, f64)>,
+}
+
 /// Inputs of one step, from one row to the next.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Step {
@@ -53,6 +62,8 @@ pub(crate) struct Step {
     pub sideways: f64,
     /// Accelerations beyond the model's, m/s² and rad/s²
     pub drift: [f64; 2],
+    /// What they are of the accelerations before, v and ω
+    pub lasting: [Lasting; 2],
     /// Diffusion of v (m²/s³) and ω (rad²/s³)
     pub diffusion: [f64; 2],
     /// Length of the step, s
@@ -247,7 +258,7 @@ impl<'a> Filter<'a> {
 
     /// Predicts the state one step ahead.
     pub(crate) fn predict(&mut self, model: &DriveModel, at: &Moving, step: &Step, f: &Matrix) {
-        let Step { torques, sideways, drift, diffusion: [qv, qw], dt } = *step;
+        let Step { torques, sideways, drift, diffusion: [qv, qw], dt, .. } = *step;
         let s = self.state;
         // the midpoint rule for speed and yaw rate, an arc for the position
         let mut middle = *at;
@@ -391,6 +402,7 @@ mod tests {
             torques: [0.0; 2],
             sideways: 0.0,
             drift: [0.0; 2],
+            lasting: Default::default(),
             diffusion: noise.process.diffusion,
             dt: record.step_s,
         };

@@ -1,9 +1,9 @@
 //! The filter over the rows of one drive, and the quantities that derivatives need in each row. Nothing of that depends
 //! on the columns, so that one thread can run ahead with the filter while others follow with the columns.
 
-use super::filter::{Corrected, Filter, Matrix, N, Step, TH, V, Vector, W, X, Y};
+use super::filter::{Corrected, Filter, Lasting, Matrix, N, Step, TH, V, Vector, W, X, Y};
 use crate::gap::drive::ekf::models::Models;
-use crate::gap::drive::ekf::noise::{Channel, Noise};
+use crate::gap::drive::ekf::noise::{Channel, Noise, Process};
 use crate::gap::drive::ekf::slopes::Slopes;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::basis::{COSINES, Column, FUNCTIONS, Row, Scales, cosines_of};
@@ -89,7 +89,14 @@ impl Default for RowLinearization {
             leaving: still,
             forces: Vec::new(),
             f: [[0.0; N]; N],
-            step: Step { torques: [0.0; 2], sideways: 0.0, drift: [0.0; 2], diffusion: [0.0; 2], dt: 0.0 },
+            step: Step {
+                torques: [0.0; 2],
+                sideways: 0.0,
+                drift: [0.0; 2],
+                lasting: Default::default(),
+                diffusion: [0.0; 2],
+                dt: 0.0,
+            },
             middle: (0.0, 1.0),
             functions_ahead: [0.0; FUNCTIONS],
         }
@@ -336,16 +343,18 @@ impl<'a> FilterPass<'a> {
             self.look_ahead(&at, torques, dt, out);
         }
         // without torques accelerations last
-        let drift = if record.torques_n_m.is_none() {
-            let [a, alpha] = self.scales.classes.lasting(&self.noise.process.agility, self.before.0, k);
-            [a - at.acceleration_m_s2, alpha - at.yaw_acceleration_rad_s2].map(|d| self.noise.process.lasting * d)
-        } else {
-            [0.0; 2]
-        };
+        let (mut drift, mut lasting) = ([0.0; 2], [Lasting::default(); 2]);
+        if record.torques_n_m.is_none() {
+            let Process { lasting: share, agility, .. } = &self.noise.process;
+            let lasts = self.scales.classes.lasts(agility, k);
+            let own = [at.acceleration_m_s2, at.yaw_acceleration_rad_s2];
+            drift = [0, 1].map(|i| share * (if lasts[i] { self.before.0[i] } else { 0.0 } - own[i]));
+            lasting = [0, 1].map(|i| Lasting { share: *share, over: self.slopes.over[i].filter(|_| lasts[i]) });
+        }
         out.leaving = at;
         let ratios = self.scales.classes.ratios(&self.noise.process.agility, k);
         let diffusion = [0, 1].map(|i| self.noise.process.diffusion[i] * ratios[i]);
-        out.step = Step { torques, sideways: model.sideways_m_s(&at), drift, diffusion, dt };
+        out.step = Step { torques, sideways: model.sideways_m_s(&at), drift, lasting, diffusion, dt };
         out.middle = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
         out.f = self.filter.jacobian(model, &at, &out.forces, &out.step, out.middle, self.scales);
         self.before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);

@@ -5,6 +5,7 @@
 
 use super::filter::{N, Step, TH, V, W, X, Y};
 use super::filter_pass::{RowLinearization, ScalarUpdate};
+use super::slopes::SlopeTangents;
 use crate::gap::drive::ekf::models::{Beside, Models};
 use crate::gap::drive::regressors::basis::{Column, Equation};
 use crate::model::drive::{DriveEffect, Instrument, Moving, Past, Robot, Shape};
@@ -27,6 +28,8 @@ pub(crate) struct Tangents<'a> {
     shapes: Shapes,
     /// Past speeds and yaw rates, where torques were logged
     past: Option<Past>,
+    /// Of the accelerations that last, where none were
+    lasting: Option<SlopeTangents>,
 }
 
 /// Cached shape of the change whose coordinates are being evaluated, in this row.
@@ -63,6 +66,7 @@ impl<'a> Tangents<'a> {
             adds: vec![[0.0; 3]; columns.len()],
             shapes: Shapes::default(),
             past: forced.then(Past::default),
+            lasting: (!forced).then(SlopeTangents::default),
             columns,
         }
     }
@@ -163,6 +167,17 @@ impl<'a> Tangents<'a> {
 
     /// Prediction to the next row.
     fn predict(&mut self, row: &RowLinearization) {
+        if let Some(lasting) = &mut self.lasting {
+            lasting.leave(&self.state);
+        }
+        self.advance(row);
+        if let Some(lasting) = &mut self.lasting {
+            lasting.arrive(&mut self.state, &row.step.lasting, row.step.dt, row.middle);
+        }
+    }
+
+    /// The same by the model alone.
+    fn advance(&mut self, row: &RowLinearization) {
         let (at, f, functions) = (&row.leaving, &row.f, &row.functions_ahead);
         let Step { torques, sideways, dt, .. } = row.step;
         let p = self.columns.len();
@@ -237,9 +252,11 @@ impl<'a> Tangents<'a> {
 mod tests {
     use crate::config::Config;
     use crate::effects::Library;
+    use crate::effects::drive::{by_id, ids};
     use crate::gap::drive::ekf::innovations::run;
-    use crate::gap::drive::ekf::noise::Noise;
+    use crate::gap::drive::ekf::noise::{Noise, Process};
     use crate::gap::drive::fit::models;
+    use crate::gap::drive::preprocess::acceleration_model::tests::{belief, recorded};
     use crate::gap::drive::record::Record;
     use crate::gap::drive::regressors::basis::Column;
     use crate::simulate::{Course, Options, drive_with};
@@ -294,6 +311,38 @@ mod tests {
                 // the filter's derivatives are those of one step of Euler's
                 assert!((slope - told[1 + j]).abs() < 0.02 * largest, "{j}: {slope} {told:?}, largest {largest}");
             }
+        }
+    }
+
+    /// A robot that speeds up and turns evenly, its torques not logged: innovations are next to zero where accelerations last.
+    #[test]
+    fn derivatives_of_accelerations_that_last_are_those_of_the_innovations() {
+        let mut record = recorded(belief(), 0.02, [Vec::new(), Vec::new()], Vec::new());
+        let (rows, robot) = (300, record.belief.robot);
+        let times = (0..rows).map(|k| 0.02 * k as f64);
+        (record.times_s, record.since_power_on_s) = (times.clone().collect(), times.clone().collect());
+        let speeds: Vec<[f64; 2]> = times.map(|t| [0.1 + 0.2 * t, 0.3 * t - 0.5]).collect();
+        record.gyro_rad_s = Some(speeds.iter().map(|s| s[1]).collect());
+        record.wheels_rad_s = [0, 1].map(|side| speeds.iter().map(|s| robot.wheels_rad_s(s[0], s[1])[side]).collect());
+        let mut noise = Noise::believed(&record, None);
+        noise.process = Process { diffusion: [1e-3, 2e-3], lasting: 0.9, ..Process::default() };
+        let change = by_id(ids::radius_scale()).and_then(|e| e.change()).unwrap();
+        let innovations = |by: f64| {
+            let mut nu = Vec::new();
+            let models = models(&record, &[change], &vec![vec![by]], false);
+            let _ = run(&record, &models, &noise, &[], |i| nu.push(i.white * i.std));
+            nu
+        };
+        let mut told = Vec::new();
+        let there = models(&record, &[change], &vec![vec![0.0]], true);
+        let _ = run(&record, &there, &noise, &[Column::Coordinate(0, 0)], |i| told.push(i.slopes[0] * i.std));
+        let step = 1e-4;
+        let (up, down) = (innovations(step), innovations(-step));
+        let largest = told.iter().fold(0.0f64, |most, t| most.max(t.abs()));
+        // beyond the first readings, by which the filter finds the acceleration
+        for k in 3 * 20..told.len() {
+            let slope = (down[k] - up[k]) / (2.0 * step);
+            assert!((slope - told[k]).abs() < 0.02 * largest, "{k}: {slope} {}, largest {largest}", told[k]);
         }
     }
 }
