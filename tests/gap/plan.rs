@@ -204,7 +204,8 @@ fn first_suggestions_separate_four_fifths() {
         if let Some(out) = &out {
             std::fs::write(out.join("robot.toml"), robot()).unwrap();
             std::fs::write(out.join("real.toml"), with.to_toml().unwrap()).unwrap();
-            [("log.parquet", &log), ("new.parquet", &new)].map(|(name, log)| write_log(out.join(name), log).unwrap());
+            write_log(out.join("log.parquet"), &log).unwrap();
+            write_log(out.join("new.parquet"), &new).unwrap();
         }
         let new = (&new, first.load_kg.unwrap_or(0.0));
         let logs = if first.alone { vec![new] } else { vec![(&log, 0.0), new] };
