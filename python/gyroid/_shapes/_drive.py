@@ -479,3 +479,101 @@ class GapExplain(Record):
     schema: str
     effects: Rows[_GapExplainEffects]
     notes: tuple[str, ...]
+
+
+class _GapPowerNominal(Record):
+    logs: int
+    none: int
+
+
+class _GapPowerEffectsChecked(Record):
+    logs: int
+    named: int
+    share_ci95: Array
+
+
+class _GapPowerEffectsInstead(Record):
+    answer: str
+    logs: int
+
+
+class _GapPowerEffects(Record):
+    id: str
+    parameter: str
+    null: float
+    sign: int
+    smallest: float | None
+    smallest_ci95: Array | None
+    parameters: dict[str, float]
+    thresholds: Array
+    evidence_nats: float | None
+    checked: _GapPowerEffectsChecked | None
+    instead: Rows[_GapPowerEffectsInstead]
+
+
+class _GapPowerCannotShow(Record):
+    id: str
+    reason: str
+
+
+class GapPower(Record):
+    schema: str
+    probability: float
+    cases: int
+    seed: int
+    rows: int
+    span_s: float
+    sample_time_s: float
+    nominal: _GapPowerNominal
+    effects: Rows[_GapPowerEffects]
+    cannot_show: Rows[_GapPowerCannotShow]
+    notes: tuple[str, ...]
+    kind: str
+
+
+class _GapPlanRivalsBeside(Record):
+    id: str
+    parameters: dict[str, float]
+
+
+class _GapPlanRivals(Record):
+    id: str
+    parameters: dict[str, float]
+    beside: Rows[_GapPlanRivalsBeside]
+
+
+class _GapPlanExperimentsPairs(Record):
+    truth: str
+    rival: str
+    nats: float
+    probability: float
+
+
+class _GapPlanExperimentsCommands(Record):
+    t_s: float
+    speed_m_s: float
+    yaw_rate_rad_s: float
+
+
+class _GapPlanExperiments(Record):
+    name: str
+    how: str
+    duration_s: float
+    load_kg: float | None
+    alone: bool
+    separates: bool
+    nats: float
+    probability: float
+    pairs: Rows[_GapPlanExperimentsPairs]
+    commands: Rows[_GapPlanExperimentsCommands]
+
+
+class GapPlan(Record):
+    schema: str
+    rivals: Rows[_GapPlanRivals]
+    resolution_nats: float
+    load_kg: float
+    experiments: Rows[_GapPlanExperiments]
+    needed: str
+    notes: tuple[str, ...]
+    kind: str

@@ -49,8 +49,10 @@ pub(crate) fn ahead(f: &Matrix, d: &Vector) -> Vector {
 pub(crate) struct Lasting {
     /// φ
     pub share: f64,
-    /// Rows between the two speeds, and the time, s; none where no acceleration lasts.
+    /// Rows between the two speeds, and the time, s; none before there are two.
     pub over: Option<(usize, f64)>,
+    /// Whether the acceleration of this row lasts at all: the share of what the model has does not in any case.
+    pub lasts: bool,
 }
 
 /// Inputs of one step, from one row to the next.

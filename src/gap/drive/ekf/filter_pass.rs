@@ -349,7 +349,7 @@ impl<'a> FilterPass<'a> {
             let lasts = self.scales.classes.lasts(agility, k);
             let own = [at.acceleration_m_s2, at.yaw_acceleration_rad_s2];
             drift = [0, 1].map(|i| share * (if lasts[i] { self.before.0[i] } else { 0.0 } - own[i]));
-            lasting = [0, 1].map(|i| Lasting { share: *share, over: self.slopes.over[i].filter(|_| lasts[i]) });
+            lasting = [0, 1].map(|i| Lasting { share: *share, over: self.slopes.over[i], lasts: lasts[i] });
         }
         out.leaving = at;
         let ratios = self.scales.classes.ratios(&self.noise.process.agility, k);

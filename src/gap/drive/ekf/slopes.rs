@@ -68,11 +68,12 @@ impl SlopeTangents {
     /// Adds to the derivatives of the state after a step of `dt` s, by the model, those of what lasts; `middle`: sine and cosine of the
     /// heading half way.
     pub(crate) fn arrive(&mut self, state: &mut [Vec<f64>; N], lasting: &[Lasting; 2], dt: f64, middle: (f64, f64)) {
-        for (i, Lasting { share, over }) in lasting.iter().enumerate() {
+        for (i, Lasting { share, over, lasts }) in lasting.iter().enumerate() {
             let slope = over.and_then(|(rows, over_s)| {
                 self.rows = self.rows.max(rows);
                 let newest = self.arrived.len().checked_sub(1)?;
-                Some((&self.arrived[newest][i], &self.arrived[newest.checked_sub(rows)?][i], dt / over_s))
+                let by = if *lasts { dt / over_s } else { 0.0 };
+                Some((&self.arrived[newest][i], &self.arrived[newest.checked_sub(rows)?][i], by))
             });
             for (c, before) in self.here[i].iter().enumerate() {
                 let lasts = slope.map_or(0.0, |(now, then, by)| by * (now[c] - then[c]));
