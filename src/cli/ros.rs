@@ -114,9 +114,10 @@ mod node {
 
     impl RosArgs {
         fn options(&self) -> Result<Options> {
-            let duration = self.duration.map(Duration::try_from_secs_f64).transpose().map_err(|e| {
-                Error::new(ErrorKind::Usage, "--duration", e).hint("give a positive number of seconds")
-            })?;
+            let duration =
+                self.duration.map(Duration::try_from_secs_f64).transpose().map_err(|e| {
+                    Error::new(ErrorKind::Usage, "--duration", e).hint("give a positive number of seconds")
+                })?;
             Ok(Options {
                 config: self.config.clone(),
                 topics: Topics {

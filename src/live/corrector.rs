@@ -143,7 +143,9 @@ impl Corrector {
         });
         let mut notes = Vec::new();
         if gyro.temperature.is_some() && !by_temperature {
-            notes.push("no temperature is read: [gyro.temperature] is not used, the gyro warms up by elapsed time".into());
+            notes.push(
+                "no temperature is read: [gyro.temperature] is not used, the gyro warms up by elapsed time".into(),
+            );
         }
         let began = Began::new(config, start, &mut notes)?;
         let (mut filter, said) =
@@ -353,7 +355,9 @@ impl<'a> Began<'a> {
             return Ok(Self { restart, stayed_on: Some(saved), off_s, since_power_on_s });
         }
         let Some(between_s) = between_s else {
-            notes.push("the stamps went back since the last run: how long the gyro was off is not known, taken as cold".into());
+            notes.push(
+                "the stamps went back since the last run: how long the gyro was off is not known, taken as cold".into(),
+            );
             return Ok(cold);
         };
         let off_s = (between_s - since_power_on_s).max(0.0);

@@ -99,7 +99,8 @@ fn the_covariance_is_honest_by_the_wheels_and_by_the_rate_alone() {
         // five standard errors of a mean of chi-squared; the model is linearised in T
         let bound = 5.0 * (2.0 / runs as f64).sqrt();
         assert!(nees.iter().all(|n| (n - 1.0).abs() < bound), "{wheels} {nees:?}");
-        assert!((nis - 1.0).abs() < 0.1, "{wheels} {nis}");
+        // the rocking of half a second falls into two blocks, and moves their means by less than is allowed for
+        assert!(0.85 < nis && nis < 1.05, "{wheels} {nis}");
         // and rest does teach: the spread between power-ons is 4e-4 rad/s
         assert!(std < 1.2e-4, "{std}");
     }

@@ -71,7 +71,10 @@ fn verdict(options: &Options, now: &Report, before: Option<&Report>, came: u64, 
     let warnings = [
         (got.flags.outside_validity, "the model was not fitted here: readings pass through uncorrected"),
         (got.flags.no_temperature, "no temperature of late: readings pass through uncorrected"),
-        (now.corrector.as_ref().and_then(|c| c.nis()).is_some_and(|n| n.inconsistent), "NIS is too large: fit the gyro anew"),
+        (
+            now.corrector.as_ref().and_then(|c| c.nis()).is_some_and(|n| n.inconsistent),
+            "NIS is too large: fit the gyro anew",
+        ),
         (more(now.counts.jumps, counts.jumps), "the sender's clock was set"),
         (more(now.counts.malformed, counts.malformed), "messages that cannot be read"),
         (more(now.counts.not_finite, counts.not_finite), "readings that are no number"),

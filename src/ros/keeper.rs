@@ -130,13 +130,7 @@ impl<'a> Keeper<'a> {
         let Some(before) = self.last.as_ref().and_then(|r| r.corrector.as_ref()) else { return Ok(None) };
         let saved = before.saved("this boot");
         let (stamp_ns, arrival_s) = before.last_sample();
-        let start = Start {
-            stamp_ns,
-            arrival_s,
-            saved: Some(&saved),
-            boot_id: "this boot",
-            ..Start::default()
-        };
+        let start = Start { stamp_ns, arrival_s, saved: Some(&saved), boot_id: "this boot", ..Start::default() };
         Corrector::new(&config, self.options.settings(), &start).map(Some)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::keeper::Keeper;
 use super::messages::{Imu, JointState, Temperature, TwistWithCovarianceStamped};
-use super::options::{Options, Signals, boot_id};
+use super::options::{BIAS, Options, Signals, boot_id};
 use super::recorder::{Recorder, Tape};
 use super::report::{Counts, Report};
 use super::wheels::WheelJoints;
@@ -63,24 +63,21 @@ impl Wires {
         })?;
         let settings = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let mut node = context.new_node(name, settings).map_err(|e| network("no node")(&format!("{e:?}")))?;
-        let imu = subscribe(&mut node, &options.topics.imu, "sensor_msgs", "Imu")?;
+        let imu = subscribe(options, &mut node, &options.topics.imu, "Imu")?;
         let joints = options.topics.joints.as_ref();
-        let joints = joints.map(|topic| subscribe(&mut node, topic, "sensor_msgs", "JointState")).transpose()?;
+        let joints = joints.map(|topic| subscribe(options, &mut node, topic, "JointState")).transpose()?;
         let temperature = options.topics.temperature.as_ref();
-        let temperature =
-            temperature.map(|topic| subscribe(&mut node, topic, "sensor_msgs", "Temperature")).transpose()?;
-        let out = publish(&mut node, &options.topics.out, ["sensor_msgs", "Imu"], &sensor_qos())?;
+        let temperature = temperature.map(|topic| subscribe(options, &mut node, topic, "Temperature")).transpose()?;
+        let out = publish(options, &mut node, &options.topics.out, ["sensor_msgs", "Imu"], &sensor_qos())?;
         let kind = ["geometry_msgs", "TwistWithCovarianceStamped"];
-        let bias = publish(&mut node, "~/bias", kind, &sensor_qos())?;
+        let bias = publish(options, &mut node, BIAS, kind, &sensor_qos())?;
         Ok(Self { node, imu, joints, temperature, out, bias })
     }
 }
 
-fn topic(node: &Node, topic: &str, kind: [&str; 2], qos: &QosProfile) -> Result<rustdds::Topic> {
-    let full = match topic.strip_prefix("~/") {
-        Some(private) => format!("{}/{private}", node.fully_qualified_name()),
-        None => topic.to_string(),
-    };
+fn topic(options: &Options, node: &Node, topic: &str, kind: [&str; 2], qos: &QosProfile) -> Result<rustdds::Topic> {
+    // ros2-client joins the root namespace to a relative name by two slashes
+    let full = options.absolute(topic);
     let name = Name::parse(&full).map_err(|e| {
         Error::new(ErrorKind::Usage, topic, format!("is no name of a topic: {e}"))
             .hint("letters, digits, _ and /, as in imu/data_raw")
@@ -88,19 +85,19 @@ fn topic(node: &Node, topic: &str, kind: [&str; 2], qos: &QosProfile) -> Result<
     node.create_topic(&name, MessageTypeName::new(kind[0], kind[1]), qos).map_err(|e| network(full)(&e))
 }
 
-fn subscribe<M: 'static>(node: &mut Node, name: &str, package: &str, kind: &str) -> Result<Subscription<M>> {
-    let topic = topic(node, name, [package, kind], &sensor_qos())?;
+fn subscribe<M: 'static>(options: &Options, node: &mut Node, name: &str, kind: &str) -> Result<Subscription<M>> {
+    let topic = topic(options, node, name, ["sensor_msgs", kind], &sensor_qos())?;
     node.create_subscription(&topic, Some(sensor_qos())).map_err(|e| network(name)(&e))
 }
 
-/// A publisher of messages `kind`, package and name.
-pub(super) fn publish<M: Serialize>(
+fn publish<M: Serialize>(
+    options: &Options,
     node: &mut Node,
     name: &str,
     kind: [&str; 2],
     qos: &QosProfile,
 ) -> Result<Publisher<M>> {
-    let topic = topic(node, name, kind, qos)?;
+    let topic = topic(options, node, name, kind, qos)?;
     node.create_publisher(&topic, Some(qos.clone())).map_err(|e| network(name)(&e))
 }
 
@@ -116,7 +113,8 @@ pub fn run(options: &Options, signals: &Signals, say: &mut (dyn FnMut(&str) + Se
     let reliable = QosProfile::publisher_default()
         .reliability_reliable(WhenFull::DEFAULT)
         .history(History::KeepLast { depth: 10 });
-    let diagnostics = publish(&mut wires.node, "/diagnostics", ["diagnostic_msgs", "DiagnosticArray"], &reliable)?;
+    let diagnostics =
+        publish(options, &mut wires.node, "/diagnostics", ["diagnostic_msgs", "DiagnosticArray"], &reliable)?;
     say(&format!(
         "{} corrects {} about {:?} and publishes {}",
         wires.node.fully_qualified_name(),

@@ -6,6 +6,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+/// Topic of the bias.
+pub(super) const BIAS: &str = "~/bias";
+
 /// Axis of the IMU that the configuration's gyro is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Axis {
@@ -71,6 +74,16 @@ pub struct Signals {
 }
 
 impl Options {
+    /// The topic's absolute name.
+    pub(super) fn absolute(&self, topic: &str) -> String {
+        let namespace = self.namespace.trim_end_matches('/');
+        match (topic.strip_prefix("~/"), topic.starts_with('/')) {
+            (Some(private), _) => format!("{namespace}/{}/{private}", self.name),
+            (None, true) => topic.to_string(),
+            (None, false) => format!("{namespace}/{topic}"),
+        }
+    }
+
     /// The corrector's settings by the topics that there are.
     pub(super) fn settings(&self) -> Settings {
         Settings {

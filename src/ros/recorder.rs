@@ -2,7 +2,7 @@
 
 use super::mcap::{Channel, Writer};
 use super::messages::{Imu, JointState, Temperature, TwistWithCovarianceStamped};
-use super::options::Options;
+use super::options::{BIAS, Options};
 use crate::error::{Error, ErrorKind, Result};
 use rustdds::CDRSerializerAdapter;
 use rustdds::no_key::SerializerAdapter;
@@ -112,19 +112,14 @@ impl<'a> Recorder<'a> {
         let imu = [IMU, VECTOR, HEADER].concat();
         let [joint_state, temperature] = [JOINT_STATE, TEMPERATURE].map(|own| [own, HEADER].concat());
         let twist = [TWIST, VECTOR, HEADER].concat();
-        let bias = format!("{}/{}/bias", options.namespace.trim_end_matches('/'), options.name);
-        let full = |topic: &str| match (topic.strip_prefix('/'), topic.strip_prefix("~/")) {
-            (Some(_), _) => topic.to_string(),
-            (_, Some(private)) => bias.replace("/bias", &format!("/{private}")),
-            _ => format!("{}/{topic}", options.namespace.trim_end_matches('/')),
-        };
         let names = [
-            full(&topics.imu),
-            full(&topics.out),
-            bias.clone(),
-            full(topics.temperature.as_deref().unwrap_or("temperature")),
-            full(topics.joints.as_deref().unwrap_or("joint_states")),
+            topics.imu.as_str(),
+            &topics.out,
+            BIAS,
+            topics.temperature.as_deref().unwrap_or("temperature"),
+            topics.joints.as_deref().unwrap_or("joint_states"),
         ];
+        let names = names.map(|topic| options.absolute(topic));
         let kinds = [
             ("sensor_msgs/msg/Imu", &imu),
             ("sensor_msgs/msg/Imu", &imu),
@@ -132,11 +127,8 @@ impl<'a> Recorder<'a> {
             ("sensor_msgs/msg/Temperature", &temperature),
             ("sensor_msgs/msg/JointState", &joint_state),
         ];
-        let channels: Vec<Channel<'_>> = names
-            .iter()
-            .zip(kinds)
-            .map(|(topic, (kind, definition))| Channel { topic, kind, definition })
-            .collect();
+        let channels: Vec<Channel<'_>> =
+            names.iter().zip(kinds).map(|(topic, (kind, definition))| Channel { topic, kind, definition }).collect();
         let writer = Writer::new(BufWriter::new(file), &channels).map_err(|e| Error::io(path, &e))?;
         let (record, records) = sync_channel(WAITING);
         let (joint, joints) = sync_channel(JOINTS_WAITING);

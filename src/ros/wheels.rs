@@ -31,18 +31,16 @@ impl WheelJoints {
         let (mut seen, mut stand, mut known) = (0, true, true);
         for joint in (0..count).filter(|joint| is_wheel(*joint)) {
             match (position.get(joint).filter(|p| p.is_finite()), velocity.get(joint)) {
-                (Some(now), _) => {
-                    match self.positions.get_mut(seen) {
-                        Some(before) => {
-                            stand &= now == before;
-                            *before = *now;
-                        }
-                        None => {
-                            self.positions.push(*now);
-                            known = false;
-                        }
+                (Some(now), _) => match self.positions.get_mut(seen) {
+                    Some(before) => {
+                        stand &= now == before;
+                        *before = *now;
                     }
-                }
+                    None => {
+                        self.positions.push(*now);
+                        known = false;
+                    }
+                },
                 (None, Some(speed)) => stand &= speed.abs() <= ZERO_RAD_S,
                 (None, None) => return None,
             }
