@@ -93,13 +93,10 @@ impl BiasFilter {
             let c = c.to_matrix();
             p.fixed_view_mut::<3, 3>(0, 0).copy_from(&nalgebra::Matrix3::from_fn(|i, j| c[i][j]));
         }
-        let notes = (p[(0, 0)] + turn_on > 0.0).then(Vec::new).unwrap_or_else(|| {
-            vec![
-                "the configuration states no uncertainty of the gyro's error by temperature: taken as exact (add \
-                 turn_on_bias_std_rad_s, or fit it anew)"
-                    .to_string(),
-            ]
-        });
+        let stated = p[(0, 0)] > 0.0 || turn_on > 0.0;
+        let exact = "the configuration states no uncertainty of the gyro's error by temperature: taken as exact (add \
+                     turn_on_bias_std_rad_s, or fit it anew)";
+        let notes = if stated { Vec::new() } else { vec![exact.to_string()] };
         p[(0, 0)] += turn_on * turn_on + walked_rad2_s2 + STD_FLOOR_RAD_S * STD_FLOOR_RAD_S;
         let x = Vector4::new(model.bias_rad_s, model.sensitivity_rad_s_k, model.curvature_rad_s_k2, 0.0);
         Ok((Self { law: Law::Temperature(model), x, p, walk_rad2_s3: 0.0, markov: None }, notes))

@@ -46,3 +46,29 @@ impl NisWindow {
         Some(NisSummary { blocks, last, mean, inconsistent: mean > most })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Stream;
+
+    #[test]
+    fn too_large_is_said_once_in_a_thousand_and_the_window_forgets() {
+        let mut draw = Stream::new(7, 0);
+        assert!(NisWindow::EMPTY.summary().is_none());
+        let (mut wrong, windows) = (0, 20_000);
+        for _ in 0..windows {
+            let mut window = NisWindow::EMPTY;
+            (0..WINDOW).for_each(|_| window.add(draw.normal().powi(2)));
+            wrong += u32::from(window.summary().unwrap().inconsistent);
+        }
+        // 20 are expected; five deviations of a count
+        assert!(wrong < 43, "{wrong}");
+        let mut window = NisWindow::EMPTY;
+        (0..WINDOW).for_each(|_| window.add(9.0));
+        assert!(window.summary().unwrap().inconsistent);
+        (0..WINDOW).for_each(|_| window.add(1.0));
+        let now = window.summary().unwrap();
+        assert!(!now.inconsistent && now.mean == 1.0 && now.blocks == WINDOW && now.last == 1.0);
+    }
+}

@@ -118,9 +118,9 @@ pub fn run(options: &Options, signals: &Signals, say: &mut (dyn FnMut(&str) + Se
     say(&format!(
         "{} corrects {} about {:?} and publishes {}",
         wires.node.fully_qualified_name(),
-        options.topics.imu,
+        options.absolute(&options.topics.imu),
         options.axis,
-        options.topics.out
+        options.absolute(&options.topics.out)
     ));
     let recording = options.record.as_deref().map(|path| Recorder::new(path, options)).transpose()?;
     let (recorder, tape) = recording.unzip();

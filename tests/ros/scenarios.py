@@ -34,7 +34,7 @@ def discovery(arguments, config, ears, table, figures):
 
 
 def no_loss(arguments, config, ears, table, figures):
-    count = 200 * (5 if arguments.quick else 60)
+    count = 200 * (3 if arguments.quick else 60)
     node = Node(arguments.program, config, "--quiet")
     try:
         ears.wait()
@@ -51,7 +51,7 @@ def latency(arguments, config, ears, table, figures):
     """From before the write to after the take, both in Python: the node, two ways through the network and two of Python."""
     import numpy
 
-    count = 1000 * (8 if arguments.quick else 60)
+    count = 1000 * (4 if arguments.quick else 60)
     direct = run_direct(count // 4)
     node = Node(arguments.program, config, "--quiet")
     try:
@@ -92,7 +92,7 @@ def rest(arguments, config, ears, table, figures):
     node = Node(arguments.program, config, "--joints", "joint_states")
     try:
         ears.wait()
-        heard = run(ears, Sender(200, 200 * (6 if arguments.quick else 20), wheels=True))
+        heard = run(ears, Sender(200, 200 * (5 if arguments.quick else 20), wheels=True))
         bias, std = ears.last_bias.angular[2], ears.last_bias.covariance[35] ** 0.5
         good = abs(bias - TRUE_BIAS) < 4 * std and std < 2e-4 and bool(heard)
         text = f"bias {bias:.3e} ± {std:.1e} rad/s of {TRUE_BIAS:.1e}, NIS {ears.status.get('nis_mean')}"
@@ -109,7 +109,7 @@ def restarts(arguments, config, ears, table, figures):
         ears.wait()
         # the sender goes on over all of it
         sender = Sender(200, 200 * 40, wheels=True).begin()
-        before = ears.hear(5.0)
+        before = ears.hear(4.0)
         learnt = ears.last_bias.angular[2]
         code = nodes[0].stop()
         kept = state.exists()
@@ -117,13 +117,13 @@ def restarts(arguments, config, ears, table, figures):
         ears.drop()
         begin = time.monotonic()
         nodes.append(Node(arguments.program, config, *options))
-        again = ears.hear(10.0, until=lambda: len(ears.imu.read(1)) > 0)
+        again = ears.hear(10.0, first=True)
         seconds = time.monotonic() - begin
         again += ears.hear(2.0)
         text = f"{len(again)} messages, the first {seconds:.1f} s after the start"
         table.line("restart of the node", code == 0 and bool(before) and len(again) > 300, text)
         age, bias = float(ears.status["warm_up_age_s"]), ears.last_bias.angular[2]
-        good = kept and age > 5.0 and abs(bias - learnt) < 1e-4 and "is kept" in nodes[1].words()
+        good = kept and age > 4.0 and abs(bias - learnt) < 1e-4 and "is kept" in nodes[1].words()
         table.line("what it had learnt is kept", good, f"age {age:.1f} s, bias {bias:.3e}, before {learnt:.3e} rad/s")
         sender.end()
         ears.drop()
@@ -140,11 +140,11 @@ def clock(arguments, config, ears, table, figures):
     node = Node(arguments.program, config)
     try:
         ears.wait()
-        heard = run(ears, Sender(200, 1200, jumps={400: 3600.0, 800: -7200.0}))
+        heard = run(ears, Sender(200, 600, jumps={200: 3600.0, 400: -7200.0}))
         status = ears.status
-        good = lost(heard, 1200) == 0 and status["clock_jumps"] == "2"
+        good = lost(heard, 600) == 0 and status["clock_jumps"] == "2"
         age = float(status["age_since_power_on_s"])
-        good &= 5.0 < age < 8.0
+        good &= 2.5 < age < 5.0
         rates = [m.angular_velocity[2] for _, m in heard]
         good &= max(abs(r - (TRUE_BIAS - C2)) for r in rates) < 6e-3
         table.line("clock set 1 h on, 2 h back", good, f"jumps {status['clock_jumps']}, age {age:.1f} s, no loss")
@@ -156,15 +156,15 @@ def storm(arguments, config, ears, table, figures):
     node = Node(arguments.program, config)
     try:
         ears.wait()
-        run(ears, Sender(200, 200))
+        run(ears, Sender(200, 100))
         before, count = node.rss_kib(), 20_000 if arguments.quick else 100_000
         begin = time.monotonic()
         stormed = run(ears, Sender(1e6, count))
         seconds = time.monotonic() - begin - 2.0
         after = node.rss_kib()
-        heard = run(ears, Sender(200, 600))
-        good = node.alive() and lost(heard, 600) == 0 and after - before < 64 * 1024
-        text = f"{count} in {seconds:.1f} s: {len(stormed)} came through, {before} to {after} KiB; then {lost(heard, 600)} lost"
+        heard = run(ears, Sender(200, 400))
+        good = node.alive() and lost(heard, 400) == 0 and after - before < 64 * 1024
+        text = f"{count} in {seconds:.1f} s: {len(stormed)} came through, {before} to {after} KiB; then {lost(heard, 400)} of 400 lost"
         table.line("storm", good, text)
     finally:
         node.stop()
@@ -179,7 +179,6 @@ def malformed(arguments, config, ears, table, figures):
     node = Node(arguments.program, config)
     try:
         ears.wait()
-        run(ears, Sender(200, 200))
         participant = DomainParticipant(0)
         topic = Topic(participant, "rt/imu/data_raw", messages.NoImu)
         writer = DataWriter(participant, topic, qos=messages.sensor_qos())
@@ -202,10 +201,10 @@ def malformed(arguments, config, ears, table, figures):
                 writer.write(messages.NoImu(data))
                 sent += 1
                 time.sleep(0.002)
-        heard = run(ears, Sender(200, 600))
+        heard = run(ears, Sender(200, 400))
         found = int(ears.status["malformed"])
-        good = node.alive() and lost(heard, 600) == 0 and found >= 0.8 * sent
-        table.line("malformed CDR", good, f"{found} of {sent} counted, then {lost(heard, 600)} of 600 lost")
+        good = node.alive() and lost(heard, 400) == 0 and found >= 0.8 * sent
+        table.line("malformed CDR", good, f"{found} of {sent} counted, then {lost(heard, 400)} of 400 lost")
     finally:
         node.stop()
 
@@ -215,14 +214,14 @@ def two_of_one_name(arguments, config, ears, table, figures):
     second = Node(arguments.program, config, "--quiet")
     try:
         ears.wait(publishers=2)
-        both = numbers(run(ears, Sender(200, 600)))
-        twice = sum(both.count(number) == 2 for number in range(600))
+        both = numbers(run(ears, Sender(200, 400)))
+        twice = sum(both.count(number) == 2 for number in range(400))
         second.stop()
         ears.wait(publishers=1)
         ears.drop()
         heard = run(ears, Sender(200, 400))
-        good = twice == 600 and first.alive() and lost(heard, 400) == 0
-        table.line("two nodes of one name", good, f"{twice} of 600 from both, then {lost(heard, 400)} of 400 lost")
+        good = twice == 400 and first.alive() and lost(heard, 400) == 0
+        table.line("two nodes of one name", good, f"{twice} of 400 from both, then {lost(heard, 400)} of 400 lost")
     finally:
         first.stop()
         second.stop()
@@ -232,22 +231,20 @@ def reload(arguments, config, ears, table, figures):
     node = Node(arguments.program, config)
     try:
         ears.wait()
-        sender = Sender(200, 200 * 12).begin()
-        heard = ears.hear(3.5)
+        sender = Sender(200, 200 * 9).begin()
+        heard = ears.hear(2.5)
         config.write_text(CONFIG.format(c2=5e-3))
-        heard += ears.hear(2.5)
-        changed = heard[-1][1].angular_velocity[2]
+        heard += ears.hear(2.0)
+        changed = sum(m.angular_velocity[2] for _, m in heard[-100:]) / 100
         config.write_text("schema = 1\n[gyro]\n")
         node.process.send_signal(signal.SIGHUP)
-        heard += ears.hear(2.5)
+        heard += ears.hear(2.0)
         refused = ears.status["level"] == 1 and "goes on" in node.words()
         config.write_text(CONFIG.format(c2=C2))
         heard += ears.hear(10.0, until=lambda: not sender.alive()) + ears.hear(1.0)
-        back = heard[-1][1].angular_velocity[2]
-        good = abs(changed - (TRUE_BIAS - 5e-3)) < 5e-3 / 2 + 5e-3 and changed > 5e-4
-        mean = sum(m.angular_velocity[2] for _, m in heard[-100:]) / 100
-        good &= refused and abs(mean - (TRUE_BIAS - C2)) < 1e-3 and lost(heard, 200 * 12) == 0
-        table.line("reload without stopping", good, f"{lost(heard, 2400)} of 2400 lost, rates {changed:.1e}, {back:.1e}")
+        back = sum(m.angular_velocity[2] for _, m in heard[-100:]) / 100
+        good = abs(changed - (TRUE_BIAS - 5e-3)) < 1e-3 and refused and abs(back - (TRUE_BIAS - C2)) < 1e-3 and lost(heard, 200 * 9) == 0
+        table.line("reload without stopping", good, f"{lost(heard, 1800)} of 1800 lost, rates {changed:.1e}, {back:.1e}")
     finally:
         config.write_text(CONFIG.format(c2=C2))
         node.stop()
