@@ -1,8 +1,19 @@
 //! `gyroid ros`: the live node.
 
 use super::outcome::Outcome;
+#[cfg(feature = "ros2")]
+use super::output::{Common, Output};
 use clap::Args;
+#[cfg(feature = "ros2")]
+use gyroid::files::Plan;
+#[cfg(feature = "ros2")]
+use gyroid::ros::{self, Axis, Options, Signals, Topics};
+use gyroid::{Error, ErrorKind, Result};
+#[cfg(feature = "ros2")]
+use signal_hook::consts::{SIGINT, SIGTERM};
 use std::path::PathBuf;
+#[cfg(feature = "ros2")]
+use std::time::Duration;
 
 /// Correct a gyro live, as a ROS 2 node that needs no ROS installation
 ///
@@ -17,6 +28,8 @@ use std::path::PathBuf;
     gyroid ros gyroid.toml --joints joint_states --state /var/lib/gyroid.json\n  \
     gyroid ros gyroid.toml --imu imu/raw --out imu/data --namespace /robot1\n  \
     gyroid ros gyroid.toml --temperature imu/temperature --axis x")]
+// help is the same without the feature
+#[cfg_attr(not(feature = "ros2"), allow(dead_code))]
 pub(crate) struct RosArgs {
     /// Configuration (schema 1) with [gyro]
     config: PathBuf,
@@ -78,82 +91,72 @@ enum AxisName {
 }
 
 #[cfg(not(feature = "ros2"))]
-pub(crate) fn run(args: &RosArgs) -> gyroid::Result<Outcome> {
+pub(crate) fn run(args: &RosArgs) -> Result<Outcome> {
     let found = "this gyroid was built without ROS 2";
-    let error = gyroid::Error::new(gyroid::ErrorKind::Usage, args.config.display(), found);
+    let error = Error::new(ErrorKind::Usage, args.config.display(), found);
     Err(error.hint("build it with: cargo install --path . --features ros2"))
 }
 
 #[cfg(feature = "ros2")]
-pub(crate) use node::run;
+pub(crate) fn run(args: &RosArgs) -> Result<Outcome> {
+    let plan = Plan::new().reads([&args.config]).updates("--state", &args.state).writes("--record", &args.record);
+    let output = Output::open(&Common { json: None, quiet: args.quiet, force: false }, "ros", plan)?;
+    let signals = Signals::default();
+    let mut watched = vec![(SIGINT, &signals.stop), (SIGTERM, &signals.stop)];
+    #[cfg(unix)]
+    watched.push((signal_hook::consts::SIGHUP, &signals.reload));
+    for (signal, flag) in watched {
+        signal_hook::flag::register(signal, flag.clone())
+            .map_err(|e| Error::new(ErrorKind::Io, "signals", e).hint("start it again"))?;
+    }
+    ros::run(&args.options()?, &signals, &mut |text| output.say(text))?;
+    Ok(Outcome::Done)
+}
 
 #[cfg(feature = "ros2")]
-mod node {
-    use super::super::output::{Common, Output};
-    use super::{AxisName, Outcome, RosArgs};
-    use gyroid::files::Plan;
-    use gyroid::ros::{self, Axis, Options, Signals, Topics};
-    use gyroid::{Error, ErrorKind, Result};
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    use std::time::Duration;
-
-    pub(crate) fn run(args: &RosArgs) -> Result<Outcome> {
-        let plan = Plan::new().reads([&args.config]).updates("--state", &args.state).writes("--record", &args.record);
-        let output = Output::open(&Common { json: None, quiet: args.quiet, force: false }, "ros", plan)?;
-        let signals = Signals::default();
-        let mut watched = vec![(SIGINT, &signals.stop), (SIGTERM, &signals.stop)];
-        #[cfg(unix)]
-        watched.push((signal_hook::consts::SIGHUP, &signals.reload));
-        for (signal, flag) in watched {
-            signal_hook::flag::register(signal, flag.clone())
-                .map_err(|e| Error::new(ErrorKind::Io, "signals", e).hint("start it again"))?;
-        }
-        ros::run(&args.options()?, &signals, &mut |text| output.say(text))?;
-        Ok(Outcome::Done)
+impl RosArgs {
+    fn options(&self) -> Result<Options> {
+        let duration = self
+            .duration
+            .map(Duration::try_from_secs_f64)
+            .transpose()
+            .map_err(|e| Error::new(ErrorKind::Usage, "--duration", e).hint("give a positive number of seconds"))?;
+        Ok(Options {
+            config: self.config.clone(),
+            topics: Topics {
+                imu: self.imu.clone(),
+                joints: self.joints.clone(),
+                temperature: self.temperature.clone(),
+                out: self.out.clone(),
+            },
+            wheels: self.wheels.clone(),
+            axis: match self.axis {
+                AxisName::X => Axis::X,
+                AxisName::Y => Axis::Y,
+                AxisName::Z => Axis::Z,
+            },
+            name: self.name.clone(),
+            namespace: self.namespace.clone(),
+            domain: domain(self.domain)?,
+            extrapolate: self.extrapolate,
+            since_power_on_s: self.start_offset,
+            state: self.state.clone(),
+            power_cut: self.power_cut,
+            record: self.record.clone(),
+            duration,
+        })
     }
+}
 
-    impl RosArgs {
-        fn options(&self) -> Result<Options> {
-            let duration =
-                self.duration.map(Duration::try_from_secs_f64).transpose().map_err(|e| {
-                    Error::new(ErrorKind::Usage, "--duration", e).hint("give a positive number of seconds")
-                })?;
-            Ok(Options {
-                config: self.config.clone(),
-                topics: Topics {
-                    imu: self.imu.clone(),
-                    joints: self.joints.clone(),
-                    temperature: self.temperature.clone(),
-                    out: self.out.clone(),
-                },
-                wheels: self.wheels.clone(),
-                axis: match self.axis {
-                    AxisName::X => Axis::X,
-                    AxisName::Y => Axis::Y,
-                    AxisName::Z => Axis::Z,
-                },
-                name: self.name.clone(),
-                namespace: self.namespace.clone(),
-                domain: domain(self.domain)?,
-                extrapolate: self.extrapolate,
-                since_power_on_s: self.start_offset,
-                state: self.state.clone(),
-                power_cut: self.power_cut,
-                record: self.record.clone(),
-                duration,
-            })
-        }
-    }
-
-    /// The domain that was asked for, else the environment's.
-    fn domain(asked: Option<u16>) -> Result<u16> {
-        const NAME: &str = "ROS_DOMAIN_ID";
-        match (asked, std::env::var(NAME)) {
-            (Some(domain), _) => Ok(domain),
-            (None, Ok(text)) if !text.is_empty() => text.parse().ok().filter(|d| *d <= 232).ok_or_else(|| {
-                Error::new(ErrorKind::Usage, NAME, format!("{text:?} is no domain")).hint("a number from 0 to 232")
-            }),
-            _ => Ok(0),
-        }
+/// The domain that was asked for, else the environment's.
+#[cfg(feature = "ros2")]
+fn domain(asked: Option<u16>) -> Result<u16> {
+    const NAME: &str = "ROS_DOMAIN_ID";
+    match (asked, std::env::var(NAME)) {
+        (Some(domain), _) => Ok(domain),
+        (None, Ok(text)) if !text.is_empty() => text.parse().ok().filter(|d| *d <= 232).ok_or_else(|| {
+            Error::new(ErrorKind::Usage, NAME, format!("{text:?} is no domain")).hint("a number from 0 to 232")
+        }),
+        _ => Ok(0),
     }
 }
