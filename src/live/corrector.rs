@@ -151,11 +151,11 @@ impl Corrector {
         let (mut filter, said) =
             BiasFilter::new(config, by_temperature, began.restart.as_ref(), began.since_power_on_s)?;
         notes.extend(said);
-        if let Some(saved) = began.stayed_on.filter(|s| *s.configuration_sha256 == *configuration_sha256) {
-            if filter.restore(saved.state, saved.covariance) {
-                filter.predict(began.off_s);
-                notes.push("what was learnt at rest before is kept".into());
-            }
+        if let Some(saved) = began.stayed_on.filter(|s| *s.configuration_sha256 == *configuration_sha256)
+            && filter.restore(saved.state, saved.covariance)
+        {
+            filter.predict(began.off_s);
+            notes.push("what was learnt at rest before is kept".into());
         }
         let warm_s = began.restart.map_or(0.0, |r| r.age_s(gyro.time_constant_s));
         let age_at_start_s = warm_s + began.since_power_on_s;
