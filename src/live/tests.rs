@@ -44,7 +44,7 @@ impl Gyro {
         self.walk += 2e-6 * STEP_S.sqrt() * self.draw.normal();
         let phi = (-STEP_S / 150.0).exp();
         self.markov = phi * self.markov + 1e-4 * (1.0 - phi * phi).sqrt() * self.draw.normal();
-        if k % 10 == 0 {
+        if k.is_multiple_of(10) {
             self.rocking = 1e-4 * self.draw.normal();
         }
     }

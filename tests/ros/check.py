@@ -162,6 +162,8 @@ class Ears:
         self.bias = reader("rt/gyroid/bias", messages.TwistWithCovarianceStamped, messages.sensor_qos())
         self.diagnostics = reader("rt/diagnostics", messages.DiagnosticArray, messages.reliable_qos())
         self.status, self.last_bias = None, None
+        # s between two looks at bias and diagnostics, for which the other messages wait
+        self.look_every = 0.5
 
     def wait(self, publishers=1, seconds=20):
         """Until so many nodes publish; s it took."""
@@ -176,15 +178,14 @@ class Ears:
         """Messages of so many seconds, or until `until()`, or just the `first` ones, with their arrival, ns."""
         from cyclonedds.core import ReadCondition, SampleState, ViewState, InstanceState, WaitSet
 
-        heard, end = [], time.monotonic() + seconds
+        heard, looked, end = [], time.monotonic(), time.monotonic() + seconds
         waits = WaitSet(self.participant)
         waits.attach(ReadCondition(self.imu, SampleState.Any | ViewState.Any | InstanceState.Any))
-        looked = 0.0
         while time.monotonic() < end and not (until and until()) and not (first and heard):
             waits.wait(100_000_000)
             now = time.monotonic_ns()
             heard += [(now, m) for m in self.imu.take(500) if hasattr(m, "header")]
-            if time.monotonic() - looked > 0.5:
+            if time.monotonic() - looked > self.look_every:
                 looked = time.monotonic()
                 self.look()
         self.look()

@@ -56,7 +56,9 @@ def latency(arguments, config, ears, table, figures):
     node = Node(arguments.program, config, "--quiet")
     try:
         ears.wait()
+        ears.look_every = float("inf")
         heard = run(ears, Sender(1000, count))
+        ears.look_every = 0.5
         for name, limit, found in [
             ("latency at 1 kHz", arguments.limit_ms, latencies_ms(heard)),
             ("the same without the node", None, direct),
@@ -267,6 +269,8 @@ def soak(arguments, config, ears, table, figures):
             if time.monotonic() - begin > next_said:
                 print(f"        after {next_said:.0f} s {node.rss_kib()} KiB", flush=True)
                 next_said += 300.0
+        # the count comes once a second
+        ears.hear(2.5)
         samples = int(ears.status["samples"])
         after = node.rss_kib()
         good = samples == count and after - before < 2048
