@@ -4,7 +4,7 @@
     python3 -m venv venv && venv/bin/pip install cyclonedds numpy
     cargo build --release --features ros2
     venv/bin/python tests/ros/check.py target/release/gyroid          # four minutes
-    venv/bin/python tests/ros/check.py --quick target/release/gyroid  # under a minute
+    venv/bin/python tests/ros/check.py --quick target/release/gyroid  # about a minute
     venv/bin/python tests/ros/check.py --soak 3600 target/release/gyroid
 
 Prints a table and exits 1 where a line of it failed. Needs no ROS installation.
@@ -233,7 +233,7 @@ class Table:
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("program", type=pathlib.Path)
-    parser.add_argument("--quick", action="store_true", help="shorter runs: under a minute")
+    parser.add_argument("--quick", action="store_true", help="shorter runs: about a minute")
     parser.add_argument("--soak", type=float, metavar="S", help="nothing but so many seconds at 200 Hz, and the memory")
     parser.add_argument("--limit-ms", type=float, default=1.0, help="largest 99th percentile of the latency")
     parser.add_argument("--json", type=pathlib.Path, help="figures, for the book")
