@@ -70,9 +70,9 @@
 //! | 1 | [`signal`] |
 //! | 2 | [`ingest`], [`bias`], [`noise`], [`traction`], [`vehicle`], [`config`], [`model`] |
 //! | 3 | [`identify`], [`validate`], [`navigate`], [`simulate`] |
-//! | 4 | [`population`], [`study`], [`effects`] |
+//! | 4 | [`population`], [`study`], [`effects`], [`live`] |
 //! | 5 | [`gap`], [`mod@bench`] |
-//! | 6 | [`export`], [`report`] |
+//! | 6 | [`export`], [`report`], `ros` (feature `ros2`) |
 //! | 7 | [`cli`] |
 //!
 //! The library never prints (what [`cli`] is for aside), never exits, and does not panic on input: every [`Error`] names the input, the place in
@@ -143,6 +143,7 @@ pub mod files;
 pub mod gap;
 pub mod identify;
 pub mod ingest;
+pub mod live;
 pub mod math;
 pub mod model;
 pub mod navigate;
@@ -151,6 +152,8 @@ pub(crate) mod population;
 pub(crate) mod progress;
 pub mod report;
 pub(crate) mod robot;
+#[cfg(feature = "ros2")]
+pub mod ros;
 pub mod signal;
 pub mod simulate;
 pub(crate) mod study;

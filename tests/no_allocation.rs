@@ -1,6 +1,7 @@
 //! A step of a filter allocates nothing: counted, not believed.
 
 use gyroid::config::Config;
+use gyroid::live::{Corrector, Settings as Live, Start};
 use gyroid::navigate::{Filter, Input, MotionModel, RollingFilter, Sensor, Settings, SlipFilter};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -69,4 +70,34 @@ fn a_step_allocates_nothing() {
     // the count does count
     assert!(allocations(|| drop(std::hint::black_box(vec![0_u8; 16]))) > 0);
     assert!(rolling.mean().iter().chain(slip.mean().iter()).all(|v| v.is_finite()));
+}
+
+/// Rest, motion, clocks that are set, stamps again, readings that are none, and the copy that a second thread is given.
+fn correct(corrector: &mut Corrector, wheels: bool) {
+    for k in 0..4000_i64 {
+        let t = 0.005 * k as f64;
+        let moving = (1000..2000).contains(&k);
+        if wheels && k % 4 == 0 {
+            corrector.wheels(!moving, t);
+        }
+        corrector.temperature(if k % 100 == 0 { f64::NAN } else { 30.0 }, t);
+        let rate = if moving { 0.3 } else { 8e-3 };
+        let set = if k > 3000 { 3_600_000_000_000 } else { 0 };
+        let stamp_ns = 5_000_000 * (k - i64::from(k % 50 == 0)) + set;
+        let _ = corrector.sample(stamp_ns, t, if k % 70 == 0 { f64::NAN } else { rate });
+        let _ = (corrector.nis(), corrector.clone());
+    }
+}
+
+#[test]
+fn a_live_correction_allocates_nothing() {
+    let table = "[gyro.temperature]\nreference_c = 30.0\nbias_rad_s = 8e-3\nsensitivity_rad_s_k = 2e-4\n";
+    let text = TEXT.replace("[vehicle]", &format!("{table}[vehicle]"));
+    let config = Config::parse(&text, "robot.toml").unwrap();
+    for (wheels, temperature) in [(true, false), (false, false), (true, true)] {
+        let settings = Live { wheels, temperature, extrapolate: false };
+        let (mut corrector, _) = Corrector::new(&config, settings, &Start::default()).unwrap();
+        assert_eq!(allocations(|| correct(&mut corrector, wheels)), 0, "{settings:?}");
+        assert!(corrector.blocks()[0] > 5, "{settings:?} {:?}", corrector.blocks());
+    }
 }

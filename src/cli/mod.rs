@@ -27,6 +27,7 @@ mod output;
 mod places;
 mod read;
 mod restart;
+mod ros;
 mod simulate;
 mod study;
 mod topic_args;
@@ -61,6 +62,7 @@ enum Command {
     Navigate(navigate::NavigateArgs),
     Study(study::StudyArgs),
     Export(export::ExportArgs),
+    Ros(ros::RosArgs),
     Gap(gap::GapArgs),
     Init(init::InitArgs),
     Demo(demo::DemoArgs),
@@ -81,6 +83,7 @@ impl Command {
             Self::Navigate(args) => navigate::run(args),
             Self::Study(args) => study::run(args),
             Self::Export(args) => export::run(args),
+            Self::Ros(args) => ros::run(args),
             Self::Gap(args) => gap::run(args),
             Self::Init(args) => init::run(args),
             Self::Demo(args) => demo::run(args, &typed),

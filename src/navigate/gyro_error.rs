@@ -42,7 +42,7 @@ use nalgebra::Matrix3;
 pub(crate) const LN_TIME_CONSTANT_STD_LIMIT: f64 = 0.5;
 
 /// ln T stays this close to its first value: four of the largest standard deviations.
-pub(super) const LN_TIME_CONSTANT_REACH: f64 = 4.0 * LN_TIME_CONSTANT_STD_LIMIT;
+pub(crate) const LN_TIME_CONSTANT_REACH: f64 = 4.0 * LN_TIME_CONSTANT_STD_LIMIT;
 
 /// Floor of the error's standard deviations, so that the covariance of a model without any uncertainty is positive
 /// definite: 2e-4 °/h.
@@ -51,7 +51,7 @@ const LN_TIME_CONSTANT_STD_FLOOR: f64 = 1e-6;
 
 /// How the error approaches its asymptote.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Decay {
+pub(crate) struct Decay {
     scheme: Scheme,
     sample_time_s: f64,
 }
@@ -88,7 +88,7 @@ impl Decay {
 
 /// (e, s, ln T) at the start of a drive.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Prior {
+pub(crate) struct Prior {
     pub mean: [f64; 3],
     pub covariance: Matrix3<f64>,
     /// Notes for the user.

@@ -68,6 +68,7 @@ pub use augmented::run_with;
 pub use compare::{Comparison, Track, compare};
 pub use consistency::{Consistency, SensorConsistency};
 pub use filter::{Filter, RollingFilter, SlipFilter};
+pub(crate) use gyro_error::{Decay, LN_TIME_CONSTANT_REACH, Prior};
 pub use model::{Expected, Input, MotionModel, Transition, state};
 pub use reading::{Innovation, Sensor};
 pub use reckoning::{Reckoning, dead_reckoning, gyro_reckoning};

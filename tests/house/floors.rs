@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floor of each module. A new module needs its line here.
-const FLOORS: [(&str, u8); 25] = [
+const FLOORS: [(&str, u8); 26] = [
     ("error", 0),
     ("files", 0),
     ("progress", 0),
@@ -27,13 +27,14 @@ const FLOORS: [(&str, u8); 25] = [
     ("simulate", 3),
     ("population", 4),
     ("study", 4),
+    ("live", 4),
     ("effects", 4),
     ("gap", 5),
     ("bench", 5),
     ("export", 6),
 ];
 /// These lie on the sixth floor too, and the roof is the command line.
-const UPPER: [(&str, u8); 3] = [("report", 6), ("cli", 7), ("python", 7)];
+const UPPER: [(&str, u8); 4] = [("report", 6), ("ros", 6), ("cli", 7), ("python", 7)];
 
 fn floors() -> BTreeMap<&'static str, u8> {
     FLOORS.iter().chain(&UPPER).copied().collect()

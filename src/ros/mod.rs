@@ -1,0 +1,26 @@
+//! Floor 6: the live correction as a ROS 2 node, over DDS in Rust, without a ROS installation.
+//!
+//! ```text
+//!     imu/data_raw ──┐                                  ┌──► imu/data      corrected, with covariance
+//!     joint_states ──┼──► take up ──► live::Corrector ──┼──► ~/bias        with its variance
+//!     temperature  ──┘      one thread, no allocation   │
+//!                                                       └──► keeper: /diagnostics, state file, reload; recorder: MCAP
+//! ```
+//!
+//! What takes time (files, configurations, texts) is done by threads of their own, so that no sample waits for a disk.
+
+mod diagnostics;
+mod fixed;
+mod keeper;
+mod mcap;
+mod messages;
+mod node;
+mod options;
+mod recorder;
+mod report;
+#[cfg(test)]
+mod tests;
+mod wheels;
+
+pub use node::run;
+pub use options::{Axis, Options, Signals, Topics};

@@ -1,0 +1,43 @@
+//! What the loop tells the keeper once a second: copied, without allocation.
+
+use crate::live::{Corrected, Corrector, Stamped};
+
+/// Messages, by what was the matter with them.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Counts {
+    pub samples: u64,
+    pub malformed: u64,
+    pub unsent: u64,
+    pub unrecorded: u64,
+    pub repeated: u64,
+    pub overtaken: u64,
+    pub gaps: u64,
+    pub jumps: u64,
+    pub not_finite: u64,
+    pub passed_through: u64,
+}
+
+impl Counts {
+    pub(super) fn add(&mut self, got: &Corrected) {
+        self.samples += 1;
+        match got.flags.stamped {
+            Stamped::Steady => {}
+            Stamped::Repeated => self.repeated += 1,
+            Stamped::Overtaken => self.overtaken += 1,
+            Stamped::Gap => self.gaps += 1,
+            Stamped::JumpedForward | Stamped::JumpedBack => self.jumps += 1,
+        }
+        self.not_finite += u64::from(got.flags.not_finite);
+        self.passed_through += u64::from(got.flags.passed_through());
+    }
+}
+
+/// What the loop tells once a second.
+pub(super) struct Report {
+    pub corrector: Option<Corrector>,
+    pub last: Option<Corrected>,
+    pub counts: Counts,
+    /// By the loop's clock, s.
+    pub now_s: f64,
+    pub notes: Vec<String>,
+}

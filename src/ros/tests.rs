@@ -1,0 +1,124 @@
+use super::fixed::Text;
+use super::mcap::{Channel, Writer};
+use super::messages::{Header, Imu, JointState, Stamp, TwistWithCovarianceStamped};
+use super::wheels::WheelJoints;
+use crate::ingest::{GyroQuery, read_gyro};
+use rustdds::no_key::{DefaultDecoder, SerializerAdapter};
+use rustdds::{CDRDeserializerAdapter, CDRSerializerAdapter, RepresentationIdentifier};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// As Cyclone DDS 11.0.1 writes them, without the four bytes before them.
+const IMU: &str = "0c0000002200000009000000696d755f6c696e6b0000000000000000000000000000000000000000000000000000000000000000000000\
+    00000000000000f0bf00000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    000000000000000000000000000000000000000000000000f03f0000000000000040000000000000084000000000000000000000000000\
+    00000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    00000000000000000000104000000000000014400000000000001840000000000000000000000000000000000000000000000000000000\
+    000000000000000000000000000000000000000000000000000000000000000000000000000000000000001c40";
+const JOINTS: &str = "0100000002000000010000000000000002000000050000006c6566740000000002000000720000000200000000000000000000000000e03f\
+    000000000000f0bf02000000000000000000000000000000000000000000004000000000";
+
+fn bytes(hex: &str) -> Vec<u8> {
+    (0..hex.len() / 2).map(|k| u8::from_str_radix(&hex[2 * k..2 * k + 2], 16).unwrap()).collect()
+}
+
+fn decode<M: DeserializeOwned + 'static>(cdr: &[u8]) -> Option<M> {
+    use rustdds::no_key::{Decode, DeserializerAdapter};
+    let decoder = <CDRDeserializerAdapter<M> as DefaultDecoder<M>>::DECODER;
+    let decoded = decoder.decode_bytes(cdr, RepresentationIdentifier::CDR_LE).ok()?;
+    Some(<CDRDeserializerAdapter<M> as DeserializerAdapter<M>>::transform_decoded(decoded))
+}
+
+fn encode<M: Serialize>(message: &M) -> Vec<u8> {
+    <CDRSerializerAdapter<M> as SerializerAdapter<M>>::to_bytes(message).unwrap().to_vec()
+}
+
+fn imu(t_s: f64, rate_rad_s: f64) -> Imu {
+    let stamp = Stamp { sec: t_s as i32, nanosec: (t_s.fract() * 1e9).round() as u32 };
+    let header = Header { stamp, frame_id: Text::new("imu_link").unwrap() };
+    Imu { header, angular_velocity: [0.0, 0.0, rate_rad_s], ..Imu::default() }
+}
+
+#[test]
+fn messages_are_those_of_another_vendor() {
+    let joints: JointState = decode(&bytes(JOINTS)).unwrap();
+    assert_eq!(joints.header.stamp.ns(), 1_000_000_002);
+    assert_eq!(joints.name.as_slice().iter().map(Text::as_str).collect::<Vec<_>>(), ["left", "r"]);
+    assert_eq!((joints.position.as_slice(), joints.velocity.as_slice()), (&[0.5, -1.0][..], &[0.0, 2.0][..]));
+    assert!(joints.effort.as_slice().is_empty());
+    assert_eq!(encode(&joints), bytes(JOINTS));
+    let twist = TwistWithCovarianceStamped {
+        header: Header { frame_id: Text::new("a").unwrap(), ..Header::default() },
+        linear: [0.0; 3],
+        angular: [0.0; 3],
+        covariance: ([0.0; 18], [1.0; 18]),
+    };
+    assert_eq!(encode(&twist).len(), 352);
+    let found: Imu = decode(&bytes(IMU)).unwrap();
+    assert_eq!((found.header.stamp.ns(), found.header.frame_id.as_str()), (12_000_000_034, "imu_link"));
+    assert_eq!((found.angular_velocity, found.linear_acceleration), ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]));
+    assert_eq!((found.orientation_covariance[0], found.linear_acceleration_covariance[8]), (-1.0, 7.0));
+    assert_eq!(encode(&found), bytes(IMU));
+    let message = imu(12.5, 0.25);
+    let again: Imu = decode(&encode(&message)).unwrap();
+    assert_eq!((again.header.stamp, again.angular_velocity), (message.header.stamp, message.angular_velocity));
+    assert_eq!(again.header.frame_id.as_str(), "imu_link");
+}
+
+#[test]
+fn what_is_cut_off_or_too_long_is_no_message() {
+    let whole = encode(&imu(1.0, 0.1));
+    assert!((0..whole.len()).all(|end| decode::<Imu>(&whole[..end]).is_none()));
+    let mut long = whole.clone();
+    // the length of frame_id
+    long[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert!(decode::<Imu>(&long).is_none());
+    let mut many = bytes(JOINTS);
+    many[16..20].copy_from_slice(&65_u32.to_le_bytes());
+    assert!(decode::<JointState>(&many).is_none());
+}
+
+#[test]
+fn wheels_stand_by_their_positions_else_by_their_speeds() {
+    let with = |position: &[f64], velocity: &[f64]| {
+        let list = |values: &[f64]| {
+            let mut cdr = (values.len() as u32).to_le_bytes().to_vec();
+            cdr.extend(if values.is_empty() { vec![] } else { vec![0; 4] });
+            values.iter().for_each(|v| cdr.extend(v.to_le_bytes()));
+            decode(&cdr).unwrap()
+        };
+        let mut message: JointState = decode(&bytes(JOINTS)).unwrap();
+        (message.position, message.velocity) = (list(position), list(velocity));
+        message
+    };
+    let mut all = WheelJoints::new(&[]);
+    assert_eq!(all.stand(&with(&[1.0, 2.0], &[0.1, 0.0])), None);
+    assert_eq!(all.stand(&with(&[1.0, 2.0], &[0.1, 0.0])), Some(true));
+    assert_eq!(all.stand(&with(&[1.0, 2.1], &[0.0, 0.0])), Some(false));
+    assert_eq!(WheelJoints::new(&[]).stand(&with(&[], &[0.0, 0.0])), Some(true));
+    assert_eq!(WheelJoints::new(&[]).stand(&with(&[], &[0.0, 0.2])), Some(false));
+    assert_eq!(WheelJoints::new(&["left".into()]).stand(&with(&[], &[0.0, 0.2])), Some(true));
+    assert_eq!(WheelJoints::new(&["wheel".into()]).stand(&with(&[], &[0.0, 0.2])), None);
+}
+
+#[test]
+fn a_recording_is_a_log() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("live.mcap");
+    let definition = "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
+        geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
+        geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n";
+    let channel = Channel { topic: "/imu/data_raw", kind: "sensor_msgs/msg/Imu", definition };
+    for whole in [true, false] {
+        let mut writer = Writer::new(std::fs::File::create(&path).unwrap(), &[Channel { ..channel }]).unwrap();
+        for k in 0..200 {
+            let t = 100.0 + 0.005 * f64::from(k);
+            writer.message(0, (t * 1e9) as u64, &encode(&imu(t, 0.001 * f64::from(k % 7)))).unwrap();
+        }
+        if whole {
+            writer.finish().unwrap();
+        }
+        let log = read_gyro(&path, &GyroQuery::default()).unwrap();
+        assert_eq!(log.log.len(), 200, "{whole}");
+    }
+}

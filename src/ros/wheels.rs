@@ -1,0 +1,51 @@
+//! Whether the wheels stand, by joint states.
+
+use super::messages::{JOINTS, JointState};
+
+/// A speed below this is zero but for rounding, rad/s: a turn in two hundred years.
+const ZERO_RAD_S: f64 = 1e-9;
+
+/// Follows the joints that are wheels.
+pub(crate) struct WheelJoints {
+    /// Names; empty: all joints are.
+    names: Vec<String>,
+    /// Position of each at the last reading, rad; its room is that of the largest message.
+    positions: Vec<f64>,
+}
+
+impl WheelJoints {
+    pub(crate) fn new(names: &[String]) -> Self {
+        Self { names: names.to_vec(), positions: Vec::with_capacity(JOINTS) }
+    }
+
+    /// Whether all wheels of a message stand: by their positions where it has them, which must not change, else by their speeds.
+    /// `None` where it has no wheel, or is the first one with positions.
+    pub(crate) fn stand(&mut self, message: &JointState) -> Option<bool> {
+        let (names, velocity) = (message.name.as_slice(), message.velocity.as_slice());
+        let position = message.position.as_slice();
+        let count = names.len().max(position.len()).max(velocity.len());
+        let is_wheel = |joint: usize| {
+            let name = names.get(joint).map(super::fixed::Text::as_str);
+            self.names.is_empty() || name.is_some_and(|name| self.names.iter().any(|n| n == name))
+        };
+        let (mut seen, mut stand, mut known) = (0, true, true);
+        for joint in (0..count).filter(|joint| is_wheel(*joint)) {
+            match (position.get(joint).filter(|p| p.is_finite()), velocity.get(joint)) {
+                (Some(now), _) => match self.positions.get_mut(seen) {
+                    Some(before) => {
+                        stand &= now == before;
+                        *before = *now;
+                    }
+                    None => {
+                        self.positions.push(*now);
+                        known = false;
+                    }
+                },
+                (None, Some(speed)) => stand &= speed.abs() <= ZERO_RAD_S,
+                (None, None) => return None,
+            }
+            seen += 1;
+        }
+        (seen > 0 && known).then_some(stand)
+    }
+}
