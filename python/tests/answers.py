@@ -124,6 +124,7 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
     power = ("--effect", "gyro.tone", "gyro.rate_ramp", "gyro.turn_on_shift", "gyro.supply_sensitivity", "--cases", 3, "--check", 2)
     wanders = ("--among", "gyro.rate_ramp", "gyro.rate_random_walk")
     among = ("--among", "vehicle.payload", "motor.torque_gain")
+    gain = ("--among", "gyro.scale_factor", "vehicle.track_width")
     patch = ("--patch", DATA.parent / "examples" / "mujoco" / "robot.xml", "-o", "patched.xml")
     (folder / "late.toml").write_text((DATA / "truth.toml").read_text() + '\n[[effect]]\nid = "sensor.gyro_delay"\ndelay_s = 0.05\n')
     run(folder, "simulate", "late.toml", "--course", "random", "--duration", "60", "-o", "late.parquet")
@@ -155,6 +156,7 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
         ("gap.plan", "GapPlan", ("gap", "plan", "standing.toml", "--fit", "standing.csv", *wanders, "--experiment", "again")),
         ("gap.plan", "GapPlan", ("gap", "plan", DATA / "truth.toml", "--fit", "late.parquet", *among, "--experiment", "spins", "payload")),
         ("gap.plan", "GapPlan", ("gap", "plan", DATA / "truth.toml", "--fit", "blind.csv", "--experiment", "squares_marked")),
+        ("gap.plan", "GapPlan", ("gap", "plan", DATA / "truth.toml", "--fit", "blind.csv", *gain, "--experiment", "spins_marked")),
         ("man", "Man", ("man", "-o", "man")),
         ("demo", "Demo", ("demo", "-o", "demo")),
     ]

@@ -116,6 +116,24 @@ fn bad_input_is_said() {
     );
 }
 
+/// A filter that holds a delay of several rows amplifies its own errors: evidence was 10⁶⁴ nats.
+#[test]
+fn a_gyro_that_is_late_by_rows_beside_the_rivals_leaves_their_evidence_as_it_is() {
+    let nominal = include_str!("../../data/truth.toml");
+    let effects = "[[effect]]\nid = \"sensor.gyro_delay\"\ndelay_s = 0.05\n[[effect]]\nid = \"gyro.scale_factor\"\nrelative = 0.05\n";
+    let place = Place::with(&[("nominal.toml", nominal), ("with.toml", &format!("{nominal}\n{effects}"))]);
+    place.ok("simulate with.toml --course random --duration 20 --seed 3 -o blind.parquet");
+    let mut log = read_log(place.path("blind.parquet")).unwrap();
+    log.channels.retain(|c| c.name.starts_with("gyro_") || c.name.starts_with("wheel_"));
+    write_log(place.path("blind.parquet"), &log).unwrap();
+    let found = json(&place, "gap plan nominal.toml --fit blind.parquet --experiment circles_marked squares_marked");
+    let beside = &found["rivals"][0]["beside"];
+    assert!(beside.to_string().contains("gyro_delay"), "{beside}");
+    let pairs = found["experiments"].as_array().unwrap().iter().flat_map(|e| e["pairs"].as_array().unwrap());
+    let nats: Vec<f64> = pairs.map(|pair| pair["nats"].as_f64().unwrap()).collect();
+    assert!(nats.iter().all(|nats| nats.abs() < 1e6), "{nats:?}");
+}
+
 /// Channels of a robot's log.
 const SENSORS: [&[&str]; 4] = [
     &["gyro_", "wheel_"],

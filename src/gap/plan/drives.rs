@@ -8,7 +8,7 @@ use super::rivals::Rival;
 use super::worth::Pair;
 use crate::config::Config;
 use crate::effects::Library;
-use crate::effects::drive::Driving;
+use crate::effects::drive::{Driving, late};
 use crate::error::Result;
 use crate::gap::diagnosis::Drive;
 use crate::gap::drive::fit::Compared;
@@ -21,6 +21,7 @@ use crate::gap::drive::regressors::practical_identifiability::{LN_ODDS, gains, l
 use crate::gap::drive::regressors::structural_identifiability::StructuralClasses;
 use crate::gap::power::simulated::Simulator;
 use crate::gap::selection::search::Member;
+use crate::model::drive::Instrument;
 use crate::signal::Log;
 use crate::simulate::Seeds;
 
@@ -34,7 +35,7 @@ pub(super) fn resolution() -> f64 {
 pub(super) struct Drives<'a> {
     config: &'a Config,
     library: &'a Library,
-    rivals: &'a [Rival],
+    rivals: Vec<Rival>,
     seeds: Seeds,
     since_power_on_s: f64,
     /// The recorded drive as each rival would have made it.
@@ -50,10 +51,12 @@ impl<'a> Drives<'a> {
         config: &'a Config,
         log: &Log,
         library: &'a Library,
-        rivals: &'a [Rival],
+        rivals: &[Rival],
         (seed, since_power_on_s): (u64, f64),
     ) -> Result<Self> {
         let seeds = Seeds::from(seed);
+        let all: Vec<&'static dyn Driving> = library.driving().collect();
+        let rivals: Vec<Rival> = rivals.iter().map(|r| within_rows(r, &all, log.time.median_step_s())).collect();
         let simulator = Simulator::new(config, log, library, since_power_on_s);
         let recorded = rivals.iter().map(|r| simulator.log(&r.tables(), seeds)).collect::<Result<_>>()?;
         Ok(Self { config, library, rivals, seeds, since_power_on_s, recorded })
@@ -95,7 +98,7 @@ impl<'a> Drives<'a> {
     }
 
     /// Expected evidence of `truth` over each other rival in a `record` of it, nats.
-    fn over(&self, truth: &Rival, record: &Record) -> Vec<(&'a str, f64)> {
+    fn over(&self, truth: &Rival, record: &Record) -> Vec<(&str, f64)> {
         let others = self.rivals.iter().map(|r| r.id.as_str()).filter(|id| *id != truth.id);
         // the sizes of motions, known roughly, tell no laws apart that are one and the same to the readings
         let every: Vec<&'static dyn Driving> = self.library.driving().collect();
@@ -132,4 +135,16 @@ impl<'a> Drives<'a> {
         }
         theta
     }
+}
+
+/// `rival`, with the instruments that are late beside it late by less than a row of `step_s`. A diagnosis moves readings by whole rows,
+/// which are the same to every rival; a filter that holds delays of several rows amplifies its own errors.
+fn within_rows(rival: &Rival, effects: &[&'static dyn Driving], step_s: f64) -> Rival {
+    let mut rival = rival.clone();
+    for late in [Instrument::Wheels, Instrument::Gyro].into_iter().filter_map(|of| late(effects, of)) {
+        let delays =
+            rival.beside.iter_mut().filter(|b| b.id == late.id).filter_map(|b| b.parameters.get_mut(late.size()));
+        delays.for_each(|delay_s| *delay_s = delay_s.rem_euclid(step_s));
+    }
+    rival
 }
