@@ -5,6 +5,7 @@ pub(crate) mod effect_set;
 pub(crate) mod filter;
 pub(crate) mod filter_pass;
 pub(crate) mod innovations;
+pub(crate) mod lasting;
 pub(crate) mod models;
 pub(crate) mod noise;
 pub(crate) mod sensitivity;

@@ -5,7 +5,7 @@
 
 use super::filter::{N, Step, TH, V, W, X, Y};
 use super::filter_pass::{RowLinearization, ScalarUpdate};
-use super::slopes::SlopeTangents;
+use super::lasting::SlopeTangents;
 use crate::gap::drive::ekf::models::{Beside, Models};
 use crate::gap::drive::regressors::basis::{Column, Equation};
 use crate::model::drive::{DriveEffect, Instrument, Moving, Past, Robot, Shape};

@@ -1,9 +1,5 @@
 //! a = (v(t) - v(t - τ))/τ:   accelerations, and the wheel forces that they take
-//!
-//! Of an acceleration beyond the model's own the share φ lasts to the next row: v' = v + dt (f + φ (a - f)). By a coefficient β
-//! ∂v'/∂β = (1 - φ)(∂v/∂β + dt ∂f/∂β) + φ (∂v/∂β + dt (∂v(t)/∂β - ∂v(t - τ)/∂β)/τ).
 
-use super::filter::{Lasting, N, TH, V, X, Y};
 use crate::model::drive::DriveModel;
 use std::collections::VecDeque;
 
@@ -46,51 +42,5 @@ impl Slopes {
         let robot = &model.robot;
         let (sum, difference) = (robot.mass_kg * a, robot.yaw_inertia_kg_m2 * alpha / robot.half_track_m);
         ([a, alpha], [0.5 * (sum - difference), 0.5 * (sum + difference)])
-    }
-}
-
-/// Derivatives of v and ω by the columns at the rows that [`Slopes`] compares.
-#[derive(Default)]
-pub(crate) struct SlopeTangents {
-    /// At the last rows, the newest last.
-    arrived: VecDeque<[Vec<f64>; 2]>,
-    /// In this row, before the step.
-    here: [Vec<f64>; 2],
-    rows: usize,
-}
-
-impl SlopeTangents {
-    /// Derivatives of the state before a step.
-    pub(crate) fn leave(&mut self, state: &[Vec<f64>; N]) {
-        self.here.iter_mut().zip(&state[V..]).for_each(|(own, from)| own.clone_from(from));
-    }
-
-    /// Adds to the derivatives of the state after a step of `dt` s, by the model, those of what lasts; `middle`: sine and cosine of the
-    /// heading half way.
-    pub(crate) fn arrive(&mut self, state: &mut [Vec<f64>; N], lasting: &[Lasting; 2], dt: f64, middle: (f64, f64)) {
-        for (i, Lasting { share, over, lasts }) in lasting.iter().enumerate() {
-            let slope = over.and_then(|(rows, over_s)| {
-                self.rows = self.rows.max(rows);
-                let newest = self.arrived.len().checked_sub(1)?;
-                let by = if *lasts { dt / over_s } else { 0.0 };
-                Some((&self.arrived[newest][i], &self.arrived[newest.checked_sub(rows)?][i], by))
-            });
-            for (c, before) in self.here[i].iter().enumerate() {
-                let lasts = slope.map_or(0.0, |(now, then, by)| by * (now[c] - then[c]));
-                let added = share * (lasts - (state[V + i][c] - before));
-                state[V + i][c] += added;
-                // half of the change within the step
-                if i == 0 {
-                    state[X][c] += 0.5 * dt * added * middle.1;
-                    state[Y][c] += 0.5 * dt * added * middle.0;
-                } else {
-                    state[TH][c] += 0.5 * dt * added;
-                }
-            }
-        }
-        let mut newest =
-            if self.arrived.len() > self.rows { self.arrived.pop_front() } else { None }.unwrap_or_default();
-        newest.iter_mut().zip(&state[V..]).for_each(|(own, from)| own.clone_from(from));
-        self.arrived.push_back(newest);
     }
 }
