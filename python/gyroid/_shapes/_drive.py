@@ -574,6 +574,6 @@ class GapPlan(Record):
     resolution_nats: float
     load_kg: float
     experiments: Rows[_GapPlanExperiments]
-    needed: str
+    needed: str | None
     notes: tuple[str, ...]
     kind: str
