@@ -8,8 +8,8 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct LoadArgs {
-    /// Of a drive: known load that the robot carried in it, kg, weighed and fixed at the robot's centre of mass; FILE as after --fit,
-    /// --hold or --inputs. Given again, that of another drive
+    /// Of a drive: known load that the robot carried in it, kg, weighed and fixed at the robot's centre of mass; FILE is a file of the
+    /// drive as it is named elsewhere in the command. Given again, that of another drive
     #[arg(long, value_name = "FILE=KG")]
     load: Vec<String>,
 }
