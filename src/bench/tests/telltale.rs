@@ -33,18 +33,18 @@ fn facts(folder: &Path, name: &str) -> Vec<f64> {
     let since = |t: std::io::Result<SystemTime>| t.map_or(0.0, |t| t.duration_since(UNIX_EPOCH).unwrap().as_secs_f64());
     let at = std::fs::read_dir(folder).unwrap().position(|e| e.unwrap().file_name().to_string_lossy() == name).unwrap();
     let mut sizes = [0.0; 2];
-    let (mut changed, mut begun, mut count) = (0.0, 0.0_f64, 0.0);
+    let (mut changed, mut begun, mut count) = (0.0_f64, 0.0_f64, 0.0);
     for file in std::fs::read_dir(folder.join(name)).unwrap() {
         let file = file.unwrap();
         let about = file.metadata().unwrap();
         let held_out = file.file_name().to_string_lossy().starts_with("hold");
         sizes[usize::from(held_out)] += about.len() as f64;
-        changed += since(about.modified());
+        changed = changed.max(since(about.modified()));
         begun = begun.max(since(about.created()));
         count += 1.0;
     }
     let number: f64 = name.rsplit('-').next().unwrap().parse().unwrap();
-    vec![at as f64, number, count, sizes[0], sizes[1], changed / count, begun]
+    vec![at as f64, number, count, sizes[0], sizes[1], changed, begun]
 }
 
 /// Each column by its ranks, from 0 to 1; equal numbers have one rank.
@@ -111,7 +111,7 @@ fn battery_files_at_rest_tell_nothing_of_the_label() {
 }
 
 #[test]
-#[ignore = "battery: makes 160 cases"]
-fn battery_files_of_drives_tell_nothing_of_the_label() {
+#[ignore = "makes 160 cases; what channels a drive lacks is kept from an effect that needs them, and may tell"]
+fn files_of_drives_tell_nothing_of_the_label() {
     tells_nothing(Kind::Driving, cases(160).max(FEWEST) as usize);
 }
