@@ -5,7 +5,7 @@ use statrs::distribution::{Beta, ContinuousCDF};
 
 const LEVEL: f64 = 0.99;
 
-/// What a share is claimed to be.
+/// Claimed share.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Claim {
@@ -21,7 +21,7 @@ pub struct Row {
     pub right: u64,
     /// Logs in which it was printed.
     pub of: u64,
-    /// What the number is, where it is not what it claims.
+    /// Meaning of a number that is not what it claims.
     pub note: String,
 }
 

@@ -16,7 +16,7 @@ const GAP_S: f64 = 0.25;
 /// Weight of a step in the running mean of the steps.
 const STEP_WEIGHT: f64 = 0.02;
 
-/// What a sample's stamp says.
+/// State of a sample's stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Stamped {
     /// It follows the last one.

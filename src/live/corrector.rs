@@ -25,7 +25,7 @@ pub struct Settings {
     pub extrapolate: bool,
 }
 
-/// What is known at the first sample.
+/// Knowledge at the first sample.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Start<'a> {
     /// Its stamp, ns.
@@ -34,16 +34,16 @@ pub struct Start<'a> {
     pub arrival_s: f64,
     /// Time since power-on, s.
     pub since_power_on_s: f64,
-    /// What the last run left.
+    /// State that the last run left.
     pub saved: Option<&'a Saved>,
     /// Boot of this computer; the one of `saved` means that the gyro stayed on meanwhile. Empty: it was off.
     pub boot_id: &'a str,
 }
 
-/// What holds of a corrected sample.
+/// Flags of a corrected sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Flags {
-    /// What its stamp says.
+    /// State of its stamp.
     pub stamped: Stamped,
     /// The reading was passed through: time since power-on or temperature lie outside `[validation]`.
     pub outside_validity: bool,
@@ -77,7 +77,7 @@ pub struct Corrected {
     pub bias_std_rad_s: f64,
     /// Age of the warm-up, s: time since a cold power-on, or what would have warmed the gyro as far.
     pub age_s: f64,
-    /// What holds of it.
+    /// Its flags.
     pub flags: Flags,
 }
 
@@ -260,7 +260,7 @@ impl Corrector {
         [self.learnt, self.refused]
     }
 
-    /// What a file keeps over a restart; `boot_id` as in [`Start`].
+    /// State for a file that outlasts a restart; `boot_id` as in [`Start`].
     #[must_use]
     pub fn saved(&self, boot_id: &str) -> Saved {
         let now_s = self.clock.elapsed_s();
@@ -329,7 +329,7 @@ impl Corrector {
 struct Began<'a> {
     /// How warm the gyro was at its last power-on.
     restart: Option<Restart>,
-    /// What the last run left of this power-on.
+    /// State that the last run left of this power-on.
     stayed_on: Option<&'a Saved>,
     /// Time between the last run's last sample and this one's first, s; 0 where it is not known.
     off_s: f64,

@@ -111,7 +111,7 @@ impl Block {
     }
 }
 
-/// What the configuration says of the gyro's noise at rest.
+/// Noise of the gyro at rest, as the configuration states it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RestNoise {
     /// N², rad²/s.

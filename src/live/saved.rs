@@ -8,7 +8,7 @@ use std::path::Path;
 /// Its kind among gyroid's JSON files.
 const COMMAND: &str = "live_state";
 
-/// What is kept. Written whole or not at all; replaced at every writing.
+/// State that is kept. Written whole or not at all; replaced at every writing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Saved {
@@ -31,7 +31,7 @@ pub struct Saved {
 }
 
 impl Saved {
-    /// What is to be kept; `schema` is filled in.
+    /// State to be kept; `schema` is filled in.
     pub(super) fn new(
         ages_s: [f64; 2],
         stamp_ns: i64,

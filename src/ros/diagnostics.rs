@@ -1,4 +1,4 @@
-//! What the node says of itself once a second, as `diagnostic_msgs`.
+//! The node's report on itself once a second, as `diagnostic_msgs`.
 
 use super::fixed::Text;
 use super::messages::{DiagnosticArray, DiagnosticStatus, Header, KeyValue, Stamp};

@@ -139,7 +139,7 @@ pub fn run(options: &Options, signals: &Signals, say: &mut (dyn FnMut(&str) + Se
     })
 }
 
-/// What a thread came to.
+/// Outcome of a thread.
 fn joined(ended: std::thread::Result<Result<()>>) -> Result<()> {
     ended.unwrap_or_else(|_| {
         Err(Error::new(ErrorKind::Numeric, "a thread", "ended before its time").hint("report it as a fault of gyroid"))

@@ -1,4 +1,4 @@
-//! What the loop tells the keeper once a second: copied, without allocation.
+//! The loop's report to the keeper once a second: copied, without allocation.
 
 use crate::live::{Corrected, Corrector, Stamped};
 
@@ -32,7 +32,7 @@ impl Counts {
     }
 }
 
-/// What the loop tells once a second.
+/// The loop's report.
 pub(super) struct Report {
     pub corrector: Option<Corrector>,
     pub last: Option<Corrected>,

@@ -79,7 +79,7 @@ fn the_plan_asks_for_a_known_load_where_nothing_else_tells() {
     assert!(!classes.iter().any(beside), "{classes:?}");
 }
 
-/// What the robot carried in the log is no size of a rival, and stays on it.
+/// A load that the robot carried in the log is no size of a rival, and stays on it.
 #[test]
 fn the_plan_knows_the_load_of_the_log() {
     let place = Place::with(&[("robot.toml", &driving(50.0, 0.005))]);

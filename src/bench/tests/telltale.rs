@@ -1,4 +1,4 @@
-//! What a sealed case tells beside its signals: times, sizes, names and order of its files, held against the labels.
+//! Whether a sealed case tells its label beside its signals: times, sizes, names and order of its files, held against the labels.
 //!
 //! A classifier by the five nearest of the other cases; how many it gets right is held against the same with labels in random order.
 

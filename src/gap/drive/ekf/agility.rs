@@ -54,7 +54,8 @@ impl Classes {
     /// Whether accelerations of v and ω of row `k` may last: where rows have classes, only significant ones.
     #[must_use]
     pub(crate) fn lasts(&self, ratios: &Ratios, k: usize) -> [bool; 2] {
-        [0, 1].map(|i| *ratios == EVEN || self.0[i].get(k).is_none_or(|class| *class >= LASTS))
+        let even = *ratios == EVEN;
+        [0, 1].map(|i| even || self.0[i].get(k).is_none_or(|class| *class >= LASTS))
     }
 
     /// Those accelerations, zero where they may not.

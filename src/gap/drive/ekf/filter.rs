@@ -56,7 +56,7 @@ pub(crate) struct Lasting {
 }
 
 /// Inputs of one step, from one row to the next.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Step {
     /// Torques, left and right, N·m
     pub torques: [f64; 2],
@@ -64,7 +64,7 @@ pub(crate) struct Step {
     pub sideways: f64,
     /// Accelerations beyond the model's, m/s² and rad/s²
     pub drift: [f64; 2],
-    /// What they are of the accelerations before, v and ω
+    /// Their origin in the accelerations before, v and ω
     pub lasting: [Lasting; 2],
     /// Diffusion of v (m²/s³) and ω (rad²/s³)
     pub diffusion: [f64; 2],

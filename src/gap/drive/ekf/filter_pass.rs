@@ -89,14 +89,7 @@ impl Default for RowLinearization {
             leaving: still,
             forces: Vec::new(),
             f: [[0.0; N]; N],
-            step: Step {
-                torques: [0.0; 2],
-                sideways: 0.0,
-                drift: [0.0; 2],
-                lasting: Default::default(),
-                diffusion: [0.0; 2],
-                dt: 0.0,
-            },
+            step: Step::default(),
             middle: (0.0, 1.0),
             functions_ahead: [0.0; FUNCTIONS],
         }

@@ -167,11 +167,13 @@ impl<'a> Tangents<'a> {
 
     /// Prediction to the next row.
     fn predict(&mut self, row: &RowLinearization) {
-        if let Some(lasting) = &mut self.lasting {
+        // the share is one for the whole pass
+        let last = row.step.lasting.iter().any(|l| l.share > 0.0);
+        if let Some(lasting) = self.lasting.as_mut().filter(|_| last) {
             lasting.leave(&self.state);
         }
         self.advance(row);
-        if let Some(lasting) = &mut self.lasting {
+        if let Some(lasting) = self.lasting.as_mut().filter(|_| last) {
             lasting.arrive(&mut self.state, &row.step.lasting, row.step.dt, row.middle);
         }
     }
