@@ -7,6 +7,7 @@
 
 use crate::gap::drive::ekf::noise::{LASTING_S, Noise};
 use crate::gap::drive::record::Record;
+use crate::gap::drive::record::reckoning::FirstPose;
 use crate::gap::drive::regressors::basis::Scales;
 use crate::model::drive::{DriveModel, Moving};
 use std::ops::Range;
@@ -23,6 +24,8 @@ pub(crate) const TH: usize = 2;
 pub(crate) const V: usize = 3;
 /// Place of ω.
 pub(crate) const W: usize = 4;
+/// States of the pose, which come first.
+pub(crate) const PLACES: usize = 3;
 /// A state.
 pub(crate) type Vector = [f64; N];
 /// A matrix of the state, rows then columns.
@@ -105,28 +108,14 @@ pub(crate) struct Filter<'a> {
 }
 
 impl<'a> Filter<'a> {
-    /// At the first pose of the drive in `rows`, without one at zero; speeds from its first wheel readings.
+    /// At the first row of the drive in `rows`: where it reaches its first pose from, by dead reckoning, without one at zero; speeds from
+    /// its first wheel readings.
     pub(crate) fn new(record: &Record, rows: Range<usize>, noise: &'a Noise, by_torque: [[f64; 2]; 2]) -> Self {
-        let mut state = [0.0; N];
-        let mut covariance = [[0.0; N]; N];
+        let (mut state, mut covariance) = ([0.0; N], [[0.0; N]; N]);
         let b = &record.belief;
-        if let Some(pose) = &record.pose
-            && let Some(first) = (rows.clone().find(|k| pose.iter().all(|p| p[*k].is_finite())))
-                .or_else(|| rows.clone().find(|k| pose[..2].iter().all(|p| p[*k].is_finite())))
-        {
-            for (i, p) in pose.iter().enumerate() {
-                if !p[first].is_finite() {
-                    // any heading is equally probable
-                    covariance[i][i] = std::f64::consts::PI.powi(2) / 3.0;
-                    continue;
-                }
-                state[i] = p[first];
-                let (reading, mounting) = match i {
-                    0 | 1 => (b.position_std_m, b.lever_arm_std_m),
-                    _ => (b.heading_std_rad, b.heading_offset_std_rad),
-                };
-                covariance[i][i] = 4.0 * reading.powi(2) + mounting.powi(2);
-            }
+        if let Some(first) = FirstPose::of(record, rows.clone()) {
+            state[..PLACES].copy_from_slice(&first.back_at(record, rows.start));
+            (0..PLACES).for_each(|i| covariance[i][i] = first.variance[i]);
         }
         let first = |values: &[f64]| values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
         let wheels = [0, 1].map(|i| first(&record.wheels_rad_s[i][rows.clone()]));
@@ -135,6 +124,18 @@ impl<'a> Filter<'a> {
         covariance[V][V] = speed * speed;
         covariance[W][W] = (speed / b.robot.half_track_m).powi(2);
         Self { state, covariance, shaken: Shaken::default(), noise, by_torque }
+    }
+
+    /// Puts the robot on its first pose. Until then no reading has told the pose, so that it has no covariance with the speeds.
+    pub(crate) fn place(&mut self, first: &FirstPose) {
+        self.state[..PLACES].copy_from_slice(&first.pose);
+        for i in 0..PLACES {
+            self.shaken.with_state[i] = [0.0; 2];
+            for j in 0..N {
+                (self.covariance[i][j], self.covariance[j][i]) = (0.0, 0.0);
+            }
+            self.covariance[i][i] = first.variance[i];
+        }
     }
 
     /// Share of the torque noise that is white within a step, 0 to 1.

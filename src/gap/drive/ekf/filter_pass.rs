@@ -6,6 +6,7 @@ use crate::gap::drive::ekf::models::Models;
 use crate::gap::drive::ekf::noise::{Channel, Noise, Process};
 use crate::gap::drive::ekf::slopes::Slopes;
 use crate::gap::drive::record::Record;
+use crate::gap::drive::record::reckoning::FirstPose;
 use crate::gap::drive::regressors::basis::{COSINES, Column, FUNCTIONS, Row, Scales, cosines_of};
 use crate::model::drive::{DriveModel, Instrument, Moving, Past};
 use std::ops::Range;
@@ -37,6 +38,8 @@ pub(crate) struct ScalarUpdate {
 pub(crate) struct RowLinearization {
     /// Row of the log.
     pub row: usize,
+    /// Whether the robot is put on its first pose here: derivatives of the pose are zero before the readings.
+    pub placed: bool,
     /// Motion before the readings, without the past.
     pub at: Moving<'static>,
     /// Sine and cosine of the heading there.
@@ -76,6 +79,7 @@ impl Default for RowLinearization {
         let still = Moving::default();
         Self {
             row: 0,
+            placed: false,
             at: still,
             heading: (0.0, 1.0),
             here: [0.0; 3],
@@ -104,6 +108,8 @@ pub(crate) struct FilterPass<'a> {
     models: &'a Models,
     noise: &'a Noise,
     filter: Filter<'a>,
+    /// First pose, where the first row has none
+    first: Option<FirstPose>,
     past: Past,
     /// Accelerations and forces under the torques before this row: sensors are read before the new ones act
     before: ([f64; 2], [f64; 2]),
@@ -149,6 +155,7 @@ impl<'a> FilterPass<'a> {
             models,
             noise,
             filter: Filter::new(record, rows.clone(), noise, models.here.by_torque()),
+            first: FirstPose::of(record, rows.clone()).filter(|first| first.row > rows.start),
             past: Past::default(),
             before: ([0.0; 2], [0.0; 2]),
             stepped: [0.0; 2],
@@ -214,6 +221,10 @@ impl<'a> FilterPass<'a> {
     fn read(&mut self, k: usize, out: &mut RowLinearization) {
         let (record, models, scales) = (self.record, self.models, self.scales);
         out.taken.clear();
+        out.placed = self.first.is_some_and(|first| first.row == k);
+        if let Some(first) = self.first.take_if(|_| out.placed) {
+            self.filter.place(&first);
+        }
         out.at = self.moving(k);
         if record.torques_n_m.is_none() {
             [out.at.acceleration_m_s2, out.at.yaw_acceleration_rad_s2] = self.stepped;

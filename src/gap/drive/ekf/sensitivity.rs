@@ -3,7 +3,7 @@
 //!
 //! One array for each state, so that the loops over some two hundred columns run on vectors.
 
-use super::filter::{N, Step, TH, V, W, X, Y};
+use super::filter::{N, PLACES, Step, TH, V, W, X, Y};
 use super::filter_pass::{RowLinearization, ScalarUpdate};
 use super::lasting::SlopeTangents;
 use crate::gap::drive::ekf::models::{Beside, Models};
@@ -73,6 +73,9 @@ impl<'a> Tangents<'a> {
 
     /// Moves the derivatives through one row; the whitened derivatives of its readings are appended to `slopes`.
     pub(crate) fn follow(&mut self, row: &RowLinearization, slopes: &mut Vec<f64>) {
+        if row.placed {
+            self.state[..PLACES].iter_mut().for_each(|s| s.fill(0.0));
+        }
         if !row.taken.is_empty() {
             self.expect(row);
             self.shaken.iter_mut().for_each(|s| s.fill(0.0));
@@ -256,10 +259,11 @@ mod tests {
     use crate::effects::Library;
     use crate::effects::drive::{by_id, ids};
     use crate::gap::drive::ekf::innovations::run;
-    use crate::gap::drive::ekf::noise::{Noise, Process};
+    use crate::gap::drive::ekf::noise::{Channel, Noise, Process};
     use crate::gap::drive::fit::models;
     use crate::gap::drive::preprocess::acceleration_model::tests::{belief, recorded};
     use crate::gap::drive::record::Record;
+    use crate::gap::drive::record::reckoning::FirstPose;
     use crate::gap::drive::regressors::basis::Column;
     use crate::simulate::{Course, Options, drive_with};
 
@@ -316,35 +320,79 @@ mod tests {
         }
     }
 
-    /// A robot that speeds up and turns evenly, its torques not logged: innovations are next to zero where accelerations last.
-    #[test]
-    fn derivatives_of_accelerations_that_last_are_those_of_the_innovations() {
-        let mut record = recorded(belief(), 0.02, [Vec::new(), Vec::new()], Vec::new());
+    const STEP_S: f64 = 0.02;
+
+    /// A robot that speeds up and turns evenly, its torques not logged: innovations are next to zero where accelerations last. The pose
+    /// is read every tenth row from `posed` on.
+    fn even(posed: usize) -> Record {
+        let mut record = recorded(belief(), STEP_S, [Vec::new(), Vec::new()], Vec::new());
         let (rows, robot) = (300, record.belief.robot);
-        let times = (0..rows).map(|k| 0.02 * k as f64);
+        let times = (0..rows).map(|k| STEP_S * k as f64);
         (record.times_s, record.since_power_on_s) = (times.clone().collect(), times.clone().collect());
         let speeds: Vec<[f64; 2]> = times.map(|t| [0.1 + 0.2 * t, 0.3 * t - 0.5]).collect();
         record.gyro_rad_s = Some(speeds.iter().map(|s| s[1]).collect());
         record.wheels_rad_s = [0, 1].map(|side| speeds.iter().map(|s| robot.wheels_rad_s(s[0], s[1])[side]).collect());
-        let mut noise = Noise::believed(&record, None);
+        let mut pose = [1.0, -2.0, 0.7];
+        let mut poses = [const { Vec::new() }; 3];
+        for (k, [v, w]) in speeds.iter().enumerate() {
+            let read = k >= posed && k % 10 == 0;
+            poses.iter_mut().zip(pose).for_each(|(all, p)| all.push(if read { p } else { f64::NAN }));
+            let [v, w] = [v + 0.1 * STEP_S, w + 0.15 * STEP_S];
+            let (sin, cos) = f64::sin_cos(pose[2] + 0.5 * STEP_S * w);
+            pose = [pose[0] + STEP_S * v * cos, pose[1] + STEP_S * v * sin, pose[2] + STEP_S * w];
+        }
+        record.pose = (posed < rows).then_some(poses);
+        record
+    }
+
+    /// Compares the derivatives by the wheels' radius with differences of the innovations, from the reading `from` on; channel and
+    /// innovation of each.
+    fn radius_is_told(record: &Record, from: usize) -> Vec<(Channel, f64)> {
+        let mut noise = Noise::believed(record, None);
         noise.process = Process { diffusion: [1e-3, 2e-3], lasting: 0.9, ..Process::default() };
         let change = by_id(ids::radius_scale()).and_then(|e| e.change()).unwrap();
         let innovations = |by: f64| {
             let mut nu = Vec::new();
-            let models = models(&record, &[change], &vec![vec![by]], false);
-            let _ = run(&record, &models, &noise, &[], |i| nu.push(i.white * i.std));
+            let models = models(record, &[change], &vec![vec![by]], false);
+            let _ = run(record, &models, &noise, &[], |i| nu.push(i.white * i.std));
             nu
         };
-        let mut told = Vec::new();
-        let there = models(&record, &[change], &vec![vec![0.0]], true);
-        let _ = run(&record, &there, &noise, &[Column::Coordinate(0, 0)], |i| told.push(i.slopes[0] * i.std));
+        let (mut told, mut here) = (Vec::new(), Vec::new());
+        let there = models(record, &[change], &vec![vec![0.0]], true);
+        let _ = run(record, &there, &noise, &[Column::Coordinate(0, 0)], |i| {
+            told.push(i.slopes[0] * i.std);
+            here.push((i.channel, i.white * i.std));
+        });
         let step = 1e-4;
         let (up, down) = (innovations(step), innovations(-step));
-        let largest = told.iter().fold(0.0f64, |most, t| most.max(t.abs()));
-        // beyond the first readings, by which the filter finds the acceleration
-        for k in 3 * 20..told.len() {
-            let slope = (down[k] - up[k]) / (2.0 * step);
-            assert!((slope - told[k]).abs() < 0.02 * largest, "{k}: {slope} {}, largest {largest}", told[k]);
+        let slopes: Vec<f64> = up.iter().zip(&down).map(|(up, down)| (down - up) / (2.0 * step)).collect();
+        for k in from..told.len() {
+            let same = here.iter().zip(&slopes).filter(|(other, _)| other.0 == here[k].0);
+            let largest = same.fold(0.0f64, |most, (_, slope)| most.max(slope.abs()));
+            assert!((slopes[k] - told[k]).abs() < 0.02 * largest, "{k}: {} {}, largest {largest}", slopes[k], told[k]);
         }
+        here
+    }
+
+    #[test]
+    fn derivatives_of_accelerations_that_last_are_those_of_the_innovations() {
+        // beyond the first readings, by which the filter finds the acceleration
+        radius_is_told(&even(usize::MAX), 3 * 20);
+    }
+
+    /// A robot that is first seen on its way, as after a wait for satellites, or between two marks.
+    #[test]
+    fn a_pose_that_is_first_read_on_the_way_tells_what_follows() {
+        let record = even(150);
+        let innovations = radius_is_told(&record, 3 * 20);
+        let poses = innovations.iter().filter(|(channel, _)| *channel as usize >= 3);
+        assert_eq!(poses.clone().count(), 3 * 15);
+        // the standard deviation of a reading is some hundred times that
+        poses.for_each(|(channel, nu)| assert!(nu.abs() < 1e-4, "{channel:?}: {nu}"));
+        // where it stood at the beginning is known by dead reckoning
+        let first = FirstPose::of(&record, 0..record.len()).unwrap();
+        let start = first.back_at(&record, 0);
+        assert_eq!(first.row, 150);
+        assert!(start.iter().zip([1.0, -2.0, 0.7]).all(|(a, b)| (a - b).abs() < 0.02), "{start:?}");
     }
 }

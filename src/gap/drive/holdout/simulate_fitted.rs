@@ -7,41 +7,15 @@ use crate::gap::drive::ekf::filter_pass::{FilterPass, RowLinearization};
 use crate::gap::drive::ekf::noise::Process;
 use crate::gap::drive::ekf::slopes::Slopes;
 use crate::gap::drive::record::Record;
+use crate::gap::drive::record::reckoning::FirstPose;
 use crate::gap::drive::regressors::basis::Scales;
 use crate::math::random::Stream;
-use crate::model::drive::{Instrument, Moving, Past, Robot};
+use crate::model::drive::{Instrument, Moving, Past};
 
 /// First random stream of the floor's recordings.
 const STREAM: u64 = 0xD12;
 
-/// Wheel speeds are averaged over this time on either side, s.
-const SMOOTH_S: f64 = 0.05;
-
-/// Speed (m/s) and yaw rate (rad/s) in every row of one drive, from its wheel speeds and the geometry of `robot`.
-pub(crate) fn driven(like: &Record, robot: &Robot) -> Vec<[f64; 2]> {
-    let speeds: Vec<[f64; 2]> =
-        (0..like.len()).map(|k| robot.speed_and_yaw_rate([0, 1].map(|i| like.wheels_rad_s[i][k]))).collect();
-    let (mut from, mut to) = (0, 0);
-    let mut last = [0.0; 2];
-    let near = |k: usize| {
-        let t = like.times_s[k];
-        while like.times_s[from] < t - SMOOTH_S {
-            from += 1;
-        }
-        while to < like.len() && like.times_s[to] <= t + SMOOTH_S {
-            to += 1;
-        }
-        let known = speeds[from..to].iter().filter(|s| s.iter().all(|v| v.is_finite()));
-        let (n, sum) = known.fold((0.0, [0.0; 2]), |(n, a), s| (n + 1.0, [a[0] + s[0], a[1] + s[1]]));
-        if n > 0.0 {
-            last = sum.map(|v| v / n);
-        }
-        last
-    };
-    (0..like.len()).map(near).collect()
-}
-
-/// The same as estimated by the filter of this model, with the diffusion of `process`.
+/// Speed (m/s) and yaw rate (rad/s) in every row, as estimated by the filter of this model, with the diffusion of `process`.
 fn filtered(like: &Record, claimed: &EffectSet, process: Process) -> Vec<[f64; 2]> {
     let (record, models) = claimed.read(like);
     let (noise, scales) = (claimed.noise(&record, process), Scales::of(&record, &process.agility));
@@ -85,15 +59,11 @@ fn own_drive(like: &Record, claimed: &EffectSet, process: Process, draw: &mut St
     let mut past = Past::default();
     let pose_late_s = model.delay_s(Instrument::Pose);
     let mut been: Vec<[f64; 3]> = Vec::with_capacity(like.len());
-    // motion: x, y, θ, v, ω from the first reading on
+    // motion: x, y, θ, v, ω
     let first = |values: &[f64]| values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
     let [v, w] = b.robot.speed_and_yaw_rate([0, 1].map(|i| first(&like.wheels_rad_s[i])));
-    let mut s = [0.0, 0.0, 0.0, v, w];
-    if let Some(pose) = &like.pose {
-        for (state, values) in s.iter_mut().zip(pose) {
-            *state = first(values);
-        }
-    }
+    let pose = FirstPose::of(like, 0..like.len()).map_or([0.0; 3], |first| first.back_at(like, 0));
+    let mut s = [pose[0], pose[1], pose[2], v, w];
     // without torques it follows the filtered speeds of the recording
     let driven = like.torques_n_m.is_none().then(|| filtered(like, claimed, process));
     if let Some(first) = driven.as_ref().and_then(|d| d.first()) {

@@ -10,8 +10,8 @@
 use crate::effects::drive::Driving;
 use crate::gap::drive::ekf::noise::Noise;
 use crate::gap::drive::fit::{Compared, models};
-use crate::gap::drive::holdout::simulate_fitted::driven;
 use crate::gap::drive::record::Record;
+use crate::gap::drive::record::reckoning::driven;
 use crate::gap::drive::regressors::basis::{MOUNTING, nuisances};
 use crate::gap::drive::regressors::candidates::Candidates;
 use crate::gap::selection::prior::Prior;

@@ -4,8 +4,8 @@
 //! does: dead reckoning is fitted to the positions. The heading stands in the record as one reading at the first
 //! position, with a wide standard deviation: positions tell the filter the rest.
 
-use crate::gap::drive::holdout::simulate_fitted::driven;
 use crate::gap::drive::record::Record;
+use crate::gap::drive::record::reckoning::reckoned;
 
 /// Distance from the start, in standard deviations of a position, from which on the heading is estimated. It is then
 /// known to a fraction of a tenth of a radian, and dead reckoning has not yet drifted.
@@ -43,29 +43,15 @@ pub(crate) fn told(record: &Record) -> Option<(Record, f64)> {
 fn of(drive: &Record) -> Option<(usize, f64, f64)> {
     let [x, y, _] = drive.pose.as_ref()?;
     let first = (0..drive.len()).find(|k| x[*k].is_finite() && y[*k].is_finite())?;
-    let speeds = driven(drive, &drive.belief.robot);
     let away_m = AWAY * drive.belief.position_std_m;
-    let mut believed = [0.0; 3];
-    let mut rate = speeds[first][1];
     let mut pairs: Vec<[f64; 4]> = Vec::new();
-    for k in first..drive.len() {
-        if let Some(gyro) = drive.gyro_rad_s.as_ref().map(|g| g[k]).filter(|g| g.is_finite()) {
-            rate = gyro - drive.belief.warm_up.error_rad_s(drive.since_power_on_s[k]);
-        } else if drive.gyro_rad_s.is_none() {
-            rate = speeds[k][1];
-        }
+    for (k, believed) in (first..).zip(reckoned(drive, first)) {
         if x[k].is_finite() && y[k].is_finite() {
             pairs.push([believed[0], believed[1], x[k], y[k]]);
             if pairs.len() >= FEWEST && (x[k] - x[first]).hypot(y[k] - y[first]) > away_m {
                 break;
             }
         }
-        let Some(next) = drive.times_s.get(k + 1) else { break };
-        let dt = next - drive.times_s[k];
-        let (sin, cos) = (believed[2] + 0.5 * dt * rate).sin_cos();
-        believed[0] += dt * speeds[k][0] * cos;
-        believed[1] += dt * speeds[k][0] * sin;
-        believed[2] += dt * rate;
     }
     let n = pairs.len() as f64;
     let mean: [f64; 4] = std::array::from_fn(|i| pairs.iter().map(|p| p[i]).sum::<f64>() / n);

@@ -6,6 +6,7 @@ mod moved;
 pub(crate) mod multi_drive;
 mod prepare;
 pub(crate) mod ready;
+pub(crate) mod reckoning;
 pub(crate) mod same_unit;
 pub(crate) mod testable;
 use self::given::Given;
