@@ -1,10 +1,12 @@
 //! NIS of the last blocks at rest: their mean, and whether it is too large for chi-squared.
 
+use crate::math::distributions::chi_squared_interval;
+
 /// Blocks that count.
 const WINDOW: usize = 64;
 
-/// Normal quantile of 0.999.
-const UPPER: f64 = 3.090;
+/// Share of windows of a right filter that are called inconsistent.
+const FALSE_ALARMS: f64 = 1e-3;
 
 /// NIS of the last blocks that were learnt.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,10 +42,8 @@ impl NisWindow {
         let last = self.ring[self.added.checked_sub(1)? % WINDOW];
         let n = blocks as f64;
         let mean = self.ring[..blocks].iter().sum::<f64>() / n;
-        // Wilson and Hilferty, of chi-squared over n
-        let spread = 2.0 / (9.0 * n);
-        let most = (1.0 - spread + UPPER * spread.sqrt()).powi(3);
-        Some(NisSummary { blocks, last, mean, inconsistent: mean > most })
+        let [_, most] = chi_squared_interval(n, 1.0 - 2.0 * FALSE_ALARMS);
+        Some(NisSummary { blocks, last, mean, inconsistent: n * mean > most })
     }
 }
 

@@ -33,7 +33,8 @@
 //! one tick: its information after a standstill of S is S²/c², so that a block adds (S² - (S - D)²)/c².
 
 use crate::config::{Config, Gyro};
-use crate::navigate::Standstill;
+use crate::math::distributions::chi_squared_interval;
+use crate::navigate::{Standstill, TURN_RAD_S};
 use crate::vehicle::Rolling;
 
 /// Shortest block, s.
@@ -42,13 +43,10 @@ pub(super) const BLOCK_S: f64 = 0.5;
 /// Fewest samples of a block.
 const FEWEST: u32 = 8;
 
-/// Normal quantile of 1 - 1e-3/3, one-sided.
-const ONE_SIDED: f64 = 3.403;
-/// Normal quantile of 1 - 1e-3/6: two-sided at 1e-3/3.
+/// Probability of each of three false alarms.
+const PART: f64 = 1e-3 / 3.0;
+/// Normal quantile of 1 - [`PART`]/2.
 const TWO_SIDED: f64 = 3.588;
-
-/// A rate further than this from the bias is a turn, whatever the wheels say, rad/s: 6 °/s, as for the navigation filter.
-const TURN_RAD_S: f64 = 0.1;
 
 /// Samples of a block so far, counted from its first.
 #[derive(Debug, Clone, Copy, Default)]
@@ -164,10 +162,7 @@ impl RestNoise {
     /// Whether residual and slope are those of noise alone.
     pub(super) fn steady(&self, block: &Finished) -> bool {
         let variance = self.sample_rad2_s2(block.duration_s / block.n);
-        // Wilson and Hilferty's cube root, to 1 % at six degrees of freedom
-        let degrees = block.n - 2.0;
-        let spread = 2.0 / (9.0 * degrees);
-        let most = degrees * (1.0 - spread + ONE_SIDED * spread.sqrt()).powi(3);
+        let [_, most] = chi_squared_interval(block.n - 2.0, 1.0 - 2.0 * PART);
         block.residual <= most * variance && block.slope_rad_s.abs() <= TWO_SIDED * variance.sqrt()
     }
 }

@@ -77,6 +77,7 @@ pub use results::{Estimate, FinalPose, Run, Smoothed, Summary};
 pub use rolling_model::RollingModel;
 pub use run::run;
 pub use slip_model::SlipModel;
+pub(crate) use standstill::TURN_RAD_S;
 pub use standstill::{Standstill, StandstillSummary};
 pub use table::{WheelSlip, names};
 pub use ud::UdCovariance;

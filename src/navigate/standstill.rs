@@ -88,7 +88,7 @@ const WITHIN: f64 = 3.0;
 
 /// A gyro whose mean over the hold time is beyond this reads a turn and not its error, rad/s: 6 °/s, several times what a
 /// cheap one errs by.
-const TURN_RAD_S: f64 = 0.1;
+pub(crate) const TURN_RAD_S: f64 = 0.1;
 
 /// Watches the rows of a log.
 pub(super) struct Detector<'a> {

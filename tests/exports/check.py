@@ -4,9 +4,9 @@
     cargo build
     pip install numpy pyyaml opencv-python-headless pymavlink gtsam lxml
     apt-get install libsdformat-dev sdformat-sdf octave gcc-arm-none-eabi        # each is optional: what is missing is said and skipped
-    python3 tests/exports/check.py [--may-skip CHECK... --] [target/debug/gyroid]
+    python3 tests/exports/check.py [--drawn N] [--may-skip CHECK... --] [target/debug/gyroid]
 
-With `--may-skip` only these checks may be skipped.
+With `--may-skip` only these checks may be skipped. With `--drawn` all is repeated for N configurations with numbers at random.
 The numbers are held against those of full.toml by the equations of the targets' sources, not by ours.
 """
 import argparse
@@ -16,6 +16,7 @@ import json
 import math
 import os
 import pathlib
+import random
 import re
 import shutil
 import struct
@@ -25,12 +26,44 @@ import tempfile
 import types
 
 HERE = pathlib.Path(__file__).resolve().parent
+CONFIGS = HERE
 N, K, F = 1.7e-4, 2.0e-5, 200.0
 C1, C2, T = -2.4e-3, 8.0e-3, 240.0
 SIGMA, TAU = 6.0e-5, 1800.0
 DEG = 180.0 / math.pi
 
-checked, skipped = [], {}
+skipped = {}
+
+
+def draw(seed, folder):
+    """Writes both configurations to `folder` with other numbers, up to 30 times as large or small, C1 and C2 of either sign."""
+    global CONFIGS, N, K, F, C1, C2, T, SIGMA, TAU
+    numbers = random.Random(seed)
+    c1, c2, t, n, k, sigma, tau, step = (30.0 ** numbers.uniform(-1, 1) for _ in range(8))
+    c1, c2 = c1 * numbers.choice((1, -1)), c2 * numbers.choice((1, -1))
+    factors = {
+        "gyro": {"c1_rad_s": c1, "c2_rad_s": c2, "time_constant_s": t, "angle_random_walk_rad_sqrt_s": n},
+        "gyro.noise": {"rate_random_walk_rad_s_sqrt_s": k},
+        "gyro.noise.terms.angle_random_walk_rad_sqrt_s": dict.fromkeys(("estimate", "std", "ci95"), n),
+        "gyro.noise.terms.rate_random_walk_rad_s_sqrt_s": dict.fromkeys(("estimate", "std", "ci95"), k),
+        "gyro.noise.terms.gauss_markov_rad_s": {**dict.fromkeys(("estimate", "std", "ci95"), sigma),
+                                                **dict.fromkeys(("correlation_time_s", "correlation_time_ci95_s"), tau)},
+        "validation": {"time_constant_ci95_s": t},
+        "": {"sample_time_s": step},
+    }
+
+    def other(path):
+        section = ""
+        for line in path.read_text().splitlines():
+            section = line.strip("[]") if line.startswith("[") else section
+            key, _, value = line.partition(" = ")
+            factor = factors.get(section, {}).get(key)
+            yield line if factor is None else f"{key} = {re.sub('[-0-9.e]+', lambda x: repr(float(x[0]) * factor), value)}"
+
+    for name in ("full.toml", "bare.toml"):
+        (folder / name).write_text("\n".join(other(HERE / name)) + "\n")
+    CONFIGS = folder
+    N, K, F, C1, C2, T, SIGMA, TAU = 1.7e-4 * n, 2.0e-5 * k, 200.0 / step, -2.4e-3 * c1, 8.0e-3 * c2, 240.0 * t, 6.0e-5 * sigma, 1800.0 * tau
 
 
 def close(found, wanted, what):
@@ -41,7 +74,7 @@ def export(gyroid, target, folder, config="full.toml", *arguments):
     about = json.loads(subprocess.run([gyroid, "export", "--list", "--to", target, "--json", "-"],
                                       check=True, capture_output=True, text=True).stdout)["targets"][0]
     path = pathlib.Path(folder) / f"{target}-{pathlib.Path(config).stem}-{about['file']}"
-    subprocess.run([gyroid, "export", HERE / config, "--to", target, "-o", path, "--quiet", "--device-id", "3407882",
+    subprocess.run([gyroid, "export", CONFIGS / config, "--to", target, "-o", path, "--quiet", "--device-id", "3407882",
                     *arguments], check=True)
     return path
 
@@ -90,7 +123,9 @@ def lio_sam(gyroid, folder):
     one = yaml.safe_load(export(gyroid, "lio-sam", folder).read_text())["lio_sam"]
     two = yaml.safe_load(export(gyroid, "lio-sam-ros2", folder).read_text())["/**"]["ros__parameters"]
     for found in (one, two):
-        assert found == {"imuGyrNoise": N, "imuGyrBiasN": K}, found
+        assert found.keys() == {"imuGyrNoise", "imuGyrBiasN"}
+        close(found["imuGyrNoise"], N, "imuGyrNoise")
+        close(found["imuGyrBiasN"], K, "imuGyrBiasN")
 
 
 def ros2(gyroid, folder):
@@ -142,8 +177,10 @@ def opencv(gyroid, folder):
 
     openvins = storage("openvins")  # its nodes live as long as it does
     imu = openvins.getNode("imu0")
-    assert real(imu, "gyroscope_noise_density") == N and real(imu, "gyroscope_random_walk") == K
-    assert real(imu, "update_rate") == F and imu.getNode("rostopic").string() == "/imu/data"
+    close(real(imu, "gyroscope_noise_density"), N, "noise density")
+    close(real(imu, "gyroscope_random_walk"), K, "random walk")
+    close(real(imu, "update_rate"), F, "rate")
+    assert imu.getNode("rostopic").string() == "/imu/data"
     orb = storage("orb-slam3")
     # Tracking.cc: Calib(Tbc, Ng sf, Na sf, Ngw/sf, Naw/sf); ImuTypes.cc squares them a step
     sf = math.sqrt(real(orb, "IMU.Frequency"))
@@ -297,7 +334,8 @@ def sdf_library(gyroid, folder):
         e = C1 * (1.0 - math.exp(-step * dt / T)) + C2
         assert abs(noise["mean"] + bias - e) < 1e-12, step
         bias *= math.exp(-dt / tau)
-    assert (noise["dynamic_bias_stddev"], noise["precision"]) == (K, 5.0e-4)
+    close(noise["dynamic_bias_stddev"], K, "random walk")
+    assert noise["precision"] == 5.0e-4
 
 
 def rotors(gyroid, folder):
@@ -309,7 +347,9 @@ def rotors(gyroid, folder):
     # gazebo_imu_plugin.cpp: stationary variance sigma_b_g² tau/2
     close(value["gyroscopeBiasRandomWalk"] * math.sqrt(tau / 2.0), SIGMA, "stationary bias")
     assert value["gyroscopeRandomWalk"] == value["gyroscopeBiasRandomWalk"]
-    assert (value["gyroscopeNoiseDensity"], value["gyroscopeTurnOnBiasSigma"], tau) == (N, 3.0e-4, TAU)
+    close(value["gyroscopeNoiseDensity"], N, "noise density")
+    close(tau, TAU, "correlation time")
+    assert value["gyroscopeTurnOnBiasSigma"] == 3.0e-4
 
 
 # --- MATLAB's language, as Octave reads it, with a struct in the place of gyroparams
@@ -356,16 +396,23 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("gyroid", nargs="?", default=str(HERE.parents[1] / "target/debug/gyroid"))
     parser.add_argument("--may-skip", nargs="*", metavar="CHECK", help="fail where another one is skipped")
+    parser.add_argument("--drawn", type=int, default=0, metavar="N", help="repeat it for so many configurations drawn at random")
     arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        for check in (kalibr, lio_sam, ros2, kf_gins, opencv, gtsam, gnss_ins_sim, isaac_lab, ardupilot, px4, sdf_schema,
-                      sdf_library, rotors, matlab, firmware):
-            try:
-                check(arguments.gyroid, folder)
-            except ModuleNotFoundError as missing:
-                skipped[check.__name__] = missing
-            else:
-                checked.append(check.__name__)
+    checks = (kalibr, lio_sam, ros2, kf_gins, opencv, gtsam, gnss_ins_sim, isaac_lab, ardupilot, px4, sdf_schema,
+              sdf_library, rotors, matlab, firmware)
+    for seed in range(arguments.drawn + 1):
+        with tempfile.TemporaryDirectory() as folder:
+            if seed:
+                draw(seed, pathlib.Path(folder))
+            for check in checks:
+                try:
+                    check(arguments.gyroid, folder)
+                except ModuleNotFoundError as missing:
+                    skipped[check.__name__] = missing
+                except Exception as error:
+                    error.add_note(f"configuration {seed}: {[C1, C2, T, N, K, F, SIGMA, TAU]}")
+                    raise
+    checked = [check.__name__ for check in checks if check.__name__ not in skipped]
     print("read back:", ", ".join(checked))
     if skipped:
         print("skipped:", ", ".join(f"{name} ({missing})" for name, missing in skipped.items()))

@@ -8,7 +8,7 @@ use super::habits::{HABITS, Habits, noise_rad_s};
 use super::label::{Label, Parameters, Strength};
 use super::plan::Spec;
 use super::run::{Run, Unit};
-use super::warm_up::WarmUp;
+use super::warm_up::{UNSTATED, WarmUp};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::random::Stream;
@@ -47,6 +47,7 @@ impl Case {
 /// Streams of a case's seed; those of effect i in run r follow from the last two.
 const UNIT: u64 = 1;
 const STRENGTHS: u64 = 2;
+const NO_WARM_UP: u64 = 4;
 const ENVIRONMENT: u64 = 10;
 const WHITE: u64 = 20;
 const INSTRUMENTS: u64 = 30;
@@ -102,12 +103,15 @@ pub(super) fn case_seed(seed: u64, index: usize) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The unit that the team believes in: of some units' warm-up it knows nothing.
-fn believed(unit: Unit, spec: &Spec, seed: u64) -> Unit {
-    let is_unstated = |(slot, (id, _)): (usize, &(&str, Strength))| {
-        *id == "gyro.warm_up" && WarmUp::draw(&unit, &mut Stream::new(seed, FORM + slot as u64)).is_unstated()
+/// The unit that the team believes in: of some units' warm-up it knows nothing, and as many others have none. A simulator that states
+/// none tells nothing of the effect.
+pub(super) fn believed(unit: Unit, spec: &Spec, seed: u64) -> Unit {
+    let slot = spec.effects.iter().position(|(id, _)| *id == "gyro.warm_up");
+    let is_without = match slot {
+        Some(slot) => WarmUp::draw(&unit, &mut Stream::new(seed, FORM + slot as u64)).is_unstated(),
+        None => chance(&mut Stream::new(seed, NO_WARM_UP), UNSTATED),
     };
-    if spec.effects.iter().enumerate().any(is_unstated) { unit.without_warm_up() } else { unit }
+    if is_without { unit.without_warm_up() } else { unit }
 }
 
 /// Makes case `index` of the bench with this `seed`; its logs have each habit with probability `habits`.

@@ -67,7 +67,7 @@ impl Unit {
         Self { step_s, ..self }
     }
 
-    /// The same unit, of whose warm-up the team knows nothing.
+    /// The same unit without a warm-up, or one that the team knows nothing of.
     pub(crate) fn without_warm_up(self) -> Self {
         Self { c1_rad_s: 0.0, ..self }
     }

@@ -10,6 +10,9 @@ use crate::math::random::Stream;
 /// Least |ln| of the ratio of the real time constant to that with which the body heats.
 const APART: f64 = 0.4;
 
+/// Share of simulators that state no warm-up.
+pub(super) const UNSTATED: f64 = 0.3;
+
 enum Form {
     /// C1' = C1 (1 + size a), T' = T (1 + |time| a) to the power of time's sign; a is the strength.
     Other { size: f64, time: f64 },
@@ -26,10 +29,10 @@ pub(super) struct WarmUp {
 impl WarmUp {
     pub(crate) fn draw(unit: &Unit, s: &mut Stream) -> Self {
         // all draws whatever the form: it stays the same when the unit's C1 has become zero
-        let (unstated, kind, side, stretch) = (chance(s, 0.3), s.uniform(), sign(s), between(s, 0.94, 1.06));
+        let (unstated, kind, side, stretch) = (chance(s, UNSTATED), s.uniform(), sign(s), between(s, 0.94, 1.06));
         let (size, time) = (between(s, 0.4, 1.0), between(s, 0.3, 1.0));
         let wanted_s = unit.time_constant_s * log_between(s, 0.4, 1.6);
-        let form = if unstated {
+        let form = if unstated || unit.c1_rad_s == 0.0 {
             let apart = (wanted_s / unit.heating_s()).ln();
             let time_constant_s = unit.heating_s() * apart.abs().max(APART).copysign(apart).exp();
             Form::Unstated { sign: side, time_constant_s }

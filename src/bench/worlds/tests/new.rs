@@ -1,7 +1,8 @@
 //! Warm-ups, levels of noise and noise in a band: what their labels say is in the log.
 
 use super::*;
-use crate::bench::worlds::warm_up::WarmUp;
+use crate::bench::worlds::case::believed;
+use crate::bench::worlds::warm_up::{UNSTATED, WarmUp};
 
 fn one(id: &'static str, strength: Strength) -> Spec {
     Spec { effects: vec![(id, strength)], messy: false }
@@ -35,6 +36,24 @@ fn a_warm_up_is_that_of_its_label() {
     }
     // binomial, 12 at 0.3
     assert!((1..=8).contains(&unstated) && stated >= 4, "{unstated} without a warm-up, {stated} with another");
+}
+
+#[test]
+fn a_simulator_without_a_warm_up_tells_nothing_of_the_effect() {
+    let specs = [vec![], vec![("gyro.warm_up", Strength::Strong)], vec![("gyro.rate_random_walk", Strength::Weak)]];
+    for effects in specs {
+        let spec = Spec { effects, messy: false };
+        let without = |seed: &u64| {
+            believed(Unit::draw(&mut Stream::new(*seed, 1)), &spec, *seed).config().gyro.unwrap().c1_rad_s == 0.0
+        };
+        let (n, share) = (1000.0, UNSTATED);
+        let found = (0..1000).filter(without).count() as f64;
+        assert!(
+            (found - n * share).abs() < 5.0 * (n * share * (1.0 - share)).sqrt(),
+            "{:?}: {found} of {n}",
+            spec.effects
+        );
+    }
 }
 
 #[test]
