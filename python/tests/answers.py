@@ -11,6 +11,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+import drawn
+
 DATA = Path(__file__).parents[2] / "data"
 PROGRAM = Path(sysconfig.get_path("scripts")) / "gyroid"
 Answer: TypeAlias = dict[str, Any]
@@ -96,6 +98,8 @@ def answers() -> dict[str, dict[str, list[Answer]]]:
     with tempfile.TemporaryDirectory() as folder:
         for command, kind, found in of_the_program(Path(folder), config.text):
             made.setdefault(command, {}).setdefault(kind, []).append(found)
+        for command, kind, found in of_drawn_logs(Path(folder)):
+            made[command].setdefault(kind, []).append(found)
     # an axis of several is answered as one alone is
     for command in ("fit", "noise"):
         kind = command.capitalize()
@@ -167,6 +171,31 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
             ("gap.bench.score", "GapBenchScore", ("gap", "bench", "score", f"bench{i}", "--answers", f"answers{i}", "--key", f"bench{i}.key")),
         ]
     return [(command, kind, run(folder, *line)) for command, kind, line in lines]
+
+
+#: Seeds of the logs from which answers are taken; the first thousand are left to the test.
+SEEDS = range(1000, 1300)
+
+
+def of_drawn_logs(folder: Path) -> list[tuple[str, str, Answer]]:
+    """Answers about logs drawn at random: command, kind, answer."""
+    found: list[tuple[str, str, Answer]] = []
+
+    def ask(*line: object) -> bool:
+        done = subprocess.run([PROGRAM, *map(str, line), "--json", "-"], capture_output=True, text=True, check=False)
+        if done.returncode not in (0, 3):
+            return False
+        one: Answer = json.loads(done.stdout)
+        command = one["schema"].removeprefix("gyroid.").partition("/")[0]
+        kind = "".join(word.capitalize() for word in command.split("."))
+        found.append((command, kind + "Axes" * ("axes" in one) + "Refused" * (command == "export" and done.returncode == 3), one))
+        return True
+
+    for draw in (drawn.of_rest, drawn.of_drive):
+        for seed in SEEDS:
+            with tempfile.TemporaryDirectory(dir=folder) as own:
+                draw(seed, Path(own), ask)
+    return found
 
 
 def fleet(folder: Path) -> None:

@@ -95,7 +95,7 @@ pub use crate::gap::rest::explain::Explanations;
 pub use crate::gap::rest::model_selection::Options as JudgeOptions;
 pub use crate::gap::rest::predictive;
 pub use crate::gap::selection::prior::Prior;
-pub use answer::Answer;
+pub use answer::{Answer, Verdict};
 pub(crate) use diagnose::compare;
 pub use diagnose::{diagnose, diagnose_drives, diagnose_observed};
 pub use diagnosis::{Diagnosis, Drive, Options, Stage};

@@ -131,6 +131,7 @@ mod tests {
             separates,
             nats: 5.25,
             probability: 0.75,
+            shown_nats: f64::INFINITY,
             pairs: vec![pair(a.id, b.id, 5.25), pair(b.id, a.id, if separates { 9.0 } else { 1.0 })],
             commands: (0..20).map(corner).collect(),
             inputs: Log::new("plan", TimeAxis::Uniform { start_s: 0.0, step_s: 0.1, len: 2 }),

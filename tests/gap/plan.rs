@@ -10,7 +10,7 @@ use gyroid::config::{Config, EffectTable};
 use gyroid::effects::drive::{Driving, registry};
 use gyroid::effects::{Library, Parameters};
 use gyroid::gap::plan::{Options, plan};
-use gyroid::gap::{Answer, Drive, diagnose_drives};
+use gyroid::gap::{Answer, Drive, Verdict, diagnose_drives};
 use gyroid::ingest::{read_log, write_log};
 use gyroid::math::random::Stream;
 use gyroid::signal::Log;
@@ -199,10 +199,16 @@ fn first_suggestions_separate_four_fifths() {
         let Some(Case { truth, with, log }) = drawn(&config, seed) else { continue };
         let Some(answer) = diagnosed(&config, &[(&log, 0.0)]) else { continue };
         let in_class = answer.cannot_tell_apart.iter().any(|class| class.iter().any(|id| id == truth));
-        if !in_class {
+        // where nothing is lacking, the class is one of chance
+        if !in_class || answer.verdict == Verdict::None {
             continue;
         }
         tried += 1;
+        if let Some(out) = &out {
+            std::fs::write(out.join("robot.toml"), robot()).unwrap();
+            std::fs::write(out.join("real.toml"), with.to_toml().unwrap()).unwrap();
+            write_log(out.join("log.parquet"), &log).unwrap();
+        }
         let options = Options { seed, ..Options::default() };
         let plan = plan(&config, &log, Some(&answer), &Library::new(), &options, &|_, _| {}).unwrap();
         let names: Vec<&str> = log.channels.iter().map(|c| c.name.as_str()).collect();
@@ -220,9 +226,6 @@ fn first_suggestions_separate_four_fifths() {
         .unwrap();
         let new = kept(new.log, &first.inputs);
         if let Some(out) = &out {
-            std::fs::write(out.join("robot.toml"), robot()).unwrap();
-            std::fs::write(out.join("real.toml"), with.to_toml().unwrap()).unwrap();
-            write_log(out.join("log.parquet"), &log).unwrap();
             write_log(out.join("new.parquet"), &new).unwrap();
         }
         let new = (&new, first.load_kg.unwrap_or(0.0));

@@ -42,7 +42,7 @@ pub(crate) struct PlanArgs {
     /// Compare only these experiments, by name [default: all that this log could be followed by]
     #[arg(long, value_name = "NAME", num_args = 1..)]
     experiment: Vec<String>,
-    /// Least length of a course, s [default: that of the log, within 30 and 300]
+    /// Least length of a course, s [default: that of the log, within 30 and 300, and where none tells what the best one needs, up to 300]
     #[arg(long, value_name = "S")]
     duration: Option<f64>,
     /// Write the first experiment as inputs that `gyroid simulate --inputs` follows (.csv or .parquet): commands, wheel speeds and torques;

@@ -72,12 +72,12 @@ impl<'a> Drives<'a> {
         Ok(first.as_ref().map_or_else(Vec::new, lacking))
     }
 
-    /// Every truth against every rival, after a drive with these `inputs` and a known load, kg; `alone`: the drive has channels
-    /// that the log lacks, and is diagnosed by itself.
+    /// Every truth against every rival, after a drive with these `inputs` and a known load, kg, and the largest evidence of a truth over no
+    /// effect, nats; `alone`: the drive has channels that the log lacks, and is diagnosed by itself.
     ///
     /// # Errors
     /// Those of the simulation, and of [`Record::of_drives`].
-    pub(super) fn pairs(&self, inputs: &Log, load_kg: f64, alone: bool) -> Result<Vec<Pair>> {
+    pub(super) fn pairs(&self, inputs: &Log, load_kg: f64, alone: bool) -> Result<(Vec<Pair>, f64)> {
         let loaded = self.config.carrying(load_kg);
         let simulator = Simulator::new(&loaded, inputs, self.library, self.since_power_on_s);
         let seeds = Seeds {
@@ -85,26 +85,27 @@ impl<'a> Drives<'a> {
             sensors: self.seeds.sensors.wrapping_add(1),
             ..self.seeds
         };
-        let mut pairs = Vec::new();
+        let (mut pairs, mut shown) = (Vec::new(), 0.0f64);
         for (truth, recorded) in self.rivals.iter().zip(&self.recorded) {
             let new = simulator.log(&truth.tables(), seeds)?;
             let [recorded, new] = [recorded, &new].map(|log| Drive::new(log, self.since_power_on_s));
             let both = [recorded, new.carrying(load_kg)];
             let record = Record::of_drives(self.config, if alone { &both[1..] } else { &both })?;
-            let over = self.over(truth, &record);
+            let (own, over) = self.over(truth, &record);
+            shown = shown.max(own);
             pairs.extend(over.into_iter().map(|(rival, nats)| Pair::new(&truth.id, rival, nats, resolution())));
         }
-        Ok(pairs)
+        Ok((pairs, shown))
     }
 
-    /// Expected evidence of `truth` over each other rival in a `record` of it, nats.
-    fn over(&self, truth: &Rival, record: &Record) -> Vec<(&str, f64)> {
+    /// Expected evidence of `truth` in a `record` of it over no effect, and over each other rival, nats.
+    fn over(&self, truth: &Rival, record: &Record) -> (f64, Vec<(&str, f64)>) {
         let others = self.rivals.iter().map(|r| r.id.as_str()).filter(|id| *id != truth.id);
         // the sizes of motions, known roughly, tell no laws apart that are one and the same to the readings
         let every: Vec<&'static dyn Driving> = self.library.driving().collect();
         let classes = StructuralClasses::of(record, &every);
         if others.clone().all(|id| classes.are_same(&truth.id, id)) {
-            return others.map(|id| (id, 0.0)).collect();
+            return (f64::INFINITY, others.map(|id| (id, 0.0)).collect());
         }
         let options = DriveOptions::default();
         let asked = |id: &str| self.rivals.iter().any(|r| r.has(id));
@@ -120,7 +121,7 @@ impl<'a> Drives<'a> {
         // what has no columns, or explains less than nothing, is no better than nothing
         let gain = |id: &str| gains.iter().find(|g| all.groups[g.0.0].id == id).map_or(0.0, |g| g.1.max(0.0));
         let over = |id| if classes.are_same(&truth.id, id) { 0.0 } else { gain(&truth.id) - gain(id) };
-        others.map(|id| (id, over(id))).collect()
+        (gain(&truth.id), others.map(|id| (id, over(id))).collect())
     }
 
     /// Where the fit begins: at the sizes that were simulated, zero for effects that have several forms.

@@ -5,7 +5,7 @@ use super::courses::{COURSES, Limits};
 use super::drives::{self, Drives};
 use super::inputs::{Reference, of_track};
 use super::rivals::{Rival, fitted, in_question};
-use super::worth::{Command, Pair, worth};
+use super::worth::{Command, Pair, likely_nats, worth};
 use crate::config::{Config, Kind};
 use crate::effects::Library;
 use crate::error::{Error, ErrorKind, Result, one_of};
@@ -31,7 +31,8 @@ pub struct Options {
     pub among: Vec<String>,
     /// Names of the experiments to compare; empty: all.
     pub experiments: Vec<String>,
-    /// Least length of a course, s; none: that of the log, within half a minute and five.
+    /// Least length of a course, s; none: that of the log, within half a minute and five; where no course of it tells, also that of
+    /// the course that tells soonest, up to five minutes.
     pub duration_s: Option<f64>,
     /// Seed of the simulated recordings.
     pub seed: u64,
@@ -77,6 +78,9 @@ pub struct Suggestion {
     pub probability: f64,
     /// Every truth against every rival.
     pub pairs: Vec<Pair>,
+    /// Largest evidence of a truth over no effect to be expected, nats; infinite at rest, and where no size matters.
+    #[serde(skip)]
+    pub shown_nats: f64,
     /// Course as a robot is commanded; empty at rest, and where the log's own inputs are repeated.
     pub commands: Vec<Command>,
     /// Course as a log that a simulator follows ([`crate::simulate::replay_with`], [`crate::simulate::stationary_like`]).
@@ -146,9 +150,9 @@ pub fn plan(
     let (done, all) = (AtomicUsize::new(0), experiments.len());
     observe(0, all);
     let judged = |one: Experiment| -> Result<(usize, Suggestion)> {
-        let pairs = match &of_drives {
+        let (pairs, shown_nats) = match &of_drives {
             Some(drives) => drives.pairs(&one.inputs, one.load_kg.unwrap_or(0.0), one.alone)?,
-            None => at_rest::pairs(config, &one.inputs, library, &plan.rivals, options.seed)?,
+            None => (at_rest::pairs(config, &one.inputs, library, &plan.rivals, options.seed)?, f64::INFINITY),
         };
         observe(done.fetch_add(1, Ordering::Relaxed) + 1, all);
         let (told, nats) = worth(&pairs, resolution_nats);
@@ -162,23 +166,51 @@ pub fn plan(
             nats,
             probability: pairs.iter().map(|p| p.probability).fold(1.0, f64::min),
             pairs,
+            shown_nats,
             commands: one.commands,
             inputs: one.inputs,
         };
         Ok((told, suggestion))
     };
-    let mut suggestions = experiments.into_par_iter().map(judged).collect::<Result<Vec<_>>>()?;
+    let judged = |all: Vec<Experiment>| all.into_par_iter().map(judged).collect::<Result<Vec<_>>>();
+    let mut suggestions = judged(experiments)?;
+    if driving
+        && options.duration_s.is_none()
+        && let Some((name, duration_s)) = longer(&suggestions, resolution_nats)
+    {
+        let options = Options { duration_s: Some(duration_s), experiments: vec![name], ..options.clone() };
+        suggestions.extend(judged(self::experiments(config, log, &options)?)?);
+    }
     suggestions.sort_by(|(told_a, a), (told_b, b)| told_b.cmp(told_a).then(b.nats.total_cmp(&a.nats)));
     let lacking = of_drives.as_ref().map(Drives::lacking).transpose()?;
     plan.experiments = suggestions.into_iter().map(|s| s.1).collect();
     if plan.first().is_none() {
-        plan.needed = Some(needed(lacking.as_deref()));
+        plan.needed = Some(needed(&plan.experiments, resolution_nats, lacking.as_deref()));
     }
     Ok(plan)
 }
 
-/// Measurements that would be needed where no experiment tells rivals apart, in a sentence; `lacking`: channels that a drive lacks, none at rest.
-fn needed(lacking: Option<&[&str]>) -> String {
+/// Where no experiment separates, the name of the course that would in the shortest time, and that time, s: within the longest that
+/// follows from a log. Evidence grows with the length of a course, or faster.
+fn longer(suggestions: &[(usize, Suggestion)], resolution_nats: f64) -> Option<(String, f64)> {
+    let wanted_nats = likely_nats(resolution_nats);
+    let lasts_s = |e: &Suggestion| e.duration_s * wanted_nats / e.nats;
+    let told = |e: &&Suggestion| e.name != AGAIN && e.nats > 0.0 && lasts_s(e) <= LENGTHS_S[1];
+    let all = || suggestions.iter().map(|(_, e)| e);
+    if all().any(|e| e.separates) {
+        return None;
+    }
+    let first = all().filter(told).min_by(|a, b| lasts_s(a).total_cmp(&lasts_s(b)))?;
+    Some((first.name.clone(), lasts_s(first)))
+}
+
+/// What would be needed where no experiment tells rivals apart, in a sentence; `lacking`: channels that a drive lacks, none at rest.
+fn needed(experiments: &[Suggestion], resolution_nats: f64, lacking: Option<&[&str]>) -> String {
+    if experiments.iter().all(|e| e.shown_nats < resolution_nats) {
+        return "As large as this log has them, none of them shows in an experiment of this length: plan longer ones, or start from a log \
+                that shows one."
+            .into();
+    }
     match lacking {
         None => "A recording at rest shows them alike: several power-ons, or a drive, would have to tell them apart.".into(),
         Some([]) => {

@@ -24,11 +24,15 @@ fn log(config: &Config, course: Course, (id, name, value): (&str, &str, f64), ch
 }
 
 fn planned(config: &Config, log: &Log, among: &[&str], experiments: &[&str]) -> Plan {
+    lasting(40.0, config, log, among, experiments)
+}
+
+fn lasting(duration_s: f64, config: &Config, log: &Log, among: &[&str], experiments: &[&str]) -> Plan {
     let owned = |all: &[&str]| all.iter().map(|one| (*one).to_owned()).collect::<Vec<_>>();
     let options = Options {
         among: owned(among),
         experiments: owned(experiments),
-        duration_s: Some(40.0),
+        duration_s: Some(duration_s),
         seed: 7,
         since_power_on_s: 0.0,
     };
@@ -106,4 +110,44 @@ fn a_payload_and_a_radius_are_told_by_a_known_load() {
     // mass and inertia may change by different shares, a radius does both alike: size of the radius is half of the payload
     let sizes = [plan.rivals[0].parameters["mass_relative"], plan.rivals[1].parameters["relative"]];
     assert!((sizes[0] - 0.12).abs() < 0.01 && (sizes[1] - (1.12f64.sqrt() - 1.0)).abs() < 5e-3, "{sizes:?}");
+}
+
+/// Gains are made smaller until a course of 40 s does not tell one from the other. One of five minutes does.
+#[test]
+fn what_is_too_small_for_a_course_is_told_by_a_longer_one() {
+    let config = Config::parse(ROBOT, "robot.toml").unwrap();
+    let channels = [&WHEELS[..], &TORQUES, &[names::GYRO_Z]].concat();
+    let among = [ids::scale_factor(), ids::scale_asymmetry()];
+    let small = (1..12).find_map(|halved| {
+        let relative = 0.03 * 0.5f64.powi(halved);
+        let log = log(&config, Course::Square, (ids::scale_factor(), "relative", relative), &channels);
+        planned(&config, &log, &among, &["spins"]).needed.map(|needed| (log, needed))
+    });
+    let (log, needed) = small.unwrap();
+    assert!(needed.contains("plan longer ones"), "{needed}");
+    assert!(lasting(300.0, &config, &log, &among, &["spins"]).first().is_some());
+}
+
+/// Of courses of 40 s that tell a little, the one that tells soonest is planned as long as it needs.
+#[test]
+fn a_course_that_tells_a_little_is_planned_longer() {
+    let config = Config::parse(ROBOT, "robot.toml").unwrap();
+    let channels = [&WHEELS[..], &TORQUES, &[names::GYRO_Z]].concat();
+    let among = [ids::scale_factor(), ids::scale_asymmetry()].map(str::to_owned);
+    let options = Options { among: among.to_vec(), experiments: vec!["spins".into()], seed: 7, ..Options::default() };
+    let (mut short, mut long) = (0, 0);
+    for relative in [1.2e-3, 1e-3, 8e-4, 7e-4, 6e-4, 5e-4] {
+        let log = log(&config, Course::Square, (ids::scale_factor(), "relative", relative), &channels);
+        let plan = plan(&config, &log, None, &Library::new(), &options, &|_, _| {}).unwrap();
+        match plan.experiments.as_slice() {
+            [one] => short += u32::from(one.separates),
+            [best, other] => {
+                assert!(!other.separates && other.nats > 0.0 && best.duration_s > other.duration_s, "{plan:?}");
+                assert!(best.duration_s < 310.0, "{}", best.duration_s);
+                long += u32::from(best.separates);
+            }
+            more => panic!("{more:?}"),
+        }
+    }
+    assert!(short > 0 && long > 0, "{short} {long}");
 }

@@ -39,6 +39,13 @@ fn told_apart(nats: f64, resolution: f64) -> f64 {
     if nats <= 0.0 { 0.0 } else { Normal::standard().cdf((nats - resolution) / (2.0 * nats).sqrt()) }
 }
 
+/// Expected evidence from which on a diagnosis that tells effects apart from `resolution` nats on does so with 90 %: E of
+/// Φ((E - g)/√(2 E)) = 0.9, √(2 E) = z + √(z² + 2 g).
+pub(super) fn likely_nats(resolution: f64) -> f64 {
+    let z = Normal::standard().inverse_cdf(0.9);
+    0.5 * (z + (z * z + 2.0 * resolution).sqrt()).powi(2)
+}
+
 /// Worth of an experiment: pairs that reach `resolution`, and the least evidence of all.
 pub(super) fn worth(pairs: &[Pair], resolution: f64) -> (usize, f64) {
     let told = pairs.iter().filter(|p| p.nats >= resolution).count();
@@ -65,6 +72,7 @@ mod tests {
             assert!((told - p).abs() < 4.0 * (p * (1.0 - p) / ROUNDS as f64).sqrt() + 1e-9, "{nats}: {told} {p}");
         }
         assert_eq!(told_apart(-1.0, 3.0), 0.0);
+        assert!((told_apart(likely_nats(3.0), 3.0) - 0.9).abs() < 1e-9);
     }
 
     #[test]
