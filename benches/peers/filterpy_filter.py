@@ -8,11 +8,7 @@ States: x, y, theta, v, omega, e, s, ln T; with slip also the speeds of the whee
 
 import json
 import math
-import os
 from pathlib import Path
-
-# matrices this small are not worth a second thread
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter

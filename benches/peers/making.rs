@@ -22,13 +22,12 @@ const WHITE: usize = 50_000;
 /// Writes the files; gives each task's true values, or why there are none.
 pub fn write_data(folder: &Path, samples: usize) -> Outcome<Map<String, Value>> {
     let mut draw = Stream::new(1, 0);
-    let z = warm_up(samples, &mut draw);
+    let [x, y, z] = std::array::from_fn(|_| warm_up(samples, &mut draw));
     write_raw(&folder.join("raw.bin"), &z)?;
     let mut log = Log::new("bench", TimeAxis::Uniform { start_s: 0.0, step_s: STEP_S, len: samples });
-    for name in ["gyro_x_rad_s", "gyro_y_rad_s"] {
-        log.push(name, warm_up(samples, &mut draw))?;
+    for (name, values) in [("gyro_x_rad_s", x), ("gyro_y_rad_s", y), (names::GYRO_Z, z)] {
+        log.push(name, values)?;
     }
-    log.push(names::GYRO_Z, z)?;
     for name in ["log.csv", "log.parquet"] {
         write_log(folder.join(name), &log)?;
     }
@@ -45,7 +44,7 @@ pub fn write_data(folder: &Path, samples: usize) -> Outcome<Map<String, Value>> 
     let read = json!({ "rows": samples, "largest error of z, rad/s": 0.0 });
     let truth = json!({
         "fit": { "C1, mrad/s": C1_MRAD_S, "C2, mrad/s": C2_MRAD_S, "T, s": TIME_CONSTANT_S },
-        "noise": { "N, mrad/√s": 1e3 * WHITE_RAD_S * STEP_S.sqrt(), "B, mrad/s": BIAS_INSTABILITY_MRAD_S },
+        "noise": { "N, mrad/√s": 1e3 * WHITE_RAD_S * STEP_S.sqrt(), "B, mrad/s": BIAS_INSTABILITY_MRAD_S, "other terms": 0 },
         "autocorrelation": { "at lag 1": DECAY, "at lag 10": DECAY.powi(10) },
         "payload": payload.unwrap_or_else(|why| json!(why.to_string())),
         "csv": read,

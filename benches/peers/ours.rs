@@ -11,7 +11,7 @@ use gyroid::identify::{FitOptions, fit};
 use gyroid::ingest::read_log;
 use gyroid::math::spectra::autocorrelation;
 use gyroid::noise::{Deviation, TermKind, allan};
-use gyroid::signal::{Log, TimeAxis, names};
+use gyroid::signal::{TimeAxis, names};
 use gyroid::validate::{Options, whiteness};
 use serde_json::{Value, json};
 use std::hint::black_box;
@@ -24,8 +24,7 @@ const UNLOADED: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
     turn_on_bias_std_rad_s = 2e-4\n\
     [vehicle]\nmass_kg = 12.0\nyaw_inertia_kg_m2 = 0.21\nhalf_track_m = 0.17\nwheel_radius_m = 0.065\n\
     wheel_inertia_kg_m2 = 0.00133\nviscous_friction_n_m_s = 0.004\ntorque_noise_n_m_sqrt_s = 0.001\n\
-    [encoder]\nspeed_noise_std_rad_s = 0.02\n\
-    [pose]\nrate_hz = 10.0\nposition_std_m = 0.002\nheading_std_rad = 0.002\n";
+    [encoder]\nspeed_noise_std_rad_s = 0.02\n";
 
 /// A task's seconds, peak memory, answers and, where there is one, its curve.
 pub fn measured(task: &str, path: &Path) -> Outcome<Value> {
@@ -78,10 +77,10 @@ fn of_array(task: &str, rate: Vec<f64>) -> Outcome<Value> {
                     found.term(kind).map(|t| estimate(1e3 * t.estimate, 1e3 * t.std, t.ci95.map(|end| 1e3 * end)));
                 scaled.unwrap_or(Value::Null)
             };
-            (
-                json!({ "N, mrad/√s": term(TermKind::AngleRandomWalk), "B, mrad/s": term(TermKind::BiasInstability) }),
-                None,
-            )
+            let ours = [term(TermKind::AngleRandomWalk), term(TermKind::BiasInstability)];
+            let beside = found.terms.len() - ours.iter().filter(|t| !t.is_null()).count();
+            let [n, b] = ours;
+            (json!({ "N, mrad/√s": n, "B, mrad/s": b, "other terms": { "estimate": beside } }), None)
         })?,
         "allan" => {
             let averaged = averaged(rate.len());
@@ -139,8 +138,9 @@ fn read(path: &Path) -> Outcome<Value> {
 
 fn payload(path: &Path) -> Outcome<Value> {
     let config = Config::parse(UNLOADED, "unloaded.toml")?;
-    let explain = |log: &Log| gap::explain(&config, log, &Library::new(), &["vehicle.payload"], 0.0);
-    let (seconds, peak_mib, found) = timed(|| Ok(explain(&read_log(path)?)?))?;
+    let log = read_log(path)?;
+    let explain = || gap::explain(&config, &log, &Library::new(), &["vehicle.payload"], 0.0);
+    let (seconds, peak_mib, found) = timed(|| Ok(explain()?))?;
     let effect = found.effects.first().ok_or("no payload in the answer")?;
     let vehicle = config.require_vehicle()?;
     let scaled = |name: &str, by: f64| {

@@ -1,6 +1,7 @@
 """A drive of the robot of `examples/mujoco` with a payload, and the fit of its mass and yaw inertia by mujoco.sysid.
 
-The drive is what `examples/mujoco/run.py` logs: torque noise, encoder noise. The payload sits in the chassis's own centre of mass.
+The drive is logged by `examples/mujoco/run.py` with noise of torques, gyro and encoders; the pose is left out. The payload sits
+in the chassis's centre of mass.
 """
 
 import sys
@@ -34,7 +35,8 @@ def write(path):
     chassis.mass += PAYLOAD_KG
     chassis.inertia = chassis.inertia + [0, 0, PAYLOAD_KG_M2]
     draw, commanded = np.random.default_rng(1), torques()
-    run.log(commanded, run.simulate(spec.compile(), commanded, draw), draw).write_parquet(path)
+    log = run.log(commanded, run.simulate(spec.compile(), commanded, draw), draw)
+    log.drop("wheel_left_rad", "wheel_right_rad", "x_m", "y_m", "heading_rad").write_parquet(path)
     return dict(zip(NAMES, (PAYLOAD_KG, PAYLOAD_KG_M2), strict=True))
 
 

@@ -46,7 +46,7 @@ impl Section {
         }
     }
 
-    /// Largest difference of a curve from gyroid's where both have the same abscissa; none without curves.
+    /// Largest difference of a curve from gyroid's at the abscissas that both have; none without curves.
     fn apart(&self, column: &Column) -> Option<f64> {
         let (ours, relative) = (self.columns[0].curve(), self.difference().1);
         let theirs = column.curve();
@@ -72,7 +72,7 @@ impl Section {
         let mut out = Vec::new();
         let mut line = |name: &str, truth: String, cells: Vec<String>| {
             let filled = cells.into_iter().chain(std::iter::repeat(String::new())).take(width);
-            out.push(format!("| {name} | {truth} | {} |", filled.collect::<Vec<_>>().join(" | ")));
+            out.push(format!("| {name} | {truth} | {} |", filled.collect::<Vec<_>>().join(" | ")).replace("|  ", "| "));
         };
         let all = |cell: &dyn Fn(&Column) -> String| self.columns.iter().map(cell).collect::<Vec<_>>();
         let named = |c: &Column| {
@@ -153,7 +153,6 @@ fn significant(x: f64, digits: i32) -> String {
     } else if x.abs() < 1e-3 {
         format!("{x:.*e}", digits as usize - 1)
     } else {
-        let text = format!("{x:.decimals$}");
-        text
+        format!("{x:.decimals$}")
     }
 }
