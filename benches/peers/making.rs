@@ -31,8 +31,9 @@ pub fn write_data(folder: &Path, samples: usize) -> Outcome<Map<String, Value>> 
     for name in ["log.csv", "log.parquet"] {
         write_log(folder.join(name), &log)?;
     }
-    let white: Vec<f64> = (0..samples).map(|_| WHITE_RAD_S * draw.normal()).collect();
-    write_raw(&folder.join("white.bin"), &white[..samples.min(WHITE)])?;
+    let mut white: Vec<f64> = (0..samples.max(WHITE)).map(|_| WHITE_RAD_S * draw.normal()).collect();
+    write_raw(&folder.join("white.bin"), &white[..WHITE])?;
+    white.truncate(samples);
     write_raw(&folder.join("noise.bin"), &with_flicker(white, &mut draw))?;
     let mut last = draw.normal() / (1.0 - DECAY * DECAY).sqrt();
     let coloured = (0..samples).map(|_| {
