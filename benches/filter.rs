@@ -99,13 +99,13 @@ fn main() -> Outcome<()> {
     let (rolling, rolling_rows) = settled(&rolling, &rolling_rows);
     let (slip, slip_rows) = settled(&slip, &slip_rows);
     let (unrolled, by_yaw_rate) = unroll(&rolling_config, &rolling)?;
-    assert_same(&run(&rolling, rolling_rows, |_| ()), &run_unrolled(&unrolled, by_yaw_rate, rolling_rows))?;
+    assert_same(&run(&rolling, rolling_rows), &run_unrolled(&unrolled, by_yaw_rate, rolling_rows))?;
 
     let mut times = ["rolling", "rolling, unrolled by hand", "slip"].map(|name| (name, Vec::new()));
     for _ in 0..REPETITIONS {
-        times[0].1.push(seconds_per_step(rolling_rows, |rows| run(&rolling, rows, |_| ())));
+        times[0].1.push(seconds_per_step(rolling_rows, |rows| run(&rolling, rows)));
         times[1].1.push(seconds_per_step(rolling_rows, |rows| run_unrolled(&unrolled, by_yaw_rate, rows)));
-        times[2].1.push(seconds_per_step(slip_rows, |rows| run(&slip, rows, |_| ())));
+        times[2].1.push(seconds_per_step(slip_rows, |rows| run(&slip, rows)));
     }
     println!("A step: one prediction, three readings. Median of {REPETITIONS} interleaved repetitions, one thread.");
     println!("{:<28}{:>12}{:>16}", "filter", "ns a step", "steps a second");

@@ -43,21 +43,22 @@ pub fn rows(config: &Config) -> Outcome<(Vec<Row>, Vec<[f64; 2]>)> {
     Ok((rows.map(|k| Row { readings: readings.map(|c| c[k]), torques: torques.map(|c| c[k]) }).collect(), ends))
 }
 
-/// The filter after `rows`; it is shown to `each` at the end of every one.
-pub fn run<const N: usize, M: MotionModel<N>>(
-    first: &Filter<N, M>,
-    rows: &[Row],
-    mut each: impl FnMut(&Filter<N, M>),
-) -> Filter<N, M> {
+/// The filter after `rows`.
+pub fn run<const N: usize, M: MotionModel<N>>(first: &Filter<N, M>, rows: &[Row]) -> Filter<N, M> {
     let mut filter = first.clone();
     for row in rows {
-        for (sensor, reading) in [Sensor::Gyro, Sensor::WheelLeft, Sensor::WheelRight].into_iter().zip(row.readings) {
-            filter.update(sensor, reading);
-        }
-        filter.predict(Input::Torques(row.torques), DT_S);
-        each(&filter);
+        step(&mut filter, row);
     }
     filter
+}
+
+/// Three readings and one prediction.
+#[inline(always)]
+pub fn step<const N: usize, M: MotionModel<N>>(filter: &mut Filter<N, M>, row: &Row) {
+    for (sensor, reading) in [Sensor::Gyro, Sensor::WheelLeft, Sensor::WheelRight].into_iter().zip(row.readings) {
+        filter.update(sensor, reading);
+    }
+    filter.predict(Input::Torques(row.torques), DT_S);
 }
 
 /// The filter after the first two seconds, and the rest of the drive: at the start the speed is unknown, and how a wheel
@@ -67,5 +68,5 @@ pub fn settled<'a, const N: usize, M: MotionModel<N>>(
     rows: &'a [Row],
 ) -> (Filter<N, M>, &'a [Row]) {
     let (start, rest) = rows.split_at(SETTLING_ROWS);
-    (run(first, start, |_| ()), rest)
+    (run(first, start), rest)
 }

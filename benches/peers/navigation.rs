@@ -1,6 +1,6 @@
 //! The drives and models that gyroid's navigation filters share with filterpy's.
 
-use crate::drive::{DT_S, Outcome, ROBOT, Row, SINCE_POWER_ON_S, TRACTION, rows, run, settled};
+use crate::drive::{DT_S, Outcome, ROBOT, Row, SINCE_POWER_ON_S, TRACTION, rows, run, settled, step};
 use crate::making::read_raw;
 use crate::ours::timed;
 use gyroid::config::Config;
@@ -34,7 +34,7 @@ pub fn write(folder: &Path, task: &str) -> Outcome<()> {
 
 fn passed<const N: usize, M: MotionModel<N>>(config: &Config, new: &Filter<N, M>, rows: &[Row]) -> Outcome<Value> {
     let (first, rest) = settled(new, rows);
-    let mut model = model(config, &first, &run(&first, rest, |_| ()))?;
+    let mut model = model(config, &first, &run(&first, rest))?;
     model["settling_rows"] = json!(rows.len() - rest.len());
     Ok(model)
 }
@@ -64,8 +64,11 @@ fn track<const N: usize, M: MotionModel<N>>(
 ) -> Outcome<(f64, Option<f64>, Vec<[f64; 2]>)> {
     let (first, rest) = settled(new, rows);
     timed(|| {
-        let mut path = Vec::with_capacity(rest.len());
-        run(&first, rest, |filter| path.push([filter.mean()[state::X], filter.mean()[state::Y]]));
+        let (mut filter, mut path) = (first.clone(), Vec::with_capacity(rest.len()));
+        for row in rest {
+            step(&mut filter, row);
+            path.push([filter.mean()[state::X], filter.mean()[state::Y]]);
+        }
         Ok(path)
     })
 }
