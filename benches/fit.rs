@@ -1,25 +1,10 @@
-//! Fit of 1e6 samples from memory, beside scipy's `curve_fit` on the same data in the same run.
-//!
-//! `cargo bench --bench fit`; the Python with scipy is `$PYTHON`, or `python3`. Without scipy the ratio is left out.
+//! Fit of 1e6 samples from memory, and how long its parts take: `cargo bench --bench fit`.
 
 use gyroid::identify::{FitOptions, fit};
 use gyroid::math::random::Stream;
 use gyroid::signal::{Moments, TimeAxis};
 use std::hint::black_box;
-use std::process::Command;
 use std::time::Instant;
-
-const SCIPY: &str = r"
-import sys, time, json, numpy as np
-from scipy.optimize import curve_fit
-y = np.fromfile(sys.argv[1]); t = np.arange(len(y)) * float(sys.argv[2])
-f = lambda t, c1, c2, T: c1 * (1 - np.exp(-t / T)) + c2
-start = [y[-1000:].mean() - y[:1000].mean(), y[:1000].mean(), t[-1] / 5]
-times = []
-for _ in range(3):
-    a = time.perf_counter(); p, _ = curve_fit(f, t, y, p0=start); times.append(time.perf_counter() - a)
-print(json.dumps({'seconds': sorted(times)[1], 'parameters': p.tolist()}))
-";
 
 /// Median and smallest seconds of `runs` calls.
 fn time(runs: usize, mut f: impl FnMut()) -> (f64, f64) {
@@ -63,27 +48,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("the same with a time for every sample", slow),
     ] {
         println!("  {name:<60}{:>9.3} ({:.3})", median * 1e3, fastest * 1e3);
-    }
-
-    let mut file = tempfile::NamedTempFile::new()?;
-    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-    std::io::Write::write_all(&mut file, &bytes)?;
-    let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
-    let run = Command::new(&python).args(["-c", SCIPY]).arg(file.path()).arg(step.to_string()).output();
-    match run {
-        Ok(out) if out.status.success() => {
-            let answer: serde_json::Value = serde_json::from_slice(&out.stdout)?;
-            let seconds = answer["seconds"].as_f64().ok_or("no time from scipy")?;
-            let ours = fit(&axis, &values, &options)?;
-            println!("  {:<60}{:>9.3}", "scipy curve_fit (estimates and covariance)", seconds * 1e3);
-            println!("  ratio scipy / gyroid: {:.0}", seconds / whole.0);
-            println!("  scipy {}", answer["parameters"]);
-            println!(
-                "  gyroid [{}, {}, {}]",
-                ours.c1_rad_s.estimate, ours.c2_rad_s.estimate, ours.time_constant_s.estimate
-            );
-        }
-        _ => println!("  no scipy in {python}: no ratio"),
     }
     Ok(())
 }

@@ -12,7 +12,8 @@ written anew with what was printed. A comment before a block says what is specia
     <!-- check: elsewhere REASON -->  a build, a test or a bench, and not run here
 
 Commands that are not run, and those in sentences, must have options that the program knows. Shares that README and evidence
-state must stand in the benches in `data`, and pages that repeat the code must be those that `generate.py` makes.
+state must stand in the benches in `data`, and so must the table of peers. Pages that repeat the code must be those that
+`generate.py` makes.
 
 --book DIR is the built book: its internal links and anchors are checked. Exit code 1 where anything is wrong.
 """
@@ -221,6 +222,13 @@ def old_figures():
     ]
 
 
+def old_peers():
+    """Faults of the table of peers in evidence: it must be that of `data/peers.json`."""
+    table = json.loads((ROOT / "data/peers.json").read_text(encoding="utf-8"))["table"]
+    page = (ROOT / "docs/src/evidence.md").read_text(encoding="utf-8")
+    return [] if "\n".join(table) in page else ["docs/src/evidence.md: its table of peers is not that of data/peers.json"]
+
+
 class Links(html.parser.HTMLParser):
     """Ids and internal links of a page of the book."""
 
@@ -281,7 +289,7 @@ def main():
     if size > README_BYTES:
         faults.append(f"README.md: {size} bytes, more than {README_BYTES}")
     faults += [f"docs/src/{name} is not what the code says: python docs/generate.py" for name in generate.old_pages()]
-    faults += old_figures()
+    faults += old_figures() + old_peers()
     if given.book:
         faults += book_links(given.book)
     for fault in faults:

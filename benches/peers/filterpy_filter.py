@@ -1,30 +1,19 @@
-"""The filters of `gyroid::navigate` as a user of filterpy would write them; driven by `cargo bench --bench filter`.
+"""The filters of `gyroid::navigate` as a user of filterpy would write them: a task of `peers.py`.
 
-    python filterpy_filter.py MODEL.json DRIVE.bin
-
-MODEL.json holds the model's numbers, the first mean and covariance, and the last ones of gyroid's filter; DRIVE.bin
-holds rows of five little-endian doubles: gyro, left wheel, right wheel (rad/s), left and right torque (N m).
-Prints as JSON the seconds per step and how far the last states are apart, in standard deviations. A step is one
-prediction and one update by the three readings at once, which costs filterpy less than three. The time is that of the
-fastest hundred steps in a row, a few milliseconds as gyroid's passes are, so that a busy machine does not count.
+MODEL.json holds the model's numbers, the first mean and covariance, and the last ones of gyroid's filter; MODEL.bin holds rows of
+seven little-endian doubles: gyro, left and right wheel (rad/s), left and right torque (N m), true x and y at the row's end (m).
+A step is one prediction and one update by the three readings at once, which costs filterpy less than three.
 States: x, y, theta, v, omega, e, s, ln T; with slip also the speeds of the wheels.
 """
 
 import json
 import math
-import os
-import sys
-import time
-
-# matrices this small are not worth a second thread
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+from pathlib import Path
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 X, Y, HEADING, SPEED, YAW_RATE, ERROR, WARM, LN_T, LEFT, RIGHT = range(10)
-# Steps that are timed together; the drive is a multiple of them
-WINDOW = 100
 # Gauss and Legendre's nodes and weights on [0, 1]
 NODES = [(0.5 - math.sqrt(0.15), 5 / 18), (0.5, 8 / 18), (0.5 + math.sqrt(0.15), 5 / 18)]
 
@@ -40,7 +29,7 @@ def phi(z):
 
 
 class NavigationFilter(ExtendedKalmanFilter):
-    """What both filters share: the sensors, the pose, the gyro's error."""
+    """The part that both filters share: the sensors, the pose, the gyro's error."""
 
     def __init__(self, model, damping=0.0, yaw_damping=0.0):
         self.n = len(model["first_mean"])
@@ -256,27 +245,30 @@ class SlipFilter(NavigationFilter):
         self.gain[:3] = pose[:, 4:]
 
 
-def main():
-    with open(sys.argv[1]) as file:
+def task(path):
+    """A pass over the drive as a function, and what is told of it: how far x and y are off, and x. Fails if its last state is
+    not that of gyroid's filter."""
+    with open(path) as file:
         model = json.load(file)
-    drive = np.fromfile(sys.argv[2]).reshape(-1, 5)
-    readings, torques = np.ascontiguousarray(drive[:, :3]), drive[:, 3:].tolist()
+    drive = np.fromfile(Path(path).with_suffix(".bin")).reshape(-1, 7)[model["settling_rows"] :]
+    readings, torques, ends = np.ascontiguousarray(drive[:, :3]), drive[:, 3:5].tolist(), drive[:, 5:]
     make = SlipFilter if "burckhardt" in model else RollingFilter
-    best = math.inf
-    for _ in range(model["passes"]):
-        ekf = make(model)
-        for start in range(0, len(drive) - WINDOW + 1, WINDOW):
-            begin = time.perf_counter()
-            for z, u in zip(readings[start : start + WINDOW], torques[start : start + WINDOW]):
-                ekf.step(z, u)
-            best = min(best, time.perf_counter() - begin)
-    std = np.array(model["last_std"])
-    apart = np.max(np.abs(ekf.x - model["last_mean"]) / std)
-    spread = np.max(np.abs(np.sqrt(np.diag(ekf.P)) / std - 1))
-    if not (apart < 1e-6 and spread < 1e-6):
-        sys.exit(f"filterpy's filter is another one: states {apart:.1e} standard deviations apart, those {spread:.1e}")
-    print(json.dumps({"seconds_per_step": best / WINDOW, "apart": apart, "std_apart": spread}))
 
+    def work():
+        ekf, positions = make(model), np.empty((len(drive), 2))
+        for z, u, position in zip(readings, torques, positions):
+            ekf.step(z, u)
+            position[:] = ekf.x[:2]
+        return ekf, positions
 
-if __name__ == "__main__":
-    main()
+    def tell(result):
+        ekf, positions = result
+        std = np.array(model["last_std"])
+        apart = np.max(np.abs(ekf.x - model["last_mean"]) / std)
+        spread = np.max(np.abs(np.sqrt(np.diag(ekf.P)) / std - 1))
+        if not (apart < 1e-6 and spread < 1e-6):
+            raise ValueError(f"filterpy's filter is another one: {apart:.1e} standard deviations apart, those {spread:.1e}")
+        error_m = float(np.sqrt(np.mean(np.sum((positions - ends) ** 2, axis=1))))
+        return {"position error, m rms": {"estimate": error_m}}, list(enumerate(positions[:, 0].tolist()))
+
+    return work, tell
