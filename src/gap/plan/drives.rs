@@ -91,15 +91,16 @@ impl<'a> Drives<'a> {
             let [recorded, new] = [recorded, &new].map(|log| Drive::new(log, self.since_power_on_s));
             let both = [recorded, new.carrying(load_kg)];
             let record = Record::of_drives(self.config, if alone { &both[1..] } else { &both })?;
-            let (own, over) = self.over(truth, &record);
+            let (own, over) = self.over(truth, &record, alone);
             shown = shown.max(own);
             pairs.extend(over.into_iter().map(|(rival, nats)| Pair::new(&truth.id, rival, nats, resolution())));
         }
         Ok((pairs, shown))
     }
 
-    /// Expected evidence of `truth` in a `record` of it over no effect, and over each other rival, nats.
-    fn over(&self, truth: &Rival, record: &Record) -> (f64, Vec<(&str, f64)>) {
+    /// Expected evidence of `truth` in a `record` of it over no effect, and over each other rival, nats. A record that is judged `alone`
+    /// is not known to exclude the effects that the log excludes: those that resemble the truth in it are rivals too.
+    fn over(&self, truth: &Rival, record: &Record, alone: bool) -> (f64, Vec<(&str, f64)>) {
         let others = self.rivals.iter().map(|r| r.id.as_str()).filter(|id| *id != truth.id);
         // the sizes of motions, known roughly, tell no laws apart that are one and the same to the readings
         let every: Vec<&'static dyn Driving> = self.library.driving().collect();
@@ -108,7 +109,7 @@ impl<'a> Drives<'a> {
             return (f64::INFINITY, others.map(|id| (id, 0.0)).collect());
         }
         let options = DriveOptions::default();
-        let asked = |id: &str| self.rivals.iter().any(|r| r.has(id));
+        let asked = |id: &str| alone || self.rivals.iter().any(|r| r.has(id));
         let effects: Vec<&'static dyn Driving> = self.library.driving().filter(|e| asked(e.about().id)).collect();
         let all = Candidates::new(record, &effects, &options.prior, false, &changepoint::of_each(record));
         let (noise, _) = diffused(record, InitialNoise::of(record).noise, &all);
@@ -121,7 +122,10 @@ impl<'a> Drives<'a> {
         // what has no columns, or explains less than nothing, is no better than nothing
         let gain = |id: &str| gains.iter().find(|g| all.groups[g.0.0].id == id).map_or(0.0, |g| g.1.max(0.0));
         let over = |id| if classes.are_same(&truth.id, id) { 0.0 } else { gain(&truth.id) - gain(id) };
-        (gain(&truth.id), others.map(|id| (id, over(id))).collect())
+        let own = gain(&truth.id);
+        let is_new = |id: &&str| alone && own >= resolution() && self.rivals.iter().all(|r| !r.has(id));
+        let new = effects.iter().map(|e| e.about().id).filter(is_new).map(|id| (id, over(id)));
+        (own, others.map(|id| (id, over(id))).chain(new.filter(|(_, nats)| *nats < resolution())).collect())
     }
 
     /// Where the fit begins: at the sizes that were simulated, zero for effects that have several forms.
