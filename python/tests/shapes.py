@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Writes `docs/schema`, JSON Schemas made from an answer or more of every command, and from these `gyroid/_shapes`, the types of Python.
 
-python shapes.py [--check]: with `--check` the files are compared instead; where one differs it is shown, and the exit code is 1.
+python shapes.py [--check]: with `--check` answers are held against the schemas instead, without those about drawn logs, which take minutes,
+and the types against those that the schemas give; what differs is shown, and the exit code is 1.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ import re
 import sys
 from pathlib import Path
 from typing import Any, TypeAlias
+
+import jsonschema
 
 from answers import answers
 
@@ -42,7 +45,8 @@ def schema(values: list[Any], path: str) -> Schema:
     names = sorted(kinds) + ["null"] * (len(there) < len(values))
     made: Schema = {"type": names if len(names) > 1 else names[0]}
     if items := [item for value in there if isinstance(value, list) for item in value]:
-        made["items"] = schema(items, path)
+        # an interval may be open at either end
+        made["items"] = schema(items + [None] * path.rpartition(".")[2].startswith("ci95"), path)
     objects = [value for value in there if isinstance(value, dict)]
     if objects and path.endswith(tuple("." + name for name in MAPS)) and path not in FIXED:
         made["additionalProperties"] = schema([item for value in objects for item in value.values()], path + ".value")
@@ -66,10 +70,10 @@ def kinds_of(of: Schema) -> set[str]:
     return set(kinds if isinstance(kinds, list) else [kinds])
 
 
-def schemas() -> dict[str, Schema]:
-    """The schema of each command."""
+def schemas(drawn: bool) -> dict[str, Schema]:
+    """The schema of each command; `drawn`: also of answers about drawn logs."""
     made = {}
-    for command, kinds in answers().items():
+    for command, kinds in answers(drawn).items():
         each = []
         for name, values in kinds.items():
             one = schema(values, name)
@@ -138,11 +142,9 @@ class Shapes:
 def types(of: dict[str, Schema]) -> dict[str, str]:
     """The modules by name."""
     shapes = Shapes()
-    typed = {name for _, names in FILES.values() for name in names}
-    for one in of.values():
-        for variant in one.get("oneOf", [one]):
-            if variant["title"] in typed:
-                shapes.object(variant, variant["title"])
+    variants = {variant.get("title"): variant for one in of.values() for variant in one.get("oneOf", [one])}
+    for name in [name for _, names in FILES.values() for name in names]:
+        shapes.object(variants[name], name)
     made: dict[str, str] = {}
     where: dict[str, str] = {}
     for file, (what, roots) in FILES.items():
@@ -165,17 +167,29 @@ def types(of: dict[str, Schema]) -> dict[str, str]:
     return made
 
 
+def faults() -> list[str]:
+    """What differs between answers and schemas, and between these and the types."""
+    known = {path.stem: json.loads(path.read_text()) for path in SCHEMAS.glob("*.json")}
+    found = []
+    for command, kinds in answers(drawn=False).items():
+        validator = jsonschema.Draft202012Validator(known[command])
+        errors = [error for values in kinds.values() for value in values for error in validator.iter_errors(value)]
+        found += [f"{command}: {error.json_path}: {error.message}" for error in errors]
+    for name, text in types(known).items():
+        path = PACKAGE / "_shapes" / f"{name}.py"
+        found += difflib.unified_diff(path.read_text().splitlines(), text.splitlines(), str(path), "as the schemas have it", lineterm="")
+    return found
+
+
 def main() -> int:
-    """Write the files, or compare them."""
-    of = schemas()
+    """Writes the files, or compares them."""
+    if "--check" in sys.argv:
+        found = faults()
+        print("\n".join(found), end="")
+        return int(bool(found))
+    of = schemas(drawn=True)
     made = {SCHEMAS / f"{command}.json": json.dumps(one, indent=1) + "\n" for command, one in of.items()}
     made |= {PACKAGE / "_shapes" / f"{name}.py": text for name, text in types(of).items()}
-    if "--check" in sys.argv:
-        found = {file: file.read_text() if file.exists() else "" for file in made}
-        for file, text in made.items():
-            lines = difflib.unified_diff(found[file].splitlines(), text.splitlines(), str(file), "as the answers are now", lineterm="")
-            print("\n".join(lines), end="")
-        return int(found != made)
     for file, text in made.items():
         file.parent.mkdir(exist_ok=True)
         file.write_text(text)

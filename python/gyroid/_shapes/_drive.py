@@ -10,16 +10,28 @@ from gyroid._record import Record
 from gyroid._record import Rows
 
 
+class _NavigateSmoothedReferenceAlignment(Record):
+    rotation_rad: float
+    x_m: float
+    y_m: float
+    path_share: float
+    path_m: float
+    until_s: float
+    samples: int
+    rms_m: float
+
+
 class _NavigateSmoothedReference(Record):
     samples: int
     position_rms_m: float
     position_end_m: float
-    heading_rms_rad: float
-    heading_end_rad: float
-    nees_mean: float
-    nees_end: float
-    nees_end_bounds95: Array
-    heading_nees_end: float
+    heading_rms_rad: float | None
+    heading_end_rad: float | None
+    nees_mean: float | None
+    nees_end: float | None
+    nees_end_bounds95: Array | None
+    heading_nees_end: float | None
+    alignment: _NavigateSmoothedReferenceAlignment | None
 
 
 class _NavigateSmoothed(Record):
@@ -76,27 +88,13 @@ class _NavigateWithErrorModel(Record):
     acceleration_densities: Array | None
 
 
-class _NavigateWithoutErrorModel(Record):
-    rows: int
-    span_s: float
-    since_power_on_s: float
-    since_power_on_assumed: bool
-    warm_up_age_end_s: float
-    slip_modelled: bool
-    torques_used: bool
-    consistency: _NavigateWithErrorModelConsistency
-    final_pose: _NavigateWithErrorModelFinalPose
-    reference: _NavigateSmoothedReference | None
-    notes: tuple[Any, ...]
-    acceleration_densities: Array | None
-
-
 class _NavigateZeroedAtStartGyroReckoningReference(Record):
     samples: int
     position_rms_m: float
     position_end_m: float
-    heading_rms_rad: float
-    heading_end_rad: float
+    heading_rms_rad: float | None
+    heading_end_rad: float | None
+    alignment: _NavigateSmoothedReferenceAlignment | None
 
 
 class _NavigateZeroedAtStartGyroReckoning(Record):
@@ -106,7 +104,7 @@ class _NavigateZeroedAtStartGyroReckoning(Record):
 class _NavigateZeroedAtStart(Record):
     zero_rad_s: float
     rest_s: float
-    filter: _NavigateWithoutErrorModel
+    filter: _NavigateWithErrorModel
     gyro_reckoning: _NavigateZeroedAtStartGyroReckoning
 
 
@@ -115,12 +113,12 @@ class Navigate(Record):
     fit_for_use: bool
     smoothed: _NavigateSmoothed
     with_error_model: _NavigateWithErrorModel
-    without_error_model: _NavigateWithoutErrorModel
-    zeroed_at_start: _NavigateZeroedAtStart
+    without_error_model: _NavigateWithErrorModel
+    zeroed_at_start: _NavigateZeroedAtStart | None
     without_effects: Any
     dead_reckoning: _NavigateZeroedAtStartGyroReckoning
     gyro_reckoning: _NavigateZeroedAtStartGyroReckoning
-    log_notes: tuple[Any, ...]
+    log_notes: tuple[str, ...]
 
 
 class _SimulateGyro(Record):
@@ -215,7 +213,7 @@ class _GapDiagnoseEquationsCorrection(Record):
     values: Array
     std: Array
     regressors: Rows[_GapDiagnoseEquationsCorrectionRegressors]
-    against: _GapDiagnoseEquationsCorrectionAgainst
+    against: _GapDiagnoseEquationsCorrectionAgainst | None
     starts: Array | None
 
 
@@ -330,6 +328,18 @@ class GapDiagnose(Record):
     nearest: _GapDiagnoseNearest | None
     alike: Rows[_GapDiagnoseAlike] | None
     patch: _GapDiagnosePatch | None
+
+
+class _GapExplainEffects(Record):
+    id: str
+    gain_nats: float
+    parameters: dict[str, Estimate]
+
+
+class GapExplain(Record):
+    schema: str
+    effects: Rows[_GapExplainEffects]
+    notes: tuple[str, ...]
 
 
 class _GapCompareEffects(Record):
@@ -469,16 +479,52 @@ class GapCompare(Record):
     free_forms: Rows[_GapDiagnoseFreeForms] | None
 
 
-class _GapExplainEffects(Record):
+class _GapPlanRivalsBeside(Record):
     id: str
-    gain_nats: float
-    parameters: dict[str, Estimate]
+    parameters: dict[str, float]
 
 
-class GapExplain(Record):
+class _GapPlanRivals(Record):
+    id: str
+    parameters: dict[str, float]
+    beside: Rows[_GapPlanRivalsBeside]
+
+
+class _GapPlanExperimentsPairs(Record):
+    truth: str
+    rival: str
+    nats: float
+    probability: float
+
+
+class _GapPlanExperimentsCommands(Record):
+    t_s: float
+    speed_m_s: float
+    yaw_rate_rad_s: float
+
+
+class _GapPlanExperiments(Record):
+    name: str
+    how: str
+    duration_s: float
+    load_kg: float | None
+    alone: bool
+    separates: bool
+    nats: float
+    probability: float
+    pairs: Rows[_GapPlanExperimentsPairs]
+    commands: Rows[_GapPlanExperimentsCommands]
+
+
+class GapPlan(Record):
     schema: str
-    effects: Rows[_GapExplainEffects]
+    rivals: Rows[_GapPlanRivals]
+    resolution_nats: float
+    load_kg: float
+    experiments: Rows[_GapPlanExperiments]
+    needed: str | None
     notes: tuple[str, ...]
+    kind: str
 
 
 class _GapPowerNominal(Record):
@@ -527,53 +573,5 @@ class GapPower(Record):
     nominal: _GapPowerNominal
     effects: Rows[_GapPowerEffects]
     cannot_show: Rows[_GapPowerCannotShow]
-    notes: tuple[str, ...]
-    kind: str
-
-
-class _GapPlanRivalsBeside(Record):
-    id: str
-    parameters: dict[str, float]
-
-
-class _GapPlanRivals(Record):
-    id: str
-    parameters: dict[str, float]
-    beside: Rows[_GapPlanRivalsBeside]
-
-
-class _GapPlanExperimentsPairs(Record):
-    truth: str
-    rival: str
-    nats: float
-    probability: float
-
-
-class _GapPlanExperimentsCommands(Record):
-    t_s: float
-    speed_m_s: float
-    yaw_rate_rad_s: float
-
-
-class _GapPlanExperiments(Record):
-    name: str
-    how: str
-    duration_s: float
-    load_kg: float | None
-    alone: bool
-    separates: bool
-    nats: float
-    probability: float
-    pairs: Rows[_GapPlanExperimentsPairs]
-    commands: Rows[_GapPlanExperimentsCommands]
-
-
-class GapPlan(Record):
-    schema: str
-    rivals: Rows[_GapPlanRivals]
-    resolution_nats: float
-    load_kg: float
-    experiments: Rows[_GapPlanExperiments]
-    needed: str | None
     notes: tuple[str, ...]
     kind: str

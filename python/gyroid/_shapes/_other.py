@@ -8,9 +8,11 @@ from gyroid._record import Array
 from gyroid._record import Estimate
 from gyroid._record import Record
 from gyroid._record import Rows
-from gyroid._shapes._rest import _FitLogAuditDuplicates
 from gyroid._shapes._rest import _FitLogAuditGaps
+from gyroid._shapes._rest import _FitLogAuditMissing
+from gyroid._shapes._rest import _FitLogAuditMotion
 from gyroid._shapes._rest import _FitLogAuditOutOfOrder
+from gyroid._shapes._rest import _FitLogAuditRest
 from gyroid._shapes._rest import _FitLogAuditSampling
 from gyroid._shapes._rest import _FitLogAuditSaturation
 from gyroid._shapes._rest import _FitLogAuditStuck
@@ -63,8 +65,9 @@ class _InspectColumns(Record):
 
 class _InspectTimeClock(Record):
     counts_from: str
-    first_s: float
-    stated: bool
+    first_s: float | None
+    stated: bool | None
+    file_s: float | None
 
 
 class _InspectTime(Record):
@@ -73,28 +76,8 @@ class _InspectTime(Record):
     start_s: float
     span_s: float
     not_increasing: int
-    sampling: _FitLogAuditSampling
-    gaps: _FitLogAuditGaps
-
-
-class _InspectGyroAuditRest(Record):
-    median_rad_s: float
-    noise_std_rad_s: float
-    drift_rad_s: float
-    lattice_step_rad_s: Any
-
-
-class _InspectGyroAuditMotionIntervals(Record):
-    start_s: float
-    end_s: float
-
-
-class _InspectGyroAuditMotion(Record):
-    assessed: bool
-    window_s: float
-    intervals: Rows[_InspectGyroAuditMotionIntervals]
-    total_s: float
-    samples: int
+    sampling: _FitLogAuditSampling | None
+    gaps: _FitLogAuditGaps | None
 
 
 class _InspectGyroAudit(Record):
@@ -104,22 +87,22 @@ class _InspectGyroAudit(Record):
     span_s: float
     sampling: _FitLogAuditSampling
     gaps: _FitLogAuditGaps
-    duplicates: _FitLogAuditDuplicates
+    duplicates: _FitLogAuditMissing
     out_of_order: _FitLogAuditOutOfOrder
-    missing: _FitLogAuditDuplicates
+    missing: _FitLogAuditMissing
     saturation: _FitLogAuditSaturation
     stuck: _FitLogAuditStuck
-    rest: _InspectGyroAuditRest
-    motion: _InspectGyroAuditMotion
+    rest: _FitLogAuditRest
+    motion: _FitLogAuditMotion
 
 
 class _InspectGyro(Record):
     axis: str
     column: str
-    unit: str
+    unit: str | None
     unit_guessed: bool
-    audit: _InspectGyroAudit
-    problem: Any
+    audit: _InspectGyroAudit | None
+    problem: str | None
 
 
 class Inspect(Record):
@@ -131,7 +114,7 @@ class Inspect(Record):
     topic: Any
     rows: int
     columns: Rows[_InspectColumns]
-    time: _InspectTime
+    time: _InspectTime | None
     gyro: Rows[_InspectGyro]
     problems: tuple[Any, ...]
     notes: tuple[str, ...]

@@ -46,13 +46,16 @@ class _FitNoise(Record):
 class _FitColour(Estimate):
     id: str
     unit: str
-    low_pass_form: str
+    low_pass_form: str | None
+    center_hz: Estimate | None
+    bandwidth_hz: Estimate | None
+    band_form: str | None
 
 
 class _FitComparisonConstant(Record):
     parameters: int
-    aicc: float
-    aicc_above_best: float
+    aicc: float | None
+    aicc_above_best: float | None
 
 
 class _FitComparisonAgainstConstant(Record):
@@ -107,7 +110,7 @@ class _FitValidationLevels(Record):
 
 
 class _FitValidation(Record):
-    joint_p_value: float
+    joint_p_value: float | None
     level: float
     draws: int
     seed: int
@@ -121,14 +124,14 @@ class _FitTemperatureExplanationExplanations(Record):
 
 
 class _FitTemperatureExplanation(Record):
-    decided: Any
+    decided: str | None
     explanations: Rows[_FitTemperatureExplanationExplanations]
     temperature_range_c: float
     correlation: float
 
 
 class _FitTemperature(Record):
-    explanation: _FitTemperatureExplanation
+    explanation: _FitTemperatureExplanation | None
     reference_c: float
     parameters: dict[str, Estimate | None]
     covariance_si: Array
@@ -155,7 +158,7 @@ class _FitLogAuditGaps(Record):
     count: int
     missing_s: float
     longest_s: float
-    longest_at_s: Any
+    longest_at_s: float | None
     handling: str
 
 
@@ -170,10 +173,16 @@ class _FitLogAuditOutOfOrder(Record):
     handling: str
 
 
+class _FitLogAuditMissing(Record):
+    count: int
+    first_row: int | None
+    handling: str
+
+
 class _FitLogAuditSaturation(Record):
     samples: int
-    limit_rad_s: Any
-    first_at_s: Any
+    limit_rad_s: float | None
+    first_at_s: float | None
     handling: str
 
 
@@ -181,7 +190,7 @@ class _FitLogAuditStuck(Record):
     runs: int
     samples: int
     longest_s: float
-    longest_at_s: Any
+    longest_at_s: float | None
     threshold_samples: int
     repeated_fraction: float
     handling: str
@@ -194,10 +203,15 @@ class _FitLogAuditRest(Record):
     lattice_step_rad_s: float | None
 
 
+class _FitLogAuditMotionIntervals(Record):
+    start_s: float
+    end_s: float
+
+
 class _FitLogAuditMotion(Record):
     assessed: bool
     window_s: float
-    intervals: tuple[Any, ...]
+    intervals: Rows[_FitLogAuditMotionIntervals]
     total_s: float
     samples: int
 
@@ -211,7 +225,7 @@ class _FitLogAudit(Record):
     gaps: _FitLogAuditGaps
     duplicates: _FitLogAuditDuplicates
     out_of_order: _FitLogAuditOutOfOrder
-    missing: _FitLogAuditDuplicates
+    missing: _FitLogAuditMissing
     saturation: _FitLogAuditSaturation
     stuck: _FitLogAuditStuck
     rest: _FitLogAuditRest
@@ -270,8 +284,8 @@ class _NoiseTermsDatasheetUnits(Record):
 class _NoiseTermsAdvice(Record):
     if_size: float
     wanted_relative: float
-    length_s: float
-    longer_by_s: float
+    length_s: float | None
+    longer_by_s: float | None
 
 
 class _NoiseTerms(Estimate):
@@ -282,6 +296,11 @@ class _NoiseTerms(Estimate):
     deg_s_sqrt_hz: float | None
     advice: _NoiseTermsAdvice | None
     low_pass_form: str | None
+    correlation_time_s: Estimate | None
+    drive_rad_s_sqrt_s: float | None
+    center_hz: Estimate | None
+    bandwidth_hz: Estimate | None
+    band_form: str | None
 
 
 class _NoiseRefused(Record):
@@ -311,12 +330,13 @@ class _NoiseGoodness(Record):
     draws: int
     deviance: float
     bands: Rows[_NoiseGoodnessBands]
-    not_judged_hz: tuple[Any, ...]
+    not_judged_hz: Array
 
 
 class _NoiseWaveletMomentsTerms(Estimate):
     id: str
     unit: str
+    correlation_time_s: Estimate | None
 
 
 class _NoiseWaveletMoments(Record):

@@ -111,7 +111,7 @@ fn battery_files_at_rest_tell_nothing_of_the_label() {
 }
 
 #[test]
-#[ignore = "makes 160 cases; what channels a drive lacks is kept from an effect that needs them, and may tell"]
-fn files_of_drives_tell_nothing_of_the_label() {
+#[ignore = "battery: makes 160 cases"]
+fn battery_files_of_drives_tell_nothing_of_the_label() {
     tells_nothing(Kind::Driving, cases(160).max(FEWEST) as usize);
 }
