@@ -23,6 +23,6 @@ pub use odometry::Odometry;
 pub(crate) use planar::advance_with_jacobian;
 pub use planar::{Forcing, Motion, advance, travel};
 pub use rolling::Rolling;
-pub(crate) use signs::opposite;
 pub use signs::wrong_signs;
+pub(crate) use signs::{GAIN, opposite};
 pub use slipping::{Slipping, SlippingState};

@@ -12,7 +12,7 @@ use crate::signal::{Log, names};
 /// Length of the means, s.
 const MEAN_S: f64 = 1.0;
 /// Gains of a yaw rate by the wheels over the nominal one.
-const GAIN: [f64; 2] = [1.0 / 3.0, 1.5];
+pub(crate) const GAIN: [f64; 2] = [1.0 / 3.0, 1.5];
 /// Smallest ratio of the squares under a wrong sign to those under the right one.
 const WORSE: f64 = 4.0;
 /// Share of the torques' power of one sign, less that of the other, from which they tell.

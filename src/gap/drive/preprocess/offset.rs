@@ -117,6 +117,8 @@ pub(crate) struct Lag {
     pub(crate) std_s: f64,
     /// √R² with the sign of β₁.
     pub(crate) correlation: f64,
+    /// β₁.
+    pub(crate) slope: f64,
 }
 
 /// Sums of squares and products of constant, signals and y.
@@ -353,6 +355,11 @@ impl<'a> Pairs<'a> {
             }
         }
         let std_s = variance.max(0.0).sqrt() / information;
-        std_s.is_finite().then(|| Lag { lag_s, std_s, correlation: (1.0 - left).sqrt().copysign(beta[1]) })
+        std_s.is_finite().then(|| Lag {
+            lag_s,
+            std_s,
+            correlation: (1.0 - left).sqrt().copysign(beta[1]),
+            slope: beta[1],
+        })
     }
 }

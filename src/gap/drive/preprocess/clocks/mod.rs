@@ -14,7 +14,7 @@ use crate::gap::diagnosis::Drive;
 use crate::ingest::assemble::merge::{Part, merge};
 use crate::model::drive::Instrument;
 use crate::signal::{Log, TimeAxis, names};
-use crate::vehicle::{Odometry, Rolling, opposite};
+use crate::vehicle::{GAIN, Odometry, Rolling, opposite};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -276,7 +276,9 @@ fn look(config: &Config, log: &Log) -> Result<Seen> {
         if correlation(&found) < WRONG {
             for (signs, side) in BACKWARDS {
                 let other = with_signs(signs).and_then(|(_, yaw)| lag(&yaw, by));
-                if correlation(&other) > CERTAIN {
+                // wheels that turn far more than the gyro roll straight, and one of them is a little larger
+                let as_far = |l: Lag| (GAIN[1].recip()..=GAIN[0].recip()).contains(&l.slope);
+                if correlation(&other) > CERTAIN && other.is_some_and(as_far) {
                     let [found, hint] = side.map_or_else(|| opposite(vehicle, log), one_backwards);
                     return Err(Error::new(ErrorKind::Column, &log.source, found).hint(hint));
                 }

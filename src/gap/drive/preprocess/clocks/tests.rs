@@ -232,6 +232,22 @@ fn a_wheel_that_reads_backwards_is_refused_with_its_mend() {
     assert_eq!(refused(&log), None);
 }
 
+/// A robot that drives straight ahead and turns a little as one wheel is larger: the gyro follows the wheels' sum, a hundredth as far.
+#[test]
+fn a_robot_that_rolls_straight_has_no_wheel_that_reads_backwards() {
+    let draw = &mut crate::math::random::Stream::new(3, 0);
+    let times: Vec<f64> = (0..3000).map(|k| 0.02 * f64::from(k)).collect();
+    let speed = |t: f64| 0.5 - 0.5 * (t * std::f64::consts::TAU / 60.0).cos();
+    let robot = robot();
+    let radius_m = robot.vehicle.unwrap().wheel_radius_m;
+    let mut log = Log::new("straight", TimeAxis::Explicit(times.clone()));
+    for name in WHEELS {
+        log.push(name, times.iter().map(|t| speed(*t) / radius_m + 0.02 * draw.normal()).collect()).unwrap();
+    }
+    log.push(names::GYRO_Z, times.iter().map(|t| 0.01 * speed(*t) + 1e-3 * draw.normal()).collect()).unwrap();
+    assert!(agree(&robot, &[Drive::new(&log, 0.0)], &[]).is_ok());
+}
+
 #[test]
 fn what_stops_half_way_is_judged_where_all_is_there() {
     let log = recorded(60.0, 7, None);
