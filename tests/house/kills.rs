@@ -16,7 +16,7 @@ const OLD: &[u8] = b"old\n";
 /// A command, and its outputs.
 type Line = (&'static str, &'static [&'static str]);
 
-const LINES: [Line; 7] = [
+const LINES: [Line; 10] = [
     ("simulate sim.toml --duration 20000 --seed 2 -o a.parquet --json a.json", &["a.parquet", "a.json"]),
     ("fit log.csv -o a.toml --plot a.svg --json a.json --html a.html", &["a.toml", "a.svg", "a.json", "a.html"]),
     ("noise log.csv --draws 199 --json a.json --plot a.png", &["a.json", "a.png"]),
@@ -24,6 +24,9 @@ const LINES: [Line; 7] = [
     ("export g.toml --to kalibr -o a.yaml", &["a.yaml"]),
     ("navigate robot.toml drive.parquet -o a.csv --json a.json", &["a.csv", "a.json"]),
     ("inspect log.csv --json a.json", &["a.json"]),
+    ("merge part.parquet -o a.csv --json a.json", &["a.csv", "a.json"]),
+    ("init --kind driving -o a.toml", &["a.toml"]),
+    ("gap explain robot.toml --fit drive.parquet --effect wheel.radius_scale --json a.json", &["a.json"]),
 ];
 
 fn place() -> Place {
@@ -31,6 +34,7 @@ fn place() -> Place {
     place.ok("simulate sim.toml --duration 1200 --seed 1 -o log.csv");
     place.ok("simulate robot.toml --course square --duration 30 -o drive.parquet");
     place.ok("fit log.csv --no-plot -o g.toml");
+    place.ok("fit . --results part.parquet --accept");
     place
 }
 
