@@ -138,9 +138,9 @@ pub fn plan(
     }
     plan.rivals = fitted((config, log, options.since_power_on_s), library, &ids, &beside)?;
     let lost = ids.iter().filter(|id| plan.rivals.iter().all(|r| r.id != **id));
-    plan.notes.extend(
-        lost.map(|id| format!("{id} is left out: fitted to the log in the place of the others it has no size.")),
-    );
+    plan.notes.extend(lost.map(|id| {
+        format!("{id} is left out: the log does not show it, or gives it no size in the place of the others.")
+    }));
     if plan.rivals.len() < 2 {
         return Ok(plan);
     }

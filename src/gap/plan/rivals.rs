@@ -81,7 +81,7 @@ pub(super) fn in_question(
 /// The effects `ids` as rivals, each fitted to `log` with the effects `beside`; the log gives no size to those that are missing.
 ///
 /// # Errors
-/// Those of [`explain`].
+/// Those of [`explain`]; of effects that nothing in the log would show only if it shows none of them.
 pub(super) fn fitted(
     (config, log, since_power_on_s): (&Config, &Log, f64),
     library: &Library,
@@ -98,7 +98,10 @@ pub(super) fn fitted(
         let beside = beside.iter().filter_map(|id| Some(Beside { parameters: parameters(id)?, id: id.clone() }));
         Ok(parameters(id).map(|own| Rival { id: id.clone(), parameters: own, beside: beside.collect() }))
     };
-    let all: Vec<Option<Rival>> = ids.par_iter().map(one).collect::<Result<_>>()?;
+    let all: Vec<Result<Option<Rival>>> = ids.par_iter().map(one).collect();
+    let shown = all.iter().any(Result::is_ok);
+    let is_hidden = |one: &Result<_>| shown && one.as_ref().is_err_and(|e| e.kind == ErrorKind::Column);
+    let all = all.into_iter().filter(|one| !is_hidden(one)).collect::<Result<Vec<_>>>()?;
     Ok(all.into_iter().flatten().collect())
 }
 

@@ -151,3 +151,15 @@ fn a_course_that_tells_a_little_is_planned_longer() {
     }
     assert!(short > 0 && long > 0, "{short} {long}");
 }
+
+/// Without torques nothing shows slip, though a late gyro resembles it.
+#[test]
+fn an_effect_that_the_log_does_not_show_is_left_out() {
+    let config = Config::parse(ROBOT, "robot.toml").unwrap();
+    let channels = [&WHEELS[..], &[names::GYRO_Z]].concat();
+    let log = log(&config, Course::Square, (ids::scale_factor(), "relative", 0.03), &channels);
+    let among = [ids::scale_factor(), ids::scale_asymmetry(), ids::slip()];
+    let plan = planned(&config, &log, &among, &["spins"]);
+    assert_eq!(plan.rivals.iter().map(|r| r.id.as_str()).collect::<Vec<_>>(), among[..2]);
+    assert!(plan.notes.iter().any(|n| n.contains(ids::slip())) && plan.first().is_some(), "{plan:?}");
+}
