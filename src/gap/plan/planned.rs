@@ -204,7 +204,7 @@ fn longer(suggestions: &[(usize, Suggestion)], resolution_nats: f64) -> Option<(
     Some((first.name.clone(), lasts_s(first)))
 }
 
-/// What would be needed where no experiment tells rivals apart, in a sentence; `lacking`: channels that a drive lacks, none at rest.
+/// Sentence on the measurements needed where no experiment tells rivals apart; `lacking`: channels that a drive lacks, none at rest.
 fn needed(experiments: &[Suggestion], resolution_nats: f64, lacking: Option<&[&str]>) -> String {
     if experiments.iter().all(|e| e.shown_nats < resolution_nats) {
         return "As large as this log has them, none of them shows in an experiment of this length: plan longer ones, or start from a log \
